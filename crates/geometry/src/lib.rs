@@ -1,0 +1,3 @@
+//! The scene as axis-aligned bodies, the graded grid of it, and the files other programs open.
+
+pub mod scene;

@@ -1,0 +1,2 @@
+//! The `elastocap` command.
+fn main() {}
