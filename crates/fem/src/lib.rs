@@ -1,1 +1,6 @@
-//! Part of elastocap.
+//! What both solvers share: reference elements, quadrature, the 1D matrices of tensor-product grids.
+
+pub mod line;
+pub mod mixed;
+pub mod quadrature;
+pub mod tensor;

@@ -1,3 +1,5 @@
 //! The scene as axis-aligned bodies, the graded grid of it, and the files other programs open.
 
+pub mod export;
+pub mod grid;
 pub mod scene;

@@ -1,0 +1,185 @@
+//! What is wrong with a case file, and how it is shown: file, line, caret, what is wrong, what would be right.
+
+use std::fmt;
+use std::ops::Range;
+use std::path::{Path, PathBuf};
+
+use annotate_snippets::{AnnotationKind, Level, Renderer, Snippet};
+
+/// At most this many problems are kept; the rest are counted.
+pub(super) const KEPT: usize = 50;
+
+/// One problem in a case file.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Diagnostic {
+    /// What is wrong, in one line.
+    pub message: String,
+    /// Bytes of the file that are to blame; `None` where the file as a whole is.
+    pub span: Option<Range<usize>>,
+    /// Stands beside the caret; may be empty.
+    pub label: String,
+    /// Other places that belong to the problem, each with its label.
+    pub related: Vec<(Range<usize>, String)>,
+    /// What would be right.
+    pub help: Option<String>,
+}
+
+impl Diagnostic {
+    /// A problem with the file as a whole.
+    pub(super) fn of_file(message: impl Into<String>) -> Self {
+        Self { message: message.into(), span: None, label: String::new(), related: Vec::new(), help: None }
+    }
+
+    /// A problem at a place in the file.
+    pub(super) fn at(span: &Range<usize>, message: impl Into<String>) -> Self {
+        Self { span: Some(span.clone()), ..Self::of_file(message) }
+    }
+
+    pub(super) fn label(mut self, label: impl Into<String>) -> Self {
+        self.label = label.into();
+        self
+    }
+
+    pub(super) fn related(mut self, span: &Range<usize>, label: impl Into<String>) -> Self {
+        self.related.push((span.clone(), label.into()));
+        self
+    }
+
+    pub(super) fn help(mut self, help: impl Into<String>) -> Self {
+        self.help = Some(help.into());
+        self
+    }
+}
+
+/// A case file that cannot be run: everything found wrong with it, in the order of the file.
+#[derive(Debug, Clone, thiserror::Error)]
+pub struct CaseError {
+    origin: PathBuf,
+    source_text: String,
+    diagnostics: Vec<Diagnostic>,
+    unshown: usize,
+}
+
+impl CaseError {
+    pub(super) fn new(
+        origin: &Path,
+        source_text: &str,
+        mut diagnostics: Vec<Diagnostic>,
+        unshown: usize,
+    ) -> Self {
+        diagnostics.sort_by_key(|d| d.span.as_ref().map_or(0, |span| span.start));
+        Self { origin: origin.to_owned(), source_text: source_text.to_owned(), diagnostics, unshown }
+    }
+
+    /// A file that could not even be read as text.
+    pub(super) fn of_file(origin: &Path, diagnostic: Diagnostic) -> Self {
+        Self::new(origin, "", vec![diagnostic], 0)
+    }
+
+    /// The file, as the caller named it.
+    pub fn origin(&self) -> &Path {
+        &self.origin
+    }
+
+    /// The problems, in the order of the file; never empty.
+    pub fn diagnostics(&self) -> &[Diagnostic] {
+        &self.diagnostics
+    }
+
+    /// Line and column (in characters) where the problem starts, both counted from 1.
+    pub fn line_column(&self, diagnostic: &Diagnostic) -> Option<(usize, usize)> {
+        let start = boundary(&self.source_text, diagnostic.span.as_ref()?.start);
+        let before = &self.source_text[..start];
+        let line_start = before.rfind('\n').map_or(0, |k| k + 1);
+        Some((before.matches('\n').count() + 1, before[line_start..].chars().count() + 1))
+    }
+
+    /// All problems in rustc's manner, ready to print; with colours for a terminal if `colour`.
+    pub fn render(&self, colour: bool) -> String {
+        let renderer = if colour { Renderer::styled() } else { Renderer::plain() };
+        let mut out = self.diagnostics.iter().map(|d| self.render_one(d, &renderer)).collect::<Vec<_>>();
+        if self.unshown > 0 {
+            out.push(format!("and {} more problems in {}", self.unshown, self.shown_origin()));
+        }
+        out.join("\n\n")
+    }
+
+    fn shown_origin(&self) -> String {
+        shown_path(&self.origin)
+    }
+
+    fn render_one(&self, diagnostic: &Diagnostic, renderer: &Renderer) -> String {
+        let mut group = Level::ERROR.primary_title(diagnostic.message.as_str()).elements(
+            diagnostic.span.as_ref().map(|span| self.snippet(span, &diagnostic.label, &diagnostic.related)),
+        );
+        if let Some(help) = &diagnostic.help {
+            group = group.element(Level::HELP.message(help.as_str()));
+        }
+        renderer.render(&[group])
+    }
+
+    /// The lines that the annotations touch; only those are handed on, so that a long file costs nothing.
+    fn snippet<'a>(
+        &'a self,
+        span: &Range<usize>,
+        label: &'a str,
+        related: &'a [(Range<usize>, String)],
+    ) -> Snippet<'a, annotate_snippets::Annotation<'a>> {
+        let text = self.source_text.as_str();
+        // Of a span over several lines the first line says enough.
+        let clamp = |span: &Range<usize>| {
+            let start = boundary(text, span.start);
+            let end = boundary(text, span.end).max(start);
+            start..text[start..end].find('\n').map_or(end, |k| start + k)
+        };
+        let spans = || std::iter::once(span).chain(related.iter().map(|(span, _)| span)).map(&clamp);
+        let first = spans().map(|s| s.start).min().unwrap_or(0);
+        let last = spans().map(|s| s.end).max().unwrap_or(0);
+        let from = text[..first].rfind('\n').map_or(0, |k| k + 1);
+        let to = text[last..].find('\n').map_or(text.len(), |k| last + k);
+        let local = |span: &Range<usize>| {
+            let span = clamp(span);
+            span.start - from..span.end - from
+        };
+        let label = (!label.is_empty()).then_some(label);
+        Snippet::source(&text[from..to])
+            .line_start(text[..from].matches('\n').count() + 1)
+            .path(self.shown_origin())
+            .annotation(AnnotationKind::Primary.span(local(span)).label(label))
+            .annotations(
+                related
+                    .iter()
+                    .map(|(span, label)| AnnotationKind::Context.span(local(span)).label(label.as_str())),
+            )
+    }
+}
+
+impl fmt::Display for CaseError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.render(false))
+    }
+}
+
+/// The last character boundary at or before `at`.
+fn boundary(text: &str, at: usize) -> usize {
+    let mut at = at.min(text.len());
+    while !text.is_char_boundary(at) {
+        at -= 1;
+    }
+    at
+}
+
+/// Text of the user's, fit for one line of a message: no control characters, not too long.
+pub(super) fn shown(text: &str) -> String {
+    let mut out = text.chars().take(40).collect::<String>().escape_debug().to_string().replace("\\\"", "\"");
+    out = out.replace("\\'", "'");
+    if text.chars().nth(40).is_some() {
+        out.push('\u{2026}');
+    }
+    out
+}
+
+/// A path, fit for one line of a message.
+pub(super) fn shown_path(path: &Path) -> String {
+    path.display().to_string().chars().map(|c| if c.is_control() { '\u{fffd}' } else { c }).collect()
+}

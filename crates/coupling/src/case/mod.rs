@@ -1,0 +1,124 @@
+//! Case files: TOML in, a valid [`Case`] in SI units out, or everything that is wrong with the file.
+//!
+//! The way of the data: text -> spanned TOML ([`toml::de`]) -> raw types (`raw`, read by `reader` and `tables`, with
+//! spans kept) -> [`Case`] (`validate`). Raw types are declared once; reader, messages and [`json_schema`] follow from
+//! the declaration.
+//!
+//! Defaults, where the file is silent: `title` is the file's name; `relative_permittivity` of the surroundings is 1;
+//! `below` and `above` are the boundary itself, or infinite space if that is open; `relative_tolerance` is 1e-3 and
+//! `bounds` true; electrodes are rigid if there is no load. Tables that the case has no use for (`[surroundings]`
+//! without conductors) are checked and then left out.
+
+mod diagnostics;
+mod model;
+mod quantities;
+mod raw;
+mod reader;
+mod schema;
+mod tables;
+mod units;
+mod validate;
+mod values;
+
+use std::fs::File;
+use std::io::{ErrorKind, Read as _};
+use std::path::Path;
+
+use toml::Spanned;
+use toml::de::{DeTable, DeValue};
+
+pub use diagnostics::{CaseError, Diagnostic};
+pub use model::{
+    Box3, Case, Conductor, Dielectric, Electrodes, Electrostatics, Extent, Face, Layer, Layout, Load,
+    Material, Mechanics, Stiffness, Surroundings, Wall,
+};
+pub use schema::json_schema;
+
+/// The largest file that is read.
+const LARGEST_FILE: u64 = 16 << 20;
+
+/// Reads and validates a case file.
+///
+/// # Errors
+/// A file that cannot be read (missing, a folder, larger than 16 MiB, not UTF-8), or everything that is wrong in it.
+pub fn load(path: &Path) -> Result<Case, CaseError> {
+    let text = read_text(path).map_err(|diagnostic| CaseError::of_file(path, diagnostic))?;
+    parse(&text, path)
+}
+
+fn read_text(path: &Path) -> Result<String, Diagnostic> {
+    let shown = diagnostics::shown_path(path);
+    let unreadable = |error: &std::io::Error| {
+        let diagnostic = Diagnostic::of_file(match error.kind() {
+            ErrorKind::NotFound => format!("there is no case file `{shown}`"),
+            ErrorKind::PermissionDenied => format!("no permission to read the case file `{shown}`"),
+            _ => format!("cannot read the case file `{shown}`: {error}"),
+        });
+        match error.kind() {
+            ErrorKind::NotFound => diagnostic.help("check the path; case files end in .toml"),
+            _ => diagnostic,
+        }
+    };
+    if path.is_dir() {
+        return Err(Diagnostic::of_file(format!("`{shown}` is a folder, not a case file"))
+            .help("name a case file in it, one that ends in .toml"));
+    }
+    let file = File::open(path).map_err(|e| unreadable(&e))?;
+    let mut bytes = Vec::new();
+    file.take(LARGEST_FILE + 1).read_to_end(&mut bytes).map_err(|e| unreadable(&e))?;
+    if bytes.len() as u64 > LARGEST_FILE {
+        return Err(Diagnostic::of_file(format!("`{shown}` is larger than 16 MiB, so it is no case file"))
+            .help("a case file is a short text in TOML; meshes and results are other files"));
+    }
+    String::from_utf8(bytes).map_err(|error| {
+        let good = error.utf8_error().valid_up_to();
+        let line = error.as_bytes().iter().take(good).filter(|b| **b == b'\n').count() + 1;
+        Diagnostic::of_file(format!("`{shown}` is not a text file: line {line} is not UTF-8 (byte {good})"))
+            .help("a case file is a text in TOML, saved as UTF-8")
+    })
+}
+
+/// Validates the text of a case file; `origin` is the file it came from, for messages and relative paths.
+///
+/// # Errors
+/// Everything that is wrong in it.
+pub fn parse(text: &str, origin: &Path) -> Result<Case, CaseError> {
+    let document = DeTable::parse(text)
+        .map_err(|error| CaseError::new(origin, text, vec![syntax_diagnostic(text, &error)], 0))?;
+    let span = document.span();
+    let document = Spanned::new(span, DeValue::Table(document.into_inner()));
+    let mut log = reader::Log::new(text, &document);
+    let mut case = None;
+    if let DeValue::Table(table) = document.get_ref() {
+        let (raw, flawed) = raw::Document::read(table, &mut log);
+        case = validate::validate(&raw, flawed, origin, &mut log);
+    }
+    match case {
+        Some(case) if log.is_empty() => Ok(case),
+        _ => {
+            if log.is_empty() {
+                log.push(Diagnostic::of_file("this case file cannot be used, for a reason that got lost"));
+            }
+            let (diagnostics, unshown) = log.finish();
+            Err(CaseError::new(origin, text, diagnostics, unshown))
+        }
+    }
+}
+
+/// What the TOML parser says, with help where the slip is a common one.
+fn syntax_diagnostic(text: &str, error: &toml::de::Error) -> Diagnostic {
+    let span = error.span().unwrap_or(0..0);
+    let message = error.message().lines().collect::<Vec<_>>().join("; ");
+    let diagnostic = Diagnostic::at(&span, format!("not valid TOML: {message}")).label("here");
+    let at = span.start.min(text.len());
+    let before = text.get(..at).unwrap_or("");
+    let from = before.rfind('\n').map_or(0, |k| k + 1);
+    let line = text.get(from..).and_then(|rest| rest.lines().next()).unwrap_or("");
+    let unquoted = line.split('#').next().and_then(|line| line.split_once('='));
+    match unquoted.map(|(key, value)| (key.trim(), value.trim())) {
+        Some((key, value)) if units::parse(value).is_ok() => {
+            diagnostic.help(format!("quantities stand in quotes: `{key} = \"{value}\"`"))
+        }
+        _ => diagnostic,
+    }
+}

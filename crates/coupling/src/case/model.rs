@@ -1,0 +1,244 @@
+//! A valid case: plain data in SI units, with nothing left of the text it came from.
+
+use std::path::PathBuf;
+
+pub use elastocap_geometry::scene::{Box3, Conductor, Dielectric, Wall};
+
+/// A case that can be planned and run. Its parts fit together; every number is finite and in SI units.
+///
+/// A scene with a layer has the substrate plane at x2 = 0 and the electrodes centred at x1 = x3 = 0.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Case {
+    /// One line that says what the case is.
+    pub title: String,
+    /// The file it was read from, as the caller named it.
+    pub source: PathBuf,
+    /// The soft layer.
+    pub layer: Option<Layer>,
+    /// The pair of electrodes in the layer; only with a layer.
+    pub electrodes: Option<Electrodes>,
+    /// How the layer's deformation is computed; there whenever [`Case::load`] is.
+    pub mechanics: Option<Mechanics>,
+    /// The load steps; `None` for the undeformed scene alone.
+    pub load: Option<Load>,
+    /// Conductors besides the electrodes; they stay where they are while the layer deforms.
+    pub conductors: Vec<Conductor>,
+    /// Dielectrics besides the layer, in the order in which they override one another. Infinite bounds for slabs.
+    pub dielectrics: Vec<Dielectric>,
+    /// What surrounds the bodies; there exactly when a capacitance is asked for.
+    pub surroundings: Option<Surroundings>,
+    /// How exactly the capacitance is computed; there exactly when a capacitance is asked for.
+    pub electrostatics: Option<Electrostatics>,
+}
+
+impl Case {
+    /// The name of the file, without its folder.
+    pub fn file_name(&self) -> String {
+        self.source
+            .file_name()
+            .map_or_else(|| self.source.display().to_string(), |name| name.to_string_lossy().into_owned())
+    }
+
+    /// Whether there is a capacitance to compute: electrodes or conductors.
+    pub fn has_conductors(&self) -> bool {
+        self.electrodes.is_some() || !self.conductors.is_empty()
+    }
+}
+
+/// The soft layer, from x2 = 0 to x2 = `thickness`.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Layer {
+    /// Undeformed thickness H, m.
+    pub thickness: f64,
+    /// Undeformed half-length along x1, m; the closed form does not use it.
+    pub half_length: Option<f64>,
+    /// eps_r; there whenever a capacitance is asked for.
+    pub relative_permittivity: Option<f64>,
+    /// What it is made of; there whenever [`Case::load`] is.
+    pub material: Option<Material>,
+}
+
+/// An incompressible elastomer.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Material {
+    /// W = c10 (I1 - 3) + c01 (I2 - 3); neither constant is negative, one is positive.
+    MooneyRivlin {
+        /// Pa.
+        c10: f64,
+        /// Pa.
+        c01: f64,
+    },
+    /// W = mu/2 (I1 - 3).
+    NeoHookean {
+        /// mu, Pa.
+        shear_modulus: f64,
+    },
+}
+
+impl Material {
+    /// mu in the undeformed state, Pa.
+    pub fn shear_modulus(&self) -> f64 {
+        match *self {
+            Self::MooneyRivlin { c10, c01 } => 2.0 * (c10 + c01),
+            Self::NeoHookean { shear_modulus } => shear_modulus,
+        }
+    }
+}
+
+/// The pair of electrodes, undeformed. All lengths are positive; both lie in the layer and may touch its faces.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Electrodes {
+    /// Side by side or one above the other.
+    pub layout: Layout,
+    /// D, face to face, m: along x1 for an in-plane pair, along x2 for a stacked one.
+    pub gap: f64,
+    /// Of each electrode along x1, m.
+    pub length: f64,
+    /// T of each electrode along x2, m.
+    pub thickness: f64,
+    /// W of each electrode along x3, m.
+    pub width: f64,
+    /// S above the substrate, m: of the mid-plane of an in-plane pair, of the middle of the gap of a stacked one.
+    pub height: f64,
+    /// What they are made of.
+    pub stiffness: Stiffness,
+}
+
+impl Electrodes {
+    /// Names of the two, in the order of [`Electrodes::regions`].
+    pub fn names(&self) -> [&'static str; 2] {
+        match self.layout {
+            Layout::InPlane => ["electrode-left", "electrode-right"],
+            Layout::Stacked => ["electrode-lower", "electrode-upper"],
+        }
+    }
+
+    /// Where the two are before the layer deforms: left and right, or lower and upper.
+    pub fn regions(&self) -> [Box3; 2] {
+        let Self { gap, length, thickness, width, height, .. } = *self;
+        let x3 = width / 2.0;
+        match self.layout {
+            Layout::InPlane => {
+                let (near, far) = (gap / 2.0, gap / 2.0 + length);
+                let (low, high) = (height - thickness / 2.0, height + thickness / 2.0);
+                [
+                    Box3 { min: [-far, low, -x3], max: [-near, high, x3] },
+                    Box3 { min: [near, low, -x3], max: [far, high, x3] },
+                ]
+            }
+            Layout::Stacked => {
+                let x1 = length / 2.0;
+                let (low, high) = (height - gap / 2.0, height + gap / 2.0);
+                [
+                    Box3 { min: [-x1, low - thickness, -x3], max: [x1, low, x3] },
+                    Box3 { min: [-x1, high, -x3], max: [x1, high + thickness, x3] },
+                ]
+            }
+        }
+    }
+}
+
+/// How the pair is laid out.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Layout {
+    /// Two coplanar electrodes side by side along x1.
+    InPlane,
+    /// Two plates, one above the other.
+    Stacked,
+}
+
+/// What the electrodes are made of.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Stiffness {
+    /// They keep their thickness. Also where there is no load and the file does not say.
+    Rigid,
+    /// Incompressible neo-Hookean with this shear modulus, Pa.
+    ShearModulus(f64),
+}
+
+/// How the layer's deformation is computed.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Mechanics {
+    /// The closed-form solution of the paper.
+    ClosedForm {
+        /// L in eq. (50), m.
+        contact_half_length: f64,
+        /// w in eq. (50), m.
+        contact_width: f64,
+        /// L in eq. (45), m.
+        shear_length: f64,
+    },
+}
+
+/// The load steps, in the order of the file; never empty.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Load {
+    /// U/H of each step, in [0, 1).
+    Compression(Vec<f64>),
+    /// Compressive force of each step, N, not negative.
+    Force(Vec<f64>),
+}
+
+impl Load {
+    /// How many steps there are.
+    pub fn steps(&self) -> usize {
+        match self {
+            Self::Compression(steps) | Self::Force(steps) => steps.len(),
+        }
+    }
+}
+
+/// What surrounds the bodies, and where the field ends.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Surroundings {
+    /// What holds on the outer walls.
+    pub boundary: Wall,
+    /// eps_r wherever nothing else is.
+    pub relative_permittivity: f64,
+    /// Where the walls are.
+    pub extent: Extent,
+}
+
+/// Where the outer walls are.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Extent {
+    /// No layer, [`Wall::Open`]: there are none.
+    Everywhere,
+    /// No layer, insulated or grounded: the faces of this box, in which all bodies lie.
+    Walls(Box3),
+    /// Around the layer.
+    AroundLayer {
+        /// Along x1 and x3 from the outermost deformed electrode (or conductor) to the walls, m; `None` exactly
+        /// when the boundary is [`Wall::Open`].
+        side_margin: Option<f64>,
+        /// What lies below x2 = 0.
+        below: Face,
+        /// What lies above the layer's deformed top.
+        above: Face,
+    },
+}
+
+/// What lies against a face of the layer.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Face {
+    /// No flux through it: the field ends there.
+    Insulated,
+    /// At potential zero: the field ends there.
+    Grounded,
+    /// A dielectric; behind it the boundary, or space with [`Surroundings::relative_permittivity`] if that is open.
+    Medium {
+        /// eps_r.
+        relative_permittivity: f64,
+        /// m; `None` for infinitely thick, only if the boundary is [`Wall::Open`].
+        thickness: Option<f64>,
+    },
+}
+
+/// How exactly the capacitance is computed.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Electrostatics {
+    /// (upper - lower)/value to reach, or the estimated relative error if `bounds` is false; in (0, 1).
+    pub relative_tolerance: f64,
+    /// Whether a lower and an upper bound are proved.
+    pub bounds: bool,
+}

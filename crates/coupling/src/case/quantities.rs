@@ -1,0 +1,436 @@
+//! Quantities with a unit and numbers without one, each of a kind that says what it may be.
+
+use std::marker::PhantomData;
+
+use serde_json::{Value, json};
+use toml::de::DeValue;
+
+use super::diagnostics::{Diagnostic, shown};
+use super::reader::{FromToml, Log, Node};
+use super::units::{self, Dimension, NotAQuantity};
+
+/// Which signs a quantity may have.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Sign {
+    Any,
+    NonNegative,
+    Positive,
+}
+
+/// What a quantity stands for.
+pub(super) trait QuantityKind {
+    const DIMENSION: Dimension;
+    const SIGN: Sign;
+    /// The unit to propose where the file shows none of this dimension.
+    const UNIT: &'static str;
+    /// A number to propose.
+    const SAMPLE: &'static str;
+    /// Smallest and largest magnitude other than zero that the program computes with, in SI units.
+    const LIMITS: [f64; 2];
+    /// The limits in words.
+    const LIMITS_SHOWN: &'static str;
+}
+
+macro_rules! lengths {
+    ($($(#[doc = $doc:literal])* $Name:ident: $sign:ident, $sample:literal;)*) => {
+        $(
+            $(#[doc = $doc])*
+            #[derive(Debug, Clone, Copy)]
+            pub(super) struct $Name;
+            impl QuantityKind for $Name {
+                const DIMENSION: Dimension = units::LENGTH;
+                const SIGN: Sign = Sign::$sign;
+                const UNIT: &'static str = "um";
+                const SAMPLE: &'static str = $sample;
+                const LIMITS: [f64; 2] = [1e-15, 1e9];
+                const LIMITS_SHOWN: &'static str = "1 fm to 1 Gm";
+            }
+        )*
+    };
+}
+
+lengths! {
+    /// A coordinate.
+    PositionKind: Any, "0";
+    /// The size of something that exists.
+    SizeKind: Positive, "100";
+}
+
+macro_rules! pressures {
+    ($($(#[doc = $doc:literal])* $Name:ident: $sign:ident;)*) => {
+        $(
+            $(#[doc = $doc])*
+            #[derive(Debug, Clone, Copy)]
+            pub(super) struct $Name;
+            impl QuantityKind for $Name {
+                const DIMENSION: Dimension = units::PRESSURE;
+                const SIGN: Sign = Sign::$sign;
+                const UNIT: &'static str = "kPa";
+                const SAMPLE: &'static str = "100";
+                const LIMITS: [f64; 2] = [1e-6, 1e18];
+                const LIMITS_SHOWN: &'static str = "1 uPa to 1e9 GPa";
+            }
+        )*
+    };
+}
+
+pressures! {
+    /// A modulus that carries the material by itself.
+    ModulusKind: Positive;
+    /// A material constant that may vanish beside another.
+    ConstantKind: NonNegative;
+}
+
+/// A compressive force.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct ForceKind;
+impl QuantityKind for ForceKind {
+    const DIMENSION: Dimension = units::FORCE;
+    const SIGN: Sign = Sign::NonNegative;
+    const UNIT: &'static str = "N";
+    const SAMPLE: &'static str = "0.1";
+    const LIMITS: [f64; 2] = [1e-24, 1e18];
+    const LIMITS_SHOWN: &'static str = "1e-24 N to 1e18 N";
+}
+
+/// A quantity of kind `K` in SI units.
+#[derive(Debug)]
+pub(super) struct Quantity<K> {
+    pub(super) si: f64,
+    kind: PhantomData<K>,
+}
+
+pub(super) type Position = Quantity<PositionKind>;
+pub(super) type Size = Quantity<SizeKind>;
+pub(super) type Modulus = Quantity<ModulusKind>;
+pub(super) type Constant = Quantity<ConstantKind>;
+pub(super) type Force = Quantity<ForceKind>;
+
+impl<K: QuantityKind> Quantity<K> {
+    /// The text that a bare number was probably meant to be, and why that unit.
+    fn with_unit(number: &str, log: &Log<'_>) -> (String, String) {
+        let name = K::DIMENSION.name().trim_start_matches("a ");
+        match log.usual_unit(K::DIMENSION) {
+            Some(unit) => (
+                format!("\"{number} {unit}\""),
+                format!("the unit is a guess, from the other {name}s in this file"),
+            ),
+            None => (format!("\"{number} {}\"", K::UNIT), "the unit is a guess".to_owned()),
+        }
+    }
+
+    fn check(si: f64, number: &str, node: Node<'_>, log: &mut Log<'_>) -> Option<Self> {
+        let place = node.place();
+        let unsigned = number.trim_start_matches('-');
+        let wrong_sign = match K::SIGN {
+            Sign::Any => None,
+            Sign::NonNegative => (si < 0.0).then_some("must not be negative"),
+            Sign::Positive => (si <= 0.0).then_some("must be greater than zero"),
+        };
+        if let Some(rule) = wrong_sign {
+            let text = log.text(&node.span()).replacen('-', "", 1);
+            let right = if si < 0.0 && text.len() < 40 { text } else { Self::sample(log) };
+            let label = if si < 0.0 { "negative" } else { "zero" };
+            log.push(
+                Diagnostic::at(&node.span(), format!("{place} {rule}"))
+                    .label(label)
+                    .help(format!("write for example {}", node.assign(&right))),
+            );
+            return None;
+        }
+        let [low, high] = K::LIMITS;
+        let too_small = K::SIGN != Sign::Any && si != 0.0 && si.abs() < low;
+        if too_small || si.abs() > high {
+            log.push(
+                Diagnostic::at(
+                    &node.span(),
+                    format!("{place} is beyond what elastocap computes: {}", K::LIMITS_SHOWN),
+                )
+                .label(format!("{unsigned} is too {}", if too_small { "small" } else { "large" }))
+                .help("is the prefix of the unit right?"),
+            );
+            return None;
+        }
+        // Minus zero would print as such.
+        Some(Self { si: si + 0.0, kind: PhantomData })
+    }
+
+    fn refuse(text: &str, why: NotAQuantity<'_>, node: Node<'_>, log: &mut Log<'_>) {
+        let place = node.place();
+        let name = K::DIMENSION.name();
+        let at = |message: String| Diagnostic::at(&node.span(), message);
+        let sample = Self::sample(log);
+        let example = format!("write for example {}", node.assign(&sample));
+        let diagnostic = match why {
+            NotAQuantity::NoNumber => {
+                at(format!("{place}: expected {name}, found \"{}\"", shown(text))).label("no number in it").help(example)
+            }
+            NotAQuantity::NotFinite => {
+                at(format!("{place} must be a finite number")).label("not a finite number").help(example)
+            }
+            NotAQuantity::TooLarge => {
+                at(format!("{place} is beyond what elastocap computes: {}", K::LIMITS_SHOWN))
+                    .label("too large")
+                    .help("is the prefix of the unit right?")
+            }
+            NotAQuantity::Comma => at(format!("{place}: the decimal sign is a point"))
+                .label("a comma in a number")
+                .help(format!("write {}", node.assign(&format!("\"{}\"", shown(&text.replacen(',', ".", 1)))))),
+            NotAQuantity::NoUnit { number } => {
+                let (right, why) = Self::with_unit(number, log);
+                at(format!("{place} needs a unit: it is {name}"))
+                    .label("a number without a unit")
+                    .help(format!("write {} ({why})", node.assign(&right)))
+            }
+            NotAQuantity::UnknownUnit { number, unit } => {
+                let diagnostic = at(format!("{place}: unknown unit `{}`", shown(unit)))
+                    .label(format!("expected {name}, in {} with an SI prefix", si_unit(K::DIMENSION)));
+                let right = match units::nearest_unit(unit, K::DIMENSION) {
+                    Some(unit) => format!("\"{number} {unit}\""),
+                    None => Self::with_unit(number, log).0,
+                };
+                diagnostic.help(format!("write for example {}", node.assign(&right)))
+            }
+        };
+        log.push(diagnostic);
+    }
+}
+
+/// The SI unit of the dimensions that case files use.
+fn si_unit(dimension: Dimension) -> &'static str {
+    match dimension {
+        units::LENGTH => "m",
+        units::PRESSURE => "Pa",
+        _ => "N",
+    }
+}
+
+/// A bare TOML number as text, if it is one that a unit can be put behind.
+fn bare_number(value: &DeValue<'_>) -> Option<String> {
+    match value {
+        DeValue::Integer(_) => number(value).map(|v| format!("{v}")),
+        DeValue::Float(float) => {
+            let (number, rest) = units::split_number(float.as_str());
+            (rest.is_empty() && !number.is_empty()).then(|| number.to_owned())
+        }
+        _ => None,
+    }
+}
+
+/// The value of a TOML number; may be infinite or nan.
+fn number(value: &DeValue<'_>) -> Option<f64> {
+    match value {
+        DeValue::Integer(integer) => {
+            #[expect(clippy::cast_precision_loss, reason = "a number is a double here, however it is written")]
+            let value = i128::from_str_radix(integer.as_str(), integer.radix()).ok().map(|i| i as f64);
+            value
+        }
+        DeValue::Float(float) => float.as_str().parse().ok(),
+        _ => None,
+    }
+}
+
+impl<K: QuantityKind> FromToml for Quantity<K> {
+    fn expected() -> String {
+        format!("{}, a text such as \"{} {}\"", K::DIMENSION.name(), K::SAMPLE, K::UNIT)
+    }
+
+    fn sample(log: &Log<'_>) -> String {
+        Self::with_unit(K::SAMPLE, log).0
+    }
+
+    fn accepts(value: &DeValue<'_>) -> bool {
+        matches!(value, DeValue::String(_) | DeValue::Integer(_) | DeValue::Float(_))
+    }
+
+    fn mended(value: &DeValue<'_>, log: &Log<'_>) -> Option<String> {
+        bare_number(value).map(|number| Self::with_unit(&number, log).0)
+    }
+
+    fn from_toml(node: Node<'_>, log: &mut Log<'_>) -> Option<Self> {
+        if let Some(number) = bare_number(node.value.get_ref()) {
+            let (right, why) = Self::with_unit(&number, log);
+            let message = format!("{} needs a unit: it is {}", node.place(), K::DIMENSION.name());
+            log.push(
+                Diagnostic::at(&node.span(), message)
+                    .label("a number without a unit")
+                    .help(format!("write {} ({why})", node.assign(&right))),
+            );
+            return None;
+        }
+        let Some(text) = node.value.get_ref().as_str() else {
+            log.wrong_type::<Self>(node);
+            return None;
+        };
+        let quantity = match units::parse(text) {
+            Ok(quantity) => quantity,
+            Err(why) => {
+                Self::refuse(text, why, node, log);
+                return None;
+            }
+        };
+        if quantity.dimension != K::DIMENSION {
+            let (right, why) = Self::with_unit(quantity.number, log);
+            let (expected, found) = (K::DIMENSION.name(), quantity.dimension.name());
+            let message = format!("{}: expected {expected}, found {found}", node.place());
+            log.push(
+                Diagnostic::at(&node.span(), message)
+                    .label(format!("`{}` makes this {found}", shown(quantity.unit_text)))
+                    .help(format!("write {} ({why})", node.assign(&right))),
+            );
+            return None;
+        }
+        Self::check(quantity.si, quantity.number, node, log)
+    }
+
+    fn schema() -> Value {
+        let sign = if K::SIGN == Sign::Any { "[+-]?" } else { "\\+?" };
+        let unit = units::pattern(K::DIMENSION);
+        json!({
+            "type": "string",
+            "pattern": format!("^\\s*{sign}([0-9]+\\.?[0-9]*|\\.[0-9]+)([eE][+-]?[0-9]+)?\\s*{unit}\\s*$"),
+            "examples": [format!("{} {}", K::SAMPLE, K::UNIT)],
+        })
+    }
+}
+
+/// A range of numbers.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Interval {
+    pub(super) low: f64,
+    pub(super) low_belongs: bool,
+    pub(super) high: f64,
+    pub(super) high_belongs: bool,
+}
+
+impl Interval {
+    fn contains(self, x: f64) -> bool {
+        (if self.low_belongs { x >= self.low } else { x > self.low })
+            && (if self.high_belongs { x <= self.high } else { x < self.high })
+    }
+}
+
+/// What a number without a unit stands for.
+pub(super) trait NumberKind {
+    /// With its article.
+    const NAME: &'static str;
+    const SAMPLE: &'static str;
+    const RANGE: Interval;
+    /// The range in words, after "must be".
+    const RULE: &'static str;
+    /// What to say beside a number out of range.
+    const REASON: &'static str;
+    /// What a number out of range was probably meant to be.
+    fn slip(_value: f64) -> Option<f64> {
+        None
+    }
+}
+
+/// eps_r.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct PermittivityKind;
+impl NumberKind for PermittivityKind {
+    const NAME: &'static str = "a relative permittivity";
+    const SAMPLE: &'static str = "2.8";
+    const RANGE: Interval = Interval { low: 1e-12, low_belongs: true, high: 1e12, high_belongs: true };
+    const RULE: &'static str = "greater than zero (between 1e-12 and 1e12)";
+    const REASON: &'static str = "relative to vacuum, which has 1";
+    fn slip(value: f64) -> Option<f64> {
+        (value < 0.0).then_some(-value)
+    }
+}
+
+/// U/H.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct CompressionKind;
+impl NumberKind for CompressionKind {
+    const NAME: &'static str = "a compression";
+    const SAMPLE: &'static str = "0.1";
+    const RANGE: Interval = Interval { low: 0.0, low_belongs: true, high: 1.0, high_belongs: false };
+    const RULE: &'static str = "at least 0 and less than 1";
+    const REASON: &'static str = "displacement over layer thickness: at 1 nothing is left of the layer";
+    fn slip(value: f64) -> Option<f64> {
+        (value > 1.0 && value < 100.0).then_some(value / 100.0)
+    }
+}
+
+/// A relative error to reach.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct ToleranceKind;
+impl NumberKind for ToleranceKind {
+    const NAME: &'static str = "a relative tolerance";
+    const SAMPLE: &'static str = "1e-3";
+    const RANGE: Interval = Interval { low: 0.0, low_belongs: false, high: 1.0, high_belongs: false };
+    const RULE: &'static str = "greater than 0 and less than 1";
+    const REASON: &'static str = "a share of the value; no computation reaches zero";
+}
+
+/// A dimensionless number of kind `K`.
+#[derive(Debug)]
+pub(super) struct Number<K> {
+    pub(super) value: f64,
+    kind: PhantomData<K>,
+}
+
+pub(super) type Permittivity = Number<PermittivityKind>;
+pub(super) type Compression = Number<CompressionKind>;
+pub(super) type Tolerance = Number<ToleranceKind>;
+
+impl<K: NumberKind> FromToml for Number<K> {
+    fn expected() -> String {
+        format!("{}, a bare number such as {}", K::NAME, K::SAMPLE)
+    }
+
+    fn sample(_: &Log<'_>) -> String {
+        K::SAMPLE.to_owned()
+    }
+
+    fn accepts(value: &DeValue<'_>) -> bool {
+        matches!(value, DeValue::Integer(_) | DeValue::Float(_))
+    }
+
+    fn mended(value: &DeValue<'_>, _: &Log<'_>) -> Option<String> {
+        let (number, rest) = units::split_number(value.as_str()?.trim());
+        let percent = match rest.trim() {
+            "" => 1.0,
+            "%" => 100.0,
+            _ => return None,
+        };
+        number.parse::<f64>().ok().map(|v| v / percent).filter(|v| v.is_finite()).map(|v| format!("{v:?}"))
+    }
+
+    fn from_toml(node: Node<'_>, log: &mut Log<'_>) -> Option<Self> {
+        if !Self::accepts(node.value.get_ref()) {
+            log.wrong_type::<Self>(node);
+            return None;
+        }
+        let value = number(node.value.get_ref()).unwrap_or(f64::NAN);
+        let place = node.place();
+        if !value.is_finite() {
+            let message = format!("{place} must be a finite number");
+            log.push(
+                Diagnostic::at(&node.span(), message)
+                    .label("not a finite number")
+                    .help(format!("write for example {}", node.assign(K::SAMPLE))),
+            );
+            return None;
+        }
+        if !K::RANGE.contains(value) {
+            let help = match K::slip(value) {
+                Some(meant) => format!("was {} meant?", node.assign(&format!("{meant}"))),
+                None => format!("write for example {}", node.assign(K::SAMPLE)),
+            };
+            let message = format!("{place} must be {}", K::RULE);
+            log.push(Diagnostic::at(&node.span(), message).label(K::REASON).help(help));
+            return None;
+        }
+        Some(Self { value: value + 0.0, kind: PhantomData })
+    }
+
+    fn schema() -> Value {
+        let Interval { low, low_belongs, high, high_belongs } = K::RANGE;
+        let lower = if low_belongs { "minimum" } else { "exclusiveMinimum" };
+        let upper = if high_belongs { "maximum" } else { "exclusiveMaximum" };
+        json!({ "type": "number", lower: low, upper: high })
+    }
+}

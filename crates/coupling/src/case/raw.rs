@@ -1,0 +1,320 @@
+//! The case file as written: every table and key of format 1 that this version reads.
+//!
+//! The doc comments are the descriptions in the JSON Schema, so they speak to whoever writes a case file.
+
+use serde_json::{Value, json};
+use toml::de::{DeTable, DeValue};
+
+use super::quantities::{Compression, Constant, Force, Modulus, Permittivity, Position, Size, Tolerance};
+use super::reader::{FromToml, Log, Node, Read, alternatives, nearest};
+use super::tables::{Entries, Shape, TableSchema, choice, key, table, unknown_word, words};
+use super::values::{Count, Either, FiniteElement, Flag, FormatNumber, Text};
+
+table! {
+    /// A case file of elastocap: a soft capacitive sensor, its surroundings and its load.
+    struct Document {
+        /// Number of the file format.
+        format: Read<FormatNumber>,
+        /// One line that says what the case is. Default: the name of the file.
+        title: Option<Read<Text>>,
+        /// The soft layer, from the substrate plane x2 = 0 to x2 = thickness.
+        layer: Option<Read<Layer>>,
+        /// The pair of electrodes in the layer.
+        electrodes: Option<Read<Electrodes>>,
+        /// How the layer's deformation is computed.
+        mechanics: Option<Read<Mechanics>>,
+        /// The load steps, in the order in which they are reported.
+        load: Option<Read<Load>>,
+        /// Conductors besides the electrodes; none may touch another.
+        conductor: Option<Read<Vec<Read<Conductor>>>>,
+        /// Dielectric bodies; where two overlap, the later one in the file wins.
+        dielectric: Option<Read<Vec<Read<Dielectric>>>>,
+        /// What surrounds the bodies, and where the field ends.
+        surroundings: Option<Read<Surroundings>>,
+        /// How exactly the capacitance is computed.
+        electrostatics: Option<Read<Electrostatics>>,
+    }
+    later: "mesh";
+}
+
+impl Document {
+    /// Reads the whole file. The flag says whether unknown keys at the top level may stand for missing tables.
+    pub(super) fn read(table: &DeTable<'_>, log: &mut Log<'_>) -> (Self, bool) {
+        Self::from_entries(Entries::of_document(table), log)
+    }
+}
+
+table! {
+    /// The soft layer.
+    struct Layer {
+        /// Undeformed thickness H.
+        thickness: Read<Size>,
+        /// Undeformed half-length along x1, from the middle to the free end; the closed form does not use it.
+        half_length: Option<Read<Size>>,
+        /// Relative permittivity; needed as soon as there are electrodes or conductors.
+        relative_permittivity: Option<Read<Permittivity>>,
+        /// What it is made of; needed as soon as there is a load.
+        material: Option<Read<Material>>,
+    }
+}
+
+choice! {
+    /// The elastomer.
+    enum Material {
+        "mooney_rivlin" => MooneyRivlin(MooneyRivlin),
+        "neo_hookean" => NeoHookean(NeoHookean),
+    }
+    later: "yeoh", "ogden";
+}
+
+table! {
+    /// Incompressible Mooney-Rivlin: W = c10 (I1 - 3) + c01 (I2 - 3), shear modulus 2 (c10 + c01).
+    struct MooneyRivlin {
+        /// c10, not negative.
+        c10: Read<Constant>,
+        /// c01, not negative.
+        c01: Read<Constant>,
+    }
+    later: "bulk_modulus";
+}
+
+table! {
+    /// Incompressible neo-Hookean: W = mu/2 (I1 - 3).
+    struct NeoHookean {
+        /// Shear modulus mu.
+        shear_modulus: Read<Modulus>,
+    }
+    later: "bulk_modulus";
+}
+
+choice! {
+    /// The pair of electrodes in the layer, centred at x1 = x3 = 0.
+    enum Electrodes {
+        "in_plane_pair" => InPlane(InPlanePair),
+        "stacked_pair" => Stacked(StackedPair),
+    }
+}
+
+table! {
+    /// Two coplanar electrodes side by side along x1.
+    struct InPlanePair {
+        /// Undeformed gap D, face to face along x1.
+        gap: Read<Size>,
+        /// Length of each electrode along x1.
+        length: Read<Size>,
+        /// Undeformed thickness T along x2.
+        thickness: Read<Size>,
+        /// Width W along x3.
+        width: Read<Size>,
+        /// Undeformed height S of the mid-plane above the substrate.
+        height: Read<Size>,
+        /// Shear modulus of the electrodes, or "rigid"; needed as soon as there is a load.
+        shear_modulus: Option<Read<Stiffness>>,
+    }
+}
+
+table! {
+    /// Two plates, one above the other.
+    struct StackedPair {
+        /// Undeformed gap between the facing surfaces, along x2.
+        gap: Read<Size>,
+        /// Length of each plate along x1.
+        length: Read<Size>,
+        /// Undeformed thickness of each plate along x2.
+        thickness: Read<Size>,
+        /// Width of each plate along x3.
+        width: Read<Size>,
+        /// Undeformed height of the middle of the gap above the substrate.
+        height: Read<Size>,
+        /// Shear modulus of the plates, or "rigid"; needed as soon as there is a load.
+        shear_modulus: Option<Read<Stiffness>>,
+    }
+}
+
+words! {
+    /// The electrodes keep their thickness.
+    enum Rigid { "rigid" => Rigid, }
+}
+
+pub(super) type Stiffness = Either<Rigid, Modulus>;
+
+choice! {
+    /// How the layer's deformation is computed.
+    enum Mechanics {
+        "closed_form" => ClosedForm(ClosedForm),
+    }
+    later: "plane_strain", "solid";
+}
+
+table! {
+    /// The closed-form solution: bonded layer under a wide flat probe, plane strain.
+    struct ClosedForm {
+        /// Half-length L of the contact in the force formula, eq. (50).
+        contact_half_length: Read<Size>,
+        /// Width w of the contact in the force formula, eq. (50).
+        contact_width: Read<Size>,
+        /// Length L in the shear constant B, eq. (45).
+        shear_length: Read<Either<FiniteElement, Size>>,
+    }
+}
+
+table! {
+    /// The load steps: exactly one of the two keys.
+    struct Load {
+        /// Top displacement over thickness, U/H, of each step.
+        compression: Option<Read<Either<Vec<Read<Compression>>, CompressionRange>>>,
+        /// Compressive force of each step.
+        force: Option<Read<Either<Vec<Read<Force>>, ForceRange>>>,
+    }
+    one_of: "compression", "force";
+}
+
+table! {
+    /// Equally spaced compressions, both ends included.
+    struct CompressionRange {
+        /// First step.
+        from: Read<Compression>,
+        /// Last step.
+        to: Read<Compression>,
+        /// Number of steps.
+        points: Read<Count>,
+    }
+}
+
+table! {
+    /// Equally spaced forces, both ends included.
+    struct ForceRange {
+        /// First step.
+        from: Read<Force>,
+        /// Last step.
+        to: Read<Force>,
+        /// Number of steps.
+        points: Read<Count>,
+    }
+}
+
+table! {
+    /// A conductor at one potential.
+    struct Conductor {
+        /// Its name in the results.
+        name: Read<Text>,
+        /// A box with its edges along the axes.
+        r#box: Option<Read<BoxRegion>>,
+        /// A rectangle of zero thickness.
+        sheet: Option<Read<Sheet>>,
+    }
+    one_of: "box", "sheet";
+    later: "sphere", "shell", "surface", "cylinder", "extrusion", "physical", "charge";
+}
+
+table! {
+    /// A linear isotropic dielectric body.
+    struct Dielectric {
+        /// Its name in the results.
+        name: Read<Text>,
+        /// Relative permittivity.
+        relative_permittivity: Read<Permittivity>,
+        /// A box with its edges along the axes.
+        r#box: Option<Read<BoxRegion>>,
+        /// All space between two planes.
+        slab: Option<Read<Slab>>,
+    }
+    one_of: "box", "slab";
+    later: "sphere", "surface", "cylinder", "extrusion", "physical";
+}
+
+table! {
+    /// A box with its edges along the axes.
+    struct BoxRegion {
+        /// Lower corner: x1, x2, x3.
+        min: Read<[Read<Position>; 3]>,
+        /// Upper corner: x1, x2, x3.
+        max: Read<[Read<Position>; 3]>,
+    }
+}
+
+table! {
+    /// A rectangle of zero thickness.
+    struct Sheet {
+        /// The axis across it.
+        normal: Read<Axis>,
+        /// Where it is on that axis.
+        at: Read<Position>,
+        /// Lower corner on the two other axes, in order.
+        min: Read<[Read<Position>; 2]>,
+        /// Upper corner on the two other axes, in order.
+        max: Read<[Read<Position>; 2]>,
+    }
+}
+
+table! {
+    /// All space between two planes; cut off at the walls.
+    struct Slab {
+        /// The axis across it.
+        axis: Read<Axis>,
+        /// Lower plane.
+        from: Read<Position>,
+        /// Upper plane.
+        to: Read<Position>,
+    }
+}
+
+words! {
+    /// An axis: x1 in-plane, x2 up, x3 along the width.
+    enum Axis { "x1" => X1, "x2" => X2, "x3" => X3, }
+}
+
+table! {
+    /// What surrounds the bodies, and where the field ends.
+    struct Surroundings {
+        /// The outer walls: "insulated" (no flux), "grounded" (potential zero) or "open" (none, infinite space).
+        boundary: Read<Boundary>,
+        /// With a layer and walls: distance along x1 and x3 from the deformed electrodes to the walls.
+        side_margin: Option<Read<Size>>,
+        /// Without a layer: the box of the walls.
+        walls: Option<Read<BoxRegion>>,
+        /// Relative permittivity wherever nothing else is. Default: 1.
+        relative_permittivity: Option<Read<Permittivity>>,
+        /// What lies below x2 = 0. Default: the boundary itself, or infinite space if it is open.
+        below: Option<Read<Face>>,
+        /// What lies above the layer. Default: the boundary itself, or infinite space if it is open.
+        above: Option<Read<Face>>,
+    }
+}
+
+words! {
+    /// The outer walls.
+    enum Boundary { "insulated" => Insulated, "grounded" => Grounded, "open" => Open, }
+}
+
+words! {
+    /// A plane at which the field ends.
+    enum Plane { "insulated" => Insulated, "grounded" => Grounded, }
+}
+
+pub(super) type Face = Either<Plane, Medium>;
+
+table! {
+    /// A dielectric against the face of the layer.
+    struct Medium {
+        /// Relative permittivity.
+        relative_permittivity: Read<Permittivity>,
+        /// Its thickness, up to the boundary; "open" for infinitely thick (needs boundary = "open").
+        thickness: Read<Either<OpenEnd, Size>>,
+    }
+}
+
+words! {
+    /// Infinitely thick.
+    enum OpenEnd { "open" => Open, }
+}
+
+table! {
+    /// How exactly the capacitance is computed.
+    struct Electrostatics {
+        /// Spread of the proved bounds over the value (or the estimated error) to reach. Default: 1e-3.
+        relative_tolerance: Option<Read<Tolerance>>,
+        /// Whether to prove a lower and an upper bound, or only estimate the error. Default: true.
+        bounds: Option<Read<Flag>>,
+    }
+}

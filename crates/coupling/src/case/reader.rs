@@ -1,0 +1,268 @@
+//! Walks the parsed TOML and turns it into the raw types, collecting every problem on the way.
+//!
+//! A raw type says three things about itself through [`FromToml`]: how it is read, how it is described in a message,
+//! and its JSON Schema. That keeps messages and schema from drifting away from what is accepted.
+
+use std::collections::BTreeMap;
+use std::ops::Range;
+
+use serde_json::Value;
+use toml::Spanned;
+use toml::de::DeValue;
+
+use super::diagnostics::{Diagnostic, KEPT, shown};
+use super::units::{self, Dimension};
+
+/// A raw type: something that can stand to the right of `=` or under a table header.
+pub(super) trait FromToml: Sized {
+    /// What belongs here, for messages: "a length, such as ...". Empty if this alternative is not to be offered.
+    fn expected() -> String;
+    /// A right-hand side that would be accepted, for `help:` lines.
+    fn sample(log: &Log<'_>) -> String;
+    /// Whether the value is of the TOML type that this reads, right or wrong in detail.
+    fn accepts(value: &DeValue<'_>) -> bool;
+    /// For a value of the wrong TOML type whose meaning can be guessed: the right-hand side that was meant.
+    fn mended(_value: &DeValue<'_>, _log: &Log<'_>) -> Option<String> {
+        None
+    }
+    /// Reads the value; `None` if it could not be, and then the log says why.
+    fn from_toml(node: Node<'_>, log: &mut Log<'_>) -> Option<Self>;
+    /// JSON Schema of what is accepted.
+    fn schema() -> Value;
+}
+
+/// A value of the file: what was read, if it could be, and where it stands.
+#[derive(Debug, Clone)]
+pub(super) struct Read<T> {
+    pub(super) span: Range<usize>,
+    pub(super) value: Option<T>,
+}
+
+impl<T> Read<T> {
+    pub(super) fn get(&self) -> Option<&T> {
+        self.value.as_ref()
+    }
+}
+
+impl<T: FromToml> Read<T> {
+    pub(super) fn read(node: Node<'_>, log: &mut Log<'_>) -> Self {
+        Self { span: node.value.span(), value: T::from_toml(node, log) }
+    }
+}
+
+/// A key of a table: required if its type is [`Read`], optional if it is `Option<Read>`.
+pub(super) trait Field {
+    type Inner: FromToml;
+    const REQUIRED: bool;
+    fn present(read: Read<Self::Inner>) -> Self;
+    fn absent(table: &Range<usize>) -> Self;
+}
+
+impl<T: FromToml> Field for Read<T> {
+    type Inner = T;
+    const REQUIRED: bool = true;
+    fn present(read: Read<T>) -> Self {
+        read
+    }
+    fn absent(table: &Range<usize>) -> Self {
+        Self { span: table.clone(), value: None }
+    }
+}
+
+impl<T: FromToml> Field for Option<Read<T>> {
+    type Inner = T;
+    const REQUIRED: bool = false;
+    fn present(read: Read<T>) -> Self {
+        Some(read)
+    }
+    fn absent(_: &Range<usize>) -> Self {
+        None
+    }
+}
+
+/// A value with the names that messages need.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Node<'a> {
+    pub(super) value: &'a Spanned<DeValue<'a>>,
+    /// The key it is assigned to, or whose array it is an entry of.
+    pub(super) key: &'a str,
+    /// Whether it is an entry of an array.
+    pub(super) entry: bool,
+    /// Dotted path of the table it stands in; empty at the top level.
+    pub(super) table: &'a str,
+}
+
+impl Node<'_> {
+    /// Dotted path of this value.
+    pub(super) fn path(&self) -> String {
+        if self.table.is_empty() { self.key.to_owned() } else { format!("{}.{}", self.table, self.key) }
+    }
+
+    /// The value's name in a message: "`gap` in [electrodes.in_plane_pair]".
+    pub(super) fn place(&self) -> String {
+        let of = if self.entry { "an entry of " } else { "" };
+        let key = shown(self.key);
+        match self.table {
+            "" => format!("{of}`{key}`"),
+            table => format!("{of}`{key}` in {}", header(table)),
+        }
+    }
+
+    /// The line, or the part of it, that would be right.
+    pub(super) fn assign(&self, right: &str) -> String {
+        if self.entry { format!("`{right}`") } else { format!("`{} = {right}`", self.key) }
+    }
+
+    pub(super) fn span(&self) -> Range<usize> {
+        self.value.span()
+    }
+}
+
+/// A table's path as its header is written in the file.
+pub(super) fn header(path: &str) -> String {
+    match path {
+        "" => "the top level".to_owned(),
+        "conductor" | "dielectric" => format!("[[{path}]]"),
+        _ => format!("[{}]", shown(path)),
+    }
+}
+
+/// The kind of a TOML value, with its article.
+pub(super) fn kind(value: &DeValue<'_>) -> &'static str {
+    match value {
+        DeValue::String(_) => "a text",
+        DeValue::Integer(_) => "an integer",
+        DeValue::Float(_) => "a number",
+        DeValue::Boolean(_) => "a boolean",
+        DeValue::Datetime(_) => "a date",
+        DeValue::Array(_) => "an array",
+        DeValue::Table(_) => "a table",
+    }
+}
+
+/// The problems found so far, and what messages draw on.
+#[derive(Debug)]
+pub(super) struct Log<'s> {
+    source: &'s str,
+    diagnostics: Vec<Diagnostic>,
+    unshown: usize,
+    sole: bool,
+    units: BTreeMap<Dimension, BTreeMap<String, usize>>,
+}
+
+impl<'s> Log<'s> {
+    /// A log for a file of which `document` is the content.
+    pub(super) fn new(source: &'s str, document: &Spanned<DeValue<'_>>) -> Self {
+        let mut log =
+            Self { source, diagnostics: Vec::new(), unshown: 0, sole: false, units: BTreeMap::new() };
+        log.learn_units(document.get_ref());
+        log
+    }
+
+    fn learn_units(&mut self, value: &DeValue<'_>) {
+        match value {
+            DeValue::String(text) => {
+                if let Ok(quantity) = units::parse(text) {
+                    let of_dimension = self.units.entry(quantity.dimension).or_default();
+                    *of_dimension.entry(quantity.unit_text.to_owned()).or_default() += 1;
+                }
+            }
+            DeValue::Array(items) => items.iter().for_each(|item| self.learn_units(item.get_ref())),
+            DeValue::Table(table) => table.values().for_each(|item| self.learn_units(item.get_ref())),
+            _ => {}
+        }
+    }
+
+    /// The unit that this file uses most for the dimension, if it uses any.
+    pub(super) fn usual_unit(&self, dimension: Dimension) -> Option<&str> {
+        let counts = self.units.get(&dimension)?;
+        counts.iter().max_by_key(|(_, count)| **count).map(|(unit, _)| unit.as_str())
+    }
+
+    pub(super) fn push(&mut self, diagnostic: Diagnostic) {
+        if self.sole {
+            return;
+        }
+        if self.diagnostics.len() < KEPT { self.diagnostics.push(diagnostic) } else { self.unshown += 1 }
+    }
+
+    /// A problem beside which no other is worth telling.
+    pub(super) fn push_sole(&mut self, diagnostic: Diagnostic) {
+        self.diagnostics = vec![diagnostic];
+        self.unshown = 0;
+        self.sole = true;
+    }
+
+    pub(super) fn is_empty(&self) -> bool {
+        self.diagnostics.is_empty()
+    }
+
+    /// How many problems have been told.
+    pub(super) fn len(&self) -> usize {
+        self.diagnostics.len()
+    }
+
+    pub(super) fn is_full(&self) -> bool {
+        self.diagnostics.len() >= KEPT
+    }
+
+    /// The last problem, for whoever knows more about it.
+    pub(super) fn last_mut(&mut self) -> Option<&mut Diagnostic> {
+        self.diagnostics.last_mut()
+    }
+
+    pub(super) fn finish(self) -> (Vec<Diagnostic>, usize) {
+        (self.diagnostics, self.unshown)
+    }
+
+    /// The file's own text at a place.
+    pub(super) fn text(&self, span: &Range<usize>) -> &'s str {
+        self.source.get(span.clone()).unwrap_or("")
+    }
+
+    /// Whether nothing but comments and blank lines follows a place.
+    pub(super) fn ends_after(&self, at: usize) -> bool {
+        self.source.get(at..).is_some_and(|rest| {
+            rest.lines().all(|line| line.trim().is_empty() || line.trim_start().starts_with('#'))
+        })
+    }
+
+    /// The value is of a TOML type that cannot stand here.
+    pub(super) fn wrong_type<T: FromToml>(&mut self, node: Node<'_>) {
+        let found = node.value.get_ref();
+        let mut diagnostic =
+            Diagnostic::at(&node.span(), format!("{}: expected {}", node.place(), T::expected()))
+                .label(format!("this is {}", kind(found)));
+        if let Some(right) = T::mended(found, self).or_else(|| Some(T::sample(self))) {
+            diagnostic = diagnostic.help(format!("write {}", node.assign(&right)));
+        }
+        self.push(diagnostic);
+    }
+}
+
+/// The candidate that `unknown` is most likely a slip of.
+pub(super) fn nearest<'a>(unknown: &str, candidates: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
+    let length = unknown.chars().count();
+    if length > 64 {
+        return None;
+    }
+    let unknown = unknown.to_lowercase().replace('-', "_");
+    candidates
+        .into_iter()
+        .map(|candidate| (strsim::osa_distance(&unknown, &candidate.replace('-', "_")), candidate))
+        .filter(|(distance, candidate)| *distance <= (length.max(candidate.len()) / 3).max(1))
+        .min_by_key(|(distance, _)| *distance)
+        .map(|(_, candidate)| candidate)
+}
+
+/// "a, b or c".
+pub(super) fn alternatives<S: AsRef<str>>(items: &[S], conjunction: &str) -> String {
+    match items {
+        [] => String::new(),
+        [one] => one.as_ref().to_owned(),
+        [init @ .., last] => {
+            let init = init.iter().map(AsRef::as_ref).collect::<Vec<_>>().join(", ");
+            format!("{init} {conjunction} {}", last.as_ref())
+        }
+    }
+}

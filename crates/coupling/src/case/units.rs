@@ -1,0 +1,359 @@
+//! Quantities as text: `"450 um"`, `"1 MPa"`, `"0.05 N"`.
+//!
+//! Every unit here is a power of ten of SI units, so a prefix is applied to the decimal exponent of the number before
+//! it is rounded: `"450 um"` is the same `f64` as the literal `450e-6`.
+
+/// Powers of the SI base units that a quantity carries.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) struct Dimension {
+    pub(super) metre: i32,
+    pub(super) kilogram: i32,
+    pub(super) second: i32,
+    pub(super) ampere: i32,
+}
+
+const fn dimension(metre: i32, kilogram: i32, second: i32, ampere: i32) -> Dimension {
+    Dimension { metre, kilogram, second, ampere }
+}
+
+pub(super) const LENGTH: Dimension = dimension(1, 0, 0, 0);
+pub(super) const PRESSURE: Dimension = dimension(-1, 1, -2, 0);
+pub(super) const FORCE: Dimension = dimension(1, 1, -2, 0);
+
+/// Dimensions that have a name of their own, for messages.
+const NAMED: &[(Dimension, &str)] = &[
+    (dimension(0, 0, 0, 0), "a number"),
+    (LENGTH, "a length"),
+    (PRESSURE, "a pressure"),
+    (FORCE, "a force"),
+    (dimension(2, 0, 0, 0), "an area"),
+    (dimension(3, 0, 0, 0), "a volume"),
+    (dimension(0, 1, -2, 0), "a force per length"),
+    (dimension(2, 1, -3, -1), "a voltage"),
+    (dimension(0, 0, 1, 1), "a charge"),
+    (dimension(-2, -1, 4, 2), "a capacitance"),
+    (dimension(-3, -1, 4, 2), "a capacitance per length"),
+    (dimension(1, 1, -3, -1), "an electric field"),
+    (dimension(2, 1, -2, 0), "an energy"),
+    (dimension(0, 1, 0, 0), "a mass"),
+    (dimension(0, 0, 1, 0), "a time"),
+    (dimension(0, 0, 0, 1), "a current"),
+];
+
+impl Dimension {
+    /// The name with its article, such as "a length".
+    pub(super) fn name(self) -> &'static str {
+        NAMED.iter().find(|(d, _)| *d == self).map_or("another kind of quantity", |(_, name)| name)
+    }
+
+    fn scaled(self, by: i32) -> Self {
+        dimension(self.metre * by, self.kilogram * by, self.second * by, self.ampere * by)
+    }
+
+    fn plus(self, other: Self) -> Self {
+        dimension(
+            self.metre + other.metre,
+            self.kilogram + other.kilogram,
+            self.second + other.second,
+            self.ampere + other.ampere,
+        )
+    }
+}
+
+/// Unit symbols, the power of ten that each is of the SI unit of its dimension, and that dimension.
+const SYMBOLS: &[(&str, i32, Dimension)] = &[
+    ("m", 0, LENGTH),
+    ("N", 0, FORCE),
+    ("Pa", 0, PRESSURE),
+    ("V", 0, dimension(2, 1, -3, -1)),
+    ("F", 0, dimension(-2, -1, 4, 2)),
+    ("C", 0, dimension(0, 0, 1, 1)),
+    ("J", 0, dimension(2, 1, -2, 0)),
+    ("g", -3, dimension(0, 1, 0, 0)),
+    ("s", 0, dimension(0, 0, 1, 0)),
+    ("A", 0, dimension(0, 0, 0, 1)),
+];
+
+/// SI prefixes; both code points that print as a mu are accepted, and the letter u.
+const PREFIXES: &[(&str, i32)] = &[
+    ("a", -18),
+    ("f", -15),
+    ("p", -12),
+    ("n", -9),
+    ("u", -6),
+    ("\u{b5}", -6),
+    ("\u{3bc}", -6),
+    ("m", -3),
+    ("c", -2),
+    ("d", -1),
+    ("h", 2),
+    ("k", 3),
+    ("M", 6),
+    ("G", 9),
+    ("T", 12),
+];
+
+/// The regular expression of the units of a dimension, for the JSON Schema.
+pub(super) fn pattern(of: Dimension) -> String {
+    let prefix = "[afpnu\u{b5}\u{3bc}mcdhkMGT]?";
+    if of == PRESSURE {
+        format!("({prefix}Pa|{prefix}N/{prefix}m(\\^2|\u{b2}))")
+    } else {
+        let symbol = SYMBOLS.iter().find(|(_, _, d)| *d == of).map_or("", |(symbol, ..)| symbol);
+        format!("{prefix}{symbol}")
+    }
+}
+
+/// A unit: ten to `power` of the SI unit of `dimension`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) struct Unit {
+    pub(super) dimension: Dimension,
+    pub(super) power: i32,
+}
+
+/// A quantity as it was written.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Quantity<'a> {
+    /// In SI units, finite.
+    pub(super) si: f64,
+    /// The number alone, as text.
+    pub(super) number: &'a str,
+    /// The unit alone, as text.
+    pub(super) unit_text: &'a str,
+    pub(super) dimension: Dimension,
+}
+
+/// Why a text is not a quantity.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum NotAQuantity<'a> {
+    /// Nothing that reads as a number at the start.
+    NoNumber,
+    /// `nan` or `inf`.
+    NotFinite,
+    /// A finite decimal beyond the largest `f64`.
+    TooLarge,
+    /// A decimal comma.
+    Comma,
+    /// A number and nothing else.
+    NoUnit { number: &'a str },
+    /// The unit is not one of those known.
+    UnknownUnit { number: &'a str, unit: &'a str },
+}
+
+/// Reads `"number unit"`; the space between the two is optional.
+pub(super) fn parse(text: &str) -> Result<Quantity<'_>, NotAQuantity<'_>> {
+    let text = text.trim();
+    let (number, rest) = split_number(text);
+    if number.is_empty() {
+        let word = text.trim_start_matches(['+', '-']).to_ascii_lowercase();
+        let not_finite = word.starts_with("nan") || word.starts_with("inf");
+        return Err(if not_finite { NotAQuantity::NotFinite } else { NotAQuantity::NoNumber });
+    }
+    let unit_text = rest.trim();
+    if unit_text.starts_with(',') {
+        return Err(NotAQuantity::Comma);
+    }
+    if unit_text.is_empty() {
+        return Err(NotAQuantity::NoUnit { number });
+    }
+    let unit = parse_unit(unit_text).ok_or(NotAQuantity::UnknownUnit { number, unit: unit_text })?;
+    let si = decimal(number, unit.power).filter(|v| v.is_finite()).ok_or(NotAQuantity::TooLarge)?;
+    Ok(Quantity { si, number, unit_text, dimension: unit.dimension })
+}
+
+/// Reads a unit: prefixed symbols with optional powers, multiplied by `*` or a middle dot, divided by `/`.
+pub(super) fn parse_unit(text: &str) -> Option<Unit> {
+    if text.len() > 40 {
+        return None;
+    }
+    let mut unit = Unit { dimension: dimension(0, 0, 0, 0), power: 0 };
+    for (k, part) in text.split('/').enumerate() {
+        let sign = if k == 0 { 1 } else { -1 };
+        for factor in part.split(['*', '\u{b7}', '\u{22c5}']) {
+            let (symbol, exponent) = split_exponent(factor.trim());
+            let base = parse_symbol(symbol)?;
+            unit.dimension = unit.dimension.plus(base.dimension.scaled(sign * exponent));
+            unit.power += sign * exponent * base.power;
+        }
+    }
+    Some(unit)
+}
+
+fn parse_symbol(text: &str) -> Option<Unit> {
+    // The symbol alone goes first: "m" is the metre, "Pa" the pascal.
+    let plain = |text: &str| {
+        SYMBOLS
+            .iter()
+            .find(|(symbol, ..)| *symbol == text)
+            .map(|&(_, power, dimension)| Unit { dimension, power })
+    };
+    plain(text).or_else(|| {
+        PREFIXES.iter().find_map(|(prefix, power)| {
+            let unit = plain(text.strip_prefix(prefix)?)?;
+            Some(Unit { power: unit.power + power, ..unit })
+        })
+    })
+}
+
+fn split_exponent(factor: &str) -> (&str, i32) {
+    for (ending, exponent) in [("^2", 2), ("\u{b2}", 2), ("^3", 3), ("\u{b3}", 3)] {
+        if let Some(symbol) = factor.strip_suffix(ending) {
+            return (symbol, exponent);
+        }
+    }
+    (factor, 1)
+}
+
+/// Splits the longest decimal number off the front: sign, digits, point, digits, exponent.
+pub(super) fn split_number(text: &str) -> (&str, &str) {
+    let bytes = text.as_bytes();
+    let digits_from = |start: usize| bytes.iter().skip(start).take_while(|b| b.is_ascii_digit()).count();
+    let mut end = usize::from(matches!(bytes.first(), Some(b'+' | b'-')));
+    let whole = digits_from(end);
+    end += whole;
+    let mut fraction = 0;
+    if bytes.get(end) == Some(&b'.') {
+        fraction = digits_from(end + 1);
+        if whole + fraction > 0 {
+            end += 1 + fraction;
+        }
+    }
+    if whole + fraction == 0 {
+        return ("", text);
+    }
+    if matches!(bytes.get(end), Some(b'e' | b'E')) {
+        let sign = usize::from(matches!(bytes.get(end + 1), Some(b'+' | b'-')));
+        let exponent = digits_from(end + 1 + sign);
+        if exponent > 0 {
+            end += 1 + sign + exponent;
+        }
+    }
+    // `end` stands behind an ASCII byte, so it is a character boundary.
+    text.split_at(end)
+}
+
+/// `number` times ten to `power`, rounded once.
+fn decimal(number: &str, power: i32) -> Option<f64> {
+    let (mantissa, exponent) = number.split_once(['e', 'E']).unwrap_or((number, "0"));
+    let huge = if exponent.starts_with('-') { -1_000_000_000 } else { 1_000_000_000 };
+    let exponent = exponent.parse::<i64>().unwrap_or(huge).clamp(-1_000_000_000, 1_000_000_000);
+    format!("{mantissa}e{}", exponent + i64::from(power)).parse().ok()
+}
+
+/// A unit of the dimension that someone who wrote `unknown` probably meant.
+pub(super) fn nearest_unit(unknown: &str, of: Dimension) -> Option<&'static str> {
+    const WORDS: &[(&str, &str)] = &[
+        ("micron", "um"),
+        ("microns", "um"),
+        ("micrometer", "um"),
+        ("micrometre", "um"),
+        ("millimeter", "mm"),
+        ("millimetre", "mm"),
+        ("meter", "m"),
+        ("metre", "m"),
+        ("newton", "N"),
+        ("pascal", "Pa"),
+        ("kilopascal", "kPa"),
+        ("megapascal", "MPa"),
+    ];
+    const COMMON: &[&str] = &["m", "um", "mm", "nm", "cm", "km", "Pa", "kPa", "MPa", "GPa", "N", "mN", "kN"];
+    let word = unknown.to_lowercase();
+    let word = word.strip_suffix('s').unwrap_or(&word);
+    let named = WORDS.iter().find(|(name, _)| *name == word).map(|(_, unit)| *unit);
+    let same_letters = COMMON.iter().copied().find(|unit| unit.eq_ignore_ascii_case(unknown));
+    named.or(same_letters).filter(|unit| parse_unit(unit).is_some_and(|u| u.dimension == of))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_quantity_is_the_same_double_as_the_literal_in_si() {
+        let table: &[(&str, f64, Dimension)] = &[
+            ("450 um", 450e-6, LENGTH),
+            ("450um", 450e-6, LENGTH),
+            ("450 \u{b5}m", 450e-6, LENGTH),
+            ("450 \u{3bc}m", 450e-6, LENGTH),
+            ("0.1 m", 0.1, LENGTH),
+            ("1 fm", 1e-15, LENGTH),
+            ("3 pm", 3e-12, LENGTH),
+            ("7 nm", 7e-9, LENGTH),
+            ("1.6 mm", 1.6e-3, LENGTH),
+            ("5 cm", 5e-2, LENGTH),
+            ("5 dm", 0.5, LENGTH),
+            ("2 km", 2e3, LENGTH),
+            ("2 Mm", 2e6, LENGTH),
+            ("2 Gm", 2e9, LENGTH),
+            ("-1e-3 m", -1e-3, LENGTH),
+            ("+.5e1 mm", 5e-3, LENGTH),
+            ("  9 um ", 9e-6, LENGTH),
+            ("682.15 Pa", 682.15, PRESSURE),
+            ("1 hPa", 100.0, PRESSURE),
+            ("1 MPa", 1e6, PRESSURE),
+            ("1 N/mm^2", 1e6, PRESSURE),
+            ("1 N/m\u{b2}", 1.0, PRESSURE),
+            ("0.3 N", 0.3, FORCE),
+            ("1 kg*m/s^2", 1.0, FORCE),
+            ("10 mN", 1e-2, FORCE),
+        ];
+        for &(text, si, dimension) in table {
+            let quantity = parse(text).unwrap_or_else(|e| panic!("{text}: {e:?}"));
+            assert_eq!((quantity.si, quantity.dimension), (si, dimension), "{text}");
+        }
+    }
+
+    #[test]
+    fn other_dimensions_are_recognised_by_name() {
+        let table = [
+            ("1 V", "a voltage"),
+            ("1 fF", "a capacitance"),
+            ("8.85 pF/m", "a capacitance per length"),
+            ("1 C", "a charge"),
+            ("1 N/m", "a force per length"),
+            ("1 um^2", "an area"),
+            ("1 V/m", "an electric field"),
+            ("1 m/m", "a number"),
+            ("1 m/s", "another kind of quantity"),
+        ];
+        for (text, name) in table {
+            assert_eq!(parse(text).map(|q| q.dimension.name()), Ok(name), "{text}");
+        }
+    }
+
+    #[test]
+    fn what_is_not_a_quantity_says_why() {
+        use NotAQuantity::*;
+        let table = [
+            ("", NoNumber),
+            ("um", NoNumber),
+            ("- 5 um", NoNumber),
+            (".", NoNumber),
+            ("rigid", NoNumber),
+            ("nan Pa", NotFinite),
+            ("-inf m", NotFinite),
+            ("Infinity", NotFinite),
+            ("1e400 m", TooLarge),
+            ("1e308 km", TooLarge),
+            ("1e99999999999999999999 m", TooLarge),
+            ("4,5 um", Comma),
+            ("450", NoUnit { number: "450" }),
+            ("450 foo", UnknownUnit { number: "450", unit: "foo" }),
+            ("5 e", UnknownUnit { number: "5", unit: "e" }),
+            ("1 /m", UnknownUnit { number: "1", unit: "/m" }),
+            ("1 2 m", UnknownUnit { number: "1", unit: "2 m" }),
+        ];
+        for (text, why) in table {
+            assert_eq!(parse(text), Err(why), "{text}");
+        }
+        assert_eq!(parse("1e-99999999999999999999 m").map(|q| q.si), Ok(0.0));
+    }
+
+    #[test]
+    fn a_unit_spelt_out_or_in_the_wrong_case_finds_its_symbol() {
+        assert_eq!(nearest_unit("microns", LENGTH), Some("um"));
+        assert_eq!(nearest_unit("UM", LENGTH), Some("um"));
+        assert_eq!(nearest_unit("mpa", PRESSURE), Some("MPa"));
+        assert_eq!(nearest_unit("kpa", LENGTH), None);
+    }
+}

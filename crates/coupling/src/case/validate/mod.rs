@@ -1,0 +1,155 @@
+//! From the raw types to a [`Case`]: what the parts of a file ask of one another.
+//!
+//! A value that could not be read is `Some(Read { value: None })`, and the log already says why; a table that is not
+//! there is `None`. Only the second is told here as missing, so that one slip gives one message.
+
+mod layered;
+mod scene;
+mod steps;
+
+use std::ops::Range;
+use std::path::Path;
+
+use super::diagnostics::Diagnostic;
+use super::model::{Case, Electrostatics, Mechanics};
+use super::raw::{self, Document};
+use super::reader::{Log, Read};
+use super::values::Either;
+
+/// `relative_tolerance` where the file does not say.
+const DEFAULT_TOLERANCE: f64 = 1e-3;
+
+/// The value, if it is there and could be read.
+fn given<T>(read: &Option<Read<T>>) -> Option<&T> {
+    read.as_ref().and_then(Read::get)
+}
+
+/// Whether the array is there with entries in it, or could not be read.
+fn any<T>(array: &Option<Read<Vec<T>>>) -> bool {
+    array.as_ref().is_some_and(|array| array.get().is_none_or(|entries| !entries.is_empty()))
+}
+
+/// Checks what the tables ask of one another and converts them; `None` only if the log says why.
+///
+/// `flawed` says that there are unknown keys at the top level, any of which may stand for a table that is missing.
+pub(super) fn validate(raw: &Document, flawed: bool, origin: &Path, log: &mut Log<'_>) -> Option<Case> {
+    let wants_capacitance = raw.electrodes.is_some() || any(&raw.conductor);
+    let wants_mechanics = raw.load.is_some();
+    if !flawed {
+        check_presence(raw, wants_capacitance, log);
+    }
+
+    let layer = raw.layer.as_ref().map(|l| layered::layer(l, wants_capacitance, wants_mechanics, log));
+    let electrodes = raw.electrodes.as_ref().map(|e| layered::electrodes(e, wants_mechanics, log));
+    let load = raw.load.as_ref().map(|l| steps::load(l, log));
+    if let (Some(read), Some(electrodes), Some(layer)) =
+        (&raw.electrodes, electrodes.as_ref().and_then(Option::as_ref), given(&raw.layer))
+    {
+        layered::check_fit(read, electrodes, layer, log);
+    }
+    let surroundings = match (&raw.surroundings, wants_capacitance) {
+        (Some(read), true) => Some(scene::surroundings(read, raw.layer.is_some(), log)),
+        _ => None,
+    };
+    if let (Some(surroundings), Some(layer), Some(electrodes)) = (
+        surroundings.as_ref().and_then(Option::as_ref),
+        given(&raw.layer),
+        electrodes.as_ref().and_then(Option::as_ref),
+    ) {
+        layered::check_shorted(electrodes, layer, surroundings, raw, log);
+    }
+    let bodies = scene::bodies(
+        raw,
+        surroundings.as_ref().and_then(Option::as_ref),
+        electrodes.as_ref().and_then(Option::as_ref),
+        log,
+    );
+
+    let (conductors, dielectrics) = bodies?;
+    Some(Case {
+        title: title(raw, origin)?,
+        source: origin.to_owned(),
+        layer: all_given(layer)?,
+        electrodes: all_given(electrodes)?,
+        mechanics: all_given(raw.mechanics.as_ref().map(|m| mechanics(m.get()?)))?,
+        load: all_given(load)?,
+        conductors,
+        dielectrics,
+        surroundings: all_given(surroundings)?,
+        electrostatics: if wants_capacitance { Some(electrostatics(raw)?) } else { None },
+    })
+}
+
+/// Turns "there, but unreadable" into a refusal of the whole.
+fn all_given<T>(part: Option<Option<T>>) -> Option<Option<T>> {
+    match part {
+        Some(None) => None,
+        Some(Some(value)) => Some(Some(value)),
+        None => Some(None),
+    }
+}
+
+/// Tables that others need and that are not there.
+fn check_presence(raw: &Document, wants_capacitance: bool, log: &mut Log<'_>) {
+    let mut lacks = |span: &Range<usize>, who: &str, what: &str, why: &str| {
+        log.push(Diagnostic::at(span, format!("{who} needs {what}")).label(why).help(format!("add {what}")));
+    };
+    if let Some(load) = &raw.load {
+        if raw.layer.is_none() {
+            lacks(&load.span, "[load]", "[layer]", "there is no layer to press");
+        }
+        if raw.mechanics.is_none() {
+            lacks(&load.span, "[load]", "[mechanics.closed_form]", "nothing says how the layer deforms");
+        }
+    }
+    if let (Some(electrodes), None) = (&raw.electrodes, &raw.layer) {
+        lacks(&electrodes.span, "[electrodes]", "[layer]", "there is no layer for them to lie in");
+    }
+    let first_conductor = given(&raw.conductor).and_then(|all| all.first()).map(|c| &c.span);
+    let first = raw.electrodes.as_ref().map(|e| &e.span).or(first_conductor);
+    if let (None, Some(span)) = (&raw.surroundings, first) {
+        let who = if raw.electrodes.is_some() { "[electrodes]" } else { "[[conductor]]" };
+        log.push(
+            Diagnostic::at(span, format!("{who} needs [surroundings]"))
+                .label("nothing says where the field ends")
+                .help("add for example `[surroundings]` with `boundary = \"open\"`"),
+        );
+    }
+    if !wants_capacitance && raw.load.is_none() && log.is_empty() {
+        log.push(
+            Diagnostic::at(&(0..0), "nothing to solve: this case has no electrodes, no conductors and no load")
+                .help("add [electrodes.in_plane_pair], [electrodes.stacked_pair], a [[conductor]], or a [load]"),
+        );
+    }
+}
+
+fn title(raw: &Document, origin: &Path) -> Option<String> {
+    match &raw.title {
+        Some(read) => read.get().map(|text| text.0.clone()),
+        None => Some(origin.file_stem().unwrap_or(origin.as_os_str()).to_string_lossy().into_owned()),
+    }
+}
+
+fn mechanics(raw: &raw::Mechanics) -> Option<Mechanics> {
+    let raw::Mechanics::ClosedForm(raw) = raw;
+    let Either::Second(shear_length) = raw.shear_length.get()? else { return None };
+    Some(Mechanics::ClosedForm {
+        contact_half_length: raw.contact_half_length.get()?.si,
+        contact_width: raw.contact_width.get()?.si,
+        shear_length: shear_length.si,
+    })
+}
+
+fn electrostatics(raw: &Document) -> Option<Electrostatics> {
+    let (mut relative_tolerance, mut bounds) = (DEFAULT_TOLERANCE, true);
+    if let Some(read) = &raw.electrostatics {
+        let table = read.get()?;
+        if let Some(read) = &table.relative_tolerance {
+            relative_tolerance = read.get()?.value;
+        }
+        if let Some(read) = &table.bounds {
+            bounds = read.get()?.0;
+        }
+    }
+    Some(Electrostatics { relative_tolerance, bounds })
+}

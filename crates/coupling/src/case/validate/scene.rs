@@ -1,0 +1,536 @@
+//! Surroundings, conductors and dielectrics: where they are, and that they do not get in one another's way.
+
+use std::collections::BTreeMap;
+use std::ops::Range;
+
+use super::super::diagnostics::{Diagnostic, shown};
+use super::super::model::{Box3, Conductor, Dielectric, Electrodes, Extent, Face, Surroundings, Wall};
+use super::super::quantities::Position;
+use super::super::raw::{self, Document};
+use super::super::reader::{Log, Read};
+use super::super::values::{Either, Text};
+use super::{any, given};
+
+/// More conductors or dielectrics than this are refused: the results would be matrices of this size.
+const MOST_BODIES: usize = 5_000;
+
+/// A side shorter than this is not computed with, m.
+const THINNEST: f64 = 1e-15;
+
+const AXES: [&str; 3] = ["x1", "x2", "x3"];
+
+pub(super) fn surroundings(
+    read: &Read<raw::Surroundings>,
+    has_layer: bool,
+    log: &mut Log<'_>,
+) -> Option<Surroundings> {
+    let raw = read.get()?;
+    let boundary = raw.boundary.get().map(|boundary| match boundary {
+        raw::Boundary::Insulated => Wall::Insulated,
+        raw::Boundary::Grounded => Wall::Grounded,
+        raw::Boundary::Open => Wall::Open,
+    });
+    let relative_permittivity = match &raw.relative_permittivity {
+        Some(read) => read.get().map(|value| value.value),
+        None => Some(1.0),
+    };
+    let extent = if has_layer {
+        around_layer(read, raw, boundary, relative_permittivity, log)
+    } else {
+        without_layer(read, raw, boundary, log)
+    };
+    Some(Surroundings { boundary: boundary?, relative_permittivity: relative_permittivity?, extent: extent? })
+}
+
+/// Refuses a key of [surroundings] that has no meaning in this case.
+fn refuse_key<T>(read: &Option<Read<T>>, key: &str, why: &str, help: &str, log: &mut Log<'_>) {
+    if let Some(read) = read {
+        log.push(
+            Diagnostic::at(&read.span, format!("`{key}` in [surroundings] has no meaning here: {why}"))
+                .label("cannot be used in this case")
+                .help(help),
+        );
+    }
+}
+
+fn lacks_key(span: &Range<usize>, key: &str, why: &str, help: &str, log: &mut Log<'_>) {
+    log.push(
+        Diagnostic::at(span, format!("[surroundings] lacks `{key}`: {why}"))
+            .label("a key is missing here")
+            .help(help),
+    );
+}
+
+fn without_layer(
+    read: &Read<raw::Surroundings>,
+    raw: &raw::Surroundings,
+    boundary: Option<Wall>,
+    log: &mut Log<'_>,
+) -> Option<Extent> {
+    let why = "there is no layer";
+    refuse_key(&raw.side_margin, "side_margin", why, "give the box of the walls as `walls`", log);
+    refuse_key(&raw.below, "below", why, "give a [[dielectric]] instead", log);
+    refuse_key(&raw.above, "above", why, "give a [[dielectric]] instead", log);
+    let sample = "`walls = { min = [\"-1 mm\", \"-1 mm\", \"-1 mm\"], max = [\"1 mm\", \"1 mm\", \"1 mm\"] }`";
+    match (boundary?, &raw.walls) {
+        (Wall::Open, None) => Some(Extent::Everywhere),
+        (Wall::Open, Some(_)) => {
+            refuse_key(
+                &raw.walls,
+                "walls",
+                "the boundary is open",
+                "leave it out, or set `boundary` to \"insulated\" or \"grounded\"",
+                log,
+            );
+            None
+        }
+        (_, Some(walls)) => box_region(walls, log).map(Extent::Walls),
+        (_, None) => {
+            let help = format!("add for example {sample}, or set `boundary = \"open\"`");
+            lacks_key(&read.span, "walls", "the boundary must be somewhere", &help, log);
+            None
+        }
+    }
+}
+
+fn around_layer(
+    read: &Read<raw::Surroundings>,
+    raw: &raw::Surroundings,
+    boundary: Option<Wall>,
+    relative_permittivity: Option<f64>,
+    log: &mut Log<'_>,
+) -> Option<Extent> {
+    refuse_key(
+        &raw.walls,
+        "walls",
+        "with a layer the walls follow from it",
+        "give `side_margin`, and what lies `below` and `above`",
+        log,
+    );
+    let boundary = boundary?;
+    match (boundary, &raw.side_margin) {
+        (Wall::Open, Some(_)) => refuse_key(
+            &raw.side_margin,
+            "side_margin",
+            "the boundary is open, so there are no walls",
+            "leave it out, or set `boundary` to \"insulated\" or \"grounded\"",
+            log,
+        ),
+        (Wall::Insulated | Wall::Grounded, None) => lacks_key(
+            &read.span,
+            "side_margin",
+            "the walls must be somewhere",
+            "add for example `side_margin = \"1 mm\"`, or set `boundary = \"open\"`",
+            log,
+        ),
+        _ => {}
+    }
+    let below = face(&raw.below, "below", boundary, relative_permittivity, log);
+    let above = face(&raw.above, "above", boundary, relative_permittivity, log);
+    let side_margin = match (boundary, &raw.side_margin) {
+        (Wall::Open, _) => None,
+        (_, read) => Some(given(read)?.si),
+    };
+    Some(Extent::AroundLayer { side_margin, below: below?, above: above? })
+}
+
+fn face(
+    read: &Option<Read<raw::Face>>,
+    key: &str,
+    boundary: Wall,
+    surrounding_permittivity: Option<f64>,
+    log: &mut Log<'_>,
+) -> Option<Face> {
+    let Some(read) = read else {
+        return Some(match boundary {
+            Wall::Insulated => Face::Insulated,
+            Wall::Grounded => Face::Grounded,
+            Wall::Open => Face::Medium { relative_permittivity: surrounding_permittivity?, thickness: None },
+        });
+    };
+    let medium = match read.get()? {
+        Either::First(raw::Plane::Insulated) => return Some(Face::Insulated),
+        Either::First(raw::Plane::Grounded) => return Some(Face::Grounded),
+        Either::Second(medium) => medium,
+    };
+    let relative_permittivity = medium.relative_permittivity.get()?.value;
+    let thickness = match medium.thickness.get()? {
+        Either::Second(size) => Some(size.si),
+        Either::First(raw::OpenEnd::Open) if boundary == Wall::Open => None,
+        Either::First(raw::OpenEnd::Open) => {
+            log.push(
+                Diagnostic::at(
+                    &medium.thickness.span,
+                    format!("`{key}` cannot be open where the boundary is not"),
+                )
+                .label("infinitely thick")
+                .help("give a length, for example `thickness = \"1 mm\"`, or set `boundary = \"open\"`"),
+            );
+            return None;
+        }
+    };
+    Some(Face::Medium { relative_permittivity, thickness })
+}
+
+/// A box of three positive sides.
+fn box_region(read: &Read<raw::BoxRegion>, log: &mut Log<'_>) -> Option<Box3> {
+    let raw = read.get()?;
+    let (min, max) = (raw.min.get()?, raw.max.get()?);
+    let mut region = Box3::SPACE;
+    let mut whole = true;
+    for (axis, (low, high)) in min.iter().zip(max).enumerate() {
+        let (Some(from), Some(to)) = (low.get(), high.get()) else {
+            whole = false;
+            continue;
+        };
+        (region.min[axis], region.max[axis]) = (from.si, to.si);
+        if whole && to.si - from.si < THINNEST {
+            whole = false;
+            log.push(not_a_box(axis, low, high, min, max, log));
+        }
+    }
+    whole.then_some(region)
+}
+
+/// The message for a box or sheet that has no extent along `axis`.
+fn not_a_box(
+    axis: usize,
+    low: &Read<Position>,
+    high: &Read<Position>,
+    min: &[Read<Position>],
+    max: &[Read<Position>],
+    log: &Log<'_>,
+) -> Diagnostic {
+    let (from, to) = (low.get().map_or(0.0, |p| p.si), high.get().map_or(0.0, |p| p.si));
+    let name = AXES[axis];
+    if to < from {
+        let sorted = |larger: bool| {
+            let texts = min.iter().zip(max).map(|(low, high)| {
+                let swap = matches!((low.get(), high.get()), (Some(l), Some(h)) if h.si < l.si);
+                log.text(if swap == larger { &low.span } else { &high.span })
+            });
+            texts.collect::<Vec<_>>().join(", ")
+        };
+        Diagnostic::at(&high.span, format!("the box is inside-out along {name}: `max` is less than `min`"))
+            .label("less than `min`")
+            .related(&low.span, "`min`")
+            .help(format!("write `min = [{}], max = [{}]`", sorted(false), sorted(true)))
+    } else if to == from {
+        Diagnostic::at(&high.span, format!("the box has no thickness along {name}"))
+            .label("the same as `min`")
+            .related(&low.span, "`min`")
+            .help(format!("a flat conductor is a sheet: `sheet = {{ normal = \"{name}\", at = {}, ... }}`", log.text(&low.span)))
+    } else {
+        Diagnostic::at(&high.span, format!("the box is thinner along {name} than elastocap computes: 1 fm"))
+            .label("too close to `min`")
+            .related(&low.span, "`min`")
+            .help("is the prefix of the unit right?")
+    }
+}
+
+fn axis_index(axis: raw::Axis) -> usize {
+    match axis {
+        raw::Axis::X1 => 0,
+        raw::Axis::X2 => 1,
+        raw::Axis::X3 => 2,
+    }
+}
+
+fn sheet(read: &Read<raw::Sheet>, log: &mut Log<'_>) -> Option<Box3> {
+    let raw = read.get()?;
+    let (min, max) = (raw.min.get()?, raw.max.get()?);
+    let normal = axis_index(*raw.normal.get()?);
+    let mut region = Box3::SPACE;
+    let axes = (0..3).filter(|axis| *axis != normal);
+    let mut whole = true;
+    for (axis, (low, high)) in axes.zip(min.iter().zip(max)) {
+        let (Some(from), Some(to)) = (low.get(), high.get()) else {
+            whole = false;
+            continue;
+        };
+        (region.min[axis], region.max[axis]) = (from.si, to.si);
+        if whole && to.si - from.si < THINNEST {
+            whole = false;
+            let mut diagnostic = not_a_box(axis, low, high, min, max, log);
+            diagnostic.message = diagnostic.message.replacen("box", "sheet", 1);
+            if to.si == from.si {
+                diagnostic.help = Some("a sheet needs two sides; a line is not a conductor".to_owned());
+            }
+            log.push(diagnostic);
+        }
+    }
+    let at = raw.at.get()?.si;
+    (region.min[normal], region.max[normal]) = (at, at);
+    whole.then_some(region)
+}
+
+fn slab(read: &Read<raw::Slab>, log: &mut Log<'_>) -> Option<Box3> {
+    let raw = read.get()?;
+    let (from, to) = (raw.from.get()?.si, raw.to.get()?.si);
+    let axis = axis_index(*raw.axis.get()?);
+    if to - from < THINNEST {
+        let (from, to) = (log.text(&raw.from.span), log.text(&raw.to.span));
+        log.push(
+            Diagnostic::at(&raw.to.span, "the slab is inside-out: `to` must be greater than `from`")
+                .label("not greater than `from`")
+                .related(&raw.from.span, "`from`")
+                .help(format!("write for example `from = {to}, to = {from}`")),
+        );
+        return None;
+    }
+    let mut region = Box3::SPACE;
+    (region.min[axis], region.max[axis]) = (from, to);
+    Some(region)
+}
+
+/// A conductor or dielectric with the place where the file says where it is.
+struct Body<'a> {
+    name: &'a str,
+    region: Box3,
+    span: Range<usize>,
+    what: &'static str,
+    is_slab: bool,
+}
+
+/// All conductors and dielectrics; `None` if one of them cannot be used.
+pub(super) fn bodies(
+    raw: &Document,
+    surroundings: Option<&Surroundings>,
+    electrodes: Option<&Electrodes>,
+    log: &mut Log<'_>,
+) -> Option<(Vec<Conductor>, Vec<Dielectric>)> {
+    let empty = Vec::new();
+    let of_conductors = given(&raw.conductor).unwrap_or(&empty);
+    let empty = Vec::new();
+    let of_dielectrics = given(&raw.dielectric).unwrap_or(&empty);
+    for (what, count) in [("conductors", of_conductors.len()), ("dielectrics", of_dielectrics.len())] {
+        if count > MOST_BODIES {
+            log.push(Diagnostic::at(&(0..0), format!("{count} {what} are more than elastocap takes: {MOST_BODIES}")));
+            return None;
+        }
+    }
+    let conductors: Vec<_> = of_conductors.iter().map(|read| conductor(read, log)).collect();
+    let dielectrics: Vec<_> = of_dielectrics.iter().map(|read| dielectric(read, log)).collect();
+    check_names(raw, of_conductors, of_dielectrics, electrodes, log);
+
+    check_touching(&conductors, log);
+    let thickness = given(&raw.layer).and_then(|layer| layer.thickness.get()).map(|h| h.si);
+    let walls_span = given(&raw.surroundings).and_then(|s| s.walls.as_ref()).map(|walls| walls.span.clone());
+    for body in conductors.iter().chain(&dielectrics).flatten() {
+        match surroundings.map(|s| (&s.extent, s.boundary)) {
+            Some((Extent::Walls(walls), boundary)) => {
+                check_in_walls(body, walls, boundary, walls_span.as_ref(), log);
+            }
+            Some((Extent::AroundLayer { below, above, .. }, boundary)) => {
+                if let Some(thickness) = thickness {
+                    check_beside_layer(body, thickness, [*below, *above], boundary, log);
+                }
+            }
+            _ => {}
+        }
+    }
+    if let Some(surroundings) = surroundings {
+        check_flux_has_an_end(&conductors, electrodes, raw, surroundings, log);
+    }
+
+    let permittivity = |read: &Read<raw::Dielectric>| Some(read.get()?.relative_permittivity.get()?.value);
+    let conductors = conductors
+        .into_iter()
+        .map(|body| body.map(|b| Conductor { name: b.name.to_owned(), region: b.region }))
+        .collect::<Option<_>>()?;
+    let dielectrics = dielectrics
+        .into_iter()
+        .zip(of_dielectrics)
+        .map(|(body, read)| {
+            let body = body?;
+            Some(Dielectric {
+                name: body.name.to_owned(),
+                region: body.region,
+                relative_permittivity: permittivity(read)?,
+            })
+        })
+        .collect::<Option<_>>()?;
+    Some((conductors, dielectrics))
+}
+
+fn conductor<'a>(read: &'a Read<raw::Conductor>, log: &mut Log<'_>) -> Option<Body<'a>> {
+    let raw = read.get()?;
+    let (region, span) = match (&raw.r#box, &raw.sheet) {
+        (Some(read), _) => (box_region(read, log), read.span.clone()),
+        (None, Some(read)) => (sheet(read, log), read.span.clone()),
+        (None, None) => return None,
+    };
+    Some(Body { name: &raw.name.get()?.0, region: region?, span, what: "conductor", is_slab: false })
+}
+
+fn dielectric<'a>(read: &'a Read<raw::Dielectric>, log: &mut Log<'_>) -> Option<Body<'a>> {
+    let raw = read.get()?;
+    let (region, span, is_slab) = match (&raw.r#box, &raw.slab) {
+        (Some(read), _) => (box_region(read, log), read.span.clone(), false),
+        (None, Some(read)) => (slab(read, log), read.span.clone(), true),
+        (None, None) => return None,
+    };
+    Some(Body { name: &raw.name.get()?.0, region: region?, span, what: "dielectric", is_slab })
+}
+
+fn check_names(
+    raw: &Document,
+    conductors: &[Read<raw::Conductor>],
+    dielectrics: &[Read<raw::Dielectric>],
+    electrodes: Option<&Electrodes>,
+    log: &mut Log<'_>,
+) {
+    let mut seen: BTreeMap<&str, &Range<usize>> = BTreeMap::new();
+    if let (Some(electrodes), Some(read)) = (electrodes, &raw.electrodes) {
+        seen.extend(electrodes.names().map(|name| (name, &read.span)));
+    }
+    let names = conductors.iter().filter_map(|c| c.get().map(|c| &c.name));
+    let names = names.chain(dielectrics.iter().filter_map(|d| d.get().map(|d| &d.name)));
+    for name in names {
+        let Some(Text(text)) = name.get() else { continue };
+        if let Some(first) = seen.get(text.as_str()) {
+            log.push(
+                Diagnostic::at(&name.span, format!("the name \"{}\" is used twice", shown(text)))
+                    .label("used again")
+                    .related(first, "first used here")
+                    .help(format!("write for example `name = \"{} 2\"`", shown(text))),
+            );
+        } else {
+            seen.insert(text, &name.span);
+        }
+    }
+}
+
+/// Two conductors that share a point are one conductor, and it must be said which.
+fn check_touching(conductors: &[Option<Body<'_>>], log: &mut Log<'_>) {
+    let bodies: Vec<_> = conductors.iter().flatten().collect();
+    for (k, second) in bodies.iter().enumerate() {
+        for first in &bodies[..k] {
+            if log.is_full() {
+                return;
+            }
+            if first.region.touches(&second.region) {
+                let (a, b) = (shown(first.name), shown(second.name));
+                log.push(
+                    Diagnostic::at(&second.span, format!("the conductors \"{a}\" and \"{b}\" touch or overlap"))
+                        .label(format!("\"{b}\" shares a point with \"{a}\""))
+                        .related(&first.span, format!("\"{a}\" is here"))
+                        .help("leave a gap between the two, or write them as one conductor: at two potentials they would be shorted"),
+                );
+            }
+        }
+    }
+}
+
+fn check_in_walls(
+    body: &Body<'_>,
+    walls: &Box3,
+    boundary: Wall,
+    walls_span: Option<&Range<usize>>,
+    log: &mut Log<'_>,
+) {
+    let (region, what, name) = (&body.region, body.what, shown(body.name));
+    let mut at = |message: String, label: &str, help: &str| {
+        let mut diagnostic = Diagnostic::at(&body.span, message).label(label).help(help);
+        if let Some(span) = walls_span {
+            diagnostic = diagnostic.related(span, "the walls");
+        }
+        log.push(diagnostic);
+    };
+    if body.is_slab {
+        // A slab is cut off at the walls; only one that misses them altogether is a slip.
+        if (0..3).any(|a| region.max[a] <= walls.min[a] || region.min[a] >= walls.max[a]) {
+            at(format!("the slab \"{name}\" lies outside the walls"), "of no effect", "move it, or leave it out");
+        }
+        return;
+    }
+    if let Some(axis) = (0..3).find(|&a| region.min[a] < walls.min[a] || region.max[a] > walls.max[a]) {
+        at(
+            format!("the {what} \"{name}\" reaches outside the walls along {}", AXES[axis]),
+            "not inside the walls",
+            "make `walls` in [surroundings] larger, or move the body",
+        );
+    } else if boundary == Wall::Grounded
+        && what == "conductor"
+        && (0..3).any(|a| region.min[a] == walls.min[a] || region.max[a] == walls.max[a])
+    {
+        at(
+            format!("the conductor \"{name}\" touches the grounded wall, which would short it"),
+            "shares a point with the walls",
+            "leave a gap between the two",
+        );
+    }
+}
+
+fn check_beside_layer(
+    body: &Body<'_>,
+    thickness: f64,
+    [below, above]: [Face; 2],
+    boundary: Wall,
+    log: &mut Log<'_>,
+) {
+    let (low, high) = (body.region.min[1], body.region.max[1]);
+    let (what, name) = (body.what, shown(body.name));
+    let is_conductor = what == "conductor";
+    let mut at = |message: String, label: String, help: &str| {
+        log.push(Diagnostic::at(&body.span, message).label(label).help(help));
+    };
+    // A dielectric may lie on the layer, a conductor may not: it would have to move with it.
+    let apart = if is_conductor { high < 0.0 || low > thickness } else { high <= 0.0 || low >= thickness };
+    if !apart {
+        at(
+            format!("the {what} \"{name}\" touches or overlaps the layer"),
+            format!("the layer is between x2 = 0 and x2 = {thickness} m"),
+            "move it below x2 = 0 or above the layer; conductors in the layer are [electrodes]",
+        );
+        return;
+    }
+    let is_below = high <= 0.0;
+    let (side, face) = if is_below { ("below", below) } else { ("above", above) };
+    let reach = if is_below { -low } else { high - thickness };
+    match face {
+        Face::Insulated | Face::Grounded => at(
+            format!("the {what} \"{name}\" lies where there is no field"),
+            format!("the field ends at the plane {side} the layer"),
+            &format!("give `{side}` in [surroundings] a medium, or leave the body out"),
+        ),
+        Face::Medium { thickness: Some(depth), .. } if boundary != Wall::Open => {
+            let shorted = is_conductor && boundary == Wall::Grounded && reach >= depth;
+            if shorted || (reach > depth && !body.is_slab) {
+                at(
+                    format!("the {what} \"{name}\" reaches the wall {side} the layer"),
+                    format!("the wall is {depth} m from the layer"),
+                    &format!("make the medium `{side}` thicker, or move the body"),
+                );
+            }
+        }
+        Face::Medium { .. } => {}
+    }
+}
+
+/// One conductor alone among insulated walls: all its capacitances are zero, and no relative error can be reached.
+fn check_flux_has_an_end(
+    conductors: &[Option<Body<'_>>],
+    electrodes: Option<&Electrodes>,
+    raw: &Document,
+    surroundings: &Surroundings,
+    log: &mut Log<'_>,
+) {
+    let grounded_face = matches!(
+        surroundings.extent,
+        Extent::AroundLayer { below: Face::Grounded, .. } | Extent::AroundLayer { above: Face::Grounded, .. }
+    );
+    if surroundings.boundary != Wall::Insulated || grounded_face || raw.electrodes.is_some() {
+        return;
+    }
+    if let ([Some(only)], None, true) = (conductors, electrodes, any(&raw.conductor)) {
+        log.push(
+            Diagnostic::at(
+                &only.span,
+                format!("the conductor \"{}\" is alone inside insulated walls: its capacitance is zero", shown(only.name)),
+            )
+            .label("its flux can end nowhere")
+            .help("set `boundary` in [surroundings] to \"open\" or \"grounded\", or add another conductor"),
+        );
+    }
+}

@@ -1,0 +1,80 @@
+//! The load steps: a list, or a range that becomes one.
+
+use std::ops::Range;
+
+use super::super::diagnostics::Diagnostic;
+use super::super::model::Load;
+use super::super::quantities::{Compression, Force};
+use super::super::raw;
+use super::super::reader::{FromToml, Log, Read};
+use super::super::values::{Count, Either};
+use super::given;
+
+pub(super) fn load(read: &Read<raw::Load>, log: &mut Log<'_>) -> Option<Load> {
+    let raw = read.get()?;
+    if let Some(read) = &raw.compression {
+        let value = |compression: &Compression| compression.value;
+        return match read.get()? {
+            Either::First(list) => steps(list, value, &read.span, "compression", log),
+            Either::Second(range) => spaced(&range.from, &range.to, &range.points, value, log),
+        }
+        .map(Load::Compression);
+    }
+    let value = |force: &Force| force.si;
+    let span = &raw.force.as_ref()?.span;
+    match given(&raw.force)? {
+        Either::First(list) => steps(list, value, span, "force", log),
+        Either::Second(range) => spaced(&range.from, &range.to, &range.points, value, log),
+    }
+    .map(Load::Force)
+}
+
+fn steps<T: FromToml>(
+    list: &[Read<T>],
+    value: impl Fn(&T) -> f64,
+    span: &Range<usize>,
+    key: &str,
+    log: &mut Log<'_>,
+) -> Option<Vec<f64>> {
+    if list.is_empty() {
+        let sample = T::sample(log);
+        log.push(
+            Diagnostic::at(span, format!("no load steps: `{key}` in [load] is empty"))
+                .label("at least one step is needed")
+                .help(format!("write for example `{key} = [{sample}]`, or leave out [load] for the unloaded sensor")),
+        );
+        return None;
+    }
+    list.iter().map(|read| read.get().map(&value)).collect()
+}
+
+/// Equally spaced steps; the ends are exact, what lies between is rounded to 15 digits so that it prints as meant.
+fn spaced<T>(
+    from: &Read<T>,
+    to: &Read<T>,
+    points: &Read<Count>,
+    value: impl Fn(&T) -> f64,
+    log: &mut Log<'_>,
+) -> Option<Vec<f64>> {
+    let (first, last, count) = (value(from.get()?), value(to.get()?), points.get()?.0);
+    if count == 1 && first.to_bits() != last.to_bits() {
+        log.push(
+            Diagnostic::at(&points.span, "one point cannot be at both ends of the range")
+                .label("too few")
+                .related(&from.span, "one end")
+                .related(&to.span, "the other end")
+                .help("write for example `points = 2`"),
+        );
+        return None;
+    }
+    let step = |k: u32| match k {
+        0 => first,
+        k if k + 1 == count => last,
+        k => {
+            let share = f64::from(k) / f64::from(count - 1);
+            let exact = first * (1.0 - share) + last * share;
+            format!("{exact:.14e}").parse().unwrap_or(exact)
+        }
+    };
+    Some((0..count).map(step).collect())
+}

@@ -1,0 +1,350 @@
+//! The other leaves of a case file: texts, counts, flags, arrays, and alternatives of two types.
+
+use serde_json::{Value, json};
+use toml::de::DeValue;
+
+use super::diagnostics::{Diagnostic, shown};
+use super::reader::{FromToml, Log, Node, Read};
+
+/// The number of the file format that this version reads.
+const FORMAT: i64 = 1;
+
+/// The largest number of load steps in one case.
+const MOST_POINTS: i64 = 100_000;
+
+fn integer(value: &DeValue<'_>) -> Option<i64> {
+    match value {
+        DeValue::Integer(integer) => i64::from_str_radix(integer.as_str(), integer.radix()).ok(),
+        _ => None,
+    }
+}
+
+/// `format = 1`.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct FormatNumber;
+
+impl FromToml for FormatNumber {
+    fn expected() -> String {
+        format!("the number of the file format, {FORMAT}")
+    }
+    fn sample(_: &Log<'_>) -> String {
+        FORMAT.to_string()
+    }
+    fn accepts(value: &DeValue<'_>) -> bool {
+        matches!(value, DeValue::Integer(_))
+    }
+    fn from_toml(node: Node<'_>, log: &mut Log<'_>) -> Option<Self> {
+        if !Self::accepts(node.value.get_ref()) {
+            log.wrong_type::<Self>(node);
+            return None;
+        }
+        let version = env!("CARGO_PKG_VERSION");
+        match integer(node.value.get_ref()) {
+            Some(FORMAT) => Some(Self),
+            Some(older) if older < FORMAT => {
+                log.push(
+                    Diagnostic::at(&node.span(), format!("there is no case format {older}"))
+                        .label(format!("this version of elastocap ({version}) reads format {FORMAT}"))
+                        .help(format!("write {}", node.assign("1"))),
+                );
+                None
+            }
+            _ => {
+                // Whatever else looks wrong may be right in that format.
+                log.push_sole(
+                    Diagnostic::at(&node.span(), "this case file is written for a newer elastocap")
+                        .label(format!("this version ({version}) reads format {FORMAT}"))
+                        .help(format!(
+                            "update elastocap, or write the case in format {FORMAT}: {}",
+                            node.assign("1")
+                        )),
+                );
+                None
+            }
+        }
+    }
+    fn schema() -> Value {
+        json!({ "const": FORMAT })
+    }
+}
+
+/// A line of text: a title or a name.
+#[derive(Debug, Clone)]
+pub(super) struct Text(pub(super) String);
+
+impl FromToml for Text {
+    fn expected() -> String {
+        "a line of text in quotes".to_owned()
+    }
+    fn sample(_: &Log<'_>) -> String {
+        "\"...\"".to_owned()
+    }
+    fn accepts(value: &DeValue<'_>) -> bool {
+        matches!(value, DeValue::String(_))
+    }
+    fn mended(value: &DeValue<'_>, _: &Log<'_>) -> Option<String> {
+        match value {
+            DeValue::Integer(integer) => Some(format!("\"{integer}\"")),
+            DeValue::Float(float) => Some(format!("\"{float}\"")),
+            _ => None,
+        }
+    }
+    fn from_toml(node: Node<'_>, log: &mut Log<'_>) -> Option<Self> {
+        let Some(text) = node.value.get_ref().as_str() else {
+            log.wrong_type::<Self>(node);
+            return None;
+        };
+        if text.trim().is_empty() || text.chars().any(char::is_control) {
+            let what = if text.trim().is_empty() { "empty" } else { "control characters in it" };
+            log.push(
+                Diagnostic::at(&node.span(), format!("{} must be a line of text", node.place())).label(what),
+            );
+            return None;
+        }
+        Some(Self(text.to_owned()))
+    }
+    fn schema() -> Value {
+        json!({ "type": "string", "pattern": "\\S" })
+    }
+}
+
+/// A number of points.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Count(pub(super) u32);
+
+impl FromToml for Count {
+    fn expected() -> String {
+        "a whole number such as 9".to_owned()
+    }
+    fn sample(_: &Log<'_>) -> String {
+        "9".to_owned()
+    }
+    fn accepts(value: &DeValue<'_>) -> bool {
+        matches!(value, DeValue::Integer(_))
+    }
+    fn from_toml(node: Node<'_>, log: &mut Log<'_>) -> Option<Self> {
+        if !Self::accepts(node.value.get_ref()) {
+            log.wrong_type::<Self>(node);
+            return None;
+        }
+        let count = integer(node.value.get_ref()).filter(|n| (1..=MOST_POINTS).contains(n));
+        let count = count.and_then(|n| u32::try_from(n).ok());
+        if count.is_none() {
+            log.push(
+                Diagnostic::at(
+                    &node.span(),
+                    format!("{} must be between 1 and {MOST_POINTS}", node.place()),
+                )
+                .label("a number of load steps")
+                .help(format!("write for example {}", node.assign("9"))),
+            );
+        }
+        count.map(Self)
+    }
+    fn schema() -> Value {
+        json!({ "type": "integer", "minimum": 1, "maximum": MOST_POINTS })
+    }
+}
+
+/// `true` or `false`.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Flag(pub(super) bool);
+
+impl FromToml for Flag {
+    fn expected() -> String {
+        "true or false".to_owned()
+    }
+    fn sample(_: &Log<'_>) -> String {
+        "true".to_owned()
+    }
+    fn accepts(value: &DeValue<'_>) -> bool {
+        matches!(value, DeValue::Boolean(_))
+    }
+    fn mended(value: &DeValue<'_>, _: &Log<'_>) -> Option<String> {
+        value.as_str()?.trim().to_lowercase().parse::<bool>().ok().map(|flag| flag.to_string())
+    }
+    fn from_toml(node: Node<'_>, log: &mut Log<'_>) -> Option<Self> {
+        let flag = node.value.get_ref().as_bool();
+        if flag.is_none() {
+            log.wrong_type::<Self>(node);
+        }
+        flag.map(Self)
+    }
+    fn schema() -> Value {
+        json!({ "type": "boolean" })
+    }
+}
+
+/// One of two types, told apart by the TOML type of the value.
+#[derive(Debug)]
+pub(super) enum Either<A, B> {
+    First(A),
+    Second(B),
+}
+
+impl<A: FromToml, B: FromToml> FromToml for Either<A, B> {
+    fn expected() -> String {
+        [A::expected(), B::expected()].into_iter().filter(|s| !s.is_empty()).collect::<Vec<_>>().join(" or ")
+    }
+    fn sample(log: &Log<'_>) -> String {
+        if A::expected().is_empty() { B::sample(log) } else { A::sample(log) }
+    }
+    fn accepts(value: &DeValue<'_>) -> bool {
+        A::accepts(value) || B::accepts(value)
+    }
+    fn mended(value: &DeValue<'_>, log: &Log<'_>) -> Option<String> {
+        A::mended(value, log).or_else(|| B::mended(value, log))
+    }
+    fn from_toml(node: Node<'_>, log: &mut Log<'_>) -> Option<Self> {
+        let value = node.value.get_ref();
+        if A::accepts(value) {
+            A::from_toml(node, log).map(Self::First)
+        } else if B::accepts(value) {
+            let before = log.len();
+            let read = B::from_toml(node, log).map(Self::Second);
+            // A text that is neither: name the words beside the quantity.
+            if let (None, DeValue::String(_), false) = (&read, value, A::expected().is_empty())
+                && log.len() > before
+                && let Some(help) = log.last_mut().and_then(|last| last.help.as_mut())
+            {
+                help.push_str(&format!(", or {}", A::expected()));
+            }
+            read
+        } else {
+            log.wrong_type::<Self>(node);
+            None
+        }
+    }
+    fn schema() -> Value {
+        let alternatives = [A::schema(), B::schema()].into_iter().filter(|s| *s != Value::Bool(false));
+        json!({ "anyOf": alternatives.collect::<Vec<_>>() })
+    }
+}
+
+/// `"finite-element"` where a later version will find the value by itself.
+#[derive(Debug)]
+pub(super) struct FiniteElement;
+
+impl FiniteElement {
+    const WORD: &'static str = "finite-element";
+}
+
+impl FromToml for FiniteElement {
+    fn expected() -> String {
+        String::new()
+    }
+    fn sample(_: &Log<'_>) -> String {
+        format!("\"{}\"", Self::WORD)
+    }
+    fn accepts(value: &DeValue<'_>) -> bool {
+        value.as_str() == Some(Self::WORD)
+    }
+    fn from_toml(node: Node<'_>, log: &mut Log<'_>) -> Option<Self> {
+        let version = env!("CARGO_PKG_VERSION");
+        let message = format!(
+            "{}: \"{}\" is not supported by this version of elastocap ({version})",
+            node.place(),
+            Self::WORD
+        );
+        let sample = super::quantities::Size::sample(log);
+        log.push(
+            Diagnostic::at(&node.span(), message)
+                .label("not supported yet")
+                .help(format!("give a length, for example {}", node.assign(&sample))),
+        );
+        None
+    }
+    fn schema() -> Value {
+        Value::Bool(false)
+    }
+}
+
+/// Reads the entries of an array. Entries of the wrong type that can be guessed are told once, with the whole line.
+fn entries<'a, T: FromToml>(node: Node<'a>, log: &mut Log<'_>) -> Option<Vec<Read<T>>> {
+    let items = node.value.get_ref().as_array()?;
+    let mended: Vec<_> = items.iter().map(|item| T::mended(item.get_ref(), log)).collect();
+    let line = |log: &Log<'_>| {
+        let texts: Vec<_> = items
+            .iter()
+            .zip(&mended)
+            .map(|(item, mended)| mended.clone().unwrap_or_else(|| log.text(&item.span()).to_owned()))
+            .collect();
+        node.assign(&format!("[{}]", texts.join(", ")))
+    };
+    let mut told = false;
+    let mut reads = Vec::with_capacity(items.len());
+    for (item, mended) in items.iter().zip(&mended) {
+        if log.is_full() || (told && mended.is_some()) {
+            reads.push(Read { span: item.span(), value: None });
+            continue;
+        }
+        reads.push(Read::read(Node { value: item, entry: true, ..node }, log));
+        if mended.is_some() && items.len() <= 8 {
+            let line = line(log);
+            if let Some(help) = log.last_mut().and_then(|last| last.help.as_mut()) {
+                *help = format!("write {line}");
+            }
+        }
+        told |= mended.is_some();
+    }
+    Some(reads)
+}
+
+impl<T: FromToml> FromToml for Vec<Read<T>> {
+    fn expected() -> String {
+        format!("an array, of which each entry is {}", T::expected())
+    }
+    fn sample(log: &Log<'_>) -> String {
+        format!("[{}]", T::sample(log))
+    }
+    fn accepts(value: &DeValue<'_>) -> bool {
+        matches!(value, DeValue::Array(_))
+    }
+    fn mended(value: &DeValue<'_>, log: &Log<'_>) -> Option<String> {
+        T::mended(value, log).map(|entry| format!("[{entry}]"))
+    }
+    fn from_toml(node: Node<'_>, log: &mut Log<'_>) -> Option<Self> {
+        let reads = entries(node, log);
+        if reads.is_none() {
+            log.wrong_type::<Self>(node);
+        }
+        reads
+    }
+    fn schema() -> Value {
+        json!({ "type": "array", "items": T::schema() })
+    }
+}
+
+impl<T: FromToml, const N: usize> FromToml for [Read<T>; N] {
+    fn expected() -> String {
+        format!("an array of {N}, each {}", T::expected())
+    }
+    fn sample(log: &Log<'_>) -> String {
+        format!("[{}]", vec![T::sample(log); N].join(", "))
+    }
+    fn accepts(value: &DeValue<'_>) -> bool {
+        matches!(value, DeValue::Array(_))
+    }
+    fn from_toml(node: Node<'_>, log: &mut Log<'_>) -> Option<Self> {
+        let Some(items) = node.value.get_ref().as_array() else {
+            log.wrong_type::<Self>(node);
+            return None;
+        };
+        if items.len() != N {
+            let sample = Self::sample(log);
+            log.push(
+                Diagnostic::at(
+                    &node.span(),
+                    format!("{} must have {N} entries, it has {}", node.place(), items.len()),
+                )
+                .label(shown(&Self::expected()))
+                .help(format!("write for example {}", node.assign(&sample))),
+            );
+            return None;
+        }
+        entries(node, log)?.try_into().ok()
+    }
+    fn schema() -> Value {
+        json!({ "type": "array", "items": T::schema(), "minItems": N, "maxItems": N })
+    }
+}

@@ -1,0 +1,207 @@
+//! What one solve works on: a graded grid, the conductors as blocks of it, the permittivity, the walls.
+//!
+//! Lengths are scaled by the caller so that the scene is of order one; energies come back in the same scale.
+
+use elastocap_fem::line::{Line, LineEnd, Numbering};
+use elastocap_fem::mixed::{FluxEnd, potential_offsets};
+use elastocap_geometry::scene::Wall;
+use std::ops::Range;
+
+/// One axis of the grid. *Planes* are the coordinates at which a body or the scene begins or ends; the elements
+/// between two neighbouring planes form an *interval*.
+#[derive(Debug, Clone)]
+pub struct Axis {
+    /// The elements.
+    pub line: Line,
+    /// First element of each interval, and one past the last: one more entry than intervals.
+    pub cuts: Vec<usize>,
+    /// What holds at the two ends.
+    pub walls: [Wall; 2],
+}
+
+/// A block of intervals, `lo[a] .. hi[a]` on each axis; on the normal axis of a sheet `lo == hi`, the plane it lies in.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub struct Block {
+    /// First interval (= lower plane) on each axis.
+    pub lo: [usize; 3],
+    /// One past the last interval (= upper plane) on each axis.
+    pub hi: [usize; 3],
+}
+
+impl Block {
+    /// Whether a free block may not contain this conductor: the open boxes meet, or the sheet cuts the open box.
+    pub fn meets(&self, conductor: &Block) -> bool {
+        (0..3).all(|a| self.lo[a] < conductor.hi[a] && conductor.lo[a] < self.hi[a])
+    }
+}
+
+/// A grid with conductors and permittivity.
+#[derive(Debug, Clone)]
+pub struct Domain {
+    /// Three axes.
+    pub axes: [Axis; 3],
+    /// Conductors as blocks.
+    pub conductors: Vec<Block>,
+    /// Relative permittivity of each cell of intervals, `[i][j][k]`.
+    pub permittivity: Vec<f64>,
+}
+
+impl Axis {
+    /// Number of intervals.
+    pub fn intervals(&self) -> usize {
+        self.cuts.len() - 1
+    }
+
+    /// Index among the finite nodes of the plane below interval `m`; `None` for the end at infinity.
+    pub fn plane_node(&self, m: usize) -> Option<usize> {
+        let first = self.line.first_finite();
+        let element = self.cuts[m];
+        (element >= first && element - first < self.line.nodes.len()).then(|| element - first)
+    }
+
+    /// Whether the potential is held at zero at end `side`.
+    fn held(&self, side: usize) -> bool {
+        self.walls[side] == Wall::Grounded
+    }
+
+    /// Continuous functions of the axis that are not held by a wall, as a range of the line's numbering.
+    pub fn functions(&self) -> Range<usize> {
+        let n = Numbering::new(&self.line).len;
+        usize::from(self.held(0))..n - usize::from(self.held(1))
+    }
+
+    /// Functions (in the trimmed numbering of [`Axis::functions`]) strictly inside the intervals `lo..hi`: those that
+    /// vanish on the planes bounding them, except on walls that hold nothing.
+    pub fn open(&self, lo: usize, hi: usize) -> Range<usize> {
+        let numbering = Numbering::new(&self.line);
+        let trim = usize::from(self.held(0));
+        let start = if lo == 0 { 0 } else { self.plane_node(lo).map_or(0, |n| numbering.vertex[n] + 1 - trim) };
+        let end = if hi == self.intervals() {
+            self.functions().len()
+        } else {
+            self.plane_node(hi).map_or(0, |n| numbering.vertex[n] - trim)
+        };
+        start..end
+    }
+
+    /// Functions (trimmed) of the closed intervals `lo..hi`, planes included; `lo == hi` is one plane.
+    pub fn closed(&self, lo: usize, hi: usize) -> Range<usize> {
+        let numbering = Numbering::new(&self.line);
+        let trim = usize::from(self.held(0));
+        let len = self.functions().len();
+        let start = self.plane_node(lo).map_or(0, |n| numbering.vertex[n].saturating_sub(trim));
+        let end = self.plane_node(hi).map_or(len, |n| (numbering.vertex[n] + 1 - trim).min(len));
+        start..end
+    }
+
+    /// Trimmed indices of the vertex functions.
+    pub fn vertices(&self) -> Vec<usize> {
+        let range = self.functions();
+        let numbering = Numbering::new(&self.line);
+        numbering.vertex.iter().filter(|v| range.contains(v)).map(|v| v - range.start).collect()
+    }
+
+    /// Potential modes of the intervals `lo..hi`.
+    pub fn modes(&self, lo: usize, hi: usize) -> Range<usize> {
+        let offsets = potential_offsets(&self.line);
+        offsets[self.cuts[lo]]..offsets[self.cuts[hi]]
+    }
+
+    /// What the flux does at the ends of the intervals `lo..hi` if both are bounded by obstacles.
+    pub fn flux_ends(&self, lo: usize, hi: usize) -> [FluxEnd; 2] {
+        let at = |side: usize, outer: bool| match (outer, self.walls[side]) {
+            (true, Wall::Insulated) => FluxEnd::Blocked,
+            (true, Wall::Open) => FluxEnd::Infinite,
+            _ => FluxEnd::Free,
+        };
+        [at(0, lo == 0), at(1, hi == self.intervals())]
+    }
+
+    /// Whether the line itself runs to infinity at `side`.
+    pub fn infinite(&self, side: usize) -> bool {
+        self.line.ends[side] != LineEnd::Finite
+    }
+}
+
+impl Domain {
+    /// Numbers of intervals.
+    pub fn cells(&self) -> [usize; 3] {
+        [0, 1, 2].map(|a| self.axes[a].intervals())
+    }
+
+    /// Permittivity of one cell of intervals.
+    pub fn permittivity_of(&self, cell: [usize; 3]) -> f64 {
+        let n = self.cells();
+        self.permittivity[(cell[0] * n[1] + cell[1]) * n[2] + cell[2]]
+    }
+
+    /// Unknowns of the primal problem, conductors not subtracted.
+    pub fn primal_dims(&self) -> [usize; 3] {
+        [0, 1, 2].map(|a| self.axes[a].functions().len())
+    }
+
+    /// Unknowns of the dual problem, conductors not subtracted.
+    pub fn dual_dims(&self) -> [usize; 3] {
+        [0, 1, 2].map(|a| self.axes[a].modes(0, self.axes[a].intervals()).len())
+    }
+
+    /// The permittivity as a product of one factor per axis and interval, if it is one over the whole domain.
+    fn product(&self) -> Option<[Vec<f64>; 3]> {
+        let n = self.cells();
+        let corner = self.permittivity_of([0; 3]);
+        let along = |a: usize| -> Vec<f64> {
+            (0..n[a])
+                .map(|m| {
+                    let mut cell = [0; 3];
+                    cell[a] = m;
+                    // Layers lie across x2: that axis carries the absolute value.
+                    self.permittivity_of(cell) / if a == 1 { 1.0 } else { corner }
+                })
+                .collect()
+        };
+        let f = [along(0), along(1), along(2)];
+        let exact = (0..n[0]).all(|i| {
+            (0..n[1]).all(|j| {
+                (0..n[2]).all(|k| {
+                    let e = self.permittivity_of([i, j, k]);
+                    (f[0][i] * f[1][j] * f[2][k] - e).abs() <= 1e-14 * e
+                })
+            })
+        });
+        exact.then_some(f)
+    }
+
+    /// The permittivity over `block` as a product of one factor per axis and interval: exactly where it is one over
+    /// the whole domain, else by geometric means.
+    pub fn separable(&self, block: &Block) -> [Vec<f64>; 3] {
+        if let Some(product) = self.product() {
+            return product;
+        }
+        let n = self.cells();
+        let cells = || {
+            (block.lo[0]..block.hi[0]).flat_map(move |i| {
+                (block.lo[1]..block.hi[1]).flat_map(move |j| (block.lo[2]..block.hi[2]).map(move |k| [i, j, k]))
+            })
+        };
+        let count = cells().count().max(1) as f64;
+        let mean = cells().map(|c| self.permittivity_of(c).ln()).sum::<f64>() / count;
+        let mut logs = [vec![0.0; n[0]], vec![0.0; n[1]], vec![0.0; n[2]]];
+        for (a, log) in logs.iter_mut().enumerate() {
+            let per = count / (block.hi[a] - block.lo[a]).max(1) as f64;
+            for c in cells() {
+                log[c[a]] += self.permittivity_of(c).ln() / per;
+            }
+            if a != 1 {
+                log[block.lo[a]..block.hi[a]].iter_mut().for_each(|l| *l -= mean);
+            }
+        }
+        logs.map(|f| f.into_iter().map(f64::exp).collect())
+    }
+}
+
+/// Spreads values per interval to elements.
+pub fn per_element(axis: &Axis, per_interval: &[f64]) -> Vec<f64> {
+    (0..axis.intervals())
+        .flat_map(|m| std::iter::repeat_n(per_interval[m], axis.cuts[m + 1] - axis.cuts[m]))
+        .collect()
+}

@@ -1,0 +1,151 @@
+//! Graded tensor-product grids of box scenes.
+//!
+//! The field is singular at conductor edges, so that only elements that shrink geometrically towards every edge, with
+//! degrees that grow away from it, make the error fall exponentially (Babuska and Guo's hp method).
+
+use elastocap_fem::line::{Line, LineEnd};
+
+/// How finely one axis is resolved.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Resolution {
+    /// Degree of the elements farthest from the edges, at least 1.
+    pub order: usize,
+    /// Geometric layers at each conductor face.
+    pub levels: usize,
+    /// Size of a layer over the next larger one.
+    pub ratio: f64,
+    /// Degree gained per layer away from an edge.
+    pub slope: f64,
+    /// Degree of the element that touches an edge.
+    pub first: usize,
+    /// Layers outside the scene before the element that reaches infinity.
+    pub outer: usize,
+}
+
+/// A coordinate at which a body or the scene begins or ends.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Plane {
+    /// m (or any one unit).
+    pub at: f64,
+    /// Whether a conductor begins or ends there: the field is singular at its edges.
+    pub edge: bool,
+}
+
+/// Where the scene ends on one side of an axis.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum End {
+    /// At the outermost plane.
+    Closed,
+    /// At infinity; the mapped element is centred on `pole` and begins at least `reach` away from it.
+    Open {
+        /// Centre of the inversion.
+        pole: f64,
+        /// Distance of the mapped element's node from the pole, at least.
+        reach: f64,
+    },
+}
+
+/// A graded axis: its elements, and the first element of every interval between planes (one more entry than
+/// intervals). An open side adds one interval, from the outermost plane to infinity.
+#[derive(Debug, Clone, PartialEq)]
+pub struct GradedAxis {
+    /// The elements.
+    pub line: Line,
+    /// First element of each interval, and one past the last.
+    pub cuts: Vec<usize>,
+}
+
+/// Grades one axis.
+pub fn graded_axis(planes: &[Plane], ends: [End; 2], resolution: &Resolution) -> GradedAxis {
+    let mut nodes = Vec::new();
+    let mut degrees = Vec::new();
+    let mut cuts = vec![0];
+    let mut line_ends = [LineEnd::Finite; 2];
+    if let (End::Open { pole, reach }, Some(first)) = (ends[0], planes.first()) {
+        let (steps, degree) = outward(first, pole, reach, resolution);
+        for (distance, p) in steps.iter().rev() {
+            nodes.push(first.at - distance);
+            degrees.push(*p);
+        }
+        line_ends[0] = LineEnd::Infinite { degree, pole };
+        cuts.push(1 + degrees.len());
+    }
+    let shift = usize::from(line_ends[0] != LineEnd::Finite);
+    for pair in planes.windows(2) {
+        let (a, b) = (pair[0], pair[1]);
+        for (start, p) in interval(a, b, resolution) {
+            nodes.push(start);
+            degrees.push(p);
+        }
+        cuts.push(shift + degrees.len());
+    }
+    if let Some(last) = planes.last() {
+        nodes.push(last.at);
+        if let End::Open { pole, reach } = ends[1] {
+            let (steps, degree) = outward(last, pole, reach, resolution);
+            for (distance, p) in &steps {
+                nodes.push(last.at + distance);
+                degrees.push(*p);
+            }
+            line_ends[1] = LineEnd::Infinite { degree, pole };
+            cuts.push(shift + degrees.len() + 1);
+        }
+    }
+    GradedAxis { line: Line { nodes, degrees, ends: line_ends }, cuts }
+}
+
+/// Degree of the element that is `layer` layers away from an edge.
+fn degree(layer: usize, r: &Resolution) -> usize {
+    (r.first + (r.slope * layer as f64).round() as usize).min(r.order).max(1)
+}
+
+/// Lower node and degree of the elements between two planes, ascending.
+fn interval(a: Plane, b: Plane, r: &Resolution) -> Vec<(f64, usize)> {
+    let length = b.at - a.at;
+    let mut out = Vec::new();
+    let rising = |out: &mut Vec<(f64, usize)>, from: f64, length: f64| {
+        out.push((from, degree(0, r)));
+        for layer in 1..=r.levels {
+            let k = (r.levels + 1 - layer) as i32;
+            out.push((from + length * r.ratio.powi(k), degree(layer, r)));
+        }
+    };
+    let falling = |out: &mut Vec<(f64, usize)>, from: f64, length: f64| {
+        out.push((from, degree(r.levels, r)));
+        for layer in (0..r.levels).rev() {
+            let k = (r.levels - layer) as i32;
+            out.push((from + length - length * r.ratio.powi(k), degree(layer, r)));
+        }
+    };
+    match (a.edge, b.edge) {
+        (true, true) => {
+            rising(&mut out, a.at, 0.5 * length);
+            falling(&mut out, a.at + 0.5 * length, 0.5 * length);
+        }
+        (true, false) => rising(&mut out, a.at, length),
+        (false, true) => falling(&mut out, a.at, length),
+        (false, false) => out.push((a.at, r.order)),
+    }
+    out
+}
+
+/// Distances from the outermost plane of the nodes outside it, with the degree of the element below each, and the
+/// degree of the mapped element beyond.
+fn outward(plane: &Plane, pole: f64, reach: f64, r: &Resolution) -> (Vec<(f64, usize)>, usize) {
+    // The first run of elements is as long as the scene is large, graded like any other interval.
+    let length = reach.max((plane.at - pole).abs());
+    let mut steps = Vec::new();
+    if plane.edge {
+        for layer in 0..=r.levels {
+            steps.push((length * r.ratio.powi((r.levels - layer) as i32), degree(layer, r)));
+        }
+    } else {
+        steps.push((length, r.order));
+    }
+    let mut far = length;
+    for _ in 0..r.outer {
+        far /= r.ratio;
+        steps.push((far, r.order));
+    }
+    (steps, r.order)
+}

@@ -1,0 +1,88 @@
+//! What this crate refuses, and what to do about it.
+
+use thiserror::Error;
+
+/// Why a layer, a load or an electrode was refused. All values are SI.
+#[derive(Debug, Clone, Copy, PartialEq, Error)]
+#[non_exhaustive]
+pub enum MechanicsError {
+    /// A quantity that has to be positive and finite is not.
+    #[error("the {quantity} is {value} {unit}, but it must be positive and finite; give a value above zero")]
+    NotPositive {
+        /// What the quantity is, in words.
+        quantity: &'static str,
+        /// The refused value.
+        value: f64,
+        /// Its SI unit.
+        unit: &'static str,
+    },
+    /// The compression `U/H` is not in `[0, 1)`.
+    #[error(
+        "the compression U/H is {compression}, but it must be at least 0 and less than 1 (1 leaves no layer); \
+         give the fraction of the thickness, such as 0.2 for 20 %"
+    )]
+    Compression {
+        /// The refused `U/H`, without unit.
+        compression: f64,
+    },
+    /// The compressive force is negative or not finite.
+    #[error(
+        "the force is {force} N, but it must be finite and not negative; \
+         compression counts as positive, and pulling on the layer is not modelled"
+    )]
+    Force {
+        /// The refused force in N.
+        force: f64,
+    },
+    /// No compression of the closed form gives this much force.
+    #[error(
+        "the force is {force} N, but the closed form reaches only {largest_force} N, at a compression U/H of \
+         {compression}; lower the force, or check the contact length and width, the thickness and the modulus"
+    )]
+    ForceOutOfReach {
+        /// The refused force in N.
+        force: f64,
+        /// The largest force of the closed form with these settings, in N.
+        largest_force: f64,
+        /// The compression `U/H` at which it is reached.
+        compression: f64,
+    },
+    /// The contact is so long against the shear length that equation (50) pulls from the first moment.
+    #[error(
+        "with a contact half-length of {contact_half_length} m and a shear length of {shear_length} m on a layer \
+         {thickness} m thick, equation (50) gives no compressive force; make the shear length at least \
+         the contact half-length divided by 1.73"
+    )]
+    ForceDoesNotRise {
+        /// `L` of equation (50) in m.
+        contact_half_length: f64,
+        /// `L` of equation (45) in m.
+        shear_length: f64,
+        /// `H` in m.
+        thickness: f64,
+    },
+    /// An electrode's mid-plane is not inside the layer.
+    #[error(
+        "the electrode's mid-plane is {height} m above the substrate, outside the layer of thickness {thickness} m; \
+         give a height between 0 and the thickness"
+    )]
+    ElectrodeOutsideLayer {
+        /// The refused reference height `S` in m.
+        height: f64,
+        /// `H` in m.
+        thickness: f64,
+    },
+}
+
+/// Returns `value` if it is positive and finite.
+pub(crate) fn require_positive(
+    quantity: &'static str,
+    value: f64,
+    unit: &'static str,
+) -> Result<f64, MechanicsError> {
+    if value > 0.0 && value.is_finite() {
+        Ok(value)
+    } else {
+        Err(MechanicsError::NotPositive { quantity, value, unit })
+    }
+}

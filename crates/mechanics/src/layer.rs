@@ -1,0 +1,144 @@
+//! One load step of the layer: what the coupling takes.
+
+use crate::closed_form::{ForceCurve, LayerMap, LayerStress};
+use crate::electrode::{ElectrodePose, ElectrodeStiffness};
+use crate::error::{MechanicsError, require_positive};
+use crate::inverse::phase_for_force;
+use crate::material::Material;
+
+/// The lengths that the closed form takes from outside the layer, in m. All must be positive.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ClosedFormSettings {
+    /// Half the reference length of the contact along `x1`, `L` of equation (50).
+    pub contact_half_length: f64,
+    /// Width of the contact along `x3`, `w` of equation (50).
+    pub contact_width: f64,
+    /// Length of bonded bottom, from the axis, that carries shear: `L` of equation (45). It sets the pressure
+    /// level, and with it the force; the paper leaves it to calibration. The contact half-length is a start.
+    pub shear_length: f64,
+}
+
+impl ClosedFormSettings {
+    /// The force curve of a layer with these settings.
+    pub(crate) fn force_curve(
+        &self,
+        thickness: f64,
+        material: Material,
+    ) -> Result<ForceCurve, MechanicsError> {
+        let thickness = require_positive("thickness of the layer", thickness, "m")?;
+        let modulus = material.valid_shear_modulus()?;
+        let half_length = require_positive("contact half-length", self.contact_half_length, "m")?;
+        let width = require_positive("contact width", self.contact_width, "m")?;
+        let shear_length = require_positive("shear length", self.shear_length, "m")?;
+        let curve = ForceCurve {
+            scale: 2.0 * width * half_length * modulus,
+            contact_ratio: half_length / thickness,
+            shear_ratio: shear_length / thickness,
+        };
+        if curve.initial_curvature() > 0.0 {
+            Ok(curve)
+        } else {
+            let contact_half_length = half_length;
+            Err(MechanicsError::ForceDoesNotRise { contact_half_length, shear_length, thickness })
+        }
+    }
+}
+
+/// The layer in one load step: its deformation, its stress, the force on it and the poses of electrodes in it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct LayerState {
+    stress: LayerStress,
+    shear_modulus: f64,
+    force: f64,
+}
+
+impl LayerState {
+    /// The layer of reference `thickness` `H` (m) under a `compression` `U/H` in `[0, 1)`.
+    ///
+    /// The force is that of equation (50) at any compression; see [`crate::force_limit`] for how far it means
+    /// something.
+    ///
+    /// # Errors
+    /// [`MechanicsError::NotPositive`] for the thickness, the material or a length of the settings,
+    /// [`MechanicsError::Compression`], and [`MechanicsError::ForceDoesNotRise`] if the contact is too long for
+    /// the shear length.
+    pub fn new(
+        thickness: f64,
+        material: Material,
+        compression: f64,
+        settings: ClosedFormSettings,
+    ) -> Result<Self, MechanicsError> {
+        let curve = settings.force_curve(thickness, material)?;
+        Self::with_map(LayerMap::new(thickness, compression)?, material, settings, &curve)
+    }
+
+    /// The layer of reference `thickness` `H` (m) under a compressive `force` (N).
+    ///
+    /// # Errors
+    /// As [`LayerState::new`] and [`crate::compression_for_force`].
+    pub fn under_force(
+        thickness: f64,
+        material: Material,
+        force: f64,
+        settings: ClosedFormSettings,
+    ) -> Result<Self, MechanicsError> {
+        let curve = settings.force_curve(thickness, material)?;
+        let phase = phase_for_force(&curve, force)?;
+        Self::with_map(LayerMap::from_phase(thickness, phase), material, settings, &curve)
+    }
+
+    fn with_map(
+        map: LayerMap,
+        material: Material,
+        settings: ClosedFormSettings,
+        curve: &ForceCurve,
+    ) -> Result<Self, MechanicsError> {
+        Ok(Self {
+            stress: LayerStress::new(map, material, settings.shear_length)?,
+            shear_modulus: material.shear_modulus(),
+            force: curve.force(map.phase()),
+        })
+    }
+
+    /// The deformation of the layer.
+    pub fn map(&self) -> &LayerMap {
+        self.stress.map()
+    }
+
+    /// The stress in the layer.
+    pub fn stress(&self) -> &LayerStress {
+        &self.stress
+    }
+
+    /// Compression `U/H`, without unit.
+    pub fn compression(&self) -> f64 {
+        self.map().compression()
+    }
+
+    /// Displacement `U` of the top surface towards the substrate, in m; never negative.
+    pub fn top_displacement(&self) -> f64 {
+        self.map().top_displacement()
+    }
+
+    /// Deformed thickness `h = H - U` in m.
+    pub fn deformed_thickness(&self) -> f64 {
+        self.map().deformed_thickness()
+    }
+
+    /// Force of the punch on the layer in N, positive in compression: minus the `F` of equation (50).
+    pub fn force(&self) -> f64 {
+        self.force
+    }
+
+    /// The pose of an electrode whose mid-plane is at reference height `reference_height` `S` (m).
+    ///
+    /// # Errors
+    /// As [`ElectrodePose::new`].
+    pub fn electrode_pose(
+        &self,
+        reference_height: f64,
+        stiffness: ElectrodeStiffness,
+    ) -> Result<ElectrodePose, MechanicsError> {
+        ElectrodePose::new(self.map(), self.shear_modulus, reference_height, stiffness)
+    }
+}

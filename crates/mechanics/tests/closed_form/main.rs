@@ -1,0 +1,12 @@
+//! The closed form of the layer, seen from outside: against the paper, against the audited reference values,
+//! against 50-digit arithmetic (mpmath), and against the laws it has to obey.
+
+#![allow(clippy::unwrap_used, reason = "a helper of a test may fail the test")]
+
+mod electrode;
+mod force;
+mod inverse;
+mod map;
+mod refusals;
+mod stress;
+mod support;

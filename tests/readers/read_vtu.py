@@ -1,0 +1,143 @@
+"""Reads every .vtu and .pvd of a folder with VTK and with meshio, and checks that both see the same fields.
+
+    pip install vtk meshio
+    python tests/readers/read_vtu.py results/in-plane-pair
+"""
+
+import sys
+import xml.etree.ElementTree as ElementTree
+from pathlib import Path
+
+import meshio
+import numpy as np
+import vtk
+from vtk.util.numpy_support import vtk_to_numpy
+
+POINT_ARRAYS = {"potential": 1}
+CELL_ARRAYS = {"electric_field": 3, "relative_permittivity": 1, "body_id": 1}
+
+
+class Bad(Exception):
+    """What is wrong with a file."""
+
+
+def need(condition, what):
+    if not condition:
+        raise Bad(what)
+
+
+def read_with_vtk(path):
+    complaints = []
+    reader = vtk.vtkXMLUnstructuredGridReader()
+    reader.AddObserver("ErrorEvent", lambda *_: complaints.append("error"))
+    reader.AddObserver("WarningEvent", lambda *_: complaints.append("warning"))
+    reader.SetFileName(str(path))
+    reader.Update()
+    need(not complaints, "VTK complains")
+    grid = reader.GetOutput()
+    need(grid.GetNumberOfCells() > 0, "VTK finds no cells")
+
+    def arrays(data):
+        names = [data.GetArrayName(i) for i in range(data.GetNumberOfArrays())]
+        return {name: vtk_to_numpy(data.GetArray(name)) for name in names}
+
+    types = {grid.GetCellType(c) for c in range(grid.GetNumberOfCells())}
+    need(types == {vtk.VTK_HEXAHEDRON}, f"VTK finds cells that are no hexahedra: {types}")
+    connectivity = vtk_to_numpy(grid.GetCells().GetConnectivityArray()).reshape(-1, 8)
+    points = vtk_to_numpy(grid.GetPoints().GetData())
+    return points, connectivity, arrays(grid.GetPointData()), arrays(grid.GetCellData()), grid
+
+
+def read_with_meshio(path):
+    mesh = meshio.read(path)
+    need([block.type for block in mesh.cells] == ["hexahedron"], "meshio does not find one block of hexahedra")
+    cell_data = {name: blocks[0] for name, blocks in mesh.cell_data.items()}
+    return mesh.points, mesh.cells[0].data, mesh.point_data, cell_data
+
+
+def check_fields(points, connectivity, point_data, cell_data):
+    """Names, shapes, finite numbers; cells the right way round; E along -grad(potential)."""
+    for data, wanted, count in ((point_data, POINT_ARRAYS, len(points)), (cell_data, CELL_ARRAYS, len(connectivity))):
+        need(set(data) == set(wanted), f"arrays {sorted(data)} instead of {sorted(wanted)}")
+        for name, components in wanted.items():
+            shape = (count,) if components == 1 else (count, components)
+            need(data[name].shape == shape, f"{name} has the shape {data[name].shape}, not {shape}")
+            need(np.isfinite(data[name]).all(), f"{name} is not finite everywhere")
+    need(np.isfinite(points).all(), "points are not finite")
+    need((cell_data["relative_permittivity"] > 0).all(), "a permittivity is not positive")
+    need((cell_data["body_id"] >= 0).all(), "a body id is negative")
+
+    corners = points[connectivity]
+    # VTK's corner 6 is opposite to corner 0; the boxes are axis-aligned.
+    size = corners[:, 6] - corners[:, 0]
+    need((size > 0).all(), "a cell is flat or inside out")
+    potential = point_data["potential"][connectivity]
+    upper = np.array([[1, 2, 5, 6], [2, 3, 6, 7], [4, 5, 6, 7]])
+    lower = np.array([[0, 3, 4, 7], [0, 1, 4, 5], [0, 1, 2, 3]])
+    gradient = (potential[:, upper].mean(axis=2) - potential[:, lower].mean(axis=2)) / size
+    field = cell_data["electric_field"].astype(float)
+    # Lengths in units of the largest size: a nm scene's volumes in m^3 would vanish.
+    volume = (size / size.max()).prod(axis=1)
+    energy = lambda a, b: float((volume * (a * b).sum(axis=1)).sum())
+    scale = np.sqrt(energy(field, field) * energy(gradient, gradient))
+    if scale == 0.0:
+        need(energy(field, field) == energy(gradient, gradient) == 0.0, "only one of E and -grad(potential) is zero")
+        return 1.0
+    cosine = energy(field, -gradient) / scale
+    need(cosine > 0.9, f"E and -grad(potential) agree only to a cosine of {cosine:.3f}")
+    return cosine
+
+
+def check_vtu(path):
+    points, connectivity, point_data, cell_data, grid = read_with_vtk(path)
+    cosine = check_fields(points, connectivity, point_data, cell_data)
+    other_points, other_connectivity, other_point_data, other_cell_data = read_with_meshio(path)
+    check_fields(other_points, other_connectivity, other_point_data, other_cell_data)
+    need(np.array_equal(points, other_points), "VTK and meshio read different points")
+    need(np.array_equal(connectivity, other_connectivity), "VTK and meshio read different cells")
+    for name in POINT_ARRAYS:
+        need(np.array_equal(point_data[name], other_point_data[name]), f"VTK and meshio read different {name}")
+    for name in CELL_ARRAYS:
+        need(np.array_equal(cell_data[name], other_cell_data[name]), f"VTK and meshio read different {name}")
+    quality = vtk.vtkMeshQuality()
+    quality.SetInputData(grid)
+    quality.SetHexQualityMeasureToVolume()
+    quality.Update()
+    volumes = vtk_to_numpy(quality.GetOutput().GetCellData().GetArray("Quality"))
+    need((volumes > 0).all(), "VTK finds a cell of negative volume")
+    return f"{len(points)} points, {len(connectivity)} cells, cosine of E and -grad(potential) {cosine:.4f}"
+
+
+def check_pvd(path):
+    root = ElementTree.parse(path).getroot()
+    need(root.tag == "VTKFile" and root.get("type") == "Collection", "no VTK collection")
+    entries = root.findall("Collection/DataSet")
+    need(entries, "an empty collection")
+    times = [float(entry.get("timestep")) for entry in entries]
+    need(all(a < b for a, b in zip(times, times[1:])), f"times do not increase: {times}")
+    for entry in entries:
+        need(not Path(entry.get("file")).is_absolute(), "an absolute file name")
+        need((path.parent / entry.get("file")).is_file(), f"{entry.get('file')} is missing")
+    return f"{len(entries)} steps, times {times}"
+
+
+def main():
+    if len(sys.argv) < 2:
+        sys.exit("usage: read_vtu.py FOLDER ...")
+    failed = False
+    for folder in map(Path, sys.argv[1:]):
+        files = sorted([*folder.rglob("*.vtu"), *folder.rglob("*.pvd")])
+        if not any(path.suffix == ".vtu" for path in files):
+            print(f"FAIL {folder}: no .vtu file in it")
+            failed = True
+        for path in files:
+            try:
+                print(f"ok   {path}: {check_vtu(path) if path.suffix == '.vtu' else check_pvd(path)}")
+            except (Exception, SystemExit) as error:  # meshio leaves by SystemExit when it cannot read a file
+                failed = True
+                print(f"FAIL {path}: {type(error).__name__}: {error}")
+    sys.exit(1 if failed else 0)
+
+
+if __name__ == "__main__":
+    main()
