@@ -20,7 +20,7 @@ use crate::krylov::Operator;
 use crate::primal::{AxisKey, axis_keys};
 use crate::schwarz::{Eigen, Modes, Schwarz, SchwarzWork, SeparableBox};
 use elastocap_fem::mixed::{FluxEnd, MixedSegment, mixed_segment, ones};
-use elastocap_fem::tensor::{Dense, Dims, Real, Window, clear, dot, multiply, rows, rows_mut};
+use elastocap_fem::tensor::{Dense, Dims, Real, Window, clear, dot, left, multiply, right, target};
 use rayon::prelude::*;
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -395,38 +395,41 @@ fn apply<T: Real>(
             for run in &bundle.runs {
                 let at = js.start * n2 + run.range.start;
                 let len = run.range.len();
-                multiply(
-                    rows_mut(slab, at, js.len(), len, n2),
-                    true,
-                    rows(source, at, js.len(), len, n2),
-                    matrices[2][run.segment].view(),
-                );
+                let a = left(source, at, js.len(), len, n2);
+                multiply(a, matrices[2][run.segment].right(), target(slab, at, n2), true);
             }
         }
         for bundle in bundles[1].iter().filter(|b| b.across[0].contains(&i)) {
             let ks = &bundle.across[1];
             for run in &bundle.runs {
                 let at = run.range.start * n2 + ks.start;
-                let len = run.range.len();
-                multiply(
-                    rows_mut(slab, at, len, ks.len(), n2),
-                    true,
-                    matrices[1][run.segment].view(),
-                    rows(source, at, len, ks.len(), n2),
-                );
+                let b = right(source, at, ks.len(), n2);
+                multiply(matrices[1][run.segment].left(), b, target(slab, at, n2), true);
             }
         }
     });
-    rows_mut(y, 0, dims[0], plane, plane).par_col_chunks_mut(n2).enumerate().for_each(|(j, mut strip)| {
-        for bundle in bundles[0].iter().filter(|b| b.across[0].contains(&j)) {
-            let ks = &bundle.across[1];
+    let block = dims[0].div_ceil((dims[0] * plane / 16_384).clamp(1, 4));
+    y.par_chunks_mut(block * plane).enumerate().for_each(|(b, slabs)| {
+        let mine = b * block..b * block + slabs.len() / plane;
+        for bundle in &bundles[0] {
+            let (js, ks) = (&bundle.across[0], &bundle.across[1]);
+            // Whole rows of the last axis follow one another: one product for all of them.
+            let (strips, width) = if ks.len() == n2 { (1, js.len() * n2) } else { (js.len(), ks.len()) };
             for run in &bundle.runs {
-                multiply(
-                    strip.as_mut().submatrix_mut(run.range.start, ks.start, run.range.len(), ks.len()),
-                    true,
-                    matrices[0][run.segment].view(),
-                    rows(x, run.range.start * plane + j * n2 + ks.start, run.range.len(), ks.len(), plane),
-                );
+                let some = run.range.start.max(mine.start)..run.range.end.min(mine.end);
+                if some.is_empty() {
+                    continue;
+                }
+                let own = some.start - run.range.start..some.end - run.range.start;
+                for j in 0..strips {
+                    let across = (js.start + j) * n2 + ks.start;
+                    multiply(
+                        matrices[0][run.segment].left_rows(own.clone()),
+                        right(x, run.range.start * plane + across, width, plane),
+                        target(slabs, (some.start - mine.start) * plane + across, plane),
+                        true,
+                    );
+                }
             }
         }
     });
@@ -559,16 +562,15 @@ impl Repair {
 
     /// `rest -= A' psi`.
     fn subtract_product(&self, psi: &[f64], rest: &mut [f64], dims: Dims) {
-        let [n0, n1, n2] = dims;
+        let [_, n1, n2] = dims;
         let plane = n1 * n2;
         let minus: Vec<f64> = psi.iter().map(|p| -p).collect();
         rest.par_chunks_mut(plane).enumerate().for_each(|(i, slab)| {
-            let source = rows(&minus, i * plane, n1, n2, n2);
-            multiply(rows_mut(slab, 0, n1, n2, n2), true, source, self.operator[2].view());
-            multiply(rows_mut(slab, 0, n1, n2, n2), true, self.operator[1].view(), source);
-        });
-        rows_mut(rest, 0, n0, plane, plane).par_col_chunks_mut(n2).enumerate().for_each(|(j, strip)| {
-            multiply(strip, true, self.operator[0].view(), rows(&minus, j * n2, n0, n2, plane));
+            let a = left(&minus, i * plane, n1, n2, n2);
+            multiply(a, self.operator[2].right(), target(slab, 0, n2), true);
+            let b = right(&minus, i * plane, n2, n2);
+            multiply(self.operator[1].left(), b, target(slab, 0, n2), true);
+            multiply(self.operator[0].left_rows(i..i + 1), right(&minus, 0, plane, plane), target(slab, 0, plane), true);
         });
     }
 }

@@ -10,7 +10,7 @@ use crate::domain::{Block, Domain, per_element};
 use crate::krylov::Operator;
 use crate::schwarz::{Eigen, Modes, Schwarz, SchwarzWork, SeparableBox};
 use elastocap_fem::line::line_matrices;
-use elastocap_fem::tensor::{Dense, Dims, Real, SparseRows, Window, axpy, clear, multiply, rows, rows_mut};
+use elastocap_fem::tensor::{Dense, Dims, Real, SparseRows, Window, axpy, clear, left, multiply, target};
 use faer::Mat;
 use rayon::prelude::*;
 use std::collections::BTreeMap;
@@ -76,12 +76,8 @@ impl<T: Real> Terms<T> {
                 || vec![T::default(); 2 * sheet],
                 |ab, (i, cd)| {
                     let offset = ((w0.start + i) * dims[1] + w1.start) * dims[2] + w2.start;
-                    multiply(
-                        rows_mut(ab, 0, n1, 2 * n2, 2 * n2),
-                        false,
-                        rows(x, offset, n1, n2, dims[2]),
-                        term.last.view(),
-                    );
+                    let source = left(x, offset, n1, n2, dims[2]);
+                    multiply(source, term.last.right(), target(ab, 0, 2 * n2), false);
                     let (c, d) = cd.split_at_mut(sheet);
                     for j in 0..n1 {
                         let (c, d) = (&mut c[j * n2..(j + 1) * n2], &mut d[j * n2..(j + 1) * n2]);

@@ -5,7 +5,7 @@
 //! lambda0 + lambda1 + lambda2 (Lynch, Rice and Thomas 1964).
 
 use crate::SolveError;
-use elastocap_fem::tensor::{Dense, Dims, Real, Window, multiply, rows, rows_mut};
+use elastocap_fem::tensor::{Dense, Dims, Real, Window, left, multiply, right, target};
 use faer::{Mat, Side};
 use rayon::prelude::*;
 use std::sync::Arc;
@@ -14,6 +14,7 @@ use std::sync::Arc;
 #[derive(Debug)]
 pub struct Modes<T> {
     vectors: Dense<T>,
+    transposed: Dense<T>,
     values: Vec<T>,
 }
 
@@ -65,7 +66,11 @@ impl Eigen {
 
     /// Rounds to the working precision.
     pub fn modes<T: Real>(&self) -> Modes<T> {
-        Modes { vectors: Dense::from_mat(self.vectors.as_ref()), values: self.values.iter().map(|v| T::from_f64(*v)).collect() }
+        Modes {
+            vectors: Dense::from_mat(self.vectors.as_ref()),
+            transposed: Dense::from_mat(self.vectors.transpose()),
+            values: self.values.iter().map(|v| T::from_f64(*v)).collect(),
+        }
     }
 }
 
@@ -114,29 +119,26 @@ impl<T: Real> SeparableBox<T> {
             return;
         }
         let stride = dims[1] * dims[2];
-        let vectors = |a: usize| self.modes[a].vectors.view();
-        // Along axis 0, one row of axis 1 at a time: reads straight from the array.
-        let full_rows = n2 == dims[2];
-        let (strips, width) = if full_rows { (1, plane) } else { (n1, n2) };
-        rows_mut(work, 0, n0, plane, plane)
-            .par_col_chunks_mut(strip_width(width, n2))
-            .enumerate()
-            .for_each(|(s, dst)| {
-                let column = s * strip_width(width, n2);
-                let (j, k) = if strips == 1 { (column / n2, 0) } else { (s, 0) };
-                let offset = (self.window[0].start * dims[1] + self.window[1].start + j) * dims[2]
-                    + self.window[2].start
-                    + k;
-                let cols = dst.ncols();
-                multiply(dst, false, vectors(0).transpose(), rows(r, offset, n0, cols, stride));
-            });
+        let modes = |a: usize| &*self.modes[a];
+        let block = row_block(n0, plane);
+        // Along axis 0 straight from the array: whole runs of rows where the box spans the last axis.
+        let (strips, width) = if n2 == dims[2] { (1, plane) } else { (n1, n2) };
+        let corner = (self.window[0].start * dims[1] + self.window[1].start) * dims[2] + self.window[2].start;
+        work.par_chunks_mut(block * plane).enumerate().for_each(|(b, out)| {
+            let some = b * block..(b * block + out.len() / plane);
+            for j in 0..strips {
+                let source = right(r, corner + j * dims[2], width, stride);
+                let a = modes(0).transposed.left_rows(some.clone());
+                multiply(a, source, target(out, j * n2, plane), false);
+            }
+        });
         // Along the other two, slab by slab, there and back.
-        let (l0, l1, l2) = (&self.modes[0].values, &self.modes[1].values, &self.modes[2].values);
+        let (l0, l1, l2) = (&modes(0).values, &modes(1).values, &modes(2).values);
         work.par_chunks_mut(plane).enumerate().with_min_len(slab_batch(plane)).for_each_init(
             || vec![T::default(); plane],
             |tmp, (i, slab)| {
-                multiply(rows_mut(tmp, 0, n1, n2, n2), false, vectors(1).transpose(), rows(slab, 0, n1, n2, n2));
-                multiply(rows_mut(slab, 0, n1, n2, n2), false, rows(tmp, 0, n1, n2, n2), vectors(2));
+                multiply(modes(1).transposed.left(), right(slab, 0, n2, n2), target(tmp, 0, n2), false);
+                multiply(left(tmp, 0, n1, n2, n2), modes(2).vectors.right(), target(slab, 0, n2), false);
                 for j in 0..n1 {
                     let base = l0[i] + l1[j];
                     for (x, l) in slab[j * n2..(j + 1) * n2].iter_mut().zip(l2) {
@@ -146,21 +148,21 @@ impl<T: Real> SeparableBox<T> {
                 if self.singular && i == 0 {
                     slab[0] = T::default();
                 }
-                multiply(rows_mut(tmp, 0, n1, n2, n2), false, rows(slab, 0, n1, n2, n2), vectors(2).transpose());
-                multiply(rows_mut(slab, 0, n1, n2, n2), false, vectors(1), rows(tmp, 0, n1, n2, n2));
+                multiply(left(slab, 0, n1, n2, n2), modes(2).transposed.right(), target(tmp, 0, n2), false);
+                multiply(modes(1).vectors.left(), right(tmp, 0, n2, n2), target(slab, 0, n2), false);
             },
         );
-        let width = strip_width(plane, n2);
-        rows_mut(out, 0, n0, plane, plane).par_col_chunks_mut(width).enumerate().for_each(|(s, dst)| {
-            let cols = dst.ncols();
-            multiply(dst, false, vectors(0), rows(work, s * width, n0, cols, plane));
+        out.par_chunks_mut(block * plane).enumerate().for_each(|(b, out)| {
+            let some = b * block..(b * block + out.len() / plane);
+            multiply(modes(0).vectors.left_rows(some), right(work, 0, plane, plane), target(out, 0, plane), false);
         });
     }
 }
 
-/// Columns handled at once along axis 0: whole rows of the array, a few thousand entries.
-fn strip_width(width: usize, row: usize) -> usize {
-    if width <= row { width } else { row * (1024 / row.max(1)).clamp(1, width / row) }
+/// Rows of axis 0 handled by one task: few enough tasks that the right factor is not read too often.
+fn row_block(n0: usize, plane: usize) -> usize {
+    let pieces = (n0 * plane / 16_384).clamp(1, 4);
+    n0.div_ceil(pieces).next_multiple_of(6)
 }
 
 /// Slabs handled by one task, so that a task is worth starting.

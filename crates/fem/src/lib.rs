@@ -1,5 +1,6 @@
 //! What both solvers share: reference elements, quadrature, the 1D matrices of tensor-product grids.
 
+pub mod gemm;
 pub mod line;
 pub mod mixed;
 pub mod quadrature;

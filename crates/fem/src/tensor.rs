@@ -3,55 +3,10 @@
 //! Every reduction and every product is cut in pieces that depend on the array alone, never on the number of threads,
 //! so that results are the same bytes at any thread count.
 
-use faer::linalg::matmul::matmul;
-use faer::traits::RealField;
-use faer::{Accum, MatMut, MatRef, Par};
+pub use crate::gemm::{Left, Real, Right, Target, multiply};
+use faer::MatRef;
 use rayon::prelude::*;
 use std::ops::Range;
-
-/// Scalars of the kernels: `f32` inside preconditioners, `f64` where results are made.
-pub trait Real: RealField + Copy + Default + Send + Sync + num::Float {}
-impl Real for f32 {}
-impl Real for f64 {}
-
-/// The few conversions the kernels need.
-pub mod num {
-    /// Conversions and arithmetic shared by `f32` and `f64`.
-    pub trait Float:
-        std::ops::Add<Output = Self>
-        + std::ops::Sub<Output = Self>
-        + std::ops::Mul<Output = Self>
-        + std::ops::Div<Output = Self>
-        + std::ops::AddAssign
-        + std::ops::MulAssign
-        + Sized
-    {
-        /// Rounds from double precision.
-        fn from_f64(x: f64) -> Self;
-        /// Widens to double precision.
-        fn to_f64(self) -> f64;
-    }
-    impl Float for f32 {
-        #[inline]
-        fn from_f64(x: f64) -> Self {
-            x as Self
-        }
-        #[inline]
-        fn to_f64(self) -> f64 {
-            f64::from(self)
-        }
-    }
-    impl Float for f64 {
-        #[inline]
-        fn from_f64(x: f64) -> Self {
-            x
-        }
-        #[inline]
-        fn to_f64(self) -> f64 {
-            self
-        }
-    }
-}
 
 /// Shape of an array.
 pub type Dims = [usize; 3];
@@ -83,29 +38,42 @@ impl<T: Real> Dense<T> {
         Self { rows, cols, data }
     }
 
-    /// View for faer.
-    pub fn view(&self) -> MatRef<'_, T> {
-        MatRef::from_row_major_slice(&self.data, self.rows, self.cols)
+    /// As a left factor.
+    #[inline]
+    pub fn left(&self) -> Left<'_, T> {
+        Left { data: &self.data, rows: self.rows, cols: self.cols, row: self.cols, col: 1 }
+    }
+
+    /// Rows `range` as a left factor.
+    #[inline]
+    pub fn left_rows(&self, range: Range<usize>) -> Left<'_, T> {
+        let data = &self.data[range.start * self.cols..range.end * self.cols];
+        Left { data, rows: range.len(), cols: self.cols, row: self.cols, col: 1 }
+    }
+
+    /// As a right factor.
+    #[inline]
+    pub fn right(&self) -> Right<'_, T> {
+        Right { data: &self.data, cols: self.cols, stride: self.cols }
     }
 }
 
-/// Row-major view of `rows x cols` entries starting at `offset`, rows `stride` apart.
+/// `rows x cols` entries from `offset`, rows `stride` apart, as a left factor.
 #[inline]
-pub fn rows<T>(data: &[T], offset: usize, rows: usize, cols: usize, stride: usize) -> MatRef<'_, T> {
-    MatRef::from_row_major_slice_with_stride(&data[offset..], rows, cols, stride)
+pub fn left<T>(data: &[T], offset: usize, rows: usize, cols: usize, stride: usize) -> Left<'_, T> {
+    Left { data: &data[offset..], rows, cols, row: stride, col: 1 }
 }
 
-/// Mutable [`rows`].
+/// Rows of `cols` entries from `offset`, `stride` apart, as a right factor.
 #[inline]
-pub fn rows_mut<T>(data: &mut [T], offset: usize, rows: usize, cols: usize, stride: usize) -> MatMut<'_, T> {
-    MatMut::from_row_major_slice_with_stride_mut(&mut data[offset..], rows, cols, stride)
+pub fn right<T>(data: &[T], offset: usize, cols: usize, stride: usize) -> Right<'_, T> {
+    Right { data: &data[offset..], cols, stride }
 }
 
-/// `dst (+)= a b`, on the calling thread.
+/// Rows from `offset`, `stride` apart, as a target.
 #[inline]
-pub fn multiply<T: Real>(dst: MatMut<'_, T>, accumulate: bool, a: MatRef<'_, T>, b: MatRef<'_, T>) {
-    let accum = if accumulate { Accum::Add } else { Accum::Replace };
-    matmul(dst, accum, a, b, T::from_f64(1.0), Par::Seq);
+pub fn target<T>(data: &mut [T], offset: usize, stride: usize) -> Target<'_, T> {
+    Target { data: &mut data[offset..], stride }
 }
 
 /// A sparse 1D matrix by rows, for operators whose rows have a handful of entries.

@@ -64,22 +64,6 @@ fn cells_are_hexahedra_with_vtk_corners_in_the_order_of_the_cell_arrays() {
 }
 
 #[test]
-fn arrays_that_fill_a_compressed_block_to_the_last_byte_come_back() {
-    // 32768 nodes are one block of potential and three of points.
-    let axes = [0, 1, 2].map(|_| (0..32).map(f64::from).collect::<Vec<_>>());
-    let cells = 31 * 31 * 31;
-    let grid = FieldGrid {
-        axes,
-        potential: (0..32768).map(|n| f64::from(n).sqrt()).collect(),
-        electric_field: vec![[0.0; 3]; cells],
-        relative_permittivity: vec![1.0; cells],
-        body_id: vec![0; cells],
-        body_names: vec!["air".into()],
-    };
-    assert_eq!(values(&read_back(&vtu(&grid).unwrap()).data.point, "potential"), grid.potential);
-}
-
-#[test]
 fn the_head_of_the_file_says_what_the_body_ids_mean() {
     let bytes = vtu(&small()).unwrap();
     let head = String::from_utf8_lossy(&bytes[..200]).into_owned();

@@ -65,6 +65,7 @@ pub(super) fn validate(raw: &Document, flawed: bool, origin: &Path, log: &mut Lo
         log,
     );
 
+    raw.format.get()?;
     let (conductors, dielectrics) = bodies?;
     Some(Case {
         title: title(raw, origin)?,
