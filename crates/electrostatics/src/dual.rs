@@ -18,8 +18,9 @@ use crate::boxes::free_boxes;
 use crate::domain::{Axis, Block, Domain, per_element};
 use crate::krylov::Operator;
 use crate::primal::{AxisKey, axis_keys};
-use crate::schwarz::{Eigen, Modes, Schwarz, SchwarzWork, SeparableBox};
+use crate::schwarz::{Modes, Schwarz, SchwarzWork, SeparableBox};
 use elastocap_fem::mixed::{FluxEnd, MixedSegment, mixed_segment, ones};
+use elastocap_fem::modes::{LineModes, dual_modes};
 use elastocap_fem::tensor::{Dense, Dims, Real, Window, clear, dot, left, multiply, right, target};
 use rayon::prelude::*;
 use std::collections::BTreeMap;
@@ -376,6 +377,12 @@ fn scaled_segment(
 }
 
 
+/// Modes of the intervals `lo..hi` between two obstacles.
+fn modes_of(axis: &Axis, lo: usize, hi: usize, factor: &[f64]) -> Result<LineModes, SolveError> {
+    let elements = axis.cuts[lo]..axis.cuts[hi];
+    Ok(dual_modes(&axis.line, elements, &per_element(axis, factor), axis.flux_ends(lo, hi))?)
+}
+
 /// y = A x.
 fn apply<T: Real>(
     dims: Dims,
@@ -467,9 +474,8 @@ fn schwarz(domain: &Domain, dims: Dims) -> Result<Schwarz<f32>, SolveError> {
         .par_iter()
         .map(|((a, lo, hi, bits), _)| {
             let axis = &domain.axes[*a];
-            let profile: Vec<f64> = bits[*lo..*hi].iter().map(|b| f64::from_bits(*b)).collect();
-            let segment = scaled_segment(axis, *lo, *hi, &profile, axis.flux_ends(*lo, *hi))?;
-            Eigen::standard(&segment.t).map(|e| Arc::new(e.modes()))
+            let factor: Vec<f64> = bits.iter().map(|b| f64::from_bits(*b)).collect();
+            Ok(Arc::new(Modes::new(&modes_of(axis, *lo, *hi, &factor)?)))
         })
         .collect::<Result<_, SolveError>>()?;
     let boxes = boxes
@@ -493,7 +499,7 @@ impl Repair {
         for (axis, factor) in domain.axes.iter().zip(&factors) {
             let n = axis.intervals();
             let segment = scaled_segment(axis, 0, n, factor, axis.flux_ends(0, n))?;
-            modes.push(Arc::new(Eigen::standard(&segment.t)?.modes()));
+            modes.push(Arc::new(Modes::new(&modes_of(axis, 0, n, factor)?)));
             operator.push(Dense::from_mat(segment.t.as_ref()));
         }
         let cells = domain.cells();

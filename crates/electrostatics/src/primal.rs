@@ -8,9 +8,11 @@ use crate::SolveError;
 use crate::boxes::free_boxes;
 use crate::domain::{Block, Domain, per_element};
 use crate::krylov::Operator;
-use crate::schwarz::{Eigen, Modes, Schwarz, SchwarzWork, SeparableBox};
+use crate::schwarz::{Modes, Schwarz, SchwarzWork, SeparableBox};
 use elastocap_fem::line::line_matrices;
+use elastocap_fem::modes::primal_modes;
 use elastocap_fem::tensor::{Dense, Dims, Real, SparseRows, Window, axpy, clear, left, multiply, target};
+use elastocap_geometry::scene::Wall;
 use faer::Mat;
 use rayon::prelude::*;
 use std::collections::BTreeMap;
@@ -289,13 +291,14 @@ fn schwarz(domain: &Domain, dims: Dims) -> Result<Schwarz<f32>, SolveError> {
         .map(|((a, lo, hi, bits), _)| {
             let axis = &domain.axes[*a];
             let coefficient: Vec<f64> = bits.iter().map(|b| f64::from_bits(*b)).collect();
-            let (m, k) = line_matrices(&axis.line, &per_element(axis, &coefficient));
-            let (f, open) = (axis.functions(), axis.open(*lo, *hi));
-            let start = f.start + open.start;
-            let cut = |m: Mat<f64>| m.as_ref().submatrix(start, start, open.len(), open.len()).to_owned();
-            Eigen::generalised(&cut(k), &cut(m)).map(|e| Arc::new(e.modes()))
+            let held = [0, 1].map(|side| {
+                let outer = if side == 0 { *lo == 0 } else { *hi == axis.intervals() };
+                !outer || axis.walls[side] == Wall::Grounded
+            });
+            let elements = axis.cuts[*lo]..axis.cuts[*hi];
+            Ok(Arc::new(Modes::new(&primal_modes(&axis.line, elements, &per_element(axis, &coefficient), held)?)))
         })
-        .collect::<Result<_, _>>()?;
+        .collect::<Result<_, SolveError>>()?;
     let boxes = boxes
         .iter()
         .zip(&keyed)

@@ -4,9 +4,8 @@
 //! A u = lambda B u on each axis, its inverse is six small matrix products and a division by
 //! lambda0 + lambda1 + lambda2 (Lynch, Rice and Thomas 1964).
 
-use crate::SolveError;
+use elastocap_fem::modes::LineModes;
 use elastocap_fem::tensor::{Dense, Dims, Real, Window, left, multiply, right, target};
-use faer::{Mat, Side};
 use rayon::prelude::*;
 use std::sync::Arc;
 
@@ -18,58 +17,13 @@ pub struct Modes<T> {
     values: Vec<T>,
 }
 
-/// Eigenpairs in double precision, before rounding to the precision they are used in.
-#[derive(Debug)]
-pub struct Eigen {
-    vectors: Mat<f64>,
-    values: Vec<f64>,
-}
-
-impl Eigen {
-    /// Solves `a u = lambda u`.
-    pub fn standard(a: &Mat<f64>) -> Result<Self, SolveError> {
-        let eigen = a.self_adjoint_eigen(Side::Lower).map_err(|_| SolveError::Eigenvalues)?;
-        let values = eigen.S().column_vector().iter().copied().collect();
-        Ok(Self { vectors: eigen.U().to_owned(), values })
-    }
-
-    /// Solves `a u = lambda b u` with `u^T b u = 1`, b positive definite.
-    ///
-    /// `b` is scaled to unit diagonal first: on graded grids its entries span many orders of magnitude.
-    pub fn generalised(a: &Mat<f64>, b: &Mat<f64>) -> Result<Self, SolveError> {
-        let n = a.nrows();
-        let s: Vec<f64> = (0..n).map(|i| 1.0 / b[(i, i)].sqrt()).collect();
-        let scaled = |m: &Mat<f64>| Mat::from_fn(n, n, |i, j| s[i] * m[(i, j)] * s[j]);
-        let factor = scaled(b).llt(Side::Lower).map_err(|_| SolveError::Eigenvalues)?;
-        let lower = factor.L();
-        // C = L^-1 A L^-T
-        let mut c = scaled(a);
-        lower.solve_lower_triangular_in_place(c.as_mut());
-        let mut c = c.transpose().to_owned();
-        lower.solve_lower_triangular_in_place(c.as_mut());
-        for i in 0..n {
-            for j in 0..i {
-                let mean = 0.5 * (c[(i, j)] + c[(j, i)]);
-                c[(i, j)] = mean;
-                c[(j, i)] = mean;
-            }
-        }
-        let mut out = Self::standard(&c)?;
-        lower.transpose().solve_upper_triangular_in_place(out.vectors.as_mut());
-        for i in 0..n {
-            for j in 0..n {
-                out.vectors[(i, j)] *= s[i];
-            }
-        }
-        Ok(out)
-    }
-
+impl<T: Real> Modes<T> {
     /// Rounds to the working precision.
-    pub fn modes<T: Real>(&self) -> Modes<T> {
-        Modes {
-            vectors: Dense::from_mat(self.vectors.as_ref()),
-            transposed: Dense::from_mat(self.vectors.transpose()),
-            values: self.values.iter().map(|v| T::from_f64(*v)).collect(),
+    pub fn new(modes: &LineModes) -> Self {
+        Self {
+            vectors: Dense::from_mat(modes.vectors.as_ref()),
+            transposed: Dense::from_mat(modes.vectors.transpose()),
+            values: modes.values.iter().map(|v| T::from_f64(*v)).collect(),
         }
     }
 }

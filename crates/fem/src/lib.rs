@@ -3,5 +3,6 @@
 pub mod gemm;
 pub mod line;
 pub mod mixed;
+pub mod modes;
 pub mod quadrature;
 pub mod tensor;

@@ -108,7 +108,7 @@ pub fn mixed_segment(
 }
 
 /// The line of a run of elements alone.
-fn sub_line(line: &Line, elements: Range<usize>) -> Line {
+pub(crate) fn sub_line(line: &Line, elements: Range<usize>) -> Line {
     let first = line.first_finite();
     let low_infinite = elements.start < first;
     let high_infinite = elements.end > first + line.degrees.len();
@@ -125,7 +125,7 @@ fn sub_line(line: &Line, elements: Range<usize>) -> Line {
 }
 
 /// D: row = potential mode, column = flux function.
-fn divergence_matrix(line: &Line) -> Result<Mat<f64>, IllConditioned> {
+pub(crate) fn divergence_matrix(line: &Line) -> Result<Mat<f64>, IllConditioned> {
     let numbering = Numbering::new(line);
     let offsets = potential_offsets(line);
     let mut d = Mat::zeros(offsets[line.elements()], numbering.len);

@@ -1,0 +1,109 @@
+//! Modes of a line: the eigenvectors that diagonalise its mass and stiffness together.
+//!
+//! On graded lines the eigenvalues span the square of the ratio of the largest to the smallest element, soon more than
+//! double precision holds: an eigensolver that is accurate relative to the largest eigenvalue loses the smooth modes.
+//! Both problems are of the form B^T B, so the singular values of B are computed instead; their range is the square
+//! root of that of the eigenvalues, and the smooth modes keep half the digits or more at any grading.
+
+use crate::line::{Line, line_matrices};
+use crate::mixed::{FluxEnd, IllConditioned, divergence_matrix, potential_offsets, sub_line};
+use faer::{Mat, Side};
+use std::ops::Range;
+
+/// Eigenvectors in columns, eigenvalues ascending, all non-negative.
+#[derive(Debug, Clone)]
+pub struct LineModes {
+    /// One column per mode.
+    pub vectors: Mat<f64>,
+    /// Ascending.
+    pub values: Vec<f64>,
+}
+
+/// Modes of stiffness against mass, `K u = lambda M u`, `u^T M u = 1`, of the continuous functions on `elements`,
+/// both weighted by `permittivity` (per element of the whole line); `held` drops the function of an end node.
+pub fn primal_modes(
+    line: &Line,
+    elements: Range<usize>,
+    permittivity: &[f64],
+    held: [bool; 2],
+) -> Result<LineModes, IllConditioned> {
+    let piece = sub_line(line, elements.clone());
+    let weights = &permittivity[elements];
+    let (mass, _) = line_matrices(&piece, weights);
+    let divergence = divergence_matrix(&piece)?;
+    let (from, to) = (usize::from(held[0]), mass.nrows() - usize::from(held[1]));
+    let n = to - from;
+    // K = D^T E D: with M = L L^T the modes are L^-T v for the right singular vectors v of E^1/2 D L^-T.
+    let (lower, scale) = scaled_factor(&mass.as_ref().submatrix(from, from, n, n).to_owned())?;
+    let offsets = potential_offsets(&piece);
+    let root = per_mode(&offsets, weights, f64::sqrt);
+    let mut b = Mat::from_fn(n, divergence.nrows(), |i, j| divergence[(j, from + i)] * root[j] * scale[i]);
+    lower.solve_lower_triangular_in_place(b.as_mut());
+    let (mut vectors, values) = left_singular(&b)?;
+    lower.transpose().solve_upper_triangular_in_place(vectors.as_mut());
+    for i in 0..n {
+        for j in 0..n {
+            vectors[(i, j)] *= scale[i];
+        }
+    }
+    Ok(LineModes { vectors, values })
+}
+
+/// Modes of the dual matrix T of a run of elements in the basis scaled by the root of the permittivity.
+pub fn dual_modes(
+    line: &Line,
+    elements: Range<usize>,
+    permittivity: &[f64],
+    ends: [FluxEnd; 2],
+) -> Result<LineModes, IllConditioned> {
+    let b = dual_factor(line, elements, permittivity, ends)?;
+    let (vectors, values) = left_singular(&b)?;
+    Ok(LineModes { vectors, values })
+}
+
+/// B with T = B B^T, one row per potential mode.
+fn dual_factor(
+    line: &Line,
+    elements: Range<usize>,
+    permittivity: &[f64],
+    ends: [FluxEnd; 2],
+) -> Result<Mat<f64>, IllConditioned> {
+    let piece = sub_line(line, elements.clone());
+    let weights = &permittivity[elements];
+    let resistance: Vec<f64> = weights.iter().map(|e| 1.0 / e).collect();
+    let (mass, _) = line_matrices(&piece, &resistance);
+    let divergence = divergence_matrix(&piece)?;
+    let blocked = |a: usize| usize::from(ends[a] == FluxEnd::Blocked);
+    let (from, to) = (blocked(0), mass.nrows() - blocked(1));
+    let n = to - from;
+    let (lower, scale) = scaled_factor(&mass.as_ref().submatrix(from, from, n, n).to_owned())?;
+    let offsets = potential_offsets(&piece);
+    let root = per_mode(&offsets, weights, |e| 1.0 / e.sqrt());
+    let mut b = Mat::from_fn(n, divergence.nrows(), |i, j| divergence[(j, from + i)] * root[j] * scale[i]);
+    lower.solve_lower_triangular_in_place(b.as_mut());
+    Ok(b.transpose().to_owned())
+}
+
+fn per_mode(offsets: &[usize], weights: &[f64], f: impl Fn(f64) -> f64) -> Vec<f64> {
+    weights.iter().enumerate().flat_map(|(e, w)| std::iter::repeat_n(f(*w), offsets[e + 1] - offsets[e])).collect()
+}
+
+/// Cholesky factor of S M S with S = diag(M)^-1/2, and S: well conditioned however graded the line is.
+fn scaled_factor(mass: &Mat<f64>) -> Result<(Mat<f64>, Vec<f64>), IllConditioned> {
+    let n = mass.nrows();
+    let scale: Vec<f64> = (0..n).map(|i| 1.0 / mass[(i, i)].sqrt()).collect();
+    let scaled = Mat::from_fn(n, n, |i, j| scale[i] * mass[(i, j)] * scale[j]);
+    let factor = scaled.llt(Side::Lower).map_err(|_| IllConditioned)?;
+    Ok((factor.L().to_owned(), scale))
+}
+
+/// All left singular vectors of `b` and the squares of the singular values, ascending; a row space smaller than the
+/// column space is filled up with zeros.
+fn left_singular(b: &Mat<f64>) -> Result<(Mat<f64>, Vec<f64>), IllConditioned> {
+    let n = b.nrows();
+    let svd = b.svd().map_err(|_| IllConditioned)?;
+    let sigma: Vec<f64> = svd.S().column_vector().iter().copied().collect();
+    let u = svd.U();
+    let values = (0..n).map(|j| sigma.get(n - 1 - j).map_or(0.0, |s| s * s)).collect();
+    Ok((Mat::from_fn(n, n, |i, j| u[(i, n - 1 - j)]), values))
+}
