@@ -51,8 +51,7 @@ pub struct Dual {
     dims: Dims,
     conductors: Vec<Window>,
     bundles: [Vec<Bundle>; 3],
-    single: Matrices<f32>,
-    double: Matrices<f64>,
+    matrices: Matrices<f64>,
     /// Face vectors and energies of the segments.
     segments: [Vec<MixedSegment>; 3],
     /// Square root of permittivity times the constant 1, as a product over the axes where the permittivity is one;
@@ -106,7 +105,6 @@ impl Dual {
             (bundles[a], segments[a]) = bundles_of(domain, a)?;
         }
         let dense64 = [0, 1, 2].map(|a| segments[a].iter().map(|s| Dense::<f64>::from_mat(s.t.as_ref())).collect());
-        let dense32 = [0, 1, 2].map(|a| segments[a].iter().map(|s| Dense::<f32>::from_mat(s.t.as_ref())).collect());
         let interval = [0, 1, 2].map(|a| {
             let axis = &domain.axes[a];
             (0..axis.intervals()).flat_map(|m| axis.modes(m, m + 1).map(move |_| m)).collect()
@@ -126,8 +124,7 @@ impl Dual {
             dims,
             conductors: windows,
             bundles,
-            single: dense32,
-            double: dense64,
+            matrices: dense64,
             segments,
             weights,
             schwarz: schwarz(domain, dims)?,
@@ -215,7 +212,7 @@ impl Dual {
         }
         let constant = self.constant();
         let mut image = vec![0.0; r.len()];
-        self.apply_double(&constant, &mut image);
+        self.apply(&constant, &mut image);
         let step = dot(&constant, r) / dot(&constant, &image);
         for ((x, r), (c, a)) in x.iter_mut().zip(r).zip(constant.iter().zip(&image)) {
             *x += step * c;
@@ -449,11 +446,8 @@ impl Operator for Dual {
     fn len(&self) -> usize {
         self.unknowns()
     }
-    fn apply_single(&mut self, x: &[f32], y: &mut [f32]) {
-        apply(self.dims, &self.bundles, &self.single, &self.conductors, x, y);
-    }
-    fn apply_double(&mut self, x: &[f64], y: &mut [f64]) {
-        apply(self.dims, &self.bundles, &self.double, &self.conductors, x, y);
+    fn apply(&mut self, x: &[f64], y: &mut [f64]) {
+        apply(self.dims, &self.bundles, &self.matrices, &self.conductors, x, y);
     }
     fn precondition(&mut self, r: &[f32], z: &mut [f32]) {
         self.schwarz.apply(r, z, &mut self.work);

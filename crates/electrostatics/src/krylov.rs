@@ -1,4 +1,4 @@
-//! Conjugate gradients in single precision inside a residual correction in double precision.
+//! Conjugate gradients in double precision with a preconditioner in single precision.
 
 use elastocap_fem::tensor::dot;
 use rayon::prelude::*;
@@ -8,18 +8,16 @@ use rayon::prelude::*;
 pub trait Operator {
     /// Entries of the array.
     fn len(&self) -> usize;
-    /// y = A x in single precision.
-    fn apply_single(&mut self, x: &[f32], y: &mut [f32]);
-    /// y = A x in double precision.
-    fn apply_double(&mut self, x: &[f64], y: &mut [f64]);
-    /// z = M^-1 r.
+    /// y = A x.
+    fn apply(&mut self, x: &[f64], y: &mut [f64]);
+    /// z = M^-1 r, for r of order one.
     fn precondition(&mut self, r: &[f32], z: &mut [f32]);
 }
 
 /// How a solve ended.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Convergence {
-    /// Iterations over all corrections.
+    /// Iterations taken.
     pub iterations: usize,
     /// r M^-1 r at the end, an estimate of the squared energy of the error.
     pub energy_left: f64,
@@ -27,70 +25,75 @@ pub struct Convergence {
     pub reached: bool,
 }
 
-/// Iterations over all corrections before giving up.
-pub const ITERATION_LIMIT: usize = 400;
+/// Iterations before giving up.
+pub const ITERATION_LIMIT: usize = 300;
 
-/// Solves A x = b from the given `x`; on return `r` is b - A x, computed in double precision.
+/// Solves A x = b from the given `x`; on return `r` is b - A x up to the drift of the recursion.
 ///
 /// Stops when r M^-1 r, which estimates the squared energy of the error, is at most `energy` (in the operator's own
-/// units).
+/// units), or when it has stopped falling.
+///
+/// The preconditioner is rounded, hence not quite symmetric: the next direction is made conjugate with the change of
+/// the residual (Polak and Ribiere), which costs one inner product and keeps the rate.
 pub fn solve(op: &mut impl Operator, b: &[f64], x: &mut [f64], r: &mut Vec<f64>, energy: f64) -> Convergence {
+    const TASK: usize = 16_384;
     let n = op.len();
-    let mut iterations = 0;
     r.resize(n, 0.0);
-    op.apply_double(x, r);
-    r.par_iter_mut().zip(b).for_each(|(r, b)| *r = b - *r);
-    let (mut rs, mut z, mut p, mut q, mut d) =
-        (vec![0f32; n], vec![0f32; n], vec![0f32; n], vec![0f32; n], vec![0f32; n]);
-    let mut previous = f64::INFINITY;
+    op.apply(x, r);
+    r.par_iter_mut().zip(b).with_min_len(TASK).for_each(|(r, b)| *r = b - *r);
+    let (mut single, mut z) = (vec![0f32; n], vec![0f32; n]);
+    let (mut p, mut q) = (vec![0f64; n], vec![0f64; n]);
+    let mut scale = dot(r, r).sqrt();
+    let (mut iterations, mut rz, mut best, mut stalled) = (0, 0.0, f64::INFINITY, 0);
     loop {
-        // Scale to order one: single precision has little range.
-        let scale = dot(r, r).sqrt();
         if scale == 0.0 || !scale.is_finite() {
             return Convergence { iterations, energy_left: scale, reached: scale == 0.0 };
         }
-        rs.par_iter_mut().zip(&r[..]).for_each(|(s, r)| *s = (r / scale) as f32);
-        op.precondition(&rs, &mut z);
-        let mut rz = dot(&rs, &z);
-        let start = rz;
-        let left = |rz: f64| rz * scale * scale;
-        if left(rz) <= energy || iterations >= ITERATION_LIMIT || !(left(rz) < 0.5 * previous) {
-            return Convergence { iterations, energy_left: left(rz), reached: left(rz) <= energy };
+        // Scaled to order one: single precision has little range.
+        single.par_iter_mut().zip(&r[..]).with_min_len(TASK).for_each(|(s, r)| *s = (r / scale) as f32);
+        op.precondition(&single, &mut z);
+        let next: f64 = dot_mixed(r, &z) * scale;
+        stalled = if next < 0.9 * best { 0 } else { stalled + 1 };
+        best = best.min(next);
+        let reached = next <= energy;
+        if reached || iterations >= ITERATION_LIMIT || stalled >= 20 || !next.is_finite() || next <= 0.0 {
+            return Convergence { iterations, energy_left: next, reached };
         }
-        previous = left(rz);
-        p.copy_from_slice(&z);
-        d.fill(0.0);
-        // One correction gains at most what single precision can hold.
-        while iterations < ITERATION_LIMIT {
-            op.apply_single(&p, &mut q);
-            let curvature = dot(&p, &q);
-            if !(curvature > 0.0) {
-                break;
-            }
-            let alpha = (rz / curvature) as f32;
-            update(&mut d, &mut rs, alpha, &p, &q);
-            iterations += 1;
-            op.precondition(&rs, &mut z);
-            let next = dot(&rs, &z);
-            if !next.is_finite() || next <= 0.0 {
-                break;
-            }
-            let beta = (next / rz) as f32;
-            rz = next;
-            if left(rz) <= 0.7 * energy || rz <= 1e-9 * start {
-                break;
-            }
-            p.par_iter_mut().zip(&z).with_min_len(8192).for_each(|(p, z)| *p = z + beta * *p);
+        let beta = if iterations == 0 { 0.0 } else { ((next - dot_mixed(&q, &z) * scale) / rz).max(0.0) };
+        p.par_iter_mut().zip(&z).with_min_len(TASK).for_each(|(p, z)| *p = scale * f64::from(*z) + beta * *p);
+        rz = next;
+        op.apply(&p, &mut q);
+        let alpha = dot(r, &p) / dot(&p, &q);
+        if !alpha.is_finite() {
+            return Convergence { iterations, energy_left: rz, reached: false };
         }
-        x.par_iter_mut().zip(&d).with_min_len(8192).for_each(|(x, d)| *x += scale * f64::from(*d));
-        op.apply_double(x, r);
-        r.par_iter_mut().zip(b).with_min_len(8192).for_each(|(r, b)| *r = b - *r);
+        x.par_iter_mut().zip(&mut r[..]).zip(p.par_iter().zip(&mut q)).with_min_len(TASK).for_each(
+            |((x, r), (p, q))| {
+                // q becomes the old residual, for the next direction.
+                let old = *r;
+                *x += alpha * p;
+                *r -= alpha * *q;
+                *q = old;
+            },
+        );
+        iterations += 1;
+        scale = dot(r, r).sqrt();
     }
 }
 
-fn update(x: &mut [f32], r: &mut [f32], alpha: f32, p: &[f32], q: &[f32]) {
-    x.par_iter_mut().zip(r).zip(p.par_iter().zip(q)).with_min_len(8192).for_each(|((x, r), (p, q))| {
-        *x += alpha * p;
-        *r -= alpha * q;
-    });
+fn dot_mixed(a: &[f64], b: &[f32]) -> f64 {
+    const CHUNK: usize = 4096;
+    let partial = |(x, y): (&[f64], &[f32])| {
+        let mut sums = [0.0_f64; 8];
+        let (xs, ys) = (x.chunks_exact(8), y.chunks_exact(8));
+        let tail: f64 = xs.remainder().iter().zip(ys.remainder()).map(|(p, q)| p * f64::from(*q)).sum();
+        for (p, q) in xs.zip(ys) {
+            for l in 0..8 {
+                sums[l] += p[l] * f64::from(q[l]);
+            }
+        }
+        sums.iter().sum::<f64>() + tail
+    };
+    let sums: Vec<f64> = a.par_chunks(CHUNK).zip(b.par_chunks(CHUNK)).with_min_len(4).map(partial).collect();
+    sums.iter().sum()
 }

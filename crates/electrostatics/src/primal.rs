@@ -141,8 +141,7 @@ pub struct Primal {
     /// Closed function ranges of the conductors.
     conductors: Vec<Window>,
     vertices: [Vec<usize>; 3],
-    single: Terms<f32>,
-    double: Terms<f64>,
+    terms: Terms<f64>,
     schwarz: Schwarz<f32>,
     work: SchwarzWork<f32>,
 }
@@ -184,8 +183,7 @@ impl Primal {
                 .map(|c| [0, 1, 2].map(|a| domain.axes[a].closed(c.lo[a], c.hi[a])))
                 .collect(),
             vertices: [0, 1, 2].map(|a| domain.axes[a].vertices()),
-            single: Terms::new(dims, &terms),
-            double: Terms::new(dims, &terms),
+            terms: Terms::new(dims, &terms),
             schwarz,
             work: SchwarzWork::default(),
         })
@@ -220,7 +218,7 @@ impl Primal {
     /// A u over all functions, prescribed ones included: tested with a lift it gives charges.
     pub fn full_product(&mut self, u: &[f64]) -> Vec<f64> {
         let mut out = vec![0.0; u.len()];
-        self.double.apply(u, &mut out);
+        self.terms.apply(u, &mut out);
         out
     }
 
@@ -236,14 +234,8 @@ impl Operator for Primal {
     fn len(&self) -> usize {
         self.unknowns()
     }
-    fn apply_single(&mut self, x: &[f32], y: &mut [f32]) {
-        self.single.apply(x, y);
-        for window in &self.conductors {
-            clear(y, self.dims, window);
-        }
-    }
-    fn apply_double(&mut self, x: &[f64], y: &mut [f64]) {
-        self.double.apply(x, y);
+    fn apply(&mut self, x: &[f64], y: &mut [f64]) {
+        self.terms.apply(x, y);
         self.clear_prescribed(y);
     }
     fn precondition(&mut self, r: &[f32], z: &mut [f32]) {

@@ -3,6 +3,7 @@
 use std::marker::PhantomData;
 
 use serde_json::{Value, json};
+use toml::Spanned;
 use toml::de::DeValue;
 
 use super::diagnostics::{Diagnostic, shown};
@@ -243,8 +244,8 @@ impl<K: QuantityKind> FromToml for Quantity<K> {
         matches!(value, DeValue::String(_) | DeValue::Integer(_) | DeValue::Float(_))
     }
 
-    fn mended(value: &DeValue<'_>, log: &Log<'_>) -> Option<String> {
-        bare_number(value).map(|number| Self::with_unit(&number, log).0)
+    fn mended(value: &Spanned<DeValue<'_>>, log: &Log<'_>) -> Option<String> {
+        bare_number(value.get_ref()).map(|number| Self::with_unit(&number, log).0)
     }
 
     fn from_toml(node: Node<'_>, log: &mut Log<'_>) -> Option<Self> {
@@ -389,8 +390,8 @@ impl<K: NumberKind> FromToml for Number<K> {
         matches!(value, DeValue::Integer(_) | DeValue::Float(_))
     }
 
-    fn mended(value: &DeValue<'_>, _: &Log<'_>) -> Option<String> {
-        let (number, rest) = units::split_number(value.as_str()?.trim());
+    fn mended(value: &Spanned<DeValue<'_>>, _: &Log<'_>) -> Option<String> {
+        let (number, rest) = units::split_number(value.get_ref().as_str()?.trim());
         let percent = match rest.trim() {
             "" => 1.0,
             "%" => 100.0,

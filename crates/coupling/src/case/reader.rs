@@ -22,7 +22,7 @@ pub(super) trait FromToml: Sized {
     /// Whether the value is of the TOML type that this reads, right or wrong in detail.
     fn accepts(value: &DeValue<'_>) -> bool;
     /// For a value of the wrong TOML type whose meaning can be guessed: the right-hand side that was meant.
-    fn mended(_value: &DeValue<'_>, _log: &Log<'_>) -> Option<String> {
+    fn mended(_value: &Spanned<DeValue<'_>>, _log: &Log<'_>) -> Option<String> {
         None
     }
     /// Reads the value; `None` if it could not be, and then the log says why.
@@ -233,7 +233,7 @@ impl<'s> Log<'s> {
         let mut diagnostic =
             Diagnostic::at(&node.span(), format!("{}: expected {}", node.place(), T::expected()))
                 .label(format!("this is {}", kind(found)));
-        if let Some(right) = T::mended(found, self).or_else(|| Some(T::sample(self))) {
+        if let Some(right) = T::mended(node.value, self).or_else(|| Some(T::sample(self))) {
             diagnostic = diagnostic.help(format!("write {}", node.assign(&right)));
         }
         self.push(diagnostic);

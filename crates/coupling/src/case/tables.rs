@@ -8,7 +8,7 @@ use toml::Spanned;
 use toml::de::{DeString, DeTable, DeValue};
 
 use super::diagnostics::{Diagnostic, shown};
-use super::reader::{Field, FromToml, Log, Node, Read, alternatives, header, nearest};
+use super::reader::{Field, FromToml, Log, Node, Read, alternatives, header, kind, nearest};
 
 /// The keys that a table may have.
 #[derive(Debug, Clone, Copy)]
@@ -39,7 +39,12 @@ impl<'a> Entries<'a> {
     /// The table that `node` must be.
     pub(super) fn open<T: FromToml>(node: Node<'a>, log: &mut Log<'_>) -> Option<Self> {
         let DeValue::Table(table) = node.value.get_ref() else {
-            log.wrong_type::<T>(node);
+            let message = format!("{}: expected {}", node.place(), T::expected());
+            log.push(
+                Diagnostic::at(&node.span(), message)
+                    .label(format!("this is {}", kind(node.value.get_ref())))
+                    .help(format!("write it as a table, under the header `{}`", header(&node.path()))),
+            );
             return None;
         };
         Some(Self { table, span: node.span(), path: node.path(), missing: Vec::new() })

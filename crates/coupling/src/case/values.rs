@@ -1,6 +1,7 @@
 //! The other leaves of a case file: texts, counts, flags, arrays, and alternatives of two types.
 
 use serde_json::{Value, json};
+use toml::Spanned;
 use toml::de::DeValue;
 
 use super::diagnostics::{Diagnostic, shown};
@@ -82,8 +83,8 @@ impl FromToml for Text {
     fn accepts(value: &DeValue<'_>) -> bool {
         matches!(value, DeValue::String(_))
     }
-    fn mended(value: &DeValue<'_>, _: &Log<'_>) -> Option<String> {
-        match value {
+    fn mended(value: &Spanned<DeValue<'_>>, _: &Log<'_>) -> Option<String> {
+        match value.get_ref() {
             DeValue::Integer(integer) => Some(format!("\"{integer}\"")),
             DeValue::Float(float) => Some(format!("\"{float}\"")),
             _ => None,
@@ -160,8 +161,8 @@ impl FromToml for Flag {
     fn accepts(value: &DeValue<'_>) -> bool {
         matches!(value, DeValue::Boolean(_))
     }
-    fn mended(value: &DeValue<'_>, _: &Log<'_>) -> Option<String> {
-        value.as_str()?.trim().to_lowercase().parse::<bool>().ok().map(|flag| flag.to_string())
+    fn mended(value: &Spanned<DeValue<'_>>, _: &Log<'_>) -> Option<String> {
+        value.get_ref().as_str()?.trim().to_lowercase().parse::<bool>().ok().map(|flag| flag.to_string())
     }
     fn from_toml(node: Node<'_>, log: &mut Log<'_>) -> Option<Self> {
         let flag = node.value.get_ref().as_bool();
@@ -192,7 +193,7 @@ impl<A: FromToml, B: FromToml> FromToml for Either<A, B> {
     fn accepts(value: &DeValue<'_>) -> bool {
         A::accepts(value) || B::accepts(value)
     }
-    fn mended(value: &DeValue<'_>, log: &Log<'_>) -> Option<String> {
+    fn mended(value: &Spanned<DeValue<'_>>, log: &Log<'_>) -> Option<String> {
         A::mended(value, log).or_else(|| B::mended(value, log))
     }
     fn from_toml(node: Node<'_>, log: &mut Log<'_>) -> Option<Self> {
@@ -262,7 +263,7 @@ impl FromToml for FiniteElement {
 /// Reads the entries of an array. Entries of the wrong type that can be guessed are told once, with the whole line.
 fn entries<'a, T: FromToml>(node: Node<'a>, log: &mut Log<'_>) -> Option<Vec<Read<T>>> {
     let items = node.value.get_ref().as_array()?;
-    let mended: Vec<_> = items.iter().map(|item| T::mended(item.get_ref(), log)).collect();
+    let mended: Vec<_> = items.iter().map(|item| T::mended(item, log)).collect();
     let line = |log: &Log<'_>| {
         let texts: Vec<_> = items
             .iter()
@@ -300,13 +301,20 @@ impl<T: FromToml> FromToml for Vec<Read<T>> {
     fn accepts(value: &DeValue<'_>) -> bool {
         matches!(value, DeValue::Array(_))
     }
-    fn mended(value: &DeValue<'_>, log: &Log<'_>) -> Option<String> {
-        T::mended(value, log).map(|entry| format!("[{entry}]"))
+    fn mended(value: &Spanned<DeValue<'_>>, log: &Log<'_>) -> Option<String> {
+        let as_written = || T::accepts(value.get_ref()).then(|| log.text(&value.span()).to_owned());
+        T::mended(value, log).or_else(as_written).map(|entry| format!("[{entry}]"))
     }
     fn from_toml(node: Node<'_>, log: &mut Log<'_>) -> Option<Self> {
         let reads = entries(node, log);
-        if reads.is_none() {
-            log.wrong_type::<Self>(node);
+        match node.value.get_ref() {
+            _ if reads.is_some() => {}
+            DeValue::Table(_) => log.push(
+                Diagnostic::at(&node.span(), format!("{}: there may be several", node.place()))
+                    .label("a single table")
+                    .help(format!("write the header in double brackets: `[[{}]]`", node.path())),
+            ),
+            _ => log.wrong_type::<Self>(node),
         }
         reads
     }

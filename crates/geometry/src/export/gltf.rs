@@ -255,10 +255,9 @@ impl SceneUnit {
         let decimal = |digit: i32, power: i32| format!("{digit}e{power}").parse::<f64>().unwrap_or(f64::NAN);
         let power = extent.log10().floor() as i32;
         // One decade to spare on each side: log10 may round across a power of ten.
-        let candidates = (power - 1..=power + 1).flat_map(|k| [1, 2, 5].map(|digit| (digit, k)));
+        let mut candidates = (power - 1..=power + 1).flat_map(|k| [1, 2, 5].map(|digit| (digit, k)));
         let (digit, power) = candidates
-            .filter(|&(digit, k)| decimal(digit, k) <= extent)
-            .last()
+            .rfind(|&(digit, k)| decimal(digit, k) <= extent)
             .ok_or(GltfError::OutOfRange { extent })?;
         let scale = match digit {
             1 => decimal(1, -power),

@@ -229,7 +229,7 @@ fn face_span(raw: &Document, below: bool) -> Option<Range<usize>> {
 }
 
 /// A length for messages, as it would be written in a case file.
-fn micrometres(length: f64) -> String {
+pub(super) fn micrometres(length: f64) -> String {
     let rounded: f64 = format!("{:.11e}", length * 1e6).parse().unwrap_or(length * 1e6);
     format!("{rounded} um")
 }

@@ -48,7 +48,7 @@ pub(super) fn validate(raw: &Document, flawed: bool, origin: &Path, log: &mut Lo
         layered::check_fit(read, electrodes, layer, log);
     }
     let surroundings = match (&raw.surroundings, wants_capacitance) {
-        (Some(read), true) => Some(scene::surroundings(read, raw.layer.is_some(), log)),
+        (Some(read), true) => Some(scene::surroundings(read, raw, log)),
         _ => None,
     };
     if let (Some(surroundings), Some(layer), Some(electrodes)) = (

@@ -9,6 +9,7 @@ use super::super::quantities::Position;
 use super::super::raw::{self, Document};
 use super::super::reader::{Log, Read};
 use super::super::values::{Either, Text};
+use super::layered::micrometres;
 use super::{any, given};
 
 /// More conductors or dielectrics than this are refused: the results would be matrices of this size.
@@ -21,7 +22,7 @@ const AXES: [&str; 3] = ["x1", "x2", "x3"];
 
 pub(super) fn surroundings(
     read: &Read<raw::Surroundings>,
-    has_layer: bool,
+    document: &Document,
     log: &mut Log<'_>,
 ) -> Option<Surroundings> {
     let raw = read.get()?;
@@ -34,10 +35,10 @@ pub(super) fn surroundings(
         Some(read) => read.get().map(|value| value.value),
         None => Some(1.0),
     };
-    let extent = if has_layer {
+    let extent = if document.layer.is_some() {
         around_layer(read, raw, boundary, relative_permittivity, log)
     } else {
-        without_layer(read, raw, boundary, log)
+        without_layer(read, raw, boundary, document, log)
     };
     Some(Surroundings { boundary: boundary?, relative_permittivity: relative_permittivity?, extent: extent? })
 }
@@ -65,6 +66,7 @@ fn without_layer(
     read: &Read<raw::Surroundings>,
     raw: &raw::Surroundings,
     boundary: Option<Wall>,
+    document: &Document,
     log: &mut Log<'_>,
 ) -> Option<Extent> {
     let why = "there is no layer";
@@ -85,12 +87,19 @@ fn without_layer(
             None
         }
         (_, Some(walls)) => box_region(walls, log).map(Extent::Walls),
+        // A conductor of a form that is not read yet may be the boundary itself.
+        (_, None) if has_formless_conductor(document) => None,
         (_, None) => {
             let help = format!("add for example {sample}, or set `boundary = \"open\"`");
             lacks_key(&read.span, "walls", "the boundary must be somewhere", &help, log);
             None
         }
     }
+}
+
+fn has_formless_conductor(document: &Document) -> bool {
+    let conductors = given(&document.conductor).into_iter().flatten();
+    conductors.filter_map(Read::get).any(|c| c.r#box.is_none() && c.sheet.is_none())
 }
 
 fn around_layer(
@@ -480,7 +489,7 @@ fn check_beside_layer(
     if !apart {
         at(
             format!("the {what} \"{name}\" touches or overlaps the layer"),
-            format!("the layer is between x2 = 0 and x2 = {thickness} m"),
+            format!("the layer is between x2 = 0 and x2 = {}", micrometres(thickness)),
             "move it below x2 = 0 or above the layer; conductors in the layer are [electrodes]",
         );
         return;
@@ -499,7 +508,7 @@ fn check_beside_layer(
             if shorted || (reach > depth && !body.is_slab) {
                 at(
                     format!("the {what} \"{name}\" reaches the wall {side} the layer"),
-                    format!("the wall is {depth} m from the layer"),
+                    format!("the wall is {} from the layer", micrometres(depth)),
                     &format!("make the medium `{side}` thicker, or move the body"),
                 );
             }

@@ -1,0 +1,429 @@
+//! From a chart to SVG.
+
+use std::fmt::Write as _;
+
+use super::axis::{Layout, Text};
+use super::{Chart, Series, Style};
+
+const WIDTH: f64 = 800.0;
+const HEIGHT: f64 = 500.0;
+const TITLE_SIZE: f64 = 18.0;
+const LABEL_SIZE: f64 = 15.0;
+const TICK_SIZE: f64 = 13.0;
+const LEGEND_SIZE: f64 = 14.0;
+/// From one line of text to the next.
+const LEADING: f64 = 1.35;
+const EDGE: f64 = 14.0;
+/// Line and marker in the legend, with the space after it.
+const SWATCH: f64 = 38.0;
+
+/// Told apart also by those who do not see all colours (Okabe and Ito), yellow left out for being faint.
+const COLOURS: [&str; 7] = ["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#333333"];
+/// Above this many points markers would hide the line.
+const MOST_MARKERS: usize = 80;
+
+/// Where the axes lie on the page.
+struct Frame {
+    left: f64,
+    right: f64,
+    top: f64,
+    bottom: f64,
+    x: Layout,
+    y: Layout,
+}
+
+/// One point of a series, on the page.
+struct Spot {
+    x: f64,
+    y: f64,
+    /// Ends of its bar, upper end first, where it has one.
+    bar: Option<(f64, f64)>,
+    /// What a pointer held over it shows.
+    value: (f64, f64),
+}
+
+impl Frame {
+    fn x(&self, value: f64) -> Option<f64> {
+        self.x.position(value).map(|t| self.left + t * (self.right - self.left))
+    }
+
+    fn y(&self, value: f64) -> Option<f64> {
+        self.y.position(value).map(|t| self.bottom - t * (self.bottom - self.top))
+    }
+
+    /// The series in pieces, cut where a point is missing.
+    fn pieces(&self, series: &Series) -> Vec<Vec<Spot>> {
+        let mut pieces = vec![Vec::new()];
+        for (i, &(x, y)) in series.points.iter().enumerate() {
+            let bar = (series.band.as_ref().and_then(|band| band.get(i)))
+                .filter(|(lower, upper)| lower.is_finite() && upper.is_finite())
+                // A lower bound that a logarithmic axis cannot show reaches to its end.
+                .and_then(|&(lower, upper)| Some((self.y(upper)?, self.y(lower).unwrap_or(self.bottom))));
+            match (self.x(x), self.y(y), pieces.last_mut()) {
+                (Some(at_x), Some(at_y), Some(piece)) => {
+                    piece.push(Spot { x: at_x, y: at_y, bar, value: (x, y) });
+                }
+                _ => pieces.push(Vec::new()),
+            }
+        }
+        pieces.retain(|piece| !piece.is_empty());
+        pieces
+    }
+}
+
+/// Colour, marker and dashes of the n-th series.
+struct Pen {
+    colour: &'static str,
+    marker: usize,
+    dashes: &'static str,
+    line: bool,
+    markers: bool,
+}
+
+impl Pen {
+    fn new(index: usize, series: &Series) -> Self {
+        let line = series.style != Style::Markers;
+        let wanted = matches!(series.style, Style::LineAndMarkers | Style::Markers);
+        // After the colours have been used once, their lines are told apart by dots.
+        let dashes = match (series.style, index / COLOURS.len()) {
+            (Style::DashedLine, _) => "8 5",
+            (_, 0) => "",
+            _ => "2 4",
+        };
+        let markers = !line || (wanted && series.points.len() <= MOST_MARKERS);
+        Self { colour: COLOURS[index % COLOURS.len()], marker: index % 7, dashes, line, markers }
+    }
+
+    fn stroke(&self) -> String {
+        let dashes = if self.dashes.is_empty() { String::new() } else { format!(" stroke-dasharray=\"{}\"", self.dashes) };
+        format!("fill=\"none\" stroke=\"{}\" stroke-width=\"2.2\" stroke-linejoin=\"round\"{dashes}", self.colour)
+    }
+
+    /// The marker, with the text that shows under a pointer.
+    fn marker(&self, x: f64, y: f64, tip: &str) -> String {
+        let polygon = |points: &[(f64, f64)]| {
+            let points = points.iter().map(|(dx, dy)| format!("{},{}", coordinate(x + dx), coordinate(y + dy)));
+            format!("<polygon points=\"{}\"", points.collect::<Vec<_>>().join(" "))
+        };
+        let shape = match self.marker {
+            0 => format!("<circle cx=\"{}\" cy=\"{}\" r=\"4.5\"", coordinate(x), coordinate(y)),
+            1 => polygon(&[(-4.0, -4.0), (4.0, -4.0), (4.0, 4.0), (-4.0, 4.0)]),
+            2 => polygon(&[(0.0, -5.5), (5.0, 3.5), (-5.0, 3.5)]),
+            3 => polygon(&[(0.0, -5.8), (5.2, 0.0), (0.0, 5.8), (-5.2, 0.0)]),
+            4 => polygon(&[(0.0, 5.5), (5.0, -3.5), (-5.0, -3.5)]),
+            5 => polygon(&[(-4.8, -1.8), (-1.8, -4.8), (1.8, -4.8), (4.8, -1.8), (4.8, 1.8), (1.8, 4.8), (-1.8, 4.8), (-4.8, 1.8)]),
+            _ => polygon(&[(0.0, -5.5), (5.2, -1.7), (3.2, 4.4), (-3.2, 4.4), (-5.2, -1.7)]),
+        };
+        let tip = if tip.is_empty() { String::new() } else { format!("<title>{}</title>", escape(tip)) };
+        format!("{shape} fill=\"{}\" stroke=\"#fff\" stroke-width=\"1\">{tip}{}", self.colour, if self.marker == 0 { "</circle>\n" } else { "</polygon>\n" })
+    }
+}
+
+pub(super) fn svg(chart: &Chart) -> String {
+    let title = wrapped(&chart.title, WIDTH - 2.0 * EDGE, TITLE_SIZE);
+    let legend = Legend::new(chart);
+    let mut y_cursor = EDGE + title.len() as f64 * TITLE_SIZE * LEADING;
+    let legend_top = y_cursor;
+    y_cursor += legend.rows as f64 * LEGEND_SIZE * LEADING * 1.1;
+    let frame = lay_out(chart, y_cursor + 10.0);
+
+    let mut out = String::new();
+    let _ = writeln!(
+        out,
+        "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {WIDTH} {HEIGHT}\" width=\"{WIDTH}\" height=\"{HEIGHT}\" \
+         role=\"img\" aria-label=\"{}\" font-family=\"Helvetica, Arial, 'Liberation Sans', 'DejaVu Sans', sans-serif\" \
+         fill=\"#222\">",
+        escape(&chart.title)
+    );
+    let _ = writeln!(out, "<rect width=\"{WIDTH}\" height=\"{HEIGHT}\" fill=\"#fff\"/>");
+    for (i, line) in title.iter().enumerate() {
+        let baseline = EDGE + TITLE_SIZE * (0.85 + LEADING * i as f64);
+        let _ = writeln!(
+            out,
+            "<text x=\"{}\" y=\"{}\" text-anchor=\"middle\" font-size=\"{TITLE_SIZE}\" font-weight=\"bold\">{}</text>",
+            coordinate(0.5 * WIDTH),
+            coordinate(baseline),
+            escape(line)
+        );
+    }
+    legend.draw(&mut out, chart, legend_top);
+    draw_axes(&mut out, chart, &frame);
+    draw_series(&mut out, chart, &frame);
+    out.push_str("</svg>\n");
+    out
+}
+
+/// Chooses the margins by the text that has to fit into them.
+fn lay_out(chart: &Chart, top: f64) -> Frame {
+    let xs = || chart.series.iter().flat_map(|s| s.points.iter().map(|p| p.0));
+    let ys = || {
+        chart.series.iter().flat_map(|s| {
+            let bounds = s.band.iter().flatten().flat_map(|&(lower, upper)| [lower, upper]);
+            s.points.iter().map(|p| p.1).chain(bounds)
+        })
+    };
+    let bottom = HEIGHT - EDGE - LABEL_SIZE * LEADING - TICK_SIZE * LEADING - 6.0;
+    // Long titles and legends must not squeeze the chart away.
+    let top = top.min(bottom - 150.0);
+    let y = Layout::new(&chart.y, ys(), ((bottom - top) / 50.0) as usize);
+    let widest = |layout: &Layout| layout.ticks.iter().map(|t| width(&t.label, TICK_SIZE)).fold(0.0, f64::max);
+    let left = EDGE + LABEL_SIZE * LEADING + 8.0 + widest(&y) + 8.0;
+    let mut x = Layout::new(&chart.x, xs(), 8);
+    let mut most = 8;
+    while most > 2 && x.ticks.len() as f64 * (widest(&x) + 18.0) > WIDTH - left - EDGE {
+        most -= 1;
+        x = Layout::new(&chart.x, xs(), most);
+    }
+    // A label centred under a tick at the end of the axis sticks out.
+    let overhang = x.ticks.iter().map(|t| 0.5 * width(&t.label, TICK_SIZE) * t.at.powi(4)).fold(8.0, f64::max);
+    Frame { left, right: WIDTH - EDGE - overhang, top, bottom, x, y }
+}
+
+fn draw_axes(out: &mut String, chart: &Chart, frame: &Frame) {
+    let Frame { left, right, top, bottom, x, y } = frame;
+    let at_x = |t: f64| coordinate(left + t * (right - left));
+    let at_y = |t: f64| coordinate(bottom - t * (bottom - top));
+    let (x1, x2, y1, y2) = (coordinate(*left), coordinate(*right), coordinate(*top), coordinate(*bottom));
+    let mut grid = |positions: &mut dyn Iterator<Item = String>, colour: &str| {
+        let path: String = positions.collect();
+        if !path.is_empty() {
+            let _ = writeln!(out, "<path d=\"{path}\" fill=\"none\" stroke=\"{colour}\" stroke-width=\"1\"/>");
+        }
+    };
+    grid(&mut x.minor.iter().map(|&t| format!("M{} {y1}V{y2}", at_x(t))), "#f1f1f1");
+    grid(&mut y.minor.iter().map(|&t| format!("M{x1} {}H{x2}", at_y(t))), "#f1f1f1");
+    grid(&mut x.ticks.iter().map(|t| format!("M{} {y1}V{y2}", at_x(t.at))), "#dcdcdc");
+    grid(&mut y.ticks.iter().map(|t| format!("M{x1} {}H{x2}", at_y(t.at))), "#dcdcdc");
+    let _ = writeln!(
+        out,
+        "<rect x=\"{x1}\" y=\"{y1}\" width=\"{}\" height=\"{}\" fill=\"none\" stroke=\"#555\" stroke-width=\"1\"/>",
+        coordinate(right - left),
+        coordinate(bottom - top)
+    );
+    let _ = writeln!(out, "<g font-size=\"{TICK_SIZE}\" text-anchor=\"middle\">");
+    for tick in &x.ticks {
+        let baseline = coordinate(bottom + 6.0 + TICK_SIZE);
+        let _ = writeln!(out, "<text x=\"{}\" y=\"{baseline}\">{}</text>", at_x(tick.at), markup(&tick.label));
+    }
+    let _ = writeln!(out, "</g>\n<g font-size=\"{TICK_SIZE}\" text-anchor=\"end\">");
+    for tick in &y.ticks {
+        let baseline = coordinate(bottom - tick.at * (bottom - top) + 0.35 * TICK_SIZE);
+        let _ = writeln!(out, "<text x=\"{}\" y=\"{baseline}\">{}</text>", coordinate(left - 8.0), markup(&tick.label));
+    }
+    out.push_str("</g>\n");
+    let size = |text: &Text, room: f64| coordinate(LABEL_SIZE.min(LABEL_SIZE * room / width(text, LABEL_SIZE).max(1.0)));
+    let _ = writeln!(
+        out,
+        "<text x=\"{}\" y=\"{}\" text-anchor=\"middle\" font-size=\"{}\">{}</text>",
+        coordinate(0.5 * (left + right)),
+        coordinate(HEIGHT - EDGE),
+        size(&x.label, right - left),
+        markup(&x.label)
+    );
+    let (across, along) = (coordinate(EDGE + LABEL_SIZE), coordinate(0.5 * (top + bottom)));
+    let _ = writeln!(
+        out,
+        "<text transform=\"translate({across} {along}) rotate(-90)\" text-anchor=\"middle\" font-size=\"{}\">{}</text>",
+        size(&y.label, bottom - top + 40.0),
+        markup(&y.label)
+    );
+    if chart.series.iter().all(|series| frame.pieces(series).is_empty()) {
+        let (x, y) = (coordinate(0.5 * (left + right)), coordinate(0.5 * (top + bottom)));
+        let _ = writeln!(out, "<text x=\"{x}\" y=\"{y}\" text-anchor=\"middle\" font-size=\"{LABEL_SIZE}\" fill=\"#777\">no data</text>");
+    }
+}
+
+fn draw_series(out: &mut String, chart: &Chart, frame: &Frame) {
+    let drawn: Vec<(Pen, Vec<Vec<Spot>>, &str)> = (chart.series.iter().enumerate())
+        .map(|(i, series)| (Pen::new(i, series), frame.pieces(series), series.name.as_str()))
+        .collect();
+    // All bands first: a band must not hide another series' line.
+    for (pen, pieces, _) in &drawn {
+        for piece in pieces.iter().filter(|_| pen.line) {
+            for run in piece.split(|spot| spot.bar.is_none()).filter(|run| run.len() > 1) {
+                let bars = || run.iter().filter_map(|spot| spot.bar.map(|bar| (spot.x, bar)));
+                let forth = bars().map(|(x, (upper, _))| (x, upper));
+                let back = bars().rev().map(|(x, (_, lower))| (x, lower));
+                let points: Vec<_> = forth.chain(back).map(pair).collect();
+                let _ = writeln!(
+                    out,
+                    "<polygon points=\"{}\" fill=\"{}\" fill-opacity=\"0.2\"/>",
+                    points.join(" "),
+                    pen.colour
+                );
+            }
+        }
+    }
+    for (pen, pieces, name) in &drawn {
+        for piece in pieces {
+            if pen.line && piece.len() > 1 {
+                let points: Vec<_> = piece.iter().map(|spot| pair((spot.x, spot.y))).collect();
+                let _ = writeln!(out, "<polyline points=\"{}\" {}/>", points.join(" "), pen.stroke());
+            }
+            for spot in piece.iter().filter(|_| !pen.line || piece.len() == 1) {
+                if let Some((upper, lower)) = spot.bar {
+                    let (x, from, to) = (coordinate(spot.x), coordinate(upper), coordinate(lower));
+                    let (a, b) = (coordinate(spot.x - 5.0), coordinate(spot.x + 5.0));
+                    let _ = writeln!(
+                        out,
+                        "<path d=\"M{x} {from}V{to}M{a} {from}H{b}M{a} {to}H{b}\" fill=\"none\" stroke=\"{}\" stroke-width=\"1.4\"/>",
+                        pen.colour
+                    );
+                }
+            }
+            // A single point has no line to be seen by.
+            for spot in piece.iter().filter(|_| pen.markers || piece.len() == 1) {
+                let (x, y) = spot.value;
+                let tip = format!("{name}: ({x:e}{}, {y:e}{})", spaced(&chart.x.unit), spaced(&chart.y.unit));
+                out.push_str(&pen.marker(spot.x, spot.y, &tip));
+            }
+        }
+    }
+}
+
+/// Rows of names above the chart, where no curve can run into them.
+struct Legend {
+    /// Series, row, and distance from the row's start, of each entry.
+    entries: Vec<(usize, usize, f64)>,
+    row_widths: Vec<f64>,
+    rows: usize,
+}
+
+impl Legend {
+    fn new(chart: &Chart) -> Self {
+        let room = WIDTH - 2.0 * EDGE;
+        let mut legend = Self { entries: Vec::new(), row_widths: Vec::new(), rows: 0 };
+        for (i, series) in chart.series.iter().enumerate().filter(|(_, s)| !s.name.is_empty()) {
+            let needed = SWATCH + text_width(&series.name, LEGEND_SIZE);
+            let after = legend.row_widths.last().map(|used| used + 26.0);
+            match (after, legend.row_widths.last_mut()) {
+                (Some(start), Some(used)) if start + needed <= room => {
+                    *used = start + needed;
+                    legend.entries.push((i, legend.rows - 1, start));
+                }
+                _ => {
+                    legend.row_widths.push(needed.min(room));
+                    legend.entries.push((i, legend.rows, 0.0));
+                    legend.rows += 1;
+                }
+            }
+        }
+        legend
+    }
+
+    fn draw(&self, out: &mut String, chart: &Chart, top: f64) {
+        for &(i, row, start) in &self.entries {
+            let series = &chart.series[i];
+            let pen = Pen::new(i, series);
+            let x = 0.5 * (WIDTH - self.row_widths[row]) + start;
+            let y = top + LEGEND_SIZE * (0.7 + 1.1 * LEADING * row as f64);
+            if series.band.is_some() && pen.line {
+                let (x, y) = (coordinate(x), coordinate(y - 6.0));
+                let _ = writeln!(out, "<rect x=\"{x}\" y=\"{y}\" width=\"28\" height=\"12\" fill=\"{}\" fill-opacity=\"0.2\"/>", pen.colour);
+            }
+            if pen.line {
+                let (from, to, y) = (coordinate(x), coordinate(x + 28.0), coordinate(y));
+                let _ = writeln!(out, "<path d=\"M{from} {y}H{to}\" {}/>", pen.stroke());
+            }
+            if pen.markers {
+                out.push_str(&pen.marker(x + 14.0, y, ""));
+            }
+            let room = WIDTH - 2.0 * EDGE - SWATCH;
+            let size = LEGEND_SIZE.min(LEGEND_SIZE * room / text_width(&series.name, LEGEND_SIZE).max(1.0));
+            let _ = writeln!(
+                out,
+                "<text x=\"{}\" y=\"{}\" font-size=\"{}\">{}</text>",
+                coordinate(x + SWATCH - 3.0),
+                coordinate(y + 0.35 * LEGEND_SIZE),
+                coordinate(size),
+                escape(&series.name)
+            );
+        }
+    }
+}
+
+fn pair((x, y): (f64, f64)) -> String {
+    format!("{},{}", coordinate(x), coordinate(y))
+}
+
+fn spaced(unit: &str) -> String {
+    if unit.is_empty() { String::new() } else { format!(" {unit}") }
+}
+
+/// Hundredths of a unit are finer than any screen, and the same bytes everywhere.
+fn coordinate(value: f64) -> String {
+    let text = format!("{value:.2}");
+    let text = text.trim_end_matches('0').trim_end_matches('.');
+    if text == "-0" { "0".into() } else { text.into() }
+}
+
+fn markup(text: &Text) -> String {
+    let mut out = escape(&text.base);
+    if !text.raised.is_empty() {
+        let _ = write!(out, "<tspan dy=\"-0.4em\" font-size=\"75%\">{}</tspan>", escape(&text.raised));
+        if !text.rest.is_empty() {
+            // Back down: em is of the smaller size above, hence 0.4 x 0.75.
+            let _ = write!(out, "<tspan dy=\"0.3em\">{}</tspan>", escape(&text.rest));
+        }
+    }
+    out
+}
+
+/// For element content and attributes; what XML cannot hold at all becomes a space.
+fn escape(text: &str) -> String {
+    let mut out = String::with_capacity(text.len());
+    for c in text.chars() {
+        match c {
+            '&' => out.push_str("&amp;"),
+            '<' => out.push_str("&lt;"),
+            '>' => out.push_str("&gt;"),
+            '"' => out.push_str("&quot;"),
+            '\'' => out.push_str("&#39;"),
+            c if c.is_control() || matches!(c, '\u{fffe}' | '\u{ffff}') => out.push(' '),
+            c => out.push(c),
+        }
+    }
+    out
+}
+
+fn width(text: &Text, size: f64) -> f64 {
+    text_width(&text.base, size) + text_width(&text.rest, size) + 0.75 * text_width(&text.raised, size)
+}
+
+/// An estimate on the wide side of the common sans-serif fonts, for nobody knows which one the reader has.
+fn text_width(text: &str, size: f64) -> f64 {
+    let of = |c: char| match c {
+        'i' | 'j' | 'l' | 't' | 'f' | 'I' | '.' | ',' | ':' | ';' | '|' | '\'' | '!' | '(' | ')' | '[' | ']' | ' ' => 0.36,
+        'm' | 'w' | 'M' | 'W' | '@' | '%' => 0.95,
+        'A'..='Z' | '=' | '+' | '\u{2212}' | '\u{d7}' => 0.7,
+        c if (c as u32) >= 0x2e80 => 1.0,
+        _ => 0.6,
+    };
+    size * text.chars().map(of).sum::<f64>()
+}
+
+/// Lines no wider than the room, broken at spaces; at most three, the last cut short if need be.
+fn wrapped(text: &str, room: f64, size: f64) -> Vec<String> {
+    let mut lines: Vec<String> = Vec::new();
+    for word in text.split_whitespace() {
+        match lines.last_mut() {
+            // Bold letters are wider.
+            Some(line) if 1.08 * text_width(&format!("{line} {word}"), size) <= room => {
+                line.push(' ');
+                line.push_str(word);
+            }
+            _ => lines.push(word.to_owned()),
+        }
+    }
+    let cut = lines.len() > 3;
+    lines.truncate(3);
+    let count = lines.len();
+    for (i, line) in lines.iter_mut().enumerate() {
+        let too_long = |line: &str| 1.08 * text_width(line, size) > room;
+        if too_long(line) || (cut && i + 1 == count) {
+            while too_long(&format!("{line}\u{2026}")) && line.pop().is_some() {}
+            line.push('\u{2026}');
+        }
+    }
+    lines
+}
