@@ -6,6 +6,21 @@ pub mod dual;
 pub mod krylov;
 pub mod primal;
 pub mod schwarz;
+pub mod solution;
+
+pub use solution::{Bounded, Field, Forecast, PhaseSeconds, ResolutionLevel, Settings, Solution};
+
+use elastocap_geometry::scene::BoxScene;
+
+/// Solves a scene.
+pub fn solve(_scene: &BoxScene, _settings: &Settings) -> Result<Solution, SolveError> {
+    Err(SolveError::Eigenvalues)
+}
+
+/// Foretells what [`solve`] will take.
+pub fn forecast(_scene: &BoxScene, _settings: &Settings) -> Result<Forecast, SolveError> {
+    Err(SolveError::Eigenvalues)
+}
 
 /// A solve that cannot be carried out.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -13,6 +28,9 @@ pub enum SolveError {
     /// A 1D eigenproblem failed.
     #[error("an eigenvalue problem of the grid failed: its elements are too unequal for double precision")]
     Eigenvalues,
+    /// Asked to stop.
+    #[error("stopped on request")]
+    Cancelled,
     /// A 1D mixed matrix failed.
     #[error(transparent)]
     IllConditioned(#[from] elastocap_fem::mixed::IllConditioned),

@@ -47,7 +47,8 @@ fn fields_come_back_as_they_went_in() {
 fn points_follow_the_arrays_with_x3_fastest() {
     let grid = small();
     let points: Vec<f64> = read_back(&vtu(&grid).unwrap()).points.cast_into().unwrap();
-    let node = (1 * 3 + 2) * 4 + 3;
+    // Node (1, 2, 3).
+    let node = (3 + 2) * 4 + 3;
     assert_eq!(points[3 * node..], [1e-6, 3e-6, 0.3]);
     assert_eq!(points[3..6], [0.0, 0.0, 0.0]);
 }

@@ -116,26 +116,25 @@ impl Layout {
             all.filter(|&(digit, power)| inside(log10(digit, power))).collect()
         };
         let decades = usize::try_from(last - first + 1).unwrap_or(0);
-        let (ticks, minor) = if decades >= 2 {
+        let one_two_five = digits_and_powers(&[1, 2, 5]);
+        let (ticks, minor) = if decades < 3 && (one_two_five.len() <= most || decades < 2) {
+            (one_two_five, digits_and_powers(&[3, 4, 6, 7, 8, 9]))
+        } else {
             let stride = decades.div_ceil(most.max(2)) as i32;
             let ticks = (first..=last).filter(|power| power.rem_euclid(stride) == 0).map(|power| (1, power));
-            let minor = match stride {
-                1 => digits_and_powers(&[2, 3, 4, 5, 6, 7, 8, 9]),
-                _ => digits_and_powers(&[1]),
-            };
-            (ticks.collect(), minor)
-        } else {
-            (digits_and_powers(&[1, 2, 5]), digits_and_powers(&[3, 4, 6, 7, 8, 9]))
+            let between: &[i32] = if stride == 1 { &[2, 3, 4, 5, 6, 7, 8, 9] } else { &[1] };
+            (ticks.collect(), digits_and_powers(between))
         };
-        if ticks.len() >= 2 {
+        if ticks.len() > 2 || decades >= 2 {
             let plain = ticks.iter().all(|&(_, power)| (-3..=4).contains(&power));
-            layout.minor = minor.into_iter().map(|(digit, power)| layout.fraction(log10(digit, power))).collect();
+            layout.minor =
+                minor.into_iter().map(|(digit, power)| layout.fraction(log10(digit, power))).collect();
             for (digit, power) in ticks {
                 let at = layout.fraction(log10(digit, power));
                 layout.ticks.push(Tick { at, label: logarithmic_label(axis, digit, power, plain) });
             }
         } else {
-            // Less than an octave: round values, as on a linear axis.
+            // Few or none of those in so short a range: round values, as on a linear axis.
             let (from, to) = (10_f64.powf(layout.from), 10_f64.powf(layout.to));
             let (unit, power) = Unit::for_size(axis, to);
             layout.label = unit.label(axis);

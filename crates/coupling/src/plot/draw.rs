@@ -95,14 +95,22 @@ impl Pen {
     }
 
     fn stroke(&self) -> String {
-        let dashes = if self.dashes.is_empty() { String::new() } else { format!(" stroke-dasharray=\"{}\"", self.dashes) };
-        format!("fill=\"none\" stroke=\"{}\" stroke-width=\"2.2\" stroke-linejoin=\"round\"{dashes}", self.colour)
+        let dashes = if self.dashes.is_empty() {
+            String::new()
+        } else {
+            format!(" stroke-dasharray=\"{}\"", self.dashes)
+        };
+        format!(
+            "fill=\"none\" stroke=\"{}\" stroke-width=\"2.2\" stroke-linejoin=\"round\"{dashes}",
+            self.colour
+        )
     }
 
     /// The marker, with the text that shows under a pointer.
     fn marker(&self, x: f64, y: f64, tip: &str) -> String {
         let polygon = |points: &[(f64, f64)]| {
-            let points = points.iter().map(|(dx, dy)| format!("{},{}", coordinate(x + dx), coordinate(y + dy)));
+            let points =
+                points.iter().map(|(dx, dy)| format!("{},{}", coordinate(x + dx), coordinate(y + dy)));
             format!("<polygon points=\"{}\"", points.collect::<Vec<_>>().join(" "))
         };
         let shape = match self.marker {
@@ -111,11 +119,24 @@ impl Pen {
             2 => polygon(&[(0.0, -5.5), (5.0, 3.5), (-5.0, 3.5)]),
             3 => polygon(&[(0.0, -5.8), (5.2, 0.0), (0.0, 5.8), (-5.2, 0.0)]),
             4 => polygon(&[(0.0, 5.5), (5.0, -3.5), (-5.0, -3.5)]),
-            5 => polygon(&[(-4.8, -1.8), (-1.8, -4.8), (1.8, -4.8), (4.8, -1.8), (4.8, 1.8), (1.8, 4.8), (-1.8, 4.8), (-4.8, 1.8)]),
+            5 => polygon(&[
+                (-4.8, -1.8),
+                (-1.8, -4.8),
+                (1.8, -4.8),
+                (4.8, -1.8),
+                (4.8, 1.8),
+                (1.8, 4.8),
+                (-1.8, 4.8),
+                (-4.8, 1.8),
+            ]),
             _ => polygon(&[(0.0, -5.5), (5.2, -1.7), (3.2, 4.4), (-3.2, 4.4), (-5.2, -1.7)]),
         };
         let tip = if tip.is_empty() { String::new() } else { format!("<title>{}</title>", escape(tip)) };
-        format!("{shape} fill=\"{}\" stroke=\"#fff\" stroke-width=\"1\">{tip}{}", self.colour, if self.marker == 0 { "</circle>\n" } else { "</polygon>\n" })
+        format!(
+            "{shape} fill=\"{}\" stroke=\"#fff\" stroke-width=\"1\">{tip}{}",
+            self.colour,
+            if self.marker == 0 { "</circle>\n" } else { "</polygon>\n" }
+        )
     }
 }
 
@@ -166,7 +187,8 @@ fn lay_out(chart: &Chart, top: f64) -> Frame {
     // Long titles and legends must not squeeze the chart away.
     let top = top.min(bottom - 150.0);
     let y = Layout::new(&chart.y, ys(), ((bottom - top) / 50.0) as usize);
-    let widest = |layout: &Layout| layout.ticks.iter().map(|t| width(&t.label, TICK_SIZE)).fold(0.0, f64::max);
+    let widest =
+        |layout: &Layout| layout.ticks.iter().map(|t| width(&t.label, TICK_SIZE)).fold(0.0, f64::max);
     let left = EDGE + LABEL_SIZE * LEADING + 8.0 + widest(&y) + 8.0;
     let mut x = Layout::new(&chart.x, xs(), 8);
     let mut most = 8;
@@ -175,7 +197,8 @@ fn lay_out(chart: &Chart, top: f64) -> Frame {
         x = Layout::new(&chart.x, xs(), most);
     }
     // A label centred under a tick at the end of the axis sticks out.
-    let overhang = x.ticks.iter().map(|t| 0.5 * width(&t.label, TICK_SIZE) * t.at.powi(4)).fold(8.0, f64::max);
+    let overhang =
+        x.ticks.iter().map(|t| 0.5 * width(&t.label, TICK_SIZE) * t.at.powi(4)).fold(8.0, f64::max);
     Frame { left, right: WIDTH - EDGE - overhang, top, bottom, x, y }
 }
 
@@ -187,7 +210,8 @@ fn draw_axes(out: &mut String, chart: &Chart, frame: &Frame) {
     let mut grid = |positions: &mut dyn Iterator<Item = String>, colour: &str| {
         let path: String = positions.collect();
         if !path.is_empty() {
-            let _ = writeln!(out, "<path d=\"{path}\" fill=\"none\" stroke=\"{colour}\" stroke-width=\"1\"/>");
+            let _ =
+                writeln!(out, "<path d=\"{path}\" fill=\"none\" stroke=\"{colour}\" stroke-width=\"1\"/>");
         }
     };
     grid(&mut x.minor.iter().map(|&t| format!("M{} {y1}V{y2}", at_x(t))), "#f1f1f1");
@@ -203,15 +227,23 @@ fn draw_axes(out: &mut String, chart: &Chart, frame: &Frame) {
     let _ = writeln!(out, "<g font-size=\"{TICK_SIZE}\" text-anchor=\"middle\">");
     for tick in &x.ticks {
         let baseline = coordinate(bottom + 6.0 + TICK_SIZE);
-        let _ = writeln!(out, "<text x=\"{}\" y=\"{baseline}\">{}</text>", at_x(tick.at), markup(&tick.label));
+        let _ =
+            writeln!(out, "<text x=\"{}\" y=\"{baseline}\">{}</text>", at_x(tick.at), markup(&tick.label));
     }
     let _ = writeln!(out, "</g>\n<g font-size=\"{TICK_SIZE}\" text-anchor=\"end\">");
     for tick in &y.ticks {
         let baseline = coordinate(bottom - tick.at * (bottom - top) + 0.35 * TICK_SIZE);
-        let _ = writeln!(out, "<text x=\"{}\" y=\"{baseline}\">{}</text>", coordinate(left - 8.0), markup(&tick.label));
+        let _ = writeln!(
+            out,
+            "<text x=\"{}\" y=\"{baseline}\">{}</text>",
+            coordinate(left - 8.0),
+            markup(&tick.label)
+        );
     }
     out.push_str("</g>\n");
-    let size = |text: &Text, room: f64| coordinate(LABEL_SIZE.min(LABEL_SIZE * room / width(text, LABEL_SIZE).max(1.0)));
+    let size = |text: &Text, room: f64| {
+        coordinate(LABEL_SIZE.min(LABEL_SIZE * room / width(text, LABEL_SIZE).max(1.0)))
+    };
     let _ = writeln!(
         out,
         "<text x=\"{}\" y=\"{}\" text-anchor=\"middle\" font-size=\"{}\">{}</text>",
@@ -229,7 +261,10 @@ fn draw_axes(out: &mut String, chart: &Chart, frame: &Frame) {
     );
     if chart.series.iter().all(|series| frame.pieces(series).is_empty()) {
         let (x, y) = (coordinate(0.5 * (left + right)), coordinate(0.5 * (top + bottom)));
-        let _ = writeln!(out, "<text x=\"{x}\" y=\"{y}\" text-anchor=\"middle\" font-size=\"{LABEL_SIZE}\" fill=\"#777\">no data</text>");
+        let _ = writeln!(
+            out,
+            "<text x=\"{x}\" y=\"{y}\" text-anchor=\"middle\" font-size=\"{LABEL_SIZE}\" fill=\"#777\">no data</text>"
+        );
     }
 }
 
@@ -319,7 +354,11 @@ impl Legend {
             let y = top + LEGEND_SIZE * (0.7 + 1.1 * LEADING * row as f64);
             if series.band.is_some() && pen.line {
                 let (x, y) = (coordinate(x), coordinate(y - 6.0));
-                let _ = writeln!(out, "<rect x=\"{x}\" y=\"{y}\" width=\"28\" height=\"12\" fill=\"{}\" fill-opacity=\"0.2\"/>", pen.colour);
+                let _ = writeln!(
+                    out,
+                    "<rect x=\"{x}\" y=\"{y}\" width=\"28\" height=\"12\" fill=\"{}\" fill-opacity=\"0.2\"/>",
+                    pen.colour
+                );
             }
             if pen.line {
                 let (from, to, y) = (coordinate(x), coordinate(x + 28.0), coordinate(y));
@@ -393,7 +432,8 @@ fn width(text: &Text, size: f64) -> f64 {
 /// An estimate on the wide side of the common sans-serif fonts, for nobody knows which one the reader has.
 fn text_width(text: &str, size: f64) -> f64 {
     let of = |c: char| match c {
-        'i' | 'j' | 'l' | 't' | 'f' | 'I' | '.' | ',' | ':' | ';' | '|' | '\'' | '!' | '(' | ')' | '[' | ']' | ' ' => 0.36,
+        'i' | 'j' | 'l' | 't' | 'f' | 'I' | '.' | ',' | ':' | ';' | '|' | '\'' | '!' | '(' | ')' | '['
+        | ']' | ' ' => 0.36,
         'm' | 'w' | 'M' | 'W' | '@' | '%' => 0.95,
         'A'..='Z' | '=' | '+' | '\u{2212}' | '\u{d7}' => 0.7,
         c if (c as u32) >= 0x2e80 => 1.0,

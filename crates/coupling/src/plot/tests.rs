@@ -56,7 +56,10 @@ fn axes_take_the_prefix_that_suits_the_numbers() {
 fn a_curve_nine_times_smaller_brings_zero_into_the_axis() {
     let svg = chart(
         Scale::Linear,
-        vec![series("with fringing", &[(0.0, 31e-15), (0.3, 36e-15)]), series("plates", &[(0.0, 3.5e-15), (0.3, 4e-15)])],
+        vec![
+            series("with fringing", &[(0.0, 31e-15), (0.3, 36e-15)]),
+            series("plates", &[(0.0, 3.5e-15), (0.3, 4e-15)]),
+        ],
     );
     assert!(texts(&svg.to_svg()).iter().filter(|t| *t == "0").count() == 2);
 }
@@ -83,10 +86,12 @@ fn less_than_a_decade_has_ticks_too() {
 
 #[test]
 fn missing_points_break_the_line_and_are_not_drawn() {
-    let points = [(0.0, 1.0), (1.0, 2.0), (2.0, f64::NAN), (3.0, 2.0), (4.0, 3.0), (f64::INFINITY, 1.0), (5.0, 1.0)];
+    let points =
+        [(0.0, 1.0), (1.0, 2.0), (2.0, f64::NAN), (3.0, 2.0), (4.0, 3.0), (f64::INFINITY, 1.0), (5.0, 1.0)];
     let svg = chart(Scale::Linear, vec![series("", &points)]).to_svg();
     assert_eq!((count(&svg, "<polyline"), count(&svg, "<circle")), (2, 5));
-    let svg = chart(Scale::Logarithmic, vec![series("", &[(1.0, 1.0), (2.0, 0.0), (3.0, -1.0), (4.0, 2.0)])]).to_svg();
+    let svg = chart(Scale::Logarithmic, vec![series("", &[(1.0, 1.0), (2.0, 0.0), (3.0, -1.0), (4.0, 2.0)])])
+        .to_svg();
     assert_eq!((count(&svg, "<polyline"), count(&svg, "<circle")), (0, 2));
 }
 
@@ -142,7 +147,8 @@ fn a_band_is_shaded_along_a_line_and_drawn_as_bars_otherwise() {
 
 #[test]
 fn series_differ_in_colour_and_marker() {
-    let many: Vec<_> = (0..9).map(|i| series(&format!("s{i}"), &[(0.0, f64::from(i)), (1.0, f64::from(i))])).collect();
+    let many: Vec<_> =
+        (0..9).map(|i| series(&format!("s{i}"), &[(0.0, f64::from(i)), (1.0, f64::from(i))])).collect();
     let svg = chart(Scale::Linear, many).to_svg();
     for colour in ["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#333333"] {
         assert!(svg.contains(colour));

@@ -1,0 +1,141 @@
+//! What is asked of the solver and what it answers.
+
+use serde::Serialize;
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
+
+/// What to solve for and how well.
+#[derive(Debug, Clone)]
+pub struct Settings {
+    /// Largest relative spread (upper - lower) / value of the two-terminal capacitance, or of the worst diagonal entry
+    /// of the Maxwell matrix where there is none; without bounds, largest relative error estimate.
+    pub relative_tolerance: f64,
+    /// Whether the dual problem is solved for a proved lower bound.
+    pub bounds: bool,
+    /// Whether mirror symmetry is used to solve a part of the scene only.
+    pub symmetry: bool,
+    /// A fixed resolution; `None` lets the solver choose.
+    pub resolution: Option<ResolutionLevel>,
+    /// Whether the potential is kept for export.
+    pub field: bool,
+    /// Largest memory the solve may take, bytes.
+    pub memory_limit: u64,
+    /// Set from outside to stop at the next opportunity, with [`crate::SolveError::Cancelled`].
+    pub cancel: Option<Arc<AtomicBool>>,
+}
+
+/// What a solve will probably take, without solving anything.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Forecast {
+    /// Unknowns of the largest single problem, primal plus dual.
+    pub unknowns: usize,
+    /// Peak memory, bytes: an upper estimate.
+    pub memory_bytes: u64,
+    /// Expected seconds on two cores.
+    pub seconds: f64,
+    /// Mirror planes that will be used, by axis.
+    pub mirrored: [bool; 3],
+    /// Independent right-hand sides.
+    pub right_hand_sides: usize,
+}
+
+impl Default for Settings {
+    fn default() -> Self {
+        Self {
+            relative_tolerance: 1e-3,
+            bounds: true,
+            symmetry: true,
+            resolution: None,
+            field: false,
+            memory_limit: 16 << 30,
+            cancel: None,
+        }
+    }
+}
+
+/// Order and grading of a grid, by hand.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize)]
+pub struct ResolutionLevel {
+    /// Polynomial degree away from edges.
+    pub order: usize,
+    /// Geometric layers at each edge.
+    pub levels: usize,
+}
+
+/// A number between proved (or estimated) limits.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Bounded {
+    /// Reported value, between the limits.
+    pub value: f64,
+    /// Proved lower bound; without bounds, value minus error estimate.
+    pub lower: f64,
+    /// Proved upper bound; without bounds, value plus error estimate.
+    pub upper: f64,
+}
+
+impl Bounded {
+    /// Half the spread over the value: no true error is larger if the limits are proved.
+    pub fn relative_error(&self) -> f64 {
+        if self.value == 0.0 { 0.0 } else { 0.5 * (self.upper - self.lower) / self.value.abs() }
+    }
+}
+
+/// Wall-clock seconds of the phases of a solve.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize)]
+pub struct PhaseSeconds {
+    /// Symmetry, grid, line matrices and modes.
+    pub setup: f64,
+    /// Upper bounds.
+    pub primal: f64,
+    /// Lower bounds.
+    pub dual: f64,
+    /// Choosing the resolution: solves on coarser grids.
+    pub choosing: f64,
+}
+
+/// The potential on the grid, for export.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Field {
+    /// Node coordinates per axis, m, of the cells of the field's grid.
+    pub nodes: [Vec<f64>; 3],
+    /// V at the nodes `[i][j][k]`, conductors at the potentials `potentials`.
+    pub potential: Vec<f64>,
+    /// V/m at the cell centres `[i][j][k]`, from the gradient of the solution itself.
+    pub electric_field: Vec<[f64; 3]>,
+    /// Relative permittivity of the cells.
+    pub relative_permittivity: Vec<f64>,
+    /// 0 for dielectrics' background, 1 + index for dielectrics of the scene, -1 - index for conductors.
+    pub body: Vec<i32>,
+    /// V of each conductor in the state shown.
+    pub potentials: Vec<f64>,
+}
+
+/// The answer of [`crate::solve`].
+#[derive(Debug, Clone, PartialEq)]
+pub struct Solution {
+    /// Maxwell capacitance matrix, F, in the order of the scene's conductors: Q = C V.
+    pub maxwell: Vec<Vec<Bounded>>,
+    /// Charge over voltage with equal and opposite charges (two conductors), or against ground or infinity (one), F;
+    /// `None` for more than two conductors, or where one conductor has nothing to hold charge against.
+    pub two_terminal: Option<Bounded>,
+    /// Whether the tolerance was reached.
+    pub reached: bool,
+    /// Why not, for people.
+    pub shortfall: Option<String>,
+    /// Largest number of unknowns solved for at once (primal plus dual).
+    pub unknowns: usize,
+    /// Iterations of all solves on the final grid.
+    pub iterations: usize,
+    /// Grids solved on, the final one included.
+    pub grids: usize,
+    /// Mirror planes used, by axis.
+    pub mirrored: [bool; 3],
+    /// Largest polynomial degree and number of layers of the final grid.
+    pub resolution: ResolutionLevel,
+    /// Share of the lower bound's energy that the repair of the divergence left by the iteration took.
+    pub repair_share: f64,
+    /// Where the time went.
+    pub seconds: PhaseSeconds,
+    /// Asked for by [`Settings::field`].
+    pub field: Option<Field>,
+}
