@@ -22,7 +22,7 @@ for (const file of files) {
     const { numErrors, numWarnings, numInfos, numHints, messages } = report.issues;
     const bad = numErrors + numWarnings > 0;
     failed ||= bad;
-    const { drawCallCount, animationCount, totalTriangleCount } = report.info;
+    const { drawCallCount, animationCount, totalTriangleCount } = report.info ?? {}; // missing where the file cannot be read at all
     console.log(
       `${bad ? "FAIL" : "ok  "} ${file}: ${numErrors} errors, ${numWarnings} warnings, ${numInfos} infos, ` +
         `${numHints} hints; ${drawCallCount} bodies, ${totalTriangleCount} triangles, ${animationCount} animations`,

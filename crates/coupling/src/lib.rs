@@ -2,3 +2,4 @@
 //! electrostatics, and the results on disk.
 
 pub mod case;
+pub mod plot;

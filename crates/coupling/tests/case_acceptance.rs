@@ -151,7 +151,10 @@ fn electrode_regions_lie_around_the_origin_at_their_height() {
     let pair = in_plane_pair().electrodes.unwrap();
     let close = |found: Box3, min: [f64; 3], max: [f64; 3]| {
         for a in 0..3 {
-            assert!((found.min[a] - min[a]).abs() < 1e-18 && (found.max[a] - max[a]).abs() < 1e-18, "{found:?}");
+            assert!(
+                (found.min[a] - min[a]).abs() < 1e-18 && (found.max[a] - max[a]).abs() < 1e-18,
+                "{found:?}"
+            );
         }
     };
     let [left, right] = pair.regions();

@@ -40,7 +40,11 @@ fn a_pressure_is_not_a_length() {
 
 #[test]
 fn an_unknown_key_is_told_the_nearest_known_one_and_that_one_is_not_called_missing() {
-    refused("unknown-key.toml", (14, 1), &["unknown key `gapp` in [electrodes.in_plane_pair]", "`gap = \"50 um\"`"]);
+    refused(
+        "unknown-key.toml",
+        (14, 1),
+        &["unknown key `gapp` in [electrodes.in_plane_pair]", "`gap = \"50 um\"`"],
+    );
 }
 
 #[test]
@@ -79,7 +83,11 @@ fn a_load_without_steps_is_refused() {
 
 #[test]
 fn a_tolerance_of_zero_is_refused() {
-    refused("zero-tolerance.toml", (36, 22), &["greater than 0 and less than 1", "`relative_tolerance = 1e-3`"]);
+    refused(
+        "zero-tolerance.toml",
+        (36, 22),
+        &["greater than 0 and less than 1", "`relative_tolerance = 1e-3`"],
+    );
 }
 
 #[test]

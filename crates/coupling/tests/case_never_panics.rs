@@ -179,7 +179,9 @@ proptest! {
 
 #[test]
 fn a_quantity_written_with_any_prefix_reads_as_its_decimal() {
-    for (prefix, power) in [("", 0), ("m", -3), ("u", -6), ("\u{b5}", -6), ("\u{3bc}", -6), ("n", -9), ("k", 3)] {
+    for (prefix, power) in
+        [("", 0), ("m", -3), ("u", -6), ("\u{b5}", -6), ("\u{3bc}", -6), ("n", -9), ("k", 3)]
+    {
         for number in ["1", "0.3", "450", "7.25", "123.456"] {
             let text = format!(
                 "format = 1\n[[conductor]]\nname = \"a\"\nsheet = {{ normal = \"x1\", at = \"{number}{prefix}m\", \

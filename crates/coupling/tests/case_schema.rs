@@ -33,8 +33,7 @@ const SUPPORTED: [&str; 6] = [
 fn every_supported_acceptance_file_is_valid() {
     let validator = validator();
     for name in SUPPORTED {
-        let errors: Vec<_> =
-            validator.iter_errors(&json(&acceptance(name))).map(|e| e.to_string()).collect();
+        let errors: Vec<_> = validator.iter_errors(&json(&acceptance(name))).map(|e| e.to_string()).collect();
         assert!(errors.is_empty(), "{name}: {errors:?}");
     }
 }

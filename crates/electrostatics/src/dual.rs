@@ -204,6 +204,12 @@ impl Dual {
         total
     }
 
+    /// r = b - A x.
+    pub fn true_residual(&mut self, b: &[f64], x: &[f64], r: &mut [f64]) {
+        self.apply(x, r);
+        r.iter_mut().zip(b).for_each(|(r, b)| *r = b - *r);
+    }
+
     /// Makes `r` = b - A x sum to what the repair can take up: where every wall is insulated, the residual must hold
     /// no net charge. Moves `x` along the constant, which also lowers its error.
     pub fn balance(&mut self, x: &mut [f64], r: &mut [f64]) {

@@ -21,26 +21,34 @@ pub struct Convergence {
     pub iterations: usize,
     /// r M^-1 r at the end, an estimate of the squared energy of the error.
     pub energy_left: f64,
-    /// Whether `energy_left` is at most what was asked.
+    /// Whether the goal was met.
     pub reached: bool,
+}
+
+/// When to stop.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Goal {
+    /// Largest r M^-1 r, which estimates the squared energy of the error, over the energy reached.
+    pub share: f64,
+    /// Energy at x = 0, from which every step takes its share off.
+    pub start: f64,
 }
 
 /// Iterations before giving up.
 pub const ITERATION_LIMIT: usize = 300;
 
-/// Solves A x = b from the given `x`; on return `r` is b - A x up to the drift of the recursion.
+/// Solves A x = b from `x` = 0; on return `r` is b - A x up to the drift of the recursion.
 ///
-/// Stops when r M^-1 r, which estimates the squared energy of the error, is at most `energy` (in the operator's own
-/// units), or when it has stopped falling.
+/// Stops when the goal is met, or when r M^-1 r has stopped falling.
 ///
 /// The preconditioner is rounded, hence not quite symmetric: the next direction is made conjugate with the change of
 /// the residual (Polak and Ribiere), which costs one inner product and keeps the rate.
-pub fn solve(op: &mut impl Operator, b: &[f64], x: &mut [f64], r: &mut Vec<f64>, energy: f64) -> Convergence {
+pub fn solve(op: &mut impl Operator, b: &[f64], x: &mut [f64], r: &mut Vec<f64>, goal: Goal) -> Convergence {
     const TASK: usize = 16_384;
     let n = op.len();
-    r.resize(n, 0.0);
-    op.apply(x, r);
-    r.par_iter_mut().zip(b).with_min_len(TASK).for_each(|(r, b)| *r = b - *r);
+    r.clear();
+    r.extend_from_slice(b);
+    let mut energy = goal.start;
     let (mut single, mut z) = (vec![0f32; n], vec![0f32; n]);
     let (mut p, mut q) = (vec![0f64; n], vec![0f64; n]);
     let mut scale = dot(r, r).sqrt();
@@ -55,7 +63,7 @@ pub fn solve(op: &mut impl Operator, b: &[f64], x: &mut [f64], r: &mut Vec<f64>,
         let next: f64 = dot_mixed(r, &z) * scale;
         stalled = if next < 0.9 * best { 0 } else { stalled + 1 };
         best = best.min(next);
-        let reached = next <= energy;
+        let reached = next <= goal.share * energy.abs();
         if reached || iterations >= ITERATION_LIMIT || stalled >= 20 || !next.is_finite() || next <= 0.0 {
             return Convergence { iterations, energy_left: next, reached };
         }
@@ -76,6 +84,7 @@ pub fn solve(op: &mut impl Operator, b: &[f64], x: &mut [f64], r: &mut Vec<f64>,
                 *q = old;
             },
         );
+        energy -= alpha * rz;
         iterations += 1;
         scale = dot(r, r).sqrt();
     }

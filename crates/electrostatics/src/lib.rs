@@ -3,19 +3,22 @@
 pub mod boxes;
 pub mod domain;
 pub mod dual;
+pub mod energy;
 pub mod krylov;
+pub mod layout;
+pub mod matrix;
 pub mod primal;
+pub mod resolution;
 pub mod schwarz;
 pub mod solution;
+pub mod solve;
+pub mod symmetry;
 
 pub use solution::{Bounded, Field, Forecast, PhaseSeconds, ResolutionLevel, Settings, Solution};
 
-use elastocap_geometry::scene::BoxScene;
+pub use solve::{EPS0, solve};
 
-/// Solves a scene.
-pub fn solve(_scene: &BoxScene, _settings: &Settings) -> Result<Solution, SolveError> {
-    Err(SolveError::Eigenvalues)
-}
+use elastocap_geometry::scene::BoxScene;
 
 /// Foretells what [`solve`] will take.
 pub fn forecast(_scene: &BoxScene, _settings: &Settings) -> Result<Forecast, SolveError> {

@@ -163,9 +163,9 @@ impl<K: QuantityKind> Quantity<K> {
         let sample = Self::sample(log);
         let example = format!("write for example {}", node.assign(&sample));
         let diagnostic = match why {
-            NotAQuantity::NoNumber => {
-                at(format!("{place}: expected {name}, found \"{}\"", shown(text))).label("no number in it").help(example)
-            }
+            NotAQuantity::NoNumber => at(format!("{place}: expected {name}, found \"{}\"", shown(text)))
+                .label("no number in it")
+                .help(example),
             NotAQuantity::NotFinite => {
                 at(format!("{place} must be a finite number")).label("not a finite number").help(example)
             }
@@ -174,9 +174,11 @@ impl<K: QuantityKind> Quantity<K> {
                     .label("too large")
                     .help("is the prefix of the unit right?")
             }
-            NotAQuantity::Comma => at(format!("{place}: the decimal sign is a point"))
-                .label("a comma in a number")
-                .help(format!("write {}", node.assign(&format!("\"{}\"", shown(&text.replacen(',', ".", 1)))))),
+            NotAQuantity::Comma => {
+                at(format!("{place}: the decimal sign is a point")).label("a comma in a number").help(
+                    format!("write {}", node.assign(&format!("\"{}\"", shown(&text.replacen(',', ".", 1))))),
+                )
+            }
             NotAQuantity::NoUnit { number } => {
                 let (right, why) = Self::with_unit(number, log);
                 at(format!("{place} needs a unit: it is {name}"))
@@ -222,7 +224,10 @@ fn bare_number(value: &DeValue<'_>) -> Option<String> {
 fn number(value: &DeValue<'_>) -> Option<f64> {
     match value {
         DeValue::Integer(integer) => {
-            #[expect(clippy::cast_precision_loss, reason = "a number is a double here, however it is written")]
+            #[expect(
+                clippy::cast_precision_loss,
+                reason = "a number is a double here, however it is written"
+            )]
             let value = i128::from_str_radix(integer.as_str(), integer.radix()).ok().map(|i| i as f64);
             value
         }

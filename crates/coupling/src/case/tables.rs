@@ -53,9 +53,7 @@ impl<'a> Entries<'a> {
     /// Reads one key; a required one that is not there is remembered for [`Entries::close`].
     pub(super) fn field<F: Field>(&mut self, key: &'static str, log: &mut Log<'_>) -> F {
         match self.table.get(key) {
-            Some(value) => {
-                F::present(Read::read(Node { value, key, entry: false, table: &self.path }, log))
-            }
+            Some(value) => F::present(Read::read(Node { value, key, entry: false, table: &self.path }, log)),
             None => {
                 if F::REQUIRED {
                     self.missing.push((key, F::Inner::sample(log)));
@@ -113,9 +111,7 @@ impl<'a> Entries<'a> {
             log.push(
                 Diagnostic::at(
                     &key.span(),
-                    format!(
-                        "`{name}` in {here} is not supported by this version of elastocap ({version})"
-                    ),
+                    format!("`{name}` in {here} is not supported by this version of elastocap ({version})"),
                 )
                 .label("not supported yet")
                 .help(format!("this version reads {known} here")),
@@ -142,8 +138,7 @@ impl<'a> Entries<'a> {
     }
 
     fn check_one_of(&self, shape: Shape, flawed: bool, log: &mut Log<'_>) {
-        let present: Vec<_> =
-            shape.one_of.iter().filter_map(|key| self.table.get_key_value(*key)).collect();
+        let present: Vec<_> = shape.one_of.iter().filter_map(|key| self.table.get_key_value(*key)).collect();
         let names: Vec<_> = shape.one_of.iter().map(|key| format!("`{key}`")).collect();
         let here = header(&self.path);
         match present.as_slice() {
@@ -151,17 +146,17 @@ impl<'a> Entries<'a> {
                 let cut_off = log.ends_after(self.span.end);
                 let hint = if cut_off { " (the file ends here: is it whole?)" } else { "" };
                 log.push(
-                    Diagnostic::at(&self.span, format!("{here} lacks one of {}", alternatives(&names, "and")))
-                        .label("a key is missing here")
-                        .help(format!("give exactly one of {}{hint}", alternatives(&names, "and"))),
+                    Diagnostic::at(
+                        &self.span,
+                        format!("{here} lacks one of {}", alternatives(&names, "and")),
+                    )
+                    .label("a key is missing here")
+                    .help(format!("give exactly one of {}{hint}", alternatives(&names, "and"))),
                 );
             }
             [(first, _), (second, _), ..] => {
-                let (first, second) = if first.span().start <= second.span().start {
-                    (first, second)
-                } else {
-                    (second, first)
-                };
+                let (first, second) =
+                    if first.span().start <= second.span().start { (first, second) } else { (second, first) };
                 log.push(
                     Diagnostic::at(
                         &second.span(),

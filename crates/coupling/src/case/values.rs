@@ -132,12 +132,9 @@ impl FromToml for Count {
         let count = count.and_then(|n| u32::try_from(n).ok());
         if count.is_none() {
             log.push(
-                Diagnostic::at(
-                    &node.span(),
-                    format!("{} must be between 1 and {MOST_POINTS}", node.place()),
-                )
-                .label("a number of load steps")
-                .help(format!("write for example {}", node.assign("9"))),
+                Diagnostic::at(&node.span(), format!("{} must be between 1 and {MOST_POINTS}", node.place()))
+                    .label("a number of load steps")
+                    .help(format!("write for example {}", node.assign("9"))),
             );
         }
         count.map(Self)

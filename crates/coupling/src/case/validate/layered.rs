@@ -61,10 +61,13 @@ fn material(read: &Read<raw::Material>, log: &mut Log<'_>) -> Option<Material> {
             let (c10, c01) = (raw.c10.get()?.si, raw.c01.get()?.si);
             if c10 + c01 == 0.0 {
                 log.push(
-                    Diagnostic::at(&raw.c01.span, "the layer has no stiffness: `c10` and `c01` are both zero")
-                        .label("zero")
-                        .related(&raw.c10.span, "zero too")
-                        .help("the shear modulus 2 (c10 + c01) must be greater than zero"),
+                    Diagnostic::at(
+                        &raw.c01.span,
+                        "the layer has no stiffness: `c10` and `c01` are both zero",
+                    )
+                    .label("zero")
+                    .related(&raw.c10.span, "zero too")
+                    .help("the shear modulus 2 (c10 + c01) must be greater than zero"),
                 );
                 return None;
             }

@@ -118,8 +118,11 @@ fn check_presence(raw: &Document, wants_capacitance: bool, log: &mut Log<'_>) {
     }
     if !wants_capacitance && raw.load.is_none() && log.is_empty() {
         log.push(
-            Diagnostic::at(&(0..0), "nothing to solve: this case has no electrodes, no conductors and no load")
-                .help("add [electrodes.in_plane_pair], [electrodes.stacked_pair], a [[conductor]], or a [load]"),
+            Diagnostic::at(
+                &(0..0),
+                "nothing to solve: this case has no electrodes, no conductors and no load",
+            )
+            .help("add [electrodes.in_plane_pair], [electrodes.stacked_pair], a [[conductor]], or a [load]"),
         );
     }
 }

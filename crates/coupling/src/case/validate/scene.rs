@@ -73,7 +73,8 @@ fn without_layer(
     refuse_key(&raw.side_margin, "side_margin", why, "give the box of the walls as `walls`", log);
     refuse_key(&raw.below, "below", why, "give a [[dielectric]] instead", log);
     refuse_key(&raw.above, "above", why, "give a [[dielectric]] instead", log);
-    let sample = "`walls = { min = [\"-1 mm\", \"-1 mm\", \"-1 mm\"], max = [\"1 mm\", \"1 mm\", \"1 mm\"] }`";
+    let sample =
+        "`walls = { min = [\"-1 mm\", \"-1 mm\", \"-1 mm\"], max = [\"1 mm\", \"1 mm\", \"1 mm\"] }`";
     match (boundary?, &raw.walls) {
         (Wall::Open, None) => Some(Extent::Everywhere),
         (Wall::Open, Some(_)) => {
@@ -228,7 +229,10 @@ fn not_a_box(
         Diagnostic::at(&high.span, format!("the box has no thickness along {name}"))
             .label("the same as `min`")
             .related(&low.span, "`min`")
-            .help(format!("a flat conductor is a sheet: `sheet = {{ normal = \"{name}\", at = {}, ... }}`", log.text(&low.span)))
+            .help(format!(
+                "a flat conductor is a sheet: `sheet = {{ normal = \"{name}\", at = {}, ... }}`",
+                log.text(&low.span)
+            ))
     } else {
         Diagnostic::at(&high.span, format!("the box is thinner along {name} than elastocap computes: 1 fm"))
             .label("too close to `min`")
@@ -314,7 +318,10 @@ pub(super) fn bodies(
     let of_dielectrics = given(&raw.dielectric).unwrap_or(&empty);
     for (what, count) in [("conductors", of_conductors.len()), ("dielectrics", of_dielectrics.len())] {
         if count > MOST_BODIES {
-            log.push(Diagnostic::at(&(0..0), format!("{count} {what} are more than elastocap takes: {MOST_BODIES}")));
+            log.push(Diagnostic::at(
+                &(0..0),
+                format!("{count} {what} are more than elastocap takes: {MOST_BODIES}"),
+            ));
             return None;
         }
     }
@@ -449,7 +456,11 @@ fn check_in_walls(
     if body.is_slab {
         // A slab is cut off at the walls; only one that misses them altogether is a slip.
         if (0..3).any(|a| region.max[a] <= walls.min[a] || region.min[a] >= walls.max[a]) {
-            at(format!("the slab \"{name}\" lies outside the walls"), "of no effect", "move it, or leave it out");
+            at(
+                format!("the slab \"{name}\" lies outside the walls"),
+                "of no effect",
+                "move it, or leave it out",
+            );
         }
         return;
     }
@@ -536,7 +547,10 @@ fn check_flux_has_an_end(
         log.push(
             Diagnostic::at(
                 &only.span,
-                format!("the conductor \"{}\" is alone inside insulated walls: its capacitance is zero", shown(only.name)),
+                format!(
+                    "the conductor \"{}\" is alone inside insulated walls: its capacitance is zero",
+                    shown(only.name)
+                ),
             )
             .label("its flux can end nowhere")
             .help("set `boundary` in [surroundings] to \"open\" or \"grounded\", or add another conductor"),

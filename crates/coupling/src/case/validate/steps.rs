@@ -41,7 +41,9 @@ fn steps<T: FromToml>(
         log.push(
             Diagnostic::at(span, format!("no load steps: `{key}` in [load] is empty"))
                 .label("at least one step is needed")
-                .help(format!("write for example `{key} = [{sample}]`, or leave out [load] for the unloaded sensor")),
+                .help(format!(
+                    "write for example `{key} = [{sample}]`, or leave out [load] for the unloaded sensor"
+                )),
         );
         return None;
     }

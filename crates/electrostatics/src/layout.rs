@@ -1,0 +1,290 @@
+//! A scene reduced to planes, blocks and cells: what grids of any resolution are made from.
+
+use crate::domain::{Axis, Block, Domain};
+use elastocap_geometry::grid::{End, Plane, Resolution, graded_axis};
+use elastocap_geometry::scene::{Box3, BoxScene, Wall};
+
+/// Two planes closer than this share of the scene's size are one.
+const MERGE: f64 = 1e-13;
+
+/// Planes, conductors as blocks of intervals, permittivity per cell; lengths in units of `unit`, from `origin`.
+#[derive(Debug, Clone)]
+pub struct Layout {
+    /// m.
+    pub unit: f64,
+    /// m.
+    pub origin: [f64; 3],
+    /// Planes of each axis, ascending, scaled.
+    pub planes: [Vec<Plane>; 3],
+    /// `walls[axis][side]`.
+    pub walls: [[Wall; 2]; 3],
+    /// Conductors in the scene's order; `None` where a reduced layout does not hold one.
+    pub conductors: Vec<Option<Block>>,
+    /// Relative permittivity of each cell `[i][j][k]`.
+    pub permittivity: Vec<f64>,
+    /// 1 + index of the dielectric of each cell, 0 for the background.
+    pub material: Vec<i32>,
+    /// Distance from the origin at which open space may begin.
+    pub reach: f64,
+    /// Per axis, the plane of mirror symmetry, if there is one.
+    pub mirror: [Option<usize>; 3],
+}
+
+impl Layout {
+    /// Lays out a scene.
+    pub fn new(scene: &BoxScene) -> Self {
+        let hull = scene.conductors.iter().map(|c| c.region).reduce(|a, b| a.union(&b));
+        let hull = hull.unwrap_or(Box3 { min: [0.0; 3], max: [1.0; 3] });
+        let finite = |a: usize| scene.domain.min[a].is_finite() && scene.domain.max[a].is_finite();
+        let origin = [0, 1, 2].map(|a| {
+            let b = if finite(a) { &scene.domain } else { &hull };
+            0.5 * (b.min[a] + b.max[a])
+        });
+        let unit = (0..3).map(|a| hull.extent(a)).fold(0.0, f64::max).max(f64::MIN_POSITIVE);
+        let scaled = |x: f64, a: usize| (x - origin[a]) / unit;
+        let mut planes: [Vec<Plane>; 3] = Default::default();
+        for a in 0..3 {
+            let mut all = Vec::new();
+            for c in &scene.conductors {
+                all.push(Plane { at: scaled(c.region.min[a], a), edge: true });
+                all.push(Plane { at: scaled(c.region.max[a], a), edge: true });
+            }
+            for d in &scene.dielectrics {
+                for x in [d.region.min[a], d.region.max[a]] {
+                    if x > scene.domain.min[a] && x < scene.domain.max[a] {
+                        all.push(Plane { at: scaled(x, a), edge: false });
+                    }
+                }
+            }
+            for x in [scene.domain.min[a], scene.domain.max[a]].into_iter().filter(|x| x.is_finite()) {
+                all.push(Plane { at: scaled(x, a), edge: false });
+            }
+            planes[a] = merged(all);
+        }
+        let mut layout = Self {
+            unit,
+            origin,
+            planes,
+            walls: scene.walls,
+            conductors: Vec::new(),
+            permittivity: Vec::new(),
+            material: Vec::new(),
+            reach: 0.0,
+            mirror: [None; 3],
+        };
+        layout.fill(scene);
+        for a in 0..3 {
+            if layout.mirrored(a) {
+                layout.mirror[a] = Some(layout.insert_centre(a));
+                layout.fill(scene);
+            }
+        }
+        // The centre planes may have moved the indices found before: find them again.
+        for a in 0..3 {
+            layout.mirror[a] = layout.mirror[a].and_then(|_| layout.planes[a].iter().position(|p| p.at == 0.0));
+        }
+        layout
+    }
+
+    /// Conductors, permittivity and reach for the current planes.
+    fn fill(&mut self, scene: &BoxScene) {
+        let find = |a: usize, x: f64| {
+            let s = (x - self.origin[a]) / self.unit;
+            let (mut best, mut distance) = (0, f64::INFINITY);
+            for (i, p) in self.planes[a].iter().enumerate() {
+                if (p.at - s).abs() < distance {
+                    (best, distance) = (i, (p.at - s).abs());
+                }
+            }
+            best + usize::from(self.walls[a][0] == Wall::Open)
+        };
+        let conductors = scene
+            .conductors
+            .iter()
+            .map(|c| {
+                Some(Block {
+                    lo: [0, 1, 2].map(|a| find(a, c.region.min[a])),
+                    hi: [0, 1, 2].map(|a| find(a, c.region.max[a])),
+                })
+            })
+            .collect();
+        let centres = [0, 1, 2].map(|a| self.centres(a));
+        let (mut permittivity, mut material) = (Vec::new(), Vec::new());
+        for &x in &centres[0] {
+            for &y in &centres[1] {
+                for &z in &centres[2] {
+                    let at = [x, y, z];
+                    let point = [0, 1, 2].map(|a| self.origin[a] + self.unit * at[a]);
+                    let hit = scene.dielectrics.iter().rposition(|d| d.region.contains(point));
+                    permittivity
+                        .push(hit.map_or(scene.background_permittivity, |i| scene.dielectrics[i].relative_permittivity));
+                    material.push(hit.map_or(0, |i| i as i32 + 1));
+                }
+            }
+        }
+        self.conductors = conductors;
+        self.permittivity = permittivity;
+        self.material = material;
+        self.reach = (0..3)
+            .filter(|&a| self.walls[a].contains(&Wall::Open))
+            .flat_map(|a| self.planes[a].iter().map(|p| p.at.abs()))
+            .fold(0.5, f64::max);
+    }
+
+    /// A point inside each interval of axis `a`, scaled.
+    fn centres(&self, a: usize) -> Vec<f64> {
+        let p = &self.planes[a];
+        let mut out: Vec<f64> = p.windows(2).map(|w| 0.5 * (w[0].at + w[1].at)).collect();
+        if let (Wall::Open, Some(first)) = (self.walls[a][0], p.first()) {
+            out.insert(0, first.at - 1e3 * (1.0 + first.at.abs()));
+        }
+        if let (Wall::Open, Some(last)) = (self.walls[a][1], p.last()) {
+            out.push(last.at + 1e3 * (1.0 + last.at.abs()));
+        }
+        out
+    }
+
+    /// Numbers of intervals.
+    pub fn cells(&self) -> [usize; 3] {
+        [0, 1, 2].map(|a| {
+            self.planes[a].len() - 1 + self.walls[a].iter().filter(|w| **w == Wall::Open).count()
+        })
+    }
+
+    fn cell(&self, c: [usize; 3]) -> usize {
+        let n = self.cells();
+        (c[0] * n[1] + c[1]) * n[2] + c[2]
+    }
+
+    /// Whether the layout is its own mirror image across the origin of axis `a`.
+    fn mirrored(&self, a: usize) -> bool {
+        let p = &self.planes[a];
+        let size = p.iter().map(|p| p.at.abs()).fold(0.0, f64::max);
+        let n = p.len();
+        if self.walls[a][0] != self.walls[a][1] {
+            return false;
+        }
+        if (0..n).any(|i| (p[i].at + p[n - 1 - i].at).abs() > MERGE * size || p[i].edge != p[n - 1 - i].edge) {
+            return false;
+        }
+        let cells = self.cells();
+        let flip = |b: &Block| {
+            let mut f = *b;
+            (f.lo[a], f.hi[a]) = (cells[a] - b.hi[a], cells[a] - b.lo[a]);
+            f
+        };
+        if !self.conductors.iter().flatten().all(|c| self.conductors.contains(&Some(flip(c)))) {
+            return false;
+        }
+        (0..cells[0]).all(|i| {
+            (0..cells[1]).all(|j| {
+                (0..cells[2]).all(|k| {
+                    let here = [i, j, k];
+                    let mut there = here;
+                    there[a] = cells[a] - 1 - here[a];
+                    self.permittivity[self.cell(here)] == self.permittivity[self.cell(there)]
+                })
+            })
+        })
+    }
+
+    /// Makes the planes of axis `a` exactly symmetric, with one at the centre; its index.
+    fn insert_centre(&mut self, a: usize) -> usize {
+        let p = &mut self.planes[a];
+        let n = p.len();
+        for i in 0..n / 2 {
+            let x = 0.5 * (p[n - 1 - i].at - p[i].at);
+            p[i].at = -x;
+            p[n - 1 - i].at = x;
+        }
+        if n % 2 == 1 {
+            p[n / 2].at = 0.0;
+        } else {
+            p.insert(n / 2, Plane { at: 0.0, edge: false });
+        }
+        n / 2
+    }
+
+    /// Index of the conductor that is the mirror image of conductor `c` across axis `a`.
+    pub fn image(&self, c: usize, a: usize) -> usize {
+        let n = self.cells()[a];
+        let flipped = self.conductors[c].map(|b| {
+            let mut f = b;
+            (f.lo[a], f.hi[a]) = (n - b.hi[a], n - b.lo[a]);
+            f
+        });
+        self.conductors.iter().position(|b| *b == flipped).unwrap_or(c)
+    }
+
+    /// The half of the layout above the mirror plane of axis `a`, with the potential even or odd across it.
+    pub fn half(&self, a: usize, odd: bool) -> Self {
+        let Some(centre) = self.mirror[a] else { return self.clone() };
+        // The centre plane bounds interval `first` from below.
+        let first = centre + usize::from(self.walls[a][0] == Wall::Open);
+        let mut out = self.clone();
+        out.planes[a].drain(..centre);
+        out.planes[a][0].edge = false;
+        out.walls[a][0] = if odd { Wall::Grounded } else { Wall::Insulated };
+        out.mirror[a] = None;
+        for c in &mut out.conductors {
+            *c = c.and_then(|b| {
+                let mut b = b;
+                let sheet_on_plane = b.lo[a] == b.hi[a] && b.lo[a] == first;
+                if b.hi[a] <= first && !sheet_on_plane {
+                    return None;
+                }
+                b.lo[a] = b.lo[a].saturating_sub(first);
+                b.hi[a] -= first;
+                Some(b)
+            });
+        }
+        let n = self.cells();
+        let keep = |values: &[f64]| -> Vec<f64> { kept(values, n, a, first) };
+        out.permittivity = keep(&self.permittivity);
+        out.material = kept(&self.material, n, a, first);
+        out
+    }
+
+    /// The grid of the layout at a resolution, with the conductors it holds (and which of the scene's they are).
+    pub fn domain(&self, resolution: &Resolution) -> (Domain, Vec<usize>) {
+        let axes = [0, 1, 2].map(|a| {
+            let ends = [0, 1].map(|side| match self.walls[a][side] {
+                Wall::Open => End::Open { pole: 0.0, reach: self.reach },
+                _ => End::Closed,
+            });
+            let graded = graded_axis(&self.planes[a], ends, resolution);
+            Axis { line: graded.line, cuts: graded.cuts, walls: self.walls[a] }
+        });
+        let held: Vec<usize> = (0..self.conductors.len()).filter(|&c| self.conductors[c].is_some()).collect();
+        let conductors = self.conductors.iter().flatten().copied().collect();
+        (Domain { axes, conductors, permittivity: self.permittivity.clone() }, held)
+    }
+}
+
+/// The cells from interval `first` of axis `a` on.
+fn kept<T: Copy>(values: &[T], n: [usize; 3], a: usize, first: usize) -> Vec<T> {
+    let mut out = Vec::new();
+    for i in 0..n[0] {
+        for j in 0..n[1] {
+            for k in 0..n[2] {
+                if [i, j, k][a] >= first {
+                    out.push(values[(i * n[1] + j) * n[2] + k]);
+                }
+            }
+        }
+    }
+    out
+}
+
+fn merged(mut planes: Vec<Plane>) -> Vec<Plane> {
+    planes.sort_by(|p, q| p.at.total_cmp(&q.at));
+    let size = planes.iter().map(|p| p.at.abs()).fold(0.0, f64::max);
+    let mut out: Vec<Plane> = Vec::new();
+    for p in planes {
+        match out.last_mut() {
+            Some(last) if p.at - last.at <= MERGE * size => last.edge |= p.edge,
+            _ => out.push(p),
+        }
+    }
+    out
+}
