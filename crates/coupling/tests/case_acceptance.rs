@@ -1,5 +1,7 @@
 //! The acceptance files that this version supports give the expected cases; the others are refused by name.
 
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test stops by panicking")]
+
 use std::path::{Path, PathBuf};
 
 use elastocap_coupling::case::{

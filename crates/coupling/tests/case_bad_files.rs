@@ -1,5 +1,7 @@
 //! Files that must be refused: those of the acceptance set one by one, and what is no case file at all.
 
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test stops by panicking")]
+
 use std::path::{Path, PathBuf};
 
 use elastocap_coupling::case;

@@ -1,5 +1,7 @@
 //! Whatever the text, the reader answers with a case or with messages that can be shown.
 
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test stops by panicking")]
+
 use std::path::Path;
 
 use elastocap_coupling::case;

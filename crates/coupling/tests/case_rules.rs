@@ -1,5 +1,7 @@
 //! What the parts of a case file ask of one another, slip by slip: one change to a good file, one message.
 
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test stops by panicking")]
+
 use std::path::Path;
 
 use elastocap_coupling::case::{self, Box3, Case, CaseError, Extent, Face, Load, Stiffness, Wall};
@@ -241,7 +243,7 @@ fn words_are_told_apart_from_quantities() {
 
 #[test]
 fn unknown_and_later_keys_are_told_apart() {
-    refused(LAYERED, &[("[load]", "[laod]")], "laod", &["unknown key `laod` in the top level", "`load`"]);
+    refused(LAYERED, &[("[load]", "[laod]")], "laod", &["unknown key `laod` at the top level", "`load`"]);
     refused(
         LAYERED,
         &[("title", "zzz")],

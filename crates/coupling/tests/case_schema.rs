@@ -1,5 +1,7 @@
 //! The JSON Schema accepts what the reader accepts, and refuses the slips that a schema can see.
 
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test stops by panicking")]
+
 use std::path::Path;
 
 use elastocap_coupling::case;

@@ -17,6 +17,9 @@ pub struct Axis {
     pub cuts: Vec<usize>,
     /// What holds at the two ends.
     pub walls: [Wall; 2],
+    /// For open ends, the energy of the flux's continuation to infinity per squared flux through the last finite node,
+    /// in units of the resistance there; infinite where no flux may pass.
+    pub continuation: [f64; 2],
 }
 
 /// A block of intervals, `lo[a] .. hi[a]` on each axis; on the normal axis of a sheet `lo == hi`, the plane it lies in.
@@ -111,19 +114,43 @@ impl Axis {
     pub fn flux_ends(&self, lo: usize, hi: usize) -> [FluxEnd; 2] {
         let at = |side: usize, outer: bool| match (outer, self.walls[side]) {
             (true, Wall::Insulated) => FluxEnd::Blocked,
-            (true, Wall::Open) => FluxEnd::Infinite,
+            (true, Wall::Open) if !self.continuation[side].is_finite() => FluxEnd::Blocked,
             _ => FluxEnd::Free,
         };
         [at(0, lo == 0), at(1, hi == self.intervals())]
     }
 
-    /// Whether the line itself runs to infinity at `side`.
-    pub fn infinite(&self, side: usize) -> bool {
-        self.line.ends[side] != LineEnd::Finite
+    /// The continuation at the ends of the intervals `lo..hi`.
+    pub fn continuation_of(&self, lo: usize, hi: usize) -> [f64; 2] {
+        let at = |side: usize, outer: bool| {
+            if outer && self.walls[side] == Wall::Open && self.continuation[side].is_finite() {
+                self.continuation[side]
+            } else {
+                0.0
+            }
+        };
+        [at(0, lo == 0), at(1, hi == self.intervals())]
+    }
+
+    /// The axis without its infinite elements: fluxes are continued beyond the last node by other means.
+    pub fn truncated(&self) -> Self {
+        let mut out = self.clone();
+        let low = self.line.first_finite();
+        for cut in &mut out.cuts {
+            *cut = cut.saturating_sub(low).min(self.line.degrees.len());
+        }
+        out.line.ends = [LineEnd::Finite; 2];
+        out
     }
 }
 
 impl Domain {
+    /// The domain up to the last finite nodes.
+    pub fn truncated(&self) -> Self {
+        let [a, b, c] = &self.axes;
+        Self { axes: [a.truncated(), b.truncated(), c.truncated()], ..self.clone() }
+    }
+
     /// Numbers of intervals.
     pub fn cells(&self) -> [usize; 3] {
         [0, 1, 2].map(|a| self.axes[a].intervals())

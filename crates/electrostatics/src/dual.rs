@@ -98,6 +98,7 @@ type SegmentKey = (usize, usize, [FluxEnd; 2], Vec<u64>);
 impl Dual {
     /// Assembles line matrices and box modes.
     pub fn new(domain: &Domain) -> Result<Self, SolveError> {
+        let domain = &domain.truncated();
         let dims = domain.dual_dims();
         let mut bundles: [Vec<Bundle>; 3] = Default::default();
         let mut segments: [Vec<MixedSegment>; 3] = Default::default();
@@ -363,7 +364,8 @@ fn scaled_segment(
     let mut per_interval = vec![1.0; axis.intervals()];
     per_interval[lo..hi].copy_from_slice(profile);
     let permittivity = per_element(axis, &per_interval);
-    let mut segment = mixed_segment(&axis.line, axis.cuts[lo]..axis.cuts[hi], &permittivity, ends)?;
+    let elements = axis.cuts[lo]..axis.cuts[hi];
+    let mut segment = mixed_segment(&axis.line, elements, &permittivity, ends, axis.continuation_of(lo, hi))?;
     let modes: Vec<f64> = (lo..hi)
         .flat_map(|m| std::iter::repeat_n(per_interval[m].sqrt(), axis.modes(m, m + 1).len()))
         .collect();
@@ -383,7 +385,8 @@ fn scaled_segment(
 /// Modes of the intervals `lo..hi` between two obstacles.
 fn modes_of(axis: &Axis, lo: usize, hi: usize, factor: &[f64]) -> Result<LineModes, SolveError> {
     let elements = axis.cuts[lo]..axis.cuts[hi];
-    Ok(dual_modes(&axis.line, elements, &per_element(axis, factor), axis.flux_ends(lo, hi))?)
+    let (ends, continuation) = (axis.flux_ends(lo, hi), axis.continuation_of(lo, hi));
+    Ok(dual_modes(&axis.line, elements, &per_element(axis, factor), ends, continuation)?)
 }
 
 /// y = A x.
@@ -493,7 +496,8 @@ impl Repair {
     fn new(domain: &Domain) -> Result<Self, SolveError> {
         let whole = Block { lo: [0; 3], hi: domain.cells() };
         let factors = domain.separable(&whole);
-        let singular = domain.axes.iter().all(|a| a.walls == [elastocap_geometry::scene::Wall::Insulated; 2]);
+        let singular =
+            domain.axes.iter().all(|a| a.flux_ends(0, a.intervals()) == [FluxEnd::Blocked; 2]);
         let mut operator = Vec::new();
         let mut modes = Vec::new();
         for (axis, factor) in domain.axes.iter().zip(&factors) {

@@ -125,10 +125,10 @@ impl Layout {
         self.conductors = conductors;
         self.permittivity = permittivity;
         self.material = material;
+        // Twice the distance of the farthest plane from any point of the scene.
         self.reach = (0..3)
-            .filter(|&a| self.walls[a].contains(&Wall::Open))
-            .flat_map(|a| self.planes[a].iter().map(|p| p.at.abs()))
-            .fold(0.5, f64::max);
+            .map(|a| self.planes[a].last().map_or(0.0, |p| p.at) - self.planes[a][0].at)
+            .fold(1.0, f64::max);
     }
 
     /// A point inside each interval of axis `a`, scaled.
@@ -247,13 +247,25 @@ impl Layout {
 
     /// The grid of the layout at a resolution, with the conductors it holds (and which of the scene's they are).
     pub fn domain(&self, resolution: &Resolution) -> (Domain, Vec<usize>) {
+        // A side that is closed must hold the pole: rays from it then never leave the scene. Where both sides of an
+        // axis are closed, flux cannot spread in three dimensions, and none may go to infinity.
+        let open = |a: usize, side: usize| self.walls[a][side] == Wall::Open;
+        let confined = (0..3).any(|a| !open(a, 0) && !open(a, 1));
+        let pole = |a: usize| match (open(a, 0), open(a, 1)) {
+            (true, false) => self.planes[a].last().map_or(0.0, |p| p.at),
+            (false, true) => self.planes[a].first().map_or(0.0, |p| p.at),
+            _ => 0.0,
+        };
+        let (least, most) = self.permittivity.iter().fold((f64::INFINITY, 0.0_f64), |(l, m), e| (l.min(*e), m.max(*e)));
+        let radius = self.reach * resolution.ratio.powi(-(resolution.outer as i32));
         let axes = [0, 1, 2].map(|a| {
             let ends = [0, 1].map(|side| match self.walls[a][side] {
-                Wall::Open => End::Open { pole: 0.0, reach: self.reach },
+                Wall::Open => End::Open { pole: pole(a), reach: self.reach },
                 _ => End::Closed,
             });
             let graded = graded_axis(&self.planes[a], ends, resolution);
-            Axis { line: graded.line, cuts: graded.cuts, walls: self.walls[a] }
+            let continuation = if confined { f64::INFINITY } else { 3.0 * radius * most / least };
+            Axis { line: graded.line, cuts: graded.cuts, walls: self.walls[a], continuation: [continuation; 2] }
         });
         let held: Vec<usize> = (0..self.conductors.len()).filter(|&c| self.conductors[c].is_some()).collect();
         let conductors = self.conductors.iter().flatten().copied().collect();

@@ -136,7 +136,7 @@ fn fixed(level: ResolutionLevel, tolerance: f64) -> Rung {
 
 fn with(levels: usize, order: usize, first: usize, tolerance: f64) -> Rung {
     Rung {
-        resolution: Resolution { order, levels, ratio: RATIO, slope: 1.0, first, outer: levels.div_ceil(2) },
+        resolution: Resolution { order, levels, ratio: RATIO, slope: 1.0, first, outer: ((2.0 / tolerance).ln() / -RATIO.ln()).ceil().max(1.0) as usize },
         level: ResolutionLevel { order, levels },
         iteration_share: 0.01 * tolerance,
     }

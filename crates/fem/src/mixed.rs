@@ -17,9 +17,11 @@ pub enum FluxEnd {
     Free,
     /// No flux passes (an insulated wall, an even plane).
     Blocked,
-    /// The segment runs to infinity.
-    Infinite,
 }
+
+/// Flux that goes on beyond an end: the energy of its continuation, per unit of squared flux through the end and in
+/// units of the resistance 1 / permittivity of the element there. Zero where the flux ends.
+pub type Continuation = [f64; 2];
 
 /// The dual 1D operator of a run of elements between two obstacles.
 #[derive(Debug, Clone)]
@@ -64,10 +66,10 @@ pub fn mixed_segment(
     elements: Range<usize>,
     permittivity: &[f64],
     ends: [FluxEnd; 2],
+    continuation: Continuation,
 ) -> Result<MixedSegment, IllConditioned> {
     let piece = sub_line(line, elements.clone());
-    let resistance: Vec<f64> = permittivity[elements].iter().map(|e| 1.0 / e).collect();
-    let (mass, _) = line_matrices(&piece, &resistance);
+    let mass = flux_mass(&piece, &permittivity[elements], continuation);
     let divergence = divergence_matrix(&piece)?;
     let numbering = Numbering::new(&piece);
     let lo = usize::from(ends[0] == FluxEnd::Blocked);
@@ -105,6 +107,16 @@ pub fn mixed_segment(
         }
     }
     Ok(MixedSegment { t, face, face_energy })
+}
+
+/// Mass of the fluxes of a line weighted by the resistance 1 / permittivity, continuations included.
+pub(crate) fn flux_mass(line: &Line, permittivity: &[f64], continuation: Continuation) -> Mat<f64> {
+    let resistance: Vec<f64> = permittivity.iter().map(|e| 1.0 / e).collect();
+    let (mut mass, _) = line_matrices(line, &resistance);
+    let last = mass.nrows() - 1;
+    mass[(0, 0)] += continuation[0] * resistance[0];
+    mass[(last, last)] += continuation[1] * resistance[resistance.len() - 1];
+    mass
 }
 
 /// The line of a run of elements alone.
@@ -170,9 +182,8 @@ pub(crate) fn divergence_matrix(line: &Line) -> Result<Mat<f64>, IllConditioned>
 mod tests {
     use super::*;
 
-    fn line(open: bool) -> Line {
-        let end = if open { LineEnd::Infinite { degree: 4, pole: 0.0 } } else { LineEnd::Finite };
-        Line { nodes: vec![0.5, 0.7, 1.5], degrees: vec![2, 3], ends: [LineEnd::Finite, end] }
+    fn line() -> Line {
+        Line { nodes: vec![0.5, 0.7, 1.5], degrees: vec![2, 3], ends: [LineEnd::Finite; 2] }
     }
 
     /// Resistance of the segment between unit and zero potential: energy g M^-1 g - v T^-1 v is the capacitance
@@ -186,16 +197,20 @@ mod tests {
 
     #[test]
     fn a_layered_capacitor_in_one_dimension_is_exact() {
-        let s = mixed_segment(&line(false), 0..2, &[2.0, 4.0], [FluxEnd::Free, FluxEnd::Free]).unwrap();
+        let s = mixed_segment(&line(), 0..2, &[2.0, 4.0], [FluxEnd::Free, FluxEnd::Free], [0.0; 2]).unwrap();
         let exact = 1.0 / (0.2 / 2.0 + 0.8 / 4.0);
         assert!((capacitance(&s) - exact).abs() < 1e-12);
     }
 
     #[test]
-    fn nothing_flows_from_a_plate_to_infinity_or_to_an_insulated_end() {
-        let blocked = mixed_segment(&line(false), 0..2, &[1.0; 2], [FluxEnd::Free, FluxEnd::Blocked]).unwrap();
-        assert!(capacitance(&blocked).abs() < 1e-12);
-        let open = mixed_segment(&line(true), 0..3, &[1.0; 3], [FluxEnd::Free, FluxEnd::Infinite]).unwrap();
-        assert!(capacitance(&open).abs() < 1e-12);
+    fn nothing_flows_to_an_insulated_end() {
+        let s = mixed_segment(&line(), 0..2, &[1.0; 2], [FluxEnd::Free, FluxEnd::Blocked], [0.0; 2]).unwrap();
+        assert!(capacitance(&s).abs() < 1e-12);
+    }
+
+    #[test]
+    fn a_continuation_adds_its_resistance() {
+        let s = mixed_segment(&line(), 0..2, &[2.0, 4.0], [FluxEnd::Free, FluxEnd::Free], [0.0, 3.0]).unwrap();
+        assert!((capacitance(&s) - 1.0 / (0.2 / 2.0 + 0.8 / 4.0 + 3.0 / 4.0)).abs() < 1e-12);
     }
 }

@@ -6,7 +6,7 @@
 //! root of that of the eigenvalues, and the smooth modes keep half the digits or more at any grading.
 
 use crate::line::{Line, line_matrices};
-use crate::mixed::{FluxEnd, IllConditioned, divergence_matrix, potential_offsets, sub_line};
+use crate::mixed::{Continuation, FluxEnd, IllConditioned, divergence_matrix, flux_mass, potential_offsets, sub_line};
 use faer::{Mat, Side};
 use std::ops::Range;
 
@@ -55,8 +55,9 @@ pub fn dual_modes(
     elements: Range<usize>,
     permittivity: &[f64],
     ends: [FluxEnd; 2],
+    continuation: Continuation,
 ) -> Result<LineModes, IllConditioned> {
-    let b = dual_factor(line, elements, permittivity, ends)?;
+    let b = dual_factor(line, elements, permittivity, ends, continuation)?;
     let (vectors, values) = left_singular(&b)?;
     Ok(LineModes { vectors, values })
 }
@@ -67,11 +68,11 @@ fn dual_factor(
     elements: Range<usize>,
     permittivity: &[f64],
     ends: [FluxEnd; 2],
+    continuation: Continuation,
 ) -> Result<Mat<f64>, IllConditioned> {
     let piece = sub_line(line, elements.clone());
     let weights = &permittivity[elements];
-    let resistance: Vec<f64> = weights.iter().map(|e| 1.0 / e).collect();
-    let (mass, _) = line_matrices(&piece, &resistance);
+    let mass = flux_mass(&piece, weights, continuation);
     let divergence = divergence_matrix(&piece)?;
     let blocked = |a: usize| usize::from(ends[a] == FluxEnd::Blocked);
     let (from, to) = (blocked(0), mass.nrows() - blocked(1));

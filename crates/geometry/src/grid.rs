@@ -40,7 +40,8 @@ pub enum End {
     Open {
         /// Centre of the inversion.
         pole: f64,
-        /// Distance of the mapped element's node from the pole, at least.
+        /// Distance from the pole at which the scene looks small, beyond the outermost plane; the mapped element begins
+        /// farther out by the resolution's outer layers.
         reach: f64,
     },
 }
@@ -131,9 +132,12 @@ fn interval(a: Plane, b: Plane, r: &Resolution) -> Vec<(f64, usize)> {
 
 /// Distances from the outermost plane of the nodes outside it, with the degree of the element below each, and the
 /// degree of the mapped element beyond.
+///
+/// The last node lies exactly `reach / ratio^outer` from the pole.
 fn outward(plane: &Plane, pole: f64, reach: f64, r: &Resolution) -> (Vec<(f64, usize)>, usize) {
-    // The first run of elements is as long as the scene is large, graded like any other interval.
-    let length = reach.max((plane.at - pole).abs());
+    let offset = (plane.at - pole).abs();
+    // The first run of elements ends where the scene looks small, graded like any other interval.
+    let length = reach - offset;
     let mut steps = Vec::new();
     if plane.edge {
         for layer in 0..=r.levels {
@@ -142,10 +146,11 @@ fn outward(plane: &Plane, pole: f64, reach: f64, r: &Resolution) -> (Vec<(f64, u
     } else {
         steps.push((length, r.order));
     }
-    let mut far = length;
-    for _ in 0..r.outer {
-        far /= r.ratio;
-        steps.push((far, r.order));
+    // Farther out less and less energy is left: the degree may fall.
+    let mut p = r.order;
+    for layer in 1..=r.outer {
+        steps.push((reach * r.ratio.powi(-(layer as i32)) - offset, p));
+        p = p.saturating_sub(1).max(2).min(r.order);
     }
-    (steps, r.order)
+    (steps, p)
 }

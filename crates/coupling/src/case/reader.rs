@@ -45,7 +45,7 @@ impl<T> Read<T> {
 }
 
 impl<T: FromToml> Read<T> {
-    pub(super) fn read(node: Node<'_>, log: &mut Log<'_>) -> Self {
+    pub(super) fn from_node(node: Node<'_>, log: &mut Log<'_>) -> Self {
         Self { span: node.value.span(), value: T::from_toml(node, log) }
     }
 }
@@ -104,7 +104,7 @@ impl Node<'_> {
         let key = shown(self.key);
         match self.table {
             "" => format!("{of}`{key}`"),
-            table => format!("{of}`{key}` in {}", header(table)),
+            table => format!("{of}`{key}` {}", within(table)),
         }
     }
 
@@ -125,6 +125,11 @@ pub(super) fn header(path: &str) -> String {
         "conductor" | "dielectric" => format!("[[{path}]]"),
         _ => format!("[{}]", shown(path)),
     }
+}
+
+/// "in [layer]", or "at the top level".
+pub(super) fn within(path: &str) -> String {
+    if path.is_empty() { "at the top level".to_owned() } else { format!("in {}", header(path)) }
 }
 
 /// The kind of a TOML value, with its article.

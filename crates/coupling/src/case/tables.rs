@@ -8,7 +8,7 @@ use toml::Spanned;
 use toml::de::{DeString, DeTable, DeValue};
 
 use super::diagnostics::{Diagnostic, shown};
-use super::reader::{Field, FromToml, Log, Node, Read, alternatives, header, kind, nearest};
+use super::reader::{Field, FromToml, Log, Node, Read, alternatives, header, kind, nearest, within};
 
 /// The keys that a table may have.
 #[derive(Debug, Clone, Copy)]
@@ -53,7 +53,9 @@ impl<'a> Entries<'a> {
     /// Reads one key; a required one that is not there is remembered for [`Entries::close`].
     pub(super) fn field<F: Field>(&mut self, key: &'static str, log: &mut Log<'_>) -> F {
         match self.table.get(key) {
-            Some(value) => F::present(Read::read(Node { value, key, entry: false, table: &self.path }, log)),
+            Some(value) => {
+                F::present(Read::from_node(Node { value, key, entry: false, table: &self.path }, log))
+            }
             None => {
                 if F::REQUIRED {
                     self.missing.push((key, F::Inner::sample(log)));
@@ -103,7 +105,7 @@ impl<'a> Entries<'a> {
         log: &mut Log<'_>,
     ) -> Option<&'static str> {
         let name = key.get_ref().as_ref();
-        let here = header(&self.path);
+        let here = within(&self.path);
         let known: Vec<_> = shape.keys.iter().map(|key| format!("`{key}`")).collect();
         let known = alternatives(&known, "and");
         if shape.later.contains(&name) {
@@ -111,14 +113,14 @@ impl<'a> Entries<'a> {
             log.push(
                 Diagnostic::at(
                     &key.span(),
-                    format!("`{name}` in {here} is not supported by this version of elastocap ({version})"),
+                    format!("`{name}` {here} is not supported by this version of elastocap ({version})"),
                 )
                 .label("not supported yet")
                 .help(format!("this version reads {known} here")),
             );
             return None;
         }
-        let diagnostic = Diagnostic::at(&key.span(), format!("unknown key `{}` in {here}", shown(name)))
+        let diagnostic = Diagnostic::at(&key.span(), format!("unknown key `{}` {here}", shown(name)))
             .label("not a key that belongs here");
         let near = nearest(name, shape.keys.iter().chain(shape.later).copied());
         let help = match near {

@@ -276,7 +276,7 @@ fn entries<'a, T: FromToml>(node: Node<'a>, log: &mut Log<'_>) -> Option<Vec<Rea
             reads.push(Read { span: item.span(), value: None });
             continue;
         }
-        reads.push(Read::read(Node { value: item, entry: true, ..node }, log));
+        reads.push(Read::from_node(Node { value: item, entry: true, ..node }, log));
         if mended.is_some() && items.len() <= 8 {
             let line = line(log);
             if let Some(help) = log.last_mut().and_then(|last| last.help.as_mut()) {

@@ -3,9 +3,11 @@
 //! A value that could not be read is `Some(Read { value: None })`, and the log already says why; a table that is not
 //! there is `None`. Only the second is told here as missing, so that one slip gives one message.
 
+mod bodies;
 mod layered;
-mod scene;
+mod regions;
 mod steps;
+mod surroundings;
 
 use std::ops::Range;
 use std::path::Path;
@@ -48,7 +50,7 @@ pub(super) fn validate(raw: &Document, flawed: bool, origin: &Path, log: &mut Lo
         layered::check_fit(read, electrodes, layer, log);
     }
     let surroundings = match (&raw.surroundings, wants_capacitance) {
-        (Some(read), true) => Some(scene::surroundings(read, raw, log)),
+        (Some(read), true) => Some(surroundings::surroundings(read, raw, log)),
         _ => None,
     };
     if let (Some(surroundings), Some(layer), Some(electrodes)) = (
@@ -58,7 +60,7 @@ pub(super) fn validate(raw: &Document, flawed: bool, origin: &Path, log: &mut Lo
     ) {
         layered::check_shorted(electrodes, layer, surroundings, raw, log);
     }
-    let bodies = scene::bodies(
+    let bodies = bodies::bodies(
         raw,
         surroundings.as_ref().and_then(Option::as_ref),
         electrodes.as_ref().and_then(Option::as_ref),

@@ -1,0 +1,180 @@
+//! `result.json`: everything that a run found and how it found it.
+
+use elastocap_electrostatics::{Bounded, PhaseSeconds};
+use serde::Serialize;
+
+use crate::case::Case;
+use crate::curve::{Outcome, Row, SolverReport, Status, StepResult};
+use crate::plan::{Kind, Plan};
+
+/// Wall-clock seconds of a whole run.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize)]
+pub struct RunSeconds {
+    /// Reading the case and planning.
+    pub plan: f64,
+    /// All steps, fields staged as they are done.
+    pub solve: f64,
+    /// The other files, but for result.json itself.
+    pub files: f64,
+    /// From the start to result.json.
+    pub total: f64,
+}
+
+#[derive(Serialize)]
+struct Document<'a> {
+    title: &'a str,
+    case: String,
+    /// "complete", "incomplete" (steps failed or missed their tolerance), "stopped".
+    status: &'static str,
+    conductors: &'a [String],
+    #[serde(flatten)]
+    capacitance: Option<Capacitance>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    parallel_plate_f: Option<f64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    fringe_ratio: Option<f64>,
+    bounds: Option<&'static str>,
+    relative_tolerance: Option<f64>,
+    steps: Vec<Step<'a>>,
+    plan: &'a Plan,
+    warnings: Vec<String>,
+    seconds: RunSeconds,
+    threads: usize,
+    versions: Versions,
+    files: Vec<String>,
+}
+
+/// The capacitances of one state, under the names that stand at the top of a static scene's result as well.
+#[derive(Serialize)]
+struct Capacitance {
+    maxwell_matrix_f: Option<Vec<Vec<f64>>>,
+    maxwell_matrix_lower_f: Option<Vec<Vec<f64>>>,
+    maxwell_matrix_upper_f: Option<Vec<Vec<f64>>>,
+    two_terminal_capacitance_f: Option<f64>,
+    capacitance_lower_f: Option<f64>,
+    capacitance_upper_f: Option<f64>,
+    relative_error_estimate: Option<f64>,
+    unknowns: Option<usize>,
+}
+
+impl Capacitance {
+    fn of(step: &StepResult) -> Self {
+        let matrix = |pick: fn(&Bounded) -> f64| step.maxwell.as_ref().map(|m| entries(m, pick));
+        Self {
+            maxwell_matrix_f: matrix(|c| c.value),
+            maxwell_matrix_lower_f: matrix(|c| c.lower),
+            maxwell_matrix_upper_f: matrix(|c| c.upper),
+            two_terminal_capacitance_f: step.row.two_terminal_capacitance_f,
+            capacitance_lower_f: step.row.capacitance_lower_f,
+            capacitance_upper_f: step.row.capacitance_upper_f,
+            relative_error_estimate: step.row.relative_error_estimate,
+            unknowns: step.row.unknowns,
+        }
+    }
+}
+
+#[derive(Serialize)]
+struct Step<'a> {
+    index: usize,
+    #[serde(flatten)]
+    row: &'a Row,
+    reason: Option<&'a str>,
+    warnings: &'a [String],
+    same_as: Option<usize>,
+    maxwell_matrix_f: Option<Vec<Vec<f64>>>,
+    maxwell_matrix_lower_f: Option<Vec<Vec<f64>>>,
+    maxwell_matrix_upper_f: Option<Vec<Vec<f64>>>,
+    solver: Option<&'a SolverReport>,
+    seconds: Seconds,
+    field_file: Option<&'a str>,
+}
+
+#[derive(Serialize)]
+struct Seconds {
+    mechanics: f64,
+    electrostatics: PhaseSeconds,
+    files: f64,
+    total: f64,
+}
+
+#[derive(Serialize)]
+struct Versions {
+    elastocap: &'static str,
+    case_format: u32,
+    system: String,
+    debug_assertions: bool,
+}
+
+fn entries(matrix: &[Vec<Bounded>], pick: fn(&Bounded) -> f64) -> Vec<Vec<f64>> {
+    matrix.iter().map(|row| row.iter().map(pick).collect()).collect()
+}
+
+impl<'a> Step<'a> {
+    fn of(step: &'a StepResult) -> Self {
+        let Capacitance { maxwell_matrix_f, maxwell_matrix_lower_f, maxwell_matrix_upper_f, .. } =
+            Capacitance::of(step);
+        Self {
+            index: step.index,
+            row: &step.row,
+            reason: step.reason.as_deref(),
+            warnings: &step.warnings,
+            same_as: step.same_as,
+            maxwell_matrix_f,
+            maxwell_matrix_lower_f,
+            maxwell_matrix_upper_f,
+            solver: step.solver.as_ref(),
+            seconds: Seconds {
+                mechanics: step.seconds.mechanics,
+                electrostatics: step.seconds.electrostatics,
+                files: step.seconds.files,
+                total: step.seconds.total,
+            },
+            field_file: step.field_file.as_deref(),
+        }
+    }
+}
+
+/// The text of `result.json`; `files` are the run's files, `warnings` what came up while they were written.
+///
+/// # Errors
+/// None that is known: every value in it has a form in JSON.
+pub fn document(
+    case: &Case,
+    outcome: &Outcome,
+    files: Vec<String>,
+    warnings: Vec<String>,
+    seconds: RunSeconds,
+) -> serde_json::Result<String> {
+    let of_static = (outcome.plan.kind == Kind::Capacitance).then(|| outcome.steps.first()).flatten();
+    let unfinished = |step: &StepResult| step.row.status == Status::NotRun;
+    let document = Document {
+        title: &case.title,
+        case: case.source.display().to_string(),
+        status: match (outcome.is_complete(), outcome.steps.iter().any(unfinished)) {
+            (true, _) => "complete",
+            (false, true) => "stopped",
+            (false, false) => "incomplete",
+        },
+        conductors: &outcome.conductors,
+        capacitance: of_static.map(Capacitance::of),
+        parallel_plate_f: of_static.and_then(|s| s.row.parallel_plate_f),
+        fringe_ratio: of_static.and_then(|s| s.row.fringe_ratio),
+        bounds: case.electrostatics.map(|e| if e.bounds { "proved" } else { "estimated" }),
+        relative_tolerance: case.electrostatics.map(|e| e.relative_tolerance),
+        steps: outcome.steps.iter().map(Step::of).collect(),
+        plan: &outcome.plan,
+        warnings: [outcome.plan.warnings.clone(), warnings].concat(),
+        seconds,
+        threads: outcome.threads,
+        versions: Versions {
+            elastocap: env!("CARGO_PKG_VERSION"),
+            case_format: 1,
+            system: format!("{}-{}", std::env::consts::ARCH, std::env::consts::OS),
+            debug_assertions: cfg!(debug_assertions),
+        },
+        files,
+    };
+    let mut text = serde_json::to_string_pretty(&document)?;
+    text.push('\n');
+    Ok(text)
+}

@@ -1,0 +1,168 @@
+//! Results on disk.
+
+mod atomic;
+pub mod csv;
+mod figure;
+mod json;
+pub mod scene_files;
+
+use std::path::PathBuf;
+use std::time::{Duration, Instant};
+
+use elastocap_electrostatics::Field;
+use elastocap_geometry::export::gltf::glb;
+use elastocap_geometry::export::vtk::{pvd, vtu};
+
+pub use atomic::{OutputError, OutputFolder};
+pub use figure::figure;
+pub use json::{RunSeconds, document};
+
+use crate::case::Case;
+use crate::curve::{Outcome, StepResult};
+use crate::plan::{Kind, Options};
+
+/// What a run has put on disk.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Saved {
+    /// The files, sorted.
+    pub files: Vec<PathBuf>,
+    /// The text of `result.json`.
+    pub json: String,
+    /// What could not be shown; the numbers are not touched by it.
+    pub warnings: Vec<String>,
+}
+
+/// The name of a step's field file.
+pub fn field_file(index: usize) -> String {
+    format!("step_{index:03}.vtu")
+}
+
+/// Stages the field of a step; on success its name stands in the result. A field that the format cannot hold is a warning.
+///
+/// # Errors
+/// When the file cannot be written.
+pub(crate) fn stage_field(
+    folder: &OutputFolder,
+    result: &mut StepResult,
+    field: Field,
+) -> Result<(), OutputError> {
+    let Some(scene) = &result.scene else { return Ok(()) };
+    let start = Instant::now();
+    match vtu(&scene_files::field_grid(&scene.scene, field)) {
+        Ok(bytes) => {
+            let name = field_file(result.index);
+            folder.stage(&name, &bytes)?;
+            result.field_file = Some(name);
+        }
+        Err(error) => result.warnings.push(format!("the field is not written: {error}")),
+    }
+    result.seconds.files = start.elapsed().as_secs_f64();
+    Ok(())
+}
+
+/// The times and files of a field series: compressions where there is a load.
+fn series(steps: &[StepResult]) -> Vec<(f64, String)> {
+    let time = |step: &StepResult| step.row.compression.unwrap_or(step.index as f64);
+    steps.iter().filter_map(|step| Some((time(step), step.field_file.clone()?))).collect()
+}
+
+fn stage_series(folder: &OutputFolder, steps: &[StepResult]) -> Result<Option<String>, OutputError> {
+    let series = series(steps);
+    if series.is_empty() {
+        return Ok(None);
+    }
+    match pvd(&series) {
+        Ok(text) => folder.stage("fields.pvd", text.as_bytes()).map(|()| None),
+        Err(error) => Ok(Some(format!("fields.pvd is not written: {error}"))),
+    }
+}
+
+fn stage_scene(
+    folder: &OutputFolder,
+    case: &Case,
+    steps: &[StepResult],
+) -> Result<Option<String>, OutputError> {
+    let (bodies, labels) = scene_files::bodies(case, steps);
+    if bodies.is_empty() {
+        return Ok(Some("scene.glb is not written: no step has a scene".to_owned()));
+    }
+    match glb(&bodies, &labels) {
+        Ok(bytes) => folder.stage("scene.glb", &bytes).map(|()| None),
+        Err(error) => Ok(Some(format!("scene.glb is not written: {error}"))),
+    }
+}
+
+/// Writes what a run found, beside the fields staged before, and puts all of it in place.
+///
+/// `started` is when the run began, `planning` how long reading and planning took.
+///
+/// # Errors
+/// When a file cannot be written; then the folder is as it was before.
+pub fn save(
+    case: &Case,
+    outcome: &Outcome,
+    options: &Options,
+    folder: OutputFolder,
+    started: Instant,
+    planning: Duration,
+) -> Result<Saved, OutputError> {
+    let writing = Instant::now();
+    let mut warnings = Vec::new();
+    if outcome.has_curve() {
+        folder.stage("curve.csv", csv::curve(outcome).as_bytes())?;
+    }
+    if let (Kind::Capacitance, Some(step)) = (outcome.plan.kind, outcome.steps.first()) {
+        folder.stage("capacitance.csv", csv::capacitance(&outcome.conductors, step).as_bytes())?;
+    }
+    if let Some(chart) = figure(&case.title, outcome) {
+        folder.stage("curve.svg", chart.to_svg().as_bytes())?;
+    }
+    if options.scene {
+        warnings.extend(stage_scene(&folder, case, &outcome.steps)?);
+    }
+    warnings.extend(stage_series(&folder, &outcome.steps)?);
+    let seconds = RunSeconds {
+        plan: planning.as_secs_f64(),
+        solve: outcome.solve_seconds,
+        files: writing.elapsed().as_secs_f64(),
+        total: started.elapsed().as_secs_f64(),
+    };
+    let mut names = folder.staged();
+    names.push(atomic::INDEX.to_owned());
+    names.sort();
+    let json = document(case, outcome, names, warnings.clone(), seconds).map_err(|error| OutputError::File {
+        file: folder.path().join(atomic::INDEX),
+        source: error.into(),
+    })?;
+    folder.stage(atomic::INDEX, json.as_bytes())?;
+    Ok(Saved { files: folder.commit()?, json, warnings })
+}
+
+/// Writes the bodies and the grid of a case without solving for a field: `scene.glb`, one `.vtu` for each step.
+///
+/// `steps` must come from [`crate::run::deform`].
+///
+/// # Errors
+/// When a file cannot be written; then the folder is as it was before.
+pub fn save_mesh(
+    case: &Case,
+    mut steps: Vec<StepResult>,
+    folder: OutputFolder,
+) -> Result<(Vec<PathBuf>, Vec<String>), OutputError> {
+    let mut warnings: Vec<String> = stage_scene(&folder, case, &steps)?.into_iter().collect();
+    for step in &mut steps {
+        if let Some(scene) = &step.scene {
+            match vtu(&scene_files::geometry_grid(&scene.scene)) {
+                Ok(bytes) => {
+                    let name = field_file(step.index);
+                    folder.stage(&name, &bytes)?;
+                    step.field_file = Some(name);
+                }
+                Err(error) => warnings.push(format!("the grid of step {} is not written: {error}", step.index)),
+            }
+        }
+    }
+    warnings.extend(stage_series(&folder, &steps)?);
+    Ok((folder.commit()?, warnings))
+}
+

@@ -1,0 +1,201 @@
+//! One load step: the layer deforms, the electrodes move, the field is solved.
+
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::time::Instant;
+
+use elastocap_electrostatics::{Bounded, Field, Settings, Solution, SolveError, solve};
+use elastocap_mechanics::{ForceLimit, LayerState};
+
+use crate::case::Case;
+use crate::curve::{Row, SolverReport, Status, StepResult};
+use crate::plan::{PlannedStep, StepLoad, layer_state};
+use crate::scene_of::{DeformedScene, scene_of};
+use crate::terminals::pair_among;
+
+/// What all steps of a run have in common.
+pub(crate) struct Solver<'a> {
+    pub(crate) case: &'a Case,
+    pub(crate) settings: Settings,
+    pub(crate) prune: bool,
+    pub(crate) force_limit: Option<ForceLimit>,
+}
+
+impl Solver<'_> {
+    /// Solves one step. Whatever goes wrong is in the result's status; what was known before is kept.
+    pub(crate) fn solve(&self, step: &PlannedStep) -> (StepResult, Option<Field>) {
+        let start = Instant::now();
+        let mut result = StepResult::not_run(step);
+        let mut field = None;
+        // A defect in one step must not take the others with it.
+        let outcome = catch_unwind(AssertUnwindSafe(|| self.run(&mut result, &mut field)));
+        match outcome {
+            Ok(Ok(())) => {}
+            Ok(Err(Stop::Cancelled)) => result = StepResult::not_run(step),
+            Ok(Err(Stop::Failed(reason))) => result.fail(reason),
+            Err(defect) => {
+                let said = defect.downcast_ref::<String>().map(String::as_str);
+                let said = said.or_else(|| defect.downcast_ref::<&str>().copied()).unwrap_or("no message");
+                result.fail(format!("a defect of elastocap, please report it with the case file: {said}"));
+            }
+        }
+        result.seconds.total = start.elapsed().as_secs_f64();
+        (result, field)
+    }
+
+    fn run(&self, result: &mut StepResult, field: &mut Option<Field>) -> Result<(), Stop> {
+        let start = Instant::now();
+        let state = layer_state(self.case, result.load, self.prune)?;
+        self.note_mechanics(result, state.as_ref());
+        if !self.case.has_conductors() {
+            result.row.status = Status::Ok;
+            result.seconds.mechanics = start.elapsed().as_secs_f64();
+            return Ok(());
+        }
+        let deformed = scene_of(self.case, state.as_ref())?;
+        if let Some(pair) = &deformed.pair {
+            result.row.gap_m = Some(pair.gap);
+            result.row.electrode_height_m = Some(pair.height);
+            result.row.electrode_thickness_m = Some(pair.thickness);
+            result.row.parallel_plate_f = Some(pair.parallel_plate);
+        }
+        let deformed = result.scene.insert(deformed);
+        result.seconds.mechanics = start.elapsed().as_secs_f64();
+
+        let (mut solution, two_terminal) = self.field_of(deformed)?;
+        *field = solution.field.take();
+        let all = solution.maxwell.iter().flatten().chain(&two_terminal);
+        if all.into_iter().any(|c| !(c.lower <= c.value && c.value <= c.upper)) {
+            return Err(Stop::Failed("the solver's bounds do not enclose its value".to_owned()));
+        }
+        if let Some(capacitance) = &two_terminal {
+            result.row.set_capacitance(capacitance);
+        }
+        result.row.unknowns = Some(solution.unknowns);
+        result.row.status = if solution.reached { Status::Ok } else { Status::ToleranceNotReached };
+        result.reason = solution.shortfall;
+        result.two_terminal = two_terminal;
+        result.maxwell = Some(solution.maxwell);
+        result.seconds.electrostatics = solution.seconds;
+        result.solver = Some(SolverReport {
+            iterations: solution.iterations,
+            grids: solution.grids,
+            resolution: solution.resolution,
+            mirrored: solution.mirrored,
+            repair_share: solution.repair_share,
+        });
+        Ok(())
+    }
+
+    fn note_mechanics(&self, result: &mut StepResult, state: Option<&LayerState>) {
+        let row = &mut result.row;
+        let Some(state) = state else {
+            // Nothing presses: the layer is as it was.
+            if self.case.layer.is_some() {
+                (row.compression, row.force_n, row.top_displacement_m) = (Some(0.0), Some(0.0), Some(0.0));
+            }
+            return;
+        };
+        row.force_n = Some(state.force());
+        row.compression = Some(state.compression());
+        row.top_displacement_m = Some(state.top_displacement());
+        if let (StepLoad::Compression(compression), Some(limit)) = (result.load, self.force_limit)
+            && compression > limit.compression
+        {
+            result.warnings.push(format!(
+                "U/H is beyond {:.4}, where the force of eq. (50) has its maximum of {:.4e} N: the force given is the \
+                 formula's, outside its range; the deformation is not affected",
+                limit.compression, limit.force
+            ));
+        }
+    }
+
+    /// The solution, and the two-terminal capacitance.
+    fn field_of(&self, deformed: &DeformedScene) -> Result<(Solution, Option<Bounded>), Stop> {
+        let among_others = deformed.pair.is_some() && deformed.scene.conductors.len() > 2;
+        let mut settings = self.settings.clone();
+        let mut tries = 3;
+        loop {
+            let mut solution = solve(&deformed.scene, &settings)?;
+            if !among_others {
+                let two_terminal = solution.two_terminal;
+                return Ok((solution, two_terminal));
+            }
+            // The solver's tolerance is that of the matrix; what is asked for is that of the pair.
+            let pair = pair_among(&solution.maxwell);
+            let error = pair.map_or(0.0, |pair| 2.0 * pair.relative_error());
+            let asked = self.settings.relative_tolerance;
+            let allowed = if settings.bounds { asked } else { 2.0 * asked };
+            tries -= 1;
+            if error <= allowed || tries == 0 || !solution.reached {
+                if error <= allowed {
+                    (solution.reached, solution.shortfall) = (true, None);
+                } else {
+                    solution.reached = false;
+                    solution.shortfall.get_or_insert_with(|| {
+                        "the pair's capacitance is known less well than the Maxwell matrix it comes from".to_owned()
+                    });
+                }
+                return Ok((solution, pair));
+            }
+            settings.relative_tolerance *= 0.7 * allowed / error;
+        }
+    }
+}
+
+/// Why a step ended early.
+enum Stop {
+    Cancelled,
+    Failed(String),
+}
+
+impl From<SolveError> for Stop {
+    fn from(error: SolveError) -> Self {
+        match error {
+            SolveError::Cancelled => Self::Cancelled,
+            error => Self::Failed(error.to_string()),
+        }
+    }
+}
+
+impl From<elastocap_mechanics::MechanicsError> for Stop {
+    fn from(error: elastocap_mechanics::MechanicsError) -> Self {
+        Self::Failed(error.to_string())
+    }
+}
+
+impl From<crate::scene_of::SceneError> for Stop {
+    fn from(error: crate::scene_of::SceneError) -> Self {
+        Self::Failed(error.to_string())
+    }
+}
+
+impl StepResult {
+    /// A step of which only the load is known.
+    pub(crate) fn not_run(step: &PlannedStep) -> Self {
+        let mut row = Row::default();
+        match step.load {
+            StepLoad::None => {}
+            StepLoad::Compression(compression) => row.compression = Some(compression),
+            StepLoad::ForceN(force) => row.force_n = Some(force),
+        }
+        Self {
+            index: step.index,
+            load: step.load,
+            same_as: step.same_as,
+            row,
+            reason: None,
+            warnings: Vec::new(),
+            scene: None,
+            maxwell: None,
+            two_terminal: None,
+            solver: None,
+            seconds: Default::default(),
+            field_file: None,
+        }
+    }
+
+    fn fail(&mut self, reason: String) {
+        self.row.status = Status::Failed(reason.clone());
+        self.reason = Some(reason);
+    }
+}
