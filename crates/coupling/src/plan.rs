@@ -255,8 +255,9 @@ impl Plan {
             self.unknowns = own.unknowns;
             self.mirrored = own.mirrored;
             self.seconds = own.seconds * distinct as f64;
-            where_solved = ["the whole scene", "half of the scene", "a quarter of the scene", "an eighth of the scene"]
-                [own.mirrored.iter().filter(|m| **m).count()];
+            where_solved =
+                ["the whole scene", "half of the scene", "a quarter of the scene", "an eighth of the scene"]
+                    [own.mirrored.iter().filter(|m| **m).count()];
             let whole = Settings { symmetry: false, ..settings.clone() };
             let whole = scene.as_ref().and_then(|s| forecast(&s.scene, &whole).ok());
             self.mirror_images(own, whole.as_ref(), distinct);
@@ -284,7 +285,12 @@ impl Plan {
         self.solved.push(Planned { part: "electrostatics", what });
         if !settings.bounds {
             let why = "`bounds = false` under [electrostatics]";
-            self.left_out.push(LeftOut::new(Decision::Case, "dual problem", why, "about half of the field solves"));
+            self.left_out.push(LeftOut::new(
+                Decision::Case,
+                "dual problem",
+                why,
+                "about half of the field solves",
+            ));
         }
     }
 

@@ -122,7 +122,8 @@ pub fn scene_of(case: &Case, state: Option<&LayerState>) -> Result<DeformedScene
         region
     };
     if let (Some(layer), Some(top)) = (&case.layer, top) {
-        let own = layer.relative_permittivity.ok_or(SceneError::Missing("relative_permittivity in [layer]"))?;
+        let own =
+            layer.relative_permittivity.ok_or(SceneError::Missing("relative_permittivity in [layer]"))?;
         add("layer", BodyRole::Layer, slab(0.0, top), own);
         if let Extent::AroundLayer { below, above, .. } = &surroundings.extent {
             if let Face::Medium { relative_permittivity, thickness } = *below {
@@ -215,7 +216,8 @@ fn place(
     state: Option<&LayerState>,
 ) -> Result<([Box3; 2], DeformedPair), SceneError> {
     let permittivity =
-        layer.relative_permittivity.ok_or(SceneError::Missing("relative_permittivity in [layer]"))? * EPSILON_0;
+        layer.relative_permittivity.ok_or(SceneError::Missing("relative_permittivity in [layer]"))?
+            * EPSILON_0;
     let width = electrodes.width;
     let block = |x1: [f64; 2], x2: [f64; 2]| Box3 {
         min: [x1[0], x2[0], -0.5 * width],
@@ -244,9 +246,8 @@ fn place(
             if gap <= ROUNDING * layer.thickness {
                 return Err(SceneError::GapCloses { gap });
             }
-            let region = |plate: &Plate| {
-                block([-0.5 * plate.length, 0.5 * plate.length], [plate.low, plate.high])
-            };
+            let region =
+                |plate: &Plate| block([-0.5 * plate.length, 0.5 * plate.length], [plate.low, plate.high]);
             let facing = lower.length.min(upper.length);
             let deformed = DeformedPair {
                 gap,

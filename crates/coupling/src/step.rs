@@ -132,7 +132,8 @@ impl Solver<'_> {
                 } else {
                     solution.reached = false;
                     solution.shortfall.get_or_insert_with(|| {
-                        "the pair's capacitance is known less well than the Maxwell matrix it comes from".to_owned()
+                        "the pair's capacitance is known less well than the Maxwell matrix it comes from"
+                            .to_owned()
                     });
                 }
                 return Ok((solution, pair));

@@ -11,9 +11,10 @@ use elastocap_geometry::grid::Resolution;
 /// in-plane pair.
 const RATIO: f64 = 0.13;
 
-/// Without bounds, the error left over the gain of the last rung. Between neighbouring rungs the error falls by 1.6
-/// to 5; the remainder is then 1.7 to 0.25 gains.
-pub const REMAINDER: f64 = 1.7;
+/// Without bounds, the estimated error over what refining by two rungs (one layer, one order) gained. Two rungs lower
+/// the error by a factor of 8 to 14 at the edges of boxes and of 3 to 5 at those of sheets: the true remainder is 0.08
+/// to 0.47 gains.
+pub const REMAINDER: f64 = 0.6;
 
 /// One rung: a resolution and how far to iterate on it.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -35,7 +36,9 @@ pub struct Ladder {
     memory_limit: u64,
     /// Current rung.
     index: usize,
-    /// Rungs solved and the spread found.
+    /// Where the search goes once the current rung, its coarser companion, is solved.
+    pending: Option<usize>,
+    /// Rungs judged and the error found.
     seen: Vec<(usize, f64)>,
     shortfall: Option<String>,
 }
@@ -43,20 +46,32 @@ pub struct Ladder {
 /// Highest rung: beyond it line matrices reach the end of double precision.
 const TOP: usize = 22;
 
-/// Expected factor of the spread from one rung to the next, until two rungs have been seen.
-const EXPECTED: f64 = 0.4;
+/// Spread on each rung over that on rung 0. The in-plane pair and the cube in a cube agree on it within a fifth;
+/// sheets, whose singularity is stronger, follow a power of it, which two rungs tell.
+fn expected(index: usize) -> f64 {
+    const MEASURED: [f64; 10] = [1.0, 0.36, 0.08, 0.0255, 0.0077, 2.05e-3, 9e-4, 2e-4, 1.2e-4, 2.5e-5];
+    MEASURED.get(index).copied().unwrap_or_else(|| MEASURED[9] * 0.36_f64.powi(index as i32 - 9))
+}
 
 impl Ladder {
     /// Starts a search.
     pub fn new(settings: &Settings) -> Self {
-        // Where the pair of the paper would need to be, less two rungs.
-        let guess = ((settings.relative_tolerance / 1.5e-2).ln() / EXPECTED.ln()).floor().max(0.0) as usize;
+        let t = settings.relative_tolerance;
+        let first = usize::from(t < 2e-3) + usize::from(t < 2e-5);
+        let fixed = settings.resolution;
+        // Without bounds the error is told by comparing with the grid two rungs below: that one is solved first.
+        let (index, pending) = match (settings.bounds, fixed) {
+            (true, _) => (first, None),
+            (false, None) => (0, Some(2)),
+            (false, Some(_)) => (0, Some(1)),
+        };
         Self {
-            tolerance: settings.relative_tolerance,
+            tolerance: t,
             bounds: settings.bounds,
-            fixed: settings.resolution,
+            fixed,
             memory_limit: settings.memory_limit,
-            index: if settings.bounds { (guess / 2).min(3) } else { guess.saturating_sub(2).min(4) },
+            index,
+            pending,
             seen: Vec::new(),
             shortfall: None,
         }
@@ -65,9 +80,22 @@ impl Ladder {
     /// The rung to solve on now.
     pub fn rung(&self) -> Rung {
         match self.fixed {
+            Some(level) if self.pending.is_some() => {
+                let coarser = ResolutionLevel {
+                    order: level.order.saturating_sub(1).max(1),
+                    levels: level.levels.saturating_sub(1),
+                };
+                fixed(coarser, self.tolerance)
+            }
             Some(level) => fixed(level, self.tolerance),
             None => rung(self.index, self.tolerance),
         }
+    }
+
+    /// Identifies the current rung, and the coarser one its error is told from.
+    pub fn rung_and_companion(&self) -> (usize, Option<usize>) {
+        let step = if self.fixed.is_some() { 1 } else { 2 };
+        (self.index, if self.bounds { None } else { self.index.checked_sub(step) })
     }
 
     /// Why the tolerance will not be reached, if it will not.
@@ -75,50 +103,54 @@ impl Ladder {
         self.shortfall.clone()
     }
 
-    /// Takes the spread found on the current rung; `Some(())` if another rung is to be solved.
-    pub fn judge(&mut self, spread: f64, memory: impl Fn(&Rung) -> u64) -> Option<()> {
-        if let Some(level) = self.fixed {
-            // Without bounds the estimate needs a coarser neighbour: solved first, at one order and layer less.
-            if !self.bounds && self.seen.is_empty() {
-                self.seen.push((0, spread));
-                return Some(()).filter(|()| level.order > 0);
-            }
-            if spread > self.tolerance {
-                self.shortfall = Some(format!("spread {spread:.1e} at the fixed resolution"));
-            }
-            return None;
+    /// Takes the error found on the current rung (unknown on a rung that only serves as companion); whether another
+    /// rung is to be solved.
+    pub fn judge(&mut self, error: Option<f64>, memory: impl Fn(&Rung) -> u64) -> bool {
+        if let Some(next) = self.pending.take() {
+            self.index = next;
+            return true;
         }
-        self.seen.push((self.index, spread));
-        if spread <= self.tolerance && (self.bounds || self.seen.len() > 1) {
-            return None;
+        let error = error.unwrap_or(f64::INFINITY);
+        if self.fixed.is_some() {
+            if !(error <= self.tolerance) {
+                self.shortfall = Some(format!("the error is {error:.1e} at the fixed resolution"));
+            }
+            return false;
         }
-        let factor = match self.seen[..] {
+        self.seen.push((self.index, error));
+        if error <= self.tolerance {
+            return false;
+        }
+        let power = match self.seen[..] {
             [.., (i, a), (j, b)] if a > b && b > 0.0 && a < 1.9 => {
-                ((b / a).ln() / (j - i) as f64).exp().clamp(0.15, 0.75)
+                ((b / a).ln() / (expected(j) / expected(i)).ln()).clamp(0.3, 1.3)
             }
-            _ => EXPECTED,
+            _ => 1.0,
         };
-        let steps = if spread < 1.9 {
-            ((0.8 * self.tolerance / spread).ln() / factor.ln()).ceil().max(1.0) as usize
-        } else {
-            1
-        };
-        // Without bounds the estimate compares neighbours: the last step must be a single one.
-        let jump = if self.bounds { steps.min(6) } else if self.seen.len() < 2 { 1 } else { steps.min(6) };
-        let mut next = (self.index + jump).min(TOP);
+        let foretold = |r: usize| error.min(1.9) * (expected(r) / expected(self.index)).powf(power);
+        let mut next = (self.index + 1..=TOP).find(|r| foretold(*r) <= self.tolerance).unwrap_or(TOP);
+        next = next.min(self.index + 6);
         while next > self.index && memory(&rung(next, self.tolerance)) > self.memory_limit {
             next -= 1;
         }
-        if next == self.index {
+        if next == self.index || error.is_nan() {
             self.shortfall = Some(if self.index == TOP {
-                format!("spread {spread:.1e} on the finest grid that double precision allows")
+                format!("the error is {error:.1e} on the finest grid that double precision allows")
             } else {
-                format!("spread {spread:.1e}: a finer grid would take more than {} MB", self.memory_limit >> 20)
+                format!("the error is {error:.1e}; a finer grid would take more than {} MB", self.memory_limit >> 20)
             });
-            return None;
+            return false;
+        }
+        if !self.bounds && next - self.index != 2 {
+            // The companion first, unless it is the rung just solved or lies below it.
+            if next - self.index > 2 {
+                (self.index, self.pending) = (next - 2, Some(next));
+                return true;
+            }
+            next = self.index + 2;
         }
         self.index = next;
-        Some(())
+        true
     }
 }
 

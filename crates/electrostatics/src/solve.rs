@@ -23,26 +23,35 @@ pub fn solve(scene: &BoxScene, settings: &Settings) -> Result<Solution, SolveErr
     let mut seconds = PhaseSeconds { setup: begin.elapsed().as_secs_f64(), ..Default::default() };
     let mut ladder = Ladder::new(settings);
     let mut grids = 0;
-    let mut earlier: Option<Outcome> = None;
+    // Upper energies of the rungs solved so far, for error estimates.
+    let mut uppers: Vec<(usize, Mat<f64>)> = Vec::new();
     loop {
         if settings.cancel.as_ref().is_some_and(|c| c.load(Ordering::Relaxed)) {
             return Err(SolveError::Cancelled);
         }
         let rung = ladder.rung();
-        let step = Instant::now();
-        let outcome = on_grid(&layout, &parts, &rung, settings)?;
+        let (index, companion) = ladder.rung_and_companion();
+        let start = Instant::now();
+        let mut outcome = on_grid(&layout, &parts, &rung, settings)?;
         grids += 1;
-        let spread = outcome.spread(settings, earlier.as_ref());
-        let took = step.elapsed().as_secs_f64();
-        let next = ladder.judge(spread, |r| memory(&parts, r, settings.bounds));
-        if next.is_none() {
+        let told = if settings.bounds {
+            true
+        } else {
+            let coarser = uppers.iter().find(|(i, _)| Some(*i) == companion).map(|(_, m)| m);
+            if let Some(coarser) = coarser {
+                outcome.estimate(coarser);
+            }
+            coarser.is_some()
+        };
+        uppers.push((index, outcome.bounds.upper.clone()));
+        let error = told.then(|| outcome.error(settings.bounds));
+        if !ladder.judge(error, |r| memory(&parts, r, settings.bounds)) {
             seconds.setup += outcome.seconds.setup;
             seconds.primal = outcome.seconds.primal;
             seconds.dual = outcome.seconds.dual;
-            return Ok(outcome.finish(&layout, &parts, settings, earlier.as_ref(), &rung, grids, seconds, ladder.shortfall()));
+            return Ok(outcome.finish(&layout, settings, &rung, grids, seconds, ladder.shortfall()));
         }
-        seconds.choosing += took;
-        earlier = Some(outcome);
+        seconds.choosing += start.elapsed().as_secs_f64();
     }
 }
 
@@ -134,70 +143,61 @@ fn on_grid(layout: &Layout, parts: &[Part], rung: &Rung, settings: &Settings) ->
 }
 
 impl Outcome {
-    /// Bounds, or without a dual problem the upper value with its estimated error from the next coarser grid.
-    fn matrix(&self, settings: &Settings, earlier: Option<&Outcome>) -> MatrixBounds {
-        if settings.bounds {
-            return self.bounds.clone();
-        }
-        let n = self.bounds.upper.nrows();
-        // Energies fall towards the truth as grids are refined: what the last refinement gained foretells what the
-        // next ones will (see `resolution::REMAINDER`).
-        let lower = Mat::from_fn(n, n, |i, j| {
-            let here = self.bounds.upper[(i, j)];
-            earlier.map_or(0.0, |e| here - crate::resolution::REMAINDER * (e.bounds.upper[(i, j)] - here))
-        });
-        MatrixBounds { lower, upper: self.bounds.upper.clone() }
+    /// Without a dual problem: puts the estimated error below the upper energies, from those of a coarser grid.
+    ///
+    /// Energies fall towards the truth as grids are refined: what the last refinement gained foretells what is left.
+    fn estimate(&mut self, coarser: &Mat<f64>) {
+        let upper = &self.bounds.upper;
+        let n = upper.nrows();
+        self.bounds.lower =
+            Mat::from_fn(n, n, |i, j| upper[(i, j)] - crate::resolution::REMAINDER * (coarser[(i, j)] - upper[(i, j)]));
     }
 
-    /// The largest relative spread of what the tolerance is about.
-    fn spread(&self, settings: &Settings, earlier: Option<&Outcome>) -> f64 {
-        let m = self.matrix(settings, earlier);
+    /// The largest relative spread (error estimate without bounds) of what the tolerance is about.
+    fn error(&self, bounds: bool) -> f64 {
+        let m = &self.bounds;
         let n = m.upper.nrows();
-        let relative = |lower: f64, upper: f64| if upper > 0.0 { 2.0 * (upper - lower) / (upper + lower).abs() } else { 0.0 };
-        let diagonal = (0..n).map(|i| relative(m.lower[(i, i)], m.upper[(i, i)])).fold(0.0, f64::max);
-        m.two_terminal().map_or(diagonal, |t| diagonal.max(relative(t.lower, t.upper)))
+        let relative = |lower: f64, upper: f64| {
+            let value = if bounds { 0.5 * (lower + upper) } else { upper };
+            if upper > 0.0 { ((upper - lower) / value).abs() } else { 0.0 }
+        };
+        let diagonal = (0..n).map(|i| relative(m.lower[(i, i)], m.upper[(i, i)]));
+        let pair = m.two_terminal().map(|t| relative(t.lower, t.upper));
+        // A number that is not one is the worst of all.
+        diagonal.chain(pair).fold(0.0, |a, b| if a >= b { a } else { b })
     }
 
-    #[expect(clippy::too_many_arguments, reason = "the pieces of one result")]
     fn finish(
         self,
         layout: &Layout,
-        parts: &[Part],
         settings: &Settings,
-        earlier: Option<&Outcome>,
         rung: &Rung,
         grids: usize,
         seconds: PhaseSeconds,
         shortfall: Option<String>,
     ) -> Solution {
-        let matrix = self.matrix(settings, earlier);
-        let centred = |b: Bounded| {
-            if settings.bounds {
-                b
-            } else {
-                // The computed energy itself is reported; the estimate goes to both sides of it.
-                let error = b.upper - b.lower;
-                Bounded { value: b.upper, lower: b.upper - error, upper: b.upper + error }
-            }
-        };
-        let _ = parts;
-        let mut maxwell = matrix.entries();
+        let mut maxwell = self.bounds.entries();
+        let mut two_terminal = self.bounds.two_terminal();
         if !settings.bounds {
+            // The computed energy itself is reported, with the estimate on both sides of it.
+            let centred = |upper: f64, b: Bounded| {
+                let error = b.upper - b.lower;
+                Bounded { value: upper, lower: upper - error, upper: upper + error }
+            };
+            two_terminal = two_terminal.map(|b| centred(b.upper, b));
             for (i, row) in maxwell.iter_mut().enumerate() {
                 for (j, b) in row.iter_mut().enumerate() {
-                    let value = self.bounds.upper[(i, j)];
-                    let error = b.upper - b.lower;
-                    *b = Bounded { value, lower: value - error, upper: value + error };
+                    *b = centred(self.bounds.upper[(i, j)], *b);
                 }
             }
         }
+        let stalled = || "the iteration stopped before its goal: the grid is too unequal".to_owned();
+        let shortfall = shortfall.or_else(|| (!self.converged).then(stalled));
         Solution {
-            two_terminal: matrix.two_terminal().map(centred),
+            two_terminal,
             maxwell,
-            reached: shortfall.is_none() && self.converged,
-            shortfall: shortfall.or_else(|| {
-                (!self.converged).then(|| "the iteration stopped before its goal: the grid is too unequal".to_owned())
-            }),
+            reached: shortfall.is_none(),
+            shortfall,
             unknowns: self.unknowns,
             iterations: self.iterations,
             grids,

@@ -142,7 +142,8 @@ impl OutputFolder {
                 return Err(OutputError::Place { file: place(name), source });
             }
         }
-        let stale: Vec<_> = files_of_earlier_run(&place(INDEX)).into_iter().filter(|n| !names.contains(n)).collect();
+        let stale: Vec<_> =
+            files_of_earlier_run(&place(INDEX)).into_iter().filter(|n| !names.contains(n)).collect();
         let (index, others): (Vec<_>, Vec<_>) = names.iter().partition(|name| *name == INDEX);
         for name in others.into_iter().chain(index) {
             fs::rename(self.staging.join(name), place(name))
@@ -185,5 +186,6 @@ fn files_of_earlier_run(index: &Path) -> Vec<String> {
 fn is_result_name(name: &str) -> bool {
     let step = name.strip_prefix("step_").and_then(|rest| rest.strip_suffix(".vtu"));
     let numbered = step.is_some_and(|n| !n.is_empty() && n.bytes().all(|b| b.is_ascii_digit()));
-    numbered || ["curve.csv", "capacitance.csv", "curve.svg", "scene.glb", "fields.pvd", INDEX].contains(&name)
+    numbered
+        || ["curve.csv", "capacitance.csv", "curve.svg", "scene.glb", "fields.pvd", INDEX].contains(&name)
 }

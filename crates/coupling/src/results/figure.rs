@@ -6,7 +6,8 @@ use crate::plot::{Axis, Chart, Scale, Series, Style};
 
 /// The figure of a curve; `None` for a scene without load.
 pub fn figure(title: &str, outcome: &Outcome) -> Option<Chart> {
-    let axis = |label: &str, unit: &str| Axis { label: label.into(), unit: unit.into(), scale: Scale::Linear };
+    let axis =
+        |label: &str, unit: &str| Axis { label: label.into(), unit: unit.into(), scale: Scale::Linear };
     let known = |value: Option<f64>| value.unwrap_or(f64::NAN);
     let rows = || outcome.steps.iter().map(|step| &step.row);
     match outcome.plan.kind {

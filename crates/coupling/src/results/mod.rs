@@ -130,9 +130,8 @@ pub fn save(
     let mut names = folder.staged();
     names.push(atomic::INDEX.to_owned());
     names.sort();
-    let json = document(case, outcome, names, warnings.clone(), seconds).map_err(|error| OutputError::File {
-        file: folder.path().join(atomic::INDEX),
-        source: error.into(),
+    let json = document(case, outcome, names, warnings.clone(), seconds).map_err(|error| {
+        OutputError::File { file: folder.path().join(atomic::INDEX), source: error.into() }
     })?;
     folder.stage(atomic::INDEX, json.as_bytes())?;
     Ok(Saved { files: folder.commit()?, json, warnings })
@@ -158,11 +157,12 @@ pub fn save_mesh(
                     folder.stage(&name, &bytes)?;
                     step.field_file = Some(name);
                 }
-                Err(error) => warnings.push(format!("the grid of step {} is not written: {error}", step.index)),
+                Err(error) => {
+                    warnings.push(format!("the grid of step {} is not written: {error}", step.index))
+                }
             }
         }
     }
     warnings.extend(stage_series(&folder, &steps)?);
     Ok((folder.commit()?, warnings))
 }
-

@@ -97,10 +97,9 @@ fn layer_alone(case: &Case, steps: &[StepResult]) -> (Vec<SceneBody>, Vec<String
     half_length = layer.half_length.unwrap_or(half_length);
     let known: Vec<_> =
         steps.iter().filter_map(|s| Some((s, layer.thickness - s.row.top_displacement_m?))).collect();
-    let poses = known.iter().map(|(_, top)| Box3 {
-        min: [-half_length, 0.0, -half_width],
-        max: [half_length, *top, half_width],
-    });
+    let poses = known
+        .iter()
+        .map(|(_, top)| Box3 { min: [-half_length, 0.0, -half_width], max: [half_length, *top, half_width] });
     let poses: Vec<_> = poses.collect();
     let labels: Vec<_> = known.iter().map(|(step, _)| label(step)).collect();
     if poses.is_empty() {
@@ -226,12 +225,14 @@ fn body_at(scene: &BoxScene, point: [f64; 3]) -> (i32, f64) {
 /// The planes of the scene across an axis, those of conductors marked, and where the axis ends.
 fn planes(scene: &BoxScene, axis: usize) -> (Vec<Plane>, [End; 2]) {
     let bounds = |region: &Box3, edge: bool| {
-        [region.min[axis], region.max[axis]].map(|at| Plane { at, edge }).into_iter().filter(|p| p.at.is_finite())
+        [region.min[axis], region.max[axis]]
+            .map(|at| Plane { at, edge })
+            .into_iter()
+            .filter(|p| p.at.is_finite())
     };
     let conductors = scene.conductors.iter().flat_map(|c| bounds(&c.region, true));
     let others = scene.dielectrics.iter().flat_map(|d| bounds(&d.region, false));
-    let mut planes: Vec<Plane> =
-        conductors.chain(others).chain(bounds(&scene.domain, false)).collect();
+    let mut planes: Vec<Plane> = conductors.chain(others).chain(bounds(&scene.domain, false)).collect();
     planes.sort_by(|a, b| a.at.total_cmp(&b.at));
     let mut distinct: Vec<Plane> = Vec::with_capacity(planes.len());
     for plane in planes {

@@ -150,7 +150,7 @@ fn check_touching(conductors: &[Option<Body<'_>>], log: &mut Log<'_>) {
                     Diagnostic::at(&second.span, format!("the conductors \"{a}\" and \"{b}\" touch or overlap"))
                         .label(format!("\"{b}\" shares a point with \"{a}\""))
                         .related(&first.span, format!("\"{a}\" is here"))
-                        .help("leave a gap between the two, or write them as one conductor: at two potentials they would be shorted"),
+                        .help("leave a gap between the two, or write them as one conductor"),
                 );
             }
         }
