@@ -1,2 +1,102 @@
-//! The `elastocap` command.
-fn main() {}
+//! The `elastocap` command: arguments in, exit status out. What it does is in the crates.
+
+mod commands;
+mod output;
+mod units;
+
+use std::process::ExitCode;
+
+use clap::{Args, Parser, Subcommand};
+
+/// What the process ends with.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Exit {
+    /// Done.
+    Done,
+    /// Anything that is none of the others: results that cannot be written, for instance.
+    Failure,
+    /// A case file or an argument that cannot be used; nothing was written.
+    BadInput,
+    /// Finished, but a step failed, missed its tolerance or was not run; the results are kept and marked.
+    Incomplete,
+}
+
+impl From<Exit> for ExitCode {
+    fn from(exit: Exit) -> Self {
+        Self::from(match exit {
+            Exit::Done => 0,
+            Exit::Failure => 1,
+            Exit::BadInput => 2,
+            Exit::Incomplete => 3,
+        })
+    }
+}
+
+const EXAMPLES: &str = "\
+Examples:
+  elastocap run cases/in-plane-pair.toml          C(F) with its bounds, in results/in-plane-pair
+  elastocap check cases/in-plane-pair.toml        what will be solved, and how long it will take
+  elastocap schema > elastocap.schema.json        for editors that check case files as you type
+
+Exit status:
+  0  done
+  1  failed: results that cannot be written, for instance
+  2  bad input: nothing was solved or written
+  3  finished, but a step failed, missed its tolerance or was not run; the results are kept and marked";
+
+/// What capacitance does this soft sensor show under this force, and how far may the number be trusted?
+#[derive(Debug, Parser)]
+#[command(name = "elastocap", version, after_help = EXAMPLES, arg_required_else_help = true)]
+struct Arguments {
+    #[command(subcommand)]
+    command: Command,
+    #[command(flatten)]
+    common: Common,
+}
+
+/// What every subcommand takes.
+#[derive(Debug, Clone, Args)]
+struct Common {
+    /// Threads to work with; all there are if not given. The numbers do not depend on it
+    #[arg(long, global = true, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
+    threads: Option<u16>,
+    /// Say nothing but what goes wrong
+    #[arg(long, short, global = true)]
+    quiet: bool,
+}
+
+#[derive(Debug, Subcommand)]
+enum Command {
+    /// Solve a case and write its results
+    Run(commands::run::Arguments),
+    /// Validate a case and print the plan: what is solved, what is left out, unknowns, memory, expected time
+    Check(commands::check::Arguments),
+    /// Write the bodies (scene.glb) and a graded grid of them (.vtu) without solving
+    Mesh(commands::mesh::Arguments),
+    /// Print the JSON Schema of case files, for editors
+    Schema(commands::schema::Arguments),
+}
+
+fn main() -> ExitCode {
+    let arguments = match Arguments::try_parse() {
+        Ok(arguments) => arguments,
+        Err(error) => {
+            // Help and version are no errors; clap knows which stream and which status each of them wants.
+            let _ = error.print();
+            return ExitCode::from(u8::try_from(error.exit_code()).unwrap_or(2));
+        }
+    };
+    let threads = arguments.common.threads.map_or(0, usize::from);
+    if let Err(error) = rayon::ThreadPoolBuilder::new().num_threads(threads).build_global() {
+        output::error(&format!("cannot start the threads: {error}"));
+        return Exit::Failure.into();
+    }
+    let common = &arguments.common;
+    let exit = match &arguments.command {
+        Command::Run(arguments) => commands::run::execute(arguments, common),
+        Command::Check(arguments) => commands::check::execute(arguments, common),
+        Command::Mesh(arguments) => commands::mesh::execute(arguments, common),
+        Command::Schema(arguments) => commands::schema::execute(arguments),
+    };
+    exit.into()
+}

@@ -299,7 +299,7 @@ impl Plan {
         if planes.is_empty() {
             return;
         }
-        let what = format!("mirror images along {}", planes.join(" and "));
+        let what = format!("mirror images along {}", listed(&planes));
         let mut left = LeftOut::new(Decision::Plan, what, "the scene is its own mirror image", "");
         if let Some(whole) = whole {
             let seconds = (whole.seconds - own.seconds).max(0.0) * solves as f64;
@@ -353,6 +353,15 @@ impl Plan {
             self.left_out.push(LeftOut::new(Decision::Caller, "fields (.vtu)", "not asked for", saving));
         }
         self.solved.push(Planned { part: "files", what: files });
+    }
+}
+
+/// "a", "a and b", "a, b and c".
+fn listed(names: &[String]) -> String {
+    match names {
+        [] => String::new(),
+        [only] => only.clone(),
+        [all @ .., last] => format!("{} and {last}", all.join(", ")),
     }
 }
 

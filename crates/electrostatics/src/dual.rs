@@ -8,7 +8,7 @@
 //! solution with source r on the whole box of the scene as if there were no conductors. With A' the operator of that
 //! box the lower bound is
 //!
-//! J = g M^-1 g - phi b - phi r - r A'^-1 r
+//! J = (sigma, sigma) - r A'^-1 r,    sigma = M^-1 (g + D^T phi),
 //!
 //! for *any* phi: the flux of phi and the repair together have no divergence, and J is no more than their Thomson
 //! functional (the repair's energy inside conductors is counted too, though it need not be).
@@ -22,6 +22,7 @@ use crate::schwarz::{Modes, Schwarz, SchwarzWork, SeparableBox};
 use elastocap_fem::mixed::{FluxEnd, MixedSegment, mixed_segment, ones};
 use elastocap_fem::modes::{LineModes, dual_modes};
 use elastocap_fem::tensor::{Dense, Dims, Real, Window, clear, dot, left, multiply, right, target};
+use faer::Mat;
 use rayon::prelude::*;
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -52,6 +53,8 @@ pub struct Dual {
     conductors: Vec<Window>,
     bundles: [Vec<Bundle>; 3],
     matrices: Matrices<f64>,
+    /// R of every segment: energies are sums of squares of it.
+    roots: Matrices<f64>,
     /// Face vectors and energies of the segments.
     segments: [Vec<MixedSegment>; 3],
     /// Square root of permittivity times the constant 1, as a product over the axes where the permittivity is one;
@@ -105,7 +108,9 @@ impl Dual {
         for a in 0..3 {
             (bundles[a], segments[a]) = bundles_of(domain, a)?;
         }
-        let dense64 = [0, 1, 2].map(|a| segments[a].iter().map(|s| Dense::<f64>::from_mat(s.t.as_ref())).collect());
+        let dense64 = [0, 1, 2].map(|a| segments[a].iter().map(|s| Dense::<f64>::from_mat(s.t().as_ref())).collect());
+        let roots =
+            [0, 1, 2].map(|a| segments[a].iter().map(|s| Dense::<f64>::from_mat(s.root.as_ref())).collect());
         let interval = [0, 1, 2].map(|a| {
             let axis = &domain.axes[a];
             (0..axis.intervals()).flat_map(|m| axis.modes(m, m + 1).map(move |_| m)).collect()
@@ -126,17 +131,13 @@ impl Dual {
             conductors: windows,
             bundles,
             matrices: dense64,
+            roots,
             segments,
             weights,
             schwarz: schwarz(domain, dims)?,
             work: SchwarzWork::default(),
             repair: Repair::new(domain)?,
         })
-    }
-
-    /// Unknowns, conductors not subtracted.
-    pub fn unknowns(&self) -> usize {
-        self.dims.iter().product()
     }
 
     /// Right-hand side b = -D M^-1 g for the given conductor potentials.
@@ -149,18 +150,18 @@ impl Dual {
                     let segment = &self.segments[a][run.segment];
                     for side in 0..2 {
                         let Some(potential) = run.ends[side].map(|c| potentials[c]) else { continue };
+                        let face = segment.face_source(side);
                         for s in bundle.across[0].clone() {
                             for t in bundle.across[1].clone() {
-                                let area = self.weights.ones[p][s] * self.weights.ones[q][t];
-                                if area == 0.0 || potential == 0.0 {
+                                let mut at = [0; 3];
+                                (at[a], at[p], at[q]) = (run.range.start, s, t);
+                                let drive = potential * self.area(a, at);
+                                if drive == 0.0 {
                                     continue;
                                 }
-                                let mut at = [0; 3];
-                                (at[p], at[q]) = (s, t);
-                                for (m, v) in run.range.clone().zip(&segment.face[side]) {
+                                for (m, v) in run.range.clone().zip(&face) {
                                     at[a] = m;
-                                    b[(at[0] * self.dims[1] + at[1]) * self.dims[2] + at[2]] -=
-                                        potential * area * self.weights.root_at(at) * v;
+                                    b[(at[0] * self.dims[1] + at[1]) * self.dims[2] + at[2]] -= drive * v;
                                 }
                             }
                         }
@@ -174,30 +175,72 @@ impl Dual {
         b
     }
 
-    /// g M^-1 g for two sets of conductor potentials.
-    pub fn face_energy(&self, left: &[f64], right: &[f64]) -> f64 {
-        let mut total = 0.0;
+    /// Coefficient of a unit potential on the face of axis `a` at transverse modes `at`, times the root of the
+    /// permittivity of the run's first interval (`at[a]`).
+    fn area(&self, a: usize, at: [usize; 3]) -> f64 {
+        let (p, q) = others(a);
+        let one = self.weights.ones[p][at[p]] * self.weights.ones[q][at[q]];
+        if one == 0.0 { 0.0 } else { one * self.weights.root_at(at) }
+    }
+
+    /// g M^-1 g: the energy at phi = 0, from which the iteration comes down.
+    pub fn face_energy(&self, potentials: &[f64]) -> f64 {
+        self.flux_energies(&[potentials], &[&vec![0.0; self.unknowns()]])[(0, 0)]
+    }
+
+    /// (sigma_i, sigma_j) weighted by 1 / permittivity, of the fluxes M^-1 (g_i + D^T phi_i).
+    pub fn flux_energies(&self, potentials: &[&[f64]], phi: &[&[f64]]) -> Mat<f64> {
+        let count = phi.len();
+        let strides = [self.dims[1] * self.dims[2], self.dims[2], 1];
+        let mut total = Mat::zeros(count, count);
         for a in 0..3 {
             let (p, q) = others(a);
             for bundle in &self.bundles[a] {
                 for run in &bundle.runs {
-                    let segment = &self.segments[a][run.segment];
-                    // The segment's matrices are those of its permittivity over that of its first interval.
-                    let mut area = 0.0;
-                    for s in bundle.across[0].clone() {
-                        for t in bundle.across[1].clone() {
-                            let one = self.weights.ones[p][s] * self.weights.ones[q][t];
-                            let mut at = [0; 3];
-                            (at[a], at[p], at[q]) = (run.range.start, s, t);
-                            area += (one * self.weights.root_at(at)).powi(2);
-                        }
-                    }
-                    for x in 0..2 {
-                        for y in 0..2 {
-                            if let (Some(cx), Some(cy)) = (run.ends[x], run.ends[y]) {
-                                total += left[cx] * right[cy] * segment.face_energy[x][y] * area;
-                            }
-                        }
+                    let (root, segment) = (&self.roots[a][run.segment], &self.segments[a][run.segment]);
+                    // One strip of lines at a time: rows of the transverse axis `p`.
+                    let partial: Vec<Mat<f64>> = bundle
+                        .across[0]
+                        .clone()
+                        .into_par_iter()
+                        .map(|s| {
+                            let lines = bundle.across[1].clone();
+                            let width = lines.len();
+                            let fluxes: Vec<Vec<f64>> = (0..count)
+                                .map(|c| {
+                                    let offset = run.range.start * strides[a] + s * strides[p];
+                                    let mut gathered = Vec::with_capacity(root.cols * width);
+                                    for m in 0..root.cols {
+                                        for t in lines.clone() {
+                                            gathered.push(phi[c][offset + m * strides[a] + t * strides[q]]);
+                                        }
+                                    }
+                                    let mut flux = vec![0.0; root.rows * width];
+                                    let b = right(&gathered, 0, width, width);
+                                    multiply(root.left(), b, target(&mut flux, 0, width), false);
+                                    for side in 0..2 {
+                                        let Some(end) = run.ends[side] else { continue };
+                                        for (column, t) in lines.clone().enumerate() {
+                                            let mut at = [0; 3];
+                                            (at[a], at[p], at[q]) = (run.range.start, s, t);
+                                            let drive = potentials[c][end] * self.area(a, at);
+                                            if drive != 0.0 {
+                                                for (i, f) in segment.face[side].iter().enumerate() {
+                                                    flux[i * width + column] += drive * f;
+                                                }
+                                            }
+                                        }
+                                    }
+                                    flux
+                                })
+                                .collect();
+                            Mat::from_fn(count, count, |i, j| {
+                                fluxes[i].iter().zip(&fluxes[j]).map(|(x, y)| x * y).sum::<f64>()
+                            })
+                        })
+                        .collect();
+                    for m in &partial {
+                        total += m;
                     }
                 }
             }
@@ -346,15 +389,14 @@ fn bundles_of(domain: &Domain, a: usize) -> Result<(Vec<Bundle>, Vec<MixedSegmen
         .into_par_iter()
         .map(|((lo, hi, ends, profile), _)| {
             let profile: Vec<f64> = profile.into_iter().map(f64::from_bits).collect();
-            scaled_segment(axis, lo, hi, &profile, ends)
+            segment_of(axis, lo, hi, &profile, ends)
         })
         .collect::<Result<_, _>>()?;
     Ok((bundles, segments))
 }
 
-/// The segment of intervals `lo..hi` in the basis scaled by the root of the permittivity: T is unchanged when the
-/// permittivity is multiplied by a constant, the face vectors and energies are those for the given profile.
-fn scaled_segment(
+/// The segment of intervals `lo..hi` with the given permittivity per interval of the run.
+fn segment_of(
     axis: &Axis,
     lo: usize,
     hi: usize,
@@ -365,22 +407,8 @@ fn scaled_segment(
     per_interval[lo..hi].copy_from_slice(profile);
     let permittivity = per_element(axis, &per_interval);
     let elements = axis.cuts[lo]..axis.cuts[hi];
-    let mut segment = mixed_segment(&axis.line, elements, &permittivity, ends, axis.continuation_of(lo, hi))?;
-    let modes: Vec<f64> = (lo..hi)
-        .flat_map(|m| std::iter::repeat_n(per_interval[m].sqrt(), axis.modes(m, m + 1).len()))
-        .collect();
-    for i in 0..modes.len() {
-        for j in 0..modes.len() {
-            segment.t[(i, j)] /= modes[i] * modes[j];
-        }
-        // b = E^-1/2 (face x ones) with ones carrying E^1/2 of the run's first interval: see `source`.
-        for face in &mut segment.face {
-            face[i] /= modes[i] * modes[i];
-        }
-    }
-    Ok(segment)
+    Ok(mixed_segment(&axis.line, elements, &permittivity, ends, axis.continuation_of(lo, hi))?)
 }
-
 
 /// Modes of the intervals `lo..hi` between two obstacles.
 fn modes_of(axis: &Axis, lo: usize, hi: usize, factor: &[f64]) -> Result<LineModes, SolveError> {
@@ -452,8 +480,8 @@ fn apply<T: Real>(
 }
 
 impl Operator for Dual {
-    fn len(&self) -> usize {
-        self.unknowns()
+    fn unknowns(&self) -> usize {
+        self.dims.iter().product()
     }
     fn apply(&mut self, x: &[f64], y: &mut [f64]) {
         apply(self.dims, &self.bundles, &self.matrices, &self.conductors, x, y);
@@ -502,9 +530,9 @@ impl Repair {
         let mut modes = Vec::new();
         for (axis, factor) in domain.axes.iter().zip(&factors) {
             let n = axis.intervals();
-            let segment = scaled_segment(axis, 0, n, factor, axis.flux_ends(0, n))?;
+            let segment = segment_of(axis, 0, n, factor, axis.flux_ends(0, n))?;
             modes.push(Arc::new(Modes::new(&modes_of(axis, 0, n, factor)?)));
-            operator.push(Dense::from_mat(segment.t.as_ref()));
+            operator.push(Dense::from_mat(segment.t().as_ref()));
         }
         let cells = domain.cells();
         let (mut excess, mut ratio, mut differs) = (1.0_f64, Vec::new(), false);

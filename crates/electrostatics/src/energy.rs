@@ -3,7 +3,7 @@
 use crate::SolveError;
 use crate::domain::Domain;
 use crate::dual::Dual;
-use crate::krylov;
+use crate::krylov::{self, Operator};
 use crate::primal::Primal;
 use elastocap_fem::tensor::dot;
 use faer::Mat;
@@ -33,18 +33,17 @@ pub fn upper(domain: &Domain, potentials: &[Vec<f64>], share: f64) -> Result<(En
     let begin = Instant::now();
     let mut primal = Primal::new(domain)?;
     let assembled = Instant::now();
-    let (mut coefficients, mut products) = (Vec::new(), Vec::new());
+    let (mut coefficients, mut products, mut lifted) = (Vec::new(), Vec::new(), Vec::new());
     let (mut iterations, mut converged) = (0, true);
     let mut residual = Vec::new();
     for v in potentials {
         let lift = primal.lift(v);
         let mut source = primal.full_product(&lift);
-        // The lift's own energy is far above the solution's; the iteration is told to aim relative to the energy it
-        // has reached, which the caller's share makes absolute.
+        let start = dot(&lift, &source);
+        lifted.push(start);
         primal.clear_prescribed(&mut source);
         source.iter_mut().for_each(|x| *x = -*x);
         let mut u = vec![0.0; source.len()];
-        let start = dot(&lift, &primal.full_product(&lift));
         let c = krylov::solve(&mut primal, &source, &mut u, &mut residual, krylov::Goal { share, start });
         iterations += c.iterations;
         converged &= c.reached;
@@ -53,7 +52,14 @@ pub fn upper(domain: &Domain, potentials: &[Vec<f64>], share: f64) -> Result<(En
         coefficients.push(u);
     }
     let n = potentials.len();
-    let matrix = Mat::from_fn(n, n, |i, j| 0.5 * (dot(&coefficients[i], &products[j]) + dot(&coefficients[j], &products[i])));
+    let mut matrix = Mat::from_fn(n, n, |i, j| {
+        0.5 * (dot(&coefficients[i], &products[j]) + dot(&coefficients[j], &products[i]))
+    });
+    for i in 0..n {
+        // Rows of the operator cancel down from the size of the lift's own: what rounding may have taken off the energy
+        // is put back.
+        matrix[(i, i)] += 16.0 * f64::EPSILON * lifted[i];
+    }
     let energies = Energies {
         matrix,
         unknowns: primal.unknowns(),
@@ -72,13 +78,13 @@ pub fn lower(domain: &Domain, potentials: &[Vec<f64>], share: f64) -> Result<Ene
     let mut dual = Dual::new(domain)?;
     let assembled = Instant::now();
     let n = potentials.len();
-    let (mut phi, mut source, mut residual, mut repair) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
+    let (mut phi, mut residual, mut repair) = (Vec::new(), Vec::new(), Vec::new());
     let (mut iterations, mut converged) = (0, true);
     for v in potentials {
         let b = dual.source(v);
         let mut x = vec![0.0; b.len()];
         let mut r = Vec::new();
-        let start = dual.face_energy(v, v);
+        let start = dual.face_energy(v);
         let c = krylov::solve(&mut dual, &b, &mut x, &mut r, krylov::Goal { share, start });
         iterations += c.iterations;
         converged &= c.reached;
@@ -87,27 +93,20 @@ pub fn lower(domain: &Domain, potentials: &[Vec<f64>], share: f64) -> Result<Ene
         dual.balance(&mut x, &mut r);
         repair.push(dual.repair(&r).0);
         phi.push(x);
-        source.push(b);
         residual.push(r);
     }
     let excess = dual.repair_excess();
     let mut share_of_repair = 0.0_f64;
-    let mut matrix = Mat::zeros(n, n);
+    let potentials: Vec<&[f64]> = potentials.iter().map(Vec::as_slice).collect();
+    let phi: Vec<&[f64]> = phi.iter().map(Vec::as_slice).collect();
+    let mut matrix = dual.flux_energies(&potentials, &phi);
     for i in 0..n {
+        share_of_repair = share_of_repair.max(excess * dot(&repair[i], &residual[i]) / matrix[(i, i)]);
         for j in 0..n {
-            let one = |i: usize, j: usize| {
-                dual.face_energy(&potentials[i], &potentials[j])
-                    - dot(&phi[i], &source[j])
-                    - dot(&phi[j], &residual[i])
-            };
-            let repaired = 0.5 * (dot(&repair[i], &residual[j]) + dot(&repair[j], &residual[i]));
-            matrix[(i, j)] = 0.5 * (one(i, j) + one(j, i)) - excess * repaired;
-            if i == j {
-                // What rounding in the cancelling terms may have added is taken off again.
-                matrix[(i, i)] -= 64.0 * f64::EPSILON * dual.face_energy(&potentials[i], &potentials[i]);
-                share_of_repair = share_of_repair.max(repaired / matrix[(i, i)].abs());
-            }
+            matrix[(i, j)] -= excess * 0.5 * (dot(&repair[i], &residual[j]) + dot(&repair[j], &residual[i]));
         }
+        // What rounding of the sums may have added is taken off again.
+        matrix[(i, i)] *= 1.0 - 64.0 * f64::EPSILON;
     }
     Ok(Energies {
         matrix,

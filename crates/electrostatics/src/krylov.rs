@@ -7,7 +7,7 @@ use rayon::prelude::*;
 /// at zero by both methods.
 pub trait Operator {
     /// Entries of the array.
-    fn len(&self) -> usize;
+    fn unknowns(&self) -> usize;
     /// y = A x.
     fn apply(&mut self, x: &[f64], y: &mut [f64]);
     /// z = M^-1 r, for r of order one.
@@ -45,7 +45,7 @@ pub const ITERATION_LIMIT: usize = 300;
 /// the residual (Polak and Ribiere), which costs one inner product and keeps the rate.
 pub fn solve(op: &mut impl Operator, b: &[f64], x: &mut [f64], r: &mut Vec<f64>, goal: Goal) -> Convergence {
     const TASK: usize = 16_384;
-    let n = op.len();
+    let n = op.unknowns();
     r.clear();
     r.extend_from_slice(b);
     let mut energy = goal.start;

@@ -239,8 +239,7 @@ impl Layout {
             });
         }
         let n = self.cells();
-        let keep = |values: &[f64]| -> Vec<f64> { kept(values, n, a, first) };
-        out.permittivity = keep(&self.permittivity);
+        out.permittivity = kept(&self.permittivity, n, a, first);
         out.material = kept(&self.material, n, a, first);
         out
     }

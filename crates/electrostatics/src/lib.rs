@@ -4,6 +4,7 @@ pub mod boxes;
 pub mod domain;
 pub mod dual;
 pub mod energy;
+pub mod field;
 pub mod krylov;
 pub mod layout;
 pub mod matrix;
@@ -16,14 +17,7 @@ pub mod symmetry;
 
 pub use solution::{Bounded, Field, Forecast, PhaseSeconds, ResolutionLevel, Settings, Solution};
 
-pub use solve::{EPS0, solve};
-
-use elastocap_geometry::scene::BoxScene;
-
-/// Foretells what [`solve`] will take.
-pub fn forecast(_scene: &BoxScene, _settings: &Settings) -> Result<Forecast, SolveError> {
-    Err(SolveError::Eigenvalues)
-}
+pub use solve::{EPS0, forecast, solve};
 
 /// A solve that cannot be carried out.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]

@@ -54,7 +54,7 @@ impl MatrixBounds {
             2 => (two_terminal(&self.lower), two_terminal(&self.upper)),
             _ => return None,
         };
-        (upper > 0.0).then(|| Bounded { value: 0.5 * (lower + upper), lower, upper })
+        (upper > 0.0).then_some(Bounded { value: 0.5 * (lower + upper), lower, upper })
     }
 }
 

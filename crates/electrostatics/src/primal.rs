@@ -194,11 +194,6 @@ impl Primal {
         self.dims
     }
 
-    /// Unknowns, conductors not subtracted.
-    pub fn unknowns(&self) -> usize {
-        self.dims.iter().product()
-    }
-
     /// Coefficients that are `potentials[c]` on conductor c and zero elsewhere.
     pub fn lift(&self, potentials: &[f64]) -> Vec<f64> {
         let mut u = vec![0.0; self.unknowns()];
@@ -231,8 +226,8 @@ impl Primal {
 }
 
 impl Operator for Primal {
-    fn len(&self) -> usize {
-        self.unknowns()
+    fn unknowns(&self) -> usize {
+        self.dims.iter().product()
     }
     fn apply(&mut self, x: &[f64], y: &mut [f64]) {
         self.terms.apply(x, y);

@@ -112,13 +112,18 @@ impl Ladder {
         }
         let error = error.unwrap_or(f64::INFINITY);
         if self.fixed.is_some() {
-            if !(error <= self.tolerance) {
+            if error > self.tolerance || error.is_nan() {
                 self.shortfall = Some(format!("the error is {error:.1e} at the fixed resolution"));
             }
             return false;
         }
+        let stagnates = self.seen.last().is_some_and(|(_, before)| error > 0.9 * before);
         self.seen.push((self.index, error));
         if error <= self.tolerance {
+            return false;
+        }
+        if stagnates || error.is_nan() {
+            self.shortfall = Some(format!("the error stays at {error:.1e}: double precision gives no more"));
             return false;
         }
         let power = match self.seen[..] {
@@ -133,7 +138,7 @@ impl Ladder {
         while next > self.index && memory(&rung(next, self.tolerance)) > self.memory_limit {
             next -= 1;
         }
-        if next == self.index || error.is_nan() {
+        if next == self.index {
             self.shortfall = Some(if self.index == TOP {
                 format!("the error is {error:.1e} on the finest grid that double precision allows")
             } else {
@@ -154,6 +159,18 @@ impl Ladder {
     }
 }
 
+/// The rung on which a scene like the in-plane pair meets the tolerance.
+pub fn foretold(settings: &Settings) -> Rung {
+    const PAIR: f64 = 0.04;
+    match settings.resolution {
+        Some(level) => fixed(level, settings.relative_tolerance),
+        None => {
+            let met = |r: &usize| PAIR * expected(*r) <= settings.relative_tolerance;
+            rung((0..TOP).find(met).unwrap_or(TOP), settings.relative_tolerance)
+        }
+    }
+}
+
 /// Rung 0 has one layer and order 2; even rungs begin at degree 2 at the edges, odd ones at 3, and every second rung
 /// adds a layer and an order.
 fn rung(index: usize, tolerance: f64) -> Rung {
@@ -170,7 +187,9 @@ fn with(levels: usize, order: usize, first: usize, tolerance: f64) -> Rung {
     Rung {
         resolution: Resolution { order, levels, ratio: RATIO, slope: 1.0, first, outer: ((2.0 / tolerance).ln() / -RATIO.ln()).ceil().max(1.0) as usize },
         level: ResolutionLevel { order, levels },
-        iteration_share: 0.01 * tolerance,
+        // A part and the whole scene see other rounding in the single-precision preconditioner: they agree to 1e-10
+        // only where the iteration's own error is small.
+        iteration_share: 2e-3 * tolerance.min(1e-3),
     }
 }
 

@@ -52,16 +52,6 @@ impl<T: Real> SeparableBox<T> {
         [0, 1, 2].map(|a| self.window[a].len())
     }
 
-    /// Entries of the box.
-    pub fn len(&self) -> usize {
-        self.shape().iter().product()
-    }
-
-    /// Where the box lies.
-    pub fn window(&self) -> &Window {
-        &self.window
-    }
-
     /// The inverse applied to the box's part of `r`, left in `out` (contiguous, the box's own shape).
     ///
     pub fn solve(&self, r: &[T], dims: Dims, work: &mut Vec<T>, out: &mut Vec<T>) {
@@ -141,11 +131,6 @@ impl<T: Real> Schwarz<T> {
     /// Boxes over an array of shape `dims`.
     pub fn new(boxes: Vec<SeparableBox<T>>, dims: Dims) -> Self {
         Self { boxes, dims }
-    }
-
-    /// Entries of all boxes together: what the buffers hold, twice.
-    pub fn entries(&self) -> usize {
-        self.boxes.iter().map(SeparableBox::len).sum()
     }
 
     /// z = sum over boxes of (A on the box)^-1 r.

@@ -2,13 +2,15 @@
 
 use crate::SolveError;
 use crate::energy::{Energies, lower, upper};
+use crate::field::{Share, sample};
 use crate::layout::Layout;
 use crate::matrix::{MatrixBounds, from_energies};
 use crate::resolution::{Ladder, Rung};
-use crate::solution::{Bounded, PhaseSeconds, Settings, Solution};
+use crate::solution::{Bounded, Field, Forecast, PhaseSeconds, Settings, Solution};
 use crate::symmetry::{Part, parts};
 use elastocap_geometry::scene::BoxScene;
 use faer::Mat;
+use faer::linalg::solvers::Solve;
 use std::sync::atomic::Ordering;
 use std::time::Instant;
 
@@ -23,6 +25,7 @@ pub fn solve(scene: &BoxScene, settings: &Settings) -> Result<Solution, SolveErr
     let mut seconds = PhaseSeconds { setup: begin.elapsed().as_secs_f64(), ..Default::default() };
     let mut ladder = Ladder::new(settings);
     let mut grids = 0;
+    let mut best: Option<(f64, Outcome, Rung)> = None;
     // Upper energies of the rungs solved so far, for error estimates.
     let mut uppers: Vec<(usize, Mat<f64>)> = Vec::new();
     loop {
@@ -45,37 +48,51 @@ pub fn solve(scene: &BoxScene, settings: &Settings) -> Result<Solution, SolveErr
         };
         uppers.push((index, outcome.bounds.upper.clone()));
         let error = told.then(|| outcome.error(settings.bounds));
-        if !ladder.judge(error, |r| memory(&parts, r, settings.bounds)) {
+        let again = ladder.judge(error, |r| memory(&parts, r, settings.bounds));
+        let took = start.elapsed().as_secs_f64();
+        // Rounding can make a finer grid worse than a coarser one: the best is kept.
+        let improves = match (&best, error) {
+            (Some((before, ..)), Some(now)) => now < *before,
+            (None, _) => true,
+            _ => false,
+        };
+        if improves {
+            best = error.or((!again).then_some(f64::INFINITY)).map(|e| (e, outcome, rung));
+        }
+        if let Some((_, outcome, rung)) = best.take_if(|_| !again) {
             seconds.setup += outcome.seconds.setup;
             seconds.primal = outcome.seconds.primal;
             seconds.dual = outcome.seconds.dual;
-            return Ok(outcome.finish(&layout, settings, &rung, grids, seconds, ladder.shortfall()));
+            seconds.choosing += if improves { 0.0 } else { took };
+            let field = settings.field.then(|| outcome.field(scene, &layout, &parts, settings));
+            return Ok(Solution { field, ..outcome.finish(&layout, settings, &rung, grids, seconds, ladder.shortfall()) });
         }
-        seconds.choosing += start.elapsed().as_secs_f64();
+        seconds.choosing += took;
     }
 }
 
 /// Energies of all parts on one grid.
 struct Outcome {
     bounds: MatrixBounds,
+    /// Potentials of the right-hand sides, in columns.
+    basis: Mat<f64>,
+    /// Upper energies of the parts that have a field, with the grids they live on.
     upper: Vec<Energies>,
     unknowns: usize,
     iterations: usize,
     converged: bool,
     repair_share: f64,
     seconds: PhaseSeconds,
-    /// Field arrays need the grid they live on.
     domains: Vec<crate::domain::Domain>,
 }
 
 fn on_grid(layout: &Layout, parts: &[Part], rung: &Rung, settings: &Settings) -> Result<Outcome, SolveError> {
     let n = layout.conductors.len();
-    let total: usize = parts.iter().map(|p| p.potentials.len() + p.fieldless.len()).sum();
-    debug_assert_eq!(total, n);
     let mut basis = Mat::zeros(n, n);
     let (mut up, mut low) = (Mat::zeros(n, n), Mat::zeros(n, n));
     let mut out = Outcome {
         bounds: MatrixBounds { lower: Mat::zeros(0, 0), upper: Mat::zeros(0, 0) },
+        basis: Mat::zeros(0, 0),
         upper: Vec::new(),
         unknowns: 0,
         iterations: 0,
@@ -139,10 +156,47 @@ fn on_grid(layout: &Layout, parts: &[Part], rung: &Rung, settings: &Settings) ->
     };
     out.bounds.upper = scaled(up);
     out.bounds.lower = if settings.bounds { scaled(low) } else { out.bounds.upper.clone() };
+    out.basis = basis;
     Ok(out)
 }
 
 impl Outcome {
+    /// The state to look at: one volt between two conductors, or one volt on the first.
+    fn field(&self, scene: &BoxScene, layout: &Layout, parts: &[Part], settings: &Settings) -> Field {
+        let n = layout.conductors.len();
+        let potentials: Vec<f64> = match n {
+            2 => vec![0.5, -0.5],
+            _ => (0..n).map(|c| if c == 0 { 1.0 } else { 0.0 }).collect(),
+        };
+        let target = Mat::from_fn(n, 1, |i, _| potentials[i]);
+        let weights = self.basis.partial_piv_lu().solve(&target);
+        let (mut at, mut solved, mut shares, mut common) = (0, 0, Vec::new(), 0.0);
+        for part in parts {
+            let from = at;
+            at += part.potentials.len() + part.fieldless.len();
+            common += (from + part.potentials.len()..at).map(|i| weights[(i, 0)]).sum::<f64>();
+            if part.potentials.is_empty() {
+                continue;
+            }
+            let energies = &self.upper[solved];
+            let mut coefficients = vec![0.0; energies.coefficients[0].len()];
+            let mut any = false;
+            for (i, u) in energies.coefficients.iter().enumerate() {
+                let w = weights[(from + i, 0)];
+                any |= w != 0.0;
+                coefficients.iter_mut().zip(u).for_each(|(c, u)| *c += w * u);
+            }
+            if any {
+                shares.push(Share { domain: &self.domains[solved], coefficients, odd: part.odd });
+            }
+            solved += 1;
+        }
+        let mirrored = layout.mirror.map(|m| m.is_some() && settings.symmetry);
+        let mut field = sample(scene, layout, &shares, mirrored, potentials);
+        field.potential.iter_mut().for_each(|p| *p += common);
+        field
+    }
+
     /// Without a dual problem: puts the estimated error below the upper energies, from those of a coarser grid.
     ///
     /// Energies fall towards the truth as grids are refined: what the last refinement gained foretells what is left.
@@ -213,4 +267,30 @@ impl Outcome {
 /// Bytes the solve of the largest part takes at a resolution.
 fn memory(parts: &[Part], rung: &Rung, bounds: bool) -> u64 {
     parts.iter().map(|p| crate::resolution::memory(&p.layout, rung, p.potentials.len(), bounds)).max().unwrap_or(0)
+}
+
+/// Foretells what [`solve`] will take, from the grid it would end on for a scene like the in-plane pair.
+pub fn forecast(scene: &BoxScene, settings: &Settings) -> Result<Forecast, SolveError> {
+    let layout = Layout::new(scene);
+    let parts = parts(&layout, settings.symmetry);
+    let rung = crate::resolution::foretold(settings);
+    let solves = if settings.bounds { 2 } else { 1 };
+    let (mut unknowns, mut seconds, mut right_hand_sides) = (0, 0.0, 0);
+    for part in parts.iter().filter(|p| !p.potentials.is_empty()) {
+        let (domain, _) = part.layout.domain(&rung.resolution);
+        let dims = domain.primal_dims();
+        let n: usize = dims.iter().product();
+        unknowns = unknowns.max(solves * n);
+        right_hand_sides += part.potentials.len();
+        // A preconditioned step costs about as many operations per unknown as an axis is long.
+        let work = n as f64 * dims.iter().sum::<usize>() as f64 / 3.0;
+        seconds += 7e-9 * (solves * part.potentials.len()) as f64 * work + 5e-3;
+    }
+    Ok(Forecast {
+        unknowns,
+        memory_bytes: memory(&parts, &rung, settings.bounds),
+        seconds,
+        mirrored: layout.mirror.map(|m| m.is_some() && settings.symmetry),
+        right_hand_sides,
+    })
 }

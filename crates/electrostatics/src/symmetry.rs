@@ -8,6 +8,8 @@ use crate::layout::Layout;
 pub struct Part {
     /// The reduced layout.
     pub layout: Layout,
+    /// Odd across the mirror plane of each axis.
+    pub odd: [bool; 3],
     /// Copies of it that make the whole scene: its energies times this are the scene's.
     pub copies: f64,
     /// Potentials of all the scene's conductors, one vector per right-hand side.
@@ -17,12 +19,13 @@ pub struct Part {
     pub fieldless: Vec<Vec<f64>>,
 }
 
-/// Splits a layout; without `use_mirrors` into the one part that is the whole.
+/// Splits a layout. The potentials of all parts together are a basis of all potentials.
 ///
-/// The potentials of all parts together are a basis of all potentials.
+/// Without `use_mirrors` every part is solved on the whole scene, but the potentials are split all the same: an
+/// iteration that starts symmetric stays so, and the numbers are those of the reduced parts up to rounding.
 pub fn parts(layout: &Layout, use_mirrors: bool) -> Vec<Part> {
     let n = layout.conductors.len();
-    let axes: Vec<usize> = (0..3).filter(|&a| use_mirrors && layout.mirror[a].is_some()).collect();
+    let axes: Vec<usize> = (0..3).filter(|&a| layout.mirror[a].is_some()).collect();
     let mut out = Vec::new();
     for signs in 0..1_usize << axes.len() {
         let odd = |i: usize| signs >> i & 1 == 1;
@@ -58,11 +61,15 @@ pub fn parts(layout: &Layout, use_mirrors: bool) -> Vec<Part> {
             continue;
         }
         let mut reduced = layout.clone();
-        for (i, &a) in axes.iter().enumerate() {
-            reduced = reduced.half(a, odd(i));
+        let (mut odd_axes, mut copies) = ([false; 3], 1.0);
+        if use_mirrors {
+            for (i, &a) in axes.iter().enumerate() {
+                reduced = reduced.half(a, odd(i));
+                odd_axes[a] = odd(i);
+                copies *= 2.0;
+            }
         }
-        let copies = (1_usize << axes.len()) as f64;
-        out.push(Part { layout: reduced, copies, potentials, fieldless });
+        out.push(Part { layout: reduced, odd: odd_axes, copies, potentials, fieldless });
     }
     out
 }

@@ -1,12 +1,13 @@
 //! The mixed pair of a line: continuous fluxes of degree p, discontinuous potentials of degree p - 1.
 //!
-//! Potentials are kept in an orthonormal basis (scaled Legendre polynomials; on an infinite element the orthonormalised
-//! derivatives of the flux functions), so that div maps fluxes *onto* potentials and a flux whose divergence is
-//! orthogonal to all potentials is exactly divergence-free. Eliminating the flux leaves one dense matrix per line,
-//! T = D M^-1 D^T: the 1D factor of the dual operator.
+//! Potentials are kept in an orthonormal basis (scaled Legendre polynomials), so that div maps fluxes *onto* potentials
+//! and a flux whose divergence is orthogonal to all potentials is exactly divergence-free. Eliminating the flux leaves
+//! one dense matrix per line, T = D M^-1 D^T: the 1D factor of the dual operator.
+//!
+//! All of it comes from R = L^-1 D^T with M = L L^T. T = R^T R itself has lost half the digits of R; energies are
+//! summed as squares of R phi + L^-1 g, in which nothing cancels.
 
 use crate::line::{Element, Line, LineEnd, Numbering, element_matrices, line_matrices};
-use faer::linalg::solvers::Solve;
 use faer::{Mat, Side};
 use std::ops::Range;
 
@@ -23,15 +24,28 @@ pub enum FluxEnd {
 /// units of the resistance 1 / permittivity of the element there. Zero where the flux ends.
 pub type Continuation = [f64; 2];
 
-/// The dual 1D operator of a run of elements between two obstacles.
+/// The dual 1D operator of a run of elements between two obstacles, in the basis scaled by the square root of the
+/// permittivity. Nothing in it but `face` changes when the permittivity is multiplied by a constant.
 #[derive(Debug, Clone)]
 pub struct MixedSegment {
-    /// D M^-1 D^T, square, one row per potential mode of the run.
-    pub t: Mat<f64>,
-    /// D M^-1 g for unit potential at the lower and at the upper end (zero where the flux is not free).
+    /// R = L^-1 D^T E^-1/2: one row per flux function, one column per potential mode.
+    pub root: Mat<f64>,
+    /// L^-1 g for unit potential at the lower and at the upper end (zero where the flux is not free).
     pub face: [Vec<f64>; 2],
-    /// g_a M^-1 g_b for unit potentials at the ends.
-    pub face_energy: [[f64; 2]; 2],
+}
+
+impl MixedSegment {
+    /// T = R^T R.
+    pub fn t(&self) -> Mat<f64> {
+        self.root.transpose() * &self.root
+    }
+
+    /// R^T L^-1 g for unit potential at one end.
+    pub fn face_source(&self, side: usize) -> Vec<f64> {
+        (0..self.root.ncols())
+            .map(|j| (0..self.root.nrows()).map(|i| self.root[(i, j)] * self.face[side][i]).sum())
+            .collect()
+    }
 }
 
 /// A line's potentials cannot be orthonormalised or its mass matrix factorised: elements too unequal for f64.
@@ -69,44 +83,40 @@ pub fn mixed_segment(
     continuation: Continuation,
 ) -> Result<MixedSegment, IllConditioned> {
     let piece = sub_line(line, elements.clone());
-    let mass = flux_mass(&piece, &permittivity[elements], continuation);
+    let weights = &permittivity[elements];
+    let mass = flux_mass(&piece, weights, continuation);
     let divergence = divergence_matrix(&piece)?;
-    let numbering = Numbering::new(&piece);
-    let lo = usize::from(ends[0] == FluxEnd::Blocked);
-    let hi = numbering.len - usize::from(ends[1] == FluxEnd::Blocked);
-    let mass = mass.as_ref().submatrix(lo, lo, hi - lo, hi - lo);
-    let divergence = divergence.as_ref().subcols(lo, hi - lo);
-    let factor = mass.llt(Side::Lower).map_err(|_| IllConditioned)?;
-    let inverse_dt = factor.solve(divergence.transpose());
-    let mut t = divergence * &inverse_dt;
-    for i in 0..t.nrows() {
-        for j in 0..i {
-            let mean = 0.5 * (t[(i, j)] + t[(j, i)]);
-            t[(i, j)] = mean;
-            t[(j, i)] = mean;
-        }
-    }
+    let blocked = |a: usize| usize::from(ends[a] == FluxEnd::Blocked);
+    let (from, to) = (blocked(0), mass.nrows() - blocked(1));
+    let n = to - from;
+    // Scaled to unit diagonal the mass is well conditioned however graded the line is.
+    let (lower, scale) = scaled_factor(&mass.as_ref().submatrix(from, from, n, n).to_owned())?;
+    let offsets = potential_offsets(&piece);
+    let per_mode: Vec<f64> = weights
+        .iter()
+        .enumerate()
+        .flat_map(|(e, w)| std::iter::repeat_n(1.0 / w.sqrt(), offsets[e + 1] - offsets[e]))
+        .collect();
+    let mut root = Mat::from_fn(n, divergence.nrows(), |i, j| divergence[(j, from + i)] * per_mode[j] * scale[i]);
+    lower.solve_lower_triangular_in_place(root.as_mut());
     // Outward unit normal at the ends; the end functions are the first and the last of the run.
-    let end_index = [0, hi - lo - 1];
-    let sign = [-1.0, 1.0];
-    let mut face = [vec![0.0; t.nrows()], vec![0.0; t.nrows()]];
-    let mut face_energy = [[0.0; 2]; 2];
-    for a in 0..2 {
-        if ends[a] != FluxEnd::Free {
-            continue;
-        }
-        let mut g = Mat::zeros(hi - lo, 1);
-        g[(end_index[a], 0)] = sign[a];
-        let solved = factor.solve(&g);
-        let column = divergence * &solved;
-        face[a] = column.col(0).iter().copied().collect();
-        for b in 0..2 {
-            if ends[b] == FluxEnd::Free {
-                face_energy[a][b] = sign[b] * solved[(end_index[b], 0)];
-            }
-        }
-    }
-    Ok(MixedSegment { t, face, face_energy })
+    let face = [(0, -1.0), (n - 1, 1.0)].map(|(index, sign)| {
+        let mut g = Mat::zeros(n, 1);
+        g[(index, 0)] = sign * scale[index];
+        lower.solve_lower_triangular_in_place(g.as_mut());
+        g.col(0).iter().copied().collect::<Vec<f64>>()
+    });
+    let face = [0, 1].map(|a| if ends[a] == FluxEnd::Free { face[a].clone() } else { vec![0.0; n] });
+    Ok(MixedSegment { root, face })
+}
+
+/// Cholesky factor of S M S with S = diag(M)^-1/2, and S.
+pub(crate) fn scaled_factor(mass: &Mat<f64>) -> Result<(Mat<f64>, Vec<f64>), IllConditioned> {
+    let n = mass.nrows();
+    let scale: Vec<f64> = (0..n).map(|i| 1.0 / mass[(i, i)].sqrt()).collect();
+    let scaled = Mat::from_fn(n, n, |i, j| scale[i] * mass[(i, j)] * scale[j]);
+    let factor = scaled.llt(Side::Lower).map_err(|_| IllConditioned)?;
+    Ok((factor.L().to_owned(), scale))
 }
 
 /// Mass of the fluxes of a line weighted by the resistance 1 / permittivity, continuations included.
@@ -181,6 +191,7 @@ pub(crate) fn divergence_matrix(line: &Line) -> Result<Mat<f64>, IllConditioned>
 #[cfg(test)]
 mod tests {
     use super::*;
+    use faer::linalg::solvers::Solve;
 
     fn line() -> Line {
         Line { nodes: vec![0.5, 0.7, 1.5], degrees: vec![2, 3], ends: [LineEnd::Finite; 2] }
@@ -189,10 +200,14 @@ mod tests {
     /// Resistance of the segment between unit and zero potential: energy g M^-1 g - v T^-1 v is the capacitance
     /// per unit area.
     fn capacitance(segment: &MixedSegment) -> f64 {
-        let n = segment.t.nrows();
-        let v = Mat::from_fn(n, 1, |i, _| segment.face[0][i]);
-        let x = segment.t.llt(Side::Lower).unwrap().solve(&v);
-        segment.face_energy[0][0] - (0..n).map(|i| v[(i, 0)] * x[(i, 0)]).sum::<f64>()
+        let source = segment.face_source(0);
+        let n = source.len();
+        let v = Mat::from_fn(n, 1, |i, _| source[i]);
+        let x = segment.t().llt(Side::Lower).unwrap().solve(&v);
+        let y: Vec<f64> = (0..segment.root.nrows())
+            .map(|i| segment.face[0][i] - (0..n).map(|j| segment.root[(i, j)] * x[(j, 0)]).sum::<f64>())
+            .collect();
+        y.iter().map(|y| y * y).sum()
     }
 
     #[test]

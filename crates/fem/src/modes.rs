@@ -6,8 +6,10 @@
 //! root of that of the eigenvalues, and the smooth modes keep half the digits or more at any grading.
 
 use crate::line::{Line, line_matrices};
-use crate::mixed::{Continuation, FluxEnd, IllConditioned, divergence_matrix, flux_mass, potential_offsets, sub_line};
-use faer::{Mat, Side};
+use crate::mixed::{
+    Continuation, FluxEnd, IllConditioned, divergence_matrix, mixed_segment, potential_offsets, scaled_factor, sub_line,
+};
+use faer::Mat;
 use std::ops::Range;
 
 /// Eigenvectors in columns, eigenvalues ascending, all non-negative.
@@ -36,7 +38,11 @@ pub fn primal_modes(
     // K = D^T E D: with M = L L^T the modes are L^-T v for the right singular vectors v of E^1/2 D L^-T.
     let (lower, scale) = scaled_factor(&mass.as_ref().submatrix(from, from, n, n).to_owned())?;
     let offsets = potential_offsets(&piece);
-    let root = per_mode(&offsets, weights, f64::sqrt);
+    let root: Vec<f64> = weights
+        .iter()
+        .enumerate()
+        .flat_map(|(e, w)| std::iter::repeat_n(w.sqrt(), offsets[e + 1] - offsets[e]))
+        .collect();
     let mut b = Mat::from_fn(n, divergence.nrows(), |i, j| divergence[(j, from + i)] * root[j] * scale[i]);
     lower.solve_lower_triangular_in_place(b.as_mut());
     let (mut vectors, values) = left_singular(&b)?;
@@ -57,45 +63,9 @@ pub fn dual_modes(
     ends: [FluxEnd; 2],
     continuation: Continuation,
 ) -> Result<LineModes, IllConditioned> {
-    let b = dual_factor(line, elements, permittivity, ends, continuation)?;
-    let (vectors, values) = left_singular(&b)?;
+    let root = mixed_segment(line, elements, permittivity, ends, continuation)?.root;
+    let (vectors, values) = left_singular(&root.transpose().to_owned())?;
     Ok(LineModes { vectors, values })
-}
-
-/// B with T = B B^T, one row per potential mode.
-fn dual_factor(
-    line: &Line,
-    elements: Range<usize>,
-    permittivity: &[f64],
-    ends: [FluxEnd; 2],
-    continuation: Continuation,
-) -> Result<Mat<f64>, IllConditioned> {
-    let piece = sub_line(line, elements.clone());
-    let weights = &permittivity[elements];
-    let mass = flux_mass(&piece, weights, continuation);
-    let divergence = divergence_matrix(&piece)?;
-    let blocked = |a: usize| usize::from(ends[a] == FluxEnd::Blocked);
-    let (from, to) = (blocked(0), mass.nrows() - blocked(1));
-    let n = to - from;
-    let (lower, scale) = scaled_factor(&mass.as_ref().submatrix(from, from, n, n).to_owned())?;
-    let offsets = potential_offsets(&piece);
-    let root = per_mode(&offsets, weights, |e| 1.0 / e.sqrt());
-    let mut b = Mat::from_fn(n, divergence.nrows(), |i, j| divergence[(j, from + i)] * root[j] * scale[i]);
-    lower.solve_lower_triangular_in_place(b.as_mut());
-    Ok(b.transpose().to_owned())
-}
-
-fn per_mode(offsets: &[usize], weights: &[f64], f: impl Fn(f64) -> f64) -> Vec<f64> {
-    weights.iter().enumerate().flat_map(|(e, w)| std::iter::repeat_n(f(*w), offsets[e + 1] - offsets[e])).collect()
-}
-
-/// Cholesky factor of S M S with S = diag(M)^-1/2, and S: well conditioned however graded the line is.
-fn scaled_factor(mass: &Mat<f64>) -> Result<(Mat<f64>, Vec<f64>), IllConditioned> {
-    let n = mass.nrows();
-    let scale: Vec<f64> = (0..n).map(|i| 1.0 / mass[(i, i)].sqrt()).collect();
-    let scaled = Mat::from_fn(n, n, |i, j| scale[i] * mass[(i, j)] * scale[j]);
-    let factor = scaled.llt(Side::Lower).map_err(|_| IllConditioned)?;
-    Ok((factor.L().to_owned(), scale))
 }
 
 /// All left singular vectors of `b` and the squares of the singular values, ascending; a row space smaller than the

@@ -52,6 +52,9 @@ pub enum OutputError {
 /// The file that says what a results folder holds; it is put in place last.
 pub(crate) const INDEX: &str = "result.json";
 
+/// How the names of staging folders begin; the process and a number follow.
+const STAGING: &str = ".elastocap-";
+
 impl OutputFolder {
     /// Makes the folder, with those above it, and a place in it to stage files.
     ///
@@ -77,8 +80,9 @@ impl OutputFolder {
 
     fn make(&mut self) -> io::Result<()> {
         fs::create_dir_all(&self.folder)?;
+        remove_abandoned(&self.folder);
         for attempt in 0..100 {
-            let staging = self.folder.join(format!(".elastocap-{}-{attempt}", std::process::id()));
+            let staging = self.folder.join(format!("{STAGING}{}-{attempt}", std::process::id()));
             match fs::create_dir(&staging) {
                 Ok(()) => {
                     self.staging = staging;
@@ -166,6 +170,22 @@ impl Drop for OutputFolder {
         for folder in &self.created {
             // Fails, as it should, where something else is in it by now.
             let _ = fs::remove_dir(folder);
+        }
+    }
+}
+
+/// Removes what runs left there that were killed, where the system can tell that they are no more.
+fn remove_abandoned(folder: &Path) {
+    let processes = Path::new("/proc");
+    if !processes.join("self").exists() {
+        return;
+    }
+    for entry in fs::read_dir(folder).into_iter().flatten().flatten() {
+        let name = entry.file_name();
+        let owner = name.to_str().and_then(|name| name.strip_prefix(STAGING)).and_then(|rest| rest.split_once('-'));
+        let owner = owner.and_then(|(process, _)| process.parse::<u32>().ok());
+        if owner.is_some_and(|process| !processes.join(process.to_string()).exists()) {
+            let _ = fs::remove_dir_all(entry.path());
         }
     }
 }

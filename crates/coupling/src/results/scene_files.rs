@@ -14,6 +14,9 @@ use crate::scene_of::DeformedScene;
 /// What is shown of open space beside the conductors, as a share of their extent.
 const SHOWN: f64 = 0.5;
 
+/// How far outside their place walls are drawn, as a share of their extent: faces in one plane flicker in a viewer.
+const APART: f64 = 2e-3;
+
 /// The bodies of a case with their pose at every step that has one, and labels of those steps.
 pub fn bodies(case: &Case, steps: &[StepResult]) -> (Vec<SceneBody>, Vec<String>) {
     let known: Vec<(&StepResult, &DeformedScene)> =
@@ -59,15 +62,15 @@ fn walls(
     let shown = |scene: &DeformedScene| intersection(&scene.scene.domain, window);
     if kinds.iter().flatten().all(|kind| *kind == kinds[0][0]) {
         let (name, role) = match kinds[0][0] {
-            Wall::Insulated => ("walls (insulated)", BodyRole::Wall),
-            Wall::Grounded => ("walls (grounded)", BodyRole::Wall),
+            Wall::Insulated => ("walls (insulated), drawn 0.2 % outside", BodyRole::Wall),
+            Wall::Grounded => ("walls (grounded), drawn 0.2 % outside", BodyRole::Wall),
             Wall::Open => ("open space (cut off)", BodyRole::Surroundings),
         };
-        add(name, role, &|s| solid(shown(s)));
+        add(name, role, &|s| solid(grown(shown(s))));
         return;
     }
     if kinds.iter().flatten().any(|kind| *kind == Wall::Open) {
-        add("open space (cut off)", BodyRole::Surroundings, &|s| solid(shown(s)));
+        add("open space (cut off)", BodyRole::Surroundings, &|s| solid(grown(shown(s))));
     }
     for (axis, sides) in kinds.iter().enumerate() {
         for (side, kind) in sides.iter().enumerate() {
@@ -120,6 +123,11 @@ fn label(step: &StepResult) -> String {
 fn intersection(a: &Box3, b: &Box3) -> Box3 {
     let pick = |x: [f64; 3], y: [f64; 3], of: fn(f64, f64) -> f64| [0, 1, 2].map(|k| of(x[k], y[k]));
     Box3 { min: pick(a.min, b.min, f64::max), max: pick(a.max, b.max, f64::min) }
+}
+
+fn grown(region: Box3) -> Box3 {
+    let by = APART * (0..3).map(|a| region.extent(a)).fold(0.0, f64::max);
+    Box3 { min: region.min.map(|x| x - by), max: region.max.map(|x| x + by) }
 }
 
 fn solid(region: Box3) -> Option<Box3> {

@@ -147,10 +147,13 @@ fn check_touching(conductors: &[Option<Body<'_>>], log: &mut Log<'_>) {
             if first.region.touches(&second.region) {
                 let (a, b) = (shown(first.name), shown(second.name));
                 log.push(
-                    Diagnostic::at(&second.span, format!("the conductors \"{a}\" and \"{b}\" touch or overlap"))
-                        .label(format!("\"{b}\" shares a point with \"{a}\""))
-                        .related(&first.span, format!("\"{a}\" is here"))
-                        .help("leave a gap between the two, or write them as one conductor"),
+                    Diagnostic::at(
+                        &second.span,
+                        format!("the conductors \"{a}\" and \"{b}\" touch or overlap"),
+                    )
+                    .label(format!("\"{b}\" shares a point with \"{a}\""))
+                    .related(&first.span, format!("\"{a}\" is here"))
+                    .help("leave a gap between the two, or write them as one conductor"),
                 );
             }
         }

@@ -1,0 +1,94 @@
+//! `elastocap check`: what a run would do.
+
+use std::fmt::Write as _;
+use std::path::PathBuf;
+
+use clap::Args;
+use elastocap_coupling::case::Case;
+use elastocap_coupling::plan::{Decision, Kind, Options, Plan};
+
+use crate::units::{bytes, grouped, seconds};
+use crate::{Common, Exit, output};
+
+const EXAMPLES: &str = "\
+Examples:
+  elastocap check cases/stacked-pair.toml
+  elastocap check cases/stacked-pair.toml --json | jq .seconds";
+
+#[derive(Debug, Args)]
+#[command(after_help = EXAMPLES)]
+pub(crate) struct Arguments {
+    /// The case file
+    case: PathBuf,
+    /// Print the plan as JSON
+    #[arg(long)]
+    json: bool,
+    /// The plan of a run that leaves nothing out
+    #[arg(long)]
+    no_prune: bool,
+}
+
+pub(crate) fn execute(arguments: &Arguments, common: &Common) -> Exit {
+    let case = match super::load(&arguments.case) {
+        Ok(case) => case,
+        Err(exit) => return exit,
+    };
+    let plan = Plan::new(&case, &Options { prune: !arguments.no_prune, ..Options::default() });
+    let text = if arguments.json {
+        match serde_json::to_string_pretty(&plan) {
+            Ok(json) => json + "\n",
+            Err(error) => {
+                output::error(&format!("cannot print the plan: {error}"));
+                return Exit::Failure;
+            }
+        }
+    } else if common.quiet {
+        return Exit::Done;
+    } else {
+        describe(&case, &plan)
+    };
+    match output::result(&text) {
+        Ok(()) => Exit::Done,
+        Err(exit) => exit,
+    }
+}
+
+/// The plan in words.
+fn describe(case: &Case, plan: &Plan) -> String {
+    let mut out = format!("{}\n", case.title);
+    let mut line = |head: &str, text: &str| {
+        let _ = writeln!(out, "  {head:<14} {text}");
+    };
+    for planned in &plan.solved {
+        line(planned.part, &planned.what);
+    }
+    if plan.kind != Kind::Mechanics {
+        if plan.unknowns > 0 {
+            line("unknowns", &format!("{} in the largest problem, about", grouped(plan.unknowns)));
+            line("memory", &format!("{} at most, {} at a time", bytes(plan.memory_bytes), plan.at_once));
+            line("time", &format!("about {} on two cores", seconds(plan.seconds)));
+        } else {
+            line("time", "not foretold for this scene");
+        }
+    }
+    if !plan.left_out.is_empty() {
+        out.push_str("left out\n");
+    }
+    for left in &plan.left_out {
+        let whose = match left.by {
+            Decision::Plan => "",
+            Decision::Case => " [by the case]",
+            Decision::Caller => " [not asked for]",
+        };
+        let _ = writeln!(out, "  {}: {}; saves {}{whose}", left.what, left.why, left.saving);
+    }
+    for warning in &plan.warnings {
+        let _ = writeln!(out, "warning: {warning}");
+    }
+    for step in &plan.steps {
+        if let (Some(failure), None) = (&step.failure, step.same_as) {
+            let _ = writeln!(out, "step {} will fail: {failure}", step.index);
+        }
+    }
+    out
+}

@@ -1,0 +1,29 @@
+//! One file for each subcommand.
+
+pub(crate) mod check;
+pub(crate) mod mesh;
+pub(crate) mod run;
+pub(crate) mod schema;
+mod summary;
+
+use std::path::{Path, PathBuf};
+
+use elastocap_coupling::case::{self, Case};
+
+use crate::{Exit, output};
+
+/// The case, or what is wrong with the file, told on stderr.
+fn load(path: &Path) -> Result<Case, Exit> {
+    case::load(path).map_err(|error| {
+        output::message(&error.render(output::stderr_has_colour()));
+        Exit::BadInput
+    })
+}
+
+/// The folder for results: as asked for, or `results/` and the name of the case.
+fn output_folder(asked: Option<&Path>, case: &Path) -> PathBuf {
+    match asked {
+        Some(folder) => folder.to_owned(),
+        None => Path::new("results").join(case.file_stem().unwrap_or(case.as_os_str())),
+    }
+}

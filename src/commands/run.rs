@@ -1,0 +1,168 @@
+//! `elastocap run`: solve a case and write its results.
+
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::{Duration, Instant};
+
+use clap::Args;
+use elastocap_coupling::case::Case;
+use elastocap_coupling::curve::{Outcome, Status};
+use elastocap_coupling::plan::{Options, Plan};
+use elastocap_coupling::results::{OutputFolder, Saved, save};
+use elastocap_coupling::run::{Progress, run};
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+
+use super::summary::summary;
+use crate::{Common, Exit, output};
+
+const EXAMPLES: &str = "\
+Examples:
+  elastocap run cases/in-plane-pair.toml
+  elastocap run cases/in-plane-pair.toml -o /tmp/pair --threads 2
+  elastocap run cases/isolated-cube.toml --json | jq .maxwell_matrix_f
+
+Files in the output folder:
+  curve.csv        one line for each load step; SI units
+  capacitance.csv  instead of it, or beside it, where nothing presses
+  curve.svg        C(F) with its bounds beside parallel plates
+  result.json      all of it, with the Maxwell matrices, the plan and where the time went
+  scene.glb        the bodies for any glTF viewer, the load steps as an animation
+  fields.pvd       the fields for ParaView, one step_NNN.vtu for each load step
+
+Ctrl-C ends the run with what is done by then, marked incomplete (exit status 3); pressed again, it ends at once.";
+
+#[derive(Debug, Args)]
+#[command(after_help = EXAMPLES)]
+pub(crate) struct Arguments {
+    /// The case file
+    case: PathBuf,
+    /// Folder to write to; results/<case> if not given
+    #[arg(long, short, value_name = "DIR")]
+    output: Option<PathBuf>,
+    /// Print result.json on the standard output, and nothing else there
+    #[arg(long)]
+    json: bool,
+    /// Leave nothing out: the same numbers without using symmetry and the like
+    #[arg(long)]
+    no_prune: bool,
+    /// Do not write the fields (.vtu)
+    #[arg(long)]
+    no_fields: bool,
+    /// Do not write scene.glb
+    #[arg(long)]
+    no_scene: bool,
+}
+
+pub(crate) fn execute(arguments: &Arguments, common: &Common) -> Exit {
+    let started = Instant::now();
+    let case = match super::load(&arguments.case) {
+        Ok(case) => case,
+        Err(exit) => return exit,
+    };
+    let folder = super::output_folder(arguments.output.as_deref(), &arguments.case);
+    match solve_and_save(&case, arguments, common, &folder, started) {
+        Ok((outcome, saved)) => report(&case, &outcome, &saved, arguments, common, &folder),
+        Err(error) => {
+            output::error(&error.to_string());
+            Exit::Failure
+        }
+    }
+}
+
+fn solve_and_save(
+    case: &Case,
+    arguments: &Arguments,
+    common: &Common,
+    folder: &Path,
+    started: Instant,
+) -> Result<(Outcome, Saved), elastocap_coupling::results::OutputError> {
+    let options =
+        Options { prune: !arguments.no_prune, fields: !arguments.no_fields, scene: !arguments.no_scene };
+    // Before anything is solved: a folder that cannot be written to must not cost a run.
+    let folder = OutputFolder::open(folder)?;
+    let cancel = Arc::new(AtomicBool::new(false));
+    stop_on_signal(&cancel, &folder);
+    let plan = Plan::new(case, &options);
+    let planning = started.elapsed();
+    let bar = progress_bar(plan.distinct_steps().count(), common.quiet);
+    let tell = |progress: Progress<'_>| {
+        if let Progress::Done(_) = progress {
+            bar.inc(1);
+        }
+    };
+    let outcome = run(case, &plan, &options, Some(&folder), &cancel, &tell);
+    bar.finish_and_clear();
+    let outcome = outcome?;
+    let saved = save(case, &outcome, &options, folder, started, planning)?;
+    Ok((outcome, saved))
+}
+
+/// The first signal lets the run end with what is done; the second ends the process, without leaving files half done.
+fn stop_on_signal(cancel: &Arc<AtomicBool>, folder: &OutputFolder) {
+    let (cancel, staging) = (Arc::clone(cancel), folder.staging().to_owned());
+    let asked = AtomicBool::new(false);
+    let installed = ctrlc::set_handler(move || {
+        if asked.swap(true, Ordering::Relaxed) {
+            let _ = std::fs::remove_dir_all(&staging);
+            std::process::exit(130);
+        }
+        cancel.store(true, Ordering::Relaxed);
+        output::message("stopping: what is done will be kept; once more to end at once");
+    });
+    if let Err(error) = installed {
+        output::warning(&format!("Ctrl-C will end the run without results: {error}"));
+    }
+}
+
+fn progress_bar(steps: usize, quiet: bool) -> ProgressBar {
+    if quiet {
+        return ProgressBar::hidden();
+    }
+    // Hides itself where stderr is no terminal.
+    let bar = ProgressBar::with_draw_target(Some(steps as u64), ProgressDrawTarget::stderr());
+    let style = ProgressStyle::with_template("{bar:30} {pos}/{len} steps, {elapsed} gone, about {eta} to go");
+    if let Ok(style) = style {
+        bar.set_style(style);
+    }
+    bar.enable_steady_tick(Duration::from_millis(200));
+    bar
+}
+
+fn report(
+    case: &Case,
+    outcome: &Outcome,
+    saved: &Saved,
+    arguments: &Arguments,
+    common: &Common,
+    folder: &Path,
+) -> Exit {
+    outcome.plan.warnings.iter().chain(&saved.warnings).for_each(|text| output::warning(text));
+    for step in outcome.steps.iter().filter(|step| step.same_as.is_none()) {
+        match (&step.row.status, &step.reason) {
+            (Status::Failed(reason), _) => output::warning(&format!("step {} failed: {reason}", step.index)),
+            (Status::ToleranceNotReached, Some(reason)) => {
+                output::warning(&format!("step {} missed its tolerance: {reason}", step.index));
+            }
+            (Status::ToleranceNotReached, None) => {
+                output::warning(&format!("step {} missed its tolerance", step.index));
+            }
+            _ => {}
+        }
+    }
+    if outcome.stopped {
+        output::warning("stopped before all steps were done; the results are marked incomplete");
+    }
+    let printed = if arguments.json {
+        output::result(&saved.json)
+    } else if common.quiet {
+        Ok(())
+    } else {
+        output::result(&summary(case, outcome, saved, folder))
+    };
+    match printed {
+        Err(exit) => exit,
+        Ok(()) if outcome.is_complete() => Exit::Done,
+        Ok(()) => Exit::Incomplete,
+    }
+}

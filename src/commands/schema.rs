@@ -1,0 +1,25 @@
+//! `elastocap schema`: the JSON Schema of case files.
+
+use clap::Args;
+use elastocap_coupling::case::json_schema;
+
+use crate::{Exit, output};
+
+const EXAMPLES: &str = "\
+Examples:
+  elastocap schema > elastocap.schema.json
+
+An editor with a TOML language server (Even Better TOML in VS Code, taplo elsewhere) uses it when the first line of a
+case file reads
+  #:schema ./elastocap.schema.json";
+
+#[derive(Debug, Args)]
+#[command(after_help = EXAMPLES)]
+pub(crate) struct Arguments {}
+
+pub(crate) fn execute(_: &Arguments) -> Exit {
+    match output::result(&format!("{:#}\n", json_schema())) {
+        Ok(()) => Exit::Done,
+        Err(exit) => exit,
+    }
+}

@@ -1,0 +1,137 @@
+//! What a run prints: one line for each step, and where the files are.
+
+use std::path::Path;
+
+use elastocap_coupling::case::Case;
+use elastocap_coupling::curve::{Outcome, Status, StepResult};
+use elastocap_coupling::plan::Kind;
+use elastocap_coupling::results::Saved;
+
+use crate::units::{prefixed, seconds};
+
+/// More lines than this do not help on a screen.
+const MOST_LINES: usize = 60;
+
+pub(crate) fn summary(case: &Case, outcome: &Outcome, saved: &Saved, folder: &Path) -> String {
+    let lines = match outcome.plan.kind {
+        Kind::Capacitance => capacitances(outcome),
+        Kind::Curve | Kind::Mechanics => curve(outcome),
+    };
+    let mut out = format!("{}\n\n{}", case.title, table(lines));
+    let names: Vec<_> =
+        saved.files.iter().filter_map(|f| f.file_name()).map(|f| f.to_string_lossy().into_owned()).collect();
+    let fields = names.iter().filter(|name| name.ends_with(".vtu")).count();
+    let mut list: Vec<&str> = names.iter().map(String::as_str).filter(|name| !name.ends_with(".vtu")).collect();
+    let number = format!("{fields} .vtu");
+    if fields > 0 {
+        list.push(&number);
+    }
+    out.push_str(&format!("\n{}: {}\n", folder.display(), list.join(", ")));
+    out
+}
+
+/// Right-aligned columns.
+fn table(lines: Vec<Vec<String>>) -> String {
+    let columns = lines.iter().map(Vec::len).max().unwrap_or(0);
+    let width = |k: usize| lines.iter().filter_map(|l| l.get(k)).map(|cell| cell.chars().count()).max();
+    let widths: Vec<_> = (0..columns).map(|k| width(k).unwrap_or(0)).collect();
+    let mut out = String::new();
+    let (total, mut skipped) = (lines.len(), 0);
+    for (index, line) in lines.iter().enumerate() {
+        if total > MOST_LINES && index > MOST_LINES / 2 && index + MOST_LINES / 2 < total {
+            skipped += 1;
+            continue;
+        }
+        if skipped > 0 {
+            out.push_str(&format!("  ... {skipped} more\n"));
+            skipped = 0;
+        }
+        let cells: Vec<_> = line.iter().zip(&widths).map(|(cell, width)| format!("{cell:>width$}")).collect();
+        out.push_str(&format!("  {}\n", cells.join("   ").trim_end()));
+    }
+    out
+}
+
+fn heads(names: &[&str]) -> Vec<String> {
+    names.iter().map(|name| (*name).to_owned()).collect()
+}
+
+fn quantity(value: Option<f64>, digits: usize, unit: &str) -> String {
+    value.map_or_else(|| "-".to_owned(), |value| prefixed(value, digits, unit))
+}
+
+/// `+- 0.03 %`.
+fn error(value: Option<f64>) -> String {
+    value.map_or_else(|| "-".to_owned(), |error| format!("{:.1e}", error))
+}
+
+fn remark(step: &StepResult) -> String {
+    match &step.row.status {
+        Status::Ok => "ok".to_owned(),
+        Status::Failed(_) => "failed".to_owned(),
+        status => status.to_string(),
+    }
+}
+
+fn curve(outcome: &Outcome) -> Vec<Vec<String>> {
+    let electric = outcome.plan.kind == Kind::Curve;
+    let plates = outcome.steps.iter().any(|s| s.row.parallel_plate_f.is_some());
+    let mut head = vec!["U/H", "force"];
+    if electric {
+        head.extend(["C", "+- relative"]);
+    }
+    if plates {
+        head.extend(["parallel plates", "ratio"]);
+    }
+    head.extend(["time", "status"]);
+    let mut lines = vec![heads(&head)];
+    for step in &outcome.steps {
+        let row = &step.row;
+        let mut line = vec![
+            row.compression.map_or_else(|| "-".to_owned(), |c| format!("{c:.4}")),
+            quantity(row.force_n, 4, "N"),
+        ];
+        if electric {
+            line.push(quantity(row.two_terminal_capacitance_f, 6, "F"));
+            line.push(error(row.relative_error_estimate));
+        }
+        if plates {
+            line.push(quantity(row.parallel_plate_f, 4, "F"));
+            line.push(row.fringe_ratio.map_or_else(|| "-".to_owned(), |r| format!("{r:.3}")));
+        }
+        line.push(if step.same_as.is_some() { "-".to_owned() } else { seconds(step.seconds.total) });
+        line.push(remark(step));
+        lines.push(line);
+    }
+    lines
+}
+
+fn capacitances(outcome: &Outcome) -> Vec<Vec<String>> {
+    let mut lines = vec![heads(&["", "C", "+- relative"])];
+    let Some(step) = outcome.steps.first() else { return lines };
+    for (i, row) in step.maxwell.iter().flatten().enumerate() {
+        for (j, c) in row.iter().enumerate().skip(i) {
+            let name = |k: usize| outcome.conductors.get(k).map_or("?", String::as_str);
+            lines.push(vec![
+                format!("Maxwell {} / {}", name(i), name(j)),
+                prefixed(c.value, 6, "F"),
+                error(Some(c.relative_error())),
+            ]);
+        }
+    }
+    let row = &step.row;
+    if row.two_terminal_capacitance_f.is_some() {
+        let value = quantity(row.two_terminal_capacitance_f, 6, "F");
+        lines.push(vec!["two-terminal".to_owned(), value, error(row.relative_error_estimate)]);
+    }
+    if row.parallel_plate_f.is_some() {
+        let value = quantity(row.parallel_plate_f, 6, "F");
+        lines.push(vec!["parallel plates".to_owned(), value, String::new()]);
+    }
+    lines.push(vec![
+        "status".to_owned(),
+        remark(step),
+        format!("in {}", seconds(step.seconds.total)),
+    ]);
+    lines
+}

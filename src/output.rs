@@ -1,0 +1,40 @@
+//! What the command says, and where: results on stdout, all else on stderr.
+
+use std::io::{self, ErrorKind, IsTerminal as _, Write as _};
+
+use crate::Exit;
+
+/// Prints a result. A reader that has gone away (`elastocap schema | head`) is no failure.
+pub(crate) fn result(text: &str) -> Result<(), Exit> {
+    let mut stdout = io::stdout().lock();
+    match stdout.write_all(text.as_bytes()).and_then(|()| stdout.flush()) {
+        Ok(()) => Ok(()),
+        Err(error) if error.kind() == ErrorKind::BrokenPipe => Ok(()),
+        Err(error) => {
+            self::error(&format!("cannot write to the standard output: {error}"));
+            Err(Exit::Failure)
+        }
+    }
+}
+
+/// Prints a message as it is.
+pub(crate) fn message(text: &str) {
+    // Nobody can be told that stderr cannot be written to.
+    let _ = writeln!(io::stderr().lock(), "{text}");
+}
+
+/// Prints an error.
+pub(crate) fn error(text: &str) {
+    message(&format!("error: {text}"));
+}
+
+/// Prints a warning.
+pub(crate) fn warning(text: &str) {
+    message(&format!("warning: {text}"));
+}
+
+/// Whether messages may be coloured: <https://no-color.org>.
+pub(crate) fn stderr_has_colour() -> bool {
+    let set = |name| std::env::var_os(name).is_some_and(|value| !value.is_empty());
+    io::stderr().is_terminal() && !set("NO_COLOR")
+}

@@ -1,0 +1,82 @@
+//! Numbers as people read them.
+
+/// A quantity with four or more digits and an SI prefix: `43.97 fF`.
+pub(crate) fn prefixed(value: f64, digits: usize, unit: &str) -> String {
+    if value == 0.0 {
+        return format!("0 {unit}");
+    }
+    if !value.is_finite() {
+        return format!("{value} {unit}");
+    }
+    const PREFIXES: [&str; 13] = ["a", "f", "p", "n", "u", "m", "", "k", "M", "G", "T", "P", "E"];
+    // The exponent after rounding to the digits wanted: 999.96 um is 1.000 mm.
+    let rounded = format!("{:.*e}", digits.saturating_sub(1), value);
+    let exponent: i32 = rounded.split_once('e').and_then(|(_, e)| e.parse().ok()).unwrap_or(0);
+    let Some(prefix) = usize::try_from(exponent.div_euclid(3) + 6).ok().and_then(|k| PREFIXES.get(k)) else {
+        return format!("{rounded} {unit}");
+    };
+    let places = digits.saturating_sub(1 + exponent.rem_euclid(3) as usize);
+    let scaled = value / 10_f64.powi(exponent.div_euclid(3) * 3);
+    format!("{scaled:.places$} {prefix}{unit}")
+}
+
+/// Seconds: `0.12 s`, `12 s`, `3 min 20 s`.
+pub(crate) fn seconds(value: f64) -> String {
+    if value < 0.0995 {
+        format!("{:.0} ms", (1e3 * value).ceil())
+    } else if value < 9.95 {
+        format!("{value:.1} s")
+    } else if value < 119.5 {
+        format!("{value:.0} s")
+    } else {
+        let whole = value.round() as u64;
+        format!("{} min {} s", whole / 60, whole % 60)
+    }
+}
+
+/// Bytes: `0.21 GB`.
+pub(crate) fn bytes(value: u64) -> String {
+    match value {
+        0..1_000_000 => format!("{} kB", value.div_ceil(1000)),
+        1_000_000..1_000_000_000 => format!("{} MB", value.div_ceil(1_000_000)),
+        _ => format!("{:.1} GB", value as f64 * 1e-9),
+    }
+}
+
+/// A count with thin groups: `1 234 567`.
+pub(crate) fn grouped(count: usize) -> String {
+    let digits = count.to_string();
+    let mut out = String::new();
+    for (k, digit) in digits.chars().enumerate() {
+        if k > 0 && (digits.len() - k).is_multiple_of(3) {
+            out.push(' ');
+        }
+        out.push(digit);
+    }
+    out
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn quantities_get_the_prefix_that_suits_them() {
+        for (value, expected) in [
+            (43.965_9e-15, "43.97 fF"),
+            (0.0, "0 F"),
+            (-2.5e-12, "-2.500 pF"),
+            (999.96e-15, "1.000 pF"),
+            (1.0, "1.000 F"),
+            (1e-30, "1.000e-30 F"),
+            (f64::NAN, "NaN F"),
+        ] {
+            assert_eq!(prefixed(value, 4, "F"), expected);
+        }
+    }
+
+    #[test]
+    fn counts_are_grouped_by_three() {
+        assert_eq!([7, 1000, 1_234_567].map(grouped), ["7", "1 000", "1 234 567"]);
+    }
+}
