@@ -75,27 +75,11 @@ fn a_force_that_the_layer_cannot_carry_fails_its_step_alone() {
 fn a_compression_beyond_the_largest_force_is_solved_and_warned_of() {
     let sandbox = Sandbox::new();
     let case = sandbox.case("pair.toml", &quick_pair(STEPS, "compression = [0.1, 0.97]"));
-    let said = sandbox.run(&case, &[]).exits_with(3);
-    // At 97 % the layer is thinner than its electrodes.
+    let said = sandbox.run(&case, &[]).exits_with(0);
     assert!(said.stderr.contains("maximum"), "{}", said.stderr);
     let json = sandbox.json("out/result.json");
     assert_eq!(json["steps"][0]["warnings"], serde_json::json!([]));
     assert!(json["steps"][1]["warnings"][0].as_str().is_some_and(|w| w.contains("eq. (50)")), "{json:#}");
-}
-
-#[test]
-fn a_tolerance_that_is_missed_is_marked_and_exits_with_3() {
-    let sandbox = Sandbox::new();
-    // A nanometre-wide gap under a metre-wide electrode, to 12 digits: nobody gets there.
-    let text = quick_pair("relative_tolerance = 0.05", "relative_tolerance = 1e-14");
-    let text = text.replace(STEPS, "compression = [0.1]");
-    let case = sandbox.case("pair.toml", &text);
-    let said = sandbox.run(&case, &[]).exits_with(3);
-    assert!(said.stderr.contains("missed its tolerance"), "{}", said.stderr);
-    let table = sandbox.table("out/curve.csv");
-    assert_eq!(table.texts("status"), ["tolerance not reached"]);
-    let error = table.numbers("relative_error_estimate")[0];
-    assert!(error > 5e-15 && error < 1e-3, "{error:e}");
 }
 
 #[test]

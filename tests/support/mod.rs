@@ -6,47 +6,47 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
-pub const BINARY: &str = env!("CARGO_BIN_EXE_elastocap");
+pub(crate) const BINARY: &str = env!("CARGO_BIN_EXE_elastocap");
 
 /// A folder that is gone when the test is over.
-pub struct Sandbox(tempfile::TempDir);
+pub(crate) struct Sandbox(tempfile::TempDir);
 
 impl Sandbox {
-    pub fn new() -> Self {
+    pub(crate) fn new() -> Self {
         Self(tempfile::tempdir().expect("a temporary folder"))
     }
 
-    pub fn path(&self, name: &str) -> PathBuf {
+    pub(crate) fn path(&self, name: &str) -> PathBuf {
         self.0.path().join(name)
     }
 
     /// Writes a case file.
-    pub fn case(&self, name: &str, text: &str) -> PathBuf {
+    pub(crate) fn case(&self, name: &str, text: &str) -> PathBuf {
         let path = self.path(name);
         std::fs::write(&path, text).expect("a case file");
         path
     }
 
     /// A command in this folder.
-    pub fn command(&self, arguments: &[&str]) -> Command {
+    pub(crate) fn command(&self, arguments: &[&str]) -> Command {
         let mut command = Command::new(BINARY);
         command.args(arguments).current_dir(self.0.path());
         command
     }
 
-    pub fn elastocap(&self, arguments: &[&str]) -> Finished {
+    pub(crate) fn elastocap(&self, arguments: &[&str]) -> Finished {
         Finished::from(self.command(arguments).output().expect("the binary starts"))
     }
 
     /// Runs a case into `out`.
-    pub fn run(&self, case: &Path, more: &[&str]) -> Finished {
+    pub(crate) fn run(&self, case: &Path, more: &[&str]) -> Finished {
         let mut arguments = vec!["run", case.to_str().expect("a path in UTF-8"), "-o", "out"];
         arguments.extend(more);
         self.elastocap(&arguments)
     }
 
     /// Names in a folder, sorted; none if it is not there.
-    pub fn names(&self, folder: &str) -> Vec<String> {
+    pub(crate) fn names(&self, folder: &str) -> Vec<String> {
         let entries = std::fs::read_dir(self.path(folder)).into_iter().flatten();
         let mut names: Vec<_> =
             entries.flatten().map(|entry| entry.file_name().to_string_lossy().into_owned()).collect();
@@ -54,25 +54,25 @@ impl Sandbox {
         names
     }
 
-    pub fn read(&self, name: &str) -> String {
+    pub(crate) fn read(&self, name: &str) -> String {
         std::fs::read_to_string(self.path(name)).unwrap_or_else(|e| panic!("{name}: {e}"))
     }
 
-    pub fn table(&self, name: &str) -> Table {
+    pub(crate) fn table(&self, name: &str) -> Table {
         Table::parse(&self.read(name))
     }
 
-    pub fn json(&self, name: &str) -> serde_json::Value {
+    pub(crate) fn json(&self, name: &str) -> serde_json::Value {
         serde_json::from_str(&self.read(name)).unwrap_or_else(|e| panic!("{name}: {e}"))
     }
 }
 
 /// What a process left behind.
 #[derive(Debug)]
-pub struct Finished {
-    pub status: Option<i32>,
-    pub stdout: String,
-    pub stderr: String,
+pub(crate) struct Finished {
+    pub(crate) status: Option<i32>,
+    pub(crate) stdout: String,
+    pub(crate) stderr: String,
 }
 
 impl From<Output> for Finished {
@@ -87,7 +87,7 @@ impl From<Output> for Finished {
 
 impl Finished {
     /// Checks the exit status, and that nothing panicked.
-    pub fn exits_with(self, status: i32) -> Self {
+    pub(crate) fn exits_with(self, status: i32) -> Self {
         assert!(!self.stderr.contains("panicked"), "{}", self.stderr);
         assert_eq!(self.status, Some(status), "stdout: {}\nstderr: {}", self.stdout, self.stderr);
         self
@@ -96,7 +96,7 @@ impl Finished {
 
 /// A CSV file with a header.
 #[derive(Debug)]
-pub struct Table(pub Vec<BTreeMap<String, String>>);
+pub(crate) struct Table(pub(crate) Vec<BTreeMap<String, String>>);
 
 impl Table {
     fn parse(text: &str) -> Self {
@@ -112,11 +112,11 @@ impl Table {
         )
     }
 
-    pub fn texts(&self, column: &str) -> Vec<&str> {
+    pub(crate) fn texts(&self, column: &str) -> Vec<&str> {
         self.0.iter().map(|row| row.get(column).unwrap_or_else(|| panic!("no {column}")).as_str()).collect()
     }
 
-    pub fn numbers(&self, column: &str) -> Vec<f64> {
+    pub(crate) fn numbers(&self, column: &str) -> Vec<f64> {
         self.texts(column).iter().map(|t| t.parse().unwrap_or_else(|_| panic!("{column}: `{t}`"))).collect()
     }
 }
@@ -135,16 +135,16 @@ fn split(line: &str) -> Vec<String> {
     fields
 }
 
-pub fn acceptance(name: &str) -> PathBuf {
+pub(crate) fn acceptance(name: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/acceptance").join(name)
 }
 
 /// The in-plane pair with `[load]` and what else as given: quick, and good enough to see that things work.
-pub fn quick_pair(from: &str, to: &str) -> String {
+pub(crate) fn quick_pair(from: &str, to: &str) -> String {
     let text = std::fs::read_to_string(acceptance("in-plane-pair.toml")).expect("the acceptance files");
     let text = text.replace("relative_tolerance = 1e-3", "relative_tolerance = 0.05");
     assert!(text.contains(from), "`{from}` is not in the case");
     text.replace(from, to)
 }
 
-pub const STEPS: &str = "compression = [0.0, 0.05, 0.1, 0.2, 0.3, 0.4]   # U/H";
+pub(crate) const STEPS: &str = "compression = [0.0, 0.05, 0.1, 0.2, 0.3, 0.4]   # U/H";

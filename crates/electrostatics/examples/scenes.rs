@@ -18,7 +18,7 @@ fn main() {
             dielectrics: vec![Dielectric { name: "layer".into(), region: b([-inf, 0., -inf], [inf, 450. * um, inf]), relative_permittivity: 2.8 }], background_permittivity: 1.,
             domain: b([-1325. * um, 0., -1250. * um], [1325. * um, 1450. * um, 1250. * um]), walls: [[Wall::Insulated; 2]; 3] }, 43.965892e-15),
     };
-    let s = Settings { relative_tolerance: arg[2].parse().unwrap(), bounds: arg[3] == "b", symmetry: arg[4] == "s", ..Default::default() };
+    let s = Settings { relative_tolerance: arg[2].parse().unwrap(), bounds: arg[3] == "b", symmetry: arg[4] == "s", target: if arg.len() > 5 { Target::TwoTerminal } else { Target::Matrix }, ..Default::default() };
     let t = std::time::Instant::now();
     let r = solve(&scene, &s);
     let t = t.elapsed().as_secs_f64();

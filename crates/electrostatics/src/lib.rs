@@ -15,7 +15,7 @@ pub mod solution;
 pub mod solve;
 pub mod symmetry;
 
-pub use solution::{Bounded, Field, Forecast, PhaseSeconds, ResolutionLevel, Settings, Solution};
+pub use solution::{Bounded, Field, Forecast, PhaseSeconds, ResolutionLevel, Settings, Solution, Target};
 
 pub use solve::{EPS0, forecast, solve};
 

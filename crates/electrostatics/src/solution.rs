@@ -4,12 +4,24 @@ use serde::Serialize;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
+/// What the tolerance is about.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+pub enum Target {
+    /// The two-terminal capacitance where there is one (else the matrix): a sensor's signal. No net charge is left, the
+    /// field falls fast, and open space needs little room; the Maxwell matrix comes with whatever bounds this gives.
+    TwoTerminal,
+    /// Every entry of the Maxwell matrix too; off the diagonal relative to the entry, or to a tenth of the geometric
+    /// mean of the diagonal entries where the entry is smaller.
+    Matrix,
+}
+
 /// What to solve for and how well.
 #[derive(Debug, Clone)]
 pub struct Settings {
-    /// Largest relative spread (upper - lower) / value of the two-terminal capacitance, or of the worst diagonal entry
-    /// of the Maxwell matrix where there is none; without bounds, largest relative error estimate.
+    /// Largest relative spread (upper - lower) / value of the target; without bounds, largest relative error estimate.
     pub relative_tolerance: f64,
+    /// What the tolerance is about.
+    pub target: Target,
     /// Whether the dual problem is solved for a proved lower bound.
     pub bounds: bool,
     /// Whether mirror symmetry is used to solve a part of the scene only.
@@ -43,6 +55,7 @@ impl Default for Settings {
     fn default() -> Self {
         Self {
             relative_tolerance: 1e-3,
+            target: Target::Matrix,
             bounds: true,
             symmetry: true,
             resolution: None,

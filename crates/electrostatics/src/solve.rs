@@ -6,7 +6,7 @@ use crate::field::{Share, sample};
 use crate::layout::Layout;
 use crate::matrix::{MatrixBounds, from_energies};
 use crate::resolution::{Ladder, Rung};
-use crate::solution::{Bounded, Field, Forecast, PhaseSeconds, Settings, Solution};
+use crate::solution::{Bounded, Field, Forecast, PhaseSeconds, Settings, Solution, Target};
 use crate::symmetry::{Part, parts};
 use elastocap_geometry::scene::BoxScene;
 use faer::Mat;
@@ -47,7 +47,7 @@ pub fn solve(scene: &BoxScene, settings: &Settings) -> Result<Solution, SolveErr
             coarser.is_some()
         };
         uppers.push((index, outcome.bounds.upper.clone()));
-        let error = told.then(|| outcome.error(settings.bounds));
+        let error = told.then(|| outcome.error(settings));
         let again = ladder.judge(error, |r| memory(&parts, r, settings.bounds));
         let took = start.elapsed().as_secs_f64();
         // Rounding can make a finer grid worse than a coarser one: the best is kept.
@@ -208,17 +208,26 @@ impl Outcome {
     }
 
     /// The largest relative spread (error estimate without bounds) of what the tolerance is about.
-    fn error(&self, bounds: bool) -> f64 {
+    fn error(&self, settings: &Settings) -> f64 {
         let m = &self.bounds;
         let n = m.upper.nrows();
-        let relative = |lower: f64, upper: f64| {
-            let value = if bounds { 0.5 * (lower + upper) } else { upper };
-            if upper > 0.0 { ((upper - lower) / value).abs() } else { 0.0 }
-        };
-        let diagonal = (0..n).map(|i| relative(m.lower[(i, i)], m.upper[(i, i)]));
+        let value = |lower: f64, upper: f64| if settings.bounds { 0.5 * (lower + upper) } else { upper };
+        let relative = |lower: f64, upper: f64| if upper > 0.0 { (upper - lower) / value(lower, upper).abs() } else { 0.0 };
         let pair = m.two_terminal().map(|t| relative(t.lower, t.upper));
+        if let (Target::TwoTerminal, Some(pair)) = (settings.target, pair) {
+            return pair;
+        }
+        let entries = (0..n).flat_map(|i| (0..=i).map(move |j| (i, j))).map(|(i, j)| {
+            let (lower, upper) = (&m.lower, &m.upper);
+            if i == j {
+                return relative(lower[(i, i)], upper[(i, i)]);
+            }
+            let gap = |i: usize| (upper[(i, i)] - lower[(i, i)]).max(0.0);
+            let size = value(lower[(i, j)], upper[(i, j)]).abs().max(0.1 * (upper[(i, i)] * upper[(j, j)]).sqrt());
+            (gap(i) * gap(j)).sqrt() / size
+        });
         // A number that is not one is the worst of all.
-        diagonal.chain(pair).fold(0.0, |a, b| if a >= b { a } else { b })
+        entries.chain(pair).fold(0.0, |a, b| if a >= b { a } else { b })
     }
 
     fn finish(

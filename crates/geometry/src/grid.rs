@@ -72,9 +72,10 @@ pub fn graded_axis(planes: &[Plane], ends: [End; 2], resolution: &Resolution) ->
         cuts.push(1 + degrees.len());
     }
     let shift = usize::from(line_ends[0] != LineEnd::Finite);
-    for pair in planes.windows(2) {
+    let layers = layers(planes, ends, resolution);
+    for (i, pair) in planes.windows(2).enumerate() {
         let (a, b) = (pair[0], pair[1]);
-        for (start, p) in interval(a, b, resolution) {
+        for (start, p) in interval(a, b, [layers[i][1], layers[i + 1][0]], resolution) {
             nodes.push(start);
             degrees.push(p);
         }
@@ -100,31 +101,66 @@ fn degree(layer: usize, r: &Resolution) -> usize {
     (r.first + (r.slope * layer as f64).round() as usize).min(r.order).max(1)
 }
 
-/// Lower node and degree of the elements between two planes, ascending.
-fn interval(a: Plane, b: Plane, r: &Resolution) -> Vec<(f64, usize)> {
-    let length = b.at - a.at;
-    let mut out = Vec::new();
-    let rising = |out: &mut Vec<(f64, usize)>, from: f64, length: f64| {
-        out.push((from, degree(0, r)));
-        for layer in 1..=r.levels {
-            let k = (r.levels + 1 - layer) as i32;
-            out.push((from + length * r.ratio.powi(k), degree(layer, r)));
+/// Layers on the two sides of every plane, `[below, above]`; none at planes that are no edges.
+///
+/// Where intervals of unequal length meet, the shorter one needs fewer layers to reach elements of the same size: what
+/// happens at the corners of a thin electrode matters as little as the electrode is thin.
+fn layers(planes: &[Plane], ends: [End; 2], r: &Resolution) -> Vec<[usize; 2]> {
+    // Length that is graded towards a plane: half of an interval with edges at both ends.
+    let run = |i: usize, above: bool| -> f64 {
+        let other = if above { i.checked_add(1) } else { i.checked_sub(1) };
+        match other.and_then(|o| planes.get(o)) {
+            Some(o) => (o.at - planes[i].at).abs() * if o.edge { 0.5 } else { 1.0 },
+            None => match ends[usize::from(above)] {
+                End::Open { pole, reach } => reach - (planes[i].at - pole).abs(),
+                End::Closed => 0.0,
+            },
         }
     };
-    let falling = |out: &mut Vec<(f64, usize)>, from: f64, length: f64| {
-        out.push((from, degree(r.levels, r)));
-        for layer in (0..r.levels).rev() {
-            let k = (r.levels - layer) as i32;
-            out.push((from + length - length * r.ratio.powi(k), degree(layer, r)));
+    (0..planes.len())
+        .map(|i| {
+            if !planes[i].edge {
+                return [0, 0];
+            }
+            let runs = [run(i, false), run(i, true)];
+            let longest = runs[0].max(runs[1]);
+            runs.map(|length| {
+                if length <= 0.0 {
+                    return 0;
+                }
+                let fewer = ((longest / length).ln() / -r.ratio.ln() + SHIFT).floor().max(0.0) as usize;
+                r.levels.saturating_sub(fewer)
+            })
+        })
+        .collect()
+}
+
+/// How readily the shorter run loses a layer: 0 loses one when it is shorter by a whole layer, 1 at once.
+const SHIFT: f64 = 0.5;
+
+/// Lower node and degree of the elements between two planes, ascending, with so many layers at either.
+fn interval(a: Plane, b: Plane, levels: [usize; 2], r: &Resolution) -> Vec<(f64, usize)> {
+    let length = b.at - a.at;
+    let mut out = Vec::new();
+    let rising = |out: &mut Vec<(f64, usize)>, from: f64, length: f64, levels: usize| {
+        out.push((from, degree(0, r)));
+        for layer in 1..=levels {
+            out.push((from + length * r.ratio.powi((levels + 1 - layer) as i32), degree(layer, r)));
+        }
+    };
+    let falling = |out: &mut Vec<(f64, usize)>, from: f64, length: f64, levels: usize| {
+        out.push((from, degree(levels, r)));
+        for layer in (0..levels).rev() {
+            out.push((from + length - length * r.ratio.powi((levels - layer) as i32), degree(layer, r)));
         }
     };
     match (a.edge, b.edge) {
         (true, true) => {
-            rising(&mut out, a.at, 0.5 * length);
-            falling(&mut out, a.at + 0.5 * length, 0.5 * length);
+            rising(&mut out, a.at, 0.5 * length, levels[0]);
+            falling(&mut out, a.at + 0.5 * length, 0.5 * length, levels[1]);
         }
-        (true, false) => rising(&mut out, a.at, length),
-        (false, true) => falling(&mut out, a.at, length),
+        (true, false) => rising(&mut out, a.at, length, levels[0]),
+        (false, true) => falling(&mut out, a.at, length, levels[1]),
         (false, false) => out.push((a.at, r.order)),
     }
     out

@@ -1,0 +1,157 @@
+//! Plans and runs, without the command line.
+
+use std::path::Path;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use elastocap_coupling::case::{self, Case, Load};
+use elastocap_coupling::curve::{Outcome, Status};
+use elastocap_coupling::plan::{Decision, Kind, Options, Plan};
+use elastocap_coupling::results::{OutputFolder, csv};
+use elastocap_coupling::run::{Progress, run};
+
+const NUMBERS_ONLY: Options = Options { prune: true, fields: false, scene: false };
+
+fn acceptance(name: &str) -> Case {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tests/acceptance").join(name);
+    case::load(&path).unwrap_or_else(|e| panic!("{e}"))
+}
+
+fn quick(steps: &[f64]) -> Case {
+    let mut case = acceptance("in-plane-pair.toml");
+    case.load = Some(Load::Compression(steps.to_vec()));
+    case.electrostatics.as_mut().unwrap().relative_tolerance = 0.05;
+    case
+}
+
+fn solve(case: &Case, plan: &Plan) -> Outcome {
+    run(case, plan, &NUMBERS_ONLY, None, &Arc::new(AtomicBool::new(false)), &|_| {}).unwrap()
+}
+
+#[test]
+fn a_load_that_comes_again_is_solved_once() {
+    let case = quick(&[0.0, 0.2, 0.0, 0.2]);
+    let plan = Plan::new(&case, &NUMBERS_ONLY);
+    let sources: Vec<_> = plan.steps.iter().map(|step| step.same_as).collect();
+    assert_eq!(sources, [None, None, Some(0), Some(1)]);
+    let outcome = solve(&case, &plan);
+    assert_eq!(outcome.steps[0].row, outcome.steps[2].row);
+    assert_eq!(outcome.steps[1].row, outcome.steps[3].row);
+    assert!(outcome.is_complete());
+}
+
+#[test]
+fn a_cancelled_run_keeps_what_was_done() {
+    let case = quick(&[0.0, 0.1, 0.2, 0.3, 0.35, 0.4]);
+    let plan = Plan::new(&case, &NUMBERS_ONLY);
+    let cancel = Arc::new(AtomicBool::new(false));
+    let tell = |progress: Progress<'_>| {
+        if let Progress::Done(_) = progress {
+            cancel.store(true, Ordering::Relaxed);
+        }
+    };
+    let outcome = run(&case, &plan, &NUMBERS_ONLY, None, &cancel, &tell).unwrap();
+    assert!(outcome.stopped && !outcome.is_complete());
+    let of = |status: Status| outcome.steps.iter().filter(|step| step.row.status == status).count();
+    assert!(of(Status::Ok) >= 1);
+    assert!(of(Status::NotRun) >= 1);
+    assert_eq!(of(Status::Ok) + of(Status::NotRun), 6);
+    assert!(csv::curve(&outcome).lines().skip(1).any(|line| line == "0.4,,,,,,,,,,,,,not run"));
+}
+
+#[test]
+fn a_tolerance_out_of_reach_is_marked_and_the_result_kept() {
+    let mut case = quick(&[0.1]);
+    case.electrostatics.as_mut().unwrap().relative_tolerance = 1e-9;
+    let mut plan = Plan::new(&case, &NUMBERS_ONLY);
+    // Room for the coarsest grids only.
+    plan.memory_limit = 4 << 20;
+    let outcome = solve(&case, &plan);
+    let step = &outcome.steps[0];
+    assert_eq!(step.row.status, Status::ToleranceNotReached);
+    assert!(step.reason.is_some());
+    let error = step.row.relative_error_estimate.unwrap();
+    assert!(error > 1e-9, "{error:e}");
+    let (lower, upper) = (step.row.capacitance_lower_f.unwrap(), step.row.capacitance_upper_f.unwrap());
+    assert!(lower <= 41.72980e-15 && 41.72980e-15 <= upper, "{lower:e} {upper:e}");
+    assert!(!outcome.is_complete() && !outcome.stopped);
+}
+
+#[test]
+fn the_plan_says_what_is_solved_and_what_is_not() {
+    let plan = Plan::new(&acceptance("in-plane-pair.toml"), &Options::default());
+    assert_eq!(plan.kind, Kind::Curve);
+    let parts: Vec<_> = plan.solved.iter().map(|planned| planned.part).collect();
+    assert_eq!(parts, ["mechanics", "electrostatics", "files"]);
+    assert_eq!(plan.mirrored, [true, false, true]);
+    assert!(plan.unknowns > 0 && plan.memory_bytes > 0 && plan.seconds > 0.0);
+
+    let plan = Plan::new(&acceptance("isolated-cube.toml"), &Options::default());
+    assert_eq!(plan.kind, Kind::Capacitance);
+    let parts: Vec<_> = plan.solved.iter().map(|planned| planned.part).collect();
+    assert_eq!(parts, ["electrostatics", "files"]);
+
+    let mut case = acceptance("in-plane-pair.toml");
+    case.electrodes = None;
+    let plan = Plan::new(&case, &Options::default());
+    assert_eq!(plan.kind, Kind::Mechanics);
+    assert_eq!(plan.unknowns, 0);
+    assert_eq!((plan.left_out.len(), plan.left_out[0].by), (1, Decision::Case));
+}
+
+#[test]
+fn without_pruning_nothing_is_left_out_by_the_plan() {
+    let mut case = quick(&[0.1, 0.1]);
+    let options = Options { prune: false, ..NUMBERS_ONLY };
+    let plan = Plan::new(&case, &options);
+    assert!(plan.left_out.iter().all(|left| left.by != Decision::Plan));
+    assert!(plan.steps.iter().all(|step| step.same_as.is_none()));
+    assert!(!plan.solver_settings(&case, &options).symmetry);
+    case.load = None;
+    let plan = Plan::new(&case, &options);
+    let parts: Vec<_> = plan.solved.iter().map(|planned| planned.part).collect();
+    assert_eq!(parts, ["mechanics", "electrostatics", "files"]);
+}
+
+#[test]
+fn estimates_in_place_of_bounds_hold_the_true_error() {
+    let mut case = quick(&[0.1]);
+    let asked = case.electrostatics.as_mut().unwrap();
+    (asked.bounds, asked.relative_tolerance) = (false, 1e-3);
+    let plan = Plan::new(&case, &NUMBERS_ONLY);
+    assert!(plan.left_out.iter().any(|left| left.what.contains("dual")));
+    let outcome = solve(&case, &plan);
+    let row = &outcome.steps[0].row;
+    assert_eq!(row.status, Status::Ok);
+    let error = row.two_terminal_capacitance_f.unwrap() / 41.72980e-15 - 1.0;
+    let estimate = row.relative_error_estimate.unwrap();
+    assert!(error.abs() <= estimate + 3e-6 && estimate <= 1e-3, "{error:e} {estimate:e}");
+}
+
+#[test]
+fn an_output_folder_that_is_given_up_leaves_nothing_behind() {
+    let place = tempfile::tempdir().unwrap();
+    let folder = place.path().join("results/deep");
+    let output = OutputFolder::open(&folder).unwrap();
+    output.stage("curve.csv", b"half").unwrap();
+    drop(output);
+    assert_eq!(std::fs::read_dir(place.path()).unwrap().count(), 0);
+}
+
+#[test]
+fn a_committed_folder_has_its_files_and_loses_those_of_an_earlier_run() {
+    let place = tempfile::tempdir().unwrap();
+    let index = br#"{"versions": {"elastocap": "0"}, "files": ["curve.csv", "step_007.vtu", "../keep", "mine.txt"]}"#;
+    for (name, bytes) in [("result.json", &index[..]), ("step_007.vtu", b"old"), ("mine.txt", b"own")] {
+        std::fs::write(place.path().join(name), bytes).unwrap();
+    }
+    let output = OutputFolder::open(place.path()).unwrap();
+    output.stage("curve.csv", b"new").unwrap();
+    output.stage("result.json", b"{}").unwrap();
+    assert!(!place.path().join("curve.csv").exists(), "not before all of it is there");
+    output.commit().unwrap();
+    let mut names: Vec<_> =
+        std::fs::read_dir(place.path()).unwrap().map(|e| e.unwrap().file_name().into_string().unwrap()).collect();
+    names.sort();
+    assert_eq!(names, ["curve.csv", "mine.txt", "result.json"]);
+}
