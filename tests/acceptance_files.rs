@@ -1,5 +1,7 @@
 //! The acceptance files that box scenes can express give what expected.json says, within what they claim.
 
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test stops by panicking")]
+
 mod support;
 
 use serde_json::Value;
@@ -27,7 +29,10 @@ fn assert_bounded(of: [f64; 3], error: f64, wanted: f64, slack: f64, tolerance: 
     assert_close(value, wanted, error + slack, &format!("{what}: the error claimed is too small"));
     assert!(upper - lower <= tolerance * value.abs(), "{what}: the spread is {:e}", (upper - lower) / value);
     let slack = slack * wanted.abs();
-    assert!(lower <= wanted + slack && wanted - slack <= upper, "{what}: {wanted:e} not in [{lower:e}, {upper:e}]");
+    assert!(
+        lower <= wanted + slack && wanted - slack <= upper,
+        "{what}: {wanted:e} not in [{lower:e}, {upper:e}]"
+    );
 }
 
 #[test]
@@ -37,11 +42,10 @@ fn the_in_plane_pair_gives_the_expected_curve_and_every_file() {
     sandbox.run(&acceptance("in-plane-pair.toml"), &[]).exits_with(0);
     let table = sandbox.table("out/curve.csv");
     assert_eq!(table.texts("status"), ["ok"; 6]);
-    let compressions: Vec<f64> = expected["compression"].as_array().expect("a list").iter().map(number).collect();
+    let compressions: Vec<f64> =
+        expected["compression"].as_array().expect("a list").iter().map(number).collect();
     assert_eq!(table.numbers("compression"), compressions);
-    for column in
-        ["force_n", "gap_m", "electrode_height_m", "electrode_thickness_m", "parallel_plate_f"]
-    {
+    for column in ["force_n", "gap_m", "electrode_height_m", "electrode_thickness_m", "parallel_plate_f"] {
         let tolerance = number(&expected[column]["tolerance"]);
         for (step, found) in table.numbers(column).into_iter().enumerate() {
             let wanted = number(&expected[column]["value"][step]);
@@ -58,7 +62,8 @@ fn the_in_plane_pair_gives_the_expected_curve_and_every_file() {
         let slack = number(&capacitance["tolerance"]);
         assert_bounded(of, errors[step], wanted, slack, 1e-3, &format!("step {step}"));
     }
-    let mut files: Vec<String> = ["curve.csv", "curve.svg", "fields.pvd", "result.json", "scene.glb"].map(Into::into).into();
+    let mut files: Vec<String> =
+        ["curve.csv", "curve.svg", "fields.pvd", "result.json", "scene.glb"].map(Into::into).into();
     files.extend((0..6).map(|step| format!("step_{step:03}.vtu")));
     assert_eq!(sandbox.names("out"), files);
     let json = sandbox.json("out/result.json");
@@ -80,7 +85,9 @@ fn loading_by_force_finds_the_compression_that_carries_it() {
     }
     // Between the steps of in-plane-pair.toml whose forces enclose it.
     let compressions = table.numbers("compression");
-    for (found, [low, high]) in compressions[1..].iter().zip([[0.0, 0.05], [0.1, 0.2], [0.2, 0.3], [0.3, 0.4]]) {
+    for (found, [low, high]) in
+        compressions[1..].iter().zip([[0.0, 0.05], [0.1, 0.2], [0.2, 0.3], [0.3, 0.4]])
+    {
         assert!(low < *found && *found < high, "{found}");
     }
     assert!(table.numbers("two_terminal_capacitance_f").is_sorted_by(|a, b| a > b));
@@ -99,13 +106,10 @@ fn purely_electrostatic_scenes_give_the_expected_maxwell_matrices() {
         let error = number(&json["relative_error_estimate"]);
         assert_bounded(of, error, number(&expected["value"][0][0]), slack, tolerance, name);
         assert_eq!(json["two_terminal_capacitance_f"], json["maxwell_matrix_f"][0][0], "against ground");
-        assert_eq!(sandbox.names("out"), [
-            "capacitance.csv",
-            "fields.pvd",
-            "result.json",
-            "scene.glb",
-            "step_000.vtu"
-        ]);
+        assert_eq!(
+            sandbox.names("out"),
+            ["capacitance.csv", "fields.pvd", "result.json", "scene.glb", "step_000.vtu"]
+        );
         let table = sandbox.table("out/capacitance.csv");
         assert_eq!(table.texts("quantity"), ["maxwell", "two_terminal"]);
         assert_eq!(table.numbers("value_f")[0], of[0]);
@@ -126,14 +130,10 @@ fn two_plates_give_the_expected_two_terminal_capacitance() {
     let error = number(&json["relative_error_estimate"]);
     assert_bounded(of, error, wanted, slack, 1e-3, "two-terminal");
     let quantities = sandbox.table("out/capacitance.csv");
-    assert_eq!(quantities.texts("quantity"), [
-        "maxwell",
-        "maxwell",
-        "maxwell",
-        "maxwell",
-        "mutual",
-        "two_terminal"
-    ]);
+    assert_eq!(
+        quantities.texts("quantity"),
+        ["maxwell", "maxwell", "maxwell", "maxwell", "mutual", "two_terminal"]
+    );
 }
 
 #[test]

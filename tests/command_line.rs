@@ -85,7 +85,8 @@ fn a_compression_beyond_the_largest_force_is_solved_and_warned_of() {
 #[test]
 fn the_curve_is_the_same_to_the_byte_at_any_number_of_threads() {
     let sandbox = Sandbox::new();
-    let case = sandbox.case("pair.toml", &quick_pair("relative_tolerance = 0.05", "relative_tolerance = 5e-3"));
+    let case =
+        sandbox.case("pair.toml", &quick_pair("relative_tolerance = 0.05", "relative_tolerance = 5e-3"));
     let mut curves = Vec::new();
     for threads in ["1", "2", "5"] {
         sandbox.run(&case, &["--threads", threads]).exits_with(0);
@@ -144,14 +145,10 @@ fn a_pair_without_load_gives_its_capacitance_and_a_curve_of_one_point() {
     let text = quick_pair(&format!("[load]\n{STEPS}\n"), "");
     let case = sandbox.case("pair.toml", &text);
     sandbox.run(&case, &[]).exits_with(0);
-    assert_eq!(sandbox.names("out"), [
-        "capacitance.csv",
-        "curve.csv",
-        "fields.pvd",
-        "result.json",
-        "scene.glb",
-        "step_000.vtu"
-    ]);
+    assert_eq!(
+        sandbox.names("out"),
+        ["capacitance.csv", "curve.csv", "fields.pvd", "result.json", "scene.glb", "step_000.vtu"]
+    );
     let json = sandbox.json("out/result.json");
     assert_eq!(json["two_terminal_capacitance_f"], json["steps"][0]["two_terminal_capacitance_f"]);
     assert!(json["fringe_ratio"].as_f64().is_some_and(|ratio| ratio > 8.0));
@@ -206,7 +203,9 @@ fn check_prints_the_plan_and_writes_nothing() {
     let case = acceptance("in-plane-pair.toml");
     let case = case.to_str().expect("UTF-8");
     let said = sandbox.elastocap(&["check", case]).exits_with(0);
-    for words in ["6 load steps", "quarter", "unknowns", "memory", "time", "mirror images along x1 and x3", "saves"] {
+    for words in
+        ["6 load steps", "quarter", "unknowns", "memory", "time", "mirror images along x1 and x3", "saves"]
+    {
         assert!(said.stdout.contains(words), "`{words}` is not in: {}", said.stdout);
     }
     let said = sandbox.elastocap(&["check", case, "--json"]).exits_with(0);
@@ -261,7 +260,8 @@ fn ctrl_c_keeps_what_is_done_and_marks_the_rest() {
     let said = support::Finished::from(child.wait_with_output().expect("it ends")).exits_with(3);
     assert!(said.stderr.contains("marked incomplete"), "{}", said.stderr);
     let table = sandbox.table("out/curve.csv");
-    let (done, not_run): (Vec<_>, Vec<_>) = table.texts("status").into_iter().partition(|status| *status == "ok");
+    let (done, not_run): (Vec<_>, Vec<_>) =
+        table.texts("status").into_iter().partition(|status| *status == "ok");
     assert!(done.len() >= 2 && !not_run.is_empty(), "{} done", done.len());
     assert!(not_run.iter().all(|status| *status == "not run"), "{not_run:?}");
     assert_eq!(sandbox.json("out/result.json")["status"], "stopped");

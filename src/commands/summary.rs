@@ -21,7 +21,8 @@ pub(crate) fn summary(case: &Case, outcome: &Outcome, saved: &Saved, folder: &Pa
     let names: Vec<_> =
         saved.files.iter().filter_map(|f| f.file_name()).map(|f| f.to_string_lossy().into_owned()).collect();
     let fields = names.iter().filter(|name| name.ends_with(".vtu")).count();
-    let mut list: Vec<&str> = names.iter().map(String::as_str).filter(|name| !name.ends_with(".vtu")).collect();
+    let mut list: Vec<&str> =
+        names.iter().map(String::as_str).filter(|name| !name.ends_with(".vtu")).collect();
     let number = format!("{fields} .vtu");
     if fields > 0 {
         list.push(&number);
@@ -128,10 +129,6 @@ fn capacitances(outcome: &Outcome) -> Vec<Vec<String>> {
         let value = quantity(row.parallel_plate_f, 6, "F");
         lines.push(vec!["parallel plates".to_owned(), value, String::new()]);
     }
-    lines.push(vec![
-        "status".to_owned(),
-        remark(step),
-        format!("in {}", seconds(step.seconds.total)),
-    ]);
+    lines.push(vec!["status".to_owned(), remark(step), format!("in {}", seconds(step.seconds.total))]);
     lines
 }

@@ -1,6 +1,7 @@
 //! Runs the `elastocap` binary in a folder of its own.
 
-#![allow(dead_code)] // Each test file uses a part of it.
+#![allow(dead_code, reason = "each test file uses a part of it")]
+#![allow(clippy::expect_used, clippy::panic, reason = "a test stops by panicking")]
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};

@@ -1,6 +1,6 @@
 //! What a case asks to be solved, what of it can be left out, and what it will take: known before anything is solved.
 
-use elastocap_electrostatics::{Forecast, Settings, forecast};
+use elastocap_electrostatics::{Forecast, Settings, forecast, Target};
 use elastocap_mechanics::{
     ClosedFormSettings, ForceLimit, LayerState, Material as LayerMaterial, MechanicsError, force_limit,
 };
@@ -186,6 +186,8 @@ impl Plan {
         Settings {
             relative_tolerance: asked.map_or(1e-3, |e| e.relative_tolerance),
             bounds: asked.is_none_or(|e| e.bounds),
+            // A sensor is read as one capacitance; a scene of conductors is asked for its matrix.
+            target: if case.electrodes.is_some() { Target::TwoTerminal } else { Target::Matrix },
             symmetry: options.prune,
             // Without pruning the fields are computed even if nobody wants the files.
             field: options.fields || !options.prune,

@@ -1,5 +1,7 @@
 //! Plans and runs, without the command line.
 
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test stops by panicking")]
+
 use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -141,7 +143,8 @@ fn an_output_folder_that_is_given_up_leaves_nothing_behind() {
 #[test]
 fn a_committed_folder_has_its_files_and_loses_those_of_an_earlier_run() {
     let place = tempfile::tempdir().unwrap();
-    let index = br#"{"versions": {"elastocap": "0"}, "files": ["curve.csv", "step_007.vtu", "../keep", "mine.txt"]}"#;
+    let index =
+        br#"{"versions": {"elastocap": "0"}, "files": ["curve.csv", "step_007.vtu", "../keep", "mine.txt"]}"#;
     for (name, bytes) in [("result.json", &index[..]), ("step_007.vtu", b"old"), ("mine.txt", b"own")] {
         std::fs::write(place.path().join(name), bytes).unwrap();
     }
@@ -150,8 +153,10 @@ fn a_committed_folder_has_its_files_and_loses_those_of_an_earlier_run() {
     output.stage("result.json", b"{}").unwrap();
     assert!(!place.path().join("curve.csv").exists(), "not before all of it is there");
     output.commit().unwrap();
-    let mut names: Vec<_> =
-        std::fs::read_dir(place.path()).unwrap().map(|e| e.unwrap().file_name().into_string().unwrap()).collect();
+    let mut names: Vec<_> = std::fs::read_dir(place.path())
+        .unwrap()
+        .map(|e| e.unwrap().file_name().into_string().unwrap())
+        .collect();
     names.sort();
     assert_eq!(names, ["curve.csv", "mine.txt", "result.json"]);
 }

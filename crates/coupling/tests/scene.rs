@@ -1,5 +1,7 @@
 //! Where the bodies are after loading, and when they do not fit.
 
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test stops by panicking")]
+
 use elastocap_coupling::case::{
     Box3, Case, Conductor, Electrodes, Electrostatics, Extent, Face, Layer, Layout, Material, Mechanics,
     Stiffness, Surroundings, Wall,
@@ -61,7 +63,8 @@ fn open(mut case: Case) -> Case {
 
 fn pressed(compression: f64) -> LayerState {
     let rubber = Rubber::MooneyRivlin { c10: 682.15, c01: 43931.9 };
-    let lengths = ClosedFormSettings { contact_half_length: 500e-6, contact_width: 500e-6, shear_length: 500e-6 };
+    let lengths =
+        ClosedFormSettings { contact_half_length: 500e-6, contact_width: 500e-6, shear_length: 500e-6 };
     LayerState::new(450e-6, rubber, compression, lengths).unwrap()
 }
 
@@ -194,5 +197,8 @@ fn a_wall_that_comes_down_on_a_conductor_leaves_no_scene() {
     case.conductors.push(Conductor { name: "finger".into(), region });
     assert!(at(&case, 0.0).is_ok());
     let error = at(&case, 0.5).unwrap_err();
-    assert!(matches!(&error, SceneError::ReachesWall { conductor, side: "above" } if conductor == "finger"), "{error}");
+    assert!(
+        matches!(&error, SceneError::ReachesWall { conductor, side: "above" } if conductor == "finger"),
+        "{error}"
+    );
 }

@@ -125,10 +125,20 @@ impl Layout {
         self.conductors = conductors;
         self.permittivity = permittivity;
         self.material = material;
-        // Twice the distance of the farthest plane from any point of the scene.
+        // Twice as far as any plane is from the pole.
         self.reach = (0..3)
-            .map(|a| self.planes[a].last().map_or(0.0, |p| p.at) - self.planes[a][0].at)
+            .map(|a| self.planes[a].iter().map(|p| 2.0 * (p.at - self.pole(a)).abs()).fold(1.0, f64::max))
             .fold(1.0, f64::max);
+    }
+
+    /// Centre of open space on axis `a`. A side that is closed must hold it: rays from it then never leave the scene.
+    fn pole(&self, a: usize) -> f64 {
+        let open = self.walls[a].map(|w| w == Wall::Open);
+        match open {
+            [true, false] => self.planes[a].last().map_or(0.0, |p| p.at),
+            [false, true] => self.planes[a].first().map_or(0.0, |p| p.at),
+            _ => 0.0,
+        }
     }
 
     /// A point inside each interval of axis `a`, scaled.
@@ -246,20 +256,14 @@ impl Layout {
 
     /// The grid of the layout at a resolution, with the conductors it holds (and which of the scene's they are).
     pub fn domain(&self, resolution: &Resolution) -> (Domain, Vec<usize>) {
-        // A side that is closed must hold the pole: rays from it then never leave the scene. Where both sides of an
-        // axis are closed, flux cannot spread in three dimensions, and none may go to infinity.
+        // Where both sides of an axis are closed, flux cannot spread in three dimensions, and none may go to infinity.
         let open = |a: usize, side: usize| self.walls[a][side] == Wall::Open;
         let confined = (0..3).any(|a| !open(a, 0) && !open(a, 1));
-        let pole = |a: usize| match (open(a, 0), open(a, 1)) {
-            (true, false) => self.planes[a].last().map_or(0.0, |p| p.at),
-            (false, true) => self.planes[a].first().map_or(0.0, |p| p.at),
-            _ => 0.0,
-        };
         let (least, most) = self.permittivity.iter().fold((f64::INFINITY, 0.0_f64), |(l, m), e| (l.min(*e), m.max(*e)));
         let radius = self.reach * resolution.ratio.powi(-(resolution.outer as i32));
         let axes = [0, 1, 2].map(|a| {
             let ends = [0, 1].map(|side| match self.walls[a][side] {
-                Wall::Open => End::Open { pole: pole(a), reach: self.reach },
+                Wall::Open => End::Open { pole: self.pole(a), reach: self.reach },
                 _ => End::Closed,
             });
             let graded = graded_axis(&self.planes[a], ends, resolution);

@@ -182,7 +182,8 @@ fn remove_abandoned(folder: &Path) {
     }
     for entry in fs::read_dir(folder).into_iter().flatten().flatten() {
         let name = entry.file_name();
-        let owner = name.to_str().and_then(|name| name.strip_prefix(STAGING)).and_then(|rest| rest.split_once('-'));
+        let owner =
+            name.to_str().and_then(|name| name.strip_prefix(STAGING)).and_then(|rest| rest.split_once('-'));
         let owner = owner.and_then(|(process, _)| process.parse::<u32>().ok());
         if owner.is_some_and(|process| !processes.join(process.to_string()).exists()) {
             let _ = fs::remove_dir_all(entry.path());

@@ -17,6 +17,9 @@ const SHOWN: f64 = 0.5;
 /// How far outside their place walls are drawn, as a share of their extent: faces in one plane flicker in a viewer.
 const APART: f64 = 2e-3;
 
+/// Where a body is in a state of the scene, if it is there.
+type Pose<'a> = &'a dyn Fn(&DeformedScene) -> Option<Box3>;
+
 /// The bodies of a case with their pose at every step that has one, and labels of those steps.
 pub fn bodies(case: &Case, steps: &[StepResult]) -> (Vec<SceneBody>, Vec<String>) {
     let known: Vec<(&StepResult, &DeformedScene)> =
@@ -27,7 +30,7 @@ pub fn bodies(case: &Case, steps: &[StepResult]) -> (Vec<SceneBody>, Vec<String>
     let window = window(&scenes);
 
     let mut bodies: Vec<SceneBody> = Vec::new();
-    let mut add = |name: &str, role, pose: &dyn Fn(&DeformedScene) -> Option<Box3>| {
+    let mut add = |name: &str, role, pose: Pose<'_>| {
         let poses: Option<Vec<_>> = scenes.iter().map(|scene| pose(scene)).collect();
         if let Some(poses) = poses {
             let mut name = name.to_owned();
@@ -53,11 +56,7 @@ pub fn bodies(case: &Case, steps: &[StepResult]) -> (Vec<SceneBody>, Vec<String>
 }
 
 /// The outer walls: one box where they are all alike, else one sheet for each; open space as a box of what is shown.
-fn walls(
-    first: &DeformedScene,
-    window: &Box3,
-    add: &mut dyn FnMut(&str, BodyRole, &dyn Fn(&DeformedScene) -> Option<Box3>),
-) {
+fn walls(first: &DeformedScene, window: &Box3, add: &mut dyn FnMut(&str, BodyRole, Pose<'_>)) {
     let kinds = first.scene.walls;
     let shown = |scene: &DeformedScene| intersection(&scene.scene.domain, window);
     if kinds.iter().flatten().all(|kind| *kind == kinds[0][0]) {
