@@ -14,6 +14,7 @@ fn main() {
         "stacked" => (BoxScene { conductors: vec![c("a", b([-500. * um, 115. * um, -500. * um], [500. * um, 125. * um, 500. * um])), c("b", b([-500. * um, 325. * um, -500. * um], [500. * um, 335. * um, 500. * um]))],
             dielectrics: vec![Dielectric { name: "board".into(), region: b([-inf, -1600. * um, -inf], [inf, 0., inf]), relative_permittivity: 4.5 }, Dielectric { name: "layer".into(), region: b([-inf, 0., -inf], [inf, 450. * um, inf]), relative_permittivity: 2.8 }],
             background_permittivity: 1., domain: Box3::SPACE, walls: [[Wall::Open; 2]; 3] }, 1.0),
+        "diel" => (BoxScene { conductors: vec![c("a", b([0.1; 3], [0.1, 0.5, 0.5]))], dielectrics: vec![Dielectric { name: "m".into(), region: b([-0.2, 0.2, -0.3], [1.9, 2.2, 1.3]), relative_permittivity: 20.0 }], background_permittivity: 1., domain: b([-inf; 3], [inf, 3.6, inf]), walls: [[Wall::Open; 2], [Wall::Open, Wall::Insulated], [Wall::Open; 2]] }, 1.0),
         _ => (BoxScene { conductors: vec![c("l", b([-325. * um, 215. * um, -250. * um], [-25. * um, 235. * um, 250. * um])), c("r", b([25. * um, 215. * um, -250. * um], [325. * um, 235. * um, 250. * um]))],
             dielectrics: vec![Dielectric { name: "layer".into(), region: b([-inf, 0., -inf], [inf, 450. * um, inf]), relative_permittivity: 2.8 }], background_permittivity: 1.,
             domain: b([-1325. * um, 0., -1250. * um], [1325. * um, 1450. * um, 1250. * um]), walls: [[Wall::Insulated; 2]; 3] }, 43.965892e-15),

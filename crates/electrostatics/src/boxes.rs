@@ -3,38 +3,90 @@
 use crate::domain::{Block, Domain};
 use std::collections::BTreeSet;
 
+/// A box of intervals without a conductor.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub struct FreeBox {
+    /// Its intervals.
+    pub block: Block,
+    /// Outer planes `[axis][side]` that it reaches but on which a sheet lies: its functions vanish there.
+    pub held: [[bool; 2]; 3],
+}
+
+impl FreeBox {
+    /// Whether the conductor has a point inside: the open boxes meet, or a sheet cuts the box or lies on an outer plane
+    /// that belongs to it.
+    fn meets(&self, conductor: &Block, cells: [usize; 3]) -> bool {
+        (0..3).all(|a| {
+            let (lo, hi) = (self.block.lo[a], self.block.hi[a]);
+            let on_wall = conductor.lo[a] == conductor.hi[a] && {
+                (conductor.lo[a] == 0 && lo == 0 && !self.held[a][0])
+                    || (conductor.lo[a] == cells[a] && hi == cells[a] && !self.held[a][1])
+            };
+            on_wall || (lo < conductor.hi[a] && conductor.lo[a] < hi)
+        })
+    }
+
+    fn inside(&self, other: &FreeBox) -> bool {
+        let (p, q) = (&self.block, &other.block);
+        self != other
+            && (0..3).all(|a| {
+                q.lo[a] <= p.lo[a]
+                    && p.hi[a] <= q.hi[a]
+                    && (0..2).all(|side| {
+                        let shared = if side == 0 { p.lo[a] == q.lo[a] } else { p.hi[a] == q.hi[a] };
+                        !(shared && other.held[a][side] && !self.held[a][side])
+                    })
+            })
+    }
+}
+
 /// More boxes than this are never enumerated; the search then keeps the largest found so far.
 const ENUMERATION_LIMIT: usize = 20_000;
 
 /// The boxes of intervals that contain no conductor and cannot grow, thinned to those needed to hold every point that
 /// is not in a conductor in the interior of some box.
-pub fn free_boxes(domain: &Domain) -> Vec<Block> {
+pub fn free_boxes(domain: &Domain) -> Vec<FreeBox> {
     thin(domain, maximal(domain))
 }
 
-fn volume(b: &Block) -> usize {
-    (0..3).map(|a| b.hi[a] - b.lo[a]).product()
+fn volume(b: &FreeBox) -> usize {
+    (0..3).map(|a| b.block.hi[a] - b.block.lo[a]).product()
 }
 
 /// All maximal free boxes: split around one conductor after the other, dropping what lies inside another box.
-fn maximal(domain: &Domain) -> Vec<Block> {
-    let mut boxes = vec![Block { lo: [0; 3], hi: domain.cells() }];
+fn maximal(domain: &Domain) -> Vec<FreeBox> {
+    let cells = domain.cells();
+    let mut boxes = vec![FreeBox { block: Block { lo: [0; 3], hi: cells }, held: [[false; 2]; 3] }];
     for conductor in &domain.conductors {
-        let (hit, clear): (Vec<_>, Vec<_>) = boxes.into_iter().partition(|b| b.meets(conductor));
+        let (hit, clear): (Vec<_>, Vec<_>) = boxes.into_iter().partition(|b| b.meets(conductor, cells));
         let mut pieces = BTreeSet::new();
         for b in hit {
             for a in 0..3 {
                 let (mut below, mut above) = (b, b);
-                below.hi[a] = conductor.lo[a];
-                above.lo[a] = conductor.hi[a];
-                pieces.extend([below, above].into_iter().filter(|p| p.lo[a] < p.hi[a]));
+                below.block.hi[a] = conductor.lo[a].min(b.block.hi[a]);
+                above.block.lo[a] = conductor.hi[a].max(b.block.lo[a]);
+                let sheet = conductor.lo[a] == conductor.hi[a];
+                if below.block.hi[a] < cells[a] {
+                    below.held[a][1] = false;
+                } else {
+                    below.held[a][1] |= sheet && conductor.lo[a] == cells[a];
+                }
+                if above.block.lo[a] > 0 {
+                    above.held[a][0] = false;
+                } else {
+                    above.held[a][0] |= sheet && conductor.lo[a] == 0;
+                }
+                for piece in [below, above] {
+                    if piece.block.lo[a] < piece.block.hi[a] && !piece.meets(conductor, cells) {
+                        pieces.insert(piece);
+                    }
+                }
             }
         }
-        let inside = |p: &Block, q: &Block| p != q && (0..3).all(|a| q.lo[a] <= p.lo[a] && p.hi[a] <= q.hi[a]);
         let mut kept = clear;
-        let candidates: Vec<Block> = pieces.into_iter().collect();
+        let candidates: Vec<FreeBox> = pieces.into_iter().collect();
         for p in &candidates {
-            if !kept.iter().any(|q| q == p || inside(p, q)) && !candidates.iter().any(|q| inside(p, q)) {
+            if !kept.iter().any(|q| q == p || p.inside(q)) && !candidates.iter().any(|q| p.inside(q)) {
                 kept.push(*p);
             }
         }
@@ -50,7 +102,7 @@ fn maximal(domain: &Domain) -> Vec<Block> {
 
 /// Greedy cover of the *features* of the coarse grid of planes: every vertex, edge, face and cell outside the
 /// conductors must be interior to a box. With few boxes all are kept, for the overlap they bring.
-fn thin(domain: &Domain, boxes: Vec<Block>) -> Vec<Block> {
+fn thin(domain: &Domain, boxes: Vec<FreeBox>) -> Vec<FreeBox> {
     const KEEP_ALL: usize = 8;
     if boxes.len() <= KEEP_ALL {
         return boxes;
@@ -59,12 +111,13 @@ fn thin(domain: &Domain, boxes: Vec<Block>) -> Vec<Block> {
     // outer planes where it reaches the scene's end.
     let cells = domain.cells();
     let size = cells.map(|n| 2 * n + 1);
-    let span = |b: &Block, a: usize| {
-        let lo = if b.lo[a] == 0 { 0 } else { 2 * b.lo[a] + 1 };
-        let hi = if b.hi[a] == cells[a] { size[a] } else { 2 * b.hi[a] };
+    let span = |b: &FreeBox, a: usize| {
+        let (block, held) = (&b.block, &b.held[a]);
+        let lo = if block.lo[a] == 0 && !held[0] { 0 } else { 2 * block.lo[a] + 1 };
+        let hi = if block.hi[a] == cells[a] && !held[1] { size[a] } else { 2 * block.hi[a] };
         lo..hi
     };
-    let features = |b: &Block| {
+    let features = |b: &FreeBox| {
         let (si, sj, sk) = (span(b, 0), span(b, 1), span(b, 2));
         si.flat_map(move |i| {
             let sk = sk.clone();
@@ -73,7 +126,7 @@ fn thin(domain: &Domain, boxes: Vec<Block>) -> Vec<Block> {
     };
     let mut covered = vec![false; size.iter().product()];
     let mut chosen = Vec::new();
-    let mut rest: Vec<(usize, Block)> = boxes.into_iter().map(|b| (usize::MAX, b)).collect();
+    let mut rest: Vec<(usize, FreeBox)> = boxes.into_iter().map(|b| (usize::MAX, b)).collect();
     loop {
         // Lazy greedy: gains only fall, so the first candidate whose fresh gain still leads is the best.
         rest.sort_by_key(|(gain, b)| (std::cmp::Reverse(*gain), *b));

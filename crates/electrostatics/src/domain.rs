@@ -31,12 +31,6 @@ pub struct Block {
     pub hi: [usize; 3],
 }
 
-impl Block {
-    /// Whether a free block may not contain this conductor: the open boxes meet, or the sheet cuts the open box.
-    pub fn meets(&self, conductor: &Block) -> bool {
-        (0..3).all(|a| self.lo[a] < conductor.hi[a] && conductor.lo[a] < self.hi[a])
-    }
-}
 
 /// A grid with conductors and permittivity.
 #[derive(Debug, Clone)]
@@ -75,11 +69,13 @@ impl Axis {
 
     /// Functions (in the trimmed numbering of [`Axis::functions`]) strictly inside the intervals `lo..hi`: those that
     /// vanish on the planes bounding them, except on walls that hold nothing.
-    pub fn open(&self, lo: usize, hi: usize) -> Range<usize> {
+    ///
+    /// `held` makes the functions vanish on an outer plane too.
+    pub fn open(&self, lo: usize, hi: usize, held: [bool; 2]) -> Range<usize> {
         let numbering = Numbering::new(&self.line);
         let trim = usize::from(self.held(0));
-        let start = if lo == 0 { 0 } else { self.plane_node(lo).map_or(0, |n| numbering.vertex[n] + 1 - trim) };
-        let end = if hi == self.intervals() {
+        let start = if lo == 0 && !(held[0] && trim == 0) { 0 } else { self.plane_node(lo).map_or(0, |n| numbering.vertex[n] + 1 - trim) };
+        let end = if hi == self.intervals() && !(held[1] && !self.held(1)) {
             self.functions().len()
         } else {
             self.plane_node(hi).map_or(0, |n| numbering.vertex[n] - trim)

@@ -410,10 +410,16 @@ fn segment_of(
     Ok(mixed_segment(&axis.line, elements, &permittivity, ends, axis.continuation_of(lo, hi))?)
 }
 
-/// Modes of the intervals `lo..hi` between two obstacles.
-fn modes_of(axis: &Axis, lo: usize, hi: usize, factor: &[f64]) -> Result<LineModes, SolveError> {
+/// Modes of the intervals `lo..hi` between two obstacles; `held` for sheets that lie on an outer plane.
+fn modes_of(axis: &Axis, lo: usize, hi: usize, held: [bool; 2], factor: &[f64]) -> Result<LineModes, SolveError> {
     let elements = axis.cuts[lo]..axis.cuts[hi];
-    let (ends, continuation) = (axis.flux_ends(lo, hi), axis.continuation_of(lo, hi));
+    let mut ends = axis.flux_ends(lo, hi);
+    for side in 0..2 {
+        if held[side] {
+            ends[side] = FluxEnd::Free;
+        }
+    }
+    let continuation = axis.continuation_of(lo, hi);
     Ok(dual_modes(&axis.line, elements, &per_element(axis, factor), ends, continuation)?)
 }
 
@@ -503,21 +509,51 @@ fn schwarz(domain: &Domain, dims: Dims) -> Result<Schwarz<f32>, SolveError> {
     ordered.sort_by_key(|(_, index)| *index);
     let modes: Vec<Arc<Modes<f32>>> = ordered
         .par_iter()
-        .map(|((a, lo, hi, bits), _)| {
+        .map(|((a, lo, hi, held, bits), _)| {
             let axis = &domain.axes[*a];
             let factor: Vec<f64> = bits.iter().map(|b| f64::from_bits(*b)).collect();
-            Ok(Arc::new(Modes::new(&modes_of(axis, *lo, *hi, &factor)?)))
+            Ok(Arc::new(Modes::new(&modes_of(axis, *lo, *hi, *held, &factor)?)))
         })
         .collect::<Result<_, SolveError>>()?;
     let boxes = boxes
         .iter()
         .zip(&keyed)
         .map(|(b, keys)| {
-            let window = [0, 1, 2].map(|a| domain.axes[a].modes(b.lo[a], b.hi[a]));
-            SeparableBox::new(window, [0, 1, 2].map(|a| Arc::clone(&modes[distinct[&keys[a]]])))
+            let window = [0, 1, 2].map(|a| domain.axes[a].modes(b.block.lo[a], b.block.hi[a]));
+            let own = SeparableBox::new(window, [0, 1, 2].map(|a| Arc::clone(&modes[distinct[&keys[a]]])));
+            match scaling(domain, &b.block) {
+                Some(scaling) => own.with_scaling(scaling),
+                None => own,
+            }
         })
         .collect();
     Ok(Schwarz::new(boxes, dims))
+}
+
+/// Unknowns are scaled by the root of the scene's permittivity, a box's operator by that of its own separable one:
+/// their ratio on the box, or `None` where they agree.
+fn scaling(domain: &Domain, block: &Block) -> Option<Vec<f32>> {
+    let factors = domain.separable(block);
+    let ratio = |c: [usize; 3]| {
+        let own = factors[0][c[0]] * factors[1][c[1]] * factors[2][c[2]];
+        (domain.permittivity_of(c) / own).sqrt()
+    };
+    let interval = [0, 1, 2].map(|a| -> Vec<usize> {
+        let axis = &domain.axes[a];
+        (block.lo[a]..block.hi[a]).flat_map(|m| axis.modes(m, m + 1).map(move |_| m)).collect()
+    });
+    let cells = |a: usize| block.lo[a]..block.hi[a];
+    let agree = cells(0).all(|i| cells(1).all(|j| cells(2).all(|k| (ratio([i, j, k]) - 1.0).abs() < 1e-12)));
+    if agree {
+        return None;
+    }
+    let mut out = Vec::new();
+    for &i in &interval[0] {
+        for &j in &interval[1] {
+            out.extend(interval[2].iter().map(|&k| ratio([i, j, k]) as f32));
+        }
+    }
+    Some(out)
 }
 
 impl Repair {
@@ -531,7 +567,7 @@ impl Repair {
         for (axis, factor) in domain.axes.iter().zip(&factors) {
             let n = axis.intervals();
             let segment = segment_of(axis, 0, n, factor, axis.flux_ends(0, n))?;
-            modes.push(Arc::new(Modes::new(&modes_of(axis, 0, n, factor)?)));
+            modes.push(Arc::new(Modes::new(&modes_of(axis, 0, n, [false; 2], factor)?)));
             operator.push(Dense::from_mat(segment.t().as_ref()));
         }
         let cells = domain.cells();

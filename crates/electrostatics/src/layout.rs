@@ -50,10 +50,12 @@ impl Layout {
                 all.push(Plane { at: scaled(c.region.max[a], a), edge: true });
             }
             for d in &scene.dielectrics {
-                for x in [d.region.min[a], d.region.max[a]] {
-                    if x > scene.domain.min[a] && x < scene.domain.max[a] {
-                        all.push(Plane { at: scaled(x, a), edge: false });
-                    }
+                // A slab has no edges; where faces meet, the field is singular as at a conductor's edge, if less so.
+                let inside = |a: usize, x: f64| x > scene.domain.min[a] && x < scene.domain.max[a];
+                let bounded = |a: usize| inside(a, d.region.min[a]) || inside(a, d.region.max[a]);
+                let edge = (0..3).filter(|&a| bounded(a)).count() > 1;
+                for x in [d.region.min[a], d.region.max[a]].into_iter().filter(|x| inside(a, *x)) {
+                    all.push(Plane { at: scaled(x, a), edge });
                 }
             }
             for x in [scene.domain.min[a], scene.domain.max[a]].into_iter().filter(|x| x.is_finite()) {
@@ -233,7 +235,6 @@ impl Layout {
         let first = centre + usize::from(self.walls[a][0] == Wall::Open);
         let mut out = self.clone();
         out.planes[a].drain(..centre);
-        out.planes[a][0].edge = false;
         out.walls[a][0] = if odd { Wall::Grounded } else { Wall::Insulated };
         out.mirror[a] = None;
         for c in &mut out.conductors {
@@ -259,7 +260,17 @@ impl Layout {
         // Where both sides of an axis are closed, flux cannot spread in three dimensions, and none may go to infinity.
         let open = |a: usize, side: usize| self.walls[a][side] == Wall::Open;
         let confined = (0..3).any(|a| !open(a, 0) && !open(a, 1));
-        let (least, most) = self.permittivity.iter().fold((f64::INFINITY, 0.0_f64), |(l, m), e| (l.min(*e), m.max(*e)));
+        // Rays beyond the last nodes pass through the cells that have no end, and no others.
+        let cells = self.cells();
+        let endless = |c: [usize; 3]| {
+            (0..3).any(|a| (open(a, 0) && c[a] == 0) || (open(a, 1) && c[a] + 1 == cells[a]))
+        };
+        let (mut least, mut most) = (f64::INFINITY, 0.0_f64);
+        for (index, e) in self.permittivity.iter().enumerate() {
+            if endless([index / (cells[1] * cells[2]), index / cells[2] % cells[1], index % cells[2]]) {
+                (least, most) = (least.min(*e), most.max(*e));
+            }
+        }
         let radius = self.reach * resolution.ratio.powi(-(resolution.outer as i32));
         let axes = [0, 1, 2].map(|a| {
             let ends = [0, 1].map(|side| match self.walls[a][side] {

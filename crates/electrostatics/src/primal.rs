@@ -5,7 +5,7 @@
 //! costs little beside the preconditioner.
 
 use crate::SolveError;
-use crate::boxes::free_boxes;
+use crate::boxes::{FreeBox, free_boxes};
 use crate::domain::{Block, Domain, per_element};
 use crate::krylov::Operator;
 use crate::schwarz::{Modes, Schwarz, SchwarzWork, SeparableBox};
@@ -261,10 +261,9 @@ fn corrections(domain: &Domain, factors: &[Vec<f64>; 3]) -> Vec<(Block, f64)> {
 }
 
 fn schwarz(domain: &Domain, dims: Dims) -> Result<Schwarz<f32>, SolveError> {
-    let boxes: Vec<Block> = free_boxes(domain)
-        .into_iter()
-        .filter(|b| (0..3).all(|a| !domain.axes[a].open(b.lo[a], b.hi[a]).is_empty()))
-        .collect();
+    let window = |b: &FreeBox| [0, 1, 2].map(|a| domain.axes[a].open(b.block.lo[a], b.block.hi[a], b.held[a]));
+    let boxes: Vec<FreeBox> =
+        free_boxes(domain).into_iter().filter(|b| window(b).iter().all(|w| !w.is_empty())).collect();
     let keyed: Vec<_> = boxes.iter().map(|b| axis_keys(domain, b)).collect();
     let mut distinct: BTreeMap<AxisKey, usize> = BTreeMap::new();
     for key in keyed.iter().flatten() {
@@ -275,12 +274,12 @@ fn schwarz(domain: &Domain, dims: Dims) -> Result<Schwarz<f32>, SolveError> {
     modes.sort_by_key(|(_, index)| *index);
     let modes: Vec<Arc<Modes<f32>>> = modes
         .par_iter()
-        .map(|((a, lo, hi, bits), _)| {
+        .map(|((a, lo, hi, closed, bits), _)| {
             let axis = &domain.axes[*a];
             let coefficient: Vec<f64> = bits.iter().map(|b| f64::from_bits(*b)).collect();
             let held = [0, 1].map(|side| {
                 let outer = if side == 0 { *lo == 0 } else { *hi == axis.intervals() };
-                !outer || axis.walls[side] == Wall::Grounded
+                !outer || closed[side] || axis.walls[side] == Wall::Grounded
             });
             let elements = axis.cuts[*lo]..axis.cuts[*hi];
             Ok(Arc::new(Modes::new(&primal_modes(&axis.line, elements, &per_element(axis, &coefficient), held)?)))
@@ -290,24 +289,25 @@ fn schwarz(domain: &Domain, dims: Dims) -> Result<Schwarz<f32>, SolveError> {
         .iter()
         .zip(&keyed)
         .map(|(b, keys)| {
-            let window = [0, 1, 2].map(|a| domain.axes[a].open(b.lo[a], b.hi[a]));
-            SeparableBox::new(window, [0, 1, 2].map(|a| Arc::clone(&modes[distinct[&keys[a]]])))
+            SeparableBox::new(window(b), [0, 1, 2].map(|a| Arc::clone(&modes[distinct[&keys[a]]])))
         })
         .collect();
     Ok(Schwarz::new(boxes, dims))
 }
 
-/// Axis, interval range, and the bits of the permittivity factor of every interval (1 outside the range).
-pub(crate) type AxisKey = (usize, usize, usize, Vec<u64>);
+/// Axis, interval range, held outer planes, and the bits of the permittivity factor of every interval (1 outside the
+/// range).
+pub(crate) type AxisKey = (usize, usize, usize, [bool; 2], Vec<u64>);
 
 /// What the modes of each axis of a box depend on.
-pub(crate) fn axis_keys(domain: &Domain, b: &Block) -> [AxisKey; 3] {
-    let factors = domain.separable(b);
+pub(crate) fn axis_keys(domain: &Domain, b: &FreeBox) -> [AxisKey; 3] {
+    let (lo, hi) = (b.block.lo, b.block.hi);
+    let factors = domain.separable(&b.block);
     [0, 1, 2].map(|a| {
         let bits = (0..domain.cells()[a])
-            .map(|m| if (b.lo[a]..b.hi[a]).contains(&m) { factors[a][m] } else { 1.0 })
+            .map(|m| if (lo[a]..hi[a]).contains(&m) { factors[a][m] } else { 1.0 })
             .map(f64::to_bits)
             .collect();
-        (a, b.lo[a], b.hi[a], bits)
+        (a, lo[a], hi[a], b.held[a], bits)
     })
 }

@@ -159,7 +159,8 @@ impl Ladder {
         };
         let foretold = |r: usize| error.min(1.9) * (expected(r) / expected(self.index)).powf(power);
         let mut next = (self.index + 1..=TOP).find(|r| foretold(*r) <= self.goal.tolerance).unwrap_or(TOP);
-        next = next.min(self.index + 6);
+        // A large error says little about how far the goal is.
+        next = next.min(self.index + if error > 0.5 { 2 } else { 6 });
         while next > self.index && memory(&rung(next, &self.goal)) > self.memory_limit {
             next -= 1;
         }

@@ -35,12 +35,13 @@ pub struct SeparableBox<T> {
     /// Whether the constant costs no energy: its mode, the first of each axis, is then left out.
     singular: bool,
     modes: [Arc<Modes<T>>; 3],
+    scaling: Option<Vec<T>>,
 }
 
 impl<T: Real> SeparableBox<T> {
     /// A box over `window` of the array.
     pub fn new(window: Window, modes: [Arc<Modes<T>>; 3]) -> Self {
-        Self { window, modes, singular: false }
+        Self { window, modes, singular: false, scaling: None }
     }
 
     /// The same for a box without any held or free end, on which the constant costs no energy.
@@ -52,8 +53,12 @@ impl<T: Real> SeparableBox<T> {
         [0, 1, 2].map(|a| self.window[a].len())
     }
 
+    /// The same between two multiplications by `scaling` (one factor per entry of the box).
+    pub fn with_scaling(self, scaling: Vec<T>) -> Self {
+        Self { scaling: Some(scaling), ..self }
+    }
+
     /// The inverse applied to the box's part of `r`, left in `out` (contiguous, the box's own shape).
-    ///
     pub fn solve(&self, r: &[T], dims: Dims, work: &mut Vec<T>, out: &mut Vec<T>) {
         let [n0, n1, n2] = self.shape();
         let plane = n1 * n2;
@@ -62,16 +67,25 @@ impl<T: Real> SeparableBox<T> {
         if n0 * plane == 0 {
             return;
         }
-        let stride = dims[1] * dims[2];
         let modes = |a: usize| &*self.modes[a];
         let block = row_block(n0, plane);
-        // Along axis 0 straight from the array: whole runs of rows where the box spans the last axis.
-        let (strips, width) = if n2 == dims[2] { (1, plane) } else { (n1, n2) };
         let corner = (self.window[0].start * dims[1] + self.window[1].start) * dims[2] + self.window[2].start;
+        let (mut r, mut corner, mut stride, mut row) = (r, corner, dims[1] * dims[2], dims[2]);
+        if let Some(scaling) = &self.scaling {
+            for (line, (to, by)) in out.chunks_exact_mut(n2).zip(scaling.chunks_exact(n2)).enumerate() {
+                let from = corner + line / n1 * stride + line % n1 * row;
+                for ((t, s), x) in to.iter_mut().zip(by).zip(&r[from..from + n2]) {
+                    *t = *s * *x;
+                }
+            }
+            (r, corner, stride, row) = (&*out, 0, plane, n2);
+        }
+        // Along axis 0 straight from the array: whole runs of rows where the box spans the last axis.
+        let (strips, width) = if n2 == row { (1, plane) } else { (n1, n2) };
         work.par_chunks_mut(block * plane).enumerate().for_each(|(b, out)| {
             let some = b * block..(b * block + out.len() / plane);
             for j in 0..strips {
-                let source = right(r, corner + j * dims[2], width, stride);
+                let source = right(r, corner + j * row, width, stride);
                 let a = modes(0).transposed.left_rows(some.clone());
                 multiply(a, source, target(out, j * n2, plane), false);
             }
@@ -100,6 +114,9 @@ impl<T: Real> SeparableBox<T> {
             let some = b * block..(b * block + out.len() / plane);
             multiply(modes(0).vectors.left_rows(some), right(work, 0, plane, plane), target(out, 0, plane), false);
         });
+        if let Some(scaling) = &self.scaling {
+            out.par_iter_mut().zip(scaling).with_min_len(16_384).for_each(|(x, s)| *x = *x * *s);
+        }
     }
 }
 
