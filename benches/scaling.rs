@@ -23,8 +23,8 @@ fn main() -> common::Result<()> {
     let large = std::env::var_os("ELASTOCAP_LARGE").is_some();
     let mut group = criterion.benchmark_group("unknowns");
     group.sampling_mode(SamplingMode::Flat);
-    for resolution in common::SCALING.into_iter().chain(common::LARGE.into_iter().filter(|_| large)) {
-        let settings = common::at_resolution(resolution);
+    for layers in common::SCALING.into_iter().chain(common::LARGE.into_iter().filter(|_| large)) {
+        let settings = common::with_layers(layers);
         let unknowns = solve(&known.scene, &settings)?.unknowns;
         group.throughput(Throughput::Elements(unknowns as u64));
         group.bench_function(BenchmarkId::from_parameter(unknowns), |bencher| {

@@ -1,7 +1,7 @@
 //! One line for each target: what was aimed at, what is measured, whether it is met. The table of docs/performance.md.
 //!
 //!     cargo bench --bench targets
-//!     ELASTOCAP_LARGE=1 cargo bench --bench targets     (scaling up to ten million unknowns too)
+//!     ELASTOCAP_LARGE=1 cargo bench --bench targets     (scaling up to ten million unknowns too: some GB, a minute)
 
 mod common;
 
@@ -54,7 +54,7 @@ fn solver() -> Result<()> {
             format!("error {error:.1e}, estimate {:.1e}", 0.5 * spread)
         };
         let remark = format!(
-            "tolerance {:e}: {found}; {} unknowns, {} grids, {} iterations on the last",
+            "tolerance {:.0e}: {found}; {} unknowns, {} grids, {} iterations on the last",
             settings.relative_tolerance, solution.unknowns, solution.grids, solution.iterations
         );
         line(&what, &shown(target), &shown(seconds), seconds <= target, &remark);
@@ -111,8 +111,8 @@ fn scaling() -> Result<()> {
     let known = common::Known::in_plane_pair()?;
     let large = std::env::var_os("ELASTOCAP_LARGE").is_some();
     let mut rows = Vec::new();
-    for resolution in common::SCALING.into_iter().chain(common::LARGE.into_iter().filter(|_| large)) {
-        let settings = common::at_resolution(resolution);
+    for layers in common::SCALING.into_iter().chain(common::LARGE.into_iter().filter(|_| large)) {
+        let settings = common::with_layers(layers);
         forget_peak();
         let solution = solve(&known.scene, &settings)?;
         let memory = peak_memory();
@@ -130,17 +130,17 @@ fn scaling() -> Result<()> {
             median(once)?
         };
         last.sort_by(f64::total_cmp);
-        rows.push((resolution, solution, [whole, last[last.len() / 2]], memory));
+        rows.push((layers, solution, [whole, last[last.len() / 2]], memory));
     }
     println!();
     println!(
-        "| order / layers | unknowns | iterations | this grid | per million unknowns | with the coarser grid for the \
+        "| layers | unknowns | iterations | this grid | per million unknowns | with the coarser grid for the \
          estimate | peak memory | true error |"
     );
     println!("|---|---|---|---|---|---|---|---|");
-    for ((order, levels), solution, [whole, last], memory) in &rows {
+    for (layers, solution, [whole, last], memory) in &rows {
         println!(
-            "| {order} / {levels} | {} | {} | {} | {} | {} | {} | {:.0e} |",
+            "| {layers} | {} | {} | {} | {} | {} | {} | {:.0e} |",
             solution.unknowns,
             solution.iterations,
             shown(*last),

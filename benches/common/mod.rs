@@ -36,11 +36,15 @@ pub(crate) struct Known {
     pub(crate) capacitance: f64,
     /// Relative error of `capacitance`, at most.
     pub(crate) uncertainty: f64,
+    /// A pair without net charge, or everything.
+    pub(crate) target: Target,
 }
 
 impl Known {
     fn new(name: &'static str, file: &str, capacitance: f64, uncertainty: f64) -> Result<Self> {
-        Ok(Self { name, scene: scene_of(&load(file)?, None)?.scene, capacitance, uncertainty })
+        let scene = scene_of(&load(file)?, None)?.scene;
+        let target = if scene.conductors.len() == 2 { Target::TwoTerminal } else { Target::Matrix };
+        Ok(Self { name, scene, capacitance, uncertainty, target })
     }
 
     /// The unloaded in-plane pair: the middle of its own proved bounds at a tolerance of 1e-8; from outside,
@@ -101,9 +105,9 @@ impl Accuracy {
         }
     }
 
-    fn settings(self, relative_tolerance: f64) -> Settings {
+    fn settings(self, known: &Known, relative_tolerance: f64) -> Settings {
         let bounds = matches!(self, Self::ProvedSpread(_));
-        Settings { relative_tolerance, bounds, target: Target::TwoTerminal, ..Settings::default() }
+        Settings { relative_tolerance, bounds, target: known.target, ..Settings::default() }
     }
 
     /// Settings that reach it, and the solution they give.
@@ -116,7 +120,7 @@ impl Accuracy {
             Self::TrueError(error) => [10.0, 5.0, 2.0, 1.0, 0.5].map(|f| f * error).to_vec(),
         };
         for tolerance in tolerances {
-            let settings = self.settings(tolerance);
+            let settings = self.settings(known, tolerance);
             let solution = solve(&known.scene, &settings)?;
             if self.is_met_by(known, &solution) {
                 return Ok((settings, solution));
@@ -159,18 +163,18 @@ pub(crate) fn solver_targets() -> Result<Vec<SolverTarget>> {
     ])
 }
 
-/// Orders and layers of grids of the in-plane pair between a tenth of a million and a million unknowns.
-pub(crate) const SCALING: [(usize, usize); 4] = [(5, 3), (7, 3), (8, 4), (10, 4)];
+/// Layers of grids of the in-plane pair between a tenth of a million and a million unknowns.
+pub(crate) const SCALING: [usize; 3] = [4, 5, 6];
 
 /// Beyond a million, up to ten.
-pub(crate) const LARGE: [(usize, usize); 3] = [(11, 5), (14, 6), (18, 7)];
+pub(crate) const LARGE: [usize; 4] = [7, 8, 9, 10];
 
 /// One primal solve of the in-plane pair at a fixed resolution.
-pub(crate) fn at_resolution((order, levels): (usize, usize)) -> Settings {
+pub(crate) fn with_layers(levels: usize) -> Settings {
     Settings {
         relative_tolerance: 1e-5,
         bounds: false,
-        resolution: Some(elastocap_electrostatics::ResolutionLevel { order, levels }),
+        resolution: Some(elastocap_electrostatics::ResolutionLevel { order: levels + 2, levels }),
         target: Target::TwoTerminal,
         ..Settings::default()
     }

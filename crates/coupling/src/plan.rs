@@ -1,6 +1,6 @@
 //! What a case asks to be solved, what of it can be left out, and what it will take: known before anything is solved.
 
-use elastocap_electrostatics::{Forecast, Settings, forecast, Target};
+use elastocap_electrostatics::{Forecast, Settings, Target, forecast};
 use elastocap_mechanics::{
     ClosedFormSettings, ForceLimit, LayerState, Material as LayerMaterial, MechanicsError, force_limit,
 };

@@ -151,5 +151,23 @@ fn thin(domain: &Domain, boxes: Vec<FreeBox>) -> Vec<FreeBox> {
             _ => break,
         }
     }
+    // Where not all boxes could be enumerated a feature may be left: the cells around it serve.
+    for feature in 0..covered.len() {
+        if covered[feature] {
+            continue;
+        }
+        let at = [feature / (size[1] * size[2]), feature / size[2] % size[1], feature % size[2]];
+        let block = Block {
+            lo: at.map(|f| (f.saturating_sub(1)) / 2),
+            hi: [0, 1, 2].map(|a| (at[a] / 2 + 1).min(cells[a])),
+        };
+        let around = FreeBox { block, held: [[false; 2]; 3] };
+        if !domain.conductors.iter().any(|c| around.meets(c, cells)) {
+            for f in features(&around) {
+                covered[f] = true;
+            }
+            chosen.push(around);
+        }
+    }
     chosen
 }

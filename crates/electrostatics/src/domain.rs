@@ -31,7 +31,6 @@ pub struct Block {
     pub hi: [usize; 3],
 }
 
-
 /// A grid with conductors and permittivity.
 #[derive(Debug, Clone)]
 pub struct Domain {
@@ -74,7 +73,11 @@ impl Axis {
     pub fn open(&self, lo: usize, hi: usize, held: [bool; 2]) -> Range<usize> {
         let numbering = Numbering::new(&self.line);
         let trim = usize::from(self.held(0));
-        let start = if lo == 0 && !(held[0] && trim == 0) { 0 } else { self.plane_node(lo).map_or(0, |n| numbering.vertex[n] + 1 - trim) };
+        let start = if lo == 0 && !(held[0] && trim == 0) {
+            0
+        } else {
+            self.plane_node(lo).map_or(0, |n| numbering.vertex[n] + 1 - trim)
+        };
         let end = if hi == self.intervals() && !(held[1] && !self.held(1)) {
             self.functions().len()
         } else {
@@ -203,7 +206,8 @@ impl Domain {
         let n = self.cells();
         let cells = || {
             (block.lo[0]..block.hi[0]).flat_map(move |i| {
-                (block.lo[1]..block.hi[1]).flat_map(move |j| (block.lo[2]..block.hi[2]).map(move |k| [i, j, k]))
+                (block.lo[1]..block.hi[1])
+                    .flat_map(move |j| (block.lo[2]..block.hi[2]).map(move |k| [i, j, k]))
             })
         };
         let count = cells().count().max(1) as f64;

@@ -108,7 +108,8 @@ impl Dual {
         for a in 0..3 {
             (bundles[a], segments[a]) = bundles_of(domain, a)?;
         }
-        let dense64 = [0, 1, 2].map(|a| segments[a].iter().map(|s| Dense::<f64>::from_mat(s.t().as_ref())).collect());
+        let dense64 =
+            [0, 1, 2].map(|a| segments[a].iter().map(|s| Dense::<f64>::from_mat(s.t().as_ref())).collect());
         let roots =
             [0, 1, 2].map(|a| segments[a].iter().map(|s| Dense::<f64>::from_mat(s.root.as_ref())).collect());
         let interval = [0, 1, 2].map(|a| {
@@ -199,8 +200,7 @@ impl Dual {
                 for run in &bundle.runs {
                     let (root, segment) = (&self.roots[a][run.segment], &self.segments[a][run.segment]);
                     // One strip of lines at a time: rows of the transverse axis `p`.
-                    let partial: Vec<Mat<f64>> = bundle
-                        .across[0]
+                    let partial: Vec<Mat<f64>> = bundle.across[0]
                         .clone()
                         .into_par_iter()
                         .map(|s| {
@@ -333,7 +333,9 @@ fn bundles_of(domain: &Domain, a: usize) -> Result<(Vec<Bundle>, Vec<MixedSegmen
             hit.sort_unstable();
             let mut column = Column::new();
             let (mut from, mut below) = (0, None);
-            for (lo, hi, index) in hit.into_iter().map(|(l, h, i)| (l, h, Some(i))).chain([(cells[a], cells[a], None)]) {
+            for (lo, hi, index) in
+                hit.into_iter().map(|(l, h, i)| (l, h, Some(i))).chain([(cells[a], cells[a], None)])
+            {
                 if from < lo {
                     let mut ends = axis.flux_ends(from, lo);
                     if below.is_some() {
@@ -366,7 +368,8 @@ fn bundles_of(domain: &Domain, a: usize) -> Result<(Vec<Bundle>, Vec<MixedSegmen
             while end < row.len() && row[end] == row[t] {
                 end += 1;
             }
-            match rectangles.iter_mut().find(|(r, c)| r[1] == s && r[2] == t && r[3] == end && **c == row[t]) {
+            match rectangles.iter_mut().find(|(r, c)| r[1] == s && r[2] == t && r[3] == end && **c == row[t])
+            {
                 Some((r, _)) => r[1] = s + 1,
                 None => rectangles.push(([s, s + 1, t, end], &row[t])),
             }
@@ -411,7 +414,13 @@ fn segment_of(
 }
 
 /// Modes of the intervals `lo..hi` between two obstacles; `held` for sheets that lie on an outer plane.
-fn modes_of(axis: &Axis, lo: usize, hi: usize, held: [bool; 2], factor: &[f64]) -> Result<LineModes, SolveError> {
+fn modes_of(
+    axis: &Axis,
+    lo: usize,
+    hi: usize,
+    held: [bool; 2],
+    factor: &[f64],
+) -> Result<LineModes, SolveError> {
     let elements = axis.cuts[lo]..axis.cuts[hi];
     let mut ends = axis.flux_ends(lo, hi);
     for side in 0..2 {
@@ -560,8 +569,7 @@ impl Repair {
     fn new(domain: &Domain) -> Result<Self, SolveError> {
         let whole = Block { lo: [0; 3], hi: domain.cells() };
         let factors = domain.separable(&whole);
-        let singular =
-            domain.axes.iter().all(|a| a.flux_ends(0, a.intervals()) == [FluxEnd::Blocked; 2]);
+        let singular = domain.axes.iter().all(|a| a.flux_ends(0, a.intervals()) == [FluxEnd::Blocked; 2]);
         let mut operator = Vec::new();
         let mut modes = Vec::new();
         for (axis, factor) in domain.axes.iter().zip(&factors) {
@@ -644,7 +652,12 @@ impl Repair {
             multiply(a, self.operator[2].right(), target(slab, 0, n2), true);
             let b = right(&minus, i * plane, n2, n2);
             multiply(self.operator[1].left(), b, target(slab, 0, n2), true);
-            multiply(self.operator[0].left_rows(i..i + 1), right(&minus, 0, plane, plane), target(slab, 0, plane), true);
+            multiply(
+                self.operator[0].left_rows(i..i + 1),
+                right(&minus, 0, plane, plane),
+                target(slab, 0, plane),
+                true,
+            );
         });
     }
 }

@@ -35,7 +35,13 @@ struct Samples {
 /// Samples the state with the given conductor potentials; the shares of all parts add up to it.
 ///
 /// `reach` limits what is shown of open space (scaled distance from the origin).
-pub fn sample(scene: &BoxScene, layout: &Layout, shares: &[Share<'_>], mirrored: [bool; 3], potentials: Vec<f64>) -> Field {
+pub fn sample(
+    scene: &BoxScene,
+    layout: &Layout,
+    shares: &[Share<'_>],
+    mirrored: [bool; 3],
+    potentials: Vec<f64>,
+) -> Field {
     let Some(first) = shares.first() else {
         return Field {
             nodes: Default::default(),
@@ -110,8 +116,12 @@ pub fn sample(scene: &BoxScene, layout: &Layout, shares: &[Share<'_>], mirrored:
         let at = split(index, full);
         let point = [0, 1, 2].map(|a| 0.5 * (nodes[a][at[a]] + nodes[a][at[a] + 1]));
         let hit = scene.dielectrics.iter().rposition(|d| d.region.contains(point));
-        permittivity.push(hit.map_or(scene.background_permittivity, |i| scene.dielectrics[i].relative_permittivity));
-        let conductor = scene.conductors.iter().position(|c| c.region.sheet_normal().is_none() && c.region.contains(point));
+        permittivity
+            .push(hit.map_or(scene.background_permittivity, |i| scene.dielectrics[i].relative_permittivity));
+        let conductor = scene
+            .conductors
+            .iter()
+            .position(|c| c.region.sheet_normal().is_none() && c.region.contains(point));
         body.push(conductor.map_or_else(|| hit.map_or(0, |i| i as i32 + 1), |c| -1 - c as i32));
     }
     Field { nodes, potential, electric_field: field, relative_permittivity: permittivity, body, potentials }
@@ -169,7 +179,12 @@ fn samples(domain: &Domain, a: usize, pieces: &[(usize, f64, f64)]) -> Samples {
         }
     }
     let dense = |m: Mat<f64>| Dense::from_mat(m.as_ref());
-    Samples { nodes, value: dense(value), centre_value: dense(centre_value), centre_slope: dense(centre_slope) }
+    Samples {
+        nodes,
+        value: dense(value),
+        centre_value: dense(centre_value),
+        centre_slope: dense(centre_slope),
+    }
 }
 
 /// Values at the tensor product of samples.
@@ -177,7 +192,12 @@ fn evaluate(u: &[f64], m: [&Dense<f64>; 3]) -> Vec<f64> {
     let (n1, n2) = (m[1].cols, m[2].cols);
     let (r0, r1, r2) = (m[0].rows, m[1].rows, m[2].rows);
     let mut first = vec![0.0; r0 * n1 * n2];
-    multiply(m[0].left(), Right { data: u, cols: n1 * n2, stride: n1 * n2 }, Target { data: &mut first, stride: n1 * n2 }, false);
+    multiply(
+        m[0].left(),
+        Right { data: u, cols: n1 * n2, stride: n1 * n2 },
+        Target { data: &mut first, stride: n1 * n2 },
+        false,
+    );
     let mut second = vec![0.0; r0 * r1 * n2];
     for i in 0..r0 {
         let b = Right { data: &first[i * n1 * n2..], cols: n2, stride: n2 };
@@ -191,6 +211,11 @@ fn evaluate(u: &[f64], m: [&Dense<f64>; 3]) -> Vec<f64> {
     }
     let mut out = vec![0.0; r0 * r1 * r2];
     let a = Left { data: &second, rows: r0 * r1, cols: n2, row: n2, col: 1 };
-    multiply(a, Right { data: &transposed, cols: r2, stride: r2 }, Target { data: &mut out, stride: r2 }, false);
+    multiply(
+        a,
+        Right { data: &transposed, cols: r2, stride: r2 },
+        Target { data: &mut out, stride: r2 },
+        false,
+    );
     out
 }

@@ -83,7 +83,8 @@ impl Layout {
         }
         // The centre planes may have moved the indices found before: find them again.
         for a in 0..3 {
-            layout.mirror[a] = layout.mirror[a].and_then(|_| layout.planes[a].iter().position(|p| p.at == 0.0));
+            layout.mirror[a] =
+                layout.mirror[a].and_then(|_| layout.planes[a].iter().position(|p| p.at == 0.0));
         }
         layout
     }
@@ -118,8 +119,9 @@ impl Layout {
                     let at = [x, y, z];
                     let point = [0, 1, 2].map(|a| self.origin[a] + self.unit * at[a]);
                     let hit = scene.dielectrics.iter().rposition(|d| d.region.contains(point));
-                    permittivity
-                        .push(hit.map_or(scene.background_permittivity, |i| scene.dielectrics[i].relative_permittivity));
+                    permittivity.push(hit.map_or(scene.background_permittivity, |i| {
+                        scene.dielectrics[i].relative_permittivity
+                    }));
                     material.push(hit.map_or(0, |i| i as i32 + 1));
                 }
             }
@@ -158,9 +160,8 @@ impl Layout {
 
     /// Numbers of intervals.
     pub fn cells(&self) -> [usize; 3] {
-        [0, 1, 2].map(|a| {
-            self.planes[a].len() - 1 + self.walls[a].iter().filter(|w| **w == Wall::Open).count()
-        })
+        [0, 1, 2]
+            .map(|a| self.planes[a].len() - 1 + self.walls[a].iter().filter(|w| **w == Wall::Open).count())
     }
 
     fn cell(&self, c: [usize; 3]) -> usize {
@@ -176,7 +177,8 @@ impl Layout {
         if self.walls[a][0] != self.walls[a][1] {
             return false;
         }
-        if (0..n).any(|i| (p[i].at + p[n - 1 - i].at).abs() > MERGE * size || p[i].edge != p[n - 1 - i].edge) {
+        if (0..n).any(|i| (p[i].at + p[n - 1 - i].at).abs() > MERGE * size || p[i].edge != p[n - 1 - i].edge)
+        {
             return false;
         }
         let cells = self.cells();
@@ -255,15 +257,15 @@ impl Layout {
         out
     }
 
-    /// The grid of the layout at a resolution, with the conductors it holds (and which of the scene's they are).
-    pub fn domain(&self, resolution: &Resolution) -> (Domain, Vec<usize>) {
-        // Where both sides of an axis are closed, flux cannot spread in three dimensions, and none may go to infinity.
-        let open = |a: usize, side: usize| self.walls[a][side] == Wall::Open;
-        let confined = (0..3).any(|a| !open(a, 0) && !open(a, 1));
-        // Rays beyond the last nodes pass through the cells that have no end, and no others.
+    /// Largest over smallest permittivity among the cells that have no end, through which rays go to infinity; `None`
+    /// if the scene is closed.
+    pub fn endless_contrast(&self) -> Option<f64> {
         let cells = self.cells();
         let endless = |c: [usize; 3]| {
-            (0..3).any(|a| (open(a, 0) && c[a] == 0) || (open(a, 1) && c[a] + 1 == cells[a]))
+            (0..3).any(|a| {
+                let open = self.walls[a].map(|w| w == Wall::Open);
+                (open[0] && c[a] == 0) || (open[1] && c[a] + 1 == cells[a])
+            })
         };
         let (mut least, mut most) = (f64::INFINITY, 0.0_f64);
         for (index, e) in self.permittivity.iter().enumerate() {
@@ -271,6 +273,15 @@ impl Layout {
                 (least, most) = (least.min(*e), most.max(*e));
             }
         }
+        (most > 0.0).then(|| most / least)
+    }
+
+    /// The grid of the layout at a resolution, with the conductors it holds (and which of the scene's they are).
+    pub fn domain(&self, resolution: &Resolution) -> (Domain, Vec<usize>) {
+        // Where both sides of an axis are closed, flux cannot spread in three dimensions, and none may go to infinity.
+        let open = |a: usize, side: usize| self.walls[a][side] == Wall::Open;
+        let confined = (0..3).any(|a| !open(a, 0) && !open(a, 1));
+        let contrast = self.endless_contrast().unwrap_or(1.0);
         let radius = self.reach * resolution.ratio.powi(-(resolution.outer as i32));
         let axes = [0, 1, 2].map(|a| {
             let ends = [0, 1].map(|side| match self.walls[a][side] {
@@ -278,8 +289,13 @@ impl Layout {
                 _ => End::Closed,
             });
             let graded = graded_axis(&self.planes[a], ends, resolution);
-            let continuation = if confined { f64::INFINITY } else { 3.0 * radius * most / least };
-            Axis { line: graded.line, cuts: graded.cuts, walls: self.walls[a], continuation: [continuation; 2] }
+            let continuation = if confined { f64::INFINITY } else { 3.0 * radius * contrast };
+            Axis {
+                line: graded.line,
+                cuts: graded.cuts,
+                walls: self.walls[a],
+                continuation: [continuation; 2],
+            }
         });
         let held: Vec<usize> = (0..self.conductors.len()).filter(|&c| self.conductors[c].is_some()).collect();
         let conductors = self.conductors.iter().flatten().copied().collect();

@@ -251,7 +251,9 @@ fn corrections(domain: &Domain, factors: &[Vec<f64>; 3]) -> Vec<(Block, f64)> {
                     continue;
                 }
                 match out.last_mut() {
-                    Some((b, d)) if b.lo[0] == i && b.lo[1] == j && b.hi[2] == k && *d == difference => b.hi[2] = k + 1,
+                    Some((b, d)) if b.lo[0] == i && b.lo[1] == j && b.hi[2] == k && *d == difference => {
+                        b.hi[2] = k + 1
+                    }
                     _ => out.push((Block { lo: [i, j, k], hi: [i + 1, j + 1, k + 1] }, difference)),
                 }
             }
@@ -261,7 +263,8 @@ fn corrections(domain: &Domain, factors: &[Vec<f64>; 3]) -> Vec<(Block, f64)> {
 }
 
 fn schwarz(domain: &Domain, dims: Dims) -> Result<Schwarz<f32>, SolveError> {
-    let window = |b: &FreeBox| [0, 1, 2].map(|a| domain.axes[a].open(b.block.lo[a], b.block.hi[a], b.held[a]));
+    let window =
+        |b: &FreeBox| [0, 1, 2].map(|a| domain.axes[a].open(b.block.lo[a], b.block.hi[a], b.held[a]));
     let boxes: Vec<FreeBox> =
         free_boxes(domain).into_iter().filter(|b| window(b).iter().all(|w| !w.is_empty())).collect();
     let keyed: Vec<_> = boxes.iter().map(|b| axis_keys(domain, b)).collect();
@@ -282,7 +285,12 @@ fn schwarz(domain: &Domain, dims: Dims) -> Result<Schwarz<f32>, SolveError> {
                 !outer || closed[side] || axis.walls[side] == Wall::Grounded
             });
             let elements = axis.cuts[*lo]..axis.cuts[*hi];
-            Ok(Arc::new(Modes::new(&primal_modes(&axis.line, elements, &per_element(axis, &coefficient), held)?)))
+            Ok(Arc::new(Modes::new(&primal_modes(
+                &axis.line,
+                elements,
+                &per_element(axis, &coefficient),
+                held,
+            )?)))
         })
         .collect::<Result<_, SolveError>>()?;
     let boxes = boxes

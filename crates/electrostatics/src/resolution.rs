@@ -32,11 +32,13 @@ pub struct Rung {
 struct Goal {
     tolerance: f64,
     target: Target,
+    /// Layers outside the scene beyond what the target asks for.
+    extra: usize,
 }
 
 impl Goal {
     fn new(settings: &Settings) -> Self {
-        Self { tolerance: settings.relative_tolerance, target: settings.target }
+        Self { tolerance: settings.relative_tolerance, target: settings.target, extra: 0 }
     }
 
     /// Layers between the scene and the element that reaches infinity.
@@ -48,7 +50,7 @@ impl Goal {
             Target::Matrix => (2.0 / self.tolerance).ln() / -RATIO.ln(),
             Target::TwoTerminal => (0.02 / self.tolerance).ln() / (3.0 * -RATIO.ln()),
         };
-        layers.ceil().clamp(1.0, 12.0) as usize
+        layers.ceil().clamp(1.0, 12.0) as usize + self.extra
     }
 }
 
@@ -56,6 +58,8 @@ impl Goal {
 #[derive(Debug)]
 pub struct Ladder {
     goal: Goal,
+    /// Whether more layers outside the scene may help.
+    open: bool,
     bounds: bool,
     fixed: Option<ResolutionLevel>,
     memory_limit: u64,
@@ -68,8 +72,8 @@ pub struct Ladder {
     shortfall: Option<String>,
 }
 
-/// Highest rung: beyond it line matrices reach the end of double precision.
-const TOP: usize = 22;
+/// Highest rung: eight layers, order ten, an error of about 1e-9 on the pair; beyond it rounding takes over.
+const TOP: usize = 14;
 
 /// Spread on each rung over that on rung 0. The in-plane pair and the cube in a cube agree on it within a fifth;
 /// sheets, whose singularity is stronger, follow a power of it, which two rungs tell.
@@ -79,8 +83,8 @@ fn expected(index: usize) -> f64 {
 }
 
 impl Ladder {
-    /// Starts a search.
-    pub fn new(settings: &Settings) -> Self {
+    /// Starts a search; `contrast` is the permittivity contrast of open space (`None` in a closed scene).
+    pub fn new(settings: &Settings, contrast: Option<f64>) -> Self {
         let t = settings.relative_tolerance;
         let first = usize::from(t < 2e-3) + usize::from(t < 2e-5);
         let fixed = settings.resolution;
@@ -91,7 +95,9 @@ impl Ladder {
             (false, Some(_)) => (0, Some(1)),
         };
         Self {
-            goal: Goal::new(settings),
+            // Flux that goes on through layers is counted at the least favourable permittivity.
+            goal: Goal { extra: usize::from(contrast.is_some_and(|c| c > 1.0)), ..Goal::new(settings) },
+            open: contrast.is_some(),
             bounds: settings.bounds,
             fixed,
             memory_limit: settings.memory_limit,
@@ -142,13 +148,20 @@ impl Ladder {
             }
             return false;
         }
-        let stagnates = self.seen.last().is_some_and(|(_, before)| error > 0.9 * before);
+        let stagnates = self.seen.last().is_some_and(|(_, before)| error > 0.8 * before);
         self.seen.push((self.index, error));
         if error <= self.goal.tolerance {
             return false;
         }
+        if stagnates && self.open && self.goal.extra < 4 {
+            // Refining the scene did not help: it is open space that is too short.
+            self.goal.extra += 1;
+            self.seen.clear();
+            return true;
+        }
         if stagnates || error.is_nan() {
-            self.shortfall = Some(format!("the error stays at {error:.1e}: double precision gives no more"));
+            let best = self.seen.iter().map(|(_, e)| *e).fold(f64::INFINITY, f64::min);
+            self.shortfall = Some(format!("the error stays at {best:.1e}: double precision gives no more"));
             return false;
         }
         let power = match self.seen[..] {
@@ -168,7 +181,10 @@ impl Ladder {
             self.shortfall = Some(if self.index == TOP {
                 format!("the error is {error:.1e} on the finest grid that double precision allows")
             } else {
-                format!("the error is {error:.1e}; a finer grid would take more than {} MB", self.memory_limit >> 20)
+                format!(
+                    "the error is {error:.1e}; a finer grid would take more than {} MB",
+                    self.memory_limit >> 20
+                )
             });
             return false;
         }
@@ -216,7 +232,7 @@ fn with(levels: usize, order: usize, first: usize, goal: &Goal) -> Rung {
         level: ResolutionLevel { order, levels },
         // A part and the whole scene see other rounding in the single-precision preconditioner: they agree to 1e-10
         // only where the iteration's own error is small.
-        iteration_share: 2e-3 * goal.tolerance.min(1e-3),
+        iteration_share: (2e-3 * goal.tolerance.min(1e-3)).max(1e-14),
     }
 }
 

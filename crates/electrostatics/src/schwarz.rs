@@ -112,7 +112,12 @@ impl<T: Real> SeparableBox<T> {
         );
         out.par_chunks_mut(block * plane).enumerate().for_each(|(b, out)| {
             let some = b * block..(b * block + out.len() / plane);
-            multiply(modes(0).vectors.left_rows(some), right(work, 0, plane, plane), target(out, 0, plane), false);
+            multiply(
+                modes(0).vectors.left_rows(some),
+                right(work, 0, plane, plane),
+                target(out, 0, plane),
+                false,
+            );
         });
         if let Some(scaling) = &self.scaling {
             out.par_iter_mut().zip(scaling).with_min_len(16_384).for_each(|(x, s)| *x = *x * *s);

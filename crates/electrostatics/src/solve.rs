@@ -23,7 +23,7 @@ pub fn solve(scene: &BoxScene, settings: &Settings) -> Result<Solution, SolveErr
     let layout = Layout::new(scene);
     let parts = parts(&layout, settings.symmetry);
     let mut seconds = PhaseSeconds { setup: begin.elapsed().as_secs_f64(), ..Default::default() };
-    let mut ladder = Ladder::new(settings);
+    let mut ladder = Ladder::new(settings, layout.endless_contrast());
     let mut grids = 0;
     let mut best: Option<(f64, Outcome, Rung)> = None;
     // Upper energies of the rungs solved so far, for error estimates.
@@ -65,7 +65,10 @@ pub fn solve(scene: &BoxScene, settings: &Settings) -> Result<Solution, SolveErr
             seconds.dual = outcome.seconds.dual;
             seconds.choosing += if improves { 0.0 } else { took };
             let field = settings.field.then(|| outcome.field(scene, &layout, &parts, settings));
-            return Ok(Solution { field, ..outcome.finish(&layout, settings, &rung, grids, seconds, ladder.shortfall()) });
+            return Ok(Solution {
+                field,
+                ..outcome.finish(&layout, settings, &rung, grids, seconds, ladder.shortfall())
+            });
         }
         seconds.choosing += took;
     }
@@ -203,8 +206,9 @@ impl Outcome {
     fn estimate(&mut self, coarser: &Mat<f64>) {
         let upper = &self.bounds.upper;
         let n = upper.nrows();
-        self.bounds.lower =
-            Mat::from_fn(n, n, |i, j| upper[(i, j)] - crate::resolution::REMAINDER * (coarser[(i, j)] - upper[(i, j)]));
+        self.bounds.lower = Mat::from_fn(n, n, |i, j| {
+            upper[(i, j)] - crate::resolution::REMAINDER * (coarser[(i, j)] - upper[(i, j)])
+        });
     }
 
     /// The largest relative spread (error estimate without bounds) of what the tolerance is about.
@@ -212,7 +216,9 @@ impl Outcome {
         let m = &self.bounds;
         let n = m.upper.nrows();
         let value = |lower: f64, upper: f64| if settings.bounds { 0.5 * (lower + upper) } else { upper };
-        let relative = |lower: f64, upper: f64| if upper > 0.0 { (upper - lower) / value(lower, upper).abs() } else { 0.0 };
+        let relative = |lower: f64, upper: f64| {
+            if upper > 0.0 { (upper - lower) / value(lower, upper).abs() } else { 0.0 }
+        };
         let pair = m.two_terminal().map(|t| relative(t.lower, t.upper));
         if let (Target::TwoTerminal, Some(pair)) = (settings.target, pair) {
             return pair;
@@ -223,7 +229,8 @@ impl Outcome {
                 return relative(lower[(i, i)], upper[(i, i)]);
             }
             let gap = |i: usize| (upper[(i, i)] - lower[(i, i)]).max(0.0);
-            let size = value(lower[(i, j)], upper[(i, j)]).abs().max(0.1 * (upper[(i, i)] * upper[(j, j)]).sqrt());
+            let size =
+                value(lower[(i, j)], upper[(i, j)]).abs().max(0.1 * (upper[(i, i)] * upper[(j, j)]).sqrt());
             (gap(i) * gap(j)).sqrt() / size
         });
         // A number that is not one is the worst of all.
@@ -275,7 +282,11 @@ impl Outcome {
 
 /// Bytes the solve of the largest part takes at a resolution.
 fn memory(parts: &[Part], rung: &Rung, bounds: bool) -> u64 {
-    parts.iter().map(|p| crate::resolution::memory(&p.layout, rung, p.potentials.len(), bounds)).max().unwrap_or(0)
+    parts
+        .iter()
+        .map(|p| crate::resolution::memory(&p.layout, rung, p.potentials.len(), bounds))
+        .max()
+        .unwrap_or(0)
 }
 
 /// Foretells what [`solve`] will take, from the grid it would end on for a scene like the in-plane pair.

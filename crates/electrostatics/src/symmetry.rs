@@ -51,7 +51,8 @@ pub fn parts(layout: &Layout, use_mirrors: bool) -> Vec<Part> {
                 potentials.push(v);
             }
         }
-        let insulated = layout.walls.iter().flatten().all(|w| *w == elastocap_geometry::scene::Wall::Insulated);
+        let insulated =
+            layout.walls.iter().flatten().all(|w| *w == elastocap_geometry::scene::Wall::Insulated);
         let mut fieldless = Vec::new();
         if signs == 0 && insulated && !potentials.is_empty() {
             potentials.pop();

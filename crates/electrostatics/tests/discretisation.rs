@@ -125,6 +125,10 @@ fn the_iteration_does_not_feel_order_or_grading() {
         solve(&mut primal, &b, &mut u, &mut Vec::new(), Goal { share: 1e-8, start }).iterations
     };
     for (degree, ratio) in [(2, 0.5), (6, 0.5), (2, 0.1), (6, 0.1)] {
-        assert!(iterations(degree, ratio) <= 16, "degree {degree}, ratio {ratio}: {}", iterations(degree, ratio));
+        assert!(
+            iterations(degree, ratio) <= 16,
+            "degree {degree}, ratio {ratio}: {}",
+            iterations(degree, ratio)
+        );
     }
 }

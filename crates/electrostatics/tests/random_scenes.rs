@@ -11,7 +11,8 @@ fn wall() -> impl Strategy<Value = Wall> {
 /// Up to three conductors (boxes, or sheets where the thickness is drawn so) in cells of a 3 x 3 x 3 lattice, so that
 /// they never touch, and up to two dielectric boxes anywhere.
 fn scene() -> impl Strategy<Value = BoxScene> {
-    let body = (0..27usize, prop::array::uniform3(0.1..0.4f64), prop::array::uniform3(0.5..0.9f64), 0..4usize);
+    let body =
+        (0..27usize, prop::array::uniform3(0.1..0.4f64), prop::array::uniform3(0.5..0.9f64), 0..4usize);
     let dielectric = (prop::array::uniform3(-1.0..3.0f64), prop::array::uniform3(0.1..2.0f64), 1.0..20.0f64);
     (prop::collection::vec(body, 1..=3), prop::collection::vec(dielectric, 0..=2), wall(), wall()).prop_map(
         |(bodies, dielectrics, side, top)| {

@@ -63,7 +63,12 @@ fn the_cube_in_a_cube_lies_between_its_bounds_at_every_tolerance() {
 fn the_isolated_cube_lies_between_its_bounds_with_open_space_in_both() {
     for tolerance in [1e-2, 1e-3, 1e-4] {
         let scene = open(vec![conductor("cube", [0.0; 3], [1.0; 3])]);
-        check(&solve(&scene, &settings(tolerance)).unwrap(), 0.66067815409957 * 4.0 * PI * EPS0, tolerance, 1e-12);
+        check(
+            &solve(&scene, &settings(tolerance)).unwrap(),
+            0.66067815409957 * 4.0 * PI * EPS0,
+            tolerance,
+            1e-12,
+        );
     }
 }
 
@@ -77,8 +82,12 @@ fn square_plates_of_zero_thickness_lie_between_their_bounds() {
 #[test]
 fn a_square_coaxial_line_between_insulated_end_walls_has_its_capacitance_per_length() {
     // 2D: no flux leaves through the ends, so the length only multiplies.
-    let mut scene =
-        closed(vec![conductor("inner", [-0.5, -0.5, 0.0], [0.5, 0.5, 3.0])], [-1.0, -1.0, 0.0], [1.0, 1.0, 3.0], Wall::Grounded);
+    let mut scene = closed(
+        vec![conductor("inner", [-0.5, -0.5, 0.0], [0.5, 0.5, 3.0])],
+        [-1.0, -1.0, 0.0],
+        [1.0, 1.0, 3.0],
+        Wall::Grounded,
+    );
     scene.walls[2] = [Wall::Insulated; 2];
     check(&solve(&scene, &settings(1e-5)).unwrap(), 3.0 * 10.234092569368052 * EPS0, 1e-5, 1e-12);
 }
@@ -91,7 +100,8 @@ fn a_layered_plate_capacitor_filling_its_walls_is_exact() {
         [1.0, 0.6, 1.0],
         Wall::Insulated,
     );
-    let slab = Box3 { min: [f64::NEG_INFINITY, 0.1, f64::NEG_INFINITY], max: [f64::INFINITY, 0.2, f64::INFINITY] };
+    let slab =
+        Box3 { min: [f64::NEG_INFINITY, 0.1, f64::NEG_INFINITY], max: [f64::INFINITY, 0.2, f64::INFINITY] };
     scene.dielectrics.push(Dielectric { name: "slab".into(), region: slab, relative_permittivity: 1e6 });
     let solution = solve(&scene, &settings(1e-5)).unwrap();
     check(&solution, EPS0 / (0.1e-6 + 0.3), 1e-5, 1e-10);
@@ -118,7 +128,11 @@ fn the_part_and_the_whole_give_the_same_matrix() {
 fn without_bounds_the_estimate_covers_the_error_and_is_at_most_ten_times_it() {
     let cases = [
         (cube_in_cube(), 19.127134997 * EPS0, [1e-2, 1e-3, 1e-4]),
-        (open(vec![conductor("cube", [0.0; 3], [1.0; 3])]), 0.66067815409957 * 4.0 * PI * EPS0, [1e-2, 1e-3, 3e-4]),
+        (
+            open(vec![conductor("cube", [0.0; 3], [1.0; 3])]),
+            0.66067815409957 * 4.0 * PI * EPS0,
+            [1e-2, 1e-3, 3e-4],
+        ),
         (square_plates(0.1), 1.039044814755 * 4.0 * PI * EPS0, [2e-2, 1e-2, 1e-3]),
         (square_plates(1.0), 0.266026251586 * 4.0 * PI * EPS0, [2e-2, 1e-2, 1e-3]),
     ];

@@ -97,7 +97,13 @@ macro_rules! real {
                     let mut j = 0;
                     while j < n {
                         let left = n - j;
-                        let width = if left >= 8 * w { 4 * w } else if left > 4 * w { 3 * w } else { left };
+                        let width = if left >= 8 * w {
+                            4 * w
+                        } else if left > 4 * w {
+                            3 * w
+                        } else {
+                            left
+                        };
                         match width.div_ceil(w) {
                             1 => strip::<S, 1>(simd, a, b, c, accumulate, j, width),
                             2 => strip::<S, 2>(simd, a, b, c, accumulate, j, width),
@@ -194,7 +200,12 @@ macro_rules! real {
                 fn to_f64(self) -> f64 {
                     f64::from(self)
                 }
-                fn product(a: Left<'_, Self>, b: Right<'_, Self>, c: &mut Target<'_, Self>, accumulate: bool) {
+                fn product(
+                    a: Left<'_, Self>,
+                    b: Right<'_, Self>,
+                    c: &mut Target<'_, Self>,
+                    accumulate: bool,
+                ) {
                     let c = &mut Target { data: &mut *c.data, stride: c.stride };
                     Arch::new().dispatch(Product { a, b, c, accumulate });
                 }
@@ -204,12 +215,30 @@ macro_rules! real {
 }
 
 real!(
-    f32, single, f32s, F32_LANES, splat_f32s, mul_add_e_f32s, add_f32s, as_simd_f32s, as_mut_simd_f32s,
-    partial_load_f32s, partial_store_f32s
+    f32,
+    single,
+    f32s,
+    F32_LANES,
+    splat_f32s,
+    mul_add_e_f32s,
+    add_f32s,
+    as_simd_f32s,
+    as_mut_simd_f32s,
+    partial_load_f32s,
+    partial_store_f32s
 );
 real!(
-    f64, double, f64s, F64_LANES, splat_f64s, mul_add_e_f64s, add_f64s, as_simd_f64s, as_mut_simd_f64s,
-    partial_load_f64s, partial_store_f64s
+    f64,
+    double,
+    f64s,
+    F64_LANES,
+    splat_f64s,
+    mul_add_e_f64s,
+    add_f64s,
+    as_simd_f64s,
+    as_mut_simd_f64s,
+    partial_load_f64s,
+    partial_store_f64s
 );
 
 #[cfg(test)]
@@ -217,13 +246,17 @@ mod tests {
     use super::*;
 
     fn check<T: Real>(tolerance: f64) {
-        for (m, k, n) in [(1, 1, 1), (3, 5, 2), (8, 7, 33), (13, 9, 70), (21, 17, 15), (7, 4, 64), (2, 3, 129)] {
+        for (m, k, n) in
+            [(1, 1, 1), (3, 5, 2), (8, 7, 33), (13, 9, 70), (21, 17, 15), (7, 4, 64), (2, 3, 129)]
+        {
             for pad in [0, 5] {
                 let (bs, cs) = (n + pad, n + 2 * pad);
                 let a: Vec<T> = (0..m * k).map(|i| T::from_f64((i as f64 * 0.7).sin())).collect();
                 let b: Vec<T> = (0..k * bs).map(|i| T::from_f64((i as f64 * 1.3).cos())).collect();
                 let before: Vec<T> = (0..m * cs).map(|i| T::from_f64(i as f64 * 0.01)).collect();
-                for (accumulate, (row, col)) in [(false, (k, 1)), (true, (k, 1)), (false, (1, m)), (true, (1, m))] {
+                for (accumulate, (row, col)) in
+                    [(false, (k, 1)), (true, (k, 1)), (false, (1, m)), (true, (1, m))]
+                {
                     let mut c = before.clone();
                     multiply(
                         Left { data: &a, rows: m, cols: k, row, col },
@@ -235,11 +268,15 @@ mod tests {
                         for j in 0..cs {
                             let mut want = before[i * cs + j].to_f64();
                             if j < n {
-                                let sum: f64 =
-                                    (0..k).map(|p| a[i * row + p * col].to_f64() * b[p * bs + j].to_f64()).sum();
+                                let sum: f64 = (0..k)
+                                    .map(|p| a[i * row + p * col].to_f64() * b[p * bs + j].to_f64())
+                                    .sum();
                                 want = if accumulate { want + sum } else { sum };
                             }
-                            assert!((c[i * cs + j].to_f64() - want).abs() < tolerance, "{m} {k} {n} at {i} {j}");
+                            assert!(
+                                (c[i * cs + j].to_f64() - want).abs() < tolerance,
+                                "{m} {k} {n} at {i} {j}"
+                            );
                         }
                     }
                 }

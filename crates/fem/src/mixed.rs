@@ -97,7 +97,8 @@ pub fn mixed_segment(
         .enumerate()
         .flat_map(|(e, w)| std::iter::repeat_n(1.0 / w.sqrt(), offsets[e + 1] - offsets[e]))
         .collect();
-    let mut root = Mat::from_fn(n, divergence.nrows(), |i, j| divergence[(j, from + i)] * per_mode[j] * scale[i]);
+    let mut root =
+        Mat::from_fn(n, divergence.nrows(), |i, j| divergence[(j, from + i)] * per_mode[j] * scale[i]);
     lower.solve_lower_triangular_in_place(root.as_mut());
     // Outward unit normal at the ends; the end functions are the first and the last of the run.
     let face = [(0, -1.0), (n - 1, 1.0)].map(|(index, sign)| {
@@ -225,7 +226,8 @@ mod tests {
 
     #[test]
     fn a_continuation_adds_its_resistance() {
-        let s = mixed_segment(&line(), 0..2, &[2.0, 4.0], [FluxEnd::Free, FluxEnd::Free], [0.0, 3.0]).unwrap();
+        let s =
+            mixed_segment(&line(), 0..2, &[2.0, 4.0], [FluxEnd::Free, FluxEnd::Free], [0.0, 3.0]).unwrap();
         assert!((capacitance(&s) - 1.0 / (0.2 / 2.0 + 0.8 / 4.0 + 3.0 / 4.0)).abs() < 1e-12);
     }
 }

@@ -7,7 +7,8 @@
 
 use crate::line::{Line, line_matrices};
 use crate::mixed::{
-    Continuation, FluxEnd, IllConditioned, divergence_matrix, mixed_segment, potential_offsets, scaled_factor, sub_line,
+    Continuation, FluxEnd, IllConditioned, divergence_matrix, mixed_segment, potential_offsets,
+    scaled_factor, sub_line,
 };
 use faer::Mat;
 use std::ops::Range;

@@ -177,10 +177,11 @@ fn outward(plane: &Plane, pole: f64, reach: f64, r: &Resolution) -> (Vec<(f64, u
     let mut steps = Vec::new();
     if plane.edge {
         for layer in 0..=r.levels {
-            steps.push((length * r.ratio.powi((r.levels - layer) as i32), degree(layer, r)));
+            let far = if layer == r.levels { 2 } else { 0 };
+            steps.push((length * r.ratio.powi((r.levels - layer) as i32), degree(layer, r) + far));
         }
     } else {
-        steps.push((length, r.order));
+        steps.push((length, r.order + 2));
     }
     // Farther out the elements are as coarse as they come and must be of higher degree; less and less energy is left
     // there, so that the degree may fall again. Three more, one less per layer: the best of fifteen laws tried on the
