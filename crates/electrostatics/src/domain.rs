@@ -78,7 +78,7 @@ impl Axis {
         } else {
             self.plane_node(lo).map_or(0, |n| numbering.vertex[n] + 1 - trim)
         };
-        let end = if hi == self.intervals() && !(held[1] && !self.held(1)) {
+        let end = if hi == self.intervals() && (!held[1] || self.held(1)) {
             self.functions().len()
         } else {
             self.plane_node(hi).map_or(0, |n| numbering.vertex[n] - trim)

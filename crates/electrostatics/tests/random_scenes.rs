@@ -58,7 +58,7 @@ fn scene() -> impl Strategy<Value = BoxScene> {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { cases: 20, ..ProptestConfig::default() })]
+    #![proptest_config(ProptestConfig { cases: 8, ..ProptestConfig::default() })]
 
     #[test]
     fn maxwell_matrices_are_symmetric_diagonally_dominant_and_grow_with_permittivity(scene in scene()) {
