@@ -45,7 +45,10 @@ fn solver() -> Result<()> {
                 continue;
             }
         };
-        let seconds = median(|| Ok(drop(solve(&known.scene, &settings)?)))?;
+        let seconds = median(|| {
+            solve(&known.scene, &settings)?;
+            Ok(())
+        })?;
         let spread = solution.two_terminal.map_or(f64::NAN, |c| (c.upper - c.lower) / c.value);
         let error = known.error_of(&solution);
         let found = if settings.bounds {
