@@ -123,7 +123,7 @@ pub struct Field {
     pub potentials: Vec<f64>,
 }
 
-/// The answer of [`crate::solve`].
+/// The answer of [`crate::solve()`].
 #[derive(Debug, Clone, PartialEq)]
 pub struct Solution {
     /// Maxwell capacitance matrix, F, in the order of the scene's conductors: Q = C V.

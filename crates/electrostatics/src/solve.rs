@@ -289,7 +289,7 @@ fn memory(parts: &[Part], rung: &Rung, bounds: bool) -> u64 {
         .unwrap_or(0)
 }
 
-/// Foretells what [`solve`] will take, from the grid it would end on for a scene like the in-plane pair.
+/// Foretells what [`solve()`] will take, from the grid it would end on for a scene like the in-plane pair.
 pub fn forecast(scene: &BoxScene, settings: &Settings) -> Result<Forecast, SolveError> {
     let layout = Layout::new(scene);
     let parts = parts(&layout, settings.symmetry);

@@ -1,5 +1,7 @@
 //! Box scenes whose capacitance is known: both bounds must hold it.
 
+#![allow(clippy::unwrap_used, reason = "a test may fail")]
+
 use elastocap_electrostatics::{EPS0, Settings, Solution, solve};
 use elastocap_geometry::scene::{Box3, BoxScene, Conductor, Dielectric, Wall};
 use std::f64::consts::PI;
