@@ -17,9 +17,18 @@ pub struct Axis {
     pub cuts: Vec<usize>,
     /// What holds at the two ends.
     pub walls: [Wall; 2],
-    /// For open ends, the energy of the flux's continuation to infinity per squared flux through the last finite node,
-    /// in units of the resistance there; infinite where no flux may pass.
-    pub continuation: [f64; 2],
+    /// How flux goes on to infinity beyond open ends; `None` where none may.
+    pub rays: Option<Rays>,
+}
+
+/// Straight lines from a pole, along which flux that leaves the last finite nodes goes on, falling with the square of
+/// the distance. On all axes or on none, with one radius.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Rays {
+    /// Where they come from, on this axis.
+    pub pole: f64,
+    /// Distance of the last finite nodes from it.
+    pub radius: f64,
 }
 
 /// A block of intervals, `lo[a] .. hi[a]` on each axis; on the normal axis of a sheet `lo == hi`, the plane it lies in.
@@ -113,20 +122,19 @@ impl Axis {
     pub fn flux_ends(&self, lo: usize, hi: usize) -> [FluxEnd; 2] {
         let at = |side: usize, outer: bool| match (outer, self.walls[side]) {
             (true, Wall::Insulated) => FluxEnd::Blocked,
-            (true, Wall::Open) if !self.continuation[side].is_finite() => FluxEnd::Blocked,
+            (true, Wall::Open) if self.rays.is_none() => FluxEnd::Blocked,
             _ => FluxEnd::Free,
         };
         [at(0, lo == 0), at(1, hi == self.intervals())]
     }
 
-    /// The continuation at the ends of the intervals `lo..hi`.
-    pub fn continuation_of(&self, lo: usize, hi: usize) -> [f64; 2] {
-        let at = |side: usize, outer: bool| {
-            if outer && self.walls[side] == Wall::Open && self.continuation[side].is_finite() {
-                self.continuation[side]
-            } else {
-                0.0
-            }
+    /// Energy of the flux's continuation beyond the ends of the intervals `lo..hi`, per squared flux through the last
+    /// node and in units of the resistance there: `factor` of that of a straight line to infinity, zero where no flux
+    /// goes on.
+    pub fn continuation(&self, lo: usize, hi: usize, factor: [f64; 2]) -> [f64; 2] {
+        let at = |side: usize, outer: bool| match self.rays {
+            Some(rays) if outer && self.walls[side] == Wall::Open => factor[side] * rays.radius,
+            _ => 0.0,
         };
         [at(0, lo == 0), at(1, hi == self.intervals())]
     }

@@ -1,6 +1,6 @@
 //! A scene reduced to planes, blocks and cells: what grids of any resolution are made from.
 
-use crate::domain::{Axis, Block, Domain};
+use crate::domain::{Axis, Block, Domain, Rays};
 use elastocap_geometry::grid::{End, Plane, Resolution, graded_axis};
 use elastocap_geometry::scene::{Box3, BoxScene, Wall};
 
@@ -281,7 +281,6 @@ impl Layout {
         // Where both sides of an axis are closed, flux cannot spread in three dimensions, and none may go to infinity.
         let open = |a: usize, side: usize| self.walls[a][side] == Wall::Open;
         let confined = (0..3).any(|a| !open(a, 0) && !open(a, 1));
-        let contrast = self.endless_contrast().unwrap_or(1.0);
         let radius = self.reach * resolution.ratio.powi(-(resolution.outer as i32));
         let axes = [0, 1, 2].map(|a| {
             let ends = [0, 1].map(|side| match self.walls[a][side] {
@@ -289,12 +288,11 @@ impl Layout {
                 _ => End::Closed,
             });
             let graded = graded_axis(&self.planes[a], ends, resolution);
-            let continuation = if confined { f64::INFINITY } else { 3.0 * radius * contrast };
             Axis {
                 line: graded.line,
                 cuts: graded.cuts,
                 walls: self.walls[a],
-                continuation: [continuation; 2],
+                rays: (!confined).then(|| Rays { pole: self.pole(a), radius }),
             }
         });
         let held: Vec<usize> = (0..self.conductors.len()).filter(|&c| self.conductors[c].is_some()).collect();

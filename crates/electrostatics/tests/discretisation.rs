@@ -14,7 +14,7 @@ use std::f64::consts::PI;
 fn axis(nodes: Vec<f64>, degree: usize, cuts: Vec<usize>, wall: Wall) -> Axis {
     let degrees = vec![degree; nodes.len() - 1];
     let line = Line { nodes, degrees, ends: [LineEnd::Finite; 2] };
-    Axis { line, cuts, walls: [wall; 2], continuation: [0.0; 2] }
+    Axis { line, cuts, walls: [wall; 2], rays: None }
 }
 
 /// Integrals of sin(pi x) against the functions of an axis with both ends held.

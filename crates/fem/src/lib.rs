@@ -5,4 +5,5 @@ pub mod line;
 pub mod mixed;
 pub mod modes;
 pub mod quadrature;
+pub mod radial;
 pub mod tensor;
