@@ -139,7 +139,7 @@ impl Axis {
         [at(0, lo == 0), at(1, hi == self.intervals())]
     }
 
-    /// The axis without its infinite elements: fluxes are continued beyond the last node by other means.
+    /// The axis without its infinite elements.
     pub fn truncated(&self) -> Self {
         let mut out = self.clone();
         let low = self.line.first_finite();
@@ -149,10 +149,24 @@ impl Axis {
         out.line.ends = [LineEnd::Finite; 2];
         out
     }
+
+    /// The axis as the box solver sees it: where rays go to infinity, the outermost function falls off as 1 / x on its
+    /// own axis. As many functions, in the same order.
+    pub fn tailed(&self) -> Self {
+        let Some(rays) = self.rays else { return self.clone() };
+        let mut out = self.clone();
+        let open = self.walls.map(|w| w == Wall::Open);
+        let tail = LineEnd::Infinite { degree: 1, pole: rays.pole };
+        out.line.ends = open.map(|open| if open { tail } else { LineEnd::Finite });
+        let last = out.cuts.len() - 1;
+        out.cuts[1..].iter_mut().for_each(|c| *c += usize::from(open[0]));
+        out.cuts[last] += usize::from(open[1]);
+        out
+    }
 }
 
 impl Domain {
-    /// The domain up to the last finite nodes.
+    /// The domain up to the last finite nodes: fluxes are continued beyond them by other means, or not at all.
     pub fn truncated(&self) -> Self {
         let [a, b, c] = &self.axes;
         Self { axes: [a.truncated(), b.truncated(), c.truncated()], ..self.clone() }

@@ -1,11 +1,11 @@
 //! The potential and the electric field of one state of the scene, sampled for export.
 
-use crate::domain::Domain;
+use crate::domain::{Axis, Domain};
 use crate::layout::Layout;
 use crate::solution::Field;
-use elastocap_fem::line::{Element, Line, Numbering, hierarchical};
+use elastocap_fem::line::{Element, Numbering, hierarchical};
 use elastocap_fem::tensor::{Dense, Left, Right, Target, multiply};
-use elastocap_geometry::scene::BoxScene;
+use elastocap_geometry::scene::{BoxScene, Wall};
 use faer::Mat;
 
 /// More cells than this and every element is shown as one.
@@ -52,7 +52,7 @@ pub fn sample(
             potentials,
         };
     };
-    let plan = |fine: bool| [0, 1, 2].map(|a| cuts(&first.domain.axes[a].line, layout.reach, fine));
+    let plan = |fine: bool| [0, 1, 2].map(|a| cuts(&first.domain.axes[a], layout.reach, fine));
     let whole = |cuts: &[Vec<(usize, f64, f64)>; 3]| -> usize {
         (0..3).map(|a| cuts[a].len() << usize::from(mirrored[a])).product()
     };
@@ -132,11 +132,12 @@ fn split(index: usize, n: [usize; 3]) -> [usize; 3] {
 }
 
 /// Cells of one axis as (element, lower, upper) in the element's own coordinate s.
-fn cuts(line: &Line, reach: f64, fine: bool) -> Vec<(usize, f64, f64)> {
+fn cuts(axis: &Axis, reach: f64, fine: bool) -> Vec<(usize, f64, f64)> {
+    let line = &axis.line;
     let mut out = Vec::new();
     for e in 0..line.elements() {
         let Element::Finite { start, length } = line.element(e) else { continue };
-        let far = |end: usize| line.ends[end] != elastocap_fem::line::LineEnd::Finite;
+        let far = |end: usize| axis.walls[end] == Wall::Open;
         if (far(1) && start + length > 1.001 * reach) || (far(0) && start < -1.001 * reach) {
             continue;
         }

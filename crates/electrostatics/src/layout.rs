@@ -288,12 +288,9 @@ impl Layout {
                 _ => End::Closed,
             });
             let graded = graded_axis(&self.planes[a], ends, resolution);
-            Axis {
-                line: graded.line,
-                cuts: graded.cuts,
-                walls: self.walls[a],
-                rays: (!confined).then(|| Rays { pole: self.pole(a), radius }),
-            }
+            let rays = (!confined).then(|| Rays { pole: self.pole(a), radius });
+            let axis = Axis { line: graded.line, cuts: graded.cuts, walls: self.walls[a], rays };
+            if confined { axis } else { axis.truncated() }
         });
         let held: Vec<usize> = (0..self.conductors.len()).filter(|&c| self.conductors[c].is_some()).collect();
         let conductors = self.conductors.iter().flatten().copied().collect();

@@ -1,5 +1,6 @@
 //! Laplace's equation in box scenes: Maxwell capacitance matrices with proved bounds.
 
+pub mod ahead;
 pub mod boxes;
 pub mod domain;
 pub mod dual;

@@ -204,3 +204,35 @@ pub fn line_matrices(line: &Line, coefficient: &[f64]) -> (Mat<f64>, Mat<f64>) {
     }
     (mass, stiffness)
 }
+
+/// Integrals of `phi_i r phi_j'` (row i) and `r^2 phi_i' phi_j'` over the elements, each weighted by its coefficient, with
+/// r the distance from `pole`: what the gradient of a potential that falls off along rays is made of.
+///
+/// Infinite elements have none: their coefficient must be zero.
+pub fn radial_matrices(line: &Line, coefficient: &[f64], pole: f64) -> (Mat<f64>, Mat<f64>) {
+    let numbering = Numbering::new(line);
+    let mut first = Mat::zeros(numbering.len, numbering.len);
+    let mut second = Mat::zeros(numbering.len, numbering.len);
+    for e in 0..line.elements() {
+        let (Element::Finite { start, length }, p) = (line.element(e), line.degree(e)) else { continue };
+        if coefficient[e] == 0.0 {
+            continue;
+        }
+        let at = numbering.element(line, e);
+        let (points, weights) = gauss_legendre(p + 2);
+        for (&s, &w) in points.iter().zip(&weights) {
+            let (value, slope) = hierarchical(p, s);
+            // dx cancels in the first, and one 2 / length of the second.
+            let r = start + 0.5 * (s + 1.0) * length - pole;
+            for (i, gi) in at.iter().enumerate() {
+                for (j, gj) in at.iter().enumerate() {
+                    if let (Some(gi), Some(gj)) = (gi, gj) {
+                        first[(*gi, *gj)] += coefficient[e] * w * r * value[i] * slope[j];
+                        second[(*gi, *gj)] += coefficient[e] * w * r * r * 2.0 / length * slope[i] * slope[j];
+                    }
+                }
+            }
+        }
+    }
+    (first, second)
+}

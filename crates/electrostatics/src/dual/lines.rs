@@ -1,8 +1,9 @@
 //! Grid lines between obstacles, grouped by the obstacles they meet.
 
-use super::rays::{Ahead, Leaving};
+use super::rays::Leaving;
 use super::{Basis, others};
 use crate::SolveError;
+use crate::ahead::Ahead;
 use crate::domain::{Axis, Block, Domain, per_element};
 use elastocap_fem::mixed::{FluxEnd, MixedSegment, mixed_segment};
 use elastocap_fem::tensor::Dense;

@@ -20,6 +20,7 @@ mod rays;
 mod repair;
 
 use crate::SolveError;
+use crate::ahead::Ahead;
 use crate::domain::{Axis, Domain};
 use crate::krylov::Operator;
 use crate::schwarz::{Schwarz, SchwarzWork};
@@ -29,7 +30,7 @@ use elastocap_fem::tensor::{Dims, Window, clear, dot, multiply, right, target};
 use faer::Mat;
 use lines::{Bundle, Segment, bundles};
 use rayon::prelude::*;
-use rays::{Ahead, inner, shares};
+use rays::{inner, shares};
 use repair::Repair;
 
 /// The dual problem on one domain.

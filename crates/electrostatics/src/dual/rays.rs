@@ -7,7 +7,6 @@
 //! matrix of rank one per open end, and T = D M^-1 D^T by another.
 
 use super::{Basis, others};
-use crate::domain::Domain;
 use elastocap_fem::mixed::MixedSegment;
 
 /// The oblique part of the continuation beyond the open ends of one segment.
@@ -69,69 +68,4 @@ pub(super) fn inner(a: &[f64], b: &[f64]) -> f64 {
 pub(super) fn shares(basis: &[Option<Basis>; 3], a: usize) -> [&[f64]; 2] {
     let (p, q) = others(a);
     [p, q].map(|b| basis[b].as_ref().map_or(&[][..], |basis| &basis.shares))
-}
-
-/// The least permittivity that a ray from each cell can meet, by the direction it takes on each axis.
-#[derive(Debug)]
-pub(super) struct Ahead {
-    /// By direction (bit a set: towards lower coordinates on axis a), then by cell.
-    least: Vec<Vec<f64>>,
-    /// Whether rays in an interval can run upwards and downwards.
-    runs: [Vec<[bool; 2]>; 3],
-    cells: [usize; 3],
-}
-
-impl Ahead {
-    /// Of a domain without infinite elements.
-    pub(super) fn new(domain: &Domain) -> Self {
-        let cells = domain.cells();
-        let runs = [0, 1, 2].map(|a| {
-            let axis = &domain.axes[a];
-            let pole = axis.rays.map_or(0.0, |r| r.pole);
-            let node = |m: usize| axis.line.nodes[axis.cuts[m]];
-            (0..cells[a]).map(|m| [node(m + 1) > pole, node(m) < pole]).collect()
-        });
-        let index = |c: [usize; 3]| (c[0] * cells[1] + c[1]) * cells[2] + c[2];
-        let uniform = domain.permittivity.iter().all(|e| *e == domain.permittivity[0]);
-        let directions = if uniform { 0 } else { 8 };
-        let least = (0..directions)
-            .map(|direction: usize| {
-                let down = |a: usize| direction >> a & 1 == 1;
-                let mut least = domain.permittivity.clone();
-                let along = |a: usize, n: usize| if down(a) { n } else { cells[a] - 1 - n };
-                // Cells that lie ahead come first.
-                for i in 0..cells[0] {
-                    for j in 0..cells[1] {
-                        for k in 0..cells[2] {
-                            let at = [along(0, i), along(1, j), along(2, k)];
-                            for (a, n) in [i, j, k].into_iter().enumerate() {
-                                if n > 0 {
-                                    let mut next = at;
-                                    next[a] = if down(a) { at[a] - 1 } else { at[a] + 1 };
-                                    least[index(at)] = least[index(at)].min(least[index(next)]);
-                                }
-                            }
-                        }
-                    }
-                }
-                least
-            })
-            .collect();
-        Self { least, runs, cells }
-    }
-
-    /// Permittivity of a cell over the least that rays from it meet.
-    pub(super) fn contrast(&self, domain: &Domain, cell: [usize; 3]) -> f64 {
-        let index = (cell[0] * self.cells[1] + cell[1]) * self.cells[2] + cell[2];
-        let possible = |direction: usize| (0..3).all(|a| self.runs[a][cell[a]][direction >> a & 1]);
-        let least = self.least.iter().enumerate().filter(|(d, _)| possible(*d)).map(|(_, l)| l[index]);
-        domain.permittivity[index] / least.fold(domain.permittivity[index], f64::min)
-    }
-
-    /// The largest contrast of any cell.
-    pub(super) fn greatest_contrast(&self, domain: &Domain) -> f64 {
-        let [n0, n1, n2] = self.cells;
-        let cells = (0..n0 * n1 * n2).map(|c| [c / (n1 * n2), c / n2 % n1, c % n2]);
-        if self.least.is_empty() { 1.0 } else { cells.map(|c| self.contrast(domain, c)).fold(1.0, f64::max) }
-    }
 }

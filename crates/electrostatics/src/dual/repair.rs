@@ -2,9 +2,9 @@
 
 use super::lines::mixed;
 use super::precondition::modes_of;
-use super::rays::Ahead;
 use super::{Basis, Weights};
 use crate::SolveError;
+use crate::ahead::Ahead;
 use crate::domain::{Block, Domain};
 use crate::schwarz::{Modes, SeparableBox};
 use elastocap_fem::mixed::FluxEnd;

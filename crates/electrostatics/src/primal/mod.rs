@@ -4,6 +4,8 @@
 //! closed block are prescribed. In this basis both 1D matrices have a handful of entries a row, so that the operator
 //! costs little beside the preconditioner.
 
+mod faces;
+
 use crate::SolveError;
 use crate::boxes::{FreeBox, free_boxes};
 use crate::domain::{Block, Domain, per_element};
@@ -16,6 +18,7 @@ use elastocap_geometry::scene::Wall;
 use faer::Mat;
 use rayon::prelude::*;
 use std::collections::BTreeMap;
+use faces::Faces;
 use std::sync::Arc;
 
 /// One separable part of the operator, K0 M1 M2 + M0 K1 M2 + M0 M1 K2, on a window of the array.
@@ -142,6 +145,8 @@ pub struct Primal {
     conductors: Vec<Window>,
     vertices: [Vec<usize>; 3],
     terms: Terms<f64>,
+    /// Open space beyond the last nodes.
+    faces: Faces,
     schwarz: Schwarz<f32>,
     work: SchwarzWork<f32>,
 }
@@ -184,6 +189,7 @@ impl Primal {
                 .collect(),
             vertices: [0, 1, 2].map(|a| domain.axes[a].vertices()),
             terms: Terms::new(dims, &terms),
+            faces: Faces::new(domain),
             schwarz,
             work: SchwarzWork::default(),
         })
@@ -210,10 +216,15 @@ impl Primal {
         u
     }
 
+    fn product(&mut self, x: &[f64], y: &mut [f64]) {
+        self.terms.apply(x, y);
+        self.faces.add_product(x, y, self.dims);
+    }
+
     /// A u over all functions, prescribed ones included: tested with a lift it gives charges.
     pub fn full_product(&mut self, u: &[f64]) -> Vec<f64> {
         let mut out = vec![0.0; u.len()];
-        self.terms.apply(u, &mut out);
+        self.product(u, &mut out);
         out
     }
 
@@ -230,7 +241,7 @@ impl Operator for Primal {
         self.dims.iter().product()
     }
     fn apply(&mut self, x: &[f64], y: &mut [f64]) {
-        self.terms.apply(x, y);
+        self.product(x, y);
         self.clear_prescribed(y);
     }
     fn precondition(&mut self, r: &[f32], z: &mut [f32]) {
@@ -278,7 +289,7 @@ fn schwarz(domain: &Domain, dims: Dims) -> Result<Schwarz<f32>, SolveError> {
     let modes: Vec<Arc<Modes<f32>>> = modes
         .par_iter()
         .map(|((a, lo, hi, closed, bits), _)| {
-            let axis = &domain.axes[*a];
+            let axis = &domain.axes[*a].tailed();
             let coefficient: Vec<f64> = bits.iter().map(|b| f64::from_bits(*b)).collect();
             let held = [0, 1].map(|side| {
                 let outer = if side == 0 { *lo == 0 } else { *hi == axis.intervals() };
