@@ -50,6 +50,7 @@ impl Goal {
             Target::Matrix => (2.0 / self.tolerance).ln() / -RATIO.ln(),
             Target::TwoTerminal => (0.02 / self.tolerance).ln() / (3.0 * -RATIO.ln()),
         };
+        if let Some(o) = std::env::var("OUTER").ok().and_then(|o| o.parse().ok()) { return o; }
         layers.ceil().clamp(1.0, 12.0) as usize + self.extra
     }
 }

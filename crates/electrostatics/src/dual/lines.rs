@@ -121,7 +121,9 @@ pub(super) fn bundles(
             let profile: Vec<f64> = profile.into_iter().map(f64::from_bits).collect();
             let factor = contrast.map(f64::from_bits);
             let mixed = mixed(axis, basis, lo, hi, &profile, ends, factor)?;
-            let leaving = Leaving::new(&mixed, axis.continuation(lo, hi, factor));
+            let straight = axis.continuation(lo, hi, factor);
+            let resistance = [1.0 / profile[0], 1.0 / profile[profile.len() - 1]];
+            let leaving = Leaving::new(&mixed, [0, 1].map(|side| straight[side] * resistance[side]));
             Ok(Segment {
                 root: Dense::from_mat(mixed.root.as_ref()),
                 matrix: Dense::from_mat(mixed.t().as_ref()),

@@ -18,14 +18,15 @@ pub(super) struct Leaving {
     pub(super) sides: Vec<usize>,
     /// e M^-1 e between the open ends.
     gram: [[f64; 2]; 2],
-    /// Straight continuation of each open end: what the share of the squared distance is multiplied by.
+    /// Energy of the straight continuation of each open end: what the share of the squared distance is multiplied by.
     straight: Vec<f64>,
 }
 
 impl Leaving {
-    /// `None` if no flux leaves the segment.
-    pub(super) fn new(segment: &MixedSegment, continuation: [f64; 2]) -> Option<Self> {
-        let sides: Vec<usize> = (0..2).filter(|&s| continuation[s] > 0.0).collect();
+    /// `straight` is the energy of the straight continuation per squared flux at either end, in the segment's own scale.
+    /// `None` if no flux leaves it.
+    pub(super) fn new(segment: &MixedSegment, straight: [f64; 2]) -> Option<Self> {
+        let sides: Vec<usize> = (0..2).filter(|&s| straight[s] > 0.0).collect();
         if sides.is_empty() {
             return None;
         }
@@ -37,7 +38,7 @@ impl Leaving {
         }
         Some(Self {
             vectors: sides.iter().map(|s| segment.face_source(*s)).collect(),
-            straight: sides.iter().map(|s| continuation[*s]).collect(),
+            straight: sides.iter().map(|s| straight[*s]).collect(),
             sides,
             gram,
         })
