@@ -7,6 +7,7 @@ use crate::krylov::{self, Operator};
 use crate::primal::Primal;
 use elastocap_fem::tensor::dot;
 use faer::Mat;
+use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 
 /// Energies V^T C V (per eps0, in the domain's scale) in the basis of the right-hand sides.
@@ -29,7 +30,12 @@ pub struct Energies {
 }
 
 /// Upper energies by Dirichlet's principle; the iteration stops when its error is about `share` of the energy.
-pub fn upper(domain: &Domain, potentials: &[Vec<f64>], share: f64) -> Result<(Energies, Primal), SolveError> {
+pub fn upper(
+    domain: &Domain,
+    potentials: &[Vec<f64>],
+    share: f64,
+    cancel: Option<&AtomicBool>,
+) -> Result<(Energies, Primal), SolveError> {
     let begin = Instant::now();
     let mut primal = Primal::new(domain)?;
     let assembled = Instant::now();
@@ -44,7 +50,8 @@ pub fn upper(domain: &Domain, potentials: &[Vec<f64>], share: f64) -> Result<(En
         primal.clear_prescribed(&mut source);
         source.iter_mut().for_each(|x| *x = -*x);
         let mut u = vec![0.0; source.len()];
-        let c = krylov::solve(&mut primal, &source, &mut u, &mut residual, krylov::Goal { share, start });
+        let c =
+            krylov::solve(&mut primal, &source, &mut u, &mut residual, krylov::Goal { share, start, cancel });
         iterations += c.iterations;
         converged &= c.reached;
         u.iter_mut().zip(&lift).for_each(|(u, l)| *u += l);
@@ -73,7 +80,12 @@ pub fn upper(domain: &Domain, potentials: &[Vec<f64>], share: f64) -> Result<(En
 }
 
 /// Lower energies by Thomson's principle, the divergence that the iteration leaves repaired and counted.
-pub fn lower(domain: &Domain, potentials: &[Vec<f64>], share: f64) -> Result<Energies, SolveError> {
+pub fn lower(
+    domain: &Domain,
+    potentials: &[Vec<f64>],
+    share: f64,
+    cancel: Option<&AtomicBool>,
+) -> Result<Energies, SolveError> {
     let begin = Instant::now();
     let mut dual = Dual::new(domain)?;
     let assembled = Instant::now();
@@ -85,7 +97,7 @@ pub fn lower(domain: &Domain, potentials: &[Vec<f64>], share: f64) -> Result<Ene
         let mut x = vec![0.0; b.len()];
         let mut r = Vec::new();
         let start = dual.face_energy(v);
-        let c = krylov::solve(&mut dual, &b, &mut x, &mut r, krylov::Goal { share, start });
+        let c = krylov::solve(&mut dual, &b, &mut x, &mut r, krylov::Goal { share, start, cancel });
         iterations += c.iterations;
         converged &= c.reached;
         // The recursion's residual drifts by rounding; the bound rests on the true one.

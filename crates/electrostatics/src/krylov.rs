@@ -2,6 +2,7 @@
 
 use elastocap_fem::tensor::dot;
 use rayon::prelude::*;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 /// A symmetric positive definite operator on the free unknowns of an array; entries that are not unknowns are kept
 /// at zero by both methods.
@@ -26,12 +27,14 @@ pub struct Convergence {
 }
 
 /// When to stop.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Goal {
+#[derive(Debug, Clone, Copy)]
+pub struct Goal<'a> {
     /// Largest r M^-1 r, which estimates the squared energy of the error, over the energy reached.
     pub share: f64,
     /// Energy at x = 0, from which every step takes its share off.
     pub start: f64,
+    /// Set from outside to stop at once, short of the goal.
+    pub cancel: Option<&'a AtomicBool>,
 }
 
 /// Iterations before giving up.
@@ -43,7 +46,13 @@ pub const ITERATION_LIMIT: usize = 300;
 ///
 /// The preconditioner is rounded, hence not quite symmetric: the next direction is made conjugate with the change of
 /// the residual (Polak and Ribiere), which costs one inner product and keeps the rate.
-pub fn solve(op: &mut impl Operator, b: &[f64], x: &mut [f64], r: &mut Vec<f64>, goal: Goal) -> Convergence {
+pub fn solve(
+    op: &mut impl Operator,
+    b: &[f64],
+    x: &mut [f64],
+    r: &mut Vec<f64>,
+    goal: Goal<'_>,
+) -> Convergence {
     const TASK: usize = 16_384;
     let n = op.unknowns();
     r.clear();
@@ -64,7 +73,14 @@ pub fn solve(op: &mut impl Operator, b: &[f64], x: &mut [f64], r: &mut Vec<f64>,
         stalled = if next < 0.9 * best { 0 } else { stalled + 1 };
         best = best.min(next);
         let reached = next <= goal.share * energy.abs();
-        if reached || iterations >= ITERATION_LIMIT || stalled >= 20 || !next.is_finite() || next <= 0.0 {
+        let cancelled = goal.cancel.is_some_and(|c| c.load(Ordering::Relaxed));
+        if reached
+            || cancelled
+            || iterations >= ITERATION_LIMIT
+            || stalled >= 20
+            || !next.is_finite()
+            || next <= 0.0
+        {
             return Convergence { iterations, energy_left: next, reached };
         }
         let beta = if iterations == 0 { 0.0 } else { ((next - dot_mixed(&q, &z) * scale) / rz).max(0.0) };

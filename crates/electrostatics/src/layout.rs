@@ -1,7 +1,8 @@
 //! A scene reduced to planes, blocks and cells: what grids of any resolution are made from.
 
 use crate::domain::{Axis, Block, Domain, Rays};
-use elastocap_geometry::grid::{End, Plane, Resolution, graded_axis};
+use crate::solution::ResolutionLevel;
+use elastocap_geometry::grid::{End, GradedAxis, Plane, Resolution, graded_axis};
 use elastocap_geometry::scene::{Box3, BoxScene, Wall};
 
 /// Two planes closer than this share of the scene's size are one.
@@ -141,8 +142,28 @@ impl Layout {
         match open {
             [true, false] => self.planes[a].last().map_or(0.0, |p| p.at),
             [false, true] => self.planes[a].first().map_or(0.0, |p| p.at),
+            // The field of a charge on the face between two half-spaces is radial: the pole had better lie there.
+            [true, true] => {
+                let last = self.cells()[a] - 1;
+                let at = |m: usize| {
+                    let mut cell = [0; 3];
+                    cell[a] = m;
+                    self.permittivity.get(self.cell(cell)).copied()
+                };
+                let nearest = |x: f64, y: f64| if y.abs() < x.abs() { y } else { x };
+                let faces = (0..last).filter(|&m| at(m) != at(m + 1)).map(|m| self.planes[a][m].at);
+                if at(0) == at(last) { 0.0 } else { faces.reduce(nearest).unwrap_or(0.0) }
+            }
             _ => 0.0,
         }
+    }
+
+    /// Distance of the farthest face of a conductor from the pole, on any axis.
+    fn size(&self) -> f64 {
+        let shift = |a: usize| usize::from(self.walls[a][0] == Wall::Open);
+        let face = |a: usize, interval: usize| (self.planes[a][interval - shift(a)].at - self.pole(a)).abs();
+        let farthest = |b: &Block| (0..3).map(|a| face(a, b.lo[a]).max(face(a, b.hi[a]))).fold(0.0, f64::max);
+        self.conductors.iter().flatten().map(farthest).fold(0.0, f64::max)
     }
 
     /// A point inside each interval of axis `a`, scaled.
@@ -276,25 +297,89 @@ impl Layout {
         (most > 0.0).then(|| most / least)
     }
 
-    /// The grid of the layout at a resolution, with the conductors it holds (and which of the scene's they are).
-    pub fn domain(&self, resolution: &Resolution) -> (Domain, Vec<usize>) {
-        // Where both sides of an axis are closed, flux cannot spread in three dimensions, and none may go to infinity.
-        let open = |a: usize, side: usize| self.walls[a][side] == Wall::Open;
-        let confined = (0..3).any(|a| !open(a, 0) && !open(a, 1));
-        let radius = self.reach * resolution.ratio.powi(-(resolution.outer as i32));
+    /// The layout's half, quarter or eighth that its mirror images make whole.
+    pub fn core(&self) -> Self {
+        (0..3).fold(self.clone(), |layout, a| layout.half(a, false))
+    }
+
+    /// Whether both sides of some axis are closed: flux cannot spread in three dimensions, and none may go to infinity.
+    fn confined(&self) -> bool {
+        self.walls.iter().any(|w| w.iter().all(|w| *w != Wall::Open))
+    }
+
+    /// A graded grid of the layout; rays to infinity begin `far` times as far from the pole as the farthest conductor.
+    pub fn grid(&self, resolution: &Resolution, far: f64) -> Grid {
+        let radius = self.grid_radius(far);
         let axes = [0, 1, 2].map(|a| {
-            let ends = [0, 1].map(|side| match self.walls[a][side] {
-                Wall::Open => End::Open { pole: self.pole(a), reach: self.reach },
+            let ends = self.walls[a].map(|wall| match wall {
+                Wall::Open => End::Open { pole: self.pole(a), reach: self.reach, radius },
                 _ => End::Closed,
             });
-            let graded = graded_axis(&self.planes[a], ends, resolution);
-            let rays = (!confined).then(|| Rays { pole: self.pole(a), radius });
-            let axis = Axis { line: graded.line, cuts: graded.cuts, walls: self.walls[a], rays };
-            if confined { axis } else { axis.truncated() }
+            let axis = graded_axis(&self.planes[a], ends, resolution);
+            if self.confined() { axis } else { axis.finite() }
+        });
+        Grid { axes, radius }
+    }
+
+    /// Where rays begin, so many times as far from the pole as the farthest conductor.
+    pub fn grid_radius(&self, far: f64) -> f64 {
+        self.reach.max(far * self.size())
+    }
+
+    /// Moves the beginning of the rays out to `radius`, if there are any.
+    pub fn reach_to(&self, grid: &mut Grid, radius: f64) {
+        if self.confined() {
+            return;
+        }
+        for a in 0..3 {
+            for side in (0..2).filter(|&side| self.walls[a][side] == Wall::Open) {
+                grid.axes[a].reach_to(side, self.pole(a), radius);
+            }
+        }
+        grid.radius = radius;
+    }
+
+    /// The layout on a grid, with the conductors it holds (and which of the scene's they are).
+    pub fn domain(&self, grid: &Grid) -> (Domain, Vec<usize>) {
+        let axes = [0, 1, 2].map(|a| {
+            let GradedAxis { line, cuts, .. } = grid.axes[a].clone();
+            let rays = (!self.confined()).then(|| Rays { pole: self.pole(a), radius: grid.radius });
+            Axis { line, cuts, walls: self.walls[a], rays }
         });
         let held: Vec<usize> = (0..self.conductors.len()).filter(|&c| self.conductors[c].is_some()).collect();
         let conductors = self.conductors.iter().flatten().copied().collect();
         (Domain { axes, conductors, permittivity: self.permittivity.clone() }, held)
+    }
+}
+
+/// The grid of a layout: its axes, and where rays to infinity begin.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Grid {
+    /// Three axes.
+    pub axes: [GradedAxis; 3],
+    /// Distance of the last nodes of open sides from the pole, scaled.
+    pub radius: f64,
+}
+
+impl Grid {
+    /// The grid and its mirror images across the lowest planes of some axes.
+    pub fn reflected(&self, mirrored: [bool; 3]) -> Self {
+        let axes =
+            [0, 1, 2].map(|a| if mirrored[a] { self.axes[a].reflected() } else { self.axes[a].clone() });
+        Self { axes, radius: self.radius }
+    }
+
+    /// Largest degree, and most elements between a plane and the middle of an interval less one.
+    pub fn level(&self) -> ResolutionLevel {
+        let lines = || self.axes.iter();
+        let order = lines().flat_map(|a| a.line.degrees.iter().copied()).max().unwrap_or(1);
+        let layers = |a: &GradedAxis, m: usize| {
+            let elements = a.cuts[m + 1] - a.cuts[m];
+            if a.edges[m] && a.edges[m + 1] { elements.div_ceil(2) } else { elements }.saturating_sub(1)
+        };
+        let levels =
+            lines().flat_map(|a| (0..a.cuts.len() - 1).map(move |m| layers(a, m))).max().unwrap_or(0);
+        ResolutionLevel { order, levels }
     }
 }
 

@@ -1,5 +1,6 @@
 //! Laplace's equation in box scenes: Maxwell capacitance matrices with proved bounds.
 
+pub mod adapt;
 pub mod ahead;
 pub mod boxes;
 pub mod domain;
@@ -12,6 +13,7 @@ pub mod matrix;
 pub mod primal;
 pub mod resolution;
 pub mod schwarz;
+mod search;
 pub mod solution;
 pub mod solve;
 pub mod symmetry;

@@ -1,13 +1,18 @@
 //! From a scene to its Maxwell matrix: symmetry, resolution, both bounds.
 
 use crate::SolveError;
+use crate::adapt::{Indicator, add, folded, indicator};
+use crate::domain::Domain;
 use crate::energy::{Energies, lower, upper};
 use crate::field::{Share, sample};
-use crate::layout::Layout;
+use crate::layout::{Grid, Layout};
 use crate::matrix::{MatrixBounds, from_energies};
-use crate::resolution::{Ladder, Rung};
+use crate::primal::Primal;
+use crate::resolution::{far, foretold, graded, memory};
+use crate::search::{self, REMAINDER};
 use crate::solution::{Bounded, Field, Forecast, PhaseSeconds, Settings, Solution, Target};
 use crate::symmetry::{Part, parts};
+use elastocap_fem::tensor::axpy;
 use elastocap_geometry::scene::BoxScene;
 use faer::Mat;
 use faer::linalg::solvers::Solve;
@@ -20,92 +25,110 @@ pub const EPS0: f64 = 8.854_187_812_8e-12;
 /// Solves a scene: the Maxwell matrix with bounds, to the tolerance asked where that can be reached.
 pub fn solve(scene: &BoxScene, settings: &Settings) -> Result<Solution, SolveError> {
     let begin = Instant::now();
-    let layout = Layout::new(scene);
-    let parts = parts(&layout, settings.symmetry);
-    let mut seconds = PhaseSeconds { setup: begin.elapsed().as_secs_f64(), ..Default::default() };
-    let mut ladder = Ladder::new(settings, layout.endless_contrast());
-    let mut grids = 0;
-    let mut best: Option<(f64, Outcome, Rung)> = None;
-    // Upper energies of the rungs solved so far, for error estimates.
-    let mut uppers: Vec<(usize, Mat<f64>)> = Vec::new();
-    loop {
-        if settings.cancel.as_ref().is_some_and(|c| c.load(Ordering::Relaxed)) {
-            return Err(SolveError::Cancelled);
-        }
-        let rung = ladder.rung();
-        let (index, companion) = ladder.rung_and_companion();
-        let start = Instant::now();
-        let mut outcome = on_grid(&layout, &parts, &rung, settings)?;
-        grids += 1;
-        let told = if settings.bounds {
-            true
-        } else {
-            let coarser = uppers.iter().find(|(i, _)| Some(*i) == companion).map(|(_, m)| m);
-            if let Some(coarser) = coarser {
-                outcome.estimate(coarser);
-            }
-            coarser.is_some()
-        };
-        uppers.push((index, outcome.bounds.upper.clone()));
-        let error = told.then(|| outcome.error(settings));
-        let again = ladder.judge(error, |r| memory(&parts, r, settings.bounds));
-        let took = start.elapsed().as_secs_f64();
-        // Rounding can make a finer grid worse than a coarser one: the best is kept.
-        let improves = match (&best, error) {
-            (Some((before, ..)), Some(now)) => now < *before,
-            (None, _) => true,
-            _ => false,
-        };
-        if improves {
-            best = error.or((!again).then_some(f64::INFINITY)).map(|e| (e, outcome, rung));
-        }
-        if let Some((_, outcome, rung)) = best.take_if(|_| !again) {
-            seconds.setup += outcome.seconds.setup;
-            seconds.primal = outcome.seconds.primal;
-            seconds.dual = outcome.seconds.dual;
-            seconds.choosing += if improves { 0.0 } else { took };
-            let field = settings.field.then(|| outcome.field(scene, &layout, &parts, settings));
-            return Ok(Solution {
-                field,
-                ..outcome.finish(&layout, settings, &rung, grids, seconds, ladder.shortfall())
-            });
-        }
-        seconds.choosing += took;
+    let problem = Problem::new(scene, settings);
+    let setup = begin.elapsed().as_secs_f64();
+    let found = match settings.resolution {
+        Some(level) => search::fixed(&problem, level)?,
+        None => search::adaptive(&problem)?,
+    };
+    let field = settings.field.then(|| found.outcome.field(scene, &problem.layout, &problem.parts, settings));
+    let mut solution = found.outcome.finish(&problem, &found.grid, found.shortfall);
+    solution.grids = found.grids;
+    solution.seconds.setup += setup;
+    solution.seconds.choosing = found.choosing;
+    solution.field = field;
+    Ok(solution)
+}
+
+/// A scene with its symmetry and what is asked of it.
+pub(crate) struct Problem<'a> {
+    pub(crate) layout: Layout,
+    pub(crate) parts: Vec<Part>,
+    /// The half, quarter or eighth of the scene that grids are made for.
+    pub(crate) core: Layout,
+    /// Axes across which a grid is reflected before it is solved on: none where mirrors are used.
+    pub(crate) reflected: [bool; 3],
+    pub(crate) settings: &'a Settings,
+}
+
+impl<'a> Problem<'a> {
+    fn new(scene: &BoxScene, settings: &'a Settings) -> Self {
+        let layout = Layout::new(scene);
+        let reflected = layout.mirror.map(|m| m.is_some() && !settings.symmetry);
+        Self { parts: parts(&layout, settings.symmetry), core: layout.core(), reflected, layout, settings }
+    }
+
+    /// Bytes the solve of the largest part takes on a grid.
+    pub(crate) fn memory(&self, grid: &Grid) -> u64 {
+        let grid = grid.reflected(self.reflected);
+        self.parts
+            .iter()
+            .map(|p| memory(&p.layout, &grid, p.potentials.len(), self.settings.bounds))
+            .max()
+            .unwrap_or(0)
+    }
+
+    /// Unknowns of the largest part on a grid, primal plus dual.
+    pub(crate) fn unknowns(&self, grid: &Grid) -> usize {
+        let (domain, _) = self.core.domain(grid);
+        let n: usize = domain.primal_dims().iter().product();
+        if self.settings.bounds { 2 * n } else { n }
+    }
+
+    /// Whether the caller wants the solve to stop.
+    pub(crate) fn cancelled(&self) -> bool {
+        self.settings.cancel.as_ref().is_some_and(|c| c.load(Ordering::Relaxed))
     }
 }
 
 /// Energies of all parts on one grid.
-struct Outcome {
-    bounds: MatrixBounds,
+pub(crate) struct Outcome {
+    pub(crate) bounds: MatrixBounds,
     /// Potentials of the right-hand sides, in columns.
     basis: Mat<f64>,
-    /// Upper energies of the parts that have a field, with the grids they live on.
-    upper: Vec<Energies>,
+    /// Parts that have a field, with the first of their columns.
+    solved: Vec<(usize, SolvedPart)>,
     unknowns: usize,
-    iterations: usize,
+    pub(crate) iterations: usize,
     converged: bool,
     repair_share: f64,
     seconds: PhaseSeconds,
-    domains: Vec<crate::domain::Domain>,
 }
 
-fn on_grid(layout: &Layout, parts: &[Part], rung: &Rung, settings: &Settings) -> Result<Outcome, SolveError> {
-    let n = layout.conductors.len();
+/// The upper problem of one part.
+struct SolvedPart {
+    energies: Energies,
+    primal: Primal,
+    domain: Domain,
+    odd: [bool; 3],
+    copies: f64,
+}
+
+/// Solves all parts on one grid; the dual problem only if `lower_too`.
+pub(crate) fn on_grid(
+    problem: &Problem<'_>,
+    grid: &Grid,
+    share: f64,
+    lower_too: bool,
+) -> Result<Outcome, SolveError> {
+    let settings = problem.settings;
+    let n = problem.layout.conductors.len();
     let mut basis = Mat::zeros(n, n);
     let (mut up, mut low) = (Mat::zeros(n, n), Mat::zeros(n, n));
     let mut out = Outcome {
         bounds: MatrixBounds { lower: Mat::zeros(0, 0), upper: Mat::zeros(0, 0) },
         basis: Mat::zeros(0, 0),
-        upper: Vec::new(),
+        solved: Vec::new(),
         unknowns: 0,
         iterations: 0,
         converged: true,
         repair_share: 0.0,
         seconds: PhaseSeconds::default(),
-        domains: Vec::new(),
     };
+    let grid = &grid.reflected(problem.reflected);
+    let cancel = settings.cancel.as_deref();
     let mut at = 0;
-    for part in parts {
+    for part in &problem.parts {
         for (i, v) in part.potentials.iter().chain(&part.fieldless).enumerate() {
             for c in 0..n {
                 basis[(c, at + i)] = v[c];
@@ -115,31 +138,32 @@ fn on_grid(layout: &Layout, parts: &[Part], rung: &Rung, settings: &Settings) ->
             at += part.fieldless.len();
             continue;
         }
-        let (domain, held) = part.layout.domain(&rung.resolution);
+        let (domain, held) = part.layout.domain(grid);
         let potentials: Vec<Vec<f64>> =
             part.potentials.iter().map(|v| held.iter().map(|&c| v[c]).collect()).collect();
         // Both problems side by side: they are of one size.
-        let (primal, dual) = rayon::join(
-            || upper(&domain, &potentials, rung.iteration_share),
-            || settings.bounds.then(|| lower(&domain, &potentials, rung.iteration_share)).transpose(),
+        let (upper, dual) = rayon::join(
+            || upper(&domain, &potentials, share, cancel),
+            || lower_too.then(|| lower(&domain, &potentials, share, cancel)).transpose(),
         );
-        let (primal, _) = primal?;
+        let (energies, primal) = upper?;
         let dual = dual?;
-        let scale = part.copies;
+        if problem.cancelled() {
+            return Err(SolveError::Cancelled);
+        }
         for i in 0..potentials.len() {
             for j in 0..potentials.len() {
-                up[(at + i, at + j)] = scale * primal.matrix[(i, j)];
+                up[(at + i, at + j)] = part.copies * energies.matrix[(i, j)];
                 if let Some(dual) = &dual {
-                    low[(at + i, at + j)] = scale * dual.matrix[(i, j)];
+                    low[(at + i, at + j)] = part.copies * dual.matrix[(i, j)];
                 }
             }
         }
-        at += potentials.len() + part.fieldless.len();
-        out.iterations += primal.iterations;
-        out.converged &= primal.converged;
-        out.seconds.setup += primal.seconds[0];
-        out.seconds.primal += primal.seconds[1];
-        let mut unknowns = primal.unknowns;
+        out.iterations += energies.iterations;
+        out.converged &= energies.converged;
+        out.seconds.setup += energies.seconds[0];
+        out.seconds.primal += energies.seconds[1];
+        let mut unknowns = energies.unknowns;
         if let Some(dual) = dual {
             unknowns += dual.unknowns;
             out.iterations += dual.iterations;
@@ -149,16 +173,17 @@ fn on_grid(layout: &Layout, parts: &[Part], rung: &Rung, settings: &Settings) ->
             out.repair_share = out.repair_share.max(dual.repair_share);
         }
         out.unknowns = out.unknowns.max(unknowns);
-        out.upper.push(primal);
-        out.domains.push(domain);
+        let solved = SolvedPart { energies, primal, domain, odd: part.odd, copies: part.copies };
+        out.solved.push((at, solved));
+        at += potentials.len() + part.fieldless.len();
     }
-    let unit = EPS0 * layout.unit;
+    let unit = EPS0 * problem.layout.unit;
     let scaled = |m: Mat<f64>| {
         let c = from_energies(&basis, &m);
         Mat::from_fn(n, n, |i, j| unit * c[(i, j)])
     };
     out.bounds.upper = scaled(up);
-    out.bounds.lower = if settings.bounds { scaled(low) } else { out.bounds.upper.clone() };
+    out.bounds.lower = if lower_too { scaled(low) } else { out.bounds.upper.clone() };
     out.basis = basis;
     Ok(out)
 }
@@ -173,26 +198,19 @@ impl Outcome {
         };
         let target = Mat::from_fn(n, 1, |i, _| potentials[i]);
         let weights = self.basis.partial_piv_lu().solve(&target);
-        let (mut at, mut solved, mut shares, mut common) = (0, 0, Vec::new(), 0.0);
+        let mut shares = Vec::new();
+        let (mut at, mut common) = (0, 0.0);
         for part in parts {
-            let from = at;
-            at += part.potentials.len() + part.fieldless.len();
-            common += (from + part.potentials.len()..at).map(|i| weights[(i, 0)]).sum::<f64>();
-            if part.potentials.is_empty() {
-                continue;
+            let from = at + part.potentials.len();
+            at = from + part.fieldless.len();
+            common += (from..at).map(|i| weights[(i, 0)]).sum::<f64>();
+        }
+        for (first, part) in &self.solved {
+            let weights: Vec<f64> =
+                (0..part.energies.coefficients.len()).map(|i| weights[(first + i, 0)]).collect();
+            if let Some(coefficients) = part.combined(&weights) {
+                shares.push(Share { domain: &part.domain, coefficients, odd: part.odd });
             }
-            let energies = &self.upper[solved];
-            let mut coefficients = vec![0.0; energies.coefficients[0].len()];
-            let mut any = false;
-            for (i, u) in energies.coefficients.iter().enumerate() {
-                let w = weights[(from + i, 0)];
-                any |= w != 0.0;
-                coefficients.iter_mut().zip(u).for_each(|(c, u)| *c += w * u);
-            }
-            if any {
-                shares.push(Share { domain: &self.domains[solved], coefficients, odd: part.odd });
-            }
-            solved += 1;
         }
         let mirrored = layout.mirror.map(|m| m.is_some() && settings.symmetry);
         let mut field = sample(scene, layout, &shares, mirrored, potentials);
@@ -200,19 +218,67 @@ impl Outcome {
         field
     }
 
+    /// Relative energies that the primal solution lacks along each axis in the states that the target is about, summed.
+    pub(crate) fn indicator(&self, problem: &Problem<'_>) -> Indicator {
+        let n = self.basis.nrows();
+        // Weights of the right-hand sides in each state, and the state's energy.
+        let mut states: Vec<(Vec<f64>, f64)> = Vec::new();
+        if let (Target::TwoTerminal, true) = (problem.settings.target, n == 2) {
+            let charges = Mat::from_fn(2, 1, |i, _| if i == 0 { 1.0 } else { -1.0 });
+            let voltages = self.bounds.upper.partial_piv_lu().solve(&charges);
+            let energy = voltages[(0, 0)] - voltages[(1, 0)];
+            let weights = self.basis.partial_piv_lu().solve(&voltages);
+            if energy.is_finite() && energy > 0.0 {
+                states.push(((0..n).map(|i| weights[(i, 0)]).collect(), energy));
+            }
+        }
+        if states.is_empty() {
+            for i in 0..n {
+                let unit: Vec<f64> = (0..n).map(|j| f64::from(u8::from(i == j))).collect();
+                let v = self.basis.col(i);
+                states.push((unit, (v.transpose() * &self.bounds.upper * v).max(0.0)));
+            }
+        }
+        let unit = EPS0 * problem.layout.unit;
+        let mut total = Indicator::default();
+        for (weights, energy) in states {
+            for (first, part) in &self.solved {
+                let own = &weights[*first..*first + part.energies.coefficients.len()];
+                let Some(u) = part.combined(own) else { continue };
+                let own = indicator(&part.domain, &part.primal.slice_energies(&u));
+                let own = folded(own, problem.reflected);
+                add(&mut total, &own, part.copies * unit / energy);
+            }
+        }
+        total
+    }
+
+    /// The largest ratio between the relative error of an entry and that of the energies it is polarised from.
+    pub(crate) fn amplification(&self, settings: &Settings) -> f64 {
+        let (m, n) = (&self.bounds.upper, self.bounds.upper.nrows());
+        if settings.target == Target::TwoTerminal && n == 2 {
+            return 1.0;
+        }
+        let pairs = (0..n).flat_map(|i| (0..i).map(move |j| (i, j)));
+        let ratio = |(i, j): (usize, usize)| {
+            let mean = (m[(i, i)] * m[(j, j)]).sqrt();
+            mean / m[(i, j)].abs().max(0.1 * mean)
+        };
+        pairs.map(ratio).filter(|r| r.is_finite()).fold(1.0, f64::max)
+    }
+
     /// Without a dual problem: puts the estimated error below the upper energies, from those of a coarser grid.
     ///
     /// Energies fall towards the truth as grids are refined: what the last refinement gained foretells what is left.
-    fn estimate(&mut self, coarser: &Mat<f64>) {
+    pub(crate) fn estimate(&mut self, coarser: &Mat<f64>) {
         let upper = &self.bounds.upper;
         let n = upper.nrows();
-        self.bounds.lower = Mat::from_fn(n, n, |i, j| {
-            upper[(i, j)] - crate::resolution::REMAINDER * (coarser[(i, j)] - upper[(i, j)])
-        });
+        self.bounds.lower =
+            Mat::from_fn(n, n, |i, j| upper[(i, j)] - REMAINDER * (coarser[(i, j)] - upper[(i, j)]));
     }
 
     /// The largest relative spread (error estimate without bounds) of what the tolerance is about.
-    fn error(&self, settings: &Settings) -> f64 {
+    pub(crate) fn error(&self, settings: &Settings) -> f64 {
         let m = &self.bounds;
         let n = m.upper.nrows();
         let value = |lower: f64, upper: f64| if settings.bounds { 0.5 * (lower + upper) } else { upper };
@@ -237,15 +303,8 @@ impl Outcome {
         entries.chain(pair).fold(0.0, |a, b| if a >= b { a } else { b })
     }
 
-    fn finish(
-        self,
-        layout: &Layout,
-        settings: &Settings,
-        rung: &Rung,
-        grids: usize,
-        seconds: PhaseSeconds,
-        shortfall: Option<String>,
-    ) -> Solution {
+    fn finish(self, problem: &Problem<'_>, grid: &Grid, shortfall: Option<String>) -> Solution {
+        let (settings, layout) = (problem.settings, &problem.layout);
         let mut maxwell = self.bounds.entries();
         let mut two_terminal = self.bounds.two_terminal();
         if !settings.bounds {
@@ -270,34 +329,38 @@ impl Outcome {
             shortfall,
             unknowns: self.unknowns,
             iterations: self.iterations,
-            grids,
+            grids: 1,
             mirrored: if settings.symmetry { layout.mirror.map(|m| m.is_some()) } else { [false; 3] },
-            resolution: rung.level,
+            resolution: grid.level(),
             repair_share: self.repair_share,
-            seconds,
+            seconds: self.seconds,
             field: None,
         }
     }
 }
 
-/// Bytes the solve of the largest part takes at a resolution.
-fn memory(parts: &[Part], rung: &Rung, bounds: bool) -> u64 {
-    parts
-        .iter()
-        .map(|p| crate::resolution::memory(&p.layout, rung, p.potentials.len(), bounds))
-        .max()
-        .unwrap_or(0)
+impl SolvedPart {
+    /// The potential of the right-hand sides with these weights; `None` if all are zero.
+    fn combined(&self, weights: &[f64]) -> Option<Vec<f64>> {
+        let mut out = vec![0.0; self.energies.coefficients.first()?.len()];
+        for (w, u) in weights.iter().zip(&self.energies.coefficients).filter(|(w, _)| **w != 0.0) {
+            axpy(&mut out, *w, u);
+        }
+        weights.iter().any(|w| *w != 0.0).then_some(out)
+    }
 }
 
 /// Foretells what [`solve()`] will take, from the grid it would end on for a scene like the in-plane pair.
 pub fn forecast(scene: &BoxScene, settings: &Settings) -> Result<Forecast, SolveError> {
-    let layout = Layout::new(scene);
-    let parts = parts(&layout, settings.symmetry);
-    let rung = crate::resolution::foretold(settings);
+    let problem = Problem::new(scene, settings);
+    let (layout, parts) = (&problem.layout, &problem.parts);
+    let far = far(settings.relative_tolerance, settings.target, layout.endless_contrast());
+    let grid = problem.core.grid(&graded(foretold(settings)), far);
+    let whole = grid.reflected(problem.reflected);
     let solves = if settings.bounds { 2 } else { 1 };
     let (mut unknowns, mut seconds, mut right_hand_sides) = (0, 0.0, 0);
     for part in parts.iter().filter(|p| !p.potentials.is_empty()) {
-        let (domain, _) = part.layout.domain(&rung.resolution);
+        let (domain, _) = part.layout.domain(&whole);
         let dims = domain.primal_dims();
         let n: usize = dims.iter().product();
         unknowns = unknowns.max(solves * n);
@@ -308,7 +371,7 @@ pub fn forecast(scene: &BoxScene, settings: &Settings) -> Result<Forecast, Solve
     }
     Ok(Forecast {
         unknowns,
-        memory_bytes: memory(&parts, &rung, settings.bounds),
+        memory_bytes: problem.memory(&grid),
         seconds,
         mirrored: layout.mirror.map(|m| m.is_some() && settings.symmetry),
         right_hand_sides,

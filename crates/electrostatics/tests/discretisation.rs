@@ -50,7 +50,10 @@ fn energy_error(elements: usize, degree: usize) -> f64 {
     let mut primal = Primal::new(&domain).unwrap();
     let mut u = vec![0.0; b.len()];
     let mut r = Vec::new();
-    assert!(solve(&mut primal, &b, &mut u, &mut r, Goal { share: 1e-22, start: 1.0 }).iterations < 40);
+    assert!(
+        solve(&mut primal, &b, &mut u, &mut r, Goal { share: 1e-22, start: 1.0, cancel: None }).iterations
+            < 40
+    );
     // Galerkin: the energy of the error is the energy of the solution less that of the approximation, b u.
     3.0 * PI * PI / 8.0 - dot(&b, &u)
 }
@@ -88,7 +91,7 @@ fn charges_are_reciprocal_and_give_the_energy() {
         b.iter_mut().for_each(|x| *x = -*x);
         let mut u = vec![0.0; b.len()];
         let mut r = Vec::new();
-        solve(&mut primal, &b, &mut u, &mut r, Goal { share: 1e-24, start: 1.0 });
+        solve(&mut primal, &b, &mut u, &mut r, Goal { share: 1e-24, start: 1.0, cancel: None });
         u.iter_mut().zip(&unit[c]).for_each(|(u, l)| *u += l);
         let field = primal.full_product(&u);
         energy[c] = dot(&u, &field);

@@ -72,9 +72,7 @@ mod tests {
         // The constant of each element, normalised, and its mean squared distance.
         let constant = Mat::from_fn(4, 1, |i, _| if i < 2 { 1.0 } else { 0.0 });
         let turned = basis.rotate_rows(0, &constant);
-        let mean = |lo: f64, hi: f64| {
-            (f64::powi(hi - 0.25, 3) - f64::powi(lo - 0.25, 3)) / (3.0 * (hi - lo))
-        };
+        let mean = |lo: f64, hi: f64| (f64::powi(hi - 0.25, 3) - f64::powi(lo - 0.25, 3)) / (3.0 * (hi - lo));
         assert!((basis.squares[0] - mean(0.5, 0.9)).abs() < 1e-14);
         let second: f64 = (1..4).map(|i| turned[(i, 0)].powi(2) * basis.squares[i]).sum();
         assert!((second - mean(0.9, 2.0)).abs() < 1e-13);

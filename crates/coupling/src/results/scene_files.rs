@@ -187,7 +187,7 @@ pub fn field_grid(scene: &BoxScene, field: Field) -> FieldGrid {
 
 /// The scene on a graded grid like those the solver begins with, whole and without a field.
 pub fn geometry_grid(scene: &BoxScene) -> FieldGrid {
-    let resolution = Resolution { order: 4, levels: 2, ratio: 0.15, slope: 1.0, first: 1, outer: 0 };
+    let resolution = Resolution { order: 4, levels: 2, ratio: 0.15, slope: 1.0, first: 1 };
     let axes = [0, 1, 2].map(|axis| {
         let (planes, ends) = planes(scene, axis);
         let mut nodes = graded_axis(&planes, ends, &resolution).line.nodes;
@@ -253,7 +253,7 @@ fn planes(scene: &BoxScene, axis: usize) -> (Vec<Plane>, [End; 2]) {
     let reach = (0..3).map(|a| all.extent(a)).fold(0.0, f64::max);
     let pole = 0.5 * (all.min[axis] + all.max[axis]);
     let end = |side: usize| match scene.walls[axis][side] {
-        Wall::Open => End::Open { pole, reach },
+        Wall::Open => End::Open { pole, reach, radius: reach },
         Wall::Insulated | Wall::Grounded => End::Closed,
     };
     (distinct, [end(0), end(1)])

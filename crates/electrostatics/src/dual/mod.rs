@@ -145,7 +145,11 @@ impl Dual {
                         }
                         let mut add = |at: [usize; 3], weight: f64, along: &[f64]| {
                             let first = (at[0] * self.dims[1] + at[1]) * self.dims[2] + at[2];
-                            b[first..].iter_mut().step_by(strides[a]).zip(along).for_each(|(b, v)| *b -= weight * v);
+                            b[first..]
+                                .iter_mut()
+                                .step_by(strides[a])
+                                .zip(along)
+                                .for_each(|(b, v)| *b -= weight * v);
                         };
                         for s in bundle.across[0].clone() {
                             for t in bundle.across[1].clone() {
@@ -246,7 +250,8 @@ impl Dual {
                                             let mut trace = [0.0; 2];
                                             for (trace, end) in trace.iter_mut().zip(&leaving.sides) {
                                                 let along = flux[column..].iter().step_by(width);
-                                                *trace = along.zip(&segment.face[*end]).map(|(x, y)| x * y).sum();
+                                                *trace =
+                                                    along.zip(&segment.face[*end]).map(|(x, y)| x * y).sum();
                                             }
                                             trace
                                         })
@@ -334,4 +339,3 @@ fn others(a: usize) -> (usize, usize) {
         _ => (0, 1),
     }
 }
-

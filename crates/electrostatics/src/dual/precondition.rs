@@ -17,7 +17,11 @@ use std::sync::Arc;
 const MEAN: f64 = 1.5;
 
 /// The sum of the boxes' inverses.
-pub(super) fn schwarz(domain: &Domain, basis: &[Option<Basis>; 3], dims: Dims) -> Result<Schwarz<f32>, SolveError> {
+pub(super) fn schwarz(
+    domain: &Domain,
+    basis: &[Option<Basis>; 3],
+    dims: Dims,
+) -> Result<Schwarz<f32>, SolveError> {
     let boxes = free_boxes(domain);
     let keyed: Vec<_> = boxes.iter().map(|b| axis_keys(domain, b)).collect();
     let mut distinct: BTreeMap<AxisKey, usize> = BTreeMap::new();
@@ -100,4 +104,3 @@ pub(super) fn modes_of(
     }
     Ok(modes)
 }
-

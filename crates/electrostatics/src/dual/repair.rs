@@ -27,7 +27,11 @@ pub(super) struct Repair {
 
 impl Repair {
     /// Counts flux that leaves at the greatest obliqueness and contrast everywhere: its own energy is never less.
-    pub(super) fn new(domain: &Domain, basis: &[Option<Basis>; 3], ahead: &Ahead) -> Result<Self, SolveError> {
+    pub(super) fn new(
+        domain: &Domain,
+        basis: &[Option<Basis>; 3],
+        ahead: &Ahead,
+    ) -> Result<Self, SolveError> {
         let whole = Block { lo: [0; 3], hi: domain.cells() };
         let factors = domain.separable(&whole);
         let singular = domain.axes.iter().all(|a| a.flux_ends(0, a.intervals()) == [FluxEnd::Blocked; 2]);

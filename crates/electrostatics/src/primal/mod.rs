@@ -5,6 +5,7 @@
 //! costs little beside the preconditioner.
 
 mod faces;
+mod surplus;
 
 use crate::SolveError;
 use crate::boxes::{FreeBox, free_boxes};
@@ -15,10 +16,10 @@ use elastocap_fem::line::line_matrices;
 use elastocap_fem::modes::primal_modes;
 use elastocap_fem::tensor::{Dense, Dims, Real, SparseRows, Window, axpy, clear, left, multiply, target};
 use elastocap_geometry::scene::Wall;
+use faces::Faces;
 use faer::Mat;
 use rayon::prelude::*;
 use std::collections::BTreeMap;
-use faces::Faces;
 use std::sync::Arc;
 
 /// One separable part of the operator, K0 M1 M2 + M0 K1 M2 + M0 M1 K2, on a window of the array.

@@ -3,6 +3,10 @@
 //! The field is singular at conductor edges, so that only elements that shrink geometrically towards every edge, with
 //! degrees that grow away from it, make the error fall exponentially (Babuska and Guo's hp method).
 
+mod refine;
+
+pub use refine::Change;
+
 use elastocap_fem::line::{Line, LineEnd};
 
 /// How finely one axis is resolved.
@@ -18,8 +22,6 @@ pub struct Resolution {
     pub slope: f64,
     /// Degree of the element that touches an edge.
     pub first: usize,
-    /// Layers outside the scene before the element that reaches infinity.
-    pub outer: usize,
 }
 
 /// A coordinate at which a body or the scene begins or ends.
@@ -36,13 +38,14 @@ pub struct Plane {
 pub enum End {
     /// At the outermost plane.
     Closed,
-    /// At infinity; the mapped element is centred on `pole` and begins at least `reach` away from it.
+    /// At infinity; what reaches there begins `radius` away from `pole`.
     Open {
-        /// Centre of the inversion.
+        /// Centre of open space.
         pole: f64,
-        /// Distance from the pole at which the scene looks small, beyond the outermost plane; the mapped element begins
-        /// farther out by the resolution's outer layers.
+        /// Distance from the pole at which the scene looks small, beyond the outermost plane.
         reach: f64,
+        /// Distance from the pole of the last finite node, at least `reach`.
+        radius: f64,
     },
 }
 
@@ -54,6 +57,9 @@ pub struct GradedAxis {
     pub line: Line,
     /// First element of each interval, and one past the last.
     pub cuts: Vec<usize>,
+    /// Whether the field is singular at the plane below each interval (and at the last one's upper end): at the edge of
+    /// a conductor.
+    pub edges: Vec<bool>,
 }
 
 /// Grades one axis.
@@ -62,8 +68,8 @@ pub fn graded_axis(planes: &[Plane], ends: [End; 2], resolution: &Resolution) ->
     let mut degrees = Vec::new();
     let mut cuts = vec![0];
     let mut line_ends = [LineEnd::Finite; 2];
-    if let (End::Open { pole, reach }, Some(first)) = (ends[0], planes.first()) {
-        let (steps, degree) = outward(first, pole, reach, resolution);
+    if let (End::Open { pole, reach, radius }, Some(first)) = (ends[0], planes.first()) {
+        let (steps, degree) = outward(first, pole, [reach, radius], resolution);
         for (distance, p) in steps.iter().rev() {
             nodes.push(first.at - distance);
             degrees.push(*p);
@@ -83,8 +89,8 @@ pub fn graded_axis(planes: &[Plane], ends: [End; 2], resolution: &Resolution) ->
     }
     if let Some(last) = planes.last() {
         nodes.push(last.at);
-        if let End::Open { pole, reach } = ends[1] {
-            let (steps, degree) = outward(last, pole, reach, resolution);
+        if let End::Open { pole, reach, radius } = ends[1] {
+            let (steps, degree) = outward(last, pole, [reach, radius], resolution);
             for (distance, p) in &steps {
                 nodes.push(last.at + distance);
                 degrees.push(*p);
@@ -93,7 +99,15 @@ pub fn graded_axis(planes: &[Plane], ends: [End; 2], resolution: &Resolution) ->
             cuts.push(shift + degrees.len() + 1);
         }
     }
-    GradedAxis { line: Line { nodes, degrees, ends: line_ends }, cuts }
+    let open = line_ends.map(|end| end != LineEnd::Finite);
+    let mut edges: Vec<bool> = planes.iter().map(|p| p.edge).collect();
+    if open[0] {
+        edges.insert(0, false);
+    }
+    if open[1] {
+        edges.push(false);
+    }
+    GradedAxis { line: Line { nodes, degrees, ends: line_ends }, cuts, edges }
 }
 
 /// Degree of the element that is `layer` layers away from an edge.
@@ -112,7 +126,7 @@ fn layers(planes: &[Plane], ends: [End; 2], r: &Resolution) -> Vec<[usize; 2]> {
         match other.and_then(|o| planes.get(o)) {
             Some(o) => (o.at - planes[i].at).abs() * if o.edge { 0.5 } else { 1.0 },
             None => match ends[usize::from(above)] {
-                End::Open { pole, reach } => reach - (planes[i].at - pole).abs(),
+                End::Open { pole, reach, .. } => reach - (planes[i].at - pole).abs(),
                 End::Closed => 0.0,
             },
         }
@@ -169,8 +183,13 @@ fn interval(a: Plane, b: Plane, levels: [usize; 2], r: &Resolution) -> Vec<(f64,
 /// Distances from the outermost plane of the nodes outside it, with the degree of the element below each, and the
 /// degree of the mapped element beyond.
 ///
-/// The last node lies exactly `reach / ratio^outer` from the pole.
-fn outward(plane: &Plane, pole: f64, reach: f64, r: &Resolution) -> (Vec<(f64, usize)>, usize) {
+/// The last node lies exactly `radius` from the pole.
+fn outward(
+    plane: &Plane,
+    pole: f64,
+    [reach, radius]: [f64; 2],
+    r: &Resolution,
+) -> (Vec<(f64, usize)>, usize) {
     let offset = (plane.at - pole).abs();
     // The first run of elements ends where the scene looks small, graded like any other interval.
     let length = reach - offset;
@@ -184,12 +203,16 @@ fn outward(plane: &Plane, pole: f64, reach: f64, r: &Resolution) -> (Vec<(f64, u
         steps.push((length, r.order + 2));
     }
     // Farther out the elements are as coarse as they come and must be of higher degree; less and less energy is left
-    // there, so that the degree may fall again. Three more, one less per layer: the best of fifteen laws tried on the
-    // isolated cube.
+    // there, so that the degree may fall again.
     let mut p = r.order + 3;
-    for layer in 1..=r.outer {
-        steps.push((reach * r.ratio.powi(-(layer as i32)) - offset, p));
+    let layers = ((radius / reach).ln() / -r.ratio.ln() - 0.4).ceil().max(0.0) as i32;
+    for layer in 1..=layers {
+        let distance = reach * (radius / reach).powf(f64::from(layer) / f64::from(layers));
+        steps.push((distance - offset, p));
         p = p.saturating_sub(1).max(2);
+    }
+    if let (0, Some(last)) = (layers, steps.last_mut()) {
+        last.0 = radius - offset;
     }
     (steps, p)
 }

@@ -1,0 +1,107 @@
+//! What each function of an axis contributes to the energy: the surplus of the highest degree tells where a grid is too
+//! coarse, and in which direction.
+
+use super::{Primal, Term};
+use elastocap_fem::tensor::{Dims, SparseRows, axpy, left, multiply, target};
+use rayon::prelude::*;
+
+impl Primal {
+    /// Energy of the part of `u` that each function of each axis carries (its own square, not its products with others).
+    pub fn slice_energies(&self, u: &[f64]) -> [Vec<f64>; 3] {
+        let mut out = self.dims.map(|n| vec![0.0; n]);
+        for term in &self.terms.terms {
+            let own = term.slice_energies(u, self.dims);
+            for a in 0..3 {
+                out[a][term.window[a].clone()].iter_mut().zip(&own[a]).for_each(|(o, e)| *o += e);
+            }
+        }
+        out
+    }
+}
+
+/// `out += (matrix x)` for row `i` of a matrix that acts on slabs of `size` entries of `x`, `stride` apart.
+fn combine(out: &mut [f64], matrix: &SparseRows<f64>, i: usize, x: &[f64], offset: usize, stride: usize) {
+    for &(s, weight) in matrix.row(i) {
+        let at = s * stride + offset;
+        axpy(out, weight, &x[at..at + out.len()]);
+    }
+}
+
+fn diagonal(matrix: &SparseRows<f64>, i: usize) -> f64 {
+    matrix.row(i).iter().find(|(j, _)| *j == i).map_or(0.0, |(_, v)| *v)
+}
+
+impl Term<f64> {
+    fn slice_energies(&self, u: &[f64], dims: Dims) -> [Vec<f64>; 3] {
+        let [w0, w1, w2] = &self.window;
+        let (n0, n1, n2) = (w0.len(), w1.len(), w2.len());
+        let sheet = n1 * n2;
+        let mut own = vec![0.0; n0 * sheet];
+        // u M2 and u K2, one after the other per slab.
+        let mut both = vec![0.0; n0 * 2 * sheet];
+        own.par_chunks_mut(sheet).zip(both.par_chunks_mut(2 * sheet)).enumerate().for_each(
+            |(i, (own, both))| {
+                let offset = ((w0.start + i) * dims[1] + w1.start) * dims[2] + w2.start;
+                for (j, row) in own.chunks_exact_mut(n2).enumerate() {
+                    row.copy_from_slice(&u[offset + j * dims[2]..offset + j * dims[2] + n2]);
+                }
+                let mut wide = vec![0.0; 2 * sheet];
+                multiply(left(own, 0, n1, n2, n2), self.last.right(), target(&mut wide, 0, 2 * n2), false);
+                for (j, row) in wide.chunks_exact(2 * n2).enumerate() {
+                    both[j * n2..(j + 1) * n2].copy_from_slice(&row[..n2]);
+                    both[sheet + j * n2..sheet + (j + 1) * n2].copy_from_slice(&row[n2..]);
+                }
+            },
+        );
+        let [m0, m1] = &self.mass;
+        let [k0, k1] = &self.stiffness;
+        let per_slab: Vec<(f64, Vec<f64>, Vec<f64>)> = (0..n0)
+            .into_par_iter()
+            .map(|i| {
+                let mine = &own[i * sheet..(i + 1) * sheet];
+                let slab = |parts: &[(&SparseRows<f64>, &[f64], usize, usize)]| {
+                    let mut out = vec![0.0; sheet];
+                    parts.iter().for_each(|(m, x, at, stride)| combine(&mut out, m, i, x, *at, *stride));
+                    out
+                };
+                let mass = slab(&[(m0, &both, 0, 2 * sheet)]);
+                let rest = slab(&[(k0, &both, 0, 2 * sheet), (m0, &both, sheet, 2 * sheet)]);
+                let by_mass = slab(&[(m0, &own, 0, sheet)]);
+                let by_stiffness = slab(&[(k0, &own, 0, sheet)]);
+                let here = &both[i * 2 * sheet..(i + 1) * 2 * sheet];
+                let (mut first, mut second, mut third) = (0.0, vec![0.0; n1], vec![0.0; n2]);
+                let (mut p, mut q, mut r, mut s) =
+                    (vec![0.0; n2], vec![0.0; n2], vec![0.0; n2], vec![0.0; n2]);
+                for j in 0..n1 {
+                    for v in [&mut p, &mut q, &mut r, &mut s] {
+                        v.fill(0.0);
+                    }
+                    combine(&mut p, m1, j, here, 0, n2);
+                    combine(&mut q, k1, j, here, 0, n2);
+                    combine(&mut q, m1, j, &here[sheet..], 0, n2);
+                    combine(&mut r, m1, j, &by_mass, 0, n2);
+                    combine(&mut s, k1, j, &by_mass, 0, n2);
+                    combine(&mut s, m1, j, &by_stiffness, 0, n2);
+                    let row = j * n2..(j + 1) * n2;
+                    let u = &mine[row.clone()];
+                    let dot = |x: &[f64]| u.iter().zip(x).map(|(a, b)| a * b).sum::<f64>();
+                    first += diagonal(k0, i) * dot(&p) + diagonal(m0, i) * dot(&q);
+                    second[j] +=
+                        diagonal(k1, j) * dot(&mass[row.clone()]) + diagonal(m1, j) * dot(&rest[row]);
+                    for k in 0..n2 {
+                        let (m2, k2) = (self.last.data[k * 2 * n2 + k], self.last.data[k * 2 * n2 + n2 + k]);
+                        third[k] += u[k] * (k2 * r[k] + m2 * s[k]);
+                    }
+                }
+                (first, second, third)
+            })
+            .collect();
+        let mut out = [Vec::with_capacity(n0), vec![0.0; n1], vec![0.0; n2]];
+        for (first, second, third) in per_slab {
+            out[0].push(first);
+            out[1].iter_mut().zip(second).for_each(|(o, x)| *o += x);
+            out[2].iter_mut().zip(third).for_each(|(o, x)| *o += x);
+        }
+        out
+    }
+}
