@@ -1,0 +1,236 @@
+//! The study at work: stage after stage, one for each tolerance and kind, within the time given.
+
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Instant;
+
+use elastocap_electrostatics::ResolutionLevel;
+
+use super::run::{Choice, Kind, Missing, Run};
+use super::subject::Subject;
+use super::verdict::fastest;
+use super::walk::{Trial, walk};
+use crate::step::Stop;
+
+/// A stage takes about this many times what the own choice takes: the walk, and the repeats.
+const WEIGHT: f64 = 20.0;
+/// With less than this many it would say nothing.
+const LEAST: f64 = 6.0;
+/// A stage of short runs gets so many seconds all the same.
+const SHORTEST: f64 = 0.4;
+/// Share of a stage for finding grids; the rest is for timing the best of them.
+const SEARCH: f64 = 0.6;
+/// So many of the fastest grids are timed again, side by side with the own choice.
+const CONTENDERS: usize = 4;
+/// Share of all the time that the finest run may take, which is there for the reference alone.
+const FOR_REFERENCE: f64 = 0.25;
+const REPEATS: std::ops::RangeInclusive<usize> = 2..=25;
+
+/// One tolerance, with or without bounds.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Stage {
+    tolerance: f64,
+    bounds: bool,
+}
+
+pub(super) struct Engine<'a> {
+    pub(super) subject: &'a Subject<'a>,
+    pub(super) runs: Vec<Run>,
+    cancel: &'a AtomicBool,
+    tell: &'a (dyn Fn(&str) + Sync),
+    begun: Instant,
+    /// For all of it.
+    seconds: f64,
+    /// Seconds that own choices took over what was foretold: with bounds, and without.
+    scale: [f64; 2],
+}
+
+impl<'a> Engine<'a> {
+    pub(super) fn new(
+        subject: &'a Subject<'a>,
+        seconds: f64,
+        cancel: &'a AtomicBool,
+        tell: &'a (dyn Fn(&str) + Sync),
+    ) -> Self {
+        Self { subject, runs: Vec::new(), cancel, tell, begun: Instant::now(), seconds, scale: [1.0; 2] }
+    }
+
+    /// Everything, from coarse to fine.
+    pub(super) fn study(&mut self, tolerances: &[f64]) {
+        let _ = self.subject.solve(None, 0.1, true); // The first solve warms caches up.
+        let stages: Vec<Stage> = tolerances
+            .iter()
+            .flat_map(|&tolerance| [true, false].map(|bounds| Stage { tolerance, bounds }))
+            .collect();
+        for (i, stage) in stages.iter().enumerate() {
+            let expected = self.foretold(stage);
+            let ahead: f64 = stages[i..].iter().map(|s| self.foretold(s)).filter(|s| s.is_finite()).sum();
+            let left = (1.0 - FOR_REFERENCE) * self.seconds - self.elapsed();
+            // Not all stages ahead need fit: those that do not are left out, and leave their time to others.
+            let share = (left * expected / ahead).max(LEAST * expected).max(SHORTEST);
+            let missing = if self.stopped() {
+                Some(Missing::NotRun)
+            } else if share.min(left) < LEAST * expected || left <= 0.0 {
+                Some(Missing::LeftOut(expected))
+            } else {
+                None
+            };
+            match missing {
+                Some(why) => {
+                    let kind = Kind::of(stage.bounds);
+                    self.runs.push(Run::missing(kind, Choice::Own, stage.tolerance, why));
+                }
+                None => self.stage(stage, share.min(WEIGHT * expected).max(SHORTEST)),
+            }
+        }
+        self.finest(tolerances);
+    }
+
+    fn stopped(&self) -> bool {
+        self.cancel.load(Ordering::Relaxed)
+    }
+
+    fn elapsed(&self) -> f64 {
+        self.begun.elapsed().as_secs_f64()
+    }
+
+    fn foretold(&self, stage: &Stage) -> f64 {
+        let own = self.subject.foretold(None, stage.tolerance, stage.bounds);
+        own.unwrap_or(f64::INFINITY) * self.scale[usize::from(!stage.bounds)]
+    }
+
+    /// The own choice, the grids around it, and all of the good ones timed side by side.
+    fn stage(&mut self, stage: &Stage, share: f64) {
+        let until = self.elapsed() + share;
+        let Some(own) = self.solve(stage, None) else { return };
+        let Some(found) = self.runs[own].found() else { return };
+        let (seconds, start) = (found.seconds, found.level);
+        if let Some(foretold) = self.subject.foretold(None, stage.tolerance, stage.bounds) {
+            self.scale[usize::from(!stage.bounds)] = seconds / foretold;
+        }
+        if let Some(start) = start {
+            self.search(stage, start, until - (1.0 - SEARCH) * share);
+            self.other_room(stage);
+        }
+        self.time_again(stage, own, until);
+    }
+
+    fn search(&mut self, stage: &Stage, start: ResolutionLevel, until: f64) {
+        let subject = self.subject;
+        let foretold = |level| subject.foretold(Some(level), stage.tolerance, stage.bounds);
+        walk(start, &foretold, &mut |level| {
+            if self.elapsed() > until {
+                return None;
+            }
+            let run = self.solve(stage, Some(level))?;
+            let meets = self.runs[run].meets(stage.tolerance);
+            // A grid that cannot be solved on meets nothing, whatever it takes.
+            let seconds = self.runs[run].found().map_or(f64::NAN, |found| found.seconds);
+            Some(Trial { seconds, meets })
+        });
+    }
+
+    /// The grids around the best one with less room outside, and with more: a given grid takes it from the tolerance.
+    fn other_room(&mut self, stage: &Stage) {
+        let best = fastest(&self.runs, Kind::of(stage.bounds), stage.tolerance);
+        let Some(level) = best.and_then(|i| self.runs[i].found()).and_then(|found| found.level) else { return };
+        let less = Stage { tolerance: 10.0 * stage.tolerance, ..*stage };
+        let more = Stage { tolerance: 0.1 * stage.tolerance, ..*stage };
+        self.solve(&less, Some(level));
+        for at in [
+            ResolutionLevel { order: level.order.saturating_sub(1).max(1), ..level },
+            ResolutionLevel { levels: level.levels.saturating_sub(1).max(1), ..level },
+        ] {
+            self.solve(&more, Some(at));
+        }
+    }
+
+    /// The own choice and the fastest grids in turn, so that what else the machine does hits all of them alike.
+    fn time_again(&mut self, stage: &Stage, own: usize, until: f64) {
+        let kind = Kind::of(stage.bounds);
+        let table = |run: &Run| {
+            run.choice == Choice::Table && run.kind == kind && run.meets(stage.tolerance)
+        };
+        let timed = self.runs.iter().enumerate().filter(|(_, run)| table(run));
+        let mut best: Vec<(usize, f64)> =
+            timed.filter_map(|(i, run)| Some((i, run.found()?.seconds))).collect();
+        best.sort_by(|a, b| a.1.total_cmp(&b.1));
+        best.truncate(CONTENDERS);
+        for round in 1..*REPEATS.end() {
+            if round >= *REPEATS.start() && self.elapsed() > until {
+                return;
+            }
+            for i in std::iter::once(own).chain(best.iter().map(|(i, _)| *i)) {
+                if self.stopped() {
+                    return;
+                }
+                self.repeat(i, stage.bounds);
+            }
+        }
+    }
+
+    fn repeat(&mut self, index: usize, bounds: bool) {
+        let run = &self.runs[index];
+        let (Some(found), Some(tolerance)) = (run.found(), run.tolerance) else { return };
+        let level = found.level.filter(|_| run.choice == Choice::Table);
+        let Ok(again) = self.subject.solve(level, tolerance, bounds) else { return };
+        if let Ok(found) = &mut self.runs[index].outcome {
+            found.seconds = found.seconds.min(again.seconds);
+            found.repeats += 1;
+        }
+    }
+
+    /// Solves, unless that was done before; the index of the run, nothing if stopped.
+    fn solve(&mut self, stage: &Stage, level: Option<ResolutionLevel>) -> Option<usize> {
+        let kind = Kind::of(stage.bounds);
+        let choice = if level.is_some() { Choice::Table } else { Choice::Own };
+        if self.stopped() {
+            if choice == Choice::Own {
+                self.runs.push(Run::missing(kind, choice, stage.tolerance, Missing::NotRun));
+            }
+            return None;
+        }
+        let same = |run: &Run| {
+            (run.kind, run.choice, run.tolerance) == (kind, choice, Some(stage.tolerance))
+                && run.found().is_some_and(|found| found.level == level)
+        };
+        if let Some(before) = self.runs.iter().position(same).filter(|_| level.is_some()) {
+            return Some(before);
+        }
+        let what = match level {
+            Some(level) => format!("order {}, layers {}", level.order, level.levels),
+            None => "own choice".to_owned(),
+        };
+        (self.tell)(&format!("{}, tolerance {:e}: {what}", kind.name(), stage.tolerance));
+        let run = match self.subject.solve(level, stage.tolerance, stage.bounds) {
+            Ok(measured) => Run::measured(kind, choice, stage.tolerance, measured),
+            Err(Stop::Cancelled) if choice == Choice::Table => return None,
+            Err(Stop::Cancelled) => Run::missing(kind, choice, stage.tolerance, Missing::NotRun),
+            Err(Stop::Failed(reason)) => {
+                Run::missing(kind, choice, stage.tolerance, Missing::Failed(reason))
+            }
+        };
+        self.runs.push(run);
+        Some(self.runs.len() - 1)
+    }
+
+    /// A finer own choice than any asked for, where there is time for it: the reference gets sharper by it.
+    fn finest(&mut self, tolerances: &[f64]) {
+        let solved = |tolerance: &f64| {
+            self.runs.iter().any(|run| {
+                run.kind == Kind::Bounds && run.tolerance == Some(*tolerance) && run.found().is_some()
+            })
+        };
+        let Some(finest) = tolerances.iter().copied().filter(solved).reduce(f64::min) else { return };
+        let room = (self.seconds - self.elapsed()).max(FOR_REFERENCE * self.seconds);
+        for factor in [0.01, 0.1] {
+            let stage = Stage { tolerance: factor * finest, bounds: true };
+            // Growth is foretold too low where singularities are stronger than the pair's.
+            if 3.0 * self.foretold(&stage) <= room {
+                if !self.stopped() {
+                    self.solve(&stage, None);
+                }
+                return;
+            }
+        }
+    }
+}
