@@ -132,7 +132,9 @@ impl<'a> Engine<'a> {
     /// The grids around the best one with less room outside, and with more: a given grid takes it from the tolerance.
     fn other_room(&mut self, stage: &Stage) {
         let best = fastest(&self.runs, Kind::of(stage.bounds), stage.tolerance);
-        let Some(level) = best.and_then(|i| self.runs[i].found()).and_then(|found| found.level) else { return };
+        let Some(level) = best.and_then(|i| self.runs[i].found()).and_then(|found| found.level) else {
+            return;
+        };
         let less = Stage { tolerance: 10.0 * stage.tolerance, ..*stage };
         let more = Stage { tolerance: 0.1 * stage.tolerance, ..*stage };
         self.solve(&less, Some(level));
@@ -147,9 +149,7 @@ impl<'a> Engine<'a> {
     /// The own choice and the fastest grids in turn, so that what else the machine does hits all of them alike.
     fn time_again(&mut self, stage: &Stage, own: usize, until: f64) {
         let kind = Kind::of(stage.bounds);
-        let table = |run: &Run| {
-            run.choice == Choice::Table && run.kind == kind && run.meets(stage.tolerance)
-        };
+        let table = |run: &Run| run.choice == Choice::Table && run.kind == kind && run.meets(stage.tolerance);
         let timed = self.runs.iter().enumerate().filter(|(_, run)| table(run));
         let mut best: Vec<(usize, f64)> =
             timed.filter_map(|(i, run)| Some((i, run.found()?.seconds))).collect();
@@ -205,9 +205,7 @@ impl<'a> Engine<'a> {
             Ok(measured) => Run::measured(kind, choice, stage.tolerance, measured),
             Err(Stop::Cancelled) if choice == Choice::Table => return None,
             Err(Stop::Cancelled) => Run::missing(kind, choice, stage.tolerance, Missing::NotRun),
-            Err(Stop::Failed(reason)) => {
-                Run::missing(kind, choice, stage.tolerance, Missing::Failed(reason))
-            }
+            Err(Stop::Failed(reason)) => Run::missing(kind, choice, stage.tolerance, Missing::Failed(reason)),
         };
         self.runs.push(run);
         Some(self.runs.len() - 1)

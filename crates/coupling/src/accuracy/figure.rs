@@ -26,7 +26,12 @@ pub fn figure(study: &Study) -> Option<Chart> {
         (Kind::Estimate, &known, "no bounds: true error"),
     ] {
         let style = Style::Cloud { like: series.len() };
-        clouds.push(Series { name: String::new(), points: points(kind, Choice::Table, error), band: None, style });
+        clouds.push(Series {
+            name: String::new(),
+            points: points(kind, Choice::Table, error),
+            band: None,
+            style,
+        });
         series.push(Series {
             name: name.to_owned(),
             points: points(kind, Choice::Own, error),

@@ -172,8 +172,7 @@ mod tests {
     fn what_is_compared_with_the_tolerance_is_what_the_solver_compares() {
         let case = crate::case::parse(PLATES, Path::new("plates.toml")).unwrap();
         let plan = Plan::new(&case, &Options::default());
-        let subject =
-            Subject::new(&case, &plan, &plan.steps[0], &Arc::new(AtomicBool::new(false))).unwrap();
+        let subject = Subject::new(&case, &plan, &plan.steps[0], &Arc::new(AtomicBool::new(false))).unwrap();
         for bounds in [true, false] {
             let level = Some(ResolutionLevel { order: 4, levels: 2 });
             let settings = subject.settings(1e-9, bounds, level);

@@ -33,8 +33,7 @@ impl Verdict {
 
 /// The fastest run of the table that meets a tolerance.
 pub(super) fn fastest(runs: &[Run], kind: Kind, tolerance: f64) -> Option<usize> {
-    let meets =
-        |run: &Run| run.choice == Choice::Table && run.kind == kind && run.meets(tolerance);
+    let meets = |run: &Run| run.choice == Choice::Table && run.kind == kind && run.meets(tolerance);
     let timed = runs.iter().enumerate().filter(|(_, run)| meets(run));
     timed
         .filter_map(|(i, run)| Some((i, run.found()?.seconds)))
@@ -73,17 +72,16 @@ mod tests {
 
     #[test]
     fn a_choice_that_takes_more_than_half_as_long_again_is_not_good() {
-        let runs = [
-            run(Kind::Estimate, Choice::Own, 0.31, 1e-3),
-            run(Kind::Estimate, Choice::Table, 0.2, 1e-3),
-        ];
+        let runs =
+            [run(Kind::Estimate, Choice::Own, 0.31, 1e-3), run(Kind::Estimate, Choice::Table, 0.2, 1e-3)];
         assert!(!Verdict::of(&runs, 0).unwrap().is_good());
     }
 
     #[test]
     fn where_nothing_meets_the_tolerance_there_is_no_verdict() {
         let missing = Run::missing(Kind::Bounds, Choice::Own, 1e-3, Missing::NotRun);
-        let runs = [run(Kind::Bounds, Choice::Own, 0.3, 1e-3), run(Kind::Bounds, Choice::Table, 0.2, 2e-3), missing];
+        let runs =
+            [run(Kind::Bounds, Choice::Own, 0.3, 1e-3), run(Kind::Bounds, Choice::Table, 0.2, 2e-3), missing];
         assert_eq!(Verdict::of(&runs, 0), None);
         assert_eq!(Verdict::of(&runs, 2), None);
     }

@@ -96,7 +96,14 @@ impl Pen {
             _ => "2 4",
         };
         let markers = !line || (wanted && series.points.len() <= MOST_MARKERS);
-        Self { colour: COLOURS[index % COLOURS.len()], marker: index % 7, dashes, line, markers, faint: false }
+        Self {
+            colour: COLOURS[index % COLOURS.len()],
+            marker: index % 7,
+            dashes,
+            line,
+            markers,
+            faint: false,
+        }
     }
 
     fn stroke(&self) -> String {
@@ -147,10 +154,7 @@ impl Pen {
         } else {
             format!("fill=\"{}\" stroke=\"#fff\" stroke-width=\"1\"", self.colour)
         };
-        format!(
-            "{shape} {look}>{tip}{}",
-            if self.marker == 0 { "</circle>\n" } else { "</polygon>\n" }
-        )
+        format!("{shape} {look}>{tip}{}", if self.marker == 0 { "</circle>\n" } else { "</polygon>\n" })
     }
 }
 
