@@ -1,5 +1,6 @@
 //! The study at work: stage after stage, one for each tolerance and kind, within the time given.
 
+use std::ops::RangeInclusive;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
@@ -8,11 +9,11 @@ use elastocap_electrostatics::ResolutionLevel;
 use super::run::{Choice, Kind, Missing, Run};
 use super::subject::Subject;
 use super::verdict::fastest;
-use super::walk::{Trial, walk};
+use super::walk::{LEVELS, ORDERS, Trial, walk};
 use crate::step::Stop;
 
 /// A stage takes about this many times what the own choice takes: the walk, and the repeats.
-const WEIGHT: f64 = 20.0;
+const WEIGHT: f64 = 40.0;
 /// With less than this many it would say nothing.
 const LEAST: f64 = 6.0;
 /// A stage of short runs gets so many seconds all the same.
@@ -23,7 +24,7 @@ const SEARCH: f64 = 0.6;
 const CONTENDERS: usize = 4;
 /// Share of all the time that the finest run may take, which is there for the reference alone.
 const FOR_REFERENCE: f64 = 0.25;
-const REPEATS: std::ops::RangeInclusive<usize> = 2..=25;
+const REPEATS: RangeInclusive<usize> = 2..=25;
 
 /// One tolerance, with or without bounds.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -117,15 +118,15 @@ impl<'a> Engine<'a> {
     fn search(&mut self, stage: &Stage, start: ResolutionLevel, until: f64) {
         let subject = self.subject;
         let foretold = |level| subject.foretold(Some(level), stage.tolerance, stage.bounds);
-        walk(start, &foretold, &mut |level| {
+        walk(start, stage.tolerance, &foretold, &mut |level| {
             if self.elapsed() > until {
                 return None;
             }
             let run = self.solve(stage, Some(level))?;
-            let meets = self.runs[run].meets(stage.tolerance);
             // A grid that cannot be solved on meets nothing, whatever it takes.
-            let seconds = self.runs[run].found().map_or(f64::NAN, |found| found.seconds);
-            Some(Trial { seconds, meets })
+            let found = self.runs[run].found().map(|found| (found.seconds, found.told));
+            let (seconds, told) = found.unwrap_or((f64::NAN, f64::INFINITY));
+            Some(Trial { seconds, told })
         });
     }
 
@@ -136,11 +137,11 @@ impl<'a> Engine<'a> {
             return;
         };
         let less = Stage { tolerance: 10.0 * stage.tolerance, ..*stage };
-        let more = Stage { tolerance: 0.1 * stage.tolerance, ..*stage };
+        let more = Stage { tolerance: stage.tolerance / 10.0, ..*stage };
         self.solve(&less, Some(level));
         for at in [
-            ResolutionLevel { order: level.order.saturating_sub(1).max(1), ..level },
-            ResolutionLevel { levels: level.levels.saturating_sub(1).max(1), ..level },
+            ResolutionLevel { order: level.order.saturating_sub(1).max(*ORDERS.start()), ..level },
+            ResolutionLevel { levels: level.levels.saturating_sub(1).max(*LEVELS.start()), ..level },
         ] {
             self.solve(&more, Some(at));
         }
@@ -220,10 +221,10 @@ impl<'a> Engine<'a> {
         };
         let Some(finest) = tolerances.iter().copied().filter(solved).reduce(f64::min) else { return };
         let room = (self.seconds - self.elapsed()).max(FOR_REFERENCE * self.seconds);
-        for factor in [0.01, 0.1] {
-            let stage = Stage { tolerance: factor * finest, bounds: true };
+        for finer in [100.0, 10.0] {
+            let stage = Stage { tolerance: finest / finer, bounds: true };
             // Growth is foretold too low where singularities are stronger than the pair's.
-            if 3.0 * self.foretold(&stage) <= room {
+            if 2.0 * self.foretold(&stage) <= room {
                 if !self.stopped() {
                     self.solve(&stage, None);
                 }

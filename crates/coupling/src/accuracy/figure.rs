@@ -18,7 +18,7 @@ pub fn figure(study: &Study) -> Option<Chart> {
         points
     };
     let mut series = Vec::new();
-    let mut clouds = Vec::new();
+    let mut clouds: Vec<Series> = Vec::new();
     for (kind, error, name) in [
         (Kind::Bounds, &certified as &dyn Fn(&Run) -> Option<f64>, "bounds: half the spread"),
         (Kind::Bounds, &known, "bounds: true error of their middle"),
@@ -26,8 +26,10 @@ pub fn figure(study: &Study) -> Option<Chart> {
         (Kind::Estimate, &known, "no bounds: true error"),
     ] {
         let style = Style::Cloud { like: series.len() };
+        // One entry in the legend says what is faint.
+        let what = if clouds.is_empty() { "faint: given order and layers" } else { "" };
         clouds.push(Series {
-            name: String::new(),
+            name: what.to_owned(),
             points: points(kind, Choice::Table, error),
             band: None,
             style,
