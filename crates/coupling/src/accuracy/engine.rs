@@ -22,7 +22,7 @@ const SHORTEST: f64 = 0.4;
 const SEARCH: f64 = 0.6;
 /// So many of the fastest grids are timed again, side by side with the own choice.
 const CONTENDERS: usize = 4;
-/// Share of all the time that the finest run may take, which is there for the reference alone.
+/// Share of all the time kept for the finest grid, which is there for the reference alone.
 const FOR_REFERENCE: f64 = 0.25;
 const REPEATS: RangeInclusive<usize> = 2..=25;
 
@@ -64,13 +64,18 @@ impl<'a> Engine<'a> {
             .collect();
         for (i, stage) in stages.iter().enumerate() {
             let expected = self.foretold(stage);
-            let ahead: f64 = stages[i..].iter().map(|s| self.foretold(s)).filter(|s| s.is_finite()).sum();
             let left = (1.0 - FOR_REFERENCE) * self.seconds - self.elapsed();
-            // Not all stages ahead need fit: those that do not are left out, and leave their time to others.
-            let share = (left * expected / ahead).max(LEAST * expected).max(SHORTEST);
+            // Those ahead that will be left out leave their time to the others.
+            let mut ahead = 0.0;
+            for seconds in stages[i..].iter().map(|s| self.foretold(s)) {
+                if LEAST * (ahead + seconds) <= left {
+                    ahead += seconds;
+                }
+            }
+            let share = left * (expected / ahead.max(expected));
             let missing = if self.stopped() {
                 Some(Missing::NotRun)
-            } else if share.min(left) < LEAST * expected || left <= 0.0 {
+            } else if left < LEAST * expected || left <= 0.0 {
                 Some(Missing::LeftOut(expected))
             } else {
                 None
@@ -83,7 +88,7 @@ impl<'a> Engine<'a> {
                 None => self.stage(stage, share.min(WEIGHT * expected).max(SHORTEST)),
             }
         }
-        self.finest(tolerances);
+        self.finest();
     }
 
     fn stopped(&self) -> bool {
@@ -109,16 +114,35 @@ impl<'a> Engine<'a> {
             self.scale[usize::from(!stage.bounds)] = seconds / foretold;
         }
         if let Some(start) = start {
-            self.search(stage, start, until - (1.0 - SEARCH) * share);
-            self.other_room(stage);
+            let room = self.best_room(stage, start);
+            self.search(&room, stage.tolerance, start, until - (1.0 - SEARCH) * share);
+            self.other_room(&room, stage.tolerance);
         }
         self.time_again(stage, own, until);
     }
 
-    fn search(&mut self, stage: &Stage, start: ResolutionLevel, until: f64) {
+    /// The stage whose tolerance gives the grids of this one the best room outside.
+    ///
+    /// A given grid takes its room from the tolerance, where the solver's own choice looks for it too.
+    fn best_room(&mut self, stage: &Stage, level: ResolutionLevel) -> Stage {
+        let rooms = [10.0 * stage.tolerance, stage.tolerance, stage.tolerance / 10.0];
+        let mut best: Option<(f64, Stage)> = None;
+        for tolerance in rooms {
+            let room = Stage { tolerance, ..*stage };
+            let found = self.solve(&room, Some(level)).and_then(|run| self.runs[run].found());
+            let good = found.filter(|found| found.told <= stage.tolerance).map(|found| found.seconds);
+            if let Some(seconds) = good.filter(|s| best.is_none_or(|(before, _)| *s < before)) {
+                best = Some((seconds, room));
+            }
+        }
+        best.map_or(Stage { tolerance: stage.tolerance / 10.0, ..*stage }, |(_, room)| room)
+    }
+
+    /// The grids around the line where the tolerance is met, all with the same room.
+    fn search(&mut self, stage: &Stage, tolerance: f64, start: ResolutionLevel, until: f64) {
         let subject = self.subject;
         let foretold = |level| subject.foretold(Some(level), stage.tolerance, stage.bounds);
-        walk(start, stage.tolerance, &foretold, &mut |level| {
+        walk(start, tolerance, &foretold, &mut |level| {
             if self.elapsed() > until {
                 return None;
             }
@@ -130,9 +154,9 @@ impl<'a> Engine<'a> {
         });
     }
 
-    /// The grids around the best one with less room outside, and with more: a given grid takes it from the tolerance.
-    fn other_room(&mut self, stage: &Stage) {
-        let best = fastest(&self.runs, Kind::of(stage.bounds), stage.tolerance);
+    /// The best grid with less room outside, and coarser ones with more.
+    fn other_room(&mut self, stage: &Stage, tolerance: f64) {
+        let best = fastest(&self.runs, Kind::of(stage.bounds), tolerance);
         let Some(level) = best.and_then(|i| self.runs[i].found()).and_then(|found| found.level) else {
             return;
         };
@@ -212,22 +236,20 @@ impl<'a> Engine<'a> {
         Some(self.runs.len() - 1)
     }
 
-    /// A finer own choice than any asked for, where there is time for it: the reference gets sharper by it.
-    fn finest(&mut self, tolerances: &[f64]) {
-        let solved = |tolerance: &f64| {
-            self.runs.iter().any(|run| {
-                run.kind == Kind::Bounds && run.tolerance == Some(*tolerance) && run.found().is_some()
-            })
-        };
-        let Some(finest) = tolerances.iter().copied().filter(solved).reduce(f64::min) else { return };
+    /// A finer grid than any before, as fine as the time allows: the reference gets sharper by it.
+    fn finest(&mut self) {
+        let found = self.runs.iter().filter(|run| run.kind == Kind::Bounds && run.choice == Choice::Table);
+        let timed = found.filter_map(|run| Some((run.tolerance?, run.found()?)));
+        let Some((tolerance, finest)) = timed.min_by(|a, b| a.1.told.total_cmp(&b.1.told)) else { return };
+        let Some((level, seconds)) = finest.level.map(|level| (level, finest.seconds)) else { return };
+        let Some(foretold) = self.subject.foretold(Some(level), tolerance, true) else { return };
         let room = (self.seconds - self.elapsed()).max(FOR_REFERENCE * self.seconds);
-        for finer in [100.0, 10.0] {
-            let stage = Stage { tolerance: finest / finer, bounds: true };
-            // Growth is foretold too low where singularities are stronger than the pair's.
-            if 2.0 * self.foretold(&stage) <= room {
-                if !self.stopped() {
-                    self.solve(&stage, None);
-                }
+        for more in (1..=4).rev() {
+            let level = ResolutionLevel { order: level.order + more, levels: level.levels + more };
+            let tolerance = tolerance / [1.0, 10.0, 100.0, 1e3, 1e4][more];
+            let longer = self.subject.foretold(Some(level), tolerance, true).map(|f| f / foretold);
+            if longer.is_some_and(|longer| 1.5 * longer * seconds <= room) {
+                self.solve(&Stage { tolerance, bounds: true }, Some(level));
                 return;
             }
         }
