@@ -2,6 +2,7 @@
 
 mod support;
 
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
 use support::Sandbox;
@@ -22,7 +23,14 @@ compression = [0.0, 0.1]
 
 fn pair() -> String {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("cases/in-plane-pair.toml");
-    path.to_str().expect("UTF-8").to_owned()
+    path.to_string_lossy().into_owned()
+}
+
+type Row = BTreeMap<String, String>;
+
+#[allow(clippy::panic, reason = "a test stops by panicking")]
+fn number(row: &Row, column: &str) -> f64 {
+    row[column].parse().unwrap_or_else(|_| panic!("{column}: {row:?}"))
 }
 
 #[test]
@@ -47,9 +55,6 @@ fn a_quick_study_of_the_pair_writes_intervals_that_overlap_and_compares_its_own_
         let chosen = table.0.iter().filter(|row| row["kind"] == kind && row["choice"] == choice);
         chosen.cloned().collect::<Vec<_>>()
     };
-    let number = |row: &std::collections::BTreeMap<String, String>, column: &str| -> f64 {
-        row[column].parse().unwrap_or_else(|_| panic!("{column}: {row:?}"))
-    };
     let bounds = [rows("bounds", "table"), rows("bounds", "own")].concat();
     assert!(bounds.len() >= 6, "{} proved intervals", bounds.len());
     let lower = bounds.iter().map(|row| number(row, "lower_f")).fold(0.0, f64::max);
@@ -61,8 +66,8 @@ fn a_quick_study_of_the_pair_writes_intervals_that_overlap_and_compares_its_own_
         let allowed = number(row, "certified_error") + 2.0 * number(row, "reference_half_width");
         assert!(number(row, "true_error") <= allowed, "{row:?}");
     }
-    let orders: std::collections::BTreeSet<_> = bounds.iter().map(|row| &row["order"]).collect();
-    let levels: std::collections::BTreeSet<_> = bounds.iter().map(|row| &row["levels"]).collect();
+    let orders: BTreeSet<_> = bounds.iter().map(|row| &row["order"]).collect();
+    let levels: BTreeSet<_> = bounds.iter().map(|row| &row["levels"]).collect();
     assert!(orders.len() > 1 && levels.len() > 1, "{orders:?} {levels:?}");
     for own in rows("bounds", "own").iter().filter(|row| number(row, "tolerance") >= 1e-3) {
         assert!(number(own, "spread_or_estimate") <= number(own, "tolerance"), "{own:?}");

@@ -59,7 +59,7 @@ impl Walk<'_> {
             if climbs > 3 {
                 return Ok(());
             }
-            if climbs % 2 == 1 { at.order += 1 } else { at.levels += 1 }
+            if climbs % 2 == 0 { at.order += 1 } else { at.levels += 1 }
         }
         let Some(first) = self.lowest_order(at)? else { return Ok(()) };
         for direction in [1, -1] {
