@@ -156,7 +156,7 @@ impl<'a> Engine<'a> {
 
     /// The best grid with less room outside, and coarser ones with more.
     fn other_room(&mut self, stage: &Stage, tolerance: f64) {
-        let best = fastest(&self.runs, Kind::of(stage.bounds), tolerance);
+        let best = fastest(&self.runs, Kind::of(stage.bounds), tolerance, None);
         let Some(level) = best.and_then(|i| self.runs[i].found()).and_then(|found| found.level) else {
             return;
         };

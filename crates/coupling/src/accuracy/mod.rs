@@ -178,7 +178,7 @@ pub fn study(
     }
     let proved = runs.iter().filter(|run| run.kind == Kind::Bounds).filter_map(Run::found);
     let reference = Reference::of(proved.map(|found| found.value));
-    let verdicts = (0..runs.len()).filter_map(|own| Verdict::of(&runs, own)).collect();
+    let verdicts = (0..runs.len()).filter_map(|own| Verdict::of(&runs, own, reference.as_ref())).collect();
     Ok(Study {
         title: case.title.clone(),
         step: request.step,
