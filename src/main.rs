@@ -36,6 +36,7 @@ const EXAMPLES: &str = "\
 Examples:
   elastocap run cases/in-plane-pair.toml          C(F) with its bounds, in results/in-plane-pair
   elastocap check cases/in-plane-pair.toml        what will be solved, and how long it will take
+  elastocap accuracy cases/in-plane-pair.toml     what an error costs: errors against run time
   elastocap schema > elastocap.schema.json        for editors that check case files as you type
 
 Exit status:
@@ -71,6 +72,8 @@ enum Command {
     Run(commands::run::Arguments),
     /// Validate a case and print the plan: what is solved, what is left out, unknowns, memory, expected time
     Check(commands::check::Arguments),
+    /// Show what an error costs: errors against run time over order and grading, beside the grids chosen by itself
+    Accuracy(commands::accuracy::Arguments),
     /// Write the bodies (scene.glb) and a graded grid of them (.vtu) without solving
     Mesh(commands::mesh::Arguments),
     /// Print the JSON Schema of case files, for editors
@@ -95,6 +98,7 @@ fn main() -> ExitCode {
     let exit = match &arguments.command {
         Command::Run(arguments) => commands::run::execute(arguments, common),
         Command::Check(arguments) => commands::check::execute(arguments, common),
+        Command::Accuracy(arguments) => commands::accuracy::execute(arguments, common),
         Command::Mesh(arguments) => commands::mesh::execute(arguments, common),
         Command::Schema(arguments) => commands::schema::execute(arguments),
     };

@@ -1,9 +1,12 @@
 //! One file for each subcommand.
 
+pub(crate) mod accuracy;
+mod accuracy_report;
 pub(crate) mod check;
 pub(crate) mod mesh;
 pub(crate) mod run;
 pub(crate) mod schema;
+mod stop;
 mod summary;
 
 use std::path::{Path, PathBuf};

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::AtomicBool;
 use std::time::{Duration, Instant};
 
 use clap::Args;
@@ -13,6 +13,7 @@ use elastocap_coupling::results::{OutputFolder, Saved, save};
 use elastocap_coupling::run::{Progress, run};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
+use super::stop::stop_on_signal;
 use super::summary::summary;
 use crate::{Common, Exit, output};
 
@@ -96,23 +97,6 @@ fn solve_and_save(
     let outcome = outcome?;
     let saved = save(case, &outcome, &options, folder, started, planning)?;
     Ok((outcome, saved))
-}
-
-/// The first signal lets the run end with what is done; the second ends the process, without leaving files half done.
-fn stop_on_signal(cancel: &Arc<AtomicBool>, folder: &OutputFolder) {
-    let (cancel, staging) = (Arc::clone(cancel), folder.staging().to_owned());
-    let asked = AtomicBool::new(false);
-    let installed = ctrlc::set_handler(move || {
-        if asked.swap(true, Ordering::Relaxed) {
-            let _ = std::fs::remove_dir_all(&staging);
-            std::process::exit(130);
-        }
-        cancel.store(true, Ordering::Relaxed);
-        output::message("stopping: what is done will be kept; once more to end at once");
-    });
-    if let Err(error) = installed {
-        output::warning(&format!("Ctrl-C will end the run without results: {error}"));
-    }
 }
 
 fn progress_bar(steps: usize, quiet: bool) -> ProgressBar {

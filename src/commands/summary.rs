@@ -32,7 +32,7 @@ pub(crate) fn summary(case: &Case, outcome: &Outcome, saved: &Saved, folder: &Pa
 }
 
 /// Right-aligned columns.
-fn table(lines: Vec<Vec<String>>) -> String {
+pub(super) fn table(lines: Vec<Vec<String>>) -> String {
     let columns = lines.iter().map(Vec::len).max().unwrap_or(0);
     let width = |k: usize| lines.iter().filter_map(|l| l.get(k)).map(|cell| cell.chars().count()).max();
     let widths: Vec<_> = (0..columns).map(|k| width(k).unwrap_or(0)).collect();

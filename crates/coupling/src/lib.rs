@@ -5,6 +5,7 @@
 //! by [`run::run`] -> [`curve::Outcome`] -> [`results::save`]. Every arrow gives a plain value; a step that fails is part
 //! of the outcome, and only what cannot be written is an error.
 
+pub mod accuracy;
 pub mod case;
 pub mod curve;
 pub mod plan;

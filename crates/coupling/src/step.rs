@@ -110,7 +110,7 @@ impl Solver<'_> {
     }
 
     /// The solution, and the two-terminal capacitance.
-    fn field_of(&self, deformed: &DeformedScene) -> Result<(Solution, Option<Bounded>), Stop> {
+    pub(crate) fn field_of(&self, deformed: &DeformedScene) -> Result<(Solution, Option<Bounded>), Stop> {
         let among_others = deformed.pair.is_some() && deformed.scene.conductors.len() > 2;
         let mut settings = self.settings.clone();
         let mut tries = 3;
@@ -144,7 +144,7 @@ impl Solver<'_> {
 }
 
 /// Why a step ended early.
-enum Stop {
+pub(crate) enum Stop {
     Cancelled,
     Failed(String),
 }

@@ -78,10 +78,15 @@ struct Pen {
     dashes: &'static str,
     line: bool,
     markers: bool,
+    faint: bool,
 }
 
 impl Pen {
     fn new(index: usize, series: &Series) -> Self {
+        if let Style::Cloud { like } = series.style {
+            let (colour, marker) = (COLOURS[like % COLOURS.len()], like % 7);
+            return Self { colour, marker, dashes: "", line: false, markers: true, faint: true };
+        }
         let line = series.style != Style::Markers;
         let wanted = matches!(series.style, Style::LineAndMarkers | Style::Markers);
         // After the colours have been used once, their lines are told apart by dots.
@@ -91,7 +96,14 @@ impl Pen {
             _ => "2 4",
         };
         let markers = !line || (wanted && series.points.len() <= MOST_MARKERS);
-        Self { colour: COLOURS[index % COLOURS.len()], marker: index % 7, dashes, line, markers }
+        Self {
+            colour: COLOURS[index % COLOURS.len()],
+            marker: index % 7,
+            dashes,
+            line,
+            markers,
+            faint: false,
+        }
     }
 
     fn stroke(&self) -> String {
@@ -108,13 +120,18 @@ impl Pen {
 
     /// The marker, with the text that shows under a pointer.
     fn marker(&self, x: f64, y: f64, tip: &str) -> String {
+        let scale = if self.faint { 0.65 } else { 1.0 };
         let polygon = |points: &[(f64, f64)]| {
-            let points =
-                points.iter().map(|(dx, dy)| format!("{},{}", coordinate(x + dx), coordinate(y + dy)));
+            let points = points
+                .iter()
+                .map(|(dx, dy)| format!("{},{}", coordinate(x + scale * dx), coordinate(y + scale * dy)));
             format!("<polygon points=\"{}\"", points.collect::<Vec<_>>().join(" "))
         };
         let shape = match self.marker {
-            0 => format!("<circle cx=\"{}\" cy=\"{}\" r=\"4.5\"", coordinate(x), coordinate(y)),
+            0 => {
+                let (x, y, r) = (coordinate(x), coordinate(y), coordinate(scale * 4.5));
+                format!("<circle cx=\"{x}\" cy=\"{y}\" r=\"{r}\"")
+            }
             1 => polygon(&[(-4.0, -4.0), (4.0, -4.0), (4.0, 4.0), (-4.0, 4.0)]),
             2 => polygon(&[(0.0, -5.5), (5.0, 3.5), (-5.0, 3.5)]),
             3 => polygon(&[(0.0, -5.8), (5.2, 0.0), (0.0, 5.8), (-5.2, 0.0)]),
@@ -132,11 +149,12 @@ impl Pen {
             _ => polygon(&[(0.0, -5.5), (5.2, -1.7), (3.2, 4.4), (-3.2, 4.4), (-5.2, -1.7)]),
         };
         let tip = if tip.is_empty() { String::new() } else { format!("<title>{}</title>", escape(tip)) };
-        format!(
-            "{shape} fill=\"{}\" stroke=\"#fff\" stroke-width=\"1\">{tip}{}",
-            self.colour,
-            if self.marker == 0 { "</circle>\n" } else { "</polygon>\n" }
-        )
+        let look = if self.faint {
+            format!("fill=\"{}\" fill-opacity=\"0.4\"", self.colour)
+        } else {
+            format!("fill=\"{}\" stroke=\"#fff\" stroke-width=\"1\"", self.colour)
+        };
+        format!("{shape} {look}>{tip}{}", if self.marker == 0 { "</circle>\n" } else { "</polygon>\n" })
     }
 }
 
@@ -289,7 +307,8 @@ fn draw_series(out: &mut String, chart: &Chart, frame: &Frame) {
             }
         }
     }
-    for (pen, pieces, name) in &drawn {
+    let (faint, strong): (Vec<_>, Vec<_>) = drawn.iter().partition(|(pen, ..)| pen.faint);
+    for (pen, pieces, name) in faint.into_iter().chain(strong) {
         for piece in pieces {
             if pen.line && piece.len() > 1 {
                 let points: Vec<_> = piece.iter().map(|spot| pair((spot.x, spot.y))).collect();

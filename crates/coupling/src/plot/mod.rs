@@ -81,6 +81,12 @@ pub enum Style {
     DashedLine,
     /// For data that no line joins.
     Markers,
+    /// Small and faint, behind the others: what stands around the series at the place `like`, in its colour and with its
+    /// marker.
+    Cloud {
+        /// Place in [`Chart::series`].
+        like: usize,
+    },
 }
 
 impl Chart {

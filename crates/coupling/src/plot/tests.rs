@@ -171,3 +171,13 @@ fn dimensionless_numbers_far_from_one_name_their_power_of_ten() {
     assert!(texts.contains(&"capacitance (\u{d7}10\u{2212}6)".to_owned()), "{texts:?}");
     assert!(texts.contains(&"force (%)".to_owned()), "{texts:?}");
 }
+
+#[test]
+fn a_cloud_is_small_and_faint_behind_the_series_whose_colour_it_has() {
+    let mut chart =
+        chart(Scale::Linear, vec![series("own", &[(1.0, 1.0), (2.0, 2.0)]), series("", &[(1.5, 1.0)])]);
+    chart.series[1].style = Style::Cloud { like: 0 };
+    let svg = chart.to_svg();
+    let faint = svg.find("r=\"2.93\" fill=\"#0072b2\" fill-opacity=\"0.4\"").unwrap();
+    assert!(faint < svg.find("<polyline").unwrap(), "{svg}");
+}

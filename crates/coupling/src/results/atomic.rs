@@ -137,7 +137,23 @@ impl OutputFolder {
     ///
     /// # Errors
     /// [`OutputError::Place`]; files already in place stay there, each of them whole.
-    pub fn commit(mut self) -> Result<Vec<PathBuf>, OutputError> {
+    pub fn commit(self) -> Result<Vec<PathBuf>, OutputError> {
+        let kept = self.staged();
+        let stale = files_of_earlier_run(&self.folder.join(INDEX)).into_iter().filter(|n| !kept.contains(n));
+        let stale: Vec<_> = stale.map(|name| self.folder.join(name)).collect();
+        let placed = self.commit_beside()?;
+        for file in stale {
+            // Only tidiness: a file that cannot be removed is not in the new result.json.
+            let _ = fs::remove_file(file);
+        }
+        Ok(placed)
+    }
+
+    /// Puts all staged files in place, and leaves the others there as they are: what an earlier run wrote stays true.
+    ///
+    /// # Errors
+    /// [`OutputError::Place`]; files already in place stay there, each of them whole.
+    pub fn commit_beside(mut self) -> Result<Vec<PathBuf>, OutputError> {
         let names = self.staged();
         let place = |name: &str| self.folder.join(name);
         for name in &names {
@@ -146,16 +162,10 @@ impl OutputFolder {
                 return Err(OutputError::Place { file: place(name), source });
             }
         }
-        let stale: Vec<_> =
-            files_of_earlier_run(&place(INDEX)).into_iter().filter(|n| !names.contains(n)).collect();
         let (index, others): (Vec<_>, Vec<_>) = names.iter().partition(|name| *name == INDEX);
         for name in others.into_iter().chain(index) {
             fs::rename(self.staging.join(name), place(name))
                 .map_err(|source| OutputError::Place { file: place(name), source })?;
-        }
-        for name in stale {
-            // Only tidiness: a file that cannot be removed is not in the new result.json.
-            let _ = fs::remove_file(place(&name));
         }
         self.created.clear();
         Ok(names.iter().map(|name| place(name)).collect())

@@ -1,0 +1,209 @@
+//! Which grids are worth a try: those along the line where the tolerance begins to be met.
+//!
+//! More order and more layers both cost time and lower the error, so on the plane of the two the grids that meet a
+//! tolerance lie above a staircase, and the fastest of them on it. The walk follows it both ways from a grid at hand.
+
+use std::collections::BTreeMap;
+use std::ops::RangeInclusive;
+
+use elastocap_electrostatics::ResolutionLevel;
+
+/// What one grid gave.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Trial {
+    pub(super) seconds: f64,
+    /// What is compared with the tolerance.
+    pub(super) told: f64,
+}
+
+/// Grids foretold to take more than this times the fastest one that meets the tolerance are not tried: what foretells
+/// the time may be wrong by a good part of it.
+const WORTH: f64 = 1.6;
+/// Below order 2 an estimate, which compares with the order below, says nothing.
+pub(super) const ORDERS: RangeInclusive<usize> = 2..=14;
+pub(super) const LEVELS: RangeInclusive<usize> = 1..=10;
+
+/// Tries grids around the staircase, from `start`.
+///
+/// `foretold` gives the expected seconds of a grid in any unit, or nothing for a grid that cannot be had; `attempt`
+/// solves on it, or answers with nothing where the walk must end.
+pub(super) fn walk(
+    start: ResolutionLevel,
+    tolerance: f64,
+    foretold: &dyn Fn(ResolutionLevel) -> Option<f64>,
+    attempt: &mut dyn FnMut(ResolutionLevel) -> Option<Trial>,
+) -> Vec<(ResolutionLevel, Trial)> {
+    let mut walk = Walk { tried: BTreeMap::new(), tolerance, foretold, attempt, scale: None };
+    let _ = walk.all(start);
+    walk.tried.into_iter().collect()
+}
+
+struct Walk<'a> {
+    tried: BTreeMap<ResolutionLevel, Trial>,
+    tolerance: f64,
+    foretold: &'a dyn Fn(ResolutionLevel) -> Option<f64>,
+    attempt: &'a mut dyn FnMut(ResolutionLevel) -> Option<Trial>,
+    /// Seconds over what was foretold, of the last grid.
+    scale: Option<f64>,
+}
+
+/// The walk must end.
+struct Halt;
+
+impl Walk<'_> {
+    fn all(&mut self, start: ResolutionLevel) -> Result<(), Halt> {
+        let mut at = start;
+        let mut climbs = 0;
+        while self.meets(at)? != Some(true) {
+            climbs += 1;
+            if climbs > 3 {
+                return Ok(());
+            }
+            if climbs % 2 == 0 { at.order += 1 } else { at.levels += 1 }
+        }
+        let Some(first) = self.lowest_order(at)? else { return Ok(()) };
+        for direction in [1, -1] {
+            let (mut order, mut levels) = (first, at.levels);
+            while let Some(next) = levels.checked_add_signed(direction).filter(|l| LEVELS.contains(l)) {
+                levels = next;
+                // More layers allow for a lower order, fewer want a higher one.
+                let from = if direction > 0 { (order - 1).max(*ORDERS.start()) } else { order };
+                match self.lowest_order(ResolutionLevel { order: from, levels })? {
+                    Some(lowest) => order = lowest,
+                    None => break,
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// The lowest order that meets the tolerance with so many layers, looked for from the one given; nothing if that
+    /// takes too long.
+    fn lowest_order(&mut self, from: ResolutionLevel) -> Result<Option<usize>, Halt> {
+        let mut at = from;
+        while self.meets(at)? == Some(false) {
+            if self.is_hopeless(at) {
+                return Ok(None);
+            }
+            at.order += 1;
+        }
+        if self.meets(at)?.is_none() {
+            return Ok(None);
+        }
+        loop {
+            let lower = ResolutionLevel { order: at.order - 1, ..at };
+            match self.meets(lower)? {
+                Some(true) => at = lower,
+                _ => return Ok(Some(at.order)),
+            }
+        }
+    }
+
+    /// Whether a grid meets the tolerance; nothing if it is not worth the try.
+    fn meets(&mut self, at: ResolutionLevel) -> Result<Option<bool>, Halt> {
+        if let Some(trial) = self.tried.get(&at) {
+            return Ok(Some(trial.told <= self.tolerance));
+        }
+        if !ORDERS.contains(&at.order) || !LEVELS.contains(&at.levels) {
+            return Ok(None);
+        }
+        let Some(foretold) = (self.foretold)(at) else { return Ok(None) };
+        let good = self.tried.values().filter(|t| t.told <= self.tolerance);
+        let fastest = good.map(|t| t.seconds).reduce(f64::min);
+        if let (Some(fastest), Some(scale)) = (fastest, self.scale)
+            && scale * foretold > WORTH * fastest
+        {
+            return Ok(None);
+        }
+        let trial = (self.attempt)(at).ok_or(Halt)?;
+        if trial.seconds.is_finite() {
+            self.scale = Some(trial.seconds / foretold);
+        }
+        self.tried.insert(at, trial);
+        Ok(Some(trial.told <= self.tolerance))
+    }
+
+    /// Whether no order meets the tolerance: what one more order gains shrinks once the layers are too few.
+    fn is_hopeless(&self, at: ResolutionLevel) -> bool {
+        let told = |order| self.tried.get(&ResolutionLevel { order, ..at }).map(|trial| trial.told);
+        let (Some(now), Some(before)) = (told(at.order), told(at.order - 1)) else { return false };
+        let left = ORDERS.end().saturating_sub(at.order) as i32;
+        now * (now / before).powi(left) > self.tolerance
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn level(order: usize, levels: usize) -> ResolutionLevel {
+        ResolutionLevel { order, levels }
+    }
+
+    fn error(at: ResolutionLevel) -> f64 {
+        0.2_f64.powi(at.order as i32) + 0.13_f64.powi(at.levels as i32)
+    }
+
+    fn seconds(at: ResolutionLevel) -> f64 {
+        ((at.order + 2) as f64 * (at.levels + 1) as f64).powi(3)
+    }
+
+    fn trial(at: ResolutionLevel) -> Trial {
+        Trial { seconds: seconds(at), told: error(at) }
+    }
+
+    /// Seconds of the fastest one that meets the tolerance.
+    fn fastest(tried: &[(ResolutionLevel, Trial)], tolerance: f64) -> Option<f64> {
+        tried.iter().filter(|(_, t)| t.told <= tolerance).map(|(_, t)| t.seconds).reduce(f64::min)
+    }
+
+    #[test]
+    fn the_fastest_grid_of_all_is_among_those_tried_wherever_the_walk_begins() {
+        for tolerance in [1e-2, 1e-3, 1e-4, 1e-5] {
+            let all = ORDERS.flat_map(|order| LEVELS.map(move |levels| level(order, levels)));
+            let best = all.filter(|at| error(*at) <= tolerance).map(seconds).fold(f64::INFINITY, f64::min);
+            for start in [level(5, 3), level(9, 6), level(7, 5), level(10, 7)] {
+                let tried = walk(start, tolerance, &|at| Some(1e-3 * seconds(at)), &mut |at| Some(trial(at)));
+                if let Some(found) = fastest(&tried, tolerance) {
+                    assert_eq!(found, best, "tolerance {tolerance} from {start:?}");
+                } else {
+                    assert!(error(start) > 3.0 * tolerance, "tolerance {tolerance} from {start:?}");
+                }
+                assert!(tried.len() < 40, "{} grids", tried.len());
+            }
+        }
+    }
+
+    #[test]
+    fn both_sides_of_the_line_are_tried() {
+        let tried = walk(level(7, 5), 1e-4, &|at| Some(seconds(at)), &mut |at| Some(trial(at)));
+        assert!(tried.iter().any(|(_, t)| t.told <= 1e-4) && tried.iter().any(|(_, t)| t.told > 1e-4));
+        let orders: std::collections::BTreeSet<_> = tried.iter().map(|(at, _)| at.order).collect();
+        let levels: std::collections::BTreeSet<_> = tried.iter().map(|(at, _)| at.levels).collect();
+        assert!(orders.len() > 2 && levels.len() > 1, "{orders:?} {levels:?}");
+    }
+
+    #[test]
+    fn the_walk_ends_when_it_must_and_keeps_what_it_has() {
+        let mut left = 2;
+        let tried = walk(level(7, 5), 1e-4, &|at| Some(seconds(at)), &mut |at| {
+            left -= 1;
+            (left >= 0).then(|| trial(at))
+        });
+        assert_eq!(tried.len(), 2);
+    }
+
+    #[test]
+    fn a_tolerance_that_nothing_meets_ends_the_walk() {
+        let tried = walk(level(3, 2), 1e-4, &|_| Some(1.0), &mut |_| Some(Trial { seconds: 1.0, told: 1.0 }));
+        assert_eq!(tried.len(), 4);
+    }
+
+    #[test]
+    fn orders_that_gain_nothing_for_want_of_layers_are_not_tried() {
+        let tried =
+            walk(level(7, 5), 1e-4, &|_| Some(1.0), &mut |at| Some(Trial { seconds: 1.0, ..trial(at) }));
+        let of_four_layers = tried.iter().filter(|(at, _)| at.levels == 4 && at.order > 7).count();
+        assert!(of_four_layers < 3, "{tried:?}");
+    }
+}

@@ -1,0 +1,142 @@
+//! `elastocap accuracy`: error against run time over order and grading.
+
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
+use std::time::Duration;
+
+use clap::Args;
+use elastocap_coupling::accuracy::{Choice, Request, Study, csv, figure, study};
+use elastocap_coupling::results::{OutputError, OutputFolder};
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+
+use super::accuracy_report::report;
+use super::stop::stop_on_signal;
+use crate::{Common, Exit, output};
+
+const EXAMPLES: &str = "\
+Examples:
+  elastocap accuracy cases/in-plane-pair.toml                  what an error costs, in about a minute
+  elastocap accuracy cases/stacked-pair.toml --step 3 --quick  two tolerances, a few seconds
+  elastocap accuracy cases/isolated-cube.toml --seconds 300    finer tolerances, a sharper reference
+
+Files in the output folder, beside those of a run:
+  accuracy.csv     one line for each solve: grid, time, value, bounds, certified and true error
+  accuracy.svg     both errors against run time
+
+The true error is measured against the interval that all proved ones have in common. If two of them have nothing in
+common, a bound is wrong: that is said, and the exit status is 1.
+
+Ctrl-C ends the study with what is done by then, marked (exit status 3); pressed again, it ends at once.";
+
+#[derive(Debug, Args)]
+#[command(after_help = EXAMPLES)]
+pub(crate) struct Arguments {
+    /// The case file
+    case: PathBuf,
+    /// Folder to write to; results/<case> if not given
+    #[arg(long, short, value_name = "DIR")]
+    output: Option<PathBuf>,
+    /// The load step to study, counted from 0
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    step: usize,
+    /// About how long it may take; 60 if not given, 5 with --quick
+    #[arg(long, value_name = "SECONDS", value_parser = positive)]
+    seconds: Option<f64>,
+    /// Tolerances 1e-2 and 1e-3 only
+    #[arg(long)]
+    quick: bool,
+}
+
+fn positive(text: &str) -> Result<f64, String> {
+    let value = text.parse::<f64>().ok().filter(|v| *v > 0.0 && *v <= 1e6);
+    value.ok_or_else(|| "a number of seconds above 0, at most 1e6".to_owned())
+}
+
+pub(crate) fn execute(arguments: &Arguments, common: &Common) -> Exit {
+    let case = match super::load(&arguments.case) {
+        Ok(case) => case,
+        Err(exit) => return exit,
+    };
+    let usual = if arguments.quick { Request::quick } else { Request::usual };
+    let mut request = usual(arguments.step);
+    request.seconds = arguments.seconds.unwrap_or(request.seconds);
+    let path = super::output_folder(arguments.output.as_deref(), &arguments.case);
+    // Before anything is solved: a folder that cannot be written to must not cost a study.
+    let folder = match OutputFolder::open(&path) {
+        Ok(folder) => folder,
+        Err(error) => return failure(&error),
+    };
+    let cancel = Arc::new(AtomicBool::new(false));
+    stop_on_signal(&cancel, &folder);
+    let bar = progress(common.quiet);
+    let found = study(&case, &request, &cancel, &|what| bar.set_message(what.to_owned()));
+    bar.finish_and_clear();
+    let found = match found {
+        Ok(found) => found,
+        Err(refused) => {
+            output::error(&format!("{}: {refused}", arguments.case.display()));
+            return Exit::BadInput;
+        }
+    };
+    match save(&found, folder) {
+        Ok(files) => conclude(&found, &path, &files, common),
+        Err(error) => failure(&error),
+    }
+}
+
+fn failure(error: &OutputError) -> Exit {
+    output::error(&error.to_string());
+    Exit::Failure
+}
+
+fn progress(quiet: bool) -> ProgressBar {
+    if quiet {
+        return ProgressBar::hidden();
+    }
+    // Hides itself where stderr is no terminal.
+    let bar = ProgressBar::with_draw_target(None, ProgressDrawTarget::stderr());
+    if let Ok(style) = ProgressStyle::with_template("{elapsed} {msg}") {
+        bar.set_style(style);
+    }
+    bar.enable_steady_tick(Duration::from_millis(500));
+    bar
+}
+
+fn save(found: &Study, folder: OutputFolder) -> Result<Vec<PathBuf>, OutputError> {
+    folder.stage("accuracy.csv", csv(found).as_bytes())?;
+    if let Some(chart) = figure(found) {
+        folder.stage("accuracy.svg", chart.to_svg().as_bytes())?;
+    }
+    folder.commit_beside()
+}
+
+fn conclude(found: &Study, folder: &Path, files: &[PathBuf], common: &Common) -> Exit {
+    if !common.quiet
+        && let Err(exit) = output::result(&report(found, folder, files))
+    {
+        return exit;
+    }
+    if let Some(reference) = found.reference.filter(|_| found.contradicts()) {
+        output::error(&format!(
+            "a bound is wrong: two proved intervals have nothing in common, for the largest lower bound {:e} F lies \
+             above the smallest upper bound {:e} F; please report it with the case file",
+            reference.lower, reference.upper
+        ));
+        return Exit::Failure;
+    }
+    if found.stopped {
+        output::warning("stopped before all was done; the figure and what was not run are marked");
+        return Exit::Incomplete;
+    }
+    let mut exit = Exit::Done;
+    for run in found.runs.iter().filter(|run| run.choice == Choice::Own) {
+        let missed = run.tolerance.is_some_and(|tolerance| run.found().is_some() && !run.meets(tolerance));
+        let failed = run.status().starts_with("failed");
+        if let Some(tolerance) = run.tolerance.filter(|_| missed || failed) {
+            output::warning(&format!("{}, tolerance {tolerance:e}: {}", run.kind.name(), run.status()));
+            exit = Exit::Incomplete;
+        }
+    }
+    exit
+}
