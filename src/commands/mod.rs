@@ -4,6 +4,7 @@ pub(crate) mod check;
 pub(crate) mod mesh;
 pub(crate) mod run;
 pub(crate) mod schema;
+pub(crate) mod stability;
 mod summary;
 
 use std::path::{Path, PathBuf};

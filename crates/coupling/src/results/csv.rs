@@ -21,7 +21,7 @@ fn optional(value: Option<f64>) -> String {
 }
 
 /// A text as one field: in quotes where it holds what would end the field.
-fn quoted(text: &str) -> String {
+pub(crate) fn quoted(text: &str) -> String {
     if text.contains([',', '"', '\n', '\r']) || text != text.trim() {
         format!("\"{}\"", text.replace('"', "\"\""))
     } else {
