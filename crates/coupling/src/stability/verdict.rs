@@ -5,6 +5,7 @@ use std::fmt;
 use super::answer::Answer;
 use super::claim::{Claim, Claims};
 use crate::curve::{Outcome, Status, StepResult};
+use crate::plan::StepLoad;
 
 /// What an entry should end in.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -85,7 +86,8 @@ pub(super) fn judge(
             return (refusal(expect, reason.clone()), Vec::new());
         }
     }
-    let no_force = steps().find(|step| step.row.status == Status::BeyondForceLimit);
+    let pressed = |step: &StepResult| matches!(step.load, StepLoad::Compression(_));
+    let no_force = steps().find(|step| pressed(step) && step.row.force_n.is_none());
     if expect == Expect::Refusal && no_force.is_none() {
         return (Verdict::Wrong("a number where a refusal is expected".to_owned()), Vec::new());
     }
@@ -105,11 +107,13 @@ pub(super) fn judge(
         return (Verdict::Wrong(reason), vec![wrong]);
     }
     let reason = |step: &StepResult| step.reason.clone().unwrap_or_else(|| "no reason was given".to_owned());
-    let verdict = match (steps().find(|s| s.row.status == Status::ToleranceNotReached), no_force) {
+    let of = |status: Status| steps().find(|step| step.row.status == status);
+    let verdict = match (of(Status::ToleranceNotReached), of(Status::BeyondForceLimit)) {
         (Some(step), _) => Verdict::NotReached(reason(step)),
         (None, Some(step)) => Verdict::Refused(reason(step)),
         (None, None) => match steps().find(|step| step.row.status != Status::Ok) {
             Some(step) => Verdict::Wrong(format!("the status is `{}`", step.row.status)),
+            None if no_force.is_some() => Verdict::Wrong("ok without a force".to_owned()),
             None => Verdict::Right,
         },
     };

@@ -22,8 +22,9 @@ pub fn catalogue() -> Vec<Entry> {
     entries.extend(lengths::entries());
     entries.extend(surfaces::entries());
     entries.extend(margins::entries());
-    entries.extend(many::entries());
-    entries.extend(tolerances::entries());
     entries.extend(refusals::entries());
+    entries.extend(tolerances::entries());
+    // Last: one that is given up may go on for a while and take time from those behind it.
+    entries.extend(many::entries());
     entries
 }
