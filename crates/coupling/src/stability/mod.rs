@@ -25,6 +25,9 @@ use crate::results::csv::{number, quoted};
 use crate::results::{OutputError, OutputFolder};
 use claim::Claims;
 
+/// What is claimed of the outcomes of an entry's cases.
+type ClaimsOf = Box<dyn Fn(&[Outcome]) -> Claims + Send + Sync>;
+
 /// One extreme case.
 pub struct Entry {
     /// What is extreme about it.
@@ -37,7 +40,7 @@ pub struct Entry {
     pub quick: bool,
     /// The case files that it solves.
     pub cases: Vec<String>,
-    claims: Box<dyn Fn(&[Outcome]) -> Claims + Send + Sync>,
+    claims: ClaimsOf,
 }
 
 impl std::fmt::Debug for Entry {

@@ -2,6 +2,8 @@
 
 use std::fmt;
 
+use elastocap_electrostatics::Bounded;
+
 use super::answer::Answer;
 use super::claim::{Claim, Claims};
 use crate::curve::{Outcome, Status, StepResult};
@@ -142,10 +144,9 @@ fn flaw(step: &StepResult, allowed: f64) -> Option<String> {
         return Some(format!("ok with an error of {error:.1e}, where {allowed:.1e} was asked for"));
     }
     let entries = step.maxwell.iter().flatten().flatten().chain(&step.two_terminal);
-    let crossed = |c: &&elastocap_electrostatics::Bounded| {
-        !(c.lower <= c.value && c.value <= c.upper) || !(c.lower.is_finite() && c.upper.is_finite())
-    };
-    if let Some(bad) = entries.into_iter().find(crossed) {
+    let sound =
+        |c: &Bounded| c.lower.is_finite() && c.upper.is_finite() && (c.lower..=c.upper).contains(&c.value);
+    if let Some(bad) = entries.into_iter().find(|c| !sound(c)) {
         return Some(format!("{:e} is not between {:e} and {:e}", bad.value, bad.lower, bad.upper));
     }
     None
