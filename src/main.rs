@@ -37,6 +37,7 @@ Examples:
   elastocap run cases/in-plane-pair.toml          C(F) with its bounds, in results/in-plane-pair
   elastocap check cases/in-plane-pair.toml        what will be solved, and how long it will take
   elastocap accuracy cases/in-plane-pair.toml     what an error costs: errors against run time
+  elastocap stability --quick                     whether extreme cases are answered right
   elastocap schema > elastocap.schema.json        for editors that check case files as you type
 
 Exit status:
@@ -76,6 +77,8 @@ enum Command {
     Accuracy(commands::accuracy::Arguments),
     /// Write the bodies (scene.glb) and a graded grid of them (.vtu) without solving
     Mesh(commands::mesh::Arguments),
+    /// Solve a catalogue of stiff and extreme cases and say whether the answers are right
+    Stability(commands::stability::Arguments),
     /// Print the JSON Schema of case files, for editors
     Schema(commands::schema::Arguments),
 }
@@ -100,6 +103,7 @@ fn main() -> ExitCode {
         Command::Check(arguments) => commands::check::execute(arguments, common),
         Command::Accuracy(arguments) => commands::accuracy::execute(arguments, common),
         Command::Mesh(arguments) => commands::mesh::execute(arguments, common),
+        Command::Stability(arguments) => commands::stability::execute(arguments, common),
         Command::Schema(arguments) => commands::schema::execute(arguments),
     };
     exit.into()

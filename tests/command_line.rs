@@ -72,14 +72,18 @@ fn a_force_that_the_layer_cannot_carry_fails_its_step_alone() {
 }
 
 #[test]
-fn a_compression_beyond_the_largest_force_is_solved_and_warned_of() {
+fn a_compression_beyond_the_largest_force_gets_a_capacitance_and_no_force() {
     let sandbox = Sandbox::new();
     let case = sandbox.case("pair.toml", &quick_pair(STEPS, "compression = [0.1, 0.97]"));
-    let said = sandbox.run(&case, &[]).exits_with(0);
-    assert!(said.stderr.contains("maximum"), "{}", said.stderr);
+    let said = sandbox.run(&case, &[]).exits_with(3);
+    assert!(said.stderr.contains("step 1 has no force"), "{}", said.stderr);
+    let table = sandbox.table("out/curve.csv");
+    assert_eq!(table.texts("status"), ["ok", "no force: beyond the limit of eq. (50)"]);
+    assert_eq!(table.texts("force_n")[1], "");
+    assert!(table.texts("two_terminal_capacitance_f")[1].parse::<f64>().is_ok_and(|c| c > 0.0));
     let json = sandbox.json("out/result.json");
-    assert_eq!(json["steps"][0]["warnings"], serde_json::json!([]));
-    assert!(json["steps"][1]["warnings"][0].as_str().is_some_and(|w| w.contains("eq. (50)")), "{json:#}");
+    assert_eq!(json["status"], "incomplete");
+    assert!(json["steps"][1]["reason"].as_str().is_some_and(|w| w.contains("eq. (50)")), "{json:#}");
 }
 
 #[test]

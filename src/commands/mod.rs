@@ -6,6 +6,7 @@ pub(crate) mod check;
 pub(crate) mod mesh;
 pub(crate) mod run;
 pub(crate) mod schema;
+pub(crate) mod stability;
 mod stop;
 mod summary;
 

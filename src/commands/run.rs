@@ -131,6 +131,9 @@ fn report(
             (Status::ToleranceNotReached, None) => {
                 output::warning(&format!("step {} missed its tolerance", step.index));
             }
+            (Status::BeyondForceLimit, Some(reason)) => {
+                output::warning(&format!("step {} has no force: {reason}", step.index));
+            }
             _ => {}
         }
     }

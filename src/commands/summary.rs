@@ -70,6 +70,7 @@ fn remark(step: &StepResult) -> String {
     match &step.row.status {
         Status::Ok => "ok".to_owned(),
         Status::Failed(_) => "failed".to_owned(),
+        Status::BeyondForceLimit => "no force".to_owned(),
         status => status.to_string(),
     }
 }

@@ -48,7 +48,7 @@ pub struct StepResult {
     pub same_as: Option<usize>,
     /// The line of curve.csv.
     pub row: Row,
-    /// Why the step failed, or missed its tolerance.
+    /// Why the step failed, missed its tolerance or has no force.
     pub reason: Option<String>,
     /// What the user should know about it.
     pub warnings: Vec<String>,
@@ -71,7 +71,7 @@ pub struct StepResult {
 pub struct Row {
     /// U/H.
     pub compression: Option<f64>,
-    /// Compressive, N.
+    /// Compressive, N; `None` beyond the compression at which eq. (50) has its largest force.
     pub force_n: Option<f64>,
     /// U, m.
     pub top_displacement_m: Option<f64>,
@@ -152,6 +152,8 @@ pub enum Status {
     Ok,
     /// Solved; the error is the one given, larger than asked for.
     ToleranceNotReached,
+    /// Deformed and solved, but compressed beyond where eq. (50) has a force: the row has none.
+    BeyondForceLimit,
     /// Not solved, for this reason; what was known before it failed is kept.
     Failed(String),
     /// The run was stopped before it.
@@ -164,6 +166,7 @@ impl fmt::Display for Status {
         match self {
             Self::Ok => f.write_str("ok"),
             Self::ToleranceNotReached => f.write_str("tolerance not reached"),
+            Self::BeyondForceLimit => f.write_str("no force: beyond the limit of eq. (50)"),
             Self::Failed(reason) => write!(f, "failed: {reason}"),
             Self::NotRun => f.write_str("not run"),
         }

@@ -13,5 +13,6 @@ pub mod plot;
 pub mod results;
 pub mod run;
 pub mod scene_of;
+pub mod stability;
 mod step;
 pub mod terminals;

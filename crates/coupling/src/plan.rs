@@ -229,8 +229,8 @@ impl Plan {
         let beyond = steps.iter().filter(|c| **c > limit.compression).count();
         if beyond > 0 {
             self.warnings.push(format!(
-                "{} beyond U/H = {:.4}, where the force of eq. (50) has its maximum: there the formula leaves its range \
-                 and its force falls with the compression",
+                "{} beyond U/H = {:.4}, where the force of eq. (50) has its maximum: there the formula means nothing, and \
+                 the step gets a capacitance but no force",
                 if beyond == 1 { "1 step lies".to_owned() } else { format!("{beyond} steps lie") },
                 limit.compression,
             ));

@@ -45,9 +45,9 @@ impl Solver<'_> {
     fn run(&self, result: &mut StepResult, field: &mut Option<Field>) -> Result<(), Stop> {
         let start = Instant::now();
         let state = layer_state(self.case, result.load, self.prune)?;
-        self.note_mechanics(result, state.as_ref());
+        let beyond = self.note_mechanics(result, state.as_ref());
         if !self.case.has_conductors() {
-            result.row.status = Status::Ok;
+            result.mark(true, None, beyond);
             result.seconds.mechanics = start.elapsed().as_secs_f64();
             return Ok(());
         }
@@ -71,8 +71,7 @@ impl Solver<'_> {
             result.row.set_capacitance(capacitance);
         }
         result.row.unknowns = Some(solution.unknowns);
-        result.row.status = if solution.reached { Status::Ok } else { Status::ToleranceNotReached };
-        result.reason = solution.shortfall;
+        result.mark(solution.reached, solution.shortfall, beyond);
         result.two_terminal = two_terminal;
         result.maxwell = Some(solution.maxwell);
         result.seconds.electrostatics = solution.seconds;
@@ -86,27 +85,29 @@ impl Solver<'_> {
         Ok(())
     }
 
-    fn note_mechanics(&self, result: &mut StepResult, state: Option<&LayerState>) {
+    /// Notes what the mechanics say; returns why there is no force, if there is none.
+    fn note_mechanics(&self, result: &mut StepResult, state: Option<&LayerState>) -> Option<String> {
         let row = &mut result.row;
         let Some(state) = state else {
             // Nothing presses: the layer is as it was.
             if self.case.layer.is_some() {
                 (row.compression, row.force_n, row.top_displacement_m) = (Some(0.0), Some(0.0), Some(0.0));
             }
-            return;
+            return None;
         };
-        row.force_n = Some(state.force());
         row.compression = Some(state.compression());
         row.top_displacement_m = Some(state.top_displacement());
         if let (StepLoad::Compression(compression), Some(limit)) = (result.load, self.force_limit)
             && compression > limit.compression
         {
-            result.warnings.push(format!(
-                "U/H is beyond {:.4}, where the force of eq. (50) has its maximum of {:.4e} N: the force given is the \
-                 formula's, outside its range; the deformation is not affected",
-                limit.compression, limit.force
+            return Some(format!(
+                "the force of eq. (50) has its maximum of {:.4e} N at U/H = {:.4}; beyond it the formula means nothing \
+                 and no force is given; the deformation and the capacitance are not affected",
+                limit.force, limit.compression
             ));
         }
+        row.force_n = Some(state.force());
+        None
     }
 
     /// The solution, and the two-terminal capacitance.
@@ -193,6 +194,17 @@ impl StepResult {
             seconds: Default::default(),
             field_file: None,
         }
+    }
+
+    /// How a step went that was carried to its end.
+    fn mark(&mut self, reached: bool, shortfall: Option<String>, no_force: Option<String>) {
+        self.row.status = match (reached, &no_force) {
+            (false, _) => Status::ToleranceNotReached,
+            (true, Some(_)) => Status::BeyondForceLimit,
+            (true, None) => Status::Ok,
+        };
+        let reasons: Vec<_> = shortfall.into_iter().chain(no_force).collect();
+        self.reason = (!reasons.is_empty()).then(|| reasons.join("; "));
     }
 
     fn fail(&mut self, reason: String) {

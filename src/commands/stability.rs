@@ -1,0 +1,187 @@
+//! `elastocap stability`: stiff and extreme cases, and whether the answers are right.
+
+use std::path::PathBuf;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::{Duration, Instant};
+
+use clap::Args;
+use elastocap_coupling::stability::{Claim, Entry, Report, Verdict, catalogue, save};
+
+use crate::units::prefixed;
+use crate::{Common, Exit, output};
+
+const EXAMPLES: &str = "\
+Examples:
+  elastocap stability                        the whole catalogue
+  elastocap stability --quick                a part of it that takes a few seconds
+  elastocap stability --only permittivity    cases whose subject or name contains a word
+  elastocap stability -o results/stability   the same, and stability.csv with every number
+
+Verdicts:
+  right        the truth lies within the stated error
+  refused      there is no answer, and the reason is given
+  not reached  the tolerance was missed or the time ran out, and the result says so; what it states is true
+  WRONG        anything else; the exit status is then 1
+
+The error stands beside what is known from elsewhere; `< 1e-3` where that is a range, `holds` where it is a limit.";
+
+#[derive(Debug, Args)]
+#[command(after_help = EXAMPLES)]
+pub(crate) struct Arguments {
+    /// A part that takes a few seconds
+    #[arg(long)]
+    quick: bool,
+    /// Only cases whose subject or name contains this
+    #[arg(long, value_name = "PATTERN")]
+    only: Option<String>,
+    /// Print what there is, without solving
+    #[arg(long)]
+    list: bool,
+    /// Seconds after which a case is given up and marked
+    #[arg(long, value_name = "SECONDS", default_value_t = 10.0, value_parser = positive)]
+    limit: f64,
+    /// Folder for stability.csv
+    #[arg(long, short, value_name = "DIR")]
+    output: Option<PathBuf>,
+}
+
+fn positive(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(value) if value > 0.0 && value <= 1e6 => Ok(value),
+        _ => Err("a number of seconds above 0".to_owned()),
+    }
+}
+
+pub(crate) fn execute(arguments: &Arguments, common: &Common) -> Exit {
+    let chosen = |entry: &Entry| {
+        let said = |pattern: &String| {
+            let pattern = pattern.to_lowercase();
+            [entry.subject, &entry.name].iter().any(|text| text.to_lowercase().contains(&pattern))
+        };
+        (entry.quick || !arguments.quick) && arguments.only.as_ref().is_none_or(said)
+    };
+    let entries: Vec<_> = catalogue().into_iter().filter(chosen).collect();
+    if entries.is_empty() {
+        output::error("no case fits; `elastocap stability --list` prints what there is");
+        return Exit::BadInput;
+    }
+    if arguments.list {
+        return printed(&list(&entries), Exit::Done);
+    }
+    let stop = Arc::new(AtomicBool::new(false));
+    stop_on_signal(&stop);
+    let begin = Instant::now();
+    let limit = Duration::from_secs_f64(arguments.limit);
+    let mut reports: Vec<Report> = Vec::new();
+    for entry in &entries {
+        let report = entry.run(rayon::current_num_threads(), limit, &stop);
+        let subject = reports.last().map(|last| last.subject) != Some(report.subject);
+        let text = lines(&report, subject, reports.is_empty());
+        let told = !common.quiet || matches!(report.verdict, Verdict::Wrong(_));
+        if told && let Err(exit) = output::result(&text) {
+            return exit;
+        }
+        reports.push(report);
+        if stop.load(Ordering::Relaxed) {
+            break;
+        }
+    }
+    if let Some(folder) = &arguments.output
+        && let Err(error) = save(&reports, folder)
+    {
+        output::error(&error.to_string());
+        return Exit::Failure;
+    }
+    let wrong = reports.iter().any(|report| matches!(report.verdict, Verdict::Wrong(_)));
+    let exit = match (wrong, stop.load(Ordering::Relaxed)) {
+        (true, _) => Exit::Failure,
+        (false, true) => Exit::Incomplete,
+        (false, false) => Exit::Done,
+    };
+    if common.quiet { exit } else { printed(&counts(&reports, entries.len(), begin), exit) }
+}
+
+fn printed(text: &str, exit: Exit) -> Exit {
+    output::result(text).err().unwrap_or(exit)
+}
+
+/// The first signal ends the run after the case at hand is given up; the second ends the process.
+fn stop_on_signal(stop: &Arc<AtomicBool>) {
+    let stop = Arc::clone(stop);
+    let installed = ctrlc::set_handler(move || {
+        if stop.swap(true, Ordering::Relaxed) {
+            std::process::exit(130);
+        }
+    });
+    if let Err(error) = installed {
+        output::warning(&format!("Ctrl-C will end the run at once: {error}"));
+    }
+}
+
+fn list(entries: &[Entry]) -> String {
+    let mut out = String::new();
+    let mut subject = "";
+    for entry in entries {
+        if subject != entry.subject {
+            subject = entry.subject;
+            out.push_str(&format!("{subject}\n"));
+        }
+        out.push_str(&format!("  {}{}\n", entry.name, if entry.quick { " (quick)" } else { "" }));
+    }
+    out
+}
+
+fn line(cells: [&str; 6]) -> String {
+    let [name, result, stated, error, verdict, seconds] = cells;
+    format!("  {name:<46} {result:>15} {stated:>8} {error:>9}  {verdict:<11} {seconds:>7}\n")
+}
+
+/// The lines of one report, under its subject where that is a new one.
+fn lines(report: &Report, new_subject: bool, first: bool) -> String {
+    let mut out = String::new();
+    if first {
+        out.push_str(&line(["case", "result", "stated", "error", "verdict", "seconds"]));
+    }
+    if new_subject {
+        out.push_str(&format!("{}\n", report.subject));
+    }
+    let (result, stated, error) = match report.claims.first() {
+        Some(claim) => (quantity(claim), format!("{:.1e}", claim.stated_error()), error(claim)),
+        None => ("-".to_owned(), "-".to_owned(), "-".to_owned()),
+    };
+    let (verdict, seconds) = (report.verdict.to_string(), format!("{:.2}", report.seconds));
+    out.push_str(&line([&report.name, &result, &stated, &error, &verdict, &seconds]));
+    if let Some(reason) = report.verdict.reason() {
+        out.push_str(&format!("      {reason}\n"));
+    }
+    out
+}
+
+fn quantity(claim: &Claim) -> String {
+    match claim.unit {
+        "" => format!("{:.6e}", claim.value),
+        unit => prefixed(claim.value, 6, unit),
+    }
+}
+
+fn error(claim: &Claim) -> String {
+    match claim.true_error() {
+        None => "holds".to_owned(),
+        Some(error) if claim.is_sharp() => format!("{error:.1e}"),
+        Some(error) => format!("< {error:.0e}"),
+    }
+}
+
+fn counts(reports: &[Report], of: usize, begin: Instant) -> String {
+    let count = |wanted: fn(&Verdict) -> bool| reports.iter().filter(|r| wanted(&r.verdict)).count();
+    format!(
+        "\n{} of {of} cases: {} right, {} refused, {} not reached, {} WRONG; {:.1} s\n",
+        reports.len(),
+        count(|v| matches!(v, Verdict::Right)),
+        count(|v| matches!(v, Verdict::Refused(_))),
+        count(|v| matches!(v, Verdict::NotReached(_))),
+        count(|v| matches!(v, Verdict::Wrong(_))),
+        begin.elapsed().as_secs_f64()
+    )
+}
