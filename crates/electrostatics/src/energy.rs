@@ -39,21 +39,33 @@ pub fn upper(
     let begin = Instant::now();
     let mut primal = Primal::new(domain)?;
     let assembled = Instant::now();
-    let (mut coefficients, mut products, mut lifted) = (Vec::new(), Vec::new(), Vec::new());
+    let (mut coefficients, mut products) = (Vec::new(), Vec::new());
     let (mut iterations, mut converged) = (0, true);
     let mut residual = Vec::new();
     for v in potentials {
         let lift = primal.lift(v);
         let mut source = primal.full_product(&lift);
         let start = dot(&lift, &source);
-        lifted.push(start);
         primal.clear_prescribed(&mut source);
         source.iter_mut().for_each(|x| *x = -*x);
         let mut u = vec![0.0; source.len()];
-        let c =
-            krylov::solve(&mut primal, &source, &mut u, &mut residual, krylov::Goal { share, start, cancel });
+        let goal = |start: f64| krylov::Goal { share, start, cancel };
+        let c = krylov::solve(&mut primal, &source, &mut u, &mut residual, goal(start));
         iterations += c.iterations;
-        converged &= c.reached;
+        let mut reached = c.reached;
+        if !reached && c.iterations < krylov::ITERATION_LIMIT {
+            // Rounding may have parted the recursion from the residual: once more, from the true one.
+            let mut image = vec![0.0; u.len()];
+            primal.apply(&u, &mut image);
+            let rest: Vec<f64> = source.iter().zip(&image).map(|(b, a)| b - a).collect();
+            let energy = start - 2.0 * dot(&source, &u) + dot(&u, &image);
+            let mut step = vec![0.0; u.len()];
+            let c = krylov::solve(&mut primal, &rest, &mut step, &mut residual, goal(energy));
+            iterations += c.iterations;
+            reached = c.reached;
+            u.iter_mut().zip(&step).for_each(|(u, s)| *u += s);
+        }
+        converged &= reached;
         u.iter_mut().zip(&lift).for_each(|(u, l)| *u += l);
         products.push(primal.full_product(&u));
         coefficients.push(u);
@@ -62,10 +74,9 @@ pub fn upper(
     let mut matrix = Mat::from_fn(n, n, |i, j| {
         0.5 * (dot(&coefficients[i], &products[j]) + dot(&coefficients[j], &products[i]))
     });
-    for i in 0..n {
-        // Rows of the operator cancel down from the size of the lift's own: what rounding may have taken off the energy
-        // is put back.
-        matrix[(i, i)] += 16.0 * f64::EPSILON * lifted[i];
+    for (i, u) in coefficients.iter().enumerate() {
+        // Without the rounding of the product; what that of the sums may have taken off is put back.
+        matrix[(i, i)] = primal.energy(u) * (1.0 + 64.0 * f64::EPSILON);
     }
     let energies = Energies {
         matrix,
@@ -92,22 +103,44 @@ pub fn lower(
     let n = potentials.len();
     let (mut phi, mut residual, mut repair) = (Vec::new(), Vec::new(), Vec::new());
     let (mut iterations, mut converged) = (0, true);
+    let excess = dual.repair_excess();
     for v in potentials {
         let b = dual.source(v);
+        let mut start = dual.face_energy(v);
         let mut x = vec![0.0; b.len()];
-        let mut r = Vec::new();
-        let start = dual.face_energy(v);
-        let c = krylov::solve(&mut dual, &b, &mut x, &mut r, krylov::Goal { share, start, cancel });
-        iterations += c.iterations;
-        converged &= c.reached;
-        // The recursion's residual drifts by rounding; the bound rests on the true one.
-        dual.true_residual(&b, &x, &mut r);
-        dual.balance(&mut x, &mut r);
-        repair.push(dual.repair(&r).0);
+        let mut r = b.clone();
+        let (mut step, mut rest) = (vec![0.0; b.len()], Vec::new());
+        let (mut goal, mut last) = (share, f64::INFINITY);
+        let taken = loop {
+            step.fill(0.0);
+            let c = krylov::solve(
+                &mut dual,
+                &r,
+                &mut step,
+                &mut rest,
+                krylov::Goal { share: goal, start, cancel },
+            );
+            iterations += c.iterations;
+            x.iter_mut().zip(&step).for_each(|(x, s)| *x += s);
+            // The recursion's residual drifts by rounding; the bound rests on the true one.
+            dual.true_residual(&b, &x, &mut r);
+            dual.balance(&mut x, &mut r);
+            let (repair, _) = dual.repair(&r);
+            let energy = dual.flux_energies(&[v], &[&x])[(0, 0)];
+            let cost = excess * dot(&repair, &r) / energy;
+            // Near conductors the repair knows nothing of their shielding and may cost far more than the iteration's
+            // own error: then that must be smaller.
+            if cost <= 20.0 * share || !(cost < 0.5 * last) || iterations > krylov::ITERATION_LIMIT {
+                converged &= c.reached;
+                break repair;
+            }
+            start = energy;
+            (last, goal) = (cost, goal * (share / cost).clamp(1e-6, 0.1));
+        };
+        repair.push(taken);
         phi.push(x);
         residual.push(r);
     }
-    let excess = dual.repair_excess();
     let mut share_of_repair = 0.0_f64;
     let potentials: Vec<&[f64]> = potentials.iter().map(Vec::as_slice).collect();
     let phi: Vec<&[f64]> = phi.iter().map(Vec::as_slice).collect();

@@ -62,6 +62,8 @@ pub fn solve(
     let (mut p, mut q) = (vec![0f64; n], vec![0f64; n]);
     let mut scale = dot(r, r).sqrt();
     let (mut iterations, mut rz, mut best, mut stalled) = (0, 0.0, f64::INFINITY, 0);
+    // What each step took off the energy.
+    let mut steps: Vec<f64> = Vec::new();
     loop {
         if scale == 0.0 || !scale.is_finite() {
             return Convergence { iterations, energy_left: scale, reached: scale == 0.0 };
@@ -72,7 +74,9 @@ pub fn solve(
         let next: f64 = dot_mixed(r, &z) * scale;
         stalled = if next < 0.9 * best { 0 } else { stalled + 1 };
         best = best.min(next);
-        let reached = next <= goal.share * energy.abs();
+        // With a poor preconditioner r M^-1 r says little: what is left also shows in how slowly the energy falls.
+        let slow = remaining(&steps) > goal.share * energy.abs();
+        let reached = next <= goal.share * energy.abs() && !slow;
         let cancelled = goal.cancel.is_some_and(|c| c.load(Ordering::Relaxed));
         if reached
             || cancelled
@@ -101,9 +105,21 @@ pub fn solve(
             },
         );
         energy -= alpha * rz;
+        steps.push(alpha * rz);
         iterations += 1;
         scale = dot(r, r).sqrt();
     }
+}
+
+/// Energy that the coming steps will take off if they go on falling as over the last few.
+fn remaining(steps: &[f64]) -> f64 {
+    const WINDOW: usize = 4;
+    let n = steps.len();
+    if n <= WINDOW {
+        return 0.0;
+    }
+    let rate = (steps[n - 1] / steps[n - 1 - WINDOW]).powf(1.0 / WINDOW as f64).clamp(0.0, 0.99);
+    steps[n - 1] * rate / (1.0 - rate)
 }
 
 fn dot_mixed(a: &[f64], b: &[f32]) -> f64 {

@@ -6,7 +6,11 @@ use elastocap_geometry::grid::{End, GradedAxis, Plane, Resolution, graded_axis};
 use elastocap_geometry::scene::{Box3, BoxScene, Wall};
 
 /// Two planes closer than this share of the scene's size are one.
-const MERGE: f64 = 1e-13;
+const SAME: f64 = 1e-13;
+
+/// So are two closer than this, unless something lies between them: a body, or the gap between two. The shift is
+/// nothing beside the digits that double precision leaves of what happens there.
+const ALIKE: f64 = 1e-11;
 
 /// Planes, conductors as blocks of intervals, permittivity per cell; lengths in units of `unit`, from `origin`.
 #[derive(Debug, Clone)]
@@ -47,20 +51,22 @@ impl Layout {
         for a in 0..3 {
             let mut all = Vec::new();
             for c in &scene.conductors {
-                all.push(Plane { at: scaled(c.region.min[a], a), edge: true });
-                all.push(Plane { at: scaled(c.region.max[a], a), edge: true });
+                all.push((Plane { at: scaled(c.region.min[a], a), edge: true }, Side::Lower));
+                all.push((Plane { at: scaled(c.region.max[a], a), edge: true }, Side::Upper));
             }
             for d in &scene.dielectrics {
                 // A slab has no edges; where faces meet, the field is singular as at a conductor's edge, if less so.
                 let inside = |a: usize, x: f64| x > scene.domain.min[a] && x < scene.domain.max[a];
                 let bounded = |a: usize| inside(a, d.region.min[a]) || inside(a, d.region.max[a]);
                 let edge = (0..3).filter(|&a| bounded(a)).count() > 1;
-                for x in [d.region.min[a], d.region.max[a]].into_iter().filter(|x| inside(a, *x)) {
-                    all.push(Plane { at: scaled(x, a), edge });
+                let faces = [(d.region.min[a], Side::Lower), (d.region.max[a], Side::Upper)];
+                for (x, side) in faces.into_iter().filter(|(x, _)| inside(a, *x)) {
+                    all.push((Plane { at: scaled(x, a), edge }, side));
                 }
             }
-            for x in [scene.domain.min[a], scene.domain.max[a]].into_iter().filter(|x| x.is_finite()) {
-                all.push(Plane { at: scaled(x, a), edge: false });
+            let walls = [(scene.domain.min[a], Side::Upper), (scene.domain.max[a], Side::Lower)];
+            for (x, side) in walls.into_iter().filter(|(x, _)| x.is_finite()) {
+                all.push((Plane { at: scaled(x, a), edge: false }, side));
             }
             planes[a] = merged(all);
         }
@@ -198,8 +204,7 @@ impl Layout {
         if self.walls[a][0] != self.walls[a][1] {
             return false;
         }
-        if (0..n).any(|i| (p[i].at + p[n - 1 - i].at).abs() > MERGE * size || p[i].edge != p[n - 1 - i].edge)
-        {
+        if (0..n).any(|i| (p[i].at + p[n - 1 - i].at).abs() > SAME * size || p[i].edge != p[n - 1 - i].edge) {
             return false;
         }
         let cells = self.cells();
@@ -398,15 +403,26 @@ fn kept<T: Copy>(values: &[T], n: [usize; 3], a: usize, first: usize) -> Vec<T> 
     out
 }
 
-fn merged(mut planes: Vec<Plane>) -> Vec<Plane> {
-    planes.sort_by(|p, q| p.at.total_cmp(&q.at));
-    let size = planes.iter().map(|p| p.at.abs()).fold(0.0, f64::max);
-    let mut out: Vec<Plane> = Vec::new();
-    for p in planes {
+/// Which face of a body lies in a plane; a wall is the face of what is outside.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Side {
+    Lower,
+    Upper,
+}
+
+fn merged(mut planes: Vec<(Plane, Side)>) -> Vec<Plane> {
+    planes.sort_by(|(p, _), (q, _)| p.at.total_cmp(&q.at));
+    let size = planes.iter().map(|(p, _)| p.at.abs()).fold(0.0, f64::max);
+    let mut out: Vec<(Plane, Side)> = Vec::new();
+    for (p, side) in planes {
         match out.last_mut() {
-            Some(last) if p.at - last.at <= MERGE * size => last.edge |= p.edge,
-            _ => out.push(p),
+            // Faces that look the same way enclose nothing.
+            Some((last, before)) if p.at - last.at <= if side == *before { ALIKE } else { SAME } * size => {
+                last.edge |= p.edge;
+                *before = side;
+            }
+            _ => out.push((p, side)),
         }
     }
-    out
+    out.into_iter().map(|(p, _)| p).collect()
 }

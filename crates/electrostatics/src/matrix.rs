@@ -23,7 +23,21 @@ pub fn from_energies(basis: &Mat<f64>, energies: &Mat<f64>) -> Mat<f64> {
     Mat::from_fn(n, n, |i, j| 0.5 * (c[(i, j)] + c[(j, i)]))
 }
 
+/// Bounds that cross by less than this share of the value do so by rounding.
+const ROUNDING: f64 = 1e-6;
+
 impl MatrixBounds {
+    /// Parts bounds on energies that have crossed by rounding, to the distance by which they crossed on either side.
+    pub fn part(&mut self) {
+        for i in 0..self.upper.nrows() {
+            let (lower, upper) = (self.lower[(i, i)], self.upper[(i, i)]);
+            if upper < lower && lower - upper <= ROUNDING * upper {
+                self.upper[(i, i)] += 2.0 * (lower - upper);
+                self.lower[(i, i)] -= 2.0 * (lower - upper);
+            }
+        }
+    }
+
     /// Bounds on every entry.
     ///
     /// With G = upper - lower and C = lower + E, 0 <= E <= G: polarisation gives |E_ij - G_ij / 2| <=
@@ -54,6 +68,8 @@ impl MatrixBounds {
             2 => (two_terminal(&self.lower), two_terminal(&self.upper)),
             _ => return None,
         };
+        // No capacitance is negative.
+        let lower = lower.max(0.0);
         (upper > 0.0).then_some(Bounded { value: 0.5 * (lower + upper), lower, upper })
     }
 }

@@ -48,7 +48,8 @@ pub(crate) fn fixed(problem: &Problem<'_>, level: ResolutionLevel) -> Result<Fou
     let grid = problem.core.grid(&graded(level), distance(tolerance));
     let mut outcome = on_grid(problem, &grid, share, settings.bounds)?;
     if let Some(below) = below {
-        outcome.estimate(&below);
+        let missing = missing(&grid, &outcome.indicator(problem));
+        outcome.estimate(&below, missing);
     }
     let error = outcome.error(settings);
     let shortfall =
@@ -83,15 +84,15 @@ pub(crate) fn adaptive(problem: &Problem<'_>) -> Result<Found, SolveError> {
             (0.01 * foreseen.min(0.1)).max(iteration_share(tolerance))
         };
         let mut outcome = on_grid(problem, &grid, share, last)?;
+        let indicator = outcome.indicator(problem);
+        let missing = missing(&grid, &indicator);
         grids += 1;
         if let Some(before) = &before
             && !settings.bounds
         {
-            outcome.estimate(before);
+            outcome.estimate(before, missing);
         }
         let error = (last || before.is_some() && !settings.bounds).then(|| outcome.error(settings));
-        let indicator = outcome.indicator(problem);
-        let missing = missing(&grid, &indicator);
         if !last {
             amplification = f64::max(amplification, outcome.amplification(settings));
         }
@@ -100,17 +101,22 @@ pub(crate) fn adaptive(problem: &Problem<'_>) -> Result<Found, SolveError> {
         let mut shortfall = None;
         if std::env::var("TRACE").is_ok() {
             eprintln!(
-                "grid {grids} unknowns {} last {last} foreseen {foreseen:.1e} missing {missing:.1e} error {error:?} ampl {amplification:.2} it {} {:?} t {:.4} C {:.8e} r {:.1}",
+                "grid {grids} n {} last {last} foreseen {foreseen:.1e} missing {missing:.1e} err {error:?} ampl {amplification:.2} it {} {:?} t {:.4} up {:.8e} low {:.8e} repair {:.1e} conv {} r {:.1e}",
                 problem.unknowns(&grid),
                 outcome.iterations,
                 grid.level(),
                 start.elapsed().as_secs_f64(),
                 outcome.bounds.upper[(0, 0)] / 8.8541878128e-12,
+                outcome.bounds.lower[(0, 0)] / 8.8541878128e-12,
+                outcome.repair_share,
+                outcome.converged,
                 grid.radius
             );
         }
         if let Some(error) = error.filter(|_| !met) {
-            let stagnates = judged.last().is_some_and(|before| !(error <= 0.8 * before));
+            // What the repair costs no finer grid gives back.
+            let stagnates = judged.last().is_some_and(|before| !(error <= 0.8 * before))
+                || outcome.repair_share > 0.5 * error;
             judged.push(error);
             if stagnates && widened < 3 && contrast.is_some() {
                 widened += 1;
@@ -123,6 +129,10 @@ pub(crate) fn adaptive(problem: &Problem<'_>) -> Result<Found, SolveError> {
             if missing > 0.0 && last {
                 amplification = (0.5 * error / missing).clamp(0.3, 1e3);
             }
+        }
+        if !met && !outcome.converged {
+            shortfall =
+                Some("the iteration does not converge: sizes or permittivities are too unequal".to_owned());
         }
         if grids >= MOST_GRIDS {
             shortfall = Some(format!("the error is not below {tolerance:e} after {grids} grids"));
@@ -137,11 +147,11 @@ pub(crate) fn adaptive(problem: &Problem<'_>) -> Result<Found, SolveError> {
                 _ => STEP * missing,
             };
             let left = refine(&mut next, &indicator, target);
-            if !settings.bounds {
-                let radius = problem.core.grid_radius(distance(tolerance.max(left / STEP)));
-                if radius > 1.5 * next.radius {
-                    problem.core.reach_to(&mut next, radius);
-                }
+            if !settings.bounds && contrast.is_some() {
+                // Open space is widened with every grid, so that what it adds to the error shows in what the last
+                // refinement gained.
+                let radius = next.radius * STEP.cbrt().recip();
+                problem.core.reach_to(&mut next, radius);
             }
             (next, left)
         });
@@ -156,9 +166,10 @@ pub(crate) fn adaptive(problem: &Problem<'_>) -> Result<Found, SolveError> {
                     "a finer grid would take {unknowns} unknowns and {} MB",
                     problem.memory(&next) >> 20
                 ));
-                // What has been reached is worth bounds.
                 (settings.bounds && !last).then(|| (grid.clone(), 0.0))
             }
+            // What has been reached is worth bounds.
+            None if !met && settings.bounds && !last => Some((grid.clone(), 0.0)),
             None => None,
         };
         let value = error.unwrap_or(f64::INFINITY);

@@ -90,8 +90,8 @@ pub(crate) struct Outcome {
     solved: Vec<(usize, SolvedPart)>,
     unknowns: usize,
     pub(crate) iterations: usize,
-    converged: bool,
-    repair_share: f64,
+    pub(crate) converged: bool,
+    pub(crate) repair_share: f64,
     seconds: PhaseSeconds,
 }
 
@@ -184,6 +184,7 @@ pub(crate) fn on_grid(
     };
     out.bounds.upper = scaled(up);
     out.bounds.lower = if lower_too { scaled(low) } else { out.bounds.upper.clone() };
+    out.bounds.part();
     out.basis = basis;
     Ok(out)
 }
@@ -270,11 +271,17 @@ impl Outcome {
     /// Without a dual problem: puts the estimated error below the upper energies, from those of a coarser grid.
     ///
     /// Energies fall towards the truth as grids are refined: what the last refinement gained foretells what is left.
-    pub(crate) fn estimate(&mut self, coarser: &Mat<f64>) {
+    ///
+    /// No less than half of `missing`, what the solution lacks by its own account.
+    pub(crate) fn estimate(&mut self, coarser: &Mat<f64>, missing: f64) {
         let upper = &self.bounds.upper;
         let n = upper.nrows();
         self.bounds.lower =
             Mat::from_fn(n, n, |i, j| upper[(i, j)] - REMAINDER * (coarser[(i, j)] - upper[(i, j)]));
+        for i in 0..n {
+            let least = 0.5 * missing * upper[(i, i)];
+            self.bounds.lower[(i, i)] = self.bounds.lower[(i, i)].min(upper[(i, i)] - least);
+        }
     }
 
     /// The largest relative spread (error estimate without bounds) of what the tolerance is about.

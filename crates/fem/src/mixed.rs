@@ -147,8 +147,8 @@ pub(crate) fn sub_line(line: &Line, elements: Range<usize>) -> Line {
     }
 }
 
-/// D: row = potential mode, column = flux function.
-pub(crate) fn divergence_matrix(line: &Line) -> Result<Mat<f64>, IllConditioned> {
+/// D: row = potential mode, column = flux function; D^T D is the stiffness of the line's continuous functions.
+pub fn divergence_matrix(line: &Line) -> Result<Mat<f64>, IllConditioned> {
     let numbering = Numbering::new(line);
     let offsets = potential_offsets(line);
     let mut d = Mat::zeros(offsets[line.elements()], numbering.len);

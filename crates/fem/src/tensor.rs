@@ -105,6 +105,43 @@ impl<T: Real> SparseRows<T> {
     }
 }
 
+impl<T> SparseRows<T> {
+    /// Number of rows.
+    pub fn rows(&self) -> usize {
+        self.start.len() - 1
+    }
+}
+
+/// A sparse matrix applied along one axis of an array, and the shape of what comes out.
+pub fn along(axis: usize, matrix: &SparseRows<f64>, x: &[f64], dims: Dims) -> (Vec<f64>, Dims) {
+    let mut shape = dims;
+    shape[axis] = matrix.rows();
+    let mut out = vec![0.0; shape.iter().product()];
+    let (from, to) = (dims[1] * dims[2], shape[1] * shape[2]);
+    if to > 0 {
+        out.par_chunks_mut(to).enumerate().for_each(|(i, slab)| match axis {
+            0 => matrix.row(i).iter().for_each(|(s, w)| axpy(slab, *w, &x[s * from..(s + 1) * from])),
+            1 => {
+                for (j, row) in slab.chunks_exact_mut(dims[2]).enumerate() {
+                    for (s, w) in matrix.row(j) {
+                        let at = i * from + s * dims[2];
+                        axpy(row, *w, &x[at..at + dims[2]]);
+                    }
+                }
+            }
+            _ => {
+                for (j, row) in slab.chunks_exact_mut(shape[2]).enumerate() {
+                    let source = &x[i * from + j * dims[2]..][..dims[2]];
+                    for (k, y) in row.iter_mut().enumerate() {
+                        *y = matrix.row(k).iter().map(|(s, w)| w * source[*s]).sum();
+                    }
+                }
+            }
+        });
+    }
+    (out, shape)
+}
+
 /// `dst += w src`.
 #[inline]
 pub fn axpy<T: Real>(dst: &mut [T], w: T, src: &[T]) {

@@ -4,6 +4,7 @@
 //! closed block are prescribed. In this basis both 1D matrices have a handful of entries a row, so that the operator
 //! costs little beside the preconditioner.
 
+mod energies;
 mod faces;
 mod surplus;
 
@@ -16,6 +17,7 @@ use elastocap_fem::line::line_matrices;
 use elastocap_fem::modes::primal_modes;
 use elastocap_fem::tensor::{Dense, Dims, Real, SparseRows, Window, axpy, clear, left, multiply, target};
 use elastocap_geometry::scene::Wall;
+use energies::{Gradient, GradientMatrix};
 use faces::Faces;
 use faer::Mat;
 use rayon::prelude::*;
@@ -31,6 +33,9 @@ struct Term<T> {
     stiffness: [SparseRows<T>; 2],
     /// `[M2 | K2]`, dense: one product along the contiguous axis gives both.
     last: Dense<T>,
+    /// Of all three axes, for energies.
+    gradient: [Gradient; 3],
+    mass_last: SparseRows<f64>,
 }
 
 /// The operator in one precision.
@@ -59,6 +64,8 @@ impl<T: Real> Terms<T> {
                     stiffness: [sparse(&t.stiffness, 0), sparse(&t.stiffness, 1)],
                     last: Dense::from_mat(last.as_ref()),
                     window: t.window.clone(),
+                    gradient: [0, 1, 2].map(|a| t.gradient[a].cut(&t.window[a])),
+                    mass_last: SparseRows::from_mat(cut(&t.mass[2], 2).as_ref()),
                 }
             })
             .collect();
@@ -136,6 +143,7 @@ struct TermMatrices {
     window: Window,
     mass: [Mat<f64>; 3],
     stiffness: [Mat<f64>; 3],
+    gradient: [GradientMatrix; 3],
 }
 
 /// The primal problem on one domain.
@@ -165,11 +173,13 @@ impl Primal {
             let cut = |m: Mat<f64>| m.as_ref().submatrix(f.start, f.start, f.len(), f.len()).to_owned();
             (cut(m), cut(k))
         };
-        let assemble = |window: Window, coefficient: &[Vec<f64>; 3]| {
+        let assemble = |window: Window, coefficient: &[Vec<f64>; 3]| -> Result<TermMatrices, SolveError> {
             let [(m0, k0), (m1, k1), (m2, k2)] = [0, 1, 2].map(|a| trimmed(a, &coefficient[a]));
-            TermMatrices { window, mass: [m0, m1, m2], stiffness: [k0, k1, k2] }
+            let [g0, g1, g2] = [0, 1, 2].map(|a| GradientMatrix::new(&domain.axes[a], &coefficient[a]));
+            let gradient = [g0?, g1?, g2?];
+            Ok(TermMatrices { window, mass: [m0, m1, m2], stiffness: [k0, k1, k2], gradient })
         };
-        let mut terms = vec![assemble(dims.map(|n| 0..n), &factors)];
+        let mut terms = vec![assemble(dims.map(|n| 0..n), &factors)?];
         for (block, difference) in corrections(domain, &factors) {
             let window = [0, 1, 2].map(|a| domain.axes[a].closed(block.lo[a], block.hi[a]));
             let indicator = [0, 1, 2].map(|a| {
@@ -178,7 +188,7 @@ impl Primal {
                     .map(|m| if (block.lo[a]..block.hi[a]).contains(&m) { height } else { 0.0 })
                     .collect::<Vec<_>>()
             });
-            terms.push(assemble(window, &indicator));
+            terms.push(assemble(window, &indicator)?);
         }
         let schwarz = schwarz(domain, dims)?;
         Ok(Self {
