@@ -16,20 +16,22 @@ pub struct Ahead {
 }
 
 impl Ahead {
-    /// Of a domain without infinite elements.
+    /// Of a domain with rays; without, no ray meets anything.
     pub fn new(domain: &Domain) -> Self {
         let cells = domain.cells();
+        let uniform = domain.permittivity.iter().all(|e| *e == domain.permittivity[0]);
+        if uniform || domain.axes.iter().any(|a| a.rays.is_none()) {
+            return Self { least: Vec::new(), greatest: Vec::new(), runs: Default::default(), cells };
+        }
         let runs = [0, 1, 2].map(|a| {
             let axis = &domain.axes[a];
             let pole = axis.rays.map_or(0.0, |r| r.pole);
             let node = |m: usize| axis.line.nodes[axis.cuts[m]];
             (0..cells[a]).map(|m| [node(m + 1) > pole, node(m) < pole]).collect()
         });
-        let uniform = domain.permittivity.iter().all(|e| *e == domain.permittivity[0]);
-        let directions = if uniform || domain.axes.iter().any(|a| a.rays.is_none()) { 0 } else { 8 };
         Self {
-            least: (0..directions).map(|d| extremes(domain, d, f64::min)).collect(),
-            greatest: (0..directions).map(|d| extremes(domain, d, f64::max)).collect(),
+            least: (0..8).map(|d| extremes(domain, d, f64::min)).collect(),
+            greatest: (0..8).map(|d| extremes(domain, d, f64::max)).collect(),
             runs,
             cells,
         }

@@ -101,7 +101,7 @@ pub fn lower(
     let mut dual = Dual::new(domain)?;
     let assembled = Instant::now();
     let n = potentials.len();
-    let (mut phi, mut residual, mut repair) = (Vec::new(), Vec::new(), Vec::new());
+    let (mut phi, mut residual, mut repair, mut proved) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
     let (mut iterations, mut converged) = (0, true);
     let excess = dual.repair_excess();
     for v in potentials {
@@ -111,6 +111,7 @@ pub fn lower(
         let mut r = b.clone();
         let (mut step, mut rest) = (vec![0.0; b.len()], Vec::new());
         let (mut goal, mut last) = (share, f64::INFINITY);
+        let mut sound;
         let taken = loop {
             step.fill(0.0);
             let c = krylov::solve(
@@ -125,18 +126,21 @@ pub fn lower(
             // The recursion's residual drifts by rounding; the bound rests on the true one.
             dual.true_residual(&b, &x, &mut r);
             dual.balance(&mut x, &mut r);
-            let (repair, _) = dual.repair(&r);
+            let (repair, left) = dual.repair(&r);
             let energy = dual.flux_energies(&[v], &[&x])[(0, 0)];
             let cost = excess * dot(&repair, &r) / energy;
             // Near conductors the repair knows nothing of their shielding and may cost far more than the iteration's
             // own error: then that must be smaller.
-            if cost <= 20.0 * share || !(cost < 0.5 * last) || iterations > krylov::ITERATION_LIMIT {
-                converged &= c.reached;
+            sound = left < 1e-3 && cost >= 0.0;
+            if !sound || cost <= 20.0 * share || !(cost < 0.5 * last) || iterations > krylov::ITERATION_LIMIT
+            {
+                converged &= c.reached && sound;
                 break repair;
             }
             start = energy;
             (last, goal) = (cost, goal * (share / cost).clamp(1e-6, 0.1));
         };
+        proved.push(sound);
         repair.push(taken);
         phi.push(x);
         residual.push(r);
@@ -149,6 +153,12 @@ pub fn lower(
         share_of_repair = share_of_repair.max(excess * dot(&repair[i], &residual[i]) / matrix[(i, i)]);
         for j in 0..n {
             matrix[(i, j)] -= excess * 0.5 * (dot(&repair[i], &residual[j]) + dot(&repair[j], &residual[i]));
+        }
+        // A repair that failed proves nothing but that no energy is negative.
+        if !proved[i] {
+            for j in 0..n {
+                (matrix[(i, j)], matrix[(j, i)]) = (0.0, 0.0);
+            }
         }
         // What rounding of the sums may have added is taken off again.
         matrix[(i, i)] *= 1.0 - 64.0 * f64::EPSILON;

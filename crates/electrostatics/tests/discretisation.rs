@@ -127,7 +127,7 @@ fn the_iteration_does_not_feel_order_or_grading() {
         primal.clear_prescribed(&mut b);
         b.iter_mut().for_each(|x| *x = -*x);
         let mut u = vec![0.0; primal.unknowns()];
-        solve(&mut primal, &b, &mut u, &mut Vec::new(), Goal { share: 1e-8, start }).iterations
+        solve(&mut primal, &b, &mut u, &mut Vec::new(), Goal { share: 1e-8, start, cancel: None }).iterations
     };
     for (degree, ratio) in [(2, 0.5), (6, 0.5), (2, 0.1), (6, 0.1)] {
         assert!(
