@@ -159,27 +159,22 @@ pub fn refine(grid: &mut Grid, indicator: &Indicator, target: f64) -> f64 {
     let mut items = items(grid, indicator);
     let total = |items: &[((usize, usize), Item)]| items.iter().map(|(_, i)| i.missing).sum::<f64>();
     let mut last: Option<f64> = None;
+    let mut missing = total(&items);
     loop {
-        let Some((_, best)) = items.iter_mut().max_by(|(_, x), (_, y)| x.value().total_cmp(&y.value()))
-        else {
-            break;
-        };
+        let best = (0..items.len()).max_by(|&i, &j| items[i].1.value().total_cmp(&items[j].1.value()));
+        let Some((_, best)) = best.and_then(|i| items.get_mut(i)) else { break };
         let value = best.value();
         // Axes that are alike are refined alike, whatever rounding makes of their order.
-        let alike = last.is_some_and(|last| value >= last * (1.0 - 1e-6));
-        if value <= 0.0 {
+        let alike = last.is_some_and(|last| value >= last * (1.0 - 1e-3));
+        if value <= 0.0 || !alike && missing <= target {
             break;
         }
         if !alike {
-            let done = total(&items) <= target;
-            if done {
-                break;
-            }
             last = Some(value);
         }
-        if let Some((_, best)) = items.iter_mut().max_by(|(_, x), (_, y)| x.value().total_cmp(&y.value())) {
-            best.plan();
-        }
+        missing -= best.missing;
+        best.plan();
+        missing += best.missing;
     }
     let left = total(&items);
     let mut changes: [BTreeMap<usize, Change>; 3] = Default::default();

@@ -66,10 +66,10 @@ pub fn foretold(settings: &Settings) -> ResolutionLevel {
     })
 }
 
-/// Largest error of the iteration over the energy. A part and the whole scene see other rounding in the single-precision
-/// preconditioner: they agree to 1e-10 only where the iteration's own error is small.
+/// Largest error of the iteration over the energy, on grids whose result is reported. A part and the whole scene see other
+/// rounding in the single-precision preconditioner: they agree to 1e-10 only where the iteration's own error is small.
 pub fn iteration_share(tolerance: f64) -> f64 {
-    (2e-3 * tolerance.min(1e-3)).max(1e-14)
+    (2e-3 * tolerance).clamp(1e-14, 3e-8)
 }
 
 /// Peak bytes of one part on a grid: vectors of the iterations, boxes of the preconditioner, line matrices.

@@ -4,11 +4,12 @@
 //! that they cost little beside the last. Both problems are solved where the tolerance should be met.
 
 use crate::SolveError;
-use crate::adapt::{missing, refine};
+use crate::adapt::{Indicator, missing, refine};
 use crate::layout::Grid;
 use crate::resolution::{MOST_UNKNOWNS, coarser, far, first, graded, iteration_share};
 use crate::solution::ResolutionLevel;
 use crate::solve::{Outcome, Problem, on_grid};
+use faer::Mat;
 use std::time::Instant;
 
 /// What is left to miss after a refinement, over what was missing before.
@@ -16,6 +17,10 @@ const STEP: f64 = 0.12;
 
 /// Without bounds, the estimated error over what the last refinement gained: several times what should be left.
 pub(crate) const REMAINDER: f64 = 0.6;
+
+/// Without bounds, the least estimated error over what the solution lacks by its own account, which is 0.8 to 1.6 times the
+/// true error on cubes and plates.
+pub(crate) const LACKING: f64 = 1.5;
 
 /// Refinements before giving up.
 const MOST_GRIDS: usize = 60;
@@ -49,7 +54,7 @@ pub(crate) fn fixed(problem: &Problem<'_>, level: ResolutionLevel) -> Result<Fou
     let mut outcome = on_grid(problem, &grid, share, settings.bounds)?;
     if let Some(below) = below {
         let missing = missing(&grid, &outcome.indicator(problem));
-        outcome.estimate(&below, missing);
+        outcome.estimate(&below, missing, settings);
     }
     let error = outcome.error(settings);
     let shortfall =
@@ -59,134 +64,222 @@ pub(crate) fn fixed(problem: &Problem<'_>, level: ResolutionLevel) -> Result<Fou
 
 /// Refines until the tolerance is met, or cannot be.
 pub(crate) fn adaptive(problem: &Problem<'_>) -> Result<Found, SolveError> {
-    let settings = problem.settings;
-    let tolerance = settings.relative_tolerance;
-    let contrast = problem.layout.endless_contrast();
-    let distance = |t: f64| far(t, settings.target, contrast);
     let begin = Instant::now();
-    let mut grid =
-        first(&problem.core, distance(if settings.bounds { tolerance } else { tolerance.max(0.1) }));
-    // Relative energy that should be missing on the grid; error over what the primal solution misses; grids; radius.
-    let (mut foreseen, mut amplification, mut grids, mut widened) = (f64::INFINITY, 1.0, 0, 0);
-    let mut before: Option<faer::Mat<f64>> = None;
-    let mut judged: Vec<f64> = Vec::new();
-    let mut best: Option<(f64, Found)> = None;
+    let mut search = Search::new(problem);
     loop {
         if problem.cancelled() {
             return Err(SolveError::Cancelled);
         }
+        let purpose = search.purpose();
         let start = Instant::now();
-        // Both problems miss about as much.
-        let last = settings.bounds && 2.0 * amplification * foreseen <= 0.8 * tolerance;
-        let share = if last || !settings.bounds {
-            iteration_share(tolerance)
-        } else {
-            (0.01 * foreseen.min(0.1)).max(iteration_share(tolerance))
-        };
-        let mut outcome = on_grid(problem, &grid, share, last)?;
+        let mut outcome = on_grid(problem, &search.grid, search.share(purpose), purpose == Purpose::Prove)?;
+        search.grids += 1;
         let indicator = outcome.indicator(problem);
-        let missing = missing(&grid, &indicator);
-        grids += 1;
-        if let Some(before) = &before
-            && !settings.bounds
-        {
-            outcome.estimate(before, missing);
-        }
-        let error = (last || before.is_some() && !settings.bounds).then(|| outcome.error(settings));
-        if !last {
-            amplification = f64::max(amplification, outcome.amplification(settings));
-        }
-        before = Some(outcome.bounds.upper.clone());
-        let met = error.is_some_and(|e| e <= tolerance);
-        let mut shortfall = None;
-        if std::env::var("TRACE").is_ok() {
-            eprintln!(
-                "grid {grids} n {} last {last} foreseen {foreseen:.1e} missing {missing:.1e} err {error:?} ampl {amplification:.2} it {} {:?} t {:.4} up {:.8e} low {:.8e} repair {:.1e} conv {} r {:.1e}",
-                problem.unknowns(&grid),
-                outcome.iterations,
-                grid.level(),
-                start.elapsed().as_secs_f64(),
-                outcome.bounds.upper[(0, 0)] / 8.8541878128e-12,
-                outcome.bounds.lower[(0, 0)] / 8.8541878128e-12,
-                outcome.repair_share,
-                outcome.converged,
-                grid.radius
-            );
-        }
-        if let Some(error) = error.filter(|_| !met) {
-            // What the repair costs no finer grid gives back.
-            let stagnates = judged.last().is_some_and(|before| !(error <= 0.8 * before))
-                || outcome.repair_share > 0.5 * error;
-            judged.push(error);
-            if stagnates && widened < 3 && contrast.is_some() {
-                widened += 1;
-                judged.clear();
-                let radius = 7.0 * grid.radius;
-                problem.core.reach_to(&mut grid, radius);
-            } else if stagnates || error.is_nan() {
-                shortfall = Some(format!("the error stays at {error:.1e}: double precision gives no more"));
-            }
-            if missing > 0.0 && last {
-                amplification = (0.5 * error / missing).clamp(0.3, 1e3);
-            }
-        }
-        if !met && !outcome.converged {
-            shortfall =
-                Some("the iteration does not converge: sizes or permittivities are too unequal".to_owned());
-        }
-        if grids >= MOST_GRIDS {
-            shortfall = Some(format!("the error is not below {tolerance:e} after {grids} grids"));
-        }
-        let took = start.elapsed().as_secs_f64();
-        let next = (!met && shortfall.is_none()).then(|| {
-            let mut next = grid.clone();
-            let goal = 0.3 * tolerance / amplification;
-            let target = match error {
-                Some(error) if settings.bounds => missing * (0.5 * tolerance / error).clamp(0.03, 0.5),
-                _ if settings.bounds => goal.clamp(STEP * missing, missing),
-                _ => STEP * missing,
-            };
-            let left = refine(&mut next, &indicator, target);
-            if !settings.bounds && contrast.is_some() {
-                // Open space is widened with every grid, so that what it adds to the error shows in what the last
-                // refinement gained.
-                let radius = next.radius * STEP.cbrt().recip();
-                problem.core.reach_to(&mut next, radius);
-            }
-            (next, left)
-        });
-        let room = |grid: &Grid| {
-            problem.memory(grid) <= settings.memory_limit && problem.unknowns(grid) <= MOST_UNKNOWNS
+        let missing = missing(&search.grid, &indicator);
+        let error = search.error(&mut outcome, missing, purpose);
+        let met = error.is_some_and(|e| e <= problem.settings.relative_tolerance);
+        let shortfall = if met { None } else { search.obstacle(&outcome, error, missing) };
+        let next = if met {
+            // A number is reported only where the iteration's own error is small.
+            (purpose == Purpose::Explore).then(|| (search.grid.clone(), 0.0))
+        } else {
+            search.next(&indicator, error, missing, shortfall, purpose)
         };
-        let next = match next {
-            Some((next, left)) if room(&next) => Some((next, left)),
-            Some((next, _)) => {
-                let unknowns = problem.unknowns(&next);
-                shortfall = Some(format!(
-                    "a finer grid would take {unknowns} unknowns and {} MB",
-                    problem.memory(&next) >> 20
-                ));
-                (settings.bounds && !last).then(|| (grid.clone(), 0.0))
-            }
-            // What has been reached is worth bounds.
-            None if !met && settings.bounds && !last => Some((grid.clone(), 0.0)),
-            None => None,
-        };
-        let value = error.unwrap_or(f64::INFINITY);
-        let better = best.as_ref().is_none_or(|(e, _)| value < *e || e.is_nan());
-        if better && (error.is_some() || !settings.bounds) {
-            let found = Found { outcome, grid: grid.clone(), shortfall: None, grids, choosing: -took };
-            best = Some((value, found));
+        if error.is_some() || !problem.settings.bounds {
+            search.keep(outcome, error, start.elapsed().as_secs_f64());
         }
         match next {
-            Some((next, left)) if shortfall.is_none() || left == 0.0 => (grid, foreseen) = (next, left),
-            _ => {
-                let Some((_, mut found)) = best else { return Err(SolveError::Cancelled) };
-                found.shortfall = shortfall;
-                found.grids = grids;
-                found.choosing += begin.elapsed().as_secs_f64();
-                return Ok(found);
+            Some((grid, left)) => (search.grid, search.foreseen) = (grid, left),
+            None => return search.finish(met, begin),
+        }
+    }
+}
+
+/// What a grid is solved for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Purpose {
+    /// To see what is missing.
+    Explore,
+    /// For a result without bounds.
+    Estimate,
+    /// For a result with bounds.
+    Prove,
+}
+
+struct Search<'p, 's> {
+    problem: &'p Problem<'s>,
+    grid: Grid,
+    grids: usize,
+    /// Relative energy that should be missing on the grid; infinite before the first.
+    foreseen: f64,
+    /// Error of the target over what each problem misses: both miss about as much, and entries of a matrix are polarised.
+    amplification: f64,
+    /// Without bounds: what was missing on the grid before, and its energies.
+    before: Option<(f64, Mat<f64>)>,
+    /// Errors found so far.
+    judged: Vec<f64>,
+    /// How often open space was widened since refining the scene did not help.
+    widened: usize,
+    /// Set by [`Search::obstacle`].
+    wider: bool,
+    shortfall: Option<String>,
+    best: Option<(f64, Found)>,
+}
+
+impl<'p, 's> Search<'p, 's> {
+    fn new(problem: &'p Problem<'s>) -> Self {
+        let settings = problem.settings;
+        let tolerance = settings.relative_tolerance;
+        let distance = far(
+            if settings.bounds { tolerance } else { tolerance.max(0.1) },
+            settings.target,
+            problem.layout.endless_contrast(),
+        );
+        Self {
+            problem,
+            grid: first(&problem.core, distance),
+            grids: 0,
+            foreseen: f64::INFINITY,
+            amplification: 1.0,
+            before: None,
+            judged: Vec::new(),
+            widened: 0,
+            wider: false,
+            shortfall: None,
+            best: None,
+        }
+    }
+
+    fn purpose(&self) -> Purpose {
+        let tolerance = self.problem.settings.relative_tolerance;
+        if self.problem.settings.bounds {
+            let near = 2.0 * self.amplification * self.foreseen <= 0.8 * tolerance;
+            return if near { Purpose::Prove } else { Purpose::Explore };
+        }
+        let gain = self.before.as_ref().map_or(f64::INFINITY, |(missing, _)| REMAINDER * missing);
+        let near = self.amplification * f64::max(0.5 * gain, self.foreseen) <= tolerance;
+        if near { Purpose::Estimate } else { Purpose::Explore }
+    }
+
+    /// How far to iterate: the error of the iteration over the energy.
+    fn share(&self, purpose: Purpose) -> f64 {
+        let least = iteration_share(self.problem.settings.relative_tolerance);
+        match purpose {
+            Purpose::Explore => (0.01 * self.foreseen.min(0.1)).max(least),
+            Purpose::Estimate | Purpose::Prove => least,
+        }
+    }
+
+    /// The error of the target, if it can be told.
+    fn error(&mut self, outcome: &mut Outcome, missing: f64, purpose: Purpose) -> Option<f64> {
+        let settings = self.problem.settings;
+        let solved = outcome.bounds.upper.clone();
+        let told = match &self.before {
+            Some((_, before)) if !settings.bounds => {
+                outcome.estimate(before, missing, settings);
+                true
+            }
+            _ => purpose == Purpose::Prove,
+        };
+        if purpose == Purpose::Explore {
+            self.amplification = self.amplification.max(outcome.amplification(settings));
+        }
+        // A grid that is solved once more is still compared with the one before it.
+        if self.foreseen > 0.0 {
+            self.before = Some((missing, solved));
+        }
+        told.then(|| outcome.error(settings))
+    }
+
+    /// Why refining further would not help, if so.
+    fn obstacle(&mut self, outcome: &Outcome, error: Option<f64>, missing: f64) -> Option<String> {
+        const WIDEST: usize = 3;
+        self.wider = false;
+        if !outcome.converged {
+            return Some(
+                "the iteration does not converge: sizes or permittivities are too unequal".to_owned(),
+            );
+        }
+        if self.grids >= MOST_GRIDS {
+            return Some(format!("the error is still above the tolerance after {MOST_GRIDS} grids"));
+        }
+        let error = error?;
+        if self.problem.settings.bounds && missing > 0.0 {
+            self.amplification = (0.5 * error / missing).clamp(0.3, 1e3);
+        }
+        // What the repair costs no finer grid gives back.
+        let stagnates = outcome.repair_share > 0.5 * error
+            || self.judged.last().is_some_and(|before| !(error <= 0.8 * before));
+        self.judged.push(error);
+        if !stagnates && !error.is_nan() {
+            return None;
+        }
+        if self.problem.layout.endless_contrast().is_some() && self.widened < WIDEST {
+            self.widened += 1;
+            self.wider = true;
+            self.judged.clear();
+            return None;
+        }
+        Some(format!("the error stays at {error:.1e}: double precision gives no more"))
+    }
+
+    /// The next grid, with what should be missing on it.
+    fn next(
+        &mut self,
+        indicator: &Indicator,
+        error: Option<f64>,
+        missing: f64,
+        obstacle: Option<String>,
+        purpose: Purpose,
+    ) -> Option<(Grid, f64)> {
+        let (problem, settings) = (self.problem, self.problem.settings);
+        let tolerance = settings.relative_tolerance;
+        let mut grid = self.grid.clone();
+        let mut left = missing;
+        if obstacle.is_some() {
+            self.shortfall = obstacle;
+        } else if self.wider {
+            problem.core.reach_to(&mut grid, 7.0 * self.grid.radius);
+        } else {
+            let target = match error {
+                _ if !settings.bounds => STEP * missing,
+                Some(error) => missing * (0.5 * tolerance / error).clamp(0.03, 0.5),
+                None => (0.3 * tolerance / self.amplification).clamp(STEP * missing, missing),
+            };
+            left = refine(&mut grid, indicator, target);
+            if !settings.bounds && problem.layout.endless_contrast().is_some() {
+                // Open space is widened with every grid, so that what it adds to the error shows in what the last
+                // refinement gained.
+                problem.core.reach_to(&mut grid, self.grid.radius / STEP.cbrt());
             }
         }
+        let (memory, unknowns) = (problem.memory(&grid), problem.unknowns(&grid));
+        if self.shortfall.is_none() && (memory > settings.memory_limit || unknowns > MOST_UNKNOWNS) {
+            self.shortfall =
+                Some(format!("a finer grid would take {unknowns} unknowns and {} MB", memory >> 20));
+        }
+        match (&self.shortfall, purpose) {
+            (None, _) => Some((grid, left)),
+            // What has been reached is worth bounds.
+            (Some(_), Purpose::Explore) if settings.bounds => Some((self.grid.clone(), 0.0)),
+            (Some(_), _) => None,
+        }
+    }
+
+    /// Keeps the outcome if it is the best so far: rounding can make a finer grid worse than a coarser one.
+    fn keep(&mut self, outcome: Outcome, error: Option<f64>, seconds: f64) {
+        let error = error.unwrap_or(f64::INFINITY);
+        if self.best.as_ref().is_none_or(|(best, _)| error <= *best || best.is_nan()) {
+            let (grid, grids) = (self.grid.clone(), self.grids);
+            self.best = Some((error, Found { outcome, grid, shortfall: None, grids, choosing: -seconds }));
+        }
+    }
+
+    fn finish(self, met: bool, begin: Instant) -> Result<Found, SolveError> {
+        let Some((_, mut found)) = self.best else { return Err(SolveError::Cancelled) };
+        found.shortfall = self.shortfall.filter(|_| !met);
+        found.grids = self.grids;
+        found.choosing += begin.elapsed().as_secs_f64();
+        Ok(found)
     }
 }

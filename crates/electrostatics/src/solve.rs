@@ -9,7 +9,7 @@ use crate::layout::{Grid, Layout};
 use crate::matrix::{MatrixBounds, from_energies};
 use crate::primal::Primal;
 use crate::resolution::{far, foretold, graded, memory};
-use crate::search::{self, REMAINDER};
+use crate::search::{self, LACKING, REMAINDER};
 use crate::solution::{Bounded, Field, Forecast, PhaseSeconds, Settings, Solution, Target};
 use crate::symmetry::{Part, parts};
 use elastocap_fem::tensor::axpy;
@@ -268,20 +268,24 @@ impl Outcome {
         pairs.map(ratio).filter(|r| r.is_finite()).fold(1.0, f64::max)
     }
 
-    /// Without a dual problem: puts the estimated error below the upper energies, from those of a coarser grid.
+    /// Without a dual problem: puts the estimated error below the upper energies.
     ///
-    /// Energies fall towards the truth as grids are refined: what the last refinement gained foretells what is left.
-    ///
-    /// No less than half of `missing`, what the solution lacks by its own account.
-    pub(crate) fn estimate(&mut self, coarser: &Mat<f64>, missing: f64) {
-        let upper = &self.bounds.upper;
+    /// Energies fall towards the truth as grids are refined: what the last refinement gained over those of a coarser grid
+    /// foretells what is left. So does `missing`, what the solution lacks by its own account; the larger one counts.
+    pub(crate) fn estimate(&mut self, coarser: &Mat<f64>, missing: f64, settings: &Settings) {
+        let upper = self.bounds.upper.clone();
         let n = upper.nrows();
-        self.bounds.lower =
-            Mat::from_fn(n, n, |i, j| upper[(i, j)] - REMAINDER * (coarser[(i, j)] - upper[(i, j)]));
-        for i in 0..n {
-            let least = 0.5 * missing * upper[(i, i)];
-            self.bounds.lower[(i, i)] = self.bounds.lower[(i, i)].min(upper[(i, i)] - least);
+        let gained = Mat::from_fn(n, n, |i, j| upper[(i, j)] - REMAINDER * (coarser[(i, j)] - upper[(i, j)]));
+        let lacking = upper.clone() * faer::Scale(1.0 - (LACKING * missing).min(1.0));
+        let mut error = |lower: Mat<f64>| {
+            self.bounds.lower = lower;
+            self.error(settings)
+        };
+        let by_gain = error(gained.clone());
+        if !(by_gain > error(lacking)) {
+            return;
         }
+        self.bounds.lower = gained;
     }
 
     /// The largest relative spread (error estimate without bounds) of what the tolerance is about.

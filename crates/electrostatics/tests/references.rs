@@ -126,6 +126,40 @@ fn the_part_and_the_whole_give_the_same_matrix() {
     }
 }
 
+/// eps_r = 4 below x2 = `top`, endless.
+fn ground(top: f64) -> Dielectric {
+    let region = Box3 { min: [f64::NEG_INFINITY; 3], max: [f64::INFINITY, top, f64::INFINITY] };
+    Dielectric { name: "ground".to_owned(), region, relative_permittivity: 4.0 }
+}
+
+#[test]
+fn a_cube_half_sunk_in_the_ground_has_the_mean_permittivity_of_both_halves() {
+    // The field of the cube alone is symmetric: it has no normal component on the plane through its middle.
+    let cube = conductor("cube", [-0.5; 3], [0.5; 3]);
+    let scene = BoxScene { dielectrics: vec![ground(0.0)], ..open(vec![cube]) };
+    let exact = 2.5 * 0.66067815409957 * 4.0 * PI * EPS0;
+    for tolerance in [1e-2, 1e-4] {
+        check(&solve(&scene, &settings(tolerance)).unwrap(), exact, tolerance, 0.0);
+    }
+}
+
+#[test]
+fn bounds_close_in_on_one_another_where_rays_cross_layers() {
+    // Bounds that are no bounds cross before they come this close: the cube stands on the ground, then on a plate that
+    // is endless sideways, so that rays from its middle pass from one permittivity to another.
+    let cube = || open(vec![conductor("cube", [-0.5, 0.0, -0.5], [0.5, 1.0, 0.5])]);
+    let mut plate = ground(0.0);
+    plate.region.min[1] = -0.2;
+    for dielectric in [ground(0.0), ground(-0.1), plate] {
+        let scene = BoxScene { dielectrics: vec![dielectric], ..cube() };
+        let [wide, narrow] = [3e-3, 3e-5].map(|t| solve(&scene, &settings(t)).unwrap());
+        assert!(narrow.reached, "{:?}", narrow.shortfall);
+        let (wide, narrow) = (wide.two_terminal.unwrap(), narrow.two_terminal.unwrap());
+        assert!(narrow.lower < narrow.upper);
+        assert!(wide.lower <= narrow.lower && narrow.upper <= wide.upper, "{wide:?} {narrow:?}");
+    }
+}
+
 #[test]
 fn without_bounds_the_estimate_covers_the_error_and_is_at_most_ten_times_it() {
     let cases = [
