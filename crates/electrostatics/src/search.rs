@@ -15,6 +15,9 @@ use std::time::Instant;
 /// What is left to miss after a refinement, over what was missing before.
 const STEP: f64 = 0.12;
 
+/// The same where refinements are known to do what is expected of them.
+const LONG_STEP: f64 = 0.02;
+
 /// Without bounds, the estimated error over what the last refinement gained: several times what should be left.
 pub(crate) const REMAINDER: f64 = 0.6;
 
@@ -241,10 +244,12 @@ impl<'p, 's> Search<'p, 's> {
         } else if self.wider {
             problem.core.reach_to(&mut grid, 7.0 * self.grid.radius);
         } else {
+            // Where the last refinement took off what it was to, the next may be a long one.
+            let step = if missing < 1.5 * self.foreseen && self.foreseen.is_finite() { LONG_STEP } else { STEP };
             let target = match error {
                 _ if !settings.bounds => STEP * missing,
                 Some(error) => missing * (0.5 * tolerance / error).clamp(0.03, 0.5),
-                None => (0.3 * tolerance / self.amplification).clamp(STEP * missing, missing),
+                None => (0.36 * tolerance / self.amplification).clamp(step * missing, missing),
             };
             left = refine(&mut grid, indicator, target);
             if !settings.bounds && problem.layout.endless_contrast().is_some() {
