@@ -134,7 +134,7 @@ pub fn lower(
             sound = left < 1e-3 && cost >= 0.0;
             if !sound || cost <= 20.0 * share || !(cost < 0.5 * last) || iterations > krylov::ITERATION_LIMIT
             {
-                converged &= c.reached && sound;
+                converged &= sound && (c.reached || cost <= 20.0 * share);
                 break repair;
             }
             start = energy;

@@ -245,7 +245,8 @@ impl<'p, 's> Search<'p, 's> {
             problem.core.reach_to(&mut grid, 7.0 * self.grid.radius);
         } else {
             // Where the last refinement took off what it was to, the next may be a long one.
-            let step = if missing < 1.5 * self.foreseen && self.foreseen.is_finite() { LONG_STEP } else { STEP };
+            let step =
+                if missing < 1.5 * self.foreseen && self.foreseen.is_finite() { LONG_STEP } else { STEP };
             let target = match error {
                 _ if !settings.bounds => STEP * missing,
                 Some(error) => missing * (0.5 * tolerance / error).clamp(0.03, 0.5),

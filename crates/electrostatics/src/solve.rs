@@ -332,7 +332,8 @@ impl Outcome {
             }
         }
         let stalled = || "the iteration stopped before its goal: the grid is too unequal".to_owned();
-        let shortfall = shortfall.or_else(|| (!self.converged).then(stalled));
+        // Bounds are proved wherever the iteration stopped.
+        let shortfall = shortfall.or_else(|| (!self.converged && !settings.bounds).then(stalled));
         Solution {
             two_terminal,
             maxwell,
