@@ -260,9 +260,7 @@ impl Plan {
             where_solved =
                 ["the whole scene", "half of the scene", "a quarter of the scene", "an eighth of the scene"]
                     [own.mirrored.iter().filter(|m| **m).count()];
-            let whole = Settings { symmetry: false, ..settings.clone() };
-            let whole = scene.as_ref().and_then(|s| forecast(&s.scene, &whole).ok());
-            self.mirror_images(own, whole.as_ref(), distinct);
+            self.mirror_images(own, distinct);
         }
         let memory = foretold.as_ref().map_or(0, |f| f.memory_bytes);
         let room = self.memory_limit.checked_div(memory).map_or(MOST_AT_ONCE, |n| n.min(64) as usize);
@@ -296,22 +294,18 @@ impl Plan {
         }
     }
 
-    fn mirror_images(&mut self, own: &Forecast, whole: Option<&Forecast>, solves: usize) {
+    fn mirror_images(&mut self, own: &Forecast, solves: usize) {
         let planes: Vec<_> = (0..3).filter(|a| own.mirrored[*a]).map(|a| format!("x{}", a + 1)).collect();
         if planes.is_empty() {
             return;
         }
         let what = format!("mirror images along {}", listed(&planes));
-        let mut left = LeftOut::new(Decision::Plan, what, "the scene is its own mirror image", "");
-        if let Some(whole) = whole {
-            let seconds = (whole.seconds - own.seconds).max(0.0) * solves as f64;
-            left.saved_unknowns = Some(whole.unknowns.saturating_sub(own.unknowns));
-            left.saved_seconds = Some(seconds);
-            left.saving =
-                format!("{} instead of {} unknowns, about {seconds:.2} s", own.unknowns, whole.unknowns);
-        } else {
-            left.saving = format!("{} of {} parts", (1 << planes.len()) - 1, 1 << planes.len());
-        }
+        let (unknowns, seconds) = own.unmirrored;
+        let seconds = (seconds - own.seconds).max(0.0) * solves as f64;
+        let saving = format!("{} instead of {unknowns} unknowns, about {seconds:.2} s", own.unknowns);
+        let mut left = LeftOut::new(Decision::Plan, what, "the scene is its own mirror image", saving);
+        left.saved_unknowns = Some(unknowns.saturating_sub(own.unknowns));
+        left.saved_seconds = Some(seconds);
         self.left_out.push(left);
     }
 

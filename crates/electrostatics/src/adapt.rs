@@ -103,6 +103,8 @@ struct Item {
     rate: f64,
     split: Option<f64>,
     planned: usize,
+    /// Changes at a time, at most.
+    most: usize,
     /// Functions on the axis that one change adds, over those the axis has.
     cost: f64,
 }
@@ -128,13 +130,13 @@ impl Item {
         };
         let missing = missing.beyond(degree, split.is_some());
         let added = if split.is_some() { degree as f64 + 1.0 } else { 1.0 };
-        Self { missing, rate, split, planned: 0, cost: added / functions }
+        let most = if split.is_some() { 2 } else { 4 };
+        Self { missing, rate, split, planned: 0, most, cost: added / functions }
     }
 
     /// Missing energy taken off per relative growth of the grid.
     fn value(&self) -> f64 {
-        let most = if self.split.is_some() { 2 } else { 4 };
-        if self.planned == most { 0.0 } else { self.missing / self.cost }
+        if self.planned == self.most { 0.0 } else { self.missing / self.cost }
     }
 
     fn plan(&mut self) {
@@ -153,13 +155,11 @@ fn items(grid: &Grid, indicator: &Indicator) -> Vec<((usize, usize), Item)> {
     (0..3).flat_map(elements).map(|((a, e), m)| ((a, e), Item::new(&grid.axes[a], e, m))).collect()
 }
 
-/// Refines where it takes most off the missing energy for what it costs, until no more than `target` should be missing;
-/// what should be.
-pub fn refine(grid: &mut Grid, indicator: &Indicator, target: f64) -> f64 {
-    let mut items = items(grid, indicator);
-    let total = |items: &[((usize, usize), Item)]| items.iter().map(|(_, i)| i.missing).sum::<f64>();
+/// Plans changes where they take most off the missing energy for what they cost, until no more than `target` should be
+/// missing, or nothing more can be planned.
+fn plan(items: &mut [((usize, usize), Item)], target: f64) {
+    let mut missing: f64 = items.iter().map(|(_, i)| i.missing).sum();
     let mut last: Option<f64> = None;
-    let mut missing = total(&items);
     loop {
         let best = (0..items.len()).max_by(|&i, &j| items[i].1.value().total_cmp(&items[j].1.value()));
         let Some((_, best)) = best.and_then(|i| items.get_mut(i)) else { break };
@@ -176,7 +176,30 @@ pub fn refine(grid: &mut Grid, indicator: &Indicator, target: f64) -> f64 {
         best.plan();
         missing += best.missing;
     }
-    let left = total(&items);
+}
+
+/// Functions on each axis of the grid on which no more than `target` should be missing.
+pub fn functions_wanted(grid: &Grid, indicator: &Indicator, target: f64) -> [usize; 3] {
+    let mut items = items(grid, indicator);
+    items.iter_mut().for_each(|(_, item)| item.most = usize::MAX);
+    plan(&mut items, target);
+    [0, 1, 2].map(|a| {
+        let line = &grid.axes[a].line;
+        let added = items.iter().filter(|((axis, _), _)| *axis == a).map(|((_, e), item)| {
+            // Every further layer beside an edge begins one degree higher than the one nearer to it.
+            let n = item.planned;
+            if item.split.is_some() { n * (line.degree(*e) + 1) + n * n.saturating_sub(1) / 2 } else { n }
+        });
+        Numbering::new(line).len + added.sum::<usize>()
+    })
+}
+
+/// Refines where it takes most off the missing energy for what it costs, until no more than `target` should be missing;
+/// what should be.
+pub fn refine(grid: &mut Grid, indicator: &Indicator, target: f64) -> f64 {
+    let mut items = items(grid, indicator);
+    plan(&mut items, target);
+    let left = items.iter().map(|(_, i)| i.missing).sum();
     let mut changes: [BTreeMap<usize, Change>; 3] = Default::default();
     let mut again: [Vec<usize>; 3] = Default::default();
     for ((a, e), item) in &items {

@@ -132,8 +132,7 @@ pub fn lower(
             // Near conductors the repair knows nothing of their shielding and may cost far more than the iteration's
             // own error: then that must be smaller.
             sound = left < 1e-3 && cost >= 0.0;
-            if !sound || cost <= 20.0 * share || !(cost < 0.5 * last) || iterations > krylov::ITERATION_LIMIT
-            {
+            if !sound || cost <= 20.0 * share || cost > 0.5 * last || iterations > krylov::ITERATION_LIMIT {
                 converged &= sound && (c.reached || cost <= 20.0 * share);
                 break repair;
             }

@@ -7,6 +7,7 @@ pub mod domain;
 pub mod dual;
 pub mod energy;
 pub mod field;
+mod forecast;
 pub mod krylov;
 pub mod layout;
 pub mod matrix;
@@ -20,7 +21,8 @@ pub mod symmetry;
 
 pub use solution::{Bounded, Field, Forecast, PhaseSeconds, ResolutionLevel, Settings, Solution, Target};
 
-pub use solve::{EPS0, forecast, solve};
+pub use forecast::forecast;
+pub use solve::{EPS0, solve};
 
 /// A solve that cannot be carried out.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]

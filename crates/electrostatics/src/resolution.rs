@@ -1,7 +1,8 @@
 //! How fine a grid begins, how far out it reaches, and what it takes.
 
 use crate::layout::{Grid, Layout};
-use crate::solution::{ResolutionLevel, Settings, Target};
+use crate::solution::{ResolutionLevel, Target};
+use elastocap_fem::tensor::Dims;
 use elastocap_geometry::grid::Resolution;
 
 /// Size of a layer over the next larger one: between 0.12 (best below 1e-4) and 0.15 (best above), measured on the
@@ -56,30 +57,19 @@ pub fn coarser(level: ResolutionLevel) -> ResolutionLevel {
     ResolutionLevel { order: level.order.saturating_sub(1).max(1), levels: level.levels.saturating_sub(1) }
 }
 
-/// The level on which a scene like the in-plane pair meets the tolerance, about.
-pub fn foretold(settings: &Settings) -> ResolutionLevel {
-    settings.resolution.unwrap_or_else(|| {
-        // Every layer lowers the spread, 0.05 with one, about twelvefold.
-        let levels =
-            ((0.05 / settings.relative_tolerance).ln() / 12.0_f64.ln()).ceil().clamp(0.0, 9.0) as usize + 1;
-        ResolutionLevel { order: levels + 2, levels }
-    })
-}
-
 /// Largest error of the iteration over the energy, on grids whose result is reported. A part and the whole scene see other
 /// rounding in the single-precision preconditioner: they agree to 1e-10 only where the iteration's own error is small.
 pub fn iteration_share(tolerance: f64) -> f64 {
     (2e-3 * tolerance).clamp(1e-14, 3e-8)
 }
 
-/// Peak bytes of one part on a grid: vectors of the iterations, boxes of the preconditioner, line matrices.
-pub fn memory(layout: &Layout, grid: &Grid, right_hand_sides: usize, bounds: bool) -> u64 {
-    let (domain, _) = layout.domain(grid);
-    let dims = domain.primal_dims();
+/// Peak bytes of a solve with so many functions on each axis: vectors of the iterations, boxes of the preconditioner, line
+/// matrices, solutions of all parts.
+pub fn memory(dims: Dims, right_hand_sides: usize, bounds: bool) -> u64 {
     let n = dims.iter().product::<usize>() as u64;
     // Per unknown: six double vectors, the scratch of the operator (two more), single-precision copies, the boxes
-    // (about twice the array, two buffers each), and what is kept per right-hand side.
-    let one = n * (8 * 8 + 2 * 4 + 2 * 2 * 4 + 2 * 8 * right_hand_sides as u64);
-    let lines: u64 = dims.iter().map(|d| (d * d * 8 * 12) as u64).sum();
-    (if bounds { 2 } else { 1 }) * (one + lines)
+    // (about twice the array, two buffers each), the slopes for the indicator, and what is kept per right-hand side.
+    let one = n * (8 * 8 + 2 * 4 + 2 * 2 * 4 + 4 * 8 + 2 * 8 * right_hand_sides as u64);
+    let lines: u64 = dims.iter().map(|d| (d * d * 8 * 24) as u64).sum();
+    (if bounds { 2 } else { 1 }) * (one + lines) + (16 << 20)
 }

@@ -13,7 +13,10 @@ use faer::Mat;
 use std::time::Instant;
 
 /// What is left to miss after a refinement, over what was missing before.
-const STEP: f64 = 0.12;
+pub(crate) const STEP: f64 = 0.12;
+
+/// What the primal problem may miss where both bounds are to meet the tolerance, over the tolerance.
+pub(crate) const GOAL: f64 = 0.36;
 
 /// The same where refinements are known to do what is expected of them.
 const LONG_STEP: f64 = 0.02;
@@ -60,8 +63,8 @@ pub(crate) fn fixed(problem: &Problem<'_>, level: ResolutionLevel) -> Result<Fou
         outcome.estimate(&below, missing, settings);
     }
     let error = outcome.error(settings);
-    let shortfall =
-        (!(error <= tolerance)).then(|| format!("the error is {error:.1e} at the fixed resolution"));
+    let shortfall = (error.is_nan() || error > tolerance)
+        .then(|| format!("the error is {error:.1e} at the fixed resolution"));
     Ok(Found { outcome, grid, shortfall, grids, choosing })
 }
 
@@ -211,10 +214,11 @@ impl<'p, 's> Search<'p, 's> {
             self.amplification = (0.5 * error / missing).clamp(0.3, 1e3);
         }
         // What the repair costs no finer grid gives back.
-        let stagnates = outcome.repair_share > 0.5 * error
-            || self.judged.last().is_some_and(|before| !(error <= 0.8 * before));
+        let stagnates = error.is_nan()
+            || outcome.repair_share > 0.5 * error
+            || self.judged.last().is_some_and(|before| error > 0.8 * before);
         self.judged.push(error);
-        if !stagnates && !error.is_nan() {
+        if !stagnates {
             return None;
         }
         if self.problem.layout.endless_contrast().is_some() && self.widened < WIDEST {
@@ -250,7 +254,7 @@ impl<'p, 's> Search<'p, 's> {
             let target = match error {
                 _ if !settings.bounds => STEP * missing,
                 Some(error) => missing * (0.5 * tolerance / error).clamp(0.03, 0.5),
-                None => (0.36 * tolerance / self.amplification).clamp(step * missing, missing),
+                None => (GOAL * tolerance / self.amplification).clamp(step * missing, missing),
             };
             left = refine(&mut grid, indicator, target);
             if !settings.bounds && problem.layout.endless_contrast().is_some() {

@@ -36,7 +36,7 @@ pub struct Settings {
     pub cancel: Option<Arc<AtomicBool>>,
 }
 
-/// What a solve will probably take, without solving anything.
+/// What a solve will probably take, told from a small one.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Forecast {
     /// Unknowns of the largest single problem, primal plus dual.
@@ -45,6 +45,8 @@ pub struct Forecast {
     pub memory_bytes: u64,
     /// Expected seconds on two cores.
     pub seconds: f64,
+    /// Unknowns and seconds if mirror planes were not used.
+    pub unmirrored: (usize, f64),
     /// Mirror planes that will be used, by axis.
     pub mirrored: [bool; 3],
     /// Independent right-hand sides.

@@ -8,11 +8,11 @@ use crate::field::{Share, sample};
 use crate::layout::{Grid, Layout};
 use crate::matrix::{MatrixBounds, from_energies};
 use crate::primal::Primal;
-use crate::resolution::{far, foretold, graded, memory};
+use crate::resolution::memory;
 use crate::search::{self, LACKING, REMAINDER};
-use crate::solution::{Bounded, Field, Forecast, PhaseSeconds, Settings, Solution, Target};
+use crate::solution::{Bounded, Field, PhaseSeconds, Settings, Solution, Target};
 use crate::symmetry::{Part, parts};
-use elastocap_fem::tensor::axpy;
+use elastocap_fem::tensor::{Dims, axpy};
 use elastocap_geometry::scene::BoxScene;
 use faer::Mat;
 use faer::linalg::solvers::Solve;
@@ -52,7 +52,7 @@ pub(crate) struct Problem<'a> {
 }
 
 impl<'a> Problem<'a> {
-    fn new(scene: &BoxScene, settings: &'a Settings) -> Self {
+    pub(crate) fn new(scene: &BoxScene, settings: &'a Settings) -> Self {
         let layout = Layout::new(scene);
         let reflected = layout.mirror.map(|m| m.is_some() && !settings.symmetry);
         Self { parts: parts(&layout, settings.symmetry), core: layout.core(), reflected, layout, settings }
@@ -60,12 +60,15 @@ impl<'a> Problem<'a> {
 
     /// Bytes the solve of the largest part takes on a grid.
     pub(crate) fn memory(&self, grid: &Grid) -> u64 {
-        let grid = grid.reflected(self.reflected);
-        self.parts
-            .iter()
-            .map(|p| memory(&p.layout, &grid, p.potentials.len(), self.settings.bounds))
-            .max()
-            .unwrap_or(0)
+        let (domain, _) = self.core.domain(grid);
+        self.memory_of(domain.primal_dims())
+    }
+
+    /// The same for a grid with so many functions on the axes of the part that grids are made for.
+    pub(crate) fn memory_of(&self, dims: Dims) -> u64 {
+        let dims = [0, 1, 2].map(|a| if self.reflected[a] { 2 * dims[a] } else { dims[a] });
+        let most = self.parts.iter().map(|p| p.potentials.len()).max().unwrap_or(0);
+        memory(dims, self.layout.conductors.len().max(most), self.settings.bounds)
     }
 
     /// Unknowns of the largest part on a grid, primal plus dual.
@@ -282,10 +285,9 @@ impl Outcome {
             self.error(settings)
         };
         let by_gain = error(gained.clone());
-        if !(by_gain > error(lacking)) {
-            return;
+        if by_gain > error(lacking) {
+            self.bounds.lower = gained;
         }
-        self.bounds.lower = gained;
     }
 
     /// The largest relative spread (error estimate without bounds) of what the tolerance is about.
@@ -360,32 +362,4 @@ impl SolvedPart {
         }
         weights.iter().any(|w| *w != 0.0).then_some(out)
     }
-}
-
-/// Foretells what [`solve()`] will take, from the grid it would end on for a scene like the in-plane pair.
-pub fn forecast(scene: &BoxScene, settings: &Settings) -> Result<Forecast, SolveError> {
-    let problem = Problem::new(scene, settings);
-    let (layout, parts) = (&problem.layout, &problem.parts);
-    let far = far(settings.relative_tolerance, settings.target, layout.endless_contrast());
-    let grid = problem.core.grid(&graded(foretold(settings)), far);
-    let whole = grid.reflected(problem.reflected);
-    let solves = if settings.bounds { 2 } else { 1 };
-    let (mut unknowns, mut seconds, mut right_hand_sides) = (0, 0.0, 0);
-    for part in parts.iter().filter(|p| !p.potentials.is_empty()) {
-        let (domain, _) = part.layout.domain(&whole);
-        let dims = domain.primal_dims();
-        let n: usize = dims.iter().product();
-        unknowns = unknowns.max(solves * n);
-        right_hand_sides += part.potentials.len();
-        // A preconditioned step costs about as many operations per unknown as an axis is long.
-        let work = n as f64 * dims.iter().sum::<usize>() as f64 / 3.0;
-        seconds += 7e-9 * (solves * part.potentials.len()) as f64 * work + 5e-3;
-    }
-    Ok(Forecast {
-        unknowns,
-        memory_bytes: problem.memory(&grid),
-        seconds,
-        mirrored: layout.mirror.map(|m| m.is_some() && settings.symmetry),
-        right_hand_sides,
-    })
 }
