@@ -19,7 +19,7 @@ pub(crate) const STEP: f64 = 0.12;
 pub(crate) const GOAL: f64 = 0.36;
 
 /// The same where refinements are known to do what is expected of them.
-const LONG_STEP: f64 = 0.02;
+const LONG_STEP: f64 = 0.01;
 
 /// Without bounds, the estimated error over what the last refinement gained: several times what should be left.
 pub(crate) const REMAINDER: f64 = 0.6;
@@ -201,7 +201,9 @@ impl<'p, 's> Search<'p, 's> {
     fn obstacle(&mut self, outcome: &Outcome, error: Option<f64>, missing: f64) -> Option<String> {
         const WIDEST: usize = 3;
         self.wider = false;
-        if !outcome.converged {
+        // Bounds hold wherever the iteration stopped; close ones may still be made closer.
+        let close = self.problem.settings.bounds && error.is_some_and(|e| e < 0.05);
+        if !outcome.converged && !close {
             return Some(
                 "the iteration does not converge: sizes or permittivities are too unequal".to_owned(),
             );
@@ -248,13 +250,14 @@ impl<'p, 's> Search<'p, 's> {
         } else if self.wider {
             problem.core.reach_to(&mut grid, 7.0 * self.grid.radius);
         } else {
-            // Where the last refinement took off what it was to, the next may be a long one.
-            let step =
-                if missing < 1.5 * self.foreseen && self.foreseen.is_finite() { LONG_STEP } else { STEP };
+            // The next refinement may be a long one unless the last did not take off what it was to. What the first grid
+            // tells is somewhat too hopeful.
+            let step = if missing < 2.5 * self.foreseen { LONG_STEP } else { STEP };
+            let goal = if self.grids == 1 { 0.85 * GOAL } else { GOAL };
             let target = match error {
                 _ if !settings.bounds => STEP * missing,
                 Some(error) => missing * (0.5 * tolerance / error).clamp(0.03, 0.5),
-                None => (GOAL * tolerance / self.amplification).clamp(step * missing, missing),
+                None => (goal * tolerance / self.amplification).clamp(step * missing, missing),
             };
             left = refine(&mut grid, indicator, target);
             if !settings.bounds && problem.layout.endless_contrast().is_some() {
