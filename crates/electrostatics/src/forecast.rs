@@ -2,7 +2,7 @@
 
 use crate::SolveError;
 use crate::adapt::{functions_wanted, missing, refine};
-use crate::resolution::{far, first, graded};
+use crate::resolution::{LEAST_TOLERANCE, MOST_UNKNOWNS, far, first, graded};
 use crate::search::{GOAL, STEP};
 use crate::solution::{Forecast, Settings};
 use crate::solve::{Problem, on_grid};
@@ -21,7 +21,7 @@ const PACE: f64 = 1.5e-10;
 pub fn forecast(scene: &BoxScene, settings: &Settings) -> Result<Forecast, SolveError> {
     let explore = Settings { field: false, ..settings.clone() };
     let problem = Problem::new(scene, &explore);
-    let tolerance = settings.relative_tolerance;
+    let tolerance = settings.relative_tolerance.max(LEAST_TOLERANCE);
     let distance = far(tolerance, settings.target, problem.layout.endless_contrast());
     let work = |dims: [usize; 3]| dims.iter().product::<usize>() as f64 * dims.iter().sum::<usize>() as f64;
     let solves = problem.parts.iter().map(|p| p.potentials.len()).sum::<usize>();
@@ -51,8 +51,13 @@ pub fn forecast(scene: &BoxScene, settings: &Settings) -> Result<Forecast, Solve
         }
         (dims, PACE * iterations * work(dims))
     };
-    let n: usize = dims.iter().product();
     let bounds = if settings.bounds { 2 } else { 1 };
+    // No grid is refined beyond the most.
+    let planned = (f64::from(bounds) * dims.iter().map(|n| *n as f64).product::<f64>()).max(1.0);
+    let shrink = (MOST_UNKNOWNS as f64 / planned).min(1.0);
+    let dims = dims.map(|n| (n as f64 * shrink.cbrt()) as usize);
+    let seconds = seconds * shrink.powf(4.0 / 3.0);
+    let n: usize = dims.iter().product();
     // Grids on the way take about half as long as the last; both problems side by side share two cores.
     let seconds = seconds * f64::from(bounds) * 1.5 + 2e-3;
     let mirrored = problem.layout.mirror.map(|m| m.is_some());

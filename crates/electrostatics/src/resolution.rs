@@ -10,7 +10,10 @@ use elastocap_geometry::grid::Resolution;
 const RATIO: f64 = 0.13;
 
 /// Unknowns of a part, primal plus dual, beyond which no grid is refined: about a minute's work on two cores.
-pub const MOST_UNKNOWNS: usize = 40_000_000;
+pub const MOST_UNKNOWNS: usize = 24_000_000;
+
+/// The spread that double precision allows, about: grids are not refined for less.
+pub const LEAST_TOLERANCE: f64 = 2e-12;
 
 /// Most unknowns of a first grid that has a layer at every edge.
 const MOST_AT_FIRST: usize = 30_000;

@@ -6,7 +6,7 @@
 use crate::SolveError;
 use crate::adapt::{Indicator, missing, refine};
 use crate::layout::Grid;
-use crate::resolution::{MOST_UNKNOWNS, coarser, far, first, graded, iteration_share};
+use crate::resolution::{LEAST_TOLERANCE, MOST_UNKNOWNS, coarser, far, first, graded, iteration_share};
 use crate::solution::ResolutionLevel;
 use crate::solve::{Outcome, Problem, on_grid};
 use faer::Mat;
@@ -114,6 +114,8 @@ enum Purpose {
 
 struct Search<'p, 's> {
     problem: &'p Problem<'s>,
+    /// What is aimed at: the tolerance, or what double precision gives.
+    tolerance: f64,
     grid: Grid,
     grids: usize,
     /// Relative energy that should be missing on the grid; infinite before the first.
@@ -135,7 +137,7 @@ struct Search<'p, 's> {
 impl<'p, 's> Search<'p, 's> {
     fn new(problem: &'p Problem<'s>) -> Self {
         let settings = problem.settings;
-        let tolerance = settings.relative_tolerance;
+        let tolerance = settings.relative_tolerance.max(LEAST_TOLERANCE);
         let distance = far(
             if settings.bounds { tolerance } else { tolerance.max(0.1) },
             settings.target,
@@ -143,6 +145,7 @@ impl<'p, 's> Search<'p, 's> {
         );
         Self {
             problem,
+            tolerance,
             grid: first(&problem.core, distance),
             grids: 0,
             foreseen: f64::INFINITY,
@@ -157,7 +160,7 @@ impl<'p, 's> Search<'p, 's> {
     }
 
     fn purpose(&self) -> Purpose {
-        let tolerance = self.problem.settings.relative_tolerance;
+        let tolerance = self.tolerance;
         if self.problem.settings.bounds {
             let near = 2.0 * self.amplification * self.foreseen <= 0.8 * tolerance;
             return if near { Purpose::Prove } else { Purpose::Explore };
@@ -169,7 +172,7 @@ impl<'p, 's> Search<'p, 's> {
 
     /// How far to iterate: the error of the iteration over the energy.
     fn share(&self, purpose: Purpose) -> f64 {
-        let least = iteration_share(self.problem.settings.relative_tolerance);
+        let least = iteration_share(self.tolerance);
         match purpose {
             Purpose::Explore => (0.01 * self.foreseen.min(0.1)).max(least),
             Purpose::Estimate | Purpose::Prove => least,
@@ -216,6 +219,9 @@ impl<'p, 's> Search<'p, 's> {
             self.amplification = (0.5 * error / missing).clamp(0.3, 1e3);
         }
         // What the repair costs no finer grid gives back.
+        if error <= self.tolerance {
+            return Some(format!("the error is {error:.1e}: double precision gives no more"));
+        }
         let stagnates = error.is_nan()
             || outcome.repair_share > 0.5 * error
             || self.judged.last().is_some_and(|before| error > 0.8 * before);
@@ -242,7 +248,7 @@ impl<'p, 's> Search<'p, 's> {
         purpose: Purpose,
     ) -> Option<(Grid, f64)> {
         let (problem, settings) = (self.problem, self.problem.settings);
-        let tolerance = settings.relative_tolerance;
+        let tolerance = self.tolerance;
         let mut grid = self.grid.clone();
         let mut left = missing;
         if obstacle.is_some() {
