@@ -1,0 +1,4 @@
+//! Finite elements.
+pub mod material;
+pub mod mesh;
+pub mod sparse;
