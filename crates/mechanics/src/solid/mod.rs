@@ -1,4 +1,6 @@
 //! Finite elements.
+pub mod element;
 pub mod material;
 pub mod mesh;
+pub mod obstacle;
 pub mod sparse;
