@@ -1,0 +1,4 @@
+//! The finite-element solver against solutions it does not know.
+
+mod cook;
+mod patch;
