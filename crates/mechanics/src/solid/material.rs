@@ -7,7 +7,11 @@
 //! `P = 2 w_I F + w_J G`, `G = cof F`,
 //! `dP/dF = 2 w_I 1 + 4 w_II F(x)F + 2 w_IJ (F(x)G + G(x)F) + w_JJ G(x)G + w_J dG/dF`.
 
-/// The part of the energy that is indifferent to volume: a function of `F / J^(1/3)`.
+/// The law of distortion.
+///
+/// Where the volume can change, it is a function of `F / J^(1/3)`. An incompressible rubber takes it as a function
+/// of `F` itself, less its slope at rest times `J - 1`: where `J = 1` that is the same, and it is a polynomial
+/// for the first three laws, so that the quadrature of the element is exact.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Distortion {
     /// `mu/2 (I1 - 3)`.
@@ -121,6 +125,10 @@ impl Rubber {
         }
     }
 
+    fn keeps_volume(&self) -> bool {
+        self.volume == Volume::Incompressible
+    }
+
     /// The energy that the displacement alone decides (all but the pressure's part) at the in-plane tensor `f`.
     ///
     /// Returns a value with `w` infinite if `J <= 0`.
@@ -130,6 +138,13 @@ impl Rubber {
             return EnergyDerivatives { w: f64::INFINITY, ..Default::default() };
         }
         let i = f.iter().map(|x| x * x).sum::<f64>();
+        type Invariant = fn(f64, f64) -> EnergyDerivatives;
+        let (first, second): (Invariant, Invariant) = if self.keeps_volume() {
+            (plain_first_invariant, plain_second_invariant)
+        } else {
+            (first_invariant, second_invariant)
+        };
+        let powers = if self.keeps_volume() { plain_stretch_powers } else { stretch_powers };
         let mut d = match (&self.distortion, self.volume) {
             (_, Volume::LogLame(_)) => {
                 // The classical form is not split: mu/2 (I1 - 3 - 2 ln J).
@@ -142,12 +157,12 @@ impl Rubber {
                     ..Default::default()
                 }
             }
-            (Distortion::NeoHookean { shear_modulus }, _) => first_invariant(i, j).scaled(0.5 * shear_modulus),
+            (Distortion::NeoHookean { shear_modulus }, _) => first(i, j).scaled(0.5 * shear_modulus),
             (Distortion::MooneyRivlin { c10, c01 }, _) => {
-                first_invariant(i, j).scaled(*c10).plus(&second_invariant(i, j).scaled(*c01))
+                first(i, j).scaled(*c10).plus(&second(i, j).scaled(*c01))
             }
             (Distortion::Yeoh { constants: [c1, c2, c3] }, _) => {
-                let e = first_invariant(i, j);
+                let e = first(i, j);
                 e.composed(
                     c1 * e.w + c2 * e.w * e.w + c3 * e.w.powi(3),
                     c1 + 2.0 * c2 * e.w + 3.0 * c3 * e.w * e.w,
@@ -158,7 +173,7 @@ impl Rubber {
                 // I - 2J without cancellation: it vanishes where the two stretches agree.
                 let spread = (f[0] - f[3]).powi(2) + (f[1] + f[2]).powi(2);
                 terms.iter().fold(EnergyDerivatives::default(), |sum, (mu, alpha)| {
-                    sum.plus(&stretch_powers(spread, j, *alpha).scaled(mu / alpha))
+                    sum.plus(&powers(spread, j, *alpha).scaled(mu / alpha))
                 })
             }
         };
@@ -247,6 +262,22 @@ impl EnergyDerivatives {
     }
 }
 
+/// `I1 - 3 - 2 (J - 1)`: where `J = 1` the first invariant, and stationary at rest.
+fn plain_first_invariant(i: f64, j: f64) -> EnergyDerivatives {
+    EnergyDerivatives { w: i - 2.0 - 2.0 * (j - 1.0), i: 1.0, j: -2.0, ..Default::default() }
+}
+
+/// `I2 - 3 - 4 (J - 1)`: where `J = 1` the second invariant, and stationary at rest.
+fn plain_second_invariant(i: f64, j: f64) -> EnergyDerivatives {
+    EnergyDerivatives {
+        w: i + j * j - 3.0 - 4.0 * (j - 1.0),
+        i: 1.0,
+        j: 2.0 * j - 4.0,
+        jj: 2.0,
+        ..Default::default()
+    }
+}
+
 /// `J^(-2/3) I1 - 3`.
 fn first_invariant(i: f64, j: f64) -> EnergyDerivatives {
     let a = j.powf(-2.0 / 3.0);
@@ -294,6 +325,23 @@ fn stretch_powers(spread: f64, j: f64, alpha: f64) -> EnergyDerivatives {
         ij: j2 * ((e - 1.0) * t1 - z * t2),
         jj: 2.0 * j2 * ((e - 1.0) * (e * t - z * t1) - z * ((e - 1.0) * t1 - z * t2))
             + 2.0 * e * (2.0 * e + 1.0) * out / (j * j),
+    }
+}
+
+/// `l1^alpha + l2^alpha - 2 - alpha (J - 1)`, stationary at rest.
+fn plain_stretch_powers(spread: f64, j: f64, alpha: f64) -> EnergyDerivatives {
+    let (t, t1, t2) = chebyshev(0.5 * alpha, 0.5 * spread / j);
+    let z = 1.0 + 0.5 * spread / j;
+    let b = 0.5 * alpha;
+    let jb = j.powf(b);
+    let (j1, j2) = (jb / j, jb / (j * j));
+    EnergyDerivatives {
+        w: 2.0 * jb * t - 2.0 - alpha * (j - 1.0),
+        i: j1 * t1,
+        j: 2.0 * j1 * (b * t - z * t1) - alpha,
+        ii: 0.5 * j2 * t2,
+        ij: j2 * ((b - 1.0) * t1 - z * t2),
+        jj: 2.0 * j2 * ((b - 1.0) * (b * t - z * t1) - z * ((b - 1.0) * t1 - z * t2)),
     }
 }
 
@@ -425,6 +473,7 @@ mod tests {
             volume_barrier: 0.0,
         };
         let neo = Rubber::neo_hookean(1.3);
+        assert_ne!(ogden.derivatives(&STATES[3]).w, 0.0);
         for f in &STATES {
             let (a, b) = (ogden.derivatives(f), neo.derivatives(f));
             for (x, y) in [(a.w, b.w), (a.i, b.i), (a.j, b.j), (a.ii, b.ii), (a.ij, b.ij), (a.jj, b.jj)] {
