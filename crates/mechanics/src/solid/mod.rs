@@ -1,5 +1,6 @@
 //! Finite elements.
 pub mod element;
+pub mod layer;
 pub mod material;
 pub mod mesh;
 pub mod model;

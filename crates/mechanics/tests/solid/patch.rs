@@ -49,7 +49,7 @@ fn solve(n: usize, compressions: &[f64]) -> Vec<(f64, f64, f64)> {
             },
             &mut next.force,
         );
-        equations.advance(&mut state, &mut load, &next, &NewtonSettings { first_step: 1.0, ..Default::default() }).unwrap();
+        let e = equations.advance(&mut state, &mut load, &next, &NewtonSettings { first_step: 1.0, ..Default::default() }).unwrap(); if n == 16 { println!("  {compression} {e:?}"); }
         let force = -equations.reaction(1, |x| x[1] == 1.0) / mu;
         let (points, weights) = elastocap_fem::quadrature::gauss_legendre(20);
         let exact: f64 = points
@@ -74,7 +74,7 @@ fn the_closed_form_with_its_own_tractions_comes_out() {
     for (compression, (force, exact, error)) in compressions.iter().zip(solve(16, &compressions)) {
         let relative = (force / exact - 1.0).abs();
         println!("{compression}: force {force:.9} closed form {exact:.9} error {relative:.1e}, displacement {error:.1e}");
-        assert!(relative < if *compression < 0.3 { 1e-6 } else { 1e-5 });
+        if std::env::var("SCAN").is_err() {assert!(relative < if *compression < 0.3 { 1e-6 } else { 1e-5 });}
     }
 }
 
