@@ -227,7 +227,7 @@ impl Equations {
             right: vec![0.0; unknowns as usize],
             systems: vec![ElementSystem::default(); count],
             kappa_0: 1e5 * modulus,
-            penalty: 1e3 * modulus,
+            penalty: 1e6 * modulus,
             force_floor: 1e-9 * modulus * size,
             size,
             body,
