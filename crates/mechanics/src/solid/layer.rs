@@ -45,7 +45,8 @@ pub struct LayerMesh {
     pub up: Vec<f64>,
     /// Breakpoints along the top over the last thickness, in m, from `half_length - thickness` to `half_length`.
     pub end_top: Vec<f64>,
-    /// Fractions of the way from the bonded corner of the end, from 0 to 1.
+    /// Fractions of the way from the bonded corner of the end, from 0 to 1. Empty for a mesh without a fan there: a
+    /// tensor product, which turns inside out at that corner.
     pub radii: Vec<f64>,
 }
 
@@ -66,6 +67,10 @@ impl LayerMesh {
     /// The mesh.
     pub fn mesh(&self) -> Mesh {
         let (body, top) = (self.along[self.along.len() - 1], self.up[self.up.len() - 1]);
+        if self.radii.is_empty() {
+            let along: Vec<f64> = self.along.iter().chain(self.end_top.iter().skip(1)).copied().collect();
+            return Mesh::from_patches(&[Patch::tensor(&along, &self.up)]);
+        }
         let corner = [self.end_top[self.end_top.len() - 1], 0.0];
         let mut rim: Vec<[f64; 2]> = self.up.iter().map(|&y| [body, y]).collect();
         rim.extend(self.end_top.iter().skip(1).map(|&x| [x, top]));
