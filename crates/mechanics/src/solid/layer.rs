@@ -222,3 +222,60 @@ impl LayerModel {
         }
     }
 }
+
+/// A mesh for a punch whose corner is at `half_width` (m) on a layer of `thickness` and `half_length` (m): a tensor
+/// product, graded along the top towards the corner down to a fifth of `corner_size` (m), and towards the top.
+/// `refinement` 1, 2, ... divides every interval.
+pub fn punch_mesh(
+    thickness: f64,
+    half_length: f64,
+    half_width: f64,
+    corner_size: f64,
+    refinement: usize,
+) -> LayerMesh {
+    let body = half_length - thickness;
+    let fine = 0.25 * corner_size;
+    let along = graded(&[(0.0, thickness / 6.0), (half_width, fine), (body, thickness / 3.0)], 1.6, refinement);
+    let up = graded(&[(0.0, thickness / 6.0), (0.5 * thickness, thickness / 6.0), (thickness, 2.0 * fine)], 1.6, refinement);
+    LayerMesh {
+        along,
+        up,
+        end_top: uniform(body, half_length, 3 * refinement),
+        radii: geometric(0.5f64.powf(1.0 / refinement as f64), 2 * refinement),
+    }
+}
+
+/// Breakpoints through the points `(x, size)` (m), the size of the intervals growing away from each point by at most
+/// the factor `growth`, each interval then cut into `refinement` equal parts.
+fn graded(points: &[(f64, f64)], growth: f64, refinement: usize) -> Vec<f64> {
+    let size_at = |x: f64| {
+        points.iter().map(|&(p, s)| s + (growth - 1.0) / growth * (x - p).abs()).fold(f64::INFINITY, f64::min)
+    };
+    let mut breaks = vec![points[0].0];
+    for pair in points.windows(2) {
+        let (a, b) = (pair[0].0, pair[1].0);
+        // Equidistribute the integral of 1/size: as many intervals as it says, each with the same share.
+        let samples = 2000;
+        let mut total = vec![0.0];
+        for k in 0..samples {
+            let x = a + (b - a) * (k as f64 + 0.5) / f64::from(samples);
+            total.push(total[total.len() - 1] + (b - a) / f64::from(samples) / size_at(x));
+        }
+        let intervals = total[samples as usize].ceil().max(1.0) as usize;
+        let mut coarse = vec![a];
+        let mut k = 0;
+        for n in 1..intervals {
+            let share = total[samples as usize] * n as f64 / intervals as f64;
+            while total[k + 1] < share {
+                k += 1;
+            }
+            let part = (share - total[k]) / (total[k + 1] - total[k]);
+            coarse.push(a + (b - a) * (k as f64 + part) / f64::from(samples));
+        }
+        coarse.push(b);
+        for cell in coarse.windows(2) {
+            breaks.extend(uniform(cell[0], cell[1], refinement).iter().skip(1));
+        }
+    }
+    breaks
+}

@@ -30,7 +30,7 @@ fn solve(n: usize, compressions: &[f64]) -> Vec<(f64, f64, f64)> {
     let mut results = Vec::new();
     // Dead tractions are followed in small steps: in between they are interpolated, and far from the closed
     // form's own the block is not stable.
-    let steps = (1..=40).map(|k| 0.0125 * f64::from(k));
+    let ds: f64 = std::env::var("DS").map_or(0.0125, |b| b.parse().unwrap()); let steps = (1..=400).map(|k| ds * f64::from(k));
     let last = compressions.iter().fold(0.0f64, |m, c| m.max(*c));
     for compression in steps.take_while(|c| *c < last + 1e-9) {
         let map = LayerMap::new(1.0, compression).unwrap();
