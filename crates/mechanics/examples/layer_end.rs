@@ -12,7 +12,13 @@ fn main() {
     let words: Vec<String> = std::env::args().collect();
     let number = |k: usize, default: f64| words.get(k).and_then(|w| w.parse().ok()).unwrap_or(default);
     let end = if words.get(1).is_some_and(|w| w == "substrate") { End::FreeOnSubstrate } else { End::Free };
-    let mut mesh = LayerMesh::uniform(1.0, 4.0, number(2, 8.0) as usize, number(3, 0.5), number(4, 6.0).max(0.0) as usize);
+    let mut mesh = LayerMesh::uniform(
+        1.0,
+        4.0,
+        number(2, 8.0) as usize,
+        number(3, 0.5),
+        number(4, 6.0).max(0.0) as usize,
+    );
     if number(4, 6.0) < 0.0 {
         mesh.radii.clear();
     }

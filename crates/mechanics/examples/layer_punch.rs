@@ -3,7 +3,7 @@
 //! `cargo run --release -p elastocap-mechanics --example layer_punch -- 0.02 1 0.05 0.4`
 //! takes the corner radius over H (0 for a sharp punch), the refinement, the compression between two rows and the last.
 
-use elastocap_mechanics::solid::layer::{End, Indenter, LayerModel, punch_mesh};
+use elastocap_mechanics::solid::layer::{End, Indenter, LayerMesh, LayerModel};
 use elastocap_mechanics::solid::material::Rubber;
 use elastocap_mechanics::solid::newton::NewtonSettings;
 use elastocap_mechanics::solid::obstacle::Shape;
@@ -17,7 +17,14 @@ fn main() {
     } else {
         Indenter::Sharp { half_width }
     };
-    let mesh = punch_mesh(1.0, 6.0, half_width, corner_radius.max(0.01), number(2, 1.0) as usize);
+    let mesh = LayerMesh::under_punch(
+        1.0,
+        6.0,
+        half_width,
+        number(2, 8.0) as usize,
+        number(6, 0.7),
+        number(7, 6.0) as usize,
+    );
     let rubber = Rubber { volume_barrier: number(5, 2.0), ..Rubber::neo_hookean(1.0) };
     let start = std::time::Instant::now();
     let mut model = match LayerModel::new(&mesh, rubber, indenter, End::Free) {

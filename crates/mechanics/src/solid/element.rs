@@ -153,7 +153,11 @@ impl ReferenceElement {
         (0..POINTS).fold((f64::INFINITY, f64::INFINITY), |(least, ratio), q| {
             let now = determinant(&self.deformation_gradient(q, u));
             let then = determinant(&self.deformation_gradient(q, before));
-            if now.is_nan() { (f64::NEG_INFINITY, f64::NEG_INFINITY) } else { (least.min(now), ratio.min(now / then)) }
+            if now.is_nan() {
+                (f64::NEG_INFINITY, f64::NEG_INFINITY)
+            } else {
+                (least.min(now), ratio.min(now / then))
+            }
         })
     }
 
@@ -174,7 +178,14 @@ impl ReferenceElement {
 
     /// Internal forces and tangent under the displacements `u` (m) and the pressure coefficients `p` (Pa, positive
     /// in tension), with the proximal modulus `kappa_0` (Pa); see the module's head.
-    pub fn assemble(&self, rubber: &Rubber, u: &[f64; 18], p: &[f64; 3], kappa_0: f64, out: &mut ElementSystem) {
+    pub fn assemble(
+        &self,
+        rubber: &Rubber,
+        u: &[f64; 18],
+        p: &[f64; 3],
+        kappa_0: f64,
+        out: &mut ElementSystem,
+    ) {
         let compliance = rubber.pressure_compliance();
         out.force = [0.0; 18];
         out.coupling = [[0.0; 3]; 18];
@@ -312,8 +323,13 @@ mod tests {
                 let (mut up, mut down) = (u, u);
                 up[r] += h;
                 down[r] -= h;
-                let slope = (element.energy(&rubber, &up, &p) - element.energy(&rubber, &down, &p)) / (2.0 * h);
-                assert!((slope - system.force[r]).abs() < 1e-8, "{volume:?} {r}: {slope} {}", system.force[r]);
+                let slope =
+                    (element.energy(&rubber, &up, &p) - element.energy(&rubber, &down, &p)) / (2.0 * h);
+                assert!(
+                    (slope - system.force[r]).abs() < 1e-8,
+                    "{volume:?} {r}: {slope} {}",
+                    system.force[r]
+                );
                 let (a, b) = (assemble(&up, &p), assemble(&down, &p));
                 for c in 0..18 {
                     let slope = (a.force[c] - b.force[c]) / (2.0 * h);

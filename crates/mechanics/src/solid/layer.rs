@@ -48,6 +48,22 @@ pub struct LayerMesh {
     /// Fractions of the way from the bonded corner of the end, from 0 to 1. Empty for a mesh without a fan there: a
     /// tensor product, which turns inside out at that corner.
     pub radii: Vec<f64>,
+    /// A fan around the point of the top where a sharp punch ends, if there is one.
+    pub punch: Option<PunchFan>,
+}
+
+/// Sectors around the point where a sharp punch ends: the surface beside it turns up by 90 degrees and more, which two
+/// quadrilaterals that meet there cannot follow.
+#[derive(Debug, Clone, PartialEq)]
+pub struct PunchFan {
+    /// First and last of the breakpoints along `x1` that the fan takes the place of; its centre is between them.
+    pub along: [usize; 2],
+    /// First of the breakpoints upwards that it takes the place of.
+    pub up: usize,
+    /// `x1` of its centre in m.
+    pub corner: f64,
+    /// Fractions of the way from the centre, from 0 to 1.
+    pub radii: Vec<f64>,
 }
 
 impl LayerMesh {
@@ -61,7 +77,35 @@ impl LayerMesh {
             up: uniform(0.0, thickness, n),
             end_top: uniform(body, half_length, n),
             radii: geometric(ratio, rings),
+            punch: None,
         }
+    }
+
+    /// A mesh with about `n` quadrilaterals over the thickness for a sharp punch that ends at `corner` (m), with a
+    /// fan there of half the thickness; its `rings` shrink by `ratio`. The fan at the bonded end has two rings.
+    pub fn under_punch(
+        thickness: f64,
+        half_length: f64,
+        corner: f64,
+        n: usize,
+        ratio: f64,
+        rings: usize,
+    ) -> Self {
+        let (body, half) = (half_length - thickness, 0.5 * thickness);
+        let (left, right, low) = (corner - half, corner + half, thickness - half);
+        let count = |length: f64| ((length / thickness) * n as f64).round().max(1.0) as usize;
+        let mut along = uniform(0.0, left, count(left));
+        let first = along.len() - 1;
+        along.extend(uniform(left, right, count(thickness)).iter().skip(1));
+        let last = along.len() - 1;
+        along.extend(uniform(right, body, count(0.6 * (body - right))).iter().skip(1));
+        let mut up = uniform(0.0, low, count(low));
+        let floor = up.len() - 1;
+        up.extend(uniform(low, thickness, count(half)).iter().skip(1));
+        let punch =
+            Some(PunchFan { along: [first, last], up: floor, corner, radii: geometric(ratio, rings) });
+        let end_top = uniform(body, half_length, count(0.6 * thickness));
+        Self { along, up, end_top, radii: geometric(0.5, 1), punch }
     }
 
     /// The mesh.
@@ -74,7 +118,21 @@ impl LayerMesh {
         let corner = [self.end_top[self.end_top.len() - 1], 0.0];
         let mut rim: Vec<[f64; 2]> = self.up.iter().map(|&y| [body, y]).collect();
         rim.extend(self.end_top.iter().skip(1).map(|&x| [x, top]));
-        Mesh::from_patches(&[Patch::tensor(&self.along, &self.up), Patch::fan(corner, &rim, &self.radii)])
+        let mut patches = vec![Patch::fan(corner, &rim, &self.radii)];
+        if let Some(PunchFan { along: [first, last], up: floor, corner, radii }) = &self.punch {
+            let (low, high) = (&self.up[..=*floor], &self.up[*floor..]);
+            let under = &self.along[*first..=*last];
+            patches.push(Patch::tensor(&self.along, low));
+            patches.push(Patch::tensor(&self.along[..=*first], high));
+            patches.push(Patch::tensor(&self.along[*last..], high));
+            let mut rim: Vec<[f64; 2]> = high.iter().rev().map(|&y| [under[0], y]).collect();
+            rim.extend(under.iter().skip(1).map(|&x| [x, high[0]]));
+            rim.extend(high.iter().skip(1).map(|&y| [under[under.len() - 1], y]));
+            patches.push(Patch::fan([*corner, top], &rim, radii));
+        } else {
+            patches.push(Patch::tensor(&self.along, &self.up));
+        }
+        Mesh::from_patches(&patches)
     }
 }
 
@@ -221,61 +279,4 @@ impl LayerModel {
             effort,
         }
     }
-}
-
-/// A mesh for a punch whose corner is at `half_width` (m) on a layer of `thickness` and `half_length` (m): a tensor
-/// product, graded along the top towards the corner down to a fifth of `corner_size` (m), and towards the top.
-/// `refinement` 1, 2, ... divides every interval.
-pub fn punch_mesh(
-    thickness: f64,
-    half_length: f64,
-    half_width: f64,
-    corner_size: f64,
-    refinement: usize,
-) -> LayerMesh {
-    let body = half_length - thickness;
-    let fine = 0.25 * corner_size;
-    let along = graded(&[(0.0, thickness / 6.0), (half_width, fine), (body, thickness / 3.0)], 1.6, refinement);
-    let up = graded(&[(0.0, thickness / 6.0), (0.5 * thickness, thickness / 6.0), (thickness, 2.0 * fine)], 1.6, refinement);
-    LayerMesh {
-        along,
-        up,
-        end_top: uniform(body, half_length, 3 * refinement),
-        radii: geometric(0.5f64.powf(1.0 / refinement as f64), 2 * refinement),
-    }
-}
-
-/// Breakpoints through the points `(x, size)` (m), the size of the intervals growing away from each point by at most
-/// the factor `growth`, each interval then cut into `refinement` equal parts.
-fn graded(points: &[(f64, f64)], growth: f64, refinement: usize) -> Vec<f64> {
-    let size_at = |x: f64| {
-        points.iter().map(|&(p, s)| s + (growth - 1.0) / growth * (x - p).abs()).fold(f64::INFINITY, f64::min)
-    };
-    let mut breaks = vec![points[0].0];
-    for pair in points.windows(2) {
-        let (a, b) = (pair[0].0, pair[1].0);
-        // Equidistribute the integral of 1/size: as many intervals as it says, each with the same share.
-        let samples = 2000;
-        let mut total = vec![0.0];
-        for k in 0..samples {
-            let x = a + (b - a) * (k as f64 + 0.5) / f64::from(samples);
-            total.push(total[total.len() - 1] + (b - a) / f64::from(samples) / size_at(x));
-        }
-        let intervals = total[samples as usize].ceil().max(1.0) as usize;
-        let mut coarse = vec![a];
-        let mut k = 0;
-        for n in 1..intervals {
-            let share = total[samples as usize] * n as f64 / intervals as f64;
-            while total[k + 1] < share {
-                k += 1;
-            }
-            let part = (share - total[k]) / (total[k + 1] - total[k]);
-            coarse.push(a + (b - a) * (k as f64 + part) / f64::from(samples));
-        }
-        coarse.push(b);
-        for cell in coarse.windows(2) {
-            breaks.extend(uniform(cell[0], cell[1], refinement).iter().skip(1));
-        }
-    }
-    breaks
 }

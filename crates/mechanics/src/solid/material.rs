@@ -61,8 +61,10 @@ pub struct Rubber {
     pub volume: Volume,
     /// Factor of `mu (J - 1 - ln J)`, added to the energy of an *incompressible* rubber at every quadrature point.
     ///
-    /// It is zero with its slope where `J = 1`, so that it changes nothing but the discretisation, and keeps `J`
-    /// of single points from running to zero where the mesh is coarse.
+    /// It is zero with its slope where `J = 1`, so that it changes nothing but the discretisation: it keeps `J` of
+    /// single points from running to zero where the mesh is coarse, and takes wrinkles of the size of an element
+    /// out of the way of Newton's method. [`Rubber::USUAL_BARRIER`] gives the smallest error on the closed form of
+    /// the layer over 5 to 40 % compression.
     pub volume_barrier: f64,
 }
 
@@ -97,12 +99,15 @@ pub fn cofactor(f: &Tensor) -> Tensor {
 }
 
 impl Rubber {
-    /// A neo-Hookean rubber with shear modulus `mu` in Pa that keeps its volume.
+    /// A [`Rubber::volume_barrier`] that serves.
+    pub const USUAL_BARRIER: f64 = 1.5;
+
+    /// A neo-Hookean rubber with shear modulus `mu` in Pa that keeps its volume, with the usual barrier.
     pub fn neo_hookean(shear_modulus: f64) -> Self {
         Self {
             distortion: Distortion::NeoHookean { shear_modulus },
             volume: Volume::Incompressible,
-            volume_barrier: 0.0,
+            volume_barrier: Self::USUAL_BARRIER,
         }
     }
 
@@ -395,9 +400,7 @@ mod tests {
         ];
         distortions
             .iter()
-            .flat_map(|d| {
-                volumes.map(|volume| Rubber { distortion: d.clone(), volume, volume_barrier: 0.7 })
-            })
+            .flat_map(|d| volumes.map(|volume| Rubber { distortion: d.clone(), volume, volume_barrier: 0.7 }))
             .collect()
     }
 
@@ -428,7 +431,11 @@ mod tests {
                 let (p, a) = (d.first_piola(f), d.tangent(f));
                 for k in 0..4 {
                     let slope = difference(f, k, |g| rubber.derivatives(g).w);
-                    assert!((slope - p[k]).abs() < 2e-9 * (1.0 + p[k].abs()), "{rubber:?} {f:?} P[{k}] {slope} {}", p[k]);
+                    assert!(
+                        (slope - p[k]).abs() < 2e-9 * (1.0 + p[k].abs()),
+                        "{rubber:?} {f:?} P[{k}] {slope} {}",
+                        p[k]
+                    );
                     for m in 0..4 {
                         let slope = difference(f, k, |g| rubber.derivatives(g).first_piola(g)[m]);
                         assert!(
@@ -470,7 +477,7 @@ mod tests {
         let ogden = Rubber {
             distortion: Distortion::Ogden { terms: vec![(1.3, 2.0)] },
             volume: Volume::Incompressible,
-            volume_barrier: 0.0,
+            volume_barrier: Rubber::USUAL_BARRIER,
         };
         let neo = Rubber::neo_hookean(1.3);
         assert_ne!(ogden.derivatives(&STATES[3]).w, 0.0);

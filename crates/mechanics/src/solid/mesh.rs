@@ -229,8 +229,7 @@ impl Mesh {
                 .iter()
                 .filter(|&&e| {
                     let x = self.elements[e as usize].map(|n| self.nodes[n as usize][axis]);
-                    let (low, high) =
-                        x.iter().fold((f64::MAX, f64::MIN), |(l, h), &x| (l.min(x), h.max(x)));
+                    let (low, high) = x.iter().fold((f64::MAX, f64::MIN), |(l, h), &x| (l.min(x), h.max(x)));
                     low < middle && middle < high
                 })
                 .count();

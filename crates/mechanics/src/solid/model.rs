@@ -14,7 +14,9 @@ use super::sparse::SymmetricSolver;
 #[non_exhaustive]
 pub enum ModelError {
     /// A quadrilateral of the mesh is turned inside out.
-    #[error("element {element} of the mesh is turned inside out or has no area; check the patches it came from")]
+    #[error(
+        "element {element} of the mesh is turned inside out or has no area; check the patches it came from"
+    )]
     InvertedElement {
         /// Its number.
         element: usize,
@@ -244,6 +246,10 @@ impl Equations {
         &self.body
     }
 
+    pub(crate) fn has_contact(&self) -> bool {
+        !self.pairs.is_empty()
+    }
+
     /// Unknown displacements.
     pub fn unknowns(&self) -> usize {
         self.right.len()
@@ -359,7 +365,10 @@ impl Equations {
                 for m in 0..2 {
                     let unit = if k == m { 1.0 } else { 0.0 };
                     let across = unit - gap.normal[k] * gap.normal[m];
-                    let value = self.penalty * gap.normal[k] * gap.normal[m] - force * gap.curvature * across;
+                    // The multiplier, not `force`: where a node has just gone deep, the penalty's part of the force
+                    // is no force, and would make the tangent indefinite.
+                    let bent = state.contact[c].max(0.0) * gap.curvature * across;
+                    let value = self.penalty * gap.normal[k] * gap.normal[m] - bent;
                     if place[2 * k + m] != u32::MAX {
                         self.solver.values[place[2 * k + m] as usize] += value;
                     }

@@ -65,8 +65,11 @@ mod tests {
 
     #[test]
     fn normals_and_curvatures_are_derivatives_of_the_distance() {
-        let shapes =
-            [Shape::Below, Shape::Punch { half_width: 1.0, corner_radius: 0.3 }, Shape::Cylinder { radius: 2.0 }];
+        let shapes = [
+            Shape::Below,
+            Shape::Punch { half_width: 1.0, corner_radius: 0.3 },
+            Shape::Cylinder { radius: 2.0 },
+        ];
         let h = 1e-5;
         for shape in shapes {
             for y in [[0.2, -0.3], [0.9, -0.1], [-0.95, 0.1], [1.2, 0.9], [-1.4, 0.7], [0.85, 0.02]] {
@@ -79,11 +82,17 @@ mod tests {
                 };
                 for k in 0..2 {
                     let (a, b) = (at(k, h), at(k, -h));
-                    assert!(((a.distance - b.distance) / (2.0 * h) - g.normal[k]).abs() < 1e-8, "{shape:?} {y:?}");
+                    assert!(
+                        ((a.distance - b.distance) / (2.0 * h) - g.normal[k]).abs() < 1e-8,
+                        "{shape:?} {y:?}"
+                    );
                     for m in 0..2 {
                         let unit = if k == m { 1.0 } else { 0.0 };
                         let hessian = g.curvature * (unit - g.normal[k] * g.normal[m]);
-                        assert!(((a.normal[m] - b.normal[m]) / (2.0 * h) - hessian).abs() < 1e-7, "{shape:?} {y:?}");
+                        assert!(
+                            ((a.normal[m] - b.normal[m]) / (2.0 * h) - hessian).abs() < 1e-7,
+                            "{shape:?} {y:?}"
+                        );
                     }
                 }
             }

@@ -2,13 +2,13 @@
 
 use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::linalg::cholesky::ldlt::factor::LdltRegularization;
+use faer::perm::PermRef;
+use faer::sparse::linalg::SupernodalThreshold;
 use faer::sparse::linalg::cholesky::{
     CholeskySymbolicParams, LdltRef, SymbolicCholesky, SymbolicCholeskyRaw, SymmetricOrdering,
     factorize_symbolic_cholesky, supernodal::SupernodalLdltRef,
 };
-use faer::sparse::linalg::SupernodalThreshold;
 use faer::sparse::{SparseColMatRef, SymbolicSparseColMatRef};
-use faer::perm::PermRef;
 use faer::{Conj, MatMut, Par, Side};
 
 /// Why a linear system has no usable solution.
@@ -38,7 +38,11 @@ impl std::fmt::Debug for SymmetricSolver {
 impl SymmetricSolver {
     /// The solver for a matrix that couples all unknowns within each of `groups` (`u32::MAX` marks no unknown), and
     /// for each group the places of its dense block in [`SymmetricSolver::values`]: `u32::MAX` above the diagonal.
-    pub fn new(unknowns: usize, groups: &[Vec<u32>], par: Par) -> Result<(Self, Vec<Vec<u32>>), SingularMatrix> {
+    pub fn new(
+        unknowns: usize,
+        groups: &[Vec<u32>],
+        par: Par,
+    ) -> Result<(Self, Vec<Vec<u32>>), SingularMatrix> {
         let mut columns: Vec<Vec<u32>> = vec![Vec::new(); unknowns];
         for group in groups {
             for &c in group.iter().filter(|&&c| c != u32::MAX) {
@@ -204,7 +208,8 @@ mod tests {
     fn an_indefinite_matrix_is_solved_and_its_negative_pivots_counted() {
         // A chain with one negative stiffness.
         let n = 60;
-        let groups: Vec<Vec<u32>> = (0..n as u32 - 1).map(|k| vec![k, k + 1]).chain([vec![0, u32::MAX]]).collect();
+        let groups: Vec<Vec<u32>> =
+            (0..n as u32 - 1).map(|k| vec![k, k + 1]).chain([vec![0, u32::MAX]]).collect();
         let (mut solver, places) = SymmetricSolver::new(n, &groups, Par::Seq).unwrap();
         let mut dense = vec![vec![0.0; n]; n];
         for (k, (group, place)) in groups.iter().zip(&places).enumerate() {
@@ -223,7 +228,8 @@ mod tests {
         }
         assert_eq!(solver.factorise(), Ok(1));
         let exact: Vec<f64> = (0..n).map(|k| (k as f64).sin()).collect();
-        let mut x: Vec<f64> = dense.iter().map(|row| row.iter().zip(&exact).map(|(a, x)| a * x).sum()).collect();
+        let mut x: Vec<f64> =
+            dense.iter().map(|row| row.iter().zip(&exact).map(|(a, x)| a * x).sum()).collect();
         assert!(solver.solve(&mut x) < 1e-12);
         assert!(x.iter().zip(&exact).all(|(a, b)| (a - b).abs() < 1e-10));
     }
