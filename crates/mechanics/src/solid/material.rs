@@ -48,7 +48,7 @@ pub enum Volume {
     /// The compressible neo-Hookean solid `mu/2 (I1 - 3 - 2 ln J) + lambda/2 (ln J)^2` with the shear modulus of
     /// the distortion, without a pressure field: for materials far from incompressible.
     LogLame(f64),
-    /// `kappa/2 (J - 1)^2` beside the distortion, without a pressure field: locks where `kappa/mu` is large.
+    /// `kappa/4 (J^2 - 1 - 2 ln J)` beside the distortion, without a pressure field: locks where `kappa/mu` is large.
     DisplacementOnly(f64),
 }
 
@@ -197,9 +197,9 @@ impl Rubber {
                 d.jj += lambda * (1.0 - log) / (j * j);
             }
             Volume::DisplacementOnly(kappa) => {
-                d.w += 0.5 * kappa * (j - 1.0) * (j - 1.0);
-                d.j += kappa * (j - 1.0);
-                d.jj += kappa;
+                d.w += 0.25 * kappa * (j * j - 1.0 - 2.0 * j.ln());
+                d.j += 0.5 * kappa * (j - 1.0 / j);
+                d.jj += 0.5 * kappa * (1.0 + 1.0 / (j * j));
             }
         }
         d

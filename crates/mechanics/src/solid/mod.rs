@@ -17,10 +17,14 @@
 //! *fan* of sectors around the corner shares the angle, and the layer goes to 40 % on 300 elements.
 //!
 //! # Current limitations
-//! - Contact acts at nodes and without friction. The corner radius of a punch, a twentieth of an element here, makes
-//!   the set of touching nodes go back and forth: the rounded punch does not converge yet.
-//! - The free end without contact has no stable equilibrium at the smallest scale, where the folding face is
-//!   compressed beyond what a surface bears: meshes that resolve it stop, coarser ones go on.
+//! - Contact acts at nodes and without friction. Under a punch with rounded corners the set of touching nodes goes back
+//!   and forth, and the load steps become tiny: do not use [`layer::Indenter::Smooth`] yet.
+//! - The flank of a sharp punch carries nothing, so that the surface beside it may fold into the punch; the solver stops
+//!   there between 12 and 20 % compression, the earlier the finer the fan.
+//! - The free end without contact folds so sharply at the bonded corner that the surface buckles at the smallest scale:
+//!   meshes that resolve it stop at 10 to 15 % compression, coarser ones go on to 60 %. Their forces differ by 1 %.
+//! - A dead load on a block can be unstable: with the closed form's own tractions the tangent has negative pivots
+//!   beyond 38 % compression, and the solver may end on a branch that is not the closed form.
 
 pub mod element;
 pub mod layer;

@@ -36,13 +36,16 @@ fn the_incompressible_membrane_moves_as_an_independent_code_says() {
 #[test]
 fn the_compressible_membrane_moves_as_an_independent_code_says() {
     // mu = 422.5 kPa, nu = 0.3, 1 N on 16 mm x 1 mm; lengths in mm, stresses in MPa. The value belongs to the energy
-    // mu/2 (J^(-2/3) I1 - 3) + kappa/2 (J - 1)^2; mu/2 (I1 - 3 - 2 ln J) + lambda/2 (ln J)^2 gives 14.52.
+    // mu/2 (J^(-2/3) I1 - 3) + kappa/4 (J^2 - 1 - 2 ln J): others with the same moduli give 14.73 (kappa/2 (J - 1)^2) and
+    // 14.52 (mu/2 (I1 - 3 - 2 ln J) + lambda/2 (ln J)^2), so that the volume's law has to be the same.
     let (mu, nu) = (0.4225, 0.3);
     let kappa = 2.0 * mu * (1.0 + nu) / (3.0 * (1.0 - 2.0 * nu));
-    for volume in [Volume::BulkModulus(kappa), Volume::DisplacementOnly(kappa)] {
+    let solve = |volume| {
         let distortion = Distortion::NeoHookean { shear_modulus: mu };
-        let middle = cook(64, Rubber { distortion, volume, volume_barrier: 0.0 }, 1.0 / 16.0)[1];
-        println!("{volume:?}: {middle:.4}");
-        assert!((middle - 14.74).abs() < 0.01, "{volume:?}: {middle}");
-    }
+        cook(64, Rubber { distortion, volume, volume_barrier: 0.0 }, 1.0 / 16.0)[1]
+    };
+    let (same, quadratic) = (solve(Volume::DisplacementOnly(kappa)), solve(Volume::BulkModulus(kappa)));
+    println!("{same:.4}, with the other law of the volume {quadratic:.4}");
+    assert!((same - 14.74).abs() < 5e-3, "{same}");
+    assert!((quadratic - 14.73).abs() < 5e-3, "{quadratic}");
 }

@@ -41,7 +41,7 @@ fn the_layer_on_the_substrate_goes_to_forty_per_cent_with_a_force_that_meshes_ag
         forces.push(row);
     }
     for (a, b) in forces[0].iter().zip(&forces[1]) {
-        assert!((a / b - 1.0).abs() < 1e-3, "{forces:?}");
+        assert!((a / b - 1.0).abs() < 2e-3, "{forces:?}");
     }
     // One code, contact by penalty: 0.7735 N and 1.762 N over mu H w = 0.0892281 N, to 1 %.
     assert!((forces[1][0] / 8.669 - 1.0).abs() < 1e-2 && (forces[1][1] / 19.747 - 1.0).abs() < 1e-2);
