@@ -40,6 +40,7 @@ mod inverse;
 mod layer;
 mod material;
 mod numerics;
+pub mod solid;
 
 pub use closed_form::{LayerMap, LayerStress};
 pub use electrode::{ElectrodePose, ElectrodeStiffness};

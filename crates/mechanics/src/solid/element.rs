@@ -1,0 +1,367 @@
+//! The quadrilateral with biquadratic displacement and a discontinuous, linear pressure (Q2/P1disc).
+//!
+//! The pressure is linear in *reference coordinates*, three numbers per element, and belongs to no neighbour: it is
+//! condensed out element by element. With `r_p = int q (J - 1 - p/kappa)` the linearised system of one element is
+//!
+//! `[ K   G ] [du]     [ r_u ]`
+//! `[ G' -e M] [dp] = - [ r_p ]`,
+//!
+//! `e = 1/kappa + 1/kappa_0`, where the second term only appears on the left: a proximal term that lets the
+//! pressure be eliminated (`K + G M^-1 G' / e`) also if the rubber is exactly incompressible, and that is gone where the
+//! iteration has converged (`dp = 0`). It costs a factor `mu/kappa_0` of the convergence of Newton's method.
+
+use elastocap_fem::quadrature::gauss_legendre;
+
+use super::material::{Rubber, Tensor, cofactor, determinant};
+
+/// Quadrature points of an element.
+pub const POINTS: usize = 9;
+
+/// What an element keeps of the reference configuration.
+#[derive(Debug, Clone)]
+pub struct ReferenceElement {
+    /// `dN_a/dX_k` at each quadrature point, in 1/m.
+    pub gradients: [[[f64; 2]; 9]; POINTS],
+    /// Area of each quadrature point in m^2.
+    pub areas: [f64; POINTS],
+    /// The pressure's basis at each quadrature point.
+    pub pressure: [[f64; 3]; POINTS],
+    /// Inverse of the pressure's mass matrix in 1/m^2.
+    pub mass_inverse: [[f64; 3]; 3],
+}
+
+/// What an element adds to the residual and to the tangent.
+#[derive(Debug, Clone)]
+pub struct ElementSystem {
+    /// Internal forces of the 18 displacements, `2 a + k`, in N per metre of width.
+    pub force: [f64; 18],
+    /// Internal forces after the pressure is eliminated: the negative right-hand side.
+    pub condensed_force: [f64; 18],
+    /// Tangent after the pressure is eliminated, 18 x 18 and symmetric, in Pa.
+    pub stiffness: Vec<f64>,
+    /// `G`: derivative of the internal forces by the pressure's coefficients, in m.
+    pub coupling: [[f64; 3]; 18],
+    /// `r_p` in m^2; divided by the area a mean volume error.
+    pub volume_error: [f64; 3],
+    /// Smallest `J` of the quadrature points.
+    pub smallest_j: f64,
+}
+
+impl Default for ElementSystem {
+    fn default() -> Self {
+        Self {
+            force: [0.0; 18],
+            condensed_force: [0.0; 18],
+            stiffness: vec![0.0; 324],
+            coupling: [[0.0; 3]; 18],
+            volume_error: [0.0; 3],
+            smallest_j: 1.0,
+        }
+    }
+}
+
+/// Values of the quadratic Lagrange polynomials for the nodes -1, 0, 1 at `s`, and their slopes.
+pub fn quadratic(s: f64) -> ([f64; 3], [f64; 3]) {
+    ([0.5 * s * (s - 1.0), 1.0 - s * s, 0.5 * s * (s + 1.0)], [s - 0.5, -2.0 * s, s + 0.5])
+}
+
+/// Values of the nine shape functions at `(s, t)` of the reference square.
+pub fn shape_functions(s: f64, t: f64) -> [f64; 9] {
+    let (a, b) = (quadratic(s).0, quadratic(t).0);
+    std::array::from_fn(|k| a[k % 3] * b[k / 3])
+}
+
+impl ReferenceElement {
+    /// The element with nodes at `x` (m). Returns `None` if it is turned inside out at a quadrature point.
+    pub fn new(x: &[[f64; 2]; 9]) -> Option<Self> {
+        let (nodes, weights) = gauss_legendre(3);
+        let mut element = Self {
+            gradients: [[[0.0; 2]; 9]; POINTS],
+            areas: [0.0; POINTS],
+            pressure: [[0.0; 3]; POINTS],
+            mass_inverse: [[0.0; 3]; 3],
+        };
+        let mut place = [[0.0; 2]; POINTS];
+        for q in 0..POINTS {
+            let (s, t) = (nodes[q % 3], nodes[q / 3]);
+            let ((a, da), (b, db)) = (quadratic(s), quadratic(t));
+            let mut jacobian = [0.0; 4];
+            for n in 0..9 {
+                let slope = [da[n % 3] * b[n / 3], a[n % 3] * db[n / 3]];
+                let value = a[n % 3] * b[n / 3];
+                for k in 0..2 {
+                    jacobian[2 * k] += x[n][k] * slope[0];
+                    jacobian[2 * k + 1] += x[n][k] * slope[1];
+                    place[q][k] += x[n][k] * value;
+                }
+            }
+            let area = determinant(&jacobian);
+            if area.is_nan() || area <= 0.0 {
+                return None;
+            }
+            let inverse = cofactor(&jacobian).map(|c| c / area);
+            for n in 0..9 {
+                let slope = [da[n % 3] * b[n / 3], a[n % 3] * db[n / 3]];
+                // dN/dX_k = dN/ds_m ds_m/dX_k, and cof is the inverse transposed.
+                element.gradients[q][n] = [
+                    inverse[0] * slope[0] + inverse[1] * slope[1],
+                    inverse[2] * slope[0] + inverse[3] * slope[1],
+                ];
+            }
+            element.areas[q] = area * weights[q % 3] * weights[q / 3];
+        }
+        let area: f64 = element.areas.iter().sum();
+        let centre: [f64; 2] =
+            std::array::from_fn(|k| (0..POINTS).map(|q| element.areas[q] * place[q][k]).sum::<f64>() / area);
+        let size: [f64; 2] = std::array::from_fn(|k| {
+            place.iter().map(|p| (p[k] - centre[k]).abs()).fold(f64::MIN_POSITIVE, f64::max)
+        });
+        let mut mass = nalgebra::Matrix3::<f64>::zeros();
+        for q in 0..POINTS {
+            let basis = [1.0, (place[q][0] - centre[0]) / size[0], (place[q][1] - centre[1]) / size[1]];
+            element.pressure[q] = basis;
+            for r in 0..3 {
+                for c in 0..3 {
+                    mass[(r, c)] += element.areas[q] * basis[r] * basis[c];
+                }
+            }
+        }
+        let inverse = mass.try_inverse()?;
+        element.mass_inverse = std::array::from_fn(|r| std::array::from_fn(|c| inverse[(r, c)]));
+        Some(element)
+    }
+
+    /// Reference area in m^2.
+    pub fn area(&self) -> f64 {
+        self.areas.iter().sum()
+    }
+
+    /// Deformation gradient at quadrature point `q` under the nodal displacements `u` (m).
+    pub fn deformation_gradient(&self, q: usize, u: &[f64; 18]) -> Tensor {
+        let mut f = [1.0, 0.0, 0.0, 1.0];
+        for (a, g) in self.gradients[q].iter().enumerate() {
+            f[0] += u[2 * a] * g[0];
+            f[1] += u[2 * a] * g[1];
+            f[2] += u[2 * a + 1] * g[0];
+            f[3] += u[2 * a + 1] * g[1];
+        }
+        f
+    }
+
+    /// Smallest `J` over the quadrature points under `u`, and the smallest ratio to `J` under `before`.
+    pub fn smallest_j(&self, u: &[f64; 18], before: &[f64; 18]) -> (f64, f64) {
+        (0..POINTS).fold((f64::INFINITY, f64::INFINITY), |(least, ratio), q| {
+            let now = determinant(&self.deformation_gradient(q, u));
+            let then = determinant(&self.deformation_gradient(q, before));
+            if now.is_nan() {
+                (f64::NEG_INFINITY, f64::NEG_INFINITY)
+            } else {
+                (least.min(now), ratio.min(now / then))
+            }
+        })
+    }
+
+    /// Stored energy in J per metre of width under `u` with the pressure `p` held: `w + p (J - 1) - p^2/(2 kappa)`.
+    pub fn energy(&self, rubber: &Rubber, u: &[f64; 18], p: &[f64; 3]) -> f64 {
+        (0..POINTS)
+            .map(|q| {
+                let f = self.deformation_gradient(q, u);
+                let mut w = rubber.derivatives(&f).w;
+                if let Some(compliance) = rubber.pressure_compliance() {
+                    let pressure = dot3(&self.pressure[q], p);
+                    w += pressure * (determinant(&f) - 1.0) - 0.5 * compliance * pressure * pressure;
+                }
+                self.areas[q] * w
+            })
+            .sum()
+    }
+
+    /// Internal forces and tangent under the displacements `u` (m) and the pressure coefficients `p` (Pa, positive
+    /// in tension), with the proximal modulus `kappa_0` (Pa); see the module's head.
+    pub fn assemble(
+        &self,
+        rubber: &Rubber,
+        u: &[f64; 18],
+        p: &[f64; 3],
+        kappa_0: f64,
+        out: &mut ElementSystem,
+    ) {
+        let compliance = rubber.pressure_compliance();
+        out.force = [0.0; 18];
+        out.coupling = [[0.0; 3]; 18];
+        out.volume_error = [0.0; 3];
+        out.stiffness.fill(0.0);
+        out.smallest_j = f64::INFINITY;
+        for q in 0..POINTS {
+            let f = self.deformation_gradient(q, u);
+            let j = determinant(&f);
+            out.smallest_j = out.smallest_j.min(j);
+            let g = cofactor(&f);
+            let area = self.areas[q];
+            let mut d = rubber.derivatives(&f);
+            if let Some(compliance) = compliance {
+                let basis = &self.pressure[q];
+                let pressure = dot3(basis, p);
+                d.j += pressure;
+                for m in 0..3 {
+                    out.volume_error[m] += area * basis[m] * (j - 1.0 - compliance * pressure);
+                }
+                for (a, grad) in self.gradients[q].iter().enumerate() {
+                    let along = [g[0] * grad[0] + g[1] * grad[1], g[2] * grad[0] + g[3] * grad[1]];
+                    for m in 0..3 {
+                        out.coupling[2 * a][m] += area * along[0] * basis[m];
+                        out.coupling[2 * a + 1][m] += area * along[1] * basis[m];
+                    }
+                }
+            }
+            let stress = d.first_piola(&f);
+            let tangent = d.tangent(&f);
+            let gradients = &self.gradients[q];
+            for b in 0..9 {
+                let grad = gradients[b];
+                out.force[2 * b] += area * (stress[0] * grad[0] + stress[1] * grad[1]);
+                out.force[2 * b + 1] += area * (stress[2] * grad[0] + stress[3] * grad[1]);
+                // t[iJ][k] = A_iJkL dN_b/dX_L
+                let t: [[f64; 2]; 4] = std::array::from_fn(|r| {
+                    let row = &tangent[r];
+                    [
+                        area * (row[0] * grad[0] + row[1] * grad[1]),
+                        area * (row[2] * grad[0] + row[3] * grad[1]),
+                    ]
+                });
+                for a in 0..=b {
+                    let w = gradients[a];
+                    for k in 0..2 {
+                        out.stiffness[(2 * a) * 18 + 2 * b + k] += w[0] * t[0][k] + w[1] * t[1][k];
+                        out.stiffness[(2 * a + 1) * 18 + 2 * b + k] += w[0] * t[2][k] + w[1] * t[3][k];
+                    }
+                }
+            }
+        }
+        out.condensed_force = out.force;
+        if let Some(compliance) = compliance {
+            let modulus = 1.0 / (compliance + 1.0 / kappa_0);
+            let scaled: [[f64; 3]; 18] = std::array::from_fn(|r| {
+                std::array::from_fn(|m| {
+                    modulus * (0..3).map(|k| out.coupling[r][k] * self.mass_inverse[k][m]).sum::<f64>()
+                })
+            });
+            for r in 0..18 {
+                out.condensed_force[r] += dot3(&scaled[r], &out.volume_error);
+                for c in r..18 {
+                    out.stiffness[r * 18 + c] += dot3(&scaled[r], &out.coupling[c]);
+                }
+            }
+        }
+        for r in 0..18 {
+            for c in 0..r {
+                // Within a node's 2 x 2 block both triangles were summed; elsewhere only the upper one.
+                out.stiffness[r * 18 + c] = out.stiffness[c * 18 + r];
+            }
+        }
+    }
+
+    /// The pressure's increment that belongs to the displacement increment `du`, from the last assembly.
+    pub fn pressure_increment(
+        &self,
+        rubber: &Rubber,
+        du: &[f64; 18],
+        kappa_0: f64,
+        system: &ElementSystem,
+    ) -> [f64; 3] {
+        let Some(compliance) = rubber.pressure_compliance() else { return [0.0; 3] };
+        let mut right = system.volume_error;
+        for r in 0..18 {
+            for m in 0..3 {
+                right[m] += system.coupling[r][m] * du[r];
+            }
+        }
+        let modulus = 1.0 / (compliance + 1.0 / kappa_0);
+        std::array::from_fn(|m| modulus * dot3(&self.mass_inverse[m], &right))
+    }
+}
+
+fn dot3(a: &[f64; 3], b: &[f64; 3]) -> f64 {
+    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::material::{Distortion, Volume};
+    use super::*;
+
+    fn distorted() -> ReferenceElement {
+        let x = std::array::from_fn(|k| {
+            let (s, t) = ((k % 3) as f64, (k / 3) as f64);
+            [s + 0.2 * t + 0.05 * s * t, 0.9 * t - 0.1 * s + 0.04 * (s - 1.0) * (t - 1.0)]
+        });
+        ReferenceElement::new(&x).unwrap()
+    }
+
+    fn wobble(scale: f64) -> [f64; 18] {
+        std::array::from_fn(|k| scale * (1.7 * k as f64 + 0.3).sin())
+    }
+
+    #[test]
+    fn the_forces_are_the_slope_of_the_energy_and_the_tangent_that_of_the_forces() {
+        let element = distorted();
+        let volumes = [Volume::Incompressible, Volume::BulkModulus(20.0), Volume::DisplacementOnly(5.0)];
+        for volume in volumes {
+            let distortion = Distortion::MooneyRivlin { c10: 0.3, c01: 0.2 };
+            let rubber = Rubber { distortion, volume, volume_barrier: 0.4 };
+            let (u, p) = (wobble(0.08), [0.4, -0.2, 0.3]);
+            // Differences see the tangent without the pressure eliminated: with p held there is nothing to eliminate.
+            let mut system = ElementSystem::default();
+            let assemble = |u: &[f64; 18], p: &[f64; 3]| {
+                let mut s = ElementSystem::default();
+                element.assemble(&rubber, u, p, 1e-300, &mut s);
+                s
+            };
+            element.assemble(&rubber, &u, &p, 1e-300, &mut system);
+            let h = 1e-5;
+            for r in 0..18 {
+                let (mut up, mut down) = (u, u);
+                up[r] += h;
+                down[r] -= h;
+                let slope =
+                    (element.energy(&rubber, &up, &p) - element.energy(&rubber, &down, &p)) / (2.0 * h);
+                assert!(
+                    (slope - system.force[r]).abs() < 1e-8,
+                    "{volume:?} {r}: {slope} {}",
+                    system.force[r]
+                );
+                let (a, b) = (assemble(&up, &p), assemble(&down, &p));
+                for c in 0..18 {
+                    let slope = (a.force[c] - b.force[c]) / (2.0 * h);
+                    let exact = system.stiffness[c * 18 + r];
+                    assert!((slope - exact).abs() < 1e-7, "{volume:?} {r} {c}: {slope} {exact}");
+                }
+                for m in 0..3 {
+                    let slope = (a.volume_error[m] - b.volume_error[m]) / (2.0 * h);
+                    assert!((slope - system.coupling[r][m]).abs() < 1e-8);
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn eliminating_the_pressure_solves_the_whole_system() {
+        let element = distorted();
+        let distortion = Distortion::NeoHookean { shear_modulus: 1.0 };
+        let rubber = Rubber { distortion, volume: Volume::BulkModulus(50.0), volume_barrier: 0.0 };
+        let (u, p, du, kappa_0) = (wobble(0.05), [0.4, -0.2, 0.3], wobble(0.01), 200.0);
+        let mut s = ElementSystem::default();
+        element.assemble(&rubber, &u, &p, kappa_0, &mut s);
+        let mut bare = ElementSystem::default();
+        element.assemble(&rubber, &u, &p, 1e-300, &mut bare);
+        let dp = element.pressure_increment(&rubber, &du, kappa_0, &s);
+        for r in 0..18 {
+            let whole = (0..18).map(|c| bare.stiffness[r * 18 + c] * du[c]).sum::<f64>()
+                + dot3(&s.coupling[r], &dp)
+                + s.force[r];
+            let condensed =
+                (0..18).map(|c| s.stiffness[r * 18 + c] * du[c]).sum::<f64>() + s.condensed_force[r];
+            assert!((whole - condensed).abs() < 1e-12, "{r}: {whole} {condensed}");
+        }
+    }
+}

@@ -1,0 +1,283 @@
+//! Meshes of nine-node quadrilaterals, put together from mapped patches.
+//!
+//! A [`Patch`] is a logical grid of corner points; its quadrilaterals have straight sides. Patches that share points
+//! share nodes. A side of a quadrilateral may be collapsed into one point: that is how a *fan* is made, sectors
+//! around a corner, each of which takes its share of the angle by which the corner opens. One quadrilateral
+//! alone in a right angle must turn inside out when the angle passes 180 degrees, as it does where the bonded end of
+//! a compressed layer meets its free face.
+
+use std::collections::HashMap;
+
+/// A mesh of nine-node quadrilaterals in the reference configuration.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Mesh {
+    /// Reference positions `(x1, x2)` of the nodes in m.
+    pub nodes: Vec<[f64; 2]>,
+    /// Nodes of each quadrilateral, `3 j + i` at `(i - 1, j - 1)` of the reference square.
+    pub elements: Vec<[u32; 9]>,
+}
+
+/// One side of a quadrilateral that no other quadrilateral shares.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct BoundaryEdge {
+    /// First end, middle and second end, with the material on the left.
+    pub nodes: [u32; 3],
+    /// The quadrilateral it belongs to.
+    pub element: u32,
+}
+
+/// A grid of corner points: `points[j * columns + i]`.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Patch {
+    /// Points along the first logical direction.
+    pub columns: usize,
+    /// Corner points in m, row after row.
+    pub points: Vec<[f64; 2]>,
+}
+
+impl Patch {
+    /// The tensor product of the breakpoints `x1` and `x2` in m.
+    pub fn tensor(x1: &[f64], x2: &[f64]) -> Self {
+        let points = x2.iter().flat_map(|&b| x1.iter().map(move |&a| [a, b])).collect();
+        Self { columns: x1.len(), points }
+    }
+
+    /// Sectors from `centre` to the points of the polyline `rim`, cut at the fractions `radii` (ascending, from 0 to 1)
+    /// of the way. At the fraction 0 the quadrilaterals collapse into the centre.
+    pub fn fan(centre: [f64; 2], rim: &[[f64; 2]], radii: &[f64]) -> Self {
+        let toward = |rim: &[f64; 2], r: f64| -> [f64; 2] {
+            if r == 1.0 { *rim } else { std::array::from_fn(|k| centre[k] + r * (rim[k] - centre[k])) }
+        };
+        let points = rim.iter().flat_map(|p| radii.iter().map(move |&r| toward(p, r))).collect();
+        Self { columns: radii.len(), points }
+    }
+
+    /// The patch with its points moved by `map`.
+    pub fn mapped(mut self, map: impl Fn([f64; 2]) -> [f64; 2]) -> Self {
+        for p in &mut self.points {
+            *p = map(*p);
+        }
+        self
+    }
+}
+
+impl Mesh {
+    /// The mesh of `patches`; points closer than `1e-9` of the extent are one node.
+    pub fn from_patches(patches: &[Patch]) -> Self {
+        let mut mesh = Self::default();
+        let extent = patches
+            .iter()
+            .flat_map(|p| &p.points)
+            .flat_map(|p| p.map(f64::abs))
+            .fold(f64::MIN_POSITIVE, f64::max);
+        let mut known: HashMap<[i64; 2], u32> = HashMap::new();
+        let mut node = |mesh: &mut Self, p: [f64; 2]| -> u32 {
+            let cell = p.map(|x| (x / (1e-9 * extent)).round() as i64);
+            for dx in [0, -1, 1] {
+                for dy in [0, -1, 1] {
+                    if let Some(&found) = known.get(&[cell[0] + dx, cell[1] + dy]) {
+                        return found;
+                    }
+                }
+            }
+            let new = mesh.nodes.len() as u32;
+            mesh.nodes.push(p);
+            known.insert(cell, new);
+            new
+        };
+        for patch in patches {
+            let rows = patch.points.len() / patch.columns;
+            for j in 1..rows {
+                for i in 1..patch.columns {
+                    let at = |a: usize, b: usize| patch.points[(j - 1 + b) * patch.columns + i - 1 + a];
+                    let mut c = [at(0, 0), at(1, 0), at(0, 1), at(1, 1)];
+                    let cross = |o: [f64; 2], p: [f64; 2], q: [f64; 2]| {
+                        (p[0] - o[0]) * (q[1] - o[1]) - (p[1] - o[1]) * (q[0] - o[0])
+                    };
+                    // Twice the area: the two triangles along one diagonal, of which one may be collapsed.
+                    if cross(c[0], c[1], c[3]) + cross(c[0], c[3], c[2]) < 0.0 {
+                        c.swap(1, 2);
+                    }
+                    let mut element = [0; 9];
+                    for b in 0..3 {
+                        for a in 0..3 {
+                            let (s, t) = (0.5 * a as f64, 0.5 * b as f64);
+                            let p = std::array::from_fn(|k| {
+                                (1.0 - t) * ((1.0 - s) * c[0][k] + s * c[1][k])
+                                    + t * ((1.0 - s) * c[2][k] + s * c[3][k])
+                            });
+                            element[3 * b + a] = node(&mut mesh, p);
+                        }
+                    }
+                    mesh.elements.push(element);
+                }
+            }
+        }
+        mesh
+    }
+
+    /// A rectangle `[0, length] x [0, height]` (m) of `n1` by `n2` equal quadrilaterals.
+    pub fn rectangle(length: f64, height: f64, n1: usize, n2: usize) -> Self {
+        Self::from_patches(&[Patch::tensor(&uniform(0.0, length, n1), &uniform(0.0, height, n2))])
+    }
+
+    /// The sides that belong to one quadrilateral only; collapsed sides are none.
+    pub fn boundary(&self) -> Vec<BoundaryEdge> {
+        const SIDES: [[usize; 3]; 4] = [[0, 1, 2], [2, 5, 8], [8, 7, 6], [6, 3, 0]];
+        let mut shared: HashMap<u32, u32> = HashMap::new();
+        for element in &self.elements {
+            for side in SIDES {
+                *shared.entry(element[side[1]]).or_default() += 1;
+            }
+        }
+        let mut edges = Vec::new();
+        for (e, element) in self.elements.iter().enumerate() {
+            for side in SIDES {
+                let nodes = side.map(|k| element[k]);
+                if nodes[0] != nodes[2] && shared[&nodes[1]] == 1 {
+                    edges.push(BoundaryEdge { nodes, element: e as u32 });
+                }
+            }
+        }
+        edges
+    }
+
+    /// The boundary edges all of whose nodes satisfy `on`.
+    pub fn boundary_where(&self, on: impl Fn([f64; 2]) -> bool) -> Vec<BoundaryEdge> {
+        let all = |edge: &BoundaryEdge| edge.nodes.iter().all(|&n| on(self.nodes[n as usize]));
+        self.boundary().into_iter().filter(all).collect()
+    }
+
+    /// The node nearest to `point`.
+    pub fn nearest_node(&self, point: [f64; 2]) -> usize {
+        let square = |n: &[f64; 2]| (n[0] - point[0]).powi(2) + (n[1] - point[1]).powi(2);
+        let nearest = |a: &(usize, f64), b: &(usize, f64)| a.1.total_cmp(&b.1);
+        self.nodes.iter().map(square).enumerate().min_by(nearest).map_or(0, |(n, _)| n)
+    }
+
+    /// The nodes in an order that keeps the factors of a matrix on this mesh sparse: nested dissection by
+    /// coordinates. Returns old node numbers in their new order.
+    pub fn dissection_order(&self) -> Vec<u32> {
+        let centres: Vec<[f64; 2]> = self
+            .elements
+            .iter()
+            .map(|e| std::array::from_fn(|k| e.iter().map(|&n| self.nodes[n as usize][k]).sum::<f64>() / 9.0))
+            .collect();
+        let mut elements: Vec<u32> = (0..self.elements.len() as u32).collect();
+        let mut order = Vec::with_capacity(self.nodes.len());
+        // Per node: the last region that saw it (two numbers per cut), or taken.
+        let mut mark = vec![0u32; self.nodes.len()];
+        let mut taken = vec![false; self.nodes.len()];
+        self.dissect(&centres, &mut elements, &mut mark, &mut taken, &mut 0, &mut order);
+        order
+    }
+
+    fn dissect(
+        &self,
+        centres: &[[f64; 2]],
+        elements: &mut [u32],
+        mark: &mut [u32],
+        taken: &mut [bool],
+        stamp: &mut u32,
+        order: &mut Vec<u32>,
+    ) {
+        if elements.len() <= 4 {
+            for &e in elements.iter() {
+                for n in self.elements[e as usize] {
+                    if !std::mem::replace(&mut taken[n as usize], true) {
+                        order.push(n);
+                    }
+                }
+            }
+            return;
+        }
+        let (axis, half) = (self.cutting_axis(centres, elements), elements.len() / 2);
+        elements.select_nth_unstable_by(half, |&a, &b| {
+            let key = |e: u32| (centres[e as usize][axis], centres[e as usize][1 - axis], e);
+            let (a, b) = (key(a), key(b));
+            a.0.total_cmp(&b.0).then(a.1.total_cmp(&b.1)).then(a.2.cmp(&b.2))
+        });
+        let (left, right) = elements.split_at_mut(half);
+        *stamp += 1;
+        for &e in left.iter() {
+            for n in self.elements[e as usize] {
+                mark[n as usize] = *stamp;
+            }
+        }
+        let mut separator = Vec::new();
+        for &e in right.iter() {
+            for n in self.elements[e as usize] {
+                if mark[n as usize] == *stamp && !std::mem::replace(&mut taken[n as usize], true) {
+                    separator.push(n);
+                }
+            }
+        }
+        self.dissect(centres, left, mark, taken, stamp, order);
+        self.dissect(centres, right, mark, taken, stamp, order);
+        order.extend(separator);
+    }
+
+    /// The axis along which a median cut leaves the fewer nodes in common.
+    fn cutting_axis(&self, centres: &[[f64; 2]], elements: &[u32]) -> usize {
+        let mut cut = [0usize; 2];
+        for (axis, count) in cut.iter_mut().enumerate() {
+            let mut sorted: Vec<f64> = elements.iter().map(|&e| centres[e as usize][axis]).collect();
+            sorted.sort_unstable_by(f64::total_cmp);
+            let middle = sorted[sorted.len() / 2];
+            // Elements that the median line crosses stand for the nodes on it.
+            *count = elements
+                .iter()
+                .filter(|&&e| {
+                    let x = self.elements[e as usize].map(|n| self.nodes[n as usize][axis]);
+                    let (low, high) = x.iter().fold((f64::MAX, f64::MIN), |(l, h), &x| (l.min(x), h.max(x)));
+                    low < middle && middle < high
+                })
+                .count();
+        }
+        usize::from(cut[1] < cut[0])
+    }
+}
+
+/// `n` equal steps from `a` to `b`: `n + 1` breakpoints.
+pub fn uniform(a: f64, b: f64, n: usize) -> Vec<f64> {
+    (0..=n).map(|k| if k == n { b } else { a + (b - a) * k as f64 / n as f64 }).collect()
+}
+
+/// Breakpoints from 0 to 1 that shrink by `ratio` towards 0: `0, ratio^n, ..., ratio, 1`.
+pub fn geometric(ratio: f64, n: usize) -> Vec<f64> {
+    std::iter::once(0.0).chain((0..=n).rev().map(|k| ratio.powi(k as i32))).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn patches_that_touch_share_their_nodes() {
+        let left = Patch::tensor(&uniform(0.0, 1.0, 2), &uniform(0.0, 1.0, 2));
+        let mut rim: Vec<[f64; 2]> = uniform(0.0, 1.0, 2).iter().map(|&y| [1.0, y]).collect();
+        rim.extend(uniform(1.0, 2.0, 2).iter().skip(1).map(|&x| [x, 1.0]));
+        let fan = Patch::fan([2.0, 0.0], &rim, &geometric(0.5, 2));
+        let mesh = Mesh::from_patches(&[left, fan]);
+        assert_eq!(mesh.elements.len(), 4 + 4 * 3);
+        // 5 x 5 nodes on the left; of the fan 9 rays with 6 nodes and the centre, 5 shared.
+        assert_eq!(mesh.nodes.len(), 25 + 9 * 6 + 1 - 5);
+        let length: f64 = mesh
+            .boundary()
+            .iter()
+            .map(|e| {
+                let [a, b] = [e.nodes[0], e.nodes[2]].map(|n| mesh.nodes[n as usize]);
+                (a[0] - b[0]).hypot(a[1] - b[1])
+            })
+            .sum();
+        assert!((length - 6.0).abs() < 1e-12, "{length}");
+    }
+
+    #[test]
+    fn the_order_is_a_permutation() {
+        let mesh = Mesh::rectangle(4.0, 1.0, 17, 5);
+        let mut order = mesh.dissection_order();
+        order.sort_unstable();
+        assert!(order.iter().copied().eq(0..mesh.nodes.len() as u32));
+    }
+}

@@ -1,0 +1,472 @@
+//! A body in plane strain, what holds it, and the equations of its equilibrium.
+
+use faer::Par;
+use rayon::prelude::*;
+
+use super::element::{ElementSystem, ReferenceElement};
+use super::material::Rubber;
+use super::mesh::{BoundaryEdge, Mesh};
+use super::obstacle::Shape;
+use super::sparse::SymmetricSolver;
+
+/// Why a model cannot be built.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum ModelError {
+    /// A quadrilateral of the mesh is turned inside out.
+    #[error(
+        "element {element} of the mesh is turned inside out or has no area; check the patches it came from"
+    )]
+    InvertedElement {
+        /// Its number.
+        element: usize,
+    },
+    /// The lists of a body do not fit its mesh.
+    #[error("{what} of the body does not fit its mesh of {nodes} nodes and {elements} elements")]
+    Mismatch {
+        /// Which list.
+        what: &'static str,
+        /// Nodes of the mesh.
+        nodes: usize,
+        /// Quadrilaterals of the mesh.
+        elements: usize,
+    },
+    /// The matrix has no usable pattern.
+    #[error("the body has no free displacement, or too many for this machine")]
+    NoUnknowns,
+}
+
+/// A body in plane strain and what may touch it. Lengths in m, forces in N per metre of width.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Body {
+    /// The reference configuration.
+    pub mesh: Mesh,
+    /// The materials.
+    pub rubbers: Vec<Rubber>,
+    /// For each quadrilateral the number of its material.
+    pub material: Vec<u16>,
+    /// For each displacement (`2 node + axis`) whether it is prescribed.
+    pub held: Vec<bool>,
+    /// Rigid bodies, with the nodes that may touch each.
+    pub obstacles: Vec<(Shape, Vec<u32>)>,
+}
+
+/// What is done to a body: values at a moment of the loading.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Load {
+    /// Prescribed displacements in m, `2 node + axis`; read where the displacement is held.
+    pub displacement: Vec<f64>,
+    /// Dead nodal forces in N/m, `2 node + axis`.
+    pub force: Vec<f64>,
+    /// Where each obstacle is moved to, in m.
+    pub shift: Vec<[f64; 2]>,
+}
+
+/// A configuration of the body.
+#[derive(Debug, Clone, PartialEq)]
+pub struct State {
+    /// Displacements in m, `2 node + axis`.
+    pub displacement: Vec<f64>,
+    /// Pressure coefficients of each quadrilateral in Pa, positive in tension.
+    pub pressure: Vec<[f64; 3]>,
+    /// Contact force of each pair of obstacle and node in N/m, along the obstacle's normal.
+    pub contact: Vec<f64>,
+}
+
+impl Body {
+    /// A body of one rubber with nothing held.
+    pub fn new(mesh: Mesh, rubber: Rubber) -> Self {
+        let (material, held) = (vec![0; mesh.elements.len()], vec![false; 2 * mesh.nodes.len()]);
+        Self { mesh, rubbers: vec![rubber], material, held, obstacles: Vec::new() }
+    }
+
+    /// Holds the displacement along `axis` of every node whose reference position satisfies `at`.
+    pub fn hold(&mut self, axis: usize, at: impl Fn([f64; 2]) -> bool) {
+        for (n, x) in self.mesh.nodes.iter().enumerate() {
+            if at(*x) {
+                self.held[2 * n + axis] = true;
+            }
+        }
+    }
+
+    /// The body as it lies: no displacement, no force, obstacles where their shapes put them.
+    pub fn no_load(&self) -> Load {
+        let n = self.held.len();
+        Load { displacement: vec![0.0; n], force: vec![0.0; n], shift: vec![[0.0; 2]; self.obstacles.len()] }
+    }
+
+    /// The body at rest.
+    pub fn at_rest(&self) -> State {
+        State {
+            displacement: vec![0.0; self.held.len()],
+            pressure: vec![[0.0; 3]; self.mesh.elements.len()],
+            contact: vec![0.0; self.obstacles.iter().map(|(_, nodes)| nodes.len()).sum()],
+        }
+    }
+
+    /// Adds to `force` the nodal forces of a dead traction (Pa, per reference area) on straight reference edges.
+    /// `traction` takes the reference position and the outward reference normal.
+    pub fn add_traction(
+        &self,
+        edges: &[BoundaryEdge],
+        traction: impl Fn([f64; 2], [f64; 2]) -> [f64; 2],
+        force: &mut [f64],
+    ) {
+        let (points, weights) = elastocap_fem::quadrature::gauss_legendre(6);
+        for edge in edges {
+            let [a, _, b] = edge.nodes.map(|n| self.mesh.nodes[n as usize]);
+            let (d, length) = ([b[0] - a[0], b[1] - a[1]], (b[0] - a[0]).hypot(b[1] - a[1]));
+            for (s, w) in points.iter().zip(&weights) {
+                let x = std::array::from_fn(|k| a[k] + 0.5 * (1.0 + s) * d[k]);
+                let t = traction(x, [d[1] / length, -d[0] / length]);
+                let shape = super::element::quadratic(*s).0;
+                for (n, value) in edge.nodes.iter().zip(shape) {
+                    for k in 0..2 {
+                        force[2 * *n as usize + k] += 0.5 * length * w * value * t[k];
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// The residual of a state.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Residual {
+    /// Largest unbalanced force over the largest nodal force.
+    pub(crate) force: f64,
+    /// Largest mean volume error of an element.
+    pub(crate) volume: f64,
+    /// Largest gap (either sign) of a touching node over the size of the body.
+    pub(crate) gap: f64,
+    /// Smallest `J` of all quadrature points, and the element it is in.
+    pub(crate) smallest_j: (f64, usize),
+}
+
+/// The equations of a body: assembled, solved, and assembled again.
+#[derive(Debug)]
+pub struct Equations {
+    pub(crate) body: Body,
+    pub(crate) elements: Vec<ReferenceElement>,
+    /// Number of each displacement among the unknowns, `u32::MAX` where it is held.
+    unknown: Vec<u32>,
+    systems: Vec<ElementSystem>,
+    places: Vec<Vec<u32>>,
+    /// Obstacle and node of each contact pair.
+    pairs: Vec<(usize, usize)>,
+    solver: SymmetricSolver,
+    /// Unbalanced force of each displacement, held ones included.
+    pub(crate) unbalanced: Vec<f64>,
+    internal: Vec<f64>,
+    right: Vec<f64>,
+    kappa_0: f64,
+    penalty: f64,
+    force_floor: f64,
+    size: f64,
+}
+
+impl Equations {
+    /// The equations of `body`. All memory and the symbolic factorisation are taken here.
+    ///
+    /// # Errors
+    /// See [`ModelError`].
+    pub fn new(body: Body) -> Result<Self, ModelError> {
+        let (nodes, count) = (body.mesh.nodes.len(), body.mesh.elements.len());
+        let mismatch = |what| ModelError::Mismatch { what, nodes, elements: count };
+        if body.held.len() != 2 * nodes {
+            return Err(mismatch("the list of held displacements"));
+        }
+        if body.material.len() != count || body.material.iter().any(|&m| m as usize >= body.rubbers.len()) {
+            return Err(mismatch("the list of materials"));
+        }
+        let elements = body
+            .mesh
+            .elements
+            .iter()
+            .enumerate()
+            .map(|(element, e)| {
+                ReferenceElement::new(&e.map(|n| body.mesh.nodes[n as usize]))
+                    .ok_or(ModelError::InvertedElement { element })
+            })
+            .collect::<Result<Vec<_>, _>>()?;
+        let mut unknown = vec![u32::MAX; 2 * nodes];
+        let mut unknowns = 0;
+        for n in body.mesh.dissection_order() {
+            for d in [2 * n as usize, 2 * n as usize + 1] {
+                if !body.held[d] {
+                    unknown[d] = unknowns;
+                    unknowns += 1;
+                }
+            }
+        }
+        let pairs: Vec<(usize, usize)> = body
+            .obstacles
+            .iter()
+            .enumerate()
+            .flat_map(|(o, (_, list))| list.iter().map(move |&n| (o, n as usize)))
+            .collect();
+        if unknowns == 0 {
+            return Err(ModelError::NoUnknowns);
+        }
+        if pairs.iter().any(|&(_, n)| n >= nodes) {
+            return Err(mismatch("a list of touching nodes"));
+        }
+        let of_node = |n: usize| [unknown[2 * n], unknown[2 * n + 1]];
+        let groups: Vec<Vec<u32>> = body
+            .mesh
+            .elements
+            .iter()
+            .map(|e| e.iter().flat_map(|&n| of_node(n as usize)).collect())
+            .chain(pairs.iter().map(|&(_, n)| of_node(n).to_vec()))
+            .collect();
+        let (solver, places) =
+            SymmetricSolver::new(unknowns as usize, &groups, Par::Seq).map_err(|_| ModelError::NoUnknowns)?;
+        let modulus = body.rubbers.iter().map(Rubber::shear_modulus).fold(0.0, f64::max);
+        let size = body.mesh.nodes.iter().flatten().fold(0.0, |m: f64, x| m.max(x.abs()));
+        Ok(Self {
+            unbalanced: vec![0.0; 2 * nodes],
+            internal: vec![0.0; 2 * nodes],
+            right: vec![0.0; unknowns as usize],
+            systems: vec![ElementSystem::default(); count],
+            kappa_0: 1e5 * modulus,
+            penalty: 1e6 * modulus,
+            force_floor: 1e-9 * modulus * size,
+            size,
+            body,
+            elements,
+            unknown,
+            places,
+            pairs,
+            solver,
+        })
+    }
+
+    /// The body.
+    pub fn body(&self) -> &Body {
+        &self.body
+    }
+
+    pub(crate) fn has_contact(&self) -> bool {
+        !self.pairs.is_empty()
+    }
+
+    /// Unknown displacements.
+    pub fn unknowns(&self) -> usize {
+        self.right.len()
+    }
+
+    /// Unknown displacements and pressures.
+    pub fn mixed_unknowns(&self) -> usize {
+        let rubber = |m: &u16| self.body.rubbers[*m as usize].pressure_compliance().is_some();
+        self.right.len() + 3 * self.body.material.iter().filter(|m| rubber(m)).count()
+    }
+
+    /// Entries of the factor.
+    pub fn factor_entries(&self) -> usize {
+        self.solver.factor_entries()
+    }
+
+    /// Displacements of the nodes of element `e`.
+    pub(crate) fn gather(&self, e: usize, u: &[f64]) -> [f64; 18] {
+        let nodes = &self.body.mesh.elements[e];
+        std::array::from_fn(|k| u[2 * nodes[k / 2] as usize + k % 2])
+    }
+
+    fn rubber(&self, e: usize) -> &Rubber {
+        &self.body.rubbers[self.body.material[e] as usize]
+    }
+
+    /// Assembles residual, tangent and right-hand side at `state` under `load`. Prescribed displacements that
+    /// `state` does not have yet go into the right-hand side.
+    pub(crate) fn assemble(&mut self, state: &State, load: &Load) -> Residual {
+        let mut systems = std::mem::take(&mut self.systems);
+        let this = &*self;
+        let missing = |d: usize| {
+            if this.body.held[d] { load.displacement[d] - state.displacement[d] } else { 0.0 }
+        };
+        systems.par_iter_mut().enumerate().with_min_len(16).for_each(|(e, system)| {
+            let u = this.gather(e, &state.displacement);
+            this.elements[e].assemble(this.rubber(e), &u, &state.pressure[e], this.kappa_0, system);
+            let nodes = &this.body.mesh.elements[e];
+            for c in 0..18 {
+                let step = missing(2 * nodes[c / 2] as usize + c % 2);
+                if step != 0.0 {
+                    for r in 0..18 {
+                        system.condensed_force[r] += system.stiffness[r * 18 + c] * step;
+                    }
+                }
+            }
+        });
+        self.systems = systems;
+        self.solver.values.fill(0.0);
+        self.right.fill(0.0);
+        self.internal.fill(0.0);
+        let mut volume: f64 = 0.0;
+        let mut smallest_j = (f64::INFINITY, 0);
+        for (e, system) in self.systems.iter().enumerate() {
+            let nodes = &self.body.mesh.elements[e];
+            for r in 0..18 {
+                let d = 2 * nodes[r / 2] as usize + r % 2;
+                self.internal[d] += system.force[r];
+                if self.unknown[d] != u32::MAX {
+                    self.right[self.unknown[d] as usize] -= system.condensed_force[r];
+                }
+            }
+            for (place, value) in self.places[e].iter().zip(&system.stiffness) {
+                if *place != u32::MAX {
+                    self.solver.values[*place as usize] += value;
+                }
+            }
+            let area = self.elements[e].area();
+            volume = system.volume_error.iter().fold(volume, |v, x| v.max((x / area).abs()));
+            if system.smallest_j < smallest_j.0 {
+                smallest_j = (system.smallest_j, e);
+            }
+        }
+        self.unbalanced.copy_from_slice(&self.internal);
+        for (d, f) in load.force.iter().enumerate() {
+            self.unbalanced[d] -= f;
+            if self.unknown[d] != u32::MAX {
+                self.right[self.unknown[d] as usize] += f;
+            }
+        }
+        let gap = self.assemble_contact(state, load);
+        let scale = self.internal.iter().fold(self.force_floor, |m, f| m.max(f.abs()));
+        let mut worst: f64 = 0.0;
+        for (d, f) in self.unbalanced.iter().enumerate() {
+            if f.is_nan() {
+                worst = f64::INFINITY;
+            } else if !self.body.held[d] {
+                worst = worst.max(f.abs());
+            }
+        }
+        Residual { force: worst / scale, volume, gap: gap / self.size, smallest_j }
+    }
+
+    /// Adds the contact forces. Returns the largest distance of a touching node from its obstacle.
+    fn assemble_contact(&mut self, state: &State, load: &Load) -> f64 {
+        let mut worst: f64 = 0.0;
+        let elements = self.elements.len();
+        for (c, &(o, n)) in self.pairs.iter().enumerate() {
+            let gap = self.body.obstacles[o].0.gap(self.position(n, state), load.shift[o]);
+            let force = state.contact[c] - self.penalty * gap.distance;
+            if force <= 0.0 {
+                continue;
+            }
+            worst = worst.max(gap.distance.abs());
+            let place = &self.places[elements + c];
+            for k in 0..2 {
+                let d = 2 * n + k;
+                self.unbalanced[d] -= force * gap.normal[k];
+                if self.unknown[d] == u32::MAX {
+                    continue;
+                }
+                self.right[self.unknown[d] as usize] += force * gap.normal[k];
+                for m in 0..2 {
+                    let unit = if k == m { 1.0 } else { 0.0 };
+                    let across = unit - gap.normal[k] * gap.normal[m];
+                    // The multiplier, not `force`: where a node has just gone deep, the penalty's part of the force
+                    // is no force, and would make the tangent indefinite.
+                    let bent = state.contact[c].max(0.0) * gap.curvature * across;
+                    let value = self.penalty * gap.normal[k] * gap.normal[m] - bent;
+                    if place[2 * k + m] != u32::MAX {
+                        self.solver.values[place[2 * k + m] as usize] += value;
+                    }
+                }
+            }
+        }
+        worst
+    }
+
+    /// Deformed position of a node in m.
+    pub(crate) fn position(&self, n: usize, state: &State) -> [f64; 2] {
+        std::array::from_fn(|k| self.body.mesh.nodes[n][k] + state.displacement[2 * n + k])
+    }
+
+    /// Solves for the step that the last assembly asks for. Returns the step as a difference of states, the
+    /// residual of the linear system and the number of negative pivots, or `None` if the matrix is singular.
+    pub(crate) fn solve(&mut self, state: &State, load: &Load) -> Option<(State, f64, usize)> {
+        let negative = self.solver.factorise().ok()?;
+        let mut x = std::mem::take(&mut self.right);
+        let linear_residual = self.solver.solve(&mut x);
+        let du: Vec<f64> = (0..self.unknown.len())
+            .map(|d| match self.unknown[d] {
+                u32::MAX => load.displacement[d] - state.displacement[d],
+                k => x[k as usize],
+            })
+            .collect();
+        self.right = x;
+        if !linear_residual.is_finite() {
+            return None;
+        }
+        let pressure = (0..self.elements.len())
+            .into_par_iter()
+            .with_min_len(64)
+            .map(|e| {
+                let du = self.gather(e, &du);
+                self.elements[e].pressure_increment(self.rubber(e), &du, self.kappa_0, &self.systems[e])
+            })
+            .collect();
+        let contact = self
+            .pairs
+            .iter()
+            .enumerate()
+            .map(|(c, &(o, n))| {
+                let gap = self.body.obstacles[o].0.gap(self.position(n, state), load.shift[o]);
+                let before = state.contact[c];
+                if before - self.penalty * gap.distance <= 0.0 {
+                    return -before;
+                }
+                let closing = gap.normal[0] * du[2 * n] + gap.normal[1] * du[2 * n + 1];
+                -self.penalty * (gap.distance + closing)
+            })
+            .collect();
+        Some((State { displacement: du, pressure, contact }, linear_residual, negative))
+    }
+
+    /// Smallest `J` after the displacement `after`, the element it is in, and the smallest ratio to `J` before.
+    pub(crate) fn smallest_j(&self, before: &[f64], after: &[f64]) -> (f64, usize, f64) {
+        let each = |e: usize| {
+            let (j, ratio) = self.elements[e].smallest_j(&self.gather(e, after), &self.gather(e, before));
+            (j, e, ratio)
+        };
+        let least = |a: (f64, usize, f64), b: (f64, usize, f64)| {
+            let (j, e) = if b.0 < a.0 || (b.0 == a.0 && b.1 < a.1) { (b.0, b.1) } else { (a.0, a.1) };
+            (j, e, a.2.min(b.2))
+        };
+        let none = || (f64::INFINITY, 0, f64::INFINITY);
+        (0..self.elements.len()).into_par_iter().with_min_len(64).map(each).reduce(none, least)
+    }
+
+    /// The force in N/m that what holds a set of displacements exerts, from the last assembly: the sum of the reactions
+    /// along `axis` of the nodes whose reference position satisfies `at`.
+    pub fn reaction(&self, axis: usize, at: impl Fn([f64; 2]) -> bool) -> f64 {
+        let nodes = self.body.mesh.nodes.iter().enumerate();
+        nodes
+            .filter(|(n, x)| self.body.held[2 * n + axis] && at(**x))
+            .map(|(n, _)| self.unbalanced[2 * n + axis])
+            .sum()
+    }
+
+    /// The force in N/m that obstacle `o` exerts on the body in `state`.
+    pub fn contact_force(&self, o: usize, state: &State, load: &Load) -> [f64; 2] {
+        let mut sum = [0.0; 2];
+        for (c, &(obstacle, n)) in self.pairs.iter().enumerate() {
+            if obstacle == o {
+                let gap = self.body.obstacles[o].0.gap(self.position(n, state), load.shift[o]);
+                for k in 0..2 {
+                    sum[k] += state.contact[c].max(0.0) * gap.normal[k];
+                }
+            }
+        }
+        sum
+    }
+
+    /// Deepest penetration of a candidate node into an obstacle, in m; negative where nothing touches.
+    pub fn penetration(&self, state: &State, load: &Load) -> f64 {
+        self.pairs
+            .iter()
+            .map(|&(o, n)| -self.body.obstacles[o].0.gap(self.position(n, state), load.shift[o]).distance)
+            .fold(f64::NEG_INFINITY, f64::max)
+    }
+}

@@ -1,0 +1,7 @@
+//! The finite-element solver against solutions it does not know.
+
+#![allow(clippy::unwrap_used, reason = "a helper of a test may fail the test")]
+
+mod cook;
+mod layer;
+mod patch;

@@ -1,0 +1,109 @@
+//! The closed form of the paper as a patch test: its tractions on `x1 = H`, its displacements nowhere but on the top,
+//! the bottom and the axis.
+
+use elastocap_mechanics::solid::material::{Distortion, Rubber, Volume};
+use elastocap_mechanics::solid::mesh::Mesh;
+use elastocap_mechanics::solid::model::{Body, Equations};
+use elastocap_mechanics::solid::newton::NewtonSettings;
+use elastocap_mechanics::{LayerMap, LayerStress, Material};
+
+const C10: f64 = 682.15;
+const C01: f64 = 43931.9;
+
+/// Force over `mu H` that the finite elements find, that of the closed form, and the largest error of a displacement
+/// over `H`, at each compression.
+fn solve(n: usize, volume_barrier: f64, compressions: &[f64]) -> Vec<(f64, f64, f64)> {
+    let rubber = Rubber {
+        distortion: Distortion::MooneyRivlin { c10: C10, c01: C01 },
+        volume: Volume::Incompressible,
+        volume_barrier,
+    };
+    let mu = rubber.shear_modulus();
+    let mut body = Body::new(Mesh::rectangle(1.0, 1.0, n, n), rubber);
+    body.hold(0, |x| x[0] == 0.0);
+    body.hold(0, |x| x[1] == 0.0);
+    body.hold(1, |x| x[1] == 0.0 || x[1] == 1.0);
+    let right = body.mesh.boundary_where(|x| x[0] == 1.0);
+    assert_eq!(right.len(), n);
+    let mut equations = Equations::new(body).unwrap();
+    let (mut state, mut load) = (equations.body().at_rest(), equations.body().no_load());
+    let mut results = Vec::new();
+    // Dead tractions are followed in small steps: in between they are interpolated, and far from the closed
+    // form's own the block is not stable.
+    let steps = (1..=40).map(|k| 0.025 * f64::from(k));
+    let last = compressions.iter().fold(0.0f64, |m, c| m.max(*c));
+    for compression in steps.take_while(|c| *c < last + 1e-9) {
+        let map = LayerMap::new(1.0, compression).unwrap();
+        let stress = LayerStress::new(map, Material::MooneyRivlin { c10: C10, c01: C01 }, 1.0).unwrap();
+        let mut next = equations.body().no_load();
+        for (k, x) in equations.body().mesh.nodes.iter().enumerate() {
+            if x[1] == 1.0 {
+                next.displacement[2 * k + 1] = -compression;
+            }
+        }
+        equations.body().add_traction(
+            &right,
+            |x, normal| {
+                let p = stress.first_piola([x[0], x[1], 0.0]);
+                [p[(0, 0)] * normal[0] + p[(0, 1)] * normal[1], p[(1, 0)] * normal[0] + p[(1, 1)] * normal[1]]
+            },
+            &mut next.force,
+        );
+        equations
+            .advance(&mut state, &mut load, &next, &NewtonSettings { first_step: 1.0, ..Default::default() })
+            .unwrap();
+        let force = -equations.reaction(1, |x| x[1] == 1.0) / mu;
+        let (points, weights) = elastocap_fem::quadrature::gauss_legendre(20);
+        let exact: f64 = points
+            .iter()
+            .zip(&weights)
+            .map(|(s, w)| -0.5 * w * stress.first_piola([0.5 * (1.0 + s), 1.0, 0.0])[(1, 1)] / mu)
+            .sum();
+        let error = equations.body().mesh.nodes.iter().enumerate().fold(0.0f64, |m, (k, x)| {
+            let u = map.displacement([x[0], x[1], 0.0]);
+            m.max((u[0] - state.displacement[2 * k]).abs()).max((u[1] - state.displacement[2 * k + 1]).abs())
+        });
+        if compressions.iter().any(|c| (c - compression).abs() < 1e-12) {
+            results.push((force, exact, error));
+        }
+    }
+    results
+}
+
+#[test]
+fn the_closed_form_with_its_own_tractions_comes_out() {
+    let compressions = [0.05, 0.1, 0.2, 0.4];
+    for (compression, (force, exact, error)) in
+        compressions.iter().zip(solve(16, Rubber::USUAL_BARRIER, &compressions))
+    {
+        let relative = (force / exact - 1.0).abs();
+        println!(
+            "{compression}: force {force:.9} closed form {exact:.9} error {relative:.1e}, displacement {error:.1e}"
+        );
+        assert!(relative < if *compression < 0.3 { 1e-6 } else { 1e-5 });
+    }
+}
+
+#[test]
+fn the_orders_of_convergence_are_those_of_the_element() {
+    let errors: Vec<(f64, f64)> = [2, 4, 8, 16]
+        .iter()
+        .map(|&n| {
+            let (force, exact, displacement) = solve(n, 0.0, &[0.2])[0];
+            ((force / exact - 1.0).abs(), displacement)
+        })
+        .collect();
+    let order = |k: usize, pick: fn(&(f64, f64)) -> f64| (pick(&errors[k - 1]) / pick(&errors[k])).log2();
+    for k in 1..errors.len() {
+        println!(
+            "orders: force {:.2}, displacement {:.2}; errors {:?}",
+            order(k, |e| e.0),
+            order(k, |e| e.1),
+            errors[k]
+        );
+    }
+    // In the energy norm the error is of second order, and that of the force would be its square if the corner between
+    // bonded bottom and tractions were not there: the problem dual to the force is singular in it.
+    assert!((1..errors.len()).all(|k| order(k, |e| e.0) > 3.5), "{errors:?}");
+    assert!((2..errors.len()).all(|k| order(k, |e| e.1) > 2.5), "{errors:?}");
+}
