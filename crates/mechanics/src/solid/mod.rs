@@ -20,7 +20,7 @@
 //! - Contact acts at nodes and without friction. Under a punch with rounded corners the set of touching nodes goes back
 //!   and forth, and the load steps become tiny: do not use [`layer::Indenter::Smooth`] yet.
 //! - The flank of a sharp punch carries nothing, so that the surface beside it may fold into the punch; the solver stops
-//!   there between 12 and 20 % compression, the earlier the finer the fan.
+//!   there between 5 and 20 % compression, the earlier the finer the fan.
 //! - The free end without contact folds so sharply at the bonded corner that the surface buckles at the smallest scale:
 //!   meshes that resolve it stop at 10 to 15 % compression, coarser ones go on to 60 %. Their forces differ by 1 %.
 //! - A dead load on a block can be unstable: with the closed form's own tractions the tangent has negative pivots
