@@ -39,7 +39,7 @@ pub(crate) struct Arguments {
     #[arg(long)]
     list: bool,
     /// Seconds after which a case is given up and marked
-    #[arg(long, value_name = "SECONDS", default_value_t = 5.0, value_parser = positive)]
+    #[arg(long, value_name = "SECONDS", default_value_t = 3.0, value_parser = positive)]
     limit: f64,
     /// Folder for stability.csv
     #[arg(long, short, value_name = "DIR")]

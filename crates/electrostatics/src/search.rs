@@ -256,14 +256,13 @@ impl<'p, 's> Search<'p, 's> {
         } else if self.wider {
             problem.core.reach_to(&mut grid, 7.0 * self.grid.radius);
         } else {
-            // The next refinement may be a long one unless the last did not take off what it was to. What the first grid
-            // tells is somewhat too hopeful.
-            let step = if missing < 2.5 * self.foreseen { LONG_STEP } else { STEP };
-            let goal = if self.grids == 1 { 0.85 * GOAL } else { GOAL };
+            // Once refinements do what is expected of them the next may be a long one. The first grid tells too little.
+            let told = self.grids > 1 && missing < 2.5 * self.foreseen;
+            let step = if told { LONG_STEP } else { STEP };
             let target = match error {
                 _ if !settings.bounds => STEP * missing,
                 Some(error) => missing * (0.5 * tolerance / error).clamp(0.03, 0.5),
-                None => (goal * tolerance / self.amplification).clamp(step * missing, missing),
+                None => (GOAL * tolerance / self.amplification).clamp(step * missing, missing),
             };
             left = refine(&mut grid, indicator, target);
             if !settings.bounds && problem.layout.endless_contrast().is_some() {
