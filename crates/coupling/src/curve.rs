@@ -5,6 +5,7 @@ use std::fmt;
 use elastocap_electrostatics::{Bounded, PhaseSeconds, ResolutionLevel};
 use serde::{Serialize, Serializer};
 
+use crate::deform::{MeshReport, PlaneStep};
 use crate::plan::{Kind, Plan, StepLoad};
 use crate::scene_of::DeformedScene;
 
@@ -17,6 +18,10 @@ pub struct Outcome {
     pub steps: Vec<StepResult>,
     /// Names of the conductors, in the order of the Maxwell matrices.
     pub conductors: Vec<String>,
+    /// The meshes of the layer's finite elements, coarse to fine; empty without them.
+    pub layer_meshes: Vec<MeshReport>,
+    /// Wall-clock seconds of the layer's finite elements, all steps together.
+    pub layer_seconds: f64,
     /// Whether the run was stopped on request before all steps were done.
     pub stopped: bool,
     /// Wall-clock seconds of all steps together.
@@ -52,6 +57,8 @@ pub struct StepResult {
     pub reason: Option<String>,
     /// What the user should know about it.
     pub warnings: Vec<String>,
+    /// How the finite elements of the layer went, if it has any.
+    pub layer: Option<PlaneStep>,
     /// The bodies as deformed.
     pub scene: Option<DeformedScene>,
     /// Maxwell capacitance matrix, F, in the order of the scene's conductors.
@@ -71,7 +78,7 @@ pub struct StepResult {
 pub struct Row {
     /// U/H.
     pub compression: Option<f64>,
-    /// Compressive, N; `None` beyond the compression at which eq. (50) has its largest force.
+    /// Compressive, N; `None` in the closed form beyond the compression at which eq. (50) has its largest force.
     pub force_n: Option<f64>,
     /// U, m.
     pub top_displacement_m: Option<f64>,
@@ -87,7 +94,8 @@ pub struct Row {
     pub capacitance_lower_f: Option<f64>,
     /// F.
     pub capacitance_upper_f: Option<f64>,
-    /// Half the spread of the bounds over the value, or the estimate.
+    /// Of the capacitance: half the spread of the bounds over the value, or the estimate. Without conductors that of the
+    /// force, where finite elements give one.
     pub relative_error_estimate: Option<f64>,
     /// F.
     pub parallel_plate_f: Option<f64>,

@@ -1,12 +1,11 @@
 //! What a case asks to be solved, what of it can be left out, and what it will take: known before anything is solved.
 
 use elastocap_electrostatics::{Forecast, Settings, Target, forecast};
-use elastocap_mechanics::{
-    ClosedFormSettings, ForceLimit, LayerState, Material as LayerMaterial, MechanicsError, force_limit,
-};
+use elastocap_mechanics::ForceLimit;
 use serde::Serialize;
 
-use crate::case::{Case, Load, Material, Mechanics};
+use crate::case::{Case, Load, Mechanics, PlaneStrain};
+use crate::deform::{self, Deformation, closed_form_limit, layer_state};
 use crate::scene_of::scene_of;
 
 /// What is wanted of a run besides the numbers.
@@ -171,7 +170,7 @@ impl Plan {
         plan.mechanics(case);
         plan.electrostatics(case, options);
         plan.repeated_steps();
-        plan.files(options);
+        plan.files(case, options);
         plan
     }
 
@@ -206,9 +205,10 @@ impl Plan {
                 };
                 let what = format!("closed form of the layer at {}, {by}", counted(count, "load step"));
                 self.solved.push(Planned { part: "mechanics", what });
-                self.force_limit = closed_form(case).and_then(|c| force_limit(c.0, c.1, c.2).ok());
+                self.force_limit = closed_form_limit(case);
                 self.warn_beyond_limit(load);
             }
+            (Some(load), Some(Mechanics::PlaneStrain(model))) => self.plane_strain(case, load, model),
             (None, mechanics) if case.layer.is_some() => {
                 let none = mechanics.is_none();
                 if none || self.pruned {
@@ -221,6 +221,30 @@ impl Plan {
                 }
             }
             _ => {}
+        }
+    }
+
+    fn plane_strain(&mut self, case: &Case, load: &Load, model: &PlaneStrain) {
+        let by = match load {
+            Load::Compression(_) => "force",
+            Load::Force(_) => "compression",
+        };
+        let meshes: Vec<String> =
+            deform::forecast(case, model).iter().map(|(_, unknowns)| unknowns.to_string()).collect();
+        let what = format!(
+            "finite elements in plane strain at {}, on meshes of {} unknowns, each only if the {by} is not yet known to a \
+             relative {:e}",
+            counted(self.steps.len(), "load step"),
+            listed(&meshes),
+            model.relative_tolerance
+        );
+        self.solved.push(Planned { part: "mechanics", what });
+        if case.has_conductors() && model.indenter != crate::case::Indenter::WholeTop {
+            self.warnings.push(
+                "the field solver takes the surface of the layer as flat, at its height under the indenter; beside the \
+                 indenter the rubber bulges above that"
+                    .to_owned(),
+            );
         }
     }
 
@@ -248,7 +272,8 @@ impl Plan {
         let distinct = self.distinct_steps().filter(|s| s.failure.is_none()).count();
         let settings = self.solver_settings(case, options);
         let scene = self.distinct_steps().filter(|s| s.failure.is_none()).find_map(|step| {
-            let state = layer_state(case, step.load, options.prune).ok()?;
+            // The finite-element layer is not solved for a forecast: its scene is about as large as the one at rest.
+            let state = layer_state(case, step.load, options.prune).ok()?.map(Deformation::ClosedForm);
             scene_of(case, state.as_ref()).ok()
         });
         let foretold = scene.as_ref().and_then(|s| forecast(&s.scene, &settings).ok());
@@ -328,7 +353,7 @@ impl Plan {
         self.left_out.push(left);
     }
 
-    fn files(&mut self, options: &Options) {
+    fn files(&mut self, case: &Case, options: &Options) {
         let table = match self.kind {
             Kind::Curve => "curve.csv, curve.svg",
             Kind::Capacitance => "capacitance.csv",
@@ -339,6 +364,9 @@ impl Plan {
             files.push_str(", scene.glb");
         } else {
             self.left_out.push(LeftOut::new(Decision::Caller, "scene.glb", "not asked for", "milliseconds"));
+        }
+        if matches!(case.mechanics, Some(Mechanics::PlaneStrain(_))) && case.load.is_some() {
+            files.push_str(", mechanics.csv, layer_NNN.vtu and profile_NNN.csv for each step, layer.pvd");
         }
         if self.kind == Kind::Mechanics {
             // There is no field.
@@ -392,42 +420,11 @@ fn planned_steps(case: &Case, options: &Options) -> Vec<PlannedStep> {
 
 fn known_failure(case: &Case, load: StepLoad, prune: bool) -> Option<String> {
     let state = match layer_state(case, load, prune) {
-        Ok(state) => state,
+        Ok(state) => state.map(Deformation::ClosedForm),
         Err(error) => return Some(error.to_string()),
     };
     let scene = case.has_conductors().then(|| scene_of(case, state.as_ref()));
     scene.and_then(Result::err).map(|error| error.to_string())
-}
-
-/// Thickness, material and lengths of the case's closed-form layer.
-fn closed_form(case: &Case) -> Option<(f64, LayerMaterial, ClosedFormSettings)> {
-    let layer = case.layer.as_ref()?;
-    let material = match layer.material? {
-        Material::MooneyRivlin { c10, c01 } => LayerMaterial::MooneyRivlin { c10, c01 },
-        Material::NeoHookean { shear_modulus } => LayerMaterial::NeoHookean { shear_modulus },
-    };
-    let Mechanics::ClosedForm { contact_half_length, contact_width, shear_length } = case.mechanics?;
-    Some((layer.thickness, material, ClosedFormSettings { contact_half_length, contact_width, shear_length }))
-}
-
-/// The layer under a load; `None` if there is no layer or nothing deforms it.
-///
-/// # Errors
-/// What the mechanics refuses: a force that the layer cannot carry, for instance.
-pub(crate) fn layer_state(
-    case: &Case,
-    load: StepLoad,
-    prune: bool,
-) -> Result<Option<LayerState>, MechanicsError> {
-    let Some((thickness, material, settings)) = closed_form(case) else { return Ok(None) };
-    match load {
-        StepLoad::None if prune => Ok(None),
-        StepLoad::None => LayerState::new(thickness, material, 0.0, settings).map(Some),
-        StepLoad::Compression(compression) => {
-            LayerState::new(thickness, material, compression, settings).map(Some)
-        }
-        StepLoad::ForceN(force) => LayerState::under_force(thickness, material, force, settings).map(Some),
-    }
 }
 
 /// Memory that can be had without swapping, bytes; 4 GiB where the system does not say.

@@ -8,7 +8,8 @@ use elastocap_electrostatics::Settings;
 
 use crate::case::Case;
 use crate::curve::{Outcome, Status, StepResult};
-use crate::plan::{Options, Plan, PlannedStep, layer_state};
+use crate::deform::{Prepared, prepare};
+use crate::plan::{Options, Plan, PlannedStep};
 use crate::results::{OutputError, OutputFolder, field_file, stage_field};
 use crate::scene_of::scene_of;
 use crate::step::Solver;
@@ -16,6 +17,8 @@ use crate::step::Solver;
 /// What a run tells while it works.
 #[derive(Debug, Clone, Copy)]
 pub enum Progress<'a> {
+    /// Work that all steps need, in words.
+    Preparing(&'a str),
     /// A step was begun.
     Begun(usize),
     /// A step is done.
@@ -39,7 +42,9 @@ pub fn run(
 ) -> Result<Outcome, OutputError> {
     let start = Instant::now();
     let settings = Settings { cancel: Some(Arc::clone(cancel)), ..plan.solver_settings(case, options) };
-    let solver = Solver { case, settings, prune: options.prune, force_limit: plan.force_limit };
+    let layer = prepare(case, plan, cancel, &|what| tell(Progress::Preparing(what)));
+    let solver =
+        Solver { case, settings, prune: options.prune, force_limit: plan.force_limit, layer: &layer };
     let written = folder.filter(|_| options.fields);
     let work: Vec<&PlannedStep> = plan.distinct_steps().collect();
     let done: Vec<Mutex<Option<StepResult>>> = work.iter().map(|_| Mutex::new(None)).collect();
@@ -86,11 +91,17 @@ pub fn run(
         steps.push(result);
     }
     let conductors = conductor_names(case);
+    let (layer_meshes, layer_seconds) = match &layer {
+        Prepared::StepByStep => (Vec::new(), 0.0),
+        Prepared::PlaneStrain(run) => (run.meshes.clone(), run.seconds),
+    };
     let stopped = steps.iter().any(|step| step.row.status == Status::NotRun);
     Ok(Outcome {
         plan: plan.clone(),
         steps,
         conductors,
+        layer_meshes,
+        layer_seconds,
         stopped,
         solve_seconds: start.elapsed().as_secs_f64(),
         threads: rayon::current_num_threads(),
@@ -126,12 +137,13 @@ pub fn conductor_names(case: &Case) -> Vec<String> {
 
 /// The steps of a plan with the layer deformed and the bodies in place, and no field.
 pub fn deform(case: &Case, plan: &Plan) -> Vec<StepResult> {
+    let layer = prepare(case, plan, &AtomicBool::new(false), &|_| ());
     let deformed = |step: &PlannedStep| {
         let mut result = StepResult::not_run(step);
-        match layer_state(case, step.load, true) {
+        match layer.deformation(case, step, true) {
             Ok(state) => {
-                result.row.top_displacement_m = Some(state.map_or(0.0, |s| s.top_displacement()));
-                result.row.compression = state.map(|s| s.compression()).or(result.row.compression);
+                result.row.top_displacement_m = Some(state.as_ref().map_or(0.0, |s| s.top_displacement()));
+                result.row.compression = state.as_ref().map(|s| s.compression()).or(result.row.compression);
                 if case.has_conductors() {
                     match scene_of(case, state.as_ref()) {
                         Ok(scene) => result.scene = Some(scene),

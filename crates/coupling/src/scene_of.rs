@@ -10,6 +10,7 @@ use elastocap_geometry::scene::{Box3, BoxScene, Conductor, Dielectric, Wall};
 use elastocap_mechanics::{ElectrodePose, ElectrodeStiffness, LayerState, MechanicsError};
 
 use crate::case::{Case, Electrodes, Extent, Face, Layer, Layout, Stiffness, Surroundings};
+use crate::deform::{Deformation, ElectrodeBox, NotABox, PlaneStep};
 
 /// Permittivity of vacuum, F/m.
 pub const EPSILON_0: f64 = 8.854_187_812_8e-12;
@@ -83,6 +84,9 @@ pub enum SceneError {
         /// "below" or "above".
         side: &'static str,
     },
+    /// An electrode of the finite-element layer is tilted or bent.
+    #[error("{0}")]
+    NotABox(NotABox),
     /// The file lacks what the scene needs; the case reader refuses such a file.
     #[error("the case has no {0}")]
     Missing(&'static str),
@@ -92,13 +96,17 @@ pub enum SceneError {
 ///
 /// # Errors
 /// When the deformed bodies do not fit together: see [`SceneError`].
-pub fn scene_of(case: &Case, state: Option<&LayerState>) -> Result<DeformedScene, SceneError> {
+pub fn scene_of(case: &Case, state: Option<&Deformation<'_>>) -> Result<DeformedScene, SceneError> {
     let surroundings = case.surroundings.as_ref().ok_or(SceneError::Missing("[surroundings]"))?;
     let mut conductors = Vec::new();
     let mut pair = None;
     if let Some(electrodes) = &case.electrodes {
         let layer = case.layer.as_ref().ok_or(SceneError::Missing("[layer]"))?;
-        let (regions, deformed) = place(electrodes, layer, state)?;
+        let (regions, deformed) = match state {
+            Some(Deformation::PlaneStrain(step)) => place_solved(electrodes, layer, step)?,
+            Some(Deformation::ClosedForm(state)) => place(electrodes, layer, Some(state))?,
+            None => place(electrodes, layer, None)?,
+        };
         for (name, region) in electrodes.names().into_iter().zip(regions) {
             conductors.push(Conductor { name: name.to_owned(), region });
         }
@@ -106,7 +114,7 @@ pub fn scene_of(case: &Case, state: Option<&LayerState>) -> Result<DeformedScene
     }
     conductors.extend(case.conductors.iter().cloned());
 
-    let top = case.layer.as_ref().map(|layer| state.map_or(layer.thickness, LayerState::deformed_thickness));
+    let top = case.layer.as_ref().map(|layer| state.map_or(layer.thickness, Deformation::deformed_thickness));
     let (domain, walls) = outer_walls(surroundings, top.unwrap_or(0.0), &conductors)?;
     let mut dielectrics = Vec::new();
     let mut roles = Vec::new();
@@ -257,6 +265,55 @@ fn place(
             };
             Ok(([region(&lower), region(&upper)], deformed))
         }
+    }
+}
+
+/// Where the two electrodes are in the finite-element solution.
+fn place_solved(
+    electrodes: &Electrodes,
+    layer: &Layer,
+    step: &PlaneStep,
+) -> Result<([Box3; 2], DeformedPair), SceneError> {
+    let permittivity =
+        layer.relative_permittivity.ok_or(SceneError::Missing("relative_permittivity in [layer]"))?
+            * EPSILON_0;
+    let width = electrodes.width;
+    let block = |x1: [f64; 2], x2: [f64; 2]| Box3 {
+        min: [x1[0], x2[0], -0.5 * width],
+        max: [x1[1], x2[1], 0.5 * width],
+    };
+    let shapes: Vec<ElectrodeBox> = step
+        .electrodes
+        .iter()
+        .map(|shape| shape.checked().map_err(SceneError::NotABox))
+        .collect::<Result<_, _>>()?;
+    let thickness = |shape: &ElectrodeBox| shape.x2[1] - shape.x2[0];
+    match (electrodes.layout, shapes.as_slice()) {
+        (Layout::InPlane, [right]) => {
+            let ([near, far], gap) = (right.x1, 2.0 * right.x1[0]);
+            let pair = DeformedPair {
+                gap,
+                height: 0.5 * (right.x2[0] + right.x2[1]),
+                thickness: thickness(right),
+                parallel_plate: permittivity * thickness(right) * width / gap,
+            };
+            Ok(([block([-far, -near], right.x2), block([near, far], right.x2)], pair))
+        }
+        (Layout::Stacked, [lower, upper]) => {
+            let gap = upper.x2[0] - lower.x2[1];
+            if gap <= ROUNDING * layer.thickness {
+                return Err(SceneError::GapCloses { gap });
+            }
+            let pair = DeformedPair {
+                gap,
+                height: 0.5 * (lower.x2[1] + upper.x2[0]),
+                thickness: 0.5 * (thickness(lower) + thickness(upper)),
+                parallel_plate: permittivity * 2.0 * lower.x1[1].min(upper.x1[1]) * width / gap,
+            };
+            let region = |shape: &ElectrodeBox| block([-shape.x1[1], shape.x1[1]], shape.x2);
+            Ok(([region(lower), region(upper)], pair))
+        }
+        _ => Err(SceneError::Missing("electrodes in its finite elements")),
     }
 }
 

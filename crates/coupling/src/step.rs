@@ -4,11 +4,12 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::time::Instant;
 
 use elastocap_electrostatics::{Bounded, Field, Settings, Solution, SolveError, solve};
-use elastocap_mechanics::{ForceLimit, LayerState};
+use elastocap_mechanics::ForceLimit;
 
 use crate::case::Case;
 use crate::curve::{Row, SolverReport, Status, StepResult};
-use crate::plan::{PlannedStep, StepLoad, layer_state};
+use crate::deform::{Deformation, Prepared};
+use crate::plan::{PlannedStep, StepLoad};
 use crate::scene_of::{DeformedScene, scene_of};
 use crate::terminals::pair_among;
 
@@ -18,6 +19,7 @@ pub(crate) struct Solver<'a> {
     pub(crate) settings: Settings,
     pub(crate) prune: bool,
     pub(crate) force_limit: Option<ForceLimit>,
+    pub(crate) layer: &'a Prepared,
 }
 
 impl Solver<'_> {
@@ -27,7 +29,7 @@ impl Solver<'_> {
         let mut result = StepResult::not_run(step);
         let mut field = None;
         // A defect in one step must not take the others with it.
-        let outcome = catch_unwind(AssertUnwindSafe(|| self.run(&mut result, &mut field)));
+        let outcome = catch_unwind(AssertUnwindSafe(|| self.run(step, &mut result, &mut field)));
         match outcome {
             Ok(Ok(())) => {}
             Ok(Err(Stop::Cancelled)) => result = StepResult::not_run(step),
@@ -42,12 +44,22 @@ impl Solver<'_> {
         (result, field)
     }
 
-    fn run(&self, result: &mut StepResult, field: &mut Option<Field>) -> Result<(), Stop> {
+    fn run(
+        &self,
+        step: &PlannedStep,
+        result: &mut StepResult,
+        field: &mut Option<Field>,
+    ) -> Result<(), Stop> {
         let start = Instant::now();
-        let state = layer_state(self.case, result.load, self.prune)?;
+        let state = self.layer.deformation(self.case, step, self.prune).map_err(Stop::Failed)?;
         let beyond = self.note_mechanics(result, state.as_ref());
+        let layer_missed = layer_missed(state.as_ref());
         if !self.case.has_conductors() {
-            result.mark(true, None, beyond);
+            if let Some(Deformation::PlaneStrain(layer)) = &state {
+                // What the row is about is the force, so that its error is the one to tell.
+                result.row.relative_error_estimate = layer.relative_error_estimate;
+            }
+            result.mark(layer_missed.is_none(), layer_missed, beyond);
             result.seconds.mechanics = start.elapsed().as_secs_f64();
             return Ok(());
         }
@@ -61,7 +73,7 @@ impl Solver<'_> {
         let deformed = result.scene.insert(deformed);
         result.seconds.mechanics = start.elapsed().as_secs_f64();
 
-        let (mut solution, two_terminal) = self.field_of(deformed)?;
+        let (mut solution, two_terminal) = field_of(deformed, &self.settings)?;
         *field = solution.field.take();
         let all = solution.maxwell.iter().flatten().chain(&two_terminal);
         if all.into_iter().any(|c| !(c.lower <= c.value && c.value <= c.upper)) {
@@ -71,7 +83,9 @@ impl Solver<'_> {
             result.row.set_capacitance(capacitance);
         }
         result.row.unknowns = Some(solution.unknowns);
-        result.mark(solution.reached, solution.shortfall, beyond);
+        let reached = solution.reached && layer_missed.is_none();
+        let shortfall: Vec<String> = solution.shortfall.into_iter().chain(layer_missed).collect();
+        result.mark(reached, (!shortfall.is_empty()).then(|| shortfall.join("; ")), beyond);
         result.two_terminal = two_terminal;
         result.maxwell = Some(solution.maxwell);
         result.seconds.electrostatics = solution.seconds;
@@ -86,7 +100,7 @@ impl Solver<'_> {
     }
 
     /// Notes what the mechanics say; returns why there is no force, if there is none.
-    fn note_mechanics(&self, result: &mut StepResult, state: Option<&LayerState>) -> Option<String> {
+    fn note_mechanics(&self, result: &mut StepResult, state: Option<&Deformation<'_>>) -> Option<String> {
         let row = &mut result.row;
         let Some(state) = state else {
             // Nothing presses: the layer is as it was.
@@ -97,6 +111,9 @@ impl Solver<'_> {
         };
         row.compression = Some(state.compression());
         row.top_displacement_m = Some(state.top_displacement());
+        if let Deformation::PlaneStrain(step) = state {
+            result.layer = Some((*step).clone());
+        }
         if let (StepLoad::Compression(compression), Some(limit)) = (result.load, self.force_limit)
             && compression > limit.compression
         {
@@ -109,39 +126,60 @@ impl Solver<'_> {
         row.force_n = Some(state.force());
         None
     }
+}
 
-    /// The solution, and the two-terminal capacitance.
-    pub(crate) fn field_of(&self, deformed: &DeformedScene) -> Result<(Solution, Option<Bounded>), Stop> {
-        let among_others = deformed.pair.is_some() && deformed.scene.conductors.len() > 2;
-        let mut settings = self.settings.clone();
-        let mut tries = 3;
-        loop {
-            let mut solution = solve(&deformed.scene, &settings)?;
-            if !among_others {
-                let two_terminal = solution.two_terminal;
-                return Ok((solution, two_terminal));
-            }
-            // The solver's tolerance is that of the matrix; what is asked for is that of the pair.
-            let pair = pair_among(&solution.maxwell);
-            let error = pair.map_or(0.0, |pair| 2.0 * pair.relative_error());
-            let asked = self.settings.relative_tolerance;
-            let allowed = if settings.bounds { asked } else { 2.0 * asked };
-            tries -= 1;
-            if error <= allowed || tries == 0 || !solution.reached {
-                if error <= allowed {
-                    (solution.reached, solution.shortfall) = (true, None);
-                } else {
-                    solution.reached = false;
-                    solution.shortfall.get_or_insert_with(|| {
-                        "the pair's capacitance is known less well than the Maxwell matrix it comes from"
-                            .to_owned()
-                    });
-                }
-                return Ok((solution, pair));
-            }
-            settings.relative_tolerance *= 0.7 * allowed / error;
+/// The solution, and the two-terminal capacitance.
+pub(crate) fn field_of(
+    deformed: &DeformedScene,
+    asked_for: &Settings,
+) -> Result<(Solution, Option<Bounded>), Stop> {
+    let among_others = deformed.pair.is_some() && deformed.scene.conductors.len() > 2;
+    let mut settings = asked_for.clone();
+    let mut tries = 3;
+    loop {
+        let mut solution = solve(&deformed.scene, &settings)?;
+        if !among_others {
+            let two_terminal = solution.two_terminal;
+            return Ok((solution, two_terminal));
         }
+        // The solver's tolerance is that of the matrix; what is asked for is that of the pair.
+        let pair = pair_among(&solution.maxwell);
+        let error = pair.map_or(0.0, |pair| 2.0 * pair.relative_error());
+        let asked = asked_for.relative_tolerance;
+        let allowed = if settings.bounds { asked } else { 2.0 * asked };
+        tries -= 1;
+        if error <= allowed || tries == 0 || !solution.reached {
+            if error <= allowed {
+                (solution.reached, solution.shortfall) = (true, None);
+            } else {
+                solution.reached = false;
+                solution.shortfall.get_or_insert_with(|| {
+                    "the pair's capacitance is known less well than the Maxwell matrix it comes from"
+                        .to_owned()
+                });
+            }
+            return Ok((solution, pair));
+        }
+        settings.relative_tolerance *= 0.7 * allowed / error;
     }
+}
+
+/// Why the finite elements of the layer do not have the accuracy asked for, if they do not.
+fn layer_missed(state: Option<&Deformation<'_>>) -> Option<String> {
+    let Some(Deformation::PlaneStrain(step)) = state else { return None };
+    if step.negative_pivots > 0 {
+        return Some(format!(
+            "the equilibrium of the layer is unstable (its tangent has {} negative pivots)",
+            step.negative_pivots
+        ));
+    }
+    if step.converged {
+        return None;
+    }
+    Some(match step.relative_error_estimate {
+        Some(error) => format!("the finest mesh of the layer leaves a relative error of {error:.1e}"),
+        None => "only one mesh of the layer got to this load, so that its error is not known".to_owned(),
+    })
 }
 
 /// Why a step ended early.
@@ -156,12 +194,6 @@ impl From<SolveError> for Stop {
             SolveError::Cancelled => Self::Cancelled,
             error => Self::Failed(error.to_string()),
         }
-    }
-}
-
-impl From<elastocap_mechanics::MechanicsError> for Stop {
-    fn from(error: elastocap_mechanics::MechanicsError) -> Self {
-        Self::Failed(error.to_string())
     }
 }
 
@@ -187,6 +219,7 @@ impl StepResult {
             row,
             reason: None,
             warnings: Vec::new(),
+            layer: None,
             scene: None,
             maxwell: None,
             two_terminal: None,

@@ -4,7 +4,7 @@
 
 use std::path::Path;
 
-use elastocap_coupling::case::{self, Box3, Case, CaseError, Extent, Face, Load, Stiffness, Wall};
+use elastocap_coupling::case::{self, Box3, Case, CaseError, Extent, Face, Load, Material, Stiffness, Wall};
 
 const LAYERED: &str = r#"
 format = 1
@@ -241,6 +241,65 @@ fn words_are_told_apart_from_quantities() {
     );
 }
 
+const PRESSED: &str = r#"
+format = 1
+[layer]
+thickness = "1 mm"
+half_length = "4 mm"
+[layer.material.yeoh]
+c10 = "50 kPa"
+c20 = "-1 kPa"
+bulk_modulus = "1 GPa"
+[mechanics.plane_strain]
+end = "far"
+width = "1 mm"
+[mechanics.plane_strain.indenter.flat_punch]
+half_width = "1 mm"
+corner_radius = "0.1 mm"
+[load]
+compression = [0.1]
+"#;
+
+#[test]
+fn what_the_finite_elements_need_is_asked_for() {
+    let case = parse(PRESSED).unwrap();
+    let layer = case.layer.unwrap();
+    assert_eq!(layer.material, Some(Material::Yeoh { constants: [5e4, -1e3, 0.0] }));
+    assert_eq!(layer.bulk_modulus, Some(1e9));
+    let ogden = "terms = [{ mu = \"100 kPa\", alpha = 2.0 }, { mu = \"-5 kPa\", alpha = -2.0 }]";
+    let ogden = [("yeoh", "ogden"), ("c10 = \"50 kPa\"\nc20 = \"-1 kPa\"", ogden)];
+    let text = ogden.iter().fold(PRESSED.to_owned(), |text, (from, to)| text.replacen(from, to, 1));
+    let terms = vec![(1e5, 2.0), (-5e3, -2.0)];
+    assert_eq!(parse(&text).unwrap().layer.unwrap().material, Some(Material::Ogden { terms }));
+
+    refused(PRESSED, &[("half_length = \"4 mm\"", "")], "[layer]", &["[layer] lacks `half_length`"]);
+    refused(PRESSED, &[("\"0.1 mm\"", "\"1.1 mm\"")], "\"1.1 mm\"", &["larger than half the width"]);
+    refused(PRESSED, &[("half_width = \"1 mm\"", "half_width = \"4 mm\"")], "", &["over the end"]);
+    refused(
+        PRESSED,
+        &[("corner_radius", "corner_raduis")],
+        "corner_raduis",
+        &["unknown key", "corner_radius"],
+    );
+    refused(
+        PRESSED,
+        &[("\"far\"", "\"fixed\"")],
+        "\"fixed\"",
+        &["\"free\", \"free-on-substrate\" or \"far\""],
+    );
+    refused(PRESSED, &[("flat_punch", "sphere")], "sphere", &["unknown key", "`flat_punch` and `cylinder`"]);
+    let nothing = ogden[1].1.replace("100 kPa", "1 kPa").replace("-5 kPa", "5 kPa");
+    refused(&text, &[(ogden[1].1, &nothing)], "[{", &["not positive"]);
+}
+
+#[test]
+fn the_closed_form_refuses_what_it_has_no_formula_for() {
+    let yeoh = [("mooney_rivlin", "yeoh"), ("c01 = \"43931.9 Pa\"\n", "")];
+    refused(LAYERED, &yeoh, "", &["[mechanics.closed_form] does not know a Yeoh material"]);
+    let bulk = [("c10 =", "bulk_modulus = \"1 GPa\"\nc10 =")];
+    refused(LAYERED, &bulk, "\"1 GPa\"", &["does not know a bulk modulus"]);
+}
+
 #[test]
 fn unknown_and_later_keys_are_told_apart() {
     refused(LAYERED, &[("[load]", "[laod]")], "laod", &["unknown key `laod` at the top level", "`load`"]);
@@ -256,13 +315,6 @@ fn unknown_and_later_keys_are_told_apart() {
         "mesh",
         &["not supported"],
     );
-    refused(
-        LAYERED,
-        &[("mooney_rivlin", "ogden")],
-        "ogden",
-        &["not supported", "`mooney_rivlin` and `neo_hookean`"],
-    );
-    refused(LAYERED, &[("c10 =", "bulk_modulus = \"1 GPa\"\nc10 =")], "bulk_modulus", &["not supported"]);
     refused(LAYERED, &[("closed_form", "solid")], "solid", &["not supported"]);
     refused(BOXES, &[("slab = {", "physical = {")], "physical", &["not supported"]);
     refused(BOXES, &[("name = \"a\"", "name = \"a\"\ncharge = \"0 C\"")], "charge", &["not supported"]);

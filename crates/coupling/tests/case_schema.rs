@@ -22,7 +22,10 @@ fn validator() -> jsonschema::Validator {
     jsonschema::validator_for(&schema).unwrap()
 }
 
-const SUPPORTED: [&str; 6] = [
+const SUPPORTED: [&str; 9] = [
+    "layer-free-end.toml",
+    "layer-on-substrate.toml",
+    "flat-punch.toml",
     "in-plane-pair.toml",
     "in-plane-pair-by-force.toml",
     "stacked-pair.toml",

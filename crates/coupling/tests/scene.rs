@@ -6,6 +6,7 @@ use elastocap_coupling::case::{
     Box3, Case, Conductor, Electrodes, Electrostatics, Extent, Face, Layer, Layout, Material, Mechanics,
     Stiffness, Surroundings, Wall,
 };
+use elastocap_coupling::deform::Deformation;
 use elastocap_coupling::scene_of::{DeformedScene, SceneError, scene_of};
 use elastocap_mechanics::{ClosedFormSettings, LayerState, Material as Rubber};
 
@@ -19,6 +20,7 @@ fn pair(layout: Layout) -> Case {
             half_length: None,
             relative_permittivity: Some(2.8),
             material: Some(Material::MooneyRivlin { c10: 682.15, c01: 43931.9 }),
+            bulk_modulus: None,
         }),
         electrodes: Some(Electrodes {
             layout,
@@ -61,11 +63,11 @@ fn open(mut case: Case) -> Case {
     case
 }
 
-fn pressed(compression: f64) -> LayerState {
+fn pressed(compression: f64) -> Deformation<'static> {
     let rubber = Rubber::MooneyRivlin { c10: 682.15, c01: 43931.9 };
     let lengths =
         ClosedFormSettings { contact_half_length: 500e-6, contact_width: 500e-6, shear_length: 500e-6 };
-    LayerState::new(450e-6, rubber, compression, lengths).unwrap()
+    Deformation::ClosedForm(LayerState::new(450e-6, rubber, compression, lengths).unwrap())
 }
 
 fn at(case: &Case, compression: f64) -> Result<DeformedScene, SceneError> {

@@ -34,7 +34,7 @@ struct Stage {
 }
 
 pub(super) struct Engine<'a> {
-    pub(super) subject: &'a Subject<'a>,
+    pub(super) subject: &'a Subject,
     pub(super) runs: Vec<Run>,
     cancel: &'a AtomicBool,
     tell: &'a (dyn Fn(&str) + Sync),
@@ -47,7 +47,7 @@ pub(super) struct Engine<'a> {
 
 impl<'a> Engine<'a> {
     pub(super) fn new(
-        subject: &'a Subject<'a>,
+        subject: &'a Subject,
         seconds: f64,
         cancel: &'a AtomicBool,
         tell: &'a (dyn Fn(&str) + Sync),

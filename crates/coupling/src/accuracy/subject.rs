@@ -7,9 +7,10 @@ use std::time::Instant;
 use elastocap_electrostatics::{Bounded, ResolutionLevel, Settings, Solution, Target, forecast, solve};
 
 use crate::case::Case;
-use crate::plan::{Options, Plan, PlannedStep, layer_state};
+use crate::deform::prepare;
+use crate::plan::{Options, Plan, PlannedStep};
 use crate::scene_of::{DeformedScene, scene_of};
-use crate::step::{Solver, Stop};
+use crate::step::{Stop, field_of};
 use crate::terminals::pair_among;
 
 /// Which capacitance is studied.
@@ -34,27 +35,27 @@ pub(super) struct Measured {
 }
 
 /// One state of a case, ready to be solved.
-pub(super) struct Subject<'a> {
-    solver: Solver<'a>,
+pub(super) struct Subject {
+    settings: Settings,
     deformed: DeformedScene,
     pub(super) quantity: Quantity,
     /// The parallel-plate value, F, and how long it took, mechanics included.
     pub(super) plates: Option<(f64, f64)>,
 }
 
-impl<'a> Subject<'a> {
+impl Subject {
     /// The state of a load step, with the settings that a run would solve it with.
     pub(super) fn new(
-        case: &'a Case,
+        case: &Case,
         plan: &Plan,
         step: &PlannedStep,
         cancel: &Arc<AtomicBool>,
     ) -> Result<Self, String> {
         let options = Options { prune: true, fields: false, scene: false };
         let settings = Settings { cancel: Some(Arc::clone(cancel)), ..plan.solver_settings(case, &options) };
-        let solver = Solver { case, settings, prune: options.prune, force_limit: plan.force_limit };
+        let layer = prepare(case, plan, cancel, &|_| ());
         let deform = || -> Result<DeformedScene, String> {
-            let state = layer_state(case, step.load, options.prune).map_err(|e| e.to_string())?;
+            let state = layer.deformation(case, step, options.prune)?;
             scene_of(case, state.as_ref()).map_err(|e| e.to_string())
         };
         // The second time: the first one fetches the program from the disk.
@@ -65,11 +66,11 @@ impl<'a> Subject<'a> {
         let plates = deformed.pair.map(|pair| (pair.parallel_plate, seconds));
         let terminals = deformed.pair.is_some() || deformed.scene.conductors.len() <= 2;
         let quantity = if terminals { Quantity::TwoTerminal } else { Quantity::FirstEntry };
-        Ok(Self { solver, deformed, quantity, plates })
+        Ok(Self { settings, deformed, quantity, plates })
     }
 
     fn settings(&self, tolerance: f64, bounds: bool, resolution: Option<ResolutionLevel>) -> Settings {
-        Settings { relative_tolerance: tolerance, bounds, resolution, ..self.solver.settings.clone() }
+        Settings { relative_tolerance: tolerance, bounds, resolution, ..self.settings.clone() }
     }
 
     /// Seconds foretold, of a grid or of the solver's own choice; nothing where it does not fit into memory.
@@ -100,10 +101,7 @@ impl<'a> Subject<'a> {
                     if self.among_others() { pair_among(&solution.maxwell) } else { solution.two_terminal };
                 (solution, pair)
             }
-            None => {
-                let solver = Solver { settings: settings.clone(), ..self.solver };
-                solver.field_of(&self.deformed)?
-            }
+            None => field_of(&self.deformed, &settings)?,
         };
         let seconds = start.elapsed().as_secs_f64();
         let value = match self.quantity {

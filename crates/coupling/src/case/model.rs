@@ -56,10 +56,12 @@ pub struct Layer {
     pub relative_permittivity: Option<f64>,
     /// What it is made of; there whenever [`Case::load`] is.
     pub material: Option<Material>,
+    /// kappa, Pa; `None` for an incompressible material. Only finite elements know it.
+    pub bulk_modulus: Option<f64>,
 }
 
-/// An incompressible elastomer.
-#[derive(Debug, Clone, Copy, PartialEq)]
+/// An elastomer: the law of its distortion.
+#[derive(Debug, Clone, PartialEq)]
 pub enum Material {
     /// W = c10 (I1 - 3) + c01 (I2 - 3); neither constant is negative, one is positive.
     MooneyRivlin {
@@ -73,14 +75,26 @@ pub enum Material {
         /// mu, Pa.
         shear_modulus: f64,
     },
+    /// W = c10 (I1 - 3) + c20 (I1 - 3)^2 + c30 (I1 - 3)^3; c10 is positive.
+    Yeoh {
+        /// c10, c20 and c30, Pa.
+        constants: [f64; 3],
+    },
+    /// W = sum of mu/alpha (l1^alpha + l2^alpha + l3^alpha - 3); no alpha is zero.
+    Ogden {
+        /// The pairs (mu in Pa, alpha); the shear modulus is positive.
+        terms: Vec<(f64, f64)>,
+    },
 }
 
 impl Material {
     /// mu in the undeformed state, Pa.
     pub fn shear_modulus(&self) -> f64 {
-        match *self {
+        match self {
             Self::MooneyRivlin { c10, c01 } => 2.0 * (c10 + c01),
-            Self::NeoHookean { shear_modulus } => shear_modulus,
+            Self::NeoHookean { shear_modulus } => *shear_modulus,
+            Self::Yeoh { constants } => 2.0 * constants[0],
+            Self::Ogden { terms } => terms.iter().map(|(mu, alpha)| 0.5 * mu * alpha).sum(),
         }
     }
 }
@@ -168,6 +182,57 @@ pub enum Mechanics {
         /// L in eq. (45), m.
         shear_length: f64,
     },
+    /// Finite elements in plane strain; the layer's half-length is there.
+    PlaneStrain(PlaneStrain),
+}
+
+/// The layer by finite elements in plane strain. Lengths in m.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PlaneStrain {
+    /// What presses.
+    pub indenter: Indenter,
+    /// What becomes of the layer's end.
+    pub end: LayerEnd,
+    /// Width of the layer along x3.
+    pub width: f64,
+    /// Relative discretisation error of the force to reach; in (0, 1).
+    pub relative_tolerance: f64,
+}
+
+/// A rigid indenter. Lengths in m.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Indenter {
+    /// A smooth plate over the whole layer.
+    WholeTop,
+    /// A flat-faced punch.
+    FlatPunch {
+        /// Half of its width along x1.
+        half_width: f64,
+        /// Radius of its corners; zero for a sharp one.
+        corner_radius: f64,
+        /// Whether the layer sticks to it.
+        bonded: bool,
+        /// Its middle, along x1 from the middle of the layer.
+        position: f64,
+    },
+    /// A cylinder with its axis along x3.
+    Cylinder {
+        /// Its radius.
+        radius: f64,
+        /// Its middle, along x1 from the middle of the layer.
+        position: f64,
+    },
+}
+
+/// What becomes of the layer's end.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum LayerEnd {
+    /// Free of traction all the way.
+    Free,
+    /// Free, and what folds over rests on the plane of the substrate.
+    FreeOnSubstrate,
+    /// The layer goes on: no motion along x1.
+    Far,
 }
 
 /// The load steps, in the order of the file; never empty.

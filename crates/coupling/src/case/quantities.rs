@@ -80,6 +80,8 @@ pressures! {
     ModulusKind: Positive;
     /// A material constant that may vanish beside another.
     ConstantKind: NonNegative;
+    /// A material constant of either sign.
+    SignedConstantKind: Any;
 }
 
 /// A compressive force.
@@ -105,6 +107,7 @@ pub(super) type Position = Quantity<PositionKind>;
 pub(super) type Size = Quantity<SizeKind>;
 pub(super) type Modulus = Quantity<ModulusKind>;
 pub(super) type Constant = Quantity<ConstantKind>;
+pub(super) type SignedConstant = Quantity<SignedConstantKind>;
 pub(super) type Force = Quantity<ForceKind>;
 
 impl<K: QuantityKind> Quantity<K> {
@@ -371,6 +374,17 @@ impl NumberKind for ToleranceKind {
     const REASON: &'static str = "a share of the value; no computation reaches zero";
 }
 
+/// alpha of an Ogden material.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct ExponentKind;
+impl NumberKind for ExponentKind {
+    const NAME: &'static str = "an exponent";
+    const SAMPLE: &'static str = "2.0";
+    const RANGE: Interval = Interval { low: -50.0, low_belongs: true, high: 50.0, high_belongs: true };
+    const RULE: &'static str = "between -50 and 50";
+    const REASON: &'static str = "measured rubbers have exponents between -10 and 20";
+}
+
 /// A dimensionless number of kind `K`.
 #[derive(Debug)]
 pub(super) struct Number<K> {
@@ -381,6 +395,7 @@ pub(super) struct Number<K> {
 pub(super) type Permittivity = Number<PermittivityKind>;
 pub(super) type Compression = Number<CompressionKind>;
 pub(super) type Tolerance = Number<ToleranceKind>;
+pub(super) type Exponent = Number<ExponentKind>;
 
 impl<K: NumberKind> FromToml for Number<K> {
     fn expected() -> String {

@@ -5,7 +5,9 @@
 use serde_json::{Value, json};
 use toml::de::{DeTable, DeValue};
 
-use super::quantities::{Compression, Constant, Force, Modulus, Permittivity, Position, Size, Tolerance};
+use super::quantities::{
+    Compression, Constant, Exponent, Force, Modulus, Permittivity, Position, SignedConstant, Size, Tolerance,
+};
 use super::reader::{FromToml, Log, Node, Read, alternatives, nearest};
 use super::tables::{Entries, Shape, TableSchema, choice, key, table, unknown_word, words};
 use super::values::{Count, Either, FiniteElement, Flag, FormatNumber, Text};
@@ -63,28 +65,66 @@ choice! {
     enum Material {
         "mooney_rivlin" => MooneyRivlin(MooneyRivlin),
         "neo_hookean" => NeoHookean(NeoHookean),
+        "yeoh" => Yeoh(Yeoh),
+        "ogden" => Ogden(Ogden),
     }
-    later: "yeoh", "ogden";
 }
 
 table! {
-    /// Incompressible Mooney-Rivlin: W = c10 (I1 - 3) + c01 (I2 - 3), shear modulus 2 (c10 + c01).
+    /// Mooney-Rivlin: W = c10 (I1 - 3) + c01 (I2 - 3), shear modulus 2 (c10 + c01).
     struct MooneyRivlin {
         /// c10, not negative.
         c10: Read<Constant>,
         /// c01, not negative.
         c01: Read<Constant>,
+        /// Bulk modulus kappa; incompressible if not given. For finite elements only.
+        bulk_modulus: Option<Read<Modulus>>,
     }
-    later: "bulk_modulus";
 }
 
 table! {
-    /// Incompressible neo-Hookean: W = mu/2 (I1 - 3).
+    /// Neo-Hookean: W = mu/2 (I1 - 3).
     struct NeoHookean {
         /// Shear modulus mu.
         shear_modulus: Read<Modulus>,
+        /// Bulk modulus kappa; incompressible if not given. For finite elements only.
+        bulk_modulus: Option<Read<Modulus>>,
     }
-    later: "bulk_modulus";
+}
+
+table! {
+    /// Yeoh: W = c10 (I1 - 3) + c20 (I1 - 3)^2 + c30 (I1 - 3)^3, shear modulus 2 c10. For finite elements only.
+    struct Yeoh {
+        /// c10.
+        c10: Read<Modulus>,
+        /// c20, of either sign. Default: 0.
+        c20: Option<Read<SignedConstant>>,
+        /// c30, of either sign. Default: 0.
+        c30: Option<Read<SignedConstant>>,
+        /// Bulk modulus kappa; incompressible if not given.
+        bulk_modulus: Option<Read<Modulus>>,
+    }
+}
+
+table! {
+    /// Ogden: W = sum of mu/alpha (l1^alpha + l2^alpha + l3^alpha - 3), shear modulus sum of mu alpha / 2. For finite
+    /// elements only.
+    struct Ogden {
+        /// Its terms.
+        terms: Read<Vec<Read<OgdenTerm>>>,
+        /// Bulk modulus kappa; incompressible if not given.
+        bulk_modulus: Option<Read<Modulus>>,
+    }
+}
+
+table! {
+    /// One term of an Ogden material.
+    struct OgdenTerm {
+        /// mu of this term, of either sign.
+        mu: Read<SignedConstant>,
+        /// alpha of this term, not zero.
+        alpha: Read<Exponent>,
+    }
 }
 
 choice! {
@@ -142,8 +182,9 @@ choice! {
     /// How the layer's deformation is computed.
     enum Mechanics {
         "closed_form" => ClosedForm(ClosedForm),
+        "plane_strain" => PlaneStrain(PlaneStrain),
     }
-    later: "plane_strain", "solid";
+    later: "solid";
 }
 
 table! {
@@ -156,6 +197,68 @@ table! {
         /// Length L in the shear constant B, eq. (45).
         shear_length: Read<Either<FiniteElement, Size>>,
     }
+}
+
+table! {
+    /// Finite elements in plane strain: large deformations, contact, electrodes as stiffer inclusions.
+    struct PlaneStrain {
+        /// What presses: "whole-top" for a smooth plate over the whole layer, or an indenter.
+        indenter: Read<Either<WholeTop, Indenter>>,
+        /// The layer's end: "free" of traction all the way, "free-on-substrate" (what folds over rests on the substrate
+        /// plane), or "far" (the layer goes on: no motion along x1 there).
+        end: Read<LayerEnd>,
+        /// Width of the layer along x3, which the force is for.
+        width: Read<Size>,
+        /// Relative discretisation error of the force to reach. Default: 5e-3.
+        relative_tolerance: Option<Read<Tolerance>>,
+    }
+}
+
+words! {
+    /// A smooth plate over the whole layer.
+    enum WholeTop { "whole-top" => WholeTop, }
+}
+
+words! {
+    /// What becomes of the layer's end.
+    enum LayerEnd { "free" => Free, "free-on-substrate" => FreeOnSubstrate, "far" => Far, }
+}
+
+choice! {
+    /// A rigid indenter.
+    enum Indenter {
+        "flat_punch" => FlatPunch(FlatPunch),
+        "cylinder" => Cylinder(Cylinder),
+    }
+}
+
+table! {
+    /// A flat-faced punch, long along x3.
+    struct FlatPunch {
+        /// Half of its width along x1.
+        half_width: Read<Size>,
+        /// Radius of its corners. Default: none; then the points under the punch at the start are the ones pressed.
+        corner_radius: Option<Read<Size>>,
+        /// "smooth" (no friction) or "bonded" (the layer sticks to it). Default: "smooth".
+        contact: Option<Read<Contact>>,
+        /// Its middle, along x1 from the middle of the layer. Default: 0.
+        position: Option<Read<Position>>,
+    }
+}
+
+table! {
+    /// A cylinder, its axis along x3.
+    struct Cylinder {
+        /// Its radius.
+        radius: Read<Size>,
+        /// Its middle, along x1 from the middle of the layer. Default: 0.
+        position: Option<Read<Position>>,
+    }
+}
+
+words! {
+    /// How layer and indenter touch.
+    enum Contact { "smooth" => Smooth, "bonded" => Bonded, }
 }
 
 table! {

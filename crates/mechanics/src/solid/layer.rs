@@ -15,6 +15,19 @@ pub enum End {
     Free,
     /// The substrate goes on, and carries what folds over; smooth, unilateral contact.
     FreeOnSubstrate,
+    /// The layer goes on: no motion along `x1` there, no traction along it.
+    Far,
+}
+
+/// A rectangle of another rubber in the layer, bonded to it. Where two overlap, the later one counts.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Inclusion {
+    /// Its lower left corner at rest in m.
+    pub min: [f64; 2],
+    /// Its upper right corner at rest in m.
+    pub max: [f64; 2],
+    /// What it is made of.
+    pub rubber: Rubber,
 }
 
 /// What presses on the layer.
@@ -172,13 +185,40 @@ impl LayerModel {
     /// # Errors
     /// See [`ModelError`].
     pub fn new(mesh: &LayerMesh, rubber: Rubber, indenter: Indenter, end: End) -> Result<Self, ModelError> {
+        Self::with_inclusions(mesh, &rubber, &[], indenter, end)
+    }
+
+    /// The layer at rest with bodies of other rubbers in it; the mesh must have their edges among its breakpoints, or
+    /// they are as large as the elements whose centres they hold.
+    ///
+    /// # Errors
+    /// See [`ModelError`].
+    pub fn with_inclusions(
+        mesh: &LayerMesh,
+        rubber: &Rubber,
+        inclusions: &[Inclusion],
+        indenter: Indenter,
+        end: End,
+    ) -> Result<Self, ModelError> {
         let top = mesh.up[mesh.up.len() - 1];
         let length = mesh.end_top[mesh.end_top.len() - 1];
-        let mut body = Body::new(mesh.mesh(), rubber);
+        let mut body = Body::new(mesh.mesh(), rubber.clone());
+        for (k, inclusion) in inclusions.iter().enumerate() {
+            body.rubbers.push(inclusion.rubber.clone());
+            for (e, element) in body.mesh.elements.iter().enumerate() {
+                let centre = body.mesh.nodes[element[4] as usize];
+                if (0..2).all(|a| inclusion.min[a] < centre[a] && centre[a] < inclusion.max[a]) {
+                    body.material[e] = k as u16 + 1;
+                }
+            }
+        }
         let tiny = 1e-9 * length;
         body.hold(0, |x| x[0] == 0.0);
         body.hold(0, |x| x[1] == 0.0);
         body.hold(1, |x| x[1] == 0.0);
+        if end == End::Far {
+            body.hold(0, |x| x[0] > length - tiny);
+        }
         let list = |on: &dyn Fn([f64; 2]) -> bool| -> Vec<u32> {
             (0u32..).zip(&body.mesh.nodes).filter(|(_, x)| on(**x)).map(|(n, _)| n).collect()
         };
@@ -221,6 +261,11 @@ impl LayerModel {
     /// The last equilibrium.
     pub fn state(&self) -> &State {
         &self.state
+    }
+
+    /// The load of the last equilibrium.
+    pub fn load(&self) -> &Load {
+        &self.load
     }
 
     /// Displacement (m) of the node nearest to the reference position `x` (m).

@@ -10,6 +10,7 @@
 //! | [`model`] | a body, its equations and contact conditions |
 //! | [`newton`] | Newton's method with load steps |
 //! | [`layer`] | the layer of the paper under an indenter |
+//! | [`press`] | the layer pressed to given loads on finer and finer meshes |
 //!
 //! # Corners that open
 //! Where the bonded bottom meets the free face, and where a sharp punch ends, a right or straight angle opens by 90 degrees
@@ -33,4 +34,5 @@ pub mod mesh;
 pub mod model;
 pub mod newton;
 pub mod obstacle;
+pub mod press;
 pub mod sparse;

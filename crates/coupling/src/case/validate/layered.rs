@@ -3,12 +3,12 @@
 use std::ops::Range;
 
 use super::super::diagnostics::Diagnostic;
-use super::super::model::{Electrodes, Extent, Face, Layer, Layout, Material, Stiffness, Surroundings};
+use super::super::model::{Electrodes, Extent, Face, Layer, Layout, Stiffness, Surroundings};
 use super::super::quantities::Size;
 use super::super::raw::{self, Document};
 use super::super::reader::{Log, Read};
 use super::super::values::Either;
-use super::given;
+use super::{given, material};
 
 pub(super) fn layer(
     read: &Read<raw::Layer>,
@@ -31,7 +31,7 @@ pub(super) fn layer(
                 .help("add for example `[layer.material.neo_hookean]` with `shear_modulus = \"100 kPa\"`"),
         );
     }
-    let material = raw.material.as_ref().map(|material| self::material(material, log));
+    let material = raw.material.as_ref().map(|read| material::material(read, log));
     let optional = |read: &Option<Read<Size>>| match read {
         Some(read) => read.get().map(|size| Some(size.si)),
         None => Some(None),
@@ -44,36 +44,16 @@ pub(super) fn layer(
             None if wants_capacitance => return None,
             None => None,
         },
+        bulk_modulus: match raw.material.as_ref().and_then(Read::get).and_then(material::bulk_modulus) {
+            Some(read) => Some(read.get()?.si),
+            None => None,
+        },
         material: match material {
             Some(material) => Some(material?),
             None if wants_mechanics => return None,
             None => None,
         },
     })
-}
-
-fn material(read: &Read<raw::Material>, log: &mut Log<'_>) -> Option<Material> {
-    match read.get()? {
-        raw::Material::NeoHookean(raw) => {
-            Some(Material::NeoHookean { shear_modulus: raw.shear_modulus.get()?.si })
-        }
-        raw::Material::MooneyRivlin(raw) => {
-            let (c10, c01) = (raw.c10.get()?.si, raw.c01.get()?.si);
-            if c10 + c01 == 0.0 {
-                log.push(
-                    Diagnostic::at(
-                        &raw.c01.span,
-                        "the layer has no stiffness: `c10` and `c01` are both zero",
-                    )
-                    .label("zero")
-                    .related(&raw.c10.span, "zero too")
-                    .help("the shear modulus 2 (c10 + c01) must be greater than zero"),
-                );
-                return None;
-            }
-            Some(Material::MooneyRivlin { c10, c01 })
-        }
-    }
 }
 
 /// What the two layouts have in common.

@@ -5,6 +5,8 @@
 
 mod bodies;
 mod layered;
+mod material;
+mod mechanics;
 mod regions;
 mod steps;
 mod surroundings;
@@ -13,10 +15,9 @@ use std::ops::Range;
 use std::path::Path;
 
 use super::diagnostics::Diagnostic;
-use super::model::{Case, Electrostatics, Mechanics};
-use super::raw::{self, Document};
+use super::model::{Case, Electrostatics};
+use super::raw::Document;
 use super::reader::{Log, Read};
-use super::values::Either;
 
 /// `relative_tolerance` where the file does not say.
 const DEFAULT_TOLERANCE: f64 = 1e-3;
@@ -49,6 +50,7 @@ pub(super) fn validate(raw: &Document, flawed: bool, origin: &Path, log: &mut Lo
     {
         layered::check_fit(read, electrodes, layer, log);
     }
+    let mechanics = raw.mechanics.as_ref().map(|m| mechanics::mechanics(m.get()?, raw, log));
     let surroundings = match (&raw.surroundings, wants_capacitance) {
         (Some(read), true) => Some(surroundings::surroundings(read, raw, log)),
         _ => None,
@@ -74,7 +76,7 @@ pub(super) fn validate(raw: &Document, flawed: bool, origin: &Path, log: &mut Lo
         source: origin.to_owned(),
         layer: all_given(layer)?,
         electrodes: all_given(electrodes)?,
-        mechanics: all_given(raw.mechanics.as_ref().map(|m| mechanics(m.get()?)))?,
+        mechanics: all_given(mechanics)?,
         load: all_given(load)?,
         conductors,
         dielectrics,
@@ -134,16 +136,6 @@ fn title(raw: &Document, origin: &Path) -> Option<String> {
         Some(read) => read.get().map(|text| text.0.clone()),
         None => Some(origin.file_stem().unwrap_or(origin.as_os_str()).to_string_lossy().into_owned()),
     }
-}
-
-fn mechanics(raw: &raw::Mechanics) -> Option<Mechanics> {
-    let raw::Mechanics::ClosedForm(raw) = raw;
-    let Either::Second(shear_length) = raw.shear_length.get()? else { return None };
-    Some(Mechanics::ClosedForm {
-        contact_half_length: raw.contact_half_length.get()?.si,
-        contact_width: raw.contact_width.get()?.si,
-        shear_length: shear_length.si,
-    })
 }
 
 fn electrostatics(raw: &Document) -> Option<Electrostatics> {

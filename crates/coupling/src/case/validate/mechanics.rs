@@ -1,0 +1,118 @@
+//! How the layer deforms, and what each way of computing it asks of the layer.
+
+use super::super::diagnostics::Diagnostic;
+use super::super::model::{Indenter, LayerEnd, Mechanics, PlaneStrain};
+use super::super::raw::{self, Document};
+use super::super::reader::Log;
+use super::super::values::Either;
+use super::{given, material};
+
+/// Relative discretisation error of the force where the file does not say.
+const DEFAULT_TOLERANCE: f64 = 5e-3;
+
+pub(super) fn mechanics(raw: &raw::Mechanics, document: &Document, log: &mut Log<'_>) -> Option<Mechanics> {
+    match raw {
+        raw::Mechanics::ClosedForm(raw) => {
+            check_closed_form(document, log);
+            let Either::Second(shear_length) = raw.shear_length.get()? else { return None };
+            Some(Mechanics::ClosedForm {
+                contact_half_length: raw.contact_half_length.get()?.si,
+                contact_width: raw.contact_width.get()?.si,
+                shear_length: shear_length.si,
+            })
+        }
+        raw::Mechanics::PlaneStrain(raw) => plane_strain(raw, document, log).map(Mechanics::PlaneStrain),
+    }
+}
+
+/// The closed form is for incompressible materials whose stress is linear in B and its inverse.
+fn check_closed_form(document: &Document, log: &mut Log<'_>) {
+    let Some(read) = given(&document.layer).and_then(|layer| layer.material.as_ref()) else { return };
+    let Some(raw) = read.get() else { return };
+    let (span, what) = match (material::bulk_modulus(raw), raw) {
+        (Some(read), _) => (&read.span, "a bulk modulus"),
+        (None, raw::Material::Yeoh(_)) => (&read.span, "a Yeoh material"),
+        (None, raw::Material::Ogden(_)) => (&read.span, "an Ogden material"),
+        (None, raw::Material::MooneyRivlin(_) | raw::Material::NeoHookean(_)) => return,
+    };
+    log.push(
+        Diagnostic::at(span, format!("[mechanics.closed_form] does not know {what}"))
+            .label("only incompressible Mooney-Rivlin and neo-Hookean layers have a closed form")
+            .help("use [mechanics.plane_strain], or another material"),
+    );
+}
+
+fn plane_strain(raw: &raw::PlaneStrain, document: &Document, log: &mut Log<'_>) -> Option<PlaneStrain> {
+    let relative_tolerance = match &raw.relative_tolerance {
+        Some(read) => read.get()?.value,
+        None => DEFAULT_TOLERANCE,
+    };
+    let indenter = match raw.indenter.get()? {
+        Either::First(raw::WholeTop::WholeTop) => Indenter::WholeTop,
+        Either::Second(raw::Indenter::FlatPunch(raw)) => punch(raw, log)?,
+        Either::Second(raw::Indenter::Cylinder(raw)) => Indenter::Cylinder {
+            radius: raw.radius.get()?.si,
+            position: raw.position.as_ref().map_or(Some(0.0), |read| Some(read.get()?.si))?,
+        },
+    };
+    let model = PlaneStrain {
+        indenter,
+        end: match raw.end.get()? {
+            raw::LayerEnd::Free => LayerEnd::Free,
+            raw::LayerEnd::FreeOnSubstrate => LayerEnd::FreeOnSubstrate,
+            raw::LayerEnd::Far => LayerEnd::Far,
+        },
+        width: raw.width.get()?.si,
+        relative_tolerance,
+    };
+    check_length(&model, raw, document, log);
+    Some(model)
+}
+
+fn punch(raw: &raw::FlatPunch, log: &mut Log<'_>) -> Option<Indenter> {
+    let half_width = raw.half_width.get()?.si;
+    let corner_radius = raw.corner_radius.as_ref().map_or(Some(0.0), |read| Some(read.get()?.si))?;
+    let bonded = match &raw.contact {
+        Some(read) => *read.get()? == raw::Contact::Bonded,
+        None => false,
+    };
+    let position = raw.position.as_ref().map_or(Some(0.0), |read| Some(read.get()?.si))?;
+    if let (Some(read), true) = (&raw.corner_radius, corner_radius > half_width) {
+        log.push(
+            Diagnostic::at(&read.span, "the corner radius is larger than half the width of the punch")
+                .label("no flat face is left")
+                .related(&raw.half_width.span, "half the width")
+                .help("use [mechanics.plane_strain.indenter.cylinder], or a smaller radius"),
+        );
+        return None;
+    }
+    Some(Indenter::FlatPunch { half_width, corner_radius, bonded, position })
+}
+
+/// The layer must have a length, and the punch must stand on it.
+fn check_length(model: &PlaneStrain, raw: &raw::PlaneStrain, document: &Document, log: &mut Log<'_>) {
+    let Some(layer) = given(&document.layer) else { return };
+    let Some(length) = &layer.half_length else {
+        let span = document.layer.as_ref().map_or(0..0, |read| read.span.clone());
+        log.push(
+            Diagnostic::at(&span, "[layer] lacks `half_length`, which [mechanics.plane_strain] needs")
+                .label("a key is missing here")
+                .help("add for example `half_length = \"4 mm\"`: from the middle of the layer to its end"),
+        );
+        return;
+    };
+    let Some(half_length) = length.get().map(|size| size.si) else { return };
+    let reach = match model.indenter {
+        Indenter::WholeTop => return,
+        Indenter::FlatPunch { half_width, position, .. } => position.abs() + half_width,
+        Indenter::Cylinder { position, .. } => position.abs(),
+    };
+    if reach >= half_length {
+        log.push(
+            Diagnostic::at(&raw.indenter.span, "the indenter reaches over the end of the layer")
+                .label("too wide, or too far from the middle")
+                .related(&length.span, "the layer ends here")
+                .help("make the layer longer, or write `indenter = \"whole-top\"`"),
+        );
+    }
+}

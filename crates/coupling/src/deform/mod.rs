@@ -1,0 +1,142 @@
+//! The layer under its loads, by whichever mechanics the case asks for.
+
+mod electrode_box;
+mod plane_strain;
+
+use std::sync::atomic::AtomicBool;
+
+use elastocap_mechanics::{
+    ClosedFormSettings, LayerState, Material as LayerMaterial, MechanicsError, force_limit,
+};
+
+pub use electrode_box::{ElectrodeBox, NotABox};
+pub use plane_strain::{MeshReport, PlaneStep, PlaneStrainRun, forecast};
+
+use crate::case::{Case, Material, Mechanics};
+use crate::plan::{Plan, PlannedStep, StepLoad};
+
+/// The layer at one load.
+#[derive(Debug, Clone)]
+pub enum Deformation<'a> {
+    /// By the closed form.
+    ClosedForm(LayerState),
+    /// By finite elements in plane strain.
+    PlaneStrain(&'a PlaneStep),
+}
+
+impl Deformation<'_> {
+    /// U/H.
+    pub fn compression(&self) -> f64 {
+        match self {
+            Self::ClosedForm(state) => state.compression(),
+            Self::PlaneStrain(step) => step.compression,
+        }
+    }
+
+    /// U, m.
+    pub fn top_displacement(&self) -> f64 {
+        match self {
+            Self::ClosedForm(state) => state.top_displacement(),
+            Self::PlaneStrain(step) => step.top_displacement,
+        }
+    }
+
+    /// Thickness that is left under the indenter, m.
+    pub fn deformed_thickness(&self) -> f64 {
+        match self {
+            Self::ClosedForm(state) => state.deformed_thickness(),
+            Self::PlaneStrain(step) => step.deformed_thickness,
+        }
+    }
+
+    /// Compressive, N.
+    pub fn force(&self) -> f64 {
+        match self {
+            Self::ClosedForm(state) => state.force(),
+            Self::PlaneStrain(step) => step.force,
+        }
+    }
+}
+
+/// What had to be solved before the steps can be taken one by one.
+#[derive(Debug)]
+pub enum Prepared {
+    /// Nothing: every step has its closed form, or nothing deforms.
+    StepByStep,
+    /// The whole path of the layer.
+    PlaneStrain(PlaneStrainRun),
+}
+
+/// Solves what the steps of `plan` have in common. `tell` is told what is being worked on.
+pub fn prepare(case: &Case, plan: &Plan, cancel: &AtomicBool, tell: &dyn Fn(&str)) -> Prepared {
+    match &case.mechanics {
+        Some(Mechanics::PlaneStrain(model)) if case.load.is_some() => {
+            Prepared::PlaneStrain(PlaneStrainRun::new(case, model, plan, cancel, tell))
+        }
+        _ => Prepared::StepByStep,
+    }
+}
+
+impl Prepared {
+    /// The layer in one step; `None` if there is no layer or nothing deforms it.
+    ///
+    /// # Errors
+    /// What the mechanics refuses or did not reach.
+    pub fn deformation(
+        &self,
+        case: &Case,
+        step: &PlannedStep,
+        prune: bool,
+    ) -> Result<Option<Deformation<'_>>, String> {
+        match self {
+            Self::StepByStep => layer_state(case, step.load, prune)
+                .map(|state| state.map(Deformation::ClosedForm))
+                .map_err(|error| error.to_string()),
+            Self::PlaneStrain(run) => match run.steps.get(step.index) {
+                Some(Ok(step)) => Ok(Some(Deformation::PlaneStrain(step))),
+                Some(Err(error)) => Err(error.clone()),
+                None => Err("the step has no equilibrium".to_owned()),
+            },
+        }
+    }
+}
+
+/// Thickness, material and lengths of the case's closed-form layer.
+pub(crate) fn closed_form(case: &Case) -> Option<(f64, LayerMaterial, ClosedFormSettings)> {
+    let layer = case.layer.as_ref()?;
+    let material = match layer.material.as_ref()? {
+        Material::MooneyRivlin { c10, c01 } => LayerMaterial::MooneyRivlin { c10: *c10, c01: *c01 },
+        Material::NeoHookean { shear_modulus } => LayerMaterial::NeoHookean { shear_modulus: *shear_modulus },
+        // The case reader refuses them beside the closed form.
+        Material::Yeoh { .. } | Material::Ogden { .. } => return None,
+    };
+    let Mechanics::ClosedForm { contact_half_length, contact_width, shear_length } = case.mechanics? else {
+        return None;
+    };
+    Some((layer.thickness, material, ClosedFormSettings { contact_half_length, contact_width, shear_length }))
+}
+
+/// How far eq. (50) can be used, where the case does.
+pub(crate) fn closed_form_limit(case: &Case) -> Option<elastocap_mechanics::ForceLimit> {
+    closed_form(case).and_then(|c| force_limit(c.0, c.1, c.2).ok())
+}
+
+/// The closed-form layer under a load; `None` if there is none or nothing deforms it.
+///
+/// # Errors
+/// What the mechanics refuses: a force that the layer cannot carry, for instance.
+pub(crate) fn layer_state(
+    case: &Case,
+    load: StepLoad,
+    prune: bool,
+) -> Result<Option<LayerState>, MechanicsError> {
+    let Some((thickness, material, settings)) = closed_form(case) else { return Ok(None) };
+    match load {
+        StepLoad::None if prune => Ok(None),
+        StepLoad::None => LayerState::new(thickness, material, 0.0, settings).map(Some),
+        StepLoad::Compression(compression) => {
+            LayerState::new(thickness, material, compression, settings).map(Some)
+        }
+        StepLoad::ForceN(force) => LayerState::under_force(thickness, material, force, settings).map(Some),
+    }
+}

@@ -1,0 +1,334 @@
+//! A layer pressed to given loads on finer and finer meshes, until its force is known to a tolerance.
+//!
+//! Every mesh halves the size of the elements of the one before. The error of a force is told from the difference of
+//! the last two meshes: the corners of a pressed layer are singular and the force converges with the first power of the
+//! element size or better, so that the error that is left is at most that difference.
+
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Instant;
+
+use super::layer::{End, Inclusion, Indenter, LayerMesh, LayerModel, LayerStep};
+use super::material::Rubber;
+use super::model::{Load, ModelError, State};
+use super::newton::{Effort, NewtonSettings, Stopped};
+
+/// A layer, what is in it and what presses it. Lengths in m.
+#[derive(Debug, Clone, PartialEq)]
+pub struct LayerProblem {
+    /// Thickness `H` at rest.
+    pub thickness: f64,
+    /// From the middle of the layer to its end, at rest.
+    pub half_length: f64,
+    /// What the layer is made of.
+    pub rubber: Rubber,
+    /// Bodies of another rubber in it.
+    pub inclusions: Vec<Inclusion>,
+    /// What presses.
+    pub indenter: Indenter,
+    /// What becomes of the end.
+    pub end: End,
+}
+
+/// What to press to.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Goal {
+    /// Displacement of the indenter over the thickness.
+    Compression(f64),
+    /// Force on the whole layer in N per metre of width, positive in compression.
+    Force(f64),
+}
+
+/// How far to refine.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Refinement {
+    /// Error of the force to reach, relative to the force.
+    pub relative_tolerance: f64,
+    /// Elements over the thickness of the first mesh.
+    pub first: usize,
+    /// Meshes at most.
+    pub meshes: usize,
+}
+
+impl Refinement {
+    /// Up to four meshes, from 6 to 48 elements over the thickness.
+    pub fn to(relative_tolerance: f64) -> Self {
+        Self { relative_tolerance, first: 6, meshes: 4 }
+    }
+}
+
+/// One mesh that was solved on.
+#[derive(Debug)]
+pub struct Level {
+    /// The layer on this mesh.
+    pub model: LayerModel,
+    /// Elements over the thickness, about.
+    pub over_thickness: usize,
+    /// Wall-clock seconds that it took.
+    pub seconds: f64,
+    /// Equilibria found, goal by goal; the goals that were not reached are not in it.
+    reached: Vec<Option<Reached>>,
+    stopped: Vec<Option<Box<Stopped>>>,
+}
+
+#[derive(Debug, Clone)]
+struct Reached {
+    step: LayerStep,
+    state: State,
+    load: Load,
+}
+
+/// What is known of one goal.
+#[derive(Debug, Clone)]
+pub struct Pressed {
+    /// Forces and contact on the finest mesh that reached it.
+    pub step: LayerStep,
+    /// Number of that mesh among the levels.
+    pub level: usize,
+    /// Its equilibrium.
+    pub state: State,
+    /// The load of that equilibrium.
+    pub load: Load,
+    /// Error of the force (of the compression, where the goal is a force), absolute; `None` with one mesh only.
+    pub error: Option<f64>,
+    /// The value that `error` belongs to, on each mesh that reached the goal, coarse to fine.
+    pub refinement: Vec<f64>,
+    /// Whether `error` is within the tolerance.
+    pub converged: bool,
+}
+
+/// Why a goal was not reached.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum PressError {
+    /// Newton's method stopped before it.
+    #[error("{stopped}; the layer was followed to a compression of {compression:.4}")]
+    Stopped {
+        /// Compression of the last equilibrium.
+        compression: f64,
+        /// Where and why.
+        stopped: Box<Stopped>,
+    },
+    /// The run was stopped on request.
+    #[error("stopped on request")]
+    Cancelled,
+}
+
+/// All goals, in the order they were asked for.
+#[derive(Debug)]
+pub struct Pressing {
+    /// The meshes, coarse to fine.
+    pub levels: Vec<Level>,
+    /// What is known of each goal.
+    pub goals: Vec<Result<Pressed, PressError>>,
+}
+
+impl LayerProblem {
+    /// The mesh of this layer with about `n` elements over its thickness.
+    pub fn mesh(&self, n: usize) -> LayerMesh {
+        let (height, length) = (self.thickness, self.half_length);
+        match self.indenter {
+            Indenter::Sharp { half_width } | Indenter::Bonded { half_width } => {
+                LayerMesh::under_punch(height, length, half_width, n, 0.7, 6)
+            }
+            _ => {
+                let mut mesh = LayerMesh::uniform(height, length, n, 0.8, 4 + n / 2);
+                if self.end == End::Far {
+                    mesh.radii.clear();
+                }
+                let edges =
+                    |axis: usize| self.inclusions.iter().flat_map(move |i| [i.min[axis], i.max[axis]]);
+                mesh.along = through(&mesh.along, edges(0));
+                mesh.up = through(&mesh.up, edges(1));
+                mesh
+            }
+        }
+    }
+
+    /// Presses the layer to each of `goals`, all of them compressions or all of them forces.
+    ///
+    /// `cancel` stops the work at the next goal; `tell` is told how many goals of how many are done on which mesh.
+    ///
+    /// # Errors
+    /// [`ModelError`] where there is no mesh. A goal that is not reached is no error: it says so itself.
+    pub fn press(
+        &self,
+        goals: &[Goal],
+        refinement: &Refinement,
+        cancel: &AtomicBool,
+        tell: &dyn Fn(usize, usize),
+    ) -> Result<Pressing, ModelError> {
+        let mut order: Vec<usize> = (0..goals.len()).collect();
+        order.sort_by(|&a, &b| goals[a].value().total_cmp(&goals[b].value()));
+        let mut levels: Vec<Level> = Vec::new();
+        for k in 0..refinement.meshes {
+            let n = refinement.first << k;
+            let start = Instant::now();
+            let mesh = self.mesh(n);
+            let model =
+                LayerModel::with_inclusions(&mesh, &self.rubber, &self.inclusions, self.indenter, self.end)?;
+            let mut level = Level {
+                model,
+                over_thickness: n,
+                seconds: 0.0,
+                reached: vec![None; goals.len()],
+                stopped: vec![None; goals.len()],
+            };
+            level.walk(goals, &order, cancel, &|done| tell(k, done));
+            level.seconds = start.elapsed().as_secs_f64();
+            let further = level.reached.iter().filter(|r| r.is_some()).count();
+            let before =
+                levels.last().map_or(0, |l: &Level| l.reached.iter().filter(|r| r.is_some()).count());
+            levels.push(level);
+            let known = |g: usize| judge(&levels, goals, g, refinement).is_some_and(|p| p.converged);
+            if cancel.load(Ordering::Relaxed) || further < before || (0..goals.len()).all(known) {
+                break;
+            }
+        }
+        let goals = (0..goals.len())
+            .map(|g| judge(&levels, goals, g, refinement).ok_or_else(|| why_not(&levels, g)))
+            .collect();
+        Ok(Pressing { levels, goals })
+    }
+}
+
+impl Goal {
+    fn value(self) -> f64 {
+        match self {
+            Self::Compression(value) | Self::Force(value) => value,
+        }
+    }
+}
+
+/// The breakpoints with `edges` among them: the nearest inner breakpoint moves to an edge if none else needs it, or one
+/// more is put in.
+fn through(breakpoints: &[f64], edges: impl Iterator<Item = f64>) -> Vec<f64> {
+    let (first, last) = (breakpoints[0], breakpoints[breakpoints.len() - 1]);
+    let size = (last - first) / (breakpoints.len() - 1) as f64;
+    let tiny = 1e-9 * (last - first);
+    let mut fixed = vec![first, last];
+    fixed.extend(edges.filter(|e| *e > first + tiny && *e < last - tiny));
+    fixed.sort_by(f64::total_cmp);
+    fixed.dedup_by(|a, b| (*a - *b).abs() < tiny);
+    let mut all = vec![first];
+    for pair in fixed.windows(2) {
+        let count = ((pair[1] - pair[0]) / size).round().max(1.0) as usize;
+        all.extend(super::mesh::uniform(pair[0], pair[1], count).iter().skip(1));
+    }
+    all
+}
+
+impl Level {
+    /// Goes through the goals from the smallest up; what is beyond the first that is not reached is not tried.
+    fn walk(&mut self, goals: &[Goal], order: &[usize], cancel: &AtomicBool, tell: &dyn Fn(usize)) {
+        let settings = NewtonSettings::default();
+        for (done, &g) in order.iter().enumerate() {
+            if cancel.load(Ordering::Relaxed) {
+                return;
+            }
+            let step = match goals[g] {
+                Goal::Compression(compression) => self.model.press(compression, &settings),
+                Goal::Force(force) => press_to_force(&mut self.model, force, &settings),
+            };
+            match step {
+                Ok(step) => {
+                    let (state, load) = (self.model.state().clone(), self.model.load().clone());
+                    self.reached[g] = Some(Reached { step, state, load });
+                }
+                Err(stopped) => {
+                    for &g in &order[done..] {
+                        self.stopped[g] = Some(stopped.clone());
+                    }
+                    return;
+                }
+            }
+            tell(done + 1);
+        }
+    }
+}
+
+/// Moves the indenter until the force on the whole layer is `target` (N/m).
+fn press_to_force(
+    model: &mut LayerModel,
+    target: f64,
+    settings: &NewtonSettings,
+) -> Result<LayerStep, Box<Stopped>> {
+    const MOST_TRIES: usize = 60;
+    let mut last = model.step(Effort::default());
+    let mut low = (last.compression, last.force - target);
+    let mut high: Option<(f64, f64)> = None;
+    let mut slope = None;
+    for _ in 0..MOST_TRIES {
+        let miss = last.force - target;
+        if miss.abs() <= 1e-10 * target.abs() || target == 0.0 && miss == 0.0 {
+            return Ok(last);
+        }
+        let newton = slope.map(|s: f64| last.compression - miss / s).filter(|c: &f64| c.is_finite());
+        let next = match high {
+            Some(high) => {
+                let inside = |c: &f64| *c > low.0 && *c < high.0;
+                newton.filter(inside).unwrap_or(0.5 * (low.0 + high.0))
+            }
+            // Nothing above the goal is known yet: not too far at a time, and short of a closed layer.
+            None => {
+                let most = low.0 + (0.1_f64).min(0.5 * (1.0 - low.0));
+                newton.unwrap_or(low.0 + 0.01).clamp(low.0 + 1e-12, most)
+            }
+        };
+        let before = last;
+        last = model.press(next, settings)?;
+        let miss = last.force - target;
+        if miss < 0.0 {
+            low = (last.compression, miss)
+        } else {
+            high = Some((last.compression, miss))
+        }
+        let moved = last.compression - before.compression;
+        if moved != 0.0 {
+            slope = Some((last.force - before.force) / moved).filter(|s| *s > 0.0);
+        }
+        if high.is_some_and(|h| h.0 - low.0 <= 1e-13) {
+            return Ok(last);
+        }
+    }
+    Ok(last)
+}
+
+/// What the levels say of goal `g`; `None` if none reached it.
+fn judge(levels: &[Level], goals: &[Goal], g: usize, refinement: &Refinement) -> Option<Pressed> {
+    let (level, reached) =
+        levels.iter().enumerate().rev().find_map(|(k, l)| Some((k, l.reached[g].as_ref()?)))?;
+    let value = |r: &Reached| match goals[g] {
+        Goal::Compression(_) => r.step.force,
+        Goal::Force(_) => r.step.compression,
+    };
+    let values: Vec<f64> = levels.iter().filter_map(|l| l.reached[g].as_ref().map(value)).collect();
+    let now = value(reached);
+    let error = match values.as_slice() {
+        // Nothing presses: no mesh can be wrong about it.
+        _ if goals[g].value() == 0.0 => Some(0.0),
+        [.., before, now] => Some((now - before).abs()),
+        _ => None,
+    };
+    let converged = error.is_some_and(|e| e <= refinement.relative_tolerance * now.abs());
+    Some(Pressed {
+        step: reached.step,
+        level,
+        state: reached.state.clone(),
+        load: reached.load.clone(),
+        error,
+        refinement: values,
+        converged,
+    })
+}
+
+fn why_not(levels: &[Level], g: usize) -> PressError {
+    // The mesh that came farthest tells most.
+    let stopped = levels.iter().filter_map(|l| {
+        let stopped = l.stopped[g].clone()?;
+        Some((l.model.step(stopped.effort).compression, stopped))
+    });
+    match stopped.max_by(|a, b| a.0.total_cmp(&b.0)) {
+        Some((compression, stopped)) => PressError::Stopped { compression, stopped },
+        None => PressError::Cancelled,
+    }
+}
