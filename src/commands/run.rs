@@ -30,6 +30,8 @@ Files in the output folder:
   result.json      all of it, with the Maxwell matrices, the plan and where the time went
   scene.glb        the bodies for any glTF viewer, the load steps as an animation
   fields.pvd       the fields for ParaView, one step_NNN.vtu for each load step
+  mechanics.csv    how well the finite elements of the layer know each step; layer.pvd, layer_NNN.vtu and
+                   profile_NNN.csv hold displacement and stress
 
 Ctrl-C ends the run with what is done by then, marked incomplete (exit status 3); pressed again, it ends at once.";
 
@@ -87,10 +89,10 @@ fn solve_and_save(
     let plan = Plan::new(case, &options);
     let planning = started.elapsed();
     let bar = progress_bar(plan.distinct_steps().count(), common.quiet);
-    let tell = |progress: Progress<'_>| {
-        if let Progress::Done(_) = progress {
-            bar.inc(1);
-        }
+    let tell = |progress: Progress<'_>| match progress {
+        Progress::Preparing(what) => bar.set_message(format!(", {what}")),
+        Progress::Begun(_) => bar.set_message(""),
+        Progress::Done(_) => bar.inc(1),
     };
     let outcome = run(case, &plan, &options, Some(&folder), &cancel, &tell);
     bar.finish_and_clear();
@@ -105,7 +107,8 @@ fn progress_bar(steps: usize, quiet: bool) -> ProgressBar {
     }
     // Hides itself where stderr is no terminal.
     let bar = ProgressBar::with_draw_target(Some(steps as u64), ProgressDrawTarget::stderr());
-    let style = ProgressStyle::with_template("{bar:30} {pos}/{len} steps, {elapsed} gone, about {eta} to go");
+    let style =
+        ProgressStyle::with_template("{bar:30} {pos}/{len} steps, {elapsed} gone, about {eta} to go{msg}");
     if let Ok(style) = style {
         bar.set_style(style);
     }

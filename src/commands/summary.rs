@@ -7,7 +7,7 @@ use elastocap_coupling::curve::{Outcome, Status, StepResult};
 use elastocap_coupling::plan::Kind;
 use elastocap_coupling::results::Saved;
 
-use crate::units::{prefixed, seconds};
+use crate::units::{grouped, prefixed, seconds};
 
 /// More lines than this do not help on a screen.
 const MOST_LINES: usize = 60;
@@ -18,6 +18,11 @@ pub(crate) fn summary(case: &Case, outcome: &Outcome, saved: &Saved, folder: &Pa
         Kind::Curve | Kind::Mechanics => curve(outcome),
     };
     let mut out = format!("{}\n\n{}", case.title, table(lines));
+    if let Some(mesh) = outcome.layer_meshes.last() {
+        let (count, unknowns) = (outcome.layer_meshes.len(), grouped(mesh.unknowns));
+        let time = seconds(outcome.layer_seconds);
+        out.push_str(&format!("\n  layer: {count} meshes, {unknowns} unknowns on the last, {time}\n"));
+    }
     let names: Vec<_> =
         saved.files.iter().filter_map(|f| f.file_name()).map(|f| f.to_string_lossy().into_owned()).collect();
     let fields = names.iter().filter(|name| name.ends_with(".vtu")).count();
@@ -79,6 +84,10 @@ fn curve(outcome: &Outcome) -> Vec<Vec<String>> {
     let electric = outcome.plan.kind == Kind::Curve;
     let plates = outcome.steps.iter().any(|s| s.row.parallel_plate_f.is_some());
     let mut head = vec!["U/H", "force"];
+    let layer = outcome.layer_meshes.last();
+    if layer.is_some() {
+        head.push("+- relative");
+    }
     if electric {
         head.extend(["C", "+- relative"]);
     }
@@ -93,6 +102,9 @@ fn curve(outcome: &Outcome) -> Vec<Vec<String>> {
             row.compression.map_or_else(|| "-".to_owned(), |c| format!("{c:.4}")),
             quantity(row.force_n, 4, "N"),
         ];
+        if layer.is_some() {
+            line.push(error(step.layer.as_ref().and_then(|l| l.relative_error_estimate)));
+        }
         if electric {
             line.push(quantity(row.two_terminal_capacitance_f, 6, "F"));
             line.push(error(row.relative_error_estimate));

@@ -119,6 +119,48 @@ def check_vtu(path):
     return f"{len(points)} points, {len(connectivity)} cells, E against -grad(potential): cosine {cosine:.4f}, size {ratio:.3f}"
 
 
+LAYER_ARRAYS = {"displacement": 3, "cauchy_stress": 6, "pressure": 1, "J": 1, "contact_pressure": 1}
+
+
+def check_layer(path):
+    """A deformed layer of biquadratic quadrilaterals: both readers see the same, and the area is kept."""
+    reader = vtk.vtkXMLUnstructuredGridReader()
+    complaints = []
+    reader.AddObserver("ErrorEvent", lambda *_: complaints.append("error"))
+    reader.SetFileName(str(path))
+    reader.Update()
+    need(not complaints, "VTK complains")
+    grid = reader.GetOutput()
+    count = grid.GetNumberOfCells()
+    need(count > 0, "VTK finds no cells")
+    types = {grid.GetCellType(c) for c in range(count)}
+    need(types == {vtk.VTK_BIQUADRATIC_QUAD}, f"VTK finds cells that are no biquadratic quadrilaterals: {types}")
+    points = vtk_to_numpy(grid.GetPoints().GetData())
+    data = grid.GetPointData()
+    arrays = {data.GetArrayName(i): vtk_to_numpy(data.GetArray(i)) for i in range(data.GetNumberOfArrays())}
+    need(set(arrays) == set(LAYER_ARRAYS), f"arrays {sorted(arrays)} instead of {sorted(LAYER_ARRAYS)}")
+    for name, components in LAYER_ARRAYS.items():
+        need(arrays[name].reshape(len(points), -1).shape[1] == components, f"{name} has the wrong number of components")
+        need(np.isfinite(arrays[name]).all(), f"{name} is not finite everywhere")
+    mesh = meshio.read(path)
+    need([block.type for block in mesh.cells] == ["quad9"], "meshio does not find one block of quad9")
+    need(np.array_equal(mesh.points, points), "VTK and meshio read different points")
+    connectivity = vtk_to_numpy(grid.GetCells().GetConnectivityArray()).reshape(-1, 9)
+    need(np.array_equal(mesh.cells[0].data, connectivity), "VTK and meshio read different cells")
+    for name, values in arrays.items():
+        need(np.array_equal(mesh.point_data[name], values), f"VTK and meshio read different {name}")
+
+    def area(at):
+        # Around each cell: corners and middles of sides in turn. What curvature adds to a polygon is small.
+        ring = at[connectivity[:, [0, 4, 1, 5, 2, 6, 3, 7]]][:, :, :2]
+        after = np.roll(ring, -1, axis=1)
+        return 0.5 * (ring[:, :, 0] * after[:, :, 1] - ring[:, :, 1] * after[:, :, 0]).sum()
+
+    before, now = area(points - arrays["displacement"].reshape(-1, 3)), area(points)
+    need(before > 0 and abs(now / before - 1) < 0.01, f"the area goes from {before} to {now}")
+    return f"{len(points)} points, {count} cells, area {now / before:.5f} of that at rest"
+
+
 def check_pvd(path):
     root = ElementTree.parse(path).getroot()
     need(root.tag == "VTKFile" and root.get("type") == "Collection", "no VTK collection")
@@ -143,7 +185,8 @@ def main():
             failed = True
         for path in files:
             try:
-                print(f"ok   {path}: {check_vtu(path) if path.suffix == '.vtu' else check_pvd(path)}")
+                check = check_pvd if path.suffix == ".pvd" else check_layer if path.name.startswith("layer_") else check_vtu
+                print(f"ok   {path}: {check(path)}")
             except (Exception, SystemExit) as error:  # meshio leaves by SystemExit when it cannot read a file
                 failed = True
                 print(f"FAIL {path}: {type(error).__name__}: {error}")

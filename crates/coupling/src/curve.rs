@@ -14,6 +14,8 @@ use crate::scene_of::DeformedScene;
 pub struct Outcome {
     /// What was to be solved.
     pub plan: Plan,
+    /// What could not be written while steps were solved; the numbers are not touched by it.
+    pub warnings: Vec<String>,
     /// The steps of the plan, in its order.
     pub steps: Vec<StepResult>,
     /// Names of the conductors, in the order of the Maxwell matrices.

@@ -10,7 +10,7 @@ use crate::case::Case;
 use crate::curve::{Outcome, Status, StepResult};
 use crate::deform::{Prepared, prepare};
 use crate::plan::{Options, Plan, PlannedStep};
-use crate::results::{OutputError, OutputFolder, field_file, stage_field};
+use crate::results::{OutputError, OutputFolder, field_file, layer_files, stage_field};
 use crate::scene_of::scene_of;
 use crate::step::Solver;
 
@@ -43,9 +43,13 @@ pub fn run(
     let start = Instant::now();
     let settings = Settings { cancel: Some(Arc::clone(cancel)), ..plan.solver_settings(case, options) };
     let layer = prepare(case, plan, cancel, &|what| tell(Progress::Preparing(what)));
+    let written = folder.filter(|_| options.fields);
+    let mut warnings = Vec::new();
+    if let (Prepared::PlaneStrain(run), Some(folder)) = (&layer, written) {
+        warnings = layer_files::stage(folder, run)?;
+    }
     let solver =
         Solver { case, settings, prune: options.prune, force_limit: plan.force_limit, layer: &layer };
-    let written = folder.filter(|_| options.fields);
     let work: Vec<&PlannedStep> = plan.distinct_steps().collect();
     let done: Vec<Mutex<Option<StepResult>>> = work.iter().map(|_| Mutex::new(None)).collect();
     let broken: Mutex<Option<OutputError>> = Mutex::new(None);
@@ -98,6 +102,7 @@ pub fn run(
     let stopped = steps.iter().any(|step| step.row.status == Status::NotRun);
     Ok(Outcome {
         plan: plan.clone(),
+        warnings,
         steps,
         conductors,
         layer_meshes,

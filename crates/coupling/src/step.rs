@@ -178,7 +178,9 @@ fn layer_missed(state: Option<&Deformation<'_>>) -> Option<String> {
     }
     Some(match step.relative_error_estimate {
         Some(error) => format!("the finest mesh of the layer leaves a relative error of {error:.1e}"),
-        None => "only one mesh of the layer got to this load, so that its error is not known".to_owned(),
+        None => {
+            "less than three meshes of the layer got to this load, so that its error is not known".to_owned()
+        }
     })
 }
 

@@ -32,7 +32,7 @@ pub struct PlaneStep {
     #[serde(skip)]
     pub force: f64,
     /// Discretisation error of the force over the force; of the compression over the compression, where the force is
-    /// given. `None` where only one mesh reached the load.
+    /// given. `None` where less than three meshes reached the load.
     pub relative_error_estimate: Option<f64>,
     /// Whether that is within the tolerance asked for.
     pub converged: bool,

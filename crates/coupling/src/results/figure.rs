@@ -1,6 +1,6 @@
 //! `curve.svg`: capacitance against force with its bounds beside parallel plates, or force against compression.
 
-use crate::curve::Outcome;
+use crate::curve::{Outcome, Row};
 use crate::plan::Kind;
 use crate::plot::{Axis, Chart, Scale, Series, Style};
 
@@ -17,9 +17,19 @@ pub fn figure(title: &str, outcome: &Outcome) -> Option<Chart> {
             x: axis("compression U/H", ""),
             y: axis("force", "N"),
             series: vec![Series {
-                name: "closed form".to_owned(),
+                name: if outcome.layer_meshes.is_empty() {
+                    "closed form".to_owned()
+                } else {
+                    "finite elements, and their error".to_owned()
+                },
                 points: rows().map(|r| (known(r.compression), known(r.force_n))).collect(),
-                band: None,
+                band: (!outcome.layer_meshes.is_empty()).then(|| {
+                    let band = |r: &Row| {
+                        let (force, error) = (known(r.force_n), known(r.relative_error_estimate));
+                        (force * (1.0 - error), force * (1.0 + error))
+                    };
+                    rows().map(band).collect()
+                }),
                 style: Style::LineAndMarkers,
             }],
         }),

@@ -5,6 +5,7 @@ use serde::Serialize;
 
 use crate::case::Case;
 use crate::curve::{Outcome, Row, SolverReport, Status, StepResult};
+use crate::deform::{MeshReport, PlaneStep};
 use crate::plan::{Kind, Plan};
 
 /// Wall-clock seconds of a whole run.
@@ -36,6 +37,10 @@ struct Document<'a> {
     bounds: Option<&'static str>,
     relative_tolerance: Option<f64>,
     steps: Vec<Step<'a>>,
+    #[serde(skip_serializing_if = "<[_]>::is_empty")]
+    layer_meshes: &'a [MeshReport],
+    #[serde(skip_serializing_if = "Option::is_none")]
+    layer_seconds: Option<f64>,
     plan: &'a Plan,
     warnings: Vec<String>,
     seconds: RunSeconds,
@@ -85,6 +90,8 @@ struct Step<'a> {
     maxwell_matrix_lower_f: Option<Vec<Vec<f64>>>,
     maxwell_matrix_upper_f: Option<Vec<Vec<f64>>>,
     solver: Option<&'a SolverReport>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    layer: Option<&'a PlaneStep>,
     seconds: Seconds,
     field_file: Option<&'a str>,
 }
@@ -123,6 +130,7 @@ impl<'a> Step<'a> {
             maxwell_matrix_lower_f,
             maxwell_matrix_upper_f,
             solver: step.solver.as_ref(),
+            layer: step.layer.as_ref(),
             seconds: Seconds {
                 mechanics: step.seconds.mechanics,
                 electrostatics: step.seconds.electrostatics,
@@ -162,6 +170,8 @@ pub fn document(
         bounds: case.electrostatics.map(|e| if e.bounds { "proved" } else { "estimated" }),
         relative_tolerance: case.electrostatics.map(|e| e.relative_tolerance),
         steps: outcome.steps.iter().map(Step::of).collect(),
+        layer_meshes: &outcome.layer_meshes,
+        layer_seconds: (!outcome.layer_meshes.is_empty()).then_some(outcome.layer_seconds),
         plan: &outcome.plan,
         warnings: [outcome.plan.warnings.clone(), warnings].concat(),
         seconds,

@@ -4,6 +4,7 @@ mod atomic;
 pub mod csv;
 mod figure;
 mod json;
+pub(crate) mod layer_files;
 pub mod scene_files;
 
 use std::path::PathBuf;
@@ -107,12 +108,15 @@ pub fn save(
     planning: Duration,
 ) -> Result<Saved, OutputError> {
     let writing = Instant::now();
-    let mut warnings = Vec::new();
+    let mut warnings = outcome.warnings.clone();
     if outcome.has_curve() {
         folder.stage("curve.csv", csv::curve(outcome).as_bytes())?;
     }
     if let (Kind::Capacitance, Some(step)) = (outcome.plan.kind, outcome.steps.first()) {
         folder.stage("capacitance.csv", csv::capacitance(&outcome.conductors, step).as_bytes())?;
+    }
+    if !outcome.layer_meshes.is_empty() {
+        folder.stage("mechanics.csv", layer_files::table(outcome).as_bytes())?;
     }
     if let Some(chart) = figure(&case.title, outcome) {
         folder.stage("curve.svg", chart.to_svg().as_bytes())?;

@@ -2,5 +2,6 @@
 //!
 //! Every function here returns the whole file in memory; putting it on disk, whole or not at all, is the caller's.
 
+pub mod body;
 pub mod gltf;
 pub mod vtk;

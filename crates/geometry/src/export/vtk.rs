@@ -91,7 +91,12 @@ pub fn vtu(grid: &FieldGrid) -> Result<Vec<u8>, VtkError> {
 
     let mut file = String::new();
     file.push_str("<?xml version=\"1.0\"?>\n");
-    let _ = writeln!(file, "<!-- elastocap {}: SI units. {} -->", env!("CARGO_PKG_VERSION"), legend(grid));
+    let _ = writeln!(
+        file,
+        "<!-- elastocap {}: SI units. {} -->",
+        env!("CARGO_PKG_VERSION"),
+        comment(&grid.body_names)
+    );
     file.push_str(
         "<VTKFile type=\"UnstructuredGrid\" version=\"1.0\" byte_order=\"LittleEndian\" header_type=\"UInt64\" \
          compressor=\"vtkZLibDataCompressor\">\n<UnstructuredGrid>\n",
@@ -214,12 +219,18 @@ fn connectivity(n: [usize; 3]) -> Vec<u8> {
     out
 }
 
-fn le_bytes<T: Copy, const N: usize>(values: &[T], bytes: impl Fn(T) -> [u8; N]) -> Vec<u8> {
+pub(super) fn le_bytes<T: Copy, const N: usize>(values: &[T], bytes: impl Fn(T) -> [u8; N]) -> Vec<u8> {
     values.iter().flat_map(|&x| bytes(x)).collect()
 }
 
 /// Appends one `DataArray`: a table of block sizes, then the compressed blocks, each part in base64.
-fn array(file: &mut String, kind: &str, name: &str, components: usize, bytes: &[u8]) -> Result<(), VtkError> {
+pub(super) fn array(
+    file: &mut String,
+    kind: &str,
+    name: &str,
+    components: usize,
+    bytes: &[u8],
+) -> Result<(), VtkError> {
     let mut sizes = Vec::new();
     let mut data = Vec::with_capacity(bytes.len() / 3);
     for block in bytes.chunks(BLOCK) {
@@ -244,8 +255,9 @@ fn array(file: &mut String, kind: &str, name: &str, components: usize, bytes: &[
     Ok(())
 }
 
-fn legend(grid: &FieldGrid) -> String {
-    let names = grid.body_names.iter().enumerate().map(|(id, name)| format!("{id} = {name}"));
+/// What the body ids mean, as the text of an XML comment.
+pub(super) fn comment(body_names: &[String]) -> String {
+    let names = body_names.iter().enumerate().map(|(id, name)| format!("{id} = {name}"));
     let text = format!("body_id: {}", names.collect::<Vec<_>>().join("; "));
     // A comment may hold anything but two hyphens in a row and what XML forbids everywhere.
     text.replace(|c: char| c.is_control() || matches!(c, '\u{FFFE}' | '\u{FFFF}'), " ")

@@ -7,6 +7,7 @@ use super::mesh::{Mesh, Patch, geometric, uniform};
 use super::model::{Body, Equations, Load, ModelError, State};
 use super::newton::{Effort, NewtonSettings, Stopped};
 use super::obstacle::Shape;
+use super::stress::Fields;
 
 /// What becomes of the layer's end.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -266,6 +267,25 @@ impl LayerModel {
     /// The load of the last equilibrium.
     pub fn load(&self) -> &Load {
         &self.load
+    }
+
+    /// Pressure of indenter and substrate on each node in Pa, `-n.sigma.n` with the smoothed stress in `fields`; zero where
+    /// nothing touches. `load` is the one that `state` is in equilibrium with.
+    pub fn contact_pressure(&self, state: &State, load: &Load, fields: &Fields<'_>) -> Vec<f64> {
+        let body = self.equations.body();
+        let mut pressure = vec![0.0; body.mesh.nodes.len()];
+        let tiny = 1e-9 * self.thickness;
+        for (n, x) in body.mesh.nodes.iter().enumerate() {
+            if x[1] > self.thickness - tiny && body.held[2 * n + 1] {
+                pressure[n] = -fields.at_node(n).stress.s22;
+            }
+        }
+        self.equations.for_each_contact(state, load, |n, normal| {
+            let s = fields.at_node(n).stress;
+            let [a, b] = normal;
+            pressure[n] = -(a * a * s.s11 + 2.0 * a * b * s.s12 + b * b * s.s22);
+        });
+        pressure
     }
 
     /// Displacement (m) of the node nearest to the reference position `x` (m).

@@ -462,6 +462,15 @@ impl Equations {
         sum
     }
 
+    /// Calls `tell` with every node that touches an obstacle in `state`, and the obstacle's normal there.
+    pub(crate) fn for_each_contact(&self, state: &State, load: &Load, mut tell: impl FnMut(usize, [f64; 2])) {
+        for (c, &(o, n)) in self.pairs.iter().enumerate() {
+            if state.contact[c] > 0.0 {
+                tell(n, self.body.obstacles[o].0.gap(self.position(n, state), load.shift[o]).normal);
+            }
+        }
+    }
+
     /// Deepest penetration of a candidate node into an obstacle, in m; negative where nothing touches.
     pub fn penetration(&self, state: &State, load: &Load) -> f64 {
         self.pairs
