@@ -10,7 +10,7 @@ use elastocap_geometry::scene::{Box3, BoxScene, Conductor, Dielectric, Wall};
 use elastocap_mechanics::{ElectrodePose, ElectrodeStiffness, LayerState, MechanicsError};
 
 use crate::case::{Case, Electrodes, Extent, Face, Layer, Layout, Stiffness, Surroundings};
-use crate::deform::{Deformation, ElectrodeBox, NotABox, PlaneStep};
+use crate::deform::{Deformation, ElectrodeBox, PlaneStep, Rectangle};
 
 /// Permittivity of vacuum, F/m.
 pub const EPSILON_0: f64 = 8.854_187_812_8e-12;
@@ -27,6 +27,28 @@ pub struct DeformedScene {
     pub roles: Vec<BodyRole>,
     /// The pair of electrodes, if the case has one; they are the scene's first two conductors.
     pub pair: Option<DeformedPair>,
+    /// Boxes inside and around the two electrodes, where they are no boxes themselves.
+    pub enclosing: Option<Enclosing>,
+}
+
+impl DeformedScene {
+    /// The scene with the pair replaced.
+    pub fn with_pair(&self, regions: [Box3; 2]) -> BoxScene {
+        let mut scene = self.scene.clone();
+        for (conductor, region) in scene.conductors.iter_mut().zip(regions) {
+            conductor.region = region;
+        }
+        scene
+    }
+}
+
+/// Between what the electrodes of a pair lie.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Enclosing {
+    /// Boxes that lie inside them.
+    pub inside: [Box3; 2],
+    /// Boxes that hold them.
+    pub around: [Box3; 2],
 }
 
 /// What a designer asks of the electrodes after loading.
@@ -84,9 +106,21 @@ pub enum SceneError {
         /// "below" or "above".
         side: &'static str,
     },
-    /// An electrode of the finite-element layer is tilted or bent.
-    #[error("{0}")]
-    NotABox(NotABox),
+    /// An electrode of the finite-element layer is tilted or bent too much.
+    #[error(
+        "the electrodes are no boxes any more: tilted by {:.2} degrees and bent by {:.3} um, so that {what}; the solver for \
+         boxes cannot take them",
+        tilt.atan().to_degrees(),
+        deviation * 1e6
+    )]
+    NotABox {
+        /// Slope of its middle line.
+        tilt: f64,
+        /// How far it is from being a box, m.
+        deviation: f64,
+        /// What does not fit.
+        what: &'static str,
+    },
     /// The file lacks what the scene needs; the case reader refuses such a file.
     #[error("the case has no {0}")]
     Missing(&'static str),
@@ -100,10 +134,18 @@ pub fn scene_of(case: &Case, state: Option<&Deformation<'_>>) -> Result<Deformed
     let surroundings = case.surroundings.as_ref().ok_or(SceneError::Missing("[surroundings]"))?;
     let mut conductors = Vec::new();
     let mut pair = None;
+    let mut enclosing = None;
     if let Some(electrodes) = &case.electrodes {
         let layer = case.layer.as_ref().ok_or(SceneError::Missing("[layer]"))?;
         let (regions, deformed) = match state {
-            Some(Deformation::PlaneStrain(step)) => place_solved(electrodes, layer, step)?,
+            Some(Deformation::PlaneStrain(step)) => {
+                let ([mean, inside, around], deformed) = place_solved(electrodes, layer, step)?;
+                // At rest they are boxes, but for rounding.
+                if step.electrodes.iter().any(|e| e.deviation() > ROUNDING * layer.thickness) {
+                    enclosing = Some(Enclosing { inside, around });
+                }
+                (mean, deformed)
+            }
             Some(Deformation::ClosedForm(state)) => place(electrodes, layer, Some(state))?,
             None => place(electrodes, layer, None)?,
         };
@@ -149,7 +191,7 @@ pub fn scene_of(case: &Case, state: Option<&Deformation<'_>>) -> Result<Deformed
     }
     let background_permittivity = surroundings.relative_permittivity;
     let scene = BoxScene { conductors, dielectrics, background_permittivity, domain, walls };
-    Ok(DeformedScene { scene, roles, pair })
+    Ok(DeformedScene { scene, roles, pair, enclosing })
 }
 
 /// The region without the bounds that lie outside the domain; `None` if nothing of it is inside.
@@ -268,12 +310,12 @@ fn place(
     }
 }
 
-/// Where the two electrodes are in the finite-element solution.
+/// The electrodes of the finite-element solution: their mean boxes, those inside and those around them.
 fn place_solved(
     electrodes: &Electrodes,
     layer: &Layer,
     step: &PlaneStep,
-) -> Result<([Box3; 2], DeformedPair), SceneError> {
+) -> Result<([[Box3; 2]; 3], DeformedPair), SceneError> {
     let permittivity =
         layer.relative_permittivity.ok_or(SceneError::Missing("relative_permittivity in [layer]"))?
             * EPSILON_0;
@@ -282,39 +324,58 @@ fn place_solved(
         min: [x1[0], x2[0], -0.5 * width],
         max: [x1[1], x2[1], 0.5 * width],
     };
-    let shapes: Vec<ElectrodeBox> = step
-        .electrodes
-        .iter()
-        .map(|shape| shape.checked().map_err(SceneError::NotABox))
-        .collect::<Result<_, _>>()?;
-    let thickness = |shape: &ElectrodeBox| shape.x2[1] - shape.x2[0];
-    match (electrodes.layout, shapes.as_slice()) {
+    let shapes = step.electrodes.as_slice();
+    let pair_of = |pick: fn(&ElectrodeBox) -> Rectangle| match (electrodes.layout, shapes) {
         (Layout::InPlane, [right]) => {
-            let ([near, far], gap) = (right.x1, 2.0 * right.x1[0]);
-            let pair = DeformedPair {
-                gap,
-                height: 0.5 * (right.x2[0] + right.x2[1]),
-                thickness: thickness(right),
-                parallel_plate: permittivity * thickness(right) * width / gap,
-            };
-            Ok(([block([-far, -near], right.x2), block([near, far], right.x2)], pair))
+            let [[near, far], x2] = pick(right);
+            Ok([block([-far, -near], x2), block([near, far], x2)])
         }
         (Layout::Stacked, [lower, upper]) => {
-            let gap = upper.x2[0] - lower.x2[1];
-            if gap <= ROUNDING * layer.thickness {
-                return Err(SceneError::GapCloses { gap });
-            }
-            let pair = DeformedPair {
-                gap,
-                height: 0.5 * (lower.x2[1] + upper.x2[0]),
-                thickness: 0.5 * (thickness(lower) + thickness(upper)),
-                parallel_plate: permittivity * 2.0 * lower.x1[1].min(upper.x1[1]) * width / gap,
-            };
-            let region = |shape: &ElectrodeBox| block([-shape.x1[1], shape.x1[1]], shape.x2);
-            Ok(([region(lower), region(upper)], pair))
+            // Solved on the right half: the left end is the axis of symmetry.
+            Ok([pick(lower), pick(upper)].map(|[x1, x2]| block([-x1[1], x1[1]], x2)))
         }
         _ => Err(SceneError::Missing("electrodes in its finite elements")),
+    };
+    let [mean, inside, around] = [pair_of(|e| e.mean)?, pair_of(|e| e.inside)?, pair_of(|e| e.around)?];
+    let refused = |what| {
+        let deviation = shapes.iter().map(ElectrodeBox::deviation).fold(0.0, f64::max);
+        let tilt = shapes.iter().map(|e| e.tilt).fold(0.0, |a: f64, b| if b.abs() > a.abs() { b } else { a });
+        SceneError::NotABox { tilt, deviation, what }
+    };
+    let along = match electrodes.layout {
+        Layout::InPlane => 0,
+        Layout::Stacked => 1,
+    };
+    let slack = ROUNDING * layer.thickness;
+    let gap = mean[1].min[along] - mean[0].max[along];
+    if gap <= slack {
+        return Err(SceneError::GapCloses { gap });
     }
+    if around[1].min[along] - around[0].max[along] <= slack {
+        return Err(refused("the boxes around them touch"));
+    }
+    if inside.iter().any(|b| (0..2).any(|a| b.extent(a) <= slack)) {
+        return Err(refused("no box fits inside them"));
+    }
+    if around.iter().any(|b| b.min[1] < -slack || b.max[1] > step.deformed_thickness + slack) {
+        return Err(refused("the boxes around them reach out of the layer"));
+    }
+    let thickness = |b: &Box3| b.extent(1);
+    let pair = match electrodes.layout {
+        Layout::InPlane => DeformedPair {
+            gap,
+            height: 0.5 * (mean[1].min[1] + mean[1].max[1]),
+            thickness: thickness(&mean[1]),
+            parallel_plate: permittivity * thickness(&mean[1]) * width / gap,
+        },
+        Layout::Stacked => DeformedPair {
+            gap,
+            height: 0.5 * (mean[0].max[1] + mean[1].min[1]),
+            thickness: 0.5 * (thickness(&mean[0]) + thickness(&mean[1])),
+            parallel_plate: permittivity * mean[0].extent(0).min(mean[1].extent(0)) * width / gap,
+        },
+    };
+    Ok(([mean, inside, around], pair))
 }
 
 /// One electrode after loading, m.

@@ -10,7 +10,7 @@ use crate::case::Case;
 use crate::curve::{Row, SolverReport, Status, StepResult};
 use crate::deform::{Deformation, Prepared};
 use crate::plan::{PlannedStep, StepLoad};
-use crate::scene_of::{DeformedScene, scene_of};
+use crate::scene_of::{DeformedScene, Enclosing, scene_of};
 use crate::terminals::pair_among;
 
 /// What all steps of a run have in common.
@@ -73,7 +73,10 @@ impl Solver<'_> {
         let deformed = result.scene.insert(deformed);
         result.seconds.mechanics = start.elapsed().as_secs_f64();
 
-        let (mut solution, two_terminal) = field_of(deformed, &self.settings)?;
+        let (mut solution, two_terminal) = match deformed.enclosing {
+            None => field_of(deformed, &self.settings)?,
+            Some(enclosing) => between(deformed, enclosing, &self.settings)?,
+        };
         *field = solution.field.take();
         let all = solution.maxwell.iter().flatten().chain(&two_terminal);
         if all.into_iter().any(|c| !(c.lower <= c.value && c.value <= c.upper)) {
@@ -162,6 +165,50 @@ pub(crate) fn field_of(
         }
         settings.relative_tolerance *= 0.7 * allowed / error;
     }
+}
+
+/// The capacitance of electrodes that are no boxes, from boxes inside them (which have less) and boxes around them (which
+/// have more): see [`crate::deform::ElectrodeBox`]. The field and the counts are those of the boxes around.
+fn between(
+    deformed: &DeformedScene,
+    enclosing: Enclosing,
+    settings: &Settings,
+) -> Result<(Solution, Option<Bounded>), Stop> {
+    if deformed.scene.conductors.len() > 2 {
+        return Err(Stop::Failed(
+            "the electrodes are bent by the load, and beside other conductors the solver for boxes has no bounds for that"
+                .to_owned(),
+        ));
+    }
+    // What the shape leaves open comes on top of what the solver does.
+    let each = Settings { relative_tolerance: 0.5 * settings.relative_tolerance, ..settings.clone() };
+    let of = |regions, settings: &Settings| {
+        let scene = deformed.with_pair(regions);
+        field_of(&DeformedScene { scene, enclosing: None, ..deformed.clone() }, settings)
+    };
+    let (less, low) = of(enclosing.inside, &Settings { field: false, ..each.clone() })?;
+    let (mut solution, high) = of(enclosing.around, &each)?;
+    let join = |low: &Bounded, high: &Bounded| Bounded {
+        value: 0.5 * (low.value + high.value),
+        lower: low.lower.min(high.lower),
+        upper: high.upper.max(low.upper),
+    };
+    let two_terminal = low.zip(high).map(|(low, high)| join(&low, &high));
+    for (row, other) in solution.maxwell.iter_mut().zip(&less.maxwell) {
+        for (entry, other) in row.iter_mut().zip(other) {
+            *entry = join(other, entry);
+        }
+    }
+    solution.seconds = less.seconds.plus(&solution.seconds);
+    let error = two_terminal.map_or(0.0, |c| 2.0 * c.relative_error());
+    let allowed =
+        if settings.bounds { settings.relative_tolerance } else { 2.0 * settings.relative_tolerance };
+    solution.reached = error <= allowed;
+    solution.shortfall = (!solution.reached).then(|| {
+        "the electrodes are bent and tilted, and the solver takes boxes: the bounds are those of boxes inside and around them"
+            .to_owned()
+    });
+    Ok((solution, two_terminal))
 }
 
 /// Why the finite elements of the layer do not have the accuracy asked for, if they do not.

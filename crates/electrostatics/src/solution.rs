@@ -108,6 +108,19 @@ pub struct PhaseSeconds {
     pub choosing: f64,
 }
 
+impl PhaseSeconds {
+    /// The seconds of two solves together.
+    #[must_use]
+    pub fn plus(&self, other: &Self) -> Self {
+        Self {
+            setup: self.setup + other.setup,
+            primal: self.primal + other.primal,
+            dual: self.dual + other.dual,
+            choosing: self.choosing + other.choosing,
+        }
+    }
+}
+
 /// The potential on the grid, for export.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Field {

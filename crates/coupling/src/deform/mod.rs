@@ -9,7 +9,7 @@ use elastocap_mechanics::{
     ClosedFormSettings, LayerState, Material as LayerMaterial, MechanicsError, force_limit,
 };
 
-pub use electrode_box::{ElectrodeBox, NotABox};
+pub use electrode_box::{ElectrodeBox, Rectangle};
 pub use plane_strain::{MeshReport, PlaneStep, PlaneStrainRun, forecast};
 
 use crate::case::{Case, Material, Mechanics};
