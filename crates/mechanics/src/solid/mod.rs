@@ -5,10 +5,12 @@
 //! | [`material`] | energies as functions of `F:F` and `det F`, with exact stress and tangent |
 //! | [`element`] | biquadratic displacement, discontinuous linear pressure, condensed |
 //! | [`mesh`] | mapped patches, fans around corners, the order of elimination |
+//! | [`dissection`] | the order of elimination |
 //! | [`obstacle`] | rigid bodies by their distance |
 //! | [`sparse`] | a symmetric matrix with one symbolic factorisation |
 //! | [`model`] | a body, its equations and contact conditions |
 //! | [`newton`] | Newton's method with load steps |
+//! | [`space`] | the same in three dimensions |
 //! | [`layer`] | the layer of the paper under an indenter |
 //!
 //! # Corners that open
@@ -26,6 +28,7 @@
 //! - A dead load on a block can be unstable: with the closed form's own tractions the tangent has negative pivots
 //!   beyond 38 % compression, and the solver may end on a branch that is not the closed form.
 
+pub mod dissection;
 pub mod element;
 pub mod layer;
 pub mod material;
@@ -33,4 +36,5 @@ pub mod mesh;
 pub mod model;
 pub mod newton;
 pub mod obstacle;
+pub mod space;
 pub mod sparse;

@@ -1,0 +1,4 @@
+//! Finite elements in three dimensions: layers of finite width.
+
+pub mod material;
+pub mod mesh;
