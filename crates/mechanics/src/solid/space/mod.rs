@@ -1,4 +1,5 @@
 //! Finite elements in three dimensions: layers of finite width.
 
+pub mod element;
 pub mod material;
 pub mod mesh;
