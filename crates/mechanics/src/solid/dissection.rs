@@ -107,7 +107,6 @@ impl<const D: usize, const N: usize> Cutter<'_, D, N> {
 mod tests {
     use super::*;
     use crate::solid::mesh::{Mesh, uniform};
-    use crate::solid::space;
 
     #[test]
     fn the_order_is_a_permutation() {
@@ -116,7 +115,7 @@ mod tests {
         order.sort_unstable();
         assert!(order.iter().copied().eq(0..mesh.nodes.len() as u32));
         let x = uniform(0.0, 1.0, 5);
-        let mesh = space::mesh::Mesh::tensor(&x, &x, &x);
+        let mesh = Mesh::tensor(&x, &x, &x);
         let mut order = dissection_order(&mesh.nodes, &mesh.elements);
         order.sort_unstable();
         assert!(order.iter().copied().eq(0..mesh.nodes.len() as u32));
@@ -125,7 +124,7 @@ mod tests {
     #[test]
     fn the_last_nodes_are_those_of_a_plane_that_cuts_the_mesh_in_two() {
         let x = uniform(0.0, 1.0, 4);
-        let mesh = space::mesh::Mesh::tensor(&uniform(0.0, 2.0, 8), &x, &x);
+        let mesh = Mesh::tensor(&uniform(0.0, 2.0, 8), &x, &x);
         let order = dissection_order(&mesh.nodes, &mesh.elements);
         let last = &order[order.len() - 81..];
         assert!(last.iter().all(|&n| mesh.nodes[n as usize][0] == 1.0));

@@ -1,4 +1,4 @@
-//! Meshes of nine-node quadrilaterals, put together from mapped patches.
+//! Meshes, and those of nine-node quadrilaterals put together from mapped patches.
 //!
 //! A [`Patch`] is a logical grid of corner points; its quadrilaterals have straight sides. Patches that share points
 //! share nodes. A side of a quadrilateral may be collapsed into one point: that is how a *fan* is made, sectors
@@ -8,13 +8,16 @@
 
 use std::collections::HashMap;
 
-/// A mesh of nine-node quadrilaterals in the reference configuration.
+use super::dimension::{Dimension, Plane};
+
+/// A mesh in the reference configuration: nine-node quadrilaterals in the plane, 27-node hexahedra in space.
 #[derive(Debug, Clone, Default, PartialEq)]
-pub struct Mesh {
-    /// Reference positions `(x1, x2)` of the nodes in m.
-    pub nodes: Vec<[f64; 2]>,
-    /// Nodes of each quadrilateral, `3 j + i` at `(i - 1, j - 1)` of the reference square.
-    pub elements: Vec<[u32; 9]>,
+pub struct Mesh<S: Dimension = Plane> {
+    /// Reference positions of the nodes in m.
+    pub nodes: Vec<S::Point>,
+    /// Nodes of each element, `3 j + i` at `(i - 1, j - 1)` of the reference square, `9 k + 3 j + i` at
+    /// `(i - 1, j - 1, k - 1)` of the reference cube.
+    pub elements: Vec<S::Nodes>,
 }
 
 /// One side of a quadrilateral that no other quadrilateral shares.
@@ -147,94 +150,14 @@ impl Mesh {
         let all = |edge: &BoundaryEdge| edge.nodes.iter().all(|&n| on(self.nodes[n as usize]));
         self.boundary().into_iter().filter(all).collect()
     }
+}
 
+impl<S: Dimension> Mesh<S> {
     /// The node nearest to `point`.
-    pub fn nearest_node(&self, point: [f64; 2]) -> usize {
-        let square = |n: &[f64; 2]| (n[0] - point[0]).powi(2) + (n[1] - point[1]).powi(2);
+    pub fn nearest_node(&self, point: S::Point) -> usize {
+        let square = |n: &S::Point| (0..S::AXES).map(|k| (n[k] - point[k]).powi(2)).sum::<f64>();
         let nearest = |a: &(usize, f64), b: &(usize, f64)| a.1.total_cmp(&b.1);
         self.nodes.iter().map(square).enumerate().min_by(nearest).map_or(0, |(n, _)| n)
-    }
-
-    /// The nodes in an order that keeps the factors of a matrix on this mesh sparse: nested dissection by
-    /// coordinates. Returns old node numbers in their new order.
-    pub fn dissection_order(&self) -> Vec<u32> {
-        let centres: Vec<[f64; 2]> = self
-            .elements
-            .iter()
-            .map(|e| std::array::from_fn(|k| e.iter().map(|&n| self.nodes[n as usize][k]).sum::<f64>() / 9.0))
-            .collect();
-        let mut elements: Vec<u32> = (0..self.elements.len() as u32).collect();
-        let mut order = Vec::with_capacity(self.nodes.len());
-        // Per node: the last region that saw it (two numbers per cut), or taken.
-        let mut mark = vec![0u32; self.nodes.len()];
-        let mut taken = vec![false; self.nodes.len()];
-        self.dissect(&centres, &mut elements, &mut mark, &mut taken, &mut 0, &mut order);
-        order
-    }
-
-    fn dissect(
-        &self,
-        centres: &[[f64; 2]],
-        elements: &mut [u32],
-        mark: &mut [u32],
-        taken: &mut [bool],
-        stamp: &mut u32,
-        order: &mut Vec<u32>,
-    ) {
-        if elements.len() <= 4 {
-            for &e in elements.iter() {
-                for n in self.elements[e as usize] {
-                    if !std::mem::replace(&mut taken[n as usize], true) {
-                        order.push(n);
-                    }
-                }
-            }
-            return;
-        }
-        let (axis, half) = (self.cutting_axis(centres, elements), elements.len() / 2);
-        elements.select_nth_unstable_by(half, |&a, &b| {
-            let key = |e: u32| (centres[e as usize][axis], centres[e as usize][1 - axis], e);
-            let (a, b) = (key(a), key(b));
-            a.0.total_cmp(&b.0).then(a.1.total_cmp(&b.1)).then(a.2.cmp(&b.2))
-        });
-        let (left, right) = elements.split_at_mut(half);
-        *stamp += 1;
-        for &e in left.iter() {
-            for n in self.elements[e as usize] {
-                mark[n as usize] = *stamp;
-            }
-        }
-        let mut separator = Vec::new();
-        for &e in right.iter() {
-            for n in self.elements[e as usize] {
-                if mark[n as usize] == *stamp && !std::mem::replace(&mut taken[n as usize], true) {
-                    separator.push(n);
-                }
-            }
-        }
-        self.dissect(centres, left, mark, taken, stamp, order);
-        self.dissect(centres, right, mark, taken, stamp, order);
-        order.extend(separator);
-    }
-
-    /// The axis along which a median cut leaves the fewer nodes in common.
-    fn cutting_axis(&self, centres: &[[f64; 2]], elements: &[u32]) -> usize {
-        let mut cut = [0usize; 2];
-        for (axis, count) in cut.iter_mut().enumerate() {
-            let mut sorted: Vec<f64> = elements.iter().map(|&e| centres[e as usize][axis]).collect();
-            sorted.sort_unstable_by(f64::total_cmp);
-            let middle = sorted[sorted.len() / 2];
-            // Elements that the median line crosses stand for the nodes on it.
-            *count = elements
-                .iter()
-                .filter(|&&e| {
-                    let x = self.elements[e as usize].map(|n| self.nodes[n as usize][axis]);
-                    let (low, high) = x.iter().fold((f64::MAX, f64::MIN), |(l, h), &x| (l.min(x), h.max(x)));
-                    low < middle && middle < high
-                })
-                .count();
-        }
-        usize::from(cut[1] < cut[0])
     }
 }
 
@@ -271,13 +194,5 @@ mod tests {
             })
             .sum();
         assert!((length - 6.0).abs() < 1e-12, "{length}");
-    }
-
-    #[test]
-    fn the_order_is_a_permutation() {
-        let mesh = Mesh::rectangle(4.0, 1.0, 17, 5);
-        let mut order = mesh.dissection_order();
-        order.sort_unstable();
-        assert!(order.iter().copied().eq(0..mesh.nodes.len() as u32));
     }
 }

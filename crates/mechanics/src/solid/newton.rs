@@ -1,5 +1,6 @@
 //! Newton's method with load steps that shrink where it fails and grow where it is easy.
 
+use super::dimension::{Dimension, Numbers};
 use super::model::{Equations, Load, Residual, State};
 
 /// When to stop, and what to try.
@@ -84,7 +85,7 @@ pub enum StopReason {
     Singular,
 }
 
-impl Equations {
+impl<S: Dimension> Equations<S> {
     /// Takes `state`, in equilibrium under `from`, to an equilibrium under `to`. Loads in between are
     /// interpolated.
     ///
@@ -92,9 +93,9 @@ impl Equations {
     /// [`Stopped`] where and why; `state` is then the last equilibrium on the way, and `from` its load.
     pub fn advance(
         &mut self,
-        state: &mut State,
-        from: &mut Load,
-        to: &Load,
+        state: &mut State<S>,
+        from: &mut Load<S>,
+        to: &Load<S>,
         settings: &NewtonSettings,
     ) -> Result<Effort, Box<Stopped>> {
         let start = from.clone();
@@ -132,8 +133,8 @@ impl Equations {
 
     fn equilibrate(
         &mut self,
-        state: &mut State,
-        load: &Load,
+        state: &mut State<S>,
+        load: &Load<S>,
         settings: &NewtonSettings,
         effort: &mut Effort,
     ) -> Result<usize, (StopReason, (f64, usize))> {
@@ -195,7 +196,7 @@ impl Residual {
     }
 }
 
-impl Load {
+impl<S: Dimension> Load<S> {
     /// The load a part of the way from this one to another.
     pub fn toward(&self, to: &Self, part: f64) -> Self {
         let mix = |a: &f64, b: &f64| if part == 1.0 { *b } else { a + part * (b - a) };
@@ -207,13 +208,13 @@ impl Load {
                 .shift
                 .iter()
                 .zip(&to.shift)
-                .map(|(a, b)| std::array::from_fn(|k| mix(&a[k], &b[k])))
+                .map(|(a, b)| S::Point::from_fn(|k| mix(&a[k], &b[k])))
                 .collect(),
         }
     }
 }
 
-impl State {
+impl<S: Dimension> State<S> {
     fn plus(&self, step: &Self, part: f64) -> Self {
         let sum = |a: &f64, b: &f64| a + part * b;
         let all = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| sum(a, b)).collect();
@@ -223,7 +224,7 @@ impl State {
                 .pressure
                 .iter()
                 .zip(&step.pressure)
-                .map(|(a, b)| std::array::from_fn(|k| sum(&a[k], &b[k])))
+                .map(|(a, b)| S::Pressure::from_fn(|k| sum(&a[k], &b[k])))
                 .collect(),
             contact: all(&self.contact, &step.contact),
         }

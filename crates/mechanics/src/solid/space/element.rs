@@ -8,6 +8,7 @@ use elastocap_fem::gemm::{Left, Right, Target, multiply};
 use elastocap_fem::quadrature::gauss_legendre;
 
 use super::material::{Response, Tensor, add_cofactor_slope, cofactor, determinant};
+use crate::solid::dimension::{Element, ElementSystem, Space};
 use crate::solid::element::quadratic;
 use crate::solid::material::Rubber;
 
@@ -31,39 +32,82 @@ pub struct ReferenceElement {
     mass_inverse: [[f64; 4]; 4],
 }
 
-/// What an element adds to the residual and to the tangent.
-#[derive(Debug, Clone)]
-pub struct ElementSystem {
-    /// Internal forces of the 81 displacements, `3 a + k`, in N.
-    pub force: Vec<f64>,
-    /// Internal forces after the pressure is eliminated: the negative right-hand side.
-    pub condensed_force: Vec<f64>,
-    /// Tangent after the pressure is eliminated, 81 x 81 and symmetric, in N/m.
-    pub stiffness: Vec<f64>,
-    /// Derivative of the internal forces by the pressure's coefficients, in m^2.
-    pub coupling: Vec<[f64; 4]>,
-    /// `r_p` in m^3; divided by the volume a mean volume error.
-    pub volume_error: [f64; 4],
-    /// Smallest `J` of the quadrature points.
-    pub smallest_j: f64,
-}
+impl ReferenceElement {
+    /// `dN_a/dX_k` of all nodes at quadrature point `q`.
+    fn gradient(&self, q: usize, k: usize) -> &[f64] {
+        &self.gradients[(3 * q + k) * NODES..][..NODES]
+    }
 
-impl Default for ElementSystem {
-    fn default() -> Self {
-        Self {
-            force: vec![0.0; DISPLACEMENTS],
-            condensed_force: vec![0.0; DISPLACEMENTS],
-            stiffness: vec![0.0; DISPLACEMENTS * DISPLACEMENTS],
-            coupling: vec![[0.0; 4]; DISPLACEMENTS],
-            volume_error: [0.0; 4],
-            smallest_j: 1.0,
+    /// Deformation gradient at quadrature point `q` under the nodal displacements `u` (m, `3 a + k`).
+    pub fn deformation_gradient(&self, q: usize, u: &[f64]) -> Tensor {
+        let mut f = [1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0];
+        for k in 0..3 {
+            for (a, g) in self.gradient(q, k).iter().enumerate() {
+                for i in 0..3 {
+                    f[3 * i + k] += u[3 * a + i] * g;
+                }
+            }
+        }
+        f
+    }
+
+    /// Stored energy in J under `u` with the pressure `p` held: `w + p (J - 1) - p^2/(2 kappa)`.
+    pub fn energy(&self, rubber: &Rubber, u: &[f64], p: &[f64; 4]) -> f64 {
+        (0..POINTS)
+            .map(|q| {
+                let f = self.deformation_gradient(q, u);
+                let mut w = rubber.response(&f).energy;
+                if let Some(compliance) = rubber.pressure_compliance() {
+                    let pressure = dot(&self.pressure[q], p);
+                    w += pressure * (determinant(&f) - 1.0) - 0.5 * compliance * pressure * pressure;
+                }
+                self.volumes[q] * w
+            })
+            .sum()
+    }
+
+    /// The sum of `dN_a/dX_J A_iJkL dN_b/dX_L` over the quadrature points, from the weighted tangents: the upper triangle.
+    fn assemble_stiffness(&self, tangents: &[[Tensor; 9]; POINTS], stiffness: &mut [f64]) {
+        let mut response = [0.0; 3 * POINTS * DISPLACEMENTS];
+        let mut block = [0.0; NODES * DISPLACEMENTS];
+        for i in 0..3 {
+            // Only the axes k >= i; the others follow from symmetry.
+            let width = (3 - i) * NODES;
+            for (row, line) in response.chunks_exact_mut(width).take(3 * POINTS).enumerate() {
+                let (q, j) = (row / 3, row % 3);
+                let [g0, g1, g2] = [0, 1, 2].map(|l| self.gradient(q, l));
+                for (k, part) in (i..3).zip(line.chunks_exact_mut(NODES)) {
+                    let a = &tangents[q][3 * i + j][3 * k..3 * k + 3];
+                    for (b, value) in part.iter_mut().enumerate() {
+                        *value = a[0] * g0[b] + a[1] * g1[b] + a[2] * g2[b];
+                    }
+                }
+            }
+            multiply(
+                Left { data: &self.gradients, rows: NODES, cols: 3 * POINTS, row: 1, col: NODES },
+                Right { data: &response, cols: width, stride: width },
+                Target { data: &mut block, stride: width },
+                false,
+            );
+            for a in 0..NODES {
+                for k in i..3 {
+                    // Within the block of one axis only half is taken, so that the matrix is symmetric to the last bit.
+                    for b in if k == i { a..NODES } else { 0..NODES } {
+                        let (r, c) = (3 * a + i, 3 * b + k);
+                        stiffness[r.min(c) * DISPLACEMENTS + r.max(c)] =
+                            block[a * width + (k - i) * NODES + b];
+                    }
+                }
+            }
         }
     }
 }
 
-impl ReferenceElement {
-    /// The element with nodes at `x` (m). Returns `None` if it is turned inside out at a quadrature point.
-    pub fn new(x: &[[f64; 3]; NODES]) -> Option<Self> {
+impl Element<Space> for ReferenceElement {
+    const NODES: usize = NODES;
+    const POINTS: usize = POINTS;
+
+    fn new(x: &[[f64; 3]]) -> Option<Self> {
         let (points, weights) = gauss_legendre(3);
         let mut gradients = vec![0.0; POINTS * 3 * NODES];
         let mut volumes = [0.0; POINTS];
@@ -130,72 +174,21 @@ impl ReferenceElement {
         Some(Self { gradients, volumes, pressure, mass_inverse })
     }
 
-    /// Reference volume in m^3.
-    pub fn volume(&self) -> f64 {
+    fn volume(&self) -> f64 {
         self.volumes.iter().sum()
     }
 
-    /// `dN_a/dX_k` of all nodes at quadrature point `q`.
-    fn gradient(&self, q: usize, k: usize) -> &[f64] {
-        &self.gradients[(3 * q + k) * NODES..][..NODES]
+    fn volume_ratio(&self, q: usize, u: &[f64]) -> f64 {
+        determinant(&self.deformation_gradient(q, u))
     }
 
-    /// Deformation gradient at quadrature point `q` under the nodal displacements `u` (m, `3 a + k`).
-    pub fn deformation_gradient(&self, q: usize, u: &[f64; DISPLACEMENTS]) -> Tensor {
-        let mut f = [1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0];
-        for k in 0..3 {
-            for (a, g) in self.gradient(q, k).iter().enumerate() {
-                for i in 0..3 {
-                    f[3 * i + k] += u[3 * a + i] * g;
-                }
-            }
-        }
-        f
+    fn mass_inverse(&self) -> &[[f64; 4]] {
+        &self.mass_inverse
     }
 
-    /// Smallest `J` over the quadrature points under `u`, and the smallest ratio to `J` under `before`.
-    pub fn smallest_j(&self, u: &[f64; DISPLACEMENTS], before: &[f64; DISPLACEMENTS]) -> (f64, f64) {
-        (0..POINTS).fold((f64::INFINITY, f64::INFINITY), |(least, ratio), q| {
-            let now = determinant(&self.deformation_gradient(q, u));
-            let then = determinant(&self.deformation_gradient(q, before));
-            if now.is_nan() {
-                (f64::NEG_INFINITY, f64::NEG_INFINITY)
-            } else {
-                (least.min(now), ratio.min(now / then))
-            }
-        })
-    }
-
-    /// Stored energy in J under `u` with the pressure `p` held: `w + p (J - 1) - p^2/(2 kappa)`.
-    pub fn energy(&self, rubber: &Rubber, u: &[f64; DISPLACEMENTS], p: &[f64; 4]) -> f64 {
-        (0..POINTS)
-            .map(|q| {
-                let f = self.deformation_gradient(q, u);
-                let mut w = rubber.response(&f).energy;
-                if let Some(compliance) = rubber.pressure_compliance() {
-                    let pressure = dot(&self.pressure[q], p);
-                    w += pressure * (determinant(&f) - 1.0) - 0.5 * compliance * pressure * pressure;
-                }
-                self.volumes[q] * w
-            })
-            .sum()
-    }
-
-    /// Internal forces and tangent under the displacements `u` (m) and the pressure coefficients `p` (Pa, positive
-    /// in tension), with the proximal modulus `kappa_0` (Pa); see [`crate::solid::element`].
-    pub fn assemble(
-        &self,
-        rubber: &Rubber,
-        u: &[f64; DISPLACEMENTS],
-        p: &[f64; 4],
-        kappa_0: f64,
-        out: &mut ElementSystem,
-    ) {
+    fn integrate(&self, rubber: &Rubber, u: &[f64], p: &[f64; 4], out: &mut ElementSystem<Space>) {
         let compliance = rubber.pressure_compliance();
-        out.force.fill(0.0);
-        out.coupling.fill([0.0; 4]);
-        out.volume_error = [0.0; 4];
-        out.smallest_j = f64::INFINITY;
+        out.clear();
         let mut tangents = [[[0.0; 9]; 9]; POINTS];
         for q in 0..POINTS {
             let f = self.deformation_gradient(q, u);
@@ -232,80 +225,6 @@ impl ReferenceElement {
             tangents[q] = tangent.map(|row| row.map(|x| volume * x));
         }
         self.assemble_stiffness(&tangents, &mut out.stiffness);
-        out.condensed_force.copy_from_slice(&out.force);
-        if let Some(compliance) = compliance {
-            self.condense(1.0 / (compliance + 1.0 / kappa_0), out);
-        }
-    }
-
-    /// The sum of `dN_a/dX_J A_iJkL dN_b/dX_L` over the quadrature points, from the weighted tangents.
-    fn assemble_stiffness(&self, tangents: &[[Tensor; 9]; POINTS], stiffness: &mut [f64]) {
-        let mut response = [0.0; 3 * POINTS * DISPLACEMENTS];
-        let mut block = [0.0; NODES * DISPLACEMENTS];
-        for i in 0..3 {
-            // Only the axes k >= i; the others follow from symmetry.
-            let width = (3 - i) * NODES;
-            for (row, line) in response.chunks_exact_mut(width).take(3 * POINTS).enumerate() {
-                let (q, j) = (row / 3, row % 3);
-                let [g0, g1, g2] = [0, 1, 2].map(|l| self.gradient(q, l));
-                for (k, part) in (i..3).zip(line.chunks_exact_mut(NODES)) {
-                    let a = &tangents[q][3 * i + j][3 * k..3 * k + 3];
-                    for (b, value) in part.iter_mut().enumerate() {
-                        *value = a[0] * g0[b] + a[1] * g1[b] + a[2] * g2[b];
-                    }
-                }
-            }
-            multiply(
-                Left { data: &self.gradients, rows: NODES, cols: 3 * POINTS, row: 1, col: NODES },
-                Right { data: &response, cols: width, stride: width },
-                Target { data: &mut block, stride: width },
-                false,
-            );
-            for a in 0..NODES {
-                for k in i..3 {
-                    // Within the block of one axis only half is taken, so that the matrix is symmetric to the last bit.
-                    for b in if k == i { a..NODES } else { 0..NODES } {
-                        let value = block[a * width + (k - i) * NODES + b];
-                        stiffness[(3 * a + i) * DISPLACEMENTS + 3 * b + k] = value;
-                        stiffness[(3 * b + k) * DISPLACEMENTS + 3 * a + i] = value;
-                    }
-                }
-            }
-        }
-    }
-
-    fn condense(&self, modulus: f64, out: &mut ElementSystem) {
-        for r in 0..DISPLACEMENTS {
-            let scaled: [f64; 4] =
-                std::array::from_fn(|m| modulus * dot(&out.coupling[r], &self.mass_inverse[m]));
-            out.condensed_force[r] += dot(&scaled, &out.volume_error);
-            for c in r..DISPLACEMENTS {
-                let value = dot(&scaled, &out.coupling[c]);
-                out.stiffness[r * DISPLACEMENTS + c] += value;
-                if c > r {
-                    out.stiffness[c * DISPLACEMENTS + r] += value;
-                }
-            }
-        }
-    }
-
-    /// The pressure's increment that belongs to the displacement increment `du`, from the last assembly.
-    pub fn pressure_increment(
-        &self,
-        rubber: &Rubber,
-        du: &[f64; DISPLACEMENTS],
-        kappa_0: f64,
-        system: &ElementSystem,
-    ) -> [f64; 4] {
-        let Some(compliance) = rubber.pressure_compliance() else { return [0.0; 4] };
-        let mut right = system.volume_error;
-        for (coupling, du) in system.coupling.iter().zip(du) {
-            for m in 0..4 {
-                right[m] += coupling[m] * du;
-            }
-        }
-        let modulus = 1.0 / (compliance + 1.0 / kappa_0);
-        std::array::from_fn(|m| modulus * dot(&self.mass_inverse[m], &right))
     }
 }
 
@@ -319,7 +238,7 @@ mod tests {
     use crate::solid::material::{Distortion, Volume};
 
     fn distorted() -> ReferenceElement {
-        let x = std::array::from_fn(|n| {
+        let x: [[f64; 3]; NODES] = std::array::from_fn(|n| {
             let [r, s, t] = [n % 3, n / 3 % 3, n / 9].map(|k| k as f64);
             [
                 r + 0.2 * s + 0.05 * s * t,
@@ -344,8 +263,8 @@ mod tests {
             let distortion = Distortion::MooneyRivlin { c10: 0.3, c01: 0.2 };
             let rubber = Rubber { distortion, volume, volume_barrier: 0.4 };
             // Differences see the tangent without the pressure eliminated: with p held there is nothing to eliminate.
-            let assemble = |u: &[f64; DISPLACEMENTS]| {
-                let mut s = ElementSystem::default();
+            let assemble = |u: &[f64]| {
+                let mut s = ElementSystem::new(DISPLACEMENTS);
                 element.assemble(&rubber, u, &PRESSURE, 1e-300, &mut s);
                 s
             };
@@ -383,9 +302,9 @@ mod tests {
         let distortion = Distortion::NeoHookean { shear_modulus: 1.0 };
         let rubber = Rubber { distortion, volume: Volume::BulkModulus(50.0), volume_barrier: 0.0 };
         let (u, du, kappa_0) = (wobble(0.05), wobble(0.01), 200.0);
-        let mut s = ElementSystem::default();
+        let mut s = ElementSystem::new(DISPLACEMENTS);
         element.assemble(&rubber, &u, &PRESSURE, kappa_0, &mut s);
-        let mut bare = ElementSystem::default();
+        let mut bare = ElementSystem::new(DISPLACEMENTS);
         element.assemble(&rubber, &u, &PRESSURE, 1e-300, &mut bare);
         let dp = element.pressure_increment(&rubber, &du, kappa_0, &s);
         let row = |matrix: &[f64], r: usize| -> f64 {
@@ -415,7 +334,7 @@ mod tests {
             let x = x[d / 3];
             [c * x[0] - s * x[2] + 0.3, x[1] - 2.0, s * x[0] + c * x[2]][d % 3] - x[d % 3]
         });
-        let mut system = ElementSystem::default();
+        let mut system = ElementSystem::new(DISPLACEMENTS);
         element.assemble(&rubber, &u, &[0.0; 4], 100.0, &mut system);
         assert!(system.force.iter().all(|f| f.abs() < 1e-13));
         let matrix = nalgebra::DMatrix::from_row_slice(DISPLACEMENTS, DISPLACEMENTS, &system.stiffness);

@@ -6,16 +6,8 @@
 
 use std::collections::HashMap;
 
-use crate::solid::mesh::Mesh as Section;
-
-/// A mesh of 27-node hexahedra in the reference configuration.
-#[derive(Debug, Clone, Default, PartialEq)]
-pub struct Mesh {
-    /// Reference positions `(x1, x2, x3)` of the nodes in m.
-    pub nodes: Vec<[f64; 3]>,
-    /// Nodes of each hexahedron, `9 k + 3 j + i` at `(i - 1, j - 1, k - 1)` of the reference cube.
-    pub elements: Vec<[u32; 27]>,
-}
+use crate::solid::dimension::Space;
+use crate::solid::mesh::{Mesh, Patch};
 
 /// One side of a hexahedron that no other hexahedron shares.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -30,7 +22,7 @@ pub struct BoundaryFace {
 /// A plane mesh carried along the third direction.
 pub struct Sweep<'a> {
     /// The mesh in the plane.
-    pub section: &'a Section,
+    pub section: &'a Mesh,
     /// Where the third coordinate is cut, ascending, in m.
     pub along: &'a [f64],
     /// Takes a point of the straight sweep to its place. Lines of three nodes should stay straight and evenly
@@ -44,7 +36,7 @@ impl std::fmt::Debug for Sweep<'_> {
     }
 }
 
-impl Mesh {
+impl Mesh<Space> {
     /// The mesh of `sweeps`; points closer than `1e-9` of the extent are one node.
     pub fn from_sweeps(sweeps: &[Sweep<'_>]) -> Self {
         let mut mesh = Self::default();
@@ -85,7 +77,7 @@ impl Mesh {
 
     /// A box `[0, x1] x [0, x2] x [0, x3]` cut at the given breakpoints (m).
     pub fn tensor(x1: &[f64], x2: &[f64], x3: &[f64]) -> Self {
-        let section = Section::from_patches(&[crate::solid::mesh::Patch::tensor(x1, x2)]);
+        let section = Mesh::from_patches(&[Patch::tensor(x1, x2)]);
         Self::from_sweeps(&[Sweep { section: &section, along: x3, map: &|x| x }])
     }
 
@@ -138,13 +130,6 @@ impl Mesh {
         let all = |face: &BoundaryFace| face.nodes.iter().all(|&n| on(self.nodes[n as usize]));
         self.boundary().into_iter().filter(all).collect()
     }
-
-    /// The node nearest to `point`.
-    pub fn nearest_node(&self, point: [f64; 3]) -> usize {
-        let square = |n: &[f64; 3]| (0..3).map(|k| (n[k] - point[k]).powi(2)).sum::<f64>();
-        let nearest = |a: &(usize, f64), b: &(usize, f64)| a.1.total_cmp(&b.1);
-        self.nodes.iter().map(square).enumerate().min_by(nearest).map_or(0, |(n, _)| n)
-    }
 }
 
 impl Sweep<'_> {
@@ -168,17 +153,17 @@ fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::solid::mesh::{Patch, geometric, uniform};
+    use crate::solid::mesh::{geometric, uniform};
 
     /// A layer of unit thickness, 3 x 2 long, whose free sides have fans that meet in a mitre.
-    fn mitred() -> Mesh {
+    fn mitred() -> Mesh<Space> {
         let fan = Patch::fan(
             [0.0, 0.0],
             &[[1.0, 0.0], [1.0, 0.5], [1.0, 1.0], [0.5, 1.0], [0.0, 1.0]],
             &geometric(0.5, 1),
         );
-        let fan = Section::from_patches(&[fan]);
-        let body = Section::rectangle(2.0, 1.0, 2, 2);
+        let fan = Mesh::from_patches(&[fan]);
+        let body = Mesh::rectangle(2.0, 1.0, 2, 2);
         Mesh::from_sweeps(&[
             Sweep { section: &body, along: &uniform(0.0, 1.0, 2), map: &|x| x },
             Sweep {

@@ -1,0 +1,228 @@
+//! What the plane and space have in common: the solver is written once, over a [`Dimension`].
+
+use std::fmt::Debug;
+use std::ops::IndexMut;
+
+use super::material::Rubber;
+use super::{element, space};
+
+/// Plane strain: two axes, forces per metre of width.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct Plane;
+
+/// Three dimensions.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct Space;
+
+/// A fixed number of numbers.
+pub trait Numbers: Copy + Debug + Default + PartialEq + Send + Sync + IndexMut<usize, Output = f64> {
+    /// How many.
+    const COUNT: usize;
+    /// The number of each place.
+    fn from_fn(number: impl FnMut(usize) -> f64) -> Self;
+    /// All of them.
+    fn as_slice(&self) -> &[f64];
+    /// The sum of the products with `other`.
+    fn dot(&self, other: &Self) -> f64 {
+        self.as_slice().iter().zip(other.as_slice()).map(|(a, b)| a * b).sum()
+    }
+}
+
+macro_rules! numbers {
+    ($($count:literal)*) => {
+        $(impl Numbers for [f64; $count] {
+            const COUNT: usize = $count;
+            fn from_fn(number: impl FnMut(usize) -> f64) -> Self {
+                std::array::from_fn(number)
+            }
+            fn as_slice(&self) -> &[f64] {
+                self
+            }
+        })*
+    };
+}
+numbers!(2 3 4);
+
+/// The plane or space, with its element.
+pub trait Dimension: Copy + Debug + Default + PartialEq + Send + Sync + 'static {
+    /// Displacements of a node.
+    const AXES: usize;
+    /// A position or a vector.
+    type Point: Numbers;
+    /// The pressure's coefficients in one element.
+    type Pressure: Numbers;
+    /// The nodes of an element.
+    type Nodes: AsRef<[u32]> + Copy + Debug + PartialEq + Send + Sync;
+    /// The element.
+    type Element: Element<Self>;
+    /// A point in space; in the plane, its third coordinate is zero.
+    fn in_space(point: &Self::Point) -> [f64; 3];
+    /// The nodes of a mesh in an order that keeps factors sparse; see [`super::dissection`].
+    fn order(nodes: &[Self::Point], elements: &[Self::Nodes]) -> Vec<u32>;
+}
+
+impl Dimension for Plane {
+    const AXES: usize = 2;
+    type Point = [f64; 2];
+    type Pressure = [f64; 3];
+    type Nodes = [u32; 9];
+    type Element = element::ReferenceElement;
+    fn in_space(point: &[f64; 2]) -> [f64; 3] {
+        [point[0], point[1], 0.0]
+    }
+    fn order(nodes: &[[f64; 2]], elements: &[[u32; 9]]) -> Vec<u32> {
+        super::dissection::dissection_order(nodes, elements)
+    }
+}
+
+impl Dimension for Space {
+    const AXES: usize = 3;
+    type Point = [f64; 3];
+    type Pressure = [f64; 4];
+    type Nodes = [u32; 27];
+    type Element = space::element::ReferenceElement;
+    fn in_space(point: &[f64; 3]) -> [f64; 3] {
+        *point
+    }
+    fn order(nodes: &[[f64; 3]], elements: &[[u32; 27]]) -> Vec<u32> {
+        super::dissection::dissection_order(nodes, elements)
+    }
+}
+
+/// An element with continuous displacements and a pressure of its own, condensed out.
+///
+/// Displacements of an element are `axes a + k` for node `a` and axis `k`, in m. Per metre of width in the plane.
+pub trait Element<S: Dimension>: Sized + Clone + Debug + Send + Sync {
+    /// Nodes.
+    const NODES: usize;
+    /// Quadrature points.
+    const POINTS: usize;
+
+    /// The element with nodes at `x` (m). Returns `None` if it is turned inside out at a quadrature point.
+    fn new(x: &[S::Point]) -> Option<Self>;
+
+    /// Reference volume in m^3; area in m^2 in the plane.
+    fn volume(&self) -> f64;
+
+    /// `J` at quadrature point `q` under the displacements `u`.
+    fn volume_ratio(&self, q: usize, u: &[f64]) -> f64;
+
+    /// Inverse of the pressure's mass matrix, row by row, in 1/m^3 (in the plane 1/m^2).
+    fn mass_inverse(&self) -> &[S::Pressure];
+
+    /// Fills `out` with internal forces, coupling, volume error, smallest `J` and the upper triangle of the tangent with
+    /// the pressure held, under the displacements `u` and the pressure coefficients `p` (Pa, positive in tension).
+    fn integrate(&self, rubber: &Rubber, u: &[f64], p: &S::Pressure, out: &mut ElementSystem<S>);
+
+    /// Internal forces and tangent with the pressure eliminated, with the proximal modulus `kappa_0` (Pa); see
+    /// [`super::element`].
+    fn assemble(
+        &self,
+        rubber: &Rubber,
+        u: &[f64],
+        p: &S::Pressure,
+        kappa_0: f64,
+        out: &mut ElementSystem<S>,
+    ) {
+        self.integrate(rubber, u, p, out);
+        out.condensed_force.clone_from(&out.force);
+        if let Some(modulus) = proximal_modulus(rubber, kappa_0) {
+            out.condense(modulus, self.mass_inverse());
+        }
+        let n = out.force.len();
+        for r in 0..n {
+            for c in 0..r {
+                out.stiffness[r * n + c] = out.stiffness[c * n + r];
+            }
+        }
+    }
+
+    /// The pressure's increment that belongs to the displacement increment `du`, from the last assembly.
+    fn pressure_increment(
+        &self,
+        rubber: &Rubber,
+        du: &[f64],
+        kappa_0: f64,
+        system: &ElementSystem<S>,
+    ) -> S::Pressure {
+        let Some(modulus) = proximal_modulus(rubber, kappa_0) else { return S::Pressure::default() };
+        let mut right = system.volume_error;
+        for (coupling, du) in system.coupling.iter().zip(du) {
+            for m in 0..S::Pressure::COUNT {
+                right[m] += coupling[m] * du;
+            }
+        }
+        S::Pressure::from_fn(|m| modulus * self.mass_inverse()[m].dot(&right))
+    }
+
+    /// Smallest `J` over the quadrature points under `u`, and the smallest ratio to `J` under `before`.
+    fn smallest_j(&self, u: &[f64], before: &[f64]) -> (f64, f64) {
+        (0..Self::POINTS).fold((f64::INFINITY, f64::INFINITY), |(least, ratio), q| {
+            let (now, then) = (self.volume_ratio(q, u), self.volume_ratio(q, before));
+            if now.is_nan() {
+                (f64::NEG_INFINITY, f64::NEG_INFINITY)
+            } else {
+                (least.min(now), ratio.min(now / then))
+            }
+        })
+    }
+}
+
+/// What an element adds to the residual and to the tangent. In the plane all is per metre of width.
+#[derive(Debug, Clone)]
+pub struct ElementSystem<S: Dimension = Plane> {
+    /// Internal forces of the displacements in N.
+    pub force: Vec<f64>,
+    /// Internal forces after the pressure is eliminated: the negative right-hand side.
+    pub condensed_force: Vec<f64>,
+    /// Tangent after the pressure is eliminated, row after row and symmetric, in N/m.
+    pub stiffness: Vec<f64>,
+    /// `G`: derivative of the internal forces by the pressure's coefficients, in m^2.
+    pub coupling: Vec<S::Pressure>,
+    /// `r_p` in m^3; divided by the volume a mean volume error.
+    pub volume_error: S::Pressure,
+    /// Smallest `J` of the quadrature points.
+    pub smallest_j: f64,
+}
+
+impl<S: Dimension> ElementSystem<S> {
+    /// The system of an element with `displacements`, nothing in it.
+    pub fn new(displacements: usize) -> Self {
+        Self {
+            force: vec![0.0; displacements],
+            condensed_force: vec![0.0; displacements],
+            stiffness: vec![0.0; displacements * displacements],
+            coupling: vec![S::Pressure::default(); displacements],
+            volume_error: S::Pressure::default(),
+            smallest_j: 1.0,
+        }
+    }
+
+    /// Everything zero.
+    pub(crate) fn clear(&mut self) {
+        self.force.fill(0.0);
+        self.coupling.fill(S::Pressure::default());
+        self.stiffness.fill(0.0);
+        self.volume_error = S::Pressure::default();
+        self.smallest_j = f64::INFINITY;
+    }
+
+    /// Eliminates the pressure: adds `modulus G M^-1 G'` to the upper triangle of the tangent.
+    fn condense(&mut self, modulus: f64, mass_inverse: &[S::Pressure]) {
+        let n = self.force.len();
+        for r in 0..n {
+            let scaled = S::Pressure::from_fn(|m| modulus * self.coupling[r].dot(&mass_inverse[m]));
+            self.condensed_force[r] += scaled.dot(&self.volume_error);
+            for (value, coupling) in
+                self.stiffness[r * n + r..(r + 1) * n].iter_mut().zip(&self.coupling[r..])
+            {
+                *value += scaled.dot(coupling);
+            }
+        }
+    }
+}
+
+/// `1 / (1/kappa + 1/kappa_0)`, or `None` if the rubber has no pressure field.
+fn proximal_modulus(rubber: &Rubber, kappa_0: f64) -> Option<f64> {
+    rubber.pressure_compliance().map(|compliance| 1.0 / (compliance + 1.0 / kappa_0))
+}
