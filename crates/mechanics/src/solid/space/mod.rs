@@ -3,3 +3,4 @@
 pub mod element;
 pub mod material;
 pub mod mesh;
+mod traction;
