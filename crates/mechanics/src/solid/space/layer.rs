@@ -8,43 +8,27 @@ use crate::solid::dimension::Space;
 use crate::solid::layer::LayerMesh;
 use crate::solid::mesh::{Mesh, Patch};
 
-/// What becomes of the layer's side.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Side {
-    /// No traction, like the end. The bonded edge gets the end's fan, made to fit into the last `rim` (m) of the half
-    /// width; the two fans meet in a mitre. The section may have no fan of its own around a punch.
-    Free {
-        /// How far the fan reaches inwards, in m.
-        rim: f64,
-    },
-    /// A plane of symmetry: with it on both sides, the layer is in plane strain.
-    Symmetric,
-}
-
 /// How fine the mesh is.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SpaceLayerMesh {
     /// The section `x3 = 0`.
     pub section: LayerMesh,
-    /// Breakpoints along `x3` in m: from 0 to the half width, or to where the rim of a free side begins.
+    /// Breakpoints along `x3` in m: from 0 to the half width, or to where the fan at the side begins.
     pub across: Vec<f64>,
-    /// The side.
-    pub side: Side,
+    /// How far a fan around the bonded edge of the side reaches inwards, in m: the end's fan made to fit; the two meet
+    /// in a mitre. The section may have no fan around a punch then. `None` for hexahedra straight up to the side.
+    pub side_fan: Option<f64>,
 }
 
 impl SpaceLayerMesh {
     /// Half the width in m.
     pub fn half_width(&self) -> f64 {
-        let last = self.across[self.across.len() - 1];
-        match self.side {
-            Side::Free { rim } => last + rim,
-            Side::Symmetric => last,
-        }
+        self.across[self.across.len() - 1] + self.side_fan.unwrap_or(0.0)
     }
 
     /// The mesh.
     pub fn mesh(&self) -> Mesh<Space> {
-        let Side::Free { rim } = self.side else {
+        let Some(rim) = self.side_fan else {
             let section = self.section.mesh();
             return Mesh::from_sweeps(&[Sweep { section: &section, along: &self.across, map: &|x| x }]);
         };
@@ -89,7 +73,7 @@ mod tests {
     #[test]
     fn the_fans_of_end_and_side_meet_and_fill_the_layer() {
         let section = LayerMesh::uniform(1.0, 3.0, 2, 0.5, 1);
-        let layer = SpaceLayerMesh { section, across: uniform(0.0, 0.6, 2), side: Side::Free { rim: 0.4 } };
+        let layer = SpaceLayerMesh { section, across: uniform(0.0, 0.6, 2), side_fan: Some(0.4) };
         let mesh = layer.mesh();
         let outside = mesh.boundary().iter().all(|face| {
             let x = mesh.nodes[face.nodes[4] as usize];
