@@ -121,6 +121,15 @@ impl Mesh {
         Self::from_patches(&[Patch::tensor(&uniform(0.0, length, n1), &uniform(0.0, height, n2))])
     }
 
+    /// The shorter side in m of the box around the mesh.
+    pub fn shorter_side(&self) -> f64 {
+        let extent = |k: usize| {
+            let ends = self.nodes.iter().fold((f64::MAX, f64::MIN), |(l, h), x| (l.min(x[k]), h.max(x[k])));
+            ends.1 - ends.0
+        };
+        extent(0).min(extent(1))
+    }
+
     /// The sides that belong to one quadrilateral only; collapsed sides are none.
     pub fn boundary(&self) -> Vec<BoundaryEdge> {
         const SIDES: [[usize; 3]; 4] = [[0, 1, 2], [2, 5, 8], [8, 7, 6], [6, 3, 0]];
@@ -241,6 +250,25 @@ impl Mesh {
 /// `n` equal steps from `a` to `b`: `n + 1` breakpoints.
 pub fn uniform(a: f64, b: f64, n: usize) -> Vec<f64> {
     (0..=n).map(|k| if k == n { b } else { a + (b - a) * k as f64 / n as f64 }).collect()
+}
+
+/// Breakpoints from `a` to `b` whose steps are about `size` (m) of where they are, scaled so that they fit.
+pub fn graded(a: f64, b: f64, size: impl Fn(f64) -> f64) -> Vec<f64> {
+    // The number of steps up to each of many places.
+    let fine = 4000;
+    let at = |k: usize| a + (b - a) * k as f64 / fine as f64;
+    let mut count = vec![0.0];
+    for k in 0..fine {
+        count.push(count[k] + (at(k + 1) - at(k)) / size(0.5 * (at(k) + at(k + 1))));
+    }
+    let n = count[fine].round().max(1.0) as usize;
+    let place = |k: usize| {
+        let goal = count[fine] * k as f64 / n as f64;
+        let above = count.partition_point(|c| *c < goal).clamp(1, fine);
+        let part = (goal - count[above - 1]) / (count[above] - count[above - 1]);
+        at(above - 1) + part * (at(above) - at(above - 1))
+    };
+    (0..=n).map(|k| if k == 0 { a } else if k == n { b } else { place(k) }).collect()
 }
 
 /// Breakpoints from 0 to 1 that shrink by `ratio` towards 0: `0, ratio^n, ..., ratio, 1`.

@@ -26,6 +26,7 @@
 //! - A dead load on a block can be unstable: with the closed form's own tractions the tangent has negative pivots
 //!   beyond 38 % compression, and the solver may end on a branch that is not the closed form.
 
+mod contact;
 pub mod element;
 pub mod layer;
 pub mod material;

@@ -3,10 +3,11 @@
 use faer::Par;
 use rayon::prelude::*;
 
+use super::contact::Pair;
 use super::element::{ElementSystem, ReferenceElement};
 use super::material::Rubber;
 use super::mesh::{BoundaryEdge, Mesh};
-use super::obstacle::Shape;
+use super::obstacle::Obstacle;
 use super::sparse::SymmetricSolver;
 
 /// Why a model cannot be built.
@@ -47,8 +48,8 @@ pub struct Body {
     pub material: Vec<u16>,
     /// For each displacement (`2 node + axis`) whether it is prescribed.
     pub held: Vec<bool>,
-    /// Rigid bodies, with the nodes that may touch each.
-    pub obstacles: Vec<(Shape, Vec<u32>)>,
+    /// Rigid bodies, and what may touch them.
+    pub obstacles: Vec<Obstacle>,
 }
 
 /// What is done to a body: values at a moment of the loading.
@@ -71,6 +72,8 @@ pub struct State {
     pub pressure: Vec<[f64; 3]>,
     /// Contact force of each pair of obstacle and node in N/m, along the obstacle's normal.
     pub contact: Vec<f64>,
+    /// Where each obstacle is, in m.
+    pub shift: Vec<[f64; 2]>,
 }
 
 impl Body {
@@ -95,12 +98,13 @@ impl Body {
         Load { displacement: vec![0.0; n], force: vec![0.0; n], shift: vec![[0.0; 2]; self.obstacles.len()] }
     }
 
-    /// The body at rest.
-    pub fn at_rest(&self) -> State {
+    /// The body at rest, the obstacles at `shift` (m), clear of the body.
+    pub fn at_rest(&self, shift: Vec<[f64; 2]>) -> State {
         State {
             displacement: vec![0.0; self.held.len()],
             pressure: vec![[0.0; 3]; self.mesh.elements.len()],
-            contact: vec![0.0; self.obstacles.iter().map(|(_, nodes)| nodes.len()).sum()],
+            contact: vec![0.0; self.obstacles.iter().map(|o| o.nodes.len()).sum()],
+            shift,
         }
     }
 
@@ -137,8 +141,8 @@ pub(crate) struct Residual {
     pub(crate) force: f64,
     /// Largest mean volume error of an element.
     pub(crate) volume: f64,
-    /// Largest gap (either sign) of a touching node over the size of the body.
-    pub(crate) gap: f64,
+    /// Largest relative error of the product of gap and contact force; see the contact module.
+    pub(crate) contact: f64,
     /// Smallest `J` of all quadrature points, and the element it is in.
     pub(crate) smallest_j: (f64, usize),
 }
@@ -149,20 +153,23 @@ pub struct Equations {
     pub(crate) body: Body,
     pub(crate) elements: Vec<ReferenceElement>,
     /// Number of each displacement among the unknowns, `u32::MAX` where it is held.
-    unknown: Vec<u32>,
+    pub(crate) unknown: Vec<u32>,
     systems: Vec<ElementSystem>,
-    places: Vec<Vec<u32>>,
-    /// Obstacle and node of each contact pair.
-    pairs: Vec<(usize, usize)>,
-    solver: SymmetricSolver,
+    pub(crate) places: Vec<Vec<u32>>,
+    pub(crate) pairs: Vec<Pair>,
+    /// Product of gap and pressure in N/m; see the contact module.
+    pub(crate) gap_times_pressure: f64,
+    pub(crate) solver: SymmetricSolver,
     /// Unbalanced force of each displacement, held ones included.
     pub(crate) unbalanced: Vec<f64>,
     internal: Vec<f64>,
-    right: Vec<f64>,
+    pub(crate) right: Vec<f64>,
     kappa_0: f64,
-    penalty: f64,
     force_floor: f64,
-    size: f64,
+    /// Largest shear modulus in Pa times the shorter side of the body in m.
+    pub(crate) modulus_times_size: f64,
+    /// Largest shear modulus in Pa.
+    modulus: f64,
 }
 
 impl Equations {
@@ -199,25 +206,21 @@ impl Equations {
                 }
             }
         }
-        let pairs: Vec<(usize, usize)> = body
-            .obstacles
-            .iter()
-            .enumerate()
-            .flat_map(|(o, (_, list))| list.iter().map(move |&n| (o, n as usize)))
-            .collect();
+        let known = |n: &u32| (*n as usize) < nodes;
+        if body.obstacles.iter().any(|o| !o.nodes.iter().chain(&o.carrier).all(known)) {
+            return Err(mismatch("a list of touching nodes"));
+        }
         if unknowns == 0 {
             return Err(ModelError::NoUnknowns);
         }
-        if pairs.iter().any(|&(_, n)| n >= nodes) {
-            return Err(mismatch("a list of touching nodes"));
-        }
+        let pairs = Pair::all(&body);
         let of_node = |n: usize| [unknown[2 * n], unknown[2 * n + 1]];
         let groups: Vec<Vec<u32>> = body
             .mesh
             .elements
             .iter()
             .map(|e| e.iter().flat_map(|&n| of_node(n as usize)).collect())
-            .chain(pairs.iter().map(|&(_, n)| of_node(n).to_vec()))
+            .chain(pairs.iter().map(|p| p.nodes().flat_map(of_node).collect()))
             .collect();
         let (solver, places) =
             SymmetricSolver::new(unknowns as usize, &groups, Par::Seq).map_err(|_| ModelError::NoUnknowns)?;
@@ -229,9 +232,10 @@ impl Equations {
             right: vec![0.0; unknowns as usize],
             systems: vec![ElementSystem::default(); count],
             kappa_0: 1e5 * modulus,
-            penalty: 1e6 * modulus,
+            gap_times_pressure: 0.0,
             force_floor: 1e-9 * modulus * size,
-            size,
+            modulus,
+            modulus_times_size: modulus * body.mesh.shorter_side(),
             body,
             elements,
             unknown,
@@ -244,10 +248,6 @@ impl Equations {
     /// The body.
     pub fn body(&self) -> &Body {
         &self.body
-    }
-
-    pub(crate) fn has_contact(&self) -> bool {
-        !self.pairs.is_empty()
     }
 
     /// Unknown displacements.
@@ -330,7 +330,7 @@ impl Equations {
                 self.right[self.unknown[d] as usize] += f;
             }
         }
-        let gap = self.assemble_contact(state, load);
+        let contact = self.assemble_contact(state, load);
         let scale = self.internal.iter().fold(self.force_floor, |m, f| m.max(f.abs()));
         let mut worst: f64 = 0.0;
         for (d, f) in self.unbalanced.iter().enumerate() {
@@ -340,53 +340,22 @@ impl Equations {
                 worst = worst.max(f.abs());
             }
         }
-        Residual { force: worst / scale, volume, gap: gap / self.size, smallest_j }
+        Residual { force: worst / scale, volume, contact, smallest_j }
     }
 
-    /// Adds the contact forces. Returns the largest distance of a touching node from its obstacle.
-    fn assemble_contact(&mut self, state: &State, load: &Load) -> f64 {
-        let mut worst: f64 = 0.0;
-        let elements = self.elements.len();
-        for (c, &(o, n)) in self.pairs.iter().enumerate() {
-            let gap = self.body.obstacles[o].0.gap(self.position(n, state), load.shift[o]);
-            let force = state.contact[c] - self.penalty * gap.distance;
-            if force <= 0.0 {
-                continue;
-            }
-            worst = worst.max(gap.distance.abs());
-            let place = &self.places[elements + c];
-            for k in 0..2 {
-                let d = 2 * n + k;
-                self.unbalanced[d] -= force * gap.normal[k];
-                if self.unknown[d] == u32::MAX {
-                    continue;
-                }
-                self.right[self.unknown[d] as usize] += force * gap.normal[k];
-                for m in 0..2 {
-                    let unit = if k == m { 1.0 } else { 0.0 };
-                    let across = unit - gap.normal[k] * gap.normal[m];
-                    // The multiplier, not `force`: where a node has just gone deep, the penalty's part of the force
-                    // is no force, and would make the tangent indefinite.
-                    let bent = state.contact[c].max(0.0) * gap.curvature * across;
-                    let value = self.penalty * gap.normal[k] * gap.normal[m] - bent;
-                    if place[2 * k + m] != u32::MAX {
-                        self.solver.values[place[2 * k + m] as usize] += value;
-                    }
-                }
-            }
-        }
-        worst
+    /// Factorises the last tangent. Returns the number of negative pivots, or `None` if it is singular.
+    pub(crate) fn factorise(&mut self) -> Option<usize> {
+        self.solver.factorise().ok()
     }
 
-    /// Deformed position of a node in m.
-    pub(crate) fn position(&self, n: usize, state: &State) -> [f64; 2] {
-        std::array::from_fn(|k| self.body.mesh.nodes[n][k] + state.displacement[2 * n + k])
+    /// Adds springs of `stiffness` times the shear modulus between every free displacement and where it is.
+    pub(crate) fn damp(&mut self, stiffness: f64) {
+        self.solver.add_to_diagonal(stiffness * self.modulus);
     }
 
-    /// Solves for the step that the last assembly asks for. Returns the step as a difference of states, the
-    /// residual of the linear system and the number of negative pivots, or `None` if the matrix is singular.
-    pub(crate) fn solve(&mut self, state: &State, load: &Load) -> Option<(State, f64, usize)> {
-        let negative = self.solver.factorise().ok()?;
+    /// Solves for the step that the last assembly asks for, with the last factors. Returns the step as a difference of
+    /// states and the residual of the linear system, or `None` if the matrix is singular.
+    pub(crate) fn solve(&mut self, state: &State, load: &Load) -> Option<(State, f64)> {
         let mut x = std::mem::take(&mut self.right);
         let linear_residual = self.solver.solve(&mut x);
         let du: Vec<f64> = (0..self.unknown.len())
@@ -407,21 +376,12 @@ impl Equations {
                 self.elements[e].pressure_increment(self.rubber(e), &du, self.kappa_0, &self.systems[e])
             })
             .collect();
-        let contact = self
-            .pairs
-            .iter()
-            .enumerate()
-            .map(|(c, &(o, n))| {
-                let gap = self.body.obstacles[o].0.gap(self.position(n, state), load.shift[o]);
-                let before = state.contact[c];
-                if before - self.penalty * gap.distance <= 0.0 {
-                    return -before;
-                }
-                let closing = gap.normal[0] * du[2 * n] + gap.normal[1] * du[2 * n + 1];
-                -self.penalty * (gap.distance + closing)
-            })
-            .collect();
-        Some((State { displacement: du, pressure, contact }, linear_residual, negative))
+        let shift = state.shift.iter().zip(&load.shift);
+        let shift: Vec<[f64; 2]> =
+            shift.map(|(now, then)| std::array::from_fn(|k| then[k] - now[k])).collect();
+        let contact = self.contact_increment(state, &du, &shift);
+        let step = State { displacement: du, pressure, contact, shift };
+        Some((step, linear_residual))
     }
 
     /// Smallest `J` after the displacement `after`, the element it is in, and the smallest ratio to `J` before.
@@ -446,27 +406,5 @@ impl Equations {
             .filter(|(n, x)| self.body.held[2 * n + axis] && at(**x))
             .map(|(n, _)| self.unbalanced[2 * n + axis])
             .sum()
-    }
-
-    /// The force in N/m that obstacle `o` exerts on the body in `state`.
-    pub fn contact_force(&self, o: usize, state: &State, load: &Load) -> [f64; 2] {
-        let mut sum = [0.0; 2];
-        for (c, &(obstacle, n)) in self.pairs.iter().enumerate() {
-            if obstacle == o {
-                let gap = self.body.obstacles[o].0.gap(self.position(n, state), load.shift[o]);
-                for k in 0..2 {
-                    sum[k] += state.contact[c].max(0.0) * gap.normal[k];
-                }
-            }
-        }
-        sum
-    }
-
-    /// Deepest penetration of a candidate node into an obstacle, in m; negative where nothing touches.
-    pub fn penetration(&self, state: &State, load: &Load) -> f64 {
-        self.pairs
-            .iter()
-            .map(|&(o, n)| -self.body.obstacles[o].0.gap(self.position(n, state), load.shift[o]).distance)
-            .fold(f64::NEG_INFINITY, f64::max)
     }
 }

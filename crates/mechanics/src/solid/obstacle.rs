@@ -1,10 +1,27 @@
 //! Rigid bodies that the rubber may touch but not enter.
 
-/// A rigid body, given by the distance to its surface.
+/// A rigid body and the nodes that may touch it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Obstacle {
+    /// Its form.
+    pub shape: Shape,
+    /// The nodes that may touch it.
+    pub nodes: Vec<u32>,
+    /// A node of the rubber that carries it along `x1`, and takes its horizontal force: an obstacle that is fixed to a
+    /// point of the rubber.
+    pub carrier: Option<u32>,
+}
+
+/// The form of a rigid body, given by the distance to its surface.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Shape {
     /// Everything below `x2 = 0`.
     Below,
+    /// Everything with `side * x1 < 0`.
+    Wall {
+        /// 1 or -1.
+        side: f64,
+    },
     /// A flat-faced punch above `x2 = 0` with `|x1| <= half_width`, its corners rounded.
     Punch {
         /// Half its width in m.
@@ -36,6 +53,7 @@ impl Shape {
         let x = [y[0] - shift[0], y[1] - shift[1]];
         match *self {
             Self::Below => Gap { distance: x[1], normal: [0.0, 1.0], curvature: 0.0 },
+            Self::Wall { side } => Gap { distance: side * x[0], normal: [side, 0.0], curvature: 0.0 },
             Self::Punch { half_width, corner_radius } => {
                 let side = if x[0] < 0.0 { -1.0 } else { 1.0 };
                 let out = side * x[0] - (half_width - corner_radius);
@@ -67,6 +85,7 @@ mod tests {
     fn normals_and_curvatures_are_derivatives_of_the_distance() {
         let shapes = [
             Shape::Below,
+            Shape::Wall { side: -1.0 },
             Shape::Punch { half_width: 1.0, corner_radius: 0.3 },
             Shape::Cylinder { radius: 2.0 },
         ];
