@@ -1,8 +1,8 @@
-//! Contact without friction between nodes of the body and rigid obstacles, by an interior-point method.
+//! Contact without friction between the surface of the body and rigid obstacles, by an interior-point method.
 //!
 //! Gap `g >= 0`, contact force `l >= 0` and `g l = 0` have a corner, at which Newton's method goes back and forth
 //! between sets of touching nodes. It is rounded off: `g l = w s` with `g, l > 0`, the length `w` of surface that
-//! belongs to the node and a small product `s` of gap and pressure. The forces are unknowns; their increments are
+//! belongs to the point and a small product `s` of gap and pressure. The forces are unknowns; their increments are
 //!
 //! `l + dl = (w s - l n'd) / g`, `d = du - (motion of the obstacle)`,
 //!
@@ -11,24 +11,34 @@
 //! take `s` to where the remaining gaps do not matter. The distance from a convex body is a convex function: a step
 //! that keeps the linear gap positive keeps the gap positive, round any corner.
 
+use elastocap_fem::quadrature::gauss_legendre;
+
+use super::element::quadratic;
 use super::model::{Body, Equations, Load, State};
+use super::obstacle::Gap;
 
 /// The part of the way to `g = 0` or `l = 0` that one step may go.
 const BOUNDARY_FRACTION: f64 = 0.995;
 
-/// A node that may touch an obstacle.
-#[derive(Debug, Clone, Copy, PartialEq)]
+/// Points of a side that are kept out of an obstacle. Nodes alone are not enough: what lies between two of them would cut
+/// through a corner of the obstacle, and the layer would slide past it there.
+pub(crate) const POINTS: usize = 4;
+
+/// A point of the surface that may touch an obstacle.
+#[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Pair {
     obstacle: usize,
-    node: usize,
-    carrier: Option<usize>,
-    /// Length of surface in m that belongs to the node.
+    /// Displacements on which the place of the point relative to the obstacle depends: number, axis and factor.
+    slots: Vec<(usize, usize, f64)>,
+    /// Reference position of the point relative to the carrier of the obstacle, in m.
+    reference: [f64; 2],
+    /// Length of surface in m that belongs to the point.
     weight: f64,
 }
 
 /// Distance, force and tangent of one pair.
 struct PairState {
-    gap: super::obstacle::Gap,
+    gap: Gap,
     force: f64,
     /// Derivative of the contact force by the distance vector, its sign changed.
     stiffness: [[f64; 2]; 2],
@@ -37,32 +47,34 @@ struct PairState {
 impl Pair {
     /// All pairs of `body`, obstacle after obstacle.
     pub(crate) fn all(body: &Body) -> Vec<Self> {
-        let mut length = vec![0.0; body.mesh.nodes.len()];
-        for edge in body.mesh.boundary() {
-            let [a, _, b] = edge.nodes.map(|n| body.mesh.nodes[n as usize]);
-            let whole = (b[0] - a[0]).hypot(b[1] - a[1]);
-            for (n, part) in edge.nodes.iter().zip([1.0, 4.0, 1.0]) {
-                length[*n as usize] += whole * part / 6.0;
+        let (points, weights) = gauss_legendre(POINTS);
+        let mut pairs = Vec::new();
+        for (o, obstacle) in body.obstacles.iter().enumerate() {
+            for edge in &obstacle.edges {
+                let x = edge.nodes.map(|n| body.mesh.nodes[n as usize]);
+                let length = (x[2][0] - x[0][0]).hypot(x[2][1] - x[0][1]);
+                for (s, w) in points.iter().zip(&weights) {
+                    let shape = quadratic(*s).0;
+                    let mut reference: [f64; 2] =
+                        std::array::from_fn(|k| (0..3).map(|a| shape[a] * x[a][k]).sum());
+                    let mut slots = Vec::with_capacity(7);
+                    for (n, value) in edge.nodes.iter().zip(shape) {
+                        slots.extend((0..2).map(|k| (2 * *n as usize + k, k, value)));
+                    }
+                    if let Some(n) = obstacle.carrier {
+                        reference[0] -= body.mesh.nodes[n as usize][0];
+                        slots.push((2 * n as usize, 0, -1.0));
+                    }
+                    pairs.push(Self { obstacle: o, slots, reference, weight: 0.5 * length * w });
+                }
             }
         }
-        let pairs = |(o, obstacle): (usize, &super::obstacle::Obstacle)| {
-            let carrier = obstacle.carrier.map(|n| n as usize);
-            let pair =
-                |&n: &u32| Self { obstacle: o, node: n as usize, carrier, weight: length[n as usize] };
-            obstacle.nodes.iter().map(pair).collect::<Vec<_>>()
-        };
-        body.obstacles.iter().enumerate().flat_map(pairs).collect()
+        pairs
     }
 
-    /// The nodes whose displacements the gap depends on.
-    pub(crate) fn nodes(&self) -> impl Iterator<Item = usize> {
-        std::iter::once(self.node).chain(self.carrier)
-    }
-
-    /// The derivatives of the distance vector by the displacements of [`Pair::nodes`]: `(displacement, axis, sign)`.
-    fn slots(&self) -> impl Iterator<Item = (usize, usize, f64)> {
-        let own = (0..2).map(|k| (2 * self.node + k, k, 1.0));
-        own.chain(self.carrier.into_iter().flat_map(|n| [(2 * n, 0, -1.0), (2 * n + 1, 1, 0.0)]))
+    /// The displacements that it couples.
+    pub(crate) fn displacements(&self) -> impl Iterator<Item = usize> {
+        self.slots.iter().map(|slot| slot.0)
     }
 }
 
@@ -72,17 +84,12 @@ impl Equations {
         !self.pairs.is_empty()
     }
 
-    /// Deformed position of a node in m.
-    fn position(&self, n: usize, state: &State) -> [f64; 2] {
-        std::array::from_fn(|k| self.body.mesh.nodes[n][k] + state.displacement[2 * n + k])
-    }
-
-    fn gap(&self, pair: &Pair, state: &State) -> super::obstacle::Gap {
-        let mut shift = state.shift[pair.obstacle];
-        if let Some(n) = pair.carrier {
-            shift[0] += self.position(n, state)[0];
+    fn gap(&self, pair: &Pair, state: &State) -> Gap {
+        let mut y = pair.reference;
+        for &(d, k, factor) in &pair.slots {
+            y[k] += factor * state.displacement[d];
         }
-        self.body.obstacles[pair.obstacle].shape.gap(self.position(pair.node, state), shift)
+        self.body.obstacles[pair.obstacle].shape.gap(y, state.shift[pair.obstacle])
     }
 
     fn pair_state(&self, c: usize, state: &State) -> PairState {
@@ -112,18 +119,19 @@ impl Equations {
         let mut worst: f64 = 0.0;
         let elements = self.elements.len();
         for c in 0..self.pairs.len() {
-            let pair = self.pairs[c];
+            let pair = &self.pairs[c];
+            let obstacle = pair.obstacle;
             let PairState { gap, force, stiffness } = self.pair_state(c, state);
             let product = pair.weight * self.gap_times_pressure;
             worst = worst.max((force * gap.distance / product - 1.0).abs());
             let motion: [f64; 2] =
-                std::array::from_fn(|k| load.shift[pair.obstacle][k] - state.shift[pair.obstacle][k]);
+                std::array::from_fn(|k| load.shift[obstacle][k] - state.shift[obstacle][k]);
             let right: [f64; 2] = std::array::from_fn(|k| {
                 gap.normal[k] * product / gap.distance
                     + stiffness[k][0] * motion[0]
                     + stiffness[k][1] * motion[1]
             });
-            let slots: Vec<_> = pair.slots().collect();
+            let slots = &pair.slots;
             for (r, &(d, k, sign)) in slots.iter().enumerate() {
                 self.unbalanced[d] -= sign * force * gap.normal[k];
                 if self.unknown[d] == u32::MAX {
@@ -148,7 +156,7 @@ impl Equations {
     pub(crate) fn contact_increment(&self, state: &State, du: &[f64], motion: &[[f64; 2]]) -> Vec<f64> {
         let increment = |(c, pair): (usize, &Pair)| {
             let PairState { gap, force, .. } = self.pair_state(c, state);
-            let closing: f64 = pair.slots().map(|(d, k, sign)| sign * gap.normal[k] * du[d]).sum::<f64>()
+            let closing: f64 = pair.slots.iter().map(|&(d, k, factor)| factor * gap.normal[k] * du[d]).sum::<f64>()
                 - gap.normal[0] * motion[pair.obstacle][0]
                 - gap.normal[1] * motion[pair.obstacle][1];
             (pair.weight * self.gap_times_pressure - force * closing) / gap.distance - force
@@ -186,13 +194,14 @@ impl Equations {
         sum
     }
 
-    /// For each node that may touch obstacle `o`: its number, its distance in m and the contact pressure in Pa.
-    pub fn contact_pressure(&self, o: usize, state: &State) -> Vec<(u32, f64, f64)> {
+    /// For each point that may touch obstacle `o`: its reference position, its distance in m and the contact pressure
+    /// in Pa of the reference area.
+    pub fn contact_pressure(&self, o: usize, state: &State) -> Vec<([f64; 2], f64, f64)> {
         let pairs = self.pairs.iter().zip(&state.contact).filter(|(pair, _)| pair.obstacle == o);
-        pairs.map(|(p, force)| (p.node as u32, self.gap(p, state).distance, force / p.weight)).collect()
+        pairs.map(|(p, force)| (p.reference, self.gap(p, state).distance, force / p.weight)).collect()
     }
 
-    /// Deepest penetration of a candidate node into an obstacle, in m; negative where nothing touches.
+    /// Deepest penetration of a point into an obstacle, in m; negative where nothing touches.
     pub fn penetration(&self, state: &State) -> f64 {
         self.pairs.iter().map(|pair| -self.gap(pair, state).distance).fold(f64::NEG_INFINITY, f64::max)
     }

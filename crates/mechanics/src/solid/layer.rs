@@ -211,16 +211,13 @@ impl LayerModel {
         body.hold(0, |x| x[0] == 0.0);
         body.hold(0, |x| x[1] == 0.0);
         body.hold(1, |x| x[1] == 0.0);
-        let list = |on: &dyn Fn([f64; 2]) -> bool| -> Vec<u32> {
-            (0u32..).zip(&body.mesh.nodes).filter(|(_, x)| on(**x)).map(|(n, _)| n).collect()
-        };
         let mut obstacles: Vec<Obstacle> = Vec::new();
         let (mut punch, mut substrate) = (None, None);
         let mut hold = None;
         let mut flank = |half_width: f64| {
-            let nodes = list(&|x| x[1] > top - tiny && x[0] > half_width + tiny);
+            let edges = body.mesh.boundary_where(|x| x[1] > top - tiny && x[0] > half_width - tiny);
             let corner = body.mesh.nearest_node([half_width, top]) as u32;
-            obstacles.push(Obstacle { shape: Shape::Wall { side: 1.0 }, nodes, carrier: Some(corner) });
+            obstacles.push(Obstacle { shape: Shape::Wall { side: 1.0 }, edges, carrier: Some(corner) });
         };
         match indenter {
             Indenter::WholeTop => hold = Some((f64::INFINITY, false)),
@@ -234,13 +231,13 @@ impl LayerModel {
             }
             Indenter::Smooth(shape) => {
                 punch = Some(obstacles.len());
-                obstacles.push(Obstacle { shape, nodes: list(&|x| x[1] > top - tiny), carrier: None });
+                obstacles.push(Obstacle { shape, edges: body.mesh.boundary_where(|x| x[1] > top - tiny), carrier: None });
             }
         }
         if end == End::FreeOnSubstrate {
             substrate = Some(obstacles.len());
-            let nodes = list(&|x| x[0] > length - tiny && x[1] > 0.0);
-            obstacles.push(Obstacle { shape: Shape::Below, nodes, carrier: None });
+            let edges = body.mesh.boundary_where(|x| x[0] > length - tiny);
+            obstacles.push(Obstacle { shape: Shape::Below, edges, carrier: None });
         }
         body.obstacles = obstacles;
         if let Some((limit, bonded)) = hold {

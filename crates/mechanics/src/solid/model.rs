@@ -3,7 +3,7 @@
 use faer::Par;
 use rayon::prelude::*;
 
-use super::contact::Pair;
+use super::contact::{POINTS, Pair};
 use super::element::{ElementSystem, ReferenceElement};
 use super::material::Rubber;
 use super::mesh::{BoundaryEdge, Mesh};
@@ -70,7 +70,7 @@ pub struct State {
     pub displacement: Vec<f64>,
     /// Pressure coefficients of each quadrilateral in Pa, positive in tension.
     pub pressure: Vec<[f64; 3]>,
-    /// Contact force of each pair of obstacle and node in N/m, along the obstacle's normal.
+    /// Contact force of each point that may touch an obstacle in N/m, along the obstacle's normal.
     pub contact: Vec<f64>,
     /// Where each obstacle is, in m.
     pub shift: Vec<[f64; 2]>,
@@ -103,7 +103,7 @@ impl Body {
         State {
             displacement: vec![0.0; self.held.len()],
             pressure: vec![[0.0; 3]; self.mesh.elements.len()],
-            contact: vec![0.0; self.obstacles.iter().map(|o| o.nodes.len()).sum()],
+            contact: vec![0.0; self.obstacles.iter().map(|o| POINTS * o.edges.len()).sum()],
             shift,
         }
     }
@@ -207,8 +207,8 @@ impl Equations {
             }
         }
         let known = |n: &u32| (*n as usize) < nodes;
-        if body.obstacles.iter().any(|o| !o.nodes.iter().chain(&o.carrier).all(known)) {
-            return Err(mismatch("a list of touching nodes"));
+        if body.obstacles.iter().any(|o| !o.edges.iter().flat_map(|e| &e.nodes).chain(&o.carrier).all(known)) {
+            return Err(mismatch("a list of touching sides"));
         }
         if unknowns == 0 {
             return Err(ModelError::NoUnknowns);
@@ -220,7 +220,7 @@ impl Equations {
             .elements
             .iter()
             .map(|e| e.iter().flat_map(|&n| of_node(n as usize)).collect())
-            .chain(pairs.iter().map(|p| p.nodes().flat_map(of_node).collect()))
+            .chain(pairs.iter().map(|p| p.displacements().map(|d| unknown[d]).collect()))
             .collect();
         let (solver, places) =
             SymmetricSolver::new(unknowns as usize, &groups, Par::Seq).map_err(|_| ModelError::NoUnknowns)?;

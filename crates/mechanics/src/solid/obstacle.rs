@@ -1,12 +1,14 @@
 //! Rigid bodies that the rubber may touch but not enter.
 
-/// A rigid body and the nodes that may touch it.
+use super::mesh::BoundaryEdge;
+
+/// A rigid body and the surface that may touch it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Obstacle {
     /// Its form.
     pub shape: Shape,
-    /// The nodes that may touch it.
-    pub nodes: Vec<u32>,
+    /// The sides that may touch it.
+    pub edges: Vec<BoundaryEdge>,
     /// A node of the rubber that carries it along `x1`, and takes its horizontal force: an obstacle that is fixed to a
     /// point of the rubber.
     pub carrier: Option<u32>,
