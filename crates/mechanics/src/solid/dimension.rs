@@ -43,6 +43,18 @@ macro_rules! numbers {
 }
 numbers!(2 3 4);
 
+/// A fixed number of node numbers.
+pub trait Numbering: AsRef<[u32]> + Copy + Debug + Eq + Send + Sync {
+    /// The node of each place.
+    fn from_fn(node: impl FnMut(usize) -> u32) -> Self;
+}
+
+impl<const N: usize> Numbering for [u32; N] {
+    fn from_fn(node: impl FnMut(usize) -> u32) -> Self {
+        std::array::from_fn(node)
+    }
+}
+
 /// The plane or space, with its element.
 pub trait Dimension: Copy + Debug + Default + PartialEq + Send + Sync + 'static {
     /// Displacements of a node.
@@ -52,9 +64,18 @@ pub trait Dimension: Copy + Debug + Default + PartialEq + Send + Sync + 'static 
     /// The pressure's coefficients in one element.
     type Pressure: Numbers;
     /// The nodes of an element.
-    type Nodes: AsRef<[u32]> + Copy + Debug + PartialEq + Send + Sync;
+    type Nodes: Numbering;
+    /// The nodes of an element's side.
+    type SideNodes: Numbering;
     /// The element.
     type Element: Element<Self>;
+    /// For each side of an element its nodes; see [`super::side::Side`].
+    const SIDES: &'static [&'static [usize]];
+    /// The corners among the nodes of a side.
+    const SIDE_CORNERS: &'static [usize];
+    /// The outward normal of a side, from the slopes along its first and second direction: as long as the side's size
+    /// over that of the reference side. In the plane there is no second direction.
+    fn normal(first: Self::Point, second: Self::Point) -> Self::Point;
     /// A point in space; in the plane, its third coordinate is zero.
     fn in_space(point: &Self::Point) -> [f64; 3];
     /// The nodes of a mesh in an order that keeps factors sparse; see [`super::dissection`].
@@ -66,7 +87,13 @@ impl Dimension for Plane {
     type Point = [f64; 2];
     type Pressure = [f64; 3];
     type Nodes = [u32; 9];
+    type SideNodes = [u32; 3];
     type Element = element::ReferenceElement;
+    const SIDES: &'static [&'static [usize]] = &[&[0, 1, 2], &[2, 5, 8], &[8, 7, 6], &[6, 3, 0]];
+    const SIDE_CORNERS: &'static [usize] = &[0, 2];
+    fn normal(first: [f64; 2], _: [f64; 2]) -> [f64; 2] {
+        [first[1], -first[0]]
+    }
     fn in_space(point: &[f64; 2]) -> [f64; 3] {
         [point[0], point[1], 0.0]
     }
@@ -80,13 +107,31 @@ impl Dimension for Space {
     type Point = [f64; 3];
     type Pressure = [f64; 4];
     type Nodes = [u32; 27];
+    type SideNodes = [u32; 9];
     type Element = space::element::ReferenceElement;
+    const SIDES: &'static [&'static [usize]] =
+        &[&face(0, 3, 1), &face(18, 1, 3), &face(0, 1, 9), &face(6, 9, 1), &face(0, 9, 3), &face(2, 3, 9)];
+    const SIDE_CORNERS: &'static [usize] = &[0, 2, 6, 8];
+    fn normal(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
+        [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
+    }
     fn in_space(point: &[f64; 3]) -> [f64; 3] {
         *point
     }
     fn order(nodes: &[[f64; 3]], elements: &[[u32; 27]]) -> Vec<u32> {
         super::dissection::dissection_order(nodes, elements)
     }
+}
+
+/// The face of a hexahedron that begins at node `corner` and goes on in steps of `a` and `b`.
+const fn face(corner: usize, a: usize, b: usize) -> [usize; 9] {
+    let mut nodes = [0; 9];
+    let mut n = 0;
+    while n < 9 {
+        nodes[n] = corner + a * (n % 3) + b * (n / 3);
+        n += 1;
+    }
+    nodes
 }
 
 /// An element with continuous displacements and a pressure of its own, condensed out.

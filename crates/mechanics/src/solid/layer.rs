@@ -3,10 +3,10 @@
 //! Reference coordinates: the axis of symmetry at `x1 = 0`, the substrate at `x2 = 0`, the top at `x2 = H`.
 
 use super::material::Rubber;
-use super::mesh::{Mesh, Patch, geometric, uniform};
+use super::mesh::{Mesh, Patch, geometric, graded, uniform};
 use super::model::{Body, Equations, Load, ModelError, State};
 use super::newton::{Effort, NewtonSettings, Stopped};
-use super::obstacle::Shape;
+use super::obstacle::{Obstacle, Shape};
 
 /// What becomes of the layer's end.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -108,6 +108,35 @@ impl LayerMesh {
         Self { along, up, end_top, radii: geometric(0.5, 1), punch }
     }
 
+    /// A mesh for a smooth punch with rounded corners: about `n` quadrilaterals over the thickness far away, and steps
+    /// of `corner_radius * 8 / n` where the surface slides past the corner, between `corner - 0.5` and
+    /// `corner + 0.1` thicknesses.
+    pub fn under_rounded_punch(
+        thickness: f64,
+        half_length: f64,
+        half_width: f64,
+        corner_radius: f64,
+        n: usize,
+    ) -> Self {
+        let v = |k: &str, d: f64| std::env::var(k).ok().and_then(|w| w.parse().ok()).unwrap_or(d);
+        let (coarse, fine) = (thickness / n as f64, v("FINE", 8.0) * corner_radius / n as f64);
+        let body = half_length - thickness;
+        let band = [half_width - v("LEFT", 0.5) * thickness, half_width + v("RIGHT", 0.1) * thickness];
+        let grow = v("GROW", 0.25);
+        let along = |x: f64| {
+            let away = (band[0] - x).max(x - band[1]).max(0.0);
+            let most = if x > band[1] { v("FAR", 2.0) * coarse } else { coarse };
+            (fine + grow * away).min(most)
+        };
+        Self {
+            along: graded(0.0, body, along),
+            up: graded(0.0, thickness, |y| (v("TOP", 1.0) * fine + grow * (thickness - y)).min(coarse)),
+            end_top: uniform(body, half_length, (n / 2).max(2)),
+            radii: geometric(0.5, 1),
+            punch: None,
+        }
+    }
+
     /// The mesh.
     pub fn mesh(&self) -> Mesh {
         let (body, top) = (self.along[self.along.len() - 1], self.up[self.up.len() - 1]);
@@ -135,6 +164,9 @@ impl LayerMesh {
         Mesh::from_patches(&patches)
     }
 }
+
+/// How high above the layer, over the thickness, an indenter starts.
+const START: f64 = 0.02;
 
 /// A layer under an indenter, ready to be pressed.
 #[derive(Debug)]
@@ -179,24 +211,37 @@ impl LayerModel {
         body.hold(0, |x| x[0] == 0.0);
         body.hold(0, |x| x[1] == 0.0);
         body.hold(1, |x| x[1] == 0.0);
-        let list = |on: &dyn Fn([f64; 2]) -> bool| -> Vec<u32> {
-            (0u32..).zip(&body.mesh.nodes).filter(|(_, x)| on(**x)).map(|(n, _)| n).collect()
-        };
-        let mut obstacles = Vec::new();
+        let mut obstacles: Vec<Obstacle> = Vec::new();
         let (mut punch, mut substrate) = (None, None);
         let mut hold = None;
+        let mut flank = |half_width: f64| {
+            let sides = body.mesh.boundary_where(|x| x[1] > top - tiny && x[0] > half_width - tiny);
+            let corner = body.mesh.nearest_node([half_width, top]) as u32;
+            obstacles.push(Obstacle { shape: Shape::Wall { side: 1.0 }, sides, carrier: Some(corner) });
+        };
         match indenter {
             Indenter::WholeTop => hold = Some((f64::INFINITY, false)),
-            Indenter::Sharp { half_width } => hold = Some((half_width + tiny, false)),
-            Indenter::Bonded { half_width } => hold = Some((half_width + tiny, true)),
+            Indenter::Sharp { half_width } => {
+                flank(half_width);
+                hold = Some((half_width + tiny, false));
+            }
+            Indenter::Bonded { half_width } => {
+                flank(half_width);
+                hold = Some((half_width + tiny, true));
+            }
             Indenter::Smooth(shape) => {
                 punch = Some(obstacles.len());
-                obstacles.push((shape, list(&|x| x[1] > top - tiny)));
+                obstacles.push(Obstacle {
+                    shape,
+                    sides: body.mesh.boundary_where(|x| x[1] > top - tiny),
+                    carrier: None,
+                });
             }
         }
         if end == End::FreeOnSubstrate {
             substrate = Some(obstacles.len());
-            obstacles.push((Shape::Below, list(&|x| x[0] > length - tiny && x[1] > 0.0)));
+            let sides = body.mesh.boundary_where(|x| x[0] > length - tiny);
+            obstacles.push(Obstacle { shape: Shape::Below, sides, carrier: None });
         }
         body.obstacles = obstacles;
         if let Some((limit, bonded)) = hold {
@@ -209,7 +254,12 @@ impl LayerModel {
         if let Some(punch) = punch {
             load.shift[punch] = [0.0, top];
         }
-        let state = body.at_rest();
+        let mut shift = load.shift.clone();
+        if let Some(punch) = punch {
+            // A contact force needs a gap.
+            shift[punch][1] += START * top;
+        }
+        let state = body.at_rest(shift);
         Ok(Self { equations: Equations::new(body)?, indenter, thickness: top, state, load, punch, substrate })
     }
 
@@ -254,9 +304,7 @@ impl LayerModel {
     pub fn step(&self, effort: Effort) -> LayerStep {
         let tiny = 1e-9 * self.thickness;
         let top = self.thickness;
-        let contact = |o: Option<usize>| {
-            o.map_or([0.0; 2], |o| self.equations.contact_force(o, &self.state, &self.load))
-        };
+        let contact = |o: Option<usize>| o.map_or([0.0; 2], |o| self.equations.contact_force(o, &self.state));
         let half = match self.indenter {
             Indenter::Smooth(_) => -contact(self.punch)[1],
             _ => -self.equations.reaction(1, |x| x[1] > top - tiny),
@@ -275,7 +323,7 @@ impl LayerModel {
             force: 2.0 * half,
             end_contact_force: 2.0 * end,
             imbalance: (bottom + end - half).abs() / half.abs().max(f64::MIN_POSITIVE),
-            penetration: self.equations.penetration(&self.state, &self.load).max(0.0),
+            penetration: self.equations.penetration(&self.state).max(0.0),
             effort,
         }
     }

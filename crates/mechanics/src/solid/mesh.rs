@@ -20,15 +20,6 @@ pub struct Mesh<S: Dimension = Plane> {
     pub elements: Vec<S::Nodes>,
 }
 
-/// One side of a quadrilateral that no other quadrilateral shares.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct BoundaryEdge {
-    /// First end, middle and second end, with the material on the left.
-    pub nodes: [u32; 3],
-    /// The quadrilateral it belongs to.
-    pub element: u32,
-}
-
 /// A grid of corner points: `points[j * columns + i]`.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Patch {
@@ -123,36 +114,18 @@ impl Mesh {
     pub fn rectangle(length: f64, height: f64, n1: usize, n2: usize) -> Self {
         Self::from_patches(&[Patch::tensor(&uniform(0.0, length, n1), &uniform(0.0, height, n2))])
     }
-
-    /// The sides that belong to one quadrilateral only; collapsed sides are none.
-    pub fn boundary(&self) -> Vec<BoundaryEdge> {
-        const SIDES: [[usize; 3]; 4] = [[0, 1, 2], [2, 5, 8], [8, 7, 6], [6, 3, 0]];
-        let mut shared: HashMap<u32, u32> = HashMap::new();
-        for element in &self.elements {
-            for side in SIDES {
-                *shared.entry(element[side[1]]).or_default() += 1;
-            }
-        }
-        let mut edges = Vec::new();
-        for (e, element) in self.elements.iter().enumerate() {
-            for side in SIDES {
-                let nodes = side.map(|k| element[k]);
-                if nodes[0] != nodes[2] && shared[&nodes[1]] == 1 {
-                    edges.push(BoundaryEdge { nodes, element: e as u32 });
-                }
-            }
-        }
-        edges
-    }
-
-    /// The boundary edges all of whose nodes satisfy `on`.
-    pub fn boundary_where(&self, on: impl Fn([f64; 2]) -> bool) -> Vec<BoundaryEdge> {
-        let all = |edge: &BoundaryEdge| edge.nodes.iter().all(|&n| on(self.nodes[n as usize]));
-        self.boundary().into_iter().filter(all).collect()
-    }
 }
 
 impl<S: Dimension> Mesh<S> {
+    /// The shortest side in m of the box around the mesh.
+    pub fn shortest_side(&self) -> f64 {
+        let extent = |k: usize| {
+            let ends = self.nodes.iter().fold((f64::MAX, f64::MIN), |(l, h), x| (l.min(x[k]), h.max(x[k])));
+            ends.1 - ends.0
+        };
+        (0..S::AXES).map(extent).fold(f64::INFINITY, f64::min)
+    }
+
     /// The node nearest to `point`.
     pub fn nearest_node(&self, point: S::Point) -> usize {
         let square = |n: &S::Point| (0..S::AXES).map(|k| (n[k] - point[k]).powi(2)).sum::<f64>();
@@ -164,6 +137,35 @@ impl<S: Dimension> Mesh<S> {
 /// `n` equal steps from `a` to `b`: `n + 1` breakpoints.
 pub fn uniform(a: f64, b: f64, n: usize) -> Vec<f64> {
     (0..=n).map(|k| if k == n { b } else { a + (b - a) * k as f64 / n as f64 }).collect()
+}
+
+/// Breakpoints from `a` to `b` whose steps are about `size` (m) of where they are, scaled so that they fit.
+pub fn graded(a: f64, b: f64, size: impl Fn(f64) -> f64) -> Vec<f64> {
+    // The number of steps up to each of many places.
+    let fine = 4000;
+    let at = |k: usize| a + (b - a) * k as f64 / fine as f64;
+    let mut count = vec![0.0];
+    for k in 0..fine {
+        count.push(count[k] + (at(k + 1) - at(k)) / size(0.5 * (at(k) + at(k + 1))));
+    }
+    let n = count[fine].round().max(1.0) as usize;
+    let place = |k: usize| {
+        let goal = count[fine] * k as f64 / n as f64;
+        let above = count.partition_point(|c| *c < goal).clamp(1, fine);
+        let part = (goal - count[above - 1]) / (count[above] - count[above - 1]);
+        at(above - 1) + part * (at(above) - at(above - 1))
+    };
+    (0..=n)
+        .map(|k| {
+            if k == 0 {
+                a
+            } else if k == n {
+                b
+            } else {
+                place(k)
+            }
+        })
+        .collect()
 }
 
 /// Breakpoints from 0 to 1 that shrink by `ratio` towards 0: `0, ratio^n, ..., ratio, 1`.

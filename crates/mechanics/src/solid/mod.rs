@@ -10,6 +10,7 @@
 //! | [`sparse`] | a symmetric matrix with one symbolic factorisation |
 //! | [`model`] | a body, its equations and contact conditions |
 //! | [`newton`] | Newton's method with load steps |
+//! | [`side`] | the surface, its quadrature and loads |
 //! | [`space`] | the same in three dimensions |
 //! | [`layer`] | the layer of the paper under an indenter |
 //!
@@ -28,6 +29,7 @@
 //! - A dead load on a block can be unstable: with the closed form's own tractions the tangent has negative pivots
 //!   beyond 38 % compression, and the solver may end on a branch that is not the closed form.
 
+mod contact;
 pub mod dimension;
 pub mod dissection;
 pub mod element;
@@ -37,5 +39,6 @@ pub mod mesh;
 pub mod model;
 pub mod newton;
 pub mod obstacle;
+pub mod side;
 pub mod space;
 pub mod sparse;

@@ -3,10 +3,11 @@
 use faer::Par;
 use rayon::prelude::*;
 
+use super::contact::{POINTS, Pair};
 use super::dimension::{Dimension, Element, ElementSystem, Numbers, Plane};
 use super::material::Rubber;
-use super::mesh::{BoundaryEdge, Mesh};
-use super::obstacle::Shape;
+use super::mesh::Mesh;
+use super::obstacle::Obstacle;
 use super::sparse::SymmetricSolver;
 
 /// Why a model cannot be built.
@@ -47,8 +48,8 @@ pub struct Body<S: Dimension = Plane> {
     pub material: Vec<u16>,
     /// For each displacement (`axes node + axis`) whether it is prescribed.
     pub held: Vec<bool>,
-    /// Rigid bodies, with the nodes that may touch each.
-    pub obstacles: Vec<(Shape, Vec<u32>)>,
+    /// Rigid bodies, and what may touch them.
+    pub obstacles: Vec<Obstacle<S>>,
 }
 
 /// What is done to a body: values at a moment of the loading.
@@ -69,8 +70,10 @@ pub struct State<S: Dimension = Plane> {
     pub displacement: Vec<f64>,
     /// Pressure coefficients of each quadrilateral in Pa, positive in tension.
     pub pressure: Vec<S::Pressure>,
-    /// Contact force of each pair of obstacle and node in N/m, along the obstacle's normal.
+    /// Contact force of each point that may touch an obstacle in N/m, along the obstacle's normal.
     pub contact: Vec<f64>,
+    /// Where each obstacle is, in m.
+    pub shift: Vec<S::Point>,
 }
 
 impl<S: Dimension> Body<S> {
@@ -99,39 +102,16 @@ impl<S: Dimension> Body<S> {
         }
     }
 
-    /// The body at rest.
-    pub fn at_rest(&self) -> State<S> {
+    /// The body at rest, the obstacles at `shift` (m), clear of the body.
+    pub fn at_rest(&self, shift: Vec<S::Point>) -> State<S> {
         State {
             displacement: vec![0.0; self.held.len()],
             pressure: vec![S::Pressure::default(); self.mesh.elements.len()],
-            contact: vec![0.0; self.obstacles.iter().map(|(_, nodes)| nodes.len()).sum()],
-        }
-    }
-}
-
-impl Body {
-    /// Adds to `force` the nodal forces of a dead traction (Pa, per reference area) on straight reference edges.
-    /// `traction` takes the reference position and the outward reference normal.
-    pub fn add_traction(
-        &self,
-        edges: &[BoundaryEdge],
-        traction: impl Fn([f64; 2], [f64; 2]) -> [f64; 2],
-        force: &mut [f64],
-    ) {
-        let (points, weights) = elastocap_fem::quadrature::gauss_legendre(6);
-        for edge in edges {
-            let [a, _, b] = edge.nodes.map(|n| self.mesh.nodes[n as usize]);
-            let (d, length) = ([b[0] - a[0], b[1] - a[1]], (b[0] - a[0]).hypot(b[1] - a[1]));
-            for (s, w) in points.iter().zip(&weights) {
-                let x = std::array::from_fn(|k| a[k] + 0.5 * (1.0 + s) * d[k]);
-                let t = traction(x, [d[1] / length, -d[0] / length]);
-                let shape = super::element::quadratic(*s).0;
-                for (n, value) in edge.nodes.iter().zip(shape) {
-                    for k in 0..2 {
-                        force[2 * *n as usize + k] += 0.5 * length * w * value * t[k];
-                    }
-                }
-            }
+            contact: vec![
+                0.0;
+                self.obstacles.iter().map(|o| POINTS.pow(S::AXES as u32 - 1) * o.sides.len()).sum()
+            ],
+            shift,
         }
     }
 }
@@ -143,8 +123,8 @@ pub(crate) struct Residual {
     pub(crate) force: f64,
     /// Largest mean volume error of an element.
     pub(crate) volume: f64,
-    /// Largest gap (either sign) of a touching node over the size of the body.
-    pub(crate) gap: f64,
+    /// Largest relative error of the product of gap and contact force; see the contact module.
+    pub(crate) contact: f64,
     /// Smallest `J` of all quadrature points, and the element it is in.
     pub(crate) smallest_j: (f64, usize),
 }
@@ -155,20 +135,23 @@ pub struct Equations<S: Dimension = Plane> {
     pub(crate) body: Body<S>,
     pub(crate) elements: Vec<S::Element>,
     /// Number of each displacement among the unknowns, `u32::MAX` where it is held.
-    unknown: Vec<u32>,
+    pub(crate) unknown: Vec<u32>,
     systems: Vec<ElementSystem<S>>,
-    places: Vec<Vec<u32>>,
-    /// Obstacle and node of each contact pair.
-    pairs: Vec<(usize, usize)>,
-    solver: SymmetricSolver,
+    pub(crate) places: Vec<Vec<u32>>,
+    pub(crate) pairs: Vec<Pair<S>>,
+    /// Product of gap and pressure in N/m; see the contact module.
+    pub(crate) gap_times_pressure: f64,
+    pub(crate) solver: SymmetricSolver,
     /// Unbalanced force of each displacement, held ones included.
     pub(crate) unbalanced: Vec<f64>,
     internal: Vec<f64>,
-    right: Vec<f64>,
+    pub(crate) right: Vec<f64>,
     kappa_0: f64,
-    penalty: f64,
     force_floor: f64,
-    size: f64,
+    /// Largest shear modulus in Pa times the shortest side of the body in m.
+    pub(crate) modulus_times_size: f64,
+    /// Largest shear modulus in Pa.
+    modulus: f64,
 }
 
 impl<S: Dimension> Equations<S> {
@@ -205,25 +188,25 @@ impl<S: Dimension> Equations<S> {
                 }
             }
         }
-        let pairs: Vec<(usize, usize)> = body
+        let known = |n: &u32| (*n as usize) < nodes;
+        if body
             .obstacles
             .iter()
-            .enumerate()
-            .flat_map(|(o, (_, list))| list.iter().map(move |&n| (o, n as usize)))
-            .collect();
+            .any(|o| !o.sides.iter().flat_map(|s| s.nodes.as_ref()).chain(&o.carrier).all(known))
+        {
+            return Err(mismatch("a list of touching sides"));
+        }
         if unknowns == 0 {
             return Err(ModelError::NoUnknowns);
         }
-        if pairs.iter().any(|&(_, n)| n >= nodes) {
-            return Err(mismatch("a list of touching nodes"));
-        }
+        let pairs = Pair::all(&body);
         let of_node = |n: usize| &unknown[Self::places_of_node(n)];
         let groups: Vec<Vec<u32>> = body
             .mesh
             .elements
             .iter()
             .map(|e| e.as_ref().iter().flat_map(|&n| of_node(n as usize)).copied().collect())
-            .chain(pairs.iter().map(|&(_, n)| of_node(n).to_vec()))
+            .chain(pairs.iter().map(|p| p.displacements().map(|d| unknown[d]).collect()))
             .collect();
         let (solver, places) =
             SymmetricSolver::new(unknowns as usize, &groups, Par::Seq).map_err(|_| ModelError::NoUnknowns)?;
@@ -235,9 +218,10 @@ impl<S: Dimension> Equations<S> {
             right: vec![0.0; unknowns as usize],
             systems: vec![ElementSystem::new(S::AXES * S::Element::NODES); count],
             kappa_0: 1e5 * modulus,
-            penalty: 1e6 * modulus,
+            gap_times_pressure: 0.0,
             force_floor: 1e-9 * modulus * size,
-            size,
+            modulus,
+            modulus_times_size: modulus * body.mesh.shortest_side(),
             body,
             elements,
             unknown,
@@ -250,10 +234,6 @@ impl<S: Dimension> Equations<S> {
     /// The body.
     pub fn body(&self) -> &Body<S> {
         &self.body
-    }
-
-    pub(crate) fn has_contact(&self) -> bool {
-        !self.pairs.is_empty()
     }
 
     /// Unknown displacements.
@@ -345,7 +325,7 @@ impl<S: Dimension> Equations<S> {
                 self.right[self.unknown[d] as usize] += f;
             }
         }
-        let gap = self.assemble_contact(state, load);
+        let contact = self.assemble_contact(state, load);
         let scale = self.internal.iter().fold(self.force_floor, |m, f| m.max(f.abs()));
         let mut worst: f64 = 0.0;
         for (d, f) in self.unbalanced.iter().enumerate() {
@@ -355,57 +335,22 @@ impl<S: Dimension> Equations<S> {
                 worst = worst.max(f.abs());
             }
         }
-        Residual { force: worst / scale, volume, gap: gap / self.size, smallest_j }
+        Residual { force: worst / scale, volume, contact, smallest_j }
     }
 
-    /// Adds the contact forces. Returns the largest distance of a touching node from its obstacle.
-    fn assemble_contact(&mut self, state: &State<S>, load: &Load<S>) -> f64 {
-        let mut worst: f64 = 0.0;
-        let elements = self.elements.len();
-        for (c, &(o, n)) in self.pairs.iter().enumerate() {
-            let gap = self.body.obstacles[o].0.gap(self.apart(n, o, state, load));
-            let force = state.contact[c] - self.penalty * gap.distance;
-            if force <= 0.0 {
-                continue;
-            }
-            worst = worst.max(gap.distance.abs());
-            let place = &self.places[elements + c];
-            for k in 0..S::AXES {
-                let d = S::AXES * n + k;
-                self.unbalanced[d] -= force * gap.normal[k];
-                if self.unknown[d] == u32::MAX {
-                    continue;
-                }
-                self.right[self.unknown[d] as usize] += force * gap.normal[k];
-                for m in 0..S::AXES {
-                    // The multiplier, not `force`: where a node has just gone deep, the penalty's part of the force
-                    // is no force, and would make the tangent indefinite.
-                    let bent = state.contact[c].max(0.0) * gap.hessian[k][m];
-                    let value = self.penalty * gap.normal[k] * gap.normal[m] - bent;
-                    if place[S::AXES * k + m] != u32::MAX {
-                        self.solver.values[place[S::AXES * k + m] as usize] += value;
-                    }
-                }
-            }
-        }
-        worst
+    /// Factorises the last tangent. Returns the number of negative pivots, or `None` if it is singular.
+    pub(crate) fn factorise(&mut self) -> Option<usize> {
+        self.solver.factorise().ok()
     }
 
-    /// Deformed position of a node in m.
-    pub(crate) fn position(&self, n: usize, state: &State<S>) -> S::Point {
-        S::Point::from_fn(|k| self.body.mesh.nodes[n][k] + state.displacement[S::AXES * n + k])
+    /// Adds springs of `stiffness` times the shear modulus between every free displacement and where it is.
+    pub(crate) fn damp(&mut self, stiffness: f64) {
+        self.solver.add_to_diagonal(stiffness * self.modulus);
     }
 
-    /// Deformed position of a node from where an obstacle is, in m.
-    fn apart(&self, n: usize, o: usize, state: &State<S>, load: &Load<S>) -> [f64; 3] {
-        let position = self.position(n, state);
-        S::in_space(&S::Point::from_fn(|k| position[k] - load.shift[o][k]))
-    }
-
-    /// Solves for the step that the last assembly asks for. Returns the step as a difference of states, the
-    /// residual of the linear system and the number of negative pivots, or `None` if the matrix is singular.
-    pub(crate) fn solve(&mut self, state: &State<S>, load: &Load<S>) -> Option<(State<S>, f64, usize)> {
-        let negative = self.solver.factorise().ok()?;
+    /// Solves for the step that the last assembly asks for, with the last factors. Returns the step as a difference of
+    /// states and the residual of the linear system, or `None` if the matrix is singular.
+    pub(crate) fn solve(&mut self, state: &State<S>, load: &Load<S>) -> Option<(State<S>, f64)> {
         let mut x = std::mem::take(&mut self.right);
         let linear_residual = self.solver.solve(&mut x);
         let du: Vec<f64> = (0..self.unknown.len())
@@ -426,21 +371,11 @@ impl<S: Dimension> Equations<S> {
                 self.elements[e].pressure_increment(self.rubber(e), &du, self.kappa_0, &self.systems[e])
             })
             .collect();
-        let contact = self
-            .pairs
-            .iter()
-            .enumerate()
-            .map(|(c, &(o, n))| {
-                let gap = self.body.obstacles[o].0.gap(self.apart(n, o, state, load));
-                let before = state.contact[c];
-                if before - self.penalty * gap.distance <= 0.0 {
-                    return -before;
-                }
-                let closing: f64 = (0..S::AXES).map(|k| gap.normal[k] * du[S::AXES * n + k]).sum();
-                -self.penalty * (gap.distance + closing)
-            })
-            .collect();
-        Some((State { displacement: du, pressure, contact }, linear_residual, negative))
+        let shift = state.shift.iter().zip(&load.shift);
+        let shift: Vec<S::Point> = shift.map(|(now, then)| S::Point::from_fn(|k| then[k] - now[k])).collect();
+        let contact = self.contact_increment(state, &du, &shift);
+        let step = State { displacement: du, pressure, contact, shift };
+        Some((step, linear_residual))
     }
 
     /// Smallest `J` after the displacement `after`, the element it is in, and the smallest ratio to `J` before.
@@ -465,27 +400,5 @@ impl<S: Dimension> Equations<S> {
             .filter(|(n, x)| self.body.held[S::AXES * n + axis] && at(**x))
             .map(|(n, _)| self.unbalanced[S::AXES * n + axis])
             .sum()
-    }
-
-    /// The force in N/m that obstacle `o` exerts on the body in `state`.
-    pub fn contact_force(&self, o: usize, state: &State<S>, load: &Load<S>) -> S::Point {
-        let mut sum = S::Point::default();
-        for (c, &(obstacle, n)) in self.pairs.iter().enumerate() {
-            if obstacle == o {
-                let gap = self.body.obstacles[o].0.gap(self.apart(n, o, state, load));
-                for k in 0..S::AXES {
-                    sum[k] += state.contact[c].max(0.0) * gap.normal[k];
-                }
-            }
-        }
-        sum
-    }
-
-    /// Deepest penetration of a candidate node into an obstacle, in m; negative where nothing touches.
-    pub fn penetration(&self, state: &State<S>, load: &Load<S>) -> f64 {
-        self.pairs
-            .iter()
-            .map(|&(o, n)| -self.body.obstacles[o].0.gap(self.apart(n, o, state, load)).distance)
-            .fold(f64::NEG_INFINITY, f64::max)
     }
 }

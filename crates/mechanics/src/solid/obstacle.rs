@@ -1,10 +1,30 @@
 //! Rigid bodies that the rubber may touch but not enter.
 
-/// A rigid body, given by the distance to its surface. In plane strain it is cut at `x3 = 0`.
+use super::dimension::{Dimension, Plane};
+use super::side::Side;
+
+/// A rigid body and the surface that may touch it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Obstacle<S: Dimension = Plane> {
+    /// Its form.
+    pub shape: Shape,
+    /// The sides that may touch it.
+    pub sides: Vec<Side<S>>,
+    /// A node of the rubber that carries it along `x1`, and takes its horizontal force: an obstacle that is fixed to a
+    /// point of the rubber.
+    pub carrier: Option<u32>,
+}
+
+/// The form of a rigid body, given by the distance to its surface. In plane strain it is cut at `x3 = 0`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Shape {
     /// Everything below `x2 = 0`.
     Below,
+    /// Everything with `side * x1 < 0`.
+    Wall {
+        /// 1 or -1.
+        side: f64,
+    },
     /// A flat-faced punch above `x2 = 0` with `|x1| <= half_width`, its corners rounded, the same all along `x3`.
     Punch {
         /// Half its width in m.
@@ -69,6 +89,7 @@ impl Shape {
     pub fn gap(&self, x: [f64; 3]) -> Gap {
         match *self {
             Self::Below => Gap::flat(x[1], [0.0, 1.0, 0.0]),
+            Self::Wall { side } => Gap::flat(side * x[0], [side, 0.0, 0.0]),
             Self::Punch { half_width, corner_radius } => block([half_width, f64::INFINITY], corner_radius, x),
             Self::Block { half_widths, corner_radius } => block(half_widths, corner_radius, x),
             Self::Cylinder { radius } => Gap::round([x[0], x[1] - radius, 0.0], [true, true, false], radius),
@@ -104,6 +125,7 @@ mod tests {
     fn normals_and_curvatures_are_derivatives_of_the_distance() {
         let shapes = [
             Shape::Below,
+            Shape::Wall { side: -1.0 },
             Shape::Punch { half_width: 1.0, corner_radius: 0.3 },
             Shape::Cylinder { radius: 2.0 },
             Shape::Sphere { radius: 2.0 },

@@ -9,16 +9,6 @@ use std::collections::HashMap;
 use crate::solid::dimension::Space;
 use crate::solid::mesh::{Mesh, Patch};
 
-/// One side of a hexahedron that no other hexahedron shares.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct BoundaryFace {
-    /// `3 b + a` at `(a - 1, b - 1)` of the reference square; the first direction, the second and the outward normal
-    /// are right-handed.
-    pub nodes: [u32; 9],
-    /// The hexahedron it belongs to.
-    pub element: u32,
-}
-
 /// A plane mesh carried along the third direction.
 pub struct Sweep<'a> {
     /// The mesh in the plane.
@@ -96,39 +86,6 @@ impl Mesh<Space> {
         };
         let (a, b, c) = (mean(0), mean(1), mean(2));
         dot(cross(a, b), c)
-    }
-
-    /// The sides that belong to one hexahedron only; sides collapsed into an edge are none.
-    pub fn boundary(&self) -> Vec<BoundaryFace> {
-        // Corner and the two directions of each side, ordered so that their cross product points outwards.
-        const SIDES: [[usize; 3]; 6] = [[0, 3, 1], [18, 1, 3], [0, 1, 9], [6, 9, 1], [0, 9, 3], [2, 3, 9]];
-        let nodes_of = |element: &[u32; 27], [corner, a, b]: [usize; 3]| -> [u32; 9] {
-            std::array::from_fn(|n| element[corner + a * (n % 3) + b * (n / 3)])
-        };
-        let mut shared: HashMap<u32, u32> = HashMap::new();
-        for element in &self.elements {
-            for side in SIDES {
-                *shared.entry(nodes_of(element, side)[4]).or_default() += 1;
-            }
-        }
-        let mut faces = Vec::new();
-        for (e, element) in self.elements.iter().enumerate() {
-            for side in SIDES {
-                let nodes = nodes_of(element, side);
-                let collapsed = nodes[0] == nodes[2] && nodes[6] == nodes[8]
-                    || nodes[0] == nodes[6] && nodes[2] == nodes[8];
-                if !collapsed && shared[&nodes[4]] == 1 {
-                    faces.push(BoundaryFace { nodes, element: e as u32 });
-                }
-            }
-        }
-        faces
-    }
-
-    /// The boundary faces all of whose nodes satisfy `on`.
-    pub fn boundary_where(&self, on: impl Fn([f64; 3]) -> bool) -> Vec<BoundaryFace> {
-        let all = |face: &BoundaryFace| face.nodes.iter().all(|&n| on(self.nodes[n as usize]));
-        self.boundary().into_iter().filter(all).collect()
     }
 }
 

@@ -4,4 +4,3 @@ pub mod element;
 pub mod layer;
 pub mod material;
 pub mod mesh;
-mod traction;
