@@ -2,11 +2,13 @@
 //!
 //! Reference coordinates: the axis of symmetry at `x1 = 0`, the substrate at `x2 = 0`, the top at `x2 = H`.
 
+use super::dimension::{Dimension, Numbers, Plane};
 use super::material::Rubber;
 use super::mesh::{Mesh, Patch, geometric, graded, uniform};
 use super::model::{Body, Equations, Load, ModelError, State};
 use super::newton::{Effort, NewtonSettings, Stopped};
 use super::obstacle::{Obstacle, Shape};
+use super::side::Side;
 
 /// What becomes of the layer's end.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -137,6 +139,16 @@ impl LayerMesh {
         }
     }
 
+    /// Thickness of the layer in m.
+    pub fn thickness(&self) -> f64 {
+        self.up[self.up.len() - 1]
+    }
+
+    /// Half its length in m.
+    pub fn half_length(&self) -> f64 {
+        self.end_top[self.end_top.len() - 1]
+    }
+
     /// The mesh.
     pub fn mesh(&self) -> Mesh {
         let (body, top) = (self.along[self.along.len() - 1], self.up[self.up.len() - 1]);
@@ -170,12 +182,12 @@ const START: f64 = 0.02;
 
 /// A layer under an indenter, ready to be pressed.
 #[derive(Debug)]
-pub struct LayerModel {
-    equations: Equations,
+pub struct LayerModel<S: Dimension = Plane> {
+    equations: Equations<S>,
     indenter: Indenter,
     thickness: f64,
-    state: State,
-    load: Load,
+    state: State<S>,
+    load: Load<S>,
     /// Number of the indenter among the obstacles.
     punch: Option<usize>,
     substrate: Option<usize>,
@@ -186,11 +198,12 @@ pub struct LayerModel {
 pub struct LayerStep {
     /// Displacement of the indenter over the thickness.
     pub compression: f64,
-    /// Force of the indenter on the *whole* layer (both halves) in N per metre of width, positive in compression.
+    /// Force of the indenter on the *whole* layer (all that symmetry adds) in N, positive in compression; in the plane in
+    /// N per metre of width.
     pub force: f64,
-    /// Force that the substrate carries by contact beyond the bonded bottom, both halves, in N per metre of width.
+    /// Force that the substrate carries by contact beyond the bonded bottom, of the whole layer, in N or N/m.
     pub end_contact_force: f64,
-    /// Sum of all vertical forces on the half layer over the largest of them.
+    /// Sum of all vertical forces on the modelled part over the largest of them.
     pub imbalance: f64,
     /// Deepest penetration of a node in m, at least 0.
     pub penetration: f64,
@@ -204,55 +217,62 @@ impl LayerModel {
     /// # Errors
     /// See [`ModelError`].
     pub fn new(mesh: &LayerMesh, rubber: Rubber, indenter: Indenter, end: End) -> Result<Self, ModelError> {
-        let top = mesh.up[mesh.up.len() - 1];
-        let length = mesh.end_top[mesh.end_top.len() - 1];
-        let mut body = Body::new(mesh.mesh(), rubber);
-        let tiny = 1e-9 * length;
+        let length = mesh.half_length();
+        let body = Body::new(mesh.mesh(), rubber);
+        Self::with(body, mesh.thickness(), indenter, end, |x| x[0] > (1.0 - 1e-9) * length)
+    }
+}
+
+impl<S: Dimension> LayerModel<S> {
+    /// The layer `body` at rest; the faces that satisfy `outside` are the ones that may fold over. Of symmetry only the
+    /// plane `x1 = 0` is held here.
+    pub(crate) fn with(
+        mut body: Body<S>,
+        top: f64,
+        indenter: Indenter,
+        end: End,
+        outside: impl Fn(S::Point) -> bool,
+    ) -> Result<Self, ModelError> {
+        let tiny = 1e-9 * top;
         body.hold(0, |x| x[0] == 0.0);
-        body.hold(0, |x| x[1] == 0.0);
-        body.hold(1, |x| x[1] == 0.0);
-        let mut obstacles: Vec<Obstacle> = Vec::new();
+        for axis in 0..S::AXES {
+            body.hold(axis, |x| x[1] == 0.0);
+        }
         let (mut punch, mut substrate) = (None, None);
         let mut hold = None;
-        let mut flank = |half_width: f64| {
-            let sides = body.mesh.boundary_where(|x| x[1] > top - tiny && x[0] > half_width - tiny);
-            let corner = body.mesh.nearest_node([half_width, top]) as u32;
-            obstacles.push(Obstacle { shape: Shape::Wall { side: 1.0 }, sides, carrier: Some(corner) });
-        };
-        match indenter {
-            Indenter::WholeTop => hold = Some((f64::INFINITY, false)),
+        let mut obstacles = match indenter {
+            Indenter::WholeTop => {
+                hold = Some((f64::INFINITY, false));
+                Vec::new()
+            }
             Indenter::Sharp { half_width } => {
-                flank(half_width);
                 hold = Some((half_width + tiny, false));
+                flanks(&body, half_width, top)
             }
             Indenter::Bonded { half_width } => {
-                flank(half_width);
                 hold = Some((half_width + tiny, true));
+                flanks(&body, half_width, top)
             }
             Indenter::Smooth(shape) => {
-                punch = Some(obstacles.len());
-                obstacles.push(Obstacle {
-                    shape,
-                    sides: body.mesh.boundary_where(|x| x[1] > top - tiny),
-                    carrier: None,
-                });
+                punch = Some(0);
+                let sides = body.mesh.boundary_where(|x| x[1] > top - tiny);
+                vec![Obstacle { shape, sides, carrier: None }]
             }
-        }
+        };
         if end == End::FreeOnSubstrate {
             substrate = Some(obstacles.len());
-            let sides = body.mesh.boundary_where(|x| x[0] > length - tiny);
+            let sides = body.mesh.boundary_where(outside);
             obstacles.push(Obstacle { shape: Shape::Below, sides, carrier: None });
         }
         body.obstacles = obstacles;
         if let Some((limit, bonded)) = hold {
-            body.hold(1, |x| x[1] > top - tiny && x[0] <= limit);
-            if bonded {
-                body.hold(0, |x| x[1] > top - tiny && x[0] <= limit);
+            for axis in (0..S::AXES).filter(|&axis| axis == 1 || bonded) {
+                body.hold(axis, |x| x[1] > top - tiny && x[0] <= limit);
             }
         }
         let mut load = body.no_load();
         if let Some(punch) = punch {
-            load.shift[punch] = [0.0, top];
+            load.shift[punch][1] = top;
         }
         let mut shift = load.shift.clone();
         if let Some(punch) = punch {
@@ -264,19 +284,19 @@ impl LayerModel {
     }
 
     /// The equations behind the model.
-    pub fn equations(&self) -> &Equations {
+    pub fn equations(&self) -> &Equations<S> {
         &self.equations
     }
 
     /// The last equilibrium.
-    pub fn state(&self) -> &State {
+    pub fn state(&self) -> &State<S> {
         &self.state
     }
 
     /// Displacement (m) of the node nearest to the reference position `x` (m).
-    pub fn displacement_near(&self, x: [f64; 2]) -> [f64; 2] {
+    pub fn displacement_near(&self, x: S::Point) -> S::Point {
         let n = self.equations.body().mesh.nearest_node(x);
-        [self.state.displacement[2 * n], self.state.displacement[2 * n + 1]]
+        S::Point::from_fn(|k| self.state.displacement[S::AXES * n + k])
     }
 
     /// Moves the indenter to `compression`, its displacement over the thickness.
@@ -287,12 +307,12 @@ impl LayerModel {
         let depth = compression * self.thickness;
         let mut next = self.load.clone();
         if let Some(punch) = self.punch {
-            next.shift[punch] = [0.0, self.thickness - depth];
+            next.shift[punch][1] = self.thickness - depth;
         } else {
             let tiny = 1e-9 * self.thickness;
             for (n, x) in self.equations.body().mesh.nodes.iter().enumerate() {
                 if x[1] > self.thickness - tiny {
-                    next.displacement[2 * n + 1] = -depth;
+                    next.displacement[S::AXES * n + 1] = -depth;
                 }
             }
         }
@@ -304,27 +324,51 @@ impl LayerModel {
     pub fn step(&self, effort: Effort) -> LayerStep {
         let tiny = 1e-9 * self.thickness;
         let top = self.thickness;
-        let contact = |o: Option<usize>| o.map_or([0.0; 2], |o| self.equations.contact_force(o, &self.state));
-        let half = match self.indenter {
-            Indenter::Smooth(_) => -contact(self.punch)[1],
+        let contact = |o: Option<usize>| o.map_or(0.0, |o| self.equations.contact_force(o, &self.state)[1]);
+        let part = match self.indenter {
+            Indenter::Smooth(_) => -contact(self.punch),
             _ => -self.equations.reaction(1, |x| x[1] > top - tiny),
         };
-        let end = contact(self.substrate)[1];
+        let end = contact(self.substrate);
         let bottom = self.equations.reaction(1, |x| x[1] == 0.0);
         let shift = match self.punch {
             Some(punch) => top - self.load.shift[punch][1],
             None => {
-                let n = self.equations.body().mesh.nearest_node([0.0, top]);
-                -self.load.displacement[2 * n + 1]
+                let axis = S::Point::from_fn(|k| if k == 1 { top } else { 0.0 });
+                let n = self.equations.body().mesh.nearest_node(axis);
+                -self.load.displacement[S::AXES * n + 1]
             }
         };
+        // The model is a half of the layer in the plane, a quarter in space.
+        let parts = f64::from(1u32 << (S::AXES - 1));
         LayerStep {
             compression: shift / top,
-            force: 2.0 * half,
-            end_contact_force: 2.0 * end,
-            imbalance: (bottom + end - half).abs() / half.abs().max(f64::MIN_POSITIVE),
+            force: parts * part,
+            end_contact_force: parts * end,
+            imbalance: (bottom + end - part).abs() / part.abs().max(f64::MIN_POSITIVE),
             penetration: self.equations.penetration(&self.state).max(0.0),
             effort,
         }
     }
+}
+
+/// What keeps the surface beside a sharp punch out of it: walls that go with the points of the layer where the punch ends.
+/// In space each strip of the surface has its own.
+fn flanks<S: Dimension>(body: &Body<S>, half_width: f64, top: f64) -> Vec<Obstacle<S>> {
+    let tiny = 1e-9 * top;
+    let beside = body.mesh.boundary_where(|x| x[1] > top - tiny && x[0] > half_width - tiny);
+    let nodes = &body.mesh.nodes;
+    let corners: Vec<usize> = (0..nodes.len())
+        .filter(|&n| nodes[n][1] > top - tiny && (nodes[n][0] - half_width).abs() < tiny)
+        .collect();
+    let mut strips: Vec<(usize, Vec<Side<S>>)> = corners.iter().map(|&n| (n, Vec::new())).collect();
+    for side in beside {
+        let middle = nodes[side.nodes.as_ref()[side.nodes.as_ref().len() / 2] as usize];
+        let along = |n: usize| (2..S::AXES).map(|k| (nodes[n][k] - middle[k]).abs()).sum::<f64>();
+        if let Some(strip) = strips.iter_mut().min_by(|a, b| along(a.0).total_cmp(&along(b.0))) {
+            strip.1.push(side);
+        }
+    }
+    let wall = |(n, sides)| Obstacle { shape: Shape::Wall { side: 1.0 }, sides, carrier: Some(n as u32) };
+    strips.into_iter().filter(|strip| !strip.1.is_empty()).map(wall).collect()
 }

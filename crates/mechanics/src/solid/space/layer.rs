@@ -5,8 +5,10 @@
 
 use super::mesh::Sweep;
 use crate::solid::dimension::Space;
-use crate::solid::layer::LayerMesh;
+use crate::solid::layer::{End, Indenter, LayerMesh, LayerModel};
+use crate::solid::material::Rubber;
 use crate::solid::mesh::{Mesh, Patch};
+use crate::solid::model::{Body, ModelError};
 
 /// How fine the mesh is.
 #[derive(Debug, Clone, PartialEq)]
@@ -62,6 +64,37 @@ impl SpaceLayerMesh {
                 },
             },
         ])
+    }
+}
+
+/// What becomes of the layer's side.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Side {
+    /// Like the end.
+    Free,
+    /// A plane of symmetry: with it on both sides, the layer is in plane strain.
+    Symmetric,
+}
+
+impl LayerModel<Space> {
+    /// A quarter of a layer of finite width at rest; a sharp punch goes all along `x3`.
+    ///
+    /// # Errors
+    /// See [`ModelError`].
+    pub fn of_finite_width(
+        mesh: &SpaceLayerMesh,
+        rubber: Rubber,
+        indenter: Indenter,
+        end: End,
+        side: Side,
+    ) -> Result<Self, ModelError> {
+        let near = 1.0 - 1e-9;
+        let (length, half_width) = (near * mesh.section.half_length(), near * mesh.half_width());
+        let mut body = Body::new(mesh.mesh(), rubber);
+        body.hold(2, |x| x[2] == 0.0 || side == Side::Symmetric && x[2] > half_width);
+        Self::with(body, mesh.section.thickness(), indenter, end, |x| {
+            x[0] > length || side == Side::Free && x[2] > half_width
+        })
     }
 }
 
