@@ -17,14 +17,18 @@ fn main() {
     } else {
         Indenter::Sharp { half_width }
     };
-    let mesh = LayerMesh::under_punch(
-        1.0,
-        6.0,
-        half_width,
-        number(2, 8.0) as usize,
-        number(6, 0.7),
-        number(7, 6.0) as usize,
-    );
+    let mesh = if corner_radius > 0.0 {
+        LayerMesh::under_rounded_punch(1.0, 6.0, half_width, corner_radius, number(2, 8.0) as usize)
+    } else {
+        LayerMesh::under_punch(
+            1.0,
+            6.0,
+            half_width,
+            number(2, 8.0) as usize,
+            number(6, 0.7),
+            number(7, 6.0) as usize,
+        )
+    };
     let rubber = Rubber { volume_barrier: number(5, 2.0), ..Rubber::neo_hookean(1.0) };
     let start = std::time::Instant::now();
     let mut model = match LayerModel::new(&mesh, rubber, indenter, End::Free) {

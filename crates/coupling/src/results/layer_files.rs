@@ -66,7 +66,7 @@ fn body(pressing: &Pressing, pressed: &Pressed, fields: &Fields<'_>) -> BodyMesh
             array("cauchy_stress", 6, stress),
             array("pressure", 1, each(&|s| s.stress.pressure())),
             array("J", 1, each(&|s| s.stress.j)),
-            array("contact_pressure", 1, model.contact_pressure(&pressed.state, &pressed.load, fields)),
+            array("contact_pressure", 1, model.contact_pressure(&pressed.state, fields)),
         ],
         body_id: of.material.iter().map(|m| i32::from(*m)).collect(),
         body_names,

@@ -12,6 +12,7 @@
 
 use elastocap_fem::quadrature::gauss_legendre;
 
+use super::dimension::{Element, ElementSystem, Plane};
 use super::material::{Rubber, Tensor, cofactor, determinant};
 
 /// Quadrature points of an element.
@@ -46,7 +47,7 @@ pub(crate) struct Mapped {
 
 impl Mapped {
     /// The point `(s, t)` of the element with nodes at `x` (m); `None` where it is turned inside out or collapsed.
-    pub(crate) fn new(x: &[[f64; 2]; 9], s: f64, t: f64) -> Option<Self> {
+    pub(crate) fn new(x: &[[f64; 2]], s: f64, t: f64) -> Option<Self> {
         let ((a, da), (b, db)) = (quadratic(s), quadratic(t));
         let slopes: [[f64; 2]; 9] = std::array::from_fn(|n| [da[n % 3] * b[n / 3], a[n % 3] * db[n / 3]]);
         let mut jacobian = [0.0; 4];
@@ -71,12 +72,12 @@ impl Mapped {
     }
 
     /// Deformation gradient here under the nodal displacements `u` (m).
-    pub(crate) fn deformation_gradient(&self, u: &[f64; 18]) -> Tensor {
+    pub(crate) fn deformation_gradient(&self, u: &[f64]) -> Tensor {
         deformation_gradient(&self.gradients, u)
     }
 }
 
-fn deformation_gradient(gradients: &[[f64; 2]; 9], u: &[f64; 18]) -> Tensor {
+fn deformation_gradient(gradients: &[[f64; 2]; 9], u: &[f64]) -> Tensor {
     let mut f = [1.0, 0.0, 0.0, 1.0];
     for (a, g) in gradients.iter().enumerate() {
         f[0] += u[2 * a] * g[0];
@@ -85,36 +86,6 @@ fn deformation_gradient(gradients: &[[f64; 2]; 9], u: &[f64; 18]) -> Tensor {
         f[3] += u[2 * a + 1] * g[1];
     }
     f
-}
-
-/// What an element adds to the residual and to the tangent.
-#[derive(Debug, Clone)]
-pub struct ElementSystem {
-    /// Internal forces of the 18 displacements, `2 a + k`, in N per metre of width.
-    pub force: [f64; 18],
-    /// Internal forces after the pressure is eliminated: the negative right-hand side.
-    pub condensed_force: [f64; 18],
-    /// Tangent after the pressure is eliminated, 18 x 18 and symmetric, in Pa.
-    pub stiffness: Vec<f64>,
-    /// `G`: derivative of the internal forces by the pressure's coefficients, in m.
-    pub coupling: [[f64; 3]; 18],
-    /// `r_p` in m^2; divided by the area a mean volume error.
-    pub volume_error: [f64; 3],
-    /// Smallest `J` of the quadrature points.
-    pub smallest_j: f64,
-}
-
-impl Default for ElementSystem {
-    fn default() -> Self {
-        Self {
-            force: [0.0; 18],
-            condensed_force: [0.0; 18],
-            stiffness: vec![0.0; 324],
-            coupling: [[0.0; 3]; 18],
-            volume_error: [0.0; 3],
-            smallest_j: 1.0,
-        }
-    }
 }
 
 /// Values of the quadratic Lagrange polynomials for the nodes -1, 0, 1 at `s`, and their slopes.
@@ -129,8 +100,42 @@ pub fn shape_functions(s: f64, t: f64) -> [f64; 9] {
 }
 
 impl ReferenceElement {
-    /// The element with nodes at `x` (m). Returns `None` if it is turned inside out at a quadrature point.
-    pub fn new(x: &[[f64; 2]; 9]) -> Option<Self> {
+    /// Reference area in m^2.
+    pub fn area(&self) -> f64 {
+        self.areas.iter().sum()
+    }
+
+    /// Deformation gradient at quadrature point `q` under the nodal displacements `u` (m).
+    pub fn deformation_gradient(&self, q: usize, u: &[f64]) -> Tensor {
+        deformation_gradient(&self.gradients[q], u)
+    }
+
+    /// The pressure's basis at the reference position `x` (m).
+    pub(crate) fn pressure_basis(&self, x: [f64; 2]) -> [f64; 3] {
+        [1.0, (x[0] - self.centre[0]) / self.size[0], (x[1] - self.centre[1]) / self.size[1]]
+    }
+
+    /// Stored energy in J per metre of width under `u` with the pressure `p` held: `w + p (J - 1) - p^2/(2 kappa)`.
+    pub fn energy(&self, rubber: &Rubber, u: &[f64], p: &[f64; 3]) -> f64 {
+        (0..POINTS)
+            .map(|q| {
+                let f = self.deformation_gradient(q, u);
+                let mut w = rubber.derivatives(&f).w;
+                if let Some(compliance) = rubber.pressure_compliance() {
+                    let pressure = dot3(&self.pressure[q], p);
+                    w += pressure * (determinant(&f) - 1.0) - 0.5 * compliance * pressure * pressure;
+                }
+                self.areas[q] * w
+            })
+            .sum()
+    }
+}
+
+impl Element<Plane> for ReferenceElement {
+    const NODES: usize = 9;
+    const POINTS: usize = POINTS;
+
+    fn new(x: &[[f64; 2]]) -> Option<Self> {
         let (nodes, weights) = gauss_legendre(3);
         let mut element = Self {
             gradients: [[[0.0; 2]; 9]; POINTS],
@@ -168,65 +173,21 @@ impl ReferenceElement {
         Some(element)
     }
 
-    /// Reference area in m^2.
-    pub fn area(&self) -> f64 {
-        self.areas.iter().sum()
+    fn volume(&self) -> f64 {
+        self.area()
     }
 
-    /// Deformation gradient at quadrature point `q` under the nodal displacements `u` (m).
-    pub fn deformation_gradient(&self, q: usize, u: &[f64; 18]) -> Tensor {
-        deformation_gradient(&self.gradients[q], u)
+    fn volume_ratio(&self, q: usize, u: &[f64]) -> f64 {
+        determinant(&self.deformation_gradient(q, u))
     }
 
-    /// The pressure's basis at the reference position `x` (m).
-    pub(crate) fn pressure_basis(&self, x: [f64; 2]) -> [f64; 3] {
-        [1.0, (x[0] - self.centre[0]) / self.size[0], (x[1] - self.centre[1]) / self.size[1]]
+    fn mass_inverse(&self) -> &[[f64; 3]] {
+        &self.mass_inverse
     }
 
-    /// Smallest `J` over the quadrature points under `u`, and the smallest ratio to `J` under `before`.
-    pub fn smallest_j(&self, u: &[f64; 18], before: &[f64; 18]) -> (f64, f64) {
-        (0..POINTS).fold((f64::INFINITY, f64::INFINITY), |(least, ratio), q| {
-            let now = determinant(&self.deformation_gradient(q, u));
-            let then = determinant(&self.deformation_gradient(q, before));
-            if now.is_nan() {
-                (f64::NEG_INFINITY, f64::NEG_INFINITY)
-            } else {
-                (least.min(now), ratio.min(now / then))
-            }
-        })
-    }
-
-    /// Stored energy in J per metre of width under `u` with the pressure `p` held: `w + p (J - 1) - p^2/(2 kappa)`.
-    pub fn energy(&self, rubber: &Rubber, u: &[f64; 18], p: &[f64; 3]) -> f64 {
-        (0..POINTS)
-            .map(|q| {
-                let f = self.deformation_gradient(q, u);
-                let mut w = rubber.derivatives(&f).w;
-                if let Some(compliance) = rubber.pressure_compliance() {
-                    let pressure = dot3(&self.pressure[q], p);
-                    w += pressure * (determinant(&f) - 1.0) - 0.5 * compliance * pressure * pressure;
-                }
-                self.areas[q] * w
-            })
-            .sum()
-    }
-
-    /// Internal forces and tangent under the displacements `u` (m) and the pressure coefficients `p` (Pa, positive
-    /// in tension), with the proximal modulus `kappa_0` (Pa); see the module's head.
-    pub fn assemble(
-        &self,
-        rubber: &Rubber,
-        u: &[f64; 18],
-        p: &[f64; 3],
-        kappa_0: f64,
-        out: &mut ElementSystem,
-    ) {
+    fn integrate(&self, rubber: &Rubber, u: &[f64], p: &[f64; 3], out: &mut ElementSystem) {
         let compliance = rubber.pressure_compliance();
-        out.force = [0.0; 18];
-        out.coupling = [[0.0; 3]; 18];
-        out.volume_error = [0.0; 3];
-        out.stiffness.fill(0.0);
-        out.smallest_j = f64::INFINITY;
+        out.clear();
         for q in 0..POINTS {
             let f = self.deformation_gradient(q, u);
             let j = determinant(&f);
@@ -273,46 +234,6 @@ impl ReferenceElement {
                 }
             }
         }
-        out.condensed_force = out.force;
-        if let Some(compliance) = compliance {
-            let modulus = 1.0 / (compliance + 1.0 / kappa_0);
-            let scaled: [[f64; 3]; 18] = std::array::from_fn(|r| {
-                std::array::from_fn(|m| {
-                    modulus * (0..3).map(|k| out.coupling[r][k] * self.mass_inverse[k][m]).sum::<f64>()
-                })
-            });
-            for r in 0..18 {
-                out.condensed_force[r] += dot3(&scaled[r], &out.volume_error);
-                for c in r..18 {
-                    out.stiffness[r * 18 + c] += dot3(&scaled[r], &out.coupling[c]);
-                }
-            }
-        }
-        for r in 0..18 {
-            for c in 0..r {
-                // Within a node's 2 x 2 block both triangles were summed; elsewhere only the upper one.
-                out.stiffness[r * 18 + c] = out.stiffness[c * 18 + r];
-            }
-        }
-    }
-
-    /// The pressure's increment that belongs to the displacement increment `du`, from the last assembly.
-    pub fn pressure_increment(
-        &self,
-        rubber: &Rubber,
-        du: &[f64; 18],
-        kappa_0: f64,
-        system: &ElementSystem,
-    ) -> [f64; 3] {
-        let Some(compliance) = rubber.pressure_compliance() else { return [0.0; 3] };
-        let mut right = system.volume_error;
-        for r in 0..18 {
-            for m in 0..3 {
-                right[m] += system.coupling[r][m] * du[r];
-            }
-        }
-        let modulus = 1.0 / (compliance + 1.0 / kappa_0);
-        std::array::from_fn(|m| modulus * dot3(&self.mass_inverse[m], &right))
     }
 }
 
@@ -326,7 +247,7 @@ mod tests {
     use super::*;
 
     fn distorted() -> ReferenceElement {
-        let x = std::array::from_fn(|k| {
+        let x: [[f64; 2]; 9] = std::array::from_fn(|k| {
             let (s, t) = ((k % 3) as f64, (k / 3) as f64);
             [s + 0.2 * t + 0.05 * s * t, 0.9 * t - 0.1 * s + 0.04 * (s - 1.0) * (t - 1.0)]
         });
@@ -346,9 +267,9 @@ mod tests {
             let rubber = Rubber { distortion, volume, volume_barrier: 0.4 };
             let (u, p) = (wobble(0.08), [0.4, -0.2, 0.3]);
             // Differences see the tangent without the pressure eliminated: with p held there is nothing to eliminate.
-            let mut system = ElementSystem::default();
-            let assemble = |u: &[f64; 18], p: &[f64; 3]| {
-                let mut s = ElementSystem::default();
+            let mut system = ElementSystem::new(18);
+            let assemble = |u: &[f64], p: &[f64; 3]| {
+                let mut s = ElementSystem::new(18);
                 element.assemble(&rubber, u, p, 1e-300, &mut s);
                 s
             };
@@ -385,9 +306,9 @@ mod tests {
         let distortion = Distortion::NeoHookean { shear_modulus: 1.0 };
         let rubber = Rubber { distortion, volume: Volume::BulkModulus(50.0), volume_barrier: 0.0 };
         let (u, p, du, kappa_0) = (wobble(0.05), [0.4, -0.2, 0.3], wobble(0.01), 200.0);
-        let mut s = ElementSystem::default();
+        let mut s = ElementSystem::new(18);
         element.assemble(&rubber, &u, &p, kappa_0, &mut s);
-        let mut bare = ElementSystem::default();
+        let mut bare = ElementSystem::new(18);
         element.assemble(&rubber, &u, &p, 1e-300, &mut bare);
         let dp = element.pressure_increment(&rubber, &du, kappa_0, &s);
         for r in 0..18 {

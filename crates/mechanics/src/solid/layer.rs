@@ -2,11 +2,13 @@
 //!
 //! Reference coordinates: the axis of symmetry at `x1 = 0`, the substrate at `x2 = 0`, the top at `x2 = H`.
 
+use super::dimension::{Dimension, Numbers, Plane};
 use super::material::Rubber;
-use super::mesh::{Mesh, Patch, geometric, uniform};
+use super::mesh::{Mesh, Patch, geometric, graded, uniform};
 use super::model::{Body, Equations, Load, ModelError, State};
 use super::newton::{Effort, NewtonSettings, Stopped};
-use super::obstacle::Shape;
+use super::obstacle::{Obstacle, Shape};
+use super::side::Side;
 use super::stress::Fields;
 
 /// What becomes of the layer's end.
@@ -122,6 +124,45 @@ impl LayerMesh {
         Self { along, up, end_top, radii: geometric(0.5, 1), punch }
     }
 
+    /// A mesh for a smooth punch with rounded corners: about `n` quadrilaterals over the thickness far away, and steps
+    /// of `corner_radius * 8 / n` where the surface slides past the corner, between `corner - 0.5` and
+    /// `corner + 0.1` thicknesses.
+    pub fn under_rounded_punch(
+        thickness: f64,
+        half_length: f64,
+        half_width: f64,
+        corner_radius: f64,
+        n: usize,
+    ) -> Self {
+        let v = |k: &str, d: f64| std::env::var(k).ok().and_then(|w| w.parse().ok()).unwrap_or(d);
+        let (coarse, fine) = (thickness / n as f64, v("FINE", 8.0) * corner_radius / n as f64);
+        let body = half_length - thickness;
+        let band = [half_width - v("LEFT", 0.5) * thickness, half_width + v("RIGHT", 0.1) * thickness];
+        let grow = v("GROW", 0.25);
+        let along = |x: f64| {
+            let away = (band[0] - x).max(x - band[1]).max(0.0);
+            let most = if x > band[1] { v("FAR", 2.0) * coarse } else { coarse };
+            (fine + grow * away).min(most)
+        };
+        Self {
+            along: graded(0.0, body, along),
+            up: graded(0.0, thickness, |y| (v("TOP", 1.0) * fine + grow * (thickness - y)).min(coarse)),
+            end_top: uniform(body, half_length, (n / 2).max(2)),
+            radii: geometric(0.5, 1),
+            punch: None,
+        }
+    }
+
+    /// Thickness of the layer in m.
+    pub fn thickness(&self) -> f64 {
+        self.up[self.up.len() - 1]
+    }
+
+    /// Half its length in m.
+    pub fn half_length(&self) -> f64 {
+        self.end_top[self.end_top.len() - 1]
+    }
+
     /// The mesh.
     pub fn mesh(&self) -> Mesh {
         let (body, top) = (self.along[self.along.len() - 1], self.up[self.up.len() - 1]);
@@ -150,14 +191,17 @@ impl LayerMesh {
     }
 }
 
+/// How high above the layer, over the thickness, an indenter starts.
+const START: f64 = 0.02;
+
 /// A layer under an indenter, ready to be pressed.
 #[derive(Debug)]
-pub struct LayerModel {
-    equations: Equations,
+pub struct LayerModel<S: Dimension = Plane> {
+    equations: Equations<S>,
     indenter: Indenter,
     thickness: f64,
-    state: State,
-    load: Load,
+    state: State<S>,
+    load: Load<S>,
     /// Number of the indenter among the obstacles.
     punch: Option<usize>,
     substrate: Option<usize>,
@@ -168,11 +212,12 @@ pub struct LayerModel {
 pub struct LayerStep {
     /// Displacement of the indenter over the thickness.
     pub compression: f64,
-    /// Force of the indenter on the *whole* layer (both halves) in N per metre of width, positive in compression.
+    /// Force of the indenter on the *whole* layer (all that symmetry adds) in N, positive in compression; in the plane in
+    /// N per metre of width.
     pub force: f64,
-    /// Force that the substrate carries by contact beyond the bonded bottom, both halves, in N per metre of width.
+    /// Force that the substrate carries by contact beyond the bonded bottom, of the whole layer, in N or N/m.
     pub end_contact_force: f64,
-    /// Sum of all vertical forces on the half layer over the largest of them.
+    /// Sum of all vertical forces on the modelled part over the largest of them.
     pub imbalance: f64,
     /// Deepest penetration of a node in m, at least 0.
     pub penetration: f64,
@@ -201,8 +246,7 @@ impl LayerModel {
         indenter: Indenter,
         end: End,
     ) -> Result<Self, ModelError> {
-        let top = mesh.up[mesh.up.len() - 1];
-        let length = mesh.end_top[mesh.end_top.len() - 1];
+        let length = mesh.half_length();
         let mut body = Body::new(mesh.mesh(), rubber.clone());
         for (k, inclusion) in inclusions.iter().enumerate() {
             body.rubbers.push(inclusion.rubber.clone());
@@ -213,85 +257,107 @@ impl LayerModel {
                 }
             }
         }
-        let tiny = 1e-9 * length;
-        body.hold(0, |x| x[0] == 0.0);
-        body.hold(0, |x| x[1] == 0.0);
-        body.hold(1, |x| x[1] == 0.0);
-        if end == End::Far {
-            body.hold(0, |x| x[0] > length - tiny);
-        }
-        let list = |on: &dyn Fn([f64; 2]) -> bool| -> Vec<u32> {
-            (0u32..).zip(&body.mesh.nodes).filter(|(_, x)| on(**x)).map(|(n, _)| n).collect()
-        };
-        let mut obstacles = Vec::new();
-        let (mut punch, mut substrate) = (None, None);
-        let mut hold = None;
-        match indenter {
-            Indenter::WholeTop => hold = Some((f64::INFINITY, false)),
-            Indenter::Sharp { half_width } => hold = Some((half_width + tiny, false)),
-            Indenter::Bonded { half_width } => hold = Some((half_width + tiny, true)),
-            Indenter::Smooth(shape) => {
-                punch = Some(obstacles.len());
-                obstacles.push((shape, list(&|x| x[1] > top - tiny)));
-            }
-        }
-        if end == End::FreeOnSubstrate {
-            substrate = Some(obstacles.len());
-            obstacles.push((Shape::Below, list(&|x| x[0] > length - tiny && x[1] > 0.0)));
-        }
-        body.obstacles = obstacles;
-        if let Some((limit, bonded)) = hold {
-            body.hold(1, |x| x[1] > top - tiny && x[0] <= limit);
-            if bonded {
-                body.hold(0, |x| x[1] > top - tiny && x[0] <= limit);
-            }
-        }
-        let mut load = body.no_load();
-        if let Some(punch) = punch {
-            load.shift[punch] = [0.0, top];
-        }
-        let state = body.at_rest();
-        Ok(Self { equations: Equations::new(body)?, indenter, thickness: top, state, load, punch, substrate })
+        Self::with(body, mesh.thickness(), indenter, end, |x| x[0] > (1.0 - 1e-9) * length)
     }
 
-    /// The equations behind the model.
-    pub fn equations(&self) -> &Equations {
-        &self.equations
-    }
-
-    /// The last equilibrium.
-    pub fn state(&self) -> &State {
-        &self.state
-    }
-
-    /// The load of the last equilibrium.
-    pub fn load(&self) -> &Load {
-        &self.load
-    }
-
-    /// Pressure of indenter and substrate on each node in Pa, `-n.sigma.n` with the smoothed stress in `fields`; zero where
-    /// nothing touches. `load` is the one that `state` is in equilibrium with.
-    pub fn contact_pressure(&self, state: &State, load: &Load, fields: &Fields<'_>) -> Vec<f64> {
+    /// Pressure of indenter and substrate on each node in Pa; zero where nothing touches. `fields` are those of `state`:
+    /// where the top is held, the pressure is their normal stress.
+    pub fn contact_pressure(&self, state: &State, fields: &Fields<'_>) -> Vec<f64> {
         let body = self.equations.body();
-        let mut pressure = vec![0.0; body.mesh.nodes.len()];
+        let mut pressure = self.equations.nodal_contact_pressure(state);
         let tiny = 1e-9 * self.thickness;
         for (n, x) in body.mesh.nodes.iter().enumerate() {
             if x[1] > self.thickness - tiny && body.held[2 * n + 1] {
                 pressure[n] = -fields.at_node(n).stress.s22;
             }
         }
-        self.equations.for_each_contact(state, load, |n, normal| {
-            let s = fields.at_node(n).stress;
-            let [a, b] = normal;
-            pressure[n] = -(a * a * s.s11 + 2.0 * a * b * s.s12 + b * b * s.s22);
-        });
         pressure
+    }
+}
+
+impl<S: Dimension> LayerModel<S> {
+    /// The layer `body` at rest; the faces that satisfy `outside` are the ones that may fold over. Of symmetry only the
+    /// plane `x1 = 0` is held here.
+    pub(crate) fn with(
+        mut body: Body<S>,
+        top: f64,
+        indenter: Indenter,
+        end: End,
+        outside: impl Fn(S::Point) -> bool,
+    ) -> Result<Self, ModelError> {
+        let tiny = 1e-9 * top;
+        body.hold(0, |x| x[0] == 0.0);
+        for axis in 0..S::AXES {
+            body.hold(axis, |x| x[1] == 0.0);
+        }
+        if end == End::Far {
+            let length = body.mesh.nodes.iter().map(|x| x[0]).fold(0.0, f64::max);
+            body.hold(0, |x| x[0] > length - tiny);
+        }
+        let (mut punch, mut substrate) = (None, None);
+        let mut hold = None;
+        let mut obstacles = match indenter {
+            Indenter::WholeTop => {
+                hold = Some((f64::INFINITY, false));
+                Vec::new()
+            }
+            Indenter::Sharp { half_width } => {
+                hold = Some((half_width + tiny, false));
+                flanks(&body, half_width, top)
+            }
+            Indenter::Bonded { half_width } => {
+                hold = Some((half_width + tiny, true));
+                flanks(&body, half_width, top)
+            }
+            Indenter::Smooth(shape) => {
+                punch = Some(0);
+                let sides = body.mesh.boundary_where(|x| x[1] > top - tiny);
+                vec![Obstacle { shape, sides, carrier: None }]
+            }
+        };
+        if end == End::FreeOnSubstrate {
+            substrate = Some(obstacles.len());
+            let sides = body.mesh.boundary_where(outside);
+            obstacles.push(Obstacle { shape: Shape::Below, sides, carrier: None });
+        }
+        body.obstacles = obstacles;
+        if let Some((limit, bonded)) = hold {
+            for axis in (0..S::AXES).filter(|&axis| axis == 1 || bonded) {
+                body.hold(axis, |x| x[1] > top - tiny && x[0] <= limit);
+            }
+        }
+        let mut load = body.no_load();
+        if let Some(punch) = punch {
+            load.shift[punch][1] = top;
+        }
+        let mut shift = load.shift.clone();
+        if let Some(punch) = punch {
+            // A contact force needs a gap.
+            shift[punch][1] += START * top;
+        }
+        let state = body.at_rest(shift);
+        Ok(Self { equations: Equations::new(body)?, indenter, thickness: top, state, load, punch, substrate })
+    }
+
+    /// The equations behind the model.
+    pub fn equations(&self) -> &Equations<S> {
+        &self.equations
+    }
+
+    /// The last equilibrium.
+    pub fn state(&self) -> &State<S> {
+        &self.state
+    }
+
+    /// The load of the last equilibrium.
+    pub fn load(&self) -> &Load<S> {
+        &self.load
     }
 
     /// Displacement (m) of the node nearest to the reference position `x` (m).
-    pub fn displacement_near(&self, x: [f64; 2]) -> [f64; 2] {
+    pub fn displacement_near(&self, x: S::Point) -> S::Point {
         let n = self.equations.body().mesh.nearest_node(x);
-        [self.state.displacement[2 * n], self.state.displacement[2 * n + 1]]
+        S::Point::from_fn(|k| self.state.displacement[S::AXES * n + k])
     }
 
     /// Moves the indenter to `compression`, its displacement over the thickness.
@@ -302,12 +368,12 @@ impl LayerModel {
         let depth = compression * self.thickness;
         let mut next = self.load.clone();
         if let Some(punch) = self.punch {
-            next.shift[punch] = [0.0, self.thickness - depth];
+            next.shift[punch][1] = self.thickness - depth;
         } else {
             let tiny = 1e-9 * self.thickness;
             for (n, x) in self.equations.body().mesh.nodes.iter().enumerate() {
                 if x[1] > self.thickness - tiny {
-                    next.displacement[2 * n + 1] = -depth;
+                    next.displacement[S::AXES * n + 1] = -depth;
                 }
             }
         }
@@ -319,29 +385,51 @@ impl LayerModel {
     pub fn step(&self, effort: Effort) -> LayerStep {
         let tiny = 1e-9 * self.thickness;
         let top = self.thickness;
-        let contact = |o: Option<usize>| {
-            o.map_or([0.0; 2], |o| self.equations.contact_force(o, &self.state, &self.load))
-        };
-        let half = match self.indenter {
-            Indenter::Smooth(_) => -contact(self.punch)[1],
+        let contact = |o: Option<usize>| o.map_or(0.0, |o| self.equations.contact_force(o, &self.state)[1]);
+        let part = match self.indenter {
+            Indenter::Smooth(_) => -contact(self.punch),
             _ => -self.equations.reaction(1, |x| x[1] > top - tiny),
         };
-        let end = contact(self.substrate)[1];
+        let end = contact(self.substrate);
         let bottom = self.equations.reaction(1, |x| x[1] == 0.0);
         let shift = match self.punch {
             Some(punch) => top - self.load.shift[punch][1],
             None => {
-                let n = self.equations.body().mesh.nearest_node([0.0, top]);
-                -self.load.displacement[2 * n + 1]
+                let axis = S::Point::from_fn(|k| if k == 1 { top } else { 0.0 });
+                let n = self.equations.body().mesh.nearest_node(axis);
+                -self.load.displacement[S::AXES * n + 1]
             }
         };
+        // The model is a half of the layer in the plane, a quarter in space.
+        let parts = f64::from(1u32 << (S::AXES - 1));
         LayerStep {
             compression: shift / top,
-            force: 2.0 * half,
-            end_contact_force: 2.0 * end,
-            imbalance: (bottom + end - half).abs() / half.abs().max(f64::MIN_POSITIVE),
-            penetration: self.equations.penetration(&self.state, &self.load).max(0.0),
+            force: parts * part,
+            end_contact_force: parts * end,
+            imbalance: (bottom + end - part).abs() / part.abs().max(f64::MIN_POSITIVE),
+            penetration: self.equations.penetration(&self.state).max(0.0),
             effort,
         }
     }
+}
+
+/// What keeps the surface beside a sharp punch out of it: walls that go with the points of the layer where the punch ends.
+/// In space each strip of the surface has its own.
+fn flanks<S: Dimension>(body: &Body<S>, half_width: f64, top: f64) -> Vec<Obstacle<S>> {
+    let tiny = 1e-9 * top;
+    let beside = body.mesh.boundary_where(|x| x[1] > top - tiny && x[0] > half_width - tiny);
+    let nodes = &body.mesh.nodes;
+    let corners: Vec<usize> = (0..nodes.len())
+        .filter(|&n| nodes[n][1] > top - tiny && (nodes[n][0] - half_width).abs() < tiny)
+        .collect();
+    let mut strips: Vec<(usize, Vec<Side<S>>)> = corners.iter().map(|&n| (n, Vec::new())).collect();
+    for side in beside {
+        let middle = nodes[side.nodes.as_ref()[side.nodes.as_ref().len() / 2] as usize];
+        let along = |n: usize| (2..S::AXES).map(|k| (nodes[n][k] - middle[k]).abs()).sum::<f64>();
+        if let Some(strip) = strips.iter_mut().min_by(|a, b| along(a.0).total_cmp(&along(b.0))) {
+            strip.1.push(side);
+        }
+    }
+    let wall = |(n, sides)| Obstacle { shape: Shape::Wall { side: 1.0 }, sides, carrier: Some(n as u32) };
+    strips.into_iter().filter(|strip| !strip.1.is_empty()).map(wall).collect()
 }

@@ -166,14 +166,7 @@ impl Rubber {
             (Distortion::MooneyRivlin { c10, c01 }, _) => {
                 first(i, j).scaled(*c10).plus(&second(i, j).scaled(*c01))
             }
-            (Distortion::Yeoh { constants: [c1, c2, c3] }, _) => {
-                let e = first(i, j);
-                e.composed(
-                    c1 * e.w + c2 * e.w * e.w + c3 * e.w.powi(3),
-                    c1 + 2.0 * c2 * e.w + 3.0 * c3 * e.w * e.w,
-                    2.0 * c2 + 6.0 * c3 * e.w,
-                )
-            }
+            (Distortion::Yeoh { constants }, _) => first(i, j).yeoh(constants),
             (Distortion::Ogden { terms }, _) => {
                 // I - 2J without cancellation: it vanishes where the two stretches agree.
                 let spread = (f[0] - f[3]).powi(2) + (f[1] + f[2]).powi(2);
@@ -182,27 +175,32 @@ impl Rubber {
                 })
             }
         };
-        match self.volume {
+        let volume = self.volume_derivatives(j);
+        d.w += volume.w;
+        d.j += volume.j;
+        d.jj += volume.jj;
+        d
+    }
+
+    /// The volume's own part of the energy and its derivatives by `J`.
+    pub(crate) fn volume_derivatives(&self, j: f64) -> EnergyDerivatives {
+        let (w, slope, curvature) = match self.volume {
             Volume::Incompressible => {
                 let b = self.volume_barrier * self.shear_modulus();
-                d.w += b * (j - 1.0 - (j - 1.0).ln_1p());
-                d.j += b * (1.0 - 1.0 / j);
-                d.jj += b / (j * j);
+                (b * (j - 1.0 - (j - 1.0).ln_1p()), b * (1.0 - 1.0 / j), b / (j * j))
             }
-            Volume::BulkModulus(_) => {}
+            Volume::BulkModulus(_) => (0.0, 0.0, 0.0),
             Volume::LogLame(lambda) => {
                 let log = j.ln();
-                d.w += 0.5 * lambda * log * log;
-                d.j += lambda * log / j;
-                d.jj += lambda * (1.0 - log) / (j * j);
+                (0.5 * lambda * log * log, lambda * log / j, lambda * (1.0 - log) / (j * j))
             }
-            Volume::DisplacementOnly(kappa) => {
-                d.w += 0.25 * kappa * (j * j - 1.0 - 2.0 * j.ln());
-                d.j += 0.5 * kappa * (j - 1.0 / j);
-                d.jj += 0.5 * kappa * (1.0 + 1.0 / (j * j));
-            }
-        }
-        d
+            Volume::DisplacementOnly(kappa) => (
+                0.25 * kappa * (j * j - 1.0 - 2.0 * j.ln()),
+                0.5 * kappa * (j - 1.0 / j),
+                0.5 * kappa * (1.0 + 1.0 / (j * j)),
+            ),
+        };
+        EnergyDerivatives { w, j: slope, jj: curvature, ..Default::default() }
     }
 }
 
@@ -232,7 +230,7 @@ impl EnergyDerivatives {
         a
     }
 
-    fn scaled(&self, s: f64) -> Self {
+    pub(crate) fn scaled(&self, s: f64) -> Self {
         Self {
             w: s * self.w,
             i: s * self.i,
@@ -254,10 +252,12 @@ impl EnergyDerivatives {
         }
     }
 
-    /// `phi(w)` from its value and its first two derivatives.
-    fn composed(&self, value: f64, slope: f64, curvature: f64) -> Self {
+    /// `c1 w + c2 w^2 + c3 w^3`, the law of Yeoh where `w` is the first invariant less its value at rest.
+    pub(crate) fn yeoh(&self, [c1, c2, c3]: &[f64; 3]) -> Self {
+        let slope = c1 + 2.0 * c2 * self.w + 3.0 * c3 * self.w * self.w;
+        let curvature = 2.0 * c2 + 6.0 * c3 * self.w;
         Self {
-            w: value,
+            w: c1 * self.w + c2 * self.w * self.w + c3 * self.w.powi(3),
             i: slope * self.i,
             j: slope * self.j,
             ii: slope * self.ii + curvature * self.i * self.i,

@@ -1,4 +1,4 @@
-//! Meshes of nine-node quadrilaterals, put together from mapped patches.
+//! Meshes, and those of nine-node quadrilaterals put together from mapped patches.
 //!
 //! A [`Patch`] is a logical grid of corner points; its quadrilaterals have straight sides. Patches that share points
 //! share nodes. A side of a quadrilateral may be collapsed into one point: that is how a *fan* is made, sectors
@@ -8,22 +8,16 @@
 
 use std::collections::HashMap;
 
-/// A mesh of nine-node quadrilaterals in the reference configuration.
-#[derive(Debug, Clone, Default, PartialEq)]
-pub struct Mesh {
-    /// Reference positions `(x1, x2)` of the nodes in m.
-    pub nodes: Vec<[f64; 2]>,
-    /// Nodes of each quadrilateral, `3 j + i` at `(i - 1, j - 1)` of the reference square.
-    pub elements: Vec<[u32; 9]>,
-}
+use super::dimension::{Dimension, Plane};
 
-/// One side of a quadrilateral that no other quadrilateral shares.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct BoundaryEdge {
-    /// First end, middle and second end, with the material on the left.
-    pub nodes: [u32; 3],
-    /// The quadrilateral it belongs to.
-    pub element: u32,
+/// A mesh in the reference configuration: nine-node quadrilaterals in the plane, 27-node hexahedra in space.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Mesh<S: Dimension = Plane> {
+    /// Reference positions of the nodes in m.
+    pub nodes: Vec<S::Point>,
+    /// Nodes of each element, `3 j + i` at `(i - 1, j - 1)` of the reference square, `9 k + 3 j + i` at
+    /// `(i - 1, j - 1, k - 1)` of the reference cube.
+    pub elements: Vec<S::Nodes>,
 }
 
 /// A grid of corner points: `points[j * columns + i]`.
@@ -121,40 +115,6 @@ impl Mesh {
         Self::from_patches(&[Patch::tensor(&uniform(0.0, length, n1), &uniform(0.0, height, n2))])
     }
 
-    /// The sides that belong to one quadrilateral only; collapsed sides are none.
-    pub fn boundary(&self) -> Vec<BoundaryEdge> {
-        const SIDES: [[usize; 3]; 4] = [[0, 1, 2], [2, 5, 8], [8, 7, 6], [6, 3, 0]];
-        let mut shared: HashMap<u32, u32> = HashMap::new();
-        for element in &self.elements {
-            for side in SIDES {
-                *shared.entry(element[side[1]]).or_default() += 1;
-            }
-        }
-        let mut edges = Vec::new();
-        for (e, element) in self.elements.iter().enumerate() {
-            for side in SIDES {
-                let nodes = side.map(|k| element[k]);
-                if nodes[0] != nodes[2] && shared[&nodes[1]] == 1 {
-                    edges.push(BoundaryEdge { nodes, element: e as u32 });
-                }
-            }
-        }
-        edges
-    }
-
-    /// The boundary edges all of whose nodes satisfy `on`.
-    pub fn boundary_where(&self, on: impl Fn([f64; 2]) -> bool) -> Vec<BoundaryEdge> {
-        let all = |edge: &BoundaryEdge| edge.nodes.iter().all(|&n| on(self.nodes[n as usize]));
-        self.boundary().into_iter().filter(all).collect()
-    }
-
-    /// The node nearest to `point`.
-    pub fn nearest_node(&self, point: [f64; 2]) -> usize {
-        let square = |n: &[f64; 2]| (n[0] - point[0]).powi(2) + (n[1] - point[1]).powi(2);
-        let nearest = |a: &(usize, f64), b: &(usize, f64)| a.1.total_cmp(&b.1);
-        self.nodes.iter().map(square).enumerate().min_by(nearest).map_or(0, |(n, _)| n)
-    }
-
     /// The quadrilateral in which the reference position `x` (m) lies, and where in its reference square. Between two
     /// quadrilaterals either may be named; `None` outside the mesh and where a collapsed side is.
     pub fn locate(&self, x: [f64; 2]) -> Option<(usize, [f64; 2])> {
@@ -202,93 +162,58 @@ impl Mesh {
             inside.then(|| (e, [s.clamp(-1.0, 1.0), t.clamp(-1.0, 1.0)]))
         })
     }
+}
 
-    /// The nodes in an order that keeps the factors of a matrix on this mesh sparse: nested dissection by
-    /// coordinates. Returns old node numbers in their new order.
-    pub fn dissection_order(&self) -> Vec<u32> {
-        let centres: Vec<[f64; 2]> = self
-            .elements
-            .iter()
-            .map(|e| std::array::from_fn(|k| e.iter().map(|&n| self.nodes[n as usize][k]).sum::<f64>() / 9.0))
-            .collect();
-        let mut elements: Vec<u32> = (0..self.elements.len() as u32).collect();
-        let mut order = Vec::with_capacity(self.nodes.len());
-        // Per node: the last region that saw it (two numbers per cut), or taken.
-        let mut mark = vec![0u32; self.nodes.len()];
-        let mut taken = vec![false; self.nodes.len()];
-        self.dissect(&centres, &mut elements, &mut mark, &mut taken, &mut 0, &mut order);
-        order
+impl<S: Dimension> Mesh<S> {
+    /// The shortest side in m of the box around the mesh.
+    pub fn shortest_side(&self) -> f64 {
+        let extent = |k: usize| {
+            let ends = self.nodes.iter().fold((f64::MAX, f64::MIN), |(l, h), x| (l.min(x[k]), h.max(x[k])));
+            ends.1 - ends.0
+        };
+        (0..S::AXES).map(extent).fold(f64::INFINITY, f64::min)
     }
 
-    fn dissect(
-        &self,
-        centres: &[[f64; 2]],
-        elements: &mut [u32],
-        mark: &mut [u32],
-        taken: &mut [bool],
-        stamp: &mut u32,
-        order: &mut Vec<u32>,
-    ) {
-        if elements.len() <= 4 {
-            for &e in elements.iter() {
-                for n in self.elements[e as usize] {
-                    if !std::mem::replace(&mut taken[n as usize], true) {
-                        order.push(n);
-                    }
-                }
-            }
-            return;
-        }
-        let (axis, half) = (self.cutting_axis(centres, elements), elements.len() / 2);
-        elements.select_nth_unstable_by(half, |&a, &b| {
-            let key = |e: u32| (centres[e as usize][axis], centres[e as usize][1 - axis], e);
-            let (a, b) = (key(a), key(b));
-            a.0.total_cmp(&b.0).then(a.1.total_cmp(&b.1)).then(a.2.cmp(&b.2))
-        });
-        let (left, right) = elements.split_at_mut(half);
-        *stamp += 1;
-        for &e in left.iter() {
-            for n in self.elements[e as usize] {
-                mark[n as usize] = *stamp;
-            }
-        }
-        let mut separator = Vec::new();
-        for &e in right.iter() {
-            for n in self.elements[e as usize] {
-                if mark[n as usize] == *stamp && !std::mem::replace(&mut taken[n as usize], true) {
-                    separator.push(n);
-                }
-            }
-        }
-        self.dissect(centres, left, mark, taken, stamp, order);
-        self.dissect(centres, right, mark, taken, stamp, order);
-        order.extend(separator);
-    }
-
-    /// The axis along which a median cut leaves the fewer nodes in common.
-    fn cutting_axis(&self, centres: &[[f64; 2]], elements: &[u32]) -> usize {
-        let mut cut = [0usize; 2];
-        for (axis, count) in cut.iter_mut().enumerate() {
-            let mut sorted: Vec<f64> = elements.iter().map(|&e| centres[e as usize][axis]).collect();
-            sorted.sort_unstable_by(f64::total_cmp);
-            let middle = sorted[sorted.len() / 2];
-            // Elements that the median line crosses stand for the nodes on it.
-            *count = elements
-                .iter()
-                .filter(|&&e| {
-                    let x = self.elements[e as usize].map(|n| self.nodes[n as usize][axis]);
-                    let (low, high) = x.iter().fold((f64::MAX, f64::MIN), |(l, h), &x| (l.min(x), h.max(x)));
-                    low < middle && middle < high
-                })
-                .count();
-        }
-        usize::from(cut[1] < cut[0])
+    /// The node nearest to `point`.
+    pub fn nearest_node(&self, point: S::Point) -> usize {
+        let square = |n: &S::Point| (0..S::AXES).map(|k| (n[k] - point[k]).powi(2)).sum::<f64>();
+        let nearest = |a: &(usize, f64), b: &(usize, f64)| a.1.total_cmp(&b.1);
+        self.nodes.iter().map(square).enumerate().min_by(nearest).map_or(0, |(n, _)| n)
     }
 }
 
 /// `n` equal steps from `a` to `b`: `n + 1` breakpoints.
 pub fn uniform(a: f64, b: f64, n: usize) -> Vec<f64> {
     (0..=n).map(|k| if k == n { b } else { a + (b - a) * k as f64 / n as f64 }).collect()
+}
+
+/// Breakpoints from `a` to `b` whose steps are about `size` (m) of where they are, scaled so that they fit.
+pub fn graded(a: f64, b: f64, size: impl Fn(f64) -> f64) -> Vec<f64> {
+    // The number of steps up to each of many places.
+    let fine = 4000;
+    let at = |k: usize| a + (b - a) * k as f64 / fine as f64;
+    let mut count = vec![0.0];
+    for k in 0..fine {
+        count.push(count[k] + (at(k + 1) - at(k)) / size(0.5 * (at(k) + at(k + 1))));
+    }
+    let n = count[fine].round().max(1.0) as usize;
+    let place = |k: usize| {
+        let goal = count[fine] * k as f64 / n as f64;
+        let above = count.partition_point(|c| *c < goal).clamp(1, fine);
+        let part = (goal - count[above - 1]) / (count[above] - count[above - 1]);
+        at(above - 1) + part * (at(above) - at(above - 1))
+    };
+    (0..=n)
+        .map(|k| {
+            if k == 0 {
+                a
+            } else if k == n {
+                b
+            } else {
+                place(k)
+            }
+        })
+        .collect()
 }
 
 /// Breakpoints from 0 to 1 that shrink by `ratio` towards 0: `0, ratio^n, ..., ratio, 1`.
@@ -319,13 +244,5 @@ mod tests {
             })
             .sum();
         assert!((length - 6.0).abs() < 1e-12, "{length}");
-    }
-
-    #[test]
-    fn the_order_is_a_permutation() {
-        let mesh = Mesh::rectangle(4.0, 1.0, 17, 5);
-        let mut order = mesh.dissection_order();
-        order.sort_unstable();
-        assert!(order.iter().copied().eq(0..mesh.nodes.len() as u32));
     }
 }

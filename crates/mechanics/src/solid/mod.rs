@@ -5,10 +5,13 @@
 //! | [`material`] | energies as functions of `F:F` and `det F`, with exact stress and tangent |
 //! | [`element`] | biquadratic displacement, discontinuous linear pressure, condensed |
 //! | [`mesh`] | mapped patches, fans around corners, the order of elimination |
+//! | [`dissection`] | the order of elimination |
 //! | [`obstacle`] | rigid bodies by their distance |
 //! | [`sparse`] | a symmetric matrix with one symbolic factorisation |
 //! | [`model`] | a body, its equations and contact conditions |
 //! | [`newton`] | Newton's method with load steps |
+//! | [`side`] | the surface, its quadrature and loads |
+//! | [`space`] | the same in three dimensions |
 //! | [`stress`] | Cauchy stress at points, at nodes, along lines |
 //! | [`layer`] | the layer of the paper under an indenter |
 //! | [`press`] | the layer pressed to given loads on finer and finer meshes |
@@ -28,6 +31,9 @@
 //! - A dead load on a block can be unstable: with the closed form's own tractions the tangent has negative pivots
 //!   beyond 38 % compression, and the solver may end on a branch that is not the closed form.
 
+mod contact;
+pub mod dimension;
+pub mod dissection;
 pub mod element;
 pub mod layer;
 pub mod material;
@@ -36,5 +42,7 @@ pub mod model;
 pub mod newton;
 pub mod obstacle;
 pub mod press;
+pub mod side;
+pub mod space;
 pub mod sparse;
 pub mod stress;

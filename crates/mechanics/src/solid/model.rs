@@ -3,10 +3,11 @@
 use faer::Par;
 use rayon::prelude::*;
 
-use super::element::{ElementSystem, ReferenceElement};
+use super::contact::{POINTS, Pair};
+use super::dimension::{Dimension, Element, ElementSystem, Numbers, Plane};
 use super::material::Rubber;
-use super::mesh::{BoundaryEdge, Mesh};
-use super::obstacle::Shape;
+use super::mesh::Mesh;
+use super::obstacle::Obstacle;
 use super::sparse::SymmetricSolver;
 
 /// Why a model cannot be built.
@@ -38,94 +39,79 @@ pub enum ModelError {
 
 /// A body in plane strain and what may touch it. Lengths in m, forces in N per metre of width.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Body {
+pub struct Body<S: Dimension = Plane> {
     /// The reference configuration.
-    pub mesh: Mesh,
+    pub mesh: Mesh<S>,
     /// The materials.
     pub rubbers: Vec<Rubber>,
     /// For each quadrilateral the number of its material.
     pub material: Vec<u16>,
-    /// For each displacement (`2 node + axis`) whether it is prescribed.
+    /// For each displacement (`axes node + axis`) whether it is prescribed.
     pub held: Vec<bool>,
-    /// Rigid bodies, with the nodes that may touch each.
-    pub obstacles: Vec<(Shape, Vec<u32>)>,
+    /// Rigid bodies, and what may touch them.
+    pub obstacles: Vec<Obstacle<S>>,
 }
 
 /// What is done to a body: values at a moment of the loading.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Load {
-    /// Prescribed displacements in m, `2 node + axis`; read where the displacement is held.
+pub struct Load<S: Dimension = Plane> {
+    /// Prescribed displacements in m, `axes node + axis`; read where the displacement is held.
     pub displacement: Vec<f64>,
-    /// Dead nodal forces in N/m, `2 node + axis`.
+    /// Dead nodal forces in N/m, `axes node + axis`.
     pub force: Vec<f64>,
     /// Where each obstacle is moved to, in m.
-    pub shift: Vec<[f64; 2]>,
+    pub shift: Vec<S::Point>,
 }
 
 /// A configuration of the body.
 #[derive(Debug, Clone, PartialEq)]
-pub struct State {
-    /// Displacements in m, `2 node + axis`.
+pub struct State<S: Dimension = Plane> {
+    /// Displacements in m, `axes node + axis`.
     pub displacement: Vec<f64>,
     /// Pressure coefficients of each quadrilateral in Pa, positive in tension.
-    pub pressure: Vec<[f64; 3]>,
-    /// Contact force of each pair of obstacle and node in N/m, along the obstacle's normal.
+    pub pressure: Vec<S::Pressure>,
+    /// Contact force of each point that may touch an obstacle in N/m, along the obstacle's normal.
     pub contact: Vec<f64>,
+    /// Where each obstacle is, in m.
+    pub shift: Vec<S::Point>,
 }
 
-impl Body {
+impl<S: Dimension> Body<S> {
     /// A body of one rubber with nothing held.
-    pub fn new(mesh: Mesh, rubber: Rubber) -> Self {
-        let (material, held) = (vec![0; mesh.elements.len()], vec![false; 2 * mesh.nodes.len()]);
+    pub fn new(mesh: Mesh<S>, rubber: Rubber) -> Self {
+        let (material, held) = (vec![0; mesh.elements.len()], vec![false; S::AXES * mesh.nodes.len()]);
         Self { mesh, rubbers: vec![rubber], material, held, obstacles: Vec::new() }
     }
 
     /// Holds the displacement along `axis` of every node whose reference position satisfies `at`.
-    pub fn hold(&mut self, axis: usize, at: impl Fn([f64; 2]) -> bool) {
+    pub fn hold(&mut self, axis: usize, at: impl Fn(S::Point) -> bool) {
         for (n, x) in self.mesh.nodes.iter().enumerate() {
             if at(*x) {
-                self.held[2 * n + axis] = true;
+                self.held[S::AXES * n + axis] = true;
             }
         }
     }
 
     /// The body as it lies: no displacement, no force, obstacles where their shapes put them.
-    pub fn no_load(&self) -> Load {
+    pub fn no_load(&self) -> Load<S> {
         let n = self.held.len();
-        Load { displacement: vec![0.0; n], force: vec![0.0; n], shift: vec![[0.0; 2]; self.obstacles.len()] }
-    }
-
-    /// The body at rest.
-    pub fn at_rest(&self) -> State {
-        State {
-            displacement: vec![0.0; self.held.len()],
-            pressure: vec![[0.0; 3]; self.mesh.elements.len()],
-            contact: vec![0.0; self.obstacles.iter().map(|(_, nodes)| nodes.len()).sum()],
+        Load {
+            displacement: vec![0.0; n],
+            force: vec![0.0; n],
+            shift: vec![S::Point::default(); self.obstacles.len()],
         }
     }
 
-    /// Adds to `force` the nodal forces of a dead traction (Pa, per reference area) on straight reference edges.
-    /// `traction` takes the reference position and the outward reference normal.
-    pub fn add_traction(
-        &self,
-        edges: &[BoundaryEdge],
-        traction: impl Fn([f64; 2], [f64; 2]) -> [f64; 2],
-        force: &mut [f64],
-    ) {
-        let (points, weights) = elastocap_fem::quadrature::gauss_legendre(6);
-        for edge in edges {
-            let [a, _, b] = edge.nodes.map(|n| self.mesh.nodes[n as usize]);
-            let (d, length) = ([b[0] - a[0], b[1] - a[1]], (b[0] - a[0]).hypot(b[1] - a[1]));
-            for (s, w) in points.iter().zip(&weights) {
-                let x = std::array::from_fn(|k| a[k] + 0.5 * (1.0 + s) * d[k]);
-                let t = traction(x, [d[1] / length, -d[0] / length]);
-                let shape = super::element::quadratic(*s).0;
-                for (n, value) in edge.nodes.iter().zip(shape) {
-                    for k in 0..2 {
-                        force[2 * *n as usize + k] += 0.5 * length * w * value * t[k];
-                    }
-                }
-            }
+    /// The body at rest, the obstacles at `shift` (m), clear of the body.
+    pub fn at_rest(&self, shift: Vec<S::Point>) -> State<S> {
+        State {
+            displacement: vec![0.0; self.held.len()],
+            pressure: vec![S::Pressure::default(); self.mesh.elements.len()],
+            contact: vec![
+                0.0;
+                self.obstacles.iter().map(|o| POINTS.pow(S::AXES as u32 - 1) * o.sides.len()).sum()
+            ],
+            shift,
         }
     }
 }
@@ -137,43 +123,46 @@ pub(crate) struct Residual {
     pub(crate) force: f64,
     /// Largest mean volume error of an element.
     pub(crate) volume: f64,
-    /// Largest gap (either sign) of a touching node over the size of the body.
-    pub(crate) gap: f64,
+    /// Largest relative error of the product of gap and contact force; see the contact module.
+    pub(crate) contact: f64,
     /// Smallest `J` of all quadrature points, and the element it is in.
     pub(crate) smallest_j: (f64, usize),
 }
 
 /// The equations of a body: assembled, solved, and assembled again.
 #[derive(Debug)]
-pub struct Equations {
-    pub(crate) body: Body,
-    pub(crate) elements: Vec<ReferenceElement>,
+pub struct Equations<S: Dimension = Plane> {
+    pub(crate) body: Body<S>,
+    pub(crate) elements: Vec<S::Element>,
     /// Number of each displacement among the unknowns, `u32::MAX` where it is held.
-    unknown: Vec<u32>,
-    systems: Vec<ElementSystem>,
-    places: Vec<Vec<u32>>,
-    /// Obstacle and node of each contact pair.
-    pairs: Vec<(usize, usize)>,
-    solver: SymmetricSolver,
+    pub(crate) unknown: Vec<u32>,
+    systems: Vec<ElementSystem<S>>,
+    pub(crate) places: Vec<Vec<u32>>,
+    pub(crate) pairs: Vec<Pair<S>>,
+    /// Product of gap and pressure in N/m; see the contact module.
+    pub(crate) gap_times_pressure: f64,
+    pub(crate) solver: SymmetricSolver,
     /// Unbalanced force of each displacement, held ones included.
     pub(crate) unbalanced: Vec<f64>,
     internal: Vec<f64>,
-    right: Vec<f64>,
+    pub(crate) right: Vec<f64>,
     kappa_0: f64,
-    penalty: f64,
     force_floor: f64,
-    size: f64,
+    /// Largest shear modulus in Pa times the shortest side of the body in m.
+    pub(crate) modulus_times_size: f64,
+    /// Largest shear modulus in Pa.
+    modulus: f64,
 }
 
-impl Equations {
+impl<S: Dimension> Equations<S> {
     /// The equations of `body`. All memory and the symbolic factorisation are taken here.
     ///
     /// # Errors
     /// See [`ModelError`].
-    pub fn new(body: Body) -> Result<Self, ModelError> {
+    pub fn new(body: Body<S>) -> Result<Self, ModelError> {
         let (nodes, count) = (body.mesh.nodes.len(), body.mesh.elements.len());
         let mismatch = |what| ModelError::Mismatch { what, nodes, elements: count };
-        if body.held.len() != 2 * nodes {
+        if body.held.len() != S::AXES * nodes {
             return Err(mismatch("the list of held displacements"));
         }
         if body.material.len() != count || body.material.iter().any(|&m| m as usize >= body.rubbers.len()) {
@@ -185,53 +174,54 @@ impl Equations {
             .iter()
             .enumerate()
             .map(|(element, e)| {
-                ReferenceElement::new(&e.map(|n| body.mesh.nodes[n as usize]))
-                    .ok_or(ModelError::InvertedElement { element })
+                let x: Vec<S::Point> = e.as_ref().iter().map(|&n| body.mesh.nodes[n as usize]).collect();
+                S::Element::new(&x).ok_or(ModelError::InvertedElement { element })
             })
             .collect::<Result<Vec<_>, _>>()?;
-        let mut unknown = vec![u32::MAX; 2 * nodes];
+        let mut unknown = vec![u32::MAX; S::AXES * nodes];
         let mut unknowns = 0;
-        for n in body.mesh.dissection_order() {
-            for d in [2 * n as usize, 2 * n as usize + 1] {
+        for n in S::order(&body.mesh.nodes, &body.mesh.elements) {
+            for d in Self::places_of_node(n as usize) {
                 if !body.held[d] {
                     unknown[d] = unknowns;
                     unknowns += 1;
                 }
             }
         }
-        let pairs: Vec<(usize, usize)> = body
+        let known = |n: &u32| (*n as usize) < nodes;
+        if body
             .obstacles
             .iter()
-            .enumerate()
-            .flat_map(|(o, (_, list))| list.iter().map(move |&n| (o, n as usize)))
-            .collect();
+            .any(|o| !o.sides.iter().flat_map(|s| s.nodes.as_ref()).chain(&o.carrier).all(known))
+        {
+            return Err(mismatch("a list of touching sides"));
+        }
         if unknowns == 0 {
             return Err(ModelError::NoUnknowns);
         }
-        if pairs.iter().any(|&(_, n)| n >= nodes) {
-            return Err(mismatch("a list of touching nodes"));
-        }
-        let of_node = |n: usize| [unknown[2 * n], unknown[2 * n + 1]];
+        let pairs = Pair::all(&body);
+        let of_node = |n: usize| &unknown[Self::places_of_node(n)];
         let groups: Vec<Vec<u32>> = body
             .mesh
             .elements
             .iter()
-            .map(|e| e.iter().flat_map(|&n| of_node(n as usize)).collect())
-            .chain(pairs.iter().map(|&(_, n)| of_node(n).to_vec()))
+            .map(|e| e.as_ref().iter().flat_map(|&n| of_node(n as usize)).copied().collect())
+            .chain(pairs.iter().map(|p| p.displacements().map(|d| unknown[d]).collect()))
             .collect();
         let (solver, places) =
             SymmetricSolver::new(unknowns as usize, &groups, Par::Seq).map_err(|_| ModelError::NoUnknowns)?;
         let modulus = body.rubbers.iter().map(Rubber::shear_modulus).fold(0.0, f64::max);
-        let size = body.mesh.nodes.iter().flatten().fold(0.0, |m: f64, x| m.max(x.abs()));
+        let size = body.mesh.nodes.iter().flat_map(Numbers::as_slice).fold(0.0, |m: f64, x| m.max(x.abs()));
         Ok(Self {
-            unbalanced: vec![0.0; 2 * nodes],
-            internal: vec![0.0; 2 * nodes],
+            unbalanced: vec![0.0; S::AXES * nodes],
+            internal: vec![0.0; S::AXES * nodes],
             right: vec![0.0; unknowns as usize],
-            systems: vec![ElementSystem::default(); count],
+            systems: vec![ElementSystem::new(S::AXES * S::Element::NODES); count],
             kappa_0: 1e5 * modulus,
-            penalty: 1e6 * modulus,
+            gap_times_pressure: 0.0,
             force_floor: 1e-9 * modulus * size,
-            size,
+            modulus,
+            modulus_times_size: modulus * body.mesh.shortest_side(),
             body,
             elements,
             unknown,
@@ -242,12 +232,8 @@ impl Equations {
     }
 
     /// The body.
-    pub fn body(&self) -> &Body {
+    pub fn body(&self) -> &Body<S> {
         &self.body
-    }
-
-    pub(crate) fn has_contact(&self) -> bool {
-        !self.pairs.is_empty()
     }
 
     /// Unknown displacements.
@@ -258,7 +244,7 @@ impl Equations {
     /// Unknown displacements and pressures.
     pub fn mixed_unknowns(&self) -> usize {
         let rubber = |m: &u16| self.body.rubbers[*m as usize].pressure_compliance().is_some();
-        self.right.len() + 3 * self.body.material.iter().filter(|m| rubber(m)).count()
+        self.right.len() + S::Pressure::COUNT * self.body.material.iter().filter(|m| rubber(m)).count()
     }
 
     /// Entries of the factor.
@@ -266,10 +252,19 @@ impl Equations {
         self.solver.factor_entries()
     }
 
-    /// Displacements of the nodes of element `e`.
-    pub(crate) fn gather(&self, e: usize, u: &[f64]) -> [f64; 18] {
-        let nodes = &self.body.mesh.elements[e];
-        std::array::from_fn(|k| u[2 * nodes[k / 2] as usize + k % 2])
+    /// Displacements of the nodes of element `e`, out of those of all nodes.
+    pub(crate) fn gather(&self, e: usize, u: &[f64]) -> Vec<f64> {
+        self.places_of(e).map(|d| u[d]).collect()
+    }
+
+    /// Where the displacements of node `n` are.
+    fn places_of_node(n: usize) -> std::ops::Range<usize> {
+        S::AXES * n..S::AXES * (n + 1)
+    }
+
+    /// Where the displacements of element `e` are.
+    fn places_of(&self, e: usize) -> impl Iterator<Item = usize> {
+        self.body.mesh.elements[e].as_ref().iter().flat_map(|&n| Self::places_of_node(n as usize))
     }
 
     fn rubber(&self, e: usize) -> &Rubber {
@@ -278,7 +273,7 @@ impl Equations {
 
     /// Assembles residual, tangent and right-hand side at `state` under `load`. Prescribed displacements that
     /// `state` does not have yet go into the right-hand side.
-    pub(crate) fn assemble(&mut self, state: &State, load: &Load) -> Residual {
+    pub(crate) fn assemble(&mut self, state: &State<S>, load: &Load<S>) -> Residual {
         let mut systems = std::mem::take(&mut self.systems);
         let this = &*self;
         let missing = |d: usize| {
@@ -287,12 +282,13 @@ impl Equations {
         systems.par_iter_mut().enumerate().with_min_len(16).for_each(|(e, system)| {
             let u = this.gather(e, &state.displacement);
             this.elements[e].assemble(this.rubber(e), &u, &state.pressure[e], this.kappa_0, system);
-            let nodes = &this.body.mesh.elements[e];
-            for c in 0..18 {
-                let step = missing(2 * nodes[c / 2] as usize + c % 2);
+            for (c, d) in this.places_of(e).enumerate() {
+                let step = missing(d);
                 if step != 0.0 {
-                    for r in 0..18 {
-                        system.condensed_force[r] += system.stiffness[r * 18 + c] * step;
+                    // The tangent is symmetric: a row is a column.
+                    let column = &system.stiffness[c * u.len()..(c + 1) * u.len()];
+                    for (force, stiffness) in system.condensed_force.iter_mut().zip(column) {
+                        *force += stiffness * step;
                     }
                 }
             }
@@ -304,9 +300,8 @@ impl Equations {
         let mut volume: f64 = 0.0;
         let mut smallest_j = (f64::INFINITY, 0);
         for (e, system) in self.systems.iter().enumerate() {
-            let nodes = &self.body.mesh.elements[e];
-            for r in 0..18 {
-                let d = 2 * nodes[r / 2] as usize + r % 2;
+            let nodes = self.body.mesh.elements[e].as_ref().iter();
+            for (r, d) in nodes.flat_map(|&n| Self::places_of_node(n as usize)).enumerate() {
                 self.internal[d] += system.force[r];
                 if self.unknown[d] != u32::MAX {
                     self.right[self.unknown[d] as usize] -= system.condensed_force[r];
@@ -317,8 +312,8 @@ impl Equations {
                     self.solver.values[*place as usize] += value;
                 }
             }
-            let area = self.elements[e].area();
-            volume = system.volume_error.iter().fold(volume, |v, x| v.max((x / area).abs()));
+            let size = self.elements[e].volume();
+            volume = system.volume_error.as_slice().iter().fold(volume, |v, x| v.max((x / size).abs()));
             if system.smallest_j < smallest_j.0 {
                 smallest_j = (system.smallest_j, e);
             }
@@ -330,7 +325,7 @@ impl Equations {
                 self.right[self.unknown[d] as usize] += f;
             }
         }
-        let gap = self.assemble_contact(state, load);
+        let contact = self.assemble_contact(state, load);
         let scale = self.internal.iter().fold(self.force_floor, |m, f| m.max(f.abs()));
         let mut worst: f64 = 0.0;
         for (d, f) in self.unbalanced.iter().enumerate() {
@@ -340,53 +335,22 @@ impl Equations {
                 worst = worst.max(f.abs());
             }
         }
-        Residual { force: worst / scale, volume, gap: gap / self.size, smallest_j }
+        Residual { force: worst / scale, volume, contact, smallest_j }
     }
 
-    /// Adds the contact forces. Returns the largest distance of a touching node from its obstacle.
-    fn assemble_contact(&mut self, state: &State, load: &Load) -> f64 {
-        let mut worst: f64 = 0.0;
-        let elements = self.elements.len();
-        for (c, &(o, n)) in self.pairs.iter().enumerate() {
-            let gap = self.body.obstacles[o].0.gap(self.position(n, state), load.shift[o]);
-            let force = state.contact[c] - self.penalty * gap.distance;
-            if force <= 0.0 {
-                continue;
-            }
-            worst = worst.max(gap.distance.abs());
-            let place = &self.places[elements + c];
-            for k in 0..2 {
-                let d = 2 * n + k;
-                self.unbalanced[d] -= force * gap.normal[k];
-                if self.unknown[d] == u32::MAX {
-                    continue;
-                }
-                self.right[self.unknown[d] as usize] += force * gap.normal[k];
-                for m in 0..2 {
-                    let unit = if k == m { 1.0 } else { 0.0 };
-                    let across = unit - gap.normal[k] * gap.normal[m];
-                    // The multiplier, not `force`: where a node has just gone deep, the penalty's part of the force
-                    // is no force, and would make the tangent indefinite.
-                    let bent = state.contact[c].max(0.0) * gap.curvature * across;
-                    let value = self.penalty * gap.normal[k] * gap.normal[m] - bent;
-                    if place[2 * k + m] != u32::MAX {
-                        self.solver.values[place[2 * k + m] as usize] += value;
-                    }
-                }
-            }
-        }
-        worst
+    /// Factorises the last tangent. Returns the number of negative pivots, or `None` if it is singular.
+    pub(crate) fn factorise(&mut self) -> Option<usize> {
+        self.solver.factorise().ok()
     }
 
-    /// Deformed position of a node in m.
-    pub(crate) fn position(&self, n: usize, state: &State) -> [f64; 2] {
-        std::array::from_fn(|k| self.body.mesh.nodes[n][k] + state.displacement[2 * n + k])
+    /// Adds springs of `stiffness` times the shear modulus between every free displacement and where it is.
+    pub(crate) fn damp(&mut self, stiffness: f64) {
+        self.solver.add_to_diagonal(stiffness * self.modulus);
     }
 
-    /// Solves for the step that the last assembly asks for. Returns the step as a difference of states, the
-    /// residual of the linear system and the number of negative pivots, or `None` if the matrix is singular.
-    pub(crate) fn solve(&mut self, state: &State, load: &Load) -> Option<(State, f64, usize)> {
-        let negative = self.solver.factorise().ok()?;
+    /// Solves for the step that the last assembly asks for, with the last factors. Returns the step as a difference of
+    /// states and the residual of the linear system, or `None` if the matrix is singular.
+    pub(crate) fn solve(&mut self, state: &State<S>, load: &Load<S>) -> Option<(State<S>, f64)> {
         let mut x = std::mem::take(&mut self.right);
         let linear_residual = self.solver.solve(&mut x);
         let du: Vec<f64> = (0..self.unknown.len())
@@ -407,21 +371,11 @@ impl Equations {
                 self.elements[e].pressure_increment(self.rubber(e), &du, self.kappa_0, &self.systems[e])
             })
             .collect();
-        let contact = self
-            .pairs
-            .iter()
-            .enumerate()
-            .map(|(c, &(o, n))| {
-                let gap = self.body.obstacles[o].0.gap(self.position(n, state), load.shift[o]);
-                let before = state.contact[c];
-                if before - self.penalty * gap.distance <= 0.0 {
-                    return -before;
-                }
-                let closing = gap.normal[0] * du[2 * n] + gap.normal[1] * du[2 * n + 1];
-                -self.penalty * (gap.distance + closing)
-            })
-            .collect();
-        Some((State { displacement: du, pressure, contact }, linear_residual, negative))
+        let shift = state.shift.iter().zip(&load.shift);
+        let shift: Vec<S::Point> = shift.map(|(now, then)| S::Point::from_fn(|k| then[k] - now[k])).collect();
+        let contact = self.contact_increment(state, &du, &shift);
+        let step = State { displacement: du, pressure, contact, shift };
+        Some((step, linear_residual))
     }
 
     /// Smallest `J` after the displacement `after`, the element it is in, and the smallest ratio to `J` before.
@@ -440,42 +394,11 @@ impl Equations {
 
     /// The force in N/m that what holds a set of displacements exerts, from the last assembly: the sum of the reactions
     /// along `axis` of the nodes whose reference position satisfies `at`.
-    pub fn reaction(&self, axis: usize, at: impl Fn([f64; 2]) -> bool) -> f64 {
+    pub fn reaction(&self, axis: usize, at: impl Fn(S::Point) -> bool) -> f64 {
         let nodes = self.body.mesh.nodes.iter().enumerate();
         nodes
-            .filter(|(n, x)| self.body.held[2 * n + axis] && at(**x))
-            .map(|(n, _)| self.unbalanced[2 * n + axis])
+            .filter(|(n, x)| self.body.held[S::AXES * n + axis] && at(**x))
+            .map(|(n, _)| self.unbalanced[S::AXES * n + axis])
             .sum()
-    }
-
-    /// The force in N/m that obstacle `o` exerts on the body in `state`.
-    pub fn contact_force(&self, o: usize, state: &State, load: &Load) -> [f64; 2] {
-        let mut sum = [0.0; 2];
-        for (c, &(obstacle, n)) in self.pairs.iter().enumerate() {
-            if obstacle == o {
-                let gap = self.body.obstacles[o].0.gap(self.position(n, state), load.shift[o]);
-                for k in 0..2 {
-                    sum[k] += state.contact[c].max(0.0) * gap.normal[k];
-                }
-            }
-        }
-        sum
-    }
-
-    /// Calls `tell` with every node that touches an obstacle in `state`, and the obstacle's normal there.
-    pub(crate) fn for_each_contact(&self, state: &State, load: &Load, mut tell: impl FnMut(usize, [f64; 2])) {
-        for (c, &(o, n)) in self.pairs.iter().enumerate() {
-            if state.contact[c] > 0.0 {
-                tell(n, self.body.obstacles[o].0.gap(self.position(n, state), load.shift[o]).normal);
-            }
-        }
-    }
-
-    /// Deepest penetration of a candidate node into an obstacle, in m; negative where nothing touches.
-    pub fn penetration(&self, state: &State, load: &Load) -> f64 {
-        self.pairs
-            .iter()
-            .map(|&(o, n)| -self.body.obstacles[o].0.gap(self.position(n, state), load.shift[o]).distance)
-            .fold(f64::NEG_INFINITY, f64::max)
     }
 }

@@ -1,14 +1,22 @@
 //! Newton's method with load steps that shrink where it fails and grow where it is easy.
 
+use super::dimension::{Dimension, Numbers};
 use super::model::{Equations, Load, Residual, State};
 
 /// When to stop, and what to try.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct NewtonSettings {
-    /// Largest unbalanced nodal force over the largest nodal force; also for volume errors and gaps.
+    /// Largest unbalanced nodal force over the largest nodal force; also for volume errors.
     pub tolerance: f64,
     /// Newton steps before a load step is cut.
     pub most_iterations: usize,
+    /// Linear systems that one [`Equations::advance`] may solve.
+    pub most_solves: usize,
+    /// Gap over the shortest side of the body where the contact pressure is the shear modulus, while the load moves; see
+    /// the contact module.
+    pub moving_gap: f64,
+    /// The same at the loads that are asked for.
+    pub final_gap: f64,
     /// First load step, as a part of the way from one load to the next.
     pub first_step: f64,
     /// Load steps below this part of the way are not tried.
@@ -22,6 +30,9 @@ impl Default for NewtonSettings {
         Self {
             tolerance: 1e-9,
             most_iterations: 20,
+            most_solves: 600,
+            moving_gap: 1e-3,
+            final_gap: 1e-8,
             first_step: 0.25,
             smallest_step: 1e-4,
             smallest_ratio: 0.2,
@@ -79,12 +90,29 @@ pub enum StopReason {
     /// The residual did not fall.
     #[error("Newton's method did not converge")]
     NoConvergence,
+    /// [`NewtonSettings::most_solves`] is used up.
+    #[error("the number of linear systems has reached its limit")]
+    TooLong,
     /// A linear system had no solution.
     #[error("the tangent is singular")]
     Singular,
 }
 
-impl Equations {
+/// How well an equilibrium has to be met, and how close contact has to be.
+#[derive(Debug, Clone, Copy)]
+struct Target {
+    force: f64,
+    /// Relative error of the product of gap and contact force.
+    contact: f64,
+}
+
+/// Damping, over the shear modulus, that is tried first and last where the tangent has negative pivots.
+const LEAST_DAMPING: f64 = 0.02;
+const MOST_DAMPING: f64 = 1e4;
+
+type Failure = (StopReason, (f64, usize));
+
+impl<S: Dimension> Equations<S> {
     /// Takes `state`, in equilibrium under `from`, to an equilibrium under `to`. Loads in between are
     /// interpolated.
     ///
@@ -92,24 +120,77 @@ impl Equations {
     /// [`Stopped`] where and why; `state` is then the last equilibrium on the way, and `from` its load.
     pub fn advance(
         &mut self,
-        state: &mut State,
-        from: &mut Load,
-        to: &Load,
+        state: &mut State<S>,
+        from: &mut Load<S>,
+        to: &Load<S>,
         settings: &NewtonSettings,
     ) -> Result<Effort, Box<Stopped>> {
+        let mut effort = Effort::default();
+        let (first_state, first_load) = (state.clone(), from.clone());
+        let mut result = self.march(state, from, to, settings, &mut effort);
+        if self.has_contact() {
+            if let Err((reason, (smallest_j, element))) = self.close_gaps(state, from, settings, &mut effort)
+            {
+                *state = first_state;
+                *from = first_load;
+                result = result.and(Err(Box::new(Stopped {
+                    reached: 0.0,
+                    step: 1.0,
+                    reason,
+                    smallest_j,
+                    element,
+                    effort,
+                })));
+            }
+        }
+        // The last assembly may have been of a state that was given up.
+        let residual = self.assemble(state, from);
+        effort.smallest_j = residual.smallest_j.0;
+        effort.residual = residual.force;
+        match result {
+            Ok(()) => Ok(effort),
+            Err(mut stopped) => {
+                stopped.effort = effort;
+                Err(stopped)
+            }
+        }
+    }
+
+    /// The way from load to load, contact at [`NewtonSettings::moving_gap`].
+    fn march(
+        &mut self,
+        state: &mut State<S>,
+        from: &mut Load<S>,
+        to: &Load<S>,
+        settings: &NewtonSettings,
+        effort: &mut Effort,
+    ) -> Result<(), Box<Stopped>> {
         let start = from.clone();
         let (mut reached, mut step) = (0.0, settings.first_step.clamp(settings.smallest_step, 1.0));
-        let mut effort = Effort::default();
+        let mut target = Target { force: settings.tolerance, contact: 0.0 };
+        if self.has_contact() {
+            target = Target { force: settings.tolerance.max(1e-6), contact: 0.05 };
+            self.gap_times_pressure = settings.moving_gap * self.modulus_times_size;
+            let mut trial = state.clone();
+            self.start_contact(&mut trial);
+            if let Err((reason, (smallest_j, element))) =
+                self.equilibrate(&mut trial, &start, target, settings, effort)
+            {
+                let effort = *effort;
+                return Err(Box::new(Stopped { reached, step, reason, smallest_j, element, effort }));
+            }
+            *state = trial;
+        }
         while reached < 1.0 {
             // A last step that would leave a sliver is stretched to the end.
-            let target = if reached + 1.001 * step >= 1.0 { 1.0 } else { reached + step };
-            let load = start.toward(to, target);
+            let part = if reached + 1.001 * step >= 1.0 { 1.0 } else { reached + step };
+            let load = start.toward(to, part);
             let mut trial = state.clone();
-            match self.equilibrate(&mut trial, &load, settings, &mut effort) {
+            match self.equilibrate(&mut trial, &load, target, settings, effort) {
                 Ok(iterations) => {
                     *state = trial;
                     *from = load;
-                    reached = target;
+                    reached = part;
                     effort.steps += 1;
                     if iterations <= 5 {
                         step *= 1.6;
@@ -119,66 +200,124 @@ impl Equations {
                 }
                 Err((reason, (smallest_j, element))) => {
                     effort.cuts += 1;
-                    step = 0.4 * (target - reached);
-                    if step < settings.smallest_step {
-                        let step = target - reached;
+                    step = 0.4 * (part - reached);
+                    if step < settings.smallest_step || reason == StopReason::TooLong {
+                        let (step, effort) = (part - reached, *effort);
                         return Err(Box::new(Stopped { reached, step, reason, smallest_j, element, effort }));
                     }
                 }
             }
         }
-        Ok(effort)
+        Ok(())
+    }
+
+    /// From [`NewtonSettings::moving_gap`] to [`NewtonSettings::final_gap`] at one load.
+    fn close_gaps(
+        &mut self,
+        state: &mut State<S>,
+        load: &Load<S>,
+        settings: &NewtonSettings,
+        effort: &mut Effort,
+    ) -> Result<(), Failure> {
+        let (mut gap, mut factor) = (settings.moving_gap, 0.1f64);
+        while gap > settings.final_gap {
+            let next = (gap * factor).max(settings.final_gap);
+            let last = next <= settings.final_gap;
+            let target = if last {
+                Target { force: settings.tolerance, contact: 1e-3 }
+            } else {
+                Target { force: settings.tolerance.max(1e-5), contact: 0.1 }
+            };
+            self.gap_times_pressure = next * self.modulus_times_size;
+            let mut trial = state.clone();
+            match self.equilibrate(&mut trial, load, target, settings, effort) {
+                Ok(_) => {
+                    *state = trial;
+                    gap = next;
+                    factor = (factor * factor).max(1e-3);
+                }
+                Err(failure) => {
+                    effort.cuts += 1;
+                    factor = factor.sqrt();
+                    if factor > 0.9 || failure.0 == StopReason::TooLong {
+                        return Err(failure);
+                    }
+                }
+            }
+        }
+        Ok(())
     }
 
     fn equilibrate(
         &mut self,
-        state: &mut State,
-        load: &Load,
+        state: &mut State<S>,
+        load: &Load<S>,
+        target: Target,
         settings: &NewtonSettings,
         effort: &mut Effort,
-    ) -> Result<usize, (StopReason, (f64, usize))> {
+    ) -> Result<usize, Failure> {
         let mut residual = self.assemble(state, load);
         let mut short_steps = 0;
+        let mut damping = 0.0;
         for iteration in 0..settings.most_iterations {
-            let Some((step, linear_residual, negative)) = self.solve(state, load) else {
-                return Err((StopReason::Singular, residual.smallest_j));
-            };
+            if effort.solves >= settings.most_solves {
+                return Err((StopReason::TooLong, residual.smallest_j));
+            }
+            let singular = (StopReason::Singular, residual.smallest_j);
+            if damping > 0.0 {
+                self.damp(damping);
+            }
+            let mut negative = self.factorise().ok_or(singular)?;
+            let first_negative = negative;
             effort.solves += 1;
+            // Without contact an unstable equilibrium is taken as it is: dead loads may have no other near.
+            while self.has_contact() && negative > 0 && damping < MOST_DAMPING {
+                let more = (4.0 * damping).max(LEAST_DAMPING);
+                self.damp(more - damping);
+                damping = more;
+                negative = self.factorise().ok_or(singular)?;
+                effort.solves += 1;
+            }
+            let damped = damping > 0.0;
+            let (step, linear_residual) = self.solve(state, load).ok_or(singular)?;
             effort.linear_residual = effort.linear_residual.max(linear_residual);
-            effort.negative_pivots = negative;
+            effort.negative_pivots = first_negative;
             let mut part = 1.0;
             let mut trial = state.plus(&step, part);
+            let mut turned = false;
             loop {
                 let (j, element, ratio) = self.smallest_j(&state.displacement, &trial.displacement);
-                if j > 0.0 && ratio > settings.smallest_ratio {
+                let whole = j > 0.0 && ratio > settings.smallest_ratio;
+                if whole && self.keeps_clear(state, &mut trial) {
                     break;
                 }
+                turned |= !whole;
                 part *= 0.5;
-                if part < 0.01 {
-                    return Err((StopReason::Inversion, (j, element)));
+                if part < 1e-3 {
+                    let reason = if whole { StopReason::NoConvergence } else { StopReason::Inversion };
+                    return Err((reason, (j, element)));
                 }
                 trial = state.plus(&step, part);
             }
-            if part < 1.0 {
+            if turned {
                 short_steps += 1;
                 if short_steps > 6 {
                     return Err((StopReason::Inversion, residual.smallest_j));
                 }
             }
-            let before = residual.force;
             residual = self.assemble(&trial, load);
-            // Contact that opens and closes in turn: full steps go back and forth between two sets of touching
-            // nodes. The residual is continuous, and falls along the step if that is short enough.
-            let shortest = if self.has_contact() && iteration >= 3 { 0.02 } else { part };
-            while residual.force > before && part > shortest {
-                part *= 0.5;
-                trial = state.plus(&step, part);
-                residual = self.assemble(&trial, load);
+            if std::env::var("TRACE").is_ok() {
+                eprintln!(
+                    "  {iteration} part {part:.3} neg {first_negative} damp {damping:.3} lin {linear_residual:.0e} {residual:?}"
+                );
             }
             *state = trial;
+            if first_negative == 0 {
+                damping = if damping > LEAST_DAMPING { 0.25 * damping } else { 0.0 };
+            }
             effort.smallest_j = residual.smallest_j.0;
             effort.residual = residual.force;
-            if part == 1.0 && residual.within(settings.tolerance) {
+            if part == 1.0 && !damped && residual.within(settings.tolerance, target) {
                 return Ok(iteration + 1);
             }
             if !residual.force.is_finite() {
@@ -190,12 +329,14 @@ impl Equations {
 }
 
 impl Residual {
-    fn within(&self, tolerance: f64) -> bool {
-        self.force <= tolerance && self.volume <= tolerance && self.gap <= tolerance
+    fn within(&self, tolerance: f64, target: Target) -> bool {
+        self.force <= target.force
+            && self.volume <= target.force.max(tolerance)
+            && self.contact <= target.contact
     }
 }
 
-impl Load {
+impl<S: Dimension> Load<S> {
     /// The load a part of the way from this one to another.
     pub fn toward(&self, to: &Self, part: f64) -> Self {
         let mix = |a: &f64, b: &f64| if part == 1.0 { *b } else { a + part * (b - a) };
@@ -207,25 +348,24 @@ impl Load {
                 .shift
                 .iter()
                 .zip(&to.shift)
-                .map(|(a, b)| std::array::from_fn(|k| mix(&a[k], &b[k])))
+                .map(|(a, b)| S::Point::from_fn(|k| mix(&a[k], &b[k])))
                 .collect(),
         }
     }
 }
 
-impl State {
+impl<S: Dimension> State<S> {
     fn plus(&self, step: &Self, part: f64) -> Self {
         let sum = |a: &f64, b: &f64| a + part * b;
         let all = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| sum(a, b)).collect();
+        fn both<N: Numbers>(a: &[N], b: &[N], part: f64) -> Vec<N> {
+            a.iter().zip(b).map(|(a, b)| N::from_fn(|k| a[k] + part * b[k])).collect()
+        }
         Self {
             displacement: all(&self.displacement, &step.displacement),
-            pressure: self
-                .pressure
-                .iter()
-                .zip(&step.pressure)
-                .map(|(a, b)| std::array::from_fn(|k| sum(&a[k], &b[k])))
-                .collect(),
+            pressure: both(&self.pressure, &step.pressure, part),
             contact: all(&self.contact, &step.contact),
+            shift: both(&self.shift, &step.shift, part),
         }
     }
 }

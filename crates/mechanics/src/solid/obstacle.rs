@@ -1,11 +1,31 @@
 //! Rigid bodies that the rubber may touch but not enter.
 
-/// A rigid body, given by the distance to its surface.
+use super::dimension::{Dimension, Plane};
+use super::side::Side;
+
+/// A rigid body and the surface that may touch it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Obstacle<S: Dimension = Plane> {
+    /// Its form.
+    pub shape: Shape,
+    /// The sides that may touch it.
+    pub sides: Vec<Side<S>>,
+    /// A node of the rubber that carries it along `x1`, and takes its horizontal force: an obstacle that is fixed to a
+    /// point of the rubber.
+    pub carrier: Option<u32>,
+}
+
+/// The form of a rigid body, given by the distance to its surface. In plane strain it is cut at `x3 = 0`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Shape {
     /// Everything below `x2 = 0`.
     Below,
-    /// A flat-faced punch above `x2 = 0` with `|x1| <= half_width`, its corners rounded.
+    /// Everything with `side * x1 < 0`.
+    Wall {
+        /// 1 or -1.
+        side: f64,
+    },
+    /// A flat-faced punch above `x2 = 0` with `|x1| <= half_width`, its corners rounded, the same all along `x3`.
     Punch {
         /// Half its width in m.
         half_width: f64,
@@ -17,6 +37,18 @@ pub enum Shape {
         /// Its radius in m.
         radius: f64,
     },
+    /// A sphere above `x2 = 0`; in plane strain a cylinder.
+    Sphere {
+        /// Its radius in m.
+        radius: f64,
+    },
+    /// A flat-faced punch above `x2 = 0` with `|x1|` and `|x3|` at most the half widths, its edges and corners rounded.
+    Block {
+        /// Half its widths along `x1` and `x3` in m.
+        half_widths: [f64; 2],
+        /// Radius of its edges in m, above zero and at most the half widths.
+        corner_radius: f64,
+    },
 }
 
 /// Distance of a point from a surface with its first two derivatives.
@@ -25,38 +57,64 @@ pub struct Gap {
     /// Signed distance in m: negative inside the body.
     pub distance: f64,
     /// Gradient: the unit normal out of the body.
-    pub normal: [f64; 2],
-    /// Curvature of the surfaces of equal distance in 1/m: the Hessian is `curvature (1 - n n')`.
-    pub curvature: f64,
+    pub normal: [f64; 3],
+    /// Second derivatives in 1/m.
+    pub hessian: [[f64; 3]; 3],
+}
+
+impl Gap {
+    /// Where the surface is flat.
+    fn flat(distance: f64, normal: [f64; 3]) -> Self {
+        Self { distance, normal, hessian: [[0.0; 3]; 3] }
+    }
+
+    /// The distance from a surface that is `radius` away from a point, line or plane: `from` is the way from its
+    /// nearest point, in which the coordinates along the line are zero and marked `false` in `across`.
+    fn round(from: [f64; 3], across: [bool; 3], radius: f64) -> Self {
+        let r = from.iter().map(|x| x * x).sum::<f64>().sqrt().max(f64::MIN_POSITIVE);
+        let normal = from.map(|x| x / r);
+        let mut hessian = [[0.0; 3]; 3];
+        for k in (0..3).filter(|&k| across[k]) {
+            for m in (0..3).filter(|&m| across[m]) {
+                let unit = if k == m { 1.0 } else { 0.0 };
+                hessian[k][m] = (unit - normal[k] * normal[m]) / r;
+            }
+        }
+        Self { distance: r - radius, normal, hessian }
+    }
 }
 
 impl Shape {
-    /// Distance of `y` (m) from the body moved by `shift` (m).
-    pub fn gap(&self, y: [f64; 2], shift: [f64; 2]) -> Gap {
-        let x = [y[0] - shift[0], y[1] - shift[1]];
+    /// Distance of a point from the body; `x` is its position (m) from where the body has been moved to.
+    pub fn gap(&self, x: [f64; 3]) -> Gap {
         match *self {
-            Self::Below => Gap { distance: x[1], normal: [0.0, 1.0], curvature: 0.0 },
-            Self::Punch { half_width, corner_radius } => {
-                let side = if x[0] < 0.0 { -1.0 } else { 1.0 };
-                let out = side * x[0] - (half_width - corner_radius);
-                let up = x[1] - corner_radius;
-                if out <= 0.0 {
-                    Gap { distance: -x[1], normal: [0.0, -1.0], curvature: 0.0 }
-                } else if up >= 0.0 {
-                    Gap { distance: out - corner_radius, normal: [side, 0.0], curvature: 0.0 }
-                } else {
-                    let radius = out.hypot(up);
-                    let normal = [side * out / radius, up / radius];
-                    Gap { distance: radius - corner_radius, normal, curvature: 1.0 / radius }
-                }
-            }
-            Self::Cylinder { radius } => {
-                let from = [x[0], x[1] - radius];
-                let r = from[0].hypot(from[1]).max(f64::MIN_POSITIVE);
-                Gap { distance: r - radius, normal: [from[0] / r, from[1] / r], curvature: 1.0 / r }
-            }
+            Self::Below => Gap::flat(x[1], [0.0, 1.0, 0.0]),
+            Self::Wall { side } => Gap::flat(side * x[0], [side, 0.0, 0.0]),
+            Self::Punch { half_width, corner_radius } => block([half_width, f64::INFINITY], corner_radius, x),
+            Self::Block { half_widths, corner_radius } => block(half_widths, corner_radius, x),
+            Self::Cylinder { radius } => Gap::round([x[0], x[1] - radius, 0.0], [true, true, false], radius),
+            Self::Sphere { radius } => Gap::round([x[0], x[1] - radius, x[2]], [true; 3], radius),
         }
     }
+}
+
+/// Distance from a flat-faced block: from its rounded face where the point is below the middle of the edges' rounding,
+/// else from the nearest flank.
+fn block(half_widths: [f64; 2], radius: f64, x: [f64; 3]) -> Gap {
+    let side = [x[0], x[2]].map(|x| if x < 0.0 { -1.0 } else { 1.0 });
+    let out = [side[0] * x[0] - (half_widths[0] - radius), side[1] * x[2] - (half_widths[1] - radius)];
+    let beyond = out.map(|o| o > 0.0);
+    if beyond == [false, false] {
+        return Gap::flat(-x[1], [0.0, -1.0, 0.0]);
+    }
+    let up = x[1] - radius;
+    let across = [beyond[0], up < 0.0, beyond[1]];
+    let from = [
+        if beyond[0] { side[0] * out[0] } else { 0.0 },
+        if up < 0.0 { up } else { 0.0 },
+        if beyond[1] { side[1] * out[1] } else { 0.0 },
+    ];
+    Gap::round(from, across, radius)
 }
 
 #[cfg(test)]
@@ -67,32 +125,35 @@ mod tests {
     fn normals_and_curvatures_are_derivatives_of_the_distance() {
         let shapes = [
             Shape::Below,
+            Shape::Wall { side: -1.0 },
             Shape::Punch { half_width: 1.0, corner_radius: 0.3 },
             Shape::Cylinder { radius: 2.0 },
+            Shape::Sphere { radius: 2.0 },
+            Shape::Block { half_widths: [1.0, 0.8], corner_radius: 0.3 },
         ];
         let h = 1e-5;
         for shape in shapes {
-            for y in [[0.2, -0.3], [0.9, -0.1], [-0.95, 0.1], [1.2, 0.9], [-1.4, 0.7], [0.85, 0.02]] {
-                let shift = [0.01, -0.02];
-                let g = shape.gap(y, shift);
+            for y in [
+                [0.2, -0.3, 0.1],
+                [0.9, -0.1, 0.7],
+                [-0.95, 0.1, -0.75],
+                [1.2, 0.9, 0.3],
+                [-1.4, 0.7, 1.0],
+                [0.85, 0.02, 0.0],
+            ] {
+                let g = shape.gap(y);
                 let at = |k: usize, s: f64| {
                     let mut z = y;
                     z[k] += s;
-                    shape.gap(z, shift)
+                    shape.gap(z)
                 };
-                for k in 0..2 {
+                for k in 0..3 {
                     let (a, b) = (at(k, h), at(k, -h));
-                    assert!(
-                        ((a.distance - b.distance) / (2.0 * h) - g.normal[k]).abs() < 1e-8,
-                        "{shape:?} {y:?}"
-                    );
-                    for m in 0..2 {
-                        let unit = if k == m { 1.0 } else { 0.0 };
-                        let hessian = g.curvature * (unit - g.normal[k] * g.normal[m]);
-                        assert!(
-                            ((a.normal[m] - b.normal[m]) / (2.0 * h) - hessian).abs() < 1e-7,
-                            "{shape:?} {y:?}"
-                        );
+                    let slope = (a.distance - b.distance) / (2.0 * h);
+                    assert!((slope - g.normal[k]).abs() < 1e-8, "{shape:?} {y:?}");
+                    for m in 0..3 {
+                        let slope = (a.normal[m] - b.normal[m]) / (2.0 * h);
+                        assert!((slope - g.hessian[k][m]).abs() < 1e-7, "{shape:?} {y:?}");
                     }
                 }
             }

@@ -108,6 +108,14 @@ impl SymmetricSolver {
         self.factors.len()
     }
 
+    /// Adds `value` to every entry of the diagonal.
+    pub fn add_to_diagonal(&mut self, value: f64) {
+        // Of a column's lower triangle the diagonal is the first.
+        for &first in &self.column_start[..self.column_start.len() - 1] {
+            self.values[first] += value;
+        }
+    }
+
     /// Factorises the matrix that [`SymmetricSolver::values`] holds. Returns the number of negative pivots: zero if
     /// and only if the matrix is positive definite.
     pub fn factorise(&mut self) -> Result<usize, SingularMatrix> {

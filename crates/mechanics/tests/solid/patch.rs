@@ -2,9 +2,10 @@
 //! the bottom and the axis.
 
 use elastocap_mechanics::solid::material::{Distortion, Rubber, Volume};
-use elastocap_mechanics::solid::mesh::{BoundaryEdge, Mesh};
+use elastocap_mechanics::solid::mesh::Mesh;
 use elastocap_mechanics::solid::model::{Body, Equations, Load, State};
 use elastocap_mechanics::solid::newton::NewtonSettings;
+use elastocap_mechanics::solid::side::BoundaryEdge;
 use elastocap_mechanics::{LayerMap, LayerStress, Material};
 
 const C10: f64 = 682.15;
@@ -33,7 +34,7 @@ impl Block {
         let right = body.mesh.boundary_where(|x| x[0] == 1.0);
         assert_eq!(right.len(), n);
         let equations = Equations::new(body).unwrap();
-        let (state, load) = (equations.body().at_rest(), equations.body().no_load());
+        let (state, load) = (equations.body().at_rest(Vec::new()), equations.body().no_load());
         Self { equations, state, load, right, steps: 0 }
     }
 

@@ -1,0 +1,92 @@
+//! A punch on a layer of finite width: force against compression.
+//!
+//! `cargo run --release -p elastocap-mechanics --example punch_3d -- sharp 6 0.5 0.05 0.3`
+//! takes the indenter (`top`, `sharp`, `bonded`, `flat`, `cylinder`, `sphere`, `block`, or `plane-strain` for a sharp
+//! punch on a layer that cannot spread along its width), about how many hexahedra go over the thickness, half the
+//! width over the thickness, and the compression between two rows and in the last.
+//!
+//! 1. A quarter of a layer of half-length 3, bonded below, its end and its side free. All lengths are in thicknesses.
+//! 2. The flat punches are 500/450 wide to each side, as in the paper; cylinder and sphere have the radius 1.5.
+//! 3. Forces are those on the whole layer, over the shear modulus and the thickness squared.
+
+use elastocap_mechanics::solid::layer::{End, Indenter, LayerMesh, LayerModel};
+use elastocap_mechanics::solid::material::Rubber;
+use elastocap_mechanics::solid::mesh::{geometric, graded, uniform};
+use elastocap_mechanics::solid::newton::NewtonSettings;
+use elastocap_mechanics::solid::obstacle::Shape;
+use elastocap_mechanics::solid::space::layer::{Side, SpaceLayerMesh};
+
+fn main() -> Result<(), Box<dyn std::error::Error>> {
+    let words: Vec<String> = std::env::args().collect();
+    let number = |k: usize, default: f64| words.get(k).map_or(Ok(default), |w| w.parse::<f64>());
+    let kind = words.get(1).map_or("sharp", |w| w.as_str());
+    let (n, half_width) = (number(2, 3.0)? as usize, number(3, 0.5)?);
+    let (length, corner, corner_radius) = (3.0, 500.0 / 450.0, 0.1);
+    let coarse = 1.0 / n as f64;
+    let (indenter, reach) = match kind {
+        "top" => (Indenter::WholeTop, length - 1.0),
+        "sharp" | "plane-strain" => (Indenter::Sharp { half_width: corner }, corner),
+        "bonded" => (Indenter::Bonded { half_width: corner }, corner),
+        "flat" => (Indenter::Smooth(Shape::Punch { half_width: corner, corner_radius }), corner),
+        "cylinder" => (Indenter::Smooth(Shape::Cylinder { radius: 1.5 }), 1.0),
+        "sphere" => (Indenter::Smooth(Shape::Sphere { radius: 1.5 }), 1.0),
+        "block" => {
+            let half_widths = [corner, 0.6 * half_width];
+            (Indenter::Smooth(Shape::Block { half_widths, corner_radius }), corner)
+        }
+        _ => {
+            return Err(
+                "the indenter is top, sharp, bonded, plane-strain, flat, cylinder, sphere or block".into()
+            );
+        }
+    };
+    let sharp = matches!(indenter, Indenter::Sharp { .. } | Indenter::Bonded { .. });
+    let section = if sharp {
+        LayerMesh::under_punch(1.0, length, corner, n, 0.7, 1)
+    } else {
+        // Finer where the surface bends around the indenter.
+        let fine = if kind == "top" { coarse } else { 0.5 * coarse };
+        LayerMesh {
+            along: graded(0.0, length - 1.0, |x| (fine + 0.5 * (x - reach).abs()).min(coarse)),
+            up: graded(0.0, 1.0, |y| (fine + 0.5 * (1.0 - y)).min(coarse)),
+            end_top: uniform(length - 1.0, length, n.div_ceil(2)),
+            radii: geometric(0.5, 1),
+            punch: None,
+        }
+    };
+    let rim = if sharp { None } else { Some(0.5 * half_width.min(2.0)) };
+    let inner = half_width - rim.unwrap_or(0.0);
+    let across = uniform(0.0, inner, (inner * n as f64).round().max(1.0) as usize);
+    let mesh = SpaceLayerMesh { section, across, side_fan: rim };
+    let side = if kind == "plane-strain" { Side::Symmetric } else { Side::Free };
+    let start = std::time::Instant::now();
+    let mut model = LayerModel::of_finite_width(&mesh, Rubber::neo_hookean(1.0), indenter, End::Free, side)?;
+    let equations = model.equations();
+    println!(
+        "# {kind}: {} hexahedra, {} displacements, {} unknowns with the pressures, {:.1e} in the factor, {:.2} s",
+        equations.body().mesh.elements.len(),
+        equations.unknowns(),
+        equations.mixed_unknowns(),
+        equations.factor_entries() as f64,
+        start.elapsed().as_secs_f64()
+    );
+    let (step, last) = (number(4, 0.05)?, number(5, 0.3)?);
+    let settings = NewtonSettings { first_step: 1.0, ..Default::default() };
+    for k in 1..=(last / step + 1e-9) as usize {
+        let s = model.press(step * k as f64, &settings)?;
+        println!(
+            "{:.4} force {:.6} | imbalance {:.0e} penetration {:.0e} J {:.3} steps {} cuts {} solves {} negative pivots {} | {:.2} s",
+            s.compression,
+            s.force,
+            s.imbalance,
+            s.penetration,
+            s.effort.smallest_j,
+            s.effort.steps,
+            s.effort.cuts,
+            s.effort.solves,
+            s.effort.negative_pivots,
+            start.elapsed().as_secs_f64()
+        );
+    }
+    Ok(())
+}

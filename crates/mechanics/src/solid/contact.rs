@@ -1,0 +1,215 @@
+//! Contact without friction between the surface of the body and rigid obstacles, by an interior-point method.
+//!
+//! Gap `g >= 0`, contact force `l >= 0` and `g l = 0` have a corner, at which Newton's method goes back and forth
+//! between sets of touching nodes. It is rounded off: `g l = w s` with `g, l > 0`, the length `w` of surface that
+//! belongs to the point and a small product `s` of gap and pressure. The forces are unknowns; their increments are
+//!
+//! `l + dl = (w s - l n'd) / g`, `d = du - (motion of the obstacle)`,
+//!
+//! so that a pair adds the stiffness `(l/g) n n' - l H`, `H` the Hessian of the distance, and the force `n w s / g`: the
+//! pattern of the matrix does not depend on what touches. The steps of [`super::newton`] keep `g` and `l` positive, and
+//! take `s` to where the remaining gaps do not matter. The distance from a convex body is a convex function: a step
+//! that keeps the linear gap positive keeps the gap positive, round any corner.
+
+use super::dimension::{Dimension, Numbers};
+use super::model::{Body, Equations, Load, State};
+use super::obstacle::Gap;
+
+/// The part of the way to `g = 0` or `l = 0` that one step may go.
+const BOUNDARY_FRACTION: f64 = 0.995;
+
+/// Points along each direction of a side that are kept out of an obstacle. Nodes alone are not enough: what lies between two of them would cut
+/// through a corner of the obstacle, and the layer would slide past it there.
+pub(crate) const POINTS: usize = 4;
+
+/// A point of the surface that may touch an obstacle.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Pair<S: Dimension> {
+    obstacle: usize,
+    /// Displacements on which the place of the point relative to the obstacle depends: number, axis and factor.
+    slots: Vec<(usize, usize, f64)>,
+    /// Reference position of the point relative to the carrier of the obstacle, in m.
+    reference: S::Point,
+    /// Surface that belongs to the point: area in m^2, in the plane length in m.
+    weight: f64,
+}
+
+/// Distance, force and tangent of one pair.
+struct PairState {
+    gap: Gap,
+    force: f64,
+    /// Derivative of the contact force by the distance vector, its sign changed.
+    stiffness: [[f64; 3]; 3],
+}
+
+impl<S: Dimension> Pair<S> {
+    /// All pairs of `body`, obstacle after obstacle.
+    pub(crate) fn all(body: &Body<S>) -> Vec<Self> {
+        let mut pairs = Vec::new();
+        for (o, obstacle) in body.obstacles.iter().enumerate() {
+            for side in &obstacle.sides {
+                for point in body.mesh.side_points(side, POINTS) {
+                    let mut reference = point.position;
+                    let mut slots = Vec::with_capacity(S::AXES * point.shape.len() + 1);
+                    for (n, value) in side.nodes.as_ref().iter().zip(&point.shape) {
+                        slots.extend((0..S::AXES).map(|k| (S::AXES * *n as usize + k, k, *value)));
+                    }
+                    if let Some(n) = obstacle.carrier {
+                        reference[0] -= body.mesh.nodes[n as usize][0];
+                        slots.push((S::AXES * n as usize, 0, -1.0));
+                    }
+                    pairs.push(Self { obstacle: o, slots, reference, weight: point.weight });
+                }
+            }
+        }
+        pairs
+    }
+
+    /// The displacements that it couples.
+    pub(crate) fn displacements(&self) -> impl Iterator<Item = usize> {
+        self.slots.iter().map(|slot| slot.0)
+    }
+}
+
+impl<S: Dimension> Equations<S> {
+    /// Whether anything may touch an obstacle.
+    pub(crate) fn has_contact(&self) -> bool {
+        !self.pairs.is_empty()
+    }
+
+    fn gap(&self, pair: &Pair<S>, state: &State<S>) -> Gap {
+        let mut y = pair.reference;
+        for &(d, k, factor) in &pair.slots {
+            y[k] += factor * state.displacement[d];
+        }
+        for k in 0..S::AXES {
+            y[k] -= state.shift[pair.obstacle][k];
+        }
+        self.body.obstacles[pair.obstacle].shape.gap(S::in_space(&y))
+    }
+
+    fn pair_state(&self, c: usize, state: &State<S>) -> PairState {
+        let gap = self.gap(&self.pairs[c], state);
+        let force = state.contact[c];
+        let stiffness = std::array::from_fn(|k| {
+            std::array::from_fn(|m| {
+                force * (gap.normal[k] * gap.normal[m] / gap.distance - gap.hessian[k][m])
+            })
+        });
+        PairState { gap, force, stiffness }
+    }
+
+    /// Sets every contact force to the product `s` over the gap: what a body has that has not been in contact yet.
+    pub(crate) fn start_contact(&self, state: &mut State<S>) {
+        for (c, pair) in self.pairs.iter().enumerate() {
+            if state.contact[c] <= 0.0 {
+                state.contact[c] = self.gap_times_pressure * pair.weight / self.gap(pair, state).distance;
+            }
+        }
+    }
+
+    /// Adds contact forces and stiffness. Returns the largest relative error of `g l = w s`.
+    pub(crate) fn assemble_contact(&mut self, state: &State<S>, load: &Load<S>) -> f64 {
+        let mut worst: f64 = 0.0;
+        let elements = self.elements.len();
+        for c in 0..self.pairs.len() {
+            let pair = &self.pairs[c];
+            let obstacle = pair.obstacle;
+            let PairState { gap, force, stiffness } = self.pair_state(c, state);
+            let product = pair.weight * self.gap_times_pressure;
+            worst = worst.max((force * gap.distance / product - 1.0).abs());
+            let right = S::Point::from_fn(|k| {
+                let motion = |m: usize| load.shift[obstacle][m] - state.shift[obstacle][m];
+                gap.normal[k] * product / gap.distance
+                    + (0..S::AXES).map(|m| stiffness[k][m] * motion(m)).sum::<f64>()
+            });
+            let slots = &pair.slots;
+            for (r, &(d, k, sign)) in slots.iter().enumerate() {
+                self.unbalanced[d] -= sign * force * gap.normal[k];
+                if self.unknown[d] == u32::MAX {
+                    continue;
+                }
+                self.right[self.unknown[d] as usize] += sign * right[k];
+                for (m, &(e, l, other)) in slots.iter().enumerate() {
+                    let place = self.places[elements + c][r * slots.len() + m];
+                    if place != u32::MAX {
+                        self.solver.values[place as usize] += sign * other * stiffness[k][l];
+                    } else if self.unknown[e] == u32::MAX {
+                        let step = load.displacement[e] - state.displacement[e];
+                        self.right[self.unknown[d] as usize] -= sign * other * stiffness[k][l] * step;
+                    }
+                }
+            }
+        }
+        worst
+    }
+
+    /// Increments of the contact forces for the displacement increments `du` and the obstacles' motions, in m.
+    pub(crate) fn contact_increment(&self, state: &State<S>, du: &[f64], motion: &[S::Point]) -> Vec<f64> {
+        let increment = |(c, pair): (usize, &Pair<S>)| {
+            let PairState { gap, force, .. } = self.pair_state(c, state);
+            let closing: f64 =
+                pair.slots.iter().map(|&(d, k, factor)| factor * gap.normal[k] * du[d]).sum::<f64>()
+                    - (0..S::AXES).map(|k| gap.normal[k] * motion[pair.obstacle][k]).sum::<f64>();
+            (pair.weight * self.gap_times_pressure - force * closing) / gap.distance - force
+        };
+        self.pairs.iter().enumerate().map(increment).collect()
+    }
+
+    /// Whether the step from `before` to `after` leaves every gap a part of what it was. Contact forces that a step would
+    /// take to zero or below are stopped short of it, one by one: they only weigh the next step.
+    pub(crate) fn keeps_clear(&self, before: &State<S>, after: &mut State<S>) -> bool {
+        let least = 1.0 - BOUNDARY_FRACTION;
+        let clear = |pair: &Pair<S>| self.gap(pair, after).distance > least * self.gap(pair, before).distance;
+        if !self.pairs.iter().all(clear) {
+            return false;
+        }
+        for (now, then) in after.contact.iter_mut().zip(&before.contact) {
+            *now = now.max(least * then);
+        }
+        true
+    }
+
+    /// The force in N/m that obstacle `o` exerts on the body in `state`.
+    pub fn contact_force(&self, o: usize, state: &State<S>) -> S::Point {
+        let mut sum = S::Point::default();
+        for (pair, force) in self.pairs.iter().zip(&state.contact) {
+            if pair.obstacle == o {
+                let normal = self.gap(pair, state).normal;
+                for k in 0..S::AXES {
+                    sum[k] += force * normal[k];
+                }
+            }
+        }
+        sum
+    }
+
+    /// For each point that may touch obstacle `o`: its reference position, its distance in m and the contact pressure
+    /// in Pa of the reference area.
+    pub fn contact_pressure(&self, o: usize, state: &State<S>) -> Vec<(S::Point, f64, f64)> {
+        let pairs = self.pairs.iter().zip(&state.contact).filter(|(pair, _)| pair.obstacle == o);
+        pairs.map(|(p, force)| (p.reference, self.gap(p, state).distance, force / p.weight)).collect()
+    }
+
+    /// Contact pressure at the nodes in Pa of the reference area: the mean over the points around a node, by its shape
+    /// function; zero where there is nothing to touch.
+    pub fn nodal_contact_pressure(&self, state: &State<S>) -> Vec<f64> {
+        let nodes = self.body.mesh.nodes.len();
+        let (mut force, mut area) = (vec![0.0; nodes], vec![0.0; nodes]);
+        for (pair, l) in self.pairs.iter().zip(&state.contact) {
+            for &(d, k, factor) in &pair.slots {
+                // A carrier has a negative factor, and so have the far ends of a parabola: neither is near the point.
+                if k == 0 && factor > 0.0 {
+                    force[d / S::AXES] += factor * l;
+                    area[d / S::AXES] += factor * pair.weight;
+                }
+            }
+        }
+        force.iter().zip(&area).map(|(f, a)| if *a > 0.0 { f / a } else { 0.0 }).collect()
+    }
+
+    /// Deepest penetration of a point into an obstacle, in m; negative where nothing touches.
+    pub fn penetration(&self, state: &State<S>) -> f64 {
+        self.pairs.iter().map(|pair| -self.gap(pair, state).distance).fold(f64::NEG_INFINITY, f64::max)
+    }
+}

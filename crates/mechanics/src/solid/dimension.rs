@@ -1,0 +1,273 @@
+//! What the plane and space have in common: the solver is written once, over a [`Dimension`].
+
+use std::fmt::Debug;
+use std::ops::IndexMut;
+
+use super::material::Rubber;
+use super::{element, space};
+
+/// Plane strain: two axes, forces per metre of width.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct Plane;
+
+/// Three dimensions.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct Space;
+
+/// A fixed number of numbers.
+pub trait Numbers: Copy + Debug + Default + PartialEq + Send + Sync + IndexMut<usize, Output = f64> {
+    /// How many.
+    const COUNT: usize;
+    /// The number of each place.
+    fn from_fn(number: impl FnMut(usize) -> f64) -> Self;
+    /// All of them.
+    fn as_slice(&self) -> &[f64];
+    /// The sum of the products with `other`.
+    fn dot(&self, other: &Self) -> f64 {
+        self.as_slice().iter().zip(other.as_slice()).map(|(a, b)| a * b).sum()
+    }
+}
+
+macro_rules! numbers {
+    ($($count:literal)*) => {
+        $(impl Numbers for [f64; $count] {
+            const COUNT: usize = $count;
+            fn from_fn(number: impl FnMut(usize) -> f64) -> Self {
+                std::array::from_fn(number)
+            }
+            fn as_slice(&self) -> &[f64] {
+                self
+            }
+        })*
+    };
+}
+numbers!(2 3 4);
+
+/// A fixed number of node numbers.
+pub trait Numbering: AsRef<[u32]> + Copy + Debug + Eq + Send + Sync {
+    /// The node of each place.
+    fn from_fn(node: impl FnMut(usize) -> u32) -> Self;
+}
+
+impl<const N: usize> Numbering for [u32; N] {
+    fn from_fn(node: impl FnMut(usize) -> u32) -> Self {
+        std::array::from_fn(node)
+    }
+}
+
+/// The plane or space, with its element.
+pub trait Dimension: Copy + Debug + Default + PartialEq + Send + Sync + 'static {
+    /// Displacements of a node.
+    const AXES: usize;
+    /// A position or a vector.
+    type Point: Numbers;
+    /// The pressure's coefficients in one element.
+    type Pressure: Numbers;
+    /// The nodes of an element.
+    type Nodes: Numbering;
+    /// The nodes of an element's side.
+    type SideNodes: Numbering;
+    /// The element.
+    type Element: Element<Self>;
+    /// For each side of an element its nodes; see [`super::side::Side`].
+    const SIDES: &'static [&'static [usize]];
+    /// The corners among the nodes of a side.
+    const SIDE_CORNERS: &'static [usize];
+    /// The outward normal of a side, from the slopes along its first and second direction: as long as the side's size
+    /// over that of the reference side. In the plane there is no second direction.
+    fn normal(first: Self::Point, second: Self::Point) -> Self::Point;
+    /// A point in space; in the plane, its third coordinate is zero.
+    fn in_space(point: &Self::Point) -> [f64; 3];
+    /// The nodes of a mesh in an order that keeps factors sparse; see [`super::dissection`].
+    fn order(nodes: &[Self::Point], elements: &[Self::Nodes]) -> Vec<u32>;
+}
+
+impl Dimension for Plane {
+    const AXES: usize = 2;
+    type Point = [f64; 2];
+    type Pressure = [f64; 3];
+    type Nodes = [u32; 9];
+    type SideNodes = [u32; 3];
+    type Element = element::ReferenceElement;
+    const SIDES: &'static [&'static [usize]] = &[&[0, 1, 2], &[2, 5, 8], &[8, 7, 6], &[6, 3, 0]];
+    const SIDE_CORNERS: &'static [usize] = &[0, 2];
+    fn normal(first: [f64; 2], _: [f64; 2]) -> [f64; 2] {
+        [first[1], -first[0]]
+    }
+    fn in_space(point: &[f64; 2]) -> [f64; 3] {
+        [point[0], point[1], 0.0]
+    }
+    fn order(nodes: &[[f64; 2]], elements: &[[u32; 9]]) -> Vec<u32> {
+        super::dissection::dissection_order(nodes, elements)
+    }
+}
+
+impl Dimension for Space {
+    const AXES: usize = 3;
+    type Point = [f64; 3];
+    type Pressure = [f64; 4];
+    type Nodes = [u32; 27];
+    type SideNodes = [u32; 9];
+    type Element = space::element::ReferenceElement;
+    const SIDES: &'static [&'static [usize]] =
+        &[&face(0, 3, 1), &face(18, 1, 3), &face(0, 1, 9), &face(6, 9, 1), &face(0, 9, 3), &face(2, 3, 9)];
+    const SIDE_CORNERS: &'static [usize] = &[0, 2, 6, 8];
+    fn normal(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
+        [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
+    }
+    fn in_space(point: &[f64; 3]) -> [f64; 3] {
+        *point
+    }
+    fn order(nodes: &[[f64; 3]], elements: &[[u32; 27]]) -> Vec<u32> {
+        super::dissection::dissection_order(nodes, elements)
+    }
+}
+
+/// The face of a hexahedron that begins at node `corner` and goes on in steps of `a` and `b`.
+const fn face(corner: usize, a: usize, b: usize) -> [usize; 9] {
+    let mut nodes = [0; 9];
+    let mut n = 0;
+    while n < 9 {
+        nodes[n] = corner + a * (n % 3) + b * (n / 3);
+        n += 1;
+    }
+    nodes
+}
+
+/// An element with continuous displacements and a pressure of its own, condensed out.
+///
+/// Displacements of an element are `axes a + k` for node `a` and axis `k`, in m. Per metre of width in the plane.
+pub trait Element<S: Dimension>: Sized + Clone + Debug + Send + Sync {
+    /// Nodes.
+    const NODES: usize;
+    /// Quadrature points.
+    const POINTS: usize;
+
+    /// The element with nodes at `x` (m). Returns `None` if it is turned inside out at a quadrature point.
+    fn new(x: &[S::Point]) -> Option<Self>;
+
+    /// Reference volume in m^3; area in m^2 in the plane.
+    fn volume(&self) -> f64;
+
+    /// `J` at quadrature point `q` under the displacements `u`.
+    fn volume_ratio(&self, q: usize, u: &[f64]) -> f64;
+
+    /// Inverse of the pressure's mass matrix, row by row, in 1/m^3 (in the plane 1/m^2).
+    fn mass_inverse(&self) -> &[S::Pressure];
+
+    /// Fills `out` with internal forces, coupling, volume error, smallest `J` and the upper triangle of the tangent with
+    /// the pressure held, under the displacements `u` and the pressure coefficients `p` (Pa, positive in tension).
+    fn integrate(&self, rubber: &Rubber, u: &[f64], p: &S::Pressure, out: &mut ElementSystem<S>);
+
+    /// Internal forces and tangent with the pressure eliminated, with the proximal modulus `kappa_0` (Pa); see
+    /// [`super::element`].
+    fn assemble(
+        &self,
+        rubber: &Rubber,
+        u: &[f64],
+        p: &S::Pressure,
+        kappa_0: f64,
+        out: &mut ElementSystem<S>,
+    ) {
+        self.integrate(rubber, u, p, out);
+        out.condensed_force.clone_from(&out.force);
+        if let Some(modulus) = proximal_modulus(rubber, kappa_0) {
+            out.condense(modulus, self.mass_inverse());
+        }
+        let n = out.force.len();
+        for r in 0..n {
+            for c in 0..r {
+                out.stiffness[r * n + c] = out.stiffness[c * n + r];
+            }
+        }
+    }
+
+    /// The pressure's increment that belongs to the displacement increment `du`, from the last assembly.
+    fn pressure_increment(
+        &self,
+        rubber: &Rubber,
+        du: &[f64],
+        kappa_0: f64,
+        system: &ElementSystem<S>,
+    ) -> S::Pressure {
+        let Some(modulus) = proximal_modulus(rubber, kappa_0) else { return S::Pressure::default() };
+        let mut right = system.volume_error;
+        for (coupling, du) in system.coupling.iter().zip(du) {
+            for m in 0..S::Pressure::COUNT {
+                right[m] += coupling[m] * du;
+            }
+        }
+        S::Pressure::from_fn(|m| modulus * self.mass_inverse()[m].dot(&right))
+    }
+
+    /// Smallest `J` over the quadrature points under `u`, and the smallest ratio to `J` under `before`.
+    fn smallest_j(&self, u: &[f64], before: &[f64]) -> (f64, f64) {
+        (0..Self::POINTS).fold((f64::INFINITY, f64::INFINITY), |(least, ratio), q| {
+            let (now, then) = (self.volume_ratio(q, u), self.volume_ratio(q, before));
+            if now.is_nan() {
+                (f64::NEG_INFINITY, f64::NEG_INFINITY)
+            } else {
+                (least.min(now), ratio.min(now / then))
+            }
+        })
+    }
+}
+
+/// What an element adds to the residual and to the tangent. In the plane all is per metre of width.
+#[derive(Debug, Clone)]
+pub struct ElementSystem<S: Dimension = Plane> {
+    /// Internal forces of the displacements in N.
+    pub force: Vec<f64>,
+    /// Internal forces after the pressure is eliminated: the negative right-hand side.
+    pub condensed_force: Vec<f64>,
+    /// Tangent after the pressure is eliminated, row after row and symmetric, in N/m.
+    pub stiffness: Vec<f64>,
+    /// `G`: derivative of the internal forces by the pressure's coefficients, in m^2.
+    pub coupling: Vec<S::Pressure>,
+    /// `r_p` in m^3; divided by the volume a mean volume error.
+    pub volume_error: S::Pressure,
+    /// Smallest `J` of the quadrature points.
+    pub smallest_j: f64,
+}
+
+impl<S: Dimension> ElementSystem<S> {
+    /// The system of an element with `displacements`, nothing in it.
+    pub fn new(displacements: usize) -> Self {
+        Self {
+            force: vec![0.0; displacements],
+            condensed_force: vec![0.0; displacements],
+            stiffness: vec![0.0; displacements * displacements],
+            coupling: vec![S::Pressure::default(); displacements],
+            volume_error: S::Pressure::default(),
+            smallest_j: 1.0,
+        }
+    }
+
+    /// Everything zero.
+    pub(crate) fn clear(&mut self) {
+        self.force.fill(0.0);
+        self.coupling.fill(S::Pressure::default());
+        self.stiffness.fill(0.0);
+        self.volume_error = S::Pressure::default();
+        self.smallest_j = f64::INFINITY;
+    }
+
+    /// Eliminates the pressure: adds `modulus G M^-1 G'` to the upper triangle of the tangent.
+    fn condense(&mut self, modulus: f64, mass_inverse: &[S::Pressure]) {
+        let n = self.force.len();
+        for r in 0..n {
+            let scaled = S::Pressure::from_fn(|m| modulus * self.coupling[r].dot(&mass_inverse[m]));
+            self.condensed_force[r] += scaled.dot(&self.volume_error);
+            for (value, coupling) in
+                self.stiffness[r * n + r..(r + 1) * n].iter_mut().zip(&self.coupling[r..])
+            {
+                *value += scaled.dot(coupling);
+            }
+        }
+    }
+}
+
+/// `1 / (1/kappa + 1/kappa_0)`, or `None` if the rubber has no pressure field.
+fn proximal_modulus(rubber: &Rubber, kappa_0: f64) -> Option<f64> {
+    rubber.pressure_compliance().map(|compliance| 1.0 / (compliance + 1.0 / kappa_0))
+}

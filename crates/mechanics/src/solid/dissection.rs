@@ -1,0 +1,132 @@
+//! The order of elimination: nested dissection by coordinates.
+
+/// The nodes of a mesh in an order that keeps the factors of a matrix on it sparse: the elements are cut in two along
+/// the axis that leaves the fewest nodes in common, those nodes go last, and so on in both halves.
+///
+/// `nodes` are positions in any unit, `elements` their numbers. Returns old node numbers in their new order; nodes
+/// without an element are left out.
+pub fn dissection_order<const D: usize, const N: usize>(
+    nodes: &[[f64; D]],
+    elements: &[[u32; N]],
+) -> Vec<u32> {
+    let centre = |e: &[u32; N]| -> [f64; D] {
+        std::array::from_fn(|k| e.iter().map(|&n| nodes[n as usize][k]).sum::<f64>() / N as f64)
+    };
+    let mut cutter = Cutter::<D, N> {
+        elements,
+        centres: elements.iter().map(centre).collect(),
+        mark: vec![0; nodes.len()],
+        taken: vec![false; nodes.len()],
+        stamp: 0,
+        order: Vec::with_capacity(nodes.len()),
+    };
+    cutter.dissect(&mut (0..elements.len() as u32).collect::<Vec<_>>());
+    cutter.order
+}
+
+struct Cutter<'a, const D: usize, const N: usize> {
+    elements: &'a [[u32; N]],
+    centres: Vec<[f64; D]>,
+    /// Per node: the last half that was marked.
+    mark: Vec<u32>,
+    taken: Vec<bool>,
+    stamp: u32,
+    order: Vec<u32>,
+}
+
+impl<const D: usize, const N: usize> Cutter<'_, D, N> {
+    fn dissect(&mut self, part: &mut [u32]) {
+        if part.len() <= 2 {
+            for &e in part.iter() {
+                for n in self.elements[e as usize] {
+                    if !std::mem::replace(&mut self.taken[n as usize], true) {
+                        self.order.push(n);
+                    }
+                }
+            }
+            return;
+        }
+        let mut best: Option<(usize, usize, usize)> = None;
+        for axis in 0..D {
+            let cut = self.sort(part, axis);
+            let common = self.common_nodes(part, cut).len();
+            if best.is_none_or(|(least, ..)| common < least) {
+                best = Some((common, axis, cut));
+            }
+        }
+        let Some((_, axis, cut)) = best else { return };
+        self.sort(part, axis);
+        let separator = self.common_nodes(part, cut);
+        for &n in &separator {
+            self.taken[n as usize] = true;
+        }
+        let (left, right) = part.split_at_mut(cut);
+        self.dissect(left);
+        self.dissect(right);
+        self.order.extend(separator);
+    }
+
+    /// Sorts elements along `axis` and returns where to cut them: near the middle, where the gap between centres is
+    /// widest, so that layers of a regular mesh stay whole.
+    fn sort(&self, part: &mut [u32], axis: usize) -> usize {
+        part.sort_unstable_by(|&a, &b| {
+            let centre = |e: u32, k: usize| self.centres[e as usize][(axis + k) % D];
+            (0..D).fold(a.cmp(&a), |o, k| o.then(centre(a, k).total_cmp(&centre(b, k)))).then(a.cmp(&b))
+        });
+        let n = part.len();
+        let gap = |k: usize| self.centres[part[k] as usize][axis] - self.centres[part[k - 1] as usize][axis];
+        let window = (n / 3).max(1)..(2 * n).div_ceil(3);
+        let widest = window.clone().map(gap).fold(0.0, f64::max);
+        // Of gaps about as wide, the one nearest to the middle.
+        window.filter(|&k| gap(k) >= 0.5 * widest).min_by_key(|&k| k.abs_diff(n / 2)).unwrap_or(n / 2)
+    }
+
+    /// The nodes, not taken yet, that the elements before `cut` share with the others.
+    fn common_nodes(&mut self, part: &[u32], cut: usize) -> Vec<u32> {
+        self.stamp += 2;
+        let (left, both) = (self.stamp - 1, self.stamp);
+        for &e in &part[..cut] {
+            for n in self.elements[e as usize] {
+                self.mark[n as usize] = left;
+            }
+        }
+        let mut common = Vec::new();
+        for &e in &part[cut..] {
+            for n in self.elements[e as usize] {
+                if self.mark[n as usize] == left && !self.taken[n as usize] {
+                    self.mark[n as usize] = both;
+                    common.push(n);
+                }
+            }
+        }
+        common
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::solid::mesh::{Mesh, uniform};
+
+    #[test]
+    fn the_order_is_a_permutation() {
+        let mesh = Mesh::rectangle(4.0, 1.0, 17, 5);
+        let mut order = dissection_order(&mesh.nodes, &mesh.elements);
+        order.sort_unstable();
+        assert!(order.iter().copied().eq(0..mesh.nodes.len() as u32));
+        let x = uniform(0.0, 1.0, 5);
+        let mesh = Mesh::tensor(&x, &x, &x);
+        let mut order = dissection_order(&mesh.nodes, &mesh.elements);
+        order.sort_unstable();
+        assert!(order.iter().copied().eq(0..mesh.nodes.len() as u32));
+    }
+
+    #[test]
+    fn the_last_nodes_are_those_of_a_plane_that_cuts_the_mesh_in_two() {
+        let x = uniform(0.0, 1.0, 4);
+        let mesh = Mesh::tensor(&uniform(0.0, 2.0, 8), &x, &x);
+        let order = dissection_order(&mesh.nodes, &mesh.elements);
+        let last = &order[order.len() - 81..];
+        assert!(last.iter().all(|&n| mesh.nodes[n as usize][0] == 1.0));
+    }
+}

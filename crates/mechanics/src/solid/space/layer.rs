@@ -1,0 +1,128 @@
+//! Meshes of a quarter of the layer, of finite width.
+//!
+//! Reference coordinates: planes of symmetry at `x1 = 0` and `x3 = 0`, the substrate at `x2 = 0`, the end at
+//! `x1 = half_length`, the side at `x3 = half_width`.
+
+use super::mesh::Sweep;
+use crate::solid::dimension::Space;
+use crate::solid::layer::{End, Indenter, LayerMesh, LayerModel};
+use crate::solid::material::Rubber;
+use crate::solid::mesh::{Mesh, Patch};
+use crate::solid::model::{Body, ModelError};
+
+/// How fine the mesh is.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SpaceLayerMesh {
+    /// The section `x3 = 0`.
+    pub section: LayerMesh,
+    /// Breakpoints along `x3` in m: from 0 to the half width, or to where the fan at the side begins.
+    pub across: Vec<f64>,
+    /// How far a fan around the bonded edge of the side reaches inwards, in m: the end's fan made to fit; the two meet
+    /// in a mitre. The section may have no fan around a punch then. `None` for hexahedra straight up to the side.
+    pub side_fan: Option<f64>,
+}
+
+impl SpaceLayerMesh {
+    /// Half the width in m.
+    pub fn half_width(&self) -> f64 {
+        self.across[self.across.len() - 1] + self.side_fan.unwrap_or(0.0)
+    }
+
+    /// The mesh.
+    pub fn mesh(&self) -> Mesh<Space> {
+        let Some(rim) = self.side_fan else {
+            let section = self.section.mesh();
+            return Mesh::from_sweeps(&[Sweep { section: &section, along: &self.across, map: &|x| x }]);
+        };
+        let LayerMesh { along, up, end_top, radii, .. } = &self.section;
+        let (inner, length) = (along[along.len() - 1], end_top[end_top.len() - 1]);
+        let (inner_width, width) = (self.across[self.across.len() - 1], self.half_width());
+        let body = Mesh::from_patches(&[Patch::tensor(along, up)]);
+        // The end's fan, by the distance from the end; at the side it is the same in units of the rim.
+        let end = length - inner;
+        let top = up[up.len() - 1];
+        let mut outline: Vec<[f64; 2]> = up.iter().map(|&y| [end, y]).collect();
+        outline.extend(end_top.iter().skip(1).map(|&x| [length - x, top]));
+        let fan = Mesh::from_patches(&[Patch::fan([0.0, 0.0], &outline, radii)]);
+        // Outside the body lines run towards the vertical edge where end and side meet.
+        let spread = |distance: f64| (end - distance) / end;
+        Mesh::from_sweeps(&[
+            Sweep { section: &body, along: &self.across, map: &|x| x },
+            Sweep {
+                section: &fan,
+                along: &self.across,
+                map: &|[distance, y, x3]| {
+                    [length - distance, y, x3 * (1.0 + spread(distance) * rim / inner_width)]
+                },
+            },
+            Sweep {
+                section: &fan,
+                along,
+                map: &|[distance, y, x1]| {
+                    let x3 = width - distance * rim / end;
+                    [x1 * (1.0 + spread(distance) * end / inner), y, x3]
+                },
+            },
+        ])
+    }
+}
+
+/// What becomes of the layer's side.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Side {
+    /// Like the end.
+    Free,
+    /// A plane of symmetry: with it on both sides, the layer is in plane strain.
+    Symmetric,
+}
+
+impl LayerModel<Space> {
+    /// A quarter of a layer of finite width at rest; a sharp punch goes all along `x3`.
+    ///
+    /// # Errors
+    /// See [`ModelError`].
+    pub fn of_finite_width(
+        mesh: &SpaceLayerMesh,
+        rubber: Rubber,
+        indenter: Indenter,
+        end: End,
+        side: Side,
+    ) -> Result<Self, ModelError> {
+        let near = 1.0 - 1e-9;
+        let (length, half_width) = (near * mesh.section.half_length(), near * mesh.half_width());
+        let mut body = Body::new(mesh.mesh(), rubber);
+        body.hold(2, |x| x[2] == 0.0 || side == Side::Symmetric && x[2] > half_width);
+        Self::with(body, mesh.section.thickness(), indenter, end, |x| {
+            x[0] > length || side == Side::Free && x[2] > half_width
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::solid::mesh::uniform;
+
+    #[test]
+    fn the_fans_of_end_and_side_meet_and_fill_the_layer() {
+        let section = LayerMesh::uniform(1.0, 3.0, 2, 0.5, 1);
+        let layer = SpaceLayerMesh { section, across: uniform(0.0, 0.6, 2), side_fan: Some(0.4) };
+        let mesh = layer.mesh();
+        let outside = mesh.boundary().iter().all(|face| {
+            let x = mesh.nodes[face.nodes[4] as usize];
+            let near = |k: usize, at: f64| (x[k] - at).abs() < 1e-12;
+            near(0, 0.0) || near(0, 3.0) || near(1, 0.0) || near(1, 1.0) || near(2, 0.0) || near(2, 1.0)
+        });
+        assert!(outside);
+        let volume: f64 = mesh
+            .elements
+            .iter()
+            .map(|e| {
+                use crate::solid::dimension::Element;
+                let x = e.map(|n| mesh.nodes[n as usize]);
+                super::super::element::ReferenceElement::new(&x).unwrap().volume()
+            })
+            .sum();
+        assert!((volume - 3.0).abs() < 1e-12, "{volume}");
+    }
+}
