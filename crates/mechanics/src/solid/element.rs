@@ -296,6 +296,26 @@ impl ReferenceElement {
         }
     }
 
+    /// Adds a drag: the forces and the tangent of the energy `drag/2 |grad(u - anchor)|^2` with `drag` in Pa.
+    pub(crate) fn add_drag(&self, drag: f64, u: &[f64; 18], anchor: &[f64; 18], out: &mut ElementSystem) {
+        for a in 0..9 {
+            for b in 0..9 {
+                let product = |q: usize| {
+                    let (x, y) = (self.gradients[q][a], self.gradients[q][b]);
+                    self.areas[q] * (x[0] * y[0] + x[1] * y[1])
+                };
+                let stiffness = drag * (0..POINTS).map(product).sum::<f64>();
+                for k in 0..2 {
+                    let (r, c) = (2 * a + k, 2 * b + k);
+                    let force = stiffness * (u[c] - anchor[c]);
+                    out.stiffness[r * 18 + c] += stiffness;
+                    out.force[r] += force;
+                    out.condensed_force[r] += force;
+                }
+            }
+        }
+    }
+
     /// The pressure's increment that belongs to the displacement increment `du`, from the last assembly.
     pub fn pressure_increment(
         &self,

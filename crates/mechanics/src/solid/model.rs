@@ -163,6 +163,9 @@ pub struct Equations {
     penalty: f64,
     force_floor: f64,
     size: f64,
+    /// A drag of so many Pa per unit of strain, and the displacements it pulls back to; see
+    /// [`folds`](super::folds).
+    pub(crate) drag: (f64, Vec<f64>),
 }
 
 impl Equations {
@@ -232,6 +235,7 @@ impl Equations {
             penalty: 1e6 * modulus,
             force_floor: 1e-9 * modulus * size,
             size,
+            drag: (0.0, vec![0.0; 2 * nodes]),
             body,
             elements,
             unknown,
@@ -244,6 +248,11 @@ impl Equations {
     /// The body.
     pub fn body(&self) -> &Body {
         &self.body
+    }
+
+    /// Largest shear modulus of the body in Pa.
+    pub(crate) fn stiffest(&self) -> f64 {
+        self.body.rubbers.iter().map(Rubber::shear_modulus).fold(0.0, f64::max)
     }
 
     pub(crate) fn has_contact(&self) -> bool {
@@ -287,6 +296,10 @@ impl Equations {
         systems.par_iter_mut().enumerate().with_min_len(16).for_each(|(e, system)| {
             let u = this.gather(e, &state.displacement);
             this.elements[e].assemble(this.rubber(e), &u, &state.pressure[e], this.kappa_0, system);
+            let (drag, anchor) = &this.drag;
+            if *drag > 0.0 {
+                this.elements[e].add_drag(*drag, &u, &this.gather(e, anchor), system);
+            }
             let nodes = &this.body.mesh.elements[e];
             for c in 0..18 {
                 let step = missing(2 * nodes[c / 2] as usize + c % 2);
@@ -424,9 +437,13 @@ impl Equations {
         Some((State { displacement: du, pressure, contact }, linear_residual, negative))
     }
 
-    /// Smallest `J` after the displacement `after`, the element it is in, and the smallest ratio to `J` before.
-    pub(crate) fn smallest_j(&self, before: &[f64], after: &[f64]) -> (f64, usize, f64) {
+    /// Smallest `J` after the displacement `after`, the element it is in, and the smallest ratio to `J` before;
+    /// `folds` leaves out the elements whose rubber has an energy for any `J`.
+    pub(crate) fn smallest_j(&self, before: &[f64], after: &[f64], folds: bool) -> (f64, usize, f64) {
         let each = |e: usize| {
+            if folds && self.rubber(e).knows_inside_out() {
+                return (f64::INFINITY, e, f64::INFINITY);
+            }
             let (j, ratio) = self.elements[e].smallest_j(&self.gather(e, after), &self.gather(e, before));
             (j, e, ratio)
         };

@@ -15,6 +15,10 @@ pub struct NewtonSettings {
     pub smallest_step: f64,
     /// A Newton step may shrink no `J` by more than this factor.
     pub smallest_ratio: f64,
+    /// Whether a body may fold: points of rubbers that [know what that costs](super::material::Rubber::knows_inside_out)
+    /// may turn inside out, and where an equilibrium ceases to be, the body falls into the next; see
+    /// [`folds`](super::folds).
+    pub through_folds: bool,
 }
 
 impl Default for NewtonSettings {
@@ -25,6 +29,7 @@ impl Default for NewtonSettings {
             first_step: 0.25,
             smallest_step: 1e-4,
             smallest_ratio: 0.2,
+            through_folds: false,
         }
     }
 }
@@ -97,6 +102,9 @@ impl Equations {
         to: &Load,
         settings: &NewtonSettings,
     ) -> Result<Effort, Box<Stopped>> {
+        if settings.through_folds {
+            return self.advance_through_folds(state, from, to, settings);
+        }
         let start = from.clone();
         let (mut reached, mut step) = (0.0, settings.first_step.clamp(settings.smallest_step, 1.0));
         let mut effort = Effort::default();
@@ -130,7 +138,7 @@ impl Equations {
         Ok(effort)
     }
 
-    fn equilibrate(
+    pub(crate) fn equilibrate(
         &mut self,
         state: &mut State,
         load: &Load,
@@ -149,7 +157,8 @@ impl Equations {
             let mut part = 1.0;
             let mut trial = state.plus(&step, part);
             loop {
-                let (j, element, ratio) = self.smallest_j(&state.displacement, &trial.displacement);
+                let (j, element, ratio) =
+                    self.smallest_j(&state.displacement, &trial.displacement, settings.through_folds);
                 if j > 0.0 && ratio > settings.smallest_ratio {
                     break;
                 }
