@@ -2,7 +2,8 @@
 //!
 //! `cargo run --release -p elastocap-mechanics --example layer_end -- free 16 0.5 8 0.02`
 //! takes the end (`free` or `substrate`), quadrilaterals over the thickness, the ratio and the number of the rings
-//! around the bonded corner, and the compression between two rows.
+//! around the bonded corner, the compression between two rows and the last of them; with `folding` in the place of
+//! `free`, and the quadrilaterals per thickness at the corner in the place of the ratio, the end may fold through itself.
 
 use elastocap_mechanics::solid::layer::{End, Indenter, LayerMesh, LayerModel};
 use elastocap_mechanics::solid::material::Rubber;
@@ -12,6 +13,7 @@ fn main() {
     let words: Vec<String> = std::env::args().collect();
     let number = |k: usize, default: f64| words.get(k).and_then(|w| w.parse().ok()).unwrap_or(default);
     let end = if words.get(1).is_some_and(|w| w == "substrate") { End::FreeOnSubstrate } else { End::Free };
+    let folding = words.get(1).is_some_and(|w| w == "folding");
     let mut mesh = LayerMesh::uniform(
         1.0,
         4.0,
@@ -22,7 +24,12 @@ fn main() {
     if number(4, 6.0) < 0.0 {
         mesh.radii.clear();
     }
-    let rubber = Rubber { volume_barrier: number(7, 2.0), ..Rubber::neo_hookean(1.0) };
+    if folding {
+        mesh = LayerMesh::folding_end(1.0, 4.0, number(2, 8.0) as usize, number(3, 24.0) as usize, 0.3);
+    }
+    let settings = if folding { NewtonSettings::through_folds() } else { NewtonSettings::default() };
+    let rubber =
+        Rubber { volume_barrier: if folding { 0.0 } else { number(7, 2.0) }, ..Rubber::neo_hookean(1.0) };
     let start = std::time::Instant::now();
     let mut model = match LayerModel::new(&mesh, rubber, Indenter::WholeTop, end) {
         Ok(model) => model,
@@ -39,7 +46,7 @@ fn main() {
     );
     let (step, last) = (number(5, 0.05), number(6, 0.4));
     for k in 1..=(last / step + 1e-9) as usize {
-        match model.press(step * k as f64, &NewtonSettings::default()) {
+        match model.press(step * k as f64, &settings) {
             Ok(s) => {
                 let (a, b) = (model.displacement_near([0.5, 0.5]), model.displacement_near([0.5, 1.0]));
                 println!(

@@ -142,6 +142,8 @@ pub trait Element<S: Dimension>: Sized + Clone + Debug + Send + Sync {
     const NODES: usize;
     /// Quadrature points.
     const POINTS: usize;
+    /// Whether it can be assembled with `J <= 0`, where the rubber [knows](Rubber::knows_inside_out) that.
+    const ANY_VOLUME_RATIO: bool;
 
     /// The element with nodes at `x` (m). Returns `None` if it is turned inside out at a quadrature point.
     fn new(x: &[S::Point]) -> Option<Self>;
@@ -198,6 +200,26 @@ pub trait Element<S: Dimension>: Sized + Clone + Debug + Send + Sync {
             }
         }
         S::Pressure::from_fn(|m| modulus * self.mass_inverse()[m].dot(&right))
+    }
+
+    /// Integral of the product of the reference gradients of shape functions `a` and `b`, in m; in the plane without unit.
+    fn gradient_product(&self, a: usize, b: usize) -> f64;
+
+    /// Adds a drag: the forces and the tangent of the energy `drag/2 |grad(u - anchor)|^2` with `drag` in Pa.
+    fn add_drag(&self, drag: f64, u: &[f64], anchor: &[f64], out: &mut ElementSystem<S>) {
+        let n = out.force.len();
+        for a in 0..Self::NODES {
+            for b in 0..Self::NODES {
+                let stiffness = drag * self.gradient_product(a, b);
+                for k in 0..S::AXES {
+                    let (r, c) = (S::AXES * a + k, S::AXES * b + k);
+                    let force = stiffness * (u[c] - anchor[c]);
+                    out.stiffness[r * n + c] += stiffness;
+                    out.force[r] += force;
+                    out.condensed_force[r] += force;
+                }
+            }
+        }
     }
 
     /// Smallest `J` over the quadrature points under `u`, and the smallest ratio to `J` under `before`.

@@ -134,6 +134,7 @@ impl ReferenceElement {
 impl Element<Plane> for ReferenceElement {
     const NODES: usize = 9;
     const POINTS: usize = POINTS;
+    const ANY_VOLUME_RATIO: bool = true;
 
     fn new(x: &[[f64; 2]]) -> Option<Self> {
         let (nodes, weights) = gauss_legendre(3);
@@ -183,6 +184,14 @@ impl Element<Plane> for ReferenceElement {
 
     fn mass_inverse(&self) -> &[[f64; 3]] {
         &self.mass_inverse
+    }
+
+    fn gradient_product(&self, a: usize, b: usize) -> f64 {
+        let product = |q: usize| {
+            let (x, y) = (self.gradients[q][a], self.gradients[q][b]);
+            self.areas[q] * (x[0] * y[0] + x[1] * y[1])
+        };
+        (0..POINTS).map(product).sum()
     }
 
     fn integrate(&self, rubber: &Rubber, u: &[f64], p: &[f64; 3], out: &mut ElementSystem) {

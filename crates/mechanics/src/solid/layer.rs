@@ -97,6 +97,35 @@ impl LayerMesh {
         }
     }
 
+    /// A tensor product for an end that folds: equal quadrilaterals of `thickness / cells` within `block` thicknesses of
+    /// the bonded corner, from there growing by half each to `thickness / n`.
+    pub fn folding_end(thickness: f64, half_length: f64, n: usize, cells: usize, block: f64) -> Self {
+        let (fine, coarse) = (thickness / cells.max(n) as f64, thickness / n as f64);
+        let graded = |length: f64| {
+            let count = (block * thickness / fine).round().max(1.0);
+            let mut x = uniform(0.0, count * fine, count as usize);
+            let (mut at, mut size) = (count * fine, 1.5 * fine);
+            while size < coarse {
+                at += size;
+                x.push(at);
+                size *= 1.5;
+            }
+            let rest = ((length - at) / coarse).round().max(1.0) as usize;
+            x.extend(uniform(at, length, rest).iter().skip(1));
+            x
+        };
+        let from_axis: Vec<f64> = graded(half_length).iter().rev().map(|x| half_length - x).collect();
+        // Any breakpoint will do between what `mesh` puts together again.
+        let cut = from_axis.partition_point(|x| *x <= half_length - thickness).max(1);
+        Self {
+            along: from_axis[..cut].to_vec(),
+            up: graded(thickness),
+            end_top: from_axis[cut - 1..].to_vec(),
+            radii: Vec::new(),
+            punch: None,
+        }
+    }
+
     /// A mesh with about `n` quadrilaterals over the thickness for a sharp punch that ends at `corner` (m), with a
     /// fan there of half the thickness; its `rings` shrink by `ratio`. The fan at the bonded end has two rings.
     pub fn under_punch(

@@ -130,16 +130,24 @@ impl Rubber {
         }
     }
 
+    /// Whether the energy has a value where `J <= 0`: an incompressible rubber's is a polynomial, but for Ogden's law and
+    /// the barrier. Single points of an element can then turn inside out while the element keeps its volume.
+    pub fn knows_inside_out(&self) -> bool {
+        self.keeps_volume()
+            && self.volume_barrier == 0.0
+            && !matches!(self.distortion, Distortion::Ogden { .. })
+    }
+
     fn keeps_volume(&self) -> bool {
         self.volume == Volume::Incompressible
     }
 
     /// The energy that the displacement alone decides (all but the pressure's part) at the in-plane tensor `f`.
     ///
-    /// Returns a value with `w` infinite if `J <= 0`.
+    /// Returns a value with `w` infinite if `J <= 0`, unless [`Rubber::knows_inside_out`].
     pub fn derivatives(&self, f: &Tensor) -> EnergyDerivatives {
         let j = determinant(f);
-        if j.is_nan() || j <= 0.0 {
+        if j.is_nan() || (j <= 0.0 && !self.knows_inside_out()) {
             return EnergyDerivatives { w: f64::INFINITY, ..Default::default() };
         }
         let i = f.iter().map(|x| x * x).sum::<f64>();
@@ -185,6 +193,7 @@ impl Rubber {
     /// The volume's own part of the energy and its derivatives by `J`.
     pub(crate) fn volume_derivatives(&self, j: f64) -> EnergyDerivatives {
         let (w, slope, curvature) = match self.volume {
+            Volume::Incompressible if self.volume_barrier == 0.0 => (0.0, 0.0, 0.0),
             Volume::Incompressible => {
                 let b = self.volume_barrier * self.shear_modulus();
                 (b * (j - 1.0 - (j - 1.0).ln_1p()), b * (1.0 - 1.0 / j), b / (j * j))

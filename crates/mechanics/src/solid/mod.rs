@@ -13,6 +13,7 @@
 //! | [`side`] | the surface, its quadrature and loads |
 //! | [`space`] | the same in three dimensions |
 //! | [`stress`] | Cauchy stress at points, at nodes, along lines |
+//! | [`folds`] | through loads at which an equilibrium ceases to be |
 //! | [`layer`] | the layer of the paper under an indenter |
 //! | [`press`] | the layer pressed to given loads on finer and finer meshes |
 //!
@@ -26,8 +27,10 @@
 //!   and forth, and the load steps become tiny: do not use [`layer::Indenter::Smooth`] yet.
 //! - The flank of a sharp punch carries nothing, so that the surface beside it may fold into the punch; the solver stops
 //!   there between 5 and 20 % compression, the earlier the finer the fan.
-//! - The free end without contact folds so sharply at the bonded corner that the surface buckles at the smallest scale:
-//!   meshes that resolve it stop at 10 to 15 % compression, coarser ones go on to 60 %. Their forces differ by 1 %.
+//! - The free end without contact rolls up at the bonded corner, at any load and from the smallest scale on, and passes
+//!   through the bonded bottom and through itself: that is the equilibrium without contact (see `docs/free-end.md`), but no
+//!   layer can do it. Incompressible rubbers other than Ogden's follow it ([`folds`]); others keep a fan in the corner that
+//!   does not roll up, and are too stiff by 1 % at 10 % and 4.5 % at 20 % compression.
 //! - A dead load on a block can be unstable: with the closed form's own tractions the tangent has negative pivots
 //!   beyond 38 % compression, and the solver may end on a branch that is not the closed form.
 
@@ -35,6 +38,7 @@ mod contact;
 pub mod dimension;
 pub mod dissection;
 pub mod element;
+pub mod folds;
 pub mod layer;
 pub mod material;
 pub mod mesh;

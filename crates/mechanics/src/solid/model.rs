@@ -151,7 +151,10 @@ pub struct Equations<S: Dimension = Plane> {
     /// Largest shear modulus in Pa times the shortest side of the body in m.
     pub(crate) modulus_times_size: f64,
     /// Largest shear modulus in Pa.
-    modulus: f64,
+    pub(crate) modulus: f64,
+    /// A drag of so many Pa per unit of strain, and the displacements it pulls back to; see
+    /// [`folds`](super::folds).
+    pub(crate) drag: (f64, Vec<f64>),
 }
 
 impl<S: Dimension> Equations<S> {
@@ -222,6 +225,7 @@ impl<S: Dimension> Equations<S> {
             force_floor: 1e-9 * modulus * size,
             modulus,
             modulus_times_size: modulus * body.mesh.shortest_side(),
+            drag: (0.0, vec![0.0; S::AXES * nodes]),
             body,
             elements,
             unknown,
@@ -282,6 +286,10 @@ impl<S: Dimension> Equations<S> {
         systems.par_iter_mut().enumerate().with_min_len(16).for_each(|(e, system)| {
             let u = this.gather(e, &state.displacement);
             this.elements[e].assemble(this.rubber(e), &u, &state.pressure[e], this.kappa_0, system);
+            let (drag, anchor) = &this.drag;
+            if *drag > 0.0 {
+                this.elements[e].add_drag(*drag, &u, &this.gather(e, anchor), system);
+            }
             for (c, d) in this.places_of(e).enumerate() {
                 let step = missing(d);
                 if step != 0.0 {
@@ -378,9 +386,13 @@ impl<S: Dimension> Equations<S> {
         Some((step, linear_residual))
     }
 
-    /// Smallest `J` after the displacement `after`, the element it is in, and the smallest ratio to `J` before.
-    pub(crate) fn smallest_j(&self, before: &[f64], after: &[f64]) -> (f64, usize, f64) {
+    /// Smallest `J` after the displacement `after`, the element it is in, and the smallest ratio to `J` before;
+    /// `folds` leaves out the elements whose rubber has an energy for any `J`.
+    pub(crate) fn smallest_j(&self, before: &[f64], after: &[f64], folds: bool) -> (f64, usize, f64) {
         let each = |e: usize| {
+            if folds && S::Element::ANY_VOLUME_RATIO && self.rubber(e).knows_inside_out() {
+                return (f64::INFINITY, e, f64::INFINITY);
+            }
             let (j, ratio) = self.elements[e].smallest_j(&self.gather(e, after), &self.gather(e, before));
             (j, e, ratio)
         };

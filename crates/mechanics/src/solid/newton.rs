@@ -23,6 +23,10 @@ pub struct NewtonSettings {
     pub smallest_step: f64,
     /// A Newton step may shrink no `J` by more than this factor.
     pub smallest_ratio: f64,
+    /// Whether a body may fold: points of rubbers that [know what that costs](super::material::Rubber::knows_inside_out)
+    /// may turn inside out, and where an equilibrium ceases to be, the body falls into the next; see
+    /// [`folds`](super::folds).
+    pub through_folds: bool,
 }
 
 impl Default for NewtonSettings {
@@ -36,6 +40,7 @@ impl Default for NewtonSettings {
             first_step: 0.25,
             smallest_step: 1e-4,
             smallest_ratio: 0.2,
+            through_folds: false,
         }
     }
 }
@@ -100,17 +105,17 @@ pub enum StopReason {
 
 /// How well an equilibrium has to be met, and how close contact has to be.
 #[derive(Debug, Clone, Copy)]
-struct Target {
-    force: f64,
+pub(super) struct Target {
+    pub(super) force: f64,
     /// Relative error of the product of gap and contact force.
-    contact: f64,
+    pub(super) contact: f64,
 }
 
 /// Damping, over the shear modulus, that is tried first and last where the tangent has negative pivots.
 const LEAST_DAMPING: f64 = 0.02;
 const MOST_DAMPING: f64 = 1e4;
 
-type Failure = (StopReason, (f64, usize));
+pub(super) type Failure = (StopReason, (f64, usize));
 
 impl<S: Dimension> Equations<S> {
     /// Takes `state`, in equilibrium under `from`, to an equilibrium under `to`. Loads in between are
@@ -125,6 +130,9 @@ impl<S: Dimension> Equations<S> {
         to: &Load<S>,
         settings: &NewtonSettings,
     ) -> Result<Effort, Box<Stopped>> {
+        if settings.through_folds {
+            return self.advance_through_folds(state, from, to, settings);
+        }
         let mut effort = Effort::default();
         let (first_state, first_load) = (state.clone(), from.clone());
         let mut result = self.march(state, from, to, settings, &mut effort);
@@ -248,7 +256,7 @@ impl<S: Dimension> Equations<S> {
         Ok(())
     }
 
-    fn equilibrate(
+    pub(super) fn equilibrate(
         &mut self,
         state: &mut State<S>,
         load: &Load<S>,
@@ -286,7 +294,8 @@ impl<S: Dimension> Equations<S> {
             let mut trial = state.plus(&step, part);
             let mut turned = false;
             loop {
-                let (j, element, ratio) = self.smallest_j(&state.displacement, &trial.displacement);
+                let (j, element, ratio) =
+                    self.smallest_j(&state.displacement, &trial.displacement, settings.through_folds);
                 let whole = j > 0.0 && ratio > settings.smallest_ratio;
                 if whole && self.keeps_clear(state, &mut trial) {
                     break;

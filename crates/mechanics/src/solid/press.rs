@@ -130,6 +130,14 @@ impl LayerProblem {
             Indenter::Sharp { half_width } | Indenter::Bonded { half_width } => {
                 LayerMesh::under_punch(height, length, half_width, n, 0.7, 6)
             }
+            _ if self.folds() => {
+                let mut mesh = LayerMesh::folding_end(height, length, n, 12 * n / 5, 0.3);
+                let edges =
+                    |axis: usize| self.inclusions.iter().flat_map(move |i| [i.min[axis], i.max[axis]]);
+                move_to(&mut mesh.along, edges(0));
+                move_to(&mut mesh.up, edges(1));
+                mesh
+            }
             _ => {
                 let mut mesh = LayerMesh::uniform(height, length, n, 0.8, 4 + n / 2);
                 if self.end == End::Far {
@@ -142,6 +150,13 @@ impl LayerProblem {
                 mesh
             }
         }
+    }
+
+    /// Whether the end folds through itself at the bonded corner, as a free end does that nothing carries. A
+    /// rubber whose energy needs `J > 0` cannot follow: it gets a fan there, and is too stiff.
+    fn folds(&self) -> bool {
+        let smooth = Rubber { volume_barrier: 0.0, ..self.rubber.clone() };
+        self.indenter == Indenter::WholeTop && self.end == End::Free && smooth.knows_inside_out()
     }
 
     /// Presses the layer to each of `goals`, all of them compressions or all of them forces.
@@ -160,12 +175,17 @@ impl LayerProblem {
         let mut order: Vec<usize> = (0..goals.len()).collect();
         order.sort_by(|&a, &b| goals[a].value().total_cmp(&goals[b].value()));
         let mut levels: Vec<Level> = Vec::new();
+        let (mut rubber, mut settings) = (self.rubber.clone(), NewtonSettings::default());
+        if self.folds() {
+            rubber.volume_barrier = 0.0;
+            settings = NewtonSettings::through_folds();
+        }
         for k in 0..refinement.meshes {
             let n = refinement.first << k;
             let start = Instant::now();
             let mesh = self.mesh(n);
             let model =
-                LayerModel::with_inclusions(&mesh, &self.rubber, &self.inclusions, self.indenter, self.end)?;
+                LayerModel::with_inclusions(&mesh, &rubber, &self.inclusions, self.indenter, self.end)?;
             let mut level = Level {
                 model,
                 over_thickness: n,
@@ -173,7 +193,7 @@ impl LayerProblem {
                 reached: vec![None; goals.len()],
                 stopped: vec![None; goals.len()],
             };
-            level.walk(goals, &order, cancel, &|done| tell(k, done));
+            level.walk(goals, &order, &settings, cancel, &|done| tell(k, done));
             level.seconds = start.elapsed().as_secs_f64();
             let further = level.reached.iter().filter(|r| r.is_some()).count();
             let before =
@@ -217,17 +237,42 @@ fn through(breakpoints: &[f64], edges: impl Iterator<Item = f64>) -> Vec<f64> {
     all
 }
 
+/// Moves the nearest inner breakpoint to each of `edges`, or puts one in where that is an edge already.
+fn move_to(breakpoints: &mut Vec<f64>, edges: impl Iterator<Item = f64>) {
+    let tiny = 1e-9 * breakpoints[breakpoints.len() - 1];
+    let mut fixed = vec![breakpoints[0], breakpoints[breakpoints.len() - 1]];
+    for edge in edges.filter(|e| *e > fixed[0] + tiny && *e < fixed[1] - tiny).collect::<Vec<f64>>() {
+        if fixed.iter().any(|f| (f - edge).abs() < tiny) {
+            continue;
+        }
+        let after = breakpoints.partition_point(|x| *x < edge).min(breakpoints.len() - 1);
+        let near = if edge - breakpoints[after - 1] < breakpoints[after] - edge { after - 1 } else { after };
+        if fixed.contains(&breakpoints[near]) {
+            breakpoints.insert(after, edge);
+        } else {
+            breakpoints[near] = edge;
+        }
+        fixed.push(edge);
+    }
+}
+
 impl Level {
     /// Goes through the goals from the smallest up; what is beyond the first that is not reached is not tried.
-    fn walk(&mut self, goals: &[Goal], order: &[usize], cancel: &AtomicBool, tell: &dyn Fn(usize)) {
-        let settings = NewtonSettings::default();
+    fn walk(
+        &mut self,
+        goals: &[Goal],
+        order: &[usize],
+        settings: &NewtonSettings,
+        cancel: &AtomicBool,
+        tell: &dyn Fn(usize),
+    ) {
         for (done, &g) in order.iter().enumerate() {
             if cancel.load(Ordering::Relaxed) {
                 return;
             }
             let step = match goals[g] {
-                Goal::Compression(compression) => self.model.press(compression, &settings),
-                Goal::Force(force) => press_to_force(&mut self.model, force, &settings),
+                Goal::Compression(compression) => self.model.press(compression, settings),
+                Goal::Force(force) => press_to_force(&mut self.model, force, settings),
             };
             match step {
                 Ok(step) => {

@@ -106,6 +106,7 @@ impl ReferenceElement {
 impl Element<Space> for ReferenceElement {
     const NODES: usize = NODES;
     const POINTS: usize = POINTS;
+    const ANY_VOLUME_RATIO: bool = false;
 
     fn new(x: &[[f64; 3]]) -> Option<Self> {
         let (points, weights) = gauss_legendre(3);
@@ -184,6 +185,13 @@ impl Element<Space> for ReferenceElement {
 
     fn mass_inverse(&self) -> &[[f64; 4]] {
         &self.mass_inverse
+    }
+
+    fn gradient_product(&self, a: usize, b: usize) -> f64 {
+        let product = |q: usize| {
+            self.volumes[q] * (0..3).map(|k| self.gradient(q, k)[a] * self.gradient(q, k)[b]).sum::<f64>()
+        };
+        (0..POINTS).map(product).sum()
     }
 
     fn integrate(&self, rubber: &Rubber, u: &[f64], p: &[f64; 4], out: &mut ElementSystem<Space>) {
