@@ -74,6 +74,8 @@ pub struct State {
     pub contact: Vec<f64>,
     /// Where each obstacle is, in m.
     pub shift: Vec<[f64; 2]>,
+    /// The configuration with larger gaps from which this one was reached, and from which the load moves on.
+    pub moving: Option<Box<State>>,
 }
 
 impl Body {
@@ -105,6 +107,7 @@ impl Body {
             pressure: vec![[0.0; 3]; self.mesh.elements.len()],
             contact: vec![0.0; self.obstacles.iter().map(|o| POINTS * o.edges.len()).sum()],
             shift,
+            moving: None,
         }
     }
 
@@ -380,7 +383,7 @@ impl Equations {
         let shift: Vec<[f64; 2]> =
             shift.map(|(now, then)| std::array::from_fn(|k| then[k] - now[k])).collect();
         let contact = self.contact_increment(state, &du, &shift);
-        let step = State { displacement: du, pressure, contact, shift };
+        let step = State { displacement: du, pressure, contact, shift, moving: None };
         Some((step, linear_residual))
     }
 
