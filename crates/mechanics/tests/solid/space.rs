@@ -3,10 +3,11 @@
 use elastocap_mechanics::solid::dimension::Space;
 use elastocap_mechanics::solid::layer::{End, Indenter, LayerMesh, LayerModel};
 use elastocap_mechanics::solid::material::{Distortion, Rubber, Volume};
-use elastocap_mechanics::solid::mesh::{Mesh, uniform};
-use elastocap_mechanics::solid::model::{Body, Equations, State};
+use elastocap_mechanics::solid::mesh::{Mesh, graded, uniform};
+use elastocap_mechanics::solid::model::{Body, Equations};
 use elastocap_mechanics::solid::newton::NewtonSettings;
-use elastocap_mechanics::solid::space::mesh::Sweep;
+use elastocap_mechanics::solid::obstacle::Shape;
+use elastocap_mechanics::solid::space::layer::{Side, SpaceLayerMesh};
 
 /// A unit cube whose inner nodes are out of place: its hexahedra have curved sides and volumes of many sizes.
 fn crooked_cube() -> Mesh<Space> {
@@ -101,40 +102,79 @@ fn a_cube_pressed_between_smooth_plates_follows_the_closed_form_of_every_law() {
     }
 }
 
+/// Force of a layer in plane strain over that of the same section in space, per width, and the largest difference of a
+/// displacement over the thickness.
+fn plane_against_space(
+    section: LayerMesh,
+    indenter: Indenter,
+    compression: f64,
+    half_width: f64,
+) -> (f64, f64) {
+    let rubber = Rubber::neo_hookean(1.0);
+    let settings =
+        NewtonSettings { tolerance: 1e-12, first_step: 1.0, final_gap: 1e-6, ..Default::default() };
+    let mut plane = LayerModel::new(&section, rubber.clone(), indenter, End::Free).unwrap();
+    let force = plane.press(compression, &settings).unwrap().force;
+    let mesh = SpaceLayerMesh { section, across: vec![0.0, 0.4 * half_width, half_width], side_fan: None };
+    let mut space = LayerModel::of_finite_width(&mesh, rubber, indenter, End::Free, Side::Symmetric).unwrap();
+    let reaction = space.press(compression, &settings).unwrap().force / (2.0 * half_width);
+    let nodes = space.equations().body().mesh.nodes.iter();
+    let worst = nodes.zip(space.state().displacement.chunks_exact(3)).fold(0.0f64, |worst, (x, got)| {
+        let exact = plane.displacement_near([x[0], x[1]]);
+        worst.max((got[0] - exact[0]).abs()).max((got[1] - exact[1]).abs()).max(got[2].abs())
+    });
+    (reaction / force, worst)
+}
+
 #[test]
 fn a_layer_that_cannot_spread_along_its_width_is_in_plane_strain() {
-    let mesh = LayerMesh::uniform(1.0, 2.0, 2, 0.5, 1);
-    let rubber = Rubber::neo_hookean(1.0);
-    let compression = 0.15;
-    let settings = NewtonSettings { tolerance: 1e-12, ..Default::default() };
-    let mut plane = LayerModel::new(&mesh, rubber.clone(), Indenter::WholeTop, End::Free).unwrap();
-    let force = plane.press(compression, &settings).unwrap().force / 2.0;
+    let section = LayerMesh::uniform(1.0, 2.0, 2, 0.5, 1);
+    let (ratio, difference) = plane_against_space(section, Indenter::WholeTop, 0.15, 0.7);
+    assert!((ratio - 1.0).abs() < 1e-10 && difference < 1e-10, "{ratio} {difference}");
+}
 
-    let section = mesh.mesh();
-    let width = 0.7;
-    let mut body = Body::new(
-        Mesh::from_sweeps(&[Sweep { section: &section, along: &[0.0, 0.3, width], map: &|x| x }]),
-        rubber,
-    );
-    body.hold(0, |x| x[0] == 0.0 || x[1] == 0.0);
-    body.hold(1, |x| x[1] == 0.0 || x[1] == 1.0);
-    body.hold(2, |x| x[1] == 0.0 || x[2] == 0.0 || x[2] == width);
-    let mut equations = Equations::new(body).unwrap();
-    let (mut state, mut load): (State<Space>, _) =
-        (equations.body().at_rest(Vec::new()), equations.body().no_load());
-    let mut goal = load.clone();
-    for (n, x) in equations.body().mesh.nodes.iter().enumerate() {
-        if x[1] == 1.0 {
-            goal.displacement[3 * n + 1] = -compression;
-        }
-    }
-    equations.advance(&mut state, &mut load, &goal, &settings).unwrap();
-    let reaction = -equations.reaction(1, |x| x[1] == 1.0) / width;
-    assert!((reaction / force - 1.0).abs() < 1e-10, "{reaction} {force}");
-    for (n, x) in equations.body().mesh.nodes.iter().enumerate() {
-        let exact = plane.displacement_near([x[0], x[1]]);
-        let got = &state.displacement[3 * n..3 * n + 3];
-        let error = (got[0] - exact[0]).abs().max((got[1] - exact[1]).abs()).max(got[2].abs());
-        assert!(error < 1e-10, "{x:?}: {got:?} {exact:?}");
+#[test]
+fn so_is_a_layer_under_a_rounded_punch() {
+    let section = LayerMesh::uniform(1.0, 2.5, 3, 0.5, 1);
+    let punch = Indenter::Smooth(Shape::Punch { half_width: 0.8, corner_radius: 0.3 });
+    let (ratio, difference) = plane_against_space(section, punch, 0.1, 1.0);
+    assert!((ratio - 1.0).abs() < 1e-7 && difference < 1e-7, "{ratio} {difference}");
+}
+
+#[test]
+fn a_sphere_meets_the_formula_for_thin_layers() {
+    // F = 16/3 mu R^(1/2) d^(3/2) (1 + 1.133 c + 1.283 c^2 + 0.769 c^3 + 0.0975 c^4) with c = (R d)^(1/2) / H, for an
+    // incompressible layer bonded below (Dimitriadis and others, 2002): linear elastic, without end.
+    let (radius, depth) = (1.0, 0.02);
+    let c = f64::sqrt(radius * depth);
+    let formula = 16.0 / 3.0
+        * radius.sqrt()
+        * depth.powf(1.5)
+        * (1.0 + c * (1.133 + c * (1.283 + c * (0.769 + c * 0.0975))));
+    let finer = |x: f64| 0.05 + 0.4 * x;
+    let section = LayerMesh {
+        along: graded(0.0, 1.5, finer),
+        up: graded(0.0, 1.0, |y| finer(1.0 - y)),
+        end_top: uniform(1.5, 2.5, 1),
+        radii: vec![0.0, 1.0],
+        punch: None,
+    };
+    let mesh = SpaceLayerMesh { section, across: graded(0.0, 1.5, finer), side_fan: Some(1.0) };
+    let mut model = LayerModel::of_finite_width(
+        &mesh,
+        Rubber::neo_hookean(1.0),
+        Indenter::Smooth(Shape::Sphere { radius }),
+        End::Free,
+        Side::Free,
+    )
+    .unwrap();
+    let settings = NewtonSettings { tolerance: 1e-8, first_step: 1.0, final_gap: 1e-5, ..Default::default() };
+    let step = model.press(depth, &settings).unwrap();
+    println!("force {} formula {formula}, {:?}", step.force, step);
+    assert!((step.force / formula - 1.0).abs() < 0.03, "{} {formula}", step.force);
+    assert!(step.imbalance < 1e-6 && step.penetration == 0.0, "{step:?}");
+    // No tension anywhere, and no pressure where there is a gap.
+    for (_, gap, pressure) in model.equations().contact_pressure(0, model.state()) {
+        assert!(pressure > 0.0 && gap > 0.0 && (gap < 1e-3 || pressure < 1e-1), "{gap} {pressure}");
     }
 }
