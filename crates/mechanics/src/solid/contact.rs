@@ -156,9 +156,10 @@ impl Equations {
     pub(crate) fn contact_increment(&self, state: &State, du: &[f64], motion: &[[f64; 2]]) -> Vec<f64> {
         let increment = |(c, pair): (usize, &Pair)| {
             let PairState { gap, force, .. } = self.pair_state(c, state);
-            let closing: f64 = pair.slots.iter().map(|&(d, k, factor)| factor * gap.normal[k] * du[d]).sum::<f64>()
-                - gap.normal[0] * motion[pair.obstacle][0]
-                - gap.normal[1] * motion[pair.obstacle][1];
+            let closing: f64 =
+                pair.slots.iter().map(|&(d, k, factor)| factor * gap.normal[k] * du[d]).sum::<f64>()
+                    - gap.normal[0] * motion[pair.obstacle][0]
+                    - gap.normal[1] * motion[pair.obstacle][1];
             (pair.weight * self.gap_times_pressure - force * closing) / gap.distance - force
         };
         self.pairs.iter().enumerate().map(increment).collect()
@@ -168,9 +169,7 @@ impl Equations {
     /// take to zero or below are stopped short of it, one by one: they only weigh the next step.
     pub(crate) fn keeps_clear(&self, before: &State, after: &mut State) -> bool {
         let least = 1.0 - BOUNDARY_FRACTION;
-        let clear = |pair: &Pair| {
-            self.gap(pair, after).distance > least * self.gap(pair, before).distance
-        };
+        let clear = |pair: &Pair| self.gap(pair, after).distance > least * self.gap(pair, before).distance;
         if !self.pairs.iter().all(clear) {
             return false;
         }

@@ -50,6 +50,8 @@ pub struct LayerMesh {
     pub radii: Vec<f64>,
     /// A fan around the point of the top where a sharp punch ends, if there is one.
     pub punch: Option<PunchFan>,
+    /// Both halves of the layer: what this describes and its mirror image. For loads that are not symmetric.
+    pub whole: bool,
 }
 
 /// Sectors around the point where a sharp punch ends: the surface beside it turns up by 90 degrees and more, which two
@@ -78,6 +80,7 @@ impl LayerMesh {
             end_top: uniform(body, half_length, n),
             radii: geometric(ratio, rings),
             punch: None,
+            whole: false,
         }
     }
 
@@ -105,35 +108,34 @@ impl LayerMesh {
         let punch =
             Some(PunchFan { along: [first, last], up: floor, corner, radii: geometric(ratio, rings) });
         let end_top = uniform(body, half_length, count(0.6 * thickness));
-        Self { along, up, end_top, radii: geometric(0.5, 1), punch }
+        Self { along, up, end_top, radii: geometric(0.5, 1), punch, whole: false }
     }
 
-    /// A mesh for a smooth punch with rounded corners: about `n` quadrilaterals over the thickness far away, and steps
-    /// of `corner_radius * 8 / n` where the surface slides past the corner, between `corner - 0.5` and
-    /// `corner + 0.1` thicknesses.
+    /// A mesh for a smooth punch with rounded corners: about `n` quadrilaterals over the thickness far away, and
+    /// `per_radius` over the length of the corner's radius in that part of the surface that slides past the corner, half a
+    /// thickness inwards of it. The surface is stretched there by a factor of three and more: two to four are needed.
     pub fn under_rounded_punch(
         thickness: f64,
         half_length: f64,
         half_width: f64,
         corner_radius: f64,
         n: usize,
+        per_radius: f64,
     ) -> Self {
-        let v = |k: &str, d: f64| std::env::var(k).ok().and_then(|w| w.parse().ok()).unwrap_or(d);
-        let (coarse, fine) = (thickness / n as f64, v("FINE", 8.0) * corner_radius / n as f64);
+        let (coarse, fine) = (thickness / n as f64, corner_radius / per_radius);
         let body = half_length - thickness;
-        let band = [half_width - v("LEFT", 0.5) * thickness, half_width + v("RIGHT", 0.1) * thickness];
-        let grow = v("GROW", 0.25);
+        let band = [(half_width - 0.5 * thickness).max(0.0), half_width];
         let along = |x: f64| {
             let away = (band[0] - x).max(x - band[1]).max(0.0);
-            let most = if x > band[1] { v("FAR", 2.0) * coarse } else { coarse };
-            (fine + grow * away).min(most)
+            (fine + 0.25 * away).min(if x > band[1] { 2.0 * coarse } else { coarse })
         };
         Self {
             along: graded(0.0, body, along),
-            up: graded(0.0, thickness, |y| (v("TOP", 1.0) * fine + grow * (thickness - y)).min(coarse)),
+            up: graded(0.0, thickness, |y| (3.0 * fine + 0.25 * (thickness - y)).min(coarse)),
             end_top: uniform(body, half_length, (n / 2).max(2)),
             radii: geometric(0.5, 1),
             punch: None,
+            whole: false,
         }
     }
 
@@ -142,7 +144,7 @@ impl LayerMesh {
         let (body, top) = (self.along[self.along.len() - 1], self.up[self.up.len() - 1]);
         if self.radii.is_empty() {
             let along: Vec<f64> = self.along.iter().chain(self.end_top.iter().skip(1)).copied().collect();
-            return Mesh::from_patches(&[Patch::tensor(&along, &self.up)]);
+            return self.of_patches(vec![Patch::tensor(&along, &self.up)]);
         }
         let corner = [self.end_top[self.end_top.len() - 1], 0.0];
         let mut rim: Vec<[f64; 2]> = self.up.iter().map(|&y| [body, y]).collect();
@@ -160,6 +162,14 @@ impl LayerMesh {
             patches.push(Patch::fan([*corner, top], &rim, radii));
         } else {
             patches.push(Patch::tensor(&self.along, &self.up));
+        }
+        self.of_patches(patches)
+    }
+
+    fn of_patches(&self, mut patches: Vec<Patch>) -> Mesh {
+        if self.whole {
+            let mirrored: Vec<Patch> = patches.iter().map(|p| p.clone().mapped(|x| [-x[0], x[1]])).collect();
+            patches.extend(mirrored);
         }
         Mesh::from_patches(&patches)
     }
@@ -179,6 +189,8 @@ pub struct LayerModel {
     /// Number of the indenter among the obstacles.
     punch: Option<usize>,
     substrate: Option<usize>,
+    /// What a force on the model has to be multiplied by for the whole layer.
+    halves: f64,
 }
 
 /// One step of a pressed layer.
@@ -190,7 +202,7 @@ pub struct LayerStep {
     pub force: f64,
     /// Force that the substrate carries by contact beyond the bonded bottom, both halves, in N per metre of width.
     pub end_contact_force: f64,
-    /// Sum of all vertical forces on the half layer over the largest of them.
+    /// Sum of all vertical forces on the layer over the largest of them.
     pub imbalance: f64,
     /// Deepest penetration of a node in m, at least 0.
     pub penetration: f64,
@@ -208,42 +220,62 @@ impl LayerModel {
         let length = mesh.end_top[mesh.end_top.len() - 1];
         let mut body = Body::new(mesh.mesh(), rubber);
         let tiny = 1e-9 * length;
-        body.hold(0, |x| x[0] == 0.0);
+        if !mesh.whole {
+            body.hold(0, |x| x[0] == 0.0);
+        }
         body.hold(0, |x| x[1] == 0.0);
         body.hold(1, |x| x[1] == 0.0);
         let mut obstacles: Vec<Obstacle> = Vec::new();
         let (mut punch, mut substrate) = (None, None);
         let mut hold = None;
-        let mut flank = |half_width: f64| {
-            let edges = body.mesh.boundary_where(|x| x[1] > top - tiny && x[0] > half_width - tiny);
-            let corner = body.mesh.nearest_node([half_width, top]) as u32;
-            obstacles.push(Obstacle { shape: Shape::Wall { side: 1.0 }, edges, carrier: Some(corner) });
+        let sides: &[f64] = if mesh.whole { &[1.0, -1.0] } else { &[1.0] };
+        // The free surface beside a sharp punch turns up: its flank goes along with the last point under it. For the
+        // same reason the points under it may not pass that point.
+        let mut wall = |half_width: f64, beside: bool| {
+            for &side in sides {
+                let carrier = body.mesh.nearest_node([side * half_width, top]) as u32;
+                let on = |x: [f64; 2]| {
+                    let out = side * x[0] - half_width;
+                    x[1] > top - tiny && if beside { out > -tiny } else { out < tiny && side * x[0] > -tiny }
+                };
+                let shape = Shape::Wall { side: if beside { side } else { -side } };
+                obstacles.push(Obstacle {
+                    shape,
+                    edges: body.mesh.boundary_where(on),
+                    carrier: Some(carrier),
+                });
+            }
         };
         match indenter {
             Indenter::WholeTop => hold = Some((f64::INFINITY, false)),
             Indenter::Sharp { half_width } => {
-                flank(half_width);
+                wall(half_width, true);
+                wall(half_width, false);
                 hold = Some((half_width + tiny, false));
             }
             Indenter::Bonded { half_width } => {
-                flank(half_width);
+                wall(half_width, true);
                 hold = Some((half_width + tiny, true));
             }
             Indenter::Smooth(shape) => {
                 punch = Some(obstacles.len());
-                obstacles.push(Obstacle { shape, edges: body.mesh.boundary_where(|x| x[1] > top - tiny), carrier: None });
+                obstacles.push(Obstacle {
+                    shape,
+                    edges: body.mesh.boundary_where(|x| x[1] > top - tiny),
+                    carrier: None,
+                });
             }
         }
         if end == End::FreeOnSubstrate {
             substrate = Some(obstacles.len());
-            let edges = body.mesh.boundary_where(|x| x[0] > length - tiny);
+            let edges = body.mesh.boundary_where(|x| x[0].abs() > length - tiny);
             obstacles.push(Obstacle { shape: Shape::Below, edges, carrier: None });
         }
         body.obstacles = obstacles;
         if let Some((limit, bonded)) = hold {
-            body.hold(1, |x| x[1] > top - tiny && x[0] <= limit);
+            body.hold(1, |x| x[1] > top - tiny && x[0].abs() <= limit);
             if bonded {
-                body.hold(0, |x| x[1] > top - tiny && x[0] <= limit);
+                body.hold(0, |x| x[1] > top - tiny && x[0].abs() <= limit);
             }
         }
         let mut load = body.no_load();
@@ -256,7 +288,17 @@ impl LayerModel {
             shift[punch][1] += START * top;
         }
         let state = body.at_rest(shift);
-        Ok(Self { equations: Equations::new(body)?, indenter, thickness: top, state, load, punch, substrate })
+        let halves = if mesh.whole { 1.0 } else { 2.0 };
+        Ok(Self {
+            equations: Equations::new(body)?,
+            indenter,
+            thickness: top,
+            state,
+            load,
+            punch,
+            substrate,
+            halves,
+        })
     }
 
     /// The equations behind the model.
@@ -283,7 +325,7 @@ impl LayerModel {
         let depth = compression * self.thickness;
         let mut next = self.load.clone();
         if let Some(punch) = self.punch {
-            next.shift[punch] = [0.0, self.thickness - depth];
+            next.shift[punch][1] = self.thickness - depth;
         } else {
             let tiny = 1e-9 * self.thickness;
             for (n, x) in self.equations.body().mesh.nodes.iter().enumerate() {
@@ -296,13 +338,40 @@ impl LayerModel {
         Ok(self.step(effort))
     }
 
+    /// Places the axis of a smooth indenter at `x1 = offset` (m). Only for a layer at rest, and a mesh of both halves.
+    pub fn place_indenter(&mut self, offset: f64) {
+        if let Some(punch) = self.punch {
+            self.load.shift[punch][0] = offset;
+            self.state.shift[punch][0] = offset;
+        }
+    }
+
+    /// Presses until the force on the *whole* layer is `force` (N per metre of width) to a part of `1e-6`: secants on
+    /// the displacement, which starts from where it is.
+    ///
+    /// # Errors
+    /// [`Stopped`]; the model is then in the last equilibrium on the way.
+    pub fn press_with(&mut self, force: f64, settings: &NewtonSettings) -> Result<LayerStep, Box<Stopped>> {
+        let now = self.step(Effort::default());
+        let mut last = (now.compression, now.force);
+        // A first step whose force is known to differ.
+        let mut next = last.0 + 0.01;
+        loop {
+            let step = self.press(next, settings)?;
+            if (step.force - force).abs() <= 1e-6 * force.abs() || (next - last.0).abs() < 1e-12 {
+                return Ok(step);
+            }
+            let slope = (step.force - last.1) / (next - last.0);
+            last = (next, step.force);
+            next += ((force - step.force) / slope).clamp(-0.05, 0.05);
+        }
+    }
+
     /// Forces and contact in the last equilibrium.
     pub fn step(&self, effort: Effort) -> LayerStep {
         let tiny = 1e-9 * self.thickness;
         let top = self.thickness;
-        let contact = |o: Option<usize>| {
-            o.map_or([0.0; 2], |o| self.equations.contact_force(o, &self.state))
-        };
+        let contact = |o: Option<usize>| o.map_or([0.0; 2], |o| self.equations.contact_force(o, &self.state));
         let half = match self.indenter {
             Indenter::Smooth(_) => -contact(self.punch)[1],
             _ => -self.equations.reaction(1, |x| x[1] > top - tiny),
@@ -318,8 +387,8 @@ impl LayerModel {
         };
         LayerStep {
             compression: shift / top,
-            force: 2.0 * half,
-            end_contact_force: 2.0 * end,
+            force: self.halves * half,
+            end_contact_force: self.halves * end,
             imbalance: (bottom + end - half).abs() / half.abs().max(f64::MIN_POSITIVE),
             penetration: self.equations.penetration(&self.state).max(0.0),
             effort,

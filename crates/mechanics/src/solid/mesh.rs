@@ -268,7 +268,17 @@ pub fn graded(a: f64, b: f64, size: impl Fn(f64) -> f64) -> Vec<f64> {
         let part = (goal - count[above - 1]) / (count[above] - count[above - 1]);
         at(above - 1) + part * (at(above) - at(above - 1))
     };
-    (0..=n).map(|k| if k == 0 { a } else if k == n { b } else { place(k) }).collect()
+    (0..=n)
+        .map(|k| {
+            if k == 0 {
+                a
+            } else if k == n {
+                b
+            } else {
+                place(k)
+            }
+        })
+        .collect()
 }
 
 /// Breakpoints from 0 to 1 that shrink by `ratio` towards 0: `0, ratio^n, ..., ratio, 1`.

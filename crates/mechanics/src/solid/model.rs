@@ -210,7 +210,8 @@ impl Equations {
             }
         }
         let known = |n: &u32| (*n as usize) < nodes;
-        if body.obstacles.iter().any(|o| !o.edges.iter().flat_map(|e| &e.nodes).chain(&o.carrier).all(known)) {
+        if body.obstacles.iter().any(|o| !o.edges.iter().flat_map(|e| &e.nodes).chain(&o.carrier).all(known))
+        {
             return Err(mismatch("a list of touching sides"));
         }
         if unknowns == 0 {
