@@ -53,6 +53,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             end_top: uniform(length - 1.0, length, n.div_ceil(2)),
             radii: geometric(0.5, 1),
             punch: None,
+            whole: false,
         }
     };
     let rim = if sharp { None } else { Some(0.5 * half_width.min(2.0)) };

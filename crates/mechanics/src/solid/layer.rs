@@ -66,6 +66,8 @@ pub struct LayerMesh {
     pub radii: Vec<f64>,
     /// A fan around the point of the top where a sharp punch ends, if there is one.
     pub punch: Option<PunchFan>,
+    /// Both halves of the layer: what this describes and its mirror image. For loads that are not symmetric.
+    pub whole: bool,
 }
 
 /// Sectors around the point where a sharp punch ends: the surface beside it turns up by 90 degrees and more, which two
@@ -94,6 +96,7 @@ impl LayerMesh {
             end_top: uniform(body, half_length, n),
             radii: geometric(ratio, rings),
             punch: None,
+            whole: false,
         }
     }
 
@@ -123,6 +126,7 @@ impl LayerMesh {
             end_top: from_axis[cut - 1..].to_vec(),
             radii: Vec::new(),
             punch: None,
+            whole: false,
         }
     }
 
@@ -150,35 +154,34 @@ impl LayerMesh {
         let punch =
             Some(PunchFan { along: [first, last], up: floor, corner, radii: geometric(ratio, rings) });
         let end_top = uniform(body, half_length, count(0.6 * thickness));
-        Self { along, up, end_top, radii: geometric(0.5, 1), punch }
+        Self { along, up, end_top, radii: geometric(0.5, 1), punch, whole: false }
     }
 
-    /// A mesh for a smooth punch with rounded corners: about `n` quadrilaterals over the thickness far away, and steps
-    /// of `corner_radius * 8 / n` where the surface slides past the corner, between `corner - 0.5` and
-    /// `corner + 0.1` thicknesses.
+    /// A mesh for a smooth punch with rounded corners: about `n` quadrilaterals over the thickness far away, and
+    /// `per_radius` over the length of the corner's radius in that part of the surface that slides past the corner, half a
+    /// thickness inwards of it. The surface is stretched there by a factor of three and more: two to four are needed.
     pub fn under_rounded_punch(
         thickness: f64,
         half_length: f64,
         half_width: f64,
         corner_radius: f64,
         n: usize,
+        per_radius: f64,
     ) -> Self {
-        let v = |k: &str, d: f64| std::env::var(k).ok().and_then(|w| w.parse().ok()).unwrap_or(d);
-        let (coarse, fine) = (thickness / n as f64, v("FINE", 8.0) * corner_radius / n as f64);
+        let (coarse, fine) = (thickness / n as f64, corner_radius / per_radius);
         let body = half_length - thickness;
-        let band = [half_width - v("LEFT", 0.5) * thickness, half_width + v("RIGHT", 0.1) * thickness];
-        let grow = v("GROW", 0.25);
+        let band = [(half_width - 0.5 * thickness).max(0.0), half_width];
         let along = |x: f64| {
             let away = (band[0] - x).max(x - band[1]).max(0.0);
-            let most = if x > band[1] { v("FAR", 2.0) * coarse } else { coarse };
-            (fine + grow * away).min(most)
+            (fine + 0.25 * away).min(if x > band[1] { 2.0 * coarse } else { coarse })
         };
         Self {
             along: graded(0.0, body, along),
-            up: graded(0.0, thickness, |y| (v("TOP", 1.0) * fine + grow * (thickness - y)).min(coarse)),
+            up: graded(0.0, thickness, |y| (3.0 * fine + 0.25 * (thickness - y)).min(coarse)),
             end_top: uniform(body, half_length, (n / 2).max(2)),
             radii: geometric(0.5, 1),
             punch: None,
+            whole: false,
         }
     }
 
@@ -197,7 +200,7 @@ impl LayerMesh {
         let (body, top) = (self.along[self.along.len() - 1], self.up[self.up.len() - 1]);
         if self.radii.is_empty() {
             let along: Vec<f64> = self.along.iter().chain(self.end_top.iter().skip(1)).copied().collect();
-            return Mesh::from_patches(&[Patch::tensor(&along, &self.up)]);
+            return self.of_patches(vec![Patch::tensor(&along, &self.up)]);
         }
         let corner = [self.end_top[self.end_top.len() - 1], 0.0];
         let mut rim: Vec<[f64; 2]> = self.up.iter().map(|&y| [body, y]).collect();
@@ -215,6 +218,14 @@ impl LayerMesh {
             patches.push(Patch::fan([*corner, top], &rim, radii));
         } else {
             patches.push(Patch::tensor(&self.along, &self.up));
+        }
+        self.of_patches(patches)
+    }
+
+    fn of_patches(&self, mut patches: Vec<Patch>) -> Mesh {
+        if self.whole {
+            let mirrored: Vec<Patch> = patches.iter().map(|p| p.clone().mapped(|x| [-x[0], x[1]])).collect();
+            patches.extend(mirrored);
         }
         Mesh::from_patches(&patches)
     }
@@ -234,6 +245,9 @@ pub struct LayerModel<S: Dimension = Plane> {
     /// Number of the indenter among the obstacles.
     punch: Option<usize>,
     substrate: Option<usize>,
+    /// What a force on the model has to be multiplied by for the whole layer.
+    /// How many of what is modelled make up the layer.
+    parts: f64,
 }
 
 /// One step of a pressed layer.
@@ -246,7 +260,7 @@ pub struct LayerStep {
     pub force: f64,
     /// Force that the substrate carries by contact beyond the bonded bottom, of the whole layer, in N or N/m.
     pub end_contact_force: f64,
-    /// Sum of all vertical forces on the modelled part over the largest of them.
+    /// Sum of all vertical forces on the layer over the largest of them.
     pub imbalance: f64,
     /// Deepest penetration of a node in m, at least 0.
     pub penetration: f64,
@@ -286,7 +300,7 @@ impl LayerModel {
                 }
             }
         }
-        Self::with(body, mesh.thickness(), indenter, end, |x| x[0] > (1.0 - 1e-9) * length)
+        Self::with(body, mesh.thickness(), indenter, end, mesh.whole, |x| x[0].abs() > (1.0 - 1e-9) * length)
     }
 
     /// Pressure of indenter and substrate on each node in Pa; zero where nothing touches. `fields` are those of `state`:
@@ -306,22 +320,25 @@ impl LayerModel {
 
 impl<S: Dimension> LayerModel<S> {
     /// The layer `body` at rest; the faces that satisfy `outside` are the ones that may fold over. Of symmetry only the
-    /// plane `x1 = 0` is held here.
+    /// plane `x1 = 0` is held here, and that only unless the `whole` length is modelled.
     pub(crate) fn with(
         mut body: Body<S>,
         top: f64,
         indenter: Indenter,
         end: End,
+        whole: bool,
         outside: impl Fn(S::Point) -> bool,
     ) -> Result<Self, ModelError> {
         let tiny = 1e-9 * top;
-        body.hold(0, |x| x[0] == 0.0);
+        if !whole {
+            body.hold(0, |x| x[0] == 0.0);
+        }
         for axis in 0..S::AXES {
             body.hold(axis, |x| x[1] == 0.0);
         }
         if end == End::Far {
             let length = body.mesh.nodes.iter().map(|x| x[0]).fold(0.0, f64::max);
-            body.hold(0, |x| x[0] > length - tiny);
+            body.hold(0, |x| x[0].abs() > length - tiny);
         }
         let (mut punch, mut substrate) = (None, None);
         let mut hold = None;
@@ -332,11 +349,13 @@ impl<S: Dimension> LayerModel<S> {
             }
             Indenter::Sharp { half_width } => {
                 hold = Some((half_width + tiny, false));
-                flanks(&body, half_width, top)
+                let mut walls = walls(&body, half_width, top, whole, true);
+                walls.extend(self::walls(&body, half_width, top, whole, false));
+                walls
             }
             Indenter::Bonded { half_width } => {
                 hold = Some((half_width + tiny, true));
-                flanks(&body, half_width, top)
+                walls(&body, half_width, top, whole, true)
             }
             Indenter::Smooth(shape) => {
                 punch = Some(0);
@@ -352,7 +371,7 @@ impl<S: Dimension> LayerModel<S> {
         body.obstacles = obstacles;
         if let Some((limit, bonded)) = hold {
             for axis in (0..S::AXES).filter(|&axis| axis == 1 || bonded) {
-                body.hold(axis, |x| x[1] > top - tiny && x[0] <= limit);
+                body.hold(axis, |x| x[1] > top - tiny && x[0].abs() <= limit);
             }
         }
         let mut load = body.no_load();
@@ -365,7 +384,18 @@ impl<S: Dimension> LayerModel<S> {
             shift[punch][1] += START * top;
         }
         let state = body.at_rest(shift);
-        Ok(Self { equations: Equations::new(body)?, indenter, thickness: top, state, load, punch, substrate })
+        // A half of the layer in the plane, a quarter in space.
+        let parts = f64::from(1u32 << (S::AXES - 1)) * if whole { 0.5 } else { 1.0 };
+        Ok(Self {
+            equations: Equations::new(body)?,
+            indenter,
+            thickness: top,
+            state,
+            load,
+            punch,
+            substrate,
+            parts,
+        })
     }
 
     /// The equations behind the model.
@@ -410,6 +440,61 @@ impl<S: Dimension> LayerModel<S> {
         Ok(self.step(effort))
     }
 
+    /// Places the axis of a smooth indenter at `x1 = offset` (m). Only for a layer at rest, and a mesh of both halves.
+    pub fn place_indenter(&mut self, offset: f64) {
+        if let Some(punch) = self.punch {
+            self.load.shift[punch][0] = offset;
+            self.state.shift[punch][0] = offset;
+        }
+    }
+
+    /// Moves the indenter until the force on the *whole* layer is `target` (N, in the plane N per metre of width): secants on the
+    /// displacement, kept between one that is too small and one that is too large.
+    ///
+    /// # Errors
+    /// [`Stopped`]; the model is then in the last equilibrium on the way.
+    pub fn press_with(&mut self, target: f64, settings: &NewtonSettings) -> Result<LayerStep, Box<Stopped>> {
+        const MOST_TRIES: usize = 60;
+        let mut last = self.step(Effort::default());
+        let mut low = (last.compression, last.force - target);
+        let mut high: Option<(f64, f64)> = None;
+        let mut slope = None;
+        for _ in 0..MOST_TRIES {
+            let miss = last.force - target;
+            if miss.abs() <= 1e-10 * target.abs() || target == 0.0 && miss == 0.0 {
+                return Ok(last);
+            }
+            let newton = slope.map(|s: f64| last.compression - miss / s).filter(|c: &f64| c.is_finite());
+            let next = match high {
+                Some(high) => {
+                    let inside = |c: &f64| *c > low.0 && *c < high.0;
+                    newton.filter(inside).unwrap_or(0.5 * (low.0 + high.0))
+                }
+                // Nothing above the goal is known yet: not too far at a time, and short of a closed layer.
+                None => {
+                    let most = low.0 + (0.1_f64).min(0.5 * (1.0 - low.0));
+                    newton.unwrap_or(low.0 + 0.01).clamp(low.0 + 1e-12, most)
+                }
+            };
+            let before = last;
+            last = self.press(next, settings)?;
+            let miss = last.force - target;
+            if miss < 0.0 {
+                low = (last.compression, miss)
+            } else {
+                high = Some((last.compression, miss))
+            }
+            let moved = last.compression - before.compression;
+            if moved != 0.0 {
+                slope = Some((last.force - before.force) / moved).filter(|s| *s > 0.0);
+            }
+            if high.is_some_and(|h| h.0 - low.0 <= 1e-13) {
+                return Ok(last);
+            }
+        }
+        Ok(last)
+    }
+
     /// Forces and contact in the last equilibrium.
     pub fn step(&self, effort: Effort) -> LayerStep {
         let tiny = 1e-9 * self.thickness;
@@ -429,12 +514,10 @@ impl<S: Dimension> LayerModel<S> {
                 -self.load.displacement[S::AXES * n + 1]
             }
         };
-        // The model is a half of the layer in the plane, a quarter in space.
-        let parts = f64::from(1u32 << (S::AXES - 1));
         LayerStep {
             compression: shift / top,
-            force: parts * part,
-            end_contact_force: parts * end,
+            force: self.parts * part,
+            end_contact_force: self.parts * end,
             imbalance: (bottom + end - part).abs() / part.abs().max(f64::MIN_POSITIVE),
             penetration: self.equations.penetration(&self.state).max(0.0),
             effort,
@@ -442,23 +525,37 @@ impl<S: Dimension> LayerModel<S> {
     }
 }
 
-/// What keeps the surface beside a sharp punch out of it: walls that go with the points of the layer where the punch ends.
-/// In space each strip of the surface has its own.
-fn flanks<S: Dimension>(body: &Body<S>, half_width: f64, top: f64) -> Vec<Obstacle<S>> {
+/// Walls that go with the points of the layer where a sharp punch ends. The free surface `beside` it turns up: its flank keeps
+/// that out. For the same reason the points under it may not pass the last one of them. In space each strip of the surface
+/// has its own.
+fn walls<S: Dimension>(
+    body: &Body<S>,
+    half_width: f64,
+    top: f64,
+    whole: bool,
+    beside: bool,
+) -> Vec<Obstacle<S>> {
     let tiny = 1e-9 * top;
-    let beside = body.mesh.boundary_where(|x| x[1] > top - tiny && x[0] > half_width - tiny);
     let nodes = &body.mesh.nodes;
-    let corners: Vec<usize> = (0..nodes.len())
-        .filter(|&n| nodes[n][1] > top - tiny && (nodes[n][0] - half_width).abs() < tiny)
-        .collect();
-    let mut strips: Vec<(usize, Vec<Side<S>>)> = corners.iter().map(|&n| (n, Vec::new())).collect();
-    for side in beside {
-        let middle = nodes[side.nodes.as_ref()[side.nodes.as_ref().len() / 2] as usize];
-        let along = |n: usize| (2..S::AXES).map(|k| (nodes[n][k] - middle[k]).abs()).sum::<f64>();
-        if let Some(strip) = strips.iter_mut().min_by(|a, b| along(a.0).total_cmp(&along(b.0))) {
-            strip.1.push(side);
+    let mut walls = Vec::new();
+    for &sign in if whole { &[1.0, -1.0][..] } else { &[1.0] } {
+        let sides = body.mesh.boundary_where(|x| {
+            let out = sign * x[0] - half_width;
+            x[1] > top - tiny && if beside { out > -tiny } else { out < tiny && sign * x[0] > -tiny }
+        });
+        let ends = |n: &usize| nodes[*n][1] > top - tiny && (sign * nodes[*n][0] - half_width).abs() < tiny;
+        let mut strips: Vec<(usize, Vec<Side<S>>)> =
+            (0..nodes.len()).filter(ends).map(|n| (n, Vec::new())).collect();
+        for side in sides {
+            let middle = nodes[side.nodes.as_ref()[side.nodes.as_ref().len() / 2] as usize];
+            let along = |n: usize| (2..S::AXES).map(|k| (nodes[n][k] - middle[k]).abs()).sum::<f64>();
+            if let Some(strip) = strips.iter_mut().min_by(|a, b| along(a.0).total_cmp(&along(b.0))) {
+                strip.1.push(side);
+            }
         }
+        let side = if beside { sign } else { -sign };
+        let wall = |(n, sides)| Obstacle { shape: Shape::Wall { side }, sides, carrier: Some(n as u32) };
+        walls.extend(strips.into_iter().filter(|strip| !strip.1.is_empty()).map(wall));
     }
-    let wall = |(n, sides)| Obstacle { shape: Shape::Wall { side: 1.0 }, sides, carrier: Some(n as u32) };
-    strips.into_iter().filter(|strip| !strip.1.is_empty()).map(wall).collect()
+    walls
 }

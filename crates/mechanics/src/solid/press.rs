@@ -10,7 +10,7 @@ use std::time::Instant;
 use super::layer::{End, Inclusion, Indenter, LayerMesh, LayerModel, LayerStep};
 use super::material::Rubber;
 use super::model::{Load, ModelError, State};
-use super::newton::{Effort, NewtonSettings, Stopped};
+use super::newton::{NewtonSettings, Stopped};
 
 /// A layer, what is in it and what presses it. Lengths in m.
 #[derive(Debug, Clone, PartialEq)]
@@ -272,7 +272,7 @@ impl Level {
             }
             let step = match goals[g] {
                 Goal::Compression(compression) => self.model.press(compression, settings),
-                Goal::Force(force) => press_to_force(&mut self.model, force, settings),
+                Goal::Force(force) => self.model.press_with(force, settings),
             };
             match step {
                 Ok(step) => {
@@ -289,53 +289,6 @@ impl Level {
             tell(done + 1);
         }
     }
-}
-
-/// Moves the indenter until the force on the whole layer is `target` (N/m).
-fn press_to_force(
-    model: &mut LayerModel,
-    target: f64,
-    settings: &NewtonSettings,
-) -> Result<LayerStep, Box<Stopped>> {
-    const MOST_TRIES: usize = 60;
-    let mut last = model.step(Effort::default());
-    let mut low = (last.compression, last.force - target);
-    let mut high: Option<(f64, f64)> = None;
-    let mut slope = None;
-    for _ in 0..MOST_TRIES {
-        let miss = last.force - target;
-        if miss.abs() <= 1e-10 * target.abs() || target == 0.0 && miss == 0.0 {
-            return Ok(last);
-        }
-        let newton = slope.map(|s: f64| last.compression - miss / s).filter(|c: &f64| c.is_finite());
-        let next = match high {
-            Some(high) => {
-                let inside = |c: &f64| *c > low.0 && *c < high.0;
-                newton.filter(inside).unwrap_or(0.5 * (low.0 + high.0))
-            }
-            // Nothing above the goal is known yet: not too far at a time, and short of a closed layer.
-            None => {
-                let most = low.0 + (0.1_f64).min(0.5 * (1.0 - low.0));
-                newton.unwrap_or(low.0 + 0.01).clamp(low.0 + 1e-12, most)
-            }
-        };
-        let before = last;
-        last = model.press(next, settings)?;
-        let miss = last.force - target;
-        if miss < 0.0 {
-            low = (last.compression, miss)
-        } else {
-            high = Some((last.compression, miss))
-        }
-        let moved = last.compression - before.compression;
-        if moved != 0.0 {
-            slope = Some((last.force - before.force) / moved).filter(|s| *s > 0.0);
-        }
-        if high.is_some_and(|h| h.0 - low.0 <= 1e-13) {
-            return Ok(last);
-        }
-    }
-    Ok(last)
 }
 
 /// What the levels say of goal `g`; `None` if none reached it.

@@ -92,7 +92,7 @@ impl LayerModel<Space> {
         let (length, half_width) = (near * mesh.section.half_length(), near * mesh.half_width());
         let mut body = Body::new(mesh.mesh(), rubber);
         body.hold(2, |x| x[2] == 0.0 || side == Side::Symmetric && x[2] > half_width);
-        Self::with(body, mesh.section.thickness(), indenter, end, |x| {
+        Self::with(body, mesh.section.thickness(), indenter, end, false, |x| {
             x[0] > length || side == Side::Free && x[2] > half_width
         })
     }
