@@ -7,7 +7,7 @@ use super::mesh::Sweep;
 use crate::solid::dimension::Space;
 use crate::solid::layer::{End, Indenter, LayerMesh, LayerModel};
 use crate::solid::material::Rubber;
-use crate::solid::mesh::{Mesh, Patch};
+use crate::solid::mesh::{Mesh, Patch, uniform};
 use crate::solid::model::{Body, ModelError};
 
 /// How fine the mesh is.
@@ -18,11 +18,23 @@ pub struct SpaceLayerMesh {
     /// Breakpoints along `x3` in m: from 0 to the half width, or to where the fan at the side begins.
     pub across: Vec<f64>,
     /// How far a fan around the bonded edge of the side reaches inwards, in m: the end's fan made to fit; the two meet
-    /// in a mitre. The section may have no fan around a punch then. `None` for hexahedra straight up to the side.
+    /// in a mitre. `None` for hexahedra straight up to the side, as they have to be where the section has no fan at its
+    /// end, or one around a punch.
     pub side_fan: Option<f64>,
 }
 
 impl SpaceLayerMesh {
+    /// About `n` equal steps over the half width (m), and a fan at the side where the section lets it be: over half
+    /// the half width, and at most as far as the end's.
+    pub fn new(section: LayerMesh, half_width: f64, n: usize) -> Self {
+        let along = section.along[section.along.len() - 1];
+        let possible = section.punch.is_none() && !section.radii.is_empty();
+        let side_fan = possible.then(|| (0.5 * half_width).min(section.half_length() - along));
+        let inner = half_width - side_fan.unwrap_or(0.0);
+        let steps = (n as f64 * inner / half_width).round().max(1.0) as usize;
+        Self { section, across: uniform(0.0, inner, steps), side_fan }
+    }
+
     /// Half the width in m.
     pub fn half_width(&self) -> f64 {
         self.across[self.across.len() - 1] + self.side_fan.unwrap_or(0.0)
@@ -101,7 +113,6 @@ impl LayerModel<Space> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::solid::mesh::uniform;
 
     #[test]
     fn the_fans_of_end_and_side_meet_and_fill_the_layer() {
