@@ -1,66 +1,61 @@
 //! A flat punch on the layer of `flat-punch.toml`: half width 500/450 H, half length 6 H.
 //!
-//! `cargo run --release -p elastocap-mechanics --example layer_punch -- 0.02 1 0.05 0.4`
-//! takes the corner radius over H (0 for a sharp punch), the refinement, the compression between two rows and the last.
+//! `cargo run --release -p elastocap-mechanics --example layer_punch`
+//! prints the force on three meshes for a punch with a corner radius of 0.02 H and for a sharp one.
+//! `... --example layer_punch -- rounded 4` and `... -- sharp 14` take one mesh: quadrilaterals per corner radius, rings
+//! around the corner.
 
 use elastocap_mechanics::solid::layer::{End, Indenter, LayerMesh, LayerModel};
 use elastocap_mechanics::solid::material::Rubber;
 use elastocap_mechanics::solid::newton::NewtonSettings;
 use elastocap_mechanics::solid::obstacle::Shape;
 
+const HALF_WIDTH: f64 = 500.0 / 450.0;
+const RADIUS: f64 = 0.02;
+
 fn main() {
-    let words: Vec<String> = std::env::args().collect();
-    let number = |k: usize, default: f64| words.get(k).and_then(|w| w.parse().ok()).unwrap_or(default);
-    let (half_width, corner_radius) = (500.0 / 450.0, number(1, 0.02));
-    let indenter = if corner_radius > 0.0 {
-        Indenter::Smooth(Shape::Punch { half_width, corner_radius })
-    } else {
-        Indenter::Sharp { half_width }
-    };
-    let mesh = if corner_radius > 0.0 {
-        LayerMesh::under_rounded_punch(1.0, 6.0, half_width, corner_radius, number(2, 8.0) as usize)
-    } else {
-        LayerMesh::under_punch(
-            1.0,
-            6.0,
-            half_width,
-            number(2, 8.0) as usize,
-            number(6, 0.7),
-            number(7, 6.0) as usize,
-        )
-    };
-    let rubber = Rubber { volume_barrier: number(5, 2.0), ..Rubber::neo_hookean(1.0) };
+    let words: Vec<String> = std::env::args().skip(1).collect();
+    let size =
+        |default: &[f64]| words.get(1).and_then(|w| w.parse().ok()).map_or(default.to_vec(), |n| vec![n]);
+    let kind = words.first().map_or("", String::as_str);
+    if kind != "sharp" {
+        for per_radius in size(&[1.0, 2.0, 4.0]) {
+            let mesh = LayerMesh::under_rounded_punch(1.0, 6.0, HALF_WIDTH, RADIUS, 8, per_radius);
+            let punch = Shape::Punch { half_width: HALF_WIDTH, corner_radius: RADIUS };
+            table(&format!("{per_radius} per radius"), &mesh, Indenter::Smooth(punch), 20.0);
+        }
+    }
+    if kind != "rounded" {
+        for rings in size(&[10.0, 14.0, 18.0]) {
+            let mesh = LayerMesh::under_punch(1.0, 6.0, HALF_WIDTH, 8, 0.7, rings as usize);
+            table(&format!("{rings} rings"), &mesh, Indenter::Sharp { half_width: HALF_WIDTH }, 5.0);
+        }
+    }
+}
+
+fn table(name: &str, mesh: &LayerMesh, indenter: Indenter, volume_barrier: f64) {
+    let rubber = Rubber { volume_barrier, ..Rubber::neo_hookean(1.0) };
     let start = std::time::Instant::now();
-    let mut model = match LayerModel::new(&mesh, rubber, indenter, End::Free) {
+    let mut model = match LayerModel::new(mesh, rubber, indenter, End::Free) {
         Ok(model) => model,
         Err(error) => return eprintln!("{error}"),
     };
-    let equations = model.equations();
-    println!(
-        "# {indenter:?}: {} elements, {} unknowns with the pressures",
-        equations.body().mesh.elements.len(),
-        equations.mixed_unknowns(),
-    );
-    let (step, last) = (number(3, 0.05), number(4, 0.4));
-    for k in 1..=(last / step + 1e-9) as usize {
-        match model.press(step * k as f64, &NewtonSettings::default()) {
+    println!("# {indenter:?}, {name}: {} unknowns with the pressures", model.equations().mixed_unknowns());
+    println!("U/H   force/(mu H w)  imbalance  penetration  smallest J  solves  negative pivots  s");
+    for compression in [0.05, 0.1, 0.15, 0.2, 0.25, 0.3, 0.35, 0.4] {
+        match model.press(compression, &NewtonSettings::default()) {
             Ok(s) => println!(
-                "{:.4} force {:.6} | imbalance {:.0e} penetration {:.0e} J {:.3} solves {} steps {} cuts {} negative pivots {} | {:.2} s",
+                "{:.2}  {:.5}  {:.0e}  {:.0e}  {:.3}  {}  {}  {:.1}",
                 s.compression,
                 s.force,
                 s.imbalance,
                 s.penetration,
                 s.effort.smallest_j,
                 s.effort.solves,
-                s.effort.steps,
-                s.effort.cuts,
                 s.effort.negative_pivots,
                 start.elapsed().as_secs_f64()
             ),
-            Err(stopped) => {
-                println!("{stopped} {:?}", stopped.effort);
-                break;
-            }
+            Err(stopped) => return println!("{stopped}"),
         }
     }
 }

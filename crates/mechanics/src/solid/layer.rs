@@ -52,6 +52,8 @@ pub struct LayerMesh {
     pub radii: Vec<f64>,
     /// A fan around the point of the top where a sharp punch ends, if there is one.
     pub punch: Option<PunchFan>,
+    /// Both halves of the layer: what this describes and its mirror image. For loads that are not symmetric.
+    pub whole: bool,
 }
 
 /// Sectors around the point where a sharp punch ends: the surface beside it turns up by 90 degrees and more, which two
@@ -80,6 +82,7 @@ impl LayerMesh {
             end_top: uniform(body, half_length, n),
             radii: geometric(ratio, rings),
             punch: None,
+            whole: false,
         }
     }
 
@@ -107,35 +110,34 @@ impl LayerMesh {
         let punch =
             Some(PunchFan { along: [first, last], up: floor, corner, radii: geometric(ratio, rings) });
         let end_top = uniform(body, half_length, count(0.6 * thickness));
-        Self { along, up, end_top, radii: geometric(0.5, 1), punch }
+        Self { along, up, end_top, radii: geometric(0.5, 1), punch, whole: false }
     }
 
-    /// A mesh for a smooth punch with rounded corners: about `n` quadrilaterals over the thickness far away, and steps
-    /// of `corner_radius * 8 / n` where the surface slides past the corner, between `corner - 0.5` and
-    /// `corner + 0.1` thicknesses.
+    /// A mesh for a smooth punch with rounded corners: about `n` quadrilaterals over the thickness far away, and
+    /// `per_radius` over the length of the corner's radius in that part of the surface that slides past the corner, half a
+    /// thickness inwards of it. The surface is stretched there by a factor of three and more: two to four are needed.
     pub fn under_rounded_punch(
         thickness: f64,
         half_length: f64,
         half_width: f64,
         corner_radius: f64,
         n: usize,
+        per_radius: f64,
     ) -> Self {
-        let v = |k: &str, d: f64| std::env::var(k).ok().and_then(|w| w.parse().ok()).unwrap_or(d);
-        let (coarse, fine) = (thickness / n as f64, v("FINE", 8.0) * corner_radius / n as f64);
+        let (coarse, fine) = (thickness / n as f64, corner_radius / per_radius);
         let body = half_length - thickness;
-        let band = [half_width - v("LEFT", 0.5) * thickness, half_width + v("RIGHT", 0.1) * thickness];
-        let grow = v("GROW", 0.25);
+        let band = [(half_width - 0.5 * thickness).max(0.0), half_width];
         let along = |x: f64| {
             let away = (band[0] - x).max(x - band[1]).max(0.0);
-            let most = if x > band[1] { v("FAR", 2.0) * coarse } else { coarse };
-            (fine + grow * away).min(most)
+            (fine + 0.25 * away).min(if x > band[1] { 2.0 * coarse } else { coarse })
         };
         Self {
             along: graded(0.0, body, along),
-            up: graded(0.0, thickness, |y| (v("TOP", 1.0) * fine + grow * (thickness - y)).min(coarse)),
+            up: graded(0.0, thickness, |y| (3.0 * fine + 0.25 * (thickness - y)).min(coarse)),
             end_top: uniform(body, half_length, (n / 2).max(2)),
             radii: geometric(0.5, 1),
             punch: None,
+            whole: false,
         }
     }
 
@@ -154,7 +156,7 @@ impl LayerMesh {
         let (body, top) = (self.along[self.along.len() - 1], self.up[self.up.len() - 1]);
         if self.radii.is_empty() {
             let along: Vec<f64> = self.along.iter().chain(self.end_top.iter().skip(1)).copied().collect();
-            return Mesh::from_patches(&[Patch::tensor(&along, &self.up)]);
+            return self.of_patches(vec![Patch::tensor(&along, &self.up)]);
         }
         let corner = [self.end_top[self.end_top.len() - 1], 0.0];
         let mut rim: Vec<[f64; 2]> = self.up.iter().map(|&y| [body, y]).collect();
@@ -172,6 +174,14 @@ impl LayerMesh {
             patches.push(Patch::fan([*corner, top], &rim, radii));
         } else {
             patches.push(Patch::tensor(&self.along, &self.up));
+        }
+        self.of_patches(patches)
+    }
+
+    fn of_patches(&self, mut patches: Vec<Patch>) -> Mesh {
+        if self.whole {
+            let mirrored: Vec<Patch> = patches.iter().map(|p| p.clone().mapped(|x| [-x[0], x[1]])).collect();
+            patches.extend(mirrored);
         }
         Mesh::from_patches(&patches)
     }
@@ -191,6 +201,7 @@ pub struct LayerModel<S: Dimension = Plane> {
     /// Number of the indenter among the obstacles.
     punch: Option<usize>,
     substrate: Option<usize>,
+    symmetry: Symmetry,
 }
 
 /// One step of a pressed layer.
@@ -203,7 +214,7 @@ pub struct LayerStep {
     pub force: f64,
     /// Force that the substrate carries by contact beyond the bonded bottom, of the whole layer, in N or N/m.
     pub end_contact_force: f64,
-    /// Sum of all vertical forces on the modelled part over the largest of them.
+    /// Sum of all vertical forces on the layer over the largest of them.
     pub imbalance: f64,
     /// Deepest penetration of a node in m, at least 0.
     pub penetration: f64,
@@ -217,10 +228,22 @@ impl LayerModel {
     /// # Errors
     /// See [`ModelError`].
     pub fn new(mesh: &LayerMesh, rubber: Rubber, indenter: Indenter, end: End) -> Result<Self, ModelError> {
-        let length = mesh.half_length();
+        let length = (1.0 - 1e-9) * mesh.half_length();
         let body = Body::new(mesh.mesh(), rubber);
-        Self::with(body, mesh.thickness(), indenter, end, |x| x[0] > (1.0 - 1e-9) * length)
+        let symmetry = if mesh.whole { Symmetry::None } else { Symmetry::Half };
+        Self::with(body, mesh.thickness(), indenter, end, symmetry, |x| x[0].abs() > length)
     }
+}
+
+/// How much of the layer the mesh is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Symmetry {
+    /// All of it.
+    None,
+    /// One side of `x1 = 0`.
+    Half,
+    /// One side of `x1 = 0` and of `x3 = 0`.
+    Quarter,
 }
 
 impl<S: Dimension> LayerModel<S> {
@@ -231,10 +254,11 @@ impl<S: Dimension> LayerModel<S> {
         top: f64,
         indenter: Indenter,
         end: End,
+        symmetry: Symmetry,
         outside: impl Fn(S::Point) -> bool,
     ) -> Result<Self, ModelError> {
         let tiny = 1e-9 * top;
-        body.hold(0, |x| x[0] == 0.0);
+        body.hold(0, |x| x[0] == 0.0 && symmetry != Symmetry::None);
         for axis in 0..S::AXES {
             body.hold(axis, |x| x[1] == 0.0);
         }
@@ -247,11 +271,11 @@ impl<S: Dimension> LayerModel<S> {
             }
             Indenter::Sharp { half_width } => {
                 hold = Some((half_width + tiny, false));
-                flanks(&body, half_width, top)
+                walls(&body, half_width, top, symmetry, false)
             }
             Indenter::Bonded { half_width } => {
                 hold = Some((half_width + tiny, true));
-                flanks(&body, half_width, top)
+                walls(&body, half_width, top, symmetry, true)
             }
             Indenter::Smooth(shape) => {
                 punch = Some(0);
@@ -267,7 +291,7 @@ impl<S: Dimension> LayerModel<S> {
         body.obstacles = obstacles;
         if let Some((limit, bonded)) = hold {
             for axis in (0..S::AXES).filter(|&axis| axis == 1 || bonded) {
-                body.hold(axis, |x| x[1] > top - tiny && x[0] <= limit);
+                body.hold(axis, |x| x[1] > top - tiny && x[0].abs() <= limit);
             }
         }
         let mut load = body.no_load();
@@ -280,7 +304,8 @@ impl<S: Dimension> LayerModel<S> {
             shift[punch][1] += START * top;
         }
         let state = body.at_rest(shift);
-        Ok(Self { equations: Equations::new(body)?, indenter, thickness: top, state, load, punch, substrate })
+        let equations = Equations::new(body)?;
+        Ok(Self { equations, indenter, thickness: top, state, load, punch, substrate, symmetry })
     }
 
     /// The equations behind the model.
@@ -320,6 +345,35 @@ impl<S: Dimension> LayerModel<S> {
         Ok(self.step(effort))
     }
 
+    /// Places the axis of a smooth indenter at `x1 = offset` (m). Only for a layer at rest, and a mesh of both halves.
+    pub fn place_indenter(&mut self, offset: f64) {
+        if let Some(punch) = self.punch {
+            self.load.shift[punch][0] = offset;
+            self.state.shift[punch][0] = offset;
+        }
+    }
+
+    /// Presses until the force on the *whole* layer is `force` (N per metre of width) to a part of `1e-6`: secants on
+    /// the displacement, which starts from where it is.
+    ///
+    /// # Errors
+    /// [`Stopped`]; the model is then in the last equilibrium on the way.
+    pub fn press_with(&mut self, force: f64, settings: &NewtonSettings) -> Result<LayerStep, Box<Stopped>> {
+        let now = self.step(Effort::default());
+        let mut last = (now.compression, now.force);
+        // A first step whose force is known to differ.
+        let mut next = last.0 + 0.01;
+        loop {
+            let step = self.press(next, settings)?;
+            if (step.force - force).abs() <= 1e-6 * force.abs() || (next - last.0).abs() < 1e-12 {
+                return Ok(step);
+            }
+            let slope = (step.force - last.1) / (next - last.0);
+            last = (next, step.force);
+            next += ((force - step.force) / slope).clamp(-0.05, 0.05);
+        }
+    }
+
     /// Forces and contact in the last equilibrium.
     pub fn step(&self, effort: Effort) -> LayerStep {
         let tiny = 1e-9 * self.thickness;
@@ -339,8 +393,7 @@ impl<S: Dimension> LayerModel<S> {
                 -self.load.displacement[S::AXES * n + 1]
             }
         };
-        // The model is a half of the layer in the plane, a quarter in space.
-        let parts = f64::from(1u32 << (S::AXES - 1));
+        let parts = self.symmetry.parts();
         LayerStep {
             compression: shift / top,
             force: parts * part,
@@ -352,23 +405,52 @@ impl<S: Dimension> LayerModel<S> {
     }
 }
 
-/// What keeps the surface beside a sharp punch out of it: walls that go with the points of the layer where the punch ends.
-/// In space each strip of the surface has its own.
-fn flanks<S: Dimension>(body: &Body<S>, half_width: f64, top: f64) -> Vec<Obstacle<S>> {
-    let tiny = 1e-9 * top;
-    let beside = body.mesh.boundary_where(|x| x[1] > top - tiny && x[0] > half_width - tiny);
-    let nodes = &body.mesh.nodes;
-    let corners: Vec<usize> = (0..nodes.len())
-        .filter(|&n| nodes[n][1] > top - tiny && (nodes[n][0] - half_width).abs() < tiny)
-        .collect();
-    let mut strips: Vec<(usize, Vec<Side<S>>)> = corners.iter().map(|&n| (n, Vec::new())).collect();
-    for side in beside {
-        let middle = nodes[side.nodes.as_ref()[side.nodes.as_ref().len() / 2] as usize];
-        let along = |n: usize| (2..S::AXES).map(|k| (nodes[n][k] - middle[k]).abs()).sum::<f64>();
-        if let Some(strip) = strips.iter_mut().min_by(|a, b| along(a.0).total_cmp(&along(b.0))) {
-            strip.1.push(side);
+impl Symmetry {
+    /// How many such parts the layer has.
+    fn parts(self) -> f64 {
+        match self {
+            Self::None => 1.0,
+            Self::Half => 2.0,
+            Self::Quarter => 4.0,
         }
     }
-    let wall = |(n, sides)| Obstacle { shape: Shape::Wall { side: 1.0 }, sides, carrier: Some(n as u32) };
-    strips.into_iter().filter(|strip| !strip.1.is_empty()).map(wall).collect()
+}
+
+/// What keeps the surface beside a sharp punch out of it: the free surface turns up, and the punch's flank goes along with
+/// the last point under it. For the same reason the points under a smooth punch may not pass that point. In space each
+/// strip of the surface has its own.
+fn walls<S: Dimension>(
+    body: &Body<S>,
+    half_width: f64,
+    top: f64,
+    symmetry: Symmetry,
+    bonded: bool,
+) -> Vec<Obstacle<S>> {
+    let tiny = 1e-9 * top;
+    let nodes = &body.mesh.nodes;
+    let mut obstacles = Vec::new();
+    let ends: &[f64] = if symmetry == Symmetry::None { &[1.0, -1.0] } else { &[1.0] };
+    for &end in ends {
+        let out = |x: &S::Point| end * x[0] - half_width;
+        let corners = (0..nodes.len()).filter(|&n| nodes[n][1] > top - tiny && out(&nodes[n]).abs() < tiny);
+        let corners: Vec<usize> = corners.collect();
+        for beside in if bonded { vec![true] } else { vec![true, false] } {
+            let surface = body.mesh.boundary_where(|x| {
+                let on = if beside { out(&x) > -tiny } else { out(&x) < tiny && end * x[0] > -tiny };
+                x[1] > top - tiny && on
+            });
+            let mut strips: Vec<(usize, Vec<Side<S>>)> = corners.iter().map(|&n| (n, Vec::new())).collect();
+            for side in surface {
+                let middle = nodes[side.nodes.as_ref()[side.nodes.as_ref().len() / 2] as usize];
+                let along = |n: usize| (2..S::AXES).map(|k| (nodes[n][k] - middle[k]).abs()).sum::<f64>();
+                if let Some(strip) = strips.iter_mut().min_by(|a, b| along(a.0).total_cmp(&along(b.0))) {
+                    strip.1.push(side);
+                }
+            }
+            let shape = Shape::Wall { side: if beside { end } else { -end } };
+            let strips = strips.into_iter().filter(|strip| !strip.1.is_empty());
+            obstacles.extend(strips.map(|(n, sides)| Obstacle { shape, sides, carrier: Some(n as u32) }));
+        }
+    }
+    obstacles
 }

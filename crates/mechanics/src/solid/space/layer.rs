@@ -5,7 +5,7 @@
 
 use super::mesh::Sweep;
 use crate::solid::dimension::Space;
-use crate::solid::layer::{End, Indenter, LayerMesh, LayerModel};
+use crate::solid::layer::{End, Indenter, LayerMesh, LayerModel, Symmetry};
 use crate::solid::material::Rubber;
 use crate::solid::mesh::{Mesh, Patch, uniform};
 use crate::solid::model::{Body, ModelError};
@@ -13,7 +13,7 @@ use crate::solid::model::{Body, ModelError};
 /// How fine the mesh is.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SpaceLayerMesh {
-    /// The section `x3 = 0`.
+    /// The section `x3 = 0`: one half of it, whatever [`LayerMesh::whole`] says.
     pub section: LayerMesh,
     /// Breakpoints along `x3` in m: from 0 to the half width, or to where the fan at the side begins.
     pub across: Vec<f64>,
@@ -43,7 +43,7 @@ impl SpaceLayerMesh {
     /// The mesh.
     pub fn mesh(&self) -> Mesh<Space> {
         let Some(rim) = self.side_fan else {
-            let section = self.section.mesh();
+            let section = LayerMesh { whole: false, ..self.section.clone() }.mesh();
             return Mesh::from_sweeps(&[Sweep { section: &section, along: &self.across, map: &|x| x }]);
         };
         let LayerMesh { along, up, end_top, radii, .. } = &self.section;
@@ -104,7 +104,7 @@ impl LayerModel<Space> {
         let (length, half_width) = (near * mesh.section.half_length(), near * mesh.half_width());
         let mut body = Body::new(mesh.mesh(), rubber);
         body.hold(2, |x| x[2] == 0.0 || side == Side::Symmetric && x[2] > half_width);
-        Self::with(body, mesh.section.thickness(), indenter, end, |x| {
+        Self::with(body, mesh.section.thickness(), indenter, end, Symmetry::Quarter, |x| {
             x[0] > length || side == Side::Free && x[2] > half_width
         })
     }
