@@ -56,10 +56,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             whole: false,
         }
     };
-    let rim = if sharp { None } else { Some(0.5 * half_width.min(2.0)) };
-    let inner = half_width - rim.unwrap_or(0.0);
-    let across = uniform(0.0, inner, (inner * n as f64).round().max(1.0) as usize);
-    let mesh = SpaceLayerMesh { section, across, side_fan: rim };
+    let mesh = SpaceLayerMesh::new(section, half_width, (half_width * n as f64).round() as usize);
     let side = if kind == "plane-strain" { Side::Symmetric } else { Side::Free };
     let end = if words.get(6).is_some_and(|w| w == "substrate") { End::FreeOnSubstrate } else { End::Free };
     let start = std::time::Instant::now();

@@ -245,9 +245,7 @@ pub struct LayerModel<S: Dimension = Plane> {
     /// Number of the indenter among the obstacles.
     punch: Option<usize>,
     substrate: Option<usize>,
-    /// What a force on the model has to be multiplied by for the whole layer.
-    /// How many of what is modelled make up the layer.
-    parts: f64,
+    symmetry: Symmetry,
 }
 
 /// One step of a pressed layer.
@@ -289,7 +287,7 @@ impl LayerModel {
         indenter: Indenter,
         end: End,
     ) -> Result<Self, ModelError> {
-        let length = mesh.half_length();
+        let length = (1.0 - 1e-9) * mesh.half_length();
         let mut body = Body::new(mesh.mesh(), rubber.clone());
         for (k, inclusion) in inclusions.iter().enumerate() {
             body.rubbers.push(inclusion.rubber.clone());
@@ -300,7 +298,8 @@ impl LayerModel {
                 }
             }
         }
-        Self::with(body, mesh.thickness(), indenter, end, mesh.whole, |x| x[0].abs() > (1.0 - 1e-9) * length)
+        let symmetry = if mesh.whole { Symmetry::None } else { Symmetry::Half };
+        Self::with(body, mesh.thickness(), indenter, end, symmetry, |x| x[0].abs() > length)
     }
 
     /// Pressure of indenter and substrate on each node in Pa; zero where nothing touches. `fields` are those of `state`:
@@ -318,21 +317,30 @@ impl LayerModel {
     }
 }
 
+/// How much of the layer the mesh is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Symmetry {
+    /// All of it.
+    None,
+    /// One side of `x1 = 0`.
+    Half,
+    /// One side of `x1 = 0` and of `x3 = 0`.
+    Quarter,
+}
+
 impl<S: Dimension> LayerModel<S> {
     /// The layer `body` at rest; the faces that satisfy `outside` are the ones that may fold over. Of symmetry only the
-    /// plane `x1 = 0` is held here, and that only unless the `whole` length is modelled.
+    /// plane `x1 = 0` is held here.
     pub(crate) fn with(
         mut body: Body<S>,
         top: f64,
         indenter: Indenter,
         end: End,
-        whole: bool,
+        symmetry: Symmetry,
         outside: impl Fn(S::Point) -> bool,
     ) -> Result<Self, ModelError> {
         let tiny = 1e-9 * top;
-        if !whole {
-            body.hold(0, |x| x[0] == 0.0);
-        }
+        body.hold(0, |x| x[0] == 0.0 && symmetry != Symmetry::None);
         for axis in 0..S::AXES {
             body.hold(axis, |x| x[1] == 0.0);
         }
@@ -349,13 +357,11 @@ impl<S: Dimension> LayerModel<S> {
             }
             Indenter::Sharp { half_width } => {
                 hold = Some((half_width + tiny, false));
-                let mut walls = walls(&body, half_width, top, whole, true);
-                walls.extend(self::walls(&body, half_width, top, whole, false));
-                walls
+                walls(&body, half_width, top, symmetry, false)
             }
             Indenter::Bonded { half_width } => {
                 hold = Some((half_width + tiny, true));
-                walls(&body, half_width, top, whole, true)
+                walls(&body, half_width, top, symmetry, true)
             }
             Indenter::Smooth(shape) => {
                 punch = Some(0);
@@ -384,18 +390,8 @@ impl<S: Dimension> LayerModel<S> {
             shift[punch][1] += START * top;
         }
         let state = body.at_rest(shift);
-        // A half of the layer in the plane, a quarter in space.
-        let parts = f64::from(1u32 << (S::AXES - 1)) * if whole { 0.5 } else { 1.0 };
-        Ok(Self {
-            equations: Equations::new(body)?,
-            indenter,
-            thickness: top,
-            state,
-            load,
-            punch,
-            substrate,
-            parts,
-        })
+        let equations = Equations::new(body)?;
+        Ok(Self { equations, indenter, thickness: top, state, load, punch, substrate, symmetry })
     }
 
     /// The equations behind the model.
@@ -514,10 +510,11 @@ impl<S: Dimension> LayerModel<S> {
                 -self.load.displacement[S::AXES * n + 1]
             }
         };
+        let parts = self.symmetry.parts();
         LayerStep {
             compression: shift / top,
-            force: self.parts * part,
-            end_contact_force: self.parts * end,
+            force: parts * part,
+            end_contact_force: parts * end,
             imbalance: (bottom + end - part).abs() / part.abs().max(f64::MIN_POSITIVE),
             penetration: self.equations.penetration(&self.state).max(0.0),
             effort,
@@ -525,37 +522,52 @@ impl<S: Dimension> LayerModel<S> {
     }
 }
 
-/// Walls that go with the points of the layer where a sharp punch ends. The free surface `beside` it turns up: its flank keeps
-/// that out. For the same reason the points under it may not pass the last one of them. In space each strip of the surface
-/// has its own.
+impl Symmetry {
+    /// How many such parts the layer has.
+    fn parts(self) -> f64 {
+        match self {
+            Self::None => 1.0,
+            Self::Half => 2.0,
+            Self::Quarter => 4.0,
+        }
+    }
+}
+
+/// What keeps the surface beside a sharp punch out of it: the free surface turns up, and the punch's flank goes along with
+/// the last point under it. For the same reason the points under a smooth punch may not pass that point. In space each
+/// strip of the surface has its own.
 fn walls<S: Dimension>(
     body: &Body<S>,
     half_width: f64,
     top: f64,
-    whole: bool,
-    beside: bool,
+    symmetry: Symmetry,
+    bonded: bool,
 ) -> Vec<Obstacle<S>> {
     let tiny = 1e-9 * top;
     let nodes = &body.mesh.nodes;
-    let mut walls = Vec::new();
-    for &sign in if whole { &[1.0, -1.0][..] } else { &[1.0] } {
-        let sides = body.mesh.boundary_where(|x| {
-            let out = sign * x[0] - half_width;
-            x[1] > top - tiny && if beside { out > -tiny } else { out < tiny && sign * x[0] > -tiny }
-        });
-        let ends = |n: &usize| nodes[*n][1] > top - tiny && (sign * nodes[*n][0] - half_width).abs() < tiny;
-        let mut strips: Vec<(usize, Vec<Side<S>>)> =
-            (0..nodes.len()).filter(ends).map(|n| (n, Vec::new())).collect();
-        for side in sides {
-            let middle = nodes[side.nodes.as_ref()[side.nodes.as_ref().len() / 2] as usize];
-            let along = |n: usize| (2..S::AXES).map(|k| (nodes[n][k] - middle[k]).abs()).sum::<f64>();
-            if let Some(strip) = strips.iter_mut().min_by(|a, b| along(a.0).total_cmp(&along(b.0))) {
-                strip.1.push(side);
+    let mut obstacles = Vec::new();
+    let ends: &[f64] = if symmetry == Symmetry::None { &[1.0, -1.0] } else { &[1.0] };
+    for &end in ends {
+        let out = |x: &S::Point| end * x[0] - half_width;
+        let corners = (0..nodes.len()).filter(|&n| nodes[n][1] > top - tiny && out(&nodes[n]).abs() < tiny);
+        let corners: Vec<usize> = corners.collect();
+        for beside in if bonded { vec![true] } else { vec![true, false] } {
+            let surface = body.mesh.boundary_where(|x| {
+                let on = if beside { out(&x) > -tiny } else { out(&x) < tiny && end * x[0] > -tiny };
+                x[1] > top - tiny && on
+            });
+            let mut strips: Vec<(usize, Vec<Side<S>>)> = corners.iter().map(|&n| (n, Vec::new())).collect();
+            for side in surface {
+                let middle = nodes[side.nodes.as_ref()[side.nodes.as_ref().len() / 2] as usize];
+                let along = |n: usize| (2..S::AXES).map(|k| (nodes[n][k] - middle[k]).abs()).sum::<f64>();
+                if let Some(strip) = strips.iter_mut().min_by(|a, b| along(a.0).total_cmp(&along(b.0))) {
+                    strip.1.push(side);
+                }
             }
+            let shape = Shape::Wall { side: if beside { end } else { -end } };
+            let strips = strips.into_iter().filter(|strip| !strip.1.is_empty());
+            obstacles.extend(strips.map(|(n, sides)| Obstacle { shape, sides, carrier: Some(n as u32) }));
         }
-        let side = if beside { sign } else { -sign };
-        let wall = |(n, sides)| Obstacle { shape: Shape::Wall { side }, sides, carrier: Some(n as u32) };
-        walls.extend(strips.into_iter().filter(|strip| !strip.1.is_empty()).map(wall));
     }
-    walls
+    obstacles
 }

@@ -1,17 +1,19 @@
-//! Finite elements in plane strain: large deformations of nearly or exactly incompressible rubber, with contact.
+//! Finite elements in plane strain and in three dimensions: large deformations of nearly or exactly incompressible
+//! rubber, with contact.
 //!
 //! | module | what is in it |
 //! |---|---|
 //! | [`material`] | energies as functions of `F:F` and `det F`, with exact stress and tangent |
 //! | [`element`] | biquadratic displacement, discontinuous linear pressure, condensed |
-//! | [`mesh`] | mapped patches, fans around corners, the order of elimination |
+//! | [`dimension`] | what the plane and space have in common |
+//! | [`mesh`] | meshes, mapped patches, fans around corners |
 //! | [`dissection`] | the order of elimination |
 //! | [`obstacle`] | rigid bodies by their distance |
 //! | [`sparse`] | a symmetric matrix with one symbolic factorisation |
 //! | [`model`] | a body, its equations and contact conditions |
 //! | [`newton`] | Newton's method with load steps |
 //! | [`side`] | the surface, its quadrature and loads |
-//! | [`space`] | the same in three dimensions |
+//! | [`space`] | what only three dimensions have: stresses, the hexahedron, swept meshes, layers of finite width |
 //! | [`stress`] | Cauchy stress at points, at nodes, along lines |
 //! | [`folds`] | through loads at which an equilibrium ceases to be |
 //! | [`layer`] | the layer of the paper under an indenter |

@@ -139,20 +139,19 @@ impl<S: Dimension> Equations<S> {
         let mut effort = Effort::default();
         let (first_state, first_load) = (state.clone(), from.clone());
         let mut result = self.march(state, from, to, settings, &mut effort);
-        if self.has_contact() {
-            if let Err((reason, (smallest_j, element))) = self.close_gaps(state, from, settings, &mut effort)
-            {
-                *state = first_state;
-                *from = first_load;
-                result = result.and(Err(Box::new(Stopped {
-                    reached: 0.0,
-                    step: 1.0,
-                    reason,
-                    smallest_j,
-                    element,
-                    effort,
-                })));
-            }
+        if self.has_contact()
+            && let Err((reason, (smallest_j, element))) = self.close_gaps(state, from, settings, &mut effort)
+        {
+            *state = first_state;
+            *from = first_load;
+            result = result.and(Err(Box::new(Stopped {
+                reached: 0.0,
+                step: 1.0,
+                reason,
+                smallest_j,
+                element,
+                effort,
+            })));
         }
         // The last assembly may have been of a state that was given up.
         let residual = self.assemble(state, from);

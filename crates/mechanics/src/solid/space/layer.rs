@@ -5,24 +5,36 @@
 
 use super::mesh::Sweep;
 use crate::solid::dimension::Space;
-use crate::solid::layer::{End, Indenter, LayerMesh, LayerModel};
+use crate::solid::layer::{End, Indenter, LayerMesh, LayerModel, Symmetry};
 use crate::solid::material::Rubber;
-use crate::solid::mesh::{Mesh, Patch};
+use crate::solid::mesh::{Mesh, Patch, uniform};
 use crate::solid::model::{Body, ModelError};
 
 /// How fine the mesh is.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SpaceLayerMesh {
-    /// The section `x3 = 0`.
+    /// The section `x3 = 0`: one half of it, whatever [`LayerMesh::whole`] says.
     pub section: LayerMesh,
     /// Breakpoints along `x3` in m: from 0 to the half width, or to where the fan at the side begins.
     pub across: Vec<f64>,
     /// How far a fan around the bonded edge of the side reaches inwards, in m: the end's fan made to fit; the two meet
-    /// in a mitre. The section may have no fan around a punch then. `None` for hexahedra straight up to the side.
+    /// in a mitre. `None` for hexahedra straight up to the side, as they have to be where the section has no fan at its
+    /// end, or one around a punch.
     pub side_fan: Option<f64>,
 }
 
 impl SpaceLayerMesh {
+    /// About `n` equal steps over the half width (m), and a fan at the side where the section lets it be: over half
+    /// the half width, and at most as far as the end's.
+    pub fn new(section: LayerMesh, half_width: f64, n: usize) -> Self {
+        let along = section.along[section.along.len() - 1];
+        let possible = section.punch.is_none() && !section.radii.is_empty();
+        let side_fan = possible.then(|| (0.5 * half_width).min(section.half_length() - along));
+        let inner = half_width - side_fan.unwrap_or(0.0);
+        let steps = (n as f64 * inner / half_width).round().max(1.0) as usize;
+        Self { section, across: uniform(0.0, inner, steps), side_fan }
+    }
+
     /// Half the width in m.
     pub fn half_width(&self) -> f64 {
         self.across[self.across.len() - 1] + self.side_fan.unwrap_or(0.0)
@@ -31,7 +43,7 @@ impl SpaceLayerMesh {
     /// The mesh.
     pub fn mesh(&self) -> Mesh<Space> {
         let Some(rim) = self.side_fan else {
-            let section = self.section.mesh();
+            let section = LayerMesh { whole: false, ..self.section.clone() }.mesh();
             return Mesh::from_sweeps(&[Sweep { section: &section, along: &self.across, map: &|x| x }]);
         };
         let LayerMesh { along, up, end_top, radii, .. } = &self.section;
@@ -92,7 +104,7 @@ impl LayerModel<Space> {
         let (length, half_width) = (near * mesh.section.half_length(), near * mesh.half_width());
         let mut body = Body::new(mesh.mesh(), rubber);
         body.hold(2, |x| x[2] == 0.0 || side == Side::Symmetric && x[2] > half_width);
-        Self::with(body, mesh.section.thickness(), indenter, end, false, |x| {
+        Self::with(body, mesh.section.thickness(), indenter, end, Symmetry::Quarter, |x| {
             x[0] > length || side == Side::Free && x[2] > half_width
         })
     }
@@ -101,7 +113,6 @@ impl LayerModel<Space> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::solid::mesh::uniform;
 
     #[test]
     fn the_fans_of_end_and_side_meet_and_fill_the_layer() {

@@ -1,4 +1,20 @@
-//! Finite elements in three dimensions: layers of finite width.
+//! What only three dimensions have: layers of finite width.
+//!
+//! Equations, contact and Newton's method are those of the plane; see [`super::dimension`].
+//!
+//! | module | what is in it |
+//! |---|---|
+//! | [`material`] | stress and tangent from `F:F`, `cof F : cof F` and the principal stretches |
+//! | [`element`] | triquadratic displacement, discontinuous linear pressure, condensed |
+//! | [`mesh`] | plane meshes swept along the third direction |
+//! | [`layer`] | a quarter of a layer, with fans around the bonded edges of its end and its side |
+//!
+//! # Current limitations
+//! - A fan around the edge of a sharp punch goes straight to the side of the layer; the bonded edge of that side then
+//!   has no fan, and its hexahedra turn inside out in wide layers under much compression.
+//! - A rounded edge has to be resolved: on hexahedra larger than its radius the force depends on the mesh by some
+//!   percent, and there may be more than one equilibrium.
+//! - The linear systems are factorised on one thread: 60,000 unknowns take about 2 s.
 
 pub mod element;
 pub mod layer;
