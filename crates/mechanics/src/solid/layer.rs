@@ -287,7 +287,7 @@ impl LayerModel {
             // A contact force needs a gap.
             shift[punch][1] += START * top;
         }
-        let state = body.at_rest(shift);
+        let state = State { shift, ..body.at_rest() };
         let halves = if mesh.whole { 1.0 } else { 2.0 };
         Ok(Self {
             equations: Equations::new(body)?,

@@ -100,13 +100,14 @@ impl Body {
         Load { displacement: vec![0.0; n], force: vec![0.0; n], shift: vec![[0.0; 2]; self.obstacles.len()] }
     }
 
-    /// The body at rest, the obstacles at `shift` (m), clear of the body.
-    pub fn at_rest(&self, shift: Vec<[f64; 2]>) -> State {
+    /// The body at rest, the obstacles where their shapes put them. Move [`State::shift`] to where they are clear of the body
+    /// before the first load: a contact force needs a gap.
+    pub fn at_rest(&self) -> State {
         State {
             displacement: vec![0.0; self.held.len()],
             pressure: vec![[0.0; 3]; self.mesh.elements.len()],
             contact: vec![0.0; self.obstacles.iter().map(|o| POINTS * o.edges.len()).sum()],
-            shift,
+            shift: vec![[0.0; 2]; self.obstacles.len()],
             moving: None,
         }
     }
