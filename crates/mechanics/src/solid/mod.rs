@@ -26,7 +26,8 @@
 //! - Beside a sharp punch the surface turns up by 90 degrees and more, and the points under it crowd towards its end. A flank that
 //!   goes along with the last point, and the rule that no point under the punch passes that point, take it through; the
 //!   force of the flank acts on that one point. The surface under the punch is piled up there, `J` becomes small at single
-//!   points of the mesh, and beyond 20 % the force is not that of a punch that rubber can leave.
+//!   points of the mesh. Meshes of 10 and 14 rings differ by 0.3 % at 10 and 20 % compression and by 0.8 % at 15 %; 18 rings
+//!   stop at once. Beyond 20 % the force is not that of a punch that rubber can leave.
 //! - The free end without contact folds so sharply at the bonded corner that the surface buckles at the smallest scale:
 //!   meshes that resolve it stop at 10 to 15 % compression, coarser ones go on to 60 %. Their forces differ by 1 %.
 //! - A dead load on a block can be unstable: with the closed form's own tractions the tangent has negative pivots
