@@ -28,6 +28,63 @@ pub struct ReferenceElement {
     pub pressure: [[f64; 3]; POINTS],
     /// Inverse of the pressure's mass matrix in 1/m^2.
     pub mass_inverse: [[f64; 3]; 3],
+    /// Centre of area in m.
+    centre: [f64; 2],
+    /// How far the quadrature points reach from there, in m.
+    size: [f64; 2],
+}
+
+/// One point of the reference square, seen from the reference configuration.
+pub(crate) struct Mapped {
+    /// `dN_a/dX_k` in 1/m.
+    pub(crate) gradients: [[f64; 2]; 9],
+    /// Reference position in m.
+    pub(crate) place: [f64; 2],
+    /// Reference area per area of the reference square, in m^2.
+    area: f64,
+}
+
+impl Mapped {
+    /// The point `(s, t)` of the element with nodes at `x` (m); `None` where it is turned inside out or collapsed.
+    pub(crate) fn new(x: &[[f64; 2]; 9], s: f64, t: f64) -> Option<Self> {
+        let ((a, da), (b, db)) = (quadratic(s), quadratic(t));
+        let slopes: [[f64; 2]; 9] = std::array::from_fn(|n| [da[n % 3] * b[n / 3], a[n % 3] * db[n / 3]]);
+        let mut jacobian = [0.0; 4];
+        let mut place = [0.0; 2];
+        for n in 0..9 {
+            for k in 0..2 {
+                jacobian[2 * k] += x[n][k] * slopes[n][0];
+                jacobian[2 * k + 1] += x[n][k] * slopes[n][1];
+                place[k] += x[n][k] * a[n % 3] * b[n / 3];
+            }
+        }
+        let area = determinant(&jacobian);
+        if area.is_nan() || area <= 0.0 {
+            return None;
+        }
+        let inverse = cofactor(&jacobian).map(|c| c / area);
+        // dN/dX_k = dN/ds_m ds_m/dX_k, and cof is the inverse transposed.
+        let gradients = slopes.map(|slope| {
+            [inverse[0] * slope[0] + inverse[1] * slope[1], inverse[2] * slope[0] + inverse[3] * slope[1]]
+        });
+        Some(Self { gradients, place, area })
+    }
+
+    /// Deformation gradient here under the nodal displacements `u` (m).
+    pub(crate) fn deformation_gradient(&self, u: &[f64; 18]) -> Tensor {
+        deformation_gradient(&self.gradients, u)
+    }
+}
+
+fn deformation_gradient(gradients: &[[f64; 2]; 9], u: &[f64; 18]) -> Tensor {
+    let mut f = [1.0, 0.0, 0.0, 1.0];
+    for (a, g) in gradients.iter().enumerate() {
+        f[0] += u[2 * a] * g[0];
+        f[1] += u[2 * a] * g[1];
+        f[2] += u[2 * a + 1] * g[0];
+        f[3] += u[2 * a + 1] * g[1];
+    }
+    f
 }
 
 /// What an element adds to the residual and to the tangent.
@@ -80,45 +137,25 @@ impl ReferenceElement {
             areas: [0.0; POINTS],
             pressure: [[0.0; 3]; POINTS],
             mass_inverse: [[0.0; 3]; 3],
+            centre: [0.0; 2],
+            size: [0.0; 2],
         };
         let mut place = [[0.0; 2]; POINTS];
         for q in 0..POINTS {
-            let (s, t) = (nodes[q % 3], nodes[q / 3]);
-            let ((a, da), (b, db)) = (quadratic(s), quadratic(t));
-            let mut jacobian = [0.0; 4];
-            for n in 0..9 {
-                let slope = [da[n % 3] * b[n / 3], a[n % 3] * db[n / 3]];
-                let value = a[n % 3] * b[n / 3];
-                for k in 0..2 {
-                    jacobian[2 * k] += x[n][k] * slope[0];
-                    jacobian[2 * k + 1] += x[n][k] * slope[1];
-                    place[q][k] += x[n][k] * value;
-                }
-            }
-            let area = determinant(&jacobian);
-            if area.is_nan() || area <= 0.0 {
-                return None;
-            }
-            let inverse = cofactor(&jacobian).map(|c| c / area);
-            for n in 0..9 {
-                let slope = [da[n % 3] * b[n / 3], a[n % 3] * db[n / 3]];
-                // dN/dX_k = dN/ds_m ds_m/dX_k, and cof is the inverse transposed.
-                element.gradients[q][n] = [
-                    inverse[0] * slope[0] + inverse[1] * slope[1],
-                    inverse[2] * slope[0] + inverse[3] * slope[1],
-                ];
-            }
-            element.areas[q] = area * weights[q % 3] * weights[q / 3];
+            let here = Mapped::new(x, nodes[q % 3], nodes[q / 3])?;
+            element.gradients[q] = here.gradients;
+            element.areas[q] = here.area * weights[q % 3] * weights[q / 3];
+            place[q] = here.place;
         }
         let area: f64 = element.areas.iter().sum();
-        let centre: [f64; 2] =
+        element.centre =
             std::array::from_fn(|k| (0..POINTS).map(|q| element.areas[q] * place[q][k]).sum::<f64>() / area);
-        let size: [f64; 2] = std::array::from_fn(|k| {
-            place.iter().map(|p| (p[k] - centre[k]).abs()).fold(f64::MIN_POSITIVE, f64::max)
+        element.size = std::array::from_fn(|k| {
+            place.iter().map(|p| (p[k] - element.centre[k]).abs()).fold(f64::MIN_POSITIVE, f64::max)
         });
         let mut mass = nalgebra::Matrix3::<f64>::zeros();
         for q in 0..POINTS {
-            let basis = [1.0, (place[q][0] - centre[0]) / size[0], (place[q][1] - centre[1]) / size[1]];
+            let basis = element.pressure_basis(place[q]);
             element.pressure[q] = basis;
             for r in 0..3 {
                 for c in 0..3 {
@@ -138,14 +175,12 @@ impl ReferenceElement {
 
     /// Deformation gradient at quadrature point `q` under the nodal displacements `u` (m).
     pub fn deformation_gradient(&self, q: usize, u: &[f64; 18]) -> Tensor {
-        let mut f = [1.0, 0.0, 0.0, 1.0];
-        for (a, g) in self.gradients[q].iter().enumerate() {
-            f[0] += u[2 * a] * g[0];
-            f[1] += u[2 * a] * g[1];
-            f[2] += u[2 * a + 1] * g[0];
-            f[3] += u[2 * a + 1] * g[1];
-        }
-        f
+        deformation_gradient(&self.gradients[q], u)
+    }
+
+    /// The pressure's basis at the reference position `x` (m).
+    pub(crate) fn pressure_basis(&self, x: [f64; 2]) -> [f64; 3] {
+        [1.0, (x[0] - self.centre[0]) / self.size[0], (x[1] - self.centre[1]) / self.size[1]]
     }
 
     /// Smallest `J` over the quadrature points under `u`, and the smallest ratio to `J` under `before`.

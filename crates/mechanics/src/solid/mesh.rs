@@ -155,6 +155,54 @@ impl Mesh {
         self.nodes.iter().map(square).enumerate().min_by(nearest).map_or(0, |(n, _)| n)
     }
 
+    /// The quadrilateral in which the reference position `x` (m) lies, and where in its reference square. Between two
+    /// quadrilaterals either may be named; `None` outside the mesh and where a collapsed side is.
+    pub fn locate(&self, x: [f64; 2]) -> Option<(usize, [f64; 2])> {
+        const SLACK: f64 = 1e-7;
+        self.elements.iter().enumerate().find_map(|(e, nodes)| {
+            let c = [0, 2, 6, 8].map(|k| self.nodes[nodes[k] as usize]);
+            let outside = (0..2).any(|k| {
+                let (low, high) = c.iter().fold((f64::MAX, f64::MIN), |(l, h), p| (l.min(p[k]), h.max(p[k])));
+                let room = SLACK * (high - low);
+                x[k] < low - room || x[k] > high + room
+            });
+            if outside {
+                return None;
+            }
+            // Sides are straight: the map is bilinear, p0 + p1 s + p2 t + p3 s t.
+            let of = |signs: [f64; 4]| -> [f64; 2] {
+                std::array::from_fn(|k| 0.25 * (0..4).map(|a| signs[a] * c[a][k]).sum::<f64>())
+            };
+            let p = [
+                of([1.0; 4]),
+                of([-1.0, 1.0, -1.0, 1.0]),
+                of([-1.0, -1.0, 1.0, 1.0]),
+                of([1.0, -1.0, -1.0, 1.0]),
+            ];
+            let (mut s, mut t) = (0.0f64, 0.0f64);
+            for _ in 0..50 {
+                let miss: [f64; 2] =
+                    std::array::from_fn(|k| x[k] - p[0][k] - p[1][k] * s - p[2][k] * t - p[3][k] * s * t);
+                let by_s: [f64; 2] = std::array::from_fn(|k| p[1][k] + p[3][k] * t);
+                let by_t: [f64; 2] = std::array::from_fn(|k| p[2][k] + p[3][k] * s);
+                let area = by_s[0] * by_t[1] - by_s[1] * by_t[0];
+                let step = [
+                    (miss[0] * by_t[1] - miss[1] * by_t[0]) / area,
+                    (by_s[0] * miss[1] - by_s[1] * miss[0]) / area,
+                ];
+                (s, t) = (s + step[0], t + step[1]);
+                if !(s.abs() + t.abs()).is_finite() {
+                    return None;
+                }
+                if step[0].abs() + step[1].abs() < 1e-13 {
+                    break;
+                }
+            }
+            let inside = s.abs() <= 1.0 + SLACK && t.abs() <= 1.0 + SLACK;
+            inside.then(|| (e, [s.clamp(-1.0, 1.0), t.clamp(-1.0, 1.0)]))
+        })
+    }
+
     /// The nodes in an order that keeps the factors of a matrix on this mesh sparse: nested dissection by
     /// coordinates. Returns old node numbers in their new order.
     pub fn dissection_order(&self) -> Vec<u32> {

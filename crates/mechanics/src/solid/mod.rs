@@ -9,6 +9,7 @@
 //! | [`sparse`] | a symmetric matrix with one symbolic factorisation |
 //! | [`model`] | a body, its equations and contact conditions |
 //! | [`newton`] | Newton's method with load steps |
+//! | [`stress`] | Cauchy stress at points, at nodes, along lines |
 //! | [`layer`] | the layer of the paper under an indenter |
 //!
 //! # Corners that open
@@ -34,3 +35,4 @@ pub mod model;
 pub mod newton;
 pub mod obstacle;
 pub mod sparse;
+pub mod stress;

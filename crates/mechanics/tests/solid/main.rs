@@ -5,3 +5,4 @@
 mod cook;
 mod layer;
 mod patch;
+mod stress;

@@ -2,56 +2,89 @@
 //! the bottom and the axis.
 
 use elastocap_mechanics::solid::material::{Distortion, Rubber, Volume};
-use elastocap_mechanics::solid::mesh::Mesh;
-use elastocap_mechanics::solid::model::{Body, Equations};
+use elastocap_mechanics::solid::mesh::{BoundaryEdge, Mesh};
+use elastocap_mechanics::solid::model::{Body, Equations, Load, State};
 use elastocap_mechanics::solid::newton::NewtonSettings;
 use elastocap_mechanics::{LayerMap, LayerStress, Material};
 
 const C10: f64 = 682.15;
 const C01: f64 = 43931.9;
 
-/// Force over `mu H` that the finite elements find, that of the closed form, and the largest error of a displacement
-/// over `H`, at each compression.
-fn solve(n: usize, volume_barrier: f64, compressions: &[f64]) -> Vec<(f64, f64, f64)> {
-    let rubber = Rubber {
-        distortion: Distortion::MooneyRivlin { c10: C10, c01: C01 },
-        volume: Volume::Incompressible,
-        volume_barrier,
-    };
-    let mu = rubber.shear_modulus();
-    let mut body = Body::new(Mesh::rectangle(1.0, 1.0, n, n), rubber);
-    body.hold(0, |x| x[0] == 0.0);
-    body.hold(0, |x| x[1] == 0.0);
-    body.hold(1, |x| x[1] == 0.0 || x[1] == 1.0);
-    let right = body.mesh.boundary_where(|x| x[0] == 1.0);
-    assert_eq!(right.len(), n);
-    let mut equations = Equations::new(body).unwrap();
-    let (mut state, mut load) = (equations.body().at_rest(), equations.body().no_load());
-    let mut results = Vec::new();
-    // Dead tractions are followed in small steps: in between they are interpolated, and far from the closed
-    // form's own the block is not stable.
-    let steps = (1..=40).map(|k| 0.025 * f64::from(k));
-    let last = compressions.iter().fold(0.0f64, |m, c| m.max(*c));
-    for compression in steps.take_while(|c| *c < last + 1e-9) {
-        let map = LayerMap::new(1.0, compression).unwrap();
-        let stress = LayerStress::new(map, Material::MooneyRivlin { c10: C10, c01: C01 }, 1.0).unwrap();
-        let mut next = equations.body().no_load();
-        for (k, x) in equations.body().mesh.nodes.iter().enumerate() {
+/// A block `[0, H] x [0, H]` with `H` = 1 that carries the closed form's tractions at `x1 = H`.
+pub(crate) struct Block {
+    pub(crate) equations: Equations,
+    pub(crate) state: State,
+    load: Load,
+    right: Vec<BoundaryEdge>,
+    steps: u32,
+}
+
+impl Block {
+    pub(crate) fn new(n: usize, volume_barrier: f64) -> Self {
+        let rubber = Rubber {
+            distortion: Distortion::MooneyRivlin { c10: C10, c01: C01 },
+            volume: Volume::Incompressible,
+            volume_barrier,
+        };
+        let mut body = Body::new(Mesh::rectangle(1.0, 1.0, n, n), rubber);
+        body.hold(0, |x| x[0] == 0.0);
+        body.hold(0, |x| x[1] == 0.0);
+        body.hold(1, |x| x[1] == 0.0 || x[1] == 1.0);
+        let right = body.mesh.boundary_where(|x| x[0] == 1.0);
+        assert_eq!(right.len(), n);
+        let equations = Equations::new(body).unwrap();
+        let (state, load) = (equations.body().at_rest(), equations.body().no_load());
+        Self { equations, state, load, right, steps: 0 }
+    }
+
+    /// Goes on to the multiple `compression` of 0.025; returns the closed form there.
+    ///
+    /// Dead tractions are followed in small steps: in between they are interpolated, and far from the closed
+    /// form's own the block is not stable.
+    pub(crate) fn press(&mut self, compression: f64) -> LayerStress {
+        let last = (compression / 0.025).round() as u32;
+        for step in self.steps + 1..=last {
+            self.step(&closed_form(0.025 * f64::from(step)));
+        }
+        self.steps = last;
+        closed_form(0.025 * f64::from(last))
+    }
+
+    fn step(&mut self, stress: &LayerStress) {
+        let body = self.equations.body();
+        let mut next = body.no_load();
+        for (k, x) in body.mesh.nodes.iter().enumerate() {
             if x[1] == 1.0 {
-                next.displacement[2 * k + 1] = -compression;
+                next.displacement[2 * k + 1] = -stress.map().top_displacement();
             }
         }
-        equations.body().add_traction(
-            &right,
+        body.add_traction(
+            &self.right,
             |x, normal| {
                 let p = stress.first_piola([x[0], x[1], 0.0]);
                 [p[(0, 0)] * normal[0] + p[(0, 1)] * normal[1], p[(1, 0)] * normal[0] + p[(1, 1)] * normal[1]]
             },
             &mut next.force,
         );
-        equations
-            .advance(&mut state, &mut load, &next, &NewtonSettings { first_step: 1.0, ..Default::default() })
-            .unwrap();
+        let settings = NewtonSettings { first_step: 1.0, ..Default::default() };
+        self.equations.advance(&mut self.state, &mut self.load, &next, &settings).unwrap();
+    }
+}
+
+fn closed_form(compression: f64) -> LayerStress {
+    let map = LayerMap::new(1.0, compression).unwrap();
+    LayerStress::new(map, Material::MooneyRivlin { c10: C10, c01: C01 }, 1.0).unwrap()
+}
+
+/// Force over `mu H` that the finite elements find, that of the closed form, and the largest error of a displacement
+/// over `H`, at each compression.
+fn solve(n: usize, volume_barrier: f64, compressions: &[f64]) -> Vec<(f64, f64, f64)> {
+    let mut block = Block::new(n, volume_barrier);
+    let mu = block.equations.body().rubbers[0].shear_modulus();
+    let mut results = Vec::new();
+    for compression in compressions {
+        let stress = block.press(*compression);
+        let Block { equations, state, .. } = &block;
         let force = -equations.reaction(1, |x| x[1] == 1.0) / mu;
         let (points, weights) = elastocap_fem::quadrature::gauss_legendre(20);
         let exact: f64 = points
@@ -60,12 +93,10 @@ fn solve(n: usize, volume_barrier: f64, compressions: &[f64]) -> Vec<(f64, f64, 
             .map(|(s, w)| -0.5 * w * stress.first_piola([0.5 * (1.0 + s), 1.0, 0.0])[(1, 1)] / mu)
             .sum();
         let error = equations.body().mesh.nodes.iter().enumerate().fold(0.0f64, |m, (k, x)| {
-            let u = map.displacement([x[0], x[1], 0.0]);
+            let u = stress.map().displacement([x[0], x[1], 0.0]);
             m.max((u[0] - state.displacement[2 * k]).abs()).max((u[1] - state.displacement[2 * k + 1]).abs())
         });
-        if compressions.iter().any(|c| (c - compression).abs() < 1e-12) {
-            results.push((force, exact, error));
-        }
+        results.push((force, exact, error));
     }
     results
 }

@@ -1,0 +1,350 @@
+//! Cauchy stress of a state: at points of an element, and as one continuous field with a value at every node.
+//!
+//! In plane strain `sigma = (2 w_I / J) F F^T + (w_J + p) 1` in the plane. The stress across the plane, `sigma_33`, is not
+//! in `w(I, J)`, which knows nothing of `F33`; it comes from the energy in three dimensions.
+//!
+//! # Nodal values
+//! The gradient of a biquadratic displacement is accurate inside an element and poor at its nodes. Each element's
+//! values at the nine quadrature points are therefore fitted by a bilinear polynomial of the reference square, and what
+//! the elements around a node say of it is averaged, by area. Away from singular places the error falls with
+//! the square of the element size. Where two materials meet, stress and `J` may jump, and an average would blur that:
+//! there, ask the elements.
+
+use rayon::prelude::*;
+
+use super::element::{Mapped, POINTS, shape_functions};
+use super::material::{Distortion, EnergyDerivatives, Rubber, Tensor, Volume, determinant};
+use super::mesh::Mesh;
+use super::model::{Equations, State};
+
+/// Stress and change of volume at a point. Tension is positive.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct PointStress {
+    /// Cauchy stress `sigma_11` in Pa.
+    pub s11: f64,
+    /// Cauchy stress `sigma_22` in Pa.
+    pub s22: f64,
+    /// Cauchy stress `sigma_12` in Pa.
+    pub s12: f64,
+    /// Cauchy stress `sigma_33` in Pa, across the plane.
+    pub s33: f64,
+    /// `J`, deformed volume over reference volume.
+    pub j: f64,
+}
+
+impl PointStress {
+    /// The stress of `rubber` under the in-plane deformation gradient `f` with the pressure field at `pressure` (Pa,
+    /// positive in tension; without effect where the rubber has no such field).
+    pub fn new(rubber: &Rubber, f: &Tensor, pressure: f64) -> Self {
+        let j = determinant(f);
+        let d = rubber.derivatives(f);
+        let field = if rubber.pressure_compliance().is_some() { pressure } else { 0.0 };
+        let (along, all) = (2.0 * d.i / j, d.j + field);
+        let s11 = along * (f[0] * f[0] + f[1] * f[1]) + all;
+        let s22 = along * (f[2] * f[2] + f[3] * f[3]) + all;
+        let s12 = along * (f[0] * f[2] + f[1] * f[3]);
+        Self { s11, s22, s12, s33: across(rubber, f, &d, field, s11 + s22), j }
+    }
+
+    /// Minus the mean normal stress, in Pa: positive in compression.
+    pub fn pressure(&self) -> f64 {
+        -(self.s11 + self.s22 + self.s33) / 3.0
+    }
+
+    /// `factor` times `other` is added.
+    fn add(&mut self, factor: f64, other: &Self) {
+        self.s11 += factor * other.s11;
+        self.s22 += factor * other.s22;
+        self.s12 += factor * other.s12;
+        self.s33 += factor * other.s33;
+        self.j += factor * other.j;
+    }
+
+    /// The sum of `values` with `weights`.
+    fn blend(values: &[Self], weights: &[f64]) -> Self {
+        let mut sum = Self::default();
+        for (value, weight) in values.iter().zip(weights) {
+            sum.add(*weight, value);
+        }
+        sum
+    }
+}
+
+/// `sigma_33` in Pa, from `J sigma_33 = dW/dF33` at `F33 = 1`; `in_plane` is `sigma_11 + sigma_22`.
+fn across(rubber: &Rubber, f: &Tensor, d: &EnergyDerivatives, field: f64, in_plane: f64) -> f64 {
+    let j = determinant(f);
+    let all = d.j + field;
+    match (rubber.volume, &rubber.distortion) {
+        // The distortion is a function of F / J^(1/3): its stress has no trace.
+        (Volume::BulkModulus(_), _) => 3.0 * field - in_plane,
+        (Volume::DisplacementOnly(kappa), _) => 1.5 * kappa * (j - 1.0 / j) - in_plane,
+        // W = W(I1, J), of which w_I is the first derivative and w_J the other.
+        (Volume::LogLame(_), _) => 2.0 * d.i / j + all,
+        (Volume::Incompressible, Distortion::NeoHookean { .. } | Distortion::Yeoh { .. }) => {
+            2.0 * d.i / j + all
+        }
+        // dI2/dF33 = 2 I, and I2 = I + J^2 has put 2 J into w_J.
+        (Volume::Incompressible, Distortion::MooneyRivlin { c10, c01 }) => {
+            let i = f.iter().map(|x| x * x).sum::<f64>();
+            2.0 * (c10 + c01 * i) / j + all - 2.0 * j * c01
+        }
+        // l3^alpha - alpha (J - 1) for each term, the barrier and the field.
+        (Volume::Incompressible, Distortion::Ogden { terms }) => {
+            let sum: f64 = terms.iter().map(|(mu, _)| mu).sum();
+            let barrier = rubber.volume_barrier * rubber.shear_modulus() * (1.0 - 1.0 / j);
+            sum * (1.0 - j) / j + barrier + field
+        }
+    }
+}
+
+/// Displacement and stress at a point of the body.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Sample {
+    /// Reference position in m.
+    pub reference: [f64; 2],
+    /// Displacement in m.
+    pub displacement: [f64; 2],
+    /// Stress and change of volume.
+    pub stress: PointStress,
+}
+
+/// A state as fields: displacement and stress at the nodes and anywhere in between.
+#[derive(Debug, Clone)]
+pub struct Fields<'a> {
+    mesh: &'a Mesh,
+    state: &'a State,
+    nodal: Vec<PointStress>,
+}
+
+impl Equations {
+    /// Stress in `state` at the point `(s, t)` of the reference square of element `e`, as its own shape functions say.
+    /// `None` where the element is collapsed, at the centre of a fan.
+    ///
+    /// # Panics
+    /// If there is no element `e`, or `state` is not one of this body.
+    pub fn stress_in(&self, state: &State, e: usize, [s, t]: [f64; 2]) -> Option<PointStress> {
+        let body = self.body();
+        let nodes = body.mesh.elements[e].map(|n| body.mesh.nodes[n as usize]);
+        let here = Mapped::new(&nodes, s, t)?;
+        let f = here.deformation_gradient(&self.gather(e, &state.displacement));
+        let basis = self.elements[e].pressure_basis(here.place);
+        Some(PointStress::new(
+            &body.rubbers[body.material[e] as usize],
+            &f,
+            value(&basis, &state.pressure[e]),
+        ))
+    }
+
+    /// Stress in `state` at the nine nodes of element `e`, from the bilinear fit to its quadrature points.
+    ///
+    /// # Panics
+    /// As [`Equations::stress_in`].
+    pub fn element_stress(&self, state: &State, e: usize) -> [PointStress; 9] {
+        let (body, element) = (self.body(), &self.elements[e]);
+        let rubber = &body.rubbers[body.material[e] as usize];
+        let u = self.gather(e, &state.displacement);
+        let at_points: [PointStress; POINTS] = std::array::from_fn(|q| {
+            let f = element.deformation_gradient(q, &u);
+            PointStress::new(rubber, &f, value(&element.pressure[q], &state.pressure[e]))
+        });
+        std::array::from_fn(|n| PointStress::blend(&at_points, &extrapolation(n)))
+    }
+
+    /// Displacement and stress of `state` as fields.
+    ///
+    /// # Panics
+    /// If `state` is not one of this body.
+    pub fn fields<'a>(&'a self, state: &'a State) -> Fields<'a> {
+        let mesh = &self.body().mesh;
+        let each: Vec<[PointStress; 9]> = (0..mesh.elements.len())
+            .into_par_iter()
+            .with_min_len(64)
+            .map(|e| self.element_stress(state, e))
+            .collect();
+        let mut nodal = vec![PointStress::default(); mesh.nodes.len()];
+        let mut area = vec![0.0; mesh.nodes.len()];
+        for (e, values) in each.iter().enumerate() {
+            let weight = self.elements[e].area();
+            for (n, value) in mesh.elements[e].iter().zip(values) {
+                nodal[*n as usize].add(weight, value);
+                area[*n as usize] += weight;
+            }
+        }
+        for (value, area) in nodal.iter_mut().zip(&area) {
+            *value = PointStress::blend(&[*value], &[1.0 / area]);
+        }
+        Fields { mesh, state, nodal }
+    }
+}
+
+impl Fields<'_> {
+    /// The stress at each node of the mesh; see the module's head.
+    pub fn nodal(&self) -> &[PointStress] {
+        &self.nodal
+    }
+
+    /// The sample at node `n`.
+    ///
+    /// # Panics
+    /// If there is no such node.
+    pub fn at_node(&self, n: usize) -> Sample {
+        Sample {
+            reference: self.mesh.nodes[n],
+            displacement: [self.state.displacement[2 * n], self.state.displacement[2 * n + 1]],
+            stress: self.nodal[n],
+        }
+    }
+
+    /// The sample at the reference position `x` (m), or `None` outside the body.
+    pub fn at(&self, x: [f64; 2]) -> Option<Sample> {
+        let Some((e, [s, t])) = self.mesh.locate(x) else {
+            // The centre of a fan is in no element's reference square at one place only.
+            let n = self.mesh.nearest_node(x);
+            return (self.mesh.nodes[n] == x).then(|| Sample { reference: x, ..self.at_node(n) });
+        };
+        let shape = shape_functions(s, t);
+        let nodes = self.mesh.elements[e].map(|n| n as usize);
+        let displacement =
+            [0, 1].map(|k| (0..9).map(|a| shape[a] * self.state.displacement[2 * nodes[a] + k]).sum());
+        let stress = PointStress::blend(&nodes.map(|n| self.nodal[n]), &shape);
+        Some(Sample { reference: x, displacement, stress })
+    }
+
+    /// Samples at `count` equal distances on the straight reference line between `from` and `to` (m), both included;
+    /// those outside the body are left out.
+    pub fn along(&self, from: [f64; 2], to: [f64; 2], count: usize) -> Vec<Sample> {
+        let part = |k: usize| k as f64 / (count.max(2) - 1) as f64;
+        let point = |r: f64| std::array::from_fn(|k| (1.0 - r) * from[k] + r * to[k]);
+        (0..count).filter_map(|k| self.at(point(part(k)))).collect()
+    }
+
+    /// Samples at the nodes of the boundary whose reference position satisfies `on`, by ascending `x1`, then `x2`: the
+    /// bonded edge with `|x| x[1] == 0.0`, for instance.
+    pub fn on_boundary(&self, on: impl Fn([f64; 2]) -> bool) -> Vec<Sample> {
+        let mut nodes: Vec<usize> =
+            self.mesh.boundary_where(on).iter().flat_map(|edge| edge.nodes).map(|n| n as usize).collect();
+        let place = |n: usize| self.mesh.nodes[n];
+        let order = |a: &usize, b: &usize| {
+            let (p, q) = (place(*a), place(*b));
+            p[0].total_cmp(&q[0]).then(p[1].total_cmp(&q[1])).then(a.cmp(b))
+        };
+        nodes.sort_unstable_by(order);
+        nodes.dedup();
+        nodes.into_iter().map(|n| self.at_node(n)).collect()
+    }
+}
+
+/// The pressure field's value from its basis and its coefficients.
+fn value(basis: &[f64; 3], coefficients: &[f64; 3]) -> f64 {
+    basis.iter().zip(coefficients).map(|(b, c)| b * c).sum()
+}
+
+/// The weights of the nine quadrature points in the value at node `n` of the bilinear fit.
+///
+/// Least squares with the weights of the quadrature, that is the projection onto `1, s, t, st`; in one direction it
+/// is `sum_q w_q (1/2 + 3/2 s_q s) v_q`.
+fn extrapolation(n: usize) -> [f64; POINTS] {
+    let abscissa = 0.6f64.sqrt();
+    let line = |s: f64| {
+        let part = |q: f64, w: f64| w * (0.5 + 1.5 * q * s);
+        [part(-abscissa, 5.0 / 9.0), part(0.0, 8.0 / 9.0), part(abscissa, 5.0 / 9.0)]
+    };
+    let (a, b) = (line((n % 3) as f64 - 1.0), line((n / 3) as f64 - 1.0));
+    std::array::from_fn(|q| a[q % 3] * b[q / 3])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The energy in three dimensions, by principal stretches, without what holds the volume of an incompressible rubber.
+    fn energy(rubber: &Rubber, l: [f64; 3]) -> f64 {
+        let j = l[0] * l[1] * l[2];
+        let split = matches!(rubber.volume, Volume::BulkModulus(_) | Volume::DisplacementOnly(_));
+        let m = l.map(|x| if split { x / j.cbrt() } else { x });
+        let i1 = m.iter().map(|x| x * x).sum::<f64>() - 3.0;
+        let i2 = (m[0] * m[1]).powi(2) + (m[1] * m[2]).powi(2) + (m[2] * m[0]).powi(2) - 3.0;
+        let distortion = match &rubber.distortion {
+            Distortion::NeoHookean { shear_modulus } => 0.5 * shear_modulus * i1,
+            Distortion::MooneyRivlin { c10, c01 } => c10 * i1 + c01 * i2,
+            Distortion::Yeoh { constants: [a, b, c] } => a * i1 + b * i1 * i1 + c * i1.powi(3),
+            Distortion::Ogden { terms } => {
+                terms.iter().map(|(mu, a)| mu / a * m.iter().map(|x| x.powf(*a) - 1.0).sum::<f64>()).sum()
+            }
+        };
+        let mu = rubber.shear_modulus();
+        match rubber.volume {
+            Volume::Incompressible | Volume::BulkModulus(_) => distortion,
+            Volume::LogLame(lambda) => 0.5 * mu * (i1 - 2.0 * j.ln()) + 0.5 * lambda * j.ln().powi(2),
+            Volume::DisplacementOnly(kappa) => distortion + 0.25 * kappa * (j * j - 1.0 - 2.0 * j.ln()),
+        }
+    }
+
+    #[test]
+    fn normal_stresses_are_the_slopes_of_the_energy_in_three_dimensions() {
+        let laws = [
+            Distortion::NeoHookean { shear_modulus: 1.3 },
+            Distortion::MooneyRivlin { c10: 0.2, c01: 0.5 },
+            Distortion::Yeoh { constants: [0.5, -0.04, 0.02] },
+            Distortion::Ogden { terms: vec![(1.2, 1.3), (0.02, 5.0), (-0.1, -2.0)] },
+        ];
+        let volumes = [
+            Volume::Incompressible,
+            Volume::BulkModulus(30.0),
+            Volume::LogLame(3.0),
+            Volume::DisplacementOnly(7.0),
+        ];
+        for (distortion, volume) in laws.iter().flat_map(|d| volumes.map(|v| (d, v))) {
+            let rubber = Rubber { distortion: distortion.clone(), volume, volume_barrier: 0.7 };
+            let keeps = volume == Volume::Incompressible;
+            let l = [1.7, if keeps { 1.0 / 1.7 } else { 0.8 }, 1.0];
+            let found = PointStress::new(&rubber, &[l[0], 0.0, 0.0, l[1]], 0.6);
+            let slope = |k: usize| {
+                let h = 1e-3;
+                let at = |s: f64| {
+                    let mut m = l;
+                    m[k] += s * h;
+                    energy(&rubber, m)
+                };
+                let slope = (45.0 * (at(1.0) - at(-1.0)) - 9.0 * (at(2.0) - at(-2.0)) + (at(3.0) - at(-3.0)))
+                    / (60.0 * h);
+                l[k] * slope / found.j
+            };
+            // Where the volume is kept, the energy leaves an equal part of all three open: the pressure field's and what
+            // the energy's own slope at rest takes off. A bulk modulus' part is the pressure field.
+            let open = match volume {
+                Volume::Incompressible => found.s11 - slope(0),
+                Volume::BulkModulus(_) => 0.6,
+                _ => 0.0,
+            };
+            for (k, stress) in [found.s11, found.s22, found.s33].into_iter().enumerate() {
+                let right = slope(k) + open;
+                assert!((stress - right).abs() < 1e-9, "{rubber:?} {k}: {stress} {right}");
+            }
+            assert_eq!(found.s12, 0.0);
+        }
+    }
+
+    #[test]
+    fn stress_turns_with_the_body() {
+        let rubber = Rubber::neo_hookean(2.0);
+        let (s, c) = 0.4f64.sin_cos();
+        let f = [1.25, 0.3, 0.0, 0.8];
+        let turned = [c * f[0] - s * f[2], c * f[1] - s * f[3], s * f[0] + c * f[2], s * f[1] + c * f[3]];
+        let (a, b) = (PointStress::new(&rubber, &f, 0.1), PointStress::new(&rubber, &turned, 0.1));
+        let s11 = c * c * a.s11 - 2.0 * s * c * a.s12 + s * s * a.s22;
+        let s12 = s * c * (a.s11 - a.s22) + (c * c - s * s) * a.s12;
+        assert!((b.s11 - s11).abs() + (b.s12 - s12).abs() + (b.s33 - a.s33).abs() < 1e-13);
+    }
+
+    #[test]
+    fn a_bilinear_function_of_the_reference_square_is_extrapolated_as_it_is() {
+        let (points, _) = elastocap_fem::quadrature::gauss_legendre(3);
+        let f = |s: f64, t: f64| 1.0 - 2.0 * s + 0.5 * t + 3.0 * s * t;
+        for n in 0..9 {
+            let weights = extrapolation(n);
+            let sum: f64 = (0..POINTS).map(|q| weights[q] * f(points[q % 3], points[q / 3])).sum();
+            assert!((sum - f((n % 3) as f64 - 1.0, (n / 3) as f64 - 1.0)).abs() < 1e-13);
+        }
+    }
+}
