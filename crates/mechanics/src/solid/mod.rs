@@ -10,6 +10,7 @@
 //! | [`model`] | a body, its equations and contact conditions |
 //! | [`newton`] | Newton's method with load steps |
 //! | [`stress`] | Cauchy stress at points, at nodes, along lines |
+//! | [`shear_length`] | the length `L` that the closed form leaves open, from finite elements |
 //! | [`layer`] | the layer of the paper under an indenter |
 //!
 //! # Corners that open
@@ -34,5 +35,6 @@ pub mod mesh;
 pub mod model;
 pub mod newton;
 pub mod obstacle;
+pub mod shear_length;
 pub mod sparse;
 pub mod stress;

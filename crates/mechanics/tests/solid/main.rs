@@ -5,4 +5,5 @@
 mod cook;
 mod layer;
 mod patch;
+mod shear_length;
 mod stress;
