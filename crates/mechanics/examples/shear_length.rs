@@ -16,7 +16,8 @@ fn main() {
             Ok(found) => {
                 println!("{contact:?} {end:?} {:.2} s", start.elapsed().as_secs_f64());
                 println!("  fans differ by {:.4?}", found.disagreement);
-                for (p, fan) in &found.points {
+                for point in &found.points {
+                    let (p, fan) = (point.shear, point.fan);
                     println!(
                         "  {:.2} fan {fan}: balance {:.4?} force {:.4?} N {:.5} F {:.5}",
                         p.compression, p.from_balance, p.from_force, p.axial_force, p.force

@@ -17,8 +17,9 @@
 use super::layer::{End, Indenter, LayerMesh, LayerModel, LayerStep, PunchFan};
 use super::material::Rubber;
 use super::mesh::{geometric, uniform};
-use super::model::ModelError;
+use super::model::{ModelError, State};
 use super::newton::{NewtonSettings, Stopped};
+use super::stress::Fields;
 use crate::closed_form::{ForceCurve, Phase, shear_ratio_for_axial_force};
 use crate::error::MechanicsError;
 
@@ -142,21 +143,46 @@ fn under_punch(corner: f64, n: usize, (ratio, rings): (f64, usize)) -> LayerMesh
     LayerMesh { along, up, end_top, radii: geometric(0.5, 1), punch: Some(punch) }
 }
 
-/// Shear lengths over the compression for one contact.
-#[derive(Debug, Clone)]
+/// Shear lengths over the compression for one contact, with the states they are from.
+#[derive(Debug)]
 pub struct ShearLengths {
     /// The contact.
     pub contact: Contact,
-    /// One for each compression that was reached, with the place in [`FANS`] of the finest fan that reached it.
-    pub points: Vec<(ShearLength, usize)>,
+    /// The layer, once for each of [`FANS`] that was used.
+    pub models: Vec<LayerModel>,
+    /// One for each compression that was reached.
+    pub points: Vec<StudiedPoint>,
     /// Relative difference of `from_balance` between the fans, at the largest compression that all reached.
     pub disagreement: Option<f64>,
     /// Why not all compressions were reached.
     pub stopped: Option<Box<Stopped>>,
 }
 
+/// One compression of [`ShearLengths`].
+#[derive(Debug, Clone)]
+pub struct StudiedPoint {
+    /// The shear length.
+    pub shear: ShearLength,
+    /// Place in [`FANS`] and in [`ShearLengths::models`] of the finest fan that reached the compression.
+    pub fan: usize,
+    /// The state of that model.
+    pub state: State,
+}
+
+impl ShearLengths {
+    /// The point at `compression`, if it was reached.
+    pub fn at(&self, compression: f64) -> Option<&StudiedPoint> {
+        self.points.iter().find(|p| (p.shear.compression - compression).abs() < 1e-9)
+    }
+
+    /// Displacement and stress of a point.
+    pub fn fields<'a>(&'a self, point: &'a StudiedPoint) -> Fields<'a> {
+        self.models[point.fan].equations().fields(&point.state)
+    }
+}
+
 /// The shear lengths at the ascending `compressions` under `contact`, with about `n` quadrilaterals over the thickness
-/// (8 will do: the fan at the corner matters more).
+/// (8 will do: the fan at the corner matters more). A coarser fan is used where a finer one stops.
 ///
 /// # Errors
 /// See [`ModelError`]. Where the solver stops, the rest is left out and the reason is in the answer.
@@ -166,7 +192,8 @@ pub fn shear_lengths(
     compressions: &[f64],
     n: usize,
 ) -> Result<ShearLengths, ModelError> {
-    let mut found = ShearLengths { contact, points: Vec::new(), disagreement: None, stopped: None };
+    let mut found =
+        ShearLengths { contact, models: Vec::new(), points: Vec::new(), disagreement: None, stopped: None };
     for (fan, rings) in FANS.into_iter().enumerate() {
         let mut model = contact.model(n, end, rings)?;
         found.stopped = None;
@@ -178,14 +205,15 @@ pub fn shear_lengths(
                     break;
                 }
             };
-            let Ok(point) = ShearLength::of(&model, &step, contact.half_length()) else { break };
-            if let Some((finer, _)) = found.points.get(k) {
-                let pair = finer.from_balance.zip(point.from_balance);
+            let Ok(shear) = ShearLength::of(&model, &step, contact.half_length()) else { break };
+            if let Some(finer) = found.points.get(k) {
+                let pair = finer.shear.from_balance.zip(shear.from_balance);
                 found.disagreement = pair.map(|(a, b)| (b / a - 1.0).abs()).or(found.disagreement);
             } else {
-                found.points.push((point, fan));
+                found.points.push(StudiedPoint { shear, fan, state: model.state().clone() });
             }
         }
+        found.models.push(model);
     }
     Ok(found)
 }

@@ -29,9 +29,9 @@ fn a_punch_is_sheared_farther_than_it_is_long_and_the_closed_form_then_has_its_f
     let finer = shear_lengths(Contact::Punch(1.0), End::Free, &[0.05], 10).unwrap();
     assert!(found.stopped.is_none() && found.points.len() == 2);
     assert!(found.disagreement.unwrap() < 0.015, "{found:?}");
-    let (point, fan) = found.points[0];
-    assert_eq!(fan, 0);
-    let (a, b) = (point.from_balance.unwrap(), finer.points[0].0.from_balance.unwrap());
+    assert_eq!(found.points[0].fan, 0);
+    let point = found.points[0].shear;
+    let (a, b) = (point.from_balance.unwrap(), finer.points[0].shear.from_balance.unwrap());
     println!("{a} {b}");
     assert!((a / b - 1.0).abs() < 1e-3 && a > 2.1 && a < 2.3);
     let rubber = Material::NeoHookean { shear_modulus: 1.0 };
