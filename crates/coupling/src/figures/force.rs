@@ -33,7 +33,7 @@ pub(super) fn over_compression(session: &mut Session) -> Result<Drawn, FigureErr
         let mut own = Vec::new();
         let mut csv = "compression,closed_form_force,closed_form_force_with_balance_shear_length,finite_element_force\n"
             .to_owned();
-        let (mut balanced, mut points) = (vec![(0.0, 0.0)], vec![(0.0, 0.0)]);
+        let (mut balanced, mut points) = (vec![(0.0, 0.0)], Vec::new());
         let row = |csv: &mut String, cells: [f64; 4]| {
             csv.push_str(&cells.map(cell).join(","));
             csv.push('\n');
@@ -53,7 +53,7 @@ pub(super) fn over_compression(session: &mut Session) -> Result<Drawn, FigureErr
             row(&mut csv, [compression, force, with_balance, point.shear.force]);
         }
         let series = vec![
-            line("closed form, L = L_c", own.clone(), Style::Line),
+            line("closed form, L the half-length", own.clone(), Style::Line),
             line(
                 "closed form, L by the balance (43) of finite elements",
                 balanced.clone(),
@@ -70,11 +70,11 @@ pub(super) fn over_compression(session: &mut Session) -> Result<Drawn, FigureErr
         };
         drawn.files.push((format!("figure-{file}.svg"), chart.to_svg()));
         drawn.files.push((format!("figure-{file}.csv"), csv));
-        for ((compression, force), (_, balanced)) in points.iter().zip(&balanced).skip(1) {
+        for ((compression, force), (_, balanced)) in points.iter().zip(&balanced[1..]) {
             if [0.05, 0.1, 0.2, 0.4].contains(compression) {
                 let own = closed_form_force(*compression, contact, contact)?;
                 drawn.findings.push(format!(
-                    "{what}, U/H = {compression}: F/(μHw) = {} by finite elements, {} in closed form with L = L_c, {} with L by \
+                    "{what}, U/H = {compression}: F/(μHw) = {} by finite elements, {} in closed form with the half-length for L, {} with L by \
                      the balance",
                     figure(*force),
                     figure(own),

@@ -24,6 +24,8 @@ pub(super) struct Panel {
     pub(super) y: Named,
     pub(super) parameter: Named,
     pub(super) curves: Vec<Curve>,
+    /// Whether the abscissa is `x1`, and not the parameter.
+    pub(super) x_is_x1: bool,
     /// Every how many abscissae a point is drawn.
     pub(super) stride: usize,
 }
@@ -69,32 +71,49 @@ impl Panel {
         out
     }
 
-    /// Largest difference between points and lines, and the largest point, both in size.
-    pub(super) fn difference(&self) -> (f64, f64) {
-        let rows = self.curves.iter().flat_map(|c| &c.rows).filter(|r| r[1].is_finite() && r[2].is_finite());
-        rows.fold((0.0, 0.0), |(d, m): (f64, f64), r| (d.max((r[1] - r[2]).abs()), m.max(r[2].abs())))
+    /// Largest difference between points and lines up to `x1 = limit`, and the largest point of all, both in size.
+    fn difference(&self, limit: f64) -> (f64, f64) {
+        let (mut difference, mut largest) = (0.0f64, 0.0f64);
+        for curve in &self.curves {
+            for [x, closed, found] in &curve.rows {
+                let x1 = if self.x_is_x1 { *x } else { curve.parameter };
+                if found.is_finite() {
+                    largest = largest.max(found.abs());
+                    if closed.is_finite() && x1 <= limit {
+                        difference = difference.max((closed - found).abs());
+                    }
+                }
+            }
+        }
+        (difference, largest)
     }
 
     /// The difference as a sentence.
     pub(super) fn finding(&self) -> String {
-        let (difference, largest) = self.difference();
+        let (near, largest) = self.difference(1.0);
+        let (far, _) = self.difference(f64::INFINITY);
+        let per_cent = |d: f64| figure_of(100.0 * d / largest.max(f64::MIN_POSITIVE), 2);
         format!(
-            "{}: {} differs by at most {} ({:.2} % of the largest, {})",
+            "{}: the two differ by at most {} % of the largest {} ({}) up to x₁ = H, {} % up to 2H",
             self.file,
+            per_cent(near),
             self.y.0,
-            figure(difference),
-            100.0 * difference / largest.max(f64::MIN_POSITIVE),
-            figure(largest)
+            figure(largest),
+            per_cent(far)
         )
     }
 }
 
 /// Four significant digits.
 pub(super) fn figure(value: f64) -> String {
+    figure_of(value, 4)
+}
+
+fn figure_of(value: f64, digits: i32) -> String {
     if value == 0.0 {
         return "0".into();
     }
-    let places = (3 - value.abs().log10().floor() as i32).clamp(0, 9) as usize;
+    let places = (digits - 1 - value.abs().log10().floor() as i32).clamp(0, 9) as usize;
     format!("{value:.places$}")
 }
 

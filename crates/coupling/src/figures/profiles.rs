@@ -104,7 +104,7 @@ impl<'a> Shown<'a> {
         Ok(Self { fields: point.map(|p| found.fields(p)), closed: closed_form(compression, length)? })
     }
 
-    fn panel(&self, file: &str, quantity: Quantity, along: Along, percent: u32) -> Panel {
+    fn panel(&self, file: &str, quantity: Quantity, along: Along, compression: f64) -> Panel {
         let (lines, range, x, parameter) = along.lines();
         let curve = |line: f64| Curve {
             parameter: line,
@@ -121,14 +121,12 @@ impl<'a> Shown<'a> {
         let y = quantity.named();
         Panel {
             file: format!("figure-{file}"),
-            title: format!(
-                "Fig. {file}: {} at {percent} % compression, closed form and finite elements (points)",
-                y.0
-            ),
+            title: format!("Fig. {file}: {} at U/H = {compression}: closed form; points: FE", y.0),
             x,
             y,
             parameter,
             curves: lines.map(curve).into(),
+            x_is_x1: along == Along::Rows,
             stride: 2,
         }
     }
@@ -142,7 +140,7 @@ fn draw(
     let shown = Shown::new(found, compression)?;
     let mut drawn = Drawn::default();
     for (file, quantity, along) in panels {
-        let panel = shown.panel(file, *quantity, *along, (100.0 * compression).round() as u32);
+        let panel = shown.panel(file, *quantity, *along, compression);
         drawn.files.extend(panel.files());
         if shown.fields.is_some() {
             drawn.findings.push(panel.finding());

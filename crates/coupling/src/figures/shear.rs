@@ -17,10 +17,10 @@ const QUARTER: f64 = 0.25;
 /// Half-lengths of the punches of the table over `H`; the sixth is the probe of the paper's sensor, 500 um on 450 um.
 const PUNCHES: [f64; 7] = [QUARTER, 0.5, 1.0, 500.0 / 450.0, 2.0, 3.0, 4.0];
 
-/// Where along the bonded edge the shear stress is largest, and where beyond that it has fallen to a twentieth; over `H`.
+/// Where along the bonded edge the shear stress is largest, and where beyond that it has fallen to a tenth; over `H`.
 pub(super) fn peak_and_end(edge: &[Sample]) -> Option<(f64, f64)> {
     let (place, peak) = edge.iter().enumerate().max_by(|a, b| a.1.stress.s12.total_cmp(&b.1.stress.s12))?;
-    let end = edge[place..].iter().find(|s| s.stress.s12 < 0.05 * peak.stress.s12)?;
+    let end = edge[place..].iter().find(|s| s.stress.s12 < 0.1 * peak.stress.s12)?;
     Some((peak.reference[0], end.reference[0]))
 }
 
@@ -42,7 +42,7 @@ pub(super) fn bonded_edge(session: &mut Session) -> Result<Drawn, FigureError> {
         curves.push(Curve { parameter: compression, rows: rows.collect() });
         if let Some((peak, end)) = peak_and_end(&edge) {
             drawn.findings.push(format!(
-                "figure-7: U/H = {compression}: largest at x₁ = {peak:.2} H ({:.1} L), below a twentieth of that from {end:.2} H; \
+                "figure-7: U/H = {compression}: largest at x₁ = {peak:.2} H ({:.1} L), below a tenth of that from {end:.2} H; \
                  L/H of the balance (43) {length:.3}",
                 peak / QUARTER
             ));
@@ -57,6 +57,7 @@ pub(super) fn bonded_edge(session: &mut Session) -> Result<Drawn, FigureError> {
         y: Named("σ₁₂/μ", "sigma_12_over_mu"),
         parameter: Named("U/H", "compression"),
         curves,
+        x_is_x1: true,
         stride: 2,
     };
     drawn.files.extend(panel.files());
@@ -69,11 +70,13 @@ fn named(run: &Run) -> (String, &'static str, &'static str) {
     match (run.contact, run.end) {
         (Contact::Punch(a), _) => (format!("punch, a/H = {}", figure_short(a)), "punch", "far away"),
         (Contact::WholeTop(a), End::Free) => {
-            (format!("whole top, {}, free end", figure_short(a)), "whole top", "free")
+            (format!("whole top, a/H = {}, free end", figure_short(a)), "whole top", "free")
         }
-        (Contact::WholeTop(a), End::FreeOnSubstrate) => {
-            (format!("whole top, {}, end on substrate", figure_short(a)), "whole top", "free-on-substrate")
-        }
+        (Contact::WholeTop(a), End::FreeOnSubstrate) => (
+            format!("whole top, a/H = {}, end on substrate", figure_short(a)),
+            "whole top",
+            "free-on-substrate",
+        ),
     }
 }
 
@@ -108,7 +111,7 @@ pub(super) fn lengths(session: &mut Session) -> Result<Drawn, FigureError> {
         force.push(series(|f, k| f.points[k].shear.from_force));
         if let Some(point) = found.at(0.05) {
             drawn.findings.push(format!(
-                "{name}: at U/H = 0.05 L/H = {:.3} by the balance, {:.3} by the force (fans differ by {:.1} %); L = L_c = {}H gives \
+                "{name}: at U/H = 0.05 L/H = {:.3} by the balance, {:.3} by the force (fans differ by {:.1} %); L = {}H gives \
                  {:.2} of the force",
                 point.shear.from_balance.unwrap_or(f64::NAN),
                 point.shear.from_force.unwrap_or(f64::NAN),

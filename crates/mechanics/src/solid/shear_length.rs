@@ -14,6 +14,8 @@
 //! `L/H` depends on `U/H`, on the contact's half-length over `H`, and on what becomes of the layer beside it; of
 //! the material it is free as long as the rubber is neo-Hookean or Mooney-Rivlin and keeps its volume.
 
+use rayon::prelude::*;
+
 use super::layer::{End, Indenter, LayerMesh, LayerModel, LayerStep, PunchFan};
 use super::material::Rubber;
 use super::mesh::{geometric, uniform};
@@ -91,7 +93,7 @@ pub enum Contact {
 
 /// The elements around the singular corner, at the end of the layer or of the punch: the ratio in which the rings of
 /// the fan shrink, and their number. The finer the fan, the more exact and the earlier the solver stops.
-pub const FANS: [(f64, usize); 2] = [(0.7, 6), (0.5, 1)];
+pub const FANS: [(f64, usize); 3] = [(0.5, 5), (0.7, 6), (0.5, 1)];
 
 impl Contact {
     /// Half-length of the contact over the thickness.
@@ -152,7 +154,8 @@ pub struct ShearLengths {
     pub models: Vec<LayerModel>,
     /// One for each compression that was reached.
     pub points: Vec<StudiedPoint>,
-    /// Relative difference of `from_balance` between the fans, at the largest compression that all reached.
+    /// Relative difference of `from_balance` between the coarsest fan and the finest that got as far as a finer one did
+    /// at all, there: how much the points of the coarsest may be wrong.
     pub disagreement: Option<f64>,
     /// Why not all compressions were reached.
     pub stopped: Option<Box<Stopped>>,
@@ -192,28 +195,36 @@ pub fn shear_lengths(
     compressions: &[f64],
     n: usize,
 ) -> Result<ShearLengths, ModelError> {
-    let mut found =
-        ShearLengths { contact, models: Vec::new(), points: Vec::new(), disagreement: None, stopped: None };
-    for (fan, rings) in FANS.into_iter().enumerate() {
-        let mut model = contact.model(n, end, rings)?;
-        found.stopped = None;
-        for (k, compression) in compressions.iter().enumerate() {
+    let each = |fan: (f64, usize)| -> Result<_, ModelError> {
+        let mut model = contact.model(n, end, fan)?;
+        let mut points = Vec::new();
+        for compression in compressions {
             let step = match model.press(*compression, &STUDY) {
                 Ok(step) => step,
-                Err(stopped) => {
-                    found.stopped = Some(stopped);
-                    break;
-                }
+                Err(stopped) => return Ok((model, points, Some(stopped))),
             };
             let Ok(shear) = ShearLength::of(&model, &step, contact.half_length()) else { break };
+            points.push((shear, model.state().clone()));
+        }
+        Ok((model, points, None))
+    };
+    let runs = FANS.par_iter().map(|fan| each(*fan)).collect::<Result<Vec<_>, _>>()?;
+    let mut found =
+        ShearLengths { contact, models: Vec::new(), points: Vec::new(), disagreement: None, stopped: None };
+    for (fan, (model, points, stopped)) in runs.into_iter().enumerate() {
+        for (k, (shear, state)) in points.into_iter().enumerate() {
             if let Some(finer) = found.points.get(k) {
                 let pair = finer.shear.from_balance.zip(shear.from_balance);
                 found.disagreement = pair.map(|(a, b)| (b / a - 1.0).abs()).or(found.disagreement);
             } else {
-                found.points.push(StudiedPoint { shear, fan, state: model.state().clone() });
+                found.points.push(StudiedPoint { shear, fan, state });
             }
         }
         found.models.push(model);
+        found.stopped = stopped;
+    }
+    if found.points.len() == compressions.len() {
+        found.stopped = None;
     }
     Ok(found)
 }
