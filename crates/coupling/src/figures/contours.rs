@@ -1,7 +1,8 @@
 //! Figs. 4 and 6: stress under a punch, as bands of colour.
 //!
 //! The paper's punch is "comparable to the layer thickness" in Figs. 4 and 6a, half of it in 6b and "over three times" in
-//! 6c; taken are the half-lengths `H`, `H/2` and `3H`. The layer goes on for four thicknesses beside the punch.
+//! 6c; taken are the half-lengths `H`, `H/2` and `3H`. The layer goes on for six thicknesses beside the punch, of which the
+//! pictures show a part.
 
 use elastocap_mechanics::solid::mesh::Mesh;
 use elastocap_mechanics::solid::stress::{Fields, Sample};
@@ -11,7 +12,7 @@ use super::shear::peak_and_end;
 use super::{Drawn, FigureError, Run, SMALL, Session, left_out};
 use crate::plot::{Axis, Cell, Fringes, Scale};
 
-/// How far beside the punch Fig. 6 shows the layer, over `H`.
+/// How far beside the punch the layer is shown, over `H`.
 const BESIDE: f64 = 2.5;
 
 /// The elements up to `x1 <= limit` where they have gone, with a value at each node.
@@ -69,11 +70,12 @@ pub(super) fn under_a_punch(session: &mut Session) -> Result<Drawn, FigureError>
     };
     let mesh = &found.models[point.fan].equations().body().mesh;
     let fields = found.fields(point);
-    let all = |value: fn(&Sample) -> f64| cells(mesh, f64::INFINITY, |n| fields.at_node(n), value);
+    let all = |value: fn(&Sample) -> f64| cells(mesh, 1.0 + BESIDE + 1e-9, |n| fields.at_node(n), value);
     let t = |k: usize| move |s: &Sample| s.stress.nominal()[k];
     let head = "under a punch of half-length H, U/H = 0.05";
-    let drawn_cells = |k: usize| cells(mesh, f64::INFINITY, |n| fields.at_node(n), t(k));
-    let samples = (0..mesh.nodes.len()).map(|n| fields.at_node(n));
+    let drawn_cells = |k: usize| cells(mesh, 1.0 + BESIDE + 1e-9, |n| fields.at_node(n), t(k));
+    let samples =
+        (0..mesh.nodes.len()).map(|n| fields.at_node(n)).filter(|s| s.reference[0] <= 1.0 + BESIDE + 1e-9);
     Ok(Drawn {
         files: vec![
             (
@@ -122,7 +124,7 @@ pub(super) fn three_punches(session: &mut Session) -> Result<Drawn, FigureError>
         let samples = (0..mesh.nodes.len()).map(|n| fields.at_node(n)).filter(|s| s.reference[0] <= limit);
         let header = "sigma_12_over_mu_over_compression";
         drawn.files.push((format!("figure-{file}.csv"), csv(samples, header, |s| vec![shear(s)])));
-        let edge = fields.along([0.0, 0.0], [half_length + 3.9, 0.0], 401);
+        let edge = fields.along([0.0, 0.0], [half_length + 5.5, 0.0], 601);
         if let Some((peak, end)) = peak_and_end(&edge) {
             drawn.findings.push(format!(
                 "figure-{file}: along the bonded edge the shear stress is largest at x₁ = {peak:.2} H (the punch ends at \

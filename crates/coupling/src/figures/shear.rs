@@ -1,7 +1,7 @@
 //! Fig. 7, the shear stress along the bonded edge, and the shear length that comes from it.
 //!
 //! The paper's punch is "a fourth of the layer thickness" and its peak lies at 2 to 3 times `L`: taken is the half-length
-//! `L = H/4`. The layer goes on for four thicknesses beside the punch.
+//! `L = H/4`. The layer goes on for six thicknesses beside the punch.
 
 use elastocap_mechanics::solid::layer::End;
 use elastocap_mechanics::solid::shear_length::{Contact, FANS, ShearLengths};
@@ -25,7 +25,7 @@ pub(super) fn peak_and_end(edge: &[Sample]) -> Option<(f64, f64)> {
 }
 
 pub(super) fn bonded_edge(session: &mut Session) -> Result<Drawn, FigureError> {
-    const COUNT: usize = 61;
+    const COUNT: usize = 121;
     let found = session.run(Run::punch(QUARTER))?;
     let mut drawn = Drawn::default();
     let mut curves = Vec::new();
@@ -33,7 +33,7 @@ pub(super) fn bonded_edge(session: &mut Session) -> Result<Drawn, FigureError> {
         let Some(point) = found.at(compression) else { continue };
         let Some(length) = point.shear.from_balance else { continue };
         let closed = closed_form(compression, length)?;
-        let edge = found.fields(point).along([0.0, 0.0], [3.0, 0.0], COUNT);
+        let edge = found.fields(point).along([0.0, 0.0], [6.0, 0.0], COUNT);
         let rows = edge.iter().map(|s| {
             let x = s.reference[0];
             let line = closed.cauchy([x, 0.0, 0.0])[(0, 1)] / RUBBER.shear_modulus();

@@ -233,3 +233,51 @@ fn colour(levels: &[(f64, String)], k: usize) -> String {
     let (a, b) = (stops[k], stops[k + 1]);
     format!("#{:02x}{:02x}{:02x}", mix(a.0, b.0), mix(a.1, b.1), mix(a.2, b.2))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::plot::Scale;
+
+    fn area(polygon: &[(f64, f64, f64)]) -> f64 {
+        let next = |k: usize| polygon[(k + 1) % polygon.len()];
+        0.5 * (0..polygon.len()).map(|k| polygon[k].0 * next(k).1 - polygon[k].1 * next(k).0).sum::<f64>()
+    }
+
+    #[test]
+    fn a_level_cuts_a_triangle_into_two_that_are_the_whole() {
+        let triangle = [(0.0, 0.0, 1.0), (2.0, 0.0, 3.0), (0.5, 1.5, -1.0)];
+        let (above, below) = (clip(&triangle, 0.4, 1.0), clip(&triangle, 0.4, -1.0));
+        assert_eq!((above.len(), below.len()), (4, 3));
+        assert!((area(&above) + area(&below) - area(&triangle)).abs() < 1e-14 && area(&below) > 0.0);
+        assert!(clip(&triangle, 5.0, 1.0).is_empty() && clip(&triangle, 5.0, -1.0).len() == 3);
+    }
+
+    #[test]
+    fn a_field_has_a_band_between_any_two_levels_and_cells_alone_have_outlines() {
+        let cell: Cell = std::array::from_fn(|k| {
+            let (s, t) = ((k % 3) as f64, (k / 3) as f64);
+            (s, 0.5 * t, s - 1.0)
+        });
+        let axis = || Axis { label: "x & y".into(), unit: String::new(), scale: Scale::Linear };
+        let mut picture = Fringes {
+            title: "a <field>".into(),
+            x: axis(),
+            y: axis(),
+            quantity: "value".into(),
+            range: Some((-1.0, 1.0)),
+            cells: vec![cell],
+            outlines: false,
+        };
+        let levels = picture.levels();
+        let svg = picture.to_svg();
+        // One path for each band between levels, three grids at most around them.
+        assert_eq!(svg.matches("stroke-width=\"0.4\"").count(), levels.len() - 1, "{levels:?}");
+        assert_eq!(svg.matches("<rect").count(), 2 + levels.len() + 1);
+        assert!(svg.contains("a &lt;field&gt;") && svg.contains("\u{2212}1.0"), "{svg}");
+        picture.range = None;
+        picture.outlines = true;
+        let svg = picture.to_svg();
+        assert!(svg.contains("stroke-width=\"0.6\"") && svg.matches("<rect").count() == 2);
+    }
+}
