@@ -28,24 +28,27 @@ fn cells(mesh: &Mesh, limit: f64, at: impl Fn(usize) -> Sample, value: impl Fn(&
         .collect()
 }
 
-/// The values between which all but two in a hundred at each end lie; the corner of a punch is singular.
-fn range(cells: &[Cell]) -> Option<(f64, f64)> {
-    let mut values: Vec<f64> = cells.iter().flatten().map(|p| p.2).collect();
-    values.sort_unstable_by(f64::total_cmp);
-    let at = |part: f64| values.get((part * values.len() as f64) as usize).copied();
-    at(0.02).zip(at(0.98))
+/// The values between which the colours differ: those farther than a quarter of the thickness from the end of the punch at
+/// `corner`, where stress is singular.
+fn range(cells: &[Cell], corner: f64) -> Option<(f64, f64)> {
+    let far = |p: &&(f64, f64, f64)| (p.0 - corner).hypot(p.1 - 1.0) > 0.25;
+    cells.iter().flatten().filter(far).fold(None, |range, p| {
+        let (low, high) = range.unwrap_or((p.2, p.2));
+        Some((low.min(p.2), high.max(p.2)))
+    })
 }
 
-fn picture(title: &str, quantity: &str, cells: Vec<Cell>, fringes: bool) -> String {
+/// `corner`: where the punch ends, for bands of colour; without it the elements' outlines.
+fn picture(title: &str, quantity: &str, cells: Vec<Cell>, corner: Option<f64>) -> String {
     let axis = |label: &str| Axis { label: label.into(), unit: String::new(), scale: Scale::Linear };
     Fringes {
         title: title.into(),
         x: axis("y₁/H"),
         y: axis("y₂/H"),
         quantity: quantity.into(),
-        range: if fringes { range(&cells) } else { None },
+        range: corner.and_then(|corner| range(&cells, corner)),
         cells,
-        outlines: !fringes,
+        outlines: corner.is_none(),
     }
     .to_svg()
 }
@@ -80,15 +83,15 @@ pub(super) fn under_a_punch(session: &mut Session) -> Result<Drawn, FigureError>
         files: vec![
             (
                 "figure-4a.svg".into(),
-                picture(&format!("Fig. 4a: deformed mesh {head}"), "", all(|_| 0.0), false),
+                picture(&format!("Fig. 4a: deformed mesh {head}"), "", all(|_| 0.0), None),
             ),
             (
                 "figure-4b.svg".into(),
-                picture(&format!("Fig. 4b: nominal stress T₁₁/μ {head}"), "T₁₁/μ", drawn_cells(0), true),
+                picture(&format!("Fig. 4b: nominal stress T₁₁/μ {head}"), "T₁₁/μ", drawn_cells(0), Some(1.0)),
             ),
             (
                 "figure-4c.svg".into(),
-                picture(&format!("Fig. 4c: nominal stress T₁₂/μ {head}"), "T₁₂/μ", drawn_cells(1), true),
+                picture(&format!("Fig. 4c: nominal stress T₁₂/μ {head}"), "T₁₂/μ", drawn_cells(1), Some(1.0)),
             ),
             ("figure-4.csv".into(), csv(samples, "t_11_over_mu,t_12_over_mu", |s| vec![t(0)(s), t(1)(s)])),
         ],
@@ -120,7 +123,9 @@ pub(super) fn three_punches(session: &mut Session) -> Result<Drawn, FigureError>
         let limit = half_length + BESIDE + 1e-9;
         let title = format!("Fig. {file}: shear stress at small strain under a punch of half-length {name}");
         let shown = cells(mesh, limit, |n| fields.at_node(n), shear);
-        drawn.files.push((format!("figure-{file}.svg"), picture(&title, "(σ₁₂/μ)/(U/H)", shown, true)));
+        drawn
+            .files
+            .push((format!("figure-{file}.svg"), picture(&title, "(σ₁₂/μ)/(U/H)", shown, Some(half_length))));
         let samples = (0..mesh.nodes.len()).map(|n| fields.at_node(n)).filter(|s| s.reference[0] <= limit);
         let header = "sigma_12_over_mu_over_compression";
         drawn.files.push((format!("figure-{file}.csv"), csv(samples, header, |s| vec![shear(s)])));
