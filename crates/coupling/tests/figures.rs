@@ -1,5 +1,7 @@
 //! What the files of figures hold, against formulas and audited values.
 
+#![allow(clippy::unwrap_used, clippy::panic, reason = "a test stops by panicking")]
+
 use elastocap_coupling::figures::{Drawn, Item, Session};
 
 /// `theta` at 40 % compression, and `mu/C1` of the paper's rubber.

@@ -88,7 +88,7 @@ pub(super) fn lengths(session: &mut Session) -> Result<Drawn, FigureError> {
     let mut drawn = Drawn::default();
     let mut csv = "contact,contact_half_length_over_h,layer_end,compression,shear_length_from_balance_over_h,\
                    shear_length_from_force_over_h,axial_force,force,closed_form_force_with_l_of_contact,fan_ratio,fan_rings,\
-                   disagreement_of_fans\n"
+                   length_difference_of_fans,force_difference_of_fans\n"
         .to_owned();
     let (mut balance, mut force) = (Vec::new(), Vec::new());
     let ends = [Run::layer(End::Free), Run::layer(End::FreeOnSubstrate)];
@@ -110,12 +110,14 @@ pub(super) fn lengths(session: &mut Session) -> Result<Drawn, FigureError> {
         balance.push(series(|f, k| f.points[k].shear.from_balance));
         force.push(series(|f, k| f.points[k].shear.from_force));
         if let Some(point) = found.at(0.05) {
+            let differences = found.disagreement.unwrap_or([f64::NAN; 2]);
             drawn.findings.push(format!(
-                "{name}: at U/H = 0.05 L/H = {:.3} by the balance, {:.3} by the force (fans differ by {:.1} %); L = {}H gives \
+                "{name}: at U/H = 0.05 L/H = {:.3} by the balance, {:.3} by the force (fans differ by {:.1} %, in force by {:.1} %); L = {}H gives \
                  {:.2} of the force",
                 point.shear.from_balance.unwrap_or(f64::NAN),
                 point.shear.from_force.unwrap_or(f64::NAN),
-                100.0 * found.disagreement.unwrap_or(f64::NAN),
+                100.0 * differences[0],
+                100.0 * differences[1],
                 figure_short(contact),
                 closed_form_force(0.05, contact, contact)? / point.shear.force
             ));
@@ -139,6 +141,7 @@ pub(super) fn lengths(session: &mut Session) -> Result<Drawn, FigureError> {
 
 fn rows(csv: &mut String, found: &ShearLengths, kind: &str, end: &str) -> Result<(), FigureError> {
     let contact = found.contact.half_length();
+    let [length_difference, force_difference] = found.disagreement.unwrap_or([f64::NAN; 2]);
     for point in &found.points {
         let shear = &point.shear;
         let or_nothing = |value: Option<f64>| cell(value.unwrap_or(f64::NAN));
@@ -156,7 +159,8 @@ fn rows(csv: &mut String, found: &ShearLengths, kind: &str, end: &str) -> Result
             cell(closed),
             cell(ratio),
             rings.to_string(),
-            or_nothing(found.disagreement),
+            cell(length_difference),
+            cell(force_difference),
         ];
         csv.push_str(&cells.join(","));
         csv.push('\n');

@@ -157,9 +157,9 @@ pub struct ShearLengths {
     pub models: Vec<LayerModel>,
     /// One for each compression that was reached.
     pub points: Vec<StudiedPoint>,
-    /// Relative difference of `from_balance` between the coarsest fan and the finest that got as far as a finer one did
-    /// at all, there: how much the points of the coarsest may be wrong.
-    pub disagreement: Option<f64>,
+    /// Relative differences of `from_balance` and of the force between the coarsest fan and the finest that got as far as
+    /// a finer one did at all, there: how much the points of the coarsest may be wrong.
+    pub disagreement: Option<[f64; 2]>,
     /// Why not all compressions were reached.
     pub stopped: Option<Box<Stopped>>,
 }
@@ -217,8 +217,11 @@ pub fn shear_lengths(
     for (fan, (model, points, stopped)) in runs.into_iter().enumerate() {
         for (k, (shear, state)) in points.into_iter().enumerate() {
             if let Some(finer) = found.points.get(k) {
+                let relative = |a: f64, b: f64| (b / a - 1.0).abs();
                 let pair = finer.shear.from_balance.zip(shear.from_balance);
-                found.disagreement = pair.map(|(a, b)| (b / a - 1.0).abs()).or(found.disagreement);
+                let difference =
+                    pair.map(|(a, b)| [relative(a, b), relative(finer.shear.force, shear.force)]);
+                found.disagreement = difference.or(found.disagreement);
             } else {
                 found.points.push(StudiedPoint { shear, fan, state });
             }
