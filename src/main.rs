@@ -38,6 +38,7 @@ Examples:
   elastocap check cases/in-plane-pair.toml        what will be solved, and how long it will take
   elastocap accuracy cases/in-plane-pair.toml     what an error costs: errors against run time
   elastocap stability --quick                     whether extreme cases are answered right
+  elastocap figures --only 9,16                   figures of the paper, by closed form and finite elements
   elastocap schema > elastocap.schema.json        for editors that check case files as you type
 
 Exit status:
@@ -79,6 +80,8 @@ enum Command {
     Mesh(commands::mesh::Arguments),
     /// Solve a catalogue of stiff and extreme cases and say whether the answers are right
     Stability(commands::stability::Arguments),
+    /// Draw the figures and tables of the paper: closed form as lines, finite elements as points, data beside them
+    Figures(commands::figures::Arguments),
     /// Print the JSON Schema of case files, for editors
     Schema(commands::schema::Arguments),
 }
@@ -104,6 +107,7 @@ fn main() -> ExitCode {
         Command::Accuracy(arguments) => commands::accuracy::execute(arguments, common),
         Command::Mesh(arguments) => commands::mesh::execute(arguments, common),
         Command::Stability(arguments) => commands::stability::execute(arguments, common),
+        Command::Figures(arguments) => commands::figures::execute(arguments, common),
         Command::Schema(arguments) => commands::schema::execute(arguments),
     };
     exit.into()

@@ -3,6 +3,7 @@
 pub(crate) mod accuracy;
 mod accuracy_report;
 pub(crate) mod check;
+pub(crate) mod figures;
 pub(crate) mod mesh;
 pub(crate) mod run;
 pub(crate) mod schema;

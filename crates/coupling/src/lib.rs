@@ -9,6 +9,7 @@ pub mod accuracy;
 pub mod case;
 pub mod curve;
 pub mod deform;
+pub mod figures;
 pub mod plan;
 pub mod plot;
 pub mod results;

@@ -14,6 +14,7 @@ mod map;
 mod phase;
 mod stress;
 
+pub(crate) use axial_balance::shear_ratio_for_axial_force;
 pub(crate) use force::ForceCurve;
 pub use map::LayerMap;
 pub(crate) use phase::Phase;

@@ -67,6 +67,11 @@ impl Layout {
         on_scale(self.scale, value).map(|v| self.fraction(v))
     }
 
+    /// From one end of a linear axis to the other, in its values.
+    pub(super) fn span(&self) -> f64 {
+        self.to - self.from
+    }
+
     fn fraction(&self, laid_out: f64) -> f64 {
         ((laid_out - self.from) / (self.to - self.from)).clamp(0.0, 1.0)
     }
@@ -155,7 +160,7 @@ fn log10(digit: i32, power: i32) -> f64 {
 }
 
 /// Round values between the ends, at most about `most`, with their text in units of a power of ten.
-fn round_values(from: f64, to: f64, power: i32, most: usize) -> Vec<(f64, String)> {
+pub(super) fn round_values(from: f64, to: f64, power: i32, most: usize) -> Vec<(f64, String)> {
     let unit = 10_f64.powi(power);
     let (from, to) = (from / unit, to / unit);
     let raw = (to - from) / most.max(1) as f64;

@@ -3,17 +3,20 @@
 use std::fmt::Write as _;
 
 use super::axis::{Layout, Text};
+use super::text::{coordinate, escape, markup, text_width, width, wrapped};
 use super::{Chart, Series, Style};
 
-const WIDTH: f64 = 800.0;
+pub(super) const WIDTH: f64 = 800.0;
 const HEIGHT: f64 = 500.0;
-const TITLE_SIZE: f64 = 18.0;
-const LABEL_SIZE: f64 = 15.0;
-const TICK_SIZE: f64 = 13.0;
+pub(super) const TITLE_SIZE: f64 = 18.0;
+pub(super) const LABEL_SIZE: f64 = 15.0;
+pub(super) const TICK_SIZE: f64 = 13.0;
 const LEGEND_SIZE: f64 = 14.0;
 /// From one line of text to the next.
-const LEADING: f64 = 1.35;
-const EDGE: f64 = 14.0;
+pub(super) const LEADING: f64 = 1.35;
+pub(super) const EDGE: f64 = 14.0;
+/// Below the x axis: its ticks and its label.
+pub(super) const BELOW: f64 = EDGE + LABEL_SIZE * LEADING + TICK_SIZE * LEADING + 6.0;
 /// Line and marker in the legend, with the space after it.
 const SWATCH: f64 = 38.0;
 
@@ -23,13 +26,13 @@ const COLOURS: [&str; 7] = ["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00
 const MOST_MARKERS: usize = 80;
 
 /// Where the axes lie on the page.
-struct Frame {
-    left: f64,
-    right: f64,
-    top: f64,
-    bottom: f64,
-    x: Layout,
-    y: Layout,
+pub(super) struct Frame {
+    pub(super) left: f64,
+    pub(super) right: f64,
+    pub(super) top: f64,
+    pub(super) bottom: f64,
+    pub(super) x: Layout,
+    pub(super) y: Layout,
 }
 
 /// One point of a series, on the page.
@@ -43,11 +46,11 @@ struct Spot {
 }
 
 impl Frame {
-    fn x(&self, value: f64) -> Option<f64> {
+    pub(super) fn x(&self, value: f64) -> Option<f64> {
         self.x.position(value).map(|t| self.left + t * (self.right - self.left))
     }
 
-    fn y(&self, value: f64) -> Option<f64> {
+    pub(super) fn y(&self, value: f64) -> Option<f64> {
         self.y.position(value).map(|t| self.bottom - t * (self.bottom - self.top))
     }
 
@@ -86,6 +89,10 @@ impl Pen {
         if let Style::Cloud { like } = series.style {
             let (colour, marker) = (COLOURS[like % COLOURS.len()], like % 7);
             return Self { colour, marker, dashes: "", line: false, markers: true, faint: true };
+        }
+        if let Style::Points { of } = series.style {
+            let (colour, marker) = (COLOURS[of % COLOURS.len()], of % 7);
+            return Self { colour, marker, dashes: "", line: false, markers: true, faint: false };
         }
         let line = series.style != Style::Markers;
         let wanted = matches!(series.style, Style::LineAndMarkers | Style::Markers);
@@ -166,16 +173,35 @@ pub(super) fn svg(chart: &Chart) -> String {
     y_cursor += legend.rows as f64 * LEGEND_SIZE * LEADING * 1.1;
     let frame = lay_out(chart, y_cursor + 10.0);
 
+    let mut out = open_page(&chart.title, &title, HEIGHT);
+    legend.draw(&mut out, chart, legend_top);
+    draw_axes(&mut out, &frame);
+    if chart.series.iter().all(|series| frame.pieces(series).is_empty()) {
+        let x = coordinate(0.5 * (frame.left + frame.right));
+        let y = coordinate(0.5 * (frame.top + frame.bottom));
+        let _ = writeln!(
+            out,
+            "<text x=\"{x}\" y=\"{y}\" text-anchor=\"middle\" font-size=\"{LABEL_SIZE}\" fill=\"#777\">no data</text>"
+        );
+    }
+    draw_series(&mut out, chart, &frame);
+    out.push_str("</svg>\n");
+    out
+}
+
+/// The start of the file: a white page of this height with the title's lines on it.
+pub(super) fn open_page(title: &str, lines: &[String], height: f64) -> String {
     let mut out = String::new();
+    let height = coordinate(height);
     let _ = writeln!(
         out,
-        "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {WIDTH} {HEIGHT}\" width=\"{WIDTH}\" height=\"{HEIGHT}\" \
+        "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {WIDTH} {height}\" width=\"{WIDTH}\" height=\"{height}\" \
          role=\"img\" aria-label=\"{}\" font-family=\"Helvetica, Arial, 'Liberation Sans', 'DejaVu Sans', sans-serif\" \
          fill=\"#222\">",
-        escape(&chart.title)
+        escape(title)
     );
-    let _ = writeln!(out, "<rect width=\"{WIDTH}\" height=\"{HEIGHT}\" fill=\"#fff\"/>");
-    for (i, line) in title.iter().enumerate() {
+    let _ = writeln!(out, "<rect width=\"{WIDTH}\" height=\"{height}\" fill=\"#fff\"/>");
+    for (i, line) in lines.iter().enumerate() {
         let baseline = EDGE + TITLE_SIZE * (0.85 + LEADING * i as f64);
         let _ = writeln!(
             out,
@@ -185,10 +211,6 @@ pub(super) fn svg(chart: &Chart) -> String {
             escape(line)
         );
     }
-    legend.draw(&mut out, chart, legend_top);
-    draw_axes(&mut out, chart, &frame);
-    draw_series(&mut out, chart, &frame);
-    out.push_str("</svg>\n");
     out
 }
 
@@ -201,7 +223,7 @@ fn lay_out(chart: &Chart, top: f64) -> Frame {
             s.points.iter().map(|p| p.1).chain(bounds)
         })
     };
-    let bottom = HEIGHT - EDGE - LABEL_SIZE * LEADING - TICK_SIZE * LEADING - 6.0;
+    let bottom = HEIGHT - BELOW;
     // Long titles and legends must not squeeze the chart away.
     let top = top.min(bottom - 150.0);
     let y = Layout::new(&chart.y, ys(), ((bottom - top) / 50.0) as usize);
@@ -220,7 +242,7 @@ fn lay_out(chart: &Chart, top: f64) -> Frame {
     Frame { left, right: WIDTH - EDGE - overhang, top, bottom, x, y }
 }
 
-fn draw_axes(out: &mut String, chart: &Chart, frame: &Frame) {
+pub(super) fn draw_axes(out: &mut String, frame: &Frame) {
     let Frame { left, right, top, bottom, x, y } = frame;
     let at_x = |t: f64| coordinate(left + t * (right - left));
     let at_y = |t: f64| coordinate(bottom - t * (bottom - top));
@@ -266,7 +288,7 @@ fn draw_axes(out: &mut String, chart: &Chart, frame: &Frame) {
         out,
         "<text x=\"{}\" y=\"{}\" text-anchor=\"middle\" font-size=\"{}\">{}</text>",
         coordinate(0.5 * (left + right)),
-        coordinate(HEIGHT - EDGE),
+        coordinate(bottom + BELOW - EDGE),
         size(&x.label, right - left),
         markup(&x.label)
     );
@@ -277,13 +299,6 @@ fn draw_axes(out: &mut String, chart: &Chart, frame: &Frame) {
         size(&y.label, bottom - top + 40.0),
         markup(&y.label)
     );
-    if chart.series.iter().all(|series| frame.pieces(series).is_empty()) {
-        let (x, y) = (coordinate(0.5 * (left + right)), coordinate(0.5 * (top + bottom)));
-        let _ = writeln!(
-            out,
-            "<text x=\"{x}\" y=\"{y}\" text-anchor=\"middle\" font-size=\"{LABEL_SIZE}\" fill=\"#777\">no data</text>"
-        );
-    }
 }
 
 fn draw_series(out: &mut String, chart: &Chart, frame: &Frame) {
@@ -368,7 +383,9 @@ impl Legend {
     fn draw(&self, out: &mut String, chart: &Chart, top: f64) {
         for &(i, row, start) in &self.entries {
             let series = &chart.series[i];
-            let pen = Pen::new(i, series);
+            let mut pen = Pen::new(i, series);
+            // A line and the points that belong to it are one entry.
+            pen.markers |= chart.series.iter().any(|other| other.style == Style::Points { of: i });
             let x = 0.5 * (WIDTH - self.row_widths[row]) + start;
             let y = top + LEGEND_SIZE * (0.7 + 1.1 * LEADING * row as f64);
             if series.band.is_some() && pen.line {
@@ -406,83 +423,4 @@ fn pair((x, y): (f64, f64)) -> String {
 
 fn spaced(unit: &str) -> String {
     if unit.is_empty() { String::new() } else { format!(" {unit}") }
-}
-
-/// Hundredths of a unit are finer than any screen, and the same bytes everywhere.
-fn coordinate(value: f64) -> String {
-    let text = format!("{value:.2}");
-    let text = text.trim_end_matches('0').trim_end_matches('.');
-    if text == "-0" { "0".into() } else { text.into() }
-}
-
-fn markup(text: &Text) -> String {
-    let mut out = escape(&text.base);
-    if !text.raised.is_empty() {
-        let _ = write!(out, "<tspan dy=\"-0.4em\" font-size=\"75%\">{}</tspan>", escape(&text.raised));
-        if !text.rest.is_empty() {
-            // Back down: em is of the smaller size above, hence 0.4 x 0.75.
-            let _ = write!(out, "<tspan dy=\"0.3em\">{}</tspan>", escape(&text.rest));
-        }
-    }
-    out
-}
-
-/// For element content and attributes; what XML cannot hold at all becomes a space.
-fn escape(text: &str) -> String {
-    let mut out = String::with_capacity(text.len());
-    for c in text.chars() {
-        match c {
-            '&' => out.push_str("&amp;"),
-            '<' => out.push_str("&lt;"),
-            '>' => out.push_str("&gt;"),
-            '"' => out.push_str("&quot;"),
-            '\'' => out.push_str("&#39;"),
-            c if c.is_control() || matches!(c, '\u{fffe}' | '\u{ffff}') => out.push(' '),
-            c => out.push(c),
-        }
-    }
-    out
-}
-
-fn width(text: &Text, size: f64) -> f64 {
-    text_width(&text.base, size) + text_width(&text.rest, size) + 0.75 * text_width(&text.raised, size)
-}
-
-/// An estimate on the wide side of the common sans-serif fonts, for nobody knows which one the reader has.
-fn text_width(text: &str, size: f64) -> f64 {
-    let of = |c: char| match c {
-        'i' | 'j' | 'l' | 't' | 'f' | 'I' | '.' | ',' | ':' | ';' | '|' | '\'' | '!' | '(' | ')' | '['
-        | ']' | ' ' => 0.36,
-        'm' | 'w' | 'M' | 'W' | '@' | '%' => 0.95,
-        'A'..='Z' | '=' | '+' | '\u{2212}' | '\u{d7}' => 0.7,
-        c if (c as u32) >= 0x2e80 => 1.0,
-        _ => 0.6,
-    };
-    size * text.chars().map(of).sum::<f64>()
-}
-
-/// Lines no wider than the room, broken at spaces; at most three, the last cut short if need be.
-fn wrapped(text: &str, room: f64, size: f64) -> Vec<String> {
-    let mut lines: Vec<String> = Vec::new();
-    for word in text.split_whitespace() {
-        match lines.last_mut() {
-            // Bold letters are wider.
-            Some(line) if 1.08 * text_width(&format!("{line} {word}"), size) <= room => {
-                line.push(' ');
-                line.push_str(word);
-            }
-            _ => lines.push(word.to_owned()),
-        }
-    }
-    let cut = lines.len() > 3;
-    lines.truncate(3);
-    let count = lines.len();
-    for (i, line) in lines.iter_mut().enumerate() {
-        let too_long = |line: &str| 1.08 * text_width(line, size) > room;
-        if too_long(line) || (cut && i + 1 == count) {
-            while too_long(&format!("{line}\u{2026}")) && line.pop().is_some() {}
-            line.push('\u{2026}');
-        }
-    }
-    lines
 }

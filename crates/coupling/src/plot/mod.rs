@@ -1,4 +1,5 @@
-//! Line plots as SVG: C(F) with its bounds beside parallel plates, and error against run time.
+//! Plots as SVG: lines ([`Chart`]), as C(F) with its bounds or error against run time, and fields as bands of colour
+//! ([`Fringes`]).
 //!
 //! Text stays text, in the reader's own sans-serif font; the same chart gives the same bytes. Points that are not
 //! finite, or not positive on a logarithmic axis, are left out, and the line is broken there rather than drawn across
@@ -6,6 +7,10 @@
 
 mod axis;
 mod draw;
+mod fringe;
+mod text;
+
+pub use fringe::{Cell, Fringes};
 
 /// A chart: one pair of axes and the series in it.
 ///
@@ -81,6 +86,11 @@ pub enum Style {
     DashedLine,
     /// For data that no line joins.
     Markers,
+    /// Data that belong to a line of another series: in its colour, and in its entry of the legend.
+    Points {
+        /// Place of the line in [`Chart::series`].
+        of: usize,
+    },
     /// Small and faint, behind the others: what stands around the series at the place `like`, in its colour and with its
     /// marker.
     Cloud {

@@ -43,6 +43,14 @@ pub(crate) fn constant_excess(phase: &Phase, shear_ratio: f64) -> f64 {
     stretch_part(phase.n) + 0.5 * sheared * sheared * mean_ratio(phase.n)
 }
 
+/// `L / H` for which the shear stress on the bonded bottom carries the compressive force `mu H axial_force` through the
+/// cross-section `x1 = 0`: from (43) and (44b), `N = mu alpha tan(theta) L^2 / 2`. `None` without compression, and where the
+/// section pulls.
+pub(crate) fn shear_ratio_for_axial_force(phase: &Phase, axial_force: f64) -> Option<f64> {
+    let square = 2.0 * axial_force / (phase.theta * phase.n.sinh());
+    (square >= 0.0).then(|| square.sqrt())
+}
+
 /// `B / mu - 1 / (2 lambda^2)` without the shear length: the mean top pressure that stretching alone causes.
 pub(crate) fn top_pressure_part(n: f64) -> f64 {
     stretch_part(n) + 0.5 * n.tanh().powi(2)

@@ -32,6 +32,15 @@ impl ForceCurve {
         phase.lambda() * self.mean_pressure(phase)
     }
 
+    /// `L / H` of (45) with which the force over `2 w L mu` on a contact of half-length `b H` is `normalised`. `None`
+    /// without compression, and where that force is below the one without any shear on the bottom.
+    pub(crate) fn shear_ratio_for(phase: &Phase, contact_ratio: f64, normalised: f64) -> Option<f64> {
+        let none = Self { scale: 1.0, contact_ratio, shear_ratio: 0.0 };
+        let lacking = normalised / phase.lambda() - none.mean_pressure(phase);
+        let square = 2.0 * lacking / (phase.theta.powi(2) * mean_ratio(phase.n));
+        (square >= 0.0).then(|| square.sqrt())
+    }
+
     /// Derivative of [`ForceCurve::normalised`] by `n`, for `n > 0`.
     pub(crate) fn normalised_slope(&self, phase: &Phase) -> f64 {
         let Phase { theta, n, .. } = *phase;

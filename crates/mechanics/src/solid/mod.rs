@@ -17,6 +17,7 @@
 //! | [`space`] | what only three dimensions have: stresses, the hexahedron, swept meshes, layers of finite width |
 //! | [`stress`] | Cauchy stress at points, at nodes, along lines |
 //! | [`folds`] | through loads at which an equilibrium ceases to be |
+//! | [`shear_length`] | the length `L` that the closed form leaves open, from finite elements |
 //! | [`layer`] | the layer of the paper under an indenter |
 //! | [`press`] | the layer pressed to given loads on finer and finer meshes |
 //!
@@ -55,6 +56,7 @@ pub mod model;
 pub mod newton;
 pub mod obstacle;
 pub mod press;
+pub mod shear_length;
 pub mod side;
 pub mod space;
 pub mod sparse;

@@ -13,7 +13,7 @@
 use rayon::prelude::*;
 
 use super::element::{Mapped, POINTS, shape_functions};
-use super::material::{Distortion, EnergyDerivatives, Rubber, Tensor, Volume, determinant};
+use super::material::{Distortion, EnergyDerivatives, Rubber, Tensor, Volume, cofactor, determinant};
 use super::mesh::Mesh;
 use super::model::{Equations, State};
 
@@ -30,6 +30,8 @@ pub struct PointStress {
     pub s33: f64,
     /// `J`, deformed volume over reference volume.
     pub j: f64,
+    /// Deformation gradient `[F11, F12, F21, F22]`.
+    pub deformation: Tensor,
 }
 
 impl PointStress {
@@ -43,12 +45,25 @@ impl PointStress {
         let s11 = along * (f[0] * f[0] + f[1] * f[1]) + all;
         let s22 = along * (f[2] * f[2] + f[3] * f[3]) + all;
         let s12 = along * (f[0] * f[2] + f[1] * f[3]);
-        Self { s11, s22, s12, s33: across(rubber, f, &d, field, s11 + s22), j }
+        Self { s11, s22, s12, s33: across(rubber, f, &d, field, s11 + s22), j, deformation: *f }
     }
 
     /// Minus the mean normal stress, in Pa: positive in compression.
     pub fn pressure(&self) -> f64 {
         -(self.s11 + self.s22 + self.s33) / 3.0
+    }
+
+    /// The paper's `T = J F^-1 sigma` in Pa, `[T11, T12, T21, T22]`: `T_ij` acts on the reference face with normal `i` in
+    /// direction `j`. Most books call it the nominal stress.
+    pub fn nominal(&self) -> Tensor {
+        // J F^-1 is the cofactor transposed.
+        let [a, b, c, d] = cofactor(&self.deformation);
+        [
+            a * self.s11 + c * self.s12,
+            a * self.s12 + c * self.s22,
+            b * self.s11 + d * self.s12,
+            b * self.s12 + d * self.s22,
+        ]
     }
 
     /// `factor` times `other` is added.
@@ -58,6 +73,9 @@ impl PointStress {
         self.s12 += factor * other.s12;
         self.s33 += factor * other.s33;
         self.j += factor * other.j;
+        for (a, b) in self.deformation.iter_mut().zip(&other.deformation) {
+            *a += factor * b;
+        }
     }
 
     /// The sum of `values` with `weights`.

@@ -6,5 +6,6 @@ mod contact;
 mod cook;
 mod layer;
 mod patch;
+mod shear_length;
 mod space;
 mod stress;

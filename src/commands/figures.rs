@@ -1,0 +1,159 @@
+//! `elastocap figures`: the figures and tables of the paper.
+
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::{Duration, Instant};
+
+use clap::Args;
+use elastocap_coupling::figures::{Drawn, Item, Session};
+use elastocap_coupling::results::OutputFolder;
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+
+use super::stop::stop_on_signal;
+use crate::{Common, Exit, output};
+
+const EXAMPLES: &str = "\
+Examples:
+  elastocap figures                        all, in results/figures
+  elastocap figures --only 9,16            two of them
+  elastocap figures --only table-1,table-2 -o /tmp/tables
+  elastocap figures --only shear-length    L(U/H, contact length) for [mechanics.closed_form]
+  elastocap figures --list                 what there is
+
+Each figure is one SVG for each of its panels, with a CSV of the same name beside it: closed form as lines, finite
+elements as points. Tables are CSV.
+
+Where the finite elements stop short of a compression, that point is left out and named; the exit status is then 3.";
+
+#[derive(Debug, Args)]
+#[command(after_help = EXAMPLES)]
+pub(crate) struct Arguments {
+    /// Folder to write to
+    #[arg(long, short, value_name = "DIR", default_value = "results/figures")]
+    output: PathBuf,
+    /// Only these, separated by commas: 4, 6, 7, 9, 10, 11, 12, 13, 16, table-1, table-2, shear-length
+    #[arg(long, value_name = "N,...", value_delimiter = ',', value_parser = item)]
+    only: Vec<Item>,
+    /// Print what there is, without drawing
+    #[arg(long)]
+    list: bool,
+}
+
+fn item(text: &str) -> Result<Item, String> {
+    Item::from_name(text.trim()).ok_or_else(|| {
+        let names = Item::ALL.map(Item::name).join(", ");
+        format!("there is {names}")
+    })
+}
+
+pub(crate) fn execute(arguments: &Arguments, common: &Common) -> Exit {
+    let wanted = |item: &Item| arguments.only.is_empty() || arguments.only.contains(item);
+    let items: Vec<Item> = Item::ALL.into_iter().filter(wanted).collect();
+    if arguments.list {
+        let list: String = items.iter().map(|i| format!("{:<13} {}\n", i.name(), i.title())).collect();
+        return output::result(&list).err().unwrap_or(Exit::Done);
+    }
+    let begin = Instant::now();
+    let folder = match OutputFolder::open(&arguments.output) {
+        Ok(folder) => folder,
+        Err(error) => {
+            output::error(&error.to_string());
+            return Exit::Failure;
+        }
+    };
+    let stop = Arc::new(AtomicBool::new(false));
+    stop_on_signal(&stop, &folder);
+    match draw(&items, &folder, &stop, common.quiet) {
+        Ok(drawn) => conclude(&drawn, items.len(), folder, common, begin),
+        Err(message) => {
+            output::error(&message);
+            Exit::Failure
+        }
+    }
+}
+
+/// Draws the items one after the other, until the signal to stop.
+fn draw(
+    items: &[Item],
+    folder: &OutputFolder,
+    stop: &AtomicBool,
+    quiet: bool,
+) -> Result<Vec<(Item, Drawn)>, String> {
+    let bar = progress_bar(items.len(), quiet);
+    let mut session = Session::default();
+    let mut all = Vec::new();
+    for item in items {
+        if stop.load(Ordering::Relaxed) {
+            break;
+        }
+        bar.set_message(item.title());
+        let drawn = session.draw(*item).map_err(|error| format!("{}: {error}", item.name()))?;
+        for (name, text) in &drawn.files {
+            folder.stage(name, text.as_bytes()).map_err(|error| error.to_string())?;
+        }
+        all.push((*item, drawn));
+        bar.inc(1);
+    }
+    bar.finish_and_clear();
+    Ok(all)
+}
+
+fn progress_bar(items: usize, quiet: bool) -> ProgressBar {
+    if quiet {
+        return ProgressBar::hidden();
+    }
+    // Hides itself where stderr is no terminal.
+    let bar = ProgressBar::with_draw_target(Some(items as u64), ProgressDrawTarget::stderr());
+    if let Ok(style) = ProgressStyle::with_template("{bar:30} {pos}/{len} {msg}, {elapsed} gone") {
+        bar.set_style(style);
+    }
+    bar.enable_steady_tick(Duration::from_millis(200));
+    bar
+}
+
+/// Puts the files in place and says what they show.
+fn conclude(
+    drawn: &[(Item, Drawn)],
+    asked: usize,
+    folder: OutputFolder,
+    common: &Common,
+    begin: Instant,
+) -> Exit {
+    let place = folder.path().to_owned();
+    let files = match folder.commit_beside() {
+        Ok(files) => files,
+        Err(error) => {
+            output::error(&error.to_string());
+            return Exit::Failure;
+        }
+    };
+    let mut exit = Exit::Done;
+    for (_, drawn) in drawn {
+        for missing in &drawn.missing {
+            output::warning(missing);
+            exit = Exit::Incomplete;
+        }
+    }
+    if drawn.len() < asked {
+        output::warning(&format!("stopped after {} of {asked}; what is drawn is kept", drawn.len()));
+        exit = Exit::Incomplete;
+    }
+    if common.quiet {
+        return exit;
+    }
+    output::result(&report(drawn, &place, files.len(), begin)).err().unwrap_or(exit)
+}
+
+fn report(drawn: &[(Item, Drawn)], place: &Path, files: usize, begin: Instant) -> String {
+    let mut out = String::new();
+    for (item, drawn) in drawn {
+        out.push_str(&format!("{}: {}\n", item.name(), item.title()));
+        for finding in &drawn.findings {
+            out.push_str(&format!("  {finding}\n"));
+        }
+    }
+    let seconds = begin.elapsed().as_secs_f64();
+    out.push_str(&format!("\n{files} files in {}, {seconds:.1} s\n", place.display()));
+    out
+}
