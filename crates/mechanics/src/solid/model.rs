@@ -183,7 +183,10 @@ impl<S: Dimension> Equations<S> {
             .collect::<Result<Vec<_>, _>>()?;
         let mut unknown = vec![u32::MAX; S::AXES * nodes];
         let mut unknowns = 0;
-        for n in S::order(&body.mesh.nodes, &body.mesh.elements) {
+        let mut order = S::order(&body.mesh.nodes, &body.mesh.elements);
+        // A node that carries an obstacle is coupled to all that may touch it: eliminated early, it would couple them.
+        order.sort_by_key(|&n| body.obstacles.iter().any(|o| o.carrier == Some(n)));
+        for n in order {
             for d in Self::places_of_node(n as usize) {
                 if !body.held[d] {
                     unknown[d] = unknowns;
