@@ -19,14 +19,14 @@ fn main() {
         |default: &[f64]| words.get(1).and_then(|w| w.parse().ok()).map_or(default.to_vec(), |n| vec![n]);
     let kind = words.first().map_or("", String::as_str);
     if kind != "sharp" {
-        for per_radius in size(&[1.0, 2.0, 4.0]) {
+        for per_radius in size(&[2.0, 3.0, 4.0]) {
             let mesh = LayerMesh::under_rounded_punch(1.0, 6.0, HALF_WIDTH, RADIUS, 8, per_radius);
             let punch = Shape::Punch { half_width: HALF_WIDTH, corner_radius: RADIUS };
             table(&format!("{per_radius} per radius"), &mesh, Indenter::Smooth(punch), 20.0);
         }
     }
     if kind != "rounded" {
-        for rings in size(&[10.0, 14.0, 18.0]) {
+        for rings in size(&[8.0, 10.0, 14.0]) {
             let mesh = LayerMesh::under_punch(1.0, 6.0, HALF_WIDTH, 8, 0.7, rings as usize);
             table(&format!("{rings} rings"), &mesh, Indenter::Sharp { half_width: HALF_WIDTH }, 5.0);
         }

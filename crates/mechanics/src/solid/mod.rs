@@ -9,6 +9,7 @@
 //! | [`mesh`] | meshes, mapped patches, fans around corners |
 //! | [`dissection`] | the order of elimination |
 //! | [`obstacle`] | rigid bodies by their distance |
+//! | `contact` | what keeps surfaces out of rigid bodies: an interior-point method |
 //! | [`sparse`] | a symmetric matrix with one symbolic factorisation |
 //! | [`model`] | a body, its equations and contact conditions |
 //! | [`newton`] | Newton's method with load steps |
@@ -22,10 +23,16 @@
 //! *fan* of sectors around the corner shares the angle, and the layer goes to 40 % on 300 elements.
 //!
 //! # Current limitations
-//! - Contact acts at nodes and without friction. Under a punch with rounded corners the set of touching nodes goes back
-//!   and forth, and the load steps become tiny: do not use [`layer::Indenter::Smooth`] yet.
-//! - The flank of a sharp punch carries nothing, so that the surface beside it may fold into the punch; the solver stops
-//!   there between 5 and 20 % compression, the earlier the finer the fan.
+//! - Contact is without friction, at four points of every side of an element.
+//! - Under a punch with rounded corners the surface is stretched three times and more where it passes the corner. Each side
+//!   of an element that passes is a ripple: load steps become short, and the force scatters. Four quadrilaterals per
+//!   radius give it to 0.5 % up to 30 % compression (radius 0.02 H); at 40 % meshes still differ by 4 %. A
+//!   [`material::Rubber::volume_barrier`] of 20 keeps the elements at the corner from turning inside out.
+//! - Beside a sharp punch the surface turns up by 90 degrees and more, and the points under it crowd towards its end. A flank that
+//!   goes along with the last point, and the rule that no point under the punch passes that point, take it through; the
+//!   force of the flank acts on that one point. The surface under the punch is piled up there, `J` becomes small at single
+//!   points of the mesh. Meshes of 10 and 14 rings differ by 0.3 % at 10 and 20 % compression and by 0.8 % at 15 %; 18 rings
+//!   stop at once. Beyond 20 % the force is not that of a punch that rubber can leave.
 //! - The free end without contact folds so sharply at the bonded corner that the surface buckles at the smallest scale:
 //!   meshes that resolve it stop at 10 to 15 % compression, coarser ones go on to 60 %. Their forces differ by 1 %.
 //! - A dead load on a block can be unstable: with the closed form's own tractions the tangent has negative pivots

@@ -136,14 +136,7 @@ impl<S: Dimension> Equations<S> {
         {
             *state = first_state;
             *from = first_load;
-            result = result.and(Err(Box::new(Stopped {
-                reached: 0.0,
-                step: 1.0,
-                reason,
-                smallest_j,
-                element,
-                effort,
-            })));
+            result = Err(Box::new(Stopped { reached: 0.0, step: 1.0, reason, smallest_j, element, effort }));
         }
         // The last assembly may have been of a state that was given up.
         let residual = self.assemble(state, from);
@@ -168,10 +161,13 @@ impl<S: Dimension> Equations<S> {
         effort: &mut Effort,
     ) -> Result<(), Box<Stopped>> {
         let start = from.clone();
+        let mut settings = *settings;
         let (mut reached, mut step) = (0.0, settings.first_step.clamp(settings.smallest_step, 1.0));
         let mut target = Target { force: settings.tolerance, contact: 0.0 };
         if self.has_contact() {
             target = ON_THE_WAY;
+            // What is reached has to be met closely with the rest.
+            settings.most_solves -= settings.most_solves / 5;
             self.gap_times_pressure = settings.moving_gap * self.modulus_times_size;
             if let Some(moving) = state.moving.take() {
                 *state = *moving;
@@ -183,7 +179,7 @@ impl<S: Dimension> Equations<S> {
             let part = if reached + 1.001 * step >= 1.0 { 1.0 } else { reached + step };
             let load = start.toward(to, part);
             let mut trial = state.clone();
-            match self.equilibrate(&mut trial, &load, target, settings, effort) {
+            match self.equilibrate(&mut trial, &load, target, &settings, effort) {
                 Ok(iterations) => {
                     *state = trial;
                     *from = load;
@@ -267,7 +263,8 @@ impl<S: Dimension> Equations<S> {
                 self.damp(damping);
             }
             // Springs that hold the displacements where they are make the step one downhill where the tangent has negative
-            // pivots: so a node that snaps past a corner finds the next equilibrium.
+            // pivots: so a piece of surface that snaps past a corner finds the next equilibrium. Without contact an
+            // unstable equilibrium may be what is asked for, as with the dead tractions of the closed form.
             let mut negative = self.factorise().ok_or(singular)?;
             let first_negative = negative;
             effort.solves += 1;

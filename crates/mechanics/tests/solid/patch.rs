@@ -26,7 +26,7 @@ fn solve(n: usize, volume_barrier: f64, compressions: &[f64]) -> Vec<(f64, f64, 
     let right = body.mesh.boundary_where(|x| x[0] == 1.0);
     assert_eq!(right.len(), n);
     let mut equations = Equations::new(body).unwrap();
-    let (mut state, mut load) = (equations.body().at_rest(Vec::new()), equations.body().no_load());
+    let (mut state, mut load) = (equations.body().at_rest(), equations.body().no_load());
     let mut results = Vec::new();
     // Dead tractions are followed in small steps: in between they are interpolated, and far from the closed
     // form's own the block is not stable.
