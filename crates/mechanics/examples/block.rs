@@ -39,7 +39,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     body.hold(1, |x| x[1] == 0.0);
     body.hold(2, |x| x[2] == 0.0 || x[1] == 1.0);
     let inner = body.mesh.boundary_where(|x| x[1] == 1.0 && x[0] <= 0.5 && x[2] <= 0.5);
-    let (mut state, mut from) = (body.at_rest(Vec::new()), body.no_load());
+    let (mut state, mut from) = (body.at_rest(), body.no_load());
     let mut to = from.clone();
     body.add_traction(&inner, |_, normal| normal.map(|n| -4.0 * n), &mut to.force);
     let unit = to.force.clone();

@@ -48,10 +48,11 @@ impl<const D: usize, const N: usize> Cutter<'_, D, N> {
         }
         let mut best: Option<(usize, usize, usize)> = None;
         for axis in 0..D {
-            let cut = self.sort(part, axis);
-            let common = self.common_nodes(part, cut).len();
-            if best.is_none_or(|(least, ..)| common < least) {
-                best = Some((common, axis, cut));
+            for cut in self.sort(part, axis) {
+                let common = self.common_nodes(part, cut).len();
+                if best.is_none_or(|(least, ..)| common < least) {
+                    best = Some((common, axis, cut));
+                }
             }
         }
         let Some((_, axis, cut)) = best else { return };
@@ -66,19 +67,20 @@ impl<const D: usize, const N: usize> Cutter<'_, D, N> {
         self.order.extend(separator);
     }
 
-    /// Sorts elements along `axis` and returns where to cut them: near the middle, where the gap between centres is
+    /// Sorts elements along `axis` and returns where they may be cut: near the middle, where the gaps between centres are
     /// widest, so that layers of a regular mesh stay whole.
-    fn sort(&self, part: &mut [u32], axis: usize) -> usize {
+    fn sort(&self, part: &mut [u32], axis: usize) -> Vec<usize> {
         part.sort_unstable_by(|&a, &b| {
             let centre = |e: u32, k: usize| self.centres[e as usize][(axis + k) % D];
             (0..D).fold(a.cmp(&a), |o, k| o.then(centre(a, k).total_cmp(&centre(b, k)))).then(a.cmp(&b))
         });
         let n = part.len();
         let gap = |k: usize| self.centres[part[k] as usize][axis] - self.centres[part[k - 1] as usize][axis];
-        let window = (n / 3).max(1)..(2 * n).div_ceil(3);
-        let widest = window.clone().map(gap).fold(0.0, f64::max);
-        // Of gaps about as wide, the one nearest to the middle.
-        window.filter(|&k| gap(k) >= 0.5 * widest).min_by_key(|&k| k.abs_diff(n / 2)).unwrap_or(n / 2)
+        let mut cuts: Vec<usize> = ((n / 3).max(1)..(2 * n).div_ceil(3)).collect();
+        cuts.sort_by(|&a, &b| gap(b).total_cmp(&gap(a)));
+        cuts.truncate(8);
+        cuts.sort_by_key(|&k| k.abs_diff(n / 2));
+        cuts
     }
 
     /// The nodes, not taken yet, that the elements before `cut` share with the others.

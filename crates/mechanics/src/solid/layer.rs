@@ -389,7 +389,7 @@ impl<S: Dimension> LayerModel<S> {
             // A contact force needs a gap.
             shift[punch][1] += START * top;
         }
-        let state = body.at_rest(shift);
+        let state = State { shift, ..body.at_rest() };
         let equations = Equations::new(body)?;
         Ok(Self { equations, indenter, thickness: top, state, load, punch, substrate, symmetry })
     }

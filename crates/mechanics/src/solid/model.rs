@@ -104,16 +104,15 @@ impl<S: Dimension> Body<S> {
         }
     }
 
-    /// The body at rest, the obstacles at `shift` (m), clear of the body.
-    pub fn at_rest(&self, shift: Vec<S::Point>) -> State<S> {
+    /// The body at rest, the obstacles where their shapes put them. Move [`State::shift`] to where they are clear of the body
+    /// before the first load: a contact force needs a gap.
+    pub fn at_rest(&self) -> State<S> {
+        let points = |o: &Obstacle<S>| POINTS.pow(S::AXES as u32 - 1) * o.sides.len();
         State {
             displacement: vec![0.0; self.held.len()],
             pressure: vec![S::Pressure::default(); self.mesh.elements.len()],
-            contact: vec![
-                0.0;
-                self.obstacles.iter().map(|o| POINTS.pow(S::AXES as u32 - 1) * o.sides.len()).sum()
-            ],
-            shift,
+            contact: vec![0.0; self.obstacles.iter().map(points).sum()],
+            shift: vec![S::Point::default(); self.obstacles.len()],
             moving: None,
         }
     }
@@ -186,7 +185,10 @@ impl<S: Dimension> Equations<S> {
             .collect::<Result<Vec<_>, _>>()?;
         let mut unknown = vec![u32::MAX; S::AXES * nodes];
         let mut unknowns = 0;
-        for n in S::order(&body.mesh.nodes, &body.mesh.elements) {
+        let mut order = S::order(&body.mesh.nodes, &body.mesh.elements);
+        // A node that carries an obstacle is coupled to all that may touch it: eliminated early, it would couple them.
+        order.sort_by_key(|&n| body.obstacles.iter().any(|o| o.carrier == Some(n)));
+        for n in order {
             for d in Self::places_of_node(n as usize) {
                 if !body.held[d] {
                     unknown[d] = unknowns;

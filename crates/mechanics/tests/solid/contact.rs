@@ -28,13 +28,14 @@ fn a_cylinder_on_a_thick_block_has_the_force_and_the_pressure_of_line_contact() 
     let mut body = Body::new(mesh, Rubber::neo_hookean(1.0));
     body.hold(0, |x| x[0] == 0.0 || x[1] == 0.0);
     body.hold(1, |x| x[1] == 0.0);
-    let edges = body.mesh.boundary_where(|x| x[1] == size && x[0] < 3.0);
-    body.obstacles.push(Obstacle { shape: Shape::Cylinder { radius }, sides: edges, carrier: None });
+    let sides = body.mesh.boundary_where(|x| x[1] == size && x[0] < 3.0);
+    body.obstacles.push(Obstacle { shape: Shape::Cylinder { radius }, sides, carrier: None });
     let mut from = body.no_load();
     from.shift[0] = [0.0, size];
     let mut to = from.clone();
     to.shift[0][1] = size - 0.02;
-    let mut state = body.at_rest(vec![[0.0, size + 0.02]]);
+    let mut state = body.at_rest();
+    state.shift[0] = [0.0, size + 0.02];
     let mut equations = Equations::new(body).unwrap();
     // Gaps are measured by the body, which is large: what matters here is the contact.
     let settings = NewtonSettings { moving_gap: 1e-5, final_gap: 1e-11, ..NewtonSettings::default() };

@@ -15,7 +15,7 @@ fn cook(n: usize, rubber: Rubber, shear: f64) -> [f64; 2] {
     let right = body.mesh.boundary_where(|x| x[0] == 48.0);
     assert_eq!(right.len(), n);
     let mut equations = Equations::new(body).unwrap();
-    let (mut state, mut load) = (equations.body().at_rest(Vec::new()), equations.body().no_load());
+    let (mut state, mut load) = (equations.body().at_rest(), equations.body().no_load());
     let mut next = load.clone();
     equations.body().add_traction(&right, |_, _| [0.0, shear], &mut next.force);
     let effort = equations.advance(&mut state, &mut load, &next, &NewtonSettings::default()).unwrap();

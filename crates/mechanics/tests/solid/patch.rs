@@ -34,7 +34,7 @@ impl Block {
         let right = body.mesh.boundary_where(|x| x[0] == 1.0);
         assert_eq!(right.len(), n);
         let equations = Equations::new(body).unwrap();
-        let (state, load) = (equations.body().at_rest(Vec::new()), equations.body().no_load());
+        let (state, load) = (equations.body().at_rest(), equations.body().no_load());
         Self { equations, state, load, right, steps: 0 }
     }
 

@@ -39,7 +39,7 @@ fn a_linear_displacement_of_the_boundary_goes_on_inside() {
             body.hold(axis, |x| x.iter().any(|x| *x == 0.0 || *x == 1.0));
         }
         let exact = |x: [f64; 3], k: usize| f[k][0] * x[0] + f[k][1] * x[1] + f[k][2] * x[2] - x[k];
-        let (mut state, mut load) = (body.at_rest(Vec::new()), body.no_load());
+        let (mut state, mut load) = (body.at_rest(), body.no_load());
         let mut goal = load.clone();
         for (d, u) in goal.displacement.iter_mut().enumerate() {
             *u = exact(body.mesh.nodes[d / 3], d % 3);
@@ -83,7 +83,7 @@ fn a_cube_pressed_between_smooth_plates_follows_the_closed_form_of_every_law() {
             }
             body.hold(1, |x| x[1] == 1.0);
             let mut equations = Equations::new(body).unwrap();
-            let (mut state, mut load) = (equations.body().at_rest(Vec::new()), equations.body().no_load());
+            let (mut state, mut load) = (equations.body().at_rest(), equations.body().no_load());
             for stretch in [0.8f64, 0.5] {
                 let mut goal = load.clone();
                 for (n, x) in equations.body().mesh.nodes.iter().enumerate() {
