@@ -96,7 +96,7 @@ pub fn run(
     }
     let conductors = conductor_names(case);
     let (layer_meshes, layer_seconds) = match &layer {
-        Prepared::StepByStep => (Vec::new(), 0.0),
+        Prepared::StepByStep | Prepared::ClosedForm(_) => (Vec::new(), 0.0),
         Prepared::PlaneStrain(run) => (run.meshes.clone(), run.seconds),
     };
     let stopped = steps.iter().any(|step| step.row.status == Status::NotRun);

@@ -325,15 +325,17 @@ fn place_solved(
         max: [x1[1], x2[1], 0.5 * width],
     };
     let shapes = step.electrodes.as_slice();
+    let slack = ROUNDING * layer.thickness;
     let pair_of = |pick: fn(&ElectrodeBox) -> Rectangle| match (electrodes.layout, shapes) {
         (Layout::InPlane, [right]) => {
             let [[near, far], x2] = pick(right);
             Ok([block([-far, -near], x2), block([near, far], x2)])
         }
-        (Layout::Stacked, [lower, upper]) => {
-            // Solved on the right half: the left end is the axis of symmetry.
-            Ok([pick(lower), pick(upper)].map(|[x1, x2]| block([-x1[1], x1[1]], x2)))
-        }
+        (Layout::InPlane, [left, right]) => Ok([pick(left), pick(right)].map(|[x1, x2]| block(x1, x2))),
+        (Layout::Stacked, [lower, upper]) => Ok([pick(lower), pick(upper)].map(|[x1, x2]| {
+            // On the right half alone the left end is the axis of symmetry.
+            block([if x1[0].abs() <= slack { -x1[1] } else { x1[0] }, x1[1]], x2)
+        })),
         _ => Err(SceneError::Missing("electrodes in its finite elements")),
     };
     let [mean, inside, around] = [pair_of(|e| e.mean)?, pair_of(|e| e.inside)?, pair_of(|e| e.around)?];
@@ -346,7 +348,6 @@ fn place_solved(
         Layout::InPlane => 0,
         Layout::Stacked => 1,
     };
-    let slack = ROUNDING * layer.thickness;
     let gap = mean[1].min[along] - mean[0].max[along];
     if gap <= slack {
         return Err(SceneError::GapCloses { gap });
@@ -364,9 +365,9 @@ fn place_solved(
     let pair = match electrodes.layout {
         Layout::InPlane => DeformedPair {
             gap,
-            height: 0.5 * (mean[1].min[1] + mean[1].max[1]),
-            thickness: thickness(&mean[1]),
-            parallel_plate: permittivity * thickness(&mean[1]) * width / gap,
+            height: 0.25 * (mean[0].min[1] + mean[0].max[1] + mean[1].min[1] + mean[1].max[1]),
+            thickness: 0.5 * (thickness(&mean[0]) + thickness(&mean[1])),
+            parallel_plate: permittivity * thickness(&mean[0]).min(thickness(&mean[1])) * width / gap,
         },
         Layout::Stacked => DeformedPair {
             gap,

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 use elastocap_coupling::case::{
     self, Box3, Case, Conductor, Electrodes, Electrostatics, Extent, Face, Indenter, Layer, LayerEnd, Layout,
-    Load, Material, Mechanics, Stiffness, Surroundings, Wall,
+    Load, Material, Mechanics, ShearLength, Stiffness, Surroundings, Wall,
 };
 
 fn acceptance(name: &str) -> PathBuf {
@@ -40,7 +40,7 @@ fn in_plane_pair() -> Case {
         mechanics: Some(Mechanics::ClosedForm {
             contact_half_length: 500e-6,
             contact_width: 500e-6,
-            shear_length: 500e-6,
+            shear_length: ShearLength::Given(500e-6),
         }),
         load: Some(Load::Compression(vec![0.0, 0.05, 0.1, 0.2, 0.3, 0.4])),
         conductors: vec![],

@@ -4,7 +4,9 @@
 
 use std::path::Path;
 
-use elastocap_coupling::case::{self, Box3, Case, CaseError, Extent, Face, Load, Material, Stiffness, Wall};
+use elastocap_coupling::case::{
+    self, Box3, Case, CaseError, Extent, Face, Load, Material, Mechanics, ShearLength, Stiffness, Wall,
+};
 
 const LAYERED: &str = r#"
 format = 1
@@ -233,11 +235,16 @@ fn words_are_told_apart_from_quantities() {
         "\"vacuum\"",
         &["expected \"insulated\" or \"grounded\" or a table"],
     );
+    let found = accepted(LAYERED, &[("shear_length = \"500 um\"", "shear_length = \"finite-element\"")]);
+    assert!(matches!(
+        found.mechanics,
+        Some(Mechanics::ClosedForm { shear_length: ShearLength::FiniteElement, .. })
+    ));
     refused(
         LAYERED,
-        &[("shear_length = \"500 um\"", "shear_length = \"finite-element\"")],
-        "\"finite-element\"",
-        &["not supported by this version"],
+        &[("shear_length = \"500 um\"", "shear_length = \"finite-elemnt\"")],
+        "\"finite-elemnt\"",
+        &["finite-element"],
     );
 }
 
@@ -288,6 +295,10 @@ fn what_the_finite_elements_need_is_asked_for() {
         &["\"free\", \"free-on-substrate\" or \"far\""],
     );
     refused(PRESSED, &[("flat_punch", "sphere")], "sphere", &["unknown key", "`flat_punch` and `cylinder`"]);
+    let bonded = [("corner_radius = \"0.1 mm\"", "corner_radius = \"0.1 mm\"\ncontact = \"bonded\"")];
+    refused(PRESSED, &bonded, "\"bonded\"", &["rounded corners cannot be bonded"]);
+    let aside = [("corner_radius = \"0.1 mm\"", "position = \"0.5 mm\"")];
+    refused(PRESSED, &aside, "\"0.5 mm\"", &["must stand in the middle"]);
     let nothing = ogden[1].1.replace("100 kPa", "1 kPa").replace("-5 kPa", "5 kPa");
     refused(&text, &[(ogden[1].1, &nothing)], "[{", &["not positive"]);
 }

@@ -4,7 +4,7 @@
 
 use elastocap_coupling::case::{
     Box3, Case, Conductor, Electrodes, Electrostatics, Extent, Face, Layer, Layout, Material, Mechanics,
-    Stiffness, Surroundings, Wall,
+    ShearLength, Stiffness, Surroundings, Wall,
 };
 use elastocap_coupling::deform::Deformation;
 use elastocap_coupling::scene_of::{DeformedScene, SceneError, scene_of};
@@ -34,7 +34,7 @@ fn pair(layout: Layout) -> Case {
         mechanics: Some(Mechanics::ClosedForm {
             contact_half_length: 500e-6,
             contact_width: 500e-6,
-            shear_length: 500e-6,
+            shear_length: ShearLength::Given(500e-6),
         }),
         load: None,
         conductors: vec![],

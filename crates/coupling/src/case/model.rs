@@ -179,11 +179,20 @@ pub enum Mechanics {
         contact_half_length: f64,
         /// w in eq. (50), m.
         contact_width: f64,
-        /// L in eq. (45), m.
-        shear_length: f64,
+        /// L in eq. (45).
+        shear_length: ShearLength,
     },
     /// Finite elements in plane strain; the layer's half-length is there.
     PlaneStrain(PlaneStrain),
+}
+
+/// Where the length L of eq. (45) comes from.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum ShearLength {
+    /// The file gives it, m.
+    Given(f64),
+    /// Found at each compression from finite elements of the layer under a sharp punch of the contact's length.
+    FiniteElement,
 }
 
 /// The layer by finite elements in plane strain. Lengths in m.

@@ -10,7 +10,7 @@ use super::quantities::{
 };
 use super::reader::{FromToml, Log, Node, Read, alternatives, nearest};
 use super::tables::{Entries, Shape, TableSchema, choice, key, table, unknown_word, words};
-use super::values::{Count, Either, FiniteElement, Flag, FormatNumber, Text};
+use super::values::{Count, Either, Flag, FormatNumber, Text};
 
 table! {
     /// A case file of elastocap: a soft capacitive sensor, its surroundings and its load.
@@ -194,9 +194,14 @@ table! {
         contact_half_length: Read<Size>,
         /// Width w of the contact in the force formula, eq. (50).
         contact_width: Read<Size>,
-        /// Length L in the shear constant B, eq. (45).
+        /// Length L in the shear constant B, eq. (45), or "finite-element" to find it at each step.
         shear_length: Read<Either<FiniteElement, Size>>,
     }
+}
+
+words! {
+    /// Found at each step from finite elements of the layer under a sharp punch of the contact's length.
+    enum FiniteElement { "finite-element" => FiniteElement, }
 }
 
 table! {

@@ -219,44 +219,6 @@ impl<A: FromToml, B: FromToml> FromToml for Either<A, B> {
     }
 }
 
-/// `"finite-element"` where a later version will find the value by itself.
-#[derive(Debug)]
-pub(super) struct FiniteElement;
-
-impl FiniteElement {
-    const WORD: &'static str = "finite-element";
-}
-
-impl FromToml for FiniteElement {
-    fn expected() -> String {
-        String::new()
-    }
-    fn sample(_: &Log<'_>) -> String {
-        format!("\"{}\"", Self::WORD)
-    }
-    fn accepts(value: &DeValue<'_>) -> bool {
-        value.as_str() == Some(Self::WORD)
-    }
-    fn from_toml(node: Node<'_>, log: &mut Log<'_>) -> Option<Self> {
-        let version = env!("CARGO_PKG_VERSION");
-        let message = format!(
-            "{}: \"{}\" is not supported by this version of elastocap ({version})",
-            node.place(),
-            Self::WORD
-        );
-        let sample = super::quantities::Size::sample(log);
-        log.push(
-            Diagnostic::at(&node.span(), message)
-                .label("not supported yet")
-                .help(format!("give a length, for example {}", node.assign(&sample))),
-        );
-        None
-    }
-    fn schema() -> Value {
-        Value::Bool(false)
-    }
-}
-
 /// Reads the entries of an array. Entries of the wrong type that can be guessed are told once, with the whole line.
 fn entries<'a, T: FromToml>(node: Node<'a>, log: &mut Log<'_>) -> Option<Vec<Read<T>>> {
     let items = node.value.get_ref().as_array()?;

@@ -2,6 +2,7 @@
 
 mod electrode_box;
 mod plane_strain;
+mod shear_length;
 
 use std::sync::atomic::AtomicBool;
 
@@ -12,7 +13,7 @@ use elastocap_mechanics::{
 pub use electrode_box::{ElectrodeBox, Rectangle};
 pub use plane_strain::{MeshReport, PlaneStep, PlaneStrainRun, forecast};
 
-use crate::case::{Case, Material, Mechanics};
+use crate::case::{Case, Material, Mechanics, ShearLength};
 use crate::plan::{Plan, PlannedStep, StepLoad};
 
 /// The layer at one load.
@@ -65,6 +66,8 @@ pub enum Prepared {
     StepByStep,
     /// The whole path of the layer.
     PlaneStrain(PlaneStrainRun),
+    /// The closed form of each step of the plan, with a shear length from finite elements.
+    ClosedForm(Vec<Result<LayerState, String>>),
 }
 
 /// Solves what the steps of `plan` have in common. `tell` is told what is being worked on.
@@ -72,6 +75,12 @@ pub fn prepare(case: &Case, plan: &Plan, cancel: &AtomicBool, tell: &dyn Fn(&str
     match &case.mechanics {
         Some(Mechanics::PlaneStrain(model)) if case.load.is_some() => {
             Prepared::PlaneStrain(PlaneStrainRun::new(case, model, plan, cancel, tell))
+        }
+        Some(Mechanics::ClosedForm { shear_length: ShearLength::FiniteElement, .. })
+            if case.load.is_some() =>
+        {
+            tell("shear length by finite elements");
+            Prepared::ClosedForm(shear_length::states(case, plan))
         }
         _ => Prepared::StepByStep,
     }
@@ -97,23 +106,34 @@ impl Prepared {
                 Some(Err(error)) => Err(error.clone()),
                 None => Err("the step has no equilibrium".to_owned()),
             },
+            Self::ClosedForm(states) => match states.get(step.index) {
+                Some(Ok(state)) => Ok(Some(Deformation::ClosedForm(*state))),
+                Some(Err(error)) => Err(error.clone()),
+                None => Err("the step has no closed form".to_owned()),
+            },
         }
     }
 }
 
-/// Thickness, material and lengths of the case's closed-form layer.
+/// Thickness, material and lengths of the case's closed-form layer; `None` also where a length is yet to be found.
 pub(crate) fn closed_form(case: &Case) -> Option<(f64, LayerMaterial, ClosedFormSettings)> {
     let layer = case.layer.as_ref()?;
-    let material = match layer.material.as_ref()? {
+    let material = closed_form_material(layer.material.as_ref()?)?;
+    let Mechanics::ClosedForm { contact_half_length, contact_width, shear_length } = case.mechanics? else {
+        return None;
+    };
+    let ShearLength::Given(shear_length) = shear_length else { return None };
+    Some((layer.thickness, material, ClosedFormSettings { contact_half_length, contact_width, shear_length }))
+}
+
+/// The material as the closed form knows it.
+fn closed_form_material(material: &Material) -> Option<LayerMaterial> {
+    Some(match material {
         Material::MooneyRivlin { c10, c01 } => LayerMaterial::MooneyRivlin { c10: *c10, c01: *c01 },
         Material::NeoHookean { shear_modulus } => LayerMaterial::NeoHookean { shear_modulus: *shear_modulus },
         // The case reader refuses them beside the closed form.
         Material::Yeoh { .. } | Material::Ogden { .. } => return None,
-    };
-    let Mechanics::ClosedForm { contact_half_length, contact_width, shear_length } = case.mechanics? else {
-        return None;
-    };
-    Some((layer.thickness, material, ClosedFormSettings { contact_half_length, contact_width, shear_length }))
+    })
 }
 
 /// How far eq. (50) can be used, where the case does.

@@ -52,7 +52,8 @@ pub struct PlaneStep {
     pub end_contact_force_n: f64,
     /// Load steps, cut-backs and linear systems that it took from the step before.
     pub effort: [usize; 3],
-    /// The electrodes: right (or lower) one, and upper one of a stacked pair.
+    /// The electrodes in what is solved: the right one of an in-plane pair, or left and right; lower and upper plate of a
+    /// stacked pair, or their right halves.
     #[serde(skip)]
     pub electrodes: Vec<ElectrodeBox>,
 }
@@ -87,7 +88,7 @@ pub fn forecast(case: &Case, model: &PlaneStrain) -> Vec<(usize, usize)> {
     let refinement = Refinement::to(model.relative_tolerance);
     (0..refinement.meshes)
         .map(|k| {
-            let mesh = problem.mesh(refinement.first << k).mesh();
+            let mesh = problem.mesh(k).mesh();
             (mesh.elements.len(), 2 * mesh.nodes.len() + 3 * mesh.elements.len())
         })
         .collect()
@@ -231,27 +232,22 @@ fn problem(case: &Case, model: &PlaneStrain) -> Result<LayerProblem, String> {
     let layer = case.layer.as_ref().ok_or_else(|| lacks("[layer]"))?;
     let half_length = layer.half_length.ok_or_else(|| lacks("`half_length` in [layer]"))?;
     let material = layer.material.as_ref().ok_or_else(|| lacks("material in [layer]"))?;
-    let off_centre = |position: f64| {
-        (position != 0.0).then(|| "an indenter off the middle of the layer is not supported yet".to_owned())
-    };
-    let indenter = match model.indenter {
-        Indenter::WholeTop => Press::WholeTop,
+    let (indenter, position) = match model.indenter {
+        Indenter::WholeTop => (Press::WholeTop, 0.0),
         Indenter::FlatPunch { half_width, corner_radius, bonded, position } => {
-            if let Some(reason) = off_centre(position) {
-                return Err(reason);
-            }
-            match (corner_radius > 0.0, bonded) {
+            let punch = match (corner_radius > 0.0, bonded) {
                 (false, false) => Press::Sharp { half_width },
-                (_, true) => Press::Bonded { half_width },
+                (false, true) => Press::Bonded { half_width },
                 (true, false) => Press::Smooth(Shape::Punch { half_width, corner_radius }),
-            }
+                (true, true) => {
+                    return Err(
+                        "a punch with rounded corners that the layer sticks to is not supported".to_owned()
+                    );
+                }
+            };
+            (punch, position)
         }
-        Indenter::Cylinder { radius, position } => {
-            if let Some(reason) = off_centre(position) {
-                return Err(reason);
-            }
-            Press::Smooth(Shape::Cylinder { radius })
-        }
+        Indenter::Cylinder { radius, position } => (Press::Smooth(Shape::Cylinder { radius }), position),
     };
     let end = match model.end {
         LayerEnd::Free => End::Free,
@@ -259,7 +255,7 @@ fn problem(case: &Case, model: &PlaneStrain) -> Result<LayerProblem, String> {
         LayerEnd::Far => End::Far,
     };
     let inclusions = match &case.electrodes {
-        Some(electrodes) => inclusions(electrodes, layer, half_length, material)?,
+        Some(electrodes) => inclusions(electrodes, layer, half_length, material, position != 0.0)?,
         None => Vec::new(),
     };
     Ok(LayerProblem {
@@ -268,6 +264,7 @@ fn problem(case: &Case, model: &PlaneStrain) -> Result<LayerProblem, String> {
         rubber: rubber(material, layer.bulk_modulus),
         inclusions,
         indenter,
+        position,
         end,
     })
 }
@@ -285,26 +282,29 @@ fn rubber(material: &Material, bulk_modulus: Option<f64>) -> Rubber {
     }
 }
 
-/// The electrodes in the right half of the layer, which is the half that is solved.
+/// The electrodes in the right half of the layer, or in the `whole` of it: what is solved.
 fn inclusions(
     electrodes: &Electrodes,
     layer: &Layer,
     half_length: f64,
     material: &Material,
+    whole: bool,
 ) -> Result<Vec<Inclusion>, String> {
     let modulus = match electrodes.stiffness {
         Stiffness::Rigid => RIGID * material.shear_modulus(),
         Stiffness::ShearModulus(modulus) => modulus,
     };
+    let regions = electrodes.regions();
     let solved = match electrodes.layout {
-        Layout::InPlane => &electrodes.regions()[1..],
-        Layout::Stacked => &electrodes.regions()[..],
+        Layout::InPlane if !whole => &regions[1..],
+        Layout::InPlane | Layout::Stacked => &regions[..],
     };
+    let axis = if whole { f64::NEG_INFINITY } else { 0.0 };
     solved
         .iter()
         .map(|region| {
             let inclusion = Inclusion {
-                min: [region.min[0].max(0.0), region.min[1]],
+                min: [region.min[0].max(axis), region.min[1]],
                 max: [region.max[0], region.max[1]],
                 rubber: Rubber::neo_hookean(modulus),
             };

@@ -19,6 +19,7 @@
 //! | [`folds`] | through loads at which an equilibrium ceases to be |
 //! | [`shear_length`] | the length `L` that the closed form leaves open, from finite elements |
 //! | [`layer`] | the layer of the paper under an indenter |
+//! | `levels` | the meshes for that, coarse to fine |
 //! | [`press`] | the layer pressed to given loads on finer and finer meshes |
 //!
 //! # Corners that open
@@ -50,6 +51,7 @@ pub mod dissection;
 pub mod element;
 pub mod folds;
 pub mod layer;
+mod levels;
 pub mod material;
 pub mod mesh;
 pub mod model;

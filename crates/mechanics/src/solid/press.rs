@@ -7,10 +7,10 @@
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
-use super::layer::{End, Inclusion, Indenter, LayerMesh, LayerModel, LayerStep};
+use super::layer::{End, Inclusion, Indenter, LayerModel, LayerStep};
 use super::material::Rubber;
 use super::model::{Load, ModelError, State};
-use super::newton::{NewtonSettings, Stopped};
+use super::newton::{Effort, NewtonSettings, Stopped};
 
 /// A layer, what is in it and what presses it. Lengths in m.
 #[derive(Debug, Clone, PartialEq)]
@@ -25,6 +25,8 @@ pub struct LayerProblem {
     pub inclusions: Vec<Inclusion>,
     /// What presses.
     pub indenter: Indenter,
+    /// `x1` of the middle of a smooth indenter; off the middle of the layer, both its halves are solved.
+    pub position: f64,
     /// What becomes of the end.
     pub end: End,
 }
@@ -43,16 +45,14 @@ pub enum Goal {
 pub struct Refinement {
     /// Error of the force to reach, relative to the force.
     pub relative_tolerance: f64,
-    /// Elements over the thickness of the first mesh.
-    pub first: usize,
     /// Meshes at most.
     pub meshes: usize,
 }
 
 impl Refinement {
-    /// Up to four meshes, from 5 to 40 elements over the thickness.
+    /// Up to four meshes.
     pub fn to(relative_tolerance: f64) -> Self {
-        Self { relative_tolerance, first: 5, meshes: 4 }
+        Self { relative_tolerance, meshes: 4 }
     }
 }
 
@@ -61,8 +61,6 @@ impl Refinement {
 pub struct Level {
     /// The layer on this mesh.
     pub model: LayerModel,
-    /// Elements over the thickness, about.
-    pub over_thickness: usize,
     /// Wall-clock seconds that it took.
     pub seconds: f64,
     /// Equilibria found, goal by goal; the goals that were not reached are not in it.
@@ -123,42 +121,6 @@ pub struct Pressing {
 }
 
 impl LayerProblem {
-    /// The mesh of this layer with about `n` elements over its thickness.
-    pub fn mesh(&self, n: usize) -> LayerMesh {
-        let (height, length) = (self.thickness, self.half_length);
-        match self.indenter {
-            Indenter::Sharp { half_width } | Indenter::Bonded { half_width } => {
-                LayerMesh::under_punch(height, length, half_width, n, 0.7, 6)
-            }
-            _ if self.folds() => {
-                let mut mesh = LayerMesh::folding_end(height, length, n, 12 * n / 5, 0.3);
-                let edges =
-                    |axis: usize| self.inclusions.iter().flat_map(move |i| [i.min[axis], i.max[axis]]);
-                move_to(&mut mesh.along, edges(0));
-                move_to(&mut mesh.up, edges(1));
-                mesh
-            }
-            _ => {
-                let mut mesh = LayerMesh::uniform(height, length, n, 0.8, 4 + n / 2);
-                if self.end == End::Far {
-                    mesh.radii.clear();
-                }
-                let edges =
-                    |axis: usize| self.inclusions.iter().flat_map(move |i| [i.min[axis], i.max[axis]]);
-                mesh.along = through(&mesh.along, edges(0));
-                mesh.up = through(&mesh.up, edges(1));
-                mesh
-            }
-        }
-    }
-
-    /// Whether the end folds through itself at the bonded corner, as a free end does that nothing carries. A
-    /// rubber whose energy needs `J > 0` cannot follow: it gets a fan there, and is too stiff.
-    fn folds(&self) -> bool {
-        let smooth = Rubber { volume_barrier: 0.0, ..self.rubber.clone() };
-        self.indenter == Indenter::WholeTop && self.end == End::Free && smooth.knows_inside_out()
-    }
-
     /// Presses the layer to each of `goals`, all of them compressions or all of them forces.
     ///
     /// `cancel` stops the work at the next goal; `tell` is told how many goals of how many are done on which mesh.
@@ -175,20 +137,15 @@ impl LayerProblem {
         let mut order: Vec<usize> = (0..goals.len()).collect();
         order.sort_by(|&a, &b| goals[a].value().total_cmp(&goals[b].value()));
         let mut levels: Vec<Level> = Vec::new();
-        let (mut rubber, mut settings) = (self.rubber.clone(), NewtonSettings::default());
-        if self.folds() {
-            rubber.volume_barrier = 0.0;
-            settings = NewtonSettings::through_folds();
-        }
+        let (rubber, settings) = (self.rubber_in_use(), self.settings());
         for k in 0..refinement.meshes {
-            let n = refinement.first << k;
             let start = Instant::now();
-            let mesh = self.mesh(n);
-            let model =
+            let mesh = self.mesh(k);
+            let mut model =
                 LayerModel::with_inclusions(&mesh, &rubber, &self.inclusions, self.indenter, self.end)?;
+            model.place_indenter(self.position);
             let mut level = Level {
                 model,
-                over_thickness: n,
                 seconds: 0.0,
                 reached: vec![None; goals.len()],
                 stopped: vec![None; goals.len()],
@@ -219,43 +176,6 @@ impl Goal {
     }
 }
 
-/// The breakpoints with `edges` among them: the nearest inner breakpoint moves to an edge if none else needs it, or one
-/// more is put in.
-fn through(breakpoints: &[f64], edges: impl Iterator<Item = f64>) -> Vec<f64> {
-    let (first, last) = (breakpoints[0], breakpoints[breakpoints.len() - 1]);
-    let size = (last - first) / (breakpoints.len() - 1) as f64;
-    let tiny = 1e-9 * (last - first);
-    let mut fixed = vec![first, last];
-    fixed.extend(edges.filter(|e| *e > first + tiny && *e < last - tiny));
-    fixed.sort_by(f64::total_cmp);
-    fixed.dedup_by(|a, b| (*a - *b).abs() < tiny);
-    let mut all = vec![first];
-    for pair in fixed.windows(2) {
-        let count = ((pair[1] - pair[0]) / size).round().max(1.0) as usize;
-        all.extend(super::mesh::uniform(pair[0], pair[1], count).iter().skip(1));
-    }
-    all
-}
-
-/// Moves the nearest inner breakpoint to each of `edges`, or puts one in where that is an edge already.
-fn move_to(breakpoints: &mut Vec<f64>, edges: impl Iterator<Item = f64>) {
-    let tiny = 1e-9 * breakpoints[breakpoints.len() - 1];
-    let mut fixed = vec![breakpoints[0], breakpoints[breakpoints.len() - 1]];
-    for edge in edges.filter(|e| *e > fixed[0] + tiny && *e < fixed[1] - tiny).collect::<Vec<f64>>() {
-        if fixed.iter().any(|f| (f - edge).abs() < tiny) {
-            continue;
-        }
-        let after = breakpoints.partition_point(|x| *x < edge).min(breakpoints.len() - 1);
-        let near = if edge - breakpoints[after - 1] < breakpoints[after] - edge { after - 1 } else { after };
-        if fixed.contains(&breakpoints[near]) {
-            breakpoints.insert(after, edge);
-        } else {
-            breakpoints[near] = edge;
-        }
-        fixed.push(edge);
-    }
-}
-
 impl Level {
     /// Goes through the goals from the smallest up; what is beyond the first that is not reached is not tried.
     fn walk(
@@ -271,11 +191,18 @@ impl Level {
                 return;
             }
             let step = match goals[g] {
+                // Not even the indenter's first gap is closed.
+                goal if goal.value() == 0.0 => {
+                    Ok(self.model.step(Effort { smallest_j: 1.0, ..Effort::default() }))
+                }
                 Goal::Compression(compression) => self.model.press(compression, settings),
                 Goal::Force(force) => self.model.press_with(force, settings),
             };
             match step {
-                Ok(step) => {
+                Ok(mut step) => {
+                    if let Goal::Compression(asked) = goals[g] {
+                        step.compression = asked; // but for rounding
+                    }
                     let (state, load) = (self.model.state().clone(), self.model.load().clone());
                     self.reached[g] = Some(Reached { step, state, load });
                 }

@@ -1,7 +1,7 @@
 //! How the layer deforms, and what each way of computing it asks of the layer.
 
 use super::super::diagnostics::Diagnostic;
-use super::super::model::{Indenter, LayerEnd, Mechanics, PlaneStrain};
+use super::super::model::{Indenter, LayerEnd, Mechanics, PlaneStrain, ShearLength};
 use super::super::raw::{self, Document};
 use super::super::reader::Log;
 use super::super::values::Either;
@@ -14,11 +14,14 @@ pub(super) fn mechanics(raw: &raw::Mechanics, document: &Document, log: &mut Log
     match raw {
         raw::Mechanics::ClosedForm(raw) => {
             check_closed_form(document, log);
-            let Either::Second(shear_length) = raw.shear_length.get()? else { return None };
+            let shear_length = match raw.shear_length.get()? {
+                Either::First(raw::FiniteElement::FiniteElement) => ShearLength::FiniteElement,
+                Either::Second(length) => ShearLength::Given(length.si),
+            };
             Some(Mechanics::ClosedForm {
                 contact_half_length: raw.contact_half_length.get()?.si,
                 contact_width: raw.contact_width.get()?.si,
-                shear_length: shear_length.si,
+                shear_length,
             })
         }
         raw::Mechanics::PlaneStrain(raw) => plane_strain(raw, document, log).map(Mechanics::PlaneStrain),
@@ -84,6 +87,23 @@ fn punch(raw: &raw::FlatPunch, log: &mut Log<'_>) -> Option<Indenter> {
                 .related(&raw.half_width.span, "half the width")
                 .help("use [mechanics.plane_strain.indenter.cylinder], or a smaller radius"),
         );
+        return None;
+    }
+    let refused = match (&raw.contact, &raw.position) {
+        (Some(read), _) if bonded && corner_radius > 0.0 => Some((
+            &read.span,
+            "a punch with rounded corners cannot be bonded",
+            "leave out `corner_radius`, or write `contact = \"smooth\"`",
+        )),
+        (_, Some(read)) if position != 0.0 && corner_radius == 0.0 => Some((
+            &read.span,
+            "a sharp punch must stand in the middle of the layer",
+            "give it a `corner_radius`, or write `position = \"0 mm\"`",
+        )),
+        _ => None,
+    };
+    if let Some((span, what, help)) = refused {
+        log.push(Diagnostic::at(span, what).label("not supported").help(help));
         return None;
     }
     Some(Indenter::FlatPunch { half_width, corner_radius, bonded, position })

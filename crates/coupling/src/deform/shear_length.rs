@@ -1,0 +1,130 @@
+//! The closed form with its length L of eq. (45) from finite elements.
+//!
+//! The layer is pressed by a sharp, smooth punch of the contact's half-length, and L follows from the balance of the axial
+//! force, eq. (43): see [`elastocap_mechanics::solid::shear_length`]. L changes with the compression, so that each step
+//! has its own; between the compressions of the ladder it is interpolated.
+
+use elastocap_mechanics::solid::layer::End;
+use elastocap_mechanics::solid::shear_length::{Contact, ShearLengths, shear_lengths};
+use elastocap_mechanics::{ClosedFormSettings, LayerState, Material};
+
+use super::closed_form_material;
+use crate::case::{Case, Mechanics};
+use crate::plan::{Plan, StepLoad};
+
+/// Quadrilaterals over the thickness.
+const ELEMENTS: usize = 8;
+/// Compressions at which L is found where the loads are forces.
+const LADDER: [f64; 10] = [0.01, 0.03, 0.06, 0.1, 0.15, 0.2, 0.25, 0.3, 0.35, 0.4];
+
+struct Layer {
+    thickness: f64,
+    material: Material,
+    contact_half_length: f64,
+    contact_width: f64,
+}
+
+/// The layer in each step of the plan.
+pub(super) fn states(case: &Case, plan: &Plan) -> Vec<Result<LayerState, String>> {
+    let all = |reason: &str| vec![Err(reason.to_owned()); plan.steps.len()];
+    let (Some(layer), Some(Mechanics::ClosedForm { contact_half_length, contact_width, .. })) =
+        (&case.layer, case.mechanics)
+    else {
+        return all("the case has no closed-form layer");
+    };
+    let Some(material) = layer.material.as_ref().and_then(closed_form_material) else {
+        return all("the layer's material has no closed form");
+    };
+    let layer = Layer { thickness: layer.thickness, material, contact_half_length, contact_width };
+    let by_force = plan.steps.iter().any(|s| matches!(s.load, StepLoad::ForceN(_)));
+    let mut compressions: Vec<f64> = if by_force {
+        LADDER.to_vec()
+    } else {
+        // Without load any length will do: that of a small one.
+        plan.steps.iter().map(|s| compression_of(s.load).max(LADDER[0])).collect()
+    };
+    compressions.sort_by(f64::total_cmp);
+    compressions.dedup();
+    let contact = Contact::Punch(contact_half_length / layer.thickness);
+    let found = match shear_lengths(contact, End::Free, &compressions, ELEMENTS) {
+        Ok(found) => found,
+        Err(error) => return all(&error.to_string()),
+    };
+    plan.steps.iter().map(|step| layer.state(step.load, &found)).collect()
+}
+
+fn compression_of(load: StepLoad) -> f64 {
+    if let StepLoad::Compression(compression) = load { compression } else { 0.0 }
+}
+
+impl Layer {
+    fn state(&self, load: StepLoad, found: &ShearLengths) -> Result<LayerState, String> {
+        match load {
+            StepLoad::None => self.at(0.0, found),
+            StepLoad::Compression(compression) => self.at(compression, found),
+            StepLoad::ForceN(force) => self.under(force, found),
+        }
+    }
+
+    /// The layer at a compression.
+    fn at(&self, compression: f64, found: &ShearLengths) -> Result<LayerState, String> {
+        let settings = ClosedFormSettings {
+            contact_half_length: self.contact_half_length,
+            contact_width: self.contact_width,
+            shear_length: self.thickness * length(compression.max(LADDER[0]), found)?,
+        };
+        LayerState::new(self.thickness, self.material, compression, settings).map_err(|e| e.to_string())
+    }
+
+    /// The layer under a force, by bisection between compressions at which L is known.
+    fn under(&self, force: f64, found: &ShearLengths) -> Result<LayerState, String> {
+        if force == 0.0 {
+            return self.at(0.0, found);
+        }
+        let last = found.points.last().map_or(0.0, |p| p.shear.compression);
+        let most = self.at(last, found)?;
+        if most.force() < force {
+            return Err(format!(
+                "the shear length is known up to a compression of {last} only, where the force is {:.4e} N{}",
+                most.force(),
+                found.stopped.as_ref().map_or_else(String::new, |s| format!(": {s}"))
+            ));
+        }
+        let (mut low, mut high) = (0.0, last);
+        let mut state = most;
+        while high - low > 1e-15 {
+            let middle = 0.5 * (low + high);
+            if middle <= low || middle >= high {
+                break;
+            }
+            state = self.at(middle, found)?;
+            if state.force() < force { low = middle } else { high = middle }
+        }
+        Ok(state)
+    }
+}
+
+/// L over the thickness at a compression, by a parabola through the three nearest that are known.
+fn length(compression: f64, found: &ShearLengths) -> Result<f64, String> {
+    let known: Vec<(f64, f64)> =
+        found.points.iter().filter_map(|p| Some((p.shear.compression, p.shear.from_balance?))).collect();
+    if let Some((_, length)) = known.iter().find(|(c, _)| (c - compression).abs() < 1e-12) {
+        return Ok(*length);
+    }
+    let reached = known.last().map_or(0.0, |k| k.0);
+    if known.len() < 3 || compression > reached {
+        let why = found.stopped.as_ref().map_or_else(String::new, |stopped| format!(": {stopped}"));
+        return Err(format!(
+            "no shear length at a compression of {compression}: the finite elements got to {reached} only{why}"
+        ));
+    }
+    let after = known.partition_point(|k| k.0 < compression);
+    let first = after.saturating_sub(2).min(known.len() - 3);
+    let three = &known[first..first + 3];
+    Ok((0..3)
+        .map(|i| {
+            let factor = |j: usize| (compression - three[j].0) / (three[i].0 - three[j].0);
+            three[i].1 * (0..3).filter(|j| *j != i).map(factor).product::<f64>()
+        })
+        .sum())
+}

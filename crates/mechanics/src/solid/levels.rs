@@ -1,0 +1,119 @@
+//! The meshes that a layer is pressed on, coarse to fine, and what goes with them.
+
+use super::layer::{End, Indenter, LayerMesh, PunchFan};
+use super::material::Rubber;
+use super::mesh::{geometric, uniform};
+use super::newton::NewtonSettings;
+use super::obstacle::Shape;
+use super::press::LayerProblem;
+
+/// Barriers against `J -> 0` where the surface passes a rounded corner, and where it piles up at a sharp one.
+const ROUNDED_BARRIER: f64 = 20.0;
+const SHARP_BARRIER: f64 = 5.0;
+
+impl LayerProblem {
+    /// The mesh of this layer at a level of refinement: each halves what limits the accuracy of the one before.
+    pub fn mesh(&self, level: usize) -> LayerMesh {
+        let (height, length) = (self.thickness, self.half_length);
+        let n = 5 << level;
+        let mut mesh = match self.indenter {
+            Indenter::Sharp { half_width } | Indenter::Bonded { half_width } => {
+                return self.under_sharp_punch(half_width, level);
+            }
+            Indenter::Smooth(Shape::Punch { half_width, corner_radius }) => {
+                let per_radius = (1 << level) as f64;
+                LayerMesh::under_rounded_punch(height, length, half_width, corner_radius, 8, per_radius)
+            }
+            _ if self.folds() => LayerMesh::folding_end(height, length, n, 12 * n / 5, 0.3),
+            _ => {
+                let mut mesh = LayerMesh::uniform(height, length, n, 0.8, 4 + n / 2);
+                if self.end == End::Far {
+                    mesh.radii.clear();
+                }
+                mesh
+            }
+        };
+        mesh.whole = self.position != 0.0;
+        move_to(&mut mesh.along, &[], self.edges(0));
+        move_to(&mut mesh.up, &[], self.edges(1));
+        mesh
+    }
+
+    /// What the corners need in the energy; see [`Rubber::volume_barrier`].
+    pub(super) fn rubber_in_use(&self) -> Rubber {
+        let volume_barrier = match self.indenter {
+            _ if self.rubber.volume_barrier == 0.0 || self.folds() => 0.0,
+            Indenter::Smooth(_) => ROUNDED_BARRIER,
+            Indenter::Sharp { .. } | Indenter::Bonded { .. } => SHARP_BARRIER,
+            Indenter::WholeTop => self.rubber.volume_barrier,
+        };
+        Rubber { volume_barrier, ..self.rubber.clone() }
+    }
+
+    pub(super) fn settings(&self) -> NewtonSettings {
+        if self.folds() { NewtonSettings::through_folds() } else { NewtonSettings::default() }
+    }
+
+    /// Whether the end folds through itself at the bonded corner, as a free end does that nothing carries. A
+    /// rubber whose energy needs `J > 0` cannot follow: it gets a fan there, and is too stiff.
+    fn folds(&self) -> bool {
+        let smooth = Rubber { volume_barrier: 0.0, ..self.rubber.clone() };
+        self.indenter == Indenter::WholeTop && self.end == End::Free && smooth.knows_inside_out()
+    }
+
+    /// Lower and upper ends of the inclusions along an axis.
+    fn edges(&self, axis: usize) -> impl Iterator<Item = f64> {
+        self.inclusions.iter().flat_map(move |i| [i.min[axis], i.max[axis]])
+    }
+
+    /// Eight quadrilaterals over the thickness; the fan around the end of the punch is refined. It stays clear of what lies
+    /// in the layer below it.
+    fn under_sharp_punch(&self, corner: f64, level: usize) -> LayerMesh {
+        const RINGS: [usize; 3] = [8, 10, 14];
+        let (height, length) = (self.thickness, self.half_length);
+        let highest = self.edges(1).fold(0.0, f64::max);
+        let reach =
+            (0.5 * height).min(0.9 * (height - highest)).min(corner).min(0.5 * (length - height - corner));
+        let (left, right, low) = (corner - reach, corner + reach, height - reach);
+        let body = length - height;
+        let count = |length: f64| ((8.0 * length / height).round() as usize).max(1);
+        let fine = count(reach).max(4);
+        let mut along = if left > 0.0 { uniform(0.0, left, count(left)) } else { vec![0.0] };
+        along.extend(uniform(left, right, 2 * fine).iter().skip(1));
+        along.extend(uniform(right, body, count(0.6 * (body - right))).iter().skip(1));
+        let mut up = uniform(0.0, low, count(low));
+        up.extend(uniform(low, height, fine).iter().skip(1));
+        move_to(&mut along, &[left, right], self.edges(0));
+        move_to(&mut up, &[low], self.edges(1));
+        let at = |x: f64, of: &[f64]| of.iter().position(|y| *y == x).unwrap_or(0);
+        let punch = PunchFan {
+            along: [at(left, &along), at(right, &along)],
+            up: at(low, &up),
+            corner,
+            radii: geometric(0.7, RINGS[level.min(RINGS.len() - 1)]),
+        };
+        let end_top = uniform(body, length, count(0.6 * height));
+        LayerMesh { along, up, end_top, radii: geometric(0.5, 1), punch: Some(punch), whole: false }
+    }
+}
+
+/// Moves the nearest inner breakpoint to each of `edges`, or puts one in where that is an edge already or one of `kept`.
+fn move_to(breakpoints: &mut Vec<f64>, kept: &[f64], edges: impl Iterator<Item = f64>) {
+    let (first, last) = (breakpoints[0], breakpoints[breakpoints.len() - 1]);
+    let tiny = 1e-9 * last;
+    let mut fixed = vec![first, last];
+    fixed.extend(kept);
+    for edge in edges.filter(|e| *e > first + tiny && *e < last - tiny) {
+        if fixed.iter().any(|f| (f - edge).abs() < tiny) {
+            continue;
+        }
+        let after = breakpoints.partition_point(|x| *x < edge).min(breakpoints.len() - 1);
+        let near = if edge - breakpoints[after - 1] < breakpoints[after] - edge { after - 1 } else { after };
+        if fixed.contains(&breakpoints[near]) {
+            breakpoints.insert(after, edge);
+        } else {
+            breakpoints[near] = edge;
+        }
+        fixed.push(edge);
+    }
+}
