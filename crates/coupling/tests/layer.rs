@@ -1,0 +1,182 @@
+//! Finite-element layers from their case files: forces, electrodes, files, and what happens when a load is out of reach.
+
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test stops by panicking")]
+
+use std::path::Path;
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
+
+use elastocap_coupling::case::{self, Case, Indenter, Load, Mechanics, PlaneStrain, ShearLength, Stiffness};
+use elastocap_coupling::curve::{Outcome, Status};
+use elastocap_coupling::plan::{Options, Plan};
+use elastocap_coupling::results::{OutputFolder, csv, save};
+use elastocap_coupling::run::run;
+use elastocap_mechanics::{ElectrodeStiffness, LayerState};
+
+const NUMBERS_ONLY: Options = Options { prune: true, fields: false, scene: false };
+
+fn acceptance(name: &str) -> Case {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tests/acceptance").join(name);
+    case::load(&path).unwrap_or_else(|e| panic!("{e}"))
+}
+
+fn solve(case: &Case) -> Outcome {
+    let plan = Plan::new(case, &NUMBERS_ONLY);
+    run(case, &plan, &NUMBERS_ONLY, None, &Arc::new(AtomicBool::new(false)), &|_| {}).unwrap()
+}
+
+fn plane_strain(case: &mut Case) -> &mut PlaneStrain {
+    match &mut case.mechanics {
+        Some(Mechanics::PlaneStrain(model)) => model,
+        other => panic!("{other:?}"),
+    }
+}
+
+/// The layer of the substrate case at these loads, its force to 2 %.
+fn on_substrate(load: Load) -> Case {
+    let mut case = acceptance("layer-on-substrate.toml");
+    plane_strain(&mut case).relative_tolerance = 2e-2;
+    case.load = Some(load);
+    case
+}
+
+#[test]
+fn the_layer_on_the_substrate_has_its_force_and_its_files_in_the_order_of_the_case() {
+    let case = on_substrate(Load::Compression(vec![0.1, 0.0, 0.05]));
+    let options = Options { fields: true, ..NUMBERS_ONLY };
+    let plan = Plan::new(&case, &options);
+    let target = tempfile::tempdir().unwrap();
+    let folder = OutputFolder::open(target.path()).unwrap();
+    let never = Arc::new(AtomicBool::new(false));
+    let outcome = run(&case, &plan, &options, Some(&folder), &never, &|_| {}).unwrap();
+    assert!(outcome.is_complete(), "{}", csv::curve(&outcome));
+    let force = |k: usize| outcome.steps[k].row.force_n.unwrap();
+    // One code, contact by penalty: 0.7735 N and 1.762 N, to 1 %.
+    assert!((force(0) / 1.762 - 1.0).abs() < 1e-2 && (force(2) / 0.7735 - 1.0).abs() < 1e-2);
+    assert_eq!(force(1), 0.0);
+    let saved = save(&case, &outcome, &options, folder, std::time::Instant::now(), std::time::Duration::ZERO)
+        .unwrap();
+    let names: Vec<_> =
+        saved.files.iter().map(|f| f.file_name().unwrap().to_string_lossy().into_owned()).collect();
+    for name in
+        ["mechanics.csv", "layer_000.vtu", "layer_002.vtu", "profile_001.csv", "layer.pvd", "curve.svg"]
+    {
+        assert!(names.iter().any(|n| n == name), "{name} is not among {names:?}");
+    }
+    // Shear along the bonded bottom: none on the axis, outwards beside it.
+    let text = std::fs::read_to_string(target.path().join("profile_000.csv")).unwrap();
+    let shear: Vec<f64> = text
+        .lines()
+        .filter(|l| l.starts_with("bottom,"))
+        .map(|l| l.split(',').nth(7).unwrap().parse().unwrap())
+        .collect();
+    assert!(shear.len() > 20 && shear[0].abs() < 0.02 * shear[shear.len() / 2].abs());
+}
+
+#[test]
+fn a_force_gives_the_compression_that_gives_the_force() {
+    let by_compression = solve(&on_substrate(Load::Compression(vec![0.12])));
+    let force = by_compression.steps[0].row.force_n.unwrap();
+    let by_force = solve(&on_substrate(Load::Force(vec![force, 0.0])));
+    let found = by_force.steps[0].row.compression.unwrap();
+    // Each on its own last mesh.
+    assert!((found / 0.12 - 1.0).abs() < 5e-3, "{found}");
+    assert_eq!(by_force.steps[1].row.compression, Some(0.0));
+}
+
+#[test]
+fn a_load_out_of_reach_fails_with_its_reason_and_the_others_are_kept() {
+    let mut case = on_substrate(Load::Compression(vec![0.05, 0.97]));
+    plane_strain(&mut case).relative_tolerance = 0.5;
+    let outcome = solve(&case);
+    assert_eq!(outcome.steps[0].row.status, Status::Ok);
+    let Status::Failed(reason) = &outcome.steps[1].row.status else {
+        panic!("{:?}", outcome.steps[1].row.status)
+    };
+    assert!(reason.contains("no equilibrium found") && reason.contains("smallest J"), "{reason}");
+    assert_eq!(outcome.steps[1].row.force_n, None);
+}
+
+/// The sensor of the paper under a plate over a layer of 4 H, its electrodes in the mesh.
+fn sensor(stiffness: Stiffness, compression: f64) -> Case {
+    let mut case = acceptance("flat-punch.toml");
+    case.layer.as_mut().unwrap().half_length = Some(1800e-6);
+    case.electrodes.as_mut().unwrap().stiffness = stiffness;
+    let model = plane_strain(&mut case);
+    model.indenter = Indenter::WholeTop;
+    model.end = case::LayerEnd::FreeOnSubstrate;
+    model.relative_tolerance = 2e-2;
+    case.load = Some(Load::Compression(vec![compression]));
+    case.electrostatics.as_mut().unwrap().relative_tolerance = 0.05;
+    case
+}
+
+#[test]
+fn electrodes_as_soft_as_the_layer_float_as_the_closed_form_says() {
+    let case = sensor(Stiffness::ShearModulus(89228.1), 0.05);
+    let outcome = solve(&case);
+    let row = &outcome.steps[0].row;
+    let closed = {
+        let mut case = acceptance("in-plane-pair.toml");
+        case.load = Some(Load::Compression(vec![0.05]));
+        let Some(Mechanics::ClosedForm { contact_half_length, contact_width, shear_length }) = case.mechanics
+        else {
+            panic!("no closed form")
+        };
+        let ShearLength::Given(shear_length) = shear_length else { panic!("no length") };
+        let settings =
+            elastocap_mechanics::ClosedFormSettings { contact_half_length, contact_width, shear_length };
+        let rubber = elastocap_mechanics::Material::NeoHookean { shear_modulus: 89228.1 };
+        LayerState::new(450e-6, rubber, 0.05, settings).unwrap()
+    };
+    let pose = closed.electrode_pose(225e-6, ElectrodeStiffness::ShearModulus(89228.1)).unwrap();
+    assert!((row.gap_m.unwrap() / pose.gap(50e-6) - 1.0).abs() < 1e-4);
+    assert!((row.electrode_height_m.unwrap() / pose.height - 1.0).abs() < 1e-4);
+    assert!((row.electrode_thickness_m.unwrap() / pose.thickness(20e-6) - 1.0).abs() < 2e-3);
+}
+
+#[test]
+fn bent_electrodes_lie_between_boxes_and_the_bounds_say_so() {
+    let outcome = solve(&sensor(Stiffness::ShearModulus(1e6), 0.2));
+    let row = &outcome.steps[0].row;
+    let (low, value, high) = (
+        row.capacitance_lower_f.unwrap(),
+        row.two_terminal_capacitance_f.unwrap(),
+        row.capacitance_upper_f.unwrap(),
+    );
+    assert!(low < value && value < high);
+    // The mean box alone, which lies between the two.
+    let scene = outcome.steps[0].scene.as_ref().unwrap();
+    assert!(scene.enclosing.is_some());
+    let settings = elastocap_electrostatics::Settings {
+        relative_tolerance: 0.02,
+        target: elastocap_electrostatics::Target::TwoTerminal,
+        ..Default::default()
+    };
+    let mean = elastocap_electrostatics::solve(&scene.scene, &settings).unwrap().two_terminal.unwrap();
+    assert!(low < mean.lower && mean.upper < high, "{low} {mean:?} {high}");
+    assert_eq!(row.status, Status::ToleranceNotReached);
+    assert!(outcome.steps[0].reason.as_ref().unwrap().contains("bent and tilted"));
+}
+
+#[test]
+fn the_shear_length_is_found_by_finite_elements_for_compressions_and_for_forces() {
+    let mut case = acceptance("in-plane-pair.toml");
+    case.electrodes = None;
+    (case.surroundings, case.electrostatics) = (None, None);
+    if let Some(Mechanics::ClosedForm { shear_length, .. }) = &mut case.mechanics {
+        *shear_length = ShearLength::FiniteElement;
+    }
+    case.load = Some(Load::Compression(vec![0.0, 0.05, 0.1]));
+    let found = solve(&case);
+    assert!(found.is_complete(), "{}", csv::curve(&found));
+    let force = |k: usize| found.steps[k].row.force_n.unwrap();
+    // L/H = 2.34 at 5 %: with the contact's own half-length the force would be 14.2 mN.
+    assert!(force(0) == 0.0 && (0.0305..0.032).contains(&force(1)), "{}", force(1));
+    case.load = Some(Load::Force(vec![force(1), force(2)]));
+    let back = solve(&case);
+    for (k, expected) in [0.05, 0.1].iter().enumerate() {
+        let compression = back.steps[k].row.compression.unwrap();
+        assert!((compression / expected - 1.0).abs() < 2e-3, "{compression}");
+    }
+}
