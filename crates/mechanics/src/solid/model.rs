@@ -10,6 +10,10 @@ use super::mesh::Mesh;
 use super::obstacle::Obstacle;
 use super::sparse::SymmetricSolver;
 
+/// The proximal modulus of an element over the shear modulus of its own rubber; see [`super::element`]. A soft element with
+/// the proximal modulus of a stiff inclusion would be as hard to solve for as if its bulk modulus were that large.
+const PROXIMAL: f64 = 1e5;
+
 /// Why a model cannot be built.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
@@ -148,11 +152,11 @@ pub struct Equations<S: Dimension = Plane> {
     pub(crate) unbalanced: Vec<f64>,
     internal: Vec<f64>,
     pub(crate) right: Vec<f64>,
-    kappa_0: f64,
     force_floor: f64,
-    /// Largest shear modulus in Pa times the shortest side of the body in m.
+    /// [`Equations::modulus`] times the shortest side of the body in m.
     pub(crate) modulus_times_size: f64,
-    /// Largest shear modulus in Pa.
+    /// Shear modulus in Pa of the rubber that takes most of the room: the one that touches, folds and wrinkles, however
+    /// stiff the inclusions are.
     pub(crate) modulus: f64,
     /// A drag of so many Pa per unit of strain, and the displacements it pulls back to; see
     /// [`folds`](super::folds).
@@ -218,14 +222,18 @@ impl<S: Dimension> Equations<S> {
             .collect();
         let (solver, places) =
             SymmetricSolver::new(unknowns as usize, &groups, Par::Seq).map_err(|_| ModelError::NoUnknowns)?;
-        let modulus = body.rubbers.iter().map(Rubber::shear_modulus).fold(0.0, f64::max);
+        let mut room = vec![0.0; body.rubbers.len()];
+        for (element, &m) in elements.iter().zip(&body.material) {
+            room[m as usize] += element.volume();
+        }
+        let most = (0..room.len()).max_by(|&a, &b| room[a].total_cmp(&room[b]));
+        let modulus = most.map_or(0.0, |m| body.rubbers[m].shear_modulus());
         let size = body.mesh.nodes.iter().flat_map(Numbers::as_slice).fold(0.0, |m: f64, x| m.max(x.abs()));
         Ok(Self {
             unbalanced: vec![0.0; S::AXES * nodes],
             internal: vec![0.0; S::AXES * nodes],
             right: vec![0.0; unknowns as usize],
             systems: vec![ElementSystem::new(S::AXES * S::Element::NODES); count],
-            kappa_0: 1e5 * modulus,
             gap_times_pressure: 0.0,
             force_floor: 1e-9 * modulus * size,
             modulus,
@@ -290,7 +298,8 @@ impl<S: Dimension> Equations<S> {
         };
         systems.par_iter_mut().enumerate().with_min_len(16).for_each(|(e, system)| {
             let u = this.gather(e, &state.displacement);
-            this.elements[e].assemble(this.rubber(e), &u, &state.pressure[e], this.kappa_0, system);
+            let rubber = this.rubber(e);
+            this.elements[e].assemble(rubber, &u, &state.pressure[e], PROXIMAL * rubber.shear_modulus(), system);
             let (drag, anchor) = &this.drag;
             if *drag > 0.0 {
                 this.elements[e].add_drag(*drag, &u, &this.gather(e, anchor), system);
@@ -380,8 +389,9 @@ impl<S: Dimension> Equations<S> {
             .into_par_iter()
             .with_min_len(64)
             .map(|e| {
-                let du = self.gather(e, &du);
-                self.elements[e].pressure_increment(self.rubber(e), &du, self.kappa_0, &self.systems[e])
+                let (rubber, du) = (self.rubber(e), self.gather(e, &du));
+                let kappa_0 = PROXIMAL * rubber.shear_modulus();
+                self.elements[e].pressure_increment(rubber, &du, kappa_0, &self.systems[e])
             })
             .collect();
         let shift = state.shift.iter().zip(&load.shift);
