@@ -6,7 +6,8 @@ use super::model::{Equations, Load, Residual, State};
 /// When to stop, and what to try.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct NewtonSettings {
-    /// Largest unbalanced nodal force over the largest nodal force; also for volume errors.
+    /// Largest unbalanced nodal force over the largest nodal force, or what rounding leaves of it where that is more (at most
+    /// 1e-6); also for volume errors.
     pub tolerance: f64,
     /// Newton steps before a load step is cut.
     pub most_iterations: usize,
@@ -335,7 +336,7 @@ impl<S: Dimension> Equations<S> {
 
 impl Residual {
     fn within(&self, tolerance: f64, target: Target) -> bool {
-        self.force <= target.force
+        self.force <= target.force.max(self.rounding)
             && self.volume <= target.force.max(tolerance)
             && self.contact <= target.contact
     }
