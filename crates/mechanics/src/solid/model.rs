@@ -165,7 +165,9 @@ pub struct Equations<S: Dimension = Plane> {
     force_floor: f64,
     /// For each element the force that a unit of displacement of one of its nodes makes, about, and its size in m.
     sensitivity: Vec<(f64, f64)>,
-    /// [`Equations::modulus`] times the shortest side of the body in m.
+    /// The shortest side of the box around the body in m.
+    pub(crate) shortest_side: f64,
+    /// [`Equations::modulus`] times that side.
     pub(crate) modulus_times_size: f64,
     /// Shear modulus in Pa of the rubber that takes most of the room: the one that touches, folds and wrinkles, however
     /// stiff the inclusions are.
@@ -264,6 +266,7 @@ impl<S: Dimension> Equations<S> {
             force_floor: 1e-9 * modulus * size * per_axis,
             sensitivity,
             modulus,
+            shortest_side: shortest,
             modulus_times_size: modulus * shortest,
             spring: modulus * per_axis,
             drag: (0.0, vec![0.0; S::AXES * nodes]),

@@ -9,6 +9,7 @@ use std::time::Instant;
 
 use super::layer::{End, Inclusion, Indenter, LayerMesh, LayerModel, LayerStep};
 use super::material::Rubber;
+use super::mesh::graded;
 use super::model::{Load, ModelError, State};
 use super::newton::{NewtonSettings, Stopped};
 
@@ -122,6 +123,9 @@ pub struct Pressing {
     pub goals: Vec<Result<Pressed, PressError>>,
 }
 
+/// Half-length over the thickness of a layer that is solved with equal elements all along.
+const SHORT: f64 = 4.0;
+
 impl LayerProblem {
     /// The mesh of this layer with about `n` elements over its thickness.
     pub fn mesh(&self, n: usize) -> LayerMesh {
@@ -145,11 +149,28 @@ impl LayerProblem {
                 }
                 let edges =
                     |axis: usize| self.inclusions.iter().flat_map(move |i| [i.min[axis], i.max[axis]]);
-                mesh.along = through(&mesh.along, edges(0));
+                if self.indenter == Indenter::WholeTop && length > SHORT * height {
+                    mesh.along = self.long(n);
+                    move_to(&mut mesh.along, edges(0));
+                } else {
+                    mesh.along = through(&mesh.along, edges(0));
+                }
                 mesh.up = through(&mesh.up, edges(1));
                 mesh
             }
         }
+    }
+
+    /// Breakpoints along a long layer: away from its end and its inclusions the solution varies over its length only, and
+    /// the elements are up to so many times longer than high as the layer is longer than [`SHORT`] of its heights.
+    fn long(&self, n: usize) -> Vec<f64> {
+        let (size, end) = (self.thickness / n as f64, self.half_length - self.thickness);
+        let longest = size * self.half_length / (SHORT * self.thickness);
+        graded(0.0, end, |x| {
+            let from_inclusions = self.inclusions.iter().map(|i| (i.min[0] - x).max(x - i.max[0]));
+            let away = from_inclusions.fold(end - x, f64::min) - self.thickness;
+            (size + 0.25 * away.max(0.0)).min(longest)
+        })
     }
 
     /// Whether the end folds through itself at the bonded corner, as a free end does that nothing carries. A
@@ -200,7 +221,12 @@ impl LayerProblem {
                 levels.last().map_or(0, |l: &Level| l.reached.iter().filter(|r| r.is_some()).count());
             levels.push(level);
             let known = |g: usize| judge(&levels, goals, g, refinement).is_some_and(|p| p.converged);
-            if cancel.load(Ordering::Relaxed) || further < before || (0..goals.len()).all(known) {
+            let done = order.iter().all(|&g| known(g));
+            // What two meshes did not reach, a third one would take longest not to reach.
+            if k > 0 {
+                order.truncate(further);
+            }
+            if cancel.load(Ordering::Relaxed) || further < before || done || order.is_empty() {
                 break;
             }
         }
