@@ -6,7 +6,7 @@ use super::dimension::{Dimension, Numbers, Plane};
 use super::material::Rubber;
 use super::mesh::{Mesh, Patch, geometric, graded, uniform};
 use super::model::{Body, Equations, Load, ModelError, State};
-use super::newton::{Effort, NewtonSettings, Stopped};
+use super::newton::{Effort, NewtonSettings, StopReason, Stopped};
 use super::obstacle::{Obstacle, Shape};
 use super::side::Side;
 use super::stress::Fields;
@@ -451,10 +451,13 @@ impl<S: Dimension> LayerModel<S> {
     /// [`Stopped`]; the model is then in the last equilibrium on the way.
     pub fn press_with(&mut self, target: f64, settings: &NewtonSettings) -> Result<LayerStep, Box<Stopped>> {
         const MOST_TRIES: usize = 60;
+        // Forces jitter by rounding, with stiff inclusions more than 1e-10.
+        const FORCE_TOLERANCE: f64 = 1e-6;
         let mut last = self.step(Effort::default());
         let mut low = (last.compression, last.force - target);
         let mut high: Option<(f64, f64)> = None;
         let mut slope = None;
+        let mut left = *settings;
         for _ in 0..MOST_TRIES {
             let miss = last.force - target;
             if miss.abs() <= 1e-10 * target.abs() || target == 0.0 && miss == 0.0 {
@@ -473,7 +476,8 @@ impl<S: Dimension> LayerModel<S> {
                 }
             };
             let before = last;
-            last = self.press(next, settings)?;
+            last = self.press(next, &left)?;
+            left.most_solves = left.most_solves.saturating_sub(last.effort.solves);
             let miss = last.force - target;
             if miss < 0.0 {
                 low = (last.compression, miss)
@@ -484,11 +488,16 @@ impl<S: Dimension> LayerModel<S> {
             if moved != 0.0 {
                 slope = Some((last.force - before.force) / moved).filter(|s| *s > 0.0);
             }
-            if high.is_some_and(|h| h.0 - low.0 <= 1e-13) {
-                return Ok(last);
+            if high.is_some_and(|h| h.0 - low.0 <= 1e-13 * h.0) {
+                break;
             }
         }
-        Ok(last)
+        if (last.force - target).abs() <= FORCE_TOLERANCE * target.abs() {
+            return Ok(last);
+        }
+        let effort = last.effort;
+        let (reason, smallest_j) = (StopReason::NoConvergence, effort.smallest_j);
+        Err(Box::new(Stopped { reached: 0.0, step: 1.0, reason, smallest_j, element: 0, effort }))
     }
 
     /// Forces and contact in the last equilibrium.

@@ -2,10 +2,13 @@
 
 use super::layer::{End, Indenter, LayerMesh, PunchFan};
 use super::material::Rubber;
-use super::mesh::{geometric, uniform};
+use super::mesh::{geometric, graded, uniform};
 use super::newton::NewtonSettings;
 use super::obstacle::Shape;
 use super::press::LayerProblem;
+
+/// Half-length over the thickness of a layer that is solved with equal elements all along.
+const SHORT: f64 = 4.0;
 
 /// Barriers against `J -> 0` where the surface passes a rounded corner, and where it piles up at a sharp one.
 const ROUNDED_BARRIER: f64 = 20.0;
@@ -29,6 +32,9 @@ impl LayerProblem {
                 let mut mesh = LayerMesh::uniform(height, length, n, 0.8, 4 + n / 2);
                 if self.end == End::Far {
                     mesh.radii.clear();
+                }
+                if self.indenter == Indenter::WholeTop && length > SHORT * height {
+                    mesh.along = self.long(n);
                 }
                 mesh
             }
@@ -59,6 +65,18 @@ impl LayerProblem {
     fn folds(&self) -> bool {
         let smooth = Rubber { volume_barrier: 0.0, ..self.rubber.clone() };
         self.indenter == Indenter::WholeTop && self.end == End::Free && smooth.knows_inside_out()
+    }
+
+    /// Breakpoints along a long layer: away from its end and its inclusions the solution varies over its length only, and
+    /// the elements are up to so many times longer than high as the layer is longer than [`SHORT`] of its heights.
+    fn long(&self, n: usize) -> Vec<f64> {
+        let (size, end) = (self.thickness / n as f64, self.half_length - self.thickness);
+        let longest = size * self.half_length / (SHORT * self.thickness);
+        graded(0.0, end, |x| {
+            let from_inclusions = self.inclusions.iter().map(|i| (i.min[0] - x).max(x - i.max[0]));
+            let away = from_inclusions.fold(end - x, f64::min) - self.thickness;
+            (size + 0.25 * away.max(0.0)).min(longest)
+        })
     }
 
     /// Lower and upper ends of the inclusions along an axis.

@@ -10,6 +10,17 @@ use super::mesh::Mesh;
 use super::obstacle::Obstacle;
 use super::sparse::SymmetricSolver;
 
+/// The proximal modulus of an element over the shear modulus of its own rubber; see [`super::element`]. A soft element with
+/// the proximal modulus of a stiff inclusion would be as hard to solve for as if its bulk modulus were that large.
+const PROXIMAL: f64 = 1e5;
+
+/// So many units of the last digit of a position are lost in the forces of an element: they were 1 to 2 where tried.
+const LAST_DIGITS: f64 = 8.0;
+
+/// The part of the largest force that rounding may leave unbalanced. Where it leaves more, inclusions of 1e9 times the
+/// rubber's modulus for instance, there is no result.
+const MOST_ROUNDING: f64 = 1e-6;
+
 /// Why a model cannot be built.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
@@ -123,6 +134,9 @@ impl<S: Dimension> Body<S> {
 pub(crate) struct Residual {
     /// Largest unbalanced force over the largest nodal force.
     pub(crate) force: f64,
+    /// What rounding may leave of it: positions are known to some units of their last digit, and a stiff inclusion
+    /// turns those into forces.
+    pub(crate) rounding: f64,
     /// Largest mean volume error of an element.
     pub(crate) volume: f64,
     /// Largest relative error of the product of gap and contact force; see the contact module.
@@ -148,12 +162,18 @@ pub struct Equations<S: Dimension = Plane> {
     pub(crate) unbalanced: Vec<f64>,
     internal: Vec<f64>,
     pub(crate) right: Vec<f64>,
-    kappa_0: f64,
     force_floor: f64,
-    /// Largest shear modulus in Pa times the shortest side of the body in m.
+    /// For each element the force that a unit of displacement of one of its nodes makes, about, and its size in m.
+    sensitivity: Vec<(f64, f64)>,
+    /// The shortest side of the box around the body in m.
+    pub(crate) shortest_side: f64,
+    /// [`Equations::modulus`] times that side.
     pub(crate) modulus_times_size: f64,
-    /// Largest shear modulus in Pa.
+    /// Shear modulus in Pa of the rubber that takes most of the room: the one that touches, folds and wrinkles, however
+    /// stiff the inclusions are.
     pub(crate) modulus: f64,
+    /// The same as the stiffness of a spring at a node: in the plane in Pa, in space times the shortest side of the body.
+    spring: f64,
     /// A drag of so many Pa per unit of strain, and the displacements it pulls back to; see
     /// [`folds`](super::folds).
     pub(crate) drag: (f64, Vec<f64>),
@@ -218,18 +238,37 @@ impl<S: Dimension> Equations<S> {
             .collect();
         let (solver, places) =
             SymmetricSolver::new(unknowns as usize, &groups, Par::Seq).map_err(|_| ModelError::NoUnknowns)?;
-        let modulus = body.rubbers.iter().map(Rubber::shear_modulus).fold(0.0, f64::max);
+        let mut room = vec![0.0; body.rubbers.len()];
+        for (element, &m) in elements.iter().zip(&body.material) {
+            room[m as usize] += element.volume();
+        }
+        let most = (0..room.len()).max_by(|&a, &b| room[a].total_cmp(&room[b]));
+        let modulus = most.map_or(0.0, |m| body.rubbers[m].shear_modulus());
         let size = body.mesh.nodes.iter().flat_map(Numbers::as_slice).fold(0.0, |m: f64, x| m.max(x.abs()));
+        let shortest = body.mesh.shortest_side();
+        // In the plane a force is one per metre of width.
+        let per_axis = shortest.powi(S::AXES as i32 - 2);
+        let sensitivity = elements
+            .iter()
+            .zip(&body.material)
+            .map(|(element, &m)| {
+                let product = |a: usize| element.gradient_product(a, a);
+                let most = (0..S::Element::NODES).map(product).fold(0.0, f64::max);
+                (body.rubbers[m as usize].shear_modulus() * most, element.volume().powf(1.0 / S::AXES as f64))
+            })
+            .collect();
         Ok(Self {
             unbalanced: vec![0.0; S::AXES * nodes],
             internal: vec![0.0; S::AXES * nodes],
             right: vec![0.0; unknowns as usize],
             systems: vec![ElementSystem::new(S::AXES * S::Element::NODES); count],
-            kappa_0: 1e5 * modulus,
             gap_times_pressure: 0.0,
-            force_floor: 1e-9 * modulus * size,
+            force_floor: 1e-9 * modulus * size * per_axis,
+            sensitivity,
             modulus,
-            modulus_times_size: modulus * body.mesh.shortest_side(),
+            shortest_side: shortest,
+            modulus_times_size: modulus * shortest,
+            spring: modulus * per_axis,
             drag: (0.0, vec![0.0; S::AXES * nodes]),
             body,
             elements,
@@ -290,7 +329,14 @@ impl<S: Dimension> Equations<S> {
         };
         systems.par_iter_mut().enumerate().with_min_len(16).for_each(|(e, system)| {
             let u = this.gather(e, &state.displacement);
-            this.elements[e].assemble(this.rubber(e), &u, &state.pressure[e], this.kappa_0, system);
+            let rubber = this.rubber(e);
+            this.elements[e].assemble(
+                rubber,
+                &u,
+                &state.pressure[e],
+                PROXIMAL * rubber.shear_modulus(),
+                system,
+            );
             let (drag, anchor) = &this.drag;
             if *drag > 0.0 {
                 this.elements[e].add_drag(*drag, &u, &this.gather(e, anchor), system);
@@ -340,6 +386,11 @@ impl<S: Dimension> Equations<S> {
         }
         let contact = self.assemble_contact(state, load);
         let scale = self.internal.iter().fold(self.force_floor, |m, f| m.max(f.abs()));
+        let rounding = self.sensitivity.iter().enumerate().fold(0.0, |most: f64, (e, (stiffness, size))| {
+            let moved = self.places_of(e).fold(0.0, |m: f64, d| m.max(state.displacement[d].abs()));
+            most.max(stiffness * (size + moved))
+        });
+        let rounding = (LAST_DIGITS * f64::EPSILON * rounding / scale).min(MOST_ROUNDING);
         let mut worst: f64 = 0.0;
         for (d, f) in self.unbalanced.iter().enumerate() {
             if f.is_nan() {
@@ -348,7 +399,7 @@ impl<S: Dimension> Equations<S> {
                 worst = worst.max(f.abs());
             }
         }
-        Residual { force: worst / scale, volume, contact, smallest_j }
+        Residual { force: worst / scale, rounding, volume, contact, smallest_j }
     }
 
     /// Factorises the last tangent. Returns the number of negative pivots, or `None` if it is singular.
@@ -358,7 +409,7 @@ impl<S: Dimension> Equations<S> {
 
     /// Adds springs of `stiffness` times the shear modulus between every free displacement and where it is.
     pub(crate) fn damp(&mut self, stiffness: f64) {
-        self.solver.add_to_diagonal(stiffness * self.modulus);
+        self.solver.add_to_diagonal(stiffness * self.spring);
     }
 
     /// Solves for the step that the last assembly asks for, with the last factors. Returns the step as a difference of
@@ -380,8 +431,9 @@ impl<S: Dimension> Equations<S> {
             .into_par_iter()
             .with_min_len(64)
             .map(|e| {
-                let du = self.gather(e, &du);
-                self.elements[e].pressure_increment(self.rubber(e), &du, self.kappa_0, &self.systems[e])
+                let (rubber, du) = (self.rubber(e), self.gather(e, &du));
+                let kappa_0 = PROXIMAL * rubber.shear_modulus();
+                self.elements[e].pressure_increment(rubber, &du, kappa_0, &self.systems[e])
             })
             .collect();
         let shift = state.shift.iter().zip(&load.shift);

@@ -6,7 +6,8 @@ use super::model::{Equations, Load, Residual, State};
 /// When to stop, and what to try.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct NewtonSettings {
-    /// Largest unbalanced nodal force over the largest nodal force; also for volume errors.
+    /// Largest unbalanced nodal force over the largest nodal force, or what rounding leaves of it where that is more (at most
+    /// 1e-6); also for volume errors.
     pub tolerance: f64,
     /// Newton steps before a load step is cut.
     pub most_iterations: usize,
@@ -15,7 +16,7 @@ pub struct NewtonSettings {
     /// Gap over the shortest side of the body where the contact pressure is the shear modulus, while the load moves; see
     /// the contact module.
     pub moving_gap: f64,
-    /// The same at the loads that are asked for.
+    /// The same at the loads that are asked for; less where displacements are below a hundredth of that side.
     pub final_gap: f64,
     /// First load step, as a part of the way from one load to the next.
     pub first_step: f64,
@@ -117,6 +118,11 @@ const MOST_DAMPING: f64 = 1e4;
 
 /// Where the load moves, contact only has to be followed: the loads that are asked for are met from there.
 const ON_THE_WAY: Target = Target { force: 1e-2, contact: 1.0 };
+
+/// Displacement over the shortest side of the body below which gaps are closed farther, and how much farther at most: where
+/// nothing moves there is nothing to compare them with.
+const SMALL_DISPLACEMENT: f64 = 1e-2;
+const LEAST_GAP_FACTOR: f64 = 1e-12;
 
 pub(super) type Failure = (StopReason, (f64, usize));
 
@@ -222,9 +228,13 @@ impl<S: Dimension> Equations<S> {
     ) -> Result<(), Failure> {
         let moving = state.clone();
         let (mut gap, mut factor) = (settings.moving_gap, 0.1f64);
-        while gap > settings.final_gap {
-            let next = (gap * factor).max(settings.final_gap);
-            let last = next <= settings.final_gap;
+        loop {
+            let wanted = settings.final_gap * self.gap_for(state);
+            if gap <= wanted {
+                break;
+            }
+            let next = (gap * factor).max(wanted);
+            let last = next <= wanted;
             let target = if last {
                 Target { force: settings.tolerance, contact: 1e-3 }
             } else {
@@ -249,6 +259,14 @@ impl<S: Dimension> Equations<S> {
         }
         state.moving = Some(Box::new(moving));
         Ok(())
+    }
+
+    /// The factor on [`NewtonSettings::final_gap`] for the displacements of `state`. The pressure under a smooth punch grows with
+    /// its displacement `u`, so that a product `s` of gap and pressure keeps it away from the layer by something like `s/u`: for
+    /// that to stay a small part of `u`, `s` has to fall with `u^2`.
+    fn gap_for(&self, state: &State<S>) -> f64 {
+        let moved = state.displacement.iter().fold(0.0, |m: f64, u| m.max(u.abs()));
+        (moved / (SMALL_DISPLACEMENT * self.shortest_side)).min(1.0).powi(2).max(LEAST_GAP_FACTOR)
     }
 
     pub(super) fn equilibrate(
@@ -335,7 +353,7 @@ impl<S: Dimension> Equations<S> {
 
 impl Residual {
     fn within(&self, tolerance: f64, target: Target) -> bool {
-        self.force <= target.force
+        self.force <= target.force.max(self.rounding)
             && self.volume <= target.force.max(tolerance)
             && self.contact <= target.contact
     }

@@ -157,7 +157,12 @@ impl LayerProblem {
                 levels.last().map_or(0, |l: &Level| l.reached.iter().filter(|r| r.is_some()).count());
             levels.push(level);
             let known = |g: usize| judge(&levels, goals, g, refinement).is_some_and(|p| p.converged);
-            if cancel.load(Ordering::Relaxed) || further < before || (0..goals.len()).all(known) {
+            let done = order.iter().all(|&g| known(g));
+            // What two meshes did not reach, a third one would take longest not to reach.
+            if k > 0 {
+                order.truncate(further);
+            }
+            if cancel.load(Ordering::Relaxed) || further < before || done || order.is_empty() {
                 break;
             }
         }
