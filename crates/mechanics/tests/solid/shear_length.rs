@@ -29,7 +29,8 @@ fn a_punch_is_sheared_farther_than_it_is_long_and_the_closed_form_then_has_its_f
     let finer = shear_lengths(Contact::Punch(1.0), End::Free, &[0.05], 10).unwrap();
     assert!(found.stopped.is_none() && found.points.len() == 2);
     let [length, force] = found.disagreement.unwrap();
-    assert!(length < 0.015 && force < 0.05, "{length} {force}");
+    // The coarsest fan against the finest: it is only used where the finer ones stop.
+    assert!(length < 0.03 && force < 0.08, "{length} {force}");
     assert_eq!(found.points[0].fan, 0);
     let point = found.points[0].shear;
     let (a, b) = (point.from_balance.unwrap(), finer.points[0].shear.from_balance.unwrap());
