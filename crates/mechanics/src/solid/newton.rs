@@ -16,7 +16,7 @@ pub struct NewtonSettings {
     /// Gap over the shortest side of the body where the contact pressure is the shear modulus, while the load moves; see
     /// the contact module.
     pub moving_gap: f64,
-    /// The same at the loads that are asked for; less where displacements are below a hundredth of that side.
+    /// The same at the loads that are asked for; less where displacements are small against that side.
     pub final_gap: f64,
     /// First load step, as a part of the way from one load to the next.
     pub first_step: f64,
@@ -119,10 +119,10 @@ const MOST_DAMPING: f64 = 1e4;
 /// Where the load moves, contact only has to be followed: the loads that are asked for are met from there.
 const ON_THE_WAY: Target = Target { force: 1e-2, contact: 1.0 };
 
-/// Displacement over the shortest side of the body below which gaps are closed farther, and how much farther at most: where
-/// nothing moves there is nothing to compare them with.
-const SMALL_DISPLACEMENT: f64 = 1e-2;
-const LEAST_GAP_FACTOR: f64 = 1e-12;
+/// Gap over displacement that is small enough, about, and the gap (over the shortest side of the body) below which none is
+/// closed: where nothing moves there is nothing to compare it with.
+const GAP_PART: f64 = 1e-4;
+const LEAST_GAP: f64 = 1e-20;
 
 pub(super) type Failure = (StopReason, (f64, usize));
 
@@ -229,7 +229,7 @@ impl<S: Dimension> Equations<S> {
         let moving = state.clone();
         let (mut gap, mut factor) = (settings.moving_gap, 0.1f64);
         loop {
-            let wanted = settings.final_gap * self.gap_for(state);
+            let wanted = settings.final_gap.min(self.gap_for(state));
             if gap <= wanted {
                 break;
             }
@@ -261,12 +261,12 @@ impl<S: Dimension> Equations<S> {
         Ok(())
     }
 
-    /// The factor on [`NewtonSettings::final_gap`] for the displacements of `state`. The pressure under a smooth punch grows with
-    /// its displacement `u`, so that a product `s` of gap and pressure keeps it away from the layer by something like `s/u`: for
-    /// that to stay a small part of `u`, `s` has to fall with `u^2`.
+    /// What [`NewtonSettings::final_gap`] has to be at most for the displacements of `state`. The pressure under a smooth punch
+    /// grows with its displacement `u`, so that a product `s` of gap and pressure keeps it away from the layer by something
+    /// like `s/u`: for that to stay a small part of `u`, `s` has to fall with `u^2`.
     fn gap_for(&self, state: &State<S>) -> f64 {
         let moved = state.displacement.iter().fold(0.0, |m: f64, u| m.max(u.abs()));
-        (moved / (SMALL_DISPLACEMENT * self.shortest_side)).min(1.0).powi(2).max(LEAST_GAP_FACTOR)
+        (GAP_PART * (moved / self.shortest_side).powi(2)).max(LEAST_GAP)
     }
 
     pub(super) fn equilibrate(

@@ -153,16 +153,14 @@ impl LayerProblem {
             level.walk(goals, &order, &settings, cancel, &|done| tell(k, done));
             level.seconds = start.elapsed().as_secs_f64();
             let further = level.reached.iter().filter(|r| r.is_some()).count();
-            let before =
-                levels.last().map_or(0, |l: &Level| l.reached.iter().filter(|r| r.is_some()).count());
             levels.push(level);
             let known = |g: usize| judge(&levels, goals, g, refinement).is_some_and(|p| p.converged);
             let done = order.iter().all(|&g| known(g));
-            // What two meshes did not reach, a third one would take longest not to reach.
+            // What neither this mesh nor one before reached, or only one before, takes longest on the next one.
             if k > 0 {
                 order.truncate(further);
             }
-            if cancel.load(Ordering::Relaxed) || further < before || done || order.is_empty() {
+            if cancel.load(Ordering::Relaxed) || done || order.is_empty() {
                 break;
             }
         }

@@ -4,6 +4,7 @@
 
 mod contact;
 mod cook;
+mod extreme;
 mod layer;
 mod patch;
 mod shear_length;

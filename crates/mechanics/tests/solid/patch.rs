@@ -4,7 +4,7 @@
 use elastocap_mechanics::solid::material::{Distortion, Rubber, Volume};
 use elastocap_mechanics::solid::mesh::Mesh;
 use elastocap_mechanics::solid::model::{Body, Equations, Load, State};
-use elastocap_mechanics::solid::newton::NewtonSettings;
+use elastocap_mechanics::solid::newton::{Effort, NewtonSettings, Stopped};
 use elastocap_mechanics::solid::side::BoundaryEdge;
 use elastocap_mechanics::{LayerMap, LayerStress, Material};
 
@@ -45,13 +45,19 @@ impl Block {
     pub(crate) fn press(&mut self, compression: f64) -> LayerStress {
         let last = (compression / 0.025).round() as u32;
         for step in self.steps + 1..=last {
-            self.step(&closed_form(0.025 * f64::from(step)));
+            self.step(&closed_form(0.025 * f64::from(step))).unwrap();
         }
         self.steps = last;
         closed_form(0.025 * f64::from(last))
     }
 
-    fn step(&mut self, stress: &LayerStress) {
+    /// Force over that of the closed form, less 1, in the equilibrium that was found for it.
+    pub(crate) fn error(&self, stress: &LayerStress) -> f64 {
+        self.equations.reaction(1, |x| x[1] == 1.0) / force(stress) - 1.0
+    }
+
+    /// Goes on to the compression of `stress` in one step.
+    pub(crate) fn step(&mut self, stress: &LayerStress) -> Result<Effort, Box<Stopped>> {
         let body = self.equations.body();
         let mut next = body.no_load();
         for (k, x) in body.mesh.nodes.iter().enumerate() {
@@ -68,11 +74,18 @@ impl Block {
             &mut next.force,
         );
         let settings = NewtonSettings { first_step: 1.0, ..Default::default() };
-        self.equations.advance(&mut self.state, &mut self.load, &next, &settings).unwrap();
+        self.equations.advance(&mut self.state, &mut self.load, &next, &settings)
     }
 }
 
-fn closed_form(compression: f64) -> LayerStress {
+/// Force in N per metre of width on the top of the block, negative in compression.
+fn force(stress: &LayerStress) -> f64 {
+    let (points, weights) = elastocap_fem::quadrature::gauss_legendre(20);
+    let along = points.iter().zip(&weights);
+    along.map(|(s, w)| 0.5 * w * stress.first_piola([0.5 * (1.0 + s), 1.0, 0.0])[(1, 1)]).sum()
+}
+
+pub(crate) fn closed_form(compression: f64) -> LayerStress {
     let map = LayerMap::new(1.0, compression).unwrap();
     LayerStress::new(map, Material::MooneyRivlin { c10: C10, c01: C01 }, 1.0).unwrap()
 }
@@ -87,12 +100,7 @@ fn solve(n: usize, volume_barrier: f64, compressions: &[f64]) -> Vec<(f64, f64, 
         let stress = block.press(*compression);
         let Block { equations, state, .. } = &block;
         let force = -equations.reaction(1, |x| x[1] == 1.0) / mu;
-        let (points, weights) = elastocap_fem::quadrature::gauss_legendre(20);
-        let exact: f64 = points
-            .iter()
-            .zip(&weights)
-            .map(|(s, w)| -0.5 * w * stress.first_piola([0.5 * (1.0 + s), 1.0, 0.0])[(1, 1)] / mu)
-            .sum();
+        let exact = -self::force(&stress) / mu;
         let error = equations.body().mesh.nodes.iter().enumerate().fold(0.0f64, |m, (k, x)| {
             let u = stress.map().displacement([x[0], x[1], 0.0]);
             m.max((u[0] - state.displacement[2 * k]).abs()).max((u[1] - state.displacement[2 * k + 1]).abs())
