@@ -1,16 +1,21 @@
 //! The layer under its loads, by whichever mechanics the case asks for.
 
 mod electrode_box;
+mod finite_element;
 mod plane_strain;
+mod solid;
 
 use std::sync::atomic::AtomicBool;
+use std::time::Instant;
 
 use elastocap_mechanics::{
     ClosedFormSettings, LayerState, Material as LayerMaterial, MechanicsError, force_limit,
 };
 
 pub use electrode_box::{ElectrodeBox, Rectangle};
-pub use plane_strain::{MeshReport, PlaneStep, PlaneStrainRun, forecast};
+pub use finite_element::{FiniteElementRun, FiniteElementStep, MeshReport, Solution};
+pub use plane_strain::forecast;
+pub use solid::forecast as forecast_solid;
 
 use crate::case::{Case, Material, Mechanics};
 use crate::plan::{Plan, PlannedStep, StepLoad};
@@ -20,8 +25,8 @@ use crate::plan::{Plan, PlannedStep, StepLoad};
 pub enum Deformation<'a> {
     /// By the closed form.
     ClosedForm(LayerState),
-    /// By finite elements in plane strain.
-    PlaneStrain(&'a PlaneStep),
+    /// By finite elements.
+    FiniteElement(&'a FiniteElementStep),
 }
 
 impl Deformation<'_> {
@@ -29,7 +34,7 @@ impl Deformation<'_> {
     pub fn compression(&self) -> f64 {
         match self {
             Self::ClosedForm(state) => state.compression(),
-            Self::PlaneStrain(step) => step.compression,
+            Self::FiniteElement(step) => step.compression,
         }
     }
 
@@ -37,7 +42,7 @@ impl Deformation<'_> {
     pub fn top_displacement(&self) -> f64 {
         match self {
             Self::ClosedForm(state) => state.top_displacement(),
-            Self::PlaneStrain(step) => step.top_displacement,
+            Self::FiniteElement(step) => step.top_displacement,
         }
     }
 
@@ -45,7 +50,7 @@ impl Deformation<'_> {
     pub fn deformed_thickness(&self) -> f64 {
         match self {
             Self::ClosedForm(state) => state.deformed_thickness(),
-            Self::PlaneStrain(step) => step.deformed_thickness,
+            Self::FiniteElement(step) => step.deformed_thickness,
         }
     }
 
@@ -53,7 +58,7 @@ impl Deformation<'_> {
     pub fn force(&self) -> f64 {
         match self {
             Self::ClosedForm(state) => state.force(),
-            Self::PlaneStrain(step) => step.force,
+            Self::FiniteElement(step) => step.force,
         }
     }
 }
@@ -64,17 +69,23 @@ pub enum Prepared {
     /// Nothing: every step has its closed form, or nothing deforms.
     StepByStep,
     /// The whole path of the layer.
-    PlaneStrain(PlaneStrainRun),
+    FiniteElement(FiniteElementRun),
 }
 
 /// Solves what the steps of `plan` have in common. `tell` is told what is being worked on.
 pub fn prepare(case: &Case, plan: &Plan, cancel: &AtomicBool, tell: &dyn Fn(&str)) -> Prepared {
-    match &case.mechanics {
-        Some(Mechanics::PlaneStrain(model)) if case.load.is_some() => {
-            Prepared::PlaneStrain(PlaneStrainRun::new(case, model, plan, cancel, tell))
-        }
-        _ => Prepared::StepByStep,
-    }
+    let Some(mechanics) = case.mechanics.filter(|_| case.load.is_some()) else { return Prepared::StepByStep };
+    let start = Instant::now();
+    let count = plan.steps.len();
+    let told = |mesh: usize, done: usize| tell(&format!("layer, mesh {}: {done} of {count} loads", mesh + 1));
+    let run = match &mechanics {
+        Mechanics::ClosedForm { .. } => return Prepared::StepByStep,
+        Mechanics::PlaneStrain(model) => plane_strain::solve(case, model, plan, cancel, &told),
+        Mechanics::Solid(model) => solid::solve(case, model, plan, cancel, &told),
+    };
+    let mut run = run.unwrap_or_else(|reason| FiniteElementRun::failed(&reason, plan));
+    run.seconds = start.elapsed().as_secs_f64();
+    Prepared::FiniteElement(run)
 }
 
 impl Prepared {
@@ -92,8 +103,8 @@ impl Prepared {
             Self::StepByStep => layer_state(case, step.load, prune)
                 .map(|state| state.map(Deformation::ClosedForm))
                 .map_err(|error| error.to_string()),
-            Self::PlaneStrain(run) => match run.steps.get(step.index) {
-                Some(Ok(step)) => Ok(Some(Deformation::PlaneStrain(step))),
+            Self::FiniteElement(run) => match run.steps.get(step.index) {
+                Some(Ok(step)) => Ok(Some(Deformation::FiniteElement(step))),
                 Some(Err(error)) => Err(error.clone()),
                 None => Err("the step has no equilibrium".to_owned()),
             },

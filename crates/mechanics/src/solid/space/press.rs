@@ -32,10 +32,10 @@ pub struct SpaceProblem {
 }
 
 impl Refinement {
-    /// Up to four meshes of hexahedra, from 2 to 6 over the thickness: halving their size again and again is not to be
-    /// had in space.
+    /// Up to four meshes of hexahedra, from 2 to 8 over the thickness: halving their size again and again is not to be
+    /// had in space. Even numbers, so that the fans get finer by one ring each time.
     pub fn in_space(relative_tolerance: f64) -> Self {
-        Self { relative_tolerance, over_thickness: vec![2, 3, 4, 6] }
+        Self { relative_tolerance, over_thickness: vec![2, 4, 6, 8] }
     }
 }
 
