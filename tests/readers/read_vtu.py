@@ -123,7 +123,7 @@ LAYER_ARRAYS = {"displacement": 3, "cauchy_stress": 6, "pressure": 1, "J": 1, "c
 
 
 def check_layer(path):
-    """A deformed layer of biquadratic quadrilaterals: both readers see the same, and the area is kept."""
+    """A deformed layer of quadratic quadrilaterals or hexahedra: both readers see the same, and the volume is kept."""
     reader = vtk.vtkXMLUnstructuredGridReader()
     complaints = []
     reader.AddObserver("ErrorEvent", lambda *_: complaints.append("error"))
@@ -134,7 +134,9 @@ def check_layer(path):
     count = grid.GetNumberOfCells()
     need(count > 0, "VTK finds no cells")
     types = {grid.GetCellType(c) for c in range(count)}
-    need(types == {vtk.VTK_BIQUADRATIC_QUAD}, f"VTK finds cells that are no biquadratic quadrilaterals: {types}")
+    known = {vtk.VTK_BIQUADRATIC_QUAD: ("quad9", 9), vtk.VTK_TRIQUADRATIC_HEXAHEDRON: ("hexahedron27", 27)}
+    need(len(types) == 1 and types <= set(known), f"VTK finds other cells than quadratic ones of one kind: {types}")
+    kind, per_cell = known[types.pop()]
     points = vtk_to_numpy(grid.GetPoints().GetData())
     data = grid.GetPointData()
     arrays = {data.GetArrayName(i): vtk_to_numpy(data.GetArray(i)) for i in range(data.GetNumberOfArrays())}
@@ -143,9 +145,9 @@ def check_layer(path):
         need(arrays[name].reshape(len(points), -1).shape[1] == components, f"{name} has the wrong number of components")
         need(np.isfinite(arrays[name]).all(), f"{name} is not finite everywhere")
     mesh = meshio.read(path)
-    need([block.type for block in mesh.cells] == ["quad9"], "meshio does not find one block of quad9")
+    need([block.type for block in mesh.cells] == [kind], f"meshio does not find one block of {kind}")
     need(np.array_equal(mesh.points, points), "VTK and meshio read different points")
-    connectivity = vtk_to_numpy(grid.GetCells().GetConnectivityArray()).reshape(-1, 9)
+    connectivity = vtk_to_numpy(grid.GetCells().GetConnectivityArray()).reshape(-1, per_cell)
     need(np.array_equal(mesh.cells[0].data, connectivity), "VTK and meshio read different cells")
     for name, values in arrays.items():
         need(np.array_equal(mesh.point_data[name], values), f"VTK and meshio read different {name}")
@@ -156,9 +158,24 @@ def check_layer(path):
         after = np.roll(ring, -1, axis=1)
         return 0.5 * (ring[:, :, 0] * after[:, :, 1] - ring[:, :, 1] * after[:, :, 0]).sum()
 
-    before, now = area(points - arrays["displacement"].reshape(-1, 3)), area(points)
-    need(before > 0 and abs(now / before - 1) < 0.01, f"the area goes from {before} to {now}")
-    return f"{len(points)} points, {count} cells, area {now / before:.5f} of that at rest"
+    def volume(at):
+        # By Gauss: the flux of the position through the six faces, each of four flat pieces. VTK's corners, then its
+        # edges, then the middles of the faces -x, +x, -y, +y, -z, +z.
+        faces = [[0, 3, 7, 4], [1, 2, 6, 5], [0, 1, 5, 4], [3, 2, 6, 7], [0, 1, 2, 3], [4, 5, 6, 7]]
+        edges = [[11, 19, 15, 16], [9, 18, 13, 17], [8, 17, 12, 16], [10, 18, 14, 19], [8, 9, 10, 11], [12, 13, 14, 15]]
+        outward = [-1, 1, 1, -1, -1, 1]
+        total = 0.0
+        for face, (corners, sides, sign) in enumerate(zip(faces, edges, outward)):
+            middle = at[connectivity[:, 20 + face]]
+            ring = [at[connectivity[:, n]] for pair in zip(corners, sides) for n in pair]
+            for a, b in zip(ring, ring[1:] + ring[:1]):
+                total += sign * (middle * np.cross(a, b)).sum() / 6
+        return total
+
+    size, name = (area, "area") if kind == "quad9" else (volume, "volume")
+    before, now = size(points - arrays["displacement"].reshape(-1, 3)), size(points)
+    need(before > 0 and abs(now / before - 1) < 0.01, f"the {name} goes from {before} to {now}")
+    return f"{len(points)} points, {count} cells, {name} {now / before:.5f} of that at rest"
 
 
 def check_pvd(path):

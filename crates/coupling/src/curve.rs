@@ -5,7 +5,7 @@ use std::fmt;
 use elastocap_electrostatics::{Bounded, PhaseSeconds, ResolutionLevel};
 use serde::{Serialize, Serializer};
 
-use crate::deform::{MeshReport, PlaneStep};
+use crate::deform::{FiniteElementStep, MeshReport};
 use crate::plan::{Kind, Plan, StepLoad};
 use crate::scene_of::DeformedScene;
 
@@ -60,7 +60,7 @@ pub struct StepResult {
     /// What the user should know about it.
     pub warnings: Vec<String>,
     /// How the finite elements of the layer went, if it has any.
-    pub layer: Option<PlaneStep>,
+    pub layer: Option<FiniteElementStep>,
     /// The bodies as deformed.
     pub scene: Option<DeformedScene>,
     /// Maxwell capacitance matrix, F, in the order of the scene's conductors.

@@ -4,7 +4,7 @@ use elastocap_electrostatics::{Forecast, Settings, Target, forecast};
 use elastocap_mechanics::ForceLimit;
 use serde::Serialize;
 
-use crate::case::{Case, Load, Mechanics, PlaneStrain};
+use crate::case::{Case, Load, Mechanics, PlaneStrain, Solid, SolidIndenter};
 use crate::deform::{self, Deformation, closed_form_limit, layer_state};
 use crate::scene_of::scene_of;
 
@@ -51,6 +51,9 @@ pub struct Plan {
     /// Memory that one solve may take, bytes.
     #[serde(skip)]
     pub memory_limit: u64,
+    /// Memory that the finite elements of the layer may take, bytes.
+    #[serde(skip)]
+    pub layer_memory_limit: u64,
     /// How far eq. (50) can be used.
     #[serde(skip)]
     pub force_limit: Option<ForceLimit>,
@@ -164,6 +167,7 @@ impl Plan {
             at_once: 1,
             warnings: Vec::new(),
             memory_limit: Settings::default().memory_limit,
+            layer_memory_limit: most_memory(),
             force_limit: None,
             pruned: options.prune,
         };
@@ -209,6 +213,7 @@ impl Plan {
                 self.warn_beyond_limit(load);
             }
             (Some(load), Some(Mechanics::PlaneStrain(model))) => self.plane_strain(case, load, model),
+            (Some(load), Some(Mechanics::Solid(model))) => self.solid(case, load, model),
             (None, mechanics) if case.layer.is_some() => {
                 let none = mechanics.is_none();
                 if none || self.pruned {
@@ -225,21 +230,51 @@ impl Plan {
     }
 
     fn plane_strain(&mut self, case: &Case, load: &Load, model: &PlaneStrain) {
+        let meshes: Vec<usize> = deform::forecast(case, model).iter().map(|mesh| mesh.1).collect();
+        self.finite_elements("in plane strain", load, &meshes, model.relative_tolerance);
+        self.warn_of_bulge(case, model.indenter == crate::case::Indenter::WholeTop);
+    }
+
+    fn solid(&mut self, case: &Case, load: &Load, model: &Solid) {
+        let forecast = deform::forecast_solid(case, model);
+        let meshes: Vec<usize> = forecast.iter().map(|mesh| mesh.1).collect();
+        self.finite_elements("of a quarter of the layer", load, &meshes, model.relative_tolerance);
+        let rounded = match model.indenter {
+            SolidIndenter::FlatPunch { corner_radius, .. } | SolidIndenter::Block { corner_radius, .. } => {
+                corner_radius
+            }
+            _ => 0.0,
+        };
+        if let Some(&(.., finest)) = forecast.last()
+            && rounded > 0.0
+            && rounded < finest
+        {
+            self.warnings.push(format!(
+                "the corner radius of {rounded:.2e} m is smaller than the hexahedra of the finest mesh, {finest:.2e} m: the \
+                 force may be off by more than its error estimate says"
+            ));
+        }
+        self.warn_of_bulge(case, model.indenter == SolidIndenter::WholeTop);
+    }
+
+    /// Notes what is solved on `meshes`, which are numbers of unknowns.
+    fn finite_elements(&mut self, what: &str, load: &Load, meshes: &[usize], tolerance: f64) {
         let by = match load {
             Load::Compression(_) => "force",
             Load::Force(_) => "compression",
         };
-        let meshes: Vec<String> =
-            deform::forecast(case, model).iter().map(|(_, unknowns)| unknowns.to_string()).collect();
+        let meshes: Vec<String> = meshes.iter().map(ToString::to_string).collect();
         let what = format!(
-            "finite elements in plane strain at {}, on meshes of {} unknowns, each only if the {by} is not yet known to a \
-             relative {:e}",
+            "finite elements {what} at {}, on meshes of {} unknowns, each only if the {by} is not yet known to a \
+             relative {tolerance:e}",
             counted(self.steps.len(), "load step"),
             listed(&meshes),
-            model.relative_tolerance
         );
         self.solved.push(Planned { part: "mechanics", what });
-        if case.has_conductors() && model.indenter != crate::case::Indenter::WholeTop {
+    }
+
+    fn warn_of_bulge(&mut self, case: &Case, whole_top: bool) {
+        if case.has_conductors() && !whole_top {
             self.warnings.push(
                 "the field solver takes the surface of the layer as flat, at its height under the indenter; beside the \
                  indenter the rubber bulges above that"
@@ -267,8 +302,7 @@ impl Plan {
             self.left_out.push(LeftOut::new(Decision::Case, "electrostatics", why, "all field solves"));
             return;
         }
-        let available = available_memory();
-        self.memory_limit = available - available / 5;
+        self.memory_limit = most_memory();
         let distinct = self.distinct_steps().filter(|s| s.failure.is_none()).count();
         let settings = self.solver_settings(case, options);
         let scene = self.distinct_steps().filter(|s| s.failure.is_none()).find_map(|step| {
@@ -365,7 +399,7 @@ impl Plan {
         } else {
             self.left_out.push(LeftOut::new(Decision::Caller, "scene.glb", "not asked for", "milliseconds"));
         }
-        if matches!(case.mechanics, Some(Mechanics::PlaneStrain(_))) && case.load.is_some() {
+        if case.mechanics.is_some_and(|m| m.is_finite_element()) && case.load.is_some() {
             files.push_str(", mechanics.csv, layer_NNN.vtu and profile_NNN.csv for each step, layer.pvd");
         }
         if self.kind == Kind::Mechanics {
@@ -425,6 +459,12 @@ fn known_failure(case: &Case, load: StepLoad, prune: bool) -> Option<String> {
     };
     let scene = case.has_conductors().then(|| scene_of(case, state.as_ref()));
     scene.and_then(Result::err).map(|error| error.to_string())
+}
+
+/// Memory that may be taken, bytes: what can be had, less a fifth.
+fn most_memory() -> u64 {
+    let available = available_memory();
+    available - available / 5
 }
 
 /// Memory that can be had without swapping, bytes; 4 GiB where the system does not say.

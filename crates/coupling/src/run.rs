@@ -45,8 +45,12 @@ pub fn run(
     let layer = prepare(case, plan, cancel, &|what| tell(Progress::Preparing(what)));
     let written = folder.filter(|_| options.fields);
     let mut warnings = Vec::new();
-    if let (Prepared::PlaneStrain(run), Some(folder)) = (&layer, written) {
-        warnings = layer_files::stage(folder, run)?;
+    if let Prepared::FiniteElement(run) = &layer {
+        warnings
+            .extend(run.too_large.iter().map(|reason| format!("the layer is not refined further: {reason}")));
+        if let (Some(solution), Some(folder)) = (&run.solution, written) {
+            warnings.extend(layer_files::stage(folder, solution)?);
+        }
     }
     let solver =
         Solver { case, settings, prune: options.prune, force_limit: plan.force_limit, layer: &layer };
@@ -97,7 +101,7 @@ pub fn run(
     let conductors = conductor_names(case);
     let (layer_meshes, layer_seconds) = match &layer {
         Prepared::StepByStep | Prepared::ClosedForm(_) => (Vec::new(), 0.0),
-        Prepared::PlaneStrain(run) => (run.meshes.clone(), run.seconds),
+        Prepared::FiniteElement(run) => (run.meshes.clone(), run.seconds),
     };
     let stopped = steps.iter().any(|step| step.row.status == Status::NotRun);
     Ok(Outcome {

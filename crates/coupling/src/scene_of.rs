@@ -10,7 +10,7 @@ use elastocap_geometry::scene::{Box3, BoxScene, Conductor, Dielectric, Wall};
 use elastocap_mechanics::{ElectrodePose, ElectrodeStiffness, LayerState, MechanicsError};
 
 use crate::case::{Case, Electrodes, Extent, Face, Layer, Layout, Stiffness, Surroundings};
-use crate::deform::{Deformation, ElectrodeBox, PlaneStep, Rectangle};
+use crate::deform::{Deformation, ElectrodeBox, FiniteElementStep, Rectangle};
 
 /// Permittivity of vacuum, F/m.
 pub const EPSILON_0: f64 = 8.854_187_812_8e-12;
@@ -138,7 +138,7 @@ pub fn scene_of(case: &Case, state: Option<&Deformation<'_>>) -> Result<Deformed
     if let Some(electrodes) = &case.electrodes {
         let layer = case.layer.as_ref().ok_or(SceneError::Missing("[layer]"))?;
         let (regions, deformed) = match state {
-            Some(Deformation::PlaneStrain(step)) => {
+            Some(Deformation::FiniteElement(step)) => {
                 let ([mean, inside, around], deformed) = place_solved(electrodes, layer, step)?;
                 // At rest they are boxes, but for rounding.
                 if step.electrodes.iter().any(|e| e.deviation() > ROUNDING * layer.thickness) {
@@ -314,7 +314,7 @@ fn place(
 fn place_solved(
     electrodes: &Electrodes,
     layer: &Layer,
-    step: &PlaneStep,
+    step: &FiniteElementStep,
 ) -> Result<([[Box3; 2]; 3], DeformedPair), SceneError> {
     let permittivity =
         layer.relative_permittivity.ok_or(SceneError::Missing("relative_permittivity in [layer]"))?

@@ -55,7 +55,7 @@ impl Solver<'_> {
         let beyond = self.note_mechanics(result, state.as_ref());
         let layer_missed = layer_missed(state.as_ref());
         if !self.case.has_conductors() {
-            if let Some(Deformation::PlaneStrain(layer)) = &state {
+            if let Some(Deformation::FiniteElement(layer)) = &state {
                 // What the row is about is the force, so that its error is the one to tell.
                 result.row.relative_error_estimate = layer.relative_error_estimate;
             }
@@ -114,7 +114,7 @@ impl Solver<'_> {
         };
         row.compression = Some(state.compression());
         row.top_displacement_m = Some(state.top_displacement());
-        if let Deformation::PlaneStrain(step) = state {
+        if let Deformation::FiniteElement(step) = state {
             result.layer = Some((*step).clone());
         }
         if let (StepLoad::Compression(compression), Some(limit)) = (result.load, self.force_limit)
@@ -213,7 +213,7 @@ fn between(
 
 /// Why the finite elements of the layer do not have the accuracy asked for, if they do not.
 fn layer_missed(state: Option<&Deformation<'_>>) -> Option<String> {
-    let Some(Deformation::PlaneStrain(step)) = state else { return None };
+    let Some(Deformation::FiniteElement(step)) = state else { return None };
     if step.negative_pivots > 0 {
         return Some(format!(
             "the equilibrium of the layer is unstable (its tangent has {} negative pivots)",

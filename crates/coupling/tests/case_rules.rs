@@ -5,7 +5,8 @@
 use std::path::Path;
 
 use elastocap_coupling::case::{
-    self, Box3, Case, CaseError, Extent, Face, Load, Material, Mechanics, ShearLength, Stiffness, Wall,
+    self, Box3, Case, CaseError, Extent, Face, LayerEnd, LayerSide, Load, Material, Mechanics, ShearLength,
+    SolidIndenter, Stiffness, Wall,
 };
 
 const LAYERED: &str = r#"
@@ -303,6 +304,70 @@ fn what_the_finite_elements_need_is_asked_for() {
     refused(&text, &[(ogden[1].1, &nothing)], "[{", &["not positive"]);
 }
 
+const PRESSED_IN_SPACE: &str = r#"
+format = 1
+[layer]
+thickness = "1 mm"
+half_length = "4 mm"
+[layer.material.neo_hookean]
+shear_modulus = "100 kPa"
+[mechanics.solid]
+end = "free"
+width = "3 mm"
+[mechanics.solid.indenter.flat_punch]
+half_width = "1 mm"
+half_depth = "0.8 mm"
+corner_radius = "0.2 mm"
+[load]
+force = ["1 N"]
+"#;
+
+#[test]
+fn what_the_finite_elements_in_three_dimensions_need_is_asked_for() {
+    let model = |text: &str| match parse(text).unwrap().mechanics {
+        Some(Mechanics::Solid(model)) => model,
+        other => panic!("{other:?}"),
+    };
+    let found = model(PRESSED_IN_SPACE);
+    assert_eq!(found.indenter, SolidIndenter::Block { half_widths: [1e-3, 0.8e-3], corner_radius: 0.2e-3 });
+    assert_eq!((found.end, found.side, found.width), (LayerEnd::Free, LayerSide::Free, 3e-3));
+    assert_eq!(found.relative_tolerance, 2e-2);
+    let (depth, radius) = ("half_depth = \"0.8 mm\"\n", "corner_radius = \"0.2 mm\"\n");
+    let long = PRESSED_IN_SPACE.replace(depth, "");
+    let sharp = long.replace(radius, "");
+    let punch = |corner_radius| SolidIndenter::FlatPunch { half_width: 1e-3, corner_radius, bonded: false };
+    assert_eq!((model(&long).indenter, model(&sharp).indenter), (punch(0.2e-3), punch(0.0)));
+    let sphere = PRESSED_IN_SPACE.replace("flat_punch", "sphere").replace("half_width", "radius");
+    let sphere = sphere.replace(depth, "").replace(radius, "");
+    assert_eq!(model(&sphere).indenter, SolidIndenter::Sphere { radius: 1e-3 });
+
+    let pair = "[electrodes.in_plane_pair]\ngap = \"50 um\"\nlength = \"300 um\"\nthickness = \"20 um\"\n\
+                width = \"500 um\"\nheight = \"225 um\"\nshear_modulus = \"rigid\"\n[surroundings]\n\
+                boundary = \"open\"\n[load]";
+    let permittivity = ("half_length", "relative_permittivity = 3.0\nhalf_length");
+    refused(
+        PRESSED_IN_SPACE,
+        &[("[load]", pair), permittivity],
+        "",
+        &["does not know electrodes in the layer"],
+    );
+    refused(PRESSED_IN_SPACE, &[("half_length = \"4 mm\"", "")], "[layer]", &["[layer] lacks `half_length`"]);
+    refused(PRESSED_IN_SPACE, &[("\"4 mm\"", "\"1 mm\"")], "\"1 mm\"", &["not larger than its thickness"]);
+    refused(PRESSED_IN_SPACE, &[(radius, "")], "\"0.8 mm\"", &["needs a `corner_radius`"]);
+    refused(PRESSED_IN_SPACE, &[("0.2 mm", "0.9 mm")], "\"0.9 mm\"", &["larger than half the depth"]);
+    refused(PRESSED_IN_SPACE, &[("0.8 mm", "1.6 mm")], "", &["over the end or the side"]);
+    refused(
+        PRESSED_IN_SPACE,
+        &[("half_width", "position = \"1 mm\"\nhalf_width")],
+        "position",
+        &["not supported"],
+    );
+    let bonded = format!("{radius}contact = \"bonded\"\n");
+    refused(&long, &[(radius, &bonded)], "\"0.2 mm\"", &["no rounded corners"]);
+    refused(&sharp, &[("\"1 mm\"\n[load]", "\"3 mm\"\n[load]")], "", &["1.5 thicknesses before"]);
+    refused(&sharp, &[("\"free\"", "\"free\"\nside = \"far\"")], "\"far\"", &["\"free\" or \"symmetric\""]);
+}
+
 #[test]
 fn the_closed_form_refuses_what_it_has_no_formula_for() {
     let yeoh = [("mooney_rivlin", "yeoh"), ("c01 = \"43931.9 Pa\"\n", "")];
@@ -326,7 +391,6 @@ fn unknown_and_later_keys_are_told_apart() {
         "mesh",
         &["not supported"],
     );
-    refused(LAYERED, &[("closed_form", "solid")], "solid", &["not supported"]);
     refused(BOXES, &[("slab = {", "physical = {")], "physical", &["not supported"]);
     refused(BOXES, &[("name = \"a\"", "name = \"a\"\ncharge = \"0 C\"")], "charge", &["not supported"]);
     refused(BOXES, &[("name = \"a\"", "")], "[[conductor]]", &["[[conductor]] lacks `name`"]);

@@ -44,6 +44,18 @@ fn every_supported_acceptance_file_is_valid() {
 }
 
 #[test]
+fn a_layer_in_three_dimensions_is_valid_with_indenters_of_its_own() {
+    let validator = validator();
+    let case = |indenter: &str| {
+        let text = acceptance("layer-on-substrate.toml").replace("plane_strain", "solid");
+        json(&text.replace("\"whole-top\"", indenter))
+    };
+    assert!(validator.is_valid(&case("\"whole-top\"")));
+    assert!(validator.is_valid(&case("{ sphere = { radius = \"1 mm\" } }")));
+    assert!(!validator.is_valid(&case("{ sphere = { radius = \"1 mm\", position = \"1 mm\" } }")));
+}
+
+#[test]
 fn slips_that_a_schema_can_see_are_invalid() {
     let validator = validator();
     for name in [

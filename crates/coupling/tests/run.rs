@@ -130,6 +130,55 @@ fn estimates_in_place_of_bounds_hold_the_true_error() {
     assert!(error.abs() <= estimate + 3e-6 && estimate <= 1e-3, "{error:e} {estimate:e}");
 }
 
+/// A short layer, pressed by 5 %; what `mechanics` says goes in between.
+fn short_layer(mechanics: &str) -> Case {
+    let text = format!(
+        "format = 1\n[layer]\nthickness = \"1 mm\"\nhalf_length = \"1.6 mm\"\n[layer.material.neo_hookean]\n\
+         shear_modulus = \"100 kPa\"\nbulk_modulus = \"10 MPa\"\n{mechanics}\nend = \"free-on-substrate\"\n\
+         indenter = \"whole-top\"\nwidth = \"0.8 mm\"\n[load]\ncompression = [0.05]\n"
+    );
+    case::parse(&text, Path::new("short.toml")).unwrap_or_else(|e| panic!("{e}"))
+}
+
+#[test]
+fn between_planes_of_symmetry_the_layer_in_space_carries_the_force_of_plane_strain() {
+    let of = |mechanics: &str| {
+        let case = short_layer(mechanics);
+        let outcome = solve(&case, &Plan::new(&case, &NUMBERS_ONLY));
+        assert_eq!(outcome.steps[0].row.status, Status::Ok, "{:?}", outcome.steps[0].reason);
+        let row = &outcome.steps[0].row;
+        (row.force_n.unwrap(), row.relative_error_estimate.unwrap())
+    };
+    let (plane, plane_error) = of("[mechanics.plane_strain]\nrelative_tolerance = 5e-3");
+    let (space, space_error) = of("[mechanics.solid]\nside = \"symmetric\"\nrelative_tolerance = 5e-2");
+    let difference = (space / plane - 1.0).abs();
+    assert!(difference <= plane_error + space_error, "{space} {space_error:e} {plane} {plane_error:e}");
+    assert!(difference < 0.02, "{space} {plane}");
+    // Where the sides are free the rubber has one more way out.
+    let (free, _) = of("[mechanics.solid]\nrelative_tolerance = 5e-2");
+    assert!(free < 0.9 * plane, "{free} {plane}");
+}
+
+#[test]
+fn a_layer_in_space_writes_its_fields_and_does_not_begin_what_does_not_fit_into_the_memory() {
+    let case = short_layer("[mechanics.solid]\nrelative_tolerance = 5e-2");
+    let options = Options { prune: true, fields: true, scene: false };
+    let mut plan = Plan::new(&case, &options);
+    let place = tempfile::tempdir().unwrap();
+    let folder = OutputFolder::open(&place.path().join("out")).unwrap();
+    let stop = Arc::new(AtomicBool::new(false));
+    let outcome = run(&case, &plan, &options, Some(&folder), &stop, &|_| {}).unwrap();
+    assert!(outcome.warnings.is_empty(), "{:?}", outcome.warnings);
+    let files = folder.staged();
+    assert_eq!(files, ["layer.pvd", "layer_000.vtu", "profile_000.csv"]);
+
+    plan.layer_memory_limit = 1000;
+    let outcome = solve(&case, &plan);
+    let Status::Failed(reason) = &outcome.steps[0].row.status else { panic!("{:?}", outcome.steps[0].row) };
+    assert!(reason.contains("of memory"), "{reason}");
+    assert!(!outcome.is_complete());
+}
+
 #[test]
 fn an_output_folder_that_is_given_up_leaves_nothing_behind() {
     let place = tempfile::tempdir().unwrap();

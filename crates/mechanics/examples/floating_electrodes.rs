@@ -52,6 +52,7 @@ fn ratios(
         rubber: Rubber::neo_hookean(1.0),
         inclusions: vec![electrode.clone()],
         indenter: Indenter::WholeTop,
+        position: 0.0,
         end: End::FreeOnSubstrate,
     };
     let (rubber, inclusions) = (&problem.rubber, &problem.inclusions);

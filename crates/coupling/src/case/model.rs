@@ -184,6 +184,15 @@ pub enum Mechanics {
     },
     /// Finite elements in plane strain; the layer's half-length is there.
     PlaneStrain(PlaneStrain),
+    /// Finite elements in three dimensions; the layer's half-length is there, and no electrodes.
+    Solid(Solid),
+}
+
+impl Mechanics {
+    /// Whether it is one of the finite-element models.
+    pub fn is_finite_element(&self) -> bool {
+        matches!(self, Self::PlaneStrain(_) | Self::Solid(_))
+    }
 }
 
 /// Where the length L of eq. (45) comes from.
@@ -231,6 +240,63 @@ pub enum Indenter {
         /// Its middle, along x1 from the middle of the layer.
         position: f64,
     },
+}
+
+/// The layer by finite elements in three dimensions. Lengths in m.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Solid {
+    /// What presses, above the middle of the layer.
+    pub indenter: SolidIndenter,
+    /// What becomes of the layer's end.
+    pub end: LayerEnd,
+    /// Width of the layer along x3.
+    pub width: f64,
+    /// What becomes of its sides.
+    pub side: LayerSide,
+    /// Relative discretisation error of the force to reach; in (0, 1).
+    pub relative_tolerance: f64,
+}
+
+/// A rigid indenter in three dimensions. Lengths in m.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum SolidIndenter {
+    /// A smooth plate over the whole layer.
+    WholeTop,
+    /// A flat-faced punch all along x3; bonded ones are sharp.
+    FlatPunch {
+        /// Half of its width along x1.
+        half_width: f64,
+        /// Radius of its corners; zero for a sharp one.
+        corner_radius: f64,
+        /// Whether the layer sticks to it.
+        bonded: bool,
+    },
+    /// A flat-faced, smooth punch with an end along x3 as well.
+    Block {
+        /// Half of its widths along x1 and along x3.
+        half_widths: [f64; 2],
+        /// Radius of its edges, above zero and at most the half widths.
+        corner_radius: f64,
+    },
+    /// A cylinder with its axis along x3.
+    Cylinder {
+        /// Its radius.
+        radius: f64,
+    },
+    /// A sphere.
+    Sphere {
+        /// Its radius.
+        radius: f64,
+    },
+}
+
+/// What becomes of the layer's sides along x3.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum LayerSide {
+    /// Like the end.
+    Free,
+    /// The layer goes on as in a mirror: no motion along x3.
+    Symmetric,
 }
 
 /// What becomes of the layer's end.

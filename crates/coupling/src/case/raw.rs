@@ -183,8 +183,8 @@ choice! {
     enum Mechanics {
         "closed_form" => ClosedForm(ClosedForm),
         "plane_strain" => PlaneStrain(PlaneStrain),
+        "solid" => Solid(Solid),
     }
-    later: "solid";
 }
 
 table! {
@@ -259,6 +259,71 @@ table! {
         /// Its middle, along x1 from the middle of the layer. Default: 0.
         position: Option<Read<Position>>,
     }
+}
+
+table! {
+    /// Finite elements in three dimensions, for a layer of finite width without electrodes. Indenters are above its middle.
+    struct Solid {
+        /// What presses: "whole-top" for a smooth plate over the whole layer, or an indenter.
+        indenter: Read<Either<WholeTop, SolidIndenter>>,
+        /// The layer's end along x1: "free" of traction all the way, "free-on-substrate" (what folds over rests on the
+        /// substrate plane), or "far" (the layer goes on: no motion along x1 there).
+        end: Read<LayerEnd>,
+        /// Width of the layer along x3, from side to side.
+        width: Read<Size>,
+        /// The layer's sides along x3: "free" like the end, or "symmetric" (the layer goes on as in a mirror: no motion
+        /// along x3 there). Default: "free".
+        side: Option<Read<LayerSide>>,
+        /// Relative discretisation error of the force to reach. Default: 2e-2.
+        relative_tolerance: Option<Read<Tolerance>>,
+    }
+}
+
+words! {
+    /// What becomes of the layer's sides.
+    enum LayerSide { "free" => Free, "symmetric" => Symmetric, }
+}
+
+choice! {
+    /// A rigid indenter above the middle of the layer.
+    enum SolidIndenter {
+        "flat_punch" => FlatPunch(SolidPunch),
+        "cylinder" => Cylinder(SolidCylinder),
+        "sphere" => Sphere(Sphere),
+    }
+}
+
+table! {
+    /// A flat-faced punch.
+    struct SolidPunch {
+        /// Half of its width along x1.
+        half_width: Read<Size>,
+        /// Half of its depth along x3, with a corner radius. Default: it goes all along x3.
+        half_depth: Option<Read<Size>>,
+        /// Radius of its corners. Default: none; then the points under the punch at the start are the ones pressed.
+        corner_radius: Option<Read<Size>>,
+        /// "smooth" (no friction) or "bonded" (the layer sticks to it). Default: "smooth".
+        contact: Option<Read<Contact>>,
+    }
+    later: "position";
+}
+
+table! {
+    /// A cylinder, its axis along x3.
+    struct SolidCylinder {
+        /// Its radius.
+        radius: Read<Size>,
+    }
+    later: "position";
+}
+
+table! {
+    /// A sphere.
+    struct Sphere {
+        /// Its radius.
+        radius: Read<Size>,
+    }
+    later: "position";
 }
 
 words! {

@@ -1,17 +1,22 @@
 //! The layer under its loads, by whichever mechanics the case asks for.
 
 mod electrode_box;
+mod finite_element;
 mod plane_strain;
 mod shear_length;
+mod solid;
 
 use std::sync::atomic::AtomicBool;
+use std::time::Instant;
 
 use elastocap_mechanics::{
     ClosedFormSettings, LayerState, Material as LayerMaterial, MechanicsError, force_limit,
 };
 
 pub use electrode_box::{ElectrodeBox, Rectangle};
-pub use plane_strain::{MeshReport, PlaneStep, PlaneStrainRun, forecast};
+pub use finite_element::{FiniteElementRun, FiniteElementStep, MeshReport, Solution};
+pub use plane_strain::forecast;
+pub use solid::forecast as forecast_solid;
 
 use crate::case::{Case, Material, Mechanics, ShearLength};
 use crate::plan::{Plan, PlannedStep, StepLoad};
@@ -21,8 +26,8 @@ use crate::plan::{Plan, PlannedStep, StepLoad};
 pub enum Deformation<'a> {
     /// By the closed form.
     ClosedForm(LayerState),
-    /// By finite elements in plane strain.
-    PlaneStrain(&'a PlaneStep),
+    /// By finite elements.
+    FiniteElement(&'a FiniteElementStep),
 }
 
 impl Deformation<'_> {
@@ -30,7 +35,7 @@ impl Deformation<'_> {
     pub fn compression(&self) -> f64 {
         match self {
             Self::ClosedForm(state) => state.compression(),
-            Self::PlaneStrain(step) => step.compression,
+            Self::FiniteElement(step) => step.compression,
         }
     }
 
@@ -38,7 +43,7 @@ impl Deformation<'_> {
     pub fn top_displacement(&self) -> f64 {
         match self {
             Self::ClosedForm(state) => state.top_displacement(),
-            Self::PlaneStrain(step) => step.top_displacement,
+            Self::FiniteElement(step) => step.top_displacement,
         }
     }
 
@@ -46,7 +51,7 @@ impl Deformation<'_> {
     pub fn deformed_thickness(&self) -> f64 {
         match self {
             Self::ClosedForm(state) => state.deformed_thickness(),
-            Self::PlaneStrain(step) => step.deformed_thickness,
+            Self::FiniteElement(step) => step.deformed_thickness,
         }
     }
 
@@ -54,7 +59,7 @@ impl Deformation<'_> {
     pub fn force(&self) -> f64 {
         match self {
             Self::ClosedForm(state) => state.force(),
-            Self::PlaneStrain(step) => step.force,
+            Self::FiniteElement(step) => step.force,
         }
     }
 }
@@ -65,25 +70,29 @@ pub enum Prepared {
     /// Nothing: every step has its closed form, or nothing deforms.
     StepByStep,
     /// The whole path of the layer.
-    PlaneStrain(PlaneStrainRun),
+    FiniteElement(FiniteElementRun),
     /// The closed form of each step of the plan, with a shear length from finite elements.
     ClosedForm(Vec<Result<LayerState, String>>),
 }
 
 /// Solves what the steps of `plan` have in common. `tell` is told what is being worked on.
 pub fn prepare(case: &Case, plan: &Plan, cancel: &AtomicBool, tell: &dyn Fn(&str)) -> Prepared {
-    match &case.mechanics {
-        Some(Mechanics::PlaneStrain(model)) if case.load.is_some() => {
-            Prepared::PlaneStrain(PlaneStrainRun::new(case, model, plan, cancel, tell))
-        }
-        Some(Mechanics::ClosedForm { shear_length: ShearLength::FiniteElement, .. })
-            if case.load.is_some() =>
-        {
+    let Some(mechanics) = case.mechanics.filter(|_| case.load.is_some()) else { return Prepared::StepByStep };
+    let start = Instant::now();
+    let count = plan.steps.len();
+    let told = |mesh: usize, done: usize| tell(&format!("layer, mesh {}: {done} of {count} loads", mesh + 1));
+    let run = match &mechanics {
+        Mechanics::ClosedForm { shear_length: ShearLength::FiniteElement, .. } => {
             tell("shear length by finite elements");
-            Prepared::ClosedForm(shear_length::states(case, plan))
+            return Prepared::ClosedForm(shear_length::states(case, plan));
         }
-        _ => Prepared::StepByStep,
-    }
+        Mechanics::ClosedForm { .. } => return Prepared::StepByStep,
+        Mechanics::PlaneStrain(model) => plane_strain::solve(case, model, plan, cancel, &told),
+        Mechanics::Solid(model) => solid::solve(case, model, plan, cancel, &told),
+    };
+    let mut run = run.unwrap_or_else(|reason| FiniteElementRun::failed(&reason, plan));
+    run.seconds = start.elapsed().as_secs_f64();
+    Prepared::FiniteElement(run)
 }
 
 impl Prepared {
@@ -101,8 +110,8 @@ impl Prepared {
             Self::StepByStep => layer_state(case, step.load, prune)
                 .map(|state| state.map(Deformation::ClosedForm))
                 .map_err(|error| error.to_string()),
-            Self::PlaneStrain(run) => match run.steps.get(step.index) {
-                Some(Ok(step)) => Ok(Some(Deformation::PlaneStrain(step))),
+            Self::FiniteElement(run) => match run.steps.get(step.index) {
+                Some(Ok(step)) => Ok(Some(Deformation::FiniteElement(step))),
                 Some(Err(error)) => Err(error.clone()),
                 None => Err("the step has no equilibrium".to_owned()),
             },

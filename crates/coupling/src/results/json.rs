@@ -5,7 +5,7 @@ use serde::Serialize;
 
 use crate::case::Case;
 use crate::curve::{Outcome, Row, SolverReport, Status, StepResult};
-use crate::deform::{MeshReport, PlaneStep};
+use crate::deform::{FiniteElementStep, MeshReport};
 use crate::plan::{Kind, Plan};
 
 /// Wall-clock seconds of a whole run.
@@ -91,7 +91,7 @@ struct Step<'a> {
     maxwell_matrix_upper_f: Option<Vec<Vec<f64>>>,
     solver: Option<&'a SolverReport>,
     #[serde(skip_serializing_if = "Option::is_none")]
-    layer: Option<&'a PlaneStep>,
+    layer: Option<&'a FiniteElementStep>,
     seconds: Seconds,
     field_file: Option<&'a str>,
 }

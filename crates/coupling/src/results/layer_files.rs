@@ -2,26 +2,42 @@
 
 use elastocap_geometry::export::body::{BodyMesh, Element, NodalArray, body_vtu};
 use elastocap_geometry::export::vtk::pvd;
-use elastocap_mechanics::solid::press::{Pressed, Pressing};
+use elastocap_mechanics::solid::dimension::Dimension;
+use elastocap_mechanics::solid::press::{Level, Pressed, Pressing};
 use elastocap_mechanics::solid::stress::{Fields, Sample};
 
 use super::atomic::{OutputError, OutputFolder};
 use super::csv::{number, optional, quoted};
+use super::space_layer_files;
 use crate::curve::Outcome;
-use crate::deform::PlaneStrainRun;
+use crate::deform::Solution;
 
 /// Stages the fields and profiles of every load that was reached. Returns what the formats cannot hold.
 ///
 /// # Errors
 /// When a file cannot be written.
-pub(crate) fn stage(folder: &OutputFolder, run: &PlaneStrainRun) -> Result<Vec<String>, OutputError> {
-    let Some(pressing) = &run.pressing else { return Ok(Vec::new()) };
+pub(crate) fn stage(folder: &OutputFolder, solution: &Solution) -> Result<Vec<String>, OutputError> {
+    match solution {
+        Solution::Plane(pressing) => stage_each(folder, pressing, |level, pressed| {
+            let fields = level.model.equations().fields(&pressed.state);
+            (body(level, pressed, &fields), profiles(level, &fields))
+        }),
+        Solution::Space(pressing) => stage_each(folder, pressing, space_layer_files::of),
+    }
+}
+
+/// Stages body and profiles, as `of` makes them, of every load that was reached.
+fn stage_each<S: Dimension>(
+    folder: &OutputFolder,
+    pressing: &Pressing<S>,
+    of: impl Fn(&Level<S>, &Pressed<S>) -> (BodyMesh, String),
+) -> Result<Vec<String>, OutputError> {
     let mut warnings = Vec::new();
     let mut series = Vec::new();
     for (index, pressed) in pressing.goals.iter().enumerate() {
         let Ok(pressed) = pressed else { continue };
-        let fields = pressing.levels[pressed.level].model.equations().fields(&pressed.state);
-        match body_vtu(&body(pressing, pressed, &fields)) {
+        let (body, profiles) = of(&pressing.levels[pressed.level], pressed);
+        match body_vtu(&body) {
             Ok(bytes) => {
                 let name = format!("layer_{index:03}.vtu");
                 folder.stage(&name, &bytes)?;
@@ -29,7 +45,7 @@ pub(crate) fn stage(folder: &OutputFolder, run: &PlaneStrainRun) -> Result<Vec<S
             }
             Err(error) => warnings.push(format!("the layer of step {index} is not written: {error}")),
         }
-        folder.stage(&format!("profile_{index:03}.csv"), profiles(pressing, pressed, &fields).as_bytes())?;
+        folder.stage(&format!("profile_{index:03}.csv"), profiles.as_bytes())?;
     }
     if !series.is_empty() {
         match pvd(&series) {
@@ -40,8 +56,8 @@ pub(crate) fn stage(folder: &OutputFolder, run: &PlaneStrainRun) -> Result<Vec<S
     Ok(warnings)
 }
 
-fn body(pressing: &Pressing, pressed: &Pressed, fields: &Fields<'_>) -> BodyMesh {
-    let model = &pressing.levels[pressed.level].model;
+fn body(level: &Level, pressed: &Pressed, fields: &Fields<'_>) -> BodyMesh {
+    let model = &level.model;
     let of = model.equations().body();
     let samples: Vec<Sample> = (0..of.mesh.nodes.len()).map(|n| fields.at_node(n)).collect();
     let array = |name, components, values: Vec<f64>| NodalArray { name, components, values };
@@ -66,7 +82,7 @@ fn body(pressing: &Pressing, pressed: &Pressed, fields: &Fields<'_>) -> BodyMesh
             array("cauchy_stress", 6, stress),
             array("pressure", 1, each(&|s| s.stress.pressure())),
             array("J", 1, each(&|s| s.stress.j)),
-            array("contact_pressure", 1, model.contact_pressure(&pressed.state, fields)),
+            array("contact_pressure", 1, model.contact_pressure(&pressed.state, &each(&|s| s.stress.s22))),
         ],
         body_id: of.material.iter().map(|m| i32::from(*m)).collect(),
         body_names,
@@ -74,8 +90,8 @@ fn body(pressing: &Pressing, pressed: &Pressed, fields: &Fields<'_>) -> BodyMesh
 }
 
 /// Stress along the bonded bottom, the top and the axis of symmetry.
-fn profiles(pressing: &Pressing, pressed: &Pressed, fields: &Fields<'_>) -> String {
-    let mesh = &pressing.levels[pressed.level].model.equations().body().mesh;
+fn profiles(level: &Level, fields: &Fields<'_>) -> String {
+    let mesh = &level.model.equations().body().mesh;
     let top = mesh.nodes.iter().map(|x| x[1]).fold(0.0, f64::max);
     let tiny = 1e-9 * top;
     let mut out =
@@ -125,9 +141,10 @@ pub(crate) fn table(outcome: &Outcome) -> String {
     for step in &outcome.steps {
         let (row, layer) = (&step.row, step.layer.as_ref());
         let mut fields = vec![optional(row.compression), optional(row.force_n)];
-        let known =
-            |value: &dyn Fn(&crate::deform::PlaneStep) -> Option<f64>| optional(layer.and_then(value));
-        let count = |value: &dyn Fn(&crate::deform::PlaneStep) -> usize| {
+        let known = |value: &dyn Fn(&crate::deform::FiniteElementStep) -> Option<f64>| {
+            optional(layer.and_then(value))
+        };
+        let count = |value: &dyn Fn(&crate::deform::FiniteElementStep) -> usize| {
             layer.map_or_else(String::new, |l| value(l).to_string())
         };
         fields.push(known(&|l| l.relative_error_estimate));

@@ -6,6 +6,7 @@ mod figure;
 mod json;
 pub(crate) mod layer_files;
 pub mod scene_files;
+mod space_layer_files;
 
 use std::path::PathBuf;
 use std::time::{Duration, Instant};

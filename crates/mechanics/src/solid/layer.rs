@@ -9,7 +9,6 @@ use super::model::{Body, Equations, Load, ModelError, State};
 use super::newton::{Effort, NewtonSettings, StopReason, Stopped};
 use super::obstacle::{Obstacle, Shape};
 use super::side::Side;
-use super::stress::Fields;
 
 /// What becomes of the layer's end.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -301,20 +300,6 @@ impl LayerModel {
         let symmetry = if mesh.whole { Symmetry::None } else { Symmetry::Half };
         Self::with(body, mesh.thickness(), indenter, end, symmetry, |x| x[0].abs() > length)
     }
-
-    /// Pressure of indenter and substrate on each node in Pa; zero where nothing touches. `fields` are those of `state`:
-    /// where the top is held, the pressure is their normal stress.
-    pub fn contact_pressure(&self, state: &State, fields: &Fields<'_>) -> Vec<f64> {
-        let body = self.equations.body();
-        let mut pressure = self.equations.nodal_contact_pressure(state);
-        let tiny = 1e-9 * self.thickness;
-        for (n, x) in body.mesh.nodes.iter().enumerate() {
-            if x[1] > self.thickness - tiny && body.held[2 * n + 1] {
-                pressure[n] = -fields.at_node(n).stress.s22;
-            }
-        }
-        pressure
-    }
 }
 
 /// How much of the layer the mesh is.
@@ -394,6 +379,25 @@ impl<S: Dimension> LayerModel<S> {
         Ok(Self { equations, indenter, thickness: top, state, load, punch, substrate, symmetry })
     }
 
+    /// Pressure of indenter and substrate on each node in Pa; zero where nothing touches. `s22` are the normal stresses of
+    /// `state` at the nodes in Pa: where the top is held, the pressure is theirs.
+    pub fn contact_pressure(&self, state: &State<S>, s22: &[f64]) -> Vec<f64> {
+        let body = self.equations.body();
+        let mut pressure = self.equations.nodal_contact_pressure(state);
+        let tiny = 1e-9 * self.thickness;
+        for (n, x) in body.mesh.nodes.iter().enumerate() {
+            if x[1] > self.thickness - tiny && body.held[S::AXES * n + 1] {
+                pressure[n] = -s22[n];
+            }
+        }
+        pressure
+    }
+
+    /// Gives the memory of the factors back until the next load.
+    pub(crate) fn release_factors(&mut self) {
+        self.equations.release_factors();
+    }
+
     /// The equations behind the model.
     pub fn equations(&self) -> &Equations<S> {
         &self.equations
@@ -445,7 +449,8 @@ impl<S: Dimension> LayerModel<S> {
     }
 
     /// Moves the indenter until the force on the *whole* layer is `target` (N, in the plane N per metre of width): secants on the
-    /// displacement, kept between one that is too small and one that is too large.
+    /// displacement, kept between one that is too small and one that is too large, until the force is met as well as
+    /// equilibrium is.
     ///
     /// # Errors
     /// [`Stopped`]; the model is then in the last equilibrium on the way.
@@ -460,7 +465,7 @@ impl<S: Dimension> LayerModel<S> {
         let mut left = *settings;
         for _ in 0..MOST_TRIES {
             let miss = last.force - target;
-            if miss.abs() <= 1e-10 * target.abs() || target == 0.0 && miss == 0.0 {
+            if miss.abs() <= settings.tolerance.max(1e-10) * target.abs() || target == 0.0 && miss == 0.0 {
                 return Ok(last);
             }
             let newton = slope.map(|s: f64| last.compression - miss / s).filter(|c: &f64| c.is_finite());

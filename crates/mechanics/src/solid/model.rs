@@ -46,6 +46,16 @@ pub enum ModelError {
     /// The matrix has no usable pattern.
     #[error("the body has no free displacement, or too many for this machine")]
     NoUnknowns,
+    /// Solving would take more memory than there is; nothing was factorised.
+    #[error("a mesh of {elements} elements needs about {:.1} GB of memory, and {:.1} GB may be taken", *.bytes as f64 * 1e-9, *.limit as f64 * 1e-9)]
+    TooLarge {
+        /// Elements of the mesh.
+        elements: usize,
+        /// Bytes it would take, about.
+        bytes: u64,
+        /// Bytes that may be taken.
+        limit: u64,
+    },
 }
 
 /// A body in plane strain and what may touch it. Lengths in m, forces in N per metre of width.
@@ -180,7 +190,7 @@ pub struct Equations<S: Dimension = Plane> {
 }
 
 impl<S: Dimension> Equations<S> {
-    /// The equations of `body`. All memory and the symbolic factorisation are taken here.
+    /// The equations of `body`. The symbolic factorisation and all memory but that of the factors are taken here.
     ///
     /// # Errors
     /// See [`ModelError`].
@@ -298,6 +308,23 @@ impl<S: Dimension> Equations<S> {
     /// Entries of the factor.
     pub fn factor_entries(&self) -> usize {
         self.solver.factor_entries()
+    }
+
+    /// Bytes that a mesh of `elements` takes before anything is factorised, about: the matrices of the elements, and where
+    /// their entries go.
+    pub fn element_bytes(elements: usize) -> u64 {
+        let n = S::AXES * S::Element::NODES;
+        (elements * n * (12 * n + 8 * S::Pressure::COUNT + 8 * S::Element::POINTS)) as u64
+    }
+
+    /// Bytes that solving takes, about.
+    pub fn memory_bytes(&self) -> u64 {
+        Self::element_bytes(self.elements.len()) + self.solver.memory_bytes()
+    }
+
+    /// Gives the memory of the factors back until the next load.
+    pub(crate) fn release_factors(&mut self) {
+        self.solver.release();
     }
 
     /// Displacements of the nodes of element `e`, out of those of all nodes.

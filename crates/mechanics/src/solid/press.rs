@@ -7,6 +7,7 @@
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
+use super::dimension::{Dimension, Plane};
 use super::layer::{End, Inclusion, Indenter, LayerModel, LayerStep};
 use super::material::Rubber;
 use super::model::{Load, ModelError, State};
@@ -36,56 +37,59 @@ pub struct LayerProblem {
 pub enum Goal {
     /// Displacement of the indenter over the thickness.
     Compression(f64),
-    /// Force on the whole layer in N per metre of width, positive in compression.
+    /// Force on the whole layer, positive in compression: in N, in the plane in N per metre of width.
     Force(f64),
 }
 
 /// How far to refine.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Refinement {
     /// Error of the force to reach, relative to the force.
     pub relative_tolerance: f64,
-    /// Meshes at most.
-    pub meshes: usize,
+    /// What each mesh is made by, coarse to fine: in the plane its level of refinement, in space about how many elements it
+    /// has over the thickness.
+    pub meshes: Vec<usize>,
 }
 
 impl Refinement {
     /// Up to four meshes.
     pub fn to(relative_tolerance: f64) -> Self {
-        Self { relative_tolerance, meshes: 4 }
+        Self { relative_tolerance, meshes: vec![0, 1, 2, 3] }
     }
 }
 
 /// One mesh that was solved on.
 #[derive(Debug)]
-pub struct Level {
+pub struct Level<S: Dimension = Plane> {
     /// The layer on this mesh.
-    pub model: LayerModel,
+    pub model: LayerModel<S>,
+    /// Size of its elements, to be compared with that of the other meshes.
+    size: f64,
     /// Wall-clock seconds that it took.
     pub seconds: f64,
     /// Equilibria found, goal by goal; the goals that were not reached are not in it.
-    reached: Vec<Option<Reached>>,
+    reached: Vec<Option<Reached<S>>>,
     stopped: Vec<Option<Box<Stopped>>>,
 }
 
 #[derive(Debug, Clone)]
-struct Reached {
+struct Reached<S: Dimension> {
     step: LayerStep,
-    state: State,
-    load: Load,
+    state: State<S>,
+    load: Load<S>,
 }
 
 /// What is known of one goal.
 #[derive(Debug, Clone)]
-pub struct Pressed {
+pub struct Pressed<S: Dimension = Plane> {
     /// Forces and contact on the finest mesh that reached it.
     pub step: LayerStep,
     /// Number of that mesh among the levels.
     pub level: usize,
     /// Its equilibrium.
-    pub state: State,
+    pub state: State<S>,
     /// The load of that equilibrium.
-    pub load: Load,
+    pub load: Load<S>,
     /// Error of the force (of the compression, where the goal is a force), absolute; `None` with less than three meshes.
     pub error: Option<f64>,
     /// The value that `error` belongs to, on each mesh that reached the goal, coarse to fine.
@@ -113,11 +117,13 @@ pub enum PressError {
 
 /// All goals, in the order they were asked for.
 #[derive(Debug)]
-pub struct Pressing {
+pub struct Pressing<S: Dimension = Plane> {
     /// The meshes, coarse to fine.
-    pub levels: Vec<Level>,
+    pub levels: Vec<Level<S>>,
     /// What is known of each goal.
-    pub goals: Vec<Result<Pressed, PressError>>,
+    pub goals: Vec<Result<Pressed<S>, PressError>>,
+    /// Why the next mesh was not solved on, where it was too large for the memory.
+    pub too_large: Option<ModelError>,
 }
 
 impl LayerProblem {
@@ -134,41 +140,69 @@ impl LayerProblem {
         cancel: &AtomicBool,
         tell: &dyn Fn(usize, usize),
     ) -> Result<Pressing, ModelError> {
-        let mut order: Vec<usize> = (0..goals.len()).collect();
-        order.sort_by(|&a, &b| goals[a].value().total_cmp(&goals[b].value()));
-        let mut levels: Vec<Level> = Vec::new();
-        let (rubber, settings) = (self.rubber_in_use(), self.settings());
-        for k in 0..refinement.meshes {
-            let start = Instant::now();
-            let mesh = self.mesh(k);
+        let rubber = self.rubber_in_use();
+        let halved = |level: usize| 0.5_f64.powi(level as i32);
+        press_on(goals, refinement, &self.settings(), cancel, tell, &halved, &|level| {
+            let mesh = self.mesh(level);
             let mut model =
                 LayerModel::with_inclusions(&mesh, &rubber, &self.inclusions, self.indenter, self.end)?;
             model.place_indenter(self.position);
-            let mut level = Level {
-                model,
-                seconds: 0.0,
-                reached: vec![None; goals.len()],
-                stopped: vec![None; goals.len()],
-            };
-            level.walk(goals, &order, &settings, cancel, &|done| tell(k, done));
-            level.seconds = start.elapsed().as_secs_f64();
-            let further = level.reached.iter().filter(|r| r.is_some()).count();
-            levels.push(level);
-            let known = |g: usize| judge(&levels, goals, g, refinement).is_some_and(|p| p.converged);
-            let done = order.iter().all(|&g| known(g));
-            // What neither this mesh nor one before reached, or only one before, takes longest on the next one.
-            if k > 0 {
-                order.truncate(further);
-            }
-            if cancel.load(Ordering::Relaxed) || done || order.is_empty() {
+            Ok(model)
+        })
+    }
+}
+
+/// Presses layers to each of `goals`, mesh after mesh: `layer` makes the one that a number of [`Refinement::meshes`]
+/// stands for, `size` tells the size of its elements. A mesh too large for the memory ends the refinement.
+pub(crate) fn press_on<S: Dimension>(
+    goals: &[Goal],
+    refinement: &Refinement,
+    settings: &NewtonSettings,
+    cancel: &AtomicBool,
+    tell: &dyn Fn(usize, usize),
+    size: &dyn Fn(usize) -> f64,
+    layer: &dyn Fn(usize) -> Result<LayerModel<S>, ModelError>,
+) -> Result<Pressing<S>, ModelError> {
+    let mut order: Vec<usize> = (0..goals.len()).collect();
+    order.sort_by(|&a, &b| goals[a].value().total_cmp(&goals[b].value()));
+    let mut levels: Vec<Level<S>> = Vec::new();
+    let mut too_large = None;
+    for (k, &n) in refinement.meshes.iter().enumerate() {
+        let start = Instant::now();
+        let model = match layer(n) {
+            Ok(model) => model,
+            Err(error @ ModelError::TooLarge { .. }) if k > 0 => {
+                too_large = Some(error);
                 break;
             }
+            Err(error) => return Err(error),
+        };
+        let mut level = Level {
+            model,
+            size: size(n),
+            seconds: 0.0,
+            reached: vec![None; goals.len()],
+            stopped: vec![None; goals.len()],
+        };
+        level.walk(goals, &order, settings, cancel, &|done| tell(k, done));
+        level.model.release_factors();
+        level.seconds = start.elapsed().as_secs_f64();
+        let further = level.reached.iter().filter(|r| r.is_some()).count();
+        levels.push(level);
+        let known = |g: usize| judge(&levels, goals, g, refinement).is_some_and(|p| p.converged);
+        let done = order.iter().all(|&g| known(g));
+        // What neither this mesh nor one before reached, or only one before, takes longest on the next one.
+        if k > 0 {
+            order.truncate(further);
         }
-        let goals = (0..goals.len())
-            .map(|g| judge(&levels, goals, g, refinement).ok_or_else(|| why_not(&levels, g)))
-            .collect();
-        Ok(Pressing { levels, goals })
+        if cancel.load(Ordering::Relaxed) || done || order.is_empty() {
+            break;
+        }
     }
+    let goals = (0..goals.len())
+        .map(|g| judge(&levels, goals, g, refinement).ok_or_else(|| why_not(&levels, g)))
+        .collect();
+    Ok(Pressing { levels, goals, too_large })
 }
 
 impl Goal {
@@ -179,7 +213,7 @@ impl Goal {
     }
 }
 
-impl Level {
+impl<S: Dimension> Level<S> {
     /// Goes through the goals from the smallest up; what is beyond the first that is not reached is not tried.
     fn walk(
         &mut self,
@@ -222,21 +256,25 @@ impl Level {
 }
 
 /// What the levels say of goal `g`; `None` if none reached it.
-fn judge(levels: &[Level], goals: &[Goal], g: usize, refinement: &Refinement) -> Option<Pressed> {
+fn judge<S: Dimension>(
+    levels: &[Level<S>],
+    goals: &[Goal],
+    g: usize,
+    refinement: &Refinement,
+) -> Option<Pressed<S>> {
     let (level, reached) =
         levels.iter().enumerate().rev().find_map(|(k, l)| Some((k, l.reached[g].as_ref()?)))?;
-    let value = |r: &Reached| match goals[g] {
+    let value = |r: &Reached<S>| match goals[g] {
         Goal::Compression(_) => r.step.force,
         Goal::Force(_) => r.step.compression,
     };
-    let values: Vec<f64> = levels.iter().filter_map(|l| l.reached[g].as_ref().map(value)).collect();
+    let values: Vec<(f64, f64)> =
+        levels.iter().filter_map(|l| Some((l.size, value(l.reached[g].as_ref()?)))).collect();
     let now = value(reached);
     let error = match values.as_slice() {
         // Nothing presses: no mesh can be wrong about it.
         _ if goals[g].value() == 0.0 => Some(0.0),
-        // The difference of two meshes can vanish by accident, that of three hardly: a quarter of the one before is
-        // what convergence of the second power would leave.
-        [.., first, before, now] => Some((now - before).abs().max(0.25 * (before - first).abs())),
+        [.., first, before, now] => Some(error_of([*first, *before, *now])),
         _ => None,
     };
     let converged = error.is_some_and(|e| e <= refinement.relative_tolerance * now.abs());
@@ -246,12 +284,24 @@ fn judge(levels: &[Level], goals: &[Goal], g: usize, refinement: &Refinement) ->
         state: reached.state.clone(),
         load: reached.load.clone(),
         error,
-        refinement: values,
+        refinement: values.iter().map(|v| v.1).collect(),
         converged,
     })
 }
 
-fn why_not(levels: &[Level], g: usize) -> PressError {
+/// Error of the last of three values on meshes with elements of the given sizes, `(size, value)`.
+///
+/// Convergence with the first power of the size makes the error the last difference, over the factor in size less one.
+/// The difference of two meshes can vanish by accident, that of three hardly: the last one is taken to be at least what
+/// convergence of the second power would leave of the one before.
+fn error_of([first, before, now]: [(f64, f64); 3]) -> f64 {
+    let square = |of: (f64, f64)| of.0 * of.0;
+    let left = (square(before) - square(now)) / (square(first) - square(before));
+    let difference = (now.1 - before.1).abs().max(left * (before.1 - first.1).abs());
+    difference / (before.0 / now.0 - 1.0)
+}
+
+fn why_not<S: Dimension>(levels: &[Level<S>], g: usize) -> PressError {
     // The mesh that came farthest tells most.
     let stopped = levels.iter().filter_map(|l| {
         let stopped = l.stopped[g].clone()?;

@@ -1,6 +1,6 @@
 //! Sparse symmetric systems that are solved again and again with one pattern.
 
-use faer::dyn_stack::{MemBuffer, MemStack};
+use faer::dyn_stack::{MemBuffer, MemStack, StackReq};
 use faer::linalg::cholesky::ldlt::factor::LdltRegularization;
 use faer::perm::PermRef;
 use faer::sparse::linalg::SupernodalThreshold;
@@ -24,14 +24,16 @@ pub struct SymmetricSolver {
     /// Values of the lower triangle, column after column.
     pub values: Vec<f64>,
     symbolic: SymbolicCholesky<usize>,
+    /// Empty until the first factorisation, so that its size can be asked for before the memory is taken.
     factors: Vec<f64>,
+    scratch: StackReq,
     memory: MemBuffer,
     par: Par,
 }
 
 impl std::fmt::Debug for SymmetricSolver {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        write!(f, "SymmetricSolver({} unknowns, {} in the factor)", self.unknowns(), self.factors.len())
+        write!(f, "SymmetricSolver({} unknowns, {} in the factor)", self.unknowns(), self.factor_entries())
     }
 }
 
@@ -83,16 +85,17 @@ impl SymmetricSolver {
             },
         )
         .map_err(|_| SingularMatrix)?;
-        let need = symbolic
+        let scratch = symbolic
             .factorize_numeric_ldlt_scratch::<f64>(par, Default::default())
             .or(symbolic.solve_in_place_scratch::<f64>(1, par));
         let solver = Self {
             values: vec![0.0; row.len()],
             column_start,
             row,
-            factors: vec![0.0; symbolic.len_val()],
+            factors: Vec::new(),
             symbolic,
-            memory: MemBuffer::new(need),
+            scratch,
+            memory: MemBuffer::new(StackReq::EMPTY),
             par,
         };
         Ok((solver, places))
@@ -105,7 +108,19 @@ impl SymmetricSolver {
 
     /// Entries of the factor.
     pub fn factor_entries(&self) -> usize {
-        self.factors.len()
+        self.symbolic.len_val()
+    }
+
+    /// Bytes of matrix and factor, whether they are taken yet or not.
+    pub fn memory_bytes(&self) -> u64 {
+        let of_matrix = 16 * self.values.len() + 8 * self.column_start.len();
+        (of_matrix + 8 * self.factor_entries() + self.scratch.unaligned_bytes_required()) as u64
+    }
+
+    /// Gives the memory of the factors back; the next factorisation takes it again.
+    pub fn release(&mut self) {
+        self.factors = Vec::new();
+        self.memory = MemBuffer::new(StackReq::EMPTY);
     }
 
     /// Adds `value` to every entry of the diagonal.
@@ -119,6 +134,10 @@ impl SymmetricSolver {
     /// Factorises the matrix that [`SymmetricSolver::values`] holds. Returns the number of negative pivots: zero if
     /// and only if the matrix is positive definite.
     pub fn factorise(&mut self) -> Result<usize, SingularMatrix> {
+        if self.factors.is_empty() {
+            self.factors = vec![0.0; self.factor_entries()];
+            self.memory = MemBuffer::new(self.scratch);
+        }
         let pattern = SymbolicSparseColMatRef::new_checked(
             self.unknowns(),
             self.unknowns(),

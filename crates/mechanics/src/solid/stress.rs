@@ -257,18 +257,18 @@ fn value(basis: &[f64; 3], coefficients: &[f64; 3]) -> f64 {
     basis.iter().zip(coefficients).map(|(b, c)| b * c).sum()
 }
 
-/// The weights of the nine quadrature points in the value at node `n` of the bilinear fit.
-///
-/// Least squares with the weights of the quadrature, that is the projection onto `1, s, t, st`; in one direction it
-/// is `sum_q w_q (1/2 + 3/2 s_q s) v_q`.
+/// The weights of the nine quadrature points in the value at node `n` of the bilinear fit: least squares with the weights
+/// of the quadrature, that is the projection onto `1, s, t, st`.
 fn extrapolation(n: usize) -> [f64; POINTS] {
-    let abscissa = 0.6f64.sqrt();
-    let line = |s: f64| {
-        let part = |q: f64, w: f64| w * (0.5 + 1.5 * q * s);
-        [part(-abscissa, 5.0 / 9.0), part(0.0, 8.0 / 9.0), part(abscissa, 5.0 / 9.0)]
-    };
-    let (a, b) = (line((n % 3) as f64 - 1.0), line((n / 3) as f64 - 1.0));
+    let (a, b) = (on_a_line(n % 3), on_a_line(n / 3));
     std::array::from_fn(|q| a[q % 3] * b[q / 3])
+}
+
+/// The same in one direction, for the first, the middle or the last node: `sum_q w_q (1/2 + 3/2 s_q s) v_q`.
+pub(crate) fn on_a_line(n: usize) -> [f64; 3] {
+    let abscissa = 0.6f64.sqrt();
+    let part = |q: f64, w: f64| w * (0.5 + 1.5 * q * (n as f64 - 1.0));
+    [part(-abscissa, 5.0 / 9.0), part(0.0, 8.0 / 9.0), part(abscissa, 5.0 / 9.0)]
 }
 
 #[cfg(test)]

@@ -19,13 +19,14 @@ fn layer(size: f64, modulus: f64) -> LayerProblem {
         rubber: Rubber::neo_hookean(modulus),
         inclusions: Vec::new(),
         indenter: Indenter::WholeTop,
+        position: 0.0,
         end: End::FreeOnSubstrate,
     }
 }
 
 fn press(problem: &LayerProblem, meshes: usize, goals: &[f64]) -> Pressing {
     let goals: Vec<Goal> = goals.iter().map(|&c| Goal::Compression(c)).collect();
-    let refinement = Refinement { relative_tolerance: 5e-3, first: 5, meshes };
+    let refinement = Refinement { relative_tolerance: 5e-3, meshes: (0..meshes).collect() };
     problem.press(&goals, &refinement, &AtomicBool::new(false), &|_, _| {}).unwrap()
 }
 

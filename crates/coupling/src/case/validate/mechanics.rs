@@ -2,10 +2,11 @@
 
 use super::super::diagnostics::Diagnostic;
 use super::super::model::{Indenter, LayerEnd, Mechanics, PlaneStrain, ShearLength};
+use super::super::quantities::Size;
 use super::super::raw::{self, Document};
-use super::super::reader::Log;
+use super::super::reader::{Log, Read};
 use super::super::values::Either;
-use super::{given, material};
+use super::{given, material, solid};
 
 /// Relative discretisation error of the force where the file does not say.
 const DEFAULT_TOLERANCE: f64 = 5e-3;
@@ -25,6 +26,7 @@ pub(super) fn mechanics(raw: &raw::Mechanics, document: &Document, log: &mut Log
             })
         }
         raw::Mechanics::PlaneStrain(raw) => plane_strain(raw, document, log).map(Mechanics::PlaneStrain),
+        raw::Mechanics::Solid(raw) => solid::solid(raw, document, log).map(Mechanics::Solid),
     }
 }
 
@@ -41,7 +43,7 @@ fn check_closed_form(document: &Document, log: &mut Log<'_>) {
     log.push(
         Diagnostic::at(span, format!("[mechanics.closed_form] does not know {what}"))
             .label("only incompressible Mooney-Rivlin and neo-Hookean layers have a closed form")
-            .help("use [mechanics.plane_strain], or another material"),
+            .help("use [mechanics.plane_strain] or [mechanics.solid], or another material"),
     );
 }
 
@@ -58,18 +60,18 @@ fn plane_strain(raw: &raw::PlaneStrain, document: &Document, log: &mut Log<'_>) 
             position: raw.position.as_ref().map_or(Some(0.0), |read| Some(read.get()?.si))?,
         },
     };
-    let model = PlaneStrain {
-        indenter,
-        end: match raw.end.get()? {
-            raw::LayerEnd::Free => LayerEnd::Free,
-            raw::LayerEnd::FreeOnSubstrate => LayerEnd::FreeOnSubstrate,
-            raw::LayerEnd::Far => LayerEnd::Far,
-        },
-        width: raw.width.get()?.si,
-        relative_tolerance,
-    };
+    let model =
+        PlaneStrain { indenter, end: end(raw.end.get()?), width: raw.width.get()?.si, relative_tolerance };
     check_length(&model, raw, document, log);
     Some(model)
+}
+
+pub(super) fn end(raw: &raw::LayerEnd) -> LayerEnd {
+    match raw {
+        raw::LayerEnd::Free => LayerEnd::Free,
+        raw::LayerEnd::FreeOnSubstrate => LayerEnd::FreeOnSubstrate,
+        raw::LayerEnd::Far => LayerEnd::Far,
+    }
 }
 
 fn punch(raw: &raw::FlatPunch, log: &mut Log<'_>) -> Option<Indenter> {
@@ -109,18 +111,27 @@ fn punch(raw: &raw::FlatPunch, log: &mut Log<'_>) -> Option<Indenter> {
     Some(Indenter::FlatPunch { half_width, corner_radius, bonded, position })
 }
 
-/// The layer must have a length, and the punch must stand on it.
-fn check_length(model: &PlaneStrain, raw: &raw::PlaneStrain, document: &Document, log: &mut Log<'_>) {
-    let Some(layer) = given(&document.layer) else { return };
-    let Some(length) = &layer.half_length else {
+/// The layer's half-length, without which `who` cannot do.
+pub(super) fn half_length<'a>(
+    document: &'a Document,
+    who: &str,
+    log: &mut Log<'_>,
+) -> Option<&'a Read<Size>> {
+    let layer = given(&document.layer)?;
+    if layer.half_length.is_none() {
         let span = document.layer.as_ref().map_or(0..0, |read| read.span.clone());
         log.push(
-            Diagnostic::at(&span, "[layer] lacks `half_length`, which [mechanics.plane_strain] needs")
+            Diagnostic::at(&span, format!("[layer] lacks `half_length`, which {who} needs"))
                 .label("a key is missing here")
                 .help("add for example `half_length = \"4 mm\"`: from the middle of the layer to its end"),
         );
-        return;
-    };
+    }
+    layer.half_length.as_ref()
+}
+
+/// The layer must have a length, and the punch must stand on it.
+fn check_length(model: &PlaneStrain, raw: &raw::PlaneStrain, document: &Document, log: &mut Log<'_>) {
+    let Some(length) = half_length(document, "[mechanics.plane_strain]", log) else { return };
     let Some(half_length) = length.get().map(|size| size.si) else { return };
     let reach = match model.indenter {
         Indenter::WholeTop => return,

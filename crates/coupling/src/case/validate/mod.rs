@@ -8,6 +8,7 @@ mod layered;
 mod material;
 mod mechanics;
 mod regions;
+mod solid;
 mod steps;
 mod surroundings;
 

@@ -51,6 +51,11 @@ impl ReferenceElement {
         f
     }
 
+    /// The pressure field with the coefficients `p` at quadrature point `q`.
+    pub(crate) fn pressure_at(&self, q: usize, p: &[f64; 4]) -> f64 {
+        dot(&self.pressure[q], p)
+    }
+
     /// Stored energy in J under `u` with the pressure `p` held: `w + p (J - 1) - p^2/(2 kappa)`.
     pub fn energy(&self, rubber: &Rubber, u: &[f64], p: &[f64; 4]) -> f64 {
         (0..POINTS)

@@ -8,6 +8,8 @@
 //! | [`element`] | triquadratic displacement, discontinuous linear pressure, condensed |
 //! | [`mesh`] | plane meshes swept along the third direction |
 //! | [`layer`] | a quarter of a layer, with fans around the bonded edges of its end and its side |
+//! | [`press`] | that layer pressed to given loads on finer and finer meshes |
+//! | [`stress`] | Cauchy stress at the nodes |
 //!
 //! # Current limitations
 //! - A fan around the edge of a sharp punch goes straight to the side of the layer; the bonded edge of that side then
@@ -20,3 +22,5 @@ pub mod element;
 pub mod layer;
 pub mod material;
 pub mod mesh;
+pub mod press;
+pub mod stress;

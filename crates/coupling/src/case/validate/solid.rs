@@ -1,0 +1,155 @@
+//! The layer in three dimensions: what it asks of the rest of the case.
+
+use super::super::diagnostics::Diagnostic;
+use super::super::model::{LayerSide, Solid, SolidIndenter};
+use super::super::quantities::Size;
+use super::super::raw::{self, Document};
+use super::super::reader::{Log, Read};
+use super::super::values::Either;
+use super::{given, mechanics};
+
+/// Relative discretisation error of the force where the file does not say: meshes in space are coarse.
+const DEFAULT_TOLERANCE: f64 = 2e-2;
+
+pub(super) fn solid(raw: &raw::Solid, document: &Document, log: &mut Log<'_>) -> Option<Solid> {
+    if let Some(electrodes) = &document.electrodes {
+        log.push(
+            Diagnostic::at(&electrodes.span, "[mechanics.solid] does not know electrodes in the layer yet")
+                .label("stiffer bodies in three dimensions are not supported by this version")
+                .help("use [mechanics.plane_strain] or [mechanics.closed_form], or leave [electrodes] out"),
+        );
+        return None;
+    }
+    let relative_tolerance = match &raw.relative_tolerance {
+        Some(read) => read.get()?.value,
+        None => DEFAULT_TOLERANCE,
+    };
+    let side = match &raw.side {
+        Some(read) => match read.get()? {
+            raw::LayerSide::Free => LayerSide::Free,
+            raw::LayerSide::Symmetric => LayerSide::Symmetric,
+        },
+        None => LayerSide::Free,
+    };
+    let indenter = match raw.indenter.get()? {
+        Either::First(raw::WholeTop::WholeTop) => SolidIndenter::WholeTop,
+        Either::Second(raw::SolidIndenter::FlatPunch(raw)) => punch(raw, log)?,
+        Either::Second(raw::SolidIndenter::Cylinder(raw)) => {
+            SolidIndenter::Cylinder { radius: raw.radius.get()?.si }
+        }
+        Either::Second(raw::SolidIndenter::Sphere(raw)) => {
+            SolidIndenter::Sphere { radius: raw.radius.get()?.si }
+        }
+    };
+    let (end, width) = (mechanics::end(raw.end.get()?), raw.width.get()?.si);
+    let model = Solid { indenter, end, width, side, relative_tolerance };
+    check_room(&model, raw, document, log);
+    Some(model)
+}
+
+fn punch(raw: &raw::SolidPunch, log: &mut Log<'_>) -> Option<SolidIndenter> {
+    let half_width = raw.half_width.get()?.si;
+    let bonded = match &raw.contact {
+        Some(read) => *read.get()? == raw::Contact::Bonded,
+        None => false,
+    };
+    let Some(radius) = &raw.corner_radius else {
+        if let Some(depth) = &raw.half_depth {
+            log.push(
+                Diagnostic::at(&depth.span, "a punch with a `half_depth` needs a `corner_radius`")
+                    .label("sharp punches go all along x3")
+                    .help("add for example `corner_radius = \"0.1 mm\"`"),
+            );
+            return None;
+        }
+        return Some(SolidIndenter::FlatPunch { half_width, corner_radius: 0.0, bonded });
+    };
+    let corner_radius = radius.get()?.si;
+    if bonded {
+        log.push(
+            Diagnostic::at(&radius.span, "a bonded punch has no rounded corners in three dimensions")
+                .label("this radius cannot be kept")
+                .help("leave `corner_radius` out, or `contact`"),
+        );
+        return None;
+    }
+    let fits = |across: &Read<Size>, size: f64, what: &str, log: &mut Log<'_>| {
+        if corner_radius > size {
+            log.push(
+                Diagnostic::at(
+                    &radius.span,
+                    format!("the corner radius is larger than half the {what} of the punch"),
+                )
+                .label("no flat face is left")
+                .related(&across.span, format!("half the {what}"))
+                .help("use [mechanics.solid.indenter.cylinder] or a sphere, or a smaller radius"),
+            );
+        }
+        corner_radius <= size
+    };
+    if !fits(&raw.half_width, half_width, "width", log) {
+        return None;
+    }
+    match &raw.half_depth {
+        None => Some(SolidIndenter::FlatPunch { half_width, corner_radius, bonded }),
+        Some(read) => {
+            let half_depth = read.get()?.si;
+            fits(read, half_depth, "depth", log)
+                .then_some(SolidIndenter::Block { half_widths: [half_width, half_depth], corner_radius })
+        }
+    }
+}
+
+/// The mesh needs a thickness of length at the end, and the indenter must stand on the layer.
+fn check_room(model: &Solid, raw: &raw::Solid, document: &Document, log: &mut Log<'_>) {
+    let Some(read) = mechanics::half_length(document, "[mechanics.solid]", log) else { return };
+    let Some(half_length) = read.get().map(|size| size.si) else { return };
+    let Some(layer) = given(&document.layer) else { return };
+    let Some(thickness) = layer.thickness.get().map(|size| size.si) else { return };
+    if half_length <= thickness {
+        log.push(
+            Diagnostic::at(&read.span, "the half-length of the layer is not larger than its thickness")
+                .label("too short for the mesh of [mechanics.solid]")
+                .related(&layer.thickness.span, "the thickness"),
+        );
+        return;
+    }
+    let mut too_wide = |message: String, help: &str| {
+        log.push(
+            Diagnostic::at(&raw.indenter.span, message)
+                .label("does not fit")
+                .related(&read.span, "the layer ends here")
+                .help(help),
+        );
+    };
+    match model.indenter {
+        SolidIndenter::WholeTop | SolidIndenter::Cylinder { .. } | SolidIndenter::Sphere { .. } => {}
+        SolidIndenter::FlatPunch { half_width, corner_radius: 0.0, .. } => {
+            // The fan around its corner takes half a thickness on both sides, and the end a whole one.
+            if half_width <= 0.5 * thickness || half_width + 1.5 * thickness >= half_length {
+                too_wide(
+                    "a sharp punch needs a half-width of more than half the thickness, and must end 1.5 thicknesses before \
+                     the layer does"
+                        .to_owned(),
+                    "change the half-width, make the layer longer, or give the punch a corner radius",
+                );
+            }
+        }
+        SolidIndenter::FlatPunch { half_width, .. } => {
+            if half_width >= half_length {
+                too_wide(
+                    "the indenter reaches over the end of the layer".to_owned(),
+                    "make the layer longer, or write `indenter = \"whole-top\"`",
+                );
+            }
+        }
+        SolidIndenter::Block { half_widths, .. } => {
+            if half_widths[0] >= half_length || 2.0 * half_widths[1] >= model.width {
+                too_wide(
+                    "the indenter reaches over the end or the side of the layer".to_owned(),
+                    "make the layer longer or wider, leave out `half_depth`, or write `indenter = \"whole-top\"`",
+                );
+            }
+        }
+    }
+}

@@ -1,0 +1,214 @@
+//! What the finite-element layers have in common, in the plane and in space: their solution becomes load steps.
+
+use elastocap_mechanics::solid::dimension::{Dimension, Space};
+use elastocap_mechanics::solid::layer::End;
+use elastocap_mechanics::solid::material::{Distortion, Rubber, Volume};
+use elastocap_mechanics::solid::press::{Goal, Pressed, Pressing};
+use serde::Serialize;
+
+use super::electrode_box::ElectrodeBox;
+use crate::case::{Case, Layer, LayerEnd, Material};
+use crate::plan::{Plan, StepLoad};
+
+/// The layer at one load, by finite elements.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct FiniteElementStep {
+    /// U/H: displacement of the indenter over the thickness.
+    #[serde(skip)]
+    pub compression: f64,
+    /// U, m.
+    #[serde(skip)]
+    pub top_displacement: f64,
+    /// H - U, m.
+    #[serde(skip)]
+    pub deformed_thickness: f64,
+    /// Compressive force on the whole layer, N.
+    #[serde(skip)]
+    pub force: f64,
+    /// Discretisation error of the force over the force; of the compression over the compression, where the force is
+    /// given. `None` where less than three meshes reached the load.
+    pub relative_error_estimate: Option<f64>,
+    /// Whether that is within the tolerance asked for.
+    pub converged: bool,
+    /// The force in N (or the compression) on each mesh, coarse to fine.
+    pub refinement: Vec<f64>,
+    /// Number of the mesh that the step is from.
+    pub mesh: usize,
+    /// Smallest J of the quadrature points.
+    pub smallest_j: f64,
+    /// Largest unbalanced force over the largest force.
+    pub residual: f64,
+    /// Negative pivots of the tangent; above zero, the equilibrium is unstable.
+    pub negative_pivots: usize,
+    /// Deepest penetration into indenter or substrate, m.
+    pub penetration_m: f64,
+    /// Contact force beyond the bonded bottom, N.
+    pub end_contact_force_n: f64,
+    /// Load steps, cut-backs and linear systems that it took from the step before.
+    pub effort: [usize; 3],
+    /// The electrodes: right (or lower) one, and upper one of a stacked pair.
+    #[serde(skip)]
+    pub electrodes: Vec<ElectrodeBox>,
+}
+
+/// One mesh that was solved on.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct MeshReport {
+    /// Quadrilaterals or hexahedra.
+    pub elements: usize,
+    /// Unknown displacements and pressures.
+    pub unknowns: usize,
+    /// Wall-clock seconds of all loads on it.
+    pub seconds: f64,
+}
+
+/// The path of the layer through all loads.
+#[derive(Debug)]
+pub struct FiniteElementRun {
+    /// Step by step as planned; a step that another one is taken from has that one's result.
+    pub steps: Vec<Result<FiniteElementStep, String>>,
+    /// The meshes, coarse to fine.
+    pub meshes: Vec<MeshReport>,
+    /// Wall-clock seconds.
+    pub seconds: f64,
+    /// Why there is no finer mesh, where the memory is too small for it.
+    pub too_large: Option<String>,
+    /// The solution itself, for the files; `None` if there is no model.
+    pub solution: Option<Solution>,
+}
+
+/// The equilibria on all meshes.
+#[derive(Debug)]
+pub enum Solution {
+    /// In plane strain.
+    Plane(Pressing),
+    /// In three dimensions.
+    Space(Pressing<Space>),
+}
+
+/// What the numbers of the mechanics are multiplied by.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Scale {
+    /// Thickness of the layer in m.
+    pub(super) thickness: f64,
+    /// Width that forces are per metre of, in m; 1 where they are forces already.
+    pub(super) width: f64,
+}
+
+impl FiniteElementRun {
+    /// A run in which no step has an equilibrium, for this `reason`.
+    pub(super) fn failed(reason: &str, plan: &Plan) -> Self {
+        Self {
+            steps: vec![Err(reason.to_owned()); plan.steps.len()],
+            meshes: Vec::new(),
+            seconds: 0.0,
+            too_large: None,
+            solution: None,
+        }
+    }
+
+    /// What `pressing` says of each of `goals`; the boxes of the electrodes come from `electrodes`.
+    pub(super) fn new<S: Dimension>(
+        pressing: &Pressing<S>,
+        goals: &[Goal],
+        scale: Scale,
+        electrodes: impl Fn(&Pressed<S>) -> Vec<ElectrodeBox>,
+    ) -> Self {
+        let steps = pressing
+            .goals
+            .iter()
+            .zip(goals)
+            .map(|(found, goal)| match found {
+                Ok(pressed) => Ok(step(pressed, *goal, scale, electrodes(pressed))),
+                Err(error) => Err(error.to_string()),
+            })
+            .collect();
+        let report = |level: &elastocap_mechanics::solid::press::Level<S>| {
+            let equations = level.model.equations();
+            MeshReport {
+                elements: equations.body().mesh.elements.len(),
+                unknowns: equations.mixed_unknowns(),
+                seconds: level.seconds,
+            }
+        };
+        let meshes: Vec<MeshReport> = pressing.levels.iter().map(report).collect();
+        Self {
+            steps,
+            meshes,
+            seconds: 0.0,
+            too_large: pressing.too_large.as_ref().map(ToString::to_string),
+            solution: None,
+        }
+    }
+}
+
+fn step<S: Dimension>(
+    pressed: &Pressed<S>,
+    goal: Goal,
+    scale: Scale,
+    electrodes: Vec<ElectrodeBox>,
+) -> FiniteElementStep {
+    let found = &pressed.step;
+    let top_displacement = found.compression * scale.thickness;
+    let by_force = matches!(goal, Goal::Force(_));
+    let known = if by_force { found.compression } else { found.force };
+    let unit = if by_force { 1.0 } else { scale.width };
+    let relative = |error: f64| if error == 0.0 { 0.0 } else { error / known.abs() };
+    FiniteElementStep {
+        compression: found.compression,
+        top_displacement,
+        deformed_thickness: scale.thickness - top_displacement,
+        force: found.force * scale.width,
+        relative_error_estimate: pressed.error.map(relative),
+        converged: pressed.converged,
+        refinement: pressed.refinement.iter().map(|value| value * unit).collect(),
+        mesh: pressed.level,
+        smallest_j: found.effort.smallest_j,
+        residual: found.effort.residual,
+        negative_pivots: found.effort.negative_pivots,
+        penetration_m: found.penetration,
+        end_contact_force_n: found.end_contact_force * scale.width,
+        effort: [found.effort.steps, found.effort.cuts, found.effort.solves],
+        electrodes,
+    }
+}
+
+/// The loads of a plan; `width` (m) is what the mechanics takes forces per metre of, 1 where it takes forces.
+pub(super) fn goals(plan: &Plan, width: f64) -> Vec<Goal> {
+    let goal = |load: StepLoad| match load {
+        StepLoad::None => Goal::Compression(0.0),
+        StepLoad::Compression(compression) => Goal::Compression(compression),
+        StepLoad::ForceN(force) => Goal::Force(force / width),
+    };
+    plan.steps.iter().map(|step| goal(step.load)).collect()
+}
+
+/// The layer of the case, its half-length in m and its material; what is missing, if anything is.
+pub(super) fn layer(case: &Case) -> Result<(&Layer, f64, &Material), String> {
+    let lacks = |what: &str| format!("the case has no {what}");
+    let layer = case.layer.as_ref().ok_or_else(|| lacks("[layer]"))?;
+    let half_length = layer.half_length.ok_or_else(|| lacks("`half_length` in [layer]"))?;
+    let material = layer.material.as_ref().ok_or_else(|| lacks("material in [layer]"))?;
+    Ok((layer, half_length, material))
+}
+
+pub(super) fn end(of: LayerEnd) -> End {
+    match of {
+        LayerEnd::Free => End::Free,
+        LayerEnd::FreeOnSubstrate => End::FreeOnSubstrate,
+        LayerEnd::Far => End::Far,
+    }
+}
+
+pub(super) fn rubber(material: &Material, bulk_modulus: Option<f64>) -> Rubber {
+    let distortion = match material {
+        Material::MooneyRivlin { c10, c01 } => Distortion::MooneyRivlin { c10: *c10, c01: *c01 },
+        Material::NeoHookean { shear_modulus } => Distortion::NeoHookean { shear_modulus: *shear_modulus },
+        Material::Yeoh { constants } => Distortion::Yeoh { constants: *constants },
+        Material::Ogden { terms } => Distortion::Ogden { terms: terms.clone() },
+    };
+    match bulk_modulus {
+        Some(kappa) => Rubber { distortion, volume: Volume::BulkModulus(kappa), volume_barrier: 0.0 },
+        None => Rubber { distortion, volume: Volume::Incompressible, volume_barrier: Rubber::USUAL_BARRIER },
+    }
+}

@@ -1,0 +1,171 @@
+//! A layer of finite width pressed to given loads on finer and finer meshes; see [`crate::solid::press`].
+
+use std::sync::atomic::AtomicBool;
+
+use super::layer::{Side, SpaceLayerMesh};
+use crate::solid::dimension::Space;
+use crate::solid::layer::{End, Indenter, LayerMesh, LayerModel};
+use crate::solid::material::Rubber;
+use crate::solid::mesh::{geometric, graded, uniform};
+use crate::solid::model::{Equations, ModelError};
+use crate::solid::newton::NewtonSettings;
+use crate::solid::obstacle::Shape;
+use crate::solid::press::{Goal, Pressing, Refinement, press_on};
+
+/// A layer of finite width and what presses it, both symmetric to `x1 = 0` and to `x3 = 0`. Lengths in m.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SpaceProblem {
+    /// Thickness `H` at rest.
+    pub thickness: f64,
+    /// From the middle of the layer to its end along `x1`, at rest; more than the thickness.
+    pub half_length: f64,
+    /// From the middle of the layer to its side along `x3`, at rest.
+    pub half_width: f64,
+    /// What the layer is made of.
+    pub rubber: Rubber,
+    /// What presses.
+    pub indenter: Indenter,
+    /// What becomes of the end.
+    pub end: End,
+    /// What becomes of the side.
+    pub side: Side,
+}
+
+impl Refinement {
+    /// Up to four meshes of hexahedra, from 2 to 8 over the thickness: halving their size again and again is not to be
+    /// had in space. Even numbers, so that the fans get finer by one ring each time.
+    pub fn in_space(relative_tolerance: f64) -> Self {
+        Self { relative_tolerance, meshes: vec![2, 4, 6, 8] }
+    }
+}
+
+impl SpaceProblem {
+    /// The mesh of a quarter of this layer with about `n` hexahedra over its thickness.
+    pub fn mesh(&self, n: usize) -> SpaceLayerMesh {
+        let (height, length) = (self.thickness, self.half_length);
+        let section = match self.indenter {
+            // The fan takes up half the thickness: an even number fits.
+            Indenter::Sharp { half_width } | Indenter::Bonded { half_width } => {
+                LayerMesh::under_punch(height, length, half_width, n, 0.5, n / 2)
+            }
+            Indenter::WholeTop | Indenter::Smooth(_) => {
+                let size = self.size(n, 0);
+                LayerMesh {
+                    along: graded(0.0, length - height, &size),
+                    up: graded(0.0, height, |y| (self.finest(n) + 0.5 * (height - y)).min(height / n as f64)),
+                    end_top: uniform(length - height, length, n.div_ceil(2)),
+                    radii: if self.end == End::Far { Vec::new() } else { geometric(0.5, n / 2) },
+                    punch: None,
+                    whole: false,
+                }
+            }
+        };
+        let straight = section.punch.is_some() || section.radii.is_empty() || self.side == Side::Symmetric;
+        // Over half the half width, and at most as far as the fan at the end.
+        let side_fan = (!straight).then(|| height.min(0.5 * self.half_width));
+        let inner = self.half_width - side_fan.unwrap_or(0.0);
+        SpaceLayerMesh { section, across: graded(0.0, inner, self.size(n, 1)), side_fan }
+    }
+
+    /// Size of the smallest hexahedra at the surface, in m, with about `n` over the thickness.
+    pub fn finest(&self, n: usize) -> f64 {
+        let part = if matches!(self.indenter, Indenter::Smooth(_)) { 0.5 } else { 1.0 };
+        part * self.thickness / n as f64
+    }
+
+    /// Size of the hexahedra over the distance from the middle, along `x1` (`axis` 0) or `x3` (1): finer where the surface
+    /// bends around the indenter.
+    fn size(&self, n: usize, axis: usize) -> impl Fn(f64) -> f64 {
+        // How far a round indenter reaches that is pressed into a third of the layer.
+        let reach = |radius: f64| (2.0 / 3.0 * radius * self.thickness).sqrt().min(radius);
+        let at = match self.indenter {
+            Indenter::Smooth(Shape::Block { half_widths, .. }) => Some(half_widths[axis]),
+            Indenter::Smooth(Shape::Sphere { radius }) => Some(reach(radius)),
+            Indenter::Smooth(Shape::Cylinder { radius }) if axis == 0 => Some(reach(radius)),
+            Indenter::Smooth(Shape::Punch { half_width, .. }) if axis == 0 => Some(half_width),
+            _ => None,
+        };
+        let (fine, coarse) = (self.finest(n), self.thickness / n as f64);
+        move |x| at.map_or(coarse, |at| (fine + 0.5 * (x - at).abs()).min(coarse))
+    }
+
+    /// Presses the layer to each of `goals`, all of them compressions or all of them forces.
+    ///
+    /// A mesh that would take more than `memory_limit` bytes is not begun. `cancel` stops the work at the next goal;
+    /// `tell` is told how many goals of how many are done on which mesh.
+    ///
+    /// # Errors
+    /// [`ModelError`] where there is no mesh, or none that fits into the memory. A goal that is not reached is no error:
+    /// it says so itself.
+    pub fn press(
+        &self,
+        goals: &[Goal],
+        refinement: &Refinement,
+        memory_limit: u64,
+        cancel: &AtomicBool,
+        tell: &dyn Fn(usize, usize),
+    ) -> Result<Pressing<Space>, ModelError> {
+        let rounded = matches!(self.indenter, Indenter::Smooth(_));
+        // Gaps of 1e-5 sides of the mesh where the pressure is the shear modulus change a force by less than 1e-4.
+        let settings = NewtonSettings {
+            tolerance: 1e-7,
+            first_step: if rounded { 0.5 } else { 1.0 },
+            moving_gap: 3e-3,
+            final_gap: 1e-5,
+            ..Default::default()
+        };
+        press_on(goals, refinement, &settings, cancel, tell, &|n| 1.0 / n as f64, &|n| {
+            let mesh = self.mesh(n);
+            let elements = mesh.mesh().elements.len();
+            let fits = |bytes: u64| match bytes <= memory_limit {
+                true => Ok(()),
+                false => Err(ModelError::TooLarge { elements, bytes, limit: memory_limit }),
+            };
+            // What the elements take is taken with the equations, what the factor takes only afterwards.
+            fits(Equations::<Space>::element_bytes(elements))?;
+            let model =
+                LayerModel::of_finite_width(&mesh, self.rubber.clone(), self.indenter, self.end, self.side)?;
+            fits(model.equations().memory_bytes())?;
+            Ok(model)
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn layer() -> SpaceProblem {
+        SpaceProblem {
+            thickness: 1.0,
+            half_length: 2.0,
+            half_width: 0.8,
+            rubber: Rubber::neo_hookean(1.0),
+            indenter: Indenter::WholeTop,
+            end: End::Free,
+            side: Side::Free,
+        }
+    }
+
+    #[test]
+    fn a_mesh_that_does_not_fit_into_the_memory_is_not_begun() {
+        let (layer, stop) = (layer(), AtomicBool::new(false));
+        let press = |limit: u64| {
+            let refinement = Refinement { relative_tolerance: 1e-9, meshes: vec![1, 2] };
+            layer.press(&[Goal::Compression(0.05)], &refinement, limit, &stop, &|_, _| ())
+        };
+        assert!(matches!(press(1000), Err(ModelError::TooLarge { limit: 1000, .. })));
+        let model = |n: usize| {
+            let of = &layer;
+            LayerModel::of_finite_width(&of.mesh(n), of.rubber.clone(), of.indenter, of.end, of.side).unwrap()
+        };
+        let [first, second] = [1, 2].map(|n| model(n).equations().memory_bytes());
+        assert!(first < second);
+        let pressing = press(second - 1).unwrap();
+        assert_eq!(pressing.levels.len(), 1);
+        assert!(matches!(pressing.too_large, Some(ModelError::TooLarge { bytes, .. }) if bytes == second));
+        assert!(pressing.goals[0].is_ok());
+        let all = press(second).unwrap();
+        assert!(all.levels.len() == 2 && all.too_large.is_none());
+    }
+}
