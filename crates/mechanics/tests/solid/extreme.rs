@@ -63,7 +63,8 @@ fn electrodes_that_grow_stiff_tend_to_rigid_ones_at_the_same_cost() {
         let left = |m: usize| (found[m][k] / found[4][k] - 1.0).abs();
         assert!(left(2) < 0.05 * left(1) && left(3) < 0.05 * left(2) && left(3) < 1e-3, "{found:?}");
     }
-    // As soft as the layer, they are the layer: the gap opens with its stretch.
+    // As soft as the layer, they are the layer: the gap opens with the stretch of the closed form.
+    assert!((found[0][1] / 0.05 / (64.70120634 / 50.0) - 1.0).abs() < 1e-4, "{found:?}");
     assert!(found[4][1] > 2.0 * found[0][1]);
 }
 
