@@ -1,8 +1,8 @@
 //! How far electrodes float with the layer: gap, height and thickness of an in-plane pair by finite elements over those of
 //! the closed form, as the Markdown table of `docs/floating-electrodes.md`.
 //!
-//! `cargo run --release -p elastocap-mechanics --example floating_electrodes -- 20`
-//! takes the elements over the thickness.
+//! `cargo run --release -p elastocap-mechanics --example floating_electrodes -- 2`
+//! takes the level of the mesh: 5, 10, 20, 40 elements over the thickness for 0, 1, 2, 3.
 
 use elastocap_mechanics::solid::layer::{End, Inclusion, Indenter, LayerModel};
 use elastocap_mechanics::solid::material::Rubber;
@@ -16,7 +16,7 @@ const LENGTH: f64 = 0.67;
 const LOADS: [f64; 2] = [0.1, 0.2];
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
-    let n = std::env::args().nth(1).and_then(|w| w.parse().ok()).unwrap_or(20);
+    let n = std::env::args().nth(1).and_then(|w| w.parse().ok()).unwrap_or(2);
     println!(
         "| mu_e/mu | T/H | D/H | gap 10 % | gap 20 % | height 10 % | height 20 % | thickness 10 % | thickness 20 % |"
     );
