@@ -3,3 +3,5 @@
 pub mod export;
 pub mod grid;
 pub mod scene;
+pub mod shapes;
+pub mod tets;

@@ -1,0 +1,119 @@
+//! Tetrahedra from the cells of a grid: for scenes of boxes.
+
+use super::{BoundaryFace, FaceRole, TetMesh, determinant};
+use crate::scene::{BoxScene, Wall};
+
+/// Six tetrahedra for every cell of a grid that lies in no conductor.
+///
+/// `nodes` are ascending coordinates per axis, m, that begin and end where the mesh does; the bounds of all bodies that lie
+/// between are among them. An open side gets faces to open space whose rays, from the middle of the conductors, are taken to
+/// meet no permittivities but those of the scene.
+pub fn of_boxes(scene: &BoxScene, nodes: &[Vec<f64>; 3]) -> TetMesh {
+    let counts = [0, 1, 2].map(|a| nodes[a].len());
+    let index = |c: [usize; 3]| (c[0] * counts[1] + c[1]) * counts[2] + c[2];
+    let at = |c: [usize; 3]| [nodes[0][c[0]], nodes[1][c[1]], nodes[2][c[2]]];
+    let mut mesh = TetMesh::default();
+    let mut kept = vec![u32::MAX; counts.iter().product()];
+    for i in 0..counts[0] - 1 {
+        for j in 0..counts[1] - 1 {
+            for k in 0..counts[2] - 1 {
+                let (low, high) = (at([i, j, k]), at([i + 1, j + 1, k + 1]));
+                let middle = [0, 1, 2].map(|a| 0.5 * (low[a] + high[a]));
+                if scene.conductors.iter().any(|c| c.region.contains(middle)) {
+                    continue;
+                }
+                let region = scene.dielectrics.iter().rposition(|d| d.region.contains(middle));
+                for axes in [[0, 1, 2], [0, 2, 1], [1, 0, 2], [1, 2, 0], [2, 0, 1], [2, 1, 0]] {
+                    let mut corner = [i, j, k];
+                    let mut tet = [0_u32; 4];
+                    let mut points = [[0.0; 3]; 4];
+                    for step in 0..4 {
+                        let here = index(corner);
+                        if kept[here] == u32::MAX {
+                            kept[here] = mesh.points.len() as u32;
+                            mesh.points.push(at(corner));
+                        }
+                        tet[step] = kept[here];
+                        points[step] = at(corner);
+                        if step < 3 {
+                            corner[axes[step]] += 1;
+                        }
+                    }
+                    if determinant(points[0], points[1], points[2], points[3]) < 0.0 {
+                        tet.swap(2, 3);
+                    }
+                    mesh.tets.push(tet);
+                    mesh.regions.push(region.map_or(0, |d| d as u32 + 1));
+                }
+            }
+        }
+    }
+    let mut around = scene.conductors.iter().map(|c| c.region);
+    if let Some(first) = around.next() {
+        let all = around.fold(first, |all, next| all.union(&next));
+        mesh.center = [0, 1, 2].map(|a| 0.5 * (all.min[a] + all.max[a]));
+    }
+    mark(&mut mesh, scene, nodes);
+    mesh
+}
+
+/// Marks the faces of the mesh that lie on conductors or on walls.
+fn mark(mesh: &mut TetMesh, scene: &BoxScene, nodes: &[Vec<f64>; 3]) {
+    let all = || scene.dielectrics.iter().map(|d| d.relative_permittivity);
+    let least = all().fold(scene.background_permittivity, f64::min);
+    let most = all().fold(scene.background_permittivity, f64::max);
+    let mut marked = std::collections::BTreeMap::new();
+    for tet in &mesh.tets {
+        for skip in 0..4 {
+            let mut face = [0, 1, 2].map(|k| tet[if k < skip { k } else { k + 1 }]);
+            face.sort_unstable();
+            let points = face.map(|p| mesh.points[p as usize]);
+            let Some(axis) = (0..3).find(|&a| points[0][a] == points[1][a] && points[0][a] == points[2][a])
+            else {
+                continue;
+            };
+            let on = points[0][axis];
+            let held = scene.conductors.iter().position(|c| points.iter().all(|&p| c.region.contains(p)));
+            let role = if let Some(conductor) = held {
+                Some(FaceRole::Conductor(conductor as u32))
+            } else {
+                let side = [nodes[axis].first(), nodes[axis].last()].iter().position(|&end| end == Some(&on));
+                match side.map(|side| scene.walls[axis][side]) {
+                    Some(Wall::Grounded) => Some(FaceRole::Grounded),
+                    Some(Wall::Open) => Some(FaceRole::Open { permittivity: [least, most] }),
+                    Some(Wall::Insulated) | None => None,
+                }
+            };
+            if let Some(role) = role {
+                marked.insert(face, role);
+            }
+        }
+    }
+    mesh.boundary = marked.into_iter().map(|(face, role)| BoundaryFace { face, role }).collect();
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::{Box3, Conductor};
+
+    #[test]
+    fn the_cells_around_a_cube_in_a_cube_fill_what_it_leaves() {
+        let cube = |a: f64| Box3 { min: [-a; 3], max: [a; 3] };
+        let scene = BoxScene {
+            conductors: vec![Conductor { name: "inner".into(), region: cube(0.5) }],
+            dielectrics: Vec::new(),
+            background_permittivity: 1.0,
+            domain: cube(1.0),
+            walls: [[Wall::Grounded; 2]; 3],
+        };
+        let line = vec![-1.0, -0.5, 0.0, 0.5, 1.0];
+        let mesh = of_boxes(&scene, &[line.clone(), line.clone(), line]);
+        let volume: f64 = (0..mesh.tets.len()).map(|t| mesh.determinant(t) / 6.0).sum();
+        assert!((volume - 7.0).abs() < 1e-13);
+        assert!((0..mesh.tets.len()).all(|t| mesh.determinant(t) > 0.0));
+        let on = |role| mesh.boundary.iter().filter(|f| f.role == role).count();
+        assert_eq!(on(FaceRole::Conductor(0)), 6 * 4 * 2);
+        assert_eq!(on(FaceRole::Grounded), 6 * 16 * 2);
+    }
+}
