@@ -1,7 +1,11 @@
 //! Conforming meshes of tetrahedra.
 
+mod bisect;
 mod boxes;
+#[cfg(test)]
+mod checks;
 
+pub use bisect::Bisected;
 pub use boxes::of_boxes;
 
 /// What holds on a face of the mesh.

@@ -1,0 +1,365 @@
+//! Local refinement of a mesh of tetrahedra by bisection of longest edges.
+//!
+//! An edge is cut only once it is the longest of every tetrahedron around it; where it is not, the longer edge is cut first
+//! (Rivara's longest-edge propagation path). The mesh is conforming after every cut, and a face is only ever cut at its own
+//! longest edge, so that its two sides agree.
+
+use super::{BoundaryFace, TetMesh};
+
+/// End of a list.
+const NONE: u32 = u32::MAX;
+
+/// The pairs of corners that are the edges of a tetrahedron.
+const EDGES: [[usize; 2]; 6] = [[0, 1], [0, 2], [0, 3], [1, 2], [1, 3], [2, 3]];
+
+/// A refined mesh and where its parts came from.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Bisected {
+    /// The refined mesh; the points of the old one come first, unchanged.
+    pub mesh: TetMesh,
+    /// For each new point, in order, the two points in whose middle it lies: old ones, or new ones that precede it.
+    pub parents: Vec<[u32; 2]>,
+    /// For each tetrahedron the old one of which it is a part.
+    pub origin: Vec<u32>,
+}
+
+impl TetMesh {
+    /// The mesh with the tetrahedra `marked` (indices; others are ignored) bisected `generations` times each, so that no part
+    /// of them is larger than 2^-generations of the whole; what is around them is bisected as far as that asks for it.
+    ///
+    /// Regions and roles of faces are inherited. The result depends on nothing but the arguments.
+    pub fn bisected(&self, marked: &[u32], generations: u8) -> Bisected {
+        let mut chosen = vec![false; self.tets.len()];
+        for &t in marked {
+            if let Some(chosen) = chosen.get_mut(t as usize) {
+                *chosen = true;
+            }
+        }
+        let mut work = Work::of(self);
+        for generation in 1..=generations {
+            let mut t = 0;
+            while t < work.tets.len() {
+                if chosen[work.origin[t] as usize] {
+                    while work.depth[t] < generation {
+                        work.cut(work.longest_of(t));
+                    }
+                }
+                t += 1;
+            }
+        }
+        work.finish(self)
+    }
+}
+
+/// Edges are compared by this alone: by length, then older ones before newer ones. No two edges have the same rank.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+struct Rank {
+    length: u64,
+    age: [std::cmp::Reverse<u32>; 2],
+}
+
+/// A mesh that is being refined.
+struct Work {
+    points: Vec<[f64; 3]>,
+    tets: Vec<[u32; 4]>,
+    /// Which of [`EDGES`] is the longest.
+    longest: Vec<u8>,
+    origin: Vec<u32>,
+    depth: Vec<u8>,
+    parents: Vec<[u32; 2]>,
+    /// Tetrahedra at each point: the first entry. A list may hold tetrahedra that have lost the point since.
+    first: Vec<u32>,
+    /// `[tetrahedron, next entry]`.
+    entries: Vec<[u32; 2]>,
+    /// Edges on the way to the one that can be cut; empty between cuts.
+    path: Vec<[u32; 2]>,
+    star: Vec<u32>,
+}
+
+impl Work {
+    fn of(mesh: &TetMesh) -> Self {
+        let count = mesh.tets.len();
+        let mut work = Self {
+            points: mesh.points.clone(),
+            tets: mesh.tets.clone(),
+            longest: Vec::with_capacity(count),
+            origin: (0..count as u32).collect(),
+            depth: vec![0; count],
+            parents: Vec::new(),
+            first: vec![NONE; mesh.points.len()],
+            entries: Vec::with_capacity(4 * count),
+            path: Vec::new(),
+            star: Vec::new(),
+        };
+        for t in 0..count {
+            work.longest.push(longest(&work.points, work.tets[t]));
+            for p in work.tets[t] {
+                work.enter(p, t as u32);
+            }
+        }
+        work
+    }
+
+    fn enter(&mut self, point: u32, tet: u32) {
+        self.entries.push([tet, self.first[point as usize]]);
+        self.first[point as usize] = self.entries.len() as u32 - 1;
+    }
+
+    /// The longest edge of a tetrahedron.
+    fn longest_of(&self, t: usize) -> [u32; 2] {
+        EDGES[self.longest[t] as usize].map(|k| self.tets[t][k])
+    }
+
+    /// Cuts an edge, and before it what must be cut before it.
+    fn cut(&mut self, edge: [u32; 2]) {
+        self.path.push(edge);
+        while let Some(&edge) = self.path.last() {
+            self.gather(edge);
+            let rank = rank(&self.points, edge);
+            let longer = self.star.iter().map(|&t| self.longest_of(t as usize)).find(|&e| {
+                let other = self::rank(&self.points, e);
+                other > rank
+            });
+            if let Some(longer) = longer {
+                self.path.push(longer);
+            } else {
+                self.halve(edge);
+                self.path.pop();
+            }
+        }
+    }
+
+    /// Fills `star` with the tetrahedra around an edge.
+    fn gather(&mut self, [a, b]: [u32; 2]) {
+        self.star.clear();
+        // The newer point has the shorter list.
+        let (at, other) = (a.max(b), a.min(b));
+        let mut entry = self.first[at as usize];
+        while entry != NONE {
+            let [t, next] = self.entries[entry as usize];
+            let tet = &self.tets[t as usize];
+            if tet.contains(&other) && tet.contains(&at) {
+                self.star.push(t);
+            }
+            entry = next;
+        }
+    }
+
+    /// Halves the tetrahedra of `star`, which are those around `edge`.
+    fn halve(&mut self, [a, b]: [u32; 2]) {
+        let middle = self.points.len() as u32;
+        let [p, q] = [a, b].map(|p| self.points[p as usize]);
+        self.points.push([0, 1, 2].map(|k| 0.5 * (p[k] + q[k])));
+        self.parents.push([a, b]);
+        self.first.push(NONE);
+        let star = std::mem::take(&mut self.star);
+        for &t in &star {
+            let slot = t as usize;
+            let half = self.tets.len() as u32;
+            let whole = self.tets[slot];
+            let low = whole.map(|p| if p == b { middle } else { p });
+            let high = whole.map(|p| if p == a { middle } else { p });
+            self.tets[slot] = low;
+            self.tets.push(high);
+            self.longest[slot] = longest(&self.points, low);
+            self.longest.push(longest(&self.points, high));
+            self.depth[slot] = self.depth[slot].saturating_add(1);
+            self.depth.push(self.depth[slot]);
+            self.origin.push(self.origin[slot]);
+            self.enter(middle, t);
+            for p in high {
+                self.enter(p, half);
+            }
+        }
+        self.star = star;
+    }
+
+    fn finish(self, old: &TetMesh) -> Bisected {
+        let boundary = self.boundary(&old.boundary, old.points.len());
+        let regions = self.origin.iter().map(|&t| old.regions[t as usize]).collect();
+        let mesh = TetMesh { points: self.points, tets: self.tets, regions, boundary, center: old.center };
+        Bisected { mesh, parents: self.parents, origin: self.origin }
+    }
+
+    /// The faces cut as the tetrahedra at them were.
+    fn boundary(&self, old: &[BoundaryFace], kept: usize) -> Vec<BoundaryFace> {
+        // Middles of edges, listed by the older end.
+        let mut first = vec![NONE; self.points.len()];
+        let mut next = Vec::with_capacity(self.parents.len());
+        for (k, &[a, b]) in self.parents.iter().enumerate() {
+            let older = a.min(b) as usize;
+            next.push(first[older]);
+            first[older] = k as u32;
+        }
+        let middle = |a: u32, b: u32| {
+            let mut k = first[a.min(b) as usize];
+            while k != NONE {
+                let [c, d] = self.parents[k as usize];
+                if c.max(d) == a.max(b) {
+                    return Some(kept as u32 + k);
+                }
+                k = next[k as usize];
+            }
+            None
+        };
+        let mut boundary = Vec::with_capacity(old.len());
+        let mut open = Vec::new();
+        for &BoundaryFace { face, role } in old {
+            open.push(face);
+            while let Some(face) = open.pop() {
+                let [a, b, c] = face;
+                let turns = [[a, b, c], [b, c, a], [c, a, b]];
+                let [a, b, c] =
+                    turns.into_iter().max_by_key(|t| rank(&self.points, [t[0], t[1]])).unwrap_or(face);
+                if let Some(m) = middle(a, b) {
+                    open.push([m, b, c]);
+                    open.push([a, m, c]);
+                } else {
+                    boundary.push(BoundaryFace { face, role });
+                }
+            }
+        }
+        boundary
+    }
+}
+
+/// The rank of an edge.
+fn rank(points: &[[f64; 3]], [a, b]: [u32; 2]) -> Rank {
+    let (p, q) = (points[a as usize], points[b as usize]);
+    let length = (0..3).map(|k| (p[k] - q[k]) * (p[k] - q[k])).sum::<f64>();
+    // Bits of positive numbers are ordered as the numbers are. The last ones are dropped: edges that are of one length but
+    // for rounding shall be cut in the order of their age everywhere.
+    let length = (length.to_bits() + (1 << 23)) >> 24;
+    Rank { length, age: [a.max(b), a.min(b)].map(std::cmp::Reverse) }
+}
+
+/// Which of [`EDGES`] of a tetrahedron is the longest.
+fn longest(points: &[[f64; 3]], tet: [u32; 4]) -> u8 {
+    let rank = |e: usize| rank(points, EDGES[e].map(|k| tet[k]));
+    (1..6).fold((0, rank(0)), |best, e| if rank(e) > best.1 { (e as u8, rank(e)) } else { best }).0
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::{checks, of_boxes};
+    use super::*;
+    use crate::scene::{Box3, BoxScene, Conductor, Wall};
+
+    /// A plate over a grounded floor in a box, with a sheet beside it: `n` cells per unit.
+    fn plate(n: usize, height: f64) -> TetMesh {
+        let sides = |min, max| Box3 { min, max };
+        let scene = BoxScene {
+            conductors: vec![
+                Conductor { name: "plate".into(), region: sides([-1.0, 0.0, -1.0], [0.0, height, 1.0]) },
+                Conductor { name: "sheet".into(), region: sides([1.0, 0.0, -1.0], [2.0, 0.0, 1.0]) },
+            ],
+            dielectrics: Vec::new(),
+            background_permittivity: 1.0,
+            domain: sides([-3.0, -2.0 * height, -3.0], [3.0, 2.0 * height, 3.0]),
+            walls: [[Wall::Insulated; 2], [Wall::Grounded; 2], [Wall::Insulated; 2]],
+        };
+        let line = |low: f64, cells: usize, step: f64| {
+            (0..=cells).map(|i| low + step * i as f64).collect::<Vec<_>>()
+        };
+        let across = line(-3.0, 6 * n, 1.0 / n as f64);
+        of_boxes(&scene, &[across.clone(), line(-2.0 * height, 4 * n, height / n as f64), across])
+    }
+
+    fn next(state: &mut u64) -> u64 {
+        *state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        *state >> 33
+    }
+
+    #[test]
+    fn any_marks_give_a_conforming_mesh_of_the_same_volume_and_faces() {
+        let mut state = 7;
+        for (height, generations) in [(1.0, 1), (1.0, 3), (0.03, 2), (0.03, 3), (20.0, 3)] {
+            let mut mesh = plate(1, height);
+            let (volume, areas) = (checks::volume(&mesh), checks::areas(&mesh));
+            checks::conforming(&mesh);
+            for _ in 0..2 {
+                let count = mesh.tets.len() as u64;
+                let marked: Vec<u32> =
+                    (0..count / 10 + 1).map(|_| (next(&mut state) % count) as u32).collect();
+                let fine = mesh.bisected(&marked, generations);
+                checks::conforming(&fine.mesh);
+                let change = checks::volume(&fine.mesh) / volume - 1.0;
+                assert!(change.abs() < 1e-11, "{change:e}");
+                for ((role, old), (other, new)) in areas.iter().zip(checks::areas(&fine.mesh)) {
+                    assert_eq!(*role, other);
+                    assert!((old - new).abs() < 1e-12 * old);
+                }
+                let mut parts = vec![0.0; mesh.tets.len()];
+                for (t, &origin) in fine.origin.iter().enumerate() {
+                    let (part, whole) = (fine.mesh.determinant(t), mesh.determinant(origin as usize));
+                    parts[origin as usize] += part / whole;
+                    assert_eq!(fine.mesh.regions[t], mesh.regions[origin as usize]);
+                    if marked.contains(&origin) {
+                        assert!(part < whole * 0.5_f64.powi(generations.into()) * (1.0 + 1e-9));
+                    }
+                }
+                assert!(parts.iter().all(|p| (p - 1.0).abs() < 1e-9));
+                assert_eq!(&fine.mesh.points[..mesh.points.len()], &mesh.points[..]);
+                for (k, &[a, b]) in fine.parents.iter().enumerate() {
+                    let m = mesh.points.len() + k;
+                    assert!((a as usize) < m && (b as usize) < m);
+                    let [m, a, b] = [m, a as usize, b as usize].map(|p| fine.mesh.points[p]);
+                    assert!((0..3).all(|x| m[x] == 0.5 * (a[x] + b[x])));
+                }
+                mesh = fine.mesh;
+            }
+        }
+    }
+
+    /// The least over the tetrahedra of volume over longest edge cubed.
+    fn worst(mesh: &TetMesh) -> f64 {
+        let ratio = |t: usize| {
+            let tet = mesh.tets[t];
+            let [a, b] = EDGES[longest(&mesh.points, tet) as usize].map(|k| mesh.points[tet[k] as usize]);
+            let length = (0..3).map(|k| (a[k] - b[k]) * (a[k] - b[k])).sum::<f64>().sqrt();
+            mesh.determinant(t) / length.powi(3)
+        };
+        (0..mesh.tets.len()).map(ratio).fold(f64::INFINITY, f64::min)
+    }
+
+    #[test]
+    fn refined_to_a_corner_again_and_again_the_tetrahedra_stay_well_shaped_and_few() {
+        let mut mesh = plate(1, 1.0);
+        let before = worst(&mesh);
+        let corner = mesh.points.iter().position(|&p| p == [0.0, 1.0, 1.0]).unwrap() as u32;
+        let mut counts = vec![mesh.tets.len()];
+        for _ in 0..25 {
+            let at: Vec<u32> =
+                (0..mesh.tets.len() as u32).filter(|&t| mesh.tets[t as usize].contains(&corner)).collect();
+            mesh = mesh.bisected(&at, 3).mesh;
+            counts.push(mesh.tets.len());
+        }
+        checks::conforming(&mesh);
+        assert!(worst(&mesh) > 0.25 * before, "{} {before}", worst(&mesh));
+        let added: Vec<usize> = counts.windows(2).map(|w| w[1] - w[0]).collect();
+        assert!(added.iter().all(|&n| n < 4 * added[1]), "{added:?}");
+    }
+
+    #[test]
+    fn the_same_marks_in_any_order_give_the_same_mesh() {
+        let mesh = plate(2, 0.7);
+        let marked: Vec<u32> = (0..mesh.tets.len() as u32).step_by(13).collect();
+        let backward: Vec<u32> = marked.iter().rev().chain(&marked).copied().collect();
+        assert_eq!(mesh.bisected(&marked, 3), mesh.bisected(&backward, 3));
+        assert_eq!(mesh.bisected(&[], 3).mesh, mesh);
+        assert_eq!(mesh.bisected(&marked, 0).mesh, mesh);
+    }
+
+    #[test]
+    fn refining_everything_takes_microseconds_per_tetrahedron() {
+        let mesh = plate(4, 1.0);
+        let all: Vec<u32> = (0..mesh.tets.len() as u32).collect();
+        let start = std::time::Instant::now();
+        let fine = mesh.bisected(&all, 3);
+        let (count, time) = (fine.mesh.tets.len(), start.elapsed());
+        println!("{} to {count} tetrahedra in {time:?}", all.len());
+        assert!(count >= 8 * all.len());
+        // 1.2 us each on one core; far above it, so that only a change of the order of growth is caught.
+        assert!(time.as_secs_f64() < 2e-5 * count as f64);
+    }
+}
