@@ -4,9 +4,15 @@ mod bisect;
 mod boxes;
 #[cfg(test)]
 mod checks;
+mod faces;
+mod layered;
+#[cfg(test)]
+mod layered_tests;
+mod planar;
 
 pub use bisect::Bisected;
 pub use boxes::of_boxes;
+pub use layered::{LayeredError, Sizing, layered};
 
 /// What holds on a face of the mesh.
 #[derive(Debug, Clone, Copy, PartialEq)]
