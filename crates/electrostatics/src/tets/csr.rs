@@ -86,7 +86,6 @@ impl Csr {
         self.start.len() - 1
     }
 
-
     /// Columns and values of a row.
     #[inline]
     pub(super) fn row(&self, i: usize) -> (&[u32], &[f64]) {

@@ -273,3 +273,56 @@ fn dot3(a: [f64; 3], b: [f64; 3]) -> f64 {
 fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
     [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use elastocap_fem::quadrature::gauss_legendre;
+
+    #[test]
+    fn the_form_of_a_face_to_open_space_is_the_energy_beyond_it() {
+        // A face aslant, seen from the origin; u(y) = g(x) / t, its gradient by differences, integrated over s = 1 / t.
+        let corners = [[1.0, 0.2, -0.1], [0.3, 1.1, 0.2], [0.4, 0.3, 1.3]];
+        let (u, v) = (sub(corners[1], corners[0]), sub(corners[2], corners[0]));
+        let normal = cross(u, v);
+        let area = 0.5 * dot3(normal, normal).sqrt();
+        let (s, w) = gauss_legendre(3);
+        for order in 1..=3 {
+            let points = lattice(order, 3);
+            let values: Vec<f64> = (0..points.len()).map(|k| (1.0 + 2.3 * k as f64).sin() + 0.5).collect();
+            let potential = |y: [f64; 3]| {
+                let t = dot3(normal, y) / dot3(normal, corners[0]);
+                let x = y.map(|y| y / t);
+                // Barycentric coordinates by areas.
+                let of = |a: [f64; 3], b: [f64; 3]| {
+                    dot3(normal, cross(sub(a, x), sub(b, x))) / dot3(normal, normal)
+                };
+                let at =
+                    [of(corners[1], corners[2]), of(corners[2], corners[0]), of(corners[0], corners[1]), 0.0];
+                points.iter().zip(&values).map(|(&p, g)| shape(order, p, at).0 * g).sum::<f64>() / t
+            };
+            let mut energy = 0.0;
+            for (at, weight) in triangle_rule() {
+                let x = [0, 1, 2].map(|a| (0..3).map(|k| at[k] * corners[k][a]).sum::<f64>());
+                for (s, w) in s.iter().zip(&w) {
+                    let t = 2.0 / (1.0 + s);
+                    let slope = |a: usize| {
+                        let (mut low, mut high) = (x.map(|x| t * x), x.map(|x| t * x));
+                        low[a] -= 1e-4;
+                        high[a] += 1e-4;
+                        (potential(high) - potential(low)) / 2e-4
+                    };
+                    let square: f64 = (0..3).map(|a| slope(a).powi(2)).sum();
+                    let distance = dot3(normal, corners[0]) / (2.0 * area);
+                    // dy = d t^2 dt dS, dt = t^2 ds.
+                    energy += 7.0 * distance * area * weight * 0.5 * w * t.powi(4) * square;
+                }
+            }
+            let matrix = open_matrix(corners, 7.0, order).unwrap();
+            let n = values.len();
+            let form: f64 = (0..n * n).map(|k| values[k / n] * matrix[k] * values[k % n]).sum();
+            assert!((form / energy - 1.0).abs() < 1e-6, "{form} {energy}");
+        }
+        assert!(open_matrix([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [-1.0, -1.0, 0.0]], 1.0, 2).is_none());
+    }
+}
