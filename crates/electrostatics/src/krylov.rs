@@ -112,7 +112,7 @@ pub fn solve(
 }
 
 /// Energy that the coming steps will take off if they go on falling as over the last few.
-fn remaining(steps: &[f64]) -> f64 {
+pub(crate) fn remaining(steps: &[f64]) -> f64 {
     const WINDOW: usize = 4;
     let n = steps.len();
     if n <= WINDOW {

@@ -18,6 +18,7 @@ mod search;
 pub mod solution;
 pub mod solve;
 pub mod symmetry;
+pub mod tets;
 
 pub use solution::{Bounded, Field, Forecast, PhaseSeconds, ResolutionLevel, Settings, Solution, Target};
 
