@@ -7,6 +7,7 @@ pub mod domain;
 pub mod dual;
 pub mod energy;
 pub mod field;
+pub mod flux;
 mod forecast;
 pub mod krylov;
 pub mod layout;
