@@ -7,6 +7,7 @@ pub mod domain;
 pub mod dual;
 pub mod energy;
 pub mod field;
+pub mod floating;
 mod forecast;
 pub mod krylov;
 pub mod layout;
@@ -19,7 +20,9 @@ pub mod solution;
 pub mod solve;
 pub mod symmetry;
 
-pub use solution::{Bounded, Field, Forecast, PhaseSeconds, ResolutionLevel, Settings, Solution, Target};
+pub use solution::{
+    Bounded, Field, FloatingPotential, Forecast, PhaseSeconds, ResolutionLevel, Settings, Solution, Target,
+};
 
 pub use forecast::forecast;
 pub use solve::{EPS0, solve};
