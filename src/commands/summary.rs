@@ -23,6 +23,9 @@ pub(crate) fn summary(case: &Case, outcome: &Outcome, saved: &Saved, folder: &Pa
         let time = seconds(outcome.layer_seconds);
         out.push_str(&format!("\n  layer: {count} meshes, {unknowns} unknowns on the last, {time}\n"));
     }
+    if outcome.plan.kind == Kind::Curve && outcome.steps.iter().any(|s| !s.floating.is_empty()) {
+        out.push_str("\n  potentials of the floating conductors: in result.json\n");
+    }
     let names: Vec<_> =
         saved.files.iter().filter_map(|f| f.file_name()).map(|f| f.to_string_lossy().into_owned()).collect();
     let fields = names.iter().filter(|name| name.ends_with(".vtu")).count();
@@ -131,6 +134,21 @@ fn capacitances(outcome: &Outcome) -> Vec<Vec<String>> {
                 prefixed(c.value, 6, "F"),
                 error(Some(c.relative_error())),
             ]);
+        }
+    }
+    for float in &step.floating {
+        let per_volt = outcome.conductors.iter().zip(&float.per_volt);
+        for (driven, v) in per_volt {
+            lines.push(vec![
+                format!("potential {} / {driven}", float.name),
+                format!("{:.6} V/V", v.value),
+                error(Some(v.relative_error())),
+            ]);
+        }
+        let v = &float.from_charges;
+        if v.value != 0.0 {
+            let name = format!("potential {} from charges", float.name);
+            lines.push(vec![name, prefixed(v.value, 6, "V"), error(Some(v.relative_error()))]);
         }
     }
     let row = &step.row;

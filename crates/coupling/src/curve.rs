@@ -18,7 +18,7 @@ pub struct Outcome {
     pub warnings: Vec<String>,
     /// The steps of the plan, in its order.
     pub steps: Vec<StepResult>,
-    /// Names of the conductors, in the order of the Maxwell matrices.
+    /// Names of the driven conductors, in the order of the Maxwell matrices.
     pub conductors: Vec<String>,
     /// The meshes of the layer's finite elements, coarse to fine; empty without them.
     pub layer_meshes: Vec<MeshReport>,
@@ -63,8 +63,10 @@ pub struct StepResult {
     pub layer: Option<FiniteElementStep>,
     /// The bodies as deformed.
     pub scene: Option<DeformedScene>,
-    /// Maxwell capacitance matrix, F, in the order of the scene's conductors.
+    /// Maxwell capacitance matrix, F, in the order of the scene's driven conductors.
     pub maxwell: Option<Vec<Vec<Bounded>>>,
+    /// Potentials of the floating conductors.
+    pub floating: Vec<FloatingConductor>,
     /// Charge over voltage, F; what the two terminals are is said in [`Row::two_terminal_capacitance_f`].
     pub two_terminal: Option<Bounded>,
     /// How the field was solved.
@@ -73,6 +75,21 @@ pub struct StepResult {
     pub seconds: StepSeconds,
     /// The file with the field, once it is written.
     pub field_file: Option<String>,
+}
+
+/// A floating conductor and its potential: that per volt on each driven one times its potential, all added up, and the part
+/// from the charges.
+#[derive(Debug, Clone, PartialEq)]
+pub struct FloatingConductor {
+    /// Its name.
+    pub name: String,
+    /// Its charge, C.
+    pub charge: f64,
+    /// Its potential with 1 V on one driven conductor, 0 V on the others and no charge on any floating one, for each driven
+    /// one in the order of [`Outcome::conductors`], V/V.
+    pub per_volt: Vec<Bounded>,
+    /// Its potential with the charges of the case on the floating conductors and 0 V on all driven ones, V.
+    pub from_charges: Bounded,
 }
 
 /// The columns of curve.csv, in their order. All in SI units; what a case does not have is empty.

@@ -342,6 +342,23 @@ impl Plan {
             settings.relative_tolerance
         );
         self.solved.push(Planned { part: "electrostatics", what });
+        let floating: Vec<String> = case
+            .conductors
+            .iter()
+            .filter(|c| c.floating_charge.is_some())
+            .map(|c| format!("`{}`", c.name))
+            .collect();
+        if !floating.is_empty() {
+            let (number, them) = match floating.as_slice() {
+                [_] => ("potential", "it is"),
+                _ => ("potentials", "they are"),
+            };
+            let what = format!(
+                "the {number} of {}, from the same fields; {them} not in the matrix",
+                listed(&floating)
+            );
+            self.solved.push(Planned { part: "floating", what });
+        }
         if !settings.bounds {
             let why = "`bounds = false` under [electrostatics]";
             self.left_out.push(LeftOut::new(

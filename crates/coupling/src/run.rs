@@ -138,10 +138,11 @@ fn copy_of(
     Ok(copy)
 }
 
-/// Names of the conductors, in the order of the Maxwell matrix.
+/// Names of the driven conductors, in the order of the Maxwell matrix.
 pub fn conductor_names(case: &Case) -> Vec<String> {
     let pair = case.electrodes.iter().flat_map(|e| e.names()).map(str::to_owned);
-    pair.chain(case.conductors.iter().map(|c| c.name.clone())).collect()
+    let driven = case.conductors.iter().filter(|c| c.floating_charge.is_none());
+    pair.chain(driven.map(|c| c.name.clone())).collect()
 }
 
 /// The steps of a plan with the layer deformed and the bodies in place, and no field.

@@ -150,7 +150,7 @@ pub fn scene_of(case: &Case, state: Option<&Deformation<'_>>) -> Result<Deformed
             None => place(electrodes, layer, None)?,
         };
         for (name, region) in electrodes.names().into_iter().zip(regions) {
-            conductors.push(Conductor { name: name.to_owned(), region });
+            conductors.push(Conductor { name: name.to_owned(), region, floating_charge: None });
         }
         pair = Some(deformed);
     }

@@ -3,11 +3,12 @@
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::time::Instant;
 
-use elastocap_electrostatics::{Bounded, Field, Settings, Solution, SolveError, solve};
+use elastocap_electrostatics::{Bounded, Field, FloatingPotential, Settings, Solution, SolveError, solve};
+use elastocap_geometry::scene::BoxScene;
 use elastocap_mechanics::ForceLimit;
 
 use crate::case::Case;
-use crate::curve::{Row, SolverReport, Status, StepResult};
+use crate::curve::{FloatingConductor, Row, SolverReport, Status, StepResult};
 use crate::deform::{Deformation, Prepared};
 use crate::plan::{PlannedStep, StepLoad};
 use crate::scene_of::{DeformedScene, Enclosing, scene_of};
@@ -91,6 +92,7 @@ impl Solver<'_> {
         result.mark(reached, (!shortfall.is_empty()).then(|| shortfall.join("; ")), beyond);
         result.two_terminal = two_terminal;
         result.maxwell = Some(solution.maxwell);
+        result.floating = floating_of(&deformed.scene, solution.floating);
         result.seconds.electrostatics = solution.seconds;
         result.solver = Some(SolverReport {
             iterations: solution.iterations,
@@ -131,12 +133,25 @@ impl Solver<'_> {
     }
 }
 
+fn floating_of(scene: &BoxScene, potentials: Vec<FloatingPotential>) -> Vec<FloatingConductor> {
+    let named = potentials.into_iter().filter_map(|potential| {
+        let body = scene.conductors.get(potential.conductor)?;
+        Some(FloatingConductor {
+            name: body.name.clone(),
+            charge: body.floating_charge?,
+            per_volt: potential.per_driven,
+            from_charges: potential.from_charges,
+        })
+    });
+    named.collect()
+}
+
 /// The solution, and the two-terminal capacitance.
 pub(crate) fn field_of(
     deformed: &DeformedScene,
     asked_for: &Settings,
 ) -> Result<(Solution, Option<Bounded>), Stop> {
-    let among_others = deformed.pair.is_some() && deformed.scene.conductors.len() > 2;
+    let among_others = deformed.pair.is_some() && deformed.scene.driven().count() > 2;
     let mut settings = asked_for.clone();
     let mut tries = 3;
     loop {
@@ -271,6 +286,7 @@ impl StepResult {
             layer: None,
             scene: None,
             maxwell: None,
+            floating: Vec::new(),
             two_terminal: None,
             solver: None,
             seconds: Default::default(),

@@ -105,6 +105,7 @@ fn purely_electrostatic_scenes_have_no_layer_and_no_load() {
         } else {
             Box3 { min: [0.0; 3], max: [1.0; 3] }
         },
+        floating_charge: None,
     };
     let isolated = load("isolated-cube.toml");
     assert_eq!(isolated.conductors, [cube("cube", false)]);
@@ -152,7 +153,6 @@ fn what_later_versions_will_read_is_refused_by_name_and_nothing_else_is_said() {
         ("two-spheres.toml", &["sphere", "sphere"][..]),
         ("layered-spheres.toml", &["sphere", "shell", "sphere"]),
         ("imported-cube-in-cube.toml", &["surface"]),
-        ("floating-plate.toml", &["charge"]),
         ("rounded-pattern.toml", &["extrusion", "cylinder"]),
     ];
     for (name, keys) in table {

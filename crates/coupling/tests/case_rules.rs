@@ -392,7 +392,6 @@ fn unknown_and_later_keys_are_told_apart() {
         &["not supported"],
     );
     refused(BOXES, &[("slab = {", "physical = {")], "physical", &["not supported"]);
-    refused(BOXES, &[("name = \"a\"", "name = \"a\"\ncharge = \"0 C\"")], "charge", &["not supported"]);
     refused(BOXES, &[("name = \"a\"", "")], "[[conductor]]", &["[[conductor]] lacks `name`"]);
     refused(BOXES, &[("[[dielectric]]", "[dielectric]")], "[dielectric]", &["`[[dielectric]]`"]);
     refused(
@@ -624,6 +623,50 @@ fn a_conductor_alone_in_insulated_walls_is_refused() {
         &[(second, ""), ("\"grounded\"", "\"insulated\"")],
         "{ min",
         &["alone inside insulated walls"],
+    );
+}
+
+#[test]
+fn a_conductor_with_a_charge_floats() {
+    for (text, charge) in [("0 C", 0.0), ("-2.5 pC", -2.5e-12), ("3 uC", 3e-6)] {
+        let to = format!("name = \"a\"\ncharge = \"{text}\"");
+        let case = accepted(BOXES, &[("name = \"a\"", &to)]);
+        let charges: Vec<_> = case.conductors.iter().map(|c| c.floating_charge).collect();
+        assert_eq!(charges, [Some(charge), None]);
+    }
+    let a = "name = \"a\"";
+    refused(BOXES, &[(a, "name = \"a\"\ncharge = 0")], "0", &["needs a unit", "\"0 C\""]);
+    refused(
+        BOXES,
+        &[(a, "name = \"a\"\ncharge = \"1 V\"")],
+        "\"1 V\"",
+        &["expected a charge, found a voltage"],
+    );
+    refused(BOXES, &[(a, "name = \"a\"\ncharge = \"1 coulomb\"")], "\"1 coulomb\"", &["\"1 C\""]);
+}
+
+#[test]
+fn a_scene_in_which_all_conductors_float_is_refused() {
+    let changes = [
+        ("name = \"a\"", "name = \"a\"\ncharge = \"1 pC\""),
+        ("name = \"b\"", "name = \"b\"\ncharge = \"0 C\""),
+    ];
+    refused(BOXES, &changes, "\"1 pC\"", &["all conductors float", "leave out `charge`"]);
+}
+
+#[test]
+fn one_driven_conductor_among_floating_ones_in_insulated_walls_is_refused() {
+    let changes = [("name = \"a\"", "name = \"a\"\ncharge = \"0 C\""), ("\"grounded\"", "\"insulated\"")];
+    refused(BOXES, &changes, "{ normal", &["\"b\" is alone inside insulated walls"]);
+}
+
+#[test]
+fn electrodes_have_no_charge_of_their_own() {
+    refused(
+        LAYERED,
+        &[("[electrodes.in_plane_pair]", "[electrodes.in_plane_pair]\ncharge = \"0 C\"")],
+        "charge",
+        &["unknown key `charge`"],
     );
 }
 

@@ -196,7 +196,7 @@ fn open_space_has_walls_only_where_the_case_says_so() {
 fn a_wall_that_comes_down_on_a_conductor_leaves_no_scene() {
     let mut case = pair(Layout::InPlane);
     let region = Box3 { min: [-1e-4, 1.3e-3, -1e-4], max: [1e-4, 1.4e-3, 1e-4] };
-    case.conductors.push(Conductor { name: "finger".into(), region });
+    case.conductors.push(Conductor { name: "finger".into(), region, floating_charge: None });
     assert!(at(&case, 0.0).is_ok());
     let error = at(&case, 0.5).unwrap_err();
     assert!(

@@ -8,6 +8,7 @@ pub mod dual;
 pub mod energy;
 pub mod field;
 pub mod flux;
+pub mod floating;
 mod forecast;
 pub mod krylov;
 pub mod layout;
@@ -21,7 +22,9 @@ pub mod solve;
 pub mod symmetry;
 pub mod tets;
 
-pub use solution::{Bounded, Field, Forecast, PhaseSeconds, ResolutionLevel, Settings, Solution, Target};
+pub use solution::{
+    Bounded, Field, FloatingPotential, Forecast, PhaseSeconds, ResolutionLevel, Settings, Solution, Target,
+};
 
 pub use forecast::forecast;
 pub use solve::{EPS0, solve};

@@ -10,7 +10,7 @@ pub enum Target {
     /// The two-terminal capacitance where there is one (else the matrix): a sensor's signal. No net charge is left, the
     /// field falls fast, and open space needs little room; the Maxwell matrix comes with whatever bounds this gives.
     TwoTerminal,
-    /// Every entry of the Maxwell matrix too; off the diagonal relative to the entry, or to a tenth of the geometric
+    /// Every entry of the Maxwell matrix of the driven conductors too; off the diagonal relative to the entry, or to a tenth of the geometric
     /// mean of the diagonal entries where the entry is smaller.
     Matrix,
 }
@@ -138,14 +138,31 @@ pub struct Field {
     pub potentials: Vec<f64>,
 }
 
+/// The potential of a floating conductor: that per volt on each driven one times its potential, all added up, and the part
+/// from the charges.
+#[derive(Debug, Clone, PartialEq)]
+pub struct FloatingPotential {
+    /// Its index among the scene's conductors.
+    pub conductor: usize,
+    /// Its potential with 1 V on one driven conductor and 0 V on the others, no floating conductor charged: for each driven
+    /// one in the order of the scene, V/V.
+    pub per_driven: Vec<Bounded>,
+    /// Its potential with the given charges on the floating conductors and 0 V on all driven ones, V. The limits are infinite
+    /// where the bounds of the matrix are too far apart to tell.
+    pub from_charges: Bounded,
+}
+
 /// The answer of [`crate::solve()`].
 #[derive(Debug, Clone, PartialEq)]
 pub struct Solution {
-    /// Maxwell capacitance matrix, F, in the order of the scene's conductors: Q = C V.
+    /// Maxwell capacitance matrix of the driven conductors, F, in the order of the scene: Q = C V. Floating conductors without
+    /// charge are at the potentials that they take by themselves.
     pub maxwell: Vec<Vec<Bounded>>,
-    /// Charge over voltage with equal and opposite charges (two conductors), or against ground or infinity (one), F;
-    /// `None` for more than two conductors, or where one conductor has nothing to hold charge against.
+    /// Charge over voltage with equal and opposite charges (two driven conductors), or against ground or infinity (one), F;
+    /// `None` for more than two of them, or where one conductor has nothing to hold charge against.
     pub two_terminal: Option<Bounded>,
+    /// Potentials of the floating conductors, in the order of the scene; with bounds their limits are proved as well.
+    pub floating: Vec<FloatingPotential>,
     /// Whether the tolerance was reached.
     pub reached: bool,
     /// Why not, for people.

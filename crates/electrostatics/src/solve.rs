@@ -5,6 +5,7 @@ use crate::adapt::{Indicator, add, folded, indicator};
 use crate::domain::Domain;
 use crate::energy::{Energies, lower, upper};
 use crate::field::{Share, sample};
+use crate::floating::Floating;
 use crate::layout::{Grid, Layout};
 use crate::matrix::{MatrixBounds, from_energies};
 use crate::primal::Primal;
@@ -31,7 +32,7 @@ pub fn solve(scene: &BoxScene, settings: &Settings) -> Result<Solution, SolveErr
         Some(level) => search::fixed(&problem, level)?,
         None => search::adaptive(&problem)?,
     };
-    let field = settings.field.then(|| found.outcome.field(scene, &problem.layout, &problem.parts, settings));
+    let field = settings.field.then(|| found.outcome.field(scene, &problem));
     let mut solution = found.outcome.finish(&problem, &found.grid, found.shortfall);
     solution.grids = found.grids;
     solution.seconds.setup += setup;
@@ -48,6 +49,8 @@ pub(crate) struct Problem<'a> {
     pub(crate) core: Layout,
     /// Axes across which a grid is reflected before it is solved on: none where mirrors are used.
     pub(crate) reflected: [bool; 3],
+    /// Which conductors float.
+    pub(crate) floating: Floating,
     pub(crate) settings: &'a Settings,
 }
 
@@ -55,7 +58,14 @@ impl<'a> Problem<'a> {
     pub(crate) fn new(scene: &BoxScene, settings: &'a Settings) -> Self {
         let layout = Layout::new(scene);
         let reflected = layout.mirror.map(|m| m.is_some() && !settings.symmetry);
-        Self { parts: parts(&layout, settings.symmetry), core: layout.core(), reflected, layout, settings }
+        Self {
+            parts: parts(&layout, settings.symmetry),
+            core: layout.core(),
+            reflected,
+            floating: Floating::new(scene),
+            layout,
+            settings,
+        }
     }
 
     /// Bytes the solve of the largest part takes on a grid.
@@ -86,7 +96,10 @@ impl<'a> Problem<'a> {
 
 /// Energies of all parts on one grid.
 pub(crate) struct Outcome {
+    /// Of the driven conductors: what is asked for.
     pub(crate) bounds: MatrixBounds,
+    /// Of all conductors.
+    all: MatrixBounds,
     /// Potentials of the right-hand sides, in columns.
     basis: Mat<f64>,
     /// Parts that have a field, with the first of their columns.
@@ -120,6 +133,7 @@ pub(crate) fn on_grid(
     let (mut up, mut low) = (Mat::zeros(n, n), Mat::zeros(n, n));
     let mut out = Outcome {
         bounds: MatrixBounds { lower: Mat::zeros(0, 0), upper: Mat::zeros(0, 0) },
+        all: MatrixBounds { lower: Mat::zeros(0, 0), upper: Mat::zeros(0, 0) },
         basis: Mat::zeros(0, 0),
         solved: Vec::new(),
         unknowns: 0,
@@ -185,21 +199,24 @@ pub(crate) fn on_grid(
         let c = from_energies(&basis, &m);
         Mat::from_fn(n, n, |i, j| unit * c[(i, j)])
     };
-    out.bounds.upper = scaled(up);
-    out.bounds.lower = if lower_too { scaled(low) } else { out.bounds.upper.clone() };
-    out.bounds.part();
+    out.all.upper = scaled(up);
+    out.all.lower = if lower_too { scaled(low) } else { out.all.upper.clone() };
+    out.all.part();
+    out.bounds = problem.floating.reduced(&out.all);
     out.basis = basis;
     Ok(out)
 }
 
 impl Outcome {
-    /// The state to look at: one volt between two conductors, or one volt on the first.
-    fn field(&self, scene: &BoxScene, layout: &Layout, parts: &[Part], settings: &Settings) -> Field {
+    /// The state to look at: one volt between two driven conductors, or one volt on the first; floating ones with their charge.
+    fn field(&self, scene: &BoxScene, problem: &Problem<'_>) -> Field {
+        let Problem { layout, parts, settings, floating, .. } = problem;
         let n = layout.conductors.len();
-        let potentials: Vec<f64> = match n {
+        let driven: Vec<f64> = match floating.driven.len() {
             2 => vec![0.5, -0.5],
-            _ => (0..n).map(|c| if c == 0 { 1.0 } else { 0.0 }).collect(),
+            n => (0..n).map(|c| if c == 0 { 1.0 } else { 0.0 }).collect(),
         };
+        let potentials = floating.potentials(&self.all.upper, &driven, &floating.charges);
         let target = Mat::from_fn(n, 1, |i, _| potentials[i]);
         let weights = self.basis.partial_piv_lu().solve(&target);
         let mut shares = Vec::new();
@@ -225,18 +242,31 @@ impl Outcome {
     /// Relative energies that the primal solution lacks along each axis in the states that the target is about, summed.
     pub(crate) fn indicator(&self, problem: &Problem<'_>) -> Indicator {
         let n = self.basis.nrows();
+        let Problem { floating, .. } = problem;
+        let driven = floating.driven.len();
+        let factor = self.basis.partial_piv_lu();
+        let of_driven = |v: &[f64]| {
+            let all = floating.potentials(&self.all.upper, v, &vec![0.0; floating.floating.len()]);
+            let weights = factor.solve(&Mat::from_fn(n, 1, |i, _| all[i]));
+            (0..n).map(|i| weights[(i, 0)]).collect::<Vec<f64>>()
+        };
         // Weights of the right-hand sides in each state, and the state's energy.
         let mut states: Vec<(Vec<f64>, f64)> = Vec::new();
-        if let (Target::TwoTerminal, true) = (problem.settings.target, n == 2) {
+        if let (Target::TwoTerminal, true) = (problem.settings.target, driven == 2) {
             let charges = Mat::from_fn(2, 1, |i, _| if i == 0 { 1.0 } else { -1.0 });
             let voltages = self.bounds.upper.partial_piv_lu().solve(&charges);
             let energy = voltages[(0, 0)] - voltages[(1, 0)];
-            let weights = self.basis.partial_piv_lu().solve(&voltages);
             if energy.is_finite() && energy > 0.0 {
-                states.push(((0..n).map(|i| weights[(i, 0)]).collect(), energy));
+                states.push((of_driven(&[voltages[(0, 0)], voltages[(1, 0)]]), energy));
             }
         }
-        if states.is_empty() {
+        if states.is_empty() && !floating.floating.is_empty() {
+            for d in 0..driven {
+                let unit: Vec<f64> = (0..driven).map(|e| f64::from(u8::from(d == e))).collect();
+                states.push((of_driven(&unit), self.bounds.upper[(d, d)]));
+            }
+            states.retain(|(_, energy)| *energy > 0.0);
+        } else if states.is_empty() {
             for i in 0..n {
                 let unit: Vec<f64> = (0..n).map(|j| f64::from(u8::from(i == j))).collect();
                 let v = self.basis.col(i);
@@ -320,6 +350,13 @@ impl Outcome {
         let (settings, layout) = (problem.settings, &problem.layout);
         let mut maxwell = self.bounds.entries();
         let mut two_terminal = self.bounds.two_terminal();
+        let floating = if settings.bounds {
+            problem.floating.proved(&self.all)
+        } else {
+            // The whole matrix is taken to be as uncertain as what is asked for.
+            let lower = &self.all.upper * faer::Scale(1.0 - self.error(settings).min(0.5));
+            problem.floating.estimated(&MatrixBounds { lower, upper: self.all.upper.clone() })
+        };
         if !settings.bounds {
             // The computed energy itself is reported, with the estimate on both sides of it.
             let centred = |upper: f64, b: Bounded| {
@@ -339,6 +376,7 @@ impl Outcome {
         Solution {
             two_terminal,
             maxwell,
+            floating,
             reached: shortfall.is_none(),
             shortfall,
             unknowns: self.unknowns,

@@ -29,7 +29,7 @@ fn scene() -> impl Strategy<Value = BoxScene> {
                     region.min[a] += lo[a];
                     region.max[a] += if flat == a { lo[a] } else { hi[a] };
                 }
-                conductors.push(Conductor { name: format!("c{cell}"), region });
+                conductors.push(Conductor { name: format!("c{cell}"), region, floating_charge: None });
             }
             // With all walls insulated a single conductor holds no charge.
             let side = if conductors.len() == 1 && side == Wall::Insulated { Wall::Grounded } else { side };

@@ -7,7 +7,7 @@ use elastocap_geometry::scene::{Box3, BoxScene, Conductor, Dielectric, Wall};
 use std::f64::consts::PI;
 
 fn conductor(name: &str, min: [f64; 3], max: [f64; 3]) -> Conductor {
-    Conductor { name: name.to_owned(), region: Box3 { min, max } }
+    Conductor { name: name.to_owned(), region: Box3 { min, max }, floating_charge: None }
 }
 
 fn closed(conductors: Vec<Conductor>, min: [f64; 3], max: [f64; 3], wall: Wall) -> BoxScene {

@@ -53,6 +53,8 @@ pub struct Conductor {
     pub name: String,
     /// Where it is.
     pub region: Box3,
+    /// Its charge, C, if it floats: its potential is what this makes it. `None` for a driven conductor.
+    pub floating_charge: Option<f64>,
 }
 
 /// A linear isotropic dielectric; where two overlap, the later one in [`BoxScene::dielectrics`] wins.
@@ -90,4 +92,16 @@ pub struct BoxScene {
     pub domain: Box3,
     /// `walls[axis][side]`, side 0 at `domain.min`, side 1 at `domain.max`.
     pub walls: [[Wall; 2]; 3],
+}
+
+impl BoxScene {
+    /// Indices of the conductors that are held at a potential, ascending.
+    pub fn driven(&self) -> impl Iterator<Item = usize> {
+        self.conductors.iter().enumerate().filter(|(_, c)| c.floating_charge.is_none()).map(|(i, _)| i)
+    }
+
+    /// Indices of the floating conductors, ascending, each with its charge in C.
+    pub fn floating(&self) -> impl Iterator<Item = (usize, f64)> {
+        self.conductors.iter().enumerate().filter_map(|(i, c)| Some((i, c.floating_charge?)))
+    }
 }

@@ -64,7 +64,7 @@ impl Subject {
         let deformed = deform()?;
         let seconds = start.elapsed().as_secs_f64();
         let plates = deformed.pair.map(|pair| (pair.parallel_plate, seconds));
-        let terminals = deformed.pair.is_some() || deformed.scene.conductors.len() <= 2;
+        let terminals = deformed.pair.is_some() || deformed.scene.driven().count() <= 2;
         let quantity = if terminals { Quantity::TwoTerminal } else { Quantity::FirstEntry };
         Ok(Self { settings, deformed, quantity, plates })
     }
@@ -119,7 +119,7 @@ impl Subject {
     }
 
     fn among_others(&self) -> bool {
-        self.deformed.pair.is_some() && self.deformed.scene.conductors.len() > 2
+        self.deformed.pair.is_some() && self.deformed.scene.driven().count() > 2
     }
 }
 

@@ -96,6 +96,18 @@ impl QuantityKind for ForceKind {
     const LIMITS_SHOWN: &'static str = "1e-24 N to 1e18 N";
 }
 
+/// The charge of a floating conductor.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct ChargeKind;
+impl QuantityKind for ChargeKind {
+    const DIMENSION: Dimension = units::CHARGE;
+    const SIGN: Sign = Sign::Any;
+    const UNIT: &'static str = "C";
+    const SAMPLE: &'static str = "0";
+    const LIMITS: [f64; 2] = [0.0, 1e9];
+    const LIMITS_SHOWN: &'static str = "at most 1 GC";
+}
+
 /// A quantity of kind `K` in SI units.
 #[derive(Debug)]
 pub(super) struct Quantity<K> {
@@ -109,6 +121,7 @@ pub(super) type Modulus = Quantity<ModulusKind>;
 pub(super) type Constant = Quantity<ConstantKind>;
 pub(super) type SignedConstant = Quantity<SignedConstantKind>;
 pub(super) type Force = Quantity<ForceKind>;
+pub(super) type Charge = Quantity<ChargeKind>;
 
 impl<K: QuantityKind> Quantity<K> {
     /// The text that a bare number was probably meant to be, and why that unit.
@@ -207,6 +220,7 @@ fn si_unit(dimension: Dimension) -> &'static str {
     match dimension {
         units::LENGTH => "m",
         units::PRESSURE => "Pa",
+        units::CHARGE => "C",
         _ => "N",
     }
 }

@@ -6,7 +6,8 @@ use serde_json::{Value, json};
 use toml::de::{DeTable, DeValue};
 
 use super::quantities::{
-    Compression, Constant, Exponent, Force, Modulus, Permittivity, Position, SignedConstant, Size, Tolerance,
+    Charge, Compression, Constant, Exponent, Force, Modulus, Permittivity, Position, SignedConstant, Size,
+    Tolerance,
 };
 use super::reader::{FromToml, Log, Node, Read, alternatives, nearest};
 use super::tables::{Entries, Shape, TableSchema, choice, key, table, unknown_word, words};
@@ -367,7 +368,7 @@ table! {
 }
 
 table! {
-    /// A conductor at one potential.
+    /// A conductor: held at a potential, or floating with a given charge.
     struct Conductor {
         /// Its name in the results.
         name: Read<Text>,
@@ -375,9 +376,12 @@ table! {
         r#box: Option<Read<BoxRegion>>,
         /// A rectangle of zero thickness.
         sheet: Option<Read<Sheet>>,
+        /// Its charge, if it floats: then it is not in the Maxwell matrix, and its potential is reported. Default: it is held at
+        /// a potential.
+        charge: Option<Read<Charge>>,
     }
     one_of: "box", "sheet";
-    later: "sphere", "shell", "surface", "cylinder", "extrusion", "physical", "charge";
+    later: "sphere", "shell", "surface", "cylinder", "extrusion", "physical";
 }
 
 table! {

@@ -19,6 +19,7 @@ const fn dimension(metre: i32, kilogram: i32, second: i32, ampere: i32) -> Dimen
 pub(super) const LENGTH: Dimension = dimension(1, 0, 0, 0);
 pub(super) const PRESSURE: Dimension = dimension(-1, 1, -2, 0);
 pub(super) const FORCE: Dimension = dimension(1, 1, -2, 0);
+pub(super) const CHARGE: Dimension = dimension(0, 0, 1, 1);
 
 /// Dimensions that have a name of their own, for messages.
 const NAMED: &[(Dimension, &str)] = &[
@@ -30,7 +31,7 @@ const NAMED: &[(Dimension, &str)] = &[
     (dimension(3, 0, 0, 0), "a volume"),
     (dimension(0, 1, -2, 0), "a force per length"),
     (dimension(2, 1, -3, -1), "a voltage"),
-    (dimension(0, 0, 1, 1), "a charge"),
+    (CHARGE, "a charge"),
     (dimension(-2, -1, 4, 2), "a capacitance"),
     (dimension(-3, -1, 4, 2), "a capacitance per length"),
     (dimension(1, 1, -3, -1), "an electric field"),
@@ -67,7 +68,7 @@ const SYMBOLS: &[(&str, i32, Dimension)] = &[
     ("Pa", 0, PRESSURE),
     ("V", 0, dimension(2, 1, -3, -1)),
     ("F", 0, dimension(-2, -1, 4, 2)),
-    ("C", 0, dimension(0, 0, 1, 1)),
+    ("C", 0, CHARGE),
     ("J", 0, dimension(2, 1, -2, 0)),
     ("g", -3, dimension(0, 1, 0, 0)),
     ("s", 0, dimension(0, 0, 1, 0)),
@@ -255,8 +256,10 @@ pub(super) fn nearest_unit(unknown: &str, of: Dimension) -> Option<&'static str>
         ("pascal", "Pa"),
         ("kilopascal", "kPa"),
         ("megapascal", "MPa"),
+        ("coulomb", "C"),
     ];
-    const COMMON: &[&str] = &["m", "um", "mm", "nm", "cm", "km", "Pa", "kPa", "MPa", "GPa", "N", "mN", "kN"];
+    const COMMON: &[&str] =
+        &["m", "um", "mm", "nm", "cm", "km", "Pa", "kPa", "MPa", "GPa", "N", "mN", "kN", "C", "pC", "nC"];
     let word = unknown.to_lowercase();
     let word = word.strip_suffix('s').unwrap_or(&word);
     let named = WORDS.iter().find(|(name, _)| *name == word).map(|(_, unit)| *unit);
@@ -296,6 +299,9 @@ mod tests {
             ("0.3 N", 0.3, FORCE),
             ("1 kg*m/s^2", 1.0, FORCE),
             ("10 mN", 1e-2, FORCE),
+            ("0 C", 0.0, CHARGE),
+            ("-3 fC", -3e-15, CHARGE),
+            ("2.5 uC", 2.5e-6, CHARGE),
         ];
         for &(text, si, dimension) in table {
             let quantity = parse(text).unwrap_or_else(|e| panic!("{text}: {e:?}"));

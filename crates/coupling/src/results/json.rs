@@ -4,7 +4,7 @@ use elastocap_electrostatics::{Bounded, PhaseSeconds};
 use serde::Serialize;
 
 use crate::case::Case;
-use crate::curve::{Outcome, Row, SolverReport, Status, StepResult};
+use crate::curve::{FloatingConductor, Outcome, Row, SolverReport, Status, StepResult};
 use crate::deform::{FiniteElementStep, MeshReport};
 use crate::plan::{Kind, Plan};
 
@@ -60,6 +60,39 @@ struct Capacitance {
     capacitance_upper_f: Option<f64>,
     relative_error_estimate: Option<f64>,
     unknowns: Option<usize>,
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    floating_conductors: Vec<Floating>,
+}
+
+/// Potentials of a floating conductor: per volt on each of the document's conductors, and from the charges. A limit that is
+/// not known is null.
+#[derive(Serialize)]
+struct Floating {
+    name: String,
+    charge_c: f64,
+    potential_per_volt: Vec<f64>,
+    potential_per_volt_lower: Vec<f64>,
+    potential_per_volt_upper: Vec<f64>,
+    potential_from_charges_v: f64,
+    potential_from_charges_lower_v: f64,
+    potential_from_charges_upper_v: f64,
+}
+
+impl Floating {
+    fn of(conductor: &FloatingConductor) -> Self {
+        let per_volt = |pick: fn(&Bounded) -> f64| conductor.per_volt.iter().map(pick).collect();
+        let Bounded { value, lower, upper } = conductor.from_charges;
+        Self {
+            name: conductor.name.clone(),
+            charge_c: conductor.charge,
+            potential_per_volt: per_volt(|b| b.value),
+            potential_per_volt_lower: per_volt(|b| b.lower),
+            potential_per_volt_upper: per_volt(|b| b.upper),
+            potential_from_charges_v: value,
+            potential_from_charges_lower_v: lower,
+            potential_from_charges_upper_v: upper,
+        }
+    }
 }
 
 impl Capacitance {
@@ -74,6 +107,7 @@ impl Capacitance {
             capacitance_upper_f: step.row.capacitance_upper_f,
             relative_error_estimate: step.row.relative_error_estimate,
             unknowns: step.row.unknowns,
+            floating_conductors: step.floating.iter().map(Floating::of).collect(),
         }
     }
 }
@@ -89,6 +123,8 @@ struct Step<'a> {
     maxwell_matrix_f: Option<Vec<Vec<f64>>>,
     maxwell_matrix_lower_f: Option<Vec<Vec<f64>>>,
     maxwell_matrix_upper_f: Option<Vec<Vec<f64>>>,
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    floating_conductors: Vec<Floating>,
     solver: Option<&'a SolverReport>,
     #[serde(skip_serializing_if = "Option::is_none")]
     layer: Option<&'a FiniteElementStep>,
@@ -118,8 +154,13 @@ fn entries(matrix: &[Vec<Bounded>], pick: fn(&Bounded) -> f64) -> Vec<Vec<f64>> 
 
 impl<'a> Step<'a> {
     fn of(step: &'a StepResult) -> Self {
-        let Capacitance { maxwell_matrix_f, maxwell_matrix_lower_f, maxwell_matrix_upper_f, .. } =
-            Capacitance::of(step);
+        let Capacitance {
+            maxwell_matrix_f,
+            maxwell_matrix_lower_f,
+            maxwell_matrix_upper_f,
+            floating_conductors,
+            ..
+        } = Capacitance::of(step);
         Self {
             index: step.index,
             row: &step.row,
@@ -129,6 +170,7 @@ impl<'a> Step<'a> {
             maxwell_matrix_f,
             maxwell_matrix_lower_f,
             maxwell_matrix_upper_f,
+            floating_conductors,
             solver: step.solver.as_ref(),
             layer: step.layer.as_ref(),
             seconds: Seconds {

@@ -101,7 +101,7 @@ mod tests {
     fn the_cells_around_a_cube_in_a_cube_fill_what_it_leaves() {
         let cube = |a: f64| Box3 { min: [-a; 3], max: [a; 3] };
         let scene = BoxScene {
-            conductors: vec![Conductor { name: "inner".into(), region: cube(0.5) }],
+            conductors: vec![Conductor { name: "inner".into(), region: cube(0.5), floating_charge: None }],
             dielectrics: Vec::new(),
             background_permittivity: 1.0,
             domain: cube(1.0),

@@ -21,6 +21,7 @@ struct Body<'a> {
     region: Box3,
     span: Range<usize>,
     what: &'static str,
+    floating_charge: Option<f64>,
     is_slab: bool,
 }
 
@@ -67,11 +68,18 @@ pub(super) fn bodies(
     if let Some(surroundings) = surroundings {
         check_flux_has_an_end(&conductors, electrodes, raw, surroundings, log);
     }
+    check_one_is_driven(&conductors, raw, log);
 
     let permittivity = |read: &Read<raw::Dielectric>| Some(read.get()?.relative_permittivity.get()?.value);
     let conductors = conductors
         .into_iter()
-        .map(|body| body.map(|b| Conductor { name: b.name.to_owned(), region: b.region }))
+        .map(|body| {
+            body.map(|b| Conductor {
+                name: b.name.to_owned(),
+                region: b.region,
+                floating_charge: b.floating_charge,
+            })
+        })
         .collect::<Option<_>>()?;
     let dielectrics = dielectrics
         .into_iter()
@@ -95,7 +103,12 @@ fn conductor<'a>(read: &'a Read<raw::Conductor>, log: &mut Log<'_>) -> Option<Bo
         (None, Some(read)) => (sheet(read, log), read.span.clone()),
         (None, None) => return None,
     };
-    Some(Body { name: &raw.name.get()?.0, region: region?, span, what: "conductor", is_slab: false })
+    let floating_charge = match &raw.charge {
+        Some(read) => Some(read.get()?.si),
+        None => None,
+    };
+    let (name, region) = (&raw.name.get()?.0, region?);
+    Some(Body { name, region, span, what: "conductor", floating_charge, is_slab: false })
 }
 
 fn dielectric<'a>(read: &'a Read<raw::Dielectric>, log: &mut Log<'_>) -> Option<Body<'a>> {
@@ -105,7 +118,8 @@ fn dielectric<'a>(read: &'a Read<raw::Dielectric>, log: &mut Log<'_>) -> Option<
         (None, Some(read)) => (slab(read, log), read.span.clone(), true),
         (None, None) => return None,
     };
-    Some(Body { name: &raw.name.get()?.0, region: region?, span, what: "dielectric", is_slab })
+    let (name, region) = (&raw.name.get()?.0, region?);
+    Some(Body { name, region, span, what: "dielectric", floating_charge: None, is_slab })
 }
 
 fn check_names(
@@ -250,7 +264,7 @@ fn check_beside_layer(
     }
 }
 
-/// One conductor alone among insulated walls: all its capacitances are zero, and no relative error can be reached.
+/// One driven conductor alone among insulated walls, floating ones or not: all its capacitances are zero, and no relative error can be reached.
 fn check_flux_has_an_end(
     conductors: &[Option<Body<'_>>],
     electrodes: Option<&Electrodes>,
@@ -265,7 +279,10 @@ fn check_flux_has_an_end(
     if surroundings.boundary != Wall::Insulated || grounded_face || raw.electrodes.is_some() {
         return;
     }
-    if let ([Some(only)], None, true) = (conductors, electrodes, any(&raw.conductor)) {
+    // What could not be read may have been a second one.
+    let driven: Vec<_> =
+        conductors.iter().filter(|c| c.as_ref().is_none_or(|b| b.floating_charge.is_none())).collect();
+    if let ([Some(only)], None, true) = (driven.as_slice(), electrodes, any(&raw.conductor)) {
         log.push(
             Diagnostic::at(
                 &only.span,
@@ -278,4 +295,21 @@ fn check_flux_has_an_end(
             .help("set `boundary` in [surroundings] to \"open\" or \"grounded\", or add another conductor"),
         );
     }
+}
+
+/// Potentials are counted from something: without a driven conductor there is no matrix.
+fn check_one_is_driven(conductors: &[Option<Body<'_>>], raw: &Document, log: &mut Log<'_>) {
+    let all_float = conductors.iter().all(|c| c.as_ref().is_some_and(|b| b.floating_charge.is_some()));
+    let (true, None, Some(first)) = (all_float, &raw.electrodes, conductors.iter().flatten().next()) else {
+        return;
+    };
+    let charge = given(&raw.conductor).and_then(|all| all.first()?.get()?.charge.as_ref());
+    log.push(
+        Diagnostic::at(
+            charge.map_or(&first.span, |read| &read.span),
+            "all conductors float: there is no capacitance to compute".to_owned(),
+        )
+        .label(format!("\"{}\" floats, and so do the others", shown(first.name)))
+        .help("leave out `charge` of at least one [[conductor]], which is then held at a potential"),
+    );
 }

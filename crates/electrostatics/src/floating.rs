@@ -1,0 +1,219 @@
+//! Floating conductors: their charge is given, and their potential is what this makes it.
+//!
+//! With the conductors split into driven (d) and floating (f) ones, floating conductors without charge take the potentials
+//! of least energy: V_f = -C_ff^-1 C_fd V_d, and the energy left is the Schur complement C_dd - C_df C_ff^-1 C_fd. As a
+//! minimum it is monotone in C, so that bounds of the whole matrix give bounds of the reduced one.
+
+use crate::matrix::MatrixBounds;
+use crate::solution::{Bounded, FloatingPotential};
+use elastocap_geometry::scene::BoxScene;
+use faer::linalg::solvers::{Llt, Solve};
+use faer::linalg::triangular_solve::solve_lower_triangular_in_place;
+use faer::{Mat, Par, Side};
+
+/// Which conductors of a scene are driven and which float.
+#[derive(Debug, Clone)]
+pub struct Floating {
+    /// Indices of the driven conductors, ascending.
+    pub driven: Vec<usize>,
+    /// Indices of the floating ones, ascending.
+    pub floating: Vec<usize>,
+    /// The charge of each floating one, C.
+    pub charges: Vec<f64>,
+}
+
+impl Floating {
+    /// Those of a scene.
+    pub fn new(scene: &BoxScene) -> Self {
+        let (driven, floating) = (scene.driven().collect(), scene.floating().map(|(c, _)| c).collect());
+        Self { driven, floating, charges: scene.floating().map(|(_, charge)| charge).collect() }
+    }
+
+    /// Bounds of the matrix of the driven conductors.
+    pub fn reduced(&self, all: &MatrixBounds) -> MatrixBounds {
+        if self.floating.is_empty() {
+            return all.clone();
+        }
+        let n = self.driven.len();
+        // A form that is not positive on the floating conductors has no minimum, but no energy is negative.
+        let lower = self.schur(&all.lower).unwrap_or_else(|| Mat::zeros(n, n));
+        // Nor is the least energy more than that of any potentials: here zero on the floating conductors.
+        let upper = self.schur(&all.upper).unwrap_or_else(|| block(&all.upper, &self.driven, &self.driven));
+        let mut reduced = MatrixBounds { lower, upper };
+        reduced.part();
+        reduced
+    }
+
+    /// C_dd - C_df C_ff^-1 C_fd; `None` where C_ff is not positive definite.
+    fn schur(&self, c: &Mat<f64>) -> Option<Mat<f64>> {
+        let factor = block(c, &self.floating, &self.floating).llt(Side::Lower).ok()?;
+        let mixed = block(c, &self.floating, &self.driven);
+        let taken = mixed.transpose() * factor.solve(&mixed);
+        let own = block(c, &self.driven, &self.driven);
+        let n = self.driven.len();
+        Some(Mat::from_fn(n, n, |i, j| own[(i, j)] - 0.5 * (taken[(i, j)] + taken[(j, i)])))
+    }
+
+    /// Potentials of all conductors with these on the driven ones and these charges on the floating ones, by the matrix `c`.
+    pub fn potentials(&self, c: &Mat<f64>, driven: &[f64], charges: &[f64]) -> Vec<f64> {
+        let mut all = vec![0.0; c.nrows()];
+        self.driven.iter().zip(driven).for_each(|(&i, v)| all[i] = *v);
+        if self.floating.is_empty() {
+            return all;
+        }
+        let from_driven = |i: usize| self.driven.iter().zip(driven).map(|(&j, v)| c[(i, j)] * v).sum::<f64>();
+        let source = Mat::from_fn(self.floating.len(), 1, |k, _| charges[k] - from_driven(self.floating[k]));
+        let own = block(c, &self.floating, &self.floating);
+        let found = own.partial_piv_lu().solve(&source);
+        self.floating.iter().enumerate().for_each(|(k, &i)| all[i] = found[(k, 0)]);
+        all
+    }
+
+    /// The potential of every floating conductor, for bounds that are proved.
+    ///
+    /// Let M be the middle of the bounds and G their gap, so that |z^T (C - M) w| <= sqrt(z^T G z w^T G w) / 2. The
+    /// potentials w by M miss those by C on conductor i by z^T (C - M) w with z = C_ff^-1 e_i. From G_ff <= g L_ff <= g C_ff
+    /// follows z^T G z <= g e_i^T C_ff^-1 e_i <= g (L_ff^-1)_ii.
+    pub fn proved(&self, all: &MatrixBounds) -> Vec<FloatingPotential> {
+        let n = all.upper.nrows();
+        let middle = Mat::from_fn(n, n, |i, j| 0.5 * (all.lower[(i, j)] + all.upper[(i, j)]));
+        self.found(all, &middle, 0.5)
+    }
+
+    /// The same around the upper matrix, where the lower one is an estimate: the errors are estimates then.
+    pub fn estimated(&self, all: &MatrixBounds) -> Vec<FloatingPotential> {
+        self.found(all, &all.upper, 1.0)
+    }
+
+    fn found(&self, all: &MatrixBounds, by: &Mat<f64>, share: f64) -> Vec<FloatingPotential> {
+        if self.floating.is_empty() {
+            return Vec::new();
+        }
+        let n = all.upper.nrows();
+        let gap = Mat::from_fn(n, n, |i, j| all.upper[(i, j)] - all.lower[(i, j)]);
+        let own = block(&all.lower, &self.floating, &self.floating).llt(Side::Lower).ok();
+        let reach = own.map(|l| self.reach(&l, &block(&gap, &self.floating, &self.floating)));
+        let state = |driven: &[f64], charges: &[f64]| -> Vec<Bounded> {
+            let w = self.potentials(by, driven, charges);
+            let spread = (0..n).flat_map(|i| (0..n).map(move |j| (i, j)));
+            let spread = spread.map(|(i, j)| w[i] * gap[(i, j)] * w[j]).sum::<f64>().max(0.0);
+            let bounded = |(k, &i): (usize, &usize)| {
+                let known = reach.as_ref().map(|r| share * (r[k] * spread).sqrt()).filter(|e| !e.is_nan());
+                let error = if w.iter().all(|v| *v == 0.0) { 0.0 } else { known.unwrap_or(f64::INFINITY) };
+                Bounded { value: w[i], lower: w[i] - error, upper: w[i] + error }
+            };
+            self.floating.iter().enumerate().map(bounded).collect()
+        };
+        let uncharged = vec![0.0; self.floating.len()];
+        let per_driven: Vec<Vec<Bounded>> = (0..self.driven.len())
+            .map(|d| {
+                let unit: Vec<f64> = (0..self.driven.len()).map(|e| f64::from(u8::from(d == e))).collect();
+                state(&unit, &uncharged)
+            })
+            .collect();
+        let from_charges = state(&vec![0.0; self.driven.len()], &self.charges);
+        // Without charge a potential lies between those of the others, zero among them.
+        let within = |b: &Bounded| Bounded {
+            value: b.value.clamp(0.0, 1.0),
+            lower: b.lower.clamp(0.0, 1.0),
+            upper: b.upper.clamp(0.0, 1.0),
+        };
+        let of = |(k, &conductor): (usize, &usize)| FloatingPotential {
+            conductor,
+            per_driven: per_driven.iter().map(|all| within(&all[k])).collect(),
+            from_charges: from_charges[k],
+        };
+        self.floating.iter().enumerate().map(of).collect()
+    }
+
+    /// g (L_ff^-1)_ii for each floating conductor, with the factor of L_ff and the gap G_ff.
+    fn reach(&self, factor: &Llt<f64>, gap: &Mat<f64>) -> Vec<f64> {
+        let n = gap.nrows();
+        let mut half = gap.clone();
+        solve_lower_triangular_in_place(factor.L(), half.as_mut(), Par::Seq);
+        let mut ratio = half.transpose().to_owned();
+        solve_lower_triangular_in_place(factor.L(), ratio.as_mut(), Par::Seq);
+        // Two norms that are not less than the largest eigenvalue.
+        let row = |i: usize| (0..n).map(|j| ratio[(i, j)].abs()).sum::<f64>();
+        let largest = (0..n).map(row).fold(0.0, f64::max).min(ratio.norm_l2());
+        let inverse = factor.solve(&Mat::<f64>::identity(n, n));
+        (0..n).map(|i| largest * inverse[(i, i)]).collect()
+    }
+}
+
+fn block(c: &Mat<f64>, rows: &[usize], columns: &[usize]) -> Mat<f64> {
+    Mat::from_fn(rows.len(), columns.len(), |i, j| c[(rows[i], columns[j])])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn three() -> Floating {
+        Floating { driven: vec![0, 2], floating: vec![1], charges: vec![2.0] }
+    }
+
+    fn matrix(entries: [[f64; 3]; 3]) -> Mat<f64> {
+        Mat::from_fn(3, 3, |i, j| entries[i][j])
+    }
+
+    #[test]
+    fn two_capacitors_in_series_are_left_of_a_chain_of_three_conductors() {
+        // 2 and 6 from the outer ones to the middle one, nothing else: 12/8, and the middle one at 1/4 and 3/4.
+        let c = matrix([[2.0, -2.0, 0.0], [-2.0, 8.0, -6.0], [0.0, -6.0, 6.0]]);
+        let all = MatrixBounds { lower: c.clone(), upper: c };
+        let reduced = three().reduced(&all);
+        assert!((reduced.upper[(0, 0)] - 1.5).abs() < 1e-14 && (reduced.upper[(0, 1)] + 1.5).abs() < 1e-14);
+        let found = &three().proved(&all)[0];
+        assert_eq!(found.conductor, 1);
+        for (found, exact) in found.per_driven.iter().chain([&found.from_charges]).zip([0.25, 0.75, 0.25]) {
+            assert!((found.value - exact).abs() < 1e-14 && found.upper - found.lower < 1e-14, "{found:?}");
+        }
+    }
+
+    #[test]
+    fn potentials_of_every_matrix_between_the_bounds_lie_between_theirs() {
+        let lower = matrix([[3.0, -1.0, -0.5], [-1.0, 4.0, -1.5], [-0.5, -1.5, 3.5]]);
+        // Gaps of rank one, whose sum is the whole gap: every partial sum is a matrix between the bounds.
+        let steps = [[0.5, -0.4, 0.1], [-0.1, 0.5, 0.3], [0.2, 0.3, -0.4], [0.0, 0.6, 0.0]];
+        let sum = |which: usize| {
+            let gap = |i: usize, j: usize| {
+                let chosen = steps.iter().enumerate().filter(|(s, _)| which >> s & 1 == 1);
+                chosen.map(|(_, v)| v[i] * v[j]).sum::<f64>()
+            };
+            Mat::from_fn(3, 3, |i, j| lower[(i, j)] + gap(i, j))
+        };
+        let all = MatrixBounds { lower: sum(0), upper: sum(15) };
+        let (reduced, found) = (three().reduced(&all), &three().proved(&all)[0]);
+        let entries = reduced.entries();
+        for which in 0..16 {
+            let c = sum(which);
+            let own = three().schur(&c).unwrap();
+            for (i, j) in [(0, 0), (0, 1), (1, 1)] {
+                let e = entries[i][j];
+                assert!(e.lower <= own[(i, j)] + 1e-14 && own[(i, j)] <= e.upper + 1e-14, "{which}: {e:?}");
+            }
+            let states = [([1.0, 0.0], 0.0), ([0.0, 1.0], 0.0), ([0.0, 0.0], 2.0)];
+            for ((driven, charge), bounded) in
+                states.iter().zip(found.per_driven.iter().chain([&found.from_charges]))
+            {
+                let exact = three().potentials(&c, driven, &[*charge])[1];
+                assert!(bounded.lower <= exact && exact <= bounded.upper, "{which}: {exact} {bounded:?}");
+                assert!(bounded.upper - bounded.lower < 0.5, "{bounded:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_lower_form_without_a_minimum_proves_that_no_energy_is_negative_and_potentials_lie_between_zero_and_one()
+     {
+        let upper = matrix([[3.0, -1.0, -0.5], [-1.0, 4.0, -1.5], [-0.5, -1.5, 3.5]]);
+        let mut lower = upper.clone();
+        lower[(1, 1)] = -0.1;
+        let all = MatrixBounds { lower, upper };
+        assert!(three().reduced(&all).lower.norm_l2() == 0.0);
+        let found = &three().proved(&all)[0];
+        assert!(found.per_driven.iter().all(|b| b.lower == 0.0 && b.upper == 1.0));
+        assert!(found.from_charges.upper.is_infinite());
+    }
+}
