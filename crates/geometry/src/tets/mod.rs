@@ -1,8 +1,10 @@
 //! Conforming meshes of tetrahedra.
 
 mod boxes;
+mod mesher;
 
 pub use boxes::of_boxes;
+pub use mesher::{MeshError, Meshed, Quality, Sizing, mesh};
 
 /// What holds on a face of the mesh.
 #[derive(Debug, Clone, Copy, PartialEq)]
