@@ -318,7 +318,7 @@ impl Delaunay {
                 }
             }
         }
-        if polite && splits.is_none() {
+        if polite && own.is_empty() {
             for &(t, i) in rim {
                 let wall = self.walls[t as usize][i];
                 if wall == 0 || own.contains(&(wall - 1)) {
@@ -333,6 +333,24 @@ impl Delaunay {
             }
         }
         Ok(())
+    }
+
+    /// Moves a point if all tetrahedra at it, none of which is then worse than the worst was, stay positive.
+    pub(super) fn improve(&mut self, v: u32, worth: impl Fn([P; 4]) -> f64, offsets: &[P]) -> bool {
+        let star = self.star(v);
+        let worst = |mesh: &Self| star.iter().map(|&t| worth(mesh.corners(t))).fold(f64::INFINITY, f64::min);
+        let start = self.points[v as usize];
+        let mut best = (worst(self), start);
+        let before = best.0;
+        for d in offsets {
+            self.points[v as usize] = [0, 1, 2].map(|k| start[k] + d[k]);
+            let now = worst(self);
+            if now > best.0 {
+                best = (now, self.points[v as usize]);
+            }
+        }
+        self.points[v as usize] = best.1;
+        best.0 > before
     }
 
     /// Puts tetrahedra between the point and the faces around the cavity.

@@ -101,6 +101,7 @@ pub fn mesh(scene: &ShapeScene, sizing: &Sizing) -> Result<Meshed, MeshError> {
     work.conform(sizing)?;
     fill(&mut work, scene);
     let refined = work.refine(sizing);
+    work.smooth();
     let mesh = collect(&work, scene, &domain);
     Ok(Meshed { quality: Quality::of(&mesh), mesh, refined })
 }

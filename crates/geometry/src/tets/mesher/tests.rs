@@ -191,3 +191,14 @@ fn surfaces_that_cross_are_refused_by_name() {
     assert!(matches!(&crossing, Err(MeshError::Crossing { .. })), "{crossing:?}");
     assert!(crossing.unwrap_err().to_string().contains("c1"));
 }
+
+#[test]
+fn speed() {
+    let a = Shape::Sphere { center: [0.0; 3], radius: 0.01 };
+    let b = Shape::Sphere { center: [0.05, 0.0, 0.0], radius: 0.02 };
+    let start = std::time::Instant::now();
+    let sizing = Sizing { facet: 0.1, growth: 0.2, ..Sizing::default() };
+    let out = mesh(&scene(Box3::SPACE, Wall::Open, vec![a, b]), &sizing).unwrap();
+    eprintln!("{:?}", start.elapsed());
+    check(&out);
+}
