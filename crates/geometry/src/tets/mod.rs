@@ -9,10 +9,12 @@ mod layered;
 #[cfg(test)]
 mod layered_tests;
 mod planar;
+mod mesher;
 
 pub use bisect::Bisected;
 pub use boxes::of_boxes;
-pub use layered::{LayeredError, Sizing, layered};
+pub use layered::{LayeredError, Sizing as LayeredSizing, layered};
+pub use mesher::{MeshError, Meshed, Quality, Sizing, mesh};
 
 /// What holds on a face of the mesh.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -1,0 +1,443 @@
+//! From the bodies of a scene to points, segments and facets.
+
+use super::complex::Complex;
+use super::{MeshError, Sizing};
+use crate::scene::Box3;
+use crate::shapes::{Shape, ShapeScene, TriangleSurface};
+use std::collections::{BTreeMap, HashMap};
+
+type P = [f64; 3];
+
+/// The box that holds a body; infinite where the body is.
+pub(super) fn bounds(shape: &Shape) -> Box3 {
+    match shape {
+        Shape::Box(b) => *b,
+        Shape::Sphere { center, radius } | Shape::Shell { center, radius } => {
+            Box3 { min: center.map(|x| x - radius), max: center.map(|x| x + radius) }
+        }
+        Shape::Cylinder { axis, base, radius, height } => {
+            let mut b = Box3 { min: base.map(|x| x - radius), max: base.map(|x| x + radius) };
+            b.min[*axis] = base[*axis];
+            b.max[*axis] = base[*axis] + height;
+            b
+        }
+        Shape::Extrusion { axis, from, to, outline } => {
+            around(outline.iter().flat_map(|&q| [*from, *to].map(|z| place(*axis, z, q))))
+        }
+        Shape::Surface(surface) => around(surface.points.iter().copied()),
+        Shape::Physical(_) => Box3 { min: [0.0; 3], max: [0.0; 3] },
+    }
+}
+
+fn around(points: impl Iterator<Item = P>) -> Box3 {
+    let nothing = Box3 { min: [f64::INFINITY; 3], max: [f64::NEG_INFINITY; 3] };
+    points.fold(nothing, |all, p| all.union(&Box3 { min: p, max: p }))
+}
+
+/// The point at `z` along the axis with `q` for the two other coordinates.
+fn place(axis: usize, z: f64, q: [f64; 2]) -> P {
+    match axis {
+        0 => [z, q[0], q[1]],
+        1 => [q[0], z, q[1]],
+        _ => [q[0], q[1], z],
+    }
+}
+
+/// Largest finite extent.
+fn extent(b: &Box3) -> f64 {
+    (0..3).map(|a| b.extent(a)).filter(|e| e.is_finite()).fold(0.0, f64::max)
+}
+
+/// Corners of the polygon that stands for a circle: of the same area.
+fn circle(middle: [f64; 2], radius: f64, relative: f64) -> Vec<[f64; 2]> {
+    let turn = std::f64::consts::TAU;
+    let n = ((turn / relative).ceil() as usize).clamp(8, 400).next_multiple_of(4);
+    let angle = turn / n as f64;
+    let out = radius * (angle / angle.sin()).sqrt();
+    (0..n)
+        .map(|k| [middle[0] + out * (k as f64 * angle).cos(), middle[1] + out * (k as f64 * angle).sin()])
+        .collect()
+}
+
+/// A sphere as triangles of about `relative` times its radius that enclose the volume of the ball.
+///
+/// The faces of an icosahedron in equal parts, brought to the sphere; then all corners move out by the same factor,
+/// 1 + O(relative^2).
+pub(super) fn geodesic(center: P, radius: f64, relative: f64) -> TriangleSurface {
+    let g = (1.0 + 5.0_f64.sqrt()) / 2.0;
+    let mut corners: Vec<P> = Vec::new();
+    for k in 0..3 {
+        for (s, t) in [(1.0, 1.0), (1.0, -1.0), (-1.0, 1.0), (-1.0, -1.0)] {
+            let mut p = [0.0; 3];
+            p[(k + 1) % 3] = s;
+            p[(k + 2) % 3] = t * g;
+            corners.push(p);
+        }
+    }
+    let distance = |a: P, b: P| (0..3).map(|k| (a[k] - b[k]).powi(2)).sum::<f64>();
+    let adjacent = |i: usize, j: usize| (distance(corners[i], corners[j]) - 4.0).abs() < 1e-9;
+    let n = ((1.1 / relative).ceil() as usize).clamp(1, 100);
+    let mut out = TriangleSurface::default();
+    let mut known: HashMap<Vec<(usize, usize)>, u32> = HashMap::new();
+    for i in 0..12 {
+        for j in i + 1..12 {
+            for k in j + 1..12 {
+                if !(adjacent(i, j) && adjacent(j, k) && adjacent(i, k)) {
+                    continue;
+                }
+                let outward = super::delaunay::orient([0.0; 3], corners[i], corners[j], corners[k]) > 0.0;
+                let ids = if outward { [i, j, k] } else { [i, k, j] };
+                let mut at = |a: usize, b: usize| {
+                    let weights = [n - a - b, a, b];
+                    let mut key: Vec<(usize, usize)> =
+                        (0..3).filter(|&m| weights[m] > 0).map(|m| (ids[m], weights[m])).collect();
+                    key.sort_unstable();
+                    let mut p = [0.0; 3];
+                    for &(corner, weight) in &key {
+                        p = [0, 1, 2].map(|m| p[m] + weight as f64 * corners[corner][m]);
+                    }
+                    let length = distance(p, [0.0; 3]).sqrt();
+                    *known.entry(key).or_insert_with(|| {
+                        out.points.push(p.map(|x| x / length));
+                        out.points.len() as u32 - 1
+                    })
+                };
+                let mut faces = Vec::new();
+                for a in 0..n {
+                    for b in 0..n - a {
+                        faces.push([at(a, b), at(a + 1, b), at(a, b + 1)]);
+                        if a + b + 1 < n {
+                            faces.push([at(a + 1, b), at(a + 1, b + 1), at(a, b + 1)]);
+                        }
+                    }
+                }
+                out.faces.extend(faces);
+            }
+        }
+    }
+    let volume: f64 = out
+        .faces
+        .iter()
+        .map(|f| {
+            let [a, b, c] = f.map(|p| out.points[p as usize]);
+            crate::tets::determinant([0.0; 3], a, b, c) / 6.0
+        })
+        .sum();
+    let factor = radius * (4.0 / 3.0 * std::f64::consts::PI / volume).cbrt();
+    for p in &mut out.points {
+        *p = [0, 1, 2].map(|k| center[k] + factor * p[k]);
+    }
+    out
+}
+
+/// Whether the body holds the point.
+pub(super) fn holds(shape: &Shape, p: P) -> bool {
+    let squared = |c: &P| (0..3).map(|k| (p[k] - c[k]).powi(2)).sum::<f64>();
+    match shape {
+        Shape::Box(b) => b.sheet_normal().is_none() && b.contains(p),
+        Shape::Sphere { center, radius } => squared(center) < radius * radius,
+        Shape::Shell { center, radius } => squared(center) > radius * radius,
+        Shape::Cylinder { axis, base, radius, height } => {
+            let z = p[*axis] - base[*axis];
+            let across = squared(base) - z * z;
+            (0.0..*height).contains(&z) && across < radius * radius
+        }
+        Shape::Extrusion { axis, from, to, outline } => {
+            let q = match axis {
+                0 => [p[1], p[2]],
+                1 => [p[0], p[2]],
+                _ => [p[0], p[1]],
+            };
+            let mut inside = false;
+            for (k, a) in outline.iter().enumerate() {
+                let b = outline[(k + 1) % outline.len()];
+                let cut = |y: f64| a[0] + (b[0] - a[0]) * (y - a[1]) / (b[1] - a[1]);
+                if (a[1] > q[1]) != (b[1] > q[1]) && q[0] < cut(q[1]) {
+                    inside = !inside;
+                }
+            }
+            from.min(*to) < p[*axis] && p[*axis] < from.max(*to) && inside
+        }
+        Shape::Surface(s) => {
+            // The solid angle under which the surface is seen (Van Oosterom, Strackee, 1983).
+            let dot = |a: P, b: P| a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+            let angle: f64 = s
+                .faces
+                .iter()
+                .map(|f| {
+                    let [a, b, c] = f.map(|i| s.points[i as usize]).map(|q| [0, 1, 2].map(|k| q[k] - p[k]));
+                    let [x, y, z] = [a, b, c].map(|v| dot(v, v).sqrt());
+                    let det = crate::tets::determinant([0.0; 3], a, b, c);
+                    2.0 * det.atan2(x * y * z + dot(a, b) * z + dot(b, c) * x + dot(c, a) * y)
+                })
+                .sum();
+            angle.abs() > std::f64::consts::TAU
+        }
+        Shape::Physical(_) => false,
+    }
+}
+
+/// Where the mesh ends: the walls, and far from the bodies where there is none.
+pub(super) fn domain(scene: &ShapeScene, sizing: &Sizing) -> Result<Box3, MeshError> {
+    let shapes = || {
+        scene.conductors.iter().map(|c| &c.shape).chain(scene.dielectrics.iter().map(|d| &d.shape))
+    };
+    if let Some(shell) = shapes().find(|s| matches!(s, Shape::Shell { .. })) {
+        let b = bounds(shell);
+        let grown = 0.25 * extent(&b);
+        return Ok(Box3 { min: b.min.map(|x| x - grown), max: b.max.map(|x| x + grown) });
+    }
+    let mut low = [f64::INFINITY; 3];
+    let mut high = [f64::NEG_INFINITY; 3];
+    for b in shapes().map(bounds).chain([scene.domain]) {
+        for a in 0..3 {
+            for x in [b.min[a], b.max[a]].into_iter().filter(|x| x.is_finite()) {
+                low[a] = low[a].min(x);
+                high[a] = high[a].max(x);
+            }
+        }
+    }
+    let size = (0..3).map(|a| high[a] - low[a]).filter(|x| x.is_finite()).fold(0.0, f64::max);
+    if size <= 0.0 {
+        return Err(MeshError::Empty);
+    }
+    let far = 0.5 * sizing.far * size;
+    let mut out = scene.domain;
+    for a in 0..3 {
+        let middle = if low[a] <= high[a] { 0.5 * (low[a] + high[a]) } else { 0.0 };
+        if out.min[a].is_infinite() {
+            out.min[a] = middle - far;
+        }
+        if out.max[a].is_infinite() {
+            out.max[a] = middle + far;
+        }
+    }
+    Ok(out)
+}
+
+/// All surfaces of the scene.
+pub(super) fn complex(scene: &ShapeScene, domain: &Box3, sizing: &Sizing) -> Result<Complex, MeshError> {
+    let mut out = Complex::default();
+    boxes(&mut out, scene, domain, sizing);
+    let conductors = scene.conductors.iter().enumerate().map(|(c, b)| (&b.name, &b.shape, Some(c as u32)));
+    let dielectrics = scene.dielectrics.iter().map(|d| (&d.name, &d.shape, None));
+    for (name, shape, conductor) in conductors.chain(dielectrics) {
+        let degenerate = || MeshError::Unsupported { body: name.clone(), what: "a face without an area" };
+        let size = sizing.facet * extent(&bounds(shape));
+        match shape {
+            Shape::Box(_) => {}
+            Shape::Sphere { center, radius } | Shape::Shell { center, radius } => {
+                let surface = geodesic(*center, *radius, sizing.facet);
+                out.seeds.push((*center, sizing.facet * radius));
+                triangles(&mut out, name, &surface, sizing.facet * radius, false).ok_or_else(degenerate)?;
+            }
+            Shape::Cylinder { axis, base, radius, height } => {
+                let across = [[1, 2], [0, 2], [0, 1]][*axis].map(|a| base[a]);
+                let ends = [base[*axis], base[*axis] + height];
+                let outline = circle(across, *radius, sizing.facet);
+                prism(&mut out, name, *axis, ends, &outline, sizing.facet * radius, None)
+                    .ok_or_else(degenerate)?;
+            }
+            Shape::Extrusion { axis, from, to, outline } => {
+                let sheet = if from == to { conductor } else { None };
+                prism(&mut out, name, *axis, [*from, *to], outline, size, sheet).ok_or_else(degenerate)?;
+            }
+            Shape::Surface(surface) => {
+                triangles(&mut out, name, surface, size, true).ok_or_else(degenerate)?;
+            }
+            Shape::Physical(_) => {
+                let what = "a group of a volume mesh, which is a mesh already";
+                return Err(MeshError::Unsupported { body: name.clone(), what });
+            }
+        }
+    }
+    for (k, p) in out.points.iter().enumerate() {
+        if !domain.contains(*p) {
+            let body = out.on[k].first().map_or("", |&f| &out.facets[f as usize].body);
+            return Err(MeshError::Crossing { first: body.into(), second: "a wall".into(), at: *p });
+        }
+    }
+    out.close()?;
+    Ok(out)
+}
+
+fn prism(
+    out: &mut Complex,
+    name: &str,
+    axis: usize,
+    ends: [f64; 2],
+    outline: &[[f64; 2]],
+    size: f64,
+    sheet: Option<u32>,
+) -> Option<()> {
+    let rings = ends.map(|z| outline.iter().map(|&q| out.point(place(axis, z, q), size)).collect::<Vec<_>>());
+    let facet = out.outlined(&rings[0], name)?;
+    if ends[0] == ends[1] {
+        let polygon = out.facets[facet as usize].polygons.len() - 1;
+        out.facets[facet as usize].sheets.extend(sheet.map(|c| (c, polygon)));
+        return Some(());
+    }
+    out.outlined(&rings[1], name)?;
+    for k in 0..outline.len() {
+        let l = (k + 1) % outline.len();
+        out.outlined(&[rings[0][k], rings[0][l], rings[1][l], rings[1][k]], name)?;
+    }
+    Some(())
+}
+
+/// A surface of triangles; neighbours in one plane become one facet if `merge`.
+fn triangles(out: &mut Complex, name: &str, surface: &TriangleSurface, size: f64, merge: bool) -> Option<()> {
+    let ids: Vec<u32> = surface.points.iter().map(|&p| out.point(p, size)).collect();
+    let faces: Vec<[u32; 3]> = surface.faces.iter().map(|f| f.map(|p| ids[p as usize])).collect();
+    let mut edges: BTreeMap<[u32; 2], Vec<usize>> = BTreeMap::new();
+    for (t, f) in faces.iter().enumerate() {
+        for k in 0..3 {
+            edges.entry(super::delaunay::sorted(f[k], f[(k + 1) % 3])).or_default().push(t);
+        }
+    }
+    let mut parent: Vec<usize> = (0..faces.len()).collect();
+    fn root(parent: &mut [usize], mut t: usize) -> usize {
+        while parent[t] != t {
+            parent[t] = parent[parent[t]];
+            t = parent[t];
+        }
+        t
+    }
+    if merge {
+        let whole = extent(&around(surface.points.iter().copied()));
+        for pair in edges.values().filter(|p| p.len() == 2) {
+            let [a, b, c] = faces[pair[0]].map(|p| out.points[p as usize]);
+            let flat = faces[pair[1]].iter().all(|&p| {
+                crate::tets::determinant(a, b, c, out.points[p as usize]).abs() < 1e-10 * whole.powi(3)
+            });
+            if flat {
+                let (x, y) = (root(&mut parent, pair[0]), root(&mut parent, pair[1]));
+                parent[x.max(y)] = x.min(y);
+            }
+        }
+    }
+    let mut facets: BTreeMap<usize, u32> = BTreeMap::new();
+    for t in 0..faces.len() {
+        let group = root(&mut parent, t);
+        let facet = match facets.get(&group) {
+            Some(&f) => f,
+            None => {
+                let f = out.facet(&faces[group], name)?;
+                facets.insert(group, f);
+                f
+            }
+        };
+        out.polygon(facet, &faces[t]);
+    }
+    for (edge, sides) in &edges {
+        let groups: Vec<usize> = sides.iter().map(|&t| root(&mut parent, t)).collect();
+        if groups.iter().any(|&g| g != groups[0]) || groups.len() != 2 {
+            for g in groups {
+                out.segment(edge[0], edge[1], facets[&g]);
+            }
+        }
+    }
+    Some(())
+}
+
+/// All boxes and the walls: faces between cells of their common grid that are filled differently.
+fn boxes(out: &mut Complex, scene: &ShapeScene, domain: &Box3, sizing: &Sizing) {
+    let mut bodies: Vec<(Box3, i64, &str)> = Vec::new();
+    for (d, body) in scene.dielectrics.iter().enumerate() {
+        if let Shape::Box(b) = body.shape {
+            bodies.push((b, d as i64 + 1, &body.name));
+        }
+    }
+    for (c, body) in scene.conductors.iter().enumerate() {
+        if let Shape::Box(b) = body.shape {
+            bodies.push((b, -1 - c as i64, &body.name));
+        }
+    }
+    let lines = [0, 1, 2].map(|a| {
+        let mut line = vec![domain.min[a], domain.max[a]];
+        for (b, ..) in &bodies {
+            line.extend([b.min[a], b.max[a]].iter().filter(|&&x| domain.min[a] < x && x < domain.max[a]));
+        }
+        line.sort_unstable_by(f64::total_cmp);
+        line.dedup();
+        line
+    });
+    let count = [0, 1, 2].map(|a| lines[a].len() as isize);
+    // What fills a cell; outside the domain something of its own.
+    let filled = |cell: [isize; 3]| -> i64 {
+        if (0..3).any(|a| cell[a] < 0 || cell[a] + 1 >= count[a]) {
+            return i64::MIN;
+        }
+        let middle = [0, 1, 2].map(|a| 0.5 * (lines[a][cell[a] as usize] + lines[a][cell[a] as usize + 1]));
+        bodies.iter().rev().find(|b| b.0.sheet_normal().is_none() && b.0.contains(middle)).map_or(0, |b| b.1)
+    };
+    // What is on either side of the face of the grid normal to `axis` at `at`, and the sheet in it, unless there is no face.
+    let face = |axis: usize, at: [isize; 3]| -> Option<[i64; 3]> {
+        if (0..3).any(|a| a != axis && (at[a] < 0 || at[a] + 1 >= count[a])) {
+            return None;
+        }
+        let mut below = at;
+        below[axis] -= 1;
+        let middle = [0, 1, 2].map(|a| {
+            let low = lines[a][at[a] as usize];
+            if a == axis { low } else { 0.5 * (low + lines[a][at[a] as usize + 1]) }
+        });
+        let sheet = bodies.iter().find(|b| b.0.sheet_normal() == Some(axis) && b.0.contains(middle));
+        let code = [filled(below), filled(at), sheet.map_or(0, |s| s.1)];
+        (code[0] != code[1] || code[2] != 0).then_some(code)
+    };
+    let far = extent(domain);
+    let size = |codes: &[i64]| {
+        let of = |b: &&(Box3, i64, &str)| codes.contains(&b.1) && b.1 < 0;
+        bodies.iter().filter(of).map(|b| sizing.facet * extent(&b.0)).fold(far, f64::min)
+    };
+    for axis in 0..3 {
+        let [u, v] = [(axis + 1) % 3, (axis + 2) % 3];
+        for i in 0..count[0] {
+            for j in 0..count[1] {
+                for k in 0..count[2] {
+                    let at = [i, j, k];
+                    if let Some(code) = face(axis, at) {
+                        let name = bodies.iter().find(|b| code.contains(&b.1)).map_or("a wall", |b| b.2);
+                        let facet = out.plane(axis, lines[axis][at[axis] as usize], name);
+                        let corners = [[0, 0], [1, 0], [1, 1], [0, 1]].map(|s| {
+                            let mut to = at;
+                            to[u] += s[0];
+                            to[v] += s[1];
+                            [0, 1, 2].map(|a| lines[a][to[a] as usize])
+                        });
+                        out.area(facet, &corners);
+                        if code[2] < 0 {
+                            let polygon = out.facets[facet as usize].polygons.len() - 1;
+                            out.facets[facet as usize].sheets.push(((-1 - code[2]) as u32, polygon));
+                        }
+                    }
+                    // The edge along `axis`: kept unless one face goes straight through.
+                    if at[axis] + 1 >= count[axis] {
+                        continue;
+                    }
+                    let (mut before_u, mut before_v) = (at, at);
+                    before_u[u] -= 1;
+                    before_v[v] -= 1;
+                    let [a, b] = [face(v, before_u), face(v, at)];
+                    let [c, d] = [face(u, before_v), face(u, at)];
+                    if a == b && c == d && (a.is_none() || c.is_none()) {
+                        continue;
+                    }
+                    let mut end = at;
+                    end[axis] += 1;
+                    let codes: Vec<i64> = [a, b, c, d].into_iter().flatten().flatten().collect();
+                    let [p, q] = [at, end].map(|x| {
+                        out.point([0, 1, 2].map(|m| lines[m][x[m] as usize]), size(&codes))
+                    });
+                    for (normal, is) in [(v, a.or(b)), (u, c.or(d))] {
+                        if is.is_some() {
+                            let facet = out.plane(normal, lines[normal][at[normal] as usize], "a wall");
+                            out.segment(p, q, facet);
+                        }
+                    }
+                }
+            }
+        }
+    }
+}

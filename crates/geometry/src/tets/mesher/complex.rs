@@ -1,0 +1,269 @@
+//! What a mesh has to keep: points, straight segments and flat facets.
+
+use super::MeshError;
+use super::delaunay::{orient, sorted};
+use std::collections::{BTreeMap, HashMap};
+
+type P = [f64; 3];
+
+/// A flat part of a surface: polygons in one plane.
+#[derive(Debug)]
+pub(super) struct Facet {
+    pub(super) body: String,
+    /// The axis it is normal to, and where, if it is normal to one.
+    pub(super) plane: Option<(usize, f64)>,
+    origin: P,
+    directions: [P; 2],
+    pub(super) polygons: Vec<Vec<[f64; 2]>>,
+    /// Sheets of no thickness in it: the conductor and its polygon.
+    pub(super) sheets: Vec<(u32, usize)>,
+}
+
+fn dot(a: P, b: P) -> f64 {
+    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+}
+
+fn in_polygon(polygon: &[[f64; 2]], p: [f64; 2]) -> bool {
+    let mut inside = false;
+    for (k, a) in polygon.iter().enumerate() {
+        let b = polygon[(k + 1) % polygon.len()];
+        if (a[1] > p[1]) != (b[1] > p[1]) && p[0] < a[0] + (b[0] - a[0]) * (p[1] - a[1]) / (b[1] - a[1]) {
+            inside = !inside;
+        }
+    }
+    inside
+}
+
+impl Facet {
+    /// Coordinates within the plane.
+    pub(super) fn flat(&self, p: P) -> [f64; 2] {
+        let d = [0, 1, 2].map(|k| p[k] - self.origin[k]);
+        self.directions.map(|u| dot(u, d))
+    }
+
+    /// The point of the plane with these coordinates.
+    pub(super) fn raise(&self, q: [f64; 2]) -> P {
+        let [u, v] = self.directions;
+        let mut p = [0, 1, 2].map(|k| self.origin[k] + q[0] * u[k] + q[1] * v[k]);
+        if let Some((axis, at)) = self.plane {
+            p[axis] = at;
+        }
+        p
+    }
+
+    /// Whether a point of the plane lies in one of the polygons.
+    pub(super) fn holds(&self, p: P) -> bool {
+        let q = self.flat(p);
+        self.polygons.iter().any(|polygon| in_polygon(polygon, q))
+    }
+
+    /// The sheet a point of the plane lies on.
+    pub(super) fn sheet(&self, p: P) -> Option<u32> {
+        let q = self.flat(p);
+        self.sheets.iter().find(|s| in_polygon(&self.polygons[s.1], q)).map(|s| s.0)
+    }
+}
+
+/// Points, segments, facets.
+#[derive(Debug, Default)]
+pub(super) struct Complex {
+    pub(super) points: Vec<P>,
+    /// The facets each point is on.
+    pub(super) on: Vec<Vec<u32>>,
+    /// The size of elements wanted at each point, m.
+    pub(super) sizes: Vec<f64>,
+    pub(super) facets: Vec<Facet>,
+    /// Ends, and the facets each segment is on.
+    pub(super) segments: BTreeMap<[u32; 2], Vec<u32>>,
+    /// Points inside bodies, to start from.
+    pub(super) seeds: Vec<(P, f64)>,
+    planes: HashMap<(usize, u64), u32>,
+    known: HashMap<[u64; 3], u32>,
+}
+
+impl Complex {
+    /// The number of the point; points at the same place are one.
+    pub(super) fn point(&mut self, p: P, size: f64) -> u32 {
+        let p = p.map(|x| x + 0.0);
+        let next = self.points.len() as u32;
+        let index = *self.known.entry(p.map(f64::to_bits)).or_insert(next);
+        if index == next {
+            self.points.push(p);
+            self.on.push(Vec::new());
+            self.sizes.push(size);
+        }
+        let own = &mut self.sizes[index as usize];
+        *own = own.min(size);
+        index
+    }
+
+    /// The facet of a whole plane normal to an axis.
+    pub(super) fn plane(&mut self, axis: usize, at: f64, body: &str) -> u32 {
+        let next = self.facets.len() as u32;
+        let index = *self.planes.entry((axis, (at + 0.0).to_bits())).or_insert(next);
+        if index == next {
+            let mut origin = [0.0; 3];
+            origin[axis] = at;
+            let mut directions = [[0.0; 3]; 2];
+            directions[0][(axis + 1) % 3] = 1.0;
+            directions[1][(axis + 2) % 3] = 1.0;
+            let plane = Some((axis, at));
+            self.facets.push(Facet {
+                body: body.into(),
+                plane,
+                origin,
+                directions,
+                polygons: Vec::new(),
+                sheets: Vec::new(),
+            });
+        }
+        index
+    }
+
+    /// The facet through these points: that of their plane if it is normal to an axis, else a new one.
+    pub(super) fn facet(&mut self, corners: &[u32], body: &str) -> Option<u32> {
+        let at = |k: usize| self.points[corners[k] as usize];
+        for axis in 0..3 {
+            if (1..corners.len()).all(|k| at(k)[axis] == at(0)[axis]) {
+                let coordinate = at(0)[axis];
+                return Some(self.plane(axis, coordinate, body));
+            }
+        }
+        let minus = |a: P, b: P| [0, 1, 2].map(|k| a[k] - b[k]);
+        let (u, w) = (minus(at(1), at(0)), minus(at(2), at(0)));
+        let length = dot(u, u).sqrt();
+        let u = u.map(|x| x / length);
+        let along = dot(u, w);
+        let v = [0, 1, 2].map(|k| w[k] - along * u[k]);
+        let across = dot(v, v).sqrt();
+        let v = v.map(|x| x / across);
+        if !(length > 0.0 && across > 0.0 && dot(v, v).is_finite()) {
+            return None;
+        }
+        self.facets.push(Facet {
+            body: body.into(),
+            plane: None,
+            origin: at(0),
+            directions: [u, v],
+            polygons: Vec::new(),
+            sheets: Vec::new(),
+        });
+        Some(self.facets.len() as u32 - 1)
+    }
+
+    /// Says that a point is on a facet.
+    fn touch(&mut self, point: u32, facet: u32) {
+        let on = &mut self.on[point as usize];
+        if !on.contains(&facet) {
+            on.push(facet);
+        }
+    }
+
+    /// Adds a polygon to a facet, without its edges.
+    pub(super) fn polygon(&mut self, facet: u32, corners: &[u32]) {
+        for &c in corners {
+            self.touch(c, facet);
+        }
+        self.area(facet, &corners.iter().map(|&c| self.points[c as usize]).collect::<Vec<_>>());
+    }
+
+    /// Adds a polygon whose corners need not be points of the mesh.
+    pub(super) fn area(&mut self, facet: u32, corners: &[P]) {
+        let facet = &mut self.facets[facet as usize];
+        let polygon = corners.iter().map(|&p| facet.flat(p)).collect();
+        facet.polygons.push(polygon);
+    }
+
+    /// Adds a segment of a facet.
+    pub(super) fn segment(&mut self, a: u32, b: u32, facet: u32) {
+        self.touch(a, facet);
+        self.touch(b, facet);
+        let facets = self.segments.entry(sorted(a, b)).or_default();
+        if !facets.contains(&facet) {
+            facets.push(facet);
+        }
+    }
+
+    /// Adds a polygon and its edges.
+    pub(super) fn outlined(&mut self, corners: &[u32], body: &str) -> Option<u32> {
+        let facet = self.facet(corners, body)?;
+        self.polygon(facet, corners);
+        for k in 0..corners.len() {
+            self.segment(corners[k], corners[(k + 1) % corners.len()], facet);
+        }
+        Some(facet)
+    }
+
+    /// Finds what touches without having been said to, and refuses what crosses.
+    pub(super) fn close(&mut self) -> Result<(), MeshError> {
+        for p in 0..self.points.len() {
+            for axis in 0..3 {
+                let at = self.points[p];
+                let Some(&f) = self.planes.get(&(axis, at[axis].to_bits())) else { continue };
+                if self.facets[f as usize].holds(at) {
+                    self.touch(p as u32, f);
+                }
+            }
+        }
+        let edges: Vec<[u32; 2]> = self.segments.keys().copied().collect();
+        for [a, b] in edges {
+            let common: Vec<u32> = self.on[a as usize]
+                .iter()
+                .copied()
+                .filter(|f| {
+                    self.on[b as usize].contains(f) && self.facets[*f as usize].plane.is_some() && {
+                        let [p, q] = [a, b].map(|i| self.points[i as usize]);
+                        self.facets[*f as usize].holds([0, 1, 2].map(|k| 0.5 * (p[k] + q[k])))
+                    }
+                })
+                .collect();
+            for f in common {
+                self.segment(a, b, f);
+            }
+        }
+        self.crossings()
+    }
+
+    fn crossings(&self) -> Result<(), MeshError> {
+        let tilted: Vec<(usize, Vec<P>, [P; 2])> = self
+            .facets
+            .iter()
+            .enumerate()
+            .flat_map(|(f, facet)| {
+                facet.polygons.iter().map(move |polygon| {
+                    let corners: Vec<P> = polygon.iter().map(|&q| facet.raise(q)).collect();
+                    let bounds = [f64::min, f64::max].map(|pick: fn(f64, f64) -> f64| {
+                        [0, 1, 2].map(|k| corners.iter().skip(1).fold(corners[0][k], |m, c| pick(m, c[k])))
+                    });
+                    (f, corners, bounds)
+                })
+            })
+            .collect();
+        for (&[a, b], of) in &self.segments {
+            let [p, q] = [a, b].map(|i| self.points[i as usize]);
+            for (f, corners, bounds) in &tilted {
+                if (0..3).any(|k| p[k].max(q[k]) < bounds[0][k] || p[k].min(q[k]) > bounds[1][k]) {
+                    continue;
+                }
+                let name = *f as u32;
+                if self.on[a as usize].contains(&name) || self.on[b as usize].contains(&name) {
+                    continue;
+                }
+                let side = [p, q].map(|x| orient(corners[0], corners[1], corners[2], x));
+                if side[0] * side[1] < 0.0 {
+                    let s = side[0] / (side[0] - side[1]);
+                    let at = [0, 1, 2].map(|k| p[k] + s * (q[k] - p[k]));
+                    if self.facets[*f].holds(at) {
+                        let other = of.first().map_or("", |&o| &self.facets[o as usize].body);
+                        return Err(MeshError::Crossing {
+                            first: other.into(),
+                            second: self.facets[*f].body.clone(),
+                            at,
+                        });
+                    }
+                }
+            }
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,225 @@
+//! A conforming mesh of tetrahedra for a scene of bodies of any shape.
+//!
+//! Every body becomes flat facets: boxes and imported triangles as they are, curved bodies by polygons and triangles that
+//! enclose the same area or volume. A Delaunay triangulation of their corners gets more points until every edge and facet is in
+//! it (`conform`); then until tetrahedra are small and round enough (`refine`), now with edges and facets kept.
+
+mod bodies;
+mod complex;
+mod conform;
+mod delaunay;
+mod quality;
+mod refine;
+
+use super::{BoundaryFace, FaceRole, TetMesh};
+use crate::scene::{Box3, Wall};
+use crate::shapes::{Shape, ShapeScene};
+use conform::Work;
+use delaunay::NONE;
+pub use quality::Quality;
+
+/// How fine a mesh is.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Sizing {
+    /// Size of elements at a body: relative to the radius of a round one, to the largest extent of any other.
+    pub facet: f64,
+    /// By how much the size of elements grows per distance from the bodies, below 1.
+    pub growth: f64,
+    /// Radius of the sphere around a tetrahedron, relative to its shortest edge, above which it is refined; at least 2 for
+    /// refinement that ends by itself.
+    pub radius_to_edge: f64,
+    /// Size of the mesh in open space, relative to the largest extent of the scene.
+    pub far: f64,
+    /// Limit on the number of points.
+    pub most_points: usize,
+}
+
+impl Default for Sizing {
+    fn default() -> Self {
+        Self { facet: 0.3, growth: 0.5, radius_to_edge: 2.0, far: 20.0, most_points: 500_000 }
+    }
+}
+
+/// A mesh and what is known of it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Meshed {
+    /// The mesh.
+    pub mesh: TetMesh,
+    /// Its shapes.
+    pub quality: Quality,
+    /// Whether sizes and shapes are as asked; `false` if the limit on points came first. The mesh conforms either way.
+    pub refined: bool,
+}
+
+/// Why there is no mesh.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum MeshError {
+    /// A body that cannot be meshed.
+    #[error("{body} has {what}; it cannot be meshed")]
+    Unsupported {
+        /// Its name.
+        body: String,
+        /// What is the matter.
+        what: &'static str,
+    },
+    /// Two surfaces cross.
+    #[error("the surfaces of {first} and {second} cross at ({}, {}, {}) m; keep them apart or let them share a flat face", at[0], at[1], at[2])]
+    Crossing {
+        /// One body.
+        first: String,
+        /// The other one.
+        second: String,
+        /// Where, m.
+        at: [f64; 3],
+    },
+    /// A surface could not be made of faces of tetrahedra.
+    #[error("the mesh does not meet the surfaces at ({}, {}, {}) m with {points} points; look for surfaces that touch or cross there, or allow more points", at[0], at[1], at[2])]
+    Unreachable {
+        /// Where, m.
+        at: [f64; 3],
+        /// The number of points then.
+        points: usize,
+    },
+    /// There is nothing with an extent.
+    #[error("the scene has no body and no walls; add one")]
+    Empty,
+}
+
+/// Makes a mesh of the space around the conductors.
+///
+/// Spheres become geodesic polyhedra of the ball's volume and cylinders prisms of the circle's area: their corners lie outside
+/// by O(`facet`^2) of the radius. Boxes, extrusions and triangles are exact. Where a side is open, the mesh ends far out.
+///
+/// # Errors
+///
+/// Surfaces that cross each other (those of boxes may), and surfaces that are not met within the limit on points.
+pub fn mesh(scene: &ShapeScene, sizing: &Sizing) -> Result<Meshed, MeshError> {
+    let domain = bodies::domain(scene, sizing)?;
+    let complex = bodies::complex(scene, &domain, sizing)?;
+    let mut work = Work::new(complex, domain.min, domain.max)?;
+    work.conform(sizing)?;
+    fill(&mut work, scene);
+    let refined = work.refine(sizing);
+    work.smooth();
+    let mesh = collect(&work, scene, &domain);
+    Ok(Meshed { quality: Quality::of(&mesh), mesh, refined })
+}
+
+/// Says what fills each tetrahedron: 0 background, 1 + k dielectric k, -1 - k conductor k.
+fn fill(work: &mut Work, scene: &ShapeScene) {
+    let mesh = &mut work.mesh;
+    let mut seen = vec![false; mesh.tets.len()];
+    for first in 0..mesh.tets.len() as u32 {
+        if seen[first as usize] || !mesh.alive(first) {
+            continue;
+        }
+        seen[first as usize] = true;
+        let mut part = vec![first];
+        let mut next = 0;
+        while next < part.len() {
+            let t = part[next] as usize;
+            next += 1;
+            for i in 0..4 {
+                let n = mesh.near[t][i];
+                if n != NONE && mesh.walls[t][i] == 0 && !seen[n as usize] {
+                    seen[n as usize] = true;
+                    part.push(n);
+                }
+            }
+        }
+        // The middle of the largest one is the safest place to ask.
+        let volume = |t: u32| {
+            let [a, b, c, d] = mesh.corners(t);
+            super::determinant(a, b, c, d)
+        };
+        let Some(&largest) = part.iter().max_by(|a, b| volume(**a).total_cmp(&volume(**b))) else { continue };
+        let corners = mesh.corners(largest);
+        let middle = [0, 1, 2].map(|k| corners.iter().map(|c| c[k]).sum::<f64>() / 4.0);
+        let conductor = scene.conductors.iter().position(|c| bodies::holds(&c.shape, middle));
+        let dielectric = scene.dielectrics.iter().rposition(|d| bodies::holds(&d.shape, middle));
+        let region = conductor.map_or_else(|| dielectric.map_or(0, |d| d as i32 + 1), |c| -1 - c as i32);
+        for t in part {
+            mesh.regions[t as usize] = region;
+        }
+    }
+}
+
+/// Permittivities that reach a side without a wall.
+fn beyond(scene: &ShapeScene) -> [f64; 2] {
+    let mut range = [scene.background_permittivity; 2];
+    for d in &scene.dielectrics {
+        let b = bodies::bounds(&d.shape);
+        if (0..3).any(|a| b.min[a].is_infinite() || b.max[a].is_infinite()) {
+            range = [range[0].min(d.relative_permittivity), range[1].max(d.relative_permittivity)];
+        }
+    }
+    range
+}
+
+fn collect(work: &Work, scene: &ShapeScene, domain: &Box3) -> TetMesh {
+    let from = &work.mesh;
+    let mut out = TetMesh::default();
+    let mut ids = vec![NONE; from.points.len()];
+    let permittivity = beyond(scene);
+    let all: Vec<Box3> = scene
+        .conductors
+        .iter()
+        .filter(|c| !matches!(c.shape, Shape::Shell { .. }))
+        .map(|c| bodies::bounds(&c.shape))
+        .collect();
+    if let Some(first) = all.first() {
+        let around = all.iter().fold(*first, |all, b| all.union(b));
+        out.center = [0, 1, 2].map(|a| 0.5 * (around.min[a] + around.max[a]));
+    }
+    for t in 0..from.tets.len() {
+        if !from.alive(t as u32) || from.regions[t] < 0 {
+            continue;
+        }
+        for p in from.tets[t] {
+            if ids[p as usize] == NONE {
+                ids[p as usize] = out.points.len() as u32;
+                out.points.push(from.points[p as usize]);
+            }
+        }
+        out.tets.push(from.tets[t].map(|p| ids[p as usize]));
+        out.regions.push(from.regions[t] as u32);
+        for i in 0..4 {
+            let n = from.near[t][i];
+            let face = from.face(t as u32, i);
+            let wall = from.walls[t][i];
+            let middle = || {
+                let corners = face.map(|p| from.points[p as usize]);
+                [0, 1, 2].map(|k| corners.iter().map(|c| c[k]).sum::<f64>() / 3.0)
+            };
+            let sheet = || wall.checked_sub(1).and_then(|f| work.complex.facets[f as usize].sheet(middle()));
+            let role = if n == NONE {
+                let on = face.map(|p| from.points[p as usize]);
+                let side = |a: usize, at: f64| on.iter().all(|p| p[a] == at);
+                let outer = (0..3).find_map(|a| {
+                    let low = side(a, domain.min[a]).then_some(scene.walls[a][0]);
+                    low.or(side(a, domain.max[a]).then_some(scene.walls[a][1]))
+                });
+                match (sheet(), outer) {
+                    (Some(c), _) => Some(FaceRole::Conductor(c)),
+                    (None, Some(Wall::Grounded)) => Some(FaceRole::Grounded),
+                    (None, Some(Wall::Open)) => Some(FaceRole::Open { permittivity }),
+                    (None, Some(Wall::Insulated) | None) => None,
+                }
+            } else if from.regions[n as usize] < 0 {
+                Some(FaceRole::Conductor((-1 - from.regions[n as usize]) as u32))
+            } else if wall != 0 && (t as u32) < n {
+                sheet().map(FaceRole::Conductor)
+            } else {
+                None
+            };
+            if let Some(role) = role {
+                out.boundary.push(BoundaryFace { face: face.map(|p| ids[p as usize]), role });
+            }
+        }
+    }
+    out
+}
+
+#[cfg(test)]
+mod tests;

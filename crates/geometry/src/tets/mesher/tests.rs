@@ -1,0 +1,204 @@
+use super::delaunay::Delaunay;
+use super::*;
+use crate::shapes::{ShapedConductor, ShapedDielectric, TriangleSurface};
+use std::collections::HashMap;
+use std::f64::consts::PI;
+
+fn conductor(name: &str, shape: Shape) -> ShapedConductor {
+    ShapedConductor { name: name.into(), shape, floating_charge: None }
+}
+
+fn cube(a: f64) -> Box3 {
+    Box3 { min: [-a; 3], max: [a; 3] }
+}
+
+fn scene(domain: Box3, wall: Wall, shapes: Vec<Shape>) -> ShapeScene {
+    ShapeScene {
+        conductors: shapes.into_iter().enumerate().map(|(k, s)| conductor(&format!("c{k}"), s)).collect(),
+        dielectrics: Vec::new(),
+        background_permittivity: 1.0,
+        domain,
+        walls: [[wall; 2]; 3],
+    }
+}
+
+fn volume(mesh: &TetMesh, region: Option<u32>) -> f64 {
+    let of = |t: &usize| region.is_none_or(|r| mesh.regions[*t] == r);
+    (0..mesh.tets.len()).filter(of).map(|t| mesh.determinant(t) / 6.0).sum()
+}
+
+/// Positive tetrahedra; faces of one or two of them; faces of one alone have a role unless a wall insulates.
+fn check(meshed: &Meshed) {
+    let mesh = &meshed.mesh;
+    let mut faces: HashMap<[u32; 3], usize> = HashMap::new();
+    for (t, tet) in mesh.tets.iter().enumerate() {
+        assert!(mesh.determinant(t) > 0.0, "tetrahedron {t}: {}", mesh.determinant(t));
+        for face in delaunay::FACES {
+            let mut ids = face.map(|k| tet[k]);
+            ids.sort_unstable();
+            *faces.entry(ids).or_default() += 1;
+        }
+    }
+    assert!(faces.values().all(|&n| n <= 2));
+    for b in &mesh.boundary {
+        let mut ids = b.face;
+        ids.sort_unstable();
+        assert!(faces.contains_key(&ids));
+    }
+    eprintln!("{} points, {} tets, {:?}", mesh.points.len(), mesh.tets.len(), meshed.quality);
+}
+
+fn area(mesh: &TetMesh, role: impl Fn(FaceRole) -> bool) -> f64 {
+    let of = |f: &&BoundaryFace| role(f.role);
+    mesh.boundary
+        .iter()
+        .filter(of)
+        .map(|f| {
+            let [a, b, c] = f.face.map(|p| mesh.points[p as usize]);
+            let [u, v] = [b, c].map(|q| [0, 1, 2].map(|k| q[k] - a[k]));
+            let n = [u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]];
+            0.5 * (n[0] * n[0] + n[1] * n[1] + n[2] * n[2]).sqrt()
+        })
+        .sum()
+}
+
+#[test]
+fn a_regular_grid_is_triangulated_without_gaps() {
+    let mut mesh = Delaunay::new([0.0; 3], [8.0; 3]);
+    for k in 0..729_u32 {
+        let p = [k % 9, k / 9 % 9, k / 81].map(f64::from);
+        let hint = mesh.at(mesh.points.len() as u32 - 1);
+        let taken = mesh.insert(p, hint, &[], None, true, false);
+        assert!(matches!(taken, Ok(_) | Err(delaunay::Refusal::Known(_))), "{p:?}: {taken:?}");
+    }
+    let whole: f64 = (0..mesh.tets.len() as u32)
+        .filter(|&t| mesh.alive(t))
+        .map(|t| {
+            let [a, b, c, d] = mesh.corners(t);
+            crate::tets::determinant(a, b, c, d) / 6.0
+        })
+        .sum();
+    assert!((whole - 512.0).abs() < 1e-9, "{whole}");
+}
+
+#[test]
+fn a_ball_in_a_grounded_box_leaves_the_volume_around_it() {
+    let sphere = Shape::Sphere { center: [0.1, 0.0, 0.05], radius: 0.5 };
+    let out = mesh(&scene(cube(1.0), Wall::Grounded, vec![sphere]), &Sizing::default()).unwrap();
+    check(&out);
+    assert!(out.refined);
+    assert!((volume(&out.mesh, None) - 8.0 + PI / 6.0).abs() < 1e-12);
+    assert!((area(&out.mesh, |r| r == FaceRole::Grounded) - 24.0).abs() < 1e-12);
+    assert!((area(&out.mesh, |r| r == FaceRole::Conductor(0)) / PI - 1.0).abs() < 0.02);
+}
+
+#[test]
+fn layered_balls_have_their_volumes() {
+    let center = [0.0; 3];
+    let mut all = scene(
+        Box3::SPACE,
+        Wall::Open,
+        vec![Shape::Sphere { center, radius: 1e-3 }, Shape::Shell { center, radius: 2e-3 }],
+    );
+    all.dielectrics.push(ShapedDielectric {
+        name: "layer".into(),
+        shape: Shape::Sphere { center, radius: 1.5e-3 },
+        relative_permittivity: 3.0,
+    });
+    let out = mesh(&all, &Sizing::default()).unwrap();
+    check(&out);
+    let ball = |r: f64| 4.0 / 3.0 * PI * r.powi(3);
+    assert!((volume(&out.mesh, Some(1)) / (ball(1.5e-3) - ball(1e-3)) - 1.0).abs() < 1e-9);
+    assert!((volume(&out.mesh, Some(0)) / (ball(2e-3) - ball(1.5e-3)) - 1.0).abs() < 1e-9);
+}
+
+#[test]
+fn two_balls_in_open_space_end_far_out() {
+    let a = Shape::Sphere { center: [0.0; 3], radius: 0.01 };
+    let b = Shape::Sphere { center: [0.05, 0.0, 0.0], radius: 0.02 };
+    let out = mesh(&scene(Box3::SPACE, Wall::Open, vec![a, b]), &Sizing::default()).unwrap();
+    check(&out);
+    let side: f64 = 20.0 * 0.08;
+    let open = area(&out.mesh, |r| matches!(r, FaceRole::Open { permittivity } if permittivity == [1.0; 2]));
+    assert!((open / (6.0 * side * side) - 1.0).abs() < 1e-12);
+    assert!((out.mesh.center[0] - 0.03).abs() < 1e-15);
+}
+
+fn cube_surface(turned: bool) -> TriangleSurface {
+    let mut points: Vec<[f64; 3]> =
+        (0..8).map(|k| [0, 1, 2].map(|a| if k >> a & 1 == 0 { -0.5 } else { 0.5 })).collect();
+    if turned {
+        let (s, c) = 0.3_f64.sin_cos();
+        for p in &mut points {
+            *p = [c * p[0] - s * p[1], s * p[0] + c * p[1], p[2]];
+            *p = [p[0], c * p[1] - s * p[2], s * p[1] + c * p[2]];
+        }
+    }
+    let quads = [[0, 4, 6, 2], [1, 3, 7, 5], [0, 1, 5, 4], [2, 6, 7, 3], [0, 2, 3, 1], [4, 5, 7, 6]];
+    let faces = quads.iter().flat_map(|q: &[u32; 4]| [[q[0], q[1], q[2]], [q[0], q[2], q[3]]]).collect();
+    TriangleSurface { points, faces }
+}
+
+#[test]
+fn an_imported_cube_is_exact_straight_or_turned() {
+    for turned in [false, true] {
+        let shape = Shape::Surface(cube_surface(turned));
+        let out = mesh(&scene(cube(1.0), Wall::Grounded, vec![shape]), &Sizing::default()).unwrap();
+        check(&out);
+        assert!((volume(&out.mesh, None) - 7.0).abs() < 1e-12);
+        assert!((area(&out.mesh, |r| r == FaceRole::Conductor(0)) - 6.0).abs() < 1e-12);
+    }
+}
+
+#[test]
+fn a_plate_and_a_disc_lie_on_the_board_they_share_a_plane_with() {
+    let slab = |from, to| {
+        let mut b = Box3::SPACE;
+        (b.min[1], b.max[1]) = (from, to);
+        Shape::Box(b)
+    };
+    let outline = vec![[0.0, 0.0], [3.0, 0.0], [3.0, 1.0], [1.0, 1.0], [1.0, 3.0], [0.0, 3.0]];
+    let pad = Shape::Extrusion { axis: 1, from: 0.0, to: 0.1, outline };
+    let disc = Shape::Cylinder { axis: 1, base: [2.2, 0.0, 2.2], radius: 0.8, height: 0.1 };
+    let mut all = scene(Box3::SPACE, Wall::Open, vec![pad, disc]);
+    for (name, from, to, eps) in [("board", -10.0, 0.0, 4.5), ("layer", 0.0, 4.0, 2.8)] {
+        let relative_permittivity = eps;
+        all.dielectrics.push(ShapedDielectric { name: name.into(), shape: slab(from, to), relative_permittivity });
+    }
+    let out = mesh(&all, &Sizing::default()).unwrap();
+    check(&out);
+    let side = 20.0 * 14.0;
+    assert!((volume(&out.mesh, Some(1)) / (10.0 * side * side) - 1.0).abs() < 1e-12);
+    let metal = 0.1 * (5.0 + PI * 0.64);
+    assert!((volume(&out.mesh, Some(2)) / (4.0 * side * side - metal) - 1.0).abs() < 1e-12);
+    assert!((area(&out.mesh, |r| r == FaceRole::Conductor(0)) - 10.0 - 1.2).abs() < 1e-9);
+}
+
+#[test]
+fn a_sheet_in_a_box_has_faces_of_its_own_on_it() {
+    let sheet = Shape::Box(Box3 { min: [-0.5, 0.0, -0.5], max: [0.5, 0.0, 0.5] });
+    let out = mesh(&scene(cube(1.0), Wall::Grounded, vec![sheet]), &Sizing::default()).unwrap();
+    check(&out);
+    assert!((volume(&out.mesh, None) - 8.0).abs() < 1e-12);
+    assert!((area(&out.mesh, |r| r == FaceRole::Conductor(0)) - 1.0).abs() < 1e-12);
+}
+
+#[test]
+fn surfaces_that_cross_are_refused_by_name() {
+    let a = Shape::Sphere { center: [0.0; 3], radius: 0.3 };
+    let b = Shape::Sphere { center: [0.4, 0.0, 0.0], radius: 0.3 };
+    let crossing = mesh(&scene(cube(1.0), Wall::Grounded, vec![a, b]), &Sizing::default());
+    assert!(matches!(&crossing, Err(MeshError::Crossing { .. })), "{crossing:?}");
+    assert!(crossing.unwrap_err().to_string().contains("c1"));
+}
+
+#[test]
+fn speed() {
+    let a = Shape::Sphere { center: [0.0; 3], radius: 0.01 };
+    let b = Shape::Sphere { center: [0.05, 0.0, 0.0], radius: 0.02 };
+    let start = std::time::Instant::now();
+    let sizing = Sizing { facet: 0.1, growth: 0.2, ..Sizing::default() };
+    let out = mesh(&scene(Box3::SPACE, Wall::Open, vec![a, b]), &sizing).unwrap();
+    eprintln!("{:?}", start.elapsed());
+    check(&out);
+}
