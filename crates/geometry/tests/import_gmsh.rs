@@ -1,5 +1,7 @@
 //! Volume meshes from Gmsh; `data/make_msh.py` writes the files.
 
+#![allow(clippy::unwrap_used)] // In tests, also in their helper functions.
+
 use elastocap_geometry::import::gmsh::{VolumeMesh, mesh, mesh_from_path};
 use elastocap_geometry::import::obj::Placement;
 use elastocap_geometry::import::{ImportError, Problem};

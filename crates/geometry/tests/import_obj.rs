@@ -1,5 +1,7 @@
 //! Surfaces from OBJ files: what is taken, what is repaired, what is refused and in which words.
 
+#![allow(clippy::unwrap_used)] // In tests, also in their helper functions.
+
 use elastocap_geometry::import::audit::{Repairs, apart, contains, winding_number};
 use elastocap_geometry::import::obj::{Placement, read, surface};
 use elastocap_geometry::import::{ImportError, Problem};
@@ -124,8 +126,7 @@ fn an_inside_out_cube_is_turned_and_so_is_a_single_face() {
 
 #[test]
 fn doubled_points_are_welded_unused_ones_dropped_and_collapsed_faces_removed() {
-    let text =
-        format!("{CUBE}v 7 7 7\nv 0.5 0.5 0.5000000000000001\nf 7 9 7\n").replace("f 3 4 8 7", "f 3 4 8 7");
+    let text = format!("{CUBE}v 7 7 7\nv 0.5 0.5 0.5000000000000001\nf 7 9 7\n");
     let text = text.replace("f 1 4 3 2", "v 0.5 0.5 0.5\nf 1 4 3 2").replace("f 2 3 7 6", "f 2 3 9 6");
     let (surface, repairs) = take(&text).unwrap();
     assert_eq!((surface.points.len(), surface.faces.len()), (8, 12));
@@ -149,7 +150,7 @@ fn a_third_face_on_an_edge_is_refused() {
 #[test]
 fn cubes_that_cross_touch_or_cover_one_another_are_refused() {
     for shift in [0.3, 1.0, 0.0] {
-        let text = cube(1.0, 0.0, false, 0) + &cube(1.0, shift, false, 8).replace("v ", "v ");
+        let text = cube(1.0, 0.0, false, 0) + &cube(1.0, shift, false, 8);
         let problem = refused(&text);
         let found = matches!(
             problem,

@@ -123,7 +123,7 @@ pub(super) fn check_size(points: impl Iterator<Item = [f64; 3]>, unit: f64) -> R
     }
     let size = (0..3).fold(0.0, |s: f64, a| s.max(high[a] - low[a]));
     let distance = (0..3).fold(0.0, |s: f64, a| s.max(high[a].abs()).max(low[a].abs()));
-    if !(size >= SIZES[0] && size <= SIZES[1]) {
+    if !(SIZES[0]..=SIZES[1]).contains(&size) {
         return Err(Problem::Size { size, unit });
     }
     if distance > FARTHEST * size {

@@ -139,7 +139,7 @@ pub(super) fn outward(
             })
         };
         let (volume, size): (f64, f64) = (parts().sum(), parts().map(f64::abs).sum());
-        if !(volume.abs() > 1e-14 * size) || bounds[c].flat() {
+        if volume.abs() <= 1e-14 * size || bounds[c].flat() {
             return Err(Problem::NoVolume(place(faces[0])));
         }
         positive.push(volume > 0.0);

@@ -127,7 +127,7 @@ fn audit(mesh: &mut VolumeMesh, unit: f64) -> Result<MeshRepairs, Problem> {
         let six = determinant(a, b, c, d);
         let longest = [b, c, d].iter().flat_map(|p| (0..3).map(|k| (p[k] - a[k]).abs())).fold(0.0, f64::max);
         // Below this the sign is rounding.
-        if !(six.abs() > 1e-14 * longest.powi(3)) {
+        if six.abs() <= 1e-14 * longest.powi(3) {
             return Err(Problem::FlatTet(Place { at: middle(corners), line: None }));
         }
         if six < 0.0 {

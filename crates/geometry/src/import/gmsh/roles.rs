@@ -81,7 +81,7 @@ impl VolumeMesh {
                     Wall::Open => {
                         let [a, b, c] = outward(free).map(|p| self.points[p as usize]);
                         // The centre is behind the face, which turns anticlockwise as seen from outside.
-                        if !(determinant(center, a, b, c) > 0.0) {
+                        if determinant(center, a, b, c) <= 0.0 {
                             return Err(Problem::OuterFace {
                                 what: "an open outer face does not see the middle of the conductors",
                                 place: self.place(face),

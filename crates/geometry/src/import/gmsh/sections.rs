@@ -228,7 +228,8 @@ impl Raw {
 
     fn nodes_4(&mut self, cursor: &mut Cursor<'_>) -> Result<(), ImportError> {
         let (blocks, count) = (cursor.size()?, cursor.size()?);
-        (cursor.size()?, cursor.size()?);
+        cursor.size()?;
+        cursor.size()?;
         self.reserve_points(cursor, count)?;
         for _ in 0..blocks {
             let dimension = cursor.int()?;
@@ -254,7 +255,10 @@ impl Raw {
 
     fn elements_4(&mut self, cursor: &mut Cursor<'_>) -> Result<(), ImportError> {
         let blocks = cursor.size()?;
-        (cursor.size()?, cursor.size()?, cursor.size()?);
+        // How many elements in all, and the range of their numbers.
+        for _ in 0..3 {
+            cursor.size()?;
+        }
         for _ in 0..blocks {
             let (dimension, tag, kind) = (cursor.int()?, cursor.int()?, cursor.int()?);
             let physical = self.entities.get(&(dimension, tag)).copied();
