@@ -2,6 +2,7 @@
 
 pub mod export;
 pub mod grid;
+pub mod import;
 pub mod scene;
 pub mod shapes;
 pub mod tets;

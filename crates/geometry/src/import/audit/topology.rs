@@ -1,0 +1,231 @@
+//! Edges, fans and closed parts of a surface, and which way they are turned.
+
+use super::{Place, Problem, middle, winding};
+use crate::shapes::TriangleSurface;
+
+/// The closed parts of a surface, each with all its faces turned the same way.
+pub(super) struct Components {
+    /// The part of each face; parts are counted by their first face.
+    of: Vec<u32>,
+    count: usize,
+    /// Whether a face was turned to agree with the first one of its part.
+    turned: Vec<bool>,
+}
+
+/// Finds the closed parts and turns the faces of each the same way.
+///
+/// # Errors
+/// Edges with one face or more than two, parts that meet in a point, parts with one side only.
+pub(super) fn components(surface: &mut TriangleSurface, lines: &[u32]) -> Result<Components, Problem> {
+    let neighbours = neighbours(surface, lines)?;
+    let faces = &mut surface.faces;
+    let mut all = Components { of: vec![u32::MAX; faces.len()], count: 0, turned: vec![false; faces.len()] };
+    let mut open = Vec::new();
+    for seed in 0..faces.len() {
+        if all.of[seed] != u32::MAX {
+            continue;
+        }
+        all.of[seed] = all.count as u32;
+        open.push(seed);
+        while let Some(f) = open.pop() {
+            for &(g, agrees) in &neighbours[f] {
+                let g = g as usize;
+                let turned = all.turned[f] == agrees;
+                if all.of[g] == u32::MAX {
+                    all.of[g] = all.count as u32;
+                    all.turned[g] = turned;
+                    open.push(g);
+                } else if all.turned[g] != turned {
+                    let at = middle(faces[g].map(|p| surface.points[p as usize]));
+                    let line = lines.get(g).map(|&l| l as usize);
+                    return Err(Problem::OneSided(Place { at, line }));
+                }
+            }
+        }
+        all.count += 1;
+    }
+    for (face, _) in faces.iter_mut().zip(&all.turned).filter(|(_, turned)| **turned) {
+        face.swap(1, 2);
+    }
+    fans(surface, lines)?;
+    Ok(all)
+}
+
+/// Per face its three neighbours, and whether they are turned the same way.
+fn neighbours(surface: &TriangleSurface, lines: &[u32]) -> Result<Vec<[(u32, bool); 3]>, Problem> {
+    let mut edges = Vec::with_capacity(3 * surface.faces.len());
+    for (f, face) in surface.faces.iter().enumerate() {
+        for k in 0..3 {
+            let (a, b) = (face[k], face[(k + 1) % 3]);
+            edges.push((a.min(b), a.max(b), 3 * f + k));
+        }
+    }
+    edges.sort_unstable();
+    let place = |&(a, b, side): &(u32, u32, usize)| Place {
+        at: middle([a, b].map(|p| surface.points[p as usize])),
+        line: lines.get(side / 3).map(|&l| l as usize),
+    };
+    let groups = || edges.chunk_by(|a, b| (a.0, a.1) == (b.0, b.1));
+    if let Some(many) = groups().find(|g| g.len() > 2) {
+        return Err(Problem::NonManifoldEdge(place(&many[0]), many.len()));
+    }
+    if let Some(single) = groups().find(|g| g.len() == 1) {
+        return Err(Problem::NotClosed(place(&single[0]), groups().filter(|g| g.len() == 1).count()));
+    }
+    let mut out = vec![[(0, false); 3]; surface.faces.len()];
+    for pair in groups() {
+        let (s, t) = (pair[0].2, pair[1].2);
+        let agrees = surface.faces[s / 3][s % 3] != surface.faces[t / 3][t % 3];
+        out[s / 3][s % 3] = ((t / 3) as u32, agrees);
+        out[t / 3][t % 3] = ((s / 3) as u32, agrees);
+    }
+    Ok(out)
+}
+
+/// The faces around a point must follow one another in a single round.
+fn fans(surface: &TriangleSurface, lines: &[u32]) -> Result<(), Problem> {
+    let mut corners: Vec<(u32, u32, u32, u32)> = Vec::with_capacity(3 * surface.faces.len());
+    for (f, face) in surface.faces.iter().enumerate() {
+        for k in 0..3 {
+            corners.push((face[k], face[(k + 1) % 3], face[(k + 2) % 3], f as u32));
+        }
+    }
+    corners.sort_unstable();
+    for round in corners.chunk_by(|a, b| a.0 == b.0) {
+        let mut steps = 0;
+        let mut at = round[0].1;
+        while let Ok(k) = round.binary_search_by_key(&at, |c| c.1) {
+            at = round[k].2;
+            steps += 1;
+            if at == round[0].1 || steps > round.len() {
+                break;
+            }
+        }
+        if steps != round.len() {
+            let line = lines.get(round[0].3 as usize).map(|&l| l as usize);
+            return Err(Problem::Pinched(Place { at: surface.points[round[0].0 as usize], line }));
+        }
+    }
+    Ok(())
+}
+
+/// Turns bodies outward and hollows inward; how many faces end up turned against the file.
+///
+/// # Errors
+/// Parts without a volume, and parts inside another of which the file does not say that they are hollows.
+pub(super) fn outward(
+    surface: &mut TriangleSurface,
+    all: &Components,
+    lines: &[u32],
+) -> Result<usize, Problem> {
+    let mut members = vec![Vec::new(); all.count];
+    for (f, &c) in all.of.iter().enumerate() {
+        members[c as usize].push(f);
+    }
+    let points = &surface.points;
+    let place = |f: usize| Place {
+        at: middle(surface.faces[f].map(|p| points[p as usize])),
+        line: lines.get(f).map(|&l| l as usize),
+    };
+    let bounds: Vec<_> =
+        members.iter().map(|m| Bounds::of(points, m.iter().map(|&f| surface.faces[f]))).collect();
+    let mut positive = Vec::new();
+    for (c, faces) in members.iter().enumerate() {
+        let origin = points[surface.faces[faces[0]][0] as usize];
+        let parts = || {
+            faces.iter().map(|&f| {
+                let [a, b, c] = surface.faces[f].map(|p| points[p as usize]);
+                crate::tets::determinant(origin, a, b, c)
+            })
+        };
+        let (volume, size): (f64, f64) = (parts().sum(), parts().map(f64::abs).sum());
+        if volume.abs() <= 1e-14 * size || bounds[c].flat() {
+            return Err(Problem::NoVolume(place(faces[0])));
+        }
+        positive.push(volume > 0.0);
+    }
+    let around: Vec<Vec<usize>> = (0..all.count)
+        .map(|c| {
+            let p = points[surface.faces[members[c][0]][0] as usize];
+            let holds = |d: &usize| {
+                *d != c
+                    && bounds[*d].contains(p)
+                    && winding::of_faces(points, members[*d].iter().map(|&f| &surface.faces[f]), p).abs()
+                        > 0.5
+            };
+            (0..all.count).filter(holds).collect()
+        })
+        .collect();
+    // As the file has it, if the file agrees with itself.
+    let given: Vec<Option<bool>> =
+        (0..all.count).map(|c| members[c].iter().all(|&f| !all.turned[f]).then_some(positive[c])).collect();
+    let mut turned = all.turned.clone();
+    for c in 0..all.count {
+        let depth = around[c].len();
+        if depth % 2 == 1 {
+            let parent = around[c].iter().find(|&&d| around[d].len() + 1 == depth);
+            let hollow =
+                parent.is_some_and(|&d| given[c].is_some() && given[d].is_some() && given[c] != given[d]);
+            if !hollow {
+                return Err(Problem::Nested(place(members[c][0])));
+            }
+        }
+        if positive[c] == (depth % 2 == 1) {
+            for &f in &members[c] {
+                turned[f] = !turned[f];
+            }
+        }
+    }
+    for f in 0..turned.len() {
+        if turned[f] != all.turned[f] {
+            surface.faces[f].swap(1, 2);
+        }
+    }
+    Ok(turned.iter().filter(|&&t| t).count())
+}
+
+/// A point of every connected part.
+pub(super) fn representatives(surface: &TriangleSurface) -> Vec<[f64; 3]> {
+    let mut parent: Vec<u32> = (0..surface.points.len() as u32).collect();
+    fn root(parent: &mut [u32], mut p: u32) -> u32 {
+        while parent[p as usize] != p {
+            parent[p as usize] = parent[parent[p as usize] as usize];
+            p = parent[p as usize];
+        }
+        p
+    }
+    for face in &surface.faces {
+        for k in 1..3 {
+            let (a, b) = (root(&mut parent, face[0]), root(&mut parent, face[k]));
+            parent[a.max(b) as usize] = a.min(b);
+        }
+    }
+    let first = |p: &u32| parent[*p as usize] == *p;
+    (0..surface.points.len() as u32).filter(first).map(|p| surface.points[p as usize]).collect()
+}
+
+struct Bounds {
+    low: [f64; 3],
+    high: [f64; 3],
+}
+
+impl Bounds {
+    fn of(points: &[[f64; 3]], faces: impl Iterator<Item = [u32; 3]>) -> Self {
+        let mut out = Self { low: [f64::INFINITY; 3], high: [f64::NEG_INFINITY; 3] };
+        for p in faces.flatten().map(|p| points[p as usize]) {
+            for a in 0..3 {
+                out.low[a] = out.low[a].min(p[a]);
+                out.high[a] = out.high[a].max(p[a]);
+            }
+        }
+        out
+    }
+
+    fn contains(&self, p: [f64; 3]) -> bool {
+        (0..3).all(|a| self.low[a] <= p[a] && p[a] <= self.high[a])
+    }
+
+    fn flat(&self) -> bool {
+        (0..3).any(|a| self.low[a] == self.high[a])
+    }
+}

@@ -1,0 +1,128 @@
+//! Numbers and lines of a .msh file, ASCII or binary, one after the other; nothing is kept.
+
+use crate::import::{ImportError, Problem};
+
+pub(super) struct Cursor<'a> {
+    bytes: &'a [u8],
+    at: usize,
+    file: &'a str,
+    /// Whether the numbers are binary, and of the other byte order.
+    binary: Option<bool>,
+}
+
+impl<'a> Cursor<'a> {
+    pub(super) fn new(bytes: &'a [u8], file: &'a str) -> Self {
+        Self { bytes, at: 0, file, binary: None }
+    }
+
+    pub(super) fn fail(&self, problem: Problem) -> ImportError {
+        ImportError::new(self.file, problem)
+    }
+
+    pub(super) fn malformed(&self, what: impl Into<String>) -> ImportError {
+        let place = if self.binary.is_some() {
+            format!("byte {}", self.at)
+        } else {
+            format!("line {}", 1 + self.bytes[..self.at].iter().filter(|&&b| b == b'\n').count())
+        };
+        self.fail(Problem::Malformed { place, what: what.into() })
+    }
+
+    pub(super) fn is_binary(&self) -> bool {
+        self.binary.is_some()
+    }
+
+    /// From here on numbers are binary; the next one is a one, in whatever order its bytes are.
+    pub(super) fn binary(&mut self) -> Result<(), ImportError> {
+        let swapped = match i32::from_le_bytes(self.raw()?) {
+            1 => false,
+            0x0100_0000 => true,
+            _ => return Err(self.malformed("the byte order is not told by a one")),
+        };
+        self.binary = Some(swapped);
+        Ok(())
+    }
+
+    /// How many things of at least `text` bytes, or `binary` bytes, the rest can hold: what a count in the file may reserve.
+    pub(super) fn room(&self, count: u64, text: usize, binary: usize) -> usize {
+        let rest = (self.bytes.len() - self.at) / if self.is_binary() { binary } else { text };
+        usize::try_from(count).unwrap_or(usize::MAX).min(rest)
+    }
+
+    /// The next line that is not blank, trimmed; `None` at the end.
+    pub(super) fn line(&mut self) -> Option<&'a [u8]> {
+        while self.at < self.bytes.len() {
+            let rest = &self.bytes[self.at..];
+            let length = rest.iter().position(|&b| b == b'\n').unwrap_or(rest.len());
+            self.at = (self.at + length + 1).min(self.bytes.len());
+            let line = rest[..length].trim_ascii();
+            if !line.is_empty() {
+                return Some(line);
+            }
+        }
+        None
+    }
+
+    /// Past the line `$End...` of a section that is not read.
+    pub(super) fn skip(&mut self, section: &str) -> Result<(), ImportError> {
+        let end = format!("$End{section}");
+        let rest = &self.bytes[self.at..];
+        let found = rest.windows(end.len()).position(|w| w == end.as_bytes());
+        let Some(found) = found else { return Err(self.malformed(format!("no {end}"))) };
+        self.at += found + end.len();
+        Ok(())
+    }
+
+    /// The line `$End...` must be next.
+    pub(super) fn end(&mut self, section: &str) -> Result<(), ImportError> {
+        match self.line() {
+            Some(line) if line.strip_prefix(b"$End") == Some(section.as_bytes()) => Ok(()),
+            _ => Err(self.malformed(format!("no $End{section} where the section should end"))),
+        }
+    }
+
+    fn token(&mut self) -> Result<&'a str, ImportError> {
+        let rest = &self.bytes[self.at..];
+        let begin = rest.iter().position(|b| !b.is_ascii_whitespace()).unwrap_or(rest.len());
+        let rest = &rest[begin..];
+        let length = rest.iter().position(u8::is_ascii_whitespace).unwrap_or(rest.len());
+        if length == 0 || rest[0] == b'$' {
+            return Err(self.malformed("a number is missing"));
+        }
+        let token = std::str::from_utf8(&rest[..length]).map_err(|_| self.malformed("not a number"))?;
+        self.at += begin + length;
+        Ok(token)
+    }
+
+    fn parsed<T: std::str::FromStr>(&mut self) -> Result<T, ImportError> {
+        let token = self.token()?;
+        let short: String = token.chars().take(30).collect();
+        token.parse().map_err(|_| self.malformed(format!("{short:?} is not the number expected here")))
+    }
+
+    fn raw<const N: usize>(&mut self) -> Result<[u8; N], ImportError> {
+        let found = self.bytes[self.at..].first_chunk::<N>().copied();
+        let mut found = found.ok_or_else(|| self.malformed("the file ends too early"))?;
+        self.at += N;
+        if self.binary == Some(true) {
+            found.reverse();
+        }
+        Ok(found)
+    }
+
+    /// A number that takes four bytes.
+    pub(super) fn int(&mut self) -> Result<i64, ImportError> {
+        if self.is_binary() { Ok(i64::from(i32::from_le_bytes(self.raw()?))) } else { self.parsed() }
+    }
+
+    /// A number that takes eight bytes.
+    pub(super) fn size(&mut self) -> Result<u64, ImportError> {
+        if self.is_binary() { Ok(u64::from_le_bytes(self.raw()?)) } else { self.parsed() }
+    }
+
+    /// A finite number.
+    pub(super) fn real(&mut self) -> Result<f64, ImportError> {
+        let value: f64 = if self.is_binary() { f64::from_le_bytes(self.raw()?) } else { self.parsed()? };
+        if value.is_finite() { Ok(value) } else { Err(self.malformed(format!("{value} is not finite"))) }
+    }
+}

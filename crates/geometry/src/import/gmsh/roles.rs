@@ -1,0 +1,219 @@
+//! From the groups of an imported mesh to the mesh that is solved on.
+
+use std::collections::BTreeMap;
+
+use super::{VolumeMesh, outward, sides};
+use crate::import::audit::middle;
+use crate::import::{ImportError, Place, Problem};
+use crate::scene::Wall;
+use crate::shapes::{Shape, ShapeScene};
+use crate::tets::{BoundaryFace, FaceRole, TetMesh, determinant};
+
+impl VolumeMesh {
+    /// The mesh around the conductors of a scene whose shapes are all [`Shape::Physical`].
+    ///
+    /// A conductor is a group of volumes, whose tetrahedra are left out, or of surfaces, a sheet. A dielectric is a group of
+    /// volumes; where several have the same group, the later one wins. What no dielectric names is filled with the
+    /// background. An outer face that lies in a side of the mesh's bounding box is of that side's wall; any other needs six
+    /// equal walls. Rays from an open face are taken to meet the background and the dielectrics that end at open faces.
+    ///
+    /// # Errors
+    /// Names that the file does not have, shapes that are not physical groups, conductors that touch one another or a
+    /// grounded wall, outer faces without a wall or, where open, without a view of the middle of the conductors.
+    pub fn tet_mesh(&self, scene: &ShapeScene) -> Result<TetMesh, ImportError> {
+        self.with_roles(scene).map_err(|problem| ImportError::new(&self.file, problem))
+    }
+
+    fn place(&self, face: [u32; 3]) -> Place {
+        Place { at: middle(face.map(|p| self.points[p as usize])), line: None }
+    }
+
+    fn with_roles(&self, scene: &ShapeScene) -> Result<TetMesh, Problem> {
+        let mut conductor_of = vec![None; self.groups.len() + 1];
+        for (k, conductor) in scene.conductors.iter().enumerate() {
+            for number in self.find(&conductor.name, &conductor.shape, 2)? {
+                if let Some(earlier) = conductor_of[number].replace(k) {
+                    let first = scene.conductors[earlier].name.clone();
+                    let at = self.some_point(number as u32);
+                    let place = Place { at, line: None };
+                    return Err(Problem::Touching { first, second: conductor.name.clone(), place });
+                }
+            }
+        }
+        let mut region_of = vec![0_u32; self.groups.len() + 1];
+        for (k, dielectric) in scene.dielectrics.iter().enumerate() {
+            for number in self.find(&dielectric.name, &dielectric.shape, 3)? {
+                region_of[number] = k as u32 + 1;
+            }
+        }
+        let holder = |t: usize| conductor_of[self.tet_groups[t] as usize];
+        let touched = self.touched(scene, &conductor_of)?;
+        let mut roles: BTreeMap<[u32; 3], FaceRole> = BTreeMap::new();
+        let mut sheets = BTreeMap::new();
+        for (face, &group) in self.faces.iter().zip(&self.face_groups) {
+            if let Some(k) = conductor_of[group as usize] {
+                let mut face = *face;
+                face.sort_unstable();
+                sheets.insert(face, k);
+            }
+        }
+        let center = self.center(&touched);
+        let mut open = Vec::new();
+        for group in sides(self, |_| true).chunk_by(|a, b| a.0 == b.0) {
+            let held =
+                group.iter().find_map(|s| holder(s.1 as usize / 4)).or(sheets.get(&group[0].0).copied());
+            let free = group.iter().find(|s| holder(s.1 as usize / 4).is_none());
+            let Some(free) = free else { continue };
+            let face = free.0;
+            if let Some(k) = held {
+                roles.insert(face, FaceRole::Conductor(k as u32));
+            } else if group.len() == 1 {
+                match self.wall(scene, face)? {
+                    Wall::Insulated => {}
+                    Wall::Grounded => {
+                        if let Some(&p) = face.iter().find(|&&p| touched[p as usize].is_some()) {
+                            let name = touched[p as usize].map(|k| scene.conductors[k].name.clone());
+                            let place = Place { at: self.points[p as usize], line: None };
+                            return Err(Problem::TouchingWall { name: name.unwrap_or_default(), place });
+                        }
+                        roles.insert(face, FaceRole::Grounded);
+                    }
+                    Wall::Open => {
+                        let [a, b, c] = outward(free).map(|p| self.points[p as usize]);
+                        // The centre is behind the face, which turns anticlockwise as seen from outside.
+                        if determinant(center, a, b, c) <= 0.0 {
+                            return Err(Problem::OuterFace {
+                                what: "an open outer face does not see the middle of the conductors",
+                                place: self.place(face),
+                                cure: "mesh up to a convex outer surface, as a box or a ball",
+                            });
+                        }
+                        open.push((face, region_of[self.tet_groups[free.1 as usize / 4] as usize]));
+                    }
+                }
+            }
+        }
+        let met = open
+            .iter()
+            .filter(|o| o.1 > 0)
+            .map(|o| scene.dielectrics[o.1 as usize - 1].relative_permittivity);
+        let background = scene.background_permittivity;
+        let permittivity = met.fold([background; 2], |[low, high], e| [low.min(e), high.max(e)]);
+        roles.extend(open.into_iter().map(|(face, _)| (face, FaceRole::Open { permittivity })));
+        Ok(self.without(|t| holder(t).is_some(), &roles, &region_of, center))
+    }
+
+    /// Numbers, from 1, of the groups that a shape names; of volumes, or of surfaces too if `least` is 2.
+    fn find(&self, body: &str, shape: &Shape, least: u8) -> Result<Vec<usize>, Problem> {
+        let Shape::Physical(name) = shape else {
+            return Err(Problem::NotPhysical(format!("\"{body}\" is given another way")));
+        };
+        let fits = |k: &usize| self.groups[*k].dimension >= least && self.groups[*k].name == *name;
+        let found: Vec<usize> = (0..self.groups.len()).filter(fits).map(|k| k + 1).collect();
+        if !found.is_empty() {
+            return Ok(found);
+        }
+        let known: Vec<String> =
+            self.groups.iter().filter(|g| g.dimension >= least).map(|g| format!("\"{}\"", g.name)).collect();
+        let known = if known.is_empty() { "none".to_owned() } else { known.join(", ") };
+        let wanted = if least == 2 { "of volumes or surfaces" } else { "of volumes" };
+        Err(Problem::UnknownGroup { name: name.clone(), wanted, known })
+    }
+
+    fn some_point(&self, group: u32) -> [f64; 3] {
+        let tet = self.tets.iter().zip(&self.tet_groups).find(|(_, g)| **g == group).map(|(t, _)| t[0]);
+        let face = self.faces.iter().zip(&self.face_groups).find(|(_, g)| **g == group).map(|(f, _)| f[0]);
+        tet.or(face).map_or([0.0; 3], |p| self.points[p as usize])
+    }
+
+    /// The conductor that each point belongs to.
+    fn touched(
+        &self,
+        scene: &ShapeScene,
+        conductor_of: &[Option<usize>],
+    ) -> Result<Vec<Option<usize>>, Problem> {
+        let mut out: Vec<Option<usize>> = vec![None; self.points.len()];
+        let tets = self.tets.iter().zip(&self.tet_groups).map(|(t, &g)| (&t[..], g));
+        let faces = self.faces.iter().zip(&self.face_groups).map(|(f, &g)| (&f[..], g));
+        for (corners, group) in tets.chain(faces) {
+            let Some(k) = conductor_of[group as usize] else { continue };
+            for &p in corners {
+                let earlier = out[p as usize].replace(k).filter(|&e| e != k);
+                if let Some(earlier) = earlier {
+                    let [first, second] = [earlier.min(k), earlier.max(k)];
+                    let name = |k: usize| scene.conductors[k].name.clone();
+                    let place = Place { at: self.points[p as usize], line: None };
+                    return Err(Problem::Touching { first: name(first), second: name(second), place });
+                }
+            }
+        }
+        Ok(out)
+    }
+
+    /// The middle of the box around the conductors; of the mesh, if there are none.
+    fn center(&self, touched: &[Option<usize>]) -> [f64; 3] {
+        let [low, high] =
+            bounds(self.points.iter().zip(touched).filter(|(_, t)| t.is_some()).map(|(p, _)| p))
+                .or_else(|| bounds(self.points.iter()))
+                .unwrap_or_default();
+        [0, 1, 2].map(|a| 0.5 * (low[a] + high[a]))
+    }
+
+    /// The wall that an outer face is part of.
+    fn wall(&self, scene: &ShapeScene, face: [u32; 3]) -> Result<Wall, Problem> {
+        let all = scene.walls[0][0];
+        if scene.walls.iter().flatten().all(|&w| w == all) {
+            return Ok(all);
+        }
+        let ends = bounds(self.points.iter()).unwrap_or_default();
+        for axis in 0..3 {
+            let near = 1e-9 * (ends[1][axis] - ends[0][axis]);
+            for side in 0..2 {
+                if face.iter().all(|&p| (self.points[p as usize][axis] - ends[side][axis]).abs() <= near) {
+                    return Ok(scene.walls[axis][side]);
+                }
+            }
+        }
+        Err(Problem::OuterFace {
+            what: "an outer face lies in no side of the mesh's bounding box, and the walls differ",
+            place: self.place(face),
+            cure: "make all walls equal, or name the faces as a conductor",
+        })
+    }
+
+    /// The mesh without the tetrahedra of the conductors, and without the points only they use.
+    fn without(
+        &self,
+        gone: impl Fn(usize) -> bool,
+        roles: &BTreeMap<[u32; 3], FaceRole>,
+        region_of: &[u32],
+        center: [f64; 3],
+    ) -> TetMesh {
+        let mut out = TetMesh { center, ..TetMesh::default() };
+        let mut number = vec![u32::MAX; self.points.len()];
+        for t in (0..self.tets.len()).filter(|&t| !gone(t)) {
+            let tet = self.tets[t].map(|p| {
+                let n = &mut number[p as usize];
+                if *n == u32::MAX {
+                    *n = out.points.len() as u32;
+                    out.points.push(self.points[p as usize]);
+                }
+                *n
+            });
+            out.tets.push(tet);
+            out.regions.push(region_of[self.tet_groups[t] as usize]);
+        }
+        out.boundary = roles
+            .iter()
+            .map(|(face, &role)| BoundaryFace { face: face.map(|p| number[p as usize]), role })
+            .collect();
+        out
+    }
+}
+
+fn bounds<'a>(points: impl Iterator<Item = &'a [f64; 3]>) -> Option<[[f64; 3]; 2]> {
+    points.fold(None, |all, p| {
+        let [low, high] = all.unwrap_or([*p; 2]);
+        Some([[0, 1, 2].map(|a| f64::min(low[a], p[a])), [0, 1, 2].map(|a| f64::max(high[a], p[a]))])
+    })
+}

@@ -1,0 +1,221 @@
+//! Triangles that meet where they should not: found with a tree of boxes, decided by exact predicates.
+
+use obvhs::aabb::Aabb;
+use obvhs::bvh2::Bvh2;
+use obvhs::ploc::{PlocBuilder, PlocSearchDistance, SortPrecision};
+use robust::{Coord, Coord3D, orient2d, orient3d};
+
+pub(super) type Point = [f64; 3];
+
+/// Triangles in a tree of boxes.
+pub(super) struct Search {
+    tree: Bvh2,
+    boxes: Vec<Aabb>,
+}
+
+/// How all coordinates are brought to [-1, 1], where single precision serves: every step keeps the order of two numbers, so
+/// boxes that overlap still do.
+#[derive(Clone, Copy)]
+pub(super) struct Frame {
+    middle: Point,
+    scale: f64,
+}
+
+impl Frame {
+    pub(super) fn around<'a>(points: impl Iterator<Item = &'a Point>) -> Self {
+        let (mut low, mut high) = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);
+        for p in points {
+            for a in 0..3 {
+                low[a] = low[a].min(p[a]);
+                high[a] = high[a].max(p[a]);
+            }
+        }
+        let middle = [0, 1, 2].map(|a| 0.5 * low[a] + 0.5 * high[a]);
+        let half = (0..3).fold(0.0, |half: f64, a| half.max(0.5 * (high[a] - low[a])));
+        Self { middle, scale: if half > 0.0 { half } else { 1.0 } }
+    }
+
+    fn bounds(&self, corners: [Point; 3]) -> Aabb {
+        let local = corners.map(|p| [0, 1, 2].map(|a| ((p[a] - self.middle[a]) / self.scale) as f32));
+        let fold = |f: fn(f32, f32) -> f32| [0, 1, 2].map(|a| f(f(local[0][a], local[1][a]), local[2][a]));
+        Aabb::new(fold(f32::min).into(), fold(f32::max).into())
+    }
+}
+
+impl Search {
+    pub(super) fn new(frame: Frame, points: &[Point], faces: &[[u32; 3]]) -> Self {
+        let boxes: Vec<Aabb> = faces.iter().map(|f| frame.bounds(f.map(|p| points[p as usize]))).collect();
+        let indices = (0..faces.len() as u32).collect();
+        let tree = PlocBuilder::new().build(PlocSearchDistance::Low, &boxes, indices, SortPrecision::U64, 0);
+        Self { tree, boxes }
+    }
+
+    /// Calls `each` with every triangle whose box meets that one; ends when it returns true.
+    fn near(&self, bounds: &Aabb, stack: &mut Vec<u32>, mut each: impl FnMut(u32)) {
+        stack.clear();
+        if !self.tree.nodes.is_empty() {
+            stack.push(0);
+        }
+        while let Some(index) = stack.pop() {
+            let node = &self.tree.nodes[index as usize];
+            if !node.aabb().intersect_aabb(bounds) {
+                continue;
+            }
+            if node.is_leaf() {
+                for k in node.first_index..node.first_index + node.prim_count {
+                    each(self.tree.primitive_indices[k as usize]);
+                }
+            } else {
+                stack.push(node.first_index);
+                stack.push(node.first_index + 1);
+            }
+        }
+    }
+}
+
+/// The first two faces, by their indices, that have a point in common beyond the corners and edges they share.
+///
+/// No face may be degenerate.
+pub(super) fn within(points: &[Point], faces: &[[u32; 3]]) -> Option<(usize, usize)> {
+    let frame = Frame::around(points.iter());
+    let search = Search::new(frame, points, faces);
+    let mut stack = Vec::new();
+    for i in 0..faces.len() {
+        let mut found: Option<usize> = None;
+        search.near(&search.boxes[i], &mut stack, |j| {
+            let j = j as usize;
+            if j > i && found.is_none_or(|f| j < f) && faces_meet(points, faces[i], faces[j]) {
+                found = Some(j);
+            }
+        });
+        if let Some(j) = found {
+            return Some((i, j));
+        }
+    }
+    None
+}
+
+/// The first face of `left` and a face of `right` that have a point in common.
+pub(super) fn between(
+    left: (&[Point], &[[u32; 3]]),
+    right: (&[Point], &[[u32; 3]]),
+) -> Option<(usize, usize)> {
+    let frame = Frame::around(left.0.iter().chain(right.0));
+    let search = Search::new(frame, right.0, right.1);
+    let mut stack = Vec::new();
+    for (i, face) in left.1.iter().enumerate() {
+        let corners = face.map(|p| left.0[p as usize]);
+        let mut found: Option<usize> = None;
+        search.near(&frame.bounds(corners), &mut stack, |j| {
+            let j = j as usize;
+            if found.is_none_or(|f| j < f) && apart_meet(corners, right.1[j].map(|p| right.0[p as usize])) {
+                found = Some(j);
+            }
+        });
+        if let Some(j) = found {
+            return Some((i, j));
+        }
+    }
+    None
+}
+
+/// Whether two faces of one surface meet beyond the corners they share by index.
+fn faces_meet(points: &[Point], f: [u32; 3], g: [u32; 3]) -> bool {
+    let at = |p: u32| points[p as usize];
+    let shared: Vec<u32> = f.into_iter().filter(|p| g.contains(p)).collect();
+    match shared[..] {
+        [] => apart_meet(f.map(at), g.map(at)),
+        // From the common corner the intersection is seen as a star: if it is more than the corner, it reaches the edge
+        // opposite in one of the two.
+        [corner] => {
+            let opposite = |t: [u32; 3]| {
+                let k = t.iter().position(|&p| p == corner).unwrap_or(0);
+                [at(t[(k + 1) % 3]), at(t[(k + 2) % 3])]
+            };
+            segment_meets(opposite(f), g.map(at)) || segment_meets(opposite(g), f.map(at))
+        }
+        // Along a common edge: only folded flat onto one another.
+        [u, v] => {
+            let other = |t: [u32; 3]| t.into_iter().find(|p| *p != u && *p != v).map(at);
+            let (Some(a), Some(b)) = (other(f), other(g)) else { return true };
+            if side(at(u), at(v), a, b) != 0.0 {
+                return false;
+            }
+            let axes = flat_axes([at(u), at(v), a]);
+            let turn = |p| flat_turn(axes, at(u), at(v), p);
+            (turn(a) > 0.0) == (turn(b) > 0.0)
+        }
+        _ => true,
+    }
+}
+
+/// Whether two closed triangles have a point in common: then an edge of one meets the other.
+fn apart_meet(f: [Point; 3], g: [Point; 3]) -> bool {
+    let beyond = |t: [Point; 3], of: [Point; 3]| {
+        let s = of.map(|p| side(t[0], t[1], t[2], p));
+        s.iter().all(|&s| s > 0.0) || s.iter().all(|&s| s < 0.0)
+    };
+    if beyond(f, g) || beyond(g, f) {
+        return false;
+    }
+    (0..3).any(|k| segment_meets([f[k], f[(k + 1) % 3]], g) || segment_meets([g[k], g[(k + 1) % 3]], f))
+}
+
+/// Whether a closed segment and a closed triangle have a point in common.
+fn segment_meets([p, q]: [Point; 2], t: [Point; 3]) -> bool {
+    let (sp, sq) = (side(t[0], t[1], t[2], p), side(t[0], t[1], t[2], q));
+    if (sp > 0.0 && sq > 0.0) || (sp < 0.0 && sq < 0.0) {
+        return false;
+    }
+    if sp == 0.0 && sq == 0.0 {
+        let axes = flat_axes(t);
+        let inside = |p| {
+            let s = [0, 1, 2].map(|k| flat_turn(axes, t[k], t[(k + 1) % 3], p));
+            s.iter().all(|&s| s >= 0.0) || s.iter().all(|&s| s <= 0.0)
+        };
+        return inside(p) || inside(q) || (0..3).any(|k| segments_meet(axes, [p, q], [t[k], t[(k + 1) % 3]]));
+    }
+    let s = [0, 1, 2].map(|k| side(p, q, t[k], t[(k + 1) % 3]));
+    s.iter().all(|&s| s >= 0.0) || s.iter().all(|&s| s <= 0.0)
+}
+
+/// Whether two closed segments in a plane, seen along an axis, meet. Those along one line count by their ends, which the
+/// caller's test of the ends covers.
+fn segments_meet(axes: [usize; 2], [p, q]: [Point; 2], [a, b]: [Point; 2]) -> bool {
+    let (pa, pb) = (flat_turn(axes, p, q, a), flat_turn(axes, p, q, b));
+    let (ap, aq) = (flat_turn(axes, a, b, p), flat_turn(axes, a, b, q));
+    let apart = |s: f64, t: f64| (s > 0.0 && t > 0.0) || (s < 0.0 && t < 0.0);
+    if apart(pa, pb) || apart(ap, aq) {
+        return false;
+    }
+    if pa == 0.0 && pb == 0.0 {
+        let overlap = |x: usize| p[x].min(q[x]) <= a[x].max(b[x]) && a[x].min(b[x]) <= p[x].max(q[x]);
+        return axes.into_iter().all(overlap);
+    }
+    true
+}
+
+/// Two axes onto which a plane triangle projects without becoming flat; the largest projection is the safest.
+fn flat_axes(t: [Point; 3]) -> [usize; 2] {
+    let all = [[0, 1], [1, 2], [2, 0]];
+    let size = all.map(|axes| flat_turn(axes, t[0], t[1], t[2]).abs());
+    let best = (0..3).fold(0, |best, k| if size[k] > size[best] { k } else { best });
+    all[best]
+}
+
+/// Whether the three points lie on one line, exactly.
+pub(super) fn collinear(t: [Point; 3]) -> bool {
+    [[0, 1], [1, 2], [2, 0]].iter().all(|&axes| flat_turn(axes, t[0], t[1], t[2]) == 0.0)
+}
+
+/// On which side of the plane abc the point d lies; the sign is exact.
+fn side(a: Point, b: Point, c: Point, d: Point) -> f64 {
+    let [a, b, c, d] = [a, b, c, d].map(|[x, y, z]| Coord3D { x, y, z });
+    orient3d(a, b, c, d)
+}
+
+/// Which way abc turn, seen along an axis; the sign is exact.
+pub(super) fn flat_turn(axes: [usize; 2], a: Point, b: Point, c: Point) -> f64 {
+    let [a, b, c] = [a, b, c].map(|p| Coord { x: p[axes[0]], y: p[axes[1]] });
+    orient2d(a, b, c)
+}

@@ -1,0 +1,61 @@
+"""Writes the .msh files beside it: small meshes with physical groups. Needs `pip install gmsh`.
+
+box: a conducting box "inner" inside a box of "filling" and "air", an "outer" surface around it.
+"""
+
+import pathlib
+
+import gmsh
+
+HERE = pathlib.Path(__file__).parent
+
+
+def write(name, version, binary):
+    gmsh.option.setNumber("Mesh.MshFileVersion", version)
+    gmsh.option.setNumber("Mesh.Binary", binary)
+    gmsh.write(str(HERE / name))
+
+
+gmsh.initialize()
+gmsh.option.setNumber("General.Terminal", 0)
+occ = gmsh.model.occ
+outer = occ.addBox(-1, -1, -1, 2, 2, 2)
+inner = occ.addBox(-0.5, -0.5, -0.5, 1, 1, 1)
+filling = occ.addBox(-1, -1, -1, 2, 2, 0.25)
+occ.fragment([(3, outer)], [(3, inner), (3, filling)])
+occ.synchronize()
+
+
+def volume_of(x, y, z):
+    for _, tag in gmsh.model.getEntities(3):
+        if gmsh.model.isInside(3, tag, [x, y, z]):
+            return tag
+    raise SystemExit("no volume there")
+
+
+inner, filling, air = volume_of(0, 0, 0), volume_of(0, 0, -0.9), volume_of(0, 0, 0.9)
+gmsh.model.addPhysicalGroup(3, [inner], 1, "inner")
+gmsh.model.addPhysicalGroup(3, [filling], 2, "filling")
+gmsh.model.addPhysicalGroup(3, [air], 3, "air")
+walls = [t for _, t in gmsh.model.getBoundary([(3, inner), (3, filling), (3, air)], combined=True, oriented=False)]
+gmsh.model.addPhysicalGroup(2, walls, 4, "outer")
+faces = [t for _, t in gmsh.model.getBoundary([(3, inner)], oriented=False)]
+top = [t for t in faces if abs(occ.getCenterOfMass(2, t)[2] - 0.5) < 1e-9]
+gmsh.model.addPhysicalGroup(2, top, 5, "top of inner")
+gmsh.option.setNumber("Mesh.MeshSizeMin", 0.7)
+gmsh.option.setNumber("Mesh.MeshSizeMax", 0.7)
+gmsh.model.mesh.generate(3)
+for version, tag in ((2.2, "22"), (4.1, "41")):
+    write(f"boxes-{tag}-ascii.msh", version, 0)
+    write(f"boxes-{tag}-binary.msh", version, 1)
+tets = gmsh.model.mesh.getElementsByType(4)[0]
+print("nodes", len(gmsh.model.mesh.getNodes()[0]), "tetrahedra", len(tets))
+gmsh.clear()
+occ.addBox(0, 0, 0, 1, 1, 1)
+occ.synchronize()
+gmsh.option.setNumber("Mesh.MeshSizeMin", 2)
+gmsh.option.setNumber("Mesh.MeshSizeMax", 2)
+gmsh.model.mesh.generate(3)
+gmsh.model.mesh.setOrder(2)
+write("second-order-41-ascii.msh", 4.1, 0)
+gmsh.finalize()

@@ -1,0 +1,91 @@
+//! Whatever the bytes of a file are, the readers answer, and take no more memory than ten times the file.
+//!
+//! Valid files with bytes changed, cut, doubled and moved; `MUTATION_SECONDS` sets for how long, 3 if it is not set.
+
+use std::time::{Duration, Instant};
+
+use elastocap_geometry::import::{gmsh, obj};
+use peak_alloc::PeakAlloc;
+use proptest::test_runner::{RngAlgorithm, TestRng};
+
+#[global_allocator]
+static MEMORY: PeakAlloc = PeakAlloc;
+
+/// What error texts and small tables may take beside ten times the file, bytes.
+const BESIDE: usize = 64 << 10;
+
+const SEEDS: [&[u8]; 6] = [
+    include_bytes!("data/cube.obj"),
+    include_bytes!("data/boxes-22-ascii.msh"),
+    include_bytes!("data/boxes-22-binary.msh"),
+    include_bytes!("data/boxes-41-ascii.msh"),
+    include_bytes!("data/boxes-41-binary.msh"),
+    include_bytes!("data/second-order-41-ascii.msh"),
+];
+const PIECES: [&[u8]; 10] = [
+    b"-",
+    b"9999999999",
+    b"1e308",
+    b"nan",
+    b"\n",
+    b" ",
+    b"0",
+    b"f 1 2 3\n",
+    b"$EndNodes\n",
+    b"\xff\xff\xff\xff",
+];
+
+fn mutated(rng: &mut TestRng) -> Vec<u8> {
+    use proptest::prelude::Rng;
+    let mut below = |n: usize| (rng.next_u64() % n.max(1) as u64) as usize;
+    let mut bytes = SEEDS[below(SEEDS.len())].to_vec();
+    for _ in 0..1 + below(6) {
+        let at = below(bytes.len());
+        let to = (at + below(60)).min(bytes.len());
+        match below(7) {
+            0 if at < bytes.len() => bytes[at] = below(256) as u8,
+            1 if at < bytes.len() => bytes[at] ^= 1 << below(8),
+            2 => bytes.truncate(at),
+            3 => drop(bytes.drain(at..to)),
+            4 => drop(bytes.splice(at..to, PIECES[below(PIECES.len())].iter().copied())),
+            5 => {
+                let piece = bytes[at..to].to_vec();
+                let here = below(bytes.len());
+                drop(bytes.splice(here..here, piece));
+            }
+            // A number that is another one, where the format still holds.
+            _ => {
+                let digit = |b: &u8| b.is_ascii_digit();
+                if let Some(k) = bytes[at..].iter().position(digit) {
+                    bytes[at + k] = b'0' + below(10) as u8;
+                }
+            }
+        }
+    }
+    bytes
+}
+
+#[test]
+fn mutated_files_are_answered_within_ten_times_their_size() {
+    let seconds = std::env::var("MUTATION_SECONDS").ok().and_then(|s| s.parse().ok()).unwrap_or(3);
+    let placement = obj::Placement { unit: 1.0, translate: [0.0; 3] };
+    let mut rng = TestRng::from_seed(RngAlgorithm::ChaCha, &[7; 32]);
+    let begin = Instant::now();
+    let (mut count, mut taken, mut most, mut longest) = (0, 0, 0.0_f64, 0.0_f64);
+    while begin.elapsed() < Duration::from_secs(seconds) {
+        let bytes = mutated(&mut rng);
+        let started = Instant::now();
+        MEMORY.reset_peak_usage();
+        let before = MEMORY.current_usage();
+        let as_obj = obj::surface(&bytes, "file", placement).is_ok();
+        let as_mesh = gmsh::mesh(&bytes, "file", placement).is_ok();
+        let peak = MEMORY.peak_usage().saturating_sub(before);
+        assert!(peak <= 10 * bytes.len() + BESIDE, "{peak} bytes for a file of {}", bytes.len());
+        count += 1;
+        taken += usize::from(as_obj || as_mesh);
+        most = most.max(peak as f64 / (bytes.len().max(4096)) as f64);
+        longest = longest.max(started.elapsed().as_secs_f64());
+    }
+    println!("{count} files, {taken} taken, at most {most:.1} times the file, {longest:.3} s for one");
+    assert!(taken > 0 && taken < count);
+}
