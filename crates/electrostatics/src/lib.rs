@@ -1,4 +1,4 @@
-//! Laplace's equation in box scenes: Maxwell capacitance matrices with proved bounds.
+//! Laplace's equation in box scenes, and on tetrahedra: Maxwell capacitance matrices with proved bounds.
 
 pub mod adapt;
 pub mod ahead;
