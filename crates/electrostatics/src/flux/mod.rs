@@ -111,10 +111,15 @@ impl Flux {
     /// semidefinite.
     ///
     /// `potentials` has the conductors' potentials (rows, V) in each state (columns); for unit potentials it is the identity
-    /// and the bound is one on C. It has as many rows as `charges`.
+    /// and the bound is one on C.
+    ///
+    /// # Panics
+    ///
+    /// If `potentials` has not as many rows as `charges`, or not as many columns as there are states.
     pub fn lower(&self, potentials: MatRef<f64>) -> Mat<f64> {
-        let work = potentials.transpose() * &self.charges;
         let n = self.energy.nrows();
+        assert_eq!(potentials.ncols(), n, "one column of potentials per state");
+        let work = potentials.transpose() * &self.charges;
         Mat::from_fn(n, n, |i, j| work[(i, j)] + work[(j, i)] - self.energy[(i, j)])
     }
 }
