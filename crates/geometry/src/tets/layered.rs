@@ -67,8 +67,8 @@ pub enum LayeredError {
     /// Nothing is left to mesh: there are no conductors, or the walls are inside out.
     #[error("there is no space around conductors to mesh")]
     NoSpace,
-    /// The outlines need more triangles than are allowed.
-    #[error("the outlines need too many triangles")]
+    /// The outlines need more triangles than are allowed, or smaller ones than can be.
+    #[error("outlines lie so close together that the triangles between them are too many or too small")]
     TooFine,
 }
 
@@ -264,7 +264,14 @@ fn mesh(scene: &ShapeScene, sizing: &Sizing, axis: usize) -> Result<TetMesh, Lay
     let inside = rings.iter().map(|r| covered(&planar, &r.corners)).collect();
     let parts = Prisms { scene, axis, planar, nodes, bodies, inside, center };
     let mesh = prisms(&parts)?;
-    if mesh.tets.is_empty() { Err(LayeredError::NoSpace) } else { Ok(mesh) }
+    if mesh.tets.is_empty() {
+        return Err(LayeredError::NoSpace);
+    }
+    // Outlines that are apart by little more than rounding have triangles of no area between them.
+    if (0..mesh.tets.len()).any(|t| mesh.determinant(t) <= 0.0) {
+        return Err(LayeredError::TooFine);
+    }
+    Ok(mesh)
 }
 
 fn bounds(corners: &[[f64; 2]]) -> [[f64; 2]; 2] {

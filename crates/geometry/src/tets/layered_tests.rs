@@ -313,3 +313,64 @@ fn other_scenes_are_left_to_others() {
     let disc = |axis| Shape::Cylinder { axis, base: [3.0 * axis as f64; 3], radius: 1.0, height: 1.0 };
     assert!(layered(&scene(vec![("a", disc(0)), ("b", disc(1))], vec![]), &Sizing::default()).is_none());
 }
+
+#[test]
+fn over_a_grounded_floor_rays_start_from_the_floor() {
+    let mut over = scene(
+        vec![("plate", cuboid([0.0, 0.1, 0.0], [1.0, 0.2, 1.0]))],
+        vec![(cuboid([-FAR, 0.0, -FAR], [FAR, 0.1, FAR]), 2.0)],
+    );
+    over.domain.min[1] = 0.0;
+    over.walls[1][0] = Wall::Grounded;
+    let mesh = meshed(&over);
+    assert_eq!(mesh.center, [0.5, 0.0, 0.5]);
+    let side = 2.0 * mesh.points.iter().map(|p| p[1]).fold(0.0, f64::max);
+    near(area_of(&mesh, "grounded"), side * side);
+    near(area_of(&mesh, "open"), 3.0 * side * side);
+    open_faces_see_the_center(&mesh);
+    over.walls[1][1] = Wall::Grounded;
+    over.domain.max[1] = 1.0;
+    assert_eq!(layered(&over, &Sizing::default()), Some(Err(LayeredError::OpenBetweenWalls)));
+}
+
+#[test]
+fn a_refined_mesh_of_layers_conforms_and_keeps_its_areas() {
+    let mesh = meshed(&pattern());
+    let marked: Vec<u32> = (0..mesh.tets.len() as u32).step_by(97).collect();
+    let fine = mesh.bisected(&marked, 3).mesh;
+    conforming(&fine);
+    assert!((volume(&fine) / volume(&mesh) - 1.0).abs() < 1e-9);
+    let open =
+        |mesh: &TetMesh| areas(mesh).into_iter().filter(|(name, _)| name != "~insulated").collect::<Vec<_>>();
+    for ((role, old), (other, new)) in open(&mesh).into_iter().zip(open(&fine)) {
+        assert_eq!(role, other);
+        near(new, old);
+    }
+    println!("{} to {}", mesh.tets.len(), fine.tets.len());
+}
+
+#[test]
+fn random_polygons_give_a_conforming_mesh_or_an_error() {
+    let mut state = 5_u64;
+    let mut next = |n: u64| {
+        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (state >> 33) % n
+    };
+    let mut meshes = 0;
+    for _ in 0..30 {
+        // Few places and tiny shifts: doubled corners, common sides, sides within rounding of one another.
+        let mut outline = |corners: u64| -> Vec<[f64; 2]> {
+            let mut place = || next(5) as f64 + [0.0, 0.0, 1e-15, 1e-10, 0.1][next(5) as usize];
+            (0..corners).map(|_| [place(), place()]).collect()
+        };
+        let (a, b, c) = (outline(3), outline(3), outline(4));
+        let pull = |outline, from: f64| Shape::Extrusion { axis: 2, from, to: from + 0.5, outline };
+        let both = scene(vec![("a", pull(a, 0.0)), ("b", pull(b, 1.0))], vec![(pull(c, 0.25), 2.0)]);
+        if let Some(Ok(mesh)) = layered(&both, &Sizing { growth: 1.5, ..Sizing::default() }) {
+            conforming(&mesh);
+            meshes += 1;
+        }
+    }
+    println!("{meshes} meshes");
+    assert!(meshes > 2);
+}

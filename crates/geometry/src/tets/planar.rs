@@ -9,7 +9,7 @@ const SAME: f64 = 1e-9;
 const LEAST_ANGLE: f64 = 25.0;
 
 /// So many points are added at most to get there.
-const MOST_POINTS: usize = 200_000;
+const MOST_POINTS: usize = 50_000;
 
 /// A closed outline.
 #[derive(Debug, Clone)]
