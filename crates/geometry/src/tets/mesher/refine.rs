@@ -126,7 +126,7 @@ impl Work {
             }
         }
         // Four points nearly in a plane: the middle of their sphere is anywhere.
-        if !(radius < 100.0 * longest) {
+        if !radius.is_finite() || radius >= 100.0 * longest {
             let middle = [0, 1, 2].map(|k| corners.iter().map(|c| c[k]).sum::<f64>() / 4.0);
             return (longest > 0.5 * size).then_some(middle);
         }
