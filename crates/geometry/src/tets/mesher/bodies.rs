@@ -179,9 +179,8 @@ pub(super) fn holds(shape: &Shape, p: P) -> bool {
 
 /// Where the mesh ends: the walls, and far from the bodies where there is none.
 pub(super) fn domain(scene: &ShapeScene, sizing: &Sizing) -> Result<Box3, MeshError> {
-    let shapes = || {
-        scene.conductors.iter().map(|c| &c.shape).chain(scene.dielectrics.iter().map(|d| &d.shape))
-    };
+    let shapes =
+        || scene.conductors.iter().map(|c| &c.shape).chain(scene.dielectrics.iter().map(|d| &d.shape));
     if let Some(shell) = shapes().find(|s| matches!(s, Shape::Shell { .. })) {
         let b = bounds(shell);
         let grown = 0.25 * extent(&b);
@@ -427,9 +426,8 @@ fn boxes(out: &mut Complex, scene: &ShapeScene, domain: &Box3, sizing: &Sizing) 
                     let mut end = at;
                     end[axis] += 1;
                     let codes: Vec<i64> = [a, b, c, d].into_iter().flatten().flatten().collect();
-                    let [p, q] = [at, end].map(|x| {
-                        out.point([0, 1, 2].map(|m| lines[m][x[m] as usize]), size(&codes))
-                    });
+                    let [p, q] = [at, end]
+                        .map(|x| out.point([0, 1, 2].map(|m| lines[m][x[m] as usize]), size(&codes)));
                     for (normal, is) in [(v, a.or(b)), (u, c.or(d))] {
                         if is.is_some() {
                             let facet = out.plane(normal, lines[normal][at[normal] as usize], "a wall");

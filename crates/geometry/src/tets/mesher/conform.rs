@@ -26,10 +26,9 @@ pub(super) struct Work {
 
 /// A number that puts points near each other in space near each other in line (Morton order).
 fn along(p: P, min: P, max: P) -> u64 {
-    let cell = [0, 1, 2].map(|a| (((p[a] - min[a]) / (max[a] - min[a])).clamp(0.0, 1.0) * 1_048_575.0) as u64);
-    (0..20).fold(0, |code, bit| {
-        (0..3).fold(code, |code, a| code | (cell[a] >> bit & 1) << (3 * bit + a))
-    })
+    let cell =
+        [0, 1, 2].map(|a| (((p[a] - min[a]) / (max[a] - min[a])).clamp(0.0, 1.0) * 1_048_575.0) as u64);
+    (0..20).fold(0, |code, bit| (0..3).fold(code, |code, a| code | (cell[a] >> bit & 1) << (3 * bit + a)))
 }
 
 impl Work {
@@ -259,6 +258,12 @@ impl Work {
             let [a, b] = ends.map(|p| self.mesh.points[p as usize]);
             squared(a, center) + squared(b, center) <= squared(a, b) * (1.0 + 1e-12)
         };
+        // A point of the same pass may lie in the circle: what comes of it is seen in the next one.
+        let radius = squared(corners[0], center);
+        let stale = |&p: &u32| squared(self.mesh.points[p as usize], center) < 0.8 * radius;
+        if self.of_facet[f].iter().any(stale) {
+            return Ok(());
+        }
         let encroached = (0..self.subs.len())
             .find(|&k| self.segments[self.subs[k].1 as usize].contains(&name) && near(self.subs[k].0));
         if let Some(k) = encroached {

@@ -81,6 +81,12 @@ pub enum MeshError {
         /// The number of points then.
         points: usize,
     },
+    /// A tetrahedron without a volume is left.
+    #[error("a tetrahedron at ({}, {}, {}) m is left without a volume; another size of elements may help", at[0], at[1], at[2])]
+    Flat {
+        /// Where, m.
+        at: [f64; 3],
+    },
     /// There is nothing with an extent.
     #[error("the scene has no body and no walls; add one")]
     Empty,
@@ -102,6 +108,7 @@ pub fn mesh(scene: &ShapeScene, sizing: &Sizing) -> Result<Meshed, MeshError> {
     fill(&mut work, scene);
     let refined = work.refine(sizing);
     work.smooth();
+    work.unflatten(sizing).map_err(|at| MeshError::Flat { at })?;
     let mesh = collect(&work, scene, &domain);
     Ok(Meshed { quality: Quality::of(&mesh), mesh, refined })
 }

@@ -19,6 +19,47 @@ fn roundness(corners: [P; 4]) -> f64 {
 }
 
 impl Work {
+    /// Gives tetrahedra that are still flat a point of their own near their middle, whatever is near.
+    ///
+    /// # Errors
+    ///
+    /// A corner of a tetrahedron that stays without a volume.
+    pub(super) fn unflatten(&mut self, sizing: &Sizing) -> Result<(), P> {
+        for round in 0..6 {
+            let mut left = None;
+            let before = self.mesh.points.len();
+            for t in 0..self.mesh.tets.len() as u32 {
+                if !self.mesh.alive(t) || self.mesh.regions[t as usize] < 0 {
+                    continue;
+                }
+                let corners = self.mesh.corners(t);
+                let round_enough = roundness(corners);
+                if round_enough > 0.01 {
+                    continue;
+                }
+                if round_enough < 1e-10 {
+                    left = Some(corners[0]);
+                }
+                if round == 5 {
+                    continue;
+                }
+                let ids = self.mesh.tets[t as usize];
+                // Not quite the middle, and another place each time.
+                let weights = [0, 1, 2, 3].map(|k| 1.0 + 0.1 * f64::from((k + round) % 4));
+                let sum: f64 = weights.iter().sum();
+                let middle = [0, 1, 2].map(|a| (0..4).map(|k| weights[k] * corners[k][a]).sum::<f64>() / sum);
+                if self.mesh.insert(middle, t, &[], None, false, false).is_ok() {
+                    self.sizes.push(self.size_at(middle, &ids, sizing.growth));
+                }
+            }
+            if round == 5 || self.mesh.points.len() == before {
+                return left.map_or(Ok(()), Err);
+            }
+            self.smooth();
+        }
+        Ok(())
+    }
+
     /// Moves points that lie on no facet to where the flattest tetrahedron at them is rounder.
     pub(super) fn smooth(&mut self) {
         for round in 0..4 {
@@ -85,7 +126,7 @@ impl Work {
             }
         }
         // Four points nearly in a plane: the middle of their sphere is anywhere.
-        if !(radius < 100.0 * longest) {
+        if !radius.is_finite() || radius >= 100.0 * longest {
             let middle = [0, 1, 2].map(|k| corners.iter().map(|c| c[k]).sum::<f64>() / 4.0);
             return (longest > 0.5 * size).then_some(middle);
         }
