@@ -79,6 +79,8 @@ impl Solver<'_> {
             Some(enclosing) => between(deformed, enclosing, &self.settings)?,
         };
         *field = solution.field.take();
+        let floating = floating_of(&deformed.scene, std::mem::take(&mut solution.floating));
+        result.floating = floating;
         let all = solution.maxwell.iter().flatten().chain(&two_terminal);
         if all.into_iter().any(|c| !(c.lower <= c.value && c.value <= c.upper)) {
             return Err(Stop::Failed("the solver's bounds do not enclose its value".to_owned()));
@@ -92,7 +94,6 @@ impl Solver<'_> {
         result.mark(reached, (!shortfall.is_empty()).then(|| shortfall.join("; ")), beyond);
         result.two_terminal = two_terminal;
         result.maxwell = Some(solution.maxwell);
-        result.floating = floating_of(&deformed.scene, solution.floating);
         result.seconds.electrostatics = solution.seconds;
         result.solver = Some(SolverReport {
             iterations: solution.iterations,

@@ -2,7 +2,7 @@
 
 #![allow(clippy::unwrap_used, reason = "a test may fail")]
 
-use elastocap_electrostatics::{EPS0, Settings, Solution, solve};
+use elastocap_electrostatics::{EPS0, ResolutionLevel, Settings, Solution, solve};
 use elastocap_geometry::scene::{Box3, BoxScene, Conductor, Wall};
 
 fn conductor(name: &str, min: [f64; 3], max: [f64; 3], floating_charge: Option<f64>) -> Conductor {
@@ -29,7 +29,7 @@ fn stack(above: f64, charge: f64) -> BoxScene {
     }
 }
 
-/// Three boxes of different size in open space, the middle one floating where `charge` says so.
+/// Three boxes of different size in a grounded box, the middle one floating where `charge` says so.
 fn boxes(charge: Option<f64>) -> BoxScene {
     BoxScene {
         conductors: vec![
@@ -39,8 +39,8 @@ fn boxes(charge: Option<f64>) -> BoxScene {
         ],
         dielectrics: Vec::new(),
         background_permittivity: 2.0,
-        domain: Box3::SPACE,
-        walls: [[Wall::Open; 2]; 3],
+        domain: Box3 { min: [-0.5; 3], max: [1.5; 3] },
+        walls: [[Wall::Grounded; 2]; 3],
     }
 }
 
@@ -106,24 +106,19 @@ fn by_hand(all: &Solution, charge: f64) -> ([[f64; 2]; 2], [f64; 3]) {
 #[test]
 fn a_floating_box_among_three_gives_the_whole_matrix_without_it() {
     let charge = 1e-11;
-    let (matrix, potentials) = by_hand(&solve(&boxes(None), &settings(1e-4)).unwrap(), charge);
-    for (bounds, tolerance) in [(true, 1e-2), (true, 1e-3), (false, 3e-3)] {
-        let asked = Settings { bounds, ..settings(tolerance) };
-        let solution = solve(&boxes(Some(charge)), &asked).unwrap();
-        assert!(solution.reached, "{:?}", solution.shortfall);
-        for (found, exact) in solution.maxwell.iter().flatten().zip(matrix.iter().flatten()) {
-            let slack = 2e-5 * exact.abs();
-            assert!(found.lower - slack <= *exact && *exact <= found.upper + slack, "{found:?}: {exact:e}");
-        }
-        for i in 0..2 {
-            let c = solution.maxwell[i][i];
-            assert!(c.upper - c.lower <= 2.0 * tolerance * c.value, "{c:?}");
-        }
-        let only = &solution.floating[0];
-        for (found, exact) in only.per_driven.iter().chain([&only.from_charges]).zip(potentials) {
-            let slack = 2e-5 * exact.abs();
-            assert!(found.lower - slack <= exact && exact <= found.upper + slack, "{found:?}: {exact:e}");
-            assert!(found.relative_error() <= 4.0 * tolerance, "{found:?} at {tolerance}");
-        }
+    // On one grid: the middle of the bounds of the whole matrix lies between them, and what it is reduced to between theirs.
+    let resolution = Some(ResolutionLevel { order: 3, levels: 0 });
+    let coarse = Settings { resolution, ..settings(1e-3) };
+    let (matrix, potentials) = by_hand(&solve(&boxes(None), &coarse).unwrap(), charge);
+    let solution = solve(&boxes(Some(charge)), &coarse).unwrap();
+    for (found, exact) in solution.maxwell.iter().flatten().zip(matrix.iter().flatten()) {
+        let slack = 1e-9 * exact.abs();
+        assert!(found.lower - slack <= *exact && *exact <= found.upper + slack, "{found:?}: {exact:e}");
+        assert!(found.relative_error() < 0.3, "{found:?}");
+    }
+    let only = &solution.floating[0];
+    for (found, exact) in only.per_driven.iter().chain([&only.from_charges]).zip(potentials) {
+        close(found.value, exact, 1e-9);
+        assert!(found.lower < exact && exact < found.upper && found.relative_error() < 0.3, "{found:?}");
     }
 }
