@@ -25,8 +25,18 @@ pub struct Floating {
 impl Floating {
     /// Those of a scene.
     pub fn new(scene: &BoxScene) -> Self {
-        let (driven, floating) = (scene.driven().collect(), scene.floating().map(|(c, _)| c).collect());
-        Self { driven, floating, charges: scene.floating().map(|(_, charge)| charge).collect() }
+        let charges: Vec<_> = scene.conductors.iter().map(|c| c.floating_charge).collect();
+        Self::of_charges(&charges)
+    }
+
+    /// From the charge, C, of each conductor that floats.
+    pub fn of_charges(charges: &[Option<f64>]) -> Self {
+        let all = || charges.iter().enumerate();
+        Self {
+            driven: all().filter(|(_, charge)| charge.is_none()).map(|(i, _)| i).collect(),
+            floating: all().filter(|(_, charge)| charge.is_some()).map(|(i, _)| i).collect(),
+            charges: charges.iter().flatten().copied().collect(),
+        }
     }
 
     /// Bounds of the matrix of the driven conductors.

@@ -7,9 +7,10 @@ pub mod domain;
 pub mod dual;
 pub mod energy;
 pub mod field;
-pub mod flux;
 pub mod floating;
+pub mod flux;
 mod forecast;
+pub mod general;
 pub mod krylov;
 pub mod layout;
 pub mod matrix;
@@ -41,4 +42,16 @@ pub enum SolveError {
     /// A 1D mixed matrix failed.
     #[error(transparent)]
     IllConditioned(#[from] elastocap_fem::mixed::IllConditioned),
+    /// The potentials on a mesh failed.
+    #[error(transparent)]
+    Potentials(tets::TetsError),
+    /// The fluxes on a mesh failed.
+    #[error(transparent)]
+    Flux(#[from] flux::FluxError),
+}
+
+impl From<tets::TetsError> for SolveError {
+    fn from(error: tets::TetsError) -> Self {
+        if error == tets::TetsError::Cancelled { Self::Cancelled } else { Self::Potentials(error) }
+    }
 }

@@ -8,8 +8,8 @@ mod faces;
 mod layered;
 #[cfg(test)]
 mod layered_tests;
-mod planar;
 mod mesher;
+mod planar;
 
 pub use bisect::Bisected;
 pub use boxes::of_boxes;

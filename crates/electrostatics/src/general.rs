@@ -1,0 +1,206 @@
+//! Any shape: a mesh of tetrahedra, solved, bounded and refined where the bounds differ.
+//!
+//! On each mesh the potentials give the upper bound ([`crate::tets`]) and fluxes made from them the lower one
+//! ([`crate::flux`]). The difference is a sum over tetrahedra; those that hold most of it are bisected (Dörfler, SIAM J. Numer.
+//! Anal. 33, 1996), until the tolerance is met or the next mesh would not fit.
+
+use crate::SolveError;
+use crate::floating::Floating;
+use crate::flux::equilibrate;
+use crate::matrix::MatrixBounds;
+use crate::solution::{Bounded, PhaseSeconds, ResolutionLevel, Settings, Solution, Target};
+use crate::solve::EPS0;
+use crate::tets::{Potentials, Problem, TetSettings};
+use elastocap_geometry::tets::TetMesh;
+use faer::Mat;
+use std::sync::atomic::Ordering;
+use std::time::Instant;
+
+/// The part of the gap that the marked tetrahedra hold.
+const MARKED: f64 = 0.6;
+
+/// Bisections of a marked tetrahedron: two halve its longest edges in most cases.
+const GENERATIONS: u8 = 2;
+
+/// What the iteration may add to the relative error, as a share of the tolerance.
+const ITERATION: f64 = 0.01;
+
+/// Bytes per tetrahedron for each order: matrices, multigrid, moments of fluxes; and more per right-hand side.
+const BYTES: [(u64, u64); 3] = [(1_000, 300), (4_000, 900), (14_000, 2_500)];
+
+/// Meshes at most.
+const MOST_MESHES: usize = 60;
+
+/// What is solved on the mesh.
+#[derive(Debug, Clone, Copy)]
+pub struct Shapes<'a> {
+    /// eps_r of each region of the mesh: the background, then the dielectrics.
+    pub permittivity: &'a [f64],
+    /// For each conductor its charge, C, if it floats.
+    pub floating_charges: &'a [Option<f64>],
+    /// Order of the potentials, 1 to 3.
+    pub order: usize,
+}
+
+/// The mesh at the end, and the answer.
+#[derive(Debug, Clone)]
+pub struct General {
+    /// As refined.
+    pub mesh: TetMesh,
+    /// Potentials on it, V, per conductor for one volt on it: at the points of the mesh.
+    pub potentials: Vec<Vec<f64>>,
+    /// Its bounds are theorems for the bodies as the mesh has them, with flat faces.
+    pub solution: Solution,
+}
+
+/// Solves a mesh: the Maxwell matrix of its conductors with bounds, the mesh refined until they are near enough.
+///
+/// [`Settings::symmetry`], [`Settings::resolution`] and [`Settings::field`] are of no meaning here. Without
+/// [`Settings::bounds`] the flux still steers the refinement, and its bounds are given.
+///
+/// # Errors
+///
+/// A mesh that is not what [`TetMesh`] promises, a linear solver that fails, a request to stop.
+pub fn solve_mesh(mesh: TetMesh, shapes: Shapes<'_>, settings: &Settings) -> Result<General, SolveError> {
+    let n = shapes.floating_charges.len();
+    let floating = Floating::of_charges(shapes.floating_charges);
+    let cancel = settings.cancel.as_deref();
+    let mut mesh = mesh;
+    let mut seconds = PhaseSeconds::default();
+    let mut iterations = 0;
+    let mut meshes = 0;
+    loop {
+        meshes += 1;
+        let start = Instant::now();
+        let problem = Problem { mesh: &mesh, permittivity: shapes.permittivity, conductors: n };
+        let share = (ITERATION * settings.relative_tolerance).min(1e-4);
+        let found = Potentials::solve(problem, TetSettings { order: shapes.order, share, cancel })?;
+        iterations += found.iterations;
+        let solved = Instant::now();
+        let gradients: Vec<_> = (0..n).map(|k| found.gradients(&mesh, k)).collect();
+        let flux = equilibrate(&mesh, shapes.permittivity, shapes.order, &gradients)?;
+        drop(gradients);
+        let lower = flux.lower(Mat::<f64>::identity(flux.charges.nrows(), n).as_ref());
+        let mut all = MatrixBounds {
+            lower: Mat::from_fn(n, n, |i, j| EPS0 * lower[(i, j)]),
+            upper: Mat::from_fn(n, n, |i, j| EPS0 * found.energies[(i, j)]),
+        };
+        all.part();
+        let bounds = floating.reduced(&all);
+        let (maxwell, two_terminal) = (bounds.entries(), bounds.two_terminal());
+        let error = spread(&maxwell, two_terminal.as_ref(), settings.target);
+        seconds.primal += (solved - start).as_secs_f64();
+        seconds.dual += solved.elapsed().as_secs_f64();
+        if cancel.is_some_and(|c| c.load(Ordering::Relaxed)) {
+            return Err(SolveError::Cancelled);
+        }
+
+        let refining = Instant::now();
+        let shortfall = if error <= settings.relative_tolerance {
+            None
+        } else {
+            let marked = marked(&states(&floating, &all), &flux.gaps);
+            let finer = mesh.bisected(&marked, GENERATIONS).mesh;
+            seconds.setup += refining.elapsed().as_secs_f64();
+            let (each, per_side) = BYTES[shapes.order.clamp(1, 3) - 1];
+            let memory = finer.tets.len() as u64 * (each + n as u64 * per_side);
+            if marked.is_empty() {
+                Some("what is left of the error is beyond the mesh: open space begins too near".to_owned())
+            } else if meshes >= MOST_MESHES || memory > settings.memory_limit {
+                Some(format!(
+                    "a finer mesh, of {} tetrahedra, would take about {:.1} GB, more than the limit of {:.1} GB",
+                    finer.tets.len(),
+                    memory as f64 * 1e-9,
+                    settings.memory_limit as f64 * 1e-9
+                ))
+            } else {
+                mesh = finer;
+                continue;
+            }
+        };
+        let points = mesh.points.len();
+        return Ok(General {
+            potentials: found.values.iter().map(|u| u[..points].to_vec()).collect(),
+            solution: Solution {
+                maxwell,
+                two_terminal,
+                floating: floating.proved(&all),
+                reached: shortfall.is_none(),
+                shortfall,
+                unknowns: found.unknowns,
+                iterations,
+                grids: meshes,
+                mirrored: [false; 3],
+                resolution: ResolutionLevel { order: shapes.order, levels: meshes - 1 },
+                repair_share: 0.0,
+                seconds,
+                field: None,
+            },
+            mesh,
+        });
+    }
+}
+
+/// Weights of the conductors' unit states, and energy, for each driven conductor at one volt.
+fn states(floating: &Floating, all: &MatrixBounds) -> Vec<(Vec<f64>, f64)> {
+    let driven = floating.driven.len();
+    let uncharged = vec![0.0; floating.floating.len()];
+    (0..driven)
+        .map(|d| {
+            let unit: Vec<f64> = (0..driven).map(|e| f64::from(u8::from(d == e))).collect();
+            let potentials = floating.potentials(&all.upper, &unit, &uncharged);
+            let n = potentials.len();
+            let energy = (0..n)
+                .flat_map(|i| (0..n).map(move |j| (i, j)))
+                .map(|(i, j)| potentials[i] * all.upper[(i, j)] * potentials[j]);
+            let energy = energy.sum();
+            (potentials, energy)
+        })
+        .collect()
+}
+
+/// The fewest tetrahedra that hold the share [`MARKED`] of the gap, relative to the energy, in all states together.
+///
+/// Where conductors float, a state is a sum of unit states; its local gap is at most that of the sum of their roots, squared.
+fn marked(states: &[(Vec<f64>, f64)], gaps: &[Vec<f64>]) -> Vec<u32> {
+    let tets = gaps.first().map_or(0, Vec::len);
+    let mut size: Vec<f64> = vec![0.0; tets];
+    for (potentials, energy) in states.iter().filter(|(_, energy)| *energy > 0.0) {
+        for (t, size) in size.iter_mut().enumerate() {
+            let root: f64 =
+                potentials.iter().zip(gaps).map(|(v, gap)| v.abs() * gap[t].max(0.0).sqrt()).sum();
+            *size += root * root / energy;
+        }
+    }
+    let goal = MARKED * size.iter().sum::<f64>();
+    let mut order: Vec<u32> = (0..tets as u32).collect();
+    // Equal sizes keep their order, so that the same mesh is refined the same way.
+    order.sort_by(|&a, &b| size[b as usize].total_cmp(&size[a as usize]));
+    let mut held = 0.0;
+    let count = order.iter().take_while(|&&t| {
+        let wanted = held < goal && size[t as usize] > 0.0;
+        held += size[t as usize];
+        wanted
+    });
+    let count = count.count();
+    order.truncate(count);
+    order
+}
+
+/// Relative spread of what the tolerance is about.
+fn spread(maxwell: &[Vec<Bounded>], two_terminal: Option<&Bounded>, target: Target) -> f64 {
+    let relative =
+        |b: &Bounded, scale: f64| if b.upper > b.lower { (b.upper - b.lower) / scale } else { 0.0 };
+    let pair = two_terminal.map(|b| relative(b, b.value));
+    if let (Target::TwoTerminal, Some(pair)) = (target, pair) {
+        return pair;
+    }
+    let mut most = pair.unwrap_or(0.0);
+    for (i, row) in maxwell.iter().enumerate() {
+        for (j, entry) in row.iter().enumerate() {
+            let diagonal = (maxwell[i][i].value * maxwell[j][j].value).max(0.0).sqrt();
+            most = most.max(relative(entry, entry.value.abs().max(0.1 * diagonal)));
+        }
+    }
+    most
+}

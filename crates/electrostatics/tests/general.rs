@@ -1,0 +1,132 @@
+//! Any shape: bounds on tetrahedra against known capacitances and against the solver for boxes.
+
+use std::f64::consts::PI;
+
+use elastocap_electrostatics::general::{General, Shapes, solve_mesh};
+use elastocap_electrostatics::{EPS0, Settings, solve};
+use elastocap_geometry::scene::{Box3, BoxScene, Conductor, Wall};
+use elastocap_geometry::shapes::{Shape, ShapeScene, ShapedConductor, ShapedDielectric};
+use elastocap_geometry::tets::{LayeredSizing, Sizing, TetMesh, layered, mesh};
+
+fn ball(x: f64, radius: f64) -> Shape {
+    Shape::Sphere { center: [x, 0.0, 0.0], radius }
+}
+
+fn conductor(name: &str, shape: Shape) -> ShapedConductor {
+    ShapedConductor { name: name.into(), shape, floating_charge: None }
+}
+
+fn scene(conductors: Vec<ShapedConductor>, wall: Wall, side: f64) -> ShapeScene {
+    let domain = if wall == Wall::Open { Box3::SPACE } else { Box3 { min: [-side; 3], max: [side; 3] } };
+    ShapeScene {
+        conductors,
+        dielectrics: Vec::new(),
+        background_permittivity: 1.0,
+        domain,
+        walls: [[wall; 2]; 3],
+    }
+}
+
+fn solved(mesh: TetMesh, permittivity: &[f64], conductors: usize, tolerance: f64) -> General {
+    let charges = vec![None; conductors];
+    let shapes = Shapes { permittivity, floating_charges: &charges, order: 2 };
+    let settings = Settings { relative_tolerance: tolerance, ..Settings::default() };
+    let start = std::time::Instant::now();
+    let found = solve_mesh(mesh, shapes, &settings).unwrap();
+    println!(
+        "{} tetrahedra, {} unknowns, {} meshes, {:.2} s {:?}",
+        found.mesh.tets.len(),
+        found.solution.unknowns,
+        found.solution.grids,
+        start.elapsed().as_secs_f64(),
+        found.solution.seconds
+    );
+    for row in &found.solution.maxwell {
+        println!("{:?}", row.iter().map(|b| [b.lower, b.value, b.upper]).collect::<Vec<_>>());
+    }
+    assert!(found.solution.reached, "{:?}", found.solution.shortfall);
+    found
+}
+
+#[test]
+fn a_cube_in_a_cube_lies_between_bounds_that_meet_the_tolerance() {
+    let cube = Shape::Box(Box3 { min: [-0.5; 3], max: [0.5; 3] });
+    let scene = scene(vec![conductor("inner", cube)], Wall::Grounded, 1.0);
+    let mesh = layered(&scene, &LayeredSizing::default()).unwrap().unwrap();
+    let c = solved(mesh, &[1.0], 1, 3e-3).solution.maxwell[0][0];
+    let known = 19.127134997 * EPS0;
+    assert!(c.lower <= known && known <= c.upper);
+    // Effectivity: the spread is that of the bounds, the error at least that of the nearer one.
+    assert!((c.upper - c.lower) < 4.0 * (c.upper - known));
+}
+
+#[test]
+fn two_spheres_in_open_space_have_the_matrix_of_the_image_series() {
+    let scene =
+        scene(vec![conductor("a", ball(0.0, 0.01)), conductor("b", ball(0.05, 0.02))], Wall::Open, 0.0);
+    let mesh = mesh(&scene, &Sizing { facet: 0.15, ..Sizing::default() }).unwrap().mesh;
+    let found = solved(mesh, &[1.0], 2, 2e-2);
+    let known = [[0.01105933977598848, -0.004444944336055013], [-0.004444944336055013, 0.02185361967309565]];
+    for i in 0..2 {
+        for j in 0..2 {
+            let c = found.solution.maxwell[i][j];
+            let known = 4.0 * PI * EPS0 * known[i][j];
+            // The bounds are those of bodies with flat faces: what these differ by is allowed for.
+            let facets = 2e-3 * known.abs();
+            assert!(c.lower - facets <= known && known <= c.upper + facets, "{i} {j}: {c:?} {known}");
+        }
+    }
+}
+
+#[test]
+fn layered_spheres_have_the_capacitance_of_capacitors_in_series() {
+    let mut scene = scene(
+        vec![
+            conductor("inner", ball(0.0, 1e-3)),
+            conductor("outer", Shape::Shell { center: [0.0; 3], radius: 2e-3 }),
+        ],
+        Wall::Grounded,
+        3e-3,
+    );
+    scene.background_permittivity = 2.0;
+    scene.dielectrics.push(ShapedDielectric {
+        name: "inside".into(),
+        shape: ball(0.0, 1.5e-3),
+        relative_permittivity: 4.0,
+    });
+    let mesh = mesh(&scene, &Sizing { facet: 0.15, ..Sizing::default() }).unwrap().mesh;
+    let found = solved(mesh, &[2.0, 4.0], 2, 1e-2);
+    let series = 4.0 * PI * EPS0 / ((1.0 / 1e-3 - 1.0 / 1.5e-3) / 4.0 + (1.0 / 1.5e-3 - 1.0 / 2e-3) / 2.0);
+    let c = found.solution.two_terminal.unwrap();
+    let facets = 2e-3 * series;
+    assert!(c.lower - facets <= series && series <= c.upper + facets, "{c:?} {series}");
+}
+
+#[test]
+fn plates_by_tetrahedra_and_by_boxes_agree_within_their_bounds() {
+    let regions =
+        [(-0.1, -0.05), (0.05, 0.1)].map(|(a, b)| Box3 { min: [-0.5, a, -0.5], max: [0.5, b, 0.5] });
+    let conductors = regions.map(|r| conductor(if r.min[1] < 0.0 { "low" } else { "high" }, Shape::Box(r)));
+    let shaped = scene(conductors.to_vec(), Wall::Grounded, 1.0);
+    let boxes = BoxScene {
+        conductors: shaped
+            .conductors
+            .iter()
+            .zip(regions)
+            .map(|(c, region)| Conductor { name: c.name.clone(), region, floating_charge: None })
+            .collect(),
+        dielectrics: Vec::new(),
+        background_permittivity: 1.0,
+        domain: shaped.domain,
+        walls: shaped.walls,
+    };
+    let by_boxes = solve(&boxes, &Settings { relative_tolerance: 1e-3, ..Settings::default() }).unwrap();
+    let mesh = layered(&shaped, &LayeredSizing::default()).unwrap().unwrap();
+    let by_tets = solved(mesh, &[1.0], 2, 2e-2).solution;
+    for i in 0..2 {
+        for j in 0..2 {
+            let (a, b) = (by_boxes.maxwell[i][j], by_tets.maxwell[i][j]);
+            assert!(a.lower <= b.upper && b.lower <= a.upper, "{i} {j}: {a:?} {b:?}");
+        }
+    }
+}
