@@ -369,6 +369,30 @@ fn what_the_finite_elements_in_three_dimensions_need_is_asked_for() {
 }
 
 #[test]
+fn an_incompressible_layer_under_a_plate_needs_a_way_out() {
+    let punch =
+        "[mechanics.plane_strain.indenter.flat_punch]\nhalf_width = \"1 mm\"\ncorner_radius = \"0.1 mm\"\n";
+    let plate =
+        PRESSED.replace(punch, "").replace("end = \"far\"", "end = \"far\"\nindenter = \"whole-top\"");
+    let incompressible = ("bulk_modulus = \"1 GPa\"\n", "");
+    let words = ["cannot be pressed over its whole top", "no `bulk_modulus`", "`\"free-on-substrate\"`"];
+    refused(&plate, &[incompressible], "\"far\"", &words);
+    // Each of the three cures.
+    assert!(parse(&plate).is_ok());
+    let cured = |text: &str, from: &str, to: &str| {
+        parse(&text.replacen(incompressible.0, "", 1).replacen(from, to, 1))
+    };
+    assert!(cured(&plate, "\"far\"", "\"free-on-substrate\"").is_ok());
+    assert!(cured(PRESSED, "", "").is_ok());
+
+    let plate = plate.replace("plane_strain", "solid");
+    let held = plate.replace("end =", "side = \"symmetric\"\nend =");
+    refused(&held, &[incompressible], "\"far\"", &[words[0], "`side = \"symmetric\"`"]);
+    assert!(parse(&held).is_ok());
+    assert!(cured(&plate, "", "").is_ok(), "the sides are free");
+}
+
+#[test]
 fn the_closed_form_refuses_what_it_has_no_formula_for() {
     let yeoh = [("mooney_rivlin", "yeoh"), ("c01 = \"43931.9 Pa\"\n", "")];
     refused(LAYERED, &yeoh, "", &["[mechanics.closed_form] does not know a Yeoh material"]);

@@ -63,6 +63,9 @@ fn plane_strain(raw: &raw::PlaneStrain, document: &Document, log: &mut Log<'_>) 
     let model =
         PlaneStrain { indenter, end: end(raw.end.get()?), width: raw.width.get()?.si, relative_tolerance };
     check_length(&model, raw, document, log);
+    if let (Indenter::WholeTop, LayerEnd::Far) = (model.indenter, model.end) {
+        check_outlet(&raw.end, &raw.indenter, document, "make the end", log);
+    }
     Some(model)
 }
 
@@ -127,6 +130,34 @@ pub(super) fn half_length<'a>(
         );
     }
     layer.half_length.as_ref()
+}
+
+/// A layer that is held at its end and pressed over its whole top has no room to go to: it must be able to lose volume.
+/// `way_out` says how the help begins: which boundary could be opened.
+pub(super) fn check_outlet<T>(
+    end: &Read<raw::LayerEnd>,
+    indenter: &Read<T>,
+    document: &Document,
+    way_out: &str,
+    log: &mut Log<'_>,
+) {
+    let Some(read) = given(&document.layer).and_then(|layer| layer.material.as_ref()) else { return };
+    let Some(material) = read.get() else { return };
+    if material::bulk_modulus(material).is_some() {
+        return;
+    }
+    log.push(
+        Diagnostic::at(
+            &end.span,
+            "an incompressible layer that is held at its end cannot be pressed over its whole top",
+        )
+        .label("nothing can get out here, and the volume cannot change: no load has a solution")
+        .related(&indenter.span, "this presses all of the top")
+        .related(&read.span, "no `bulk_modulus`: incompressible")
+        .help(format!(
+            "{way_out} `\"free\"` or `\"free-on-substrate\"`, press with an indenter, or give the material a `bulk_modulus`"
+        )),
+    );
 }
 
 /// The layer must have a length, and the punch must stand on it.

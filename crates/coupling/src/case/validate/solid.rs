@@ -1,7 +1,7 @@
 //! The layer in three dimensions: what it asks of the rest of the case.
 
 use super::super::diagnostics::Diagnostic;
-use super::super::model::{LayerSide, Solid, SolidIndenter};
+use super::super::model::{LayerEnd, LayerSide, Solid, SolidIndenter};
 use super::super::quantities::Size;
 use super::super::raw::{self, Document};
 use super::super::reader::{Log, Read};
@@ -44,6 +44,10 @@ pub(super) fn solid(raw: &raw::Solid, document: &Document, log: &mut Log<'_>) ->
     let (end, width) = (mechanics::end(raw.end.get()?), raw.width.get()?.si);
     let model = Solid { indenter, end, width, side, relative_tolerance };
     check_room(&model, raw, document, log);
+    if let (SolidIndenter::WholeTop, LayerEnd::Far, LayerSide::Symmetric) = (indenter, end, side) {
+        let way_out = "leave out `side = \"symmetric\"`, make the end";
+        mechanics::check_outlet(&raw.end, &raw.indenter, document, way_out, log);
+    }
     Some(model)
 }
 
