@@ -16,7 +16,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     };
     let cube = |a: f64| Box3 { min: [-a; 3], max: [a; 3] };
     let scene = BoxScene {
-        conductors: vec![Conductor { name: "inner".into(), region: cube(0.5) }],
+        conductors: vec![Conductor { name: "inner".into(), region: cube(0.5), floating_charge: None }],
         dielectrics: Vec::new(),
         background_permittivity: 1.0,
         domain: cube(1.0),

@@ -13,7 +13,7 @@ fn cube(a: f64) -> Box3 {
 }
 
 fn conductor(name: &str, region: Box3) -> Conductor {
-    Conductor { name: name.into(), region }
+    Conductor { name: name.into(), region, floating_charge: None }
 }
 
 fn cube_in_cube(cells: usize) -> TetMesh {

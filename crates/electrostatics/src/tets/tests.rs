@@ -14,7 +14,7 @@ fn scene(regions: &[Box3], domain: Box3, wall: Wall) -> BoxScene {
         conductors: regions
             .iter()
             .enumerate()
-            .map(|(k, &region)| Conductor { name: name(k), region })
+            .map(|(k, &region)| Conductor { name: name(k), region, floating_charge: None })
             .collect(),
         dielectrics: Vec::new(),
         background_permittivity: 1.0,

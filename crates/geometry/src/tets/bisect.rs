@@ -250,8 +250,16 @@ mod tests {
         let sides = |min, max| Box3 { min, max };
         let scene = BoxScene {
             conductors: vec![
-                Conductor { name: "plate".into(), region: sides([-1.0, 0.0, -1.0], [0.0, height, 1.0]) },
-                Conductor { name: "sheet".into(), region: sides([1.0, 0.0, -1.0], [2.0, 0.0, 1.0]) },
+                Conductor {
+                    name: "plate".into(),
+                    region: sides([-1.0, 0.0, -1.0], [0.0, height, 1.0]),
+                    floating_charge: None,
+                },
+                Conductor {
+                    name: "sheet".into(),
+                    region: sides([1.0, 0.0, -1.0], [2.0, 0.0, 1.0]),
+                    floating_charge: None,
+                },
             ],
             dielectrics: Vec::new(),
             background_permittivity: 1.0,

@@ -12,7 +12,7 @@ use crate::shapes::{Shape, ShapeScene};
 
 /// How fine a first mesh is; it is refined afterwards where that pays.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Sizing {
+pub struct LayeredSizing {
     /// Size of triangles at an outline over the smaller side of the rectangle around it.
     pub near: f64,
     /// How much larger triangles and layers become per distance from bodies.
@@ -25,7 +25,7 @@ pub struct Sizing {
     pub reach: f64,
 }
 
-impl Default for Sizing {
+impl Default for LayeredSizing {
     fn default() -> Self {
         Self { near: 0.25, growth: 0.7, circle: 32, first: 0.4, reach: 25.0 }
     }
@@ -79,7 +79,7 @@ pub enum LayeredError {
 ///
 /// # Errors
 /// [`LayeredError`] names the body and what is wrong with it.
-pub fn layered(scene: &ShapeScene, sizing: &Sizing) -> Option<Result<TetMesh, LayeredError>> {
+pub fn layered(scene: &ShapeScene, sizing: &LayeredSizing) -> Option<Result<TetMesh, LayeredError>> {
     let extent = |axis: usize| {
         let ends = scene.conductors.iter().filter_map(|c| ends(&c.shape, axis));
         let all =
@@ -212,7 +212,7 @@ fn sound(shape: &Shape, conductor: bool) -> bool {
     ordered && flat <= 1 && inner
 }
 
-fn mesh(scene: &ShapeScene, sizing: &Sizing, axis: usize) -> Result<TetMesh, LayeredError> {
+fn mesh(scene: &ShapeScene, sizing: &LayeredSizing, axis: usize) -> Result<TetMesh, LayeredError> {
     if scene.conductors.is_empty() {
         return Err(LayeredError::NoSpace);
     }

@@ -1,7 +1,7 @@
 //! Meshes of scenes in layers: sizes, conformity, faces, errors.
 
 use super::checks::{areas, conforming, volume};
-use super::{FaceRole, LayeredError, Sizing, TetMesh, layered};
+use super::{FaceRole, LayeredError, LayeredSizing, TetMesh, layered};
 use crate::scene::{Box3, Wall};
 use crate::shapes::{Shape, ShapeScene, ShapedConductor, ShapedDielectric};
 use std::f64::consts::TAU;
@@ -36,7 +36,7 @@ fn walled(mut scene: ShapeScene, domain: Box3, wall: Wall) -> ShapeScene {
 }
 
 fn meshed(scene: &ShapeScene) -> TetMesh {
-    let mesh = layered(scene, &Sizing::default()).unwrap().unwrap();
+    let mesh = layered(scene, &LayeredSizing::default()).unwrap().unwrap();
     conforming(&mesh);
     println!("{} points, {} tetrahedra", mesh.points.len(), mesh.tets.len());
     mesh
@@ -251,7 +251,7 @@ fn combs_and_spirals_are_met_exactly() {
 fn nasty_outlines_are_meshed_or_named() {
     let flat = |outline: &[[f64; 2]]| {
         let shape = Shape::Extrusion { axis: 2, from: 0.0, to: 0.0, outline: outline.to_vec() };
-        layered(&scene(vec![("odd", shape)], vec![]), &Sizing::default()).unwrap()
+        layered(&scene(vec![("odd", shape)], vec![]), &LayeredSizing::default()).unwrap()
     };
     let e = 1e-12;
     let odd =
@@ -280,7 +280,7 @@ fn conductors_that_touch_or_overlap_are_named() {
         cuboid([0.0, 0.0, 1.0], [1.0, 1.0, 1.0]),
     ] {
         let both = scene(vec![first(), ("b", second)], vec![]);
-        let error = layered(&both, &Sizing::default()).unwrap();
+        let error = layered(&both, &LayeredSizing::default()).unwrap();
         assert!(error.is_err(), "meshed");
         assert_eq!(error, Err(LayeredError::Touching { first: "a".into(), second: "b".into() }));
     }
@@ -309,9 +309,11 @@ fn outlines_of_different_layers_may_cross_and_the_later_dielectric_wins() {
 #[test]
 fn other_scenes_are_left_to_others() {
     let ball = Shape::Sphere { center: [0.0; 3], radius: 1.0 };
-    assert!(layered(&scene(vec![("ball", ball)], vec![]), &Sizing::default()).is_none());
+    assert!(layered(&scene(vec![("ball", ball)], vec![]), &LayeredSizing::default()).is_none());
     let disc = |axis| Shape::Cylinder { axis, base: [3.0 * axis as f64; 3], radius: 1.0, height: 1.0 };
-    assert!(layered(&scene(vec![("a", disc(0)), ("b", disc(1))], vec![]), &Sizing::default()).is_none());
+    assert!(
+        layered(&scene(vec![("a", disc(0)), ("b", disc(1))], vec![]), &LayeredSizing::default()).is_none()
+    );
 }
 
 #[test]
@@ -330,7 +332,7 @@ fn over_a_grounded_floor_rays_start_from_the_floor() {
     open_faces_see_the_center(&mesh);
     over.walls[1][1] = Wall::Grounded;
     over.domain.max[1] = 1.0;
-    assert_eq!(layered(&over, &Sizing::default()), Some(Err(LayeredError::OpenBetweenWalls)));
+    assert_eq!(layered(&over, &LayeredSizing::default()), Some(Err(LayeredError::OpenBetweenWalls)));
 }
 
 #[test]
@@ -366,7 +368,7 @@ fn random_polygons_give_a_conforming_mesh_or_an_error() {
         let (a, b, c) = (outline(3), outline(3), outline(4));
         let pull = |outline, from: f64| Shape::Extrusion { axis: 2, from, to: from + 0.5, outline };
         let both = scene(vec![("a", pull(a, 0.0)), ("b", pull(b, 1.0))], vec![(pull(c, 0.25), 2.0)]);
-        if let Some(Ok(mesh)) = layered(&both, &Sizing { growth: 1.5, ..Sizing::default() }) {
+        if let Some(Ok(mesh)) = layered(&both, &LayeredSizing { growth: 1.5, ..LayeredSizing::default() }) {
             conforming(&mesh);
             meshes += 1;
         }

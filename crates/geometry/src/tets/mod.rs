@@ -13,7 +13,7 @@ mod planar;
 
 pub use bisect::Bisected;
 pub use boxes::of_boxes;
-pub use layered::{LayeredError, Sizing as LayeredSizing, layered};
+pub use layered::{LayeredError, LayeredSizing, layered};
 pub use mesher::{MeshError, Meshed, Quality, Sizing, mesh};
 
 /// What holds on a face of the mesh.
