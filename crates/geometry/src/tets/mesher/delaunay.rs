@@ -250,6 +250,10 @@ impl Delaunay {
                     let [a, b, c] = face.map(|q| self.points[q as usize]);
                     let side = orient(a, b, c, p);
                     if side == 0.0 && n == NONE {
+                        // In the plane of a facet that it does not know of it would be moved off it later.
+                        if !crossed(self.walls[t as usize][i]) {
+                            return Err(Refusal::Near(t, i));
+                        }
                         continue;
                     }
                     if side <= 0.0 {

@@ -87,6 +87,12 @@ pub enum MeshError {
         /// Where, m.
         at: [f64; 3],
     },
+    /// The mesh ends where no wall is: a defect of the mesher, found before anything is computed from it.
+    #[error("the mesh ends inside the walls at ({}, {}, {}) m, which is a defect of elastocap; a little finer or coarser sizes may help", at[0], at[1], at[2])]
+    Torn {
+        /// Where, m.
+        at: [f64; 3],
+    },
     /// There is nothing with an extent.
     #[error("the scene has no body and no walls; add one")]
     Empty,
@@ -109,7 +115,7 @@ pub fn mesh(scene: &ShapeScene, sizing: &Sizing) -> Result<Meshed, MeshError> {
     let refined = work.refine(sizing);
     work.smooth();
     work.unflatten(sizing).map_err(|at| MeshError::Flat { at })?;
-    let mesh = collect(&work, scene, &domain);
+    let mesh = collect(&work, scene, &domain)?;
     Ok(Meshed { quality: Quality::of(&mesh), mesh, refined })
 }
 
@@ -164,7 +170,7 @@ fn beyond(scene: &ShapeScene) -> [f64; 2] {
     range
 }
 
-fn collect(work: &Work, scene: &ShapeScene, domain: &Box3) -> TetMesh {
+fn collect(work: &Work, scene: &ShapeScene, domain: &Box3) -> Result<TetMesh, MeshError> {
     let from = &work.mesh;
     let mut out = TetMesh::default();
     let mut ids = vec![NONE; from.points.len()];
@@ -211,7 +217,8 @@ fn collect(work: &Work, scene: &ShapeScene, domain: &Box3) -> TetMesh {
                     (Some(c), _) => Some(FaceRole::Conductor(c)),
                     (None, Some(Wall::Grounded)) => Some(FaceRole::Grounded),
                     (None, Some(Wall::Open)) => Some(FaceRole::Open { permittivity }),
-                    (None, Some(Wall::Insulated) | None) => None,
+                    (None, Some(Wall::Insulated)) => None,
+                    (None, None) => return Err(MeshError::Torn { at: middle() }),
                 }
             } else if from.regions[n as usize] < 0 {
                 Some(FaceRole::Conductor((-1 - from.regions[n as usize]) as u32))
@@ -225,7 +232,7 @@ fn collect(work: &Work, scene: &ShapeScene, domain: &Box3) -> TetMesh {
             }
         }
     }
-    out
+    Ok(out)
 }
 
 #[cfg(test)]

@@ -27,7 +27,7 @@ fn volume(mesh: &TetMesh, region: Option<u32>) -> f64 {
     (0..mesh.tets.len()).filter(of).map(|t| mesh.determinant(t) / 6.0).sum()
 }
 
-/// Positive tetrahedra; faces of one or two of them; faces of one alone have a role unless a wall insulates.
+/// Positive tetrahedra; faces of one or two of them; faces with a role are there.
 fn check(meshed: &Meshed) {
     let mesh = &meshed.mesh;
     let mut faces: HashMap<[u32; 3], usize> = HashMap::new();
@@ -194,4 +194,16 @@ fn surfaces_that_cross_are_refused_by_name() {
     let crossing = mesh(&scene(cube(1.0), Wall::Grounded, vec![a, b]), &Sizing::default());
     assert!(matches!(&crossing, Err(MeshError::Crossing { .. })), "{crossing:?}");
     assert!(crossing.unwrap_err().to_string().contains("c1"));
+}
+
+#[test]
+fn the_walls_stay_flat_at_any_size_of_elements() {
+    let scene = scene(cube(1.0), Wall::Grounded, vec![Shape::Surface(cube_surface(false))]);
+    for facet in [0.3, 0.2, 0.15, 0.1, 0.0632, 0.05] {
+        let meshed = mesh(&scene, &Sizing { facet, ..Sizing::default() }).unwrap();
+        check(&meshed);
+        assert!((volume(&meshed.mesh, None) - 7.0).abs() < 1e-11, "{facet}: {}", volume(&meshed.mesh, None));
+        let walls = area(&meshed.mesh, |r| r == FaceRole::Grounded);
+        assert!((walls - 24.0).abs() < 1e-11, "{facet}: {walls}");
+    }
 }
