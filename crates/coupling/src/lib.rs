@@ -15,6 +15,7 @@ pub mod plot;
 pub mod results;
 pub mod run;
 pub mod scene_of;
+mod shaped;
 pub mod stability;
 mod step;
 pub mod terminals;

@@ -4,7 +4,7 @@ use elastocap_electrostatics::{Forecast, Settings, Target, forecast};
 use elastocap_mechanics::ForceLimit;
 use serde::Serialize;
 
-use crate::case::{Case, Load, Mechanics, PlaneStrain, Solid, SolidIndenter};
+use crate::case::{Case, Load, Mechanics, PlaneStrain, ShapeScene, Solid, SolidIndenter};
 use crate::deform::{self, Deformation, closed_form_limit, layer_state};
 use crate::scene_of::scene_of;
 
@@ -303,6 +303,9 @@ impl Plan {
             return;
         }
         self.memory_limit = most_memory();
+        if let Some(scene) = &case.shapes {
+            return self.shapes(case, scene, options);
+        }
         let distinct = self.distinct_steps().filter(|s| s.failure.is_none()).count();
         let settings = self.solver_settings(case, options);
         let scene = self.distinct_steps().filter(|s| s.failure.is_none()).find_map(|step| {
@@ -370,6 +373,23 @@ impl Plan {
         }
     }
 
+    /// Bodies of any shape: how many tetrahedra they take is known only when they are meshed.
+    fn shapes(&mut self, case: &Case, scene: &ShapeScene, options: &Options) {
+        let settings = self.solver_settings(case, options);
+        let what = format!(
+            "potentials of order 2 on tetrahedra, and fluxes made from them, which prove an upper and a lower bound; refined to \
+             a relative spread of {:e}",
+            settings.relative_tolerance
+        );
+        self.solved.push(Planned { part: "electrostatics", what });
+        let floating = scene.conductors.iter().filter(|c| c.floating_charge.is_some());
+        let floating: Vec<String> = floating.map(|c| format!("`{}`", c.name)).collect();
+        if !floating.is_empty() {
+            let what = format!("potentials of {}, from the same fields; not in the matrix", listed(&floating));
+            self.solved.push(Planned { part: "floating", what });
+        }
+    }
+
     fn mirror_images(&mut self, own: &Forecast, solves: usize) {
         let planes: Vec<_> = (0..3).filter(|a| own.mirrored[*a]).map(|a| format!("x{}", a + 1)).collect();
         if planes.is_empty() {
@@ -411,7 +431,10 @@ impl Plan {
             Kind::Mechanics => "curve.csv, curve.svg",
         };
         let mut files = format!("{table}, result.json");
-        if options.scene {
+        if case.shapes.is_some() {
+            let why = "bodies of any shape are shown by step_000.vtu";
+            self.left_out.push(LeftOut::new(Decision::Case, "scene.glb", why, "milliseconds"));
+        } else if options.scene {
             files.push_str(", scene.glb");
         } else {
             self.left_out.push(LeftOut::new(Decision::Caller, "scene.glb", "not asked for", "milliseconds"));
@@ -474,7 +497,8 @@ fn known_failure(case: &Case, load: StepLoad, prune: bool) -> Option<String> {
         Ok(state) => state.map(Deformation::ClosedForm),
         Err(error) => return Some(error.to_string()),
     };
-    let scene = case.has_conductors().then(|| scene_of(case, state.as_ref()));
+    let boxes = case.has_conductors() && case.shapes.is_none();
+    let scene = boxes.then(|| scene_of(case, state.as_ref()));
     scene.and_then(Result::err).map(|error| error.to_string())
 }
 

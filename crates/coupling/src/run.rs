@@ -141,8 +141,10 @@ fn copy_of(
 /// Names of the driven conductors, in the order of the Maxwell matrix.
 pub fn conductor_names(case: &Case) -> Vec<String> {
     let pair = case.electrodes.iter().flat_map(|e| e.names()).map(str::to_owned);
-    let driven = case.conductors.iter().filter(|c| c.floating_charge.is_none());
-    pair.chain(driven.map(|c| c.name.clone())).collect()
+    let driven = case.conductors.iter().filter(|c| c.floating_charge.is_none()).map(|c| &c.name);
+    let shapes = case.shapes.iter().flat_map(|s| &s.conductors);
+    let shaped = shapes.filter(|c| c.floating_charge.is_none()).map(|c| &c.name);
+    pair.chain(driven.chain(shaped).cloned()).collect()
 }
 
 /// The steps of a plan with the layer deformed and the bodies in place, and no field.
@@ -154,7 +156,11 @@ pub fn deform(case: &Case, plan: &Plan) -> Vec<StepResult> {
             Ok(state) => {
                 result.row.top_displacement_m = Some(state.as_ref().map_or(0.0, |s| s.top_displacement()));
                 result.row.compression = state.as_ref().map(|s| s.compression()).or(result.row.compression);
-                if case.has_conductors() {
+                if case.shapes.is_some() {
+                    result.row.status = Status::Failed(
+                        "bodies of any shape are meshed as they are solved: `elastocap run` writes their mesh".to_owned(),
+                    );
+                } else if case.has_conductors() {
                     match scene_of(case, state.as_ref()) {
                         Ok(scene) => result.scene = Some(scene),
                         Err(error) => result.row.status = Status::Failed(error.to_string()),

@@ -4,15 +4,25 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::time::Instant;
 
 use elastocap_electrostatics::{Bounded, Field, FloatingPotential, Settings, Solution, SolveError, solve};
-use elastocap_geometry::scene::BoxScene;
+use elastocap_geometry::export::body::BodyMesh;
 use elastocap_mechanics::ForceLimit;
 
-use crate::case::Case;
+use crate::case::{Case, ShapeScene};
 use crate::curve::{FloatingConductor, Row, SolverReport, Status, StepResult};
 use crate::deform::{Deformation, Prepared};
 use crate::plan::{PlannedStep, StepLoad};
 use crate::scene_of::{DeformedScene, Enclosing, scene_of};
+use crate::shaped::{Solved, shown, solve_shapes};
 use crate::terminals::pair_among;
+
+/// What a step has for a viewer.
+#[derive(Debug)]
+pub(crate) enum Shown {
+    /// The field on the grid of the solver for boxes.
+    Grid(Field),
+    /// The potential on tetrahedra.
+    Tetrahedra(BodyMesh),
+}
 
 /// What all steps of a run have in common.
 pub(crate) struct Solver<'a> {
@@ -25,7 +35,7 @@ pub(crate) struct Solver<'a> {
 
 impl Solver<'_> {
     /// Solves one step. Whatever goes wrong is in the result's status; what was known before is kept.
-    pub(crate) fn solve(&self, step: &PlannedStep) -> (StepResult, Option<Field>) {
+    pub(crate) fn solve(&self, step: &PlannedStep) -> (StepResult, Option<Shown>) {
         let start = Instant::now();
         let mut result = StepResult::not_run(step);
         let mut field = None;
@@ -49,8 +59,11 @@ impl Solver<'_> {
         &self,
         step: &PlannedStep,
         result: &mut StepResult,
-        field: &mut Option<Field>,
+        field: &mut Option<Shown>,
     ) -> Result<(), Stop> {
+        if let Some(scene) = &self.case.shapes {
+            return self.run_shapes(scene, result, field);
+        }
         let start = Instant::now();
         let state = self.layer.deformation(self.case, step, self.prune).map_err(Stop::Failed)?;
         let beyond = self.note_mechanics(result, state.as_ref());
@@ -78,31 +91,35 @@ impl Solver<'_> {
             None => field_of(deformed, &self.settings)?,
             Some(enclosing) => between(deformed, enclosing, &self.settings)?,
         };
-        *field = solution.field.take();
-        let floating = floating_of(&deformed.scene, std::mem::take(&mut solution.floating));
-        result.floating = floating;
-        let all = solution.maxwell.iter().flatten().chain(&two_terminal);
-        if all.into_iter().any(|c| !(c.lower <= c.value && c.value <= c.upper)) {
-            return Err(Stop::Failed("the solver's bounds do not enclose its value".to_owned()));
+        *field = solution.field.take().map(Shown::Grid);
+        let all = &deformed.scene.conductors;
+        let floating = std::mem::take(&mut solution.floating);
+        result.floating = floating_of(|c| all[c].name.clone(), |c| all[c].floating_charge, floating);
+        note_solution(result, solution, two_terminal, layer_missed, beyond)
+    }
+
+    /// A scene of any shapes, which nothing presses.
+    fn run_shapes(
+        &self,
+        scene: &ShapeScene,
+        result: &mut StepResult,
+        field: &mut Option<Shown>,
+    ) -> Result<(), Stop> {
+        let Solved { mut general, facets } = solve_shapes(scene, &self.settings)?;
+        if self.settings.field {
+            *field = Some(Shown::Tetrahedra(shown(scene, &general)));
         }
-        if let Some(capacitance) = &two_terminal {
-            result.row.set_capacitance(capacitance);
+        if facets > 0.0 {
+            result.warnings.push(format!(
+                "curved surfaces are solved with flat faces, which adds a relative error of about {facets:.0e} (an estimate) to \
+                 the capacitances: their bounds are those of the flat-faced bodies"
+            ));
         }
-        result.row.unknowns = Some(solution.unknowns);
-        let reached = solution.reached && layer_missed.is_none();
-        let shortfall: Vec<String> = solution.shortfall.into_iter().chain(layer_missed).collect();
-        result.mark(reached, (!shortfall.is_empty()).then(|| shortfall.join("; ")), beyond);
-        result.two_terminal = two_terminal;
-        result.maxwell = Some(solution.maxwell);
-        result.seconds.electrostatics = solution.seconds;
-        result.solver = Some(SolverReport {
-            iterations: solution.iterations,
-            grids: solution.grids,
-            resolution: solution.resolution,
-            mirrored: solution.mirrored,
-            repair_share: solution.repair_share,
-        });
-        Ok(())
+        let all = &scene.conductors;
+        let floating = std::mem::take(&mut general.solution.floating);
+        result.floating = floating_of(|c| all[c].name.clone(), |c| all[c].floating_charge, floating);
+        let two_terminal = general.solution.two_terminal;
+        note_solution(result, general.solution, two_terminal, None, None)
     }
 
     /// Notes what the mechanics say; returns why there is no force, if there is none.
@@ -134,17 +151,52 @@ impl Solver<'_> {
     }
 }
 
-fn floating_of(scene: &BoxScene, potentials: Vec<FloatingPotential>) -> Vec<FloatingConductor> {
+fn floating_of(
+    name: impl Fn(usize) -> String,
+    charge: impl Fn(usize) -> Option<f64>,
+    potentials: Vec<FloatingPotential>,
+) -> Vec<FloatingConductor> {
     let named = potentials.into_iter().filter_map(|potential| {
-        let body = scene.conductors.get(potential.conductor)?;
         Some(FloatingConductor {
-            name: body.name.clone(),
-            charge: body.floating_charge?,
+            name: name(potential.conductor),
+            charge: charge(potential.conductor)?,
             per_volt: potential.per_driven,
             from_charges: potential.from_charges,
         })
     });
     named.collect()
+}
+
+/// Notes what was found of the field.
+fn note_solution(
+    result: &mut StepResult,
+    solution: Solution,
+    two_terminal: Option<Bounded>,
+    layer_missed: Option<String>,
+    beyond: Option<String>,
+) -> Result<(), Stop> {
+    let all = solution.maxwell.iter().flatten().chain(&two_terminal);
+    if all.into_iter().any(|c| !(c.lower <= c.value && c.value <= c.upper)) {
+        return Err(Stop::Failed("the solver's bounds do not enclose its value".to_owned()));
+    }
+    if let Some(capacitance) = &two_terminal {
+        result.row.set_capacitance(capacitance);
+    }
+    result.row.unknowns = Some(solution.unknowns);
+    let reached = solution.reached && layer_missed.is_none();
+    let shortfall: Vec<String> = solution.shortfall.into_iter().chain(layer_missed).collect();
+    result.mark(reached, (!shortfall.is_empty()).then(|| shortfall.join("; ")), beyond);
+    result.two_terminal = two_terminal;
+    result.maxwell = Some(solution.maxwell);
+    result.seconds.electrostatics = solution.seconds;
+    result.solver = Some(SolverReport {
+        iterations: solution.iterations,
+        grids: solution.grids,
+        resolution: solution.resolution,
+        mirrored: solution.mirrored,
+        repair_share: solution.repair_share,
+    });
+    Ok(())
 }
 
 /// The solution, and the two-terminal capacitance.

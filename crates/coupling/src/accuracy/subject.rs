@@ -51,6 +51,9 @@ impl Subject {
         step: &PlannedStep,
         cancel: &Arc<AtomicBool>,
     ) -> Result<Self, String> {
+        if case.shapes.is_some() {
+            return Err("the study is of the solver for boxes, and this case has bodies of other shapes".to_owned());
+        }
         let options = Options { prune: true, fields: false, scene: false };
         let settings = Settings { cancel: Some(Arc::clone(cancel)), ..plan.solver_settings(case, &options) };
         let layer = prepare(case, plan, cancel, &|_| ());

@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 pub use elastocap_geometry::scene::{Box3, Conductor, Dielectric, Wall};
+pub use elastocap_geometry::shapes::{Shape, ShapeScene, ShapedConductor, ShapedDielectric};
 
 /// A case that can be planned and run. Its parts fit together; every number is finite and in SI units.
 ///
@@ -25,6 +26,9 @@ pub struct Case {
     pub conductors: Vec<Conductor>,
     /// Dielectrics besides the layer, in the order in which they override one another. Infinite bounds for slabs.
     pub dielectrics: Vec<Dielectric>,
+    /// All bodies without a layer where one of them is neither box, sheet nor slab; [`Case::conductors`] and
+    /// [`Case::dielectrics`] are empty then.
+    pub shapes: Option<ShapeScene>,
     /// What surrounds the bodies; there exactly when a capacitance is asked for.
     pub surroundings: Option<Surroundings>,
     /// How exactly the capacitance is computed; there exactly when a capacitance is asked for.
@@ -41,7 +45,7 @@ impl Case {
 
     /// Whether there is a capacitance to compute: electrodes or conductors.
     pub fn has_conductors(&self) -> bool {
-        self.electrodes.is_some() || !self.conductors.is_empty()
+        self.electrodes.is_some() || !self.conductors.is_empty() || self.shapes.is_some()
     }
 }
 

@@ -376,12 +376,22 @@ table! {
         r#box: Option<Read<BoxRegion>>,
         /// A rectangle of zero thickness.
         sheet: Option<Read<Sheet>>,
+        /// A ball.
+        sphere: Option<Read<Ball>>,
+        /// A closed spherical surface around everything; nothing outside it is solved.
+        shell: Option<Read<Ball>>,
+        /// A circular cylinder.
+        cylinder: Option<Read<Tube>>,
+        /// A polygon pulled along an axis.
+        extrusion: Option<Read<Extruded>>,
+        /// What a closed surface in an OBJ file encloses.
+        surface: Option<Read<SurfaceFile>>,
         /// Its charge, if it floats: then it is not in the Maxwell matrix, and its potential is reported. Default: it is held at
         /// a potential.
         charge: Option<Read<Charge>>,
     }
-    one_of: "box", "sheet";
-    later: "sphere", "shell", "surface", "cylinder", "extrusion", "physical";
+    one_of: "box", "sheet", "sphere", "shell", "cylinder", "extrusion", "surface";
+    later: "physical";
 }
 
 table! {
@@ -395,9 +405,17 @@ table! {
         r#box: Option<Read<BoxRegion>>,
         /// All space between two planes.
         slab: Option<Read<Slab>>,
+        /// A ball.
+        sphere: Option<Read<Ball>>,
+        /// A circular cylinder.
+        cylinder: Option<Read<Tube>>,
+        /// A polygon pulled along an axis.
+        extrusion: Option<Read<Extruded>>,
+        /// What a closed surface in an OBJ file encloses.
+        surface: Option<Read<SurfaceFile>>,
     }
-    one_of: "box", "slab";
-    later: "sphere", "surface", "cylinder", "extrusion", "physical";
+    one_of: "box", "slab", "sphere", "cylinder", "extrusion", "surface";
+    later: "physical";
 }
 
 table! {
@@ -433,6 +451,56 @@ table! {
         from: Read<Position>,
         /// Upper plane.
         to: Read<Position>,
+    }
+}
+
+table! {
+    /// A ball, or the hollow of a shell.
+    struct Ball {
+        /// Its middle: x1, x2, x3.
+        center: Read<[Read<Position>; 3]>,
+        /// Its radius.
+        radius: Read<Size>,
+    }
+}
+
+table! {
+    /// A circular cylinder along an axis.
+    struct Tube {
+        /// The axis it stands along.
+        axis: Read<Axis>,
+        /// The middle of its lower end: x1, x2, x3.
+        base: Read<[Read<Position>; 3]>,
+        /// Its radius.
+        radius: Read<Size>,
+        /// Its length along the axis.
+        height: Read<Size>,
+    }
+}
+
+table! {
+    /// A polygon pulled along an axis.
+    struct Extruded {
+        /// The axis along which it is pulled.
+        axis: Read<Axis>,
+        /// Lower end.
+        from: Read<Position>,
+        /// Upper end.
+        to: Read<Position>,
+        /// Its corners in the two other axes, in order.
+        outline: Read<Vec<Read<[Read<Position>; 2]>>>,
+    }
+}
+
+table! {
+    /// A closed surface of triangles.
+    struct SurfaceFile {
+        /// An OBJ file; its path is relative to the case file.
+        file: Read<Text>,
+        /// The length of one unit of the file.
+        unit: Read<Size>,
+        /// Where the origin of the file goes. Default: where the origin is.
+        translate: Option<Read<[Read<Position>; 3]>>,
     }
 }
 

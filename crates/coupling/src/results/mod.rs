@@ -11,7 +11,7 @@ mod space_layer_files;
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
-use elastocap_electrostatics::Field;
+use elastocap_geometry::export::body::body_vtu;
 use elastocap_geometry::export::gltf::glb;
 use elastocap_geometry::export::vtk::{pvd, vtu};
 
@@ -22,6 +22,7 @@ pub use json::{RunSeconds, document};
 use crate::case::Case;
 use crate::curve::{Outcome, StepResult};
 use crate::plan::{Kind, Options};
+use crate::step::Shown;
 
 /// What a run has put on disk.
 #[derive(Debug, Clone, PartialEq)]
@@ -46,11 +47,15 @@ pub fn field_file(index: usize) -> String {
 pub(crate) fn stage_field(
     folder: &OutputFolder,
     result: &mut StepResult,
-    field: Field,
+    field: Shown,
 ) -> Result<(), OutputError> {
-    let Some(scene) = &result.scene else { return Ok(()) };
     let start = Instant::now();
-    match vtu(&scene_files::field_grid(&scene.scene, field)) {
+    let file = match (field, &result.scene) {
+        (Shown::Grid(field), Some(scene)) => vtu(&scene_files::field_grid(&scene.scene, field)),
+        (Shown::Grid(_), None) => return Ok(()),
+        (Shown::Tetrahedra(mesh), _) => body_vtu(&mesh),
+    };
+    match file {
         Ok(bytes) => {
             let name = field_file(result.index);
             folder.stage(&name, &bytes)?;
@@ -122,7 +127,7 @@ pub fn save(
     if let Some(chart) = figure(&case.title, outcome) {
         folder.stage("curve.svg", chart.to_svg().as_bytes())?;
     }
-    if options.scene {
+    if options.scene && case.shapes.is_none() {
         warnings.extend(stage_scene(&folder, case, &outcome.steps)?);
     }
     warnings.extend(stage_series(&folder, &outcome.steps)?);

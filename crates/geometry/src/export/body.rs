@@ -1,4 +1,4 @@
-//! A deformed body as a `.vtu`: the quadratic elements of the mechanics with what lives at their nodes.
+//! Elements with what lives at their nodes as a `.vtu`: those of a deformed body, or tetrahedra around bodies.
 //!
 //! Points are where the material is after loading; the displacement among the arrays takes a viewer back. Curved
 //! elements are written as such (VTK's biquadratic quadrilateral and triquadratic hexahedron).
@@ -7,13 +7,15 @@ use std::fmt::Write as _;
 
 use super::vtk::{VtkError, array, comment, le_bytes};
 
-/// Which quadratic elements a body is made of. Nodes of an element count up along `s` first, then `t`, then `r`.
+/// Which elements a body is made of. Nodes of an element count up along `s` first, then `t`, then `r`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Element {
     /// Nine nodes in the plane.
     Quadrilateral,
     /// 27 nodes.
     Hexahedron,
+    /// Four nodes, straight.
+    Tetrahedron,
 }
 
 /// VTK's corner, edge, face and middle nodes by their number here.
@@ -26,6 +28,7 @@ impl Element {
         match self {
             Self::Quadrilateral => &QUADRILATERAL,
             Self::Hexahedron => &HEXAHEDRON,
+            Self::Tetrahedron => &[0, 1, 2, 3],
         }
     }
 
@@ -33,6 +36,7 @@ impl Element {
         match self {
             Self::Quadrilateral => 28,
             Self::Hexahedron => 29,
+            Self::Tetrahedron => 10,
         }
     }
 }

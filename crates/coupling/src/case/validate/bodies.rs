@@ -13,7 +13,7 @@ use super::regions::{AXES, box_region, sheet, slab};
 use super::{any, given};
 
 /// More conductors or dielectrics than this are refused: the results would be matrices of this size.
-const MOST_BODIES: usize = 5_000;
+pub(super) const MOST_BODIES: usize = 5_000;
 
 /// A conductor or dielectric with the place where the file says where it is.
 struct Body<'a> {
@@ -122,7 +122,7 @@ fn dielectric<'a>(read: &'a Read<raw::Dielectric>, log: &mut Log<'_>) -> Option<
     Some(Body { name, region, span, what: "dielectric", floating_charge: None, is_slab })
 }
 
-fn check_names(
+pub(super) fn check_names(
     raw: &Document,
     conductors: &[Read<raw::Conductor>],
     dielectrics: &[Read<raw::Dielectric>],

@@ -8,6 +8,7 @@ mod layered;
 mod material;
 mod mechanics;
 mod regions;
+mod shapes;
 mod solid;
 mod steps;
 mod surroundings;
@@ -63,12 +64,15 @@ pub(super) fn validate(raw: &Document, flawed: bool, origin: &Path, log: &mut Lo
     ) {
         layered::check_shorted(electrodes, layer, surroundings, raw, log);
     }
-    let bodies = bodies::bodies(
-        raw,
-        surroundings.as_ref().and_then(Option::as_ref),
-        electrodes.as_ref().and_then(Option::as_ref),
-        log,
-    );
+    let surroundings_read = surroundings.as_ref().and_then(Option::as_ref);
+    let shaped = shapes::any_shaped(raw);
+    let (bodies, shapes) = if shaped {
+        let shapes = shapes::shapes(raw, surroundings_read, origin, log);
+        (Some((Vec::new(), Vec::new())), Some(shapes))
+    } else {
+        let electrodes = electrodes.as_ref().and_then(Option::as_ref);
+        (bodies::bodies(raw, surroundings_read, electrodes, log), None)
+    };
 
     raw.format.get()?;
     let (conductors, dielectrics) = bodies?;
@@ -81,6 +85,7 @@ pub(super) fn validate(raw: &Document, flawed: bool, origin: &Path, log: &mut Lo
         load: all_given(load)?,
         conductors,
         dielectrics,
+        shapes: all_given(shapes)?,
         surroundings: all_given(surroundings)?,
         electrostatics: if wants_capacitance { Some(electrostatics(raw)?) } else { None },
     })

@@ -70,7 +70,7 @@ fn not_a_box(
     }
 }
 
-fn axis_index(axis: raw::Axis) -> usize {
+pub(super) fn axis_index(axis: raw::Axis) -> usize {
     match axis {
         raw::Axis::X1 => 0,
         raw::Axis::X2 => 1,

@@ -78,8 +78,8 @@ fn without_layer(
             None
         }
         (_, Some(walls)) => box_region(walls, log).map(Extent::Walls),
-        // A conductor of a form that is not read yet may be the boundary itself.
-        (_, None) if has_formless_conductor(document) => None,
+        // A shell is the boundary itself.
+        (_, None) if has_shell(document) => Some(Extent::Everywhere),
         (_, None) => {
             let help = format!("add for example {sample}, or set `boundary = \"open\"`");
             lacks_key(&read.span, "walls", "the boundary must be somewhere", &help, log);
@@ -88,9 +88,8 @@ fn without_layer(
     }
 }
 
-fn has_formless_conductor(document: &Document) -> bool {
-    let conductors = given(&document.conductor).into_iter().flatten();
-    conductors.filter_map(Read::get).any(|c| c.r#box.is_none() && c.sheet.is_none())
+fn has_shell(document: &Document) -> bool {
+    given(&document.conductor).into_iter().flatten().filter_map(Read::get).any(|c| c.shell.is_some())
 }
 
 fn around_layer(

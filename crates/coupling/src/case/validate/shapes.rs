@@ -1,0 +1,326 @@
+//! Bodies of any shape: a scene for the solver on tetrahedra.
+
+use std::ops::Range;
+use std::path::Path;
+
+use elastocap_geometry::import::obj::{Placement, surface_from_path};
+
+use super::super::diagnostics::{Diagnostic, shown};
+use super::super::model::{Box3, Extent, Shape, ShapeScene, ShapedConductor, ShapedDielectric, Surroundings, Wall};
+use super::super::quantities::Position;
+use super::super::raw::{self, Document};
+use super::super::reader::{Log, Read};
+use super::bodies::check_names;
+use super::given;
+use super::regions::{AXES, axis_index, box_region, sheet, slab};
+
+/// Corners of one outline at most.
+const MOST_CORNERS: usize = 20_000;
+
+/// Whether a body is neither box, sheet nor slab.
+pub(super) fn any_shaped(raw: &Document) -> bool {
+    let conductors = given(&raw.conductor).into_iter().flatten().filter_map(Read::get);
+    let dielectrics = given(&raw.dielectric).into_iter().flatten().filter_map(Read::get);
+    conductors.into_iter().any(|c| {
+        c.sphere.is_some() || c.shell.is_some() || c.cylinder.is_some() || c.extrusion.is_some() || c.surface.is_some()
+    }) || dielectrics
+        .into_iter()
+        .any(|d| d.sphere.is_some() || d.cylinder.is_some() || d.extrusion.is_some() || d.surface.is_some())
+}
+
+/// The scene; `None` if a part of it cannot be used, and the log says why.
+pub(super) fn shapes(
+    raw: &Document,
+    surroundings: Option<&Surroundings>,
+    origin: &Path,
+    log: &mut Log<'_>,
+) -> Option<ShapeScene> {
+    let empty = Vec::new();
+    let of_conductors = given(&raw.conductor).unwrap_or(&empty);
+    let empty = Vec::new();
+    let of_dielectrics = given(&raw.dielectric).unwrap_or(&empty);
+    check_names(raw, of_conductors, of_dielectrics, None, log);
+    if let Some(layer) = &raw.layer {
+        log.push(
+            Diagnostic::at(&layer.span, "beside a layer this version takes boxes, sheets and slabs only")
+                .label("a body of this case has another shape")
+                .help("leave [layer] and [load] out and write the layer as a [[dielectric]] with `slab`"),
+        );
+        return None;
+    }
+    let placed = of_conductors.iter().map(|read| {
+        let body = read.get()?;
+        let (shape, span) = conductor_shape(body, origin, log)?;
+        let floating_charge = match &body.charge {
+            Some(read) => Some(read.get()?.si),
+            None => None,
+        };
+        Some((ShapedConductor { name: body.name.get()?.0.clone(), shape, floating_charge }, span))
+    });
+    // All of them, so that every slip is told.
+    let placed: Vec<_> = placed.collect();
+    let filled = of_dielectrics.iter().map(|read| {
+        let body = read.get()?;
+        let (shape, span) = dielectric_shape(body, origin, log)?;
+        let relative_permittivity = body.relative_permittivity.get()?.value;
+        Some((ShapedDielectric { name: body.name.get()?.0.clone(), shape, relative_permittivity }, span))
+    });
+    let filled: Vec<_> = filled.collect();
+    let placed: Vec<_> = placed.into_iter().collect::<Option<_>>()?;
+    let filled: Vec<_> = filled.into_iter().collect::<Option<_>>()?;
+    let surroundings = surroundings?;
+    let (domain, wall) = outer(&placed, surroundings, log)?;
+    for (name, shape, span) in placed
+        .iter()
+        .map(|(c, span)| (&c.name, &c.shape, span))
+        .chain(filled.iter().map(|(d, span)| (&d.name, &d.shape, span)))
+    {
+        check_inside(name, shape, span, &domain, log);
+    }
+    for (body, span) in placed.iter().filter(|_| wall == Wall::Grounded) {
+        check_apart_from_ground(&body.name, &body.shape, span, &domain, log);
+    }
+    if !placed.is_empty() && placed.iter().all(|(c, _)| c.floating_charge.is_some()) {
+        log.push(
+            Diagnostic::at(&placed[0].1, "all conductors float: there is no capacitance to tell")
+                .label("has a `charge`")
+                .help("leave `charge` out of at least one [[conductor]]"),
+        );
+    }
+    log.is_empty().then(|| ShapeScene {
+        conductors: placed.into_iter().map(|(c, _)| c).collect(),
+        dielectrics: filled.into_iter().map(|(d, _)| d).collect(),
+        background_permittivity: surroundings.relative_permittivity,
+        domain,
+        walls: [[wall; 2]; 3],
+    })
+}
+
+/// Where the field ends: at the walls, at a shell, or nowhere.
+fn outer(
+    placed: &[(ShapedConductor, Range<usize>)],
+    surroundings: &Surroundings,
+    log: &mut Log<'_>,
+) -> Option<(Box3, Wall)> {
+    let mut shells = placed.iter().filter(|(c, _)| matches!(c.shape, Shape::Shell { .. }));
+    match (shells.next(), shells.next()) {
+        (Some(_), Some((_, again))) => {
+            log.push(
+                Diagnostic::at(again, "a scene has one shell at most")
+                    .label("nothing outside a shell is solved")
+                    .help("write the inner one as a `sphere`"),
+            );
+            None
+        }
+        (Some((shell, _)), None) => {
+            // The mesh needs room around the hollow; it is dropped again.
+            let hollow = bounds(&shell.shape)?;
+            let room = 0.5 * hollow.extent(0);
+            let domain = Box3 { min: hollow.min.map(|x| x - room), max: hollow.max.map(|x| x + room) };
+            Some((domain, Wall::Grounded))
+        }
+        (None, _) => match &surroundings.extent {
+            Extent::Everywhere => Some((Box3::SPACE, Wall::Open)),
+            Extent::Walls(walls) => Some((*walls, surroundings.boundary)),
+            Extent::AroundLayer { .. } => None,
+        },
+    }
+}
+
+fn conductor_shape(
+    body: &raw::Conductor,
+    origin: &Path,
+    log: &mut Log<'_>,
+) -> Option<(Shape, Range<usize>)> {
+    if let Some(read) = &body.r#box {
+        return Some((Shape::Box(box_region(read, log)?), read.span.clone()));
+    }
+    if let Some(read) = &body.sheet {
+        return Some((Shape::Box(sheet(read, log)?), read.span.clone()));
+    }
+    if let Some(read) = &body.shell {
+        let Shape::Sphere { center, radius } = ball(read.get()?)? else { return None };
+        return Some((Shape::Shell { center, radius }, read.span.clone()));
+    }
+    any_shape(&body.sphere, &body.cylinder, &body.extrusion, &body.surface, true, origin, log)
+}
+
+fn dielectric_shape(
+    body: &raw::Dielectric,
+    origin: &Path,
+    log: &mut Log<'_>,
+) -> Option<(Shape, Range<usize>)> {
+    if let Some(read) = &body.r#box {
+        return Some((Shape::Box(box_region(read, log)?), read.span.clone()));
+    }
+    if let Some(read) = &body.slab {
+        return Some((Shape::Box(slab(read, log)?), read.span.clone()));
+    }
+    any_shape(&body.sphere, &body.cylinder, &body.extrusion, &body.surface, false, origin, log)
+}
+
+fn any_shape(
+    sphere: &Option<Read<raw::Ball>>,
+    cylinder: &Option<Read<raw::Tube>>,
+    extrusion: &Option<Read<raw::Extruded>>,
+    surface: &Option<Read<raw::SurfaceFile>>,
+    may_be_flat: bool,
+    origin: &Path,
+    log: &mut Log<'_>,
+) -> Option<(Shape, Range<usize>)> {
+    if let Some(read) = sphere {
+        return Some((ball(read.get()?)?, read.span.clone()));
+    }
+    if let Some(read) = cylinder {
+        let tube = read.get()?;
+        let shape = Shape::Cylinder {
+            axis: axis_index(*tube.axis.get()?),
+            base: point(tube.base.get()?)?,
+            radius: tube.radius.get()?.si,
+            height: tube.height.get()?.si,
+        };
+        return Some((shape, read.span.clone()));
+    }
+    if let Some(read) = extrusion {
+        return Some((extruded(read.get()?, may_be_flat, log)?, read.span.clone()));
+    }
+    let read = surface.as_ref()?;
+    Some((imported(read.get()?, origin, log)?, read.span.clone()))
+}
+
+fn point(read: &[Read<Position>; 3]) -> Option<[f64; 3]> {
+    Some([read[0].get()?.si, read[1].get()?.si, read[2].get()?.si])
+}
+
+fn ball(raw: &raw::Ball) -> Option<Shape> {
+    Some(Shape::Sphere { center: point(raw.center.get()?)?, radius: raw.radius.get()?.si })
+}
+
+fn extruded(raw: &raw::Extruded, may_be_flat: bool, log: &mut Log<'_>) -> Option<Shape> {
+    let (from, to) = (raw.from.get()?.si, raw.to.get()?.si);
+    if to < from || (to == from && !may_be_flat) {
+        log.push(
+            Diagnostic::at(&raw.to.span, "the extrusion is inside-out: `to` must be greater than `from`")
+                .label("not greater than `from`")
+                .related(&raw.from.span, "`from`")
+                .help(format!("write `from = {}, to = {}`", log.text(&raw.to.span), log.text(&raw.from.span))),
+        );
+        return None;
+    }
+    let corners = raw.outline.get()?;
+    if !(3..=MOST_CORNERS).contains(&corners.len()) {
+        log.push(
+            Diagnostic::at(
+                &raw.outline.span,
+                format!("an outline has 3 to {MOST_CORNERS} corners, this one {}", corners.len()),
+            )
+            .label("corners in the two other axes, in order")
+            .help("the last corner is joined to the first one by itself"),
+        );
+        return None;
+    }
+    let mut outline = Vec::with_capacity(corners.len());
+    for corner in corners {
+        let [x, y] = corner.get()?;
+        outline.push([x.get()?.si, y.get()?.si]);
+    }
+    Some(Shape::Extrusion { axis: axis_index(*raw.axis.get()?), from, to, outline })
+}
+
+fn imported(raw: &raw::SurfaceFile, origin: &Path, log: &mut Log<'_>) -> Option<Shape> {
+    let file = &raw.file.get()?.0;
+    let translate = match &raw.translate {
+        Some(read) => point(read.get()?)?,
+        None => [0.0; 3],
+    };
+    let unit = raw.unit.get()?.si;
+    let path = origin.parent().unwrap_or(Path::new("")).join(file);
+    match surface_from_path(&path, Placement { unit, translate }) {
+        Ok((surface, _)) => Some(Shape::Surface(surface)),
+        Err(error) => {
+            log.push(
+                Diagnostic::at(&raw.file.span, format!("the surface cannot be used: {}", error.problem))
+                    .label(format!("read from {}", shown(&path.display().to_string())))
+                    .help("a surface is an OBJ file of a closed body; its path is relative to the case file"),
+            );
+            None
+        }
+    }
+}
+
+/// The smallest box around a shape; of a shell, around its hollow.
+fn bounds(shape: &Shape) -> Option<Box3> {
+    let around = |center: [f64; 3], radius: f64| Box3 {
+        min: center.map(|x| x - radius),
+        max: center.map(|x| x + radius),
+    };
+    Some(match shape {
+        Shape::Box(region) => *region,
+        Shape::Sphere { center, radius } | Shape::Shell { center, radius } => around(*center, *radius),
+        Shape::Cylinder { axis, base, radius, height } => {
+            let mut region = around(*base, *radius);
+            (region.min[*axis], region.max[*axis]) = (base[*axis], base[*axis] + height);
+            region
+        }
+        Shape::Extrusion { axis, from, to, outline } => {
+            let others: Vec<usize> = (0..3).filter(|a| a != axis).collect();
+            let mut region = Box3 { min: [f64::INFINITY; 3], max: [f64::NEG_INFINITY; 3] };
+            (region.min[*axis], region.max[*axis]) = (*from, *to);
+            for corner in outline {
+                for (&a, &x) in others.iter().zip(corner) {
+                    region.min[a] = region.min[a].min(x);
+                    region.max[a] = region.max[a].max(x);
+                }
+            }
+            region
+        }
+        Shape::Surface(surface) => {
+            let mut region = Box3 { min: [f64::INFINITY; 3], max: [f64::NEG_INFINITY; 3] };
+            for point in &surface.points {
+                for a in 0..3 {
+                    region.min[a] = region.min[a].min(point[a]);
+                    region.max[a] = region.max[a].max(point[a]);
+                }
+            }
+            region
+        }
+        Shape::Physical(_) => return None,
+    })
+}
+
+fn check_inside(
+    name: &str,
+    shape: &Shape,
+    span: &Range<usize>,
+    domain: &Box3,
+    log: &mut Log<'_>,
+) {
+    let Some(region) = bounds(shape) else { return };
+    // Slabs are cut off at the walls.
+    let bounded = |a: usize| region.min[a].is_finite() || region.max[a].is_finite();
+    let outside = |a: usize| bounded(a) && (region.min[a] < domain.min[a] || region.max[a] > domain.max[a]);
+    if let Some(axis) = (0..3).find(|&a| outside(a)) {
+        log.push(
+            Diagnostic::at(span, format!("\"{}\" reaches outside the walls along {}", shown(name), AXES[axis]))
+                .label("not inside the walls")
+                .help("make `walls` in [surroundings] larger, or move the body"),
+        );
+    }
+}
+
+fn check_apart_from_ground(
+    name: &str,
+    shape: &Shape,
+    span: &Range<usize>,
+    domain: &Box3,
+    log: &mut Log<'_>,
+) {
+    let Some(region) = bounds(shape) else { return };
+    if let Some(axis) = (0..3).find(|&a| region.min[a] == domain.min[a] || region.max[a] == domain.max[a]) {
+        log.push(
+            Diagnostic::at(span, format!("\"{}\" touches the grounded wall along {}", shown(name), AXES[axis]))
+                .label("shares a point with the walls")
+                .help("leave a gap between the two"),
+        );
+    }
+}
