@@ -385,7 +385,8 @@ impl Plan {
         let floating = scene.conductors.iter().filter(|c| c.floating_charge.is_some());
         let floating: Vec<String> = floating.map(|c| format!("`{}`", c.name)).collect();
         if !floating.is_empty() {
-            let what = format!("potentials of {}, from the same fields; not in the matrix", listed(&floating));
+            let what =
+                format!("potentials of {}, from the same fields; not in the matrix", listed(&floating));
             self.solved.push(Planned { part: "floating", what });
         }
     }

@@ -45,16 +45,15 @@ pub(crate) fn solve_shapes(scene: &ShapeScene, settings: &Settings) -> Result<So
         .chain(scene.dielectrics.iter().map(|d| d.relative_permittivity))
         .collect();
     let floating_charges: Vec<_> = scene.conductors.iter().map(|c| c.floating_charge).collect();
-    let shapes =
-        Shapes { permittivity: &permittivity, floating_charges: &floating_charges, order: ORDER };
+    let shapes = Shapes { permittivity: &permittivity, floating_charges: &floating_charges, order: ORDER };
     let general = solve_mesh(mesh, shapes, settings).map_err(|error| match error {
         SolveError::Cancelled => Stop::Cancelled,
         error => Stop::Failed(error.to_string()),
     })?;
     let curved = scene.conductors.iter().map(|c| &c.shape).chain(scene.dielectrics.iter().map(|d| &d.shape));
-    let curved = curved.into_iter().any(|shape| {
-        matches!(shape, Shape::Sphere { .. } | Shape::Shell { .. } | Shape::Cylinder { .. })
-    });
+    let curved = curved
+        .into_iter()
+        .any(|shape| matches!(shape, Shape::Sphere { .. } | Shape::Shell { .. } | Shape::Cylinder { .. }));
     Ok(Solved { general, facets: if curved { FACETS * size * size } else { 0.0 } })
 }
 
@@ -64,7 +63,9 @@ fn mesh_of(scene: &ShapeScene, size: f64) -> Result<TetMesh, String> {
     if let Some(found) = layered(scene, &LayeredSizing { circle, ..LayeredSizing::default() }) {
         return found.map_err(|error| error.to_string());
     }
-    mesh(scene, &Sizing { facet: size, ..Sizing::default() }).map(|found| found.mesh).map_err(|error| error.to_string())
+    mesh(scene, &Sizing { facet: size, ..Sizing::default() })
+        .map(|found| found.mesh)
+        .map_err(|error| error.to_string())
 }
 
 /// The mesh and the potential for a viewer: one volt on the first driven conductor, the others at zero.

@@ -52,7 +52,9 @@ impl Subject {
         cancel: &Arc<AtomicBool>,
     ) -> Result<Self, String> {
         if case.shapes.is_some() {
-            return Err("the study is of the solver for boxes, and this case has bodies of other shapes".to_owned());
+            return Err(
+                "the study is of the solver for boxes, and this case has bodies of other shapes".to_owned()
+            );
         }
         let options = Options { prune: true, fields: false, scene: false };
         let settings = Settings { cancel: Some(Arc::clone(cancel)), ..plan.solver_settings(case, &options) };

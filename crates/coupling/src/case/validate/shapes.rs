@@ -6,7 +6,9 @@ use std::path::Path;
 use elastocap_geometry::import::obj::{Placement, surface_from_path};
 
 use super::super::diagnostics::{Diagnostic, shown};
-use super::super::model::{Box3, Extent, Shape, ShapeScene, ShapedConductor, ShapedDielectric, Surroundings, Wall};
+use super::super::model::{
+    Box3, Extent, Shape, ShapeScene, ShapedConductor, ShapedDielectric, Surroundings, Wall,
+};
 use super::super::quantities::Position;
 use super::super::raw::{self, Document};
 use super::super::reader::{Log, Read};
@@ -22,7 +24,11 @@ pub(super) fn any_shaped(raw: &Document) -> bool {
     let conductors = given(&raw.conductor).into_iter().flatten().filter_map(Read::get);
     let dielectrics = given(&raw.dielectric).into_iter().flatten().filter_map(Read::get);
     conductors.into_iter().any(|c| {
-        c.sphere.is_some() || c.shell.is_some() || c.cylinder.is_some() || c.extrusion.is_some() || c.surface.is_some()
+        c.sphere.is_some()
+            || c.shell.is_some()
+            || c.cylinder.is_some()
+            || c.extrusion.is_some()
+            || c.surface.is_some()
     }) || dielectrics
         .into_iter()
         .any(|d| d.sphere.is_some() || d.cylinder.is_some() || d.extrusion.is_some() || d.surface.is_some())
@@ -127,11 +133,7 @@ fn outer(
     }
 }
 
-fn conductor_shape(
-    body: &raw::Conductor,
-    origin: &Path,
-    log: &mut Log<'_>,
-) -> Option<(Shape, Range<usize>)> {
+fn conductor_shape(body: &raw::Conductor, origin: &Path, log: &mut Log<'_>) -> Option<(Shape, Range<usize>)> {
     if let Some(read) = &body.r#box {
         return Some((Shape::Box(box_region(read, log)?), read.span.clone()));
     }
@@ -203,7 +205,11 @@ fn extruded(raw: &raw::Extruded, may_be_flat: bool, log: &mut Log<'_>) -> Option
             Diagnostic::at(&raw.to.span, "the extrusion is inside-out: `to` must be greater than `from`")
                 .label("not greater than `from`")
                 .related(&raw.from.span, "`from`")
-                .help(format!("write `from = {}, to = {}`", log.text(&raw.to.span), log.text(&raw.from.span))),
+                .help(format!(
+                    "write `from = {}, to = {}`",
+                    log.text(&raw.to.span),
+                    log.text(&raw.from.span)
+                )),
         );
         return None;
     }
@@ -288,39 +294,33 @@ fn bounds(shape: &Shape) -> Option<Box3> {
     })
 }
 
-fn check_inside(
-    name: &str,
-    shape: &Shape,
-    span: &Range<usize>,
-    domain: &Box3,
-    log: &mut Log<'_>,
-) {
+fn check_inside(name: &str, shape: &Shape, span: &Range<usize>, domain: &Box3, log: &mut Log<'_>) {
     let Some(region) = bounds(shape) else { return };
     // Slabs are cut off at the walls.
     let bounded = |a: usize| region.min[a].is_finite() || region.max[a].is_finite();
     let outside = |a: usize| bounded(a) && (region.min[a] < domain.min[a] || region.max[a] > domain.max[a]);
     if let Some(axis) = (0..3).find(|&a| outside(a)) {
         log.push(
-            Diagnostic::at(span, format!("\"{}\" reaches outside the walls along {}", shown(name), AXES[axis]))
-                .label("not inside the walls")
-                .help("make `walls` in [surroundings] larger, or move the body"),
+            Diagnostic::at(
+                span,
+                format!("\"{}\" reaches outside the walls along {}", shown(name), AXES[axis]),
+            )
+            .label("not inside the walls")
+            .help("make `walls` in [surroundings] larger, or move the body"),
         );
     }
 }
 
-fn check_apart_from_ground(
-    name: &str,
-    shape: &Shape,
-    span: &Range<usize>,
-    domain: &Box3,
-    log: &mut Log<'_>,
-) {
+fn check_apart_from_ground(name: &str, shape: &Shape, span: &Range<usize>, domain: &Box3, log: &mut Log<'_>) {
     let Some(region) = bounds(shape) else { return };
     if let Some(axis) = (0..3).find(|&a| region.min[a] == domain.min[a] || region.max[a] == domain.max[a]) {
         log.push(
-            Diagnostic::at(span, format!("\"{}\" touches the grounded wall along {}", shown(name), AXES[axis]))
-                .label("shares a point with the walls")
-                .help("leave a gap between the two"),
+            Diagnostic::at(
+                span,
+                format!("\"{}\" touches the grounded wall along {}", shown(name), AXES[axis]),
+            )
+            .label("shares a point with the walls")
+            .help("leave a gap between the two"),
         );
     }
 }
