@@ -4,7 +4,8 @@ use super::FluxError;
 use super::reference::corners_of_face;
 use elastocap_geometry::tets::{FaceRole, TetMesh, determinant};
 use rayon::prelude::*;
-use std::collections::BTreeMap;
+use std::cmp::Ordering;
+use std::collections::{BTreeMap, BinaryHeap};
 
 /// No passage, no tetrahedron, no conductor.
 pub(super) const NONE: u32 = u32::MAX;
@@ -34,6 +35,9 @@ pub(super) struct Passages {
     pub(super) tets: Vec<[u32; 2]>,
     /// Conductor on which each passage ends, or [`NONE`].
     pub(super) conductor: Vec<u32>,
+    /// About the energy of a unit flux through each passage, over the tetrahedra beside it: height over area and permittivity,
+    /// 1/m.
+    pub(super) cost: Vec<f64>,
     /// Per passage the index in `open`, or [`NONE`].
     pub(super) to_open: Vec<u32>,
     /// Faces to open space.
@@ -48,7 +52,7 @@ impl Passages {
     /// # Errors
     ///
     /// [`FluxError::OpenFace`] if a face to open space has tetrahedra on both sides, or does not see the centre from inside.
-    pub(super) fn new(mesh: &TetMesh) -> Result<Passages, FluxError> {
+    pub(super) fn new(mesh: &TetMesh, permittivity: &[f64]) -> Result<Passages, FluxError> {
         let sorted: Vec<([u32; 4], [u8; 4])> = mesh
             .tets
             .par_iter()
@@ -79,6 +83,7 @@ impl Passages {
             original,
             tets: Vec::new(),
             conductor: Vec::new(),
+            cost: Vec::new(),
             to_open: Vec::new(),
             open: Vec::new(),
             conductors: 0,
@@ -103,11 +108,29 @@ impl Passages {
                 }
             }
         }
+        found.cost =
+            found.tets.par_iter().enumerate().map(|(p, _)| found.cost_of(mesh, permittivity, p)).collect();
         found.to_open = vec![NONE; found.tets.len()];
         for (k, beyond) in found.open.iter().enumerate() {
             found.to_open[beyond.passage as usize] = k as u32;
         }
         Ok(found)
+    }
+
+    fn cost_of(&self, mesh: &TetMesh, permittivity: &[f64], passage: usize) -> f64 {
+        let beside = self.tets[passage].into_iter().filter(|&t| t != NONE);
+        let costs = beside.map(|t| {
+            let t = t as usize;
+            let face = self.of_tet[t].iter().position(|&p| p as usize == passage).unwrap_or(0);
+            let [a, b, c] = corners_of_face(face).map(|k| mesh.points[self.corners[t][k] as usize]);
+            let [u, v] = [b, c].map(|q| [0, 1, 2].map(|k| q[k] - a[k]));
+            let square = |x: [f64; 3]| x.iter().map(|x| x * x).sum::<f64>();
+            let across: f64 = u.iter().zip(v).map(|(u, v)| u * v).sum();
+            // Four times the area squared.
+            let area = (square(u) * square(v) - across * across).max(f64::MIN_POSITIVE);
+            mesh.determinant(t).abs() / (area * permittivity[mesh.regions[t] as usize])
+        });
+        costs.sum()
     }
 
     fn add(&mut self, sides: &[(u32, u8)], conductor: u32) {
@@ -159,36 +182,81 @@ pub(super) struct Forest {
     pub(super) parent: Vec<u8>,
     /// Those at the front of `order` that have a way out.
     pub(super) drained: usize,
+    heap: BinaryHeap<Step>,
+}
+
+/// Which way trees grow next.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Growth {
+    /// Through the cheapest passage (Prim): a passage outside the trees costs no less than any on the way around it within
+    /// them. Eliminated along such trees, the energy of fluxes keeps its digits however flat the tetrahedra are.
+    Cheapest,
+    /// To where all of the way out costs least (Dijkstra).
+    Nearest,
+}
+
+/// A tetrahedron that can be reached, and what that costs; the greatest is the cheapest.
+#[derive(Debug, PartialEq)]
+struct Step {
+    cost: f64,
+    tet: u32,
+    face: u8,
+}
+
+impl Eq for Step {}
+
+impl Ord for Step {
+    fn cmp(&self, other: &Self) -> Ordering {
+        let rank = other.cost.total_cmp(&self.cost);
+        rank.then(other.tet.cmp(&self.tet)).then(other.face.cmp(&self.face))
+    }
+}
+
+impl PartialOrd for Step {
+    fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
+        Some(self.cmp(other))
+    }
 }
 
 impl Forest {
-    /// Grows trees, nearest tetrahedra first, over tetrahedra with passages `of_tet` that are shared as in `tets`.
-    pub(super) fn grow(&mut self, of_tet: &[[u32; 4]], tets: &[[u32; 2]]) {
+    /// Grows trees over tetrahedra with passages `of_tet` that are shared as in `tets`, with `cost` per passage.
+    pub(super) fn grow(
+        &mut self,
+        of_tet: &[[u32; 4]],
+        tets: &[[u32; 2]],
+        cost: impl Fn(u32) -> f64,
+        growth: Growth,
+    ) {
         const UNSEEN: u8 = u8::MAX;
         self.order.clear();
         self.parent.clear();
         self.parent.resize(of_tet.len(), UNSEEN);
+        self.heap.clear();
         for (t, passages) in of_tet.iter().enumerate() {
-            let out = passages.iter().position(|&p| p != NONE && tets[p as usize][1] == NONE);
-            if let Some(face) = out {
-                self.parent[t] = face as u8;
-                self.order.push(t as u32);
+            for (face, &p) in passages.iter().enumerate() {
+                if p != NONE && tets[p as usize][1] == NONE {
+                    self.heap.push(Step { cost: cost(p), tet: t as u32, face: face as u8 });
+                }
             }
         }
-        let mut done = 0;
         let mut next_root = 0;
         self.drained = of_tet.len();
         loop {
-            while done < self.order.len() {
-                let t = self.order[done];
-                done += 1;
-                for &p in of_tet[t as usize].iter().filter(|&&p| p != NONE) {
+            while let Some(step) = self.heap.pop() {
+                let t = step.tet as usize;
+                if self.parent[t] != UNSEEN {
+                    continue;
+                }
+                self.parent[t] = step.face;
+                self.order.push(step.tet);
+                let so_far = if growth == Growth::Nearest { step.cost } else { 0.0 };
+                for &p in of_tet[t].iter().filter(|&&p| p != NONE) {
                     let [a, b] = tets[p as usize];
-                    let other = if a == t { b } else { a };
+                    let other = if a == step.tet { b } else { a };
                     if other != NONE && self.parent[other as usize] == UNSEEN {
                         let face = of_tet[other as usize].iter().position(|&q| q == p);
-                        self.parent[other as usize] = face.map_or(4, |f| f as u8);
-                        self.order.push(other);
+                        let face = face.map_or(4, |f| f as u8);
+                        self.heap.push(Step { cost: so_far + cost(p), tet: other, face });
                     }
                 }
             }
@@ -196,9 +264,8 @@ impl Forest {
                 break;
             };
             next_root = root + 1;
-            self.drained = self.drained.min(done);
-            self.parent[root] = 4;
-            self.order.push(root as u32);
+            self.drained = self.drained.min(self.order.len());
+            self.heap.push(Step { cost: 0.0, tet: root as u32, face: 4 });
         }
     }
 }

@@ -15,7 +15,7 @@
 //! **Why the bound holds at any residual.** A flux is stored as one number per face and moment: its normal component cannot
 //! jump. Its basis has functions of constant divergence and functions without; only those are used, so that the divergence in
 //! a tetrahedron is the sum of four face moments. What a potential solved to a finite residual leaves there is carried from
-//! tetrahedron to tetrahedron along shortest ways to a face where flux may leave, and vanishes to rounding, see
+//! tetrahedron to tetrahedron along cheapest ways to a face where flux may leave, and vanishes to rounding, see
 //! [`Flux::divergence`]. Whatever the gradients are, the result is an admissible flux; only how near the bound is depends on
 //! them. In a part of the mesh from which no flux can leave it is zero.
 //!
@@ -34,7 +34,7 @@ mod tests;
 
 use elastocap_geometry::tets::TetMesh;
 use element::{Element, times};
-use faces::{Forest, NONE, Passages};
+use faces::{Forest, Growth, NONE, Passages};
 use faer::{Mat, MatRef};
 use patch::{Problem, Workspace};
 use rayon::prelude::*;
@@ -150,7 +150,7 @@ pub fn equilibrate(
     }
     let reference = Reference::new(order - 1);
     check(mesh, permittivity, &reference, gradients)?;
-    let passages = Passages::new(mesh)?;
+    let passages = Passages::new(mesh, permittivity)?;
     let problem = Problem { mesh, passages: &passages, reference: &reference, permittivity, gradients };
     let mut moments = collect(&problem);
     drain(&problem, &mut moments);
@@ -239,7 +239,8 @@ fn drain(problem: &Problem, moments: &mut [Vec<f64>]) {
     let passages = problem.passages;
     let per = problem.reference.on_face;
     let mut forest = Forest::default();
-    forest.grow(&passages.of_tet, &passages.tets);
+    let cost = |p: u32| passages.cost[p as usize];
+    forest.grow(&passages.of_tet, &passages.tets, cost, Growth::Nearest);
     let (drained, closed) = forest.order.split_at(forest.drained);
     moments.par_iter_mut().for_each(|x| {
         for &t in closed {

@@ -5,7 +5,7 @@
 //! the rest.
 
 use super::element::{Element, times};
-use super::faces::{Forest, NONE, Passages};
+use super::faces::{Forest, Growth, NONE, Passages};
 use super::reference::Reference;
 use elastocap_geometry::tets::TetMesh;
 use faer::dyn_stack::{MemBuffer, MemStack};
@@ -70,7 +70,8 @@ impl Workspace {
             return Share { passages, moments: Vec::new() };
         }
         self.assemble(problem, vertex, around, &passages);
-        self.forest.grow(&self.of_tet, &self.tets);
+        let cost = |p: u32| problem.passages.cost[passages[p as usize] as usize];
+        self.forest.grow(&self.of_tet, &self.tets, cost, Growth::Cheapest);
         let mut moments = vec![0.0; states * unknowns];
         self.fulfil(&mut moments, around.len(), per, unknowns);
         // Pull towards least energy where the trees alone have brought the flux.
