@@ -45,6 +45,7 @@ fn in_plane_pair() -> Case {
         load: Some(Load::Compression(vec![0.0, 0.05, 0.1, 0.2, 0.3, 0.4])),
         conductors: vec![],
         dielectrics: vec![],
+        shapes: None,
         surroundings: Some(Surroundings {
             boundary: Wall::Insulated,
             relative_permittivity: 1.0,

@@ -9,6 +9,7 @@ mod layered;
 #[cfg(test)]
 mod layered_tests;
 mod mesher;
+mod open;
 mod planar;
 
 pub use bisect::Bisected;

@@ -10,23 +10,7 @@ type P = [f64; 3];
 
 /// The box that holds a body; infinite where the body is.
 pub(super) fn bounds(shape: &Shape) -> Box3 {
-    match shape {
-        Shape::Box(b) => *b,
-        Shape::Sphere { center, radius } | Shape::Shell { center, radius } => {
-            Box3 { min: center.map(|x| x - radius), max: center.map(|x| x + radius) }
-        }
-        Shape::Cylinder { axis, base, radius, height } => {
-            let mut b = Box3 { min: base.map(|x| x - radius), max: base.map(|x| x + radius) };
-            b.min[*axis] = base[*axis];
-            b.max[*axis] = base[*axis] + height;
-            b
-        }
-        Shape::Extrusion { axis, from, to, outline } => {
-            around(outline.iter().flat_map(|&q| [*from, *to].map(|z| place(*axis, z, q))))
-        }
-        Shape::Surface(surface) => around(surface.points.iter().copied()),
-        Shape::Physical(_) => Box3 { min: [0.0; 3], max: [0.0; 3] },
-    }
+    shape.bounds().unwrap_or(Box3 { min: [0.0; 3], max: [0.0; 3] })
 }
 
 fn around(points: impl Iterator<Item = P>) -> Box3 {
