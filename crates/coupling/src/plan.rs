@@ -4,7 +4,7 @@ use elastocap_electrostatics::{Forecast, Settings, Target, forecast};
 use elastocap_mechanics::ForceLimit;
 use serde::Serialize;
 
-use crate::case::{Case, Load, Mechanics, PlaneStrain, ShapeScene, Solid, SolidIndenter};
+use crate::case::{Case, FieldSolver, Load, Mechanics, PlaneStrain, Solid, SolidIndenter};
 use crate::deform::{self, Deformation, closed_form_limit, layer_state};
 use crate::scene_of::scene_of;
 
@@ -304,7 +304,14 @@ impl Plan {
         }
         self.memory_limit = most_memory();
         if let Some(scene) = &case.shapes {
-            return self.shapes(case, scene, options);
+            let floating = scene.conductors.iter().filter(|c| c.floating_charge.is_some());
+            let floating = floating.map(|c| format!("`{}`", c.name)).collect();
+            return self.tetrahedra(case, floating, options);
+        }
+        if case.electrostatics.and_then(|e| e.solver) == Some(FieldSolver::Tetrahedra) {
+            let floating = case.conductors.iter().filter(|c| c.floating_charge.is_some());
+            let floating = floating.map(|c| format!("`{}`", c.name)).collect();
+            return self.tetrahedra(case, floating, options);
         }
         let distinct = self.distinct_steps().filter(|s| s.failure.is_none()).count();
         let settings = self.solver_settings(case, options);
@@ -374,7 +381,7 @@ impl Plan {
     }
 
     /// Bodies of any shape: how many tetrahedra they take is known only when they are meshed.
-    fn shapes(&mut self, case: &Case, scene: &ShapeScene, options: &Options) {
+    fn tetrahedra(&mut self, case: &Case, floating: Vec<String>, options: &Options) {
         let settings = self.solver_settings(case, options);
         let what = format!(
             "potentials of order 2 on tetrahedra, and fluxes made from them, which prove an upper and a lower bound; refined to \
@@ -382,8 +389,6 @@ impl Plan {
             settings.relative_tolerance
         );
         self.solved.push(Planned { part: "electrostatics", what });
-        let floating = scene.conductors.iter().filter(|c| c.floating_charge.is_some());
-        let floating: Vec<String> = floating.map(|c| format!("`{}`", c.name)).collect();
         if !floating.is_empty() {
             let what =
                 format!("potentials of {}, from the same fields; not in the matrix", listed(&floating));

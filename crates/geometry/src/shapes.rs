@@ -1,6 +1,6 @@
 //! A scene of bodies of any shape, in SI units: what the solver on tetrahedra takes.
 
-use crate::scene::{Box3, Wall};
+use crate::scene::{Box3, BoxScene, Wall};
 
 /// Where a body is. Lengths in metres; axis 0, 1, 2 is x1, x2, x3.
 #[derive(Debug, Clone, PartialEq)]
@@ -126,4 +126,26 @@ pub struct ShapeScene {
     pub domain: Box3,
     /// `walls[axis][side]`, side 0 at `domain.min`, side 1 at `domain.max`.
     pub walls: [[Wall; 2]; 3],
+}
+
+impl From<&BoxScene> for ShapeScene {
+    fn from(scene: &BoxScene) -> Self {
+        let conductors = scene.conductors.iter().map(|c| ShapedConductor {
+            name: c.name.clone(),
+            shape: Shape::Box(c.region),
+            floating_charge: c.floating_charge,
+        });
+        let dielectrics = scene.dielectrics.iter().map(|d| ShapedDielectric {
+            name: d.name.clone(),
+            shape: Shape::Box(d.region),
+            relative_permittivity: d.relative_permittivity,
+        });
+        Self {
+            conductors: conductors.collect(),
+            dielectrics: dielectrics.collect(),
+            background_permittivity: scene.background_permittivity,
+            domain: scene.domain,
+            walls: scene.walls,
+        }
+    }
 }
