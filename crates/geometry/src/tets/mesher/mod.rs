@@ -10,13 +10,16 @@ mod conform;
 mod delaunay;
 mod quality;
 mod refine;
+mod skin;
 
 use super::{BoundaryFace, FaceRole, TetMesh};
 use crate::scene::{Box3, Wall};
 use crate::shapes::{Shape, ShapeScene};
+pub(crate) use bodies::bounds;
 use conform::Work;
 use delaunay::NONE;
 pub use quality::Quality;
+pub(crate) use skin::flat_parts;
 
 /// How fine a mesh is.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -105,7 +108,8 @@ pub enum MeshError {
 ///
 /// # Errors
 ///
-/// Surfaces that cross each other (those of boxes may), and surfaces that are not met within the limit on points.
+/// Surfaces that cross each other (those of boxes may), conductors that meet a grounded wall, and surfaces that are not met
+/// within the limit on points. Other walls cut through bodies.
 pub fn mesh(scene: &ShapeScene, sizing: &Sizing) -> Result<Meshed, MeshError> {
     let domain = bodies::domain(scene, sizing)?;
     let complex = bodies::complex(scene, &domain, sizing)?;
@@ -183,7 +187,12 @@ fn collect(work: &Work, scene: &ShapeScene, domain: &Box3) -> Result<TetMesh, Me
         .collect();
     if let Some(first) = all.first() {
         let around = all.iter().fold(*first, |all, b| all.union(b));
-        out.center = [0, 1, 2].map(|a| 0.5 * (around.min[a] + around.max[a]));
+        // Rays from a point of the only wall along an axis stay on its inner side.
+        out.center = [0, 1, 2].map(|a| match scene.walls[a].map(|w| w == Wall::Open) {
+            [false, true] => domain.min[a],
+            [true, false] => domain.max[a],
+            _ => 0.5 * (around.min[a] + around.max[a]),
+        });
     }
     for t in 0..from.tets.len() {
         if !from.alive(t as u32) || from.regions[t] < 0 {
