@@ -3,6 +3,7 @@
 use elastocap_electrostatics::general::{General, Shapes, solve_mesh};
 use elastocap_electrostatics::{Settings, SolveError};
 use elastocap_geometry::export::body::{BodyMesh, Element, NodalArray};
+use elastocap_geometry::mirror;
 use elastocap_geometry::shapes::{Shape, ShapeScene};
 use elastocap_geometry::tets::{FaceRole, LayeredSizing, Sizing, TetMesh, layered, mesh};
 
@@ -23,7 +24,10 @@ const FACE_SIZES: [f64; 2] = [0.02, 0.3];
 
 /// A scene solved.
 pub(crate) struct Solved {
+    /// Its mesh is of the part above the planes.
     pub(crate) general: General,
+    /// Per axis the plane about which the scene is its own mirror image, m, if only one half was solved.
+    pub(crate) planes: [Option<f64>; 3],
     /// Estimate of the relative error that flat faces in place of curved ones add; zero where all bodies are flat-faced.
     pub(crate) facets: f64,
 }
@@ -31,7 +35,8 @@ pub(crate) struct Solved {
 /// Meshes and solves.
 pub(crate) fn solve_shapes(scene: &ShapeScene, settings: &Settings) -> Result<Solved, Stop> {
     let size = (SHARE * settings.relative_tolerance / FACETS).sqrt().clamp(FACE_SIZES[0], FACE_SIZES[1]);
-    let mesh = mesh_of(scene, size).map_err(Stop::Failed)?;
+    let planes = if settings.symmetry { mirror::planes(scene) } else { [None; 3] };
+    let (mesh, planes) = mesh_of(scene, size, planes).map_err(Stop::Failed)?;
     for (index, conductor) in scene.conductors.iter().enumerate() {
         if !mesh.boundary.iter().any(|f| f.role == FaceRole::Conductor(index as u32)) {
             return Err(Stop::Failed(format!(
@@ -45,7 +50,12 @@ pub(crate) fn solve_shapes(scene: &ShapeScene, settings: &Settings) -> Result<So
         .chain(scene.dielectrics.iter().map(|d| d.relative_permittivity))
         .collect();
     let floating_charges: Vec<_> = scene.conductors.iter().map(|c| c.floating_charge).collect();
-    let shapes = Shapes { permittivity: &permittivity, floating_charges: &floating_charges, order: ORDER };
+    let shapes = Shapes {
+        permittivity: &permittivity,
+        floating_charges: &floating_charges,
+        order: ORDER,
+        mirrored: planes.map(|at| at.is_some()),
+    };
     let general = solve_mesh(mesh, shapes, settings).map_err(|error| match error {
         SolveError::Cancelled => Stop::Cancelled,
         error => Stop::Failed(error.to_string()),
@@ -54,23 +64,28 @@ pub(crate) fn solve_shapes(scene: &ShapeScene, settings: &Settings) -> Result<So
     let curved = curved
         .into_iter()
         .any(|shape| matches!(shape, Shape::Sphere { .. } | Shape::Shell { .. } | Shape::Cylinder { .. }));
-    Ok(Solved { general, facets: if curved { FACETS * size * size } else { 0.0 } })
+    Ok(Solved { general, planes, facets: if curved { FACETS * size * size } else { 0.0 } })
 }
 
-/// A mesh with faces of this size over the radius on curved bodies.
-fn mesh_of(scene: &ShapeScene, size: f64) -> Result<TetMesh, String> {
+/// A mesh with faces of this size over the radius on curved bodies: of the part above the planes, and which of them it keeps to.
+fn mesh_of(
+    scene: &ShapeScene,
+    size: f64,
+    planes: [Option<f64>; 3],
+) -> Result<(TetMesh, [Option<f64>; 3]), String> {
     let circle = (std::f64::consts::TAU / size).ceil() as usize;
     if let Some(found) = layered(scene, &LayeredSizing { circle, ..LayeredSizing::default() }) {
-        return found.map_err(|error| error.to_string());
+        return found.map(|mesh| (mesh, [None; 3])).map_err(|error| error.to_string());
     }
-    mesh(scene, &Sizing { facet: size, ..Sizing::default() })
-        .map(|found| found.mesh)
+    let part = mirror::part(scene, planes);
+    mesh(&part, &Sizing { facet: size, ..Sizing::default() })
+        .map(|found| (found.mesh, planes))
         .map_err(|error| error.to_string())
 }
 
-/// The mesh and the potential for a viewer: one volt on the first driven conductor, the others at zero.
-pub(crate) fn shown(scene: &ShapeScene, general: &General) -> BodyMesh {
-    let General { mesh, potentials, solution } = general;
+/// The mesh and the potential for a viewer, of the whole: one volt on the first driven conductor, the others at zero.
+pub(crate) fn shown(scene: &ShapeScene, solved: &Solved) -> BodyMesh {
+    let General { mesh, potentials, solution } = &solved.general;
     let driven: Vec<usize> =
         (0..scene.conductors.len()).filter(|&c| scene.conductors[c].floating_charge.is_none()).collect();
     let mut held = vec![0.0; scene.conductors.len()];
@@ -84,11 +99,19 @@ pub(crate) fn shown(scene: &ShapeScene, general: &General) -> BodyMesh {
     for (v, potential) in held.iter().zip(potentials) {
         values.iter_mut().zip(potential).for_each(|(sum, u)| *sum += v * u);
     }
+    let mut mesh = mesh.clone();
+    for (axis, at) in solved.planes.into_iter().enumerate() {
+        if let Some(at) = at {
+            let whole = mesh.reflected(axis, at);
+            values = whole.source.iter().map(|&p| values[p as usize]).collect();
+            mesh = whole.mesh;
+        }
+    }
     let names = scene.dielectrics.iter().map(|d| d.name.clone());
     BodyMesh {
         element: Element::Tetrahedron,
-        points: mesh.points.clone(),
         nodes: mesh.tets.as_flattened().to_vec(),
+        points: mesh.points,
         arrays: vec![NodalArray { name: "potential", components: 1, values }],
         body_id: mesh.regions.iter().map(|&r| r as i32).collect(),
         body_names: std::iter::once("surroundings".to_owned()).chain(names).collect(),

@@ -105,10 +105,11 @@ impl Solver<'_> {
         result: &mut StepResult,
         field: &mut Option<Shown>,
     ) -> Result<(), Stop> {
-        let Solved { mut general, facets } = solve_shapes(scene, &self.settings)?;
+        let solved = solve_shapes(scene, &self.settings)?;
         if self.settings.field {
-            *field = Some(Shown::Tetrahedra(shown(scene, &general)));
+            *field = Some(Shown::Tetrahedra(shown(scene, &solved)));
         }
+        let Solved { mut general, facets, .. } = solved;
         if facets > 0.0 {
             result.warnings.push(format!(
                 "curved surfaces are solved with flat faces, which adds a relative error of about {facets:.0e} (an estimate) to \

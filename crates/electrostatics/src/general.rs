@@ -57,8 +57,8 @@ pub struct General {
 
 /// Solves a mesh: the Maxwell matrix of its conductors with bounds, the mesh refined until they are near enough.
 ///
-/// Whether there is a mirror is said by `shapes`, not by [`Settings::symmetry`]. [`Settings::resolution`] and [`Settings::field`] are of no meaning here. Without
-/// [`Settings::bounds`] the flux still steers the refinement, and its bounds are given.
+/// [`Settings::resolution`] and [`Settings::field`] are of no meaning here, nor is [`Settings::symmetry`]: `shapes` says what
+/// the mesh is a part of. Without [`Settings::bounds`] the flux still steers the refinement, and its bounds are given.
 ///
 /// # Errors
 ///
