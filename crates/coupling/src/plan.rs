@@ -1,6 +1,7 @@
 //! What a case asks to be solved, what of it can be left out, and what it will take: known before anything is solved.
 
 use elastocap_electrostatics::{Forecast, Settings, Target, forecast};
+use elastocap_geometry::mirror;
 use elastocap_mechanics::ForceLimit;
 use serde::Serialize;
 
@@ -388,6 +389,20 @@ impl Plan {
             let what =
                 format!("potentials of {}, from the same fields; not in the matrix", listed(&floating));
             self.solved.push(Planned { part: "floating", what });
+        }
+        if settings.symmetry {
+            self.mirrored = mirror::planes(scene).map(|at| at.is_some());
+        }
+        let planes: Vec<_> = (0..3).filter(|a| self.mirrored[*a]).map(|a| format!("x{}", a + 1)).collect();
+        if !planes.is_empty() {
+            let what = format!("mirror images along {}", listed(&planes));
+            let saving = format!("all but one in {} tetrahedra", 1 << planes.len());
+            self.left_out.push(LeftOut::new(
+                Decision::Plan,
+                what,
+                "the scene is its own mirror image",
+                saving,
+            ));
         }
     }
 

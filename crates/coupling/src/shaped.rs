@@ -68,18 +68,27 @@ pub(crate) fn solve_shapes(scene: &ShapeScene, settings: &Settings) -> Result<So
 }
 
 /// A mesh with faces of this size over the radius on curved bodies: of the part above the planes, and which of them it keeps to.
+/// The whole is meshed where the part cannot be.
 fn mesh_of(
     scene: &ShapeScene,
     size: f64,
     planes: [Option<f64>; 3],
 ) -> Result<(TetMesh, [Option<f64>; 3]), String> {
-    let circle = (std::f64::consts::TAU / size).ceil() as usize;
-    if let Some(found) = layered(scene, &LayeredSizing { circle, ..LayeredSizing::default() }) {
-        return found.map(|mesh| (mesh, [None; 3])).map_err(|error| error.to_string());
-    }
     let part = mirror::part(scene, planes);
-    mesh(&part, &Sizing { facet: size, ..Sizing::default() })
-        .map(|found| (found.mesh, planes))
+    match whole_of(&part, size) {
+        Err(_) if part != *scene => whole_of(scene, size).map(|mesh| (mesh, [None; 3])),
+        found => found.map(|mesh| (mesh, planes)),
+    }
+}
+
+fn whole_of(scene: &ShapeScene, size: f64) -> Result<TetMesh, String> {
+    // A polygon with an even number of sides is its own mirror image as the circle is.
+    let circle = ((std::f64::consts::TAU / size).ceil() as usize).next_multiple_of(2);
+    if let Some(found) = layered(scene, &LayeredSizing { circle, ..LayeredSizing::default() }) {
+        return found.map_err(|error| error.to_string());
+    }
+    mesh(scene, &Sizing { facet: size, ..Sizing::default() })
+        .map(|found| found.mesh)
         .map_err(|error| error.to_string())
 }
 
@@ -115,5 +124,56 @@ pub(crate) fn shown(scene: &ShapeScene, solved: &Solved) -> BodyMesh {
         arrays: vec![NodalArray { name: "potential", components: 1, values }],
         body_id: mesh.regions.iter().map(|&r| r as i32).collect(),
         body_names: std::iter::once("surroundings".to_owned()).chain(names).collect(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use elastocap_geometry::scene::{Box3, Wall};
+    use elastocap_geometry::shapes::ShapedConductor;
+    use elastocap_geometry::tets::determinant;
+
+    fn scene(shape: Shape) -> ShapeScene {
+        ShapeScene {
+            conductors: vec![ShapedConductor { name: "inner".into(), shape, floating_charge: None }],
+            dielectrics: Vec::new(),
+            background_permittivity: 1.0,
+            domain: Box3 { min: [-1.0; 3], max: [1.0; 3] },
+            walls: [[Wall::Grounded; 2]; 3],
+        }
+    }
+
+    fn volume(body: &BodyMesh) -> f64 {
+        let tets = body.nodes.chunks_exact(4);
+        tets.map(|t| {
+            let [a, b, c, d] = [0, 1, 2, 3].map(|k| body.points[t[k] as usize]);
+            let six = determinant(a, b, c, d);
+            assert!(six > 0.0);
+            six / 6.0
+        })
+        .sum()
+    }
+
+    #[test]
+    fn symmetry_is_used_where_it_is_wanted_and_the_whole_is_shown_either_way() {
+        let base = [0.0, -0.25, 0.0];
+        let rod = Shape::Cylinder { axis: 1, base, radius: 0.5, height: 0.5 };
+        // By the mesher of layers, and by the other one.
+        for shape in [rod, Shape::Sphere { center: [0.0; 3], radius: 0.5 }] {
+            let scene = scene(shape);
+            let settings = Settings { relative_tolerance: 5e-2, ..Settings::default() };
+            let part = solve_shapes(&scene, &settings).unwrap();
+            let whole = solve_shapes(&scene, &Settings { symmetry: false, ..settings }).unwrap();
+            assert_eq!(part.general.solution.mirrored, [true; 3]);
+            assert_eq!(whole.general.solution.mirrored, [false; 3]);
+            let [a, b] = [&part, &whole].map(|s| s.general.solution.maxwell[0][0]);
+            assert!(a.lower <= b.upper && b.lower <= a.upper, "{a:?} {b:?}");
+            let [a, b] = [&part, &whole].map(|s| shown(&scene, s));
+            assert!((volume(&a) / volume(&b) - 1.0).abs() < 1e-9, "{} {}", volume(&a), volume(&b));
+            let held = |body: &BodyMesh| body.arrays[0].values.iter().filter(|v| **v == 1.0).count();
+            assert!(held(&a) > 8 && a.arrays[0].values.len() == a.points.len());
+            assert!(part.general.mesh.tets.len() * 4 < a.nodes.len());
+        }
     }
 }

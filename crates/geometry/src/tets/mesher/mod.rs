@@ -96,6 +96,9 @@ pub enum MeshError {
         /// Where, m.
         at: [f64; 3],
     },
+    /// Walls on both sides of one axis, open space along another: rays to infinity would hit the walls.
+    #[error("open space between two opposite walls cannot be meshed")]
+    OpenBetweenWalls,
     /// There is nothing with an extent.
     #[error("the scene has no body and no walls; add one")]
     Empty,
@@ -108,9 +111,13 @@ pub enum MeshError {
 ///
 /// # Errors
 ///
-/// Surfaces that cross each other (those of boxes may), conductors that meet a grounded wall, and surfaces that are not met
-/// within the limit on points. Other walls cut through bodies.
+/// Surfaces that cross each other (those of boxes may), conductors that meet a grounded wall, open space between opposite walls,
+/// and surfaces that are not met within the limit on points. Other walls cut through bodies.
 pub fn mesh(scene: &ShapeScene, sizing: &Sizing) -> Result<Meshed, MeshError> {
+    let open = |a: usize| scene.walls[a].map(|w| w == Wall::Open);
+    if (0..3).any(|a| open(a) == [false; 2]) && (0..3).any(|a| open(a) != [false; 2]) {
+        return Err(MeshError::OpenBetweenWalls);
+    }
     let domain = bodies::domain(scene, sizing)?;
     let complex = bodies::complex(scene, &domain, sizing)?;
     let mut work = Work::new(complex, domain.min, domain.max)?;
