@@ -118,10 +118,11 @@ impl Solver<'_> {
         field: &mut Option<Shown>,
         mechanics: (Option<String>, Option<String>),
     ) -> Result<(), Stop> {
-        let Solved { mut general, facets } = solve_shapes(scene, &self.settings)?;
+        let solved = solve_shapes(scene, &self.settings)?;
         if self.settings.field {
-            *field = Some(Shown::Tetrahedra(shown(scene, &general)));
+            *field = Some(Shown::Tetrahedra(shown(scene, &solved)));
         }
+        let Solved { mut general, facets, .. } = solved;
         if facets > 0.0 {
             result.warnings.push(format!(
                 "curved surfaces are solved with flat faces, which adds a relative error of about {facets:.0e} (an estimate) to \
@@ -314,6 +315,7 @@ fn layer_missed(state: Option<&Deformation<'_>>) -> Option<String> {
 }
 
 /// Why a step ended early.
+#[derive(Debug)]
 pub(crate) enum Stop {
     Cancelled,
     Failed(String),

@@ -44,6 +44,8 @@ pub struct Shapes<'a> {
     pub floating_charges: &'a [Option<f64>],
     /// Order of the potentials, 1 to 3.
     pub order: usize,
+    /// Axes along which the mesh is one half of a scene that is its own mirror image; the answers are of the whole.
+    pub mirrored: [bool; 3],
 }
 
 /// The mesh at the end, and the answer.
@@ -59,8 +61,8 @@ pub struct General {
 
 /// Solves a mesh: the Maxwell matrix of its conductors with bounds, the mesh refined until they are near enough.
 ///
-/// [`Settings::symmetry`], [`Settings::resolution`] and [`Settings::field`] are of no meaning here. Without
-/// [`Settings::bounds`] the flux still steers the refinement, and its bounds are given.
+/// [`Settings::resolution`] and [`Settings::field`] are of no meaning here, nor is [`Settings::symmetry`]: `shapes` says what
+/// the mesh is a part of. Without [`Settings::bounds`] the flux still steers the refinement, and its bounds are given.
 ///
 /// # Errors
 ///
@@ -68,6 +70,8 @@ pub struct General {
 pub fn solve_mesh(mesh: TetMesh, shapes: Shapes<'_>, settings: &Settings) -> Result<General, SolveError> {
     let n = shapes.floating_charges.len();
     let floating = Floating::of_charges(shapes.floating_charges);
+    // Energies are those of as many parts.
+    let scale = EPS0 * f64::from(1 << shapes.mirrored.iter().filter(|m| **m).count());
     let cancel = settings.cancel.as_deref();
     let mut mesh = mesh;
     let mut seconds = PhaseSeconds::default();
@@ -86,8 +90,8 @@ pub fn solve_mesh(mesh: TetMesh, shapes: Shapes<'_>, settings: &Settings) -> Res
         drop(gradients);
         let lower = flux.lower(Mat::<f64>::identity(flux.charges.nrows(), n).as_ref());
         let mut all = MatrixBounds {
-            lower: Mat::from_fn(n, n, |i, j| EPS0 * lower[(i, j)]),
-            upper: Mat::from_fn(n, n, |i, j| EPS0 * found.energies[(i, j)]),
+            lower: Mat::from_fn(n, n, |i, j| scale * lower[(i, j)]),
+            upper: Mat::from_fn(n, n, |i, j| scale * found.energies[(i, j)]),
         };
         all.part();
         let bounds = floating.reduced(&all);
@@ -137,7 +141,7 @@ pub fn solve_mesh(mesh: TetMesh, shapes: Shapes<'_>, settings: &Settings) -> Res
                 unknowns: found.unknowns,
                 iterations,
                 grids: meshes,
-                mirrored: [false; 3],
+                mirrored: shapes.mirrored,
                 resolution: ResolutionLevel { order: shapes.order, levels: meshes - 1 },
                 repair_share: 0.0,
                 seconds,

@@ -10,14 +10,17 @@ mod conform;
 mod delaunay;
 mod quality;
 mod refine;
+mod skin;
 
 use super::open::beyond;
 use super::{BoundaryFace, FaceRole, TetMesh};
 use crate::scene::{Box3, Wall};
 use crate::shapes::{Shape, ShapeScene};
+pub(crate) use bodies::bounds;
 use conform::Work;
 use delaunay::NONE;
 pub use quality::Quality;
+pub(crate) use skin::flat_parts;
 
 /// How fine a mesh is.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -109,8 +112,13 @@ pub enum MeshError {
 ///
 /// # Errors
 ///
-/// Surfaces that cross each other (those of boxes may), and surfaces that are not met within the limit on points.
+/// Surfaces that cross each other (those of boxes may), conductors that meet a grounded wall, open space between opposite walls,
+/// and surfaces that are not met within the limit on points. Other walls cut through bodies.
 pub fn mesh(scene: &ShapeScene, sizing: &Sizing) -> Result<Meshed, MeshError> {
+    let open = |a: usize| scene.walls[a].map(|w| w == Wall::Open);
+    if (0..3).any(|a| open(a) == [false; 2]) && (0..3).any(|a| open(a) != [false; 2]) {
+        return Err(MeshError::OpenBetweenWalls);
+    }
     let domain = bodies::domain(scene, sizing)?;
     let complex = bodies::complex(scene, &domain, sizing)?;
     let mut work = Work::new(complex, domain.min, domain.max)?;
@@ -182,7 +190,6 @@ fn collect(work: &Work, scene: &ShapeScene, domain: &Box3) -> Result<TetMesh, Me
             _ => 0.5 * (around.min[a] + around.max[a]),
         });
     }
-    let between_walls = (0..3).any(|a| open(a) == [false; 2]);
     for t in 0..from.tets.len() {
         if !from.alive(t as u32) || from.regions[t] < 0 {
             continue;
@@ -214,7 +221,6 @@ fn collect(work: &Work, scene: &ShapeScene, domain: &Box3) -> Result<TetMesh, Me
                 match (sheet(), outer) {
                     (Some(c), _) => Some(FaceRole::Conductor(c)),
                     (None, Some(Wall::Grounded)) => Some(FaceRole::Grounded),
-                    (None, Some(Wall::Open)) if between_walls => return Err(MeshError::OpenBetweenWalls),
                     (None, Some(Wall::Open)) => {
                         Some(FaceRole::Open { permittivity: beyond(scene, out.center, on) })
                     }
