@@ -376,6 +376,18 @@ impl Plan {
     /// Bodies of any shape: how many tetrahedra they take is known only when they are meshed.
     fn shapes(&mut self, case: &Case, scene: &ShapeScene, options: &Options) {
         let settings = self.solver_settings(case, options);
+        if let Some(mesh) = &case.mesh {
+            let count = mesh.tets.tets.len();
+            let mut what = format!(
+                "{count} tetrahedra of `{}`: the bodies are as it has them, with flat faces",
+                mesh.file
+            );
+            if !mesh.unnamed.is_empty() {
+                let unnamed: Vec<String> = mesh.unnamed.iter().map(|name| format!("`{name}`")).collect();
+                what.push_str(&format!("; {} filled with the surroundings", listed(&unnamed)));
+            }
+            self.solved.push(Planned { part: "mesh", what });
+        }
         let what = format!(
             "potentials of order 2 on tetrahedra, and fluxes made from them, which prove an upper and a lower bound; refined to \
              a relative spread of {:e}",

@@ -6,6 +6,7 @@ use elastocap_geometry::export::body::{BodyMesh, Element, NodalArray};
 use elastocap_geometry::shapes::{Shape, ShapeScene};
 use elastocap_geometry::tets::{FaceRole, LayeredSizing, Sizing, TetMesh, layered, mesh};
 
+use crate::case::ImportedMesh;
 use crate::step::Stop;
 
 /// Order of the potentials: P2 is the best there is at edges of 90 degrees, where the error of C falls as N^(-4/3).
@@ -28,10 +29,17 @@ pub(crate) struct Solved {
     pub(crate) facets: f64,
 }
 
-/// Meshes and solves.
-pub(crate) fn solve_shapes(scene: &ShapeScene, settings: &Settings) -> Result<Solved, Stop> {
+/// Meshes, unless there is a mesh, and solves.
+pub(crate) fn solve_shapes(
+    scene: &ShapeScene,
+    imported: Option<&ImportedMesh>,
+    settings: &Settings,
+) -> Result<Solved, Stop> {
     let size = (SHARE * settings.relative_tolerance / FACETS).sqrt().clamp(FACE_SIZES[0], FACE_SIZES[1]);
-    let mesh = mesh_of(scene, size).map_err(Stop::Failed)?;
+    let mesh = match imported {
+        Some(imported) => imported.tets.clone(),
+        None => mesh_of(scene, size).map_err(Stop::Failed)?,
+    };
     for (index, conductor) in scene.conductors.iter().enumerate() {
         if !mesh.boundary.iter().any(|f| f.role == FaceRole::Conductor(index as u32)) {
             return Err(Stop::Failed(format!(

@@ -105,7 +105,7 @@ impl Solver<'_> {
         result: &mut StepResult,
         field: &mut Option<Shown>,
     ) -> Result<(), Stop> {
-        let Solved { mut general, facets } = solve_shapes(scene, &self.settings)?;
+        let Solved { mut general, facets } = solve_shapes(scene, self.case.mesh.as_ref(), &self.settings)?;
         if self.settings.field {
             *field = Some(Shown::Tetrahedra(shown(scene, &general)));
         }
@@ -113,6 +113,13 @@ impl Solver<'_> {
             result.warnings.push(format!(
                 "curved surfaces are solved with flat faces, which adds a relative error of about {facets:.0e} (an estimate) to \
                  the capacitances: their bounds are those of the flat-faced bodies"
+            ));
+        }
+        if let Some(mesh) = &self.case.mesh {
+            result.warnings.push(format!(
+                "the bounds are those of the bodies as `{}` has them, with flat faces: where these stand for curved ones, a \
+                 finer mesh tells what they change",
+                mesh.file
             ));
         }
         let all = &scene.conductors;
