@@ -115,13 +115,6 @@ impl Solver<'_> {
                  the capacitances: their bounds are those of the flat-faced bodies"
             ));
         }
-        if let Some(mesh) = &self.case.mesh {
-            result.warnings.push(format!(
-                "the bounds are those of the bodies as `{}` has them, with flat faces: where these stand for curved ones, a \
-                 finer mesh tells what they change",
-                mesh.file
-            ));
-        }
         let all = &scene.conductors;
         let floating = std::mem::take(&mut general.solution.floating);
         result.floating = floating_of(|c| all[c].name.clone(), |c| all[c].floating_charge, floating);

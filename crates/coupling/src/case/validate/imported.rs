@@ -158,27 +158,28 @@ fn all_physical(raw: &Document, table: &Read<raw::MeshFile>, log: &mut Log<'_>) 
     others.is_empty()
 }
 
+// `physical` first: a second form beside it is told elsewhere.
 fn form_of_conductor(body: &raw::Conductor) -> Option<Form<'_>> {
     let raw::Conductor { r#box, sheet, sphere, shell, cylinder, extrusion, surface, physical, .. } = body;
-    span("box", r#box)
+    span("physical", physical)
+        .or_else(|| span("box", r#box))
         .or_else(|| span("sheet", sheet))
         .or_else(|| span("sphere", sphere))
         .or_else(|| span("shell", shell))
         .or_else(|| span("cylinder", cylinder))
         .or_else(|| span("extrusion", extrusion))
         .or_else(|| span("surface", surface))
-        .or_else(|| span("physical", physical))
 }
 
 fn form_of_dielectric(body: &raw::Dielectric) -> Option<Form<'_>> {
     let raw::Dielectric { r#box, slab, sphere, cylinder, extrusion, surface, physical, .. } = body;
-    span("box", r#box)
+    span("physical", physical)
+        .or_else(|| span("box", r#box))
         .or_else(|| span("slab", slab))
         .or_else(|| span("sphere", sphere))
         .or_else(|| span("cylinder", cylinder))
         .or_else(|| span("extrusion", extrusion))
         .or_else(|| span("surface", surface))
-        .or_else(|| span("physical", physical))
 }
 
 fn span<'a, T>(key: &'static str, read: &'a Option<Read<T>>) -> Option<Form<'a>> {

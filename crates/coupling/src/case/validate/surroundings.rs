@@ -8,6 +8,7 @@ use super::super::raw::{self, Document};
 use super::super::reader::{Log, Read};
 use super::super::values::Either;
 use super::given;
+use super::imported::any_physical;
 use super::regions::box_region;
 
 pub(super) fn surroundings(
@@ -65,7 +66,7 @@ fn without_layer(
     refuse_key(&raw.above, "above", why, "give a [[dielectric]] instead", log);
     let sample =
         "`walls = { min = [\"-1 mm\", \"-1 mm\", \"-1 mm\"], max = [\"1 mm\", \"1 mm\", \"1 mm\"] }`";
-    if document.mesh.is_some() {
+    if any_physical(document) {
         refuse_key(
             &raw.walls,
             "walls",
