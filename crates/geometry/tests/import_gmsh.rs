@@ -189,6 +189,22 @@ fn second_order_elements_are_refused_with_the_option_to_set() {
 }
 
 #[test]
+fn a_conductor_that_ends_the_mesh_beside_open_faces_is_refused() {
+    let found = |group: &str, wall: Wall| boxes().tet_mesh(&scene(&[group], &[], wall));
+    // At the bottom of the mesh, with nothing under it.
+    let error = found("filling", Wall::Open).unwrap_err();
+    assert!(
+        matches!(&error.problem, Problem::EndsAtOpenSpace { name, .. } if name == "the filling"),
+        "{error}"
+    );
+    assert!(error.to_string().contains("name the air"), "{error}");
+    assert!(found("filling", Wall::Insulated).is_ok(), "no flux goes there");
+    assert!(found("outer", Wall::Open).is_ok(), "a shell around everything");
+    let skin = mesh_from_path(&data("shells-41-binary.msh"), AS_IS).unwrap().0;
+    assert!(skin.tet_mesh(&scene(&["inner"], &[], Wall::Open)).is_ok(), "the skin of a hollow");
+}
+
+#[test]
 fn parts_that_nothing_holds_have_no_field_and_are_left_out() {
     // A second tetrahedron far away, and one that shares an edge with the first: no flux gets to either.
     let far = ONE

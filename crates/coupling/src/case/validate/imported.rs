@@ -93,7 +93,9 @@ pub(super) fn scene(
         Ok(tets) => tets,
         Err(error) => {
             let blamed = match &error.problem {
-                Problem::Touching { second: name, .. } | Problem::TouchingWall { name, .. } => {
+                Problem::Touching { second: name, .. }
+                | Problem::TouchingWall { name, .. }
+                | Problem::EndsAtOpenSpace { name, .. } => {
                     scene.conductors.iter().position(|c| c.name == *name)
                 }
                 _ => None,

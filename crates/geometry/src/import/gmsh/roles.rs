@@ -20,7 +20,8 @@ impl VolumeMesh {
     ///
     /// # Errors
     /// Names that the file does not have, shapes that are not physical groups, conductors that touch one another or a
-    /// grounded wall, outer faces without a wall or, where open, without a view of the middle of the conductors.
+    /// grounded wall, or end the mesh beside open faces, outer faces without a wall or, where open, without a view of the
+    /// middle of the conductors.
     pub fn tet_mesh(&self, scene: &ShapeScene) -> Result<TetMesh, ImportError> {
         self.with_roles(scene).map_err(|problem| ImportError::new(&self.file, problem))
     }
@@ -60,10 +61,14 @@ impl VolumeMesh {
         }
         let center = self.center(&touched);
         let mut open = Vec::new();
+        let mut ends = Vec::new();
         let mut field = Field::new(self.tets.len());
         for group in sides(self, |_| true).chunk_by(|a, b| a.0 == b.0) {
             let held =
                 group.iter().find_map(|s| holder(s.1 as usize / 4)).or(sheets.get(&group[0].0).copied());
+            if let ([_], Some(k)) = (group, held) {
+                ends.push((group[0].0, k));
+            }
             let free = group.iter().find(|s| holder(s.1 as usize / 4).is_none());
             let Some(free) = free else { continue };
             let face = free.0;
@@ -102,6 +107,7 @@ impl VolumeMesh {
                 }
             }
         }
+        self.check_open_ends(scene, &ends, open.iter().map(|o| o.0))?;
         let met = open
             .iter()
             .filter(|o| o.1 > 0)
@@ -189,6 +195,42 @@ impl VolumeMesh {
             place: self.place(face),
             cure: "make all walls equal, or name the faces as a conductor",
         })
+    }
+
+    /// Space beyond a conductor that ends the mesh is in no cell and behind no open face: it would be missing. Skins of
+    /// hollows, and a shell around everything, have no open face beside them.
+    fn check_open_ends(
+        &self,
+        scene: &ShapeScene,
+        ends: &[([u32; 3], usize)],
+        open: impl Iterator<Item = [u32; 3]> + Clone,
+    ) -> Result<(), Problem> {
+        // Points of one connected outer surface have the same first one.
+        let mut parent: Vec<u32> = (0..self.points.len() as u32).collect();
+        fn first(parent: &mut [u32], mut p: u32) -> u32 {
+            while parent[p as usize] != p {
+                parent[p as usize] = parent[parent[p as usize] as usize];
+                p = parent[p as usize];
+            }
+            p
+        }
+        for [a, b, c] in ends.iter().map(|e| e.0).chain(open.clone()) {
+            for p in [b, c] {
+                let [one, two] = [a, p].map(|p| first(&mut parent, p));
+                parent[one.max(two) as usize] = one.min(two);
+            }
+        }
+        let mut is_open = vec![false; self.points.len()];
+        for [a, ..] in open {
+            is_open[first(&mut parent, a) as usize] = true;
+        }
+        match ends.iter().find(|(face, _)| is_open[first(&mut parent, face[0]) as usize]) {
+            Some((face, k)) => {
+                let (name, place) = (scene.conductors[*k].name.clone(), self.place(*face));
+                Err(Problem::EndsAtOpenSpace { name, place })
+            }
+            None => Ok(()),
+        }
     }
 
     /// The mesh without the tetrahedra that are `gone`, and without the points only they use.
