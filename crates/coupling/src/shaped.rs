@@ -8,6 +8,7 @@ use elastocap_geometry::scene::Box3;
 use elastocap_geometry::shapes::{Shape, ShapeScene};
 use elastocap_geometry::tets::{FaceRole, LayeredSizing, MeshError, Sizing, TetMesh, layered, mesh};
 
+use crate::case::ImportedMesh;
 use crate::step::Stop;
 
 /// Order of the potentials: P2 is the best there is at edges of 90 degrees, where the error of C falls as N^(-4/3).
@@ -39,11 +40,20 @@ pub(crate) struct Solved {
     pub(crate) facets: f64,
 }
 
-/// Meshes and solves.
-pub(crate) fn solve_shapes(scene: &ShapeScene, settings: &Settings) -> Result<Solved, Stop> {
+/// Meshes, unless there is a mesh, and solves.
+pub(crate) fn solve_shapes(
+    scene: &ShapeScene,
+    imported: Option<&ImportedMesh>,
+    settings: &Settings,
+) -> Result<Solved, Stop> {
     let size = (SHARE * settings.relative_tolerance / FACETS).sqrt().clamp(FACE_SIZES[0], FACE_SIZES[1]);
-    let planes = if settings.symmetry { mirror::planes(scene) } else { [None; 3] };
-    let (mesh, planes) = mesh_of(scene, size, settings.relative_tolerance, planes).map_err(Stop::Failed)?;
+    let (mesh, planes) = match imported {
+        Some(imported) => (imported.tets.clone(), [None; 3]),
+        None => {
+            let planes = if settings.symmetry { mirror::planes(scene) } else { [None; 3] };
+            mesh_of(scene, size, settings.relative_tolerance, planes).map_err(Stop::Failed)?
+        }
+    };
     for (index, conductor) in scene.conductors.iter().enumerate() {
         if !mesh.boundary.iter().any(|f| f.role == FaceRole::Conductor(index as u32)) {
             return Err(Stop::Failed(format!(
@@ -212,8 +222,8 @@ mod tests {
         for shape in [rod, Shape::Sphere { center: [0.0; 3], radius: 0.5 }] {
             let scene = scene(shape);
             let settings = Settings { relative_tolerance: 5e-2, ..Settings::default() };
-            let part = solve_shapes(&scene, &settings).unwrap();
-            let whole = solve_shapes(&scene, &Settings { symmetry: false, ..settings }).unwrap();
+            let part = solve_shapes(&scene, None, &settings).unwrap();
+            let whole = solve_shapes(&scene, None, &Settings { symmetry: false, ..settings }).unwrap();
             assert_eq!(part.general.solution.mirrored, [true; 3]);
             assert_eq!(whole.general.solution.mirrored, [false; 3]);
             let [a, b] = [&part, &whole].map(|s| s.general.solution.maxwell[0][0]);

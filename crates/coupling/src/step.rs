@@ -118,7 +118,7 @@ impl Solver<'_> {
         field: &mut Option<Shown>,
         mechanics: (Option<String>, Option<String>),
     ) -> Result<(), Stop> {
-        let solved = solve_shapes(scene, &self.settings)?;
+        let solved = solve_shapes(scene, self.case.mesh.as_ref(), &self.settings)?;
         if self.settings.field {
             *field = Some(Shown::Tetrahedra(shown(scene, &solved)));
         }

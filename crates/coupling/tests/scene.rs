@@ -39,6 +39,8 @@ fn pair(layout: Layout) -> Case {
         load: None,
         conductors: vec![],
         dielectrics: vec![],
+        shapes: None,
+        mesh: None,
         surroundings: Some(Surroundings {
             boundary: Wall::Insulated,
             relative_permittivity: 1.0,

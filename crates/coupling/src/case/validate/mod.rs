@@ -4,6 +4,7 @@
 //! there is `None`. Only the second is told here as missing, so that one slip gives one message.
 
 mod bodies;
+mod imported;
 mod layered;
 mod material;
 mod mechanics;
@@ -65,16 +66,19 @@ pub(super) fn validate(raw: &Document, flawed: bool, origin: &Path, log: &mut Lo
         layered::check_shorted(electrodes, layer, surroundings, raw, log);
     }
     let surroundings_read = surroundings.as_ref().and_then(Option::as_ref);
-    let shaped = shapes::any_shaped(raw);
-    if shaped {
+    let no_boxes = Some((Vec::new(), Vec::new()));
+    if imported::any_physical(raw) || shapes::any_shaped(raw) {
         check_solver(raw, log);
     }
-    let (bodies, shapes) = if shaped {
-        let shapes = shapes::shapes(raw, surroundings_read, origin, log);
-        (Some((Vec::new(), Vec::new())), Some(shapes))
+    let (bodies, shapes, mesh) = if imported::any_physical(raw) {
+        let scene = imported::scene(raw, flawed, surroundings_read, origin, log);
+        let (shapes, mesh) = scene.map_or((None, None), |(shapes, mesh)| (Some(shapes), Some(mesh)));
+        (no_boxes, Some(shapes), Some(mesh))
+    } else if shapes::any_shaped(raw) {
+        (no_boxes, Some(shapes::shapes(raw, surroundings_read, origin, log)), None)
     } else {
         let electrodes = electrodes.as_ref().and_then(Option::as_ref);
-        (bodies::bodies(raw, surroundings_read, electrodes, log), None)
+        (bodies::bodies(raw, surroundings_read, electrodes, log), None, None)
     };
 
     raw.format.get()?;
@@ -89,6 +93,7 @@ pub(super) fn validate(raw: &Document, flawed: bool, origin: &Path, log: &mut Lo
         conductors,
         dielectrics,
         shapes: all_given(shapes)?,
+        mesh: all_given(mesh)?,
         surroundings: all_given(surroundings)?,
         electrostatics: if wants_capacitance { Some(electrostatics(raw)?) } else { None },
     })
