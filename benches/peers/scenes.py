@@ -1,8 +1,8 @@
 """The scenes that every program solves, and what is known of them.
 
 `known` maps an entry of the answer to its value in farad: "C11", "C22", "C12" are entries of the Maxwell matrix, "C" is the
-capacitance between two terminals with equal and opposite charges. `cases` are
-the case files of elastocap in cases/.
+capacitance between two terminals with equal and opposite charges. `cases` are the case files of elastocap in cases/; a
+second one holds the same bodies, imported.
 """
 
 from dataclasses import dataclass
