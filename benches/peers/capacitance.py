@@ -137,7 +137,7 @@ def number(value):
 
 
 def duration(seconds):
-    return f"{seconds:.0f} s" if seconds >= 10 else f"{seconds:.1f} s" if seconds >= 1 else f"{seconds:.2f} s"
+    return f"{seconds:.0f} s" if seconds >= 9.95 else f"{seconds:.2g} s"
 
 
 def line_of(scene, row):
@@ -201,9 +201,9 @@ def main():
         [
             f"    {shlex.join(['python', 'benches/peers/capacitance.py', *sys.argv[1:]])}",
             "",
-            f"{datetime.date.today().isoformat()}; {', '.join(versions)}; Python {platform.python_version()}; {chosen.threads} threads "
-            f"of {os.cpu_count()} cores; load of the machine {min(load):.1f} to {max(load):.1f}, "
-            f"of which this is up to {chosen.threads}.",
+            f"{datetime.date.today().isoformat()}; {', '.join(versions)}; Python {platform.python_version()}; threads: {chosen.threads}, "
+            f"cores: {os.cpu_count()}; load of the machine {min(load):.1f} to {max(load):.1f}, of which this is up to "
+            f"{chosen.threads}.",
             "",
             "Known values:",
             "",

@@ -35,7 +35,7 @@ SCENES = {
         ("imported-cube-in-cube.toml",),
         {"C11": 19.127134997 * EPS0},
         "19.127134997 eps0 a by boundary elements graded towards the edges, degree and grading raised together "
-        "(charge balance 2e-16); the box solver's bounds hold it to 1e-7",
+        "(charge balance 2e-16)",
     ),
     "two-spheres": Scene(
         "two spheres, open",
