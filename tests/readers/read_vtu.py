@@ -119,6 +119,43 @@ def check_vtu(path):
     return f"{len(points)} points, {len(connectivity)} cells, E against -grad(potential): cosine {cosine:.4f}, size {ratio:.3f}"
 
 
+def check_tetrahedra(path):
+    """A scene of bodies of any shape, one volt on a conductor and none on the others: both readers see the same."""
+    complaints = []
+    reader = vtk.vtkXMLUnstructuredGridReader()
+    reader.AddObserver("ErrorEvent", lambda *_: complaints.append("error"))
+    reader.SetFileName(str(path))
+    reader.Update()
+    need(not complaints, "VTK complains")
+    grid = reader.GetOutput()
+    points = vtk_to_numpy(grid.GetPoints().GetData())
+    connectivity = vtk_to_numpy(grid.GetCells().GetConnectivityArray()).reshape(-1, 4)
+    potential = vtk_to_numpy(grid.GetPointData().GetArray("potential"))
+    body = vtk_to_numpy(grid.GetCellData().GetArray("body_id"))
+    need(potential.shape == (len(points),) and body.shape == (len(connectivity),), "arrays have the wrong length")
+    need(np.isfinite(points).all() and np.isfinite(potential).all() and (body >= 0).all(), "an array is not usable")
+    # Quadratic elements may go a little beyond the values that they are held at.
+    need(-0.1 < potential.min() and 0.9 < potential.max() < 1.1, f"potentials from {potential.min()} to {potential.max()}")
+    corners = points[connectivity].astype(float)
+    sides = (corners[:, 1:] - corners[:, :1]) / np.ptp(points, axis=0).max()
+    need((np.linalg.det(sides) > 0).all(), "a tetrahedron is flat or inside out")
+    mesh = meshio.read(path)
+    need([block.type for block in mesh.cells] == ["tetra"], "meshio does not find one block of tetrahedra")
+    need(np.array_equal(mesh.points, points), "VTK and meshio read different points")
+    need(np.array_equal(mesh.cells[0].data, connectivity), "VTK and meshio read different cells")
+    need(np.array_equal(mesh.point_data["potential"], potential), "VTK and meshio read different potentials")
+    need(np.array_equal(mesh.cell_data["body_id"][0], body), "VTK and meshio read different bodies")
+    return f"{len(points)} points, {len(connectivity)} tetrahedra, potentials from {potential.min():.3f} to {potential.max():.3f}"
+
+
+def is_of_tetrahedra(path):
+    reader = vtk.vtkXMLUnstructuredGridReader()
+    reader.SetFileName(str(path))
+    reader.Update()
+    grid = reader.GetOutput()
+    return {grid.GetCellType(c) for c in range(grid.GetNumberOfCells())} == {vtk.VTK_TETRA}
+
+
 LAYER_ARRAYS = {"displacement": 3, "cauchy_stress": 6, "pressure": 1, "J": 1, "contact_pressure": 1}
 
 
@@ -202,7 +239,12 @@ def main():
             failed = True
         for path in files:
             try:
-                check = check_pvd if path.suffix == ".pvd" else check_layer if path.name.startswith("layer_") else check_vtu
+                if path.suffix == ".pvd":
+                    check = check_pvd
+                elif path.name.startswith("layer_"):
+                    check = check_layer
+                else:
+                    check = check_tetrahedra if is_of_tetrahedra(path) else check_vtu
                 print(f"ok   {path}: {check(path)}")
             except (Exception, SystemExit) as error:  # meshio leaves by SystemExit when it cannot read a file
                 failed = True

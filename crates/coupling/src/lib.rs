@@ -10,6 +10,7 @@ pub mod case;
 pub mod curve;
 pub mod deform;
 pub mod figures;
+mod flat_faces;
 pub mod plan;
 pub mod plot;
 pub mod results;

@@ -5,8 +5,9 @@ use elastocap_geometry::mirror;
 use elastocap_mechanics::ForceLimit;
 use serde::Serialize;
 
-use crate::case::{Case, Load, Mechanics, PlaneStrain, ShapeScene, Solid, SolidIndenter};
+use crate::case::{Case, FieldSolver, Load, Mechanics, PlaneStrain, ShapeScene, Solid, SolidIndenter};
 use crate::deform::{self, Deformation, closed_form_limit, layer_state};
+use crate::flat_faces::curvature_error;
 use crate::scene_of::scene_of;
 
 /// What is wanted of a run besides the numbers.
@@ -305,7 +306,7 @@ impl Plan {
         }
         self.memory_limit = most_memory();
         if let Some(scene) = &case.shapes {
-            return self.shapes(case, scene, options);
+            return self.tetrahedra(case, scene, options);
         }
         let distinct = self.distinct_steps().filter(|s| s.failure.is_none()).count();
         let settings = self.solver_settings(case, options);
@@ -314,6 +315,12 @@ impl Plan {
             let state = layer_state(case, step.load, options.prune).ok()?.map(Deformation::ClosedForm);
             scene_of(case, state.as_ref()).ok()
         });
+        if case.electrostatics.and_then(|e| e.solver) == Some(FieldSolver::Tetrahedra) {
+            if let Some(scene) = &scene {
+                self.tetrahedra(case, &ShapeScene::from(&scene.scene), options);
+            }
+            return;
+        }
         let foretold = scene.as_ref().and_then(|s| forecast(&s.scene, &settings).ok());
         let mut where_solved = "the whole scene";
         if let Some(own) = &foretold {
@@ -375,8 +382,29 @@ impl Plan {
     }
 
     /// Bodies of any shape: how many tetrahedra they take is known only when they are meshed.
-    fn shapes(&mut self, case: &Case, scene: &ShapeScene, options: &Options) {
+    fn tetrahedra(&mut self, case: &Case, scene: &ShapeScene, options: &Options) {
         let settings = self.solver_settings(case, options);
+        if let Some(mesh) = &case.mesh {
+            let count = mesh.tets.tets.len();
+            let mut what = format!(
+                "{count} tetrahedra of `{}`; the bounds are those of the bodies as it has them",
+                mesh.file
+            );
+            if !mesh.unnamed.is_empty() {
+                let unnamed: Vec<String> = mesh.unnamed.iter().map(|name| format!("`{name}`")).collect();
+                what.push_str(&format!("; {} filled with the surroundings", listed(&unnamed)));
+            }
+            self.solved.push(Planned { part: "mesh", what });
+            let error = curvature_error(&mesh.tets);
+            if error > 0.1 * settings.relative_tolerance {
+                self.warnings.push(format!(
+                    "faces of conductors in `{}` meet at small angles, as those that stand for a curved surface do: that adds a \
+                     relative error of about {error:.0e} (an estimate), more where the gap is less than the radius; a finer mesh \
+                     has less",
+                    mesh.file
+                ));
+            }
+        }
         let what = format!(
             "potentials of order 2 on tetrahedra, and fluxes made from them, which prove an upper and a lower bound; refined to \
              a relative spread of {:e}",

@@ -4,9 +4,11 @@ use elastocap_electrostatics::general::{General, Shapes, solve_mesh};
 use elastocap_electrostatics::{Settings, SolveError};
 use elastocap_geometry::export::body::{BodyMesh, Element, NodalArray};
 use elastocap_geometry::mirror;
+use elastocap_geometry::scene::Box3;
 use elastocap_geometry::shapes::{Shape, ShapeScene};
-use elastocap_geometry::tets::{FaceRole, LayeredSizing, Sizing, TetMesh, layered, mesh};
+use elastocap_geometry::tets::{FaceRole, LayeredSizing, MeshError, Sizing, TetMesh, layered, mesh};
 
+use crate::case::ImportedMesh;
 use crate::step::Stop;
 
 /// Order of the potentials: P2 is the best there is at edges of 90 degrees, where the error of C falls as N^(-4/3).
@@ -22,6 +24,12 @@ const SHARE: f64 = 0.2;
 /// Sizes of faces over the radius of curved bodies: no larger, no smaller.
 const FACE_SIZES: [f64; 2] = [0.02, 0.3];
 
+/// From which [`flatness`] on a scene in layers is meshed in layers, which needs no small triangles for thin gaps.
+const FLAT: f64 = 5_000.0;
+
+/// Sizes of faces to try.
+const TRIES: usize = 4;
+
 /// A scene solved.
 pub(crate) struct Solved {
     /// Its mesh is of the part above the planes.
@@ -32,11 +40,20 @@ pub(crate) struct Solved {
     pub(crate) facets: f64,
 }
 
-/// Meshes and solves.
-pub(crate) fn solve_shapes(scene: &ShapeScene, settings: &Settings) -> Result<Solved, Stop> {
+/// Meshes, unless there is a mesh, and solves.
+pub(crate) fn solve_shapes(
+    scene: &ShapeScene,
+    imported: Option<&ImportedMesh>,
+    settings: &Settings,
+) -> Result<Solved, Stop> {
     let size = (SHARE * settings.relative_tolerance / FACETS).sqrt().clamp(FACE_SIZES[0], FACE_SIZES[1]);
-    let planes = if settings.symmetry { mirror::planes(scene) } else { [None; 3] };
-    let (mesh, planes) = mesh_of(scene, size, planes).map_err(Stop::Failed)?;
+    let (mesh, planes) = match imported {
+        Some(imported) => (imported.tets.clone(), [None; 3]),
+        None => {
+            let planes = if settings.symmetry { mirror::planes(scene) } else { [None; 3] };
+            mesh_of(scene, size, settings.relative_tolerance, planes).map_err(Stop::Failed)?
+        }
+    };
     for (index, conductor) in scene.conductors.iter().enumerate() {
         if !mesh.boundary.iter().any(|f| f.role == FaceRole::Conductor(index as u32)) {
             return Err(Stop::Failed(format!(
@@ -72,24 +89,66 @@ pub(crate) fn solve_shapes(scene: &ShapeScene, settings: &Settings) -> Result<So
 fn mesh_of(
     scene: &ShapeScene,
     size: f64,
+    tolerance: f64,
     planes: [Option<f64>; 3],
 ) -> Result<(TetMesh, [Option<f64>; 3]), String> {
     let part = mirror::part(scene, planes);
-    match whole_of(&part, size) {
-        Err(_) if part != *scene => whole_of(scene, size).map(|mesh| (mesh, [None; 3])),
+    match whole_of(&part, size, tolerance) {
+        Err(_) if part != *scene => whole_of(scene, size, tolerance).map(|mesh| (mesh, [None; 3])),
         found => found.map(|mesh| (mesh, planes)),
     }
 }
 
-fn whole_of(scene: &ShapeScene, size: f64) -> Result<TetMesh, String> {
-    // A polygon with an even number of sides is its own mirror image as the circle is.
-    let circle = ((std::f64::consts::TAU / size).ceil() as usize).next_multiple_of(2);
-    if let Some(found) = layered(scene, &LayeredSizing { circle, ..LayeredSizing::default() }) {
-        return found.map_err(|error| error.to_string());
+fn whole_of(scene: &ShapeScene, size: f64, tolerance: f64) -> Result<TetMesh, String> {
+    let reach = reach(scene, tolerance);
+    if flatness(scene) > FLAT {
+        // A polygon with an even number of sides is its own mirror image as the circle is.
+        let circle = ((std::f64::consts::TAU / size).ceil() as usize).next_multiple_of(2);
+        let sizing = LayeredSizing { circle, reach, ..LayeredSizing::default() };
+        if let Some(found) = layered(scene, &sizing) {
+            return found.map_err(|error| error.to_string());
+        }
     }
-    mesh(scene, &Sizing { facet: size, ..Sizing::default() })
-        .map(|found| found.mesh)
-        .map_err(|error| error.to_string())
+    // Where rounding leaves a flat tetrahedron behind, other sizes do not.
+    let mut facet = size;
+    let mut tries = TRIES;
+    loop {
+        tries -= 1;
+        match mesh(scene, &Sizing { facet, far: 2.0 * reach, ..Sizing::default() }) {
+            Ok(found) => return Ok(found.mesh),
+            Err(MeshError::Flat { .. } | MeshError::Torn { .. }) if tries > 0 => facet *= 0.9,
+            Err(error) => return Err(error.to_string()),
+        }
+    }
+}
+
+/// How far out open space begins, over the size of the scene: what bounds lose beyond falls with its square, measured on
+/// spheres and pads; where dielectrics go on for ever it is more, since rays leave them.
+fn reach(scene: &ShapeScene, tolerance: f64) -> f64 {
+    let layers = scene.dielectrics.iter().any(|d| match &d.shape {
+        Shape::Box(b) => (0..3).any(|a| b.min[a].is_infinite() || b.max[a].is_infinite()),
+        _ => false,
+    });
+    let lost = if layers { 0.6 } else { 0.004 };
+    (lost / (SHARE * tolerance)).sqrt().clamp(10.0, 40.0)
+}
+
+/// About how many cubes as high as the lowest gap or plate would cover the conductors.
+fn flatness(scene: &ShapeScene) -> f64 {
+    let bounds: Vec<Box3> = scene.conductors.iter().filter_map(|c| c.shape.bounds()).collect();
+    let size = bounds.iter().flat_map(|b| [0, 1, 2].map(|a| b.extent(a))).fold(0.0, f64::max);
+    let axes = (0..3).map(|axis| {
+        let mut planes: Vec<f64> = bounds.iter().flat_map(|b| [b.min[axis], b.max[axis]]).collect();
+        planes.sort_by(f64::total_cmp);
+        let lowest = planes
+            .windows(2)
+            .map(|w| w[1] - w[0])
+            .filter(|gap| *gap > 1e-6 * size)
+            .fold(f64::INFINITY, f64::min);
+        let areas = bounds.iter().map(|b| b.extent((axis + 1) % 3) * b.extent((axis + 2) % 3));
+        areas.sum::<f64>() / (lowest * lowest)
+    });
+    axes.fold(0.0, f64::max)
 }
 
 /// The mesh and the potential for a viewer, of the whole: one volt on the first driven conductor, the others at zero.
@@ -130,7 +189,7 @@ pub(crate) fn shown(scene: &ShapeScene, solved: &Solved) -> BodyMesh {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use elastocap_geometry::scene::{Box3, Wall};
+    use elastocap_geometry::scene::Wall;
     use elastocap_geometry::shapes::ShapedConductor;
     use elastocap_geometry::tets::determinant;
 
@@ -157,15 +216,16 @@ mod tests {
 
     #[test]
     fn symmetry_is_used_where_it_is_wanted_and_the_whole_is_shown_either_way() {
-        let base = [0.0, -0.25, 0.0];
-        let rod = Shape::Cylinder { axis: 1, base, radius: 0.5, height: 0.5 };
+        let base = [0.0, -0.0025, 0.0];
+        let disc = Shape::Cylinder { axis: 1, base, radius: 0.5, height: 0.005 };
         // By the mesher of layers, and by the other one.
-        for shape in [rod, Shape::Sphere { center: [0.0; 3], radius: 0.5 }] {
+        assert!(flatness(&scene(disc.clone())) > FLAT);
+        for shape in [disc, Shape::Sphere { center: [0.0; 3], radius: 0.5 }] {
             let scene = scene(shape);
             let settings = Settings { relative_tolerance: 5e-2, ..Settings::default() };
-            let part = solve_shapes(&scene, &settings).ok().unwrap();
+            let part = solve_shapes(&scene, None, &settings).ok().unwrap();
             let without = Settings { symmetry: false, ..settings };
-            let whole = solve_shapes(&scene, &without).ok().unwrap();
+            let whole = solve_shapes(&scene, None, &without).ok().unwrap();
             assert_eq!(part.general.solution.mirrored, [true; 3]);
             assert_eq!(whole.general.solution.mirrored, [false; 3]);
             let [a, b] = [&part, &whole].map(|s| s.general.solution.maxwell[0][0]);

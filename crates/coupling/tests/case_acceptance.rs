@@ -45,6 +45,7 @@ fn in_plane_pair() -> Case {
         load: Some(Load::Compression(vec![0.0, 0.05, 0.1, 0.2, 0.3, 0.4])),
         conductors: vec![],
         dielectrics: vec![],
+        shapes: None,
         surroundings: Some(Surroundings {
             boundary: Wall::Insulated,
             relative_permittivity: 1.0,
@@ -54,7 +55,7 @@ fn in_plane_pair() -> Case {
                 above: Face::Medium { relative_permittivity: 1.0, thickness: Some(1e-3) },
             },
         }),
-        electrostatics: Some(Electrostatics { relative_tolerance: 1e-3, bounds: true }),
+        electrostatics: Some(Electrostatics { relative_tolerance: 1e-3, bounds: true, solver: None }),
     }
 }
 

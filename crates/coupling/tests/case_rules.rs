@@ -409,13 +409,6 @@ fn unknown_and_later_keys_are_told_apart() {
         "zzz",
         &["unknown key `zzz`", "known keys here: `format`, `title`"],
     );
-    refused(
-        LAYERED,
-        &[("[electrostatics]", "[mesh]\nfile = \"a.msh\"\n[electrostatics]")],
-        "mesh",
-        &["not supported"],
-    );
-    refused(BOXES, &[("slab = {", "physical = {")], "physical", &["not supported"]);
     refused(BOXES, &[("name = \"a\"", "")], "[[conductor]]", &["[[conductor]] lacks `name`"]);
     refused(BOXES, &[("[[dielectric]]", "[dielectric]")], "[dielectric]", &["`[[dielectric]]`"]);
     refused(

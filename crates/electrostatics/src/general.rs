@@ -16,14 +16,21 @@ use faer::Mat;
 use std::sync::atomic::Ordering;
 use std::time::Instant;
 
-/// The part of the gap that the marked tetrahedra hold.
+/// The part of the gap that the marked tetrahedra hold, at most: less where the tolerance is near.
 const MARKED: f64 = 0.6;
 
-/// Bisections of a marked tetrahedron: two halve its longest edges in most cases.
-const GENERATIONS: u8 = 2;
+/// What bisection takes off the gap of the marked tetrahedra, at least.
+const TAKEN_OFF: f64 = 0.85;
 
-/// What the iteration may add to the relative error, as a share of the tolerance.
-const ITERATION: f64 = 0.01;
+/// Bisections of a marked tetrahedron where the error is more than so many tolerances; three halve its edges in most cases.
+const GENERATIONS: [(f64, u8); 3] = [(8.0, 3), (2.5, 2), (0.0, 1)];
+
+/// What the iteration may leave of the energy, as a share of the tolerance: little, since what it leaves is charge that the
+/// fluxes must carry to a conductor, at more cost than the error of the energy.
+const ITERATION: f64 = 1e-4;
+
+/// Share of the spread from which on that of open space beyond the mesh no longer falls much as the mesh is refined.
+const MOST_BEYOND: f64 = 0.66;
 
 /// Bytes per tetrahedron for each order: matrices, multigrid, moments of fluxes; and more per right-hand side.
 const BYTES: [(u64, u64); 3] = [(1_000, 300), (4_000, 900), (14_000, 2_500)];
@@ -77,7 +84,7 @@ pub fn solve_mesh(mesh: TetMesh, shapes: Shapes<'_>, settings: &Settings) -> Res
         meshes += 1;
         let start = Instant::now();
         let problem = Problem { mesh: &mesh, permittivity: shapes.permittivity, conductors: n };
-        let share = (ITERATION * settings.relative_tolerance).min(1e-4);
+        let share = (ITERATION * settings.relative_tolerance).min(1e-6);
         let found = Potentials::solve(problem, TetSettings { order: shapes.order, share, cancel })?;
         iterations += found.iterations;
         let solved = Instant::now();
@@ -103,12 +110,17 @@ pub fn solve_mesh(mesh: TetMesh, shapes: Shapes<'_>, settings: &Settings) -> Res
         let shortfall = if error <= settings.relative_tolerance {
             None
         } else {
-            let marked = marked(&states(&floating, &all), &flux.gaps);
-            let finer = mesh.bisected(&marked, GENERATIONS).mesh;
+            let states = states(&floating, &all);
+            let needed = (1.0 - 0.95 * settings.relative_tolerance / error) / TAKEN_OFF;
+            let marked = marked(&states, &flux.gaps, needed.min(MARKED));
+            let outside = beyond(&states, &all, &flux.gap);
+            let far = error / settings.relative_tolerance;
+            let generations = GENERATIONS.iter().find(|(least, _)| far > *least).map_or(1, |g| g.1);
+            let finer = mesh.bisected(&marked, generations).mesh;
             seconds.setup += refining.elapsed().as_secs_f64();
             let (each, per_side) = BYTES[shapes.order.clamp(1, 3) - 1];
             let memory = finer.tets.len() as u64 * (each + n as u64 * per_side);
-            if marked.is_empty() {
+            if marked.is_empty() || (outside > MOST_BEYOND && outside * error > settings.relative_tolerance) {
                 Some("what is left of the error is beyond the mesh: open space begins too near".to_owned())
             } else if meshes >= MOST_MESHES || memory > settings.memory_limit {
                 Some(format!(
@@ -163,10 +175,10 @@ fn states(floating: &Floating, all: &MatrixBounds) -> Vec<(Vec<f64>, f64)> {
         .collect()
 }
 
-/// The fewest tetrahedra that hold the share [`MARKED`] of the gap, relative to the energy, in all states together.
+/// The fewest tetrahedra that hold a share of the gap, relative to the energy, in all states together.
 ///
 /// Where conductors float, a state is a sum of unit states; its local gap is at most that of the sum of their roots, squared.
-fn marked(states: &[(Vec<f64>, f64)], gaps: &[Vec<f64>]) -> Vec<u32> {
+fn marked(states: &[(Vec<f64>, f64)], gaps: &[Vec<f64>], share: f64) -> Vec<u32> {
     let tets = gaps.first().map_or(0, Vec::len);
     let mut size: Vec<f64> = vec![0.0; tets];
     for (potentials, energy) in states.iter().filter(|(_, energy)| *energy > 0.0) {
@@ -176,7 +188,7 @@ fn marked(states: &[(Vec<f64>, f64)], gaps: &[Vec<f64>]) -> Vec<u32> {
             *size += root * root / energy;
         }
     }
-    let goal = MARKED * size.iter().sum::<f64>();
+    let goal = share * size.iter().sum::<f64>();
     let mut order: Vec<u32> = (0..tets as u32).collect();
     // Equal sizes keep their order, so that the same mesh is refined the same way.
     order.sort_by(|&a, &b| size[b as usize].total_cmp(&size[a as usize]));
@@ -189,6 +201,21 @@ fn marked(states: &[(Vec<f64>, f64)], gaps: &[Vec<f64>]) -> Vec<u32> {
     let count = count.count();
     order.truncate(count);
     order
+}
+
+/// What share of upper less lower bound is that of open space beyond the mesh, where the potential and the flux go on along
+/// rays, each in its way. Refinement makes it smaller only as long as the two differ where the mesh ends for being coarse.
+fn beyond(states: &[(Vec<f64>, f64)], all: &MatrixBounds, gap: &Mat<f64>) -> f64 {
+    let (mut inside, mut total) = (0.0, 0.0);
+    for (potentials, energy) in states.iter().filter(|(_, energy)| *energy > 0.0) {
+        for (i, v) in potentials.iter().enumerate() {
+            for (j, w) in potentials.iter().enumerate() {
+                inside += v * w * EPS0 * gap[(i, j)] / energy;
+                total += v * w * (all.upper[(i, j)] - all.lower[(i, j)]) / energy;
+            }
+        }
+    }
+    if total > inside { 1.0 - inside / total } else { 0.0 }
 }
 
 /// Relative spread of what the tolerance is about.

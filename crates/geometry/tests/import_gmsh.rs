@@ -187,3 +187,38 @@ fn second_order_elements_are_refused_with_the_option_to_set() {
     let error = mesh_from_path(&data("second-order-41-ascii.msh"), AS_IS).unwrap_err().to_string();
     assert!(error.contains("Mesh.ElementOrder = 1"), "{error}");
 }
+
+#[test]
+fn a_conductor_that_ends_the_mesh_beside_open_faces_is_refused() {
+    let found = |group: &str, wall: Wall| boxes().tet_mesh(&scene(&[group], &[], wall));
+    // At the bottom of the mesh, with nothing under it.
+    let error = found("filling", Wall::Open).unwrap_err();
+    assert!(
+        matches!(&error.problem, Problem::EndsAtOpenSpace { name, .. } if name == "the filling"),
+        "{error}"
+    );
+    assert!(error.to_string().contains("name the air"), "{error}");
+    assert!(found("filling", Wall::Insulated).is_ok(), "no flux goes there");
+    assert!(found("outer", Wall::Open).is_ok(), "a shell around everything");
+    let skin = mesh_from_path(&data("shells-41-binary.msh"), AS_IS).unwrap().0;
+    assert!(skin.tet_mesh(&scene(&["inner"], &[], Wall::Open)).is_ok(), "the skin of a hollow");
+}
+
+#[test]
+fn parts_that_nothing_holds_have_no_field_and_are_left_out() {
+    // A second tetrahedron far away, and one that shares an edge with the first: no flux gets to either.
+    let far = ONE
+        .replace("$Nodes\n6", "$Nodes\n12")
+        .replace("9 5 5 5\n", "9 5 5 5\n10 6 5 5\n11 5 6 5\n12 5 5 6\n13 -1 0 0\n14 0 -1 0\n20 0 0 -1\n")
+        .replace(
+            "$Elements\n2\n",
+            "$Elements\n5\n3 4 2 9 1 9 10 11 12\n4 4 2 9 1 1 4 13 14\n5 2 2 6 1 1 2 3\n",
+        );
+    let (read, repairs) = mesh(far.as_bytes(), "far.msh", AS_IS).unwrap();
+    assert_eq!((read.tets.len(), repairs.unused_points), (4, 1));
+    let held = read.tet_mesh(&scene(&["6"], &[], Wall::Insulated)).unwrap();
+    assert_eq!((held.tets.len(), held.points.len()), (2, 5));
+    assert!((area(&held, FaceRole::Conductor(0)) - 0.5).abs() < 1e-15);
+    let all = read.tet_mesh(&scene(&["6"], &[], Wall::Open));
+    assert!(matches!(all.unwrap_err().problem, Problem::OuterFace { .. }));
+}

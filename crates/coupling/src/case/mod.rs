@@ -10,6 +10,7 @@
 //! without conductors) are checked and then left out.
 
 mod diagnostics;
+mod file_unit;
 mod model;
 mod quantities;
 mod raw;
@@ -29,9 +30,9 @@ use toml::de::{DeTable, DeValue};
 
 pub use diagnostics::{CaseError, Diagnostic};
 pub use model::{
-    Box3, Case, Conductor, Dielectric, Electrodes, Electrostatics, Extent, Face, Indenter, Layer, LayerEnd,
-    LayerSide, Layout, Load, Material, Mechanics, PlaneStrain, Shape, ShapeScene, ShapedConductor,
-    ShapedDielectric, ShearLength, Solid, SolidIndenter, Stiffness, Surroundings, Wall,
+    Box3, Case, Conductor, Dielectric, Electrodes, Electrostatics, Extent, Face, FieldSolver, ImportedMesh,
+    Indenter, Layer, LayerEnd, LayerSide, Layout, Load, Material, Mechanics, PlaneStrain, Shape, ShapeScene,
+    ShapedConductor, ShapedDielectric, ShearLength, Solid, SolidIndenter, Stiffness, Surroundings, Wall,
 };
 pub use schema::json_schema;
 

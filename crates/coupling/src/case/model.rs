@@ -2,6 +2,8 @@
 
 use std::path::PathBuf;
 
+use elastocap_geometry::tets::TetMesh;
+
 pub use elastocap_geometry::scene::{Box3, Conductor, Dielectric, Wall};
 pub use elastocap_geometry::shapes::{Shape, ShapeScene, ShapedConductor, ShapedDielectric};
 
@@ -29,6 +31,8 @@ pub struct Case {
     /// All bodies without a layer where one of them is neither box, sheet nor slab; [`Case::conductors`] and
     /// [`Case::dielectrics`] are empty then.
     pub shapes: Option<ShapeScene>,
+    /// The mesh that [`Case::shapes`] are physical groups of; `None` where they are shapes to be meshed.
+    pub mesh: Option<ImportedMesh>,
     /// What surrounds the bodies; there exactly when a capacitance is asked for.
     pub surroundings: Option<Surroundings>,
     /// How exactly the capacitance is computed; there exactly when a capacitance is asked for.
@@ -47,6 +51,17 @@ impl Case {
     pub fn has_conductors(&self) -> bool {
         self.electrodes.is_some() || !self.conductors.is_empty() || self.shapes.is_some()
     }
+}
+
+/// A volume mesh that a case file names, with the roles that the case gives its groups.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ImportedMesh {
+    /// As the case file has it.
+    pub file: String,
+    /// The tetrahedra around the conductors.
+    pub tets: TetMesh,
+    /// Groups of volumes that no body names, filled with the surroundings.
+    pub unnamed: Vec<String>,
 }
 
 /// The soft layer, from x2 = 0 to x2 = `thickness`.
@@ -346,7 +361,7 @@ pub struct Surroundings {
 /// Where the outer walls are.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Extent {
-    /// No layer, [`Wall::Open`]: there are none.
+    /// No layer: [`Wall::Open`], and there are none; or at a shell, or at the outer faces of [`Case::mesh`].
     Everywhere,
     /// No layer, insulated or grounded: the faces of this box, in which all bodies lie.
     Walls(Box3),
@@ -385,4 +400,15 @@ pub struct Electrostatics {
     pub relative_tolerance: f64,
     /// Whether a lower and an upper bound are proved.
     pub bounds: bool,
+    /// The solver asked for; `None` for the one for boxes where it can, else that on tetrahedra.
+    pub solver: Option<FieldSolver>,
+}
+
+/// What solves for the field.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum FieldSolver {
+    /// That for axis-aligned boxes and sheets.
+    Boxes,
+    /// That on tetrahedra, for any shape.
+    Tetrahedra,
 }

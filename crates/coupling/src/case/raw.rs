@@ -5,6 +5,7 @@
 use serde_json::{Value, json};
 use toml::de::{DeTable, DeValue};
 
+use super::file_unit::FileUnit;
 use super::quantities::{
     Charge, Compression, Constant, Exponent, Force, Modulus, Permittivity, Position, SignedConstant, Size,
     Tolerance,
@@ -34,10 +35,11 @@ table! {
         dielectric: Option<Read<Vec<Read<Dielectric>>>>,
         /// What surrounds the bodies, and where the field ends.
         surroundings: Option<Read<Surroundings>>,
+        /// A volume mesh from Gmsh that is the whole scene; bodies are then `physical` groups of it.
+        mesh: Option<Read<MeshFile>>,
         /// How exactly the capacitance is computed.
         electrostatics: Option<Read<Electrostatics>>,
     }
-    later: "mesh";
 }
 
 impl Document {
@@ -386,12 +388,13 @@ table! {
         extrusion: Option<Read<Extruded>>,
         /// What a closed surface in an OBJ file encloses.
         surface: Option<Read<SurfaceFile>>,
+        /// A physical group of the [mesh]: of volumes, or of surfaces (a sheet, a shell, the skin of a body).
+        physical: Option<Read<Text>>,
         /// Its charge, if it floats: then it is not in the Maxwell matrix, and its potential is reported. Default: it is held at
         /// a potential.
         charge: Option<Read<Charge>>,
     }
-    one_of: "box", "sheet", "sphere", "shell", "cylinder", "extrusion", "surface";
-    later: "physical";
+    one_of: "box", "sheet", "sphere", "shell", "cylinder", "extrusion", "surface", "physical";
 }
 
 table! {
@@ -413,9 +416,10 @@ table! {
         extrusion: Option<Read<Extruded>>,
         /// What a closed surface in an OBJ file encloses.
         surface: Option<Read<SurfaceFile>>,
+        /// A physical group of volumes of the [mesh].
+        physical: Option<Read<Text>>,
     }
-    one_of: "box", "slab", "sphere", "cylinder", "extrusion", "surface";
-    later: "physical";
+    one_of: "box", "slab", "sphere", "cylinder", "extrusion", "surface", "physical";
 }
 
 table! {
@@ -498,9 +502,21 @@ table! {
         /// An OBJ file; its path is relative to the case file.
         file: Read<Text>,
         /// The length of one unit of the file.
-        unit: Read<Size>,
+        unit: Read<FileUnit>,
         /// Where the origin of the file goes. Default: where the origin is.
         translate: Option<Read<[Read<Position>; 3]>>,
+    }
+}
+
+table! {
+    /// A volume mesh from Gmsh: tetrahedra of first order in named physical groups. It is the whole scene: no body has
+    /// another form than `physical`, cells that no body names are filled with the surroundings, and `boundary` in
+    /// [surroundings] holds on the outer faces that are not a conductor's.
+    struct MeshFile {
+        /// A .msh file of version 4.1 or 2.2, ASCII or binary; its path is relative to the case file.
+        file: Read<Text>,
+        /// The length of one unit of the file.
+        unit: Read<FileUnit>,
     }
 }
 
@@ -561,5 +577,13 @@ table! {
         relative_tolerance: Option<Read<Tolerance>>,
         /// Whether to prove a lower and an upper bound, or only estimate the error. Default: true.
         bounds: Option<Read<Flag>>,
+        /// Which solver: "boxes" (axis-aligned boxes and sheets only; the fast one) or "tetrahedra" (any shape). Default: boxes
+        /// where it can.
+        solver: Option<Read<FieldSolver>>,
     }
+}
+
+words! {
+    /// Which solver.
+    enum FieldSolver { "boxes" => Boxes, "tetrahedra" => Tetrahedra, }
 }

@@ -198,6 +198,17 @@ pub enum Problem {
         /// A common point.
         place: Place,
     },
+    /// A conductor at the end of the mesh, beside faces to open space.
+    #[error(
+        "conductor \"{name}\" ends the mesh, {place}, and the space beyond it is not meshed; mesh the space around it too \
+         (Gmsh saves the volumes of physical groups only: name the air as well)"
+    )]
+    EndsAtOpenSpace {
+        /// The conductor.
+        name: String,
+        /// The middle of a face of it.
+        place: Place,
+    },
     /// A shape of a scene that the mesh cannot give.
     #[error("{0}; with a mesh every conductor and dielectric is a physical group of it")]
     NotPhysical(String),

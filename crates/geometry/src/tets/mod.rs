@@ -11,6 +11,7 @@ mod layered_tests;
 mod mesher;
 #[cfg(test)]
 mod mirror_tests;
+mod open;
 mod planar;
 mod reflect;
 

@@ -1,6 +1,7 @@
 """Writes the .msh files beside it: small meshes with physical groups. Needs `pip install gmsh`.
 
 box: a conducting box "inner" inside a box of "filling" and "air", an "outer" surface around it.
+shells: the "gap" between spheres of radius 1 and 2, nothing in the "inner" one.
 """
 
 import pathlib
@@ -58,4 +59,19 @@ gmsh.option.setNumber("Mesh.MeshSizeMax", 2)
 gmsh.model.mesh.generate(3)
 gmsh.model.mesh.setOrder(2)
 write("second-order-41-ascii.msh", 4.1, 0)
+gmsh.clear()
+gmsh.option.setNumber("Mesh.ElementOrder", 1)
+(gap,), _ = occ.cut([(3, occ.addSphere(0, 0, 0, 2))], [(3, occ.addSphere(0, 0, 0, 1))])
+occ.synchronize()
+gmsh.model.addPhysicalGroup(3, [gap[1]], 1, "gap")
+for _, tag in gmsh.model.getBoundary([gap], oriented=False):
+    inside = occ.getMass(2, tag) < 20
+    gmsh.model.addPhysicalGroup(2, [tag], name="inner" if inside else "outer")
+gmsh.option.setNumber("Mesh.MeshSizeMin", 0.45)
+gmsh.option.setNumber("Mesh.MeshSizeMax", 0.7)
+gmsh.option.setNumber("Mesh.MeshSizeFromCurvature", 14)
+gmsh.model.mesh.generate(3)
+write("shells-41-binary.msh", 4.1, 1)
+tets = gmsh.model.mesh.getElementsByType(4)[0]
+print("nodes", len(gmsh.model.mesh.getNodes()[0]), "tetrahedra", len(tets))
 gmsh.finalize()

@@ -86,13 +86,7 @@ pub(super) fn shapes(
     for (body, span) in placed.iter().filter(|_| wall == Wall::Grounded) {
         check_apart_from_ground(&body.name, &body.shape, span, &domain, log);
     }
-    if !placed.is_empty() && placed.iter().all(|(c, _)| c.floating_charge.is_some()) {
-        log.push(
-            Diagnostic::at(&placed[0].1, "all conductors float: there is no capacitance to tell")
-                .label("has a `charge`")
-                .help("leave `charge` out of at least one [[conductor]]"),
-        );
-    }
+    check_one_is_driven(&placed, log);
     log.is_empty().then(|| ShapeScene {
         conductors: placed.into_iter().map(|(c, _)| c).collect(),
         dielectrics: filled.into_iter().map(|(d, _)| d).collect(),
@@ -100,6 +94,19 @@ pub(super) fn shapes(
         domain,
         walls: [[wall; 2]; 3],
     })
+}
+
+/// Potentials are counted from something: without a driven conductor there is no matrix.
+pub(super) fn check_one_is_driven(placed: &[(ShapedConductor, Range<usize>)], log: &mut Log<'_>) {
+    if let Some((_, first)) = placed.first()
+        && placed.iter().all(|(c, _)| c.floating_charge.is_some())
+    {
+        log.push(
+            Diagnostic::at(first, "all conductors float: there is no capacitance to tell")
+                .label("has a `charge`")
+                .help("leave `charge` out of at least one [[conductor]]"),
+        );
+    }
 }
 
 /// Where the field ends: at the walls, at a shell, or nowhere.

@@ -8,6 +8,7 @@ use super::super::raw::{self, Document};
 use super::super::reader::{Log, Read};
 use super::super::values::Either;
 use super::given;
+use super::imported::any_physical;
 use super::regions::box_region;
 
 pub(super) fn surroundings(
@@ -65,6 +66,16 @@ fn without_layer(
     refuse_key(&raw.above, "above", why, "give a [[dielectric]] instead", log);
     let sample =
         "`walls = { min = [\"-1 mm\", \"-1 mm\", \"-1 mm\"], max = [\"1 mm\", \"1 mm\", \"1 mm\"] }`";
+    if any_physical(document) {
+        refuse_key(
+            &raw.walls,
+            "walls",
+            "the field ends at the outer faces of [mesh]",
+            "leave it out; `boundary` holds on the outer faces that are not a conductor's",
+            log,
+        );
+        return (boundary.is_some() && raw.walls.is_none()).then_some(Extent::Everywhere);
+    }
     match (boundary?, &raw.walls) {
         (Wall::Open, None) => Some(Extent::Everywhere),
         (Wall::Open, Some(_)) => {

@@ -15,11 +15,13 @@ impl VolumeMesh {
     /// A conductor is a group of volumes, whose tetrahedra are left out, or of surfaces, a sheet. A dielectric is a group of
     /// volumes; where several have the same group, the later one wins. What no dielectric names is filled with the
     /// background. An outer face that lies in a side of the mesh's bounding box is of that side's wall; any other needs six
-    /// equal walls. Rays from an open face are taken to meet the background and the dielectrics that end at open faces.
+    /// equal walls. Rays from an open face are taken to meet the background and the dielectrics that end at open faces. Parts
+    /// of the mesh that neither a conductor nor a grounded or open wall bounds have no field, and are left out.
     ///
     /// # Errors
     /// Names that the file does not have, shapes that are not physical groups, conductors that touch one another or a
-    /// grounded wall, outer faces without a wall or, where open, without a view of the middle of the conductors.
+    /// grounded wall, or end the mesh beside open faces, outer faces without a wall or, where open, without a view of the
+    /// middle of the conductors.
     pub fn tet_mesh(&self, scene: &ShapeScene) -> Result<TetMesh, ImportError> {
         self.with_roles(scene).map_err(|problem| ImportError::new(&self.file, problem))
     }
@@ -59,15 +61,25 @@ impl VolumeMesh {
         }
         let center = self.center(&touched);
         let mut open = Vec::new();
+        let mut ends = Vec::new();
+        let mut field = Field::new(self.tets.len());
         for group in sides(self, |_| true).chunk_by(|a, b| a.0 == b.0) {
             let held =
                 group.iter().find_map(|s| holder(s.1 as usize / 4)).or(sheets.get(&group[0].0).copied());
+            if let ([_], Some(k)) = (group, held) {
+                ends.push((group[0].0, k));
+            }
             let free = group.iter().find(|s| holder(s.1 as usize / 4).is_none());
             let Some(free) = free else { continue };
             let face = free.0;
+            let first = free.1 as usize / 4;
             if let Some(k) = held {
                 roles.insert(face, FaceRole::Conductor(k as u32));
-            } else if group.len() == 1 {
+                let both = group.iter().map(|s| s.1 as usize / 4);
+                both.filter(|&t| holder(t).is_none()).for_each(|t| field.begin(t));
+            } else if let [one, two] = group {
+                field.join(one.1, two.1);
+            } else {
                 match self.wall(scene, face)? {
                     Wall::Insulated => {}
                     Wall::Grounded => {
@@ -77,6 +89,7 @@ impl VolumeMesh {
                             return Err(Problem::TouchingWall { name: name.unwrap_or_default(), place });
                         }
                         roles.insert(face, FaceRole::Grounded);
+                        field.begin(first);
                     }
                     Wall::Open => {
                         let [a, b, c] = outward(free).map(|p| self.points[p as usize]);
@@ -88,11 +101,13 @@ impl VolumeMesh {
                                 cure: "mesh up to a convex outer surface, as a box or a ball",
                             });
                         }
-                        open.push((face, region_of[self.tet_groups[free.1 as usize / 4] as usize]));
+                        open.push((face, region_of[self.tet_groups[first] as usize]));
+                        field.begin(first);
                     }
                 }
             }
         }
+        self.check_open_ends(scene, &ends, open.iter().map(|o| o.0))?;
         let met = open
             .iter()
             .filter(|o| o.1 > 0)
@@ -100,7 +115,8 @@ impl VolumeMesh {
         let background = scene.background_permittivity;
         let permittivity = met.fold([background; 2], |[low, high], e| [low.min(e), high.max(e)]);
         roles.extend(open.into_iter().map(|(face, _)| (face, FaceRole::Open { permittivity })));
-        Ok(self.without(|t| holder(t).is_some(), &roles, &region_of, center))
+        let reached = field.spread();
+        Ok(self.without(|t| !reached[t], &roles, &region_of, center))
     }
 
     /// Numbers, from 1, of the groups that a shape names; of volumes, or of surfaces too if `least` is 2.
@@ -181,7 +197,43 @@ impl VolumeMesh {
         })
     }
 
-    /// The mesh without the tetrahedra of the conductors, and without the points only they use.
+    /// Space beyond a conductor that ends the mesh is in no cell and behind no open face: it would be missing. Skins of
+    /// hollows, and a shell around everything, have no open face beside them.
+    fn check_open_ends(
+        &self,
+        scene: &ShapeScene,
+        ends: &[([u32; 3], usize)],
+        open: impl Iterator<Item = [u32; 3]> + Clone,
+    ) -> Result<(), Problem> {
+        // Points of one connected outer surface have the same first one.
+        let mut parent: Vec<u32> = (0..self.points.len() as u32).collect();
+        fn first(parent: &mut [u32], mut p: u32) -> u32 {
+            while parent[p as usize] != p {
+                parent[p as usize] = parent[parent[p as usize] as usize];
+                p = parent[p as usize];
+            }
+            p
+        }
+        for [a, b, c] in ends.iter().map(|e| e.0).chain(open.clone()) {
+            for p in [b, c] {
+                let [one, two] = [a, p].map(|p| first(&mut parent, p));
+                parent[one.max(two) as usize] = one.min(two);
+            }
+        }
+        let mut is_open = vec![false; self.points.len()];
+        for [a, ..] in open {
+            is_open[first(&mut parent, a) as usize] = true;
+        }
+        match ends.iter().find(|(face, _)| is_open[first(&mut parent, face[0]) as usize]) {
+            Some((face, k)) => {
+                let (name, place) = (scene.conductors[*k].name.clone(), self.place(*face));
+                Err(Problem::EndsAtOpenSpace { name, place })
+            }
+            None => Ok(()),
+        }
+    }
+
+    /// The mesh without the tetrahedra that are `gone`, and without the points only they use.
     fn without(
         &self,
         gone: impl Fn(usize) -> bool,
@@ -208,6 +260,42 @@ impl VolumeMesh {
             .map(|(face, &role)| BoundaryFace { face: face.map(|p| number[p as usize]), role })
             .collect();
         out
+    }
+}
+
+/// Where there is a field: the tetrahedra from which a way through faces leads to one that is held or open.
+struct Field {
+    /// Through each face of each tetrahedron; itself where the way ends.
+    neighbours: Vec<[u32; 4]>,
+    reached: Vec<bool>,
+    edge: Vec<usize>,
+}
+
+impl Field {
+    fn new(tets: usize) -> Self {
+        let neighbours = (0..tets as u32).map(|t| [t; 4]).collect();
+        Self { neighbours, reached: vec![false; tets], edge: Vec::new() }
+    }
+
+    /// The two tetrahedra of a face, as 4 t + k.
+    fn join(&mut self, one: u32, two: u32) {
+        self.neighbours[one as usize / 4][one as usize % 4] = two / 4;
+        self.neighbours[two as usize / 4][two as usize % 4] = one / 4;
+    }
+
+    fn begin(&mut self, tet: usize) {
+        if !std::mem::replace(&mut self.reached[tet], true) {
+            self.edge.push(tet);
+        }
+    }
+
+    fn spread(mut self) -> Vec<bool> {
+        while let Some(tet) = self.edge.pop() {
+            for next in self.neighbours[tet] {
+                self.begin(next as usize);
+            }
+        }
+        self.reached
     }
 }
 

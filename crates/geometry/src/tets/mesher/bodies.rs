@@ -11,34 +11,7 @@ type P = [f64; 3];
 
 /// The box that holds a body; infinite where the body is.
 pub(crate) fn bounds(shape: &Shape) -> Box3 {
-    match shape {
-        Shape::Box(b) => *b,
-        Shape::Sphere { center, radius } | Shape::Shell { center, radius } => {
-            Box3 { min: center.map(|x| x - radius), max: center.map(|x| x + radius) }
-        }
-        Shape::Cylinder { axis, base, radius, height } => {
-            let mut b = Box3 { min: base.map(|x| x - radius), max: base.map(|x| x + radius) };
-            b.min[*axis] = base[*axis];
-            b.max[*axis] = base[*axis] + height;
-            b
-        }
-        Shape::Extrusion { axis, from, to, outline } => {
-            let mut b = Box3::SPACE;
-            for (k, a) in [[1, 2], [0, 2], [0, 1]][*axis].into_iter().enumerate() {
-                b.min[a] = outline.iter().fold(f64::INFINITY, |m, q| m.min(q[k]));
-                b.max[a] = outline.iter().fold(f64::NEG_INFINITY, |m, q| m.max(q[k]));
-            }
-            (b.min[*axis], b.max[*axis]) = (from.min(*to), from.max(*to));
-            b
-        }
-        Shape::Surface(surface) => around(surface.points.iter().copied()),
-        Shape::Physical(_) => Box3 { min: [0.0; 3], max: [0.0; 3] },
-    }
-}
-
-fn around(points: impl Iterator<Item = P>) -> Box3 {
-    let nothing = Box3 { min: [f64::INFINITY; 3], max: [f64::NEG_INFINITY; 3] };
-    points.fold(nothing, |all, p| all.union(&Box3 { min: p, max: p }))
+    shape.bounds().unwrap_or(Box3 { min: [0.0; 3], max: [0.0; 3] })
 }
 
 /// Largest finite extent.

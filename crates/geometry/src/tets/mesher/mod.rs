@@ -12,6 +12,7 @@ mod quality;
 mod refine;
 mod skin;
 
+use super::open::beyond;
 use super::{BoundaryFace, FaceRole, TetMesh};
 use crate::scene::{Box3, Wall};
 use crate::shapes::{Shape, ShapeScene};
@@ -97,7 +98,7 @@ pub enum MeshError {
         at: [f64; 3],
     },
     /// Walls on both sides of one axis, open space along another: rays to infinity would hit the walls.
-    #[error("open space between two opposite walls cannot be meshed")]
+    #[error("open space between two opposite walls cannot be meshed; make one of the two open, or none")]
     OpenBetweenWalls,
     /// There is nothing with an extent.
     #[error("the scene has no body and no walls; add one")]
@@ -169,33 +170,21 @@ fn fill(work: &mut Work, scene: &ShapeScene) {
     }
 }
 
-/// Permittivities that reach a side without a wall.
-fn beyond(scene: &ShapeScene) -> [f64; 2] {
-    let mut range = [scene.background_permittivity; 2];
-    for d in &scene.dielectrics {
-        let b = bodies::bounds(&d.shape);
-        if (0..3).any(|a| b.min[a].is_infinite() || b.max[a].is_infinite()) {
-            range = [range[0].min(d.relative_permittivity), range[1].max(d.relative_permittivity)];
-        }
-    }
-    range
-}
-
 fn collect(work: &Work, scene: &ShapeScene, domain: &Box3) -> Result<TetMesh, MeshError> {
     let from = &work.mesh;
     let mut out = TetMesh::default();
     let mut ids = vec![NONE; from.points.len()];
-    let permittivity = beyond(scene);
     let all: Vec<Box3> = scene
         .conductors
         .iter()
         .filter(|c| !matches!(c.shape, Shape::Shell { .. }))
         .map(|c| bodies::bounds(&c.shape))
         .collect();
+    let open = |a: usize| scene.walls[a].map(|w| w == Wall::Open);
     if let Some(first) = all.first() {
         let around = all.iter().fold(*first, |all, b| all.union(b));
-        // Rays from a point of the only wall along an axis stay on its inner side.
-        out.center = [0, 1, 2].map(|a| match scene.walls[a].map(|w| w == Wall::Open) {
+        out.center = [0, 1, 2].map(|a| match open(a) {
+            // Rays from a point of the only wall stay on its inner side.
             [false, true] => domain.min[a],
             [true, false] => domain.max[a],
             _ => 0.5 * (around.min[a] + around.max[a]),
@@ -232,7 +221,9 @@ fn collect(work: &Work, scene: &ShapeScene, domain: &Box3) -> Result<TetMesh, Me
                 match (sheet(), outer) {
                     (Some(c), _) => Some(FaceRole::Conductor(c)),
                     (None, Some(Wall::Grounded)) => Some(FaceRole::Grounded),
-                    (None, Some(Wall::Open)) => Some(FaceRole::Open { permittivity }),
+                    (None, Some(Wall::Open)) => {
+                        Some(FaceRole::Open { permittivity: beyond(scene, out.center, on) })
+                    }
                     (None, Some(Wall::Insulated)) => None,
                     (None, None) => return Err(MeshError::Torn { at: middle() }),
                 }
