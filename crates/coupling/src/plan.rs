@@ -1,10 +1,11 @@
 //! What a case asks to be solved, what of it can be left out, and what it will take: known before anything is solved.
 
 use elastocap_electrostatics::{Forecast, Settings, Target, forecast};
+use elastocap_geometry::mirror;
 use elastocap_mechanics::ForceLimit;
 use serde::Serialize;
 
-use crate::case::{Case, Load, Mechanics, PlaneStrain, ShapeScene, Solid, SolidIndenter};
+use crate::case::{Case, FieldSolver, Load, Mechanics, PlaneStrain, ShapeScene, Solid, SolidIndenter};
 use crate::deform::{self, Deformation, closed_form_limit, layer_state};
 use crate::flat_faces::curvature_error;
 use crate::scene_of::scene_of;
@@ -305,7 +306,7 @@ impl Plan {
         }
         self.memory_limit = most_memory();
         if let Some(scene) = &case.shapes {
-            return self.shapes(case, scene, options);
+            return self.tetrahedra(case, scene, options);
         }
         let distinct = self.distinct_steps().filter(|s| s.failure.is_none()).count();
         let settings = self.solver_settings(case, options);
@@ -314,6 +315,12 @@ impl Plan {
             let state = layer_state(case, step.load, options.prune).ok()?.map(Deformation::ClosedForm);
             scene_of(case, state.as_ref()).ok()
         });
+        if case.electrostatics.and_then(|e| e.solver) == Some(FieldSolver::Tetrahedra) {
+            if let Some(scene) = &scene {
+                self.tetrahedra(case, &ShapeScene::from(&scene.scene), options);
+            }
+            return;
+        }
         let foretold = scene.as_ref().and_then(|s| forecast(&s.scene, &settings).ok());
         let mut where_solved = "the whole scene";
         if let Some(own) = &foretold {
@@ -375,7 +382,7 @@ impl Plan {
     }
 
     /// Bodies of any shape: how many tetrahedra they take is known only when they are meshed.
-    fn shapes(&mut self, case: &Case, scene: &ShapeScene, options: &Options) {
+    fn tetrahedra(&mut self, case: &Case, scene: &ShapeScene, options: &Options) {
         let settings = self.solver_settings(case, options);
         if let Some(mesh) = &case.mesh {
             let count = mesh.tets.tets.len();
@@ -410,6 +417,20 @@ impl Plan {
             let what =
                 format!("potentials of {}, from the same fields; not in the matrix", listed(&floating));
             self.solved.push(Planned { part: "floating", what });
+        }
+        if settings.symmetry {
+            self.mirrored = mirror::planes(scene).map(|at| at.is_some());
+        }
+        let planes: Vec<_> = (0..3).filter(|a| self.mirrored[*a]).map(|a| format!("x{}", a + 1)).collect();
+        if !planes.is_empty() {
+            let what = format!("mirror images along {}", listed(&planes));
+            let saving = format!("all but one in {} tetrahedra", 1 << planes.len());
+            self.left_out.push(LeftOut::new(
+                Decision::Plan,
+                what,
+                "the scene is its own mirror image",
+                saving,
+            ));
         }
     }
 

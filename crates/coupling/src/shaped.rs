@@ -3,8 +3,10 @@
 use elastocap_electrostatics::general::{General, Shapes, solve_mesh};
 use elastocap_electrostatics::{Settings, SolveError};
 use elastocap_geometry::export::body::{BodyMesh, Element, NodalArray};
+use elastocap_geometry::mirror;
+use elastocap_geometry::scene::Box3;
 use elastocap_geometry::shapes::{Shape, ShapeScene};
-use elastocap_geometry::tets::{FaceRole, LayeredSizing, Sizing, TetMesh, layered, mesh};
+use elastocap_geometry::tets::{FaceRole, LayeredSizing, MeshError, Sizing, TetMesh, layered, mesh};
 
 use crate::case::ImportedMesh;
 use crate::step::Stop;
@@ -22,9 +24,18 @@ const SHARE: f64 = 0.2;
 /// Sizes of faces over the radius of curved bodies: no larger, no smaller.
 const FACE_SIZES: [f64; 2] = [0.02, 0.3];
 
+/// From which [`flatness`] on a scene in layers is meshed in layers, which needs no small triangles for thin gaps.
+const FLAT: f64 = 5_000.0;
+
+/// Sizes of faces to try.
+const TRIES: usize = 4;
+
 /// A scene solved.
 pub(crate) struct Solved {
+    /// Its mesh is of the part above the planes.
     pub(crate) general: General,
+    /// Per axis the plane about which the scene is its own mirror image, m, if only one half was solved.
+    pub(crate) planes: [Option<f64>; 3],
     /// Estimate of the relative error that flat faces in place of curved ones add; zero where all bodies are flat-faced.
     pub(crate) facets: f64,
 }
@@ -36,9 +47,12 @@ pub(crate) fn solve_shapes(
     settings: &Settings,
 ) -> Result<Solved, Stop> {
     let size = (SHARE * settings.relative_tolerance / FACETS).sqrt().clamp(FACE_SIZES[0], FACE_SIZES[1]);
-    let mesh = match imported {
-        Some(imported) => imported.tets.clone(),
-        None => mesh_of(scene, size).map_err(Stop::Failed)?,
+    let (mesh, planes) = match imported {
+        Some(imported) => (imported.tets.clone(), [None; 3]),
+        None => {
+            let planes = if settings.symmetry { mirror::planes(scene) } else { [None; 3] };
+            mesh_of(scene, size, settings.relative_tolerance, planes).map_err(Stop::Failed)?
+        }
     };
     for (index, conductor) in scene.conductors.iter().enumerate() {
         if !mesh.boundary.iter().any(|f| f.role == FaceRole::Conductor(index as u32)) {
@@ -53,7 +67,12 @@ pub(crate) fn solve_shapes(
         .chain(scene.dielectrics.iter().map(|d| d.relative_permittivity))
         .collect();
     let floating_charges: Vec<_> = scene.conductors.iter().map(|c| c.floating_charge).collect();
-    let shapes = Shapes { permittivity: &permittivity, floating_charges: &floating_charges, order: ORDER };
+    let shapes = Shapes {
+        permittivity: &permittivity,
+        floating_charges: &floating_charges,
+        order: ORDER,
+        mirrored: planes.map(|at| at.is_some()),
+    };
     let general = solve_mesh(mesh, shapes, settings).map_err(|error| match error {
         SolveError::Cancelled => Stop::Cancelled,
         error => Stop::Failed(error.to_string()),
@@ -62,23 +81,79 @@ pub(crate) fn solve_shapes(
     let curved = curved
         .into_iter()
         .any(|shape| matches!(shape, Shape::Sphere { .. } | Shape::Shell { .. } | Shape::Cylinder { .. }));
-    Ok(Solved { general, facets: if curved { FACETS * size * size } else { 0.0 } })
+    Ok(Solved { general, planes, facets: if curved { FACETS * size * size } else { 0.0 } })
 }
 
-/// A mesh with faces of this size over the radius on curved bodies.
-fn mesh_of(scene: &ShapeScene, size: f64) -> Result<TetMesh, String> {
-    let circle = (std::f64::consts::TAU / size).ceil() as usize;
-    if let Some(found) = layered(scene, &LayeredSizing { circle, ..LayeredSizing::default() }) {
-        return found.map_err(|error| error.to_string());
+/// A mesh with faces of this size over the radius on curved bodies: of the part above the planes, and which of them it keeps to.
+/// The whole is meshed where the part cannot be.
+fn mesh_of(
+    scene: &ShapeScene,
+    size: f64,
+    tolerance: f64,
+    planes: [Option<f64>; 3],
+) -> Result<(TetMesh, [Option<f64>; 3]), String> {
+    let part = mirror::part(scene, planes);
+    match whole_of(&part, size, tolerance) {
+        Err(_) if part != *scene => whole_of(scene, size, tolerance).map(|mesh| (mesh, [None; 3])),
+        found => found.map(|mesh| (mesh, planes)),
     }
-    mesh(scene, &Sizing { facet: size, ..Sizing::default() })
-        .map(|found| found.mesh)
-        .map_err(|error| error.to_string())
 }
 
-/// The mesh and the potential for a viewer: one volt on the first driven conductor, the others at zero.
-pub(crate) fn shown(scene: &ShapeScene, general: &General) -> BodyMesh {
-    let General { mesh, potentials, solution } = general;
+fn whole_of(scene: &ShapeScene, size: f64, tolerance: f64) -> Result<TetMesh, String> {
+    let reach = reach(scene, tolerance);
+    if flatness(scene) > FLAT {
+        // A polygon with an even number of sides is its own mirror image as the circle is.
+        let circle = ((std::f64::consts::TAU / size).ceil() as usize).next_multiple_of(2);
+        let sizing = LayeredSizing { circle, reach, ..LayeredSizing::default() };
+        if let Some(found) = layered(scene, &sizing) {
+            return found.map_err(|error| error.to_string());
+        }
+    }
+    // Where rounding leaves a flat tetrahedron behind, other sizes do not.
+    let mut facet = size;
+    let mut tries = TRIES;
+    loop {
+        tries -= 1;
+        match mesh(scene, &Sizing { facet, far: 2.0 * reach, ..Sizing::default() }) {
+            Ok(found) => return Ok(found.mesh),
+            Err(MeshError::Flat { .. } | MeshError::Torn { .. }) if tries > 0 => facet *= 0.9,
+            Err(error) => return Err(error.to_string()),
+        }
+    }
+}
+
+/// How far out open space begins, over the size of the scene: what bounds lose beyond falls with its square, measured on
+/// spheres and pads; where dielectrics go on for ever it is more, since rays leave them.
+fn reach(scene: &ShapeScene, tolerance: f64) -> f64 {
+    let layers = scene.dielectrics.iter().any(|d| match &d.shape {
+        Shape::Box(b) => (0..3).any(|a| b.min[a].is_infinite() || b.max[a].is_infinite()),
+        _ => false,
+    });
+    let lost = if layers { 0.6 } else { 0.004 };
+    (lost / (SHARE * tolerance)).sqrt().clamp(10.0, 40.0)
+}
+
+/// About how many cubes as high as the lowest gap or plate would cover the conductors.
+fn flatness(scene: &ShapeScene) -> f64 {
+    let bounds: Vec<Box3> = scene.conductors.iter().filter_map(|c| c.shape.bounds()).collect();
+    let size = bounds.iter().flat_map(|b| [0, 1, 2].map(|a| b.extent(a))).fold(0.0, f64::max);
+    let axes = (0..3).map(|axis| {
+        let mut planes: Vec<f64> = bounds.iter().flat_map(|b| [b.min[axis], b.max[axis]]).collect();
+        planes.sort_by(f64::total_cmp);
+        let lowest = planes
+            .windows(2)
+            .map(|w| w[1] - w[0])
+            .filter(|gap| *gap > 1e-6 * size)
+            .fold(f64::INFINITY, f64::min);
+        let areas = bounds.iter().map(|b| b.extent((axis + 1) % 3) * b.extent((axis + 2) % 3));
+        areas.sum::<f64>() / (lowest * lowest)
+    });
+    axes.fold(0.0, f64::max)
+}
+
+/// The mesh and the potential for a viewer, of the whole: one volt on the first driven conductor, the others at zero.
+pub(crate) fn shown(scene: &ShapeScene, solved: &Solved) -> BodyMesh {
+    let General { mesh, potentials, solution } = &solved.general;
     let driven: Vec<usize> =
         (0..scene.conductors.len()).filter(|&c| scene.conductors[c].floating_charge.is_none()).collect();
     let mut held = vec![0.0; scene.conductors.len()];
@@ -92,13 +167,72 @@ pub(crate) fn shown(scene: &ShapeScene, general: &General) -> BodyMesh {
     for (v, potential) in held.iter().zip(potentials) {
         values.iter_mut().zip(potential).for_each(|(sum, u)| *sum += v * u);
     }
+    let mut mesh = mesh.clone();
+    for (axis, at) in solved.planes.into_iter().enumerate() {
+        if let Some(at) = at {
+            let whole = mesh.reflected(axis, at);
+            values = whole.source.iter().map(|&p| values[p as usize]).collect();
+            mesh = whole.mesh;
+        }
+    }
     let names = scene.dielectrics.iter().map(|d| d.name.clone());
     BodyMesh {
         element: Element::Tetrahedron,
-        points: mesh.points.clone(),
         nodes: mesh.tets.as_flattened().to_vec(),
+        points: mesh.points,
         arrays: vec![NodalArray { name: "potential", components: 1, values }],
         body_id: mesh.regions.iter().map(|&r| r as i32).collect(),
         body_names: std::iter::once("surroundings".to_owned()).chain(names).collect(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use elastocap_geometry::scene::{Box3, Wall};
+    use elastocap_geometry::shapes::ShapedConductor;
+    use elastocap_geometry::tets::determinant;
+
+    fn scene(shape: Shape) -> ShapeScene {
+        ShapeScene {
+            conductors: vec![ShapedConductor { name: "inner".into(), shape, floating_charge: None }],
+            dielectrics: Vec::new(),
+            background_permittivity: 1.0,
+            domain: Box3 { min: [-1.0; 3], max: [1.0; 3] },
+            walls: [[Wall::Grounded; 2]; 3],
+        }
+    }
+
+    fn volume(body: &BodyMesh) -> f64 {
+        let tets = body.nodes.chunks_exact(4);
+        tets.map(|t| {
+            let [a, b, c, d] = [0, 1, 2, 3].map(|k| body.points[t[k] as usize]);
+            let six = determinant(a, b, c, d);
+            assert!(six > 0.0);
+            six / 6.0
+        })
+        .sum()
+    }
+
+    #[test]
+    fn symmetry_is_used_where_it_is_wanted_and_the_whole_is_shown_either_way() {
+        let base = [0.0, -0.25, 0.0];
+        let rod = Shape::Cylinder { axis: 1, base, radius: 0.5, height: 0.5 };
+        // By the mesher of layers, and by the other one.
+        for shape in [rod, Shape::Sphere { center: [0.0; 3], radius: 0.5 }] {
+            let scene = scene(shape);
+            let settings = Settings { relative_tolerance: 5e-2, ..Settings::default() };
+            let part = solve_shapes(&scene, None, &settings).unwrap();
+            let whole = solve_shapes(&scene, None, &Settings { symmetry: false, ..settings }).unwrap();
+            assert_eq!(part.general.solution.mirrored, [true; 3]);
+            assert_eq!(whole.general.solution.mirrored, [false; 3]);
+            let [a, b] = [&part, &whole].map(|s| s.general.solution.maxwell[0][0]);
+            assert!(a.lower <= b.upper && b.lower <= a.upper, "{a:?} {b:?}");
+            let [a, b] = [&part, &whole].map(|s| shown(&scene, s));
+            assert!((volume(&a) / volume(&b) - 1.0).abs() < 1e-9, "{} {}", volume(&a), volume(&b));
+            let held = |body: &BodyMesh| body.arrays[0].values.iter().filter(|v| **v == 1.0).count();
+            assert!(held(&a) > 8 && a.arrays[0].values.len() == a.points.len());
+            assert!(part.general.mesh.tets.len() * 4 < a.nodes.len());
+        }
     }
 }

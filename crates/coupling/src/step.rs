@@ -7,7 +7,7 @@ use elastocap_electrostatics::{Bounded, Field, FloatingPotential, Settings, Solu
 use elastocap_geometry::export::body::BodyMesh;
 use elastocap_mechanics::ForceLimit;
 
-use crate::case::{Case, ShapeScene};
+use crate::case::{Case, FieldSolver, ShapeScene};
 use crate::curve::{FloatingConductor, Row, SolverReport, Status, StepResult};
 use crate::deform::{Deformation, Prepared};
 use crate::plan::{PlannedStep, StepLoad};
@@ -62,7 +62,7 @@ impl Solver<'_> {
         field: &mut Option<Shown>,
     ) -> Result<(), Stop> {
         if let Some(scene) = &self.case.shapes {
-            return self.run_shapes(scene, result, field);
+            return self.solve_shaped(scene, false, result, field, (None, None));
         }
         let start = Instant::now();
         let state = self.layer.deformation(self.case, step, self.prune).map_err(Stop::Failed)?;
@@ -87,6 +87,16 @@ impl Solver<'_> {
         let deformed = result.scene.insert(deformed);
         result.seconds.mechanics = start.elapsed().as_secs_f64();
 
+        if self.case.electrostatics.and_then(|e| e.solver) == Some(FieldSolver::Tetrahedra) {
+            if deformed.enclosing.is_some() {
+                return Err(Stop::Failed(
+                    "the electrodes are bent by the load, and `solver = \"tetrahedra\"` takes them as boxes so far".to_owned(),
+                ));
+            }
+            let among_others = deformed.pair.is_some() && deformed.scene.driven().count() > 2;
+            let scene = ShapeScene::from(&deformed.scene);
+            return self.solve_shaped(&scene, among_others, result, field, (layer_missed, beyond));
+        }
         let (mut solution, two_terminal) = match deformed.enclosing {
             None => field_of(deformed, &self.settings)?,
             Some(enclosing) => between(deformed, enclosing, &self.settings)?,
@@ -98,17 +108,21 @@ impl Solver<'_> {
         note_solution(result, solution, two_terminal, layer_missed, beyond)
     }
 
-    /// A scene of any shapes, which nothing presses.
-    fn run_shapes(
+    /// A scene of any shapes; `pair_only` if the capacitance is that of its first two conductors among others. `mechanics` has
+    /// what there is to say of the layer: why its accuracy was missed, and why there is no force.
+    fn solve_shaped(
         &self,
         scene: &ShapeScene,
+        pair_only: bool,
         result: &mut StepResult,
         field: &mut Option<Shown>,
+        mechanics: (Option<String>, Option<String>),
     ) -> Result<(), Stop> {
-        let Solved { mut general, facets } = solve_shapes(scene, self.case.mesh.as_ref(), &self.settings)?;
+        let solved = solve_shapes(scene, self.case.mesh.as_ref(), &self.settings)?;
         if self.settings.field {
-            *field = Some(Shown::Tetrahedra(shown(scene, &general)));
+            *field = Some(Shown::Tetrahedra(shown(scene, &solved)));
         }
+        let Solved { mut general, facets, .. } = solved;
         if facets > 0.0 {
             result.warnings.push(format!(
                 "curved surfaces are solved with flat faces, which adds a relative error of about {facets:.0e} (an estimate) to \
@@ -118,8 +132,9 @@ impl Solver<'_> {
         let all = &scene.conductors;
         let floating = std::mem::take(&mut general.solution.floating);
         result.floating = floating_of(|c| all[c].name.clone(), |c| all[c].floating_charge, floating);
-        let two_terminal = general.solution.two_terminal;
-        note_solution(result, general.solution, two_terminal, None, None)
+        let solution = general.solution;
+        let two_terminal = if pair_only { pair_among(&solution.maxwell) } else { solution.two_terminal };
+        note_solution(result, solution, two_terminal, mechanics.0, mechanics.1)
     }
 
     /// Notes what the mechanics say; returns why there is no force, if there is none.
@@ -300,6 +315,7 @@ fn layer_missed(state: Option<&Deformation<'_>>) -> Option<String> {
 }
 
 /// Why a step ended early.
+#[derive(Debug)]
 pub(crate) enum Stop {
     Cancelled,
     Failed(String),

@@ -39,6 +39,8 @@ fn pair(layout: Layout) -> Case {
         load: None,
         conductors: vec![],
         dielectrics: vec![],
+        shapes: None,
+        mesh: None,
         surroundings: Some(Surroundings {
             boundary: Wall::Insulated,
             relative_permittivity: 1.0,
@@ -48,7 +50,7 @@ fn pair(layout: Layout) -> Case {
                 above: Face::Medium { relative_permittivity: 1.0, thickness: Some(1e-3) },
             },
         }),
-        electrostatics: Some(Electrostatics { relative_tolerance: 1e-3, bounds: true }),
+        electrostatics: Some(Electrostatics { relative_tolerance: 1e-3, bounds: true, solver: None }),
     }
 }
 

@@ -16,14 +16,18 @@ use faer::Mat;
 use std::sync::atomic::Ordering;
 use std::time::Instant;
 
-/// The part of the gap that the marked tetrahedra hold.
+/// The part of the gap that the marked tetrahedra hold, at most: less where the tolerance is near.
 const MARKED: f64 = 0.6;
 
-/// Bisections of a marked tetrahedron: two halve its longest edges in most cases.
-const GENERATIONS: u8 = 2;
+/// What bisection takes off the gap of the marked tetrahedra, at least.
+const TAKEN_OFF: f64 = 0.85;
 
-/// What the iteration may add to the relative error, as a share of the tolerance.
-const ITERATION: f64 = 0.01;
+/// Bisections of a marked tetrahedron where the error is more than so many tolerances; three halve its edges in most cases.
+const GENERATIONS: [(f64, u8); 3] = [(8.0, 3), (2.5, 2), (0.0, 1)];
+
+/// What the iteration may leave of the energy, as a share of the tolerance: little, since what it leaves is charge that the
+/// fluxes must carry to a conductor, at more cost than the error of the energy.
+const ITERATION: f64 = 1e-4;
 
 /// Share of the spread from which on that of open space beyond the mesh no longer falls much as the mesh is refined.
 const MOST_BEYOND: f64 = 0.66;
@@ -43,6 +47,8 @@ pub struct Shapes<'a> {
     pub floating_charges: &'a [Option<f64>],
     /// Order of the potentials, 1 to 3.
     pub order: usize,
+    /// Axes along which the mesh is one half of a scene that is its own mirror image; the answers are of the whole.
+    pub mirrored: [bool; 3],
 }
 
 /// The mesh at the end, and the answer.
@@ -58,8 +64,8 @@ pub struct General {
 
 /// Solves a mesh: the Maxwell matrix of its conductors with bounds, the mesh refined until they are near enough.
 ///
-/// [`Settings::symmetry`], [`Settings::resolution`] and [`Settings::field`] are of no meaning here. Without
-/// [`Settings::bounds`] the flux still steers the refinement, and its bounds are given.
+/// [`Settings::resolution`] and [`Settings::field`] are of no meaning here, nor is [`Settings::symmetry`]: `shapes` says what
+/// the mesh is a part of. Without [`Settings::bounds`] the flux still steers the refinement, and its bounds are given.
 ///
 /// # Errors
 ///
@@ -67,6 +73,8 @@ pub struct General {
 pub fn solve_mesh(mesh: TetMesh, shapes: Shapes<'_>, settings: &Settings) -> Result<General, SolveError> {
     let n = shapes.floating_charges.len();
     let floating = Floating::of_charges(shapes.floating_charges);
+    // Energies are those of as many parts.
+    let scale = EPS0 * f64::from(1 << shapes.mirrored.iter().filter(|m| **m).count());
     let cancel = settings.cancel.as_deref();
     let mut mesh = mesh;
     let mut seconds = PhaseSeconds::default();
@@ -76,7 +84,7 @@ pub fn solve_mesh(mesh: TetMesh, shapes: Shapes<'_>, settings: &Settings) -> Res
         meshes += 1;
         let start = Instant::now();
         let problem = Problem { mesh: &mesh, permittivity: shapes.permittivity, conductors: n };
-        let share = (ITERATION * settings.relative_tolerance).min(1e-4);
+        let share = (ITERATION * settings.relative_tolerance).min(1e-6);
         let found = Potentials::solve(problem, TetSettings { order: shapes.order, share, cancel })?;
         iterations += found.iterations;
         let solved = Instant::now();
@@ -85,8 +93,8 @@ pub fn solve_mesh(mesh: TetMesh, shapes: Shapes<'_>, settings: &Settings) -> Res
         drop(gradients);
         let lower = flux.lower(Mat::<f64>::identity(flux.charges.nrows(), n).as_ref());
         let mut all = MatrixBounds {
-            lower: Mat::from_fn(n, n, |i, j| EPS0 * lower[(i, j)]),
-            upper: Mat::from_fn(n, n, |i, j| EPS0 * found.energies[(i, j)]),
+            lower: Mat::from_fn(n, n, |i, j| scale * lower[(i, j)]),
+            upper: Mat::from_fn(n, n, |i, j| scale * found.energies[(i, j)]),
         };
         all.part();
         let bounds = floating.reduced(&all);
@@ -103,9 +111,12 @@ pub fn solve_mesh(mesh: TetMesh, shapes: Shapes<'_>, settings: &Settings) -> Res
             None
         } else {
             let states = states(&floating, &all);
-            let marked = marked(&states, &flux.gaps);
+            let needed = (1.0 - 0.95 * settings.relative_tolerance / error) / TAKEN_OFF;
+            let marked = marked(&states, &flux.gaps, needed.min(MARKED));
             let outside = beyond(&states, &all, &flux.gap);
-            let finer = mesh.bisected(&marked, GENERATIONS).mesh;
+            let far = error / settings.relative_tolerance;
+            let generations = GENERATIONS.iter().find(|(least, _)| far > *least).map_or(1, |g| g.1);
+            let finer = mesh.bisected(&marked, generations).mesh;
             seconds.setup += refining.elapsed().as_secs_f64();
             let (each, per_side) = BYTES[shapes.order.clamp(1, 3) - 1];
             let memory = finer.tets.len() as u64 * (each + n as u64 * per_side);
@@ -135,7 +146,7 @@ pub fn solve_mesh(mesh: TetMesh, shapes: Shapes<'_>, settings: &Settings) -> Res
                 unknowns: found.unknowns,
                 iterations,
                 grids: meshes,
-                mirrored: [false; 3],
+                mirrored: shapes.mirrored,
                 resolution: ResolutionLevel { order: shapes.order, levels: meshes - 1 },
                 repair_share: 0.0,
                 seconds,
@@ -164,10 +175,10 @@ fn states(floating: &Floating, all: &MatrixBounds) -> Vec<(Vec<f64>, f64)> {
         .collect()
 }
 
-/// The fewest tetrahedra that hold the share [`MARKED`] of the gap, relative to the energy, in all states together.
+/// The fewest tetrahedra that hold a share of the gap, relative to the energy, in all states together.
 ///
 /// Where conductors float, a state is a sum of unit states; its local gap is at most that of the sum of their roots, squared.
-fn marked(states: &[(Vec<f64>, f64)], gaps: &[Vec<f64>]) -> Vec<u32> {
+fn marked(states: &[(Vec<f64>, f64)], gaps: &[Vec<f64>], share: f64) -> Vec<u32> {
     let tets = gaps.first().map_or(0, Vec::len);
     let mut size: Vec<f64> = vec![0.0; tets];
     for (potentials, energy) in states.iter().filter(|(_, energy)| *energy > 0.0) {
@@ -177,7 +188,7 @@ fn marked(states: &[(Vec<f64>, f64)], gaps: &[Vec<f64>]) -> Vec<u32> {
             *size += root * root / energy;
         }
     }
-    let goal = MARKED * size.iter().sum::<f64>();
+    let goal = share * size.iter().sum::<f64>();
     let mut order: Vec<u32> = (0..tets as u32).collect();
     // Equal sizes keep their order, so that the same mesh is refined the same way.
     order.sort_by(|&a, &b| size[b as usize].total_cmp(&size[a as usize]));

@@ -34,7 +34,7 @@ fn solved(
     tolerance: f64,
 ) -> Result<General, SolveError> {
     let charges = vec![None; conductors];
-    let shapes = Shapes { permittivity, floating_charges: &charges, order: 2 };
+    let shapes = Shapes { permittivity, floating_charges: &charges, order: 2, mirrored: [false; 3] };
     let settings = Settings { relative_tolerance: tolerance, ..Settings::default() };
     let start = std::time::Instant::now();
     let found = solve_mesh(mesh, shapes, &settings)?;

@@ -3,6 +3,7 @@
 pub mod export;
 pub mod grid;
 pub mod import;
+pub mod mirror;
 pub mod scene;
 pub mod shapes;
 pub mod tets;

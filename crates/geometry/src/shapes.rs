@@ -1,6 +1,6 @@
 //! A scene of bodies of any shape, in SI units: what the solver on tetrahedra takes.
 
-use crate::scene::{Box3, Wall};
+use crate::scene::{Box3, BoxScene, Wall};
 
 /// Where a body is. Lengths in metres; axis 0, 1, 2 is x1, x2, x3.
 #[derive(Debug, Clone, PartialEq)]
@@ -49,6 +49,39 @@ pub enum Shape {
     Physical(String),
 }
 
+impl Shape {
+    /// The smallest box that holds the body, infinite where the body is; that of the hollow for a [`Shape::Shell`]; `None` where
+    /// only a mesh knows.
+    pub fn bounds(&self) -> Option<Box3> {
+        match self {
+            Shape::Box(b) => Some(*b),
+            Shape::Sphere { center, radius } | Shape::Shell { center, radius } => {
+                Some(Box3 { min: center.map(|x| x - radius), max: center.map(|x| x + radius) })
+            }
+            Shape::Cylinder { axis, base, radius, height } => {
+                let mut b = Box3 { min: base.map(|x| x - radius), max: base.map(|x| x + radius) };
+                b.min[*axis] = base[*axis];
+                b.max[*axis] = base[*axis] + height;
+                Some(b)
+            }
+            Shape::Extrusion { axis, from, to, outline } => {
+                let corner = |q: &[f64; 2], z: f64| match axis {
+                    0 => [z, q[0], q[1]],
+                    1 => [q[0], z, q[1]],
+                    _ => [q[0], q[1], z],
+                };
+                around(outline.iter().flat_map(|q| [*from, *to].map(|z| corner(q, z))))
+            }
+            Shape::Surface(surface) => around(surface.points.iter().copied()),
+            Shape::Physical(_) => None,
+        }
+    }
+}
+
+fn around(points: impl Iterator<Item = [f64; 3]>) -> Option<Box3> {
+    points.map(|p| Box3 { min: p, max: p }).reduce(|all, p| all.union(&p))
+}
+
 /// A closed surface of triangles, seen anticlockwise from outside.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct TriangleSurface {
@@ -93,4 +126,26 @@ pub struct ShapeScene {
     pub domain: Box3,
     /// `walls[axis][side]`, side 0 at `domain.min`, side 1 at `domain.max`.
     pub walls: [[Wall; 2]; 3],
+}
+
+impl From<&BoxScene> for ShapeScene {
+    fn from(scene: &BoxScene) -> Self {
+        let conductors = scene.conductors.iter().map(|c| ShapedConductor {
+            name: c.name.clone(),
+            shape: Shape::Box(c.region),
+            floating_charge: c.floating_charge,
+        });
+        let dielectrics = scene.dielectrics.iter().map(|d| ShapedDielectric {
+            name: d.name.clone(),
+            shape: Shape::Box(d.region),
+            relative_permittivity: d.relative_permittivity,
+        });
+        Self {
+            conductors: conductors.collect(),
+            dielectrics: dielectrics.collect(),
+            background_permittivity: scene.background_permittivity,
+            domain: scene.domain,
+            walls: scene.walls,
+        }
+    }
 }

@@ -30,8 +30,8 @@ use toml::de::{DeTable, DeValue};
 
 pub use diagnostics::{CaseError, Diagnostic};
 pub use model::{
-    Box3, Case, Conductor, Dielectric, Electrodes, Electrostatics, Extent, Face, ImportedMesh, Indenter,
-    Layer, LayerEnd, LayerSide, Layout, Load, Material, Mechanics, PlaneStrain, Shape, ShapeScene,
+    Box3, Case, Conductor, Dielectric, Electrodes, Electrostatics, Extent, Face, FieldSolver, ImportedMesh,
+    Indenter, Layer, LayerEnd, LayerSide, Layout, Load, Material, Mechanics, PlaneStrain, Shape, ShapeScene,
     ShapedConductor, ShapedDielectric, ShearLength, Solid, SolidIndenter, Stiffness, Surroundings, Wall,
 };
 pub use schema::json_schema;

@@ -400,4 +400,15 @@ pub struct Electrostatics {
     pub relative_tolerance: f64,
     /// Whether a lower and an upper bound are proved.
     pub bounds: bool,
+    /// The solver asked for; `None` for the one for boxes where it can, else that on tetrahedra.
+    pub solver: Option<FieldSolver>,
+}
+
+/// What solves for the field.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum FieldSolver {
+    /// That for axis-aligned boxes and sheets.
+    Boxes,
+    /// That on tetrahedra, for any shape.
+    Tetrahedra,
 }

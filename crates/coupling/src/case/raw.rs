@@ -577,5 +577,13 @@ table! {
         relative_tolerance: Option<Read<Tolerance>>,
         /// Whether to prove a lower and an upper bound, or only estimate the error. Default: true.
         bounds: Option<Read<Flag>>,
+        /// Which solver: "boxes" (axis-aligned boxes and sheets only; the fast one) or "tetrahedra" (any shape). Default: boxes
+        /// where it can.
+        solver: Option<Read<FieldSolver>>,
     }
+}
+
+words! {
+    /// Which solver.
+    enum FieldSolver { "boxes" => Boxes, "tetrahedra" => Tetrahedra, }
 }

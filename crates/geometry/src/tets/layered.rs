@@ -62,7 +62,7 @@ pub enum LayeredError {
         second: String,
     },
     /// Walls on both sides of one axis, open space along another: rays to infinity would hit the walls.
-    #[error("open space between two opposite walls cannot be meshed")]
+    #[error("open space between two opposite walls cannot be meshed; make one of the two open, or none")]
     OpenBetweenWalls,
     /// Nothing is left to mesh: there are no conductors, or the walls are inside out.
     #[error("there is no space around conductors to mesh")]

@@ -9,12 +9,18 @@ mod layered;
 #[cfg(test)]
 mod layered_tests;
 mod mesher;
+#[cfg(test)]
+mod mirror_tests;
+mod open;
 mod planar;
+mod reflect;
 
 pub use bisect::Bisected;
 pub use boxes::of_boxes;
 pub use layered::{LayeredError, LayeredSizing, layered};
 pub use mesher::{MeshError, Meshed, Quality, Sizing, mesh};
+pub(crate) use mesher::{bounds, flat_parts};
+pub use reflect::Reflected;
 
 /// What holds on a face of the mesh.
 #[derive(Debug, Clone, Copy, PartialEq)]

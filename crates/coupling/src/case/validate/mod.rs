@@ -18,8 +18,8 @@ use std::ops::Range;
 use std::path::Path;
 
 use super::diagnostics::Diagnostic;
-use super::model::{Case, Electrostatics};
-use super::raw::Document;
+use super::model::{Case, Electrostatics, FieldSolver};
+use super::raw::{self, Document};
 use super::reader::{Log, Read};
 
 /// `relative_tolerance` where the file does not say.
@@ -67,6 +67,9 @@ pub(super) fn validate(raw: &Document, flawed: bool, origin: &Path, log: &mut Lo
     }
     let surroundings_read = surroundings.as_ref().and_then(Option::as_ref);
     let no_boxes = Some((Vec::new(), Vec::new()));
+    if imported::any_physical(raw) || shapes::any_shaped(raw) {
+        check_solver(raw, log);
+    }
     let (bodies, shapes, mesh) = if imported::any_physical(raw) {
         let scene = imported::scene(raw, flawed, surroundings_read, origin, log);
         let (shapes, mesh) = scene.map_or((None, None), |(shapes, mesh)| (Some(shapes), Some(mesh)));
@@ -149,8 +152,22 @@ fn title(raw: &Document, origin: &Path) -> Option<String> {
     }
 }
 
+/// The solver for boxes cannot take bodies of other shapes.
+fn check_solver(raw: &Document, log: &mut Log<'_>) {
+    let asked = given(&raw.electrostatics).and_then(|table| table.solver.as_ref());
+    if let Some(read) = asked
+        && let Some(raw::FieldSolver::Boxes) = read.get()
+    {
+        log.push(
+            Diagnostic::at(&read.span, "the solver for boxes cannot take bodies of other shapes")
+                .label("a conductor or dielectric here is no box, sheet or slab")
+                .help("leave `solver` out, or say `solver = \"tetrahedra\"`"),
+        );
+    }
+}
+
 fn electrostatics(raw: &Document) -> Option<Electrostatics> {
-    let (mut relative_tolerance, mut bounds) = (DEFAULT_TOLERANCE, true);
+    let (mut relative_tolerance, mut bounds, mut solver) = (DEFAULT_TOLERANCE, true, None);
     if let Some(read) = &raw.electrostatics {
         let table = read.get()?;
         if let Some(read) = &table.relative_tolerance {
@@ -159,6 +176,12 @@ fn electrostatics(raw: &Document) -> Option<Electrostatics> {
         if let Some(read) = &table.bounds {
             bounds = read.get()?.0;
         }
+        if let Some(read) = &table.solver {
+            solver = Some(match read.get()? {
+                raw::FieldSolver::Boxes => FieldSolver::Boxes,
+                raw::FieldSolver::Tetrahedra => FieldSolver::Tetrahedra,
+            });
+        }
     }
-    Some(Electrostatics { relative_tolerance, bounds })
+    Some(Electrostatics { relative_tolerance, bounds, solver })
 }

@@ -1,46 +1,17 @@
 //! From the bodies of a scene to points, segments and facets.
 
 use super::complex::Complex;
+use super::skin::{Cut, Skin};
 use super::{MeshError, Sizing};
-use crate::scene::Box3;
+use crate::scene::{Box3, Wall};
 use crate::shapes::{Shape, ShapeScene, TriangleSurface};
-use std::collections::{BTreeMap, HashMap};
+use std::collections::HashMap;
 
 type P = [f64; 3];
 
 /// The box that holds a body; infinite where the body is.
-pub(super) fn bounds(shape: &Shape) -> Box3 {
-    match shape {
-        Shape::Box(b) => *b,
-        Shape::Sphere { center, radius } | Shape::Shell { center, radius } => {
-            Box3 { min: center.map(|x| x - radius), max: center.map(|x| x + radius) }
-        }
-        Shape::Cylinder { axis, base, radius, height } => {
-            let mut b = Box3 { min: base.map(|x| x - radius), max: base.map(|x| x + radius) };
-            b.min[*axis] = base[*axis];
-            b.max[*axis] = base[*axis] + height;
-            b
-        }
-        Shape::Extrusion { axis, from, to, outline } => {
-            around(outline.iter().flat_map(|&q| [*from, *to].map(|z| place(*axis, z, q))))
-        }
-        Shape::Surface(surface) => around(surface.points.iter().copied()),
-        Shape::Physical(_) => Box3 { min: [0.0; 3], max: [0.0; 3] },
-    }
-}
-
-fn around(points: impl Iterator<Item = P>) -> Box3 {
-    let nothing = Box3 { min: [f64::INFINITY; 3], max: [f64::NEG_INFINITY; 3] };
-    points.fold(nothing, |all, p| all.union(&Box3 { min: p, max: p }))
-}
-
-/// The point at `z` along the axis with `q` for the two other coordinates.
-fn place(axis: usize, z: f64, q: [f64; 2]) -> P {
-    match axis {
-        0 => [z, q[0], q[1]],
-        1 => [q[0], z, q[1]],
-        _ => [q[0], q[1], z],
-    }
+pub(crate) fn bounds(shape: &Shape) -> Box3 {
+    shape.bounds().unwrap_or(Box3 { min: [0.0; 3], max: [0.0; 3] })
 }
 
 /// Largest finite extent.
@@ -184,7 +155,16 @@ pub(super) fn domain(scene: &ShapeScene, sizing: &Sizing) -> Result<Box3, MeshEr
     if let Some(shell) = shapes().find(|s| matches!(s, Shape::Shell { .. })) {
         let b = bounds(shell);
         let grown = 0.25 * extent(&b);
-        return Ok(Box3 { min: b.min.map(|x| x - grown), max: b.max.map(|x| x + grown) });
+        let mut out = Box3 { min: b.min.map(|x| x - grown), max: b.max.map(|x| x + grown) };
+        for a in 0..3 {
+            if scene.domain.min[a] > b.min[a] {
+                out.min[a] = scene.domain.min[a];
+            }
+            if scene.domain.max[a] < b.max[a] {
+                out.max[a] = scene.domain.max[a];
+            }
+        }
+        return Ok(out);
     }
     let mut low = [f64::INFINITY; 3];
     let mut high = [f64::NEG_INFINITY; 3];
@@ -221,122 +201,59 @@ pub(super) fn complex(scene: &ShapeScene, domain: &Box3, sizing: &Sizing) -> Res
     let conductors = scene.conductors.iter().enumerate().map(|(c, b)| (&b.name, &b.shape, Some(c as u32)));
     let dielectrics = scene.dielectrics.iter().map(|d| (&d.name, &d.shape, None));
     for (name, shape, conductor) in conductors.chain(dielectrics) {
-        let degenerate = || MeshError::Unsupported { body: name.clone(), what: "a face without an area" };
-        let size = sizing.facet * extent(&bounds(shape));
-        match shape {
-            Shape::Box(_) => {}
+        let unsupported = |what| MeshError::Unsupported { body: name.clone(), what };
+        let mut size = sizing.facet * extent(&bounds(shape));
+        let mut skin = match shape {
+            Shape::Box(_) => continue,
             Shape::Sphere { center, radius } | Shape::Shell { center, radius } => {
-                let surface = geodesic(*center, *radius, sizing.facet);
-                out.seeds.push((*center, sizing.facet * radius));
-                triangles(&mut out, name, &surface, sizing.facet * radius, false).ok_or_else(degenerate)?;
+                size = sizing.facet * radius;
+                middle(&mut out, domain, *center, size);
+                Skin::triangles(&geodesic(*center, *radius, sizing.facet), false)
             }
             Shape::Cylinder { axis, base, radius, height } => {
+                size = sizing.facet * radius;
                 let across = [[1, 2], [0, 2], [0, 1]][*axis].map(|a| base[a]);
                 let ends = [base[*axis], base[*axis] + height];
-                let outline = circle(across, *radius, sizing.facet);
-                prism(&mut out, name, *axis, ends, &outline, sizing.facet * radius, None)
-                    .ok_or_else(degenerate)?;
+                Skin::prism(*axis, ends, &circle(across, *radius, sizing.facet), None)
             }
             Shape::Extrusion { axis, from, to, outline } => {
-                let sheet = if from == to { conductor } else { None };
-                prism(&mut out, name, *axis, [*from, *to], outline, size, sheet).ok_or_else(degenerate)?;
+                Skin::prism(*axis, [*from, *to], outline, conductor)
             }
-            Shape::Surface(surface) => {
-                triangles(&mut out, name, surface, size, true).ok_or_else(degenerate)?;
-            }
+            Shape::Surface(surface) => Skin::triangles(surface, true),
             Shape::Physical(_) => {
-                let what = "a group of a volume mesh, which is a mesh already";
-                return Err(MeshError::Unsupported { body: name.clone(), what });
+                return Err(unsupported("a group of a volume mesh, which is a mesh already"));
+            }
+        };
+        for axis in 0..3 {
+            for (at, above, wall) in [
+                (domain.min[axis], true, scene.walls[axis][0]),
+                (domain.max[axis], false, scene.walls[axis][1]),
+            ] {
+                skin.cut(Cut { axis, at, above })
+                    .ok_or_else(|| unsupported("a surface that is not closed"))?;
+                if let Some(at) = skin.touches(axis, at)
+                    && conductor.is_some()
+                    && wall == Wall::Grounded
+                {
+                    let second = "a grounded wall".into();
+                    return Err(MeshError::Crossing { first: name.clone(), second, at });
+                }
             }
         }
+        skin.put(&mut out, name, size).ok_or_else(|| unsupported("a face without an area"))?;
     }
-    for (k, p) in out.points.iter().enumerate() {
-        if !domain.contains(*p) {
-            let body = out.on[k].first().map_or("", |&f| &out.facets[f as usize].body);
-            return Err(MeshError::Crossing { first: body.into(), second: "a wall".into(), at: *p });
-        }
-    }
-    out.close()?;
+    out.close(domain)?;
     Ok(out)
 }
 
-fn prism(
-    out: &mut Complex,
-    name: &str,
-    axis: usize,
-    ends: [f64; 2],
-    outline: &[[f64; 2]],
-    size: f64,
-    sheet: Option<u32>,
-) -> Option<()> {
-    let rings = ends.map(|z| outline.iter().map(|&q| out.point(place(axis, z, q), size)).collect::<Vec<_>>());
-    let facet = out.outlined(&rings[0], name)?;
-    if ends[0] == ends[1] {
-        let polygon = out.facets[facet as usize].polygons.len() - 1;
-        out.facets[facet as usize].sheets.extend(sheet.map(|c| (c, polygon)));
-        return Some(());
+/// Gives a ball a point in its middle, so that not all points are on spheres.
+fn middle(out: &mut Complex, domain: &Box3, center: P, size: f64) {
+    let on = (0..3).any(|a| center[a] == domain.min[a] || center[a] == domain.max[a]);
+    if on && domain.contains(center) {
+        out.point(center, size);
+    } else {
+        out.seeds.push((center, size));
     }
-    out.outlined(&rings[1], name)?;
-    for k in 0..outline.len() {
-        let l = (k + 1) % outline.len();
-        out.outlined(&[rings[0][k], rings[0][l], rings[1][l], rings[1][k]], name)?;
-    }
-    Some(())
-}
-
-/// A surface of triangles; neighbours in one plane become one facet if `merge`.
-fn triangles(out: &mut Complex, name: &str, surface: &TriangleSurface, size: f64, merge: bool) -> Option<()> {
-    let ids: Vec<u32> = surface.points.iter().map(|&p| out.point(p, size)).collect();
-    let faces: Vec<[u32; 3]> = surface.faces.iter().map(|f| f.map(|p| ids[p as usize])).collect();
-    let mut edges: BTreeMap<[u32; 2], Vec<usize>> = BTreeMap::new();
-    for (t, f) in faces.iter().enumerate() {
-        for k in 0..3 {
-            edges.entry(super::delaunay::sorted(f[k], f[(k + 1) % 3])).or_default().push(t);
-        }
-    }
-    let mut parent: Vec<usize> = (0..faces.len()).collect();
-    fn root(parent: &mut [usize], mut t: usize) -> usize {
-        while parent[t] != t {
-            parent[t] = parent[parent[t]];
-            t = parent[t];
-        }
-        t
-    }
-    if merge {
-        let whole = extent(&around(surface.points.iter().copied()));
-        for pair in edges.values().filter(|p| p.len() == 2) {
-            let [a, b, c] = faces[pair[0]].map(|p| out.points[p as usize]);
-            let flat = faces[pair[1]].iter().all(|&p| {
-                crate::tets::determinant(a, b, c, out.points[p as usize]).abs() < 1e-10 * whole.powi(3)
-            });
-            if flat {
-                let (x, y) = (root(&mut parent, pair[0]), root(&mut parent, pair[1]));
-                parent[x.max(y)] = x.min(y);
-            }
-        }
-    }
-    let mut facets: BTreeMap<usize, u32> = BTreeMap::new();
-    for t in 0..faces.len() {
-        let group = root(&mut parent, t);
-        let facet = match facets.get(&group) {
-            Some(&f) => f,
-            None => {
-                let f = out.facet(&faces[group], name)?;
-                facets.insert(group, f);
-                f
-            }
-        };
-        out.polygon(facet, &faces[t]);
-    }
-    for (edge, sides) in &edges {
-        let groups: Vec<usize> = sides.iter().map(|&t| root(&mut parent, t)).collect();
-        if groups.iter().any(|&g| g != groups[0]) || groups.len() != 2 {
-            for g in groups {
-                out.segment(edge[0], edge[1], facets[&g]);
-            }
-        }
-    }
-    Some(())
 }
 
 /// All boxes and the walls: faces between cells of their common grid that are filled differently.

@@ -2,6 +2,7 @@
 
 use super::MeshError;
 use super::delaunay::{orient, sorted};
+use crate::scene::Box3;
 use std::collections::{BTreeMap, HashMap};
 
 type P = [f64; 3];
@@ -121,8 +122,8 @@ impl Complex {
     }
 
     /// The facet through these points: that of their plane if it is normal to an axis, else a new one.
-    pub(super) fn facet(&mut self, corners: &[u32], body: &str) -> Option<u32> {
-        let at = |k: usize| self.points[corners[k] as usize];
+    pub(super) fn facet(&mut self, corners: &[P], body: &str) -> Option<u32> {
+        let at = |k: usize| corners[k];
         for axis in 0..3 {
             if (1..corners.len()).all(|k| at(k)[axis] == at(0)[axis]) {
                 let coordinate = at(0)[axis];
@@ -152,25 +153,24 @@ impl Complex {
     }
 
     /// Says that a point is on a facet.
-    fn touch(&mut self, point: u32, facet: u32) {
+    pub(super) fn touch(&mut self, point: u32, facet: u32) {
         let on = &mut self.on[point as usize];
         if !on.contains(&facet) {
             on.push(facet);
         }
     }
 
-    /// Adds a polygon to a facet, without its edges.
-    pub(super) fn polygon(&mut self, facet: u32, corners: &[u32]) {
-        for &c in corners {
-            self.touch(c, facet);
-        }
-        self.area(facet, &corners.iter().map(|&c| self.points[c as usize]).collect::<Vec<_>>());
-    }
-
-    /// Adds a polygon whose corners need not be points of the mesh.
+    /// Adds a polygon whose corners need not be points of the mesh. The first three span its plane best.
     pub(super) fn area(&mut self, facet: u32, corners: &[P]) {
         let facet = &mut self.facets[facet as usize];
-        let polygon = corners.iter().map(|&p| facet.flat(p)).collect();
+        let mut polygon: Vec<[f64; 2]> = corners.iter().map(|&p| facet.flat(p)).collect();
+        let n = polygon.len();
+        let wide = |k: usize| {
+            let [a, b, c] = [0, 1, 2].map(|i| polygon[(k + i) % n]);
+            ((b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])).abs()
+        };
+        let first = (1..n).fold(0, |best, k| if wide(k) > wide(best) { k } else { best });
+        polygon.rotate_left(first);
         facet.polygons.push(polygon);
     }
 
@@ -184,37 +184,33 @@ impl Complex {
         }
     }
 
-    /// Adds a polygon and its edges.
-    pub(super) fn outlined(&mut self, corners: &[u32], body: &str) -> Option<u32> {
-        let facet = self.facet(corners, body)?;
-        self.polygon(facet, corners);
-        for k in 0..corners.len() {
-            self.segment(corners[k], corners[(k + 1) % corners.len()], facet);
-        }
-        Some(facet)
-    }
-
-    /// Finds what touches without having been said to, and refuses what crosses.
-    pub(super) fn close(&mut self) -> Result<(), MeshError> {
+    /// Finds what touches without having been said to, and refuses what crosses. The walls are whole sides of `domain`.
+    pub(super) fn close(&mut self, domain: &Box3) -> Result<(), MeshError> {
+        let wall = |plane: Option<(usize, f64)>| {
+            plane.is_some_and(|(axis, at)| at == domain.min[axis] || at == domain.max[axis])
+        };
         for p in 0..self.points.len() {
             for axis in 0..3 {
                 let at = self.points[p];
                 let Some(&f) = self.planes.get(&(axis, at[axis].to_bits())) else { continue };
-                if self.facets[f as usize].holds(at) {
+                let facet = &self.facets[f as usize];
+                if wall(facet.plane) || facet.holds(at) {
                     self.touch(p as u32, f);
                 }
             }
         }
+        self.part();
         let edges: Vec<[u32; 2]> = self.segments.keys().copied().collect();
         for [a, b] in edges {
             let common: Vec<u32> = self.on[a as usize]
                 .iter()
                 .copied()
                 .filter(|f| {
-                    self.on[b as usize].contains(f) && self.facets[*f as usize].plane.is_some() && {
-                        let [p, q] = [a, b].map(|i| self.points[i as usize]);
-                        self.facets[*f as usize].holds([0, 1, 2].map(|k| 0.5 * (p[k] + q[k])))
-                    }
+                    let facet = &self.facets[*f as usize];
+                    let [p, q] = [a, b].map(|i| self.points[i as usize]);
+                    self.on[b as usize].contains(f)
+                        && facet.plane.is_some()
+                        && (wall(facet.plane) || facet.holds([0, 1, 2].map(|k| 0.5 * (p[k] + q[k]))))
                 })
                 .collect();
             for f in common {
@@ -222,6 +218,29 @@ impl Complex {
             }
         }
         self.crossings()
+    }
+
+    /// Cuts segments along an axis at the points on them.
+    fn part(&mut self) {
+        let line = |p: P, axis: usize| (axis, p[(axis + 1) % 3].to_bits(), p[(axis + 2) % 3].to_bits());
+        let mut lines: HashMap<(usize, u64, u64), Vec<u32>> = HashMap::new();
+        for (k, &p) in self.points.iter().enumerate() {
+            (0..3).for_each(|axis| lines.entry(line(p, axis)).or_default().push(k as u32));
+        }
+        for ([a, b], facets) in std::mem::take(&mut self.segments) {
+            let [p, q] = [a, b].map(|i| self.points[i as usize]);
+            let mut chain = vec![a, b];
+            if let Some(axis) = (0..3).find(|&k| line(p, k) == line(q, k)) {
+                let along = |i: &u32| self.points[*i as usize][axis];
+                let [low, high] = [p[axis].min(q[axis]), p[axis].max(q[axis])];
+                let all = lines.get(&line(p, axis)).map_or(&[][..], |all| all);
+                chain.extend(all.iter().filter(|i| low < along(i) && along(i) < high));
+                chain.sort_by(|i, j| along(i).total_cmp(&along(j)));
+            }
+            for pair in chain.windows(2) {
+                facets.iter().for_each(|&f| self.segment(pair[0], pair[1], f));
+            }
+        }
     }
 
     fn crossings(&self) -> Result<(), MeshError> {

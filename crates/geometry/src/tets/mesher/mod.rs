@@ -10,13 +10,17 @@ mod conform;
 mod delaunay;
 mod quality;
 mod refine;
+mod skin;
 
+use super::open::beyond;
 use super::{BoundaryFace, FaceRole, TetMesh};
 use crate::scene::{Box3, Wall};
 use crate::shapes::{Shape, ShapeScene};
+pub(crate) use bodies::bounds;
 use conform::Work;
 use delaunay::NONE;
 pub use quality::Quality;
+pub(crate) use skin::flat_parts;
 
 /// How fine a mesh is.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -93,6 +97,9 @@ pub enum MeshError {
         /// Where, m.
         at: [f64; 3],
     },
+    /// Walls on both sides of one axis, open space along another: rays to infinity would hit the walls.
+    #[error("open space between two opposite walls cannot be meshed; make one of the two open, or none")]
+    OpenBetweenWalls,
     /// There is nothing with an extent.
     #[error("the scene has no body and no walls; add one")]
     Empty,
@@ -105,8 +112,13 @@ pub enum MeshError {
 ///
 /// # Errors
 ///
-/// Surfaces that cross each other (those of boxes may), and surfaces that are not met within the limit on points.
+/// Surfaces that cross each other (those of boxes may), conductors that meet a grounded wall, open space between opposite walls,
+/// and surfaces that are not met within the limit on points. Other walls cut through bodies.
 pub fn mesh(scene: &ShapeScene, sizing: &Sizing) -> Result<Meshed, MeshError> {
+    let open = |a: usize| scene.walls[a].map(|w| w == Wall::Open);
+    if (0..3).any(|a| open(a) == [false; 2]) && (0..3).any(|a| open(a) != [false; 2]) {
+        return Err(MeshError::OpenBetweenWalls);
+    }
     let domain = bodies::domain(scene, sizing)?;
     let complex = bodies::complex(scene, &domain, sizing)?;
     let mut work = Work::new(complex, domain.min, domain.max)?;
@@ -158,32 +170,25 @@ fn fill(work: &mut Work, scene: &ShapeScene) {
     }
 }
 
-/// Permittivities that reach a side without a wall.
-fn beyond(scene: &ShapeScene) -> [f64; 2] {
-    let mut range = [scene.background_permittivity; 2];
-    for d in &scene.dielectrics {
-        let b = bodies::bounds(&d.shape);
-        if (0..3).any(|a| b.min[a].is_infinite() || b.max[a].is_infinite()) {
-            range = [range[0].min(d.relative_permittivity), range[1].max(d.relative_permittivity)];
-        }
-    }
-    range
-}
-
 fn collect(work: &Work, scene: &ShapeScene, domain: &Box3) -> Result<TetMesh, MeshError> {
     let from = &work.mesh;
     let mut out = TetMesh::default();
     let mut ids = vec![NONE; from.points.len()];
-    let permittivity = beyond(scene);
     let all: Vec<Box3> = scene
         .conductors
         .iter()
         .filter(|c| !matches!(c.shape, Shape::Shell { .. }))
         .map(|c| bodies::bounds(&c.shape))
         .collect();
+    let open = |a: usize| scene.walls[a].map(|w| w == Wall::Open);
     if let Some(first) = all.first() {
         let around = all.iter().fold(*first, |all, b| all.union(b));
-        out.center = [0, 1, 2].map(|a| 0.5 * (around.min[a] + around.max[a]));
+        out.center = [0, 1, 2].map(|a| match open(a) {
+            // Rays from a point of the only wall stay on its inner side.
+            [false, true] => domain.min[a],
+            [true, false] => domain.max[a],
+            _ => 0.5 * (around.min[a] + around.max[a]),
+        });
     }
     for t in 0..from.tets.len() {
         if !from.alive(t as u32) || from.regions[t] < 0 {
@@ -216,7 +221,9 @@ fn collect(work: &Work, scene: &ShapeScene, domain: &Box3) -> Result<TetMesh, Me
                 match (sheet(), outer) {
                     (Some(c), _) => Some(FaceRole::Conductor(c)),
                     (None, Some(Wall::Grounded)) => Some(FaceRole::Grounded),
-                    (None, Some(Wall::Open)) => Some(FaceRole::Open { permittivity }),
+                    (None, Some(Wall::Open)) => {
+                        Some(FaceRole::Open { permittivity: beyond(scene, out.center, on) })
+                    }
                     (None, Some(Wall::Insulated)) => None,
                     (None, None) => return Err(MeshError::Torn { at: middle() }),
                 }

@@ -1,0 +1,129 @@
+//! One part of a scene that is its own mirror image, solved for the whole.
+
+use std::f64::consts::PI;
+
+use elastocap_electrostatics::general::{Shapes, solve_mesh};
+use elastocap_electrostatics::{Bounded, EPS0, Settings, Solution};
+use elastocap_geometry::mirror::{part, planes};
+use elastocap_geometry::scene::{Box3, Wall};
+use elastocap_geometry::shapes::{Shape, ShapeScene, ShapedConductor, ShapedDielectric, TriangleSurface};
+use elastocap_geometry::tets::{Sizing, mesh};
+
+fn ball(x: f64, radius: f64) -> Shape {
+    Shape::Sphere { center: [x, 0.0, 0.0], radius }
+}
+
+fn scene(shapes: Vec<(Shape, Option<f64>)>, wall: Wall) -> ShapeScene {
+    let named =
+        |(k, (shape, floating_charge))| ShapedConductor { name: format!("c{k}"), shape, floating_charge };
+    ShapeScene {
+        conductors: shapes.into_iter().enumerate().map(named).collect(),
+        dielectrics: Vec::new(),
+        background_permittivity: 1.0,
+        domain: if wall == Wall::Open { Box3::SPACE } else { Box3 { min: [-1.0; 3], max: [1.0; 3] } },
+        walls: [[wall; 2]; 3],
+    }
+}
+
+fn cube() -> TriangleSurface {
+    let points = (0..8).map(|k| [0, 1, 2].map(|a| if k >> a & 1 == 0 { -0.5 } else { 0.5 })).collect();
+    let quads = [[0, 4, 6, 2], [1, 3, 7, 5], [0, 1, 5, 4], [2, 6, 7, 3], [0, 2, 3, 1], [4, 5, 7, 6]];
+    let faces = quads.iter().flat_map(|q: &[u32; 4]| [[q[0], q[1], q[2]], [q[0], q[2], q[3]]]).collect();
+    TriangleSurface { points, faces }
+}
+
+fn solved(scene: &ShapeScene, planes: [Option<f64>; 3], facet: f64, tolerance: f64) -> Solution {
+    let mesh = mesh(&part(scene, planes), &Sizing { facet, ..Sizing::default() }).unwrap().mesh;
+    let permittivity: Vec<f64> = std::iter::once(scene.background_permittivity)
+        .chain(scene.dielectrics.iter().map(|d| d.relative_permittivity))
+        .collect();
+    let charges: Vec<_> = scene.conductors.iter().map(|c| c.floating_charge).collect();
+    let mirrored = planes.map(|at| at.is_some());
+    let shapes = Shapes { permittivity: &permittivity, floating_charges: &charges, order: 2, mirrored };
+    let settings = Settings { relative_tolerance: tolerance, ..Settings::default() };
+    let found = solve_mesh(mesh, shapes, &settings).unwrap().solution;
+    assert!(found.reached && found.mirrored == mirrored);
+    found
+}
+
+/// Solves the part and the whole: the bounds of every number overlap.
+fn compared(scene: &ShapeScene, expected: usize, facet: f64, tolerance: f64) -> [Solution; 2] {
+    let found = planes(scene);
+    assert_eq!(found.iter().flatten().count(), expected);
+    let both = [found, [None; 3]].map(|planes| solved(scene, planes, facet, tolerance));
+    let overlap = |a: &Bounded, b: &Bounded| {
+        assert!(a.lower <= b.upper && b.lower <= a.upper, "{a:?} {b:?}");
+    };
+    for (a, b) in both[0].maxwell.iter().flatten().zip(both[1].maxwell.iter().flatten()) {
+        overlap(a, b);
+    }
+    for (a, b) in both[0].two_terminal.iter().zip(&both[1].two_terminal) {
+        overlap(a, b);
+    }
+    for (a, b) in both[0].floating.iter().zip(&both[1].floating) {
+        assert_eq!(a.conductor, b.conductor);
+        overlap(&a.from_charges, &b.from_charges);
+        a.per_driven.iter().zip(&b.per_driven).for_each(|(a, b)| overlap(a, b));
+    }
+    println!("{} of {} unknowns", both[0].unknowns, both[1].unknowns);
+    both
+}
+
+#[test]
+fn an_eighth_of_a_cube_of_triangles_in_a_cube_bounds_the_known_capacitance() {
+    let scene = scene(vec![(Shape::Surface(cube()), None)], Wall::Grounded);
+    let [part, whole] = compared(&scene, 3, 0.3, 4e-3);
+    let known = 19.127134997 * EPS0;
+    let c = part.maxwell[0][0];
+    assert!(c.lower <= known && known <= c.upper, "{c:?} {known}");
+    assert!(4 * part.unknowns < whole.unknowns, "{} {}", part.unknowns, whole.unknowns);
+}
+
+#[test]
+fn a_quarter_of_two_balls_in_open_space_has_their_matrix() {
+    let scene = scene(vec![(ball(0.0, 0.01), None), (ball(0.05, 0.02), None)], Wall::Open);
+    let [part, _] = compared(&scene, 2, 0.25, 3e-2);
+    let known = [[0.01105933977598848, -0.004444944336055013], [-0.004444944336055013, 0.02185361967309565]];
+    for (found, known) in part.maxwell.iter().flatten().zip(known.as_flattened()) {
+        let known = 4.0 * PI * EPS0 * known;
+        // Bodies with flat faces have these bounds: what they differ by is allowed for.
+        let facets = 5e-3 * known.abs();
+        assert!(found.lower - facets <= known && known <= found.upper + facets, "{found:?} {known}");
+    }
+}
+
+#[test]
+fn an_eighth_of_layered_balls_has_the_capacitance_of_capacitors_in_series() {
+    let shell = Shape::Shell { center: [0.0; 3], radius: 0.9 };
+    let mut scene = scene(vec![(ball(0.0, 0.3), None), (shell, None)], Wall::Grounded);
+    scene.dielectrics.push(ShapedDielectric {
+        name: "inside".into(),
+        shape: ball(0.0, 0.6),
+        relative_permittivity: 4.0,
+    });
+    let [part, _] = compared(&scene, 3, 0.25, 2e-2);
+    let series = 4.0 * PI * EPS0 / ((1.0 / 0.3 - 1.0 / 0.6) / 4.0 + (1.0 / 0.6 - 1.0 / 0.9));
+    let c = part.two_terminal.unwrap();
+    assert!(c.lower < 1.005 * series && 0.995 * series < c.upper, "{c:?} {series}");
+}
+
+#[test]
+fn a_floating_ball_has_the_potential_that_its_whole_charge_makes() {
+    let shapes = vec![(ball(-0.4, 0.3), None), (ball(0.4, 0.3), Some(2e-12))];
+    let [part, whole] = compared(&scene(shapes, Wall::Grounded), 2, 0.4, 3e-2);
+    let [a, b] = [part, whole].map(|s| s.floating[0].from_charges);
+    assert!((a.value / b.value - 1.0).abs() < 1e-2, "{a:?} {b:?}");
+}
+
+#[test]
+fn half_an_l_and_a_scene_without_a_plane_agree_with_the_whole() {
+    let outline = [[0.0, 0.0], [0.6, 0.0], [0.6, 0.2], [0.2, 0.2], [0.2, 0.6], [0.0, 0.6]];
+    let outline: Vec<[f64; 2]> = outline.iter().map(|p| p.map(|x| x - 0.3)).collect();
+    let pad = |from: f64| Shape::Extrusion { axis: 1, from, to: from + 0.2, outline: outline.clone() };
+    let one = Shape::Sphere { center: [0.2, 0.0, 0.2], radius: 0.2 };
+    compared(&scene(vec![(pad(-0.1), None), (one.clone(), None)], Wall::Grounded), 1, 0.4, 3e-2);
+    // Higher up there is no plane: both are the whole.
+    let [a, b] = compared(&scene(vec![(pad(0.0), None), (one, None)], Wall::Grounded), 0, 0.4, 5e-2);
+    assert_eq!(a.maxwell[0][0], b.maxwell[0][0]);
+    assert_eq!(a.mirrored, [false; 3]);
+}

@@ -1,0 +1,220 @@
+//! Meshes of scenes whose bodies reach across walls, and parts of scenes that are their own mirror images.
+
+use super::checks::{areas, conforming, volume};
+use super::{FaceRole, LayeredSizing, MeshError, Sizing, TetMesh, layered, mesh};
+use crate::mirror::{part, planes};
+use crate::scene::{Box3, Wall};
+use crate::shapes::{Shape, ShapeScene, ShapedConductor, ShapedDielectric, TriangleSurface};
+
+fn scene(wall: Wall, domain: Box3, shapes: Vec<Shape>) -> ShapeScene {
+    let named = |(k, shape)| ShapedConductor { name: format!("c{k}"), shape, floating_charge: None };
+    ShapeScene {
+        conductors: shapes.into_iter().enumerate().map(named).collect(),
+        dielectrics: Vec::new(),
+        background_permittivity: 1.0,
+        domain,
+        walls: [[wall; 2]; 3],
+    }
+}
+
+fn walls(half: f64) -> Box3 {
+    Box3 { min: [-half; 3], max: [half; 3] }
+}
+
+fn cube(half: f64, turn: f64) -> TriangleSurface {
+    let (s, c) = turn.sin_cos();
+    let corner = |k: usize| [0, 1, 2].map(|a| if k >> a & 1 == 0 { -half } else { half });
+    let turned = |p: [f64; 3]| [c * p[0] - s * p[1], s * p[0] + c * p[1], p[2]];
+    let quads = [[0, 4, 6, 2], [1, 3, 7, 5], [0, 1, 5, 4], [2, 6, 7, 3], [0, 2, 3, 1], [4, 5, 7, 6]];
+    let faces = quads.iter().flat_map(|q: &[u32; 4]| [[q[0], q[1], q[2]], [q[0], q[2], q[3]]]).collect();
+    TriangleSurface { points: (0..8).map(|k| turned(corner(k))).collect(), faces }
+}
+
+/// Meshes whole and part: conforming, of volumes and areas of roles that are those of the whole.
+fn compared(all: &ShapeScene, expected: usize, sizing: &Sizing) -> [TetMesh; 2] {
+    compared_by(all, expected, |scene| mesh(scene, sizing).unwrap().mesh)
+}
+
+fn compared_by(all: &ShapeScene, expected: usize, mesh: impl Fn(&ShapeScene) -> TetMesh) -> [TetMesh; 2] {
+    let found = planes(all);
+    assert_eq!(found.iter().flatten().count(), expected, "{found:?}");
+    let whole = mesh(all);
+    let some = mesh(&part(all, found));
+    conforming(&some);
+    let times = f64::from(1 << expected);
+    let ratio = times * volume(&some) / volume(&whole);
+    assert!((ratio - 1.0).abs() < 1e-9, "{ratio}");
+    let regions = |m: &TetMesh| {
+        let mut out = vec![0.0; all.dielectrics.len() + 1];
+        (0..m.tets.len()).for_each(|t| out[m.regions[t] as usize] += m.determinant(t) / 6.0);
+        out
+    };
+    for (a, b) in regions(&some).iter().zip(regions(&whole)) {
+        assert!((times * a - b).abs() < 1e-9 * volume(&whole), "{a} {b}");
+    }
+    let (of_part, of_whole) = (areas(&some), areas(&whole));
+    for (role, area) in of_whole.iter().filter(|(role, _)| role != "~insulated") {
+        let own = of_part.iter().find(|(r, _)| r == role).map_or(0.0, |r| r.1);
+        assert!((times * own / area - 1.0).abs() < 1e-9, "{role}: {own} {area}");
+    }
+    let mut together = some.clone();
+    for (axis, at) in found.into_iter().enumerate() {
+        if let Some(at) = at {
+            together = together.reflected(axis, at).mesh;
+        }
+    }
+    conforming(&together);
+    assert!((volume(&together) / volume(&whole) - 1.0).abs() < 1e-9);
+    for ((role, a), (other, b)) in areas(&together).iter().zip(of_whole) {
+        assert!(*role == other && (a - b).abs() < 1e-9 * volume(&whole).powf(2.0 / 3.0), "{role}: {a} {b}");
+    }
+    [some, whole]
+}
+
+#[test]
+fn an_eighth_of_an_imported_cube_in_a_box_is_an_eighth_of_it() {
+    let all = scene(Wall::Grounded, walls(1.0), vec![Shape::Surface(cube(0.5, 0.0))]);
+    for facet in [0.5, 0.3, 0.2, 0.11] {
+        let [part, whole] = compared(&all, 3, &Sizing { facet, ..Sizing::default() });
+        assert!((volume(&part) - 7.0 / 8.0).abs() < 1e-12);
+        let counts = [part.tets.len(), whole.tets.len()];
+        assert!(facet > 0.2 || 4 * counts[0] < counts[1], "{counts:?}");
+    }
+}
+
+#[test]
+fn a_turned_cube_keeps_the_plane_across_its_axis() {
+    let all = scene(Wall::Grounded, walls(1.0), vec![Shape::Surface(cube(0.5, 0.3))]);
+    compared(&all, 1, &Sizing::default());
+    // At 45 degrees edges lie in planes.
+    let all = scene(Wall::Grounded, walls(1.0), vec![Shape::Surface(cube(0.5, std::f64::consts::FRAC_PI_4))]);
+    compared(&all, 3, &Sizing::default());
+}
+
+#[test]
+fn two_balls_in_open_space_are_cut_by_two_planes() {
+    let a = Shape::Sphere { center: [0.0, 0.3, 0.1], radius: 0.01 };
+    let b = Shape::Sphere { center: [0.05, 0.3, 0.1], radius: 0.02 };
+    let all = scene(Wall::Open, Box3::SPACE, vec![a, b]);
+    let [part, _] = compared(&all, 2, &Sizing::default());
+    assert_eq!(part.center[1..], [0.3, 0.1]);
+    assert!((part.center[0] - 0.03).abs() < 1e-15);
+    assert!(part.boundary.iter().any(|f| matches!(f.role, FaceRole::Open { .. })));
+}
+
+#[test]
+fn layers_of_balls_are_cut_by_three_planes() {
+    let center = [1e-3, 0.0, -2e-3];
+    let inner = Shape::Sphere { center, radius: 1e-3 };
+    let outer = Shape::Shell { center, radius: 2e-3 };
+    let mut all = scene(Wall::Open, Box3::SPACE, vec![inner, outer]);
+    let shape = Shape::Sphere { center, radius: 1.5e-3 };
+    all.dielectrics.push(ShapedDielectric { name: "layer".into(), shape, relative_permittivity: 3.0 });
+    for facet in [0.3, 0.15] {
+        compared(&all, 3, &Sizing { facet, ..Sizing::default() });
+    }
+}
+
+#[test]
+fn an_l_over_a_board_is_cut_across_its_axis_only() {
+    let outline = vec![[0.0, 0.0], [3.0, 0.0], [3.0, 1.0], [1.0, 1.0], [1.0, 3.0], [0.0, 3.0]];
+    let pad = Shape::Extrusion { axis: 1, from: 0.5, to: 1.5, outline };
+    let rod = Shape::Cylinder { axis: 0, base: [-1.0, 1.0, -3.0], radius: 0.5, height: 1.0 };
+    let all = scene(Wall::Open, Box3::SPACE, vec![pad, rod]);
+    compared(&all, 1, &Sizing::default());
+}
+
+#[test]
+fn an_outline_in_several_pieces_is_cut_where_it_crosses_the_wall() {
+    // A comb of three teeth that a wall cuts off its back; the wall also meets a corner between two teeth.
+    let outline = vec![
+        [0.0, -1.0],
+        [5.0, -1.0],
+        [5.0, 2.0],
+        [4.0, 2.0],
+        [4.0, 0.5],
+        [3.0, 0.5],
+        [3.0, 2.0],
+        [2.0, 2.0],
+        [1.5, 1.0],
+        [1.0, 2.0],
+        [0.0, 2.0],
+    ];
+    for at in [1.0, 0.5, 0.75] {
+        let mut domain = Box3 { min: [-2.0, -2.0, at], max: [7.0, 2.0, 4.0] };
+        let comb = Shape::Extrusion { axis: 1, from: -0.5, to: 0.5, outline: outline.clone() };
+        let mut all = scene(Wall::Grounded, domain, vec![comb]);
+        all.walls[2][0] = Wall::Insulated;
+        let out = mesh(&all, &Sizing::default()).unwrap().mesh;
+        conforming(&out);
+        let metal = 9.0 * 4.0 * (4.0 - at) - volume(&out);
+        let area = 4.0 * (2.0 - at) - 0.5;
+        assert!((metal - area).abs() < 1e-9, "{at}: {metal} {area}");
+        // A body beyond the wall is not there.
+        domain.min[2] = 2.5;
+        all.domain = domain;
+        let out = mesh(&all, &Sizing::default()).unwrap().mesh;
+        assert!((volume(&out) - 9.0 * 4.0 * 1.5).abs() < 1e-9);
+        assert!(!out.boundary.iter().any(|f| matches!(f.role, FaceRole::Conductor(_))));
+    }
+}
+
+#[test]
+fn a_conductor_through_a_grounded_wall_is_refused_by_name() {
+    let ball = Shape::Sphere { center: [0.9, 0.0, 0.0], radius: 0.3 };
+    let mut all = scene(Wall::Grounded, walls(1.0), vec![ball.clone()]);
+    let refused = mesh(&all, &Sizing::default());
+    assert!(matches!(&refused, Err(MeshError::Crossing { first, .. }) if first == "c0"), "{refused:?}");
+    all.walls[0][1] = Wall::Insulated;
+    conforming(&mesh(&all, &Sizing::default()).unwrap().mesh);
+    // A dielectric may.
+    let mut all = scene(Wall::Grounded, walls(1.0), Vec::new());
+    all.dielectrics.push(ShapedDielectric { name: "bead".into(), shape: ball, relative_permittivity: 3.0 });
+    let out = mesh(&all, &Sizing::default()).unwrap().mesh;
+    conforming(&out);
+    assert!((volume(&out) - 8.0).abs() < 1e-12 && out.regions.contains(&1));
+}
+
+#[test]
+fn scenes_in_layers_are_cut_by_their_planes() {
+    let by_layers = |circle: usize| {
+        move |scene: &ShapeScene| {
+            layered(scene, &LayeredSizing { circle, ..LayeredSizing::default() }).unwrap().unwrap()
+        }
+    };
+    let t = [[0.0, 0.0], [3.0, 0.0], [3.0, 1.0], [2.0, 1.0], [2.0, 3.0], [1.0, 3.0], [1.0, 1.0], [0.0, 1.0]];
+    let pad = Shape::Extrusion { axis: 1, from: 0.0, to: 0.1, outline: t.to_vec() };
+    let disc = Shape::Cylinder { axis: 1, base: [1.5, 0.0, 4.2], radius: 0.8, height: 0.1 };
+    let mut all = scene(Wall::Open, Box3::SPACE, vec![pad.clone(), disc.clone()]);
+    let mut board = Box3::SPACE;
+    (board.min[1], board.max[1]) = (-10.0, 0.0);
+    all.dielectrics.push(ShapedDielectric {
+        name: "board".into(),
+        shape: Shape::Box(board),
+        relative_permittivity: 4.5,
+    });
+    compared_by(&all, 1, by_layers(32));
+    // Around the disc alone nothing but the board is uneven; a ring of teeth is cut in several pieces.
+    all.conductors.remove(0);
+    compared_by(&all, 2, by_layers(30));
+    let comb =
+        [[0.0, 0.0], [6.0, 0.0], [6.0, 1.0], [1.0, 1.0], [1.0, 2.0], [6.0, 2.0], [6.0, 3.0], [0.0, 3.0]];
+    let comb = |from: f64| Shape::Extrusion { axis: 2, from, to: from + 0.2, outline: comb.to_vec() };
+    let all = scene(Wall::Open, Box3::SPACE, vec![comb(0.0)]);
+    compared_by(&all, 2, by_layers(32));
+    let domain = Box3 { min: [3.0, -1.0, -1.0], max: [7.0, 4.0, 1.0] };
+    let mut all = scene(Wall::Grounded, domain, vec![comb(0.0)]);
+    all.walls[0][0] = Wall::Insulated;
+    let out = by_layers(32)(&all);
+    conforming(&out);
+    assert!((volume(&out) - (40.0 - 6.0 * 0.2)).abs() < 1e-9, "{}", volume(&out));
+}
+
+#[test]
+fn open_space_between_walls_is_refused() {
+    let ball = Shape::Sphere { center: [0.0; 3], radius: 0.3 };
+    let mut all = scene(Wall::Insulated, walls(1.0), vec![ball]);
+    all.walls[1] = [Wall::Open; 2];
+    (all.domain.min[1], all.domain.max[1]) = (f64::NEG_INFINITY, f64::INFINITY);
+    assert_eq!(mesh(&all, &Sizing::default()), Err(MeshError::OpenBetweenWalls));
+}

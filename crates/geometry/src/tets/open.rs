@@ -1,0 +1,37 @@
+//! What lies beyond the faces of a mesh to open space.
+
+use crate::shapes::{Shape, ShapeScene};
+
+/// Least and largest permittivity that rays from `center` through a face can meet beyond it, where the mesh holds every body
+/// that ends: dielectrics that go on for ever count if they have a part in the smallest box around those rays, down to one
+/// that fills this box.
+pub(super) fn beyond(scene: &ShapeScene, center: [f64; 3], corners: [[f64; 3]; 3]) -> [f64; 2] {
+    let range = [0, 1, 2].map(|a| {
+        let out = corners.map(|p| p[a] - center[a]);
+        let (low, high) = (out[0].min(out[1]).min(out[2]), out[0].max(out[1]).max(out[2]));
+        let low = if low < 0.0 { f64::NEG_INFINITY } else { low + center[a] };
+        let high = if high > 0.0 { f64::INFINITY } else { high + center[a] };
+        [low, high]
+    });
+    let mut met = [f64::INFINITY, f64::NEG_INFINITY];
+    let mut meet = |permittivity: f64| met = [met[0].min(permittivity), met[1].max(permittivity)];
+    for dielectric in scene.dielectrics.iter().rev() {
+        let Shape::Box(region) = &dielectric.shape else { continue };
+        let part = |a: usize| {
+            let [low, high] = range[a];
+            if low == high {
+                region.min[a] <= low && low <= region.max[a]
+            } else {
+                region.min[a] < high && low < region.max[a]
+            }
+        };
+        if (0..3).all(part) {
+            meet(dielectric.relative_permittivity);
+        }
+        if (0..3).all(|a| region.min[a] <= range[a][0] && range[a][1] <= region.max[a]) {
+            return met;
+        }
+    }
+    meet(scene.background_permittivity);
+    met
+}

@@ -1,0 +1,43 @@
+//! The whole of a mesh of one half.
+
+use super::{BoundaryFace, TetMesh};
+
+/// A mesh with its mirror image.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Reflected {
+    /// The mesh of both halves; what was there comes first, unchanged, the images after it in the same order.
+    pub mesh: TetMesh,
+    /// For each point the one of the half that it is, or is the image of.
+    pub source: Vec<u32>,
+}
+
+impl TetMesh {
+    /// The mesh with its mirror image in the plane normal to `axis` at `at`, m. Points in the plane are joined; faces in it
+    /// keep their roles.
+    pub fn reflected(&self, axis: usize, at: f64) -> Reflected {
+        let mut mesh = self.clone();
+        let mut source: Vec<u32> = (0..self.points.len() as u32).collect();
+        let image: Vec<u32> = (0..self.points.len())
+            .map(|k| {
+                let mut p = self.points[k];
+                if p[axis] == at {
+                    return k as u32;
+                }
+                p[axis] = 2.0 * at - p[axis];
+                mesh.points.push(p);
+                source.push(k as u32);
+                mesh.points.len() as u32 - 1
+            })
+            .collect();
+        mesh.tets.extend(self.tets.iter().map(|t| {
+            let [a, b, c, d] = t.map(|p| image[p as usize]);
+            [a, b, d, c]
+        }));
+        mesh.regions.extend(&self.regions);
+        mesh.boundary.extend(self.boundary.iter().filter_map(|f| {
+            let face = f.face.map(|p| image[p as usize]);
+            (face != f.face).then_some(BoundaryFace { face, role: f.role })
+        }));
+        Reflected { mesh, source }
+    }
+}
