@@ -189,7 +189,7 @@ pub(crate) fn shown(scene: &ShapeScene, solved: &Solved) -> BodyMesh {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use elastocap_geometry::scene::{Box3, Wall};
+    use elastocap_geometry::scene::Wall;
     use elastocap_geometry::shapes::ShapedConductor;
     use elastocap_geometry::tets::determinant;
 
@@ -216,14 +216,16 @@ mod tests {
 
     #[test]
     fn symmetry_is_used_where_it_is_wanted_and_the_whole_is_shown_either_way() {
-        let base = [0.0, -0.25, 0.0];
-        let rod = Shape::Cylinder { axis: 1, base, radius: 0.5, height: 0.5 };
+        let base = [0.0, -0.0025, 0.0];
+        let disc = Shape::Cylinder { axis: 1, base, radius: 0.5, height: 0.005 };
         // By the mesher of layers, and by the other one.
-        for shape in [rod, Shape::Sphere { center: [0.0; 3], radius: 0.5 }] {
+        assert!(flatness(&scene(disc.clone())) > FLAT);
+        for shape in [disc, Shape::Sphere { center: [0.0; 3], radius: 0.5 }] {
             let scene = scene(shape);
             let settings = Settings { relative_tolerance: 5e-2, ..Settings::default() };
-            let part = solve_shapes(&scene, None, &settings).unwrap();
-            let whole = solve_shapes(&scene, None, &Settings { symmetry: false, ..settings }).unwrap();
+            let part = solve_shapes(&scene, None, &settings).ok().unwrap();
+            let without = Settings { symmetry: false, ..settings };
+            let whole = solve_shapes(&scene, None, &without).ok().unwrap();
             assert_eq!(part.general.solution.mirrored, [true; 3]);
             assert_eq!(whole.general.solution.mirrored, [false; 3]);
             let [a, b] = [&part, &whole].map(|s| s.general.solution.maxwell[0][0]);
