@@ -1,5 +1,7 @@
 //! One part of a scene that is its own mirror image, solved for the whole.
 
+#![allow(clippy::unwrap_used)] // In tests, also in their helper functions.
+
 use std::f64::consts::PI;
 
 use elastocap_electrostatics::general::{Shapes, solve_mesh};
