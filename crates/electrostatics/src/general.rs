@@ -113,7 +113,7 @@ pub fn solve_mesh(mesh: TetMesh, shapes: Shapes<'_>, settings: &Settings) -> Res
             let states = states(&floating, &all);
             let needed = (1.0 - 0.95 * settings.relative_tolerance / error) / TAKEN_OFF;
             let marked = marked(&states, &flux.gaps, needed.min(MARKED));
-            let outside = beyond(&states, &all, &flux.gap);
+            let outside = beyond(&states, &all, &flux.gap, scale);
             let far = error / settings.relative_tolerance;
             let generations = GENERATIONS.iter().find(|(least, _)| far > *least).map_or(1, |g| g.1);
             let finer = mesh.bisected(&marked, generations).mesh;
@@ -205,12 +205,13 @@ fn marked(states: &[(Vec<f64>, f64)], gaps: &[Vec<f64>], share: f64) -> Vec<u32>
 
 /// What share of upper less lower bound is that of open space beyond the mesh, where the potential and the flux go on along
 /// rays, each in its way. Refinement makes it smaller only as long as the two differ where the mesh ends for being coarse.
-fn beyond(states: &[(Vec<f64>, f64)], all: &MatrixBounds, gap: &Mat<f64>) -> f64 {
+/// `scale` is F per m of the gap, for all mirrored parts together.
+fn beyond(states: &[(Vec<f64>, f64)], all: &MatrixBounds, gap: &Mat<f64>, scale: f64) -> f64 {
     let (mut inside, mut total) = (0.0, 0.0);
     for (potentials, energy) in states.iter().filter(|(_, energy)| *energy > 0.0) {
         for (i, v) in potentials.iter().enumerate() {
             for (j, w) in potentials.iter().enumerate() {
-                inside += v * w * EPS0 * gap[(i, j)] / energy;
+                inside += v * w * scale * gap[(i, j)] / energy;
                 total += v * w * (all.upper[(i, j)] - all.lower[(i, j)]) / energy;
             }
         }

@@ -92,29 +92,31 @@ impl VolumeMesh {
                         field.begin(first);
                     }
                     Wall::Open => {
-                        let [a, b, c] = outward(free).map(|p| self.points[p as usize]);
-                        // The centre is behind the face, which turns anticlockwise as seen from outside.
-                        if determinant(center, a, b, c) <= 0.0 {
-                            return Err(Problem::OuterFace {
-                                what: "an open outer face does not see the middle of the conductors",
-                                place: self.place(face),
-                                cure: "mesh up to a convex outer surface, as a box or a ball",
-                            });
-                        }
-                        open.push((face, region_of[self.tet_groups[first] as usize]));
+                        open.push((face, outward(free), region_of[self.tet_groups[first] as usize]));
                         field.begin(first);
                     }
                 }
             }
         }
         self.check_open_ends(scene, &ends, open.iter().map(|o| o.0))?;
+        for (face, outward, _) in &open {
+            let [a, b, c] = outward.map(|p| self.points[p as usize]);
+            // The centre is behind the face, which turns anticlockwise as seen from outside.
+            if determinant(center, a, b, c) <= 0.0 {
+                return Err(Problem::OuterFace {
+                    what: "an open outer face does not see the middle of the conductors",
+                    place: self.place(*face),
+                    cure: "mesh up to a convex outer surface, as a box or a ball",
+                });
+            }
+        }
         let met = open
             .iter()
-            .filter(|o| o.1 > 0)
-            .map(|o| scene.dielectrics[o.1 as usize - 1].relative_permittivity);
+            .filter(|o| o.2 > 0)
+            .map(|o| scene.dielectrics[o.2 as usize - 1].relative_permittivity);
         let background = scene.background_permittivity;
         let permittivity = met.fold([background; 2], |[low, high], e| [low.min(e), high.max(e)]);
-        roles.extend(open.into_iter().map(|(face, _)| (face, FaceRole::Open { permittivity })));
+        roles.extend(open.into_iter().map(|(face, ..)| (face, FaceRole::Open { permittivity })));
         let reached = field.spread();
         Ok(self.without(|t| !reached[t], &roles, &region_of, center))
     }
