@@ -2,7 +2,7 @@
 
 use elastocap_electrostatics::general::{General, Shapes, solve_mesh};
 use elastocap_electrostatics::{Settings, SolveError};
-use elastocap_geometry::export::body::{BodyMesh, Element, NodalArray};
+use elastocap_geometry::export::body::{BodyMesh, Element, NamedArray};
 use elastocap_geometry::mirror;
 use elastocap_geometry::scene::Box3;
 use elastocap_geometry::shapes::{Shape, ShapeScene};
@@ -63,9 +63,7 @@ pub(crate) fn solve_shapes(
             )));
         }
     }
-    let permittivity: Vec<f64> = std::iter::once(scene.background_permittivity)
-        .chain(scene.dielectrics.iter().map(|d| d.relative_permittivity))
-        .collect();
+    let permittivity = permittivities(scene);
     let floating_charges: Vec<_> = scene.conductors.iter().map(|c| c.floating_charge).collect();
     let shapes = Shapes {
         permittivity: &permittivity,
@@ -151,17 +149,19 @@ fn flatness(scene: &ShapeScene) -> f64 {
     axes.fold(0.0, f64::max)
 }
 
-/// The mesh and the potential for a viewer, of the whole: one volt on the first driven conductor, the others at zero.
+/// The mesh and the field for a viewer, of the whole: with half a volt on the first of two driven conductors and minus half a
+/// volt on the second, or one volt on the first of any other number; floating ones at their potentials.
 pub(crate) fn shown(scene: &ShapeScene, solved: &Solved) -> BodyMesh {
     let General { mesh, potentials, solution } = &solved.general;
     let driven: Vec<usize> =
         (0..scene.conductors.len()).filter(|&c| scene.conductors[c].floating_charge.is_none()).collect();
+    let volts: &[f64] = if driven.len() == 2 { &[0.5, -0.5] } else { &[1.0] };
     let mut held = vec![0.0; scene.conductors.len()];
-    if let Some(&first) = driven.first() {
-        held[first] = 1.0;
+    for (&conductor, v) in driven.iter().zip(volts) {
+        held[conductor] = *v;
     }
     for floating in &solution.floating {
-        held[floating.conductor] = floating.per_driven.first().map_or(0.0, |v| v.value);
+        held[floating.conductor] = floating.per_driven.iter().zip(volts).map(|(p, v)| p.value * v).sum();
     }
     let mut values = vec![0.0; mesh.points.len()];
     for (v, potential) in held.iter().zip(potentials) {
@@ -175,15 +175,41 @@ pub(crate) fn shown(scene: &ShapeScene, solved: &Solved) -> BodyMesh {
             mesh = whole.mesh;
         }
     }
+    let field = mesh.tets.iter().flat_map(|tet| field(&mesh, *tet, &values)).collect();
+    let permittivities: Vec<f64> = permittivities(scene);
+    let permittivity = mesh.regions.iter().map(|&r| permittivities[r as usize]).collect();
     let names = scene.dielectrics.iter().map(|d| d.name.clone());
     BodyMesh {
         element: Element::Tetrahedron,
         nodes: mesh.tets.as_flattened().to_vec(),
         points: mesh.points,
-        arrays: vec![NodalArray { name: "potential", components: 1, values }],
+        arrays: vec![NamedArray { name: "potential", components: 1, values }],
+        in_elements: vec![
+            NamedArray { name: "electric_field", components: 3, values: field },
+            NamedArray { name: "relative_permittivity", components: 1, values: permittivity },
+        ],
         body_id: mesh.regions.iter().map(|&r| r as i32).collect(),
         body_names: std::iter::once("surroundings".to_owned()).chain(names).collect(),
     }
+}
+
+/// Of each region: the surroundings, then the dielectrics.
+fn permittivities(scene: &ShapeScene) -> Vec<f64> {
+    let all = scene.dielectrics.iter().map(|d| d.relative_permittivity);
+    std::iter::once(scene.background_permittivity).chain(all).collect()
+}
+
+/// Minus the gradient of the potential that is linear between the corners, V/m.
+fn field(mesh: &TetMesh, tet: [u32; 4], values: &[f64]) -> [f64; 3] {
+    let at = tet.map(|p| mesh.points[p as usize]);
+    let [u, v, w] = [1, 2, 3].map(|k| [0, 1, 2].map(|a| at[k][a] - at[0][a]));
+    let cross = |a: [f64; 3], b: [f64; 3]| {
+        [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
+    };
+    let normals = [cross(v, w), cross(w, u), cross(u, v)];
+    let volume: f64 = u.iter().zip(normals[0]).map(|(u, n)| u * n).sum();
+    let rises = [1, 2, 3].map(|k| values[tet[k] as usize] - values[tet[0] as usize]);
+    [0, 1, 2].map(|a| -(0..3).map(|k| rises[k] * normals[k][a]).sum::<f64>() / volume)
 }
 
 #[cfg(test)]

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 use elastocap_coupling::case::{
     self, Box3, Case, Conductor, Electrodes, Electrostatics, Extent, Face, Indenter, Layer, LayerEnd, Layout,
-    Load, Material, Mechanics, ShearLength, Stiffness, Surroundings, Wall,
+    Load, Material, Mechanics, Shape, ShearLength, Stiffness, Surroundings, Wall,
 };
 
 fn acceptance(name: &str) -> PathBuf {

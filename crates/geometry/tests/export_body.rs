@@ -2,7 +2,7 @@
 
 #![allow(clippy::unwrap_used, clippy::panic, reason = "tests")]
 
-use elastocap_geometry::export::body::{BodyMesh, Element, NodalArray, body_vtu};
+use elastocap_geometry::export::body::{BodyMesh, Element, NamedArray, body_vtu};
 use elastocap_geometry::export::vtk::VtkError;
 use vtkio::model::{DataSet, Piece, VertexNumbers};
 
@@ -15,7 +15,8 @@ fn single(element: Element) -> BodyMesh {
         element,
         points,
         nodes: (0..count as u32).collect(),
-        arrays: vec![NodalArray { name: "pressure", components: 1, values }],
+        arrays: vec![NamedArray { name: "pressure", components: 1, values }],
+        in_elements: vec![NamedArray { name: "field", components: 3, values: vec![1.0, 2.0, 3.0] }],
         body_id: vec![0],
         body_names: vec!["layer".into()],
     }

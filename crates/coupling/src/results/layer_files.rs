@@ -1,6 +1,6 @@
 //! Files of the finite-element layer: fields for viewers, profiles along lines, and a table of how well it is known.
 
-use elastocap_geometry::export::body::{BodyMesh, Element, NodalArray, body_vtu};
+use elastocap_geometry::export::body::{BodyMesh, Element, NamedArray, body_vtu};
 use elastocap_geometry::export::vtk::pvd;
 use elastocap_mechanics::solid::dimension::Dimension;
 use elastocap_mechanics::solid::press::{Level, Pressed, Pressing};
@@ -60,7 +60,7 @@ fn body(level: &Level, pressed: &Pressed, fields: &Fields<'_>) -> BodyMesh {
     let model = &level.model;
     let of = model.equations().body();
     let samples: Vec<Sample> = (0..of.mesh.nodes.len()).map(|n| fields.at_node(n)).collect();
-    let array = |name, components, values: Vec<f64>| NodalArray { name, components, values };
+    let array = |name, components, values: Vec<f64>| NamedArray { name, components, values };
     let each = |value: &dyn Fn(&Sample) -> f64| samples.iter().map(value).collect::<Vec<f64>>();
     let displacement =
         samples.iter().flat_map(|s| [s.displacement[0], s.displacement[1], 0.0]).collect::<Vec<_>>();
@@ -84,6 +84,7 @@ fn body(level: &Level, pressed: &Pressed, fields: &Fields<'_>) -> BodyMesh {
             array("J", 1, each(&|s| s.stress.j)),
             array("contact_pressure", 1, model.contact_pressure(&pressed.state, &each(&|s| s.stress.s22))),
         ],
+        in_elements: Vec::new(),
         body_id: of.material.iter().map(|m| i32::from(*m)).collect(),
         body_names,
     }

@@ -1,6 +1,6 @@
 //! Fields and profiles of the layer in three dimensions.
 
-use elastocap_geometry::export::body::{BodyMesh, Element, NodalArray};
+use elastocap_geometry::export::body::{BodyMesh, Element, NamedArray};
 use elastocap_mechanics::solid::dimension::Space;
 use elastocap_mechanics::solid::press::{Level, Pressed};
 use elastocap_mechanics::solid::space::stress::SpaceStress;
@@ -16,7 +16,7 @@ pub(super) fn of(level: &Level<Space>, pressed: &Pressed<Space>) -> (BodyMesh, S
 fn body(level: &Level<Space>, pressed: &Pressed<Space>, stress: &[SpaceStress]) -> BodyMesh {
     let of = level.model.equations().body();
     let displacement = &pressed.state.displacement;
-    let array = |name, components, values: Vec<f64>| NodalArray { name, components, values };
+    let array = |name, components, values: Vec<f64>| NamedArray { name, components, values };
     let each = |value: &dyn Fn(&SpaceStress) -> f64| stress.iter().map(value).collect::<Vec<f64>>();
     let moved = |(x, u): (&[f64; 3], &[f64])| std::array::from_fn(|k| x[k] + u[k]);
     let contact = level.model.contact_pressure(&pressed.state, &each(&|s| s.cauchy[1]));
@@ -31,6 +31,7 @@ fn body(level: &Level<Space>, pressed: &Pressed<Space>, stress: &[SpaceStress]) 
             array("J", 1, each(&|s| s.j)),
             array("contact_pressure", 1, contact),
         ],
+        in_elements: Vec::new(),
         body_id: of.material.iter().map(|m| i32::from(*m)).collect(),
         body_names: vec!["layer".to_owned()],
     }

@@ -41,14 +41,14 @@ impl Element {
     }
 }
 
-/// Values at the nodes of a body.
+/// Values at the nodes of a body, or in its elements.
 #[derive(Debug, Clone, PartialEq)]
-pub struct NodalArray {
+pub struct NamedArray {
     /// Its name in the file.
     pub name: &'static str,
-    /// Numbers for each node: 1, 3 for a vector, 6 for a symmetric tensor (11, 22, 33, 12, 23, 13).
+    /// Numbers for each node or element: 1, 3 for a vector, 6 for a symmetric tensor (11, 22, 33, 12, 23, 13).
     pub components: usize,
-    /// The numbers, node after node.
+    /// The numbers, node after node or element after element.
     pub values: Vec<f64>,
 }
 
@@ -62,14 +62,16 @@ pub struct BodyMesh {
     /// Nodes of each element, all elements one after the other.
     pub nodes: Vec<u32>,
     /// What lives at the nodes.
-    pub arrays: Vec<NodalArray>,
+    pub arrays: Vec<NamedArray>,
+    /// What lives in the elements.
+    pub in_elements: Vec<NamedArray>,
     /// Which body each element belongs to: a position in `body_names`.
     pub body_id: Vec<i32>,
     /// What the ids mean.
     pub body_names: Vec<String>,
 }
 
-/// The body as a `.vtu` file: its arrays as point data, `body_id` as cell data.
+/// The body as a `.vtu` file: its arrays as point data, those in elements and `body_id` as cell data.
 ///
 /// # Errors
 /// When the arrays do not fit the mesh or hold numbers that are not finite: see [`VtkError`].
@@ -93,6 +95,9 @@ pub fn body_vtu(body: &BodyMesh) -> Result<Vec<u8>, VtkError> {
         array(&mut file, "Float64", of.name, of.components, &le_bytes(&of.values, f64::to_le_bytes))?;
     }
     file.push_str("</PointData>\n<CellData>\n");
+    for of in &body.in_elements {
+        array(&mut file, "Float64", of.name, of.components, &le_bytes(&of.values, f64::to_le_bytes))?;
+    }
     array(&mut file, "Int32", "body_id", 1, &le_bytes(&body.body_id, i32::to_le_bytes))?;
     file.push_str("</CellData>\n<Points>\n");
     array(&mut file, "Float64", "Points", 3, &le_bytes(body.points.as_flattened(), f64::to_le_bytes))?;
@@ -128,8 +133,9 @@ fn check(body: &BodyMesh, points: usize, cells: usize) -> Result<(), VtkError> {
         None => Ok(()),
     };
     finite("points", body.points.as_flattened())?;
-    for of in &body.arrays {
-        fits(of.name, of.components * points, of.values.len())?;
+    let nodal = body.arrays.iter().map(|of| (of, points));
+    for (of, count) in nodal.chain(body.in_elements.iter().map(|of| (of, cells))) {
+        fits(of.name, of.components * count, of.values.len())?;
         finite(of.name, &of.values)?;
     }
     Ok(())

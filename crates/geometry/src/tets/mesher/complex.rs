@@ -24,12 +24,17 @@ fn dot(a: P, b: P) -> f64 {
     a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
 
+/// Whether a point lies in a polygon. Polygons that share an edge share no point and lose none: an edge is taken from its lower
+/// end up, whichever way it is passed, so that rounding puts a point on the same side of it for both.
 fn in_polygon(polygon: &[[f64; 2]], p: [f64; 2]) -> bool {
     let mut inside = false;
-    for (k, a) in polygon.iter().enumerate() {
+    for (k, &a) in polygon.iter().enumerate() {
         let b = polygon[(k + 1) % polygon.len()];
-        if (a[1] > p[1]) != (b[1] > p[1]) && p[0] < a[0] + (b[0] - a[0]) * (p[1] - a[1]) / (b[1] - a[1]) {
-            inside = !inside;
+        if (a[1] > p[1]) != (b[1] > p[1]) {
+            let [low, high] = if a[1] < b[1] { [a, b] } else { [b, a] };
+            if p[0] < low[0] + (high[0] - low[0]) * (p[1] - low[1]) / (high[1] - low[1]) {
+                inside = !inside;
+            }
         }
     }
     inside

@@ -207,3 +207,20 @@ fn the_walls_stay_flat_at_any_size_of_elements() {
         assert!((walls - 24.0).abs() < 1e-11, "{facet}: {walls}");
     }
 }
+
+#[test]
+fn a_face_whose_middle_is_on_the_seam_of_two_triangles_is_in_one_of_them() {
+    // Bodies of 300 x 20 x 500 um at many places: rounding differs at each.
+    for k in 0..12 {
+        let shift = -175e-6 - 0.5e-6 * f64::from(k);
+        let mut surface = cube_surface(false);
+        for p in &mut surface.points {
+            *p = [300e-6 * p[0] + shift, 20e-6 * p[1] + 225e-6, 500e-6 * p[2]];
+        }
+        let domain = Box3 { min: [-1325e-6, 0.0, -1250e-6], max: [1325e-6, 1450e-6, 1250e-6] };
+        let scene = scene(domain, Wall::Insulated, vec![Shape::Surface(surface)]);
+        let out = mesh(&scene, &Sizing::default()).unwrap();
+        let outside = 2650e-6 * 1450e-6 * 2500e-6 - 300e-6 * 20e-6 * 500e-6;
+        assert!((volume(&out.mesh, None) / outside - 1.0).abs() < 1e-9, "{shift:e}");
+    }
+}
