@@ -220,5 +220,5 @@ fn parts_that_nothing_holds_have_no_field_and_are_left_out() {
     assert_eq!((held.tets.len(), held.points.len()), (2, 5));
     assert!((area(&held, FaceRole::Conductor(0)) - 0.5).abs() < 1e-15);
     let all = read.tet_mesh(&scene(&["6"], &[], Wall::Open));
-    assert!(matches!(all.unwrap_err().problem, Problem::OuterFace { .. }));
+    assert!(matches!(all.unwrap_err().problem, Problem::EndsAtOpenSpace { .. }));
 }
