@@ -14,6 +14,9 @@ const SHORT: f64 = 4.0;
 const ROUNDED_BARRIER: f64 = 20.0;
 const SHARP_BARRIER: f64 = 5.0;
 
+/// How far equal quadrilaterals go from the bonded corner of an end that folds, over the thickness.
+const ROLL: f64 = 0.1;
+
 /// Rings around the end of a sharp punch: each is so much smaller than the one around it, two more halve the smallest.
 const SHRINK: f64 = 0.7;
 const COARSEST_RINGS: usize = 8;
@@ -36,7 +39,12 @@ impl LayerProblem {
                 let per_radius = (1 << level) as f64;
                 LayerMesh::under_rounded_punch(height, length, half_width, corner_radius, 8, per_radius)
             }
-            _ if self.folds() => LayerMesh::folding_end(height, length, n, 12 * n / 5, 0.3),
+            _ if self.folds() => {
+                // The roll at the corner is small at small loads, and the rest of the layer is smooth: it is the
+                // quadrilaterals at the corner that have to be halved, and those on the way to it.
+                let (cells, growth) = (24 << level, 1.0 + 0.5 / (1 + level) as f64);
+                LayerMesh::folding_end(height, length, 5 + level, cells, ROLL, growth)
+            }
             _ => {
                 let mut mesh = LayerMesh::uniform(height, length, n, 0.8, 4 + n / 2);
                 if self.end == End::Far {

@@ -185,16 +185,26 @@ pub(crate) fn press_on<S: Dimension>(
             reached: vec![None; goals.len()],
             stopped: vec![None; goals.len()],
         };
-        level.walk(goals, &order, settings, cancel, &|done| tell(k, done));
+        let known = |levels: &[Level<S>], g: usize| {
+            judge(levels, goals, g, refinement).is_some_and(|pressed| pressed.converged)
+        };
+        let wanted: Vec<bool> = (0..goals.len()).map(|g| !known(&levels, g)).collect();
+        let further = level.walk(goals, &order, &wanted, settings, cancel, &|done| tell(k, done));
         level.model.release_factors();
         level.seconds = start.elapsed().as_secs_f64();
-        let further = level.reached.iter().filter(|r| r.is_some()).count();
         levels.push(level);
-        let known = |g: usize| judge(&levels, goals, g, refinement).is_some_and(|p| p.converged);
-        let done = order.iter().all(|&g| known(g));
+        let done = order.iter().all(|&g| known(&levels, g));
         // What neither this mesh nor one before reached, or only one before, takes longest on the next one.
         if k > 0 {
             order.truncate(further);
+        }
+        // Finer meshes are for what is not known yet. Where the layer falls from fold to fold each load is on the way to
+        // the next.
+        if settings.through_folds {
+            let last = order.iter().rposition(|&g| !known(&levels, g));
+            order.truncate(last.map_or(0, |last| last + 1));
+        } else {
+            order.retain(|&g| !known(&levels, g));
         }
         if cancel.load(Ordering::Relaxed) || done || order.is_empty() {
             break;
@@ -215,18 +225,20 @@ impl Goal {
 }
 
 impl<S: Dimension> Level<S> {
-    /// Goes through the goals from the smallest up; what is beyond the first that is not reached is not tried.
+    /// Goes through the goals from the smallest up; what is beyond the first that is not reached is not tried. Those that
+    /// are not `wanted` are passed. Returns how many there was an equilibrium for.
     fn walk(
         &mut self,
         goals: &[Goal],
         order: &[usize],
+        wanted: &[bool],
         settings: &NewtonSettings,
         cancel: &AtomicBool,
         tell: &dyn Fn(usize),
-    ) {
+    ) -> usize {
         for (done, &g) in order.iter().enumerate() {
             if cancel.load(Ordering::Relaxed) {
-                return;
+                return done;
             }
             let step = match goals[g] {
                 // Not even the indenter's first gap is closed.
@@ -237,6 +249,7 @@ impl<S: Dimension> Level<S> {
                 Goal::Force(force) => self.model.press_with(force, settings),
             };
             match step {
+                Ok(_) if !wanted[g] => {}
                 Ok(mut step) => {
                     if let Goal::Compression(asked) = goals[g] {
                         step.compression = asked; // but for rounding
@@ -248,11 +261,12 @@ impl<S: Dimension> Level<S> {
                     for &g in &order[done..] {
                         self.stopped[g] = Some(stopped.clone());
                     }
-                    return;
+                    return done;
                 }
             }
             tell(done + 1);
         }
+        order.len()
     }
 }
 

@@ -67,3 +67,13 @@ fn three_meshes_state_an_error_for_a_punch_that_covers_the_fourth() {
         }
     }
 }
+
+#[test]
+fn a_load_whose_force_is_known_is_not_pressed_on_a_finer_mesh() {
+    let found =
+        pressed(Indenter::Sharp { half_width: HALF_WIDTH }, 6.0, &Refinement::to(1e-3), &[1e-6, 0.02]);
+    for (known, meshes) in found.iter().zip([3, 4]) {
+        assert!(known.converged && known.error.unwrap() < 1e-3 * known.step.force);
+        assert_eq!((known.refinement.len(), known.level), (meshes, meshes - 1), "{:?}", known.refinement);
+    }
+}
