@@ -25,7 +25,7 @@ fn main() {
         mesh.radii.clear();
     }
     if folding {
-        mesh = LayerMesh::folding_end(1.0, 4.0, number(2, 8.0) as usize, number(3, 24.0) as usize, 0.3);
+        mesh = LayerMesh::folding_end(1.0, 4.0, number(2, 8.0) as usize, number(3, 24.0) as usize, 0.3, 1.5);
     }
     let settings = if folding { NewtonSettings::through_folds() } else { NewtonSettings::default() };
     let rubber =

@@ -100,17 +100,25 @@ impl LayerMesh {
     }
 
     /// A tensor product for an end that folds: equal quadrilaterals of `thickness / cells` within `block` thicknesses of
-    /// the bonded corner, from there growing by half each to `thickness / n`.
-    pub fn folding_end(thickness: f64, half_length: f64, n: usize, cells: usize, block: f64) -> Self {
+    /// the bonded corner, from there each `growth` times as large as the one before, to `thickness / n`.
+    pub fn folding_end(
+        thickness: f64,
+        half_length: f64,
+        n: usize,
+        cells: usize,
+        block: f64,
+        growth: f64,
+    ) -> Self {
         let (fine, coarse) = (thickness / cells.max(n) as f64, thickness / n as f64);
         let graded = |length: f64| {
             let count = (block * thickness / fine).round().max(1.0);
             let mut x = uniform(0.0, count * fine, count as usize);
-            let (mut at, mut size) = (count * fine, 1.5 * fine);
-            while size < coarse {
+            let (mut at, mut size) = (count * fine, growth * fine);
+            // One of the last size has to fit in.
+            while size < coarse && at + (1.0 + growth) * size < length {
                 at += size;
                 x.push(at);
-                size *= 1.5;
+                size *= growth;
             }
             let rest = ((length - at) / coarse).round().max(1.0) as usize;
             x.extend(uniform(at, length, rest).iter().skip(1));

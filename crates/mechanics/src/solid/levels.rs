@@ -14,6 +14,18 @@ const SHORT: f64 = 4.0;
 const ROUNDED_BARRIER: f64 = 20.0;
 const SHARP_BARRIER: f64 = 5.0;
 
+/// How far equal quadrilaterals go from the bonded corner of an end that folds, over the thickness.
+const ROLL: f64 = 0.1;
+
+/// Rings around the end of a sharp punch: each is so much smaller than the one around it, two more halve the smallest.
+const SHRINK: f64 = 0.7;
+const COARSEST_RINGS: usize = 8;
+const RINGS_PER_LEVEL: usize = 2;
+/// Quadrilaterals over the thickness around that fan. They have to shrink too: beyond a compression of some per cent
+/// what is left of the error is theirs as much as the corner's.
+const COARSEST_CELLS: usize = 8;
+const CELLS_PER_LEVEL: usize = 2;
+
 impl LayerProblem {
     /// The mesh of this layer at a level of refinement: each halves what limits the accuracy of the one before.
     pub fn mesh(&self, level: usize) -> LayerMesh {
@@ -27,7 +39,12 @@ impl LayerProblem {
                 let per_radius = (1 << level) as f64;
                 LayerMesh::under_rounded_punch(height, length, half_width, corner_radius, 8, per_radius)
             }
-            _ if self.folds() => LayerMesh::folding_end(height, length, n, 12 * n / 5, 0.3),
+            _ if self.folds() => {
+                // The roll at the corner is small at small loads, and the rest of the layer is smooth: it is the
+                // quadrilaterals at the corner that have to be halved, and those on the way to it.
+                let (cells, growth) = (24 << level, 1.0 + 0.5 / (1 + level) as f64);
+                LayerMesh::folding_end(height, length, 5 + level, cells, ROLL, growth)
+            }
             _ => {
                 let mut mesh = LayerMesh::uniform(height, length, n, 0.8, 4 + n / 2);
                 if self.end == End::Far {
@@ -84,17 +101,17 @@ impl LayerProblem {
         self.inclusions.iter().flat_map(move |i| [i.min[axis], i.max[axis]])
     }
 
-    /// Eight quadrilaterals over the thickness; the fan around the end of the punch is refined. It stays clear of what lies
-    /// in the layer below it.
+    /// More quadrilaterals over the thickness and more rings in the fan around the end of the punch, level by level. The fan
+    /// stays clear of what lies in the layer below it.
     fn under_sharp_punch(&self, corner: f64, level: usize) -> LayerMesh {
-        const RINGS: [usize; 3] = [8, 10, 14];
         let (height, length) = (self.thickness, self.half_length);
         let highest = self.edges(1).fold(0.0, f64::max);
         let reach =
             (0.5 * height).min(0.9 * (height - highest)).min(corner).min(0.5 * (length - height - corner));
         let (left, right, low) = (corner - reach, corner + reach, height - reach);
         let body = length - height;
-        let count = |length: f64| ((8.0 * length / height).round() as usize).max(1);
+        let cells = (COARSEST_CELLS + CELLS_PER_LEVEL * level) as f64;
+        let count = |length: f64| ((cells * length / height).round() as usize).max(1);
         let fine = count(reach).max(4);
         let mut along = if left > 0.0 { uniform(0.0, left, count(left)) } else { vec![0.0] };
         along.extend(uniform(left, right, 2 * fine).iter().skip(1));
@@ -108,7 +125,7 @@ impl LayerProblem {
             along: [at(left, &along), at(right, &along)],
             up: at(low, &up),
             corner,
-            radii: geometric(0.7, RINGS[level.min(RINGS.len() - 1)]),
+            radii: geometric(SHRINK, COARSEST_RINGS + RINGS_PER_LEVEL * level),
         };
         let end_top = uniform(body, length, count(0.6 * height));
         LayerMesh { along, up, end_top, radii: geometric(0.5, 1), punch: Some(punch), whole: false }
@@ -133,5 +150,59 @@ fn move_to(breakpoints: &mut Vec<f64>, kept: &[f64], edges: impl Iterator<Item =
             breakpoints[near] = edge;
         }
         fixed.push(edge);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::mesh::Mesh;
+    use super::super::press::Refinement;
+    use super::*;
+
+    fn problem(indenter: Indenter, end: End) -> LayerProblem {
+        LayerProblem {
+            thickness: 1.0,
+            half_length: 6.0,
+            rubber: Rubber::neo_hookean(1.0),
+            inclusions: Vec::new(),
+            indenter,
+            position: 0.0,
+            end,
+        }
+    }
+
+    #[test]
+    fn every_mesh_is_finer_than_the_one_before() {
+        let half_width = 500.0 / 450.0;
+        for indenter in [
+            Indenter::Sharp { half_width },
+            Indenter::Bonded { half_width },
+            Indenter::Smooth(Shape::Punch { half_width, corner_radius: 0.02 }),
+            Indenter::Smooth(Shape::Cylinder { radius: 1.0 }),
+            Indenter::WholeTop,
+        ] {
+            for end in [End::Free, End::FreeOnSubstrate, End::Far] {
+                let problem = problem(indenter, end);
+                let meshes: Vec<_> =
+                    Refinement::to(0.01).meshes.iter().map(|&level| problem.mesh(level).mesh()).collect();
+                let counts: Vec<usize> = meshes.iter().map(|mesh| mesh.elements.len()).collect();
+                assert!(counts.windows(2).all(|two| two[0] < two[1]), "{indenter:?}, {end:?}: {counts:?}");
+                // The free end of a layer that does not fold, and what presses, are where elements have to shrink.
+                let smallest = |mesh: &Mesh| {
+                    let side = |e: &[u32; 9]| {
+                        let at = |k: usize| mesh.nodes[e[k] as usize];
+                        let apart = |a: [f64; 2], b: [f64; 2]| (a[0] - b[0]).hypot(a[1] - b[1]);
+                        // The longer diagonal, which a quadrilateral collapsed in the centre of a fan has too.
+                        apart(at(0), at(8)).max(apart(at(2), at(6)))
+                    };
+                    mesh.elements.iter().map(side).fold(f64::INFINITY, f64::min)
+                };
+                let sizes: Vec<f64> = meshes.iter().map(smallest).collect();
+                assert!(
+                    sizes.windows(2).all(|two| two[1] < 0.9 * two[0]),
+                    "{indenter:?}, {end:?}: {sizes:?}"
+                );
+            }
+        }
     }
 }

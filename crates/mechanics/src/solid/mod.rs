@@ -36,8 +36,8 @@
 //! - Beside a sharp punch the surface turns up by 90 degrees and more, and the points under it crowd towards its end. A flank that
 //!   goes along with the last point, and the rule that no point under the punch passes that point, take it through; the
 //!   force of the flank acts on that one point. The surface under the punch is piled up there, `J` becomes small at single
-//!   points of the mesh. Meshes of 10 and 14 rings differ by 0.3 % at 10 and 20 % compression and by 0.8 % at 15 %; 18 rings
-//!   stop at once. Beyond 20 % the force is not that of a punch that rubber can leave.
+//!   points of the mesh. Rings and the quadrilaterals around them have to be refined together: 18 rings among eight
+//!   quadrilaterals over the thickness stop at once. Beyond 20 % the force is not that of a punch that rubber can leave.
 //! - The free end without contact rolls up at the bonded corner, at any load and from the smallest scale on, and passes
 //!   through the bonded bottom and through itself: that is the equilibrium without contact (see `docs/free-end.md`), but no
 //!   layer can do it. Incompressible rubbers other than Ogden's follow it ([`folds`]); others keep a fan in the corner that

@@ -1,8 +1,11 @@
 //! The layer of section 3.2.
 
+use std::sync::atomic::AtomicBool;
+
 use elastocap_mechanics::solid::layer::{End, Indenter, LayerMesh, LayerModel};
-use elastocap_mechanics::solid::material::Rubber;
+use elastocap_mechanics::solid::material::{Distortion, Rubber};
 use elastocap_mechanics::solid::newton::{NewtonSettings, StopReason};
+use elastocap_mechanics::solid::press::{Goal, LayerProblem, Refinement};
 
 fn whole_top(mesh: &LayerMesh, end: End) -> LayerModel {
     LayerModel::new(mesh, Rubber::neo_hookean(1.0), Indenter::WholeTop, end).unwrap()
@@ -62,4 +65,33 @@ fn without_the_fan_the_bonded_end_stops_the_solver_and_is_named() {
     // What was reached is an equilibrium and can be asked for its force.
     let step = model.step(stopped.effort);
     assert!((step.compression - 0.2 * stopped.reached).abs() < 1e-12);
+}
+
+#[test]
+fn the_error_stated_for_an_end_that_folds_covers_the_true_one_on_three_meshes() {
+    // The rubber of the paper, mu = 2 (c10 + c01) = 1.
+    let distortion = Distortion::MooneyRivlin { c10: 0.007646, c01: 0.492354 };
+    let problem = LayerProblem {
+        thickness: 1.0,
+        half_length: 4.0,
+        rubber: Rubber { distortion, volume_barrier: 0.0, ..Rubber::neo_hookean(1.0) },
+        inclusions: Vec::new(),
+        indenter: Indenter::WholeTop,
+        position: 0.0,
+        end: End::Free,
+    };
+    // docs/free-end.md.
+    let limits = [(0.05, 8.58), (0.1, 19.134), (0.2, 47.19)];
+    let goals = limits.map(|(compression, _)| Goal::Compression(compression));
+    let three = Refinement { relative_tolerance: 5e-3, meshes: vec![0, 1, 2] };
+    let found = problem.press(&goals, &three, &AtomicBool::new(false), &|_, _| ()).unwrap();
+    for ((found, (compression, limit)), known) in found.goals.iter().zip(limits).zip([false, true, true]) {
+        let found = found.as_ref().unwrap();
+        let (stated, truth) = (found.error.unwrap(), (found.step.force - limit).abs());
+        println!("{compression}: {:?}, {stated} for {truth}", found.refinement);
+        assert!(truth <= stated && truth < 1.5e-3 * limit, "{compression}: {truth} and not {stated}");
+        // The first two meshes do not see the roll of 5 % yet: that is for the fourth to settle.
+        assert_eq!(found.converged, known, "{compression}: {stated}");
+        assert_eq!(found.step.effort.negative_pivots, 0);
+    }
 }

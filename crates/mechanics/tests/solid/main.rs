@@ -7,6 +7,7 @@ mod cook;
 mod extreme;
 mod layer;
 mod patch;
+mod sharp;
 mod shear_length;
 mod space;
 mod stress;
