@@ -187,6 +187,23 @@ fn bounds_of_a_planar_pattern_at_two_tolerances_overlap_and_shrink() {
 }
 
 #[test]
+fn two_equal_combs_of_ten_fingers_each_have_a_matrix_that_is_the_same_seen_from_either() {
+    let cases = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("cases");
+    let text = std::fs::read_to_string(cases.join("comb.toml")).expect("the comb");
+    let sandbox = Sandbox::new();
+    sandbox.run(&sandbox.case("comb.toml", &text.replace("1e-1", "0.4")), &[]).exits_with(0);
+    let json = sandbox.json("out/result.json");
+    let bounds = |i: usize, j: usize| {
+        ["maxwell_matrix_lower_f", "maxwell_matrix_upper_f"].map(|key| number(&json[key][i][j]))
+    };
+    let (one, other, mutual) = (bounds(0, 0), bounds(1, 1), bounds(0, 1));
+    assert!(one[0] <= other[1] && other[0] <= one[1], "{one:?} {other:?}");
+    // Found once to 2 %: 374.9 and -341.8 fF.
+    assert!(one[0] < 374.9e-15 && 374.9e-15 < one[1], "{one:?}");
+    assert!(mutual[0] < -341.8e-15 && -341.8e-15 < mutual[1] && mutual[1] < 0.0, "{mutual:?}");
+}
+
+#[test]
 fn boxes_as_tetrahedra_agree_with_the_solver_for_boxes() {
     let floating = std::fs::read_to_string(acceptance("floating-plate.toml")).expect("the acceptance files");
     let cube = std::fs::read_to_string(acceptance("cube-in-cube.toml")).expect("the acceptance files");

@@ -25,7 +25,7 @@ const SHARE: f64 = 0.2;
 const FACE_SIZES: [f64; 2] = [0.02, 0.3];
 
 /// From which [`flatness`] on a scene in layers is meshed in layers, which needs no small triangles for thin gaps.
-const FLAT: f64 = 5_000.0;
+const FLAT: f64 = 12_000.0;
 
 /// Sizes of faces to try.
 const TRIES: usize = 4;
@@ -133,20 +133,28 @@ fn reach(scene: &ShapeScene, tolerance: f64) -> f64 {
 
 /// About how many cubes as high as the lowest gap or plate would cover the conductors.
 fn flatness(scene: &ShapeScene) -> f64 {
-    let bounds: Vec<Box3> = scene.conductors.iter().filter_map(|c| c.shape.bounds()).collect();
-    let size = bounds.iter().flat_map(|b| [0, 1, 2].map(|a| b.extent(a))).fold(0.0, f64::max);
+    let shapes: Vec<(&Shape, Box3)> =
+        scene.conductors.iter().filter_map(|c| Some((&c.shape, c.shape.bounds()?))).collect();
+    let size = shapes.iter().flat_map(|(_, b)| [0, 1, 2].map(|a| b.extent(a))).fold(0.0, f64::max);
     let axes = (0..3).map(|axis| {
-        let mut planes: Vec<f64> = bounds.iter().flat_map(|b| [b.min[axis], b.max[axis]]).collect();
+        let mut planes: Vec<f64> = shapes.iter().flat_map(|(_, b)| [b.min[axis], b.max[axis]]).collect();
         planes.sort_by(f64::total_cmp);
-        let lowest = planes
-            .windows(2)
-            .map(|w| w[1] - w[0])
-            .filter(|gap| *gap > 1e-6 * size)
-            .fold(f64::INFINITY, f64::min);
-        let areas = bounds.iter().map(|b| b.extent((axis + 1) % 3) * b.extent((axis + 2) % 3));
-        areas.sum::<f64>() / (lowest * lowest)
+        let gaps = planes.windows(2).map(|w| w[1] - w[0]).filter(|gap| *gap > 1e-6 * size);
+        let lowest = gaps.fold(f64::INFINITY, f64::min);
+        shapes.iter().map(|(shape, b)| area(shape, b, axis)).sum::<f64>() / (lowest * lowest)
     });
     axes.fold(0.0, f64::max)
+}
+
+/// About the area of the shadow that a body throws along an axis, m^2.
+fn area(shape: &Shape, b: &Box3, along: usize) -> f64 {
+    match shape {
+        Shape::Extrusion { axis, outline, .. } if *axis == along => {
+            let next = outline.iter().cycle().skip(1);
+            0.5 * outline.iter().zip(next).map(|(p, q)| p[0] * q[1] - p[1] * q[0]).sum::<f64>().abs()
+        }
+        _ => b.extent((along + 1) % 3) * b.extent((along + 2) % 3),
+    }
 }
 
 /// The mesh and the field for a viewer, of the whole: with half a volt on the first of two driven conductors and minus half a

@@ -19,11 +19,9 @@ use std::time::Instant;
 /// The part of the gap that the marked tetrahedra hold, at most: less where the tolerance is near.
 const MARKED: f64 = 0.6;
 
-/// What bisection takes off the gap of the marked tetrahedra, at least.
-const TAKEN_OFF: f64 = 0.85;
-
-/// Bisections of a marked tetrahedron where the error is more than so many tolerances; three halve its edges in most cases.
-const GENERATIONS: [(f64, u8); 3] = [(8.0, 3), (2.5, 2), (0.0, 1)];
+/// Bisections of a marked tetrahedron where the error is more than so many tolerances (three halve its edges in most cases), and
+/// what part of the gap of those marked they take off, neighbours included, as seen at edges.
+const GENERATIONS: [(f64, u8, f64); 3] = [(8.0, 3, 0.85), (2.5, 2, 0.7), (0.0, 1, 0.5)];
 
 /// What the iteration may leave of the energy, as a share of the tolerance: little, since what it leaves is charge that the
 /// fluxes must carry to a conductor, at more cost than the error of the energy.
@@ -111,12 +109,12 @@ pub fn solve_mesh(mesh: TetMesh, shapes: Shapes<'_>, settings: &Settings) -> Res
             None
         } else {
             let states = states(&floating, &all);
-            let needed = (1.0 - 0.95 * settings.relative_tolerance / error) / TAKEN_OFF;
+            let far = error / settings.relative_tolerance;
+            let chosen = GENERATIONS.iter().find(|g| far > g.0).unwrap_or(&GENERATIONS[2]);
+            let needed = (1.0 - 0.95 / far) / chosen.2;
             let marked = marked(&states, &flux.gaps, needed.min(MARKED));
             let outside = beyond(&states, &all, &flux.gap, scale);
-            let far = error / settings.relative_tolerance;
-            let generations = GENERATIONS.iter().find(|(least, _)| far > *least).map_or(1, |g| g.1);
-            let finer = mesh.bisected(&marked, generations).mesh;
+            let finer = mesh.bisected(&marked, chosen.1).mesh;
             seconds.setup += refining.elapsed().as_secs_f64();
             let (each, per_side) = BYTES[shapes.order.clamp(1, 3) - 1];
             let memory = finer.tets.len() as u64 * (each + n as u64 * per_side);

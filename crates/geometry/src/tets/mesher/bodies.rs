@@ -332,16 +332,27 @@ fn boxes(out: &mut Complex, scene: &ShapeScene, domain: &Box3, sizing: &Sizing) 
                     if at[axis] + 1 >= count[axis] {
                         continue;
                     }
-                    let (mut before_u, mut before_v) = (at, at);
-                    before_u[u] -= 1;
-                    before_v[v] -= 1;
-                    let [a, b] = [face(v, before_u), face(v, at)];
-                    let [c, d] = [face(u, before_v), face(u, at)];
+                    let around = |at: [isize; 3]| {
+                        let (mut before_u, mut before_v) = (at, at);
+                        before_u[u] -= 1;
+                        before_v[v] -= 1;
+                        [face(v, before_u), face(v, at), face(u, before_v), face(u, at)]
+                    };
+                    let faces @ [a, b, c, d] = around(at);
                     if a == b && c == d && (a.is_none() || c.is_none()) {
+                        continue;
+                    }
+                    // As far as the same faces meet it is one edge: planes that only cross it far from their body cut nothing.
+                    let mut next = at;
+                    next[axis] -= 1;
+                    if at[axis] > 0 && around(next) == faces {
                         continue;
                     }
                     let mut end = at;
                     end[axis] += 1;
+                    while end[axis] + 1 < count[axis] && around(end) == faces {
+                        end[axis] += 1;
+                    }
                     let codes: Vec<i64> = [a, b, c, d].into_iter().flatten().flatten().collect();
                     let [p, q] = [at, end]
                         .map(|x| out.point([0, 1, 2].map(|m| lines[m][x[m] as usize]), size(&codes)));
