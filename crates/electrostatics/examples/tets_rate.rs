@@ -1,0 +1,63 @@
+//! How bounds and errors fall with the number of unknowns as tetrahedra are refined: a cube in a cube, which has edges of 90
+//! degrees, and an eighth of it at that.
+//!
+//!     cargo run --release -p elastocap-electrostatics --example tets_rate -- 2 1e-4
+
+use elastocap_electrostatics::EPS0;
+use elastocap_electrostatics::Settings;
+use elastocap_electrostatics::general::{Shapes, solve_mesh};
+use elastocap_geometry::mirror::{part, planes};
+use elastocap_geometry::scene::{Box3, Wall};
+use elastocap_geometry::shapes::{Shape, ShapeScene, ShapedConductor};
+use elastocap_geometry::tets::{Sizing, mesh};
+
+/// Of a unit cube in the middle of a grounded cube of side 2, over eps_0 a: as in docs/performance.md.
+const KNOWN: f64 = 19.127134997;
+
+fn main() -> Result<(), Box<dyn std::error::Error>> {
+    // 1. The order, and the last of the tolerances, each a third of the one before.
+    let mut given = std::env::args().skip(1);
+    let order = given.next().map_or(Ok(2), |a| a.parse())?;
+    let least: f64 = given.next().map_or(Ok(3e-4), |a| a.parse())?;
+    let cube = |a: f64| Box3 { min: [-a; 3], max: [a; 3] };
+    let conductor =
+        ShapedConductor { name: "inner".into(), shape: Shape::Box(cube(0.5)), floating_charge: None };
+    let whole = ShapeScene {
+        conductors: vec![conductor],
+        dielectrics: Vec::new(),
+        background_permittivity: 1.0,
+        domain: cube(1.0),
+        walls: [[Wall::Grounded; 2]; 3],
+    };
+    let at = planes(&whole);
+    let mirrored = at.map(|at| at.is_some());
+    println!(
+        "unknowns  meshes  spread     error of upper, lower, middle        spread/error  rate   seconds"
+    );
+    let (mut tolerance, mut before) = (0.1, None);
+    while tolerance >= 0.99 * least {
+        // 2. From the first mesh on to each tolerance.
+        let first = mesh(&part(&whole, at), &Sizing::default())?.mesh;
+        let shapes = Shapes { permittivity: &[1.0], floating_charges: &[None], order, mirrored };
+        let settings = Settings { relative_tolerance: tolerance, ..Settings::default() };
+        let start = std::time::Instant::now();
+        let found = solve_mesh(first, shapes, &settings)?.solution;
+        let seconds = start.elapsed().as_secs_f64();
+        // 3. Against the known value, and against the row before.
+        let c = found.maxwell[0][0];
+        let [upper, lower, middle] = [c.upper, c.lower, c.value].map(|c| c / (EPS0 * KNOWN) - 1.0);
+        let spread = (c.upper - c.lower) / c.value;
+        let rate = before.map_or(String::new(), |(unknowns, old): (usize, f64)| {
+            format!("{:.2}", (spread / old).ln() / (found.unknowns as f64 / unknowns as f64).ln())
+        });
+        println!(
+            "{:8}  {:6}  {spread:.2e}  {upper:9.2e} {lower:9.2e} {middle:9.2e}   {:12.2}  {rate:>5}  {seconds:7.2}",
+            found.unknowns,
+            found.grids,
+            spread / upper.abs().max(lower.abs()),
+        );
+        before = Some((found.unknowns, spread));
+        tolerance /= 3.0;
+    }
+    Ok(())
+}
