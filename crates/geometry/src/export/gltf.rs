@@ -42,7 +42,7 @@ pub enum BodyRole {
 
 impl BodyRole {
     /// The role's name in the file.
-    fn name(self) -> &'static str {
+    pub(super) fn name(self) -> &'static str {
         match self {
             Self::Conductor => "conductor",
             Self::Layer => "layer",
@@ -154,7 +154,7 @@ pub fn glb(bodies: &[SceneBody], step_labels: &[String]) -> Result<Vec<u8>, Gltf
     let mut children = Vec::with_capacity(bodies.len());
     for body in bodies {
         let shape = Shape::of(&body.poses);
-        let material = file.root.push(looks.material(body, shape));
+        let material = file.root.push(looks.material(&body.name, body.role, shape != Shape::Solid));
         let home = centre_of_first(body);
         let mesh = file.mesh(body, shape, home, material, step_labels, &mut shared)?;
         let node = file.root.push(json::Node {
@@ -169,36 +169,7 @@ pub fn glb(bodies: &[SceneBody], step_labels: &[String]) -> Result<Vec<u8>, Gltf
             file.animate(node, clock);
         }
     }
-    let root = file.root.push(json::Node {
-        name: Some(format!("elastocap scene, scaled by {} (1 unit = {})", unit.scale, unit.label)),
-        children: Some(children),
-        scale: Some([unit.scale as f32; 3]),
-        extras: extras(&serde_json::json!({
-            "metres_per_unit": unit.metres,
-            "scale": unit.scale,
-            "scene_centre_m": centre,
-        }))?,
-        ..Default::default()
-    });
-    let scene = file.root.push(json::Scene {
-        extensions: None,
-        extras: None,
-        name: Some("elastocap scene".into()),
-        nodes: vec![root],
-    });
-    file.root.scene = Some(scene);
-    file.root.asset = json::Asset {
-        generator: Some(concat!("elastocap ", env!("CARGO_PKG_VERSION")).into()),
-        extras: extras(&serde_json::json!({
-            "about": "Mesh positions and node translations are in metres; the root node scales them for viewing.",
-            "metres_per_unit": unit.metres,
-            "scale": unit.scale,
-            "axes": "x = x1 (in-plane), y = x2 (up), z = x3 (along the width)",
-            "load_steps": step_labels,
-        }))?,
-        ..Default::default()
-    };
-    file.into_bytes()
+    file.finish(children, &unit, centre, step_labels)
 }
 
 /// The box around all bodies at all steps, once each of them is known to be sound.
@@ -234,12 +205,12 @@ fn centre_of_first(body: &SceneBody) -> [f64; 3] {
     body.poses.first().map_or([0.0; 3], centre)
 }
 
-fn extras(value: &Value) -> Result<Extras, GltfError> {
+pub(super) fn extras(value: &Value) -> Result<Extras, GltfError> {
     RawValue::from_string(value.to_string()).map(Some).map_err(|e| GltfError::Writer(e.to_string()))
 }
 
 /// The length that one unit of the viewer stands for.
-struct SceneUnit {
+pub(super) struct SceneUnit {
     metres: f64,
     scale: f64,
     label: String,
@@ -247,7 +218,7 @@ struct SceneUnit {
 
 impl SceneUnit {
     /// The largest of 1, 2 and 5 times a power of ten metres that is not larger than the scene.
-    fn for_extent(extent: f64) -> Result<Self, GltfError> {
+    pub(super) fn for_extent(extent: f64) -> Result<Self, GltfError> {
         if !(1e-30..=1e30).contains(&extent) {
             return Err(GltfError::OutOfRange { extent });
         }
@@ -336,7 +307,7 @@ struct SharedShapes {
 
 /// Hands out materials: a role has its look, and conductors and dielectrics each a colour of their own.
 #[derive(Default)]
-struct Looks {
+pub(super) struct Looks {
     conductors: usize,
     dielectrics: usize,
 }
@@ -358,14 +329,14 @@ const DIELECTRICS: [[u8; 3]; 5] =
     [[0x8E, 0x6C, 0xC0], [0x5F, 0xA8, 0x5B], [0xC8, 0x6F, 0xA0], [0x5B, 0x7F, 0xC8], [0xB0, 0x98, 0x60]];
 
 impl Looks {
-    fn material(&mut self, body: &SceneBody, shape: Shape) -> json::Material {
+    pub(super) fn material(&mut self, name: &str, role: BodyRole, double_sided: bool) -> json::Material {
         let next = |palette: &[[u8; 3]], count: &mut usize| {
             let colour = palette[*count % palette.len()];
             *count += 1;
             colour
         };
         // Only partly metallic: a pure metal is black in viewers that have no surroundings to mirror.
-        let (colour, alpha, metallic, roughness) = match body.role {
+        let (colour, alpha, metallic, roughness) = match role {
             BodyRole::Conductor => (next(&METALS, &mut self.conductors), 1.0, 0.3, 0.4),
             BodyRole::Layer => ([0x5A, 0xB4, 0xD6], 0.3, 0.0, 0.4),
             BodyRole::Dielectric => (next(&DIELECTRICS, &mut self.dielectrics), 0.4, 0.0, 0.5),
@@ -376,14 +347,14 @@ impl Looks {
         };
         let [red, green, blue] = colour.map(linear);
         json::Material {
-            name: Some(body.name.clone()),
+            name: Some(name.to_owned()),
             alpha_mode: Valid(if alpha < 1.0 {
                 json::material::AlphaMode::Blend
             } else {
                 json::material::AlphaMode::Opaque
             }),
             // The far faces of a translucent solid would be drawn through the near ones, in no order.
-            double_sided: shape != Shape::Solid,
+            double_sided,
             pbr_metallic_roughness: json::material::PbrMetallicRoughness {
                 base_color_factor: json::material::PbrBaseColorFactor([red, green, blue, alpha]),
                 metallic_factor: json::material::StrengthFactor(metallic),
@@ -410,8 +381,8 @@ struct Clock {
 
 /// The file as it grows: the JSON part, and the three sections of the binary one.
 #[derive(Default)]
-struct File {
-    root: json::Root,
+pub(super) struct File {
+    pub(super) root: json::Root,
     vertices: Vec<u8>,
     indices: Vec<u8>,
     keyframes: Vec<u8>,
@@ -450,7 +421,7 @@ fn append<const N: usize>(section: &mut Vec<u8>, items: impl IntoIterator<Item =
 
 impl File {
     /// Vectors with their exact bounds, as the format demands for positions.
-    fn vectors(&mut self, vectors: &[[f32; 3]], bounds: bool) -> Index<json::Accessor> {
+    pub(super) fn vectors(&mut self, vectors: &[[f32; 3]], bounds: bool) -> Index<json::Accessor> {
         let bytes = append(&mut self.vertices, vectors.iter().flatten().map(|x| x.to_le_bytes()));
         let mut entry = accessor(VERTICES, bytes, ComponentType::F32, Type::Vec3);
         if bounds {
@@ -572,6 +543,46 @@ impl File {
             extensions: None,
             extras: None,
         });
+    }
+
+    /// Puts the nodes of the bodies under a root that scales them, and ends the file.
+    pub(super) fn finish(
+        mut self,
+        children: Vec<Index<json::Node>>,
+        unit: &SceneUnit,
+        centre: [f64; 3],
+        step_labels: &[String],
+    ) -> Result<Vec<u8>, GltfError> {
+        let root = self.root.push(json::Node {
+            name: Some(format!("elastocap scene, scaled by {} (1 unit = {})", unit.scale, unit.label)),
+            children: Some(children),
+            scale: Some([unit.scale as f32; 3]),
+            extras: extras(&serde_json::json!({
+                "metres_per_unit": unit.metres,
+                "scale": unit.scale,
+                "scene_centre_m": centre,
+            }))?,
+            ..Default::default()
+        });
+        let scene = self.root.push(json::Scene {
+            extensions: None,
+            extras: None,
+            name: Some("elastocap scene".into()),
+            nodes: vec![root],
+        });
+        self.root.scene = Some(scene);
+        self.root.asset = json::Asset {
+            generator: Some(concat!("elastocap ", env!("CARGO_PKG_VERSION")).into()),
+            extras: extras(&serde_json::json!({
+                "about": "Mesh positions and node translations are in metres; the root node scales them for viewing.",
+                "metres_per_unit": unit.metres,
+                "scale": unit.scale,
+                "axes": "x = x1 (in-plane), y = x2 (up), z = x3 (along the width)",
+                "load_steps": step_labels,
+            }))?,
+            ..Default::default()
+        };
+        self.into_bytes()
     }
 
     fn into_bytes(mut self) -> Result<Vec<u8>, GltfError> {

@@ -1,14 +1,21 @@
-"""Writes the .msh files beside it: small meshes with physical groups. Needs `pip install gmsh`.
+"""Writes the .msh files beside it, or into a folder: small meshes with physical groups.
+
+    pip install gmsh
+    python make_msh.py [FOLDER]
+
+Tests read them from the folder that the environment variable ELASTOCAP_MSH names, if they are there.
 
 box: a conducting box "inner" inside a box of "filling" and "air", an "outer" surface around it.
 shells: the "gap" between spheres of radius 1 and 2, nothing in the "inner" one.
 """
 
 import pathlib
+import sys
 
 import gmsh
 
-HERE = pathlib.Path(__file__).parent
+HERE = pathlib.Path(sys.argv[1] if len(sys.argv) > 1 else pathlib.Path(__file__).parent)
+HERE.mkdir(exist_ok=True)
 
 
 def write(name, version, binary):
