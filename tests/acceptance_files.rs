@@ -164,7 +164,10 @@ fn scenes_of_round_and_imported_bodies_give_the_expected_maxwell_matrices() {
                 assert!(upper - lower <= tolerance * value.abs(), "{name}: {lower:e} {upper:e}");
             }
         }
-        assert_eq!(sandbox.names("out"), ["capacitance.csv", "fields.pvd", "result.json", "step_000.vtu"]);
+        assert_eq!(
+            sandbox.names("out"),
+            ["capacitance.csv", "fields.pvd", "result.json", "scene.glb", "step_000.vtu"]
+        );
     }
 }
 
@@ -281,7 +284,10 @@ fn a_mesh_from_gmsh_is_read_beside_its_case_file_and_solved_as_it_is() {
     let keys = ["two_terminal_capacitance_f", "capacitance_lower_f", "capacitance_upper_f"];
     // Of this mesh, at a tolerance of 1e-2.
     assert_bounded(keys.map(|key| number(&json[key])), 2.5e-2, 2.0365e-13, 3.3e-3, 5e-2, "two-terminal");
-    assert_eq!(sandbox.names("out"), ["capacitance.csv", "fields.pvd", "result.json", "step_000.vtu"]);
+    assert_eq!(
+        sandbox.names("out"),
+        ["capacitance.csv", "fields.pvd", "result.json", "scene.glb", "step_000.vtu"]
+    );
 }
 
 #[test]

@@ -1,5 +1,6 @@
 //! The result of a run: one row per load step, and what stands behind it.
 
+use elastocap_geometry::export::surfaces::SurfaceBody;
 use std::fmt;
 
 use elastocap_electrostatics::{Bounded, PhaseSeconds, ResolutionLevel};
@@ -61,8 +62,10 @@ pub struct StepResult {
     pub warnings: Vec<String>,
     /// How the finite elements of the layer went, if it has any.
     pub layer: Option<FiniteElementStep>,
-    /// The bodies as deformed.
+    /// The bodies as deformed, where they are boxes.
     pub scene: Option<DeformedScene>,
+    /// The surfaces of bodies of any shape.
+    pub surfaces: Vec<SurfaceBody>,
     /// Maxwell capacitance matrix, F, in the order of the scene's driven conductors.
     pub maxwell: Option<Vec<Vec<Bounded>>>,
     /// Potentials of the floating conductors.

@@ -475,10 +475,7 @@ impl Plan {
             Kind::Mechanics => "curve.csv, curve.svg",
         };
         let mut files = format!("{table}, result.json");
-        if case.shapes.is_some() {
-            let why = "bodies of any shape are shown by step_000.vtu";
-            self.left_out.push(LeftOut::new(Decision::Case, "scene.glb", why, "milliseconds"));
-        } else if options.scene {
+        if options.scene {
             files.push_str(", scene.glb");
         } else {
             self.left_out.push(LeftOut::new(Decision::Caller, "scene.glb", "not asked for", "milliseconds"));

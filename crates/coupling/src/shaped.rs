@@ -3,6 +3,8 @@
 use elastocap_electrostatics::general::{General, Shapes, solve_mesh};
 use elastocap_electrostatics::{Settings, SolveError};
 use elastocap_geometry::export::body::{BodyMesh, Element, NamedArray};
+use elastocap_geometry::export::gltf::BodyRole;
+use elastocap_geometry::export::surfaces::{SurfaceBody, surfaces};
 use elastocap_geometry::mirror;
 use elastocap_geometry::scene::Box3;
 use elastocap_geometry::shapes::{Shape, ShapeScene};
@@ -36,6 +38,8 @@ pub(crate) struct Solved {
     pub(crate) general: General,
     /// Per axis the plane about which the scene is its own mirror image, m, if only one half was solved.
     pub(crate) planes: [Option<f64>; 3],
+    /// The surfaces of the bodies, whole, for a viewer.
+    pub(crate) surfaces: Vec<SurfaceBody>,
     /// Estimate of the relative error that flat faces in place of curved ones add; zero where all bodies are flat-faced.
     pub(crate) facets: f64,
 }
@@ -63,6 +67,8 @@ pub(crate) fn solve_shapes(
             )));
         }
     }
+    // Before it is refined, which moves no surface but cuts its triangles.
+    let surfaces = surfaces_of(scene, &mesh, planes);
     let permittivity = permittivities(scene);
     let floating_charges: Vec<_> = scene.conductors.iter().map(|c| c.floating_charge).collect();
     let shapes = Shapes {
@@ -79,7 +85,33 @@ pub(crate) fn solve_shapes(
     let curved = curved
         .into_iter()
         .any(|shape| matches!(shape, Shape::Sphere { .. } | Shape::Shell { .. } | Shape::Cylinder { .. }));
-    Ok(Solved { general, planes, facets: if curved { FACETS * size * size } else { 0.0 } })
+    Ok(Solved { general, planes, surfaces, facets: if curved { FACETS * size * size } else { 0.0 } })
+}
+
+/// Conductors, and dielectrics that end: a hollow conductor around everything is drawn as a wall, which one can see through.
+fn surfaces_of(scene: &ShapeScene, mesh: &TetMesh, planes: [Option<f64>; 3]) -> Vec<SurfaceBody> {
+    let mut mesh = std::borrow::Cow::Borrowed(mesh);
+    for (axis, at) in planes.into_iter().enumerate() {
+        if let Some(at) = at {
+            mesh = std::borrow::Cow::Owned(mesh.reflected(axis, at).mesh);
+        }
+    }
+    let (metal, filled) = surfaces(&mesh, scene.conductors.len(), 1 + scene.dielectrics.len());
+    let conductors = scene.conductors.iter().zip(metal).map(|(body, triangles)| {
+        let around = matches!(body.shape, Shape::Shell { .. });
+        let role = if around { BodyRole::Wall } else { BodyRole::Conductor };
+        SurfaceBody { name: body.name.clone(), role, triangles }
+    });
+    let ends = |shape: &Shape| {
+        shape.bounds().is_none_or(|b| (0..3).all(|a| b.min[a].is_finite() && b.max[a].is_finite()))
+    };
+    let dielectrics = scene.dielectrics.iter().zip(filled).filter(|(body, _)| ends(&body.shape));
+    let dielectrics = dielectrics.map(|(body, triangles)| SurfaceBody {
+        name: body.name.clone(),
+        role: BodyRole::Dielectric,
+        triangles,
+    });
+    conductors.chain(dielectrics).collect()
 }
 
 /// A mesh with faces of this size over the radius on curved bodies: of the part above the planes, and which of them it keeps to.

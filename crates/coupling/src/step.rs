@@ -122,7 +122,8 @@ impl Solver<'_> {
         if self.settings.field {
             *field = Some(Shown::Tetrahedra(shown(scene, &solved)));
         }
-        let Solved { mut general, facets, .. } = solved;
+        let Solved { mut general, facets, surfaces, .. } = solved;
+        result.surfaces = surfaces;
         if facets > 0.0 {
             result.warnings.push(format!(
                 "curved surfaces are solved with flat faces, which adds a relative error of about {facets:.0e} (an estimate) to \
@@ -354,6 +355,7 @@ impl StepResult {
             warnings: Vec::new(),
             layer: None,
             scene: None,
+            surfaces: Vec::new(),
             maxwell: None,
             floating: Vec::new(),
             two_terminal: None,

@@ -13,6 +13,7 @@ use std::time::{Duration, Instant};
 
 use elastocap_geometry::export::body::body_vtu;
 use elastocap_geometry::export::gltf::glb;
+use elastocap_geometry::export::surfaces::surfaces_glb;
 use elastocap_geometry::export::vtk::{pvd, vtu};
 
 pub use atomic::{OutputError, OutputFolder};
@@ -90,6 +91,12 @@ fn stage_scene(
     steps: &[StepResult],
 ) -> Result<Option<String>, OutputError> {
     let (bodies, labels) = scene_files::bodies(case, steps);
+    if let Some(step) = steps.iter().find(|s| bodies.is_empty() && !s.surfaces.is_empty()) {
+        return match surfaces_glb(&step.surfaces, "unloaded") {
+            Ok(bytes) => folder.stage("scene.glb", &bytes).map(|()| None),
+            Err(error) => Ok(Some(format!("scene.glb is not written: {error}"))),
+        };
+    }
     if bodies.is_empty() {
         return Ok(Some("scene.glb is not written: no step has a scene".to_owned()));
     }
@@ -127,7 +134,7 @@ pub fn save(
     if let Some(chart) = figure(&case.title, outcome) {
         folder.stage("curve.svg", chart.to_svg().as_bytes())?;
     }
-    if options.scene && case.shapes.is_none() {
+    if options.scene {
         warnings.extend(stage_scene(&folder, case, &outcome.steps)?);
     }
     warnings.extend(stage_series(&folder, &outcome.steps)?);

@@ -4,4 +4,5 @@
 
 pub mod body;
 pub mod gltf;
+pub mod surfaces;
 pub mod vtk;

@@ -1,0 +1,200 @@
+//! Bodies of any shape as a binary glTF file: their surfaces, as the solver has them.
+
+use gltf_json::validation::Checked::Valid;
+use gltf_json::{self as json};
+
+use super::gltf::{BodyRole, File, GltfError, Looks, SceneUnit, extras};
+use crate::scene::Box3;
+use crate::tets::{FaceRole, TetMesh, determinant};
+use std::collections::BTreeMap;
+
+/// A body by the triangles of its surface.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SurfaceBody {
+    /// Name of its node, mesh and material.
+    pub name: String,
+    /// What it is.
+    pub role: BodyRole,
+    /// Corners, m, anticlockwise as seen from outside.
+    pub triangles: Vec<[[f64; 3]; 3]>,
+}
+
+/// The surfaces of all conductors of a mesh, in order, and of its regions from the second on.
+///
+/// Conductors are seen from the space around them, a sheet from both sides.
+pub fn surfaces(mesh: &TetMesh, conductors: usize, regions: usize) -> (Vec<Vec<Corners>>, Vec<Vec<Corners>>) {
+    let mut roles = BTreeMap::new();
+    for face in &mesh.boundary {
+        let mut key = face.face;
+        key.sort_unstable();
+        if let FaceRole::Conductor(c) = face.role {
+            roles.insert(key, c as usize);
+        }
+    }
+    let mut metal = vec![Vec::new(); conductors];
+    let mut filled = vec![Vec::new(); regions.saturating_sub(1)];
+    let mut faces: BTreeMap<[u32; 3], (u32, Corners)> = BTreeMap::new();
+    for (t, tet) in mesh.tets.iter().enumerate() {
+        let region = mesh.regions[t];
+        for skip in 0..4 {
+            let ids = [0, 1, 2].map(|k| tet[if k < skip { k } else { k + 1 }]);
+            let mut at = ids.map(|p| mesh.points[p as usize]);
+            // Seen from outside the tetrahedron.
+            if determinant(mesh.points[tet[skip] as usize], at[0], at[1], at[2]) < 0.0 {
+                at.swap(1, 2);
+            }
+            let mut key = ids;
+            key.sort_unstable();
+            if let Some(&c) = roles.get(&key) {
+                if let Some(own) = metal.get_mut(c) {
+                    own.push([at[0], at[2], at[1]]);
+                }
+                add(&mut filled, region, at);
+            } else if let Some((other, seen)) = faces.remove(&key) {
+                if other != region {
+                    add(&mut filled, region, at);
+                    add(&mut filled, other, seen);
+                }
+            } else {
+                faces.insert(key, (region, at));
+            }
+        }
+    }
+    for (region, at) in faces.into_values() {
+        add(&mut filled, region, at);
+    }
+    (metal, filled)
+}
+
+/// A triangle by its corners, m.
+pub type Corners = [[f64; 3]; 3];
+
+fn add(filled: &mut [Vec<Corners>], region: u32, at: Corners) {
+    if let Some(own) = (region as usize).checked_sub(1).and_then(|r| filled.get_mut(r)) {
+        own.push(at);
+    }
+}
+
+/// The bodies as a binary glTF file, scaled for viewing as by [`super::gltf::glb`].
+///
+/// # Errors
+/// Where there is nothing to show, a corner is no number, or the scene is too large or small for the format.
+///
+/// ```
+/// use elastocap_geometry::export::gltf::BodyRole;
+/// use elastocap_geometry::export::surfaces::{SurfaceBody, surfaces_glb};
+///
+/// let triangles = vec![[[0.0, 0.0, 0.0], [1e-3, 0.0, 0.0], [0.0, 1e-3, 0.0]]];
+/// let body = SurfaceBody { name: "flag".into(), role: BodyRole::Conductor, triangles };
+/// assert_eq!(&surfaces_glb(&[body], "unloaded")?[..4], b"glTF");
+/// # Ok::<(), elastocap_geometry::export::gltf::GltfError>(())
+/// ```
+pub fn surfaces_glb(bodies: &[SurfaceBody], label: &str) -> Result<Vec<u8>, GltfError> {
+    let bounds = |body: &SurfaceBody| {
+        let corners = body.triangles.iter().flatten();
+        corners.map(|&p| Box3 { min: p, max: p }).reduce(|all, p| all.union(&p))
+    };
+    let shown: Vec<(&SurfaceBody, Box3)> = bodies.iter().filter_map(|b| Some((b, bounds(b)?))).collect();
+    let finite =
+        |body: &SurfaceBody| body.triangles.as_flattened().as_flattened().iter().all(|x| x.is_finite());
+    if let Some((body, _)) = shown.iter().find(|(body, _)| !finite(body)) {
+        return Err(GltfError::NotFinite { body: body.name.clone(), step: 0 });
+    }
+    let all = shown.iter().map(|(_, b)| *b).reduce(|all, b| all.union(&b)).ok_or(GltfError::Empty)?;
+    let unit = SceneUnit::for_extent((0..3).fold(0.0, |l, a| all.extent(a).max(l)))?;
+    let middle = |b: &Box3| [0, 1, 2].map(|a| 0.5 * b.min[a] + 0.5 * b.max[a]);
+    let centre = middle(&all);
+    let mut file = File::default();
+    let mut looks = Looks::default();
+    let mut children = Vec::new();
+    for (body, own) in &shown {
+        let home = middle(own);
+        let positions: Vec<[f32; 3]> =
+            body.triangles.iter().flatten().map(|p| [0, 1, 2].map(|a| (p[a] - home[a]) as f32)).collect();
+        let normals: Vec<[f32; 3]> = body.triangles.iter().flat_map(|t| [normal(t); 3]).collect();
+        let positions = file.vectors(&positions, true);
+        let normals = file.vectors(&normals, false);
+        let material = file.root.push(looks.material(&body.name, body.role, false));
+        let mesh = file.root.push(json::Mesh {
+            extensions: None,
+            extras: None,
+            name: Some(body.name.clone()),
+            weights: None,
+            primitives: vec![json::mesh::Primitive {
+                attributes: [
+                    (Valid(json::mesh::Semantic::Positions), positions),
+                    (Valid(json::mesh::Semantic::Normals), normals),
+                ]
+                .into(),
+                extensions: None,
+                extras: None,
+                indices: None,
+                material: Some(material),
+                mode: Valid(json::mesh::Mode::Triangles),
+                targets: None,
+            }],
+        });
+        children.push(file.root.push(json::Node {
+            name: Some(body.name.clone()),
+            mesh: Some(mesh),
+            translation: Some([0, 1, 2].map(|a| (home[a] - centre[a]) as f32)),
+            extras: extras(&serde_json::json!({ "role": body.role.name() }))?,
+            ..Default::default()
+        }));
+    }
+    file.finish(children, &unit, centre, &[label.to_owned()])
+}
+
+/// Across the triangle, of length one.
+fn normal([a, b, c]: &Corners) -> [f32; 3] {
+    let [u, v] = [b, c].map(|p| [0, 1, 2].map(|k| p[k] - a[k]));
+    let n = [u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]];
+    let largest = n.iter().fold(0.0_f64, |m, x| m.max(x.abs()));
+    if largest <= 0.0 {
+        return [0.0, 0.0, 1.0];
+    }
+    let n = n.map(|x| x / largest);
+    let length = n.iter().map(|x| x * x).sum::<f64>().sqrt();
+    n.map(|x| (x / length) as f32)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::Wall;
+    use crate::shapes::{Shape, ShapeScene, ShapedConductor, ShapedDielectric};
+    use crate::tets::{Sizing, mesh};
+
+    #[test]
+    fn surfaces_enclose_the_volume_of_their_bodies() {
+        let cube = |a: f64| Box3 { min: [-a; 3], max: [a; 3] };
+        let scene = ShapeScene {
+            conductors: vec![ShapedConductor {
+                name: "inner".into(),
+                shape: Shape::Box(cube(0.25)),
+                floating_charge: None,
+            }],
+            dielectrics: vec![ShapedDielectric {
+                name: "rubber".into(),
+                shape: Shape::Sphere { center: [0.0; 3], radius: 0.7 },
+                relative_permittivity: 3.0,
+            }],
+            background_permittivity: 1.0,
+            domain: cube(1.0),
+            walls: [[Wall::Grounded; 2]; 3],
+        };
+        let mesh = mesh(&scene, &Sizing::default()).unwrap().mesh;
+        let (metal, filled) = surfaces(&mesh, 1, 2);
+        let volume = |all: &[Corners]| -> f64 {
+            all.iter().map(|[a, b, c]| determinant([0.0; 3], *a, *b, *c) / 6.0).sum()
+        };
+        assert!((volume(&metal[0]) - 0.125).abs() < 1e-12, "{}", volume(&metal[0]));
+        let ball = 4.0 / 3.0 * std::f64::consts::PI * 0.7_f64.powi(3) - 0.125;
+        assert!((volume(&filled[0]) - ball).abs() < 1e-9, "{}", volume(&filled[0]));
+        let body =
+            SurfaceBody { name: "inner".into(), role: BodyRole::Conductor, triangles: metal[0].clone() };
+        let file = gltf::Gltf::from_slice(&surfaces_glb(&[body], "unloaded").unwrap()).unwrap();
+        let positions = file.accessors().next().unwrap();
+        assert_eq!(positions.count(), 3 * metal[0].len());
+    }
+}
