@@ -762,3 +762,25 @@ fn a_flood_of_problems_is_counted_not_printed() {
     let shown = parse(&format!("format = 1\n{keys}")).unwrap_err().render(false);
     assert!(shown.contains("more problems in cases/test.toml"), "{shown}");
 }
+
+#[test]
+fn outlines_that_cross_or_touch_themselves_are_refused() {
+    let case = |outline: &str| {
+        format!(
+            "format = 1\n[[conductor]]\nname = \"x\"\nextrusion = {{ axis = \"x2\", from = \"0 um\", to = \"9 um\", outline = \
+             [{outline}] }}\n[surroundings]\nboundary = \"open\"\n"
+        )
+    };
+    let corner = |x: i32, y: i32| format!("[\"{x} um\", \"{y} um\"]");
+    let outline =
+        |corners: &[(i32, i32)]| corners.iter().map(|&(x, y)| corner(x, y)).collect::<Vec<_>>().join(", ");
+    assert!(parse(&case(&outline(&[(0, 0), (9, 0), (9, 9), (0, 9)]))).is_ok());
+    for crossing in [
+        &[(0, 0), (9, 9), (9, 0), (0, 9)][..],
+        &[(0, 0), (9, 0), (4, 0), (4, 9)],
+        &[(0, 0), (9, 0), (9, 9), (5, 0), (0, 9)],
+    ] {
+        let error = parse(&case(&outline(crossing))).unwrap_err();
+        assert!(error.to_string().contains("the outline crosses or touches itself"), "{error}");
+    }
+}

@@ -127,7 +127,7 @@ fn outer(
         }
         (Some((shell, _)), None) => {
             // The mesh needs room around the hollow; it is dropped again.
-            let hollow = bounds(&shell.shape)?;
+            let hollow = shell.shape.bounds()?;
             let room = 0.5 * hollow.extent(0);
             let domain = Box3 { min: hollow.min.map(|x| x - room), max: hollow.max.map(|x| x + room) };
             Some((domain, Wall::Grounded))
@@ -237,7 +237,40 @@ fn extruded(raw: &raw::Extruded, may_be_flat: bool, log: &mut Log<'_>) -> Option
         let [x, y] = corner.get()?;
         outline.push([x.get()?.si, y.get()?.si]);
     }
+    if let Some([k, l]) = crossing(&outline) {
+        let of = |k: usize| (k + 1, (k + 1) % outline.len() + 1);
+        let ((a, b), (c, d)) = (of(k), of(l));
+        log.push(
+            Diagnostic::at(&raw.outline.span, "the outline crosses or touches itself")
+                .label(format!("the side from corner {a} to {b} meets that from {c} to {d}"))
+                .help("list the corners in order around the figure, without a hole"),
+        );
+        return None;
+    }
     Some(Shape::Extrusion { axis: axis_index(*raw.axis.get()?), from, to, outline })
+}
+
+/// Two sides of an outline that meet anywhere but at a common corner, by their first corners.
+fn crossing(outline: &[[f64; 2]]) -> Option<[usize; 2]> {
+    let n = outline.len();
+    let side =
+        |p: [f64; 2], q: [f64; 2], r: [f64; 2]| (q[0] - p[0]) * (r[1] - p[1]) - (q[1] - p[1]) * (r[0] - p[0]);
+    let within = |p: [f64; 2], q: [f64; 2], r: [f64; 2]| {
+        (0..2).all(|k| p[k].min(q[k]) <= r[k] && r[k] <= p[k].max(q[k]))
+    };
+    let meet = |k: usize, l: usize| {
+        let [a, b, c, d] = [k, (k + 1) % n, l, (l + 1) % n].map(|i| outline[i]);
+        let (of_c, of_d, of_a, of_b) = (side(a, b, c), side(a, b, d), side(c, d, a), side(c, d, b));
+        (of_c * of_d < 0.0 && of_a * of_b < 0.0)
+            || (of_c == 0.0 && within(a, b, c))
+            || (of_d == 0.0 && within(a, b, d))
+            || (of_a == 0.0 && within(c, d, a))
+            || (of_b == 0.0 && within(c, d, b))
+    };
+    (0..n).find_map(|k| {
+        let apart = |l: &usize| (*l + 1) % n != k && (k + 1) % n != *l;
+        (k + 1..n).filter(apart).find(|&l| meet(k, l)).map(|l| [k, l])
+    })
 }
 
 fn imported(raw: &raw::SurfaceFile, origin: &Path, log: &mut Log<'_>) -> Option<Shape> {
@@ -261,48 +294,8 @@ fn imported(raw: &raw::SurfaceFile, origin: &Path, log: &mut Log<'_>) -> Option<
     }
 }
 
-/// The smallest box around a shape; of a shell, around its hollow.
-fn bounds(shape: &Shape) -> Option<Box3> {
-    let around = |center: [f64; 3], radius: f64| Box3 {
-        min: center.map(|x| x - radius),
-        max: center.map(|x| x + radius),
-    };
-    Some(match shape {
-        Shape::Box(region) => *region,
-        Shape::Sphere { center, radius } | Shape::Shell { center, radius } => around(*center, *radius),
-        Shape::Cylinder { axis, base, radius, height } => {
-            let mut region = around(*base, *radius);
-            (region.min[*axis], region.max[*axis]) = (base[*axis], base[*axis] + height);
-            region
-        }
-        Shape::Extrusion { axis, from, to, outline } => {
-            let others: Vec<usize> = (0..3).filter(|a| a != axis).collect();
-            let mut region = Box3 { min: [f64::INFINITY; 3], max: [f64::NEG_INFINITY; 3] };
-            (region.min[*axis], region.max[*axis]) = (*from, *to);
-            for corner in outline {
-                for (&a, &x) in others.iter().zip(corner) {
-                    region.min[a] = region.min[a].min(x);
-                    region.max[a] = region.max[a].max(x);
-                }
-            }
-            region
-        }
-        Shape::Surface(surface) => {
-            let mut region = Box3 { min: [f64::INFINITY; 3], max: [f64::NEG_INFINITY; 3] };
-            for point in &surface.points {
-                for a in 0..3 {
-                    region.min[a] = region.min[a].min(point[a]);
-                    region.max[a] = region.max[a].max(point[a]);
-                }
-            }
-            region
-        }
-        Shape::Physical(_) => return None,
-    })
-}
-
 fn check_inside(name: &str, shape: &Shape, span: &Range<usize>, domain: &Box3, log: &mut Log<'_>) {
-    let Some(region) = bounds(shape) else { return };
+    let Some(region) = shape.bounds() else { return };
     // Slabs are cut off at the walls.
     let bounded = |a: usize| region.min[a].is_finite() || region.max[a].is_finite();
     let outside = |a: usize| bounded(a) && (region.min[a] < domain.min[a] || region.max[a] > domain.max[a]);
@@ -319,7 +312,7 @@ fn check_inside(name: &str, shape: &Shape, span: &Range<usize>, domain: &Box3, l
 }
 
 fn check_apart_from_ground(name: &str, shape: &Shape, span: &Range<usize>, domain: &Box3, log: &mut Log<'_>) {
-    let Some(region) = bounds(shape) else { return };
+    let Some(region) = shape.bounds() else { return };
     if let Some(axis) = (0..3).find(|&a| region.min[a] == domain.min[a] || region.max[a] == domain.max[a]) {
         log.push(
             Diagnostic::at(

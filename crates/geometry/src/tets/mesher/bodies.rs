@@ -240,10 +240,44 @@ pub(super) fn complex(scene: &ShapeScene, domain: &Box3, sizing: &Sizing) -> Res
                 }
             }
         }
-        skin.put(&mut out, name, size).ok_or_else(|| unsupported("a face without an area"))?;
+        let mut parts = vec![skin];
+        for (axis, at) in through(scene, domain, &bounds(shape)) {
+            let cut = parts.into_iter().map(|part| part.parted(axis, at)).collect::<Option<Vec<_>>>();
+            parts = cut
+                .ok_or_else(|| unsupported("a surface that is not closed"))?
+                .into_iter()
+                .flatten()
+                .collect();
+        }
+        for part in parts {
+            part.put(&mut out, name, size).ok_or_else(|| unsupported("a face without an area"))?;
+        }
     }
     out.close(domain)?;
     Ok(out)
+}
+
+/// The planes of dielectric boxes and slabs that go all the way through a body within `around`: axis and place.
+fn through(scene: &ShapeScene, domain: &Box3, around: &Box3) -> Vec<(usize, f64)> {
+    // Flat faces of a round body reach out of it a little.
+    let room = 0.1 * extent(around);
+    let mut out = Vec::new();
+    for dielectric in &scene.dielectrics {
+        let Shape::Box(b) = &dielectric.shape else { continue };
+        for axis in 0..3 {
+            let covers = |a: usize| {
+                b.min[a] <= (around.min[a] - room).max(domain.min[a])
+                    && b.max[a] >= (around.max[a] + room).min(domain.max[a])
+            };
+            if (0..3).all(|a| a == axis || covers(a)) {
+                let inside = |x: &f64| domain.min[axis] < *x && *x < domain.max[axis];
+                out.extend([b.min[axis], b.max[axis]].into_iter().filter(inside).map(|at| (axis, at)));
+            }
+        }
+    }
+    out.sort_by(|a, b| a.0.cmp(&b.0).then(a.1.total_cmp(&b.1)));
+    out.dedup();
+    out
 }
 
 /// Gives a ball a point in its middle, so that not all points are on spheres.

@@ -11,7 +11,7 @@ type P = [f64; 3];
 const SNAP: f64 = 1e-9;
 
 /// A flat part of a surface.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 struct Face {
     /// Points that span its plane.
     frame: Vec<u32>,
@@ -26,7 +26,7 @@ struct Face {
 }
 
 /// The surface of a body.
-#[derive(Debug, Default)]
+#[derive(Debug, Clone, Default)]
 pub(super) struct Skin {
     points: Vec<P>,
     faces: Vec<Face>,
@@ -147,6 +147,20 @@ impl Skin {
             face.inner.dedup();
         }
         Self { points: surface.points.clone(), faces, rims: Vec::new() }
+    }
+
+    /// The parts on either side of a plane where it has something on both, else all of it. `None` if the surface is not closed.
+    pub(super) fn parted(mut self, axis: usize, at: f64) -> Option<Vec<Self>> {
+        let near = SNAP * extent(self.points.iter().copied());
+        let used =
+            || self.faces.iter().flat_map(|f| f.edges.as_flattened()).map(|&p| self.points[p as usize][axis]);
+        if !(used().any(|x| x < at - near) && used().any(|x| x > at + near)) {
+            return Some(vec![self]);
+        }
+        let mut other = self.clone();
+        self.cut(Cut { axis, at, above: false })?;
+        other.cut(Cut { axis, at, above: true })?;
+        Some(vec![self, other])
     }
 
     /// A point of the skin in the plane.

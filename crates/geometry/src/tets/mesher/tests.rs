@@ -234,3 +234,34 @@ fn planes_of_bodies_cut_nothing_where_the_mesh_ends_far_away() {
     let far = out.mesh.points.iter().filter(|p| p[0] > 5e-3 && planes.contains(&p[1]));
     assert_eq!(far.count(), 0, "points in the planes of plates 5 mm away");
 }
+
+#[test]
+fn bodies_go_through_the_planes_of_slabs() {
+    let mut slab = Box3::SPACE;
+    (slab.min[1], slab.max[1]) = (-1.0, 0.0);
+    let via = Shape::Cylinder { axis: 1, base: [0.0, -2.0, 0.0], radius: 0.3, height: 3.0 };
+    let ball = Shape::Sphere { center: [2.0, 0.0, 0.0], radius: 0.5 };
+    let sheet = Shape::Extrusion {
+        axis: 0,
+        from: -2.0,
+        to: -2.0,
+        outline: vec![[-0.5, -0.5], [0.7, -0.5], [0.7, 0.5], [-0.5, 0.5]],
+    };
+    let domain = Box3 { min: [-4.0; 3], max: [4.0; 3] };
+    let mut scene = scene(domain, Wall::Insulated, vec![via, ball, sheet]);
+    scene.dielectrics.push(ShapedDielectric {
+        name: "board".into(),
+        shape: Shape::Box(slab),
+        relative_permittivity: 4.0,
+    });
+    let out = mesh(&scene, &Sizing::default()).unwrap();
+    check(&out);
+    let (circle, half_ball) = (PI * 0.09, 2.0 / 3.0 * PI * 0.125);
+    let board = 64.0 - circle - half_ball;
+    assert!((volume(&out.mesh, Some(1)) / board - 1.0).abs() < 1e-3, "{}", volume(&out.mesh, Some(1)));
+    let above = 512.0 - 64.0 - 2.0 * circle - half_ball;
+    assert!((volume(&out.mesh, Some(0)) / above - 1.0).abs() < 1e-3);
+    let all = volume(&out.mesh, None);
+    assert!((all / (512.0 - 3.0 * circle - 2.0 * half_ball) - 1.0).abs() < 1e-9, "{all}");
+    assert!((area(&out.mesh, |r| r == FaceRole::Conductor(2)) - 1.2).abs() < 1e-12);
+}
