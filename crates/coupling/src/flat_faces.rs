@@ -1,5 +1,6 @@
 //! What flat faces in place of curved surfaces may change, from a mesh that does not say which they are.
 
+use elastocap_fem::vector::{cross, dot, length, normal};
 use std::collections::BTreeMap;
 
 use elastocap_geometry::tets::{FaceRole, TetMesh};
@@ -46,22 +47,7 @@ pub(crate) fn curvature_error(mesh: &TetMesh) -> f64 {
     SHARE * means.fold(0.0, f64::max)
 }
 
-/// Twice the area, across the face; which way it points is that of the corners' order.
-fn normal([a, b, c]: [[f64; 3]; 3]) -> [f64; 3] {
-    let [u, v] = [b, c].map(|p| [p[0] - a[0], p[1] - a[1], p[2] - a[2]]);
-    cross(u, v)
-}
-
-fn cross(u: [f64; 3], v: [f64; 3]) -> [f64; 3] {
-    [u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]]
-}
-
-fn length(v: [f64; 3]) -> f64 {
-    v.iter().map(|x| x * x).sum::<f64>().sqrt()
-}
-
 /// Between two planes, rad, from 0 to pi/2: the normals' orders of corners say nothing.
 fn angle(u: [f64; 3], v: [f64; 3]) -> f64 {
-    let dot: f64 = u.iter().zip(v).map(|(x, y)| x * y).sum();
-    length(cross(u, v)).atan2(dot.abs())
+    length(cross(u, v)).atan2(dot(u, v).abs())
 }

@@ -2,6 +2,7 @@
 
 use elastocap_electrostatics::general::{General, Shapes, solve_mesh};
 use elastocap_electrostatics::{Settings, SolveError};
+use elastocap_fem::vector::{cross, dot, length, minus};
 use elastocap_geometry::export::body::{BodyMesh, Element, NamedArray};
 use elastocap_geometry::export::gltf::BodyRole;
 use elastocap_geometry::export::surfaces::{SurfaceBody, surfaces};
@@ -104,11 +105,11 @@ fn ball_gap(scene: &ShapeScene) -> Result<f64, String> {
         for other in &scene.conductors[..k] {
             let (gap, radius) = match (&one.shape, &other.shape) {
                 (Shape::Sphere { center: c, radius: r }, Shape::Sphere { center: d, radius: s }) => {
-                    (distance(c, d) - r - s, r.min(*s))
+                    (length(minus(*c, *d)) - r - s, r.min(*s))
                 }
                 (Shape::Sphere { center: c, radius: r }, Shape::Shell { center: d, radius: s })
                 | (Shape::Shell { center: d, radius: s }, Shape::Sphere { center: c, radius: r }) => {
-                    (s - distance(c, d) - r, *r)
+                    (s - length(minus(*c, *d)) - r, *r)
                 }
                 _ => continue,
             };
@@ -119,10 +120,6 @@ fn ball_gap(scene: &ShapeScene) -> Result<f64, String> {
         }
     }
     Ok(least)
-}
-
-fn distance(a: &[f64; 3], b: &[f64; 3]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| (a - b) * (a - b)).sum::<f64>().sqrt()
 }
 
 /// Conductors, and dielectrics that end: a hollow conductor around everything is drawn as a wall, which one can see through.
@@ -284,12 +281,9 @@ fn permittivities(scene: &ShapeScene) -> Vec<f64> {
 /// Minus the gradient of the potential that is linear between the corners, V/m.
 fn field(mesh: &TetMesh, tet: [u32; 4], values: &[f64]) -> [f64; 3] {
     let at = tet.map(|p| mesh.points[p as usize]);
-    let [u, v, w] = [1, 2, 3].map(|k| [0, 1, 2].map(|a| at[k][a] - at[0][a]));
-    let cross = |a: [f64; 3], b: [f64; 3]| {
-        [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
-    };
+    let [u, v, w] = [1, 2, 3].map(|k| minus(at[k], at[0]));
     let normals = [cross(v, w), cross(w, u), cross(u, v)];
-    let volume: f64 = u.iter().zip(normals[0]).map(|(u, n)| u * n).sum();
+    let volume = dot(u, normals[0]);
     let rises = [1, 2, 3].map(|k| values[tet[k] as usize] - values[tet[0] as usize]);
     [0, 1, 2].map(|a| -(0..3).map(|k| rises[k] * normals[k][a]).sum::<f64>() / volume)
 }

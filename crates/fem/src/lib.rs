@@ -1,4 +1,4 @@
-//! What both solvers share: reference elements, quadrature, the 1D matrices of tensor-product grids.
+//! What both solvers share: reference elements, quadrature, the 1D matrices of tensor-product grids, vectors.
 
 pub mod gemm;
 pub mod line;
@@ -7,3 +7,4 @@ pub mod modes;
 pub mod quadrature;
 pub mod radial;
 pub mod tensor;
+pub mod vector;

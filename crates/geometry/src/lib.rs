@@ -4,6 +4,9 @@ pub mod export;
 pub mod grid;
 pub mod import;
 pub mod mirror;
+#[cfg(test)]
+mod samples;
 pub mod scene;
 pub mod shapes;
 pub mod tets;
+pub mod winding;

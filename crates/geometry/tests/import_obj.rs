@@ -2,11 +2,12 @@
 
 #![allow(clippy::unwrap_used)] // In tests, also in their helper functions.
 
-use elastocap_geometry::import::audit::{Repairs, apart, contains, winding_number};
+use elastocap_geometry::import::audit::{Repairs, apart};
 use elastocap_geometry::import::obj::{Placement, read, surface};
 use elastocap_geometry::import::{ImportError, Problem};
 use elastocap_geometry::shapes::TriangleSurface;
 use elastocap_geometry::tets::determinant;
+use elastocap_geometry::winding::{contains, winding_number};
 
 const CUBE: &str = include_str!("data/cube.obj");
 const AS_IS: Placement = Placement { unit: 1.0, translate: [0.0; 3] };

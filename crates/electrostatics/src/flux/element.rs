@@ -2,6 +2,7 @@
 
 use super::faces::{Beyond, Passages};
 use super::reference::{EDGES, PAIRS, Reference};
+use elastocap_fem::vector::{cross, dot};
 use elastocap_geometry::tets::TetMesh;
 
 /// A tetrahedron with the loops of its fluxes taken out: they follow from the rest as those of least energy.
@@ -16,14 +17,6 @@ pub(super) struct Element {
     pub(super) energy: Vec<f64>,
     /// Loops of least energy per face moment or source, `loops x kept`.
     pub(super) follow: Vec<f64>,
-}
-
-fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
-    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
-}
-
-fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
-    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
 
 impl Element {

@@ -9,6 +9,7 @@
 //! * loops: no divergence, and none through the faces (three for quadratics, none below).
 
 use elastocap_fem::quadrature::gauss_legendre;
+use elastocap_fem::vector::dot;
 use faer::Mat;
 use faer::linalg::solvers::Solve;
 
@@ -61,10 +62,6 @@ const MIDDLE: f64 = 0.25;
 
 fn barycentric(x: [f64; 3]) -> [f64; 4] {
     [1.0 - x[0] - x[1] - x[2], x[0], x[1], x[2]]
-}
-
-fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
-    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
 
 /// Points and weights on the unit triangle.

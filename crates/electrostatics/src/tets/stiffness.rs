@@ -12,6 +12,7 @@ use super::TetsError;
 use super::csr::{Csr, Rows};
 use super::reference::{MOST, PAIRS, Reference, lattice, shape, triangle_rule};
 use super::space::{NONE, Space};
+use elastocap_fem::vector::{cross, dot, minus};
 use elastocap_geometry::tets::{FaceRole, TetMesh};
 use faer::Mat;
 use rayon::prelude::*;
@@ -46,7 +47,7 @@ impl Stiffness {
             if determinant.is_nan() || determinant <= 0.0 || !determinant.is_finite() {
                 return Err(TetsError::Flat(t));
             }
-            Ok(PAIRS.map(|[a, b]| eps * determinant * dot3(gradients[a], gradients[b])))
+            Ok(PAIRS.map(|[a, b]| eps * determinant * dot(gradients[a], gradients[b])))
         };
         let metrics =
             (0..mesh.tets.len()).into_par_iter().with_min_len(1024).map(metric).collect::<Result<_, _>>()?;
@@ -67,7 +68,7 @@ impl Stiffness {
             .iter()
             .zip(space.of_faces(&corners)?)
             .map(|(&(face, eps), dofs)| {
-                let at = face.map(|p| sub(mesh.points[p as usize], mesh.center));
+                let at = face.map(|p| minus(mesh.points[p as usize], mesh.center));
                 let matrix = open_matrix(at, eps, space.order()).ok_or(TetsError::OpenFace(face))?;
                 Ok(OpenFace { dofs, matrix })
             })
@@ -193,16 +194,17 @@ fn lattice_size(order: usize) -> usize {
 
 /// The form beyond a face with these corners, seen from the centre; `None` if the centre is in the plane of the face.
 fn open_matrix(corners: [[f64; 3]; 3], eps: f64, order: usize) -> Option<Vec<f64>> {
-    let (u, v) = (sub(corners[1], corners[0]), sub(corners[2], corners[0]));
+    let (u, v) = (minus(corners[1], corners[0]), minus(corners[2], corners[0]));
     let normal = cross(u, v);
-    let twice_area = dot3(normal, normal).sqrt();
-    let distance = dot3(normal, corners[0]).abs() / twice_area;
+    let twice_area = dot(normal, normal).sqrt();
+    let distance = dot(normal, corners[0]).abs() / twice_area;
     if distance.is_nan() || distance <= 0.0 || !distance.is_finite() {
         return None;
     }
     // Gradients along the face of its barycentric coordinates.
     let unit = normal.map(|x| x / twice_area);
-    let slope = |from: usize, to: usize| cross(unit, sub(corners[to], corners[from])).map(|x| x / twice_area);
+    let slope =
+        |from: usize, to: usize| cross(unit, minus(corners[to], corners[from])).map(|x| x / twice_area);
     let gradients = [slope(1, 2), slope(2, 0), slope(0, 1)];
     let points = lattice(order, 3);
     let n = points.len();
@@ -212,12 +214,12 @@ fn open_matrix(corners: [[f64; 3]; 3], eps: f64, order: usize) -> Option<Vec<f64
         let of_point = |&point: &[u8; 4]| {
             let (value, by) = shape(order, point, at);
             let along = [0, 1, 2].map(|a| (0..3).map(|k| by[k] * gradients[k][a]).sum::<f64>());
-            (along, (value + dot3(along, x)) / distance)
+            (along, (value + dot(along, x)) / distance)
         };
         let values: Vec<([f64; 3], f64)> = points.iter().map(of_point).collect();
         for (i, a) in values.iter().enumerate() {
             for (j, b) in values.iter().enumerate() {
-                let integrand = dot3(a.0, b.0) + a.1 * b.1;
+                let integrand = dot(a.0, b.0) + a.1 * b.1;
                 matrix[i * n + j] += eps * distance * 0.5 * twice_area * weight * integrand;
             }
         }
@@ -228,8 +230,8 @@ fn open_matrix(corners: [[f64; 3]; 3], eps: f64, order: usize) -> Option<Vec<f64
 /// Gradients of the barycentric coordinates 1, 2, 3, and six times the volume.
 fn barycentric_gradients(mesh: &TetMesh, t: usize) -> ([[f64; 3]; 3], f64) {
     let [o, a, b, c] = mesh.tets[t].map(|p| mesh.points[p as usize]);
-    let (u, v, w) = (sub(a, o), sub(b, o), sub(c, o));
-    let determinant = dot3(u, cross(v, w));
+    let (u, v, w) = (minus(a, o), minus(b, o), minus(c, o));
+    let determinant = dot(u, cross(v, w));
     ([cross(v, w), cross(w, u), cross(u, v)].map(|g| g.map(|x| x / determinant)), determinant)
 }
 
@@ -262,18 +264,6 @@ fn incidence(dofs: &[u32], functions: usize) -> Incidence {
     Incidence { start, place }
 }
 
-fn sub(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
-    [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
-}
-
-fn dot3(a: [f64; 3], b: [f64; 3]) -> f64 {
-    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
-}
-
-fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
-    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -283,19 +273,19 @@ mod tests {
     fn the_form_of_a_face_to_open_space_is_the_energy_beyond_it() {
         // A face aslant, seen from the origin; u(y) = g(x) / t, its gradient by differences, integrated over s = 1 / t.
         let corners = [[1.0, 0.2, -0.1], [0.3, 1.1, 0.2], [0.4, 0.3, 1.3]];
-        let (u, v) = (sub(corners[1], corners[0]), sub(corners[2], corners[0]));
+        let (u, v) = (minus(corners[1], corners[0]), minus(corners[2], corners[0]));
         let normal = cross(u, v);
-        let area = 0.5 * dot3(normal, normal).sqrt();
+        let area = 0.5 * dot(normal, normal).sqrt();
         let (s, w) = gauss_legendre(3);
         for order in 1..=3 {
             let points = lattice(order, 3);
             let values: Vec<f64> = (0..points.len()).map(|k| (1.0 + 2.3 * k as f64).sin() + 0.5).collect();
             let potential = |y: [f64; 3]| {
-                let t = dot3(normal, y) / dot3(normal, corners[0]);
+                let t = dot(normal, y) / dot(normal, corners[0]);
                 let x = y.map(|y| y / t);
                 // Barycentric coordinates by areas.
                 let of = |a: [f64; 3], b: [f64; 3]| {
-                    dot3(normal, cross(sub(a, x), sub(b, x))) / dot3(normal, normal)
+                    dot(normal, cross(minus(a, x), minus(b, x))) / dot(normal, normal)
                 };
                 let at =
                     [of(corners[1], corners[2]), of(corners[2], corners[0]), of(corners[0], corners[1]), 0.0];
@@ -313,7 +303,7 @@ mod tests {
                         (potential(high) - potential(low)) / 2e-4
                     };
                     let square: f64 = (0..3).map(|a| slope(a).powi(2)).sum();
-                    let distance = dot3(normal, corners[0]) / (2.0 * area);
+                    let distance = dot(normal, corners[0]) / (2.0 * area);
                     // dy = d t^2 dt dS, dt = t^2 ds.
                     energy += 7.0 * distance * area * weight * 0.5 * w * t.powi(4) * square;
                 }

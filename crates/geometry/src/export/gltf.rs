@@ -197,7 +197,7 @@ fn checked_bounds(bodies: &[SceneBody], steps: usize) -> Result<Box3, GltfError>
     bounds.ok_or(GltfError::Empty)
 }
 
-fn centre(region: &Box3) -> [f64; 3] {
+pub(super) fn centre(region: &Box3) -> [f64; 3] {
     [0, 1, 2].map(|a| 0.5 * region.min[a] + 0.5 * region.max[a])
 }
 
@@ -419,6 +419,34 @@ fn append<const N: usize>(section: &mut Vec<u8>, items: impl IntoIterator<Item =
     start..section.len()
 }
 
+/// A mesh of triangles, three corners after three corners unless it gets indices.
+pub(super) fn triangles(
+    name: &str,
+    material: Index<json::Material>,
+    positions: Index<json::Accessor>,
+    normals: Index<json::Accessor>,
+) -> json::Mesh {
+    json::Mesh {
+        extensions: None,
+        extras: None,
+        name: Some(name.to_owned()),
+        weights: None,
+        primitives: vec![json::mesh::Primitive {
+            attributes: [
+                (Valid(json::mesh::Semantic::Positions), positions),
+                (Valid(json::mesh::Semantic::Normals), normals),
+            ]
+            .into(),
+            extensions: None,
+            extras: None,
+            indices: None,
+            material: Some(material),
+            mode: Valid(json::mesh::Mode::Triangles),
+            targets: None,
+        }],
+    }
+}
+
 impl File {
     /// Vectors with their exact bounds, as the format demands for positions.
     pub(super) fn vectors(&mut self, vectors: &[[f32; 3]], bounds: bool) -> Index<json::Accessor> {
@@ -467,25 +495,14 @@ impl File {
             });
         }
         let target_names = serde_json::json!({ "targetNames": step_labels.get(1..) });
-        Ok(self.root.push(json::Mesh {
-            extensions: None,
-            extras: if body.moves() { extras(&target_names)? } else { None },
-            name: Some(body.name.clone()),
-            weights: body.moves().then(|| vec![0.0; targets.len()]),
-            primitives: vec![json::mesh::Primitive {
-                attributes: [
-                    (Valid(json::mesh::Semantic::Positions), positions),
-                    (Valid(json::mesh::Semantic::Normals), normals),
-                ]
-                .into(),
-                extensions: None,
-                extras: None,
-                indices: Some(indices),
-                material: Some(material),
-                mode: Valid(json::mesh::Mode::Triangles),
-                targets: body.moves().then_some(targets),
-            }],
-        }))
+        let mut mesh = triangles(&body.name, material, positions, normals);
+        mesh.primitives[0].indices = Some(indices);
+        if body.moves() {
+            mesh.extras = extras(&target_names)?;
+            mesh.weights = Some(vec![0.0; targets.len()]);
+            mesh.primitives[0].targets = Some(targets);
+        }
+        Ok(self.root.push(mesh))
     }
 
     fn shape_accessors(

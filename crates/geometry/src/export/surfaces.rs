@@ -1,9 +1,9 @@
 //! Bodies of any shape as a binary glTF file: their surfaces, as the solver has them.
 
-use gltf_json::validation::Checked::Valid;
-use gltf_json::{self as json};
+use elastocap_fem::vector::{length, normal};
+use gltf_json as json;
 
-use super::gltf::{BodyRole, File, GltfError, Looks, SceneUnit, extras};
+use super::gltf::{BodyRole, File, GltfError, Looks, SceneUnit, centre, extras, triangles};
 use crate::scene::Box3;
 use crate::tets::{FaceRole, TetMesh, determinant};
 use std::collections::BTreeMap;
@@ -102,60 +102,39 @@ pub fn surfaces_glb(bodies: &[SurfaceBody], label: &str) -> Result<Vec<u8>, Gltf
     }
     let all = shown.iter().map(|(_, b)| *b).reduce(|all, b| all.union(&b)).ok_or(GltfError::Empty)?;
     let unit = SceneUnit::for_extent((0..3).fold(0.0, |l, a| all.extent(a).max(l)))?;
-    let middle = |b: &Box3| [0, 1, 2].map(|a| 0.5 * b.min[a] + 0.5 * b.max[a]);
-    let centre = middle(&all);
+    let middle = centre(&all);
     let mut file = File::default();
     let mut looks = Looks::default();
     let mut children = Vec::new();
     for (body, own) in &shown {
-        let home = middle(own);
+        let home = centre(own);
         let positions: Vec<[f32; 3]> =
             body.triangles.iter().flatten().map(|p| [0, 1, 2].map(|a| (p[a] - home[a]) as f32)).collect();
-        let normals: Vec<[f32; 3]> = body.triangles.iter().flat_map(|t| [normal(t); 3]).collect();
+        let normals: Vec<[f32; 3]> = body.triangles.iter().flat_map(|t| [direction(*t); 3]).collect();
         let positions = file.vectors(&positions, true);
         let normals = file.vectors(&normals, false);
         let material = file.root.push(looks.material(&body.name, body.role, false));
-        let mesh = file.root.push(json::Mesh {
-            extensions: None,
-            extras: None,
-            name: Some(body.name.clone()),
-            weights: None,
-            primitives: vec![json::mesh::Primitive {
-                attributes: [
-                    (Valid(json::mesh::Semantic::Positions), positions),
-                    (Valid(json::mesh::Semantic::Normals), normals),
-                ]
-                .into(),
-                extensions: None,
-                extras: None,
-                indices: None,
-                material: Some(material),
-                mode: Valid(json::mesh::Mode::Triangles),
-                targets: None,
-            }],
-        });
+        let mesh = file.root.push(triangles(&body.name, material, positions, normals));
         children.push(file.root.push(json::Node {
             name: Some(body.name.clone()),
             mesh: Some(mesh),
-            translation: Some([0, 1, 2].map(|a| (home[a] - centre[a]) as f32)),
+            translation: Some([0, 1, 2].map(|a| (home[a] - middle[a]) as f32)),
             extras: extras(&serde_json::json!({ "role": body.role.name() }))?,
             ..Default::default()
         }));
     }
-    file.finish(children, &unit, centre, &[label.to_owned()])
+    file.finish(children, &unit, middle, &[label.to_owned()])
 }
 
 /// Across the triangle, of length one.
-fn normal([a, b, c]: &Corners) -> [f32; 3] {
-    let [u, v] = [b, c].map(|p| [0, 1, 2].map(|k| p[k] - a[k]));
-    let n = [u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]];
+fn direction(corners: Corners) -> [f32; 3] {
+    let n = normal(corners);
     let largest = n.iter().fold(0.0_f64, |m, x| m.max(x.abs()));
     if largest <= 0.0 {
         return [0.0, 0.0, 1.0];
     }
     let n = n.map(|x| x / largest);
-    let length = n.iter().map(|x| x * x).sum::<f64>().sqrt();
-    n.map(|x| (x / length) as f32)
+    n.map(|x| (x / length(n)) as f32)
 }
 
 #[cfg(test)]

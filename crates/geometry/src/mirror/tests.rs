@@ -1,28 +1,9 @@
 use super::*;
-use crate::shapes::{ShapedConductor, ShapedDielectric};
-
-fn scene(walls: Wall, domain: Box3, shapes: Vec<Shape>) -> ShapeScene {
-    let named = |(k, shape)| ShapedConductor { name: format!("c{k}"), shape, floating_charge: None };
-    ShapeScene {
-        conductors: shapes.into_iter().enumerate().map(named).collect(),
-        dielectrics: Vec::new(),
-        background_permittivity: 1.0,
-        domain,
-        walls: [[walls; 2]; 3],
-    }
-}
+use crate::samples::{cube, scene};
+use crate::shapes::ShapedDielectric;
 
 fn open(shapes: Vec<Shape>) -> ShapeScene {
-    scene(Wall::Open, Box3::SPACE, shapes)
-}
-
-/// A cube of twelve triangles around `center`, all diagonals where a file of quadrangles would have them.
-fn cube(center: [f64; 3], half: f64) -> TriangleSurface {
-    let points =
-        (0..8).map(|k| [0, 1, 2].map(|a| center[a] + if k >> a & 1 == 0 { -half } else { half })).collect();
-    let quads = [[0, 4, 6, 2], [1, 3, 7, 5], [0, 1, 5, 4], [2, 6, 7, 3], [0, 2, 3, 1], [4, 5, 7, 6]];
-    let faces = quads.iter().flat_map(|q: &[u32; 4]| [[q[0], q[1], q[2]], [q[0], q[2], q[3]]]).collect();
-    TriangleSurface { points, faces }
+    scene(Box3::SPACE, Wall::Open, shapes)
 }
 
 fn near(found: [Option<f64>; 3], expected: [Option<f64>; 3]) {
@@ -78,7 +59,7 @@ fn an_l_has_a_plane_across_its_axis_and_a_t_one_more() {
 fn walls_sheets_and_layers_take_planes_away() {
     let ball = || Shape::Sphere { center: [0.0; 3], radius: 0.5 };
     let domain = Box3 { min: [-1.0, -1.0, -1.0], max: [1.0, 1.0, 2.0] };
-    let mut all = scene(Wall::Grounded, domain, vec![ball()]);
+    let mut all = scene(domain, Wall::Grounded, vec![ball()]);
     near(planes(&all), [Some(0.0), Some(0.0), None]);
     all.walls[0][1] = Wall::Insulated;
     near(planes(&all), [None, Some(0.0), None]);

@@ -3,31 +3,21 @@
 use super::checks::{areas, conforming, volume};
 use super::{FaceRole, LayeredSizing, MeshError, Sizing, TetMesh, layered, mesh};
 use crate::mirror::{part, planes};
+use crate::samples::{cube, scene};
 use crate::scene::{Box3, Wall};
-use crate::shapes::{Shape, ShapeScene, ShapedConductor, ShapedDielectric, TriangleSurface};
-
-fn scene(wall: Wall, domain: Box3, shapes: Vec<Shape>) -> ShapeScene {
-    let named = |(k, shape)| ShapedConductor { name: format!("c{k}"), shape, floating_charge: None };
-    ShapeScene {
-        conductors: shapes.into_iter().enumerate().map(named).collect(),
-        dielectrics: Vec::new(),
-        background_permittivity: 1.0,
-        domain,
-        walls: [[wall; 2]; 3],
-    }
-}
+use crate::shapes::{Shape, ShapeScene, ShapedDielectric, TriangleSurface};
 
 fn walls(half: f64) -> Box3 {
     Box3 { min: [-half; 3], max: [half; 3] }
 }
 
-fn cube(half: f64, turn: f64) -> TriangleSurface {
+fn turned(half: f64, turn: f64) -> TriangleSurface {
     let (s, c) = turn.sin_cos();
-    let corner = |k: usize| [0, 1, 2].map(|a| if k >> a & 1 == 0 { -half } else { half });
-    let turned = |p: [f64; 3]| [c * p[0] - s * p[1], s * p[0] + c * p[1], p[2]];
-    let quads = [[0, 4, 6, 2], [1, 3, 7, 5], [0, 1, 5, 4], [2, 6, 7, 3], [0, 2, 3, 1], [4, 5, 7, 6]];
-    let faces = quads.iter().flat_map(|q: &[u32; 4]| [[q[0], q[1], q[2]], [q[0], q[2], q[3]]]).collect();
-    TriangleSurface { points: (0..8).map(|k| turned(corner(k))).collect(), faces }
+    let mut surface = cube([0.0; 3], half);
+    for p in &mut surface.points {
+        *p = [c * p[0] - s * p[1], s * p[0] + c * p[1], p[2]];
+    }
+    surface
 }
 
 /// Meshes whole and part: conforming, of volumes and areas of roles that are those of the whole.
@@ -73,7 +63,7 @@ fn compared_by(all: &ShapeScene, expected: usize, mesh: impl Fn(&ShapeScene) -> 
 
 #[test]
 fn an_eighth_of_an_imported_cube_in_a_box_is_an_eighth_of_it() {
-    let all = scene(Wall::Grounded, walls(1.0), vec![Shape::Surface(cube(0.5, 0.0))]);
+    let all = scene(walls(1.0), Wall::Grounded, vec![Shape::Surface(turned(0.5, 0.0))]);
     for facet in [0.5, 0.3, 0.2, 0.11] {
         let [part, whole] = compared(&all, 3, &Sizing { facet, ..Sizing::default() });
         assert!((volume(&part) - 7.0 / 8.0).abs() < 1e-12);
@@ -84,10 +74,11 @@ fn an_eighth_of_an_imported_cube_in_a_box_is_an_eighth_of_it() {
 
 #[test]
 fn a_turned_cube_keeps_the_plane_across_its_axis() {
-    let all = scene(Wall::Grounded, walls(1.0), vec![Shape::Surface(cube(0.5, 0.3))]);
+    let all = scene(walls(1.0), Wall::Grounded, vec![Shape::Surface(turned(0.5, 0.3))]);
     compared(&all, 1, &Sizing::default());
     // At 45 degrees edges lie in planes.
-    let all = scene(Wall::Grounded, walls(1.0), vec![Shape::Surface(cube(0.5, std::f64::consts::FRAC_PI_4))]);
+    let all =
+        scene(walls(1.0), Wall::Grounded, vec![Shape::Surface(turned(0.5, std::f64::consts::FRAC_PI_4))]);
     compared(&all, 3, &Sizing::default());
 }
 
@@ -95,7 +86,7 @@ fn a_turned_cube_keeps_the_plane_across_its_axis() {
 fn two_balls_in_open_space_are_cut_by_two_planes() {
     let a = Shape::Sphere { center: [0.0, 0.3, 0.1], radius: 0.01 };
     let b = Shape::Sphere { center: [0.05, 0.3, 0.1], radius: 0.02 };
-    let all = scene(Wall::Open, Box3::SPACE, vec![a, b]);
+    let all = scene(Box3::SPACE, Wall::Open, vec![a, b]);
     let [part, _] = compared(&all, 2, &Sizing::default());
     assert_eq!(part.center[1..], [0.3, 0.1]);
     assert!((part.center[0] - 0.03).abs() < 1e-15);
@@ -107,7 +98,7 @@ fn layers_of_balls_are_cut_by_three_planes() {
     let center = [1e-3, 0.0, -2e-3];
     let inner = Shape::Sphere { center, radius: 1e-3 };
     let outer = Shape::Shell { center, radius: 2e-3 };
-    let mut all = scene(Wall::Open, Box3::SPACE, vec![inner, outer]);
+    let mut all = scene(Box3::SPACE, Wall::Open, vec![inner, outer]);
     let shape = Shape::Sphere { center, radius: 1.5e-3 };
     all.dielectrics.push(ShapedDielectric { name: "layer".into(), shape, relative_permittivity: 3.0 });
     for facet in [0.3, 0.15] {
@@ -120,7 +111,7 @@ fn an_l_over_a_board_is_cut_across_its_axis_only() {
     let outline = vec![[0.0, 0.0], [3.0, 0.0], [3.0, 1.0], [1.0, 1.0], [1.0, 3.0], [0.0, 3.0]];
     let pad = Shape::Extrusion { axis: 1, from: 0.5, to: 1.5, outline };
     let rod = Shape::Cylinder { axis: 0, base: [-1.0, 1.0, -3.0], radius: 0.5, height: 1.0 };
-    let all = scene(Wall::Open, Box3::SPACE, vec![pad, rod]);
+    let all = scene(Box3::SPACE, Wall::Open, vec![pad, rod]);
     compared(&all, 1, &Sizing::default());
 }
 
@@ -143,7 +134,7 @@ fn an_outline_in_several_pieces_is_cut_where_it_crosses_the_wall() {
     for at in [1.0, 0.5, 0.75] {
         let mut domain = Box3 { min: [-2.0, -2.0, at], max: [7.0, 2.0, 4.0] };
         let comb = Shape::Extrusion { axis: 1, from: -0.5, to: 0.5, outline: outline.clone() };
-        let mut all = scene(Wall::Grounded, domain, vec![comb]);
+        let mut all = scene(domain, Wall::Grounded, vec![comb]);
         all.walls[2][0] = Wall::Insulated;
         let out = mesh(&all, &Sizing::default()).unwrap().mesh;
         conforming(&out);
@@ -162,13 +153,13 @@ fn an_outline_in_several_pieces_is_cut_where_it_crosses_the_wall() {
 #[test]
 fn a_conductor_through_a_grounded_wall_is_refused_by_name() {
     let ball = Shape::Sphere { center: [0.9, 0.0, 0.0], radius: 0.3 };
-    let mut all = scene(Wall::Grounded, walls(1.0), vec![ball.clone()]);
+    let mut all = scene(walls(1.0), Wall::Grounded, vec![ball.clone()]);
     let refused = mesh(&all, &Sizing::default());
     assert!(matches!(&refused, Err(MeshError::Crossing { first, .. }) if first == "c0"), "{refused:?}");
     all.walls[0][1] = Wall::Insulated;
     conforming(&mesh(&all, &Sizing::default()).unwrap().mesh);
     // A dielectric may.
-    let mut all = scene(Wall::Grounded, walls(1.0), Vec::new());
+    let mut all = scene(walls(1.0), Wall::Grounded, Vec::new());
     all.dielectrics.push(ShapedDielectric { name: "bead".into(), shape: ball, relative_permittivity: 3.0 });
     let out = mesh(&all, &Sizing::default()).unwrap().mesh;
     conforming(&out);
@@ -185,7 +176,7 @@ fn scenes_in_layers_are_cut_by_their_planes() {
     let t = [[0.0, 0.0], [3.0, 0.0], [3.0, 1.0], [2.0, 1.0], [2.0, 3.0], [1.0, 3.0], [1.0, 1.0], [0.0, 1.0]];
     let pad = Shape::Extrusion { axis: 1, from: 0.0, to: 0.1, outline: t.to_vec() };
     let disc = Shape::Cylinder { axis: 1, base: [1.5, 0.0, 4.2], radius: 0.8, height: 0.1 };
-    let mut all = scene(Wall::Open, Box3::SPACE, vec![pad.clone(), disc.clone()]);
+    let mut all = scene(Box3::SPACE, Wall::Open, vec![pad.clone(), disc.clone()]);
     let mut board = Box3::SPACE;
     (board.min[1], board.max[1]) = (-10.0, 0.0);
     all.dielectrics.push(ShapedDielectric {
@@ -200,10 +191,10 @@ fn scenes_in_layers_are_cut_by_their_planes() {
     let comb =
         [[0.0, 0.0], [6.0, 0.0], [6.0, 1.0], [1.0, 1.0], [1.0, 2.0], [6.0, 2.0], [6.0, 3.0], [0.0, 3.0]];
     let comb = |from: f64| Shape::Extrusion { axis: 2, from, to: from + 0.2, outline: comb.to_vec() };
-    let all = scene(Wall::Open, Box3::SPACE, vec![comb(0.0)]);
+    let all = scene(Box3::SPACE, Wall::Open, vec![comb(0.0)]);
     compared_by(&all, 2, by_layers(32));
     let domain = Box3 { min: [3.0, -1.0, -1.0], max: [7.0, 4.0, 1.0] };
-    let mut all = scene(Wall::Grounded, domain, vec![comb(0.0)]);
+    let mut all = scene(domain, Wall::Grounded, vec![comb(0.0)]);
     all.walls[0][0] = Wall::Insulated;
     let out = by_layers(32)(&all);
     conforming(&out);
@@ -213,7 +204,7 @@ fn scenes_in_layers_are_cut_by_their_planes() {
 #[test]
 fn open_space_between_walls_is_refused() {
     let ball = Shape::Sphere { center: [0.0; 3], radius: 0.3 };
-    let mut all = scene(Wall::Insulated, walls(1.0), vec![ball]);
+    let mut all = scene(walls(1.0), Wall::Insulated, vec![ball]);
     all.walls[1] = [Wall::Open; 2];
     (all.domain.min[1], all.domain.max[1]) = (f64::NEG_INFINITY, f64::INFINITY);
     assert_eq!(mesh(&all, &Sizing::default()), Err(MeshError::OpenBetweenWalls));

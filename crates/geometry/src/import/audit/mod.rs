@@ -2,13 +2,11 @@
 
 mod topology;
 mod weld;
-mod winding;
 
 use super::obj::Triangles;
 use super::{ImportError, Place, Problem, intersect};
 use crate::shapes::TriangleSurface;
-
-pub use winding::{contains, winding_number};
+use crate::winding::contains;
 
 /// Sizes in between are taken, m.
 const SIZES: [f64; 2] = [1e-12, 1e6];

@@ -1,7 +1,8 @@
 //! Edges, fans and closed parts of a surface, and which way they are turned.
 
-use super::{Place, Problem, middle, winding};
+use super::{Place, Problem, middle};
 use crate::shapes::TriangleSurface;
+use crate::winding;
 
 /// The closed parts of a surface, each with all its faces turned the same way.
 pub(super) struct Components {

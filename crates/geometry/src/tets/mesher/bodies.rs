@@ -5,6 +5,7 @@ use super::skin::{Cut, Skin};
 use super::{MeshError, Sizing};
 use crate::scene::{Box3, Wall};
 use crate::shapes::{Shape, ShapeScene, TriangleSurface};
+use crate::winding::contains;
 use std::collections::HashMap;
 
 type P = [f64; 3];
@@ -129,21 +130,7 @@ pub(super) fn holds(shape: &Shape, p: P) -> bool {
             }
             from.min(*to) < p[*axis] && p[*axis] < from.max(*to) && inside
         }
-        Shape::Surface(s) => {
-            // The solid angle under which the surface is seen (Van Oosterom, Strackee, 1983).
-            let dot = |a: P, b: P| a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-            let angle: f64 = s
-                .faces
-                .iter()
-                .map(|f| {
-                    let [a, b, c] = f.map(|i| s.points[i as usize]).map(|q| [0, 1, 2].map(|k| q[k] - p[k]));
-                    let [x, y, z] = [a, b, c].map(|v| dot(v, v).sqrt());
-                    let det = crate::tets::determinant([0.0; 3], a, b, c);
-                    2.0 * det.atan2(x * y * z + dot(a, b) * z + dot(b, c) * x + dot(c, a) * y)
-                })
-                .sum();
-            angle.abs() > std::f64::consts::TAU
-        }
+        Shape::Surface(s) => contains(s, p),
         Shape::Physical(_) => false,
     }
 }

@@ -3,6 +3,7 @@
 use super::MeshError;
 use super::delaunay::{orient, sorted};
 use crate::scene::Box3;
+use elastocap_fem::vector::{dot, minus};
 use std::collections::{BTreeMap, HashMap};
 
 type P = [f64; 3];
@@ -18,10 +19,6 @@ pub(super) struct Facet {
     pub(super) polygons: Vec<Vec<[f64; 2]>>,
     /// Sheets of no thickness in it: the conductor and its polygon.
     pub(super) sheets: Vec<(u32, usize)>,
-}
-
-fn dot(a: P, b: P) -> f64 {
-    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
 
 /// Whether a point lies in a polygon. Polygons that share an edge share no point and lose none: an edge is taken from its lower
@@ -135,7 +132,6 @@ impl Complex {
                 return Some(self.plane(axis, coordinate, body));
             }
         }
-        let minus = |a: P, b: P| [0, 1, 2].map(|k| a[k] - b[k]);
         let (u, w) = (minus(at(1), at(0)), minus(at(2), at(0)));
         let length = dot(u, u).sqrt();
         let u = u.map(|x| x / length);

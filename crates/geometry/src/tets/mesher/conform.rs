@@ -3,6 +3,7 @@
 use super::complex::Complex;
 use super::delaunay::{Delaunay, FACES, Refusal, circumcenter, sorted};
 use super::{MeshError, Sizing};
+use elastocap_fem::vector::{length, normal};
 use std::collections::HashSet;
 
 type P = [f64; 3];
@@ -220,10 +221,7 @@ impl Work {
     }
 
     fn area(&self, ids: [u32; 3]) -> f64 {
-        let [a, b, c] = ids.map(|p| self.mesh.points[p as usize]);
-        let [u, v] = [b, c].map(|q| [0, 1, 2].map(|k| q[k] - a[k]));
-        let n = [u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]];
-        0.5 * (n[0] * n[0] + n[1] * n[1] + n[2] * n[2]).sqrt()
+        0.5 * length(normal(ids.map(|p| self.mesh.points[p as usize])))
     }
 
     /// Adds points until every segment and facet is there; then they are kept.

@@ -4,6 +4,7 @@
 //! are exact (Shewchuk, 1997), so that points on common spheres and planes do no harm. The hull is the box of the start: every
 //! later point lies in it or, with the very same coordinate, on it.
 
+use elastocap_fem::vector::{cross, dot, minus};
 use std::collections::HashMap;
 
 /// No tetrahedron, no point.
@@ -435,8 +436,7 @@ impl Delaunay {
 
 /// The middle of the circle through three points; `None` if they lie on a line.
 pub(super) fn circumcenter([a, b, c]: [P; 3]) -> Option<P> {
-    let [u, v] = [b, c].map(|q| [0, 1, 2].map(|k| q[k] - a[k]));
-    let dot = |x: P, y: P| x[0] * y[0] + x[1] * y[1] + x[2] * y[2];
+    let [u, v] = [b, c].map(|q| minus(q, a));
     let (uu, vv, uv) = (dot(u, u), dot(v, v), dot(u, v));
     let det = 2.0 * (uu * vv - uv * uv);
     let (s, t) = (vv * (uu - uv) / det, uu * (vv - uv) / det);
@@ -445,10 +445,7 @@ pub(super) fn circumcenter([a, b, c]: [P; 3]) -> Option<P> {
 
 /// The middle of the sphere through four points, not finite if they lie in a plane.
 pub(super) fn sphere_center([a, b, c, d]: [P; 4]) -> P {
-    let [u, v, w] = [b, c, d].map(|q| [0, 1, 2].map(|k| q[k] - a[k]));
-    let cross =
-        |x: P, y: P| [x[1] * y[2] - x[2] * y[1], x[2] * y[0] - x[0] * y[2], x[0] * y[1] - x[1] * y[0]];
-    let dot = |x: P, y: P| x[0] * y[0] + x[1] * y[1] + x[2] * y[2];
+    let [u, v, w] = [b, c, d].map(|q| minus(q, a));
     let (vw, wu, uv) = (cross(v, w), cross(w, u), cross(u, v));
     let scale = 0.5 / dot(u, vw);
     [0, 1, 2].map(|k| a[k] + scale * (dot(u, u) * vw[k] + dot(v, v) * wu[k] + dot(w, w) * uv[k]))

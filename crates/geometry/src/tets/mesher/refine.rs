@@ -3,12 +3,13 @@
 use super::Sizing;
 use super::conform::Work;
 use super::delaunay::{EDGES, Refusal, circumcenter, sorted, sphere_center};
+use elastocap_fem::vector::{length, minus};
 use std::collections::VecDeque;
 
 type P = [f64; 3];
 
 fn distance(a: P, b: P) -> f64 {
-    (0..3).map(|k| (a[k] - b[k]).powi(2)).sum::<f64>().sqrt()
+    length(minus(a, b))
 }
 
 /// 1 for a regular tetrahedron, 0 for a flat one: volume over the third power of the root mean square of the edges.

@@ -3,6 +3,7 @@
 use super::complex::Complex;
 use super::delaunay::sorted;
 use crate::shapes::TriangleSurface;
+use elastocap_fem::vector::{length, normal};
 use std::collections::{BTreeMap, HashMap};
 
 type P = [f64; 3];
@@ -62,12 +63,7 @@ pub(crate) fn flat_parts(surface: &TriangleSurface) -> Vec<usize> {
         t
     }
     let whole = extent(surface.points.iter().copied());
-    let area = |t: usize| {
-        let [a, b, c] = faces[t].map(at);
-        let [u, v] = [b, c].map(|q| [0, 1, 2].map(|k| q[k] - a[k]));
-        let n = [u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]];
-        (n[0] * n[0] + n[1] * n[1] + n[2] * n[2]).sqrt()
-    };
+    let area = |t: usize| length(normal(faces[t].map(at)));
     for pair in edges.values().filter(|p| p.len() == 2) {
         let (s, t) = if area(pair[0]) >= area(pair[1]) { (pair[0], pair[1]) } else { (pair[1], pair[0]) };
         let [a, b, c] = faces[s].map(at);

@@ -1,25 +1,12 @@
 use super::delaunay::Delaunay;
 use super::*;
-use crate::shapes::{ShapedConductor, ShapedDielectric, TriangleSurface};
+use crate::samples::{self, scene};
+use crate::shapes::{ShapedDielectric, TriangleSurface};
 use std::collections::HashMap;
 use std::f64::consts::PI;
 
-fn conductor(name: &str, shape: Shape) -> ShapedConductor {
-    ShapedConductor { name: name.into(), shape, floating_charge: None }
-}
-
 fn cube(a: f64) -> Box3 {
     Box3 { min: [-a; 3], max: [a; 3] }
-}
-
-fn scene(domain: Box3, wall: Wall, shapes: Vec<Shape>) -> ShapeScene {
-    ShapeScene {
-        conductors: shapes.into_iter().enumerate().map(|(k, s)| conductor(&format!("c{k}"), s)).collect(),
-        dielectrics: Vec::new(),
-        background_permittivity: 1.0,
-        domain,
-        walls: [[wall; 2]; 3],
-    }
 }
 
 fn volume(mesh: &TetMesh, region: Option<u32>) -> f64 {
@@ -125,18 +112,15 @@ fn two_balls_in_open_space_end_far_out() {
 }
 
 fn cube_surface(turned: bool) -> TriangleSurface {
-    let mut points: Vec<[f64; 3]> =
-        (0..8).map(|k| [0, 1, 2].map(|a| if k >> a & 1 == 0 { -0.5 } else { 0.5 })).collect();
+    let mut surface = samples::cube([0.0; 3], 0.5);
     if turned {
         let (s, c) = 0.3_f64.sin_cos();
-        for p in &mut points {
+        for p in &mut surface.points {
             *p = [c * p[0] - s * p[1], s * p[0] + c * p[1], p[2]];
             *p = [p[0], c * p[1] - s * p[2], s * p[1] + c * p[2]];
         }
     }
-    let quads = [[0, 4, 6, 2], [1, 3, 7, 5], [0, 1, 5, 4], [2, 6, 7, 3], [0, 2, 3, 1], [4, 5, 7, 6]];
-    let faces = quads.iter().flat_map(|q: &[u32; 4]| [[q[0], q[1], q[2]], [q[0], q[2], q[3]]]).collect();
-    TriangleSurface { points, faces }
+    surface
 }
 
 #[test]

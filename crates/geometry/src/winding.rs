@@ -1,6 +1,7 @@
 //! Inside or outside, by the generalised winding number.
 
 use crate::shapes::TriangleSurface;
+use elastocap_fem::vector::{dot, length, minus};
 
 /// How often the surface goes around a point: 1 inside a surface turned outward, 0 outside. The sum of the solid angles of
 /// its triangles over 4 pi (van Oosterom and Strackee 1983; Jacobson, Kavan and Sorkine-Hornung 2013); on the surface itself
@@ -17,7 +18,7 @@ pub fn contains(surface: &TriangleSurface, point: [f64; 3]) -> bool {
     !(0..3).any(beyond) && winding_number(surface, point) > 0.5
 }
 
-pub(super) fn of_faces<'a>(
+pub(crate) fn of_faces<'a>(
     points: &[[f64; 3]],
     faces: impl Iterator<Item = &'a [u32; 3]>,
     point: [f64; 3],
@@ -27,9 +28,8 @@ pub(super) fn of_faces<'a>(
 }
 
 fn solid_angle(corners: [[f64; 3]; 3], point: [f64; 3]) -> f64 {
-    let [u, v, w] = corners.map(|c| [0, 1, 2].map(|a| c[a] - point[a]));
-    let dot = |x: [f64; 3], y: [f64; 3]| x[0] * y[0] + x[1] * y[1] + x[2] * y[2];
+    let [u, v, w] = corners.map(|c| minus(c, point));
     let triple = crate::tets::determinant([0.0; 3], u, v, w);
-    let [lu, lv, lw] = [u, v, w].map(|x| dot(x, x).sqrt());
+    let [lu, lv, lw] = [u, v, w].map(length);
     2.0 * triple.atan2(lu * lv * lw + dot(u, v) * lw + dot(v, w) * lu + dot(w, u) * lv)
 }
