@@ -6,6 +6,7 @@
 //! of the outcome, and only what cannot be written is an error.
 
 pub mod accuracy;
+mod bent;
 pub mod case;
 pub mod curve;
 pub mod deform;

@@ -27,8 +27,9 @@ pub struct DeformedScene {
     pub roles: Vec<BodyRole>,
     /// The pair of electrodes, if the case has one; they are the scene's first two conductors.
     pub pair: Option<DeformedPair>,
-    /// Boxes inside and around the two electrodes, where they are no boxes themselves.
-    pub enclosing: Option<Enclosing>,
+    /// Boxes inside and around the two electrodes where they are no boxes themselves, or why there are none. Their places in
+    /// `scene` are then boxes of their means.
+    pub bent: Option<Result<Enclosing, SceneError>>,
 }
 
 impl DeformedScene {
@@ -134,17 +135,17 @@ pub fn scene_of(case: &Case, state: Option<&Deformation<'_>>) -> Result<Deformed
     let surroundings = case.surroundings.as_ref().ok_or(SceneError::Missing("[surroundings]"))?;
     let mut conductors = Vec::new();
     let mut pair = None;
-    let mut enclosing = None;
+    let mut bent = None;
     if let Some(electrodes) = &case.electrodes {
         let layer = case.layer.as_ref().ok_or(SceneError::Missing("[layer]"))?;
         let (regions, deformed) = match state {
             Some(Deformation::FiniteElement(step)) => {
-                let ([mean, inside, around], deformed) = place_solved(electrodes, layer, step)?;
+                let solved = place_solved(electrodes, layer, step)?;
                 // At rest they are boxes, but for rounding.
                 if step.electrodes.iter().any(|e| e.deviation() > ROUNDING * layer.thickness) {
-                    enclosing = Some(Enclosing { inside, around });
+                    bent = Some(solved.enclosing);
                 }
-                (mean, deformed)
+                (solved.mean, solved.pair)
             }
             Some(Deformation::ClosedForm(state)) => place(electrodes, layer, Some(state))?,
             None => place(electrodes, layer, None)?,
@@ -191,7 +192,7 @@ pub fn scene_of(case: &Case, state: Option<&Deformation<'_>>) -> Result<Deformed
     }
     let background_permittivity = surroundings.relative_permittivity;
     let scene = BoxScene { conductors, dielectrics, background_permittivity, domain, walls };
-    Ok(DeformedScene { scene, roles, pair, enclosing })
+    Ok(DeformedScene { scene, roles, pair, bent })
 }
 
 /// The region without the bounds that lie outside the domain; `None` if nothing of it is inside.
@@ -310,12 +311,19 @@ fn place(
     }
 }
 
-/// The electrodes of the finite-element solution: their mean boxes, those inside and those around them.
+/// The electrodes of a finite-element solution.
+struct SolvedPair {
+    /// The boxes of their means.
+    mean: [Box3; 2],
+    enclosing: Result<Enclosing, SceneError>,
+    pair: DeformedPair,
+}
+
 fn place_solved(
     electrodes: &Electrodes,
     layer: &Layer,
     step: &FiniteElementStep,
-) -> Result<([[Box3; 2]; 3], DeformedPair), SceneError> {
+) -> Result<SolvedPair, SceneError> {
     let permittivity =
         layer.relative_permittivity.ok_or(SceneError::Missing("relative_permittivity in [layer]"))?
             * EPSILON_0;
@@ -352,15 +360,15 @@ fn place_solved(
     if gap <= slack {
         return Err(SceneError::GapCloses { gap });
     }
-    if around[1].min[along] - around[0].max[along] <= slack {
-        return Err(refused("the boxes around them touch"));
-    }
-    if inside.iter().any(|b| (0..2).any(|a| b.extent(a) <= slack)) {
-        return Err(refused("no box fits inside them"));
-    }
-    if around.iter().any(|b| b.min[1] < -slack || b.max[1] > step.deformed_thickness + slack) {
-        return Err(refused("the boxes around them reach out of the layer"));
-    }
+    let enclosing = if around[1].min[along] - around[0].max[along] <= slack {
+        Err(refused("the boxes around them touch"))
+    } else if inside.iter().any(|b| (0..2).any(|a| b.extent(a) <= slack)) {
+        Err(refused("no box fits inside them"))
+    } else if around.iter().any(|b| b.min[1] < -slack || b.max[1] > step.deformed_thickness + slack) {
+        Err(refused("the boxes around them reach out of the layer"))
+    } else {
+        Ok(Enclosing { inside, around })
+    };
     let thickness = |b: &Box3| b.extent(1);
     let pair = match electrodes.layout {
         Layout::InPlane => DeformedPair {
@@ -376,7 +384,7 @@ fn place_solved(
             parallel_plate: permittivity * mean[0].extent(0).min(mean[1].extent(0)) * width / gap,
         },
     };
-    Ok(([mean, inside, around], pair))
+    Ok(SolvedPair { mean, enclosing, pair })
 }
 
 /// One electrode after loading, m.

@@ -30,6 +30,9 @@ const FACE_SIZES: [f64; 2] = [0.02, 0.3];
 /// From which [`flatness`] on a scene in layers is meshed in layers, which needs no small triangles for thin gaps.
 const FLAT: f64 = 12_000.0;
 
+/// From how many [`strips`] on a scene in layers is meshed in layers, whose triangles may be longer than they are wide.
+const STRIPS: f64 = 300.0;
+
 /// Sizes of faces to try.
 const TRIES: usize = 4;
 
@@ -165,7 +168,7 @@ fn mesh_of(
 
 fn whole_of(scene: &ShapeScene, size: f64, tolerance: f64) -> Result<TetMesh, String> {
     let reach = reach(scene, tolerance);
-    if flatness(scene) > FLAT {
+    if flatness(scene) > FLAT || strips(scene) > STRIPS {
         // A polygon with an even number of sides is its own mirror image as the circle is.
         let circle = ((std::f64::consts::TAU / size).ceil() as usize).next_multiple_of(2);
         let sizing = LayeredSizing { circle, reach, ..LayeredSizing::default() };
@@ -215,6 +218,18 @@ fn flatness(scene: &ShapeScene) -> f64 {
         shapes.iter().map(|(shape, b)| area(shape, b, axis)).sum::<f64>() / (lowest * lowest)
     });
     axes.fold(0.0, f64::max)
+}
+
+/// About how many squares would cover the sides of extrusions: many where an outline follows a curve.
+fn strips(scene: &ShapeScene) -> f64 {
+    let shapes = scene.conductors.iter().map(|c| &c.shape).chain(scene.dielectrics.iter().map(|d| &d.shape));
+    let of = |shape: &Shape| {
+        let Shape::Extrusion { from, to, outline, .. } = shape else { return 0.0 };
+        let next = outline.iter().cycle().skip(1);
+        let sides = outline.iter().zip(next).map(|(p, q)| (q[0] - p[0]).hypot(q[1] - p[1]));
+        sides.map(|side| (to - from) / side).filter(|ratio| *ratio > 1.0).sum()
+    };
+    shapes.map(of).sum()
 }
 
 /// About the area of the shadow that a body throws along an axis, m^2.

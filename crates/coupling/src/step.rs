@@ -7,6 +7,7 @@ use elastocap_electrostatics::{Bounded, Field, FloatingPotential, Settings, Solu
 use elastocap_geometry::export::body::BodyMesh;
 use elastocap_mechanics::ForceLimit;
 
+use crate::bent::{BentScene, bent_scene, is_flat};
 use crate::case::{Case, FieldSolver, ShapeScene};
 use crate::curve::{FloatingConductor, Row, SolverReport, Status, StepResult};
 use crate::deform::{Deformation, Prepared};
@@ -22,6 +23,15 @@ pub(crate) enum Shown {
     Grid(Field),
     /// The potential on tetrahedra.
     Tetrahedra(BodyMesh),
+}
+
+/// What the solver for any shape is given.
+struct Shaped<'a> {
+    scene: &'a ShapeScene,
+    /// Whether the capacitance is that of its first two conductors among others.
+    pair_only: bool,
+    /// Relative error of the capacitance for flat faces that the scene has already.
+    facets: f64,
 }
 
 /// What all steps of a run have in common.
@@ -62,7 +72,8 @@ impl Solver<'_> {
         field: &mut Option<Shown>,
     ) -> Result<(), Stop> {
         if let Some(scene) = &self.case.shapes {
-            return self.solve_shaped(scene, false, result, field, (None, None));
+            let shaped = Shaped { scene, pair_only: false, facets: 0.0 };
+            return self.solve_shaped(shaped, result, field, (None, None));
         }
         let start = Instant::now();
         let state = self.layer.deformation(self.case, step, self.prune).map_err(Stop::Failed)?;
@@ -87,19 +98,34 @@ impl Solver<'_> {
         let deformed = result.scene.insert(deformed);
         result.seconds.mechanics = start.elapsed().as_secs_f64();
 
-        if self.case.electrostatics.and_then(|e| e.solver) == Some(FieldSolver::Tetrahedra) {
-            if deformed.enclosing.is_some() {
-                return Err(Stop::Failed(
-                    "the electrodes are bent by the load, and `solver = \"tetrahedra\"` takes them as boxes so far".to_owned(),
-                ));
+        let solver = self.case.electrostatics.and_then(|e| e.solver);
+        let among_others = deformed.pair.is_some() && deformed.scene.driven().count() > 2;
+        let (mut solution, two_terminal) = match (&deformed.bent, &state, solver) {
+            (None, _, Some(FieldSolver::Tetrahedra)) => {
+                let scene = ShapeScene::from(&deformed.scene);
+                let shaped = Shaped { scene: &scene, pair_only: among_others, facets: 0.0 };
+                return self.solve_shaped(shaped, result, field, (layer_missed, beyond));
             }
-            let among_others = deformed.pair.is_some() && deformed.scene.driven().count() > 2;
-            let scene = ShapeScene::from(&deformed.scene);
-            return self.solve_shaped(&scene, among_others, result, field, (layer_missed, beyond));
-        }
-        let (mut solution, two_terminal) = match deformed.enclosing {
-            None => field_of(deformed, &self.settings)?,
-            Some(enclosing) => between(deformed, enclosing, &self.settings)?,
+            (None, ..) => field_of(deformed, &self.settings)?,
+            (Some(bent), Some(Deformation::FiniteElement(layer)), None | Some(FieldSolver::Tetrahedra)) => {
+                // Boxes inside and around are solved in no time, and may do where nothing else is bent.
+                let quick = match bent {
+                    Ok(enclosing) if solver.is_none() && is_flat(&layer.curves) && !among_others => {
+                        Some(between(deformed, *enclosing, &self.settings)?).filter(|(s, _)| s.reached)
+                    }
+                    _ => None,
+                };
+                match quick {
+                    Some(found) => found,
+                    None => {
+                        let tolerance = self.settings.relative_tolerance;
+                        let BentScene { scene, facets } = bent_scene(deformed, &layer.curves, tolerance);
+                        let shaped = Shaped { scene: &scene, pair_only: among_others, facets };
+                        return self.solve_shaped(shaped, result, field, (layer_missed, beyond));
+                    }
+                }
+            }
+            (Some(bent), ..) => between(deformed, bent.clone()?, &self.settings)?,
         };
         *field = solution.field.take().map(Shown::Grid);
         let all = &deformed.scene.conductors;
@@ -108,12 +134,11 @@ impl Solver<'_> {
         note_solution(result, solution, two_terminal, layer_missed, beyond)
     }
 
-    /// A scene of any shapes; `pair_only` if the capacitance is that of its first two conductors among others. `mechanics` has
-    /// what there is to say of the layer: why its accuracy was missed, and why there is no force.
+    /// A scene of any shapes. `mechanics` has what there is to say of the layer: why its accuracy was missed, and why there is
+    /// no force.
     fn solve_shaped(
         &self,
-        scene: &ShapeScene,
-        pair_only: bool,
+        Shaped { scene, pair_only, facets: polygons }: Shaped<'_>,
         result: &mut StepResult,
         field: &mut Option<Shown>,
         mechanics: (Option<String>, Option<String>),
@@ -124,6 +149,7 @@ impl Solver<'_> {
         }
         let Solved { mut general, facets, surfaces, .. } = solved;
         result.surfaces = surfaces;
+        let facets = facets + polygons;
         if facets > 0.0 {
             result.warnings.push(format!(
                 "curved surfaces are solved with flat faces, which adds a relative error of about {facets:.0e} (an estimate) to \
@@ -268,7 +294,7 @@ fn between(
     let each = Settings { relative_tolerance: 0.5 * settings.relative_tolerance, ..settings.clone() };
     let of = |regions, settings: &Settings| {
         let scene = deformed.with_pair(regions);
-        field_of(&DeformedScene { scene, enclosing: None, ..deformed.clone() }, settings)
+        field_of(&DeformedScene { scene, bent: None, ..deformed.clone() }, settings)
     };
     let (less, low) = of(enclosing.inside, &Settings { field: false, ..each.clone() })?;
     let (mut solution, high) = of(enclosing.around, &each)?;

@@ -147,7 +147,7 @@ fn bent_electrodes_lie_between_boxes_and_the_bounds_say_so() {
     assert!(low < value && value < high);
     // The mean box alone, which lies between the two.
     let scene = outcome.steps[0].scene.as_ref().unwrap();
-    assert!(scene.enclosing.is_some());
+    assert!(scene.bent.is_some());
     let settings = elastocap_electrostatics::Settings {
         relative_tolerance: 0.02,
         target: elastocap_electrostatics::Target::TwoTerminal,

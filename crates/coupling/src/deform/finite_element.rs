@@ -6,6 +6,7 @@ use elastocap_mechanics::solid::material::{Distortion, Rubber, Volume};
 use elastocap_mechanics::solid::press::{Goal, Pressed, Pressing};
 use serde::Serialize;
 
+use super::curves::DeformedCurves;
 use super::electrode_box::ElectrodeBox;
 use crate::case::{Case, Layer, LayerEnd, Material};
 use crate::plan::{Plan, StepLoad};
@@ -49,6 +50,9 @@ pub struct FiniteElementStep {
     /// The electrodes: right (or lower) one, and upper one of a stacked pair.
     #[serde(skip)]
     pub electrodes: Vec<ElectrodeBox>,
+    /// The same electrodes, and the layer's surface, as they are.
+    #[serde(skip)]
+    pub curves: DeformedCurves,
 }
 
 /// One mesh that was solved on.
@@ -107,19 +111,19 @@ impl FiniteElementRun {
         }
     }
 
-    /// What `pressing` says of each of `goals`; the boxes of the electrodes come from `electrodes`.
+    /// What `pressing` says of each of `goals`; electrodes and curves come from `bodies`.
     pub(super) fn new<S: Dimension>(
         pressing: &Pressing<S>,
         goals: &[Goal],
         scale: Scale,
-        electrodes: impl Fn(&Pressed<S>) -> Vec<ElectrodeBox>,
+        bodies: impl Fn(&Pressed<S>) -> (Vec<ElectrodeBox>, DeformedCurves),
     ) -> Self {
         let steps = pressing
             .goals
             .iter()
             .zip(goals)
             .map(|(found, goal)| match found {
-                Ok(pressed) => Ok(step(pressed, *goal, scale, electrodes(pressed))),
+                Ok(pressed) => Ok(step(pressed, *goal, scale, bodies(pressed))),
                 Err(error) => Err(error.to_string()),
             })
             .collect();
@@ -146,7 +150,7 @@ fn step<S: Dimension>(
     pressed: &Pressed<S>,
     goal: Goal,
     scale: Scale,
-    electrodes: Vec<ElectrodeBox>,
+    (electrodes, curves): (Vec<ElectrodeBox>, DeformedCurves),
 ) -> FiniteElementStep {
     let found = &pressed.step;
     let top_displacement = found.compression * scale.thickness;
@@ -170,6 +174,7 @@ fn step<S: Dimension>(
         end_contact_force_n: found.end_contact_force * scale.width,
         effort: [found.effort.steps, found.effort.cuts, found.effort.solves],
         electrodes,
+        curves,
     }
 }
 

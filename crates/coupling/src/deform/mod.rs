@@ -1,5 +1,6 @@
 //! The layer under its loads, by whichever mechanics the case asks for.
 
+mod curves;
 mod electrode_box;
 mod finite_element;
 mod plane_strain;
@@ -13,6 +14,7 @@ use elastocap_mechanics::{
     ClosedFormSettings, LayerState, Material as LayerMaterial, MechanicsError, force_limit,
 };
 
+pub use curves::{Curve, DeformedCurves, simplified};
 pub use electrode_box::{ElectrodeBox, Rectangle};
 pub use finite_element::{FiniteElementRun, FiniteElementStep, MeshReport, Solution};
 pub use plane_strain::forecast;

@@ -7,6 +7,7 @@ use elastocap_mechanics::solid::material::Rubber;
 use elastocap_mechanics::solid::obstacle::Shape;
 use elastocap_mechanics::solid::press::{LayerProblem, Pressed, Pressing, Refinement};
 
+use super::curves::{DeformedCurves, through};
 use super::electrode_box::{ElectrodeBox, Face};
 use super::finite_element::{FiniteElementRun, Scale, Solution, end, goals, rubber};
 use crate::case::{Case, Electrodes, Indenter, Layer, Layout, Material, PlaneStrain, Stiffness};
@@ -39,51 +40,64 @@ pub(super) fn solve(
     let refinement = Refinement::to(model.relative_tolerance);
     let pressing = problem.press(&goals, &refinement, cancel, tell).map_err(|error| error.to_string())?;
     let scale = Scale { thickness: problem.thickness, width: model.width };
-    let electrodes = |pressed: &Pressed| {
-        problem.inclusions.iter().map(|i| outline(i, &pressing, pressed)).collect::<Vec<_>>()
-    };
-    let mut run = FiniteElementRun::new(&pressing, &goals, scale, electrodes);
+    let bodies = |pressed: &Pressed| bodies(&problem, &pressing, pressed);
+    let mut run = FiniteElementRun::new(&pressing, &goals, scale, bodies);
     run.solution = Some(Solution::Plane(pressing));
     Ok(run)
 }
 
-/// The deformed outline of an inclusion as a box.
-fn outline(inclusion: &Inclusion, pressing: &Pressing, pressed: &Pressed) -> ElectrodeBox {
+/// The electrodes as boxes, and the curves of what is deformed.
+fn bodies(
+    problem: &LayerProblem,
+    pressing: &Pressing,
+    pressed: &Pressed,
+) -> (Vec<ElectrodeBox>, DeformedCurves) {
     let mesh = &pressing.levels[pressed.level].model.equations().body().mesh;
-    let tiny = 1e-9 * (inclusion.max[0] - inclusion.min[0]);
-    let face = |across: usize, at: f64| -> Face {
+    let tiny = 1e-9 * problem.thickness;
+    // Reference coordinate along a line of nodes, and where they are, ascending.
+    let line = |across: usize, at: f64, [from, to]: [f64; 2]| -> Vec<(f64, [f64; 2])> {
         let along = 1 - across;
-        let mut points: Vec<(f64, [f64; 2])> = mesh
+        let on =
+            |x: &[f64; 2]| (x[across] - at).abs() < tiny && x[along] > from - tiny && x[along] < to + tiny;
+        let mut points: Vec<_> = mesh
             .nodes
             .iter()
             .enumerate()
-            .filter(|(_, x)| {
-                (x[across] - at).abs() < tiny
-                    && x[along] > inclusion.min[along] - tiny
-                    && x[along] < inclusion.max[along] + tiny
-            })
+            .filter(|(_, x)| on(x))
             .map(|(n, x)| {
                 let u = &pressed.state.displacement[2 * n..2 * n + 2];
                 (x[along], [x[0] + u[0], x[1] + u[1]])
             })
             .collect();
         points.sort_by(|a, b| a.0.total_cmp(&b.0));
-        // Weights of the trapezoidal rule over the reference length.
-        let place: Vec<f64> = points.iter().map(|p| p.0).collect();
-        let (first, last) = (place[0], place[place.len() - 1]);
-        for (k, point) in points.iter_mut().enumerate() {
-            let before = place[k.saturating_sub(1)];
-            let after = place[(k + 1).min(place.len() - 1)];
-            point.0 = 0.5 * (after - before) / (last - first);
-        }
         points
     };
-    ElectrodeBox::new(&[
-        face(0, inclusion.min[0]),
-        face(0, inclusion.max[0]),
-        face(1, inclusion.min[1]),
-        face(1, inclusion.max[1]),
-    ])
+    let curve = |line: &[(f64, [f64; 2])]| through(&line.iter().map(|p| p.1).collect::<Vec<_>>());
+    let mut boxes = Vec::new();
+    let mut electrodes = Vec::new();
+    for Inclusion { min, max, .. } in &problem.inclusions {
+        let side = |across: usize, at: f64| line(across, at, [min[1 - across], max[1 - across]]);
+        let [left, right, lower, upper] =
+            [side(0, min[0]), side(0, max[0]), side(1, min[1]), side(1, max[1])];
+        boxes.push(ElectrodeBox::new(&[&left, &right, &lower, &upper].map(|side| weighted(side))));
+        let back = |side: &[_]| curve(side).into_iter().rev().collect();
+        electrodes.push([curve(&lower), curve(&right), back(&upper), back(&left)]);
+    }
+    let everywhere = [f64::NEG_INFINITY, f64::INFINITY];
+    let surface = curve(&line(1, problem.thickness, everywhere));
+    let half = mesh.nodes.iter().all(|x| x[0] > -tiny);
+    (boxes, DeformedCurves { electrodes, surface, half })
+}
+
+/// Points with the weights of the trapezoidal rule over the reference length.
+fn weighted(line: &[(f64, [f64; 2])]) -> Face {
+    let (Some(first), Some(last)) = (line.first(), line.last()) else { return Face::new() };
+    let length = last.0 - first.0;
+    let weight = |k: usize| {
+        let (before, after) = (line[k.saturating_sub(1)].0, line[(k + 1).min(line.len() - 1)].0);
+        0.5 * (after - before) / length
+    };
+    line.iter().enumerate().map(|(k, p)| (weight(k), p.1)).collect()
 }
 
 /// The layer of the case; the reason if its finite elements cannot be set up.

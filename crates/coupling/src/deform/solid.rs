@@ -39,7 +39,7 @@ pub(super) fn solve(
         .press(&goals, &refinement, plan.layer_memory_limit, cancel, tell)
         .map_err(|error| error.to_string())?;
     let scale = Scale { thickness: problem.thickness, width: 1.0 };
-    let mut run = FiniteElementRun::new(&pressing, &goals, scale, |_| Vec::new());
+    let mut run = FiniteElementRun::new(&pressing, &goals, scale, |_| Default::default());
     run.solution = Some(Solution::Space(pressing));
     Ok(run)
 }
