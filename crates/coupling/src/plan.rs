@@ -2,10 +2,15 @@
 
 use elastocap_electrostatics::{Forecast, Settings, Target, forecast};
 use elastocap_geometry::mirror;
+use elastocap_geometry::scene::Wall;
 use elastocap_mechanics::ForceLimit;
 use serde::Serialize;
 
-use crate::case::{Case, FieldSolver, Load, Mechanics, PlaneStrain, ShapeScene, Solid, SolidIndenter};
+use crate::bent::LayerScene;
+use crate::case::{
+    Case, Extent, Face, FieldSolver, Load, Mechanics, PlaneStrain, ShapeScene, Solid, SolidIndenter,
+    Surroundings,
+};
 use crate::deform::{self, Deformation, closed_form_limit, layer_state};
 use crate::flat_faces::curvature_error;
 use crate::scene_of::scene_of;
@@ -276,13 +281,18 @@ impl Plan {
     }
 
     fn warn_of_bulge(&mut self, case: &Case, whole_top: bool) {
-        if case.has_conductors() && !whole_top {
-            self.warnings.push(
-                "the field solver takes the surface of the layer as flat, at its height under the indenter; beside the \
-                 indenter the rubber bulges above that"
-                    .to_owned(),
-            );
+        if !case.has_conductors() || whole_top || follows_surface(case) {
+            return;
         }
+        let cure = if may_bend(case) {
+            "; it follows the surface where `side_margin` ends the scene by walls and there is a medium above"
+        } else {
+            ""
+        };
+        self.warnings.push(format!(
+            "the field solver takes the surface of the layer as flat, at its height under the indenter; beside the indenter \
+             the rubber bulges above that{cure}"
+        ));
     }
 
     fn warn_beyond_limit(&mut self, load: &Load) {
@@ -315,9 +325,15 @@ impl Plan {
             let state = layer_state(case, step.load, options.prune).ok()?.map(Deformation::ClosedForm);
             scene_of(case, state.as_ref()).ok()
         });
-        if case.electrostatics.and_then(|e| e.solver) == Some(FieldSolver::Tetrahedra) {
+        let forced = case.electrostatics.and_then(|e| e.solver) == Some(FieldSolver::Tetrahedra);
+        if forced || case.beside.is_some() {
             if let Some(scene) = &scene {
-                self.tetrahedra(case, &ShapeScene::from(&scene.scene), options);
+                let layer = LayerScene::of_boxes(scene);
+                let whole = match &case.beside {
+                    Some(bodies) => layer.with(bodies),
+                    None => layer,
+                };
+                self.tetrahedra(case, &whole.scene, options);
             }
             return;
         }
@@ -353,6 +369,15 @@ impl Plan {
             settings.relative_tolerance
         );
         self.solved.push(Planned { part: "electrostatics", what });
+        if may_bend(case) {
+            // Which wants all threads and all memory for itself.
+            self.at_once = 1;
+            self.memory_limit = most_memory();
+            let what = "where the load bends the electrodes so much that boxes inside and around them do not bound the capacitance as \
+                        asked: their outlines, pulled along x3, on tetrahedra, which takes seconds to minutes per step"
+                .to_owned();
+            self.solved.push(Planned { part: "electrostatics", what });
+        }
         let floating: Vec<String> = case
             .conductors
             .iter()
@@ -493,6 +518,26 @@ impl Plan {
         }
         self.solved.push(Planned { part: "files", what: files });
     }
+}
+
+/// Whether the load may bend the electrodes, and the solver for any shape takes them then.
+fn may_bend(case: &Case) -> bool {
+    let solver = case.electrostatics.and_then(|e| e.solver);
+    matches!(case.mechanics, Some(Mechanics::PlaneStrain(_)))
+        && case.load.is_some()
+        && case.electrodes.is_some()
+        && solver != Some(FieldSolver::Boxes)
+}
+
+/// Whether that solver has the surface of the layer as it is: see [`crate::bent`].
+fn follows_surface(case: &Case) -> bool {
+    let ended = |surroundings: &Surroundings| match &surroundings.extent {
+        Extent::AroundLayer { side_margin: Some(_), above: Face::Medium { .. }, .. } => {
+            surroundings.boundary != Wall::Open
+        }
+        _ => false,
+    };
+    may_bend(case) && case.surroundings.as_ref().is_some_and(ended)
 }
 
 /// "a", "a and b", "a, b and c".

@@ -143,6 +143,7 @@ pub fn conductor_names(case: &Case) -> Vec<String> {
     let pair = case.electrodes.iter().flat_map(|e| e.names()).map(str::to_owned);
     let driven = case.conductors.iter().filter(|c| c.floating_charge.is_none()).map(|c| &c.name);
     let shapes = case.shapes.iter().flat_map(|s| &s.conductors);
+    let shapes = shapes.chain(case.beside.iter().flat_map(|b| &b.conductors));
     let shaped = shapes.filter(|c| c.floating_charge.is_none()).map(|c| &c.name);
     pair.chain(driven.chain(shaped).cloned()).collect()
 }
@@ -156,7 +157,7 @@ pub fn deform(case: &Case, plan: &Plan) -> Vec<StepResult> {
             Ok(state) => {
                 result.row.top_displacement_m = Some(state.as_ref().map_or(0.0, |s| s.top_displacement()));
                 result.row.compression = state.as_ref().map(|s| s.compression()).or(result.row.compression);
-                if case.shapes.is_some() {
+                if case.shapes.is_some() || case.beside.is_some() {
                     result.row.status = Status::Failed(
                         "bodies of any shape are meshed as they are solved: `elastocap run` writes their mesh".to_owned(),
                     );

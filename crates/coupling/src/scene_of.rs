@@ -158,7 +158,11 @@ pub fn scene_of(case: &Case, state: Option<&Deformation<'_>>) -> Result<Deformed
     conductors.extend(case.conductors.iter().cloned());
 
     let top = case.layer.as_ref().map(|layer| state.map_or(layer.thickness, Deformation::deformed_thickness));
-    let (domain, walls) = outer_walls(surroundings, top.unwrap_or(0.0), &conductors)?;
+    let placed = conductors.iter().map(|c: &Conductor| (c.name.as_str(), c.region));
+    let shaped = case.beside.iter().flat_map(|b| &b.conductors);
+    let placed = placed.chain(shaped.filter_map(|c| Some((c.name.as_str(), c.shape.bounds()?))));
+    let placed: Vec<_> = placed.collect();
+    let (domain, walls) = outer_walls(surroundings, top.unwrap_or(0.0), &placed)?;
     let mut dielectrics = Vec::new();
     let mut roles = Vec::new();
     let mut add = |name: &str, role, region: Box3, relative_permittivity| {
@@ -217,7 +221,7 @@ type Walls = [[Wall; 2]; 3];
 fn outer_walls(
     surroundings: &Surroundings,
     top: f64,
-    conductors: &[Conductor],
+    conductors: &[(&str, Box3)],
 ) -> Result<(Box3, Walls), SceneError> {
     let boundary = surroundings.boundary;
     let (side_margin, below, above) = match &surroundings.extent {
@@ -228,7 +232,7 @@ fn outer_walls(
     let mut domain = Box3::SPACE;
     let mut walls = [[boundary; 2]; 3];
     if let Some(margin) = side_margin {
-        let bodies = conductors.iter().map(|c| c.region).reduce(|a, b| a.union(&b));
+        let bodies = conductors.iter().map(|(_, region)| *region).reduce(|a, b| a.union(&b));
         let bodies = bodies.ok_or(SceneError::Missing("conductor"))?;
         for a in [0, 2] {
             domain.min[a] = bodies.min[a] - margin;
@@ -245,15 +249,14 @@ fn outer_walls(
     };
     (domain.min[1], walls[1][0]) = end(below, 0.0, -1.0);
     (domain.max[1], walls[1][1]) = end(above, top, 1.0);
-    for conductor in conductors {
+    for (conductor, region) in conductors {
         let reaches = |side: usize| {
-            let region = &conductor.region;
             let room = [region.min[1] - domain.min[1], domain.max[1] - region.max[1]][side];
             room < 0.0 || (room == 0.0 && walls[1][side] == Wall::Grounded)
         };
         for (side, name) in ["below", "above"].into_iter().enumerate() {
             if reaches(side) {
-                return Err(SceneError::ReachesWall { conductor: conductor.name.clone(), side: name });
+                return Err(SceneError::ReachesWall { conductor: (*conductor).to_owned(), side: name });
             }
         }
     }

@@ -7,11 +7,12 @@ use elastocap_electrostatics::{Bounded, Field, FloatingPotential, Settings, Solu
 use elastocap_geometry::export::body::BodyMesh;
 use elastocap_mechanics::ForceLimit;
 
-use crate::bent::{BentScene, bent_scene, is_flat};
-use crate::case::{Case, FieldSolver, ShapeScene};
+use crate::bent::{LayerScene, bent_scene, is_flat};
+use crate::case::{Case, FieldSolver, Shape, ShapeScene};
 use crate::curve::{FloatingConductor, Row, SolverReport, Status, StepResult};
 use crate::deform::{Deformation, Prepared};
 use crate::plan::{PlannedStep, StepLoad};
+use crate::results::scene_files::window;
 use crate::scene_of::{DeformedScene, Enclosing, scene_of};
 use crate::shaped::{Solved, shown, solve_shapes};
 use crate::terminals::pair_among;
@@ -23,6 +24,14 @@ pub(crate) enum Shown {
     Grid(Field),
     /// The potential on tetrahedra.
     Tetrahedra(BodyMesh),
+}
+
+/// What a scene is for the solvers.
+enum Fields {
+    /// Solved as boxes.
+    Boxes(Box<(Solution, Option<Bounded>)>),
+    /// Yet to be solved as shapes.
+    Shapes(LayerScene),
 }
 
 /// What the solver for any shape is given.
@@ -98,40 +107,63 @@ impl Solver<'_> {
         let deformed = result.scene.insert(deformed);
         result.seconds.mechanics = start.elapsed().as_secs_f64();
 
-        let solver = self.case.electrostatics.and_then(|e| e.solver);
-        let among_others = deformed.pair.is_some() && deformed.scene.driven().count() > 2;
-        let (mut solution, two_terminal) = match (&deformed.bent, &state, solver) {
-            (None, _, Some(FieldSolver::Tetrahedra)) => {
-                let scene = ShapeScene::from(&deformed.scene);
-                let shaped = Shaped { scene: &scene, pair_only: among_others, facets: 0.0 };
-                return self.solve_shaped(shaped, result, field, (layer_missed, beyond));
-            }
-            (None, ..) => field_of(deformed, &self.settings)?,
-            (Some(bent), Some(Deformation::FiniteElement(layer)), None | Some(FieldSolver::Tetrahedra)) => {
-                // Boxes inside and around are solved in no time, and may do where nothing else is bent.
-                let quick = match bent {
-                    Ok(enclosing) if solver.is_none() && is_flat(&layer.curves) && !among_others => {
-                        Some(between(deformed, *enclosing, &self.settings)?).filter(|(s, _)| s.reached)
-                    }
-                    _ => None,
+        let (mut solution, two_terminal) = match self.shaped(deformed, state.as_ref())? {
+            Fields::Boxes(found) => *found,
+            Fields::Shapes(layer) => {
+                let window = window(&[&*deformed]);
+                let driven = layer.scene.conductors.iter().filter(|c| c.floating_charge.is_none());
+                let pair_only = deformed.pair.is_some() && driven.count() > 2;
+                let shaped = Shaped { scene: &layer.scene, pair_only, facets: layer.facets };
+                self.solve_shaped(shaped, result, field, (layer_missed, beyond))?;
+                // The mesh of what is flat-faced shows no more, and is a thousand times larger.
+                result.surfaces = match result.surfaces.as_slice() {
+                    [] => Vec::new(),
+                    meshed => layer.surfaces(&window, meshed),
                 };
-                match quick {
-                    Some(found) => found,
-                    None => {
-                        let tolerance = self.settings.relative_tolerance;
-                        let BentScene { scene, facets } = bent_scene(deformed, &layer.curves, tolerance);
-                        let shaped = Shaped { scene: &scene, pair_only: among_others, facets };
-                        return self.solve_shaped(shaped, result, field, (layer_missed, beyond));
-                    }
-                }
+                return Ok(());
             }
-            (Some(bent), ..) => between(deformed, bent.clone()?, &self.settings)?,
         };
         *field = solution.field.take().map(Shown::Grid);
         let all = &deformed.scene.conductors;
         let floating = std::mem::take(&mut solution.floating);
         result.floating = floating_of(|c| all[c].name.clone(), |c| all[c].floating_charge, floating);
         note_solution(result, solution, two_terminal, layer_missed, beyond)
+    }
+
+    /// Which solver takes the scene: the one for boxes, with its solution, or the one for any shape.
+    fn shaped(&self, deformed: &DeformedScene, state: Option<&Deformation<'_>>) -> Result<Fields, Stop> {
+        let solver = self.case.electrostatics.and_then(|e| e.solver);
+        let beside = |layer: LayerScene| match &self.case.beside {
+            Some(bodies) => layer.with(bodies),
+            None => layer,
+        };
+        let shapes = self.case.beside.is_some() || solver == Some(FieldSolver::Tetrahedra);
+        let bent = match (&deformed.bent, state) {
+            (None, _) if shapes => return Ok(Fields::Shapes(beside(LayerScene::of_boxes(deformed)))),
+            (None, _) => return Ok(Fields::Boxes(Box::new(field_of(deformed, &self.settings)?))),
+            (Some(bent), Some(Deformation::FiniteElement(layer))) => (bent, &layer.curves),
+            // Only finite elements bend anything.
+            (Some(Err(error)), _) => return Err(error.clone().into()),
+            (Some(Ok(enclosing)), _) => {
+                return Ok(Fields::Boxes(Box::new(between(deformed, *enclosing, &self.settings)?)));
+            }
+        };
+        let (enclosing, curves) = bent;
+        if solver == Some(FieldSolver::Boxes) {
+            return Ok(Fields::Boxes(Box::new(between(deformed, enclosing.clone()?, &self.settings)?)));
+        }
+        // Boxes inside and around are solved in no time, and may do where nothing else is bent.
+        if let Ok(enclosing) = enclosing
+            && !shapes
+            && is_flat(curves)
+            && deformed.scene.conductors.len() == 2
+        {
+            let found = between(deformed, *enclosing, &self.settings)?;
+            if found.0.reached {
+                return Ok(Fields::Boxes(Box::new(found)));
+            }
+        }
+        Ok(Fields::Shapes(beside(bent_scene(deformed, curves, self.settings.relative_tolerance))))
     }
 
     /// A scene of any shapes. `mechanics` has what there is to say of the layer: why its accuracy was missed, and why there is
@@ -148,7 +180,11 @@ impl Solver<'_> {
             *field = Some(Shown::Tetrahedra(shown(scene, &solved)));
         }
         let Solved { mut general, facets, surfaces, .. } = solved;
-        result.surfaces = surfaces;
+        let shapes = scene.conductors.iter().map(|c| &c.shape);
+        let mut shapes = shapes.chain(scene.dielectrics.iter().map(|d| &d.shape));
+        if shapes.any(|shape| !matches!(shape, Shape::Box(_))) {
+            result.surfaces = surfaces;
+        }
         let facets = facets + polygons;
         if facets > 0.0 {
             result.warnings.push(format!(
@@ -160,7 +196,14 @@ impl Solver<'_> {
         let floating = std::mem::take(&mut general.solution.floating);
         result.floating = floating_of(|c| all[c].name.clone(), |c| all[c].floating_charge, floating);
         let solution = general.solution;
+        let mut solution = solution;
         let two_terminal = if pair_only { pair_among(&solution.maxwell) } else { solution.two_terminal };
+        if let Some(pair) = two_terminal.filter(|_| pair_only)
+            && 2.0 * pair.relative_error() > self.settings.relative_tolerance
+        {
+            solution.reached = false;
+            solution.shortfall.get_or_insert_with(|| MATRIX_ONLY.to_owned());
+        }
         note_solution(result, solution, two_terminal, mechanics.0, mechanics.1)
     }
 
@@ -241,6 +284,9 @@ fn note_solution(
     Ok(())
 }
 
+/// What is said of a pair among other conductors.
+const MATRIX_ONLY: &str = "the pair's capacitance is known less well than the Maxwell matrix it comes from";
+
 /// The solution, and the two-terminal capacitance.
 pub(crate) fn field_of(
     deformed: &DeformedScene,
@@ -266,10 +312,7 @@ pub(crate) fn field_of(
                 (solution.reached, solution.shortfall) = (true, None);
             } else {
                 solution.reached = false;
-                solution.shortfall.get_or_insert_with(|| {
-                    "the pair's capacitance is known less well than the Maxwell matrix it comes from"
-                        .to_owned()
-                });
+                solution.shortfall.get_or_insert_with(|| MATRIX_ONLY.to_owned());
             }
             return Ok((solution, pair));
         }

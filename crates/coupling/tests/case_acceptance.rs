@@ -46,6 +46,7 @@ fn in_plane_pair() -> Case {
         conductors: vec![],
         dielectrics: vec![],
         shapes: None,
+        beside: None,
         mesh: None,
         surroundings: Some(Surroundings {
             boundary: Wall::Insulated,

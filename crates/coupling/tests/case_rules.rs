@@ -713,6 +713,24 @@ fn conductors_beside_a_layer_lie_where_there_is_a_field_and_off_the_layer() {
         let [(from, to)] = change(low, high);
         refused(LAYERED, &[(from, &to)], "{ min", words);
     }
+    // The same for other shapes, by the boxes around them.
+    let ball = |at: &str| {
+        format!(
+            "[[conductor]]\nname = \"ball\"\nsphere = {{ center = [\"0 mm\", \"{at}\", \"0 mm\"], radius = \"0.1 mm\" }}\n[surroundings]"
+        )
+    };
+    let found = accepted(LAYERED, &[("[surroundings]", &ball("0.6 mm"))]);
+    let beside = found.beside.as_ref().unwrap();
+    assert!(
+        found.conductors.is_empty() && beside.conductors.len() == 1 && beside.conductors[0].name == "ball"
+    );
+    for (at, words) in [
+        ("0.55 mm", &["the conductor \"ball\" touches or overlaps the layer", "x2 = 450 um"][..]),
+        ("-0.2 mm", &["where there is no field", "the plane below"]),
+        ("1.4 mm", &["reaches the wall above the layer", "1000 um"]),
+    ] {
+        refused(LAYERED, &[("[surroundings]", &ball(at))], "{ center", words);
+    }
     let [(from, to)] = change("0.5 mm", "0.6 mm");
     let renamed = to.replace("plate", "electrode-left");
     refused(LAYERED, &[(from, &renamed)], "\"electrode-left\"", &["used twice"]);

@@ -6,7 +6,9 @@ use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
-use elastocap_coupling::case::{self, Case, Indenter, Load, Mechanics, PlaneStrain, ShearLength, Stiffness};
+use elastocap_coupling::case::{
+    self, Case, FieldSolver, Indenter, Load, Mechanics, PlaneStrain, ShearLength, Stiffness,
+};
 use elastocap_coupling::curve::{Outcome, Status};
 use elastocap_coupling::plan::{Options, Plan};
 use elastocap_coupling::results::{OutputFolder, csv, save};
@@ -135,19 +137,26 @@ fn electrodes_as_soft_as_the_layer_float_as_the_closed_form_says() {
     assert!((row.electrode_thickness_m.unwrap() / pose.thickness(20e-6) - 1.0).abs() < 2e-3);
 }
 
-#[test]
-fn bent_electrodes_lie_between_boxes_and_the_bounds_say_so() {
-    let outcome = solve(&sensor(Stiffness::ShearModulus(1e6), 0.2));
+fn bounds(outcome: &Outcome) -> [f64; 3] {
     let row = &outcome.steps[0].row;
-    let (low, value, high) = (
-        row.capacitance_lower_f.unwrap(),
-        row.two_terminal_capacitance_f.unwrap(),
-        row.capacitance_upper_f.unwrap(),
-    );
+    [row.capacitance_lower_f, row.two_terminal_capacitance_f, row.capacitance_upper_f].map(Option::unwrap)
+}
+
+fn with_solver(case: &Case, solver: FieldSolver) -> Case {
+    let mut case = case.clone();
+    case.electrostatics.as_mut().unwrap().solver = Some(solver);
+    case
+}
+
+#[test]
+fn bent_electrodes_lie_between_boxes_and_tetrahedra_have_them_as_they_are() {
+    let case = sensor(Stiffness::ShearModulus(1e6), 0.2);
+    let boxes = solve(&with_solver(&case, FieldSolver::Boxes));
+    let [low, value, high] = bounds(&boxes);
     assert!(low < value && value < high);
     // The mean box alone, which lies between the two.
-    let scene = outcome.steps[0].scene.as_ref().unwrap();
-    assert!(scene.bent.is_some());
+    let scene = boxes.steps[0].scene.as_ref().unwrap();
+    assert!(matches!(scene.bent, Some(Ok(_))));
     let settings = elastocap_electrostatics::Settings {
         relative_tolerance: 0.02,
         target: elastocap_electrostatics::Target::TwoTerminal,
@@ -155,8 +164,49 @@ fn bent_electrodes_lie_between_boxes_and_the_bounds_say_so() {
     };
     let mean = elastocap_electrostatics::solve(&scene.scene, &settings).unwrap().two_terminal.unwrap();
     assert!(low < mean.lower && mean.upper < high, "{low} {mean:?} {high}");
-    assert_eq!(row.status, Status::ToleranceNotReached);
-    assert!(outcome.steps[0].reason.as_ref().unwrap().contains("bent and tilted"));
+    assert_eq!(boxes.steps[0].row.status, Status::ToleranceNotReached);
+    assert!(boxes.steps[0].reason.as_ref().unwrap().contains("bent and tilted"));
+
+    let bent = solve(&case);
+    assert_eq!(bent.steps[0].row.status, Status::Ok, "{}", csv::curve(&bent));
+    let own = bounds(&bent);
+    assert!(low < own[0] && own[2] < high, "{own:?} {low} {high}");
+    assert!(own[2] - own[0] < 0.05 * own[1]);
+    assert!(bent.steps[0].warnings.iter().any(|w| w.contains("flat faces")));
+}
+
+#[test]
+fn electrodes_that_are_hardly_bent_go_to_the_boxes_and_both_solvers_agree() {
+    let mut case = sensor(Stiffness::ShearModulus(1e6), 0.02);
+    case.electrostatics.as_mut().unwrap().relative_tolerance = 0.03;
+    let boxes = solve(&case);
+    assert_eq!(boxes.steps[0].row.status, Status::Ok, "{}", csv::curve(&boxes));
+    assert!(boxes.steps[0].surfaces.is_empty() && boxes.steps[0].scene.as_ref().unwrap().bent.is_some());
+    let bent = solve(&with_solver(&case, FieldSolver::Tetrahedra));
+    assert!(!bent.steps[0].surfaces.is_empty());
+    let ([low, _, high], [lower, _, upper]) = (bounds(&boxes), bounds(&bent));
+    assert!(low < upper && lower < high, "{low} {high} {lower} {upper}");
+}
+
+#[test]
+fn beside_a_punch_the_field_has_the_layer_with_its_bulge() {
+    let mut case = acceptance("flat-punch.toml");
+    plane_strain(&mut case).relative_tolerance = 0.5;
+    case.layer.as_mut().unwrap().half_length = Some(1800e-6);
+    case.load = Some(Load::Compression(vec![0.1]));
+    case.electrostatics.as_mut().unwrap().relative_tolerance = 0.05;
+    let outcome = solve(&case);
+    let step = &outcome.steps[0];
+    assert_eq!(step.row.status, Status::Ok, "{}", csv::curve(&outcome));
+    assert!(!outcome.plan.warnings.iter().any(|w| w.contains("bulges")));
+    let layer = step.surfaces.iter().find(|s| s.name == "layer").unwrap();
+    let heights = |from: f64, to: f64| {
+        let corners = layer.triangles.as_flattened().iter();
+        corners.filter(|p| (from..to).contains(&p[0].abs())).map(|p| p[1]).fold(0.0, f64::max)
+    };
+    // Flat under the punch, and higher than it was before loading beside it: the rubber goes nowhere else.
+    assert!((heights(0.0, 400e-6) / 405e-6 - 1.0).abs() < 2e-3, "{}", heights(0.0, 400e-6));
+    assert!((452e-6..500e-6).contains(&heights(600e-6, 1.3e-3)), "{}", heights(600e-6, 1.3e-3));
 }
 
 #[test]
@@ -179,4 +229,41 @@ fn the_shear_length_is_found_by_finite_elements_for_compressions_and_for_forces(
         let compression = back.steps[k].row.compression.unwrap();
         assert!((compression / expected - 1.0).abs() < 2e-3, "{compression}");
     }
+}
+
+/// A grounded ball over the sensor of the paper, as a finger is.
+fn under_a_ball(load: Option<Load>) -> Case {
+    let mut case = acceptance("in-plane-pair.toml");
+    case.load = load;
+    case.beside = Some(case::ShapedBodies {
+        conductors: vec![case::ShapedConductor {
+            name: "finger".into(),
+            shape: case::Shape::Sphere { center: [0.0, 800e-6, 0.0], radius: 250e-6 },
+            floating_charge: None,
+        }],
+        dielectrics: Vec::new(),
+    });
+    case.electrostatics.as_mut().unwrap().relative_tolerance = 0.05;
+    case
+}
+
+#[test]
+fn a_ball_over_the_layer_takes_capacitance_from_the_pair_and_less_when_the_layer_sinks() {
+    let with = solve(&under_a_ball(Some(Load::Compression(vec![0.0, 0.2]))));
+    assert_eq!(with.conductors, ["electrode-left", "electrode-right", "finger"]);
+    let mut without = under_a_ball(Some(Load::Compression(vec![0.0, 0.2])));
+    without.beside = None;
+    without.electrostatics.as_mut().unwrap().relative_tolerance = 1e-3;
+    let without = solve(&without);
+    // Between the two electrodes: what the ball takes is that between each of them and itself.
+    let mutual = |outcome: &Outcome, k: usize| -outcome.steps[k].maxwell.as_ref().unwrap()[0][1].value;
+    let to_ball = |k: usize| -with.steps[k].maxwell.as_ref().unwrap()[0][2].value;
+    for k in 0..2 {
+        assert!(mutual(&with, k) < mutual(&without, k), "{k}");
+        assert!(to_ball(k) > 0.0);
+        let names: Vec<&str> = with.steps[k].surfaces.iter().map(|s| s.name.as_str()).collect();
+        assert!(names.contains(&"finger") && names.contains(&"layer"), "{names:?}");
+        assert!(with.steps[k].surfaces.iter().all(|s| !s.triangles.is_empty()));
+    }
+    assert!(to_ball(1) < to_ball(0), "{} {}", to_ball(1), to_ball(0));
 }

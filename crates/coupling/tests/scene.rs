@@ -40,6 +40,7 @@ fn pair(layout: Layout) -> Case {
         conductors: vec![],
         dielectrics: vec![],
         shapes: None,
+        beside: None,
         mesh: None,
         surroundings: Some(Surroundings {
             boundary: Wall::Insulated,

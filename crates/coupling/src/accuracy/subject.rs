@@ -51,7 +51,7 @@ impl Subject {
         step: &PlannedStep,
         cancel: &Arc<AtomicBool>,
     ) -> Result<Self, String> {
-        if case.shapes.is_some() {
+        if case.shapes.is_some() || case.beside.is_some() {
             return Err(
                 "the study is of the solver for boxes, and this case has bodies of other shapes".to_owned()
             );

@@ -32,7 +32,8 @@ pub use diagnostics::{CaseError, Diagnostic};
 pub use model::{
     Box3, Case, Conductor, Dielectric, Electrodes, Electrostatics, Extent, Face, FieldSolver, ImportedMesh,
     Indenter, Layer, LayerEnd, LayerSide, Layout, Load, Material, Mechanics, PlaneStrain, Shape, ShapeScene,
-    ShapedConductor, ShapedDielectric, ShearLength, Solid, SolidIndenter, Stiffness, Surroundings, Wall,
+    ShapedBodies, ShapedConductor, ShapedDielectric, ShearLength, Solid, SolidIndenter, Stiffness,
+    Surroundings, Wall,
 };
 pub use schema::json_schema;
 

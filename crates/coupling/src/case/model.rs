@@ -31,6 +31,9 @@ pub struct Case {
     /// All bodies without a layer where one of them is neither box, sheet nor slab; [`Case::conductors`] and
     /// [`Case::dielectrics`] are empty then.
     pub shapes: Option<ShapeScene>,
+    /// All bodies besides layer and electrodes where one of them is neither box, sheet nor slab; [`Case::conductors`] and
+    /// [`Case::dielectrics`] are empty then too. They stay where they are.
+    pub beside: Option<ShapedBodies>,
     /// The mesh that [`Case::shapes`] are physical groups of; `None` where they are shapes to be meshed.
     pub mesh: Option<ImportedMesh>,
     /// What surrounds the bodies; there exactly when a capacitance is asked for.
@@ -49,8 +52,18 @@ impl Case {
 
     /// Whether there is a capacitance to compute: electrodes or conductors.
     pub fn has_conductors(&self) -> bool {
-        self.electrodes.is_some() || !self.conductors.is_empty() || self.shapes.is_some()
+        let beside = self.beside.as_ref().is_some_and(|b| !b.conductors.is_empty());
+        self.electrodes.is_some() || !self.conductors.is_empty() || self.shapes.is_some() || beside
     }
+}
+
+/// Bodies of any shape beside a layer.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ShapedBodies {
+    /// In the order of the file.
+    pub conductors: Vec<ShapedConductor>,
+    /// In the order in which they override one another, and the layer.
+    pub dielectrics: Vec<ShapedDielectric>,
 }
 
 /// A volume mesh that a case file names, with the roles that the case gives its groups.

@@ -90,17 +90,17 @@ fn stage_scene(
     case: &Case,
     steps: &[StepResult],
 ) -> Result<Option<String>, OutputError> {
-    let (bodies, labels) = scene_files::bodies(case, steps);
-    if let Some(step) = steps.iter().find(|s| bodies.is_empty() && !s.surfaces.is_empty()) {
-        return match surfaces_glb(&step.surfaces, "unloaded") {
-            Ok(bytes) => folder.stage("scene.glb", &bytes).map(|()| None),
-            Err(error) => Ok(Some(format!("scene.glb is not written: {error}"))),
-        };
-    }
-    if bodies.is_empty() {
-        return Ok(Some("scene.glb is not written: no step has a scene".to_owned()));
-    }
-    match glb(&bodies, &labels) {
+    let file = match scene_files::surfaces(case, steps) {
+        Some(surfaces) => surfaces_glb(&surfaces),
+        None => {
+            let (bodies, labels) = scene_files::bodies(case, steps);
+            if bodies.is_empty() {
+                return Ok(Some("scene.glb is not written: no step has a scene".to_owned()));
+            }
+            glb(&bodies, &labels)
+        }
+    };
+    match file {
         Ok(bytes) => folder.stage("scene.glb", &bytes).map(|()| None),
         Err(error) => Ok(Some(format!("scene.glb is not written: {error}"))),
     }

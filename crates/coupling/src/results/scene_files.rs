@@ -2,6 +2,7 @@
 
 use elastocap_electrostatics::Field;
 use elastocap_geometry::export::gltf::{BodyRole, SceneBody};
+use elastocap_geometry::export::surfaces::{SurfaceBody, prism};
 use elastocap_geometry::export::vtk::FieldGrid;
 use elastocap_geometry::grid::{End, Plane, Resolution, graded_axis};
 use elastocap_geometry::scene::{Box3, BoxScene, Wall};
@@ -110,6 +111,35 @@ fn layer_alone(case: &Case, steps: &[StepResult]) -> (Vec<SceneBody>, Vec<String
     (vec![SceneBody { name: "layer".into(), role: BodyRole::Layer, poses }], labels)
 }
 
+/// The bodies of all steps by their surfaces, where those of one are known by nothing else.
+pub fn surfaces(case: &Case, steps: &[StepResult]) -> Option<Vec<(String, Vec<SurfaceBody>)>> {
+    if steps.iter().all(|step| step.surfaces.is_empty()) {
+        return None;
+    }
+    let boxes = |step: &StepResult| {
+        let (bodies, _) = bodies(case, std::slice::from_ref(step));
+        let of = |body: SceneBody| {
+            let mut triangles = Vec::new();
+            if let Some(Box3 { min, max }) = body.poses.first() {
+                let outline = [[min[0], min[1]], [max[0], min[1]], [max[0], max[1]], [min[0], max[1]]];
+                triangles = prism(2, [min[2], max[2]], &outline);
+            }
+            SurfaceBody { name: body.name, role: body.role, triangles }
+        };
+        // As little as of the others is shown of what is everywhere.
+        let shown = bodies
+            .into_iter()
+            .filter(|b| !matches!(b.role, BodyRole::Cover | BodyRole::Wall | BodyRole::Surroundings));
+        shown.map(of).collect()
+    };
+    let all = steps.iter().filter(|step| step.scene.is_some() || !step.surfaces.is_empty());
+    let of = |step: &StepResult| {
+        let bodies = if step.surfaces.is_empty() { boxes(step) } else { step.surfaces.clone() };
+        (label(step), bodies)
+    };
+    Some(all.map(of).collect())
+}
+
 fn label(step: &StepResult) -> String {
     match (step.load, step.row.compression) {
         (StepLoad::None, _) => "unloaded".to_owned(),
@@ -134,7 +164,7 @@ fn solid(region: Box3) -> Option<Box3> {
 }
 
 /// What is shown: all that is bounded, and some of open space around it, the same at all steps.
-fn window(scenes: &[&DeformedScene]) -> Box3 {
+pub(crate) fn window(scenes: &[&DeformedScene]) -> Box3 {
     let mut inside: Option<Box3> = None;
     let mut hold = |region: Box3| inside = Some(inside.map_or(region, |b| b.union(&region)));
     for scene in scenes.iter().map(|s| &s.scene) {

@@ -524,19 +524,54 @@ impl File {
 
     /// One second per step; at each, the weight of its own target is 1 and step 0 is where all are 0.
     fn clock(&mut self, steps: usize) -> Clock {
-        let times = append(&mut self.keyframes, (0..steps).map(|s| (s as f32).to_le_bytes()));
+        let times = self.seconds(steps);
         let weight = |step: usize, target: usize| if step == target { 1.0_f32 } else { 0.0 };
         let weights = append(
             &mut self.keyframes,
             (0..steps).flat_map(|s| (1..steps).map(move |t| weight(s, t).to_le_bytes())),
         );
+        let weights = self.root.push(accessor(KEYFRAMES, weights, ComponentType::F32, Type::Scalar));
+        Clock { times, weights }
+    }
+
+    /// The times of the steps: one second each.
+    pub(super) fn seconds(&mut self, steps: usize) -> Index<json::Accessor> {
+        let times = append(&mut self.keyframes, (0..steps).map(|s| (s as f32).to_le_bytes()));
         let mut input = accessor(KEYFRAMES, times, ComponentType::F32, Type::Scalar);
         input.min = Some(vec![0.0_f32].into());
-        input.max = Some(vec![(steps - 1) as f32].into());
-        Clock {
-            times: self.root.push(input),
-            weights: self.root.push(accessor(KEYFRAMES, weights, ComponentType::F32, Type::Scalar)),
-        }
+        input.max = Some(vec![steps.saturating_sub(1) as f32].into());
+        self.root.push(input)
+    }
+
+    /// Shows a node at one of the steps, at these times, and gives it no size at the others.
+    pub(super) fn show_at(
+        &mut self,
+        node: Index<json::Node>,
+        times: Index<json::Accessor>,
+        step: usize,
+        steps: usize,
+    ) {
+        let size = |s: usize| if s == step { 1.0_f32 } else { 0.0 };
+        let scales = append(&mut self.keyframes, (0..steps).flat_map(|s| [size(s).to_le_bytes(); 3]));
+        let output = self.root.push(accessor(KEYFRAMES, scales, ComponentType::F32, Type::Vec3));
+        self.channels.push(json::animation::Channel {
+            sampler: Index::new(self.samplers.len() as u32),
+            target: json::animation::Target {
+                extensions: None,
+                extras: None,
+                node,
+                path: Valid(json::animation::Property::Scale),
+            },
+            extensions: None,
+            extras: None,
+        });
+        self.samplers.push(json::animation::Sampler {
+            extensions: None,
+            extras: None,
+            input: times,
+            interpolation: Valid(json::animation::Interpolation::Step),
+            output,
+        });
     }
 
     fn animate(&mut self, node: Index<json::Node>, clock: Clock) {

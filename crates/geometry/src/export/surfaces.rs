@@ -5,7 +5,7 @@ use gltf_json as json;
 
 use super::gltf::{BodyRole, File, GltfError, Looks, SceneUnit, centre, extras, triangles};
 use crate::scene::Box3;
-use crate::tets::{FaceRole, TetMesh, determinant};
+use crate::tets::{FaceRole, TetMesh, determinant, planar};
 use std::collections::BTreeMap;
 
 /// A body by the triangles of its surface.
@@ -75,7 +75,41 @@ fn add(filled: &mut [Vec<Corners>], region: u32, at: Corners) {
     }
 }
 
-/// The bodies as a binary glTF file, scaled for viewing as by [`super::gltf::glb`].
+/// The surface of a planar figure pulled along an axis: `outline` is a simple polygon in the two other coordinates in ascending
+/// order of axis, either way round, m. A figure that is not simple has what of its caps can be told.
+pub fn prism(axis: usize, ends: [f64; 2], outline: &[[f64; 2]]) -> Vec<Corners> {
+    let place = |p: [f64; 2], z: f64| match axis {
+        0 => [z, p[0], p[1]],
+        1 => [p[0], z, p[1]],
+        _ => [p[0], p[1], z],
+    };
+    // Along x2 the two other axes are left-handed.
+    let turned = (planar::area(outline) < 0.0) != (axis == 1);
+    let mut all = Vec::new();
+    let mut add = |[a, b, c]: Corners| all.push(if turned { [a, c, b] } else { [a, b, c] });
+    for (k, p) in outline.iter().enumerate() {
+        let q = outline[(k + 1) % outline.len()];
+        let [a, b] = ends.map(|z| place(*p, z));
+        let [d, c] = ends.map(|z| place(q, z));
+        add([a, d, c]);
+        add([a, c, b]);
+    }
+    for [p, q, r] in planar::filled(outline) {
+        let back = planar::area(outline) < 0.0;
+        let [low, high] = ends.map(|z| [p, q, r].map(|p| place(p, z)));
+        // The triangles are anticlockwise whichever way the outline goes.
+        let (low, high) =
+            if back { (low, [high[0], high[2], high[1]]) } else { ([low[0], low[2], low[1]], high) };
+        add(low);
+        add(high);
+    }
+    all
+}
+
+/// The bodies of each step, with its label, as a binary glTF file, scaled for viewing as by [`super::gltf::glb`].
+///
+/// Each step has nodes of its own: the first is shown, and the animation "load steps" shows one after the other, one second
+/// each.
 ///
 /// # Errors
 /// Where there is nothing to show, a corner is no number, or the scene is too large or small for the format.
@@ -86,44 +120,65 @@ fn add(filled: &mut [Vec<Corners>], region: u32, at: Corners) {
 ///
 /// let triangles = vec![[[0.0, 0.0, 0.0], [1e-3, 0.0, 0.0], [0.0, 1e-3, 0.0]]];
 /// let body = SurfaceBody { name: "flag".into(), role: BodyRole::Conductor, triangles };
-/// assert_eq!(&surfaces_glb(&[body], "unloaded")?[..4], b"glTF");
+/// assert_eq!(&surfaces_glb(&[("unloaded".into(), vec![body])])?[..4], b"glTF");
 /// # Ok::<(), elastocap_geometry::export::gltf::GltfError>(())
 /// ```
-pub fn surfaces_glb(bodies: &[SurfaceBody], label: &str) -> Result<Vec<u8>, GltfError> {
+pub fn surfaces_glb(steps: &[(String, Vec<SurfaceBody>)]) -> Result<Vec<u8>, GltfError> {
     let bounds = |body: &SurfaceBody| {
         let corners = body.triangles.iter().flatten();
         corners.map(|&p| Box3 { min: p, max: p }).reduce(|all, p| all.union(&p))
     };
-    let shown: Vec<(&SurfaceBody, Box3)> = bodies.iter().filter_map(|b| Some((b, bounds(b)?))).collect();
     let finite =
         |body: &SurfaceBody| body.triangles.as_flattened().as_flattened().iter().all(|x| x.is_finite());
-    if let Some((body, _)) = shown.iter().find(|(body, _)| !finite(body)) {
-        return Err(GltfError::NotFinite { body: body.name.clone(), step: 0 });
+    for (step, (_, bodies)) in steps.iter().enumerate() {
+        if let Some(body) = bodies.iter().find(|body| !finite(body)) {
+            return Err(GltfError::NotFinite { body: body.name.clone(), step });
+        }
     }
-    let all = shown.iter().map(|(_, b)| *b).reduce(|all, b| all.union(&b)).ok_or(GltfError::Empty)?;
+    let all = steps.iter().flat_map(|(_, bodies)| bodies).filter_map(bounds);
+    let all = all.reduce(|all, b| all.union(&b)).ok_or(GltfError::Empty)?;
     let unit = SceneUnit::for_extent((0..3).fold(0.0, |l, a| all.extent(a).max(l)))?;
     let middle = centre(&all);
     let mut file = File::default();
-    let mut looks = Looks::default();
-    let mut children = Vec::new();
-    for (body, own) in &shown {
-        let home = centre(own);
-        let positions: Vec<[f32; 3]> =
-            body.triangles.iter().flatten().map(|p| [0, 1, 2].map(|a| (p[a] - home[a]) as f32)).collect();
-        let normals: Vec<[f32; 3]> = body.triangles.iter().flat_map(|t| [direction(*t); 3]).collect();
-        let positions = file.vectors(&positions, true);
-        let normals = file.vectors(&normals, false);
-        let material = file.root.push(looks.material(&body.name, body.role, false));
-        let mesh = file.root.push(triangles(&body.name, material, positions, normals));
-        children.push(file.root.push(json::Node {
-            name: Some(body.name.clone()),
-            mesh: Some(mesh),
-            translation: Some([0, 1, 2].map(|a| (home[a] - middle[a]) as f32)),
-            extras: extras(&serde_json::json!({ "role": body.role.name() }))?,
+    let times = (steps.len() > 1).then(|| file.seconds(steps.len()));
+    let mut groups = Vec::new();
+    for (step, (label, bodies)) in steps.iter().enumerate() {
+        // Bodies keep their colours from step to step.
+        let mut looks = Looks::default();
+        let mut children = Vec::new();
+        for body in bodies {
+            let Some(own) = bounds(body) else { continue };
+            let home = centre(&own);
+            let positions: Vec<[f32; 3]> =
+                body.triangles.iter().flatten().map(|p| [0, 1, 2].map(|a| (p[a] - home[a]) as f32)).collect();
+            let normals: Vec<[f32; 3]> = body.triangles.iter().flat_map(|t| [direction(*t); 3]).collect();
+            let positions = file.vectors(&positions, true);
+            let normals = file.vectors(&normals, false);
+            let material = file.root.push(looks.material(&body.name, body.role, false));
+            let mesh = file.root.push(triangles(&body.name, material, positions, normals));
+            children.push(file.root.push(json::Node {
+                name: Some(body.name.clone()),
+                mesh: Some(mesh),
+                translation: Some([0, 1, 2].map(|a| (home[a] - middle[a]) as f32)),
+                extras: extras(&serde_json::json!({ "role": body.role.name() }))?,
+                ..Default::default()
+            }));
+        }
+        let Some(times) = times else {
+            groups = children;
+            continue;
+        };
+        let group = file.root.push(json::Node {
+            name: Some(label.clone()),
+            children: Some(children),
+            scale: Some([if step == 0 { 1.0 } else { 0.0 }; 3]),
             ..Default::default()
-        }));
+        });
+        file.show_at(group, times, step, steps.len());
+        groups.push(group);
     }
-    file.finish(children, &unit, middle, &[label.to_owned()])
+    let labels: Vec<String> = steps.iter().map(|(label, _)| label.clone()).collect();
+    file.finish(groups, &unit, middle, &labels)
 }
 
 /// Across the triangle, of length one.
@@ -172,8 +227,56 @@ mod tests {
         assert!((volume(&filled[0]) - ball).abs() < 1e-9, "{}", volume(&filled[0]));
         let body =
             SurfaceBody { name: "inner".into(), role: BodyRole::Conductor, triangles: metal[0].clone() };
-        let file = gltf::Gltf::from_slice(&surfaces_glb(&[body], "unloaded").unwrap()).unwrap();
+        let file =
+            gltf::Gltf::from_slice(&surfaces_glb(&[("unloaded".into(), vec![body])]).unwrap()).unwrap();
         let positions = file.accessors().next().unwrap();
         assert_eq!(positions.count(), 3 * metal[0].len());
+    }
+
+    #[test]
+    fn a_prism_is_closed_along_every_axis_and_whichever_way_its_outline_goes() {
+        // An L: not convex.
+        let outline = [[0.0, 0.0], [3.0, 0.0], [3.0, 1.0], [1.0, 1.0], [1.0, 2.0], [0.0, 2.0]];
+        let mut back = outline;
+        back.reverse();
+        for axis in 0..3 {
+            for outline in [&outline, &back] {
+                let all = prism(axis, [-1.0, 1.0], outline);
+                let volume: f64 = all.iter().map(|[a, b, c]| determinant([9.0; 3], *a, *b, *c) / 6.0).sum();
+                assert!((volume - 8.0).abs() < 1e-12, "{axis} {volume}");
+                let key = |p: [f64; 3]| p.map(f64::to_bits);
+                for [a, b, c] in &all {
+                    for (p, q) in [(a, b), (b, c), (c, a)] {
+                        let against = all.iter().flat_map(|[a, b, c]| [(b, a), (c, b), (a, c)]);
+                        let count = against.filter(|(s, t)| (key(**s), key(**t)) == (key(*p), key(*q)));
+                        assert_eq!(count.count(), 1);
+                    }
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn each_step_is_shown_at_its_own_time_only() {
+        let step = |x: f64| {
+            let outline = [[0.0, 0.0], [x, 0.0], [0.0, 1.0]];
+            let triangles = prism(2, [0.0, 1.0], &outline);
+            let body = SurfaceBody { name: "wedge".into(), role: BodyRole::Conductor, triangles };
+            (format!("U/H = {x}"), vec![body])
+        };
+        let bytes = surfaces_glb(&[step(1.0), step(2.0), step(3.0)]).unwrap();
+        let file = gltf::Gltf::from_slice(&bytes).unwrap();
+        let blob = file.blob.as_deref().unwrap();
+        let animation = file.animations().next().unwrap();
+        assert_eq!(animation.channels().count(), 3);
+        for (k, channel) in animation.channels().enumerate() {
+            let reader = channel.reader(|_| Some(blob));
+            let Some(gltf::animation::util::ReadOutputs::Scales(scales)) = reader.read_outputs() else {
+                panic!("no scales")
+            };
+            let sizes: Vec<f32> = scales.map(|s| s[0]).collect();
+            assert!((0..3).all(|s| sizes[s] == if s == k { 1.0 } else { 0.0 }), "{sizes:?}");
+            assert_eq!(channel.sampler().interpolation(), gltf::animation::Interpolation::Step);
+        }
     }
 }

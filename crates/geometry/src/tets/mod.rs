@@ -12,7 +12,7 @@ mod mesher;
 #[cfg(test)]
 mod mirror_tests;
 mod open;
-mod planar;
+pub(crate) mod planar;
 mod reflect;
 
 pub use bisect::Bisected;

@@ -57,7 +57,7 @@ fn distance(p: [f64; 2], [a, b]: [[f64; 2]; 2]) -> f64 {
 }
 
 /// Signed area of a polygon, positive if anticlockwise.
-pub(super) fn area(corners: &[[f64; 2]]) -> f64 {
+pub(crate) fn area(corners: &[[f64; 2]]) -> f64 {
     let from = corners.first().copied().unwrap_or_default();
     sides(corners).map(|[a, b]| 0.5 * cross(minus(a, from), minus(b, from))).sum()
 }
@@ -158,6 +158,23 @@ pub(super) fn snapped(rings: &mut [Ring], frame: [[f64; 2]; 2]) {
         }
         ring.corners = corners;
     }
+}
+
+/// Triangles, anticlockwise, that fill a simple polygon and have no other corners than its own.
+pub(crate) fn filled(outline: &[[f64; 2]]) -> Vec<[[f64; 2]; 3]> {
+    let mut cdt = ConstrainedDelaunayTriangulation::<Point2<f64>>::new();
+    let mut insert = |p: [f64; 2]| cdt.insert(Point2::new(p[0], p[1])).ok();
+    let Some(corners) = outline.iter().map(|p| insert(*p)).collect::<Option<Vec<_>>>() else {
+        return Vec::new();
+    };
+    for (k, &from) in corners.iter().enumerate() {
+        let to = corners[(k + 1) % corners.len()];
+        if from != to && cdt.can_add_constraint(from, to) {
+            cdt.add_constraint(from, to);
+        }
+    }
+    let faces = cdt.inner_faces().map(|face| face.positions().map(|p| [p.x, p.y]));
+    faces.filter(|t| contains(outline, [0, 1].map(|k| (t[0][k] + t[1][k] + t[2][k]) / 3.0))).collect()
 }
 
 /// Triangles of the rectangle `frame` whose sides keep to all outlines: of size `near` at each outline and at most

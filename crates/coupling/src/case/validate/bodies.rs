@@ -16,13 +16,13 @@ use super::{any, given};
 pub(super) const MOST_BODIES: usize = 5_000;
 
 /// A conductor or dielectric with the place where the file says where it is.
-struct Body<'a> {
-    name: &'a str,
-    region: Box3,
-    span: Range<usize>,
-    what: &'static str,
-    floating_charge: Option<f64>,
-    is_slab: bool,
+pub(super) struct Body<'a> {
+    pub(super) name: &'a str,
+    pub(super) region: Box3,
+    pub(super) span: Range<usize>,
+    pub(super) what: &'static str,
+    pub(super) floating_charge: Option<f64>,
+    pub(super) is_slab: bool,
 }
 
 /// All conductors and dielectrics; `None` if one of them cannot be used.
@@ -218,7 +218,7 @@ fn check_in_walls(
     }
 }
 
-fn check_beside_layer(
+pub(super) fn check_beside_layer(
     body: &Body<'_>,
     thickness: f64,
     [below, above]: [Face; 2],

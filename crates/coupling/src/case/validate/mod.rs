@@ -70,15 +70,22 @@ pub(super) fn validate(raw: &Document, flawed: bool, origin: &Path, log: &mut Lo
     if imported::any_physical(raw) || shapes::any_shaped(raw) {
         check_solver(raw, log);
     }
-    let (bodies, shapes, mesh) = if imported::any_physical(raw) {
+    let pair = electrodes.as_ref().and_then(Option::as_ref);
+    let (mut shapes, mut beside, mut mesh) = (None, None, None);
+    let bodies = if imported::any_physical(raw) {
         let scene = imported::scene(raw, flawed, surroundings_read, origin, log);
-        let (shapes, mesh) = scene.map_or((None, None), |(shapes, mesh)| (Some(shapes), Some(mesh)));
-        (no_boxes, Some(shapes), Some(mesh))
+        let (found, tets) = scene.map_or((None, None), |(shapes, mesh)| (Some(shapes), Some(mesh)));
+        (shapes, mesh) = (Some(found), Some(tets));
+        no_boxes
     } else if shapes::any_shaped(raw) {
-        (no_boxes, Some(shapes::shapes(raw, surroundings_read, origin, log)), None)
+        if raw.layer.is_some() {
+            beside = Some(shapes::beside_layer(raw, surroundings_read, pair, origin, log));
+        } else {
+            shapes = Some(shapes::shapes(raw, surroundings_read, origin, log));
+        }
+        no_boxes
     } else {
-        let electrodes = electrodes.as_ref().and_then(Option::as_ref);
-        (bodies::bodies(raw, surroundings_read, electrodes, log), None, None)
+        bodies::bodies(raw, surroundings_read, pair, log)
     };
 
     raw.format.get()?;
@@ -93,6 +100,7 @@ pub(super) fn validate(raw: &Document, flawed: bool, origin: &Path, log: &mut Lo
         conductors,
         dielectrics,
         shapes: all_given(shapes)?,
+        beside: all_given(beside)?,
         mesh: all_given(mesh)?,
         surroundings: all_given(surroundings)?,
         electrostatics: if wants_capacitance { Some(electrostatics(raw)?) } else { None },

@@ -7,12 +7,13 @@ use elastocap_geometry::import::obj::{Placement, surface_from_path};
 
 use super::super::diagnostics::{Diagnostic, shown};
 use super::super::model::{
-    Box3, Extent, Shape, ShapeScene, ShapedConductor, ShapedDielectric, Surroundings, Wall,
+    Box3, Electrodes, Extent, Shape, ShapeScene, ShapedBodies, ShapedConductor, ShapedDielectric,
+    Surroundings, Wall,
 };
 use super::super::quantities::Position;
 use super::super::raw::{self, Document};
 use super::super::reader::{Log, Read};
-use super::bodies::check_names;
+use super::bodies::{Body, check_beside_layer, check_names};
 use super::given;
 use super::regions::{AXES, axis_index, box_region, sheet, slab};
 
@@ -34,26 +35,21 @@ pub(super) fn any_shaped(raw: &Document) -> bool {
         .any(|d| d.sphere.is_some() || d.cylinder.is_some() || d.extrusion.is_some() || d.surface.is_some())
 }
 
-/// The scene; `None` if a part of it cannot be used, and the log says why.
-pub(super) fn shapes(
+/// Bodies with the places in the file that say where they are.
+type Placed<T> = Vec<(T, Range<usize>)>;
+
+/// All conductors and dielectrics; `None` if one of them cannot be used, and the log says why.
+fn placed(
     raw: &Document,
-    surroundings: Option<&Surroundings>,
+    electrodes: Option<&Electrodes>,
     origin: &Path,
     log: &mut Log<'_>,
-) -> Option<ShapeScene> {
+) -> Option<(Placed<ShapedConductor>, Placed<ShapedDielectric>)> {
     let empty = Vec::new();
     let of_conductors = given(&raw.conductor).unwrap_or(&empty);
     let empty = Vec::new();
     let of_dielectrics = given(&raw.dielectric).unwrap_or(&empty);
-    check_names(raw, of_conductors, of_dielectrics, None, log);
-    if let Some(layer) = &raw.layer {
-        log.push(
-            Diagnostic::at(&layer.span, "beside a layer this version takes boxes, sheets and slabs only")
-                .label("a body of this case has another shape")
-                .help("leave [layer] and [load] out and write the layer as a [[dielectric]] with `slab`"),
-        );
-        return None;
-    }
+    check_names(raw, of_conductors, of_dielectrics, electrodes, log);
     let placed = of_conductors.iter().map(|read| {
         let body = read.get()?;
         let (shape, span) = conductor_shape(body, origin, log)?;
@@ -72,8 +68,56 @@ pub(super) fn shapes(
         Some((ShapedDielectric { name: body.name.get()?.0.clone(), shape, relative_permittivity }, span))
     });
     let filled: Vec<_> = filled.collect();
-    let placed: Vec<_> = placed.into_iter().collect::<Option<_>>()?;
-    let filled: Vec<_> = filled.into_iter().collect::<Option<_>>()?;
+    Some((placed.into_iter().collect::<Option<_>>()?, filled.into_iter().collect::<Option<_>>()?))
+}
+
+/// The bodies beside a layer and its `electrodes`; `None` if one of them cannot be used, and the log says why.
+pub(super) fn beside_layer(
+    raw: &Document,
+    surroundings: Option<&Surroundings>,
+    electrodes: Option<&Electrodes>,
+    origin: &Path,
+    log: &mut Log<'_>,
+) -> Option<ShapedBodies> {
+    let (conductors, dielectrics) = placed(raw, electrodes, origin, log)?;
+    let thickness = given(&raw.layer).and_then(|layer| layer.thickness.get()).map(|h| h.si)?;
+    let all = conductors.iter().map(|(c, span)| ("conductor", &c.name, &c.shape, span));
+    let all = all.chain(dielectrics.iter().map(|(d, span)| ("dielectric", &d.name, &d.shape, span)));
+    for (what, name, shape, span) in all {
+        if let (
+            Some(Surroundings { extent: Extent::AroundLayer { below, above, .. }, boundary, .. }),
+            Some(region),
+        ) = (surroundings, shape.bounds())
+        {
+            let is_slab = (0..3).any(|a| region.extent(a).is_infinite());
+            let body = Body { name, region, span: span.clone(), what, floating_charge: None, is_slab };
+            check_beside_layer(&body, thickness, [*below, *above], *boundary, log);
+        }
+    }
+    for (_, span) in conductors.iter().filter(|(c, _)| matches!(c.shape, Shape::Shell { .. })) {
+        log.push(
+            Diagnostic::at(span, "there is no layer in a shell")
+                .label("is metal everywhere outside of a ball")
+                .help("end the scene with `boundary = \"grounded\"`, or write the layer as a [[dielectric]]"),
+        );
+    }
+    if electrodes.is_none() {
+        check_one_is_driven(&conductors, log);
+    }
+    log.is_empty().then(|| ShapedBodies {
+        conductors: conductors.into_iter().map(|(c, _)| c).collect(),
+        dielectrics: dielectrics.into_iter().map(|(d, _)| d).collect(),
+    })
+}
+
+/// The scene; `None` if a part of it cannot be used, and the log says why.
+pub(super) fn shapes(
+    raw: &Document,
+    surroundings: Option<&Surroundings>,
+    origin: &Path,
+    log: &mut Log<'_>,
+) -> Option<ShapeScene> {
+    let (placed, filled) = placed(raw, None, origin, log)?;
     let surroundings = surroundings?;
     let (domain, wall) = outer(&placed, surroundings, log)?;
     for (name, shape, span) in placed
