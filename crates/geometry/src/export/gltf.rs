@@ -390,7 +390,7 @@ pub(super) struct File {
     samplers: Vec<json::animation::Sampler>,
 }
 
-/// Buffer views, in the order in which [`File::into_bytes`] makes them.
+/// Sections of the binary part; [`File::into_bytes`] makes a buffer view of each that is not empty.
 const VERTICES: u32 = 0;
 const INDICES: u32 = 1;
 const KEYFRAMES: u32 = 2;
@@ -654,10 +654,12 @@ impl File {
             (&self.indices, None, Some(Target::ElementArrayBuffer), "indices"),
             (&self.keyframes, None, None, "keyframes"),
         ];
-        for (section, stride, target, name) in sections {
+        let mut views = [Index::new(0); 3];
+        for ((section, stride, target, name), view) in sections.into_iter().zip(&mut views) {
             if section.is_empty() {
                 continue;
             }
+            *view = Index::new(self.root.buffer_views.len() as u32);
             bin.resize(bin.len().next_multiple_of(4), 0);
             self.root.buffer_views.push(View {
                 buffer: Index::new(0),
@@ -670,6 +672,10 @@ impl File {
                 extras: None,
             });
             bin.extend_from_slice(section);
+        }
+        for accessor in &mut self.root.accessors {
+            accessor.buffer_view =
+                accessor.buffer_view.and_then(|section| views.get(section.value()).copied());
         }
         bin.resize(bin.len().next_multiple_of(4), 0);
         self.root.buffers.push(Buffer {
