@@ -80,7 +80,7 @@ pub(crate) fn bent_scene(deformed: &DeformedScene, curves: &DeformedCurves, tole
         let height = domain.max[1] - domain.min[1];
         let surface = simplified(&curves.surface, SHARE * tolerance * height);
         let surface = if curves.half { both_halves(&surface) } else { surface };
-        let outline = under(&surface, &domain);
+        let outline = under(&without_loops(&surface), &domain);
         if outline.len() > 2 {
             // The cover fills what the layer leaves, down to the substrate, and the case's own bodies stay in all of them.
             let rank = |role: &BodyRole| match role {
@@ -162,6 +162,37 @@ fn both_halves(curve: &[[f64; 2]]) -> Curve {
     whole.retain(|p| !on_axis(p));
     whole.extend(curve.iter().map(|p| if on_axis(p) { [0.0, p[1]] } else { *p }));
     whole
+}
+
+/// The curve without the loops that it makes where a crease presses the surface into itself, which finite elements do not hinder.
+fn without_loops(curve: &[[f64; 2]]) -> Curve {
+    let mut kept = Curve::new();
+    let mut rest = curve;
+    while let Some((from, after)) = rest.split_first() {
+        kept.push(*from);
+        let Some(to) = after.first() else { break };
+        let last = after.windows(2).enumerate().skip(1).rev();
+        let crossing = last.into_iter().find_map(|(k, w)| Some((k, crossing([*from, *to], [w[0], w[1]])?)));
+        rest = match crossing {
+            // On from where the curve comes back.
+            Some((k, at)) => {
+                kept.push(at);
+                &after[k + 1..]
+            }
+            None => after,
+        };
+    }
+    kept
+}
+
+/// Where two segments cross.
+fn crossing([a, b]: [[f64; 2]; 2], [c, d]: [[f64; 2]; 2]) -> Option<[f64; 2]> {
+    let turn =
+        |p: [f64; 2], q: [f64; 2], r: [f64; 2]| (q[0] - p[0]) * (r[1] - p[1]) - (q[1] - p[1]) * (r[0] - p[0]);
+    let (of_c, of_d) = (turn(a, b, c), turn(a, b, d));
+    let apart = (of_c > 0.0) == (of_d > 0.0) || (turn(c, d, a) > 0.0) == (turn(c, d, b) > 0.0);
+    let s = of_c / (of_c - of_d);
+    (!apart && s.is_finite()).then(|| [0, 1].map(|k| c[k] + s * (d[k] - c[k])))
 }
 
 /// The region below a curve that runs to the right and above the bottom of the layer, x2 = 0, within the domain; beyond its ends
@@ -313,6 +344,18 @@ mod tests {
         let names: Vec<_> =
             bent_scene(&open, &curves, 1e-3).scene.dielectrics.into_iter().map(|d| d.name).collect();
         assert_eq!(names, ["layer", "substrate", "cover"]);
+    }
+
+    #[test]
+    fn a_crease_that_closes_on_itself_is_cut_where_it_closes() {
+        let crease = [[0.0, 2.0], [1.2, 2.0], [0.9, 1.0], [1.1, 1.0], [0.8, 2.1], [3.0, 2.0]];
+        let found = without_loops(&crease);
+        // From the first side straight to the last that crosses it.
+        assert_eq!((found.len(), found[0], found[found.len() - 1]), (4, [0.0, 2.0], [3.0, 2.0]));
+        assert!((found[1][1] - 2.0).abs() < 1e-12 && (0.8..0.9).contains(&found[1][0]), "{found:?}");
+        assert_eq!(found[2], [0.8, 2.1]);
+        let open = [[0.0, 2.0], [1.0, 2.0], [0.9, 1.0], [1.1, 1.0], [1.05, 2.0], [3.0, 2.0]];
+        assert_eq!(without_loops(&open), open);
     }
 
     #[test]
