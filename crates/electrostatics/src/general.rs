@@ -2,7 +2,7 @@
 //!
 //! On each mesh the potentials give the upper bound ([`crate::tets`]) and fluxes made from them the lower one
 //! ([`crate::flux`]). The difference is a sum over tetrahedra; those that hold most of it are bisected (Dörfler, SIAM J. Numer.
-//! Anal. 33, 1996), until the tolerance is met or the next mesh would not fit.
+//! Anal. 33, 1996), at edges of conductors nearer to them ([`Grading`]), until the tolerance is met or the next mesh would not fit.
 
 use crate::SolveError;
 use crate::floating::Floating;
@@ -11,7 +11,7 @@ use crate::matrix::MatrixBounds;
 use crate::solution::{Bounded, PhaseSeconds, ResolutionLevel, Settings, Solution, Target};
 use crate::solve::EPS0;
 use crate::tets::{Potentials, Problem, TetSettings};
-use elastocap_geometry::tets::TetMesh;
+use elastocap_geometry::tets::{Grading, TetMesh};
 use faer::Mat;
 use std::sync::atomic::Ordering;
 use std::time::Instant;
@@ -75,6 +75,7 @@ pub fn solve_mesh(mesh: TetMesh, shapes: Shapes<'_>, settings: &Settings) -> Res
     let scale = EPS0 * f64::from(1 << shapes.mirrored.iter().filter(|m| **m).count());
     let cancel = settings.cancel.as_deref();
     let mut mesh = mesh;
+    let mut grading = Grading::towards_edges(&mesh);
     let mut seconds = PhaseSeconds::default();
     let mut iterations = 0;
     let mut meshes = 0;
@@ -114,7 +115,7 @@ pub fn solve_mesh(mesh: TetMesh, shapes: Shapes<'_>, settings: &Settings) -> Res
             let needed = (1.0 - 0.95 / far) / chosen.2;
             let marked = marked(&states, &flux.gaps, needed.min(MARKED));
             let outside = beyond(&states, &all, &flux.gap, scale);
-            let finer = mesh.bisected(&marked, chosen.1).mesh;
+            let finer = mesh.bisected_towards(&marked, chosen.1, &mut grading).mesh;
             seconds.setup += refining.elapsed().as_secs_f64();
             let (each, per_side) = BYTES[shapes.order.clamp(1, 3) - 1];
             let memory = finer.tets.len() as u64 * (each + n as u64 * per_side);
