@@ -98,7 +98,9 @@ pub fn solve_mesh(mesh: TetMesh, shapes: Shapes<'_>, settings: &Settings) -> Res
         all.part();
         let bounds = floating.reduced(&all);
         let (maxwell, two_terminal) = (bounds.entries(), bounds.two_terminal());
-        let error = spread(&maxwell, two_terminal.as_ref(), settings.target);
+        // What each driven conductor would have with all others at zero.
+        let alone: Vec<f64> = floating.driven.iter().map(|&i| all.upper[(i, i)]).collect();
+        let Spread { error, nothing } = spread(&maxwell, two_terminal.as_ref(), &alone, settings);
         seconds.primal += (solved - start).as_secs_f64();
         seconds.dual += solved.elapsed().as_secs_f64();
         if cancel.is_some_and(|c| c.load(Ordering::Relaxed)) {
@@ -107,7 +109,13 @@ pub fn solve_mesh(mesh: TetMesh, shapes: Shapes<'_>, settings: &Settings) -> Res
 
         let refining = Instant::now();
         let shortfall = if error <= settings.relative_tolerance {
-            None
+            nothing.then(|| {
+                format!(
+                    "a capacitance may be zero: it is less than {:e} of what it would be with all other conductors at zero \
+                     potential, and no mesh gives zero a relative accuracy",
+                    settings.relative_tolerance
+                )
+            })
         } else {
             let states = states(&floating, &all);
             let far = error / settings.relative_tolerance;
@@ -218,20 +226,71 @@ fn beyond(states: &[(Vec<f64>, f64)], all: &MatrixBounds, gap: &Mat<f64>, scale:
     if total > inside { 1.0 - inside / total } else { 0.0 }
 }
 
-/// Relative spread of what the tolerance is about.
-fn spread(maxwell: &[Vec<Bounded>], two_terminal: Option<&Bounded>, target: Target) -> f64 {
+/// How far bounds lie apart.
+#[derive(Debug, PartialEq)]
+struct Spread {
+    /// Relative spread of what the tolerance is about.
+    error: f64,
+    /// Whether something was left out of it for being zero as far as one can tell.
+    nothing: bool,
+}
+
+/// `alone` is what each conductor would have with all others at zero potential, the floating ones too, F. What may be zero and
+/// is no more than the tolerance of that has no relative spread that falls as the mesh is refined.
+fn spread(
+    maxwell: &[Vec<Bounded>],
+    two_terminal: Option<&Bounded>,
+    alone: &[f64],
+    settings: &Settings,
+) -> Spread {
     let relative =
         |b: &Bounded, scale: f64| if b.upper > b.lower { (b.upper - b.lower) / scale } else { 0.0 };
-    let pair = two_terminal.map(|b| relative(b, b.value));
-    if let (Target::TwoTerminal, Some(pair)) = (target, pair) {
-        return pair;
+    let nil = |b: &Bounded, scale: f64| {
+        b.lower <= 0.0 && b.upper.max(-b.lower) <= settings.relative_tolerance * scale
+    };
+    let mut found = Spread { error: 0.0, nothing: false };
+    let mut count = |b: &Bounded, scale: f64, may_be_nil: bool, alone: f64| {
+        if may_be_nil && nil(b, alone) {
+            found.nothing = true;
+        } else {
+            found.error = found.error.max(relative(b, scale));
+        }
+    };
+    if let Some(pair) = two_terminal {
+        count(pair, pair.value, true, alone.iter().copied().fold(f64::INFINITY, f64::min));
     }
-    let mut most = pair.unwrap_or(0.0);
-    for (i, row) in maxwell.iter().enumerate() {
-        for (j, entry) in row.iter().enumerate() {
-            let diagonal = (maxwell[i][i].value * maxwell[j][j].value).max(0.0).sqrt();
-            most = most.max(relative(entry, entry.value.abs().max(0.1 * diagonal)));
+    if settings.target == Target::Matrix || two_terminal.is_none() {
+        for (i, row) in maxwell.iter().enumerate() {
+            for (j, entry) in row.iter().enumerate() {
+                let diagonal = (maxwell[i][i].value * maxwell[j][j].value).max(0.0).sqrt();
+                // An entry off the diagonal has those on it for a scale, unless they are nothing themselves.
+                let no_scale = [i, j].into_iter().any(|k| nil(&maxwell[k][k], alone[k]));
+                let scale = entry.value.abs().max(0.1 * diagonal);
+                count(entry, scale, i == j || no_scale, (alone[i] * alone[j]).sqrt());
+            }
         }
     }
-    most
+    found
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_may_be_zero_is_left_out_once_it_is_small_beside_the_conductor_alone() {
+        let bounded = |lower: f64, upper: f64| Bounded { value: 0.5 * (lower + upper), lower, upper };
+        let settings = Settings { relative_tolerance: 1e-2, ..Settings::default() };
+        let of = |b: Bounded| spread(&[vec![b]], Some(&b), &[1.0], &settings);
+        assert_eq!(of(bounded(0.0, 5e-3)), Spread { error: 0.0, nothing: true });
+        assert_eq!(of(bounded(0.0, 5e-2)), Spread { error: 2.0, nothing: false });
+        // Small, but not zero.
+        let small = of(bounded(4e-3, 5e-3));
+        assert!(!small.nothing && small.error > 0.2);
+        // A screened pair: the matrix has entries, only not between the two.
+        let own = bounded(0.999, 1.001);
+        let between = bounded(-1e-3, 1e-3);
+        let pair = spread(&[vec![own, between], vec![between, own]], None, &[1.0; 2], &settings);
+        assert!(!pair.nothing && (pair.error - 0.02).abs() < 1e-3, "{pair:?}");
+    }
 }

@@ -108,6 +108,28 @@ fn layered_spheres_have_the_capacitance_of_capacitors_in_series() {
 }
 
 #[test]
+fn a_ball_that_floats_in_a_driven_shell_ends_with_a_capacitance_that_may_be_zero() {
+    let scene = scene(
+        vec![
+            conductor("ball", ball(0.0, 1e-3)),
+            conductor("shell", Shape::Shell { center: [0.0; 3], radius: 2e-3 }),
+        ],
+        Wall::Grounded,
+        3e-3,
+    );
+    let mesh = mesh(&scene, &Sizing::default()).unwrap().mesh;
+    let shapes =
+        Shapes { permittivity: &[1.0], floating_charges: &[Some(0.0), None], order: 2, mirrored: [false; 3] };
+    let settings = Settings { relative_tolerance: 1e-2, ..Settings::default() };
+    let found = solve_mesh(mesh, shapes, &settings).unwrap().solution;
+    let c = found.maxwell[0][0];
+    let alone = 4.0 * PI * EPS0 * 2e-3;
+    assert!(c.lower <= 0.0 && 0.0 <= c.upper && c.upper < 1.2e-2 * alone, "{c:?}");
+    assert!(!found.reached && found.unknowns < 200_000, "{} unknowns", found.unknowns);
+    assert!(found.shortfall.unwrap().contains("may be zero"));
+}
+
+#[test]
 fn plates_by_tetrahedra_and_by_boxes_agree_within_their_bounds() {
     let regions =
         [(-0.1, -0.05), (0.05, 0.1)].map(|(a, b)| Box3 { min: [-0.5, a, -0.5], max: [0.5, b, 0.5] });
