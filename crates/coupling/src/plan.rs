@@ -1,6 +1,6 @@
 //! What a case asks to be solved, what of it can be left out, and what it will take: known before anything is solved.
 
-use elastocap_electrostatics::{Forecast, Settings, Target, forecast};
+use elastocap_electrostatics::{Forecast, ResolutionLevel, Settings, Target, forecast};
 use elastocap_geometry::mirror;
 use elastocap_mechanics::ForceLimit;
 use serde::Serialize;
@@ -8,7 +8,8 @@ use serde::Serialize;
 use crate::case::{Case, FieldSolver, Load, Mechanics, PlaneStrain, ShapeScene, Solid, SolidIndenter};
 use crate::deform::{self, Deformation, closed_form_limit, layer_state};
 use crate::flat_faces::curvature_error;
-use crate::scene_of::scene_of;
+use crate::scene_of::{DeformedScene, scene_of};
+use crate::shaped::{foretell, order};
 
 /// What is wanted of a run besides the numbers.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -197,6 +198,10 @@ impl Plan {
             // Without pruning the fields are computed even if nobody wants the files.
             field: options.fields || !options.prune,
             memory_limit: self.memory_limit,
+            // Only cases for tetrahedra have one.
+            resolution: asked
+                .and_then(|e| e.order)
+                .map(|order| ResolutionLevel { order: order.into(), levels: 0 }),
             ..Settings::default()
         }
     }
@@ -310,12 +315,8 @@ impl Plan {
         }
         let distinct = self.distinct_steps().filter(|s| s.failure.is_none()).count();
         let settings = self.solver_settings(case, options);
-        let scene = self.distinct_steps().filter(|s| s.failure.is_none()).find_map(|step| {
-            // The finite-element layer is not solved for a forecast: its scene is about as large as the one at rest.
-            let state = layer_state(case, step.load, options.prune).ok()?.map(Deformation::ClosedForm);
-            scene_of(case, state.as_ref()).ok()
-        });
-        if case.electrostatics.and_then(|e| e.solver) == Some(FieldSolver::Tetrahedra) {
+        let scene = self.scene_at_first(case, options);
+        if self.on_tetrahedra(case) {
             if let Some(scene) = &scene {
                 self.tetrahedra(case, &ShapeScene::from(&scene.scene), options);
             }
@@ -381,6 +382,40 @@ impl Plan {
         }
     }
 
+    /// Foretells what tetrahedra take, which the plan does not: the scene is meshed, and solved on a small mesh. Scenes for the
+    /// solver for boxes are foretold by the plan already.
+    ///
+    /// # Errors
+    /// Why the scene cannot be meshed or solved.
+    pub fn foretell(&mut self, case: &Case, options: &Options) -> Result<(), String> {
+        let boxes = self.scene_at_first(case, options).map(|found| ShapeScene::from(&found.scene));
+        let scene = match (&case.shapes, boxes) {
+            (Some(scene), _) => scene,
+            (None, Some(scene)) if self.on_tetrahedra(case) => &scene.clone(),
+            _ => return Ok(()),
+        };
+        let own = foretell(scene, case.mesh.as_ref(), &self.solver_settings(case, options))?;
+        let distinct = self.distinct_steps().filter(|s| s.failure.is_none()).count();
+        self.unknowns = own.unknowns;
+        self.memory_bytes = own.memory_bytes;
+        self.seconds = own.seconds * distinct as f64;
+        self.mirrored = own.mirrored;
+        Ok(())
+    }
+
+    fn on_tetrahedra(&self, case: &Case) -> bool {
+        case.electrostatics.and_then(|e| e.solver) == Some(FieldSolver::Tetrahedra)
+    }
+
+    /// The boxes of the first step that can be solved.
+    fn scene_at_first(&self, case: &Case, options: &Options) -> Option<DeformedScene> {
+        self.distinct_steps().filter(|s| s.failure.is_none()).find_map(|step| {
+            // The finite-element layer is not solved for a forecast: its scene is about as large as the one at rest.
+            let state = layer_state(case, step.load, options.prune).ok()?.map(Deformation::ClosedForm);
+            scene_of(case, state.as_ref()).ok()
+        })
+    }
+
     /// Bodies of any shape: how many tetrahedra they take is known only when they are meshed.
     fn tetrahedra(&mut self, case: &Case, scene: &ShapeScene, options: &Options) {
         let settings = self.solver_settings(case, options);
@@ -406,8 +441,9 @@ impl Plan {
             }
         }
         let what = format!(
-            "potentials of order 2 on tetrahedra, and fluxes made from them, which prove an upper and a lower bound; refined to \
-             a relative spread of {:e}",
+            "potentials of order {} on tetrahedra, and fluxes made from them, which prove an upper and a lower bound; refined \
+             to a relative spread of {:e}",
+            order(&settings),
             settings.relative_tolerance
         );
         self.solved.push(Planned { part: "electrostatics", what });

@@ -8,7 +8,7 @@ use crate::SolveError;
 use crate::floating::Floating;
 use crate::flux::equilibrate;
 use crate::matrix::MatrixBounds;
-use crate::solution::{Bounded, PhaseSeconds, ResolutionLevel, Settings, Solution, Target};
+use crate::solution::{Bounded, Forecast, PhaseSeconds, ResolutionLevel, Settings, Solution, Target};
 use crate::solve::EPS0;
 use crate::tets::{Potentials, Problem, TetSettings};
 use elastocap_geometry::tets::{Grading, TetMesh};
@@ -32,6 +32,15 @@ const MOST_BEYOND: f64 = 0.66;
 
 /// Bytes per tetrahedron for each order: matrices, multigrid, moments of fluxes; and more per right-hand side.
 const BYTES: [(u64, u64); 3] = [(1_000, 300), (4_000, 900), (14_000, 2_500)];
+
+/// Tetrahedra of a mesh that is solved for a forecast, at most, unless the first one has more.
+const FORECAST: usize = 20_000;
+
+/// For each order, with which power of the unknowns the spread falls, as seen at edges, and seconds per unknown of the last mesh
+/// for all meshes with one right-hand side on two cores; then the share of it that each further one adds.
+const RATE: [f64; 3] = [0.6, 0.95, 1.0];
+const PACE: [f64; 3] = [3e-5, 3.5e-5, 8e-5];
+const SIDE: f64 = 0.25;
 
 /// Meshes at most.
 const MOST_MESHES: usize = 60;
@@ -62,8 +71,8 @@ pub struct General {
 
 /// Solves a mesh: the Maxwell matrix of its conductors with bounds, the mesh refined until they are near enough.
 ///
-/// [`Settings::resolution`] and [`Settings::field`] are of no meaning here, nor is [`Settings::symmetry`]: `shapes` says what
-/// the mesh is a part of. Without [`Settings::bounds`] the flux still steers the refinement, and its bounds are given.
+/// [`Settings::resolution`] and [`Settings::field`] are of no meaning here, nor is [`Settings::symmetry`]: `shapes` says the
+/// order, and what the mesh is a part of. Without [`Settings::bounds`] the flux still steers the refinement, and its bounds are given.
 ///
 /// # Errors
 ///
@@ -125,8 +134,7 @@ pub fn solve_mesh(mesh: TetMesh, shapes: Shapes<'_>, settings: &Settings) -> Res
             let outside = beyond(&states, &all, &flux.gap, scale);
             let finer = mesh.bisected_towards(&marked, chosen.1, &mut grading).mesh;
             seconds.setup += refining.elapsed().as_secs_f64();
-            let (each, per_side) = BYTES[shapes.order.clamp(1, 3) - 1];
-            let memory = finer.tets.len() as u64 * (each + n as u64 * per_side);
+            let memory = memory_of(finer.tets.len(), &shapes);
             if marked.is_empty() || (outside > MOST_BEYOND && outside * error > settings.relative_tolerance) {
                 Some("what is left of the error is beyond the mesh: open space begins too near".to_owned())
             } else if meshes >= MOST_MESHES || memory > settings.memory_limit {
@@ -162,6 +170,46 @@ pub fn solve_mesh(mesh: TetMesh, shapes: Shapes<'_>, settings: &Settings) -> Res
             mesh,
         });
     }
+}
+
+/// Bytes that a mesh of so many tetrahedra takes, about.
+fn memory_of(tetrahedra: usize, shapes: &Shapes<'_>) -> u64 {
+    let (each, per_side) = BYTES[shapes.order.clamp(1, 3) - 1];
+    tetrahedra as u64 * (each + shapes.floating_charges.len() as u64 * per_side)
+}
+
+/// Foretells what [`solve_mesh`] will take: it is run as far as a small mesh goes, and from there on the spread is taken to fall
+/// as it does in general. An estimate: within a factor of about two for scenes whose edges the small mesh has seen.
+///
+/// # Errors
+///
+/// Those of [`solve_mesh`].
+pub fn forecast_mesh(mesh: TetMesh, shapes: Shapes<'_>, settings: &Settings) -> Result<Forecast, SolveError> {
+    let n = shapes.floating_charges.len();
+    let small = Settings {
+        memory_limit: settings.memory_limit.min(memory_of(FORECAST, &shapes)),
+        ..settings.clone()
+    };
+    let General { mesh, solution, .. } = solve_mesh(mesh, shapes, &small)?;
+    let alone = vec![0.0; n];
+    let error = spread(&solution.maxwell, solution.two_terminal.as_ref(), &alone, settings).error;
+    let order = shapes.order.clamp(1, 3) - 1;
+    let far = if solution.reached { 1.0 } else { (error / settings.relative_tolerance).max(1.0) };
+    let memory = |far: f64| memory_of((mesh.tets.len() as f64 * far) as usize, &shapes);
+    // No mesh is made that would not fit.
+    let most = (settings.memory_limit as f64 / memory(1.0).max(1) as f64).max(1.0);
+    let growth = far.powf(1.0 / RATE[order]).min(most);
+    let unknowns = (solution.unknowns as f64 * growth) as usize;
+    let seconds = PACE[order] * unknowns as f64 * (1.0 + SIDE * n.saturating_sub(1) as f64);
+    let copies = 1_usize << shapes.mirrored.iter().filter(|m| **m).count();
+    Ok(Forecast {
+        unknowns,
+        memory_bytes: memory(growth),
+        seconds,
+        unmirrored: (copies * unknowns, copies as f64 * seconds),
+        mirrored: shapes.mirrored,
+        right_hand_sides: n,
+    })
 }
 
 /// Weights of the conductors' unit states, and energy, for each driven conductor at one volt.
