@@ -9,7 +9,7 @@ use crate::case::{Case, FieldSolver, Load, Mechanics, PlaneStrain, ShapeScene, S
 use crate::deform::{self, Deformation, closed_form_limit, layer_state};
 use crate::flat_faces::curvature_error;
 use crate::scene_of::{DeformedScene, scene_of};
-use crate::shaped::{foretell, order};
+use crate::shaped::order;
 
 /// What is wanted of a run besides the numbers.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -382,33 +382,13 @@ impl Plan {
         }
     }
 
-    /// Foretells what tetrahedra take, which the plan does not: the scene is meshed, and solved on a small mesh. Scenes for the
-    /// solver for boxes are foretold by the plan already.
-    ///
-    /// # Errors
-    /// Why the scene cannot be meshed or solved.
-    pub fn foretell(&mut self, case: &Case, options: &Options) -> Result<(), String> {
-        let boxes = self.scene_at_first(case, options).map(|found| ShapeScene::from(&found.scene));
-        let scene = match (&case.shapes, boxes) {
-            (Some(scene), _) => scene,
-            (None, Some(scene)) if self.on_tetrahedra(case) => &scene.clone(),
-            _ => return Ok(()),
-        };
-        let own = foretell(scene, case.mesh.as_ref(), &self.solver_settings(case, options))?;
-        let distinct = self.distinct_steps().filter(|s| s.failure.is_none()).count();
-        self.unknowns = own.unknowns;
-        self.memory_bytes = own.memory_bytes;
-        self.seconds = own.seconds * distinct as f64;
-        self.mirrored = own.mirrored;
-        Ok(())
-    }
-
-    fn on_tetrahedra(&self, case: &Case) -> bool {
+    /// Whether boxes go to the tetrahedra.
+    pub(crate) fn on_tetrahedra(&self, case: &Case) -> bool {
         case.electrostatics.and_then(|e| e.solver) == Some(FieldSolver::Tetrahedra)
     }
 
     /// The boxes of the first step that can be solved.
-    fn scene_at_first(&self, case: &Case, options: &Options) -> Option<DeformedScene> {
+    pub(crate) fn scene_at_first(&self, case: &Case, options: &Options) -> Option<DeformedScene> {
         self.distinct_steps().filter(|s| s.failure.is_none()).find_map(|step| {
             // The finite-element layer is not solved for a forecast: its scene is about as large as the one at rest.
             let state = layer_state(case, step.load, options.prune).ok()?.map(Deformation::ClosedForm);

@@ -31,7 +31,7 @@ const ITERATION: f64 = 1e-4;
 const MOST_BEYOND: f64 = 0.66;
 
 /// Bytes per tetrahedron for each order: matrices, multigrid, moments of fluxes; and more per right-hand side.
-const BYTES: [(u64, u64); 3] = [(1_000, 300), (4_000, 900), (14_000, 2_500)];
+const BYTES: [(u64, u64); 3] = [(1_000, 200), (1_800, 400), (8_000, 1_500)];
 
 /// Tetrahedra of a mesh that is solved for a forecast, at most, unless the first one has more.
 const FORECAST: usize = 20_000;
@@ -39,7 +39,7 @@ const FORECAST: usize = 20_000;
 /// For each order, with which power of the unknowns the spread falls, as seen at edges, and seconds per unknown of the last mesh
 /// for all meshes with one right-hand side on two cores; then the share of it that each further one adds.
 const RATE: [f64; 3] = [0.6, 0.95, 1.0];
-const PACE: [f64; 3] = [3e-5, 3.5e-5, 8e-5];
+const PACE: [f64; 3] = [3e-5, 3e-5, 8e-5];
 const SIDE: f64 = 0.25;
 
 /// Meshes at most.

@@ -1,0 +1,28 @@
+//! What a plan for tetrahedra will take: not known before the scene is meshed, so that it is asked for apart.
+
+use crate::case::{Case, ShapeScene};
+use crate::plan::{Options, Plan};
+use crate::shaped::foretell;
+
+impl Plan {
+    /// Foretells what tetrahedra take, which the plan does not: the scene is meshed, and solved on a small mesh. Scenes for the
+    /// solver for boxes are foretold by the plan already.
+    ///
+    /// # Errors
+    /// Why the scene cannot be meshed or solved.
+    pub fn foretell(&mut self, case: &Case, options: &Options) -> Result<(), String> {
+        let boxes = self.scene_at_first(case, options).map(|found| ShapeScene::from(&found.scene));
+        let scene = match (&case.shapes, boxes) {
+            (Some(scene), _) => scene,
+            (None, Some(scene)) if self.on_tetrahedra(case) => &scene.clone(),
+            _ => return Ok(()),
+        };
+        let own = foretell(scene, case.mesh.as_ref(), &self.solver_settings(case, options))?;
+        let distinct = self.distinct_steps().filter(|s| s.failure.is_none()).count();
+        self.unknowns = own.unknowns;
+        self.memory_bytes = own.memory_bytes;
+        self.seconds = own.seconds * distinct as f64;
+        self.mirrored = own.mirrored;
+        Ok(())
+    }
+}
