@@ -33,7 +33,11 @@ pub(crate) fn execute(arguments: &Arguments, common: &Common) -> Exit {
         Ok(case) => case,
         Err(exit) => return exit,
     };
-    let plan = Plan::new(&case, &Options { prune: !arguments.no_prune, ..Options::default() });
+    let options = Options { prune: !arguments.no_prune, ..Options::default() };
+    let mut plan = Plan::new(&case, &options);
+    if let Err(reason) = plan.foretell(&case, &options) {
+        plan.warnings.push(format!("the run will fail: {reason}"));
+    }
     let text = if arguments.json {
         match serde_json::to_string_pretty(&plan) {
             Ok(json) => json + "\n",

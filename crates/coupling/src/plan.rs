@@ -1,6 +1,6 @@
 //! What a case asks to be solved, what of it can be left out, and what it will take: known before anything is solved.
 
-use elastocap_electrostatics::{Forecast, Settings, Target, forecast};
+use elastocap_electrostatics::{Forecast, ResolutionLevel, Settings, Target, forecast};
 use elastocap_geometry::mirror;
 use elastocap_geometry::scene::Wall;
 use elastocap_mechanics::ForceLimit;
@@ -13,7 +13,8 @@ use crate::case::{
 };
 use crate::deform::{self, Deformation, closed_form_limit, layer_state};
 use crate::flat_faces::curvature_error;
-use crate::scene_of::scene_of;
+use crate::scene_of::{DeformedScene, scene_of};
+use crate::shaped::order;
 
 /// What is wanted of a run besides the numbers.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -202,6 +203,10 @@ impl Plan {
             // Without pruning the fields are computed even if nobody wants the files.
             field: options.fields || !options.prune,
             memory_limit: self.memory_limit,
+            // Only cases for tetrahedra have one.
+            resolution: asked
+                .and_then(|e| e.order)
+                .map(|order| ResolutionLevel { order: order.into(), levels: 0 }),
             ..Settings::default()
         }
     }
@@ -320,23 +325,13 @@ impl Plan {
         }
         let distinct = self.distinct_steps().filter(|s| s.failure.is_none()).count();
         let settings = self.solver_settings(case, options);
-        let scene = self.distinct_steps().filter(|s| s.failure.is_none()).find_map(|step| {
-            // The finite-element layer is not solved for a forecast: its scene is about as large as the one at rest.
-            let state = layer_state(case, step.load, options.prune).ok()?.map(Deformation::ClosedForm);
-            scene_of(case, state.as_ref()).ok()
-        });
-        let forced = case.electrostatics.and_then(|e| e.solver) == Some(FieldSolver::Tetrahedra);
-        if forced || case.beside.is_some() {
-            if let Some(scene) = &scene {
-                let layer = LayerScene::of_boxes(scene);
-                let whole = match &case.beside {
-                    Some(bodies) => layer.with(bodies),
-                    None => layer,
-                };
-                self.tetrahedra(case, &whole.scene, options);
+        if self.on_tetrahedra(case) {
+            if let Some(scene) = self.scene_on_tetrahedra(case, options) {
+                self.tetrahedra(case, &scene, options);
             }
             return;
         }
+        let scene = self.scene_at_first(case, options);
         let foretold = scene.as_ref().and_then(|s| forecast(&s.scene, &settings).ok());
         let mut where_solved = "the whole scene";
         if let Some(own) = &foretold {
@@ -406,6 +401,29 @@ impl Plan {
         }
     }
 
+    /// Whether boxes go to the tetrahedra even where nothing bends them.
+    pub(crate) fn on_tetrahedra(&self, case: &Case) -> bool {
+        case.electrostatics.and_then(|e| e.solver) == Some(FieldSolver::Tetrahedra) || case.beside.is_some()
+    }
+
+    /// The first step that can be solved, as it goes there.
+    pub(crate) fn scene_on_tetrahedra(&self, case: &Case, options: &Options) -> Option<ShapeScene> {
+        let layer = LayerScene::of_boxes(&self.scene_at_first(case, options)?);
+        Some(match &case.beside {
+            Some(bodies) => layer.with(bodies).scene,
+            None => layer.scene,
+        })
+    }
+
+    /// The boxes of the first step that can be solved.
+    pub(crate) fn scene_at_first(&self, case: &Case, options: &Options) -> Option<DeformedScene> {
+        self.distinct_steps().filter(|s| s.failure.is_none()).find_map(|step| {
+            // The finite-element layer is not solved for a forecast: its scene is about as large as the one at rest.
+            let state = layer_state(case, step.load, options.prune).ok()?.map(Deformation::ClosedForm);
+            scene_of(case, state.as_ref()).ok()
+        })
+    }
+
     /// Bodies of any shape: how many tetrahedra they take is known only when they are meshed.
     fn tetrahedra(&mut self, case: &Case, scene: &ShapeScene, options: &Options) {
         let settings = self.solver_settings(case, options);
@@ -431,8 +449,9 @@ impl Plan {
             }
         }
         let what = format!(
-            "potentials of order 2 on tetrahedra, and fluxes made from them, which prove an upper and a lower bound; refined to \
-             a relative spread of {:e}",
+            "potentials of order {} on tetrahedra, and fluxes made from them, which prove an upper and a lower bound; refined \
+             to a relative spread of {:e}",
+            order(&settings),
             settings.relative_tolerance
         );
         self.solved.push(Planned { part: "electrostatics", what });

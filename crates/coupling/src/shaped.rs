@@ -1,7 +1,7 @@
 //! A scene of bodies of any shape: meshed, solved, and what flat faces leave out said.
 
-use elastocap_electrostatics::general::{General, Shapes, solve_mesh};
-use elastocap_electrostatics::{Settings, SolveError};
+use elastocap_electrostatics::general::{General, Shapes, forecast_mesh, solve_mesh};
+use elastocap_electrostatics::{Forecast, Settings, SolveError};
 use elastocap_fem::vector::{cross, dot, length, minus};
 use elastocap_geometry::export::body::{BodyMesh, Element, NamedArray};
 use elastocap_geometry::export::gltf::BodyRole;
@@ -13,9 +13,6 @@ use elastocap_geometry::tets::{FaceRole, LayeredSizing, MeshError, Sizing, TetMe
 
 use crate::case::ImportedMesh;
 use crate::step::Stop;
-
-/// Order of the potentials: P2 is the best there is at edges of 90 degrees, where the error of C falls as N^(-4/3).
-const ORDER: usize = 2;
 
 /// The relative error of a capacitance, over the square of the faces' size over the radius: of balls and cylinders with
 /// faces that keep their volume, from the mean distance of a face to the surface.
@@ -48,25 +45,18 @@ pub(crate) struct Solved {
     pub(crate) facets: f64,
 }
 
+/// Order of the potentials where none is asked for: P2 is the best there is at edges, where higher ones cost more than they give.
+pub(crate) fn order(settings: &Settings) -> usize {
+    settings.resolution.map_or(2, |asked| asked.order)
+}
+
 /// Meshes, unless there is a mesh, and solves.
 pub(crate) fn solve_shapes(
     scene: &ShapeScene,
     imported: Option<&ImportedMesh>,
     settings: &Settings,
 ) -> Result<Solved, Stop> {
-    // Between balls that are near one another faces must be flat against the gap too.
-    let gap = ball_gap(scene).map_err(Stop::Failed)?;
-    let size = (SHARE * settings.relative_tolerance / FACETS)
-        .sqrt()
-        .min((8.0 * settings.relative_tolerance * gap).sqrt());
-    let size = size.clamp(FACE_SIZES[0], FACE_SIZES[1]);
-    let (mesh, planes) = match imported {
-        Some(imported) => (imported.tets.clone(), [None; 3]),
-        None => {
-            let planes = if settings.symmetry { mirror::planes(scene) } else { [None; 3] };
-            mesh_of(scene, size, settings.relative_tolerance, planes).map_err(Stop::Failed)?
-        }
-    };
+    let First { mesh, planes, size, gap } = first(scene, imported, settings).map_err(Stop::Failed)?;
     for (index, conductor) in scene.conductors.iter().enumerate() {
         if !mesh.boundary.iter().any(|f| f.role == FaceRole::Conductor(index as u32)) {
             return Err(Stop::Failed(format!(
@@ -79,13 +69,8 @@ pub(crate) fn solve_shapes(
     // Before it is refined, which moves no surface but cuts its triangles.
     let surfaces = surfaces_of(scene, &mesh, planes);
     let permittivity = permittivities(scene);
-    let floating_charges: Vec<_> = scene.conductors.iter().map(|c| c.floating_charge).collect();
-    let shapes = Shapes {
-        permittivity: &permittivity,
-        floating_charges: &floating_charges,
-        order: ORDER,
-        mirrored: planes.map(|at| at.is_some()),
-    };
+    let charges = charges(scene);
+    let shapes = shapes(&permittivity, &charges, settings, planes);
     let general = solve_mesh(mesh, shapes, settings).map_err(|error| match error {
         SolveError::Cancelled => Stop::Cancelled,
         error => Stop::Failed(error.to_string()),
@@ -96,6 +81,64 @@ pub(crate) fn solve_shapes(
         .any(|shape| matches!(shape, Shape::Sphere { .. } | Shape::Shell { .. } | Shape::Cylinder { .. }));
     let facets = FACETS * size * size + (size * size / (8.0 * gap)).powi(2);
     Ok(Solved { general, planes, surfaces, facets: if curved { facets } else { 0.0 } })
+}
+
+/// What solving the scene will take: it is meshed, and solved on a small mesh. An estimate.
+///
+/// # Errors
+/// Why the scene cannot be meshed or solved.
+pub(crate) fn foretell(
+    scene: &ShapeScene,
+    imported: Option<&ImportedMesh>,
+    settings: &Settings,
+) -> Result<Forecast, String> {
+    let First { mesh, planes, .. } = first(scene, imported, settings)?;
+    let permittivity = permittivities(scene);
+    let charges = charges(scene);
+    let shapes = shapes(&permittivity, &charges, settings, planes);
+    forecast_mesh(mesh, shapes, settings).map_err(|error| error.to_string())
+}
+
+/// A mesh to start from.
+struct First {
+    mesh: TetMesh,
+    /// The planes that it keeps to.
+    planes: [Option<f64>; 3],
+    /// Size of faces over the radius on curved bodies.
+    size: f64,
+    /// See [`ball_gap`].
+    gap: f64,
+}
+
+fn first(scene: &ShapeScene, imported: Option<&ImportedMesh>, settings: &Settings) -> Result<First, String> {
+    // Between balls that are near one another faces must be flat against the gap too.
+    let gap = ball_gap(scene)?;
+    let size = (SHARE * settings.relative_tolerance / FACETS)
+        .sqrt()
+        .min((8.0 * settings.relative_tolerance * gap).sqrt());
+    let size = size.clamp(FACE_SIZES[0], FACE_SIZES[1]);
+    let (mesh, planes) = match imported {
+        Some(imported) => (imported.tets.clone(), [None; 3]),
+        None => {
+            let planes = if settings.symmetry { mirror::planes(scene) } else { [None; 3] };
+            mesh_of(scene, size, settings.relative_tolerance, planes)?
+        }
+    };
+    Ok(First { mesh, planes, size, gap })
+}
+
+fn charges(scene: &ShapeScene) -> Vec<Option<f64>> {
+    scene.conductors.iter().map(|c| c.floating_charge).collect()
+}
+
+fn shapes<'a>(
+    permittivity: &'a [f64],
+    floating_charges: &'a [Option<f64>],
+    settings: &Settings,
+    planes: [Option<f64>; 3],
+) -> Shapes<'a> {
+    let mirrored = planes.map(|at| at.is_some());
+    Shapes { permittivity, floating_charges, order: order(settings), mirrored }
 }
 
 /// The least gap between conducting balls, or one and the hollow around it, over the radius of the smaller; at most 1.

@@ -57,7 +57,12 @@ fn in_plane_pair() -> Case {
                 above: Face::Medium { relative_permittivity: 1.0, thickness: Some(1e-3) },
             },
         }),
-        electrostatics: Some(Electrostatics { relative_tolerance: 1e-3, bounds: true, solver: None }),
+        electrostatics: Some(Electrostatics {
+            relative_tolerance: 1e-3,
+            bounds: true,
+            solver: None,
+            order: None,
+        }),
     }
 }
 

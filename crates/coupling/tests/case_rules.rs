@@ -97,6 +97,20 @@ fn the_two_base_files_are_good() {
 }
 
 #[test]
+fn only_tetrahedra_have_an_order_from_1_to_3() {
+    let with = |text: &str| BOXES.to_owned() + "[electrostatics]\n" + text;
+    let good = accepted(&with("solver = \"tetrahedra\"\norder = 3\n"), &[]);
+    assert_eq!(good.electrostatics.and_then(|e| e.order), Some(3));
+    for base in [with("order = 2\n"), with("solver = \"boxes\"\norder = 2\n")] {
+        refused(&base, &[], "2", &["only the solver on tetrahedra", "solver = \"tetrahedra\""]);
+    }
+    for order in ["0", "4"] {
+        let base = with(&format!("solver = \"tetrahedra\"\norder = {order}\n"));
+        refused(&base, &[], order, &["must be 1, 2 or 3"]);
+    }
+}
+
+#[test]
 fn a_quantity_says_what_is_wrong_with_it() {
     let at = "thickness = \"450 um\"";
     for (value, words) in [

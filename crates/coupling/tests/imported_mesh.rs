@@ -92,6 +92,17 @@ fn assert_holds(bounds: &Bounded, [low, high]: [f64; 2]) {
 }
 
 #[test]
+fn what_tetrahedra_take_is_foretold_when_asked_for() {
+    let case = parse(NESTED).unwrap();
+    let options = Options::default();
+    let mut plan = Plan::new(&case, &options);
+    assert_eq!((plan.unknowns, plan.memory_bytes), (0, 0));
+    plan.foretell(&case, &options).unwrap();
+    assert!(plan.unknowns > 0 && plan.seconds > 0.0);
+    assert!(plan.memory_bytes > 0 && plan.memory_bytes <= plan.memory_limit);
+}
+
+#[test]
 fn both_versions_of_the_format_as_text_and_binary_give_one_capacitance() {
     let names = ["boxes-41-ascii.msh", "boxes-41-binary.msh", "boxes-22-ascii.msh", "boxes-22-binary.msh"];
     let found = names.map(|name| {

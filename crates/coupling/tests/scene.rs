@@ -51,7 +51,12 @@ fn pair(layout: Layout) -> Case {
                 above: Face::Medium { relative_permittivity: 1.0, thickness: Some(1e-3) },
             },
         }),
-        electrostatics: Some(Electrostatics { relative_tolerance: 1e-3, bounds: true, solver: None }),
+        electrostatics: Some(Electrostatics {
+            relative_tolerance: 1e-3,
+            bounds: true,
+            solver: None,
+            order: None,
+        }),
     }
 }
 

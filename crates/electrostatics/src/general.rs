@@ -2,16 +2,16 @@
 //!
 //! On each mesh the potentials give the upper bound ([`crate::tets`]) and fluxes made from them the lower one
 //! ([`crate::flux`]). The difference is a sum over tetrahedra; those that hold most of it are bisected (Dörfler, SIAM J. Numer.
-//! Anal. 33, 1996), until the tolerance is met or the next mesh would not fit.
+//! Anal. 33, 1996), at edges of conductors nearer to them ([`Grading`]), until the tolerance is met or the next mesh would not fit.
 
 use crate::SolveError;
 use crate::floating::Floating;
 use crate::flux::equilibrate;
 use crate::matrix::MatrixBounds;
-use crate::solution::{Bounded, PhaseSeconds, ResolutionLevel, Settings, Solution, Target};
+use crate::solution::{Bounded, Forecast, PhaseSeconds, ResolutionLevel, Settings, Solution, Target};
 use crate::solve::EPS0;
 use crate::tets::{Potentials, Problem, TetSettings};
-use elastocap_geometry::tets::TetMesh;
+use elastocap_geometry::tets::{Grading, TetMesh};
 use faer::Mat;
 use std::sync::atomic::Ordering;
 use std::time::Instant;
@@ -31,7 +31,16 @@ const ITERATION: f64 = 1e-4;
 const MOST_BEYOND: f64 = 0.66;
 
 /// Bytes per tetrahedron for each order: matrices, multigrid, moments of fluxes; and more per right-hand side.
-const BYTES: [(u64, u64); 3] = [(1_000, 300), (4_000, 900), (14_000, 2_500)];
+const BYTES: [(u64, u64); 3] = [(1_000, 200), (1_800, 400), (8_000, 1_500)];
+
+/// Tetrahedra of a mesh that is solved for a forecast, at most, unless the first one has more.
+const FORECAST: usize = 20_000;
+
+/// For each order, with which power of the unknowns the spread falls from a small mesh to the last one, and seconds per unknown of the last mesh
+/// for all meshes with one right-hand side on two cores; then the share of it that each further one adds.
+const RATE: [f64; 3] = [0.65, 1.2, 1.2];
+const PACE: [f64; 3] = [3e-5, 3e-5, 8e-5];
+const SIDE: f64 = 0.25;
 
 /// Meshes at most.
 const MOST_MESHES: usize = 60;
@@ -62,8 +71,8 @@ pub struct General {
 
 /// Solves a mesh: the Maxwell matrix of its conductors with bounds, the mesh refined until they are near enough.
 ///
-/// [`Settings::resolution`] and [`Settings::field`] are of no meaning here, nor is [`Settings::symmetry`]: `shapes` says what
-/// the mesh is a part of. Without [`Settings::bounds`] the flux still steers the refinement, and its bounds are given.
+/// [`Settings::resolution`] and [`Settings::field`] are of no meaning here, nor is [`Settings::symmetry`]: `shapes` says the
+/// order, and what the mesh is a part of. Without [`Settings::bounds`] the flux still steers the refinement, and its bounds are given.
 ///
 /// # Errors
 ///
@@ -75,6 +84,7 @@ pub fn solve_mesh(mesh: TetMesh, shapes: Shapes<'_>, settings: &Settings) -> Res
     let scale = EPS0 * f64::from(1 << shapes.mirrored.iter().filter(|m| **m).count());
     let cancel = settings.cancel.as_deref();
     let mut mesh = mesh;
+    let mut grading = Grading::towards_edges(&mesh);
     let mut seconds = PhaseSeconds::default();
     let mut iterations = 0;
     let mut meshes = 0;
@@ -97,7 +107,9 @@ pub fn solve_mesh(mesh: TetMesh, shapes: Shapes<'_>, settings: &Settings) -> Res
         all.part();
         let bounds = floating.reduced(&all);
         let (maxwell, two_terminal) = (bounds.entries(), bounds.two_terminal());
-        let error = spread(&maxwell, two_terminal.as_ref(), settings.target);
+        // What each driven conductor would have with all others at zero.
+        let alone: Vec<f64> = floating.driven.iter().map(|&i| all.upper[(i, i)]).collect();
+        let Spread { error, nothing } = spread(&maxwell, two_terminal.as_ref(), &alone, settings);
         seconds.primal += (solved - start).as_secs_f64();
         seconds.dual += solved.elapsed().as_secs_f64();
         if cancel.is_some_and(|c| c.load(Ordering::Relaxed)) {
@@ -106,7 +118,13 @@ pub fn solve_mesh(mesh: TetMesh, shapes: Shapes<'_>, settings: &Settings) -> Res
 
         let refining = Instant::now();
         let shortfall = if error <= settings.relative_tolerance {
-            None
+            nothing.then(|| {
+                format!(
+                    "a capacitance may be zero: it is less than {:e} of what it would be with all other conductors at zero \
+                     potential, and no mesh gives zero a relative accuracy",
+                    settings.relative_tolerance
+                )
+            })
         } else {
             let states = states(&floating, &all);
             let far = error / settings.relative_tolerance;
@@ -114,10 +132,9 @@ pub fn solve_mesh(mesh: TetMesh, shapes: Shapes<'_>, settings: &Settings) -> Res
             let needed = (1.0 - 0.95 / far) / chosen.2;
             let marked = marked(&states, &flux.gaps, needed.min(MARKED));
             let outside = beyond(&states, &all, &flux.gap, scale);
-            let finer = mesh.bisected(&marked, chosen.1).mesh;
+            let finer = mesh.bisected_towards(&marked, chosen.1, &mut grading).mesh;
             seconds.setup += refining.elapsed().as_secs_f64();
-            let (each, per_side) = BYTES[shapes.order.clamp(1, 3) - 1];
-            let memory = finer.tets.len() as u64 * (each + n as u64 * per_side);
+            let memory = memory_of(finer.tets.len(), &shapes);
             if marked.is_empty() || (outside > MOST_BEYOND && outside * error > settings.relative_tolerance) {
                 Some("what is left of the error is beyond the mesh: open space begins too near".to_owned())
             } else if meshes >= MOST_MESHES || memory > settings.memory_limit {
@@ -153,6 +170,46 @@ pub fn solve_mesh(mesh: TetMesh, shapes: Shapes<'_>, settings: &Settings) -> Res
             mesh,
         });
     }
+}
+
+/// Bytes that a mesh of so many tetrahedra takes, about.
+fn memory_of(tetrahedra: usize, shapes: &Shapes<'_>) -> u64 {
+    let (each, per_side) = BYTES[shapes.order.clamp(1, 3) - 1];
+    tetrahedra as u64 * (each + shapes.floating_charges.len() as u64 * per_side)
+}
+
+/// Foretells what [`solve_mesh`] will take: it is run as far as a small mesh goes, and from there on the spread is taken to fall
+/// as it does in general. An estimate: within a factor of about two for scenes whose edges the small mesh has seen.
+///
+/// # Errors
+///
+/// Those of [`solve_mesh`].
+pub fn forecast_mesh(mesh: TetMesh, shapes: Shapes<'_>, settings: &Settings) -> Result<Forecast, SolveError> {
+    let n = shapes.floating_charges.len();
+    let small = Settings {
+        memory_limit: settings.memory_limit.min(memory_of(FORECAST, &shapes)),
+        ..settings.clone()
+    };
+    let General { mesh, solution, .. } = solve_mesh(mesh, shapes, &small)?;
+    let alone = vec![0.0; n];
+    let error = spread(&solution.maxwell, solution.two_terminal.as_ref(), &alone, settings).error;
+    let order = shapes.order.clamp(1, 3) - 1;
+    let far = if solution.reached { 1.0 } else { (error / settings.relative_tolerance).max(1.0) };
+    let memory = |far: f64| memory_of((mesh.tets.len() as f64 * far) as usize, &shapes);
+    // No mesh is made that would not fit.
+    let most = (settings.memory_limit as f64 / memory(1.0).max(1) as f64).max(1.0);
+    let growth = far.powf(1.0 / RATE[order]).min(most);
+    let unknowns = (solution.unknowns as f64 * growth) as usize;
+    let seconds = PACE[order] * unknowns as f64 * (1.0 + SIDE * n.saturating_sub(1) as f64);
+    let copies = 1_usize << shapes.mirrored.iter().filter(|m| **m).count();
+    Ok(Forecast {
+        unknowns,
+        memory_bytes: memory(growth),
+        seconds,
+        unmirrored: (copies * unknowns, copies as f64 * seconds),
+        mirrored: shapes.mirrored,
+        right_hand_sides: n,
+    })
 }
 
 /// Weights of the conductors' unit states, and energy, for each driven conductor at one volt.
@@ -217,20 +274,71 @@ fn beyond(states: &[(Vec<f64>, f64)], all: &MatrixBounds, gap: &Mat<f64>, scale:
     if total > inside { 1.0 - inside / total } else { 0.0 }
 }
 
-/// Relative spread of what the tolerance is about.
-fn spread(maxwell: &[Vec<Bounded>], two_terminal: Option<&Bounded>, target: Target) -> f64 {
+/// How far bounds lie apart.
+#[derive(Debug, PartialEq)]
+struct Spread {
+    /// Relative spread of what the tolerance is about.
+    error: f64,
+    /// Whether something was left out of it for being zero as far as one can tell.
+    nothing: bool,
+}
+
+/// `alone` is what each conductor would have with all others at zero potential, the floating ones too, F. What may be zero and
+/// is no more than the tolerance of that has no relative spread that falls as the mesh is refined.
+fn spread(
+    maxwell: &[Vec<Bounded>],
+    two_terminal: Option<&Bounded>,
+    alone: &[f64],
+    settings: &Settings,
+) -> Spread {
     let relative =
         |b: &Bounded, scale: f64| if b.upper > b.lower { (b.upper - b.lower) / scale } else { 0.0 };
-    let pair = two_terminal.map(|b| relative(b, b.value));
-    if let (Target::TwoTerminal, Some(pair)) = (target, pair) {
-        return pair;
+    let nil = |b: &Bounded, scale: f64| {
+        b.lower <= 0.0 && b.upper.max(-b.lower) <= settings.relative_tolerance * scale
+    };
+    let mut found = Spread { error: 0.0, nothing: false };
+    let mut count = |b: &Bounded, scale: f64, may_be_nil: bool, alone: f64| {
+        if may_be_nil && nil(b, alone) {
+            found.nothing = true;
+        } else {
+            found.error = found.error.max(relative(b, scale));
+        }
+    };
+    if let Some(pair) = two_terminal {
+        count(pair, pair.value, true, alone.iter().copied().fold(f64::INFINITY, f64::min));
     }
-    let mut most = pair.unwrap_or(0.0);
-    for (i, row) in maxwell.iter().enumerate() {
-        for (j, entry) in row.iter().enumerate() {
-            let diagonal = (maxwell[i][i].value * maxwell[j][j].value).max(0.0).sqrt();
-            most = most.max(relative(entry, entry.value.abs().max(0.1 * diagonal)));
+    if settings.target == Target::Matrix || two_terminal.is_none() {
+        for (i, row) in maxwell.iter().enumerate() {
+            for (j, entry) in row.iter().enumerate() {
+                let diagonal = (maxwell[i][i].value * maxwell[j][j].value).max(0.0).sqrt();
+                // An entry off the diagonal has those on it for a scale, unless they are nothing themselves.
+                let no_scale = [i, j].into_iter().any(|k| nil(&maxwell[k][k], alone[k]));
+                let scale = entry.value.abs().max(0.1 * diagonal);
+                count(entry, scale, i == j || no_scale, (alone[i] * alone[j]).sqrt());
+            }
         }
     }
-    most
+    found
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_may_be_zero_is_left_out_once_it_is_small_beside_the_conductor_alone() {
+        let bounded = |lower: f64, upper: f64| Bounded { value: 0.5 * (lower + upper), lower, upper };
+        let settings = Settings { relative_tolerance: 1e-2, ..Settings::default() };
+        let of = |b: Bounded| spread(&[vec![b]], Some(&b), &[1.0], &settings);
+        assert_eq!(of(bounded(0.0, 5e-3)), Spread { error: 0.0, nothing: true });
+        assert_eq!(of(bounded(0.0, 5e-2)), Spread { error: 2.0, nothing: false });
+        // Small, but not zero.
+        let small = of(bounded(4e-3, 5e-3));
+        assert!(!small.nothing && small.error > 0.2);
+        // A screened pair: the matrix has entries, only not between the two.
+        let own = bounded(0.999, 1.001);
+        let between = bounded(-1e-3, 1e-3);
+        let pair = spread(&[vec![own, between], vec![between, own]], None, &[1.0; 2], &settings);
+        assert!(!pair.nothing && (pair.error - 0.02).abs() < 1e-3, "{pair:?}");
+    }
 }

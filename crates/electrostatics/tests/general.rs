@@ -2,7 +2,7 @@
 
 use std::f64::consts::PI;
 
-use elastocap_electrostatics::general::{General, Shapes, solve_mesh};
+use elastocap_electrostatics::general::{General, Shapes, forecast_mesh, solve_mesh};
 use elastocap_electrostatics::{EPS0, Settings, SolveError, solve};
 use elastocap_geometry::scene::{Box3, BoxScene, Conductor, Wall};
 use elastocap_geometry::shapes::{Shape, ShapeScene, ShapedConductor, ShapedDielectric};
@@ -105,6 +105,47 @@ fn layered_spheres_have_the_capacitance_of_capacitors_in_series() {
     let c = found.solution.two_terminal.unwrap();
     let facets = 2e-3 * series;
     assert!(c.lower - facets <= series && series <= c.upper + facets, "{c:?} {series}");
+}
+
+#[test]
+fn what_a_cube_in_a_cube_takes_is_foretold_within_a_factor_of_two() {
+    let cube = Shape::Box(Box3 { min: [-0.5; 3], max: [0.5; 3] });
+    let scene = scene(vec![conductor("inner", cube)], Wall::Grounded, 1.0);
+    let mesh = mesh(&scene, &Sizing::default()).unwrap().mesh;
+    let shapes = Shapes { permittivity: &[1.0], floating_charges: &[None], order: 2, mirrored: [false; 3] };
+    let settings = Settings { relative_tolerance: 2e-3, ..Settings::default() };
+    let foretold = forecast_mesh(mesh.clone(), shapes, &settings).unwrap();
+    let found = solve_mesh(mesh, shapes, &settings).unwrap();
+    let ratio = foretold.unknowns as f64 / found.solution.unknowns as f64;
+    assert!((0.5..2.0).contains(&ratio), "{} foretold, {} taken", foretold.unknowns, found.solution.unknowns);
+    assert!(foretold.memory_bytes > 1000 * foretold.unknowns as u64 && foretold.seconds > 0.0);
+    // No more than there is room for is ever made.
+    let little = Settings { relative_tolerance: 1e-6, memory_limit: 500_000_000, ..settings };
+    let mesh = self::mesh(&scene, &Sizing::default()).unwrap().mesh;
+    let foretold = forecast_mesh(mesh, shapes, &little).unwrap();
+    assert!(foretold.memory_bytes <= 500_000_000);
+}
+
+#[test]
+fn a_ball_that_floats_in_a_driven_shell_ends_with_a_capacitance_that_may_be_zero() {
+    let scene = scene(
+        vec![
+            conductor("ball", ball(0.0, 1e-3)),
+            conductor("shell", Shape::Shell { center: [0.0; 3], radius: 2e-3 }),
+        ],
+        Wall::Grounded,
+        3e-3,
+    );
+    let mesh = mesh(&scene, &Sizing::default()).unwrap().mesh;
+    let shapes =
+        Shapes { permittivity: &[1.0], floating_charges: &[Some(0.0), None], order: 2, mirrored: [false; 3] };
+    let settings = Settings { relative_tolerance: 1e-2, ..Settings::default() };
+    let found = solve_mesh(mesh, shapes, &settings).unwrap().solution;
+    let c = found.maxwell[0][0];
+    let alone = 4.0 * PI * EPS0 * 2e-3;
+    assert!(c.lower <= 0.0 && 0.0 <= c.upper && c.upper < 1.2e-2 * alone, "{c:?}");
+    assert!(!found.reached && found.unknowns < 200_000, "{} unknowns", found.unknowns);
+    assert!(found.shortfall.unwrap().contains("may be zero"));
 }
 
 #[test]

@@ -415,6 +415,8 @@ pub struct Electrostatics {
     pub bounds: bool,
     /// The solver asked for; `None` for the one for boxes where it can, else that on tetrahedra.
     pub solver: Option<FieldSolver>,
+    /// Order of the potentials on tetrahedra, 1 to 3; `None` for the solver's own choice, and for the solver for boxes.
+    pub order: Option<u8>,
 }
 
 /// What solves for the field.

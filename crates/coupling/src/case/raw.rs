@@ -12,7 +12,7 @@ use super::quantities::{
 };
 use super::reader::{FromToml, Log, Node, Read, alternatives, nearest};
 use super::tables::{Entries, Shape, TableSchema, choice, key, table, unknown_word, words};
-use super::values::{Count, Either, Flag, FormatNumber, Text};
+use super::values::{Count, Either, Flag, FormatNumber, PotentialOrder, Text};
 
 table! {
     /// A case file of elastocap: a soft capacitive sensor, its surroundings and its load.
@@ -580,6 +580,8 @@ table! {
         /// Which solver: "boxes" (axis-aligned boxes and sheets only; the fast one) or "tetrahedra" (any shape). Default: boxes
         /// where it can.
         solver: Option<Read<FieldSolver>>,
+        /// Order of the potentials on tetrahedra, 1 to 3. Default: 2.
+        order: Option<Read<PotentialOrder>>,
     }
 }
 

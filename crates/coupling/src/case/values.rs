@@ -109,6 +109,41 @@ impl FromToml for Text {
     }
 }
 
+/// The order of potentials on tetrahedra.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct PotentialOrder(pub(super) u8);
+
+impl FromToml for PotentialOrder {
+    fn expected() -> String {
+        "a whole number such as 2".to_owned()
+    }
+    fn sample(_: &Log<'_>) -> String {
+        "2".to_owned()
+    }
+    fn accepts(value: &DeValue<'_>) -> bool {
+        matches!(value, DeValue::Integer(_))
+    }
+    fn from_toml(node: Node<'_>, log: &mut Log<'_>) -> Option<Self> {
+        if !Self::accepts(node.value.get_ref()) {
+            log.wrong_type::<Self>(node);
+            return None;
+        }
+        let order = integer(node.value.get_ref()).filter(|n| (1..=3).contains(n));
+        let order = order.and_then(|n| u8::try_from(n).ok());
+        if order.is_none() {
+            log.push(
+                Diagnostic::at(&node.span(), format!("{} must be 1, 2 or 3", node.place()))
+                    .label("the order of the potentials")
+                    .help("leave it out for 2, the best at edges"),
+            );
+        }
+        order.map(Self)
+    }
+    fn schema() -> Value {
+        json!({ "type": "integer", "minimum": 1, "maximum": 3 })
+    }
+}
+
 /// A number of points.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Count(pub(super) u32);

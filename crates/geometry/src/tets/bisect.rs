@@ -4,7 +4,7 @@
 //! (Rivara's longest-edge propagation path). The mesh is conforming after every cut, and a face is only ever cut at its own
 //! longest edge, so that its two sides agree.
 
-use super::{BoundaryFace, TetMesh};
+use super::{BoundaryFace, Grading, TetMesh};
 
 /// End of a list.
 const NONE: u32 = u32::MAX;
@@ -17,7 +17,7 @@ const EDGES: [[usize; 2]; 6] = [[0, 1], [0, 2], [0, 3], [1, 2], [1, 3], [2, 3]];
 pub struct Bisected {
     /// The refined mesh; the points of the old one come first, unchanged.
     pub mesh: TetMesh,
-    /// For each new point, in order, the two points in whose middle it lies: old ones, or new ones that precede it.
+    /// For each new point, in order, the two points between which it lies: old ones, or new ones that precede it.
     pub parents: Vec<[u32; 2]>,
     /// For each tetrahedron the old one of which it is a part.
     pub origin: Vec<u32>,
@@ -29,13 +29,22 @@ impl TetMesh {
     ///
     /// Regions and roles of faces are inherited. The result depends on nothing but the arguments.
     pub fn bisected(&self, marked: &[u32], generations: u8) -> Bisected {
+        self.bisected_towards(marked, generations, &mut Grading::none(self))
+    }
+
+    /// The same with edges cut where `grading` says, which is of this mesh and becomes that of the finer one. Parts are then
+    /// small or large as their edges were cut.
+    pub fn bisected_towards(&self, marked: &[u32], generations: u8, grading: &mut Grading) -> Bisected {
         let mut chosen = vec![false; self.tets.len()];
         for &t in marked {
             if let Some(chosen) = chosen.get_mut(t as usize) {
                 *chosen = true;
             }
         }
-        let mut work = Work::of(self);
+        if grading.places.len() != self.points.len() {
+            *grading = Grading::none(self);
+        }
+        let mut work = Work::of(self, grading);
         for generation in 1..=generations {
             let mut t = 0;
             while t < work.tets.len() {
@@ -59,8 +68,9 @@ struct Rank {
 }
 
 /// A mesh that is being refined.
-struct Work {
+struct Work<'a> {
     points: Vec<[f64; 3]>,
+    grading: &'a mut Grading,
     tets: Vec<[u32; 4]>,
     /// Which of [`EDGES`] is the longest.
     longest: Vec<u8>,
@@ -76,11 +86,12 @@ struct Work {
     star: Vec<u32>,
 }
 
-impl Work {
-    fn of(mesh: &TetMesh) -> Self {
+impl<'a> Work<'a> {
+    fn of(mesh: &TetMesh, grading: &'a mut Grading) -> Self {
         let count = mesh.tets.len();
         let mut work = Self {
             points: mesh.points.clone(),
+            grading,
             tets: mesh.tets.clone(),
             longest: Vec::with_capacity(count),
             origin: (0..count as u32).collect(),
@@ -92,7 +103,7 @@ impl Work {
             star: Vec::new(),
         };
         for t in 0..count {
-            work.longest.push(longest(&work.points, work.tets[t]));
+            work.longest.push(longest(&work.grading.places, work.tets[t]));
             for p in work.tets[t] {
                 work.enter(p, t as u32);
             }
@@ -115,9 +126,9 @@ impl Work {
         self.path.push(edge);
         while let Some(&edge) = self.path.last() {
             self.gather(edge);
-            let rank = rank(&self.points, edge);
+            let rank = rank(&self.grading.places, edge);
             let longer = self.star.iter().map(|&t| self.longest_of(t as usize)).find(|&e| {
-                let other = self::rank(&self.points, e);
+                let other = self::rank(&self.grading.places, e);
                 other > rank
             });
             if let Some(longer) = longer {
@@ -148,8 +159,11 @@ impl Work {
     /// Halves the tetrahedra of `star`, which are those around `edge`.
     fn halve(&mut self, [a, b]: [u32; 2]) {
         let middle = self.points.len() as u32;
+        let share = self.grading.cut([a, b]);
         let [p, q] = [a, b].map(|p| self.points[p as usize]);
-        self.points.push([0, 1, 2].map(|k| 0.5 * (p[k] + q[k])));
+        // Where the ends agree in a coordinate, so does the point to the last digit.
+        let between = |p: f64, q: f64| if share == 0.5 { 0.5 * (p + q) } else { p + share * (q - p) };
+        self.points.push([0, 1, 2].map(|k| between(p[k], q[k])));
         self.parents.push([a, b]);
         self.first.push(NONE);
         let star = std::mem::take(&mut self.star);
@@ -161,8 +175,8 @@ impl Work {
             let high = whole.map(|p| if p == a { middle } else { p });
             self.tets[slot] = low;
             self.tets.push(high);
-            self.longest[slot] = longest(&self.points, low);
-            self.longest.push(longest(&self.points, high));
+            self.longest[slot] = longest(&self.grading.places, low);
+            self.longest.push(longest(&self.grading.places, high));
             self.depth[slot] = self.depth[slot].saturating_add(1);
             self.depth.push(self.depth[slot]);
             self.origin.push(self.origin[slot]);
@@ -209,8 +223,10 @@ impl Work {
             while let Some(face) = open.pop() {
                 let [a, b, c] = face;
                 let turns = [[a, b, c], [b, c, a], [c, a, b]];
-                let [a, b, c] =
-                    turns.into_iter().max_by_key(|t| rank(&self.points, [t[0], t[1]])).unwrap_or(face);
+                let [a, b, c] = turns
+                    .into_iter()
+                    .max_by_key(|t| rank(&self.grading.places, [t[0], t[1]]))
+                    .unwrap_or(face);
                 if let Some(m) = middle(a, b) {
                     open.push([m, b, c]);
                     open.push([a, m, c]);
@@ -282,39 +298,43 @@ mod tests {
     fn any_marks_give_a_conforming_mesh_of_the_same_volume_and_faces() {
         let mut state = 7;
         for (height, generations) in [(1.0, 1), (1.0, 3), (0.03, 2), (0.03, 3), (20.0, 3)] {
-            let mut mesh = plate(1, height);
-            let (volume, areas) = (checks::volume(&mesh), checks::areas(&mesh));
-            checks::conforming(&mesh);
-            for _ in 0..2 {
-                let count = mesh.tets.len() as u64;
-                let marked: Vec<u32> =
-                    (0..count / 10 + 1).map(|_| (next(&mut state) % count) as u32).collect();
-                let fine = mesh.bisected(&marked, generations);
-                checks::conforming(&fine.mesh);
-                let change = checks::volume(&fine.mesh) / volume - 1.0;
-                assert!(change.abs() < 1e-11, "{change:e}");
-                for ((role, old), (other, new)) in areas.iter().zip(checks::areas(&fine.mesh)) {
-                    assert_eq!(*role, other);
-                    assert!((old - new).abs() < 1e-12 * old);
-                }
-                let mut parts = vec![0.0; mesh.tets.len()];
-                for (t, &origin) in fine.origin.iter().enumerate() {
-                    let (part, whole) = (fine.mesh.determinant(t), mesh.determinant(origin as usize));
-                    parts[origin as usize] += part / whole;
-                    assert_eq!(fine.mesh.regions[t], mesh.regions[origin as usize]);
-                    if marked.contains(&origin) {
-                        assert!(part < whole * 0.5_f64.powi(generations.into()) * (1.0 + 1e-9));
+            for graded in [false, true] {
+                let mut mesh = plate(1, height);
+                let mut grading = if graded { Grading::towards_edges(&mesh) } else { Grading::none(&mesh) };
+                let (volume, areas) = (checks::volume(&mesh), checks::areas(&mesh));
+                checks::conforming(&mesh);
+                for _ in 0..2 {
+                    let count = mesh.tets.len() as u64;
+                    let marked: Vec<u32> =
+                        (0..count / 10 + 1).map(|_| (next(&mut state) % count) as u32).collect();
+                    let fine = mesh.bisected_towards(&marked, generations, &mut grading);
+                    checks::conforming(&fine.mesh);
+                    let change = checks::volume(&fine.mesh) / volume - 1.0;
+                    assert!(change.abs() < 1e-11, "{change:e}");
+                    for ((role, old), (other, new)) in areas.iter().zip(checks::areas(&fine.mesh)) {
+                        assert_eq!(*role, other);
+                        assert!((old - new).abs() < 1e-12 * old);
                     }
+                    let mut parts = vec![0.0; mesh.tets.len()];
+                    for (t, &origin) in fine.origin.iter().enumerate() {
+                        let (part, whole) = (fine.mesh.determinant(t), mesh.determinant(origin as usize));
+                        parts[origin as usize] += part / whole;
+                        assert_eq!(fine.mesh.regions[t], mesh.regions[origin as usize]);
+                        if !graded && marked.contains(&origin) {
+                            assert!(part < whole * 0.5_f64.powi(generations.into()) * (1.0 + 1e-9));
+                        }
+                    }
+                    assert!(parts.iter().all(|p| (p - 1.0).abs() < 1e-9));
+                    assert_eq!(&fine.mesh.points[..mesh.points.len()], &mesh.points[..]);
+                    for (k, &[a, b]) in fine.parents.iter().enumerate() {
+                        let m = mesh.points.len() + k;
+                        assert!((a as usize) < m && (b as usize) < m);
+                        let [m, a, b] = [m, a as usize, b as usize].map(|p| fine.mesh.points[p]);
+                        assert!((0..3).all(|x| a[x].min(b[x]) <= m[x] && m[x] <= a[x].max(b[x])));
+                        assert!(graded || (0..3).all(|x| m[x] == 0.5 * (a[x] + b[x])));
+                    }
+                    mesh = fine.mesh;
                 }
-                assert!(parts.iter().all(|p| (p - 1.0).abs() < 1e-9));
-                assert_eq!(&fine.mesh.points[..mesh.points.len()], &mesh.points[..]);
-                for (k, &[a, b]) in fine.parents.iter().enumerate() {
-                    let m = mesh.points.len() + k;
-                    assert!((a as usize) < m && (b as usize) < m);
-                    let [m, a, b] = [m, a as usize, b as usize].map(|p| fine.mesh.points[p]);
-                    assert!((0..3).all(|x| m[x] == 0.5 * (a[x] + b[x])));
-                }
-                mesh = fine.mesh;
             }
         }
     }

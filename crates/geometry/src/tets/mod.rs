@@ -5,6 +5,7 @@ mod boxes;
 #[cfg(test)]
 mod checks;
 mod faces;
+mod grading;
 mod layered;
 #[cfg(test)]
 mod layered_tests;
@@ -17,6 +18,7 @@ mod reflect;
 
 pub use bisect::Bisected;
 pub use boxes::of_boxes;
+pub use grading::Grading;
 pub use layered::{LayeredError, LayeredSizing, layered};
 pub use mesher::{MeshError, Meshed, Quality, Sizing, mesh};
 pub(crate) use mesher::{bounds, flat_parts};

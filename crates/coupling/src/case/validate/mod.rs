@@ -69,6 +69,8 @@ pub(super) fn validate(raw: &Document, flawed: bool, origin: &Path, log: &mut Lo
     let no_boxes = Some((Vec::new(), Vec::new()));
     if imported::any_physical(raw) || shapes::any_shaped(raw) {
         check_solver(raw, log);
+    } else {
+        check_order(raw, log);
     }
     let pair = electrodes.as_ref().and_then(Option::as_ref);
     let (mut shapes, mut beside, mut mesh) = (None, None, None);
@@ -174,8 +176,21 @@ fn check_solver(raw: &Document, log: &mut Log<'_>) {
     }
 }
 
+/// Nor has it an order to choose.
+fn check_order(raw: &Document, log: &mut Log<'_>) {
+    let Some(table) = given(&raw.electrostatics) else { return };
+    let tetrahedra = table.solver.as_ref().and_then(|read| read.get());
+    if let (Some(read), None | Some(raw::FieldSolver::Boxes)) = (&table.order, tetrahedra) {
+        log.push(
+            Diagnostic::at(&read.span, "only the solver on tetrahedra has an `order`")
+                .label("this scene of boxes goes to the solver for boxes, which chooses its own")
+                .help("leave it out, or say `solver = \"tetrahedra\"`"),
+        );
+    }
+}
+
 fn electrostatics(raw: &Document) -> Option<Electrostatics> {
-    let (mut relative_tolerance, mut bounds, mut solver) = (DEFAULT_TOLERANCE, true, None);
+    let (mut relative_tolerance, mut bounds, mut solver, mut order) = (DEFAULT_TOLERANCE, true, None, None);
     if let Some(read) = &raw.electrostatics {
         let table = read.get()?;
         if let Some(read) = &table.relative_tolerance {
@@ -190,6 +205,9 @@ fn electrostatics(raw: &Document) -> Option<Electrostatics> {
                 raw::FieldSolver::Tetrahedra => FieldSolver::Tetrahedra,
             });
         }
+        if let Some(read) = &table.order {
+            order = Some(read.get()?.0);
+        }
     }
-    Some(Electrostatics { relative_tolerance, bounds, solver })
+    Some(Electrostatics { relative_tolerance, bounds, solver, order })
 }
