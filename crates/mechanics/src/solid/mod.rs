@@ -16,6 +16,7 @@
 //! | [`side`] | the surface, its quadrature and loads |
 //! | [`space`] | what only three dimensions have: stresses, the hexahedron, swept meshes, layers of finite width |
 //! | [`stress`] | Cauchy stress at points, at nodes, along lines |
+//! | `transfer` | from the equilibrium of one mesh to that of a finer one |
 //! | [`folds`] | through loads at which an equilibrium ceases to be |
 //! | [`shear_length`] | the length `L` that the closed form leaves open, from finite elements |
 //! | [`layer`] | the layer of the paper under an indenter |
@@ -63,3 +64,4 @@ pub mod side;
 pub mod space;
 pub mod sparse;
 pub mod stress;
+mod transfer;

@@ -218,6 +218,30 @@ impl<S: Dimension> Equations<S> {
         Ok(())
     }
 
+    /// From a configuration near it to the equilibrium under `load`; contact forces are those of
+    /// [`NewtonSettings::moving_gap`].
+    pub(super) fn settle_at(
+        &mut self,
+        state: &mut State<S>,
+        load: &Load<S>,
+        settings: &NewtonSettings,
+        effort: &mut Effort,
+    ) -> Result<(), Failure> {
+        let target = match self.has_contact() {
+            true => ON_THE_WAY,
+            false => Target { force: settings.tolerance, contact: 0.0 },
+        };
+        self.equilibrate(state, load, target, settings, effort)?;
+        effort.steps += 1;
+        if self.has_contact() {
+            self.close_gaps(state, load, settings, effort)?;
+            let residual = self.assemble(state, load);
+            effort.smallest_j = residual.smallest_j.0;
+            effort.residual = residual.force;
+        }
+        Ok(())
+    }
+
     /// From [`NewtonSettings::moving_gap`] to [`NewtonSettings::final_gap`] at one load.
     fn close_gaps(
         &mut self,
@@ -229,8 +253,9 @@ impl<S: Dimension> Equations<S> {
         let moving = state.clone();
         let (mut gap, mut factor) = (settings.moving_gap, 0.1f64);
         loop {
+            // The displacements change with the gaps, and what is wanted with them: a little too large is no matter.
             let wanted = settings.final_gap.min(self.gap_for(state));
-            if gap <= wanted {
+            if gap <= 1.5 * wanted {
                 break;
             }
             let next = (gap * factor).max(wanted);
@@ -313,11 +338,12 @@ impl<S: Dimension> Equations<S> {
                 let (j, element, ratio) =
                     self.smallest_j(&state.displacement, &trial.displacement, settings.through_folds);
                 let whole = j > 0.0 && ratio > settings.smallest_ratio;
-                if whole && self.keeps_clear(state, &mut trial) {
+                let clear = self.clear_part(state, &mut trial);
+                if whole && clear == 1.0 {
                     break;
                 }
                 turned |= !whole;
-                part *= 0.5;
+                part *= if whole { clear } else { clear.min(0.5) };
                 if part < 1e-3 {
                     let reason = if whole { StopReason::NoConvergence } else { StopReason::Inversion };
                     return Err((reason, (j, element)));
