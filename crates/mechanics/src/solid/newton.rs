@@ -252,15 +252,16 @@ impl<S: Dimension> Equations<S> {
         effort: &mut Effort,
     ) -> Result<(), Failure> {
         let moving = state.clone();
-        let (mut gap, mut factor) = (settings.moving_gap, CLOSING);
+        let (mut gap, mut factor, mut met) = (settings.moving_gap, CLOSING, false);
         loop {
             // The displacements change with the gaps, and what is wanted with them: a little too large is no matter.
             let wanted = settings.final_gap.min(self.gap_for(state));
-            if gap <= 1.5 * wanted {
+            let most = 1.5 * wanted;
+            if met && gap <= most {
                 break;
             }
-            let next = (gap * factor).max(wanted);
-            let last = next <= wanted;
+            let next = if gap <= most { gap } else { (gap * factor).max(wanted) };
+            let last = next <= most;
             let target = if last {
                 Target { force: settings.tolerance, contact: 1e-3 }
             } else {
@@ -273,6 +274,7 @@ impl<S: Dimension> Equations<S> {
             match self.equilibrate_from(residual, &mut trial, load, target, settings, effort) {
                 Ok(_) => {
                     fresh = false;
+                    met = last;
                     *state = trial;
                     gap = next;
                     factor = (factor * factor).max(CLOSING);
