@@ -21,6 +21,7 @@
 //! | [`shear_length`] | the length `L` that the closed form leaves open, from finite elements |
 //! | [`layer`] | the layer of the paper under an indenter |
 //! | `levels` | the meshes for that, coarse to fine |
+//! | [`forecast`] | what that will take |
 //! | [`press`] | the layer pressed to given loads on finer and finer meshes |
 //!
 //! # Corners that open
@@ -51,6 +52,7 @@ pub mod dimension;
 pub mod dissection;
 pub mod element;
 pub mod folds;
+pub mod forecast;
 pub mod layer;
 mod levels;
 pub mod material;
