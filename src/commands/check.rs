@@ -66,6 +66,14 @@ fn describe(case: &Case, plan: &Plan) -> String {
     for planned in &plan.solved {
         line(planned.part, &planned.what);
     }
+    if let Some(layer) = &plan.layer {
+        let text = format!(
+            "{} at most and about {} on two cores if every load needs every mesh: estimates",
+            bytes(layer.memory_bytes),
+            seconds(layer.seconds)
+        );
+        line("layer", &text);
+    }
     if plan.kind != Kind::Mechanics {
         if plan.unknowns > 0 {
             line("unknowns", &format!("{} in the largest problem, about", grouped(plan.unknowns)));

@@ -4,12 +4,14 @@ use elastocap_electrostatics::{Forecast, ResolutionLevel, Settings, Target, fore
 use elastocap_geometry::mirror;
 use elastocap_geometry::scene::Wall;
 use elastocap_mechanics::ForceLimit;
+use elastocap_mechanics::solid::dimension::{Dimension, Plane, Space};
+use elastocap_mechanics::solid::forecast::{MeshSize, Way, memory_bytes, seconds};
 use serde::Serialize;
 
 use crate::bent::LayerScene;
 use crate::case::{
-    Case, Extent, Face, FieldSolver, Load, Mechanics, PlaneStrain, ShapeScene, Solid, SolidIndenter,
-    Surroundings,
+    Case, Extent, Face, FieldSolver, Indenter, LayerEnd, Load, Mechanics, PlaneStrain, ShapeScene, Solid,
+    SolidIndenter, Surroundings,
 };
 use crate::deform::{self, Deformation, closed_form_limit, layer_state};
 use crate::flat_faces::curvature_error;
@@ -50,6 +52,9 @@ pub struct Plan {
     pub memory_bytes: u64,
     /// Expected seconds of all field solves on two cores.
     pub seconds: f64,
+    /// What the finite elements of the layer take; `None` without any.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub layer: Option<LayerForecast>,
     /// Mirror planes used, by axis.
     pub mirrored: [bool; 3],
     /// Field problems that run at the same time, at most.
@@ -67,6 +72,17 @@ pub struct Plan {
     pub force_limit: Option<ForceLimit>,
     /// Whether what the scene does not need is left out.
     pub pruned: bool,
+}
+
+/// What the finite elements of a layer take: estimates.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct LayerForecast {
+    /// Unknowns of each mesh, coarse to fine: displacements and pressures.
+    pub unknowns: Vec<usize>,
+    /// Peak memory, bytes: an upper estimate.
+    pub memory_bytes: u64,
+    /// Expected seconds on two cores if every load needs every mesh.
+    pub seconds: f64,
 }
 
 /// What a case asks for.
@@ -171,6 +187,7 @@ impl Plan {
             unknowns: 0,
             memory_bytes: 0,
             seconds: 0.0,
+            layer: None,
             mirrored: [false; 3],
             at_once: 1,
             warnings: Vec::new(),
@@ -242,15 +259,29 @@ impl Plan {
     }
 
     fn plane_strain(&mut self, case: &Case, load: &Load, model: &PlaneStrain) {
-        let meshes: Vec<usize> = deform::forecast(case, model).iter().map(|mesh| mesh.1).collect();
-        self.finite_elements("in plane strain", load, &meshes, model.relative_tolerance);
-        self.warn_of_bulge(case, model.indenter == crate::case::Indenter::WholeTop);
+        let size = |&(elements, unknowns): &(usize, usize)| MeshSize { elements, unknowns };
+        let meshes: Vec<MeshSize> = deform::forecast(case, model).iter().map(size).collect();
+        let way = match model.indenter {
+            Indenter::WholeTop if model.end == LayerEnd::Free => Way::Folds,
+            Indenter::WholeTop | Indenter::Cylinder { .. } => Way::Smooth,
+            Indenter::FlatPunch { corner_radius: 0.0, .. } => Way::Sharp,
+            Indenter::FlatPunch { .. } => Way::RoundedCorner,
+        };
+        self.finite_elements::<Plane>("in plane strain", load, &meshes, way, model.relative_tolerance);
+        self.warn_of_bulge(case, model.indenter == Indenter::WholeTop);
     }
 
     fn solid(&mut self, case: &Case, load: &Load, model: &Solid) {
         let forecast = deform::forecast_solid(case, model);
-        let meshes: Vec<usize> = forecast.iter().map(|mesh| mesh.1).collect();
-        self.finite_elements("of a quarter of the layer", load, &meshes, model.relative_tolerance);
+        let size = |&(elements, unknowns, _): &(usize, usize, f64)| MeshSize { elements, unknowns };
+        let meshes: Vec<MeshSize> = forecast.iter().map(size).collect();
+        // Rounded corners are coarse in space: the surface hardly slides around them.
+        let way = match model.indenter {
+            SolidIndenter::FlatPunch { corner_radius: 0.0, .. } => Way::Sharp,
+            _ => Way::Smooth,
+        };
+        let what = "of a quarter of the layer";
+        self.finite_elements::<Space>(what, load, &meshes, way, model.relative_tolerance);
         let rounded = match model.indenter {
             SolidIndenter::FlatPunch { corner_radius, .. } | SolidIndenter::Block { corner_radius, .. } => {
                 corner_radius
@@ -269,13 +300,26 @@ impl Plan {
         self.warn_of_bulge(case, model.indenter == SolidIndenter::WholeTop);
     }
 
-    /// Notes what is solved on `meshes`, which are numbers of unknowns.
-    fn finite_elements(&mut self, what: &str, load: &Load, meshes: &[usize], tolerance: f64) {
-        let by = match load {
-            Load::Compression(_) => "force",
-            Load::Force(_) => "compression",
-        };
-        let meshes: Vec<String> = meshes.iter().map(ToString::to_string).collect();
+    /// Notes what is solved on `meshes`, and what it will take.
+    fn finite_elements<S: Dimension>(
+        &mut self,
+        what: &str,
+        load: &Load,
+        meshes: &[MeshSize],
+        way: Way,
+        tolerance: f64,
+    ) {
+        let by_force = matches!(load, Load::Force(_));
+        let by = if by_force { "compression" } else { "force" };
+        let loads = self.distinct_steps().count();
+        if !meshes.is_empty() {
+            self.layer = Some(LayerForecast {
+                unknowns: meshes.iter().map(|mesh| mesh.unknowns).collect(),
+                memory_bytes: memory_bytes::<S>(meshes, self.steps.len()),
+                seconds: seconds::<S>(meshes, loads, way, by_force),
+            });
+        }
+        let meshes: Vec<String> = meshes.iter().map(|mesh| mesh.unknowns.to_string()).collect();
         let what = format!(
             "finite elements {what} at {}, on meshes of {} unknowns, each only if the {by} is not yet known to a \
              relative {tolerance:e}",

@@ -43,6 +43,22 @@ fn on_substrate(load: Load) -> Case {
 }
 
 #[test]
+fn the_plan_foretells_what_the_finite_elements_take() {
+    let foretold = |case: &Case| Plan::new(case, &NUMBERS_ONLY).layer;
+    let one = foretold(&on_substrate(Load::Compression(vec![0.1]))).unwrap();
+    assert_eq!(one.unknowns.len(), 4);
+    assert!(one.unknowns.windows(2).all(|two| two[0] < two[1]));
+    // A run of these meshes takes 0.2 GB and some seconds.
+    assert!((1e8..1e9).contains(&(one.memory_bytes as f64)), "{one:?}");
+    assert!((0.2..60.0).contains(&one.seconds), "{one:?}");
+    // A load that is there twice is solved once; a force is found by several displacements.
+    let of = |load| foretold(&on_substrate(load)).unwrap().seconds;
+    assert_eq!(of(Load::Compression(vec![0.1, 0.1])), one.seconds);
+    assert!(of(Load::Compression(vec![0.1, 0.2])) > one.seconds && of(Load::Force(vec![1.0])) > one.seconds);
+    assert_eq!(foretold(&acceptance("stacked-pair.toml")), None);
+}
+
+#[test]
 fn the_layer_on_the_substrate_has_its_force_and_its_files_in_the_order_of_the_case() {
     let case = on_substrate(Load::Compression(vec![0.1, 0.0, 0.05]));
     let options = Options { fields: true, ..NUMBERS_ONLY };

@@ -18,6 +18,10 @@ use super::obstacle::Gap;
 /// The part of the way to `g = 0` or `l = 0` that one step may go.
 const BOUNDARY_FRACTION: f64 = 0.995;
 
+/// Of the way to there that a step may go by the slope of the gaps, so much is tried; and not less than the other.
+const TOWARD_BOUNDARY: f64 = 0.98;
+const SHORTEST_PART: f64 = 0.1;
+
 /// Points along each direction of a side that are kept out of an obstacle. Nodes alone are not enough: what lies between two of them would cut
 /// through a corner of the obstacle, and the layer would slide past it there.
 pub(crate) const POINTS: usize = 4;
@@ -156,18 +160,40 @@ impl<S: Dimension> Equations<S> {
         self.pairs.iter().enumerate().map(increment).collect()
     }
 
-    /// Whether the step from `before` to `after` leaves every gap a part of what it was. Contact forces that a step would
-    /// take to zero or below are stopped short of it, one by one: they only weigh the next step.
-    pub(crate) fn keeps_clear(&self, before: &State<S>, after: &mut State<S>) -> bool {
+    /// The part of the step from `before` to `after` that leaves every gap a part of what it was: 1 if all of it does, else a
+    /// shorter step to try. Contact forces that a step would take to zero or below are stopped short of it, one by
+    /// one: they only weigh the next step.
+    pub(crate) fn clear_part(&self, before: &State<S>, after: &mut State<S>) -> f64 {
         let least = 1.0 - BOUNDARY_FRACTION;
-        let clear = |pair: &Pair<S>| self.gap(pair, after).distance > least * self.gap(pair, before).distance;
-        if !self.pairs.iter().all(clear) {
-            return false;
+        let left = |pair: &Pair<S>| self.gap(pair, after).distance / self.gap(pair, before).distance;
+        let left =
+            self.pairs.iter().map(left).fold(f64::INFINITY, |m, r| if r.is_nan() { r } else { m.min(r) });
+        if left.is_nan() || left <= least {
+            // Where the gap is linear, this is how far it goes. A distance is a convex function: no farther elsewhere.
+            let part = TOWARD_BOUNDARY * BOUNDARY_FRACTION / (1.0 - left);
+            return if part.is_nan() { 0.5 } else { part.clamp(SHORTEST_PART, TOWARD_BOUNDARY) };
         }
         for (now, then) in after.contact.iter_mut().zip(&before.contact) {
             *now = now.max(least * then);
         }
-        true
+        1.0
+    }
+
+    /// The least distance of a point from obstacle `o` in m.
+    pub(crate) fn least_gap(&self, o: usize, state: &State<S>) -> f64 {
+        let pairs = self.pairs.iter().filter(|pair| pair.obstacle == o);
+        pairs.map(|pair| self.gap(pair, state).distance).fold(f64::INFINITY, f64::min)
+    }
+
+    /// Sets every contact force to that of the pressures `nodal` at the nodes in Pa, or to the product `s` over the gap where
+    /// that is more.
+    pub(crate) fn guess_contact(&self, state: &mut State<S>, nodal: &[f64]) {
+        for (c, pair) in self.pairs.iter().enumerate() {
+            let here = pair.slots.iter().filter(|slot| slot.1 == 0 && slot.2 != -1.0);
+            let pressure: f64 = here.map(|&(d, _, factor)| factor * nodal[d / S::AXES]).sum();
+            let far = self.gap_times_pressure / self.gap(pair, state).distance;
+            state.contact[c] = pair.weight * pressure.max(far);
+        }
     }
 
     /// The force in N/m that obstacle `o` exerts on the body in `state`.

@@ -151,6 +151,10 @@ pub trait Element<S: Dimension>: Sized + Clone + Debug + Send + Sync {
     /// Reference volume in m^3; area in m^2 in the plane.
     fn volume(&self) -> f64;
 
+    /// Where the pressure's coordinates have their origin, and their units, in m: the pressure is `p0 + p1 (x1 - origin)/unit
+    /// + ...`.
+    fn pressure_frame(&self) -> (S::Point, S::Point);
+
     /// `J` at quadrature point `q` under the displacements `u`.
     fn volume_ratio(&self, q: usize, u: &[f64]) -> f64;
 

@@ -1,7 +1,7 @@
 //! The order of elimination: nested dissection by coordinates.
 
 /// The nodes of a mesh in an order that keeps the factors of a matrix on it sparse: the elements are cut in two along
-/// the axis that leaves the fewest nodes in common, those nodes go last, and so on in both halves.
+/// the axis or diagonal that leaves the fewest nodes in common, those nodes go last, and so on in both halves.
 ///
 /// `nodes` are positions in any unit, `elements` their numbers. Returns old node numbers in their new order; nodes
 /// without an element are left out.
@@ -47,16 +47,16 @@ impl<const D: usize, const N: usize> Cutter<'_, D, N> {
             return;
         }
         let mut best: Option<(usize, usize, usize)> = None;
-        for axis in 0..D {
-            for cut in self.sort(part, axis) {
+        for direction in 0..3 * D {
+            for cut in self.sort(part, direction) {
                 let common = self.common_nodes(part, cut).len();
                 if best.is_none_or(|(least, ..)| common < least) {
-                    best = Some((common, axis, cut));
+                    best = Some((common, direction, cut));
                 }
             }
         }
-        let Some((_, axis, cut)) = best else { return };
-        self.sort(part, axis);
+        let Some((_, direction, cut)) = best else { return };
+        self.sort(part, direction);
         let separator = self.common_nodes(part, cut);
         for &n in &separator {
             self.taken[n as usize] = true;
@@ -67,15 +67,29 @@ impl<const D: usize, const N: usize> Cutter<'_, D, N> {
         self.order.extend(separator);
     }
 
-    /// Sorts elements along `axis` and returns where they may be cut: near the middle, where the gaps between centres are
+    /// Where element `e` is along a direction: an axis, or from `D` on the sum or the difference of two.
+    fn along(&self, e: u32, direction: usize) -> f64 {
+        let centre = &self.centres[e as usize];
+        let (a, b) = (centre[direction % D], centre[(direction + 1) % D]);
+        match direction / D {
+            0 => a,
+            1 => a + b,
+            _ => a - b,
+        }
+    }
+
+    /// Sorts elements along `direction` and returns where they may be cut: near the middle, where the gaps between centres are
     /// widest, so that layers of a regular mesh stay whole.
-    fn sort(&self, part: &mut [u32], axis: usize) -> Vec<usize> {
+    fn sort(&self, part: &mut [u32], direction: usize) -> Vec<usize> {
         part.sort_unstable_by(|&a, &b| {
-            let centre = |e: u32, k: usize| self.centres[e as usize][(axis + k) % D];
+            let centre = |e: u32, k: usize| match k {
+                0 => self.along(e, direction),
+                k => self.centres[e as usize][(direction + k) % D],
+            };
             (0..D).fold(a.cmp(&a), |o, k| o.then(centre(a, k).total_cmp(&centre(b, k)))).then(a.cmp(&b))
         });
         let n = part.len();
-        let gap = |k: usize| self.centres[part[k] as usize][axis] - self.centres[part[k - 1] as usize][axis];
+        let gap = |k: usize| self.along(part[k], direction) - self.along(part[k - 1], direction);
         let mut cuts: Vec<usize> = ((n / 3).max(1)..(2 * n).div_ceil(3)).collect();
         cuts.sort_by(|&a, &b| gap(b).total_cmp(&gap(a)));
         cuts.truncate(8);

@@ -178,6 +178,10 @@ impl Element<Plane> for ReferenceElement {
         self.area()
     }
 
+    fn pressure_frame(&self) -> ([f64; 2], [f64; 2]) {
+        (self.centre, self.size)
+    }
+
     fn volume_ratio(&self, q: usize, u: &[f64]) -> f64 {
         determinant(&self.deformation_gradient(q, u))
     }

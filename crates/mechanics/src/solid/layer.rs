@@ -432,6 +432,36 @@ impl<S: Dimension> LayerModel<S> {
     /// # Errors
     /// [`Stopped`]; the model is then in the last equilibrium on the way.
     pub fn press(&mut self, compression: f64, settings: &NewtonSettings) -> Result<LayerStep, Box<Stopped>> {
+        let next = self.load_at(compression);
+        let effort = self.equations.advance(&mut self.state, &mut self.load, &next, settings)?;
+        Ok(self.step(effort))
+    }
+
+    /// The equilibrium at `compression`, from that of `other`, a model of the same layer on another mesh, in `state` at about that
+    /// compression. `None`, and the model where it was, if none was found like that.
+    pub(crate) fn take_over(
+        &mut self,
+        other: &Self,
+        state: &State<S>,
+        compression: f64,
+        settings: &NewtonSettings,
+    ) -> Option<LayerStep> {
+        let load = self.load_at(compression);
+        match self.equations.equilibrium_from(&other.equations, state, &load, settings) {
+            Some((state, effort)) => {
+                (self.state, self.load) = (state, load);
+                Some(self.step(effort))
+            }
+            None => {
+                // Reactions are those of the last assembly.
+                self.equations.assemble(&self.state, &self.load);
+                None
+            }
+        }
+    }
+
+    /// The load with the indenter at `compression`.
+    fn load_at(&self, compression: f64) -> Load<S> {
         let depth = compression * self.thickness;
         let mut next = self.load.clone();
         if let Some(punch) = self.punch {
@@ -444,8 +474,7 @@ impl<S: Dimension> LayerModel<S> {
                 }
             }
         }
-        let effort = self.equations.advance(&mut self.state, &mut self.load, &next, settings)?;
-        Ok(self.step(effort))
+        next
     }
 
     /// Places the axis of a smooth indenter at `x1 = offset` (m). Only for a layer at rest, and a mesh of both halves.
@@ -466,10 +495,20 @@ impl<S: Dimension> LayerModel<S> {
         const MOST_TRIES: usize = 60;
         // Forces jitter by rounding, with stiff inclusions more than 1e-10.
         const FORCE_TOLERANCE: f64 = 1e-6;
+        // Distance from the goal, over it, that is a short way.
+        const NEAR: f64 = 0.1;
         let mut last = self.step(Effort::default());
         let mut low = (last.compression, last.force - target);
         let mut high: Option<(f64, f64)> = None;
         let mut slope = None;
+        if low.1 > 0.0 {
+            high = Some(low);
+            low = (0.0, -target);
+        }
+        if last.force > 0.0 && low.1.abs().min(high.map_or(f64::INFINITY, |h| h.1)) < NEAR * target {
+            // A layer becomes stiffer: this slope is too small rather than too large, for a way this short either does.
+            slope = Some(last.force / last.compression);
+        }
         let mut left = *settings;
         for _ in 0..MOST_TRIES {
             let miss = last.force - target;

@@ -16,10 +16,12 @@
 //! | [`side`] | the surface, its quadrature and loads |
 //! | [`space`] | what only three dimensions have: stresses, the hexahedron, swept meshes, layers of finite width |
 //! | [`stress`] | Cauchy stress at points, at nodes, along lines |
+//! | `transfer` | from the equilibrium of one mesh to that of a finer one |
 //! | [`folds`] | through loads at which an equilibrium ceases to be |
 //! | [`shear_length`] | the length `L` that the closed form leaves open, from finite elements |
 //! | [`layer`] | the layer of the paper under an indenter |
 //! | `levels` | the meshes for that, coarse to fine |
+//! | [`forecast`] | what that will take |
 //! | [`press`] | the layer pressed to given loads on finer and finer meshes |
 //!
 //! # Corners that open
@@ -50,6 +52,7 @@ pub mod dimension;
 pub mod dissection;
 pub mod element;
 pub mod folds;
+pub mod forecast;
 pub mod layer;
 mod levels;
 pub mod material;
@@ -63,3 +66,4 @@ pub mod side;
 pub mod space;
 pub mod sparse;
 pub mod stress;
+mod transfer;

@@ -380,6 +380,12 @@ impl<S: Dimension> Equations<S> {
             }
         });
         self.systems = systems;
+        self.assemble_again(state, load)
+    }
+
+    /// The same where the last assembly was of the same displacements, pressures and load, all of that taken on: only the
+    /// contact has changed.
+    pub(crate) fn assemble_again(&mut self, state: &State<S>, load: &Load<S>) -> Residual {
         self.solver.values.fill(0.0);
         self.right.fill(0.0);
         self.internal.fill(0.0);

@@ -124,6 +124,10 @@ const ON_THE_WAY: Target = Target { force: 1e-2, contact: 1.0 };
 const GAP_PART: f64 = 1e-4;
 const LEAST_GAP: f64 = 1e-20;
 
+/// The part of its size that a gap is taken to at a time: points at the edge of the contact, which are about to touch or to
+/// leave, let Newton's method go no farther in one or two steps.
+const CLOSING: f64 = 0.1;
+
 pub(super) type Failure = (StopReason, (f64, usize));
 
 impl<S: Dimension> Equations<S> {
@@ -146,23 +150,21 @@ impl<S: Dimension> Equations<S> {
         let (first_state, first_load) = (state.clone(), from.clone());
         let mut result = self.march(state, from, to, settings, &mut effort);
         if self.has_contact()
-            && let Err((reason, (smallest_j, element))) = self.close_gaps(state, from, settings, &mut effort)
+            && let Err((reason, (smallest_j, element))) =
+                self.close_gaps(state, from, settings, result.is_err(), &mut effort)
         {
             *state = first_state;
             *from = first_load;
             result = Err(Box::new(Stopped { reached: 0.0, step: 1.0, reason, smallest_j, element, effort }));
         }
-        // The last assembly may have been of a state that was given up.
-        let residual = self.assemble(state, from);
-        effort.smallest_j = residual.smallest_j.0;
-        effort.residual = residual.force;
-        match result {
-            Ok(()) => Ok(effort),
-            Err(mut stopped) => {
-                stopped.effort = effort;
-                Err(stopped)
-            }
-        }
+        result.map(|()| effort).map_err(|mut stopped| {
+            // The last assembly may have been of a state that was given up.
+            let residual = self.assemble(state, from);
+            effort.smallest_j = residual.smallest_j.0;
+            effort.residual = residual.force;
+            stopped.effort = effort;
+            stopped
+        })
     }
 
     /// The way from load to load, contact at [`NewtonSettings::moving_gap`].
@@ -218,37 +220,67 @@ impl<S: Dimension> Equations<S> {
         Ok(())
     }
 
-    /// From [`NewtonSettings::moving_gap`] to [`NewtonSettings::final_gap`] at one load.
-    fn close_gaps(
+    /// From a configuration near it to the equilibrium under `load`; contact forces are those of
+    /// [`NewtonSettings::moving_gap`].
+    pub(super) fn settle_at(
         &mut self,
         state: &mut State<S>,
         load: &Load<S>,
         settings: &NewtonSettings,
         effort: &mut Effort,
     ) -> Result<(), Failure> {
+        let target = match self.has_contact() {
+            true => ON_THE_WAY,
+            false => Target { force: settings.tolerance, contact: 0.0 },
+        };
+        self.equilibrate(state, load, target, settings, effort)?;
+        effort.steps += 1;
+        if self.has_contact() {
+            self.close_gaps(state, load, settings, false, effort)?;
+        }
+        Ok(())
+    }
+
+    /// From [`NewtonSettings::moving_gap`] to [`NewtonSettings::final_gap`] at one load; `fresh` unless the last assembly was of
+    /// `state` under `load`.
+    fn close_gaps(
+        &mut self,
+        state: &mut State<S>,
+        load: &Load<S>,
+        settings: &NewtonSettings,
+        mut fresh: bool,
+        effort: &mut Effort,
+    ) -> Result<(), Failure> {
         let moving = state.clone();
-        let (mut gap, mut factor) = (settings.moving_gap, 0.1f64);
+        let (mut gap, mut factor, mut met) = (settings.moving_gap, CLOSING, false);
         loop {
+            // The displacements change with the gaps, and what is wanted with them: a little too large is no matter.
             let wanted = settings.final_gap.min(self.gap_for(state));
-            if gap <= wanted {
+            let most = 1.5 * wanted;
+            if met && gap <= most {
                 break;
             }
-            let next = (gap * factor).max(wanted);
-            let last = next <= wanted;
+            let next = if gap <= most { gap } else { (gap * factor).max(wanted) };
+            let last = next <= most;
             let target = if last {
                 Target { force: settings.tolerance, contact: 1e-3 }
             } else {
-                Target { force: settings.tolerance.max(1e-5), contact: 0.1 }
+                Target { force: settings.tolerance.max(1e-3), contact: 1.0 }
             };
             self.gap_times_pressure = next * self.modulus_times_size;
             let mut trial = state.clone();
-            match self.equilibrate(&mut trial, load, target, settings, effort) {
+            // What the elements say of this configuration is known already, but after a failure.
+            let residual = if fresh { self.assemble(state, load) } else { self.assemble_again(state, load) };
+            match self.equilibrate_from(residual, &mut trial, load, target, settings, effort) {
                 Ok(_) => {
+                    fresh = false;
+                    met = last;
                     *state = trial;
                     gap = next;
-                    factor = (factor * factor).max(1e-3);
+                    factor = (factor * factor).max(CLOSING);
                 }
                 Err(failure) => {
+                    fresh = true;
                     effort.cuts += 1;
                     factor = factor.sqrt();
                     if factor > 0.9 || failure.0 == StopReason::TooLong {
@@ -277,7 +309,20 @@ impl<S: Dimension> Equations<S> {
         settings: &NewtonSettings,
         effort: &mut Effort,
     ) -> Result<usize, Failure> {
-        let mut residual = self.assemble(state, load);
+        let residual = self.assemble(state, load);
+        self.equilibrate_from(residual, state, load, target, settings, effort)
+    }
+
+    /// The same from what the last assembly, one of `state` under `load`, left as `residual`.
+    fn equilibrate_from(
+        &mut self,
+        mut residual: Residual,
+        state: &mut State<S>,
+        load: &Load<S>,
+        target: Target,
+        settings: &NewtonSettings,
+        effort: &mut Effort,
+    ) -> Result<usize, Failure> {
         let mut short_steps = 0;
         let mut damping = 0.0;
         for iteration in 0..settings.most_iterations {
@@ -313,11 +358,12 @@ impl<S: Dimension> Equations<S> {
                 let (j, element, ratio) =
                     self.smallest_j(&state.displacement, &trial.displacement, settings.through_folds);
                 let whole = j > 0.0 && ratio > settings.smallest_ratio;
-                if whole && self.keeps_clear(state, &mut trial) {
+                let clear = self.clear_part(state, &mut trial);
+                if whole && clear == 1.0 {
                     break;
                 }
                 turned |= !whole;
-                part *= 0.5;
+                part *= if whole { clear } else { clear.min(0.5) };
                 if part < 1e-3 {
                     let reason = if whole { StopReason::NoConvergence } else { StopReason::Inversion };
                     return Err((reason, (j, element)));

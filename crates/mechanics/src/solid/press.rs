@@ -189,7 +189,8 @@ pub(crate) fn press_on<S: Dimension>(
             judge(levels, goals, g, refinement).is_some_and(|pressed| pressed.converged)
         };
         let wanted: Vec<bool> = (0..goals.len()).map(|g| !known(&levels, g)).collect();
-        let further = level.walk(goals, &order, &wanted, settings, cancel, &|done| tell(k, done));
+        let further =
+            level.walk(levels.last(), goals, &order, &wanted, settings, cancel, &|done| tell(k, done));
         level.model.release_factors();
         level.seconds = start.elapsed().as_secs_f64();
         levels.push(level);
@@ -226,9 +227,11 @@ impl Goal {
 
 impl<S: Dimension> Level<S> {
     /// Goes through the goals from the smallest up; what is beyond the first that is not reached is not tried. Those that
-    /// are not `wanted` are passed. Returns how many there was an equilibrium for.
+    /// are not `wanted` are passed. Where `coarser` has an equilibrium under a load, that on this mesh is looked for near it, and
+    /// else the load is followed. Returns how many there was an equilibrium for.
     fn walk(
         &mut self,
+        coarser: Option<&Self>,
         goals: &[Goal],
         order: &[usize],
         wanted: &[bool],
@@ -245,8 +248,14 @@ impl<S: Dimension> Level<S> {
                 goal if goal.value() == 0.0 => {
                     Ok(self.model.step(Effort { smallest_j: 1.0, ..Effort::default() }))
                 }
-                Goal::Compression(compression) => self.model.press(compression, settings),
-                Goal::Force(force) => self.model.press_with(force, settings),
+                Goal::Compression(compression) => match self.take_over(coarser, g, settings) {
+                    Some(step) => Ok(step),
+                    None => self.model.press(compression, settings),
+                },
+                Goal::Force(force) => {
+                    self.take_over(coarser, g, settings);
+                    self.model.press_with(force, settings)
+                }
             };
             match step {
                 Ok(_) if !wanted[g] => {}
@@ -267,6 +276,21 @@ impl<S: Dimension> Level<S> {
             tell(done + 1);
         }
         order.len()
+    }
+
+    /// The equilibrium near that of `coarser` under the load of goal `g`, if one is found. A body that folds goes from fold to
+    /// fold: each of its equilibria is one that it comes to under growing load.
+    fn take_over(
+        &mut self,
+        coarser: Option<&Self>,
+        g: usize,
+        settings: &NewtonSettings,
+    ) -> Option<LayerStep> {
+        if settings.through_folds {
+            return None;
+        }
+        let (model, reached) = coarser.and_then(|level| Some((&level.model, level.reached[g].as_ref()?)))?;
+        self.model.take_over(model, &reached.state, reached.step.compression, settings)
     }
 }
 

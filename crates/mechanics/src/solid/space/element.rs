@@ -30,6 +30,10 @@ pub struct ReferenceElement {
     pressure: [[f64; 4]; POINTS],
     /// Inverse of the pressure's mass matrix in 1/m^3.
     mass_inverse: [[f64; 4]; 4],
+    /// Centre of volume in m.
+    centre: [f64; 3],
+    /// How far the quadrature points reach from there, in m.
+    size: [f64; 3],
 }
 
 impl ReferenceElement {
@@ -177,11 +181,15 @@ impl Element<Space> for ReferenceElement {
         }
         let inverse = mass.try_inverse()?;
         let mass_inverse = std::array::from_fn(|r| std::array::from_fn(|c| inverse[(r, c)]));
-        Some(Self { gradients, volumes, pressure, mass_inverse })
+        Some(Self { gradients, volumes, pressure, mass_inverse, centre, size })
     }
 
     fn volume(&self) -> f64 {
         self.volumes.iter().sum()
+    }
+
+    fn pressure_frame(&self) -> ([f64; 3], [f64; 3]) {
+        (self.centre, self.size)
     }
 
     fn volume_ratio(&self, q: usize, u: &[f64]) -> f64 {

@@ -1,0 +1,357 @@
+//! A configuration of one mesh as a first guess on another mesh of the same body.
+//!
+//! The equilibrium of a coarse mesh is near that of a finer one under the same load: Newton's method finds the second from
+//! the first in a few steps, where following the load from rest takes several times as many. Displacements are read off at
+//! the finer mesh's nodes, pressures at the centres of its elements. Between the coarse nodes the finer surface may lie a
+//! little inside an obstacle, so that obstacles start a little farther away; the contact forces are those of the coarse
+//! surface.
+
+use super::dimension::{Dimension, Element, Numbers};
+use super::element::quadratic;
+use super::mesh::Mesh;
+use super::model::{Equations, Load, State};
+use super::newton::{Effort, NewtonSettings};
+use super::obstacle::Shape;
+use super::space::material::{Tensor, cofactor, determinant};
+
+/// Most Newton steps from the guess to the equilibrium: where it takes more, following the load is no worse.
+const MOST_ITERATIONS: usize = 12;
+
+/// How far an obstacle keeps from the guessed surface at least, over the gap where the pressure is the shear modulus.
+const CLEARANCE: f64 = 0.3;
+/// So many times an obstacle is moved out of the surface, each time at least twice as far.
+const MOST_MOVES: usize = 8;
+
+/// So far outside of an element, over its size, a point still belongs to it.
+const SLACK: f64 = 1e-7;
+
+/// How far from the middle of a reference element a point inside of it is looked for.
+const FARTHEST: f64 = 1.5;
+
+/// Nodes of the largest element.
+const MOST_NODES: usize = 27;
+
+/// Finds the elements in which points lie.
+struct Finder<'a, S: Dimension> {
+    mesh: &'a Mesh<S>,
+    /// Lower and upper ends of the box around each element.
+    boxes: Vec<(S::Point, S::Point)>,
+    /// Numbers of the elements that reach into each of equal intervals of the first axis.
+    bins: Vec<Vec<u32>>,
+    /// Where the first interval begins, and how many there are in 1 m.
+    first: f64,
+    per_length: f64,
+}
+
+/// Values of the shape functions at a point of the reference element, and their slopes along its axes; only as many as
+/// the element has nodes mean anything.
+fn shape<S: Dimension>(at: [f64; 3]) -> [(f64, [f64; 3]); MOST_NODES] {
+    let lines = at.map(quadratic);
+    let of_node = |n: usize| {
+        let mut value = 1.0;
+        let mut slopes = [1.0; 3];
+        for (k, line) in lines.iter().enumerate().take(S::AXES) {
+            let i = n / 3usize.pow(k as u32) % 3;
+            value *= line.0[i];
+            for (m, slope) in slopes.iter_mut().enumerate() {
+                *slope *= if m == k { line.1[i] } else { line.0[i] };
+            }
+        }
+        (value, slopes)
+    };
+    std::array::from_fn(of_node)
+}
+
+impl<'a, S: Dimension> Finder<'a, S> {
+    fn new(mesh: &'a Mesh<S>) -> Self {
+        let around = |e: &S::Nodes| {
+            let end = |start: f64, pick: fn(f64, f64) -> f64| {
+                S::Point::from_fn(|k| {
+                    e.as_ref().iter().fold(start, |m, &n| pick(m, mesh.nodes[n as usize][k]))
+                })
+            };
+            (end(f64::INFINITY, f64::min), end(f64::NEG_INFINITY, f64::max))
+        };
+        let boxes: Vec<_> = mesh.elements.iter().map(around).collect();
+        let first = boxes.iter().fold(f64::INFINITY, |m, b| m.min(b.0[0]));
+        let last = boxes.iter().fold(f64::NEG_INFINITY, |m, b| m.max(b.1[0]));
+        let count = (boxes.len() / 8).clamp(1, 1000);
+        let mut finder = Self {
+            mesh,
+            boxes,
+            bins: vec![Vec::new(); count],
+            first,
+            per_length: count as f64 / (last - first),
+        };
+        for e in 0..finder.boxes.len() {
+            let (low, high) = finder.boxes[e];
+            let room = SLACK * (high[0] - low[0]);
+            for bin in finder.bin(low[0] - room)..=finder.bin(high[0] + room) {
+                finder.bins[bin].push(e as u32);
+            }
+        }
+        finder
+    }
+
+    fn bin(&self, x: f64) -> usize {
+        (((x - self.first) * self.per_length).max(0.0) as usize).min(self.bins.len() - 1)
+    }
+
+    /// The element that the reference position `x` (m) lies in, and where in the reference element. Of several any.
+    fn find(&self, x: S::Point) -> Option<(usize, [f64; 3])> {
+        self.bins[self.bin(x[0])].iter().find_map(|&e| {
+            let (low, high) = &self.boxes[e as usize];
+            let outside = |k: usize| {
+                let room = SLACK * (high[k] - low[k]);
+                x[k] < low[k] - room || x[k] > high[k] + room
+            };
+            if (0..S::AXES).any(outside) {
+                return None;
+            }
+            self.within(e as usize, x).map(|at| (e as usize, at))
+        })
+    }
+
+    /// Where `x` is in the reference element of `e`, if it is in it.
+    fn within(&self, e: usize, x: S::Point) -> Option<[f64; 3]> {
+        let (low, high) = &self.boxes[e];
+        let size = (0..S::AXES).fold(0.0, |m: f64, k| m.max(high[k] - low[k]));
+        let mut at = [0.0f64; 3];
+        for _ in 0..30 {
+            let shape = shape::<S>(at);
+            let mut miss = [0.0; 3];
+            let mut jacobian = [[0.0; 3]; 3];
+            for k in 0..S::AXES {
+                miss[k] = x[k];
+                for (&n, (value, slopes)) in self.mesh.elements[e].as_ref().iter().zip(&shape) {
+                    let node = self.mesh.nodes[n as usize][k];
+                    miss[k] -= value * node;
+                    for m in 0..S::AXES {
+                        jacobian[k][m] += slopes[m] * node;
+                    }
+                }
+            }
+            if miss.iter().all(|m| m.abs() < SLACK * size) {
+                let inside = at.iter().all(|s| s.abs() <= 1.0 + SLACK.sqrt());
+                return inside.then(|| at.map(|s| s.clamp(-1.0, 1.0)));
+            }
+            // The shortest step of least squares: in the centre of a fan the jacobian is singular.
+            let product = |a: usize, b: usize| (0..3).map(|k| jacobian[k][a] * jacobian[k][b]).sum::<f64>();
+            let mut normal: Tensor = std::array::from_fn(|n| product(n / 3, n % 3));
+            let trace = normal[0] + normal[4] + normal[8];
+            for k in 0..3 {
+                normal[4 * k] += if k < S::AXES { 1e-12 * trace } else { trace };
+            }
+            let (inverse, volume) = (cofactor(&normal), determinant(&normal));
+            let toward: [f64; 3] = std::array::from_fn(|m| (0..3).map(|k| jacobian[k][m] * miss[k]).sum());
+            for m in 0..S::AXES {
+                let step = (0..3).map(|k| inverse[3 * m + k] * toward[k]).sum::<f64>() / volume;
+                if step.is_nan() {
+                    return None;
+                }
+                at[m] = (at[m] + step).clamp(-FARTHEST, FARTHEST);
+            }
+        }
+        None
+    }
+}
+
+impl<S: Dimension> Equations<S> {
+    /// A configuration for `load` of this body out of `state` of the same body on `other` mesh. `None` where the meshes do
+    /// not cover the same body, or where an element would be turned inside out.
+    fn guess(&self, other: &Self, state: &State<S>, load: &Load<S>) -> Option<State<S>> {
+        let finder = Finder::new(&other.body.mesh);
+        let nodes = &self.body.mesh.nodes;
+        let mut guess = self.body.at_rest();
+        guess.shift.clone_from(&load.shift);
+        let pressed = other.nodal_contact_pressure(state);
+        let mut contact = vec![0.0; nodes.len()];
+        for (n, x) in nodes.iter().enumerate() {
+            let (e, at) = finder.find(*x)?;
+            for (&node, (value, _)) in other.body.mesh.elements[e].as_ref().iter().zip(shape::<S>(at)) {
+                contact[n] += value * pressed[node as usize];
+                for k in 0..S::AXES {
+                    guess.displacement[S::AXES * n + k] +=
+                        value * state.displacement[S::AXES * node as usize + k];
+                }
+            }
+        }
+        for (d, u) in guess.displacement.iter_mut().enumerate() {
+            if self.body.held[d] {
+                *u = load.displacement[d];
+            }
+        }
+        for (e, element) in self.elements.iter().enumerate() {
+            let (centre, size) = element.pressure_frame();
+            let (near, _) = finder.find(centre)?;
+            let (from, unit) = other.elements[near].pressure_frame();
+            let old = &state.pressure[near];
+            guess.pressure[e] = S::Pressure::from_fn(|m| match m {
+                0 => old[0] + (0..S::AXES).map(|k| old[k + 1] * (centre[k] - from[k]) / unit[k]).sum::<f64>(),
+                m => old[m] * size[m - 1] / unit[m - 1],
+            });
+        }
+        let rest = vec![0.0; guess.displacement.len()];
+        let (smallest, ..) = self.smallest_j(&rest, &guess.displacement, false);
+        if smallest.is_nan() || smallest <= 0.0 {
+            return None;
+        }
+        if !self.clear_obstacles(&mut guess) {
+            return None;
+        }
+        self.guess_contact(&mut guess, &contact);
+        Some(guess)
+    }
+
+    /// Moves obstacles out of the guessed surface. Returns whether they are.
+    fn clear_obstacles(&self, guess: &mut State<S>) -> bool {
+        let clearance = CLEARANCE * self.gap_times_pressure / self.modulus;
+        (0..self.body.obstacles.len()).all(|o| {
+            let mut away = clearance;
+            for _ in 0..MOST_MOVES {
+                let least = self.least_gap(o, guess);
+                if least >= 0.5 * clearance {
+                    return true;
+                }
+                // Where the obstacle is oblique, or steep, it has to go farther than the gap has to.
+                away = (2.0 * away).max(clearance - least);
+                match self.body.obstacles[o].shape {
+                    Shape::Below => guess.shift[o][1] -= away,
+                    Shape::Wall { side } => guess.shift[o][0] -= side * away,
+                    _ => guess.shift[o][1] += away,
+                }
+            }
+            false
+        })
+    }
+
+    /// An equilibrium under `load` from `state` of the same body on `other` mesh, one near it under the same load. `None` where
+    /// there is none to be found like that.
+    pub(crate) fn equilibrium_from(
+        &mut self,
+        other: &Self,
+        state: &State<S>,
+        load: &Load<S>,
+        settings: &NewtonSettings,
+    ) -> Option<(State<S>, Effort)> {
+        let from = state.moving.as_deref().unwrap_or(state);
+        self.gap_times_pressure = settings.moving_gap * self.modulus_times_size;
+        let mut state = self.guess(other, from, load)?;
+        let settings = NewtonSettings { most_iterations: MOST_ITERATIONS, ..*settings };
+        let mut effort = Effort::default();
+        let found = self.settle_at(&mut state, load, &settings, &mut effort);
+        (found.is_ok() && effort.negative_pivots == 0).then_some((state, effort))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::layer::{End, Indenter, LayerMesh, LayerModel};
+    use super::super::material::Rubber;
+    use super::super::obstacle::Shape;
+    use super::super::space::layer::{Side, SpaceLayerMesh};
+    use super::*;
+    use crate::solid::dimension::{Plane, Space};
+
+    const CYLINDER: Indenter = Indenter::Smooth(Shape::Cylinder { radius: 1.5 });
+
+    fn section(n: usize) -> LayerMesh {
+        LayerMesh::uniform(1.0, 3.0, n, 0.5, n / 2)
+    }
+
+    fn in_plane(n: usize) -> LayerModel<Plane> {
+        LayerModel::new(&section(n), Rubber::neo_hookean(1.0), CYLINDER, End::FreeOnSubstrate).unwrap()
+    }
+
+    fn in_space(n: usize) -> LayerModel<Space> {
+        let mesh = SpaceLayerMesh::new(section(n), 0.8, n);
+        let rubber = Rubber::neo_hookean(1.0);
+        LayerModel::of_finite_width(&mesh, rubber, CYLINDER, End::Free, Side::Free).unwrap()
+    }
+
+    /// What is linear over the whole body is the same on any mesh, in fans too.
+    fn linear_fields_stay<S: Dimension>(coarse: &LayerModel<S>, fine: &LayerModel<S>) {
+        let displacement = |x: S::Point, k: usize| {
+            (0..S::AXES).map(|m| 0.01 * (1.0 + k as f64 - 0.7 * m as f64) * x[m]).sum::<f64>()
+        };
+        let pressure = |x: S::Point| 0.3 + (0..S::AXES).map(|m| (0.2 + m as f64) * x[m]).sum::<f64>();
+        let (from, to) = (coarse.equations(), fine.equations());
+        let mut state = from.body().at_rest();
+        for (n, x) in from.body().mesh.nodes.iter().enumerate() {
+            for k in 0..S::AXES {
+                state.displacement[S::AXES * n + k] = displacement(*x, k);
+            }
+        }
+        for (p, element) in state.pressure.iter_mut().zip(&from.elements) {
+            let (centre, size) = element.pressure_frame();
+            *p = S::Pressure::from_fn(|m| match m {
+                0 => pressure(centre),
+                m => (0.2 + (m - 1) as f64) * size[m - 1],
+            });
+        }
+        let mut load = to.body().no_load();
+        load.shift[0][1] = 2.0;
+        for (n, x) in to.body().mesh.nodes.iter().enumerate() {
+            for k in 0..S::AXES {
+                load.displacement[S::AXES * n + k] = displacement(*x, k);
+            }
+        }
+        let guess = to.guess(from, &state, &load).unwrap();
+        for (a, b) in guess.displacement.iter().zip(&load.displacement) {
+            assert!((a - b).abs() < 1e-8, "{a} {b}");
+        }
+        for (p, element) in guess.pressure.iter().zip(&to.elements) {
+            let (centre, size) = element.pressure_frame();
+            assert!((p[0] - pressure(centre)).abs() < 1e-8);
+            for m in 0..S::AXES {
+                assert!((p[m + 1] - (0.2 + m as f64) * size[m]).abs() < 1e-8);
+            }
+        }
+    }
+
+    #[test]
+    fn linear_displacements_and_pressures_are_the_same_on_another_mesh() {
+        linear_fields_stay(&in_plane(4), &in_plane(6));
+        linear_fields_stay(&in_space(2), &in_space(3));
+    }
+
+    /// Following the load and starting from a coarser mesh give the same force; the second takes fewer systems.
+    fn both_ways_agree<S: Dimension>(mut coarse: LayerModel<S>, model: impl Fn() -> LayerModel<S>) {
+        let settings = NewtonSettings::default();
+        coarse.press(0.2, &settings).unwrap();
+        let (mut followed, mut taken) = (model(), model());
+        let by_load = followed.press(0.2, &settings).unwrap();
+        let by_mesh = taken.take_over(&coarse, coarse.state(), 0.2, &settings).unwrap();
+        assert!((by_load.force / by_mesh.force - 1.0).abs() < 1e-7, "{by_load:?} {by_mesh:?}");
+        assert!(4 * by_mesh.effort.solves < 3 * by_load.effort.solves, "{by_load:?} {by_mesh:?}");
+        assert!((by_mesh.compression - 0.2).abs() < 1e-15);
+        // From there the load goes on as from any equilibrium, and back.
+        let on = taken.press(0.22, &settings).unwrap().force;
+        assert!((on / followed.press(0.22, &settings).unwrap().force - 1.0).abs() < 1e-7);
+        let back = taken.press_with(by_load.force, &settings).unwrap();
+        assert!((back.compression - 0.2).abs() < 1e-7, "{back:?}");
+    }
+
+    #[test]
+    fn an_equilibrium_found_from_a_coarser_mesh_is_the_one_that_the_load_leads_to() {
+        both_ways_agree(in_plane(4), || in_plane(8));
+        both_ways_agree(in_space(2), || in_space(3));
+    }
+
+    #[test]
+    fn a_configuration_that_does_not_fit_leaves_the_model_as_it_was() {
+        let settings = NewtonSettings::default();
+        let (mut coarse, mut fine) = (in_plane(2), in_plane(4));
+        coarse.press(0.1, &settings).unwrap();
+        let before = fine.press(0.05, &settings).unwrap();
+        let mut folded = coarse.state().clone();
+        folded.displacement.iter_mut().for_each(|u| *u *= -20.0);
+        folded.moving = None;
+        assert!(fine.take_over(&coarse, &folded, 0.1, &settings).is_none());
+        assert_eq!(fine.step(before.effort).force, before.force);
+        // A longer layer covers this one, and not the other way round.
+        let mesh = LayerMesh::uniform(1.0, 4.0, 2, 0.5, 1);
+        let mut longer = LayerModel::new(&mesh, Rubber::neo_hookean(1.0), CYLINDER, End::Free).unwrap();
+        assert!(longer.take_over(&coarse, coarse.state(), 0.1, &settings).is_none());
+    }
+}
