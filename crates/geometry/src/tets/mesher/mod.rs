@@ -8,9 +8,11 @@ mod bodies;
 mod complex;
 mod conform;
 mod delaunay;
+mod meet;
 mod quality;
 mod refine;
 mod skin;
+mod thin;
 
 use super::open::beyond;
 use super::{BoundaryFace, FaceRole, TetMesh};
@@ -67,13 +69,27 @@ pub enum MeshError {
         /// What is the matter.
         what: &'static str,
     },
-    /// Two surfaces cross.
-    #[error("the surfaces of {first} and {second} cross at ({}, {}, {}) m; keep them apart or let them share a flat face", at[0], at[1], at[2])]
+    /// Two conductors, or one and a grounded wall, have a point in common.
+    #[error("the surfaces of {first} and {second} touch or cross at ({}, {}, {}) m; keep them apart", at[0], at[1], at[2])]
     Crossing {
         /// One body.
         first: String,
         /// The other one.
         second: String,
+        /// Where, m.
+        at: [f64; 3],
+    },
+    /// Flat faces in place of the curved surfaces of two bodies cross all over.
+    #[error("{first} and {second} are so near to one another that flat faces in their place cross; let their surfaces be the same, or thicken what is between them")]
+    Near {
+        /// One body.
+        first: String,
+        /// The other one.
+        second: String,
+    },
+    /// Surfaces that cross in more ways than can be followed.
+    #[error("too many surfaces cross at ({}, {}, {}) m; move one of the bodies there a little", at[0], at[1], at[2])]
+    Tangled {
         /// Where, m.
         at: [f64; 3],
     },
@@ -112,8 +128,9 @@ pub enum MeshError {
 ///
 /// # Errors
 ///
-/// Surfaces that cross each other (those of boxes may), conductors that meet a grounded wall, open space between opposite walls,
-/// and surfaces that are not met within the limit on points. Other walls cut through bodies.
+/// Conductors that meet each other or a grounded wall, round bodies nearly but not quite in the same place, open space between
+/// opposite walls, and surfaces that are not met within the limit on points. Other walls cut through bodies. Where bodies
+/// overlap, conductors come before dielectrics, and later dielectrics before earlier ones.
 pub fn mesh(scene: &ShapeScene, sizing: &Sizing) -> Result<Meshed, MeshError> {
     let open = |a: usize| scene.walls[a].map(|w| w == Wall::Open);
     if (0..3).any(|a| open(a) == [false; 2]) && (0..3).any(|a| open(a) != [false; 2]) {
@@ -123,7 +140,7 @@ pub fn mesh(scene: &ShapeScene, sizing: &Sizing) -> Result<Meshed, MeshError> {
     let complex = bodies::complex(scene, &domain, sizing)?;
     let mut work = Work::new(complex, domain.min, domain.max)?;
     work.conform(sizing)?;
-    fill(&mut work, scene);
+    fill(&mut work, scene, sizing);
     let refined = work.refine(sizing);
     work.smooth();
     work.unflatten(sizing).map_err(|at| MeshError::Flat { at })?;
@@ -132,7 +149,11 @@ pub fn mesh(scene: &ShapeScene, sizing: &Sizing) -> Result<Meshed, MeshError> {
 }
 
 /// Says what fills each tetrahedron: 0 background, 1 + k dielectric k, -1 - k conductor k.
-fn fill(work: &mut Work, scene: &ShapeScene) {
+fn fill(work: &mut Work, scene: &ShapeScene, sizing: &Sizing) {
+    let flat = |shape: &Shape| (bodies::flat(shape, sizing), matches!(shape, Shape::Shell { .. }));
+    let conductors: Vec<(Shape, bool)> = scene.conductors.iter().map(|c| flat(&c.shape)).collect();
+    let dielectrics: Vec<(Shape, bool)> = scene.dielectrics.iter().map(|d| flat(&d.shape)).collect();
+    let holds = |(shape, hollow): &(Shape, bool), p| bodies::holds(shape, p) != *hollow;
     let mesh = &mut work.mesh;
     let mut seen = vec![false; mesh.tets.len()];
     for first in 0..mesh.tets.len() as u32 {
@@ -161,8 +182,8 @@ fn fill(work: &mut Work, scene: &ShapeScene) {
         let Some(&largest) = part.iter().max_by(|a, b| volume(**a).total_cmp(&volume(**b))) else { continue };
         let corners = mesh.corners(largest);
         let middle = [0, 1, 2].map(|k| corners.iter().map(|c| c[k]).sum::<f64>() / 4.0);
-        let conductor = scene.conductors.iter().position(|c| bodies::holds(&c.shape, middle));
-        let dielectric = scene.dielectrics.iter().rposition(|d| bodies::holds(&d.shape, middle));
+        let conductor = conductors.iter().position(|c| holds(c, middle));
+        let dielectric = dielectrics.iter().rposition(|d| holds(d, middle));
         let region = conductor.map_or_else(|| dielectric.map_or(0, |d| d as i32 + 1), |c| -1 - c as i32);
         for t in part {
             mesh.regions[t as usize] = region;
@@ -242,5 +263,7 @@ fn collect(work: &Work, scene: &ShapeScene, domain: &Box3) -> Result<TetMesh, Me
     Ok(out)
 }
 
+#[cfg(test)]
+mod meet_tests;
 #[cfg(test)]
 mod tests;

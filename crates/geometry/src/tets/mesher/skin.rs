@@ -313,7 +313,7 @@ impl Skin {
     }
 
     /// Adds the skin with elements of this size; `None` if a face has no area.
-    pub(super) fn put(&self, out: &mut Complex, name: &str, size: f64) -> Option<()> {
+    pub(super) fn put(&self, out: &mut Complex, owner: u32, size: f64) -> Option<()> {
         let mut used = vec![false; self.points.len()];
         for face in &self.faces {
             face.edges.as_flattened().iter().chain(&face.inner).for_each(|&p| used[p as usize] = true);
@@ -323,9 +323,9 @@ impl Skin {
             .collect();
         let places = |of: &[u32]| of.iter().map(|&p| self.points[p as usize]).collect::<Vec<_>>();
         for face in &self.faces {
-            let facet = out.facet(&places(&face.frame), name)?;
+            let facet = out.facet(&places(&face.frame))?;
             for polygon in &face.polygons {
-                out.area(facet, &places(polygon));
+                out.area(facet, &places(polygon), owner);
                 let number = out.facets[facet as usize].polygons.len() - 1;
                 out.facets[facet as usize].sheets.extend(face.sheet.map(|c| (c, number)));
             }
@@ -337,7 +337,7 @@ impl Skin {
             }
         }
         for &([a, b], axis, at) in &self.rims {
-            let wall = out.plane(axis, at, "a wall");
+            let wall = out.plane(axis, at);
             out.segment(ids[a as usize], ids[b as usize], wall);
         }
         Some(())
