@@ -49,10 +49,22 @@ impl Work {
         let mut order: Vec<usize> = (0..out.complex.points.len()).collect();
         order.sort_by_cached_key(|&k| (along(out.complex.points[k], min, max), k));
         let mut ids = vec![0; order.len()];
-        for k in order {
-            let (p, size) = (out.complex.points[k], out.complex.sizes[k]);
-            let on = out.complex.on[k].clone();
-            ids[k] = out.add(p, &on, size)?;
+        // Those that would make a tetrahedron flat within a facet may come later, among other points.
+        let mut later = Vec::new();
+        for last in [false, true] {
+            for k in std::mem::take(if last { &mut later } else { &mut order }) {
+                let (p, size) = (out.complex.points[k], out.complex.sizes[k]);
+                let on = out.complex.on[k].clone();
+                let mut taken = out.insert(p, &on, true);
+                if taken == Err(Refusal::Shape) && !last {
+                    later.push(k);
+                    continue;
+                }
+                if taken == Err(Refusal::Shape) {
+                    taken = out.insert(p, &on, false);
+                }
+                ids[k] = out.taken(taken, p, &on, size)?;
+            }
         }
         for (ends, facets) in &out.complex.segments {
             out.subs.push((ends.map(|p| ids[p as usize]), out.segments.len() as u32));
@@ -74,14 +86,29 @@ impl Work {
 
     /// Takes a point in while nothing is kept yet.
     fn add(&mut self, p: P, on: &[u32], size: f64) -> Result<u32, MeshError> {
+        let mut taken = self.insert(p, on, true);
+        if taken == Err(Refusal::Shape) {
+            taken = self.insert(p, on, false);
+        }
+        self.taken(taken, p, on, size)
+    }
+
+    fn insert(&mut self, p: P, on: &[u32], strict: bool) -> Result<u32, Refusal> {
         let mut hint = self.last;
         if !self.mesh.alive(hint) {
             hint = self.mesh.at(self.mesh.points.len() as u32 - 1);
         }
-        let mut taken = self.mesh.insert(p, hint, on, None, true, false);
-        if taken == Err(Refusal::Shape) {
-            taken = self.mesh.insert(p, hint, on, None, false, false);
-        }
+        self.mesh.insert(p, hint, on, None, strict, false)
+    }
+
+    /// Writes down what a point that was taken in is on.
+    fn taken(
+        &mut self,
+        taken: Result<u32, Refusal>,
+        p: P,
+        on: &[u32],
+        size: f64,
+    ) -> Result<u32, MeshError> {
         let v = match taken {
             Ok(v) => {
                 self.sizes.push(size);
@@ -239,6 +266,9 @@ impl Work {
                 }
             }
             if self.mesh.points.len() == before {
+                self.bulge(most)?;
+            }
+            if self.mesh.points.len() == before {
                 break;
             }
         }
@@ -272,6 +302,31 @@ impl Work {
         let at = facet.raise(facet.flat(at));
         let size = ids.iter().fold(f64::INFINITY, |s, &p| s.min(self.sizes[p as usize]));
         self.add(at, &[name], size).map(|_| ())
+    }
+
+    /// Adds points in tetrahedra whose corners all lie on one facet: both sides of them would be kept, with nothing between.
+    fn bulge(&mut self, most: usize) -> Result<(), MeshError> {
+        for t in 0..self.mesh.tets.len() as u32 {
+            if !self.mesh.alive(t) {
+                continue;
+            }
+            let ids = self.mesh.tets[t as usize];
+            let common = self.mesh.on[ids[0] as usize].iter().copied().find(|f| {
+                ids[1..].iter().all(|&p| self.mesh.on[p as usize].contains(f))
+                    && (0..4).any(|i| self.inside(*f as usize, self.mesh.face(t, i)))
+            });
+            let Some(f) = common else { continue };
+            if self.mesh.points.len() > most {
+                return Err(self.unreachable(self.mesh.corners(t)[0]));
+            }
+            let corners = self.mesh.corners(t);
+            let facet = &self.complex.facets[f as usize];
+            let middle = [0, 1, 2].map(|k| corners.iter().map(|c| c[k]).sum::<f64>() / 4.0);
+            let middle = facet.raise(facet.flat(middle));
+            let size = ids.iter().fold(f64::INFINITY, |s, &p| s.min(self.sizes[p as usize]));
+            self.add(middle, &[f], size)?;
+        }
+        Ok(())
     }
 
     /// Marks what has to stay.

@@ -4,6 +4,7 @@
 //! are exact (Shewchuk, 1997), so that points on common spheres and planes do no harm. The hull is the box of the start: every
 //! later point lies in it or, with the very same coordinate, on it.
 
+use super::refine::roundness;
 use elastocap_fem::vector::{cross, dot, minus};
 use std::collections::HashMap;
 
@@ -51,6 +52,8 @@ pub(super) struct Delaunay {
     pub(super) kept: HashMap<[u32; 2], u32>,
     /// The tetrahedra of the last point taken.
     pub(super) fresh: Vec<u32>,
+    /// New tetrahedra must be rounder than this, or the point is refused.
+    pub(super) least: f64,
     tet_of: Vec<u32>,
     free: Vec<u32>,
     stamps: Vec<u32>,
@@ -83,7 +86,7 @@ fn squared(a: P, b: P) -> f64 {
 impl Delaunay {
     /// The box alone. Its eight corners are points 0 to 7, axis 0 fastest.
     pub(super) fn new(min: P, max: P) -> Self {
-        let mut out = Self { random: 1, ..Self::default() };
+        let mut out = Self { random: 1, least: f64::NEG_INFINITY, ..Self::default() };
         for corner in 0..8 {
             out.points.push([0, 1, 2].map(|a| if corner >> a & 1 == 0 { min[a] } else { max[a] }));
             out.on.push(Vec::new());
@@ -292,6 +295,12 @@ impl Delaunay {
         let mut edges = Vec::new();
         for &(t, i) in rim {
             let face = self.face(t, i);
+            if self.least.is_finite() {
+                let [a, b, c] = face.map(|q| self.points[q as usize]);
+                if roundness([a, b, c, p]) <= self.least {
+                    return Err(Refusal::Shape);
+                }
+            }
             for k in 0..3 {
                 self.point_stamps[face[k] as usize] = self.stamp;
                 edges.push(sorted(face[k], face[(k + 1) % 3]));

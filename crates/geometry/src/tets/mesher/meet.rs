@@ -46,6 +46,7 @@ struct Meeting<'a> {
 pub(super) fn resolve(complex: &mut Complex) -> Result<(), MeshError> {
     let mut meeting = Meeting::new(complex);
     meeting.run()?;
+    meeting.clear_seeds();
     meeting.shorts()
 }
 
@@ -211,6 +212,22 @@ impl<'a> Meeting<'a> {
         Err(MeshError::Tangled { at })
     }
 
+    /// Takes away seeds on a surface, or next to one: they are meant to be inside.
+    fn clear_seeds(&mut self) {
+        let seeds = std::mem::take(&mut self.complex.seeds);
+        for (p, size) in seeds {
+            let close = 0.3 * size;
+            let [low, high] = padded(&[p], close);
+            let near = self.candidates(&[low, high]).into_iter().any(|(f, k)| {
+                let facet = &self.complex.facets[f as usize];
+                facet.height(p).abs() <= close && within(&facet.polygons[k], facet.flat(p), close)
+            });
+            if !near {
+                self.complex.seeds.push((p, size));
+            }
+        }
+    }
+
     /// Makes one facet of tilted ones in one plane that touch: what overlaps is then no crossing.
     fn unite(&mut self) {
         let mut root: Vec<u32> = (0..self.complex.facets.len() as u32).collect();
@@ -313,7 +330,8 @@ impl<'a> Meeting<'a> {
                 }
                 let of = |g: &u32| self.complex.facets[*g as usize].owners.iter().copied();
                 let owners: Vec<u32> = facets.iter().flat_map(of).collect();
-                self.complex.crossed.extend(owners.into_iter().map(|o| sorted(o, owner)));
+                let others = owners.into_iter().filter(|&o| o != owner);
+                self.complex.crossed.extend(others.map(|o| sorted(o, owner)));
                 let v = self.point(at, self.size(segment));
                 self.touch(v, f);
                 if !segment.contains(&v) {

@@ -1,9 +1,10 @@
 //! Bodies whose surfaces cross: what each region is left with.
 
-use super::tests::{check, volume};
+use super::tests::volume;
 use super::*;
 use crate::samples::{cube, scene};
 use crate::shapes::ShapedDielectric;
+use crate::tets::checks::conforming;
 use std::f64::consts::PI;
 
 fn between(half: f64, metal: Vec<Shape>, filled: Vec<Shape>) -> ShapeScene {
@@ -25,8 +26,11 @@ fn rod(axis: usize, base: [f64; 3], radius: f64, height: f64) -> Shape {
 
 /// Volumes of the regions: the surroundings, then each dielectric.
 fn volumes(scene: &ShapeScene, facet: f64) -> Vec<f64> {
+    let start = std::time::Instant::now();
     let out = mesh(scene, &Sizing { facet, ..Sizing::default() }).unwrap();
-    check(&out);
+    conforming(&out.mesh);
+    assert!(out.refined);
+    eprintln!("QUAL {} {:?} {:?}", out.mesh.tets.len(), out.quality, start.elapsed());
     (0..=scene.dielectrics.len() as u32).map(|r| volume(&out.mesh, Some(r))).collect()
 }
 

@@ -15,7 +15,7 @@ pub(super) fn volume(mesh: &TetMesh, region: Option<u32>) -> f64 {
 }
 
 /// Positive tetrahedra; faces of one or two of them; faces with a role are there.
-pub(super) fn check(meshed: &Meshed) {
+fn check(meshed: &Meshed) {
     let mesh = &meshed.mesh;
     let mut faces: HashMap<[u32; 3], usize> = HashMap::new();
     for (t, tet) in mesh.tets.iter().enumerate() {
