@@ -102,13 +102,7 @@ impl Work {
     }
 
     /// Writes down what a point that was taken in is on.
-    fn taken(
-        &mut self,
-        taken: Result<u32, Refusal>,
-        p: P,
-        on: &[u32],
-        size: f64,
-    ) -> Result<u32, MeshError> {
+    fn taken(&mut self, taken: Result<u32, Refusal>, p: P, on: &[u32], size: f64) -> Result<u32, MeshError> {
         let v = match taken {
             Ok(v) => {
                 self.sizes.push(size);

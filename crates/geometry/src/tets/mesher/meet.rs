@@ -270,8 +270,7 @@ impl<'a> Meeting<'a> {
                 let gone = std::mem::take(&mut self.complex.facets[f].polygons);
                 let owners = std::mem::take(&mut self.complex.facets[f].owners);
                 for (polygon, owner) in gone.into_iter().zip(owners) {
-                    let corners: Vec<P> =
-                        polygon.iter().map(|&q| self.complex.facets[f].raise(q)).collect();
+                    let corners: Vec<P> = polygon.iter().map(|&q| self.complex.facets[f].raise(q)).collect();
                     self.complex.area(to as u32, &corners, owner);
                 }
             }
@@ -301,11 +300,7 @@ impl<'a> Meeting<'a> {
         }
     }
 
-    fn segments_through_facets(
-        &mut self,
-        segments: &[[u32; 2]],
-        cuts: &mut BTreeMap<[u32; 2], Vec<u32>>,
-    ) {
+    fn segments_through_facets(&mut self, segments: &[[u32; 2]], cuts: &mut BTreeMap<[u32; 2], Vec<u32>>) {
         for &segment in segments {
             let ends = self.ends(segment);
             for (f, k) in self.candidates(&ends) {
@@ -390,12 +385,7 @@ impl<'a> Meeting<'a> {
         true
     }
 
-    fn two_segments(
-        &mut self,
-        one: [u32; 2],
-        other: [u32; 2],
-        cuts: &mut BTreeMap<[u32; 2], Vec<u32>>,
-    ) {
+    fn two_segments(&mut self, one: [u32; 2], other: [u32; 2], cuts: &mut BTreeMap<[u32; 2], Vec<u32>>) {
         if one == other {
             return;
         }
@@ -534,11 +524,7 @@ impl<'a> Meeting<'a> {
             all.retain(holds);
             if let [first, second, ..] = all[..] {
                 let name = |o: u32| bodies[o as usize].name.clone();
-                return Err(MeshError::Crossing {
-                    first: name(first),
-                    second: name(second),
-                    at: points[p],
-                });
+                return Err(MeshError::Crossing { first: name(first), second: name(second), at: points[p] });
             }
         }
         Ok(())

@@ -56,10 +56,9 @@ fn of_two_balls_that_overlap_the_later_has_the_lens() {
     let d = (1.1_f64.powi(2) + 0.05_f64.powi(2) + 0.02_f64.powi(2)).sqrt();
     let at = (d * d + 1.0 - 0.64) / (2.0 * d);
     let lens = cap(1.0, 1.0 - at) + cap(0.8, 0.8 - (d - at));
-    for (shapes, known) in [
-        ([a.clone(), b.clone()], [whole(1.0) - lens, whole(0.8)]),
-        ([b, a], [whole(0.8) - lens, whole(1.0)]),
-    ] {
+    for (shapes, known) in
+        [([a.clone(), b.clone()], [whole(1.0) - lens, whole(0.8)]), ([b, a], [whole(0.8) - lens, whole(1.0)])]
+    {
         let found = volumes(&between(3.0, vec![], shapes.to_vec()), 0.2);
         near(&found[1..], &known, 2e-3);
         assert!((found.iter().sum::<f64>() - 216.0).abs() < 1e-9);

@@ -80,7 +80,9 @@ pub enum MeshError {
         at: [f64; 3],
     },
     /// Flat faces in place of the curved surfaces of two bodies cross all over.
-    #[error("{first} and {second} are so near to one another that flat faces in their place cross; let their surfaces be the same, or thicken what is between them")]
+    #[error(
+        "{first} and {second} are so near to one another that flat faces in their place cross; let their surfaces be the same, or thicken what is between them"
+    )]
     Near {
         /// One body.
         first: String,

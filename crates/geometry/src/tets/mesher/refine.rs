@@ -2,7 +2,7 @@
 
 use super::Sizing;
 use super::conform::Work;
-use super::delaunay::{EDGES, Refusal, circumcenter, sorted, sphere_center};
+use super::delaunay::{EDGES, NONE, Refusal, circumcenter, sorted, sphere_center};
 use elastocap_fem::vector::{length, minus};
 use std::collections::VecDeque;
 
@@ -150,8 +150,16 @@ impl Work {
             }
             let before = self.mesh.points.len();
             let ids = self.mesh.tets[t as usize];
-            match self.mesh.insert(center, t, &[], None, false, true) {
+            self.mesh.doomed = t;
+            let taken = self.mesh.insert(center, t, &[], None, false, true);
+            self.mesh.doomed = NONE;
+            match taken {
                 Ok(_) => self.sizes.push(self.size_at(center, &ids, sizing.growth)),
+                Err(Refusal::Far) => {
+                    if let Some((n, i)) = self.mesh.wall_before(t, center) {
+                        self.split_face(n, i, sizing);
+                    }
+                }
                 Err(Refusal::Behind(n, i) | Refusal::Near(n, i)) => self.split_face(n, i, sizing),
                 Err(Refusal::Edge(a, b)) => self.split_edge([a, b], sizing),
                 Err(Refusal::Outside | Refusal::Known(_) | Refusal::Shape) => {}
