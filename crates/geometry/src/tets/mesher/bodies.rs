@@ -206,6 +206,10 @@ pub(super) fn complex(scene: &ShapeScene, domain: &Box3, sizing: &Sizing) -> Res
     let all = || conductors.clone().chain(dielectrics.clone());
     out.bodies.extend(all().map(|(name, _, c)| Owner { name: name.clone(), conductor: c.is_some() }));
     boxes(&mut out, scene, domain, sizing);
+    let mut planes = [0, 1, 2].map(|a| {
+        let boxes = all().filter_map(|b| if let Shape::Box(b) = b.1 { Some(*b) } else { None });
+        boxes.chain([*domain]).flat_map(|b| [b.min[a], b.max[a]]).filter(|x| x.is_finite()).collect()
+    });
     for (owner, (name, shape, conductor)) in (0..).zip(all()) {
         let unsupported = |what| MeshError::Unsupported { body: name.clone(), what };
         let mut size = sizing.facet * extent(&bounds(shape));
@@ -229,6 +233,7 @@ pub(super) fn complex(scene: &ShapeScene, domain: &Box3, sizing: &Sizing) -> Res
             }
             _ => continue,
         };
+        skin.align(&mut planes);
         for axis in 0..3 {
             for (at, above, wall) in [
                 (domain.min[axis], true, scene.walls[axis][0]),

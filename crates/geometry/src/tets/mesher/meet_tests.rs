@@ -198,3 +198,20 @@ fn conductors_may_neither_cross_nor_touch() {
         assert_eq!([&first[..], &second[..]], ["c0", "c1"]);
     }
 }
+
+#[test]
+fn stress() {
+    let two = vec![ball([0.0; 3], 0.01), ball([0.05, 0.0, 0.0], 0.02)];
+    let air = vec![ball([0.01, 0.0, 0.0], 0.012), ball([0.025, 0.003, 0.0], 0.014), ball([0.03, 0.0, 0.002], 0.009)];
+    let mut a = between(3.0, two, air);
+    a.domain = Box3::SPACE;
+    a.walls = [[Wall::Open; 2]; 3];
+    for facet in [0.3, 0.2, 0.15] {
+        let start = std::time::Instant::now();
+        let out = mesh(&a, &Sizing { facet, ..Sizing::default() });
+        match out {
+            Ok(out) => eprintln!("STRESS {facet} {} {:?} {:?}", out.mesh.tets.len(), out.quality, start.elapsed()),
+            Err(e) => eprintln!("STRESS {facet} {e} {:?}", start.elapsed()),
+        }
+    }
+}

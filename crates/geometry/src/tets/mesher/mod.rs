@@ -109,6 +109,12 @@ pub enum MeshError {
         /// Where, m.
         at: [f64; 3],
     },
+    /// What is filled differently is not kept apart: a defect of the mesher, found before anything is computed from it.
+    #[error("a surface has a gap near ({}, {}, {}) m, which is a defect of elastocap; a little finer or coarser sizes may help", at[0], at[1], at[2])]
+    Leak {
+        /// Where, m.
+        at: [f64; 3],
+    },
     /// The mesh ends where no wall is: a defect of the mesher, found before anything is computed from it.
     #[error("the mesh ends inside the walls at ({}, {}, {}) m, which is a defect of elastocap; a little finer or coarser sizes may help", at[0], at[1], at[2])]
     Torn {
@@ -142,7 +148,7 @@ pub fn mesh(scene: &ShapeScene, sizing: &Sizing) -> Result<Meshed, MeshError> {
     let complex = bodies::complex(scene, &domain, sizing)?;
     let mut work = Work::new(complex, domain.min, domain.max)?;
     work.conform(sizing)?;
-    fill(&mut work, scene, sizing);
+    fill(&mut work, scene, sizing)?;
     let refined = work.refine(sizing);
     work.smooth();
     work.unflatten(sizing).map_err(|at| MeshError::Flat { at })?;
@@ -150,8 +156,14 @@ pub fn mesh(scene: &ShapeScene, sizing: &Sizing) -> Result<Meshed, MeshError> {
     Ok(Meshed { quality: Quality::of(&mesh), mesh, refined })
 }
 
+/// So many tetrahedra of each part between surfaces are asked what they are filled with.
+const ASKED: usize = 24;
+
+/// Those that have this part of the volume of the largest one.
+const LARGE: f64 = 1e-3;
+
 /// Says what fills each tetrahedron: 0 background, 1 + k dielectric k, -1 - k conductor k.
-fn fill(work: &mut Work, scene: &ShapeScene, sizing: &Sizing) {
+fn fill(work: &mut Work, scene: &ShapeScene, sizing: &Sizing) -> Result<(), MeshError> {
     let flat = |shape: &Shape| (bodies::flat(shape, sizing), matches!(shape, Shape::Shell { .. }));
     let conductors: Vec<(Shape, bool)> = scene.conductors.iter().map(|c| flat(&c.shape)).collect();
     let dielectrics: Vec<(Shape, bool)> = scene.dielectrics.iter().map(|d| flat(&d.shape)).collect();
@@ -176,21 +188,32 @@ fn fill(work: &mut Work, scene: &ShapeScene, sizing: &Sizing) {
                 }
             }
         }
-        // The middle of the largest one is the safest place to ask.
+        // The middles of large ones are the safest places to ask; they must agree.
         let volume = |t: u32| {
             let [a, b, c, d] = mesh.corners(t);
             super::determinant(a, b, c, d)
         };
-        let Some(&largest) = part.iter().max_by(|a, b| volume(**a).total_cmp(&volume(**b))) else { continue };
-        let corners = mesh.corners(largest);
-        let middle = [0, 1, 2].map(|k| corners.iter().map(|c| c[k]).sum::<f64>() / 4.0);
-        let conductor = conductors.iter().position(|c| holds(c, middle));
-        let dielectric = dielectrics.iter().rposition(|d| holds(d, middle));
-        let region = conductor.map_or_else(|| dielectric.map_or(0, |d| d as i32 + 1), |c| -1 - c as i32);
+        let mut large: Vec<(f64, u32)> = part.iter().map(|&t| (volume(t), t)).collect();
+        large.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
+        let least = large.first().map_or(0.0, |l| LARGE * l.0);
+        large.retain(|l| l.0 >= least);
+        let mut found = None;
+        for (_, t) in large.iter().step_by(large.len().div_ceil(ASKED).max(1)) {
+            let corners = mesh.corners(*t);
+            let middle = [0, 1, 2].map(|k| corners.iter().map(|c| c[k]).sum::<f64>() / 4.0);
+            let conductor = conductors.iter().position(|c| holds(c, middle));
+            let dielectric = dielectrics.iter().rposition(|d| holds(d, middle));
+            let region = conductor.map_or_else(|| dielectric.map_or(0, |d| d as i32 + 1), |c| -1 - c as i32);
+            if *found.get_or_insert(region) != region {
+                return Err(MeshError::Leak { at: middle });
+            }
+        }
+        let Some(region) = found else { continue };
         for t in part {
             mesh.regions[t as usize] = region;
         }
     }
+    Ok(())
 }
 
 fn collect(work: &Work, scene: &ShapeScene, domain: &Box3) -> Result<TetMesh, MeshError> {

@@ -145,6 +145,24 @@ impl Skin {
         Self { points: surface.points.clone(), faces, rims: Vec::new() }
     }
 
+    /// Brings flat ends that are next to one of the planes normal to an axis onto it, and adds those that are next to none.
+    pub(super) fn align(&mut self, planes: &mut [Vec<f64>; 3]) {
+        let near = SNAP * extent(self.points.iter().copied());
+        for face in &self.faces {
+            for axis in 0..3 {
+                let at = self.points[face.frame[0] as usize][axis];
+                if face.frame.iter().any(|&p| self.points[p as usize][axis] != at) {
+                    continue;
+                }
+                let Some(&to) = planes[axis].iter().find(|&&x| (x - at).abs() <= near) else {
+                    planes[axis].push(at);
+                    continue;
+                };
+                self.points.iter_mut().filter(|p| p[axis] == at).for_each(|p| p[axis] = to);
+            }
+        }
+    }
+
     /// The parts on either side of a plane where it has something on both, else all of it. `None` if the surface is not closed.
     pub(super) fn parted(mut self, axis: usize, at: f64) -> Option<Vec<Self>> {
         let near = SNAP * extent(self.points.iter().copied());
