@@ -180,9 +180,12 @@ fn whole_of(scene: &ShapeScene, size: f64, tolerance: f64) -> Result<TetMesh, St
         tries -= 1;
         match mesh(scene, &Sizing { facet, far: 2.0 * reach, ..Sizing::default() }) {
             Ok(found) => return Ok(found.mesh),
-            Err(MeshError::Flat { .. } | MeshError::Torn { .. } | MeshError::Leak { .. } | MeshError::Tangled { .. })
-                if tries > 0 =>
-            {
+            Err(
+                MeshError::Flat { .. }
+                | MeshError::Torn { .. }
+                | MeshError::Leak { .. }
+                | MeshError::Tangled { .. },
+            ) if tries > 0 => {
                 facet *= 0.9;
             }
             // Corners of round bodies lie outside them: coarse ones may cross where the bodies do not.

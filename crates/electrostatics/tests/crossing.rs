@@ -18,12 +18,9 @@ fn scene(metal: Vec<Shape>, filled: Vec<(Shape, f64)>) -> ShapeScene {
         shape,
         floating_charge: None,
     });
-    let dielectrics =
-        filled.into_iter().enumerate().map(|(k, (shape, relative_permittivity))| ShapedDielectric {
-            name: format!("d{k}"),
-            shape,
-            relative_permittivity,
-        });
+    let dielectrics = filled.into_iter().enumerate().map(|(k, (shape, relative_permittivity))| {
+        ShapedDielectric { name: format!("d{k}"), shape, relative_permittivity }
+    });
     ShapeScene {
         conductors: conductors.collect(),
         dielectrics: dielectrics.collect(),
@@ -67,7 +64,8 @@ fn a_ball_half_in_a_dielectric_is_two_half_capacitors_whatever_the_dielectric_en
 #[test]
 fn dielectrics_that_overlap_but_differ_from_nothing_change_nothing() {
     let metal = || vec![ball([0.0; 3], 0.01), ball([0.05, 0.0, 0.0], 0.02)];
-    let air = [ball([0.01, 0.0, 0.0], 0.012), ball([0.025, 0.003, 0.0], 0.014), ball([0.03, 0.0, 0.002], 0.009)];
+    let air =
+        [ball([0.01, 0.0, 0.0], 0.012), ball([0.025, 0.003, 0.0], 0.014), ball([0.03, 0.0, 0.002], 0.009)];
     let filled = matrix(&scene(metal(), air.map(|shape| (shape, 1.0)).to_vec()), 0.2, 2e-2);
     let empty = [[1.2305175e-12, -0.4945668e-12], [-0.4945668e-12, 2.4315431e-12]];
     for i in 0..2 {

@@ -202,16 +202,42 @@ fn conductors_may_neither_cross_nor_touch() {
 #[test]
 fn stress() {
     let two = vec![ball([0.0; 3], 0.01), ball([0.05, 0.0, 0.0], 0.02)];
-    let air = vec![ball([0.01, 0.0, 0.0], 0.012), ball([0.025, 0.003, 0.0], 0.014), ball([0.03, 0.0, 0.002], 0.009)];
+    let air = vec![
+        ball([0.01, 0.0, 0.0], 0.012),
+        ball([0.025, 0.003, 0.0], 0.014),
+        ball([0.03, 0.0, 0.002], 0.009),
+    ];
     let mut a = between(3.0, two, air);
     a.domain = Box3::SPACE;
     a.walls = [[Wall::Open; 2]; 3];
-    for facet in [0.3, 0.2, 0.15] {
-        let start = std::time::Instant::now();
-        let out = mesh(&a, &Sizing { facet, ..Sizing::default() });
-        match out {
-            Ok(out) => eprintln!("STRESS {facet} {} {:?} {:?}", out.mesh.tets.len(), out.quality, start.elapsed()),
-            Err(e) => eprintln!("STRESS {facet} {e} {:?}", start.elapsed()),
+    let b = between(
+        3.0,
+        vec![ball([0.3, 0.3, 0.0], 0.25)],
+        vec![ball([0.0, 0.0, 0.0], 0.8), ball([0.8, 0.1, 0.0], 0.7), ball([0.3, 0.8, 0.1], 0.6)],
+    );
+    let c = between(
+        3.0,
+        vec![],
+        vec![
+            ball([0.0, 0.0, 0.0], 0.8),
+            ball([0.5, 0.1, 0.0], 0.7),
+            ball([0.3, 0.1, 0.1], 0.6),
+            rod(1, [0.0, -1.0, 0.0], 0.4, 1.5),
+        ],
+    );
+    for (k, a) in [a, b, c].iter().enumerate() {
+        for facet in [0.3, 0.2, 0.1] {
+            let start = std::time::Instant::now();
+            let out = mesh(a, &Sizing { facet, most_points: 40_000, ..Sizing::default() });
+            match out {
+                Ok(out) => eprintln!(
+                    "STRESS {k} {facet} {} {:?} {:?}",
+                    out.mesh.tets.len(),
+                    out.quality,
+                    start.elapsed()
+                ),
+                Err(e) => eprintln!("STRESS {k} {facet} {e} {:?}", start.elapsed()),
+            }
         }
     }
 }

@@ -8,6 +8,7 @@ mod bodies;
 mod complex;
 mod conform;
 mod delaunay;
+mod hidden;
 mod meet;
 mod quality;
 mod refine;
@@ -21,6 +22,8 @@ use crate::shapes::{Shape, ShapeScene};
 pub(crate) use bodies::bounds;
 use conform::Work;
 use delaunay::NONE;
+use elastocap_fem::vector::{length, minus};
+use hidden::drop_hidden;
 pub use quality::Quality;
 pub(crate) use skin::flat_parts;
 
@@ -145,10 +148,14 @@ pub fn mesh(scene: &ShapeScene, sizing: &Sizing) -> Result<Meshed, MeshError> {
         return Err(MeshError::OpenBetweenWalls);
     }
     let domain = bodies::domain(scene, sizing)?;
-    let complex = bodies::complex(scene, &domain, sizing)?;
+    let filling = Filling::new(scene, sizing);
+    let mut complex = bodies::complex(scene, &domain, sizing)?;
+    if !complex.crossed.is_empty() {
+        drop_hidden(&mut complex, &domain, |p| filling.at(p));
+    }
     let mut work = Work::new(complex, domain.min, domain.max)?;
     work.conform(sizing)?;
-    fill(&mut work, scene, sizing)?;
+    fill(&mut work, &filling)?;
     let refined = work.refine(sizing);
     work.smooth();
     work.unflatten(sizing).map_err(|at| MeshError::Flat { at })?;
@@ -162,12 +169,62 @@ const ASKED: usize = 24;
 /// Those that have this part of the volume of the largest one.
 const LARGE: f64 = 1e-3;
 
-/// Says what fills each tetrahedron: 0 background, 1 + k dielectric k, -1 - k conductor k.
-fn fill(work: &mut Work, scene: &ShapeScene, sizing: &Sizing) -> Result<(), MeshError> {
-    let flat = |shape: &Shape| (bodies::flat(shape, sizing), matches!(shape, Shape::Shell { .. }));
-    let conductors: Vec<(Shape, bool)> = scene.conductors.iter().map(|c| flat(&c.shape)).collect();
-    let dielectrics: Vec<(Shape, bool)> = scene.dielectrics.iter().map(|d| flat(&d.shape)).collect();
-    let holds = |(shape, hollow): &(Shape, bool), p| bodies::holds(shape, p) != *hollow;
+/// What is where: the bodies as they are meshed.
+struct Filling {
+    conductors: Vec<Filled>,
+    dielectrics: Vec<Filled>,
+}
+
+struct Filled {
+    shape: Shape,
+    /// Whether it is everything but the shape.
+    hollow: bool,
+    /// The middle of a ball, a radius within and one beyond all of its faces.
+    round: Option<([f64; 3], [f64; 2])>,
+}
+
+impl Filled {
+    fn new(shape: &Shape, sizing: &Sizing) -> Self {
+        let off = 0.5 * sizing.facet * sizing.facet;
+        let round = match shape {
+            Shape::Sphere { center, radius } | Shape::Shell { center, radius } => {
+                Some((*center, [(1.0 - off) * radius, (1.0 + off) * radius]))
+            }
+            _ => None,
+        };
+        let hollow = matches!(shape, Shape::Shell { .. });
+        Self { shape: bodies::flat(shape, sizing), hollow, round }
+    }
+
+    fn holds(&self, p: [f64; 3]) -> bool {
+        if let Some((center, [inner, outer])) = self.round {
+            let distance = length(minus(p, center));
+            if distance < inner || distance > outer {
+                return (distance < inner) != self.hollow;
+            }
+        }
+        bodies::holds(&self.shape, p) != self.hollow
+    }
+}
+
+impl Filling {
+    fn new(scene: &ShapeScene, sizing: &Sizing) -> Self {
+        Self {
+            conductors: scene.conductors.iter().map(|c| Filled::new(&c.shape, sizing)).collect(),
+            dielectrics: scene.dielectrics.iter().map(|d| Filled::new(&d.shape, sizing)).collect(),
+        }
+    }
+
+    /// 0 background, 1 + k dielectric k, -1 - k conductor k.
+    fn at(&self, p: [f64; 3]) -> i32 {
+        let conductor = self.conductors.iter().position(|c| c.holds(p));
+        let dielectric = || self.dielectrics.iter().rposition(|d| d.holds(p));
+        conductor.map_or_else(|| dielectric().map_or(0, |d| d as i32 + 1), |c| -1 - c as i32)
+    }
+}
+
+/// Says what fills each tetrahedron.
+fn fill(work: &mut Work, filling: &Filling) -> Result<(), MeshError> {
     let mesh = &mut work.mesh;
     let mut seen = vec![false; mesh.tets.len()];
     for first in 0..mesh.tets.len() as u32 {
@@ -201,9 +258,7 @@ fn fill(work: &mut Work, scene: &ShapeScene, sizing: &Sizing) -> Result<(), Mesh
         for (_, t) in large.iter().step_by(large.len().div_ceil(ASKED).max(1)) {
             let corners = mesh.corners(*t);
             let middle = [0, 1, 2].map(|k| corners.iter().map(|c| c[k]).sum::<f64>() / 4.0);
-            let conductor = conductors.iter().position(|c| holds(c, middle));
-            let dielectric = dielectrics.iter().rposition(|d| holds(d, middle));
-            let region = conductor.map_or_else(|| dielectric.map_or(0, |d| d as i32 + 1), |c| -1 - c as i32);
+            let region = filling.at(middle);
             if *found.get_or_insert(region) != region {
                 return Err(MeshError::Leak { at: middle });
             }
