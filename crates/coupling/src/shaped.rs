@@ -33,6 +33,9 @@ const FLAT: f64 = 12_000.0;
 /// Sizes of faces to try.
 const TRIES: usize = 4;
 
+/// Where surfaces were not met by then other sizes are tried; with more points that would take too long.
+const FEW_POINTS: usize = 100_000;
+
 /// A scene solved.
 pub(crate) struct Solved {
     /// Its mesh is of the part above the planes.
@@ -184,7 +187,8 @@ fn whole_of(scene: &ShapeScene, size: f64, tolerance: f64) -> Result<TetMesh, St
                 MeshError::Flat { .. }
                 | MeshError::Torn { .. }
                 | MeshError::Leak { .. }
-                | MeshError::Tangled { .. },
+                | MeshError::Tangled { .. }
+                | MeshError::Unreachable { points: ..FEW_POINTS, .. },
             ) if tries > 0 => {
                 facet *= 0.9;
             }

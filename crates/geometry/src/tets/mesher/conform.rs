@@ -3,10 +3,13 @@
 use super::complex::Complex;
 use super::delaunay::{Delaunay, FACES, Refusal, circumcenter, sorted};
 use super::{MeshError, Sizing};
-use elastocap_fem::vector::{length, normal};
+use elastocap_fem::vector::{length, minus, normal};
 use std::collections::HashSet;
 
 type P = [f64; 3];
+
+/// A segment is not cut into parts shorter than this part of it.
+const SHORTEST: f64 = 1e-5;
 
 /// The triangulation with what it has to keep.
 #[derive(Debug)]
@@ -17,6 +20,8 @@ pub(super) struct Work {
     pub(super) sizes: Vec<f64>,
     /// Facets of each segment.
     pub(super) segments: Vec<Vec<u32>>,
+    /// How long each segment is as a whole, m.
+    lengths: Vec<f64>,
     /// Parts of segments, and of which.
     subs: Vec<([u32; 2], u32)>,
     of_facet: Vec<Vec<u32>>,
@@ -40,6 +45,7 @@ impl Work {
             sizes: vec![f64::INFINITY; mesh.points.len()],
             mesh,
             segments: Vec::new(),
+            lengths: Vec::new(),
             subs: Vec::new(),
             of_facet: vec![Vec::new(); complex.facets.len()],
             given: 0,
@@ -69,6 +75,8 @@ impl Work {
         for (ends, facets) in &out.complex.segments {
             out.subs.push((ends.map(|p| ids[p as usize]), out.segments.len() as u32));
             out.segments.push(facets.clone());
+            let [a, b] = ends.map(|p| out.complex.points[p as usize]);
+            out.lengths.push(length(minus(b, a)));
         }
         out.given = out.mesh.points.len() as u32;
         for k in 0..out.complex.seeds.len() {
@@ -152,6 +160,11 @@ impl Work {
     fn split(&mut self, k: usize) -> Result<(), MeshError> {
         let ([a, b], segment) = self.subs[k];
         let p = self.cut([a, b]);
+        // Around a sharp corner every part may ask for smaller ones.
+        let [from, to] = [a, b].map(|q| self.mesh.points[q as usize]);
+        if length(minus(to, from)) < SHORTEST * self.lengths[segment as usize] {
+            return Err(self.unreachable(p));
+        }
         let on = self.segments[segment as usize].clone();
         let v = self.add(p, &on, self.between([a, b]))?;
         if v == a || v == b {

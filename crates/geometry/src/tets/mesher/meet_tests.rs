@@ -26,11 +26,9 @@ fn rod(axis: usize, base: [f64; 3], radius: f64, height: f64) -> Shape {
 
 /// Volumes of the regions: the surroundings, then each dielectric.
 fn volumes(scene: &ShapeScene, facet: f64) -> Vec<f64> {
-    let start = std::time::Instant::now();
     let out = mesh(scene, &Sizing { facet, ..Sizing::default() }).unwrap();
     conforming(&out.mesh);
     assert!(out.refined);
-    eprintln!("QUAL {} {:?} {:?}", out.mesh.tets.len(), out.quality, start.elapsed());
     (0..=scene.dielectrics.len() as u32).map(|r| volume(&out.mesh, Some(r))).collect()
 }
 
@@ -196,48 +194,5 @@ fn conductors_may_neither_cross_nor_touch() {
         let found = crossing(a, b);
         let Err(MeshError::Crossing { first, second, .. }) = &found else { panic!("{found:?}") };
         assert_eq!([&first[..], &second[..]], ["c0", "c1"]);
-    }
-}
-
-#[test]
-fn stress() {
-    let two = vec![ball([0.0; 3], 0.01), ball([0.05, 0.0, 0.0], 0.02)];
-    let air = vec![
-        ball([0.01, 0.0, 0.0], 0.012),
-        ball([0.025, 0.003, 0.0], 0.014),
-        ball([0.03, 0.0, 0.002], 0.009),
-    ];
-    let mut a = between(3.0, two, air);
-    a.domain = Box3::SPACE;
-    a.walls = [[Wall::Open; 2]; 3];
-    let b = between(
-        3.0,
-        vec![ball([0.3, 0.3, 0.0], 0.25)],
-        vec![ball([0.0, 0.0, 0.0], 0.8), ball([0.8, 0.1, 0.0], 0.7), ball([0.3, 0.8, 0.1], 0.6)],
-    );
-    let c = between(
-        3.0,
-        vec![],
-        vec![
-            ball([0.0, 0.0, 0.0], 0.8),
-            ball([0.5, 0.1, 0.0], 0.7),
-            ball([0.3, 0.1, 0.1], 0.6),
-            rod(1, [0.0, -1.0, 0.0], 0.4, 1.5),
-        ],
-    );
-    for (k, a) in [a, b, c].iter().enumerate() {
-        for facet in [0.3, 0.2, 0.1] {
-            let start = std::time::Instant::now();
-            let out = mesh(a, &Sizing { facet, most_points: 40_000, ..Sizing::default() });
-            match out {
-                Ok(out) => eprintln!(
-                    "STRESS {k} {facet} {} {:?} {:?}",
-                    out.mesh.tets.len(),
-                    out.quality,
-                    start.elapsed()
-                ),
-                Err(e) => eprintln!("STRESS {k} {facet} {e} {:?}", start.elapsed()),
-            }
-        }
     }
 }
