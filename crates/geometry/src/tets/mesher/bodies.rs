@@ -204,7 +204,11 @@ pub(super) fn complex(scene: &ShapeScene, domain: &Box3, sizing: &Sizing) -> Res
     let conductors = scene.conductors.iter().enumerate().map(|(c, b)| (&b.name, &b.shape, Some(c as u32)));
     let dielectrics = scene.dielectrics.iter().map(|d| (&d.name, &d.shape, None));
     let all = || conductors.clone().chain(dielectrics.clone());
-    out.bodies.extend(all().map(|(name, _, c)| Owner { name: name.clone(), conductor: c.is_some() }));
+    out.bodies.extend(all().map(|(name, shape, conductor)| Owner {
+        name: name.clone(),
+        conductor: conductor.is_some(),
+        ball: matches!(shape, Shape::Sphere { .. } | Shape::Shell { .. }),
+    }));
     boxes(&mut out, scene, domain, sizing);
     let mut planes = [0, 1, 2].map(|a| {
         let boxes = all().filter_map(|b| if let Shape::Box(b) = b.1 { Some(*b) } else { None });

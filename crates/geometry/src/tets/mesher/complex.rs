@@ -82,6 +82,7 @@ impl Facet {
 pub(super) struct Owner {
     pub(super) name: String,
     pub(super) conductor: bool,
+    pub(super) ball: bool,
 }
 
 /// Points, segments, facets.

@@ -3,7 +3,7 @@
 use super::complex::Complex;
 use super::delaunay::{Delaunay, FACES, Refusal, circumcenter, sorted};
 use super::{MeshError, Sizing};
-use elastocap_fem::vector::{length, minus, normal};
+use elastocap_fem::vector::{length, minus};
 use std::collections::HashSet;
 
 type P = [f64; 3];
@@ -212,7 +212,7 @@ impl Work {
                         continue;
                     }
                     if there.insert(ids) && self.inside(f, ids) {
-                        covered += self.area(ids);
+                        covered += self.area(f, ids);
                     }
                 }
             }
@@ -232,7 +232,7 @@ impl Work {
             let mut ids = [0, 1, 2].map(|k| points[t[k]]);
             ids.sort_unstable();
             if self.inside(f, ids) {
-                whole += self.area(ids);
+                whole += self.area(f, ids);
                 if !there.contains(&ids) {
                     missing.push(ids);
                 }
@@ -254,8 +254,11 @@ impl Work {
         self.complex.facets[f].holds(self.middle(ids))
     }
 
-    fn area(&self, ids: [u32; 3]) -> f64 {
-        0.5 * length(normal(ids.map(|p| self.mesh.points[p as usize])))
+    /// Area as seen on the plane of the facet, which its points may lie a little off.
+    fn area(&self, f: usize, ids: [u32; 3]) -> f64 {
+        let facet = &self.complex.facets[f];
+        let [a, b, c] = ids.map(|p| facet.flat(self.mesh.points[p as usize]));
+        0.5 * ((b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])).abs()
     }
 
     /// Adds points until every segment and facet is there; then they are kept.

@@ -19,6 +19,10 @@ const NEAR: f64 = 1e-6;
 /// That distance over the extent of everything: no smaller, no larger.
 const NEAREST: [f64; 2] = [1e-13, 1e-8];
 
+/// A crossing this near to an end of a segment, over its length, is at the end where the segment is of a ball, whose corners
+/// may move a little.
+const MERGED: f64 = 2e-3;
+
 /// Lines of one round may meet further surfaces in the next: each new point lies on one facet more.
 const ROUNDS: usize = 12;
 
@@ -168,16 +172,20 @@ impl<'a> Meeting<'a> {
         }
     }
 
-    /// The point at that place or next to it.
-    fn point(&mut self, p: P, size: f64) -> u32 {
+    /// The point at that place or next to it; or one of `around` that is nearly there.
+    fn point(&mut self, p: P, around: &[u32], merged: f64, size: f64) -> u32 {
         let [i, j, k] = self.cell(p);
+        let away = |this: &Self, q: u32| length(minus(this.complex.points[q as usize], p));
         for n in 0..27 {
             let cell = [i + n % 3 - 1, j + n / 3 % 3 - 1, k + n / 9 - 1];
             let found = self.cells.get(&cell).into_iter().flatten();
-            let place = |q: u32| self.complex.points[q as usize];
-            if let Some(&q) = found.into_iter().find(|&&q| length(minus(place(q), p)) <= self.near) {
+            if let Some(&q) = found.into_iter().find(|&&q| away(self, q) <= self.near) {
                 return q;
             }
+        }
+        let nearest = around.iter().copied().min_by(|&q, &r| away(self, q).total_cmp(&away(self, r)));
+        if let Some(q) = nearest.filter(|&q| away(self, q) <= merged) {
+            return q;
         }
         let new = self.complex.points.len() as u32;
         self.complex.points.push(p);
@@ -325,9 +333,12 @@ impl<'a> Meeting<'a> {
                 }
                 let of = |g: &u32| self.complex.facets[*g as usize].owners.iter().copied();
                 let owners: Vec<u32> = facets.iter().flat_map(of).collect();
-                let others = owners.into_iter().filter(|&o| o != owner);
+                let others = owners.iter().copied().filter(|&o| o != owner);
                 self.complex.crossed.extend(others.map(|o| sorted(o, owner)));
-                let v = self.point(at, self.size(segment));
+                let ball = |o: &u32| self.complex.bodies.get(*o as usize).is_some_and(|b| b.ball);
+                let merged =
+                    if owners.iter().all(ball) { MERGED * length(minus(ends[1], ends[0])) } else { 0.0 };
+                let v = self.point(at, &segment, merged, self.size(segment));
                 self.touch(v, f);
                 if !segment.contains(&v) {
                     facets.iter().for_each(|&g| self.touch(v, g));
@@ -414,7 +425,7 @@ impl<'a> Meeting<'a> {
         if length(minus(p, q)) > self.near {
             return;
         }
-        let new = self.point(p, self.size(one).min(self.size(other)));
+        let new = self.point(p, &[], 0.0, self.size(one).min(self.size(other)));
         for segment in [one, other] {
             if !segment.contains(&new) {
                 let facets = self.complex.segments.get(&segment).cloned().unwrap_or_default();
