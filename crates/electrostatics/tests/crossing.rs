@@ -30,17 +30,17 @@ fn scene(metal: Vec<Shape>, filled: Vec<(Shape, f64)>) -> ShapeScene {
     }
 }
 
-fn matrix(scene: &ShapeScene, facet: f64, tolerance: f64) -> Vec<Vec<Bounded>> {
-    let meshed = mesh(scene, &Sizing { facet, ..Sizing::default() }).unwrap();
+fn matrix(scene: &ShapeScene, facet: f64, tolerance: f64) -> Result<Vec<Vec<Bounded>>, String> {
+    let meshed = mesh(scene, &Sizing { facet, ..Sizing::default() }).map_err(|e| e.to_string())?;
     let permittivity: Vec<f64> =
         [1.0].into_iter().chain(scene.dielectrics.iter().map(|d| d.relative_permittivity)).collect();
     let charges = vec![None; scene.conductors.len()];
     let shapes =
         Shapes { permittivity: &permittivity, floating_charges: &charges, order: 2, mirrored: [false; 3] };
     let settings = Settings { relative_tolerance: tolerance, ..Settings::default() };
-    let found = solve_mesh(meshed.mesh, shapes, &settings).unwrap();
+    let found = solve_mesh(meshed.mesh, shapes, &settings).map_err(|e| e.to_string())?;
     assert!(found.solution.reached, "{:?}", found.solution.shortfall);
-    found.solution.maxwell
+    Ok(found.solution.maxwell)
 }
 
 #[test]
@@ -54,7 +54,7 @@ fn a_ball_half_in_a_dielectric_is_two_half_capacitors_whatever_the_dielectric_en
     ] {
         let shell = Shape::Shell { center: [0.0; 3], radius: 2e-3 };
         let scene = scene(vec![ball([0.0; 3], 1e-3), shell], vec![(lower, 3.0)]);
-        let c = matrix(&scene, 0.15, 1e-2)[0][0];
+        let c = matrix(&scene, 0.15, 1e-2).unwrap()[0][0];
         // 0.05 facet^2 is the estimate of what flat faces change.
         let facets = 2e-3 * known;
         assert!(c.lower - facets < known && known < c.upper + facets, "{c:?} {known:e}");
@@ -66,7 +66,7 @@ fn dielectrics_that_overlap_but_differ_from_nothing_change_nothing() {
     let metal = || vec![ball([0.0; 3], 0.01), ball([0.05, 0.0, 0.0], 0.02)];
     let air =
         [ball([0.01, 0.0, 0.0], 0.012), ball([0.025, 0.003, 0.0], 0.014), ball([0.03, 0.0, 0.002], 0.009)];
-    let filled = matrix(&scene(metal(), air.map(|shape| (shape, 1.0)).to_vec()), 0.2, 2e-2);
+    let filled = matrix(&scene(metal(), air.map(|shape| (shape, 1.0)).to_vec()), 0.2, 2e-2).unwrap();
     let empty = [[1.2305175e-12, -0.4945668e-12], [-0.4945668e-12, 2.4315431e-12]];
     for i in 0..2 {
         for j in 0..2 {
@@ -104,7 +104,7 @@ fn of_dielectrics_that_overlap_the_later_wins_as_it_does_in_the_solver_for_boxes
         };
         let settings = Settings { relative_tolerance: 1e-2, ..Settings::default() };
         let known = solve(&boxes, &settings).unwrap().maxwell[0][0];
-        let found = matrix(&ShapeScene::from(&boxes), 0.3, 3e-2)[0][0];
+        let found = matrix(&ShapeScene::from(&boxes), 0.3, 3e-2).unwrap()[0][0];
         assert!(known.lower < found.upper && found.lower < known.upper, "{known:?} {found:?}");
         values.push(found);
     }
