@@ -33,6 +33,9 @@ const STRIPS: f64 = 300.0;
 /// Sizes of faces to try.
 const TRIES: usize = 4;
 
+/// Where surfaces were not met by then other sizes are tried; with more points that would take too long.
+const FEW_POINTS: usize = 100_000;
+
 /// A scene solved.
 pub(crate) struct Solved {
     /// Its mesh is of the part above the planes.
@@ -226,9 +229,17 @@ fn whole_of(scene: &ShapeScene, size: f64, tolerance: f64) -> Result<TetMesh, St
         tries -= 1;
         match mesh(scene, &Sizing { facet, far: 2.0 * reach, ..Sizing::default() }) {
             Ok(found) => return Ok(found.mesh),
-            Err(MeshError::Flat { .. } | MeshError::Torn { .. }) if tries > 0 => facet *= 0.9,
+            Err(
+                MeshError::Flat { .. }
+                | MeshError::Torn { .. }
+                | MeshError::Leak { .. }
+                | MeshError::Tangled { .. }
+                | MeshError::Unreachable { points: ..FEW_POINTS, .. },
+            ) if tries > 0 => {
+                facet *= 0.9;
+            }
             // Corners of round bodies lie outside them: coarse ones may cross where the bodies do not.
-            Err(MeshError::Crossing { .. }) if tries > 0 => {
+            Err(MeshError::Crossing { .. } | MeshError::Near { .. }) if tries > 0 => {
                 facet *= 0.5;
                 tries = tries.min(1);
             }

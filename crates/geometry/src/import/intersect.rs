@@ -5,10 +5,10 @@ use obvhs::bvh2::Bvh2;
 use obvhs::ploc::{PlocBuilder, PlocSearchDistance, SortPrecision};
 use robust::{Coord, Coord3D, orient2d, orient3d};
 
-pub(super) type Point = [f64; 3];
+pub(crate) type Point = [f64; 3];
 
-/// Triangles in a tree of boxes.
-pub(super) struct Search {
+/// Triangles, or whatever has bounds, in a tree of boxes.
+pub(crate) struct Search {
     tree: Bvh2,
     boxes: Vec<Aabb>,
 }
@@ -16,13 +16,13 @@ pub(super) struct Search {
 /// How all coordinates are brought to [-1, 1], where single precision serves: every step keeps the order of two numbers, so
 /// boxes that overlap still do.
 #[derive(Clone, Copy)]
-pub(super) struct Frame {
+pub(crate) struct Frame {
     middle: Point,
     scale: f64,
 }
 
 impl Frame {
-    pub(super) fn around<'a>(points: impl Iterator<Item = &'a Point>) -> Self {
+    pub(crate) fn around<'a>(points: impl Iterator<Item = &'a Point>) -> Self {
         let (mut low, mut high) = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);
         for p in points {
             for a in 0..3 {
@@ -35,23 +35,34 @@ impl Frame {
         Self { middle, scale: if half > 0.0 { half } else { 1.0 } }
     }
 
-    fn bounds(&self, corners: [Point; 3]) -> Aabb {
-        let local = corners.map(|p| [0, 1, 2].map(|a| ((p[a] - self.middle[a]) / self.scale) as f32));
-        let fold = |f: fn(f32, f32) -> f32| [0, 1, 2].map(|a| f(f(local[0][a], local[1][a]), local[2][a]));
-        Aabb::new(fold(f32::min).into(), fold(f32::max).into())
+    /// The smallest box that holds the points.
+    pub(crate) fn bounds(&self, points: &[Point]) -> Aabb {
+        let (mut low, mut high) = ([f32::INFINITY; 3], [f32::NEG_INFINITY; 3]);
+        for p in points {
+            for a in 0..3 {
+                let x = ((p[a] - self.middle[a]) / self.scale) as f32;
+                low[a] = low[a].min(x);
+                high[a] = high[a].max(x);
+            }
+        }
+        Aabb::new(low.into(), high.into())
     }
 }
 
 impl Search {
-    pub(super) fn new(frame: Frame, points: &[Point], faces: &[[u32; 3]]) -> Self {
-        let boxes: Vec<Aabb> = faces.iter().map(|f| frame.bounds(f.map(|p| points[p as usize]))).collect();
-        let indices = (0..faces.len() as u32).collect();
+    fn new(frame: Frame, points: &[Point], faces: &[[u32; 3]]) -> Self {
+        Self::of(faces.iter().map(|f| frame.bounds(&f.map(|p| points[p as usize]))).collect())
+    }
+
+    /// A tree of these boxes.
+    pub(crate) fn of(boxes: Vec<Aabb>) -> Self {
+        let indices = (0..boxes.len() as u32).collect();
         let tree = PlocBuilder::new().build(PlocSearchDistance::Low, &boxes, indices, SortPrecision::U64, 0);
         Self { tree, boxes }
     }
 
-    /// Calls `each` with every triangle whose box meets that one; ends when it returns true.
-    fn near(&self, bounds: &Aabb, stack: &mut Vec<u32>, mut each: impl FnMut(u32)) {
+    /// Calls `each` with every box that meets that one.
+    pub(crate) fn near(&self, bounds: &Aabb, stack: &mut Vec<u32>, mut each: impl FnMut(u32)) {
         stack.clear();
         if !self.tree.nodes.is_empty() {
             stack.push(0);
@@ -106,7 +117,7 @@ pub(super) fn between(
     for (i, face) in left.1.iter().enumerate() {
         let corners = face.map(|p| left.0[p as usize]);
         let mut found: Option<usize> = None;
-        search.near(&frame.bounds(corners), &mut stack, |j| {
+        search.near(&frame.bounds(&corners), &mut stack, |j| {
             let j = j as usize;
             if found.is_none_or(|f| j < f) && apart_meet(corners, right.1[j].map(|p| right.0[p as usize])) {
                 found = Some(j);

@@ -6,7 +6,7 @@
 pub mod audit;
 mod error;
 pub mod gmsh;
-mod intersect;
+pub(crate) mod intersect;
 pub mod obj;
 mod polygon;
 

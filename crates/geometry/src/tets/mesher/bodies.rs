@@ -1,7 +1,9 @@
 //! From the bodies of a scene to points, segments and facets.
 
-use super::complex::Complex;
+use super::complex::{Complex, Owner};
+use super::meet::NOBODY;
 use super::skin::{Cut, Skin};
+use super::thin::too_near;
 use super::{MeshError, Sizing};
 use crate::scene::{Box3, Wall};
 use crate::shapes::{Shape, ShapeScene, TriangleSurface};
@@ -102,6 +104,21 @@ pub(super) fn geodesic(center: P, radius: f64, relative: f64) -> TriangleSurface
     out
 }
 
+/// The body as it is meshed: with flat faces in place of curved ones. That around a shell becomes the hollow.
+pub(super) fn flat(shape: &Shape, sizing: &Sizing) -> Shape {
+    match shape {
+        Shape::Sphere { center, radius } | Shape::Shell { center, radius } => {
+            Shape::Surface(geodesic(*center, *radius, sizing.facet))
+        }
+        Shape::Cylinder { axis, base, radius, height } => {
+            let across = [[1, 2], [0, 2], [0, 1]][*axis].map(|a| base[a]);
+            let outline = circle(across, *radius, sizing.facet);
+            Shape::Extrusion { axis: *axis, from: base[*axis], to: base[*axis] + height, outline }
+        }
+        other => other.clone(),
+    }
+}
+
 /// Whether the body holds the point.
 pub(super) fn holds(shape: &Shape, p: P) -> bool {
     let squared = |c: &P| (0..3).map(|k| (p[k] - c[k]).powi(2)).sum::<f64>();
@@ -184,33 +201,43 @@ pub(super) fn domain(scene: &ShapeScene, sizing: &Sizing) -> Result<Box3, MeshEr
 /// All surfaces of the scene.
 pub(super) fn complex(scene: &ShapeScene, domain: &Box3, sizing: &Sizing) -> Result<Complex, MeshError> {
     let mut out = Complex::default();
-    boxes(&mut out, scene, domain, sizing);
     let conductors = scene.conductors.iter().enumerate().map(|(c, b)| (&b.name, &b.shape, Some(c as u32)));
     let dielectrics = scene.dielectrics.iter().map(|d| (&d.name, &d.shape, None));
-    for (name, shape, conductor) in conductors.chain(dielectrics) {
+    let all = || conductors.clone().chain(dielectrics.clone());
+    out.bodies.extend(all().map(|(name, shape, conductor)| Owner {
+        name: name.clone(),
+        conductor: conductor.is_some(),
+        ball: matches!(shape, Shape::Sphere { .. } | Shape::Shell { .. }),
+    }));
+    boxes(&mut out, scene, domain, sizing);
+    let mut planes = [0, 1, 2].map(|a| {
+        let boxes = all().filter_map(|b| if let Shape::Box(b) = b.1 { Some(*b) } else { None });
+        boxes.chain([*domain]).flat_map(|b| [b.min[a], b.max[a]]).filter(|x| x.is_finite()).collect()
+    });
+    for (owner, (name, shape, conductor)) in (0..).zip(all()) {
         let unsupported = |what| MeshError::Unsupported { body: name.clone(), what };
         let mut size = sizing.facet * extent(&bounds(shape));
-        let mut skin = match shape {
-            Shape::Box(_) => continue,
+        let mut ball = false;
+        match shape {
             Shape::Sphere { center, radius } | Shape::Shell { center, radius } => {
                 size = sizing.facet * radius;
+                ball = true;
                 middle(&mut out, domain, *center, size);
-                Skin::triangles(&geodesic(*center, *radius, sizing.facet), false)
             }
-            Shape::Cylinder { axis, base, radius, height } => {
-                size = sizing.facet * radius;
-                let across = [[1, 2], [0, 2], [0, 1]][*axis].map(|a| base[a]);
-                let ends = [base[*axis], base[*axis] + height];
-                Skin::prism(*axis, ends, &circle(across, *radius, sizing.facet), None)
-            }
+            Shape::Cylinder { radius, .. } => size = sizing.facet * radius,
+            _ => {}
+        }
+        let mut skin = match flat(shape, sizing) {
             Shape::Extrusion { axis, from, to, outline } => {
-                Skin::prism(*axis, [*from, *to], outline, conductor)
+                Skin::prism(axis, [from, to], &outline, conductor)
             }
-            Shape::Surface(surface) => Skin::triangles(surface, true),
+            Shape::Surface(surface) => Skin::triangles(&surface, !ball),
             Shape::Physical(_) => {
                 return Err(unsupported("a group of a volume mesh, which is a mesh already"));
             }
+            _ => continue,
         };
+        skin.align(&mut planes);
         for axis in 0..3 {
             for (at, above, wall) in [
                 (domain.min[axis], true, scene.walls[axis][0]),
@@ -237,10 +264,19 @@ pub(super) fn complex(scene: &ShapeScene, domain: &Box3, sizing: &Sizing) -> Res
                 .collect();
         }
         for part in parts {
-            part.put(&mut out, name, size).ok_or_else(|| unsupported("a face without an area"))?;
+            part.put(&mut out, owner, size).ok_or_else(|| unsupported("a face without an area"))?;
         }
     }
     out.close(domain)?;
+    let shape = |o: u32| all().nth(o as usize).map(|b| b.1);
+    for &[first, second] in &out.crossed {
+        if let (Some(one), Some(other)) = (shape(first), shape(second))
+            && too_near(one, other, sizing.facet)
+        {
+            let name = |o: u32| out.bodies[o as usize].name.clone();
+            return Err(MeshError::Near { first: name(first), second: name(second) });
+        }
+    }
     Ok(out)
 }
 
@@ -279,20 +315,20 @@ fn middle(out: &mut Complex, domain: &Box3, center: P, size: f64) {
 
 /// All boxes and the walls: faces between cells of their common grid that are filled differently.
 fn boxes(out: &mut Complex, scene: &ShapeScene, domain: &Box3, sizing: &Sizing) {
-    let mut bodies: Vec<(Box3, i64, &str)> = Vec::new();
+    let mut bodies: Vec<(Box3, i64)> = Vec::new();
     for (d, body) in scene.dielectrics.iter().enumerate() {
         if let Shape::Box(b) = body.shape {
-            bodies.push((b, d as i64 + 1, &body.name));
+            bodies.push((b, d as i64 + 1));
         }
     }
     for (c, body) in scene.conductors.iter().enumerate() {
         if let Shape::Box(b) = body.shape {
-            bodies.push((b, -1 - c as i64, &body.name));
+            bodies.push((b, -1 - c as i64));
         }
     }
     let lines = [0, 1, 2].map(|a| {
         let mut line = vec![domain.min[a], domain.max[a]];
-        for (b, ..) in &bodies {
+        for (b, _) in &bodies {
             line.extend([b.min[a], b.max[a]].iter().filter(|&&x| domain.min[a] < x && x < domain.max[a]));
         }
         line.sort_unstable_by(f64::total_cmp);
@@ -323,9 +359,15 @@ fn boxes(out: &mut Complex, scene: &ShapeScene, domain: &Box3, sizing: &Sizing) 
         let code = [filled(below), filled(at), sheet.map_or(0, |s| s.1)];
         (code[0] != code[1] || code[2] != 0).then_some(code)
     };
+    // Conductors first: their surface it is.
+    let owner = |codes: [i64; 3]| {
+        let metal = codes.into_iter().find(|&c| c < 0 && c != i64::MIN).map(|c| (-1 - c) as usize);
+        let filled = codes.into_iter().find(|&c| c > 0).map(|c| c as usize - 1 + scene.conductors.len());
+        metal.or(filled).map_or(NOBODY, |o| o as u32)
+    };
     let far = extent(domain);
     let size = |codes: &[i64]| {
-        let of = |b: &&(Box3, i64, &str)| codes.contains(&b.1) && b.1 < 0;
+        let of = |b: &&(Box3, i64)| codes.contains(&b.1) && b.1 < 0;
         bodies.iter().filter(of).map(|b| sizing.facet * extent(&b.0)).fold(far, f64::min)
     };
     for axis in 0..3 {
@@ -335,15 +377,14 @@ fn boxes(out: &mut Complex, scene: &ShapeScene, domain: &Box3, sizing: &Sizing) 
                 for k in 0..count[2] {
                     let at = [i, j, k];
                     if let Some(code) = face(axis, at) {
-                        let name = bodies.iter().find(|b| code.contains(&b.1)).map_or("a wall", |b| b.2);
-                        let facet = out.plane(axis, lines[axis][at[axis] as usize], name);
+                        let facet = out.plane(axis, lines[axis][at[axis] as usize]);
                         let corners = [[0, 0], [1, 0], [1, 1], [0, 1]].map(|s| {
                             let mut to = at;
                             to[u] += s[0];
                             to[v] += s[1];
                             [0, 1, 2].map(|a| lines[a][to[a] as usize])
                         });
-                        out.area(facet, &corners);
+                        out.area(facet, &corners, owner(code));
                         if code[2] < 0 {
                             let polygon = out.facets[facet as usize].polygons.len() - 1;
                             out.facets[facet as usize].sheets.push(((-1 - code[2]) as u32, polygon));
@@ -379,7 +420,7 @@ fn boxes(out: &mut Complex, scene: &ShapeScene, domain: &Box3, sizing: &Sizing) 
                         .map(|x| out.point([0, 1, 2].map(|m| lines[m][x[m] as usize]), size(&codes)));
                     for (normal, is) in [(v, a.or(b)), (u, c.or(d))] {
                         if is.is_some() {
-                            let facet = out.plane(normal, lines[normal][at[normal] as usize], "a wall");
+                            let facet = out.plane(normal, lines[normal][at[normal] as usize]);
                             out.segment(p, q, facet);
                         }
                     }

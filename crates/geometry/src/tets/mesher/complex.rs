@@ -1,29 +1,31 @@
 //! What a mesh has to keep: points, straight segments and flat facets.
 
-use super::MeshError;
-use super::delaunay::{orient, sorted};
+use super::delaunay::sorted;
+use super::{MeshError, meet};
 use crate::scene::Box3;
-use elastocap_fem::vector::{dot, minus};
-use std::collections::{BTreeMap, HashMap};
+use elastocap_fem::vector::{cross, dot, minus};
+use std::collections::{BTreeMap, BTreeSet, HashMap};
 
 type P = [f64; 3];
 
 /// A flat part of a surface: polygons in one plane.
 #[derive(Debug)]
 pub(super) struct Facet {
-    pub(super) body: String,
     /// The axis it is normal to, and where, if it is normal to one.
     pub(super) plane: Option<(usize, f64)>,
     origin: P,
     directions: [P; 2],
+    normal: P,
     pub(super) polygons: Vec<Vec<[f64; 2]>>,
+    /// The body that each polygon is of, counted through those of the complex.
+    pub(super) owners: Vec<u32>,
     /// Sheets of no thickness in it: the conductor and its polygon.
     pub(super) sheets: Vec<(u32, usize)>,
 }
 
 /// Whether a point lies in a polygon. Polygons that share an edge share no point and lose none: an edge is taken from its lower
 /// end up, whichever way it is passed, so that rounding puts a point on the same side of it for both.
-fn in_polygon(polygon: &[[f64; 2]], p: [f64; 2]) -> bool {
+pub(super) fn in_polygon(polygon: &[[f64; 2]], p: [f64; 2]) -> bool {
     let mut inside = false;
     for (k, &a) in polygon.iter().enumerate() {
         let b = polygon[(k + 1) % polygon.len()];
@@ -54,6 +56,14 @@ impl Facet {
         p
     }
 
+    /// The distance of a point from the plane, negative on one side of it.
+    pub(super) fn height(&self, p: P) -> f64 {
+        match self.plane {
+            Some((axis, at)) => p[axis] - at,
+            None => dot(self.normal, minus(p, self.origin)),
+        }
+    }
+
     /// Whether a point of the plane lies in one of the polygons.
     pub(super) fn holds(&self, p: P) -> bool {
         let q = self.flat(p);
@@ -67,9 +77,18 @@ impl Facet {
     }
 }
 
+/// Whose surface something is.
+#[derive(Debug)]
+pub(super) struct Owner {
+    pub(super) name: String,
+    pub(super) conductor: bool,
+    pub(super) ball: bool,
+}
+
 /// Points, segments, facets.
 #[derive(Debug, Default)]
 pub(super) struct Complex {
+    pub(super) bodies: Vec<Owner>,
     pub(super) points: Vec<P>,
     /// The facets each point is on.
     pub(super) on: Vec<Vec<u32>>,
@@ -78,6 +97,8 @@ pub(super) struct Complex {
     pub(super) facets: Vec<Facet>,
     /// Ends, and the facets each segment is on.
     pub(super) segments: BTreeMap<[u32; 2], Vec<u32>>,
+    /// Pairs of owners whose surfaces cross.
+    pub(super) crossed: BTreeSet<[u32; 2]>,
     /// Points inside bodies, to start from.
     pub(super) seeds: Vec<(P, f64)>,
     planes: HashMap<(usize, u64), u32>,
@@ -101,7 +122,7 @@ impl Complex {
     }
 
     /// The facet of a whole plane normal to an axis.
-    pub(super) fn plane(&mut self, axis: usize, at: f64, body: &str) -> u32 {
+    pub(super) fn plane(&mut self, axis: usize, at: f64) -> u32 {
         let next = self.facets.len() as u32;
         let index = *self.planes.entry((axis, (at + 0.0).to_bits())).or_insert(next);
         if index == next {
@@ -112,11 +133,12 @@ impl Complex {
             directions[1][(axis + 2) % 3] = 1.0;
             let plane = Some((axis, at));
             self.facets.push(Facet {
-                body: body.into(),
                 plane,
                 origin,
+                normal: cross(directions[0], directions[1]),
                 directions,
                 polygons: Vec::new(),
+                owners: Vec::new(),
                 sheets: Vec::new(),
             });
         }
@@ -124,12 +146,12 @@ impl Complex {
     }
 
     /// The facet through these points: that of their plane if it is normal to an axis, else a new one.
-    pub(super) fn facet(&mut self, corners: &[P], body: &str) -> Option<u32> {
+    pub(super) fn facet(&mut self, corners: &[P]) -> Option<u32> {
         let at = |k: usize| corners[k];
         for axis in 0..3 {
             if (1..corners.len()).all(|k| at(k)[axis] == at(0)[axis]) {
                 let coordinate = at(0)[axis];
-                return Some(self.plane(axis, coordinate, body));
+                return Some(self.plane(axis, coordinate));
             }
         }
         let (u, w) = (minus(at(1), at(0)), minus(at(2), at(0)));
@@ -143,11 +165,12 @@ impl Complex {
             return None;
         }
         self.facets.push(Facet {
-            body: body.into(),
             plane: None,
             origin: at(0),
             directions: [u, v],
+            normal: cross(u, v),
             polygons: Vec::new(),
+            owners: Vec::new(),
             sheets: Vec::new(),
         });
         Some(self.facets.len() as u32 - 1)
@@ -161,8 +184,8 @@ impl Complex {
         }
     }
 
-    /// Adds a polygon whose corners need not be points of the mesh. The first three span its plane best.
-    pub(super) fn area(&mut self, facet: u32, corners: &[P]) {
+    /// Adds a polygon of a body whose corners need not be points of the mesh. The first three span its plane best.
+    pub(super) fn area(&mut self, facet: u32, corners: &[P], owner: u32) {
         let facet = &mut self.facets[facet as usize];
         let mut polygon: Vec<[f64; 2]> = corners.iter().map(|&p| facet.flat(p)).collect();
         let n = polygon.len();
@@ -173,6 +196,7 @@ impl Complex {
         let first = (1..n).fold(0, |best, k| if wide(k) > wide(best) { k } else { best });
         polygon.rotate_left(first);
         facet.polygons.push(polygon);
+        facet.owners.push(owner);
     }
 
     /// Adds a segment of a facet.
@@ -185,7 +209,7 @@ impl Complex {
         }
     }
 
-    /// Finds what touches without having been said to, and refuses what crosses. The walls are whole sides of `domain`.
+    /// Finds what touches or crosses without having been said to, and refuses conductors that do. The walls are whole sides of `domain`.
     pub(super) fn close(&mut self, domain: &Box3) -> Result<(), MeshError> {
         let wall = |plane: Option<(usize, f64)>| {
             plane.is_some_and(|(axis, at)| at == domain.min[axis] || at == domain.max[axis])
@@ -218,7 +242,7 @@ impl Complex {
                 self.segment(a, b, f);
             }
         }
-        self.crossings()
+        meet::resolve(self)
     }
 
     /// Cuts segments along an axis at the points on them.
@@ -242,48 +266,5 @@ impl Complex {
                 facets.iter().for_each(|&f| self.segment(pair[0], pair[1], f));
             }
         }
-    }
-
-    fn crossings(&self) -> Result<(), MeshError> {
-        let tilted: Vec<(usize, Vec<P>, [P; 2])> = self
-            .facets
-            .iter()
-            .enumerate()
-            .flat_map(|(f, facet)| {
-                facet.polygons.iter().map(move |polygon| {
-                    let corners: Vec<P> = polygon.iter().map(|&q| facet.raise(q)).collect();
-                    let bounds = [f64::min, f64::max].map(|pick: fn(f64, f64) -> f64| {
-                        [0, 1, 2].map(|k| corners.iter().skip(1).fold(corners[0][k], |m, c| pick(m, c[k])))
-                    });
-                    (f, corners, bounds)
-                })
-            })
-            .collect();
-        for (&[a, b], of) in &self.segments {
-            let [p, q] = [a, b].map(|i| self.points[i as usize]);
-            for (f, corners, bounds) in &tilted {
-                if (0..3).any(|k| p[k].max(q[k]) < bounds[0][k] || p[k].min(q[k]) > bounds[1][k]) {
-                    continue;
-                }
-                let name = *f as u32;
-                if self.on[a as usize].contains(&name) || self.on[b as usize].contains(&name) {
-                    continue;
-                }
-                let side = [p, q].map(|x| orient(corners[0], corners[1], corners[2], x));
-                if side[0] * side[1] < 0.0 {
-                    let s = side[0] / (side[0] - side[1]);
-                    let at = [0, 1, 2].map(|k| p[k] + s * (q[k] - p[k]));
-                    if self.facets[*f].holds(at) {
-                        let other = of.first().map_or("", |&o| &self.facets[o as usize].body);
-                        return Err(MeshError::Crossing {
-                            first: other.into(),
-                            second: self.facets[*f].body.clone(),
-                            at,
-                        });
-                    }
-                }
-            }
-        }
-        Ok(())
     }
 }

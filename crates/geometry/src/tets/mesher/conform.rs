@@ -3,10 +3,13 @@
 use super::complex::Complex;
 use super::delaunay::{Delaunay, FACES, Refusal, circumcenter, sorted};
 use super::{MeshError, Sizing};
-use elastocap_fem::vector::{length, normal};
+use elastocap_fem::vector::{length, minus};
 use std::collections::HashSet;
 
 type P = [f64; 3];
+
+/// A segment is not cut into parts shorter than this part of it.
+const SHORTEST: f64 = 1e-5;
 
 /// The triangulation with what it has to keep.
 #[derive(Debug)]
@@ -17,6 +20,8 @@ pub(super) struct Work {
     pub(super) sizes: Vec<f64>,
     /// Facets of each segment.
     pub(super) segments: Vec<Vec<u32>>,
+    /// How long each segment is as a whole, m.
+    lengths: Vec<f64>,
     /// Parts of segments, and of which.
     subs: Vec<([u32; 2], u32)>,
     of_facet: Vec<Vec<u32>>,
@@ -40,6 +45,7 @@ impl Work {
             sizes: vec![f64::INFINITY; mesh.points.len()],
             mesh,
             segments: Vec::new(),
+            lengths: Vec::new(),
             subs: Vec::new(),
             of_facet: vec![Vec::new(); complex.facets.len()],
             given: 0,
@@ -49,14 +55,28 @@ impl Work {
         let mut order: Vec<usize> = (0..out.complex.points.len()).collect();
         order.sort_by_cached_key(|&k| (along(out.complex.points[k], min, max), k));
         let mut ids = vec![0; order.len()];
-        for k in order {
-            let (p, size) = (out.complex.points[k], out.complex.sizes[k]);
-            let on = out.complex.on[k].clone();
-            ids[k] = out.add(p, &on, size)?;
+        // Those that would make a tetrahedron flat within a facet may come later, among other points.
+        let mut later = Vec::new();
+        for last in [false, true] {
+            for k in std::mem::take(if last { &mut later } else { &mut order }) {
+                let (p, size) = (out.complex.points[k], out.complex.sizes[k]);
+                let on = out.complex.on[k].clone();
+                let mut taken = out.insert(p, &on, true);
+                if taken == Err(Refusal::Shape) && !last {
+                    later.push(k);
+                    continue;
+                }
+                if taken == Err(Refusal::Shape) {
+                    taken = out.insert(p, &on, false);
+                }
+                ids[k] = out.taken(taken, p, &on, size)?;
+            }
         }
         for (ends, facets) in &out.complex.segments {
             out.subs.push((ends.map(|p| ids[p as usize]), out.segments.len() as u32));
             out.segments.push(facets.clone());
+            let [a, b] = ends.map(|p| out.complex.points[p as usize]);
+            out.lengths.push(length(minus(b, a)));
         }
         out.given = out.mesh.points.len() as u32;
         for k in 0..out.complex.seeds.len() {
@@ -74,14 +94,23 @@ impl Work {
 
     /// Takes a point in while nothing is kept yet.
     fn add(&mut self, p: P, on: &[u32], size: f64) -> Result<u32, MeshError> {
+        let mut taken = self.insert(p, on, true);
+        if taken == Err(Refusal::Shape) {
+            taken = self.insert(p, on, false);
+        }
+        self.taken(taken, p, on, size)
+    }
+
+    fn insert(&mut self, p: P, on: &[u32], strict: bool) -> Result<u32, Refusal> {
         let mut hint = self.last;
         if !self.mesh.alive(hint) {
             hint = self.mesh.at(self.mesh.points.len() as u32 - 1);
         }
-        let mut taken = self.mesh.insert(p, hint, on, None, true, false);
-        if taken == Err(Refusal::Shape) {
-            taken = self.mesh.insert(p, hint, on, None, false, false);
-        }
+        self.mesh.insert(p, hint, on, None, strict, false)
+    }
+
+    /// Writes down what a point that was taken in is on.
+    fn taken(&mut self, taken: Result<u32, Refusal>, p: P, on: &[u32], size: f64) -> Result<u32, MeshError> {
         let v = match taken {
             Ok(v) => {
                 self.sizes.push(size);
@@ -131,6 +160,11 @@ impl Work {
     fn split(&mut self, k: usize) -> Result<(), MeshError> {
         let ([a, b], segment) = self.subs[k];
         let p = self.cut([a, b]);
+        // Around a sharp corner every part may ask for smaller ones.
+        let [from, to] = [a, b].map(|q| self.mesh.points[q as usize]);
+        if length(minus(to, from)) < SHORTEST * self.lengths[segment as usize] {
+            return Err(self.unreachable(p));
+        }
         let on = self.segments[segment as usize].clone();
         let v = self.add(p, &on, self.between([a, b]))?;
         if v == a || v == b {
@@ -178,7 +212,7 @@ impl Work {
                         continue;
                     }
                     if there.insert(ids) && self.inside(f, ids) {
-                        covered += self.area(ids);
+                        covered += self.area(f, ids);
                     }
                 }
             }
@@ -198,7 +232,7 @@ impl Work {
             let mut ids = [0, 1, 2].map(|k| points[t[k]]);
             ids.sort_unstable();
             if self.inside(f, ids) {
-                whole += self.area(ids);
+                whole += self.area(f, ids);
                 if !there.contains(&ids) {
                     missing.push(ids);
                 }
@@ -220,8 +254,11 @@ impl Work {
         self.complex.facets[f].holds(self.middle(ids))
     }
 
-    fn area(&self, ids: [u32; 3]) -> f64 {
-        0.5 * length(normal(ids.map(|p| self.mesh.points[p as usize])))
+    /// Area as seen on the plane of the facet, which its points may lie a little off.
+    fn area(&self, f: usize, ids: [u32; 3]) -> f64 {
+        let facet = &self.complex.facets[f];
+        let [a, b, c] = ids.map(|p| facet.flat(self.mesh.points[p as usize]));
+        0.5 * ((b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])).abs()
     }
 
     /// Adds points until every segment and facet is there; then they are kept.
@@ -237,6 +274,9 @@ impl Work {
                     }
                     self.fill(f, ids)?;
                 }
+            }
+            if self.mesh.points.len() == before {
+                self.bulge(most)?;
             }
             if self.mesh.points.len() == before {
                 break;
@@ -272,6 +312,31 @@ impl Work {
         let at = facet.raise(facet.flat(at));
         let size = ids.iter().fold(f64::INFINITY, |s, &p| s.min(self.sizes[p as usize]));
         self.add(at, &[name], size).map(|_| ())
+    }
+
+    /// Adds points in tetrahedra whose corners all lie on one facet: both sides of them would be kept, with nothing between.
+    fn bulge(&mut self, most: usize) -> Result<(), MeshError> {
+        for t in 0..self.mesh.tets.len() as u32 {
+            if !self.mesh.alive(t) {
+                continue;
+            }
+            let ids = self.mesh.tets[t as usize];
+            let common = self.mesh.on[ids[0] as usize].iter().copied().find(|f| {
+                ids[1..].iter().all(|&p| self.mesh.on[p as usize].contains(f))
+                    && (0..4).any(|i| self.inside(*f as usize, self.mesh.face(t, i)))
+            });
+            let Some(f) = common else { continue };
+            if self.mesh.points.len() > most {
+                return Err(self.unreachable(self.mesh.corners(t)[0]));
+            }
+            let corners = self.mesh.corners(t);
+            let facet = &self.complex.facets[f as usize];
+            let middle = [0, 1, 2].map(|k| corners.iter().map(|c| c[k]).sum::<f64>() / 4.0);
+            let middle = facet.raise(facet.flat(middle));
+            let size = ids.iter().fold(f64::INFINITY, |s, &p| s.min(self.sizes[p as usize]));
+            self.add(middle, &[f], size)?;
+        }
+        Ok(())
     }
 
     /// Marks what has to stay.

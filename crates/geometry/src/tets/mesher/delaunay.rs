@@ -4,6 +4,7 @@
 //! are exact (Shewchuk, 1997), so that points on common spheres and planes do no harm. The hull is the box of the start: every
 //! later point lies in it or, with the very same coordinate, on it.
 
+use super::refine::roundness;
 use elastocap_fem::vector::{cross, dot, minus};
 use std::collections::HashMap;
 
@@ -29,6 +30,8 @@ pub(super) enum Refusal {
     Edge(u32, u32),
     /// It lies in the sphere over this face, to be kept, or over this edge.
     Near(u32, usize),
+    /// Faces to be kept lie between it and the tetrahedron it is for, which would stay.
+    Far,
     /// Rounding, or a point that would be lost.
     Shape,
 }
@@ -51,6 +54,10 @@ pub(super) struct Delaunay {
     pub(super) kept: HashMap<[u32; 2], u32>,
     /// The tetrahedra of the last point taken.
     pub(super) fresh: Vec<u32>,
+    /// New tetrahedra must be rounder than this, or the point is refused.
+    pub(super) least: f64,
+    /// The tetrahedron that a point is taken in to get rid of, or none.
+    pub(super) doomed: u32,
     tet_of: Vec<u32>,
     free: Vec<u32>,
     stamps: Vec<u32>,
@@ -83,7 +90,7 @@ fn squared(a: P, b: P) -> f64 {
 impl Delaunay {
     /// The box alone. Its eight corners are points 0 to 7, axis 0 fastest.
     pub(super) fn new(min: P, max: P) -> Self {
-        let mut out = Self { random: 1, ..Self::default() };
+        let mut out = Self { random: 1, least: f64::NEG_INFINITY, doomed: NONE, ..Self::default() };
         for corner in 0..8 {
             out.points.push([0, 1, 2].map(|a| if corner >> a & 1 == 0 { min[a] } else { max[a] }));
             out.on.push(Vec::new());
@@ -190,6 +197,28 @@ impl Delaunay {
         Err(Refusal::Shape)
     }
 
+    /// The first face to be kept on the straight way from the middle of a tetrahedron to `p`.
+    pub(super) fn wall_before(&self, mut t: u32, p: P) -> Option<(u32, usize)> {
+        let corners = self.corners(t);
+        let from = [0, 1, 2].map(|k| corners.iter().map(|c| c[k]).sum::<f64>() / 4.0);
+        for _ in 0..1000 {
+            let i = (0..4).find(|&i| {
+                let [a, b, c] = self.face(t, i).map(|q| self.points[q as usize]);
+                let sides = [[a, b], [b, c], [c, a]].map(|[q, r]| orient(from, p, q, r));
+                let through = sides.iter().all(|&s| s >= 0.0) || sides.iter().all(|&s| s <= 0.0);
+                through && orient(a, b, c, p) < 0.0 && orient(a, b, c, from) > 0.0
+            })?;
+            if self.walls[t as usize][i] != 0 {
+                return Some((t, i));
+            }
+            t = self.near[t as usize][i];
+            if t == NONE {
+                return None;
+            }
+        }
+        None
+    }
+
     /// Takes a point on the facets `own` into the triangulation. Tetrahedra flat within a facet are avoided if `strict`; a
     /// point too near to kept faces and edges other than its own is refused if `polite`.
     pub(super) fn insert(
@@ -274,6 +303,9 @@ impl Delaunay {
             cavity.retain(|&t| self.stamps[t as usize] == inside);
             next = 0;
         }
+        if self.doomed != NONE && self.stamps[self.doomed as usize] != inside {
+            return Err(Refusal::Far);
+        }
         self.guard(p, &cavity, &rim, own, splits, polite)?;
         Ok(self.fill(p, &cavity, &rim, own))
     }
@@ -292,6 +324,12 @@ impl Delaunay {
         let mut edges = Vec::new();
         for &(t, i) in rim {
             let face = self.face(t, i);
+            if self.least.is_finite() {
+                let [a, b, c] = face.map(|q| self.points[q as usize]);
+                if roundness([a, b, c, p]) <= self.least {
+                    return Err(Refusal::Shape);
+                }
+            }
             for k in 0..3 {
                 self.point_stamps[face[k] as usize] = self.stamp;
                 edges.push(sorted(face[k], face[(k + 1) % 3]));

@@ -8,9 +8,12 @@ mod bodies;
 mod complex;
 mod conform;
 mod delaunay;
+mod hidden;
+mod meet;
 mod quality;
 mod refine;
 mod skin;
+mod thin;
 
 use super::open::beyond;
 use super::{BoundaryFace, FaceRole, TetMesh};
@@ -19,6 +22,8 @@ use crate::shapes::{Shape, ShapeScene};
 pub(crate) use bodies::bounds;
 use conform::Work;
 use delaunay::NONE;
+use elastocap_fem::vector::{length, minus};
+use hidden::drop_hidden;
 pub use quality::Quality;
 pub(crate) use skin::flat_parts;
 
@@ -67,13 +72,29 @@ pub enum MeshError {
         /// What is the matter.
         what: &'static str,
     },
-    /// Two surfaces cross.
-    #[error("the surfaces of {first} and {second} cross at ({}, {}, {}) m; keep them apart or let them share a flat face", at[0], at[1], at[2])]
+    /// Two conductors, or one and a grounded wall, have a point in common.
+    #[error("the surfaces of {first} and {second} touch or cross at ({}, {}, {}) m; keep them apart", at[0], at[1], at[2])]
     Crossing {
         /// One body.
         first: String,
         /// The other one.
         second: String,
+        /// Where, m.
+        at: [f64; 3],
+    },
+    /// Flat faces in place of the curved surfaces of two bodies cross all over.
+    #[error(
+        "{first} and {second} are so near to one another that flat faces in their place cross; let their surfaces be the same, or thicken what is between them"
+    )]
+    Near {
+        /// One body.
+        first: String,
+        /// The other one.
+        second: String,
+    },
+    /// Surfaces that cross in more ways than can be followed.
+    #[error("too many surfaces cross at ({}, {}, {}) m; move one of the bodies there a little", at[0], at[1], at[2])]
+    Tangled {
         /// Where, m.
         at: [f64; 3],
     },
@@ -88,6 +109,12 @@ pub enum MeshError {
     /// A tetrahedron without a volume is left.
     #[error("a tetrahedron at ({}, {}, {}) m is left without a volume; another size of elements may help", at[0], at[1], at[2])]
     Flat {
+        /// Where, m.
+        at: [f64; 3],
+    },
+    /// What is filled differently is not kept apart: a defect of the mesher, found before anything is computed from it.
+    #[error("a surface has a gap near ({}, {}, {}) m, which is a defect of elastocap; a little finer or coarser sizes may help", at[0], at[1], at[2])]
+    Leak {
         /// Where, m.
         at: [f64; 3],
     },
@@ -112,18 +139,23 @@ pub enum MeshError {
 ///
 /// # Errors
 ///
-/// Surfaces that cross each other (those of boxes may), conductors that meet a grounded wall, open space between opposite walls,
-/// and surfaces that are not met within the limit on points. Other walls cut through bodies.
+/// Conductors that meet each other or a grounded wall, round bodies nearly but not quite in the same place, open space between
+/// opposite walls, and surfaces that are not met within the limit on points. Other walls cut through bodies. Where bodies
+/// overlap, conductors come before dielectrics, and later dielectrics before earlier ones.
 pub fn mesh(scene: &ShapeScene, sizing: &Sizing) -> Result<Meshed, MeshError> {
     let open = |a: usize| scene.walls[a].map(|w| w == Wall::Open);
     if (0..3).any(|a| open(a) == [false; 2]) && (0..3).any(|a| open(a) != [false; 2]) {
         return Err(MeshError::OpenBetweenWalls);
     }
     let domain = bodies::domain(scene, sizing)?;
-    let complex = bodies::complex(scene, &domain, sizing)?;
+    let filling = Filling::new(scene, sizing);
+    let mut complex = bodies::complex(scene, &domain, sizing)?;
+    if !complex.crossed.is_empty() {
+        drop_hidden(&mut complex, &domain, |p| filling.at(p));
+    }
     let mut work = Work::new(complex, domain.min, domain.max)?;
     work.conform(sizing)?;
-    fill(&mut work, scene);
+    fill(&mut work, &filling)?;
     let refined = work.refine(sizing);
     work.smooth();
     work.unflatten(sizing).map_err(|at| MeshError::Flat { at })?;
@@ -131,8 +163,68 @@ pub fn mesh(scene: &ShapeScene, sizing: &Sizing) -> Result<Meshed, MeshError> {
     Ok(Meshed { quality: Quality::of(&mesh), mesh, refined })
 }
 
-/// Says what fills each tetrahedron: 0 background, 1 + k dielectric k, -1 - k conductor k.
-fn fill(work: &mut Work, scene: &ShapeScene) {
+/// So many tetrahedra of each part between surfaces are asked what they are filled with.
+const ASKED: usize = 24;
+
+/// Those that have this part of the volume of the largest one.
+const LARGE: f64 = 1e-3;
+
+/// What is where: the bodies as they are meshed.
+struct Filling {
+    conductors: Vec<Filled>,
+    dielectrics: Vec<Filled>,
+}
+
+struct Filled {
+    shape: Shape,
+    /// Whether it is everything but the shape.
+    hollow: bool,
+    /// The middle of a ball, a radius within and one beyond all of its faces.
+    round: Option<([f64; 3], [f64; 2])>,
+}
+
+impl Filled {
+    fn new(shape: &Shape, sizing: &Sizing) -> Self {
+        let off = 0.5 * sizing.facet * sizing.facet;
+        let round = match shape {
+            Shape::Sphere { center, radius } | Shape::Shell { center, radius } => {
+                Some((*center, [(1.0 - off) * radius, (1.0 + off) * radius]))
+            }
+            _ => None,
+        };
+        let hollow = matches!(shape, Shape::Shell { .. });
+        Self { shape: bodies::flat(shape, sizing), hollow, round }
+    }
+
+    fn holds(&self, p: [f64; 3]) -> bool {
+        if let Some((center, [inner, outer])) = self.round {
+            let distance = length(minus(p, center));
+            if distance < inner || distance > outer {
+                return (distance < inner) != self.hollow;
+            }
+        }
+        bodies::holds(&self.shape, p) != self.hollow
+    }
+}
+
+impl Filling {
+    fn new(scene: &ShapeScene, sizing: &Sizing) -> Self {
+        Self {
+            conductors: scene.conductors.iter().map(|c| Filled::new(&c.shape, sizing)).collect(),
+            dielectrics: scene.dielectrics.iter().map(|d| Filled::new(&d.shape, sizing)).collect(),
+        }
+    }
+
+    /// 0 background, 1 + k dielectric k, -1 - k conductor k.
+    fn at(&self, p: [f64; 3]) -> i32 {
+        let conductor = self.conductors.iter().position(|c| c.holds(p));
+        let dielectric = || self.dielectrics.iter().rposition(|d| d.holds(p));
+        conductor.map_or_else(|| dielectric().map_or(0, |d| d as i32 + 1), |c| -1 - c as i32)
+    }
+}
+
+/// Says what fills each tetrahedron.
+fn fill(work: &mut Work, filling: &Filling) -> Result<(), MeshError> {
     let mesh = &mut work.mesh;
     let mut seen = vec![false; mesh.tets.len()];
     for first in 0..mesh.tets.len() as u32 {
@@ -153,21 +245,30 @@ fn fill(work: &mut Work, scene: &ShapeScene) {
                 }
             }
         }
-        // The middle of the largest one is the safest place to ask.
+        // The middles of large ones are the safest places to ask; they must agree.
         let volume = |t: u32| {
             let [a, b, c, d] = mesh.corners(t);
             super::determinant(a, b, c, d)
         };
-        let Some(&largest) = part.iter().max_by(|a, b| volume(**a).total_cmp(&volume(**b))) else { continue };
-        let corners = mesh.corners(largest);
-        let middle = [0, 1, 2].map(|k| corners.iter().map(|c| c[k]).sum::<f64>() / 4.0);
-        let conductor = scene.conductors.iter().position(|c| bodies::holds(&c.shape, middle));
-        let dielectric = scene.dielectrics.iter().rposition(|d| bodies::holds(&d.shape, middle));
-        let region = conductor.map_or_else(|| dielectric.map_or(0, |d| d as i32 + 1), |c| -1 - c as i32);
+        let mut large: Vec<(f64, u32)> = part.iter().map(|&t| (volume(t), t)).collect();
+        large.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
+        let least = large.first().map_or(0.0, |l| LARGE * l.0);
+        large.retain(|l| l.0 >= least);
+        let mut found = None;
+        for (_, t) in large.iter().step_by(large.len().div_ceil(ASKED).max(1)) {
+            let corners = mesh.corners(*t);
+            let middle = [0, 1, 2].map(|k| corners.iter().map(|c| c[k]).sum::<f64>() / 4.0);
+            let region = filling.at(middle);
+            if *found.get_or_insert(region) != region {
+                return Err(MeshError::Leak { at: middle });
+            }
+        }
+        let Some(region) = found else { continue };
         for t in part {
             mesh.regions[t as usize] = region;
         }
     }
+    Ok(())
 }
 
 fn collect(work: &Work, scene: &ShapeScene, domain: &Box3) -> Result<TetMesh, MeshError> {
@@ -242,5 +343,7 @@ fn collect(work: &Work, scene: &ShapeScene, domain: &Box3) -> Result<TetMesh, Me
     Ok(out)
 }
 
+#[cfg(test)]
+mod meet_tests;
 #[cfg(test)]
 mod tests;

@@ -2,7 +2,7 @@
 
 use super::Sizing;
 use super::conform::Work;
-use super::delaunay::{EDGES, Refusal, circumcenter, sorted, sphere_center};
+use super::delaunay::{EDGES, NONE, Refusal, circumcenter, sorted, sphere_center};
 use elastocap_fem::vector::{length, minus};
 use std::collections::VecDeque;
 
@@ -13,7 +13,7 @@ fn distance(a: P, b: P) -> f64 {
 }
 
 /// 1 for a regular tetrahedron, 0 for a flat one: volume over the third power of the root mean square of the edges.
-fn roundness(corners: [P; 4]) -> f64 {
+pub(super) fn roundness(corners: [P; 4]) -> f64 {
     let [a, b, c, d] = corners;
     let squares: f64 = EDGES.iter().map(|&[i, j]| distance(corners[i], corners[j]).powi(2)).sum();
     crate::tets::determinant(a, b, c, d) * 2.0_f64.sqrt() / (squares / 6.0).powf(1.5)
@@ -49,9 +49,12 @@ impl Work {
                 let weights = [0, 1, 2, 3].map(|k| 1.0 + 0.1 * f64::from((k + round) % 4));
                 let sum: f64 = weights.iter().sum();
                 let middle = [0, 1, 2].map(|a| (0..4).map(|k| weights[k] * corners[k][a]).sum::<f64>() / sum);
+                // Where faces to be kept leave no room for rounder ones it stays as it is.
+                self.mesh.least = round_enough;
                 if self.mesh.insert(middle, t, &[], None, false, false).is_ok() {
                     self.sizes.push(self.size_at(middle, &ids, sizing.growth));
                 }
+                self.mesh.least = f64::NEG_INFINITY;
             }
             if round == 5 || self.mesh.points.len() == before {
                 return left.map_or(Ok(()), Err);
@@ -147,8 +150,16 @@ impl Work {
             }
             let before = self.mesh.points.len();
             let ids = self.mesh.tets[t as usize];
-            match self.mesh.insert(center, t, &[], None, false, true) {
+            self.mesh.doomed = t;
+            let taken = self.mesh.insert(center, t, &[], None, false, true);
+            self.mesh.doomed = NONE;
+            match taken {
                 Ok(_) => self.sizes.push(self.size_at(center, &ids, sizing.growth)),
+                Err(Refusal::Far) => {
+                    if let Some((n, i)) = self.mesh.wall_before(t, center) {
+                        self.split_face(n, i, sizing);
+                    }
+                }
                 Err(Refusal::Behind(n, i) | Refusal::Near(n, i)) => self.split_face(n, i, sizing),
                 Err(Refusal::Edge(a, b)) => self.split_edge([a, b], sizing),
                 Err(Refusal::Outside | Refusal::Known(_) | Refusal::Shape) => {}

@@ -145,6 +145,24 @@ impl Skin {
         Self { points: surface.points.clone(), faces, rims: Vec::new() }
     }
 
+    /// Brings flat ends that are next to one of the planes normal to an axis onto it, and adds those that are next to none.
+    pub(super) fn align(&mut self, planes: &mut [Vec<f64>; 3]) {
+        let near = SNAP * extent(self.points.iter().copied());
+        for face in &self.faces {
+            for axis in 0..3 {
+                let at = self.points[face.frame[0] as usize][axis];
+                if face.frame.iter().any(|&p| self.points[p as usize][axis] != at) {
+                    continue;
+                }
+                let Some(&to) = planes[axis].iter().find(|&&x| (x - at).abs() <= near) else {
+                    planes[axis].push(at);
+                    continue;
+                };
+                self.points.iter_mut().filter(|p| p[axis] == at).for_each(|p| p[axis] = to);
+            }
+        }
+    }
+
     /// The parts on either side of a plane where it has something on both, else all of it. `None` if the surface is not closed.
     pub(super) fn parted(mut self, axis: usize, at: f64) -> Option<Vec<Self>> {
         let near = SNAP * extent(self.points.iter().copied());
@@ -313,7 +331,7 @@ impl Skin {
     }
 
     /// Adds the skin with elements of this size; `None` if a face has no area.
-    pub(super) fn put(&self, out: &mut Complex, name: &str, size: f64) -> Option<()> {
+    pub(super) fn put(&self, out: &mut Complex, owner: u32, size: f64) -> Option<()> {
         let mut used = vec![false; self.points.len()];
         for face in &self.faces {
             face.edges.as_flattened().iter().chain(&face.inner).for_each(|&p| used[p as usize] = true);
@@ -323,9 +341,9 @@ impl Skin {
             .collect();
         let places = |of: &[u32]| of.iter().map(|&p| self.points[p as usize]).collect::<Vec<_>>();
         for face in &self.faces {
-            let facet = out.facet(&places(&face.frame), name)?;
+            let facet = out.facet(&places(&face.frame))?;
             for polygon in &face.polygons {
-                out.area(facet, &places(polygon));
+                out.area(facet, &places(polygon), owner);
                 let number = out.facets[facet as usize].polygons.len() - 1;
                 out.facets[facet as usize].sheets.extend(face.sheet.map(|c| (c, number)));
             }
@@ -337,7 +355,7 @@ impl Skin {
             }
         }
         for &([a, b], axis, at) in &self.rims {
-            let wall = out.plane(axis, at, "a wall");
+            let wall = out.plane(axis, at);
             out.segment(ids[a as usize], ids[b as usize], wall);
         }
         Some(())

@@ -9,7 +9,7 @@ fn cube(a: f64) -> Box3 {
     Box3 { min: [-a; 3], max: [a; 3] }
 }
 
-fn volume(mesh: &TetMesh, region: Option<u32>) -> f64 {
+pub(super) fn volume(mesh: &TetMesh, region: Option<u32>) -> f64 {
     let of = |t: &usize| region.is_none_or(|r| mesh.regions[*t] == r);
     (0..mesh.tets.len()).filter(of).map(|t| mesh.determinant(t) / 6.0).sum()
 }
