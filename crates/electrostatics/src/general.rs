@@ -88,6 +88,7 @@ pub fn solve_mesh(mesh: TetMesh, shapes: Shapes<'_>, settings: &Settings) -> Res
     let mut seconds = PhaseSeconds::default();
     let mut iterations = 0;
     let mut meshes = 0;
+    let mut before = f64::INFINITY;
     loop {
         meshes += 1;
         let start = Instant::now();
@@ -115,6 +116,12 @@ pub fn solve_mesh(mesh: TetMesh, shapes: Shapes<'_>, settings: &Settings) -> Res
         if cancel.is_some_and(|c| c.load(Ordering::Relaxed)) {
             return Err(SolveError::Cancelled);
         }
+
+        // Where tetrahedra become so lean that fluxes lose more than potentials gain, plain halves go on from here.
+        if error > before {
+            grading = Grading::none(&mesh);
+        }
+        before = error;
 
         let refining = Instant::now();
         let shortfall = if error <= settings.relative_tolerance {

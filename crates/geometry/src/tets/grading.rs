@@ -18,6 +18,9 @@ const SINGULAR: f64 = 0.9;
 /// The most that b may be.
 const MOST: f64 = 1.5;
 
+/// How much longer than the tetrahedra at it are wide an edge may be to draw cuts: they are what cuts would make of them already.
+const LONG: f64 = 3.0;
+
 /// Where the points of a mesh would be if edges were halved, and which edges draw cuts towards them.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Grading {
@@ -95,6 +98,12 @@ fn powers(mesh: &TetMesh) -> Vec<([u32; 2], f64)> {
     }
     let power = |(edge, tets): ([u32; 2], Vec<[u32; 2]>)| {
         let ends = &held[&edge];
+        let wide =
+            tets.iter().flatten().map(|&p| distance(mesh, edge, p)).sum::<f64>() / (2 * tets.len()) as f64;
+        let [p, q] = edge.map(|p| mesh.points[p as usize]);
+        if length(minus(q, p)) > LONG * wide {
+            return (edge, f64::INFINITY);
+        }
         let sectors = sectors(tets, ends);
         let least = sectors.iter().map(|sector| {
             let angle: f64 = sector.iter().map(|&sides| angle(mesh, edge, sides)).sum();
@@ -107,6 +116,13 @@ fn powers(mesh: &TetMesh) -> Vec<([u32; 2], f64)> {
         (edge, least.fold(f64::INFINITY, f64::min))
     };
     around.into_iter().map(power).collect()
+}
+
+/// Of a point from the line through an edge, m.
+fn distance(mesh: &TetMesh, edge: [u32; 2], point: u32) -> f64 {
+    let [p, q] = edge.map(|p| mesh.points[p as usize]);
+    let (along, out) = (minus(q, p), minus(mesh.points[point as usize], p));
+    length(cross(along, out)) / length(along)
 }
 
 /// The tetrahedra around an edge, each by its two other corners, in groups that no face at one of `ends` parts.
