@@ -63,7 +63,14 @@ impl LayerScene {
 }
 
 /// `deformed` with its pair, and its layer where the surface is known to where walls end it, in the shape of `curves`.
-pub(crate) fn bent_scene(deformed: &DeformedScene, curves: &DeformedCurves, tolerance: f64) -> LayerScene {
+///
+/// # Errors
+/// A surface that crosses itself.
+pub(crate) fn bent_scene(
+    deformed: &DeformedScene,
+    curves: &DeformedCurves,
+    tolerance: f64,
+) -> Result<LayerScene, String> {
     let mut scene = ShapeScene::from(&deformed.scene);
     let mut roles = deformed.roles.clone();
     let regions = || deformed.scene.conductors.iter().map(|c| &c.region).take(2);
@@ -78,9 +85,15 @@ pub(crate) fn bent_scene(deformed: &DeformedScene, curves: &DeformedCurves, tole
     if surface_is_followed(deformed) {
         let domain = deformed.scene.domain;
         let height = domain.max[1] - domain.min[1];
+        if let Some([x1, x2]) = tangle(&curves.surface) {
+            return Err(format!(
+                "the surface of the layer crosses itself at x1 = {x1:.2e} m, x2 = {x2:.2e} m: its finite elements are too \
+                 coarse there, and there is no field for it"
+            ));
+        }
         let surface = simplified(&curves.surface, SHARE * tolerance * height);
         let surface = if curves.half { both_halves(&surface) } else { surface };
-        let outline = under(&without_loops(&surface), &domain);
+        let outline = under(&surface, &domain);
         if outline.len() > 2 {
             // The cover fills what the layer leaves, down to the substrate, and the case's own bodies stay in all of them.
             let rank = |role: &BodyRole| match role {
@@ -104,7 +117,7 @@ pub(crate) fn bent_scene(deformed: &DeformedScene, curves: &DeformedCurves, tole
             (roles, scene.dielectrics) = bodies.into_iter().unzip();
         }
     }
-    LayerScene { scene, roles, facets: within / smallest }
+    Ok(LayerScene { scene, roles, facets: within / smallest })
 }
 
 /// Whether the scene can have the bulging surface: there is a medium above it, and walls end it at the sides.
@@ -164,25 +177,11 @@ fn both_halves(curve: &[[f64; 2]]) -> Curve {
     whole
 }
 
-/// The curve without the loops that it makes where a crease presses the surface into itself, which finite elements do not hinder.
-fn without_loops(curve: &[[f64; 2]]) -> Curve {
-    let mut kept = Curve::new();
-    let mut rest = curve;
-    while let Some((from, after)) = rest.split_first() {
-        kept.push(*from);
-        let Some(to) = after.first() else { break };
-        let last = after.windows(2).enumerate().skip(1).rev();
-        let crossing = last.into_iter().find_map(|(k, w)| Some((k, crossing([*from, *to], [w[0], w[1]])?)));
-        rest = match crossing {
-            // On from where the curve comes back.
-            Some((k, at)) => {
-                kept.push(at);
-                &after[k + 1..]
-            }
-            None => after,
-        };
-    }
-    kept
+/// Where a curve first crosses itself, which a surface cannot; finite elements do not hinder it.
+fn tangle(curve: &[[f64; 2]]) -> Option<[f64; 2]> {
+    let sides: Vec<_> = curve.windows(2).map(|w| [w[0], w[1]]).collect();
+    let later = |k: usize| sides[k + 1..].iter().skip(1);
+    sides.iter().enumerate().find_map(|(k, side)| later(k).find_map(|other| crossing(*side, *other)))
 }
 
 /// Where two segments cross.
@@ -299,7 +298,7 @@ mod tests {
             surface: line([0.0, 2.0], [4.0, 2.0]),
             half: true,
         };
-        let LayerScene { scene, facets, .. } = bent_scene(&deformed(), &curves, 1e-3);
+        let LayerScene { scene, facets, .. } = bent_scene(&deformed(), &curves, 1e-3).unwrap();
         assert!(facets > 0.0 && facets < 1e-3);
         let right = outline(&scene.conductors[1].shape);
         assert_eq!(right, [[1.0, 1.0], [3.0, 1.0], [3.0, 1.5], [1.0, 1.5]]);
@@ -329,7 +328,7 @@ mod tests {
         surface.extend(&line([2.0, 1.8], [3.0, 2.4])[1..]);
         surface.extend(&line([3.0, 2.4], [6.0, 2.0])[1..]);
         let curves = DeformedCurves { electrodes: vec![faces([1.0, 3.0], [1.0, 1.5])], surface, half: true };
-        let LayerScene { scene, .. } = bent_scene(&deformed(), &curves, 1e-3);
+        let LayerScene { scene, .. } = bent_scene(&deformed(), &curves, 1e-3).unwrap();
         let names: Vec<&str> = scene.dielectrics.iter().map(|d| d.name.as_str()).collect();
         assert_eq!(names, ["cover", "substrate", "layer"]);
         let Shape::Box(cover) = &scene.dielectrics[0].shape else { panic!("the cover is a box") };
@@ -342,20 +341,21 @@ mod tests {
         let mut open = deformed();
         open.scene.walls[0] = [Wall::Open; 2];
         let names: Vec<_> =
-            bent_scene(&open, &curves, 1e-3).scene.dielectrics.into_iter().map(|d| d.name).collect();
+            bent_scene(&open, &curves, 1e-3).unwrap().scene.dielectrics.into_iter().map(|d| d.name).collect();
         assert_eq!(names, ["layer", "substrate", "cover"]);
     }
 
     #[test]
-    fn a_crease_that_closes_on_itself_is_cut_where_it_closes() {
-        let crease = [[0.0, 2.0], [1.2, 2.0], [0.9, 1.0], [1.1, 1.0], [0.8, 2.1], [3.0, 2.0]];
-        let found = without_loops(&crease);
-        // From the first side straight to the last that crosses it.
-        assert_eq!((found.len(), found[0], found[found.len() - 1]), (4, [0.0, 2.0], [3.0, 2.0]));
-        assert!((found[1][1] - 2.0).abs() < 1e-12 && (0.8..0.9).contains(&found[1][0]), "{found:?}");
-        assert_eq!(found[2], [0.8, 2.1]);
-        let open = [[0.0, 2.0], [1.0, 2.0], [0.9, 1.0], [1.1, 1.0], [1.05, 2.0], [3.0, 2.0]];
-        assert_eq!(without_loops(&open), open);
+    fn a_surface_that_crosses_itself_is_refused_with_the_place() {
+        let mut surface = vec![[0.0, 2.0], [1.2, 2.0], [0.9, 1.0], [1.1, 1.0], [0.8, 2.1], [4.0, 2.0]];
+        let found = tangle(&surface).unwrap();
+        assert!((found[1] - 2.0).abs() < 1e-12 && (0.8..0.9).contains(&found[0]), "{found:?}");
+        let electrodes = vec![faces([1.0, 3.0], [1.0, 1.5])];
+        let curves = DeformedCurves { electrodes, surface: surface.clone(), half: true };
+        let error = bent_scene(&deformed(), &curves, 1e-3).unwrap_err();
+        assert!(error.contains("crosses itself at x1 = 8.2"), "{error}");
+        surface[4] = [1.19, 1.9];
+        assert_eq!(tangle(&surface), None);
     }
 
     #[test]

@@ -163,7 +163,8 @@ impl Solver<'_> {
                 return Ok(Fields::Boxes(Box::new(found)));
             }
         }
-        Ok(Fields::Shapes(beside(bent_scene(deformed, curves, self.settings.relative_tolerance))))
+        let layer = bent_scene(deformed, curves, self.settings.relative_tolerance).map_err(Stop::Failed)?;
+        Ok(Fields::Shapes(beside(layer)))
     }
 
     /// A scene of any shapes. `mechanics` has what there is to say of the layer: why its accuracy was missed, and why there is
