@@ -30,6 +30,9 @@ const FLAT: f64 = 12_000.0;
 /// From how many [`strips`] on a scene in layers is meshed in layers, whose triangles may be longer than they are wide.
 const STRIPS: f64 = 300.0;
 
+/// Meshes to try where the solver does not get through.
+const AGAIN: usize = 3;
+
 /// Sizes of faces to try.
 const TRIES: usize = 4;
 
@@ -59,10 +62,40 @@ pub(crate) fn solve_shapes(
     imported: Option<&ImportedMesh>,
     settings: &Settings,
 ) -> Result<Solved, Stop> {
-    let First { mesh, planes, size, gap } = first(scene, imported, settings).map_err(Stop::Failed)?;
+    let mut size = 1.0;
+    let mut tries = AGAIN;
+    loop {
+        tries -= 1;
+        // Where bodies cross at shallow angles, other faces may give rounder tetrahedra.
+        match solve_at(scene, imported, settings, size) {
+            Err(Unsolved::Solver(_)) if tries > 0 && imported.is_none() => size *= 0.8,
+            Err(Unsolved::Solver(reason)) => return Err(Stop::Failed(reason)),
+            Err(Unsolved::Stop(stop)) => return Err(stop),
+            Ok(solved) => return Ok(solved),
+        }
+    }
+}
+
+/// Why there is no solution.
+enum Unsolved {
+    /// The solver did not get through on this mesh.
+    Solver(String),
+    /// Another mesh would not help.
+    Stop(Stop),
+}
+
+/// With faces smaller by a factor.
+fn solve_at(
+    scene: &ShapeScene,
+    imported: Option<&ImportedMesh>,
+    settings: &Settings,
+    smaller: f64,
+) -> Result<Solved, Unsolved> {
+    let failed = |reason| Unsolved::Stop(Stop::Failed(reason));
+    let First { mesh, planes, size, gap } = first(scene, imported, settings, smaller).map_err(failed)?;
     for (index, conductor) in scene.conductors.iter().enumerate() {
         if !mesh.boundary.iter().any(|f| f.role == FaceRole::Conductor(index as u32)) {
-            return Err(Stop::Failed(format!(
+            return Err(failed(format!(
                 "the conductor `{}` has no surface in the space that is solved: it lies in another conductor or outside \
                  the walls",
                 conductor.name
@@ -75,8 +108,8 @@ pub(crate) fn solve_shapes(
     let charges = charges(scene);
     let shapes = shapes(&permittivity, &charges, settings, planes);
     let general = solve_mesh(mesh, shapes, settings).map_err(|error| match error {
-        SolveError::Cancelled => Stop::Cancelled,
-        error => Stop::Failed(error.to_string()),
+        SolveError::Cancelled => Unsolved::Stop(Stop::Cancelled),
+        error => Unsolved::Solver(error.to_string()),
     })?;
     let curved = scene.conductors.iter().map(|c| &c.shape).chain(scene.dielectrics.iter().map(|d| &d.shape));
     let curved = curved
@@ -95,7 +128,7 @@ pub(crate) fn foretell(
     imported: Option<&ImportedMesh>,
     settings: &Settings,
 ) -> Result<Forecast, String> {
-    let First { mesh, planes, .. } = first(scene, imported, settings)?;
+    let First { mesh, planes, .. } = first(scene, imported, settings, 1.0)?;
     let permittivity = permittivities(scene);
     let charges = charges(scene);
     let shapes = shapes(&permittivity, &charges, settings, planes);
@@ -113,13 +146,18 @@ struct First {
     gap: f64,
 }
 
-fn first(scene: &ShapeScene, imported: Option<&ImportedMesh>, settings: &Settings) -> Result<First, String> {
+fn first(
+    scene: &ShapeScene,
+    imported: Option<&ImportedMesh>,
+    settings: &Settings,
+    smaller: f64,
+) -> Result<First, String> {
     // Between balls that are near one another faces must be flat against the gap too.
     let gap = ball_gap(scene)?;
     let size = (SHARE * settings.relative_tolerance / FACETS)
         .sqrt()
         .min((8.0 * settings.relative_tolerance * gap).sqrt());
-    let size = size.clamp(FACE_SIZES[0], FACE_SIZES[1]);
+    let size = smaller * size.clamp(FACE_SIZES[0], FACE_SIZES[1]);
     let (mesh, planes) = match imported {
         Some(imported) => (imported.tets.clone(), [None; 3]),
         None => {

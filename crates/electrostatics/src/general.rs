@@ -6,7 +6,7 @@
 
 use crate::SolveError;
 use crate::floating::Floating;
-use crate::flux::equilibrate;
+use crate::flux::{Flux, equilibrate};
 use crate::matrix::MatrixBounds;
 use crate::solution::{Bounded, Forecast, PhaseSeconds, ResolutionLevel, Settings, Solution, Target};
 use crate::solve::EPS0;
@@ -41,6 +41,9 @@ const FORECAST: usize = 20_000;
 const RATE: [f64; 3] = [0.65, 1.2, 1.2];
 const PACE: [f64; 3] = [3e-5, 3e-5, 8e-5];
 const SIDE: f64 = 0.25;
+
+/// Spread from which on bounds are better than nothing where a finer mesh cannot be solved.
+const OF_USE: f64 = 0.3;
 
 /// Meshes at most.
 const MOST_MESHES: usize = 60;
@@ -89,17 +92,21 @@ pub fn solve_mesh(mesh: TetMesh, shapes: Shapes<'_>, settings: &Settings) -> Res
     let mut iterations = 0;
     let mut meshes = 0;
     let mut before = f64::INFINITY;
+    let mut coarser: Option<General> = None;
     loop {
         meshes += 1;
-        let start = Instant::now();
-        let problem = Problem { mesh: &mesh, permittivity: shapes.permittivity, conductors: n };
-        let share = (ITERATION * settings.relative_tolerance).min(1e-6);
-        let found = Potentials::solve(problem, TetSettings { order: shapes.order, share, cancel })?;
+        let (found, flux) = match on_mesh(&mesh, &shapes, settings, &mut seconds) {
+            Ok(found) => found,
+            Err(SolveError::Cancelled) => return Err(SolveError::Cancelled),
+            Err(error) => {
+                // What the mesh before gave is proved all the same.
+                let mut last = coarser.ok_or_else(|| error.clone())?;
+                last.solution.shortfall = Some(format!("a finer mesh could not be solved: {error}"));
+                last.solution.seconds = seconds;
+                return Ok(last);
+            }
+        };
         iterations += found.iterations;
-        let solved = Instant::now();
-        let gradients: Vec<_> = (0..n).map(|k| found.gradients(&mesh, k)).collect();
-        let flux = equilibrate(&mesh, shapes.permittivity, shapes.order, &gradients)?;
-        drop(gradients);
         let lower = flux.lower(Mat::<f64>::identity(flux.charges.nrows(), n).as_ref());
         let mut all = MatrixBounds {
             lower: Mat::from_fn(n, n, |i, j| scale * lower[(i, j)]),
@@ -111,8 +118,6 @@ pub fn solve_mesh(mesh: TetMesh, shapes: Shapes<'_>, settings: &Settings) -> Res
         // What each driven conductor would have with all others at zero.
         let alone: Vec<f64> = floating.driven.iter().map(|&i| all.upper[(i, i)]).collect();
         let Spread { error, nothing } = spread(&maxwell, two_terminal.as_ref(), &alone, settings);
-        seconds.primal += (solved - start).as_secs_f64();
-        seconds.dual += solved.elapsed().as_secs_f64();
         if cancel.is_some_and(|c| c.load(Ordering::Relaxed)) {
             return Err(SolveError::Cancelled);
         }
@@ -124,6 +129,7 @@ pub fn solve_mesh(mesh: TetMesh, shapes: Shapes<'_>, settings: &Settings) -> Res
         before = error;
 
         let refining = Instant::now();
+        let mut next = None;
         let shortfall = if error <= settings.relative_tolerance {
             nothing.then(|| {
                 format!(
@@ -152,18 +158,18 @@ pub fn solve_mesh(mesh: TetMesh, shapes: Shapes<'_>, settings: &Settings) -> Res
                     settings.memory_limit as f64 * 1e-9
                 ))
             } else {
-                mesh = finer;
-                continue;
+                next = Some(finer);
+                None
             }
         };
         let points = mesh.points.len();
-        return Ok(General {
+        let solved = General {
             potentials: found.values.iter().map(|u| u[..points].to_vec()).collect(),
             solution: Solution {
                 maxwell,
                 two_terminal,
                 floating: floating.proved(&all),
-                reached: shortfall.is_none(),
+                reached: shortfall.is_none() && next.is_none(),
                 shortfall,
                 unknowns: found.unknowns,
                 iterations,
@@ -175,8 +181,33 @@ pub fn solve_mesh(mesh: TetMesh, shapes: Shapes<'_>, settings: &Settings) -> Res
                 field: None,
             },
             mesh,
-        });
+        };
+        let Some(finer) = next else { return Ok(solved) };
+        mesh = finer;
+        coarser = (error < OF_USE).then_some(solved);
     }
+}
+
+/// Potentials and fluxes of all conductors on one mesh.
+fn on_mesh(
+    mesh: &TetMesh,
+    shapes: &Shapes<'_>,
+    settings: &Settings,
+    seconds: &mut PhaseSeconds,
+) -> Result<(Potentials, Flux), SolveError> {
+    let n = shapes.floating_charges.len();
+    let start = Instant::now();
+    let problem = Problem { mesh, permittivity: shapes.permittivity, conductors: n };
+    let share = (ITERATION * settings.relative_tolerance).min(1e-6);
+    let cancel = settings.cancel.as_deref();
+    let found = Potentials::solve(problem, TetSettings { order: shapes.order, share, cancel });
+    seconds.primal += start.elapsed().as_secs_f64();
+    let found = found?;
+    let start = Instant::now();
+    let gradients: Vec<_> = (0..n).map(|k| found.gradients(mesh, k)).collect();
+    let flux = equilibrate(mesh, shapes.permittivity, shapes.order, &gradients);
+    seconds.dual += start.elapsed().as_secs_f64();
+    Ok((found, flux?))
 }
 
 /// Bytes that a mesh of so many tetrahedra takes, about.
