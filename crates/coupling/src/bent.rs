@@ -15,6 +15,9 @@ use crate::scene_of::DeformedScene;
 /// What part of the tolerance the polygons may take.
 const SHARE: f64 = 0.2;
 
+/// Loops of the surface larger than this share of the scene's height are not cut out but refused.
+const LOOP: f64 = 0.02;
+
 /// A scene around a layer for the solver for any shape.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct LayerScene {
@@ -85,13 +88,13 @@ pub(crate) fn bent_scene(
     if surface_is_followed(deformed) {
         let domain = deformed.scene.domain;
         let height = domain.max[1] - domain.min[1];
-        if let Some([x1, x2]) = tangle(&curves.surface) {
-            return Err(format!(
+        let surface = without_loops(&curves.surface, LOOP * height).map_err(|[x1, x2]| {
+            format!(
                 "the surface of the layer crosses itself at x1 = {x1:.2e} m, x2 = {x2:.2e} m: its finite elements are too \
                  coarse there, and there is no field for it"
-            ));
-        }
-        let surface = simplified(&curves.surface, SHARE * tolerance * height);
+            )
+        })?;
+        let surface = simplified(&surface, SHARE * tolerance * height);
         let surface = if curves.half { both_halves(&surface) } else { surface };
         let outline = under(&surface, &domain);
         if outline.len() > 2 {
@@ -177,11 +180,33 @@ fn both_halves(curve: &[[f64; 2]]) -> Curve {
     whole
 }
 
-/// Where a curve first crosses itself, which a surface cannot; finite elements do not hinder it.
-fn tangle(curve: &[[f64; 2]]) -> Option<[f64; 2]> {
-    let sides: Vec<_> = curve.windows(2).map(|w| [w[0], w[1]]).collect();
-    let later = |k: usize| sides[k + 1..].iter().skip(1);
-    sides.iter().enumerate().find_map(|(k, side)| later(k).find_map(|other| crossing(*side, *other)))
+/// The curve without the loops that it makes where finite elements press the surface into itself, which nothing hinders: as the
+/// one beside the edge of a sharp punch.
+///
+/// # Errors
+/// The place of a loop larger than `most`, m: that is no crease but a tangle.
+fn without_loops(curve: &[[f64; 2]], most: f64) -> Result<Curve, [f64; 2]> {
+    let mut kept = Curve::new();
+    let mut rest = curve;
+    while let Some((from, after)) = rest.split_first() {
+        kept.push(*from);
+        let Some(to) = after.first() else { break };
+        let last = after.windows(2).enumerate().skip(1).rev();
+        let met = last.into_iter().find_map(|(k, w)| Some((k, crossing([*from, *to], [w[0], w[1]])?)));
+        rest = match met {
+            // On from where the curve comes back.
+            Some((k, at)) => {
+                let far = after[..=k].iter().map(|p| (p[0] - at[0]).hypot(p[1] - at[1])).fold(0.0, f64::max);
+                if far > most {
+                    return Err(at);
+                }
+                kept.push(at);
+                &after[k + 1..]
+            }
+            None => after,
+        };
+    }
+    Ok(kept)
 }
 
 /// Where two segments cross.
@@ -348,14 +373,17 @@ mod tests {
     #[test]
     fn a_surface_that_crosses_itself_is_refused_with_the_place() {
         let mut surface = vec![[0.0, 2.0], [1.2, 2.0], [0.9, 1.0], [1.1, 1.0], [0.8, 2.1], [4.0, 2.0]];
-        let found = tangle(&surface).unwrap();
+        let found = without_loops(&surface, 0.5).unwrap_err();
         assert!((found[1] - 2.0).abs() < 1e-12 && (0.8..0.9).contains(&found[0]), "{found:?}");
+        // A small one is cut where it closes.
+        let found = without_loops(&surface, 2.0).unwrap();
+        assert_eq!((found.len(), found[0], found[2], found[3]), (4, [0.0, 2.0], [0.8, 2.1], [4.0, 2.0]));
         let electrodes = vec![faces([1.0, 3.0], [1.0, 1.5])];
         let curves = DeformedCurves { electrodes, surface: surface.clone(), half: true };
         let error = bent_scene(&deformed(), &curves, 1e-3).unwrap_err();
         assert!(error.contains("crosses itself at x1 = 8.2"), "{error}");
         surface[4] = [1.19, 1.9];
-        assert_eq!(tangle(&surface), None);
+        assert_eq!(without_loops(&surface, 0.0), Ok(surface));
     }
 
     #[test]

@@ -739,7 +739,7 @@ fn conductors_beside_a_layer_lie_where_there_is_a_field_and_off_the_layer() {
         found.conductors.is_empty() && beside.conductors.len() == 1 && beside.conductors[0].name == "ball"
     );
     for (at, words) in [
-        ("0.55 mm", &["the conductor \"ball\" touches or overlaps the layer", "x2 = 450 um"][..]),
+        ("0.5 mm", &["the conductor \"ball\" touches or overlaps the layer", "x2 = 450 um"][..]),
         ("-0.2 mm", &["where there is no field", "the plane below"]),
         ("1.4 mm", &["reaches the wall above the layer", "1000 um"]),
     ] {
