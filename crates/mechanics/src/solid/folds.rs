@@ -25,7 +25,7 @@ const MOST_STEPS: usize = 400;
 impl NewtonSettings {
     /// For bodies whose surface folds: twelve steps, then a drag.
     pub fn through_folds() -> Self {
-        Self { through_folds: true, most_iterations: 12, ..Self::default() }
+        Self { through_folds: true, path_counts: true, most_iterations: 12, ..Self::default() }
     }
 }
 

@@ -74,7 +74,12 @@ impl LayerProblem {
     }
 
     pub(super) fn settings(&self) -> NewtonSettings {
-        if self.folds() { NewtonSettings::through_folds() } else { NewtonSettings::default() }
+        if self.folds() {
+            return NewtonSettings::through_folds();
+        }
+        // Side by side the surface passes a rounded corner, and each that has passed leaves a ripple.
+        let path_counts = matches!(self.indenter, Indenter::Smooth(Shape::Punch { .. }));
+        NewtonSettings { path_counts, ..NewtonSettings::default() }
     }
 
     /// Whether the end folds through itself at the bonded corner, as a free end does that nothing carries. A

@@ -28,6 +28,9 @@ pub struct NewtonSettings {
     /// may turn inside out, and where an equilibrium ceases to be, the body falls into the next; see
     /// [`folds`](super::folds).
     pub through_folds: bool,
+    /// Whether equilibria depend on the way to them: each load is then come to from the one before on every mesh, and not
+    /// from the same load on a coarser one.
+    pub path_counts: bool,
 }
 
 impl Default for NewtonSettings {
@@ -42,6 +45,7 @@ impl Default for NewtonSettings {
             smallest_step: 1e-4,
             smallest_ratio: 0.2,
             through_folds: false,
+            path_counts: false,
         }
     }
 }

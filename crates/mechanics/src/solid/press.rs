@@ -278,15 +278,14 @@ impl<S: Dimension> Level<S> {
         order.len()
     }
 
-    /// The equilibrium near that of `coarser` under the load of goal `g`, if one is found. A body that folds goes from fold to
-    /// fold: each of its equilibria is one that it comes to under growing load.
+    /// The equilibrium near that of `coarser` under the load of goal `g`, if one is found.
     fn take_over(
         &mut self,
         coarser: Option<&Self>,
         g: usize,
         settings: &NewtonSettings,
     ) -> Option<LayerStep> {
-        if settings.through_folds {
+        if settings.path_counts {
             return None;
         }
         let (model, reached) = coarser.and_then(|level| Some((&level.model, level.reached[g].as_ref()?)))?;
