@@ -1,5 +1,7 @@
 //! The other leaves of a case file: texts, counts, flags, arrays, and alternatives of two types.
 
+use std::ops::RangeInclusive;
+
 use serde_json::{Value, json};
 use toml::Spanned;
 use toml::de::DeValue;
@@ -18,6 +20,25 @@ fn integer(value: &DeValue<'_>) -> Option<i64> {
         DeValue::Integer(integer) => i64::from_str_radix(integer.as_str(), integer.radix()).ok(),
         _ => None,
     }
+}
+
+/// A whole number in the range; what is `wrong` with any other is logged.
+fn whole_number<T: FromToml, N: TryFrom<i64>>(
+    node: Node<'_>,
+    log: &mut Log<'_>,
+    range: RangeInclusive<i64>,
+    wrong: impl FnOnce() -> Diagnostic,
+) -> Option<N> {
+    if !T::accepts(node.value.get_ref()) {
+        log.wrong_type::<T>(node);
+        return None;
+    }
+    let number =
+        integer(node.value.get_ref()).filter(|n| range.contains(n)).and_then(|n| N::try_from(n).ok());
+    if number.is_none() {
+        log.push(wrong());
+    }
+    number
 }
 
 /// `format = 1`.
@@ -124,20 +145,12 @@ impl FromToml for PotentialOrder {
         matches!(value, DeValue::Integer(_))
     }
     fn from_toml(node: Node<'_>, log: &mut Log<'_>) -> Option<Self> {
-        if !Self::accepts(node.value.get_ref()) {
-            log.wrong_type::<Self>(node);
-            return None;
-        }
-        let order = integer(node.value.get_ref()).filter(|n| (1..=3).contains(n));
-        let order = order.and_then(|n| u8::try_from(n).ok());
-        if order.is_none() {
-            log.push(
-                Diagnostic::at(&node.span(), format!("{} must be 1, 2 or 3", node.place()))
-                    .label("the order of the potentials")
-                    .help("leave it out for 2, the best at edges"),
-            );
-        }
-        order.map(Self)
+        let wrong = || {
+            Diagnostic::at(&node.span(), format!("{} must be 1, 2 or 3", node.place()))
+                .label("the order of the potentials")
+                .help("leave it out for 2, the best at edges")
+        };
+        whole_number::<Self, u8>(node, log, 1..=3, wrong).map(Self)
     }
     fn schema() -> Value {
         json!({ "type": "integer", "minimum": 1, "maximum": 3 })
@@ -159,20 +172,12 @@ impl FromToml for Count {
         matches!(value, DeValue::Integer(_))
     }
     fn from_toml(node: Node<'_>, log: &mut Log<'_>) -> Option<Self> {
-        if !Self::accepts(node.value.get_ref()) {
-            log.wrong_type::<Self>(node);
-            return None;
-        }
-        let count = integer(node.value.get_ref()).filter(|n| (1..=MOST_POINTS).contains(n));
-        let count = count.and_then(|n| u32::try_from(n).ok());
-        if count.is_none() {
-            log.push(
-                Diagnostic::at(&node.span(), format!("{} must be between 1 and {MOST_POINTS}", node.place()))
-                    .label("a number of load steps")
-                    .help(format!("write for example {}", node.assign("9"))),
-            );
-        }
-        count.map(Self)
+        let wrong = || {
+            Diagnostic::at(&node.span(), format!("{} must be between 1 and {MOST_POINTS}", node.place()))
+                .label("a number of load steps")
+                .help(format!("write for example {}", node.assign("9")))
+        };
+        whole_number::<Self, u32>(node, log, 1..=MOST_POINTS, wrong).map(Self)
     }
     fn schema() -> Value {
         json!({ "type": "integer", "minimum": 1, "maximum": MOST_POINTS })
