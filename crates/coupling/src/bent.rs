@@ -124,7 +124,7 @@ pub(crate) fn bent_scene(
 }
 
 /// Whether the scene can have the bulging surface: there is a medium above it, and walls end it at the sides.
-pub(crate) fn surface_is_followed(deformed: &DeformedScene) -> bool {
+fn surface_is_followed(deformed: &DeformedScene) -> bool {
     let scene = &deformed.scene;
     let ended = [0, 2].iter().all(|&a| scene.walls[a].iter().all(|wall| *wall != Wall::Open));
     ended && deformed.roles.contains(&BodyRole::Cover)

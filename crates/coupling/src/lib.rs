@@ -12,7 +12,6 @@ pub mod curve;
 pub mod deform;
 pub mod figures;
 mod flat_faces;
-mod foretell;
 pub mod plan;
 pub mod plot;
 pub mod results;

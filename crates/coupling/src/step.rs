@@ -196,8 +196,7 @@ impl Solver<'_> {
         let all = &scene.conductors;
         let floating = std::mem::take(&mut general.solution.floating);
         result.floating = floating_of(|c| all[c].name.clone(), |c| all[c].floating_charge, floating);
-        let solution = general.solution;
-        let mut solution = solution;
+        let mut solution = general.solution;
         let two_terminal = if pair_only { pair_among(&solution.maxwell) } else { solution.two_terminal };
         if let Some(pair) = two_terminal.filter(|_| pair_only)
             && 2.0 * pair.relative_error() > self.settings.relative_tolerance

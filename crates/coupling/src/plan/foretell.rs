@@ -1,23 +1,37 @@
 //! What a plan for tetrahedra will take: not known before the scene is meshed, so that it is asked for apart.
 
+use super::layer::may_bend;
+use super::{Options, Plan};
 use crate::case::Case;
-use crate::plan::{Options, Plan};
 use crate::shaped::foretell;
 
 impl Plan {
     /// Foretells what tetrahedra take, which the plan does not: the scene is meshed, and solved on a small mesh. Scenes for the
-    /// solver for boxes are foretold by the plan already.
+    /// solver for boxes are foretold by the plan already. Electrodes that may bend count as they are at rest, on tetrahedra.
     ///
     /// # Errors
     /// Why the scene cannot be meshed or solved.
     pub fn foretell(&mut self, case: &Case, options: &Options) -> Result<(), String> {
-        let boxes = self.on_tetrahedra(case).then(|| self.scene_on_tetrahedra(case, options)).flatten();
+        let bends = may_bend(case) && !self.on_tetrahedra(case);
+        let boxes =
+            (bends || self.on_tetrahedra(case)).then(|| self.scene_on_tetrahedra(case, options)).flatten();
         let Some(scene) = case.shapes.as_ref().or(boxes.as_ref()) else { return Ok(()) };
-        let own = foretell(scene, case.mesh.as_ref(), &self.solver_settings(case, options))?;
-        let distinct = self.distinct_steps().filter(|s| s.failure.is_none()).count();
+        let distinct = self.distinct_steps().filter(|s| s.failure.is_none()).count() as f64;
+        let own = match foretell(scene, case.mesh.as_ref(), &self.solver_settings(case, options)) {
+            Ok(own) => own,
+            // The layer bent may have a mesh where the one at rest has none.
+            Err(_) if bends => return Ok(()),
+            Err(error) => return Err(error),
+        };
+        if bends {
+            self.unknowns = self.unknowns.max(own.unknowns);
+            self.memory_bytes = self.memory_bytes.max(own.memory_bytes);
+            self.seconds += own.seconds * distinct;
+            return Ok(());
+        }
         self.unknowns = own.unknowns;
         self.memory_bytes = own.memory_bytes;
-        self.seconds = own.seconds * distinct as f64;
+        self.seconds = own.seconds * distinct;
         self.mirrored = own.mirrored;
         Ok(())
     }
