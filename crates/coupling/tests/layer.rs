@@ -189,6 +189,11 @@ fn bent_electrodes_lie_between_boxes_and_tetrahedra_have_them_as_they_are() {
     assert!(low < own[0] && own[2] < high, "{own:?} {low} {high}");
     assert!(own[2] - own[0] < 0.05 * own[1]);
     assert!(bent.steps[0].warnings.iter().any(|w| w.contains("flat faces")));
+    // What is foretold before the layer is known covers it.
+    let mut plan = Plan::new(&case, &NUMBERS_ONLY);
+    plan.foretell(&case, &NUMBERS_ONLY).unwrap();
+    let found = bent.steps[0].row.unknowns.unwrap();
+    assert!(plan.unknowns >= found && plan.unknowns < 10 * found, "{} {found}", plan.unknowns);
 }
 
 #[test]

@@ -56,8 +56,13 @@ fn ratios(
         end: End::FreeOnSubstrate,
     };
     let (rubber, inclusions) = (&problem.rubber, &problem.inclusions);
-    let mut model =
-        LayerModel::with_inclusions(&problem.mesh(n), rubber, inclusions, problem.indenter, problem.end)?;
+    let mut model = LayerModel::with_inclusions(
+        &problem.mesh(n, 0.3),
+        rubber,
+        inclusions,
+        problem.indenter,
+        problem.end,
+    )?;
     LOADS
         .iter()
         .map(|&compression| {

@@ -2,10 +2,11 @@
 
 use std::sync::atomic::AtomicBool;
 
+use elastocap_mechanics::solid::forecast::{MeshSize, Way};
 use elastocap_mechanics::solid::layer::{Inclusion, Indenter as Press};
 use elastocap_mechanics::solid::material::Rubber;
 use elastocap_mechanics::solid::obstacle::Shape;
-use elastocap_mechanics::solid::press::{LayerProblem, Pressed, Pressing, Refinement};
+use elastocap_mechanics::solid::press::{LayerProblem, Pressed, Pressing, Refinement, deepest};
 
 use super::curves::{DeformedCurves, through};
 use super::electrode_box::{ElectrodeBox, Face};
@@ -16,15 +17,17 @@ use crate::plan::Plan;
 /// How much stiffer than the layer a rigid electrode is taken: its strain is then below 1e-5 at any load in reach.
 const RIGID: f64 = 1e6;
 
-/// Elements and unknowns of the meshes that a run may need, coarse to fine.
-pub fn forecast(case: &Case, model: &PlaneStrain) -> Vec<(usize, usize)> {
-    let Ok(problem) = problem(case, model) else { return Vec::new() };
+/// The meshes that a run may need, coarse to fine, and what their linear systems are for.
+pub fn forecast(case: &Case, model: &PlaneStrain, plan: &Plan) -> (Vec<MeshSize>, Way) {
+    let Ok(problem) = problem(case, model) else { return (Vec::new(), Way::Smooth) };
     let refinement = Refinement::to(model.relative_tolerance);
-    let count = |&n: &usize| {
-        let mesh = problem.mesh(n).mesh();
-        (mesh.elements.len(), 2 * mesh.nodes.len() + 3 * mesh.elements.len())
+    let deepest = deepest(&goals(plan, model.width));
+    let size = |&n: &usize| {
+        let mesh = problem.mesh(n, deepest).mesh();
+        let elements = mesh.elements.len();
+        MeshSize { elements, unknowns: 2 * mesh.nodes.len() + 3 * elements }
     };
-    refinement.meshes.iter().map(count).collect()
+    (refinement.meshes.iter().map(size).collect(), problem.way(deepest))
 }
 
 /// The path of the layer through the loads of `plan`; the reason if there is no model.

@@ -7,7 +7,7 @@ use serde::Serialize;
 
 use super::{Decision, LeftOut, Plan, Planned, counted, listed};
 use crate::case::{
-    Case, Extent, Face, FieldSolver, Indenter, LayerEnd, Load, Mechanics, PlaneStrain, Solid, SolidIndenter,
+    Case, Extent, Face, FieldSolver, Indenter, Load, Mechanics, PlaneStrain, Solid, SolidIndenter,
     Surroundings,
 };
 use crate::deform::{self, closed_form_limit};
@@ -55,14 +55,7 @@ impl Plan {
     }
 
     fn plane_strain(&mut self, case: &Case, load: &Load, model: &PlaneStrain) {
-        let size = |&(elements, unknowns): &(usize, usize)| MeshSize { elements, unknowns };
-        let meshes: Vec<MeshSize> = deform::forecast(case, model).iter().map(size).collect();
-        let way = match model.indenter {
-            Indenter::WholeTop if model.end == LayerEnd::Free => Way::Folds,
-            Indenter::WholeTop | Indenter::Cylinder { .. } => Way::Smooth,
-            Indenter::FlatPunch { corner_radius: 0.0, .. } => Way::Sharp,
-            Indenter::FlatPunch { .. } => Way::RoundedCorner,
-        };
+        let (meshes, way) = deform::forecast(case, model, self);
         self.finite_elements::<Plane>("in plane strain", load, &meshes, way, model.relative_tolerance);
         self.warn_of_bulge(case, model.indenter == Indenter::WholeTop);
     }

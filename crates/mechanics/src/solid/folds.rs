@@ -9,7 +9,7 @@
 
 use super::dimension::Dimension;
 use super::model::{Equations, Load, State};
-use super::newton::{Effort, Failure, NewtonSettings, StopReason, Stopped, Target};
+use super::newton::{Effort, Failure, FromCoarser, NewtonSettings, StopReason, Stopped, Target};
 
 /// The least drag, over the shear modulus, and the factor by which it grows after a step that failed.
 const LEAST: f64 = 0.1;
@@ -25,7 +25,12 @@ const MOST_STEPS: usize = 400;
 impl NewtonSettings {
     /// For bodies whose surface folds: twelve steps, then a drag.
     pub fn through_folds() -> Self {
-        Self { through_folds: true, path_counts: true, most_iterations: 12, ..Self::default() }
+        Self {
+            through_folds: true,
+            from_coarser: FromCoarser::Nothing,
+            most_iterations: 12,
+            ..Self::default()
+        }
     }
 }
 

@@ -5,6 +5,7 @@
 //! factor of two, for punches with rounded corners by more.
 
 use super::dimension::{Dimension, Numbers};
+use super::levels::RIPPLED;
 use super::model::Equations;
 
 /// How large a mesh is.
@@ -17,14 +18,14 @@ pub struct MeshSize {
 }
 
 /// What presses, as far as it decides how many linear systems a load takes.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Way {
     /// A smooth surface; every mesh but the first starts from the one before.
     Smooth,
     /// The end of a sharp punch, at which the surface piles up.
     Sharp,
-    /// A rounded corner in the plane, around which the surface slides side by side.
-    RoundedCorner,
+    /// A rounded corner in the plane, around which the surface slides side by side: so many of them on the first mesh.
+    RoundedCorner(f64),
     /// An end that rolls up from fold to fold.
     Folds,
 }
@@ -79,14 +80,16 @@ pub fn memory_bytes<S: Dimension>(meshes: &[MeshSize], loads: usize) -> u64 {
 /// Seconds that pressing a layer to `loads` loads takes on two cores if all of `meshes` are needed for each, about; `by_force`
 /// where the loads are forces.
 pub fn seconds<S: Dimension>(meshes: &[MeshSize], loads: usize, way: Way, by_force: bool) -> f64 {
-    let systems = match way {
-        Way::Smooth => 15.0,
-        Way::Sharp => 45.0,
-        Way::RoundedCorner => 250.0,
-        Way::Folds => 100.0,
-    };
     let tries = if by_force { TRIES } else { 1.0 };
-    tries * systems * loads as f64 * meshes.iter().map(|mesh| mesh.system_seconds::<S>()).sum::<f64>()
+    let systems = |level: usize| match way {
+        Way::Smooth => 15.0 * loads as f64,
+        Way::Sharp => 45.0 * loads as f64,
+        Way::RoundedCorner(sides) if level < RIPPLED => 30.0 * sides * 2_f64.powi(level as i32),
+        Way::RoundedCorner(_) => 150.0 * loads as f64,
+        Way::Folds => 100.0 * loads as f64,
+    };
+    let of_mesh = |(level, mesh): (usize, &MeshSize)| systems(level) * mesh.system_seconds::<S>();
+    tries * meshes.iter().enumerate().map(of_mesh).sum::<f64>()
 }
 
 #[cfg(test)]
@@ -132,7 +135,7 @@ mod tests {
                 position: 0.0,
                 end,
             };
-            let meshes = [0, 1, 2].map(|level| layer.mesh(level));
+            let meshes = [0, 1, 2].map(|level| layer.mesh(level, 0.3));
             let found = meshes.each_ref().map(|m| {
                 LayerModel::new(m, rubber.clone(), indenter, end).unwrap().equations().memory_bytes()
             });

@@ -4,11 +4,12 @@
 
 use super::dimension::{Dimension, Numbers, Plane};
 use super::material::Rubber;
-use super::mesh::{Mesh, Patch, geometric, graded, uniform};
 use super::model::{Body, Equations, Load, ModelError, State};
-use super::newton::{Effort, NewtonSettings, StopReason, Stopped};
+use super::newton::{Effort, FromCoarser, NewtonSettings, StopReason, Stopped};
 use super::obstacle::{Obstacle, Shape};
 use super::side::Side;
+
+pub use super::layer_mesh::{LayerMesh, PunchFan, RoundedPunch};
 
 /// What becomes of the layer's end.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -51,195 +52,11 @@ pub enum Indenter {
     },
 }
 
-/// How fine the mesh is.
-#[derive(Debug, Clone, PartialEq)]
-pub struct LayerMesh {
-    /// Breakpoints along `x1` from the axis to one thickness before the end, in m.
-    pub along: Vec<f64>,
-    /// Breakpoints from the substrate to the top, in m.
-    pub up: Vec<f64>,
-    /// Breakpoints along the top over the last thickness, in m, from `half_length - thickness` to `half_length`.
-    pub end_top: Vec<f64>,
-    /// Fractions of the way from the bonded corner of the end, from 0 to 1. Empty for a mesh without a fan there: a
-    /// tensor product, which turns inside out at that corner.
-    pub radii: Vec<f64>,
-    /// A fan around the point of the top where a sharp punch ends, if there is one.
-    pub punch: Option<PunchFan>,
-    /// Both halves of the layer: what this describes and its mirror image. For loads that are not symmetric.
-    pub whole: bool,
-}
-
-/// Sectors around the point where a sharp punch ends: the surface beside it turns up by 90 degrees and more, which two
-/// quadrilaterals that meet there cannot follow.
-#[derive(Debug, Clone, PartialEq)]
-pub struct PunchFan {
-    /// First and last of the breakpoints along `x1` that the fan takes the place of; its centre is between them.
-    pub along: [usize; 2],
-    /// First of the breakpoints upwards that it takes the place of.
-    pub up: usize,
-    /// `x1` of its centre in m.
-    pub corner: f64,
-    /// Fractions of the way from the centre, from 0 to 1.
-    pub radii: Vec<f64>,
-}
-
-impl LayerMesh {
-    /// A mesh with `n` equal quadrilaterals over the thickness and as many over each thickness of length; the fan at
-    /// the bonded end has `rings` rings that shrink by `ratio`.
-    pub fn uniform(thickness: f64, half_length: f64, n: usize, ratio: f64, rings: usize) -> Self {
-        let body = half_length - thickness;
-        let along = ((body / thickness) * n as f64).round().max(1.0) as usize;
-        Self {
-            along: uniform(0.0, body, along),
-            up: uniform(0.0, thickness, n),
-            end_top: uniform(body, half_length, n),
-            radii: geometric(ratio, rings),
-            punch: None,
-            whole: false,
-        }
-    }
-
-    /// A tensor product for an end that folds: equal quadrilaterals of `thickness / cells` within `block` thicknesses of
-    /// the bonded corner, from there each `growth` times as large as the one before, to `thickness / n`.
-    pub fn folding_end(
-        thickness: f64,
-        half_length: f64,
-        n: usize,
-        cells: usize,
-        block: f64,
-        growth: f64,
-    ) -> Self {
-        let (fine, coarse) = (thickness / cells.max(n) as f64, thickness / n as f64);
-        let graded = |length: f64| {
-            let count = (block * thickness / fine).round().max(1.0);
-            let mut x = uniform(0.0, count * fine, count as usize);
-            let (mut at, mut size) = (count * fine, growth * fine);
-            // One of the last size has to fit in.
-            while size < coarse && at + (1.0 + growth) * size < length {
-                at += size;
-                x.push(at);
-                size *= growth;
-            }
-            let rest = ((length - at) / coarse).round().max(1.0) as usize;
-            x.extend(uniform(at, length, rest).iter().skip(1));
-            x
-        };
-        let from_axis: Vec<f64> = graded(half_length).iter().rev().map(|x| half_length - x).collect();
-        // Any breakpoint will do between what `mesh` puts together again.
-        let cut = from_axis.partition_point(|x| *x <= half_length - thickness).max(1);
-        Self {
-            along: from_axis[..cut].to_vec(),
-            up: graded(thickness),
-            end_top: from_axis[cut - 1..].to_vec(),
-            radii: Vec::new(),
-            punch: None,
-            whole: false,
-        }
-    }
-
-    /// A mesh with about `n` quadrilaterals over the thickness for a sharp punch that ends at `corner` (m), with a
-    /// fan there of half the thickness; its `rings` shrink by `ratio`. The fan at the bonded end has two rings.
-    pub fn under_punch(
-        thickness: f64,
-        half_length: f64,
-        corner: f64,
-        n: usize,
-        ratio: f64,
-        rings: usize,
-    ) -> Self {
-        let (body, half) = (half_length - thickness, 0.5 * thickness);
-        let (left, right, low) = (corner - half, corner + half, thickness - half);
-        let count = |length: f64| ((length / thickness) * n as f64).round().max(1.0) as usize;
-        let mut along = uniform(0.0, left, count(left));
-        let first = along.len() - 1;
-        along.extend(uniform(left, right, count(thickness)).iter().skip(1));
-        let last = along.len() - 1;
-        along.extend(uniform(right, body, count(0.6 * (body - right))).iter().skip(1));
-        let mut up = uniform(0.0, low, count(low));
-        let floor = up.len() - 1;
-        up.extend(uniform(low, thickness, count(half)).iter().skip(1));
-        let punch =
-            Some(PunchFan { along: [first, last], up: floor, corner, radii: geometric(ratio, rings) });
-        let end_top = uniform(body, half_length, count(0.6 * thickness));
-        Self { along, up, end_top, radii: geometric(0.5, 1), punch, whole: false }
-    }
-
-    /// A mesh for a smooth punch with rounded corners: about `n` quadrilaterals over the thickness far away, and
-    /// `per_radius` over the length of the corner's radius in that part of the surface that slides past the corner, half a
-    /// thickness inwards of it. The surface is stretched there by a factor of three and more: two to four are needed.
-    pub fn under_rounded_punch(
-        thickness: f64,
-        half_length: f64,
-        half_width: f64,
-        corner_radius: f64,
-        n: usize,
-        per_radius: f64,
-    ) -> Self {
-        let (coarse, fine) = (thickness / n as f64, corner_radius / per_radius);
-        let body = half_length - thickness;
-        let band = [(half_width - 0.5 * thickness).max(0.0), half_width];
-        let along = |x: f64| {
-            let away = (band[0] - x).max(x - band[1]).max(0.0);
-            (fine + 0.25 * away).min(if x > band[1] { 2.0 * coarse } else { coarse })
-        };
-        Self {
-            along: graded(0.0, body, along),
-            up: graded(0.0, thickness, |y| (3.0 * fine + 0.25 * (thickness - y)).min(coarse)),
-            end_top: uniform(body, half_length, (n / 2).max(2)),
-            radii: geometric(0.5, 1),
-            punch: None,
-            whole: false,
-        }
-    }
-
-    /// Thickness of the layer in m.
-    pub fn thickness(&self) -> f64 {
-        self.up[self.up.len() - 1]
-    }
-
-    /// Half its length in m.
-    pub fn half_length(&self) -> f64 {
-        self.end_top[self.end_top.len() - 1]
-    }
-
-    /// The mesh.
-    pub fn mesh(&self) -> Mesh {
-        let (body, top) = (self.along[self.along.len() - 1], self.up[self.up.len() - 1]);
-        if self.radii.is_empty() {
-            let along: Vec<f64> = self.along.iter().chain(self.end_top.iter().skip(1)).copied().collect();
-            return self.of_patches(vec![Patch::tensor(&along, &self.up)]);
-        }
-        let corner = [self.end_top[self.end_top.len() - 1], 0.0];
-        let mut rim: Vec<[f64; 2]> = self.up.iter().map(|&y| [body, y]).collect();
-        rim.extend(self.end_top.iter().skip(1).map(|&x| [x, top]));
-        let mut patches = vec![Patch::fan(corner, &rim, &self.radii)];
-        if let Some(PunchFan { along: [first, last], up: floor, corner, radii }) = &self.punch {
-            let (low, high) = (&self.up[..=*floor], &self.up[*floor..]);
-            let under = &self.along[*first..=*last];
-            patches.push(Patch::tensor(&self.along, low));
-            patches.push(Patch::tensor(&self.along[..=*first], high));
-            patches.push(Patch::tensor(&self.along[*last..], high));
-            let mut rim: Vec<[f64; 2]> = high.iter().rev().map(|&y| [under[0], y]).collect();
-            rim.extend(under.iter().skip(1).map(|&x| [x, high[0]]));
-            rim.extend(high.iter().skip(1).map(|&y| [under[under.len() - 1], y]));
-            patches.push(Patch::fan([*corner, top], &rim, radii));
-        } else {
-            patches.push(Patch::tensor(&self.along, &self.up));
-        }
-        self.of_patches(patches)
-    }
-
-    fn of_patches(&self, mut patches: Vec<Patch>) -> Mesh {
-        if self.whole {
-            let mirrored: Vec<Patch> = patches.iter().map(|p| p.clone().mapped(|x| [-x[0], x[1]])).collect();
-            patches.extend(mirrored);
-        }
-        Mesh::from_patches(&patches)
-    }
-}
-
 /// How high above the layer, over the thickness, an indenter starts.
 const START: f64 = 0.02;
+
+/// Beginnings that are tried, over the run-up: a load at which none is found from the equilibrium of another mesh is mostly alone.
+const RUN_UPS: &[f64] = &[1.0, 1.3, 1.6, 2.0];
 
 /// A layer under an indenter, ready to be pressed.
 #[derive(Debug)]
@@ -446,18 +263,48 @@ impl<S: Dimension> LayerModel<S> {
         compression: f64,
         settings: &NewtonSettings,
     ) -> Option<LayerStep> {
-        let load = self.load_at(compression);
-        match self.equations.equilibrium_from(&other.equations, state, &load, settings) {
-            Some((state, effort)) => {
-                (self.state, self.load) = (state, load);
-                Some(self.step(effort))
+        let found = match settings.from_coarser {
+            FromCoarser::Nothing => None,
+            FromCoarser::Equilibrium => {
+                let load = self.load_at(compression);
+                let found = self.equations.equilibrium_from(&other.equations, state, &load, settings);
+                found.map(|(state, effort)| {
+                    (self.state, self.load) = (state, load);
+                    effort
+                })
             }
-            None => {
-                // Reactions are those of the last assembly.
-                self.equations.assemble(&self.state, &self.load);
-                None
+            FromCoarser::RunUp(length) => {
+                let before = (self.state.clone(), self.load.clone());
+                let found = RUN_UPS.iter().find_map(|factor| {
+                    let start = compression - factor * length / self.thickness;
+                    self.run_up(other, state, [start, compression], settings)
+                });
+                if found.is_none() {
+                    (self.state, self.load) = before;
+                }
+                found
             }
+        };
+        if found.is_none() {
+            // Reactions are those of the last assembly.
+            self.equations.assemble(&self.state, &self.load);
         }
+        found.map(|effort| self.step(effort))
+    }
+
+    /// From an equilibrium at the compression `start`, near `state` of `other`, to one at `end`.
+    fn run_up(
+        &mut self,
+        other: &Self,
+        state: &State<S>,
+        [start, end]: [f64; 2],
+        settings: &NewtonSettings,
+    ) -> Option<Effort> {
+        let [start, end] = [start, end].map(|compression| self.load_at(compression));
+        let (state, effort) = self.equations.beginning_from(&other.equations, state, &start, settings)?;
+        (self.state, self.load) = (state, start);
+        let further = self.equations.advance(&mut self.state, &mut self.load, &end, settings).ok()?;
+        (further.negative_pivots == 0).then(|| further.after(effort))
     }
 
     /// The load with the indenter at `compression`.

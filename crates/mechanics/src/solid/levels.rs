@@ -1,9 +1,10 @@
 //! The meshes that a layer is pressed on, coarse to fine, and what goes with them.
 
-use super::layer::{End, Indenter, LayerMesh, PunchFan};
+use super::forecast::Way;
+use super::layer::{End, Indenter, LayerMesh, PunchFan, RoundedPunch};
 use super::material::Rubber;
 use super::mesh::{geometric, graded, uniform};
-use super::newton::NewtonSettings;
+use super::newton::{FromCoarser, NewtonSettings};
 use super::obstacle::Shape;
 use super::press::LayerProblem;
 
@@ -17,6 +18,21 @@ const SHARP_BARRIER: f64 = 5.0;
 /// How far equal quadrilaterals go from the bonded corner of an end that folds, over the thickness.
 const ROLL: f64 = 0.1;
 
+/// Sides over the radius of a rounded corner while they pass it, on the first mesh.
+const COARSEST_PASSING: f64 = 0.375;
+/// How far the punch goes at a time over the length of a side that passes its corner: farther, and Newton's method finds equilibria
+/// with ripples that the surface does not come to.
+const LONGEST_MOVE: f64 = 0.15;
+/// The gap there, where the pressure is the shear modulus, over the modulus and the thickness: a force is wrong by less than
+/// 1e-4 for it, and smaller ones are hard to close where sides pass.
+const FINAL_GAP: f64 = 1e-5;
+/// A small radius takes many steps.
+const MOST_SOLVES: usize = 10_000;
+/// Meshes whose sides are so long that the equilibria depend on the way to them.
+pub(super) const RIPPLED: usize = 2;
+/// How far before a load finer meshes begin, over the radius: several sides pass in that time.
+const RUN_UP: f64 = 0.5;
+
 /// Rings around the end of a sharp punch: each is so much smaller than the one around it, two more halve the smallest.
 const SHRINK: f64 = 0.7;
 const COARSEST_RINGS: usize = 8;
@@ -27,8 +43,9 @@ const COARSEST_CELLS: usize = 8;
 const CELLS_PER_LEVEL: usize = 2;
 
 impl LayerProblem {
-    /// The mesh of this layer at a level of refinement: each halves what limits the accuracy of the one before.
-    pub fn mesh(&self, level: usize) -> LayerMesh {
+    /// The mesh of this layer at a level of refinement, for compressions up to `deepest`: each halves what limits the accuracy of
+    /// the one before.
+    pub fn mesh(&self, level: usize, deepest: f64) -> LayerMesh {
         let (height, length) = (self.thickness, self.half_length);
         let n = 5 << level;
         let mut mesh = match self.indenter {
@@ -36,8 +53,8 @@ impl LayerProblem {
                 return self.under_sharp_punch(half_width, level);
             }
             Indenter::Smooth(Shape::Punch { half_width, corner_radius }) => {
-                let per_radius = (1 << level) as f64;
-                LayerMesh::under_rounded_punch(height, length, half_width, corner_radius, 8, per_radius)
+                let punch = RoundedPunch { half_width, corner_radius, position: self.position };
+                LayerMesh::under_rounded_punch(height, length, &punch, deepest, 8, passing(level))
             }
             _ if self.folds() => {
                 // The roll at the corner is small at small loads, and the rest of the layer is smooth: it is the
@@ -62,6 +79,19 @@ impl LayerProblem {
         mesh
     }
 
+    /// What takes the linear systems of loads up to the compression `deepest`.
+    pub fn way(&self, deepest: f64) -> Way {
+        match self.indenter {
+            _ if self.folds() => Way::Folds,
+            Indenter::Smooth(Shape::Punch { half_width, corner_radius }) => {
+                let punch = RoundedPunch { half_width, corner_radius, position: self.position };
+                Way::RoundedCorner(punch.sides_passing(self.thickness, deepest, passing(0)))
+            }
+            Indenter::Sharp { .. } | Indenter::Bonded { .. } => Way::Sharp,
+            Indenter::Smooth(_) | Indenter::WholeTop => Way::Smooth,
+        }
+    }
+
     /// What the corners need in the energy; see [`Rubber::volume_barrier`].
     pub(super) fn rubber_in_use(&self) -> Rubber {
         let volume_barrier = match self.indenter {
@@ -73,13 +103,22 @@ impl LayerProblem {
         Rubber { volume_barrier, ..self.rubber.clone() }
     }
 
-    pub(super) fn settings(&self) -> NewtonSettings {
-        if self.folds() {
-            return NewtonSettings::through_folds();
+    pub(super) fn settings(&self, level: usize) -> NewtonSettings {
+        match self.indenter {
+            _ if self.folds() => NewtonSettings::through_folds(),
+            Indenter::Smooth(Shape::Punch { corner_radius, .. }) => NewtonSettings {
+                from_coarser: if level < RIPPLED {
+                    FromCoarser::Nothing
+                } else {
+                    FromCoarser::RunUp(RUN_UP * corner_radius)
+                },
+                longest_move: LONGEST_MOVE * corner_radius / passing(level),
+                final_gap: FINAL_GAP,
+                most_solves: MOST_SOLVES,
+                ..NewtonSettings::default()
+            },
+            _ => NewtonSettings::default(),
         }
-        // Side by side the surface passes a rounded corner, and each that has passed leaves a ripple.
-        let path_counts = matches!(self.indenter, Indenter::Smooth(Shape::Punch { .. }));
-        NewtonSettings { path_counts, ..NewtonSettings::default() }
     }
 
     /// Whether the end folds through itself at the bonded corner, as a free end does that nothing carries. A
@@ -137,6 +176,11 @@ impl LayerProblem {
     }
 }
 
+/// Sides over the radius of a rounded corner while they pass it.
+fn passing(level: usize) -> f64 {
+    COARSEST_PASSING * (1 << level) as f64
+}
+
 /// Moves the nearest inner breakpoint to each of `edges`, or puts one in where that is an edge already or one of `kept`.
 fn move_to(breakpoints: &mut Vec<f64>, kept: &[f64], edges: impl Iterator<Item = f64>) {
     let (first, last) = (breakpoints[0], breakpoints[breakpoints.len() - 1]);
@@ -160,8 +204,11 @@ fn move_to(breakpoints: &mut Vec<f64>, kept: &[f64], edges: impl Iterator<Item =
 
 #[cfg(test)]
 mod tests {
+    use std::sync::atomic::AtomicBool;
+
+    use super::super::layer::LayerModel;
     use super::super::mesh::Mesh;
-    use super::super::press::Refinement;
+    use super::super::press::{Goal, Refinement};
     use super::*;
 
     fn problem(indenter: Indenter, end: End) -> LayerProblem {
@@ -188,8 +235,11 @@ mod tests {
         ] {
             for end in [End::Free, End::FreeOnSubstrate, End::Far] {
                 let problem = problem(indenter, end);
-                let meshes: Vec<_> =
-                    Refinement::to(0.01).meshes.iter().map(|&level| problem.mesh(level).mesh()).collect();
+                let meshes: Vec<_> = Refinement::to(0.01)
+                    .meshes
+                    .iter()
+                    .map(|&level| problem.mesh(level, 0.3).mesh())
+                    .collect();
                 let counts: Vec<usize> = meshes.iter().map(|mesh| mesh.elements.len()).collect();
                 assert!(counts.windows(2).all(|two| two[0] < two[1]), "{indenter:?}, {end:?}: {counts:?}");
                 // The free end of a layer that does not fold, and what presses, are where elements have to shrink.
@@ -208,6 +258,46 @@ mod tests {
                     "{indenter:?}, {end:?}: {sizes:?}"
                 );
             }
+        }
+    }
+
+    #[test]
+    fn around_a_corner_a_run_up_from_a_coarser_mesh_ends_where_following_the_load_does_and_the_surface_is_smooth()
+     {
+        let half_width = 500.0 / 450.0;
+        let punch = Shape::Punch { half_width, corner_radius: 0.1 };
+        let problem = problem(Indenter::Smooth(punch), End::Free);
+        let goals = [0.2, 0.4].map(Goal::Compression);
+        let refinement = Refinement { relative_tolerance: 1e-9, meshes: vec![1, 2] };
+        let found = problem.press(&goals, &refinement, &AtomicBool::new(false), &|_, _| ()).unwrap();
+        let [_, fine] = found.levels.as_slice() else { panic!("two meshes") };
+        let body = fine.model.equations().body();
+        let top: Vec<usize> = (0..body.mesh.nodes.len()).filter(|&n| body.mesh.nodes[n][1] == 1.0).collect();
+        let mut followed =
+            LayerModel::new(&problem.mesh(2, 0.4), problem.rubber_in_use(), problem.indenter, problem.end)
+                .unwrap();
+        for (goal, compression) in found.goals.iter().zip([0.2, 0.4]) {
+            let goal = goal.as_ref().unwrap();
+            let step = followed.press(compression, &problem.settings(2)).unwrap();
+            println!("{:?} {:?}, followed {step:?}", goal.step, goal.refinement);
+            assert!((goal.step.force / step.force - 1.0).abs() < 2e-4, "{compression}: {step:?}");
+            assert!(goal.step.effort.solves < step.effort.solves);
+            // Corners of sides along the top; next to each other they are stretched alike.
+            let mut corners: Vec<[f64; 3]> = top
+                .iter()
+                .map(|&n| {
+                    let x = body.mesh.nodes[n];
+                    let u = &goal.state.displacement[2 * n..];
+                    [x[0], x[0] + u[0], x[1] + u[1]]
+                })
+                .collect();
+            corners.sort_by(|a, b| a[0].total_cmp(&b[0]));
+            let corners: Vec<_> = corners.into_iter().step_by(2).collect();
+            let stretch =
+                |p: &[[f64; 3]]| ((p[1][1] - p[0][1]).hypot(p[1][2] - p[0][2]) / (p[1][0] - p[0][0])).ln();
+            let stretches: Vec<f64> = corners.windows(2).map(stretch).collect();
+            let most = stretches.windows(2).map(|w| (w[1] - w[0]).abs()).fold(0.0, f64::max);
+            assert!(most < 0.5, "{compression}: {most}");
         }
     }
 }

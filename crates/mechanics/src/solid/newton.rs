@@ -28,9 +28,24 @@ pub struct NewtonSettings {
     /// may turn inside out, and where an equilibrium ceases to be, the body falls into the next; see
     /// [`folds`](super::folds).
     pub through_folds: bool,
-    /// Whether equilibria depend on the way to them: each load is then come to from the one before on every mesh, and not
-    /// from the same load on a coarser one.
-    pub path_counts: bool,
+    /// What equilibria of a coarser mesh are good for.
+    pub from_coarser: FromCoarser,
+    /// How far an obstacle goes in one step at most, in m.
+    pub longest_move: f64,
+    /// Steps that keep `J > 0` only because they are cut, on the way to one equilibrium at most.
+    pub most_cut_steps: usize,
+}
+
+/// How the equilibrium of a coarser mesh is used under the same load.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum FromCoarser {
+    /// Not at all: equilibria depend on the way to them, and the load is followed on every mesh.
+    Nothing,
+    /// That on the finer mesh is found from it.
+    Equilibrium,
+    /// One is found from it with the indenter so far (m) before the load. The rest of the way, on which the surface forgets how
+    /// it came there, is gone on the finer mesh.
+    RunUp(f64),
 }
 
 impl Default for NewtonSettings {
@@ -45,7 +60,9 @@ impl Default for NewtonSettings {
             smallest_step: 1e-4,
             smallest_ratio: 0.2,
             through_folds: false,
-            path_counts: false,
+            from_coarser: FromCoarser::Equilibrium,
+            longest_move: f64::INFINITY,
+            most_cut_steps: 6,
         }
     }
 }
@@ -67,6 +84,18 @@ pub struct Effort {
     pub linear_residual: f64,
     /// Negative pivots of the last tangent: zero for a stable equilibrium.
     pub negative_pivots: usize,
+}
+
+impl Effort {
+    /// This one together with what came before.
+    pub(super) fn after(self, before: Self) -> Self {
+        Self {
+            steps: before.steps + self.steps,
+            cuts: before.cuts + self.cuts,
+            solves: before.solves + self.solves,
+            ..self
+        }
+    }
 }
 
 /// Why Newton's method stopped short. The state is the last one in equilibrium.
@@ -132,6 +161,11 @@ const LEAST_GAP: f64 = 1e-20;
 /// leave, let Newton's method go no farther in one or two steps.
 const CLOSING: f64 = 0.1;
 
+/// Where obstacles may not go far in one step, one in which the smallest `J` falls to this part has left the way of the surface
+/// for a fold of it; unless it was shorter than this part of the longest.
+const STRAYED: f64 = 0.9;
+const LONG: f64 = 0.05;
+
 pub(super) type Failure = (StopReason, (f64, usize));
 
 impl<S: Dimension> Equations<S> {
@@ -182,7 +216,9 @@ impl<S: Dimension> Equations<S> {
     ) -> Result<(), Box<Stopped>> {
         let start = from.clone();
         let mut settings = *settings;
-        let (mut reached, mut step) = (0.0, settings.first_step.clamp(settings.smallest_step, 1.0));
+        let longest = (settings.longest_move / start.farthest_shift(to)).min(1.0);
+        let (mut reached, mut step) =
+            (0.0, settings.first_step.clamp(settings.smallest_step, 1.0).min(longest));
         let mut target = Target { force: settings.tolerance, contact: 0.0 };
         if self.has_contact() {
             target = ON_THE_WAY;
@@ -194,13 +230,20 @@ impl<S: Dimension> Equations<S> {
             }
             self.start_contact(state);
         }
+        let mut smallest_j = self.smallest_j(&state.displacement, &state.displacement, false).0;
         while reached < 1.0 {
             // A last step that would leave a sliver is stretched to the end.
             let part = if reached + 1.001 * step >= 1.0 { 1.0 } else { reached + step };
             let load = start.toward(to, part);
             let mut trial = state.clone();
-            match self.equilibrate(&mut trial, &load, target, &settings, effort) {
+            let mut found = self.equilibrate(&mut trial, &load, target, &settings, effort);
+            let strays = step > LONG * longest && effort.smallest_j < STRAYED * smallest_j;
+            if found.is_ok() && longest < 1.0 && strays {
+                found = Err((StopReason::NoConvergence, (effort.smallest_j, 0)));
+            }
+            match found {
                 Ok(iterations) => {
+                    smallest_j = effort.smallest_j;
                     *state = trial;
                     *from = load;
                     reached = part;
@@ -210,6 +253,7 @@ impl<S: Dimension> Equations<S> {
                     } else if iterations > 8 {
                         step *= 0.7;
                     }
+                    step = step.min(longest);
                 }
                 Err((reason, (smallest_j, element))) => {
                     effort.cuts += 1;
@@ -233,15 +277,27 @@ impl<S: Dimension> Equations<S> {
         settings: &NewtonSettings,
         effort: &mut Effort,
     ) -> Result<(), Failure> {
+        self.follow_to(state, load, settings, effort)?;
+        if self.has_contact() {
+            self.close_gaps(state, load, settings, false, effort)?;
+        }
+        Ok(())
+    }
+
+    /// The same with the contact left at [`NewtonSettings::moving_gap`].
+    pub(super) fn follow_to(
+        &mut self,
+        state: &mut State<S>,
+        load: &Load<S>,
+        settings: &NewtonSettings,
+        effort: &mut Effort,
+    ) -> Result<(), Failure> {
         let target = match self.has_contact() {
             true => ON_THE_WAY,
             false => Target { force: settings.tolerance, contact: 0.0 },
         };
         self.equilibrate(state, load, target, settings, effort)?;
         effort.steps += 1;
-        if self.has_contact() {
-            self.close_gaps(state, load, settings, false, effort)?;
-        }
         Ok(())
     }
 
@@ -327,7 +383,7 @@ impl<S: Dimension> Equations<S> {
         settings: &NewtonSettings,
         effort: &mut Effort,
     ) -> Result<usize, Failure> {
-        let mut short_steps = 0;
+        let mut cut_steps = 0;
         let mut damping = 0.0;
         for iteration in 0..settings.most_iterations {
             if effort.solves >= settings.most_solves {
@@ -375,8 +431,8 @@ impl<S: Dimension> Equations<S> {
                 trial = state.plus(&step, part);
             }
             if turned {
-                short_steps += 1;
-                if short_steps > 6 {
+                cut_steps += 1;
+                if cut_steps > settings.most_cut_steps {
                     return Err((StopReason::Inversion, residual.smallest_j));
                 }
             }
@@ -410,6 +466,12 @@ impl Residual {
 }
 
 impl<S: Dimension> Load<S> {
+    /// How far an obstacle goes along any axis from this load to another, in m.
+    fn farthest_shift(&self, to: &Self) -> f64 {
+        let along = |k: usize| self.shift.iter().zip(&to.shift).map(move |(a, b)| (b[k] - a[k]).abs());
+        (0..S::AXES).flat_map(along).fold(0.0, f64::max)
+    }
+
     /// The load a part of the way from this one to another.
     pub fn toward(&self, to: &Self, part: f64) -> Self {
         let mix = |a: &f64, b: &f64| if part == 1.0 { *b } else { a + part * (b - a) };

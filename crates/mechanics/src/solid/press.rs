@@ -12,7 +12,7 @@ use super::dimension::{Dimension, Plane};
 use super::layer::{End, Inclusion, Indenter, LayerModel, LayerStep};
 use super::material::Rubber;
 use super::model::{Load, ModelError, State};
-use super::newton::{Effort, NewtonSettings, Stopped};
+use super::newton::{Effort, FromCoarser, NewtonSettings, Stopped};
 
 /// A layer, what is in it and what presses it. Lengths in m.
 #[derive(Debug, Clone, PartialEq)]
@@ -143,8 +143,9 @@ impl LayerProblem {
     ) -> Result<Pressing, ModelError> {
         let rubber = self.rubber_in_use();
         let halved = |level: usize| 0.5_f64.powi(level as i32);
-        press_on(goals, refinement, &self.settings(), cancel, tell, &halved, &|level| {
-            let mesh = self.mesh(level);
+        let deepest = deepest(goals);
+        press_on(goals, refinement, &|level| self.settings(level), cancel, tell, &halved, &|level| {
+            let mesh = self.mesh(level, deepest);
             let mut model =
                 LayerModel::with_inclusions(&mesh, &rubber, &self.inclusions, self.indenter, self.end)?;
             model.place_indenter(self.position);
@@ -154,11 +155,11 @@ impl LayerProblem {
 }
 
 /// Presses layers to each of `goals`, mesh after mesh: `layer` makes the one that a number of [`Refinement::meshes`]
-/// stands for, `size` tells the size of its elements. A mesh too large for the memory ends the refinement.
+/// stands for, `settings` how it is pressed, `size` tells the size of its elements. A mesh too large for the memory ends the refinement.
 pub(crate) fn press_on<S: Dimension>(
     goals: &[Goal],
     refinement: &Refinement,
-    settings: &NewtonSettings,
+    settings: &dyn Fn(usize) -> NewtonSettings,
     cancel: &AtomicBool,
     tell: &dyn Fn(usize, usize),
     size: &dyn Fn(usize) -> f64,
@@ -170,6 +171,7 @@ pub(crate) fn press_on<S: Dimension>(
     let mut too_large = None;
     for (k, &n) in refinement.meshes.iter().enumerate() {
         let start = Instant::now();
+        let settings = settings(n);
         let model = match layer(n) {
             Ok(model) => model,
             Err(error @ ModelError::TooLarge { .. }) if k > 0 => {
@@ -190,7 +192,7 @@ pub(crate) fn press_on<S: Dimension>(
         };
         let wanted: Vec<bool> = (0..goals.len()).map(|g| !known(&levels, g)).collect();
         let further =
-            level.walk(levels.last(), goals, &order, &wanted, settings, cancel, &|done| tell(k, done));
+            level.walk(levels.last(), goals, &order, &wanted, &settings, cancel, &|done| tell(k, done));
         level.model.release_factors();
         level.seconds = start.elapsed().as_secs_f64();
         levels.push(level);
@@ -215,6 +217,15 @@ pub(crate) fn press_on<S: Dimension>(
         .map(|g| judge(&levels, goals, g, refinement).ok_or_else(|| why_not(&levels, g)))
         .collect();
     Ok(Pressing { levels, goals, too_large })
+}
+
+/// The deepest compression that is asked for; of forces it is not known.
+pub fn deepest(goals: &[Goal]) -> f64 {
+    const OF_FORCES: f64 = 0.5;
+    goals.iter().fold(0.0, |deepest: f64, goal| match *goal {
+        Goal::Compression(compression) => deepest.max(compression),
+        Goal::Force(_) => deepest.max(OF_FORCES),
+    })
 }
 
 impl Goal {
@@ -285,7 +296,7 @@ impl<S: Dimension> Level<S> {
         g: usize,
         settings: &NewtonSettings,
     ) -> Option<LayerStep> {
-        if settings.path_counts {
+        if settings.from_coarser == FromCoarser::Nothing {
             return None;
         }
         let (model, reached) = coarser.and_then(|level| Some((&level.model, level.reached[g].as_ref()?)))?;

@@ -16,6 +16,9 @@ use super::space::material::{Tensor, cofactor, determinant};
 
 /// Most Newton steps from the guess to the equilibrium: where it takes more, following the load is no worse.
 const MOST_ITERATIONS: usize = 12;
+/// Where the load is followed in very many steps, more of them are worth it, and steps that are cut too.
+const MOST_PATIENT_ITERATIONS: usize = 40;
+const MOST_CUT_STEPS: usize = 30;
 
 /// How far an obstacle keeps from the guessed surface at least, over the gap where the pressure is the shear modulus.
 const CLEARANCE: f64 = 0.3;
@@ -203,9 +206,24 @@ impl<S: Dimension> Equations<S> {
         Some(guess)
     }
 
+    /// The same with contact as it is in motion.
+    fn guess_in_motion(
+        &mut self,
+        other: &Self,
+        state: &State<S>,
+        load: &Load<S>,
+        settings: &NewtonSettings,
+    ) -> Option<State<S>> {
+        self.gap_times_pressure = settings.moving_gap * self.modulus_times_size;
+        self.guess(other, state.moving.as_deref().unwrap_or(state), load)
+    }
+
     /// Moves obstacles out of the guessed surface. Returns whether they are.
     fn clear_obstacles(&self, guess: &mut State<S>) -> bool {
         let clearance = CLEARANCE * self.gap_times_pressure / self.modulus;
+        // Half a body touches one flank of a punch only, which can be moved sideways then: axes along which it is half.
+        let half = |k: usize| k != 1 && self.body.mesh.nodes.iter().all(|x| x[k] >= 0.0);
+        let half: Vec<usize> = (0..S::AXES).filter(|&k| half(k)).collect();
         (0..self.body.obstacles.len()).all(|o| {
             let mut away = clearance;
             for _ in 0..MOST_MOVES {
@@ -218,6 +236,12 @@ impl<S: Dimension> Equations<S> {
                 match self.body.obstacles[o].shape {
                     Shape::Below => guess.shift[o][1] -= away,
                     Shape::Wall { side } => guess.shift[o][0] -= side * away,
+                    Shape::Punch { .. } | Shape::Block { .. } => {
+                        guess.shift[o][1] += away;
+                        for &k in &half {
+                            guess.shift[o][k] -= away;
+                        }
+                    }
                     _ => guess.shift[o][1] += away,
                 }
             }
@@ -234,12 +258,29 @@ impl<S: Dimension> Equations<S> {
         load: &Load<S>,
         settings: &NewtonSettings,
     ) -> Option<(State<S>, Effort)> {
-        let from = state.moving.as_deref().unwrap_or(state);
-        self.gap_times_pressure = settings.moving_gap * self.modulus_times_size;
-        let mut state = self.guess(other, from, load)?;
         let settings = NewtonSettings { most_iterations: MOST_ITERATIONS, ..*settings };
+        let mut state = self.guess_in_motion(other, state, load, &settings)?;
         let mut effort = Effort::default();
         let found = self.settle_at(&mut state, load, &settings, &mut effort);
+        (found.is_ok() && effort.negative_pivots == 0).then_some((state, effort))
+    }
+
+    /// The same with the contact left at [`NewtonSettings::moving_gap`], and more patience: to go on from.
+    pub(crate) fn beginning_from(
+        &mut self,
+        other: &Self,
+        state: &State<S>,
+        load: &Load<S>,
+        settings: &NewtonSettings,
+    ) -> Option<(State<S>, Effort)> {
+        let settings = NewtonSettings {
+            most_iterations: MOST_PATIENT_ITERATIONS,
+            most_cut_steps: MOST_CUT_STEPS,
+            ..*settings
+        };
+        let mut state = self.guess_in_motion(other, state, load, &settings)?;
+        let mut effort = Effort::default();
+        let found = self.follow_to(&mut state, load, &settings, &mut effort);
         (found.is_ok() && effort.negative_pivots == 0).then_some((state, effort))
     }
 }

@@ -1,6 +1,6 @@
 //! Contact: against the closed form of line contact, by its own conditions, by symmetry, and round a corner.
 
-use elastocap_mechanics::solid::layer::{End, Indenter, LayerMesh, LayerModel};
+use elastocap_mechanics::solid::layer::{End, Indenter, LayerMesh, LayerModel, RoundedPunch};
 use elastocap_mechanics::solid::material::Rubber;
 use elastocap_mechanics::solid::mesh::{Mesh, Patch, graded};
 use elastocap_mechanics::solid::model::{Body, Equations};
@@ -10,8 +10,9 @@ use elastocap_mechanics::solid::obstacle::{Obstacle, Shape};
 const HALF_WIDTH: f64 = 500.0 / 450.0;
 
 fn rounded(n: usize, per_radius: f64, radius: f64, whole: bool) -> LayerModel {
-    let mesh =
-        LayerMesh { whole, ..LayerMesh::under_rounded_punch(1.0, 3.0, HALF_WIDTH, radius, n, per_radius) };
+    let punch = RoundedPunch { half_width: HALF_WIDTH, corner_radius: radius, position: 0.0 };
+    let mesh = LayerMesh::under_rounded_punch(1.0, 3.0, &punch, 0.4, n, per_radius);
+    let mesh = LayerMesh { whole, ..mesh };
     let indenter = Indenter::Smooth(Shape::Punch { half_width: HALF_WIDTH, corner_radius: radius });
     let rubber = Rubber { volume_barrier: 20.0, ..Rubber::neo_hookean(1.0) };
     LayerModel::new(&mesh, rubber, indenter, End::Free).unwrap()

@@ -114,7 +114,7 @@ impl SpaceProblem {
             final_gap: 1e-5,
             ..Default::default()
         };
-        press_on(goals, refinement, &settings, cancel, tell, &|n| 1.0 / n as f64, &|n| {
+        press_on(goals, refinement, &|_| settings, cancel, tell, &|n| 1.0 / n as f64, &|n| {
             let mesh = self.mesh(n);
             let elements = mesh.mesh().elements.len();
             let fits = |bytes: u64| match bytes <= memory_limit {

@@ -1,0 +1,234 @@
+//! Meshes of a layer in the plane: tensor products with fans around the bonded end and the edge of a sharp punch.
+
+use super::mesh::{Mesh, Patch, geometric, graded, uniform};
+
+/// How fine the mesh is.
+#[derive(Debug, Clone, PartialEq)]
+pub struct LayerMesh {
+    /// Breakpoints along `x1` from the axis to one thickness before the end, in m.
+    pub along: Vec<f64>,
+    /// Breakpoints from the substrate to the top, in m.
+    pub up: Vec<f64>,
+    /// Breakpoints along the top over the last thickness, in m, from `half_length - thickness` to `half_length`.
+    pub end_top: Vec<f64>,
+    /// Fractions of the way from the bonded corner of the end, from 0 to 1. Empty for a mesh without a fan there: a
+    /// tensor product, which turns inside out at that corner.
+    pub radii: Vec<f64>,
+    /// A fan around the point of the top where a sharp punch ends, if there is one.
+    pub punch: Option<PunchFan>,
+    /// Both halves of the layer: what this describes and its mirror image. For loads that are not symmetric.
+    pub whole: bool,
+}
+
+/// Sectors around the point where a sharp punch ends: the surface beside it turns up by 90 degrees and more, which two
+/// quadrilaterals that meet there cannot follow.
+#[derive(Debug, Clone, PartialEq)]
+pub struct PunchFan {
+    /// First and last of the breakpoints along `x1` that the fan takes the place of; its centre is between them.
+    pub along: [usize; 2],
+    /// First of the breakpoints upwards that it takes the place of.
+    pub up: usize,
+    /// `x1` of its centre in m.
+    pub corner: f64,
+    /// Fractions of the way from the centre, from 0 to 1.
+    pub radii: Vec<f64>,
+}
+
+/// A smooth punch with rounded corners, as far as a mesh for it goes. Lengths in m.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct RoundedPunch {
+    /// Half its width.
+    pub half_width: f64,
+    /// Radius of its corners.
+    pub corner_radius: f64,
+    /// `x1` of its middle.
+    pub position: f64,
+}
+
+impl RoundedPunch {
+    /// How far the surface slides around a corner at the compression `deepest`, about.
+    fn slide(&self, thickness: f64, deepest: f64) -> f64 {
+        (SLIDE * deepest * self.half_width.max(thickness)).min(self.half_width)
+    }
+
+    /// How many sides go around a corner until the compression `deepest` on a mesh of `per_radius` over its radius, about.
+    pub fn sides_passing(&self, thickness: f64, deepest: f64, per_radius: f64) -> f64 {
+        let slide = self.slide(thickness, deepest) / thickness;
+        per_radius * thickness / self.corner_radius * (slide + 0.5 * STRETCH * slide * slide)
+    }
+}
+
+/// How far the surface slides around the corner of a smooth punch, over the compression and the half width (or the thickness,
+/// if that is larger), and how much it is stretched there when it has slid by a thickness; as observed, rounded up.
+const SLIDE: f64 = 1.5;
+const STRETCH: f64 = 9.0;
+
+/// How much larger elements become over their distance from where they are fine.
+const GROWTH: f64 = 0.25;
+
+impl LayerMesh {
+    /// A mesh with `n` equal quadrilaterals over the thickness and as many over each thickness of length; the fan at
+    /// the bonded end has `rings` rings that shrink by `ratio`.
+    pub fn uniform(thickness: f64, half_length: f64, n: usize, ratio: f64, rings: usize) -> Self {
+        let body = half_length - thickness;
+        let along = ((body / thickness) * n as f64).round().max(1.0) as usize;
+        Self {
+            along: uniform(0.0, body, along),
+            up: uniform(0.0, thickness, n),
+            end_top: uniform(body, half_length, n),
+            radii: geometric(ratio, rings),
+            punch: None,
+            whole: false,
+        }
+    }
+
+    /// A tensor product for an end that folds: equal quadrilaterals of `thickness / cells` within `block` thicknesses of
+    /// the bonded corner, from there each `growth` times as large as the one before, to `thickness / n`.
+    pub fn folding_end(
+        thickness: f64,
+        half_length: f64,
+        n: usize,
+        cells: usize,
+        block: f64,
+        growth: f64,
+    ) -> Self {
+        let (fine, coarse) = (thickness / cells.max(n) as f64, thickness / n as f64);
+        let graded = |length: f64| {
+            let count = (block * thickness / fine).round().max(1.0);
+            let mut x = uniform(0.0, count * fine, count as usize);
+            let (mut at, mut size) = (count * fine, growth * fine);
+            // One of the last size has to fit in.
+            while size < coarse && at + (1.0 + growth) * size < length {
+                at += size;
+                x.push(at);
+                size *= growth;
+            }
+            let rest = ((length - at) / coarse).round().max(1.0) as usize;
+            x.extend(uniform(at, length, rest).iter().skip(1));
+            x
+        };
+        let from_axis: Vec<f64> = graded(half_length).iter().rev().map(|x| half_length - x).collect();
+        // Any breakpoint will do between what `mesh` puts together again.
+        let cut = from_axis.partition_point(|x| *x <= half_length - thickness).max(1);
+        Self {
+            along: from_axis[..cut].to_vec(),
+            up: graded(thickness),
+            end_top: from_axis[cut - 1..].to_vec(),
+            radii: Vec::new(),
+            punch: None,
+            whole: false,
+        }
+    }
+
+    /// A mesh with about `n` quadrilaterals over the thickness for a sharp punch that ends at `corner` (m), with a
+    /// fan there of half the thickness; its `rings` shrink by `ratio`. The fan at the bonded end has two rings.
+    pub fn under_punch(
+        thickness: f64,
+        half_length: f64,
+        corner: f64,
+        n: usize,
+        ratio: f64,
+        rings: usize,
+    ) -> Self {
+        let (body, half) = (half_length - thickness, 0.5 * thickness);
+        let (left, right, low) = (corner - half, corner + half, thickness - half);
+        let count = |length: f64| ((length / thickness) * n as f64).round().max(1.0) as usize;
+        let mut along = uniform(0.0, left, count(left));
+        let first = along.len() - 1;
+        along.extend(uniform(left, right, count(thickness)).iter().skip(1));
+        let last = along.len() - 1;
+        along.extend(uniform(right, body, count(0.6 * (body - right))).iter().skip(1));
+        let mut up = uniform(0.0, low, count(low));
+        let floor = up.len() - 1;
+        up.extend(uniform(low, thickness, count(half)).iter().skip(1));
+        let punch =
+            Some(PunchFan { along: [first, last], up: floor, corner, radii: geometric(ratio, rings) });
+        let end_top = uniform(body, half_length, count(0.6 * thickness));
+        Self { along, up, end_top, radii: geometric(0.5, 1), punch, whole: false }
+    }
+
+    /// A mesh for a smooth punch with rounded corners at `position` that goes down to the compression `deepest`: about `n`
+    /// quadrilaterals over the thickness far away, and `per_radius` over the length of the corner's radius where the surface slides
+    /// around a corner. It is stretched there, the more the farther it has slid, so that its sides have to be shorter at rest.
+    pub fn under_rounded_punch(
+        thickness: f64,
+        half_length: f64,
+        punch: &RoundedPunch,
+        deepest: f64,
+        n: usize,
+        per_radius: f64,
+    ) -> Self {
+        let (coarse, fine) = (thickness / n as f64, punch.corner_radius / per_radius);
+        let body = half_length - thickness;
+        let farthest = punch.slide(thickness, deepest);
+        // Of what begins so far inside of a corner.
+        let inside = |slid: f64| {
+            if slid < 0.0 {
+                return fine - GROWTH * slid;
+            }
+            fine / (1.0 + STRETCH * slid.min(farthest) / thickness) + GROWTH * (slid - farthest).max(0.0)
+        };
+        let at = |x: f64| {
+            let right = punch.position + punch.half_width - x;
+            inside(right).min(inside(2.0 * punch.half_width - right))
+        };
+        let along = |x: f64| {
+            let under = (x - punch.position).abs().min((x + punch.position).abs()) < punch.half_width;
+            // Of both halves, one of which is the mirror image of the other.
+            at(x).min(at(-x)).min(if under { coarse } else { 2.0 * coarse })
+        };
+        Self {
+            along: graded(0.0, body, along),
+            up: graded(0.0, thickness, |y| (fine + GROWTH * (thickness - y)).min(coarse)),
+            end_top: uniform(body, half_length, (n / 2).max(2)),
+            radii: geometric(0.5, 1),
+            punch: None,
+            whole: false,
+        }
+    }
+
+    /// Thickness of the layer in m.
+    pub fn thickness(&self) -> f64 {
+        self.up[self.up.len() - 1]
+    }
+
+    /// Half its length in m.
+    pub fn half_length(&self) -> f64 {
+        self.end_top[self.end_top.len() - 1]
+    }
+
+    /// The mesh.
+    pub fn mesh(&self) -> Mesh {
+        let (body, top) = (self.along[self.along.len() - 1], self.up[self.up.len() - 1]);
+        if self.radii.is_empty() {
+            let along: Vec<f64> = self.along.iter().chain(self.end_top.iter().skip(1)).copied().collect();
+            return self.of_patches(vec![Patch::tensor(&along, &self.up)]);
+        }
+        let corner = [self.end_top[self.end_top.len() - 1], 0.0];
+        let mut rim: Vec<[f64; 2]> = self.up.iter().map(|&y| [body, y]).collect();
+        rim.extend(self.end_top.iter().skip(1).map(|&x| [x, top]));
+        let mut patches = vec![Patch::fan(corner, &rim, &self.radii)];
+        if let Some(PunchFan { along: [first, last], up: floor, corner, radii }) = &self.punch {
+            let (low, high) = (&self.up[..=*floor], &self.up[*floor..]);
+            let under = &self.along[*first..=*last];
+            patches.push(Patch::tensor(&self.along, low));
+            patches.push(Patch::tensor(&self.along[..=*first], high));
+            patches.push(Patch::tensor(&self.along[*last..], high));
+            let mut rim: Vec<[f64; 2]> = high.iter().rev().map(|&y| [under[0], y]).collect();
+            rim.extend(under.iter().skip(1).map(|&x| [x, high[0]]));
+            rim.extend(high.iter().skip(1).map(|&y| [under[under.len() - 1], y]));
+            patches.push(Patch::fan([*corner, top], &rim, radii));
+        } else {
+            patches.push(Patch::tensor(&self.along, &self.up));
+        }
+        self.of_patches(patches)
+    }
+
+    fn of_patches(&self, mut patches: Vec<Patch>) -> Mesh {
+        if self.whole {
+            let mirrored: Vec<Patch> = patches.iter().map(|p| p.clone().mapped(|x| [-x[0], x[1]])).collect();
+            patches.extend(mirrored);
+        }
+        Mesh::from_patches(&patches)
+    }
+}
