@@ -262,6 +262,26 @@ mod tests {
     }
 
     #[test]
+    fn the_mesh_under_a_punch_off_the_middle_is_fine_at_both_its_corners() {
+        let punch = Shape::Punch { half_width: 1.0, corner_radius: 0.05 };
+        let centred = problem(Indenter::Smooth(punch), End::Free);
+        let off = LayerProblem { position: 0.4, ..centred.clone() };
+        let side = |problem: &LayerProblem, at: f64| {
+            let along = problem.mesh(2, 0.1).along;
+            let after = along.partition_point(|x| *x < at);
+            along[after] - along[after - 1]
+        };
+        let fine = 0.05 / passing(2);
+        // The right corner, and the left one in the mirror image.
+        for at in [1.4, 0.6] {
+            assert!(side(&off, at - 0.01) < 1.05 * fine, "{at}");
+            assert!(side(&off, at - 0.14) < 0.6 * fine, "{at}: what slides is stretched");
+        }
+        assert!(side(&off, 1.0) > 1.05 * fine && side(&off, 3.0) > 3.0 * fine);
+        assert!(side(&centred, 0.99) < 1.05 * fine && side(&centred, 1.4) > 1.5 * fine);
+    }
+
+    #[test]
     fn around_a_corner_a_run_up_from_a_coarser_mesh_ends_where_following_the_load_does_and_the_surface_is_smooth()
      {
         let half_width = 500.0 / 450.0;

@@ -323,7 +323,11 @@ fn judge<S: Dimension>(
     let error = match values.as_slice() {
         // Nothing presses: no mesh can be wrong about it.
         _ if goals[g].value() == 0.0 => Some(0.0),
-        [.., first, before, now] => Some(error_of([*first, *before, *now])),
+        [.., coarsest, first, before, now] => {
+            let of_scatter = scatter_of([*coarsest, *first, *before, *now]).unwrap_or(f64::INFINITY);
+            Some(error_of([*first, *before, *now]).min(of_scatter))
+        }
+        [first, before, now] => Some(error_of([*first, *before, *now])),
         _ => None,
     };
     let converged = error.is_some_and(|e| e <= refinement.relative_tolerance * now.abs());
@@ -371,6 +375,17 @@ fn error_of([first, before, now]: [(f64, f64); 3]) -> f64 {
     SAFETY * last * tail(low).max(1.0)
 }
 
+/// The same of four values whose last differences are small beside the first one, as small as a second power of the size would make the
+/// one of them: what they fall or grow by among themselves is scatter, as where sides of elements pass a corner one by one, and
+/// tells no order. The larger one counts.
+fn scatter_of(values: [(f64, f64); 4]) -> Option<f64> {
+    let [a, b, c, d] = values.map(|v| v.0);
+    let [first, second, third] = [0, 1, 2].map(|k: usize| (values[k + 1].1 - values[k].1).abs());
+    let larger = second.max(third);
+    let small = first * (b * b - c * c) / (a * a - b * b);
+    (larger <= small).then(|| SAFETY * larger * (1.0 / (c / d - 1.0)).max(1.0))
+}
+
 fn why_not<S: Dimension>(levels: &[Level<S>], g: usize) -> PressError {
     // The mesh that came farthest tells most.
     let stopped = levels.iter().filter_map(|l| {
@@ -415,6 +430,21 @@ mod tests {
         // The free end at 5 % on meshes that do not see its roll yet; finer ones have 8.58.
         let error = error_of([(1.0, 8.647), (0.5, 8.635), (0.25, 8.623)]);
         assert!(error > 8.623 - 8.575 && error < 1.5 * (8.623 - 8.575), "{error}");
+    }
+
+    #[test]
+    fn small_differences_after_a_large_one_are_scatter_and_tell_no_order() {
+        let values = |f: [f64; 4]| [(1.0, f[0]), (0.5, f[1]), (0.25, f[2]), (0.125, f[3])];
+        // A rounded punch at 30 and 40 %, the free end at 5 %: the second and the third differ by too much.
+        let found = scatter_of(values([210.893, 206.712, 206.536, 206.189])).unwrap();
+        assert!((found - SAFETY * 0.347).abs() < 1e-9);
+        assert_eq!(scatter_of(values([310.94, 309.93, 305.32, 305.23])), None);
+        assert_eq!(scatter_of(values([8.635, 8.622, 8.585, 8.587])), None);
+        for order in [2.1, 3.0] {
+            let sizes = [1.0, 0.5, 0.25, 0.125].map(|size: f64| (size, 1.0 - 0.1 * size.powf(order)));
+            assert!(scatter_of(sizes).unwrap() >= SAFETY * (1.0 - sizes[3].1), "order {order}");
+        }
+        assert_eq!(scatter_of([1.0, 0.5, 0.25, 0.125].map(|size: f64| (size, 1.0 - 0.1 * size))), None);
     }
 
     #[test]
