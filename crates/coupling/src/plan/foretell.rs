@@ -11,7 +11,7 @@ const BENT: f64 = 3.5;
 impl Plan {
     /// Foretells what tetrahedra take, which the plan does not: the scene is meshed, and solved on a small mesh. Scenes for the
     /// solver for boxes are foretold by the plan already. Electrodes that may bend count as at rest
-    /// on tetrahedra, times [`BENT`].
+    /// on tetrahedra, three and a half times.
     ///
     /// # Errors
     /// Why the scene cannot be meshed or solved.
