@@ -10,7 +10,7 @@ use elastocap_geometry::scene::{Box3, BoxScene, Conductor, Dielectric, Wall};
 use elastocap_mechanics::{ElectrodePose, ElectrodeStiffness, LayerState, MechanicsError};
 
 use crate::case::{Case, Electrodes, Extent, Face, Layer, Layout, Stiffness, Surroundings};
-use crate::deform::{Deformation, ElectrodeBox, FiniteElementStep, Rectangle};
+use crate::deform::{Deformation, ElectrodeBox, Ends, FiniteElementStep};
 
 /// Permittivity of vacuum, F/m.
 pub const EPSILON_0: f64 = 8.854_187_812_8e-12;
@@ -330,22 +330,18 @@ fn place_solved(
     let permittivity =
         layer.relative_permittivity.ok_or(SceneError::Missing("relative_permittivity in [layer]"))?
             * EPSILON_0;
-    let width = electrodes.width;
-    let block = |x1: [f64; 2], x2: [f64; 2]| Box3 {
-        min: [x1[0], x2[0], -0.5 * width],
-        max: [x1[1], x2[1], 0.5 * width],
-    };
+    let block = |[x1, x2, x3]: Ends| Box3 { min: [x1[0], x2[0], x3[0]], max: [x1[1], x2[1], x3[1]] };
     let shapes = step.electrodes.as_slice();
     let slack = ROUNDING * layer.thickness;
-    let pair_of = |pick: fn(&ElectrodeBox) -> Rectangle| match (electrodes.layout, shapes) {
+    let pair_of = |pick: fn(&ElectrodeBox) -> Ends| match (electrodes.layout, shapes) {
         (Layout::InPlane, [right]) => {
-            let [[near, far], x2] = pick(right);
-            Ok([block([-far, -near], x2), block([near, far], x2)])
+            let [[near, far], x2, x3] = pick(right);
+            Ok([block([[-far, -near], x2, x3]), block([[near, far], x2, x3])])
         }
-        (Layout::InPlane, [left, right]) => Ok([pick(left), pick(right)].map(|[x1, x2]| block(x1, x2))),
-        (Layout::Stacked, [lower, upper]) => Ok([pick(lower), pick(upper)].map(|[x1, x2]| {
+        (Layout::InPlane, [left, right]) => Ok([pick(left), pick(right)].map(block)),
+        (Layout::Stacked, [lower, upper]) => Ok([pick(lower), pick(upper)].map(|[x1, x2, x3]| {
             // On the right half alone the left end is the axis of symmetry.
-            block([if x1[0].abs() <= slack { -x1[1] } else { x1[0] }, x1[1]], x2)
+            block([[if x1[0].abs() <= slack { -x1[1] } else { x1[0] }, x1[1]], x2, x3])
         })),
         _ => Err(SceneError::Missing("electrodes in its finite elements")),
     };
@@ -365,7 +361,7 @@ fn place_solved(
     }
     let enclosing = if around[1].min[along] - around[0].max[along] <= slack {
         Err(refused("the boxes around them touch"))
-    } else if inside.iter().any(|b| (0..2).any(|a| b.extent(a) <= slack)) {
+    } else if inside.iter().any(|b| (0..3).any(|a| b.extent(a) <= slack)) {
         Err(refused("no box fits inside them"))
     } else if around.iter().any(|b| b.min[1] < -slack || b.max[1] > step.deformed_thickness + slack) {
         Err(refused("the boxes around them reach out of the layer"))
@@ -373,6 +369,7 @@ fn place_solved(
         Ok(Enclosing { inside, around })
     };
     let thickness = |b: &Box3| b.extent(1);
+    let width = mean[0].extent(2).min(mean[1].extent(2));
     let pair = match electrodes.layout {
         Layout::InPlane => DeformedPair {
             gap,

@@ -149,7 +149,15 @@ impl Solver<'_> {
             }
         };
         let (enclosing, curves) = bent;
-        if solver == Some(FieldSolver::Boxes) {
+        let in_space = curves.electrodes.is_empty();
+        if in_space && shapes {
+            return Err(Stop::Failed(
+                "electrodes that the load bends in three dimensions are known to the solver for boxes only: leave out \
+                 `solver` in [electrostatics], and bodies that are no boxes"
+                    .to_owned(),
+            ));
+        }
+        if in_space || solver == Some(FieldSolver::Boxes) {
             return Ok(Fields::Boxes(Box::new(between(deformed, enclosing.clone()?, &self.settings)?)));
         }
         // Boxes inside and around are solved in no time, and may do where nothing else is bent.

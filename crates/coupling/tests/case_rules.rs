@@ -355,16 +355,6 @@ fn what_the_finite_elements_in_three_dimensions_need_is_asked_for() {
     let sphere = sphere.replace(depth, "").replace(radius, "");
     assert_eq!(model(&sphere).indenter, SolidIndenter::Sphere { radius: 1e-3 });
 
-    let pair = "[electrodes.in_plane_pair]\ngap = \"50 um\"\nlength = \"300 um\"\nthickness = \"20 um\"\n\
-                width = \"500 um\"\nheight = \"225 um\"\nshear_modulus = \"rigid\"\n[surroundings]\n\
-                boundary = \"open\"\n[load]";
-    let permittivity = ("half_length", "relative_permittivity = 3.0\nhalf_length");
-    refused(
-        PRESSED_IN_SPACE,
-        &[("[load]", pair), permittivity],
-        "",
-        &["does not know electrodes in the layer"],
-    );
     refused(PRESSED_IN_SPACE, &[("half_length = \"4 mm\"", "")], "[layer]", &["[layer] lacks `half_length`"]);
     refused(PRESSED_IN_SPACE, &[("\"4 mm\"", "\"1 mm\"")], "\"1 mm\"", &["not larger than its thickness"]);
     refused(PRESSED_IN_SPACE, &[(radius, "")], "\"0.8 mm\"", &["needs a `corner_radius`"]);

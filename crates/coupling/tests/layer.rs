@@ -7,7 +7,8 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
 use elastocap_coupling::case::{
-    self, Case, FieldSolver, Indenter, Load, Mechanics, PlaneStrain, ShearLength, Stiffness,
+    self, Case, FieldSolver, Indenter, LayerEnd, LayerSide, Load, Mechanics, PlaneStrain, ShearLength, Solid,
+    SolidIndenter, Stiffness,
 };
 use elastocap_coupling::curve::{Outcome, Status};
 use elastocap_coupling::plan::{Options, Plan};
@@ -290,4 +291,36 @@ fn a_ball_over_the_layer_takes_capacitance_from_the_pair_and_less_when_the_layer
         assert!(with.steps[k].surfaces.iter().all(|s| !s.triangles.is_empty()));
     }
     assert!(to_ball(1) < to_ball(0), "{} {}", to_ball(1), to_ball(0));
+}
+
+#[test]
+fn electrodes_in_three_dimensions_are_where_plane_strain_has_them_if_nothing_can_spread() {
+    let plane = sensor(Stiffness::ShearModulus(1e6), 0.1);
+    let width = plane.electrodes.as_ref().unwrap().width;
+    let of = |case: &Case| {
+        let outcome = solve(&with_solver(case, FieldSolver::Boxes));
+        let step = &outcome.steps[0];
+        let scene = step.scene.as_ref().unwrap_or_else(|| panic!("{:?}", step.reason));
+        (scene.pair.unwrap(), step.row.force_n.unwrap())
+    };
+    let (found, force) = of(&plane);
+    let mut solid = plane.clone();
+    solid.mechanics = Some(Mechanics::Solid(Solid {
+        indenter: SolidIndenter::WholeTop,
+        end: LayerEnd::FreeOnSubstrate,
+        width,
+        side: LayerSide::Symmetric,
+        relative_tolerance: 0.5,
+    }));
+    let (in_space, all) = of(&solid);
+    println!("{found:?} {force} {in_space:?} {all}");
+    for (a, b) in [
+        (found.gap, in_space.gap),
+        (found.height, in_space.height),
+        (found.thickness, in_space.thickness),
+        (found.parallel_plate, in_space.parallel_plate),
+        (force, all),
+    ] {
+        assert!((a / b - 1.0).abs() < 0.02, "{found:?} {force} {in_space:?} {all}");
+    }
 }

@@ -30,7 +30,7 @@ fn main() {
     }
     if kind != "rounded" {
         for rings in size(&[8.0, 10.0, 14.0]) {
-            let mesh = LayerMesh::under_punch(1.0, 6.0, HALF_WIDTH, 8, 0.7, rings as usize);
+            let mesh = LayerMesh::under_punch(1.0, 6.0, [HALF_WIDTH, 0.5], 8, 0.7, rings as usize);
             let settings = NewtonSettings::default();
             table(
                 &format!("{rings} rings"),

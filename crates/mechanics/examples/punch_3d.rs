@@ -43,7 +43,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     };
     let sharp = matches!(indenter, Indenter::Sharp { .. } | Indenter::Bonded { .. });
     let section = if sharp {
-        LayerMesh::under_punch(1.0, length, corner, n, 0.7, 1)
+        LayerMesh::under_punch(1.0, length, [corner, 0.5], n, 0.7, 1)
     } else {
         // Finer where the surface bends around the indenter.
         let fine = if kind == "top" { coarse } else { 0.5 * coarse };

@@ -216,7 +216,7 @@ pub enum Mechanics {
     },
     /// Finite elements in plane strain; the layer's half-length is there.
     PlaneStrain(PlaneStrain),
-    /// Finite elements in three dimensions; the layer's half-length is there, and no electrodes.
+    /// Finite elements in three dimensions; the layer's half-length is there.
     Solid(Solid),
 }
 

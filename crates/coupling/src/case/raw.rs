@@ -265,7 +265,7 @@ table! {
 }
 
 table! {
-    /// Finite elements in three dimensions, for a layer of finite width without electrodes. Indenters are above its middle.
+    /// Finite elements in three dimensions, for a layer of finite width. Indenters are above its middle.
     struct Solid {
         /// What presses: "whole-top" for a smooth plate over the whole layer, or an indenter.
         indenter: Read<Either<WholeTop, SolidIndenter>>,

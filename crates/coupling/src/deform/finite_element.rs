@@ -8,7 +8,7 @@ use serde::Serialize;
 
 use super::curves::DeformedCurves;
 use super::electrode_box::ElectrodeBox;
-use crate::case::{Case, Layer, LayerEnd, Material};
+use crate::case::{Case, Electrodes, Layer, LayerEnd, Material, Stiffness};
 use crate::plan::{Plan, StepLoad};
 
 /// The layer at one load, by finite elements.
@@ -195,6 +195,17 @@ pub(super) fn layer(case: &Case) -> Result<(&Layer, f64, &Material), String> {
     let half_length = layer.half_length.ok_or_else(|| lacks("`half_length` in [layer]"))?;
     let material = layer.material.as_ref().ok_or_else(|| lacks("material in [layer]"))?;
     Ok((layer, half_length, material))
+}
+
+/// How much stiffer than the layer a rigid electrode is taken: its strain is then below 1e-5 at any load in reach.
+const RIGID: f64 = 1e6;
+
+/// Shear modulus of the electrodes, Pa.
+pub(super) fn electrode_modulus(electrodes: &Electrodes, material: &Material) -> f64 {
+    match electrodes.stiffness {
+        Stiffness::Rigid => RIGID * material.shear_modulus(),
+        Stiffness::ShearModulus(modulus) => modulus,
+    }
 }
 
 pub(super) fn end(of: LayerEnd) -> End {

@@ -15,7 +15,7 @@ use elastocap_mechanics::{
 };
 
 pub use curves::{Curve, DeformedCurves, simplified};
-pub use electrode_box::{ElectrodeBox, Rectangle};
+pub use electrode_box::{ElectrodeBox, Ends};
 pub use finite_element::{FiniteElementRun, FiniteElementStep, MeshReport, Solution};
 pub use plane_strain::forecast;
 pub use solid::forecast as forecast_solid;

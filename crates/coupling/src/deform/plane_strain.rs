@@ -10,12 +10,9 @@ use elastocap_mechanics::solid::press::{LayerProblem, Pressed, Pressing, Refinem
 
 use super::curves::{DeformedCurves, through};
 use super::electrode_box::{ElectrodeBox, Face};
-use super::finite_element::{FiniteElementRun, Scale, Solution, end, goals, rubber};
-use crate::case::{Case, Electrodes, Indenter, Layer, Layout, Material, PlaneStrain, Stiffness};
+use super::finite_element::{FiniteElementRun, Scale, Solution, electrode_modulus, end, goals, rubber};
+use crate::case::{Case, Electrodes, Indenter, Layer, Layout, Material, PlaneStrain};
 use crate::plan::Plan;
-
-/// How much stiffer than the layer a rigid electrode is taken: its strain is then below 1e-5 at any load in reach.
-const RIGID: f64 = 1e6;
 
 /// The meshes that a run may need, coarse to fine, and what their linear systems are for.
 pub fn forecast(case: &Case, model: &PlaneStrain, plan: &Plan) -> (Vec<MeshSize>, Way) {
@@ -43,15 +40,17 @@ pub(super) fn solve(
     let refinement = Refinement::to(model.relative_tolerance);
     let pressing = problem.press(&goals, &refinement, cancel, tell).map_err(|error| error.to_string())?;
     let scale = Scale { thickness: problem.thickness, width: model.width };
-    let bodies = |pressed: &Pressed| bodies(&problem, &pressing, pressed);
+    let width = case.electrodes.as_ref().map_or(0.0, |e| e.width);
+    let bodies = |pressed: &Pressed| bodies(&problem, width, &pressing, pressed);
     let mut run = FiniteElementRun::new(&pressing, &goals, scale, bodies);
     run.solution = Some(Solution::Plane(pressing));
     Ok(run)
 }
 
-/// The electrodes as boxes, and the curves of what is deformed.
+/// The electrodes, of the given `width`, as boxes, and the curves of what is deformed.
 fn bodies(
     problem: &LayerProblem,
+    width: f64,
     pressing: &Pressing,
     pressed: &Pressed,
 ) -> (Vec<ElectrodeBox>, DeformedCurves) {
@@ -82,7 +81,13 @@ fn bodies(
         let side = |across: usize, at: f64| line(across, at, [min[1 - across], max[1 - across]]);
         let [left, right, lower, upper] =
             [side(0, min[0]), side(0, max[0]), side(1, min[1]), side(1, max[1])];
-        boxes.push(ElectrodeBox::new(&[&left, &right, &lower, &upper].map(|side| weighted(side))));
+        let face = |side: &[_], x3: f64| weighted(side, x3);
+        boxes.push(ElectrodeBox::new(&[
+            [face(&left, 0.0), face(&right, 0.0)],
+            [face(&lower, 0.0), face(&upper, 0.0)],
+            // Nothing moves along x3.
+            [face(&lower, -0.5 * width), face(&lower, 0.5 * width)],
+        ]));
         let back = |side: &[_]| curve(side).into_iter().rev().collect();
         electrodes.push([curve(&lower), curve(&right), back(&upper), back(&left)]);
     }
@@ -92,15 +97,15 @@ fn bodies(
     (boxes, DeformedCurves { electrodes, surface, half })
 }
 
-/// Points with the weights of the trapezoidal rule over the reference length.
-fn weighted(line: &[(f64, [f64; 2])]) -> Face {
+/// Points, all at one `x3`, with the weights of the trapezoidal rule over the reference length.
+fn weighted(line: &[(f64, [f64; 2])], x3: f64) -> Face {
     let (Some(first), Some(last)) = (line.first(), line.last()) else { return Face::new() };
     let length = last.0 - first.0;
     let weight = |k: usize| {
         let (before, after) = (line[k.saturating_sub(1)].0, line[(k + 1).min(line.len() - 1)].0);
         0.5 * (after - before) / length
     };
-    line.iter().enumerate().map(|(k, p)| (weight(k), p.1)).collect()
+    line.iter().enumerate().map(|(k, p)| (weight(k), [p.1[0], p.1[1], x3])).collect()
 }
 
 /// The layer of the case; the reason if its finite elements cannot be set up.
@@ -146,10 +151,7 @@ fn inclusions(
     material: &Material,
     whole: bool,
 ) -> Result<Vec<Inclusion>, String> {
-    let modulus = match electrodes.stiffness {
-        Stiffness::Rigid => RIGID * material.shear_modulus(),
-        Stiffness::ShearModulus(modulus) => modulus,
-    };
+    let modulus = electrode_modulus(electrodes, material);
     let regions = electrodes.regions();
     let solved = match electrodes.layout {
         Layout::InPlane if !whole => &regions[1..],
@@ -159,7 +161,7 @@ fn inclusions(
     solved
         .iter()
         .map(|region| {
-            let inclusion = Inclusion {
+            let inclusion: Inclusion = Inclusion {
                 min: [region.min[0].max(axis), region.min[1]],
                 max: [region.max[0], region.max[1]],
                 rubber: Rubber::neo_hookean(modulus),

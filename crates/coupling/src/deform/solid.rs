@@ -2,14 +2,21 @@
 
 use std::sync::atomic::AtomicBool;
 
-use elastocap_mechanics::solid::layer::Indenter as Press;
+use elastocap_geometry::scene::Box3;
+use elastocap_mechanics::solid::dimension::Space;
+use elastocap_mechanics::solid::layer::{Inclusion, Indenter as Press};
+use elastocap_mechanics::solid::material::Rubber;
 use elastocap_mechanics::solid::obstacle::Shape;
-use elastocap_mechanics::solid::press::Refinement;
+use elastocap_mechanics::solid::press::{Pressed, Pressing, Refinement};
 use elastocap_mechanics::solid::space::layer::Side;
 use elastocap_mechanics::solid::space::press::SpaceProblem;
 
-use super::finite_element::{FiniteElementRun, Scale, Solution, end, goals, layer, rubber};
-use crate::case::{Case, LayerSide, Solid, SolidIndenter};
+use super::curves::DeformedCurves;
+use super::electrode_box::{ElectrodeBox, Face};
+use super::finite_element::{
+    FiniteElementRun, Scale, Solution, electrode_modulus, end, goals, layer, rubber,
+};
+use crate::case::{Case, Electrodes, LayerSide, Layout, Material, Solid, SolidIndenter};
 use crate::plan::Plan;
 
 /// The meshes that a run may need, coarse to fine: how many hexahedra and unknowns each has, and the size of its smallest
@@ -39,9 +46,79 @@ pub(super) fn solve(
         .press(&goals, &refinement, plan.layer_memory_limit, cancel, tell)
         .map_err(|error| error.to_string())?;
     let scale = Scale { thickness: problem.thickness, width: 1.0 };
-    let mut run = FiniteElementRun::new(&pressing, &goals, scale, |_| Default::default());
+    let boxes = |pressed: &Pressed<Space>| (boxes(&problem, &pressing, pressed), DeformedCurves::default());
+    let mut run = FiniteElementRun::new(&pressing, &goals, scale, boxes);
     run.solution = Some(Solution::Space(pressing));
     Ok(run)
+}
+
+/// The electrodes as boxes.
+fn boxes(problem: &SpaceProblem, pressing: &Pressing<Space>, pressed: &Pressed<Space>) -> Vec<ElectrodeBox> {
+    let mesh = &pressing.levels[pressed.level].model.equations().body().mesh;
+    let tiny = 1e-9 * problem.thickness;
+    let face = |inclusion: &Inclusion<Space>, axis: usize, at: f64| -> Face {
+        let others = [(axis + 1) % 3, (axis + 2) % 3];
+        let within =
+            |x: &[f64; 3], k: usize| x[k] > inclusion.min[k] - tiny && x[k] < inclusion.max[k] + tiny;
+        let on = |x: &[f64; 3]| (x[axis] - at).abs() < tiny && others.iter().all(|&k| within(x, k));
+        let nodes: Vec<usize> = (0..mesh.nodes.len()).filter(|&n| on(&mesh.nodes[n])).collect();
+        // The nodes are a grid: parts of the reference area by the trapezoidal rule along either axis.
+        let weights = others.map(|k| Trapezoid::new(nodes.iter().map(|&n| mesh.nodes[n][k]), tiny));
+        nodes
+            .iter()
+            .map(|&n| {
+                let x = mesh.nodes[n];
+                let u = &pressed.state.displacement[3 * n..];
+                let weight = weights[0].at(x[others[0]]) * weights[1].at(x[others[1]]);
+                (weight, [0, 1, 2].map(|k| x[k] + u[k]))
+            })
+            .collect()
+    };
+    let of = |inclusion: &Inclusion<Space>| {
+        let ends = |a: usize| [inclusion.min[a], inclusion.max[a]].map(|at| face(inclusion, a, at));
+        ElectrodeBox::new(&[0, 1, 2].map(ends)).across()
+    };
+    problem.inclusions.iter().map(of).collect()
+}
+
+/// The trapezoidal rule over places on a line.
+struct Trapezoid {
+    places: Vec<f64>,
+}
+
+impl Trapezoid {
+    fn new(places: impl Iterator<Item = f64>, tiny: f64) -> Self {
+        let mut places: Vec<f64> = places.collect();
+        places.sort_by(f64::total_cmp);
+        places.dedup_by(|a, b| (*a - *b).abs() < tiny);
+        Self { places }
+    }
+
+    /// Weight of the place nearest to `x`; all of them add up to 1.
+    fn at(&self, x: f64) -> f64 {
+        let last = self.places.len() - 1;
+        let after = self.places.partition_point(|p| *p < x).min(last);
+        let k =
+            if after > 0 && x - self.places[after - 1] < self.places[after] - x { after - 1 } else { after };
+        let around = self.places[(k + 1).min(last)] - self.places[k.saturating_sub(1)];
+        0.5 * around / (self.places[last] - self.places[0])
+    }
+}
+
+/// The electrodes in the quarter that is solved.
+fn inclusions(electrodes: &Electrodes, material: &Material) -> Vec<Inclusion<Space>> {
+    let rubber = Rubber::neo_hookean(electrode_modulus(electrodes, material));
+    let regions = electrodes.regions();
+    let solved = match electrodes.layout {
+        Layout::InPlane => &regions[1..],
+        Layout::Stacked => &regions[..],
+    };
+    let inclusion = |region: &Box3| Inclusion {
+        min: [region.min[0].max(0.0), region.min[1], 0.0],
+        max: region.max,
+        rubber: rubber.clone(),
+    };
+    solved.iter().map(inclusion).collect()
 }
 
 /// The layer of the case; the reason if its finite elements cannot be set up.
@@ -60,16 +137,31 @@ fn problem(case: &Case, model: &Solid) -> Result<SpaceProblem, String> {
         SolidIndenter::Cylinder { radius } => Press::Smooth(Shape::Cylinder { radius }),
         SolidIndenter::Sphere { radius } => Press::Smooth(Shape::Sphere { radius }),
     };
-    Ok(SpaceProblem {
+    let problem = SpaceProblem {
         thickness: layer.thickness,
         half_length,
         half_width: 0.5 * model.width,
         rubber: rubber(material, layer.bulk_modulus),
+        inclusions: case.electrodes.as_ref().map_or_else(Vec::new, |e| inclusions(e, material)),
         indenter,
         end: end(model.end),
         side: match model.side {
             LayerSide::Free => Side::Free,
             LayerSide::Symmetric => Side::Symmetric,
         },
-    })
+    };
+    let [length, width] = problem.room();
+    for (room, axis, key) in
+        [(length, 0, "`half_length` in [layer]"), (width, 2, "`width` in [mechanics.solid]")]
+    {
+        if problem.inclusions.iter().any(|i| i.max[axis] > room) {
+            return Err(format!(
+                "the electrodes reach to {:.3e} m from the middle along x{}, and the elements beyond {room:.3e} m belong to the \
+                 layer's edge; make {key} larger",
+                problem.inclusions.iter().map(|i| i.max[axis]).fold(0.0, f64::max),
+                axis + 1,
+            ));
+        }
+    }
+    Ok(problem)
 }

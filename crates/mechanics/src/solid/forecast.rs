@@ -152,6 +152,7 @@ mod tests {
                 half_length: 3.0,
                 half_width: 1.0,
                 rubber: rubber.clone(),
+                inclusions: Vec::new(),
                 indenter,
                 end,
                 side,

@@ -22,13 +22,13 @@ pub enum End {
     Far,
 }
 
-/// A rectangle of another rubber in the layer, bonded to it. Where two overlap, the later one counts.
+/// A box (in the plane a rectangle) of another rubber in the layer, bonded to it. Where two overlap, the later one counts.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Inclusion {
-    /// Its lower left corner at rest in m.
-    pub min: [f64; 2],
-    /// Its upper right corner at rest in m.
-    pub max: [f64; 2],
+pub struct Inclusion<S: Dimension = Plane> {
+    /// Its lowest corner at rest in m.
+    pub min: S::Point,
+    /// Its highest corner at rest in m.
+    pub max: S::Point,
     /// What it is made of.
     pub rubber: Rubber,
 }
@@ -113,17 +113,23 @@ impl LayerModel {
     ) -> Result<Self, ModelError> {
         let length = (1.0 - 1e-9) * mesh.half_length();
         let mut body = Body::new(mesh.mesh(), rubber.clone());
-        for (k, inclusion) in inclusions.iter().enumerate() {
-            body.rubbers.push(inclusion.rubber.clone());
-            for (e, element) in body.mesh.elements.iter().enumerate() {
-                let centre = body.mesh.nodes[element[4] as usize];
-                if (0..2).all(|a| inclusion.min[a] < centre[a] && centre[a] < inclusion.max[a]) {
-                    body.material[e] = k as u16 + 1;
-                }
-            }
-        }
+        include(&mut body, inclusions);
         let symmetry = if mesh.whole { Symmetry::None } else { Symmetry::Half };
         Self::with(body, mesh.thickness(), indenter, end, symmetry, |x| x[0].abs() > length)
+    }
+}
+
+/// Gives the elements whose centres lie in `inclusions` their rubbers.
+pub(crate) fn include<S: Dimension>(body: &mut Body<S>, inclusions: &[Inclusion<S>]) {
+    for (k, inclusion) in inclusions.iter().enumerate() {
+        body.rubbers.push(inclusion.rubber.clone());
+        for (e, element) in body.mesh.elements.iter().enumerate() {
+            let nodes = element.as_ref();
+            let centre = body.mesh.nodes[nodes[nodes.len() / 2] as usize];
+            if (0..S::AXES).all(|a| inclusion.min[a] < centre[a] && centre[a] < inclusion.max[a]) {
+                body.material[e] = k as u16 + 1;
+            }
+        }
     }
 }
 

@@ -121,26 +121,26 @@ impl LayerMesh {
     }
 
     /// A mesh with about `n` quadrilaterals over the thickness for a sharp punch that ends at `corner` (m), with a
-    /// fan there of half the thickness; its `rings` shrink by `ratio`. The fan at the bonded end has two rings.
+    /// fan there that goes as far as `reach` (m), mostly half the thickness; its `rings` shrink by `ratio`. The fan at the bonded end has two rings.
     pub fn under_punch(
         thickness: f64,
         half_length: f64,
-        corner: f64,
+        [corner, reach]: [f64; 2],
         n: usize,
         ratio: f64,
         rings: usize,
     ) -> Self {
-        let (body, half) = (half_length - thickness, 0.5 * thickness);
-        let (left, right, low) = (corner - half, corner + half, thickness - half);
+        let body = half_length - thickness;
+        let (left, right, low) = (corner - reach, corner + reach, thickness - reach);
         let count = |length: f64| ((length / thickness) * n as f64).round().max(1.0) as usize;
         let mut along = uniform(0.0, left, count(left));
         let first = along.len() - 1;
-        along.extend(uniform(left, right, count(thickness)).iter().skip(1));
+        along.extend(uniform(left, right, count(2.0 * reach)).iter().skip(1));
         let last = along.len() - 1;
         along.extend(uniform(right, body, count(0.6 * (body - right))).iter().skip(1));
         let mut up = uniform(0.0, low, count(low));
         let floor = up.len() - 1;
-        up.extend(uniform(low, thickness, count(half)).iter().skip(1));
+        up.extend(uniform(low, thickness, count(reach)).iter().skip(1));
         let punch =
             Some(PunchFan { along: [first, last], up: floor, corner, radii: geometric(ratio, rings) });
         let end_top = uniform(body, half_length, count(0.6 * thickness));

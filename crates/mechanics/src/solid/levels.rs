@@ -182,7 +182,7 @@ fn passing(level: usize) -> f64 {
 }
 
 /// Moves the nearest inner breakpoint to each of `edges`, or puts one in where that is an edge already or one of `kept`.
-fn move_to(breakpoints: &mut Vec<f64>, kept: &[f64], edges: impl Iterator<Item = f64>) {
+pub(super) fn move_to(breakpoints: &mut Vec<f64>, kept: &[f64], edges: impl Iterator<Item = f64>) {
     let (first, last) = (breakpoints[0], breakpoints[breakpoints.len() - 1]);
     let tiny = 1e-9 * last;
     let mut fixed = vec![first, last];

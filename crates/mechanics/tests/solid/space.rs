@@ -1,7 +1,7 @@
 //! The solver in three dimensions.
 
 use elastocap_mechanics::solid::dimension::Space;
-use elastocap_mechanics::solid::layer::{End, Indenter, LayerMesh, LayerModel};
+use elastocap_mechanics::solid::layer::{End, Inclusion, Indenter, LayerMesh, LayerModel};
 use elastocap_mechanics::solid::material::{Distortion, Rubber, Volume};
 use elastocap_mechanics::solid::mesh::{Mesh, graded, uniform};
 use elastocap_mechanics::solid::model::{Body, Equations};
@@ -109,14 +109,31 @@ fn plane_against_space(
     indenter: Indenter,
     compression: f64,
     half_width: f64,
+    electrode: Option<[[f64; 2]; 2]>,
 ) -> (f64, f64) {
     let rubber = Rubber::neo_hookean(1.0);
+    let stiff = Rubber::neo_hookean(30.0);
+    let plane_inclusions: Vec<Inclusion> =
+        electrode.iter().map(|&[min, max]| Inclusion { min, max, rubber: stiff.clone() }).collect();
+    let through = |[x, y]: [f64; 2], z: f64| [x, y, z];
+    let space_inclusions: Vec<Inclusion<Space>> = electrode
+        .iter()
+        .map(|&[min, max]| Inclusion {
+            min: through(min, 0.0),
+            max: through(max, half_width),
+            rubber: stiff.clone(),
+        })
+        .collect();
     let settings =
         NewtonSettings { tolerance: 1e-12, first_step: 1.0, final_gap: 1e-6, ..Default::default() };
-    let mut plane = LayerModel::new(&section, rubber.clone(), indenter, End::Free).unwrap();
+    let mut plane =
+        LayerModel::with_inclusions(&section, &rubber, &plane_inclusions, indenter, End::Free).unwrap();
     let force = plane.press(compression, &settings).unwrap().force;
     let mesh = SpaceLayerMesh { section, across: vec![0.0, 0.4 * half_width, half_width], side_fan: None };
-    let mut space = LayerModel::of_finite_width(&mesh, rubber, indenter, End::Free, Side::Symmetric).unwrap();
+    let (inclusions, side) = (&space_inclusions, Side::Symmetric);
+    let mut space =
+        LayerModel::of_finite_width_with_inclusions(&mesh, rubber, inclusions, indenter, End::Free, side)
+            .unwrap();
     let reaction = space.press(compression, &settings).unwrap().force / (2.0 * half_width);
     let nodes = space.equations().body().mesh.nodes.iter();
     let worst = nodes.zip(space.state().displacement.chunks_exact(3)).fold(0.0f64, |worst, (x, got)| {
@@ -129,15 +146,34 @@ fn plane_against_space(
 #[test]
 fn a_layer_that_cannot_spread_along_its_width_is_in_plane_strain() {
     let section = LayerMesh::uniform(1.0, 2.0, 2, 0.5, 1);
-    let (ratio, difference) = plane_against_space(section, Indenter::WholeTop, 0.15, 0.7);
+    let (ratio, difference) = plane_against_space(section, Indenter::WholeTop, 0.15, 0.7, None);
     assert!((ratio - 1.0).abs() < 1e-10 && difference < 1e-10, "{ratio} {difference}");
+}
+
+#[test]
+fn so_is_a_layer_with_an_electrode_through_its_width() {
+    let section = || LayerMesh::uniform(1.0, 2.5, 4, 0.5, 1);
+    let electrode = [[0.25, 0.25], [1.0, 0.5]];
+    let (ratio, difference) = plane_against_space(section(), Indenter::WholeTop, 0.1, 0.7, Some(electrode));
+    assert!((ratio - 1.0).abs() < 1e-10 && difference < 1e-10, "{ratio} {difference}");
+    // It is there: the layer is stiffer with it.
+    let force = |inclusions: &[Inclusion]| {
+        let rubber = Rubber::neo_hookean(1.0);
+        let mut layer =
+            LayerModel::with_inclusions(&section(), &rubber, inclusions, Indenter::WholeTop, End::Free)
+                .unwrap();
+        layer.press(0.1, &NewtonSettings::default()).unwrap().force
+    };
+    let [min, max] = electrode;
+    let with = force(&[Inclusion { min, max, rubber: Rubber::neo_hookean(30.0) }]);
+    assert!(with > 1.02 * force(&[]), "{with}");
 }
 
 #[test]
 fn so_is_a_layer_under_a_rounded_punch() {
     let section = LayerMesh::uniform(1.0, 2.5, 3, 0.5, 1);
     let punch = Indenter::Smooth(Shape::Punch { half_width: 0.8, corner_radius: 0.3 });
-    let (ratio, difference) = plane_against_space(section, punch, 0.1, 1.0);
+    let (ratio, difference) = plane_against_space(section, punch, 0.1, 1.0, None);
     assert!((ratio - 1.0).abs() < 1e-7 && difference < 1e-7, "{ratio} {difference}");
 }
 

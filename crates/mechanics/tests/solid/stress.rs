@@ -90,7 +90,7 @@ fn samples_along_a_line_are_those_of_the_closed_form_and_end_with_the_body() {
 
 #[test]
 fn every_point_of_a_mesh_with_fans_is_found_where_it_is() {
-    let mesh = LayerMesh::under_punch(1.0, 6.0, 1.1, 6, 0.7, 6).mesh();
+    let mesh = LayerMesh::under_punch(1.0, 6.0, [1.1, 0.5], 6, 0.7, 6).mesh();
     for (n, x) in mesh.nodes.iter().enumerate() {
         let place = [x[0] * (1.0 - 1e-3) + 1e-3 * 0.37, x[1] * (1.0 - 1e-3) + 1e-3 * 0.61];
         let (e, [s, t]) = mesh.locate(place).unwrap_or_else(|| panic!("{place:?}"));

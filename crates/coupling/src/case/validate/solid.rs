@@ -12,14 +12,6 @@ use super::{given, mechanics};
 const DEFAULT_TOLERANCE: f64 = 2e-2;
 
 pub(super) fn solid(raw: &raw::Solid, document: &Document, log: &mut Log<'_>) -> Option<Solid> {
-    if let Some(electrodes) = &document.electrodes {
-        log.push(
-            Diagnostic::at(&electrodes.span, "[mechanics.solid] does not know electrodes in the layer yet")
-                .label("stiffer bodies in three dimensions are not supported by this version")
-                .help("use [mechanics.plane_strain] or [mechanics.closed_form], or leave [electrodes] out"),
-        );
-        return None;
-    }
     let relative_tolerance = match &raw.relative_tolerance {
         Some(read) => read.get()?.value,
         None => DEFAULT_TOLERANCE,

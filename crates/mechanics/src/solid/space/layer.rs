@@ -5,7 +5,7 @@
 
 use super::mesh::Sweep;
 use crate::solid::dimension::Space;
-use crate::solid::layer::{End, Indenter, LayerMesh, LayerModel, Symmetry};
+use crate::solid::layer::{End, Inclusion, Indenter, LayerMesh, LayerModel, Symmetry, include};
 use crate::solid::material::Rubber;
 use crate::solid::mesh::{Mesh, Patch, uniform};
 use crate::solid::model::{Body, ModelError};
@@ -100,9 +100,26 @@ impl LayerModel<Space> {
         end: End,
         side: Side,
     ) -> Result<Self, ModelError> {
+        Self::of_finite_width_with_inclusions(mesh, rubber, &[], indenter, end, side)
+    }
+
+    /// The same with bodies of other rubbers in it; the mesh must have their faces among its breakpoints, or they are as large as
+    /// the elements whose centres they hold.
+    ///
+    /// # Errors
+    /// See [`ModelError`].
+    pub fn of_finite_width_with_inclusions(
+        mesh: &SpaceLayerMesh,
+        rubber: Rubber,
+        inclusions: &[Inclusion<Space>],
+        indenter: Indenter,
+        end: End,
+        side: Side,
+    ) -> Result<Self, ModelError> {
         let near = 1.0 - 1e-9;
         let (length, half_width) = (near * mesh.section.half_length(), near * mesh.half_width());
         let mut body = Body::new(mesh.mesh(), rubber);
+        include(&mut body, inclusions);
         body.hold(2, |x| x[2] == 0.0 || side == Side::Symmetric && x[2] > half_width);
         Self::with(body, mesh.section.thickness(), indenter, end, Symmetry::Quarter, |x| {
             x[0] > length || side == Side::Free && x[2] > half_width

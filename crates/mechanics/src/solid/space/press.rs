@@ -4,7 +4,8 @@ use std::sync::atomic::AtomicBool;
 
 use super::layer::{Side, SpaceLayerMesh};
 use crate::solid::dimension::Space;
-use crate::solid::layer::{End, Indenter, LayerMesh, LayerModel};
+use crate::solid::layer::{End, Inclusion, Indenter, LayerMesh, LayerModel};
+use crate::solid::levels::move_to;
 use crate::solid::material::Rubber;
 use crate::solid::mesh::{geometric, graded, uniform};
 use crate::solid::model::{Equations, ModelError};
@@ -23,6 +24,8 @@ pub struct SpaceProblem {
     pub half_width: f64,
     /// What the layer is made of.
     pub rubber: Rubber,
+    /// Bodies of another rubber in the quarter with `x1 > 0` and `x3 > 0`, within [`SpaceProblem::room`].
+    pub inclusions: Vec<Inclusion<Space>>,
     /// What presses.
     pub indenter: Indenter,
     /// What becomes of the end.
@@ -43,10 +46,12 @@ impl SpaceProblem {
     /// The mesh of a quarter of this layer with about `n` hexahedra over its thickness.
     pub fn mesh(&self, n: usize) -> SpaceLayerMesh {
         let (height, length) = (self.thickness, self.half_length);
-        let section = match self.indenter {
-            // The fan takes up half the thickness: an even number fits.
+        let mut section = match self.indenter {
+            // The fan takes up half the thickness, where an even number fits, but for what lies in the layer below it.
             Indenter::Sharp { half_width } | Indenter::Bonded { half_width } => {
-                LayerMesh::under_punch(height, length, half_width, n, 0.5, n / 2)
+                let highest = self.edges(1).fold(0.0, f64::max);
+                let reach = (0.5 * height).min(0.9 * (height - highest));
+                LayerMesh::under_punch(height, length, [half_width, reach], n, 0.5, n / 2)
             }
             Indenter::WholeTop | Indenter::Smooth(_) => {
                 let size = self.size(n, 0);
@@ -60,11 +65,36 @@ impl SpaceProblem {
                 }
             }
         };
-        let straight = section.punch.is_some() || section.radii.is_empty() || self.side == Side::Symmetric;
-        // Over half the half width, and at most as far as the fan at the end.
-        let side_fan = (!straight).then(|| height.min(0.5 * self.half_width));
-        let inner = self.half_width - side_fan.unwrap_or(0.0);
-        SpaceLayerMesh { section, across: graded(0.0, inner, self.size(n, 1)), side_fan }
+        let LayerMesh { along, up, punch, .. } = &mut section;
+        let kept = punch.as_ref().map(|p| (p.along.map(|k| along[k]), up[p.up]));
+        move_to(along, kept.as_ref().map_or(&[][..], |k| &k.0[..]), self.edges(0));
+        move_to(up, kept.as_ref().map_or(&[][..], |k| std::slice::from_ref(&k.1)), self.edges(1));
+        if let (Some(punch), Some((ends, low))) = (punch, kept) {
+            let at = |x: f64, of: &[f64]| of.iter().position(|y| *y == x).unwrap_or(0);
+            (punch.along, punch.up) = (ends.map(|x| at(x, along)), at(low, up));
+        }
+        let side_fan = self.side_fan();
+        let mut across = graded(0.0, self.half_width - side_fan.unwrap_or(0.0), self.size(n, 1));
+        move_to(&mut across, &[], self.edges(2));
+        SpaceLayerMesh { section, across, side_fan }
+    }
+
+    /// How far the fan at the side reaches inwards in m, if there is one: over half the half width, and at most as far as the one
+    /// at the end.
+    fn side_fan(&self) -> Option<f64> {
+        let sharp = matches!(self.indenter, Indenter::Sharp { .. } | Indenter::Bonded { .. });
+        let straight = sharp || self.end == End::Far || self.side == Side::Symmetric;
+        (!straight).then(|| self.thickness.min(0.5 * self.half_width))
+    }
+
+    /// How far inclusions may reach along `x1` and `x3` from the middle, in m: hexahedra beyond that belong to fans.
+    pub fn room(&self) -> [f64; 2] {
+        [self.half_length - self.thickness, self.half_width - self.side_fan().unwrap_or(0.0)]
+    }
+
+    /// Lower and upper ends of the inclusions along an axis.
+    fn edges(&self, axis: usize) -> impl Iterator<Item = f64> {
+        self.inclusions.iter().flat_map(move |i| [i.min[axis], i.max[axis]])
     }
 
     /// Size of the smallest hexahedra at the surface, in m, with about `n` over the thickness.
@@ -123,8 +153,14 @@ impl SpaceProblem {
             };
             // What the elements take is taken with the equations, what the factor takes only afterwards.
             fits(Equations::<Space>::element_bytes(elements))?;
-            let model =
-                LayerModel::of_finite_width(&mesh, self.rubber.clone(), self.indenter, self.end, self.side)?;
+            let model = LayerModel::of_finite_width_with_inclusions(
+                &mesh,
+                self.rubber.clone(),
+                &self.inclusions,
+                self.indenter,
+                self.end,
+                self.side,
+            )?;
             fits(model.equations().memory_bytes())?;
             Ok(model)
         })
@@ -141,6 +177,7 @@ mod tests {
             half_length: 2.0,
             half_width: 0.8,
             rubber: Rubber::neo_hookean(1.0),
+            inclusions: Vec::new(),
             indenter: Indenter::WholeTop,
             end: End::Free,
             side: Side::Free,
