@@ -77,8 +77,8 @@ mod tests {
     }
 
     fn tilted(slope: f64) -> ElectrodeBox {
-        let line = |y: f64| [0.0, 1.0, 2.0].map(|x| [x, y + slope * (x - 1.0)]);
-        let end = |x: f64| [0.0, 0.5, 1.0].map(|y| [x, y + slope * (x - 1.0)]);
+        let line = |y: f64| [0.0, 2.0].map(|x| [x, y + slope * (x - 1.0)]);
+        let end = |x: f64| [0.0, 1.0].map(|y| [x, y + slope * (x - 1.0)]);
         let both = [-1.0, 3.0];
         ElectrodeBox::new(&[
             [face(&end(0.0), both), face(&end(2.0), both)],
