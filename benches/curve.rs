@@ -10,17 +10,17 @@ use std::sync::atomic::AtomicBool;
 use std::time::{Duration, Instant};
 
 use criterion::{Criterion, SamplingMode};
-use elastocap_coupling::case::Case;
+use elastocap_case::Case;
 use elastocap_coupling::plan::{Options, Plan};
-use elastocap_coupling::results::{OutputFolder, save};
 use elastocap_coupling::run::run;
+use elastocap_results::{FieldWriter, OutputFolder, save};
 
 /// The numbers alone.
 fn numbers(case: &Case) -> common::Result<usize> {
     let options = Options { fields: false, scene: false, ..Options::default() };
     let plan = Plan::new(case, &options);
     let cancel = Arc::new(AtomicBool::new(false));
-    Ok(run(case, &plan, &options, None, &cancel, &|_| {})?.steps.len())
+    Ok(run(case, &plan, &options, &cancel, &()).steps.len())
 }
 
 /// Reading, solving, writing every file.
@@ -32,8 +32,10 @@ fn everything(folder: &std::path::Path) -> common::Result<usize> {
     let plan = Plan::new(&case, &options);
     let cancel = Arc::new(AtomicBool::new(false));
     let planning = started.elapsed();
-    let outcome = run(&case, &plan, &options, Some(&folder), &cancel, &|_| {})?;
-    Ok(save(&case, &outcome, &options, folder, started, planning)?.files.len())
+    let writer = FieldWriter::new(&folder, &());
+    let outcome = run(&case, &plan, &options, &cancel, &writer);
+    let fields = writer.finish(&outcome)?;
+    Ok(save(&case, &outcome, &options, folder, &fields, started, planning)?.files.len())
 }
 
 fn main() -> common::Result<()> {

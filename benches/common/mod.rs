@@ -6,7 +6,7 @@ use std::error::Error;
 use std::f64::consts::PI;
 use std::path::{Path, PathBuf};
 
-use elastocap_coupling::case::{self, Case};
+use elastocap_case::Case;
 use elastocap_coupling::scene_of::scene_of;
 use elastocap_electrostatics::{EPS0, Settings, Solution, Target, solve};
 use elastocap_geometry::scene::BoxScene;
@@ -24,7 +24,7 @@ pub(crate) fn case_file(name: &str) -> PathBuf {
 }
 
 pub(crate) fn load(name: &str) -> Result<Case> {
-    case::load(&case_file(name)).map_err(|error| error.render(false).into())
+    elastocap_case::load(&case_file(name)).map_err(|error| error.render(false).into())
 }
 
 /// A scene from `cases/`, without load, with its capacitance.

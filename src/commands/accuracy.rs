@@ -6,8 +6,8 @@ use std::sync::atomic::AtomicBool;
 use std::time::Duration;
 
 use clap::Args;
-use elastocap_coupling::accuracy::{Choice, Request, Study, csv, figure, study};
-use elastocap_coupling::results::{OutputError, OutputFolder};
+use elastocap_evidence::accuracy::{Choice, Request, Study, csv, figure, study};
+use elastocap_results::{OutputError, OutputFolder};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
 use super::accuracy_report::report;

@@ -3,10 +3,10 @@
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
-use elastocap_coupling::accuracy::{
+use elastocap_coupling::plan::StepLoad;
+use elastocap_evidence::accuracy::{
     ALLOWED, Choice, Honesty, Kind, MOST_CAUTIOUS, Missing, Quantity, Run, Study,
 };
-use elastocap_coupling::plan::StepLoad;
 
 use super::summary::table;
 use crate::units::{prefixed, seconds};

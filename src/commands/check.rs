@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 use std::path::PathBuf;
 
 use clap::Args;
-use elastocap_coupling::case::Case;
+use elastocap_case::Case;
 use elastocap_coupling::plan::{Decision, Kind, Options, Plan};
 
 use crate::units::{bytes, grouped, seconds};

@@ -6,8 +6,8 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 use clap::Args;
-use elastocap_coupling::figures::{Drawn, Item, Session};
-use elastocap_coupling::results::OutputFolder;
+use elastocap_evidence::figures::{Drawn, Item, Session};
+use elastocap_results::OutputFolder;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
 use super::stop::stop_on_signal;

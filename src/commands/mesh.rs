@@ -3,10 +3,10 @@
 use std::path::PathBuf;
 
 use clap::Args;
-use elastocap_coupling::curve::Status;
+use elastocap_coupling::outcome::Status;
 use elastocap_coupling::plan::{Options, Plan};
-use elastocap_coupling::results::{OutputFolder, save_mesh};
 use elastocap_coupling::run::deform;
+use elastocap_results::{OutputFolder, save_mesh};
 
 use crate::{Common, Exit, output};
 
@@ -50,7 +50,7 @@ pub(crate) fn execute(arguments: &Arguments, common: &Common) -> Exit {
             output::warning(&format!("step {}: {reason}", step.index));
         }
     }
-    match save_mesh(&case, steps, folder) {
+    match save_mesh(&case, &steps, folder) {
         Ok((files, warnings)) => {
             warnings.iter().for_each(|text| output::warning(text));
             if !common.quiet {

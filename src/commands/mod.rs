@@ -13,13 +13,13 @@ mod summary;
 
 use std::path::{Path, PathBuf};
 
-use elastocap_coupling::case::{self, Case};
+use elastocap_case::Case;
 
 use crate::{Exit, output};
 
 /// The case, or what is wrong with the file, told on stderr.
 fn load(path: &Path) -> Result<Case, Exit> {
-    case::load(path).map_err(|error| {
+    elastocap_case::load(path).map_err(|error| {
         output::message(&error.render(output::stderr_has_colour()));
         Exit::BadInput
     })

@@ -6,11 +6,11 @@ use std::sync::atomic::AtomicBool;
 use std::time::{Duration, Instant};
 
 use clap::Args;
-use elastocap_coupling::case::Case;
-use elastocap_coupling::curve::{Outcome, Status};
+use elastocap_case::Case;
+use elastocap_coupling::outcome::{Outcome, Status, StepResult};
 use elastocap_coupling::plan::{Options, Plan};
-use elastocap_coupling::results::{OutputFolder, Saved, save};
-use elastocap_coupling::run::{Progress, run};
+use elastocap_coupling::run::{Observer, run};
+use elastocap_results::{FieldWriter, OutputFolder, Saved, save};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
 use super::stop::stop_on_signal;
@@ -79,7 +79,7 @@ fn solve_and_save(
     common: &Common,
     folder: &Path,
     started: Instant,
-) -> Result<(Outcome, Saved), elastocap_coupling::results::OutputError> {
+) -> Result<(Outcome, Saved), elastocap_results::OutputError> {
     let options =
         Options { prune: !arguments.no_prune, fields: !arguments.no_fields, scene: !arguments.no_scene };
     // Before anything is solved: a folder that cannot be written to must not cost a run.
@@ -89,21 +89,35 @@ fn solve_and_save(
     let plan = Plan::new(case, &options);
     let planning = started.elapsed();
     let bar = progress_bar(plan.distinct_steps().count(), common.quiet);
-    let tell = |progress: Progress<'_>| match progress {
-        Progress::Preparing(what) => bar.set_message(format!(", {what}")),
-        Progress::Begun(_) => bar.set_message(""),
-        Progress::Done(_) => bar.inc(1),
-    };
-    let outcome = run(case, &plan, &options, Some(&folder), &cancel, &tell);
-    bar.finish_and_clear();
-    let outcome = outcome?;
-    let saved = save(case, &outcome, &options, folder, started, planning)?;
+    let writer = FieldWriter::new(&folder, &bar);
+    let observer: &dyn Observer = if options.fields { &writer } else { &bar };
+    let outcome = run(case, &plan, &options, &cancel, observer);
+    bar.0.finish_and_clear();
+    let fields = writer.finish(&outcome)?;
+    let saved = save(case, &outcome, &options, folder, &fields, started, planning)?;
     Ok((outcome, saved))
 }
 
-fn progress_bar(steps: usize, quiet: bool) -> ProgressBar {
+/// Steps done and to do, on the terminal.
+struct Bar(ProgressBar);
+
+impl Observer for Bar {
+    fn preparing(&self, what: &str) {
+        self.0.set_message(format!(", {what}"));
+    }
+
+    fn step_begun(&self, _index: usize) {
+        self.0.set_message("");
+    }
+
+    fn step_done(&self, _step: &StepResult) {
+        self.0.inc(1);
+    }
+}
+
+fn progress_bar(steps: usize, quiet: bool) -> Bar {
     if quiet {
-        return ProgressBar::hidden();
+        return Bar(ProgressBar::hidden());
     }
     // Hides itself where stderr is no terminal.
     let bar = ProgressBar::with_draw_target(Some(steps as u64), ProgressDrawTarget::stderr());
@@ -113,7 +127,7 @@ fn progress_bar(steps: usize, quiet: bool) -> ProgressBar {
         bar.set_style(style);
     }
     bar.enable_steady_tick(Duration::from_millis(200));
-    bar
+    Bar(bar)
 }
 
 fn report(

@@ -1,7 +1,7 @@
 //! `elastocap schema`: the JSON Schema of case files.
 
 use clap::Args;
-use elastocap_coupling::case::json_schema;
+use elastocap_case::json_schema;
 
 use crate::{Exit, output};
 

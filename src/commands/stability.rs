@@ -6,7 +6,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 use clap::Args;
-use elastocap_coupling::stability::{Claim, Entry, Report, Verdict, catalogue, save};
+use elastocap_evidence::stability::{Claim, Entry, Report, Verdict, catalogue, save};
 
 use crate::units::prefixed;
 use crate::{Common, Exit, output};

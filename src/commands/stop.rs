@@ -3,7 +3,7 @@
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use elastocap_coupling::results::OutputFolder;
+use elastocap_results::OutputFolder;
 
 use crate::output;
 

@@ -2,10 +2,10 @@
 
 use std::path::Path;
 
-use elastocap_coupling::case::Case;
-use elastocap_coupling::curve::{Outcome, Status, StepResult};
+use elastocap_case::Case;
+use elastocap_coupling::outcome::{Outcome, Status, StepResult};
 use elastocap_coupling::plan::Kind;
-use elastocap_coupling::results::Saved;
+use elastocap_results::Saved;
 
 use crate::units::{grouped, prefixed, seconds};
 

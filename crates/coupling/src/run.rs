@@ -1,78 +1,95 @@
 //! Carries out a plan: its steps side by side, each on its own, the result the same at any number of threads.
 
+use std::ops::ControlFlow;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Instant;
 
 use elastocap_electrostatics::Settings;
 
-use crate::case::Case;
-use crate::curve::{Outcome, Status, StepResult};
-use crate::deform::{Prepared, prepare};
+use crate::deform::{Prepared, Solution, prepare};
+use crate::outcome::{Outcome, Status, StepResult};
 use crate::plan::{Options, Plan, PlannedStep};
-use crate::results::{OutputError, OutputFolder, field_file, layer_files, stage_field};
 use crate::scene_of::scene_of;
-use crate::step::Solver;
+use crate::step::{Solver, StepField};
+use elastocap_case::Case;
 
-/// What a run tells while it works.
-#[derive(Debug, Clone, Copy)]
-pub enum Progress<'a> {
-    /// Work that all steps need, in words.
-    Preparing(&'a str),
-    /// A step was begun.
-    Begun(usize),
+/// Watches a run while it works, and takes what is too large to be kept until its end.
+///
+/// Its methods are called from several threads at once. All of them do nothing unless overridden.
+pub trait Observer: Sync {
+    /// Work has begun that all steps need; `what` says which, in words.
+    fn preparing(&self, what: &str) {
+        let _ = what;
+    }
+
+    /// The finite elements of the layer are solved, at every load.
+    fn layer_solved(&self, solution: &Solution) -> ControlFlow<()> {
+        let _ = solution;
+        ControlFlow::Continue(())
+    }
+
+    /// A step has begun.
+    fn step_begun(&self, index: usize) {
+        let _ = index;
+    }
+
+    /// The field of a step, if the options ask for fields. [`ControlFlow::Break`] stops the run: no other step is begun.
+    fn field_solved(&self, step: &StepResult, field: StepField) -> ControlFlow<()> {
+        let _ = (step, field);
+        ControlFlow::Continue(())
+    }
+
     /// A step is done.
-    Done(&'a StepResult),
+    fn step_done(&self, step: &StepResult) {
+        let _ = step;
+    }
 }
 
-/// Solves the steps of a plan.
+/// Watches nothing and keeps no fields.
+impl Observer for () {}
+
+/// Solves the steps of a plan. A step that cannot be solved is no error: its status says why.
 ///
-/// Fields go into `folder` as soon as they are there, if one is given and `options` ask for them. `cancel` stops the run
-/// at the next opportunity; steps that are done by then are kept.
-///
-/// # Errors
-/// When a field cannot be written. A step that cannot be solved is no error: its status says why.
+/// `cancel` stops the run at the next opportunity; the steps that are done by then are kept.
 pub fn run(
     case: &Case,
     plan: &Plan,
     options: &Options,
-    folder: Option<&OutputFolder>,
     cancel: &Arc<AtomicBool>,
-    tell: &(dyn Fn(Progress<'_>) + Sync),
-) -> Result<Outcome, OutputError> {
+    observer: &dyn Observer,
+) -> Outcome {
     let start = Instant::now();
     let settings = Settings { cancel: Some(Arc::clone(cancel)), ..plan.solver_settings(case, options) };
-    let layer = prepare(case, plan, cancel, &|what| tell(Progress::Preparing(what)));
-    let written = folder.filter(|_| options.fields);
+    let layer = prepare(case, plan, cancel, &|what| observer.preparing(what));
     let mut warnings = Vec::new();
     if let Prepared::FiniteElement(run) = &layer {
         warnings
             .extend(run.too_large.iter().map(|reason| format!("the layer is not refined further: {reason}")));
-        if let (Some(solution), Some(folder)) = (&run.solution, written) {
-            warnings.extend(layer_files::stage(folder, solution)?);
+        if let Some(solution) = &run.solution
+            && observer.layer_solved(solution).is_break()
+        {
+            cancel.store(true, Ordering::Relaxed);
         }
     }
     let solver =
         Solver { case, settings, prune: options.prune, force_limit: plan.force_limit, layer: &layer };
     let work: Vec<&PlannedStep> = plan.distinct_steps().collect();
     let done: Vec<Mutex<Option<StepResult>>> = work.iter().map(|_| Mutex::new(None)).collect();
-    let broken: Mutex<Option<OutputError>> = Mutex::new(None);
     let next = AtomicUsize::new(0);
     let take_steps = || {
         while !cancel.load(Ordering::Relaxed) {
             let slot = next.fetch_add(1, Ordering::Relaxed);
             let (Some(step), Some(place)) = (work.get(slot), done.get(slot)) else { return };
-            tell(Progress::Begun(step.index));
-            let (mut result, field) = solver.solve(step);
-            if let (Some(folder), Some(field)) = (written, field)
-                && let Err(error) = stage_field(folder, &mut result, field)
+            observer.step_begun(step.index);
+            let (result, field) = solver.solve(step);
+            if let Some(field) = field.filter(|_| options.fields)
+                && observer.field_solved(&result, field).is_break()
             {
-                *broken.lock().unwrap_or_else(PoisonError::into_inner) = Some(error);
-                // Nothing can be kept: the other steps need not be done.
                 cancel.store(true, Ordering::Relaxed);
                 return;
             }
-            tell(Progress::Done(&result));
+            observer.step_done(&result);
             *place.lock().unwrap_or_else(PoisonError::into_inner) = Some(result);
         }
     };
@@ -82,9 +99,6 @@ pub fn run(
             scope.spawn(|_| take_steps());
         }
     });
-    if let Some(error) = broken.into_inner().unwrap_or_else(PoisonError::into_inner) {
-        return Err(error);
-    }
 
     let mut steps: Vec<StepResult> = Vec::with_capacity(plan.steps.len());
     let mut solved = done.into_iter().map(|slot| slot.into_inner().unwrap_or_else(PoisonError::into_inner));
@@ -92,7 +106,7 @@ pub fn run(
         let result = match step.same_as {
             None => solved.next().flatten().unwrap_or_else(|| StepResult::not_run(step)),
             Some(first) => match steps.get(first) {
-                Some(original) => copy_of(original, step, written)?,
+                Some(original) => copy_of(original, step),
                 None => StepResult::not_run(step),
             },
         };
@@ -104,7 +118,7 @@ pub fn run(
         Prepared::FiniteElement(run) => (run.meshes.clone(), run.seconds),
     };
     let stopped = steps.iter().any(|step| step.row.status == Status::NotRun);
-    Ok(Outcome {
+    Outcome {
         plan: plan.clone(),
         warnings,
         steps,
@@ -114,28 +128,12 @@ pub fn run(
         stopped,
         solve_seconds: start.elapsed().as_secs_f64(),
         threads: rayon::current_num_threads(),
-    })
+    }
 }
 
 /// The result of a step that has the load of an earlier one.
-fn copy_of(
-    original: &StepResult,
-    step: &PlannedStep,
-    folder: Option<&OutputFolder>,
-) -> Result<StepResult, OutputError> {
-    let mut copy = StepResult {
-        index: step.index,
-        same_as: step.same_as,
-        seconds: Default::default(),
-        field_file: None,
-        ..original.clone()
-    };
-    if let (Some(folder), Some(file)) = (folder, &original.field_file) {
-        let name = field_file(step.index);
-        folder.stage_copy(file, &name)?;
-        copy.field_file = Some(name);
-    }
-    Ok(copy)
+fn copy_of(original: &StepResult, step: &PlannedStep) -> StepResult {
+    StepResult { index: step.index, same_as: step.same_as, seconds: Default::default(), ..original.clone() }
 }
 
 /// Names of the driven conductors, in the order of the Maxwell matrix.

@@ -9,8 +9,8 @@ use elastocap_geometry::export::gltf::BodyRole;
 use elastocap_geometry::scene::{Box3, BoxScene, Conductor, Dielectric, Wall};
 use elastocap_mechanics::{ElectrodePose, ElectrodeStiffness, LayerState, MechanicsError};
 
-use crate::case::{Case, Electrodes, Extent, Face, Layer, Layout, Stiffness, Surroundings};
 use crate::deform::{Deformation, ElectrodeBox, Ends, FiniteElementStep};
+use elastocap_case::{Case, Electrodes, Extent, Face, Layer, Layout, Stiffness, Surroundings};
 
 /// Permittivity of vacuum, F/m.
 pub const EPSILON_0: f64 = 8.854_187_812_8e-12;

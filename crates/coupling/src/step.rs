@@ -7,20 +7,21 @@ use elastocap_electrostatics::{Bounded, Field, FloatingPotential, Settings, Solu
 use elastocap_geometry::export::body::BodyMesh;
 use elastocap_mechanics::ForceLimit;
 
-use crate::bent::{LayerScene, bent_scene, is_flat};
-use crate::case::{Case, FieldSolver, Shape, ShapeScene};
-use crate::curve::{FloatingConductor, Row, SolverReport, Status, StepResult};
 use crate::deform::{Deformation, Prepared};
+use crate::layer_outlines::{LayerScene, bent_scene, is_flat};
+use crate::outcome::{FloatingConductor, Row, SolverReport, Status, StepResult};
 use crate::plan::{PlannedStep, StepLoad};
-use crate::results::scene_files::window;
-use crate::scene_of::{DeformedScene, Enclosing, scene_of};
-use crate::shaped::{Solved, shown, solve_shapes};
-use crate::terminals::pair_among;
+use elastocap_case::{Case, FieldSolver, Shape, ShapeScene};
 
-/// What a step has for a viewer.
+use crate::scene_of::{DeformedScene, Enclosing, scene_of};
+use crate::terminals::pair_among;
+use crate::tetrahedra::{Solved, shown, solve_shapes};
+use crate::view::window;
+
+/// The field of a step, on whatever it was solved.
 #[derive(Debug)]
-pub(crate) enum Shown {
-    /// The field on the grid of the solver for boxes.
+pub enum StepField {
+    /// Samples on the grid of the box solver.
     Grid(Field),
     /// The potential on tetrahedra.
     Tetrahedra(BodyMesh),
@@ -54,7 +55,7 @@ pub(crate) struct Solver<'a> {
 
 impl Solver<'_> {
     /// Solves one step. Whatever goes wrong is in the result's status; what was known before is kept.
-    pub(crate) fn solve(&self, step: &PlannedStep) -> (StepResult, Option<Shown>) {
+    pub(crate) fn solve(&self, step: &PlannedStep) -> (StepResult, Option<StepField>) {
         let start = Instant::now();
         let mut result = StepResult::not_run(step);
         let mut field = None;
@@ -78,7 +79,7 @@ impl Solver<'_> {
         &self,
         step: &PlannedStep,
         result: &mut StepResult,
-        field: &mut Option<Shown>,
+        field: &mut Option<StepField>,
     ) -> Result<(), Stop> {
         if let Some(scene) = &self.case.shapes {
             let shaped = Shaped { scene, pair_only: false, facets: 0.0 };
@@ -123,7 +124,7 @@ impl Solver<'_> {
                 return Ok(());
             }
         };
-        *field = solution.field.take().map(Shown::Grid);
+        *field = solution.field.take().map(StepField::Grid);
         let all = &deformed.scene.conductors;
         let floating = std::mem::take(&mut solution.floating);
         result.floating = floating_of(|c| all[c].name.clone(), |c| all[c].floating_charge, floating);
@@ -181,12 +182,12 @@ impl Solver<'_> {
         &self,
         Shaped { scene, pair_only, facets: polygons }: Shaped<'_>,
         result: &mut StepResult,
-        field: &mut Option<Shown>,
+        field: &mut Option<StepField>,
         mechanics: (Option<String>, Option<String>),
     ) -> Result<(), Stop> {
         let solved = solve_shapes(scene, self.case.mesh.as_ref(), &self.settings)?;
         if self.settings.field {
-            *field = Some(Shown::Tetrahedra(shown(scene, &solved)));
+            *field = Some(StepField::Tetrahedra(shown(scene, &solved)));
         }
         let Solved { mut general, facets, surfaces, .. } = solved;
         let shapes = scene.conductors.iter().map(|c| &c.shape);
@@ -296,10 +297,7 @@ fn note_solution(
 const MATRIX_ONLY: &str = "the pair's capacitance is known less well than the Maxwell matrix it comes from";
 
 /// The solution, and the two-terminal capacitance.
-pub(crate) fn field_of(
-    deformed: &DeformedScene,
-    asked_for: &Settings,
-) -> Result<(Solution, Option<Bounded>), Stop> {
+pub fn field_of(deformed: &DeformedScene, asked_for: &Settings) -> Result<(Solution, Option<Bounded>), Stop> {
     let among_others = deformed.pair.is_some() && deformed.scene.driven().count() > 2;
     let mut settings = asked_for.clone();
     let mut tries = 3;
@@ -394,8 +392,10 @@ fn layer_missed(state: Option<&Deformation<'_>>) -> Option<String> {
 
 /// Why a step ended early.
 #[derive(Debug)]
-pub(crate) enum Stop {
+pub enum Stop {
+    /// Asked to stop.
     Cancelled,
+    /// It cannot be solved, for this reason.
     Failed(String),
 }
 
@@ -438,7 +438,6 @@ impl StepResult {
             two_terminal: None,
             solver: None,
             seconds: Default::default(),
-            field_file: None,
         }
     }
 

@@ -6,15 +6,14 @@ use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
-use elastocap_coupling::case;
 use elastocap_coupling::plan::{Options, Plan};
-use elastocap_coupling::results::{RunSeconds, csv, document};
 use elastocap_coupling::run::run;
+use elastocap_results::{FieldFiles, RunSeconds, csv, document};
 
 #[test]
 fn the_floating_plate_leaves_the_matrix_and_its_potential_is_reported() {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tests/acceptance/floating-plate.toml");
-    let mut case = case::load(&path).expect("a case");
+    let mut case = elastocap_case::load(&path).expect("a case");
     // The file asks for 1e-3, which takes longer and checks no more.
     case.electrostatics.as_mut().unwrap().relative_tolerance = 2e-2;
     let options = Options { prune: true, fields: false, scene: false };
@@ -24,7 +23,7 @@ fn the_floating_plate_leaves_the_matrix_and_its_potential_is_reported() {
         "{:?}",
         plan.solved
     );
-    let outcome = run(&case, &plan, &options, None, &Arc::new(AtomicBool::new(false)), &|_| {}).unwrap();
+    let outcome = run(&case, &plan, &options, &Arc::new(AtomicBool::new(false)), &());
     assert!(outcome.is_complete(), "{:?}", outcome.steps[0].reason);
     assert_eq!(outcome.conductors, ["lower", "upper"]);
     let step = &outcome.steps[0];
@@ -32,7 +31,9 @@ fn the_floating_plate_leaves_the_matrix_and_its_potential_is_reported() {
     let spread = 2.0 * step.two_terminal.unwrap().relative_error();
     assert!(spread <= 2e-2, "{spread}");
 
-    let text = document(&case, &outcome, Vec::new(), Vec::new(), RunSeconds::default()).unwrap();
+    let text =
+        document(&case, &outcome, &FieldFiles::default(), Vec::new(), Vec::new(), RunSeconds::default())
+            .unwrap();
     let json: serde_json::Value = serde_json::from_str(&text).unwrap();
     for place in [&json, &json["steps"][0]] {
         let float = &place["floating_conductors"][0];

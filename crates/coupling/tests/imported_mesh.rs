@@ -7,8 +7,8 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
-use elastocap_coupling::case::{self, Case, CaseError, Shape, Wall};
-use elastocap_coupling::curve::{Outcome, Status};
+use elastocap_case::{Case, CaseError, Shape, Wall};
+use elastocap_coupling::outcome::{Outcome, Status};
 use elastocap_coupling::plan::{Options, Plan};
 use elastocap_coupling::run::run;
 use elastocap_electrostatics::Bounded;
@@ -48,7 +48,7 @@ fn data(name: &str) -> PathBuf {
 
 /// As if the case lay beside the meshes.
 fn parse(text: &str) -> Result<Case, CaseError> {
-    case::parse(text, &data("test.toml"))
+    elastocap_case::parse(text, &data("test.toml"))
 }
 
 fn changed(changes: &[(&str, &str)]) -> String {
@@ -78,7 +78,7 @@ fn refused(changes: &[(&str, &str)], at: &str, words: &[&str]) {
 fn solved(case: &Case) -> Outcome {
     let options = Options { prune: true, fields: false, scene: false };
     let plan = Plan::new(case, &options);
-    run(case, &plan, &options, None, &Arc::new(AtomicBool::new(false)), &|_| {}).unwrap()
+    run(case, &plan, &options, &Arc::new(AtomicBool::new(false)), &())
 }
 
 fn matrix(outcome: &Outcome) -> &[Vec<Bounded>] {
@@ -349,7 +349,7 @@ fn a_conductor_whose_flux_can_end_nowhere_is_refused() {
 
 #[test]
 fn the_schema_knows_the_keys_of_a_mesh() {
-    let validator = jsonschema::validator_for(&case::json_schema()).unwrap();
+    let validator = jsonschema::validator_for(&elastocap_case::json_schema()).unwrap();
     let valid = |changes: &[(&str, &str)]| {
         validator.is_valid(&serde_json::to_value(changed(changes).parse::<toml::Table>().unwrap()).unwrap())
     };

@@ -6,26 +6,26 @@ use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
-use elastocap_coupling::case::{
+use elastocap_case::{
     self, Case, FieldSolver, Indenter, LayerEnd, LayerSide, Load, Mechanics, PlaneStrain, ShearLength, Solid,
     SolidIndenter, Stiffness,
 };
-use elastocap_coupling::curve::{Outcome, Status};
+use elastocap_coupling::outcome::{Outcome, Status};
 use elastocap_coupling::plan::{Options, Plan};
-use elastocap_coupling::results::{OutputFolder, csv, save};
 use elastocap_coupling::run::run;
 use elastocap_mechanics::{ElectrodeStiffness, LayerState};
+use elastocap_results::{FieldWriter, OutputFolder, csv, save};
 
 const NUMBERS_ONLY: Options = Options { prune: true, fields: false, scene: false };
 
 fn acceptance(name: &str) -> Case {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tests/acceptance").join(name);
-    case::load(&path).unwrap_or_else(|e| panic!("{e}"))
+    elastocap_case::load(&path).unwrap_or_else(|e| panic!("{e}"))
 }
 
 fn solve(case: &Case) -> Outcome {
     let plan = Plan::new(case, &NUMBERS_ONLY);
-    run(case, &plan, &NUMBERS_ONLY, None, &Arc::new(AtomicBool::new(false)), &|_| {}).unwrap()
+    run(case, &plan, &NUMBERS_ONLY, &Arc::new(AtomicBool::new(false)), &())
 }
 
 fn plane_strain(case: &mut Case) -> &mut PlaneStrain {
@@ -67,14 +67,24 @@ fn the_layer_on_the_substrate_has_its_force_and_its_files_in_the_order_of_the_ca
     let target = tempfile::tempdir().unwrap();
     let folder = OutputFolder::open(target.path()).unwrap();
     let never = Arc::new(AtomicBool::new(false));
-    let outcome = run(&case, &plan, &options, Some(&folder), &never, &|_| {}).unwrap();
+    let writer = FieldWriter::new(&folder, &());
+    let outcome = run(&case, &plan, &options, &never, &writer);
+    let fields = writer.finish(&outcome).unwrap();
     assert!(outcome.is_complete(), "{}", csv::curve(&outcome));
     let force = |k: usize| outcome.steps[k].row.force_n.unwrap();
     // One code, contact by penalty: 0.7735 N and 1.762 N, to 1 %.
     assert!((force(0) / 1.762 - 1.0).abs() < 1e-2 && (force(2) / 0.7735 - 1.0).abs() < 1e-2);
     assert_eq!(force(1), 0.0);
-    let saved = save(&case, &outcome, &options, folder, std::time::Instant::now(), std::time::Duration::ZERO)
-        .unwrap();
+    let saved = save(
+        &case,
+        &outcome,
+        &options,
+        folder,
+        &fields,
+        std::time::Instant::now(),
+        std::time::Duration::ZERO,
+    )
+    .unwrap();
     let names: Vec<_> =
         saved.files.iter().map(|f| f.file_name().unwrap().to_string_lossy().into_owned()).collect();
     for name in
@@ -123,7 +133,7 @@ fn sensor(stiffness: Stiffness, compression: f64) -> Case {
     case.electrodes.as_mut().unwrap().stiffness = stiffness;
     let model = plane_strain(&mut case);
     model.indenter = Indenter::WholeTop;
-    model.end = case::LayerEnd::FreeOnSubstrate;
+    model.end = elastocap_case::LayerEnd::FreeOnSubstrate;
     model.relative_tolerance = 2e-2;
     case.load = Some(Load::Compression(vec![compression]));
     case.electrostatics.as_mut().unwrap().relative_tolerance = 0.05;
@@ -260,10 +270,10 @@ fn the_shear_length_is_found_by_finite_elements_for_compressions_and_for_forces(
 fn under_a_ball(load: Option<Load>) -> Case {
     let mut case = acceptance("in-plane-pair.toml");
     case.load = load;
-    case.beside = Some(case::ShapedBodies {
-        conductors: vec![case::ShapedConductor {
+    case.beside = Some(elastocap_case::ShapedBodies {
+        conductors: vec![elastocap_case::ShapedConductor {
             name: "finger".into(),
-            shape: case::Shape::Sphere { center: [0.0, 800e-6, 0.0], radius: 250e-6 },
+            shape: elastocap_case::Shape::Sphere { center: [0.0, 800e-6, 0.0], radius: 250e-6 },
             floating_charge: None,
         }],
         dielectrics: Vec::new(),

@@ -6,17 +6,17 @@ use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use elastocap_coupling::case::{self, Case, Load};
-use elastocap_coupling::curve::{Outcome, Status};
+use elastocap_case::{Case, Load};
+use elastocap_coupling::outcome::{Outcome, Status, StepResult};
 use elastocap_coupling::plan::{Decision, Kind, Options, Plan};
-use elastocap_coupling::results::{OutputFolder, csv};
-use elastocap_coupling::run::{Progress, run};
+use elastocap_coupling::run::{Observer, run};
+use elastocap_results::{FieldWriter, OutputFolder, csv};
 
 const NUMBERS_ONLY: Options = Options { prune: true, fields: false, scene: false };
 
 fn acceptance(name: &str) -> Case {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tests/acceptance").join(name);
-    case::load(&path).unwrap_or_else(|e| panic!("{e}"))
+    elastocap_case::load(&path).unwrap_or_else(|e| panic!("{e}"))
 }
 
 fn quick(steps: &[f64]) -> Case {
@@ -27,7 +27,7 @@ fn quick(steps: &[f64]) -> Case {
 }
 
 fn solve(case: &Case, plan: &Plan) -> Outcome {
-    run(case, plan, &NUMBERS_ONLY, None, &Arc::new(AtomicBool::new(false)), &|_| {}).unwrap()
+    run(case, plan, &NUMBERS_ONLY, &Arc::new(AtomicBool::new(false)), &())
 }
 
 #[test]
@@ -47,12 +47,13 @@ fn a_cancelled_run_keeps_what_was_done() {
     let case = quick(&[0.0, 0.1, 0.2, 0.3, 0.35, 0.4]);
     let plan = Plan::new(&case, &NUMBERS_ONLY);
     let cancel = Arc::new(AtomicBool::new(false));
-    let tell = |progress: Progress<'_>| {
-        if let Progress::Done(_) = progress {
-            cancel.store(true, Ordering::Relaxed);
+    struct StopAfterOne(Arc<AtomicBool>);
+    impl Observer for StopAfterOne {
+        fn step_done(&self, _: &StepResult) {
+            self.0.store(true, Ordering::Relaxed);
         }
-    };
-    let outcome = run(&case, &plan, &NUMBERS_ONLY, None, &cancel, &tell).unwrap();
+    }
+    let outcome = run(&case, &plan, &NUMBERS_ONLY, &cancel, &StopAfterOne(Arc::clone(&cancel)));
     assert!(outcome.stopped && !outcome.is_complete());
     let of = |status: Status| outcome.steps.iter().filter(|step| step.row.status == status).count();
     assert!(of(Status::Ok) >= 1);
@@ -137,7 +138,7 @@ fn short_layer(mechanics: &str) -> Case {
          shear_modulus = \"100 kPa\"\nbulk_modulus = \"10 MPa\"\n{mechanics}\nend = \"free-on-substrate\"\n\
          indenter = \"whole-top\"\nwidth = \"0.8 mm\"\n[load]\ncompression = [0.05]\n"
     );
-    case::parse(&text, Path::new("short.toml")).unwrap_or_else(|e| panic!("{e}"))
+    elastocap_case::parse(&text, Path::new("short.toml")).unwrap_or_else(|e| panic!("{e}"))
 }
 
 #[test]
@@ -167,7 +168,9 @@ fn a_layer_in_space_writes_its_fields_and_does_not_begin_what_does_not_fit_into_
     let place = tempfile::tempdir().unwrap();
     let folder = OutputFolder::open(&place.path().join("out")).unwrap();
     let stop = Arc::new(AtomicBool::new(false));
-    let outcome = run(&case, &plan, &options, Some(&folder), &stop, &|_| {}).unwrap();
+    let writer = FieldWriter::new(&folder, &());
+    let outcome = run(&case, &plan, &options, &stop, &writer);
+    writer.finish(&outcome).unwrap();
     assert!(outcome.warnings.is_empty(), "{:?}", outcome.warnings);
     let files = folder.staged();
     assert_eq!(files, ["layer.pvd", "layer_000.vtu", "profile_000.csv"]);

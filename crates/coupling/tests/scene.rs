@@ -2,7 +2,7 @@
 
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test stops by panicking")]
 
-use elastocap_coupling::case::{
+use elastocap_case::{
     Box3, Case, Conductor, Electrodes, Electrostatics, Extent, Face, Layer, Layout, Material, Mechanics,
     ShearLength, Stiffness, Surroundings, Wall,
 };

@@ -5,11 +5,11 @@
 
 use elastocap_electrostatics::EPS0;
 use elastocap_electrostatics::Settings;
-use elastocap_electrostatics::general::{Shapes, solve_mesh};
+use elastocap_electrostatics::tets::adaptive::{Shapes, solve_mesh};
+use elastocap_geometry::meshing::tets::{Sizing, mesh};
 use elastocap_geometry::mirror::{part, planes};
 use elastocap_geometry::scene::{Box3, Wall};
 use elastocap_geometry::shapes::{Shape, ShapeScene, ShapedConductor};
-use elastocap_geometry::tets::{Sizing, mesh};
 
 /// Of a unit cube in the middle of a grounded cube of side 2, over eps_0 a: as in docs/performance.md.
 const KNOWN: f64 = 19.127134997;

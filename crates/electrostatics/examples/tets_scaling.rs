@@ -2,9 +2,9 @@
 //!
 //!     cargo run --release -p elastocap-electrostatics --example tets_scaling -- 2 16 32 48
 
-use elastocap_electrostatics::tets::{Potentials, Problem, TetSettings};
+use elastocap_electrostatics::tets::potentials::{Potentials, Problem, TetSettings};
+use elastocap_geometry::meshing::tets::of_boxes;
 use elastocap_geometry::scene::{Box3, BoxScene, Conductor, Wall};
-use elastocap_geometry::tets::of_boxes;
 use std::time::Instant;
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {

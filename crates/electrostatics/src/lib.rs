@@ -1,34 +1,16 @@
 //! Laplace's equation in box scenes, and on tetrahedra: Maxwell capacitance matrices with proved bounds.
 
-pub mod adapt;
-pub mod ahead;
 pub mod boxes;
-pub mod domain;
-pub mod dual;
-pub mod energy;
-pub mod field;
 pub mod floating;
-pub mod flux;
-mod forecast;
-pub mod general;
-pub mod krylov;
-pub mod layout;
 pub mod matrix;
-pub mod primal;
-pub mod resolution;
-pub mod schwarz;
-mod search;
 pub mod solution;
-pub mod solve;
-pub mod symmetry;
 pub mod tets;
 
+pub use boxes::forecast::forecast;
+pub use boxes::solve::{EPS0, solve};
 pub use solution::{
     Bounded, Field, FloatingPotential, Forecast, PhaseSeconds, ResolutionLevel, Settings, Solution, Target,
 };
-
-pub use forecast::forecast;
-pub use solve::{EPS0, solve};
 
 /// A solve that cannot be carried out.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -44,14 +26,18 @@ pub enum SolveError {
     IllConditioned(#[from] elastocap_fem::mixed::IllConditioned),
     /// The potentials on a mesh failed.
     #[error(transparent)]
-    Potentials(tets::TetsError),
+    Potentials(tets::potentials::TetsError),
     /// The fluxes on a mesh failed.
     #[error(transparent)]
-    Flux(#[from] flux::FluxError),
+    Flux(#[from] tets::flux::FluxError),
 }
 
-impl From<tets::TetsError> for SolveError {
-    fn from(error: tets::TetsError) -> Self {
-        if error == tets::TetsError::Cancelled { Self::Cancelled } else { Self::Potentials(error) }
+impl From<tets::potentials::TetsError> for SolveError {
+    fn from(error: tets::potentials::TetsError) -> Self {
+        if error == tets::potentials::TetsError::Cancelled {
+            Self::Cancelled
+        } else {
+            Self::Potentials(error)
+        }
     }
 }

@@ -2,11 +2,11 @@
 
 use std::f64::consts::PI;
 
-use elastocap_electrostatics::general::{Shapes, solve_mesh};
+use elastocap_electrostatics::tets::adaptive::{Shapes, solve_mesh};
 use elastocap_electrostatics::{Bounded, EPS0, Settings, solve};
+use elastocap_geometry::meshing::tets::{Sizing, mesh};
 use elastocap_geometry::scene::{Box3, BoxScene, Conductor, Dielectric, Wall};
 use elastocap_geometry::shapes::{Shape, ShapeScene, ShapedConductor, ShapedDielectric};
-use elastocap_geometry::tets::{Sizing, mesh};
 
 fn ball(center: [f64; 3], radius: f64) -> Shape {
     Shape::Sphere { center, radius }

@@ -2,13 +2,13 @@
 
 #![allow(clippy::unwrap_used, reason = "a test may fail")]
 
-use elastocap_electrostatics::domain::{Axis, Block, Domain};
-use elastocap_electrostatics::krylov::{Goal, Operator, solve};
-use elastocap_electrostatics::primal::Primal;
+use elastocap_electrostatics::boxes::domain::{Axis, Block, Domain};
+use elastocap_electrostatics::boxes::primal::Primal;
 use elastocap_fem::line::{Element, Line, LineEnd, Numbering, hierarchical};
 use elastocap_fem::quadrature::gauss_legendre;
 use elastocap_fem::tensor::dot;
 use elastocap_geometry::scene::Wall;
+use elastocap_linalg::conjugate_gradients::{Goal, Operator, solve};
 use std::f64::consts::PI;
 
 fn axis(nodes: Vec<f64>, degree: usize, cuts: Vec<usize>, wall: Wall) -> Axis {

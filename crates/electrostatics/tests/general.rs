@@ -2,11 +2,11 @@
 
 use std::f64::consts::PI;
 
-use elastocap_electrostatics::general::{General, Shapes, forecast_mesh, solve_mesh};
+use elastocap_electrostatics::tets::adaptive::{General, Shapes, forecast_mesh, solve_mesh};
 use elastocap_electrostatics::{EPS0, Settings, SolveError, solve};
+use elastocap_geometry::meshing::tets::{LayeredSizing, Sizing, TetMesh, layered, mesh};
 use elastocap_geometry::scene::{Box3, BoxScene, Conductor, Wall};
 use elastocap_geometry::shapes::{Shape, ShapeScene, ShapedConductor, ShapedDielectric};
-use elastocap_geometry::tets::{LayeredSizing, Sizing, TetMesh, layered, mesh};
 
 fn ball(x: f64, radius: f64) -> Shape {
     Shape::Sphere { center: [x, 0.0, 0.0], radius }

@@ -3,12 +3,12 @@
 use std::error::Error;
 use std::f64::consts::PI;
 
-use elastocap_electrostatics::general::{Shapes, solve_mesh};
+use elastocap_electrostatics::tets::adaptive::{Shapes, solve_mesh};
 use elastocap_electrostatics::{Bounded, EPS0, Settings, Solution};
+use elastocap_geometry::meshing::tets::{Sizing, mesh};
 use elastocap_geometry::mirror::{part, planes};
 use elastocap_geometry::scene::{Box3, Wall};
 use elastocap_geometry::shapes::{Shape, ShapeScene, ShapedConductor, ShapedDielectric, TriangleSurface};
-use elastocap_geometry::tets::{Sizing, mesh};
 
 fn ball(x: f64, radius: f64) -> Shape {
     Shape::Sphere { center: [x, 0.0, 0.0], radius }

@@ -1,10 +1,8 @@
 //! What both solvers share: reference elements, quadrature, the 1D matrices of tensor-product grids, vectors.
 
-pub mod gemm;
 pub mod line;
 pub mod mixed;
 pub mod modes;
 pub mod quadrature;
 pub mod radial;
 pub mod tensor;
-pub mod vector;

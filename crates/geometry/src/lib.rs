@@ -1,12 +1,11 @@
 //! The scene as axis-aligned bodies, the graded grid of it, and the files other programs open.
 
 pub mod export;
-pub mod grid;
 pub mod import;
+pub mod meshing;
 pub mod mirror;
 #[cfg(test)]
 mod samples;
 pub mod scene;
 pub mod shapes;
-pub mod tets;
 pub mod winding;

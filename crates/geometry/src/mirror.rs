@@ -3,9 +3,9 @@
 //! Potentials that are even about a plane, as those of conductors that all cross it are, have no flux through it: it takes the
 //! place of an insulated wall.
 
+use crate::meshing::tets::{bounds, flat_parts};
 use crate::scene::{Box3, Wall};
 use crate::shapes::{Shape, ShapeScene, TriangleSurface};
-use crate::tets::{bounds, flat_parts};
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 
 /// Distances this small, relative to the extent of the scene, are none.

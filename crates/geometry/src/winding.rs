@@ -1,7 +1,7 @@
 //! Inside or outside, by the generalised winding number.
 
 use crate::shapes::TriangleSurface;
-use elastocap_fem::vector::{dot, length, minus};
+use elastocap_linalg::vector::{dot, length, minus};
 
 /// How often the surface goes around a point: 1 inside a surface turned outward, 0 outside. The sum of the solid angles of
 /// its triangles over 4 pi (van Oosterom and Strackee 1983; Jacobson, Kavan and Sorkine-Hornung 2013); on the surface itself
@@ -29,7 +29,7 @@ pub(crate) fn of_faces<'a>(
 
 fn solid_angle(corners: [[f64; 3]; 3], point: [f64; 3]) -> f64 {
     let [u, v, w] = corners.map(|c| minus(c, point));
-    let triple = crate::tets::determinant([0.0; 3], u, v, w);
+    let triple = crate::meshing::tets::determinant([0.0; 3], u, v, w);
     let [lu, lv, lw] = [u, v, w].map(length);
     2.0 * triple.atan2(lu * lv * lw + dot(u, v) * lw + dot(v, w) * lu + dot(w, u) * lv)
 }

@@ -5,9 +5,9 @@
 use elastocap_geometry::import::gmsh::{VolumeMesh, mesh, mesh_from_path};
 use elastocap_geometry::import::obj::Placement;
 use elastocap_geometry::import::{ImportError, Problem};
+use elastocap_geometry::meshing::tets::{FaceRole, TetMesh};
 use elastocap_geometry::scene::{Box3, Wall};
 use elastocap_geometry::shapes::{Shape, ShapeScene, ShapedConductor, ShapedDielectric};
-use elastocap_geometry::tets::{FaceRole, TetMesh};
 use std::path::{Path, PathBuf};
 
 const AS_IS: Placement = Placement { unit: 1.0, translate: [0.0; 3] };

@@ -5,8 +5,8 @@
 use elastocap_geometry::import::audit::{Repairs, apart};
 use elastocap_geometry::import::obj::{Placement, read, surface};
 use elastocap_geometry::import::{ImportError, Problem};
+use elastocap_geometry::meshing::tets::determinant;
 use elastocap_geometry::shapes::TriangleSurface;
-use elastocap_geometry::tets::determinant;
 use elastocap_geometry::winding::{contains, winding_number};
 
 const CUBE: &str = include_str!("data/cube.obj");

@@ -8,8 +8,8 @@ use serde::Serialize;
 
 use super::curves::DeformedCurves;
 use super::electrode_box::ElectrodeBox;
-use crate::case::{Case, Electrodes, Layer, LayerEnd, Material, Stiffness};
 use crate::plan::{Plan, StepLoad};
+use elastocap_case::{Case, Electrodes, Layer, LayerEnd, Material, Stiffness};
 
 /// The layer at one load, by finite elements.
 #[derive(Debug, Clone, PartialEq, Serialize)]

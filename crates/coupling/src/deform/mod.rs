@@ -20,8 +20,8 @@ pub use finite_element::{FiniteElementRun, FiniteElementStep, MeshReport, Soluti
 pub use plane_strain::forecast;
 pub use solid::forecast as forecast_solid;
 
-use crate::case::{Case, Material, Mechanics, ShearLength};
 use crate::plan::{Plan, PlannedStep, StepLoad};
+use elastocap_case::{Case, Material, Mechanics, ShearLength};
 
 /// The layer at one load.
 #[derive(Debug, Clone)]

@@ -11,8 +11,8 @@ use elastocap_mechanics::solid::press::{LayerProblem, Pressed, Pressing, Refinem
 use super::curves::{DeformedCurves, through};
 use super::electrode_box::{ElectrodeBox, Face};
 use super::finite_element::{FiniteElementRun, Scale, Solution, electrode_modulus, end, goals, rubber};
-use crate::case::{Case, Electrodes, Indenter, Layer, Layout, Material, PlaneStrain};
 use crate::plan::Plan;
+use elastocap_case::{Case, Electrodes, Indenter, Layer, Layout, Material, PlaneStrain};
 
 /// The meshes that a run may need, coarse to fine, and what their linear systems are for.
 pub fn forecast(case: &Case, model: &PlaneStrain, plan: &Plan) -> (Vec<MeshSize>, Way) {

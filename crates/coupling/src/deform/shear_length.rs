@@ -9,8 +9,8 @@ use elastocap_mechanics::solid::shear_length::{Contact, ShearLengths, shear_leng
 use elastocap_mechanics::{ClosedFormSettings, LayerState, Material};
 
 use super::closed_form_material;
-use crate::case::{Case, Mechanics};
 use crate::plan::{Plan, StepLoad};
+use elastocap_case::{Case, Mechanics};
 
 /// Quadrilaterals over the thickness.
 const ELEMENTS: usize = 8;

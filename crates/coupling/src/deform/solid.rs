@@ -16,8 +16,8 @@ use super::electrode_box::{ElectrodeBox, Face};
 use super::finite_element::{
     FiniteElementRun, Scale, Solution, electrode_modulus, end, goals, layer, rubber,
 };
-use crate::case::{Case, Electrodes, LayerSide, Layout, Material, Solid, SolidIndenter};
 use crate::plan::Plan;
+use elastocap_case::{Case, Electrodes, LayerSide, Layout, Material, Solid, SolidIndenter};
 
 /// The meshes that a run may need, coarse to fine: how many hexahedra and unknowns each has, and the size of its smallest
 /// hexahedra at the surface in m.

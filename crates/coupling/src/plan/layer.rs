@@ -6,11 +6,11 @@ use elastocap_mechanics::solid::forecast::{MeshSize, Way, memory_bytes, seconds}
 use serde::Serialize;
 
 use super::{Decision, LeftOut, Plan, Planned, counted, listed};
-use crate::case::{
+use crate::deform::{self, closed_form_limit};
+use elastocap_case::{
     Case, Extent, Face, FieldSolver, Indenter, Load, Mechanics, PlaneStrain, Solid, SolidIndenter,
     Surroundings,
 };
-use crate::deform::{self, closed_form_limit};
 
 /// What the finite elements of a layer take: estimates.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -156,7 +156,7 @@ pub(super) fn may_bend(case: &Case) -> bool {
         && solver != Some(FieldSolver::Boxes)
 }
 
-/// Whether that solver has the surface of the layer as it is: see [`crate::bent`].
+/// Whether that solver has the surface of the layer as it is: see [`crate::layer_outlines`].
 fn follows_surface(case: &Case) -> bool {
     let ended = |surroundings: &Surroundings| match &surroundings.extent {
         Extent::AroundLayer { side_margin: Some(_), above: Face::Medium { .. }, .. } => {

@@ -1,6 +1,6 @@
 //! What a case asks to be solved, what of it can be left out, and what it will take: known before anything is solved.
 
-mod foretell;
+mod forecast;
 mod layer;
 
 use elastocap_electrostatics::{Forecast, ResolutionLevel, Settings, Target, forecast};
@@ -11,12 +11,12 @@ use serde::Serialize;
 pub use layer::LayerForecast;
 use layer::may_bend;
 
-use crate::bent::LayerScene;
-use crate::case::{Case, FieldSolver, Load, ShapeScene};
 use crate::deform::{Deformation, layer_state};
-use crate::flat_faces::curvature_error;
+use crate::faceting_error::curvature_error;
+use crate::layer_outlines::LayerScene;
 use crate::scene_of::{DeformedScene, scene_of};
-use crate::shaped::order;
+use crate::tetrahedra::order;
+use elastocap_case::{Case, FieldSolver, Load, ShapeScene};
 
 /// What is wanted of a run besides the numbers.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -1,11 +1,12 @@
 //! Bodies of any shape as a binary glTF file: their surfaces, as the solver has them.
 
-use elastocap_fem::vector::{length, normal};
+use elastocap_linalg::vector::{length, normal};
 use gltf_json as json;
 
 use super::gltf::{BodyRole, File, GltfError, Looks, SceneUnit, centre, extras, triangles};
+use crate::meshing::plane as planar;
+use crate::meshing::tets::{FaceRole, TetMesh, determinant};
 use crate::scene::Box3;
-use crate::tets::{FaceRole, TetMesh, determinant, planar};
 use std::collections::BTreeMap;
 
 /// A body by the triangles of its surface.
@@ -195,9 +196,9 @@ fn direction(corners: Corners) -> [f32; 3] {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::meshing::tets::{Sizing, mesh};
     use crate::scene::Wall;
     use crate::shapes::{Shape, ShapeScene, ShapedConductor, ShapedDielectric};
-    use crate::tets::{Sizing, mesh};
 
     #[test]
     fn surfaces_enclose_the_volume_of_their_bodies() {

@@ -136,7 +136,7 @@ pub(super) fn outward(
         let parts = || {
             faces.iter().map(|&f| {
                 let [a, b, c] = surface.faces[f].map(|p| points[p as usize]);
-                crate::tets::determinant(origin, a, b, c)
+                crate::meshing::tets::determinant(origin, a, b, c)
             })
         };
         let (volume, size): (f64, f64) = (parts().sum(), parts().map(f64::abs).sum());

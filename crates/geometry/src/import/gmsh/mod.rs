@@ -11,7 +11,7 @@ use std::path::Path;
 use super::audit::{check_size, middle};
 use super::obj::Placement;
 use super::{ImportError, Place, Problem, intersect};
-use crate::tets::determinant;
+use crate::meshing::tets::determinant;
 
 /// A physical group of surfaces or volumes.
 #[derive(Debug, Clone, PartialEq, Eq)]

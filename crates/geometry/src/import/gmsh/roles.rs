@@ -5,9 +5,9 @@ use std::collections::BTreeMap;
 use super::{VolumeMesh, outward, sides};
 use crate::import::audit::middle;
 use crate::import::{ImportError, Place, Problem};
+use crate::meshing::tets::{BoundaryFace, FaceRole, TetMesh, determinant};
 use crate::scene::Wall;
 use crate::shapes::{Shape, ShapeScene};
-use crate::tets::{BoundaryFace, FaceRole, TetMesh, determinant};
 
 impl VolumeMesh {
     /// The mesh around the conductors of a scene whose shapes are all [`Shape::Physical`].

@@ -4,8 +4,8 @@
 //! The tangent is three products of dense matrices: with the gradients as a matrix of 27 nodes by 81 pairs of
 //! quadrature point and axis, the block of the axes `i` and `k` is that matrix times the tangent's response to it.
 
-use elastocap_fem::gemm::{Left, Right, Target, multiply};
 use elastocap_fem::quadrature::gauss_legendre;
+use elastocap_linalg::gemm::{Left, Right, Target, multiply};
 
 use super::material::{Response, Tensor, add_cofactor_slope, cofactor, determinant};
 use crate::solid::dimension::{Element, ElementSystem, Space};

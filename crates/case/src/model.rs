@@ -1,0 +1,429 @@
+//! A valid case: plain data in SI units, with nothing left of the text it came from.
+
+use std::path::PathBuf;
+
+use elastocap_geometry::meshing::tets::TetMesh;
+
+pub use elastocap_geometry::scene::{Box3, Conductor, Dielectric, Wall};
+pub use elastocap_geometry::shapes::{Shape, ShapeScene, ShapedConductor, ShapedDielectric};
+
+/// A case that can be planned and run. Its parts fit together; every number is finite and in SI units.
+///
+/// A scene with a layer has the substrate plane at x2 = 0 and the electrodes centred at x1 = x3 = 0.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Case {
+    /// One line that says what the case is.
+    pub title: String,
+    /// The file it was read from, as the caller named it.
+    pub source: PathBuf,
+    /// The soft layer.
+    pub layer: Option<Layer>,
+    /// The pair of electrodes in the layer; only with a layer.
+    pub electrodes: Option<Electrodes>,
+    /// How the layer's deformation is computed; there whenever [`Case::load`] is.
+    pub mechanics: Option<Mechanics>,
+    /// The load steps; `None` for the undeformed scene alone.
+    pub load: Option<Load>,
+    /// Conductors besides the electrodes; they stay where they are while the layer deforms.
+    pub conductors: Vec<Conductor>,
+    /// Dielectrics besides the layer, in the order in which they override one another. Infinite bounds for slabs.
+    pub dielectrics: Vec<Dielectric>,
+    /// All bodies without a layer where one of them is neither box, sheet nor slab; [`Case::conductors`] and
+    /// [`Case::dielectrics`] are empty then.
+    pub shapes: Option<ShapeScene>,
+    /// All bodies besides layer and electrodes where one of them is neither box, sheet nor slab; [`Case::conductors`] and
+    /// [`Case::dielectrics`] are empty then too. They stay where they are.
+    pub beside: Option<ShapedBodies>,
+    /// The mesh that [`Case::shapes`] are physical groups of; `None` where they are shapes to be meshed.
+    pub mesh: Option<ImportedMesh>,
+    /// What surrounds the bodies; there exactly when a capacitance is asked for.
+    pub surroundings: Option<Surroundings>,
+    /// How exactly the capacitance is computed; there exactly when a capacitance is asked for.
+    pub electrostatics: Option<Electrostatics>,
+}
+
+impl Case {
+    /// The name of the file, without its folder.
+    pub fn file_name(&self) -> String {
+        self.source
+            .file_name()
+            .map_or_else(|| self.source.display().to_string(), |name| name.to_string_lossy().into_owned())
+    }
+
+    /// Whether there is a capacitance to compute: electrodes or conductors.
+    pub fn has_conductors(&self) -> bool {
+        let beside = self.beside.as_ref().is_some_and(|b| !b.conductors.is_empty());
+        self.electrodes.is_some() || !self.conductors.is_empty() || self.shapes.is_some() || beside
+    }
+}
+
+/// Bodies of any shape beside a layer.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ShapedBodies {
+    /// In the order of the file.
+    pub conductors: Vec<ShapedConductor>,
+    /// In the order in which they override one another, and the layer.
+    pub dielectrics: Vec<ShapedDielectric>,
+}
+
+/// A volume mesh that a case file names, with the roles that the case gives its groups.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ImportedMesh {
+    /// As the case file has it.
+    pub file: String,
+    /// The tetrahedra around the conductors.
+    pub tets: TetMesh,
+    /// Groups of volumes that no body names, filled with the surroundings.
+    pub unnamed: Vec<String>,
+}
+
+/// The soft layer, from x2 = 0 to x2 = `thickness`.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Layer {
+    /// Undeformed thickness H, m.
+    pub thickness: f64,
+    /// Undeformed half-length along x1, m; the closed form does not use it.
+    pub half_length: Option<f64>,
+    /// eps_r; there whenever a capacitance is asked for.
+    pub relative_permittivity: Option<f64>,
+    /// What it is made of; there whenever [`Case::load`] is.
+    pub material: Option<Material>,
+    /// kappa, Pa; `None` for an incompressible material. Only finite elements know it.
+    pub bulk_modulus: Option<f64>,
+}
+
+/// An elastomer: the law of its distortion.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Material {
+    /// W = c10 (I1 - 3) + c01 (I2 - 3); neither constant is negative, one is positive.
+    MooneyRivlin {
+        /// Pa.
+        c10: f64,
+        /// Pa.
+        c01: f64,
+    },
+    /// W = mu/2 (I1 - 3).
+    NeoHookean {
+        /// mu, Pa.
+        shear_modulus: f64,
+    },
+    /// W = c10 (I1 - 3) + c20 (I1 - 3)^2 + c30 (I1 - 3)^3; c10 is positive.
+    Yeoh {
+        /// c10, c20 and c30, Pa.
+        constants: [f64; 3],
+    },
+    /// W = sum of mu/alpha (l1^alpha + l2^alpha + l3^alpha - 3); no alpha is zero.
+    Ogden {
+        /// The pairs (mu in Pa, alpha); the shear modulus is positive.
+        terms: Vec<(f64, f64)>,
+    },
+}
+
+impl Material {
+    /// mu in the undeformed state, Pa.
+    pub fn shear_modulus(&self) -> f64 {
+        match self {
+            Self::MooneyRivlin { c10, c01 } => 2.0 * (c10 + c01),
+            Self::NeoHookean { shear_modulus } => *shear_modulus,
+            Self::Yeoh { constants } => 2.0 * constants[0],
+            Self::Ogden { terms } => terms.iter().map(|(mu, alpha)| 0.5 * mu * alpha).sum(),
+        }
+    }
+}
+
+/// The pair of electrodes, undeformed. All lengths are positive; both lie in the layer and may touch its faces.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Electrodes {
+    /// Side by side or one above the other.
+    pub layout: Layout,
+    /// D, face to face, m: along x1 for an in-plane pair, along x2 for a stacked one.
+    pub gap: f64,
+    /// Of each electrode along x1, m.
+    pub length: f64,
+    /// T of each electrode along x2, m.
+    pub thickness: f64,
+    /// W of each electrode along x3, m.
+    pub width: f64,
+    /// S above the substrate, m: of the mid-plane of an in-plane pair, of the middle of the gap of a stacked one.
+    pub height: f64,
+    /// What they are made of.
+    pub stiffness: Stiffness,
+}
+
+impl Electrodes {
+    /// Names of the two, in the order of [`Electrodes::regions`].
+    pub fn names(&self) -> [&'static str; 2] {
+        match self.layout {
+            Layout::InPlane => ["electrode-left", "electrode-right"],
+            Layout::Stacked => ["electrode-lower", "electrode-upper"],
+        }
+    }
+
+    /// Where the two are before the layer deforms: left and right, or lower and upper.
+    pub fn regions(&self) -> [Box3; 2] {
+        let Self { gap, length, thickness, width, height, .. } = *self;
+        let x3 = width / 2.0;
+        match self.layout {
+            Layout::InPlane => {
+                let (near, far) = (gap / 2.0, gap / 2.0 + length);
+                let (low, high) = (height - thickness / 2.0, height + thickness / 2.0);
+                [
+                    Box3 { min: [-far, low, -x3], max: [-near, high, x3] },
+                    Box3 { min: [near, low, -x3], max: [far, high, x3] },
+                ]
+            }
+            Layout::Stacked => {
+                let x1 = length / 2.0;
+                let (low, high) = (height - gap / 2.0, height + gap / 2.0);
+                [
+                    Box3 { min: [-x1, low - thickness, -x3], max: [x1, low, x3] },
+                    Box3 { min: [-x1, high, -x3], max: [x1, high + thickness, x3] },
+                ]
+            }
+        }
+    }
+}
+
+/// How the pair is laid out.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Layout {
+    /// Two coplanar electrodes side by side along x1.
+    InPlane,
+    /// Two plates, one above the other.
+    Stacked,
+}
+
+/// What the electrodes are made of.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Stiffness {
+    /// They keep their thickness. Also where there is no load and the file does not say.
+    Rigid,
+    /// Incompressible neo-Hookean with this shear modulus, Pa.
+    ShearModulus(f64),
+}
+
+/// How the layer's deformation is computed.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Mechanics {
+    /// The closed-form solution of the paper.
+    ClosedForm {
+        /// L in eq. (50), m.
+        contact_half_length: f64,
+        /// w in eq. (50), m.
+        contact_width: f64,
+        /// L in eq. (45).
+        shear_length: ShearLength,
+    },
+    /// Finite elements in plane strain; the layer's half-length is there.
+    PlaneStrain(PlaneStrain),
+    /// Finite elements in three dimensions; the layer's half-length is there.
+    Solid(Solid),
+}
+
+impl Mechanics {
+    /// Whether it is one of the finite-element models.
+    pub fn is_finite_element(&self) -> bool {
+        matches!(self, Self::PlaneStrain(_) | Self::Solid(_))
+    }
+}
+
+/// Where the length L of eq. (45) comes from.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum ShearLength {
+    /// The file gives it, m.
+    Given(f64),
+    /// Found at each compression from finite elements of the layer under a sharp punch of the contact's length.
+    FiniteElement,
+}
+
+/// The layer by finite elements in plane strain. Lengths in m.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PlaneStrain {
+    /// What presses.
+    pub indenter: Indenter,
+    /// What becomes of the layer's end.
+    pub end: LayerEnd,
+    /// Width of the layer along x3.
+    pub width: f64,
+    /// Relative discretisation error of the force to reach; in (0, 1).
+    pub relative_tolerance: f64,
+}
+
+/// A rigid indenter. Lengths in m.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Indenter {
+    /// A smooth plate over the whole layer.
+    WholeTop,
+    /// A flat-faced punch.
+    FlatPunch {
+        /// Half of its width along x1.
+        half_width: f64,
+        /// Radius of its corners; zero for a sharp one.
+        corner_radius: f64,
+        /// Whether the layer sticks to it.
+        bonded: bool,
+        /// Its middle, along x1 from the middle of the layer.
+        position: f64,
+    },
+    /// A cylinder with its axis along x3.
+    Cylinder {
+        /// Its radius.
+        radius: f64,
+        /// Its middle, along x1 from the middle of the layer.
+        position: f64,
+    },
+}
+
+/// The layer by finite elements in three dimensions. Lengths in m.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Solid {
+    /// What presses, above the middle of the layer.
+    pub indenter: SolidIndenter,
+    /// What becomes of the layer's end.
+    pub end: LayerEnd,
+    /// Width of the layer along x3.
+    pub width: f64,
+    /// What becomes of its sides.
+    pub side: LayerSide,
+    /// Relative discretisation error of the force to reach; in (0, 1).
+    pub relative_tolerance: f64,
+}
+
+/// A rigid indenter in three dimensions. Lengths in m.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum SolidIndenter {
+    /// A smooth plate over the whole layer.
+    WholeTop,
+    /// A flat-faced punch all along x3; bonded ones are sharp.
+    FlatPunch {
+        /// Half of its width along x1.
+        half_width: f64,
+        /// Radius of its corners; zero for a sharp one.
+        corner_radius: f64,
+        /// Whether the layer sticks to it.
+        bonded: bool,
+    },
+    /// A flat-faced, smooth punch with an end along x3 as well.
+    Block {
+        /// Half of its widths along x1 and along x3.
+        half_widths: [f64; 2],
+        /// Radius of its edges, above zero and at most the half widths.
+        corner_radius: f64,
+    },
+    /// A cylinder with its axis along x3.
+    Cylinder {
+        /// Its radius.
+        radius: f64,
+    },
+    /// A sphere.
+    Sphere {
+        /// Its radius.
+        radius: f64,
+    },
+}
+
+/// What becomes of the layer's sides along x3.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum LayerSide {
+    /// Like the end.
+    Free,
+    /// The layer goes on as in a mirror: no motion along x3.
+    Symmetric,
+}
+
+/// What becomes of the layer's end.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum LayerEnd {
+    /// Free of traction all the way.
+    Free,
+    /// Free, and what folds over rests on the plane of the substrate.
+    FreeOnSubstrate,
+    /// The layer goes on: no motion along x1.
+    Far,
+}
+
+/// The load steps, in the order of the file; never empty.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Load {
+    /// U/H of each step, in [0, 1).
+    Compression(Vec<f64>),
+    /// Compressive force of each step, N, not negative.
+    Force(Vec<f64>),
+}
+
+impl Load {
+    /// How many steps there are.
+    pub fn steps(&self) -> usize {
+        match self {
+            Self::Compression(steps) | Self::Force(steps) => steps.len(),
+        }
+    }
+}
+
+/// What surrounds the bodies, and where the field ends.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Surroundings {
+    /// What holds on the outer walls.
+    pub boundary: Wall,
+    /// eps_r wherever nothing else is.
+    pub relative_permittivity: f64,
+    /// Where the walls are.
+    pub extent: Extent,
+}
+
+/// Where the outer walls are.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Extent {
+    /// No layer: [`Wall::Open`], and there are none; or at a shell, or at the outer faces of [`Case::mesh`].
+    Everywhere,
+    /// No layer, insulated or grounded: the faces of this box, in which all bodies lie.
+    Walls(Box3),
+    /// Around the layer.
+    AroundLayer {
+        /// Along x1 and x3 from the outermost deformed electrode (or conductor) to the walls, m; `None` exactly
+        /// when the boundary is [`Wall::Open`].
+        side_margin: Option<f64>,
+        /// What lies below x2 = 0.
+        below: Face,
+        /// What lies above the layer's deformed top.
+        above: Face,
+    },
+}
+
+/// What lies against a face of the layer.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Face {
+    /// No flux through it: the field ends there.
+    Insulated,
+    /// At potential zero: the field ends there.
+    Grounded,
+    /// A dielectric; behind it the boundary, or space with [`Surroundings::relative_permittivity`] if that is open.
+    Medium {
+        /// eps_r.
+        relative_permittivity: f64,
+        /// m; `None` for infinitely thick, only if the boundary is [`Wall::Open`].
+        thickness: Option<f64>,
+    },
+}
+
+/// How exactly the capacitance is computed.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Electrostatics {
+    /// (upper - lower)/value to reach, or the estimated relative error if `bounds` is false; in (0, 1).
+    pub relative_tolerance: f64,
+    /// Whether a lower and an upper bound are proved.
+    pub bounds: bool,
+    /// The solver asked for; `None` for the one for boxes where it can, else that on tetrahedra.
+    pub solver: Option<FieldSolver>,
+    /// Order of the potentials on tetrahedra, 1 to 3; `None` for the solver's own choice, and for the solver for boxes.
+    pub order: Option<u8>,
+}
+
+/// What solves for the field.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum FieldSolver {
+    /// That for axis-aligned boxes and sheets.
+    Boxes,
+    /// That on tetrahedra, for any shape.
+    Tetrahedra,
+}

@@ -1,0 +1,311 @@
+//! A scene that is a volume mesh from a file: bodies are physical groups of it, and of nothing else.
+
+use std::ops::Range;
+use std::path::Path;
+
+use elastocap_geometry::import::Problem;
+use elastocap_geometry::import::gmsh::{VolumeMesh, mesh_from_path};
+use elastocap_geometry::import::obj::Placement;
+use elastocap_geometry::meshing::tets::FaceRole;
+
+use super::super::diagnostics::{Diagnostic, shown, shown_path};
+use super::super::model::{
+    Box3, ImportedMesh, Shape, ShapeScene, ShapedConductor, ShapedDielectric, Surroundings,
+};
+use super::super::raw::{self, Document};
+use super::super::reader::{Log, Read, nearest};
+use super::super::values::Text;
+use super::bodies::check_names;
+use super::given;
+use super::shapes::check_one_is_driven;
+
+/// Names of groups in one message at most.
+const MOST_NAMES: usize = 20;
+
+/// A body's form: its key and where it stands.
+type Form<'a> = (&'static str, &'a Range<usize>);
+
+/// Whether the case has a mesh, or a body that needs one.
+pub(super) fn any_physical(raw: &Document) -> bool {
+    raw.mesh.is_some()
+        || conductors(raw).iter().filter_map(Read::get).any(|c| c.physical.is_some())
+        || dielectrics(raw).iter().filter_map(Read::get).any(|d| d.physical.is_some())
+}
+
+fn conductors(raw: &Document) -> &[Read<raw::Conductor>] {
+    given(&raw.conductor).map_or(&[], Vec::as_slice)
+}
+
+fn dielectrics(raw: &Document) -> &[Read<raw::Dielectric>] {
+    given(&raw.dielectric).map_or(&[], Vec::as_slice)
+}
+
+/// The scene and the mesh with its roles; `None` if a part of it cannot be used, and the log says why.
+///
+/// `flawed` says that an unknown key at the top level may stand for [mesh].
+pub(super) fn scene(
+    raw: &Document,
+    flawed: bool,
+    surroundings: Option<&Surroundings>,
+    origin: &Path,
+    log: &mut Log<'_>,
+) -> Option<(ShapeScene, ImportedMesh)> {
+    check_names(raw, conductors(raw), dielectrics(raw), None, log);
+    let Some(table) = &raw.mesh else {
+        if !flawed {
+            lacks_mesh(raw, log);
+        }
+        return None;
+    };
+    if raw.layer.is_some() {
+        log.push(
+            Diagnostic::at(&table.span, "[mesh] beside [layer]: a mesh is the whole scene, and nothing presses it")
+                .label("cannot be used in this case")
+                .help("leave [layer], [electrodes], [mechanics] and [load] out and make the layer a volume of the mesh"),
+        );
+        return None;
+    }
+    if !all_physical(raw, table, log) {
+        return None;
+    }
+    let file = &table.get()?.file;
+    let mesh = read(table.get()?, origin, log)?;
+    let placed: Vec<_> = conductors(raw).iter().map(|c| conductor(c.get()?, &mesh, log)).collect();
+    let filled: Vec<_> = dielectrics(raw).iter().map(|d| dielectric(d.get()?, &mesh, log)).collect();
+    let placed: Vec<_> = placed.into_iter().collect::<Option<_>>()?;
+    let filled: Vec<_> = filled.into_iter().collect::<Option<_>>()?;
+    check_one_each(&placed, log);
+    check_one_is_driven(&placed, log);
+    let surroundings = surroundings?;
+    if !log.is_empty() || placed.is_empty() {
+        return None;
+    }
+    let unnamed = unnamed(&mesh, &placed, &filled);
+    let spans: Vec<_> = placed.iter().map(|(_, span)| span.clone()).collect();
+    let scene = ShapeScene {
+        conductors: placed.into_iter().map(|(c, _)| c).collect(),
+        dielectrics: filled,
+        background_permittivity: surroundings.relative_permittivity,
+        domain: Box3::SPACE,
+        walls: [[surroundings.boundary; 2]; 3],
+    };
+    let tets = match mesh.tet_mesh(&scene) {
+        Ok(tets) => tets,
+        Err(error) => {
+            let blamed = match &error.problem {
+                Problem::Touching { second: name, .. }
+                | Problem::TouchingWall { name, .. }
+                | Problem::EndsAtOpenSpace { name, .. } => {
+                    scene.conductors.iter().position(|c| c.name == *name)
+                }
+                _ => None,
+            };
+            let span = blamed.and_then(|k| spans.get(k)).unwrap_or(&file.span);
+            log.push(Diagnostic::at(span, format!("the mesh cannot be used: {}", error.problem)));
+            return None;
+        }
+    };
+    let ends = tets.boundary.iter().any(|f| !matches!(f.role, FaceRole::Conductor(_)));
+    let mut driven = scene.conductors.iter().zip(&spans).filter(|(c, _)| c.floating_charge.is_none());
+    if let (Some((only, span)), None, false) = (driven.next(), driven.next(), ends) {
+        log.push(
+            Diagnostic::at(
+                span,
+                format!(
+                    "the conductor \"{}\" is alone inside insulated walls: its capacitance is zero",
+                    shown(&only.name)
+                ),
+            )
+            .label("its flux can end nowhere")
+            .help("set `boundary` in [surroundings] to \"open\" or \"grounded\", or add another conductor"),
+        );
+        return None;
+    }
+    let file = file.get()?.0.clone();
+    Some((scene, ImportedMesh { file, tets, unnamed }))
+}
+
+/// Tells the first body that is a group of a mesh that the case lacks.
+fn lacks_mesh(raw: &Document, log: &mut Log<'_>) {
+    let of_conductors = conductors(raw).iter().filter_map(|c| c.get()?.physical.as_ref());
+    let of_dielectrics = dielectrics(raw).iter().filter_map(|d| d.get()?.physical.as_ref());
+    if let Some(first) = of_conductors.chain(of_dielectrics).min_by_key(|read| read.span.start) {
+        log.push(
+            Diagnostic::at(&first.span, "`physical` names a group of a mesh, and this case has no [mesh]")
+                .label("a group of what?")
+                .help("add `[mesh]` with for example `file = \"sensor.msh\"` and `unit = \"mm\"`"),
+        );
+    }
+}
+
+/// Refuses bodies of another form than `physical`.
+fn all_physical(raw: &Document, table: &Read<raw::MeshFile>, log: &mut Log<'_>) -> bool {
+    let forms = conductors(raw).iter().filter_map(|c| form_of_conductor(c.get()?));
+    let forms = forms.chain(dielectrics(raw).iter().filter_map(|d| form_of_dielectric(d.get()?)));
+    let others: Vec<Form<'_>> = forms.filter(|(key, _)| *key != "physical").collect();
+    for (key, span) in &others {
+        log.push(
+            Diagnostic::at(
+                span,
+                format!("`{key}` beside [mesh]: a mesh is the whole scene, no body can be added to it"),
+            )
+            .label("not a part of the mesh")
+            .related(&table.span, "the mesh")
+            .help(
+                "draw the body in Gmsh, name it with Physical Volume or Physical Surface and write \
+                     `physical = \"its name\"` here; or leave [mesh] out and give every body a shape",
+            ),
+        );
+    }
+    others.is_empty()
+}
+
+// `physical` first: a second form beside it is told elsewhere.
+fn form_of_conductor(body: &raw::Conductor) -> Option<Form<'_>> {
+    let raw::Conductor { r#box, sheet, sphere, shell, cylinder, extrusion, surface, physical, .. } = body;
+    span("physical", physical)
+        .or_else(|| span("box", r#box))
+        .or_else(|| span("sheet", sheet))
+        .or_else(|| span("sphere", sphere))
+        .or_else(|| span("shell", shell))
+        .or_else(|| span("cylinder", cylinder))
+        .or_else(|| span("extrusion", extrusion))
+        .or_else(|| span("surface", surface))
+}
+
+fn form_of_dielectric(body: &raw::Dielectric) -> Option<Form<'_>> {
+    let raw::Dielectric { r#box, slab, sphere, cylinder, extrusion, surface, physical, .. } = body;
+    span("physical", physical)
+        .or_else(|| span("box", r#box))
+        .or_else(|| span("slab", slab))
+        .or_else(|| span("sphere", sphere))
+        .or_else(|| span("cylinder", cylinder))
+        .or_else(|| span("extrusion", extrusion))
+        .or_else(|| span("surface", surface))
+}
+
+fn span<'a, T>(key: &'static str, read: &'a Option<Read<T>>) -> Option<Form<'a>> {
+    read.as_ref().map(|read| (key, &read.span))
+}
+
+fn read(table: &raw::MeshFile, origin: &Path, log: &mut Log<'_>) -> Option<VolumeMesh> {
+    let path = origin.parent().unwrap_or(Path::new("")).join(&table.file.get()?.0);
+    let placement = Placement { unit: table.unit.get()?.si, translate: [0.0; 3] };
+    match mesh_from_path(&path, placement) {
+        Ok((mesh, _)) => Some(mesh),
+        Err(error) => {
+            log.push(
+                Diagnostic::at(&table.file.span, format!("the mesh cannot be used: {}", error.problem))
+                    .label(format!("read from {}", shown_path(&path)))
+                    .help("a mesh is a .msh file of Gmsh, of version 4.1 or 2.2; its path is relative to the case file"),
+            );
+            None
+        }
+    }
+}
+
+fn conductor(
+    body: &raw::Conductor,
+    mesh: &VolumeMesh,
+    log: &mut Log<'_>,
+) -> Option<(ShapedConductor, Range<usize>)> {
+    let read = body.physical.as_ref()?;
+    let shape = group(read, 2, mesh, log)?;
+    let floating_charge = match &body.charge {
+        Some(read) => Some(read.get()?.si),
+        None => None,
+    };
+    Some((ShapedConductor { name: body.name.get()?.0.clone(), shape, floating_charge }, read.span.clone()))
+}
+
+fn dielectric(body: &raw::Dielectric, mesh: &VolumeMesh, log: &mut Log<'_>) -> Option<ShapedDielectric> {
+    let shape = group(body.physical.as_ref()?, 3, mesh, log)?;
+    let relative_permittivity = body.relative_permittivity.get()?.value;
+    Some(ShapedDielectric { name: body.name.get()?.0.clone(), shape, relative_permittivity })
+}
+
+/// The group of that name, of volumes, or of surfaces too if `least` is 2; it must be there and not empty.
+fn group(read: &Read<Text>, least: u8, mesh: &VolumeMesh, log: &mut Log<'_>) -> Option<Shape> {
+    let name = &read.get()?.0;
+    let wanted = if least == 2 { "of volumes or surfaces" } else { "of volumes" };
+    let usable = || mesh.groups.iter().filter(|g| g.dimension >= least).map(|g| g.name.as_str());
+    if usable().any(|known| known == name) {
+        if size(mesh, name, least) > 0 {
+            return Some(Shape::Physical(name.clone()));
+        }
+        log.push(
+            Diagnostic::at(
+                &read.span,
+                format!("the physical group \"{}\" of the mesh is empty", shown(name)),
+            )
+            .label(format!("no elements {wanted} in it"))
+            .help("mesh the geometry in three dimensions after its groups are named, and save it again"),
+        );
+        return None;
+    }
+    let mut known: Vec<_> =
+        usable().take(MOST_NAMES + 1).map(|name| format!("\"{}\"", shown(name))).collect();
+    if known.len() > MOST_NAMES {
+        known[MOST_NAMES] = "...".to_owned();
+    }
+    let known =
+        if known.is_empty() { "it has none".to_owned() } else { format!("it has {}", known.join(", ")) };
+    let help = if mesh.groups.iter().any(|g| g.name == *name) {
+        format!("\"{}\" is a group of surfaces, and a dielectric fills volumes; {known}", shown(name))
+    } else if let Some(near) = nearest(name, usable()) {
+        format!("write `physical = \"{}\"`; {known}", shown(near))
+    } else if usable().next().is_none() {
+        "name the bodies in Gmsh with Physical Volume or Physical Surface, and save the mesh again".to_owned()
+    } else {
+        known
+    };
+    log.push(
+        Diagnostic::at(&read.span, format!("the mesh has no physical group \"{}\" {wanted}", shown(name)))
+            .label("not a group of the mesh")
+            .help(help),
+    );
+    None
+}
+
+/// How many elements the groups of this name have.
+fn size(mesh: &VolumeMesh, name: &str, least: u8) -> usize {
+    let is = |group: u32| {
+        let group = (group as usize).checked_sub(1).and_then(|k| mesh.groups.get(k));
+        group.is_some_and(|g| g.name == name && g.dimension >= least)
+    };
+    mesh.tet_groups.iter().chain(&mesh.face_groups).filter(|&&g| is(g)).count()
+}
+
+fn check_one_each(placed: &[(ShapedConductor, Range<usize>)], log: &mut Log<'_>) {
+    for (k, (second, at)) in placed.iter().enumerate() {
+        if let Some((first, before)) = placed[..k].iter().find(|(first, _)| first.shape == second.shape) {
+            log.push(
+                Diagnostic::at(
+                    at,
+                    format!(
+                        "\"{}\" and \"{}\" are the same physical group",
+                        shown(&first.name),
+                        shown(&second.name)
+                    ),
+                )
+                .label("used again")
+                .related(before, "first used here")
+                .help("give each conductor a group of its own"),
+            );
+        }
+    }
+}
+
+/// Groups of volumes that no body names.
+fn unnamed(
+    mesh: &VolumeMesh,
+    placed: &[(ShapedConductor, Range<usize>)],
+    filled: &[ShapedDielectric],
+) -> Vec<String> {
+    let used = |name: &str| {
+        let shapes = placed.iter().map(|(c, _)| &c.shape).chain(filled.iter().map(|d| &d.shape));
+        shapes.into_iter().any(|shape| matches!(shape, Shape::Physical(n) if n == name))
+    };
+    let volumes = mesh.groups.iter().filter(|g| g.dimension == 3 && !used(&g.name));
+    volumes.map(|g| g.name.clone()).filter(|name| size(mesh, name, 3) > 0).collect()
+}

@@ -1,0 +1,53 @@
+//! What flat faces in place of curved surfaces may change, from a mesh that does not say which they are.
+
+use elastocap_linalg::vector::{cross, dot, length, normal};
+use std::collections::BTreeMap;
+
+use elastocap_geometry::meshing::tets::{FaceRole, TetMesh};
+
+/// Faces that meet at less than this, rad, are taken for parts of one curved surface; at more, for two sides of a body.
+const EDGE: f64 = 0.7;
+
+/// Angles up to this, rad, are those of flat surfaces in single precision.
+const FLAT: f64 = 1e-4;
+
+/// The mean distance of a sphere of radius r from a triangle with its corners on it and sides h is h^2 / (8 r), and the
+/// angle between two such triangles is h / (sqrt(3) r).
+const SHARE: f64 = 3.0 / 8.0;
+
+/// Estimate of the relative error of a capacitance that flat faces of a conductor in place of curved ones make, the largest
+/// among the conductors: the mean distance over the radius. Zero if all conductors are flat-faced. Where two curved
+/// conductors are near one another it is larger by the radius over the gap.
+pub(crate) fn curvature_error(mesh: &TetMesh) -> f64 {
+    let mut edges: BTreeMap<(u32, [u32; 2]), Vec<usize>> = BTreeMap::new();
+    let mut normals = Vec::with_capacity(mesh.boundary.len());
+    for (k, boundary) in mesh.boundary.iter().enumerate() {
+        let corners = boundary.face.map(|p| mesh.points[p as usize]);
+        normals.push(normal(corners));
+        let FaceRole::Conductor(conductor) = boundary.role else { continue };
+        let [a, b, c] = boundary.face;
+        for [p, q] in [[a, b], [b, c], [c, a]] {
+            edges.entry((conductor, [p.min(q), p.max(q)])).or_default().push(k);
+        }
+    }
+    // Per conductor the area of its faces, and the squares of their angles weighted by it: a third for each edge.
+    let mut sums: BTreeMap<u32, [f64; 2]> = BTreeMap::new();
+    for ((conductor, _), faces) in &edges {
+        let [area, squares] = sums.entry(*conductor).or_default();
+        let shares: Vec<f64> = faces.iter().map(|&k| length(normals[k]) / 3.0).collect();
+        *area += shares.iter().sum::<f64>();
+        if let [one, two] = faces[..] {
+            let angle = angle(normals[one], normals[two]);
+            if FLAT < angle && angle < EDGE {
+                *squares += shares.iter().sum::<f64>() * angle * angle;
+            }
+        }
+    }
+    let means = sums.values().map(|[area, squares]| if *area > 0.0 { squares / area } else { 0.0 });
+    SHARE * means.fold(0.0, f64::max)
+}
+
+/// Between two planes, rad, from 0 to pi/2: the normals' orders of corners say nothing.
+fn angle(u: [f64; 3], v: [f64; 3]) -> f64 {
+    length(cross(u, v)).atan2(dot(u, v).abs())
+}

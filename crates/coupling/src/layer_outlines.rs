@@ -1,0 +1,397 @@
+//! The scene around a layer for the solver for any shape: bent electrodes, or bodies beside them that are no boxes.
+//!
+//! Finite elements of the layer in plane strain know the shape of every electrode and of the surface. The field solver takes
+//! them as polygons in the plane of x1 and x2, pulled along x3, near enough to the curves that the capacitance does not see the difference.
+
+use elastocap_geometry::export::gltf::BodyRole;
+use elastocap_geometry::export::surfaces::{SurfaceBody, prism};
+use elastocap_geometry::scene::{Box3, Wall};
+use elastocap_geometry::shapes::{Shape, ShapeScene};
+
+use crate::deform::{Curve, DeformedCurves, simplified};
+use crate::scene_of::DeformedScene;
+use elastocap_case::ShapedBodies;
+
+/// What part of the tolerance the polygons may take.
+const SHARE: f64 = 0.2;
+
+/// Loops of the surface larger than this share of the scene's height are not cut out but refused.
+const LOOP: f64 = 0.02;
+
+/// A scene around a layer for the solver for any shape.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct LayerScene {
+    pub(crate) scene: ShapeScene,
+    /// What each of its dielectrics is.
+    pub(crate) roles: Vec<BodyRole>,
+    /// The relative error that its flat faces add to a capacitance: an estimate.
+    pub(crate) facets: f64,
+}
+
+impl LayerScene {
+    /// The scene with its bodies as boxes.
+    pub(crate) fn of_boxes(deformed: &DeformedScene) -> Self {
+        Self { scene: ShapeScene::from(&deformed.scene), roles: deformed.roles.clone(), facets: 0.0 }
+    }
+
+    /// The scene with more bodies in it, that come after all others.
+    pub(crate) fn with(mut self, bodies: &ShapedBodies) -> Self {
+        self.scene.conductors.extend(bodies.conductors.iter().cloned());
+        self.scene.dielectrics.extend(bodies.dielectrics.iter().cloned());
+        self.roles.extend(bodies.dielectrics.iter().map(|_| BodyRole::Dielectric));
+        self
+    }
+
+    /// Its bodies for a viewer, cut off at the `window`; without the cover, which is everywhere else.
+    /// Surfaces of curved bodies are those of the mesh, `meshed`, by their names.
+    pub(crate) fn surfaces(&self, window: &Box3, meshed: &[SurfaceBody]) -> Vec<SurfaceBody> {
+        let conductors = self.scene.conductors.iter().map(|c| (&c.name, BodyRole::Conductor, &c.shape));
+        let dielectrics =
+            self.scene.dielectrics.iter().zip(&self.roles).map(|(d, r)| (&d.name, *r, &d.shape));
+        let shown = conductors.chain(dielectrics).filter(|(_, role, _)| *role != BodyRole::Cover);
+        let body = |(name, role, shape): (&String, BodyRole, &Shape)| {
+            let triangles = match shape {
+                Shape::Extrusion { axis, from, to, outline } => prism(*axis, [*from, *to], outline),
+                Shape::Box(region) => {
+                    let at = |a: usize| [region.min[a].max(window.min[a]), region.max[a].min(window.max[a])];
+                    let ([x0, x1], [y0, y1]) = (at(0), at(1));
+                    prism(2, at(2), &[[x0, y0], [x1, y0], [x1, y1], [x0, y1]])
+                }
+                _ => meshed.iter().find(|m| m.name == *name).map(|m| m.triangles.clone()).unwrap_or_default(),
+            };
+            SurfaceBody { name: name.clone(), role, triangles }
+        };
+        shown.map(body).collect()
+    }
+}
+
+/// `deformed` with its pair, and its layer where the surface is known to where walls end it, in the shape of `curves`.
+///
+/// # Errors
+/// A surface that crosses itself.
+pub(crate) fn bent_scene(
+    deformed: &DeformedScene,
+    curves: &DeformedCurves,
+    tolerance: f64,
+) -> Result<LayerScene, String> {
+    let mut scene = ShapeScene::from(&deformed.scene);
+    let mut roles = deformed.roles.clone();
+    let regions = || deformed.scene.conductors.iter().map(|c| &c.region).take(2);
+    let gap = deformed.pair.map_or(f64::INFINITY, |pair| pair.gap);
+    let smallest = regions().map(|r| r.extent(0).min(r.extent(1))).fold(gap, f64::min);
+    let within = SHARE * tolerance * smallest;
+    let outlines = outlines(curves, within);
+    let ends: Vec<[f64; 2]> = regions().map(|r| [r.min[2], r.max[2]]).collect();
+    for ((conductor, outline), [from, to]) in scene.conductors.iter_mut().zip(outlines).zip(ends) {
+        conductor.shape = Shape::Extrusion { axis: 2, from, to, outline };
+    }
+    if surface_is_followed(deformed) {
+        let domain = deformed.scene.domain;
+        let height = domain.max[1] - domain.min[1];
+        let surface = without_loops(&curves.surface, LOOP * height).map_err(|[x1, x2]| {
+            format!(
+                "the surface of the layer crosses itself at x1 = {x1:.2e} m, x2 = {x2:.2e} m: its finite elements are too \
+                 coarse there, and there is no field for it"
+            )
+        })?;
+        let surface = simplified(&surface, SHARE * tolerance * height);
+        let surface = if curves.half { both_halves(&surface) } else { surface };
+        let outline = under(&surface, &domain);
+        if outline.len() > 2 {
+            // The cover fills what the layer leaves, down to the substrate, and the case's own bodies stay in all of them.
+            let rank = |role: &BodyRole| match role {
+                BodyRole::Cover => 0,
+                BodyRole::Substrate => 1,
+                BodyRole::Layer => 2,
+                _ => 3,
+            };
+            let mut bodies: Vec<_> = roles.into_iter().zip(scene.dielectrics).collect();
+            bodies.sort_by_key(|(role, _)| rank(role));
+            for (role, body) in &mut bodies {
+                match (role, &mut body.shape) {
+                    (BodyRole::Cover, Shape::Box(region)) => region.min[1] = f64::NEG_INFINITY,
+                    (BodyRole::Layer, shape) => {
+                        let (from, to) = (domain.min[2], domain.max[2]);
+                        *shape = Shape::Extrusion { axis: 2, from, to, outline: outline.clone() };
+                    }
+                    _ => {}
+                }
+            }
+            (roles, scene.dielectrics) = bodies.into_iter().unzip();
+        }
+    }
+    Ok(LayerScene { scene, roles, facets: within / smallest })
+}
+
+/// Whether the scene can have the bulging surface: there is a medium above it, and walls end it at the sides.
+fn surface_is_followed(deformed: &DeformedScene) -> bool {
+    let scene = &deformed.scene;
+    let ended = [0, 2].iter().all(|&a| scene.walls[a].iter().all(|wall| *wall != Wall::Open));
+    ended && deformed.roles.contains(&BodyRole::Cover)
+}
+
+/// Whether the surface is a plane.
+pub(crate) fn is_flat(curves: &DeformedCurves) -> bool {
+    let heights = || curves.surface.iter().map(|p| p[1]);
+    let (low, high) = (heights().fold(f64::INFINITY, f64::min), heights().fold(f64::NEG_INFINITY, f64::max));
+    high - low <= 1e-9 * high.abs()
+}
+
+/// Outlines of the pair, in the order of its conductors.
+fn outlines(curves: &DeformedCurves, within: f64) -> Vec<Curve> {
+    let along = |faces: &[Curve]| {
+        let mut path: Curve = Vec::new();
+        for face in faces {
+            let few = simplified(face, within);
+            path.extend(&few[usize::from(!path.is_empty()).min(few.len())..]);
+        }
+        path
+    };
+    let closed = |faces: &[Curve]| {
+        let mut outline = along(faces);
+        outline.pop();
+        outline
+    };
+    let own = curves.electrodes.iter();
+    if !curves.half {
+        return own.map(|faces| closed(faces)).collect();
+    }
+    match curves.electrodes.as_slice() {
+        [right] => {
+            let right = closed(right);
+            vec![mirrored(&right), right]
+        }
+        // The left face is the axis.
+        _ => own.map(|faces| both_halves(&along(&faces[..3]))).collect(),
+    }
+}
+
+fn mirrored(curve: &[[f64; 2]]) -> Curve {
+    curve.iter().rev().map(|p| [-p[0], p[1]]).collect()
+}
+
+/// A curve on the right of the axis together with its mirror image, as one. It begins on the axis, and may end there.
+fn both_halves(curve: &[[f64; 2]]) -> Curve {
+    let size = curve.iter().map(|p| p[0]).fold(0.0, f64::max);
+    let on_axis = |p: &[f64; 2]| p[0].abs() <= 1e-9 * size;
+    let mut whole = mirrored(curve);
+    whole.retain(|p| !on_axis(p));
+    whole.extend(curve.iter().map(|p| if on_axis(p) { [0.0, p[1]] } else { *p }));
+    whole
+}
+
+/// The curve without the loops that it makes where finite elements press the surface into itself, which nothing hinders: as the
+/// one beside the edge of a sharp punch.
+///
+/// # Errors
+/// The place of a loop larger than `most`, m: that is no crease but a tangle.
+fn without_loops(curve: &[[f64; 2]], most: f64) -> Result<Curve, [f64; 2]> {
+    let mut kept = Curve::new();
+    let mut rest = curve;
+    while let Some((from, after)) = rest.split_first() {
+        kept.push(*from);
+        let Some(to) = after.first() else { break };
+        let last = after.windows(2).enumerate().skip(1).rev();
+        let met = last.into_iter().find_map(|(k, w)| Some((k, crossing([*from, *to], [w[0], w[1]])?)));
+        rest = match met {
+            // On from where the curve comes back.
+            Some((k, at)) => {
+                let far = after[..=k].iter().map(|p| (p[0] - at[0]).hypot(p[1] - at[1])).fold(0.0, f64::max);
+                if far > most {
+                    return Err(at);
+                }
+                kept.push(at);
+                &after[k + 1..]
+            }
+            None => after,
+        };
+    }
+    Ok(kept)
+}
+
+/// Where two segments cross.
+fn crossing([a, b]: [[f64; 2]; 2], [c, d]: [[f64; 2]; 2]) -> Option<[f64; 2]> {
+    let turn =
+        |p: [f64; 2], q: [f64; 2], r: [f64; 2]| (q[0] - p[0]) * (r[1] - p[1]) - (q[1] - p[1]) * (r[0] - p[0]);
+    let (of_c, of_d) = (turn(a, b, c), turn(a, b, d));
+    let apart = (of_c > 0.0) == (of_d > 0.0) || (turn(c, d, a) > 0.0) == (turn(c, d, b) > 0.0);
+    let s = of_c / (of_c - of_d);
+    (!apart && s.is_finite()).then(|| [0, 1].map(|k| c[k] + s * (d[k] - c[k])))
+}
+
+/// The region below a curve that runs to the right and above the bottom of the layer, x2 = 0, within the domain; beyond its ends
+/// the curve goes on at their height.
+fn under(curve: &[[f64; 2]], domain: &Box3) -> Curve {
+    let (Some(first), Some(last)) = (curve.first(), curve.last()) else { return Curve::new() };
+    let left = domain.min[0].min(first[0]);
+    let right = domain.max[0].max(last[0]);
+    let mut outline = vec![[left, 0.0], [right, 0.0], [right, last[1]]];
+    outline.extend(curve.iter().rev());
+    outline.push([left, first[1]]);
+    outline.dedup();
+    for (axis, at, above) in
+        [(0, domain.min[0], true), (0, domain.max[0], false), (1, 0.0, true), (1, domain.max[1], false)]
+    {
+        outline = cut(&outline, axis, at, above);
+    }
+    outline
+}
+
+/// The part of a polygon on one side of a line (Sutherland and Hodgman, Comm. ACM 17, 1974).
+fn cut(polygon: &[[f64; 2]], axis: usize, at: f64, above: bool) -> Curve {
+    let inside = |p: &[f64; 2]| if above { p[axis] >= at } else { p[axis] <= at };
+    let mut part = Curve::new();
+    for (k, p) in polygon.iter().enumerate() {
+        let q = &polygon[(k + 1) % polygon.len()];
+        if inside(p) {
+            part.push(*p);
+        }
+        if inside(p) != inside(q) {
+            let s = (at - p[axis]) / (q[axis] - p[axis]);
+            let mut crossing = [0, 1].map(|a| p[a] + s * (q[a] - p[a]));
+            crossing[axis] = at;
+            part.push(crossing);
+        }
+    }
+    part
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene_of::DeformedPair;
+    use elastocap_geometry::scene::{BoxScene, Conductor, Dielectric};
+
+    fn line(from: [f64; 2], to: [f64; 2]) -> Curve {
+        let at = |k: u32| [0, 1].map(|a| from[a] + f64::from(k) / 8.0 * (to[a] - from[a]));
+        (0..=8).map(at).collect()
+    }
+
+    fn faces([x0, x1]: [f64; 2], [y0, y1]: [f64; 2]) -> [Curve; 4] {
+        let corners = [[x0, y0], [x1, y0], [x1, y1], [x0, y1]];
+        [0, 1, 2, 3].map(|k| line(corners[k], corners[(k + 1) % 4]))
+    }
+
+    fn area(outline: &[[f64; 2]]) -> f64 {
+        let next = outline.iter().cycle().skip(1);
+        0.5 * outline.iter().zip(next).map(|(p, q)| p[0] * q[1] - p[1] * q[0]).sum::<f64>()
+    }
+
+    fn slab(low: f64, high: f64) -> Box3 {
+        Box3 { min: [f64::NEG_INFINITY, low, f64::NEG_INFINITY], max: [f64::INFINITY, high, f64::INFINITY] }
+    }
+
+    /// A pair in a layer of height 2 on a substrate, under a cover up to 4.
+    fn deformed() -> DeformedScene {
+        let plate = |name: &str, x: [f64; 2]| Conductor {
+            name: name.into(),
+            region: Box3 { min: [x[0], 1.0, -1.0], max: [x[1], 1.5, 1.0] },
+            floating_charge: None,
+        };
+        let body = |name: &str, region, relative_permittivity| Dielectric {
+            name: name.into(),
+            region,
+            relative_permittivity,
+        };
+        DeformedScene {
+            scene: BoxScene {
+                conductors: vec![plate("left", [-3.0, -1.0]), plate("right", [1.0, 3.0])],
+                dielectrics: vec![
+                    body("layer", slab(0.0, 2.0), 3.0),
+                    body("substrate", slab(f64::NEG_INFINITY, 0.0), 4.0),
+                    body("cover", slab(2.0, f64::INFINITY), 1.0),
+                ],
+                background_permittivity: 1.0,
+                domain: Box3 { min: [-5.0, -1.0, -2.0], max: [5.0, 4.0, 2.0] },
+                walls: [[Wall::Insulated; 2]; 3],
+            },
+            roles: vec![BodyRole::Layer, BodyRole::Substrate, BodyRole::Cover],
+            pair: Some(DeformedPair { gap: 2.0, height: 1.25, thickness: 0.5, parallel_plate: 1.0 }),
+            bent: None,
+        }
+    }
+
+    fn outline(shape: &Shape) -> &[[f64; 2]] {
+        let Shape::Extrusion { axis: 2, outline, .. } = shape else { panic!("{shape:?}") };
+        outline
+    }
+
+    #[test]
+    fn straight_faces_give_rectangles_and_their_mirror_images() {
+        let curves = DeformedCurves {
+            electrodes: vec![faces([1.0, 3.0], [1.0, 1.5])],
+            surface: line([0.0, 2.0], [4.0, 2.0]),
+            half: true,
+        };
+        let LayerScene { scene, facets, .. } = bent_scene(&deformed(), &curves, 1e-3).unwrap();
+        assert!(facets > 0.0 && facets < 1e-3);
+        let right = outline(&scene.conductors[1].shape);
+        assert_eq!(right, [[1.0, 1.0], [3.0, 1.0], [3.0, 1.5], [1.0, 1.5]]);
+        let left = outline(&scene.conductors[0].shape);
+        assert!(left.iter().all(|p| right.contains(&[-p[0], p[1]])) && (area(left) - 1.0).abs() < 1e-12);
+        // Beyond its end the layer goes on as high as it ends.
+        let layer = scene.dielectrics.iter().find(|d| d.name == "layer").unwrap();
+        assert!((area(outline(&layer.shape)) - 20.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn a_plate_on_the_axis_becomes_whole() {
+        let curves = DeformedCurves {
+            electrodes: vec![faces([0.0, 2.0], [0.5, 1.0]), faces([0.0, 1.0], [1.2, 1.5])],
+            surface: Curve::new(),
+            half: true,
+        };
+        let found = outlines(&curves, 1e-6);
+        assert!((area(&found[0]) - 2.0).abs() < 1e-12 && (area(&found[1]) - 0.6).abs() < 1e-12);
+        let doubled = found.iter().flat_map(|o| o.iter().zip(o.iter().cycle().skip(1))).any(|(p, q)| p == q);
+        assert!(!doubled, "{found:?}");
+    }
+
+    #[test]
+    fn the_cover_fills_what_the_layer_leaves_and_not_the_substrate() {
+        let mut surface = line([0.0, 1.8], [2.0, 1.8]);
+        surface.extend(&line([2.0, 1.8], [3.0, 2.4])[1..]);
+        surface.extend(&line([3.0, 2.4], [6.0, 2.0])[1..]);
+        let curves = DeformedCurves { electrodes: vec![faces([1.0, 3.0], [1.0, 1.5])], surface, half: true };
+        let LayerScene { scene, .. } = bent_scene(&deformed(), &curves, 1e-3).unwrap();
+        let names: Vec<&str> = scene.dielectrics.iter().map(|d| d.name.as_str()).collect();
+        assert_eq!(names, ["cover", "substrate", "layer"]);
+        let Shape::Box(cover) = &scene.dielectrics[0].shape else { panic!("the cover is a box") };
+        assert_eq!(cover.min[1], f64::NEG_INFINITY);
+        // Up to the walls at 5, where the surface is at 2.4 - 0.4 * 2 / 3.
+        let at_wall = 2.4 - 0.8 / 3.0;
+        let half = 1.8 * 2.0 + 0.5 * (1.8 + 2.4) + 0.5 * (2.4 + at_wall) * 2.0;
+        assert!((area(outline(&scene.dielectrics[2].shape)) - 2.0 * half).abs() < 1e-9);
+        // With open sides there is no end to pull the surface to.
+        let mut open = deformed();
+        open.scene.walls[0] = [Wall::Open; 2];
+        let names: Vec<_> =
+            bent_scene(&open, &curves, 1e-3).unwrap().scene.dielectrics.into_iter().map(|d| d.name).collect();
+        assert_eq!(names, ["layer", "substrate", "cover"]);
+    }
+
+    #[test]
+    fn a_surface_that_crosses_itself_is_refused_with_the_place() {
+        let mut surface = vec![[0.0, 2.0], [1.2, 2.0], [0.9, 1.0], [1.1, 1.0], [0.8, 2.1], [4.0, 2.0]];
+        let found = without_loops(&surface, 0.5).unwrap_err();
+        assert!((found[1] - 2.0).abs() < 1e-12 && (0.8..0.9).contains(&found[0]), "{found:?}");
+        // A small one is cut where it closes.
+        let found = without_loops(&surface, 2.0).unwrap();
+        assert_eq!((found.len(), found[0], found[2], found[3]), (4, [0.0, 2.0], [0.8, 2.1], [4.0, 2.0]));
+        let electrodes = vec![faces([1.0, 3.0], [1.0, 1.5])];
+        let curves = DeformedCurves { electrodes, surface: surface.clone(), half: true };
+        let error = bent_scene(&deformed(), &curves, 1e-3).unwrap_err();
+        assert!(error.contains("crosses itself at x1 = 8.2"), "{error}");
+        surface[4] = [1.19, 1.9];
+        assert_eq!(without_loops(&surface, 0.0), Ok(surface));
+    }
+
+    #[test]
+    fn a_surface_that_hangs_over_is_cut_where_the_walls_are() {
+        let hanging = vec![[-2.0, 1.0], [1.0, 1.0], [0.8, 1.5], [1.5, 2.0], [2.0, 2.0]];
+        let domain = Box3 { min: [-1.0, 0.0, 0.0], max: [1.2, 3.0, 1.0] };
+        let outline = under(&hanging, &domain);
+        assert!(outline.iter().all(|p| (-1.0..=1.2).contains(&p[0]) && (0.0..=3.0).contains(&p[1])));
+        assert!(outline.contains(&[0.8, 1.5]));
+    }
+}

@@ -1,0 +1,234 @@
+//! The result of a run: one row per load step, and what stands behind it.
+
+use elastocap_geometry::export::surfaces::SurfaceBody;
+use std::fmt;
+
+use elastocap_electrostatics::{Bounded, PhaseSeconds, ResolutionLevel};
+use serde::{Serialize, Serializer};
+
+use crate::deform::{FiniteElementStep, MeshReport};
+use crate::plan::{Kind, Plan, StepLoad};
+use crate::scene_of::DeformedScene;
+
+/// Everything that a run found.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Outcome {
+    /// What was to be solved.
+    pub plan: Plan,
+    /// What could not be written while steps were solved; the numbers are not touched by it.
+    pub warnings: Vec<String>,
+    /// The steps of the plan, in its order.
+    pub steps: Vec<StepResult>,
+    /// Names of the driven conductors, in the order of the Maxwell matrices.
+    pub conductors: Vec<String>,
+    /// The meshes of the layer's finite elements, coarse to fine; empty without them.
+    pub layer_meshes: Vec<MeshReport>,
+    /// Wall-clock seconds of the layer's finite elements, all steps together.
+    pub layer_seconds: f64,
+    /// Whether the run was stopped on request before all steps were done.
+    pub stopped: bool,
+    /// Wall-clock seconds of all steps together.
+    pub solve_seconds: f64,
+    /// Threads that worked on it.
+    pub threads: usize,
+}
+
+impl Outcome {
+    /// Whether every step was solved to its tolerance.
+    pub fn is_complete(&self) -> bool {
+        self.steps.iter().all(|step| step.row.status == Status::Ok)
+    }
+
+    /// Whether the result is a curve: there is a load, or a pair of electrodes.
+    pub fn has_curve(&self) -> bool {
+        self.plan.kind != Kind::Capacitance || self.steps.iter().any(|s| s.row.gap_m.is_some())
+    }
+}
+
+/// One load step.
+#[derive(Debug, Clone, PartialEq)]
+pub struct StepResult {
+    /// Position in the plan.
+    pub index: usize,
+    /// What presses.
+    pub load: StepLoad,
+    /// The earlier step that this result is taken from.
+    pub same_as: Option<usize>,
+    /// The line of curve.csv.
+    pub row: Row,
+    /// Why the step failed, missed its tolerance or has no force.
+    pub reason: Option<String>,
+    /// What the user should know about it.
+    pub warnings: Vec<String>,
+    /// How the finite elements of the layer went, if it has any.
+    pub layer: Option<FiniteElementStep>,
+    /// The bodies as deformed, where they are boxes.
+    pub scene: Option<DeformedScene>,
+    /// The surfaces of bodies of any shape.
+    pub surfaces: Vec<SurfaceBody>,
+    /// Maxwell capacitance matrix, F, in the order of the scene's driven conductors.
+    pub maxwell: Option<Vec<Vec<Bounded>>>,
+    /// Potentials of the floating conductors.
+    pub floating: Vec<FloatingConductor>,
+    /// Charge over voltage, F; what the two terminals are is said in [`Row::two_terminal_capacitance_f`].
+    pub two_terminal: Option<Bounded>,
+    /// How the field was solved.
+    pub solver: Option<SolverReport>,
+    /// Where the time went.
+    pub seconds: StepSeconds,
+}
+
+/// A floating conductor and its potential: that per volt on each driven one times its potential, all added up, and the part
+/// from the charges.
+#[derive(Debug, Clone, PartialEq)]
+pub struct FloatingConductor {
+    /// Its name.
+    pub name: String,
+    /// Its charge, C.
+    pub charge: f64,
+    /// Its potential with 1 V on one driven conductor, 0 V on the others and no charge on any floating one, for each driven
+    /// one in the order of [`Outcome::conductors`], V/V.
+    pub per_volt: Vec<Bounded>,
+    /// Its potential with the charges of the case on the floating conductors and 0 V on all driven ones, V.
+    pub from_charges: Bounded,
+}
+
+/// The columns of curve.csv, in their order. All in SI units; what a case does not have is empty.
+#[derive(Debug, Clone, Default, PartialEq, Serialize)]
+pub struct Row {
+    /// U/H.
+    pub compression: Option<f64>,
+    /// Compressive, N; `None` in the closed form beyond the compression at which eq. (50) has its largest force.
+    pub force_n: Option<f64>,
+    /// U, m.
+    pub top_displacement_m: Option<f64>,
+    /// Between the facing surfaces of the electrodes, m.
+    pub gap_m: Option<f64>,
+    /// Mid-plane of an in-plane pair, middle of the gap of a stacked one, above the substrate, m.
+    pub electrode_height_m: Option<f64>,
+    /// m; the mean of the two of a stacked pair.
+    pub electrode_thickness_m: Option<f64>,
+    /// Of the pair (others at potential zero), of the only two conductors, or of the only one against ground, F.
+    pub two_terminal_capacitance_f: Option<f64>,
+    /// F.
+    pub capacitance_lower_f: Option<f64>,
+    /// F.
+    pub capacitance_upper_f: Option<f64>,
+    /// Of the capacitance: half the spread of the bounds over the value, or the estimate. Without conductors that of the
+    /// force, where finite elements give one.
+    pub relative_error_estimate: Option<f64>,
+    /// F.
+    pub parallel_plate_f: Option<f64>,
+    /// Capacitance over that of parallel plates.
+    pub fringe_ratio: Option<f64>,
+    /// Of the largest problem solved, primal plus dual.
+    pub unknowns: Option<usize>,
+    /// How it went.
+    pub status: Status,
+}
+
+impl Row {
+    /// Names of the columns.
+    pub const COLUMNS: [&'static str; 14] = [
+        "compression",
+        "force_n",
+        "top_displacement_m",
+        "gap_m",
+        "electrode_height_m",
+        "electrode_thickness_m",
+        "two_terminal_capacitance_f",
+        "capacitance_lower_f",
+        "capacitance_upper_f",
+        "relative_error_estimate",
+        "parallel_plate_f",
+        "fringe_ratio",
+        "unknowns",
+        "status",
+    ];
+
+    /// The numbers of the columns before `unknowns`, in their order.
+    pub fn numbers(&self) -> [Option<f64>; 12] {
+        [
+            self.compression,
+            self.force_n,
+            self.top_displacement_m,
+            self.gap_m,
+            self.electrode_height_m,
+            self.electrode_thickness_m,
+            self.two_terminal_capacitance_f,
+            self.capacitance_lower_f,
+            self.capacitance_upper_f,
+            self.relative_error_estimate,
+            self.parallel_plate_f,
+            self.fringe_ratio,
+        ]
+    }
+
+    pub(crate) fn set_capacitance(&mut self, capacitance: &Bounded) {
+        self.two_terminal_capacitance_f = Some(capacitance.value);
+        self.capacitance_lower_f = Some(capacitance.lower);
+        self.capacitance_upper_f = Some(capacitance.upper);
+        self.relative_error_estimate = Some(capacitance.relative_error());
+        self.fringe_ratio = self.parallel_plate_f.map(|plates| capacitance.value / plates);
+    }
+}
+
+/// How a step went.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub enum Status {
+    /// Solved to its tolerance.
+    Ok,
+    /// Solved; the error is the one given, larger than asked for.
+    ToleranceNotReached,
+    /// Deformed and solved, but compressed beyond where eq. (50) has a force: the row has none.
+    BeyondForceLimit,
+    /// Not solved, for this reason; what was known before it failed is kept.
+    Failed(String),
+    /// The run was stopped before it.
+    #[default]
+    NotRun,
+}
+
+impl fmt::Display for Status {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Ok => f.write_str("ok"),
+            Self::ToleranceNotReached => f.write_str("tolerance not reached"),
+            Self::BeyondForceLimit => f.write_str("no force: beyond the limit of eq. (50)"),
+            Self::Failed(reason) => write!(f, "failed: {reason}"),
+            Self::NotRun => f.write_str("not run"),
+        }
+    }
+}
+
+impl Serialize for Status {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.collect_str(self)
+    }
+}
+
+/// How a field was solved.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct SolverReport {
+    /// Iterations of all solves on the final grid.
+    pub iterations: usize,
+    /// Grids solved on, the final one included.
+    pub grids: usize,
+    /// Largest order and number of layers of the final grid.
+    pub resolution: ResolutionLevel,
+    /// Mirror planes used, by axis.
+    pub mirrored: [bool; 3],
+    /// Share of the lower bound that the repair of the divergence took.
+    pub repair_share: f64,
+}
+
+/// Wall-clock seconds of one step.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize)]
+pub struct StepSeconds {
+    /// Layer and electrodes.
+    pub mechanics: f64,
+    /// The field, by phase.
+    pub electrostatics: PhaseSeconds,
+    /// All of it.
+    pub total: f64,
+}

@@ -1,0 +1,471 @@
+//! A scene of bodies of any shape: meshed, solved, and what flat faces leave out said.
+
+use elastocap_electrostatics::tets::adaptive::{General, Shapes, forecast_mesh, solve_mesh};
+use elastocap_electrostatics::{Forecast, Settings, SolveError};
+use elastocap_geometry::export::body::{BodyMesh, Element, NamedArray};
+use elastocap_geometry::export::gltf::BodyRole;
+use elastocap_geometry::export::surfaces::{SurfaceBody, surfaces};
+use elastocap_geometry::meshing::tets::{FaceRole, LayeredSizing, MeshError, Sizing, TetMesh, layered, mesh};
+use elastocap_geometry::mirror;
+use elastocap_geometry::scene::Box3;
+use elastocap_geometry::shapes::{Shape, ShapeScene};
+use elastocap_linalg::vector::{cross, dot, length, minus};
+
+use crate::step::Stop;
+use elastocap_case::ImportedMesh;
+
+/// The relative error of a capacitance, over the square of the faces' size over the radius: of balls and cylinders with
+/// faces that keep their volume, from the mean distance of a face to the surface.
+const FACETS: f64 = 0.05;
+
+/// What part of the tolerance flat faces may take.
+const SHARE: f64 = 0.2;
+
+/// Sizes of faces over the radius of curved bodies: no larger, no smaller.
+const FACE_SIZES: [f64; 2] = [0.02, 0.3];
+
+/// From which [`flatness`] on a scene in layers is meshed in layers, which needs no small triangles for thin gaps.
+const FLAT: f64 = 12_000.0;
+
+/// From how many [`strips`] on a scene in layers is meshed in layers, whose triangles may be longer than they are wide.
+const STRIPS: f64 = 300.0;
+
+/// Meshes to try where the solver does not get through.
+const AGAIN: usize = 3;
+
+/// Sizes of faces to try.
+const TRIES: usize = 4;
+
+/// Where surfaces were not met by then other sizes are tried; with more points that would take too long.
+const FEW_POINTS: usize = 100_000;
+
+/// A scene solved.
+pub(crate) struct Solved {
+    /// Its mesh is of the part above the planes.
+    pub(crate) general: General,
+    /// Per axis the plane about which the scene is its own mirror image, m, if only one half was solved.
+    pub(crate) planes: [Option<f64>; 3],
+    /// The surfaces of the bodies, whole, for a viewer.
+    pub(crate) surfaces: Vec<SurfaceBody>,
+    /// Estimate of the relative error that flat faces in place of curved ones add; zero where all bodies are flat-faced.
+    pub(crate) facets: f64,
+}
+
+/// Order of the potentials where none is asked for: P2 is the best there is at edges, where higher ones cost more than they give.
+pub(crate) fn order(settings: &Settings) -> usize {
+    settings.resolution.map_or(2, |asked| asked.order)
+}
+
+/// Meshes, unless there is a mesh, and solves.
+pub(crate) fn solve_shapes(
+    scene: &ShapeScene,
+    imported: Option<&ImportedMesh>,
+    settings: &Settings,
+) -> Result<Solved, Stop> {
+    let mut size = 1.0;
+    let mut tries = AGAIN;
+    loop {
+        tries -= 1;
+        // Where bodies cross at shallow angles, other faces may give rounder tetrahedra.
+        match solve_at(scene, imported, settings, size) {
+            Err(Unsolved::Solver(_)) if tries > 0 && imported.is_none() => size *= 0.8,
+            Err(Unsolved::Solver(reason)) => return Err(Stop::Failed(reason)),
+            Err(Unsolved::Stop(stop)) => return Err(stop),
+            Ok(solved) => return Ok(solved),
+        }
+    }
+}
+
+/// Why there is no solution.
+enum Unsolved {
+    /// The solver did not get through on this mesh.
+    Solver(String),
+    /// Another mesh would not help.
+    Stop(Stop),
+}
+
+/// With faces smaller by a factor.
+fn solve_at(
+    scene: &ShapeScene,
+    imported: Option<&ImportedMesh>,
+    settings: &Settings,
+    smaller: f64,
+) -> Result<Solved, Unsolved> {
+    let failed = |reason| Unsolved::Stop(Stop::Failed(reason));
+    let First { mesh, planes, size, gap } = first(scene, imported, settings, smaller).map_err(failed)?;
+    for (index, conductor) in scene.conductors.iter().enumerate() {
+        if !mesh.boundary.iter().any(|f| f.role == FaceRole::Conductor(index as u32)) {
+            return Err(failed(format!(
+                "the conductor `{}` has no surface in the space that is solved: it lies in another conductor or outside \
+                 the walls",
+                conductor.name
+            )));
+        }
+    }
+    // Before it is refined, which moves no surface but cuts its triangles.
+    let surfaces = surfaces_of(scene, &mesh, planes);
+    let permittivity = permittivities(scene);
+    let charges = charges(scene);
+    let shapes = shapes(&permittivity, &charges, settings, planes);
+    let general = solve_mesh(mesh, shapes, settings).map_err(|error| match error {
+        SolveError::Cancelled => Unsolved::Stop(Stop::Cancelled),
+        error => Unsolved::Solver(error.to_string()),
+    })?;
+    let curved = scene.conductors.iter().map(|c| &c.shape).chain(scene.dielectrics.iter().map(|d| &d.shape));
+    let curved = curved
+        .into_iter()
+        .any(|shape| matches!(shape, Shape::Sphere { .. } | Shape::Shell { .. } | Shape::Cylinder { .. }));
+    let facets = FACETS * size * size + (size * size / (8.0 * gap)).powi(2);
+    Ok(Solved { general, planes, surfaces, facets: if curved { facets } else { 0.0 } })
+}
+
+/// What solving the scene will take: it is meshed, and solved on a small mesh. An estimate.
+///
+/// # Errors
+/// Why the scene cannot be meshed or solved.
+pub(crate) fn foretell(
+    scene: &ShapeScene,
+    imported: Option<&ImportedMesh>,
+    settings: &Settings,
+) -> Result<Forecast, String> {
+    let First { mesh, planes, .. } = first(scene, imported, settings, 1.0)?;
+    let permittivity = permittivities(scene);
+    let charges = charges(scene);
+    let shapes = shapes(&permittivity, &charges, settings, planes);
+    forecast_mesh(mesh, shapes, settings).map_err(|error| error.to_string())
+}
+
+/// A mesh to start from.
+struct First {
+    mesh: TetMesh,
+    /// The planes that it keeps to.
+    planes: [Option<f64>; 3],
+    /// Size of faces over the radius on curved bodies.
+    size: f64,
+    /// See [`ball_gap`].
+    gap: f64,
+}
+
+fn first(
+    scene: &ShapeScene,
+    imported: Option<&ImportedMesh>,
+    settings: &Settings,
+    smaller: f64,
+) -> Result<First, String> {
+    // Between balls that are near one another faces must be flat against the gap too.
+    let gap = ball_gap(scene)?;
+    let size = (SHARE * settings.relative_tolerance / FACETS)
+        .sqrt()
+        .min((8.0 * settings.relative_tolerance * gap).sqrt());
+    let size = smaller * size.clamp(FACE_SIZES[0], FACE_SIZES[1]);
+    let (mesh, planes) = match imported {
+        Some(imported) => (imported.tets.clone(), [None; 3]),
+        None => {
+            let planes = if settings.symmetry { mirror::planes(scene) } else { [None; 3] };
+            mesh_of(scene, size, settings.relative_tolerance, planes)?
+        }
+    };
+    Ok(First { mesh, planes, size, gap })
+}
+
+fn charges(scene: &ShapeScene) -> Vec<Option<f64>> {
+    scene.conductors.iter().map(|c| c.floating_charge).collect()
+}
+
+fn shapes<'a>(
+    permittivity: &'a [f64],
+    floating_charges: &'a [Option<f64>],
+    settings: &Settings,
+    planes: [Option<f64>; 3],
+) -> Shapes<'a> {
+    let mirrored = planes.map(|at| at.is_some());
+    Shapes { permittivity, floating_charges, order: order(settings), mirrored }
+}
+
+/// The least gap between conducting balls, or one and the hollow around it, over the radius of the smaller; at most 1.
+///
+/// # Errors
+/// Two that touch or cross, by name.
+fn ball_gap(scene: &ShapeScene) -> Result<f64, String> {
+    let mut least = 1.0_f64;
+    for (k, one) in scene.conductors.iter().enumerate() {
+        for other in &scene.conductors[..k] {
+            let (gap, radius) = match (&one.shape, &other.shape) {
+                (Shape::Sphere { center: c, radius: r }, Shape::Sphere { center: d, radius: s }) => {
+                    (length(minus(*c, *d)) - r - s, r.min(*s))
+                }
+                (Shape::Sphere { center: c, radius: r }, Shape::Shell { center: d, radius: s })
+                | (Shape::Shell { center: d, radius: s }, Shape::Sphere { center: c, radius: r }) => {
+                    (s - length(minus(*c, *d)) - r, *r)
+                }
+                _ => continue,
+            };
+            if gap <= 0.0 {
+                return Err(format!("the conductors `{}` and `{}` touch or cross", other.name, one.name));
+            }
+            least = least.min(gap / radius);
+        }
+    }
+    Ok(least)
+}
+
+/// Conductors, and dielectrics that end: a hollow conductor around everything is drawn as a wall, which one can see through.
+fn surfaces_of(scene: &ShapeScene, mesh: &TetMesh, planes: [Option<f64>; 3]) -> Vec<SurfaceBody> {
+    let mut mesh = std::borrow::Cow::Borrowed(mesh);
+    for (axis, at) in planes.into_iter().enumerate() {
+        if let Some(at) = at {
+            mesh = std::borrow::Cow::Owned(mesh.reflected(axis, at).mesh);
+        }
+    }
+    let (metal, filled) = surfaces(&mesh, scene.conductors.len(), 1 + scene.dielectrics.len());
+    let conductors = scene.conductors.iter().zip(metal).map(|(body, triangles)| {
+        let around = matches!(body.shape, Shape::Shell { .. });
+        let role = if around { BodyRole::Wall } else { BodyRole::Conductor };
+        SurfaceBody { name: body.name.clone(), role, triangles }
+    });
+    let ends = |shape: &Shape| {
+        shape.bounds().is_none_or(|b| (0..3).all(|a| b.min[a].is_finite() && b.max[a].is_finite()))
+    };
+    let dielectrics = scene.dielectrics.iter().zip(filled).filter(|(body, _)| ends(&body.shape));
+    let dielectrics = dielectrics.map(|(body, triangles)| SurfaceBody {
+        name: body.name.clone(),
+        role: BodyRole::Dielectric,
+        triangles,
+    });
+    conductors.chain(dielectrics).collect()
+}
+
+/// A mesh with faces of this size over the radius on curved bodies: of the part above the planes, and which of them it keeps to.
+/// The whole is meshed where the part cannot be.
+fn mesh_of(
+    scene: &ShapeScene,
+    size: f64,
+    tolerance: f64,
+    planes: [Option<f64>; 3],
+) -> Result<(TetMesh, [Option<f64>; 3]), String> {
+    let part = mirror::part(scene, planes);
+    match whole_of(&part, size, tolerance) {
+        Err(_) if part != *scene => whole_of(scene, size, tolerance).map(|mesh| (mesh, [None; 3])),
+        found => found.map(|mesh| (mesh, planes)),
+    }
+}
+
+fn whole_of(scene: &ShapeScene, size: f64, tolerance: f64) -> Result<TetMesh, String> {
+    let reach = reach(scene, tolerance);
+    if flatness(scene) > FLAT || strips(scene) > STRIPS {
+        // A polygon with an even number of sides is its own mirror image as the circle is.
+        let circle = ((std::f64::consts::TAU / size).ceil() as usize).next_multiple_of(2);
+        let sizing = LayeredSizing { circle, reach, ..LayeredSizing::default() };
+        if let Some(found) = layered(scene, &sizing) {
+            return found.map_err(|error| error.to_string());
+        }
+    }
+    // Where rounding leaves a flat tetrahedron behind, other sizes may not.
+    let mut facet = size;
+    let mut tries = TRIES;
+    loop {
+        tries -= 1;
+        match mesh(scene, &Sizing { facet, far: 2.0 * reach, ..Sizing::default() }) {
+            Ok(found) => return Ok(found.mesh),
+            Err(
+                MeshError::Flat { .. }
+                | MeshError::Torn { .. }
+                | MeshError::Leak { .. }
+                | MeshError::Tangled { .. }
+                | MeshError::Unreachable { points: ..FEW_POINTS, .. },
+            ) if tries > 0 => {
+                facet *= 0.9;
+            }
+            // Corners of round bodies lie outside them: coarse ones may cross where the bodies do not.
+            Err(MeshError::Crossing { .. } | MeshError::Near { .. }) if tries > 0 => {
+                facet *= 0.5;
+                tries = tries.min(1);
+            }
+            Err(error) => return Err(error.to_string()),
+        }
+    }
+}
+
+/// How far out open space begins, over the size of the scene: what bounds lose beyond falls with its square, measured on
+/// spheres and pads; where dielectrics go on for ever it is more, since rays leave them.
+fn reach(scene: &ShapeScene, tolerance: f64) -> f64 {
+    let layers = scene.dielectrics.iter().any(|d| match &d.shape {
+        Shape::Box(b) => (0..3).any(|a| b.min[a].is_infinite() || b.max[a].is_infinite()),
+        _ => false,
+    });
+    let lost = if layers { 0.6 } else { 0.004 };
+    (lost / (SHARE * tolerance)).sqrt().clamp(10.0, 40.0)
+}
+
+/// About how many cubes as high as the lowest gap or plate would cover the conductors.
+fn flatness(scene: &ShapeScene) -> f64 {
+    let shapes: Vec<(&Shape, Box3)> =
+        scene.conductors.iter().filter_map(|c| Some((&c.shape, c.shape.bounds()?))).collect();
+    let size = shapes.iter().flat_map(|(_, b)| [0, 1, 2].map(|a| b.extent(a))).fold(0.0, f64::max);
+    let axes = (0..3).map(|axis| {
+        let mut planes: Vec<f64> = shapes.iter().flat_map(|(_, b)| [b.min[axis], b.max[axis]]).collect();
+        planes.sort_by(f64::total_cmp);
+        let gaps = planes.windows(2).map(|w| w[1] - w[0]).filter(|gap| *gap > 1e-6 * size);
+        let lowest = gaps.fold(f64::INFINITY, f64::min);
+        shapes.iter().map(|(shape, b)| area(shape, b, axis)).sum::<f64>() / (lowest * lowest)
+    });
+    axes.fold(0.0, f64::max)
+}
+
+/// About how many squares would cover the sides of extrusions: many where an outline follows a curve.
+fn strips(scene: &ShapeScene) -> f64 {
+    let shapes = scene.conductors.iter().map(|c| &c.shape).chain(scene.dielectrics.iter().map(|d| &d.shape));
+    let of = |shape: &Shape| {
+        let Shape::Extrusion { from, to, outline, .. } = shape else { return 0.0 };
+        let next = outline.iter().cycle().skip(1);
+        let sides = outline.iter().zip(next).map(|(p, q)| (q[0] - p[0]).hypot(q[1] - p[1]));
+        sides.map(|side| (to - from) / side).filter(|ratio| *ratio > 1.0).sum()
+    };
+    shapes.map(of).sum()
+}
+
+/// About the area of the shadow that a body throws along an axis, m^2.
+fn area(shape: &Shape, b: &Box3, along: usize) -> f64 {
+    match shape {
+        Shape::Extrusion { axis, outline, .. } if *axis == along => {
+            let next = outline.iter().cycle().skip(1);
+            0.5 * outline.iter().zip(next).map(|(p, q)| p[0] * q[1] - p[1] * q[0]).sum::<f64>().abs()
+        }
+        _ => b.extent((along + 1) % 3) * b.extent((along + 2) % 3),
+    }
+}
+
+/// The mesh and the field for a viewer, of the whole: with half a volt on the first of two driven conductors and minus half a
+/// volt on the second, or one volt on the first of any other number; floating ones at their potentials.
+pub(crate) fn shown(scene: &ShapeScene, solved: &Solved) -> BodyMesh {
+    let General { mesh, potentials, solution } = &solved.general;
+    let driven: Vec<usize> =
+        (0..scene.conductors.len()).filter(|&c| scene.conductors[c].floating_charge.is_none()).collect();
+    let volts: &[f64] = if driven.len() == 2 { &[0.5, -0.5] } else { &[1.0] };
+    let mut held = vec![0.0; scene.conductors.len()];
+    for (&conductor, v) in driven.iter().zip(volts) {
+        held[conductor] = *v;
+    }
+    for floating in &solution.floating {
+        held[floating.conductor] = floating.per_driven.iter().zip(volts).map(|(p, v)| p.value * v).sum();
+    }
+    let mut values = vec![0.0; mesh.points.len()];
+    for (v, potential) in held.iter().zip(potentials) {
+        values.iter_mut().zip(potential).for_each(|(sum, u)| *sum += v * u);
+    }
+    let mut mesh = mesh.clone();
+    for (axis, at) in solved.planes.into_iter().enumerate() {
+        if let Some(at) = at {
+            let whole = mesh.reflected(axis, at);
+            values = whole.source.iter().map(|&p| values[p as usize]).collect();
+            mesh = whole.mesh;
+        }
+    }
+    let field = mesh.tets.iter().flat_map(|tet| field(&mesh, *tet, &values)).collect();
+    let permittivities: Vec<f64> = permittivities(scene);
+    let permittivity = mesh.regions.iter().map(|&r| permittivities[r as usize]).collect();
+    let names = scene.dielectrics.iter().map(|d| d.name.clone());
+    BodyMesh {
+        element: Element::Tetrahedron,
+        nodes: mesh.tets.as_flattened().to_vec(),
+        points: mesh.points,
+        arrays: vec![NamedArray { name: "potential", components: 1, values }],
+        in_elements: vec![
+            NamedArray { name: "electric_field", components: 3, values: field },
+            NamedArray { name: "relative_permittivity", components: 1, values: permittivity },
+        ],
+        body_id: mesh.regions.iter().map(|&r| r as i32).collect(),
+        body_names: std::iter::once("surroundings".to_owned()).chain(names).collect(),
+    }
+}
+
+/// Of each region: the surroundings, then the dielectrics.
+fn permittivities(scene: &ShapeScene) -> Vec<f64> {
+    let all = scene.dielectrics.iter().map(|d| d.relative_permittivity);
+    std::iter::once(scene.background_permittivity).chain(all).collect()
+}
+
+/// Minus the gradient of the potential that is linear between the corners, V/m.
+fn field(mesh: &TetMesh, tet: [u32; 4], values: &[f64]) -> [f64; 3] {
+    let at = tet.map(|p| mesh.points[p as usize]);
+    let [u, v, w] = [1, 2, 3].map(|k| minus(at[k], at[0]));
+    let normals = [cross(v, w), cross(w, u), cross(u, v)];
+    let volume = dot(u, normals[0]);
+    let rises = [1, 2, 3].map(|k| values[tet[k] as usize] - values[tet[0] as usize]);
+    [0, 1, 2].map(|a| -(0..3).map(|k| rises[k] * normals[k][a]).sum::<f64>() / volume)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use elastocap_geometry::meshing::tets::determinant;
+    use elastocap_geometry::scene::Wall;
+    use elastocap_geometry::shapes::ShapedConductor;
+
+    fn scene(shape: Shape) -> ShapeScene {
+        ShapeScene {
+            conductors: vec![ShapedConductor { name: "inner".into(), shape, floating_charge: None }],
+            dielectrics: Vec::new(),
+            background_permittivity: 1.0,
+            domain: Box3 { min: [-1.0; 3], max: [1.0; 3] },
+            walls: [[Wall::Grounded; 2]; 3],
+        }
+    }
+
+    fn volume(body: &BodyMesh) -> f64 {
+        let tets = body.nodes.chunks_exact(4);
+        tets.map(|t| {
+            let [a, b, c, d] = [0, 1, 2, 3].map(|k| body.points[t[k] as usize]);
+            let six = determinant(a, b, c, d);
+            assert!(six > 0.0);
+            six / 6.0
+        })
+        .sum()
+    }
+
+    #[test]
+    fn symmetry_is_used_where_it_is_wanted_and_the_whole_is_shown_either_way() {
+        let base = [0.0, -0.0025, 0.0];
+        let disc = Shape::Cylinder { axis: 1, base, radius: 0.5, height: 0.005 };
+        // By the mesher of layers, and by the other one.
+        assert!(flatness(&scene(disc.clone())) > FLAT);
+        for shape in [disc, Shape::Sphere { center: [0.0; 3], radius: 0.5 }] {
+            let scene = scene(shape);
+            let settings = Settings { relative_tolerance: 0.15, ..Settings::default() };
+            let part = solve_shapes(&scene, None, &settings).unwrap();
+            let without = Settings { symmetry: false, ..settings };
+            let whole = solve_shapes(&scene, None, &without).unwrap();
+            assert_eq!(part.general.solution.mirrored, [true; 3]);
+            assert_eq!(whole.general.solution.mirrored, [false; 3]);
+            let [a, b] = [&part, &whole].map(|s| s.general.solution.maxwell[0][0]);
+            assert!(a.lower <= b.upper && b.lower <= a.upper, "{a:?} {b:?}");
+            let [a, b] = [&part, &whole].map(|s| shown(&scene, s));
+            assert!((volume(&a) / volume(&b) - 1.0).abs() < 1e-9, "{} {}", volume(&a), volume(&b));
+            let held = |body: &BodyMesh| body.arrays[0].values.iter().filter(|v| **v == 1.0).count();
+            assert!(held(&a) > 8 && a.arrays[0].values.len() == a.points.len());
+            assert!(part.general.mesh.tets.len() * 4 < a.nodes.len());
+        }
+    }
+
+    #[test]
+    fn balls_close_to_one_another_get_smaller_faces_and_touching_ones_are_named() {
+        let ball = |name: &str, x: f64| ShapedConductor {
+            name: name.into(),
+            shape: Shape::Sphere { center: [x, 0.0, 0.0], radius: 0.01 },
+            floating_charge: None,
+        };
+        let mut all = scene(Shape::Box(Box3 { min: [0.0; 3], max: [0.0; 3] }));
+        all.domain = Box3::SPACE;
+        all.walls = [[Wall::Open; 2]; 3];
+        all.conductors = vec![ball("a", 0.0), ball("b", 0.0202)];
+        assert!((ball_gap(&all).unwrap() - 0.02).abs() < 1e-12);
+        let settings = Settings { relative_tolerance: 3e-2, ..Settings::default() };
+        let c = solve_shapes(&all, None, &settings).unwrap();
+        // Image series: 4 pi eps0 a sinh(mu) sum of 1 / sinh((2n - 1) mu), cosh(mu) = 1.01.
+        let (found, known) = (c.general.solution.maxwell[0][0], 2.187_945_722_9e-12);
+        let slack = c.facets * known;
+        assert!(found.lower - slack < known && known < found.upper + slack, "{found:?} {slack:e}");
+        all.conductors[1] = ball("b", 0.02);
+        assert_eq!(ball_gap(&all).unwrap_err(), "the conductors `a` and `b` touch or cross");
+    }
+}

@@ -1,0 +1,341 @@
+//! Thomson's principle: fluxes without divergence, whose energy bounds the capacitance from below.
+//!
+//! Unknowns are the discontinuous potentials of the mixed method, scaled by the square root of the permittivity, in
+//! an orthonormal basis, `[i][j][k]`. Each grid line between two obstacles carries a dense matrix T
+//! (`elastocap_fem::mixed`); the operator is the sum of T over all lines of all three axes.
+//!
+//! The bound does not rest on the iteration: the divergence r that it leaves is taken up by a second flux, the exact
+//! solution with source r on the whole box of the scene as if there were no conductors. With A' the operator of that
+//! box the lower bound is
+//!
+//! J = (sigma, sigma) - r A'^-1 r,    sigma = M^-1 (g + D^T phi),
+//!
+//! for *any* phi: the flux of phi and the repair together have no divergence, and J is no more than their Thomson
+//! functional (the repair's energy inside conductors is counted too, though it need not be).
+
+mod lines;
+mod operator;
+mod precondition;
+mod rays;
+mod repair;
+
+use crate::SolveError;
+use crate::boxes::domain::{Axis, Domain};
+use crate::boxes::ray_permittivity::Ahead;
+use crate::boxes::schwarz::{Schwarz, SchwarzWork};
+use elastocap_fem::mixed::ones;
+use elastocap_fem::radial::RadialBasis;
+use elastocap_fem::tensor::{Dims, Window, clear, dot, multiply, right, target};
+use elastocap_linalg::conjugate_gradients::Operator;
+use faer::Mat;
+use lines::{Bundle, Segment, bundles};
+use rayon::prelude::*;
+use rays::{inner, shares};
+use repair::Repair;
+
+/// The dual problem on one domain.
+#[derive(Debug)]
+pub struct Dual {
+    dims: Dims,
+    conductors: Vec<Window>,
+    bundles: [Vec<Bundle>; 3],
+    segments: [Vec<Segment>; 3],
+    /// Where flux leaves along rays.
+    basis: [Option<Basis>; 3],
+    /// Square root of permittivity times the constant 1, as a product over the axes where the permittivity is one;
+    /// otherwise per cell of intervals.
+    weights: Weights,
+    schwarz: Schwarz<f32>,
+    work: SchwarzWork<f32>,
+    repair: Repair,
+}
+
+/// The potentials' basis on one axis where flux leaves along rays; scaled Legendre polynomials elsewhere.
+#[derive(Debug)]
+struct Basis {
+    radial: RadialBasis,
+    /// Squared distance from the pole over that of the last nodes, per mode.
+    shares: Vec<f64>,
+}
+
+impl Basis {
+    fn new(axis: &Axis) -> Result<Option<Self>, SolveError> {
+        let Some(rays) = axis.rays else { return Ok(None) };
+        let radial = RadialBasis::new(&axis.line, rays.pole)?;
+        let shares = radial.squares.iter().map(|s| s / (rays.radius * rays.radius)).collect();
+        Ok(Some(Self { radial, shares }))
+    }
+}
+
+#[derive(Debug)]
+struct Weights {
+    ones: [Vec<f64>; 3],
+    /// Square root of the permittivity at each mode's interval.
+    root: Vec<f64>,
+    cells: [usize; 3],
+    interval: [Vec<usize>; 3],
+}
+
+impl Weights {
+    /// Square root of the permittivity at array position (i, j, k).
+    fn root_at(&self, at: [usize; 3]) -> f64 {
+        let [i, j, k] = [0, 1, 2].map(|a| self.interval[a][at[a]]);
+        self.root[(i * self.cells[1] + j) * self.cells[2] + k]
+    }
+}
+
+impl Dual {
+    /// Assembles line matrices and box modes.
+    pub fn new(domain: &Domain) -> Result<Self, SolveError> {
+        let domain = &domain.truncated();
+        let dims = domain.dual_dims();
+        let [b0, b1, b2] = [0, 1, 2].map(|a| Basis::new(&domain.axes[a]));
+        let basis = [b0?, b1?, b2?];
+        let ahead = Ahead::new(domain);
+        let lines = |a: usize| bundles(domain, a, basis[a].as_ref(), &ahead);
+        let ((lines0, lines1), lines2) = rayon::join(|| rayon::join(|| lines(0), || lines(1)), || lines(2));
+        let [(b0, s0), (b1, s1), (b2, s2)] = [lines0?, lines1?, lines2?];
+        let interval = [0, 1, 2].map(|a| {
+            let axis = &domain.axes[a];
+            (0..axis.intervals()).flat_map(|m| axis.modes(m, m + 1).map(move |_| m)).collect()
+        });
+        let weights = Weights {
+            ones: [0, 1, 2].map(|a| {
+                let legendre = ones(&domain.axes[a].line);
+                let Some(basis) = &basis[a] else { return legendre };
+                let column = Mat::from_fn(legendre.len(), 1, |i, _| legendre[i]);
+                basis.radial.rotate_rows(0, &column).col(0).iter().copied().collect()
+            }),
+            root: domain.permittivity.iter().map(|e| e.sqrt()).collect(),
+            cells: domain.cells(),
+            interval,
+        };
+        let windows = domain
+            .conductors
+            .iter()
+            .map(|c| [0, 1, 2].map(|a| domain.axes[a].modes(c.lo[a], c.hi[a])))
+            .collect();
+        Ok(Self {
+            dims,
+            conductors: windows,
+            schwarz: precondition::schwarz(domain, &basis, dims)?,
+            work: SchwarzWork::default(),
+            repair: Repair::new(domain, &basis, &ahead)?,
+            bundles: [b0, b1, b2],
+            segments: [s0, s1, s2],
+            basis,
+            weights,
+        })
+    }
+
+    /// Right-hand side b = -D M^-1 g for the given conductor potentials.
+    pub fn source(&self, potentials: &[f64]) -> Vec<f64> {
+        let mut b = vec![0.0; self.unknowns()];
+        for a in 0..3 {
+            let (p, q) = others(a);
+            let strides = [self.dims[1] * self.dims[2], self.dims[2], 1];
+            let across = shares(&self.basis, a);
+            for bundle in &self.bundles[a] {
+                for run in &bundle.runs {
+                    let segment = &self.segments[a][run.segment];
+                    for side in 0..2 {
+                        let Some(potential) = run.ends[side].map(|c| potentials[c]) else { continue };
+                        if potential == 0.0 {
+                            continue;
+                        }
+                        let mut add = |at: [usize; 3], weight: f64, along: &[f64]| {
+                            let first = (at[0] * self.dims[1] + at[1]) * self.dims[2] + at[2];
+                            b[first..]
+                                .iter_mut()
+                                .step_by(strides[a])
+                                .zip(along)
+                                .for_each(|(b, v)| *b -= weight * v);
+                        };
+                        for s in bundle.across[0].clone() {
+                            for t in bundle.across[1].clone() {
+                                let mut at = [0; 3];
+                                (at[a], at[p], at[q]) = (run.range.start, s, t);
+                                let drive = potential * self.area(a, at);
+                                if drive == 0.0 {
+                                    continue;
+                                }
+                                add(at, drive, &segment.source[side]);
+                                let Some(leaving) = &segment.leaving else { continue };
+                                let mut trace = [0.0; 2];
+                                for (trace, end) in trace.iter_mut().zip(&leaving.sides) {
+                                    *trace = inner(&segment.face[*end], &segment.face[side]);
+                                }
+                                let damped = leaving.damp(across[0][s] + across[1][t], trace);
+                                for (d, v) in damped.iter().zip(&leaving.vectors) {
+                                    add(at, -drive * d, v);
+                                }
+                            }
+                        }
+                    }
+                }
+            }
+        }
+        for window in &self.conductors {
+            clear(&mut b, self.dims, window);
+        }
+        b
+    }
+
+    /// Coefficient of a unit potential on the face of axis `a` at transverse modes `at`, times the root of the
+    /// permittivity of the run's first interval (`at[a]`).
+    fn area(&self, a: usize, at: [usize; 3]) -> f64 {
+        let (p, q) = others(a);
+        let one = self.weights.ones[p][at[p]] * self.weights.ones[q][at[q]];
+        if one == 0.0 { 0.0 } else { one * self.weights.root_at(at) }
+    }
+
+    /// g M^-1 g: the energy at phi = 0, from which the iteration comes down.
+    pub fn face_energy(&self, potentials: &[f64]) -> f64 {
+        self.flux_energies(&[potentials], &[&vec![0.0; self.unknowns()]])[(0, 0)]
+    }
+
+    /// (sigma_i, sigma_j) weighted by 1 / permittivity, of the fluxes M^-1 (g_i + D^T phi_i).
+    pub fn flux_energies(&self, potentials: &[&[f64]], phi: &[&[f64]]) -> Mat<f64> {
+        let count = phi.len();
+        let strides = [self.dims[1] * self.dims[2], self.dims[2], 1];
+        let mut total = Mat::zeros(count, count);
+        for a in 0..3 {
+            let (p, q) = others(a);
+            let across = shares(&self.basis, a);
+            for bundle in &self.bundles[a] {
+                for run in &bundle.runs {
+                    let segment = &self.segments[a][run.segment];
+                    let root = &segment.root;
+                    // One strip of lines at a time: rows of the transverse axis `p`.
+                    let partial: Vec<Mat<f64>> = bundle.across[0]
+                        .clone()
+                        .into_par_iter()
+                        .map(|s| {
+                            let lines = bundle.across[1].clone();
+                            let width = lines.len();
+                            let fluxes: Vec<Vec<f64>> = (0..count)
+                                .map(|c| {
+                                    let offset = run.range.start * strides[a] + s * strides[p];
+                                    let mut gathered = Vec::with_capacity(root.cols * width);
+                                    for m in 0..root.cols {
+                                        for t in lines.clone() {
+                                            gathered.push(phi[c][offset + m * strides[a] + t * strides[q]]);
+                                        }
+                                    }
+                                    let mut flux = vec![0.0; root.rows * width];
+                                    let b = right(&gathered, 0, width, width);
+                                    multiply(root.left(), b, target(&mut flux, 0, width), false);
+                                    for side in 0..2 {
+                                        let Some(end) = run.ends[side] else { continue };
+                                        for (column, t) in lines.clone().enumerate() {
+                                            let mut at = [0; 3];
+                                            (at[a], at[p], at[q]) = (run.range.start, s, t);
+                                            let drive = potentials[c][end] * self.area(a, at);
+                                            if drive != 0.0 {
+                                                for (i, f) in segment.face[side].iter().enumerate() {
+                                                    flux[i * width + column] += drive * f;
+                                                }
+                                            }
+                                        }
+                                    }
+                                    flux
+                                })
+                                .collect();
+                            let mut energy = Mat::from_fn(count, count, |i, j| inner(&fluxes[i], &fluxes[j]));
+                            if let Some(leaving) = &segment.leaving {
+                                for (column, t) in lines.enumerate() {
+                                    let traces: Vec<[f64; 2]> = fluxes
+                                        .iter()
+                                        .map(|flux| {
+                                            let mut trace = [0.0; 2];
+                                            for (trace, end) in trace.iter_mut().zip(&leaving.sides) {
+                                                let along = flux[column..].iter().step_by(width);
+                                                *trace =
+                                                    along.zip(&segment.face[*end]).map(|(x, y)| x * y).sum();
+                                            }
+                                            trace
+                                        })
+                                        .collect();
+                                    let share = across[0][s] + across[1][t];
+                                    for (i, trace) in traces.iter().enumerate() {
+                                        let damped = leaving.damp(share, *trace);
+                                        for (j, other) in traces.iter().enumerate() {
+                                            energy[(i, j)] -= inner(&damped, other);
+                                        }
+                                    }
+                                }
+                            }
+                            energy
+                        })
+                        .collect();
+                    for m in &partial {
+                        total += m;
+                    }
+                }
+            }
+        }
+        total
+    }
+
+    /// r = b - A x.
+    pub fn true_residual(&mut self, b: &[f64], x: &[f64], r: &mut [f64]) {
+        self.apply(x, r);
+        r.iter_mut().zip(b).for_each(|(r, b)| *r = b - *r);
+    }
+
+    /// Makes `r` = b - A x sum to what the repair can take up: where every wall is insulated, the residual must hold
+    /// no net charge. Moves `x` along the constant, which also lowers its error.
+    pub fn balance(&mut self, x: &mut [f64], r: &mut [f64]) {
+        if !self.repair.singular {
+            return;
+        }
+        let constant = self.constant();
+        let mut image = vec![0.0; r.len()];
+        self.apply(&constant, &mut image);
+        let step = dot(&constant, r) / dot(&constant, &image);
+        for ((x, r), (c, a)) in x.iter_mut().zip(r).zip(constant.iter().zip(&image)) {
+            *x += step * c;
+            *r -= step * a;
+        }
+    }
+
+    /// The constant potential 1 on the free cells, in the scaled basis.
+    fn constant(&self) -> Vec<f64> {
+        let mut out = vec![0.0; self.unknowns()];
+        let [n0, n1, n2] = self.dims;
+        for i in 0..n0 {
+            for j in 0..n1 {
+                for k in 0..n2 {
+                    let one = self.weights.ones[0][i] * self.weights.ones[1][j] * self.weights.ones[2][k];
+                    if one != 0.0 {
+                        out[(i * n1 + j) * n2 + k] = one * self.weights.root_at([i, j, k]);
+                    }
+                }
+            }
+        }
+        for window in &self.conductors {
+            clear(&mut out, self.dims, window);
+        }
+        out
+    }
+
+    /// psi = A'^-1 r: the potential of the repairing flux, with what divergence is still left after refinement, as a
+    /// share of r.
+    pub fn repair(&self, r: &[f64]) -> (Vec<f64>, f64) {
+        self.repair.solve(r, self.dims, &self.weights)
+    }
+
+    /// By how much the energy of the repair may exceed what its own permittivity gives.
+    pub fn repair_excess(&self) -> f64 {
+        self.repair.excess
+    }
+}
+
+/// The two axes across `a`, ascending.
+fn others(a: usize) -> (usize, usize) {
+    match a {
+        0 => (1, 2),
+        1 => (0, 2),
+        _ => (0, 1),
+    }
+}

@@ -1,0 +1,181 @@
+//! The operator: T along every line of every axis.
+
+use super::lines::{Bundle, Run, Segment};
+use super::rays::shares;
+use super::{Basis, Dual};
+use elastocap_fem::tensor::{Dims, axpy, clear, left, multiply, right, target};
+use elastocap_linalg::conjugate_gradients::Operator;
+use rayon::prelude::*;
+
+impl Operator for Dual {
+    fn unknowns(&self) -> usize {
+        self.dims.iter().product()
+    }
+    fn apply(&mut self, x: &[f64], y: &mut [f64]) {
+        apply(self, x, y);
+    }
+    fn precondition(&mut self, r: &[f32], z: &mut [f32]) {
+        self.schwarz.apply(r, z, &mut self.work);
+    }
+}
+
+/// y = A x.
+fn apply(dual: &Dual, x: &[f64], y: &mut [f64]) {
+    let (dims, segments, bundles) = (dual.dims, &dual.segments, &dual.bundles);
+    let [_, n1, n2] = dims;
+    let plane = n1 * n2;
+    let across = [0, 1, 2].map(|a| shares(&dual.basis, a));
+    y.par_chunks_mut(plane).enumerate().with_min_len((2048 / plane.max(1)).max(1)).for_each(|(i, slab)| {
+        slab.fill(0.0);
+        let source = &x[i * plane..(i + 1) * plane];
+        for bundle in bundles[2].iter().filter(|b| b.across[0].contains(&i)) {
+            for run in &bundle.runs {
+                along_rows(bundle, run, &segments[2][run.segment], across[2], i, source, slab, n2);
+            }
+        }
+        for bundle in bundles[1].iter().filter(|b| b.across[0].contains(&i)) {
+            for run in &bundle.runs {
+                along_columns(bundle, run, &segments[1][run.segment], across[1], i, source, slab, n2);
+            }
+        }
+    });
+    along_slabs(&bundles[0], &segments[0], &dual.basis, dims, x, y);
+    for window in &dual.conductors {
+        clear(y, dims, window);
+    }
+}
+
+/// Lines of axis 2 in slab `i`.
+#[expect(clippy::too_many_arguments, reason = "an inner loop")]
+fn along_rows(
+    bundle: &Bundle,
+    run: &Run,
+    segment: &Segment,
+    across: [&[f64]; 2],
+    i: usize,
+    source: &[f64],
+    slab: &mut [f64],
+    n2: usize,
+) {
+    let (js, len) = (&bundle.across[1], run.range.len());
+    let at = js.start * n2 + run.range.start;
+    multiply(left(source, at, js.len(), len, n2), segment.matrix.right(), target(slab, at, n2), true);
+    if let Some(leaving) = &segment.leaving {
+        for j in js.clone() {
+            let row = j * n2 + run.range.start..j * n2 + run.range.end;
+            let mut t = [0.0; 2];
+            for (t, v) in t.iter_mut().zip(&leaving.vectors) {
+                *t = super::rays::inner(v, &source[row.clone()]);
+            }
+            let damped = leaving.damp(across[0][i] + across[1][j], t);
+            for (d, v) in damped.iter().zip(&leaving.vectors) {
+                axpy(&mut slab[row.clone()], -d, v);
+            }
+        }
+    }
+}
+
+/// Lines of axis 1 in slab `i`.
+#[expect(clippy::too_many_arguments, reason = "an inner loop")]
+fn along_columns(
+    bundle: &Bundle,
+    run: &Run,
+    segment: &Segment,
+    across: [&[f64]; 2],
+    i: usize,
+    source: &[f64],
+    slab: &mut [f64],
+    n2: usize,
+) {
+    let ks = &bundle.across[1];
+    let at = run.range.start * n2 + ks.start;
+    multiply(segment.matrix.left(), right(source, at, ks.len(), n2), target(slab, at, n2), true);
+    if let Some(leaving) = &segment.leaving {
+        let rows = || run.range.clone().map(|j| j * n2 + ks.start..j * n2 + ks.end);
+        let mut traces = [vec![0.0; ks.len()], vec![0.0; ks.len()]];
+        for (t, v) in traces.iter_mut().zip(&leaving.vectors) {
+            rows().zip(v).for_each(|(row, v)| axpy(t, *v, &source[row]));
+        }
+        for (column, k) in ks.clone().enumerate() {
+            let damped = leaving.damp(across[0][i] + across[1][k], [traces[0][column], traces[1][column]]);
+            [traces[0][column], traces[1][column]] = damped;
+        }
+        for (t, v) in traces.iter().zip(&leaving.vectors) {
+            rows().zip(v).for_each(|(row, v)| axpy(&mut slab[row], -v, t));
+        }
+    }
+}
+
+/// Lines of axis 0.
+fn along_slabs(
+    bundles: &[Bundle],
+    segments: &[Segment],
+    basis: &[Option<Basis>; 3],
+    dims: Dims,
+    x: &[f64],
+    y: &mut [f64],
+) {
+    let [n0, n1, n2] = dims;
+    let plane = n1 * n2;
+    let across = shares(basis, 0);
+    // What leaves through the two ends of the lines of each run, over their rectangle.
+    let damped = |bundle: &Bundle, run: &Run| -> Option<[Vec<f64>; 2]> {
+        let leaving = segments[run.segment].leaving.as_ref()?;
+        let (js, ks) = (&bundle.across[0], &bundle.across[1]);
+        let mut traces = [vec![0.0; js.len() * ks.len()], vec![0.0; js.len() * ks.len()]];
+        let [lower, upper] = &mut traces;
+        let width = ks.len().max(1);
+        lower.par_chunks_mut(width).zip(upper.par_chunks_mut(width)).zip(js.clone()).for_each(
+            |((lower, upper), j)| {
+                for (t, v) in [&mut *lower, &mut *upper].into_iter().zip(&leaving.vectors) {
+                    for (i, v) in run.range.clone().zip(v) {
+                        let at = i * plane + j * n2;
+                        axpy(t, *v, &x[at + ks.start..at + ks.end]);
+                    }
+                }
+                for (k, (a, b)) in ks.clone().zip(lower.iter_mut().zip(upper)) {
+                    [*a, *b] = leaving.damp(across[0][j] + across[1][k], [*a, *b]);
+                }
+            },
+        );
+        Some(traces)
+    };
+    let damped: Vec<Vec<Option<[Vec<f64>; 2]>>> =
+        bundles.iter().map(|b| b.runs.iter().map(|r| damped(b, r)).collect()).collect();
+    let block = n0.div_ceil((n0 * plane / 16_384).clamp(1, 4));
+    y.par_chunks_mut(block * plane).enumerate().for_each(|(b, slabs)| {
+        let mine = b * block..b * block + slabs.len() / plane;
+        for (bundle, damped) in bundles.iter().zip(&damped) {
+            let (js, ks) = (&bundle.across[0], &bundle.across[1]);
+            // Whole rows of the last axis follow one another: one product for all of them.
+            let (strips, width) = if ks.len() == n2 { (1, js.len() * n2) } else { (js.len(), ks.len()) };
+            for (run, damped) in bundle.runs.iter().zip(damped) {
+                let some = run.range.start.max(mine.start)..run.range.end.min(mine.end);
+                if some.is_empty() {
+                    continue;
+                }
+                let segment = &segments[run.segment];
+                let own = some.start - run.range.start..some.end - run.range.start;
+                for j in 0..strips {
+                    let across = (js.start + j) * n2 + ks.start;
+                    multiply(
+                        segment.matrix.left_rows(own.clone()),
+                        right(x, run.range.start * plane + across, width, plane),
+                        target(slabs, (some.start - mine.start) * plane + across, plane),
+                        true,
+                    );
+                }
+                let (Some(damped), Some(leaving)) = (damped, &segment.leaving) else { continue };
+                for i in some.clone() {
+                    for (t, v) in damped.iter().zip(&leaving.vectors) {
+                        let weight = -v[i - run.range.start];
+                        for (j, t) in js.clone().zip(t.chunks_exact(ks.len().max(1))) {
+                            let at = (i - mine.start) * plane + j * n2;
+                            axpy(&mut slabs[at + ks.start..at + ks.end], weight, t);
+                        }
+                    }
+                }
+            }
+        }
+    });
+}

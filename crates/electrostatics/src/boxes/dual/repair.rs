@@ -1,0 +1,130 @@
+//! What takes up the divergence that the iteration leaves.
+
+use super::lines::mixed;
+use super::precondition::modes_of;
+use super::{Basis, Weights};
+use crate::SolveError;
+use crate::boxes::domain::{Block, Domain};
+use crate::boxes::ray_permittivity::Ahead;
+use crate::boxes::schwarz::{Modes, SeparableBox};
+use elastocap_fem::mixed::FluxEnd;
+use elastocap_fem::tensor::{Dense, Dims, dot, left, multiply, right, target};
+use rayon::prelude::*;
+use std::sync::Arc;
+
+/// The exact solver of the whole box without conductors.
+#[derive(Debug)]
+pub(super) struct Repair {
+    solver: SeparableBox<f64>,
+    pub(super) singular: bool,
+    /// Product permittivity of the repair over the true one, at its largest: scales the repair's energy.
+    pub(super) excess: f64,
+    /// Uncut T of each axis, in the scaling of the repair's own permittivity.
+    operator: [Dense<f64>; 3],
+    /// Repair's root permittivity over the scene's, per cell of intervals; `None` where they agree everywhere.
+    ratio: Option<Vec<f64>>,
+}
+
+impl Repair {
+    /// Counts flux that leaves at the greatest obliqueness and contrast everywhere: its own energy is never less.
+    pub(super) fn new(
+        domain: &Domain,
+        basis: &[Option<Basis>; 3],
+        ahead: &Ahead,
+    ) -> Result<Self, SolveError> {
+        let whole = Block { lo: [0; 3], hi: domain.cells() };
+        let factors = domain.separable(&whole);
+        let singular = domain.axes.iter().all(|a| a.flux_ends(0, a.intervals()) == [FluxEnd::Blocked; 2]);
+        let mut operator = Vec::new();
+        let mut modes = Vec::new();
+        let most = 3.0 * ahead.greatest_contrast(domain);
+        for ((axis, factor), basis) in domain.axes.iter().zip(&factors).zip(basis) {
+            let (n, basis) = (axis.intervals(), basis.as_ref());
+            let segment = mixed(axis, basis, 0, n, factor, axis.flux_ends(0, n), [most; 2])?;
+            modes.push(Arc::new(Modes::new(&modes_of(axis, basis, 0, n, [false; 2], factor, most)?)));
+            operator.push(Dense::from_mat(segment.t().as_ref()));
+        }
+        let cells = domain.cells();
+        let (mut excess, mut ratio, mut differs) = (1.0_f64, Vec::new(), false);
+        for i in 0..cells[0] {
+            for j in 0..cells[1] {
+                for k in 0..cells[2] {
+                    let own = factors[0][i] * factors[1][j] * factors[2][k];
+                    let r = own / domain.permittivity_of([i, j, k]);
+                    differs |= (r - 1.0).abs() > 1e-14;
+                    excess = excess.max(r);
+                    ratio.push(r.sqrt());
+                }
+            }
+        }
+        let window = domain.dual_dims().map(|n| 0..n);
+        let [m0, m1, m2]: [_; 3] = modes.try_into().map_err(|_| SolveError::Eigenvalues)?;
+        let [o0, o1, o2]: [_; 3] = operator.try_into().map_err(|_| SolveError::Eigenvalues)?;
+        let solver = SeparableBox::new(window, [m0, m1, m2]);
+        Ok(Self {
+            solver: if singular { solver.without_constant() } else { solver },
+            singular,
+            excess,
+            operator: [o0, o1, o2],
+            ratio: differs.then_some(ratio),
+        })
+    }
+
+    /// psi = A'^-1 r, and what is left of r as a share of it.
+    pub(super) fn solve(&self, r: &[f64], dims: Dims, weights: &Weights) -> (Vec<f64>, f64) {
+        // r is scaled by the root of the scene's permittivity, the repair's operator by that of its own.
+        let rescale = |v: &mut [f64]| {
+            if let Some(ratio) = &self.ratio {
+                for i in 0..dims[0] {
+                    for j in 0..dims[1] {
+                        for k in 0..dims[2] {
+                            let [a, b, c] =
+                                [weights.interval[0][i], weights.interval[1][j], weights.interval[2][k]];
+                            v[(i * dims[1] + j) * dims[2] + k] /=
+                                ratio[(a * weights.cells[1] + b) * weights.cells[2] + c];
+                        }
+                    }
+                }
+            }
+        };
+        let mut target = r.to_vec();
+        rescale(&mut target);
+        let size = dot(&target, &target).sqrt();
+        let mut psi = vec![0.0; r.len()];
+        let mut rest = target.clone();
+        let (mut work, mut step) = (Vec::new(), Vec::new());
+        let mut left = 1.0;
+        // One pass is exact up to rounding; the second takes the rounding's first digits back.
+        for _ in 0..2 {
+            self.solver.solve(&rest, dims, &mut work, &mut step);
+            psi.iter_mut().zip(&step).for_each(|(p, s)| *p += s);
+            rest.copy_from_slice(&target);
+            self.subtract_product(&psi, &mut rest, dims);
+            left = if size > 0.0 { dot(&rest, &rest).sqrt() / size } else { 0.0 };
+            if left < 1e-13 {
+                break;
+            }
+        }
+        rescale(&mut psi);
+        (psi, left)
+    }
+
+    /// `rest -= A' psi`.
+    fn subtract_product(&self, psi: &[f64], rest: &mut [f64], dims: Dims) {
+        let [_, n1, n2] = dims;
+        let plane = n1 * n2;
+        let minus: Vec<f64> = psi.iter().map(|p| -p).collect();
+        rest.par_chunks_mut(plane).enumerate().for_each(|(i, slab)| {
+            let a = left(&minus, i * plane, n1, n2, n2);
+            multiply(a, self.operator[2].right(), target(slab, 0, n2), true);
+            let b = right(&minus, i * plane, n2, n2);
+            multiply(self.operator[1].left(), b, target(slab, 0, n2), true);
+            multiply(
+                self.operator[0].left_rows(i..i + 1),
+                right(&minus, 0, plane, plane),
+                target(slab, 0, plane),
+                true,
+            );
+        });
+    }
+}

@@ -1,0 +1,75 @@
+//! What a solve will take: the first small grids are solved, and the way to the tolerance is planned without walking it.
+
+use crate::SolveError;
+use crate::boxes::grid_refinement::{functions_wanted, missing, refine};
+use crate::boxes::grid_search::{GOAL, STEP};
+use crate::boxes::resolution::{LEAST_TOLERANCE, MOST_UNKNOWNS, far, first, graded};
+use crate::boxes::solve::{Problem, on_grid};
+use crate::solution::{Forecast, Settings};
+use elastocap_geometry::scene::BoxScene;
+
+/// Unknowns of a grid that is solved for a forecast, at most.
+const MOST: usize = 40_000;
+
+/// Room for an axis that takes more functions than planned, in what memory is foretold.
+const MARGIN: f64 = 1.12;
+
+/// Seconds per iteration, unknown and axis function on two cores, measured on scenes of one to three conductors.
+const PACE: f64 = 1.5e-10;
+
+/// Foretells what [`crate::solve()`] will take.
+pub fn forecast(scene: &BoxScene, settings: &Settings) -> Result<Forecast, SolveError> {
+    let explore = Settings { field: false, ..settings.clone() };
+    let problem = Problem::new(scene, &explore);
+    let tolerance = settings.relative_tolerance.max(LEAST_TOLERANCE);
+    let distance = far(tolerance, settings.target, problem.layout.endless_contrast());
+    let work = |dims: [usize; 3]| dims.iter().product::<usize>() as f64 * dims.iter().sum::<usize>() as f64;
+    let solves = problem.parts.iter().map(|p| p.potentials.len()).sum::<usize>();
+    let (dims, seconds) = if let Some(level) = settings.resolution {
+        let dims = problem.core.domain(&problem.core.grid(&graded(level), distance)).0.primal_dims();
+        (dims, PACE * 15.0 * solves as f64 * work(dims))
+    } else {
+        let mut grid = first(&problem.core, distance);
+        let mut dims;
+        let mut iterations;
+        loop {
+            let outcome = on_grid(&problem, &grid, 1e-4, false)?;
+            let indicator = outcome.indicator(&problem);
+            let lacking = missing(&grid, &indicator);
+            let goal = if settings.bounds { GOAL } else { 0.2 } * tolerance / outcome.amplification(settings);
+            let own = problem.core.domain(&grid).0.primal_dims();
+            // Iterations grow little; the last grid asks for half as many digits again as this one.
+            iterations = 1.5 * outcome.iterations as f64;
+            dims = functions_wanted(&grid, &indicator, goal);
+            dims = [0, 1, 2].map(|a| dims[a].max(own[a]));
+            let mut next = grid.clone();
+            refine(&mut next, &indicator, (STEP * lacking).max(goal));
+            if lacking <= goal || problem.unknowns(&next) > MOST {
+                break;
+            }
+            grid = next;
+        }
+        (dims, PACE * iterations * work(dims))
+    };
+    let bounds = if settings.bounds { 2 } else { 1 };
+    // No grid is refined beyond the most.
+    let planned = (f64::from(bounds) * dims.iter().map(|n| *n as f64).product::<f64>()).max(1.0);
+    let shrink = (MOST_UNKNOWNS as f64 / planned).min(1.0);
+    let dims = dims.map(|n| (n as f64 * shrink.cbrt()) as usize);
+    let seconds = seconds * shrink.powf(4.0 / 3.0);
+    let n: usize = dims.iter().product();
+    // Grids on the way take about half as long as the last; both problems side by side share two cores.
+    let seconds = seconds * f64::from(bounds) * 1.5 + 2e-3;
+    let mirrored = problem.layout.mirror.map(|m| m.is_some());
+    let copies = 1_usize << mirrored.iter().filter(|m| **m).count();
+    let unmirrored = (bounds as usize * n * copies, seconds * (copies as f64).powf(4.0 / 3.0));
+    let (unknowns, seconds) = if settings.symmetry { (bounds as usize * n, seconds) } else { unmirrored };
+    Ok(Forecast {
+        unknowns,
+        memory_bytes: problem.memory_of(dims.map(|n| (MARGIN * n as f64).ceil() as usize)),
+        seconds,
+        unmirrored,
+        mirrored: mirrored.map(|m| m && settings.symmetry),
+        right_hand_sides: solves,
+    })
+}

@@ -1,0 +1,428 @@
+//! A scene reduced to planes, blocks and cells: what grids of any resolution are made from.
+
+use crate::boxes::domain::{Axis, Block, Domain, Rays};
+use crate::solution::ResolutionLevel;
+use elastocap_geometry::meshing::grid::{End, GradedAxis, Plane, Resolution, graded_axis};
+use elastocap_geometry::scene::{Box3, BoxScene, Wall};
+
+/// Two planes closer than this share of the scene's size are one.
+const SAME: f64 = 1e-13;
+
+/// So are two closer than this, unless something lies between them: a body, or the gap between two. The shift is
+/// nothing beside the digits that double precision leaves of what happens there.
+const ALIKE: f64 = 1e-11;
+
+/// Planes, conductors as blocks of intervals, permittivity per cell; lengths in units of `unit`, from `origin`.
+#[derive(Debug, Clone)]
+pub struct Layout {
+    /// m.
+    pub unit: f64,
+    /// m.
+    pub origin: [f64; 3],
+    /// Planes of each axis, ascending, scaled.
+    pub planes: [Vec<Plane>; 3],
+    /// `walls[axis][side]`.
+    pub walls: [[Wall; 2]; 3],
+    /// Conductors in the scene's order; `None` where a reduced layout does not hold one.
+    pub conductors: Vec<Option<Block>>,
+    /// Relative permittivity of each cell `[i][j][k]`.
+    pub permittivity: Vec<f64>,
+    /// 1 + index of the dielectric of each cell, 0 for the background.
+    pub material: Vec<i32>,
+    /// Distance from the origin at which open space may begin.
+    pub reach: f64,
+    /// Per axis, the plane of mirror symmetry, if there is one.
+    pub mirror: [Option<usize>; 3],
+}
+
+impl Layout {
+    /// Lays out a scene.
+    pub fn new(scene: &BoxScene) -> Self {
+        let hull = scene.conductors.iter().map(|c| c.region).reduce(|a, b| a.union(&b));
+        let hull = hull.unwrap_or(Box3 { min: [0.0; 3], max: [1.0; 3] });
+        let finite = |a: usize| scene.domain.min[a].is_finite() && scene.domain.max[a].is_finite();
+        let origin = [0, 1, 2].map(|a| {
+            let b = if finite(a) { &scene.domain } else { &hull };
+            0.5 * (b.min[a] + b.max[a])
+        });
+        let unit = (0..3).map(|a| hull.extent(a)).fold(0.0, f64::max).max(f64::MIN_POSITIVE);
+        let scaled = |x: f64, a: usize| (x - origin[a]) / unit;
+        let mut planes: [Vec<Plane>; 3] = Default::default();
+        for a in 0..3 {
+            let mut all = Vec::new();
+            for c in &scene.conductors {
+                all.push((Plane { at: scaled(c.region.min[a], a), edge: true }, Side::Lower));
+                all.push((Plane { at: scaled(c.region.max[a], a), edge: true }, Side::Upper));
+            }
+            for d in &scene.dielectrics {
+                // A slab has no edges; where faces meet, the field is singular as at a conductor's edge, if less so.
+                let inside = |a: usize, x: f64| x > scene.domain.min[a] && x < scene.domain.max[a];
+                let bounded = |a: usize| inside(a, d.region.min[a]) || inside(a, d.region.max[a]);
+                let edge = (0..3).filter(|&a| bounded(a)).count() > 1;
+                let faces = [(d.region.min[a], Side::Lower), (d.region.max[a], Side::Upper)];
+                for (x, side) in faces.into_iter().filter(|(x, _)| inside(a, *x)) {
+                    all.push((Plane { at: scaled(x, a), edge }, side));
+                }
+            }
+            let walls = [(scene.domain.min[a], Side::Upper), (scene.domain.max[a], Side::Lower)];
+            for (x, side) in walls.into_iter().filter(|(x, _)| x.is_finite()) {
+                all.push((Plane { at: scaled(x, a), edge: false }, side));
+            }
+            planes[a] = merged(all);
+        }
+        let mut layout = Self {
+            unit,
+            origin,
+            planes,
+            walls: scene.walls,
+            conductors: Vec::new(),
+            permittivity: Vec::new(),
+            material: Vec::new(),
+            reach: 0.0,
+            mirror: [None; 3],
+        };
+        layout.fill(scene);
+        for a in 0..3 {
+            if layout.mirrored(a) {
+                layout.mirror[a] = Some(layout.insert_centre(a));
+                layout.fill(scene);
+            }
+        }
+        // The centre planes may have moved the indices found before: find them again.
+        for a in 0..3 {
+            layout.mirror[a] =
+                layout.mirror[a].and_then(|_| layout.planes[a].iter().position(|p| p.at == 0.0));
+        }
+        layout
+    }
+
+    /// Conductors, permittivity and reach for the current planes.
+    fn fill(&mut self, scene: &BoxScene) {
+        let find = |a: usize, x: f64| {
+            let s = (x - self.origin[a]) / self.unit;
+            let (mut best, mut distance) = (0, f64::INFINITY);
+            for (i, p) in self.planes[a].iter().enumerate() {
+                if (p.at - s).abs() < distance {
+                    (best, distance) = (i, (p.at - s).abs());
+                }
+            }
+            best + usize::from(self.walls[a][0] == Wall::Open)
+        };
+        let conductors = scene
+            .conductors
+            .iter()
+            .map(|c| {
+                Some(Block {
+                    lo: [0, 1, 2].map(|a| find(a, c.region.min[a])),
+                    hi: [0, 1, 2].map(|a| find(a, c.region.max[a])),
+                })
+            })
+            .collect();
+        let centres = [0, 1, 2].map(|a| self.centres(a));
+        let (mut permittivity, mut material) = (Vec::new(), Vec::new());
+        for &x in &centres[0] {
+            for &y in &centres[1] {
+                for &z in &centres[2] {
+                    let at = [x, y, z];
+                    let point = [0, 1, 2].map(|a| self.origin[a] + self.unit * at[a]);
+                    let hit = scene.dielectrics.iter().rposition(|d| d.region.contains(point));
+                    permittivity.push(hit.map_or(scene.background_permittivity, |i| {
+                        scene.dielectrics[i].relative_permittivity
+                    }));
+                    material.push(hit.map_or(0, |i| i as i32 + 1));
+                }
+            }
+        }
+        self.conductors = conductors;
+        self.permittivity = permittivity;
+        self.material = material;
+        // Twice as far as any plane is from the pole.
+        self.reach = (0..3)
+            .map(|a| self.planes[a].iter().map(|p| 2.0 * (p.at - self.pole(a)).abs()).fold(1.0, f64::max))
+            .fold(1.0, f64::max);
+    }
+
+    /// Centre of open space on axis `a`. A side that is closed must hold it: rays from it then never leave the scene.
+    fn pole(&self, a: usize) -> f64 {
+        let open = self.walls[a].map(|w| w == Wall::Open);
+        match open {
+            [true, false] => self.planes[a].last().map_or(0.0, |p| p.at),
+            [false, true] => self.planes[a].first().map_or(0.0, |p| p.at),
+            // The field of a charge on the face between two half-spaces is radial: the pole had better lie there.
+            [true, true] => {
+                let last = self.cells()[a] - 1;
+                let at = |m: usize| {
+                    let mut cell = [0; 3];
+                    cell[a] = m;
+                    self.permittivity.get(self.cell(cell)).copied()
+                };
+                let nearest = |x: f64, y: f64| if y.abs() < x.abs() { y } else { x };
+                let faces = (0..last).filter(|&m| at(m) != at(m + 1)).map(|m| self.planes[a][m].at);
+                if at(0) == at(last) { 0.0 } else { faces.reduce(nearest).unwrap_or(0.0) }
+            }
+            _ => 0.0,
+        }
+    }
+
+    /// Distance of the farthest face of a conductor from the pole, on any axis.
+    fn size(&self) -> f64 {
+        let shift = |a: usize| usize::from(self.walls[a][0] == Wall::Open);
+        let face = |a: usize, interval: usize| (self.planes[a][interval - shift(a)].at - self.pole(a)).abs();
+        let farthest = |b: &Block| (0..3).map(|a| face(a, b.lo[a]).max(face(a, b.hi[a]))).fold(0.0, f64::max);
+        self.conductors.iter().flatten().map(farthest).fold(0.0, f64::max)
+    }
+
+    /// A point inside each interval of axis `a`, scaled.
+    fn centres(&self, a: usize) -> Vec<f64> {
+        let p = &self.planes[a];
+        let mut out: Vec<f64> = p.windows(2).map(|w| 0.5 * (w[0].at + w[1].at)).collect();
+        if let (Wall::Open, Some(first)) = (self.walls[a][0], p.first()) {
+            out.insert(0, first.at - 1e3 * (1.0 + first.at.abs()));
+        }
+        if let (Wall::Open, Some(last)) = (self.walls[a][1], p.last()) {
+            out.push(last.at + 1e3 * (1.0 + last.at.abs()));
+        }
+        out
+    }
+
+    /// Numbers of intervals.
+    pub fn cells(&self) -> [usize; 3] {
+        [0, 1, 2]
+            .map(|a| self.planes[a].len() - 1 + self.walls[a].iter().filter(|w| **w == Wall::Open).count())
+    }
+
+    fn cell(&self, c: [usize; 3]) -> usize {
+        let n = self.cells();
+        (c[0] * n[1] + c[1]) * n[2] + c[2]
+    }
+
+    /// Whether the layout is its own mirror image across the origin of axis `a`.
+    fn mirrored(&self, a: usize) -> bool {
+        let p = &self.planes[a];
+        let size = p.iter().map(|p| p.at.abs()).fold(0.0, f64::max);
+        let n = p.len();
+        if self.walls[a][0] != self.walls[a][1] {
+            return false;
+        }
+        if (0..n).any(|i| (p[i].at + p[n - 1 - i].at).abs() > SAME * size || p[i].edge != p[n - 1 - i].edge) {
+            return false;
+        }
+        let cells = self.cells();
+        let flip = |b: &Block| {
+            let mut f = *b;
+            (f.lo[a], f.hi[a]) = (cells[a] - b.hi[a], cells[a] - b.lo[a]);
+            f
+        };
+        if !self.conductors.iter().flatten().all(|c| self.conductors.contains(&Some(flip(c)))) {
+            return false;
+        }
+        (0..cells[0]).all(|i| {
+            (0..cells[1]).all(|j| {
+                (0..cells[2]).all(|k| {
+                    let here = [i, j, k];
+                    let mut there = here;
+                    there[a] = cells[a] - 1 - here[a];
+                    self.permittivity[self.cell(here)] == self.permittivity[self.cell(there)]
+                })
+            })
+        })
+    }
+
+    /// Makes the planes of axis `a` exactly symmetric, with one at the centre; its index.
+    fn insert_centre(&mut self, a: usize) -> usize {
+        let p = &mut self.planes[a];
+        let n = p.len();
+        for i in 0..n / 2 {
+            let x = 0.5 * (p[n - 1 - i].at - p[i].at);
+            p[i].at = -x;
+            p[n - 1 - i].at = x;
+        }
+        if n % 2 == 1 {
+            p[n / 2].at = 0.0;
+        } else {
+            p.insert(n / 2, Plane { at: 0.0, edge: false });
+        }
+        n / 2
+    }
+
+    /// Index of the conductor that is the mirror image of conductor `c` across axis `a`.
+    pub fn image(&self, c: usize, a: usize) -> usize {
+        let n = self.cells()[a];
+        let flipped = self.conductors[c].map(|b| {
+            let mut f = b;
+            (f.lo[a], f.hi[a]) = (n - b.hi[a], n - b.lo[a]);
+            f
+        });
+        self.conductors.iter().position(|b| *b == flipped).unwrap_or(c)
+    }
+
+    /// The half of the layout above the mirror plane of axis `a`, with the potential even or odd across it.
+    pub fn half(&self, a: usize, odd: bool) -> Self {
+        let Some(centre) = self.mirror[a] else { return self.clone() };
+        // The centre plane bounds interval `first` from below.
+        let first = centre + usize::from(self.walls[a][0] == Wall::Open);
+        let mut out = self.clone();
+        out.planes[a].drain(..centre);
+        out.walls[a][0] = if odd { Wall::Grounded } else { Wall::Insulated };
+        out.mirror[a] = None;
+        for c in &mut out.conductors {
+            *c = c.and_then(|b| {
+                let mut b = b;
+                let sheet_on_plane = b.lo[a] == b.hi[a] && b.lo[a] == first;
+                if b.hi[a] <= first && !sheet_on_plane {
+                    return None;
+                }
+                b.lo[a] = b.lo[a].saturating_sub(first);
+                b.hi[a] -= first;
+                Some(b)
+            });
+        }
+        let n = self.cells();
+        out.permittivity = kept(&self.permittivity, n, a, first);
+        out.material = kept(&self.material, n, a, first);
+        out
+    }
+
+    /// Largest over smallest permittivity among the cells that have no end, through which rays go to infinity; `None`
+    /// if the scene is closed.
+    pub fn endless_contrast(&self) -> Option<f64> {
+        let cells = self.cells();
+        let endless = |c: [usize; 3]| {
+            (0..3).any(|a| {
+                let open = self.walls[a].map(|w| w == Wall::Open);
+                (open[0] && c[a] == 0) || (open[1] && c[a] + 1 == cells[a])
+            })
+        };
+        let (mut least, mut most) = (f64::INFINITY, 0.0_f64);
+        for (index, e) in self.permittivity.iter().enumerate() {
+            if endless([index / (cells[1] * cells[2]), index / cells[2] % cells[1], index % cells[2]]) {
+                (least, most) = (least.min(*e), most.max(*e));
+            }
+        }
+        (most > 0.0).then(|| most / least)
+    }
+
+    /// The layout's half, quarter or eighth that its mirror images make whole.
+    pub fn core(&self) -> Self {
+        (0..3).fold(self.clone(), |layout, a| layout.half(a, false))
+    }
+
+    /// Whether both sides of some axis are closed: flux cannot spread in three dimensions, and none may go to infinity.
+    fn confined(&self) -> bool {
+        self.walls.iter().any(|w| w.iter().all(|w| *w != Wall::Open))
+    }
+
+    /// A graded grid of the layout; rays to infinity begin `far` times as far from the pole as the farthest conductor.
+    pub fn grid(&self, resolution: &Resolution, far: f64) -> Grid {
+        let radius = self.grid_radius(far);
+        let axes = [0, 1, 2].map(|a| {
+            let ends = self.walls[a].map(|wall| match wall {
+                Wall::Open => End::Open { pole: self.pole(a), reach: self.reach, radius },
+                _ => End::Closed,
+            });
+            let axis = graded_axis(&self.planes[a], ends, resolution);
+            if self.confined() { axis } else { axis.finite() }
+        });
+        Grid { axes, radius }
+    }
+
+    /// Where rays begin, so many times as far from the pole as the farthest conductor.
+    pub fn grid_radius(&self, far: f64) -> f64 {
+        self.reach.max(far * self.size())
+    }
+
+    /// Moves the beginning of the rays out to `radius`, if there are any.
+    pub fn reach_to(&self, grid: &mut Grid, radius: f64) {
+        if self.confined() {
+            return;
+        }
+        for a in 0..3 {
+            for side in (0..2).filter(|&side| self.walls[a][side] == Wall::Open) {
+                grid.axes[a].reach_to(side, self.pole(a), radius);
+            }
+        }
+        grid.radius = radius;
+    }
+
+    /// The layout on a grid, with the conductors it holds (and which of the scene's they are).
+    pub fn domain(&self, grid: &Grid) -> (Domain, Vec<usize>) {
+        let axes = [0, 1, 2].map(|a| {
+            let GradedAxis { line, cuts, .. } = grid.axes[a].clone();
+            let rays = (!self.confined()).then(|| Rays { pole: self.pole(a), radius: grid.radius });
+            Axis { line, cuts, walls: self.walls[a], rays }
+        });
+        let held: Vec<usize> = (0..self.conductors.len()).filter(|&c| self.conductors[c].is_some()).collect();
+        let conductors = self.conductors.iter().flatten().copied().collect();
+        (Domain { axes, conductors, permittivity: self.permittivity.clone() }, held)
+    }
+}
+
+/// The grid of a layout: its axes, and where rays to infinity begin.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Grid {
+    /// Three axes.
+    pub axes: [GradedAxis; 3],
+    /// Distance of the last nodes of open sides from the pole, scaled.
+    pub radius: f64,
+}
+
+impl Grid {
+    /// The grid and its mirror images across the lowest planes of some axes.
+    pub fn reflected(&self, mirrored: [bool; 3]) -> Self {
+        let axes =
+            [0, 1, 2].map(|a| if mirrored[a] { self.axes[a].reflected() } else { self.axes[a].clone() });
+        Self { axes, radius: self.radius }
+    }
+
+    /// Largest degree, and most elements between a plane and the middle of an interval less one.
+    pub fn level(&self) -> ResolutionLevel {
+        let lines = || self.axes.iter();
+        let order = lines().flat_map(|a| a.line.degrees.iter().copied()).max().unwrap_or(1);
+        let layers = |a: &GradedAxis, m: usize| {
+            let elements = a.cuts[m + 1] - a.cuts[m];
+            if a.edges[m] && a.edges[m + 1] { elements.div_ceil(2) } else { elements }.saturating_sub(1)
+        };
+        let levels =
+            lines().flat_map(|a| (0..a.cuts.len() - 1).map(move |m| layers(a, m))).max().unwrap_or(0);
+        ResolutionLevel { order, levels }
+    }
+}
+
+/// The cells from interval `first` of axis `a` on.
+fn kept<T: Copy>(values: &[T], n: [usize; 3], a: usize, first: usize) -> Vec<T> {
+    let mut out = Vec::new();
+    for i in 0..n[0] {
+        for j in 0..n[1] {
+            for k in 0..n[2] {
+                if [i, j, k][a] >= first {
+                    out.push(values[(i * n[1] + j) * n[2] + k]);
+                }
+            }
+        }
+    }
+    out
+}
+
+/// Which face of a body lies in a plane; a wall is the face of what is outside.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Side {
+    Lower,
+    Upper,
+}
+
+fn merged(mut planes: Vec<(Plane, Side)>) -> Vec<Plane> {
+    planes.sort_by(|(p, _), (q, _)| p.at.total_cmp(&q.at));
+    let size = planes.iter().map(|(p, _)| p.at.abs()).fold(0.0, f64::max);
+    let mut out: Vec<(Plane, Side)> = Vec::new();
+    for (p, side) in planes {
+        match out.last_mut() {
+            // Faces that look the same way enclose nothing.
+            Some((last, before)) if p.at - last.at <= if side == *before { ALIKE } else { SAME } * size => {
+                last.edge |= p.edge;
+                *before = side;
+            }
+            _ => out.push((p, side)),
+        }
+    }
+    out.into_iter().map(|(p, _)| p).collect()
+}

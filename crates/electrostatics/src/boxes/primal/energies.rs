@@ -1,0 +1,91 @@
+//! Energies as sums of squares of gradients.
+//!
+//! The product u A u loses to rounding what potentials cancel between neighbouring nodes: on an element of size h, digits as
+//! many as 1 / h has. Differences of potentials are taken first here, and nothing cancels.
+
+use super::{Primal, Term};
+use crate::SolveError;
+use crate::boxes::domain::{Axis, per_element};
+use elastocap_fem::mixed::{divergence_matrix, potential_offsets};
+use elastocap_fem::tensor::{Dims, SparseRows, along, dot};
+use faer::Mat;
+use std::ops::Range;
+
+/// D and the coefficient of its rows: the stiffness of an axis is D^T diag(coefficient) D.
+pub(super) struct GradientMatrix {
+    matrix: Mat<f64>,
+    coefficient: Vec<f64>,
+}
+
+impl GradientMatrix {
+    /// Of an axis with a coefficient per interval, held ends trimmed off.
+    pub(super) fn new(axis: &Axis, coefficient: &[f64]) -> Result<Self, SolveError> {
+        let (whole, functions) = (divergence_matrix(&axis.line)?, axis.functions());
+        let offsets = potential_offsets(&axis.line);
+        let per_mode: Vec<f64> = per_element(axis, coefficient)
+            .iter()
+            .enumerate()
+            .flat_map(|(e, c)| std::iter::repeat_n(*c, offsets[e + 1] - offsets[e]))
+            .collect();
+        let rows: Vec<usize> = (0..per_mode.len()).filter(|r| per_mode[*r] != 0.0).collect();
+        Ok(Self {
+            matrix: Mat::from_fn(rows.len(), functions.len(), |i, j| whole[(rows[i], functions.start + j)]),
+            coefficient: rows.iter().map(|r| per_mode[*r]).collect(),
+        })
+    }
+
+    /// For a window of functions.
+    pub(super) fn cut(&self, window: &Range<usize>) -> Gradient {
+        let columns = self.matrix.as_ref().subcols(window.start, window.len());
+        Gradient { matrix: SparseRows::from_mat(columns), coefficient: self.coefficient.clone() }
+    }
+}
+
+/// The same on a window of functions.
+#[derive(Debug)]
+pub(super) struct Gradient {
+    matrix: SparseRows<f64>,
+    coefficient: Vec<f64>,
+}
+
+impl Primal {
+    /// Energy u A u of a potential.
+    pub fn energy(&self, u: &[f64]) -> f64 {
+        let mut total = 0.0;
+        for term in &self.terms.terms {
+            for axis in 0..3 {
+                let (gradient, flux) = term.gradient_and_flux(axis, u, self.dims);
+                total += dot(&gradient, &flux);
+            }
+        }
+        let mut beyond = vec![0.0; u.len()];
+        self.faces.add_product(u, &mut beyond, self.dims);
+        total + dot(u, &beyond)
+    }
+}
+
+impl Term<f64> {
+    /// D u along an axis, and the same times the coefficient and the masses of the other axes.
+    fn gradient_and_flux(&self, axis: usize, u: &[f64], dims: Dims) -> (Vec<f64>, Vec<f64>) {
+        let [w0, w1, w2] = &self.window;
+        let mut own = Vec::with_capacity(w0.len() * w1.len() * w2.len());
+        for i in w0.clone() {
+            for j in w1.clone() {
+                let at = (i * dims[1] + j) * dims[2];
+                own.extend_from_slice(&u[at + w2.start..at + w2.end]);
+            }
+        }
+        let Gradient { matrix, coefficient } = &self.gradient[axis];
+        let (gradient, shape) = along(axis, matrix, &own, [w0.len(), w1.len(), w2.len()]);
+        let mut flux = gradient.clone();
+        for other in (0..3).filter(|b| *b != axis) {
+            let mass = if other == 2 { &self.mass_last } else { &self.mass[other] };
+            flux = along(other, mass, &flux, shape).0;
+        }
+        let stride = [shape[1] * shape[2], shape[2], 1][axis];
+        for (at, f) in flux.iter_mut().enumerate() {
+            *f *= coefficient[at / stride % shape[axis]];
+        }
+        (gradient, flux)
+    }
+}

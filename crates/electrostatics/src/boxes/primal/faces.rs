@@ -1,0 +1,169 @@
+//! Potentials that fall off along rays beyond the last nodes of open space.
+//!
+//! Beyond the cube of half-width R around the pole the potential is continued as u(s x) = u(x) / s: the field of a point
+//! charge at the pole is of this kind. On the face x = R, with u = g(y, z) there, its energy is, for unit permittivity,
+//!
+//! integral of (g + y g_y + z g_z)^2 / R + R (g_y^2 + g_z^2) over the face,
+//!
+//! a sum of products of 1D matrices. Where rays meet different permittivities the greatest one is counted: the energy of
+//! a trial potential may be too large, never too small.
+
+use crate::boxes::domain::{Axis, Domain, per_element};
+use crate::boxes::ray_permittivity::Ahead;
+use elastocap_fem::line::{line_matrices, radial_matrices};
+use elastocap_fem::tensor::{Dense, Dims, SparseRows, axpy, left, multiply, target};
+use elastocap_geometry::scene::Wall;
+use faer::Mat;
+use rayon::prelude::*;
+use std::ops::Range;
+
+/// All faces; none in a scene without rays.
+#[derive(Debug)]
+pub(super) struct Faces {
+    pieces: Vec<Piece>,
+}
+
+/// A rectangle of one face with one permittivity.
+#[derive(Debug)]
+struct Piece {
+    axis: usize,
+    /// The function of the outermost node.
+    index: usize,
+    across: [Range<usize>; 2],
+    /// Of the first transverse axis: (M + E + N + N^T) / R + R K, M, N / R, N^T / R, times the permittivity.
+    rows: [SparseRows<f64>; 4],
+    /// Of the second: `[M | (E + N + N^T) / R + R K | N | N^T]`.
+    columns: Dense<f64>,
+}
+
+/// 1D matrices of one side of a rectangle, cut to its functions.
+struct Side {
+    mass: Mat<f64>,
+    stiffness: Mat<f64>,
+    first: Mat<f64>,
+    second: Mat<f64>,
+    functions: Range<usize>,
+}
+
+impl Side {
+    fn new(axis: &Axis, pole: f64, lo: usize, hi: usize) -> Self {
+        let inside: Vec<f64> =
+            (0..axis.intervals()).map(|m| if (lo..hi).contains(&m) { 1.0 } else { 0.0 }).collect();
+        let inside = per_element(axis, &inside);
+        let (mass, stiffness) = line_matrices(&axis.line, &inside);
+        let (first, second) = radial_matrices(&axis.line, &inside, pole);
+        let functions = axis.closed(lo, hi);
+        let from = axis.functions().start + functions.start;
+        let n = functions.len();
+        let cut = |m: Mat<f64>| m.as_ref().submatrix(from, from, n, n).to_owned();
+        Self { mass: cut(mass), stiffness: cut(stiffness), first: cut(first), second: cut(second), functions }
+    }
+}
+
+impl Faces {
+    pub(super) fn new(domain: &Domain) -> Self {
+        let ahead = Ahead::new(domain);
+        let mut pieces = Vec::new();
+        for (a, axis) in domain.axes.iter().enumerate() {
+            let Some(rays) = axis.rays else { continue };
+            for side in (0..2).filter(|&side| axis.walls[side] == Wall::Open) {
+                pieces.extend(face(domain, &ahead, a, side, rays.radius));
+            }
+        }
+        Self { pieces }
+    }
+
+    /// `y += A x`.
+    pub(super) fn add_product(&self, x: &[f64], y: &mut [f64], dims: Dims) {
+        let products: Vec<Vec<f64>> = self.pieces.par_iter().map(|p| p.product(x, dims)).collect();
+        for (piece, product) in self.pieces.iter().zip(products) {
+            for (at, value) in piece.places(dims).zip(product) {
+                y[at] += value;
+            }
+        }
+    }
+}
+
+/// The rectangles of the face of axis `a` at one end.
+fn face(domain: &Domain, ahead: &Ahead, a: usize, side: usize, radius: f64) -> Vec<Piece> {
+    let [p, q] = [[1, 2], [0, 2], [0, 1]][a];
+    let cells = domain.cells();
+    let at = |s: usize, t: usize| {
+        let mut c = [0; 3];
+        (c[a], c[p], c[q]) = (if side == 0 { 0 } else { cells[a] - 1 }, s, t);
+        ahead.greatest(domain, c)
+    };
+    // Equal cells merged along q, then equal rows along p.
+    let mut rectangles: Vec<([usize; 4], f64)> = Vec::new();
+    for s in 0..cells[p] {
+        let mut t = 0;
+        while t < cells[q] {
+            let value = at(s, t);
+            let end = (t + 1..cells[q]).find(|&n| at(s, n) != value).unwrap_or(cells[q]);
+            match rectangles.iter_mut().find(|(r, v)| r[1] == s && r[2] == t && r[3] == end && *v == value) {
+                Some((r, _)) => r[1] = s + 1,
+                None => rectangles.push(([s, s + 1, t, end], value)),
+            }
+            t = end;
+        }
+    }
+    let pole = |b: usize| domain.axes[b].rays.map_or(0.0, |r| r.pole);
+    let index = if side == 0 { 0 } else { domain.axes[a].functions().len() - 1 };
+    rectangles
+        .into_iter()
+        .map(|([s0, s1, t0, t1], permittivity)| {
+            let row = Side::new(&domain.axes[p], pole(p), s0, s1);
+            let column = Side::new(&domain.axes[q], pole(q), t0, t1);
+            let oblique = |side: &Side, i: usize, j: usize| {
+                (side.second[(i, j)] + side.first[(i, j)] + side.first[(j, i)]) / radius
+                    + radius * side.stiffness[(i, j)]
+            };
+            let n = row.functions.len();
+            let rows = [
+                Mat::from_fn(n, n, |i, j| oblique(&row, i, j) + row.mass[(i, j)] / radius),
+                row.mass.clone(),
+                &row.first * faer::Scale(1.0 / radius),
+                row.first.transpose() * faer::Scale(1.0 / radius),
+            ]
+            .map(|m| SparseRows::from_mat((m * faer::Scale(permittivity)).as_ref()));
+            let m = column.functions.len();
+            let columns = Mat::from_fn(m, 4 * m, |i, j| match j / m {
+                0 => column.mass[(i, j)],
+                1 => oblique(&column, i, j - m),
+                2 => column.first[(i, j - 2 * m)],
+                _ => column.first[(j - 3 * m, i)],
+            });
+            let columns = Dense::from_mat(columns.as_ref());
+            Piece { axis: a, index, across: [row.functions, column.functions], rows, columns }
+        })
+        .collect()
+}
+
+impl Piece {
+    /// Places of the rectangle's coefficients in the array, row by row.
+    fn places(&self, dims: Dims) -> impl Iterator<Item = usize> {
+        let strides = [dims[1] * dims[2], dims[2], 1];
+        let [p, q] = [[1, 2], [0, 2], [0, 1]][self.axis];
+        let (base, columns) = (self.index * strides[self.axis], self.across[1].clone());
+        self.across[0]
+            .clone()
+            .flat_map(move |s| columns.clone().map(move |t| base + s * strides[p] + t * strides[q]))
+    }
+
+    fn product(&self, x: &[f64], dims: Dims) -> Vec<f64> {
+        let [rows, columns] = [0, 1].map(|b| self.across[b].len());
+        let gathered: Vec<f64> = self.places(dims).map(|at| x[at]).collect();
+        let mut by_columns = vec![0.0; rows * 4 * columns];
+        let source = left(&gathered, 0, rows, columns, columns);
+        multiply(source, self.columns.right(), target(&mut by_columns, 0, 4 * columns), false);
+        let mut out = vec![0.0; rows * columns];
+        for (i, out) in out.chunks_exact_mut(columns.max(1)).enumerate() {
+            for (part, matrix) in self.rows.iter().enumerate() {
+                for &(s, weight) in matrix.row(i) {
+                    axpy(out, weight, &by_columns[(4 * s + part) * columns..][..columns]);
+                }
+            }
+        }
+        out
+    }
+}

@@ -1,0 +1,343 @@
+//! Dirichlet's principle: continuous potentials of order p, whose energy bounds the capacitance from above.
+//!
+//! Unknowns are the coefficients of products of the hierarchical 1D functions, `[i][j][k]`; those of a conductor's
+//! closed block are prescribed. In this basis both 1D matrices have a handful of entries a row, so that the operator
+//! costs little beside the preconditioner.
+
+mod energies;
+mod faces;
+mod surplus;
+
+use crate::SolveError;
+use crate::boxes::conductor_free::{FreeBox, free_boxes};
+use crate::boxes::domain::{Block, Domain, per_element};
+use crate::boxes::schwarz::{Modes, Schwarz, SchwarzWork, SeparableBox};
+use elastocap_fem::line::line_matrices;
+use elastocap_fem::modes::primal_modes;
+use elastocap_fem::tensor::{Dense, Dims, Real, SparseRows, Window, axpy, clear, left, multiply, target};
+use elastocap_geometry::scene::Wall;
+use elastocap_linalg::conjugate_gradients::Operator;
+use energies::{Gradient, GradientMatrix};
+use faces::Faces;
+use faer::Mat;
+use rayon::prelude::*;
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+/// One separable part of the operator, K0 M1 M2 + M0 K1 M2 + M0 M1 K2, on a window of the array.
+#[derive(Debug)]
+struct Term<T> {
+    window: Window,
+    /// Mass and stiffness of axes 0 and 1, indices relative to the window.
+    mass: [SparseRows<T>; 2],
+    stiffness: [SparseRows<T>; 2],
+    /// `[M2 | K2]`, dense: one product along the contiguous axis gives both.
+    last: Dense<T>,
+    /// Of all three axes, for energies.
+    gradient: [Gradient; 3],
+    mass_last: SparseRows<f64>,
+}
+
+/// The operator in one precision.
+#[derive(Debug)]
+struct Terms<T> {
+    dims: Dims,
+    terms: Vec<Term<T>>,
+    scratch: Vec<T>,
+}
+
+impl<T: Real> Terms<T> {
+    fn new(dims: Dims, matrices: &[TermMatrices]) -> Self {
+        let terms = matrices
+            .iter()
+            .map(|t| {
+                let cut = |m: &Mat<f64>, a: usize| {
+                    let w = &t.window[a];
+                    m.as_ref().submatrix(w.start, w.start, w.len(), w.len()).to_owned()
+                };
+                let n2 = t.window[2].len();
+                let (m2, k2) = (cut(&t.mass[2], 2), cut(&t.stiffness[2], 2));
+                let last = Mat::from_fn(n2, 2 * n2, |i, j| if j < n2 { m2[(i, j)] } else { k2[(i, j - n2)] });
+                let sparse = |m: &[Mat<f64>; 3], a: usize| SparseRows::from_mat(cut(&m[a], a).as_ref());
+                Term {
+                    mass: [sparse(&t.mass, 0), sparse(&t.mass, 1)],
+                    stiffness: [sparse(&t.stiffness, 0), sparse(&t.stiffness, 1)],
+                    last: Dense::from_mat(last.as_ref()),
+                    window: t.window.clone(),
+                    gradient: [0, 1, 2].map(|a| t.gradient[a].cut(&t.window[a])),
+                    mass_last: SparseRows::from_mat(cut(&t.mass[2], 2).as_ref()),
+                }
+            })
+            .collect();
+        Self { dims, terms, scratch: Vec::new() }
+    }
+
+    /// y = A x on all functions, prescribed ones included.
+    fn apply(&mut self, x: &[T], y: &mut [T]) {
+        let dims = self.dims;
+        let plane = dims[1] * dims[2];
+        if self.terms.len() != 1 {
+            y.fill(T::default());
+        }
+        for (index, term) in self.terms.iter().enumerate() {
+            let [w0, w1, w2] = &term.window;
+            let (n0, n1, n2) = (w0.len(), w1.len(), w2.len());
+            let sheet = n1 * n2;
+            // c = M1 M2 x and d = (M1 K2 + K1 M2) x, side by side per slab.
+            self.scratch.resize(n0 * 2 * sheet, T::default());
+            self.scratch.par_chunks_mut(2 * sheet).enumerate().with_min_len(batch(sheet)).for_each_init(
+                || vec![T::default(); 2 * sheet],
+                |ab, (i, cd)| {
+                    let offset = ((w0.start + i) * dims[1] + w1.start) * dims[2] + w2.start;
+                    let source = left(x, offset, n1, n2, dims[2]);
+                    multiply(source, term.last.right(), target(ab, 0, 2 * n2), false);
+                    let (c, d) = cd.split_at_mut(sheet);
+                    for j in 0..n1 {
+                        let (c, d) = (&mut c[j * n2..(j + 1) * n2], &mut d[j * n2..(j + 1) * n2]);
+                        c.fill(T::default());
+                        d.fill(T::default());
+                        for &(s, m) in term.mass[1].row(j) {
+                            let (a, b) = ab[s * 2 * n2..(s + 1) * 2 * n2].split_at(n2);
+                            axpy(c, m, a);
+                            axpy(d, m, b);
+                        }
+                        for &(s, k) in term.stiffness[1].row(j) {
+                            axpy(d, k, &ab[s * 2 * n2..s * 2 * n2 + n2]);
+                        }
+                    }
+                },
+            );
+            let (scratch, replace) = (&self.scratch, index == 0 && self.terms.len() == 1);
+            let slabs = &mut y[w0.start * plane..w0.end * plane];
+            slabs.par_chunks_mut(plane).enumerate().with_min_len(batch(sheet)).for_each(|(i, slab)| {
+                if replace {
+                    slab.fill(T::default());
+                }
+                let mut add = |weight: T, source: &[T]| {
+                    if sheet == slab.len() {
+                        axpy(slab, weight, source);
+                    } else {
+                        for j in 0..n1 {
+                            let at = (w1.start + j) * dims[2] + w2.start;
+                            axpy(&mut slab[at..at + n2], weight, &source[j * n2..(j + 1) * n2]);
+                        }
+                    }
+                };
+                for &(s, k) in term.stiffness[0].row(i) {
+                    add(k, &scratch[s * 2 * sheet..][..sheet]);
+                }
+                for &(s, m) in term.mass[0].row(i) {
+                    add(m, &scratch[s * 2 * sheet + sheet..][..sheet]);
+                }
+            });
+        }
+    }
+}
+
+fn batch(plane: usize) -> usize {
+    (2048 / plane.max(1)).max(1)
+}
+
+/// 1D matrices of one separable term, trimmed of held ends.
+struct TermMatrices {
+    window: Window,
+    mass: [Mat<f64>; 3],
+    stiffness: [Mat<f64>; 3],
+    gradient: [GradientMatrix; 3],
+}
+
+/// The primal problem on one domain.
+#[derive(Debug)]
+pub struct Primal {
+    dims: Dims,
+    /// Closed function ranges of the conductors.
+    conductors: Vec<Window>,
+    vertices: [Vec<usize>; 3],
+    terms: Terms<f64>,
+    /// Open space beyond the last nodes.
+    faces: Faces,
+    schwarz: Schwarz<f32>,
+    work: SchwarzWork<f32>,
+}
+
+impl Primal {
+    /// Assembles line matrices and box modes.
+    pub fn new(domain: &Domain) -> Result<Self, SolveError> {
+        let dims = domain.primal_dims();
+        let whole = Block { lo: [0; 3], hi: domain.cells() };
+        let factors = domain.separable(&whole);
+        let trimmed = |a: usize, coefficient: &[f64]| {
+            let axis = &domain.axes[a];
+            let (m, k) = line_matrices(&axis.line, &per_element(axis, coefficient));
+            let f = axis.functions();
+            let cut = |m: Mat<f64>| m.as_ref().submatrix(f.start, f.start, f.len(), f.len()).to_owned();
+            (cut(m), cut(k))
+        };
+        let assemble = |window: Window, coefficient: &[Vec<f64>; 3]| -> Result<TermMatrices, SolveError> {
+            let [(m0, k0), (m1, k1), (m2, k2)] = [0, 1, 2].map(|a| trimmed(a, &coefficient[a]));
+            let [g0, g1, g2] = [0, 1, 2].map(|a| GradientMatrix::new(&domain.axes[a], &coefficient[a]));
+            let gradient = [g0?, g1?, g2?];
+            Ok(TermMatrices { window, mass: [m0, m1, m2], stiffness: [k0, k1, k2], gradient })
+        };
+        let mut terms = vec![assemble(dims.map(|n| 0..n), &factors)?];
+        for (block, difference) in corrections(domain, &factors) {
+            let window = [0, 1, 2].map(|a| domain.axes[a].closed(block.lo[a], block.hi[a]));
+            let indicator = [0, 1, 2].map(|a| {
+                let height = if a == 0 { difference } else { 1.0 };
+                (0..domain.cells()[a])
+                    .map(|m| if (block.lo[a]..block.hi[a]).contains(&m) { height } else { 0.0 })
+                    .collect::<Vec<_>>()
+            });
+            terms.push(assemble(window, &indicator)?);
+        }
+        let schwarz = schwarz(domain, dims)?;
+        Ok(Self {
+            dims,
+            conductors: domain
+                .conductors
+                .iter()
+                .map(|c| [0, 1, 2].map(|a| domain.axes[a].closed(c.lo[a], c.hi[a])))
+                .collect(),
+            vertices: [0, 1, 2].map(|a| domain.axes[a].vertices()),
+            terms: Terms::new(dims, &terms),
+            faces: Faces::new(domain),
+            schwarz,
+            work: SchwarzWork::default(),
+        })
+    }
+
+    /// Shape of the array of coefficients.
+    pub fn dims(&self) -> Dims {
+        self.dims
+    }
+
+    /// Coefficients that are `potentials[c]` on conductor c and zero elsewhere.
+    pub fn lift(&self, potentials: &[f64]) -> Vec<f64> {
+        let mut u = vec![0.0; self.unknowns()];
+        for (window, potential) in self.conductors.iter().zip(potentials) {
+            let inside = |a: usize| self.vertices[a].iter().filter(move |v| window[a].contains(v));
+            for i in inside(0) {
+                for j in inside(1) {
+                    for k in inside(2) {
+                        u[(i * self.dims[1] + j) * self.dims[2] + k] = *potential;
+                    }
+                }
+            }
+        }
+        u
+    }
+
+    fn product(&mut self, x: &[f64], y: &mut [f64]) {
+        self.terms.apply(x, y);
+        self.faces.add_product(x, y, self.dims);
+    }
+
+    /// A u over all functions, prescribed ones included: tested with a lift it gives charges.
+    pub fn full_product(&mut self, u: &[f64]) -> Vec<f64> {
+        let mut out = vec![0.0; u.len()];
+        self.product(u, &mut out);
+        out
+    }
+
+    /// Zeroes the prescribed entries.
+    pub fn clear_prescribed(&self, v: &mut [f64]) {
+        for window in &self.conductors {
+            clear(v, self.dims, window);
+        }
+    }
+}
+
+impl Operator for Primal {
+    fn unknowns(&self) -> usize {
+        self.dims.iter().product()
+    }
+    fn apply(&mut self, x: &[f64], y: &mut [f64]) {
+        self.product(x, y);
+        self.clear_prescribed(y);
+    }
+    fn precondition(&mut self, r: &[f32], z: &mut [f32]) {
+        self.schwarz.apply(r, z, &mut self.work);
+    }
+}
+
+/// Cells where the permittivity differs from the product of factors, merged to boxes along the last axis.
+fn corrections(domain: &Domain, factors: &[Vec<f64>; 3]) -> Vec<(Block, f64)> {
+    let cells = domain.cells();
+    let mut out: Vec<(Block, f64)> = Vec::new();
+    for i in 0..cells[0] {
+        for j in 0..cells[1] {
+            for k in 0..cells[2] {
+                let true_value = domain.permittivity_of([i, j, k]);
+                let difference = true_value - factors[0][i] * factors[1][j] * factors[2][k];
+                if difference.abs() <= 1e-14 * true_value {
+                    continue;
+                }
+                match out.last_mut() {
+                    Some((b, d)) if b.lo[0] == i && b.lo[1] == j && b.hi[2] == k && *d == difference => {
+                        b.hi[2] = k + 1
+                    }
+                    _ => out.push((Block { lo: [i, j, k], hi: [i + 1, j + 1, k + 1] }, difference)),
+                }
+            }
+        }
+    }
+    out
+}
+
+fn schwarz(domain: &Domain, dims: Dims) -> Result<Schwarz<f32>, SolveError> {
+    let window =
+        |b: &FreeBox| [0, 1, 2].map(|a| domain.axes[a].open(b.block.lo[a], b.block.hi[a], b.held[a]));
+    let boxes: Vec<FreeBox> =
+        free_boxes(domain).into_iter().filter(|b| window(b).iter().all(|w| !w.is_empty())).collect();
+    let keyed: Vec<_> = boxes.iter().map(|b| axis_keys(domain, b)).collect();
+    let mut distinct: BTreeMap<AxisKey, usize> = BTreeMap::new();
+    for key in keyed.iter().flatten() {
+        let next = distinct.len();
+        distinct.entry(key.clone()).or_insert(next);
+    }
+    let mut modes: Vec<(AxisKey, usize)> = distinct.iter().map(|(k, v)| (k.clone(), *v)).collect();
+    modes.sort_by_key(|(_, index)| *index);
+    let modes: Vec<Arc<Modes<f32>>> = modes
+        .par_iter()
+        .map(|((a, lo, hi, closed, bits), _)| {
+            let axis = &domain.axes[*a].tailed();
+            let coefficient: Vec<f64> = bits.iter().map(|b| f64::from_bits(*b)).collect();
+            let held = [0, 1].map(|side| {
+                let outer = if side == 0 { *lo == 0 } else { *hi == axis.intervals() };
+                !outer || closed[side] || axis.walls[side] == Wall::Grounded
+            });
+            let elements = axis.cuts[*lo]..axis.cuts[*hi];
+            Ok(Arc::new(Modes::new(&primal_modes(
+                &axis.line,
+                elements,
+                &per_element(axis, &coefficient),
+                held,
+            )?)))
+        })
+        .collect::<Result<_, SolveError>>()?;
+    let boxes = boxes
+        .iter()
+        .zip(&keyed)
+        .map(|(b, keys)| {
+            SeparableBox::new(window(b), [0, 1, 2].map(|a| Arc::clone(&modes[distinct[&keys[a]]])))
+        })
+        .collect();
+    Ok(Schwarz::new(boxes, dims))
+}
+
+/// Axis, interval range, held outer planes, and the bits of the permittivity factor of every interval (1 outside the
+/// range).
+pub(crate) type AxisKey = (usize, usize, usize, [bool; 2], Vec<u64>);
+
+/// What the modes of each axis of a box depend on.
+pub(crate) fn axis_keys(domain: &Domain, b: &FreeBox) -> [AxisKey; 3] {
+    let (lo, hi) = (b.block.lo, b.block.hi);
+    let factors = domain.separable(&b.block);
+    [0, 1, 2].map(|a| {
+        let bits = (0..domain.cells()[a])
+            .map(|m| if (lo[a]..hi[a]).contains(&m) { factors[a][m] } else { 1.0 })
+            .map(f64::to_bits)
+            .collect();
+        (a, lo[a], hi[a], b.held[a], bits)
+    })
+}

@@ -1,0 +1,88 @@
+//! Which permittivities rays to infinity meet.
+
+use crate::boxes::domain::Domain;
+
+/// The least and the greatest permittivity that a ray from each cell can meet.
+///
+/// Rays run straight away from the pole: on every axis only towards the side of the pole they are on.
+#[derive(Debug)]
+pub struct Ahead {
+    /// By direction (bit a set: towards lower coordinates on axis a), then by cell; empty where all are the same.
+    least: Vec<Vec<f64>>,
+    greatest: Vec<Vec<f64>>,
+    /// Whether rays in an interval can run upwards and downwards.
+    runs: [Vec<[bool; 2]>; 3],
+    cells: [usize; 3],
+}
+
+impl Ahead {
+    /// Of a domain with rays; without, no ray meets anything.
+    pub fn new(domain: &Domain) -> Self {
+        let cells = domain.cells();
+        let uniform = domain.permittivity.iter().all(|e| *e == domain.permittivity[0]);
+        if uniform || domain.axes.iter().any(|a| a.rays.is_none()) {
+            return Self { least: Vec::new(), greatest: Vec::new(), runs: Default::default(), cells };
+        }
+        let runs = [0, 1, 2].map(|a| {
+            let axis = &domain.axes[a];
+            let pole = axis.rays.map_or(0.0, |r| r.pole);
+            let node = |m: usize| axis.line.nodes[axis.cuts[m]];
+            (0..cells[a]).map(|m| [node(m + 1) > pole, node(m) < pole]).collect()
+        });
+        Self {
+            least: (0..8).map(|d| extremes(domain, d, f64::min)).collect(),
+            greatest: (0..8).map(|d| extremes(domain, d, f64::max)).collect(),
+            runs,
+            cells,
+        }
+    }
+
+    /// Permittivity of a cell over the least that rays from it meet.
+    pub fn contrast(&self, domain: &Domain, cell: [usize; 3]) -> f64 {
+        let own = domain.permittivity_of(cell);
+        own / self.met(&self.least, cell).fold(own, f64::min)
+    }
+
+    /// The largest contrast of any cell.
+    pub fn greatest_contrast(&self, domain: &Domain) -> f64 {
+        let [n0, n1, n2] = self.cells;
+        let cells = (0..n0 * n1 * n2).map(|c| [c / (n1 * n2), c / n2 % n1, c % n2]);
+        if self.least.is_empty() { 1.0 } else { cells.map(|c| self.contrast(domain, c)).fold(1.0, f64::max) }
+    }
+
+    /// The greatest permittivity that rays from a cell meet.
+    pub fn greatest(&self, domain: &Domain, cell: [usize; 3]) -> f64 {
+        self.met(&self.greatest, cell).fold(domain.permittivity_of(cell), f64::max)
+    }
+
+    fn met<'a>(&'a self, extreme: &'a [Vec<f64>], cell: [usize; 3]) -> impl Iterator<Item = f64> + 'a {
+        let index = (cell[0] * self.cells[1] + cell[1]) * self.cells[2] + cell[2];
+        let possible = move |direction: usize| (0..3).all(|a| self.runs[a][cell[a]][direction >> a & 1]);
+        extreme.iter().enumerate().filter(move |(d, _)| possible(*d)).map(move |(_, e)| e[index])
+    }
+}
+
+/// The extreme of the permittivities of a cell and of all cells ahead of it in one direction.
+fn extremes(domain: &Domain, direction: usize, extreme: fn(f64, f64) -> f64) -> Vec<f64> {
+    let cells = domain.cells();
+    let index = |c: [usize; 3]| (c[0] * cells[1] + c[1]) * cells[2] + c[2];
+    let down = |a: usize| direction >> a & 1 == 1;
+    let mut out = domain.permittivity.clone();
+    // Cells that lie ahead come first.
+    let along = |a: usize, n: usize| if down(a) { n } else { cells[a] - 1 - n };
+    for i in 0..cells[0] {
+        for j in 0..cells[1] {
+            for k in 0..cells[2] {
+                let at = [along(0, i), along(1, j), along(2, k)];
+                for (a, n) in [i, j, k].into_iter().enumerate() {
+                    if n > 0 {
+                        let mut next = at;
+                        next[a] = if down(a) { at[a] - 1 } else { at[a] + 1 };
+                        out[index(at)] = extreme(out[index(at)], out[index(next)]);
+                    }
+                }
+            }
+        }
+    }
+    out
+}

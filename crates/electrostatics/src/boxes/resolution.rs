@@ -1,0 +1,78 @@
+//! How fine a grid begins, how far out it reaches, and what it takes.
+
+use crate::boxes::layout::{Grid, Layout};
+use crate::solution::{ResolutionLevel, Target};
+use elastocap_fem::tensor::Dims;
+use elastocap_geometry::meshing::grid::Resolution;
+
+/// Size of a layer over the next larger one: between 0.12 (best below 1e-4) and 0.15 (best above), measured on the
+/// in-plane pair.
+const RATIO: f64 = 0.13;
+
+/// Unknowns of a part, primal plus dual, beyond which no grid is refined: about a minute's work on two cores.
+pub const MOST_UNKNOWNS: usize = 24_000_000;
+
+/// The spread that double precision allows, about: grids are not refined for less.
+pub const LEAST_TOLERANCE: f64 = 2e-12;
+
+/// Most unknowns of a first grid that has a layer at every edge.
+const MOST_AT_FIRST: usize = 30_000;
+
+/// Where rays to infinity begin: distance from the pole over that of the farthest conductor.
+///
+/// The error falls with the third power of it; the two factors were measured on a cube with a small one beside it and on
+/// two plates. Where rays pass through different permittivities the error of a net charge falls with the 1.8th power
+/// (measured on a cube on a slab).
+pub fn far(tolerance: f64, target: Target, contrast: Option<f64>) -> f64 {
+    let (factor, net_charge) = match target {
+        Target::Matrix => (0.9, true),
+        Target::TwoTerminal => (0.22, false),
+    };
+    let plain = (factor / tolerance).cbrt();
+    let excess = contrast.map_or(0.0, |c| (c - 1.0).min(10.0));
+    if net_charge && excess > 0.0 {
+        plain.max(2.0 * (0.31 * excess / tolerance).powf(1.0 / 1.8))
+    } else {
+        plain
+    }
+}
+
+/// The first grid of a layout.
+pub fn first(layout: &Layout, far: f64) -> Grid {
+    let with = |levels: usize| graded(ResolutionLevel { order: levels + 2, levels });
+    let layered = layout.grid(&with(1), far);
+    let (domain, _) = layout.domain(&layered);
+    if domain.primal_dims().iter().product::<usize>() <= MOST_AT_FIRST {
+        layered
+    } else {
+        layout.grid(&with(0), far)
+    }
+}
+
+/// The same layers at every edge, and degrees that grow away from it to the order.
+pub fn graded(level: ResolutionLevel) -> Resolution {
+    let ResolutionLevel { order, levels } = level;
+    Resolution { order, levels, ratio: RATIO, slope: 1.0, first: 2.min(order) }
+}
+
+/// The grid below a fixed one, for the estimate without bounds.
+pub fn coarser(level: ResolutionLevel) -> ResolutionLevel {
+    ResolutionLevel { order: level.order.saturating_sub(1).max(1), levels: level.levels.saturating_sub(1) }
+}
+
+/// Largest error of the iteration over the energy, on grids whose result is reported. A part and the whole scene see other
+/// rounding in the single-precision preconditioner: they agree to 1e-10 only where the iteration's own error is small.
+pub fn iteration_share(tolerance: f64) -> f64 {
+    (2e-3 * tolerance).clamp(1e-14, 3e-8)
+}
+
+/// Peak bytes of a solve with so many functions on each axis: vectors of the iterations, boxes of the preconditioner, line
+/// matrices, solutions of all parts.
+pub fn memory(dims: Dims, right_hand_sides: usize, bounds: bool) -> u64 {
+    let n = dims.iter().product::<usize>() as u64;
+    // Per unknown: six double vectors, the scratch of the operator (two more), single-precision copies, the boxes
+    // (about twice the array, two buffers each), the slopes for the indicator, and what is kept per right-hand side.
+    let one = n * (8 * 8 + 2 * 4 + 2 * 2 * 4 + 4 * 8 + 2 * 8 * right_hand_sides as u64);
+    let lines: u64 = dims.iter().map(|d| (d * d * 8 * 24) as u64).sum();
+    (if bounds { 2 } else { 1 }) * (one + lines) + (16 << 20)
+}

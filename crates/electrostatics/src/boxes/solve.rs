@@ -1,0 +1,403 @@
+//! From a scene to its Maxwell matrix: symmetry, resolution, both bounds.
+
+use crate::SolveError;
+use crate::boxes::domain::Domain;
+use crate::boxes::energy::{Energies, lower, upper};
+use crate::boxes::field::{Share, sample};
+use crate::boxes::grid_refinement::{Indicator, add, folded, indicator};
+use crate::boxes::grid_search::{self, LACKING, REMAINDER};
+use crate::boxes::layout::{Grid, Layout};
+use crate::boxes::primal::Primal;
+use crate::boxes::resolution::memory;
+use crate::boxes::symmetry::{Part, parts};
+use crate::floating::Floating;
+use crate::matrix::{MatrixBounds, from_energies};
+use crate::solution::{Bounded, Field, PhaseSeconds, Settings, Solution, Target};
+use elastocap_fem::tensor::{Dims, axpy};
+use elastocap_geometry::scene::BoxScene;
+use faer::Mat;
+use faer::linalg::solvers::Solve;
+use std::sync::atomic::Ordering;
+use std::time::Instant;
+
+/// Vacuum permittivity, F/m (CODATA 2018).
+pub const EPS0: f64 = 8.854_187_812_8e-12;
+
+/// Solves a scene: the Maxwell matrix with bounds, to the tolerance asked where that can be reached.
+pub fn solve(scene: &BoxScene, settings: &Settings) -> Result<Solution, SolveError> {
+    let begin = Instant::now();
+    let problem = Problem::new(scene, settings);
+    let setup = begin.elapsed().as_secs_f64();
+    let found = match settings.resolution {
+        Some(level) => grid_search::fixed(&problem, level)?,
+        None => grid_search::adaptive(&problem)?,
+    };
+    let field = settings.field.then(|| found.outcome.field(scene, &problem));
+    let mut solution = found.outcome.finish(&problem, &found.grid, found.shortfall);
+    solution.grids = found.grids;
+    solution.seconds.setup += setup;
+    solution.seconds.choosing = found.choosing;
+    solution.field = field;
+    Ok(solution)
+}
+
+/// A scene with its symmetry and what is asked of it.
+pub(crate) struct Problem<'a> {
+    pub(crate) layout: Layout,
+    pub(crate) parts: Vec<Part>,
+    /// The half, quarter or eighth of the scene that grids are made for.
+    pub(crate) core: Layout,
+    /// Axes across which a grid is reflected before it is solved on: none where mirrors are used.
+    pub(crate) reflected: [bool; 3],
+    /// Which conductors float.
+    pub(crate) floating: Floating,
+    pub(crate) settings: &'a Settings,
+}
+
+impl<'a> Problem<'a> {
+    pub(crate) fn new(scene: &BoxScene, settings: &'a Settings) -> Self {
+        let layout = Layout::new(scene);
+        let reflected = layout.mirror.map(|m| m.is_some() && !settings.symmetry);
+        Self {
+            parts: parts(&layout, settings.symmetry),
+            core: layout.core(),
+            reflected,
+            floating: Floating::new(scene),
+            layout,
+            settings,
+        }
+    }
+
+    /// Bytes the solve of the largest part takes on a grid.
+    pub(crate) fn memory(&self, grid: &Grid) -> u64 {
+        let (domain, _) = self.core.domain(grid);
+        self.memory_of(domain.primal_dims())
+    }
+
+    /// The same for a grid with so many functions on the axes of the part that grids are made for.
+    pub(crate) fn memory_of(&self, dims: Dims) -> u64 {
+        let dims = [0, 1, 2].map(|a| if self.reflected[a] { 2 * dims[a] } else { dims[a] });
+        let most = self.parts.iter().map(|p| p.potentials.len()).max().unwrap_or(0);
+        memory(dims, self.layout.conductors.len().max(most), self.settings.bounds)
+    }
+
+    /// Unknowns of the largest part on a grid, primal plus dual.
+    pub(crate) fn unknowns(&self, grid: &Grid) -> usize {
+        let (domain, _) = self.core.domain(grid);
+        let n: usize = domain.primal_dims().iter().product();
+        if self.settings.bounds { 2 * n } else { n }
+    }
+
+    /// Whether the caller wants the solve to stop.
+    pub(crate) fn cancelled(&self) -> bool {
+        self.settings.cancel.as_ref().is_some_and(|c| c.load(Ordering::Relaxed))
+    }
+}
+
+/// Energies of all parts on one grid.
+pub(crate) struct Outcome {
+    /// Of the driven conductors: what is asked for.
+    pub(crate) bounds: MatrixBounds,
+    /// Of all conductors.
+    all: MatrixBounds,
+    /// Potentials of the right-hand sides, in columns.
+    basis: Mat<f64>,
+    /// Parts that have a field, with the first of their columns.
+    solved: Vec<(usize, SolvedPart)>,
+    unknowns: usize,
+    pub(crate) iterations: usize,
+    pub(crate) converged: bool,
+    pub(crate) repair_share: f64,
+    seconds: PhaseSeconds,
+}
+
+/// The upper problem of one part.
+struct SolvedPart {
+    energies: Energies,
+    primal: Primal,
+    domain: Domain,
+    odd: [bool; 3],
+    copies: f64,
+}
+
+/// Solves all parts on one grid; the dual problem only if `lower_too`.
+pub(crate) fn on_grid(
+    problem: &Problem<'_>,
+    grid: &Grid,
+    share: f64,
+    lower_too: bool,
+) -> Result<Outcome, SolveError> {
+    let settings = problem.settings;
+    let n = problem.layout.conductors.len();
+    let mut basis = Mat::zeros(n, n);
+    let (mut up, mut low) = (Mat::zeros(n, n), Mat::zeros(n, n));
+    let mut out = Outcome {
+        bounds: MatrixBounds { lower: Mat::zeros(0, 0), upper: Mat::zeros(0, 0) },
+        all: MatrixBounds { lower: Mat::zeros(0, 0), upper: Mat::zeros(0, 0) },
+        basis: Mat::zeros(0, 0),
+        solved: Vec::new(),
+        unknowns: 0,
+        iterations: 0,
+        converged: true,
+        repair_share: 0.0,
+        seconds: PhaseSeconds::default(),
+    };
+    let grid = &grid.reflected(problem.reflected);
+    let cancel = settings.cancel.as_deref();
+    let mut at = 0;
+    for part in &problem.parts {
+        for (i, v) in part.potentials.iter().chain(&part.fieldless).enumerate() {
+            for c in 0..n {
+                basis[(c, at + i)] = v[c];
+            }
+        }
+        if part.potentials.is_empty() {
+            at += part.fieldless.len();
+            continue;
+        }
+        let (domain, held) = part.layout.domain(grid);
+        let potentials: Vec<Vec<f64>> =
+            part.potentials.iter().map(|v| held.iter().map(|&c| v[c]).collect()).collect();
+        // Both problems side by side: they are of one size.
+        let (upper, dual) = rayon::join(
+            || upper(&domain, &potentials, share, cancel),
+            || lower_too.then(|| lower(&domain, &potentials, share, cancel)).transpose(),
+        );
+        let (energies, primal) = upper?;
+        let dual = dual?;
+        if problem.cancelled() {
+            return Err(SolveError::Cancelled);
+        }
+        for i in 0..potentials.len() {
+            for j in 0..potentials.len() {
+                up[(at + i, at + j)] = part.copies * energies.matrix[(i, j)];
+                if let Some(dual) = &dual {
+                    low[(at + i, at + j)] = part.copies * dual.matrix[(i, j)];
+                }
+            }
+        }
+        out.iterations += energies.iterations;
+        out.converged &= energies.converged;
+        out.seconds.setup += energies.seconds[0];
+        out.seconds.primal += energies.seconds[1];
+        let mut unknowns = energies.unknowns;
+        if let Some(dual) = dual {
+            unknowns += dual.unknowns;
+            out.iterations += dual.iterations;
+            out.converged &= dual.converged;
+            out.seconds.setup = out.seconds.setup.max(dual.seconds[0]);
+            out.seconds.dual += dual.seconds[1];
+            out.repair_share = out.repair_share.max(dual.repair_share);
+        }
+        out.unknowns = out.unknowns.max(unknowns);
+        let solved = SolvedPart { energies, primal, domain, odd: part.odd, copies: part.copies };
+        out.solved.push((at, solved));
+        at += potentials.len() + part.fieldless.len();
+    }
+    let unit = EPS0 * problem.layout.unit;
+    let scaled = |m: Mat<f64>| {
+        let c = from_energies(&basis, &m);
+        Mat::from_fn(n, n, |i, j| unit * c[(i, j)])
+    };
+    out.all.upper = scaled(up);
+    out.all.lower = if lower_too { scaled(low) } else { out.all.upper.clone() };
+    out.all.part();
+    out.bounds = problem.floating.reduced(&out.all);
+    out.basis = basis;
+    Ok(out)
+}
+
+impl Outcome {
+    /// The state to look at: one volt between two driven conductors, or one volt on the first; floating ones with their charge.
+    fn field(&self, scene: &BoxScene, problem: &Problem<'_>) -> Field {
+        let Problem { layout, parts, settings, floating, .. } = problem;
+        let n = layout.conductors.len();
+        let driven: Vec<f64> = match floating.driven.len() {
+            2 => vec![0.5, -0.5],
+            n => (0..n).map(|c| if c == 0 { 1.0 } else { 0.0 }).collect(),
+        };
+        let potentials = floating.potentials(&self.all.upper, &driven, &floating.charges);
+        let target = Mat::from_fn(n, 1, |i, _| potentials[i]);
+        let weights = self.basis.partial_piv_lu().solve(&target);
+        let mut shares = Vec::new();
+        let (mut at, mut common) = (0, 0.0);
+        for part in parts {
+            let from = at + part.potentials.len();
+            at = from + part.fieldless.len();
+            common += (from..at).map(|i| weights[(i, 0)]).sum::<f64>();
+        }
+        for (first, part) in &self.solved {
+            let weights: Vec<f64> =
+                (0..part.energies.coefficients.len()).map(|i| weights[(first + i, 0)]).collect();
+            if let Some(coefficients) = part.combined(&weights) {
+                shares.push(Share { domain: &part.domain, coefficients, odd: part.odd });
+            }
+        }
+        let mirrored = layout.mirror.map(|m| m.is_some() && settings.symmetry);
+        let mut field = sample(scene, layout, &shares, mirrored, potentials);
+        field.potential.iter_mut().for_each(|p| *p += common);
+        field
+    }
+
+    /// Relative energies that the primal solution lacks along each axis in the states that the target is about, summed.
+    pub(crate) fn indicator(&self, problem: &Problem<'_>) -> Indicator {
+        let n = self.basis.nrows();
+        let Problem { floating, .. } = problem;
+        let driven = floating.driven.len();
+        let factor = self.basis.partial_piv_lu();
+        let of_driven = |v: &[f64]| {
+            let all = floating.potentials(&self.all.upper, v, &vec![0.0; floating.floating.len()]);
+            let weights = factor.solve(&Mat::from_fn(n, 1, |i, _| all[i]));
+            (0..n).map(|i| weights[(i, 0)]).collect::<Vec<f64>>()
+        };
+        // Weights of the right-hand sides in each state, and the state's energy.
+        let mut states: Vec<(Vec<f64>, f64)> = Vec::new();
+        if let (Target::TwoTerminal, true) = (problem.settings.target, driven == 2) {
+            let charges = Mat::from_fn(2, 1, |i, _| if i == 0 { 1.0 } else { -1.0 });
+            let voltages = self.bounds.upper.partial_piv_lu().solve(&charges);
+            let energy = voltages[(0, 0)] - voltages[(1, 0)];
+            if energy.is_finite() && energy > 0.0 {
+                states.push((of_driven(&[voltages[(0, 0)], voltages[(1, 0)]]), energy));
+            }
+        }
+        if states.is_empty() && !floating.floating.is_empty() {
+            for d in 0..driven {
+                let unit: Vec<f64> = (0..driven).map(|e| f64::from(u8::from(d == e))).collect();
+                states.push((of_driven(&unit), self.bounds.upper[(d, d)]));
+            }
+            states.retain(|(_, energy)| *energy > 0.0);
+        } else if states.is_empty() {
+            for i in 0..n {
+                let unit: Vec<f64> = (0..n).map(|j| f64::from(u8::from(i == j))).collect();
+                let v = self.basis.col(i);
+                states.push((unit, (v.transpose() * &self.bounds.upper * v).max(0.0)));
+            }
+        }
+        let unit = EPS0 * problem.layout.unit;
+        let mut total = Indicator::default();
+        for (weights, energy) in states {
+            for (first, part) in &self.solved {
+                let own = &weights[*first..*first + part.energies.coefficients.len()];
+                let Some(u) = part.combined(own) else { continue };
+                let own = indicator(&part.domain, &part.primal.slice_energies(&u));
+                let own = folded(own, problem.reflected);
+                add(&mut total, &own, part.copies * unit / energy);
+            }
+        }
+        total
+    }
+
+    /// The largest ratio between the relative error of an entry and that of the energies it is polarised from.
+    pub(crate) fn amplification(&self, settings: &Settings) -> f64 {
+        let (m, n) = (&self.bounds.upper, self.bounds.upper.nrows());
+        if settings.target == Target::TwoTerminal && n == 2 {
+            return 1.0;
+        }
+        let pairs = (0..n).flat_map(|i| (0..i).map(move |j| (i, j)));
+        let ratio = |(i, j): (usize, usize)| {
+            let mean = (m[(i, i)] * m[(j, j)]).sqrt();
+            mean / m[(i, j)].abs().max(0.1 * mean)
+        };
+        pairs.map(ratio).filter(|r| r.is_finite()).fold(1.0, f64::max)
+    }
+
+    /// Without a dual problem: puts the estimated error below the upper energies.
+    ///
+    /// Energies fall towards the truth as grids are refined: what the last refinement gained over those of a coarser grid
+    /// foretells what is left. So does `missing`, what the solution lacks by its own account; the larger one counts.
+    pub(crate) fn estimate(&mut self, coarser: &Mat<f64>, missing: f64, settings: &Settings) {
+        let upper = self.bounds.upper.clone();
+        let n = upper.nrows();
+        let gained = Mat::from_fn(n, n, |i, j| upper[(i, j)] - REMAINDER * (coarser[(i, j)] - upper[(i, j)]));
+        let lacking = upper.clone() * faer::Scale(1.0 - (LACKING * missing).min(1.0));
+        let mut error = |lower: Mat<f64>| {
+            self.bounds.lower = lower;
+            self.error(settings)
+        };
+        let by_gain = error(gained.clone());
+        if by_gain > error(lacking) {
+            self.bounds.lower = gained;
+        }
+    }
+
+    /// The largest relative spread (error estimate without bounds) of what the tolerance is about.
+    pub(crate) fn error(&self, settings: &Settings) -> f64 {
+        let m = &self.bounds;
+        let n = m.upper.nrows();
+        let value = |lower: f64, upper: f64| if settings.bounds { 0.5 * (lower + upper) } else { upper };
+        let relative = |lower: f64, upper: f64| {
+            if upper > 0.0 { (upper - lower) / value(lower, upper).abs() } else { 0.0 }
+        };
+        let pair = m.two_terminal().map(|t| relative(t.lower, t.upper));
+        if let (Target::TwoTerminal, Some(pair)) = (settings.target, pair) {
+            return pair;
+        }
+        let entries = (0..n).flat_map(|i| (0..=i).map(move |j| (i, j))).map(|(i, j)| {
+            let (lower, upper) = (&m.lower, &m.upper);
+            if i == j {
+                return relative(lower[(i, i)], upper[(i, i)]);
+            }
+            let gap = |i: usize| (upper[(i, i)] - lower[(i, i)]).max(0.0);
+            let size =
+                value(lower[(i, j)], upper[(i, j)]).abs().max(0.1 * (upper[(i, i)] * upper[(j, j)]).sqrt());
+            (gap(i) * gap(j)).sqrt() / size
+        });
+        // A number that is not one is the worst of all.
+        entries.chain(pair).fold(0.0, |a, b| if a >= b { a } else { b })
+    }
+
+    fn finish(self, problem: &Problem<'_>, grid: &Grid, shortfall: Option<String>) -> Solution {
+        let (settings, layout) = (problem.settings, &problem.layout);
+        let mut maxwell = self.bounds.entries();
+        let mut two_terminal = self.bounds.two_terminal();
+        let floating = if settings.bounds {
+            problem.floating.proved(&self.all)
+        } else {
+            // The whole matrix is taken to be as uncertain as what is asked for.
+            let lower = &self.all.upper * faer::Scale(1.0 - self.error(settings).min(0.5));
+            problem.floating.estimated(&MatrixBounds { lower, upper: self.all.upper.clone() })
+        };
+        if !settings.bounds {
+            // The computed energy itself is reported, with the estimate on both sides of it.
+            let centred = |upper: f64, b: Bounded| {
+                let error = b.upper - b.lower;
+                Bounded { value: upper, lower: upper - error, upper: upper + error }
+            };
+            two_terminal = two_terminal.map(|b| centred(b.upper, b));
+            for (i, row) in maxwell.iter_mut().enumerate() {
+                for (j, b) in row.iter_mut().enumerate() {
+                    *b = centred(self.bounds.upper[(i, j)], *b);
+                }
+            }
+        }
+        let stalled = || "the iteration stopped before its goal: the grid is too unequal".to_owned();
+        // Bounds are proved wherever the iteration stopped.
+        let shortfall = shortfall.or_else(|| (!self.converged && !settings.bounds).then(stalled));
+        Solution {
+            two_terminal,
+            maxwell,
+            floating,
+            reached: shortfall.is_none(),
+            shortfall,
+            unknowns: self.unknowns,
+            iterations: self.iterations,
+            grids: 1,
+            mirrored: if settings.symmetry { layout.mirror.map(|m| m.is_some()) } else { [false; 3] },
+            resolution: grid.level(),
+            repair_share: self.repair_share,
+            seconds: self.seconds,
+            field: None,
+        }
+    }
+}
+
+impl SolvedPart {
+    /// The potential of the right-hand sides with these weights; `None` if all are zero.
+    fn combined(&self, weights: &[f64]) -> Option<Vec<f64>> {
+        let mut out = vec![0.0; self.energies.coefficients.first()?.len()];
+        for (w, u) in weights.iter().zip(&self.energies.coefficients).filter(|(w, _)| **w != 0.0) {
+            axpy(&mut out, *w, u);
+        }
+        weights.iter().any(|w| *w != 0.0).then_some(out)
+    }
+}

@@ -1,0 +1,76 @@
+//! Mirror symmetry: the scene's potentials split into parts that are even or odd across each mirror plane, each
+//! solved on a half, a quarter or an eighth of the scene.
+
+use crate::boxes::layout::Layout;
+
+/// One part: a reduced layout and the potentials that live on it.
+#[derive(Debug, Clone)]
+pub struct Part {
+    /// The reduced layout.
+    pub layout: Layout,
+    /// Odd across the mirror plane of each axis.
+    pub odd: [bool; 3],
+    /// Copies of it that make the whole scene: its energies times this are the scene's.
+    pub copies: f64,
+    /// Potentials of all the scene's conductors, one vector per right-hand side.
+    pub potentials: Vec<Vec<f64>>,
+    /// The potential that is the same on every conductor of a scene with insulated walls only: it has no field, and
+    /// its energy is known to be zero.
+    pub fieldless: Vec<Vec<f64>>,
+}
+
+/// Splits a layout. The potentials of all parts together are a basis of all potentials.
+///
+/// Without `use_mirrors` every part is solved on the whole scene, but the potentials are split all the same: an
+/// iteration that starts symmetric stays so, and the numbers are those of the reduced parts up to rounding.
+pub fn parts(layout: &Layout, use_mirrors: bool) -> Vec<Part> {
+    let n = layout.conductors.len();
+    let axes: Vec<usize> = (0..3).filter(|&a| layout.mirror[a].is_some()).collect();
+    let mut out = Vec::new();
+    for signs in 0..1_usize << axes.len() {
+        let odd = |i: usize| signs >> i & 1 == 1;
+        // Project each unit potential on this symmetry; keep one of every orbit that survives.
+        let mut potentials: Vec<Vec<f64>> = Vec::new();
+        for c in 0..n {
+            let mut v = vec![0.0; n];
+            for flips in 0..1_usize << axes.len() {
+                let (mut image, mut sign) = (c, 1.0);
+                for (i, &a) in axes.iter().enumerate() {
+                    if flips >> i & 1 == 1 {
+                        image = layout.image(image, a);
+                        sign *= if odd(i) { -1.0 } else { 1.0 };
+                    }
+                }
+                v[image] += sign;
+            }
+            // The first entry of an orbit is its lowest conductor: any other member gives the same vector again.
+            let Some(first) = v.iter().position(|x| *x != 0.0) else { continue };
+            if first == c {
+                let scale = v[first];
+                v.iter_mut().for_each(|x| *x /= scale);
+                potentials.push(v);
+            }
+        }
+        let insulated =
+            layout.walls.iter().flatten().all(|w| *w == elastocap_geometry::scene::Wall::Insulated);
+        let mut fieldless = Vec::new();
+        if signs == 0 && insulated && !potentials.is_empty() {
+            potentials.pop();
+            fieldless.push(vec![1.0; n]);
+        }
+        if potentials.is_empty() && fieldless.is_empty() {
+            continue;
+        }
+        let mut reduced = layout.clone();
+        let (mut odd_axes, mut copies) = ([false; 3], 1.0);
+        if use_mirrors {
+            for (i, &a) in axes.iter().enumerate() {
+                reduced = reduced.half(a, odd(i));
+                odd_axes[a] = odd(i);
+                copies *= 2.0;
+            }
+        }
+        out.push(Part { layout: reduced, odd: odd_axes, copies, potentials, fieldless });
+    }
+    out
+}

@@ -1,0 +1,279 @@
+//! Fluxes around one vertex: the smallest problem that makes a flux meet the divergence asked of it.
+//!
+//! Unknown are the moments of the faces at the vertex. In each tetrahedron one sum of moments is prescribed; it is solved
+//! for the moment towards the root of a tree, so that what is asked holds to rounding, and least energy is looked for among
+//! the rest.
+
+use super::element::{Element, times};
+use super::faces::{Forest, Growth, NONE, Passages};
+use super::reference::Reference;
+use elastocap_geometry::meshing::tets::TetMesh;
+use faer::dyn_stack::{MemBuffer, MemStack};
+use faer::linalg::cholesky::llt::{factor, solve};
+use faer::{Mat, Par};
+
+/// What is the same for all patches.
+pub(super) struct Problem<'a> {
+    pub(super) mesh: &'a TetMesh,
+    pub(super) passages: &'a Passages,
+    pub(super) reference: &'a Reference,
+    /// Relative permittivity per region.
+    pub(super) permittivity: &'a [f64],
+    /// Per state, nodal gradients of all tetrahedra.
+    pub(super) gradients: &'a [Vec<[f64; 3]>],
+}
+
+impl Problem<'_> {
+    pub(super) fn eps(&self, t: usize) -> f64 {
+        self.permittivity[self.mesh.regions[t] as usize]
+    }
+
+    /// Nodal gradients of one state in one tetrahedron.
+    pub(super) fn gradient(&self, state: usize, t: usize) -> &[[f64; 3]] {
+        let nodes = self.reference.nodes;
+        &self.gradients[state][t * nodes..(t + 1) * nodes]
+    }
+}
+
+/// Moments that one vertex contributes.
+#[derive(Debug)]
+pub(super) struct Share {
+    /// Passages around the vertex.
+    pub(super) passages: Vec<u32>,
+    /// Moments, by state, passage and moment.
+    pub(super) moments: Vec<f64>,
+}
+
+/// Memory that patches use one after the other.
+#[derive(Default)]
+pub(super) struct Workspace {
+    element: Element,
+    forest: Forest,
+    of_tet: Vec<[u32; 4]>,
+    tets: Vec<[u32; 2]>,
+    matrix: Vec<f64>,
+    right: Vec<f64>,
+    supply: Vec<f64>,
+    carried: Vec<f64>,
+    departure: Vec<f64>,
+    sources: Vec<f64>,
+    pull: Vec<f64>,
+}
+
+impl Workspace {
+    /// Solves the patch of `vertex`, shared by `around`.
+    pub(super) fn solve(&mut self, problem: &Problem, vertex: u32, around: &[u32]) -> Share {
+        let passages = self.number(problem, vertex, around);
+        let (per, states) = (problem.reference.on_face, problem.gradients.len());
+        let unknowns = passages.len() * per;
+        if unknowns == 0 {
+            return Share { passages, moments: Vec::new() };
+        }
+        self.assemble(problem, vertex, around, &passages);
+        let cost = |p: u32| problem.passages.cost[passages[p as usize] as usize];
+        self.forest.grow(&self.of_tet, &self.tets, cost, Growth::Cheapest);
+        let mut moments = vec![0.0; states * unknowns];
+        self.fulfil(&mut moments, around.len(), per, unknowns);
+        // Pull towards least energy where the trees alone have brought the flux.
+        for (x, b) in moments.chunks_exact(unknowns).zip(self.right.chunks_exact_mut(unknowns)) {
+            for (row, b) in self.matrix.chunks_exact(unknowns).zip(b) {
+                *b -= row.iter().zip(x).map(|(a, x)| a * x).sum::<f64>();
+            }
+        }
+        self.reduce(per, unknowns);
+        let mut kept = vec![true; unknowns];
+        for (t, &face) in self.forest.parent.iter().enumerate().filter(|p| *p.1 < 4) {
+            kept[self.of_tet[t][face as usize] as usize * per] = false;
+        }
+        let free: Vec<usize> = (0..unknowns).filter(|&k| kept[k]).collect();
+        let mut small =
+            Mat::from_fn(free.len(), free.len(), |i, j| self.matrix[free[j] * unknowns + free[i]]);
+        let mut answer = Mat::from_fn(free.len(), states, |i, s| self.right[s * unknowns + free[i]]);
+        let scratch = factor::cholesky_in_place_scratch::<f64>(free.len(), Par::Seq, Default::default());
+        let mut memory = MemBuffer::new(scratch);
+        let stack = MemStack::new(&mut memory);
+        let done = factor::cholesky_in_place(
+            small.as_mut(),
+            Default::default(),
+            Par::Seq,
+            stack,
+            Default::default(),
+        );
+        // Where rounding spoils the factor, what the trees have brought is a flux all the same, only not the best.
+        if done.is_ok() {
+            solve::solve_in_place(small.as_ref(), answer.as_mut(), Par::Seq, stack);
+            if (0..states).all(|s| answer.col(s).iter().all(|x| x.is_finite())) {
+                for s in 0..states {
+                    for (i, &k) in free.iter().enumerate() {
+                        moments[s * unknowns + k] = answer[(i, s)];
+                    }
+                }
+                self.fulfil(&mut moments, around.len(), per, unknowns);
+            }
+        }
+        Share { passages, moments }
+    }
+
+    /// Numbers the passages at the vertex.
+    fn number(&mut self, problem: &Problem, vertex: u32, around: &[u32]) -> Vec<u32> {
+        let inner = |t: u32| {
+            let (corners, of_tet) =
+                (problem.passages.corners[t as usize], problem.passages.of_tet[t as usize]);
+            (0..4).filter(move |&i| corners[i] != vertex && of_tet[i] != NONE).map(move |i| (i, of_tet[i]))
+        };
+        let mut passages: Vec<u32> = around.iter().flat_map(|&t| inner(t).map(|p| p.1)).collect();
+        passages.sort_unstable();
+        passages.dedup();
+        self.of_tet.clear();
+        self.tets.clear();
+        self.tets.resize(passages.len(), [NONE; 2]);
+        for (k, &t) in around.iter().enumerate() {
+            let mut local = [NONE; 4];
+            for (i, p) in inner(t) {
+                if let Ok(here) = passages.binary_search(&p) {
+                    local[i] = here as u32;
+                    let first = problem.passages.tets[p as usize][0] == t;
+                    self.tets[here][usize::from(!first)] = k as u32;
+                }
+            }
+            self.of_tet.push(local);
+        }
+        passages
+    }
+
+    /// Energy, its slope, and what each tetrahedron must yield.
+    fn assemble(&mut self, problem: &Problem, vertex: u32, around: &[u32], passages: &[u32]) {
+        let reference = problem.reference;
+        let (per, states) = (reference.on_face, problem.gradients.len());
+        let kept = 4 * per + reference.sources;
+        let unknowns = passages.len() * per;
+        for (list, length) in [
+            (&mut self.matrix, unknowns * unknowns),
+            (&mut self.right, states * unknowns),
+            (&mut self.supply, states * around.len()),
+        ] {
+            list.clear();
+            list.resize(length, 0.0);
+        }
+        for (k, &t) in around.iter().enumerate() {
+            let t = t as usize;
+            let eps = problem.eps(t);
+            self.element.load(problem.mesh, problem.passages, reference, t, eps);
+            let own = problem.passages.corners[t].iter().position(|&c| c == vertex).unwrap_or(0);
+            let local = self.of_tet[k];
+            let sides: Vec<(usize, usize, f64)> = (0..4)
+                .filter(|&i| local[i] != NONE)
+                .map(|i| {
+                    let first = self.tets[local[i] as usize][0] == k as u32;
+                    (i, local[i] as usize * per, if first { 1.0 } else { -1.0 })
+                })
+                .collect();
+            for &(i, row, sign) in &sides {
+                for &(j, column, other) in &sides {
+                    for a in 0..per {
+                        let from = &self.element.energy[(i * per + a) * kept + j * per..][..per];
+                        let to = &mut self.matrix[(row + a) * unknowns + column..][..per];
+                        to.iter_mut().zip(from).for_each(|(to, from)| *to += sign * other * from);
+                    }
+                }
+            }
+            let beyond = |i: usize| {
+                let open = problem.passages.to_open[passages[local[i] as usize] as usize];
+                (open != NONE).then(|| problem.passages.open[open as usize].energy(reference))
+            };
+            let open: Vec<(usize, usize, Vec<f64>)> =
+                sides.iter().filter_map(|&(i, row, _)| Some((i, row, beyond(i)?))).collect();
+            for (_, row, energy) in &open {
+                for a in 0..per {
+                    for b in 0..per {
+                        self.matrix[(row + a) * unknowns + row + b] += energy[a * per + b];
+                    }
+                }
+            }
+            for s in 0..states {
+                self.element.carry(
+                    eps,
+                    problem.passages.original[t],
+                    problem.gradient(s, t),
+                    &mut self.carried,
+                );
+                let supply = &reference.hat_supply[own];
+                self.supply[s * around.len() + k] =
+                    supply.iter().zip(&self.carried).map(|(a, b)| a * b).sum::<f64>();
+                // Where to go from: the interpolated product of hat and flux, whose sources are more than asked for by
+                // hat times divergence.
+                times(&reference.hat_moments[own], &self.carried, &mut self.departure);
+                times(&reference.hat_sources[own], &self.carried, &mut self.sources);
+                self.departure.extend_from_slice(&self.sources);
+                times(&self.element.energy, &self.departure, &mut self.pull);
+                let right = &mut self.right[s * unknowns..(s + 1) * unknowns];
+                for &(i, row, sign) in &sides {
+                    for a in 0..per {
+                        right[row + a] += sign * self.pull[i * per + a];
+                    }
+                }
+                for (i, row, energy) in &open {
+                    for a in 0..per {
+                        let wanted = &self.departure[i * per..(i + 1) * per];
+                        right[row + a] += (0..per).map(|b| energy[a * per + b] * wanted[b]).sum::<f64>();
+                    }
+                }
+            }
+        }
+    }
+
+    /// Sets the first moments towards the roots to what the others leave.
+    fn fulfil(&self, moments: &mut [f64], tets: usize, per: usize, unknowns: usize) {
+        for (s, x) in moments.chunks_exact_mut(unknowns).enumerate() {
+            for &t in self.forest.order.iter().rev() {
+                let t = t as usize;
+                let parent = self.forest.parent[t] as usize;
+                if parent > 3 {
+                    continue;
+                }
+                let mut left = self.supply[s * tets + t];
+                for i in (0..4).filter(|&i| i != parent && self.of_tet[t][i] != NONE) {
+                    let p = self.of_tet[t][i] as usize;
+                    left -= self.sign(p, t) * x[p * per];
+                }
+                let p = self.of_tet[t][parent] as usize;
+                x[p * per] = self.sign(p, t) * left;
+            }
+        }
+    }
+
+    /// Puts what `fulfil` does with small changes into matrix and right-hand side.
+    fn reduce(&mut self, per: usize, unknowns: usize) {
+        for &t in &self.forest.order {
+            let t = t as usize;
+            let parent = self.forest.parent[t] as usize;
+            if parent > 3 {
+                continue;
+            }
+            let p = self.of_tet[t][parent] as usize;
+            let from = p * per;
+            let others: Vec<(usize, f64)> = (0..4)
+                .filter(|&i| i != parent && self.of_tet[t][i] != NONE)
+                .map(|i| self.of_tet[t][i] as usize)
+                .map(|q| (q * per, -self.sign(p, t) * self.sign(q, t)))
+                .collect();
+            for &(to, c) in &others {
+                for row in self.matrix.chunks_exact_mut(unknowns) {
+                    row[to] += c * row[from];
+                }
+            }
+            for &(to, c) in &others {
+                for k in 0..unknowns {
+                    self.matrix[to * unknowns + k] += c * self.matrix[from * unknowns + k];
+                }
+                for b in self.right.chunks_exact_mut(unknowns) {
+                    b[to] += c * b[from];
+                }
+            }
+        }
+    }
+
+    fn sign(&self, passage: usize, t: usize) -> f64 {
+        if self.tets[passage][0] as usize == t { 1.0 } else { -1.0 }
+    }
+}

@@ -1,0 +1,181 @@
+//! Dirichlet's principle on tetrahedra: continuous potentials of order 1 to 3, whose energies bound the capacitance of any
+//! shape from above.
+
+mod conjugate;
+mod csr;
+mod multigrid;
+mod reference;
+mod space;
+mod stiffness;
+#[cfg(test)]
+mod tests;
+
+pub use reference::{EDGES, FACES};
+pub use space::{Held, Space};
+
+use elastocap_geometry::meshing::tets::TetMesh;
+use elastocap_linalg::conjugate_gradients::Goal;
+use faer::Mat;
+use multigrid::Multigrid;
+use rayon::prelude::*;
+use std::sync::atomic::AtomicBool;
+use stiffness::Stiffness;
+
+/// What is to be solved.
+#[derive(Debug, Clone, Copy)]
+pub struct Problem<'a> {
+    /// The space around the conductors.
+    pub mesh: &'a TetMesh,
+    /// eps_r of each region of the mesh, positive: the background, then the dielectrics.
+    pub permittivity: &'a [f64],
+    /// Number of conductors; their indices in the mesh are below it.
+    pub conductors: usize,
+}
+
+/// How it is to be solved.
+#[derive(Debug, Clone, Copy)]
+pub struct TetSettings<'a> {
+    /// Order of the potentials, 1 to 3.
+    pub order: usize,
+    /// Of the energy, what the iteration may leave: the relative error of C that it may add.
+    pub share: f64,
+    /// Set from outside to stop at once.
+    pub cancel: Option<&'a AtomicBool>,
+}
+
+/// A problem on tetrahedra that cannot be solved.
+#[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
+pub enum TetsError {
+    /// No such order.
+    #[error("potentials on tetrahedra are of order 1, 2 or 3, not {0}")]
+    Order(usize),
+    /// More functions than 32-bit numbers.
+    #[error("the mesh has too many tetrahedra")]
+    TooLarge,
+    /// A face with a role that no tetrahedron has.
+    #[error("a face of the mesh belongs to no tetrahedron")]
+    Face,
+    /// Two conductors meet, or one and the ground.
+    #[error("two conductors, or a conductor and a grounded wall, meet at the face of points {0:?}")]
+    HeldTwice([u32; 3]),
+    /// A conductor that there is not.
+    #[error("a face is on conductor {0}, which the scene lacks")]
+    Conductor(u32),
+    /// A region without permittivity.
+    #[error("region {0} of the mesh has no permittivity")]
+    Region(u32),
+    /// A tetrahedron without volume.
+    #[error("tetrahedron {0} has no volume")]
+    Flat(usize),
+    /// The centre of open space lies in the plane of a face to it.
+    #[error("the face of points {0:?} to open space lies in one plane with the centre of the rays")]
+    OpenFace([u32; 3]),
+    /// Conjugate gradients ended short of the goal.
+    #[error("the linear solver stopped after {iterations} steps with {left:e} of the energy left")]
+    NotReached {
+        /// Steps taken.
+        iterations: usize,
+        /// Estimate of the relative error of the energy.
+        left: f64,
+    },
+    /// Asked to stop.
+    #[error("stopped on request")]
+    Cancelled,
+}
+
+/// Potentials for one volt on each conductor in turn, zero on the others.
+#[derive(Debug, Clone)]
+pub struct Potentials {
+    /// The functions.
+    pub space: Space,
+    /// Per conductor the coefficients of its potential, V, held ones included.
+    pub values: Vec<Vec<f64>>,
+    /// a(u_i, u_j), m, open space included: times [`crate::EPS0`] the Maxwell matrix of this space, F, and as a quadratic form
+    /// an upper bound on the true one.
+    pub energies: Mat<f64>,
+    /// The most iterations that a right-hand side took.
+    pub iterations: usize,
+    /// Number of unknowns.
+    pub unknowns: usize,
+    stiffness: Stiffness,
+}
+
+impl Potentials {
+    /// Solves for all conductors.
+    ///
+    /// # Errors
+    /// See [`TetsError`]: a mesh that is not what [`TetMesh`] promises, a goal not met, or a request to stop.
+    pub fn solve(problem: Problem<'_>, settings: TetSettings<'_>) -> Result<Self, TetsError> {
+        let space = Space::new(problem.mesh, settings.order)?;
+        let data = (0..problem.conductors as u32)
+            .map(|c| space.held().iter().map(|h| f64::from(u8::from(*h == Held::Conductor(c)))).collect())
+            .collect();
+        for held in space.held() {
+            if let Held::Conductor(c) = *held
+                && c as usize >= problem.conductors
+            {
+                return Err(TetsError::Conductor(c));
+            }
+        }
+        Self::solve_held(problem, settings, space, data)
+    }
+
+    /// Solves for what `data` has at functions that are held, from what it has at the others.
+    fn solve_held(
+        problem: Problem<'_>,
+        settings: TetSettings<'_>,
+        space: Space,
+        data: Vec<Vec<f64>>,
+    ) -> Result<Self, TetsError> {
+        let Problem { mesh, permittivity, .. } = problem;
+        let stiffness = Stiffness::new(mesh, permittivity, &space)?;
+        let system = stiffness.assemble(&space);
+        let linear = if settings.order > 1 {
+            let space = Space::new(mesh, 1)?;
+            Some((Stiffness::new(mesh, permittivity, &space)?.assemble(&space).matrix, space))
+        } else {
+            None
+        };
+        let grid = Multigrid::new(system.matrix, linear.as_ref().map(|(m, s)| (m.clone(), s)), &space);
+        let start = stiffness.energies(&space, &data);
+        let one = |(k, mut u): (usize, Vec<f64>)| {
+            let mut b = vec![0.0; space.unknowns()];
+            system.held.product(&u, &mut b, |product, _| -product);
+            let mut x = vec![0.0; space.unknowns()];
+            let goal = Goal { share: settings.share, start: start[(k, k)], cancel: settings.cancel };
+            let end = conjugate::solve(&grid, &b, &mut x, goal);
+            for (u, &unknown) in u.iter_mut().zip(space.unknown()) {
+                if unknown != space::NONE {
+                    *u = x[unknown as usize];
+                }
+            }
+            (u, end)
+        };
+        let solved: Vec<_> = data.into_par_iter().enumerate().map(one).collect();
+        let mut values = Vec::new();
+        let mut iterations = 0;
+        for (u, end) in solved {
+            values.push(u);
+            iterations = iterations.max(end.iterations);
+            if settings.cancel.is_some_and(|c| c.load(std::sync::atomic::Ordering::Relaxed)) {
+                return Err(TetsError::Cancelled);
+            }
+            if !end.reached {
+                let k = values.len() - 1;
+                return Err(TetsError::NotReached {
+                    iterations: end.iterations,
+                    left: end.energy_left / start[(k, k)],
+                });
+            }
+        }
+        let energies = stiffness.energies(&space, &values);
+        let unknowns = space.unknowns();
+        Ok(Self { space, values, energies, iterations, unknowns, stiffness })
+    }
+
+    /// Gradient of the potential of conductor `k`, V/m: per tetrahedron its values at the lattice points of order p - 1. One
+    /// for p = 1; the four corners for p = 2; for p = 3 the corners, then the middles of the [`EDGES`].
+    pub fn gradients(&self, mesh: &TetMesh, k: usize) -> Vec<[f64; 3]> {
+        self.stiffness.gradients(mesh, &self.space, &self.values[k])
+    }
+}

@@ -1,0 +1,248 @@
+//! Continuous potentials of order 1, 2, 3 on a mesh of tetrahedra: which functions there are and who holds them.
+
+use super::TetsError;
+use super::reference::{EDGES, FACES, lattice};
+use elastocap_geometry::meshing::tets::{FaceRole, TetMesh};
+use rayon::prelude::*;
+
+/// Who says what the coefficient of a function is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Held {
+    /// Nobody: it is an unknown.
+    Free,
+    /// A grounded wall.
+    Ground,
+    /// The conductor with this index.
+    Conductor(u32),
+}
+
+/// Lagrange functions of order p: coefficients are values at the lattice points of the tetrahedra.
+///
+/// Numbered are first the points of the mesh as they come, then the inner points of the edges (ascending by their ends; p - 1
+/// each, from the lower end on), then one per face with p = 3 (ascending by corners).
+#[derive(Debug, Clone)]
+pub struct Space {
+    order: usize,
+    points: usize,
+    edges: Vec<[u32; 2]>,
+    faces: Vec<[u32; 3]>,
+    per_tet: usize,
+    dofs: Vec<u32>,
+    held: Vec<Held>,
+    unknown: Vec<u32>,
+    unknowns: usize,
+}
+
+/// Marks a function that is no unknown in [`Space::unknown`].
+pub(super) const NONE: u32 = u32::MAX;
+
+impl Space {
+    /// The space of order `order`, 1 to 3, on a mesh.
+    ///
+    /// # Errors
+    /// If the order is another, if a corner of a face with a role is in no tetrahedron beside it, if a function is held by two
+    /// conductors or by a conductor and the ground, or if the mesh is too large for 32-bit numbers.
+    pub fn new(mesh: &TetMesh, order: usize) -> Result<Self, TetsError> {
+        if !(1..=3).contains(&order) {
+            return Err(TetsError::Order(order));
+        }
+        let points = mesh.points.len();
+        let mut edges = if order > 1 { all(&mesh.tets, EDGES) } else { Vec::new() };
+        let mut faces = if order > 2 { all(&mesh.tets, FACES) } else { Vec::new() };
+        edges.shrink_to_fit();
+        faces.shrink_to_fit();
+        let per_tet = lattice(order, 4).len();
+        let functions = points + (order - 1) * edges.len() + faces.len();
+        if functions.max(mesh.tets.len() * per_tet) >= NONE as usize {
+            return Err(TetsError::TooLarge);
+        }
+        let mut space = Self {
+            order,
+            points,
+            per_tet,
+            edges,
+            faces,
+            dofs: Vec::new(),
+            held: vec![Held::Free; functions],
+            unknown: Vec::new(),
+            unknowns: 0,
+        };
+        let index = Index { edges: starts(&space.edges, points), faces: starts(&space.faces, points) };
+        let mut dofs = vec![0_u32; mesh.tets.len() * per_tet];
+        dofs.par_chunks_mut(per_tet).zip(&mesh.tets).with_min_len(1024).try_for_each(|(dofs, tet)| {
+            space.number(&index, tet, &EDGES, &FACES, dofs).ok_or(TetsError::Face)
+        })?;
+        space.dofs = dofs;
+        let mut held = std::mem::take(&mut space.held);
+        for face in &mesh.boundary {
+            let by = match face.role {
+                FaceRole::Conductor(c) => Held::Conductor(c),
+                FaceRole::Grounded => Held::Ground,
+                FaceRole::Open { .. } => continue,
+            };
+            for dof in space.of_face(&index, face.face)? {
+                let here = &mut held[dof as usize];
+                if *here != Held::Free && *here != by {
+                    return Err(TetsError::HeldTwice(face.face));
+                }
+                *here = by;
+            }
+        }
+        space.unknown = held
+            .iter()
+            .map(|h| {
+                let number = if *h == Held::Free { space.unknowns as u32 } else { NONE };
+                space.unknowns += usize::from(*h == Held::Free);
+                number
+            })
+            .collect();
+        space.held = held;
+        Ok(space)
+    }
+
+    /// Order p of the functions.
+    pub fn order(&self) -> usize {
+        self.order
+    }
+
+    /// Functions, held ones included.
+    pub fn functions(&self) -> usize {
+        self.held.len()
+    }
+
+    /// Functions that nobody holds.
+    pub fn unknowns(&self) -> usize {
+        self.unknowns
+    }
+
+    /// Who holds each function.
+    pub fn held(&self) -> &[Held] {
+        &self.held
+    }
+
+    /// Number of each function among the unknowns, `u32::MAX` if it is held.
+    pub(super) fn unknown(&self) -> &[u32] {
+        &self.unknown
+    }
+
+    /// Functions per tetrahedron: 4, 10, 20.
+    pub fn per_tet(&self) -> usize {
+        self.per_tet
+    }
+
+    /// Functions of all tetrahedra, [`Space::per_tet`] each: corners, edges (01, 02, 03, 12, 13, 23; p - 1 each, from the first
+    /// corner to the second), with p = 3 faces (012, 013, 023, 123).
+    pub fn dofs(&self) -> &[u32] {
+        &self.dofs
+    }
+
+    /// The points of the mesh and the weights whose mean is the place of function `dof`: also the value there of a potential
+    /// of order 1.
+    pub fn linear(&self, dof: usize) -> Vec<(u32, f64)> {
+        let inner = self.order - 1;
+        if dof < self.points {
+            return vec![(dof as u32, 1.0)];
+        }
+        let on_edges = dof - self.points;
+        if on_edges < inner * self.edges.len() {
+            let [a, b] = self.edges[on_edges / inner];
+            let share = (on_edges % inner + 1) as f64 / self.order as f64;
+            return vec![(a, 1.0 - share), (b, share)];
+        }
+        self.faces[on_edges - inner * self.edges.len()].map(|p| (p, 1.0 / 3.0)).to_vec()
+    }
+
+    /// Functions on a face with ascending corners, as [`lattice`] orders them, for each of `faces`.
+    pub(super) fn of_faces(&self, faces: &[[u32; 3]]) -> Result<Vec<Vec<u32>>, TetsError> {
+        let index =
+            Index { edges: starts(&self.edges, self.points), faces: starts(&self.faces, self.points) };
+        faces.iter().map(|face| self.of_face(&index, *face)).collect()
+    }
+
+    fn of_face(&self, index: &Index, mut face: [u32; 3]) -> Result<Vec<u32>, TetsError> {
+        face.sort_unstable();
+        let mut dofs = vec![0; lattice(self.order, 3).len()];
+        self.number(index, &face, &[EDGES[0], EDGES[1], EDGES[3]], &FACES[..1], &mut dofs)
+            .ok_or(TetsError::Face)?;
+        Ok(dofs)
+    }
+
+    /// Writes the functions of a tetrahedron or a face; `None` if the mesh lacks an edge or a face of it.
+    fn number(
+        &self,
+        index: &Index,
+        corners: &[u32],
+        edges: &[[usize; 2]],
+        faces: &[[usize; 3]],
+        dofs: &mut [u32],
+    ) -> Option<()> {
+        for (dof, &corner) in dofs.iter_mut().zip(corners) {
+            if corner as usize >= self.points {
+                return None;
+            }
+            *dof = corner;
+        }
+        let (mut at, inner) = (corners.len(), self.order - 1);
+        if inner > 0 {
+            for [a, b] in edges.iter().map(|e| e.map(|k| corners[k])) {
+                let edge = find(&self.edges, &index.edges, [a.min(b), a.max(b)])?;
+                let first = (self.points + edge * inner) as u32;
+                for step in 0..inner as u32 {
+                    dofs[at] = first + if a < b { step } else { inner as u32 - 1 - step };
+                    at += 1;
+                }
+            }
+        }
+        if self.order == 3 {
+            for face in faces {
+                let mut face = face.map(|k| corners[k]);
+                face.sort_unstable();
+                let face = find(&self.faces, &index.faces, face)?;
+                dofs[at] = (self.points + inner * self.edges.len() + face) as u32;
+                at += 1;
+            }
+        }
+        Some(())
+    }
+}
+
+/// Where the edges and faces with each lowest corner begin.
+struct Index {
+    edges: Vec<u32>,
+    faces: Vec<u32>,
+}
+
+/// All edges or faces of the tetrahedra, once each, ascending.
+fn all<const N: usize, const M: usize>(tets: &[[u32; 4]], parts: [[usize; N]; M]) -> Vec<[u32; N]> {
+    let mut all: Vec<[u32; N]> = tets
+        .par_iter()
+        .with_min_len(1024)
+        .flat_map_iter(|tet| {
+            parts.into_iter().map(move |part| {
+                let mut part = part.map(|k| tet[k]);
+                part.sort_unstable();
+                part
+            })
+        })
+        .collect();
+    all.par_sort_unstable();
+    all.dedup();
+    all
+}
+
+fn starts<const N: usize>(parts: &[[u32; N]], points: usize) -> Vec<u32> {
+    let mut starts = vec![0_u32; points + 1];
+    for part in parts {
+        starts[part[0] as usize + 1] += 1;
+    }
+    for k in 0..points {
+        starts[k + 1] += starts[k];
+    }
+    starts
+}
+
+fn find<const N: usize>(parts: &[[u32; N]], starts: &[u32], part: [u32; N]) -> Option<usize> {
+    let first = part[0] as usize;
+    let (from, to) = (starts[first] as usize, starts[first + 1] as usize);
+    parts[from..to].binary_search(&part).ok().map(|k| from + k)
+}

@@ -1,0 +1,271 @@
+use super::*;
+use elastocap_geometry::meshing::tets::{BoundaryFace, FaceRole, of_boxes};
+use elastocap_geometry::scene::{Box3, BoxScene, Conductor, Dielectric, Wall};
+
+const SETTINGS: TetSettings<'static> = TetSettings { order: 2, share: 1e-10, cancel: None };
+
+fn cube(a: f64) -> Box3 {
+    Box3 { min: [-a; 3], max: [a; 3] }
+}
+
+fn scene(regions: &[Box3], domain: Box3, wall: Wall) -> BoxScene {
+    let name = |k: usize| format!("{k}");
+    BoxScene {
+        conductors: regions
+            .iter()
+            .enumerate()
+            .map(|(k, &region)| Conductor { name: name(k), region, floating_charge: None })
+            .collect(),
+        dielectrics: Vec::new(),
+        background_permittivity: 1.0,
+        domain,
+        walls: [[wall; 2]; 3],
+    }
+}
+
+/// From `from` to `to` in `n` steps, each next to `from` smaller by `ratio`.
+fn graded(from: f64, to: f64, n: usize, ratio: f64) -> Vec<f64> {
+    let mut at = vec![from];
+    at.extend((0..n).rev().map(|k| from + (to - from) * ratio.powi(k as i32)));
+    at
+}
+
+/// The axis of a cube in a cube: n layers of elements on both sides of +-1/2, out to `outer`.
+fn axis(n: usize, ratio: f64, outer: f64) -> Vec<f64> {
+    let mut half: Vec<f64> = graded(0.5, 0.0, n, ratio);
+    half.reverse();
+    half.extend(&graded(0.5, outer, n, ratio)[1..]);
+    let mut all: Vec<f64> = half[1..].iter().rev().map(|x| -x).collect();
+    all.extend(half);
+    all
+}
+
+fn solve(mesh: &TetMesh, permittivity: &[f64], conductors: usize, order: usize) -> Potentials {
+    let problem = Problem { mesh, permittivity, conductors };
+    Potentials::solve(problem, TetSettings { order, ..SETTINGS }).unwrap()
+}
+
+/// n + 1 points from `from` to `to`, evenly.
+fn even(from: f64, to: f64, n: usize) -> Vec<f64> {
+    (0..=n).map(|k| if k == n { to } else { from + (to - from) * k as f64 / n as f64 }).collect()
+}
+
+fn cube_in_cube(n: usize, ratio: f64, order: usize) -> (f64, Potentials) {
+    let line = axis(n, ratio, 1.0);
+    let mesh = of_boxes(&scene(&[cube(0.5)], cube(1.0), Wall::Grounded), &[line.clone(), line.clone(), line]);
+    let problem = Problem { mesh: &mesh, permittivity: &[1.0], conductors: 1 };
+    let solved = Potentials::solve(problem, TetSettings { order, ..SETTINGS }).unwrap();
+    (solved.energies[(0, 0)] / 19.127134997 - 1.0, solved)
+}
+
+#[test]
+fn a_cube_in_a_cube_is_bounded_from_above_and_met() {
+    for order in 1..=3 {
+        let mut last = f64::INFINITY;
+        for n in 1..=4 {
+            let (error, solved) = cube_in_cube(n, 0.35, order);
+            println!(
+                "p{order} n{n}: {error:e}, {} iterations, {} unknowns",
+                solved.iterations, solved.unknowns
+            );
+            assert!(error > 0.0 && error < last);
+            last = error;
+        }
+    }
+}
+
+#[test]
+fn an_isolated_cube_is_bounded_from_above_and_met() {
+    for order in 1..=3 {
+        let mut last = f64::INFINITY;
+        for n in 1..=4 {
+            let line = axis(n, 0.4, 1.5);
+            let scene = scene(&[cube(0.5)], Box3::SPACE, Wall::Open);
+            let mesh = of_boxes(&scene, &[line.clone(), line.clone(), line]);
+            let solved = solve(&mesh, &[1.0], 1, order);
+            let exact = 0.66067815409957 * 4.0 * std::f64::consts::PI;
+            let error = solved.energies[(0, 0)] / exact - 1.0;
+            println!("p{order} n{n}: {error:e}, {} iterations", solved.iterations);
+            assert!(error > 0.0 && error < last);
+            last = error;
+        }
+        assert!(last < [0.1, 8e-3, 4e-3][order - 1]);
+    }
+}
+
+#[test]
+fn plates_with_two_layers_between_are_exact() {
+    let domain = Box3 { min: [0.0; 3], max: [1.0, 1.0, 2.0] };
+    let layer = |min: f64, max: f64| Box3 { min: [0.0, 0.0, min], max: [1.0, 1.0, max] };
+    let mut scene = scene(&[layer(0.0, 0.5), layer(1.5, 2.0)], domain, Wall::Insulated);
+    let eps = [1.0, 3.0, 7e5];
+    for (k, region) in [layer(0.5, 0.75), layer(0.75, 1.5)].into_iter().enumerate() {
+        scene.dielectrics.push(Dielectric {
+            name: format!("{k}"),
+            region,
+            relative_permittivity: eps[k + 1],
+        });
+    }
+    let lines = [vec![0.0, 0.3, 1.0], vec![0.0, 0.9, 1.0], vec![0.0, 0.5, 0.7, 0.75, 1.2, 1.5, 2.0]];
+    let mesh = of_boxes(&scene, &lines);
+    let exact = 1.0 / (0.25 / 3.0 + 0.75 / 7e5);
+    for order in 1..=3 {
+        let solved = solve(&mesh, &eps, 2, order);
+        for (i, j) in [(0, 0), (0, 1), (1, 0), (1, 1)] {
+            let sign = if i == j { 1.0 } else { -1.0 };
+            assert!((solved.energies[(i, j)] / (sign * exact) - 1.0).abs() < 1e-9);
+        }
+        let gradients = solved.gradients(&mesh, 0);
+        let each = gradients.len() / mesh.tets.len();
+        assert_eq!(each, [1, 4, 10][order - 1]);
+        for (t, at) in gradients.chunks(each).enumerate() {
+            let slope = exact / eps[mesh.regions[t] as usize];
+            assert!(at.iter().all(|g| (g[2] + slope).abs() + g[0].abs() + g[1].abs() < 1e-4 * exact));
+        }
+    }
+}
+
+/// exp(1.3 x) sin(0.5 y) cos(1.2 z), which is harmonic, and its gradient.
+fn harmonic([x, y, z]: [f64; 3]) -> (f64, [f64; 3]) {
+    let (e, (sy, cy), (sz, cz)) = ((1.3 * x).exp(), (0.5 * y).sin_cos(), (1.2 * z).sin_cos());
+    (e * sy * cz, [1.3 * e * sy * cz, 0.5 * e * cy * cz, -1.2 * e * sy * sz])
+}
+
+/// Squared energy of the error for the harmonic potential on n^3 cells of which the inner points are moved.
+fn error_of_harmonic(n: usize, order: usize) -> f64 {
+    let line = even(0.0, 1.0, n);
+    let domain = Box3 { min: [0.0; 3], max: [1.0; 3] };
+    let mut mesh = of_boxes(&scene(&[], domain, Wall::Grounded), &[line.clone(), line.clone(), line]);
+    for p in &mut mesh.points {
+        let bump: f64 = p.iter().map(|x| x * (1.0 - x)).product();
+        for a in 0..3 {
+            p[a] += (1.0 - 0.5 * a as f64) * bump;
+        }
+    }
+    let space = Space::new(&mesh, order).unwrap();
+    let place = |dof: usize| {
+        let points = space.linear(dof);
+        [0, 1, 2].map(|a| points.iter().map(|(p, w)| w * mesh.points[*p as usize][a]).sum())
+    };
+    let value = |d: usize| if space.held()[d] == Held::Free { 0.0 } else { harmonic(place(d)).0 };
+    let data = (0..space.functions()).map(value).collect();
+    let problem = Problem { mesh: &mesh, permittivity: &[1.0], conductors: 0 };
+    let settings = TetSettings { order, share: 1e-13, cancel: None };
+    let solved = Potentials::solve_held(problem, settings, space.clone(), vec![data]).unwrap();
+    let gradients = solved.gradients(&mesh, 0);
+    let points = reference::lattice(order - 1, 4);
+    let mut error = 0.0;
+    for t in 0..mesh.tets.len() {
+        let corners = mesh.tets[t].map(|p| mesh.points[p as usize]);
+        for (at, weight) in reference::tetrahedron_rule() {
+            let exact = harmonic([0, 1, 2].map(|a| (0..4).map(|k| at[k] * corners[k][a]).sum())).1;
+            for a in 0..3 {
+                let here = points.iter().zip(&gradients[t * points.len()..]);
+                let found: f64 =
+                    here.map(|(&point, g)| reference::shape(order - 1, point, at).0 * g[a]).sum();
+                error += mesh.determinant(t) * weight * (found - exact[a]).powi(2);
+            }
+        }
+    }
+    error
+}
+
+#[test]
+fn the_energy_of_the_error_of_a_smooth_potential_falls_with_twice_the_order() {
+    for order in 1..=3 {
+        let rate = (error_of_harmonic(3, order) / error_of_harmonic(6, order)).log2();
+        println!("p{order}: rate {rate}");
+        assert!((rate - 2.0 * order as f64).abs() < 0.35);
+    }
+}
+
+#[test]
+fn a_sheet_between_walls_has_two_sides() {
+    let domain = Box3 { min: [0.0; 3], max: [1.0; 3] };
+    let sheet = Box3 { min: [0.0, 0.0, 0.25], max: [1.0, 1.0, 0.25] };
+    let mut scene = scene(&[sheet], domain, Wall::Insulated);
+    scene.walls[2] = [Wall::Grounded; 2];
+    let mesh = of_boxes(&scene, &[even(0.0, 1.0, 3), even(0.0, 1.0, 2), even(0.0, 1.0, 4)]);
+    for order in 1..=3 {
+        let solved = solve(&mesh, &[1.0], 1, order);
+        assert!((solved.energies[(0, 0)] - (4.0 + 4.0 / 3.0)).abs() < 1e-9);
+    }
+}
+
+/// Two conductors of which one lies at the edge of a dielectric, n^3 cells; n is a multiple of 8.
+fn contrast(n: usize, eps: f64, order: usize) -> Potentials {
+    let place = |min: [f64; 3], max: [f64; 3]| Box3 { min, max };
+    let conductors = [place([0.25; 3], [0.5; 3]), place([0.5, 0.625, 0.75], [0.875; 3])];
+    let mut scene = scene(&conductors, place([0.0; 3], [1.0; 3]), Wall::Grounded);
+    scene.walls[1] = [Wall::Insulated; 2];
+    let dielectrics = [place([0.5, 0.0, 0.0], [0.875, 1.0, 0.625]), place([0.125; 3], [0.25; 3])];
+    for (k, region) in dielectrics.into_iter().enumerate() {
+        scene.dielectrics.push(Dielectric { name: format!("{k}"), region, relative_permittivity: eps });
+    }
+    let line = even(0.0, 1.0, n);
+    let mesh = of_boxes(&scene, &[line.clone(), line.clone(), line]);
+    solve(&mesh, &[1.0, eps, eps], 2, order)
+}
+
+#[test]
+fn iterations_grow_neither_with_the_mesh_nor_with_the_contrast() {
+    for order in 1..=3 {
+        for eps in [1e-6, 1.0, 1e6] {
+            let counts = if order == 1 { [8, 16, 32] } else { [8, 8, 16] }.map(|n| {
+                let solved = contrast(n, eps, order);
+                let [a, b, c] = [(0, 0), (0, 1), (1, 1)].map(|k| solved.energies[k]);
+                assert!(a > 0.0 && c > 0.0 && b < 0.0 && a + b > 0.0 && c + b > 0.0);
+                solved.iterations
+            });
+            println!("p{order}, contrast {eps:e}: {counts:?}");
+            assert!(counts.iter().all(|c| *c <= 30));
+        }
+    }
+}
+
+#[test]
+fn charges_are_those_of_the_energies_and_potentials_lie_between_the_conductors() {
+    let solved = contrast(8, 4.0, 2);
+    // a(u_0, v) is the same for every v with the boundary values of u_1.
+    let mut potentials = solved.values.clone();
+    for (u, held) in potentials[1].iter_mut().zip(solved.space.held()) {
+        if *held == Held::Free {
+            *u = 0.0;
+        }
+    }
+    let charge = solved.stiffness.energies(&solved.space, &potentials)[(0, 1)];
+    assert!((charge / solved.energies[(0, 1)] - 1.0).abs() < 1e-3);
+    assert!(solved.values.iter().flatten().all(|u| (-0.05..1.05).contains(u)));
+}
+
+#[test]
+fn results_are_the_same_at_any_number_of_threads() {
+    let run = |threads: usize| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        pool.install(|| contrast(8, 4.0, 2))
+    };
+    let (one, three) = (run(1), run(3));
+    assert_eq!(one.values, three.values);
+    assert_eq!(one.energies, three.energies);
+}
+
+#[test]
+fn what_cannot_be_solved_is_named() {
+    let line = even(-1.0, 1.0, 4);
+    let scene = scene(&[cube(0.5)], cube(1.0), Wall::Grounded);
+    let mut mesh = of_boxes(&scene, &[line.clone(), line.clone(), line]);
+    let run = |mesh: &TetMesh, conductors, permittivity: &[f64], order| {
+        let problem = Problem { mesh, permittivity, conductors };
+        Potentials::solve(problem, TetSettings { order, ..SETTINGS }).err()
+    };
+    assert_eq!(run(&mesh, 1, &[1.0], 4), Some(TetsError::Order(4)));
+    assert_eq!(run(&mesh, 0, &[1.0], 1), Some(TetsError::Conductor(0)));
+    assert_eq!(run(&mesh, 1, &[], 2), Some(TetsError::Region(0)));
+    let stop = AtomicBool::new(true);
+    let settings = TetSettings { cancel: Some(&stop), ..SETTINGS };
+    let problem = Problem { mesh: &mesh, permittivity: &[1.0], conductors: 1 };
+    assert_eq!(Potentials::solve(problem, settings).err(), Some(TetsError::Cancelled));
+    let first = mesh.boundary[0];
+    mesh.boundary.push(BoundaryFace { role: FaceRole::Conductor(7), ..first });
+    assert!(matches!(run(&mesh, 8, &[1.0], 3), Some(TetsError::HeldTwice(_))));
+}

@@ -1,0 +1,257 @@
+//! The study at work: stage after stage, one for each tolerance and kind, within the time given.
+
+use std::ops::RangeInclusive;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Instant;
+
+use elastocap_electrostatics::ResolutionLevel;
+
+use super::run::{Choice, Kind, Missing, Run};
+use super::subject::Subject;
+use super::verdict::fastest;
+use super::walk::{LEVELS, ORDERS, Trial, walk};
+use elastocap_coupling::step::Stop;
+
+/// A stage takes about this many times what the own choice takes: the walk, and the repeats.
+const WEIGHT: f64 = 40.0;
+/// With less than this many it would say nothing.
+const LEAST: f64 = 6.0;
+/// A stage of short runs gets so many seconds all the same.
+const SHORTEST: f64 = 0.4;
+/// Share of a stage for finding grids; the rest is for timing the best of them.
+const SEARCH: f64 = 0.6;
+/// So many of the fastest grids are timed again, side by side with the own choice.
+const CONTENDERS: usize = 4;
+/// Share of all the time kept for the finest grid, which is there for the reference alone.
+const FOR_REFERENCE: f64 = 0.25;
+const REPEATS: RangeInclusive<usize> = 2..=25;
+
+/// One tolerance, with or without bounds.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Stage {
+    tolerance: f64,
+    bounds: bool,
+}
+
+pub(super) struct Engine<'a> {
+    pub(super) subject: &'a Subject,
+    pub(super) runs: Vec<Run>,
+    cancel: &'a AtomicBool,
+    tell: &'a (dyn Fn(&str) + Sync),
+    begun: Instant,
+    /// For all of it.
+    seconds: f64,
+    /// Seconds that own choices took over what was foretold: with bounds, and without.
+    scale: [f64; 2],
+}
+
+impl<'a> Engine<'a> {
+    pub(super) fn new(
+        subject: &'a Subject,
+        seconds: f64,
+        cancel: &'a AtomicBool,
+        tell: &'a (dyn Fn(&str) + Sync),
+    ) -> Self {
+        Self { subject, runs: Vec::new(), cancel, tell, begun: Instant::now(), seconds, scale: [1.0; 2] }
+    }
+
+    /// Everything, from coarse to fine.
+    pub(super) fn study(&mut self, tolerances: &[f64]) {
+        let _ = self.subject.solve(None, 0.1, true); // The first solve warms caches up.
+        let stages: Vec<Stage> = tolerances
+            .iter()
+            .flat_map(|&tolerance| [true, false].map(|bounds| Stage { tolerance, bounds }))
+            .collect();
+        for (i, stage) in stages.iter().enumerate() {
+            let expected = self.foretold(stage);
+            let left = (1.0 - FOR_REFERENCE) * self.seconds - self.elapsed();
+            // Those ahead that will be left out leave their time to the others.
+            let mut ahead = 0.0;
+            for seconds in stages[i..].iter().map(|s| self.foretold(s)) {
+                if LEAST * (ahead + seconds) <= left {
+                    ahead += seconds;
+                }
+            }
+            let share = left * (expected / ahead.max(expected));
+            let missing = if self.stopped() {
+                Some(Missing::NotRun)
+            } else if left < LEAST * expected || left <= 0.0 {
+                Some(Missing::LeftOut(expected))
+            } else {
+                None
+            };
+            match missing {
+                Some(why) => {
+                    let kind = Kind::of(stage.bounds);
+                    self.runs.push(Run::missing(kind, Choice::Own, stage.tolerance, why));
+                }
+                None => self.stage(stage, share.min(WEIGHT * expected).max(SHORTEST)),
+            }
+        }
+        self.finest();
+    }
+
+    fn stopped(&self) -> bool {
+        self.cancel.load(Ordering::Relaxed)
+    }
+
+    fn elapsed(&self) -> f64 {
+        self.begun.elapsed().as_secs_f64()
+    }
+
+    fn foretold(&self, stage: &Stage) -> f64 {
+        let own = self.subject.foretold(None, stage.tolerance, stage.bounds);
+        own.unwrap_or(f64::INFINITY) * self.scale[usize::from(!stage.bounds)]
+    }
+
+    /// The own choice, the grids around it, and all of the good ones timed side by side.
+    fn stage(&mut self, stage: &Stage, share: f64) {
+        let until = self.elapsed() + share;
+        let Some(own) = self.solve(stage, None) else { return };
+        let Some(found) = self.runs[own].found() else { return };
+        let (seconds, start) = (found.seconds, found.level);
+        if let Some(foretold) = self.subject.foretold(None, stage.tolerance, stage.bounds) {
+            self.scale[usize::from(!stage.bounds)] = seconds / foretold;
+        }
+        if let Some(start) = start {
+            let room = self.best_room(stage, start);
+            self.search(&room, stage.tolerance, start, until - (1.0 - SEARCH) * share);
+            self.other_room(&room, stage.tolerance);
+        }
+        self.time_again(stage, own, until);
+    }
+
+    /// The stage whose tolerance gives the grids of this one the best room outside.
+    ///
+    /// A given grid takes its room from the tolerance, where the solver's own choice looks for it too.
+    fn best_room(&mut self, stage: &Stage, level: ResolutionLevel) -> Stage {
+        let rooms = [10.0 * stage.tolerance, stage.tolerance, stage.tolerance / 10.0];
+        let mut best: Option<(f64, Stage)> = None;
+        for tolerance in rooms {
+            let room = Stage { tolerance, ..*stage };
+            let found = self.solve(&room, Some(level)).and_then(|run| self.runs[run].found());
+            let good = found.filter(|found| found.told <= stage.tolerance).map(|found| found.seconds);
+            if let Some(seconds) = good.filter(|s| best.is_none_or(|(before, _)| *s < before)) {
+                best = Some((seconds, room));
+            }
+        }
+        best.map_or(Stage { tolerance: stage.tolerance / 10.0, ..*stage }, |(_, room)| room)
+    }
+
+    /// The grids around the line where the tolerance is met, all with the same room.
+    fn search(&mut self, stage: &Stage, tolerance: f64, start: ResolutionLevel, until: f64) {
+        let subject = self.subject;
+        let foretold = |level| subject.foretold(Some(level), stage.tolerance, stage.bounds);
+        walk(start, tolerance, &foretold, &mut |level| {
+            if self.elapsed() > until {
+                return None;
+            }
+            let run = self.solve(stage, Some(level))?;
+            // A grid that cannot be solved on meets nothing, whatever it takes.
+            let found = self.runs[run].found().map(|found| (found.seconds, found.told));
+            let (seconds, told) = found.unwrap_or((f64::NAN, f64::INFINITY));
+            Some(Trial { seconds, told })
+        });
+    }
+
+    /// The best grid with less room outside, and coarser ones with more.
+    fn other_room(&mut self, stage: &Stage, tolerance: f64) {
+        let best = fastest(&self.runs, Kind::of(stage.bounds), tolerance, None);
+        let Some(level) = best.and_then(|i| self.runs[i].found()).and_then(|found| found.level) else {
+            return;
+        };
+        let less = Stage { tolerance: 10.0 * stage.tolerance, ..*stage };
+        let more = Stage { tolerance: stage.tolerance / 10.0, ..*stage };
+        self.solve(&less, Some(level));
+        for at in [
+            ResolutionLevel { order: level.order.saturating_sub(1).max(*ORDERS.start()), ..level },
+            ResolutionLevel { levels: level.levels.saturating_sub(1).max(*LEVELS.start()), ..level },
+        ] {
+            self.solve(&more, Some(at));
+        }
+    }
+
+    /// The own choice and the fastest grids in turn, so that what else the machine does hits all of them alike.
+    fn time_again(&mut self, stage: &Stage, own: usize, until: f64) {
+        let kind = Kind::of(stage.bounds);
+        let table = |run: &Run| run.choice == Choice::Table && run.kind == kind && run.meets(stage.tolerance);
+        let timed = self.runs.iter().enumerate().filter(|(_, run)| table(run));
+        let mut best: Vec<(usize, f64)> =
+            timed.filter_map(|(i, run)| Some((i, run.found()?.seconds))).collect();
+        best.sort_by(|a, b| a.1.total_cmp(&b.1));
+        best.truncate(CONTENDERS);
+        for round in 1..*REPEATS.end() {
+            if round >= *REPEATS.start() && self.elapsed() > until {
+                return;
+            }
+            for i in std::iter::once(own).chain(best.iter().map(|(i, _)| *i)) {
+                if self.stopped() {
+                    return;
+                }
+                self.repeat(i, stage.bounds);
+            }
+        }
+    }
+
+    fn repeat(&mut self, index: usize, bounds: bool) {
+        let run = &self.runs[index];
+        let (Some(found), Some(tolerance)) = (run.found(), run.tolerance) else { return };
+        let level = found.level.filter(|_| run.choice == Choice::Table);
+        let Ok(again) = self.subject.solve(level, tolerance, bounds) else { return };
+        if let Ok(found) = &mut self.runs[index].outcome {
+            found.seconds = found.seconds.min(again.seconds);
+            found.repeats += 1;
+        }
+    }
+
+    /// Solves, unless that was done before; the index of the run, nothing if stopped.
+    fn solve(&mut self, stage: &Stage, level: Option<ResolutionLevel>) -> Option<usize> {
+        let kind = Kind::of(stage.bounds);
+        let choice = if level.is_some() { Choice::Table } else { Choice::Own };
+        if self.stopped() {
+            if choice == Choice::Own {
+                self.runs.push(Run::missing(kind, choice, stage.tolerance, Missing::NotRun));
+            }
+            return None;
+        }
+        let same = |run: &Run| {
+            (run.kind, run.choice, run.tolerance) == (kind, choice, Some(stage.tolerance))
+                && run.found().is_some_and(|found| found.level == level)
+        };
+        if let Some(before) = self.runs.iter().position(same).filter(|_| level.is_some()) {
+            return Some(before);
+        }
+        let what = match level {
+            Some(level) => format!("order {}, layers {}", level.order, level.levels),
+            None => "own choice".to_owned(),
+        };
+        (self.tell)(&format!("{}, tolerance {:e}: {what}", kind.name(), stage.tolerance));
+        let run = match self.subject.solve(level, stage.tolerance, stage.bounds) {
+            Ok(measured) => Run::measured(kind, choice, stage.tolerance, measured),
+            Err(Stop::Cancelled) if choice == Choice::Table => return None,
+            Err(Stop::Cancelled) => Run::missing(kind, choice, stage.tolerance, Missing::NotRun),
+            Err(Stop::Failed(reason)) => Run::missing(kind, choice, stage.tolerance, Missing::Failed(reason)),
+        };
+        self.runs.push(run);
+        Some(self.runs.len() - 1)
+    }
+
+    /// A finer grid than any before, as fine as the time allows: the reference gets sharper by it.
+    fn finest(&mut self) {
+        let found = self.runs.iter().filter(|run| run.kind == Kind::Bounds && run.choice == Choice::Table);
+        let timed = found.filter_map(|run| Some((run.tolerance?, run.found()?)));
+        let Some((tolerance, finest)) = timed.min_by(|a, b| a.1.told.total_cmp(&b.1.told)) else { return };
+        let Some((level, seconds)) = finest.level.map(|level| (level, finest.seconds)) else { return };
+        let Some(foretold) = self.subject.foretold(Some(level), tolerance, true) else { return };
+        let room = (self.seconds - self.elapsed()).max(FOR_REFERENCE * self.seconds);
+        for more in (1..=4).rev() {
+            let level = ResolutionLevel { order: level.order + more, levels: level.levels + more };
+            let tolerance = tolerance / [1.0, 10.0, 100.0, 1e3, 1e4][more];
+            let longer = self.subject.foretold(Some(level), tolerance, true).map(|f| f / foretold);
+            if longer.is_some_and(|longer| 1.5 * longer * seconds <= room) {
+                self.solve(&Stage { tolerance, bounds: true }, Some(level));
+                return;
+            }
+        }
+    }
+}

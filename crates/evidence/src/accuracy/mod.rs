@@ -1,0 +1,192 @@
+//! Error against run time over order and grading: what a number costs, and whether the solver chooses its grid well.
+//!
+//! One state of a case is solved on many grids, with bounds and without, and on the grids that the solver chooses by
+//! itself. All proved intervals together give the reference for the true errors; two that have nothing in common would
+//! be a wrong bound.
+//!
+//! All errors are relative. Times are those of the field solve alone, the least of all repeats, on the threads that there
+//! are.
+
+mod engine;
+mod figure;
+mod reference;
+mod run;
+mod subject;
+mod table;
+mod verdict;
+mod walk;
+
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use elastocap_electrostatics::Bounded;
+
+pub use figure::figure;
+pub use reference::{Honesty, MOST_CAUTIOUS, Reference};
+pub use run::{Choice, Found, Kind, Missing, Run};
+pub use subject::Quantity;
+pub use table::csv;
+pub use verdict::{ALLOWED, Verdict};
+
+use elastocap_case::Case;
+use elastocap_coupling::plan::{Options, Plan, StepLoad};
+use engine::Engine;
+use subject::Subject;
+
+/// What is asked of a study.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Request {
+    /// Which load step.
+    pub step: usize,
+    /// The tolerances at which the solver's own choice is compared, from coarse to fine.
+    pub tolerances: Vec<f64>,
+    /// About how long it may take.
+    pub seconds: f64,
+}
+
+impl Request {
+    /// Four tolerances, a minute.
+    pub fn usual(step: usize) -> Self {
+        Self { step, tolerances: vec![1e-2, 1e-3, 1e-4, 1e-5], seconds: 60.0 }
+    }
+
+    /// Two tolerances, a few seconds.
+    pub fn quick(step: usize) -> Self {
+        Self { step, tolerances: vec![1e-2, 1e-3], seconds: 5.0 }
+    }
+}
+
+/// What a study found.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Study {
+    /// Of the case.
+    pub title: String,
+    /// Which load step.
+    pub step: usize,
+    /// What presses in it.
+    pub load: StepLoad,
+    /// Which capacitance.
+    pub quantity: Quantity,
+    /// All solves, in the order they were made; parallel plates last.
+    pub runs: Vec<Run>,
+    /// What the errors are measured against; `None` if nothing was proved.
+    pub reference: Option<Reference>,
+    /// How the solver's own choices compare.
+    pub verdicts: Vec<Verdict>,
+    /// Whether it was stopped on request before it was done.
+    pub stopped: bool,
+}
+
+impl Study {
+    /// The true error of a run, as far as [`Reference::half_width`] tells.
+    pub fn true_error(&self, run: &Run) -> Option<f64> {
+        Some(self.reference?.true_error(run.found()?.value.value))
+    }
+
+    /// The error that a run itself gives: half the spread, or the estimate.
+    pub fn certified_error(&self, run: &Run) -> Option<f64> {
+        (run.kind != Kind::ParallelPlates).then(|| run.found().map(|f| f.value.relative_error())).flatten()
+    }
+
+    /// An error estimate over the true error, where both are known.
+    pub fn estimate_over_true(&self, run: &Run) -> Option<f64> {
+        let estimate = self.certified_error(run).filter(|_| run.kind == Kind::Estimate)?;
+        self.reference?.estimate_over_true(run.found()?.value.value, estimate)
+    }
+
+    /// What a run's error estimate is worth; `None` where it has none.
+    pub fn honesty(&self, run: &Run) -> Option<Honesty> {
+        let estimate = self.certified_error(run).filter(|_| run.kind == Kind::Estimate)?;
+        Some(self.reference?.judge(run.found()?.value.value, estimate))
+    }
+
+    /// Whether two proved intervals have nothing in common.
+    pub fn contradicts(&self) -> bool {
+        self.reference.is_some_and(|reference| reference.contradicts())
+    }
+
+    /// The verdict on a run, if it is an own choice that has one.
+    pub fn verdict(&self, run: usize) -> Option<Verdict> {
+        self.verdicts.iter().find(|verdict| verdict.own == run).copied()
+    }
+
+    /// The parallel-plate line.
+    pub fn parallel_plates(&self) -> Option<&Run> {
+        self.runs.iter().find(|run| run.kind == Kind::ParallelPlates)
+    }
+}
+
+/// Why a case cannot be studied.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
+pub enum Refused {
+    /// There is no field.
+    #[error(
+        "the case has no electrodes and no conductors, so there is no capacitance to study; add [electrodes] or \
+         [[conductor]]"
+    )]
+    NoConductors,
+    /// There is no such step.
+    #[error("there is no step {asked}: the steps of this case are 0 to {last}")]
+    NoSuchStep {
+        /// Which one was asked for.
+        asked: usize,
+        /// The last there is.
+        last: usize,
+    },
+    /// The step has no scene.
+    #[error("step {step} cannot be solved: {reason}")]
+    Step {
+        /// Which.
+        step: usize,
+        /// Why.
+        reason: String,
+    },
+}
+
+/// Studies one load step of a case. `tell` hears what is being solved; `cancel` ends the study with what it has.
+///
+/// # Errors
+/// When there is nothing to study: see [`Refused`]. A solve that fails is no error: its status says why.
+pub fn study(
+    case: &Case,
+    request: &Request,
+    cancel: &Arc<AtomicBool>,
+    tell: &(dyn Fn(&str) + Sync),
+) -> Result<Study, Refused> {
+    if !case.has_conductors() {
+        return Err(Refused::NoConductors);
+    }
+    let plan = Plan::new(case, &Options::default());
+    let missing = Refused::NoSuchStep { asked: request.step, last: plan.steps.len().saturating_sub(1) };
+    let step = plan.steps.get(request.step).ok_or(missing)?;
+    let refused = |reason: String| Refused::Step { step: request.step, reason };
+    let subject = Subject::new(case, &plan, step, cancel).map_err(refused)?;
+    let mut engine = Engine::new(&subject, request.seconds, cancel, tell);
+    // Inside the pool, as the steps of a run are.
+    rayon::scope(|_| engine.study(&request.tolerances));
+    let mut runs = engine.runs;
+    if let Some((value, seconds)) = subject.plates {
+        let value = Bounded { value, lower: value, upper: value };
+        let found = Found { level: None, unknowns: None, seconds, repeats: 1, value, told: 0.0 };
+        runs.push(Run {
+            kind: Kind::ParallelPlates,
+            choice: Choice::Table,
+            tolerance: None,
+            outcome: Ok(found),
+        });
+    }
+    let proved = runs.iter().filter(|run| run.kind == Kind::Bounds).filter_map(Run::found);
+    let reference = Reference::of(proved.map(|found| found.value));
+    let verdicts = (0..runs.len()).filter_map(|own| Verdict::of(&runs, own, reference.as_ref())).collect();
+    Ok(Study {
+        title: case.title.clone(),
+        step: request.step,
+        load: step.load,
+        quantity: subject.quantity,
+        runs,
+        reference,
+        verdicts,
+        stopped: cancel.load(Ordering::Relaxed),
+    })
+}

@@ -1,0 +1,189 @@
+//! What is studied: one state of a case, and one solve of its field, timed.
+
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
+use std::time::Instant;
+
+use elastocap_electrostatics::{Bounded, ResolutionLevel, Settings, Solution, Target, forecast, solve};
+
+use elastocap_case::Case;
+use elastocap_coupling::deform::prepare;
+use elastocap_coupling::plan::{Options, Plan, PlannedStep};
+use elastocap_coupling::scene_of::{DeformedScene, scene_of};
+use elastocap_coupling::step::{Stop, field_of};
+use elastocap_coupling::terminals::pair_among;
+
+/// Which capacitance is studied.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Quantity {
+    /// That of two terminals: of the pair, of the only two conductors, or of the only one against ground.
+    TwoTerminal,
+    /// The first diagonal entry of the Maxwell matrix, where no two conductors are the terminals.
+    FirstEntry,
+}
+
+/// One solve.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Measured {
+    pub(super) seconds: f64,
+    /// What is studied.
+    pub(super) value: Bounded,
+    /// What the solver compares with the tolerance: a spread, or an estimate; of the whole matrix where that is asked.
+    pub(super) told: f64,
+    pub(super) level: ResolutionLevel,
+    pub(super) unknowns: usize,
+}
+
+/// One state of a case, ready to be solved.
+pub(super) struct Subject {
+    settings: Settings,
+    deformed: DeformedScene,
+    pub(super) quantity: Quantity,
+    /// The parallel-plate value, F, and how long it took, mechanics included.
+    pub(super) plates: Option<(f64, f64)>,
+}
+
+impl Subject {
+    /// The state of a load step, with the settings that a run would solve it with.
+    pub(super) fn new(
+        case: &Case,
+        plan: &Plan,
+        step: &PlannedStep,
+        cancel: &Arc<AtomicBool>,
+    ) -> Result<Self, String> {
+        if case.shapes.is_some() || case.beside.is_some() {
+            return Err(
+                "the study is of the solver for boxes, and this case has bodies of other shapes".to_owned()
+            );
+        }
+        let options = Options { prune: true, fields: false, scene: false };
+        let settings = Settings { cancel: Some(Arc::clone(cancel)), ..plan.solver_settings(case, &options) };
+        let layer = prepare(case, plan, cancel, &|_| ());
+        let deform = || -> Result<DeformedScene, String> {
+            let state = layer.deformation(case, step, options.prune)?;
+            scene_of(case, state.as_ref()).map_err(|e| e.to_string())
+        };
+        // The second time: the first one fetches the program from the disk.
+        deform()?;
+        let start = Instant::now();
+        let deformed = deform()?;
+        let seconds = start.elapsed().as_secs_f64();
+        let plates = deformed.pair.map(|pair| (pair.parallel_plate, seconds));
+        let terminals = deformed.pair.is_some() || deformed.scene.driven().count() <= 2;
+        let quantity = if terminals { Quantity::TwoTerminal } else { Quantity::FirstEntry };
+        Ok(Self { settings, deformed, quantity, plates })
+    }
+
+    fn settings(&self, tolerance: f64, bounds: bool, resolution: Option<ResolutionLevel>) -> Settings {
+        Settings { relative_tolerance: tolerance, bounds, resolution, ..self.settings.clone() }
+    }
+
+    /// Seconds foretold, of a grid or of the solver's own choice; nothing where it does not fit into memory.
+    pub(super) fn foretold(
+        &self,
+        level: Option<ResolutionLevel>,
+        tolerance: f64,
+        bounds: bool,
+    ) -> Option<f64> {
+        let settings = self.settings(tolerance, bounds, level);
+        let found = forecast(&self.deformed.scene, &settings).ok()?;
+        (found.memory_bytes <= settings.memory_limit).then_some(found.seconds)
+    }
+
+    /// Solves to a tolerance on a grid, or on those that the solver chooses.
+    pub(super) fn solve(
+        &self,
+        level: Option<ResolutionLevel>,
+        tolerance: f64,
+        bounds: bool,
+    ) -> Result<Measured, Stop> {
+        let settings = self.settings(tolerance, bounds, level);
+        let start = Instant::now();
+        let (solution, two_terminal) = match level {
+            Some(_) => {
+                let solution = solve(&self.deformed.scene, &settings)?;
+                let pair =
+                    if self.among_others() { pair_among(&solution.maxwell) } else { solution.two_terminal };
+                (solution, pair)
+            }
+            None => field_of(&self.deformed, &settings)?,
+        };
+        let seconds = start.elapsed().as_secs_f64();
+        let value = match self.quantity {
+            Quantity::TwoTerminal => two_terminal,
+            Quantity::FirstEntry => solution.maxwell.first().and_then(|row| row.first()).copied(),
+        };
+        let value = value.filter(|c| c.value != 0.0).ok_or_else(|| {
+            Stop::Failed("there is nothing to hold charge against: the capacitance is zero".to_owned())
+        })?;
+        if !(value.lower <= value.value && value.value <= value.upper) {
+            return Err(Stop::Failed("the solver's bounds do not enclose its value".to_owned()));
+        }
+        let told = if self.among_others() { told(&value, bounds) } else { told_of(&solution, &settings) };
+        Ok(Measured { seconds, value, told, level: solution.resolution, unknowns: solution.unknowns })
+    }
+
+    fn among_others(&self) -> bool {
+        self.deformed.pair.is_some() && self.deformed.scene.driven().count() > 2
+    }
+}
+
+/// What is compared with the tolerance, of one capacitance: the spread, or the estimate.
+fn told(c: &Bounded, bounds: bool) -> f64 {
+    if bounds { 2.0 * c.relative_error() } else { c.relative_error() }
+}
+
+/// What is compared with the tolerance: see [`Target`].
+fn told_of(solution: &Solution, settings: &Settings) -> f64 {
+    let pair = solution.two_terminal.as_ref().map(|c| told(c, settings.bounds));
+    if let (Target::TwoTerminal, Some(pair)) = (settings.target, pair) {
+        return pair;
+    }
+    let maxwell = &solution.maxwell;
+    let gap = |i: usize| told(&maxwell[i][i], settings.bounds) * maxwell[i][i].value.abs();
+    let entries = (0..maxwell.len()).flat_map(|i| (0..=i).map(move |j| (i, j))).map(|(i, j)| {
+        if i == j {
+            return told(&maxwell[i][i], settings.bounds);
+        }
+        let least = 0.1 * (maxwell[i][i].upper * maxwell[j][j].upper).sqrt();
+        (gap(i) * gap(j)).sqrt() / maxwell[i][j].value.abs().max(least)
+    });
+    entries.chain(pair).fold(0.0, f64::max)
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use super::*;
+
+    /// Two plates of unlike size: every entry of the matrix counts.
+    const PLATES: &str = r#"
+        format = 1
+        title = "plates"
+        [[conductor]]
+        name = "a"
+        sheet = { normal = "x2", at = "0 m", min = ["-1 m", "-1 m"], max = ["1 m", "1 m"] }
+        [[conductor]]
+        name = "b"
+        box = { min = ["-0.5 m", "0.4 m", "-0.5 m"], max = ["0.5 m", "0.6 m", "0.5 m"] }
+        [surroundings]
+        boundary = "open"
+    "#;
+
+    #[test]
+    fn what_is_compared_with_the_tolerance_is_what_the_solver_compares() {
+        let case = elastocap_case::parse(PLATES, Path::new("plates.toml")).unwrap();
+        let plan = Plan::new(&case, &Options::default());
+        let subject = Subject::new(&case, &plan, &plan.steps[0], &Arc::new(AtomicBool::new(false))).unwrap();
+        for bounds in [true, false] {
+            let level = Some(ResolutionLevel { order: 3, levels: 1 });
+            let settings = subject.settings(1e-4, bounds, level);
+            let solution = solve(&subject.deformed.scene, &settings).unwrap();
+            // The solver says the number it compared, to two digits.
+            let said = solution.shortfall.clone().unwrap();
+            let told = told_of(&solution, &settings);
+            assert!(said.contains(&format!("{told:.1e}")), "{told:e}: {said}");
+        }
+    }
+}

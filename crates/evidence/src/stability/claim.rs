@@ -1,0 +1,177 @@
+//! What an entry claims: a number with its stated error, and what is known of it from elsewhere.
+
+use elastocap_electrostatics::Bounded;
+
+use elastocap_coupling::outcome::{Outcome, Row};
+
+/// What rounding may take from a bound or a formula, relative to it: the bounds are theorems up to this.
+pub const ROUNDING: f64 = 1e-12;
+
+/// What is known of a number, from elsewhere: it lies between these two.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Truth {
+    /// May be minus infinity.
+    pub low: f64,
+    /// May be infinite.
+    pub high: f64,
+}
+
+impl Truth {
+    /// Between two numbers.
+    pub fn between(low: f64, high: f64) -> Self {
+        Self { low, high }
+    }
+
+    /// A value with the relative error that it is known to.
+    pub fn value(value: f64, relative: f64) -> Self {
+        let slack = relative * value.abs();
+        Self { low: value - slack, high: value + slack }
+    }
+
+    /// Not more than this.
+    pub fn at_most(high: f64) -> Self {
+        Self { low: f64::NEG_INFINITY, high }
+    }
+
+    /// Not less than this.
+    pub fn at_least(low: f64) -> Self {
+        Self { low, high: f64::INFINITY }
+    }
+
+    /// What a solve of another scene proves, scaled.
+    pub fn proved(of: Bounded, scale: f64) -> Self {
+        Self { low: scale * of.lower, high: scale * of.upper }
+    }
+}
+
+/// A number with its stated limits beside the truth.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Claim {
+    /// What the number is, in words.
+    pub what: String,
+    /// Its unit; empty for none.
+    pub unit: &'static str,
+    /// The number.
+    pub value: f64,
+    /// Least that it can be, as stated.
+    pub lower: f64,
+    /// Most that it can be, as stated.
+    pub upper: f64,
+    /// What is known of it.
+    pub truth: Truth,
+}
+
+impl Claim {
+    /// A capacitance.
+    pub fn capacitance(what: impl Into<String>, found: Bounded, truth: Truth) -> Self {
+        let Bounded { value, lower, upper } = found;
+        Self { what: what.into(), unit: "F", value, lower, upper, truth }
+    }
+
+    /// A number of a formula that should be good to a relative error.
+    pub fn formula(
+        what: impl Into<String>,
+        unit: &'static str,
+        value: f64,
+        relative: f64,
+        truth: Truth,
+    ) -> Self {
+        let slack = relative * value.abs();
+        Self { what: what.into(), unit, value, lower: value - slack, upper: value + slack, truth }
+    }
+
+    /// Whether the truth can lie within the stated limits, and the value does.
+    pub fn holds(&self) -> bool {
+        let Self { value, lower, upper, truth, .. } = self;
+        let slack = ROUNDING * lower.abs().max(upper.abs());
+        value.is_finite()
+            && lower - slack <= *value
+            && *value <= upper + slack
+            && truth.low <= upper + slack
+            && lower - slack <= truth.high
+    }
+
+    /// The stated relative error.
+    pub fn stated_error(&self) -> f64 {
+        if self.value == 0.0 { 0.0 } else { 0.5 * (self.upper - self.lower) / self.value.abs() }
+    }
+
+    /// The largest relative error that the truth leaves room for; `None` where only one side is known.
+    pub fn true_error(&self) -> Option<f64> {
+        let Truth { low, high } = self.truth;
+        let scale = low.abs().max(high.abs());
+        if !scale.is_finite() {
+            return None;
+        }
+        let error = (self.value - low).abs().max((self.value - high).abs());
+        Some(if scale == 0.0 { error } else { error / scale })
+    }
+
+    /// Whether the truth is so narrow that [`Claim::true_error`] is the error, not a limit of it.
+    pub fn is_sharp(&self) -> bool {
+        let Truth { low, high } = self.truth;
+        let error = 0.5 * ((self.value - low).abs() + (self.value - high).abs());
+        high - low <= 0.5 * error || high == low
+    }
+}
+
+/// All claims of an entry, or why there are none.
+pub(super) type Claims = Result<Vec<Claim>, String>;
+
+/// The row of a step.
+pub(super) fn row(outcomes: &[Outcome], case: usize, step: usize) -> Result<&Row, String> {
+    let step = outcomes.get(case).and_then(|outcome| outcome.steps.get(step));
+    step.map(|step| &step.row).ok_or_else(|| format!("case {case} has no such step"))
+}
+
+/// A number that the row should have.
+pub(super) fn known(value: Option<f64>, what: &str) -> Result<f64, String> {
+    value.ok_or_else(|| format!("no {what} was given"))
+}
+
+/// The two-terminal capacitance of the first step.
+pub(super) fn terminals(outcomes: &[Outcome], case: usize) -> Result<Bounded, String> {
+    let found = outcomes.get(case).and_then(|outcome| outcome.steps.first()?.two_terminal);
+    found.ok_or_else(|| format!("case {case} has no two-terminal capacitance"))
+}
+
+/// An entry of the Maxwell matrix of the first step.
+pub(super) fn maxwell(outcomes: &[Outcome], case: usize, i: usize, j: usize) -> Result<Bounded, String> {
+    let matrix = outcomes.get(case).and_then(|outcome| outcome.steps.first()?.maxwell.as_ref());
+    let entry = matrix.and_then(|matrix| matrix.get(i)?.get(j).copied());
+    entry.ok_or_else(|| format!("case {case} has no Maxwell entry ({i}, {j})"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn claim(truth: Truth) -> Claim {
+        Claim::capacitance("C", Bounded { value: 2.0, lower: 1.9, upper: 2.1 }, truth)
+    }
+
+    #[test]
+    fn a_truth_outside_the_stated_limits_is_told() {
+        assert!(claim(Truth::value(2.05, 0.0)).holds());
+        assert!(!claim(Truth::value(2.11, 0.0)).holds());
+        assert!(claim(Truth::value(2.11, 0.01)).holds());
+        assert!(!claim(Truth::at_most(1.8)).holds() && claim(Truth::at_most(1.95)).holds());
+        assert!(!claim(Truth::at_least(2.2)).holds() && claim(Truth::at_least(0.0)).holds());
+    }
+
+    #[test]
+    fn numbers_that_are_none_never_hold() {
+        let nan = Bounded { value: f64::NAN, lower: 0.0, upper: 1.0 };
+        assert!(!Claim::capacitance("C", nan, Truth::at_least(0.0)).holds());
+        let nan = Bounded { value: 1.0, lower: f64::NAN, upper: 1.0 };
+        assert!(!Claim::capacitance("C", nan, Truth::at_least(0.0)).holds());
+        assert!(!claim(Truth::value(f64::NAN, 0.0)).holds());
+    }
+
+    #[test]
+    fn the_true_error_is_that_of_the_value() {
+        assert_eq!(claim(Truth::value(2.5, 0.0)).true_error(), Some(0.2));
+        assert_eq!(claim(Truth::at_least(1.0)).true_error(), None);
+        assert!(claim(Truth::value(2.5, 0.0)).is_sharp() && !claim(Truth::between(1.0, 3.0)).is_sharp());
+    }
+}

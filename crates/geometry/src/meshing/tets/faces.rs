@@ -1,0 +1,241 @@
+//! Tetrahedra and faces of prisms over a planar pattern.
+
+use super::beyond_mesh::beyond;
+use super::layered::{Body, LayeredError, across};
+use super::{BoundaryFace, FaceRole, TetMesh, determinant};
+use crate::meshing::plane::Planar;
+use crate::scene::Wall;
+use crate::shapes::ShapeScene;
+use std::collections::BTreeMap;
+
+/// What prisms are made of.
+pub(super) struct Prisms<'a> {
+    pub(super) scene: &'a ShapeScene,
+    pub(super) axis: usize,
+    pub(super) planar: Planar,
+    /// Planes along the axis, ascending.
+    pub(super) nodes: Vec<f64>,
+    /// Conductors, then dielectrics.
+    pub(super) bodies: Vec<Body>,
+    /// Which triangles lie in each outline.
+    pub(super) inside: Vec<Vec<bool>>,
+    pub(super) center: [f64; 3],
+}
+
+/// What a prism is filled with.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Filling {
+    Conductor(usize),
+    Region(u32),
+}
+
+impl Prisms<'_> {
+    fn covers(&self, body: usize, triangle: usize) -> bool {
+        self.bodies[body].ring.is_none_or(|ring| self.inside[ring][triangle])
+    }
+
+    fn filling(&self, triangle: usize, layer: usize) -> Result<Filling, LayeredError> {
+        let held = self.scene.conductors.len();
+        let has = |&k: &usize| {
+            let [low, high] = self.bodies[k].ends;
+            low <= self.nodes[layer] && self.nodes[layer + 1] <= high && self.covers(k, triangle)
+        };
+        let mut conductors = (0..held).filter(has);
+        if let Some(conductor) = conductors.next() {
+            return match conductors.next() {
+                Some(other) => Err(touching(self.scene, conductor, other)),
+                None => Ok(Filling::Conductor(conductor)),
+            };
+        }
+        Ok(Filling::Region((held..self.bodies.len()).rfind(has).map_or(0, |k| (k - held) as u32 + 1)))
+    }
+
+    /// The sheets that cover a triangle at a plane.
+    fn sheets(&self, triangle: usize, plane: usize) -> impl Iterator<Item = usize> {
+        let ends = [self.nodes[plane]; 2];
+        let held = 0..self.scene.conductors.len();
+        held.filter(move |&k| self.bodies[k].ends == ends && self.covers(k, triangle))
+    }
+
+    fn wall(&self, axis: usize, side: usize, corners: [[f64; 3]; 3]) -> Option<FaceRole> {
+        match self.scene.walls[axis][side] {
+            Wall::Insulated => None,
+            Wall::Grounded => Some(FaceRole::Grounded),
+            Wall::Open => Some(FaceRole::Open { permittivity: beyond(self.scene, self.center, corners) }),
+        }
+    }
+}
+
+/// The mesh.
+///
+/// # Errors
+/// [`LayeredError::Touching`] where two conductors share a prism or a point.
+pub(super) fn prisms(parts: &Prisms) -> Result<TetMesh, LayeredError> {
+    let (planar, nodes) = (&parts.planar, &parts.nodes);
+    let layers = nodes.len() - 1;
+    let [u, v] = across(parts.axis);
+    let mut mesh = TetMesh { center: parts.center, ..TetMesh::default() };
+    let mut index = vec![u32::MAX; planar.points.len() * nodes.len()];
+    let mut fillings = vec![Filling::Region(0); planar.triangles.len() * layers];
+    let place = |p: u32, level: usize| {
+        let mut point = [0.0; 3];
+        point[u] = planar.points[p as usize][0];
+        point[v] = planar.points[p as usize][1];
+        point[parts.axis] = nodes[level];
+        point
+    };
+    for (t, triangle) in planar.triangles.iter().enumerate() {
+        let mut corners = *triangle;
+        corners.sort_unstable();
+        let [p, q, r] = corners;
+        for layer in 0..layers {
+            let filling = parts.filling(t, layer)?;
+            fillings[t * layers + layer] = filling;
+            let Filling::Region(region) = filling else { continue };
+            for tet in [
+                [(p, 0), (q, 0), (r, 0), (r, 1)],
+                [(p, 0), (q, 0), (q, 1), (r, 1)],
+                [(p, 0), (p, 1), (q, 1), (r, 1)],
+            ] {
+                let mut tet = tet.map(|(p, up)| {
+                    let slot = &mut index[p as usize * nodes.len() + layer + up];
+                    if *slot == u32::MAX {
+                        *slot = mesh.points.len() as u32;
+                        mesh.points.push(place(p, layer + up));
+                    }
+                    *slot
+                });
+                let [a, b, c, d] = tet.map(|p| mesh.points[p as usize]);
+                if determinant(a, b, c, d) < 0.0 {
+                    tet.swap(2, 3);
+                }
+                mesh.tets.push(tet);
+                mesh.regions.push(region);
+            }
+        }
+    }
+    let mut faces = Faces { parts, index, fillings, layers, boundary: Vec::new() };
+    faces.across(&mesh.points)?;
+    faces.along(&mesh.points);
+    mesh.boundary = faces.boundary;
+    owners(&mesh, parts.scene)?;
+    Ok(mesh)
+}
+
+fn touching(scene: &ShapeScene, one: usize, other: usize) -> LayeredError {
+    let [first, second] = [one.min(other), one.max(other)].map(|k| scene.conductors[k].name.clone());
+    LayeredError::Touching { first, second }
+}
+
+/// No two conductors may share a point of the mesh.
+fn owners(mesh: &TetMesh, scene: &ShapeScene) -> Result<(), LayeredError> {
+    let mut owner = vec![u32::MAX; mesh.points.len()];
+    for face in &mesh.boundary {
+        let FaceRole::Conductor(k) = face.role else { continue };
+        for p in face.face {
+            let slot = &mut owner[p as usize];
+            if *slot != u32::MAX && *slot != k {
+                return Err(touching(scene, *slot as usize, k as usize));
+            }
+            *slot = k;
+        }
+    }
+    Ok(())
+}
+
+/// Marks the faces of prisms.
+struct Faces<'a> {
+    parts: &'a Prisms<'a>,
+    index: Vec<u32>,
+    fillings: Vec<Filling>,
+    layers: usize,
+    boundary: Vec<BoundaryFace>,
+}
+
+impl Faces<'_> {
+    fn point(&self, p: u32, level: usize) -> u32 {
+        self.index[p as usize * self.parts.nodes.len() + level]
+    }
+
+    /// The conductor on one of two sides if the other is filled.
+    fn between(sides: [Filling; 2]) -> Option<usize> {
+        match sides {
+            [Filling::Conductor(k), Filling::Region(_)] | [Filling::Region(_), Filling::Conductor(k)] => {
+                Some(k)
+            }
+            _ => None,
+        }
+    }
+
+    /// Faces across the axis.
+    fn across(&mut self, points: &[[f64; 3]]) -> Result<(), LayeredError> {
+        for (t, triangle) in self.parts.planar.triangles.iter().enumerate() {
+            for level in 0..=self.layers {
+                let below = level.checked_sub(1).map(|layer| self.fillings[t * self.layers + layer]);
+                let above = (level < self.layers).then(|| self.fillings[t * self.layers + level]);
+                let held = [below, above].into_iter().filter_map(|f| match f {
+                    Some(Filling::Conductor(k)) => Some(k),
+                    _ => None,
+                });
+                let mut all = held.chain(self.parts.sheets(t, level));
+                let conductor = all.next();
+                if let Some(first) = conductor
+                    && let Some(other) = all.find(|&k| k != first)
+                {
+                    return Err(touching(self.parts.scene, first, other));
+                }
+                if ![below, above].iter().any(|f| matches!(f, Some(Filling::Region(_)))) {
+                    continue;
+                }
+                let face = triangle.map(|p| self.point(p, level));
+                let role = conductor.map(|k| FaceRole::Conductor(k as u32));
+                let role = role.or_else(|| {
+                    let side = usize::from(above.is_none());
+                    let end = below.is_none() || above.is_none();
+                    end.then(|| self.parts.wall(self.parts.axis, side, face.map(|p| points[p as usize])))?
+                });
+                if let Some(role) = role {
+                    self.boundary.push(BoundaryFace { face, role });
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Faces along the axis.
+    fn along(&mut self, points: &[[f64; 3]]) {
+        let planar = &self.parts.planar;
+        let mut edges: BTreeMap<[u32; 2], [Option<usize>; 2]> = BTreeMap::new();
+        for (t, &[a, b, c]) in planar.triangles.iter().enumerate() {
+            for (a, b) in [(a, b), (b, c), (c, a)] {
+                let sides = edges.entry([a.min(b), a.max(b)]).or_default();
+                sides[usize::from(sides[0].is_some())] = Some(t);
+            }
+        }
+        for ([p, q], sides) in edges {
+            let [Some(one), other] = sides else { continue };
+            for layer in 0..self.layers {
+                let filling = |t: usize| self.fillings[t * self.layers + layer];
+                let faces = [[(p, 0), (q, 0), (q, 1)], [(p, 0), (p, 1), (q, 1)]];
+                let faces = faces.map(|f| f.map(|(p, up)| self.point(p, layer + up)));
+                if let Some(other) = other {
+                    let Some(k) = Self::between([filling(one), filling(other)]) else { continue };
+                    let role = FaceRole::Conductor(k as u32);
+                    self.boundary.extend(faces.map(|face| BoundaryFace { face, role }));
+                } else if matches!(filling(one), Filling::Region(_)) {
+                    let [a, b] = [p, q].map(|p| planar.points[p as usize]);
+                    let middle = planar.triangles[one].map(|p| planar.points[p as usize]);
+                    // The side of the frame to which the edge belongs is that across which it has no extent.
+                    let k = usize::from((a[1] - b[1]).abs() < (a[0] - b[0]).abs());
+                    let side = usize::from(middle.iter().all(|m| m[k] <= a[k]));
+                    for face in faces {
+                        let corners = face.map(|p| points[p as usize]);
+                        if let Some(role) = self.parts.wall(across(self.parts.axis)[k], side, corners) {
+                            self.boundary.push(BoundaryFace { face, role });
+                        }
+                    }
+                }
+            }
+        }
+    }
+}

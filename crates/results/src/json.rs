@@ -1,0 +1,234 @@
+//! `result.json`: everything that a run found and how it found it.
+
+use elastocap_electrostatics::{Bounded, PhaseSeconds};
+use serde::Serialize;
+
+use crate::FieldFiles;
+use elastocap_case::Case;
+use elastocap_coupling::deform::{FiniteElementStep, MeshReport};
+use elastocap_coupling::outcome::{FloatingConductor, Outcome, Row, SolverReport, Status, StepResult};
+use elastocap_coupling::plan::{Kind, Plan};
+
+/// Wall-clock seconds of a whole run.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize)]
+pub struct RunSeconds {
+    /// Reading the case and planning.
+    pub plan: f64,
+    /// All steps, fields staged as they are done.
+    pub solve: f64,
+    /// The other files, but for result.json itself.
+    pub files: f64,
+    /// From the start to result.json.
+    pub total: f64,
+}
+
+#[derive(Serialize)]
+struct Document<'a> {
+    title: &'a str,
+    case: String,
+    /// "complete", "incomplete" (steps failed or missed their tolerance), "stopped".
+    status: &'static str,
+    conductors: &'a [String],
+    #[serde(flatten)]
+    capacitance: Option<Capacitance>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    parallel_plate_f: Option<f64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    fringe_ratio: Option<f64>,
+    bounds: Option<&'static str>,
+    relative_tolerance: Option<f64>,
+    steps: Vec<Step<'a>>,
+    #[serde(skip_serializing_if = "<[_]>::is_empty")]
+    layer_meshes: &'a [MeshReport],
+    #[serde(skip_serializing_if = "Option::is_none")]
+    layer_seconds: Option<f64>,
+    plan: &'a Plan,
+    warnings: Vec<String>,
+    seconds: RunSeconds,
+    threads: usize,
+    versions: Versions,
+    files: Vec<String>,
+}
+
+/// The capacitances of one state, under the names that stand at the top of a static scene's result as well.
+#[derive(Serialize)]
+struct Capacitance {
+    maxwell_matrix_f: Option<Vec<Vec<f64>>>,
+    maxwell_matrix_lower_f: Option<Vec<Vec<f64>>>,
+    maxwell_matrix_upper_f: Option<Vec<Vec<f64>>>,
+    two_terminal_capacitance_f: Option<f64>,
+    capacitance_lower_f: Option<f64>,
+    capacitance_upper_f: Option<f64>,
+    relative_error_estimate: Option<f64>,
+    unknowns: Option<usize>,
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    floating_conductors: Vec<Floating>,
+}
+
+/// Potentials of a floating conductor: per volt on each of the document's conductors, and from the charges. A limit that is
+/// not known is null.
+#[derive(Serialize)]
+struct Floating {
+    name: String,
+    charge_c: f64,
+    potential_per_volt: Vec<f64>,
+    potential_per_volt_lower: Vec<f64>,
+    potential_per_volt_upper: Vec<f64>,
+    potential_from_charges_v: f64,
+    potential_from_charges_lower_v: f64,
+    potential_from_charges_upper_v: f64,
+}
+
+impl Floating {
+    fn of(conductor: &FloatingConductor) -> Self {
+        let per_volt = |pick: fn(&Bounded) -> f64| conductor.per_volt.iter().map(pick).collect();
+        let Bounded { value, lower, upper } = conductor.from_charges;
+        Self {
+            name: conductor.name.clone(),
+            charge_c: conductor.charge,
+            potential_per_volt: per_volt(|b| b.value),
+            potential_per_volt_lower: per_volt(|b| b.lower),
+            potential_per_volt_upper: per_volt(|b| b.upper),
+            potential_from_charges_v: value,
+            potential_from_charges_lower_v: lower,
+            potential_from_charges_upper_v: upper,
+        }
+    }
+}
+
+impl Capacitance {
+    fn of(step: &StepResult) -> Self {
+        let matrix = |pick: fn(&Bounded) -> f64| step.maxwell.as_ref().map(|m| entries(m, pick));
+        Self {
+            maxwell_matrix_f: matrix(|c| c.value),
+            maxwell_matrix_lower_f: matrix(|c| c.lower),
+            maxwell_matrix_upper_f: matrix(|c| c.upper),
+            two_terminal_capacitance_f: step.row.two_terminal_capacitance_f,
+            capacitance_lower_f: step.row.capacitance_lower_f,
+            capacitance_upper_f: step.row.capacitance_upper_f,
+            relative_error_estimate: step.row.relative_error_estimate,
+            unknowns: step.row.unknowns,
+            floating_conductors: step.floating.iter().map(Floating::of).collect(),
+        }
+    }
+}
+
+#[derive(Serialize)]
+struct Step<'a> {
+    index: usize,
+    #[serde(flatten)]
+    row: &'a Row,
+    reason: Option<&'a str>,
+    warnings: Vec<&'a str>,
+    same_as: Option<usize>,
+    maxwell_matrix_f: Option<Vec<Vec<f64>>>,
+    maxwell_matrix_lower_f: Option<Vec<Vec<f64>>>,
+    maxwell_matrix_upper_f: Option<Vec<Vec<f64>>>,
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    floating_conductors: Vec<Floating>,
+    solver: Option<&'a SolverReport>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    layer: Option<&'a FiniteElementStep>,
+    seconds: Seconds,
+    field_file: Option<&'a str>,
+}
+
+#[derive(Serialize)]
+struct Seconds {
+    mechanics: f64,
+    electrostatics: PhaseSeconds,
+    files: f64,
+    total: f64,
+}
+
+#[derive(Serialize)]
+struct Versions {
+    elastocap: &'static str,
+    case_format: u32,
+    system: String,
+    debug_assertions: bool,
+}
+
+fn entries(matrix: &[Vec<Bounded>], pick: fn(&Bounded) -> f64) -> Vec<Vec<f64>> {
+    matrix.iter().map(|row| row.iter().map(pick).collect()).collect()
+}
+
+impl<'a> Step<'a> {
+    fn of(step: &'a StepResult, fields: &'a FieldFiles) -> Self {
+        let Capacitance {
+            maxwell_matrix_f,
+            maxwell_matrix_lower_f,
+            maxwell_matrix_upper_f,
+            floating_conductors,
+            ..
+        } = Capacitance::of(step);
+        Self {
+            index: step.index,
+            row: &step.row,
+            reason: step.reason.as_deref(),
+            warnings: step.warnings.iter().map(String::as_str).chain(fields.warning(step.index)).collect(),
+            same_as: step.same_as,
+            maxwell_matrix_f,
+            maxwell_matrix_lower_f,
+            maxwell_matrix_upper_f,
+            floating_conductors,
+            solver: step.solver.as_ref(),
+            layer: step.layer.as_ref(),
+            seconds: Seconds {
+                mechanics: step.seconds.mechanics,
+                electrostatics: step.seconds.electrostatics,
+                files: fields.seconds(step.index),
+                total: step.seconds.total,
+            },
+            field_file: fields.name(step.index),
+        }
+    }
+}
+
+/// The text of `result.json`; `files` are the run's files, `warnings` what came up while they were written.
+///
+/// # Errors
+/// None that is known: every value in it has a form in JSON.
+pub fn document(
+    case: &Case,
+    outcome: &Outcome,
+    fields: &FieldFiles,
+    files: Vec<String>,
+    warnings: Vec<String>,
+    seconds: RunSeconds,
+) -> serde_json::Result<String> {
+    let of_static = (outcome.plan.kind == Kind::Capacitance).then(|| outcome.steps.first()).flatten();
+    let unfinished = |step: &StepResult| step.row.status == Status::NotRun;
+    let document = Document {
+        title: &case.title,
+        case: case.source.display().to_string(),
+        status: match (outcome.is_complete(), outcome.steps.iter().any(unfinished)) {
+            (true, _) => "complete",
+            (false, true) => "stopped",
+            (false, false) => "incomplete",
+        },
+        conductors: &outcome.conductors,
+        capacitance: of_static.map(Capacitance::of),
+        parallel_plate_f: of_static.and_then(|s| s.row.parallel_plate_f),
+        fringe_ratio: of_static.and_then(|s| s.row.fringe_ratio),
+        bounds: case.electrostatics.map(|e| if e.bounds { "proved" } else { "estimated" }),
+        relative_tolerance: case.electrostatics.map(|e| e.relative_tolerance),
+        steps: outcome.steps.iter().map(|step| Step::of(step, fields)).collect(),
+        layer_meshes: &outcome.layer_meshes,
+        layer_seconds: (!outcome.layer_meshes.is_empty()).then_some(outcome.layer_seconds),
+        plan: &outcome.plan,
+        warnings: [outcome.plan.warnings.clone(), warnings].concat(),
+        seconds,
+        threads: outcome.threads,
+        versions: Versions {
+            elastocap: env!("CARGO_PKG_VERSION"),
+            case_format: 1,
+            system: format!("{}-{}", std::env::consts::ARCH, std::env::consts::OS),
+            debug_assertions: cfg!(debug_assertions),
+        },
+        files,
+    };
+    let mut text = serde_json::to_string_pretty(&document)?;
+    text.push('\n');
+    Ok(text)
+}

@@ -1,0 +1,110 @@
+//! Plots as SVG: lines ([`Chart`]), as C(F) with its bounds or error against run time, and fields as bands of colour
+//! ([`Fringes`]).
+//!
+//! Text stays text, in the reader's own sans-serif font; the same chart gives the same bytes. Points that are not
+//! finite, or not positive on a logarithmic axis, are left out, and the line is broken there rather than drawn across
+//! what is not known.
+
+mod axis;
+mod draw;
+mod fringe;
+mod text;
+
+pub use fringe::{Cell, Fringes};
+
+/// A chart: one pair of axes and the series in it.
+///
+/// ```
+/// use elastocap_results::plot::{Axis, Chart, Scale, Series, Style};
+///
+/// let chart = Chart {
+///     title: "Capacitance against force".into(),
+///     x: Axis { label: "force".into(), unit: "N".into(), scale: Scale::Linear },
+///     y: Axis { label: "two-terminal capacitance".into(), unit: "F".into(), scale: Scale::Linear },
+///     series: vec![Series {
+///         name: "with fringing field".into(),
+///         points: vec![(0.0, 31.2e-15), (0.25, 30.1e-15)],
+///         band: None,
+///         style: Style::LineAndMarkers,
+///     }],
+/// };
+/// assert!(chart.to_svg().contains("two-terminal capacitance (fF)"));
+/// ```
+#[derive(Debug, Clone, PartialEq)]
+pub struct Chart {
+    /// Above the chart; wrapped where it is long.
+    pub title: String,
+    /// Across.
+    pub x: Axis,
+    /// Upward.
+    pub y: Axis,
+    /// In the order of the legend; a later one is drawn over an earlier one.
+    pub series: Vec<Series>,
+}
+
+/// What an axis shows.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Axis {
+    /// The quantity, without its unit.
+    pub label: String,
+    /// Unit of the numbers given, empty if they have none; an SI unit gets the prefix that suits the numbers.
+    pub unit: String,
+    /// How values are laid out.
+    pub scale: Scale,
+}
+
+/// How an axis lays out its values.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum Scale {
+    /// In proportion; zero is included when the values reach near it.
+    Linear,
+    /// By the logarithm.
+    Logarithmic,
+}
+
+/// One curve.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Series {
+    /// In the legend; empty leaves it out of there.
+    pub name: String,
+    /// (x, y), joined in this order.
+    pub points: Vec<(f64, f64)>,
+    /// (lower, upper) for each point, in the same order: a shaded band, or bars where no line joins the points.
+    pub band: Option<Vec<(f64, f64)>>,
+    /// How it is drawn; colour and marker come from its place in the chart.
+    pub style: Style,
+}
+
+/// How a curve is drawn.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum Style {
+    /// The usual one.
+    LineAndMarkers,
+    /// For dense data.
+    Line,
+    /// For what stands beside the result: a reference, an approximation.
+    DashedLine,
+    /// For data that no line joins.
+    Markers,
+    /// Data that belong to a line of another series: in its colour, and in its entry of the legend.
+    Points {
+        /// Place of the line in [`Chart::series`].
+        of: usize,
+    },
+    /// Small and faint, behind the others: what stands around the series at the place `like`, in its colour and with its
+    /// marker.
+    Cloud {
+        /// Place in [`Chart::series`].
+        like: usize,
+    },
+}
+
+impl Chart {
+    /// The chart as an SVG file, 800 units wide.
+    pub fn to_svg(&self) -> String {
+        draw::svg(self)
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,256 @@
+//! What other programs show: the bodies of all steps as glTF, the field of each step as VTK.
+
+use elastocap_electrostatics::Field;
+use elastocap_geometry::export::gltf::{BodyRole, SceneBody};
+use elastocap_geometry::export::surfaces::{SurfaceBody, prism};
+use elastocap_geometry::export::vtk::FieldGrid;
+use elastocap_geometry::meshing::grid::{End, Plane, Resolution, graded_axis};
+use elastocap_geometry::scene::{Box3, BoxScene, Wall};
+
+use elastocap_case::{Case, Mechanics};
+use elastocap_coupling::outcome::StepResult;
+use elastocap_coupling::plan::StepLoad;
+use elastocap_coupling::scene_of::DeformedScene;
+use elastocap_coupling::view::window;
+
+/// How far outside their place walls are drawn, as a share of their extent: faces in one plane flicker in a viewer.
+const APART: f64 = 2e-3;
+
+/// Where a body is in a state of the scene, if it is there.
+type Pose<'a> = &'a dyn Fn(&DeformedScene) -> Option<Box3>;
+
+/// The bodies of a case with their pose at every step that has one, and labels of those steps.
+pub fn bodies(case: &Case, steps: &[StepResult]) -> (Vec<SceneBody>, Vec<String>) {
+    let known: Vec<(&StepResult, &DeformedScene)> =
+        steps.iter().filter_map(|step| Some((step, step.scene.as_ref()?))).collect();
+    let Some((_, first)) = known.first() else { return layer_alone(case, steps) };
+    let labels = known.iter().map(|(step, _)| label(step)).collect();
+    let scenes: Vec<&DeformedScene> = known.iter().map(|(_, scene)| *scene).collect();
+    let window = window(&scenes);
+
+    let mut bodies: Vec<SceneBody> = Vec::new();
+    let mut add = |name: &str, role, pose: Pose<'_>| {
+        let poses: Option<Vec<_>> = scenes.iter().map(|scene| pose(scene)).collect();
+        if let Some(poses) = poses {
+            let mut name = name.to_owned();
+            while bodies.iter().any(|body| body.name == name) {
+                name.push('\'');
+            }
+            bodies.push(SceneBody { name, role, poses });
+        }
+    };
+    for (index, conductor) in first.scene.conductors.iter().enumerate() {
+        add(&conductor.name, BodyRole::Conductor, &|s| s.scene.conductors.get(index).map(|c| c.region));
+    }
+    for (index, dielectric) in first.scene.dielectrics.iter().enumerate() {
+        let role = first.roles.get(index).copied().unwrap_or(BodyRole::Dielectric);
+        add(&dielectric.name, role, &|s| {
+            // A body may drop out where a moving wall passes it.
+            let same = s.scene.dielectrics.iter().find(|d| d.name == dielectric.name)?;
+            solid(intersection(&intersection(&same.region, &s.scene.domain), &window))
+        });
+    }
+    walls(first, &window, &mut add);
+    (bodies, labels)
+}
+
+/// The outer walls: one box where they are all alike, else one sheet for each; open space as a box of what is shown.
+fn walls(first: &DeformedScene, window: &Box3, add: &mut dyn FnMut(&str, BodyRole, Pose<'_>)) {
+    let kinds = first.scene.walls;
+    let shown = |scene: &DeformedScene| intersection(&scene.scene.domain, window);
+    if kinds.iter().flatten().all(|kind| *kind == kinds[0][0]) {
+        let (name, role) = match kinds[0][0] {
+            Wall::Insulated => ("walls (insulated), drawn 0.2 % outside", BodyRole::Wall),
+            Wall::Grounded => ("walls (grounded), drawn 0.2 % outside", BodyRole::Wall),
+            Wall::Open => ("open space (cut off)", BodyRole::Surroundings),
+        };
+        add(name, role, &|s| solid(grown(shown(s))));
+        return;
+    }
+    if kinds.iter().flatten().any(|kind| *kind == Wall::Open) {
+        add("open space (cut off)", BodyRole::Surroundings, &|s| solid(grown(shown(s))));
+    }
+    for (axis, sides) in kinds.iter().enumerate() {
+        for (side, kind) in sides.iter().enumerate() {
+            let kind = match kind {
+                Wall::Insulated => "insulated",
+                Wall::Grounded => "grounded",
+                Wall::Open => continue,
+            };
+            let name = format!("wall x{} {} ({kind})", axis + 1, ["low", "high"][side]);
+            add(&name, BodyRole::Wall, &|s| {
+                let mut sheet = shown(s);
+                let at = [sheet.min[axis], sheet.max[axis]][side];
+                (sheet.min[axis], sheet.max[axis]) = (at, at);
+                (0..3).all(|a| a == axis || sheet.extent(a) > 0.0).then_some(sheet)
+            });
+        }
+    }
+}
+
+/// A case without conductors: the layer above its contact.
+fn layer_alone(case: &Case, steps: &[StepResult]) -> (Vec<SceneBody>, Vec<String>) {
+    let Some(layer) = &case.layer else { return (Vec::new(), Vec::new()) };
+    let (mut half_length, mut half_width) = (2.0 * layer.thickness, 2.0 * layer.thickness);
+    if let Some(Mechanics::ClosedForm { contact_half_length, contact_width, .. }) = case.mechanics {
+        (half_length, half_width) = (contact_half_length, 0.5 * contact_width);
+    }
+    half_length = layer.half_length.unwrap_or(half_length);
+    let known: Vec<_> =
+        steps.iter().filter_map(|s| Some((s, layer.thickness - s.row.top_displacement_m?))).collect();
+    let poses = known
+        .iter()
+        .map(|(_, top)| Box3 { min: [-half_length, 0.0, -half_width], max: [half_length, *top, half_width] });
+    let poses: Vec<_> = poses.collect();
+    let labels: Vec<_> = known.iter().map(|(step, _)| label(step)).collect();
+    if poses.is_empty() {
+        return (Vec::new(), labels);
+    }
+    (vec![SceneBody { name: "layer".into(), role: BodyRole::Layer, poses }], labels)
+}
+
+/// The bodies of all steps by their surfaces, where those of one are known by nothing else.
+pub fn surfaces(case: &Case, steps: &[StepResult]) -> Option<Vec<(String, Vec<SurfaceBody>)>> {
+    if steps.iter().all(|step| step.surfaces.is_empty()) {
+        return None;
+    }
+    let boxes = |step: &StepResult| {
+        let (bodies, _) = bodies(case, std::slice::from_ref(step));
+        let of = |body: SceneBody| {
+            let mut triangles = Vec::new();
+            if let Some(Box3 { min, max }) = body.poses.first() {
+                let outline = [[min[0], min[1]], [max[0], min[1]], [max[0], max[1]], [min[0], max[1]]];
+                triangles = prism(2, [min[2], max[2]], &outline);
+            }
+            SurfaceBody { name: body.name, role: body.role, triangles }
+        };
+        // As little as of the others is shown of what is everywhere.
+        let shown = bodies
+            .into_iter()
+            .filter(|b| !matches!(b.role, BodyRole::Cover | BodyRole::Wall | BodyRole::Surroundings));
+        shown.map(of).collect()
+    };
+    let all = steps.iter().filter(|step| step.scene.is_some() || !step.surfaces.is_empty());
+    let of = |step: &StepResult| {
+        let bodies = if step.surfaces.is_empty() { boxes(step) } else { step.surfaces.clone() };
+        (label(step), bodies)
+    };
+    Some(all.map(of).collect())
+}
+
+fn label(step: &StepResult) -> String {
+    match (step.load, step.row.compression) {
+        (StepLoad::None, _) => "unloaded".to_owned(),
+        (StepLoad::Compression(c), _) => format!("U/H = {c}"),
+        (StepLoad::ForceN(force), Some(c)) => format!("F = {force} N (U/H = {c:.4})"),
+        (StepLoad::ForceN(force), None) => format!("F = {force} N"),
+    }
+}
+
+fn intersection(a: &Box3, b: &Box3) -> Box3 {
+    let pick = |x: [f64; 3], y: [f64; 3], of: fn(f64, f64) -> f64| [0, 1, 2].map(|k| of(x[k], y[k]));
+    Box3 { min: pick(a.min, b.min, f64::max), max: pick(a.max, b.max, f64::min) }
+}
+
+fn grown(region: Box3) -> Box3 {
+    let by = APART * (0..3).map(|a| region.extent(a)).fold(0.0, f64::max);
+    Box3 { min: region.min.map(|x| x - by), max: region.max.map(|x| x + by) }
+}
+
+fn solid(region: Box3) -> Option<Box3> {
+    (0..3).all(|a| region.extent(a) > 0.0).then_some(region)
+}
+
+/// What the ids of a field file mean: the surroundings, then dielectrics, then conductors.
+fn body_names(scene: &BoxScene) -> Vec<String> {
+    let dielectrics = scene.dielectrics.iter().map(|d| d.name.clone());
+    let conductors = scene.conductors.iter().map(|c| c.name.clone());
+    std::iter::once("surroundings".to_owned()).chain(dielectrics).chain(conductors).collect()
+}
+
+/// The solver's field as the exporter takes it.
+pub fn field_grid(scene: &BoxScene, field: Field) -> FieldGrid {
+    let dielectrics = scene.dielectrics.len() as i32;
+    FieldGrid {
+        axes: field.nodes,
+        potential: field.potential,
+        electric_field: field.electric_field,
+        relative_permittivity: field.relative_permittivity,
+        body_id: field.body.into_iter().map(|b| if b < 0 { dielectrics - b } else { b }).collect(),
+        body_names: body_names(scene),
+    }
+}
+
+/// The scene on a graded grid like those the solver begins with, whole and without a field.
+pub fn geometry_grid(scene: &BoxScene) -> FieldGrid {
+    let resolution = Resolution { order: 4, levels: 2, ratio: 0.15, slope: 1.0, first: 1 };
+    let axes = [0, 1, 2].map(|axis| {
+        let (planes, ends) = planes(scene, axis);
+        let mut nodes = graded_axis(&planes, ends, &resolution).line.nodes;
+        nodes.sort_by(f64::total_cmp);
+        nodes.dedup();
+        nodes
+    });
+    let middle = |axis: usize, i: usize| 0.5 * (axes[axis][i] + axes[axis][i + 1]);
+    let cells = axes.each_ref().map(|nodes| nodes.len().saturating_sub(1));
+    let mut relative_permittivity = Vec::new();
+    let mut body_id = Vec::new();
+    for i in 0..cells[0] {
+        for j in 0..cells[1] {
+            for k in 0..cells[2] {
+                let point = [middle(0, i), middle(1, j), middle(2, k)];
+                let (id, permittivity) = body_at(scene, point);
+                body_id.push(id);
+                relative_permittivity.push(permittivity);
+            }
+        }
+    }
+    FieldGrid {
+        potential: vec![0.0; axes.iter().map(Vec::len).product()],
+        electric_field: vec![[0.0; 3]; body_id.len()],
+        relative_permittivity,
+        body_id,
+        body_names: body_names(scene),
+        axes,
+    }
+}
+
+fn body_at(scene: &BoxScene, point: [f64; 3]) -> (i32, f64) {
+    if let Some(index) = scene.conductors.iter().position(|c| c.region.contains(point)) {
+        return ((1 + scene.dielectrics.len() + index) as i32, 1.0);
+    }
+    match scene.dielectrics.iter().rposition(|d| d.region.contains(point)) {
+        Some(index) => ((1 + index) as i32, scene.dielectrics[index].relative_permittivity),
+        None => (0, scene.background_permittivity),
+    }
+}
+
+/// The planes of the scene across an axis, those of conductors marked, and where the axis ends.
+fn planes(scene: &BoxScene, axis: usize) -> (Vec<Plane>, [End; 2]) {
+    let bounds = |region: &Box3, edge: bool| {
+        [region.min[axis], region.max[axis]]
+            .map(|at| Plane { at, edge })
+            .into_iter()
+            .filter(|p| p.at.is_finite())
+    };
+    let conductors = scene.conductors.iter().flat_map(|c| bounds(&c.region, true));
+    let others = scene.dielectrics.iter().flat_map(|d| bounds(&d.region, false));
+    let mut planes: Vec<Plane> = conductors.chain(others).chain(bounds(&scene.domain, false)).collect();
+    planes.sort_by(|a, b| a.at.total_cmp(&b.at));
+    let mut distinct: Vec<Plane> = Vec::with_capacity(planes.len());
+    for plane in planes {
+        match distinct.last_mut() {
+            Some(last) if last.at == plane.at => last.edge |= plane.edge,
+            _ => distinct.push(plane),
+        }
+    }
+    let all = scene.conductors.iter().map(|c| c.region).reduce(|a, b| a.union(&b));
+    let all = all.unwrap_or(Box3 { min: [0.0; 3], max: [1.0; 3] });
+    let reach = (0..3).map(|a| all.extent(a)).fold(0.0, f64::max);
+    let pole = 0.5 * (all.min[axis] + all.max[axis]);
+    let end = |side: usize| match scene.walls[axis][side] {
+        Wall::Open => End::Open { pole, reach, radius: reach },
+        Wall::Insulated | Wall::Grounded => End::Closed,
+    };
+    (distinct, [end(0), end(1)])
+}
