@@ -1,4 +1,4 @@
-//! The `elastocap` command: arguments in, exit status out. What it does is in the crates.
+//! The `elastocap` command: arguments in, exit status out. The work is done in the crates.
 
 mod commands;
 mod output;
@@ -13,7 +13,7 @@ use clap::{Args, Parser, Subcommand};
 enum Exit {
     /// Done.
     Done,
-    /// Anything that is none of the others: results that cannot be written, for instance.
+    /// Any other failure: results cannot be written, for instance.
     Failure,
     /// A case file or an argument that cannot be used; nothing was written.
     BadInput,
@@ -34,18 +34,19 @@ impl From<Exit> for ExitCode {
 
 const EXAMPLES: &str = "\
 Examples:
-  elastocap run cases/in-plane-pair.toml          C(F) with its bounds, in results/in-plane-pair
-  elastocap check cases/in-plane-pair.toml        what will be solved, and how long it will take
-  elastocap accuracy cases/in-plane-pair.toml     what an error costs: errors against run time
-  elastocap stability --quick                     whether extreme cases are answered right
-  elastocap figures --only 9,16                   figures of the paper, by closed form and finite elements
-  elastocap schema > elastocap.schema.json        for editors that check case files as you type
+  elastocap run cases/in-plane-pair.toml       C(F) with its bounds, in results/in-plane-pair
+  elastocap check cases/in-plane-pair.toml     what will be solved, and how long it will take
+  elastocap accuracy cases/in-plane-pair.toml  what accuracy costs: errors against run time
+  elastocap stability --quick                  whether extreme cases are answered right
+  elastocap figures --only 9,16                figures of the paper, with finite elements
+  elastocap schema > elastocap.schema.json     for editors that check case files as you type
 
 Exit status:
   0  done
-  1  failed: results that cannot be written, for instance
+  1  failed: results cannot be written, for instance
   2  bad input: nothing was solved or written
-  3  finished, but a step failed, missed its tolerance or was not run; the results are kept and marked";
+  3  finished, but a step failed, missed its tolerance or was not run; its results are kept
+     and marked";
 
 /// What capacitance does this soft sensor show under this force, and how far may the number be trusted?
 #[derive(Debug, Parser)]
@@ -57,13 +58,13 @@ struct Arguments {
     common: Common,
 }
 
-/// What every subcommand takes.
+/// The options of every subcommand.
 #[derive(Debug, Clone, Args)]
 struct Common {
-    /// Threads to work with; all there are if not given. The numbers do not depend on it
+    /// Number of threads; all cores by default. Results do not depend on it
     #[arg(long, global = true, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
     threads: Option<u16>,
-    /// Say nothing but what goes wrong
+    /// Print only warnings and errors
     #[arg(long, short, global = true)]
     quiet: bool,
 }
@@ -72,15 +73,15 @@ struct Common {
 enum Command {
     /// Solve a case and write its results
     Run(commands::run::Arguments),
-    /// Validate a case and print the plan: what is solved, what is left out, unknowns, memory, expected time
+    /// Validate a case and print the plan: what is solved and left out, with estimates of memory and time
     Check(commands::check::Arguments),
-    /// Show what an error costs: errors against run time over order and grading, beside the grids chosen by itself
+    /// Show what accuracy costs: errors against run time on many grids, and on those that the solver chooses
     Accuracy(commands::accuracy::Arguments),
-    /// Write the bodies (scene.glb) and a graded grid of them (.vtu) without solving
+    /// Write the bodies (scene.glb) and a grid of them (.vtu) without solving
     Mesh(commands::mesh::Arguments),
     /// Solve a catalogue of stiff and extreme cases and say whether the answers are right
     Stability(commands::stability::Arguments),
-    /// Draw the figures and tables of the paper: closed form as lines, finite elements as points, data beside them
+    /// Draw the figures and tables of the paper: closed form as lines, finite elements as points, data as CSV
     Figures(commands::figures::Arguments),
     /// Print the JSON Schema of case files, for editors
     Schema(commands::schema::Arguments),
@@ -90,7 +91,7 @@ fn main() -> ExitCode {
     let arguments = match Arguments::try_parse() {
         Ok(arguments) => arguments,
         Err(error) => {
-            // Help and version are no errors; clap knows which stream and which status each of them wants.
+            // Help and version arrive here too, but are not errors: clap knows the stream and the status of each.
             let _ = error.print();
             return ExitCode::from(u8::try_from(error.exit_code()).unwrap_or(2));
         }

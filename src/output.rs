@@ -1,10 +1,10 @@
-//! What the command says, and where: results on stdout, all else on stderr.
+//! Output: results go to stdout, everything else to stderr.
 
 use std::io::{self, ErrorKind, IsTerminal as _, Write as _};
 
 use crate::Exit;
 
-/// Prints a result. A reader that has gone away (`elastocap schema | head`) is no failure.
+/// Prints a result. A reader that has gone away (`elastocap schema | head`) is not a failure.
 pub(crate) fn result(text: &str) -> Result<(), Exit> {
     let mut stdout = io::stdout().lock();
     match stdout.write_all(text.as_bytes()).and_then(|()| stdout.flush()) {
@@ -19,7 +19,7 @@ pub(crate) fn result(text: &str) -> Result<(), Exit> {
 
 /// Prints a message as it is.
 pub(crate) fn message(text: &str) {
-    // Nobody can be told that stderr cannot be written to.
+    // Where stderr cannot be written to, there is nowhere to report it.
     let _ = writeln!(io::stderr().lock(), "{text}");
 }
 

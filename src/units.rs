@@ -1,6 +1,6 @@
 //! Numbers as people read them.
 
-/// A quantity with four or more digits and an SI prefix: `43.97 fF`.
+/// A quantity with the given number of digits and an SI prefix: `43.97 fF`.
 pub(crate) fn prefixed(value: f64, digits: usize, unit: &str) -> String {
     if value == 0.0 {
         return format!("0 {unit}");
@@ -43,13 +43,13 @@ pub(crate) fn bytes(value: u64) -> String {
     }
 }
 
-/// A count with thin groups: `1 234 567`.
+/// A count with its thousands separated: `1,234,567`.
 pub(crate) fn grouped(count: usize) -> String {
     let digits = count.to_string();
     let mut out = String::new();
     for (k, digit) in digits.chars().enumerate() {
         if k > 0 && (digits.len() - k).is_multiple_of(3) {
-            out.push(' ');
+            out.push(',');
         }
         out.push(digit);
     }
@@ -76,7 +76,7 @@ mod tests {
     }
 
     #[test]
-    fn counts_are_grouped_by_three() {
-        assert_eq!([7, 1000, 1_234_567].map(grouped), ["7", "1 000", "1 234 567"]);
+    fn thousands_are_separated_by_commas() {
+        assert_eq!([7, 1000, 1_234_567].map(grouped), ["7", "1,000", "1,234,567"]);
     }
 }

@@ -1,4 +1,4 @@
-//! `elastocap accuracy`: error against run time over order and grading.
+//! `elastocap accuracy`: error against run time, over order and grading.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -16,34 +16,34 @@ use crate::{Common, Exit, output};
 
 const EXAMPLES: &str = "\
 Examples:
-  elastocap accuracy cases/in-plane-pair.toml                  what an error costs, in about a minute
+  elastocap accuracy cases/in-plane-pair.toml                  a study of about a minute
   elastocap accuracy cases/stacked-pair.toml --step 3 --quick  two tolerances, a few seconds
   elastocap accuracy cases/isolated-cube.toml --seconds 300    finer tolerances, a sharper reference
 
-Files in the output folder, beside those of a run:
-  accuracy.csv     one line for each solve: grid, time, value, bounds, certified and true error
-  accuracy.svg     both errors against run time
+Files in the output folder, added to those of a run:
+  accuracy.csv  one line for each solve: grid, time, value, bounds, certified and true error
+  accuracy.svg  both errors against run time
 
-The true error is measured against the interval that all proved ones have in common. If two of them have nothing in
-common, a bound is wrong: that is said, and the exit status is 1.
+The true error is measured against the intersection of all proved intervals. If two of them do not overlap, a bound is wrong: the
+command reports it and exits with status 1.
 
-Ctrl-C ends the study with what is done by then, marked (exit status 3); pressed again, it ends at once.";
+Ctrl-C ends the study and keeps what is finished, marked (exit status 3). A second Ctrl-C ends it at once.";
 
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub(crate) struct Arguments {
     /// The case file
     case: PathBuf,
-    /// Folder to write to; results/<case> if not given
+    /// Output folder; results/<case> by default
     #[arg(long, short, value_name = "DIR")]
     output: Option<PathBuf>,
     /// The load step to study, counted from 0
     #[arg(long, value_name = "N", default_value_t = 0)]
     step: usize,
-    /// About how long it may take; 60 if not given, 5 with --quick
+    /// About how long the study may take; 60 by default, 5 with --quick
     #[arg(long, value_name = "SECONDS", value_parser = positive)]
     seconds: Option<f64>,
-    /// Tolerances 1e-2 and 1e-3 only
+    /// Study the tolerances 1e-2 and 1e-3 only
     #[arg(long)]
     quick: bool,
 }
@@ -62,7 +62,7 @@ pub(crate) fn execute(arguments: &Arguments, common: &Common) -> Exit {
     let mut request = usual(arguments.step);
     request.seconds = arguments.seconds.unwrap_or(request.seconds);
     let path = super::output_folder(arguments.output.as_deref(), &arguments.case);
-    // Before anything is solved: a folder that cannot be written to must not cost a study.
+    // Opened before anything is solved: a study must not be lost to a folder that cannot be written to.
     let folder = match OutputFolder::open(&path) {
         Ok(folder) => folder,
         Err(error) => return failure(&error),
@@ -94,7 +94,7 @@ fn progress(quiet: bool) -> ProgressBar {
     if quiet {
         return ProgressBar::hidden();
     }
-    // Hides itself where stderr is no terminal.
+    // Hides itself where stderr is not a terminal.
     let bar = ProgressBar::with_draw_target(None, ProgressDrawTarget::stderr());
     if let Ok(style) = ProgressStyle::with_template("{elapsed} {msg}") {
         bar.set_style(style);
@@ -119,14 +119,14 @@ fn conclude(found: &Study, folder: &Path, files: &[PathBuf], common: &Common) ->
     }
     if let Some(reference) = found.reference.filter(|_| found.contradicts()) {
         output::error(&format!(
-            "a bound is wrong: two proved intervals have nothing in common, for the largest lower bound {:e} F lies \
-             above the smallest upper bound {:e} F; please report it with the case file",
+            "a bound is wrong: two proved intervals do not overlap, since the largest lower bound, {:e} F, lies above \
+             the smallest upper bound, {:e} F; please report this with the case file",
             reference.lower, reference.upper
         ));
         return Exit::Failure;
     }
     if found.stopped {
-        output::warning("stopped before all was done; the figure and what was not run are marked");
+        output::warning("stopped early; the figure and the solves that were not run are marked");
         return Exit::Incomplete;
     }
     let mut exit = Exit::Done;

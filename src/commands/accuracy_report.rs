@@ -1,4 +1,4 @@
-//! What a study of accuracy prints.
+//! The report that `elastocap accuracy` prints.
 
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
@@ -19,7 +19,7 @@ pub(super) fn report(study: &Study, folder: &Path, files: &[PathBuf]) -> String 
     };
     let quantity = match study.quantity {
         Quantity::TwoTerminal => "two-terminal capacitance",
-        Quantity::FirstEntry => "C11 of the Maxwell matrix, for there are no two terminals",
+        Quantity::FirstEntry => "C11 of the Maxwell matrix, since there are not two terminals",
     };
     let mut out = format!("{}\n{state}; {quantity}\n\n", study.title);
     if let Some(reference) = study.reference {
@@ -50,17 +50,17 @@ pub(super) fn report(study: &Study, folder: &Path, files: &[PathBuf]) -> String 
     out
 }
 
-/// Down to microseconds.
+/// Seconds, down to microseconds.
 fn short(value: f64) -> String {
     if value < 1e-3 { prefixed(value, 2, "s") } else { seconds(value) }
 }
 
-/// With a digit after the point where [`seconds`] has none: times are compared here.
+/// Seconds with more digits than [`seconds`] gives, since times are compared here.
 fn time(value: f64) -> String {
     if value < 0.0995 { format!("{:.1} ms", 1e3 * value) } else { format!("{value:.2} s") }
 }
 
-/// One line for each own choice.
+/// One line for each grid that the solver chose.
 fn choices(study: &Study) -> Vec<Vec<String>> {
     let heads = [
         "tolerance",
@@ -115,7 +115,7 @@ fn verdicts(study: &Study, out: &mut String) {
     let good = study.verdicts.iter().filter(|verdict| verdict.is_good()).count();
     let _ = writeln!(
         out,
-        "own choice within {ALLOWED} times the time of the best grid: {good} of {all}, worst {worst:.2} (grids: order / \
+        "own choice within {ALLOWED} times the time of the best grid: {good} of {all}, worst {worst:.2} (grids are order / \
          layers)"
     );
 }

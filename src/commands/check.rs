@@ -1,11 +1,11 @@
-//! `elastocap check`: what a run would do.
+//! `elastocap check`: the plan of a run.
 
 use std::fmt::Write as _;
 use std::path::PathBuf;
 
 use clap::Args;
 use elastocap_case::Case;
-use elastocap_coupling::plan::{Decision, Kind, Options, Plan};
+use elastocap_coupling::plan::{Decision, Kind, LeftOut, Options, Plan};
 
 use crate::units::{bytes, grouped, seconds};
 use crate::{Common, Exit, output};
@@ -23,7 +23,7 @@ pub(crate) struct Arguments {
     /// Print the plan as JSON
     #[arg(long)]
     json: bool,
-    /// The plan of a run that leaves nothing out
+    /// Plan a run that leaves nothing out
     #[arg(long)]
     no_prune: bool,
 }
@@ -68,7 +68,7 @@ fn describe(case: &Case, plan: &Plan) -> String {
     }
     if let Some(layer) = &plan.layer {
         let text = format!(
-            "{} at most and about {} on two cores if every load needs every mesh: estimates",
+            "at most {} and about {} on two cores, if every load needs every mesh (estimates)",
             bytes(layer.memory_bytes),
             seconds(layer.seconds)
         );
@@ -76,11 +76,18 @@ fn describe(case: &Case, plan: &Plan) -> String {
     }
     if plan.kind != Kind::Mechanics {
         if plan.unknowns > 0 {
-            line("unknowns", &format!("{} in the largest problem, about", grouped(plan.unknowns)));
-            line("memory", &format!("{} at most, {} at a time", bytes(plan.memory_bytes), plan.at_once));
+            line("unknowns", &format!("about {} in the largest problem", grouped(plan.unknowns)));
+            line(
+                "memory",
+                &format!(
+                    "at most {}, with {} at a time",
+                    bytes(plan.memory_bytes),
+                    counted_steps(plan.at_once)
+                ),
+            );
             line("time", &format!("about {} on two cores", seconds(plan.seconds)));
         } else {
-            line("time", "not foretold for this scene");
+            line("time", "not estimated for this scene");
         }
     }
     if !plan.left_out.is_empty() {
@@ -89,10 +96,10 @@ fn describe(case: &Case, plan: &Plan) -> String {
     for left in &plan.left_out {
         let whose = match left.by {
             Decision::Plan => "",
-            Decision::Case => " [by the case]",
-            Decision::Caller => " [not asked for]",
+            Decision::Case => " [the case does not ask for it]",
+            Decision::Caller => " [left out on request]",
         };
-        let _ = writeln!(out, "  {}: {}; saves {}{whose}", left.what, left.why, left.saving);
+        let _ = writeln!(out, "  {}: {}; {}{whose}", left.what, left.why, saving(left, plan));
     }
     for warning in &plan.warnings {
         let _ = writeln!(out, "warning: {warning}");
@@ -103,4 +110,22 @@ fn describe(case: &Case, plan: &Plan) -> String {
         }
     }
     out
+}
+
+/// What leaving something out saves, in words.
+fn saving(left: &LeftOut, plan: &Plan) -> String {
+    match (left.saved_unknowns, left.saved_seconds) {
+        (Some(unknowns), Some(time)) => format!(
+            "this cuts the unknowns from {} to {} and saves about {}",
+            grouped(plan.unknowns + unknowns),
+            grouped(plan.unknowns),
+            seconds(time)
+        ),
+        (Some(_), None) | (None, _) => format!("this saves {}", left.saving),
+    }
+}
+
+/// "1 step", "2 steps".
+fn counted_steps(count: usize) -> String {
+    format!("{count} step{}", if count == 1 { "" } else { "s" })
 }

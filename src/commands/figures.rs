@@ -15,27 +15,28 @@ use crate::{Common, Exit, output};
 
 const EXAMPLES: &str = "\
 Examples:
-  elastocap figures                        all, in results/figures
-  elastocap figures --only 9,16            two of them
+  elastocap figures                        all figures and tables, in results/figures
+  elastocap figures --only 9,16            two figures
   elastocap figures --only table-1,table-2 -o /tmp/tables
   elastocap figures --only shear-length    L(U/H, contact length) for [mechanics.closed_form]
-  elastocap figures --list                 what there is
+  elastocap figures --list                 the names of all figures and tables
 
-Each figure is one SVG for each of its panels, with a CSV of the same name beside it: closed form as lines, finite
-elements as points. Tables are CSV.
+The paper is \"Large deformation mechanics of a soft elastomeric layer under compressive loading for a MEMS tactile sensor
+application\". Each panel of a figure is one SVG, with its data in a CSV of the same name: the closed form as lines, finite elements
+as points. Tables are CSV.
 
-Where the finite elements stop short of a compression, that point is left out and named; the exit status is then 3.";
+Where the finite elements stop short of a compression, that point is left out and named, and the exit status is 3.";
 
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub(crate) struct Arguments {
-    /// Folder to write to
+    /// Output folder
     #[arg(long, short, value_name = "DIR", default_value = "results/figures")]
     output: PathBuf,
-    /// Only these, separated by commas: 4, 6, 7, 9, 10, 11, 12, 13, 16, table-1, table-2, shear-length
+    /// Draw only these, separated by commas: 4, 6, 7, 9, 10, 11, 12, 13, 16, table-1, table-2, shear-length
     #[arg(long, value_name = "N,...", value_delimiter = ',', value_parser = item)]
     only: Vec<Item>,
-    /// Print what there is, without drawing
+    /// Print the names of all figures and tables, without drawing
     #[arg(long)]
     list: bool,
 }
@@ -43,7 +44,7 @@ pub(crate) struct Arguments {
 fn item(text: &str) -> Result<Item, String> {
     Item::from_name(text.trim()).ok_or_else(|| {
         let names = Item::ALL.map(Item::name).join(", ");
-        format!("there is {names}")
+        format!("the figures and tables are {names}")
     })
 }
 
@@ -73,7 +74,7 @@ pub(crate) fn execute(arguments: &Arguments, common: &Common) -> Exit {
     }
 }
 
-/// Draws the items one after the other, until the signal to stop.
+/// Draws the items one after the other, until a signal stops it.
 fn draw(
     items: &[Item],
     folder: &OutputFolder,
@@ -103,16 +104,16 @@ fn progress_bar(items: usize, quiet: bool) -> ProgressBar {
     if quiet {
         return ProgressBar::hidden();
     }
-    // Hides itself where stderr is no terminal.
+    // Hides itself where stderr is not a terminal.
     let bar = ProgressBar::with_draw_target(Some(items as u64), ProgressDrawTarget::stderr());
-    if let Ok(style) = ProgressStyle::with_template("{bar:30} {pos}/{len} {msg}, {elapsed} gone") {
+    if let Ok(style) = ProgressStyle::with_template("{bar:30} {pos}/{len} {msg}, {elapsed} elapsed") {
         bar.set_style(style);
     }
     bar.enable_steady_tick(Duration::from_millis(200));
     bar
 }
 
-/// Puts the files in place and says what they show.
+/// Puts the files in place and reports what they show.
 fn conclude(
     drawn: &[(Item, Drawn)],
     asked: usize,
@@ -136,7 +137,10 @@ fn conclude(
         }
     }
     if drawn.len() < asked {
-        output::warning(&format!("stopped after {} of {asked}; what is drawn is kept", drawn.len()));
+        output::warning(&format!(
+            "stopped after {} of {asked} figures and tables; those are kept",
+            drawn.len()
+        ));
         exit = Exit::Incomplete;
     }
     if common.quiet {

@@ -15,16 +15,16 @@ Examples:
   elastocap mesh cases/in-plane-pair.toml
   elastocap mesh cases/in-plane-pair.toml -o /tmp/scene
 
-scene.glb opens in any glTF viewer; its load steps play as an animation. fields.pvd opens in ParaView: the step_NNN.vtu
-hold body id and permittivity on a graded grid of the deformed scene. Nothing is solved, so that potential and electric
-field are zero in them.";
+scene.glb opens in any glTF viewer, and its load steps play as an animation. fields.pvd opens in ParaView: the files step_NNN.vtu
+hold the body and the permittivity of each cell of a graded grid of the deformed scene. Nothing is solved, so the potential and
+the electric field in them are zero.";
 
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub(crate) struct Arguments {
     /// The case file
     case: PathBuf,
-    /// Folder to write to; results/<case> if not given
+    /// Output folder; results/<case> by default
     #[arg(long, short, value_name = "DIR")]
     output: Option<PathBuf>,
 }

@@ -17,7 +17,7 @@ use elastocap_case::Case;
 
 use crate::{Exit, output};
 
-/// The case, or what is wrong with the file, told on stderr.
+/// Loads the case; prints what is wrong with the file on stderr.
 fn load(path: &Path) -> Result<Case, Exit> {
     elastocap_case::load(path).map_err(|error| {
         output::message(&error.render(output::stderr_has_colour()));

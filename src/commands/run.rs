@@ -24,29 +24,29 @@ Examples:
   elastocap run cases/isolated-cube.toml --json | jq .maxwell_matrix_f
 
 Files in the output folder:
-  curve.csv        one line for each load step; SI units
-  capacitance.csv  instead of it, or beside it, where nothing presses
-  curve.svg        C(F) with its bounds beside parallel plates
-  result.json      all of it, with the Maxwell matrices, the plan and where the time went
+  curve.csv        one row for each load step, in SI units
+  capacitance.csv  the capacitances of a case without load
+  curve.svg        C(F) with its bounds, and that of parallel plates
+  result.json      all results, with the Maxwell matrices, the plan and the time of each phase
   scene.glb        the bodies for any glTF viewer, the load steps as an animation
   fields.pvd       the fields for ParaView, one step_NNN.vtu for each load step
-  mechanics.csv    how well the finite elements of the layer know each step; layer.pvd, layer_NNN.vtu and
-                   profile_NNN.csv hold displacement and stress
+  mechanics.csv    finite-element layers: force and error on each mesh; layer.pvd, layer_NNN.vtu and profile_NNN.csv hold
+                   displacement and stress
 
-Ctrl-C ends the run with what is done by then, marked incomplete (exit status 3); pressed again, it ends at once.";
+Ctrl-C ends the run and keeps what is finished, marked incomplete (exit status 3). A second Ctrl-C ends it at once.";
 
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub(crate) struct Arguments {
     /// The case file
     case: PathBuf,
-    /// Folder to write to; results/<case> if not given
+    /// Output folder; results/<case> by default
     #[arg(long, short, value_name = "DIR")]
     output: Option<PathBuf>,
-    /// Print result.json on the standard output, and nothing else there
+    /// Print result.json, and nothing else, on the standard output
     #[arg(long)]
     json: bool,
-    /// Leave nothing out: the same numbers without using symmetry and the like
+    /// Leave nothing out: solve for the same numbers without using symmetry, for instance
     #[arg(long)]
     no_prune: bool,
     /// Do not write the fields (.vtu)
@@ -82,7 +82,7 @@ fn solve_and_save(
 ) -> Result<(Outcome, Saved), elastocap_results::OutputError> {
     let options =
         Options { prune: !arguments.no_prune, fields: !arguments.no_fields, scene: !arguments.no_scene };
-    // Before anything is solved: a folder that cannot be written to must not cost a run.
+    // Opened before anything is solved: a run must not be lost to a folder that cannot be written to.
     let folder = OutputFolder::open(folder)?;
     let cancel = Arc::new(AtomicBool::new(false));
     stop_on_signal(&cancel, &folder);
@@ -98,7 +98,7 @@ fn solve_and_save(
     Ok((outcome, saved))
 }
 
-/// Steps done and to do, on the terminal.
+/// Shows on the terminal how many steps are done.
 struct Bar(ProgressBar);
 
 impl Observer for Bar {
@@ -119,10 +119,10 @@ fn progress_bar(steps: usize, quiet: bool) -> Bar {
     if quiet {
         return Bar(ProgressBar::hidden());
     }
-    // Hides itself where stderr is no terminal.
+    // Hides itself where stderr is not a terminal.
     let bar = ProgressBar::with_draw_target(Some(steps as u64), ProgressDrawTarget::stderr());
     let style =
-        ProgressStyle::with_template("{bar:30} {pos}/{len} steps, {elapsed} gone, about {eta} to go{msg}");
+        ProgressStyle::with_template("{bar:30} {pos}/{len} steps, {elapsed} elapsed, about {eta} left{msg}");
     if let Ok(style) = style {
         bar.set_style(style);
     }

@@ -1,4 +1,4 @@
-//! `elastocap stability`: stiff and extreme cases, and whether the answers are right.
+//! `elastocap stability`: whether stiff and extreme cases are answered right.
 
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -15,30 +15,30 @@ const EXAMPLES: &str = "\
 Examples:
   elastocap stability                        the whole catalogue
   elastocap stability --quick                a part of it that takes a few seconds
-  elastocap stability --only permittivity    cases whose subject or name contains a word
-  elastocap stability -o results/stability   the same, and stability.csv with every number
+  elastocap stability --only permittivity    the cases whose subject or name contains a word
+  elastocap stability -o results/stability   the whole catalogue, and stability.csv with every number
 
 Verdicts:
   right        the truth lies within the stated error
   refused      there is no answer, and the reason is given
-  not reached  the tolerance was missed or the time ran out, and the result says so; what it states is true
+  not reached  the tolerance was missed or the time ran out, and the result says so; the bounds it gives hold the truth
   WRONG        anything else; the exit status is then 1
 
-The error stands beside what is known from elsewhere; `< 1e-3` where that is a range, `holds` where it is a limit.";
+The column `error` is the distance to what is known independently: `< 1e-3` where that is a range, `holds` where it is a limit.";
 
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub(crate) struct Arguments {
-    /// A part that takes a few seconds
+    /// Solve only a part of the catalogue, which takes a few seconds
     #[arg(long)]
     quick: bool,
-    /// Only cases whose subject or name contains this
+    /// Solve only cases whose subject or name contains this
     #[arg(long, value_name = "PATTERN")]
     only: Option<String>,
-    /// Print what there is, without solving
+    /// Print the catalogue, without solving
     #[arg(long)]
     list: bool,
-    /// Seconds after which a case is given up and marked
+    /// Seconds after which a case is abandoned and marked
     #[arg(long, value_name = "SECONDS", default_value_t = 3.0, value_parser = positive)]
     limit: f64,
     /// Folder for stability.csv
@@ -63,7 +63,7 @@ pub(crate) fn execute(arguments: &Arguments, common: &Common) -> Exit {
     };
     let entries: Vec<_> = catalogue().into_iter().filter(chosen).collect();
     if entries.is_empty() {
-        output::error("no case fits; `elastocap stability --list` prints what there is");
+        output::error("no case matches; `elastocap stability --list` prints the catalogue");
         return Exit::BadInput;
     }
     if arguments.list {
@@ -78,8 +78,8 @@ pub(crate) fn execute(arguments: &Arguments, common: &Common) -> Exit {
         let report = entry.run(rayon::current_num_threads(), limit, &stop);
         let subject = reports.last().map(|last| last.subject) != Some(report.subject);
         let text = lines(&report, subject, reports.is_empty());
-        let told = !common.quiet || matches!(report.verdict, Verdict::Wrong(_));
-        if told && let Err(exit) = output::result(&text) {
+        let shown = !common.quiet || matches!(report.verdict, Verdict::Wrong(_));
+        if shown && let Err(exit) = output::result(&text) {
             return exit;
         }
         reports.push(report);
@@ -106,7 +106,7 @@ fn printed(text: &str, exit: Exit) -> Exit {
     output::result(text).err().unwrap_or(exit)
 }
 
-/// The first signal ends the run after the case at hand is given up; the second ends the process.
+/// The first signal abandons the current case and ends the run; the second ends the process.
 fn stop_on_signal(stop: &Arc<AtomicBool>) {
     let stop = Arc::clone(stop);
     let installed = ctrlc::set_handler(move || {
@@ -137,7 +137,7 @@ fn line(cells: [&str; 6]) -> String {
     format!("  {name:<46} {result:>15} {stated:>8} {error:>9}  {verdict:<11} {seconds:>7}\n")
 }
 
-/// The lines of one report, under its subject where that is a new one.
+/// The lines of one report, under its subject where the subject is new.
 fn lines(report: &Report, new_subject: bool, first: bool) -> String {
     let mut out = String::new();
     if first {

@@ -7,7 +7,7 @@ use elastocap_results::OutputFolder;
 
 use crate::output;
 
-/// The first signal lets the work end with what is done; the second ends the process, without leaving files half done.
+/// The first signal ends the work and keeps what is finished; the second ends the process, without half-written files.
 pub(super) fn stop_on_signal(cancel: &Arc<AtomicBool>, folder: &OutputFolder) {
     let (cancel, staging) = (Arc::clone(cancel), folder.staging().to_owned());
     let asked = AtomicBool::new(false);
@@ -17,7 +17,7 @@ pub(super) fn stop_on_signal(cancel: &Arc<AtomicBool>, folder: &OutputFolder) {
             std::process::exit(130);
         }
         cancel.store(true, Ordering::Relaxed);
-        output::message("stopping: what is done will be kept; once more to end at once");
+        output::message("stopping: what is finished will be kept; press Ctrl-C again to end at once");
     });
     if let Err(error) = installed {
         output::warning(&format!("Ctrl-C will end the run without results: {error}"));

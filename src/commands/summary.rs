@@ -1,4 +1,4 @@
-//! What a run prints: one line for each step, and where the files are.
+//! The summary that a run prints: one line for each step, and where the files are.
 
 use std::path::Path;
 
@@ -10,7 +10,7 @@ use elastocap_results::Saved;
 use crate::units::{grouped, prefixed, seconds};
 
 /// More lines than this do not help on a screen.
-const MOST_LINES: usize = 60;
+const MAX_LINES: usize = 60;
 
 pub(crate) fn summary(case: &Case, outcome: &Outcome, saved: &Saved, folder: &Path) -> String {
     let lines = match outcome.plan.kind {
@@ -21,10 +21,10 @@ pub(crate) fn summary(case: &Case, outcome: &Outcome, saved: &Saved, folder: &Pa
     if let Some(mesh) = outcome.layer_meshes.last() {
         let (count, unknowns) = (outcome.layer_meshes.len(), grouped(mesh.unknowns));
         let time = seconds(outcome.layer_seconds);
-        out.push_str(&format!("\n  layer: {count} meshes, {unknowns} unknowns on the last, {time}\n"));
+        out.push_str(&format!("\n  layer: {count} meshes, {unknowns} unknowns on the last one, {time}\n"));
     }
     if outcome.plan.kind == Kind::Curve && outcome.steps.iter().any(|s| !s.floating.is_empty()) {
-        out.push_str("\n  potentials of the floating conductors: in result.json\n");
+        out.push_str("\n  the potentials of the floating conductors are in result.json\n");
     }
     let names: Vec<_> =
         saved.files.iter().filter_map(|f| f.file_name()).map(|f| f.to_string_lossy().into_owned()).collect();
@@ -47,7 +47,7 @@ pub(super) fn table(lines: Vec<Vec<String>>) -> String {
     let mut out = String::new();
     let (total, mut skipped) = (lines.len(), 0);
     for (index, line) in lines.iter().enumerate() {
-        if total > MOST_LINES && index > MOST_LINES / 2 && index + MOST_LINES / 2 < total {
+        if total > MAX_LINES && index > MAX_LINES / 2 && index + MAX_LINES / 2 < total {
             skipped += 1;
             continue;
         }
@@ -69,7 +69,7 @@ fn quantity(value: Option<f64>, digits: usize, unit: &str) -> String {
     value.map_or_else(|| "-".to_owned(), |value| prefixed(value, digits, unit))
 }
 
-/// `+- 0.03 %`.
+/// A relative error: `2.9e-4`.
 fn error(value: Option<f64>) -> String {
     value.map_or_else(|| "-".to_owned(), |error| format!("{:.1e}", error))
 }
