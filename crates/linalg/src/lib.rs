@@ -1,6 +1,25 @@
-//! Linear algebra that the solvers share: dense products, vectors in space, conjugate gradients.
+//! The linear algebra that the solvers share. It depends on no other crate of the workspace.
+//!
+//! | module | holds |
+//! |---|---|
+//! | [`sparse`] | matrices by rows on the pattern of nalgebra-sparse, with parallel products |
+//! | [`conjugate_gradients`] | the one iterative solver, with a preconditioner in single or double precision |
+//! | [`multigrid`] | a preconditioner for conjugate gradients: smoothed aggregation |
+//! | [`ldlt`] | factors of one sparse symmetric pattern, again and again, by faer |
+//! | [`ordering`] | the order of elimination: nested dissection |
+//! | [`cholesky`] | dense factors of small semi-definite matrices, by faer |
+//! | [`gemm`] | small dense products |
+//! | [`reduction`] | sums and updates of long vectors |
+//! | [`vector`] | vectors in space |
+//!
+//! All of it gives the same bytes at any number of threads.
 
+pub mod cholesky;
 pub mod conjugate_gradients;
 pub mod gemm;
+pub mod ldlt;
+pub mod multigrid;
+pub mod ordering;
 pub mod reduction;
+pub mod sparse;
 pub mod vector;

@@ -135,9 +135,8 @@ impl<S: Dimension> Equations<S> {
                 }
                 self.right[self.unknown[d] as usize] += sign * right[k];
                 for (m, &(e, l, other)) in slots.iter().enumerate() {
-                    let place = self.places[elements + c][r * slots.len() + m];
-                    if place != u32::MAX {
-                        self.solver.values[place as usize] += sign * other * stiffness[k][l];
+                    if let Some(place) = self.places[elements + c][r * slots.len() + m] {
+                        self.solver.add(place, sign * other * stiffness[k][l]);
                     } else if self.unknown[e] == u32::MAX {
                         let step = load.displacement[e] - state.displacement[e];
                         self.right[self.unknown[d] as usize] -= sign * other * stiffness[k][l] * step;

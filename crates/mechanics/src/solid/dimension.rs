@@ -78,7 +78,7 @@ pub trait Dimension: Copy + Debug + Default + PartialEq + Send + Sync + 'static 
     fn normal(first: Self::Point, second: Self::Point) -> Self::Point;
     /// A point in space; in the plane, its third coordinate is zero.
     fn in_space(point: &Self::Point) -> [f64; 3];
-    /// The nodes of a mesh in an order that keeps factors sparse; see [`super::dissection`].
+    /// The nodes of a mesh in an order that keeps factors sparse; see [`elastocap_linalg::ordering`].
     fn order(nodes: &[Self::Point], elements: &[Self::Nodes]) -> Vec<u32>;
 }
 
@@ -98,7 +98,7 @@ impl Dimension for Plane {
         [point[0], point[1], 0.0]
     }
     fn order(nodes: &[[f64; 2]], elements: &[[u32; 9]]) -> Vec<u32> {
-        super::dissection::dissection_order(nodes, elements)
+        elastocap_linalg::ordering::dissection_order(nodes, elements)
     }
 }
 
@@ -119,7 +119,7 @@ impl Dimension for Space {
         *point
     }
     fn order(nodes: &[[f64; 3]], elements: &[[u32; 27]]) -> Vec<u32> {
-        super::dissection::dissection_order(nodes, elements)
+        elastocap_linalg::ordering::dissection_order(nodes, elements)
     }
 }
 

@@ -7,10 +7,8 @@
 //! | [`element`] | biquadratic displacement, discontinuous linear pressure, condensed |
 //! | [`dimension`] | what the plane and space have in common |
 //! | [`mesh`] | meshes, mapped patches, fans around corners |
-//! | [`dissection`] | the order of elimination |
 //! | [`obstacle`] | rigid bodies by their distance |
 //! | `contact` | what keeps surfaces out of rigid bodies: an interior-point method |
-//! | [`sparse`] | a symmetric matrix with one symbolic factorisation |
 //! | [`model`] | a body, its equations and contact conditions |
 //! | [`newton`] | Newton's method with load steps |
 //! | [`side`] | the surface, its quadrature and loads |
@@ -49,7 +47,6 @@
 
 mod contact;
 pub mod dimension;
-pub mod dissection;
 pub mod element;
 pub mod folds;
 pub mod forecast;
@@ -65,6 +62,5 @@ pub mod press;
 pub mod shear_length;
 pub mod side;
 pub mod space;
-pub mod sparse;
 pub mod stress;
 mod transfer;

@@ -1,6 +1,6 @@
 //! A body in plane strain, what holds it, and the equations of its equilibrium.
 
-use faer::Par;
+use elastocap_linalg::ldlt::{BlockPlaces, SymmetricSolver};
 use rayon::prelude::*;
 
 use super::contact::{POINTS, Pair};
@@ -8,7 +8,6 @@ use super::dimension::{Dimension, Element, ElementSystem, Numbers, Plane};
 use super::material::Rubber;
 use super::mesh::Mesh;
 use super::obstacle::Obstacle;
-use super::sparse::SymmetricSolver;
 
 /// The proximal modulus of an element over the shear modulus of its own rubber; see [`super::element`]. A soft element with
 /// the proximal modulus of a stiff inclusion would be as hard to solve for as if its bulk modulus were that large.
@@ -163,7 +162,8 @@ pub struct Equations<S: Dimension = Plane> {
     /// Number of each displacement among the unknowns, `u32::MAX` where it is held.
     pub(crate) unknown: Vec<u32>,
     systems: Vec<ElementSystem<S>>,
-    pub(crate) places: Vec<Vec<u32>>,
+    /// For each element, then for each pair that may touch, where its matrix goes.
+    pub(crate) places: Vec<BlockPlaces>,
     pub(crate) pairs: Vec<Pair<S>>,
     /// Product of gap and pressure in N/m; see the contact module.
     pub(crate) gap_times_pressure: f64,
@@ -238,16 +238,16 @@ impl<S: Dimension> Equations<S> {
             return Err(ModelError::NoUnknowns);
         }
         let pairs = Pair::all(&body);
-        let of_node = |n: usize| &unknown[Self::places_of_node(n)];
-        let groups: Vec<Vec<u32>> = body
+        let number = |d: usize| (unknown[d] != u32::MAX).then_some(unknown[d]);
+        let groups: Vec<Vec<Option<u32>>> = body
             .mesh
             .elements
             .iter()
-            .map(|e| e.as_ref().iter().flat_map(|&n| of_node(n as usize)).copied().collect())
-            .chain(pairs.iter().map(|p| p.displacements().map(|d| unknown[d]).collect()))
+            .map(|e| e.as_ref().iter().flat_map(|&n| Self::places_of_node(n as usize)).map(number).collect())
+            .chain(pairs.iter().map(|p| p.displacements().map(number).collect()))
             .collect();
         let (solver, places) =
-            SymmetricSolver::new(unknowns as usize, &groups, Par::Seq).map_err(|_| ModelError::NoUnknowns)?;
+            SymmetricSolver::new(unknowns as usize, &groups).map_err(|_| ModelError::NoUnknowns)?;
         let mut room = vec![0.0; body.rubbers.len()];
         for (element, &m) in elements.iter().zip(&body.material) {
             room[m as usize] += element.volume();
@@ -386,7 +386,7 @@ impl<S: Dimension> Equations<S> {
     /// The same where the last assembly was of the same displacements, pressures and load, all of that taken on: only the
     /// contact has changed.
     pub(crate) fn assemble_again(&mut self, state: &State<S>, load: &Load<S>) -> Residual {
-        self.solver.values.fill(0.0);
+        self.solver.clear();
         self.right.fill(0.0);
         self.internal.fill(0.0);
         let mut volume: f64 = 0.0;
@@ -400,8 +400,8 @@ impl<S: Dimension> Equations<S> {
                 }
             }
             for (place, value) in self.places[e].iter().zip(&system.stiffness) {
-                if *place != u32::MAX {
-                    self.solver.values[*place as usize] += value;
+                if let Some(place) = *place {
+                    self.solver.add(place, *value);
                 }
             }
             let size = self.elements[e].volume();

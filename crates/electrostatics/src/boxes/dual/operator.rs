@@ -8,6 +8,7 @@ use elastocap_linalg::conjugate_gradients::Operator;
 use rayon::prelude::*;
 
 impl Operator for Dual {
+    type Precision = f32;
     fn unknowns(&self) -> usize {
         self.dims.iter().product()
     }

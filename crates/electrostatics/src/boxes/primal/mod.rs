@@ -248,6 +248,7 @@ impl Primal {
 }
 
 impl Operator for Primal {
+    type Precision = f32;
     fn unknowns(&self) -> usize {
         self.dims.iter().product()
     }

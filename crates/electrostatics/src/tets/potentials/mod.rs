@@ -1,9 +1,6 @@
 //! Dirichlet's principle on tetrahedra: continuous potentials of order 1 to 3, whose energies bound the capacitance of any
 //! shape from above.
 
-mod conjugate;
-mod csr;
-mod multigrid;
 mod reference;
 mod space;
 mod stiffness;
@@ -14,9 +11,9 @@ pub use reference::{EDGES, FACES};
 pub use space::{Held, Space};
 
 use elastocap_geometry::meshing::tets::TetMesh;
-use elastocap_linalg::conjugate_gradients::Goal;
+use elastocap_linalg::conjugate_gradients::{self, Goal};
+use elastocap_linalg::multigrid::{CoarseLevel, Multigrid};
 use faer::Mat;
-use multigrid::Multigrid;
 use rayon::prelude::*;
 use std::sync::atomic::AtomicBool;
 use stiffness::Stiffness;
@@ -130,20 +127,22 @@ impl Potentials {
         let Problem { mesh, permittivity, .. } = problem;
         let stiffness = Stiffness::new(mesh, permittivity, &space)?;
         let system = stiffness.assemble(&space);
+        // Below the potentials of order p come those of order 1 on the same mesh.
         let linear = if settings.order > 1 {
-            let space = Space::new(mesh, 1)?;
-            Some((Stiffness::new(mesh, permittivity, &space)?.assemble(&space).matrix, space))
+            let linear = Space::new(mesh, 1)?;
+            let matrix = Stiffness::new(mesh, permittivity, &linear)?.assemble(&linear).matrix;
+            Some(CoarseLevel { prolongation: space.prolongation(&linear), matrix })
         } else {
             None
         };
-        let grid = Multigrid::new(system.matrix, linear.as_ref().map(|(m, s)| (m.clone(), s)), &space);
+        let grid = Multigrid::new(system.matrix, linear);
         let start = stiffness.energies(&space, &data);
         let one = |(k, mut u): (usize, Vec<f64>)| {
             let mut b = vec![0.0; space.unknowns()];
             system.held.product(&u, &mut b, |product, _| -product);
             let mut x = vec![0.0; space.unknowns()];
             let goal = Goal { share: settings.share, start: start[(k, k)], cancel: settings.cancel };
-            let end = conjugate::solve(&grid, &b, &mut x, goal);
+            let end = conjugate_gradients::solve(&mut grid.cycle(), &b, &mut x, &mut Vec::new(), goal);
             for (u, &unknown) in u.iter_mut().zip(space.unknown()) {
                 if unknown != space::NONE {
                     *u = x[unknown as usize];

@@ -3,6 +3,7 @@
 use super::TetsError;
 use super::reference::{EDGES, FACES, lattice};
 use elastocap_geometry::meshing::tets::{FaceRole, TetMesh};
+use elastocap_linalg::sparse::SparseMatrix;
 use rayon::prelude::*;
 
 /// Who says what the coefficient of a function is.
@@ -150,6 +151,20 @@ impl Space {
             return vec![(a, 1.0 - share), (b, share)];
         }
         self.faces[on_edges - inner * self.edges.len()].map(|p| (p, 1.0 / 3.0)).to_vec()
+    }
+
+    /// From the unknowns of the potentials of order 1 on the same mesh, in the space `linear`, to the unknowns of this one:
+    /// the values at their places.
+    pub(super) fn prolongation(&self, linear: &Self) -> SparseMatrix {
+        let free: Vec<usize> = (0..self.functions()).filter(|&d| self.unknown[d] != NONE).collect();
+        SparseMatrix::build(free.len(), linear.unknowns, |i, terms| {
+            for (point, weight) in self.linear(free[i]) {
+                let unknown = linear.unknown[point as usize];
+                if unknown != NONE {
+                    terms.push((unknown, weight));
+                }
+            }
+        })
     }
 
     /// Functions on a face with ascending corners, as [`lattice`] orders them, for each of `faces`.

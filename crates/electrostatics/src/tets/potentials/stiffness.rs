@@ -9,10 +9,10 @@
 //! keeps it an upper bound.
 
 use super::TetsError;
-use super::csr::{Csr, Rows};
 use super::reference::{MOST, PAIRS, Reference, lattice, shape, triangle_rule};
 use super::space::{NONE, Space};
 use elastocap_geometry::meshing::tets::{FaceRole, TetMesh};
+use elastocap_linalg::sparse::{Rows, SparseMatrix};
 use elastocap_linalg::vector::{cross, dot, minus};
 use faer::Mat;
 use rayon::prelude::*;
@@ -34,8 +34,8 @@ struct OpenFace {
 
 /// The equations: unknowns times unknowns, and unknowns times all functions that are held.
 pub(super) struct System {
-    pub(super) matrix: Csr,
-    pub(super) held: Csr,
+    pub(super) matrix: SparseMatrix,
+    pub(super) held: SparseMatrix,
 }
 
 impl Stiffness {
@@ -113,7 +113,10 @@ impl Stiffness {
         };
         let parts: Vec<[Rows; 2]> = free.par_chunks(4096).map(task).collect();
         let (inner, held) = parts.into_iter().map(|[a, b]| (a, b)).unzip();
-        System { matrix: Csr::from_rows(free.len(), inner), held: Csr::from_rows(space.functions(), held) }
+        System {
+            matrix: SparseMatrix::from_rows(free.len(), inner),
+            held: SparseMatrix::from_rows(space.functions(), held),
+        }
     }
 
     /// a(u_i, u_j). Differences to the first corner are taken first, so that what potentials have in common costs no digits.

@@ -1,10 +1,13 @@
 //! The order of elimination: nested dissection by coordinates.
 
-/// The nodes of a mesh in an order that keeps the factors of a matrix on it sparse: the elements are cut in two along
-/// the axis or diagonal that leaves the fewest nodes in common, those nodes go last, and so on in both halves.
+/// The nodes of a mesh in an order that keeps the factors of a matrix on it sparse.
 ///
-/// `nodes` are positions in any unit, `elements` their numbers. Returns old node numbers in their new order; nodes
-/// without an element are left out.
+/// The elements are cut in two along the axis or diagonal where the halves share the fewest nodes; those nodes go last,
+/// and both halves are ordered in the same way. `nodes` are positions in any unit, `elements` the numbers of their nodes,
+/// below `nodes.len()`. Returns the old numbers of the nodes in their new order, without nodes that are in no element.
+///
+/// # Panics
+/// If an element has a node that is not in `nodes`.
 pub fn dissection_order<const D: usize, const N: usize>(
     nodes: &[[f64; D]],
     elements: &[[u32; N]],
@@ -122,27 +125,42 @@ impl<const D: usize, const N: usize> Cutter<'_, D, N> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::solid::mesh::{Mesh, uniform};
+
+    /// A regular mesh of so many cells of side 1 along each axis: its nodes and its cells.
+    fn grid(cells: [usize; 3]) -> (Vec<[f64; 3]>, Vec<[u32; 8]>) {
+        let [nx, ny, nz] = cells.map(|n| n + 1);
+        let number = |i: usize, j: usize, k: usize| ((i * ny + j) * nz + k) as u32;
+        let points = |counts: [usize; 3]| {
+            let [a, b, c] = counts;
+            (0..a * b * c).map(move |at| [at / (b * c), at / c % b, at % c])
+        };
+        let nodes = points([nx, ny, nz]).map(|p| p.map(|x| x as f64)).collect();
+        let cell = |[i, j, k]: [usize; 3]| {
+            std::array::from_fn(|corner| number(i + (corner >> 2), j + (corner >> 1 & 1), k + (corner & 1)))
+        };
+        (nodes, points(cells).map(cell).collect())
+    }
 
     #[test]
     fn the_order_is_a_permutation() {
-        let mesh = Mesh::rectangle(4.0, 1.0, 17, 5);
-        let mut order = dissection_order(&mesh.nodes, &mesh.elements);
+        let (nodes, elements) = grid([5, 4, 7]);
+        let mut order = dissection_order(&nodes, &elements);
         order.sort_unstable();
-        assert!(order.iter().copied().eq(0..mesh.nodes.len() as u32));
-        let x = uniform(0.0, 1.0, 5);
-        let mesh = Mesh::tensor(&x, &x, &x);
-        let mut order = dissection_order(&mesh.nodes, &mesh.elements);
-        order.sort_unstable();
-        assert!(order.iter().copied().eq(0..mesh.nodes.len() as u32));
+        assert!(order.iter().copied().eq(0..nodes.len() as u32));
     }
 
     #[test]
     fn the_last_nodes_are_those_of_a_plane_that_cuts_the_mesh_in_two() {
-        let x = uniform(0.0, 1.0, 4);
-        let mesh = Mesh::tensor(&uniform(0.0, 2.0, 8), &x, &x);
-        let order = dissection_order(&mesh.nodes, &mesh.elements);
-        let last = &order[order.len() - 81..];
-        assert!(last.iter().all(|&n| mesh.nodes[n as usize][0] == 1.0));
+        let (nodes, elements) = grid([8, 4, 4]);
+        let order = dissection_order(&nodes, &elements);
+        let last = &order[order.len() - 25..];
+        assert!(last.iter().all(|&n| nodes[n as usize][0] == 4.0));
+    }
+
+    #[test]
+    fn nodes_without_an_element_are_left_out() {
+        let (mut nodes, elements) = grid([2, 2, 2]);
+        nodes.push([9.0; 3]);
+        assert_eq!(dissection_order(&nodes, &elements).len(), nodes.len() - 1);
     }
 }

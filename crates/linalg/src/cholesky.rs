@@ -1,0 +1,113 @@
+//! Dense factors of small symmetric matrices that are positive definite but for rounding, by faer.
+
+use faer::dyn_stack::{MemBuffer, MemStack};
+use faer::linalg::cholesky::llt::factor::{LltRegularization, cholesky_in_place, cholesky_in_place_scratch};
+use faer::linalg::cholesky::llt::solve::solve_in_place;
+use faer::{Mat, MatMut, Par};
+
+/// Pivots of the matrix scaled to unit diagonal that are smaller than this are taken to be this.
+const LEAST_PIVOT: f64 = 1e-13;
+
+/// A factor `A = S^-1 L L^T S^-1` with `S` diagonal, such that `S A S` has a unit diagonal.
+///
+/// A matrix with a null space, say the Laplacian of a region that touches no conductor, has pivots that are zero but
+/// for rounding. They are raised to 1e-13 of the diagonal entry: such a matrix is solved as if constants cost a little.
+#[derive(Debug, Clone)]
+pub struct Cholesky {
+    lower: Mat<f64>,
+    /// The diagonal of `S`.
+    scale: Vec<f64>,
+}
+
+/// A matrix without a factor: an entry or a pivot of it is not a number.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
+#[error("a dense matrix has no Cholesky factor, since an entry or a pivot of it is not finite")]
+pub struct NotFinite;
+
+impl Cholesky {
+    /// Factorises the matrix with these entries; only the lower triangle of `matrix`, which is square, is read.
+    ///
+    /// # Errors
+    /// If an entry or a pivot is not finite.
+    pub fn new(mut matrix: Mat<f64>) -> Result<Self, NotFinite> {
+        let n = matrix.nrows();
+        let scale = |i: usize| if matrix[(i, i)] > 0.0 { 1.0 / matrix[(i, i)].sqrt() } else { 1.0 };
+        let scale: Vec<f64> = (0..n).map(scale).collect();
+        for j in 0..n {
+            for i in j..n {
+                matrix[(i, j)] *= scale[i] * scale[j];
+            }
+        }
+        let regularization = LltRegularization {
+            dynamic_regularization_delta: LEAST_PIVOT,
+            dynamic_regularization_epsilon: LEAST_PIVOT,
+        };
+        // On one thread: the matrices are small.
+        let mut memory = MemBuffer::new(cholesky_in_place_scratch::<f64>(n, Par::Seq, Default::default()));
+        cholesky_in_place(
+            matrix.as_mut(),
+            regularization,
+            Par::Seq,
+            MemStack::new(&mut memory),
+            Default::default(),
+        )
+        .map_err(|_| NotFinite)?;
+        Ok(Self { lower: matrix, scale })
+    }
+
+    /// Overwrites `x`, a right-hand side with as many entries as the matrix has rows, with the solution.
+    pub fn solve_in_place(&self, x: &mut [f64]) {
+        let n = self.scale.len();
+        x.iter_mut().zip(&self.scale).for_each(|(x, s)| *x *= s);
+        let columns = MatMut::from_column_major_slice_mut(&mut *x, n, 1);
+        // No memory: triangular solves need none.
+        solve_in_place(self.lower.as_ref(), columns, Par::Seq, MemStack::new(&mut []));
+        x.iter_mut().zip(&self.scale).for_each(|(x, s)| *x *= s);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use faer::Side;
+    use faer::linalg::solvers::Solve;
+
+    #[test]
+    fn a_badly_scaled_matrix_is_solved_as_by_faer() {
+        let n = 70;
+        let size = |i: usize| 10f64.powi(i as i32 % 9 - 4);
+        let entry =
+            |i: usize, j: usize| if i == j { 3.0 } else { 1.0 / (1.0 + i.abs_diff(j) as f64).powi(2) };
+        let matrix = Mat::from_fn(n, n, |i, j| size(i) * entry(i, j) * size(j));
+        let right = Mat::from_fn(n, 1, |i, _| (i as f64).sin());
+        let expected = matrix.llt(Side::Lower).unwrap().solve(&right);
+        let mut x: Vec<f64> = right.col(0).iter().copied().collect();
+        Cholesky::new(matrix).unwrap().solve_in_place(&mut x);
+        for (i, x) in x.iter().enumerate() {
+            assert!((x / expected[(i, 0)] - 1.0).abs() < 1e-11, "{i}: {x} {}", expected[(i, 0)]);
+        }
+    }
+
+    #[test]
+    fn a_laplacian_with_constants_in_its_null_space_is_solved_for_a_balanced_source() {
+        let n = 12;
+        let matrix = Mat::from_fn(n, n, |i, j| match i.abs_diff(j) {
+            0 if i == 0 || i == n - 1 => 1.0,
+            0 => 2.0,
+            1 => -1.0,
+            _ => 0.0,
+        });
+        let mut x = vec![0.0; n];
+        (x[0], x[n - 1]) = (1.0, -1.0);
+        Cholesky::new(matrix).unwrap().solve_in_place(&mut x);
+        for k in 1..n {
+            assert!((x[k - 1] - x[k] - 1.0).abs() < 1e-2, "{x:?}");
+        }
+    }
+
+    #[test]
+    fn a_matrix_that_is_not_finite_is_refused() {
+        let matrix = Mat::from_fn(3, 3, |i, j| if i == j { f64::NAN } else { 0.0 });
+        assert_eq!(Cholesky::new(matrix).err(), Some(NotFinite));
+    }
+}

@@ -1,0 +1,101 @@
+//! The next coarser level: aggregates of strongly connected unknowns.
+
+use crate::sparse::SparseMatrix;
+
+/// Which aggregate each unknown is in, and how many there are.
+struct Aggregates {
+    of: Vec<u32>,
+    count: u32,
+}
+
+/// Marks an unknown that is in no aggregate yet.
+const NONE: u32 = u32::MAX;
+
+/// Entries of a symmetric matrix that couple their unknowns strongly: a_ij^2 > s^2 |a_ii a_jj|.
+struct Strong<'a> {
+    matrix: &'a SparseMatrix,
+    diagonal: Vec<f64>,
+    share: f64,
+}
+
+/// The map from values of aggregates to values of unknowns, constant on each aggregate and smoothed once by damped
+/// Jacobi; `None` if there are hardly fewer aggregates than unknowns.
+///
+/// A connection is strong from the share `strong` of the geometric mean of the two diagonal entries on.
+pub(super) fn smoothed_aggregates(matrix: &SparseMatrix, strong: f64) -> Option<SparseMatrix> {
+    let n = matrix.rows();
+    let strong = Strong { matrix, diagonal: matrix.diagonal(), share: strong };
+    let Aggregates { of, count } = strong.aggregates();
+    if f64::from(count) > 0.8 * n as f64 {
+        return None;
+    }
+    Some(SparseMatrix::build(n, count as usize, |i, terms| {
+        // Weak connections count on the diagonal, so that constants stay constants.
+        let (mut on_diagonal, mut size) = (0.0, 0.0);
+        for (j, a) in matrix.terms(i) {
+            if strong.is_strong(i, j, a) {
+                size += a.abs();
+            } else {
+                on_diagonal += a;
+            }
+        }
+        terms.push((of[i], 1.0));
+        size += on_diagonal.abs();
+        if size > 0.0 {
+            let step = 4.0 / 3.0 / size;
+            terms.push((of[i], -step * on_diagonal));
+            let neighbours = matrix.terms(i).filter(|&(j, a)| strong.is_strong(i, j, a));
+            terms.extend(neighbours.map(|(j, a)| (of[j], -step * a)));
+        }
+    }))
+}
+
+impl Strong<'_> {
+    fn is_strong(&self, i: usize, j: usize, a: f64) -> bool {
+        i != j && a * a > self.share * self.share * (self.diagonal[i] * self.diagonal[j]).abs()
+    }
+
+    fn aggregates(&self) -> Aggregates {
+        let n = self.matrix.rows();
+        let mut of = vec![NONE; n];
+        let mut count = 0_u32;
+        // Unknowns none of whose neighbours is taken yet begin an aggregate with all of them.
+        for i in 0..n {
+            let neighbours =
+                || self.matrix.terms(i).filter(|&(j, a)| self.is_strong(i, j, a)).map(|(j, _)| j);
+            if of[i] != NONE || neighbours().any(|j| of[j] != NONE) || neighbours().next().is_none() {
+                continue;
+            }
+            of[i] = count;
+            neighbours().for_each(|j| of[j] = count);
+            count += 1;
+        }
+        // Others join where their strongest neighbour is.
+        let first = of.clone();
+        for i in (0..n).filter(|&i| first[i] == NONE) {
+            let weight = |j: usize, a: f64| a.abs() / self.diagonal[j].abs().sqrt();
+            let best = self
+                .matrix
+                .terms(i)
+                .filter(|&(j, a)| first[j] != NONE && self.is_strong(i, j, a))
+                .max_by(|p, q| weight(p.0, p.1).total_cmp(&weight(q.0, q.1)));
+            if let Some((j, _)) = best {
+                of[i] = first[j];
+            }
+        }
+        // What is left begins aggregates with what is left around it.
+        for i in 0..n {
+            if of[i] != NONE {
+                continue;
+            }
+            of[i] = count;
+            for (j, a) in self.matrix.terms(i) {
+                if of[j] == NONE && self.is_strong(i, j, a) {
+                    of[j] = count;
+                }
+            }
+            count += 1;
+        }
+        Aggregates { of, count }
+    }
+}
