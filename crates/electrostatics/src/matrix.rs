@@ -1,4 +1,4 @@
-//! Maxwell matrices from energies, and what their bounds imply.
+//! Maxwell matrices from energies, and bounds of their entries and of the two-terminal capacitance.
 
 use crate::solution::Bounded;
 use faer::Mat;
@@ -7,9 +7,9 @@ use faer::linalg::solvers::Solve;
 /// A symmetric matrix below and one above the true one (in the sense of quadratic forms).
 #[derive(Debug, Clone)]
 pub struct MatrixBounds {
-    /// Thomson.
+    /// From Thomson's principle, F.
     pub lower: Mat<f64>,
-    /// Dirichlet.
+    /// From Dirichlet's principle, F.
     pub upper: Mat<f64>,
 }
 
@@ -27,7 +27,7 @@ pub fn from_energies(basis: &Mat<f64>, energies: &Mat<f64>) -> Mat<f64> {
 const ROUNDING: f64 = 1e-6;
 
 impl MatrixBounds {
-    /// Parts bounds on energies that have crossed by rounding, to the distance by which they crossed on either side.
+    /// Moves bounds on energies apart that have crossed by rounding: each by the distance by which they crossed.
     pub fn part(&mut self) {
         for i in 0..self.upper.nrows() {
             let (lower, upper) = (self.lower[(i, i)], self.upper[(i, i)]);

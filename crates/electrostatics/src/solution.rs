@@ -1,10 +1,10 @@
-//! What is asked of the solver and what it answers.
+//! Settings and solutions of the field solvers.
 
 use serde::Serialize;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
-/// What the tolerance is about.
+/// The quantity that the tolerance applies to.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 pub enum Target {
     /// The two-terminal capacitance where there is one (else the matrix): a sensor's signal. No net charge is left, the
@@ -15,12 +15,12 @@ pub enum Target {
     Matrix,
 }
 
-/// What to solve for and how well.
+/// Settings of a solve.
 #[derive(Debug, Clone)]
 pub struct Settings {
     /// Largest relative spread (upper - lower) / value of the target; without bounds, largest relative error estimate.
     pub relative_tolerance: f64,
-    /// What the tolerance is about.
+    /// The quantity that the tolerance applies to.
     pub target: Target,
     /// Whether the dual problem is solved for a proved lower bound.
     pub bounds: bool,
@@ -36,7 +36,7 @@ pub struct Settings {
     pub cancel: Option<Arc<AtomicBool>>,
 }
 
-/// What a solve will probably take, told from a small one.
+/// Memory and time that a solve will probably take, estimated from a small one.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Forecast {
     /// Unknowns of the largest single problem, primal plus dual.
@@ -68,7 +68,7 @@ impl Default for Settings {
     }
 }
 
-/// Order and grading of a grid, by hand.
+/// A fixed order and grading of a grid.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 pub struct ResolutionLevel {
     /// Polynomial degree away from edges.
@@ -148,7 +148,7 @@ pub struct FloatingPotential {
     /// one in the order of the scene, V/V.
     pub per_driven: Vec<Bounded>,
     /// Its potential with the given charges on the floating conductors and 0 V on all driven ones, V. The limits are infinite
-    /// where the bounds of the matrix are too far apart to tell.
+    /// where the bounds of the matrix are too far apart.
     pub from_charges: Bounded,
 }
 
@@ -165,7 +165,7 @@ pub struct Solution {
     pub floating: Vec<FloatingPotential>,
     /// Whether the tolerance was reached.
     pub reached: bool,
-    /// Why not, for people.
+    /// Why the tolerance was not reached, as a sentence for the user.
     pub shortfall: Option<String>,
     /// Largest number of unknowns solved for at once (primal plus dual).
     pub unknowns: usize,

@@ -90,7 +90,7 @@ pub fn upper(
     Ok((energies, primal))
 }
 
-/// Lower energies by Thomson's principle, the divergence that the iteration leaves repaired and counted.
+/// Lower energies by Thomson's principle. The divergence that the iteration leaves is repaired, and the repair is counted.
 pub fn lower(
     domain: &Domain,
     potentials: &[Vec<f64>],
@@ -100,65 +100,22 @@ pub fn lower(
     let begin = Instant::now();
     let mut dual = Dual::new(domain)?;
     let assembled = Instant::now();
+    let fluxes: Vec<Flux> = potentials.iter().map(|v| dual_flux(&mut dual, v, share, cancel)).collect();
+
     let n = potentials.len();
-    let (mut phi, mut residual, mut repair, mut proved) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
-    let (mut iterations, mut converged) = (0, true);
     let excess = dual.repair_excess();
-    for v in potentials {
-        let b = dual.source(v);
-        let mut start = dual.face_energy(v);
-        let mut x = vec![0.0; b.len()];
-        let mut r = b.clone();
-        let (mut step, mut rest) = (vec![0.0; b.len()], Vec::new());
-        let (mut goal, mut last) = (share, f64::INFINITY);
-        let mut sound;
-        let taken = loop {
-            step.fill(0.0);
-            let c = conjugate_gradients::solve(
-                &mut dual,
-                &r,
-                &mut step,
-                &mut rest,
-                conjugate_gradients::Goal { share: goal, start, cancel },
-            );
-            iterations += c.iterations;
-            x.iter_mut().zip(&step).for_each(|(x, s)| *x += s);
-            // The recursion's residual drifts by rounding; the bound rests on the true one.
-            dual.true_residual(&b, &x, &mut r);
-            dual.balance(&mut x, &mut r);
-            let (repair, left) = dual.repair(&r);
-            let energy = dual.flux_energies(&[v], &[&x])[(0, 0)];
-            let cost = excess * dot(&repair, &r) / energy;
-            // Near conductors the repair knows nothing of their shielding and may cost far more than the iteration's
-            // own error: then that must be smaller.
-            sound = left < 1e-3 && cost >= 0.0;
-            if !sound
-                || cost <= 20.0 * share
-                || cost > 0.5 * last
-                || iterations > conjugate_gradients::ITERATION_LIMIT
-            {
-                converged &= sound && (c.reached || cost <= 20.0 * share);
-                break repair;
-            }
-            start = energy;
-            (last, goal) = (cost, goal * (share / cost).clamp(1e-6, 0.1));
-        };
-        proved.push(sound);
-        repair.push(taken);
-        phi.push(x);
-        residual.push(r);
-    }
     let mut share_of_repair = 0.0_f64;
     let potentials: Vec<&[f64]> = potentials.iter().map(Vec::as_slice).collect();
-    let phi: Vec<&[f64]> = phi.iter().map(Vec::as_slice).collect();
+    let phi: Vec<&[f64]> = fluxes.iter().map(|flux| flux.phi.as_slice()).collect();
     let mut matrix = dual.flux_energies(&potentials, &phi);
-    for i in 0..n {
-        share_of_repair = share_of_repair.max(excess * dot(&repair[i], &residual[i]) / matrix[(i, i)]);
-        for j in 0..n {
-            matrix[(i, j)] -= excess * 0.5 * (dot(&repair[i], &residual[j]) + dot(&repair[j], &residual[i]));
+    for (i, own) in fluxes.iter().enumerate() {
+        share_of_repair = share_of_repair.max(excess * dot(&own.repair, &own.residual) / matrix[(i, i)]);
+        for (j, other) in fluxes.iter().enumerate() {
+            matrix[(i, j)] -=
+                excess * 0.5 * (dot(&own.repair, &other.residual) + dot(&other.repair, &own.residual));
         }
         // A repair that failed proves nothing but that no energy is negative.
-        if !proved[i] {
+        if !own.proved {
             for j in 0..n {
                 (matrix[(i, j)], matrix[(j, i)]) = (0.0, 0.0);
             }
@@ -169,10 +126,59 @@ pub fn lower(
     Ok(Energies {
         matrix,
         unknowns: dual.unknowns(),
-        iterations,
-        converged,
+        iterations: fluxes.iter().map(|flux| flux.iterations).sum(),
+        converged: fluxes.iter().all(|flux| flux.converged),
         repair_share: share_of_repair,
         coefficients: Vec::new(),
         seconds: [(assembled - begin).as_secs_f64(), assembled.elapsed().as_secs_f64()],
     })
+}
+
+/// The solution of the dual problem for one set of conductor potentials.
+struct Flux {
+    /// Potentials of the mixed method, which the flux is made from.
+    phi: Vec<f64>,
+    /// The divergence that is left, b - A phi.
+    residual: Vec<f64>,
+    /// The potential of the flux that takes up the residual.
+    repair: Vec<f64>,
+    /// Whether the repair took up the residual, so that the energy is a bound.
+    proved: bool,
+    iterations: usize,
+    converged: bool,
+}
+
+/// Iterates until the repair of the divergence costs little beside `share` of the energy, or no more can be gained.
+fn dual_flux(dual: &mut Dual, potentials: &[f64], share: f64, cancel: Option<&AtomicBool>) -> Flux {
+    let excess = dual.repair_excess();
+    let b = dual.source(potentials);
+    let mut start = dual.face_energy(potentials);
+    let mut x = vec![0.0; b.len()];
+    let mut r = b.clone();
+    let (mut step, mut rest) = (vec![0.0; b.len()], Vec::new());
+    let (mut goal, mut last, mut iterations) = (share, f64::INFINITY, 0);
+    loop {
+        step.fill(0.0);
+        let goal_now = conjugate_gradients::Goal { share: goal, start, cancel };
+        let c = conjugate_gradients::solve(dual, &r, &mut step, &mut rest, goal_now);
+        iterations += c.iterations;
+        x.iter_mut().zip(&step).for_each(|(x, s)| *x += s);
+        // The recursion's residual drifts by rounding; the bound rests on the true one.
+        dual.true_residual(&b, &x, &mut r);
+        dual.balance(&mut x, &mut r);
+        let (repair, left) = dual.repair(&r);
+        let energy = dual.flux_energies(&[potentials], &[&x])[(0, 0)];
+        let cost = excess * dot(&repair, &r) / energy;
+        // Near conductors the repair knows nothing of their shielding and may cost far more than the iteration's own error: then
+        // that error must become smaller.
+        let proved = left < 1e-3 && cost >= 0.0;
+        let cheap = cost <= 20.0 * share;
+        let gains_little = cost > 0.5 * last;
+        if !proved || cheap || gains_little || iterations > conjugate_gradients::ITERATION_LIMIT {
+            let converged = proved && (c.reached || cheap);
+            return Flux { phi: x, residual: r, repair, proved, iterations, converged };
+        }
+        start = energy;
+        (last, goal) = (cost, goal * (share / cost).clamp(1e-6, 0.1));
+    }
 }

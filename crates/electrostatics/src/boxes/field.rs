@@ -9,7 +9,7 @@ use elastocap_geometry::scene::{BoxScene, Wall};
 use faer::Mat;
 
 /// More cells than this and every element is shown as one.
-const MOST_CELLS: usize = 40_000;
+const MAX_CELLS: usize = 40_000;
 
 /// One part's share of the state: its grid, the coefficients, and whether it is odd across each axis.
 pub struct Share<'a> {
@@ -57,7 +57,7 @@ pub fn sample(
         (0..3).map(|a| cuts[a].len() << usize::from(mirrored[a])).product()
     };
     let mut pieces = plan(true);
-    if whole(&pieces) > MOST_CELLS {
+    if whole(&pieces) > MAX_CELLS {
         pieces = plan(false);
     }
     let cells = [0, 1, 2].map(|a| pieces[a].len());

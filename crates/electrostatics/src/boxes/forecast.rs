@@ -3,13 +3,13 @@
 use crate::SolveError;
 use crate::boxes::grid_refinement::{functions_wanted, missing, refine};
 use crate::boxes::grid_search::{GOAL, STEP};
-use crate::boxes::resolution::{LEAST_TOLERANCE, MOST_UNKNOWNS, far, first, graded};
+use crate::boxes::resolution::{MIN_TOLERANCE, MAX_UNKNOWNS, far, first, graded};
 use crate::boxes::solve::{Problem, on_grid};
 use crate::solution::{Forecast, Settings};
 use elastocap_geometry::scene::BoxScene;
 
 /// Unknowns of a grid that is solved for a forecast, at most.
-const MOST: usize = 40_000;
+const MAX_SMALL_UNKNOWNS: usize = 40_000;
 
 /// Room for an axis that takes more functions than planned, in what memory is foretold.
 const MARGIN: f64 = 1.12;
@@ -21,7 +21,7 @@ const PACE: f64 = 1.5e-10;
 pub fn forecast(scene: &BoxScene, settings: &Settings) -> Result<Forecast, SolveError> {
     let explore = Settings { field: false, ..settings.clone() };
     let problem = Problem::new(scene, &explore);
-    let tolerance = settings.relative_tolerance.max(LEAST_TOLERANCE);
+    let tolerance = settings.relative_tolerance.max(MIN_TOLERANCE);
     let distance = far(tolerance, settings.target, problem.layout.endless_contrast());
     let work = |dims: [usize; 3]| dims.iter().product::<usize>() as f64 * dims.iter().sum::<usize>() as f64;
     let solves = problem.parts.iter().map(|p| p.potentials.len()).sum::<usize>();
@@ -44,7 +44,7 @@ pub fn forecast(scene: &BoxScene, settings: &Settings) -> Result<Forecast, Solve
             dims = [0, 1, 2].map(|a| dims[a].max(own[a]));
             let mut next = grid.clone();
             refine(&mut next, &indicator, (STEP * lacking).max(goal));
-            if lacking <= goal || problem.unknowns(&next) > MOST {
+            if lacking <= goal || problem.unknowns(&next) > MAX_SMALL_UNKNOWNS {
                 break;
             }
             grid = next;
@@ -54,7 +54,7 @@ pub fn forecast(scene: &BoxScene, settings: &Settings) -> Result<Forecast, Solve
     let bounds = if settings.bounds { 2 } else { 1 };
     // No grid is refined beyond the most.
     let planned = (f64::from(bounds) * dims.iter().map(|n| *n as f64).product::<f64>()).max(1.0);
-    let shrink = (MOST_UNKNOWNS as f64 / planned).min(1.0);
+    let shrink = (MAX_UNKNOWNS as f64 / planned).min(1.0);
     let dims = dims.map(|n| (n as f64 * shrink.cbrt()) as usize);
     let seconds = seconds * shrink.powf(4.0 / 3.0);
     let n: usize = dims.iter().product();

@@ -1,7 +1,7 @@
-//! Where a grid is refined: next to edges by splitting elements, elsewhere by raising degrees, on each axis for itself.
+//! Refines a grid: next to edges by splitting elements, elsewhere by raising degrees, on each axis independently.
 //!
-//! A tensor-product grid is refined by whole slabs. What a slab would gain is told by the energy of the functions of its
-//! highest degree along the axis (their *surplus*), and by how fast the surplus falls with the degree.
+//! A tensor-product grid is refined by whole slabs. The energy of a slab's functions of the highest degree along the axis (their
+//! *surplus*), and how fast the surplus falls with the degree, say how much energy refining the slab would gain.
 
 use crate::boxes::domain::Domain;
 use crate::boxes::layout::Grid;
@@ -21,7 +21,7 @@ pub struct Missing {
 /// Missing energies of every element of every axis.
 pub type Indicator = [Vec<Missing>; 3];
 
-/// Picks the surplus of every element from the energies of the functions of each axis.
+/// The surplus of every element, from the energies of the functions of each axis.
 pub fn indicator(domain: &Domain, slices: &[Vec<f64>; 3]) -> Indicator {
     [0, 1, 2].map(|a| {
         let line = &domain.axes[a].line;
@@ -75,11 +75,11 @@ pub fn add(total: &mut Indicator, part: &Indicator, weight: f64) {
 /// 0.15 holds for one edge alone), measured on the in-plane pair.
 const RATIO: f64 = 0.13;
 
-/// What a split at an edge leaves of the missing energy: between 0.066 at the edges of boxes and 0.13 at those of sheets.
+/// Share of the missing energy that is left after a split at an edge: between 0.066 at the edges of boxes and 0.13 at those of sheets.
 const SPLIT: f64 = 0.1;
 
 impl Missing {
-    /// By what one more degree lowers the missing energy; pairs of degrees are compared since one alone may vanish by
+    /// The factor by which one more degree lowers the missing energy; pairs of degrees are compared since one alone may vanish by
     /// symmetry.
     fn rate(&self, degree: usize) -> f64 {
         let [before, top] = self.surplus;
@@ -97,14 +97,14 @@ impl Missing {
     }
 }
 
-/// One element with what is planned for it.
+/// One element, and the changes planned for it.
 struct Item {
     missing: f64,
     rate: f64,
     split: Option<f64>,
     planned: usize,
-    /// Changes at a time, at most.
-    most: usize,
+    /// Largest number of changes at a time.
+    max_planned: usize,
     /// Functions on the axis that one change adds, over those the axis has.
     cost: f64,
 }
@@ -130,13 +130,13 @@ impl Item {
         };
         let missing = missing.beyond(degree, split.is_some());
         let added = if split.is_some() { degree as f64 + 1.0 } else { 1.0 };
-        let most = if split.is_some() { 2 } else { 4 };
-        Self { missing, rate, split, planned: 0, most, cost: added / functions }
+        let max_planned = if split.is_some() { 2 } else { 4 };
+        Self { missing, rate, split, planned: 0, max_planned, cost: added / functions }
     }
 
     /// Missing energy taken off per relative growth of the grid.
     fn value(&self) -> f64 {
-        if self.planned == self.most { 0.0 } else { self.missing / self.cost }
+        if self.planned == self.max_planned { 0.0 } else { self.missing / self.cost }
     }
 
     fn plan(&mut self) {
@@ -181,12 +181,12 @@ fn plan(items: &mut [((usize, usize), Item)], target: f64) {
 /// Functions on each axis of the grid on which no more than `target` should be missing.
 pub fn functions_wanted(grid: &Grid, indicator: &Indicator, target: f64) -> [usize; 3] {
     let mut items = items(grid, indicator);
-    items.iter_mut().for_each(|(_, item)| item.most = usize::MAX);
+    items.iter_mut().for_each(|(_, item)| item.max_planned = usize::MAX);
     plan(&mut items, target);
     [0, 1, 2].map(|a| {
         let line = &grid.axes[a].line;
         let added = items.iter().filter(|((axis, _), _)| *axis == a).map(|((_, e), item)| {
-            // Every further layer beside an edge begins one degree higher than the one nearer to it.
+            // Every further layer next to an edge begins one degree higher than the one nearer to it.
             let n = item.planned;
             if item.split.is_some() { n * (line.degree(*e) + 1) + n * n.saturating_sub(1) / 2 } else { n }
         });

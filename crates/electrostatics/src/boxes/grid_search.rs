@@ -1,39 +1,39 @@
-//! The search for a grid that meets the tolerance: solve, see what is missing and where, refine, solve again.
+//! The search for a grid that meets the tolerance: solve, estimate how much energy is missing and where, refine, solve again.
 //!
-//! Grids on the way are solved for the primal problem alone and loosely; each is a small multiple of the one before, so
-//! that they cost little beside the last. Both problems are solved where the tolerance should be met.
+//! The grids on the way are solved loosely, and for the primal problem alone. Each is several times larger than the one before, so
+//! that together they cost little compared with the last. Both problems are solved on the grid that should meet the tolerance.
 
 use crate::SolveError;
 use crate::boxes::grid_refinement::{Indicator, missing, refine};
 use crate::boxes::layout::Grid;
 use crate::boxes::resolution::{
-    LEAST_TOLERANCE, MOST_UNKNOWNS, coarser, far, first, graded, iteration_share,
+    MIN_TOLERANCE, MAX_UNKNOWNS, coarser, far, first, graded, iteration_share,
 };
 use crate::boxes::solve::{Outcome, Problem, on_grid};
 use crate::solution::ResolutionLevel;
 use faer::Mat;
 use std::time::Instant;
 
-/// What is left to miss after a refinement, over what was missing before.
+/// Missing energy that a refinement aims to leave, over the missing energy before it.
 pub(crate) const STEP: f64 = 0.12;
 
-/// What the primal problem may miss where both bounds are to meet the tolerance, over the tolerance.
+/// Relative energy that the primal problem may miss where both bounds are to meet the tolerance, over the tolerance.
 pub(crate) const GOAL: f64 = 0.36;
 
-/// The same where refinements are known to do what is expected of them.
+/// [`STEP`] where the refinements so far did what was expected of them.
 const LONG_STEP: f64 = 0.01;
 
-/// Without bounds, the estimated error over what the last refinement gained: several times what should be left.
-pub(crate) const REMAINDER: f64 = 0.6;
+/// Without bounds, the estimated error over the gain of the last refinement. This is several times the error that should be left.
+pub(crate) const GAIN_FACTOR: f64 = 0.6;
 
-/// Without bounds, the least estimated error over what the solution lacks by its own account, which is 0.8 to 1.6 times the
+/// Without bounds, the smallest estimated error over the missing energy that the surplus indicates, which is 0.8 to 1.6 times the
 /// true error on cubes and plates.
-pub(crate) const LACKING: f64 = 1.5;
+pub(crate) const SURPLUS_FACTOR: f64 = 1.5;
 
 /// Refinements before giving up.
-const MOST_GRIDS: usize = 60;
+const MAX_GRIDS: usize = 60;
 
-/// What a search ends with.
+/// The result of a search.
 pub(crate) struct Found {
     pub(crate) outcome: Outcome,
     pub(crate) grid: Grid,
@@ -52,7 +52,7 @@ pub(crate) fn fixed(problem: &Problem<'_>, level: ResolutionLevel) -> Result<Fou
     let begin = Instant::now();
     let (mut below, mut grids) = (None, 1);
     if !settings.bounds {
-        // The error is told by comparing with a coarser grid in a smaller space.
+        // The error is estimated by comparison with a coarser grid, whose functions span a smaller space.
         let grid = problem.core.grid(&graded(coarser(level)), distance(tolerance / STEP));
         below = Some(on_grid(problem, &grid, share, false)?.bounds.upper);
         grids += 1;
@@ -103,10 +103,10 @@ pub(crate) fn adaptive(problem: &Problem<'_>) -> Result<Found, SolveError> {
     }
 }
 
-/// What a grid is solved for.
+/// Why a grid is solved.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Purpose {
-    /// To see what is missing.
+    /// To find out how much energy is missing, and where.
     Explore,
     /// For a result without bounds.
     Estimate,
@@ -116,13 +116,14 @@ enum Purpose {
 
 struct Search<'p, 's> {
     problem: &'p Problem<'s>,
-    /// What is aimed at: the tolerance, or what double precision gives.
+    /// The error to reach: the tolerance, or the smallest that double precision allows.
     tolerance: f64,
     grid: Grid,
     grids: usize,
     /// Relative energy that should be missing on the grid; infinite before the first.
     foreseen: f64,
-    /// Error of the target over what each problem misses: both miss about as much, and entries of a matrix are polarised.
+    /// Error of the target over the relative energy that each problem misses. Both miss about the same, and entries of a matrix
+    /// follow by polarisation.
     amplification: f64,
     /// Without bounds: what was missing on the grid before, and its energies.
     before: Option<(f64, Mat<f64>)>,
@@ -139,7 +140,7 @@ struct Search<'p, 's> {
 impl<'p, 's> Search<'p, 's> {
     fn new(problem: &'p Problem<'s>) -> Self {
         let settings = problem.settings;
-        let tolerance = settings.relative_tolerance.max(LEAST_TOLERANCE);
+        let tolerance = settings.relative_tolerance.max(MIN_TOLERANCE);
         let distance = far(
             if settings.bounds { tolerance } else { tolerance.max(0.1) },
             settings.target,
@@ -167,7 +168,7 @@ impl<'p, 's> Search<'p, 's> {
             let near = 2.0 * self.amplification * self.foreseen <= 0.8 * tolerance;
             return if near { Purpose::Prove } else { Purpose::Explore };
         }
-        let gain = self.before.as_ref().map_or(f64::INFINITY, |(missing, _)| REMAINDER * missing);
+        let gain = self.before.as_ref().map_or(f64::INFINITY, |(missing, _)| GAIN_FACTOR * missing);
         let near = self.amplification * f64::max(0.5 * gain, self.foreseen) <= tolerance;
         if near { Purpose::Estimate } else { Purpose::Explore }
     }
@@ -181,11 +182,11 @@ impl<'p, 's> Search<'p, 's> {
         }
     }
 
-    /// The error of the target, if it can be told.
+    /// The error of the target, if it is known yet.
     fn error(&mut self, outcome: &mut Outcome, missing: f64, purpose: Purpose) -> Option<f64> {
         let settings = self.problem.settings;
         let solved = outcome.bounds.upper.clone();
-        let told = match &self.before {
+        let known = match &self.before {
             Some((_, before)) if !settings.bounds => {
                 outcome.estimate(before, missing, settings);
                 true
@@ -199,7 +200,7 @@ impl<'p, 's> Search<'p, 's> {
         if self.foreseen > 0.0 {
             self.before = Some((missing, solved));
         }
-        told.then(|| outcome.error(settings))
+        known.then(|| outcome.error(settings))
     }
 
     /// Why refining further would not help, if so.
@@ -213,8 +214,8 @@ impl<'p, 's> Search<'p, 's> {
                 "the iteration does not converge: sizes or permittivities are too unequal".to_owned(),
             );
         }
-        if self.grids >= MOST_GRIDS {
-            return Some(format!("the error is still above the tolerance after {MOST_GRIDS} grids"));
+        if self.grids >= MAX_GRIDS {
+            return Some(format!("the error is still above the tolerance after {MAX_GRIDS} grids"));
         }
         let error = error?;
         if self.problem.settings.bounds && missing > 0.0 {
@@ -258,9 +259,9 @@ impl<'p, 's> Search<'p, 's> {
         } else if self.wider {
             problem.core.reach_to(&mut grid, 7.0 * self.grid.radius);
         } else {
-            // Once refinements do what is expected of them the next may be a long one. The first grid tells too little.
-            let told = self.grids > 1 && missing < 2.5 * self.foreseen;
-            let step = if told { LONG_STEP } else { STEP };
+            // Once refinements do what is expected of them, the next may be a large one. The first grid says too little.
+            let as_expected = self.grids > 1 && missing < 2.5 * self.foreseen;
+            let step = if as_expected { LONG_STEP } else { STEP };
             let target = match error {
                 _ if !settings.bounds => STEP * missing,
                 Some(error) => missing * (0.5 * tolerance / error).clamp(0.03, 0.5),
@@ -274,7 +275,7 @@ impl<'p, 's> Search<'p, 's> {
             }
         }
         let (memory, unknowns) = (problem.memory(&grid), problem.unknowns(&grid));
-        if self.shortfall.is_none() && (memory > settings.memory_limit || unknowns > MOST_UNKNOWNS) {
+        if self.shortfall.is_none() && (memory > settings.memory_limit || unknowns > MAX_UNKNOWNS) {
             self.shortfall =
                 Some(format!("a finer grid would take {unknowns} unknowns and {} MB", memory >> 20));
         }

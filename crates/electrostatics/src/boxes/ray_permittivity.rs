@@ -1,4 +1,4 @@
-//! Which permittivities rays to infinity meet.
+//! The permittivities that the rays of open space meet on their way to infinity.
 
 use crate::boxes::domain::Domain;
 
@@ -6,7 +6,7 @@ use crate::boxes::domain::Domain;
 ///
 /// Rays run straight away from the pole: on every axis only towards the side of the pole they are on.
 #[derive(Debug)]
-pub struct Ahead {
+pub struct RayPermittivity {
     /// By direction (bit a set: towards lower coordinates on axis a), then by cell; empty where all are the same.
     least: Vec<Vec<f64>>,
     greatest: Vec<Vec<f64>>,
@@ -15,7 +15,7 @@ pub struct Ahead {
     cells: [usize; 3],
 }
 
-impl Ahead {
+impl RayPermittivity {
     /// Of a domain with rays; without, no ray meets anything.
     pub fn new(domain: &Domain) -> Self {
         let cells = domain.cells();

@@ -1,4 +1,4 @@
-//! How fine a grid begins, how far out it reaches, and what it takes.
+//! How fine the first grid is, how far out it reaches, and how much memory a grid takes.
 
 use crate::boxes::layout::{Grid, Layout};
 use crate::solution::{ResolutionLevel, Target};
@@ -9,14 +9,14 @@ use elastocap_geometry::meshing::grid::Resolution;
 /// in-plane pair.
 const RATIO: f64 = 0.13;
 
-/// Unknowns of a part, primal plus dual, beyond which no grid is refined: about a minute's work on two cores.
-pub const MOST_UNKNOWNS: usize = 24_000_000;
+/// Largest number of unknowns of a part, primal plus dual: about a minute's work on two cores.
+pub const MAX_UNKNOWNS: usize = 24_000_000;
 
-/// The spread that double precision allows, about: grids are not refined for less.
-pub const LEAST_TOLERANCE: f64 = 2e-12;
+/// About the smallest spread that double precision allows. Grids are not refined for less.
+pub const MIN_TOLERANCE: f64 = 2e-12;
 
-/// Most unknowns of a first grid that has a layer at every edge.
-const MOST_AT_FIRST: usize = 30_000;
+/// Largest number of unknowns of a first grid that has a layer at every edge.
+const MAX_FIRST_UNKNOWNS: usize = 30_000;
 
 /// Where rays to infinity begin: distance from the pole over that of the farthest conductor.
 ///
@@ -42,7 +42,7 @@ pub fn first(layout: &Layout, far: f64) -> Grid {
     let with = |levels: usize| graded(ResolutionLevel { order: levels + 2, levels });
     let layered = layout.grid(&with(1), far);
     let (domain, _) = layout.domain(&layered);
-    if domain.primal_dims().iter().product::<usize>() <= MOST_AT_FIRST {
+    if domain.primal_dims().iter().product::<usize>() <= MAX_FIRST_UNKNOWNS {
         layered
     } else {
         layout.grid(&with(0), far)
@@ -66,7 +66,7 @@ pub fn iteration_share(tolerance: f64) -> f64 {
     (2e-3 * tolerance).clamp(1e-14, 3e-8)
 }
 
-/// Peak bytes of a solve with so many functions on each axis: vectors of the iterations, boxes of the preconditioner, line
+/// Peak memory in bytes of a solve with `dims` functions on the axes: vectors of the iterations, boxes of the preconditioner, line
 /// matrices, solutions of all parts.
 pub fn memory(dims: Dims, right_hand_sides: usize, bounds: bool) -> u64 {
     let n = dims.iter().product::<usize>() as u64;

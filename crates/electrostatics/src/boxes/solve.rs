@@ -5,7 +5,7 @@ use crate::boxes::domain::Domain;
 use crate::boxes::energy::{Energies, lower, upper};
 use crate::boxes::field::{Share, sample};
 use crate::boxes::grid_refinement::{Indicator, add, folded, indicator};
-use crate::boxes::grid_search::{self, LACKING, REMAINDER};
+use crate::boxes::grid_search::{self, SURPLUS_FACTOR, GAIN_FACTOR};
 use crate::boxes::layout::{Grid, Layout};
 use crate::boxes::primal::Primal;
 use crate::boxes::resolution::memory;
@@ -308,8 +308,8 @@ impl Outcome {
     pub(crate) fn estimate(&mut self, coarser: &Mat<f64>, missing: f64, settings: &Settings) {
         let upper = self.bounds.upper.clone();
         let n = upper.nrows();
-        let gained = Mat::from_fn(n, n, |i, j| upper[(i, j)] - REMAINDER * (coarser[(i, j)] - upper[(i, j)]));
-        let lacking = upper.clone() * faer::Scale(1.0 - (LACKING * missing).min(1.0));
+        let gained = Mat::from_fn(n, n, |i, j| upper[(i, j)] - GAIN_FACTOR * (coarser[(i, j)] - upper[(i, j)]));
+        let lacking = upper.clone() * faer::Scale(1.0 - (SURPLUS_FACTOR * missing).min(1.0));
         let mut error = |lower: Mat<f64>| {
             self.bounds.lower = lower;
             self.error(settings)

@@ -4,7 +4,7 @@ use super::rays::Leaving;
 use super::{Basis, others};
 use crate::SolveError;
 use crate::boxes::domain::{Axis, Block, Domain, per_element};
-use crate::boxes::ray_permittivity::Ahead;
+use crate::boxes::ray_permittivity::RayPermittivity;
 use elastocap_fem::mixed::{FluxEnd, MixedSegment, mixed_segment};
 use elastocap_fem::tensor::Dense;
 use rayon::prelude::*;
@@ -41,99 +41,142 @@ pub(super) struct Segment {
     pub leaving: Option<Leaving>,
 }
 
-/// One segment's key: intervals, ends, permittivity per interval up to a factor, contrast ahead of the rays.
-type Key = (usize, usize, [FluxEnd; 2], Vec<u64>, [u64; 2]);
+/// What tells one segment of an axis from another. Permittivities are bit patterns, since they are compared for being equal.
+#[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
+struct SegmentKey {
+    /// First interval, and one past the last.
+    intervals: [usize; 2],
+    ends: [FluxEnd; 2],
+    /// Permittivity of each interval over that of the first.
+    profile: Vec<u64>,
+    /// Permittivity of the last interval at either end over the least that the rays from it meet; 1 without rays.
+    contrast: [u64; 2],
+}
 
-/// Runs of one column of cells, as (first interval, one past the last, segment, end conductors).
-type Column = Vec<(usize, usize, usize, [Option<usize>; 2])>;
+/// One piece of a column of cells: what lies between two obstacles.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Piece {
+    /// First interval, and one past the last.
+    intervals: [usize; 2],
+    /// Index of its segment.
+    segment: usize,
+    /// Conductors at the lower and the upper end.
+    ends: [Option<usize>; 2],
+}
+
+/// The pieces of one column of cells, from the lowest interval to the highest.
+type Column = Vec<Piece>;
 
 /// The bundles of axis `a` and the distinct segments they consist of.
 pub(super) fn bundles(
     domain: &Domain,
     a: usize,
     basis: Option<&Basis>,
-    ahead: &Ahead,
+    rays: &RayPermittivity,
 ) -> Result<(Vec<Bundle>, Vec<Segment>), SolveError> {
     let (p, q) = others(a);
     let cells = domain.cells();
     let axis = &domain.axes[a];
-    let mut keys: BTreeMap<Key, usize> = BTreeMap::new();
-    let mut columns: Vec<Vec<Column>> = vec![Vec::new(); cells[p]];
-    for (s, row) in columns.iter_mut().enumerate() {
-        for t in 0..cells[q] {
-            let over = |c: &Block| c.lo[p] <= s && s < c.hi[p] && c.lo[q] <= t && t < c.hi[q];
-            let mut hit: Vec<(usize, usize, usize)> = domain
-                .conductors
-                .iter()
-                .enumerate()
-                .filter(|(_, c)| over(c))
-                .map(|(index, c)| (c.lo[a], c.hi[a], index))
-                .collect();
-            hit.sort_unstable();
-            let mut column = Column::new();
-            let (mut from, mut below) = (0, None);
-            for (lo, hi, index) in
-                hit.into_iter().map(|(l, h, i)| (l, h, Some(i))).chain([(cells[a], cells[a], None)])
-            {
-                if from < lo {
-                    let mut ends = axis.flux_ends(from, lo);
-                    if below.is_some() {
-                        ends[0] = FluxEnd::Free;
-                    }
-                    if index.is_some() {
-                        ends[1] = FluxEnd::Free;
-                    }
-                    let cell = |m: usize| {
-                        let mut c = [0; 3];
-                        (c[a], c[p], c[q]) = (m, s, t);
-                        c
-                    };
-                    let at = |m: usize| domain.permittivity_of(cell(m));
-                    let profile = (from..lo).map(|m| (at(m) / at(from)).to_bits()).collect();
-                    let straight = axis.continuation(from, lo, [1.0; 2]);
-                    let contrast = [(0, from), (1, lo - 1)].map(|(side, m)| {
-                        if straight[side] > 0.0 { ahead.contrast(domain, cell(m)) } else { 1.0 }.to_bits()
-                    });
-                    let next = keys.len();
-                    let segment = *keys.entry((from, lo, ends, profile, contrast)).or_insert(next);
-                    column.push((from, lo, segment, [below, index]));
-                }
-                (from, below) = (hi, index);
-            }
-            row.push(column);
-        }
-    }
+    let mut segments: BTreeMap<SegmentKey, usize> = BTreeMap::new();
+    let columns: Vec<Vec<Column>> = (0..cells[p])
+        .map(|s| (0..cells[q]).map(|t| column(domain, a, [s, t], rays, &mut segments)).collect())
+        .collect();
     let bundles = rectangles(&columns)
         .into_iter()
         .map(|([s0, s1, t0, t1], column)| Bundle {
             across: [domain.axes[p].modes(s0, s1), domain.axes[q].modes(t0, t1)],
             runs: column
                 .iter()
-                .map(|&(lo, hi, segment, ends)| Run { range: axis.modes(lo, hi), segment, ends })
+                .map(|piece| Run {
+                    range: axis.modes(piece.intervals[0], piece.intervals[1]),
+                    segment: piece.segment,
+                    ends: piece.ends,
+                })
                 .collect(),
         })
         .collect();
-    let mut ordered: Vec<(Key, usize)> = keys.into_iter().collect();
+    let mut ordered: Vec<(SegmentKey, usize)> = segments.into_iter().collect();
     ordered.sort_by_key(|(_, index)| *index);
     let segments = ordered
         .into_par_iter()
-        .map(|((lo, hi, ends, profile, contrast), _)| {
-            let profile: Vec<f64> = profile.into_iter().map(f64::from_bits).collect();
-            let factor = contrast.map(f64::from_bits);
-            let mixed = mixed(axis, basis, lo, hi, &profile, ends, factor)?;
-            let straight = axis.continuation(lo, hi, factor);
-            let resistance = [1.0 / profile[0], 1.0 / profile[profile.len() - 1]];
-            let leaving = Leaving::new(&mixed, [0, 1].map(|side| straight[side] * resistance[side]));
-            Ok(Segment {
-                root: Dense::from_mat(mixed.root.as_ref()),
-                matrix: Dense::from_mat(mixed.t().as_ref()),
-                source: [0, 1].map(|side| mixed.face_source(side)),
-                face: mixed.face,
-                leaving,
-            })
-        })
+        .map(|(key, _)| segment(axis, basis, &key))
         .collect::<Result<_, SolveError>>()?;
     Ok((bundles, segments))
+}
+
+/// The pieces of the column of cells along axis `a` at the intervals `[s, t]` of the two other axes. Segments that are met for
+/// the first time are added to `segments`.
+fn column(
+    domain: &Domain,
+    a: usize,
+    [s, t]: [usize; 2],
+    rays: &RayPermittivity,
+    segments: &mut BTreeMap<SegmentKey, usize>,
+) -> Column {
+    let (p, q) = others(a);
+    let axis = &domain.axes[a];
+    let cell = |m: usize| {
+        let mut c = [0; 3];
+        (c[a], c[p], c[q]) = (m, s, t);
+        c
+    };
+    let permittivity = |m: usize| domain.permittivity_of(cell(m));
+    let over = |c: &Block| c.lo[p] <= s && s < c.hi[p] && c.lo[q] <= t && t < c.hi[q];
+    let mut obstacles: Vec<(usize, usize, usize)> = domain
+        .conductors
+        .iter()
+        .enumerate()
+        .filter(|(_, c)| over(c))
+        .map(|(index, c)| (c.lo[a], c.hi[a], index))
+        .collect();
+    obstacles.sort_unstable();
+    let last = domain.cells()[a];
+    let mut column = Column::new();
+    let (mut from, mut below) = (0, None);
+    for (to, hi, above) in obstacles.into_iter().map(|(l, h, i)| (l, h, Some(i))).chain([(last, last, None)]) {
+        if from < to {
+            let mut ends = axis.flux_ends(from, to);
+            if below.is_some() {
+                ends[0] = FluxEnd::Free;
+            }
+            if above.is_some() {
+                ends[1] = FluxEnd::Free;
+            }
+            let straight = axis.continuation(from, to, [1.0; 2]);
+            let contrast = [(0, from), (1, to - 1)].map(|(side, m)| {
+                if straight[side] > 0.0 { rays.contrast(domain, cell(m)) } else { 1.0 }.to_bits()
+            });
+            let key = SegmentKey {
+                intervals: [from, to],
+                ends,
+                profile: (from..to).map(|m| (permittivity(m) / permittivity(from)).to_bits()).collect(),
+                contrast,
+            };
+            let next = segments.len();
+            let segment = *segments.entry(key).or_insert(next);
+            column.push(Piece { intervals: [from, to], segment, ends: [below, above] });
+        }
+        (from, below) = (hi, above);
+    }
+    column
+}
+
+/// The matrices of one segment.
+fn segment(axis: &Axis, basis: Option<&Basis>, key: &SegmentKey) -> Result<Segment, SolveError> {
+    let [lo, hi] = key.intervals;
+    let profile: Vec<f64> = key.profile.iter().copied().map(f64::from_bits).collect();
+    let factor = key.contrast.map(f64::from_bits);
+    let mixed = mixed(axis, basis, lo, hi, &profile, key.ends, factor)?;
+    let straight = axis.continuation(lo, hi, factor);
+    let resistance = [1.0 / profile[0], 1.0 / profile[profile.len() - 1]];
+    let leaving = Leaving::new(&mixed, [0, 1].map(|side| straight[side] * resistance[side]));
+    Ok(Segment {
+        root: Dense::from_mat(mixed.root.as_ref()),
+        matrix: Dense::from_mat(mixed.t().as_ref()),
+        source: [0, 1].map(|side| mixed.face_source(side)),
+        face: mixed.face,
+        leaving,
+    })
 }
 
 /// Equal columns merged to rectangles `[s0, s1, t0, t1]`: along t first, then along s.

@@ -21,17 +21,18 @@ mod repair;
 
 use crate::SolveError;
 use crate::boxes::domain::{Axis, Domain};
-use crate::boxes::ray_permittivity::Ahead;
+use crate::boxes::ray_permittivity::RayPermittivity;
 use crate::boxes::schwarz::{Schwarz, SchwarzWork};
 use elastocap_fem::mixed::ones;
 use elastocap_fem::radial::RadialBasis;
 use elastocap_fem::tensor::{Dims, Window, clear, dot, multiply, right, target};
 use elastocap_linalg::conjugate_gradients::Operator;
 use faer::Mat;
-use lines::{Bundle, Segment, bundles};
+use lines::{Bundle, Run, Segment, bundles};
 use rayon::prelude::*;
 use rays::{inner, shares};
 use repair::Repair;
+use std::ops::Range;
 
 /// The dual problem on one domain.
 #[derive(Debug)]
@@ -67,6 +68,15 @@ impl Basis {
     }
 }
 
+/// Lines of one run along an axis, at one index `row` of the first transverse axis and the indices `columns` of the second.
+struct Strip<'a> {
+    axis: usize,
+    run: &'a Run,
+    row: usize,
+    columns: Range<usize>,
+}
+
+/// The root of the permittivity times the constant potential 1.
 #[derive(Debug)]
 struct Weights {
     ones: [Vec<f64>; 3],
@@ -91,8 +101,8 @@ impl Dual {
         let dims = domain.dual_dims();
         let [b0, b1, b2] = [0, 1, 2].map(|a| Basis::new(&domain.axes[a]));
         let basis = [b0?, b1?, b2?];
-        let ahead = Ahead::new(domain);
-        let lines = |a: usize| bundles(domain, a, basis[a].as_ref(), &ahead);
+        let ray_permittivity = RayPermittivity::new(domain);
+        let lines = |a: usize| bundles(domain, a, basis[a].as_ref(), &ray_permittivity);
         let ((lines0, lines1), lines2) = rayon::join(|| rayon::join(|| lines(0), || lines(1)), || lines(2));
         let [(b0, s0), (b1, s1), (b2, s2)] = [lines0?, lines1?, lines2?];
         let interval = [0, 1, 2].map(|a| {
@@ -120,7 +130,7 @@ impl Dual {
             conductors: windows,
             schwarz: precondition::schwarz(domain, &basis, dims)?,
             work: SchwarzWork::default(),
-            repair: Repair::new(domain, &basis, &ahead)?,
+            repair: Repair::new(domain, &basis, &ray_permittivity)?,
             bundles: [b0, b1, b2],
             segments: [s0, s1, s2],
             basis,
@@ -197,75 +207,20 @@ impl Dual {
     /// (sigma_i, sigma_j) weighted by 1 / permittivity, of the fluxes M^-1 (g_i + D^T phi_i).
     pub fn flux_energies(&self, potentials: &[&[f64]], phi: &[&[f64]]) -> Mat<f64> {
         let count = phi.len();
-        let strides = [self.dims[1] * self.dims[2], self.dims[2], 1];
         let mut total = Mat::zeros(count, count);
         for a in 0..3 {
-            let (p, q) = others(a);
             let across = shares(&self.basis, a);
             for bundle in &self.bundles[a] {
                 for run in &bundle.runs {
-                    let segment = &self.segments[a][run.segment];
-                    let root = &segment.root;
-                    // One strip of lines at a time: rows of the transverse axis `p`.
+                    // One strip of lines at a time: rows of the first transverse axis.
                     let partial: Vec<Mat<f64>> = bundle.across[0]
                         .clone()
                         .into_par_iter()
                         .map(|s| {
-                            let lines = bundle.across[1].clone();
-                            let width = lines.len();
-                            let fluxes: Vec<Vec<f64>> = (0..count)
-                                .map(|c| {
-                                    let offset = run.range.start * strides[a] + s * strides[p];
-                                    let mut gathered = Vec::with_capacity(root.cols * width);
-                                    for m in 0..root.cols {
-                                        for t in lines.clone() {
-                                            gathered.push(phi[c][offset + m * strides[a] + t * strides[q]]);
-                                        }
-                                    }
-                                    let mut flux = vec![0.0; root.rows * width];
-                                    let b = right(&gathered, 0, width, width);
-                                    multiply(root.left(), b, target(&mut flux, 0, width), false);
-                                    for side in 0..2 {
-                                        let Some(end) = run.ends[side] else { continue };
-                                        for (column, t) in lines.clone().enumerate() {
-                                            let mut at = [0; 3];
-                                            (at[a], at[p], at[q]) = (run.range.start, s, t);
-                                            let drive = potentials[c][end] * self.area(a, at);
-                                            if drive != 0.0 {
-                                                for (i, f) in segment.face[side].iter().enumerate() {
-                                                    flux[i * width + column] += drive * f;
-                                                }
-                                            }
-                                        }
-                                    }
-                                    flux
-                                })
-                                .collect();
-                            let mut energy = Mat::from_fn(count, count, |i, j| inner(&fluxes[i], &fluxes[j]));
-                            if let Some(leaving) = &segment.leaving {
-                                for (column, t) in lines.enumerate() {
-                                    let traces: Vec<[f64; 2]> = fluxes
-                                        .iter()
-                                        .map(|flux| {
-                                            let mut trace = [0.0; 2];
-                                            for (trace, end) in trace.iter_mut().zip(&leaving.sides) {
-                                                let along = flux[column..].iter().step_by(width);
-                                                *trace =
-                                                    along.zip(&segment.face[*end]).map(|(x, y)| x * y).sum();
-                                            }
-                                            trace
-                                        })
-                                        .collect();
-                                    let share = across[0][s] + across[1][t];
-                                    for (i, trace) in traces.iter().enumerate() {
-                                        let damped = leaving.damp(share, *trace);
-                                        for (j, other) in traces.iter().enumerate() {
-                                            energy[(i, j)] -= inner(&damped, other);
-                                        }
-                                    }
-                                }
-                            }
-                            energy
+                            let strip = Strip { axis: a, run, row: s, columns: bundle.across[1].clone() };
+                            let fluxes: Vec<Vec<f64>> =
+                                potentials.iter().zip(phi).map(|(v, x)| self.flux_of(&strip, v, x)).collect();
+                            self.strip_energies(&strip, &fluxes, &across)
                         })
                         .collect();
                     for m in &partial {
@@ -275,6 +230,70 @@ impl Dual {
             }
         }
         total
+    }
+
+    /// The flux R phi + g on the lines of a strip, `[mode of the segment][line]`.
+    fn flux_of(&self, strip: &Strip<'_>, potentials: &[f64], phi: &[f64]) -> Vec<f64> {
+        let Strip { axis: a, run, row: s, columns } = strip;
+        let (p, q) = others(*a);
+        let strides = [self.dims[1] * self.dims[2], self.dims[2], 1];
+        let segment = &self.segments[*a][run.segment];
+        let root = &segment.root;
+        let width = columns.len();
+        let offset = run.range.start * strides[*a] + s * strides[p];
+        let mut gathered = Vec::with_capacity(root.cols * width);
+        for m in 0..root.cols {
+            for t in columns.clone() {
+                gathered.push(phi[offset + m * strides[*a] + t * strides[q]]);
+            }
+        }
+        let mut flux = vec![0.0; root.rows * width];
+        multiply(root.left(), right(&gathered, 0, width, width), target(&mut flux, 0, width), false);
+        for side in 0..2 {
+            let Some(end) = run.ends[side] else { continue };
+            for (column, t) in columns.clone().enumerate() {
+                let mut at = [0; 3];
+                (at[*a], at[p], at[q]) = (run.range.start, *s, t);
+                let drive = potentials[end] * self.area(*a, at);
+                if drive != 0.0 {
+                    for (i, f) in segment.face[side].iter().enumerate() {
+                        flux[i * width + column] += drive * f;
+                    }
+                }
+            }
+        }
+        flux
+    }
+
+    /// Products of the fluxes of a strip with each other, less what leaves along rays; `across` are the squared distances of the
+    /// two transverse axes.
+    fn strip_energies(&self, strip: &Strip<'_>, fluxes: &[Vec<f64>], across: &[&[f64]; 2]) -> Mat<f64> {
+        let segment = &self.segments[strip.axis][strip.run.segment];
+        let width = strip.columns.len();
+        let count = fluxes.len();
+        let mut energy = Mat::from_fn(count, count, |i, j| inner(&fluxes[i], &fluxes[j]));
+        let Some(leaving) = &segment.leaving else { return energy };
+        for (column, t) in strip.columns.clone().enumerate() {
+            let traces: Vec<[f64; 2]> = fluxes
+                .iter()
+                .map(|flux| {
+                    let mut trace = [0.0; 2];
+                    for (trace, end) in trace.iter_mut().zip(&leaving.sides) {
+                        let along = flux[column..].iter().step_by(width);
+                        *trace = along.zip(&segment.face[*end]).map(|(x, y)| x * y).sum();
+                    }
+                    trace
+                })
+                .collect();
+            let share = across[0][strip.row] + across[1][t];
+            for (i, trace) in traces.iter().enumerate() {
+                let damped = leaving.damp(share, *trace);
+                for (j, other) in traces.iter().enumerate() {
+                    energy[(i, j)] -= inner(&damped, other);
+                }
+            }
+        }
+        energy
     }
 
     /// r = b - A x.

@@ -5,7 +5,7 @@ use super::precondition::modes_of;
 use super::{Basis, Weights};
 use crate::SolveError;
 use crate::boxes::domain::{Block, Domain};
-use crate::boxes::ray_permittivity::Ahead;
+use crate::boxes::ray_permittivity::RayPermittivity;
 use crate::boxes::schwarz::{Modes, SeparableBox};
 use elastocap_fem::mixed::FluxEnd;
 use elastocap_fem::tensor::{Dense, Dims, dot, left, multiply, right, target};
@@ -30,14 +30,14 @@ impl Repair {
     pub(super) fn new(
         domain: &Domain,
         basis: &[Option<Basis>; 3],
-        ahead: &Ahead,
+        ray_permittivity: &RayPermittivity,
     ) -> Result<Self, SolveError> {
         let whole = Block { lo: [0; 3], hi: domain.cells() };
         let factors = domain.separable(&whole);
         let singular = domain.axes.iter().all(|a| a.flux_ends(0, a.intervals()) == [FluxEnd::Blocked; 2]);
         let mut operator = Vec::new();
         let mut modes = Vec::new();
-        let most = 3.0 * ahead.greatest_contrast(domain);
+        let most = 3.0 * ray_permittivity.greatest_contrast(domain);
         for ((axis, factor), basis) in domain.axes.iter().zip(&factors).zip(basis) {
             let (n, basis) = (axis.intervals(), basis.as_ref());
             let segment = mixed(axis, basis, 0, n, factor, axis.flux_ends(0, n), [most; 2])?;

@@ -9,7 +9,7 @@
 //! a trial potential may be too large, never too small.
 
 use crate::boxes::domain::{Axis, Domain, per_element};
-use crate::boxes::ray_permittivity::Ahead;
+use crate::boxes::ray_permittivity::RayPermittivity;
 use elastocap_fem::line::{line_matrices, radial_matrices};
 use elastocap_fem::tensor::{Dense, Dims, SparseRows, axpy, left, multiply, target};
 use elastocap_geometry::scene::Wall;
@@ -62,12 +62,12 @@ impl Side {
 
 impl Faces {
     pub(super) fn new(domain: &Domain) -> Self {
-        let ahead = Ahead::new(domain);
+        let ray_permittivity = RayPermittivity::new(domain);
         let mut pieces = Vec::new();
         for (a, axis) in domain.axes.iter().enumerate() {
             let Some(rays) = axis.rays else { continue };
             for side in (0..2).filter(|&side| axis.walls[side] == Wall::Open) {
-                pieces.extend(face(domain, &ahead, a, side, rays.radius));
+                pieces.extend(face(domain, &ray_permittivity, a, side, rays.radius));
             }
         }
         Self { pieces }
@@ -85,13 +85,13 @@ impl Faces {
 }
 
 /// The rectangles of the face of axis `a` at one end.
-fn face(domain: &Domain, ahead: &Ahead, a: usize, side: usize, radius: f64) -> Vec<Piece> {
+fn face(domain: &Domain, ray_permittivity: &RayPermittivity, a: usize, side: usize, radius: f64) -> Vec<Piece> {
     let [p, q] = [[1, 2], [0, 2], [0, 1]][a];
     let cells = domain.cells();
     let at = |s: usize, t: usize| {
         let mut c = [0; 3];
         (c[a], c[p], c[q]) = (if side == 0 { 0 } else { cells[a] - 1 }, s, t);
-        ahead.greatest(domain, c)
+        ray_permittivity.greatest(domain, c)
     };
     // Equal cells merged along q, then equal rows along p.
     let mut rectangles: Vec<([usize; 4], f64)> = Vec::new();
