@@ -7,9 +7,9 @@ use std::f64::consts::PI;
 use std::path::{Path, PathBuf};
 
 use elastocap_case::Case;
-use elastocap_coupling::scene_of::scene_of;
+use elastocap_coupling::scene::scene_of;
 use elastocap_electrostatics::{EPS0, Settings, Solution, Target, solve};
-use elastocap_geometry::scene::BoxScene;
+use elastocap_geometry::scene::Scene;
 
 pub(crate) type Result<T> = std::result::Result<T, Box<dyn Error>>;
 
@@ -31,7 +31,7 @@ pub(crate) fn load(name: &str) -> Result<Case> {
 #[derive(Debug)]
 pub(crate) struct Known {
     pub(crate) name: &'static str,
-    pub(crate) scene: BoxScene,
+    pub(crate) scene: Scene,
     /// Two-terminal capacitance, F.
     pub(crate) capacitance: f64,
     /// Relative error of `capacitance`, at most.
@@ -43,7 +43,7 @@ pub(crate) struct Known {
 impl Known {
     fn new(name: &'static str, file: &str, capacitance: f64, uncertainty: f64) -> Result<Self> {
         let scene = scene_of(&load(file)?, None)?.scene;
-        let target = if scene.conductors.len() == 2 { Target::TwoTerminal } else { Target::Matrix };
+        let target = if scene.conductors().count() == 2 { Target::TwoTerminal } else { Target::Matrix };
         Ok(Self { name, scene, capacitance, uncertainty, target })
     }
 

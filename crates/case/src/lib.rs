@@ -30,10 +30,9 @@ use toml::de::{DeTable, DeValue};
 
 pub use diagnostics::{CaseError, Diagnostic};
 pub use model::{
-    Box3, Case, Conductor, Dielectric, Electrodes, Electrostatics, Extent, Face, FieldSolver, ImportedMesh,
-    Indenter, Layer, LayerEnd, LayerSide, Layout, Load, Material, Mechanics, PlaneStrain, Shape, ShapeScene,
-    ShapedBodies, ShapedConductor, ShapedDielectric, ShearLength, Solid, SolidIndenter, Stiffness,
-    Surroundings, Wall,
+    Body, Box3, Case, Electrodes, Electrostatics, Extent, Face, FieldSolver, ImportedMesh, Indenter, Layer,
+    LayerEnd, LayerSide, Layout, Load, Material, Mechanics, PlaneStrain, Role, Shape, ShearLength, Solid,
+    SolidIndenter, Stiffness, Surroundings, Wall,
 };
 pub use schema::json_schema;
 

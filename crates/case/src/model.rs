@@ -4,8 +4,8 @@ use std::path::PathBuf;
 
 use elastocap_geometry::meshing::tets::TetMesh;
 
-pub use elastocap_geometry::scene::{Box3, Conductor, Dielectric, Wall};
-pub use elastocap_geometry::shapes::{Shape, ShapeScene, ShapedConductor, ShapedDielectric};
+pub use elastocap_geometry::scene::{Body, Box3, Role, Wall};
+pub use elastocap_geometry::shapes::Shape;
 
 /// A case that can be planned and run. Its parts fit together; every number is finite and in SI units.
 ///
@@ -24,17 +24,11 @@ pub struct Case {
     pub mechanics: Option<Mechanics>,
     /// The load steps; `None` for the undeformed scene alone.
     pub load: Option<Load>,
-    /// Conductors besides the electrodes; they stay where they are while the layer deforms.
-    pub conductors: Vec<Conductor>,
-    /// Dielectrics besides the layer, in the order in which they override one another. Infinite bounds for slabs.
-    pub dielectrics: Vec<Dielectric>,
-    /// All bodies without a layer where one of them is neither box, sheet nor slab; [`Case::conductors`] and
-    /// [`Case::dielectrics`] are empty then.
-    pub shapes: Option<ShapeScene>,
-    /// All bodies besides layer and electrodes where one of them is neither box, sheet nor slab; [`Case::conductors`] and
-    /// [`Case::dielectrics`] are empty then too. They stay where they are.
-    pub beside: Option<ShapedBodies>,
-    /// The mesh that [`Case::shapes`] are physical groups of; `None` where they are shapes to be meshed.
+    /// The fixed bodies: all besides the layer and its electrodes, which stay where they are while the layer deforms. First the
+    /// conductors in the order of the file, then the dielectrics, which override one another in theirs. Slabs are boxes with
+    /// infinite bounds.
+    pub bodies: Vec<Body>,
+    /// The mesh that [`Case::bodies`] are physical groups of; `None` where they are shapes.
     pub mesh: Option<ImportedMesh>,
     /// What surrounds the bodies; there exactly when a capacitance is asked for.
     pub surroundings: Option<Surroundings>,
@@ -52,18 +46,20 @@ impl Case {
 
     /// Whether there is a capacitance to compute: electrodes or conductors.
     pub fn has_conductors(&self) -> bool {
-        let beside = self.beside.as_ref().is_some_and(|b| !b.conductors.is_empty());
-        self.electrodes.is_some() || !self.conductors.is_empty() || self.shapes.is_some() || beside
+        self.electrodes.is_some() || self.bodies.iter().any(Body::is_conductor)
     }
-}
 
-/// Bodies of any shape beside a layer.
-#[derive(Debug, Clone, PartialEq)]
-pub struct ShapedBodies {
-    /// In the order of the file.
-    pub conductors: Vec<ShapedConductor>,
-    /// In the order in which they override one another, and the layer.
-    pub dielectrics: Vec<ShapedDielectric>,
+    /// Whether all fixed bodies are boxes, sheets and slabs, as the box solver takes them.
+    pub fn has_only_boxes(&self) -> bool {
+        self.bodies.iter().all(|body| body.boxes().is_some())
+    }
+
+    /// Names of the driven conductors, in the order of the capacitance matrix: the electrodes, then the fixed ones.
+    pub fn driven_conductors(&self) -> Vec<String> {
+        let electrodes = self.electrodes.iter().flat_map(Electrodes::names).map(str::to_owned);
+        let fixed = self.bodies.iter().filter(|body| body.is_driven()).map(|body| body.name.clone());
+        electrodes.chain(fixed).collect()
+    }
 }
 
 /// A volume mesh that a case file names, with the roles that the case gives its groups.
@@ -369,6 +365,26 @@ pub struct Surroundings {
     pub relative_permittivity: f64,
     /// Where the walls are.
     pub extent: Extent,
+}
+
+impl Surroundings {
+    /// Where the field of bodies that are shapes without a layer ends, and the wall there: at a shell, at the walls of the case,
+    /// or nowhere. `None` around a layer, whose walls follow from it.
+    pub fn end_without_layer<'a>(&self, bodies: impl IntoIterator<Item = &'a Body>) -> Option<(Box3, Wall)> {
+        let mut parts = bodies.into_iter().flat_map(|body| &body.parts);
+        let hollow = parts.find(|part| matches!(part, Shape::Shell { .. })).and_then(Shape::bounds);
+        match (hollow, &self.extent) {
+            (Some(Box3 { min, max }), _) => {
+                // A mesh needs room around the hollow, which is dropped again.
+                let room = 0.5 * (max[0] - min[0]);
+                let domain = Box3 { min: min.map(|x| x - room), max: max.map(|x| x + room) };
+                Some((domain, Wall::Grounded))
+            }
+            (None, Extent::Everywhere) => Some((Box3::SPACE, Wall::Open)),
+            (None, Extent::Walls(walls)) => Some((*walls, self.boundary)),
+            (None, Extent::AroundLayer { .. }) => None,
+        }
+    }
 }
 
 /// Where the outer walls are.

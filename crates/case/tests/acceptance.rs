@@ -5,7 +5,7 @@
 use std::path::{Path, PathBuf};
 
 use elastocap_case::{
-    self, Box3, Case, Conductor, Electrodes, Electrostatics, Extent, Face, Indenter, Layer, LayerEnd, Layout,
+    self, Body, Box3, Case, Electrodes, Electrostatics, Extent, Face, Indenter, Layer, LayerEnd, Layout,
     Load, Material, Mechanics, Shape, ShearLength, Stiffness, Surroundings, Wall,
 };
 
@@ -43,10 +43,7 @@ fn in_plane_pair() -> Case {
             shear_length: ShearLength::Given(500e-6),
         }),
         load: Some(Load::Compression(vec![0.0, 0.05, 0.1, 0.2, 0.3, 0.4])),
-        conductors: vec![],
-        dielectrics: vec![],
-        shapes: None,
-        beside: None,
+        bodies: vec![],
         mesh: None,
         surroundings: Some(Surroundings {
             boundary: Wall::Insulated,
@@ -106,23 +103,18 @@ fn the_stacked_pair_is_read_with_its_range_of_steps_and_open_space() {
 
 #[test]
 fn purely_electrostatic_scenes_have_no_layer_and_no_load() {
-    let cube = |name: &str, half: bool| Conductor {
-        name: name.to_owned(),
-        region: if half {
-            Box3 { min: [-0.5; 3], max: [0.5; 3] }
-        } else {
-            Box3 { min: [0.0; 3], max: [1.0; 3] }
-        },
-        floating_charge: None,
+    let cube = |name: &str, half: bool| {
+        let [min, max] = if half { [[-0.5; 3], [0.5; 3]] } else { [[0.0; 3], [1.0; 3]] };
+        Body::conductor(name, Shape::Box(Box3 { min, max }))
     };
     let isolated = load("isolated-cube.toml");
-    assert_eq!(isolated.conductors, [cube("cube", false)]);
+    assert_eq!(isolated.bodies, [cube("cube", false)]);
     assert_eq!(isolated.surroundings.as_ref().map(|s| &s.extent), Some(&Extent::Everywhere));
     assert_eq!(isolated.electrostatics.map(|e| e.relative_tolerance), Some(1e-4));
     assert_eq!((isolated.layer, isolated.load, isolated.mechanics), (None, None, None));
 
     let nested = load("cube-in-cube.toml");
-    assert_eq!(nested.conductors, [cube("inner", true)]);
+    assert_eq!(nested.bodies, [cube("inner", true)]);
     let walls = Box3 { min: [-1.0; 3], max: [1.0; 3] };
     assert_eq!(
         nested.surroundings.map(|s| (s.boundary, s.extent)),
@@ -130,9 +122,10 @@ fn purely_electrostatic_scenes_have_no_layer_and_no_load() {
     );
 
     let plates = load("square-plates.toml");
-    let normals: Vec<_> = plates.conductors.iter().map(|c| c.region.sheet_normal()).collect();
+    let sheets: Vec<Box3> = plates.bodies.iter().flat_map(|body| body.boxes().unwrap()).collect();
+    let normals: Vec<_> = sheets.iter().map(Box3::sheet_normal).collect();
     assert_eq!(normals, [Some(1), Some(1)]);
-    assert_eq!(plates.conductors[1].region, Box3 { min: [0.0, 0.1, 0.0], max: [1.0, 0.1, 1.0] });
+    assert_eq!(sheets[1], Box3 { min: [0.0, 0.1, 0.0], max: [1.0, 0.1, 1.0] });
 }
 
 #[test]
@@ -156,27 +149,29 @@ fn the_finite_element_layers_are_read() {
 }
 
 #[test]
-fn bodies_of_other_shapes_become_a_scene_of_shapes() {
-    let shapes = |name: &str| load(name).shapes.unwrap_or_else(|| panic!("{name} has boxes only"));
+fn bodies_of_other_shapes_are_read_as_they_are() {
+    let shapes = |name: &str| {
+        let case = load(name);
+        assert!(!case.has_only_boxes(), "{name} has boxes only");
+        case.bodies.into_iter().flat_map(|body| body.parts).collect::<Vec<Shape>>()
+    };
     let spheres = shapes("two-spheres.toml");
-    let radii = spheres.conductors.iter().map(|c| match c.shape {
+    let radii = spheres.iter().map(|shape| match *shape {
         Shape::Sphere { radius, .. } => radius,
-        _ => panic!("{:?}", c.shape),
+        _ => panic!("{shape:?}"),
     });
     assert_eq!(radii.collect::<Vec<_>>(), [0.01, 0.02]);
     let layered = shapes("layered-spheres.toml");
-    assert!(layered.conductors.iter().any(|c| matches!(c.shape, Shape::Shell { .. })));
-    assert!(matches!(layered.dielectrics[0].shape, Shape::Sphere { .. }));
+    assert!(layered.iter().any(|shape| matches!(shape, Shape::Shell { .. })));
+    assert!(matches!(layered.last(), Some(Shape::Sphere { .. })), "dielectrics come last");
     let imported = shapes("imported-cube-in-cube.toml");
-    let Shape::Surface(surface) = &imported.conductors[0].shape else { panic!("no surface") };
+    let Shape::Surface(surface) = &imported[0] else { panic!("no surface") };
     assert_eq!((surface.points.len(), surface.faces.len()), (8, 12));
     let pattern = shapes("rounded-pattern.toml");
-    let Shape::Extrusion { axis, from, to, outline } = &pattern.conductors[0].shape else {
-        panic!("no extrusion")
-    };
+    let Shape::Extrusion { axis, from, to, outline } = &pattern[0] else { panic!("no extrusion") };
     assert_eq!((*axis, *from, outline.len()), (1, 0.0, 6));
     assert!((to - 10e-6).abs() < 1e-18);
-    assert!(matches!(pattern.conductors[1].shape, Shape::Cylinder { axis: 1, .. }));
+    assert!(matches!(pattern[1], Shape::Cylinder { axis: 1, .. }));
 }
 
 #[test]

@@ -190,7 +190,7 @@ fn a_quantity_written_with_any_prefix_reads_as_its_decimal() {
             );
             let case = elastocap_case::parse(&text, Path::new("a.toml")).unwrap_or_else(|e| panic!("{e}"));
             let expected: f64 = format!("{number}e{power}").parse().unwrap();
-            assert_eq!(case.conductors[0].region.min[0], expected);
+            assert_eq!(case.bodies[0].bounds().unwrap().min[0], expected);
         }
     }
 }

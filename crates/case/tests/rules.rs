@@ -5,8 +5,8 @@
 use std::path::Path;
 
 use elastocap_case::{
-    self, Box3, Case, CaseError, Extent, Face, LayerEnd, LayerSide, Load, Material, Mechanics, ShearLength,
-    SolidIndenter, Stiffness, Wall,
+    self, Box3, Case, CaseError, Extent, Face, LayerEnd, LayerSide, Load, Material, Mechanics, Role,
+    ShearLength, SolidIndenter, Stiffness, Wall,
 };
 
 const LAYERED: &str = r#"
@@ -92,7 +92,8 @@ fn the_two_base_files_are_good() {
     let boxes = accepted(BOXES, &[]);
     assert_eq!(boxes.title, "test", "the title is the file's name where none is given");
     let (low, high) = (f64::NEG_INFINITY, f64::INFINITY);
-    assert_eq!(boxes.dielectrics[0].region, Box3 { min: [low, -1e-3, low], max: [high, -0.5e-3, high] });
+    let slab = Box3 { min: [low, -1e-3, low], max: [high, -0.5e-3, high] };
+    assert_eq!(boxes.bodies.last().unwrap().boxes(), Some(vec![slab]));
     assert_eq!(boxes.electrostatics.map(|e| (e.relative_tolerance, e.bounds)), Some((1e-3, true)));
 }
 
@@ -652,8 +653,9 @@ fn a_conductor_with_a_charge_floats() {
     for (text, charge) in [("0 C", 0.0), ("-2.5 pC", -2.5e-12), ("3 uC", 3e-6)] {
         let to = format!("name = \"a\"\ncharge = \"{text}\"");
         let case = accepted(BOXES, &[("name = \"a\"", &to)]);
-        let charges: Vec<_> = case.conductors.iter().map(|c| c.floating_charge).collect();
-        assert_eq!(charges, [Some(charge), None]);
+        let roles: Vec<_> = case.bodies[..2].iter().map(|body| body.role).collect();
+        let conductor = |floating_charge| Role::Conductor { floating_charge };
+        assert_eq!(roles, [conductor(Some(charge)), conductor(None)]);
     }
     let a = "name = \"a\"";
     refused(BOXES, &[(a, "name = \"a\"\ncharge = 0")], "0", &["needs a unit", "\"0 C\""]);
@@ -703,7 +705,7 @@ fn conductors_beside_a_layer_lie_where_there_is_a_field_and_off_the_layer() {
     };
     let change = |low: &str, high: &str| [("[surroundings]", with(low, high))];
     let [(from, to)] = change("0.5 mm", "0.6 mm");
-    assert_eq!(accepted(LAYERED, &[(from, &to)]).conductors.len(), 1);
+    assert_eq!(accepted(LAYERED, &[(from, &to)]).bodies.len(), 1);
     let board = ("below = \"insulated\"", "below = { relative_permittivity = 4.5, thickness = \"1.6 mm\" }");
     let [(from, to)] = change("-0.5 mm", "-0.1 mm");
     accepted(LAYERED, &[(from, &to), board]);
@@ -724,10 +726,8 @@ fn conductors_beside_a_layer_lie_where_there_is_a_field_and_off_the_layer() {
         )
     };
     let found = accepted(LAYERED, &[("[surroundings]", &ball("0.6 mm"))]);
-    let beside = found.beside.as_ref().unwrap();
-    assert!(
-        found.conductors.is_empty() && beside.conductors.len() == 1 && beside.conductors[0].name == "ball"
-    );
+    let names: Vec<&str> = found.bodies.iter().map(|body| body.name.as_str()).collect();
+    assert!(names == ["ball"] && !found.has_only_boxes());
     for (at, words) in [
         ("0.5 mm", &["the conductor \"ball\" touches or overlaps the layer", "x2 = 450 um"][..]),
         ("-0.2 mm", &["where there is no field", "the plane below"]),

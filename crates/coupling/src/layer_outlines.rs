@@ -1,16 +1,15 @@
-//! The scene around a layer for the solver for any shape: bent electrodes, or bodies beside them that are no boxes.
+//! The scene around a layer for the solver on tetrahedra: electrodes and a surface that the load has bent.
 //!
 //! Finite elements of the layer in plane strain know the shape of every electrode and of the surface. The field solver takes
 //! them as polygons in the plane of x1 and x2, pulled along x3, near enough to the curves that the capacitance does not see the difference.
 
 use elastocap_geometry::export::gltf::BodyRole;
-use elastocap_geometry::export::surfaces::{SurfaceBody, prism};
-use elastocap_geometry::scene::{Box3, Wall};
-use elastocap_geometry::shapes::{Shape, ShapeScene};
+use elastocap_geometry::export::surfaces::{Corners, SurfaceBody, prism};
+use elastocap_geometry::scene::{Body, Box3, Purpose, Scene, Wall};
+use elastocap_geometry::shapes::Shape;
 
 use crate::deform::{Curve, DeformedCurves, simplified};
-use crate::scene_of::DeformedScene;
-use elastocap_case::ShapedBodies;
+use crate::scene::DeformedScene;
 
 /// What part of the tolerance the polygons may take.
 const SHARE: f64 = 0.2;
@@ -21,47 +20,47 @@ const LOOP: f64 = 0.02;
 /// A scene around a layer for the solver for any shape.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct LayerScene {
-    pub(crate) scene: ShapeScene,
-    /// What each of its dielectrics is.
-    pub(crate) roles: Vec<BodyRole>,
+    pub(crate) scene: Scene,
     /// The relative error that its flat faces add to a capacitance: an estimate.
     pub(crate) facets: f64,
 }
 
 impl LayerScene {
-    /// The scene with its bodies as boxes.
+    /// The scene with the pair and the layer as boxes.
     pub(crate) fn of_boxes(deformed: &DeformedScene) -> Self {
-        Self { scene: ShapeScene::from(&deformed.scene), roles: deformed.roles.clone(), facets: 0.0 }
-    }
-
-    /// The scene with more bodies in it, that come after all others.
-    pub(crate) fn with(mut self, bodies: &ShapedBodies) -> Self {
-        self.scene.conductors.extend(bodies.conductors.iter().cloned());
-        self.scene.dielectrics.extend(bodies.dielectrics.iter().cloned());
-        self.roles.extend(bodies.dielectrics.iter().map(|_| BodyRole::Dielectric));
-        self
+        Self { scene: deformed.scene.clone(), facets: 0.0 }
     }
 
     /// Its bodies for a viewer, cut off at the `window`; without the cover, which is everywhere else.
     /// Surfaces of curved bodies are those of the mesh, `meshed`, by their names.
     pub(crate) fn surfaces(&self, window: &Box3, meshed: &[SurfaceBody]) -> Vec<SurfaceBody> {
-        let conductors = self.scene.conductors.iter().map(|c| (&c.name, BodyRole::Conductor, &c.shape));
-        let dielectrics =
-            self.scene.dielectrics.iter().zip(&self.roles).map(|(d, r)| (&d.name, *r, &d.shape));
-        let shown = conductors.chain(dielectrics).filter(|(_, role, _)| *role != BodyRole::Cover);
-        let body = |(name, role, shape): (&String, BodyRole, &Shape)| {
-            let triangles = match shape {
-                Shape::Extrusion { axis, from, to, outline } => prism(*axis, [*from, *to], outline),
-                Shape::Box(region) => {
-                    let at = |a: usize| [region.min[a].max(window.min[a]), region.max[a].min(window.max[a])];
-                    let ([x0, x1], [y0, y1]) = (at(0), at(1));
-                    prism(2, at(2), &[[x0, y0], [x1, y0], [x1, y1], [x0, y1]])
-                }
-                _ => meshed.iter().find(|m| m.name == *name).map(|m| m.triangles.clone()).unwrap_or_default(),
-            };
-            SurfaceBody { name: name.clone(), role, triangles }
+        let conductors = self.scene.conductors().map(|c| c.body);
+        let shown = conductors.chain(self.scene.dielectrics().map(|d| d.body));
+        let shown = shown.filter(|body| body.purpose != Purpose::Cover);
+        let surface = |body: &Body| {
+            let known: Option<Vec<_>> = body.parts.iter().map(|part| flat_surface(part, window)).collect();
+            let of_mesh = || meshed.iter().find(|m| m.name == body.name).map(|m| m.triangles.clone());
+            let triangles = known.map(|parts| parts.concat()).or_else(of_mesh).unwrap_or_default();
+            SurfaceBody { name: body.name.clone(), role: BodyRole::from(body), triangles }
         };
-        shown.map(body).collect()
+        shown.map(surface).collect()
+    }
+}
+
+/// The triangles of a box or an extrusion, boxes cut off at the `window`; `None` for other shapes.
+fn flat_surface(shape: &Shape, window: &Box3) -> Option<Vec<Corners>> {
+    match shape {
+        Shape::Extrusion { axis, from, to, outline } => Some(prism(*axis, [*from, *to], outline)),
+        Shape::Box(region) => {
+            let at = |a: usize| [region.min[a].max(window.min[a]), region.max[a].min(window.max[a])];
+            let ([x0, x1], [y0, y1]) = (at(0), at(1));
+            Some(prism(2, at(2), &[[x0, y0], [x1, y0], [x1, y1], [x0, y1]]))
+        }
+        Shape::Sphere { .. }
+        | Shape::Shell { .. }
+        | Shape::Cylinder { .. }
+        | Shape::Surface(_)
+        | Shape::Physical(_) => None,
     }
 }
 
@@ -74,16 +73,18 @@ pub(crate) fn bent_scene(
     curves: &DeformedCurves,
     tolerance: f64,
 ) -> Result<LayerScene, String> {
-    let mut scene = ShapeScene::from(&deformed.scene);
-    let mut roles = deformed.roles.clone();
-    let regions = || deformed.scene.conductors.iter().map(|c| &c.region).take(2);
+    let mut scene = deformed.scene.clone();
+    let pair = deformed.pair.iter().flat_map(|pair| pair.conductors);
+    let boxes = |c: usize| scene.conductors().nth(c).and_then(|c| c.body.bounds());
+    let regions: Vec<(usize, Box3)> = pair.filter_map(|c| Some((c, boxes(c)?))).collect();
     let gap = deformed.pair.map_or(f64::INFINITY, |pair| pair.gap);
-    let smallest = regions().map(|r| r.extent(0).min(r.extent(1))).fold(gap, f64::min);
+    let smallest = regions.iter().map(|(_, r)| r.extent(0).min(r.extent(1))).fold(gap, f64::min);
     let within = SHARE * tolerance * smallest;
-    let outlines = outlines(curves, within);
-    let ends: Vec<[f64; 2]> = regions().map(|r| [r.min[2], r.max[2]]).collect();
-    for ((conductor, outline), [from, to]) in scene.conductors.iter_mut().zip(outlines).zip(ends) {
-        conductor.shape = Shape::Extrusion { axis: 2, from, to, outline };
+    for ((conductor, region), outline) in regions.into_iter().zip(outlines(curves, within)) {
+        if let Some(body) = scene.conductor_mut(conductor) {
+            let (from, to) = (region.min[2], region.max[2]);
+            body.parts = vec![Shape::Extrusion { axis: 2, from, to, outline }];
+        }
     }
     if surface_is_followed(deformed) {
         let domain = deformed.scene.domain;
@@ -98,36 +99,40 @@ pub(crate) fn bent_scene(
         let surface = if curves.half { both_halves(&surface) } else { surface };
         let outline = under(&surface, &domain);
         if outline.len() > 2 {
-            // The cover fills what the layer leaves, down to the substrate, and the case's own bodies stay in all of them.
-            let rank = |role: &BodyRole| match role {
-                BodyRole::Cover => 0,
-                BodyRole::Substrate => 1,
-                BodyRole::Layer => 2,
-                _ => 3,
-            };
-            let mut bodies: Vec<_> = roles.into_iter().zip(scene.dielectrics).collect();
-            bodies.sort_by_key(|(role, _)| rank(role));
-            for (role, body) in &mut bodies {
-                match (role, &mut body.shape) {
-                    (BodyRole::Cover, Shape::Box(region)) => region.min[1] = f64::NEG_INFINITY,
-                    (BodyRole::Layer, shape) => {
-                        let (from, to) = (domain.min[2], domain.max[2]);
-                        *shape = Shape::Extrusion { axis: 2, from, to, outline: outline.clone() };
+            // The cover fills what the layer leaves, down to the substrate, and fixed bodies stay in all of them.
+            scene.bodies.sort_by_key(|body| match body.purpose {
+                Purpose::Cover => 0,
+                Purpose::Substrate => 1,
+                Purpose::Layer => 2,
+                Purpose::Electrode | Purpose::Fixed => 3,
+            });
+            for body in &mut scene.bodies {
+                match body.purpose {
+                    Purpose::Cover => {
+                        for part in &mut body.parts {
+                            if let Shape::Box(region) = part {
+                                region.min[1] = f64::NEG_INFINITY;
+                            }
+                        }
                     }
-                    _ => {}
+                    Purpose::Layer => {
+                        let (from, to) = (domain.min[2], domain.max[2]);
+                        let outline = outline.clone();
+                        body.parts = vec![Shape::Extrusion { axis: 2, from, to, outline }];
+                    }
+                    Purpose::Substrate | Purpose::Electrode | Purpose::Fixed => {}
                 }
             }
-            (roles, scene.dielectrics) = bodies.into_iter().unzip();
         }
     }
-    Ok(LayerScene { scene, roles, facets: within / smallest })
+    Ok(LayerScene { scene, facets: within / smallest })
 }
 
 /// Whether the scene can have the bulging surface: there is a medium above it, and walls end it at the sides.
 fn surface_is_followed(deformed: &DeformedScene) -> bool {
     let scene = &deformed.scene;
     let ended = [0, 2].iter().all(|&a| scene.walls[a].iter().all(|wall| *wall != Wall::Open));
-    ended && deformed.roles.contains(&BodyRole::Cover)
+    ended && scene.bodies.iter().any(|body| body.purpose == Purpose::Cover)
 }
 
 /// Whether the surface is a plane.
@@ -259,8 +264,7 @@ fn cut(polygon: &[[f64; 2]], axis: usize, at: f64, above: bool) -> Curve {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene_of::DeformedPair;
-    use elastocap_geometry::scene::{BoxScene, Conductor, Dielectric};
+    use crate::scene::DeformedPair;
 
     fn line(from: [f64; 2], to: [f64; 2]) -> Curve {
         let at = |k: u32| [0, 1].map(|a| from[a] + f64::from(k) / 8.0 * (to[a] - from[a]));
@@ -283,37 +287,45 @@ mod tests {
 
     /// A pair in a layer of height 2 on a substrate, under a cover up to 4.
     fn deformed() -> DeformedScene {
-        let plate = |name: &str, x: [f64; 2]| Conductor {
-            name: name.into(),
-            region: Box3 { min: [x[0], 1.0, -1.0], max: [x[1], 1.5, 1.0] },
-            floating_charge: None,
+        let plate = |name: &str, x: [f64; 2]| {
+            let region = Box3 { min: [x[0], 1.0, -1.0], max: [x[1], 1.5, 1.0] };
+            Body::conductor(name, Shape::Box(region)).with_purpose(Purpose::Electrode)
         };
-        let body = |name: &str, region, relative_permittivity| Dielectric {
-            name: name.into(),
-            region,
-            relative_permittivity,
+        let body = |name: &str, region, eps, purpose| {
+            Body::dielectric(name, Shape::Box(region), eps).with_purpose(purpose)
         };
         DeformedScene {
-            scene: BoxScene {
-                conductors: vec![plate("left", [-3.0, -1.0]), plate("right", [1.0, 3.0])],
-                dielectrics: vec![
-                    body("layer", slab(0.0, 2.0), 3.0),
-                    body("substrate", slab(f64::NEG_INFINITY, 0.0), 4.0),
-                    body("cover", slab(2.0, f64::INFINITY), 1.0),
+            scene: Scene {
+                bodies: vec![
+                    plate("left", [-3.0, -1.0]),
+                    plate("right", [1.0, 3.0]),
+                    body("layer", slab(0.0, 2.0), 3.0, Purpose::Layer),
+                    body("substrate", slab(f64::NEG_INFINITY, 0.0), 4.0, Purpose::Substrate),
+                    body("cover", slab(2.0, f64::INFINITY), 1.0, Purpose::Cover),
                 ],
                 background_permittivity: 1.0,
                 domain: Box3 { min: [-5.0, -1.0, -2.0], max: [5.0, 4.0, 2.0] },
                 walls: [[Wall::Insulated; 2]; 3],
             },
-            roles: vec![BodyRole::Layer, BodyRole::Substrate, BodyRole::Cover],
-            pair: Some(DeformedPair { gap: 2.0, height: 1.25, thickness: 0.5, parallel_plate: 1.0 }),
+            pair: Some(DeformedPair {
+                conductors: [0, 1],
+                gap: 2.0,
+                height: 1.25,
+                thickness: 0.5,
+                parallel_plate: 1.0,
+            }),
             bent: None,
         }
     }
 
-    fn outline(shape: &Shape) -> &[[f64; 2]] {
-        let Shape::Extrusion { axis: 2, outline, .. } = shape else { panic!("{shape:?}") };
+    fn outline<'a>(scene: &'a Scene, name: &str) -> &'a [[f64; 2]] {
+        let body = scene.bodies.iter().find(|body| body.name == name).unwrap();
+        let [Shape::Extrusion { axis: 2, outline, .. }] = &body.parts[..] else { panic!("{body:?}") };
         outline
+    }
+
+    fn dielectrics(scene: &Scene) -> Vec<&str> {
+        scene.dielectrics().map(|d| d.body.name.as_str()).collect()
     }
 
     #[test]
@@ -325,13 +337,12 @@ mod tests {
         };
         let LayerScene { scene, facets, .. } = bent_scene(&deformed(), &curves, 1e-3).unwrap();
         assert!(facets > 0.0 && facets < 1e-3);
-        let right = outline(&scene.conductors[1].shape);
+        let right = outline(&scene, "right");
         assert_eq!(right, [[1.0, 1.0], [3.0, 1.0], [3.0, 1.5], [1.0, 1.5]]);
-        let left = outline(&scene.conductors[0].shape);
+        let left = outline(&scene, "left");
         assert!(left.iter().all(|p| right.contains(&[-p[0], p[1]])) && (area(left) - 1.0).abs() < 1e-12);
         // Beyond its end the layer goes on as high as it ends.
-        let layer = scene.dielectrics.iter().find(|d| d.name == "layer").unwrap();
-        assert!((area(outline(&layer.shape)) - 20.0).abs() < 1e-12);
+        assert!((area(outline(&scene, "layer")) - 20.0).abs() < 1e-12);
     }
 
     #[test]
@@ -354,20 +365,18 @@ mod tests {
         surface.extend(&line([3.0, 2.4], [6.0, 2.0])[1..]);
         let curves = DeformedCurves { electrodes: vec![faces([1.0, 3.0], [1.0, 1.5])], surface, half: true };
         let LayerScene { scene, .. } = bent_scene(&deformed(), &curves, 1e-3).unwrap();
-        let names: Vec<&str> = scene.dielectrics.iter().map(|d| d.name.as_str()).collect();
-        assert_eq!(names, ["cover", "substrate", "layer"]);
-        let Shape::Box(cover) = &scene.dielectrics[0].shape else { panic!("the cover is a box") };
-        assert_eq!(cover.min[1], f64::NEG_INFINITY);
+        assert_eq!(dielectrics(&scene), ["cover", "substrate", "layer"]);
+        assert_eq!(scene.bodies[0].bounds().unwrap().min[1], f64::NEG_INFINITY);
+        assert_eq!(scene.conductors().map(|c| c.body.name.as_str()).collect::<Vec<_>>(), ["left", "right"]);
         // Up to the walls at 5, where the surface is at 2.4 - 0.4 * 2 / 3.
         let at_wall = 2.4 - 0.8 / 3.0;
         let half = 1.8 * 2.0 + 0.5 * (1.8 + 2.4) + 0.5 * (2.4 + at_wall) * 2.0;
-        assert!((area(outline(&scene.dielectrics[2].shape)) - 2.0 * half).abs() < 1e-9);
+        assert!((area(outline(&scene, "layer")) - 2.0 * half).abs() < 1e-9);
         // With open sides there is no end to pull the surface to.
         let mut open = deformed();
         open.scene.walls[0] = [Wall::Open; 2];
-        let names: Vec<_> =
-            bent_scene(&open, &curves, 1e-3).unwrap().scene.dielectrics.into_iter().map(|d| d.name).collect();
-        assert_eq!(names, ["layer", "substrate", "cover"]);
+        let LayerScene { scene, .. } = bent_scene(&open, &curves, 1e-3).unwrap();
+        assert_eq!(dielectrics(&scene), ["layer", "substrate", "cover"]);
     }
 
     #[test]

@@ -8,7 +8,7 @@ use serde::{Serialize, Serializer};
 
 use crate::deform::{FiniteElementStep, MeshReport};
 use crate::plan::{Kind, Plan, StepLoad};
-use crate::scene_of::DeformedScene;
+use crate::scene::DeformedScene;
 
 /// Everything that a run found.
 #[derive(Debug, Clone, PartialEq)]

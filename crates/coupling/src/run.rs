@@ -10,7 +10,7 @@ use elastocap_electrostatics::Settings;
 use crate::deform::{Prepared, Solution, prepare};
 use crate::outcome::{Outcome, Status, StepResult};
 use crate::plan::{Options, Plan, PlannedStep};
-use crate::scene_of::scene_of;
+use crate::scene::scene_of;
 use crate::step::{Solver, StepField};
 use elastocap_case::Case;
 
@@ -112,7 +112,7 @@ pub fn run(
         };
         steps.push(result);
     }
-    let conductors = conductor_names(case);
+    let conductors = case.driven_conductors();
     let (layer_meshes, layer_seconds) = match &layer {
         Prepared::StepByStep | Prepared::ClosedForm(_) => (Vec::new(), 0.0),
         Prepared::FiniteElement(run) => (run.meshes.clone(), run.seconds),
@@ -136,16 +136,6 @@ fn copy_of(original: &StepResult, step: &PlannedStep) -> StepResult {
     StepResult { index: step.index, same_as: step.same_as, seconds: Default::default(), ..original.clone() }
 }
 
-/// Names of the driven conductors, in the order of the Maxwell matrix.
-pub fn conductor_names(case: &Case) -> Vec<String> {
-    let pair = case.electrodes.iter().flat_map(|e| e.names()).map(str::to_owned);
-    let driven = case.conductors.iter().filter(|c| c.floating_charge.is_none()).map(|c| &c.name);
-    let shapes = case.shapes.iter().flat_map(|s| &s.conductors);
-    let shapes = shapes.chain(case.beside.iter().flat_map(|b| &b.conductors));
-    let shaped = shapes.filter(|c| c.floating_charge.is_none()).map(|c| &c.name);
-    pair.chain(driven.chain(shaped).cloned()).collect()
-}
-
 /// The steps of a plan with the layer deformed and the bodies in place, and no field.
 pub fn deform(case: &Case, plan: &Plan) -> Vec<StepResult> {
     let layer = prepare(case, plan, &AtomicBool::new(false), &|_| ());
@@ -155,7 +145,7 @@ pub fn deform(case: &Case, plan: &Plan) -> Vec<StepResult> {
             Ok(state) => {
                 result.row.top_displacement_m = Some(state.as_ref().map_or(0.0, |s| s.top_displacement()));
                 result.row.compression = state.as_ref().map(|s| s.compression()).or(result.row.compression);
-                if case.shapes.is_some() || case.beside.is_some() {
+                if !case.has_only_boxes() {
                     result.row.status = Status::Failed(
                         "bodies of any shape are meshed as they are solved: `elastocap run` writes their mesh".to_owned(),
                     );

@@ -11,9 +11,10 @@ use crate::deform::{Deformation, Prepared};
 use crate::layer_outlines::{LayerScene, bent_scene, is_flat};
 use crate::outcome::{FloatingConductor, Row, SolverReport, Status, StepResult};
 use crate::plan::{PlannedStep, StepLoad};
-use elastocap_case::{Case, FieldSolver, Shape, ShapeScene};
+use elastocap_case::{Case, FieldSolver};
+use elastocap_geometry::scene::Scene;
 
-use crate::scene_of::{DeformedScene, Enclosing, scene_of};
+use crate::scene::{DeformedScene, Enclosing, scene_of};
 use crate::terminals::pair_among;
 use crate::tetrahedra::{Solved, shown, solve_shapes};
 use crate::view::window;
@@ -37,9 +38,9 @@ enum Fields {
 
 /// What the solver for any shape is given.
 struct Shaped<'a> {
-    scene: &'a ShapeScene,
-    /// Whether the capacitance is that of its first two conductors among others.
-    pair_only: bool,
+    scene: &'a Scene,
+    /// Rows of the Maxwell matrix of the pair whose capacitance it is, where there are other conductors.
+    pair: Option<[usize; 2]>,
     /// Relative error of the capacitance for flat faces that the scene has already.
     facets: f64,
 }
@@ -81,8 +82,9 @@ impl Solver<'_> {
         result: &mut StepResult,
         field: &mut Option<StepField>,
     ) -> Result<(), Stop> {
-        if let Some(scene) = &self.case.shapes {
-            let shaped = Shaped { scene, pair_only: false, facets: 0.0 };
+        if self.case.layer.is_none() && !self.case.has_only_boxes() {
+            let scene = scene_of(self.case, None)?.scene;
+            let shaped = Shaped { scene: &scene, pair: None, facets: 0.0 };
             return self.solve_shaped(shaped, result, field, (None, None));
         }
         let start = Instant::now();
@@ -112,9 +114,8 @@ impl Solver<'_> {
             Fields::Boxes(found) => *found,
             Fields::Shapes(layer) => {
                 let window = window(&[&*deformed]);
-                let driven = layer.scene.conductors.iter().filter(|c| c.floating_charge.is_none());
-                let pair_only = deformed.pair.is_some() && driven.count() > 2;
-                let shaped = Shaped { scene: &layer.scene, pair_only, facets: layer.facets };
+                let pair = deformed.pair_among_others();
+                let shaped = Shaped { scene: &layer.scene, pair, facets: layer.facets };
                 self.solve_shaped(shaped, result, field, (layer_missed, beyond))?;
                 // The mesh of what is flat-faced shows no more, and is a thousand times larger.
                 result.surfaces = match result.surfaces.as_slice() {
@@ -125,22 +126,16 @@ impl Solver<'_> {
             }
         };
         *field = solution.field.take().map(StepField::Grid);
-        let all = &deformed.scene.conductors;
-        let floating = std::mem::take(&mut solution.floating);
-        result.floating = floating_of(|c| all[c].name.clone(), |c| all[c].floating_charge, floating);
+        result.floating = floating_of(&deformed.scene, std::mem::take(&mut solution.floating));
         note_solution(result, solution, two_terminal, layer_missed, beyond)
     }
 
     /// Which solver takes the scene: the one for boxes, with its solution, or the one for any shape.
     fn shaped(&self, deformed: &DeformedScene, state: Option<&Deformation<'_>>) -> Result<Fields, Stop> {
         let solver = self.case.electrostatics.and_then(|e| e.solver);
-        let beside = |layer: LayerScene| match &self.case.beside {
-            Some(bodies) => layer.with(bodies),
-            None => layer,
-        };
-        let shapes = self.case.beside.is_some() || solver == Some(FieldSolver::Tetrahedra);
+        let shapes = !self.case.has_only_boxes() || solver == Some(FieldSolver::Tetrahedra);
         let bent = match (&deformed.bent, state) {
-            (None, _) if shapes => return Ok(Fields::Shapes(beside(LayerScene::of_boxes(deformed)))),
+            (None, _) if shapes => return Ok(Fields::Shapes(LayerScene::of_boxes(deformed))),
             (None, _) => return Ok(Fields::Boxes(Box::new(field_of(deformed, &self.settings)?))),
             (Some(bent), Some(Deformation::FiniteElement(layer))) => (bent, &layer.curves),
             // Only finite elements bend anything.
@@ -165,7 +160,7 @@ impl Solver<'_> {
         if let Ok(enclosing) = enclosing
             && !shapes
             && is_flat(curves)
-            && deformed.scene.conductors.len() == 2
+            && deformed.scene.conductors().count() == 2
         {
             let found = between(deformed, *enclosing, &self.settings)?;
             if found.0.reached {
@@ -173,14 +168,14 @@ impl Solver<'_> {
             }
         }
         let layer = bent_scene(deformed, curves, self.settings.relative_tolerance).map_err(Stop::Failed)?;
-        Ok(Fields::Shapes(beside(layer)))
+        Ok(Fields::Shapes(layer))
     }
 
     /// A scene of any shapes. `mechanics` has what there is to say of the layer: why its accuracy was missed, and why there is
     /// no force.
     fn solve_shaped(
         &self,
-        Shaped { scene, pair_only, facets: polygons }: Shaped<'_>,
+        Shaped { scene, pair, facets: polygons }: Shaped<'_>,
         result: &mut StepResult,
         field: &mut Option<StepField>,
         mechanics: (Option<String>, Option<String>),
@@ -190,9 +185,7 @@ impl Solver<'_> {
             *field = Some(StepField::Tetrahedra(shown(scene, &solved)));
         }
         let Solved { mut general, facets, surfaces, .. } = solved;
-        let shapes = scene.conductors.iter().map(|c| &c.shape);
-        let mut shapes = shapes.chain(scene.dielectrics.iter().map(|d| &d.shape));
-        if shapes.any(|shape| !matches!(shape, Shape::Box(_))) {
+        if !scene.is_boxes() {
             result.surfaces = surfaces;
         }
         let facets = facets + polygons;
@@ -202,13 +195,11 @@ impl Solver<'_> {
                  the capacitances: their bounds are those of the flat-faced bodies"
             ));
         }
-        let all = &scene.conductors;
-        let floating = std::mem::take(&mut general.solution.floating);
-        result.floating = floating_of(|c| all[c].name.clone(), |c| all[c].floating_charge, floating);
+        result.floating = floating_of(scene, std::mem::take(&mut general.solution.floating));
         let mut solution = general.solution;
-        let two_terminal = if pair_only { pair_among(&solution.maxwell) } else { solution.two_terminal };
-        if let Some(pair) = two_terminal.filter(|_| pair_only)
-            && 2.0 * pair.relative_error() > self.settings.relative_tolerance
+        let two_terminal = pair.map_or(solution.two_terminal, |pair| pair_among(&solution.maxwell, pair));
+        if let Some(found) = two_terminal.filter(|_| pair.is_some())
+            && 2.0 * found.relative_error() > self.settings.relative_tolerance
         {
             solution.reached = false;
             solution.shortfall.get_or_insert_with(|| MATRIX_ONLY.to_owned());
@@ -245,15 +236,12 @@ impl Solver<'_> {
     }
 }
 
-fn floating_of(
-    name: impl Fn(usize) -> String,
-    charge: impl Fn(usize) -> Option<f64>,
-    potentials: Vec<FloatingPotential>,
-) -> Vec<FloatingConductor> {
+fn floating_of(scene: &Scene, potentials: Vec<FloatingPotential>) -> Vec<FloatingConductor> {
     let named = potentials.into_iter().filter_map(|potential| {
+        let conductor = scene.conductors().nth(potential.conductor)?;
         Some(FloatingConductor {
-            name: name(potential.conductor),
-            charge: charge(potential.conductor)?,
+            name: conductor.body.name.clone(),
+            charge: conductor.floating_charge?,
             per_volt: potential.per_driven,
             from_charges: potential.from_charges,
         })
@@ -298,17 +286,16 @@ const MATRIX_ONLY: &str = "the pair's capacitance is known less well than the Ma
 
 /// The solution, and the two-terminal capacitance.
 pub fn field_of(deformed: &DeformedScene, asked_for: &Settings) -> Result<(Solution, Option<Bounded>), Stop> {
-    let among_others = deformed.pair.is_some() && deformed.scene.driven().count() > 2;
     let mut settings = asked_for.clone();
     let mut tries = 3;
     loop {
         let mut solution = solve(&deformed.scene, &settings)?;
-        if !among_others {
+        let Some(pair) = deformed.pair_among_others() else {
             let two_terminal = solution.two_terminal;
             return Ok((solution, two_terminal));
-        }
+        };
         // The solver's tolerance is that of the matrix; what is asked for is that of the pair.
-        let pair = pair_among(&solution.maxwell);
+        let pair = pair_among(&solution.maxwell, pair);
         let error = pair.map_or(0.0, |pair| 2.0 * pair.relative_error());
         let asked = asked_for.relative_tolerance;
         let allowed = if settings.bounds { asked } else { 2.0 * asked };
@@ -333,7 +320,7 @@ fn between(
     enclosing: Enclosing,
     settings: &Settings,
 ) -> Result<(Solution, Option<Bounded>), Stop> {
-    if deformed.scene.conductors.len() > 2 {
+    if deformed.scene.conductors().count() > 2 {
         return Err(Stop::Failed(
             "the electrodes are bent by the load, and beside other conductors the solver for boxes has no bounds for that"
                 .to_owned(),
@@ -408,8 +395,8 @@ impl From<SolveError> for Stop {
     }
 }
 
-impl From<crate::scene_of::SceneError> for Stop {
-    fn from(error: crate::scene_of::SceneError) -> Self {
+impl From<crate::scene::SceneError> for Stop {
+    fn from(error: crate::scene::SceneError) -> Self {
         Self::Failed(error.to_string())
     }
 }

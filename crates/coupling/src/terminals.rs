@@ -1,16 +1,16 @@
-//! The two-terminal capacitance of the first two of many conductors.
+//! The two-terminal capacitance of a pair among other conductors.
 
 use elastocap_electrostatics::Bounded;
 
-/// Charge over voltage of the first two conductors with equal and opposite charges, F, when all others are at
-/// potential zero: a finger, a guard, a shield. `None` for fewer than two conductors.
+/// Charge over voltage of two conductors with equal and opposite charges, F, when all others are at potential zero: a finger, a
+/// guard, a shield. `pair` are their rows in the Maxwell matrix; `None` if it has not so many.
 ///
 /// With m = -C12, a = C11 + C12, b = C22 + C12, none of them negative, it is m + ab/(a + b): the mutual capacitance
 /// beside the two to ground in series. It grows with C11 and C22 and falls with C12, so bounds of the matrix give
 /// bounds of it.
-pub fn pair_among(maxwell: &[Vec<Bounded>]) -> Option<Bounded> {
-    let (c11, c12) = (maxwell.first()?.first()?, maxwell.first()?.get(1)?);
-    let c22 = maxwell.get(1)?.get(1)?;
+pub fn pair_among(maxwell: &[Vec<Bounded>], pair: [usize; 2]) -> Option<Bounded> {
+    let entry = |i: usize, j: usize| maxwell.get(pair[i])?.get(pair[j]);
+    let (c11, c12, c22) = (entry(0, 0)?, entry(0, 1)?, entry(1, 1)?);
     let value = series(c11.value, c22.value, c12.value);
     // Where the limits leave a or b no sign, zero is the least that they can be.
     let lower = series(c11.lower, c22.lower, c12.upper);
@@ -38,20 +38,22 @@ mod tests {
     #[test]
     fn ground_stands_in_series_beside_the_mutual_capacitance() {
         // Mutual 1 F, 2 F and 6 F to ground: 1 + 12/8.
-        let found = pair_among(&matrix([[(3.0, 0.0), (-1.0, 0.0)], [(-1.0, 0.0), (7.0, 0.0)]])).unwrap();
+        let found =
+            pair_among(&matrix([[(3.0, 0.0), (-1.0, 0.0)], [(-1.0, 0.0), (7.0, 0.0)]]), [0, 1]).unwrap();
         assert_eq!((found.lower, found.value, found.upper), (2.5, 2.5, 2.5));
     }
 
     #[test]
     fn without_a_ground_the_mutual_capacitance_is_left() {
-        let found = pair_among(&matrix([[(1.0, 0.0), (-1.0, 0.0)], [(-1.0, 0.0), (1.0, 0.0)]])).unwrap();
+        let found =
+            pair_among(&matrix([[(1.0, 0.0), (-1.0, 0.0)], [(-1.0, 0.0), (1.0, 0.0)]]), [0, 1]).unwrap();
         assert_eq!((found.lower, found.value, found.upper), (1.0, 1.0, 1.0));
     }
 
     #[test]
     fn every_matrix_within_the_bounds_gives_a_value_within_the_bounds() {
         let centre = [[(3.0, 0.4), (-1.0, 0.2)], [(-1.0, 0.2), (1.1, 0.15)]];
-        let found = pair_among(&matrix(centre)).unwrap();
+        let found = pair_among(&matrix(centre), [0, 1]).unwrap();
         for d11 in [-0.4, 0.0, 0.4] {
             for d22 in [-0.15, 0.0, 0.15] {
                 for d12 in [-0.2, 0.0, 0.2] {

@@ -7,8 +7,8 @@ use elastocap_geometry::export::gltf::BodyRole;
 use elastocap_geometry::export::surfaces::{SurfaceBody, surfaces};
 use elastocap_geometry::meshing::tets::{FaceRole, LayeredSizing, MeshError, Sizing, TetMesh, layered, mesh};
 use elastocap_geometry::mirror;
-use elastocap_geometry::scene::Box3;
-use elastocap_geometry::shapes::{Shape, ShapeScene};
+use elastocap_geometry::scene::{Body, Box3, Scene};
+use elastocap_geometry::shapes::Shape;
 use elastocap_linalg::vector::{cross, dot, length, minus};
 
 use crate::step::Stop;
@@ -58,7 +58,7 @@ pub(crate) fn order(settings: &Settings) -> usize {
 
 /// Meshes, unless there is a mesh, and solves.
 pub(crate) fn solve_shapes(
-    scene: &ShapeScene,
+    scene: &Scene,
     imported: Option<&ImportedMesh>,
     settings: &Settings,
 ) -> Result<Solved, Stop> {
@@ -86,35 +86,32 @@ enum Unsolved {
 
 /// With faces smaller by a factor.
 fn solve_at(
-    scene: &ShapeScene,
+    scene: &Scene,
     imported: Option<&ImportedMesh>,
     settings: &Settings,
     smaller: f64,
 ) -> Result<Solved, Unsolved> {
     let failed = |reason| Unsolved::Stop(Stop::Failed(reason));
     let First { mesh, planes, size, gap } = first(scene, imported, settings, smaller).map_err(failed)?;
-    for (index, conductor) in scene.conductors.iter().enumerate() {
-        if !mesh.boundary.iter().any(|f| f.role == FaceRole::Conductor(index as u32)) {
+    for conductor in scene.conductors() {
+        if !mesh.boundary.iter().any(|f| f.role == FaceRole::Conductor(conductor.index as u32)) {
             return Err(failed(format!(
                 "the conductor `{}` has no surface in the space that is solved: it lies in another conductor or outside \
                  the walls",
-                conductor.name
+                conductor.body.name
             )));
         }
     }
     // Before it is refined, which moves no surface but cuts its triangles.
     let surfaces = surfaces_of(scene, &mesh, planes);
-    let permittivity = permittivities(scene);
+    let permittivity = scene.permittivities();
     let charges = charges(scene);
     let shapes = shapes(&permittivity, &charges, settings, planes);
     let general = solve_mesh(mesh, shapes, settings).map_err(|error| match error {
         SolveError::Cancelled => Unsolved::Stop(Stop::Cancelled),
         error => Unsolved::Solver(error.to_string()),
     })?;
-    let curved = scene.conductors.iter().map(|c| &c.shape).chain(scene.dielectrics.iter().map(|d| &d.shape));
-    let curved = curved
-        .into_iter()
-        .any(|shape| matches!(shape, Shape::Sphere { .. } | Shape::Shell { .. } | Shape::Cylinder { .. }));
+    let curved = scene.shapes().any(is_curved);
     let facets = FACETS * size * size + (size * size / (8.0 * gap)).powi(2);
     Ok(Solved { general, planes, surfaces, facets: if curved { facets } else { 0.0 } })
 }
@@ -124,12 +121,12 @@ fn solve_at(
 /// # Errors
 /// Why the scene cannot be meshed or solved.
 pub(crate) fn foretell(
-    scene: &ShapeScene,
+    scene: &Scene,
     imported: Option<&ImportedMesh>,
     settings: &Settings,
 ) -> Result<Forecast, String> {
     let First { mesh, planes, .. } = first(scene, imported, settings, 1.0)?;
-    let permittivity = permittivities(scene);
+    let permittivity = scene.permittivities();
     let charges = charges(scene);
     let shapes = shapes(&permittivity, &charges, settings, planes);
     forecast_mesh(mesh, shapes, settings).map_err(|error| error.to_string())
@@ -147,7 +144,7 @@ struct First {
 }
 
 fn first(
-    scene: &ShapeScene,
+    scene: &Scene,
     imported: Option<&ImportedMesh>,
     settings: &Settings,
     smaller: f64,
@@ -168,8 +165,8 @@ fn first(
     Ok(First { mesh, planes, size, gap })
 }
 
-fn charges(scene: &ShapeScene) -> Vec<Option<f64>> {
-    scene.conductors.iter().map(|c| c.floating_charge).collect()
+fn charges(scene: &Scene) -> Vec<Option<f64>> {
+    scene.conductors().map(|c| c.floating_charge).collect()
 }
 
 fn shapes<'a>(
@@ -182,15 +179,25 @@ fn shapes<'a>(
     Shapes { permittivity, floating_charges, order: order(settings), mirrored }
 }
 
-/// The least gap between conducting balls, or one and the hollow around it, over the radius of the smaller; at most 1.
+/// Whether a mesh has flat faces in place of its surface.
+fn is_curved(shape: &Shape) -> bool {
+    match shape {
+        Shape::Sphere { .. } | Shape::Shell { .. } | Shape::Cylinder { .. } => true,
+        Shape::Box(_) | Shape::Extrusion { .. } | Shape::Surface(_) | Shape::Physical(_) => false,
+    }
+}
+
+/// The least gap between balls of different conductors, or one and the hollow around it, over the radius of the smaller; at most 1.
 ///
 /// # Errors
 /// Two that touch or cross, by name.
-fn ball_gap(scene: &ShapeScene) -> Result<f64, String> {
+fn ball_gap(scene: &Scene) -> Result<f64, String> {
     let mut least = 1.0_f64;
-    for (k, one) in scene.conductors.iter().enumerate() {
-        for other in &scene.conductors[..k] {
-            let (gap, radius) = match (&one.shape, &other.shape) {
+    let parts: Vec<(usize, &Shape)> = scene.conductor_parts().collect();
+    let name = |k: usize| scene.conductors().nth(k).map_or("", |c| c.body.name.as_str());
+    for (k, &(one, shape)) in parts.iter().enumerate() {
+        for &(other, earlier) in parts[..k].iter().filter(|(other, _)| *other != one) {
+            let (gap, radius) = match (shape, earlier) {
                 (Shape::Sphere { center: c, radius: r }, Shape::Sphere { center: d, radius: s }) => {
                     (length(minus(*c, *d)) - r - s, r.min(*s))
                 }
@@ -201,7 +208,7 @@ fn ball_gap(scene: &ShapeScene) -> Result<f64, String> {
                 _ => continue,
             };
             if gap <= 0.0 {
-                return Err(format!("the conductors `{}` and `{}` touch or cross", other.name, one.name));
+                return Err(format!("the conductors `{}` and `{}` touch or cross", name(other), name(one)));
             }
             least = least.min(gap / radius);
         }
@@ -210,26 +217,26 @@ fn ball_gap(scene: &ShapeScene) -> Result<f64, String> {
 }
 
 /// Conductors, and dielectrics that end: a hollow conductor around everything is drawn as a wall, which one can see through.
-fn surfaces_of(scene: &ShapeScene, mesh: &TetMesh, planes: [Option<f64>; 3]) -> Vec<SurfaceBody> {
+fn surfaces_of(scene: &Scene, mesh: &TetMesh, planes: [Option<f64>; 3]) -> Vec<SurfaceBody> {
     let mut mesh = std::borrow::Cow::Borrowed(mesh);
     for (axis, at) in planes.into_iter().enumerate() {
         if let Some(at) = at {
             mesh = std::borrow::Cow::Owned(mesh.reflected(axis, at).mesh);
         }
     }
-    let (metal, filled) = surfaces(&mesh, scene.conductors.len(), 1 + scene.dielectrics.len());
-    let conductors = scene.conductors.iter().zip(metal).map(|(body, triangles)| {
-        let around = matches!(body.shape, Shape::Shell { .. });
-        let role = if around { BodyRole::Wall } else { BodyRole::Conductor };
-        SurfaceBody { name: body.name.clone(), role, triangles }
+    let (metal, filled) = surfaces(&mesh, scene.conductors().count(), 1 + scene.dielectrics().count());
+    let conductors = scene.conductors().zip(metal).map(|(c, triangles)| {
+        let around = c.body.parts.iter().any(|part| matches!(part, Shape::Shell { .. }));
+        let role = if around { BodyRole::Wall } else { BodyRole::from(c.body) };
+        SurfaceBody { name: c.body.name.clone(), role, triangles }
     });
-    let ends = |shape: &Shape| {
-        shape.bounds().is_none_or(|b| (0..3).all(|a| b.min[a].is_finite() && b.max[a].is_finite()))
+    let ends = |body: &Body| {
+        body.bounds().is_none_or(|b| (0..3).all(|a| b.min[a].is_finite() && b.max[a].is_finite()))
     };
-    let dielectrics = scene.dielectrics.iter().zip(filled).filter(|(body, _)| ends(&body.shape));
-    let dielectrics = dielectrics.map(|(body, triangles)| SurfaceBody {
-        name: body.name.clone(),
-        role: BodyRole::Dielectric,
+    let dielectrics = scene.dielectrics().zip(filled).filter(|(d, _)| ends(d.body));
+    let dielectrics = dielectrics.map(|(d, triangles)| SurfaceBody {
+        name: d.body.name.clone(),
+        role: BodyRole::from(d.body),
         triangles,
     });
     conductors.chain(dielectrics).collect()
@@ -238,7 +245,7 @@ fn surfaces_of(scene: &ShapeScene, mesh: &TetMesh, planes: [Option<f64>; 3]) -> 
 /// A mesh with faces of this size over the radius on curved bodies: of the part above the planes, and which of them it keeps to.
 /// The whole is meshed where the part cannot be.
 fn mesh_of(
-    scene: &ShapeScene,
+    scene: &Scene,
     size: f64,
     tolerance: f64,
     planes: [Option<f64>; 3],
@@ -250,7 +257,7 @@ fn mesh_of(
     }
 }
 
-fn whole_of(scene: &ShapeScene, size: f64, tolerance: f64) -> Result<TetMesh, String> {
+fn whole_of(scene: &Scene, size: f64, tolerance: f64) -> Result<TetMesh, String> {
     let reach = reach(scene, tolerance);
     if flatness(scene) > FLAT || strips(scene) > STRIPS {
         // A polygon with an even number of sides is its own mirror image as the circle is.
@@ -288,19 +295,17 @@ fn whole_of(scene: &ShapeScene, size: f64, tolerance: f64) -> Result<TetMesh, St
 
 /// How far out open space begins, over the size of the scene: what bounds lose beyond falls with its square, measured on
 /// spheres and pads; where dielectrics go on for ever it is more, since rays leave them.
-fn reach(scene: &ShapeScene, tolerance: f64) -> f64 {
-    let layers = scene.dielectrics.iter().any(|d| match &d.shape {
-        Shape::Box(b) => (0..3).any(|a| b.min[a].is_infinite() || b.max[a].is_infinite()),
-        _ => false,
-    });
+fn reach(scene: &Scene, tolerance: f64) -> f64 {
+    let endless = |b: Box3| (0..3).any(|a| b.min[a].is_infinite() || b.max[a].is_infinite());
+    let layers = scene.dielectric_parts().any(|(_, part)| part.as_box().is_some_and(endless));
     let lost = if layers { 0.6 } else { 0.004 };
     (lost / (SHARE * tolerance)).sqrt().clamp(10.0, 40.0)
 }
 
 /// About how many cubes as high as the lowest gap or plate would cover the conductors.
-fn flatness(scene: &ShapeScene) -> f64 {
+fn flatness(scene: &Scene) -> f64 {
     let shapes: Vec<(&Shape, Box3)> =
-        scene.conductors.iter().filter_map(|c| Some((&c.shape, c.shape.bounds()?))).collect();
+        scene.conductor_parts().filter_map(|(_, part)| Some((part, part.bounds()?))).collect();
     let size = shapes.iter().flat_map(|(_, b)| [0, 1, 2].map(|a| b.extent(a))).fold(0.0, f64::max);
     let axes = (0..3).map(|axis| {
         let mut planes: Vec<f64> = shapes.iter().flat_map(|(_, b)| [b.min[axis], b.max[axis]]).collect();
@@ -313,15 +318,14 @@ fn flatness(scene: &ShapeScene) -> f64 {
 }
 
 /// About how many squares would cover the sides of extrusions: many where an outline follows a curve.
-fn strips(scene: &ShapeScene) -> f64 {
-    let shapes = scene.conductors.iter().map(|c| &c.shape).chain(scene.dielectrics.iter().map(|d| &d.shape));
+fn strips(scene: &Scene) -> f64 {
     let of = |shape: &Shape| {
         let Shape::Extrusion { from, to, outline, .. } = shape else { return 0.0 };
         let next = outline.iter().cycle().skip(1);
         let sides = outline.iter().zip(next).map(|(p, q)| (q[0] - p[0]).hypot(q[1] - p[1]));
         sides.map(|side| (to - from) / side).filter(|ratio| *ratio > 1.0).sum()
     };
-    shapes.map(of).sum()
+    scene.shapes().map(of).sum()
 }
 
 /// About the area of the shadow that a body throws along an axis, m^2.
@@ -337,12 +341,11 @@ fn area(shape: &Shape, b: &Box3, along: usize) -> f64 {
 
 /// The mesh and the field for a viewer, of the whole: with half a volt on the first of two driven conductors and minus half a
 /// volt on the second, or one volt on the first of any other number; floating ones at their potentials.
-pub(crate) fn shown(scene: &ShapeScene, solved: &Solved) -> BodyMesh {
+pub(crate) fn shown(scene: &Scene, solved: &Solved) -> BodyMesh {
     let General { mesh, potentials, solution } = &solved.general;
-    let driven: Vec<usize> =
-        (0..scene.conductors.len()).filter(|&c| scene.conductors[c].floating_charge.is_none()).collect();
+    let driven: Vec<usize> = scene.driven().collect();
     let volts: &[f64] = if driven.len() == 2 { &[0.5, -0.5] } else { &[1.0] };
-    let mut held = vec![0.0; scene.conductors.len()];
+    let mut held = vec![0.0; scene.conductors().count()];
     for (&conductor, v) in driven.iter().zip(volts) {
         held[conductor] = *v;
     }
@@ -362,9 +365,9 @@ pub(crate) fn shown(scene: &ShapeScene, solved: &Solved) -> BodyMesh {
         }
     }
     let field = mesh.tets.iter().flat_map(|tet| field(&mesh, *tet, &values)).collect();
-    let permittivities: Vec<f64> = permittivities(scene);
+    let permittivities = scene.permittivities();
     let permittivity = mesh.regions.iter().map(|&r| permittivities[r as usize]).collect();
-    let names = scene.dielectrics.iter().map(|d| d.name.clone());
+    let names = scene.dielectrics().map(|d| d.body.name.clone());
     BodyMesh {
         element: Element::Tetrahedron,
         nodes: mesh.tets.as_flattened().to_vec(),
@@ -377,12 +380,6 @@ pub(crate) fn shown(scene: &ShapeScene, solved: &Solved) -> BodyMesh {
         body_id: mesh.regions.iter().map(|&r| r as i32).collect(),
         body_names: std::iter::once("surroundings".to_owned()).chain(names).collect(),
     }
-}
-
-/// Of each region: the surroundings, then the dielectrics.
-fn permittivities(scene: &ShapeScene) -> Vec<f64> {
-    let all = scene.dielectrics.iter().map(|d| d.relative_permittivity);
-    std::iter::once(scene.background_permittivity).chain(all).collect()
 }
 
 /// Minus the gradient of the potential that is linear between the corners, V/m.
@@ -400,12 +397,10 @@ mod tests {
     use super::*;
     use elastocap_geometry::meshing::tets::determinant;
     use elastocap_geometry::scene::Wall;
-    use elastocap_geometry::shapes::ShapedConductor;
 
-    fn scene(shape: Shape) -> ShapeScene {
-        ShapeScene {
-            conductors: vec![ShapedConductor { name: "inner".into(), shape, floating_charge: None }],
-            dielectrics: Vec::new(),
+    fn scene(shape: Shape) -> Scene {
+        Scene {
+            bodies: vec![Body::conductor("inner", shape)],
             background_permittivity: 1.0,
             domain: Box3 { min: [-1.0; 3], max: [1.0; 3] },
             walls: [[Wall::Grounded; 2]; 3],
@@ -449,15 +444,12 @@ mod tests {
 
     #[test]
     fn balls_close_to_one_another_get_smaller_faces_and_touching_ones_are_named() {
-        let ball = |name: &str, x: f64| ShapedConductor {
-            name: name.into(),
-            shape: Shape::Sphere { center: [x, 0.0, 0.0], radius: 0.01 },
-            floating_charge: None,
-        };
+        let ball =
+            |name: &str, x: f64| Body::conductor(name, Shape::Sphere { center: [x, 0.0, 0.0], radius: 0.01 });
         let mut all = scene(Shape::Box(Box3 { min: [0.0; 3], max: [0.0; 3] }));
         all.domain = Box3::SPACE;
         all.walls = [[Wall::Open; 2]; 3];
-        all.conductors = vec![ball("a", 0.0), ball("b", 0.0202)];
+        all.bodies = vec![ball("a", 0.0), ball("b", 0.0202)];
         assert!((ball_gap(&all).unwrap() - 0.02).abs() < 1e-12);
         let settings = Settings { relative_tolerance: 3e-2, ..Settings::default() };
         let c = solve_shapes(&all, None, &settings).unwrap();
@@ -465,7 +457,7 @@ mod tests {
         let (found, known) = (c.general.solution.maxwell[0][0], 2.187_945_722_9e-12);
         let slack = c.facets * known;
         assert!(found.lower - slack < known && known < found.upper + slack, "{found:?} {slack:e}");
-        all.conductors[1] = ball("b", 0.02);
+        all.bodies[1] = ball("b", 0.02);
         assert_eq!(ball_gap(&all).unwrap_err(), "the conductors `a` and `b` touch or cross");
     }
 }

@@ -11,6 +11,7 @@ use elastocap_case::{Case, CaseError, Shape, Wall};
 use elastocap_coupling::outcome::{Outcome, Status};
 use elastocap_coupling::plan::{Options, Plan};
 use elastocap_coupling::run::run;
+use elastocap_coupling::scene::scene_of;
 use elastocap_electrostatics::Bounded;
 use elastocap_geometry::import::gmsh::mesh_from_path;
 use elastocap_geometry::import::obj::Placement;
@@ -218,9 +219,8 @@ fn polyhedra_in_place_of_spheres_have_a_capacitance_between_those_of_the_spheres
 #[test]
 fn the_case_says_what_the_mesh_is_and_what_no_body_names() {
     let case = accepted(&[]);
-    let shapes = case.shapes.as_ref().unwrap();
-    assert_eq!(shapes.conductors[0].shape, Shape::Physical("inner".into()));
-    assert_eq!(shapes.walls, [[Wall::Grounded; 2]; 3]);
+    assert_eq!(case.bodies[0].parts, [Shape::Physical("inner".into())]);
+    assert_eq!(scene_of(&case, None).unwrap().scene.walls, [[Wall::Grounded; 2]; 3]);
     let mesh = case.mesh.as_ref().unwrap();
     assert_eq!(
         (mesh.file.as_str(), mesh.unnamed.as_slice()),

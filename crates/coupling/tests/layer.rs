@@ -7,8 +7,8 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
 use elastocap_case::{
-    self, Case, FieldSolver, Indenter, LayerEnd, LayerSide, Load, Mechanics, PlaneStrain, ShearLength, Solid,
-    SolidIndenter, Stiffness,
+    self, Body, Case, FieldSolver, Indenter, LayerEnd, LayerSide, Load, Mechanics, PlaneStrain, Shape,
+    ShearLength, Solid, SolidIndenter, Stiffness,
 };
 use elastocap_coupling::outcome::{Outcome, Status};
 use elastocap_coupling::plan::{Options, Plan};
@@ -270,14 +270,8 @@ fn the_shear_length_is_found_by_finite_elements_for_compressions_and_for_forces(
 fn under_a_ball(load: Option<Load>) -> Case {
     let mut case = acceptance("in-plane-pair.toml");
     case.load = load;
-    case.beside = Some(elastocap_case::ShapedBodies {
-        conductors: vec![elastocap_case::ShapedConductor {
-            name: "finger".into(),
-            shape: elastocap_case::Shape::Sphere { center: [0.0, 800e-6, 0.0], radius: 250e-6 },
-            floating_charge: None,
-        }],
-        dielectrics: Vec::new(),
-    });
+    let ball = Shape::Sphere { center: [0.0, 800e-6, 0.0], radius: 250e-6 };
+    case.bodies.push(Body::conductor("finger", ball));
     case.electrostatics.as_mut().unwrap().relative_tolerance = 0.05;
     case
 }
@@ -287,7 +281,7 @@ fn a_ball_over_the_layer_takes_capacitance_from_the_pair_and_less_when_the_layer
     let with = solve(&under_a_ball(Some(Load::Compression(vec![0.0, 0.2]))));
     assert_eq!(with.conductors, ["electrode-left", "electrode-right", "finger"]);
     let mut without = under_a_ball(Some(Load::Compression(vec![0.0, 0.2])));
-    without.beside = None;
+    without.bodies.clear();
     without.electrostatics.as_mut().unwrap().relative_tolerance = 1e-3;
     let without = solve(&without);
     // Between the two electrodes: what the ball takes is that between each of them and itself.

@@ -3,11 +3,12 @@
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test stops by panicking")]
 
 use elastocap_case::{
-    Box3, Case, Conductor, Electrodes, Electrostatics, Extent, Face, Layer, Layout, Material, Mechanics,
+    Body, Box3, Case, Electrodes, Electrostatics, Extent, Face, Layer, Layout, Material, Mechanics, Shape,
     ShearLength, Stiffness, Surroundings, Wall,
 };
 use elastocap_coupling::deform::Deformation;
-use elastocap_coupling::scene_of::{DeformedScene, SceneError, scene_of};
+use elastocap_coupling::scene::{DeformedScene, SceneError, scene_of};
+use elastocap_geometry::scene::Scene;
 use elastocap_mechanics::{ClosedFormSettings, LayerState, Material as Rubber};
 
 /// The pair of the paper.
@@ -37,10 +38,7 @@ fn pair(layout: Layout) -> Case {
             shear_length: ShearLength::Given(500e-6),
         }),
         load: None,
-        conductors: vec![],
-        dielectrics: vec![],
-        shapes: None,
-        beside: None,
+        bodies: vec![],
         mesh: None,
         surroundings: Some(Surroundings {
             boundary: Wall::Insulated,
@@ -78,6 +76,17 @@ fn pressed(compression: f64) -> Deformation<'static> {
     Deformation::ClosedForm(LayerState::new(450e-6, rubber, compression, lengths).unwrap())
 }
 
+/// The boxes of the electrodes, which come first.
+fn electrodes(deformed: &DeformedScene) -> [Box3; 2] {
+    let boxes = |body: &Body| body.boxes().unwrap();
+    deformed.scene.bodies[..2].iter().flat_map(boxes).collect::<Vec<_>>().try_into().unwrap()
+}
+
+/// The boxes of the layer, the substrate and the cover.
+fn slabs(scene: &Scene) -> Vec<Box3> {
+    scene.dielectrics().map(|d| d.body.bounds().unwrap()).collect()
+}
+
 fn at(case: &Case, compression: f64) -> Result<DeformedScene, SceneError> {
     scene_of(case, Some(&pressed(compression)))
 }
@@ -100,7 +109,7 @@ fn the_in_plane_pair_moves_and_thins_as_the_audit_says() {
         assert_close(found.gap, gap);
         assert_close(found.height, height);
         assert!((found.thickness / thickness - 1.0).abs() < 1e-7);
-        let [left, right] = [0, 1].map(|k| deformed.scene.conductors[k].region);
+        let [left, right] = electrodes(&deformed);
         assert_eq!(left.max[0], -right.min[0], "mirror images, exactly");
         assert_eq!(left.min[0], -right.max[0]);
         assert_close(right.extent(0) * right.extent(1), 300e-6 * 20e-6);
@@ -115,12 +124,12 @@ fn the_in_plane_pair_moves_and_thins_as_the_audit_says() {
 fn without_load_the_bodies_are_where_the_file_says() {
     for layout in [Layout::InPlane, Layout::Stacked] {
         let case = pair(layout);
-        let electrodes = case.electrodes.as_ref().unwrap();
+        let given = case.electrodes.as_ref().unwrap();
         for deformed in [scene_of(&case, None).unwrap(), at(&case, 0.0).unwrap()] {
-            for (conductor, wanted) in deformed.scene.conductors.iter().zip(electrodes.regions()) {
+            for (region, wanted) in electrodes(&deformed).into_iter().zip(given.regions()) {
                 for a in 0..3 {
-                    assert!((conductor.region.min[a] - wanted.min[a]).abs() < 1e-18);
-                    assert!((conductor.region.max[a] - wanted.max[a]).abs() < 1e-18);
+                    assert!((region.min[a] - wanted.min[a]).abs() < 1e-18);
+                    assert!((region.max[a] - wanted.max[a]).abs() < 1e-18);
                 }
             }
             assert_close(deformed.pair.unwrap().gap, 50e-6);
@@ -133,7 +142,7 @@ fn without_load_the_bodies_are_where_the_file_says() {
 fn a_stacked_pair_is_the_parallel_plate_capacitor_of_its_facing_area() {
     let deformed = at(&pair(Layout::Stacked), 0.3).unwrap();
     let found = deformed.pair.unwrap();
-    let [lower, upper] = [0, 1].map(|k| deformed.scene.conductors[k].region);
+    let [lower, upper] = electrodes(&deformed);
     assert_close(found.gap, upper.min[1] - lower.max[1]);
     let facing = lower.extent(0).min(upper.extent(0)) * 500e-6;
     assert_close(found.parallel_plate, 8.854_187_812_8e-12 * 2.8 * facing / found.gap);
@@ -164,12 +173,12 @@ fn an_electrode_on_the_layers_surface_stays_on_it() {
     for stiffness in [Stiffness::Rigid, Stiffness::ShearModulus(1e6), Stiffness::ShearModulus(89228.1)] {
         for (height, top) in [(440e-6, true), (10e-6, false)] {
             let mut case = pair(Layout::InPlane);
-            let electrodes = case.electrodes.as_mut().unwrap();
-            (electrodes.height, electrodes.stiffness) = (height, stiffness);
+            let given = case.electrodes.as_mut().unwrap();
+            (given.height, given.stiffness) = (height, stiffness);
             for compression in [0.0, 1e-12, 1e-3, 0.2, 0.6] {
                 let deformed = at(&case, compression).unwrap();
-                let region = deformed.scene.conductors[0].region;
-                let surface = deformed.scene.dielectrics[0].region;
+                let [region, _] = electrodes(&deformed);
+                let surface = slabs(&deformed.scene)[0];
                 if top {
                     assert_eq!(region.max[1], surface.max[1], "{stiffness:?} {compression}");
                 } else {
@@ -187,7 +196,7 @@ fn open_space_has_walls_only_where_the_case_says_so() {
     let scene = at(&case, 0.1).unwrap().scene;
     assert_eq!(scene.walls, [[Wall::Open; 2]; 3]);
     assert_eq!(scene.domain, Box3::SPACE);
-    let bounds: Vec<_> = scene.dielectrics.iter().map(|d| (d.region.min[1], d.region.max[1])).collect();
+    let bounds: Vec<_> = slabs(&scene).iter().map(|slab| (slab.min[1], slab.max[1])).collect();
     let top = 450e-6 * 0.9;
     assert_eq!(bounds, [(0.0, top), (-1.6e-3, 0.0), (top, f64::INFINITY)]);
 
@@ -204,7 +213,7 @@ fn open_space_has_walls_only_where_the_case_says_so() {
 fn a_wall_that_comes_down_on_a_conductor_leaves_no_scene() {
     let mut case = pair(Layout::InPlane);
     let region = Box3 { min: [-1e-4, 1.3e-3, -1e-4], max: [1e-4, 1.4e-3, 1e-4] };
-    case.conductors.push(Conductor { name: "finger".into(), region, floating_charge: None });
+    case.bodies.push(Body::conductor("finger", Shape::Box(region)));
     assert!(at(&case, 0.0).is_ok());
     let error = at(&case, 0.5).unwrap_err();
     assert!(

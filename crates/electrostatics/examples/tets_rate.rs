@@ -8,8 +8,8 @@ use elastocap_electrostatics::Settings;
 use elastocap_electrostatics::tets::adaptive::{Shapes, solve_mesh};
 use elastocap_geometry::meshing::tets::{Sizing, mesh};
 use elastocap_geometry::mirror::{part, planes};
-use elastocap_geometry::scene::{Box3, Wall};
-use elastocap_geometry::shapes::{Shape, ShapeScene, ShapedConductor};
+use elastocap_geometry::scene::{Body, Box3, Scene, Wall};
+use elastocap_geometry::shapes::Shape;
 
 /// Of a unit cube in the middle of a grounded cube of side 2, over eps_0 a: as in docs/performance.md.
 const KNOWN: f64 = 19.127134997;
@@ -20,11 +20,9 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let order = given.next().map_or(Ok(2), |a| a.parse())?;
     let least: f64 = given.next().map_or(Ok(3e-4), |a| a.parse())?;
     let cube = |a: f64| Box3 { min: [-a; 3], max: [a; 3] };
-    let conductor =
-        ShapedConductor { name: "inner".into(), shape: Shape::Box(cube(0.5)), floating_charge: None };
-    let whole = ShapeScene {
-        conductors: vec![conductor],
-        dielectrics: Vec::new(),
+    let conductor = Body::conductor("inner", Shape::Box(cube(0.5)));
+    let whole = Scene {
+        bodies: vec![conductor],
         background_permittivity: 1.0,
         domain: cube(1.0),
         walls: [[Wall::Grounded; 2]; 3],

@@ -4,7 +4,8 @@
 
 use elastocap_electrostatics::tets::potentials::{Potentials, Problem, TetSettings};
 use elastocap_geometry::meshing::tets::of_boxes;
-use elastocap_geometry::scene::{Box3, BoxScene, Conductor, Wall};
+use elastocap_geometry::scene::{Body, Box3, Scene, Wall};
+use elastocap_geometry::shapes::Shape;
 use std::time::Instant;
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
@@ -15,9 +16,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         _ => (2, vec![16, 32, 48]),
     };
     let cube = |a: f64| Box3 { min: [-a; 3], max: [a; 3] };
-    let scene = BoxScene {
-        conductors: vec![Conductor { name: "inner".into(), region: cube(0.5), floating_charge: None }],
-        dielectrics: Vec::new(),
+    let scene = Scene {
+        bodies: vec![Body::conductor("inner", Shape::Box(cube(0.5)))],
         background_permittivity: 1.0,
         domain: cube(1.0),
         walls: [[Wall::Grounded; 2]; 3],

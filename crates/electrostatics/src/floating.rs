@@ -6,7 +6,7 @@
 
 use crate::matrix::MatrixBounds;
 use crate::solution::{Bounded, FloatingPotential};
-use elastocap_geometry::scene::BoxScene;
+use elastocap_geometry::scene::Scene;
 use faer::linalg::solvers::{Llt, Solve};
 use faer::linalg::triangular_solve::solve_lower_triangular_in_place;
 use faer::{Mat, Par, Side};
@@ -24,8 +24,8 @@ pub struct Floating {
 
 impl Floating {
     /// Those of a scene.
-    pub fn new(scene: &BoxScene) -> Self {
-        let charges: Vec<_> = scene.conductors.iter().map(|c| c.floating_charge).collect();
+    pub fn new(scene: &Scene) -> Self {
+        let charges: Vec<_> = scene.conductors().map(|c| c.floating_charge).collect();
         Self::of_charges(&charges)
     }
 

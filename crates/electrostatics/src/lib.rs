@@ -14,7 +14,16 @@ pub use solution::{
 
 /// A solve that cannot be carried out.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[non_exhaustive]
 pub enum SolveError {
+    /// The box solver was given a body of another shape.
+    #[error(
+        "`{body}` is neither a box nor a sheet, and the box solver takes no other shape; solve the scene on tetrahedra"
+    )]
+    NotBoxes {
+        /// Its name.
+        body: String,
+    },
     /// A 1D eigenproblem failed.
     #[error("an eigenvalue problem of the grid failed: its elements are too unequal for double precision")]
     Eigenvalues,

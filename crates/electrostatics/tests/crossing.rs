@@ -5,36 +5,29 @@ use std::f64::consts::PI;
 use elastocap_electrostatics::tets::adaptive::{Shapes, solve_mesh};
 use elastocap_electrostatics::{Bounded, EPS0, Settings, solve};
 use elastocap_geometry::meshing::tets::{Sizing, mesh};
-use elastocap_geometry::scene::{Box3, BoxScene, Conductor, Dielectric, Wall};
-use elastocap_geometry::shapes::{Shape, ShapeScene, ShapedConductor, ShapedDielectric};
+use elastocap_geometry::scene::{Body, Box3, Scene, Wall};
+use elastocap_geometry::shapes::Shape;
 
 fn ball(center: [f64; 3], radius: f64) -> Shape {
     Shape::Sphere { center, radius }
 }
 
-fn scene(metal: Vec<Shape>, filled: Vec<(Shape, f64)>) -> ShapeScene {
-    let conductors = metal.into_iter().enumerate().map(|(k, shape)| ShapedConductor {
-        name: format!("c{k}"),
-        shape,
-        floating_charge: None,
-    });
-    let dielectrics = filled.into_iter().enumerate().map(|(k, (shape, relative_permittivity))| {
-        ShapedDielectric { name: format!("d{k}"), shape, relative_permittivity }
-    });
-    ShapeScene {
-        conductors: conductors.collect(),
-        dielectrics: dielectrics.collect(),
+fn scene(metal: Vec<Shape>, filled: Vec<(Shape, f64)>) -> Scene {
+    let conductors = metal.into_iter().enumerate().map(|(k, shape)| Body::conductor(format!("c{k}"), shape));
+    let dielectrics = filled.into_iter().enumerate();
+    let dielectrics = dielectrics.map(|(k, (shape, eps))| Body::dielectric(format!("d{k}"), shape, eps));
+    Scene {
+        bodies: conductors.chain(dielectrics).collect(),
         background_permittivity: 1.0,
         domain: Box3::SPACE,
         walls: [[Wall::Open; 2]; 3],
     }
 }
 
-fn matrix(scene: &ShapeScene, facet: f64, tolerance: f64) -> Result<Vec<Vec<Bounded>>, String> {
+fn matrix(scene: &Scene, facet: f64, tolerance: f64) -> Result<Vec<Vec<Bounded>>, String> {
     let meshed = mesh(scene, &Sizing { facet, ..Sizing::default() }).map_err(|e| e.to_string())?;
-    let permittivity: Vec<f64> =
-        [1.0].into_iter().chain(scene.dielectrics.iter().map(|d| d.relative_permittivity)).collect();
-    let charges = vec![None; scene.conductors.len()];
+    let permittivity = scene.permittivities();
+    let charges = vec![None; scene.conductors().count()];
     let shapes =
         Shapes { permittivity: &permittivity, floating_charges: &charges, order: 2, mirrored: [false; 3] };
     let settings = Settings { relative_tolerance: tolerance, ..Settings::default() };
@@ -84,27 +77,18 @@ fn of_dielectrics_that_overlap_the_later_wins_as_it_does_in_the_solver_for_boxes
     let other = (cube([-0.5; 3], [1.0; 3]), 8.0);
     let mut values = Vec::new();
     for order in [[one, other], [other, one]] {
-        let boxes = BoxScene {
-            conductors: vec![Conductor {
-                name: "c".into(),
-                region: cube([-0.2; 3], [0.2, 0.7, 0.2]),
-                floating_charge: None,
-            }],
-            dielectrics: order
-                .iter()
-                .map(|&(region, relative_permittivity)| Dielectric {
-                    name: format!("{relative_permittivity}"),
-                    region,
-                    relative_permittivity,
-                })
-                .collect(),
+        let metal = Body::conductor("c", Shape::Box(cube([-0.2; 3], [0.2, 0.7, 0.2])));
+        let filled =
+            order.iter().map(|&(region, eps)| Body::dielectric(format!("{eps}"), Shape::Box(region), eps));
+        let boxes = Scene {
+            bodies: std::iter::once(metal).chain(filled).collect(),
             background_permittivity: 1.0,
             domain: cube([-2.0; 3], [2.0; 3]),
             walls: [[Wall::Grounded; 2]; 3],
         };
         let settings = Settings { relative_tolerance: 1e-2, ..Settings::default() };
         let known = solve(&boxes, &settings).unwrap().maxwell[0][0];
-        let found = matrix(&ShapeScene::from(&boxes), 0.3, 3e-2).unwrap()[0][0];
+        let found = matrix(&boxes, 0.3, 3e-2).unwrap()[0][0];
         assert!(known.lower < found.upper && found.lower < known.upper, "{known:?} {found:?}");
         values.push(found);
     }

@@ -3,10 +3,12 @@
 #![allow(clippy::unwrap_used, reason = "a test may fail")]
 
 use elastocap_electrostatics::{EPS0, ResolutionLevel, Settings, Solution, solve};
-use elastocap_geometry::scene::{Box3, BoxScene, Conductor, Wall};
+use elastocap_geometry::scene::{Body, Box3, Role, Scene, Wall};
+use elastocap_geometry::shapes::Shape;
 
-fn conductor(name: &str, min: [f64; 3], max: [f64; 3], floating_charge: Option<f64>) -> Conductor {
-    Conductor { name: name.to_owned(), region: Box3 { min, max }, floating_charge }
+fn conductor(name: &str, min: [f64; 3], max: [f64; 3], floating_charge: Option<f64>) -> Body {
+    let body = Body::conductor(name, Shape::Box(Box3 { min, max }));
+    Body { role: Role::Conductor { floating_charge }, ..body }
 }
 
 fn settings(relative_tolerance: f64) -> Settings {
@@ -14,15 +16,14 @@ fn settings(relative_tolerance: f64) -> Settings {
 }
 
 /// Plates that fill the walls, gaps of 0.4 below and `above` over the floating one: no field but along x2.
-fn stack(above: f64, charge: f64) -> BoxScene {
+fn stack(above: f64, charge: f64) -> Scene {
     let top = 0.6 + above;
-    BoxScene {
-        conductors: vec![
+    Scene {
+        bodies: vec![
             conductor("lower", [0.0; 3], [1.0, 0.1, 1.0], None),
             conductor("float", [0.0, 0.5, 0.0], [1.0, 0.6, 1.0], Some(charge)),
             conductor("upper", [0.0, top, 0.0], [1.0, top + 0.1, 1.0], None),
         ],
-        dielectrics: Vec::new(),
         background_permittivity: 1.0,
         domain: Box3 { min: [0.0; 3], max: [1.0, top + 0.1, 1.0] },
         walls: [[Wall::Insulated; 2]; 3],
@@ -30,14 +31,13 @@ fn stack(above: f64, charge: f64) -> BoxScene {
 }
 
 /// Three boxes of different size in a grounded box, the middle one floating where `charge` says so.
-fn boxes(charge: Option<f64>) -> BoxScene {
-    BoxScene {
-        conductors: vec![
+fn boxes(charge: Option<f64>) -> Scene {
+    Scene {
+        bodies: vec![
             conductor("a", [0.0; 3], [1.0, 0.2, 1.0], None),
             conductor("b", [0.2, 0.4, 0.1], [0.9, 0.6, 0.7], charge),
             conductor("c", [0.3, 0.9, 0.0], [1.2, 1.0, 0.6], None),
         ],
-        dielectrics: Vec::new(),
         background_permittivity: 2.0,
         domain: Box3 { min: [-0.5; 3], max: [1.5; 3] },
         walls: [[Wall::Grounded; 2]; 3],
@@ -80,13 +80,12 @@ fn the_middle_of_a_symmetric_scene_is_halfway_between_the_two_driven_plates() {
     let plate = |name: &str, low: f64, half: f64, charge| {
         conductor(name, [-half, low, -half], [half, low + 0.1, half], charge)
     };
-    let scene = BoxScene {
-        conductors: vec![
+    let scene = Scene {
+        bodies: vec![
             plate("lower", -0.45, 1.0, None),
             plate("float", -0.05, 0.7, Some(0.0)),
             plate("upper", 0.35, 1.0, None),
         ],
-        dielectrics: Vec::new(),
         background_permittivity: 1.0,
         domain: Box3 { min: [-2.0; 3], max: [2.0; 3] },
         walls: [[Wall::Insulated; 2]; 3],

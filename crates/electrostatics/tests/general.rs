@@ -5,26 +5,20 @@ use std::f64::consts::PI;
 use elastocap_electrostatics::tets::adaptive::{General, Shapes, forecast_mesh, solve_mesh};
 use elastocap_electrostatics::{EPS0, Settings, SolveError, solve};
 use elastocap_geometry::meshing::tets::{LayeredSizing, Sizing, TetMesh, layered, mesh};
-use elastocap_geometry::scene::{Box3, BoxScene, Conductor, Wall};
-use elastocap_geometry::shapes::{Shape, ShapeScene, ShapedConductor, ShapedDielectric};
+use elastocap_geometry::scene::{Body, Box3, Scene, Wall};
+use elastocap_geometry::shapes::Shape;
 
 fn ball(x: f64, radius: f64) -> Shape {
     Shape::Sphere { center: [x, 0.0, 0.0], radius }
 }
 
-fn conductor(name: &str, shape: Shape) -> ShapedConductor {
-    ShapedConductor { name: name.into(), shape, floating_charge: None }
+fn conductor(name: &str, shape: Shape) -> Body {
+    Body::conductor(name, shape)
 }
 
-fn scene(conductors: Vec<ShapedConductor>, wall: Wall, side: f64) -> ShapeScene {
+fn scene(bodies: Vec<Body>, wall: Wall, side: f64) -> Scene {
     let domain = if wall == Wall::Open { Box3::SPACE } else { Box3 { min: [-side; 3], max: [side; 3] } };
-    ShapeScene {
-        conductors,
-        dielectrics: Vec::new(),
-        background_permittivity: 1.0,
-        domain,
-        walls: [[wall; 2]; 3],
-    }
+    Scene { bodies, background_permittivity: 1.0, domain, walls: [[wall; 2]; 3] }
 }
 
 fn solved(
@@ -94,11 +88,7 @@ fn layered_spheres_have_the_capacitance_of_capacitors_in_series() {
         3e-3,
     );
     scene.background_permittivity = 2.0;
-    scene.dielectrics.push(ShapedDielectric {
-        name: "inside".into(),
-        shape: ball(0.0, 1.5e-3),
-        relative_permittivity: 4.0,
-    });
+    scene.bodies.push(Body::dielectric("inside", ball(0.0, 1.5e-3), 4.0));
     let mesh = mesh(&scene, &Sizing { facet: 0.15, ..Sizing::default() }).unwrap().mesh;
     let found = solved(mesh, &[2.0, 4.0], 2, 1e-2).unwrap();
     let series = 4.0 * PI * EPS0 / ((1.0 / 1e-3 - 1.0 / 1.5e-3) / 4.0 + (1.0 / 1.5e-3 - 1.0 / 2e-3) / 2.0);
@@ -154,18 +144,9 @@ fn plates_by_tetrahedra_and_by_boxes_agree_within_their_bounds() {
         [(-0.1, -0.05), (0.05, 0.1)].map(|(a, b)| Box3 { min: [-0.5, a, -0.5], max: [0.5, b, 0.5] });
     let conductors = regions.map(|r| conductor(if r.min[1] < 0.0 { "low" } else { "high" }, Shape::Box(r)));
     let shaped = scene(conductors.to_vec(), Wall::Grounded, 1.0);
-    let boxes = BoxScene {
-        conductors: shaped
-            .conductors
-            .iter()
-            .zip(regions)
-            .map(|(c, region)| Conductor { name: c.name.clone(), region, floating_charge: None })
-            .collect(),
-        dielectrics: Vec::new(),
-        background_permittivity: 1.0,
-        domain: shaped.domain,
-        walls: shaped.walls,
-    };
+    let bodies = shaped.bodies.iter().zip(regions);
+    let bodies = bodies.map(|(body, region)| Body::conductor(&body.name, Shape::Box(region))).collect();
+    let boxes = Scene { bodies, ..shaped.clone() };
     let by_boxes = solve(&boxes, &Settings { relative_tolerance: 1e-3, ..Settings::default() }).unwrap();
     let mesh = layered(&shaped, &LayeredSizing::default()).unwrap().unwrap();
     let by_tets = solved(mesh, &[1.0], 2, 2e-2).unwrap().solution;

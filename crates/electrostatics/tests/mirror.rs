@@ -7,19 +7,20 @@ use elastocap_electrostatics::tets::adaptive::{Shapes, solve_mesh};
 use elastocap_electrostatics::{Bounded, EPS0, Settings, Solution};
 use elastocap_geometry::meshing::tets::{Sizing, mesh};
 use elastocap_geometry::mirror::{part, planes};
-use elastocap_geometry::scene::{Box3, Wall};
-use elastocap_geometry::shapes::{Shape, ShapeScene, ShapedConductor, ShapedDielectric, TriangleSurface};
+use elastocap_geometry::scene::{Body, Box3, Role, Scene, Wall};
+use elastocap_geometry::shapes::{Shape, TriangleSurface};
 
 fn ball(x: f64, radius: f64) -> Shape {
     Shape::Sphere { center: [x, 0.0, 0.0], radius }
 }
 
-fn scene(shapes: Vec<(Shape, Option<f64>)>, wall: Wall) -> ShapeScene {
-    let named =
-        |(k, (shape, floating_charge))| ShapedConductor { name: format!("c{k}"), shape, floating_charge };
-    ShapeScene {
-        conductors: shapes.into_iter().enumerate().map(named).collect(),
-        dielectrics: Vec::new(),
+fn scene(shapes: Vec<(Shape, Option<f64>)>, wall: Wall) -> Scene {
+    let named = |(k, (shape, floating_charge))| Body {
+        role: Role::Conductor { floating_charge },
+        ..Body::conductor(format!("c{k}"), shape)
+    };
+    Scene {
+        bodies: (0..).zip(shapes).map(named).collect(),
         background_permittivity: 1.0,
         domain: if wall == Wall::Open { Box3::SPACE } else { Box3 { min: [-1.0; 3], max: [1.0; 3] } },
         walls: [[wall; 2]; 3],
@@ -34,16 +35,14 @@ fn cube() -> TriangleSurface {
 }
 
 fn solved(
-    scene: &ShapeScene,
+    scene: &Scene,
     planes: [Option<f64>; 3],
     facet: f64,
     tolerance: f64,
 ) -> Result<Solution, Box<dyn Error>> {
     let mesh = mesh(&part(scene, planes), &Sizing { facet, ..Sizing::default() })?.mesh;
-    let permittivity: Vec<f64> = std::iter::once(scene.background_permittivity)
-        .chain(scene.dielectrics.iter().map(|d| d.relative_permittivity))
-        .collect();
-    let charges: Vec<_> = scene.conductors.iter().map(|c| c.floating_charge).collect();
+    let permittivity = scene.permittivities();
+    let charges: Vec<_> = scene.conductors().map(|c| c.floating_charge).collect();
     let mirrored = planes.map(|at| at.is_some());
     let shapes = Shapes { permittivity: &permittivity, floating_charges: &charges, order: 2, mirrored };
     let settings = Settings { relative_tolerance: tolerance, ..Settings::default() };
@@ -54,7 +53,7 @@ fn solved(
 
 /// Solves the part and the whole: the bounds of every number overlap.
 fn compared(
-    scene: &ShapeScene,
+    scene: &Scene,
     expected: usize,
     facet: f64,
     tolerance: f64,
@@ -107,11 +106,7 @@ fn a_quarter_of_two_balls_in_open_space_has_their_matrix() {
 fn an_eighth_of_layered_balls_has_the_capacitance_of_capacitors_in_series() {
     let shell = Shape::Shell { center: [0.0; 3], radius: 0.9 };
     let mut scene = scene(vec![(ball(0.0, 0.3), None), (shell, None)], Wall::Grounded);
-    scene.dielectrics.push(ShapedDielectric {
-        name: "inside".into(),
-        shape: ball(0.0, 0.6),
-        relative_permittivity: 4.0,
-    });
+    scene.bodies.push(Body::dielectric("inside", ball(0.0, 0.6), 4.0));
     let [part, _] = compared(&scene, 3, 0.25, 2e-2).unwrap();
     let series = 4.0 * PI * EPS0 / ((1.0 / 0.3 - 1.0 / 0.6) / 4.0 + (1.0 / 0.6 - 1.0 / 0.9));
     let c = part.two_terminal.unwrap();

@@ -1,7 +1,8 @@
 //! What every Maxwell matrix obeys, on random scenes of boxes and sheets.
 
 use elastocap_electrostatics::{ResolutionLevel, Settings, solve};
-use elastocap_geometry::scene::{Box3, BoxScene, Conductor, Dielectric, Wall};
+use elastocap_geometry::scene::{Body, Box3, Scene, Wall};
+use elastocap_geometry::shapes::Shape;
 use proptest::prelude::*;
 
 fn wall() -> impl Strategy<Value = Wall> {
@@ -10,7 +11,7 @@ fn wall() -> impl Strategy<Value = Wall> {
 
 /// Up to three conductors (boxes, or sheets where the thickness is drawn so) in cells of a 3 x 3 x 3 lattice, so that
 /// they never touch, and up to two dielectric boxes anywhere.
-fn scene() -> impl Strategy<Value = BoxScene> {
+fn scene() -> impl Strategy<Value = Scene> {
     let body =
         (0..27usize, prop::array::uniform3(0.1..0.4f64), prop::array::uniform3(0.5..0.9f64), 0..4usize);
     let dielectric = (prop::array::uniform3(-1.0..3.0f64), prop::array::uniform3(0.1..2.0f64), 1.0..20.0f64);
@@ -29,7 +30,7 @@ fn scene() -> impl Strategy<Value = BoxScene> {
                     region.min[a] += lo[a];
                     region.max[a] += if flat == a { lo[a] } else { hi[a] };
                 }
-                conductors.push(Conductor { name: format!("c{cell}"), region, floating_charge: None });
+                conductors.push(Body::conductor(format!("c{cell}"), Shape::Box(region)));
             }
             // With all walls insulated a single conductor holds no charge.
             let side = if conductors.len() == 1 && side == Wall::Insulated { Wall::Grounded } else { side };
@@ -43,16 +44,12 @@ fn scene() -> impl Strategy<Value = BoxScene> {
                     domain.max[a] = 3.6;
                 }
             }
-            let dielectrics = dielectrics
-                .into_iter()
-                .enumerate()
-                .map(|(i, (min, size, relative_permittivity))| Dielectric {
-                    name: format!("d{i}"),
-                    region: Box3 { min, max: [0, 1, 2].map(|a| min[a] + size[a]) },
-                    relative_permittivity,
-                })
-                .collect();
-            BoxScene { conductors, dielectrics, background_permittivity: 1.0, domain, walls }
+            let dielectrics = dielectrics.into_iter().enumerate().map(|(i, (min, size, eps))| {
+                let region = Box3 { min, max: [0, 1, 2].map(|a| min[a] + size[a]) };
+                Body::dielectric(format!("d{i}"), Shape::Box(region), eps)
+            });
+            let bodies = conductors.into_iter().chain(dielectrics).collect();
+            Scene { bodies, background_permittivity: 1.0, domain, walls }
         },
     )
 }
@@ -81,11 +78,8 @@ proptest! {
         }
         // More permittivity anywhere: the capacitance does not fall.
         let mut denser = scene;
-        denser.dielectrics.push(Dielectric {
-            name: "more".into(),
-            region: Box3 { min: [-0.2, 0.2, -0.3], max: [1.9, 2.2, 1.3] },
-            relative_permittivity: 20.0,
-        });
+        let region = Box3 { min: [-0.2, 0.2, -0.3], max: [1.9, 2.2, 1.3] };
+        denser.bodies.push(Body::dielectric("more", Shape::Box(region), 20.0));
         let more = solve(&denser, &settings).unwrap();
         for i in 0..m.len() {
             prop_assert!(more.maxwell[i][i].upper >= m[i][i].lower);

@@ -3,31 +3,20 @@
 #![allow(clippy::unwrap_used, reason = "a test may fail")]
 
 use elastocap_electrostatics::{EPS0, Settings, Solution, solve};
-use elastocap_geometry::scene::{Box3, BoxScene, Conductor, Dielectric, Wall};
+use elastocap_geometry::scene::{Body, Box3, Scene, Wall};
+use elastocap_geometry::shapes::Shape;
 use std::f64::consts::PI;
 
-fn conductor(name: &str, min: [f64; 3], max: [f64; 3]) -> Conductor {
-    Conductor { name: name.to_owned(), region: Box3 { min, max }, floating_charge: None }
+fn conductor(name: &str, min: [f64; 3], max: [f64; 3]) -> Body {
+    Body::conductor(name, Shape::Box(Box3 { min, max }))
 }
 
-fn closed(conductors: Vec<Conductor>, min: [f64; 3], max: [f64; 3], wall: Wall) -> BoxScene {
-    BoxScene {
-        conductors,
-        dielectrics: Vec::new(),
-        background_permittivity: 1.0,
-        domain: Box3 { min, max },
-        walls: [[wall; 2]; 3],
-    }
+fn closed(bodies: Vec<Body>, min: [f64; 3], max: [f64; 3], wall: Wall) -> Scene {
+    Scene { bodies, background_permittivity: 1.0, domain: Box3 { min, max }, walls: [[wall; 2]; 3] }
 }
 
-fn open(conductors: Vec<Conductor>) -> BoxScene {
-    BoxScene {
-        conductors,
-        dielectrics: Vec::new(),
-        background_permittivity: 1.0,
-        domain: Box3::SPACE,
-        walls: [[Wall::Open; 2]; 3],
-    }
+fn open(bodies: Vec<Body>) -> Scene {
+    Scene { bodies, background_permittivity: 1.0, domain: Box3::SPACE, walls: [[Wall::Open; 2]; 3] }
 }
 
 fn settings(relative_tolerance: f64) -> Settings {
@@ -43,11 +32,11 @@ fn check(solution: &Solution, exact: f64, tolerance: f64, slack: f64) {
     assert!((c.upper - c.lower) / c.value <= tolerance);
 }
 
-fn cube_in_cube() -> BoxScene {
+fn cube_in_cube() -> Scene {
     closed(vec![conductor("inner", [-0.5; 3], [0.5; 3])], [-1.0; 3], [1.0; 3], Wall::Grounded)
 }
 
-fn square_plates(gap: f64) -> BoxScene {
+fn square_plates(gap: f64) -> Scene {
     open(vec![
         conductor("lower", [0.0; 3], [1.0, 0.0, 1.0]),
         conductor("upper", [0.0, gap, 0.0], [1.0, gap, 1.0]),
@@ -104,7 +93,7 @@ fn a_layered_plate_capacitor_filling_its_walls_is_exact() {
     );
     let slab =
         Box3 { min: [f64::NEG_INFINITY, 0.1, f64::NEG_INFINITY], max: [f64::INFINITY, 0.2, f64::INFINITY] };
-    scene.dielectrics.push(Dielectric { name: "slab".into(), region: slab, relative_permittivity: 1e6 });
+    scene.bodies.push(Body::dielectric("slab", Shape::Box(slab), 1e6));
     let solution = solve(&scene, &settings(1e-5)).unwrap();
     check(&solution, EPS0 / (0.1e-6 + 0.3), 1e-5, 1e-10);
     // All walls insulated: a common potential has no field.
@@ -127,16 +116,17 @@ fn the_part_and_the_whole_give_the_same_matrix() {
 }
 
 /// eps_r = 4 below x2 = `top`, endless.
-fn ground(top: f64) -> Dielectric {
-    let region = Box3 { min: [f64::NEG_INFINITY; 3], max: [f64::INFINITY, top, f64::INFINITY] };
-    Dielectric { name: "ground".to_owned(), region, relative_permittivity: 4.0 }
+fn ground(bottom: f64, top: f64) -> Body {
+    let (low, high) = (f64::NEG_INFINITY, f64::INFINITY);
+    let region = Box3 { min: [low, bottom, low], max: [high, top, high] };
+    Body::dielectric("ground", Shape::Box(region), 4.0)
 }
 
 #[test]
 fn a_cube_half_sunk_in_the_ground_has_the_mean_permittivity_of_both_halves() {
     // The field of the cube alone is symmetric: it has no normal component on the plane through its middle.
     let cube = conductor("cube", [-0.5; 3], [0.5; 3]);
-    let scene = BoxScene { dielectrics: vec![ground(0.0)], ..open(vec![cube]) };
+    let scene = open(vec![cube, ground(f64::NEG_INFINITY, 0.0)]);
     let exact = 2.5 * 0.66067815409957 * 4.0 * PI * EPS0;
     for tolerance in [1e-2, 1e-4] {
         check(&solve(&scene, &settings(tolerance)).unwrap(), exact, tolerance, 0.0);
@@ -147,11 +137,9 @@ fn a_cube_half_sunk_in_the_ground_has_the_mean_permittivity_of_both_halves() {
 fn bounds_close_in_on_one_another_where_rays_cross_layers() {
     // Bounds that are no bounds cross before they come this close: the cube stands on the ground, then on a plate that
     // is endless sideways, so that rays from its middle pass from one permittivity to another.
-    let cube = || open(vec![conductor("cube", [-0.5, 0.0, -0.5], [0.5, 1.0, 0.5])]);
-    let mut plate = ground(0.0);
-    plate.region.min[1] = -0.2;
-    for dielectric in [ground(0.0), ground(-0.1), plate] {
-        let scene = BoxScene { dielectrics: vec![dielectric], ..cube() };
+    let cube = || conductor("cube", [-0.5, 0.0, -0.5], [0.5, 1.0, 0.5]);
+    for [bottom, top] in [[f64::NEG_INFINITY, 0.0], [f64::NEG_INFINITY, -0.1], [-0.2, 0.0]] {
+        let scene = open(vec![cube(), ground(bottom, top)]);
         let [wide, narrow] = [3e-3, 3e-5].map(|t| solve(&scene, &settings(t)).unwrap());
         assert!(narrow.reached, "{:?}", narrow.shortfall);
         let (wide, narrow) = (wide.two_terminal.unwrap(), narrow.two_terminal.unwrap());
@@ -188,9 +176,11 @@ fn capacitance_scales_with_length_and_permittivity_from_nanometres_to_kilometres
     let reference = solve(&square_plates(0.5), &settings(1e-2)).unwrap().two_terminal.unwrap().value;
     for scale in [1e-9, 1e3] {
         let mut scene = square_plates(0.5);
-        for c in &mut scene.conductors {
-            c.region.min = c.region.min.map(|x| x * scale);
-            c.region.max = c.region.max.map(|x| x * scale);
+        for body in &mut scene.bodies {
+            for Box3 { min, max } in body.boxes().unwrap() {
+                body.parts =
+                    vec![Shape::Box(Box3 { min: min.map(|x| x * scale), max: max.map(|x| x * scale) })];
+            }
         }
         scene.background_permittivity = 7.0;
         let value = solve(&scene, &settings(1e-2)).unwrap().two_terminal.unwrap().value;
@@ -204,7 +194,7 @@ fn a_dielectric_box_raises_the_capacitance_and_its_bounds_stay_consistent() {
     let with = |eps: f64| {
         let mut scene = cube_in_cube();
         let region = Box3 { min: [0.6, -0.3, -0.4], max: [0.9, 0.3, 0.2] };
-        scene.dielectrics.push(Dielectric { name: "block".into(), region, relative_permittivity: eps });
+        scene.bodies.push(Body::dielectric("block", Shape::Box(region), eps));
         let s = solve(&scene, &settings(1e-3)).unwrap();
         assert!(s.reached, "{:?}", s.shortfall);
         s.two_terminal.unwrap()

@@ -1,4 +1,4 @@
-//! The scene as axis-aligned bodies, the graded grid of it, and the files other programs open.
+//! Bodies and the scene that they make up, its mirror planes, meshes of it, and the files that other programs read and write.
 
 pub mod export;
 pub mod import;

@@ -4,21 +4,20 @@
 //! place of an insulated wall.
 
 use crate::meshing::tets::{bounds, flat_parts};
-use crate::scene::{Box3, Wall};
-use crate::shapes::{Shape, ShapeScene, TriangleSurface};
+use crate::scene::{Box3, Scene, Wall};
+use crate::shapes::{Shape, TriangleSurface};
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 
 /// Distances this small, relative to the extent of the scene, are none.
 const TOLERANCE: f64 = 1e-9;
 
-/// For each axis where the scene is its own mirror image about a plane normal to it, and each body its own, m; at most one
+/// For each axis where the scene is its own mirror image about a plane normal to it, and each part of a body its own, m; at most one
 /// plane per axis.
 ///
 /// There is none for an axis along which nothing ends, for groups of a volume mesh, where a sheet lies in the plane, and
 /// where a surface has edges on one side that the other side has not.
-pub fn planes(scene: &ShapeScene) -> [Option<f64>; 3] {
-    let shapes: Vec<&Shape> =
-        scene.conductors.iter().map(|c| &c.shape).chain(scene.dielectrics.iter().map(|d| &d.shape)).collect();
+pub fn planes(scene: &Scene) -> [Option<f64>; 3] {
+    let shapes: Vec<&Shape> = scene.shapes().collect();
     let boxes: Vec<Box3> = shapes.iter().map(|s| bounds(s)).chain([scene.domain]).collect();
     let extents = boxes.iter().flat_map(|b| (0..3).map(|a| b.extent(a)));
     let near = TOLERANCE * extents.filter(|e| e.is_finite()).fold(0.0, f64::max);
@@ -33,7 +32,7 @@ pub fn planes(scene: &ShapeScene) -> [Option<f64>; 3] {
 }
 
 /// The part of the scene above the planes, which become insulated walls. Bodies reach across them as before.
-pub fn part(scene: &ShapeScene, planes: [Option<f64>; 3]) -> ShapeScene {
+pub fn part(scene: &Scene, planes: [Option<f64>; 3]) -> Scene {
     let mut out = scene.clone();
     for (axis, at) in planes.into_iter().enumerate() {
         if let Some(at) = at {
@@ -49,7 +48,11 @@ fn middle(shape: &Shape, b: &Box3, axis: usize) -> Option<f64> {
     match shape {
         Shape::Sphere { center, .. } | Shape::Shell { center, .. } => Some(center[axis]),
         Shape::Cylinder { axis: along, base, .. } if *along != axis => Some(base[axis]),
-        _ => Some(0.5 * (b.min[axis] + b.max[axis])).filter(|at| at.is_finite()),
+        Shape::Box(_)
+        | Shape::Cylinder { .. }
+        | Shape::Extrusion { .. }
+        | Shape::Surface(_)
+        | Shape::Physical(_) => Some(0.5 * (b.min[axis] + b.max[axis])).filter(|at| at.is_finite()),
     }
 }
 

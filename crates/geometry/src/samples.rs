@@ -1,14 +1,12 @@
 //! Scenes that tests of several parts begin with.
 
-use crate::scene::{Box3, Wall};
-use crate::shapes::{Shape, ShapeScene, ShapedConductor, TriangleSurface};
+use crate::scene::{Body, Box3, Scene, Wall};
+use crate::shapes::{Shape, TriangleSurface};
 
 /// Conductors c0, c1, .. in vacuum between walls of one kind.
-pub(crate) fn scene(domain: Box3, wall: Wall, shapes: Vec<Shape>) -> ShapeScene {
-    let named = |(k, shape)| ShapedConductor { name: format!("c{k}"), shape, floating_charge: None };
-    ShapeScene {
-        conductors: shapes.into_iter().enumerate().map(named).collect(),
-        dielectrics: Vec::new(),
+pub(crate) fn scene(domain: Box3, wall: Wall, shapes: Vec<Shape>) -> Scene {
+    Scene {
+        bodies: (0..).zip(shapes).map(|(k, shape)| Body::conductor(format!("c{k}"), shape)).collect(),
         background_permittivity: 1.0,
         domain,
         walls: [[wall; 2]; 3],

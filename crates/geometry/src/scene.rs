@@ -1,4 +1,9 @@
-//! The scene as the solvers see it: axis-aligned bodies in SI units, valid by construction.
+//! The scene as the solvers see it: bodies, walls and what fills the rest, in SI units.
+//!
+//! There is one [`Scene`] for all solvers. Each of them says which shapes it takes: the box solver boxes and sheets alone
+//! ([`Scene::is_boxes`]), the meshers any shape.
+
+use crate::shapes::Shape;
 
 /// An axis-aligned box in metres; index 0, 1, 2 are x1 (in-plane), x2 (up), x3 (along the width).
 ///
@@ -46,28 +51,6 @@ impl Box3 {
     }
 }
 
-/// A perfect conductor: a box or a sheet at one potential.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Conductor {
-    /// Unique within the scene.
-    pub name: String,
-    /// Where it is.
-    pub region: Box3,
-    /// Its charge, C, if it floats: its potential is what this makes it. `None` for a driven conductor.
-    pub floating_charge: Option<f64>,
-}
-
-/// A linear isotropic dielectric; where two overlap, the later one in [`BoxScene::dielectrics`] wins.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Dielectric {
-    /// Name for exports and messages.
-    pub name: String,
-    /// Where it is; bounds may be infinite.
-    pub region: Box3,
-    /// eps_r, positive and finite.
-    pub relative_permittivity: f64,
-}
-
 /// What holds on one outer side of the scene.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Wall {
@@ -79,29 +62,309 @@ pub enum Wall {
     Open,
 }
 
-/// A scene of axis-aligned bodies: what the box solver takes.
+/// What a body is to the field.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Role {
+    /// A perfect conductor, at one potential everywhere.
+    Conductor {
+        /// Its charge, C, if it floats: its potential is then an unknown. `None` for a driven conductor.
+        floating_charge: Option<f64>,
+    },
+    /// A linear isotropic dielectric.
+    Dielectric {
+        /// eps_r, positive and finite.
+        relative_permittivity: f64,
+    },
+}
+
+/// What a body is to the device, which decides how it moves and how a viewer shows it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum Purpose {
+    /// An electrode in the layer, which moves with it.
+    Electrode,
+    /// The soft layer.
+    Layer,
+    /// What the layer lies on.
+    Substrate,
+    /// The medium above the layer.
+    Cover,
+    /// A body that stays where it is; every body of a scene without a layer.
+    Fixed,
+}
+
+/// A body of one or several parts.
 #[derive(Debug, Clone, PartialEq)]
-pub struct BoxScene {
-    /// Conductors, pairwise without a common point.
-    pub conductors: Vec<Conductor>,
-    /// Dielectrics, in the order in which they override one another.
-    pub dielectrics: Vec<Dielectric>,
+pub struct Body {
+    /// Unique within the scene.
+    pub name: String,
+    /// Where it is: the union of these. They may touch, overlap or lie apart; never empty.
+    pub parts: Vec<Shape>,
+    /// What it is to the field.
+    pub role: Role,
+    /// What it is to the device.
+    pub purpose: Purpose,
+}
+
+impl Body {
+    /// A fixed, driven conductor of one part.
+    pub fn conductor(name: impl Into<String>, shape: Shape) -> Self {
+        let role = Role::Conductor { floating_charge: None };
+        Self { name: name.into(), parts: vec![shape], role, purpose: Purpose::Fixed }
+    }
+
+    /// A fixed, floating conductor of one part with this charge, C.
+    pub fn floating(name: impl Into<String>, shape: Shape, charge: f64) -> Self {
+        let role = Role::Conductor { floating_charge: Some(charge) };
+        Self { role, ..Self::conductor(name, shape) }
+    }
+
+    /// A fixed dielectric of one part.
+    pub fn dielectric(name: impl Into<String>, shape: Shape, relative_permittivity: f64) -> Self {
+        Self { role: Role::Dielectric { relative_permittivity }, ..Self::conductor(name, shape) }
+    }
+
+    /// The same body with another purpose.
+    #[must_use]
+    pub fn with_purpose(self, purpose: Purpose) -> Self {
+        Self { purpose, ..self }
+    }
+
+    /// Whether it is a conductor, driven or floating.
+    pub fn is_conductor(&self) -> bool {
+        match self.role {
+            Role::Conductor { .. } => true,
+            Role::Dielectric { .. } => false,
+        }
+    }
+
+    /// Whether it is a conductor held at a potential.
+    pub fn is_driven(&self) -> bool {
+        match self.role {
+            Role::Conductor { floating_charge } => floating_charge.is_none(),
+            Role::Dielectric { .. } => false,
+        }
+    }
+
+    /// The boxes (and sheets) that it consists of; `None` if a part has another shape.
+    pub fn boxes(&self) -> Option<Vec<Box3>> {
+        self.parts.iter().map(Shape::as_box).collect()
+    }
+
+    /// The smallest box that holds it, infinite where the body is; `None` where only a mesh knows.
+    pub fn bounds(&self) -> Option<Box3> {
+        let parts: Option<Vec<Box3>> = self.parts.iter().map(Shape::bounds).collect();
+        parts?.into_iter().reduce(|all, part| all.union(&part))
+    }
+
+    /// Whether a part of it holds the point; see [`Shape::contains`].
+    pub fn contains(&self, point: [f64; 3]) -> bool {
+        self.parts.iter().any(|part| part.contains(point))
+    }
+}
+
+/// A conductor of a scene.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Conductor<'a> {
+    /// Its place among the conductors, the floating ones included.
+    pub index: usize,
+    /// The body.
+    pub body: &'a Body,
+    /// Its charge, C, if it floats.
+    pub floating_charge: Option<f64>,
+}
+
+/// A dielectric of a scene.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Dielectric<'a> {
+    /// Its place among the dielectrics.
+    pub index: usize,
+    /// The body.
+    pub body: &'a Body,
+    /// eps_r.
+    pub relative_permittivity: f64,
+}
+
+/// What a point of the scene lies in.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Filling<'a> {
+    /// In no body.
+    Background,
+    /// In a conductor, whatever else is there.
+    Conductor(Conductor<'a>),
+    /// In a dielectric.
+    Dielectric(Dielectric<'a>),
+}
+
+/// A scene of bodies of any shape.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Scene {
+    /// The bodies. Conductors stand in the order of the capacitance matrix and have pairwise no common point; dielectrics stand
+    /// in the order in which they override one another, the last one where several are. How the two kinds are mixed is of no
+    /// meaning: conductors override dielectrics.
+    pub bodies: Vec<Body>,
     /// eps_r wherever no dielectric is.
     pub background_permittivity: f64,
-    /// Outer walls; a bound is infinite exactly where the wall is [`Wall::Open`].
+    /// Outer walls; a bound is infinite exactly where the wall is [`Wall::Open`]. Around the hollow of a [`Shape::Shell`], which
+    /// bounds the scene itself, and infinite for a scene of [`Shape::Physical`] bodies, which ends where their mesh does.
     pub domain: Box3,
     /// `walls[axis][side]`, side 0 at `domain.min`, side 1 at `domain.max`.
     pub walls: [[Wall; 2]; 3],
 }
 
-impl BoxScene {
-    /// Indices of the conductors that are held at a potential, ascending.
-    pub fn driven(&self) -> impl Iterator<Item = usize> {
-        self.conductors.iter().enumerate().filter(|(_, c)| c.floating_charge.is_none()).map(|(i, _)| i)
+impl Scene {
+    /// The conductors, driven and floating, in order.
+    pub fn conductors(&self) -> impl Iterator<Item = Conductor<'_>> + Clone {
+        let all = self.bodies.iter().filter_map(|body| match body.role {
+            Role::Conductor { floating_charge } => Some((body, floating_charge)),
+            Role::Dielectric { .. } => None,
+        });
+        all.enumerate().map(|(index, (body, floating_charge))| Conductor { index, body, floating_charge })
+    }
+
+    /// The dielectrics, in the order in which they override one another.
+    pub fn dielectrics(&self) -> impl Iterator<Item = Dielectric<'_>> + Clone {
+        let all = self.bodies.iter().filter_map(|body| match body.role {
+            Role::Conductor { .. } => None,
+            Role::Dielectric { relative_permittivity } => Some((body, relative_permittivity)),
+        });
+        all.enumerate().map(|(index, (body, relative_permittivity))| Dielectric {
+            index,
+            body,
+            relative_permittivity,
+        })
+    }
+
+    /// The conductor with this index, to be changed.
+    pub fn conductor_mut(&mut self, index: usize) -> Option<&mut Body> {
+        self.bodies.iter_mut().filter(|body| body.is_conductor()).nth(index)
+    }
+
+    /// Shapes of all parts of conductors, each with the index of its conductor.
+    pub fn conductor_parts(&self) -> impl Iterator<Item = (usize, &Shape)> + Clone {
+        self.conductors().flat_map(|c| c.body.parts.iter().map(move |part| (c.index, part)))
+    }
+
+    /// Shapes of all parts of dielectrics, each with the index of its dielectric.
+    pub fn dielectric_parts(&self) -> impl Iterator<Item = (usize, &Shape)> + Clone {
+        self.dielectrics().flat_map(|d| d.body.parts.iter().map(move |part| (d.index, part)))
+    }
+
+    /// Shapes of all parts, those of conductors first.
+    pub fn shapes(&self) -> impl Iterator<Item = &Shape> + Clone {
+        self.conductor_parts().chain(self.dielectric_parts()).map(|(_, part)| part)
+    }
+
+    /// Indices of the conductors that are held at a potential, ascending: the rows of the capacitance matrix.
+    pub fn driven(&self) -> impl Iterator<Item = usize> + Clone {
+        self.conductors().filter(|c| c.floating_charge.is_none()).map(|c| c.index)
     }
 
     /// Indices of the floating conductors, ascending, each with its charge in C.
-    pub fn floating(&self) -> impl Iterator<Item = (usize, f64)> {
-        self.conductors.iter().enumerate().filter_map(|(i, c)| Some((i, c.floating_charge?)))
+    pub fn floating(&self) -> impl Iterator<Item = (usize, f64)> + Clone {
+        self.conductors().filter_map(|c| Some((c.index, c.floating_charge?)))
+    }
+
+    /// Whether all bodies consist of boxes and sheets, as the box solver takes them.
+    pub fn is_boxes(&self) -> bool {
+        self.shapes().all(|shape| shape.as_box().is_some())
+    }
+
+    /// eps_r of each region of a mesh: the background, then the dielectrics.
+    pub fn permittivities(&self) -> Vec<f64> {
+        let all = self.dielectrics().map(|d| d.relative_permittivity);
+        std::iter::once(self.background_permittivity).chain(all).collect()
+    }
+
+    /// To ask which body holds a point, again and again.
+    pub fn lookup(&self) -> Lookup<'_> {
+        let background_permittivity = self.background_permittivity;
+        Lookup {
+            conductors: self.conductors().collect(),
+            dielectrics: self.dielectrics().collect(),
+            background_permittivity,
+        }
+    }
+}
+
+/// Tells which body of a scene holds a point: see [`Scene::lookup`].
+#[derive(Debug, Clone, PartialEq)]
+pub struct Lookup<'a> {
+    conductors: Vec<Conductor<'a>>,
+    dielectrics: Vec<Dielectric<'a>>,
+    background_permittivity: f64,
+}
+
+impl<'a> Lookup<'a> {
+    /// What holds a point. Sheets hold none.
+    pub fn body_at(&self, point: [f64; 3]) -> Filling<'a> {
+        match self.conductors.iter().find(|c| c.body.contains(point)) {
+            Some(conductor) => Filling::Conductor(*conductor),
+            None => self.dielectric_at(point).map_or(Filling::Background, Filling::Dielectric),
+        }
+    }
+
+    /// The dielectric at a point, conductors put aside; `None` for the background.
+    pub fn dielectric_at(&self, point: [f64; 3]) -> Option<Dielectric<'a>> {
+        self.dielectrics.iter().rfind(|d| d.body.contains(point)).copied()
+    }
+
+    /// eps_r at a point, conductors put aside.
+    pub fn permittivity_at(&self, point: [f64; 3]) -> f64 {
+        self.dielectric_at(point).map_or(self.background_permittivity, |d| d.relative_permittivity)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn cube(center: f64, half: f64) -> Shape {
+        Shape::Box(Box3 { min: [center - half; 3], max: [center + half; 3] })
+    }
+
+    fn scene(bodies: Vec<Body>) -> Scene {
+        Scene { bodies, background_permittivity: 1.0, domain: Box3::SPACE, walls: [[Wall::Open; 2]; 3] }
+    }
+
+    #[test]
+    fn conductors_and_dielectrics_are_counted_apart_however_they_are_mixed() {
+        let scene = scene(vec![
+            Body::dielectric("board", cube(0.0, 2.0), 4.0),
+            Body::conductor("a", cube(-1.0, 0.1)),
+            Body::floating("b", cube(1.0, 0.1), 1e-12),
+            Body::dielectric("drop", cube(0.0, 0.5), 80.0),
+            Body::conductor("c", cube(3.0, 0.1)),
+        ]);
+        let of = |c: Conductor<'_>| (c.index, c.body.name.clone());
+        let named = |k: usize, name: &str| (k, name.to_owned());
+        assert_eq!(
+            scene.conductors().map(of).collect::<Vec<_>>(),
+            [named(0, "a"), named(1, "b"), named(2, "c")]
+        );
+        assert_eq!(scene.driven().collect::<Vec<_>>(), [0, 2]);
+        assert_eq!(scene.floating().collect::<Vec<_>>(), [(1, 1e-12)]);
+        assert_eq!(scene.permittivities(), [1.0, 4.0, 80.0]);
+    }
+
+    #[test]
+    fn a_point_lies_in_a_conductor_before_the_last_dielectric_and_in_any_part_of_a_body() {
+        let mut pair = Body::conductor("pair", cube(-1.0, 0.1));
+        pair.parts.push(cube(1.0, 0.1));
+        let sheet = Shape::Box(Box3 { min: [-0.4, 0.0, -0.4], max: [0.4, 0.0, 0.4] });
+        let scene = scene(vec![
+            pair,
+            Body::conductor("sheet", sheet),
+            Body::dielectric("board", cube(0.0, 2.0), 4.0),
+            Body::dielectric("drop", cube(0.0, 0.5), 80.0),
+        ]);
+        let lookup = scene.lookup();
+        let name = |point| match lookup.body_at(point) {
+            Filling::Background => "none",
+            Filling::Conductor(c) => c.body.name.as_str(),
+            Filling::Dielectric(d) => d.body.name.as_str(),
+        };
+        let found = [[1.0; 3], [-1.0; 3], [1.5; 3], [0.0; 3], [2.5; 3]].map(name);
+        assert_eq!(found, ["pair", "pair", "board", "drop", "none"]);
+        assert_eq!(lookup.permittivity_at([1.0; 3]), 4.0);
     }
 }

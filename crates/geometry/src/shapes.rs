@@ -1,6 +1,7 @@
-//! A scene of bodies of any shape, in SI units: what the solver on tetrahedra takes.
+//! Shapes of bodies, in SI units.
 
-use crate::scene::{Box3, BoxScene, Wall};
+use crate::scene::Box3;
+use crate::winding;
 
 /// Where a body is. Lengths in metres; axis 0, 1, 2 is x1, x2, x3.
 #[derive(Debug, Clone, PartialEq)]
@@ -76,6 +77,53 @@ impl Shape {
             Shape::Physical(_) => None,
         }
     }
+
+    /// The box or sheet, if it is one.
+    pub fn as_box(&self) -> Option<Box3> {
+        match self {
+            Shape::Box(region) => Some(*region),
+            Shape::Sphere { .. }
+            | Shape::Shell { .. }
+            | Shape::Cylinder { .. }
+            | Shape::Extrusion { .. }
+            | Shape::Surface(_)
+            | Shape::Physical(_) => None,
+        }
+    }
+
+    /// Whether the shape holds the point; on its surface either answer may come. A sheet holds no point, nor does a group of
+    /// a mesh, whose cells only the mesh knows.
+    pub fn contains(&self, point: [f64; 3]) -> bool {
+        let squared = |c: &[f64; 3]| (0..3).map(|k| (point[k] - c[k]).powi(2)).sum::<f64>();
+        match self {
+            Shape::Box(b) => b.sheet_normal().is_none() && b.contains(point),
+            Shape::Sphere { center, radius } => squared(center) < radius * radius,
+            Shape::Shell { center, radius } => squared(center) > radius * radius,
+            Shape::Cylinder { axis, base, radius, height } => {
+                let z = point[*axis] - base[*axis];
+                let across = squared(base) - z * z;
+                (0.0..*height).contains(&z) && across < radius * radius
+            }
+            Shape::Extrusion { axis, from, to, outline } => {
+                let q = match axis {
+                    0 => [point[1], point[2]],
+                    1 => [point[0], point[2]],
+                    _ => [point[0], point[1]],
+                };
+                let mut inside = false;
+                for (k, a) in outline.iter().enumerate() {
+                    let b = outline[(k + 1) % outline.len()];
+                    let cut = |y: f64| a[0] + (b[0] - a[0]) * (y - a[1]) / (b[1] - a[1]);
+                    if (a[1] > q[1]) != (b[1] > q[1]) && q[0] < cut(q[1]) {
+                        inside = !inside;
+                    }
+                }
+                from.min(*to) < point[*axis] && point[*axis] < from.max(*to) && inside
+            }
+            Shape::Surface(surface) => winding::contains(surface, point),
+            Shape::Physical(_) => false,
+        }
+    }
 }
 
 fn around(points: impl Iterator<Item = [f64; 3]>) -> Option<Box3> {
@@ -89,63 +137,4 @@ pub struct TriangleSurface {
     pub points: Vec<[f64; 3]>,
     /// Indices into `points`.
     pub faces: Vec<[u32; 3]>,
-}
-
-/// A perfect conductor.
-#[derive(Debug, Clone, PartialEq)]
-pub struct ShapedConductor {
-    /// Unique within the scene.
-    pub name: String,
-    /// Where it is.
-    pub shape: Shape,
-    /// Its charge, C, if it floats: its potential is what it will be. `None` for a driven conductor.
-    pub floating_charge: Option<f64>,
-}
-
-/// A linear isotropic dielectric; where two overlap, the later one wins.
-#[derive(Debug, Clone, PartialEq)]
-pub struct ShapedDielectric {
-    /// Name for exports and messages.
-    pub name: String,
-    /// Where it is.
-    pub shape: Shape,
-    /// eps_r, positive and finite.
-    pub relative_permittivity: f64,
-}
-
-/// A scene of bodies of any shape.
-#[derive(Debug, Clone, PartialEq)]
-pub struct ShapeScene {
-    /// Conductors, pairwise without a common point.
-    pub conductors: Vec<ShapedConductor>,
-    /// Dielectrics, in the order in which they override one another.
-    pub dielectrics: Vec<ShapedDielectric>,
-    /// eps_r wherever no dielectric is.
-    pub background_permittivity: f64,
-    /// Outer walls; a bound is infinite exactly where the wall is [`Wall::Open`]. Everywhere inside a [`Shape::Shell`].
-    pub domain: Box3,
-    /// `walls[axis][side]`, side 0 at `domain.min`, side 1 at `domain.max`.
-    pub walls: [[Wall; 2]; 3],
-}
-
-impl From<&BoxScene> for ShapeScene {
-    fn from(scene: &BoxScene) -> Self {
-        let conductors = scene.conductors.iter().map(|c| ShapedConductor {
-            name: c.name.clone(),
-            shape: Shape::Box(c.region),
-            floating_charge: c.floating_charge,
-        });
-        let dielectrics = scene.dielectrics.iter().map(|d| ShapedDielectric {
-            name: d.name.clone(),
-            shape: Shape::Box(d.region),
-            relative_permittivity: d.relative_permittivity,
-        });
-        Self {
-            conductors: conductors.collect(),
-            dielectrics: dielectrics.collect(),
-            background_permittivity: scene.background_permittivity,
-            domain: scene.domain,
-            walls: scene.walls,
-        }
-    }
 }

@@ -6,8 +6,8 @@ use elastocap_geometry::import::gmsh::{VolumeMesh, mesh, mesh_from_path};
 use elastocap_geometry::import::obj::Placement;
 use elastocap_geometry::import::{ImportError, Problem};
 use elastocap_geometry::meshing::tets::{FaceRole, TetMesh};
-use elastocap_geometry::scene::{Box3, Wall};
-use elastocap_geometry::shapes::{Shape, ShapeScene, ShapedConductor, ShapedDielectric};
+use elastocap_geometry::scene::{Body, Box3, Scene, Wall};
+use elastocap_geometry::shapes::Shape;
 use std::path::{Path, PathBuf};
 
 const AS_IS: Placement = Placement { unit: 1.0, translate: [0.0; 3] };
@@ -29,17 +29,12 @@ fn refused(text: &str) -> Problem {
     mesh(text.as_bytes(), "test.msh", AS_IS).unwrap_err().problem
 }
 
-fn scene(conductors: &[&str], dielectrics: &[&str], wall: Wall) -> ShapeScene {
+fn scene(conductors: &[&str], dielectrics: &[&str], wall: Wall) -> Scene {
     let shape = |name: &&str| Shape::Physical((*name).to_owned());
-    ShapeScene {
-        conductors: conductors
-            .iter()
-            .map(|n| ShapedConductor { name: format!("the {n}"), shape: shape(n), floating_charge: None })
-            .collect(),
-        dielectrics: dielectrics
-            .iter()
-            .map(|n| ShapedDielectric { name: (*n).into(), shape: shape(n), relative_permittivity: 3.0 })
-            .collect(),
+    let conductors = conductors.iter().map(|n| Body::conductor(format!("the {n}"), shape(n)));
+    let dielectrics = dielectrics.iter().map(|n| Body::dielectric(*n, shape(n), 3.0));
+    Scene {
+        bodies: conductors.chain(dielectrics).collect(),
         background_permittivity: 1.0,
         domain: Box3::SPACE,
         walls: [[wall; 2]; 3],
@@ -129,7 +124,7 @@ fn unknown_names_are_answered_with_those_there_are() {
 
 #[test]
 fn conductors_that_touch_one_another_or_a_grounded_wall_are_refused() {
-    let found = |s: &ShapeScene| -> ImportError { boxes().tet_mesh(s).unwrap_err() };
+    let found = |s: &Scene| -> ImportError { boxes().tet_mesh(s).unwrap_err() };
     let error = found(&scene(&["inner", "air"], &[], Wall::Insulated));
     assert!(matches!(error.problem, Problem::Touching { .. }), "{error}");
     let error = found(&scene(&["inner", "top of inner"], &[], Wall::Insulated));

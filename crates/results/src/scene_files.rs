@@ -5,12 +5,12 @@ use elastocap_geometry::export::gltf::{BodyRole, SceneBody};
 use elastocap_geometry::export::surfaces::{SurfaceBody, prism};
 use elastocap_geometry::export::vtk::FieldGrid;
 use elastocap_geometry::meshing::grid::{End, Plane, Resolution, graded_axis};
-use elastocap_geometry::scene::{Box3, BoxScene, Wall};
+use elastocap_geometry::scene::{Box3, Filling, Scene, Wall};
 
 use elastocap_case::{Case, Mechanics};
 use elastocap_coupling::outcome::StepResult;
 use elastocap_coupling::plan::StepLoad;
-use elastocap_coupling::scene_of::DeformedScene;
+use elastocap_coupling::scene::DeformedScene;
 use elastocap_coupling::view::window;
 
 /// How far outside their place walls are drawn, as a share of their extent: faces in one plane flicker in a viewer.
@@ -39,16 +39,23 @@ pub fn bodies(case: &Case, steps: &[StepResult]) -> (Vec<SceneBody>, Vec<String>
             bodies.push(SceneBody { name, role, poses });
         }
     };
-    for (index, conductor) in first.scene.conductors.iter().enumerate() {
-        add(&conductor.name, BodyRole::Conductor, &|s| s.scene.conductors.get(index).map(|c| c.region));
+    for conductor in first.scene.conductors() {
+        for k in 0..conductor.body.parts.len() {
+            add(&conductor.body.name, BodyRole::from(conductor.body), &|s| {
+                s.scene.conductors().nth(conductor.index)?.body.parts.get(k)?.as_box()
+            });
+        }
     }
-    for (index, dielectric) in first.scene.dielectrics.iter().enumerate() {
-        let role = first.roles.get(index).copied().unwrap_or(BodyRole::Dielectric);
-        add(&dielectric.name, role, &|s| {
-            // A body may drop out where a moving wall passes it.
-            let same = s.scene.dielectrics.iter().find(|d| d.name == dielectric.name)?;
-            solid(intersection(&intersection(&same.region, &s.scene.domain), &window))
-        });
+    for dielectric in first.scene.dielectrics() {
+        let name = &dielectric.body.name;
+        for k in 0..dielectric.body.parts.len() {
+            add(name, BodyRole::from(dielectric.body), &|s| {
+                // A body may drop out where a moving wall passes it.
+                let same = s.scene.dielectrics().find(|d| d.body.name == *name)?;
+                let region = same.body.parts.get(k)?.as_box()?;
+                solid(intersection(&intersection(&region, &s.scene.domain), &window))
+            });
+        }
     }
     walls(first, &window, &mut add);
     (bodies, labels)
@@ -162,15 +169,15 @@ fn solid(region: Box3) -> Option<Box3> {
 }
 
 /// What the ids of a field file mean: the surroundings, then dielectrics, then conductors.
-fn body_names(scene: &BoxScene) -> Vec<String> {
-    let dielectrics = scene.dielectrics.iter().map(|d| d.name.clone());
-    let conductors = scene.conductors.iter().map(|c| c.name.clone());
-    std::iter::once("surroundings".to_owned()).chain(dielectrics).chain(conductors).collect()
+fn body_names(scene: &Scene) -> Vec<String> {
+    let dielectrics = scene.dielectrics().map(|d| d.body);
+    let named = dielectrics.chain(scene.conductors().map(|c| c.body)).map(|body| body.name.clone());
+    std::iter::once("surroundings".to_owned()).chain(named).collect()
 }
 
 /// The solver's field as the exporter takes it.
-pub fn field_grid(scene: &BoxScene, field: Field) -> FieldGrid {
-    let dielectrics = scene.dielectrics.len() as i32;
+pub fn field_grid(scene: &Scene, field: Field) -> FieldGrid {
+    let dielectrics = scene.dielectrics().count() as i32;
     FieldGrid {
         axes: field.nodes,
         potential: field.potential,
@@ -182,7 +189,7 @@ pub fn field_grid(scene: &BoxScene, field: Field) -> FieldGrid {
 }
 
 /// The scene on a graded grid like those the solver begins with, whole and without a field.
-pub fn geometry_grid(scene: &BoxScene) -> FieldGrid {
+pub fn geometry_grid(scene: &Scene) -> FieldGrid {
     let resolution = Resolution { order: 4, levels: 2, ratio: 0.15, slope: 1.0, first: 1 };
     let axes = [0, 1, 2].map(|axis| {
         let (planes, ends) = planes(scene, axis);
@@ -193,14 +200,20 @@ pub fn geometry_grid(scene: &BoxScene) -> FieldGrid {
     });
     let middle = |axis: usize, i: usize| 0.5 * (axes[axis][i] + axes[axis][i + 1]);
     let cells = axes.each_ref().map(|nodes| nodes.len().saturating_sub(1));
+    let dielectrics = scene.dielectrics().count();
+    let lookup = scene.lookup();
     let mut relative_permittivity = Vec::new();
     let mut body_id = Vec::new();
     for i in 0..cells[0] {
         for j in 0..cells[1] {
             for k in 0..cells[2] {
                 let point = [middle(0, i), middle(1, j), middle(2, k)];
-                let (id, permittivity) = body_at(scene, point);
-                body_id.push(id);
+                let (id, permittivity) = match lookup.body_at(point) {
+                    Filling::Background => (0, scene.background_permittivity),
+                    Filling::Conductor(c) => (1 + dielectrics + c.index, 1.0),
+                    Filling::Dielectric(d) => (1 + d.index, d.relative_permittivity),
+                };
+                body_id.push(id as i32);
                 relative_permittivity.push(permittivity);
             }
         }
@@ -215,27 +228,19 @@ pub fn geometry_grid(scene: &BoxScene) -> FieldGrid {
     }
 }
 
-fn body_at(scene: &BoxScene, point: [f64; 3]) -> (i32, f64) {
-    if let Some(index) = scene.conductors.iter().position(|c| c.region.contains(point)) {
-        return ((1 + scene.dielectrics.len() + index) as i32, 1.0);
-    }
-    match scene.dielectrics.iter().rposition(|d| d.region.contains(point)) {
-        Some(index) => ((1 + index) as i32, scene.dielectrics[index].relative_permittivity),
-        None => (0, scene.background_permittivity),
-    }
-}
-
 /// The planes of the scene across an axis, those of conductors marked, and where the axis ends.
-fn planes(scene: &BoxScene, axis: usize) -> (Vec<Plane>, [End; 2]) {
-    let bounds = |region: &Box3, edge: bool| {
+fn planes(scene: &Scene, axis: usize) -> (Vec<Plane>, [End; 2]) {
+    let bounds = |region: Box3, edge: bool| {
         [region.min[axis], region.max[axis]]
             .map(|at| Plane { at, edge })
             .into_iter()
             .filter(|p| p.at.is_finite())
     };
-    let conductors = scene.conductors.iter().flat_map(|c| bounds(&c.region, true));
-    let others = scene.dielectrics.iter().flat_map(|d| bounds(&d.region, false));
-    let mut planes: Vec<Plane> = conductors.chain(others).chain(bounds(&scene.domain, false)).collect();
+    let metal = || scene.conductor_parts().filter_map(|(_, part)| part.as_box());
+    let filled = scene.dielectric_parts().filter_map(|(_, part)| part.as_box());
+    let conductors = metal().flat_map(|region| bounds(region, true));
+    let others = filled.flat_map(|region| bounds(region, false));
+    let mut planes: Vec<Plane> = conductors.chain(others).chain(bounds(scene.domain, false)).collect();
     planes.sort_by(|a, b| a.at.total_cmp(&b.at));
     let mut distinct: Vec<Plane> = Vec::with_capacity(planes.len());
     for plane in planes {
@@ -244,7 +249,7 @@ fn planes(scene: &BoxScene, axis: usize) -> (Vec<Plane>, [End; 2]) {
             _ => distinct.push(plane),
         }
     }
-    let all = scene.conductors.iter().map(|c| c.region).reduce(|a, b| a.union(&b));
+    let all = metal().reduce(|a, b| a.union(&b));
     let all = all.unwrap_or(Box3 { min: [0.0; 3], max: [1.0; 3] });
     let reach = (0..3).map(|a| all.extent(a)).fold(0.0, f64::max);
     let pole = 0.5 * (all.min[axis] + all.max[axis]);

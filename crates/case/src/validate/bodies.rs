@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::ops::Range;
 
 use super::super::diagnostics::{Diagnostic, shown};
-use super::super::model::{Box3, Conductor, Dielectric, Electrodes, Extent, Face, Surroundings, Wall};
+use super::super::model::{Body, Box3, Electrodes, Extent, Face, Shape, Surroundings, Wall};
 use super::super::raw::{self, Document};
 use super::super::reader::{Log, Read};
 use super::super::values::Text;
@@ -15,8 +15,8 @@ use super::{any, given};
 /// More conductors or dielectrics than this are refused: the results would be matrices of this size.
 pub(super) const MOST_BODIES: usize = 5_000;
 
-/// A conductor or dielectric with the place where the file says where it is.
-pub(super) struct Body<'a> {
+/// A conductor or dielectric by the box around it, with the place in the file that says where it is.
+pub(super) struct PlacedBox<'a> {
     pub(super) name: &'a str,
     pub(super) region: Box3,
     pub(super) span: Range<usize>,
@@ -25,13 +25,13 @@ pub(super) struct Body<'a> {
     pub(super) is_slab: bool,
 }
 
-/// All conductors and dielectrics; `None` if one of them cannot be used.
+/// All conductors, then all dielectrics, where all of them are boxes, sheets and slabs; `None` if one of them cannot be used.
 pub(super) fn bodies(
     raw: &Document,
     surroundings: Option<&Surroundings>,
     electrodes: Option<&Electrodes>,
     log: &mut Log<'_>,
-) -> Option<(Vec<Conductor>, Vec<Dielectric>)> {
+) -> Option<Vec<Body>> {
     let empty = Vec::new();
     let of_conductors = given(&raw.conductor).unwrap_or(&empty);
     let empty = Vec::new();
@@ -59,7 +59,7 @@ pub(super) fn bodies(
             }
             Some((Extent::AroundLayer { below, above, .. }, boundary)) => {
                 if let Some(thickness) = thickness {
-                    check_beside_layer(body, thickness, [*below, *above], boundary, log);
+                    check_fixed_body(body, thickness, [*below, *above], boundary, log);
                 }
             }
             _ => {}
@@ -70,33 +70,26 @@ pub(super) fn bodies(
     }
     check_one_is_driven(&conductors, raw, log);
 
-    let permittivity = |read: &Read<raw::Dielectric>| Some(read.get()?.relative_permittivity.get()?.value);
-    let conductors = conductors
-        .into_iter()
-        .map(|body| {
-            body.map(|b| Conductor {
-                name: b.name.to_owned(),
-                region: b.region,
-                floating_charge: b.floating_charge,
-            })
-        })
-        .collect::<Option<_>>()?;
-    let dielectrics = dielectrics
-        .into_iter()
-        .zip(of_dielectrics)
-        .map(|(body, read)| {
-            let body = body?;
-            Some(Dielectric {
-                name: body.name.to_owned(),
-                region: body.region,
-                relative_permittivity: permittivity(read)?,
-            })
-        })
-        .collect::<Option<_>>()?;
-    Some((conductors, dielectrics))
+    let conductors = conductors.into_iter().zip(of_conductors);
+    let conductors = conductors.map(|(placed, read)| conductor_of(read.get()?, Shape::Box(placed?.region)));
+    let dielectrics = dielectrics.into_iter().zip(of_dielectrics).map(|(placed, read)| {
+        let placed = placed?;
+        let relative_permittivity = read.get()?.relative_permittivity.get()?.value;
+        Some(Body::dielectric(placed.name, Shape::Box(placed.region), relative_permittivity))
+    });
+    conductors.chain(dielectrics).collect()
 }
 
-fn conductor<'a>(read: &'a Read<raw::Conductor>, log: &mut Log<'_>) -> Option<Body<'a>> {
+/// The conductor of this shape, driven or floating.
+pub(super) fn conductor_of(raw: &raw::Conductor, shape: Shape) -> Option<Body> {
+    let name = &raw.name.get()?.0;
+    Some(match &raw.charge {
+        Some(read) => Body::floating(name, shape, read.get()?.si),
+        None => Body::conductor(name, shape),
+    })
+}
+
+fn conductor<'a>(read: &'a Read<raw::Conductor>, log: &mut Log<'_>) -> Option<PlacedBox<'a>> {
     let raw = read.get()?;
     let (region, span) = match (&raw.r#box, &raw.sheet) {
         (Some(read), _) => (box_region(read, log), read.span.clone()),
@@ -108,10 +101,10 @@ fn conductor<'a>(read: &'a Read<raw::Conductor>, log: &mut Log<'_>) -> Option<Bo
         None => None,
     };
     let (name, region) = (&raw.name.get()?.0, region?);
-    Some(Body { name, region, span, what: "conductor", floating_charge, is_slab: false })
+    Some(PlacedBox { name, region, span, what: "conductor", floating_charge, is_slab: false })
 }
 
-fn dielectric<'a>(read: &'a Read<raw::Dielectric>, log: &mut Log<'_>) -> Option<Body<'a>> {
+fn dielectric<'a>(read: &'a Read<raw::Dielectric>, log: &mut Log<'_>) -> Option<PlacedBox<'a>> {
     let raw = read.get()?;
     let (region, span, is_slab) = match (&raw.r#box, &raw.slab) {
         (Some(read), _) => (box_region(read, log), read.span.clone(), false),
@@ -119,7 +112,7 @@ fn dielectric<'a>(read: &'a Read<raw::Dielectric>, log: &mut Log<'_>) -> Option<
         (None, None) => return None,
     };
     let (name, region) = (&raw.name.get()?.0, region?);
-    Some(Body { name, region, span, what: "dielectric", floating_charge: None, is_slab })
+    Some(PlacedBox { name, region, span, what: "dielectric", floating_charge: None, is_slab })
 }
 
 pub(super) fn check_names(
@@ -151,7 +144,7 @@ pub(super) fn check_names(
 }
 
 /// Two conductors that share a point are one conductor, and it must be said which.
-fn check_touching(conductors: &[Option<Body<'_>>], log: &mut Log<'_>) {
+fn check_touching(conductors: &[Option<PlacedBox<'_>>], log: &mut Log<'_>) {
     let bodies: Vec<_> = conductors.iter().flatten().collect();
     for (k, second) in bodies.iter().enumerate() {
         for first in &bodies[..k] {
@@ -175,7 +168,7 @@ fn check_touching(conductors: &[Option<Body<'_>>], log: &mut Log<'_>) {
 }
 
 fn check_in_walls(
-    body: &Body<'_>,
+    body: &PlacedBox<'_>,
     walls: &Box3,
     boundary: Wall,
     walls_span: Option<&Range<usize>>,
@@ -218,8 +211,8 @@ fn check_in_walls(
     }
 }
 
-pub(super) fn check_beside_layer(
-    body: &Body<'_>,
+pub(super) fn check_fixed_body(
+    body: &PlacedBox<'_>,
     thickness: f64,
     [below, above]: [Face; 2],
     boundary: Wall,
@@ -266,7 +259,7 @@ pub(super) fn check_beside_layer(
 
 /// One driven conductor alone among insulated walls, floating ones or not: all its capacitances are zero, and no relative error can be reached.
 fn check_flux_has_an_end(
-    conductors: &[Option<Body<'_>>],
+    conductors: &[Option<PlacedBox<'_>>],
     electrodes: Option<&Electrodes>,
     raw: &Document,
     surroundings: &Surroundings,
@@ -298,7 +291,7 @@ fn check_flux_has_an_end(
 }
 
 /// Potentials are counted from something: without a driven conductor there is no matrix.
-fn check_one_is_driven(conductors: &[Option<Body<'_>>], raw: &Document, log: &mut Log<'_>) {
+fn check_one_is_driven(conductors: &[Option<PlacedBox<'_>>], raw: &Document, log: &mut Log<'_>) {
     let all_float = conductors.iter().all(|c| c.as_ref().is_some_and(|b| b.floating_charge.is_some()));
     let (true, None, Some(first)) = (all_float, &raw.electrodes, conductors.iter().flatten().next()) else {
         return;

@@ -9,15 +9,15 @@ use elastocap_geometry::import::obj::Placement;
 use elastocap_geometry::meshing::tets::FaceRole;
 
 use super::super::diagnostics::{Diagnostic, shown, shown_path};
-use super::super::model::{
-    Box3, ImportedMesh, Shape, ShapeScene, ShapedConductor, ShapedDielectric, Surroundings,
-};
+use elastocap_geometry::scene::Scene;
+
+use super::super::model::{Body, Box3, ImportedMesh, Shape, Surroundings};
 use super::super::raw::{self, Document};
 use super::super::reader::{Log, Read, nearest};
 use super::super::values::Text;
-use super::bodies::check_names;
+use super::bodies::{check_names, conductor_of};
 use super::given;
-use super::shapes::check_one_is_driven;
+use super::shapes::{Located, check_one_is_driven};
 
 /// Names of groups in one message at most.
 const MOST_NAMES: usize = 20;
@@ -40,16 +40,16 @@ fn dielectrics(raw: &Document) -> &[Read<raw::Dielectric>] {
     given(&raw.dielectric).map_or(&[], Vec::as_slice)
 }
 
-/// The scene and the mesh with its roles; `None` if a part of it cannot be used, and the log says why.
+/// The bodies and the mesh with its roles; `None` if a part of it cannot be used, and the log says why.
 ///
 /// `flawed` says that an unknown key at the top level may stand for [mesh].
-pub(super) fn scene(
+pub(super) fn bodies(
     raw: &Document,
     flawed: bool,
     surroundings: Option<&Surroundings>,
     origin: &Path,
     log: &mut Log<'_>,
-) -> Option<(ShapeScene, ImportedMesh)> {
+) -> Option<(Vec<Body>, ImportedMesh)> {
     check_names(raw, conductors(raw), dielectrics(raw), None, log);
     let Some(table) = &raw.mesh else {
         if !flawed {
@@ -72,8 +72,8 @@ pub(super) fn scene(
     let mesh = read(table.get()?, origin, log)?;
     let placed: Vec<_> = conductors(raw).iter().map(|c| conductor(c.get()?, &mesh, log)).collect();
     let filled: Vec<_> = dielectrics(raw).iter().map(|d| dielectric(d.get()?, &mesh, log)).collect();
-    let placed: Vec<_> = placed.into_iter().collect::<Option<_>>()?;
-    let filled: Vec<_> = filled.into_iter().collect::<Option<_>>()?;
+    let placed: Vec<Located> = placed.into_iter().collect::<Option<_>>()?;
+    let filled: Vec<Body> = filled.into_iter().collect::<Option<_>>()?;
     check_one_each(&placed, log);
     check_one_is_driven(&placed, log);
     let surroundings = surroundings?;
@@ -82,9 +82,8 @@ pub(super) fn scene(
     }
     let unnamed = unnamed(&mesh, &placed, &filled);
     let spans: Vec<_> = placed.iter().map(|(_, span)| span.clone()).collect();
-    let scene = ShapeScene {
-        conductors: placed.into_iter().map(|(c, _)| c).collect(),
-        dielectrics: filled,
+    let scene = Scene {
+        bodies: placed.into_iter().map(|(body, _)| body).chain(filled).collect(),
         background_permittivity: surroundings.relative_permittivity,
         domain: Box3::SPACE,
         walls: [[surroundings.boundary; 2]; 3],
@@ -96,7 +95,7 @@ pub(super) fn scene(
                 Problem::Touching { second: name, .. }
                 | Problem::TouchingWall { name, .. }
                 | Problem::EndsAtOpenSpace { name, .. } => {
-                    scene.conductors.iter().position(|c| c.name == *name)
+                    scene.conductors().position(|c| c.body.name == *name)
                 }
                 _ => None,
             };
@@ -106,14 +105,14 @@ pub(super) fn scene(
         }
     };
     let ends = tets.boundary.iter().any(|f| !matches!(f.role, FaceRole::Conductor(_)));
-    let mut driven = scene.conductors.iter().zip(&spans).filter(|(c, _)| c.floating_charge.is_none());
+    let mut driven = scene.conductors().zip(&spans).filter(|(c, _)| c.floating_charge.is_none());
     if let (Some((only, span)), None, false) = (driven.next(), driven.next(), ends) {
         log.push(
             Diagnostic::at(
                 span,
                 format!(
                     "the conductor \"{}\" is alone inside insulated walls: its capacitance is zero",
-                    shown(&only.name)
+                    shown(&only.body.name)
                 ),
             )
             .label("its flux can end nowhere")
@@ -122,7 +121,7 @@ pub(super) fn scene(
         return None;
     }
     let file = file.get()?.0.clone();
-    Some((scene, ImportedMesh { file, tets, unnamed }))
+    Some((scene.bodies, ImportedMesh { file, tets, unnamed }))
 }
 
 /// Tells the first body that is a group of a mesh that the case lacks.
@@ -204,24 +203,16 @@ fn read(table: &raw::MeshFile, origin: &Path, log: &mut Log<'_>) -> Option<Volum
     }
 }
 
-fn conductor(
-    body: &raw::Conductor,
-    mesh: &VolumeMesh,
-    log: &mut Log<'_>,
-) -> Option<(ShapedConductor, Range<usize>)> {
+fn conductor(body: &raw::Conductor, mesh: &VolumeMesh, log: &mut Log<'_>) -> Option<Located> {
     let read = body.physical.as_ref()?;
     let shape = group(read, 2, mesh, log)?;
-    let floating_charge = match &body.charge {
-        Some(read) => Some(read.get()?.si),
-        None => None,
-    };
-    Some((ShapedConductor { name: body.name.get()?.0.clone(), shape, floating_charge }, read.span.clone()))
+    Some((conductor_of(body, shape)?, read.span.clone()))
 }
 
-fn dielectric(body: &raw::Dielectric, mesh: &VolumeMesh, log: &mut Log<'_>) -> Option<ShapedDielectric> {
+fn dielectric(body: &raw::Dielectric, mesh: &VolumeMesh, log: &mut Log<'_>) -> Option<Body> {
     let shape = group(body.physical.as_ref()?, 3, mesh, log)?;
     let relative_permittivity = body.relative_permittivity.get()?.value;
-    Some(ShapedDielectric { name: body.name.get()?.0.clone(), shape, relative_permittivity })
+    Some(Body::dielectric(&body.name.get()?.0, shape, relative_permittivity))
 }
 
 /// The group of that name, of volumes, or of surfaces too if `least` is 2; it must be there and not empty.
@@ -276,9 +267,9 @@ fn size(mesh: &VolumeMesh, name: &str, least: u8) -> usize {
     mesh.tet_groups.iter().chain(&mesh.face_groups).filter(|&&g| is(g)).count()
 }
 
-fn check_one_each(placed: &[(ShapedConductor, Range<usize>)], log: &mut Log<'_>) {
+fn check_one_each(placed: &[Located], log: &mut Log<'_>) {
     for (k, (second, at)) in placed.iter().enumerate() {
-        if let Some((first, before)) = placed[..k].iter().find(|(first, _)| first.shape == second.shape) {
+        if let Some((first, before)) = placed[..k].iter().find(|(first, _)| first.parts == second.parts) {
             log.push(
                 Diagnostic::at(
                     at,
@@ -297,14 +288,10 @@ fn check_one_each(placed: &[(ShapedConductor, Range<usize>)], log: &mut Log<'_>)
 }
 
 /// Groups of volumes that no body names.
-fn unnamed(
-    mesh: &VolumeMesh,
-    placed: &[(ShapedConductor, Range<usize>)],
-    filled: &[ShapedDielectric],
-) -> Vec<String> {
+fn unnamed(mesh: &VolumeMesh, placed: &[Located], filled: &[Body]) -> Vec<String> {
     let used = |name: &str| {
-        let shapes = placed.iter().map(|(c, _)| &c.shape).chain(filled.iter().map(|d| &d.shape));
-        shapes.into_iter().any(|shape| matches!(shape, Shape::Physical(n) if n == name))
+        let bodies = placed.iter().map(|(body, _)| body).chain(filled);
+        bodies.flat_map(|body| &body.parts).any(|shape| matches!(shape, Shape::Physical(n) if n == name))
     };
     let volumes = mesh.groups.iter().filter(|g| g.dimension == 3 && !used(&g.name));
     volumes.map(|g| g.name.clone()).filter(|name| size(mesh, name, 3) > 0).collect()

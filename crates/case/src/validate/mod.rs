@@ -66,32 +66,24 @@ pub(super) fn validate(raw: &Document, flawed: bool, origin: &Path, log: &mut Lo
         layered::check_shorted(electrodes, layer, surroundings, raw, log);
     }
     let surroundings_read = surroundings.as_ref().and_then(Option::as_ref);
-    let no_boxes = Some((Vec::new(), Vec::new()));
     if imported::any_physical(raw) || shapes::any_shaped(raw) {
         check_solver(raw, log);
     } else {
         check_order(raw, log);
     }
     let pair = electrodes.as_ref().and_then(Option::as_ref);
-    let (mut shapes, mut beside, mut mesh) = (None, None, None);
-    let bodies = if imported::any_physical(raw) {
-        let scene = imported::scene(raw, flawed, surroundings_read, origin, log);
-        let (found, tets) = scene.map_or((None, None), |(shapes, mesh)| (Some(shapes), Some(mesh)));
-        (shapes, mesh) = (Some(found), Some(tets));
-        no_boxes
-    } else if shapes::any_shaped(raw) {
-        if raw.layer.is_some() {
-            beside = Some(shapes::beside_layer(raw, surroundings_read, pair, origin, log));
-        } else {
-            shapes = Some(shapes::shapes(raw, surroundings_read, origin, log));
-        }
-        no_boxes
+    let (bodies, mesh) = if imported::any_physical(raw) {
+        imported::bodies(raw, flawed, surroundings_read, origin, log)
+            .map_or((None, None), |(bodies, mesh)| (Some(bodies), Some(mesh)))
+    } else if !shapes::any_shaped(raw) {
+        (bodies::bodies(raw, surroundings_read, pair, log), None)
+    } else if raw.layer.is_some() {
+        (shapes::with_layer(raw, surroundings_read, pair, origin, log), None)
     } else {
-        bodies::bodies(raw, surroundings_read, pair, log)
+        (shapes::without_layer(raw, surroundings_read, origin, log), None)
     };
 
     raw.format.get()?;
-    let (conductors, dielectrics) = bodies?;
     Some(Case {
         title: title(raw, origin)?,
         source: origin.to_owned(),
@@ -99,11 +91,8 @@ pub(super) fn validate(raw: &Document, flawed: bool, origin: &Path, log: &mut Lo
         electrodes: all_given(electrodes)?,
         mechanics: all_given(mechanics)?,
         load: all_given(load)?,
-        conductors,
-        dielectrics,
-        shapes: all_given(shapes)?,
-        beside: all_given(beside)?,
-        mesh: all_given(mesh)?,
+        bodies: bodies?,
+        mesh,
         surroundings: all_given(surroundings)?,
         electrostatics: if wants_capacitance { Some(electrostatics(raw)?) } else { None },
     })

@@ -1,4 +1,4 @@
-//! Bodies of any shape: a scene for the solver on tetrahedra.
+//! Bodies of any shape, for the solver on tetrahedra.
 
 use std::ops::Range;
 use std::path::Path;
@@ -6,14 +6,11 @@ use std::path::Path;
 use elastocap_geometry::import::obj::{Placement, surface_from_path};
 
 use super::super::diagnostics::{Diagnostic, shown};
-use super::super::model::{
-    Box3, Electrodes, Extent, Shape, ShapeScene, ShapedBodies, ShapedConductor, ShapedDielectric,
-    Surroundings, Wall,
-};
+use super::super::model::{Body, Box3, Electrodes, Extent, Shape, Surroundings, Wall};
 use super::super::quantities::Position;
 use super::super::raw::{self, Document};
 use super::super::reader::{Log, Read};
-use super::bodies::{Body, check_beside_layer, check_names};
+use super::bodies::{PlacedBox, check_fixed_body, check_names, conductor_of};
 use super::given;
 use super::regions::{AXES, axis_index, box_region, sheet, slab};
 
@@ -35,66 +32,65 @@ pub(super) fn any_shaped(raw: &Document) -> bool {
         .any(|d| d.sphere.is_some() || d.cylinder.is_some() || d.extrusion.is_some() || d.surface.is_some())
 }
 
-/// Bodies with the places in the file that say where they are.
-type Placed<T> = Vec<(T, Range<usize>)>;
+/// A body with the place in the file that says where it is.
+pub(super) type Located = (Body, Range<usize>);
 
-/// All conductors and dielectrics; `None` if one of them cannot be used, and the log says why.
+/// All conductors, then all dielectrics; `None` if one of them cannot be used, and the log says why.
 fn placed(
     raw: &Document,
     electrodes: Option<&Electrodes>,
     origin: &Path,
     log: &mut Log<'_>,
-) -> Option<(Placed<ShapedConductor>, Placed<ShapedDielectric>)> {
+) -> Option<Vec<Located>> {
     let empty = Vec::new();
     let of_conductors = given(&raw.conductor).unwrap_or(&empty);
     let empty = Vec::new();
     let of_dielectrics = given(&raw.dielectric).unwrap_or(&empty);
     check_names(raw, of_conductors, of_dielectrics, electrodes, log);
-    let placed = of_conductors.iter().map(|read| {
-        let body = read.get()?;
-        let (shape, span) = conductor_shape(body, origin, log)?;
-        let floating_charge = match &body.charge {
-            Some(read) => Some(read.get()?.si),
-            None => None,
-        };
-        Some((ShapedConductor { name: body.name.get()?.0.clone(), shape, floating_charge }, span))
+    let conductors = of_conductors.iter().map(|read| {
+        let raw = read.get()?;
+        let (shape, span) = conductor_shape(raw, origin, log)?;
+        Some((conductor_of(raw, shape)?, span))
     });
-    // All of them, so that every slip is told.
-    let placed: Vec<_> = placed.collect();
-    let filled = of_dielectrics.iter().map(|read| {
-        let body = read.get()?;
-        let (shape, span) = dielectric_shape(body, origin, log)?;
-        let relative_permittivity = body.relative_permittivity.get()?.value;
-        Some((ShapedDielectric { name: body.name.get()?.0.clone(), shape, relative_permittivity }, span))
-    });
-    let filled: Vec<_> = filled.collect();
-    Some((placed.into_iter().collect::<Option<_>>()?, filled.into_iter().collect::<Option<_>>()?))
+    // All of them, so that every mistake is reported.
+    let mut all: Vec<Option<Located>> = conductors.collect();
+    all.extend(of_dielectrics.iter().map(|read| {
+        let raw = read.get()?;
+        let (shape, span) = dielectric_shape(raw, origin, log)?;
+        let relative_permittivity = raw.relative_permittivity.get()?.value;
+        Some((Body::dielectric(&raw.name.get()?.0, shape, relative_permittivity), span))
+    }));
+    all.into_iter().collect()
 }
 
-/// The bodies beside a layer and its `electrodes`; `None` if one of them cannot be used, and the log says why.
-pub(super) fn beside_layer(
+fn is_shell(body: &Body) -> bool {
+    body.parts.iter().any(|part| matches!(part, Shape::Shell { .. }))
+}
+
+/// The fixed bodies of a scene with a layer and its `electrodes`; `None` if one of them cannot be used, and the log says why.
+pub(super) fn with_layer(
     raw: &Document,
     surroundings: Option<&Surroundings>,
     electrodes: Option<&Electrodes>,
     origin: &Path,
     log: &mut Log<'_>,
-) -> Option<ShapedBodies> {
-    let (conductors, dielectrics) = placed(raw, electrodes, origin, log)?;
+) -> Option<Vec<Body>> {
+    let all = placed(raw, electrodes, origin, log)?;
     let thickness = given(&raw.layer).and_then(|layer| layer.thickness.get()).map(|h| h.si)?;
-    let all = conductors.iter().map(|(c, span)| ("conductor", &c.name, &c.shape, span));
-    let all = all.chain(dielectrics.iter().map(|(d, span)| ("dielectric", &d.name, &d.shape, span)));
-    for (what, name, shape, span) in all {
+    for (body, span) in &all {
         if let (
             Some(Surroundings { extent: Extent::AroundLayer { below, above, .. }, boundary, .. }),
             Some(region),
-        ) = (surroundings, shape.bounds())
+        ) = (surroundings, body.bounds())
         {
             let is_slab = (0..3).any(|a| region.extent(a).is_infinite());
-            let body = Body { name, region, span: span.clone(), what, floating_charge: None, is_slab };
-            check_beside_layer(&body, thickness, [*below, *above], *boundary, log);
+            let what = if body.is_conductor() { "conductor" } else { "dielectric" };
+            let (name, floating_charge) = (&body.name, None);
+            let body = PlacedBox { name, region, span: span.clone(), what, floating_charge, is_slab };
+            check_fixed_body(&body, thickness, [*below, *above], *boundary, log);
         }
     }
-    for (_, span) in conductors.iter().filter(|(c, _)| matches!(c.shape, Shape::Shell { .. })) {
+    for (_, span) in all.iter().filter(|(body, _)| is_shell(body)) {
         log.push(
             Diagnostic::at(span, "there is no layer in a shell")
                 .label("is metal everywhere outside of a ball")
@@ -102,48 +98,34 @@ pub(super) fn beside_layer(
         );
     }
     if electrodes.is_none() {
-        check_one_is_driven(&conductors, log);
+        check_one_is_driven(&all, log);
     }
-    log.is_empty().then(|| ShapedBodies {
-        conductors: conductors.into_iter().map(|(c, _)| c).collect(),
-        dielectrics: dielectrics.into_iter().map(|(d, _)| d).collect(),
-    })
+    log.is_empty().then(|| all.into_iter().map(|(body, _)| body).collect())
 }
 
-/// The scene; `None` if a part of it cannot be used, and the log says why.
-pub(super) fn shapes(
+/// The bodies of a scene without a layer; `None` if one of them cannot be used, and the log says why.
+pub(super) fn without_layer(
     raw: &Document,
     surroundings: Option<&Surroundings>,
     origin: &Path,
     log: &mut Log<'_>,
-) -> Option<ShapeScene> {
-    let (placed, filled) = placed(raw, None, origin, log)?;
-    let surroundings = surroundings?;
-    let (domain, wall) = outer(&placed, surroundings, log)?;
-    for (name, shape, span) in placed
-        .iter()
-        .map(|(c, span)| (&c.name, &c.shape, span))
-        .chain(filled.iter().map(|(d, span)| (&d.name, &d.shape, span)))
-    {
-        check_inside(name, shape, span, &domain, log);
+) -> Option<Vec<Body>> {
+    let all = placed(raw, None, origin, log)?;
+    let (domain, wall) = outer(&all, surroundings?, log)?;
+    for (body, span) in &all {
+        check_inside(body, span, &domain, log);
     }
-    for (body, span) in placed.iter().filter(|_| wall == Wall::Grounded) {
-        check_apart_from_ground(&body.name, &body.shape, span, &domain, log);
+    for (body, span) in all.iter().filter(|(body, _)| wall == Wall::Grounded && body.is_conductor()) {
+        check_apart_from_ground(body, span, &domain, log);
     }
-    check_one_is_driven(&placed, log);
-    log.is_empty().then(|| ShapeScene {
-        conductors: placed.into_iter().map(|(c, _)| c).collect(),
-        dielectrics: filled.into_iter().map(|(d, _)| d).collect(),
-        background_permittivity: surroundings.relative_permittivity,
-        domain,
-        walls: [[wall; 2]; 3],
-    })
+    check_one_is_driven(&all, log);
+    log.is_empty().then(|| all.into_iter().map(|(body, _)| body).collect())
 }
 
 /// Potentials are counted from something: without a driven conductor there is no matrix.
-pub(super) fn check_one_is_driven(placed: &[(ShapedConductor, Range<usize>)], log: &mut Log<'_>) {
-    if let Some((_, first)) = placed.first()
-        && placed.iter().all(|(c, _)| c.floating_charge.is_some())
+pub(super) fn check_one_is_driven(bodies: &[Located], log: &mut Log<'_>) {
+    if let Some((_, first)) = bodies.iter().find(|(body, _)| body.is_conductor())
+        && !bodies.iter().any(|(body, _)| body.is_driven())
     {
         log.push(
             Diagnostic::at(first, "all conductors float: there is no capacitance to tell")
@@ -154,12 +136,8 @@ pub(super) fn check_one_is_driven(placed: &[(ShapedConductor, Range<usize>)], lo
 }
 
 /// Where the field ends: at the walls, at a shell, or nowhere.
-fn outer(
-    placed: &[(ShapedConductor, Range<usize>)],
-    surroundings: &Surroundings,
-    log: &mut Log<'_>,
-) -> Option<(Box3, Wall)> {
-    let mut shells = placed.iter().filter(|(c, _)| matches!(c.shape, Shape::Shell { .. }));
+fn outer(bodies: &[Located], surroundings: &Surroundings, log: &mut Log<'_>) -> Option<(Box3, Wall)> {
+    let mut shells = bodies.iter().filter(|(body, _)| is_shell(body));
     match (shells.next(), shells.next()) {
         (Some(_), Some((_, again))) => {
             log.push(
@@ -169,18 +147,9 @@ fn outer(
             );
             None
         }
-        (Some((shell, _)), None) => {
-            // The mesh needs room around the hollow; it is dropped again.
-            let hollow = shell.shape.bounds()?;
-            let room = 0.5 * hollow.extent(0);
-            let domain = Box3 { min: hollow.min.map(|x| x - room), max: hollow.max.map(|x| x + room) };
-            Some((domain, Wall::Grounded))
+        (Some(_) | None, None) | (None, Some(_)) => {
+            surroundings.end_without_layer(bodies.iter().map(|(body, _)| body))
         }
-        (None, _) => match &surroundings.extent {
-            Extent::Everywhere => Some((Box3::SPACE, Wall::Open)),
-            Extent::Walls(walls) => Some((*walls, surroundings.boundary)),
-            Extent::AroundLayer { .. } => None,
-        },
     }
 }
 
@@ -338,8 +307,8 @@ fn imported(raw: &raw::SurfaceFile, origin: &Path, log: &mut Log<'_>) -> Option<
     }
 }
 
-fn check_inside(name: &str, shape: &Shape, span: &Range<usize>, domain: &Box3, log: &mut Log<'_>) {
-    let Some(region) = shape.bounds() else { return };
+fn check_inside(body: &Body, span: &Range<usize>, domain: &Box3, log: &mut Log<'_>) {
+    let Some(region) = body.bounds() else { return };
     // Slabs are cut off at the walls.
     let bounded = |a: usize| region.min[a].is_finite() || region.max[a].is_finite();
     let outside = |a: usize| bounded(a) && (region.min[a] < domain.min[a] || region.max[a] > domain.max[a]);
@@ -347,7 +316,7 @@ fn check_inside(name: &str, shape: &Shape, span: &Range<usize>, domain: &Box3, l
         log.push(
             Diagnostic::at(
                 span,
-                format!("\"{}\" reaches outside the walls along {}", shown(name), AXES[axis]),
+                format!("\"{}\" reaches outside the walls along {}", shown(&body.name), AXES[axis]),
             )
             .label("not inside the walls")
             .help("make `walls` in [surroundings] larger, or move the body"),
@@ -355,13 +324,13 @@ fn check_inside(name: &str, shape: &Shape, span: &Range<usize>, domain: &Box3, l
     }
 }
 
-fn check_apart_from_ground(name: &str, shape: &Shape, span: &Range<usize>, domain: &Box3, log: &mut Log<'_>) {
-    let Some(region) = shape.bounds() else { return };
+fn check_apart_from_ground(body: &Body, span: &Range<usize>, domain: &Box3, log: &mut Log<'_>) {
+    let Some(region) = body.bounds() else { return };
     if let Some(axis) = (0..3).find(|&a| region.min[a] == domain.min[a] || region.max[a] == domain.max[a]) {
         log.push(
             Diagnostic::at(
                 span,
-                format!("\"{}\" touches the grounded wall along {}", shown(name), AXES[axis]),
+                format!("\"{}\" touches the grounded wall along {}", shown(&body.name), AXES[axis]),
             )
             .label("shares a point with the walls")
             .help("leave a gap between the two"),

@@ -2,6 +2,7 @@
 
 use super::layer::may_bend;
 use super::{Options, Plan};
+use crate::scene::DeformedScene;
 use crate::tetrahedra::foretell;
 use elastocap_case::Case;
 
@@ -21,11 +22,12 @@ impl Plan {
     /// Why the scene cannot be meshed or solved.
     pub fn foretell(&mut self, case: &Case, options: &Options) -> Result<(), String> {
         let bends = may_bend(case) && !self.on_tetrahedra(case);
-        let boxes =
-            (bends || self.on_tetrahedra(case)).then(|| self.scene_on_tetrahedra(case, options)).flatten();
-        let Some(scene) = case.shapes.as_ref().or(boxes.as_ref()) else { return Ok(()) };
+        if !(bends || self.on_tetrahedra(case)) {
+            return Ok(());
+        }
+        let Some(DeformedScene { scene, .. }) = self.scene_at_first(case, options) else { return Ok(()) };
         let distinct = self.distinct_steps().filter(|s| s.failure.is_none()).count() as f64;
-        let own = match foretell(scene, case.mesh.as_ref(), &self.solver_settings(case, options)) {
+        let own = match foretell(&scene, case.mesh.as_ref(), &self.solver_settings(case, options)) {
             Ok(own) => own,
             // The layer bent may have a mesh where the one at rest has none.
             Err(_) if bends => return Ok(()),

@@ -5,6 +5,7 @@ mod layer;
 
 use elastocap_electrostatics::{Forecast, ResolutionLevel, Settings, Target, forecast};
 use elastocap_geometry::mirror;
+use elastocap_geometry::scene::Scene;
 use elastocap_mechanics::ForceLimit;
 use serde::Serialize;
 
@@ -13,10 +14,9 @@ use layer::may_bend;
 
 use crate::deform::{Deformation, layer_state};
 use crate::faceting_error::curvature_error;
-use crate::layer_outlines::LayerScene;
-use crate::scene_of::{DeformedScene, scene_of};
+use crate::scene::{DeformedScene, scene_of};
 use crate::tetrahedra::order;
-use elastocap_case::{Case, FieldSolver, Load, ShapeScene};
+use elastocap_case::{Case, FieldSolver, Load};
 
 /// What is wanted of a run besides the numbers.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -224,14 +224,11 @@ impl Plan {
             return;
         }
         self.memory_limit = most_memory();
-        if let Some(scene) = &case.shapes {
-            return self.tetrahedra(case, scene, options);
-        }
         let distinct = self.distinct_steps().filter(|s| s.failure.is_none()).count();
         let settings = self.solver_settings(case, options);
         if self.on_tetrahedra(case) {
-            if let Some(scene) = self.scene_on_tetrahedra(case, options) {
-                self.tetrahedra(case, &scene, options);
+            if let Some(deformed) = self.scene_at_first(case, options) {
+                self.tetrahedra(case, &deformed.scene, options);
             }
             return;
         }
@@ -277,12 +274,8 @@ impl Plan {
                 .to_owned();
             self.solved.push(Planned { part: "electrostatics", what });
         }
-        let floating: Vec<String> = case
-            .conductors
-            .iter()
-            .filter(|c| c.floating_charge.is_some())
-            .map(|c| format!("`{}`", c.name))
-            .collect();
+        let floating = case.bodies.iter().filter(|body| body.is_conductor() && !body.is_driven());
+        let floating: Vec<String> = floating.map(|body| format!("`{}`", body.name)).collect();
         if !floating.is_empty() {
             let (number, them) = match floating.as_slice() {
                 [_] => ("potential", "it is"),
@@ -307,19 +300,10 @@ impl Plan {
 
     /// Whether boxes go to the tetrahedra even where nothing bends them.
     fn on_tetrahedra(&self, case: &Case) -> bool {
-        case.electrostatics.and_then(|e| e.solver) == Some(FieldSolver::Tetrahedra) || case.beside.is_some()
+        case.electrostatics.and_then(|e| e.solver) == Some(FieldSolver::Tetrahedra) || !case.has_only_boxes()
     }
 
-    /// The first step that can be solved, as it goes there.
-    fn scene_on_tetrahedra(&self, case: &Case, options: &Options) -> Option<ShapeScene> {
-        let layer = LayerScene::of_boxes(&self.scene_at_first(case, options)?);
-        Some(match &case.beside {
-            Some(bodies) => layer.with(bodies).scene,
-            None => layer.scene,
-        })
-    }
-
-    /// The boxes of the first step that can be solved.
+    /// The scene of the first step that can be solved.
     fn scene_at_first(&self, case: &Case, options: &Options) -> Option<DeformedScene> {
         self.distinct_steps().filter(|s| s.failure.is_none()).find_map(|step| {
             // The finite-element layer is not solved for a forecast: its scene is about as large as the one at rest.
@@ -329,7 +313,7 @@ impl Plan {
     }
 
     /// Bodies of any shape: how many tetrahedra they take is known only when they are meshed.
-    fn tetrahedra(&mut self, case: &Case, scene: &ShapeScene, options: &Options) {
+    fn tetrahedra(&mut self, case: &Case, scene: &Scene, options: &Options) {
         let settings = self.solver_settings(case, options);
         if let Some(mesh) = &case.mesh {
             let count = mesh.tets.tets.len();
@@ -359,8 +343,8 @@ impl Plan {
             settings.relative_tolerance
         );
         self.solved.push(Planned { part: "electrostatics", what });
-        let floating = scene.conductors.iter().filter(|c| c.floating_charge.is_some());
-        let floating: Vec<String> = floating.map(|c| format!("`{}`", c.name)).collect();
+        let floating = scene.conductors().filter(|c| c.floating_charge.is_some());
+        let floating: Vec<String> = floating.map(|c| format!("`{}`", c.body.name)).collect();
         if !floating.is_empty() {
             let what =
                 format!("potentials of {}, from the same fields; not in the matrix", listed(&floating));
@@ -486,8 +470,7 @@ fn known_failure(case: &Case, load: StepLoad, prune: bool) -> Option<String> {
         Ok(state) => state.map(Deformation::ClosedForm),
         Err(error) => return Some(error.to_string()),
     };
-    let boxes = case.has_conductors() && case.shapes.is_none();
-    let scene = boxes.then(|| scene_of(case, state.as_ref()));
+    let scene = case.has_conductors().then(|| scene_of(case, state.as_ref()));
     scene.and_then(Result::err).map(|error| error.to_string())
 }
 

@@ -45,7 +45,7 @@ pub struct Block {
 pub struct Domain {
     /// Three axes.
     pub axes: [Axis; 3],
-    /// Conductors as blocks.
+    /// The blocks of all conductors: several may be of one conductor, and touch or overlap then.
     pub conductors: Vec<Block>,
     /// Relative permittivity of each cell of intervals, `[i][j][k]`.
     pub permittivity: Vec<f64>,

@@ -5,7 +5,7 @@ use crate::boxes::layout::Layout;
 use crate::solution::Field;
 use elastocap_fem::line::{Element, Numbering, hierarchical};
 use elastocap_fem::tensor::{Dense, Left, Right, Target, multiply};
-use elastocap_geometry::scene::{BoxScene, Wall};
+use elastocap_geometry::scene::{Filling, Scene, Wall};
 use faer::Mat;
 
 /// More cells than this and every element is shown as one.
@@ -36,7 +36,7 @@ struct Samples {
 ///
 /// `reach` limits what is shown of open space (scaled distance from the origin).
 pub fn sample(
-    scene: &BoxScene,
+    scene: &Scene,
     layout: &Layout,
     shares: &[Share<'_>],
     mirrored: [bool; 3],
@@ -111,18 +111,17 @@ pub fn sample(
             });
         }
     }
+    let lookup = scene.lookup();
     let (mut permittivity, mut body) = (Vec::new(), Vec::new());
     for index in 0..field.len() {
         let at = split(index, full);
         let point = [0, 1, 2].map(|a| 0.5 * (nodes[a][at[a]] + nodes[a][at[a] + 1]));
-        let hit = scene.dielectrics.iter().rposition(|d| d.region.contains(point));
-        permittivity
-            .push(hit.map_or(scene.background_permittivity, |i| scene.dielectrics[i].relative_permittivity));
-        let conductor = scene
-            .conductors
-            .iter()
-            .position(|c| c.region.sheet_normal().is_none() && c.region.contains(point));
-        body.push(conductor.map_or_else(|| hit.map_or(0, |i| i as i32 + 1), |c| -1 - c as i32));
+        permittivity.push(lookup.permittivity_at(point));
+        body.push(match lookup.body_at(point) {
+            Filling::Background => 0,
+            Filling::Conductor(c) => -1 - c.index as i32,
+            Filling::Dielectric(d) => d.index as i32 + 1,
+        });
     }
     Field { nodes, potential, electric_field: field, relative_permittivity: permittivity, body, potentials }
 }

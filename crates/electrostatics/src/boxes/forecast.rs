@@ -3,10 +3,10 @@
 use crate::SolveError;
 use crate::boxes::grid_refinement::{functions_wanted, missing, refine};
 use crate::boxes::grid_search::{GOAL, STEP};
-use crate::boxes::resolution::{MIN_TOLERANCE, MAX_UNKNOWNS, far, first, graded};
+use crate::boxes::resolution::{MAX_UNKNOWNS, MIN_TOLERANCE, far, first, graded};
 use crate::boxes::solve::{Problem, on_grid};
 use crate::solution::{Forecast, Settings};
-use elastocap_geometry::scene::BoxScene;
+use elastocap_geometry::scene::Scene;
 
 /// Unknowns of a grid that is solved for a forecast, at most.
 const MAX_SMALL_UNKNOWNS: usize = 40_000;
@@ -17,10 +17,13 @@ const MARGIN: f64 = 1.12;
 /// Seconds per iteration, unknown and axis function on two cores, measured on scenes of one to three conductors.
 const PACE: f64 = 1.5e-10;
 
-/// Foretells what [`crate::solve()`] will take.
-pub fn forecast(scene: &BoxScene, settings: &Settings) -> Result<Forecast, SolveError> {
+/// Forecasts what [`crate::solve()`] will take.
+///
+/// # Errors
+/// A body that is neither a box nor a sheet; a first grid that cannot be solved.
+pub fn forecast(scene: &Scene, settings: &Settings) -> Result<Forecast, SolveError> {
     let explore = Settings { field: false, ..settings.clone() };
-    let problem = Problem::new(scene, &explore);
+    let problem = Problem::new(scene, &explore)?;
     let tolerance = settings.relative_tolerance.max(MIN_TOLERANCE);
     let distance = far(tolerance, settings.target, problem.layout.endless_contrast());
     let work = |dims: [usize; 3]| dims.iter().product::<usize>() as f64 * dims.iter().sum::<usize>() as f64;

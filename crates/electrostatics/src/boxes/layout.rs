@@ -1,9 +1,10 @@
 //! A scene reduced to planes, blocks and cells: what grids of any resolution are made from.
 
+use crate::SolveError;
 use crate::boxes::domain::{Axis, Block, Domain, Rays};
 use crate::solution::ResolutionLevel;
 use elastocap_geometry::meshing::grid::{End, GradedAxis, Plane, Resolution, graded_axis};
-use elastocap_geometry::scene::{Box3, BoxScene, Wall};
+use elastocap_geometry::scene::{Body, Box3, Scene, Wall};
 
 /// Two planes closer than this share of the scene's size are one.
 const SAME: f64 = 1e-13;
@@ -23,8 +24,8 @@ pub struct Layout {
     pub planes: [Vec<Plane>; 3],
     /// `walls[axis][side]`.
     pub walls: [[Wall; 2]; 3],
-    /// Conductors in the scene's order; `None` where a reduced layout does not hold one.
-    pub conductors: Vec<Option<Block>>,
+    /// The blocks of each conductor, in the scene's order; none where a reduced layout does not hold the conductor.
+    pub conductors: Vec<Vec<Block>>,
     /// Relative permittivity of each cell `[i][j][k]`.
     pub permittivity: Vec<f64>,
     /// 1 + index of the dielectric of each cell, 0 for the background.
@@ -37,8 +38,17 @@ pub struct Layout {
 
 impl Layout {
     /// Lays out a scene.
-    pub fn new(scene: &BoxScene) -> Self {
-        let hull = scene.conductors.iter().map(|c| c.region).reduce(|a, b| a.union(&b));
+    ///
+    /// # Errors
+    /// A body that is neither a box nor a sheet.
+    pub fn new(scene: &Scene) -> Result<Self, SolveError> {
+        let boxes =
+            |body: &Body| body.boxes().ok_or_else(|| SolveError::NotBoxes { body: body.name.clone() });
+        let conductors: Vec<Vec<Box3>> =
+            scene.conductors().map(|c| boxes(c.body)).collect::<Result<_, _>>()?;
+        let dielectrics: Vec<Vec<Box3>> =
+            scene.dielectrics().map(|d| boxes(d.body)).collect::<Result<_, _>>()?;
+        let hull = conductors.iter().flatten().copied().reduce(|a, b| a.union(&b));
         let hull = hull.unwrap_or(Box3 { min: [0.0; 3], max: [1.0; 3] });
         let finite = |a: usize| scene.domain.min[a].is_finite() && scene.domain.max[a].is_finite();
         let origin = [0, 1, 2].map(|a| {
@@ -50,16 +60,16 @@ impl Layout {
         let mut planes: [Vec<Plane>; 3] = Default::default();
         for a in 0..3 {
             let mut all = Vec::new();
-            for c in &scene.conductors {
-                all.push((Plane { at: scaled(c.region.min[a], a), edge: true }, Side::Lower));
-                all.push((Plane { at: scaled(c.region.max[a], a), edge: true }, Side::Upper));
+            for region in conductors.iter().flatten() {
+                all.push((Plane { at: scaled(region.min[a], a), edge: true }, Side::Lower));
+                all.push((Plane { at: scaled(region.max[a], a), edge: true }, Side::Upper));
             }
-            for d in &scene.dielectrics {
+            for region in dielectrics.iter().flatten() {
                 // A slab has no edges; where faces meet, the field is singular as at a conductor's edge, if less so.
                 let inside = |a: usize, x: f64| x > scene.domain.min[a] && x < scene.domain.max[a];
-                let bounded = |a: usize| inside(a, d.region.min[a]) || inside(a, d.region.max[a]);
+                let bounded = |a: usize| inside(a, region.min[a]) || inside(a, region.max[a]);
                 let edge = (0..3).filter(|&a| bounded(a)).count() > 1;
-                let faces = [(d.region.min[a], Side::Lower), (d.region.max[a], Side::Upper)];
+                let faces = [(region.min[a], Side::Lower), (region.max[a], Side::Upper)];
                 for (x, side) in faces.into_iter().filter(|(x, _)| inside(a, *x)) {
                     all.push((Plane { at: scaled(x, a), edge }, side));
                 }
@@ -81,11 +91,11 @@ impl Layout {
             reach: 0.0,
             mirror: [None; 3],
         };
-        layout.fill(scene);
+        layout.fill(scene, &conductors);
         for a in 0..3 {
             if layout.mirrored(a) {
                 layout.mirror[a] = Some(layout.insert_centre(a));
-                layout.fill(scene);
+                layout.fill(scene, &conductors);
             }
         }
         // The centre planes may have moved the indices found before: find them again.
@@ -93,11 +103,11 @@ impl Layout {
             layout.mirror[a] =
                 layout.mirror[a].and_then(|_| layout.planes[a].iter().position(|p| p.at == 0.0));
         }
-        layout
+        Ok(layout)
     }
 
-    /// Conductors, permittivity and reach for the current planes.
-    fn fill(&mut self, scene: &BoxScene) {
+    /// Conductors, given as their boxes, permittivity and reach for the current planes.
+    fn fill(&mut self, scene: &Scene, conductors: &[Vec<Box3>]) {
         let find = |a: usize, x: f64| {
             let s = (x - self.origin[a]) / self.unit;
             let (mut best, mut distance) = (0, f64::INFINITY);
@@ -108,28 +118,31 @@ impl Layout {
             }
             best + usize::from(self.walls[a][0] == Wall::Open)
         };
-        let conductors = scene
-            .conductors
+        let block = |region: &Box3| Block {
+            lo: [0, 1, 2].map(|a| find(a, region.min[a])),
+            hi: [0, 1, 2].map(|a| find(a, region.max[a])),
+        };
+        let conductors = conductors
             .iter()
-            .map(|c| {
-                Some(Block {
-                    lo: [0, 1, 2].map(|a| find(a, c.region.min[a])),
-                    hi: [0, 1, 2].map(|a| find(a, c.region.max[a])),
-                })
+            .map(|regions| {
+                // In an order of their own, so that images of conductors can be told by comparing.
+                let mut blocks: Vec<Block> = regions.iter().map(block).collect();
+                blocks.sort_unstable();
+                blocks.dedup();
+                blocks
             })
             .collect();
         let centres = [0, 1, 2].map(|a| self.centres(a));
+        let lookup = scene.lookup();
         let (mut permittivity, mut material) = (Vec::new(), Vec::new());
         for &x in &centres[0] {
             for &y in &centres[1] {
                 for &z in &centres[2] {
                     let at = [x, y, z];
                     let point = [0, 1, 2].map(|a| self.origin[a] + self.unit * at[a]);
-                    let hit = scene.dielectrics.iter().rposition(|d| d.region.contains(point));
-                    permittivity.push(hit.map_or(scene.background_permittivity, |i| {
-                        scene.dielectrics[i].relative_permittivity
-                    }));
-                    material.push(hit.map_or(0, |i| i as i32 + 1));
+                    let hit = lookup.dielectric_at(point);
+                    permittivity.push(hit.map_or(scene.background_permittivity, |d| d.relative_permittivity));
+                    material.push(hit.map_or(0, |d| d.index as i32 + 1));
                 }
             }
         }
@@ -208,12 +221,7 @@ impl Layout {
             return false;
         }
         let cells = self.cells();
-        let flip = |b: &Block| {
-            let mut f = *b;
-            (f.lo[a], f.hi[a]) = (cells[a] - b.hi[a], cells[a] - b.lo[a]);
-            f
-        };
-        if !self.conductors.iter().flatten().all(|c| self.conductors.contains(&Some(flip(c)))) {
+        if !self.conductors.iter().all(|c| self.conductors.contains(&self.flipped(c, a))) {
             return false;
         }
         (0..cells[0]).all(|i| {
@@ -245,14 +253,22 @@ impl Layout {
         n / 2
     }
 
-    /// Index of the conductor that is the mirror image of conductor `c` across axis `a`.
-    pub fn image(&self, c: usize, a: usize) -> usize {
+    /// The mirror image of a conductor's blocks across axis `a`.
+    fn flipped(&self, blocks: &[Block], a: usize) -> Vec<Block> {
         let n = self.cells()[a];
-        let flipped = self.conductors[c].map(|b| {
-            let mut f = b;
+        let flip = |b: &Block| {
+            let mut f = *b;
             (f.lo[a], f.hi[a]) = (n - b.hi[a], n - b.lo[a]);
             f
-        });
+        };
+        let mut flipped: Vec<Block> = blocks.iter().map(flip).collect();
+        flipped.sort_unstable();
+        flipped
+    }
+
+    /// Index of the conductor that is the mirror image of conductor `c` across axis `a`.
+    pub fn image(&self, c: usize, a: usize) -> usize {
+        let flipped = self.flipped(&self.conductors[c], a);
         self.conductors.iter().position(|b| *b == flipped).unwrap_or(c)
     }
 
@@ -265,17 +281,15 @@ impl Layout {
         out.planes[a].drain(..centre);
         out.walls[a][0] = if odd { Wall::Grounded } else { Wall::Insulated };
         out.mirror[a] = None;
-        for c in &mut out.conductors {
-            *c = c.and_then(|b| {
-                let mut b = b;
+        for blocks in &mut out.conductors {
+            blocks.retain(|b| {
                 let sheet_on_plane = b.lo[a] == b.hi[a] && b.lo[a] == first;
-                if b.hi[a] <= first && !sheet_on_plane {
-                    return None;
-                }
+                b.hi[a] > first || sheet_on_plane
+            });
+            for b in blocks {
                 b.lo[a] = b.lo[a].saturating_sub(first);
                 b.hi[a] -= first;
-                Some(b)
-            });
+            }
         }
         let n = self.cells();
         out.permittivity = kept(&self.permittivity, n, a, first);
@@ -344,15 +358,15 @@ impl Layout {
         grid.radius = radius;
     }
 
-    /// The layout on a grid, with the conductors it holds (and which of the scene's they are).
+    /// The layout on a grid, and of which of the scene's conductors each of its blocks is.
     pub fn domain(&self, grid: &Grid) -> (Domain, Vec<usize>) {
         let axes = [0, 1, 2].map(|a| {
             let GradedAxis { line, cuts, .. } = grid.axes[a].clone();
             let rays = (!self.confined()).then(|| Rays { pole: self.pole(a), radius: grid.radius });
             Axis { line, cuts, walls: self.walls[a], rays }
         });
-        let held: Vec<usize> = (0..self.conductors.len()).filter(|&c| self.conductors[c].is_some()).collect();
-        let conductors = self.conductors.iter().flatten().copied().collect();
+        let blocks = self.conductors.iter().enumerate().flat_map(|(c, all)| all.iter().map(move |b| (*b, c)));
+        let (conductors, held) = blocks.unzip();
         (Domain { axes, conductors, permittivity: self.permittivity.clone() }, held)
     }
 }

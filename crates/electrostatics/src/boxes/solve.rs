@@ -5,7 +5,7 @@ use crate::boxes::domain::Domain;
 use crate::boxes::energy::{Energies, lower, upper};
 use crate::boxes::field::{Share, sample};
 use crate::boxes::grid_refinement::{Indicator, add, folded, indicator};
-use crate::boxes::grid_search::{self, SURPLUS_FACTOR, GAIN_FACTOR};
+use crate::boxes::grid_search::{self, GAIN_FACTOR, SURPLUS_FACTOR};
 use crate::boxes::layout::{Grid, Layout};
 use crate::boxes::primal::Primal;
 use crate::boxes::resolution::memory;
@@ -14,7 +14,7 @@ use crate::floating::Floating;
 use crate::matrix::{MatrixBounds, from_energies};
 use crate::solution::{Bounded, Field, PhaseSeconds, Settings, Solution, Target};
 use elastocap_fem::tensor::{Dims, axpy};
-use elastocap_geometry::scene::BoxScene;
+use elastocap_geometry::scene::Scene;
 use faer::Mat;
 use faer::linalg::solvers::Solve;
 use std::sync::atomic::Ordering;
@@ -23,10 +23,15 @@ use std::time::Instant;
 /// Vacuum permittivity, F/m (CODATA 2018).
 pub const EPS0: f64 = 8.854_187_812_8e-12;
 
-/// Solves a scene: the Maxwell matrix with bounds, to the tolerance asked where that can be reached.
-pub fn solve(scene: &BoxScene, settings: &Settings) -> Result<Solution, SolveError> {
+/// Solves a scene of boxes and sheets: the Maxwell matrix with bounds, to the tolerance asked where that can be reached.
+///
+/// A conductor may consist of several boxes, which may touch, overlap or lie apart.
+///
+/// # Errors
+/// A body that is neither a box nor a sheet, a grid whose matrices cannot be factorised, a request to stop.
+pub fn solve(scene: &Scene, settings: &Settings) -> Result<Solution, SolveError> {
     let begin = Instant::now();
-    let problem = Problem::new(scene, settings);
+    let problem = Problem::new(scene, settings)?;
     let setup = begin.elapsed().as_secs_f64();
     let found = match settings.resolution {
         Some(level) => grid_search::fixed(&problem, level)?,
@@ -55,17 +60,17 @@ pub(crate) struct Problem<'a> {
 }
 
 impl<'a> Problem<'a> {
-    pub(crate) fn new(scene: &BoxScene, settings: &'a Settings) -> Self {
-        let layout = Layout::new(scene);
+    pub(crate) fn new(scene: &Scene, settings: &'a Settings) -> Result<Self, SolveError> {
+        let layout = Layout::new(scene)?;
         let reflected = layout.mirror.map(|m| m.is_some() && !settings.symmetry);
-        Self {
+        Ok(Self {
             parts: parts(&layout, settings.symmetry),
             core: layout.core(),
             reflected,
             floating: Floating::new(scene),
             layout,
             settings,
-        }
+        })
     }
 
     /// Bytes the solve of the largest part takes on a grid.
@@ -209,7 +214,7 @@ pub(crate) fn on_grid(
 
 impl Outcome {
     /// The state to look at: one volt between two driven conductors, or one volt on the first; floating ones with their charge.
-    fn field(&self, scene: &BoxScene, problem: &Problem<'_>) -> Field {
+    fn field(&self, scene: &Scene, problem: &Problem<'_>) -> Field {
         let Problem { layout, parts, settings, floating, .. } = problem;
         let n = layout.conductors.len();
         let driven: Vec<f64> = match floating.driven.len() {
@@ -308,7 +313,8 @@ impl Outcome {
     pub(crate) fn estimate(&mut self, coarser: &Mat<f64>, missing: f64, settings: &Settings) {
         let upper = self.bounds.upper.clone();
         let n = upper.nrows();
-        let gained = Mat::from_fn(n, n, |i, j| upper[(i, j)] - GAIN_FACTOR * (coarser[(i, j)] - upper[(i, j)]));
+        let gained =
+            Mat::from_fn(n, n, |i, j| upper[(i, j)] - GAIN_FACTOR * (coarser[(i, j)] - upper[(i, j)]));
         let lacking = upper.clone() * faer::Scale(1.0 - (SURPLUS_FACTOR * missing).min(1.0));
         let mut error = |lower: Mat<f64>| {
             self.bounds.lower = lower;

@@ -9,7 +9,7 @@ use elastocap_electrostatics::{Bounded, ResolutionLevel, Settings, Solution, Tar
 use elastocap_case::Case;
 use elastocap_coupling::deform::prepare;
 use elastocap_coupling::plan::{Options, Plan, PlannedStep};
-use elastocap_coupling::scene_of::{DeformedScene, scene_of};
+use elastocap_coupling::scene::{DeformedScene, scene_of};
 use elastocap_coupling::step::{Stop, field_of};
 use elastocap_coupling::terminals::pair_among;
 
@@ -51,7 +51,7 @@ impl Subject {
         step: &PlannedStep,
         cancel: &Arc<AtomicBool>,
     ) -> Result<Self, String> {
-        if case.shapes.is_some() || case.beside.is_some() {
+        if !case.has_only_boxes() {
             return Err(
                 "the study is of the solver for boxes, and this case has bodies of other shapes".to_owned()
             );
@@ -102,9 +102,10 @@ impl Subject {
         let (solution, two_terminal) = match level {
             Some(_) => {
                 let solution = solve(&self.deformed.scene, &settings)?;
-                let pair =
-                    if self.among_others() { pair_among(&solution.maxwell) } else { solution.two_terminal };
-                (solution, pair)
+                let among_others = self.deformed.pair_among_others();
+                let found =
+                    among_others.map_or(solution.two_terminal, |pair| pair_among(&solution.maxwell, pair));
+                (solution, found)
             }
             None => field_of(&self.deformed, &settings)?,
         };
@@ -124,7 +125,7 @@ impl Subject {
     }
 
     fn among_others(&self) -> bool {
-        self.deformed.pair.is_some() && self.deformed.scene.driven().count() > 2
+        self.deformed.pair_among_others().is_some()
     }
 }
 

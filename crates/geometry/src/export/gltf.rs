@@ -19,9 +19,9 @@ use gltf_json::validation::Checked::Valid;
 use gltf_json::validation::USize64;
 use gltf_json::{self as json, Index, Value};
 
-use crate::scene::Box3;
+use crate::scene::{Body, Box3, Purpose, Role};
 
-/// What a body is; decides how it looks.
+/// What a body is to a viewer: decides how it looks. Walls and open space are shown too, which are no bodies of the scene.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum BodyRole {
     /// Metal: opaque, each in a colour of its own.
@@ -38,6 +38,18 @@ pub enum BodyRole {
     Wall,
     /// The air around: barely visible.
     Surroundings,
+}
+
+impl From<&Body> for BodyRole {
+    fn from(body: &Body) -> Self {
+        match (body.role, body.purpose) {
+            (Role::Conductor { .. }, _) => Self::Conductor,
+            (Role::Dielectric { .. }, Purpose::Layer) => Self::Layer,
+            (Role::Dielectric { .. }, Purpose::Substrate) => Self::Substrate,
+            (Role::Dielectric { .. }, Purpose::Cover) => Self::Cover,
+            (Role::Dielectric { .. }, Purpose::Electrode | Purpose::Fixed) => Self::Dielectric,
+        }
+    }
 }
 
 impl BodyRole {

@@ -197,23 +197,18 @@ fn direction(corners: Corners) -> [f32; 3] {
 mod tests {
     use super::*;
     use crate::meshing::tets::{Sizing, mesh};
-    use crate::scene::Wall;
-    use crate::shapes::{Shape, ShapeScene, ShapedConductor, ShapedDielectric};
+    use crate::scene::{Body, Scene, Wall};
+    use crate::shapes::Shape;
 
     #[test]
     fn surfaces_enclose_the_volume_of_their_bodies() {
         let cube = |a: f64| Box3 { min: [-a; 3], max: [a; 3] };
-        let scene = ShapeScene {
-            conductors: vec![ShapedConductor {
-                name: "inner".into(),
-                shape: Shape::Box(cube(0.25)),
-                floating_charge: None,
-            }],
-            dielectrics: vec![ShapedDielectric {
-                name: "rubber".into(),
-                shape: Shape::Sphere { center: [0.0; 3], radius: 0.7 },
-                relative_permittivity: 3.0,
-            }],
+        let ball = Shape::Sphere { center: [0.0; 3], radius: 0.7 };
+        let scene = Scene {
+            bodies: vec![
+                Body::conductor("inner", Shape::Box(cube(0.25))),
+                Body::dielectric("rubber", ball, 3.0),
+            ],
             background_permittivity: 1.0,
             domain: cube(1.0),
             walls: [[Wall::Grounded; 2]; 3],

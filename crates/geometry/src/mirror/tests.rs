@@ -1,8 +1,8 @@
 use super::*;
 use crate::samples::{cube, scene};
-use crate::shapes::ShapedDielectric;
+use crate::scene::Body;
 
-fn open(shapes: Vec<Shape>) -> ShapeScene {
+fn open(shapes: Vec<Shape>) -> Scene {
     scene(Box3::SPACE, Wall::Open, shapes)
 }
 
@@ -69,11 +69,7 @@ fn walls_sheets_and_layers_take_planes_away() {
     let mut all = open(vec![ball()]);
     let mut below = Box3::SPACE;
     below.max[1] = 0.0;
-    all.dielectrics.push(ShapedDielectric {
-        name: "board".into(),
-        shape: Shape::Box(below),
-        relative_permittivity: 2.0,
-    });
+    all.bodies.push(Body::dielectric("board", Shape::Box(below), 2.0));
     near(planes(&all), [Some(0.0), None, Some(0.0)]);
 }
 
@@ -84,5 +80,5 @@ fn the_part_ends_at_insulated_walls_in_the_planes() {
     assert_eq!(half.domain.min, [f64::NEG_INFINITY, 2.0, f64::NEG_INFINITY]);
     assert_eq!(half.walls[1], [Wall::Insulated, Wall::Open]);
     assert_eq!((half.walls[0], half.walls[2]), ([Wall::Open; 2], [Wall::Open; 2]));
-    assert_eq!(half.conductors, all.conductors);
+    assert_eq!(half.bodies, all.bodies);
 }

@@ -15,7 +15,7 @@ use std::collections::BTreeMap;
 pub(super) struct Run {
     pub range: std::ops::Range<usize>,
     pub segment: usize,
-    /// Conductors at the lower and the upper end.
+    /// Blocks of conductors at the lower and the upper end.
     pub ends: [Option<usize>; 2],
 }
 
@@ -133,7 +133,8 @@ fn column(
     let last = domain.cells()[a];
     let mut column = Column::new();
     let (mut from, mut below) = (0, None);
-    for (to, hi, above) in obstacles.into_iter().map(|(l, h, i)| (l, h, Some(i))).chain([(last, last, None)]) {
+    for (to, hi, above) in obstacles.into_iter().map(|(l, h, i)| (l, h, Some(i))).chain([(last, last, None)])
+    {
         if from < to {
             let mut ends = axis.flux_ends(from, to);
             if below.is_some() {
@@ -156,7 +157,10 @@ fn column(
             let segment = *segments.entry(key).or_insert(next);
             column.push(Piece { intervals: [from, to], segment, ends: [below, above] });
         }
-        (from, below) = (hi, above);
+        // Boxes of one conductor may overlap: the line is free behind the farthest end.
+        if hi >= from {
+            (from, below) = (hi, above);
+        }
     }
     column
 }

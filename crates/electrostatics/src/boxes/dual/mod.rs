@@ -138,7 +138,7 @@ impl Dual {
         })
     }
 
-    /// Right-hand side b = -D M^-1 g for the given conductor potentials.
+    /// Right-hand side b = -D M^-1 g for the given potential of each block of a conductor.
     pub fn source(&self, potentials: &[f64]) -> Vec<f64> {
         let mut b = vec![0.0; self.unknowns()];
         for a in 0..3 {

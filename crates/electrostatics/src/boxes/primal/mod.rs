@@ -211,7 +211,7 @@ impl Primal {
         self.dims
     }
 
-    /// Coefficients that are `potentials[c]` on conductor c and zero elsewhere.
+    /// Coefficients that are `potentials[c]` on block c of the conductors and zero elsewhere.
     pub fn lift(&self, potentials: &[f64]) -> Vec<f64> {
         let mut u = vec![0.0; self.unknowns()];
         for (window, potential) in self.conductors.iter().zip(potentials) {

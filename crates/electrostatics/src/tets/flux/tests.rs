@@ -2,7 +2,8 @@ mod primal;
 
 use super::*;
 use elastocap_geometry::meshing::tets::of_boxes;
-use elastocap_geometry::scene::{Box3, BoxScene, Conductor, Dielectric, Wall};
+use elastocap_geometry::scene::{Body, Box3, Scene, Wall};
+use elastocap_geometry::shapes::Shape;
 use primal::solve;
 
 /// Capacitance of a cube of side 1 in a cube of side 2, over eps_0 (an edge-graded hp boundary-element code, charge balance 2e-16).
@@ -12,14 +13,13 @@ fn cube(a: f64) -> Box3 {
     Box3 { min: [-a; 3], max: [a; 3] }
 }
 
-fn conductor(name: &str, region: Box3) -> Conductor {
-    Conductor { name: name.into(), region, floating_charge: None }
+fn conductor(name: &str, region: Box3) -> Body {
+    Body::conductor(name, Shape::Box(region))
 }
 
 fn cube_in_cube(cells: usize) -> TetMesh {
-    let scene = BoxScene {
-        conductors: vec![conductor("inner", cube(0.5))],
-        dielectrics: Vec::new(),
+    let scene = Scene {
+        bodies: vec![conductor("inner", cube(0.5))],
         background_permittivity: 1.0,
         domain: cube(1.0),
         walls: [[Wall::Grounded; 2]; 3],
@@ -76,23 +76,20 @@ fn the_capacitance_of_a_cube_in_a_cube_lies_between_the_bounds_which_close_toget
 
 #[test]
 fn contrasts_of_a_million_keep_the_bounds_of_all_orders_on_their_sides() {
-    let mut scene = BoxScene {
-        conductors: vec![
+    let block = Shape::Box(Box3 { min: [0.0, 0.2, 0.4], max: [0.8, 0.8, 1.0] });
+    let mut scene = Scene {
+        bodies: vec![
             conductor("low", Box3 { min: [0.2; 3], max: [0.4; 3] }),
             conductor("high", Box3 { min: [0.6; 3], max: [0.8; 3] }),
+            Body::dielectric("block", block.clone(), 1e6),
         ],
-        dielectrics: vec![Dielectric {
-            name: "block".into(),
-            region: Box3 { min: [0.0, 0.2, 0.4], max: [0.8, 0.8, 1.0] },
-            relative_permittivity: 1e6,
-        }],
         background_permittivity: 1.0,
         domain: Box3 { min: [0.0; 3], max: [1.0; 3] },
         walls: [[Wall::Grounded, Wall::Insulated], [Wall::Insulated; 2], [Wall::Insulated, Wall::Grounded]],
     };
     let line: Vec<f64> = (0..=5).map(|i| 0.2 * f64::from(i)).collect();
     for eps in [1e6, 1e-6] {
-        scene.dielectrics[0].relative_permittivity = eps;
+        scene.bodies[2] = Body::dielectric("block", block.clone(), eps);
         let mesh = of_boxes(&scene, &[line.clone(), line.clone(), line.clone()]);
         let each = [1, 2, 3].map(|order| bounds(&mesh, &[1.0, eps], order));
         for (lower, _) in &each {
@@ -113,11 +110,12 @@ fn contrasts_of_a_million_keep_the_bounds_of_all_orders_on_their_sides() {
 #[test]
 fn layered_plates_between_insulated_walls_are_exact() {
     let slab = |from: f64, to: f64| Box3 { min: [0.0, 0.0, from], max: [1.0, 1.0, to] };
-    let scene = BoxScene {
-        conductors: vec![conductor("low", slab(-0.1, 0.0)), conductor("high", slab(1.0, 1.1))],
-        dielectrics: vec![
-            Dielectric { name: "a".into(), region: slab(0.0, 0.3), relative_permittivity: 1e6 },
-            Dielectric { name: "b".into(), region: slab(0.3, 0.5), relative_permittivity: 3.0 },
+    let scene = Scene {
+        bodies: vec![
+            conductor("low", slab(-0.1, 0.0)),
+            conductor("high", slab(1.0, 1.1)),
+            Body::dielectric("a", Shape::Box(slab(0.0, 0.3)), 1e6),
+            Body::dielectric("b", Shape::Box(slab(0.3, 0.5)), 3.0),
         ],
         background_permittivity: 1.0,
         domain: slab(-0.1, 1.1),
@@ -137,12 +135,11 @@ fn layered_plates_between_insulated_walls_are_exact() {
 
 #[test]
 fn a_sheet_sends_flux_to_both_sides() {
-    let scene = BoxScene {
-        conductors: vec![
+    let scene = Scene {
+        bodies: vec![
             conductor("sheet", Box3 { min: [-0.5, -0.5, 0.0], max: [0.5, 0.5, 0.0] }),
             conductor("cube", Box3 { min: [-0.5, -0.5, 0.5], max: [0.5, 0.5, 0.75] }),
         ],
-        dielectrics: Vec::new(),
         background_permittivity: 1.0,
         domain: cube(1.0),
         walls: [[Wall::Grounded; 2], [Wall::Insulated; 2], [Wall::Grounded; 2]],
@@ -162,9 +159,8 @@ fn an_isolated_cube_in_open_space_lies_between_the_bounds() {
     // Capacitance of the unit cube over that of a ball of radius 1 (Helsing and Perfekt, 2013).
     let exact = 0.66067815409957 * 4.0 * std::f64::consts::PI;
     let everywhere = Box3 { min: [f64::NEG_INFINITY; 3], max: [f64::INFINITY; 3] };
-    let scene = BoxScene {
-        conductors: vec![conductor("cube", cube(0.5))],
-        dielectrics: Vec::new(),
+    let scene = Scene {
+        bodies: vec![conductor("cube", cube(0.5))],
         background_permittivity: 1.0,
         domain: everywhere,
         walls: [[Wall::Open; 2]; 3],

@@ -1,6 +1,7 @@
 use super::*;
 use elastocap_geometry::meshing::tets::{BoundaryFace, FaceRole, of_boxes};
-use elastocap_geometry::scene::{Box3, BoxScene, Conductor, Dielectric, Wall};
+use elastocap_geometry::scene::{Body, Box3, Scene, Wall};
+use elastocap_geometry::shapes::Shape;
 
 const SETTINGS: TetSettings<'static> = TetSettings { order: 2, share: 1e-10, cancel: None };
 
@@ -8,15 +9,10 @@ fn cube(a: f64) -> Box3 {
     Box3 { min: [-a; 3], max: [a; 3] }
 }
 
-fn scene(regions: &[Box3], domain: Box3, wall: Wall) -> BoxScene {
+fn scene(regions: &[Box3], domain: Box3, wall: Wall) -> Scene {
     let name = |k: usize| format!("{k}");
-    BoxScene {
-        conductors: regions
-            .iter()
-            .enumerate()
-            .map(|(k, &region)| Conductor { name: name(k), region, floating_charge: None })
-            .collect(),
-        dielectrics: Vec::new(),
+    Scene {
+        bodies: (0..).zip(regions).map(|(k, &region)| Body::conductor(name(k), Shape::Box(region))).collect(),
         background_permittivity: 1.0,
         domain,
         walls: [[wall; 2]; 3],
@@ -100,11 +96,7 @@ fn plates_with_two_layers_between_are_exact() {
     let mut scene = scene(&[layer(0.0, 0.5), layer(1.5, 2.0)], domain, Wall::Insulated);
     let eps = [1.0, 3.0, 7e5];
     for (k, region) in [layer(0.5, 0.75), layer(0.75, 1.5)].into_iter().enumerate() {
-        scene.dielectrics.push(Dielectric {
-            name: format!("{k}"),
-            region,
-            relative_permittivity: eps[k + 1],
-        });
+        scene.bodies.push(Body::dielectric(format!("{k}"), Shape::Box(region), eps[k + 1]));
     }
     let lines = [vec![0.0, 0.3, 1.0], vec![0.0, 0.9, 1.0], vec![0.0, 0.5, 0.7, 0.75, 1.2, 1.5, 2.0]];
     let mesh = of_boxes(&scene, &lines);
@@ -200,7 +192,7 @@ fn contrast(n: usize, eps: f64, order: usize) -> Potentials {
     scene.walls[1] = [Wall::Insulated; 2];
     let dielectrics = [place([0.5, 0.0, 0.0], [0.875, 1.0, 0.625]), place([0.125; 3], [0.25; 3])];
     for (k, region) in dielectrics.into_iter().enumerate() {
-        scene.dielectrics.push(Dielectric { name: format!("{k}"), region, relative_permittivity: eps });
+        scene.bodies.push(Body::dielectric(format!("{k}"), Shape::Box(region), eps));
     }
     let line = even(0.0, 1.0, n);
     let mesh = of_boxes(&scene, &[line.clone(), line.clone(), line]);

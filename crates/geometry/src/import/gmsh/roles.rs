@@ -6,8 +6,8 @@ use super::{VolumeMesh, outward, sides};
 use crate::import::audit::middle;
 use crate::import::{ImportError, Place, Problem};
 use crate::meshing::tets::{BoundaryFace, FaceRole, TetMesh, determinant};
-use crate::scene::Wall;
-use crate::shapes::{Shape, ShapeScene};
+use crate::scene::{Conductor, Scene, Wall};
+use crate::shapes::Shape;
 
 impl VolumeMesh {
     /// The mesh around the conductors of a scene whose shapes are all [`Shape::Physical`].
@@ -22,7 +22,7 @@ impl VolumeMesh {
     /// Names that the file does not have, shapes that are not physical groups, conductors that touch one another or a
     /// grounded wall, or end the mesh beside open faces, outer faces without a wall or, where open, without a view of the
     /// middle of the conductors.
-    pub fn tet_mesh(&self, scene: &ShapeScene) -> Result<TetMesh, ImportError> {
+    pub fn tet_mesh(&self, scene: &Scene) -> Result<TetMesh, ImportError> {
         self.with_roles(scene).map_err(|problem| ImportError::new(&self.file, problem))
     }
 
@@ -30,26 +30,30 @@ impl VolumeMesh {
         Place { at: middle(face.map(|p| self.points[p as usize])), line: None }
     }
 
-    fn with_roles(&self, scene: &ShapeScene) -> Result<TetMesh, Problem> {
+    fn with_roles(&self, scene: &Scene) -> Result<TetMesh, Problem> {
         let mut conductor_of = vec![None; self.groups.len() + 1];
-        for (k, conductor) in scene.conductors.iter().enumerate() {
-            for number in self.find(&conductor.name, &conductor.shape, 2)? {
-                if let Some(earlier) = conductor_of[number].replace(k) {
-                    let first = scene.conductors[earlier].name.clone();
+        let conductors: Vec<Conductor<'_>> = scene.conductors().collect();
+        let name = |k: usize| conductors[k].body.name.clone();
+        for (k, part) in scene.conductor_parts() {
+            for number in self.find(&conductors[k].body.name, part, 2)? {
+                let earlier = conductor_of[number].replace(k).filter(|&earlier| earlier != k);
+                if let Some(earlier) = earlier {
                     let at = self.some_point(number as u32);
                     let place = Place { at, line: None };
-                    return Err(Problem::Touching { first, second: conductor.name.clone(), place });
+                    return Err(Problem::Touching { first: name(earlier), second: name(k), place });
                 }
             }
         }
         let mut region_of = vec![0_u32; self.groups.len() + 1];
-        for (k, dielectric) in scene.dielectrics.iter().enumerate() {
-            for number in self.find(&dielectric.name, &dielectric.shape, 3)? {
-                region_of[number] = k as u32 + 1;
+        for dielectric in scene.dielectrics() {
+            for part in &dielectric.body.parts {
+                for number in self.find(&dielectric.body.name, part, 3)? {
+                    region_of[number] = dielectric.index as u32 + 1;
+                }
             }
         }
         let holder = |t: usize| conductor_of[self.tet_groups[t] as usize];
-        let touched = self.touched(scene, &conductor_of)?;
+        let touched = self.touched(&conductors, &conductor_of)?;
         let mut roles: BTreeMap<[u32; 3], FaceRole> = BTreeMap::new();
         let mut sheets = BTreeMap::new();
         for (face, &group) in self.faces.iter().zip(&self.face_groups) {
@@ -84,9 +88,9 @@ impl VolumeMesh {
                     Wall::Insulated => {}
                     Wall::Grounded => {
                         if let Some(&p) = face.iter().find(|&&p| touched[p as usize].is_some()) {
-                            let name = touched[p as usize].map(|k| scene.conductors[k].name.clone());
+                            let name = touched[p as usize].map(name).unwrap_or_default();
                             let place = Place { at: self.points[p as usize], line: None };
-                            return Err(Problem::TouchingWall { name: name.unwrap_or_default(), place });
+                            return Err(Problem::TouchingWall { name, place });
                         }
                         roles.insert(face, FaceRole::Grounded);
                         field.begin(first);
@@ -98,7 +102,7 @@ impl VolumeMesh {
                 }
             }
         }
-        self.check_open_ends(scene, &ends, open.iter().map(|o| o.0))?;
+        self.check_open_ends(&conductors, &ends, open.iter().map(|o| o.0))?;
         for (face, outward, _) in &open {
             let [a, b, c] = outward.map(|p| self.points[p as usize]);
             // The centre is behind the face, which turns anticlockwise as seen from outside.
@@ -110,10 +114,8 @@ impl VolumeMesh {
                 });
             }
         }
-        let met = open
-            .iter()
-            .filter(|o| o.2 > 0)
-            .map(|o| scene.dielectrics[o.2 as usize - 1].relative_permittivity);
+        let permittivities = scene.permittivities();
+        let met = open.iter().map(|o| permittivities[o.2 as usize]);
         let background = scene.background_permittivity;
         let permittivity = met.fold([background; 2], |[low, high], e| [low.min(e), high.max(e)]);
         roles.extend(open.into_iter().map(|(face, ..)| (face, FaceRole::Open { permittivity })));
@@ -147,7 +149,7 @@ impl VolumeMesh {
     /// The conductor that each point belongs to.
     fn touched(
         &self,
-        scene: &ShapeScene,
+        conductors: &[Conductor<'_>],
         conductor_of: &[Option<usize>],
     ) -> Result<Vec<Option<usize>>, Problem> {
         let mut out: Vec<Option<usize>> = vec![None; self.points.len()];
@@ -159,7 +161,7 @@ impl VolumeMesh {
                 let earlier = out[p as usize].replace(k).filter(|&e| e != k);
                 if let Some(earlier) = earlier {
                     let [first, second] = [earlier.min(k), earlier.max(k)];
-                    let name = |k: usize| scene.conductors[k].name.clone();
+                    let name = |k: usize| conductors[k].body.name.clone();
                     let place = Place { at: self.points[p as usize], line: None };
                     return Err(Problem::Touching { first: name(first), second: name(second), place });
                 }
@@ -178,7 +180,7 @@ impl VolumeMesh {
     }
 
     /// The wall that an outer face is part of.
-    fn wall(&self, scene: &ShapeScene, face: [u32; 3]) -> Result<Wall, Problem> {
+    fn wall(&self, scene: &Scene, face: [u32; 3]) -> Result<Wall, Problem> {
         let all = scene.walls[0][0];
         if scene.walls.iter().flatten().all(|&w| w == all) {
             return Ok(all);
@@ -203,7 +205,7 @@ impl VolumeMesh {
     /// hollows, and a shell around everything, have no open face beside them.
     fn check_open_ends(
         &self,
-        scene: &ShapeScene,
+        conductors: &[Conductor<'_>],
         ends: &[([u32; 3], usize)],
         open: impl Iterator<Item = [u32; 3]> + Clone,
     ) -> Result<(), Problem> {
@@ -228,7 +230,7 @@ impl VolumeMesh {
         }
         match ends.iter().find(|(face, _)| is_open[first(&mut parent, face[0]) as usize]) {
             Some((face, k)) => {
-                let (name, place) = (scene.conductors[*k].name.clone(), self.place(*face));
+                let (name, place) = (conductors[*k].body.name.clone(), self.place(*face));
                 Err(Problem::EndsAtOpenSpace { name, place })
             }
             None => Ok(()),

@@ -1,11 +1,11 @@
 //! What lies beyond the faces of a mesh to open space.
 
-use crate::shapes::{Shape, ShapeScene};
+use crate::scene::Scene;
 
 /// Least and largest permittivity that rays from `center` through a face can meet beyond it, where the mesh holds every body
 /// that ends: dielectrics that go on for ever count if they have a part in the smallest box around those rays, down to one
 /// that fills this box.
-pub(super) fn beyond(scene: &ShapeScene, center: [f64; 3], corners: [[f64; 3]; 3]) -> [f64; 2] {
+pub(super) fn beyond(scene: &Scene, center: [f64; 3], corners: [[f64; 3]; 3]) -> [f64; 2] {
     let range = [0, 1, 2].map(|a| {
         let out = corners.map(|p| p[a] - center[a]);
         let (low, high) = (out[0].min(out[1]).min(out[2]), out[0].max(out[1]).max(out[2]));
@@ -15,8 +15,10 @@ pub(super) fn beyond(scene: &ShapeScene, center: [f64; 3], corners: [[f64; 3]; 3
     });
     let mut met = [f64::INFINITY, f64::NEG_INFINITY];
     let mut meet = |permittivity: f64| met = [met[0].min(permittivity), met[1].max(permittivity)];
-    for dielectric in scene.dielectrics.iter().rev() {
-        let Shape::Box(region) = &dielectric.shape else { continue };
+    let permittivities = scene.permittivities();
+    let parts: Vec<_> = scene.dielectric_parts().collect();
+    for (dielectric, shape) in parts.into_iter().rev() {
+        let Some(region) = shape.as_box() else { continue };
         let part = |a: usize| {
             let [low, high] = range[a];
             if low == high {
@@ -26,7 +28,7 @@ pub(super) fn beyond(scene: &ShapeScene, center: [f64; 3], corners: [[f64; 3]; 3
             }
         };
         if (0..3).all(part) {
-            meet(dielectric.relative_permittivity);
+            meet(permittivities[1 + dielectric]);
         }
         if (0..3).all(|a| region.min[a] <= range[a][0] && range[a][1] <= region.max[a]) {
             return met;

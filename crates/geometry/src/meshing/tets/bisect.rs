@@ -259,25 +259,17 @@ fn longest(points: &[[f64; 3]], tet: [u32; 4]) -> u8 {
 mod tests {
     use super::super::{checks, of_boxes};
     use super::*;
-    use crate::scene::{Box3, BoxScene, Conductor, Wall};
+    use crate::scene::{Body, Box3, Scene, Wall};
+    use crate::shapes::Shape;
 
     /// A plate over a grounded floor in a box, with a sheet beside it: `n` cells per unit.
     fn plate(n: usize, height: f64) -> TetMesh {
         let sides = |min, max| Box3 { min, max };
-        let scene = BoxScene {
-            conductors: vec![
-                Conductor {
-                    name: "plate".into(),
-                    region: sides([-1.0, 0.0, -1.0], [0.0, height, 1.0]),
-                    floating_charge: None,
-                },
-                Conductor {
-                    name: "sheet".into(),
-                    region: sides([1.0, 0.0, -1.0], [2.0, 0.0, 1.0]),
-                    floating_charge: None,
-                },
+        let scene = Scene {
+            bodies: vec![
+                Body::conductor("plate", Shape::Box(sides([-1.0, 0.0, -1.0], [0.0, height, 1.0]))),
+                Body::conductor("sheet", Shape::Box(sides([1.0, 0.0, -1.0], [2.0, 0.0, 1.0]))),
             ],
-            dielectrics: Vec::new(),
             background_permittivity: 1.0,
             domain: sides([-3.0, -2.0 * height, -3.0], [3.0, 2.0 * height, 3.0]),
             walls: [[Wall::Insulated; 2], [Wall::Grounded; 2], [Wall::Insulated; 2]],

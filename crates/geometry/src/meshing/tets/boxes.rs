@@ -1,17 +1,18 @@
 //! Tetrahedra from the cells of a grid: for scenes of boxes.
 
 use super::{BoundaryFace, FaceRole, TetMesh, determinant};
-use crate::scene::{BoxScene, Wall};
+use crate::scene::{Box3, Filling, Scene, Wall};
 
-/// Six tetrahedra for every cell of a grid that lies in no conductor.
+/// Six tetrahedra for every cell of a grid that lies in no conductor, for a scene of boxes and sheets.
 ///
 /// `nodes` are ascending coordinates per axis, m, that begin and end where the mesh does; the bounds of all bodies that lie
 /// between are among them. An open side gets faces to open space whose rays, from the middle of the conductors, are taken to
 /// meet no permittivities but those of the scene.
-pub fn of_boxes(scene: &BoxScene, nodes: &[Vec<f64>; 3]) -> TetMesh {
+pub fn of_boxes(scene: &Scene, nodes: &[Vec<f64>; 3]) -> TetMesh {
     let counts = [0, 1, 2].map(|a| nodes[a].len());
     let index = |c: [usize; 3]| (c[0] * counts[1] + c[1]) * counts[2] + c[2];
     let at = |c: [usize; 3]| [nodes[0][c[0]], nodes[1][c[1]], nodes[2][c[2]]];
+    let lookup = scene.lookup();
     let mut mesh = TetMesh::default();
     let mut kept = vec![u32::MAX; counts.iter().product()];
     for i in 0..counts[0] - 1 {
@@ -19,10 +20,11 @@ pub fn of_boxes(scene: &BoxScene, nodes: &[Vec<f64>; 3]) -> TetMesh {
             for k in 0..counts[2] - 1 {
                 let (low, high) = (at([i, j, k]), at([i + 1, j + 1, k + 1]));
                 let middle = [0, 1, 2].map(|a| 0.5 * (low[a] + high[a]));
-                if scene.conductors.iter().any(|c| c.region.contains(middle)) {
-                    continue;
-                }
-                let region = scene.dielectrics.iter().rposition(|d| d.region.contains(middle));
+                let region = match lookup.body_at(middle) {
+                    Filling::Conductor(_) => continue,
+                    Filling::Background => 0,
+                    Filling::Dielectric(d) => d.index as u32 + 1,
+                };
                 for axes in [[0, 1, 2], [0, 2, 1], [1, 0, 2], [1, 2, 0], [2, 0, 1], [2, 1, 0]] {
                     let mut corner = [i, j, k];
                     let mut tet = [0_u32; 4];
@@ -43,14 +45,13 @@ pub fn of_boxes(scene: &BoxScene, nodes: &[Vec<f64>; 3]) -> TetMesh {
                         tet.swap(2, 3);
                     }
                     mesh.tets.push(tet);
-                    mesh.regions.push(region.map_or(0, |d| d as u32 + 1));
+                    mesh.regions.push(region);
                 }
             }
         }
     }
-    let mut around = scene.conductors.iter().map(|c| c.region);
-    if let Some(first) = around.next() {
-        let all = around.fold(first, |all, next| all.union(&next));
+    let around = scene.conductor_parts().filter_map(|(_, part)| part.as_box());
+    if let Some(all) = around.reduce(|all, next| all.union(&next)) {
         mesh.center = [0, 1, 2].map(|a| 0.5 * (all.min[a] + all.max[a]));
     }
     mark(&mut mesh, scene, nodes);
@@ -58,10 +59,12 @@ pub fn of_boxes(scene: &BoxScene, nodes: &[Vec<f64>; 3]) -> TetMesh {
 }
 
 /// Marks the faces of the mesh that lie on conductors or on walls.
-fn mark(mesh: &mut TetMesh, scene: &BoxScene, nodes: &[Vec<f64>; 3]) {
-    let all = || scene.dielectrics.iter().map(|d| d.relative_permittivity);
-    let least = all().fold(scene.background_permittivity, f64::min);
-    let most = all().fold(scene.background_permittivity, f64::max);
+fn mark(mesh: &mut TetMesh, scene: &Scene, nodes: &[Vec<f64>; 3]) {
+    let all = scene.permittivities();
+    let least = all.iter().copied().fold(f64::INFINITY, f64::min);
+    let most = all.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    let parts = scene.conductor_parts().filter_map(|(conductor, part)| Some((conductor, part.as_box()?)));
+    let parts: Vec<(usize, Box3)> = parts.collect();
     let mut marked = std::collections::BTreeMap::new();
     for tet in &mesh.tets {
         for skip in 0..4 {
@@ -73,9 +76,9 @@ fn mark(mesh: &mut TetMesh, scene: &BoxScene, nodes: &[Vec<f64>; 3]) {
                 continue;
             };
             let on = points[0][axis];
-            let held = scene.conductors.iter().position(|c| points.iter().all(|&p| c.region.contains(p)));
-            let role = if let Some(conductor) = held {
-                Some(FaceRole::Conductor(conductor as u32))
+            let held = parts.iter().find(|(_, part)| points.iter().all(|&p| part.contains(p)));
+            let role = if let Some((conductor, _)) = held {
+                Some(FaceRole::Conductor(*conductor as u32))
             } else {
                 let side = [nodes[axis].first(), nodes[axis].last()].iter().position(|&end| end == Some(&on));
                 match side.map(|side| scene.walls[axis][side]) {
@@ -95,14 +98,14 @@ fn mark(mesh: &mut TetMesh, scene: &BoxScene, nodes: &[Vec<f64>; 3]) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::{Box3, Conductor};
+    use crate::scene::Body;
+    use crate::shapes::Shape;
 
     #[test]
     fn the_cells_around_a_cube_in_a_cube_fill_what_it_leaves() {
         let cube = |a: f64| Box3 { min: [-a; 3], max: [a; 3] };
-        let scene = BoxScene {
-            conductors: vec![Conductor { name: "inner".into(), region: cube(0.5), floating_charge: None }],
-            dielectrics: Vec::new(),
+        let scene = Scene {
+            bodies: vec![Body::conductor("inner", Shape::Box(cube(0.5)))],
             background_permittivity: 1.0,
             domain: cube(1.0),
             walls: [[Wall::Grounded; 2]; 3],

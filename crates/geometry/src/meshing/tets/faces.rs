@@ -4,18 +4,17 @@ use super::beyond_mesh::beyond;
 use super::layered::{Body, LayeredError, across};
 use super::{BoundaryFace, FaceRole, TetMesh, determinant};
 use crate::meshing::plane::Planar;
-use crate::scene::Wall;
-use crate::shapes::ShapeScene;
+use crate::scene::{Scene, Wall};
 use std::collections::BTreeMap;
 
 /// What prisms are made of.
 pub(super) struct Prisms<'a> {
-    pub(super) scene: &'a ShapeScene,
+    pub(super) scene: &'a Scene,
     pub(super) axis: usize,
     pub(super) planar: Planar,
     /// Planes along the axis, ascending.
     pub(super) nodes: Vec<f64>,
-    /// Conductors, then dielectrics.
+    /// Parts of conductors, then of dielectrics.
     pub(super) bodies: Vec<Body>,
     /// Which triangles lie in each outline.
     pub(super) inside: Vec<Vec<bool>>,
@@ -24,8 +23,10 @@ pub(super) struct Prisms<'a> {
 
 /// What a prism is filled with.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Filling {
+pub(super) enum Filling {
+    /// The conductor with this index.
     Conductor(usize),
+    /// The background, 0, or dielectric k, 1 + k.
     Region(u32),
 }
 
@@ -35,26 +36,31 @@ impl Prisms<'_> {
     }
 
     fn filling(&self, triangle: usize, layer: usize) -> Result<Filling, LayeredError> {
-        let held = self.scene.conductors.len();
-        let has = |&k: &usize| {
+        let has = |k: usize| {
             let [low, high] = self.bodies[k].ends;
             low <= self.nodes[layer] && self.nodes[layer + 1] <= high && self.covers(k, triangle)
         };
-        let mut conductors = (0..held).filter(has);
-        if let Some(conductor) = conductors.next() {
-            return match conductors.next() {
-                Some(other) => Err(touching(self.scene, conductor, other)),
-                None => Ok(Filling::Conductor(conductor)),
-            };
+        let mut found = Filling::Region(0);
+        for (k, body) in self.bodies.iter().enumerate() {
+            match (found, body.filling) {
+                (Filling::Conductor(first), Filling::Conductor(other)) if first != other && has(k) => {
+                    return Err(touching(self.scene, first, other));
+                }
+                // Conductors come first, and later dielectrics override earlier ones.
+                (Filling::Region(_), filling) if has(k) => found = filling,
+                (Filling::Conductor(_) | Filling::Region(_), Filling::Conductor(_) | Filling::Region(_)) => {}
+            }
         }
-        Ok(Filling::Region((held..self.bodies.len()).rfind(has).map_or(0, |k| (k - held) as u32 + 1)))
+        Ok(found)
     }
 
-    /// The sheets that cover a triangle at a plane.
+    /// The conductors with a sheet that covers a triangle at a plane.
     fn sheets(&self, triangle: usize, plane: usize) -> impl Iterator<Item = usize> {
         let ends = [self.nodes[plane]; 2];
-        let held = 0..self.scene.conductors.len();
-        held.filter(move |&k| self.bodies[k].ends == ends && self.covers(k, triangle))
+        self.bodies.iter().enumerate().filter_map(move |(k, body)| match body.filling {
+            Filling::Conductor(c) if body.ends == ends && self.covers(k, triangle) => Some(c),
+            Filling::Conductor(_) | Filling::Region(_) => None,
+        })
     }
 
     fn wall(&self, axis: usize, side: usize, corners: [[f64; 3]; 3]) -> Option<FaceRole> {
@@ -122,13 +128,14 @@ pub(super) fn prisms(parts: &Prisms) -> Result<TetMesh, LayeredError> {
     Ok(mesh)
 }
 
-fn touching(scene: &ShapeScene, one: usize, other: usize) -> LayeredError {
-    let [first, second] = [one.min(other), one.max(other)].map(|k| scene.conductors[k].name.clone());
+fn touching(scene: &Scene, one: usize, other: usize) -> LayeredError {
+    let [first, second] = [one.min(other), one.max(other)]
+        .map(|k| scene.conductors().nth(k).map_or_else(String::new, |c| c.body.name.clone()));
     LayeredError::Touching { first, second }
 }
 
 /// No two conductors may share a point of the mesh.
-fn owners(mesh: &TetMesh, scene: &ShapeScene) -> Result<(), LayeredError> {
+fn owners(mesh: &TetMesh, scene: &Scene) -> Result<(), LayeredError> {
     let mut owner = vec![u32::MAX; mesh.points.len()];
     for face in &mesh.boundary {
         let FaceRole::Conductor(k) = face.role else { continue };

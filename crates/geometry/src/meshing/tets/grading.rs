@@ -156,21 +156,17 @@ fn angle(mesh: &TetMesh, edge: [u32; 2], sides: [u32; 2]) -> f64 {
 mod tests {
     use super::super::of_boxes;
     use super::*;
-    use crate::scene::{Box3, BoxScene, Conductor, Wall};
+    use crate::scene::{Body, Box3, Scene, Wall};
+    use crate::shapes::Shape;
 
     /// A plate and a sheet in a box with insulated walls, one above the other; the plate reaches one wall.
     fn mesh() -> TetMesh {
-        let conductor = |name: &str, min, max| Conductor {
-            name: name.into(),
-            region: Box3 { min, max },
-            floating_charge: None,
-        };
-        let scene = BoxScene {
-            conductors: vec![
+        let conductor = |name: &str, min, max| Body::conductor(name, Shape::Box(Box3 { min, max }));
+        let scene = Scene {
+            bodies: vec![
                 conductor("plate", [-2.0, 0.0, -1.0], [1.0, 1.0, 1.0]),
                 conductor("sheet", [-1.0, -1.0, -1.0], [1.0, -1.0, 1.0]),
             ],
-            dielectrics: Vec::new(),
             background_permittivity: 1.0,
             domain: Box3 { min: [-2.0; 3], max: [2.0; 3] },
             walls: [[Wall::Insulated; 2]; 3],

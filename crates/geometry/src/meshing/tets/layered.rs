@@ -5,10 +5,10 @@
 //! thin gap does not ask for small triangles.
 
 use super::TetMesh;
-use super::faces::{Prisms, prisms};
+use super::faces::{Filling, Prisms, prisms};
 use crate::meshing::plane::{self as planar, Fault, Planar, Ring, triangulate};
-use crate::scene::{Box3, Wall};
-use crate::shapes::{Shape, ShapeScene};
+use crate::scene::{Box3, Scene, Wall};
+use crate::shapes::Shape;
 
 /// How fine a first mesh is; it is refined afterwards where that pays.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -79,18 +79,15 @@ pub enum LayeredError {
 ///
 /// # Errors
 /// [`LayeredError`] names the body and what is wrong with it.
-pub fn layered(scene: &ShapeScene, sizing: &LayeredSizing) -> Option<Result<TetMesh, LayeredError>> {
+pub fn layered(scene: &Scene, sizing: &LayeredSizing) -> Option<Result<TetMesh, LayeredError>> {
     let extent = |axis: usize| {
-        let ends = scene.conductors.iter().filter_map(|c| ends(&c.shape, axis));
+        let ends = scene.conductor_parts().filter_map(|(_, part)| ends(part, axis));
         let all =
             ends.fold([f64::INFINITY, f64::NEG_INFINITY], |all, e| [all[0].min(e[0]), all[1].max(e[1])]);
         all[1] - all[0]
     };
     let axis = (0..3)
-        .filter(|&axis| {
-            let conductors = scene.conductors.iter().map(|c| &c.shape);
-            conductors.chain(scene.dielectrics.iter().map(|d| &d.shape)).all(|s| stands(s, axis))
-        })
+        .filter(|&axis| scene.shapes().all(|s| stands(s, axis)))
         .min_by(|&a, &b| extent(a).total_cmp(&extent(b)))?;
     Some(mesh(scene, sizing, axis))
 }
@@ -125,8 +122,10 @@ pub(super) fn across(axis: usize) -> [usize; 2] {
     [[1, 2], [0, 2], [0, 1]][axis]
 }
 
-/// A body in layers.
+/// A part of a body in layers.
 pub(super) struct Body {
+    /// What it fills space with.
+    pub(super) filling: Filling,
     /// `None` for what fills the whole plane.
     pub(super) ring: Option<usize>,
     /// Ends along the axis, m, as they are among the planes.
@@ -134,7 +133,7 @@ pub(super) struct Body {
 }
 
 /// Where the mesh ends, and from where its rays start.
-fn frame(scene: &ShapeScene, reach: f64) -> Result<(Box3, [f64; 3]), LayeredError> {
+fn frame(scene: &Scene, reach: f64) -> Result<(Box3, [f64; 3]), LayeredError> {
     let open = |a: usize| scene.walls[a].map(|w| w == Wall::Open);
     if (0..3).any(|a| open(a) == [false; 2]) && (0..3).any(|a| open(a) != [false; 2]) {
         return Err(LayeredError::OpenBetweenWalls);
@@ -142,7 +141,7 @@ fn frame(scene: &ShapeScene, reach: f64) -> Result<(Box3, [f64; 3]), LayeredErro
     let mut center = [0.0; 3];
     let mut size = 0.0_f64;
     for a in 0..3 {
-        let held = scene.conductors.iter().filter_map(|c| ends(&c.shape, a));
+        let held = scene.conductor_parts().filter_map(|(_, part)| ends(part, a));
         let held =
             held.fold([f64::INFINITY, f64::NEG_INFINITY], |all, e| [all[0].min(e[0]), all[1].max(e[1])]);
         // Rays from a point of the only wall stay on its inner side.
@@ -151,7 +150,7 @@ fn frame(scene: &ShapeScene, reach: f64) -> Result<(Box3, [f64; 3]), LayeredErro
             [true, false] => scene.domain.max[a],
             _ => 0.5 * (held[0] + held[1]),
         };
-        let filled = scene.dielectrics.iter().filter_map(|d| ends(&d.shape, a));
+        let filled = scene.dielectric_parts().filter_map(|(_, part)| ends(part, a));
         let bounds = held.into_iter().chain(filled.flatten());
         size = bounds.filter(|b| b.is_finite()).fold(size, |size, b| size.max((b - center[a]).abs()));
     }
@@ -212,20 +211,24 @@ fn sound(shape: &Shape, conductor: bool) -> bool {
     ordered && flat <= 1 && inner
 }
 
-fn mesh(scene: &ShapeScene, sizing: &LayeredSizing, axis: usize) -> Result<TetMesh, LayeredError> {
-    if scene.conductors.is_empty() {
+fn mesh(scene: &Scene, sizing: &LayeredSizing, axis: usize) -> Result<TetMesh, LayeredError> {
+    let conductors = scene
+        .conductors()
+        .flat_map(|c| c.body.parts.iter().map(move |part| (&c.body.name, part, Filling::Conductor(c.index))));
+    let dielectrics = scene.dielectrics().flat_map(|d| {
+        d.body.parts.iter().map(move |part| (&d.body.name, part, Filling::Region(d.index as u32 + 1)))
+    });
+    if conductors.clone().next().is_none() {
         return Err(LayeredError::NoSpace);
     }
-    let conductors = scene.conductors.iter().map(|c| (&c.name, &c.shape, true));
-    let shapes: Vec<_> =
-        conductors.chain(scene.dielectrics.iter().map(|d| (&d.name, &d.shape, false))).collect();
-    for &(name, shape, conductor) in &shapes {
+    let shapes: Vec<_> = conductors.chain(dielectrics).collect();
+    for &(name, shape, filling) in &shapes {
         if let Shape::Extrusion { outline, .. } = shape
             && outline.len() < 3
         {
             return Err(LayeredError::Degenerate { name: name.clone() });
         }
-        if !sound(shape, conductor) {
+        if !sound(shape, matches!(filling, Filling::Conductor(_))) {
             return Err(LayeredError::Size { name: name.clone() });
         }
     }
@@ -235,7 +238,7 @@ fn mesh(scene: &ShapeScene, sizing: &LayeredSizing, axis: usize) -> Result<TetMe
     let growth = sizing.growth.max(0.05);
     let mut rings: Vec<Ring> = Vec::new();
     let mut bodies = Vec::new();
-    for &(name, shape, _) in &shapes {
+    for &(name, shape, filling) in &shapes {
         let corners = outline(shape, axis, &frame, sizing.circle);
         let [min, max] = bounds(&corners);
         let size = (max[0] - min[0]).max(max[1] - min[1]);
@@ -254,13 +257,12 @@ fn mesh(scene: &ShapeScene, sizing: &LayeredSizing, axis: usize) -> Result<TetMe
             rings.push(Ring { corners, near: sizing.near.clamp(1e-3, 1.0) * narrow });
         }
         let ends = if corners.is_empty() || ring.is_some() { ends } else { [f64::INFINITY; 2] };
-        bodies.push(Body { ring, ends });
+        bodies.push(Body { filling, ring, ends });
     }
     planar::snapped(&mut rings, plane);
     let planar = triangulate(&rings, plane, growth).ok_or(LayeredError::TooFine)?;
     let widest = rings.iter().map(|r| r.near).fold(f64::INFINITY, f64::min);
-    let held = scene.conductors.len();
-    let nodes = layers(&mut bodies, held, [frame.min[axis], frame.max[axis]], widest, growth, sizing.first);
+    let nodes = layers(&mut bodies, [frame.min[axis], frame.max[axis]], widest, growth, sizing.first);
     let inside = rings.iter().map(|r| covered(&planar, &r.corners)).collect();
     let parts = Prisms { scene, axis, planar, nodes, bodies, inside, center };
     let mesh = prisms(&parts)?;
@@ -289,16 +291,8 @@ fn covered(planar: &Planar, corners: &[[f64; 2]]) -> Vec<bool> {
     planar.triangles.iter().map(|t| planar::contains(corners, middle(t))).collect()
 }
 
-/// The planes of the axis, ascending, between `span`: graded, thin at the ends of conductors (the first `held` bodies), and
-/// nowhere thicker than the triangles at outlines, `widest`, ask for. Ends of bodies that differ by rounding become equal.
-fn layers(
-    bodies: &mut [Body],
-    held: usize,
-    span: [f64; 2],
-    widest: f64,
-    growth: f64,
-    first: f64,
-) -> Vec<f64> {
+/// The planes of the axis, ascending, between `span`: graded, thin at the ends of conductors, and nowhere thicker than the triangles at outlines, `widest`, ask for. Ends of bodies that differ by rounding become equal.
+fn layers(bodies: &mut [Body], span: [f64; 2], widest: f64, growth: f64, first: f64) -> Vec<f64> {
     let same = 1e-9
         * bodies
             .iter()
@@ -306,14 +300,15 @@ fn layers(
             .filter(|z| z.is_finite())
             .fold(0.0, |size, z| f64::max(size, (z - 0.5 * (span[0] + span[1])).abs()));
     let mut planes = vec![(span[0], false), (span[1], false)];
-    for (k, body) in bodies.iter_mut().enumerate() {
+    for body in bodies {
+        let held = matches!(body.filling, Filling::Conductor(_));
         for z in &mut body.ends {
             match planes.iter_mut().find(|p| (p.0 - *z).abs() <= same) {
                 Some(plane) => {
                     *z = plane.0;
-                    plane.1 |= k < held;
+                    plane.1 |= held;
                 }
-                None if *z > span[0] && *z < span[1] => planes.push((*z, k < held)),
+                None if *z > span[0] && *z < span[1] => planes.push((*z, held)),
                 None => {}
             }
         }

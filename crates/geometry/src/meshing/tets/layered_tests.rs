@@ -2,8 +2,8 @@
 
 use super::checks::{areas, conforming, volume};
 use super::{FaceRole, LayeredError, LayeredSizing, TetMesh, layered};
-use crate::scene::{Box3, Wall};
-use crate::shapes::{Shape, ShapeScene, ShapedConductor, ShapedDielectric};
+use crate::scene::{Body, Box3, Scene, Wall};
+use crate::shapes::Shape;
 use std::f64::consts::TAU;
 
 const FAR: f64 = f64::INFINITY;
@@ -12,30 +12,24 @@ fn cuboid(min: [f64; 3], max: [f64; 3]) -> Shape {
     Shape::Box(Box3 { min, max })
 }
 
-fn scene(conductors: Vec<(&str, Shape)>, dielectrics: Vec<(Shape, f64)>) -> ShapeScene {
-    let conductor =
-        |(name, shape): (&str, Shape)| ShapedConductor { name: name.into(), shape, floating_charge: None };
-    let dielectric = |(shape, relative_permittivity)| ShapedDielectric {
-        name: "filling".into(),
-        shape,
-        relative_permittivity,
-    };
-    ShapeScene {
-        conductors: conductors.into_iter().map(conductor).collect(),
-        dielectrics: dielectrics.into_iter().map(dielectric).collect(),
+fn scene(conductors: Vec<(&str, Shape)>, dielectrics: Vec<(Shape, f64)>) -> Scene {
+    let conductors = conductors.into_iter().map(|(name, shape)| Body::conductor(name, shape));
+    let dielectrics = dielectrics.into_iter().map(|(shape, eps)| Body::dielectric("filling", shape, eps));
+    Scene {
+        bodies: conductors.chain(dielectrics).collect(),
         background_permittivity: 1.0,
         domain: Box3::SPACE,
         walls: [[Wall::Open; 2]; 3],
     }
 }
 
-fn walled(mut scene: ShapeScene, domain: Box3, wall: Wall) -> ShapeScene {
+fn walled(mut scene: Scene, domain: Box3, wall: Wall) -> Scene {
     scene.domain = domain;
     scene.walls = [[wall; 2]; 3];
     scene
 }
 
-fn meshed(scene: &ShapeScene) -> TetMesh {
+fn meshed(scene: &Scene) -> TetMesh {
     let mesh = layered(scene, &LayeredSizing::default()).unwrap().unwrap();
     conforming(&mesh);
     println!("{} points, {} tetrahedra", mesh.points.len(), mesh.tets.len());
@@ -71,7 +65,7 @@ fn open_faces_see_the_center(mesh: &TetMesh) {
     }
 }
 
-fn pattern() -> ShapeScene {
+fn pattern() -> Scene {
     let um = |points: &[[f64; 2]]| points.iter().map(|p| p.map(|x| x * 1e-6)).collect::<Vec<_>>();
     let corners = [[0.0, 0.0], [300.0, 0.0], [300.0, 100.0], [100.0, 100.0], [100.0, 300.0], [0.0, 300.0]];
     let pad = Shape::Extrusion { axis: 1, from: 0.0, to: 10e-6, outline: um(&corners) };

@@ -4,8 +4,8 @@ use super::checks::{areas, conforming, volume};
 use super::{FaceRole, LayeredSizing, MeshError, Sizing, TetMesh, layered, mesh};
 use crate::mirror::{part, planes};
 use crate::samples::{cube, scene};
-use crate::scene::{Box3, Wall};
-use crate::shapes::{Shape, ShapeScene, ShapedDielectric, TriangleSurface};
+use crate::scene::{Body, Box3, Scene, Wall};
+use crate::shapes::{Shape, TriangleSurface};
 
 fn walls(half: f64) -> Box3 {
     Box3 { min: [-half; 3], max: [half; 3] }
@@ -21,11 +21,11 @@ fn turned(half: f64, turn: f64) -> TriangleSurface {
 }
 
 /// Meshes whole and part: conforming, of volumes and areas of roles that are those of the whole.
-fn compared(all: &ShapeScene, expected: usize, sizing: &Sizing) -> [TetMesh; 2] {
+fn compared(all: &Scene, expected: usize, sizing: &Sizing) -> [TetMesh; 2] {
     compared_by(all, expected, |scene| mesh(scene, sizing).unwrap().mesh)
 }
 
-fn compared_by(all: &ShapeScene, expected: usize, mesh: impl Fn(&ShapeScene) -> TetMesh) -> [TetMesh; 2] {
+fn compared_by(all: &Scene, expected: usize, mesh: impl Fn(&Scene) -> TetMesh) -> [TetMesh; 2] {
     let found = planes(all);
     assert_eq!(found.iter().flatten().count(), expected, "{found:?}");
     let whole = mesh(all);
@@ -35,7 +35,7 @@ fn compared_by(all: &ShapeScene, expected: usize, mesh: impl Fn(&ShapeScene) -> 
     let ratio = times * volume(&some) / volume(&whole);
     assert!((ratio - 1.0).abs() < 1e-9, "{ratio}");
     let regions = |m: &TetMesh| {
-        let mut out = vec![0.0; all.dielectrics.len() + 1];
+        let mut out = vec![0.0; all.dielectrics().count() + 1];
         (0..m.tets.len()).for_each(|t| out[m.regions[t] as usize] += m.determinant(t) / 6.0);
         out
     };
@@ -100,7 +100,7 @@ fn layers_of_balls_are_cut_by_three_planes() {
     let outer = Shape::Shell { center, radius: 2e-3 };
     let mut all = scene(Box3::SPACE, Wall::Open, vec![inner, outer]);
     let shape = Shape::Sphere { center, radius: 1.5e-3 };
-    all.dielectrics.push(ShapedDielectric { name: "layer".into(), shape, relative_permittivity: 3.0 });
+    all.bodies.push(Body::dielectric("layer", shape, 3.0));
     for facet in [0.3, 0.15] {
         compared(&all, 3, &Sizing { facet, ..Sizing::default() });
     }
@@ -160,7 +160,7 @@ fn a_conductor_through_a_grounded_wall_is_refused_by_name() {
     conforming(&mesh(&all, &Sizing::default()).unwrap().mesh);
     // A dielectric may.
     let mut all = scene(walls(1.0), Wall::Grounded, Vec::new());
-    all.dielectrics.push(ShapedDielectric { name: "bead".into(), shape: ball, relative_permittivity: 3.0 });
+    all.bodies.push(Body::dielectric("bead", ball, 3.0));
     let out = mesh(&all, &Sizing::default()).unwrap().mesh;
     conforming(&out);
     assert!((volume(&out) - 8.0).abs() < 1e-12 && out.regions.contains(&1));
@@ -169,7 +169,7 @@ fn a_conductor_through_a_grounded_wall_is_refused_by_name() {
 #[test]
 fn scenes_in_layers_are_cut_by_their_planes() {
     let by_layers = |circle: usize| {
-        move |scene: &ShapeScene| {
+        move |scene: &Scene| {
             layered(scene, &LayeredSizing { circle, ..LayeredSizing::default() }).unwrap().unwrap()
         }
     };
@@ -179,14 +179,10 @@ fn scenes_in_layers_are_cut_by_their_planes() {
     let mut all = scene(Box3::SPACE, Wall::Open, vec![pad.clone(), disc.clone()]);
     let mut board = Box3::SPACE;
     (board.min[1], board.max[1]) = (-10.0, 0.0);
-    all.dielectrics.push(ShapedDielectric {
-        name: "board".into(),
-        shape: Shape::Box(board),
-        relative_permittivity: 4.5,
-    });
+    all.bodies.push(Body::dielectric("board", Shape::Box(board), 4.5));
     compared_by(&all, 1, by_layers(32));
     // Around the disc alone nothing but the board is uneven; a ring of teeth is cut in several pieces.
-    all.conductors.remove(0);
+    all.bodies.remove(0);
     compared_by(&all, 2, by_layers(30));
     let comb =
         [[0.0, 0.0], [6.0, 0.0], [6.0, 1.0], [1.0, 1.0], [1.0, 2.0], [6.0, 2.0], [6.0, 3.0], [0.0, 3.0]];

@@ -5,9 +5,8 @@ use super::meet::NOBODY;
 use super::skin::{Cut, Skin};
 use super::thin::too_near;
 use super::{MeshError, Sizing};
-use crate::scene::{Box3, Wall};
-use crate::shapes::{Shape, ShapeScene, TriangleSurface};
-use crate::winding::contains;
+use crate::scene::{Box3, Scene, Wall};
+use crate::shapes::{Shape, TriangleSurface};
 use std::collections::HashMap;
 
 type P = [f64; 3];
@@ -119,44 +118,9 @@ pub(super) fn flat(shape: &Shape, sizing: &Sizing) -> Shape {
     }
 }
 
-/// Whether the body holds the point.
-pub(super) fn holds(shape: &Shape, p: P) -> bool {
-    let squared = |c: &P| (0..3).map(|k| (p[k] - c[k]).powi(2)).sum::<f64>();
-    match shape {
-        Shape::Box(b) => b.sheet_normal().is_none() && b.contains(p),
-        Shape::Sphere { center, radius } => squared(center) < radius * radius,
-        Shape::Shell { center, radius } => squared(center) > radius * radius,
-        Shape::Cylinder { axis, base, radius, height } => {
-            let z = p[*axis] - base[*axis];
-            let across = squared(base) - z * z;
-            (0.0..*height).contains(&z) && across < radius * radius
-        }
-        Shape::Extrusion { axis, from, to, outline } => {
-            let q = match axis {
-                0 => [p[1], p[2]],
-                1 => [p[0], p[2]],
-                _ => [p[0], p[1]],
-            };
-            let mut inside = false;
-            for (k, a) in outline.iter().enumerate() {
-                let b = outline[(k + 1) % outline.len()];
-                let cut = |y: f64| a[0] + (b[0] - a[0]) * (y - a[1]) / (b[1] - a[1]);
-                if (a[1] > q[1]) != (b[1] > q[1]) && q[0] < cut(q[1]) {
-                    inside = !inside;
-                }
-            }
-            from.min(*to) < p[*axis] && p[*axis] < from.max(*to) && inside
-        }
-        Shape::Surface(s) => contains(s, p),
-        Shape::Physical(_) => false,
-    }
-}
-
 /// Where the mesh ends: the walls, and far from the bodies where there is none.
-pub(super) fn domain(scene: &ShapeScene, sizing: &Sizing) -> Result<Box3, MeshError> {
-    let shapes =
-        || scene.conductors.iter().map(|c| &c.shape).chain(scene.dielectrics.iter().map(|d| &d.shape));
-    if let Some(shell) = shapes().find(|s| matches!(s, Shape::Shell { .. })) {
+pub(super) fn domain(scene: &Scene, sizing: &Sizing) -> Result<Box3, MeshError> {
+    if let Some(shell) = scene.shapes().find(|s| matches!(s, Shape::Shell { .. })) {
         let b = bounds(shell);
         let grown = 0.25 * extent(&b);
         let mut out = Box3 { min: b.min.map(|x| x - grown), max: b.max.map(|x| x + grown) };
@@ -172,7 +136,7 @@ pub(super) fn domain(scene: &ShapeScene, sizing: &Sizing) -> Result<Box3, MeshEr
     }
     let mut low = [f64::INFINITY; 3];
     let mut high = [f64::NEG_INFINITY; 3];
-    for b in shapes().map(bounds).chain([scene.domain]) {
+    for b in scene.shapes().map(bounds).chain([scene.domain]) {
         for a in 0..3 {
             for x in [b.min[a], b.max[a]].into_iter().filter(|x| x.is_finite()) {
                 low[a] = low[a].min(x);
@@ -199,14 +163,18 @@ pub(super) fn domain(scene: &ShapeScene, sizing: &Sizing) -> Result<Box3, MeshEr
 }
 
 /// All surfaces of the scene.
-pub(super) fn complex(scene: &ShapeScene, domain: &Box3, sizing: &Sizing) -> Result<Complex, MeshError> {
+pub(super) fn complex(scene: &Scene, domain: &Box3, sizing: &Sizing) -> Result<Complex, MeshError> {
     let mut out = Complex::default();
-    let conductors = scene.conductors.iter().enumerate().map(|(c, b)| (&b.name, &b.shape, Some(c as u32)));
-    let dielectrics = scene.dielectrics.iter().map(|d| (&d.name, &d.shape, None));
+    // Every part owns its surface.
+    let conductors = scene
+        .conductors()
+        .flat_map(|c| c.body.parts.iter().map(move |part| (&c.body.name, part, Some(c.index as u32))));
+    let dielectrics =
+        scene.dielectrics().flat_map(|d| d.body.parts.iter().map(move |part| (&d.body.name, part, None)));
     let all = || conductors.clone().chain(dielectrics.clone());
     out.bodies.extend(all().map(|(name, shape, conductor)| Owner {
         name: name.clone(),
-        conductor: conductor.is_some(),
+        conductor,
         ball: matches!(shape, Shape::Sphere { .. } | Shape::Shell { .. }),
     }));
     boxes(&mut out, scene, domain, sizing);
@@ -281,12 +249,12 @@ pub(super) fn complex(scene: &ShapeScene, domain: &Box3, sizing: &Sizing) -> Res
 }
 
 /// The planes of dielectric boxes and slabs that go all the way through a body within `around`: axis and place.
-fn through(scene: &ShapeScene, domain: &Box3, around: &Box3) -> Vec<(usize, f64)> {
+fn through(scene: &Scene, domain: &Box3, around: &Box3) -> Vec<(usize, f64)> {
     // Flat faces of a round body reach out of it a little.
     let room = 0.1 * extent(around);
     let mut out = Vec::new();
-    for dielectric in &scene.dielectrics {
-        let Shape::Box(b) = &dielectric.shape else { continue };
+    for (_, part) in scene.dielectric_parts() {
+        let Some(b) = part.as_box() else { continue };
         for axis in 0..3 {
             let covers = |a: usize| {
                 b.min[a] <= (around.min[a] - room).max(domain.min[a])
@@ -314,18 +282,17 @@ fn middle(out: &mut Complex, domain: &Box3, center: P, size: f64) {
 }
 
 /// All boxes and the walls: faces between cells of their common grid that are filled differently.
-fn boxes(out: &mut Complex, scene: &ShapeScene, domain: &Box3, sizing: &Sizing) {
+fn boxes(out: &mut Complex, scene: &Scene, domain: &Box3, sizing: &Sizing) {
     let mut bodies: Vec<(Box3, i64)> = Vec::new();
-    for (d, body) in scene.dielectrics.iter().enumerate() {
-        if let Shape::Box(b) = body.shape {
-            bodies.push((b, d as i64 + 1));
-        }
+    for (d, part) in scene.dielectric_parts() {
+        bodies.extend(part.as_box().map(|b| (b, d as i64 + 1)));
     }
-    for (c, body) in scene.conductors.iter().enumerate() {
-        if let Shape::Box(b) = body.shape {
-            bodies.push((b, -1 - c as i64));
-        }
+    for (c, part) in scene.conductor_parts() {
+        bodies.extend(part.as_box().map(|b| (b, -1 - c as i64)));
     }
+    // The first part of a body owns the faces of all its boxes, which are made together.
+    let metal: Vec<usize> = scene.conductor_parts().map(|(c, _)| c).collect();
+    let filled_by: Vec<usize> = scene.dielectric_parts().map(|(d, _)| d).collect();
     let lines = [0, 1, 2].map(|a| {
         let mut line = vec![domain.min[a], domain.max[a]];
         for (b, _) in &bodies {
@@ -361,9 +328,11 @@ fn boxes(out: &mut Complex, scene: &ShapeScene, domain: &Box3, sizing: &Sizing) 
     };
     // Conductors first: their surface it is.
     let owner = |codes: [i64; 3]| {
-        let metal = codes.into_iter().find(|&c| c < 0 && c != i64::MIN).map(|c| (-1 - c) as usize);
-        let filled = codes.into_iter().find(|&c| c > 0).map(|c| c as usize - 1 + scene.conductors.len());
-        metal.or(filled).map_or(NOBODY, |o| o as u32)
+        let conductor = codes.into_iter().find(|&c| c < 0 && c != i64::MIN).map(|c| (-1 - c) as usize);
+        let dielectric = codes.into_iter().find(|&c| c > 0).map(|c| c as usize - 1);
+        let of_conductor = conductor.and_then(|c| metal.iter().position(|&m| m == c));
+        let of_dielectric = || Some(metal.len() + filled_by.iter().position(|f| Some(*f) == dielectric)?);
+        of_conductor.or_else(of_dielectric).map_or(NOBODY, |o| o as u32)
     };
     let far = extent(domain);
     let size = |codes: &[i64]| {

@@ -77,11 +77,13 @@ impl Facet {
     }
 }
 
-/// Whose surface something is.
+/// Whose surface something is: a part of a body.
 #[derive(Debug)]
 pub(super) struct Owner {
+    /// Of the body.
     pub(super) name: String,
-    pub(super) conductor: bool,
+    /// The conductor that it is a part of.
+    pub(super) conductor: Option<u32>,
     pub(super) ball: bool,
 }
 

@@ -504,14 +504,14 @@ impl<'a> Meeting<'a> {
         new
     }
 
-    /// Refuses conductors that have a point in common.
+    /// Refuses different conductors that have a point in common.
     fn shorts(&self) -> Result<(), MeshError> {
         let Complex { bodies, facets, points, on, .. } = &*self.complex;
-        let conductor = |o: u32| bodies.get(o as usize).is_some_and(|b| b.conductor);
+        let conductor = |o: u32| bodies.get(o as usize).and_then(|b| b.conductor);
         let metal: Vec<Vec<u32>> = facets
             .iter()
             .map(|f| {
-                let mut all: Vec<u32> = f.owners.iter().copied().filter(|&o| conductor(o)).collect();
+                let mut all: Vec<u32> = f.owners.iter().filter_map(|&o| conductor(o)).collect();
                 all.sort_unstable();
                 all.dedup();
                 all
@@ -524,17 +524,19 @@ impl<'a> Meeting<'a> {
             if all.len() < 2 {
                 continue;
             }
-            let holds = |o: &u32| {
+            let holds = |c: &u32| {
                 on.iter().any(|&f| {
                     let facet = &facets[f as usize];
                     let q = facet.flat(points[p]);
-                    let own = facet.polygons.iter().zip(&facet.owners).filter(|x| x.1 == o);
-                    metal[f as usize].contains(o) && own.into_iter().any(|x| within(x.0, q, self.near))
+                    let own =
+                        facet.polygons.iter().zip(&facet.owners).filter(|x| conductor(*x.1) == Some(*c));
+                    metal[f as usize].contains(c) && own.into_iter().any(|x| within(x.0, q, self.near))
                 })
             };
             all.retain(holds);
             if let [first, second, ..] = all[..] {
-                let name = |o: u32| bodies[o as usize].name.clone();
+                let named = |c: u32| bodies.iter().find(|b| b.conductor == Some(c));
+                let name = |c: u32| named(c).map_or_else(String::new, |b| b.name.clone());
                 return Err(MeshError::Crossing { first: name(first), second: name(second), at: points[p] });
             }
         }

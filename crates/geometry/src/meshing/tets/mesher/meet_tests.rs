@@ -4,14 +4,13 @@ use super::tests::volume;
 use super::*;
 use crate::meshing::tets::checks::conforming;
 use crate::samples::{cube, scene};
-use crate::shapes::ShapedDielectric;
+use crate::scene::Body;
 use std::f64::consts::PI;
 
-fn between(half: f64, metal: Vec<Shape>, filled: Vec<Shape>) -> ShapeScene {
+fn between(half: f64, metal: Vec<Shape>, filled: Vec<Shape>) -> Scene {
     let mut out = scene(Box3 { min: [-half; 3], max: [half; 3] }, Wall::Insulated, metal);
     for (k, shape) in filled.into_iter().enumerate() {
-        let relative_permittivity = 2.0 + k as f64;
-        out.dielectrics.push(ShapedDielectric { name: format!("d{k}"), shape, relative_permittivity });
+        out.bodies.push(Body::dielectric(format!("d{k}"), shape, 2.0 + k as f64));
     }
     out
 }
@@ -25,11 +24,11 @@ fn rod(axis: usize, base: [f64; 3], radius: f64, height: f64) -> Shape {
 }
 
 /// Volumes of the regions: the surroundings, then each dielectric.
-fn volumes(scene: &ShapeScene, facet: f64) -> Vec<f64> {
+fn volumes(scene: &Scene, facet: f64) -> Vec<f64> {
     let out = mesh(scene, &Sizing { facet, ..Sizing::default() }).unwrap();
     conforming(&out.mesh);
     assert!(out.refined);
-    (0..=scene.dielectrics.len() as u32).map(|r| volume(&out.mesh, Some(r))).collect()
+    (0..=scene.dielectrics().count() as u32).map(|r| volume(&out.mesh, Some(r))).collect()
 }
 
 fn near(found: &[f64], known: &[f64], relative: f64) {

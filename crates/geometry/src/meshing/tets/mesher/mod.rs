@@ -17,8 +17,8 @@ mod thin;
 
 use super::beyond_mesh::beyond;
 use super::{BoundaryFace, FaceRole, TetMesh};
-use crate::scene::{Box3, Wall};
-use crate::shapes::{Shape, ShapeScene};
+use crate::scene::{Box3, Scene, Wall};
+use crate::shapes::Shape;
 pub(crate) use bodies::bounds;
 use conform::Work;
 use delaunay::NONE;
@@ -142,7 +142,7 @@ pub enum MeshError {
 /// Conductors that meet each other or a grounded wall, round bodies nearly but not quite in the same place, open space between
 /// opposite walls, and surfaces that are not met within the limit on points. Other walls cut through bodies. Where bodies
 /// overlap, conductors come before dielectrics, and later dielectrics before earlier ones.
-pub fn mesh(scene: &ShapeScene, sizing: &Sizing) -> Result<Meshed, MeshError> {
+pub fn mesh(scene: &Scene, sizing: &Sizing) -> Result<Meshed, MeshError> {
     let open = |a: usize| scene.walls[a].map(|w| w == Wall::Open);
     if (0..3).any(|a| open(a) == [false; 2]) && (0..3).any(|a| open(a) != [false; 2]) {
         return Err(MeshError::OpenBetweenWalls);
@@ -169,10 +169,10 @@ const ASKED: usize = 24;
 /// Those that have this part of the volume of the largest one.
 const LARGE: f64 = 1e-3;
 
-/// What is where: the bodies as they are meshed.
+/// What is where: the parts of bodies as they are meshed, each with the index of its conductor or dielectric.
 struct Filling {
-    conductors: Vec<Filled>,
-    dielectrics: Vec<Filled>,
+    conductors: Vec<(usize, Filled)>,
+    dielectrics: Vec<(usize, Filled)>,
 }
 
 struct Filled {
@@ -203,23 +203,23 @@ impl Filled {
                 return (distance < inner) != self.hollow;
             }
         }
-        bodies::holds(&self.shape, p) != self.hollow
+        self.shape.contains(p) != self.hollow
     }
 }
 
 impl Filling {
-    fn new(scene: &ShapeScene, sizing: &Sizing) -> Self {
+    fn new(scene: &Scene, sizing: &Sizing) -> Self {
         Self {
-            conductors: scene.conductors.iter().map(|c| Filled::new(&c.shape, sizing)).collect(),
-            dielectrics: scene.dielectrics.iter().map(|d| Filled::new(&d.shape, sizing)).collect(),
+            conductors: scene.conductor_parts().map(|(c, part)| (c, Filled::new(part, sizing))).collect(),
+            dielectrics: scene.dielectric_parts().map(|(d, part)| (d, Filled::new(part, sizing))).collect(),
         }
     }
 
     /// 0 background, 1 + k dielectric k, -1 - k conductor k.
     fn at(&self, p: [f64; 3]) -> i32 {
-        let conductor = self.conductors.iter().position(|c| c.holds(p));
-        let dielectric = || self.dielectrics.iter().rposition(|d| d.holds(p));
-        conductor.map_or_else(|| dielectric().map_or(0, |d| d as i32 + 1), |c| -1 - c as i32)
+        let conductor = self.conductors.iter().find(|(_, part)| part.holds(p));
+        let dielectric = || self.dielectrics.iter().rfind(|(_, part)| part.holds(p));
+        conductor.map_or_else(|| dielectric().map_or(0, |(d, _)| *d as i32 + 1), |(c, _)| -1 - *c as i32)
     }
 }
 
@@ -271,15 +271,14 @@ fn fill(work: &mut Work, filling: &Filling) -> Result<(), MeshError> {
     Ok(())
 }
 
-fn collect(work: &Work, scene: &ShapeScene, domain: &Box3) -> Result<TetMesh, MeshError> {
+fn collect(work: &Work, scene: &Scene, domain: &Box3) -> Result<TetMesh, MeshError> {
     let from = &work.mesh;
     let mut out = TetMesh::default();
     let mut ids = vec![NONE; from.points.len()];
     let all: Vec<Box3> = scene
-        .conductors
-        .iter()
-        .filter(|c| !matches!(c.shape, Shape::Shell { .. }))
-        .map(|c| bodies::bounds(&c.shape))
+        .conductor_parts()
+        .filter(|(_, part)| !matches!(part, Shape::Shell { .. }))
+        .map(|(_, part)| bodies::bounds(part))
         .collect();
     let open = |a: usize| scene.walls[a].map(|w| w == Wall::Open);
     if let Some(first) = all.first() {

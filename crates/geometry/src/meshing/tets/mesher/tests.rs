@@ -1,7 +1,8 @@
 use super::delaunay::Delaunay;
 use super::*;
 use crate::samples::{self, scene};
-use crate::shapes::{ShapedDielectric, TriangleSurface};
+use crate::scene::Body;
+use crate::shapes::TriangleSurface;
 use std::collections::HashMap;
 use std::f64::consts::PI;
 
@@ -87,11 +88,7 @@ fn layered_balls_have_their_volumes() {
         Wall::Open,
         vec![Shape::Sphere { center, radius: 1e-3 }, Shape::Shell { center, radius: 2e-3 }],
     );
-    all.dielectrics.push(ShapedDielectric {
-        name: "layer".into(),
-        shape: Shape::Sphere { center, radius: 1.5e-3 },
-        relative_permittivity: 3.0,
-    });
+    all.bodies.push(Body::dielectric("layer", Shape::Sphere { center, radius: 1.5e-3 }, 3.0));
     let out = mesh(&all, &Sizing::default()).unwrap();
     check(&out);
     let ball = |r: f64| 4.0 / 3.0 * PI * r.powi(3);
@@ -146,12 +143,7 @@ fn a_plate_and_a_disc_lie_on_the_board_they_share_a_plane_with() {
     let disc = Shape::Cylinder { axis: 1, base: [2.2, 0.0, 2.2], radius: 0.8, height: 0.1 };
     let mut all = scene(Box3::SPACE, Wall::Open, vec![pad, disc]);
     for (name, from, to, eps) in [("board", -10.0, 0.0, 4.5), ("layer", 0.0, 4.0, 2.8)] {
-        let relative_permittivity = eps;
-        all.dielectrics.push(ShapedDielectric {
-            name: name.into(),
-            shape: slab(from, to),
-            relative_permittivity,
-        });
+        all.bodies.push(Body::dielectric(name, slab(from, to), eps));
     }
     let out = mesh(&all, &Sizing::default()).unwrap();
     check(&out);
@@ -233,11 +225,7 @@ fn bodies_go_through_the_planes_of_slabs() {
     };
     let domain = Box3 { min: [-4.0; 3], max: [4.0; 3] };
     let mut scene = scene(domain, Wall::Insulated, vec![via, ball, sheet]);
-    scene.dielectrics.push(ShapedDielectric {
-        name: "board".into(),
-        shape: Shape::Box(slab),
-        relative_permittivity: 4.0,
-    });
+    scene.bodies.push(Body::dielectric("board", Shape::Box(slab), 4.0));
     let out = mesh(&scene, &Sizing::default()).unwrap();
     check(&out);
     let (circle, half_ball) = (PI * 0.09, 2.0 / 3.0 * PI * 0.125);

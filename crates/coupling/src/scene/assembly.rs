@@ -1,0 +1,90 @@
+//! All bodies of a case, put together.
+
+use elastocap_geometry::scene::{Body, Box3, Purpose, Scene};
+use elastocap_geometry::shapes::Shape;
+
+use super::electrodes::{self, Placed};
+use super::walls::outer_walls;
+use super::{DeformedScene, SceneError};
+use crate::deform::Deformation;
+use elastocap_case::{Case, Extent, Face};
+
+/// The scene of `case` with its layer in `state`; `None` for the layer as it is without load.
+///
+/// Its conductors are the electrodes and then the fixed ones. Its dielectrics are the layer, the substrate, the cover and then the
+/// fixed ones, which override the others.
+///
+/// # Errors
+/// When the deformed bodies do not fit together: see [`SceneError`].
+pub fn scene_of(case: &Case, state: Option<&Deformation<'_>>) -> Result<DeformedScene, SceneError> {
+    let surroundings = case.surroundings.as_ref().ok_or(SceneError::Missing("[surroundings]"))?;
+    let mut bodies = Vec::new();
+    let (mut pair, mut bent) = (None, None);
+    if let Some(electrodes) = &case.electrodes {
+        let layer = case.layer.as_ref().ok_or(SceneError::Missing("[layer]"))?;
+        let placed: Placed = electrodes::electrodes(electrodes, layer, state)?;
+        for (name, region) in electrodes.names().into_iter().zip(placed.regions) {
+            bodies.push(Body::conductor(name, Shape::Box(region)).with_purpose(Purpose::Electrode));
+        }
+        (pair, bent) = (Some(placed.pair), placed.bent);
+    }
+    let fixed = |conductors: bool| case.bodies.iter().filter(move |body| body.is_conductor() == conductors);
+    bodies.extend(fixed(true).cloned());
+
+    let top = case.layer.as_ref().map(|layer| state.map_or(layer.thickness, Deformation::deformed_thickness));
+    let conductors: Vec<(&str, Box3)> =
+        bodies.iter().filter_map(|body| Some((body.name.as_str(), body.bounds()?))).collect();
+    let (domain, walls) = outer_walls(case, surroundings, top.unwrap_or(0.0), &conductors)?;
+    if let (Some(layer), Some(top)) = (&case.layer, top) {
+        let own =
+            layer.relative_permittivity.ok_or(SceneError::Missing("relative_permittivity in [layer]"))?;
+        let mut slabs = vec![("layer", Purpose::Layer, [0.0, top], own)];
+        if let Extent::AroundLayer { below, above, .. } = &surroundings.extent {
+            if let Face::Medium { relative_permittivity, thickness } = *below {
+                let depth = thickness.unwrap_or(f64::INFINITY);
+                slabs.push(("substrate", Purpose::Substrate, [-depth, 0.0], relative_permittivity));
+            }
+            if let Face::Medium { relative_permittivity, thickness } = *above {
+                let depth = thickness.unwrap_or(f64::INFINITY);
+                slabs.push(("cover", Purpose::Cover, [top, top + depth], relative_permittivity));
+            }
+        }
+        for (name, purpose, [low, high], relative_permittivity) in slabs {
+            let mut slab = Box3::SPACE;
+            (slab.min[1], slab.max[1]) = (low, high);
+            let body = Body::dielectric(name, Shape::Box(slab), relative_permittivity).with_purpose(purpose);
+            bodies.extend(cut_at_walls(body, &domain));
+        }
+    }
+    if case.has_only_boxes() {
+        bodies.extend(fixed(false).filter_map(|body| cut_at_walls(body.clone(), &domain)));
+    } else {
+        // The mesher cuts bodies at the walls itself.
+        bodies.extend(fixed(false).cloned());
+    }
+    let background_permittivity = surroundings.relative_permittivity;
+    Ok(DeformedScene { scene: Scene { bodies, background_permittivity, domain, walls }, pair, bent })
+}
+
+/// A body of boxes without the faces that lie outside the walls; `None` if nothing of it is inside.
+fn cut_at_walls(mut body: Body, domain: &Box3) -> Option<Body> {
+    body.parts = body.boxes()?.iter().filter_map(|region| within(region, domain)).map(Shape::Box).collect();
+    (!body.parts.is_empty()).then_some(body)
+}
+
+/// The region without the bounds that lie outside the domain; `None` if nothing of it is inside.
+fn within(region: &Box3, domain: &Box3) -> Option<Box3> {
+    let mut inside = *region;
+    for a in 0..3 {
+        if region.min[a] >= domain.max[a] || region.max[a] <= domain.min[a] {
+            return None;
+        }
+        if region.min[a] < domain.min[a] {
+            inside.min[a] = f64::NEG_INFINITY;
+        }
+        if region.max[a] > domain.max[a] {
+            inside.max[a] = f64::INFINITY;
+        }
+    }
+    Some(inside)
+}

@@ -1,0 +1,235 @@
+//! Where the electrodes are after loading.
+//!
+//! Electrodes float with the layer: see [`ElectrodePose`]. One rule is added to it. An electrode with a face on the
+//! layer's surface before loading keeps that face there, because the layer next to it stays bonded; its mid-plane then
+//! follows from its thickness. By the pose alone, whose thinning is that of the mid-plane, it would poke out of the
+//! surface (or leave it) by a sliver.
+
+use elastocap_electrostatics::EPS0;
+use elastocap_geometry::scene::Box3;
+use elastocap_mechanics::{ElectrodePose, ElectrodeStiffness, LayerState};
+
+use super::{DeformedPair, Enclosing, SceneError};
+use crate::deform::{Deformation, ElectrodeBox, Ends, FiniteElementStep};
+use elastocap_case::{Electrodes, Layer, Layout, Stiffness};
+
+/// Lengths that differ by less than this share of the layer's thickness are the same.
+const ROUNDING: f64 = 1e-12;
+
+/// Indices of the electrodes among the conductors of a scene: they are put into it first.
+const CONDUCTORS: [usize; 2] = [0, 1];
+
+/// The two electrodes of a scene.
+pub(super) struct Placed {
+    /// Boxes in the order of their names: those of their means where they are no boxes themselves.
+    pub(super) regions: [Box3; 2],
+    pub(super) pair: DeformedPair,
+    /// See [`super::DeformedScene::bent`].
+    pub(super) bent: Option<Result<Enclosing, SceneError>>,
+}
+
+/// The electrodes with the layer in `state`; `None` for the layer as it is without load.
+///
+/// # Errors
+/// Electrodes that do not fit into the deformed layer, or meet.
+pub(super) fn electrodes(
+    electrodes: &Electrodes,
+    layer: &Layer,
+    state: Option<&Deformation<'_>>,
+) -> Result<Placed, SceneError> {
+    let (regions, pair) = match state {
+        Some(Deformation::FiniteElement(step)) => {
+            let solved = place_solved(electrodes, layer, step)?;
+            // At rest they are boxes, but for rounding.
+            let are_boxes = step.electrodes.iter().all(|e| e.deviation() <= ROUNDING * layer.thickness);
+            let bent = (!are_boxes).then_some(solved.enclosing);
+            return Ok(Placed { regions: solved.mean, pair: solved.pair, bent });
+        }
+        Some(Deformation::ClosedForm(state)) => place(electrodes, layer, Some(state))?,
+        None => place(electrodes, layer, None)?,
+    };
+    Ok(Placed { regions, pair, bent: None })
+}
+
+/// By the closed form, or at rest.
+fn place(
+    electrodes: &Electrodes,
+    layer: &Layer,
+    state: Option<&LayerState>,
+) -> Result<([Box3; 2], DeformedPair), SceneError> {
+    let permittivity =
+        layer.relative_permittivity.ok_or(SceneError::Missing("relative_permittivity in [layer]"))? * EPS0;
+    let width = electrodes.width;
+    let block = |x1: [f64; 2], x2: [f64; 2]| Box3 {
+        min: [x1[0], x2[0], -0.5 * width],
+        max: [x1[1], x2[1], 0.5 * width],
+    };
+    let [first, second] = electrodes.names();
+    match electrodes.layout {
+        Layout::InPlane => {
+            let plate = Plate::new(first, electrodes.height, electrodes, layer, state)?;
+            let gap = plate.pose.gap(electrodes.gap);
+            let (near, far) = (0.5 * gap, 0.5 * gap + plate.length);
+            let x2 = [plate.low, plate.high];
+            let deformed = DeformedPair {
+                conductors: CONDUCTORS,
+                gap,
+                height: plate.mid,
+                thickness: plate.thickness,
+                parallel_plate: permittivity * plate.thickness * width / gap,
+            };
+            Ok(([block([-far, -near], x2), block([near, far], x2)], deformed))
+        }
+        Layout::Stacked => {
+            let offset = 0.5 * electrodes.gap + 0.5 * electrodes.thickness;
+            let lower = Plate::new(first, electrodes.height - offset, electrodes, layer, state)?;
+            let upper = Plate::new(second, electrodes.height + offset, electrodes, layer, state)?;
+            let gap = upper.low - lower.high;
+            if gap <= ROUNDING * layer.thickness {
+                return Err(SceneError::GapCloses { gap });
+            }
+            let region =
+                |plate: &Plate| block([-0.5 * plate.length, 0.5 * plate.length], [plate.low, plate.high]);
+            let facing = lower.length.min(upper.length);
+            let deformed = DeformedPair {
+                conductors: CONDUCTORS,
+                gap,
+                height: 0.5 * (lower.high + upper.low),
+                thickness: 0.5 * (lower.thickness + upper.thickness),
+                parallel_plate: permittivity * facing * width / gap,
+            };
+            Ok(([region(&lower), region(&upper)], deformed))
+        }
+    }
+}
+
+/// The electrodes of a finite-element solution.
+struct SolvedPair {
+    /// The boxes of their means.
+    mean: [Box3; 2],
+    enclosing: Result<Enclosing, SceneError>,
+    pair: DeformedPair,
+}
+
+/// By finite elements.
+fn place_solved(
+    electrodes: &Electrodes,
+    layer: &Layer,
+    step: &FiniteElementStep,
+) -> Result<SolvedPair, SceneError> {
+    let permittivity =
+        layer.relative_permittivity.ok_or(SceneError::Missing("relative_permittivity in [layer]"))? * EPS0;
+    let block = |[x1, x2, x3]: Ends| Box3 { min: [x1[0], x2[0], x3[0]], max: [x1[1], x2[1], x3[1]] };
+    let shapes = step.electrodes.as_slice();
+    let slack = ROUNDING * layer.thickness;
+    let pair_of = |pick: fn(&ElectrodeBox) -> Ends| match (electrodes.layout, shapes) {
+        (Layout::InPlane, [right]) => {
+            let [[near, far], x2, x3] = pick(right);
+            Ok([block([[-far, -near], x2, x3]), block([[near, far], x2, x3])])
+        }
+        (Layout::InPlane, [left, right]) => Ok([pick(left), pick(right)].map(block)),
+        (Layout::Stacked, [lower, upper]) => Ok([pick(lower), pick(upper)].map(|[x1, x2, x3]| {
+            // On the right half alone the left end is the axis of symmetry.
+            block([[if x1[0].abs() <= slack { -x1[1] } else { x1[0] }, x1[1]], x2, x3])
+        })),
+        _ => Err(SceneError::Missing("electrodes in its finite elements")),
+    };
+    let [mean, inside, around] = [pair_of(|e| e.mean)?, pair_of(|e| e.inside)?, pair_of(|e| e.around)?];
+    let refused = |what| {
+        let deviation = shapes.iter().map(ElectrodeBox::deviation).fold(0.0, f64::max);
+        let tilt = shapes.iter().map(|e| e.tilt).fold(0.0, |a: f64, b| if b.abs() > a.abs() { b } else { a });
+        SceneError::NotABox { tilt, deviation, what }
+    };
+    let along = match electrodes.layout {
+        Layout::InPlane => 0,
+        Layout::Stacked => 1,
+    };
+    let gap = mean[1].min[along] - mean[0].max[along];
+    if gap <= slack {
+        return Err(SceneError::GapCloses { gap });
+    }
+    let enclosing = if around[1].min[along] - around[0].max[along] <= slack {
+        Err(refused("the boxes around them touch"))
+    } else if inside.iter().any(|b| (0..3).any(|a| b.extent(a) <= slack)) {
+        Err(refused("no box fits inside them"))
+    } else if around.iter().any(|b| b.min[1] < -slack || b.max[1] > step.deformed_thickness + slack) {
+        Err(refused("the boxes around them reach out of the layer"))
+    } else {
+        Ok(Enclosing { inside, around })
+    };
+    let thickness = |b: &Box3| b.extent(1);
+    let width = mean[0].extent(2).min(mean[1].extent(2));
+    let pair = match electrodes.layout {
+        Layout::InPlane => DeformedPair {
+            conductors: CONDUCTORS,
+            gap,
+            height: 0.25 * (mean[0].min[1] + mean[0].max[1] + mean[1].min[1] + mean[1].max[1]),
+            thickness: 0.5 * (thickness(&mean[0]) + thickness(&mean[1])),
+            parallel_plate: permittivity * thickness(&mean[0]).min(thickness(&mean[1])) * width / gap,
+        },
+        Layout::Stacked => DeformedPair {
+            conductors: CONDUCTORS,
+            gap,
+            height: 0.5 * (mean[0].max[1] + mean[1].min[1]),
+            thickness: 0.5 * (thickness(&mean[0]) + thickness(&mean[1])),
+            parallel_plate: permittivity * mean[0].extent(0).min(mean[1].extent(0)) * width / gap,
+        },
+    };
+    Ok(SolvedPair { mean, enclosing, pair })
+}
+
+/// One electrode after loading, m.
+struct Plate {
+    pose: ElectrodePose,
+    mid: f64,
+    thickness: f64,
+    length: f64,
+    low: f64,
+    high: f64,
+}
+
+impl Plate {
+    fn new(
+        name: &'static str,
+        reference_height: f64,
+        electrodes: &Electrodes,
+        layer: &Layer,
+        state: Option<&LayerState>,
+    ) -> Result<Self, SceneError> {
+        let total = layer.thickness;
+        let stiffness = match electrodes.stiffness {
+            Stiffness::Rigid => ElectrodeStiffness::Rigid,
+            Stiffness::ShearModulus(modulus) => ElectrodeStiffness::ShearModulus(modulus),
+        };
+        let pose = match state {
+            Some(state) => state.electrode_pose(reference_height, stiffness)?,
+            None => ElectrodePose {
+                height: reference_height,
+                layer_stretch: 1.0,
+                thickness_stretch: 1.0,
+                length_stretch: 1.0,
+            },
+        };
+        let top = state.map_or(total, LayerState::deformed_thickness);
+        let thickness = pose.thickness(electrodes.thickness);
+        let (mut low, mut high) = (pose.height - 0.5 * thickness, pose.height + 0.5 * thickness);
+        let half = 0.5 * electrodes.thickness;
+        let flush = |room: f64| room.abs() <= ROUNDING * total;
+        match (flush(reference_height - half), flush(total - reference_height - half)) {
+            (true, false) => (low, high) = (0.0, thickness),
+            (false, true) => (low, high) = (top - thickness, top),
+            (true, true) if flush(top - thickness) => (low, high) = (0.0, top),
+            _ => {}
+        }
+        if low < 0.0 {
+            return Err(SceneError::LeavesLayer { electrode: name, side: "bottom", by: -low });
+        }
+        if high > top {
+            return Err(SceneError::LeavesLayer { electrode: name, side: "top", by: high - top });
+        }
+        // Kept as the pose says where nothing moved it: the middle of the rounded faces may differ in the last digit.
+        let moved = low == 0.0 || high == top;
+        let mid = if moved { 0.5 * (low + high) } else { pose.height };
+        Ok(Self { pose, mid, thickness, length: pose.length(electrodes.length), low, high })
+    }
+}

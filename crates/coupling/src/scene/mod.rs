@@ -1,0 +1,130 @@
+//! The one scene that every solver takes: from a case and one state of its layer.
+
+mod assembly;
+mod electrodes;
+mod walls;
+
+use elastocap_geometry::scene::{Box3, Scene};
+use elastocap_geometry::shapes::Shape;
+use elastocap_mechanics::MechanicsError;
+
+pub use assembly::scene_of;
+
+/// A case in one state of its layer, in SI units.
+#[derive(Debug, Clone, PartialEq)]
+pub struct DeformedScene {
+    /// What the solvers take; its lengths are those after loading.
+    pub scene: Scene,
+    /// The pair of electrodes, if the case has one.
+    pub pair: Option<DeformedPair>,
+    /// Boxes inside and around the two electrodes where they are no boxes themselves, or why there are none. Their places in
+    /// `scene` are then boxes of their means.
+    pub bent: Option<Result<Enclosing, SceneError>>,
+}
+
+impl DeformedScene {
+    /// The scene with boxes in place of the pair, in its order.
+    pub fn with_pair(&self, regions: [Box3; 2]) -> Scene {
+        let mut scene = self.scene.clone();
+        for (conductor, region) in self.pair.iter().flat_map(|pair| pair.conductors).zip(regions) {
+            if let Some(body) = scene.conductor_mut(conductor) {
+                body.parts = vec![Shape::Box(region)];
+            }
+        }
+        scene
+    }
+
+    /// Rows of the pair in the Maxwell matrix, where there are other driven conductors too: the two-terminal capacitance is
+    /// then that of the pair with all others at potential zero.
+    pub fn pair_among_others(&self) -> Option<[usize; 2]> {
+        let [first, second] = self.pair?.conductors;
+        let row = |conductor: usize| self.scene.driven().position(|c| c == conductor);
+        (self.scene.driven().count() > 2).then_some([row(first)?, row(second)?])
+    }
+}
+
+/// Between what the electrodes of a pair lie.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Enclosing {
+    /// Boxes that lie inside them.
+    pub inside: [Box3; 2],
+    /// Boxes that hold them.
+    pub around: [Box3; 2],
+}
+
+/// What a designer asks of the electrodes after loading.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct DeformedPair {
+    /// Indices of the two among the scene's conductors; both are driven.
+    pub conductors: [usize; 2],
+    /// Between the facing surfaces, m.
+    pub gap: f64,
+    /// Above the substrate, m: of the mid-plane of an in-plane pair, of the middle of the gap of a stacked one.
+    pub height: f64,
+    /// Along x2, m; the mean of the two plates of a stacked pair, which thin each by the stretch at its own height.
+    pub thickness: f64,
+    /// The parallel-plate formula, F: the facing area times permittivity over the gap, no fringing.
+    pub parallel_plate: f64,
+}
+
+/// Why a load step has no scene.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum SceneError {
+    /// The layer or an electrode cannot be deformed so.
+    #[error(transparent)]
+    Mechanics(#[from] MechanicsError),
+    /// The plates of a stacked pair meet.
+    #[error(
+        "the gap of the stacked pair closes: its plates would overlap by {:.4} um; compress less, or make the plates \
+         thinner or softer",
+        -gap * 1e6
+    )]
+    GapCloses {
+        /// Distance of the facing surfaces, m; not positive.
+        gap: f64,
+    },
+    /// An electrode is thicker than what the deformed layer leaves to it.
+    #[error(
+        "`{electrode}` would leave the deformed layer at the {side} by {:.4} um; compress less, make it thinner or \
+         softer, or place it farther from that face",
+        by * 1e6
+    )]
+    LeavesLayer {
+        /// Its name.
+        electrode: &'static str,
+        /// "top" or "bottom".
+        side: &'static str,
+        /// How far, m.
+        by: f64,
+    },
+    /// A body that stays in place is met by a wall that moves with the layer.
+    #[error(
+        "the conductor `{conductor}` stays in place, and the wall {side} the layer, which moves with it, reaches it; make \
+         the medium {side} the layer thicker"
+    )]
+    ReachesWall {
+        /// Its name.
+        conductor: String,
+        /// "below" or "above".
+        side: &'static str,
+    },
+    /// An electrode of the finite-element layer is tilted or bent too much.
+    #[error(
+        "the electrodes are no boxes any more: tilted by {:.2} degrees and bent by {:.3} um, so that {what}; the solver for \
+         boxes cannot take them",
+        tilt.atan().to_degrees(),
+        deviation * 1e6
+    )]
+    NotABox {
+        /// Slope of its middle line.
+        tilt: f64,
+        /// How far it is from being a box, m.
+        deviation: f64,
+        /// What does not fit.
+        what: &'static str,
+    },
+    /// The file lacks what the scene needs; the case reader refuses such a file.
+    #[error("the case has no {0}")]
+    Missing(&'static str),
+}

@@ -1,0 +1,173 @@
+//! Conductors of several parts: boxes that touch, overlap or lie apart, at one potential.
+
+#![allow(clippy::unwrap_used, reason = "a test stops by panicking")]
+
+use elastocap_electrostatics::tets::adaptive::{Shapes, solve_mesh};
+use elastocap_electrostatics::{Bounded, Settings, SolveError, solve};
+use elastocap_geometry::meshing::tets::{LayeredError, LayeredSizing, MeshError, Sizing, layered, mesh};
+use elastocap_geometry::scene::{Body, Box3, Scene, Wall};
+use elastocap_geometry::shapes::Shape;
+
+fn cuboid(min: [f64; 3], max: [f64; 3]) -> Shape {
+    Shape::Box(Box3 { min, max })
+}
+
+fn of_parts(name: &str, parts: &[Shape]) -> Body {
+    Body { parts: parts.to_vec(), ..Body::conductor(name, parts[0].clone()) }
+}
+
+fn grounded(bodies: Vec<Body>) -> Scene {
+    let domain = Box3 { min: [-1.0, -1.2, -1.1], max: [1.3, 1.0, 1.4] };
+    Scene { bodies, background_permittivity: 1.0, domain, walls: [[Wall::Grounded; 2]; 3] }
+}
+
+fn settings(relative_tolerance: f64) -> Settings {
+    Settings { relative_tolerance, ..Settings::default() }
+}
+
+fn by_boxes(bodies: Vec<Body>, tolerance: f64) -> Vec<Vec<Bounded>> {
+    let found = solve(&grounded(bodies), &settings(tolerance)).unwrap();
+    assert!(found.reached, "{:?}", found.shortfall);
+    found.maxwell
+}
+
+#[track_caller]
+fn overlap(a: Bounded, b: Bounded) {
+    assert!(a.lower <= b.upper && b.lower <= a.upper, "{a:?} {b:?}");
+}
+
+/// A bar beside a block.
+fn block() -> Body {
+    Body::conductor("block", cuboid([0.5, -0.5, -0.5], [0.9, 0.4, 0.6]))
+}
+
+fn whole() -> Vec<Shape> {
+    vec![cuboid([-0.6, -0.3, -0.4], [0.3, 0.2, 0.5])]
+}
+
+fn cut() -> Vec<Shape> {
+    vec![cuboid([-0.6, -0.3, -0.4], [-0.1, 0.2, 0.5]), cuboid([-0.1, -0.3, -0.4], [0.3, 0.2, 0.5])]
+}
+
+fn overlapping() -> Vec<Shape> {
+    // One long part and one within it along x1, so that lines meet the end of the second before that of the first.
+    vec![
+        cuboid([-0.6, -0.3, -0.4], [0.3, 0.1, 0.5]),
+        cuboid([-0.6, -0.1, -0.4], [0.3, 0.2, 0.5]),
+        cuboid([-0.4, -0.2, -0.3], [0.1, 0.05, 0.4]),
+    ]
+}
+
+#[test]
+fn a_conductor_in_parts_that_touch_or_overlap_has_the_bounds_of_the_whole() {
+    let expected = by_boxes(vec![of_parts("bar", &whole()), block()], 1e-4);
+    for parts in [cut(), overlapping()] {
+        let found = by_boxes(vec![of_parts("bar", &parts), block()], 1e-4);
+        for (row, other) in expected.iter().zip(&found) {
+            row.iter().zip(other).for_each(|(a, b)| overlap(*a, *b));
+        }
+        let relative = found[0][1].value / expected[0][1].value - 1.0;
+        assert!(relative.abs() < 1e-4, "{relative:e}");
+    }
+}
+
+#[test]
+fn boxes_on_one_wire_have_the_sum_of_the_entries_of_boxes_apart() {
+    let (one, other) =
+        (cuboid([-0.7, -0.6, -0.6], [-0.3, -0.2, 0.3]), cuboid([-0.5, 0.1, 0.0], [0.1, 0.5, 0.8]));
+    let apart = by_boxes(
+        vec![Body::conductor("one", one.clone()), Body::conductor("other", other.clone()), block()],
+        1e-4,
+    );
+    let wired = by_boxes(vec![of_parts("pair", &[one, other]), block()], 1e-4);
+    let sum = |entries: &[Bounded]| Bounded {
+        value: entries.iter().map(|b| b.value).sum(),
+        lower: entries.iter().map(|b| b.lower).sum(),
+        upper: entries.iter().map(|b| b.upper).sum(),
+    };
+    overlap(wired[0][0], sum(&[apart[0][0], apart[0][1], apart[1][0], apart[1][1]]));
+    overlap(wired[0][1], sum(&[apart[0][2], apart[1][2]]));
+    overlap(wired[1][1], apart[2][2]);
+    assert!((wired[0][1].value / (apart[0][2].value + apart[1][2].value) - 1.0).abs() < 1e-4);
+}
+
+#[test]
+fn a_pair_of_combs_is_its_own_mirror_image_and_gives_the_same_with_and_without_symmetry() {
+    // Two fingers each, in turn; the mirror image of one comb is the other.
+    let finger = |x: f64| cuboid([x - 0.08, -0.1, -0.5], [x + 0.08, 0.1, 0.5]);
+    let combs =
+        vec![of_parts("a", &[finger(-0.6), finger(0.2)]), of_parts("b", &[finger(-0.2), finger(0.6)])];
+    let mut scene = grounded(combs);
+    scene.domain = Box3 { min: [-1.0; 3], max: [1.0; 3] };
+    let with = solve(&scene, &settings(1e-3)).unwrap();
+    assert_eq!(with.mirrored, [true; 3]);
+    let without = solve(&scene, &Settings { symmetry: false, ..settings(1e-3) }).unwrap();
+    for (row, other) in with.maxwell.iter().zip(&without.maxwell) {
+        row.iter().zip(other).for_each(|(a, b)| overlap(*a, *b));
+    }
+}
+
+#[test]
+fn the_box_solver_refuses_other_shapes_by_name() {
+    let ball = Shape::Sphere { center: [0.0; 3], radius: 0.2 };
+    let mut scene = grounded(vec![block(), of_parts("lamp", &[cuboid([-0.5; 3], [-0.3; 3]), ball])]);
+    let refused = solve(&scene, &settings(1e-2)).unwrap_err();
+    assert_eq!(refused, SolveError::NotBoxes { body: "lamp".into() });
+    scene.bodies[1].parts.pop();
+    assert!(solve(&scene, &settings(1e-1)).is_ok());
+}
+
+#[test]
+fn meshes_hold_conductors_of_several_parts() {
+    let known = by_boxes(vec![of_parts("bar", &whole()), block()], 1e-3);
+    let of_mesh = |mesh| {
+        let shapes =
+            Shapes { permittivity: &[1.0], floating_charges: &[None, None], order: 2, mirrored: [false; 3] };
+        solve_mesh(mesh, shapes, &settings(3e-2)).unwrap().solution.maxwell
+    };
+    for parts in [cut(), overlapping()] {
+        let scene = grounded(vec![of_parts("bar", &parts), block()]);
+        let by_layers = layered(&scene, &LayeredSizing::default()).unwrap().unwrap();
+        let by_facets = mesh(&scene, &Sizing::default()).unwrap().mesh;
+        for mesh in [by_layers, by_facets] {
+            let found = of_mesh(mesh);
+            for (row, other) in known.iter().zip(&found) {
+                row.iter().zip(other).for_each(|(a, b)| overlap(*a, *b));
+            }
+        }
+    }
+}
+
+#[test]
+fn parts_of_different_conductors_that_touch_are_refused_by_the_meshers() {
+    let [first, second] = [cut()[0].clone(), cut()[1].clone()];
+    let scene = grounded(vec![
+        of_parts("a", &[first, cuboid([-0.9, 0.6, 0.7], [-0.7, 0.8, 0.9])]),
+        Body::conductor("b", second),
+    ]);
+    let touching = layered(&scene, &LayeredSizing::default()).unwrap();
+    assert_eq!(touching, Err(LayeredError::Touching { first: "a".into(), second: "b".into() }));
+    let crossing = mesh(&scene, &Sizing::default());
+    assert!(
+        matches!(&crossing, Err(MeshError::Crossing { first, second, .. }) if first == "a" && second == "b"),
+        "{crossing:?}"
+    );
+}
+
+#[test]
+fn a_ball_on_a_rod_is_one_conductor() {
+    // A round part that crosses another one of the same conductor: refused if they were two.
+    let rod = Shape::Cylinder { axis: 1, base: [0.0, -0.8, 0.0], radius: 0.15, height: 0.8 };
+    let ball = Shape::Sphere { center: [0.0, 0.1, 0.0], radius: 0.3 };
+    let scene = grounded(vec![of_parts("pin", &[rod.clone(), ball.clone()])]);
+    let meshed = mesh(&scene, &Sizing::default()).unwrap();
+    assert!(
+        meshed
+            .mesh
+            .boundary
+            .iter()
+            .any(|face| { face.role == elastocap_geometry::meshing::tets::FaceRole::Conductor(0) })
+    );
+    let two = grounded(vec![Body::conductor("rod", rod), Body::conductor("ball", ball)]);
+    assert!(matches!(mesh(&two, &Sizing::default()), Err(MeshError::Crossing { .. })));
+}
