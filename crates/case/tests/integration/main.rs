@@ -1,0 +1,9 @@
+//! Case files: what is read, what is refused, and in which words.
+
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test stops by panicking")]
+
+mod acceptance;
+mod bad_files;
+mod never_panics;
+mod rules;
+mod schema;

@@ -1,0 +1,806 @@
+//! What the parts of a case file ask of one another, slip by slip: one change to a good file, one message.
+
+use std::path::Path;
+
+use elastocap_case::{
+    self, Box3, Case, CaseError, Extent, Face, LayerEnd, LayerSide, Load, Material, Mechanics, Role,
+    ShearLength, SolidIndenter, Stiffness, Wall,
+};
+
+const LAYERED: &str = r#"
+format = 1
+title = "pair"
+[layer]
+thickness = "450 um"
+relative_permittivity = 2.8
+[layer.material.mooney_rivlin]
+c10 = "682.15 Pa"
+c01 = "43931.9 Pa"
+[electrodes.in_plane_pair]
+gap = "50 um"
+length = "300 um"
+thickness = "20 um"
+width = "500 um"
+height = "225 um"
+shear_modulus = "1 MPa"
+[mechanics.closed_form]
+contact_half_length = "500 um"
+contact_width = "500 um"
+shear_length = "500 um"
+[load]
+compression = [0.3, 0.1]
+[surroundings]
+boundary = "insulated"
+side_margin = "1 mm"
+below = "insulated"
+above = { relative_permittivity = 1.0, thickness = "1 mm" }
+[electrostatics]
+relative_tolerance = 1e-3
+"#;
+
+const BOXES: &str = r#"
+format = 1
+[[conductor]]
+name = "a"
+box = { min = ["0 mm", "0 mm", "0 mm"], max = ["1 mm", "1 mm", "1 mm"] }
+[[conductor]]
+name = "b"
+sheet = { normal = "x3", at = "2 mm", min = ["0 mm", "0 mm"], max = ["1 mm", "1 mm"] }
+[[dielectric]]
+name = "board"
+relative_permittivity = 4.5
+slab = { axis = "x2", from = "-1 mm", to = "-0.5 mm" }
+[surroundings]
+boundary = "grounded"
+walls = { min = ["-5 mm", "-5 mm", "-5 mm"], max = ["5 mm", "5 mm", "5 mm"] }
+"#;
+
+fn parse(text: &str) -> Result<Case, CaseError> {
+    elastocap_case::parse(text, Path::new("cases/test.toml"))
+}
+
+fn changed(base: &str, changes: &[(&str, &str)]) -> String {
+    changes.iter().fold(base.to_owned(), |text, (from, to)| {
+        assert!(text.contains(from), "{from:?} is not in the file");
+        text.replacen(from, to, 1)
+    })
+}
+
+fn accepted(base: &str, changes: &[(&str, &str)]) -> Case {
+    parse(&changed(base, changes)).unwrap_or_else(|e| panic!("{changes:?}\n{e}"))
+}
+
+/// Exactly one message, pointing at `at`, with these words in what is printed.
+fn refused(base: &str, changes: &[(&str, &str)], at: &str, words: &[&str]) {
+    let text = changed(base, changes);
+    let error = parse(&text).expect_err(&text);
+    let shown = error.render(false);
+    let [diagnostic] = error.diagnostics() else { panic!("one message expected:\n{shown}") };
+    let pointed = &text[diagnostic.span.clone().expect("a place")];
+    assert!(pointed.starts_with(at), "points at {pointed:?}, not {at:?}:\n{shown}");
+    for word in words {
+        assert!(shown.contains(word), "{word:?} is not in\n{shown}");
+    }
+}
+
+#[test]
+fn the_two_base_files_are_good() {
+    let layered = accepted(LAYERED, &[]);
+    assert_eq!(layered.load, Some(Load::Compression(vec![0.3, 0.1])), "the order of the steps is kept");
+    let boxes = accepted(BOXES, &[]);
+    assert_eq!(boxes.title, "test", "the title is the file's name where none is given");
+    let (low, high) = (f64::NEG_INFINITY, f64::INFINITY);
+    let slab = Box3 { min: [low, -1e-3, low], max: [high, -0.5e-3, high] };
+    assert_eq!(boxes.bodies.last().unwrap().boxes(), Some(vec![slab]));
+    assert_eq!(boxes.electrostatics.map(|e| (e.relative_tolerance, e.bounds)), Some((1e-3, true)));
+}
+
+#[test]
+fn only_tetrahedra_have_an_order_from_1_to_3() {
+    let with = |text: &str| BOXES.to_owned() + "[electrostatics]\n" + text;
+    let good = accepted(&with("solver = \"tetrahedra\"\norder = 3\n"), &[]);
+    assert_eq!(good.electrostatics.and_then(|e| e.order), Some(3));
+    for base in [with("order = 2\n"), with("solver = \"boxes\"\norder = 2\n")] {
+        refused(&base, &[], "2", &["only the solver on tetrahedra", "solver = \"tetrahedra\""]);
+    }
+    for order in ["0", "4"] {
+        let base = with(&format!("solver = \"tetrahedra\"\norder = {order}\n"));
+        refused(&base, &[], order, &["must be 1, 2 or 3"]);
+    }
+}
+
+#[test]
+fn a_quantity_says_what_is_wrong_with_it() {
+    let at = "thickness = \"450 um\"";
+    for (value, words) in [
+        ("0.45", &["needs a unit", "`thickness = \"0.45 um\"`"][..]),
+        ("\"450\"", &["needs a unit", "`thickness = \"450 um\"`"]),
+        ("\"450 microns\"", &["unknown unit `microns`", "`thickness = \"450 um\"`"]),
+        ("\"450 UM\"", &["unknown unit `UM`", "`thickness = \"450 um\"`"]),
+        ("\"450 parsec\"", &["unknown unit `parsec`", "in m with an SI prefix"]),
+        ("\"4,5 um\"", &["the decimal sign is a point", "`thickness = \"4.5 um\"`"]),
+        ("\"thick\"", &["expected a length, found \"thick\""]),
+        ("\"inf m\"", &["must be a finite number"]),
+        ("\"1e400 m\"", &["beyond what elastocap computes", "too large"]),
+        ("\"1e10 m\"", &["beyond what elastocap computes", "1 fm to 1 Gm"]),
+        ("\"1e-20 m\"", &["beyond what elastocap computes", "too small"]),
+        ("\"0 um\"", &["must be greater than zero"]),
+        ("\"1 N/m\"", &["expected a length, found a force per length"]),
+        ("true", &["expected a length", "this is a boolean"]),
+        ("[\"450 um\"]", &["expected a length", "this is an array"]),
+        ("1979-05-27", &["this is a date"]),
+        ("nan", &["expected a length"]),
+    ] {
+        refused(LAYERED, &[(at, &format!("thickness = {value}"))], value, words);
+    }
+}
+
+#[test]
+fn a_number_without_a_unit_says_what_is_wrong_with_it() {
+    let at = "relative_permittivity = 2.8";
+    for (value, words) in [
+        ("\"2.8\"", &["a bare number", "`relative_permittivity = 2.8`"][..]),
+        ("\"2.8 F/m\"", &["a bare number such as 2.8", "this is a text"]),
+        ("-2.8", &["greater than zero", "was `relative_permittivity = 2.8` meant?"]),
+        ("0", &["greater than zero"]),
+        ("nan", &["must be a finite number"]),
+        ("inf", &["must be a finite number"]),
+        ("1e13", &["between 1e-12 and 1e12"]),
+    ] {
+        refused(LAYERED, &[(at, &format!("relative_permittivity = {value}"))], value, words);
+    }
+    let integer = accepted(LAYERED, &[(at, "relative_permittivity = 3")]);
+    assert_eq!(integer.layer.and_then(|l| l.relative_permittivity), Some(3.0));
+}
+
+#[test]
+fn entries_of_an_array_that_lack_a_unit_are_told_once_with_the_whole_line() {
+    refused(
+        BOXES,
+        &[("min = [\"0 mm\", \"0 mm\", \"0 mm\"]", "min = [0, 0.5, \"0 mm\"]")],
+        "0",
+        &["needs a unit", "`min = [\"0 mm\", \"0.5 mm\", \"0 mm\"]`"],
+    );
+    refused(
+        LAYERED,
+        &[("[0.3, 0.1]", "[\"30 %\", \"10 %\"]")],
+        "\"30 %\"",
+        &["a bare number", "`compression = [0.3, 0.1]`"],
+    );
+}
+
+#[test]
+fn a_sheet_and_a_box_have_as_many_entries_as_axes() {
+    refused(
+        BOXES,
+        &[("max = [\"1 mm\", \"1 mm\", \"1 mm\"]", "max = [\"1 mm\", \"1 mm\"]")],
+        "[\"1 mm\", \"1 mm\"]",
+        &["`max` in [conductor.box] must have 3 entries, it has 2"],
+    );
+    refused(BOXES, &[("normal = \"x3\"", "normal = \"z\"")], "\"z\"", &["expected \"x1\", \"x2\" or \"x3\""]);
+}
+
+#[test]
+fn loads_are_lists_or_ranges_of_one_kind() {
+    let load = |text: &str| [("compression = [0.3, 0.1]", text.to_owned())];
+    let steps = |text: &str| {
+        let [(from, to)] = load(text);
+        accepted(LAYERED, &[(from, &to)]).load.unwrap()
+    };
+    assert_eq!(
+        steps("compression = { from = 0, to = 0.3, points = 4 }"),
+        Load::Compression(vec![0.0, 0.1, 0.2, 0.3])
+    );
+    assert_eq!(steps("compression = { from = 0.2, to = 0.2, points = 1 }"), Load::Compression(vec![0.2]));
+    assert_eq!(
+        steps("force = { from = \"0.3 N\", to = \"0 N\", points = 3 }"),
+        Load::Force(vec![0.3, 0.15, 0.0])
+    );
+    assert_eq!(steps("force = [\"10 mN\"]"), Load::Force(vec![0.01]));
+    for (text, at, words) in [
+        ("compression = [0.1, 1.0]", "1.0", &["at least 0 and less than 1"][..]),
+        ("compression = [0.1, 40]", "40", &["was `0.4` meant?"]),
+        ("compression = [-0.1]", "-0.1", &["at least 0 and less than 1"]),
+        ("compression = 0.1", "0.1", &["an array", "`compression = [0.1]`"]),
+        ("compression = []", "[]", &["no load steps"]),
+        ("force = []", "[]", &["no load steps", "`force = [\"0.1 N\"]`"]),
+        ("force = [\"-1 N\"]", "\"-1 N\"", &["must not be negative"]),
+        ("force = [\"1 Pa\"]", "\"1 Pa\"", &["expected a force, found a pressure"]),
+        ("force = [1]", "1", &["needs a unit", "`force = [\"1 N\"]`"]),
+        ("force = \"1 N\"", "\"1 N\"", &["`force = [\"1 N\"]`"]),
+        ("compression = { from = 0.0, to = 0.4, points = 0 }", "0", &["between 1 and 100000"]),
+        ("compression = { from = 0.0, to = 0.4, points = 1 }", "1", &["`points = 2`"]),
+        ("compression = { from = 0.0, to = 0.4, points = 2.5 }", "2.5", &["a whole number"]),
+        ("compression = { from = 0.0, to = 0.4, points = 4000000000 }", "4000000000", &["between 1"]),
+        ("compression = { from = 0.0, to = 1.0, points = 3 }", "1.0", &["less than 1"]),
+        ("compression = { from = 0.0, to = 0.4 }", "{", &["lacks `points`"]),
+        ("compression = { from = 0.0, too = 0.4, points = 3 }", "too", &["unknown key `too`", "`to = 0.4`"]),
+        ("compression = [0.1]\nforce = [\"1 N\"]", "force", &["both `compression` and `force`"]),
+        ("", "[load]", &["lacks one of `compression` and `force`"]),
+    ] {
+        let [(from, to)] = load(text);
+        refused(LAYERED, &[(from, &to)], at, words);
+    }
+}
+
+#[test]
+fn words_are_told_apart_from_quantities() {
+    let stiffness = |value: &str| [("\"1 MPa\"", value.to_owned())];
+    let [(from, to)] = stiffness("\"rigid\"");
+    assert_eq!(accepted(LAYERED, &[(from, &to)]).electrodes.unwrap().stiffness, Stiffness::Rigid);
+    for (value, words) in [
+        ("\"ridgid\"", &["expected \"rigid\", found \"ridgid\"", "`shear_modulus = \"rigid\"`"][..]),
+        ("\"stiff\"", &["expected a pressure, found \"stiff\"", "or \"rigid\""]),
+        ("\"1 m\"", &["expected a pressure, found a length"]),
+        ("1", &["needs a unit"]),
+    ] {
+        let [(from, to)] = stiffness(value);
+        refused(LAYERED, &[(from, &to)], value, words);
+    }
+    refused(
+        LAYERED,
+        &[("boundary = \"insulated\"", "boundary = \"isolated\"")],
+        "\"isolated\"",
+        &["expected \"insulated\", \"grounded\" or \"open\"", "`boundary = \"insulated\"`"],
+    );
+    refused(
+        LAYERED,
+        &[("below = \"insulated\"", "below = \"vacuum\"")],
+        "\"vacuum\"",
+        &["expected \"insulated\" or \"grounded\" or a table"],
+    );
+    let found = accepted(LAYERED, &[("shear_length = \"500 um\"", "shear_length = \"finite-element\"")]);
+    assert!(matches!(
+        found.mechanics,
+        Some(Mechanics::ClosedForm { shear_length: ShearLength::FiniteElement, .. })
+    ));
+    refused(
+        LAYERED,
+        &[("shear_length = \"500 um\"", "shear_length = \"finite-elemnt\"")],
+        "\"finite-elemnt\"",
+        &["finite-element"],
+    );
+}
+
+const PRESSED: &str = r#"
+format = 1
+[layer]
+thickness = "1 mm"
+half_length = "4 mm"
+[layer.material.yeoh]
+c10 = "50 kPa"
+c20 = "-1 kPa"
+bulk_modulus = "1 GPa"
+[mechanics.plane_strain]
+end = "far"
+width = "1 mm"
+[mechanics.plane_strain.indenter.flat_punch]
+half_width = "1 mm"
+corner_radius = "0.1 mm"
+[load]
+compression = [0.1]
+"#;
+
+#[test]
+fn what_the_finite_elements_need_is_asked_for() {
+    let case = parse(PRESSED).unwrap();
+    let layer = case.layer.unwrap();
+    assert_eq!(layer.material, Some(Material::Yeoh { constants: [5e4, -1e3, 0.0] }));
+    assert_eq!(layer.bulk_modulus, Some(1e9));
+    let ogden = "terms = [{ mu = \"100 kPa\", alpha = 2.0 }, { mu = \"-5 kPa\", alpha = -2.0 }]";
+    let ogden = [("yeoh", "ogden"), ("c10 = \"50 kPa\"\nc20 = \"-1 kPa\"", ogden)];
+    let text = ogden.iter().fold(PRESSED.to_owned(), |text, (from, to)| text.replacen(from, to, 1));
+    let terms = vec![(1e5, 2.0), (-5e3, -2.0)];
+    assert_eq!(parse(&text).unwrap().layer.unwrap().material, Some(Material::Ogden { terms }));
+
+    refused(PRESSED, &[("half_length = \"4 mm\"", "")], "[layer]", &["[layer] lacks `half_length`"]);
+    refused(PRESSED, &[("\"0.1 mm\"", "\"1.1 mm\"")], "\"1.1 mm\"", &["larger than half the width"]);
+    refused(PRESSED, &[("half_width = \"1 mm\"", "half_width = \"4 mm\"")], "", &["over the end"]);
+    refused(
+        PRESSED,
+        &[("corner_radius", "corner_raduis")],
+        "corner_raduis",
+        &["unknown key", "corner_radius"],
+    );
+    refused(
+        PRESSED,
+        &[("\"far\"", "\"fixed\"")],
+        "\"fixed\"",
+        &["\"free\", \"free-on-substrate\" or \"far\""],
+    );
+    refused(PRESSED, &[("flat_punch", "sphere")], "sphere", &["unknown key", "`flat_punch` and `cylinder`"]);
+    let bonded = [("corner_radius = \"0.1 mm\"", "corner_radius = \"0.1 mm\"\ncontact = \"bonded\"")];
+    refused(PRESSED, &bonded, "\"bonded\"", &["rounded corners cannot be bonded"]);
+    let aside = [("corner_radius = \"0.1 mm\"", "position = \"0.5 mm\"")];
+    refused(PRESSED, &aside, "\"0.5 mm\"", &["must stand in the middle"]);
+    let nothing = ogden[1].1.replace("100 kPa", "1 kPa").replace("-5 kPa", "5 kPa");
+    refused(&text, &[(ogden[1].1, &nothing)], "[{", &["not positive"]);
+}
+
+const PRESSED_IN_SPACE: &str = r#"
+format = 1
+[layer]
+thickness = "1 mm"
+half_length = "4 mm"
+[layer.material.neo_hookean]
+shear_modulus = "100 kPa"
+[mechanics.solid]
+end = "free"
+width = "3 mm"
+[mechanics.solid.indenter.flat_punch]
+half_width = "1 mm"
+half_depth = "0.8 mm"
+corner_radius = "0.2 mm"
+[load]
+force = ["1 N"]
+"#;
+
+#[test]
+fn what_the_finite_elements_in_three_dimensions_need_is_asked_for() {
+    let model = |text: &str| match parse(text).unwrap().mechanics {
+        Some(Mechanics::Solid(model)) => model,
+        other => panic!("{other:?}"),
+    };
+    let found = model(PRESSED_IN_SPACE);
+    assert_eq!(found.indenter, SolidIndenter::Block { half_widths: [1e-3, 0.8e-3], corner_radius: 0.2e-3 });
+    assert_eq!((found.end, found.side, found.width), (LayerEnd::Free, LayerSide::Free, 3e-3));
+    assert_eq!(found.relative_tolerance, 2e-2);
+    let (depth, radius) = ("half_depth = \"0.8 mm\"\n", "corner_radius = \"0.2 mm\"\n");
+    let long = PRESSED_IN_SPACE.replace(depth, "");
+    let sharp = long.replace(radius, "");
+    let punch = |corner_radius| SolidIndenter::FlatPunch { half_width: 1e-3, corner_radius, bonded: false };
+    assert_eq!((model(&long).indenter, model(&sharp).indenter), (punch(0.2e-3), punch(0.0)));
+    let sphere = PRESSED_IN_SPACE.replace("flat_punch", "sphere").replace("half_width", "radius");
+    let sphere = sphere.replace(depth, "").replace(radius, "");
+    assert_eq!(model(&sphere).indenter, SolidIndenter::Sphere { radius: 1e-3 });
+
+    refused(PRESSED_IN_SPACE, &[("half_length = \"4 mm\"", "")], "[layer]", &["[layer] lacks `half_length`"]);
+    refused(PRESSED_IN_SPACE, &[("\"4 mm\"", "\"1 mm\"")], "\"1 mm\"", &["not larger than its thickness"]);
+    refused(PRESSED_IN_SPACE, &[(radius, "")], "\"0.8 mm\"", &["needs a `corner_radius`"]);
+    refused(PRESSED_IN_SPACE, &[("0.2 mm", "0.9 mm")], "\"0.9 mm\"", &["larger than half the depth"]);
+    refused(PRESSED_IN_SPACE, &[("0.8 mm", "1.6 mm")], "", &["over the end or the side"]);
+    refused(
+        PRESSED_IN_SPACE,
+        &[("half_width", "position = \"1 mm\"\nhalf_width")],
+        "position",
+        &["not supported"],
+    );
+    let bonded = format!("{radius}contact = \"bonded\"\n");
+    refused(&long, &[(radius, &bonded)], "\"0.2 mm\"", &["no rounded corners"]);
+    refused(&sharp, &[("\"1 mm\"\n[load]", "\"3 mm\"\n[load]")], "", &["1.5 thicknesses before"]);
+    refused(&sharp, &[("\"free\"", "\"free\"\nside = \"far\"")], "\"far\"", &["\"free\" or \"symmetric\""]);
+}
+
+#[test]
+fn an_incompressible_layer_under_a_plate_needs_a_way_out() {
+    let punch =
+        "[mechanics.plane_strain.indenter.flat_punch]\nhalf_width = \"1 mm\"\ncorner_radius = \"0.1 mm\"\n";
+    let plate =
+        PRESSED.replace(punch, "").replace("end = \"far\"", "end = \"far\"\nindenter = \"whole-top\"");
+    let incompressible = ("bulk_modulus = \"1 GPa\"\n", "");
+    let words = ["cannot be pressed over its whole top", "no `bulk_modulus`", "`\"free-on-substrate\"`"];
+    refused(&plate, &[incompressible], "\"far\"", &words);
+    // Each of the three cures.
+    assert!(parse(&plate).is_ok());
+    let cured = |text: &str, from: &str, to: &str| {
+        parse(&text.replacen(incompressible.0, "", 1).replacen(from, to, 1))
+    };
+    assert!(cured(&plate, "\"far\"", "\"free-on-substrate\"").is_ok());
+    assert!(cured(PRESSED, "", "").is_ok());
+
+    let plate = plate.replace("plane_strain", "solid");
+    let held = plate.replace("end =", "side = \"symmetric\"\nend =");
+    refused(&held, &[incompressible], "\"far\"", &[words[0], "`side = \"symmetric\"`"]);
+    assert!(parse(&held).is_ok());
+    assert!(cured(&plate, "", "").is_ok(), "the sides are free");
+}
+
+#[test]
+fn the_closed_form_refuses_what_it_has_no_formula_for() {
+    let yeoh = [("mooney_rivlin", "yeoh"), ("c01 = \"43931.9 Pa\"\n", "")];
+    refused(LAYERED, &yeoh, "", &["[mechanics.closed_form] does not know a Yeoh material"]);
+    let bulk = [("c10 =", "bulk_modulus = \"1 GPa\"\nc10 =")];
+    refused(LAYERED, &bulk, "\"1 GPa\"", &["does not know a bulk modulus"]);
+}
+
+#[test]
+fn unknown_and_later_keys_are_told_apart() {
+    refused(LAYERED, &[("[load]", "[laod]")], "laod", &["unknown key `laod` at the top level", "`load`"]);
+    refused(
+        LAYERED,
+        &[("title", "zzz")],
+        "zzz",
+        &["unknown key `zzz`", "known keys here: `format`, `title`"],
+    );
+    refused(BOXES, &[("name = \"a\"", "")], "[[conductor]]", &["[[conductor]] lacks `name`"]);
+    refused(BOXES, &[("[[dielectric]]", "[dielectric]")], "[dielectric]", &["`[[dielectric]]`"]);
+    refused(
+        LAYERED,
+        &[("[layer]", "[[layer]]"), ("[layer.material.mooney_rivlin]\n", "")],
+        "",
+        &["`layer`: expected a table"],
+    );
+}
+
+#[test]
+fn format_must_be_there_and_be_one() {
+    refused(BOXES, &[("format = 1", "")], "", &["the top level lacks `format`", "`format = 1`"]);
+    refused(BOXES, &[("format = 1", "format = 0")], "0", &["there is no case format 0"]);
+    refused(BOXES, &[("format = 1", "format = \"1\"")], "\"1\"", &["the number of the file format"]);
+    refused(BOXES, &[("format = 1", "format = 2"), ("walls", "wolls")], "2", &["a newer elastocap"]);
+}
+
+#[test]
+fn a_load_needs_layer_material_and_mechanics() {
+    let mechanics = "[mechanics.closed_form]\ncontact_half_length = \"500 um\"\ncontact_width = \"500 um\"\nshear_length = \"500 um\"\n";
+    let material = "[layer.material.mooney_rivlin]\nc10 = \"682.15 Pa\"\nc01 = \"43931.9 Pa\"\n";
+    let load = "[load]\ncompression = [0.3, 0.1]\n";
+    refused(LAYERED, &[(mechanics, "")], "[load]", &["[load] needs [mechanics.closed_form]"]);
+    refused(LAYERED, &[(material, "")], "[layer]", &["lacks a material, which [load] needs"]);
+    refused(LAYERED, &[("shear_modulus = \"1 MPa\"\n", "")], "electrodes", &["lack `shear_modulus`"]);
+    let unloaded = accepted(
+        LAYERED,
+        &[(mechanics, ""), (material, ""), (load, ""), ("shear_modulus = \"1 MPa\"\n", "")],
+    );
+    assert_eq!(unloaded.load, None);
+    assert_eq!(unloaded.electrodes.map(|e| e.stiffness), Some(Stiffness::Rigid));
+    let error = parse("format = 1\n[load]\ncompression = [0.1]\n").unwrap_err().render(false);
+    assert!(error.contains("[load] needs [layer]") && error.contains("[load] needs [mechanics.closed_form]"));
+}
+
+#[test]
+fn a_loaded_layer_alone_needs_nothing_electrostatic() {
+    let from = LAYERED.find("[electrodes").unwrap();
+    let to = LAYERED.find("[mechanics").unwrap();
+    let text = changed(LAYERED, &[(&LAYERED[from..to], ""), ("relative_permittivity = 2.8\n", "")]);
+    let case = parse(&text).unwrap();
+    assert!(!case.has_conductors());
+    assert_eq!((case.surroundings, case.electrostatics), (None, None));
+}
+
+#[test]
+fn nothing_to_solve_is_refused() {
+    refused("format = 1\n[layer]\nthickness = \"1 mm\"\n", &[], "", &["nothing to solve"]);
+    refused("format = 1\n", &[], "", &["nothing to solve"]);
+}
+
+#[test]
+fn a_material_must_be_stiff() {
+    let c10 = accepted(LAYERED, &[("682.15 Pa", "0 Pa")]);
+    assert_eq!(c10.layer.unwrap().material.unwrap().shear_modulus(), 2.0 * 43931.9);
+    refused(
+        LAYERED,
+        &[("682.15 Pa", "0 Pa"), ("43931.9 Pa", "0 Pa")],
+        "\"0 Pa\"",
+        &["no stiffness", "zero too"],
+    );
+    refused(
+        LAYERED,
+        &[("[electrodes", "[layer.material.neo_hookean]\nshear_modulus = \"1 kPa\"\n[electrodes")],
+        "neo_hookean",
+        &["[layer.material] has both `mooney_rivlin` and `neo_hookean`"],
+    );
+}
+
+#[test]
+fn electrodes_may_touch_the_faces_of_the_layer_but_not_leave_it() {
+    for height in ["10 um", "440 um"] {
+        accepted(LAYERED, &[("height = \"225 um\"", &format!("height = \"{height}\""))]);
+    }
+    refused(
+        LAYERED,
+        &[("\"225 um\"", "\"9 um\"")],
+        "\"9 um\"",
+        &["at the bottom", "overshoot by 1 um", "\"10 um\""],
+    );
+    refused(
+        LAYERED,
+        &[("thickness = \"20 um\"", "thickness = \"460 um\"")],
+        "\"225 um\"",
+        &["a layer of at least 460 um"],
+    );
+    let stacked = [("in_plane_pair", "stacked_pair"), ("gap = \"50 um\"", "gap = \"420 um\"")];
+    refused(LAYERED, &stacked, "\"225 um\"", &["height, half the gap and the thickness", "at least 460 um"]);
+    accepted(LAYERED, &[stacked[0], ("gap = \"50 um\"", "gap = \"410 um\"")]);
+    refused(
+        LAYERED,
+        &[("\"225 um\"", "\"10 um\""), ("below = \"insulated\"", "below = \"grounded\"")],
+        "\"10 um\"",
+        &["touches the grounded plane below the layer"],
+    );
+}
+
+#[test]
+fn surroundings_of_a_layer_have_a_margin_exactly_where_they_have_walls() {
+    refused(LAYERED, &[("side_margin = \"1 mm\"\n", "")], "[surroundings]", &["lacks `side_margin`"]);
+    refused(
+        LAYERED,
+        &[("boundary = \"insulated\"", "boundary = \"open\"")],
+        "\"1 mm\"",
+        &["`side_margin`", "open"],
+    );
+    refused(
+        LAYERED,
+        &[(
+            "side_margin",
+            "walls = { min = [\"0 m\", \"0 m\", \"0 m\"], max = [\"1 m\", \"1 m\", \"1 m\"] }\nside_margin",
+        )],
+        "{ min",
+        &["`walls` in [surroundings] has no meaning here"],
+    );
+    refused(
+        LAYERED,
+        &[("thickness = \"1 mm\"", "thickness = \"open\"")],
+        "\"open\"",
+        &["cannot be open where the boundary is not"],
+    );
+    let below_and_above =
+        "below = \"insulated\"\nabove = { relative_permittivity = 1.0, thickness = \"1 mm\" }\n";
+    for (boundary, face) in [("insulated", Face::Insulated), ("grounded", Face::Grounded)] {
+        let change = format!("boundary = \"{boundary}\"");
+        let case = accepted(LAYERED, &[("boundary = \"insulated\"", &change), (below_and_above, "")]);
+        let Extent::AroundLayer { below, above, .. } = case.surroundings.unwrap().extent else { panic!() };
+        assert_eq!((below, above), (face, face));
+    }
+    let open = "boundary = \"open\"\nrelative_permittivity = 3.0";
+    let case = accepted(
+        LAYERED,
+        &[("boundary = \"insulated\"\nside_margin = \"1 mm\"", open), (below_and_above, "")],
+    );
+    let space = Face::Medium { relative_permittivity: 3.0, thickness: None };
+    let extent = case.surroundings.unwrap().extent;
+    assert_eq!(extent, Extent::AroundLayer { side_margin: None, below: space, above: space });
+}
+
+#[test]
+fn surroundings_without_a_layer_have_walls_exactly_where_the_boundary_is_not_open() {
+    let walls = "walls = { min = [\"-5 mm\", \"-5 mm\", \"-5 mm\"], max = [\"5 mm\", \"5 mm\", \"5 mm\"] }\n";
+    refused(BOXES, &[(walls, "")], "[surroundings]", &["lacks `walls`", "`boundary = \"open\"`"]);
+    refused(BOXES, &[("\"grounded\"", "\"open\"")], "{ min", &["`walls`", "the boundary is open"]);
+    let open = accepted(BOXES, &[("\"grounded\"", "\"open\""), (walls, "")]);
+    assert_eq!(open.surroundings.map(|s| (s.boundary, s.extent)), Some((Wall::Open, Extent::Everywhere)));
+    refused(BOXES, &[("walls =", "side_margin = \"1 mm\"\nwalls =")], "\"1 mm\"", &["there is no layer"]);
+    refused(BOXES, &[("walls =", "below = \"grounded\"\nwalls =")], "\"grounded\"", &["there is no layer"]);
+    refused(
+        BOXES,
+        &[(walls, "walls = { min = [\"5 mm\", \"0 m\", \"0 m\"], max = [\"-5 mm\", \"1 m\", \"1 m\"] }\n")],
+        "\"-5 mm\"",
+        &["inside-out along x1"],
+    );
+    let surroundings = BOXES.find("[surroundings]").unwrap();
+    refused(&BOXES[..surroundings], &[], "[[conductor]]", &["[[conductor]] needs [surroundings]"]);
+}
+
+#[test]
+fn bodies_lie_inside_the_walls_and_conductors_do_not_touch_grounded_ones() {
+    let at_wall = [("at = \"2 mm\"", "at = \"5 mm\"")];
+    refused(BOXES, &at_wall, "{ normal", &["\"b\" touches the grounded wall", "the walls"]);
+    accepted(BOXES, &[at_wall[0], ("\"grounded\"", "\"insulated\"")]);
+    refused(
+        BOXES,
+        &[("at = \"2 mm\"", "at = \"6 mm\"")],
+        "{ normal",
+        &["\"b\" reaches outside the walls along x3"],
+    );
+    let slab = "slab = { axis = \"x2\", from = \"-1 mm\", to = \"-0.5 mm\" }";
+    let wide = "box = { min = [\"-9 mm\", \"-1 mm\", \"-1 mm\"], max = [\"9 mm\", \"-0.5 mm\", \"1 mm\"] }";
+    refused(
+        BOXES,
+        &[(slab, wide)],
+        "{ min",
+        &["the dielectric \"board\" reaches outside the walls along x1"],
+    );
+    refused(
+        BOXES,
+        &[("\"-1 mm\", to = \"-0.5 mm\"", "\"-9 mm\", to = \"-8 mm\"")],
+        "{ axis",
+        &["outside the walls"],
+    );
+    refused(
+        BOXES,
+        &[("to = \"-0.5 mm\"", "to = \"-2 mm\"")],
+        "\"-2 mm\"",
+        &["inside-out", "`from = \"-2 mm\", to = \"-1 mm\"`"],
+    );
+}
+
+#[test]
+fn conductors_have_names_of_their_own_and_no_common_point() {
+    refused(BOXES, &[("name = \"b\"", "name = \"a\"")], "\"a\"", &["\"a\" is used twice", "first used here"]);
+    refused(BOXES, &[("name = \"board\"", "name = \"a\"")], "\"a\"", &["\"a\" is used twice"]);
+    refused(BOXES, &[("name = \"b\"", "name = \" \"")], "\" \"", &["must be a line of text"]);
+    refused(BOXES, &[("name = \"b\"", "name = 2")], "2", &["a line of text in quotes", "`name = \"2\"`"]);
+    refused(BOXES, &[("at = \"2 mm\"", "at = \"1 mm\"")], "{ normal", &["\"a\" and \"b\" touch or overlap"]);
+    refused(
+        BOXES,
+        &[("max = [\"1 mm\", \"1 mm\", \"1 mm\"]", "max = [\"1 mm\", \"0 mm\", \"1 mm\"]")],
+        "\"0 mm\"",
+        &["no thickness along x2", "a flat conductor is a sheet: `sheet = { normal = \"x2\", at = \"0 mm\""],
+    );
+    refused(
+        BOXES,
+        &[("max = [\"1 mm\", \"1 mm\"] }", "max = [\"1 mm\", \"-1 mm\"] }")],
+        "\"-1 mm\"",
+        &["the sheet is inside-out along x2"],
+    );
+    refused(
+        BOXES,
+        &[(
+            "name = \"a\"",
+            "name = \"a\"\nsheet = { normal = \"x1\", at = \"9 mm\", min = [\"0 m\", \"0 m\"], max = [\"1 m\", \"1 m\"] }",
+        )],
+        "box",
+        &["both `sheet` and `box`"],
+    );
+}
+
+#[test]
+fn a_conductor_alone_in_insulated_walls_is_refused() {
+    let second =
+        &BOXES[BOXES.find("[[conductor]]\nname = \"b\"").unwrap()..BOXES.find("[[dielectric]]").unwrap()];
+    refused(
+        BOXES,
+        &[(second, ""), ("\"grounded\"", "\"insulated\"")],
+        "{ min",
+        &["alone inside insulated walls"],
+    );
+}
+
+#[test]
+fn a_conductor_with_a_charge_floats() {
+    for (text, charge) in [("0 C", 0.0), ("-2.5 pC", -2.5e-12), ("3 uC", 3e-6)] {
+        let to = format!("name = \"a\"\ncharge = \"{text}\"");
+        let case = accepted(BOXES, &[("name = \"a\"", &to)]);
+        let roles: Vec<_> = case.bodies[..2].iter().map(|body| body.role).collect();
+        let conductor = |floating_charge| Role::Conductor { floating_charge };
+        assert_eq!(roles, [conductor(Some(charge)), conductor(None)]);
+    }
+    let a = "name = \"a\"";
+    refused(BOXES, &[(a, "name = \"a\"\ncharge = 0")], "0", &["needs a unit", "\"0 C\""]);
+    refused(
+        BOXES,
+        &[(a, "name = \"a\"\ncharge = \"1 V\"")],
+        "\"1 V\"",
+        &["expected a charge, found a voltage"],
+    );
+    refused(BOXES, &[(a, "name = \"a\"\ncharge = \"1 coulomb\"")], "\"1 coulomb\"", &["\"1 C\""]);
+}
+
+#[test]
+fn a_scene_in_which_all_conductors_float_is_refused() {
+    let changes = [
+        ("name = \"a\"", "name = \"a\"\ncharge = \"1 pC\""),
+        ("name = \"b\"", "name = \"b\"\ncharge = \"0 C\""),
+    ];
+    refused(BOXES, &changes, "\"1 pC\"", &["all conductors float", "leave out `charge`"]);
+}
+
+#[test]
+fn one_driven_conductor_among_floating_ones_in_insulated_walls_is_refused() {
+    let changes = [("name = \"a\"", "name = \"a\"\ncharge = \"0 C\""), ("\"grounded\"", "\"insulated\"")];
+    refused(BOXES, &changes, "{ normal", &["\"b\" is alone inside insulated walls"]);
+}
+
+#[test]
+fn electrodes_have_no_charge_of_their_own() {
+    refused(
+        LAYERED,
+        &[("[electrodes.in_plane_pair]", "[electrodes.in_plane_pair]\ncharge = \"0 C\"")],
+        "charge",
+        &["unknown key `charge`"],
+    );
+}
+
+#[test]
+fn conductors_beside_a_layer_lie_where_there_is_a_field_and_off_the_layer() {
+    let plate = |low: &str, high: &str| {
+        format!(
+            "[surroundings]\n[[conductor]]\nname = \"plate\"\nbox = {{ min = [\"0 mm\", \"{low}\", \"0 mm\"], max = [\"1 mm\", \"{high}\", \"1 mm\"] }}\n[surroundings2]"
+        )
+    };
+    let with = |low: &str, high: &str| {
+        plate(low, high).replacen("[surroundings]\n", "", 1).replace("[surroundings2]", "[surroundings]")
+    };
+    let change = |low: &str, high: &str| [("[surroundings]", with(low, high))];
+    let [(from, to)] = change("0.5 mm", "0.6 mm");
+    assert_eq!(accepted(LAYERED, &[(from, &to)]).bodies.len(), 1);
+    let board = ("below = \"insulated\"", "below = { relative_permittivity = 4.5, thickness = \"1.6 mm\" }");
+    let [(from, to)] = change("-0.5 mm", "-0.1 mm");
+    accepted(LAYERED, &[(from, &to), board]);
+    for (low, high, words) in [
+        ("450 um", "0.6 mm", &["\"plate\" touches or overlaps the layer", "x2 = 450 um"][..]),
+        ("100 um", "200 um", &["touches or overlaps the layer"]),
+        ("-0.1 mm", "0 mm", &["touches or overlaps the layer"]),
+        ("-0.2 mm", "-0.1 mm", &["where there is no field", "the plane below"]),
+        ("1 mm", "1.5 mm", &["reaches the wall above the layer", "1000 um"]),
+    ] {
+        let [(from, to)] = change(low, high);
+        refused(LAYERED, &[(from, &to)], "{ min", words);
+    }
+    // The same for other shapes, by the boxes around them.
+    let ball = |at: &str| {
+        format!(
+            "[[conductor]]\nname = \"ball\"\nsphere = {{ center = [\"0 mm\", \"{at}\", \"0 mm\"], radius = \"0.1 mm\" }}\n[surroundings]"
+        )
+    };
+    let found = accepted(LAYERED, &[("[surroundings]", &ball("0.6 mm"))]);
+    let names: Vec<&str> = found.bodies.iter().map(|body| body.name.as_str()).collect();
+    assert!(names == ["ball"] && !found.has_only_boxes());
+    for (at, words) in [
+        ("0.5 mm", &["the conductor \"ball\" touches or overlaps the layer", "x2 = 450 um"][..]),
+        ("-0.2 mm", &["where there is no field", "the plane below"]),
+        ("1.4 mm", &["reaches the wall above the layer", "1000 um"]),
+    ] {
+        refused(LAYERED, &[("[surroundings]", &ball(at))], "{ center", words);
+    }
+    let [(from, to)] = change("0.5 mm", "0.6 mm");
+    let renamed = to.replace("plate", "electrode-left");
+    refused(LAYERED, &[(from, &renamed)], "\"electrode-left\"", &["used twice"]);
+}
+
+#[test]
+fn toml_that_does_not_parse_points_at_the_place() {
+    refused(
+        LAYERED,
+        &[("\"450 um\"", "450 um")],
+        "",
+        &["not valid TOML", "`thickness = \"450 um\"`", "cases/test.toml:5"],
+    );
+    refused(
+        LAYERED,
+        &[("thickness", "thickness = \"1 mm\"\nthickness")],
+        "thickness",
+        &["duplicate key", ":6:1"],
+    );
+    refused(LAYERED, &[("[load]", "[load")], "", &["not valid TOML"]);
+}
+
+#[test]
+fn independent_problems_are_all_told_in_the_order_of_the_file() {
+    let text = changed(
+        LAYERED,
+        &[
+            ("\"450 um\"", "450"),
+            ("\"682.15 Pa\"", "\"682.15 m\""),
+            ("gap = ", "gapp = "),
+            ("[0.3, 0.1]", "[0.3, 1.1]"),
+            ("1e-3", "2"),
+        ],
+    );
+    let error = parse(&text).unwrap_err();
+    let lines: Vec<_> = error.diagnostics().iter().map(|d| error.line_column(d).unwrap().0).collect();
+    assert_eq!(lines, [5, 8, 11, 22, 29], "{error}");
+}
+
+#[test]
+fn a_flood_of_problems_is_counted_not_printed() {
+    let text = format!("format = 1\n[load]\ncompression = [{}]\n", "7, ".repeat(10_000));
+    let error = parse(&text).unwrap_err();
+    assert!(error.diagnostics().len() <= 50);
+    assert!(error.render(false).len() < 100_000);
+    let keys: String = (0..1000).map(|k| format!("k{k} = 1\n")).collect();
+    let shown = parse(&format!("format = 1\n{keys}")).unwrap_err().render(false);
+    assert!(shown.contains("more problems in cases/test.toml"), "{shown}");
+}
+
+#[test]
+fn outlines_that_cross_or_touch_themselves_are_refused() {
+    let case = |outline: &str| {
+        format!(
+            "format = 1\n[[conductor]]\nname = \"x\"\nextrusion = {{ axis = \"x2\", from = \"0 um\", to = \"9 um\", outline = \
+             [{outline}] }}\n[surroundings]\nboundary = \"open\"\n"
+        )
+    };
+    let corner = |x: i32, y: i32| format!("[\"{x} um\", \"{y} um\"]");
+    let outline =
+        |corners: &[(i32, i32)]| corners.iter().map(|&(x, y)| corner(x, y)).collect::<Vec<_>>().join(", ");
+    assert!(parse(&case(&outline(&[(0, 0), (9, 0), (9, 9), (0, 9)]))).is_ok());
+    for crossing in [
+        &[(0, 0), (9, 9), (9, 0), (0, 9)][..],
+        &[(0, 0), (9, 0), (4, 0), (4, 9)],
+        &[(0, 0), (9, 0), (9, 9), (5, 0), (0, 9)],
+    ] {
+        let error = parse(&case(&outline(crossing))).unwrap_err();
+        assert!(error.to_string().contains("the outline crosses or touches itself"), "{error}");
+    }
+}

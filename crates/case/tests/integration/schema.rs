@@ -1,0 +1,99 @@
+//! The JSON Schema accepts what the reader accepts, and refuses the slips that a schema can see.
+
+use std::path::Path;
+
+use serde_json::Value;
+
+fn acceptance(name: &str) -> String {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tests/acceptance").join(name);
+    std::fs::read_to_string(path).unwrap()
+}
+
+fn json(text: &str) -> Value {
+    serde_json::to_value(text.parse::<toml::Table>().unwrap()).unwrap()
+}
+
+fn validator() -> jsonschema::Validator {
+    let schema = elastocap_case::json_schema();
+    assert!(jsonschema::meta::is_valid(&schema));
+    jsonschema::validator_for(&schema).unwrap()
+}
+
+const SUPPORTED: [&str; 9] = [
+    "layer-free-end.toml",
+    "layer-on-substrate.toml",
+    "flat-punch.toml",
+    "in-plane-pair.toml",
+    "in-plane-pair-by-force.toml",
+    "stacked-pair.toml",
+    "isolated-cube.toml",
+    "cube-in-cube.toml",
+    "square-plates.toml",
+];
+
+#[test]
+fn every_supported_acceptance_file_is_valid() {
+    let validator = validator();
+    for name in SUPPORTED {
+        let errors: Vec<_> = validator.iter_errors(&json(&acceptance(name))).map(|e| e.to_string()).collect();
+        assert!(errors.is_empty(), "{name}: {errors:?}");
+    }
+}
+
+#[test]
+fn a_layer_in_three_dimensions_is_valid_with_indenters_of_its_own() {
+    let validator = validator();
+    let case = |indenter: &str| {
+        let text = acceptance("layer-on-substrate.toml").replace("plane_strain", "solid");
+        json(&text.replace("\"whole-top\"", indenter))
+    };
+    assert!(validator.is_valid(&case("\"whole-top\"")));
+    assert!(validator.is_valid(&case("{ sphere = { radius = \"1 mm\" } }")));
+    assert!(!validator.is_valid(&case("{ sphere = { radius = \"1 mm\", position = \"1 mm\" } }")));
+}
+
+#[test]
+fn slips_that_a_schema_can_see_are_invalid() {
+    let validator = validator();
+    for name in [
+        "unknown-key",
+        "missing-unit",
+        "wrong-dimension",
+        "negative-gap",
+        "negative-modulus",
+        "not-a-number",
+        "crushed-flat",
+        "newer-format",
+        "zero-tolerance",
+        "cut-off",
+    ] {
+        let text = acceptance(&format!("bad/{name}.toml"));
+        assert!(!validator.is_valid(&json(&text)), "{name}");
+    }
+}
+
+#[test]
+fn every_key_carries_a_description() {
+    fn walk(schema: &Value, path: &str) {
+        if let Some(properties) = schema.get("properties").and_then(Value::as_object) {
+            for (key, inner) in properties {
+                let path = format!("{path}.{key}");
+                assert!(inner.get("description").is_some_and(|d| d != ""), "{path}");
+                assert!(
+                    inner.get("type") != Some(&"object".into())
+                        || inner.get("additionalProperties") == Some(&Value::Bool(false)),
+                    "{path}"
+                );
+                walk(inner, &path);
+                inner.get("items").into_iter().for_each(|items| walk(items, &path));
+                inner
+                    .get("anyOf")
+                    .and_then(Value::as_array)
+                    .into_iter()
+                    .flatten()
+                    .for_each(|one| walk(one, &path));
+            }
+        }
+    }
+    walk(&elastocap_case::json_schema(), "");
+}

@@ -1,0 +1,289 @@
+//! Finite-element layers from their case files: forces, electrodes, files, and what happens when a load is out of reach.
+
+use std::path::Path;
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
+
+use elastocap_case::{
+    self, Body, Case, FieldSolver, Indenter, LayerEnd, LayerSide, Load, Mechanics, PlaneStrain, Shape,
+    ShearLength, Solid, SolidIndenter, Stiffness,
+};
+use elastocap_coupling::outcome::{Outcome, Status};
+use elastocap_coupling::plan::{Options, Plan};
+use elastocap_coupling::run::run;
+use elastocap_mechanics::{ElectrodeStiffness, LayerState};
+
+const NUMBERS_ONLY: Options = Options { prune: true, fields: false, scene: false };
+
+fn acceptance(name: &str) -> Case {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tests/acceptance").join(name);
+    elastocap_case::load(&path).unwrap_or_else(|e| panic!("{e}"))
+}
+
+fn solve(case: &Case) -> Outcome {
+    let plan = Plan::new(case, &NUMBERS_ONLY);
+    run(case, &plan, &NUMBERS_ONLY, &Arc::new(AtomicBool::new(false)), &())
+}
+
+/// Why each step failed, if it did.
+fn reasons(outcome: &Outcome) -> Vec<Option<&str>> {
+    outcome.steps.iter().map(|step| step.reason.as_deref()).collect()
+}
+
+fn plane_strain(case: &mut Case) -> &mut PlaneStrain {
+    match &mut case.mechanics {
+        Some(Mechanics::PlaneStrain(model)) => model,
+        other => panic!("{other:?}"),
+    }
+}
+
+/// The layer of the substrate case at these loads, its force to 2 %.
+fn on_substrate(load: Load) -> Case {
+    let mut case = acceptance("layer-on-substrate.toml");
+    plane_strain(&mut case).relative_tolerance = 2e-2;
+    case.load = Some(load);
+    case
+}
+
+#[test]
+fn the_plan_foretells_what_the_finite_elements_take() {
+    let foretold = |case: &Case| Plan::new(case, &NUMBERS_ONLY).layer;
+    let one = foretold(&on_substrate(Load::Compression(vec![0.1]))).unwrap();
+    assert_eq!(one.unknowns.len(), 4);
+    assert!(one.unknowns.windows(2).all(|two| two[0] < two[1]));
+    // A run of these meshes takes 0.2 GB and some seconds.
+    assert!((1e8..1e9).contains(&(one.memory_bytes as f64)), "{one:?}");
+    assert!((0.2..60.0).contains(&one.seconds), "{one:?}");
+    // A load that is there twice is solved once; a force is found by several displacements.
+    let of = |load| foretold(&on_substrate(load)).unwrap().seconds;
+    assert_eq!(of(Load::Compression(vec![0.1, 0.1])), one.seconds);
+    assert!(of(Load::Compression(vec![0.1, 0.2])) > one.seconds && of(Load::Force(vec![1.0])) > one.seconds);
+    assert_eq!(foretold(&acceptance("stacked-pair.toml")), None);
+}
+
+#[test]
+fn a_force_gives_the_compression_that_gives_the_force() {
+    let by_compression = solve(&on_substrate(Load::Compression(vec![0.12])));
+    let force = by_compression.steps[0].row.force_n.unwrap();
+    let by_force = solve(&on_substrate(Load::Force(vec![force, 0.0])));
+    let found = by_force.steps[0].row.compression.unwrap();
+    // Each on its own last mesh.
+    assert!((found / 0.12 - 1.0).abs() < 5e-3, "{found}");
+    assert_eq!(by_force.steps[1].row.compression, Some(0.0));
+}
+
+#[test]
+fn a_load_out_of_reach_fails_with_its_reason_and_the_others_are_kept() {
+    let mut case = on_substrate(Load::Compression(vec![0.05, 0.97]));
+    plane_strain(&mut case).relative_tolerance = 0.5;
+    let outcome = solve(&case);
+    assert_eq!(outcome.steps[0].row.status, Status::Ok);
+    let Status::Failed(reason) = &outcome.steps[1].row.status else {
+        panic!("{:?}", outcome.steps[1].row.status)
+    };
+    assert!(reason.contains("no equilibrium found") && reason.contains("smallest J"), "{reason}");
+    assert_eq!(outcome.steps[1].row.force_n, None);
+}
+
+/// The sensor of the paper under a plate over a layer of 4 H, its electrodes in the mesh.
+fn sensor(stiffness: Stiffness, compression: f64) -> Case {
+    let mut case = acceptance("flat-punch.toml");
+    case.layer.as_mut().unwrap().half_length = Some(1800e-6);
+    case.electrodes.as_mut().unwrap().stiffness = stiffness;
+    let model = plane_strain(&mut case);
+    model.indenter = Indenter::WholeTop;
+    model.end = elastocap_case::LayerEnd::FreeOnSubstrate;
+    model.relative_tolerance = 2e-2;
+    case.load = Some(Load::Compression(vec![compression]));
+    case.electrostatics.as_mut().unwrap().relative_tolerance = 0.05;
+    case
+}
+
+#[test]
+fn electrodes_as_soft_as_the_layer_float_as_the_closed_form_says() {
+    let case = sensor(Stiffness::ShearModulus(89228.1), 0.05);
+    let outcome = solve(&case);
+    let row = &outcome.steps[0].row;
+    let closed = {
+        let mut case = acceptance("in-plane-pair.toml");
+        case.load = Some(Load::Compression(vec![0.05]));
+        let Some(Mechanics::ClosedForm { contact_half_length, contact_width, shear_length }) = case.mechanics
+        else {
+            panic!("no closed form")
+        };
+        let ShearLength::Given(shear_length) = shear_length else { panic!("no length") };
+        let settings =
+            elastocap_mechanics::ClosedFormSettings { contact_half_length, contact_width, shear_length };
+        let rubber = elastocap_mechanics::Material::NeoHookean { shear_modulus: 89228.1 };
+        LayerState::new(450e-6, rubber, 0.05, settings).unwrap()
+    };
+    let pose = closed.electrode_pose(225e-6, ElectrodeStiffness::ShearModulus(89228.1)).unwrap();
+    assert!((row.gap_m.unwrap() / pose.gap(50e-6) - 1.0).abs() < 1e-4);
+    assert!((row.electrode_height_m.unwrap() / pose.height - 1.0).abs() < 1e-4);
+    assert!((row.electrode_thickness_m.unwrap() / pose.thickness(20e-6) - 1.0).abs() < 2e-3);
+}
+
+fn bounds(outcome: &Outcome) -> [f64; 3] {
+    let row = &outcome.steps[0].row;
+    [row.capacitance_lower_f, row.two_terminal_capacitance_f, row.capacitance_upper_f].map(Option::unwrap)
+}
+
+fn with_solver(case: &Case, solver: FieldSolver) -> Case {
+    let mut case = case.clone();
+    case.electrostatics.as_mut().unwrap().solver = Some(solver);
+    case
+}
+
+#[test]
+fn bent_electrodes_lie_between_boxes_and_tetrahedra_have_them_as_they_are() {
+    let case = sensor(Stiffness::ShearModulus(1e6), 0.2);
+    let boxes = solve(&with_solver(&case, FieldSolver::Boxes));
+    let [low, value, high] = bounds(&boxes);
+    assert!(low < value && value < high);
+    // The mean box alone, which lies between the two.
+    let scene = boxes.steps[0].scene.as_ref().unwrap();
+    assert!(matches!(scene.bent, Some(Ok(_))));
+    let settings = elastocap_electrostatics::Settings {
+        relative_tolerance: 0.02,
+        target: elastocap_electrostatics::Target::TwoTerminal,
+        ..Default::default()
+    };
+    let mean = elastocap_electrostatics::solve(&scene.scene, &settings).unwrap().two_terminal.unwrap();
+    assert!(low < mean.lower && mean.upper < high, "{low} {mean:?} {high}");
+    assert_eq!(boxes.steps[0].row.status, Status::ToleranceNotReached);
+    assert!(boxes.steps[0].reason.as_ref().unwrap().contains("bent and tilted"));
+
+    let bent = solve(&case);
+    assert_eq!(bent.steps[0].row.status, Status::Ok, "{:?}", reasons(&bent));
+    let own = bounds(&bent);
+    assert!(low < own[0] && own[2] < high, "{own:?} {low} {high}");
+    assert!(own[2] - own[0] < 0.05 * own[1]);
+    assert!(bent.steps[0].warnings.iter().any(|w| w.contains("flat faces")));
+    // What is foretold before the layer is known covers it.
+    let mut plan = Plan::new(&case, &NUMBERS_ONLY);
+    plan.foretell(&case, &NUMBERS_ONLY).unwrap();
+    let found = bent.steps[0].row.unknowns.unwrap();
+    assert!(plan.unknowns >= found && plan.unknowns < 10 * found, "{} {found}", plan.unknowns);
+}
+
+#[test]
+fn electrodes_that_are_hardly_bent_go_to_the_boxes_and_both_solvers_agree() {
+    let mut case = sensor(Stiffness::ShearModulus(1e6), 0.02);
+    case.electrostatics.as_mut().unwrap().relative_tolerance = 0.03;
+    let boxes = solve(&case);
+    assert_eq!(boxes.steps[0].row.status, Status::Ok, "{:?}", reasons(&boxes));
+    assert!(boxes.steps[0].surfaces.is_empty() && boxes.steps[0].scene.as_ref().unwrap().bent.is_some());
+    let bent = solve(&with_solver(&case, FieldSolver::Tetrahedra));
+    assert!(!bent.steps[0].surfaces.is_empty());
+    let ([low, _, high], [lower, _, upper]) = (bounds(&boxes), bounds(&bent));
+    assert!(low < upper && lower < high, "{low} {high} {lower} {upper}");
+}
+
+#[test]
+fn beside_a_punch_the_field_has_the_layer_with_its_bulge() {
+    let mut case = acceptance("flat-punch.toml");
+    let model = plane_strain(&mut case);
+    model.relative_tolerance = 0.5;
+    // The sharp one is pressed in no time.
+    model.indenter =
+        Indenter::FlatPunch { half_width: 500e-6, corner_radius: 0.0, bonded: false, position: 0.0 };
+    case.load = Some(Load::Compression(vec![0.1]));
+    case.electrostatics.as_mut().unwrap().relative_tolerance = 0.05;
+    let outcome = solve(&case);
+    let step = &outcome.steps[0];
+    assert_eq!(step.row.status, Status::Ok, "{:?}", reasons(&outcome));
+    assert!(!outcome.plan.warnings.iter().any(|w| w.contains("bulges")));
+    let layer = step.surfaces.iter().find(|s| s.name == "layer").unwrap();
+    let heights = |from: f64, to: f64| {
+        let corners = layer.triangles.as_flattened().iter();
+        corners.filter(|p| (from..to).contains(&p[0].abs())).map(|p| p[1]).fold(0.0, f64::max)
+    };
+    // Flat under the punch, and higher than it was before loading beside it: the rubber goes nowhere else.
+    assert!((heights(0.0, 400e-6) / 405e-6 - 1.0).abs() < 1e-6, "{}", heights(0.0, 400e-6));
+    assert!((452e-6..500e-6).contains(&heights(600e-6, 1.3e-3)), "{}", heights(600e-6, 1.3e-3));
+}
+
+#[test]
+fn the_shear_length_is_found_by_finite_elements_for_compressions_and_for_forces() {
+    let mut case = acceptance("in-plane-pair.toml");
+    case.electrodes = None;
+    (case.surroundings, case.electrostatics) = (None, None);
+    if let Some(Mechanics::ClosedForm { shear_length, .. }) = &mut case.mechanics {
+        *shear_length = ShearLength::FiniteElement;
+    }
+    case.load = Some(Load::Compression(vec![0.0, 0.05, 0.1]));
+    let found = solve(&case);
+    assert!(found.is_complete(), "{:?}", reasons(&found));
+    let force = |k: usize| found.steps[k].row.force_n.unwrap();
+    // L/H = 2.34 at 5 %: with the contact's own half-length the force would be 14.2 mN.
+    assert!(force(0) == 0.0 && (0.0305..0.032).contains(&force(1)), "{}", force(1));
+    case.load = Some(Load::Force(vec![force(1), force(2)]));
+    let back = solve(&case);
+    for (k, expected) in [0.05, 0.1].iter().enumerate() {
+        let compression = back.steps[k].row.compression.unwrap();
+        assert!((compression / expected - 1.0).abs() < 2e-3, "{compression}");
+    }
+}
+
+/// A grounded ball over the sensor of the paper, as a finger is.
+fn under_a_ball(load: Option<Load>) -> Case {
+    let mut case = acceptance("in-plane-pair.toml");
+    case.load = load;
+    let ball = Shape::Sphere { center: [0.0, 800e-6, 0.0], radius: 250e-6 };
+    case.bodies.push(Body::conductor("finger", ball));
+    case.electrostatics.as_mut().unwrap().relative_tolerance = 0.05;
+    case
+}
+
+#[test]
+fn a_ball_over_the_layer_takes_capacitance_from_the_pair_and_less_when_the_layer_sinks() {
+    let with = solve(&under_a_ball(Some(Load::Compression(vec![0.0, 0.2]))));
+    assert_eq!(with.conductors, ["electrode-left", "electrode-right", "finger"]);
+    let mut without = under_a_ball(Some(Load::Compression(vec![0.0, 0.2])));
+    without.bodies.clear();
+    without.electrostatics.as_mut().unwrap().relative_tolerance = 1e-3;
+    let without = solve(&without);
+    // Between the two electrodes: what the ball takes is that between each of them and itself.
+    let mutual = |outcome: &Outcome, k: usize| -outcome.steps[k].maxwell.as_ref().unwrap()[0][1].value;
+    let to_ball = |k: usize| -with.steps[k].maxwell.as_ref().unwrap()[0][2].value;
+    for k in 0..2 {
+        assert!(mutual(&with, k) < mutual(&without, k), "{k}");
+        assert!(to_ball(k) > 0.0);
+        let names: Vec<&str> = with.steps[k].surfaces.iter().map(|s| s.name.as_str()).collect();
+        assert!(names.contains(&"finger") && names.contains(&"layer"), "{names:?}");
+        assert!(with.steps[k].surfaces.iter().all(|s| !s.triangles.is_empty()));
+    }
+    assert!(to_ball(1) < to_ball(0), "{} {}", to_ball(1), to_ball(0));
+}
+
+#[test]
+fn electrodes_in_three_dimensions_are_where_plane_strain_has_them_if_nothing_can_spread() {
+    let plane = sensor(Stiffness::ShearModulus(1e6), 0.1);
+    let width = plane.electrodes.as_ref().unwrap().width;
+    let of = |case: &Case| {
+        let outcome = solve(&with_solver(case, FieldSolver::Boxes));
+        let step = &outcome.steps[0];
+        let scene = step.scene.as_ref().unwrap_or_else(|| panic!("{:?}", step.reason));
+        (scene.pair.unwrap(), step.row.force_n.unwrap())
+    };
+    let (found, force) = of(&plane);
+    let mut solid = plane.clone();
+    solid.mechanics = Some(Mechanics::Solid(Solid {
+        indenter: SolidIndenter::WholeTop,
+        end: LayerEnd::FreeOnSubstrate,
+        width,
+        side: LayerSide::Symmetric,
+        relative_tolerance: 0.5,
+    }));
+    let (in_space, all) = of(&solid);
+    println!("{found:?} {force} {in_space:?} {all}");
+    for (a, b) in [
+        (found.gap, in_space.gap),
+        (found.height, in_space.height),
+        (found.thickness, in_space.thickness),
+        (found.parallel_plate, in_space.parallel_plate),
+        (force, all),
+    ] {
+        assert!((a / b - 1.0).abs() < 0.02, "{found:?} {force} {in_space:?} {all}");
+    }
+}

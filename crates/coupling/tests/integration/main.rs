@@ -1,0 +1,8 @@
+//! From a case to its outcome, without the command line and without files.
+
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test stops by panicking")]
+
+mod imported_mesh;
+mod layer;
+mod run;
+mod scene;

@@ -1,0 +1,11 @@
+//! Capacitances against closed forms, published values and one another.
+
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test stops by panicking")]
+
+mod crossing;
+mod discretisation;
+mod floating;
+mod general;
+mod mirror;
+mod random_scenes;
+mod references;

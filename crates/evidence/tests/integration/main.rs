@@ -1,0 +1,5 @@
+//! What the evidence files hold, against formulas and audited values.
+
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test stops by panicking")]
+
+mod figures;

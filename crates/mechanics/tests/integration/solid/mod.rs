@@ -1,0 +1,11 @@
+//! The finite-element solver against solutions it does not know.
+
+mod contact;
+mod cook;
+mod extreme;
+mod layer;
+mod patch;
+mod sharp;
+mod shear_length;
+mod space;
+mod stress;

@@ -1,0 +1,49 @@
+//! Floating conductors from the case file to the results.
+
+use std::path::Path;
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
+
+use elastocap_coupling::plan::{Options, Plan};
+use elastocap_coupling::run::run;
+use elastocap_results::{FieldFiles, RunSeconds, csv, document};
+
+#[test]
+fn the_floating_plate_leaves_the_matrix_and_its_potential_is_reported() {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tests/acceptance/floating-plate.toml");
+    let mut case = elastocap_case::load(&path).expect("a case");
+    // The file asks for 1e-3, which takes longer and checks no more.
+    case.electrostatics.as_mut().unwrap().relative_tolerance = 2e-2;
+    let options = Options { prune: true, fields: false, scene: false };
+    let plan = Plan::new(&case, &options);
+    assert!(
+        plan.solved.iter().any(|p| p.part == "floating" && p.what.contains("`float`")),
+        "{:?}",
+        plan.solved
+    );
+    let outcome = run(&case, &plan, &options, &Arc::new(AtomicBool::new(false)), &());
+    assert!(outcome.is_complete(), "{:?}", outcome.steps[0].reason);
+    assert_eq!(outcome.conductors, ["lower", "upper"]);
+    let step = &outcome.steps[0];
+    assert_eq!(step.maxwell.as_ref().unwrap().len(), 2);
+    let spread = 2.0 * step.two_terminal.unwrap().relative_error();
+    assert!(spread <= 2e-2, "{spread}");
+
+    let text =
+        document(&case, &outcome, &FieldFiles::default(), Vec::new(), Vec::new(), RunSeconds::default())
+            .unwrap();
+    let json: serde_json::Value = serde_json::from_str(&text).unwrap();
+    for place in [&json, &json["steps"][0]] {
+        let float = &place["floating_conductors"][0];
+        assert_eq!((float["name"].as_str(), float["charge_c"].as_f64()), (Some("float"), Some(0.0)));
+        let number = |key: &str, k: usize| float[key][k].as_f64().unwrap();
+        let [below, above] = [0, 1].map(|k| number("potential_per_volt", k));
+        // The scene is its own mirror image; some flux goes to infinity, so that the two do not add up to one.
+        assert!((below - above).abs() < 1e-6 && 0.4 < below && below < 0.5, "{below} {above}");
+        assert!(
+            number("potential_per_volt_lower", 0) < below && below < number("potential_per_volt_upper", 0)
+        );
+    }
+    let table = csv::capacitance(&outcome.conductors, step);
+    assert!(table.contains("maxwell,lower,upper,") && !table.contains("float"), "{table}");
+}

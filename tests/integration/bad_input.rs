@@ -1,0 +1,92 @@
+//! Whatever is wrong with what a user gives is said in one message, and nothing is solved or written.
+
+use crate::support::{STEPS, Sandbox, acceptance, quick_pair};
+
+#[test]
+fn every_bad_case_file_is_refused_before_anything_is_written() {
+    let mut count = 0;
+    for entry in std::fs::read_dir(acceptance("bad")).expect("the bad files").flatten() {
+        let sandbox = Sandbox::new();
+        count += 1;
+        for command in ["run", "check", "mesh"] {
+            let path = entry.path();
+            let mut arguments = vec![command, path.to_str().expect("UTF-8")];
+            if command != "check" {
+                arguments.extend(["-o", "out"]);
+            }
+            let said = sandbox.elastocap(&arguments).exits_with(2);
+            assert_eq!(said.stdout, "", "{arguments:?}");
+            assert!(said.stderr.starts_with("error"), "{}", said.stderr);
+            assert_eq!(said.stderr.matches("error").count(), 1, "{}", said.stderr);
+            let name = path.file_name().expect("a name").to_string_lossy().into_owned();
+            assert!(said.stderr.contains(&name), "{name}: {}", said.stderr);
+            assert!(said.stderr.contains("help"), "{name}: {}", said.stderr);
+        }
+        assert_eq!(sandbox.names("."), Vec::<String>::new(), "{entry:?}");
+    }
+    assert!(count >= 15, "{count} files");
+}
+
+#[test]
+fn a_missing_file_and_a_folder_are_bad_input() {
+    let sandbox = Sandbox::new();
+    let missing = sandbox.elastocap(&["run", "nowhere.toml"]).exits_with(2);
+    assert!(missing.stderr.contains("nowhere.toml"), "{}", missing.stderr);
+    let folder = sandbox.elastocap(&["run", "."]).exits_with(2);
+    assert!(folder.stderr.contains("folder"), "{}", folder.stderr);
+    assert_eq!(sandbox.names("."), Vec::<String>::new());
+}
+
+#[test]
+fn an_unknown_argument_is_bad_input() {
+    let sandbox = Sandbox::new();
+    sandbox.elastocap(&["run", "--frobnicate", "case.toml"]).exits_with(2);
+    sandbox.elastocap(&["run"]).exits_with(2);
+    sandbox.elastocap(&["check", "case.toml", "--threads", "0"]).exits_with(2);
+    sandbox.elastocap(&["--help"]).exits_with(0);
+}
+
+#[test]
+fn a_folder_that_cannot_be_written_to_is_told_before_anything_is_solved() {
+    let sandbox = Sandbox::new();
+    sandbox.case("file", "");
+    let case = acceptance("stacked-pair.toml");
+    for folder in ["file", "file/below"] {
+        let begin = std::time::Instant::now();
+        let case = case.to_str().expect("UTF-8");
+        let said = sandbox.elastocap(&["run", case, "-o", folder]).exits_with(1);
+        assert!(said.stderr.contains("cannot write to the output folder"), "{}", said.stderr);
+        assert_eq!(said.stdout, "");
+        assert!(begin.elapsed().as_secs() < 2, "it was solved first");
+        sandbox.elastocap(&["mesh", case, "-o", folder]).exits_with(1);
+    }
+    assert_eq!(sandbox.names("."), ["file"]);
+}
+
+#[test]
+fn a_folder_in_the_place_of_a_result_is_an_error_that_changes_nothing() {
+    let sandbox = Sandbox::new();
+    let case = sandbox.case("pair.toml", &quick_pair(STEPS, "compression = [0.1]"));
+    std::fs::create_dir_all(sandbox.path("out/curve.csv")).expect("a folder");
+    let said = sandbox.run(&case, &[]).exits_with(1);
+    assert!(said.stderr.contains("curve.csv"), "{}", said.stderr);
+    assert_eq!(sandbox.names("out"), ["curve.csv"]);
+}
+
+#[cfg(unix)]
+#[test]
+fn a_full_disk_leaves_no_file_half_written() {
+    let sandbox = Sandbox::new();
+    let case = sandbox.case("pair.toml", &quick_pair(STEPS, "compression = [0.1]"));
+    // A limit on the size of files stands in for the end of the disk: writing fails half way in the same manner.
+    let script = "trap '' XFSZ; ulimit -f 4; exec \"$@\"";
+    let case = case.to_str().expect("UTF-8");
+    for more in [&[][..], &["--no-fields"]] {
+        let mut command = std::process::Command::new("sh");
+        command.args(["-c", script, "sh", crate::support::BINARY, "run", case, "-o", "out"]).args(more);
+        command.current_dir(sandbox.path("."));
+        let said = crate::support::Finished::from(command.output().expect("sh")).exits_with(1);
+        assert!(said.stderr.contains("cannot write `out"), "{}", said.stderr);
+        assert_eq!(sandbox.names("."), ["pair.toml"], "the folder that was made is gone again");
+    }
+}

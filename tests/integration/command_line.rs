@@ -1,0 +1,271 @@
+//! What the subcommands print, write and exit with.
+
+use crate::support::{STEPS, Sandbox, acceptance, quick_pair};
+
+#[test]
+fn json_is_all_that_stands_on_stdout_when_asked_for() {
+    let sandbox = Sandbox::new();
+    let case = sandbox.case("pair.toml", &quick_pair(STEPS, "compression = [0.0, 0.2]"));
+    let said = sandbox.run(&case, &["--json"]).exits_with(0);
+    let json: serde_json::Value = serde_json::from_str(&said.stdout).expect("JSON and nothing else");
+    assert_eq!(json, sandbox.json("out/result.json"));
+    assert_eq!(said.stderr, "");
+    assert_eq!(json["steps"].as_array().map(Vec::len), Some(2));
+}
+
+#[test]
+fn quiet_says_nothing_when_all_is_well() {
+    let sandbox = Sandbox::new();
+    let case = sandbox.case("pair.toml", &quick_pair(STEPS, "compression = [0.2]"));
+    let said = sandbox.run(&case, &["--quiet"]).exits_with(0);
+    assert_eq!((said.stdout.as_str(), said.stderr.as_str()), ("", ""));
+}
+
+#[test]
+fn results_go_to_a_folder_named_after_the_case_by_default() {
+    let sandbox = Sandbox::new();
+    sandbox.case("pair.toml", &quick_pair(STEPS, "compression = [0.2]"));
+    sandbox.elastocap(&["run", "pair.toml"]).exits_with(0);
+    assert!(sandbox.names("results/pair").contains(&"curve.csv".to_owned()));
+}
+
+#[test]
+fn a_step_that_fails_is_marked_with_its_reason_and_the_others_are_kept() {
+    let sandbox = Sandbox::new();
+    // Rigid plates of 100 um, 50 um apart, in 450 um: they meet.
+    let text = std::fs::read_to_string(acceptance("stacked-pair.toml")).expect("the acceptance files");
+    let text = text
+        .replace("{ from = 0.0, to = 0.4, points = 9 }", "[0.0, 0.6, 0.1]")
+        .replace("\"200 um\"         # between", "\"50 um\" # between")
+        .replace("\"10 um\"", "\"100 um\"")
+        .replace("1e-3", "0.1");
+    let case = sandbox.case("closing.toml", &text);
+    let said = sandbox.run(&case, &[]).exits_with(3);
+    assert!(said.stderr.contains("step 1 failed"), "{}", said.stderr);
+    let table = sandbox.table("out/curve.csv");
+    let status = table.texts("status");
+    assert_eq!([status[0], status[2]], ["ok"; 2]);
+    assert!(status[1].starts_with("failed: "), "{}", status[1]);
+    assert!(status[1].contains("closes") || status[1].contains("leave"), "{}", status[1]);
+    // What is known of the step all the same.
+    assert!(table.texts("force_n").iter().all(|force| force.parse::<f64>().is_ok()));
+    assert_eq!(table.texts("two_terminal_capacitance_f")[1], "");
+    let json = sandbox.json("out/result.json");
+    assert_eq!(json["status"], "incomplete");
+    assert_eq!(sandbox.names("out").iter().filter(|name| name.ends_with(".vtu")).count(), 2);
+    let said = sandbox.elastocap(&["check", case.to_str().expect("UTF-8")]).exits_with(0);
+    assert!(said.stdout.contains("step 1 will fail"), "{}", said.stdout);
+}
+
+#[test]
+fn a_force_that_the_layer_cannot_carry_fails_its_step_alone() {
+    let sandbox = Sandbox::new();
+    let case = sandbox.case("pair.toml", &quick_pair(STEPS, "force = [\"0.01 N\", \"1 MN\"]"));
+    sandbox.run(&case, &[]).exits_with(3);
+    let table = sandbox.table("out/curve.csv");
+    assert_eq!(table.texts("status")[0], "ok");
+    assert!(table.texts("status")[1].contains("reaches only"), "{:?}", table.texts("status"));
+    assert_eq!(table.texts("force_n")[1], "1000000");
+    assert_eq!(table.texts("compression")[1], "");
+}
+
+#[test]
+fn a_compression_beyond_the_largest_force_gets_a_capacitance_and_no_force() {
+    let sandbox = Sandbox::new();
+    let case = sandbox.case("pair.toml", &quick_pair(STEPS, "compression = [0.1, 0.97]"));
+    let said = sandbox.run(&case, &[]).exits_with(3);
+    assert!(said.stderr.contains("step 1 has no force"), "{}", said.stderr);
+    let table = sandbox.table("out/curve.csv");
+    assert_eq!(table.texts("status"), ["ok", "no force: beyond the limit of eq. (50)"]);
+    assert_eq!(table.texts("force_n")[1], "");
+    assert!(table.texts("two_terminal_capacitance_f")[1].parse::<f64>().is_ok_and(|c| c > 0.0));
+    let json = sandbox.json("out/result.json");
+    assert_eq!(json["status"], "incomplete");
+    assert!(json["steps"][1]["reason"].as_str().is_some_and(|w| w.contains("eq. (50)")), "{json:#}");
+}
+
+#[test]
+fn the_curve_is_the_same_to_the_byte_at_any_number_of_threads() {
+    let sandbox = Sandbox::new();
+    let case =
+        sandbox.case("pair.toml", &quick_pair("relative_tolerance = 0.05", "relative_tolerance = 5e-3"));
+    let mut curves = Vec::new();
+    for threads in ["1", "2", "5"] {
+        sandbox.run(&case, &["--threads", threads]).exits_with(0);
+        curves.push(sandbox.read("out/curve.csv"));
+    }
+    assert_eq!(curves[0], curves[1]);
+    assert_eq!(curves[0], curves[2]);
+}
+
+#[test]
+fn without_pruning_the_numbers_are_the_same() {
+    let sandbox = Sandbox::new();
+    let case = sandbox.case("pair.toml", &quick_pair(STEPS, "compression = [0.2, 0.0, 0.2]"));
+    sandbox.run(&case, &[]).exits_with(0);
+    let pruned = sandbox.table("out/curve.csv");
+    let left_out = sandbox.json("out/result.json")["plan"]["left_out"].to_string();
+    assert!(left_out.contains("mirror images") && left_out.contains("same load"), "{left_out}");
+    sandbox.run(&case, &["--no-prune"]).exits_with(0);
+    let whole = sandbox.table("out/curve.csv");
+    assert_eq!(sandbox.json("out/result.json")["plan"]["left_out"], serde_json::json!([]));
+    for column in ["force_n", "gap_m", "parallel_plate_f"] {
+        assert_eq!(pruned.texts(column), whole.texts(column));
+    }
+    for column in ["two_terminal_capacitance_f", "capacitance_lower_f", "capacitance_upper_f"] {
+        for (a, b) in pruned.numbers(column).into_iter().zip(whole.numbers(column)) {
+            assert!((a / b - 1.0).abs() < 1e-10, "{column}: {a:e} and {b:e}");
+        }
+    }
+    assert_eq!(pruned.texts("status"), whole.texts("status"));
+    assert_eq!(pruned.texts("two_terminal_capacitance_f")[0], pruned.texts("two_terminal_capacitance_f")[2]);
+}
+
+#[test]
+fn a_layer_without_conductors_gives_force_against_compression() {
+    let sandbox = Sandbox::new();
+    let text = "format = 1\n\
+        [layer]\nthickness = \"450 um\"\n\
+        [layer.material.mooney_rivlin]\nc10 = \"682.15 Pa\"\nc01 = \"43931.9 Pa\"\n\
+        [mechanics.closed_form]\ncontact_half_length = \"500 um\"\ncontact_width = \"500 um\"\nshear_length = \"500 um\"\n\
+        [load]\ncompression = [0.0, 0.2]\n";
+    let case = sandbox.case("layer.toml", text);
+    sandbox.run(&case, &[]).exits_with(0);
+    assert_eq!(sandbox.names("out"), ["curve.csv", "curve.svg", "result.json", "scene.glb"]);
+    let table = sandbox.table("out/curve.csv");
+    let force = table.numbers("force_n");
+    assert_eq!(force[0], 0.0);
+    assert!((force[1] / 0.083_099_489_87 - 1.0).abs() < 1e-9, "{force:?}");
+    assert_eq!(table.texts("two_terminal_capacitance_f"), ["", ""]);
+    let said = sandbox.elastocap(&["check", case.to_str().expect("UTF-8")]).exits_with(0);
+    assert!(said.stdout.contains("electrostatics: there are no electrodes"), "{}", said.stdout);
+}
+
+#[test]
+fn a_pair_without_load_gives_its_capacitance_and_a_curve_of_one_point() {
+    let sandbox = Sandbox::new();
+    let text = quick_pair(&format!("[load]\n{STEPS}\n"), "");
+    let case = sandbox.case("pair.toml", &text);
+    sandbox.run(&case, &[]).exits_with(0);
+    assert_eq!(
+        sandbox.names("out"),
+        ["capacitance.csv", "curve.csv", "fields.pvd", "result.json", "scene.glb", "step_000.vtu"]
+    );
+    let json = sandbox.json("out/result.json");
+    assert_eq!(json["two_terminal_capacitance_f"], json["steps"][0]["two_terminal_capacitance_f"]);
+    assert!(json["fringe_ratio"].as_f64().is_some_and(|ratio| ratio > 8.0));
+    assert!(json["plan"]["left_out"].to_string().contains("there is no load"));
+}
+
+#[test]
+fn a_grounded_finger_takes_capacitance_from_the_pair() {
+    let sandbox = Sandbox::new();
+    let finger = "[[conductor]]\nname = \"finger\"\n\
+        box = { min = [\"-1 mm\", \"460 um\", \"-1 mm\"], max = [\"1 mm\", \"600 um\", \"1 mm\"] }\n";
+    let plain = quick_pair(STEPS, "compression = [0.1]");
+    sandbox.run(&sandbox.case("plain.toml", &plain), &[]).exits_with(0);
+    let alone = sandbox.table("out/curve.csv").numbers("two_terminal_capacitance_f")[0];
+    let case = sandbox.case("finger.toml", &format!("{plain}\n{finger}"));
+    sandbox.run(&case, &[]).exits_with(0);
+    let json = sandbox.json("out/result.json");
+    assert_eq!(json["conductors"][2], "finger");
+    let step = &json["steps"][0];
+    let with_finger = step["two_terminal_capacitance_f"].as_f64().expect("a number");
+    let mutual = -step["maxwell_matrix_f"][0][1].as_f64().expect("a number");
+    assert!(mutual < alone && mutual < with_finger, "{mutual:e} {with_finger:e} {alone:e}");
+    assert_eq!(step["status"], "ok");
+}
+
+#[test]
+fn fields_and_scene_are_left_out_when_not_wanted_and_old_ones_are_removed() {
+    let sandbox = Sandbox::new();
+    let three = sandbox.case("pair.toml", &quick_pair(STEPS, "compression = [0.0, 0.1, 0.2]"));
+    sandbox.run(&three, &[]).exits_with(0);
+    sandbox.case("out/notes.txt", "the user's own");
+    assert_eq!(sandbox.names("out").len(), 9);
+    sandbox.run(&three, &["--no-fields", "--no-scene"]).exits_with(0);
+    assert_eq!(sandbox.names("out"), ["curve.csv", "curve.svg", "notes.txt", "result.json"]);
+    let left_out = sandbox.json("out/result.json")["plan"]["left_out"].to_string();
+    assert!(left_out.contains("scene.glb") && left_out.contains("fields"), "{left_out}");
+}
+
+#[test]
+fn mesh_writes_the_bodies_and_their_grid_and_nothing_else() {
+    let sandbox = Sandbox::new();
+    let case = acceptance("stacked-pair.toml");
+    sandbox.elastocap(&["mesh", case.to_str().expect("UTF-8"), "-o", "out"]).exits_with(0);
+    let mut names = vec!["fields.pvd".to_owned(), "scene.glb".to_owned()];
+    names.extend((0..9).map(|step| format!("step_{step:03}.vtu")));
+    assert_eq!(sandbox.names("out"), names);
+}
+
+#[test]
+fn check_prints_the_plan_and_writes_nothing() {
+    let sandbox = Sandbox::new();
+    let case = acceptance("in-plane-pair.toml");
+    let case = case.to_str().expect("UTF-8");
+    let said = sandbox.elastocap(&["check", case]).exits_with(0);
+    for words in
+        ["6 load steps", "quarter", "unknowns", "memory", "time", "mirror images along x1 and x3", "saves"]
+    {
+        assert!(said.stdout.contains(words), "`{words}` is not in: {}", said.stdout);
+    }
+    let said = sandbox.elastocap(&["check", case, "--json"]).exits_with(0);
+    let plan: serde_json::Value = serde_json::from_str(&said.stdout).expect("JSON and nothing else");
+    assert_eq!(plan["mirrored"], serde_json::json!([true, false, true]));
+    assert!(plan["left_out"][0]["saved_unknowns"].as_u64().is_some_and(|n| n > 0));
+    assert_eq!(sandbox.names("."), Vec::<String>::new());
+}
+
+#[test]
+fn the_schema_is_printed_and_a_reader_that_goes_away_is_no_failure() {
+    let sandbox = Sandbox::new();
+    let said = sandbox.elastocap(&["schema"]).exits_with(0);
+    let schema: serde_json::Value = serde_json::from_str(&said.stdout).expect("JSON");
+    assert!(schema["properties"]["layer"].is_object());
+    let mut child = sandbox
+        .command(&["schema"])
+        .stdout(std::process::Stdio::piped())
+        .stderr(std::process::Stdio::piped())
+        .spawn()
+        .expect("the binary starts");
+    drop(child.stdout.take());
+    let output = child.wait_with_output().expect("it ends");
+    crate::support::Finished::from(output).exits_with(0);
+}
+
+#[cfg(unix)]
+#[test]
+fn ctrl_c_keeps_what_is_done_and_marks_the_rest() {
+    let sandbox = Sandbox::new();
+    let text = quick_pair("relative_tolerance = 0.05", "relative_tolerance = 1e-4");
+    let text = text.replace(STEPS, "compression = { from = 0.0, to = 0.4, points = 400 }");
+    let case = sandbox.case("long.toml", &text);
+    let child = sandbox
+        .command(&["run", case.to_str().expect("UTF-8"), "-o", "out"])
+        .stdout(std::process::Stdio::piped())
+        .stderr(std::process::Stdio::piped())
+        .spawn()
+        .expect("the binary starts");
+    let staged = |sandbox: &Sandbox| {
+        let staging = sandbox.names("out").into_iter().find(|name| name.starts_with(".elastocap-"));
+        staging.map_or(0, |name| sandbox.names(&format!("out/{name}")).len())
+    };
+    for _ in 0..6000 {
+        if staged(&sandbox) >= 2 {
+            break;
+        }
+        std::thread::sleep(std::time::Duration::from_millis(10));
+    }
+    let id = child.id().to_string();
+    assert!(std::process::Command::new("kill").args(["-INT", &id]).status().expect("kill").success());
+    let said = crate::support::Finished::from(child.wait_with_output().expect("it ends")).exits_with(3);
+    assert!(said.stderr.contains("marked incomplete"), "{}", said.stderr);
+    let table = sandbox.table("out/curve.csv");
+    let (done, not_run): (Vec<_>, Vec<_>) =
+        table.texts("status").into_iter().partition(|status| *status == "ok");
+    assert!(done.len() >= 2 && !not_run.is_empty(), "{} done", done.len());
+    assert!(not_run.iter().all(|status| *status == "not run"), "{not_run:?}");
+    assert_eq!(sandbox.json("out/result.json")["status"], "stopped");
+    assert!(!sandbox.names("out").iter().any(|name| name.starts_with('.')), "{:?}", sandbox.names("out"));
+}

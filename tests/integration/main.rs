@@ -1,0 +1,11 @@
+//! The `elastocap` command, as its users meet it.
+
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test stops by panicking")]
+
+mod acceptance_files;
+mod accuracy;
+mod bad_input;
+mod command_line;
+mod figures;
+mod stability;
+mod support;
