@@ -5,15 +5,13 @@
 //! follows from its thickness. By the pose alone, whose thinning is that of the mid-plane, it would poke out of the
 //! surface (or leave it) by a sliver.
 
+use elastocap_electrostatics::VACUUM_PERMITTIVITY;
 use elastocap_geometry::export::gltf::BodyRole;
 use elastocap_geometry::scene::{Box3, BoxScene, Conductor, Dielectric, Wall};
 use elastocap_mechanics::{ElectrodePose, ElectrodeStiffness, LayerState, MechanicsError};
 
 use crate::deform::{Deformation, ElectrodeBox, Ends, FiniteElementStep};
 use elastocap_case::{Case, Electrodes, Extent, Face, Layer, Layout, Stiffness, Surroundings};
-
-/// Permittivity of vacuum, F/m.
-pub const EPSILON_0: f64 = 8.854_187_812_8e-12;
 
 /// Lengths that differ by less than this share of the layer's thickness are the same.
 const ROUNDING: f64 = 1e-12;
@@ -271,7 +269,7 @@ fn place(
 ) -> Result<([Box3; 2], DeformedPair), SceneError> {
     let permittivity =
         layer.relative_permittivity.ok_or(SceneError::Missing("relative_permittivity in [layer]"))?
-            * EPSILON_0;
+            * VACUUM_PERMITTIVITY;
     let width = electrodes.width;
     let block = |x1: [f64; 2], x2: [f64; 2]| Box3 {
         min: [x1[0], x2[0], -0.5 * width],
@@ -329,7 +327,7 @@ fn place_solved(
 ) -> Result<SolvedPair, SceneError> {
     let permittivity =
         layer.relative_permittivity.ok_or(SceneError::Missing("relative_permittivity in [layer]"))?
-            * EPSILON_0;
+            * VACUUM_PERMITTIVITY;
     let block = |[x1, x2, x3]: Ends| Box3 { min: [x1[0], x2[0], x3[0]], max: [x1[1], x2[1], x3[1]] };
     let shapes = step.electrodes.as_slice();
     let slack = ROUNDING * layer.thickness;

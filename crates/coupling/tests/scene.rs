@@ -8,6 +8,7 @@ use elastocap_case::{
 };
 use elastocap_coupling::deform::Deformation;
 use elastocap_coupling::scene_of::{DeformedScene, SceneError, scene_of};
+use elastocap_electrostatics::VACUUM_PERMITTIVITY;
 use elastocap_mechanics::{ClosedFormSettings, LayerState, Material as Rubber};
 
 /// The pair of the paper.
@@ -136,7 +137,7 @@ fn a_stacked_pair_is_the_parallel_plate_capacitor_of_its_facing_area() {
     let [lower, upper] = [0, 1].map(|k| deformed.scene.conductors[k].region);
     assert_close(found.gap, upper.min[1] - lower.max[1]);
     let facing = lower.extent(0).min(upper.extent(0)) * 500e-6;
-    assert_close(found.parallel_plate, 8.854_187_812_8e-12 * 2.8 * facing / found.gap);
+    assert_close(found.parallel_plate, VACUUM_PERMITTIVITY * 2.8 * facing / found.gap);
     assert!(found.gap < 50e-6);
 }
 

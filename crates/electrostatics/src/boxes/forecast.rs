@@ -3,7 +3,7 @@
 use crate::SolveError;
 use crate::boxes::grid_refinement::{functions_wanted, missing, refine};
 use crate::boxes::grid_search::{GOAL, STEP};
-use crate::boxes::resolution::{MIN_TOLERANCE, MAX_UNKNOWNS, far, first, graded};
+use crate::boxes::resolution::{MAX_UNKNOWNS, MIN_TOLERANCE, far, first, graded};
 use crate::boxes::solve::{Problem, on_grid};
 use crate::solution::{Forecast, Settings};
 use elastocap_geometry::scene::BoxScene;

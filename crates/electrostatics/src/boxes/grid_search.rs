@@ -6,9 +6,7 @@
 use crate::SolveError;
 use crate::boxes::grid_refinement::{Indicator, missing, refine};
 use crate::boxes::layout::Grid;
-use crate::boxes::resolution::{
-    MIN_TOLERANCE, MAX_UNKNOWNS, coarser, far, first, graded, iteration_share,
-};
+use crate::boxes::resolution::{MAX_UNKNOWNS, MIN_TOLERANCE, coarser, far, first, graded, iteration_share};
 use crate::boxes::solve::{Outcome, Problem, on_grid};
 use crate::solution::ResolutionLevel;
 use faer::Mat;

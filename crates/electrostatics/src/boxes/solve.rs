@@ -1,11 +1,12 @@
 //! From a scene to its Maxwell matrix: symmetry, resolution, both bounds.
 
 use crate::SolveError;
+use crate::VACUUM_PERMITTIVITY;
 use crate::boxes::domain::Domain;
 use crate::boxes::energy::{Energies, lower, upper};
 use crate::boxes::field::{Share, sample};
 use crate::boxes::grid_refinement::{Indicator, add, folded, indicator};
-use crate::boxes::grid_search::{self, SURPLUS_FACTOR, GAIN_FACTOR};
+use crate::boxes::grid_search::{self, GAIN_FACTOR, SURPLUS_FACTOR};
 use crate::boxes::layout::{Grid, Layout};
 use crate::boxes::primal::Primal;
 use crate::boxes::resolution::memory;
@@ -19,9 +20,6 @@ use faer::Mat;
 use faer::linalg::solvers::Solve;
 use std::sync::atomic::Ordering;
 use std::time::Instant;
-
-/// Vacuum permittivity, F/m (CODATA 2018).
-pub const EPS0: f64 = 8.854_187_812_8e-12;
 
 /// Solves a scene: the Maxwell matrix with bounds, to the tolerance asked where that can be reached.
 pub fn solve(scene: &BoxScene, settings: &Settings) -> Result<Solution, SolveError> {
@@ -194,7 +192,7 @@ pub(crate) fn on_grid(
         out.solved.push((at, solved));
         at += potentials.len() + part.fieldless.len();
     }
-    let unit = EPS0 * problem.layout.unit;
+    let unit = VACUUM_PERMITTIVITY * problem.layout.unit;
     let scaled = |m: Mat<f64>| {
         let c = from_energies(&basis, &m);
         Mat::from_fn(n, n, |i, j| unit * c[(i, j)])
@@ -273,7 +271,7 @@ impl Outcome {
                 states.push((unit, (v.transpose() * &self.bounds.upper * v).max(0.0)));
             }
         }
-        let unit = EPS0 * problem.layout.unit;
+        let unit = VACUUM_PERMITTIVITY * problem.layout.unit;
         let mut total = Indicator::default();
         for (weights, energy) in states {
             for (first, part) in &self.solved {
@@ -308,7 +306,8 @@ impl Outcome {
     pub(crate) fn estimate(&mut self, coarser: &Mat<f64>, missing: f64, settings: &Settings) {
         let upper = self.bounds.upper.clone();
         let n = upper.nrows();
-        let gained = Mat::from_fn(n, n, |i, j| upper[(i, j)] - GAIN_FACTOR * (coarser[(i, j)] - upper[(i, j)]));
+        let gained =
+            Mat::from_fn(n, n, |i, j| upper[(i, j)] - GAIN_FACTOR * (coarser[(i, j)] - upper[(i, j)]));
         let lacking = upper.clone() * faer::Scale(1.0 - (SURPLUS_FACTOR * missing).min(1.0));
         let mut error = |lower: Mat<f64>| {
             self.bounds.lower = lower;

@@ -133,7 +133,8 @@ fn column(
     let last = domain.cells()[a];
     let mut column = Column::new();
     let (mut from, mut below) = (0, None);
-    for (to, hi, above) in obstacles.into_iter().map(|(l, h, i)| (l, h, Some(i))).chain([(last, last, None)]) {
+    for (to, hi, above) in obstacles.into_iter().map(|(l, h, i)| (l, h, Some(i))).chain([(last, last, None)])
+    {
         if from < to {
             let mut ends = axis.flux_ends(from, to);
             if below.is_some() {

@@ -85,7 +85,13 @@ impl Faces {
 }
 
 /// The rectangles of the face of axis `a` at one end.
-fn face(domain: &Domain, ray_permittivity: &RayPermittivity, a: usize, side: usize, radius: f64) -> Vec<Piece> {
+fn face(
+    domain: &Domain,
+    ray_permittivity: &RayPermittivity,
+    a: usize,
+    side: usize,
+    radius: f64,
+) -> Vec<Piece> {
     let [p, q] = [[1, 2], [0, 2], [0, 1]][a];
     let cells = domain.cells();
     let at = |s: usize, t: usize| {
