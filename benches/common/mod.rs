@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 
 use elastocap_case::Case;
 use elastocap_coupling::scene::scene_of;
-use elastocap_electrostatics::{EPS0, Settings, Solution, Target, solve};
+use elastocap_electrostatics::{VACUUM_PERMITTIVITY, Settings, Solution, Target, solve};
 use elastocap_geometry::scene::Scene;
 
 pub(crate) type Result<T> = std::result::Result<T, Box<dyn Error>>;
@@ -55,12 +55,17 @@ impl Known {
 
     /// Helsing and Perfekt 2013, arXiv 1203.5997.
     pub(crate) fn isolated_cube() -> Result<Self> {
-        Self::new("isolated cube", "isolated-cube.toml", 0.660_678_154_099_57 * 4.0 * PI * EPS0, 1e-13)
+        Self::new(
+            "isolated cube",
+            "isolated-cube.toml",
+            0.660_678_154_099_57 * 4.0 * PI * VACUUM_PERMITTIVITY,
+            1e-13,
+        )
     }
 
     /// An edge-graded boundary-element code of order p.
     pub(crate) fn cube_in_cube() -> Result<Self> {
-        Self::new("cube in cube", "cube-in-cube.toml", 19.127_134_997 * EPS0, 5e-11)
+        Self::new("cube in cube", "cube-in-cube.toml", 19.127_134_997 * VACUUM_PERMITTIVITY, 5e-11)
     }
 
     /// The same code.
@@ -68,7 +73,7 @@ impl Known {
         Self::new(
             "square plates, d = 0.1 a",
             "square-plates.toml",
-            1.039_044_814_755 * 4.0 * PI * EPS0,
+            1.039_044_814_755 * 4.0 * PI * VACUUM_PERMITTIVITY,
             1e-12,
         )
     }

@@ -3,8 +3,8 @@
 //!
 //!     cargo run --release -p elastocap-electrostatics --example tets_rate -- 2 1e-4
 
-use elastocap_electrostatics::EPS0;
 use elastocap_electrostatics::Settings;
+use elastocap_electrostatics::VACUUM_PERMITTIVITY;
 use elastocap_electrostatics::tets::adaptive::{Shapes, solve_mesh};
 use elastocap_geometry::meshing::tets::{Sizing, mesh};
 use elastocap_geometry::mirror::{part, planes};
@@ -43,7 +43,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         let seconds = start.elapsed().as_secs_f64();
         // 3. Against the known value, and against the row before.
         let c = found.maxwell[0][0];
-        let [upper, lower, middle] = [c.upper, c.lower, c.value].map(|c| c / (EPS0 * KNOWN) - 1.0);
+        let [upper, lower, middle] =
+            [c.upper, c.lower, c.value].map(|c| c / (VACUUM_PERMITTIVITY * KNOWN) - 1.0);
         let spread = (c.upper - c.lower) / c.value;
         let rate = before.map_or(String::new(), |(unknowns, old): (usize, f64)| {
             format!("{:.2}", (spread / old).ln() / (found.unknowns as f64 / unknowns as f64).ln())

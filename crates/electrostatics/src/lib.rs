@@ -7,10 +7,13 @@ pub mod solution;
 pub mod tets;
 
 pub use boxes::forecast::forecast;
-pub use boxes::solve::{EPS0, solve};
+pub use boxes::solve::solve;
 pub use solution::{
     Bounded, Field, FloatingPotential, Forecast, PhaseSeconds, ResolutionLevel, Settings, Solution, Target,
 };
+
+/// Permittivity of vacuum, eps_0, F/m (CODATA 2018): the only definition of it in the project.
+pub const VACUUM_PERMITTIVITY: f64 = 8.854_187_812_8e-12;
 
 /// A solve that cannot be carried out.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]

@@ -5,7 +5,7 @@
 //! follows from its thickness. By the pose alone, whose thinning is that of the mid-plane, it would poke out of the
 //! surface (or leave it) by a sliver.
 
-use elastocap_electrostatics::EPS0;
+use elastocap_electrostatics::VACUUM_PERMITTIVITY;
 use elastocap_geometry::scene::Box3;
 use elastocap_mechanics::{ElectrodePose, ElectrodeStiffness, LayerState};
 
@@ -58,7 +58,7 @@ fn place(
     state: Option<&LayerState>,
 ) -> Result<([Box3; 2], DeformedPair), SceneError> {
     let permittivity =
-        layer.relative_permittivity.ok_or(SceneError::Missing("relative_permittivity in [layer]"))? * EPS0;
+        layer.relative_permittivity.ok_or(SceneError::Missing("relative_permittivity in [layer]"))? * VACUUM_PERMITTIVITY;
     let width = electrodes.width;
     let block = |x1: [f64; 2], x2: [f64; 2]| Box3 {
         min: [x1[0], x2[0], -0.5 * width],
@@ -118,7 +118,7 @@ fn place_solved(
     step: &FiniteElementStep,
 ) -> Result<SolvedPair, SceneError> {
     let permittivity =
-        layer.relative_permittivity.ok_or(SceneError::Missing("relative_permittivity in [layer]"))? * EPS0;
+        layer.relative_permittivity.ok_or(SceneError::Missing("relative_permittivity in [layer]"))? * VACUUM_PERMITTIVITY;
     let block = |[x1, x2, x3]: Ends| Box3 { min: [x1[0], x2[0], x3[0]], max: [x1[1], x2[1], x3[1]] };
     let shapes = step.electrodes.as_slice();
     let slack = ROUNDING * layer.thickness;

@@ -18,7 +18,6 @@ use elastocap_geometry::import::obj::Placement;
 const CUBE_IN_CUBE: f64 = 1.693_552_455_8e-10;
 /// Isolated cube: F per metre of its side.
 const CUBE: f64 = 7.351_035_848e-11;
-const EPS0: f64 = 8.854_187_812_8e-12;
 
 const NESTED: &str = r#"
 format = 1
@@ -153,7 +152,7 @@ fn a_group_of_surfaces_inside_the_mesh_is_a_sheet() {
     assert!((volume / 8e-9 - 1.0).abs() < 1e-9, "no cell is left out: {volume:e}");
     let found = matrix(&solved(&case))[0][0];
     // More than alone in open space, 0.3667 of 4 pi eps0 times the side; less than the cube of which it is a part.
-    let alone = 0.3667 * 4.0 * std::f64::consts::PI * EPS0 * 1e-3;
+    let alone = 0.3667 * 4.0 * std::f64::consts::PI * VACUUM_PERMITTIVITY * 1e-3;
     assert!(alone < found.lower && found.upper < 1e-3 * CUBE_IN_CUBE, "{found:?}");
 }
 
@@ -207,7 +206,7 @@ fn polyhedra_in_place_of_spheres_have_a_capacitance_between_those_of_the_spheres
         };
         faces.map(|(face, _)| distance(face)).fold(f64::INFINITY, f64::min)
     };
-    let spheres = |a: f64, b: f64| 4.0 * std::f64::consts::PI * EPS0 * a * b / (b - a);
+    let spheres = |a: f64, b: f64| 4.0 * std::f64::consts::PI * VACUUM_PERMITTIVITY * a * b / (b - a);
     let (inner, outer) = (nearest("inner"), nearest("outer"));
     assert!(1.5e-3 < inner && inner < 2e-3 && 3e-3 < outer && outer < 4e-3, "{inner} {outer}");
     assert_holds(&found, [spheres(inner, 4e-3), spheres(2e-3, outer)]);

@@ -1,6 +1,7 @@
 //! From a scene to its Maxwell matrix: symmetry, resolution, both bounds.
 
 use crate::SolveError;
+use crate::VACUUM_PERMITTIVITY;
 use crate::boxes::domain::Domain;
 use crate::boxes::energy::{Energies, lower, upper};
 use crate::boxes::field::{Share, sample};
@@ -19,9 +20,6 @@ use faer::Mat;
 use faer::linalg::solvers::Solve;
 use std::sync::atomic::Ordering;
 use std::time::Instant;
-
-/// Vacuum permittivity, F/m (CODATA 2018).
-pub const EPS0: f64 = 8.854_187_812_8e-12;
 
 /// Solves a scene of boxes and sheets: the Maxwell matrix with bounds, to the tolerance asked where that can be reached.
 ///
@@ -199,7 +197,7 @@ pub(crate) fn on_grid(
         out.solved.push((at, solved));
         at += potentials.len() + part.fieldless.len();
     }
-    let unit = EPS0 * problem.layout.unit;
+    let unit = VACUUM_PERMITTIVITY * problem.layout.unit;
     let scaled = |m: Mat<f64>| {
         let c = from_energies(&basis, &m);
         Mat::from_fn(n, n, |i, j| unit * c[(i, j)])
@@ -278,7 +276,7 @@ impl Outcome {
                 states.push((unit, (v.transpose() * &self.bounds.upper * v).max(0.0)));
             }
         }
-        let unit = EPS0 * problem.layout.unit;
+        let unit = VACUUM_PERMITTIVITY * problem.layout.unit;
         let mut total = Indicator::default();
         for (weights, energy) in states {
             for (first, part) in &self.solved {

@@ -5,7 +5,7 @@
 //! Anal. 33, 1996), at edges of conductors nearer to them ([`Grading`]), until the tolerance is met or the next mesh would not fit.
 
 use crate::SolveError;
-use crate::boxes::solve::EPS0;
+use crate::VACUUM_PERMITTIVITY;
 use crate::floating::Floating;
 use crate::matrix::MatrixBounds;
 use crate::solution::{Bounded, Forecast, PhaseSeconds, ResolutionLevel, Settings, Solution, Target};
@@ -84,7 +84,7 @@ pub fn solve_mesh(mesh: TetMesh, shapes: Shapes<'_>, settings: &Settings) -> Res
     let n = shapes.floating_charges.len();
     let floating = Floating::of_charges(shapes.floating_charges);
     // Energies are those of as many parts.
-    let scale = EPS0 * f64::from(1 << shapes.mirrored.iter().filter(|m| **m).count());
+    let scale = VACUUM_PERMITTIVITY * f64::from(1 << shapes.mirrored.iter().filter(|m| **m).count());
     let cancel = settings.cancel.as_deref();
     let mut mesh = mesh;
     let mut grading = Grading::towards_edges(&mesh);

@@ -1,6 +1,6 @@
 //! Floating conductors: closed forms, and the whole matrix reduced by hand.
 
-use elastocap_electrostatics::{EPS0, ResolutionLevel, Settings, Solution, solve};
+use elastocap_electrostatics::{VACUUM_PERMITTIVITY, ResolutionLevel, Settings, Solution, solve};
 use elastocap_geometry::scene::{Body, Box3, Role, Scene, Wall};
 use elastocap_geometry::shapes::Shape;
 
@@ -49,23 +49,23 @@ fn close(found: f64, exact: f64, relative: f64) {
 #[test]
 fn a_floating_plate_between_plates_makes_two_capacitors_in_series() {
     // One coulomb over eps0, so that the potentials are of order one.
-    for (above, charge) in [(0.4, 0.0), (0.4, 0.3 * EPS0), (0.1, -0.2 * EPS0)] {
+    for (above, charge) in [(0.4, 0.0), (0.4, 0.3 * VACUUM_PERMITTIVITY), (0.1, -0.2 * VACUUM_PERMITTIVITY)] {
         let solution = solve(&stack(above, charge), &settings(1e-6)).unwrap();
         assert!(solution.reached, "{:?}", solution.shortfall);
         assert_eq!((solution.maxwell.len(), solution.maxwell[0].len()), (2, 2));
-        close(solution.two_terminal.unwrap().value, EPS0 / (0.4 + above), 1e-9);
+        close(solution.two_terminal.unwrap().value, VACUUM_PERMITTIVITY / (0.4 + above), 1e-9);
         let [only] = solution.floating.as_slice() else { panic!("{:?}", solution.floating) };
         assert_eq!(only.conductor, 1);
         close(only.per_driven[0].value, above / (0.4 + above), 1e-9);
         close(only.per_driven[1].value, 0.4 / (0.4 + above), 1e-9);
-        close(only.from_charges.value, charge / EPS0 / (1.0 / 0.4 + 1.0 / above), 1e-9);
+        close(only.from_charges.value, charge / VACUUM_PERMITTIVITY / (1.0 / 0.4 + 1.0 / above), 1e-9);
     }
 }
 
 #[test]
 fn the_potentials_shown_are_those_of_the_field() {
     let asked = Settings { field: true, ..settings(1e-3) };
-    let field = solve(&stack(0.1, 0.3 * EPS0), &asked).unwrap().field.unwrap();
+    let field = solve(&stack(0.1, 0.3 * VACUUM_PERMITTIVITY), &asked).unwrap().field.unwrap();
     // +0.5 V below, -0.5 V above: 0.2 of the way up from 0.5, and 0.3/(2.5 + 10) from the charge.
     let float = 0.5 * 0.2 - 0.5 * 0.8 + 0.3 / 12.5;
     assert!((field.potentials[1] - float).abs() < 1e-9, "{:?}", field.potentials);

@@ -3,7 +3,7 @@
 use std::f64::consts::PI;
 
 use elastocap_electrostatics::tets::adaptive::{General, Shapes, forecast_mesh, solve_mesh};
-use elastocap_electrostatics::{EPS0, Settings, SolveError, solve};
+use elastocap_electrostatics::{Settings, SolveError, VACUUM_PERMITTIVITY, solve};
 use elastocap_geometry::meshing::tets::{LayeredSizing, Sizing, TetMesh, layered, mesh};
 use elastocap_geometry::scene::{Body, Box3, Scene, Wall};
 use elastocap_geometry::shapes::Shape;
@@ -53,7 +53,7 @@ fn a_cube_in_a_cube_lies_between_bounds_that_meet_the_tolerance() {
     let scene = scene(vec![conductor("inner", cube)], Wall::Grounded, 1.0);
     let mesh = layered(&scene, &LayeredSizing::default()).unwrap().unwrap();
     let c = solved(mesh, &[1.0], 1, 3e-3).unwrap().solution.maxwell[0][0];
-    let known = 19.127134997 * EPS0;
+    let known = 19.127134997 * VACUUM_PERMITTIVITY;
     assert!(c.lower <= known && known <= c.upper);
     // Effectivity: the spread is that of the bounds, the error at least that of the nearer one.
     assert!((c.upper - c.lower) < 4.0 * (c.upper - known));
@@ -69,7 +69,7 @@ fn two_spheres_in_open_space_have_the_matrix_of_the_image_series() {
     for i in 0..2 {
         for j in 0..2 {
             let c = found.solution.maxwell[i][j];
-            let known = 4.0 * PI * EPS0 * known[i][j];
+            let known = 4.0 * PI * VACUUM_PERMITTIVITY * known[i][j];
             // The bounds are those of bodies with flat faces: what these differ by is allowed for.
             let facets = 2e-3 * known.abs();
             assert!(c.lower - facets <= known && known <= c.upper + facets, "{i} {j}: {c:?} {known}");
@@ -91,7 +91,8 @@ fn layered_spheres_have_the_capacitance_of_capacitors_in_series() {
     scene.bodies.push(Body::dielectric("inside", ball(0.0, 1.5e-3), 4.0));
     let mesh = mesh(&scene, &Sizing { facet: 0.15, ..Sizing::default() }).unwrap().mesh;
     let found = solved(mesh, &[2.0, 4.0], 2, 1e-2).unwrap();
-    let series = 4.0 * PI * EPS0 / ((1.0 / 1e-3 - 1.0 / 1.5e-3) / 4.0 + (1.0 / 1.5e-3 - 1.0 / 2e-3) / 2.0);
+    let series = 4.0 * PI * VACUUM_PERMITTIVITY
+        / ((1.0 / 1e-3 - 1.0 / 1.5e-3) / 4.0 + (1.0 / 1.5e-3 - 1.0 / 2e-3) / 2.0);
     let c = found.solution.two_terminal.unwrap();
     let facets = 2e-3 * series;
     assert!(c.lower - facets <= series && series <= c.upper + facets, "{c:?} {series}");
@@ -132,7 +133,7 @@ fn a_ball_that_floats_in_a_driven_shell_ends_with_a_capacitance_that_may_be_zero
     let settings = Settings { relative_tolerance: 1e-2, ..Settings::default() };
     let found = solve_mesh(mesh, shapes, &settings).unwrap().solution;
     let c = found.maxwell[0][0];
-    let alone = 4.0 * PI * EPS0 * 2e-3;
+    let alone = 4.0 * PI * VACUUM_PERMITTIVITY * 2e-3;
     assert!(c.lower <= 0.0 && 0.0 <= c.upper && c.upper < 1.2e-2 * alone, "{c:?}");
     assert!(!found.reached && found.unknowns < 200_000, "{} unknowns", found.unknowns);
     assert!(found.shortfall.unwrap().contains("may be zero"));

@@ -4,7 +4,7 @@ use std::error::Error;
 use std::f64::consts::PI;
 
 use elastocap_electrostatics::tets::adaptive::{Shapes, solve_mesh};
-use elastocap_electrostatics::{Bounded, EPS0, Settings, Solution};
+use elastocap_electrostatics::{Bounded, Settings, Solution, VACUUM_PERMITTIVITY};
 use elastocap_geometry::meshing::tets::{Sizing, mesh};
 use elastocap_geometry::mirror::{part, planes};
 use elastocap_geometry::scene::{Body, Box3, Role, Scene, Wall};
@@ -83,7 +83,7 @@ fn compared(
 fn an_eighth_of_a_cube_of_triangles_in_a_cube_bounds_the_known_capacitance() {
     let scene = scene(vec![(Shape::Surface(cube()), None)], Wall::Grounded);
     let [part, whole] = compared(&scene, 3, 0.3, 4e-3).unwrap();
-    let known = 19.127134997 * EPS0;
+    let known = 19.127134997 * VACUUM_PERMITTIVITY;
     let c = part.maxwell[0][0];
     assert!(c.lower <= known && known <= c.upper, "{c:?} {known}");
     assert!(4 * part.unknowns < whole.unknowns, "{} {}", part.unknowns, whole.unknowns);
@@ -95,7 +95,7 @@ fn a_quarter_of_two_balls_in_open_space_has_their_matrix() {
     let [part, _] = compared(&scene, 2, 0.25, 3e-2).unwrap();
     let known = [[0.01105933977598848, -0.004444944336055013], [-0.004444944336055013, 0.02185361967309565]];
     for (found, known) in part.maxwell.iter().flatten().zip(known.as_flattened()) {
-        let known = 4.0 * PI * EPS0 * known;
+        let known = 4.0 * PI * VACUUM_PERMITTIVITY * known;
         // Bodies with flat faces have these bounds: what they differ by is allowed for.
         let facets = 5e-3 * known.abs();
         assert!(found.lower - facets <= known && known <= found.upper + facets, "{found:?} {known}");
@@ -108,7 +108,7 @@ fn an_eighth_of_layered_balls_has_the_capacitance_of_capacitors_in_series() {
     let mut scene = scene(vec![(ball(0.0, 0.3), None), (shell, None)], Wall::Grounded);
     scene.bodies.push(Body::dielectric("inside", ball(0.0, 0.6), 4.0));
     let [part, _] = compared(&scene, 3, 0.25, 2e-2).unwrap();
-    let series = 4.0 * PI * EPS0 / ((1.0 / 0.3 - 1.0 / 0.6) / 4.0 + (1.0 / 0.6 - 1.0 / 0.9));
+    let series = 4.0 * PI * VACUUM_PERMITTIVITY / ((1.0 / 0.3 - 1.0 / 0.6) / 4.0 + (1.0 / 0.6 - 1.0 / 0.9));
     let c = part.two_terminal.unwrap();
     assert!(c.lower < 1.005 * series && 0.995 * series < c.upper, "{c:?} {series}");
 }

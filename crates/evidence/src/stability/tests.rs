@@ -2,6 +2,7 @@
 
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test stops by panicking")]
 
+use elastocap_electrostatics::VACUUM_PERMITTIVITY;
 use std::collections::BTreeSet;
 
 use super::text::{Scene, Sensor, to};
@@ -24,7 +25,7 @@ fn verdict(entry: &Entry) -> Verdict {
 
 #[test]
 fn a_planted_wrong_truth_is_told_and_the_right_one_is_not() {
-    let truth = truths::CUBE_IN_CUBE * truths::EPS0;
+    let truth = truths::CUBE_IN_CUBE * VACUUM_PERMITTIVITY;
     assert_eq!(verdict(&cube(truth, 1e-3)), Verdict::Right);
     for wrong in [1.01, 0.99, -1.0, 0.0, f64::NAN] {
         let found = verdict(&cube(wrong * truth, 1e-3));

@@ -1,11 +1,10 @@
 //! What is known from elsewhere: reference values, and the closed form evaluated another way than the mechanics do.
 
+use elastocap_electrostatics::VACUUM_PERMITTIVITY;
 use std::f64::consts::PI;
 
-/// Vacuum permittivity, F/m.
-pub(super) const EPS0: f64 = 8.854_187_812_8e-12;
 /// 4 pi eps0.
-pub(super) const FOUR_PI_EPS0: f64 = 4.0 * PI * EPS0;
+pub(super) const FOUR_PI_EPS0: f64 = 4.0 * PI * VACUUM_PERMITTIVITY;
 
 /// C / (4 pi eps0 a) of the isolated cube (Helsing and Perfekt 2013).
 pub(super) const CUBE: f64 = 0.660_678_154_099_57;
@@ -101,7 +100,10 @@ pub(super) fn needle(length: f64, side: f64) -> [f64; 2] {
 /// the sum of the edges of two strips, of which the corners take away less than eps0 times the side.
 pub(super) fn near_plates(gap: f64) -> [f64; 2] {
     let edges = 2.0 / PI * (1.0 + (2.0 * PI / gap).ln());
-    [EPS0 * (1.0 / gap + edges - 1.0).max(1.0 / gap), EPS0 * (1.0 / gap + edges)]
+    [
+        VACUUM_PERMITTIVITY * (1.0 / gap + edges - 1.0).max(1.0 / gap),
+        VACUUM_PERMITTIVITY * (1.0 / gap + edges),
+    ]
 }
 
 /// Two-terminal capacitance of two unit cubes with their middles a distance apart, F, and its relative error: a cube

@@ -46,7 +46,7 @@ fn iterations_for_a_laplacian_do_not_grow_with_its_size_nor_with_jumps_of_its_co
         for (name, grid) in [("plain", plain), ("layered", layered)] {
             let (count, residual) = iterations(&grid);
             println!("{name} {n}: {count} iterations, residual {residual:e}, {} levels", grid.levels.len());
-            assert!(count <= 25 && residual < 1e-3);
+            assert!(count <= 15 && residual < 1e-2);
             assert!(grid.last.is_some());
         }
     }

@@ -87,8 +87,8 @@ pub struct Potentials {
     pub space: Space,
     /// Per conductor the coefficients of its potential, V, held ones included.
     pub values: Vec<Vec<f64>>,
-    /// a(u_i, u_j), m, open space included: times [`crate::EPS0`] the Maxwell matrix of this space, F, and as a quadratic form
-    /// an upper bound on the true one.
+    /// a(u_i, u_j), m, open space included. Times [`crate::VACUUM_PERMITTIVITY`] it is the Maxwell matrix of this space, F,
+    /// and as a quadratic form an upper bound on the true one.
     pub energies: Mat<f64>,
     /// The most iterations that a right-hand side took.
     pub iterations: usize,

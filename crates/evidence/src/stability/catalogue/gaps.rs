@@ -3,7 +3,8 @@
 use super::super::Entry;
 use super::super::claim::{Claim, Truth, terminals};
 use super::super::text::{Scene, to};
-use super::super::truths::{EPS0, FOUR_PI_EPS0, PLATES_SIDE, PLATES_TENTH, far_cubes, near_plates, needle};
+use super::super::truths::{FOUR_PI_EPS0, PLATES_SIDE, PLATES_TENTH, far_cubes, near_plates, needle};
+use elastocap_electrostatics::VACUUM_PERMITTIVITY;
 
 const SUBJECT: &str = "gap/width 1e-5 to 1e3";
 const SHAPE: &str = "thin and long bodies";
@@ -30,7 +31,7 @@ fn near_boxes(gap: f64) -> Entry {
     let scene = scene.conductor("upper", [0.0, 0.1 + gap, 0.0], [1.0, 0.2 + gap, 1.0]);
     let real = (0.1 + gap) - 0.1;
     let [low, high] = near_plates(real);
-    let truth = Truth::between(low.max(EPS0 / real), high + FOUR_PI_EPS0);
+    let truth = Truth::between(low.max(VACUUM_PERMITTIVITY / real), high + FOUR_PI_EPS0);
     one(SUBJECT, format!("boxes, {gap:e}"), scene.open(to(1e-3)), truth)
 }
 

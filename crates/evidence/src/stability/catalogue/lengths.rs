@@ -3,7 +3,8 @@
 use super::super::Entry;
 use super::super::claim::{Claim, Truth, known, row, terminals};
 use super::super::text::{Scene, Sensor, medium, to};
-use super::super::truths::{CUBE_IN_CUBE, CUBE_IN_CUBE_ERROR, EPS0};
+use super::super::truths::{CUBE_IN_CUBE, CUBE_IN_CUBE_ERROR};
+use elastocap_electrostatics::VACUUM_PERMITTIVITY;
 
 const SUBJECT: &str = "nm and km lengths";
 const THIN: &str = "1 nm electrodes in a 1 mm layer";
@@ -15,7 +16,7 @@ fn cubes(scale: f64) -> Entry {
     let case = |s: f64| Scene::new().cube("cube", [0.0; 3], s).grounded([-s; 3], [s; 3], to(1e-5));
     Entry::new(SUBJECT, format!("cube of {scale:e} m"), [case(scale), case(1.0)], move |out| {
         let (found, unit) = (terminals(out, 0)?, terminals(out, 1)?);
-        let truth = scale * CUBE_IN_CUBE * EPS0;
+        let truth = scale * CUBE_IN_CUBE * VACUUM_PERMITTIVITY;
         Ok(vec![
             Claim::capacitance("capacitance", found, Truth::value(truth, CUBE_IN_CUBE_ERROR)),
             Claim::formula("scales", "F", found.value, LAW, Truth::value(scale * unit.value, 0.0)),
@@ -58,7 +59,7 @@ fn sensors(scale: f64) -> Entry {
 fn shifted(by: f64) -> Entry {
     let case = |o: f64| Scene::new().cube("cube", [o; 3], 1.0).grounded([o - 1.0; 3], [o + 1.0; 3], to(1e-5));
     Entry::new(SUBJECT, format!("cube of 1 m at {by:e} m"), [case(by)], move |out| {
-        let truth = Truth::value(CUBE_IN_CUBE * EPS0, CUBE_IN_CUBE_ERROR);
+        let truth = Truth::value(CUBE_IN_CUBE * VACUUM_PERMITTIVITY, CUBE_IN_CUBE_ERROR);
         Ok(vec![Claim::capacitance("capacitance", terminals(out, 0)?, truth)])
     })
     .quick()

@@ -5,8 +5,8 @@ use elastocap_electrostatics::Bounded;
 use super::super::Entry;
 use super::super::claim::{Claim, Claims, Truth, maxwell};
 use super::super::text::{Scene, to};
-use super::super::truths::EPS0;
 use elastocap_coupling::outcome::Outcome;
+use elastocap_electrostatics::VACUUM_PERMITTIVITY;
 
 const SUBJECT: &str = "many conductors";
 
@@ -82,7 +82,7 @@ fn stack(plates: usize) -> Entry {
     }
     let case = scene.insulated([0.0; 3], [1.0; 3], to(1e-3));
     Entry::new(SUBJECT, format!("stack of {plates} plates, exactly"), [case], move |out| {
-        let between = |k: usize| EPS0 / gap(k);
+        let between = |k: usize| VACUUM_PERMITTIVITY / gap(k);
         let mut claims = Vec::new();
         for i in 0..plates {
             let own =

@@ -3,7 +3,8 @@
 use super::super::Entry;
 use super::super::claim::{Claim, Truth, terminals};
 use super::super::text::{GROUNDED, INSULATED, Scene, Sensor, medium, to};
-use super::super::truths::{CUBE, CUBE_IN_CUBE, CUBE_IN_CUBE_ERROR, EPS0, FOUR_PI_EPS0};
+use super::super::truths::{CUBE, CUBE_IN_CUBE, CUBE_IN_CUBE_ERROR, FOUR_PI_EPS0};
+use elastocap_electrostatics::VACUUM_PERMITTIVITY;
 
 const SUBJECT: &str = "permittivity 1e-6 to 1e6";
 const UNIT: ([f64; 3], [f64; 3]) = ([0.0; 3], [1.0; 3]);
@@ -26,19 +27,23 @@ fn exactly(name: String, case: String, truth: f64) -> Entry {
 fn series(ratio: f64) -> Entry {
     let scene = plates().slab(2, 1.0, 0.0, 0.5).slab(2, ratio, 0.5, 1.0);
     let case = scene.insulated(UNIT.0, UNIT.1, to(1e-6));
-    exactly(format!("layers in series, 1 : {ratio:e}"), case, EPS0 / (0.5 + 0.5 / ratio))
+    exactly(format!("layers in series, 1 : {ratio:e}"), case, VACUUM_PERMITTIVITY / (0.5 + 0.5 / ratio))
 }
 
 fn series_of_boxes(ratio: f64) -> Entry {
     let scene = thick_plates().slab(2, 1.0, 0.2, 0.5).slab(2, ratio, 0.5, 0.8);
     let case = scene.insulated(UNIT.0, UNIT.1, to(1e-6));
-    exactly(format!("series between boxes, 1 : {ratio:e}"), case, EPS0 / (0.3 + 0.3 / ratio))
+    exactly(format!("series between boxes, 1 : {ratio:e}"), case, VACUUM_PERMITTIVITY / (0.3 + 0.3 / ratio))
 }
 
 fn parallel(ratio: f64) -> Entry {
     let scene = thick_plates().slab(1, 1.0, 0.0, 0.5).slab(1, ratio, 0.5, 1.0);
     let case = scene.insulated(UNIT.0, UNIT.1, to(1e-6));
-    exactly(format!("slabs side by side, 1 : {ratio:e}"), case, EPS0 / 0.6 * 0.5 * (1.0 + ratio))
+    exactly(
+        format!("slabs side by side, 1 : {ratio:e}"),
+        case,
+        VACUUM_PERMITTIVITY / 0.6 * 0.5 * (1.0 + ratio),
+    )
 }
 
 /// A film between two planes; its thickness is what doubles leave of it.
@@ -46,7 +51,7 @@ fn film(thickness: f64, permittivity: f64) -> Entry {
     let (low, high) = (0.5, 0.5 + thickness);
     let case = plates().slab(2, permittivity, low, high).insulated(UNIT.0, UNIT.1, to(1e-6));
     let thickness = high - low;
-    let truth = EPS0 / (1.0 - thickness + thickness / permittivity);
+    let truth = VACUUM_PERMITTIVITY / (1.0 - thickness + thickness / permittivity);
     exactly(format!("film of {permittivity:e}, {thickness:.0e} thick"), case, truth)
 }
 
@@ -58,7 +63,8 @@ fn filled(permittivity: f64) -> Entry {
         cube().open_in(permittivity, to(1e-3)),
     ];
     Entry::new(SUBJECT, format!("all of space at {permittivity:e}"), cases, move |out| {
-        let (boxed, open) = (permittivity * CUBE_IN_CUBE * EPS0, permittivity * CUBE * FOUR_PI_EPS0);
+        let (boxed, open) =
+            (permittivity * CUBE_IN_CUBE * VACUUM_PERMITTIVITY, permittivity * CUBE * FOUR_PI_EPS0);
         Ok(vec![
             Claim::capacitance("in a box", terminals(out, 0)?, Truth::value(boxed, CUBE_IN_CUBE_ERROR)),
             Claim::capacitance("open", terminals(out, 1)?, Truth::value(open, 1e-12)),

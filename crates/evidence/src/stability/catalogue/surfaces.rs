@@ -3,7 +3,7 @@
 use super::super::Entry;
 use super::super::claim::{Claim, Truth, known, row, terminals};
 use super::super::text::{INSULATED, Scene, Sensor, medium, to};
-use super::super::truths::EPS0;
+use elastocap_electrostatics::VACUUM_PERMITTIVITY;
 
 const SURFACE: &str = "electrodes at the layer's surface";
 const PLANES: &str = "touching and nearly coinciding planes";
@@ -52,7 +52,7 @@ fn through() -> Entry {
     let of = Sensor::default();
     let sensor =
         Sensor { thickness: of.layer, modulus: None, above: INSULATED.to_owned(), margin: Some(1e-9), ..of };
-    let plates = 2.8 * EPS0 * sensor.layer * sensor.width / sensor.gap;
+    let plates = 2.8 * VACUUM_PERMITTIVITY * sensor.layer * sensor.width / sensor.gap;
     Entry::new(SURFACE, "at both: plates, exactly", [sensor.text()], move |out| {
         // The walls are a nanometre off the plates' ends: nothing is left but the field between them.
         let truth = Truth::between(plates, plates * (1.0 + 1e-3));
@@ -81,7 +81,7 @@ fn void(thickness: f64) -> Entry {
     let (low, high) = (0.5, 0.5 + thickness);
     let scene = Scene::new().sheet("lower", 0.0, [0.0; 2], [1.0; 2]).sheet("upper", 1.0, [0.0; 2], [1.0; 2]);
     let case = scene.slab(2, 2.0, 0.0, low).slab(2, 3.0, high, 1.0).insulated([0.0; 3], [1.0; 3], to(1e-6));
-    let truth = EPS0 / (low / 2.0 + (high - low) + (1.0 - high) / 3.0);
+    let truth = VACUUM_PERMITTIVITY / (low / 2.0 + (high - low) + (1.0 - high) / 3.0);
     Entry::new(PLANES, format!("void of {thickness:e} between slabs"), [case], move |out| {
         Ok(vec![Claim::capacitance("capacitance", terminals(out, 0)?, Truth::value(truth, 1e-14))])
     })
@@ -106,7 +106,7 @@ fn hair(gap: f64) -> Entry {
     let scene = Scene::new().conductor("cube", [0.0, gap, 0.0], [1.0, 1.0 + gap, 1.0]);
     let case = scene.grounded([-1.0, 0.0, -1.0], [2.0; 3], to(1e-3));
     Entry::new(PLANES, format!("cube {gap:e} above ground"), [case], move |out| {
-        let truth = Truth::between(EPS0 / gap, EPS0 * (1.0 / gap + 60.0));
+        let truth = Truth::between(VACUUM_PERMITTIVITY / gap, VACUUM_PERMITTIVITY * (1.0 / gap + 60.0));
         Ok(vec![Claim::capacitance("capacitance", terminals(out, 0)?, truth)])
     })
 }

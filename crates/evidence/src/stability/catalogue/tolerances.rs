@@ -3,14 +3,15 @@
 use super::super::Entry;
 use super::super::claim::{Claim, Truth, terminals};
 use super::super::text::{Scene, Solve, estimated, to};
-use super::super::truths::{CUBE, CUBE_IN_CUBE, CUBE_IN_CUBE_ERROR, EPS0, FOUR_PI_EPS0};
+use super::super::truths::{CUBE, CUBE_IN_CUBE, CUBE_IN_CUBE_ERROR, FOUR_PI_EPS0};
+use elastocap_electrostatics::VACUUM_PERMITTIVITY;
 
 const SUBJECT: &str = "tolerance 0.5 to 1e-12";
 
 fn boxed(name: String, solve: Solve) -> Entry {
     let case = Scene::new().cube("cube", [0.0; 3], 1.0).grounded([-1.0; 3], [1.0; 3], solve);
     Entry::new(SUBJECT, name, [case], |out| {
-        let truth = Truth::value(CUBE_IN_CUBE * EPS0, CUBE_IN_CUBE_ERROR);
+        let truth = Truth::value(CUBE_IN_CUBE * VACUUM_PERMITTIVITY, CUBE_IN_CUBE_ERROR);
         Ok(vec![Claim::capacitance("capacitance", terminals(out, 0)?, truth)])
     })
 }
