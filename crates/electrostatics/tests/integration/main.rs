@@ -7,5 +7,6 @@ mod discretisation;
 mod floating;
 mod general;
 mod mirror;
+mod parts;
 mod random_scenes;
 mod references;

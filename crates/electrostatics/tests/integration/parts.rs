@@ -1,7 +1,5 @@
 //! Conductors of several parts: boxes that touch, overlap or lie apart, at one potential.
 
-#![allow(clippy::unwrap_used, reason = "a test stops by panicking")]
-
 use elastocap_electrostatics::tets::adaptive::{Shapes, solve_mesh};
 use elastocap_electrostatics::{Bounded, Settings, SolveError, solve};
 use elastocap_geometry::meshing::tets::{LayeredError, LayeredSizing, MeshError, Sizing, layered, mesh};
