@@ -1,6 +1,7 @@
 //! The acceptance files give what expected.json says, within what they claim.
 
 use crate::support::{Sandbox, acceptance};
+use elastocap_electrostatics::VACUUM_PERMITTIVITY;
 use serde_json::Value;
 
 fn expected() -> Value {

@@ -106,7 +106,9 @@ pub(super) fn bodies(
     };
     let ends = tets.boundary.iter().any(|f| !matches!(f.role, FaceRole::Conductor(_)));
     let mut driven = scene.conductors().zip(&spans).filter(|(c, _)| c.floating_charge.is_none());
-    if let (Some((only, span)), None, false) = (driven.next(), driven.next(), ends) {
+    let alone = (driven.next(), driven.next());
+    drop(driven);
+    if let ((Some((only, span)), None), false) = (alone, ends) {
         log.push(
             Diagnostic::at(
                 span,
