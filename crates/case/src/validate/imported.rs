@@ -3,7 +3,7 @@
 use std::ops::Range;
 use std::path::Path;
 
-use elastocap_geometry::import::Problem;
+use elastocap_geometry::import::ImportProblem;
 use elastocap_geometry::import::gmsh::{VolumeMesh, mesh_from_path};
 use elastocap_geometry::import::obj::Placement;
 use elastocap_geometry::meshing::tets::FaceRole;
@@ -93,9 +93,9 @@ pub(super) fn scene(
         Ok(tets) => tets,
         Err(error) => {
             let blamed = match &error.problem {
-                Problem::Touching { second: name, .. }
-                | Problem::TouchingWall { name, .. }
-                | Problem::EndsAtOpenSpace { name, .. } => {
+                ImportProblem::Touching { second: name, .. }
+                | ImportProblem::TouchingWall { name, .. }
+                | ImportProblem::EndsAtOpenSpace { name, .. } => {
                     scene.conductors.iter().position(|c| c.name == *name)
                 }
                 _ => None,
