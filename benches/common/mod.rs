@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 
 use elastocap_case::Case;
 use elastocap_coupling::scene::scene_of;
-use elastocap_electrostatics::{VACUUM_PERMITTIVITY, Settings, Solution, Target, solve};
+use elastocap_electrostatics::{Settings, Solution, Target, VACUUM_PERMITTIVITY, solve};
 use elastocap_geometry::scene::Scene;
 
 pub(crate) type Result<T> = std::result::Result<T, Box<dyn Error>>;

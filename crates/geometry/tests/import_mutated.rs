@@ -65,6 +65,51 @@ fn mutated(rng: &mut TestRng) -> Vec<u8> {
     bytes
 }
 
+/// The largest memory that a reader takes for a file, and its answer, must stay within the bound.
+fn check_peak(what: &str, bytes: &[u8]) {
+    let placement = obj::Placement { unit: 1.0, translate: [0.0; 3] };
+    MEMORY.reset_peak_usage();
+    let before = MEMORY.current_usage();
+    let read = obj::read(bytes, "file").is_ok();
+    let reading = MEMORY.peak_usage().saturating_sub(before);
+    let taken = obj::surface(bytes, "file", placement).is_ok();
+    let peak = MEMORY.peak_usage().saturating_sub(before);
+    let times = |peak: usize| peak as f64 / bytes.len() as f64;
+    println!(
+        "{what}: read {read} at {:.1} times, taken {taken} at {:.1} times the file",
+        times(reading),
+        times(peak)
+    );
+    assert!(
+        reading <= 10 * bytes.len() + (512 << 10),
+        "{what}: {reading} bytes for a file of {}",
+        bytes.len()
+    );
+}
+
+#[test]
+fn large_files_of_short_lines_are_read_within_ten_times_their_size() {
+    // Just beyond a power of two, where a list that grows by doubling is emptiest.
+    let many = (1 << 17) + 1;
+    let points = "v 0 0 0\n".repeat(many);
+    check_peak("points without faces", points.as_bytes());
+    check_peak("points with one face", format!("{points}f 1 2 3\n").as_bytes());
+    let three = "v 0 0 0\nv 1 0 0\nv 0 1 0\n";
+    check_peak("the same triangle", format!("{three}{}", "f 1 2 3\n".repeat(many)).as_bytes());
+    check_peak("the same point as a face", format!("{three}{}", "f 1\n".repeat(many)).as_bytes());
+    check_peak("empty faces", format!("{three}{}", "f\n".repeat(many)).as_bytes());
+    check_peak("one long face", format!("{three}f{}\n", " 1 2 3".repeat(many / 3)).as_bytes());
+    check_peak(
+        "long faces",
+        format!("{three}{}", format!("f{}\n", " 1 2 3".repeat(1365)).repeat(100)).as_bytes(),
+    );
+    let scattered = |k: usize| 1 + k * 65_537 % many;
+    let faces: String = (0..many)
+        .map(|k| format!("f {} {} {}\n", scattered(3 * k), scattered(3 * k + 1), scattered(3 * k + 2)))
+        .collect();
+    check_peak("triangles of scattered points", format!("{points}{faces}").as_bytes());
+}
+
 #[test]
 fn mutated_files_are_answered_within_ten_times_their_size() {
     let seconds = std::env::var("MUTATION_SECONDS").ok().and_then(|s| s.parse().ok()).unwrap_or(3);

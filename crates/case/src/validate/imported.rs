@@ -3,7 +3,7 @@
 use std::ops::Range;
 use std::path::Path;
 
-use elastocap_geometry::import::Problem;
+use elastocap_geometry::import::ImportProblem;
 use elastocap_geometry::import::gmsh::{VolumeMesh, mesh_from_path};
 use elastocap_geometry::import::obj::Placement;
 use elastocap_geometry::meshing::tets::FaceRole;
@@ -92,9 +92,9 @@ pub(super) fn bodies(
         Ok(tets) => tets,
         Err(error) => {
             let blamed = match &error.problem {
-                Problem::Touching { second: name, .. }
-                | Problem::TouchingWall { name, .. }
-                | Problem::EndsAtOpenSpace { name, .. } => {
+                ImportProblem::Touching { second: name, .. }
+                | ImportProblem::TouchingWall { name, .. }
+                | ImportProblem::EndsAtOpenSpace { name, .. } => {
                     scene.conductors().position(|c| c.body.name == *name)
                 }
                 _ => None,

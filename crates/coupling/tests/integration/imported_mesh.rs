@@ -10,7 +10,7 @@ use elastocap_coupling::outcome::{Outcome, Status};
 use elastocap_coupling::plan::{Options, Plan};
 use elastocap_coupling::run::run;
 use elastocap_coupling::scene::scene_of;
-use elastocap_electrostatics::Bounded;
+use elastocap_electrostatics::{Bounded, VACUUM_PERMITTIVITY};
 use elastocap_geometry::import::gmsh::mesh_from_path;
 use elastocap_geometry::import::obj::Placement;
 

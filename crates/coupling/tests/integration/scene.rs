@@ -6,6 +6,7 @@ use elastocap_case::{
 };
 use elastocap_coupling::deform::Deformation;
 use elastocap_coupling::scene::{DeformedScene, SceneError, scene_of};
+use elastocap_electrostatics::VACUUM_PERMITTIVITY;
 use elastocap_geometry::scene::Scene;
 use elastocap_mechanics::{ClosedFormSettings, LayerState, Material as Rubber};
 

@@ -1,6 +1,6 @@
 //! Floating conductors: closed forms, and the whole matrix reduced by hand.
 
-use elastocap_electrostatics::{VACUUM_PERMITTIVITY, ResolutionLevel, Settings, Solution, solve};
+use elastocap_electrostatics::{ResolutionLevel, Settings, Solution, VACUUM_PERMITTIVITY, solve};
 use elastocap_geometry::scene::{Body, Box3, Role, Scene, Wall};
 use elastocap_geometry::shapes::Shape;
 

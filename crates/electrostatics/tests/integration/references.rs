@@ -1,6 +1,6 @@
 //! Box scenes whose capacitance is known: both bounds must hold it.
 
-use elastocap_electrostatics::{VACUUM_PERMITTIVITY, Settings, Solution, solve};
+use elastocap_electrostatics::{Settings, Solution, VACUUM_PERMITTIVITY, solve};
 use elastocap_geometry::scene::{Body, Box3, Scene, Wall};
 use elastocap_geometry::shapes::Shape;
 use std::f64::consts::PI;

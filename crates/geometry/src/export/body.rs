@@ -1,24 +1,27 @@
-//! Elements with what lives at their nodes as a `.vtu`: those of a deformed body, or tetrahedra around bodies.
+//! Meshes of one kind of element as `.vtu` files: a deformed body, or the tetrahedra around and inside bodies.
 //!
-//! Points are where the material is after loading; the displacement among the arrays takes a viewer back. Curved
-//! elements are written as such (VTK's biquadratic quadrilateral and triquadratic hexahedron).
+//! Points are where the material is after loading; subtracting the array `displacement`, where there is one, gives the
+//! state at rest. Curved elements are written as such (VTK's biquadratic quadrilateral and triquadratic hexahedron).
+//! `vtkio` writes the file (`unstructured.rs`).
 
-use std::fmt::Write as _;
+use vtkio::model::{Attributes, CellType, UnstructuredGridPiece};
 
-use super::vtk::{VtkError, array, comment, le_bytes};
+use super::unstructured::{array, cells, vtu_file};
+use super::vtk::VtkError;
 
-/// Which elements a body is made of. Nodes of an element count up along `s` first, then `t`, then `r`.
+/// The elements of a mesh. The nodes of a curved one are numbered along its first local axis first, then along the second,
+/// then along the third.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Element {
-    /// Nine nodes in the plane.
+    /// Nine nodes in the plane, quadratic.
     Quadrilateral,
-    /// 27 nodes.
+    /// 27 nodes, quadratic.
     Hexahedron,
-    /// Four nodes, straight.
+    /// Four nodes, straight edges.
     Tetrahedron,
 }
 
-/// VTK's corner, edge, face and middle nodes by their number here.
+/// Our number of each of VTK's nodes: corners, middles of edges, of faces and of the element, in VTK's order.
 const QUADRILATERAL: [usize; 9] = [0, 2, 8, 6, 1, 5, 7, 3, 4];
 const HEXAHEDRON: [usize; 27] =
     [0, 2, 8, 6, 18, 20, 26, 24, 1, 5, 7, 3, 19, 23, 25, 21, 9, 11, 17, 15, 12, 14, 10, 16, 4, 22, 13];
@@ -32,89 +35,73 @@ impl Element {
         }
     }
 
-    fn vtk_type(self) -> u8 {
+    fn vtk_type(self) -> CellType {
         match self {
-            Self::Quadrilateral => 28,
-            Self::Hexahedron => 29,
-            Self::Tetrahedron => 10,
+            Self::Quadrilateral => CellType::BiquadraticQuad,
+            Self::Hexahedron => CellType::TriquadraticHexahedron,
+            Self::Tetrahedron => CellType::Tetra,
         }
     }
 }
 
-/// Values at the nodes of a body, or in its elements.
+/// Values at the nodes of a mesh, or in its elements.
 #[derive(Debug, Clone, PartialEq)]
 pub struct NamedArray {
     /// Its name in the file.
     pub name: &'static str,
-    /// Numbers for each node or element: 1, 3 for a vector, 6 for a symmetric tensor (11, 22, 33, 12, 23, 13).
+    /// How many numbers each node or element has: 1 for a scalar, 3 for a vector, 6 for a symmetric tensor (11, 22, 33,
+    /// 12, 23, 13).
     pub components: usize,
-    /// The numbers, node after node or element after element.
+    /// The numbers, node after node or element after element, in SI units.
     pub values: Vec<f64>,
 }
 
-/// A body as deformed at one load step.
+/// A mesh and its fields at one load step.
 #[derive(Debug, Clone, PartialEq)]
 pub struct BodyMesh {
-    /// What its elements are.
+    /// The kind of all its elements.
     pub element: Element,
-    /// Deformed positions of the nodes in m.
+    /// Positions of the nodes after loading, m.
     pub points: Vec<[f64; 3]>,
-    /// Nodes of each element, all elements one after the other.
+    /// Positions in `points` of the nodes of each element, one element after the other.
     pub nodes: Vec<u32>,
-    /// What lives at the nodes.
+    /// Fields at the nodes.
     pub arrays: Vec<NamedArray>,
-    /// What lives in the elements.
+    /// Fields in the elements.
     pub in_elements: Vec<NamedArray>,
-    /// Which body each element belongs to: a position in `body_names`.
+    /// The body that each element belongs to: its position in `body_names`.
     pub body_id: Vec<i32>,
-    /// What the ids mean.
+    /// Names of the bodies; a comment at the head of the file lists them.
     pub body_names: Vec<String>,
 }
 
-/// The body as a `.vtu` file: its arrays as point data, those in elements and `body_id` as cell data.
+/// The mesh as a `.vtu` file: `arrays` as point data, `in_elements` and `body_id` as cell data.
 ///
 /// # Errors
 /// When the arrays do not fit the mesh or hold numbers that are not finite: see [`VtkError`].
 pub fn body_vtu(body: &BodyMesh) -> Result<Vec<u8>, VtkError> {
     let order = body.element.order();
-    let (points, cells) = (body.points.len(), body.nodes.len() / order.len());
-    check(body, points, cells)?;
-    let mut file = String::from("<?xml version=\"1.0\"?>\n");
-    let _ = writeln!(
-        file,
-        "<!-- elastocap {}: SI units. {} -->",
-        env!("CARGO_PKG_VERSION"),
-        comment(&body.body_names)
-    );
-    file.push_str(
-        "<VTKFile type=\"UnstructuredGrid\" version=\"1.0\" byte_order=\"LittleEndian\" header_type=\"UInt64\" \
-         compressor=\"vtkZLibDataCompressor\">\n<UnstructuredGrid>\n",
-    );
-    let _ = writeln!(file, "<Piece NumberOfPoints=\"{points}\" NumberOfCells=\"{cells}\">\n<PointData>");
-    for of in &body.arrays {
-        array(&mut file, "Float64", of.name, of.components, &le_bytes(&of.values, f64::to_le_bytes))?;
-    }
-    file.push_str("</PointData>\n<CellData>\n");
-    for of in &body.in_elements {
-        array(&mut file, "Float64", of.name, of.components, &le_bytes(&of.values, f64::to_le_bytes))?;
-    }
-    array(&mut file, "Int32", "body_id", 1, &le_bytes(&body.body_id, i32::to_le_bytes))?;
-    file.push_str("</CellData>\n<Points>\n");
-    array(&mut file, "Float64", "Points", 3, &le_bytes(body.points.as_flattened(), f64::to_le_bytes))?;
-    file.push_str("</Points>\n<Cells>\n");
-    let connectivity: Vec<u8> = body
+    check(body, body.points.len(), body.nodes.len() / order.len())?;
+    let named = |of: &NamedArray| array(of.name, of.components as u32, of.values.clone().into());
+    let mut data = Attributes {
+        point: body.arrays.iter().map(named).collect(),
+        cell: body.in_elements.iter().map(named).collect(),
+    };
+    data.cell.push(array("body_id", 1, body.body_id.clone().into()));
+    let connectivity = body
         .nodes
         .chunks_exact(order.len())
-        .flat_map(|nodes| order.iter().flat_map(|&k| (nodes[k] as i32).to_le_bytes()))
+        .flat_map(|nodes| order.iter().map(|&k| u64::from(nodes[k])))
         .collect();
-    array(&mut file, "Int32", "connectivity", 1, &connectivity)?;
-    let offsets = (1..=cells).flat_map(|c| ((order.len() * c) as i32).to_le_bytes());
-    array(&mut file, "Int32", "offsets", 1, &offsets.collect::<Vec<_>>())?;
-    array(&mut file, "UInt8", "types", 1, &vec![body.element.vtk_type(); cells])?;
-    file.push_str("</Cells>\n</Piece>\n</UnstructuredGrid>\n</VTKFile>\n");
-    Ok(file.into_bytes())
+    let piece = UnstructuredGridPiece {
+        points: body.points.as_flattened().to_vec().into(),
+        cells: cells(body.element.vtk_type(), order.len(), connectivity),
+        data,
+    };
+    vtu_file(piece, &body.body_names)
 }
 
+/// Checks that every array fits the `points` and `cells` of the mesh, and that all numbers are finite.
 fn check(body: &BodyMesh, points: usize, cells: usize) -> Result<(), VtkError> {
     let per_cell = body.element.order().len();
     if body.nodes.len().max(points) > i32::MAX as usize {

@@ -1,28 +1,29 @@
-//! Bodies of any shape as a binary glTF file: their surfaces, as the solver has them.
+//! Bodies of any shape as a binary glTF file, drawn by the surfaces that the solver works with.
 
 use elastocap_linalg::vector::{length, normal};
 use gltf_json as json;
 
-use super::gltf::{BodyRole, File, GltfError, Looks, SceneUnit, centre, extras, triangles};
+use super::gltf::{BodyRole, File, GltfError, Materials, SceneUnit, centre, extras, triangles};
 use crate::meshing::plane as planar;
 use crate::meshing::tets::{FaceRole, TetMesh, determinant};
 use crate::scene::Box3;
 use std::collections::BTreeMap;
 
-/// A body by the triangles of its surface.
+/// A body, given by the triangles of its surface.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SurfaceBody {
     /// Name of its node, mesh and material.
     pub name: String,
-    /// What it is.
+    /// What it is; decides how it looks.
     pub role: BodyRole,
-    /// Corners, m, anticlockwise as seen from outside.
+    /// Corners of each triangle, m, anticlockwise as seen from outside.
     pub triangles: Vec<[[f64; 3]; 3]>,
 }
 
-/// The surfaces of all conductors of a mesh, in order, and of its regions from the second on.
+/// The surfaces of the conductors of a mesh, numbered 0 to `conductors`, and of its regions, numbered 1 to `regions`;
+/// region 0, the background, is left out.
 ///
-/// Conductors are seen from the space around them, a sheet from both sides.
+/// The triangles of a conductor run anticlockwise as seen from the space around it; a sheet has triangles for both sides.
 pub fn surfaces(mesh: &TetMesh, conductors: usize, regions: usize) -> (Vec<Vec<Corners>>, Vec<Vec<Corners>>) {
     let mut roles = BTreeMap::new();
     for face in &mesh.boundary {
@@ -40,7 +41,7 @@ pub fn surfaces(mesh: &TetMesh, conductors: usize, regions: usize) -> (Vec<Vec<C
         for skip in 0..4 {
             let ids = [0, 1, 2].map(|k| tet[if k < skip { k } else { k + 1 }]);
             let mut at = ids.map(|p| mesh.points[p as usize]);
-            // Seen from outside the tetrahedron.
+            // Anticlockwise as seen from outside the tetrahedron.
             if determinant(mesh.points[tet[skip] as usize], at[0], at[1], at[2]) < 0.0 {
                 at.swap(1, 2);
             }
@@ -67,7 +68,7 @@ pub fn surfaces(mesh: &TetMesh, conductors: usize, regions: usize) -> (Vec<Vec<C
     (metal, filled)
 }
 
-/// A triangle by its corners, m.
+/// The corners of a triangle, m.
 pub type Corners = [[f64; 3]; 3];
 
 fn add(filled: &mut [Vec<Corners>], region: u32, at: Corners) {
@@ -76,15 +77,16 @@ fn add(filled: &mut [Vec<Corners>], region: u32, at: Corners) {
     }
 }
 
-/// The surface of a planar figure pulled along an axis: `outline` is a simple polygon in the two other coordinates in ascending
-/// order of axis, either way round, m. A figure that is not simple has what of its caps can be told.
+/// The surface of a prism along `axis`, 0 to 2 for x1 to x3, between the two `ends`, m. Its `outline` is a simple polygon, m,
+/// in the two other coordinates in ascending order, clockwise or anticlockwise. Where an outline crosses itself, its caps
+/// may be incomplete.
 pub fn prism(axis: usize, ends: [f64; 2], outline: &[[f64; 2]]) -> Vec<Corners> {
     let place = |p: [f64; 2], z: f64| match axis {
         0 => [z, p[0], p[1]],
         1 => [p[0], z, p[1]],
         _ => [p[0], p[1], z],
     };
-    // Along x2 the two other axes are left-handed.
+    // Across x2 the two other axes in ascending order are left-handed.
     let turned = (planar::area(outline) < 0.0) != (axis == 1);
     let mut all = Vec::new();
     let mut add = |[a, b, c]: Corners| all.push(if turned { [a, c, b] } else { [a, b, c] });
@@ -98,7 +100,7 @@ pub fn prism(axis: usize, ends: [f64; 2], outline: &[[f64; 2]]) -> Vec<Corners> 
     for [p, q, r] in planar::filled(outline) {
         let back = planar::area(outline) < 0.0;
         let [low, high] = ends.map(|z| [p, q, r].map(|p| place(p, z)));
-        // The triangles are anticlockwise whichever way the outline goes.
+        // These triangles are anticlockwise, whichever way the outline runs.
         let (low, high) =
             if back { (low, [high[0], high[2], high[1]]) } else { ([low[0], low[2], low[1]], high) };
         add(low);
@@ -107,13 +109,13 @@ pub fn prism(axis: usize, ends: [f64; 2], outline: &[[f64; 2]]) -> Vec<Corners> 
     all
 }
 
-/// The bodies of each step, with its label, as a binary glTF file, scaled for viewing as by [`super::gltf::glb`].
+/// The bodies at each load step, which has a label, as a binary glTF file, scaled for viewing as [`super::gltf::glb`] does.
 ///
-/// Each step has nodes of its own: the first is shown, and the animation "load steps" shows one after the other, one second
-/// each.
+/// Each step has nodes of its own. At first the first step is shown; the animation "load steps" shows one step after the
+/// other for one second each.
 ///
 /// # Errors
-/// Where there is nothing to show, a corner is no number, or the scene is too large or small for the format.
+/// [`GltfError`] if there is nothing to show, a corner is not finite, or the scene is too large or too small for the format.
 ///
 /// ```
 /// use elastocap_geometry::export::gltf::BodyRole;
@@ -145,7 +147,7 @@ pub fn surfaces_glb(steps: &[(String, Vec<SurfaceBody>)]) -> Result<Vec<u8>, Glt
     let mut groups = Vec::new();
     for (step, (label, bodies)) in steps.iter().enumerate() {
         // Bodies keep their colours from step to step.
-        let mut looks = Looks::default();
+        let mut materials = Materials::default();
         let mut children = Vec::new();
         for body in bodies {
             let Some(own) = bounds(body) else { continue };
@@ -155,7 +157,7 @@ pub fn surfaces_glb(steps: &[(String, Vec<SurfaceBody>)]) -> Result<Vec<u8>, Glt
             let normals: Vec<[f32; 3]> = body.triangles.iter().flat_map(|t| [direction(*t); 3]).collect();
             let positions = file.vectors(&positions, true);
             let normals = file.vectors(&normals, false);
-            let material = file.root.push(looks.material(&body.name, body.role, false));
+            let material = file.root.push(materials.material(&body.name, body.role, false));
             let mesh = file.root.push(triangles(&body.name, material, positions, normals));
             children.push(file.root.push(json::Node {
                 name: Some(body.name.clone()),
@@ -182,7 +184,7 @@ pub fn surfaces_glb(steps: &[(String, Vec<SurfaceBody>)]) -> Result<Vec<u8>, Glt
     file.finish(groups, &unit, middle, &labels)
 }
 
-/// Across the triangle, of length one.
+/// The unit normal of a triangle; x3 where it has no area.
 fn direction(corners: Corners) -> [f32; 3] {
     let n = normal(corners);
     let largest = n.iter().fold(0.0_f64, |m, x| m.max(x.abs()));

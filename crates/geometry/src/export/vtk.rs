@@ -1,22 +1,19 @@
-//! One `.vtu` for each load step and a `.pvd` that makes a series of them: for ParaView, VTK and meshio.
+//! The electric field of a load step on a grid of boxes as a `.vtu` file, and the `.pvd` file that makes a series of them:
+//! for ParaView, VTK and meshio.
 //!
-//! The potential lives at the nodes, where it is continuous; the electric field, the permittivity and the body id jump
-//! from one body to the next and live in the cells. Arrays are inline, little-endian, compressed by zlib and in base64:
-//! the one compressed form that VTK and meshio both read.
+//! The potential is continuous and given at the nodes. The electric field, the permittivity and the body id jump from one
+//! body to the next and are given in the cells.
 //!
-//! Written by hand, not through `vtkio` (0.7.0-rc2), which reads these files back in the tests: it takes 0.7 s to
-//! compress a grid of 100 000 cells where this takes 0.03 s, and always writes 64-bit connectivity; a load curve of
-//! six steps has 0.5 s in all. Measured by `cargo run --release -p elastocap-geometry --example export_samples`.
+//! `vtkio` writes the `.vtu` (`unstructured.rs` says how, and what is added); the few lines of a `.pvd` are written
+//! here, because `vtkio` does not know that format.
 
 use std::fmt::Write as _;
-use std::io::Write as _;
 
-use base64::Engine as _;
-use base64::prelude::BASE64_STANDARD;
-use flate2::Compression;
-use flate2::write::ZlibEncoder;
+use vtkio::model::{Attributes, CellType, ElementType, UnstructuredGridPiece};
 
-/// Fields on a grid of boxes: the tensor product of three axes, as deformed at one load step.
+use super::unstructured::{array, cells, element_array, vtu_file};
+
+/// Fields on a grid of boxes, the tensor product of three axes, at one load step.
 ///
 /// Every array is in C order: x1 slowest, x3 fastest. With `n[a]` coordinates along axis `a`, node `(i, j, k)` is at
 /// `(i * n[1] + j) * n[2] + k`; cells likewise, with `n[a] - 1` of them along each axis.
@@ -24,15 +21,15 @@ use flate2::write::ZlibEncoder;
 pub struct FieldGrid {
     /// Coordinates along x1, x2, x3 in m, strictly increasing, at least two on each axis.
     pub axes: [Vec<f64>; 3],
-    /// Potential at the nodes, V.
+    /// Potential at each node, V.
     pub potential: Vec<f64>,
-    /// Electric field at the centres of the cells, V/m; written in single precision.
+    /// Electric field at the centre of each cell, V/m; written in single precision.
     pub electric_field: Vec<[f64; 3]>,
-    /// eps_r of the cells; 1 inside conductors by convention.
+    /// Relative permittivity of each cell; 1 inside conductors by convention.
     pub relative_permittivity: Vec<f64>,
-    /// Which body each cell belongs to: a position in `body_names`.
+    /// The body that each cell belongs to: its position in `body_names`.
     pub body_id: Vec<i32>,
-    /// What the ids mean; a comment at the head of the file says so.
+    /// Names of the bodies; a comment at the head of the file lists them.
     pub body_names: Vec<String>,
 }
 
@@ -63,21 +60,21 @@ pub enum VtkError {
         /// Position in the array.
         index: usize,
     },
-    /// More than the 268 million cells that 32-bit connectivity can address.
+    /// More nodes, or corners of cells, than 31 bits can count.
     #[error("a grid of {cells} cells is too large for one .vtu file; write a coarser one")]
     TooLarge {
         /// Cells of the grid.
         cells: usize,
     },
-    /// A file in a series that is named by its place on this machine.
+    /// A file of a series has an absolute path, which would break where the folder is moved.
     #[error("`{file}` must be named relative to the .pvd file")]
     AbsolutePath {
         /// The name.
         file: String,
     },
-    /// The compressor refused; not expected.
-    #[error("compression failed: {0}")]
-    Compression(String),
+    /// `vtkio` refused the grid; not expected.
+    #[error("the VTK writer failed: {0}")]
+    Writer(String),
 }
 
 /// The grid and its fields as a `.vtu` file: point data `potential`; cell data `electric_field`,
@@ -86,60 +83,33 @@ pub enum VtkError {
 /// # Errors
 /// When the arrays do not fit the grid or hold numbers that are not finite: see [`VtkError`].
 pub fn vtu(grid: &FieldGrid) -> Result<Vec<u8>, VtkError> {
-    let (nodes, cells) = grid.checked_counts()?;
-    let n = [0, 1, 2].map(|a| grid.axes[a].len());
-
-    let mut file = String::new();
-    file.push_str("<?xml version=\"1.0\"?>\n");
-    let _ = writeln!(
-        file,
-        "<!-- elastocap {}: SI units. {} -->",
-        env!("CARGO_PKG_VERSION"),
-        comment(&grid.body_names)
-    );
-    file.push_str(
-        "<VTKFile type=\"UnstructuredGrid\" version=\"1.0\" byte_order=\"LittleEndian\" header_type=\"UInt64\" \
-         compressor=\"vtkZLibDataCompressor\">\n<UnstructuredGrid>\n",
-    );
-    let _ = writeln!(file, "<Piece NumberOfPoints=\"{nodes}\" NumberOfCells=\"{cells}\">");
-
-    file.push_str("<PointData Scalars=\"potential\">\n");
-    array(&mut file, "Float64", "potential", 1, &le_bytes(&grid.potential, |x| x.to_le_bytes()))?;
-    file.push_str("</PointData>\n<CellData Vectors=\"electric_field\">\n");
-    let field = le_bytes(grid.electric_field.as_flattened(), |x| (x as f32).to_le_bytes());
-    array(&mut file, "Float32", "electric_field", 3, &field)?;
-    let permittivity = le_bytes(&grid.relative_permittivity, |x| x.to_le_bytes());
-    array(&mut file, "Float64", "relative_permittivity", 1, &permittivity)?;
-    array(&mut file, "Int32", "body_id", 1, &le_bytes(&grid.body_id, |x| x.to_le_bytes()))?;
-
-    file.push_str("</CellData>\n<Points>\n");
-    let mut points = Vec::with_capacity(24 * nodes);
-    for x1 in &grid.axes[0] {
-        for x2 in &grid.axes[1] {
-            for x3 in &grid.axes[2] {
-                points.extend([x1, x2, x3].into_iter().flat_map(|x| x.to_le_bytes()));
-            }
-        }
-    }
-    array(&mut file, "Float64", "Points", 3, &points)?;
-
-    file.push_str("</Points>\n<Cells>\n");
-    array(&mut file, "Int32", "connectivity", 1, &connectivity(n))?;
-    let offsets = (1..=cells).flat_map(|c| (8 * c as i32).to_le_bytes());
-    array(&mut file, "Int32", "offsets", 1, &offsets.collect::<Vec<_>>())?;
-    array(&mut file, "UInt8", "types", 1, &vec![VTK_HEXAHEDRON; cells])?;
-
-    file.push_str("</Cells>\n</Piece>\n</UnstructuredGrid>\n</VTKFile>\n");
-    Ok(file.into_bytes())
+    grid.check()?;
+    let scalars = ElementType::Scalars { num_comp: 1, lookup_table: None };
+    let field: Vec<f32> = grid.electric_field.as_flattened().iter().map(|&e| e as f32).collect();
+    let data = Attributes {
+        point: vec![element_array("potential", scalars, grid.potential.clone().into())],
+        cell: vec![
+            element_array("electric_field", ElementType::Vectors, field.into()),
+            array("relative_permittivity", 1, grid.relative_permittivity.clone().into()),
+            array("body_id", 1, grid.body_id.clone().into()),
+        ],
+    };
+    let n = grid.axes.each_ref().map(Vec::len);
+    let piece = UnstructuredGridPiece {
+        points: grid.points().into(),
+        cells: cells(CellType::Hexahedron, 8, connectivity(n)),
+        data,
+    };
+    vtu_file(piece, &grid.body_names)
 }
 
 /// A `.pvd` file that lists `.vtu` files by time: `(time, file name relative to the .pvd)`.
 ///
-/// The time is what the reader's slider shows: the compression U/H, or the force. Where the times do not strictly
-/// increase, a reader would show only one of two equal ones, so the position in the list takes their place.
+/// The time is what a viewer's slider shows: the compression U/H, or the force. Of two steps with equal times a viewer
+/// would show only one, so times that do not strictly increase are replaced by positions in the list.
 ///
 /// # Errors
-/// When a file name is not relative.
+/// [`VtkError::AbsolutePath`] if a file name is not relative.
 pub fn pvd(series: &[(f64, String)]) -> Result<String, VtkError> {
     let ordered = series.iter().all(|(time, _)| time.is_finite()) && series.is_sorted_by(|a, b| a.0 < b.0);
     let mut file = String::from(
@@ -160,15 +130,9 @@ pub fn pvd(series: &[(f64, String)]) -> Result<String, VtkError> {
     Ok(file)
 }
 
-const VTK_HEXAHEDRON: u8 = 12;
-
-/// Bytes compressed at a time. Where an array fills its last block to the last byte there is no empty one after it, as
-/// VTK writes it; VTK and meshio read that (the 32-node samples of the example), vtkio 0.7.0-rc2 wants the empty one.
-const BLOCK: usize = 1 << 18;
-
 impl FieldGrid {
-    /// (nodes, cells), once every array is known to fit them.
-    fn checked_counts(&self) -> Result<(usize, usize), VtkError> {
+    /// Checks that the axes increase, every array fits them, and all numbers are finite as they are written.
+    fn check(&self) -> Result<(), VtkError> {
         for (axis, x) in self.axes.iter().enumerate() {
             let increases = x.is_sorted_by(|a, b| a < b) && x.iter().all(|x| x.is_finite());
             if x.len() < 2 || !increases {
@@ -198,73 +162,41 @@ impl FieldGrid {
         finite("potential", self.potential.iter().position(|x| !x.is_finite()))?;
         let single = |x: &f64| (*x as f32).is_finite();
         finite("electric_field", self.electric_field.iter().position(|e| !e.iter().all(single)))?;
-        finite("relative_permittivity", self.relative_permittivity.iter().position(|x| !x.is_finite()))?;
-        Ok((nodes, cells))
+        finite("relative_permittivity", self.relative_permittivity.iter().position(|x| !x.is_finite()))
+    }
+
+    /// Coordinates of the nodes, m, three for each.
+    fn points(&self) -> Vec<f64> {
+        let [axis_1, axis_2, axis_3] = &self.axes;
+        let mut points = Vec::with_capacity(3 * axis_1.len() * axis_2.len() * axis_3.len());
+        for &x1 in axis_1 {
+            for &x2 in axis_2 {
+                for &x3 in axis_3 {
+                    points.extend([x1, x2, x3]);
+                }
+            }
+        }
+        points
     }
 }
 
 /// The corners of every cell, in VTK's order: around the lower face in x3, then around the upper one.
-fn connectivity(n: [usize; 3]) -> Vec<u8> {
-    let node = |i: usize, j: usize, k: usize| ((i * n[1] + j) * n[2] + k) as i32;
-    let mut out = Vec::with_capacity(32 * (n[0] - 1) * (n[1] - 1) * (n[2] - 1));
+fn connectivity(n: [usize; 3]) -> Vec<u64> {
+    let node = |i: usize, j: usize, k: usize| ((i * n[1] + j) * n[2] + k) as u64;
+    let mut out = Vec::with_capacity(8 * (n[0] - 1) * (n[1] - 1) * (n[2] - 1));
     for i in 0..n[0] - 1 {
         for j in 0..n[1] - 1 {
             let around = [node(i, j, 0), node(i + 1, j, 0), node(i + 1, j + 1, 0), node(i, j + 1, 0)];
-            for k in 0..(n[2] - 1) as i32 {
-                out.extend(around.iter().flat_map(|first| (first + k).to_le_bytes()));
-                out.extend(around.iter().flat_map(|first| (first + k + 1).to_le_bytes()));
+            for k in 0..(n[2] - 1) as u64 {
+                out.extend(around.map(|first| first + k));
+                out.extend(around.map(|first| first + k + 1));
             }
         }
     }
     out
 }
 
-pub(super) fn le_bytes<T: Copy, const N: usize>(values: &[T], bytes: impl Fn(T) -> [u8; N]) -> Vec<u8> {
-    values.iter().flat_map(|&x| bytes(x)).collect()
-}
-
-/// Appends one `DataArray`: a table of block sizes, then the compressed blocks, each part in base64.
-pub(super) fn array(
-    file: &mut String,
-    kind: &str,
-    name: &str,
-    components: usize,
-    bytes: &[u8],
-) -> Result<(), VtkError> {
-    let mut sizes = Vec::new();
-    let mut data = Vec::with_capacity(bytes.len() / 3);
-    for block in bytes.chunks(BLOCK) {
-        let before = data.len();
-        let mut encoder = ZlibEncoder::new(data, Compression::fast());
-        data = (encoder.write_all(block).and_then(|()| encoder.finish()))
-            .map_err(|e| VtkError::Compression(e.to_string()))?;
-        sizes.push((data.len() - before) as u64);
-    }
-    // How many blocks, how long each is, and how long the last one is if it is shorter.
-    let mut table = vec![sizes.len() as u64, BLOCK as u64, (bytes.len() % BLOCK) as u64];
-    table.extend(sizes);
-    let _ = write!(file, "<DataArray type=\"{kind}\" Name=\"{name}\"");
-    if components > 1 {
-        // meshio makes a matrix of one column of a scalar array that says so.
-        let _ = write!(file, " NumberOfComponents=\"{components}\"");
-    }
-    file.push_str(" format=\"binary\">");
-    BASE64_STANDARD.encode_string(le_bytes(&table, u64::to_le_bytes), file);
-    BASE64_STANDARD.encode_string(data, file);
-    file.push_str("</DataArray>\n");
-    Ok(())
-}
-
-/// What the body ids mean, as the text of an XML comment.
-pub(super) fn comment(body_names: &[String]) -> String {
-    let names = body_names.iter().enumerate().map(|(id, name)| format!("{id} = {name}"));
-    let text = format!("body_id: {}", names.collect::<Vec<_>>().join("; "));
-    // A comment may hold anything but two hyphens in a row and what XML forbids everywhere.
-    text.replace(|c: char| c.is_control() || matches!(c, '\u{FFFE}' | '\u{FFFF}'), " ")
-        .replace("--", "- -")
-        .replace("--", "- -")
-}
-
+/// The text as the value of an XML attribute.
 fn attribute(text: &str) -> String {
     let mut out = String::with_capacity(text.len());
     for c in text.chars() {

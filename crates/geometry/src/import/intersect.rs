@@ -1,4 +1,4 @@
-//! Triangles that meet where they should not: found with a tree of boxes, decided by exact predicates.
+//! Finds triangles that meet where they should not: a tree of boxes proposes pairs, exact predicates decide.
 
 use obvhs::aabb::Aabb;
 use obvhs::bvh2::Bvh2;
@@ -7,14 +7,14 @@ use robust::{Coord, Coord3D, orient2d, orient3d};
 
 pub(crate) type Point = [f64; 3];
 
-/// Triangles, or whatever has bounds, in a tree of boxes.
+/// Triangles, or other things with bounds, in a tree of boxes.
 pub(crate) struct Search {
     tree: Bvh2,
     boxes: Vec<Aabb>,
 }
 
-/// How all coordinates are brought to [-1, 1], where single precision serves: every step keeps the order of two numbers, so
-/// boxes that overlap still do.
+/// Brings all coordinates to [-1, 1], where single precision is enough: every step keeps the order of two numbers, so boxes
+/// that overlap still overlap.
 #[derive(Clone, Copy)]
 pub(crate) struct Frame {
     middle: Point,
@@ -61,7 +61,7 @@ impl Search {
         Self { tree, boxes }
     }
 
-    /// Calls `each` with every box that meets that one.
+    /// Calls `each` with the number of every box that meets `bounds`; `stack` is working memory.
     pub(crate) fn near(&self, bounds: &Aabb, stack: &mut Vec<u32>, mut each: impl FnMut(u32)) {
         stack.clear();
         if !self.tree.nodes.is_empty() {
@@ -136,8 +136,8 @@ fn faces_meet(points: &[Point], f: [u32; 3], g: [u32; 3]) -> bool {
     let shared: Vec<u32> = f.into_iter().filter(|p| g.contains(p)).collect();
     match shared[..] {
         [] => apart_meet(f.map(at), g.map(at)),
-        // From the common corner the intersection is seen as a star: if it is more than the corner, it reaches the edge
-        // opposite in one of the two.
+        // Two triangles with a common corner intersect in a star around it. If it is more than the corner, it reaches the
+        // opposite edge of one of the two.
         [corner] => {
             let opposite = |t: [u32; 3]| {
                 let k = t.iter().position(|&p| p == corner).unwrap_or(0);
@@ -145,7 +145,7 @@ fn faces_meet(points: &[Point], f: [u32; 3], g: [u32; 3]) -> bool {
             };
             segment_meets(opposite(f), g.map(at)) || segment_meets(opposite(g), f.map(at))
         }
-        // Along a common edge: only folded flat onto one another.
+        // Triangles with a common edge meet elsewhere only if they are folded flat onto each other.
         [u, v] => {
             let other = |t: [u32; 3]| t.into_iter().find(|p| *p != u && *p != v).map(at);
             let (Some(a), Some(b)) = (other(f), other(g)) else { return true };
@@ -160,7 +160,7 @@ fn faces_meet(points: &[Point], f: [u32; 3], g: [u32; 3]) -> bool {
     }
 }
 
-/// Whether two closed triangles have a point in common: then an edge of one meets the other.
+/// Whether two closed triangles have a point in common. If they do, an edge of one meets the other.
 fn apart_meet(f: [Point; 3], g: [Point; 3]) -> bool {
     let beyond = |t: [Point; 3], of: [Point; 3]| {
         let s = of.map(|p| side(t[0], t[1], t[2], p));
@@ -190,8 +190,8 @@ fn segment_meets([p, q]: [Point; 2], t: [Point; 3]) -> bool {
     s.iter().all(|&s| s >= 0.0) || s.iter().all(|&s| s <= 0.0)
 }
 
-/// Whether two closed segments in a plane, seen along an axis, meet. Those along one line count by their ends, which the
-/// caller's test of the ends covers.
+/// Whether two closed segments in a plane meet, projected onto two axes. Where they lie on one line, their ends decide, which
+/// the caller tests.
 fn segments_meet(axes: [usize; 2], [p, q]: [Point; 2], [a, b]: [Point; 2]) -> bool {
     let (pa, pb) = (flat_turn(axes, p, q, a), flat_turn(axes, p, q, b));
     let (ap, aq) = (flat_turn(axes, a, b, p), flat_turn(axes, a, b, q));
@@ -206,7 +206,7 @@ fn segments_meet(axes: [usize; 2], [p, q]: [Point; 2], [a, b]: [Point; 2]) -> bo
     true
 }
 
-/// Two axes onto which a plane triangle projects without becoming flat; the largest projection is the safest.
+/// The two axes onto which a triangle projects with the largest area, so that it does not become flat.
 fn flat_axes(t: [Point; 3]) -> [usize; 2] {
     let all = [[0, 1], [1, 2], [2, 0]];
     let size = all.map(|axes| flat_turn(axes, t[0], t[1], t[2]).abs());
@@ -219,13 +219,13 @@ pub(super) fn collinear(t: [Point; 3]) -> bool {
     [[0, 1], [1, 2], [2, 0]].iter().all(|&axes| flat_turn(axes, t[0], t[1], t[2]) == 0.0)
 }
 
-/// On which side of the plane abc the point d lies; the sign is exact.
+/// The side of the plane abc on which d lies, as a number whose sign is exact.
 fn side(a: Point, b: Point, c: Point, d: Point) -> f64 {
     let [a, b, c, d] = [a, b, c, d].map(|[x, y, z]| Coord3D { x, y, z });
     orient3d(a, b, c, d)
 }
 
-/// Which way abc turn, seen along an axis; the sign is exact.
+/// The way abc turn, projected onto two axes: positive anticlockwise, with an exact sign.
 pub(super) fn flat_turn(axes: [usize; 2], a: Point, b: Point, c: Point) -> f64 {
     let [a, b, c] = [a, b, c].map(|p| Coord { x: p[axes[0]], y: p[axes[1]] });
     orient2d(a, b, c)

@@ -1,6 +1,6 @@
 //! Shapes and meshes from the files of other programs, audited before anything is computed from them.
 //!
-//! A file is read by [`obj`] or [`gmsh`], never trusted: whatever its bytes are, the answer is a valid shape or an
+//! [`obj`] and [`gmsh`] read files without trusting them: whatever the bytes, the answer is a valid shape or mesh, or an
 //! [`ImportError`] that names the file, the place and the cure.
 
 pub mod audit;
@@ -10,4 +10,4 @@ pub(crate) mod intersect;
 pub mod obj;
 mod polygon;
 
-pub use error::{ImportError, Place, Problem};
+pub use error::{ImportError, ImportProblem, Place};

@@ -1,21 +1,35 @@
-//! Plane polygons cut into triangles.
+//! Plane polygons, concave ones too, cut into triangles by clipping ears.
 
 use super::intersect::{Point, flat_turn};
 
-/// Above this many corners only polygons that a fan covers are cut: clipping ears takes up to the third power of them.
-const MOST_CLIPPED: usize = 256;
+/// Polygons with more corners than this are cut as a fan, which only some of them allow: clipping ears would take time
+/// that grows with the third power of the corners.
+const MAX_CLIPPED: usize = 256;
 
-/// Appends the triangles of a polygon, turned as it is; `corners` are used up.
+/// Why a polygon cannot be cut into triangles.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
+pub(super) enum PolygonFault {
+    /// No corner is left whose triangle lies inside the outline.
+    #[error("a face whose outline crosses or touches itself")]
+    CrossesItself,
+    /// Too many corners for clipping ears, and no fan from the first corner covers the polygon.
+    #[error("a face with more than {MAX_CLIPPED} corners that is not convex; export triangles")]
+    LongAndNotConvex,
+}
+
+/// Appends the triangles of a plane polygon to `faces`, oriented as it is. `points` are the coordinates of all points,
+/// `corners` the indices of the polygon's, which are used up.
 ///
-/// Repeated corners are dropped first; a triangle, or what has become one, is passed on as it is.
+/// Repeated corners are dropped first. A triangle, or a polygon that has become one, is passed on as it is; one with
+/// fewer corners left gives no triangles.
 ///
 /// # Errors
-/// A message if the outline crosses itself or is too long to be cut.
+/// [`PolygonFault`] if the outline crosses itself or is too long to be cut.
 pub(super) fn triangulate(
     points: &[Point],
     corners: &mut Vec<u32>,
     faces: &mut Vec<[u32; 3]>,
-) -> Result<(), &'static str> {
+) -> Result<(), PolygonFault> {
     if corners.len() > 3 {
         corners.dedup();
         while corners.len() > 1 && corners.first() == corners.last() {
@@ -31,10 +45,10 @@ pub(super) fn triangulate(
     let at = |p: u32| points[p as usize];
     let axes = view(points, corners);
     let turn = |a: u32, b: u32, c: u32| flat_turn(axes, at(a), at(b), at(c));
-    if corners.len() > MOST_CLIPPED {
+    if corners.len() > MAX_CLIPPED {
         let first = corners[0];
         if !corners[1..].windows(2).all(|w| turn(first, w[0], w[1]) > 0.0) {
-            return Err("a face with more than 256 corners that is not convex; export triangles");
+            return Err(PolygonFault::LongAndNotConvex);
         }
         faces.extend(corners[1..].windows(2).map(|w| [first, w[0], w[1]]));
         return Ok(());
@@ -51,7 +65,7 @@ pub(super) fn triangulate(
                         || turn(c, a, p) < 0.0
                 })
         });
-        let Some(k) = ear else { return Err("a face whose outline crosses or touches itself") };
+        let Some(k) = ear else { return Err(PolygonFault::CrossesItself) };
         faces.push([corners[(k + n - 1) % n], corners[k], corners[(k + 1) % n]]);
         corners.remove(k);
     }
@@ -59,7 +73,7 @@ pub(super) fn triangulate(
     Ok(())
 }
 
-/// The two axes, in the order in which the polygon turns anticlockwise, that show the most of it.
+/// The two axes onto which the polygon projects with the largest area, in the order in which it runs anticlockwise.
 fn view(points: &[Point], corners: &[u32]) -> [usize; 2] {
     let origin = points[corners[0] as usize];
     let local = |p: u32| [0, 1, 2].map(|a| points[p as usize][a] - origin[a]);
@@ -71,7 +85,7 @@ fn view(points: &[Point], corners: &[u32]) -> [usize; 2] {
             area[a] += p[i] * q[j] - p[j] * q[i];
         }
     }
-    let most = (0..3).fold(0, |m, a| if area[a].abs() > area[m].abs() { a } else { m });
-    let axes = [(most + 1) % 3, (most + 2) % 3];
-    if area[most] < 0.0 { [axes[1], axes[0]] } else { axes }
+    let largest = (0..3).fold(0, |m, a| if area[a].abs() > area[m].abs() { a } else { m });
+    let axes = [(largest + 1) % 3, (largest + 2) % 3];
+    if area[largest] < 0.0 { [axes[1], axes[0]] } else { axes }
 }

@@ -2,7 +2,7 @@
 
 use elastocap_geometry::import::gmsh::{VolumeMesh, mesh, mesh_from_path};
 use elastocap_geometry::import::obj::Placement;
-use elastocap_geometry::import::{ImportError, Problem};
+use elastocap_geometry::import::{ImportError, ImportProblem};
 use elastocap_geometry::meshing::tets::{FaceRole, TetMesh};
 use elastocap_geometry::scene::{Body, Box3, Scene, Wall};
 use elastocap_geometry::shapes::Shape;
@@ -23,7 +23,7 @@ fn boxes() -> VolumeMesh {
     mesh_from_path(&data("boxes-41-ascii.msh"), AS_IS).unwrap().0
 }
 
-fn refused(text: &str) -> Problem {
+fn refused(text: &str) -> ImportProblem {
     mesh(text.as_bytes(), "test.msh", AS_IS).unwrap_err().problem
 }
 
@@ -124,13 +124,13 @@ fn unknown_names_are_answered_with_those_there_are() {
 fn conductors_that_touch_one_another_or_a_grounded_wall_are_refused() {
     let found = |s: &Scene| -> ImportError { boxes().tet_mesh(s).unwrap_err() };
     let error = found(&scene(&["inner", "air"], &[], Wall::Insulated));
-    assert!(matches!(error.problem, Problem::Touching { .. }), "{error}");
+    assert!(matches!(error.problem, ImportProblem::Touching { .. }), "{error}");
     let error = found(&scene(&["inner", "top of inner"], &[], Wall::Insulated));
-    assert!(matches!(error.problem, Problem::Touching { .. }), "{error}");
+    assert!(matches!(error.problem, ImportProblem::Touching { .. }), "{error}");
     let error = found(&scene(&["inner", "inner"], &[], Wall::Insulated));
-    assert!(matches!(error.problem, Problem::Touching { .. }), "{error}");
+    assert!(matches!(error.problem, ImportProblem::Touching { .. }), "{error}");
     let error = found(&scene(&["filling"], &[], Wall::Grounded));
-    assert!(matches!(error.problem, Problem::TouchingWall { .. }), "{error}");
+    assert!(matches!(error.problem, ImportProblem::TouchingWall { .. }), "{error}");
 }
 
 #[test]
@@ -144,38 +144,38 @@ fn mirrored_tetrahedra_are_turned_and_unused_points_dropped() {
 
 #[test]
 fn meshes_that_are_none_are_refused() {
-    assert!(matches!(refused(&ONE.replace("5 1 1 1", "5 0.3 0.3 0.4")), Problem::FlatTet(_)));
+    assert!(matches!(refused(&ONE.replace("5 1 1 1", "5 0.3 0.3 0.4")), ImportProblem::FlatTet(_)));
     assert!(matches!(
         refused(&ONE.replace("5 1 1 1", "5 0.1 0.1 0.1")),
-        Problem::SharedFace { count: 2, .. }
+        ImportProblem::SharedFace { count: 2, .. }
     ));
-    assert!(matches!(refused(&ONE.replace("2 3 4 5\n", "1 2 3 4\n")), Problem::SharedFace { .. }));
+    assert!(matches!(refused(&ONE.replace("2 3 4 5\n", "1 2 3 4\n")), ImportProblem::SharedFace { .. }));
     // The same place, but points of its own: a doubled interface.
     let split = ONE
         .replace("$Nodes\n6", "$Nodes\n7")
         .replace("9 5 5 5", "9 5 5 5\n12 1 0 0")
         .replace("2 3 4 5\n", "12 3 4 5\n");
-    assert!(matches!(refused(&split), Problem::NonConforming(..)));
+    assert!(matches!(refused(&split), ImportProblem::NonConforming(..)));
     // A corner of one in the middle of the other's face.
     let hanging = ONE.replace("9 5 5 5", "9 0.25 0.25 0.5").replace("2 3 4 5\n", "9 3 4 5\n");
-    assert!(matches!(refused(&hanging), Problem::NonConforming(..)));
+    assert!(matches!(refused(&hanging), ImportProblem::NonConforming(..)));
     assert!(matches!(
         refused(&ONE.replace("2 4 2 8 1 2 3 4 5", "2 2 2 8 1 2 3 5")),
-        Problem::LooseFace { .. }
+        ImportProblem::LooseFace { .. }
     ));
     assert!(matches!(
         refused(&ONE.replace("1 4 2 7 1 1 2 3 4", "1 4 2 7 1 1 2 3 77")),
-        Problem::Malformed { .. }
+        ImportProblem::Malformed { .. }
     ));
     assert!(
-        matches!(refused(&ONE.replace("3 0 1 0", "3 0 nan 0")), Problem::Malformed { place, .. } if place == "line 8")
+        matches!(refused(&ONE.replace("3 0 1 0", "3 0 nan 0")), ImportProblem::Malformed { place, .. } if place == "line 8")
     );
     assert!(matches!(
         refused(&ONE.replace("$Elements\n2", "$Elements\n99999999999")),
-        Problem::Malformed { .. }
+        ImportProblem::Malformed { .. }
     ));
-    assert!(matches!(refused(&ONE.replace("2.2 0", "1.0 0")), Problem::Unsupported { .. }));
-    assert!(matches!(refused(""), Problem::Malformed { .. }));
+    assert!(matches!(refused(&ONE.replace("2.2 0", "1.0 0")), ImportProblem::Unsupported { .. }));
+    assert!(matches!(refused(""), ImportProblem::Malformed { .. }));
 }
 
 #[test]
@@ -190,7 +190,7 @@ fn a_conductor_that_ends_the_mesh_beside_open_faces_is_refused() {
     // At the bottom of the mesh, with nothing under it.
     let error = found("filling", Wall::Open).unwrap_err();
     assert!(
-        matches!(&error.problem, Problem::EndsAtOpenSpace { name, .. } if name == "the filling"),
+        matches!(&error.problem, ImportProblem::EndsAtOpenSpace { name, .. } if name == "the filling"),
         "{error}"
     );
     assert!(error.to_string().contains("name the air"), "{error}");
@@ -216,5 +216,5 @@ fn parts_that_nothing_holds_have_no_field_and_are_left_out() {
     assert_eq!((held.tets.len(), held.points.len()), (2, 5));
     assert!((area(&held, FaceRole::Conductor(0)) - 0.5).abs() < 1e-15);
     let all = read.tet_mesh(&scene(&["6"], &[], Wall::Open));
-    assert!(matches!(all.unwrap_err().problem, Problem::EndsAtOpenSpace { .. }));
+    assert!(matches!(all.unwrap_err().problem, ImportProblem::EndsAtOpenSpace { .. }));
 }

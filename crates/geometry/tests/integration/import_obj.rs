@@ -2,7 +2,7 @@
 
 use elastocap_geometry::import::audit::{Repairs, apart};
 use elastocap_geometry::import::obj::{Placement, read, surface};
-use elastocap_geometry::import::{ImportError, Problem};
+use elastocap_geometry::import::{ImportError, ImportProblem};
 use elastocap_geometry::meshing::tets::determinant;
 use elastocap_geometry::shapes::TriangleSurface;
 use elastocap_geometry::winding::{contains, winding_number};
@@ -14,7 +14,7 @@ fn take(text: &str) -> Result<(TriangleSurface, Repairs), ImportError> {
     surface(text.as_bytes(), "test.obj", AS_IS)
 }
 
-fn refused(text: &str) -> Problem {
+fn refused(text: &str) -> ImportProblem {
     take(text).unwrap_err().problem
 }
 
@@ -91,26 +91,46 @@ fn the_cube_comes_scaled_and_placed_with_nothing_to_repair() {
 }
 
 #[test]
-fn an_independent_reader_finds_the_same_triangles() {
-    let options = tobj::LoadOptions { triangulate: true, ..Default::default() };
-    let text = format!(
-        "mtllib none.mtl\ng part\nvn 0 0 1\nvt 0 0\n{}",
-        CUBE.replace("f 5 6 7 8", "f 5/1/1 6 -2 -1//1")
+fn what_does_not_concern_the_shape_changes_no_triangle() {
+    let plain = read(CUBE.as_bytes(), "cube.obj").unwrap();
+    let extras = "mtllib none.mtl\no \u{e9}lectrode\nvn 0 0 1\nvt 0 0\nvt nonsense\nl 1 2 3\np 1\n";
+    let text = CUBE.replace("f 5 6 7 8", "usemtl copper\ng top # \nf\t5/1/1 6 -2 -1//1 # the lid").replacen(
+        "v -0.5 -0.5 -0.5",
+        "v -0.5 -0.5 -0.5 1 0 0.5",
+        1,
     );
-    let (models, _) =
-        tobj::load_obj_buf(&mut text.as_bytes(), &options, |_| Err(tobj::LoadError::OpenFileFailed)).unwrap();
-    let theirs: usize = models.iter().map(|m| m.mesh.indices.len() / 3).sum();
-    let ours = read(text.as_bytes(), "cube.obj").unwrap();
-    assert_eq!(ours.faces.len(), theirs);
-    assert_eq!(
-        ours,
-        read(CUBE.as_bytes(), "cube.obj")
-            .map(|mut t| {
-                t.lines.iter_mut().for_each(|l| *l += 4);
-                t
-            })
-            .unwrap()
-    );
+    let mut bytes = format!("{extras}{text}").replace('\n', "\r\n").into_bytes();
+    // A name in Latin-1 is no valid UTF-8.
+    bytes.splice(0..0, *b"o \xe9\n");
+    let read = read(&bytes, "cube.obj").unwrap();
+    assert_eq!((read.points, read.faces), (plain.points, plain.faces));
+    let above = 1 + extras.lines().count() as u32;
+    assert_eq!(read.lines[0], plain.lines[0] + above);
+}
+
+#[test]
+fn points_keep_their_order_and_those_that_no_face_uses_their_place() {
+    // More points than are parsed at a time, more faces than one mesh of the parser holds, used from the last to the first.
+    let mut text = String::new();
+    for k in 0..2000 {
+        text += &format!("v {k} {} 0.1\n", k % 7);
+    }
+    for k in (3..2000).rev() {
+        text += &format!("f {k} {} {}\n", k - 1, k - 2);
+    }
+    let read = read(text.as_bytes(), "strip.obj").unwrap();
+    assert_eq!(read.points.len(), 2000);
+    assert!(read.points.iter().enumerate().all(|(k, p)| *p == [k as f64, (k % 7) as f64, 0.1]));
+    assert_eq!((read.faces.len(), read.faces[0], read.faces[1996]), (1997, [1998, 1997, 1996], [2, 1, 0]));
+    assert_eq!((read.lines[0], read.lines[1996]), (2001, 3997));
+}
+
+#[test]
+fn numbers_are_the_nearest_doubles() {
+    let text = "v 0.1 1e-320 -1.7976931348623157e308\nv 2.2250738585072011e-308 3 4\nv 0 0 0\nf 1 2 3\n";
+    let read = read(text.as_bytes(), "numbers.obj").unwrap();
+    assert_eq!(read.points[0], [0.1, 1e-320, f64::MIN]);
+    assert_eq!(read.points[1], [2.2250738585072011e-308, 3.0, 4.0]);
 }
 
 #[test]
@@ -135,7 +155,7 @@ fn doubled_points_are_welded_unused_ones_dropped_and_collapsed_faces_removed() {
 #[test]
 fn a_missing_face_is_named_with_place_and_line() {
     let error = take(&CUBE.replace("f 5 6 7 8\n", "")).unwrap_err();
-    assert!(matches!(error.problem, Problem::NotClosed(place, 4) if place.at[2] == 0.5), "{error}");
+    assert!(matches!(error.problem, ImportProblem::NotClosed(place, 4) if place.at[2] == 0.5), "{error}");
     let text = error.to_string();
     assert!(text.starts_with("test.obj: not closed") && text.contains("line 1"), "{text}");
 }
@@ -143,7 +163,7 @@ fn a_missing_face_is_named_with_place_and_line() {
 #[test]
 fn a_third_face_on_an_edge_is_refused() {
     let text = format!("{CUBE}v 0 0 3\nf 5 6 9\n");
-    assert!(matches!(refused(&text), Problem::NonManifoldEdge(_, 3)));
+    assert!(matches!(refused(&text), ImportProblem::NonManifoldEdge(_, 3)));
 }
 
 #[test]
@@ -153,20 +173,25 @@ fn cubes_that_cross_touch_or_cover_one_another_are_refused() {
         let problem = refused(&text);
         let found = matches!(
             problem,
-            Problem::SelfIntersection(..) | Problem::NonManifoldEdge(..) | Problem::OneSided(_)
+            ImportProblem::SelfIntersection(..)
+                | ImportProblem::NonManifoldEdge(..)
+                | ImportProblem::OneSided(_)
         );
         assert!(found, "shift {shift}: {problem}");
     }
     // A smaller one on the face of the other, without a common corner.
     let problem = refused(&(cube(1.0, 0.0, false, 0) + &cube(0.5, 0.75, false, 8)));
-    assert!(matches!(problem, Problem::SelfIntersection(..)), "{problem}");
+    assert!(matches!(problem, ImportProblem::SelfIntersection(..)), "{problem}");
 }
 
 #[test]
 fn a_hollow_is_kept_and_a_body_in_a_body_refused() {
     let (hollow, _) = take(&(cube(1.0, 0.0, false, 0) + &cube(0.5, 0.0, true, 8))).unwrap();
     assert!((volume(&hollow) - 0.875).abs() < 1e-15);
-    assert!(matches!(refused(&(cube(1.0, 0.0, false, 0) + &cube(0.5, 0.0, false, 8))), Problem::Nested(_)));
+    assert!(matches!(
+        refused(&(cube(1.0, 0.0, false, 0) + &cube(0.5, 0.0, false, 8))),
+        ImportProblem::Nested(_)
+    ));
     let (two, _) = take(&(cube(1.0, 0.0, false, 0) + &cube(0.5, 2.0, true, 8))).unwrap();
     assert!((volume(&two) - 1.125).abs() < 1e-15);
 }
@@ -185,13 +210,13 @@ fn cubes_joined_by_a_corner_are_refused() {
         })
         .collect();
     let problem = refused(&(text + &other));
-    assert!(matches!(problem, Problem::Pinched(place) if place.at == [0.5; 3]), "{problem}");
+    assert!(matches!(problem, ImportProblem::Pinched(place) if place.at == [0.5; 3]), "{problem}");
 }
 
 #[test]
 fn a_face_without_area_is_refused() {
     let text = CUBE.replace("f 1 4 3 2", "v 0 -0.5 -0.5\nf 1 4 3 2\nf 1 2 9\nf 9 2 1");
-    assert!(matches!(refused(&text), Problem::DegenerateFace(_)));
+    assert!(matches!(refused(&text), ImportProblem::DegenerateFace(_)));
 }
 
 #[test]
@@ -214,7 +239,7 @@ fn a_moebius_band_closed_on_itself_has_one_side() {
     for f in faces {
         text += &format!("f {} {} {}\n", f[0], f[1], f[2]);
     }
-    assert!(matches!(refused(&text), Problem::OneSided(_)));
+    assert!(matches!(refused(&text), ImportProblem::OneSided(_)));
 }
 
 #[test]
@@ -229,16 +254,36 @@ fn nonsense_is_refused_with_its_line() {
         ("f 1 2", 2),
         ("f a b c", 2),
         ("v 1 2 3 2", 2),
+        ("v 1 2 3 0", 2),
+        ("v 1 2 0x3", 2),
+        ("v 1\u{a0}2 3 4 5", 2),
+        ("v 1 2 \u{fffd}", 2),
+        ("f", 2),
+        // Points below a face do not exist for it.
+        ("f 1 2 3", 2),
+        ("f -1 -2 -3", 2),
+        ("f 1 2 9223372036854775808", 2),
+        ("f 1 2 -9223372036854775808", 2),
+        ("f 1/x 2 3", 2),
+        ("f 1/1/1/1 2 3", 2),
+        ("f // 2 3", 2),
     ] {
         let error = take(&format!("# header\n{bad}\n{CUBE}")).unwrap_err();
         assert!(
-            matches!(&error.problem, Problem::Malformed { place, .. } if *place == format!("line {line}")),
+            matches!(&error.problem, ImportProblem::Malformed { place, .. } if *place == format!("line {line}")),
             "{bad}: {error}"
         );
     }
-    assert!(matches!(refused(""), Problem::Empty(_)));
-    assert!(matches!(refused("v 0 0 0\n"), Problem::Empty(_)));
-    assert!(matches!(refused("surf 0 1 0 1 1 2 3 4\n"), Problem::Unsupported { .. }));
+    // Among many faces, and the first of several.
+    let mut text = String::from("v 0 0 0\nv 1 0 0\nv 0 1 0\n");
+    text += &"f 1 2 3\n".repeat(3000);
+    text += "f 1 2 4\nf 1 2\nv 0 0 inf\n";
+    let error = take(&text).unwrap_err().to_string();
+    assert_eq!(error, "test.obj: line 3004: corner 4 of 3 points above; export the file again");
+    assert!(matches!(refused(""), ImportProblem::Empty(_)));
+    assert!(matches!(refused("v 0 0 0\nf 1 1 1 1\n"), ImportProblem::Empty(_)));
+    assert!(matches!(refused("v 0 0 0\n"), ImportProblem::Empty(_)));
+    assert!(matches!(refused("surf 0 1 0 1 1 2 3 4\n"), ImportProblem::Unsupported { .. }));
 }
 
 #[test]
@@ -247,12 +292,12 @@ fn nonsense_units_are_refused() {
         surface(CUBE.as_bytes(), "c", Placement { unit, translate: [x, 0.0, 0.0] }).map_err(|e| e.problem)
     };
     for unit in [1e7, 1e-13, 1e308] {
-        assert!(matches!(with(unit, 0.0), Err(Problem::Size { .. })), "{unit}");
+        assert!(matches!(with(unit, 0.0), Err(ImportProblem::Size { .. })), "{unit}");
     }
     for unit in [0.0, -1.0, f64::NAN, f64::INFINITY] {
-        assert!(matches!(with(unit, 0.0), Err(Problem::Placement { .. })), "{unit}");
+        assert!(matches!(with(unit, 0.0), Err(ImportProblem::Placement { .. })), "{unit}");
     }
-    assert!(matches!(with(1e-6, 1e5), Err(Problem::FarAway { .. })));
+    assert!(matches!(with(1e-6, 1e5), Err(ImportProblem::FarAway { .. })));
 }
 
 #[test]
@@ -281,14 +326,15 @@ fn two_surfaces_must_be_apart() {
     assert_eq!(apart(&[("a", &a), ("far", &far)]), Ok(()));
     let overlap = apart(&[("a", &a), ("far", &far), ("b", &b)]).unwrap_err();
     assert!(
-        overlap.file == "b" && matches!(&overlap.problem, Problem::Overlap { other, .. } if other == "a"),
+        overlap.file == "b"
+            && matches!(&overlap.problem, ImportProblem::Overlap { other, .. } if other == "a"),
         "{overlap}"
     );
     for pair in [[("a", &a), ("small", &small)], [("small", &small), ("a", &a)]] {
         let inside = apart(&pair).unwrap_err();
         assert!(
             inside.file == "small"
-                && matches!(&inside.problem, Problem::Inside { other, .. } if other == "a"),
+                && matches!(&inside.problem, ImportProblem::Inside { other, .. } if other == "a"),
             "{inside}"
         );
     }

@@ -1,42 +1,43 @@
-//! Is a heap of triangles the closed surface of a body? What cannot change the shape is repaired, the rest refused.
+//! Checks that triangles form the closed surface of a body. Faults that can be repaired without changing the shape are
+//! repaired, all others are refused.
 
 mod topology;
 mod weld;
 
 use super::obj::Triangles;
-use super::{ImportError, Place, Problem, intersect};
+use super::{ImportError, ImportProblem, Place, intersect};
 use crate::shapes::TriangleSurface;
 use crate::winding::contains;
 
-/// Sizes in between are taken, m.
+/// Smallest and largest size of a body, m.
 const SIZES: [f64; 2] = [1e-12, 1e6];
-/// How many times its size a body may be from the origin: 10^-16 of that is what its points are known to.
-const FARTHEST: f64 = 1e9;
+/// Largest distance of a body from the origin, in sizes of the body: double precision resolves 1e-16 of the distance.
+const MAX_DISTANCE: f64 = 1e9;
 
-/// What was repaired without changing the shape.
+/// Repairs that leave the shape as it is.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Repairs {
-    /// Points within 1e-12 of the size of an earlier one.
+    /// Points merged with an earlier one that is closer than 1e-12 of the size.
     pub welded_points: usize,
     /// Points that no face uses.
     pub unused_points: usize,
     /// Faces with two equal corners.
     pub dropped_faces: usize,
-    /// Faces turned so that all are seen anticlockwise from outside.
+    /// Faces turned so that all run anticlockwise as seen from outside.
     pub turned_faces: usize,
 }
 
-/// Audits triangles, coordinates in metres; `file` and the `unit` they were scaled by are for messages.
+/// Audits triangles with coordinates in m; messages name the `file` and the `unit`, m, by which they were scaled.
 ///
-/// The surface comes back closed, turned outward, free of points and faces that do nothing, and free of self-intersections.
+/// The surface returned is closed, turned outward and free of self-intersections, without unused points and faces.
 ///
 /// # Errors
-/// The first finding that cannot be repaired without a guess at the shape.
+/// The first fault that cannot be repaired without guessing at the shape.
 pub fn audit(triangles: Triangles, file: &str, unit: f64) -> Result<(TriangleSurface, Repairs), ImportError> {
     let fail = |problem| ImportError::new(file, problem);
     let Triangles { points, mut faces, mut lines } = triangles;
     if faces.is_empty() {
-        return Err(fail(Problem::Empty("faces")));
+        return Err(fail(ImportProblem::Empty("faces")));
     }
     let size = check_size(faces.iter().flatten().map(|&p| points[p as usize]), unit).map_err(fail)?;
     let welded = weld::weld(&points, size);
@@ -54,7 +55,7 @@ pub fn audit(triangles: Triangles, file: &str, unit: f64) -> Result<(TriangleSur
     repairs.welded_points = welded.iter().enumerate().filter(|(k, p)| **p != *k as u32).count();
     repairs.unused_points = dropped - repairs.welded_points;
     if faces.is_empty() {
-        return Err(fail(Problem::Empty("faces with an area")));
+        return Err(fail(ImportProblem::Empty("faces with an area")));
     }
     let mut surface = TriangleSurface { points, faces };
     let place = |surface: &TriangleSurface, f: usize| Place {
@@ -63,11 +64,11 @@ pub fn audit(triangles: Triangles, file: &str, unit: f64) -> Result<(TriangleSur
     };
     let flat = |f: &[u32; 3]| intersect::collinear(f.map(|p| surface.points[p as usize]));
     if let Some(f) = surface.faces.iter().position(flat) {
-        return Err(fail(Problem::DegenerateFace(place(&surface, f))));
+        return Err(fail(ImportProblem::DegenerateFace(place(&surface, f))));
     }
     let components = topology::components(&mut surface, &lines).map_err(fail)?;
     if let Some((f, g)) = intersect::within(&surface.points, &surface.faces) {
-        return Err(fail(Problem::SelfIntersection(place(&surface, f), place(&surface, g))));
+        return Err(fail(ImportProblem::SelfIntersection(place(&surface, f), place(&surface, g))));
     }
     repairs.turned_faces = topology::outward(&mut surface, &components, &lines).map_err(fail)?;
     Ok((surface, repairs))
@@ -78,7 +79,7 @@ pub fn audit(triangles: Triangles, file: &str, unit: f64) -> Result<(TriangleSur
 /// All must have passed [`audit`].
 ///
 /// # Errors
-/// [`Problem::Overlap`] or [`Problem::Inside`], with the name of the one in the place of the file.
+/// [`ImportProblem::Overlap`] or [`ImportProblem::Inside`], with the name of a surface in place of the file's.
 pub fn apart(surfaces: &[(&str, &TriangleSurface)]) -> Result<(), ImportError> {
     let place = |s: &TriangleSurface, f: usize| Place {
         at: middle(s.faces[f].map(|p| s.points[p as usize])),
@@ -89,10 +90,10 @@ pub fn apart(surfaces: &[(&str, &TriangleSurface)]) -> Result<(), ImportError> {
             let (left, right) =
                 ((&surface.points[..], &surface.faces[..]), (&around.points[..], &around.faces[..]));
             if let Some((f, _)) = intersect::between(left, right) {
-                let problem = Problem::Overlap { other: (*other).to_owned(), place: place(surface, f) };
+                let problem = ImportProblem::Overlap { other: (*other).to_owned(), place: place(surface, f) };
                 return Err(ImportError::new(name, problem));
             }
-            // Without a common point each part is inside or outside as a whole; any part may be the one inside.
+            // Without a common point each closed part is inside or outside as a whole, and any part may be inside.
             let inside = |inner: &TriangleSurface, outer: &TriangleSurface| {
                 topology::representatives(inner).into_iter().find(|&p| contains(outer, p))
             };
@@ -100,7 +101,8 @@ pub fn apart(surfaces: &[(&str, &TriangleSurface)]) -> Result<(), ImportError> {
                 .into_iter()
                 .find_map(|(name, other, s, o)| inside(s, o).map(|at| (name, other, at)));
             if let Some((name, other, at)) = found {
-                let problem = Problem::Inside { other: (*other).to_owned(), place: Place { at, line: None } };
+                let problem =
+                    ImportProblem::Inside { other: (*other).to_owned(), place: Place { at, line: None } };
                 return Err(ImportError::new(name, problem));
             }
         }
@@ -108,12 +110,15 @@ pub fn apart(surfaces: &[(&str, &TriangleSurface)]) -> Result<(), ImportError> {
     Ok(())
 }
 
-/// The largest extent of finite points, m, if it and their distance make sense.
-pub(super) fn check_size(points: impl Iterator<Item = [f64; 3]>, unit: f64) -> Result<f64, Problem> {
+/// The largest extent of points, m.
+///
+/// # Errors
+/// A size out of bounds or too small for the distance from the origin; coordinates that are not finite count as huge.
+pub(super) fn check_size(points: impl Iterator<Item = [f64; 3]>, unit: f64) -> Result<f64, ImportProblem> {
     let (mut low, mut high) = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);
     for p in points {
         for a in 0..3 {
-            // Not finite once scaled: left to the size below, which NaN and infinity fail.
+            // Scaling may have made it infinite or NaN: then the check of the size below fails.
             let x = if p[a].is_finite() { p[a] } else { f64::MAX };
             low[a] = low[a].min(x);
             high[a] = high[a].max(x);
@@ -122,10 +127,10 @@ pub(super) fn check_size(points: impl Iterator<Item = [f64; 3]>, unit: f64) -> R
     let size = (0..3).fold(0.0, |s: f64, a| s.max(high[a] - low[a]));
     let distance = (0..3).fold(0.0, |s: f64, a| s.max(high[a].abs()).max(low[a].abs()));
     if !(SIZES[0]..=SIZES[1]).contains(&size) {
-        return Err(Problem::Size { size, unit });
+        return Err(ImportProblem::Size { size, unit });
     }
-    if distance > FARTHEST * size {
-        return Err(Problem::FarAway { size, distance });
+    if distance > MAX_DISTANCE * size {
+        return Err(ImportProblem::FarAway { size, distance });
     }
     Ok(size)
 }

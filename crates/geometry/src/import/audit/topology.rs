@@ -1,6 +1,6 @@
-//! Edges, fans and closed parts of a surface, and which way they are turned.
+//! Edges, the faces around points, closed parts of a surface, and the side on which their bodies are.
 
-use super::{Place, Problem, middle};
+use super::{ImportProblem, Place, middle};
 use crate::shapes::TriangleSurface;
 use crate::winding;
 
@@ -13,11 +13,11 @@ pub(super) struct Components {
     turned: Vec<bool>,
 }
 
-/// Finds the closed parts and turns the faces of each the same way.
+/// Finds the closed parts and turns the faces of each the same way. `lines` has the line of each face in the file.
 ///
 /// # Errors
 /// Edges with one face or more than two, parts that meet in a point, parts with one side only.
-pub(super) fn components(surface: &mut TriangleSurface, lines: &[u32]) -> Result<Components, Problem> {
+pub(super) fn components(surface: &mut TriangleSurface, lines: &[u32]) -> Result<Components, ImportProblem> {
     let neighbours = neighbours(surface, lines)?;
     let faces = &mut surface.faces;
     let mut all = Components { of: vec![u32::MAX; faces.len()], count: 0, turned: vec![false; faces.len()] };
@@ -39,7 +39,7 @@ pub(super) fn components(surface: &mut TriangleSurface, lines: &[u32]) -> Result
                 } else if all.turned[g] != turned {
                     let at = middle(faces[g].map(|p| surface.points[p as usize]));
                     let line = lines.get(g).map(|&l| l as usize);
-                    return Err(Problem::OneSided(Place { at, line }));
+                    return Err(ImportProblem::OneSided(Place { at, line }));
                 }
             }
         }
@@ -52,8 +52,8 @@ pub(super) fn components(surface: &mut TriangleSurface, lines: &[u32]) -> Result
     Ok(all)
 }
 
-/// Per face its three neighbours, and whether they are turned the same way.
-fn neighbours(surface: &TriangleSurface, lines: &[u32]) -> Result<Vec<[(u32, bool); 3]>, Problem> {
+/// The three neighbours of each face, and whether each is turned the same way.
+fn neighbours(surface: &TriangleSurface, lines: &[u32]) -> Result<Vec<[(u32, bool); 3]>, ImportProblem> {
     let mut edges = Vec::with_capacity(3 * surface.faces.len());
     for (f, face) in surface.faces.iter().enumerate() {
         for k in 0..3 {
@@ -68,10 +68,10 @@ fn neighbours(surface: &TriangleSurface, lines: &[u32]) -> Result<Vec<[(u32, boo
     };
     let groups = || edges.chunk_by(|a, b| (a.0, a.1) == (b.0, b.1));
     if let Some(many) = groups().find(|g| g.len() > 2) {
-        return Err(Problem::NonManifoldEdge(place(&many[0]), many.len()));
+        return Err(ImportProblem::NonManifoldEdge(place(&many[0]), many.len()));
     }
     if let Some(single) = groups().find(|g| g.len() == 1) {
-        return Err(Problem::NotClosed(place(&single[0]), groups().filter(|g| g.len() == 1).count()));
+        return Err(ImportProblem::NotClosed(place(&single[0]), groups().filter(|g| g.len() == 1).count()));
     }
     let mut out = vec![[(0, false); 3]; surface.faces.len()];
     for pair in groups() {
@@ -83,8 +83,8 @@ fn neighbours(surface: &TriangleSurface, lines: &[u32]) -> Result<Vec<[(u32, boo
     Ok(out)
 }
 
-/// The faces around a point must follow one another in a single round.
-fn fans(surface: &TriangleSurface, lines: &[u32]) -> Result<(), Problem> {
+/// Checks that the faces around each point form a single ring.
+fn fans(surface: &TriangleSurface, lines: &[u32]) -> Result<(), ImportProblem> {
     let mut corners: Vec<(u32, u32, u32, u32)> = Vec::with_capacity(3 * surface.faces.len());
     for (f, face) in surface.faces.iter().enumerate() {
         for k in 0..3 {
@@ -104,21 +104,21 @@ fn fans(surface: &TriangleSurface, lines: &[u32]) -> Result<(), Problem> {
         }
         if steps != round.len() {
             let line = lines.get(round[0].3 as usize).map(|&l| l as usize);
-            return Err(Problem::Pinched(Place { at: surface.points[round[0].0 as usize], line }));
+            return Err(ImportProblem::Pinched(Place { at: surface.points[round[0].0 as usize], line }));
         }
     }
     Ok(())
 }
 
-/// Turns bodies outward and hollows inward; how many faces end up turned against the file.
+/// Turns the faces of bodies outward and those of hollows inward; returns how many end up turned against the file.
 ///
 /// # Errors
-/// Parts without a volume, and parts inside another of which the file does not say that they are hollows.
+/// Parts without a volume, and parts inside another that the file does not turn the opposite way, as it would a hollow.
 pub(super) fn outward(
     surface: &mut TriangleSurface,
     all: &Components,
     lines: &[u32],
-) -> Result<usize, Problem> {
+) -> Result<usize, ImportProblem> {
     let mut members = vec![Vec::new(); all.count];
     for (f, &c) in all.of.iter().enumerate() {
         members[c as usize].push(f);
@@ -141,7 +141,7 @@ pub(super) fn outward(
         };
         let (volume, size): (f64, f64) = (parts().sum(), parts().map(f64::abs).sum());
         if volume.abs() <= 1e-14 * size || bounds[c].flat() {
-            return Err(Problem::NoVolume(place(faces[0])));
+            return Err(ImportProblem::NoVolume(place(faces[0])));
         }
         positive.push(volume > 0.0);
     }
@@ -157,7 +157,7 @@ pub(super) fn outward(
             (0..all.count).filter(holds).collect()
         })
         .collect();
-    // As the file has it, if the file agrees with itself.
+    // Whether the file turns a part outward, where all faces of the part agree.
     let given: Vec<Option<bool>> =
         (0..all.count).map(|c| members[c].iter().all(|&f| !all.turned[f]).then_some(positive[c])).collect();
     let mut turned = all.turned.clone();
@@ -168,7 +168,7 @@ pub(super) fn outward(
             let hollow =
                 parent.is_some_and(|&d| given[c].is_some() && given[d].is_some() && given[c] != given[d]);
             if !hollow {
-                return Err(Problem::Nested(place(members[c][0])));
+                return Err(ImportProblem::Nested(place(members[c][0])));
             }
         }
         if positive[c] == (depth % 2 == 1) {
@@ -185,7 +185,7 @@ pub(super) fn outward(
     Ok(turned.iter().filter(|&&t| t).count())
 }
 
-/// A point of every connected part.
+/// One point of every connected part, m.
 pub(super) fn representatives(surface: &TriangleSurface) -> Vec<[f64; 3]> {
     let mut parent: Vec<u32> = (0..surface.points.len() as u32).collect();
     fn root(parent: &mut [u32], mut p: u32) -> u32 {

@@ -1,11 +1,11 @@
-//! Points that are the same but for rounding.
+//! Merges points that differ only by rounding.
 
 use std::collections::HashMap;
 
-/// How far apart two points may be, relative to the size of the body, and still count as one.
+/// The largest distance, along each axis and relative to the size of the body, at which two points count as one.
 const TOLERANCE: f64 = 1e-12;
 
-/// For every point the first one at its place.
+/// For every point the index of the first point at its place. `size` is the largest extent of the body, m.
 pub(super) fn weld(points: &[[f64; 3]], size: f64) -> Vec<u32> {
     let tolerance = TOLERANCE * size;
     let cell = 4.0 * tolerance;
@@ -29,8 +29,8 @@ pub(super) fn weld(points: &[[f64; 3]], size: f64) -> Vec<u32> {
                 }
             }
         }
-        // One point per cell is enough: a second one in it that is not welded is more than a tolerance away from the first,
-        // and closer than that no body has detail.
+        // One point per cell is enough. A second one in it that is not merged lies within four tolerances of the first, and no
+        // body has details as small as that.
         let here = found.unwrap_or(k as u32);
         if found.is_none() {
             first.entry(key(p, [0.0; 3])).or_insert(here);
@@ -40,7 +40,7 @@ pub(super) fn weld(points: &[[f64; 3]], size: f64) -> Vec<u32> {
     out
 }
 
-/// Drops the points that no face uses, renumbers the faces; how many were dropped.
+/// The points that faces use, and how many others were dropped; the faces are renumbered.
 pub(super) fn used(points: &[[f64; 3]], faces: &mut [[u32; 3]]) -> (Vec<[f64; 3]>, usize) {
     let mut number = vec![u32::MAX; points.len()];
     for &p in faces.iter().flatten() {

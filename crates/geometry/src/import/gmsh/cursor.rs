@@ -1,6 +1,6 @@
-//! Numbers and lines of a .msh file, ASCII or binary, one after the other; nothing is kept.
+//! Reads the numbers and lines of a .msh file, ASCII or binary, one after the other.
 
-use crate::import::{ImportError, Problem};
+use crate::import::{ImportError, ImportProblem};
 
 pub(super) struct Cursor<'a> {
     bytes: &'a [u8],
@@ -15,7 +15,7 @@ impl<'a> Cursor<'a> {
         Self { bytes, at: 0, file, binary: None }
     }
 
-    pub(super) fn fail(&self, problem: Problem) -> ImportError {
+    pub(super) fn fail(&self, problem: ImportProblem) -> ImportError {
         ImportError::new(self.file, problem)
     }
 
@@ -25,25 +25,26 @@ impl<'a> Cursor<'a> {
         } else {
             format!("line {}", 1 + self.bytes[..self.at].iter().filter(|&&b| b == b'\n').count())
         };
-        self.fail(Problem::Malformed { place, what: what.into() })
+        self.fail(ImportProblem::Malformed { place, what: what.into() })
     }
 
     pub(super) fn is_binary(&self) -> bool {
         self.binary.is_some()
     }
 
-    /// From here on numbers are binary; the next one is a one, in whatever order its bytes are.
+    /// Reads binary numbers from here on. The next one is a 1, whose bytes show their order.
     pub(super) fn binary(&mut self) -> Result<(), ImportError> {
         let swapped = match i32::from_le_bytes(self.raw()?) {
             1 => false,
             0x0100_0000 => true,
-            _ => return Err(self.malformed("the byte order is not told by a one")),
+            _ => return Err(self.malformed("the number 1 that shows the byte order is missing")),
         };
         self.binary = Some(swapped);
         Ok(())
     }
 
-    /// How many things of at least `text` bytes, or `binary` bytes, the rest can hold: what a count in the file may reserve.
+    /// At most `count`, and at most how many items the rest of the file can hold, if one takes at least `text` bytes in an
+    /// ASCII file and `binary` bytes in a binary one: how many a count in the file may reserve.
     pub(super) fn room(&self, count: u64, text: usize, binary: usize) -> usize {
         let rest = (self.bytes.len() - self.at) / if self.is_binary() { binary } else { text };
         usize::try_from(count).unwrap_or(usize::MAX).min(rest)
@@ -63,7 +64,7 @@ impl<'a> Cursor<'a> {
         None
     }
 
-    /// Past the line `$End...` of a section that is not read.
+    /// Skips the rest of a section and its line `$End...`.
     pub(super) fn skip(&mut self, section: &str) -> Result<(), ImportError> {
         let end = format!("$End{section}");
         let rest = &self.bytes[self.at..];
@@ -73,7 +74,7 @@ impl<'a> Cursor<'a> {
         Ok(())
     }
 
-    /// The line `$End...` must be next.
+    /// Reads the line `$End...`, which must be next.
     pub(super) fn end(&mut self, section: &str) -> Result<(), ImportError> {
         match self.line() {
             Some(line) if line.strip_prefix(b"$End") == Some(section.as_bytes()) => Ok(()),
@@ -97,7 +98,9 @@ impl<'a> Cursor<'a> {
     fn parsed<T: std::str::FromStr>(&mut self) -> Result<T, ImportError> {
         let token = self.token()?;
         let short: String = token.chars().take(30).collect();
-        token.parse().map_err(|_| self.malformed(format!("{short:?} is not the number expected here")))
+        token
+            .parse()
+            .map_err(|_| self.malformed(format!("{short:?} is not a number, or not one that may stand here")))
     }
 
     fn raw<const N: usize>(&mut self) -> Result<[u8; N], ImportError> {
@@ -110,17 +113,17 @@ impl<'a> Cursor<'a> {
         Ok(found)
     }
 
-    /// A number that takes four bytes.
+    /// An integer, of four bytes in a binary file.
     pub(super) fn int(&mut self) -> Result<i64, ImportError> {
         if self.is_binary() { Ok(i64::from(i32::from_le_bytes(self.raw()?))) } else { self.parsed() }
     }
 
-    /// A number that takes eight bytes.
+    /// A count or tag, of eight bytes in a binary file.
     pub(super) fn size(&mut self) -> Result<u64, ImportError> {
         if self.is_binary() { Ok(u64::from_le_bytes(self.raw()?)) } else { self.parsed() }
     }
 
-    /// A finite number.
+    /// A finite number, of eight bytes in a binary file.
     pub(super) fn real(&mut self) -> Result<f64, ImportError> {
         let value: f64 = if self.is_binary() { f64::from_le_bytes(self.raw()?) } else { self.parsed()? };
         if value.is_finite() { Ok(value) } else { Err(self.malformed(format!("{value} is not finite"))) }

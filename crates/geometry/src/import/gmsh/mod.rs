@@ -1,6 +1,12 @@
 //! Volume meshes from Gmsh: .msh files of the versions 2.2 and 4.1, ASCII and binary.
 //!
-//! Tetrahedra with four corners, and triangles that carry physical groups; other volume elements are refused.
+//! Tetrahedra with four corners are read, and triangles that belong to physical groups; meshes with other volume
+//! elements, or curved ones, are refused.
+//!
+//! The reader is our own. The crate for this format, `mshio` 0.4.2 of 2020, reads version 4.1 only, while many programs
+//! still write 2.2. It skips the names of physical groups, by which a case says what is a conductor, and it does not
+//! check the numbers that it reads against one another. Here every message names a line or a byte, and a count in a
+//! file never reserves more memory than its bytes can fill.
 
 mod cursor;
 mod roles;
@@ -10,7 +16,7 @@ use std::path::Path;
 
 use super::audit::{check_size, middle};
 use super::obj::Placement;
-use super::{ImportError, Place, Problem, intersect};
+use super::{ImportError, ImportProblem, Place, intersect};
 use crate::meshing::tets::determinant;
 
 /// A physical group of surfaces or volumes.
@@ -18,7 +24,7 @@ use crate::meshing::tets::determinant;
 pub struct Group {
     /// 2 for surfaces, 3 for volumes.
     pub dimension: u8,
-    /// As in the file; its number, where the file has no name for it.
+    /// Its name in the file, or its number as text where the file has no name for it.
     pub name: String,
 }
 
@@ -27,44 +33,44 @@ pub struct Group {
 pub struct VolumeMesh {
     /// The file, for messages.
     pub file: String,
-    /// m. Every point belongs to a tetrahedron.
+    /// Positions of the points, m. Every point belongs to a tetrahedron.
     pub points: Vec<[f64; 3]>,
-    /// Corners of the tetrahedra: det(p1 - p0, p2 - p0, p3 - p0) > 0.
+    /// Corners of the tetrahedra, indices into `points`, with det(p1 - p0, p2 - p0, p3 - p0) > 0.
     pub tets: Vec<[u32; 4]>,
     /// The group of each tetrahedron: 0 for none, 1 + k for `groups[k]`.
     pub tet_groups: Vec<u32>,
     /// Triangles in physical groups of surfaces, each a face of a tetrahedron.
     pub faces: Vec<[u32; 3]>,
-    /// The group of each of these: 1 + k for `groups[k]`.
+    /// The group of each of these triangles: 1 + k for `groups[k]`.
     pub face_groups: Vec<u32>,
-    /// Groups of surfaces and volumes.
+    /// The physical groups of surfaces and volumes.
     pub groups: Vec<Group>,
 }
 
-/// What was repaired without changing the mesh's shape.
+/// Repairs that leave the shape of the mesh as it is.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct MeshRepairs {
-    /// Tetrahedra whose corners were in the mirrored order.
+    /// Tetrahedra whose corners were listed in the mirrored order.
     pub turned_tets: usize,
     /// Points that no tetrahedron uses.
     pub unused_points: usize,
 }
 
-/// Reads and audits a file.
+/// Reads a file, then places and audits its mesh.
 ///
 /// # Errors
-/// Whatever keeps the file from being one conforming mesh.
+/// Anything that keeps the file from being one conforming mesh.
 pub fn mesh_from_path(path: &Path, placement: Placement) -> Result<(VolumeMesh, MeshRepairs), ImportError> {
     let file = path.display().to_string();
     let bytes =
-        std::fs::read(path).map_err(|e| ImportError::new(&file, Problem::Unreadable(e.to_string())))?;
+        std::fs::read(path).map_err(|e| ImportError::new(&file, ImportProblem::Unreadable(e.to_string())))?;
     mesh(&bytes, &file, placement)
 }
 
-/// Reads and audits the bytes of a .msh file; `file` is its name in messages.
+/// Reads the bytes of a .msh file, then places and audits its mesh; `file` names it in messages.
 ///
 /// # Errors
-/// Whatever keeps the file from being one conforming mesh.
+/// Anything that keeps the file from being one conforming mesh.
 pub fn mesh(
     bytes: &[u8],
     file: &str,
@@ -85,11 +91,11 @@ pub fn mesh(
     Ok((mesh, repairs))
 }
 
-/// A face of a tetrahedron: its corners ascending, 4 t + k for face k of tetrahedron t, and whether the sorted corners are
-/// turned as seen from outside.
+/// A face of a tetrahedron: its corners in ascending order, 4 t + k for face k of tetrahedron t, and whether the sorted
+/// corners run anticlockwise as seen from outside.
 type Side = ([u32; 3], u32, bool);
 
-/// Faces of the tetrahedra that `keep`, sorted by their corners.
+/// Faces of the tetrahedra for which `keep` holds, sorted by their corners.
 fn sides(mesh: &VolumeMesh, keep: impl Fn(usize) -> bool) -> Vec<Side> {
     let mut out = Vec::with_capacity(4 * (0..mesh.tets.len()).filter(|&t| keep(t)).count());
     for (t, [a, b, c, d]) in mesh.tets.iter().copied().enumerate().filter(|(t, _)| keep(*t)) {
@@ -114,9 +120,9 @@ fn outward(&([a, b, c], _, even): &Side) -> [u32; 3] {
     if even { [a, b, c] } else { [a, c, b] }
 }
 
-fn audit(mesh: &mut VolumeMesh, unit: f64) -> Result<MeshRepairs, Problem> {
+fn audit(mesh: &mut VolumeMesh, unit: f64) -> Result<MeshRepairs, ImportProblem> {
     if mesh.tets.len() >= (u32::MAX / 4) as usize {
-        return Err(Problem::TooLarge);
+        return Err(ImportProblem::TooLarge);
     }
     let used = mesh.tets.iter().flatten().map(|&p| mesh.points[p as usize]);
     check_size(used, unit)?;
@@ -126,9 +132,9 @@ fn audit(mesh: &mut VolumeMesh, unit: f64) -> Result<MeshRepairs, Problem> {
         let [a, b, c, d] = corners;
         let six = determinant(a, b, c, d);
         let longest = [b, c, d].iter().flat_map(|p| (0..3).map(|k| (p[k] - a[k]).abs())).fold(0.0, f64::max);
-        // Below this the sign is rounding.
+        // A smaller determinant may have the wrong sign from rounding alone.
         if six.abs() <= 1e-14 * longest.powi(3) {
-            return Err(Problem::FlatTet(Place { at: middle(corners), line: None }));
+            return Err(ImportProblem::FlatTet(Place { at: middle(corners), line: None }));
         }
         if six < 0.0 {
             tet.swap(2, 3);
@@ -142,7 +148,7 @@ fn audit(mesh: &mut VolumeMesh, unit: f64) -> Result<MeshRepairs, Problem> {
         match group {
             [one] => outer.push(outward(one)),
             [one, two] if one.2 != two.2 => {}
-            _ => return Err(Problem::SharedFace { count: group.len(), place: place(group[0].0) }),
+            _ => return Err(ImportProblem::SharedFace { count: group.len(), place: place(group[0].0) }),
         }
     }
     for (face, &group) in mesh.faces.iter().zip(&mesh.face_groups) {
@@ -150,22 +156,22 @@ fn audit(mesh: &mut VolumeMesh, unit: f64) -> Result<MeshRepairs, Problem> {
         sorted.sort_unstable();
         if sides.binary_search_by_key(&sorted, |s| s.0).is_err() {
             let name = mesh.groups[group as usize - 1].name.clone();
-            return Err(Problem::LooseFace { name, place: place(*face) });
+            return Err(ImportProblem::LooseFace { name, place: place(*face) });
         }
     }
     drop(sides);
     if let Some(flat) = outer.iter().find(|f| intersect::collinear(f.map(|p| mesh.points[p as usize]))) {
-        return Err(Problem::FlatTet(place(*flat)));
+        return Err(ImportProblem::FlatTet(place(*flat)));
     }
-    // Faces inside the mesh that have no partner are outer ones too, and meet others there.
+    // Faces inside the mesh without a partner are among the outer ones too, and meet others there.
     if let Some((f, g)) = intersect::within(&mesh.points, &outer) {
-        return Err(Problem::NonConforming(place(outer[f]), place(outer[g])));
+        return Err(ImportProblem::NonConforming(place(outer[f]), place(outer[g])));
     }
     Ok(repairs)
 }
 
-/// Drops points that no tetrahedron uses; how many.
-fn drop_unused(mesh: &mut VolumeMesh) -> Result<usize, Problem> {
+/// Drops the points that no tetrahedron uses, and returns how many they are.
+fn drop_unused(mesh: &mut VolumeMesh) -> Result<usize, ImportProblem> {
     let mut number = vec![u32::MAX; mesh.points.len()];
     for &p in mesh.tets.iter().flatten() {
         number[p as usize] = 0;
@@ -175,7 +181,7 @@ fn drop_unused(mesh: &mut VolumeMesh) -> Result<usize, Problem> {
     {
         let name = mesh.groups[*group as usize - 1].name.clone();
         let at = middle(face.map(|p| mesh.points[p as usize]));
-        return Err(Problem::LooseFace { name, place: Place { at, line: None } });
+        return Err(ImportProblem::LooseFace { name, place: Place { at, line: None } });
     }
     let mut next = 0;
     for n in number.iter_mut().filter(|n| **n == 0) {

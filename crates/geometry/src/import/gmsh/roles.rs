@@ -1,10 +1,10 @@
-//! From the groups of an imported mesh to the mesh that is solved on.
+//! From an imported mesh and its groups to the mesh on which Laplace's equation is solved.
 
 use std::collections::BTreeMap;
 
 use super::{VolumeMesh, outward, sides};
 use crate::import::audit::middle;
-use crate::import::{ImportError, Place, Problem};
+use crate::import::{ImportError, ImportProblem, Place};
 use crate::meshing::tets::{BoundaryFace, FaceRole, TetMesh, determinant};
 use crate::scene::{Conductor, Scene, Wall};
 use crate::shapes::Shape;
@@ -12,16 +12,17 @@ use crate::shapes::Shape;
 impl VolumeMesh {
     /// The mesh around the conductors of a scene whose shapes are all [`Shape::Physical`].
     ///
-    /// A conductor is a group of volumes, whose tetrahedra are left out, or of surfaces, a sheet. A dielectric is a group of
-    /// volumes; where several have the same group, the later one wins. What no dielectric names is filled with the
-    /// background. An outer face that lies in a side of the mesh's bounding box is of that side's wall; any other needs six
-    /// equal walls. Rays from an open face are taken to meet the background and the dielectrics that end at open faces. Parts
-    /// of the mesh that neither a conductor nor a grounded or open wall bounds have no field, and are left out.
+    /// A conductor is a group of volumes, whose tetrahedra are left out, or a group of surfaces, which is a sheet. A
+    /// dielectric is a group of volumes; where several have the same group, the last one counts. The background fills the
+    /// rest. An outer face in a side of the mesh's bounding box belongs to that side's wall; any other outer face needs six
+    /// equal walls. A ray from an open face to infinity is assumed to meet only the background and those dielectrics that
+    /// end at open faces. Parts of the mesh that border no conductor and no grounded or open wall have no field, and are
+    /// left out.
     ///
     /// # Errors
-    /// Names that the file does not have, shapes that are not physical groups, conductors that touch one another or a
-    /// grounded wall, or end the mesh beside open faces, outer faces without a wall or, where open, without a view of the
-    /// middle of the conductors.
+    /// Names that the file does not have; shapes that are not physical groups; conductors that touch one another or a
+    /// grounded wall, or that end the mesh next to open faces; outer faces without a wall; open faces that do not face away
+    /// from the middle of the conductors.
     pub fn tet_mesh(&self, scene: &Scene) -> Result<TetMesh, ImportError> {
         self.with_roles(scene).map_err(|problem| ImportError::new(&self.file, problem))
     }
@@ -30,7 +31,7 @@ impl VolumeMesh {
         Place { at: middle(face.map(|p| self.points[p as usize])), line: None }
     }
 
-    fn with_roles(&self, scene: &Scene) -> Result<TetMesh, Problem> {
+    fn with_roles(&self, scene: &Scene) -> Result<TetMesh, ImportProblem> {
         let mut conductor_of = vec![None; self.groups.len() + 1];
         let conductors: Vec<Conductor<'_>> = scene.conductors().collect();
         let name = |k: usize| conductors[k].body.name.clone();
@@ -40,7 +41,7 @@ impl VolumeMesh {
                 if let Some(earlier) = earlier {
                     let at = self.some_point(number as u32);
                     let place = Place { at, line: None };
-                    return Err(Problem::Touching { first: name(earlier), second: name(k), place });
+                    return Err(ImportProblem::Touching { first: name(earlier), second: name(k), place });
                 }
             }
         }
@@ -90,7 +91,7 @@ impl VolumeMesh {
                         if let Some(&p) = face.iter().find(|&&p| touched[p as usize].is_some()) {
                             let name = touched[p as usize].map(name).unwrap_or_default();
                             let place = Place { at: self.points[p as usize], line: None };
-                            return Err(Problem::TouchingWall { name, place });
+                            return Err(ImportProblem::TouchingWall { name, place });
                         }
                         roles.insert(face, FaceRole::Grounded);
                         field.begin(first);
@@ -107,7 +108,7 @@ impl VolumeMesh {
             let [a, b, c] = outward.map(|p| self.points[p as usize]);
             // The centre is behind the face, which turns anticlockwise as seen from outside.
             if determinant(center, a, b, c) <= 0.0 {
-                return Err(Problem::OuterFace {
+                return Err(ImportProblem::OuterFace {
                     what: "an open outer face does not see the middle of the conductors",
                     place: self.place(*face),
                     cure: "mesh up to a convex outer surface, as a box or a ball",
@@ -123,10 +124,10 @@ impl VolumeMesh {
         Ok(self.without(|t| !reached[t], &roles, &region_of, center))
     }
 
-    /// Numbers, from 1, of the groups that a shape names; of volumes, or of surfaces too if `least` is 2.
-    fn find(&self, body: &str, shape: &Shape, least: u8) -> Result<Vec<usize>, Problem> {
+    /// Numbers, from 1, of the groups that a shape names, of dimension `least` or more: 3 for volumes, 2 for surfaces too.
+    fn find(&self, body: &str, shape: &Shape, least: u8) -> Result<Vec<usize>, ImportProblem> {
         let Shape::Physical(name) = shape else {
-            return Err(Problem::NotPhysical(format!("\"{body}\" is given another way")));
+            return Err(ImportProblem::NotPhysical(format!("\"{body}\" is not a physical group")));
         };
         let fits = |k: &usize| self.groups[*k].dimension >= least && self.groups[*k].name == *name;
         let found: Vec<usize> = (0..self.groups.len()).filter(fits).map(|k| k + 1).collect();
@@ -137,7 +138,7 @@ impl VolumeMesh {
             self.groups.iter().filter(|g| g.dimension >= least).map(|g| format!("\"{}\"", g.name)).collect();
         let known = if known.is_empty() { "none".to_owned() } else { known.join(", ") };
         let wanted = if least == 2 { "of volumes or surfaces" } else { "of volumes" };
-        Err(Problem::UnknownGroup { name: name.clone(), wanted, known })
+        Err(ImportProblem::UnknownGroup { name: name.clone(), wanted, known })
     }
 
     fn some_point(&self, group: u32) -> [f64; 3] {
@@ -146,12 +147,12 @@ impl VolumeMesh {
         tet.or(face).map_or([0.0; 3], |p| self.points[p as usize])
     }
 
-    /// The conductor that each point belongs to.
+    /// The conductor that each point belongs to, if any.
     fn touched(
         &self,
         conductors: &[Conductor<'_>],
         conductor_of: &[Option<usize>],
-    ) -> Result<Vec<Option<usize>>, Problem> {
+    ) -> Result<Vec<Option<usize>>, ImportProblem> {
         let mut out: Vec<Option<usize>> = vec![None; self.points.len()];
         let tets = self.tets.iter().zip(&self.tet_groups).map(|(t, &g)| (&t[..], g));
         let faces = self.faces.iter().zip(&self.face_groups).map(|(f, &g)| (&f[..], g));
@@ -163,14 +164,14 @@ impl VolumeMesh {
                     let [first, second] = [earlier.min(k), earlier.max(k)];
                     let name = |k: usize| conductors[k].body.name.clone();
                     let place = Place { at: self.points[p as usize], line: None };
-                    return Err(Problem::Touching { first: name(first), second: name(second), place });
+                    return Err(ImportProblem::Touching { first: name(first), second: name(second), place });
                 }
             }
         }
         Ok(out)
     }
 
-    /// The middle of the box around the conductors; of the mesh, if there are none.
+    /// The middle of the box around the conductors, or around the mesh if there are none, m.
     fn center(&self, touched: &[Option<usize>]) -> [f64; 3] {
         let [low, high] =
             bounds(self.points.iter().zip(touched).filter(|(_, t)| t.is_some()).map(|(p, _)| p))
@@ -180,7 +181,7 @@ impl VolumeMesh {
     }
 
     /// The wall that an outer face is part of.
-    fn wall(&self, scene: &Scene, face: [u32; 3]) -> Result<Wall, Problem> {
+    fn wall(&self, scene: &Scene, face: [u32; 3]) -> Result<Wall, ImportProblem> {
         let all = scene.walls[0][0];
         if scene.walls.iter().flatten().all(|&w| w == all) {
             return Ok(all);
@@ -194,21 +195,22 @@ impl VolumeMesh {
                 }
             }
         }
-        Err(Problem::OuterFace {
+        Err(ImportProblem::OuterFace {
             what: "an outer face lies in no side of the mesh's bounding box, and the walls differ",
             place: self.place(face),
             cure: "make all walls equal, or name the faces as a conductor",
         })
     }
 
-    /// Space beyond a conductor that ends the mesh is in no cell and behind no open face: it would be missing. Skins of
-    /// hollows, and a shell around everything, have no open face beside them.
+    /// Refuses a conductor on an outer surface that also has open faces. The space beyond that conductor would be neither in
+    /// a cell nor behind an open face, so its field would be missing. Skins of hollows, and a shell around everything, are
+    /// outer surfaces without open faces.
     fn check_open_ends(
         &self,
         conductors: &[Conductor<'_>],
         ends: &[([u32; 3], usize)],
         open: impl Iterator<Item = [u32; 3]> + Clone,
-    ) -> Result<(), Problem> {
+    ) -> Result<(), ImportProblem> {
         // Points of one connected outer surface have the same first one.
         let mut parent: Vec<u32> = (0..self.points.len() as u32).collect();
         fn first(parent: &mut [u32], mut p: u32) -> u32 {
@@ -231,13 +233,13 @@ impl VolumeMesh {
         match ends.iter().find(|(face, _)| is_open[first(&mut parent, face[0]) as usize]) {
             Some((face, k)) => {
                 let (name, place) = (conductors[*k].body.name.clone(), self.place(*face));
-                Err(Problem::EndsAtOpenSpace { name, place })
+                Err(ImportProblem::EndsAtOpenSpace { name, place })
             }
             None => Ok(()),
         }
     }
 
-    /// The mesh without the tetrahedra that are `gone`, and without the points only they use.
+    /// The mesh without the tetrahedra for which `gone` holds, and without the points that only they use.
     fn without(
         &self,
         gone: impl Fn(usize) -> bool,
@@ -267,9 +269,9 @@ impl VolumeMesh {
     }
 }
 
-/// Where there is a field: the tetrahedra from which a way through faces leads to one that is held or open.
+/// Finds the tetrahedra that have a field: those connected through faces to a conductor, a grounded or an open wall.
 struct Field {
-    /// Through each face of each tetrahedron; itself where the way ends.
+    /// The neighbour through each face of each tetrahedron; the tetrahedron itself where it has none.
     neighbours: Vec<[u32; 4]>,
     reached: Vec<bool>,
     edge: Vec<usize>,

@@ -4,9 +4,9 @@ use std::collections::HashMap;
 
 use super::Group;
 use super::cursor::Cursor;
-use crate::import::{ImportError, Problem};
+use crate::import::{ImportError, ImportProblem};
 
-/// What a file says, unaudited: indices are valid, coordinates finite, nothing else.
+/// The content of a file before the audit: indices are valid and coordinates finite, nothing else is known.
 #[derive(Default)]
 pub(super) struct Raw {
     pub(super) points: Vec<[f64; 3]>,
@@ -15,11 +15,11 @@ pub(super) struct Raw {
     pub(super) faces: Vec<[u32; 3]>,
     pub(super) face_groups: Vec<u32>,
     pub(super) groups: Vec<Group>,
-    /// Group by dimension and tag, counted from 1.
+    /// The number of a group, counted from 1, by its dimension and tag.
     numbers: HashMap<(i64, i64), u32>,
-    /// Tag and index of every point, ascending.
+    /// Tag and index of every point, sorted by tag.
     tags: Vec<(u64, u32)>,
-    /// Physical tag of surfaces and volumes (version 4), by dimension and tag.
+    /// The physical tag of a surface or volume, by its dimension and tag (version 4 only).
     entities: HashMap<(i64, i64), i64>,
 }
 
@@ -35,7 +35,7 @@ pub(super) fn read(cursor: &mut Cursor<'_>) -> Result<Raw, ImportError> {
         Some(&"4.1") => true,
         other => {
             let version: String = other.copied().unwrap_or("none").chars().take(20).collect();
-            return Err(cursor.fail(Problem::Unsupported {
+            return Err(cursor.fail(ImportProblem::Unsupported {
                 what: format!("version {version} of the .msh format"),
                 cure: "write version 4.1 or 2.2 (in Gmsh: Mesh.MshFileVersion = 4.1)".into(),
             }));
@@ -59,7 +59,7 @@ pub(super) fn read(cursor: &mut Cursor<'_>) -> Result<Raw, ImportError> {
             b"PhysicalNames" => raw.physical_names(cursor)?,
             b"Entities" if four => raw.entities(cursor)?,
             b"PartitionedEntities" => {
-                return Err(cursor.fail(Problem::Unsupported {
+                return Err(cursor.fail(ImportProblem::Unsupported {
                     what: "a partitioned mesh".into(),
                     cure: "write it in one part".into(),
                 }));
@@ -73,7 +73,7 @@ pub(super) fn read(cursor: &mut Cursor<'_>) -> Result<Raw, ImportError> {
                 }
                 raw.tags.sort_unstable();
                 if let Some(twice) = raw.tags.windows(2).find(|w| w[0].0 == w[1].0) {
-                    return Err(cursor.malformed(format!("node {} is there twice", twice[0].0)));
+                    return Err(cursor.malformed(format!("node {} is listed twice", twice[0].0)));
                 }
             }
             b"Elements" if nodes && !elements => {
@@ -92,7 +92,7 @@ pub(super) fn read(cursor: &mut Cursor<'_>) -> Result<Raw, ImportError> {
         cursor.end(&String::from_utf8_lossy(section))?;
     }
     if raw.tets.is_empty() {
-        return Err(cursor.fail(Problem::Empty("tetrahedra")));
+        return Err(cursor.fail(ImportProblem::Empty("tetrahedra")));
     }
     Ok(raw)
 }
@@ -144,7 +144,7 @@ impl Raw {
                 for k in 0..physical {
                     let group = cursor.int()?.saturating_abs();
                     if k > 0 && dimension > 1 {
-                        return Err(cursor.fail(Problem::Unsupported {
+                        return Err(cursor.fail(ImportProblem::Unsupported {
                             what: format!(
                                 "entity {tag} of dimension {dimension} in more than one physical group"
                             ),
@@ -167,7 +167,7 @@ impl Raw {
 
     fn reserve_points(&mut self, cursor: &Cursor<'_>, count: u64) -> Result<(), ImportError> {
         if count >= u64::from(u32::MAX) {
-            return Err(cursor.fail(Problem::TooLarge));
+            return Err(cursor.fail(ImportProblem::TooLarge));
         }
         let room = cursor.room(count, 8, 28);
         self.points.reserve_exact(room);
@@ -312,7 +312,7 @@ impl Raw {
                     ),
                     _ => (format!("element type {kind}"), "mesh with triangles and tetrahedra"),
                 };
-                return Err(cursor.fail(Problem::Unsupported { what, cure: cure.into() }));
+                return Err(cursor.fail(ImportProblem::Unsupported { what, cure: cure.into() }));
             }
         }
         Ok(())

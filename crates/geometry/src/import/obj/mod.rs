@@ -1,0 +1,93 @@
+//! Surfaces of triangles from Wavefront OBJ files.
+//!
+//! Only points (`v`) and faces (`f`) count. Names, materials, colours, normals, texture coordinates, lines and single
+//! points are skipped; free-form curves and surfaces, weighted points and unknown keywords are refused.
+//!
+//! The reading is shared. `tobj` parses the numbers of points and faces (`parse.rs`). What it does not offer stands
+//! around it: which lines it gets to see, and the number of the line in every message (`statements.rs`); faces with
+//! more than three corners cut into triangles, concave ones too, where `tobj` cuts a fan (`polygon.rs`); and the
+//! audit of the surface ([`super::audit`]).
+
+mod parse;
+mod statements;
+
+use std::path::Path;
+
+use super::audit::{Repairs, audit};
+use super::{ImportError, ImportProblem};
+use crate::shapes::TriangleSurface;
+
+/// From the coordinates of a file to those of the scene: multiply by `unit`, then add `translate`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Placement {
+    /// Metres per unit of the file, positive.
+    pub unit: f64,
+    /// Translation along x1, x2, x3, m.
+    pub translate: [f64; 3],
+}
+
+impl Placement {
+    /// Scales and moves points in place: units of the file before, m after.
+    ///
+    /// # Errors
+    /// [`ImportProblem::Placement`] if the unit is not positive and finite, or the translation not finite.
+    pub(super) fn apply(&self, file: &str, points: &mut [[f64; 3]]) -> Result<(), ImportError> {
+        let Self { unit, translate } = *self;
+        if !(unit > 0.0 && unit.is_finite() && translate.iter().all(|t| t.is_finite())) {
+            return Err(ImportError::new(file, ImportProblem::Placement { unit, translate }));
+        }
+        for p in points {
+            for a in 0..3 {
+                p[a] = p[a] * unit + translate[a];
+            }
+        }
+        Ok(())
+    }
+}
+
+/// The triangles of a file before the audit: indices are valid and coordinates finite, nothing else is known.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Triangles {
+    /// All points, in the order and the units of the file.
+    pub points: Vec<[f64; 3]>,
+    /// Corners of each triangle, indices into `points`.
+    pub faces: Vec<[u32; 3]>,
+    /// Line of the file that each triangle comes from, counted from 1.
+    pub lines: Vec<u32>,
+}
+
+/// Reads a file, then places and audits its surface.
+///
+/// # Errors
+/// Anything that keeps the file from being one valid closed surface.
+pub fn surface_from_path(
+    path: &Path,
+    placement: Placement,
+) -> Result<(TriangleSurface, Repairs), ImportError> {
+    let file = path.display().to_string();
+    let bytes =
+        std::fs::read(path).map_err(|e| ImportError::new(&file, ImportProblem::Unreadable(e.to_string())))?;
+    surface(&bytes, &file, placement)
+}
+
+/// Reads the bytes of an OBJ file, then places and audits its surface; `file` names it in messages.
+///
+/// # Errors
+/// Anything that keeps the file from being one valid closed surface.
+pub fn surface(
+    bytes: &[u8],
+    file: &str,
+    placement: Placement,
+) -> Result<(TriangleSurface, Repairs), ImportError> {
+    let mut triangles = read(bytes, file)?;
+    placement.apply(file, &mut triangles.points)?;
+    audit(triangles, file, placement.unit)
+}
+
+/// Reads the bytes of an OBJ file; `file` names it in messages. Takes less memory than ten times the bytes and half a megabyte.
+///
+/// # Errors
+/// Malformed lines, corners that do not exist, coordinates that are not finite, features beyond plain faces, no faces.
+pub fn read(bytes: &[u8], file: &str) -> Result<Triangles, ImportError> {
+    parse::triangles(bytes).map_err(|problem| ImportError::new(file, problem))
+}
