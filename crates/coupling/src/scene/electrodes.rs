@@ -58,7 +58,8 @@ fn place(
     state: Option<&LayerState>,
 ) -> Result<([Box3; 2], DeformedPair), SceneError> {
     let permittivity =
-        layer.relative_permittivity.ok_or(SceneError::Missing("relative_permittivity in [layer]"))? * VACUUM_PERMITTIVITY;
+        layer.relative_permittivity.ok_or(SceneError::Missing("relative_permittivity in [layer]"))?
+            * VACUUM_PERMITTIVITY;
     let width = electrodes.width;
     let block = |x1: [f64; 2], x2: [f64; 2]| Box3 {
         min: [x1[0], x2[0], -0.5 * width],
@@ -118,7 +119,8 @@ fn place_solved(
     step: &FiniteElementStep,
 ) -> Result<SolvedPair, SceneError> {
     let permittivity =
-        layer.relative_permittivity.ok_or(SceneError::Missing("relative_permittivity in [layer]"))? * VACUUM_PERMITTIVITY;
+        layer.relative_permittivity.ok_or(SceneError::Missing("relative_permittivity in [layer]"))?
+            * VACUUM_PERMITTIVITY;
     let block = |[x1, x2, x3]: Ends| Box3 { min: [x1[0], x2[0], x3[0]], max: [x1[1], x2[1], x3[1]] };
     let shapes = step.electrodes.as_slice();
     let slack = ROUNDING * layer.thickness;
