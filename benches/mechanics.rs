@@ -15,11 +15,11 @@ use std::sync::atomic::AtomicBool;
 use std::time::{Duration, Instant};
 
 use criterion::{Criterion, SamplingMode};
+use elastocap_mechanics::materials::Rubber;
 use elastocap_mechanics::solid::layer::{End, Indenter, LayerMesh, LayerModel};
-use elastocap_mechanics::solid::material::Rubber;
 use elastocap_mechanics::solid::newton::NewtonSettings;
-use elastocap_mechanics::solid::press::{Goal, LayerProblem, Refinement};
-use elastocap_mechanics::solid::space::layer::{Side, SpaceLayerMesh};
+use elastocap_mechanics::solid::press::{Goal, PlaneLayer, Refinement};
+use elastocap_mechanics::solid::space::layer::{SideCondition, SpaceLayerMesh};
 
 /// Unknowns, and the force at 40 %.
 fn to_forty_per_cent(mesh: &LayerMesh) -> common::Result<(usize, f64)> {
@@ -30,7 +30,7 @@ fn to_forty_per_cent(mesh: &LayerMesh) -> common::Result<(usize, f64)> {
 }
 
 /// Stated relative error of the force at 20 %.
-fn force_to_half_a_per_cent(layer: &LayerProblem) -> common::Result<f64> {
+fn force_to_half_a_per_cent(layer: &PlaneLayer) -> common::Result<f64> {
     let (goals, never) = ([Goal::Compression(0.2)], AtomicBool::new(false));
     let mut pressing = layer.press(&goals, &Refinement::to(5e-3), &never, &|_, _| ())?;
     let found = pressing.goals.remove(0)?;
@@ -46,8 +46,13 @@ fn punch_in_space() -> common::Result<(usize, f64)> {
     let section = LayerMesh::under_punch(1.0, 3.0, [corner, 0.5], n, 0.7, 1);
     let mesh = SpaceLayerMesh::new(section, half_width, (half_width * n as f64).round() as usize);
     let indenter = Indenter::Sharp { half_width: corner };
-    let mut model =
-        LayerModel::of_finite_width(&mesh, Rubber::neo_hookean(1.0), indenter, End::Free, Side::Free)?;
+    let mut model = LayerModel::of_finite_width(
+        &mesh,
+        Rubber::neo_hookean(1.0),
+        indenter,
+        End::Free,
+        SideCondition::Free,
+    )?;
     // Gaps of 1e-5 thicknesses where the pressure is the shear modulus change the force by less than 1e-4.
     let settings = NewtonSettings {
         tolerance: 1e-7,
@@ -75,7 +80,7 @@ fn main() -> common::Result<()> {
         .without_plots()
         .configure_from_args();
     let mesh = LayerMesh::uniform(1.0, 4.0, 24, 0.7, 8);
-    let layer = LayerProblem {
+    let layer = PlaneLayer {
         thickness: 1.0,
         half_length: 4.0,
         rubber: Rubber::neo_hookean(1.0),

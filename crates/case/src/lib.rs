@@ -11,6 +11,7 @@
 
 mod diagnostics;
 mod file_unit;
+mod material;
 mod model;
 mod quantities;
 mod raw;
@@ -29,9 +30,10 @@ use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
 pub use diagnostics::{CaseError, Diagnostic};
+pub use elastocap_materials::HyperelasticLaw;
 pub use model::{
     Body, Box3, Case, Electrodes, Electrostatics, Extent, Face, FieldSolver, ImportedMesh, Indenter, Layer,
-    LayerEnd, LayerSide, Layout, Load, Material, Mechanics, PlaneStrain, Role, Shape, ShearLength, Solid,
+    LayerEnd, LayerSide, Layout, Load, Mechanics, PlaneStrain, Role, Shape, ShearLength, Solid,
     SolidIndenter, Stiffness, Surroundings, Wall,
 };
 pub use schema::json_schema;

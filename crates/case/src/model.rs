@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use elastocap_geometry::meshing::tets::TetMesh;
+use elastocap_materials::HyperelasticLaw;
 
 pub use elastocap_geometry::scene::{Body, Box3, Role, Wall};
 pub use elastocap_geometry::shapes::Shape;
@@ -82,49 +83,10 @@ pub struct Layer {
     pub half_length: Option<f64>,
     /// eps_r; there whenever a capacitance is asked for.
     pub relative_permittivity: Option<f64>,
-    /// What it is made of; there whenever [`Case::load`] is.
-    pub material: Option<Material>,
+    /// What it is made of; there whenever [`Case::load`] is. Its shear modulus is positive.
+    pub material: Option<HyperelasticLaw>,
     /// kappa, Pa; `None` for an incompressible material. Only finite elements know it.
     pub bulk_modulus: Option<f64>,
-}
-
-/// An elastomer: the law of its distortion.
-#[derive(Debug, Clone, PartialEq)]
-pub enum Material {
-    /// W = c10 (I1 - 3) + c01 (I2 - 3); neither constant is negative, one is positive.
-    MooneyRivlin {
-        /// Pa.
-        c10: f64,
-        /// Pa.
-        c01: f64,
-    },
-    /// W = mu/2 (I1 - 3).
-    NeoHookean {
-        /// mu, Pa.
-        shear_modulus: f64,
-    },
-    /// W = c10 (I1 - 3) + c20 (I1 - 3)^2 + c30 (I1 - 3)^3; c10 is positive.
-    Yeoh {
-        /// c10, c20 and c30, Pa.
-        constants: [f64; 3],
-    },
-    /// W = sum of mu/alpha (l1^alpha + l2^alpha + l3^alpha - 3); no alpha is zero.
-    Ogden {
-        /// The pairs (mu in Pa, alpha); the shear modulus is positive.
-        terms: Vec<(f64, f64)>,
-    },
-}
-
-impl Material {
-    /// mu in the undeformed state, Pa.
-    pub fn shear_modulus(&self) -> f64 {
-        match self {
-            Self::MooneyRivlin { c10, c01 } => 2.0 * (c10 + c01),
-            Self::NeoHookean { shear_modulus } => *shear_modulus,
-            Self::Yeoh { constants } => 2.0 * constants[0],
-            Self::Ogden { terms } => terms.iter().map(|(mu, alpha)| 0.5 * mu * alpha).sum(),
-        }
-    }
 }
 
 /// The pair of electrodes, undeformed. All lengths are positive; both lie in the layer and may touch its faces.

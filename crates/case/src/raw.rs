@@ -6,10 +6,8 @@ use serde_json::{Value, json};
 use toml::de::{DeTable, DeValue};
 
 use super::file_unit::FileUnit;
-use super::quantities::{
-    Charge, Compression, Constant, Exponent, Force, Modulus, Permittivity, Position, SignedConstant, Size,
-    Tolerance,
-};
+use super::material::MaterialTable;
+use super::quantities::{Charge, Compression, Force, Modulus, Permittivity, Position, Size, Tolerance};
 use super::reader::{FromToml, Log, Node, Read, alternatives, nearest};
 use super::tables::{Entries, Shape, TableSchema, choice, key, table, unknown_word, words};
 use super::values::{Count, Either, Flag, FormatNumber, PotentialOrder, Text};
@@ -59,74 +57,7 @@ table! {
         /// Relative permittivity; needed as soon as there are electrodes or conductors.
         relative_permittivity: Option<Read<Permittivity>>,
         /// What it is made of; needed as soon as there is a load.
-        material: Option<Read<Material>>,
-    }
-}
-
-choice! {
-    /// The elastomer.
-    enum Material {
-        "mooney_rivlin" => MooneyRivlin(MooneyRivlin),
-        "neo_hookean" => NeoHookean(NeoHookean),
-        "yeoh" => Yeoh(Yeoh),
-        "ogden" => Ogden(Ogden),
-    }
-}
-
-table! {
-    /// Mooney-Rivlin: W = c10 (I1 - 3) + c01 (I2 - 3), shear modulus 2 (c10 + c01).
-    struct MooneyRivlin {
-        /// c10, not negative.
-        c10: Read<Constant>,
-        /// c01, not negative.
-        c01: Read<Constant>,
-        /// Bulk modulus kappa; incompressible if not given. For finite elements only.
-        bulk_modulus: Option<Read<Modulus>>,
-    }
-}
-
-table! {
-    /// Neo-Hookean: W = mu/2 (I1 - 3).
-    struct NeoHookean {
-        /// Shear modulus mu.
-        shear_modulus: Read<Modulus>,
-        /// Bulk modulus kappa; incompressible if not given. For finite elements only.
-        bulk_modulus: Option<Read<Modulus>>,
-    }
-}
-
-table! {
-    /// Yeoh: W = c10 (I1 - 3) + c20 (I1 - 3)^2 + c30 (I1 - 3)^3, shear modulus 2 c10. For finite elements only.
-    struct Yeoh {
-        /// c10.
-        c10: Read<Modulus>,
-        /// c20, of either sign. Default: 0.
-        c20: Option<Read<SignedConstant>>,
-        /// c30, of either sign. Default: 0.
-        c30: Option<Read<SignedConstant>>,
-        /// Bulk modulus kappa; incompressible if not given.
-        bulk_modulus: Option<Read<Modulus>>,
-    }
-}
-
-table! {
-    /// Ogden: W = sum of mu/alpha (l1^alpha + l2^alpha + l3^alpha - 3), shear modulus sum of mu alpha / 2. For finite
-    /// elements only.
-    struct Ogden {
-        /// Its terms.
-        terms: Read<Vec<Read<OgdenTerm>>>,
-        /// Bulk modulus kappa; incompressible if not given.
-        bulk_modulus: Option<Read<Modulus>>,
-    }
-}
-
-table! {
-    /// One term of an Ogden material.
-    struct OgdenTerm {
-        /// mu of this term, of either sign.
-        mu: Read<SignedConstant>,
-        /// alpha of this term, not zero.
-        alpha: Read<Exponent>,
+        material: Option<Read<MaterialTable>>,
     }
 }
 

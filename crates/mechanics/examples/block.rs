@@ -17,7 +17,7 @@
 //! Trilinear hexahedra with constant pressure (an independent code) come down to the same values, and more slowly: 70.1
 //! and 77.8 % under the two largest loads with 8 x 8 x 8, 69.7 and 76.8 % with 12 x 12 x 12.
 
-use elastocap_mechanics::solid::material::{Distortion, Rubber, Volume};
+use elastocap_mechanics::materials::{HyperelasticLaw, Rubber, Volume};
 use elastocap_mechanics::solid::mesh::{Mesh, uniform};
 use elastocap_mechanics::solid::model::{Body, Equations};
 use elastocap_mechanics::solid::newton::NewtonSettings;
@@ -28,7 +28,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let (mu, nu) = (80.194, 0.4999);
     let kappa = 2.0 * mu * (1.0 + nu) / (3.0 * (1.0 - 2.0 * nu));
     let rubber = Rubber {
-        distortion: Distortion::NeoHookean { shear_modulus: mu },
+        distortion: HyperelasticLaw::NeoHookean { shear_modulus: mu },
         volume: Volume::BulkModulus(kappa),
         volume_barrier: 0.0,
     };

@@ -4,10 +4,10 @@
 //! `cargo run --release -p elastocap-mechanics --example floating_electrodes -- 2`
 //! takes the level of the mesh: 5, 10, 20, 40 elements over the thickness for 0, 1, 2, 3.
 
+use elastocap_mechanics::materials::Rubber;
 use elastocap_mechanics::solid::layer::{End, Inclusion, Indenter, LayerModel};
-use elastocap_mechanics::solid::material::Rubber;
 use elastocap_mechanics::solid::newton::NewtonSettings;
-use elastocap_mechanics::solid::press::LayerProblem;
+use elastocap_mechanics::solid::press::PlaneLayer;
 use elastocap_mechanics::{ElectrodePose, ElectrodeStiffness, LayerMap};
 
 const HALF_LENGTH: f64 = 4.0;
@@ -46,7 +46,7 @@ fn ratios(
         max: [0.5 * gap + LENGTH, HEIGHT + 0.5 * thickness],
         rubber: Rubber::neo_hookean(modulus),
     };
-    let problem = LayerProblem {
+    let problem = PlaneLayer {
         thickness: 1.0,
         half_length: HALF_LENGTH,
         rubber: Rubber::neo_hookean(1.0),

@@ -5,10 +5,10 @@
 //! growth of the others, the compression between two rows and the last of them. Lengths are in thicknesses, stresses in shear
 //! moduli; the slope is that over the row before and the next one, printed one row late.
 
+use elastocap_mechanics::materials::{HyperelasticLaw, Rubber};
 use elastocap_mechanics::solid::dimension::Element;
 use elastocap_mechanics::solid::element::ReferenceElement;
 use elastocap_mechanics::solid::layer::{End, Indenter, LayerMesh, LayerModel};
-use elastocap_mechanics::solid::material::{Distortion, Rubber};
 use elastocap_mechanics::solid::newton::NewtonSettings;
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
@@ -17,7 +17,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let (n, cells) = (number(1, 5.0)? as usize, number(2, 96.0)? as usize);
     let layer = LayerMesh::folding_end(1.0, 4.0, n, cells, number(3, 0.05)?, number(4, 1.5)?);
     let (step, last) = (number(5, 0.0025)?, number(6, 0.06)?);
-    let distortion = Distortion::MooneyRivlin { c10: 0.007646, c01: 0.492354 };
+    let distortion = HyperelasticLaw::MooneyRivlin { c10: 0.007646, c01: 0.492354 };
     let rubber = Rubber { distortion, volume_barrier: 0.0, ..Rubber::neo_hookean(1.0) };
     let mut model = LayerModel::new(&layer, rubber.clone(), Indenter::WholeTop, End::Free)?;
     let mesh = layer.mesh();

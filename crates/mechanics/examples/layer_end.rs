@@ -5,8 +5,8 @@
 //! around the bonded corner, the compression between two rows and the last of them; with `folding` in the place of
 //! `free`, and the quadrilaterals per thickness at the corner in the place of the ratio, the end may fold through itself.
 
+use elastocap_mechanics::materials::Rubber;
 use elastocap_mechanics::solid::layer::{End, Indenter, LayerMesh, LayerModel};
-use elastocap_mechanics::solid::material::Rubber;
 use elastocap_mechanics::solid::newton::NewtonSettings;
 
 fn main() {

@@ -5,10 +5,10 @@
 //! `... --example layer_punch -- rounded 3` and `... -- sharp 14` take one mesh: quadrilaterals per corner radius where they pass
 //! it, rings around the corner.
 
+use elastocap_mechanics::materials::Rubber;
 use elastocap_mechanics::solid::layer::{End, Indenter, LayerMesh, LayerModel, RoundedPunch};
-use elastocap_mechanics::solid::material::Rubber;
 use elastocap_mechanics::solid::newton::NewtonSettings;
-use elastocap_mechanics::solid::obstacle::Shape;
+use elastocap_mechanics::solid::obstacle::IndenterProfile;
 
 const HALF_WIDTH: f64 = 500.0 / 450.0;
 const RADIUS: f64 = 0.02;
@@ -22,7 +22,7 @@ fn main() {
         for per_radius in size(&[0.375, 0.75, 1.5]) {
             let punch = RoundedPunch { half_width: HALF_WIDTH, corner_radius: RADIUS, position: 0.0 };
             let mesh = LayerMesh::under_rounded_punch(1.0, 6.0, &punch, 0.4, 8, per_radius);
-            let punch = Shape::Punch { half_width: HALF_WIDTH, corner_radius: RADIUS };
+            let punch = IndenterProfile::Punch { half_width: HALF_WIDTH, corner_radius: RADIUS };
             let settings =
                 NewtonSettings { longest_move: 0.15 * RADIUS / per_radius, ..NewtonSettings::default() };
             table(&format!("{per_radius} per radius"), &mesh, Indenter::Smooth(punch), 20.0, &settings);

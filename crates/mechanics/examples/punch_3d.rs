@@ -10,12 +10,12 @@
 //! 2. The flat punches are 500/450 wide to each side, as in the paper; cylinder and sphere have the radius 1.5.
 //! 3. Forces are those on the whole layer, over the shear modulus and the thickness squared.
 
+use elastocap_mechanics::materials::Rubber;
 use elastocap_mechanics::solid::layer::{End, Indenter, LayerMesh, LayerModel};
-use elastocap_mechanics::solid::material::Rubber;
 use elastocap_mechanics::solid::mesh::{geometric, graded, uniform};
 use elastocap_mechanics::solid::newton::NewtonSettings;
-use elastocap_mechanics::solid::obstacle::Shape;
-use elastocap_mechanics::solid::space::layer::{Side, SpaceLayerMesh};
+use elastocap_mechanics::solid::obstacle::IndenterProfile;
+use elastocap_mechanics::solid::space::layer::{SideCondition, SpaceLayerMesh};
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let words: Vec<String> = std::env::args().collect();
@@ -28,12 +28,12 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         "top" => (Indenter::WholeTop, length - 1.0),
         "sharp" | "plane-strain" => (Indenter::Sharp { half_width: corner }, corner),
         "bonded" => (Indenter::Bonded { half_width: corner }, corner),
-        "flat" => (Indenter::Smooth(Shape::Punch { half_width: corner, corner_radius }), corner),
-        "cylinder" => (Indenter::Smooth(Shape::Cylinder { radius: 1.5 }), 1.0),
-        "sphere" => (Indenter::Smooth(Shape::Sphere { radius: 1.5 }), 1.0),
+        "flat" => (Indenter::Smooth(IndenterProfile::Punch { half_width: corner, corner_radius }), corner),
+        "cylinder" => (Indenter::Smooth(IndenterProfile::Cylinder { radius: 1.5 }), 1.0),
+        "sphere" => (Indenter::Smooth(IndenterProfile::Sphere { radius: 1.5 }), 1.0),
         "block" => {
             let half_widths = [corner, 0.6 * half_width];
-            (Indenter::Smooth(Shape::Block { half_widths, corner_radius }), corner)
+            (Indenter::Smooth(IndenterProfile::Block { half_widths, corner_radius }), corner)
         }
         _ => {
             return Err(
@@ -57,7 +57,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         }
     };
     let mesh = SpaceLayerMesh::new(section, half_width, (half_width * n as f64).round() as usize);
-    let side = if kind == "plane-strain" { Side::Symmetric } else { Side::Free };
+    let side = if kind == "plane-strain" { SideCondition::Symmetric } else { SideCondition::Free };
     let end = if words.get(6).is_some_and(|w| w == "substrate") { End::FreeOnSubstrate } else { End::Free };
     let start = std::time::Instant::now();
     let mut model = LayerModel::of_finite_width(&mesh, Rubber::neo_hookean(1.0), indenter, end, side)?;

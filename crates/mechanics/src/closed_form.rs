@@ -7,14 +7,19 @@
 //! Everything is computed from `n = asinh(tan theta)` (46), not from `theta`: `cos theta = 1 / cosh n` and
 //! `tan theta = sinh n` keep all their digits at both ends, whereas near full compression `theta` is within
 //! rounding of `pi/2` and its cosine is lost.
+//!
+//! Equation numbers are those of the paper "Large deformation mechanics of a soft elastomeric layer under compressive loading
+//! for a MEMS tactile sensor application".
 
 mod axial_balance;
+mod constants;
 mod force;
 mod map;
 mod phase;
 mod stress;
 
 pub(crate) use axial_balance::shear_ratio_for_axial_force;
+pub(crate) use constants::valid_shear_modulus;
 pub(crate) use force::ForceCurve;
 pub use map::LayerMap;
 pub(crate) use phase::Phase;

@@ -1,4 +1,7 @@
 //! What this crate refuses, and what to do about it.
+//!
+//! Equation numbers are those of the paper "Large deformation mechanics of a soft elastomeric layer under compressive loading
+//! for a MEMS tactile sensor application".
 
 use thiserror::Error;
 
@@ -47,10 +50,11 @@ pub enum MechanicsError {
         /// The compression `U/H` at which it is reached.
         compression: f64,
     },
-    /// The contact is so long against the shear length that equation (50) pulls from the first moment.
+    /// The contact is so long compared with the shear length that the force of equation (50) is tensile from the start.
     #[error(
         "with a contact half-length of {contact_half_length} m and a shear length of {shear_length} m on a layer \
-         {thickness} m thick, equation (50) gives no compressive force; make the shear length at least \
+         {thickness} m thick, equation (50) of the paper (Large deformation mechanics of a soft elastomeric layer under \
+         compressive loading for a MEMS tactile sensor application) gives no compressive force; make the shear length at least \
          the contact half-length divided by 1.73"
     )]
     ForceDoesNotRise {

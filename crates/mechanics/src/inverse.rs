@@ -1,9 +1,12 @@
 //! The compression that a given force causes: equation (50) the other way round.
+//!
+//! Equation numbers are those of the paper "Large deformation mechanics of a soft elastomeric layer under compressive loading
+//! for a MEMS tactile sensor application".
 
 use crate::closed_form::{ForceCurve, Phase};
 use crate::error::MechanicsError;
 use crate::layer::ClosedFormSettings;
-use crate::material::Material;
+use elastocap_materials::MooneyRivlin;
 
 /// Step of `n` in the search for a bracket. The force has one maximum, and nothing in it varies faster.
 const SEARCH_STEP: f64 = 1.0 / 16.0;
@@ -35,11 +38,11 @@ pub struct ForceLimit {
 /// it exceeds the largest force of the closed form ([`force_limit`]), and what [`force_limit`] refuses.
 pub fn compression_for_force(
     thickness: f64,
-    material: Material,
+    rubber: MooneyRivlin,
     settings: ClosedFormSettings,
     force: f64,
 ) -> Result<f64, MechanicsError> {
-    let curve = settings.force_curve(thickness, material)?;
+    let curve = settings.force_curve(thickness, rubber)?;
     Ok(phase_for_force(&curve, force)?.compression)
 }
 
@@ -53,10 +56,10 @@ pub fn compression_for_force(
 /// [`MechanicsError::ForceDoesNotRise`] if the contact is too long for the shear length.
 pub fn force_limit(
     thickness: f64,
-    material: Material,
+    rubber: MooneyRivlin,
     settings: ClosedFormSettings,
 ) -> Result<ForceLimit, MechanicsError> {
-    let curve = settings.force_curve(thickness, material)?;
+    let curve = settings.force_curve(thickness, rubber)?;
     let top = Phase::from_n(bracket(&curve, f64::INFINITY).1);
     Ok(ForceLimit { compression: top.compression, force: curve.force(&top) })
 }

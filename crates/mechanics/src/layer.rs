@@ -1,10 +1,13 @@
 //! One load step of the layer: what the coupling takes.
+//!
+//! Equation numbers are those of the paper "Large deformation mechanics of a soft elastomeric layer under compressive loading
+//! for a MEMS tactile sensor application".
 
-use crate::closed_form::{ForceCurve, LayerMap, LayerStress};
+use crate::closed_form::{ForceCurve, LayerMap, LayerStress, valid_shear_modulus};
 use crate::electrode::{ElectrodePose, ElectrodeStiffness};
 use crate::error::{MechanicsError, require_positive};
 use crate::inverse::phase_for_force;
-use crate::material::Material;
+use elastocap_materials::MooneyRivlin;
 
 /// The lengths that the closed form takes from outside the layer, in m. All must be positive.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -23,10 +26,10 @@ impl ClosedFormSettings {
     pub(crate) fn force_curve(
         &self,
         thickness: f64,
-        material: Material,
+        rubber: MooneyRivlin,
     ) -> Result<ForceCurve, MechanicsError> {
         let thickness = require_positive("thickness of the layer", thickness, "m")?;
-        let modulus = material.valid_shear_modulus()?;
+        let modulus = valid_shear_modulus(rubber)?;
         let half_length = require_positive("contact half-length", self.contact_half_length, "m")?;
         let width = require_positive("contact width", self.contact_width, "m")?;
         let shear_length = require_positive("shear length", self.shear_length, "m")?;
@@ -59,17 +62,17 @@ impl LayerState {
     /// something.
     ///
     /// # Errors
-    /// [`MechanicsError::NotPositive`] for the thickness, the material or a length of the settings,
+    /// [`MechanicsError::NotPositive`] for the thickness, the rubber's shear modulus or a length of the settings,
     /// [`MechanicsError::Compression`], and [`MechanicsError::ForceDoesNotRise`] if the contact is too long for
     /// the shear length.
     pub fn new(
         thickness: f64,
-        material: Material,
+        rubber: MooneyRivlin,
         compression: f64,
         settings: ClosedFormSettings,
     ) -> Result<Self, MechanicsError> {
-        let curve = settings.force_curve(thickness, material)?;
-        Self::with_map(LayerMap::new(thickness, compression)?, material, settings, &curve)
+        let curve = settings.force_curve(thickness, rubber)?;
+        Self::with_map(LayerMap::new(thickness, compression)?, rubber, settings, &curve)
     }
 
     /// The layer of reference `thickness` `H` (m) under a compressive `force` (N).
@@ -78,24 +81,24 @@ impl LayerState {
     /// As [`LayerState::new`] and [`crate::compression_for_force`].
     pub fn under_force(
         thickness: f64,
-        material: Material,
+        rubber: MooneyRivlin,
         force: f64,
         settings: ClosedFormSettings,
     ) -> Result<Self, MechanicsError> {
-        let curve = settings.force_curve(thickness, material)?;
+        let curve = settings.force_curve(thickness, rubber)?;
         let phase = phase_for_force(&curve, force)?;
-        Self::with_map(LayerMap::from_phase(thickness, phase), material, settings, &curve)
+        Self::with_map(LayerMap::from_phase(thickness, phase), rubber, settings, &curve)
     }
 
     fn with_map(
         map: LayerMap,
-        material: Material,
+        rubber: MooneyRivlin,
         settings: ClosedFormSettings,
         curve: &ForceCurve,
     ) -> Result<Self, MechanicsError> {
         Ok(Self {
-            stress: LayerStress::new(map, material, settings.shear_length)?,
-            shear_modulus: material.shear_modulus(),
+            stress: LayerStress::new(map, rubber, settings.shear_length)?,
+            shear_modulus: rubber.shear_modulus(),
             force: curve.force(map.phase()),
         })
     }

@@ -8,15 +8,15 @@
 //!
 //! The layer is the closed form of sections 2 and 5.1 of the seed paper ("Large deformation mechanics of a
 //! soft elastomeric layer under compressive loading for a MEMS tactile sensor application"), with the
-//! misprints corrected. Equation numbers in this crate are the paper's.
+//! misprints corrected. Equation numbers in this crate are those of this paper.
 //!
 //! Axes: `x1` in-plane from the symmetry axis, `x2` up from the substrate, `x3` along the width. Reference
 //! coordinates are `x`, deformed ones `y`. Everything is SI: metres, pascals, newtons.
 //!
 //! ```
-//! use elastocap_mechanics::{ClosedFormSettings, ElectrodeStiffness, LayerState, Material};
+//! use elastocap_mechanics::{ClosedFormSettings, ElectrodeStiffness, LayerState, MooneyRivlin};
 //!
-//! let rubber = Material::MooneyRivlin { c10: 682.15, c01: 43931.9 };
+//! let rubber = MooneyRivlin { c10: 682.15, c01: 43931.9 };
 //! let settings =
 //!     ClosedFormSettings { contact_half_length: 500e-6, contact_width: 500e-6, shear_length: 500e-6 };
 //! let layer = LayerState::new(450e-6, rubber, 0.2, settings)?;
@@ -38,13 +38,13 @@ mod electrode;
 mod error;
 mod inverse;
 mod layer;
-mod material;
 mod numerics;
 pub mod solid;
 
 pub use closed_form::{LayerMap, LayerStress};
+pub use elastocap_materials as materials;
+pub use elastocap_materials::MooneyRivlin;
 pub use electrode::{ElectrodePose, ElectrodeStiffness};
 pub use error::MechanicsError;
 pub use inverse::{ForceLimit, compression_for_force, force_limit};
 pub use layer::{ClosedFormSettings, LayerState};
-pub use material::Material;

@@ -8,7 +8,8 @@ use super::super::quantities::Size;
 use super::super::raw::{self, Document};
 use super::super::reader::{Log, Read};
 use super::super::values::Either;
-use super::{given, material};
+use super::given;
+use crate::material;
 
 pub(super) fn layer(
     read: &Read<raw::Layer>,

@@ -6,7 +6,8 @@ use super::super::quantities::Size;
 use super::super::raw::{self, Document};
 use super::super::reader::{Log, Read};
 use super::super::values::Either;
-use super::{given, material, solid};
+use super::{given, solid};
+use crate::material;
 
 /// Relative discretisation error of the force where the file does not say.
 const DEFAULT_TOLERANCE: f64 = 5e-3;
@@ -33,12 +34,11 @@ pub(super) fn mechanics(raw: &raw::Mechanics, document: &Document, log: &mut Log
 /// The closed form is for incompressible materials whose stress is linear in B and its inverse.
 fn check_closed_form(document: &Document, log: &mut Log<'_>) {
     let Some(read) = given(&document.layer).and_then(|layer| layer.material.as_ref()) else { return };
-    let Some(raw) = read.get() else { return };
-    let (span, what) = match (material::bulk_modulus(raw), raw) {
+    let Some(table) = read.get() else { return };
+    let (span, what) = match (material::bulk_modulus(table), material::without_closed_form(table)) {
         (Some(read), _) => (&read.span, "a bulk modulus"),
-        (None, raw::Material::Yeoh(_)) => (&read.span, "a Yeoh material"),
-        (None, raw::Material::Ogden(_)) => (&read.span, "an Ogden material"),
-        (None, raw::Material::MooneyRivlin(_) | raw::Material::NeoHookean(_)) => return,
+        (None, Some(what)) => (&read.span, what),
+        (None, None) => return,
     };
     log.push(
         Diagnostic::at(span, format!("[mechanics.closed_form] does not know {what}"))

@@ -6,7 +6,6 @@
 mod bodies;
 mod imported;
 mod layered;
-mod material;
 mod mechanics;
 mod regions;
 mod shapes;

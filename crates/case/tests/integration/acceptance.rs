@@ -3,8 +3,8 @@
 use std::path::{Path, PathBuf};
 
 use elastocap_case::{
-    self, Body, Box3, Case, Electrodes, Electrostatics, Extent, Face, Indenter, Layer, LayerEnd, Layout,
-    Load, Material, Mechanics, Shape, ShearLength, Stiffness, Surroundings, Wall,
+    self, Body, Box3, Case, Electrodes, Electrostatics, Extent, Face, HyperelasticLaw, Indenter, Layer,
+    LayerEnd, Layout, Load, Mechanics, Shape, ShearLength, Stiffness, Surroundings, Wall,
 };
 
 fn acceptance(name: &str) -> PathBuf {
@@ -23,7 +23,7 @@ fn in_plane_pair() -> Case {
             thickness: 450e-6,
             half_length: None,
             relative_permittivity: Some(2.8),
-            material: Some(Material::MooneyRivlin { c10: 682.15, c01: 43931.9 }),
+            material: Some(HyperelasticLaw::MooneyRivlin { c10: 682.15, c01: 43931.9 }),
             bulk_modulus: None,
         }),
         electrodes: Some(Electrodes {
@@ -82,7 +82,7 @@ fn the_same_pair_by_force_differs_in_the_load_only() {
 fn the_stacked_pair_is_read_with_its_range_of_steps_and_open_space() {
     let case = load("stacked-pair.toml");
     let layer = case.layer.unwrap();
-    assert_eq!(layer.material, Some(Material::NeoHookean { shear_modulus: 1e5 }));
+    assert_eq!(layer.material, Some(HyperelasticLaw::NeoHookean { shear_modulus: 1e5 }));
     let electrodes = case.electrodes.unwrap();
     assert_eq!((electrodes.layout, electrodes.stiffness), (Layout::Stacked, Stiffness::Rigid));
     let steps = vec![0.0, 0.05, 0.1, 0.15, 0.2, 0.25, 0.3, 0.35, 0.4];

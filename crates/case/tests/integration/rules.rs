@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use elastocap_case::{
-    self, Box3, Case, CaseError, Extent, Face, LayerEnd, LayerSide, Load, Material, Mechanics, Role,
+    self, Box3, Case, CaseError, Extent, Face, HyperelasticLaw, LayerEnd, LayerSide, Load, Mechanics, Role,
     ShearLength, SolidIndenter, Stiffness, Wall,
 };
 
@@ -285,13 +285,13 @@ compression = [0.1]
 fn what_the_finite_elements_need_is_asked_for() {
     let case = parse(PRESSED).unwrap();
     let layer = case.layer.unwrap();
-    assert_eq!(layer.material, Some(Material::Yeoh { constants: [5e4, -1e3, 0.0] }));
+    assert_eq!(layer.material, Some(HyperelasticLaw::Yeoh { constants: [5e4, -1e3, 0.0] }));
     assert_eq!(layer.bulk_modulus, Some(1e9));
     let ogden = "terms = [{ mu = \"100 kPa\", alpha = 2.0 }, { mu = \"-5 kPa\", alpha = -2.0 }]";
     let ogden = [("yeoh", "ogden"), ("c10 = \"50 kPa\"\nc20 = \"-1 kPa\"", ogden)];
     let text = ogden.iter().fold(PRESSED.to_owned(), |text, (from, to)| text.replacen(from, to, 1));
     let terms = vec![(1e5, 2.0), (-5e3, -2.0)];
-    assert_eq!(parse(&text).unwrap().layer.unwrap().material, Some(Material::Ogden { terms }));
+    assert_eq!(parse(&text).unwrap().layer.unwrap().material, Some(HyperelasticLaw::Ogden { terms }));
 
     refused(PRESSED, &[("half_length = \"4 mm\"", "")], "[layer]", &["[layer] lacks `half_length`"]);
     refused(PRESSED, &[("\"0.1 mm\"", "\"1.1 mm\"")], "\"1.1 mm\"", &["larger than half the width"]);
@@ -401,6 +401,24 @@ fn the_closed_form_refuses_what_it_has_no_formula_for() {
     refused(LAYERED, &yeoh, "", &["[mechanics.closed_form] does not know a Yeoh material"]);
     let bulk = [("c10 =", "bulk_modulus = \"1 GPa\"\nc10 =")];
     refused(LAYERED, &bulk, "\"1 GPa\"", &["does not know a bulk modulus"]);
+    let constants = "c10 = \"682.15 Pa\"\nc01 = \"43931.9 Pa\"";
+    let gent =
+        [("mooney_rivlin", "gent"), (constants, "shear_modulus = \"90 kPa\"\nlimiting_invariant = 30.0")];
+    refused(LAYERED, &gent, "", &["[mechanics.closed_form] does not know a Gent material"]);
+}
+
+#[test]
+fn a_gent_material_has_a_shear_modulus_and_a_limiting_invariant_above_zero() {
+    let gent = "shear_modulus = \"90 kPa\"\nlimiting_invariant = 30.0";
+    let text = PRESSED.replace("yeoh", "gent").replace("c10 = \"50 kPa\"\nc20 = \"-1 kPa\"", gent);
+    let layer = parse(&text).unwrap().layer.unwrap();
+    let law = HyperelasticLaw::Gent { shear_modulus: 9e4, limiting_invariant: 30.0 };
+    assert_eq!((layer.material, layer.bulk_modulus), (Some(law), Some(1e9)));
+    for bad in ["0.0", "-30.0", "1e10"] {
+        refused(&text, &[("30.0", bad)], bad, &["greater than 0 and at most 1e9", "I1 - 3"]);
+    }
+    refused(&text, &[("30.0", "\"30 kPa\"")], "\"30 kPa\"", &["a bare number such as 30.0"]);
+    refused(&text, &[("limiting_invariant = 30.0\n", "")], "", &["limiting_invariant"]);
 }
 
 #[test]

@@ -53,6 +53,24 @@ fn a_layer_in_three_dimensions_is_valid_with_indenters_of_its_own() {
 }
 
 #[test]
+fn a_gent_material_is_valid_with_both_its_constants() {
+    let validator = validator();
+    let case = |constants: &str| {
+        let text = acceptance("layer-on-substrate.toml").replace("mooney_rivlin", "gent");
+        let kept = |line: &&str| !line.starts_with("c10") && !line.starts_with("c01");
+        let lines: Vec<&str> = text.lines().filter(kept).collect();
+        json(
+            &lines
+                .join("\n")
+                .replace("[layer.material.gent]", &format!("[layer.material.gent]\n{constants}\n#")),
+        )
+    };
+    assert!(validator.is_valid(&case("shear_modulus = \"90 kPa\"\nlimiting_invariant = 30.0")));
+    assert!(!validator.is_valid(&case("shear_modulus = \"90 kPa\"")));
+    assert!(!validator.is_valid(&case("shear_modulus = \"90 kPa\"\nlimiting_invariant = 0.0")));
+}
+
+#[test]
 fn slips_that_a_schema_can_see_are_invalid() {
     let validator = validator();
     for name in [

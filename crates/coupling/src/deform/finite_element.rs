@@ -1,15 +1,15 @@
 //! What the finite-element layers have in common, in the plane and in space: their solution becomes load steps.
 
+use elastocap_mechanics::materials::HyperelasticLaw;
 use elastocap_mechanics::solid::dimension::{Dimension, Space};
 use elastocap_mechanics::solid::layer::End;
-use elastocap_mechanics::solid::material::{Distortion, Rubber, Volume};
 use elastocap_mechanics::solid::press::{Goal, Pressed, Pressing};
 use serde::Serialize;
 
 use super::curves::DeformedCurves;
 use super::electrode_box::ElectrodeBox;
 use crate::plan::{Plan, StepLoad};
-use elastocap_case::{Case, Electrodes, Layer, LayerEnd, Material, Stiffness};
+use elastocap_case::{Case, Electrodes, Layer, LayerEnd, Stiffness};
 
 /// The layer at one load, by finite elements.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -189,7 +189,7 @@ pub(super) fn goals(plan: &Plan, width: f64) -> Vec<Goal> {
 }
 
 /// The layer of the case, its half-length in m and its material; what is missing, if anything is.
-pub(super) fn layer(case: &Case) -> Result<(&Layer, f64, &Material), String> {
+pub(super) fn layer(case: &Case) -> Result<(&Layer, f64, &HyperelasticLaw), String> {
     let lacks = |what: &str| format!("the case has no {what}");
     let layer = case.layer.as_ref().ok_or_else(|| lacks("[layer]"))?;
     let half_length = layer.half_length.ok_or_else(|| lacks("`half_length` in [layer]"))?;
@@ -201,7 +201,7 @@ pub(super) fn layer(case: &Case) -> Result<(&Layer, f64, &Material), String> {
 const RIGID: f64 = 1e6;
 
 /// Shear modulus of the electrodes, Pa.
-pub(super) fn electrode_modulus(electrodes: &Electrodes, material: &Material) -> f64 {
+pub(super) fn electrode_modulus(electrodes: &Electrodes, material: &HyperelasticLaw) -> f64 {
     match electrodes.stiffness {
         Stiffness::Rigid => RIGID * material.shear_modulus(),
         Stiffness::ShearModulus(modulus) => modulus,
@@ -213,18 +213,5 @@ pub(super) fn end(of: LayerEnd) -> End {
         LayerEnd::Free => End::Free,
         LayerEnd::FreeOnSubstrate => End::FreeOnSubstrate,
         LayerEnd::Far => End::Far,
-    }
-}
-
-pub(super) fn rubber(material: &Material, bulk_modulus: Option<f64>) -> Rubber {
-    let distortion = match material {
-        Material::MooneyRivlin { c10, c01 } => Distortion::MooneyRivlin { c10: *c10, c01: *c01 },
-        Material::NeoHookean { shear_modulus } => Distortion::NeoHookean { shear_modulus: *shear_modulus },
-        Material::Yeoh { constants } => Distortion::Yeoh { constants: *constants },
-        Material::Ogden { terms } => Distortion::Ogden { terms: terms.clone() },
-    };
-    match bulk_modulus {
-        Some(kappa) => Rubber { distortion, volume: Volume::BulkModulus(kappa), volume_barrier: 0.0 },
-        None => Rubber { distortion, volume: Volume::Incompressible, volume_barrier: Rubber::USUAL_BARRIER },
     }
 }

@@ -1,4 +1,7 @@
 //! The layer under its loads, by whichever mechanics the case asks for.
+//!
+//! Equation numbers are those of the paper "Large deformation mechanics of a soft elastomeric layer under compressive loading
+//! for a MEMS tactile sensor application".
 
 mod curves;
 mod electrode_box;
@@ -10,9 +13,7 @@ mod solid;
 use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 
-use elastocap_mechanics::{
-    ClosedFormSettings, LayerState, Material as LayerMaterial, MechanicsError, force_limit,
-};
+use elastocap_mechanics::{ClosedFormSettings, LayerState, MechanicsError, MooneyRivlin, force_limit};
 
 pub use curves::{Curve, DeformedCurves, simplified};
 pub use electrode_box::{ElectrodeBox, Ends};
@@ -21,7 +22,7 @@ pub use plane_strain::forecast;
 pub use solid::forecast as forecast_solid;
 
 use crate::plan::{Plan, PlannedStep, StepLoad};
-use elastocap_case::{Case, Material, Mechanics, ShearLength};
+use elastocap_case::{Case, Mechanics, ShearLength};
 
 /// The layer at one load.
 #[derive(Debug, Clone)]
@@ -127,24 +128,14 @@ impl Prepared {
 }
 
 /// Thickness, material and lengths of the case's closed-form layer; `None` also where a length is yet to be found.
-pub(crate) fn closed_form(case: &Case) -> Option<(f64, LayerMaterial, ClosedFormSettings)> {
+pub(crate) fn closed_form(case: &Case) -> Option<(f64, MooneyRivlin, ClosedFormSettings)> {
     let layer = case.layer.as_ref()?;
-    let material = closed_form_material(layer.material.as_ref()?)?;
+    let material = layer.material.as_ref()?.as_mooney_rivlin()?;
     let Mechanics::ClosedForm { contact_half_length, contact_width, shear_length } = case.mechanics? else {
         return None;
     };
     let ShearLength::Given(shear_length) = shear_length else { return None };
     Some((layer.thickness, material, ClosedFormSettings { contact_half_length, contact_width, shear_length }))
-}
-
-/// The material as the closed form knows it.
-fn closed_form_material(material: &Material) -> Option<LayerMaterial> {
-    Some(match material {
-        Material::MooneyRivlin { c10, c01 } => LayerMaterial::MooneyRivlin { c10: *c10, c01: *c01 },
-        Material::NeoHookean { shear_modulus } => LayerMaterial::NeoHookean { shear_modulus: *shear_modulus },
-        // The case reader refuses them beside the closed form.
-        Material::Yeoh { .. } | Material::Ogden { .. } => return None,
-    })
 }
 
 /// How far eq. (50) can be used, where the case does.

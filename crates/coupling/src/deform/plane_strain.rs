@@ -2,21 +2,21 @@
 
 use std::sync::atomic::AtomicBool;
 
-use elastocap_mechanics::solid::forecast::{MeshSize, Way};
+use elastocap_mechanics::materials::{HyperelasticLaw, Rubber};
+use elastocap_mechanics::solid::forecast::{MeshSize, PressingRegime};
 use elastocap_mechanics::solid::layer::{Inclusion, Indenter as Press};
-use elastocap_mechanics::solid::material::Rubber;
-use elastocap_mechanics::solid::obstacle::Shape;
-use elastocap_mechanics::solid::press::{LayerProblem, Pressed, Pressing, Refinement, deepest};
+use elastocap_mechanics::solid::obstacle::IndenterProfile;
+use elastocap_mechanics::solid::press::{PlaneLayer, Pressed, Pressing, Refinement, deepest};
 
 use super::curves::{DeformedCurves, through};
 use super::electrode_box::{ElectrodeBox, Face};
-use super::finite_element::{FiniteElementRun, Scale, Solution, electrode_modulus, end, goals, rubber};
+use super::finite_element::{FiniteElementRun, Scale, Solution, electrode_modulus, end, goals};
 use crate::plan::Plan;
-use elastocap_case::{Case, Electrodes, Indenter, Layer, Layout, Material, PlaneStrain};
+use elastocap_case::{Case, Electrodes, Indenter, Layer, Layout, PlaneStrain};
 
 /// The meshes that a run may need, coarse to fine, and what their linear systems are for.
-pub fn forecast(case: &Case, model: &PlaneStrain, plan: &Plan) -> (Vec<MeshSize>, Way) {
-    let Ok(problem) = problem(case, model) else { return (Vec::new(), Way::Smooth) };
+pub fn forecast(case: &Case, model: &PlaneStrain, plan: &Plan) -> (Vec<MeshSize>, PressingRegime) {
+    let Ok(problem) = problem(case, model) else { return (Vec::new(), PressingRegime::Smooth) };
     let refinement = Refinement::to(model.relative_tolerance);
     let deepest = deepest(&goals(plan, model.width));
     let size = |&n: &usize| {
@@ -24,7 +24,7 @@ pub fn forecast(case: &Case, model: &PlaneStrain, plan: &Plan) -> (Vec<MeshSize>
         let elements = mesh.elements.len();
         MeshSize { elements, unknowns: 2 * mesh.nodes.len() + 3 * elements }
     };
-    (refinement.meshes.iter().map(size).collect(), problem.way(deepest))
+    (refinement.meshes.iter().map(size).collect(), problem.regime(deepest))
 }
 
 /// The path of the layer through the loads of `plan`; the reason if there is no model.
@@ -49,7 +49,7 @@ pub(super) fn solve(
 
 /// The electrodes, of the given `width`, as boxes, and the curves of what is deformed.
 fn bodies(
-    problem: &LayerProblem,
+    problem: &PlaneLayer,
     width: f64,
     pressing: &Pressing,
     pressed: &Pressed,
@@ -109,7 +109,7 @@ fn weighted(line: &[(f64, [f64; 2])], x3: f64) -> Face {
 }
 
 /// The layer of the case; the reason if its finite elements cannot be set up.
-fn problem(case: &Case, model: &PlaneStrain) -> Result<LayerProblem, String> {
+fn problem(case: &Case, model: &PlaneStrain) -> Result<PlaneLayer, String> {
     let (layer, half_length, material) = super::finite_element::layer(case)?;
     let (indenter, position) = match model.indenter {
         Indenter::WholeTop => (Press::WholeTop, 0.0),
@@ -117,7 +117,7 @@ fn problem(case: &Case, model: &PlaneStrain) -> Result<LayerProblem, String> {
             let punch = match (corner_radius > 0.0, bonded) {
                 (false, false) => Press::Sharp { half_width },
                 (false, true) => Press::Bonded { half_width },
-                (true, false) => Press::Smooth(Shape::Punch { half_width, corner_radius }),
+                (true, false) => Press::Smooth(IndenterProfile::Punch { half_width, corner_radius }),
                 (true, true) => {
                     return Err(
                         "a punch with rounded corners that the layer sticks to is not supported".to_owned()
@@ -126,16 +126,18 @@ fn problem(case: &Case, model: &PlaneStrain) -> Result<LayerProblem, String> {
             };
             (punch, position)
         }
-        Indenter::Cylinder { radius, position } => (Press::Smooth(Shape::Cylinder { radius }), position),
+        Indenter::Cylinder { radius, position } => {
+            (Press::Smooth(IndenterProfile::Cylinder { radius }), position)
+        }
     };
     let inclusions = match &case.electrodes {
         Some(electrodes) => inclusions(electrodes, layer, half_length, material, position != 0.0)?,
         None => Vec::new(),
     };
-    Ok(LayerProblem {
+    Ok(PlaneLayer {
         thickness: layer.thickness,
         half_length,
-        rubber: rubber(material, layer.bulk_modulus),
+        rubber: Rubber::of_law(material.clone(), layer.bulk_modulus),
         inclusions,
         indenter,
         position,
@@ -148,7 +150,7 @@ fn inclusions(
     electrodes: &Electrodes,
     layer: &Layer,
     half_length: f64,
-    material: &Material,
+    material: &HyperelasticLaw,
     whole: bool,
 ) -> Result<Vec<Inclusion>, String> {
     let modulus = electrode_modulus(electrodes, material);

@@ -3,12 +3,15 @@
 //! The layer is pressed by a sharp, smooth punch of the contact's half-length, and L follows from the balance of the axial
 //! force, eq. (43): see [`elastocap_mechanics::solid::shear_length`]. L changes with the compression, so that each step
 //! has its own; between the compressions of the ladder it is interpolated.
+//!
+//! Equation numbers are those of the paper "Large deformation mechanics of a soft elastomeric layer under compressive loading
+//! for a MEMS tactile sensor application".
 
+use elastocap_mechanics::materials::HyperelasticLaw;
 use elastocap_mechanics::solid::layer::End;
 use elastocap_mechanics::solid::shear_length::{Contact, ShearLengths, shear_lengths};
-use elastocap_mechanics::{ClosedFormSettings, LayerState, Material};
+use elastocap_mechanics::{ClosedFormSettings, LayerState, MooneyRivlin};
 
-use super::closed_form_material;
 use crate::plan::{Plan, StepLoad};
 use elastocap_case::{Case, Mechanics};
 
@@ -19,7 +22,7 @@ const LADDER: [f64; 10] = [0.01, 0.03, 0.06, 0.1, 0.15, 0.2, 0.25, 0.3, 0.35, 0.
 
 struct Layer {
     thickness: f64,
-    material: Material,
+    material: MooneyRivlin,
     contact_half_length: f64,
     contact_width: f64,
 }
@@ -32,7 +35,7 @@ pub(super) fn states(case: &Case, plan: &Plan) -> Vec<Result<LayerState, String>
     else {
         return all("the case has no closed-form layer");
     };
-    let Some(material) = layer.material.as_ref().and_then(closed_form_material) else {
+    let Some(material) = layer.material.as_ref().and_then(HyperelasticLaw::as_mooney_rivlin) else {
         return all("the layer's material has no closed form");
     };
     let layer = Layer { thickness: layer.thickness, material, contact_half_length, contact_width };

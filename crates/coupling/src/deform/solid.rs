@@ -3,21 +3,19 @@
 use std::sync::atomic::AtomicBool;
 
 use elastocap_geometry::scene::Box3;
+use elastocap_mechanics::materials::{HyperelasticLaw, Rubber};
 use elastocap_mechanics::solid::dimension::Space;
 use elastocap_mechanics::solid::layer::{Inclusion, Indenter as Press};
-use elastocap_mechanics::solid::material::Rubber;
-use elastocap_mechanics::solid::obstacle::Shape;
+use elastocap_mechanics::solid::obstacle::IndenterProfile;
 use elastocap_mechanics::solid::press::{Pressed, Pressing, Refinement};
-use elastocap_mechanics::solid::space::layer::Side;
-use elastocap_mechanics::solid::space::press::SpaceProblem;
+use elastocap_mechanics::solid::space::layer::SideCondition;
+use elastocap_mechanics::solid::space::press::SpaceLayer;
 
 use super::curves::DeformedCurves;
 use super::electrode_box::{ElectrodeBox, Face};
-use super::finite_element::{
-    FiniteElementRun, Scale, Solution, electrode_modulus, end, goals, layer, rubber,
-};
+use super::finite_element::{FiniteElementRun, Scale, Solution, electrode_modulus, end, goals, layer};
 use crate::plan::Plan;
-use elastocap_case::{Case, Electrodes, LayerSide, Layout, Material, Solid, SolidIndenter};
+use elastocap_case::{Case, Electrodes, LayerSide, Layout, Solid, SolidIndenter};
 
 /// The meshes that a run may need, coarse to fine: how many hexahedra and unknowns each has, and the size of its smallest
 /// hexahedra at the surface in m.
@@ -53,7 +51,7 @@ pub(super) fn solve(
 }
 
 /// The electrodes as boxes.
-fn boxes(problem: &SpaceProblem, pressing: &Pressing<Space>, pressed: &Pressed<Space>) -> Vec<ElectrodeBox> {
+fn boxes(problem: &SpaceLayer, pressing: &Pressing<Space>, pressed: &Pressed<Space>) -> Vec<ElectrodeBox> {
     let mesh = &pressing.levels[pressed.level].model.equations().body().mesh;
     let tiny = 1e-9 * problem.thickness;
     let face = |inclusion: &Inclusion<Space>, axis: usize, at: f64| -> Face {
@@ -106,7 +104,7 @@ impl Trapezoid {
 }
 
 /// The electrodes in the quarter that is solved.
-fn inclusions(electrodes: &Electrodes, material: &Material) -> Vec<Inclusion<Space>> {
+fn inclusions(electrodes: &Electrodes, material: &HyperelasticLaw) -> Vec<Inclusion<Space>> {
     let rubber = Rubber::neo_hookean(electrode_modulus(electrodes, material));
     let regions = electrodes.regions();
     let solved = match electrodes.layout {
@@ -122,32 +120,32 @@ fn inclusions(electrodes: &Electrodes, material: &Material) -> Vec<Inclusion<Spa
 }
 
 /// The layer of the case; the reason if its finite elements cannot be set up.
-fn problem(case: &Case, model: &Solid) -> Result<SpaceProblem, String> {
+fn problem(case: &Case, model: &Solid) -> Result<SpaceLayer, String> {
     let (layer, half_length, material) = layer(case)?;
     let indenter = match model.indenter {
         SolidIndenter::WholeTop => Press::WholeTop,
         SolidIndenter::FlatPunch { half_width, bonded: true, .. } => Press::Bonded { half_width },
         SolidIndenter::FlatPunch { half_width, corner_radius: 0.0, .. } => Press::Sharp { half_width },
         SolidIndenter::FlatPunch { half_width, corner_radius, .. } => {
-            Press::Smooth(Shape::Punch { half_width, corner_radius })
+            Press::Smooth(IndenterProfile::Punch { half_width, corner_radius })
         }
         SolidIndenter::Block { half_widths, corner_radius } => {
-            Press::Smooth(Shape::Block { half_widths, corner_radius })
+            Press::Smooth(IndenterProfile::Block { half_widths, corner_radius })
         }
-        SolidIndenter::Cylinder { radius } => Press::Smooth(Shape::Cylinder { radius }),
-        SolidIndenter::Sphere { radius } => Press::Smooth(Shape::Sphere { radius }),
+        SolidIndenter::Cylinder { radius } => Press::Smooth(IndenterProfile::Cylinder { radius }),
+        SolidIndenter::Sphere { radius } => Press::Smooth(IndenterProfile::Sphere { radius }),
     };
-    let problem = SpaceProblem {
+    let problem = SpaceLayer {
         thickness: layer.thickness,
         half_length,
         half_width: 0.5 * model.width,
-        rubber: rubber(material, layer.bulk_modulus),
+        rubber: Rubber::of_law(material.clone(), layer.bulk_modulus),
         inclusions: case.electrodes.as_ref().map_or_else(Vec::new, |e| inclusions(e, material)),
         indenter,
         end: end(model.end),
         side: match model.side {
-            LayerSide::Free => Side::Free,
-            LayerSide::Symmetric => Side::Symmetric,
+            LayerSide::Free => SideCondition::Free,
+            LayerSide::Symmetric => SideCondition::Symmetric,
         },
     };
     let [length, width] = problem.room();

@@ -2,7 +2,7 @@
 
 use elastocap_geometry::scene::Wall;
 use elastocap_mechanics::solid::dimension::{Dimension, Plane, Space};
-use elastocap_mechanics::solid::forecast::{MeshSize, Way, memory_bytes, seconds};
+use elastocap_mechanics::solid::forecast::{MeshSize, PressingRegime, memory_bytes, seconds};
 use serde::Serialize;
 
 use super::{Decision, LeftOut, Plan, Planned, counted, listed};
@@ -55,8 +55,8 @@ impl Plan {
     }
 
     fn plane_strain(&mut self, case: &Case, load: &Load, model: &PlaneStrain) {
-        let (meshes, way) = deform::forecast(case, model, self);
-        self.finite_elements::<Plane>("in plane strain", load, &meshes, way, model.relative_tolerance);
+        let (meshes, regime) = deform::forecast(case, model, self);
+        self.finite_elements::<Plane>("in plane strain", load, &meshes, regime, model.relative_tolerance);
         self.warn_of_bulge(case, model.indenter == Indenter::WholeTop);
     }
 
@@ -65,17 +65,21 @@ impl Plan {
         let size = |&(elements, unknowns, _): &(usize, usize, f64)| MeshSize { elements, unknowns };
         let meshes: Vec<MeshSize> = forecast.iter().map(size).collect();
         // Rounded corners are coarse in space: the surface hardly slides around them.
-        let way = match model.indenter {
-            SolidIndenter::FlatPunch { corner_radius: 0.0, .. } => Way::Sharp,
-            _ => Way::Smooth,
+        let regime = match model.indenter {
+            SolidIndenter::FlatPunch { corner_radius: 0.0, .. } => PressingRegime::Sharp,
+            SolidIndenter::WholeTop
+            | SolidIndenter::FlatPunch { .. }
+            | SolidIndenter::Block { .. }
+            | SolidIndenter::Cylinder { .. }
+            | SolidIndenter::Sphere { .. } => PressingRegime::Smooth,
         };
         let what = "of a quarter of the layer";
-        self.finite_elements::<Space>(what, load, &meshes, way, model.relative_tolerance);
+        self.finite_elements::<Space>(what, load, &meshes, regime, model.relative_tolerance);
         let rounded = match model.indenter {
             SolidIndenter::FlatPunch { corner_radius, .. } | SolidIndenter::Block { corner_radius, .. } => {
                 corner_radius
             }
-            _ => 0.0,
+            SolidIndenter::WholeTop | SolidIndenter::Cylinder { .. } | SolidIndenter::Sphere { .. } => 0.0,
         };
         if let Some(&(.., finest)) = forecast.last()
             && rounded > 0.0
@@ -95,7 +99,7 @@ impl Plan {
         what: &str,
         load: &Load,
         meshes: &[MeshSize],
-        way: Way,
+        regime: PressingRegime,
         tolerance: f64,
     ) {
         let by_force = matches!(load, Load::Force(_));
@@ -105,7 +109,7 @@ impl Plan {
             self.layer = Some(LayerForecast {
                 unknowns: meshes.iter().map(|mesh| mesh.unknowns).collect(),
                 memory_bytes: memory_bytes::<S>(meshes, self.steps.len()),
-                seconds: seconds::<S>(meshes, loads, way, by_force),
+                seconds: seconds::<S>(meshes, loads, regime, by_force),
             });
         }
         let meshes: Vec<String> = meshes.iter().map(|mesh| mesh.unknowns.to_string()).collect();

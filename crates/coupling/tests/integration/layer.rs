@@ -114,7 +114,7 @@ fn electrodes_as_soft_as_the_layer_float_as_the_closed_form_says() {
         let ShearLength::Given(shear_length) = shear_length else { panic!("no length") };
         let settings =
             elastocap_mechanics::ClosedFormSettings { contact_half_length, contact_width, shear_length };
-        let rubber = elastocap_mechanics::Material::NeoHookean { shear_modulus: 89228.1 };
+        let rubber = elastocap_mechanics::MooneyRivlin::neo_hookean(89228.1);
         LayerState::new(450e-6, rubber, 0.05, settings).unwrap()
     };
     let pose = closed.electrode_pose(225e-6, ElectrodeStiffness::ShearModulus(89228.1)).unwrap();

@@ -1,14 +1,14 @@
 //! Where the bodies are after loading, and when they do not fit.
 
 use elastocap_case::{
-    Body, Box3, Case, Electrodes, Electrostatics, Extent, Face, Layer, Layout, Material, Mechanics, Shape,
-    ShearLength, Stiffness, Surroundings, Wall,
+    Body, Box3, Case, Electrodes, Electrostatics, Extent, Face, HyperelasticLaw, Layer, Layout, Mechanics,
+    Shape, ShearLength, Stiffness, Surroundings, Wall,
 };
 use elastocap_coupling::deform::Deformation;
 use elastocap_coupling::scene::{DeformedScene, SceneError, scene_of};
 use elastocap_electrostatics::VACUUM_PERMITTIVITY;
 use elastocap_geometry::scene::Scene;
-use elastocap_mechanics::{ClosedFormSettings, LayerState, Material as Rubber};
+use elastocap_mechanics::{ClosedFormSettings, LayerState, MooneyRivlin};
 
 /// The pair of the paper.
 fn pair(layout: Layout) -> Case {
@@ -19,7 +19,7 @@ fn pair(layout: Layout) -> Case {
             thickness: 450e-6,
             half_length: None,
             relative_permittivity: Some(2.8),
-            material: Some(Material::MooneyRivlin { c10: 682.15, c01: 43931.9 }),
+            material: Some(HyperelasticLaw::MooneyRivlin { c10: 682.15, c01: 43931.9 }),
             bulk_modulus: None,
         }),
         electrodes: Some(Electrodes {
@@ -69,7 +69,7 @@ fn open(mut case: Case) -> Case {
 }
 
 fn pressed(compression: f64) -> Deformation<'static> {
-    let rubber = Rubber::MooneyRivlin { c10: 682.15, c01: 43931.9 };
+    let rubber = MooneyRivlin { c10: 682.15, c01: 43931.9 };
     let lengths =
         ClosedFormSettings { contact_half_length: 500e-6, contact_width: 500e-6, shear_length: 500e-6 };
     Deformation::ClosedForm(LayerState::new(450e-6, rubber, compression, lengths).unwrap())

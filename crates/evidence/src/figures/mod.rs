@@ -20,10 +20,10 @@ use std::rc::Rc;
 use elastocap_mechanics::solid::layer::End;
 use elastocap_mechanics::solid::model::ModelError;
 use elastocap_mechanics::solid::shear_length::{Contact, ShearLengths, shear_lengths};
-use elastocap_mechanics::{LayerMap, LayerStress, Material, MechanicsError};
+use elastocap_mechanics::{LayerMap, LayerStress, MechanicsError, MooneyRivlin};
 
 /// The paper's rubber, in Pa: `C1 = 1364.3`, `C2 = -87863.8`.
-const RUBBER: Material = Material::MooneyRivlin { c10: 682.15, c01: 43931.9 };
+const RUBBER: MooneyRivlin = MooneyRivlin { c10: 682.15, c01: 43931.9 };
 /// `C1` of the paper in Pa, by which it divides stresses.
 const C1: f64 = 1364.3;
 /// Half-length over thickness of the paper's finite-element model (section 3.2).

@@ -8,6 +8,9 @@
 //!
 //! `B` is `mu/2` without load. All functions here return what is left after that, as sums of parts that vanish
 //! with the compression, so that the smallest load keeps its digits.
+//!
+//! Equation numbers are those of the paper "Large deformation mechanics of a soft elastomeric layer under compressive loading
+//! for a MEMS tactile sensor application".
 
 use super::phase::Phase;
 use crate::numerics::{cosh_minus_sinh_ratio, sinh_ratio_excess};

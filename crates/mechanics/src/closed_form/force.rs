@@ -1,4 +1,7 @@
 //! The force of the punch: section 5.1 of the paper.
+//!
+//! Equation numbers are those of the paper "Large deformation mechanics of a soft elastomeric layer under compressive loading
+//! for a MEMS tactile sensor application".
 
 use super::axial_balance::{mean_ratio, mean_ratio_slope, top_pressure_part, top_pressure_part_slope};
 use super::phase::Phase;

@@ -1,4 +1,7 @@
 //! The one unknown of the closed form: the phase angle `theta = alpha H` and its relatives (40), (46).
+//!
+//! Equation numbers are those of the paper "Large deformation mechanics of a soft elastomeric layer under compressive loading
+//! for a MEMS tactile sensor application".
 
 use crate::error::MechanicsError;
 use crate::numerics::integrate_from_zero;

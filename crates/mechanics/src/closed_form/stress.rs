@@ -1,11 +1,15 @@
 //! The stress in the layer: sections 2.3 to 2.5 and 2.8 of the paper.
+//!
+//! Equation numbers are those of the paper "Large deformation mechanics of a soft elastomeric layer under compressive loading
+//! for a MEMS tactile sensor application".
 
 use nalgebra::Matrix3;
 
 use super::axial_balance::constant_excess;
+use super::constants::{paper_constants, valid_shear_modulus};
 use super::map::LayerMap;
 use crate::error::{MechanicsError, require_positive};
-use crate::material::Material;
+use elastocap_materials::MooneyRivlin;
 
 /// The stress of the compressed layer. Tension is positive; points are reference positions in m.
 ///
@@ -22,15 +26,15 @@ pub struct LayerStress {
 }
 
 impl LayerStress {
-    /// The stress of `material` under the deformation `map`, with the pressure level that (45) finds for the
+    /// The stress of `rubber` under the deformation `map`, with the pressure level that (45) finds for the
     /// `shear_length` `L` in m (the length of bonded bottom, from the axis, that carries shear).
     ///
     /// # Errors
     /// [`MechanicsError::NotPositive`] for the shear modulus or the shear length.
-    pub fn new(map: LayerMap, material: Material, shear_length: f64) -> Result<Self, MechanicsError> {
-        let shear_modulus = material.valid_shear_modulus()?;
+    pub fn new(map: LayerMap, rubber: MooneyRivlin, shear_length: f64) -> Result<Self, MechanicsError> {
+        let shear_modulus = valid_shear_modulus(rubber)?;
         let shear_length = require_positive("shear length", shear_length, "m")?;
-        let (c1, c2) = material.paper_constants();
+        let (c1, c2) = paper_constants(rubber);
         let constant_excess = constant_excess(map.phase(), shear_length / map.thickness());
         Ok(Self { map, c1, c2, shear_modulus, constant_excess })
     }

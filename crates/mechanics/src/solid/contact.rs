@@ -6,20 +6,21 @@
 //!
 //! `l + dl = (w s - l n'd) / g`, `d = du - (motion of the obstacle)`,
 //!
-//! so that a pair adds the stiffness `(l/g) n n' - l H`, `H` the Hessian of the distance, and the force `n w s / g`: the
-//! pattern of the matrix does not depend on what touches. The steps of [`super::newton`] keep `g` and `l` positive, and
-//! take `s` to where the remaining gaps do not matter. The distance from a convex body is a convex function: a step
-//! that keeps the linear gap positive keeps the gap positive, round any corner.
+//! so that a pair adds the stiffness `(l/g) n n' - l H`, with the Hessian `H` of the distance, and the force `n w s / g`. The
+//! pattern of the matrix does not depend on which points touch. The steps of [`super::newton`] keep `g` and `l` positive and
+//! reduce `s` until the remaining gaps do not matter. The distance from a convex body is a convex function, so that a step
+//! that keeps the linear gap positive keeps the gap positive, around any corner.
 
 use super::dimension::{Dimension, Numbers};
 use super::model::{Body, Equations, Load, State};
 use super::obstacle::Gap;
 
-/// The part of the way to `g = 0` or `l = 0` that one step may go.
+/// The fraction of the way to `g = 0` or `l = 0` that one step may go.
 const BOUNDARY_FRACTION: f64 = 0.995;
 
-/// Of the way to there that a step may go by the slope of the gaps, so much is tried; and not less than the other.
+/// The fraction that is tried of the longest step that the linearised gaps admit.
 const TOWARD_BOUNDARY: f64 = 0.98;
+/// The smallest factor by which a step is shortened at once.
 const SHORTEST_PART: f64 = 0.1;
 
 /// Points along each direction of a side that are kept out of an obstacle. Nodes alone are not enough: what lies between two of them would cut
@@ -130,16 +131,14 @@ impl<S: Dimension> Equations<S> {
             let slots = &pair.slots;
             for (r, &(d, k, sign)) in slots.iter().enumerate() {
                 self.unbalanced[d] -= sign * force * gap.normal[k];
-                if self.unknown[d] == u32::MAX {
-                    continue;
-                }
-                self.right[self.unknown[d] as usize] += sign * right[k];
+                let Some(row) = self.unknowns.index(d) else { continue };
+                self.right[row] += sign * right[k];
                 for (m, &(e, l, other)) in slots.iter().enumerate() {
                     if let Some(place) = self.places[elements + c][r * slots.len() + m] {
                         self.solver.add(place, sign * other * stiffness[k][l]);
-                    } else if self.unknown[e] == u32::MAX {
+                    } else if self.unknowns.index(e).is_none() {
                         let step = load.displacement[e] - state.displacement[e];
-                        self.right[self.unknown[d] as usize] -= sign * other * stiffness[k][l] * step;
+                        self.right[row] -= sign * other * stiffness[k][l] * step;
                     }
                 }
             }
@@ -159,9 +158,9 @@ impl<S: Dimension> Equations<S> {
         self.pairs.iter().enumerate().map(increment).collect()
     }
 
-    /// The part of the step from `before` to `after` that leaves every gap a part of what it was: 1 if all of it does, else a
-    /// shorter step to try. Contact forces that a step would take to zero or below are stopped short of it, one by
-    /// one: they only weigh the next step.
+    /// Returns 1 if the step from `before` to `after` keeps every gap above a fraction of what it was, and else the fraction of the
+    /// step to try next. Contact forces that the step would take to zero or below are kept above it one by one, since they only
+    /// weight the next step.
     pub(crate) fn clear_part(&self, before: &State<S>, after: &mut State<S>) -> f64 {
         let least = 1.0 - BOUNDARY_FRACTION;
         let left = |pair: &Pair<S>| self.gap(pair, after).distance / self.gap(pair, before).distance;
@@ -178,7 +177,7 @@ impl<S: Dimension> Equations<S> {
         1.0
     }
 
-    /// The least distance of a point from obstacle `o` in m.
+    /// The smallest distance of a point from obstacle `o` in m.
     pub(crate) fn least_gap(&self, o: usize, state: &State<S>) -> f64 {
         let pairs = self.pairs.iter().filter(|pair| pair.obstacle == o);
         pairs.map(|pair| self.gap(pair, state).distance).fold(f64::INFINITY, f64::min)

@@ -1,10 +1,23 @@
-//! What the plane and space have in common: the solver is written once, over a [`Dimension`].
+//! What the plane and space have in common: the solver is written once, generic over a [`Dimension`].
+//!
+//! Code that has a type parameter `S: Dimension` works in plane strain with `S = Plane` and in three dimensions with `S = Space`:
+//!
+//! | | [`Plane`] | [`Space`] |
+//! |---|---|---|
+//! | `S::AXES`, displacements per node | 2 | 3 |
+//! | `S::Point`, a position or vector | `[f64; 2]` in m | `[f64; 3]` in m |
+//! | `S::Nodes`, nodes of an element | 9, a quadrilateral | 27, a hexahedron |
+//! | `S::SideNodes`, nodes of its sides | 3 | 9 |
+//! | `S::Pressure`, pressure coefficients of an element | 3 | 4 |
+//! | forces | N per metre of width | N |
+//!
+//! Lists of displacements and forces hold `S::AXES` numbers for each node: entry `S::AXES n + k` belongs to node `n` and axis `k`.
 
 use std::fmt::Debug;
 use std::ops::IndexMut;
 
-use super::material::Rubber;
 use super::{element, space};
+use elastocap_materials::Rubber;
 
 /// Plane strain: two axes, forces per metre of width.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
@@ -14,15 +27,15 @@ pub struct Plane;
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Space;
 
-/// A fixed number of numbers.
+/// An array `[f64; N]` whose length depends on the dimension.
 pub trait Numbers: Copy + Debug + Default + PartialEq + Send + Sync + IndexMut<usize, Output = f64> {
-    /// How many.
+    /// Its length.
     const COUNT: usize;
-    /// The number of each place.
+    /// The array with `number(k)` at place `k`.
     fn from_fn(number: impl FnMut(usize) -> f64) -> Self;
-    /// All of them.
+    /// All numbers.
     fn as_slice(&self) -> &[f64];
-    /// The sum of the products with `other`.
+    /// The scalar product with `other`.
     fn dot(&self, other: &Self) -> f64 {
         self.as_slice().iter().zip(other.as_slice()).map(|(a, b)| a * b).sum()
     }
@@ -43,9 +56,9 @@ macro_rules! numbers {
 }
 numbers!(2 3 4);
 
-/// A fixed number of node numbers.
+/// An array `[u32; N]` of node numbers whose length depends on the dimension.
 pub trait Numbering: AsRef<[u32]> + Copy + Debug + Eq + Send + Sync {
-    /// The node of each place.
+    /// The array with `node(k)` at place `k`.
     fn from_fn(node: impl FnMut(usize) -> u32) -> Self;
 }
 
@@ -55,7 +68,7 @@ impl<const N: usize> Numbering for [u32; N] {
     }
 }
 
-/// The plane or space, with its element.
+/// The plane or space, with its element: sizes of arrays and the few functions that differ.
 pub trait Dimension: Copy + Debug + Default + PartialEq + Send + Sync + 'static {
     /// Displacements of a node.
     const AXES: usize;
@@ -157,6 +170,10 @@ pub trait Element<S: Dimension>: Sized + Clone + Debug + Send + Sync {
 
     /// `J` at quadrature point `q` under the displacements `u`.
     fn volume_ratio(&self, q: usize, u: &[f64]) -> f64;
+
+    /// What is left at quadrature point `q` of the extension that `rubber` admits under the displacements `u`; `None` where it has
+    /// no limit. See [`Rubber::extension_left`].
+    fn extension_left(&self, rubber: &Rubber, q: usize, u: &[f64]) -> Option<f64>;
 
     /// Inverse of the pressure's mass matrix, row by row, in 1/m^3 (in the plane 1/m^2).
     fn mass_inverse(&self) -> &[S::Pressure];

@@ -1,26 +1,27 @@
-//! Through loads at which an equilibrium ceases to be: surfaces that fold and buckle.
+//! Past loads at which an equilibrium ceases to exist: surfaces that fold and buckle.
 //!
-//! Where a compressed surface folds, an equilibrium ends at a certain load, and the body falls into another one
-//! that may be far away at the scale of the fold. Newton's method with ever smaller load steps stops there. The load
+//! Where a compressed surface folds, an equilibrium ends at a certain load, and the body snaps into another one
+//! that may be far away at the scale of the fold. Newton's method with ever smaller load steps stops there. Here the load
 //! is held instead, and the body moves against a *drag* that pulls each step back to the one before,
-//! `drag/2 |grad(u - u_before)|^2`: descent of the energy where the drag is large, and Newton's method where it is zero.
-//! The drag rises until a step converges, and fades while steps converge; the last step is made without any, so that
-//! what comes out is an equilibrium of the body alone.
+//! `drag/2 |grad(u - u_before)|^2`. With a large drag this descends the energy, with none it is Newton's method.
+//! The drag rises until a step converges and fades while steps converge. The last step has no drag, so that the result
+//! is an equilibrium of the body alone.
 
 use super::dimension::Dimension;
 use super::model::{Equations, Load, State};
 use super::newton::{Effort, Failure, FromCoarser, NewtonSettings, StopReason, Stopped, Target};
 
-/// The least drag, over the shear modulus, and the factor by which it grows after a step that failed.
-const LEAST: f64 = 0.1;
+/// The smallest drag, over the shear modulus.
+const MIN_DRAG: f64 = 0.1;
+/// Factor by which the drag grows after a step that failed.
 const GROWTH: f64 = 4.0;
-/// What only follows the body on its fall is met as closely as this.
+/// Relative unbalanced force that is accepted while the body still moves.
 const ON_THE_WAY: f64 = 1e-3;
-/// So many unstable equilibria under one load are left again; the next one is taken, its negative pivots say so.
-const MOST_UNSTABLE: usize = 3;
-/// Beyond this drag, or after so many steps under one load, there is nothing to be found.
-const MOST: f64 = 1e4;
-const MOST_STEPS: usize = 400;
+/// Number of unstable equilibria under one load that are abandoned. The next one is accepted; its negative pivots are reported.
+const MAX_UNSTABLE: usize = 3;
+/// Drag, over the shear modulus, and steps under one load at which the search is given up.
+const MAX_DRAG: f64 = 1e4;
+const MAX_STEPS: usize = 400;
 
 impl NewtonSettings {
     /// For bodies whose surface folds: twelve steps, then a drag.
@@ -28,7 +29,7 @@ impl NewtonSettings {
         Self {
             through_folds: true,
             from_coarser: FromCoarser::Nothing,
-            most_iterations: 12,
+            max_iterations: 12,
             ..Self::default()
         }
     }
@@ -63,7 +64,7 @@ impl<S: Dimension> Equations<S> {
         Ok(effort)
     }
 
-    /// The equilibrium under `load` that the body falls into from `start`.
+    /// The equilibrium under `load` that the body snaps into from `start`.
     fn settle(
         &mut self,
         start: &State<S>,
@@ -75,19 +76,19 @@ impl<S: Dimension> Equations<S> {
         let mut drag = 0.0;
         let mut unstable = 0;
         let target = Target { force: settings.tolerance, contact: 0.0 };
-        for _ in 0..MOST_STEPS {
+        for _ in 0..MAX_STEPS {
             let target = if drag > 0.0 { Target { force: ON_THE_WAY, ..target } } else { target };
             self.drag.0 = drag * self.modulus;
             self.drag.1.clone_from(&state.displacement);
             let mut trial = state.clone();
             match self.equilibrate(&mut trial, load, target, settings, effort) {
-                Ok(_) if drag == 0.0 && (effort.negative_pivots == 0 || unstable == MOST_UNSTABLE) => {
+                Ok(_) if drag == 0.0 && (effort.negative_pivots == 0 || unstable == MAX_UNSTABLE) => {
                     return Ok(trial);
                 }
                 // A load step may end on top of a barrier: the body does not stay there, and the drag takes it down.
                 Ok(_) if drag == 0.0 => {
                     unstable += 1;
-                    drag = LEAST;
+                    drag = MIN_DRAG;
                 }
                 Ok(iterations) => {
                     state = trial;
@@ -96,14 +97,14 @@ impl<S: Dimension> Equations<S> {
                         5..=6 => 0.5,
                         _ => 1.0,
                     };
-                    if drag < 0.1 * LEAST {
+                    if drag < 0.1 * MIN_DRAG {
                         drag = 0.0;
                     }
                 }
                 Err(failure) => {
                     effort.cuts += 1;
-                    drag = (GROWTH * drag).max(LEAST);
-                    if drag > MOST {
+                    drag = (GROWTH * drag).max(MIN_DRAG);
+                    if drag > MAX_DRAG {
                         return Err(failure);
                     }
                 }
@@ -116,12 +117,12 @@ impl<S: Dimension> Equations<S> {
 #[cfg(test)]
 mod tests {
     use super::super::layer::{End, Indenter, LayerMesh, LayerModel};
-    use super::super::material::{Distortion, Rubber};
     use super::*;
+    use elastocap_materials::{HyperelasticLaw, Rubber};
 
     fn mooney_rivlin() -> Rubber {
         // The rubber of the paper: mu = 2 (c10 + c01) = 1.
-        let distortion = Distortion::MooneyRivlin { c10: 0.007646, c01: 0.492354 };
+        let distortion = HyperelasticLaw::MooneyRivlin { c10: 0.007646, c01: 0.492354 };
         Rubber { distortion, volume_barrier: 0.0, ..Rubber::neo_hookean(1.0) }
     }
 

@@ -1,28 +1,31 @@
-//! The layer of section 3.2 of the paper: half of it, bonded to the substrate, its end free.
+//! The layer under an indenter: half of it or all of it, bonded to the substrate.
+//!
+//! With a free end it is the one of section 3.2 of the paper "Large deformation mechanics of a soft elastomeric layer under
+//! compressive loading for a MEMS tactile sensor application".
 //!
 //! Reference coordinates: the axis of symmetry at `x1 = 0`, the substrate at `x2 = 0`, the top at `x2 = H`.
 
 use super::dimension::{Dimension, Numbers, Plane};
-use super::material::Rubber;
+use super::flanks::flanks;
 use super::model::{Body, Equations, Load, ModelError, State};
 use super::newton::{Effort, FromCoarser, NewtonSettings, StopReason, Stopped};
-use super::obstacle::{Obstacle, Shape};
-use super::side::Side;
+use super::obstacle::{IndenterProfile, Obstacle, ObstacleShape};
+use elastocap_materials::Rubber;
 
 pub use super::layer_mesh::{LayerMesh, PunchFan, RoundedPunch};
 
-/// What becomes of the layer's end.
+/// The condition at the end of the layer, at `x1 = half_length`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum End {
-    /// No traction all the way: the face may fold below the plane of the substrate, as in the paper's model.
+    /// Free of traction everywhere: the face may fold below the plane of the substrate, as in the paper's model.
     Free,
-    /// The substrate goes on, and carries what folds over; smooth, unilateral contact.
+    /// Free, on a substrate that continues beyond it and carries what folds over, by contact without friction.
     FreeOnSubstrate,
-    /// The layer goes on: no motion along `x1` there, no traction along it.
+    /// The layer continues: no displacement along `x1` and no shear traction there.
     Far,
 }
 
-/// A box (in the plane a rectangle) of another rubber in the layer, bonded to it. Where two overlap, the later one counts.
+/// A box (in the plane a rectangle) of another rubber in the layer, bonded to it. Where two overlap, the later one wins.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Inclusion<S: Dimension = Plane> {
     /// Its lowest corner at rest in m.
@@ -38,24 +41,43 @@ pub struct Inclusion<S: Dimension = Plane> {
 pub enum Indenter {
     /// A smooth plate over the whole top: `u2 = -U` there.
     WholeTop,
-    /// A smooth punch or cylinder that starts in touch with the top; the layer may leave it and touch its flank.
-    Smooth(Shape),
-    /// A sharp flat punch: the points under it at the start, `x1 <= half_width` (m), are the ones pressed; smooth.
+    /// A rigid body without friction that starts in contact with the top. The layer may separate from it and touch its flank.
+    Smooth(IndenterProfile),
+    /// A sharp flat punch without friction. The points that are under it at the start, `|x1| <= half_width`, are displaced by `U`.
     Sharp {
         /// Half the width of the punch in m.
         half_width: f64,
     },
-    /// A sharp flat punch that the layer sticks to.
+    /// A sharp flat punch that the layer is bonded to.
     Bonded {
         /// Half the width of the punch in m.
         half_width: f64,
     },
 }
 
-/// How high above the layer, over the thickness, an indenter starts.
+impl Indenter {
+    /// Whether it is a rounded body in contact with the surface, and not a prescribed displacement of the top.
+    pub(crate) fn is_rounded(&self) -> bool {
+        match self {
+            Self::Smooth(_) => true,
+            Self::WholeTop | Self::Sharp { .. } | Self::Bonded { .. } => false,
+        }
+    }
+
+    /// Half its width in m if it is a flat punch with sharp corners, which need a fan in the mesh.
+    pub(crate) fn sharp_corner(&self) -> Option<f64> {
+        match *self {
+            Self::Sharp { half_width } | Self::Bonded { half_width } => Some(half_width),
+            Self::WholeTop | Self::Smooth(_) => None,
+        }
+    }
+}
+
+/// Height above the layer at which an indenter starts, over the thickness.
 const START: f64 = 0.02;
 
-/// Beginnings that are tried, over the run-up: a load at which none is found from the equilibrium of another mesh is mostly alone.
+/// Starting points that are tried, as multiples of the run-up: where one has no equilibrium near that of the coarser mesh, the next one
+/// mostly has.
 const RUN_UPS: &[f64] = &[1.0, 1.3, 1.6, 2.0];
 
 /// A layer under an indenter, ready to be pressed.
@@ -86,7 +108,7 @@ pub struct LayerStep {
     pub imbalance: f64,
     /// Deepest penetration of a node in m, at least 0.
     pub penetration: f64,
-    /// What it took.
+    /// The work it took.
     pub effort: Effort,
 }
 
@@ -99,8 +121,8 @@ impl LayerModel {
         Self::with_inclusions(mesh, &rubber, &[], indenter, end)
     }
 
-    /// The layer at rest with bodies of other rubbers in it; the mesh must have their edges among its breakpoints, or
-    /// they are as large as the elements whose centres they hold.
+    /// The layer at rest with bodies of other rubbers in it. Each element belongs to the body that contains its centre, so that the
+    /// breakpoints of the mesh should include the edges of the bodies.
     ///
     /// # Errors
     /// See [`ModelError`].
@@ -133,7 +155,7 @@ pub(crate) fn include<S: Dimension>(body: &mut Body<S>, inclusions: &[Inclusion<
     }
 }
 
-/// How much of the layer the mesh is.
+/// Which part of the layer the mesh covers.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Symmetry {
     /// All of it.
@@ -173,22 +195,22 @@ impl<S: Dimension> LayerModel<S> {
             }
             Indenter::Sharp { half_width } => {
                 hold = Some((half_width + tiny, false));
-                walls(&body, half_width, top, symmetry, false)
+                flanks(&body, half_width, top, symmetry, false)
             }
             Indenter::Bonded { half_width } => {
                 hold = Some((half_width + tiny, true));
-                walls(&body, half_width, top, symmetry, true)
+                flanks(&body, half_width, top, symmetry, true)
             }
-            Indenter::Smooth(shape) => {
+            Indenter::Smooth(profile) => {
                 punch = Some(0);
                 let sides = body.mesh.boundary_where(|x| x[1] > top - tiny);
-                vec![Obstacle { shape, sides, carrier: None }]
+                vec![Obstacle { shape: ObstacleShape::Indenter(profile), sides, carrier: None }]
             }
         };
         if end == End::FreeOnSubstrate {
             substrate = Some(obstacles.len());
             let sides = body.mesh.boundary_where(outside);
-            obstacles.push(Obstacle { shape: Shape::Below, sides, carrier: None });
+            obstacles.push(Obstacle { shape: ObstacleShape::Substrate, sides, carrier: None });
         }
         body.obstacles = obstacles;
         if let Some((limit, bonded)) = hold {
@@ -210,8 +232,8 @@ impl<S: Dimension> LayerModel<S> {
         Ok(Self { equations, indenter, thickness: top, state, load, punch, substrate, symmetry })
     }
 
-    /// Pressure of indenter and substrate on each node in Pa; zero where nothing touches. `s22` are the normal stresses of
-    /// `state` at the nodes in Pa: where the top is held, the pressure is theirs.
+    /// Pressure of indenter and substrate on each node in Pa, zero without contact. `s22` are the normal stresses of `state` at the
+    /// nodes in Pa; they give the pressure where the displacement of the top is prescribed.
     pub fn contact_pressure(&self, state: &State<S>, s22: &[f64]) -> Vec<f64> {
         let body = self.equations.body();
         let mut pressure = self.equations.nodal_contact_pressure(state);
@@ -224,7 +246,7 @@ impl<S: Dimension> LayerModel<S> {
         pressure
     }
 
-    /// Gives the memory of the factors back until the next load.
+    /// Releases the memory of the factors until the next load.
     pub(crate) fn release_factors(&mut self) {
         self.equations.release_factors();
     }
@@ -260,8 +282,8 @@ impl<S: Dimension> LayerModel<S> {
         Ok(self.step(effort))
     }
 
-    /// The equilibrium at `compression`, from that of `other`, a model of the same layer on another mesh, in `state` at about that
-    /// compression. `None`, and the model where it was, if none was found like that.
+    /// Finds the equilibrium at `compression` from the `state` of `other`, a model of the same layer on another mesh at about that
+    /// compression. Returns `None`, and leaves the model as it was, if that fails.
     pub(crate) fn take_over(
         &mut self,
         other: &Self,
@@ -298,7 +320,7 @@ impl<S: Dimension> LayerModel<S> {
         found.map(|effort| self.step(effort))
     }
 
-    /// From an equilibrium at the compression `start`, near `state` of `other`, to one at `end`.
+    /// Finds an equilibrium at the compression `start` near `state` of `other`, and follows the load to `end`.
     fn run_up(
         &mut self,
         other: &Self,
@@ -338,14 +360,15 @@ impl<S: Dimension> LayerModel<S> {
         }
     }
 
-    /// Moves the indenter until the force on the *whole* layer is `target` (N, in the plane N per metre of width): secants on the
-    /// displacement, kept between one that is too small and one that is too large, until the force is met as well as
-    /// equilibrium is.
+    /// Moves the indenter until the force on the *whole* layer is `target` (N, in the plane N per metre of width).
+    ///
+    /// The displacement follows from secants, kept between one that is too small and one that is too large, until the force is
+    /// met as closely as equilibrium is.
     ///
     /// # Errors
     /// [`Stopped`]; the model is then in the last equilibrium on the way.
     pub fn press_with(&mut self, target: f64, settings: &NewtonSettings) -> Result<LayerStep, Box<Stopped>> {
-        const MOST_TRIES: usize = 60;
+        const MAX_TRIES: usize = 60;
         // Forces jitter by rounding, with stiff inclusions more than 1e-10.
         const FORCE_TOLERANCE: f64 = 1e-6;
         // Distance from the goal, over it, that is a short way.
@@ -363,7 +386,7 @@ impl<S: Dimension> LayerModel<S> {
             slope = Some(last.force / last.compression);
         }
         let mut left = *settings;
-        for _ in 0..MOST_TRIES {
+        for _ in 0..MAX_TRIES {
             let miss = last.force - target;
             if miss.abs() <= settings.tolerance.max(1e-10) * target.abs() || target == 0.0 && miss == 0.0 {
                 return Ok(last);
@@ -382,7 +405,7 @@ impl<S: Dimension> LayerModel<S> {
             };
             let before = last;
             last = self.press(next, &left)?;
-            left.most_solves = left.most_solves.saturating_sub(last.effort.solves);
+            left.max_solves = left.max_solves.saturating_sub(last.effort.solves);
             let miss = last.force - target;
             if miss < 0.0 {
                 low = (last.compression, miss)
@@ -405,14 +428,16 @@ impl<S: Dimension> LayerModel<S> {
         Err(Box::new(Stopped { reached: 0.0, step: 1.0, reason, smallest_j, element: 0, effort }))
     }
 
-    /// Forces and contact in the last equilibrium.
+    /// Forces and contact in the last equilibrium, together with the `effort` it took.
     pub fn step(&self, effort: Effort) -> LayerStep {
         let tiny = 1e-9 * self.thickness;
         let top = self.thickness;
         let contact = |o: Option<usize>| o.map_or(0.0, |o| self.equations.contact_force(o, &self.state)[1]);
         let part = match self.indenter {
             Indenter::Smooth(_) => -contact(self.punch),
-            _ => -self.equations.reaction(1, |x| x[1] > top - tiny),
+            Indenter::WholeTop | Indenter::Sharp { .. } | Indenter::Bonded { .. } => {
+                -self.equations.reaction(1, |x| x[1] > top - tiny)
+            }
         };
         let end = contact(self.substrate);
         let bottom = self.equations.reaction(1, |x| x[1] == 0.0);
@@ -445,43 +470,4 @@ impl Symmetry {
             Self::Quarter => 4.0,
         }
     }
-}
-
-/// What keeps the surface beside a sharp punch out of it: the free surface turns up, and the punch's flank goes along with
-/// the last point under it. For the same reason the points under a smooth punch may not pass that point. In space each
-/// strip of the surface has its own.
-fn walls<S: Dimension>(
-    body: &Body<S>,
-    half_width: f64,
-    top: f64,
-    symmetry: Symmetry,
-    bonded: bool,
-) -> Vec<Obstacle<S>> {
-    let tiny = 1e-9 * top;
-    let nodes = &body.mesh.nodes;
-    let mut obstacles = Vec::new();
-    let ends: &[f64] = if symmetry == Symmetry::None { &[1.0, -1.0] } else { &[1.0] };
-    for &end in ends {
-        let out = |x: &S::Point| end * x[0] - half_width;
-        let corners = (0..nodes.len()).filter(|&n| nodes[n][1] > top - tiny && out(&nodes[n]).abs() < tiny);
-        let corners: Vec<usize> = corners.collect();
-        for beside in if bonded { vec![true] } else { vec![true, false] } {
-            let surface = body.mesh.boundary_where(|x| {
-                let on = if beside { out(&x) > -tiny } else { out(&x) < tiny && end * x[0] > -tiny };
-                x[1] > top - tiny && on
-            });
-            let mut strips: Vec<(usize, Vec<Side<S>>)> = corners.iter().map(|&n| (n, Vec::new())).collect();
-            for side in surface {
-                let middle = nodes[side.nodes.as_ref()[side.nodes.as_ref().len() / 2] as usize];
-                let along = |n: usize| (2..S::AXES).map(|k| (nodes[n][k] - middle[k]).abs()).sum::<f64>();
-                if let Some(strip) = strips.iter_mut().min_by(|a, b| along(a.0).total_cmp(&along(b.0))) {
-                    strip.1.push(side);
-                }
-            }
-            let shape = Shape::Wall { side: if beside { end } else { -end } };
-            let strips = strips.into_iter().filter(|strip| !strip.1.is_empty());
-            obstacles.extend(strips.map(|(n, sides)| Obstacle { shape, sides, carrier: Some(n as u32) }));
-        }
-    }
-    obstacles
 }

@@ -2,7 +2,7 @@
 
 use super::mesh::{Mesh, Patch, geometric, graded, uniform};
 
-/// How fine the mesh is.
+/// The breakpoints and fans of a mesh of the layer.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LayerMesh {
     /// Breakpoints along `x1` from the axis to one thickness before the end, in m.
@@ -20,7 +20,7 @@ pub struct LayerMesh {
     pub whole: bool,
 }
 
-/// Sectors around the point where a sharp punch ends: the surface beside it turns up by 90 degrees and more, which two
+/// Sectors around the point where a sharp punch ends: the surface next to it turns up by 90 degrees and more, which two
 /// quadrilaterals that meet there cannot follow.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PunchFan {
@@ -34,7 +34,7 @@ pub struct PunchFan {
     pub radii: Vec<f64>,
 }
 
-/// A smooth punch with rounded corners, as far as a mesh for it goes. Lengths in m.
+/// The dimensions of a punch with rounded corners that a mesh depends on. Lengths in m.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct RoundedPunch {
     /// Half its width.
@@ -46,24 +46,25 @@ pub struct RoundedPunch {
 }
 
 impl RoundedPunch {
-    /// How far the surface slides around a corner at the compression `deepest`, about.
+    /// How far in m the surface slides around a corner up to the compression `deepest`, about.
     fn slide(&self, thickness: f64, deepest: f64) -> f64 {
         (SLIDE * deepest * self.half_width.max(thickness)).min(self.half_width)
     }
 
-    /// How many sides go around a corner until the compression `deepest` on a mesh of `per_radius` over its radius, about.
+    /// How many sides pass a corner up to the compression `deepest` on a mesh with `per_radius` sides over its radius, about.
     pub fn sides_passing(&self, thickness: f64, deepest: f64, per_radius: f64) -> f64 {
         let slide = self.slide(thickness, deepest) / thickness;
         per_radius * thickness / self.corner_radius * (slide + 0.5 * STRETCH * slide * slide)
     }
 }
 
-/// How far the surface slides around the corner of a smooth punch, over the compression and the half width (or the thickness,
-/// if that is larger), and how much it is stretched there when it has slid by a thickness; as observed, rounded up.
+/// How far the surface slides around the corner of a punch, over the compression and the half width (or the thickness,
+/// if that is larger); as observed, rounded up.
 const SLIDE: f64 = 1.5;
+/// Stretch of the surface there when it has slid by a thickness; as observed, rounded up.
 const STRETCH: f64 = 9.0;
 
-/// How much larger elements become over their distance from where they are fine.
+/// Growth of the size of elements per distance from where they are fine.
 const GROWTH: f64 = 0.25;
 
 impl LayerMesh {

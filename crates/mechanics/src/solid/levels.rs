@@ -1,74 +1,73 @@
-//! The meshes that a layer is pressed on, coarse to fine, and what goes with them.
+//! The meshes that a layer is pressed on, coarse to fine, with the barriers and settings that belong to them.
 
-use super::forecast::Way;
+use super::forecast::PressingRegime;
 use super::layer::{End, Indenter, LayerMesh, PunchFan, RoundedPunch};
-use super::material::Rubber;
 use super::mesh::{geometric, graded, uniform};
 use super::newton::{FromCoarser, NewtonSettings};
-use super::obstacle::Shape;
-use super::press::LayerProblem;
+use super::obstacle::IndenterProfile;
+use super::press::PlaneLayer;
+use elastocap_materials::Rubber;
 
 /// Half-length over the thickness of a layer that is solved with equal elements all along.
 const SHORT: f64 = 4.0;
 
-/// Barriers against `J -> 0` where the surface passes a rounded corner, and where it piles up at a sharp one.
+/// Barrier against `J -> 0` where the surface passes a rounded corner; see [`Rubber::volume_barrier`].
 const ROUNDED_BARRIER: f64 = 20.0;
+/// The same where the surface piles up at a sharp corner.
 const SHARP_BARRIER: f64 = 5.0;
 
-/// How far equal quadrilaterals go from the bonded corner of an end that folds, over the thickness.
+/// Extent of the equal quadrilaterals around the bonded corner of an end that folds, over the thickness.
 const ROLL: f64 = 0.1;
 
 /// Sides over the radius of a rounded corner while they pass it, on the first mesh.
 const COARSEST_PASSING: f64 = 0.375;
-/// How far the punch goes at a time over the length of a side that passes its corner: farther, and Newton's method finds equilibria
-/// with ripples that the surface does not come to.
+/// Longest punch move, in element sides at its corner. With longer moves Newton's method finds equilibria with ripples that the
+/// surface does not reach in reality.
 const LONGEST_MOVE: f64 = 0.15;
-/// The gap there, where the pressure is the shear modulus, over the modulus and the thickness: a force is wrong by less than
-/// 1e-4 for it, and smaller ones are hard to close where sides pass.
+/// [`NewtonSettings::final_gap`] at rounded corners: it changes a force by less than 1e-4, and smaller gaps are hard to close where
+/// sides pass.
 const FINAL_GAP: f64 = 1e-5;
-/// A small radius takes many steps.
-const MOST_SOLVES: usize = 10_000;
-/// Meshes whose sides are so long that the equilibria depend on the way to them.
+/// [`NewtonSettings::max_solves`] at rounded corners: a small radius takes many steps.
+const MAX_SOLVES: usize = 10_000;
+/// Number of coarse meshes whose sides are so long that the equilibria depend on the path to them.
 pub(super) const RIPPLED: usize = 2;
-/// How far before a load finer meshes begin, over the radius: several sides pass in that time.
+/// How far before a load finer meshes begin to follow it, over the radius: several sides pass on the way.
 const RUN_UP: f64 = 0.5;
 
-/// Rings around the end of a sharp punch: each is so much smaller than the one around it, two more halve the smallest.
+/// Ratio of the sizes of successive rings around the end of a sharp punch; two more rings halve the smallest.
 const SHRINK: f64 = 0.7;
 const COARSEST_RINGS: usize = 8;
 const RINGS_PER_LEVEL: usize = 2;
 /// Quadrilaterals over the thickness around that fan. They have to shrink too: beyond a compression of some per cent
-/// what is left of the error is theirs as much as the corner's.
+/// they contribute as much to the error as the corner.
 const COARSEST_CELLS: usize = 8;
 const CELLS_PER_LEVEL: usize = 2;
 
-impl LayerProblem {
-    /// The mesh of this layer at a level of refinement, for compressions up to `deepest`: each halves what limits the accuracy of
-    /// the one before.
+impl PlaneLayer {
+    /// The mesh of this layer at a level of refinement, for compressions up to `deepest`: each level halves what limits the
+    /// accuracy of the one before.
     pub fn mesh(&self, level: usize, deepest: f64) -> LayerMesh {
         let (height, length) = (self.thickness, self.half_length);
-        let n = 5 << level;
         let mut mesh = match self.indenter {
             Indenter::Sharp { half_width } | Indenter::Bonded { half_width } => {
                 return self.under_sharp_punch(half_width, level);
             }
-            Indenter::Smooth(Shape::Punch { half_width, corner_radius }) => {
-                let punch = RoundedPunch { half_width, corner_radius, position: self.position };
-                LayerMesh::under_rounded_punch(height, length, &punch, deepest, 8, passing(level))
-            }
-            _ if self.folds() => {
+            Indenter::Smooth(profile) => match self.rounded_punch(profile) {
+                Some(punch) => {
+                    LayerMesh::under_rounded_punch(height, length, &punch, deepest, 8, passing(level))
+                }
+                None => self.uniform(level),
+            },
+            Indenter::WholeTop if self.folds() => {
                 // The roll at the corner is small at small loads, and the rest of the layer is smooth: it is the
                 // quadrilaterals at the corner that have to be halved, and those on the way to it.
                 let (cells, growth) = (24 << level, 1.0 + 0.5 / (1 + level) as f64);
                 LayerMesh::folding_end(height, length, 5 + level, cells, ROLL, growth)
             }
-            _ => {
-                let mut mesh = LayerMesh::uniform(height, length, n, 0.8, 4 + n / 2);
-                if self.end == End::Far {
-                    mesh.radii.clear();
-                }
-                if self.indenter == Indenter::WholeTop && length > SHORT * height {
-                    mesh.along = self.long(n);
+            Indenter::WholeTop => {
+                let mut mesh = self.uniform(level);
+                if length > SHORT * height {
+                    mesh.along = self.long(cells(level));
                 }
                 mesh
             }
@@ -79,57 +78,74 @@ impl LayerProblem {
         mesh
     }
 
-    /// What takes the linear systems of loads up to the compression `deepest`.
-    pub fn way(&self, deepest: f64) -> Way {
+    /// Equal quadrilaterals all along, with a fan at the bonded corner of an end that is free.
+    fn uniform(&self, level: usize) -> LayerMesh {
+        let n = cells(level);
+        let mut mesh = LayerMesh::uniform(self.thickness, self.half_length, n, 0.8, 4 + n / 2);
+        match self.end {
+            End::Far => mesh.radii.clear(),
+            End::Free | End::FreeOnSubstrate => {}
+        }
+        mesh
+    }
+
+    /// The indenter as a punch with rounded corners, if it has a flat face.
+    fn rounded_punch(&self, profile: IndenterProfile) -> Option<RoundedPunch> {
+        let (half_width, corner_radius) = profile.flat_face()?;
+        Some(RoundedPunch { half_width, corner_radius, position: self.position })
+    }
+
+    /// What decides how many linear systems loads up to the compression `deepest` take.
+    pub fn regime(&self, deepest: f64) -> PressingRegime {
         match self.indenter {
-            _ if self.folds() => Way::Folds,
-            Indenter::Smooth(Shape::Punch { half_width, corner_radius }) => {
-                let punch = RoundedPunch { half_width, corner_radius, position: self.position };
-                Way::RoundedCorner(punch.sides_passing(self.thickness, deepest, passing(0)))
-            }
-            Indenter::Sharp { .. } | Indenter::Bonded { .. } => Way::Sharp,
-            Indenter::Smooth(_) | Indenter::WholeTop => Way::Smooth,
+            Indenter::WholeTop if self.folds() => PressingRegime::Folds,
+            Indenter::Smooth(profile) => match self.rounded_punch(profile) {
+                Some(punch) => {
+                    let sides = punch.sides_passing(self.thickness, deepest, passing(0));
+                    PressingRegime::RoundedCorner(sides)
+                }
+                None => PressingRegime::Smooth,
+            },
+            Indenter::Sharp { .. } | Indenter::Bonded { .. } => PressingRegime::Sharp,
+            Indenter::WholeTop => PressingRegime::Smooth,
         }
     }
 
-    /// What the corners need in the energy; see [`Rubber::volume_barrier`].
+    /// The rubber with the barrier that the corners need; see [`Rubber::volume_barrier`].
     pub(super) fn rubber_in_use(&self) -> Rubber {
-        let volume_barrier = match self.indenter {
-            _ if self.rubber.volume_barrier == 0.0 || self.folds() => 0.0,
+        let without = self.rubber.volume_barrier == 0.0 || self.folds();
+        let needed = match self.indenter {
             Indenter::Smooth(_) => ROUNDED_BARRIER,
             Indenter::Sharp { .. } | Indenter::Bonded { .. } => SHARP_BARRIER,
             Indenter::WholeTop => self.rubber.volume_barrier,
         };
+        let volume_barrier = if without { 0.0 } else { needed };
         Rubber { volume_barrier, ..self.rubber.clone() }
     }
 
+    /// How this layer is pressed on the mesh of a level.
     pub(super) fn settings(&self, level: usize) -> NewtonSettings {
         match self.indenter {
-            _ if self.folds() => NewtonSettings::through_folds(),
-            Indenter::Smooth(Shape::Punch { corner_radius, .. }) => NewtonSettings {
-                from_coarser: if level < RIPPLED {
-                    FromCoarser::Nothing
-                } else {
-                    FromCoarser::RunUp(RUN_UP * corner_radius)
-                },
-                longest_move: LONGEST_MOVE * corner_radius / passing(level),
-                final_gap: FINAL_GAP,
-                most_solves: MOST_SOLVES,
-                ..NewtonSettings::default()
+            Indenter::WholeTop if self.folds() => NewtonSettings::through_folds(),
+            Indenter::Smooth(profile) => match self.rounded_punch(profile) {
+                Some(punch) => around_corners(punch.corner_radius, level),
+                None => NewtonSettings::default(),
             },
-            _ => NewtonSettings::default(),
+            Indenter::WholeTop | Indenter::Sharp { .. } | Indenter::Bonded { .. } => {
+                NewtonSettings::default()
+            }
         }
     }
 
-    /// Whether the end folds through itself at the bonded corner, as a free end does that nothing carries. A
-    /// rubber whose energy needs `J > 0` cannot follow: it gets a fan there, and is too stiff.
+    /// Whether the end folds through itself at the bonded corner, as a free end without a substrate does. A rubber whose energy is
+    /// defined for `J > 0` only cannot follow: its mesh gets a fan there, and is too stiff.
     fn folds(&self) -> bool {
         let smooth = Rubber { volume_barrier: 0.0, ..self.rubber.clone() };
         self.indenter == Indenter::WholeTop && self.end == End::Free && smooth.knows_inside_out()
     }
 
-    /// Breakpoints along a long layer: away from its end and its inclusions the solution varies over its length only, and
-    /// the elements are up to so many times longer than high as the layer is longer than [`SHORT`] of its heights.
+    /// Breakpoints along a long layer. Away from its end and its inclusions the solution varies over the length only, and the ratio
+    /// of length to height of the elements grows to that of the layer over [`SHORT`].
     fn long(&self, n: usize) -> Vec<f64> {
         let (size, end) = (self.thickness / n as f64, self.half_length - self.thickness);
         let longest = size * self.half_length / (SHORT * self.thickness);
@@ -145,8 +161,8 @@ impl LayerProblem {
         self.inclusions.iter().flat_map(move |i| [i.min[axis], i.max[axis]])
     }
 
-    /// More quadrilaterals over the thickness and more rings in the fan around the end of the punch, level by level. The fan
-    /// stays clear of what lies in the layer below it.
+    /// The mesh under a sharp punch: each level has more quadrilaterals over the thickness and more rings in the fan around the end
+    /// of the punch. The fan stays clear of the inclusions below it.
     fn under_sharp_punch(&self, corner: f64, level: usize) -> LayerMesh {
         let (height, length) = (self.thickness, self.half_length);
         let highest = self.edges(1).fold(0.0, f64::max);
@@ -176,12 +192,32 @@ impl LayerProblem {
     }
 }
 
+/// Settings with which the surface follows corners of a radius (m), side by side.
+fn around_corners(corner_radius: f64, level: usize) -> NewtonSettings {
+    NewtonSettings {
+        from_coarser: if level < RIPPLED {
+            FromCoarser::Nothing
+        } else {
+            FromCoarser::RunUp(RUN_UP * corner_radius)
+        },
+        longest_move: LONGEST_MOVE * corner_radius / passing(level),
+        final_gap: FINAL_GAP,
+        max_solves: MAX_SOLVES,
+        ..NewtonSettings::default()
+    }
+}
+
+/// Equal quadrilaterals over the thickness where the solution is smooth.
+fn cells(level: usize) -> usize {
+    5 << level
+}
+
 /// Sides over the radius of a rounded corner while they pass it.
 fn passing(level: usize) -> f64 {
     COARSEST_PASSING * (1 << level) as f64
 }
 
-/// Moves the nearest inner breakpoint to each of `edges`, or puts one in where that is an edge already or one of `kept`.
+/// Moves the nearest inner breakpoint to each of `edges`, or inserts one where the nearest is an edge already or one of `kept`.
 pub(super) fn move_to(breakpoints: &mut Vec<f64>, kept: &[f64], edges: impl Iterator<Item = f64>) {
     let (first, last) = (breakpoints[0], breakpoints[breakpoints.len() - 1]);
     let tiny = 1e-9 * last;
@@ -211,8 +247,8 @@ mod tests {
     use super::super::press::{Goal, Refinement};
     use super::*;
 
-    fn problem(indenter: Indenter, end: End) -> LayerProblem {
-        LayerProblem {
+    fn problem(indenter: Indenter, end: End) -> PlaneLayer {
+        PlaneLayer {
             thickness: 1.0,
             half_length: 6.0,
             rubber: Rubber::neo_hookean(1.0),
@@ -229,8 +265,8 @@ mod tests {
         for indenter in [
             Indenter::Sharp { half_width },
             Indenter::Bonded { half_width },
-            Indenter::Smooth(Shape::Punch { half_width, corner_radius: 0.02 }),
-            Indenter::Smooth(Shape::Cylinder { radius: 1.0 }),
+            Indenter::Smooth(IndenterProfile::Punch { half_width, corner_radius: 0.02 }),
+            Indenter::Smooth(IndenterProfile::Cylinder { radius: 1.0 }),
             Indenter::WholeTop,
         ] {
             for end in [End::Free, End::FreeOnSubstrate, End::Far] {
@@ -263,10 +299,10 @@ mod tests {
 
     #[test]
     fn the_mesh_under_a_punch_off_the_middle_is_fine_at_both_its_corners() {
-        let punch = Shape::Punch { half_width: 1.0, corner_radius: 0.05 };
+        let punch = IndenterProfile::Punch { half_width: 1.0, corner_radius: 0.05 };
         let centred = problem(Indenter::Smooth(punch), End::Free);
-        let off = LayerProblem { position: 0.4, ..centred.clone() };
-        let side = |problem: &LayerProblem, at: f64| {
+        let off = PlaneLayer { position: 0.4, ..centred.clone() };
+        let side = |problem: &PlaneLayer, at: f64| {
             let along = problem.mesh(2, 0.1).along;
             let after = along.partition_point(|x| *x < at);
             along[after] - along[after - 1]
@@ -285,7 +321,7 @@ mod tests {
     fn around_a_corner_a_run_up_from_a_coarser_mesh_ends_where_following_the_load_does_and_the_surface_is_smooth()
      {
         let half_width = 500.0 / 450.0;
-        let punch = Shape::Punch { half_width, corner_radius: 0.1 };
+        let punch = IndenterProfile::Punch { half_width, corner_radius: 0.1 };
         let problem = problem(Indenter::Smooth(punch), End::Free);
         let goals = [0.2, 0.4].map(Goal::Compression);
         let refinement = Refinement { relative_tolerance: 1e-9, meshes: vec![1, 2] };

@@ -6,43 +6,51 @@ use super::side::Side;
 /// A rigid body and the surface that may touch it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Obstacle<S: Dimension = Plane> {
-    /// Its form.
-    pub shape: Shape,
-    /// The sides that may touch it.
+    /// The form of the body.
+    pub shape: ObstacleShape,
+    /// The sides of elements that may touch it.
     pub sides: Vec<Side<S>>,
-    /// A node of the rubber that carries it along `x1`, and takes its horizontal force: an obstacle that is fixed to a
-    /// point of the rubber.
+    /// A node of the rubber that carries the body along `x1` and takes its horizontal force; `None` for a body that moves only
+    /// with its load.
     pub carrier: Option<u32>,
 }
 
 /// The form of a rigid body, given by the distance to its surface. In plane strain it is cut at `x3 = 0`.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Shape {
-    /// Everything below `x2 = 0`.
-    Below,
-    /// Everything with `side * x1 < 0`.
-    Wall {
+pub enum ObstacleShape {
+    /// The substrate: everything below `x2 = 0`.
+    Substrate,
+    /// The flank of a sharp punch: everything with `side * x1 < 0`.
+    Flank {
         /// 1 or -1.
         side: f64,
     },
-    /// A flat-faced punch above `x2 = 0` with `|x1| <= half_width`, its corners rounded, the same all along `x3`.
+    /// An indenter above `x2 = 0`.
+    Indenter(IndenterProfile),
+}
+
+/// The form of a rigid indenter whose lowest point is the origin. In plane strain it is cut at `x3 = 0`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum IndenterProfile {
+    /// A flat-faced punch with `|x1| <= half_width`, its corners rounded, the same all along `x3`.
     Punch {
         /// Half its width in m.
         half_width: f64,
         /// Radius of its corners in m, above zero and at most the half width.
         corner_radius: f64,
     },
-    /// A cylinder above `x2 = 0`, its axis along `x3`.
+    /// A cylinder with its axis along `x3`.
     Cylinder {
         /// Its radius in m.
         radius: f64,
     },
-    /// A sphere above `x2 = 0`; in plane strain a cylinder.
+    /// A sphere; in plane strain a cylinder.
     Sphere {
         /// Its radius in m.
         radius: f64,
     },
-    /// A flat-faced punch above `x2 = 0` with `|x1|` and `|x3|` at most the half widths, its edges and corners rounded.
+    /// A flat-faced punch with `|x1|` and `|x3|` at most the half widths, its edges and corners rounded; in plane strain a
+    /// [`IndenterProfile::Punch`].
     Block {
         /// Half its widths along `x1` and `x3` in m.
         half_widths: [f64; 2],
@@ -84,16 +92,34 @@ impl Gap {
     }
 }
 
-impl Shape {
+impl ObstacleShape {
     /// Distance of a point from the body; `x` is its position (m) from where the body has been moved to.
     pub fn gap(&self, x: [f64; 3]) -> Gap {
+        match self {
+            Self::Substrate => Gap::flat(x[1], [0.0, 1.0, 0.0]),
+            Self::Flank { side } => Gap::flat(side * x[0], [*side, 0.0, 0.0]),
+            Self::Indenter(profile) => profile.gap(x),
+        }
+    }
+}
+
+impl IndenterProfile {
+    /// Distance of a point from the indenter; `x` is its position (m) from the lowest point of the indenter.
+    pub fn gap(&self, x: [f64; 3]) -> Gap {
         match *self {
-            Self::Below => Gap::flat(x[1], [0.0, 1.0, 0.0]),
-            Self::Wall { side } => Gap::flat(side * x[0], [side, 0.0, 0.0]),
             Self::Punch { half_width, corner_radius } => block([half_width, f64::INFINITY], corner_radius, x),
             Self::Block { half_widths, corner_radius } => block(half_widths, corner_radius, x),
             Self::Cylinder { radius } => Gap::round([x[0], x[1] - radius, 0.0], [true, true, false], radius),
             Self::Sphere { radius } => Gap::round([x[0], x[1] - radius, x[2]], [true; 3], radius),
+        }
+    }
+
+    /// Half the width along `x1` and the radius of the corners in m, of an indenter with a flat face in the plane `x3 = 0`.
+    pub fn flat_face(&self) -> Option<(f64, f64)> {
+        match *self {
+            Self::Punch { half_width, corner_radius } => Some((half_width, corner_radius)),
+            Self::Block { half_widths: [half_width, _], corner_radius } => Some((half_width, corner_radius)),
+            Self::Cylinder { .. } | Self::Sphere { .. } => None,
         }
     }
 }
@@ -123,14 +149,14 @@ mod tests {
 
     #[test]
     fn normals_and_curvatures_are_derivatives_of_the_distance() {
-        let shapes = [
-            Shape::Below,
-            Shape::Wall { side: -1.0 },
-            Shape::Punch { half_width: 1.0, corner_radius: 0.3 },
-            Shape::Cylinder { radius: 2.0 },
-            Shape::Sphere { radius: 2.0 },
-            Shape::Block { half_widths: [1.0, 0.8], corner_radius: 0.3 },
+        let indenters = [
+            IndenterProfile::Punch { half_width: 1.0, corner_radius: 0.3 },
+            IndenterProfile::Cylinder { radius: 2.0 },
+            IndenterProfile::Sphere { radius: 2.0 },
+            IndenterProfile::Block { half_widths: [1.0, 0.8], corner_radius: 0.3 },
         ];
+        let shapes = [ObstacleShape::Substrate, ObstacleShape::Flank { side: -1.0 }];
+        let shapes = shapes.into_iter().chain(indenters.map(ObstacleShape::Indenter));
         let h = 1e-5;
         for shape in shapes {
             for y in [

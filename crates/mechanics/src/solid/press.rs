@@ -1,22 +1,22 @@
 //! A layer pressed to given loads on finer and finer meshes, until its force is known to a tolerance.
 //!
-//! Every mesh halves the size of the elements of the one before. The error of a force is told from the differences of
-//! the last three meshes: the corners of a pressed layer are singular and the force converges with the first power of the
-//! element size or better, so that the error that is left is about the last difference at most. Where the differences fall
-//! more slowly, the observed order tells how much more is left. A quarter is added, as is usual with three meshes.
+//! Every mesh halves the size of the elements of the one before. The error of a force is estimated from the differences between
+//! the last three meshes. The corners of a pressed layer are singular and the force converges with the first power of the
+//! element size or better, so that the remaining error is at most about the last difference. Where the differences fall
+//! more slowly, the observed order gives the estimate. A quarter is added, as is usual with three meshes.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
 use super::dimension::{Dimension, Plane};
 use super::layer::{End, Inclusion, Indenter, LayerModel, LayerStep};
-use super::material::Rubber;
 use super::model::{Load, ModelError, State};
 use super::newton::{Effort, FromCoarser, NewtonSettings, Stopped};
+use elastocap_materials::Rubber;
 
-/// A layer, what is in it and what presses it. Lengths in m.
+/// A layer in plane strain, the bodies in it and its indenter. Lengths in m.
 #[derive(Debug, Clone, PartialEq)]
-pub struct LayerProblem {
+pub struct PlaneLayer {
     /// Thickness `H` at rest.
     pub thickness: f64,
     /// From the middle of the layer to its end, at rest.
@@ -29,11 +29,11 @@ pub struct LayerProblem {
     pub indenter: Indenter,
     /// `x1` of the middle of a smooth indenter; off the middle of the layer, both its halves are solved.
     pub position: f64,
-    /// What becomes of the end.
+    /// The condition at the end.
     pub end: End,
 }
 
-/// What to press to.
+/// The load to reach.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Goal {
     /// Displacement of the indenter over the thickness.
@@ -42,13 +42,13 @@ pub enum Goal {
     Force(f64),
 }
 
-/// How far to refine.
+/// When to stop refining, and the meshes to use.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Refinement {
     /// Error of the force to reach, relative to the force.
     pub relative_tolerance: f64,
-    /// What each mesh is made by, coarse to fine: in the plane its level of refinement, in space about how many elements it
-    /// has over the thickness.
+    /// The number that each mesh is made from, coarse to fine: in the plane its level of refinement, in space about the number of
+    /// elements over the thickness.
     pub meshes: Vec<usize>,
 }
 
@@ -80,7 +80,7 @@ struct Reached<S: Dimension> {
     load: Load<S>,
 }
 
-/// What is known of one goal.
+/// The result for one goal.
 #[derive(Debug, Clone)]
 pub struct Pressed<S: Dimension = Plane> {
     /// Forces and contact on the finest mesh that reached it.
@@ -121,19 +121,19 @@ pub enum PressError {
 pub struct Pressing<S: Dimension = Plane> {
     /// The meshes, coarse to fine.
     pub levels: Vec<Level<S>>,
-    /// What is known of each goal.
+    /// The result for each goal.
     pub goals: Vec<Result<Pressed<S>, PressError>>,
     /// Why the next mesh was not solved on, where it was too large for the memory.
     pub too_large: Option<ModelError>,
 }
 
-impl LayerProblem {
+impl PlaneLayer {
     /// Presses the layer to each of `goals`, all of them compressions or all of them forces.
     ///
-    /// `cancel` stops the work at the next goal; `tell` is told how many goals of how many are done on which mesh.
+    /// `cancel` stops the work at the next goal; `tell` is called with the number of the mesh and the number of goals done on it.
     ///
     /// # Errors
-    /// [`ModelError`] where there is no mesh. A goal that is not reached is no error: it says so itself.
+    /// [`ModelError`] where there is no mesh. A goal that is not reached has its own error in the result.
     pub fn press(
         &self,
         goals: &[Goal],
@@ -155,7 +155,7 @@ impl LayerProblem {
 }
 
 /// Presses layers to each of `goals`, mesh after mesh: `layer` makes the one that a number of [`Refinement::meshes`]
-/// stands for, `settings` how it is pressed, `size` tells the size of its elements. A mesh too large for the memory ends the refinement.
+/// stands for, `settings` how it is pressed, and `size` the size of its elements. A mesh too large for the memory ends the refinement.
 pub(crate) fn press_on<S: Dimension>(
     goals: &[Goal],
     refinement: &Refinement,
@@ -219,7 +219,7 @@ pub(crate) fn press_on<S: Dimension>(
     Ok(Pressing { levels, goals, too_large })
 }
 
-/// The deepest compression that is asked for; of forces it is not known.
+/// The deepest compression among the goals; an upper guess where they are forces.
 pub fn deepest(goals: &[Goal]) -> f64 {
     const OF_FORCES: f64 = 0.5;
     goals.iter().fold(0.0, |deepest: f64, goal| match *goal {
@@ -237,9 +237,9 @@ impl Goal {
 }
 
 impl<S: Dimension> Level<S> {
-    /// Goes through the goals from the smallest up; what is beyond the first that is not reached is not tried. Those that
-    /// are not `wanted` are passed. Where `coarser` has an equilibrium under a load, that on this mesh is looked for near it, and
-    /// else the load is followed. Returns how many there was an equilibrium for.
+    /// Presses to the goals from the smallest up, until one is not reached. Equilibria of goals that are not `wanted` are not kept.
+    /// Where `coarser` has an equilibrium under a load, the one on this mesh is searched near it; otherwise the load is followed.
+    /// Returns the number of goals reached.
     fn walk(
         &mut self,
         coarser: Option<&Self>,
@@ -289,7 +289,7 @@ impl<S: Dimension> Level<S> {
         order.len()
     }
 
-    /// The equilibrium near that of `coarser` under the load of goal `g`, if one is found.
+    /// Finds the equilibrium near that of `coarser` under the load of goal `g`, if possible.
     fn take_over(
         &mut self,
         coarser: Option<&Self>,
@@ -304,7 +304,7 @@ impl<S: Dimension> Level<S> {
     }
 }
 
-/// What the levels say of goal `g`; `None` if none reached it.
+/// The result of all levels for goal `g`; `None` if none reached it.
 fn judge<S: Dimension>(
     levels: &[Level<S>],
     goals: &[Goal],
@@ -342,21 +342,21 @@ fn judge<S: Dimension>(
     })
 }
 
-/// Least order of convergence that is believed in: where the differences of the meshes fall more slowly, or grow, the
-/// meshes do not see yet what limits the force.
-const LEAST_ORDER: f64 = 1.0 / 3.0;
+/// Smallest order of convergence that is trusted: where the differences between meshes fall more slowly, or grow, the
+/// meshes do not resolve yet what limits the force.
+const MIN_ORDER: f64 = 1.0 / 3.0;
 
-/// Orders are never met exactly: the factor of safety of Roache's grid convergence index for three meshes (J. Fluids Eng.
-/// 116, 405-413, 1994).
+/// Factor of safety of Roache's grid convergence index for three meshes (J. Fluids Eng. 116, 405-413, 1994): observed orders are
+/// never exact.
 const SAFETY: f64 = 1.25;
 
 /// Error of the last of three values on meshes with elements of the given sizes, `(size, value)`.
 ///
 /// A value that converges with some power of the size has as its error a geometric tail of the last difference. The power
-/// is the observed one, between [`LEAST_ORDER`] and 1: that of the singular corners is not more, and a higher one is not
-/// relied on. The error is never below the last difference, and [`SAFETY`] goes on top. The difference of two meshes can
-/// vanish by accident, that of three hardly: the last one is taken to be at least what convergence of the second power would
-/// leave of the one before.
+/// is the observed one, between [`MIN_ORDER`] and 1: that of the singular corners is not more, and a higher one is not
+/// relied on. The error is never below the last difference, times [`SAFETY`]. The difference between two meshes can vanish by
+/// accident, those between three hardly: the last one is taken to be at least what it would be after the one before with
+/// second-order convergence.
 fn error_of([first, before, now]: [(f64, f64); 3]) -> f64 {
     // What is left of the differences, and what of the last one is the tail, at an order.
     let falls = |p: f64| (first.0.powf(p) - before.0.powf(p)) / (before.0.powf(p) - now.0.powf(p));
@@ -367,7 +367,7 @@ fn error_of([first, before, now]: [(f64, f64); 3]) -> f64 {
         return SAFETY * left * tail(1.0).max(1.0);
     }
     // `falls` grows with the order.
-    let (mut low, mut high) = (LEAST_ORDER, 1.0);
+    let (mut low, mut high) = (MIN_ORDER, 1.0);
     for _ in 0..30 {
         let order = 0.5 * (low + high);
         if earlier > falls(order) * last { low = order } else { high = order }
@@ -375,9 +375,9 @@ fn error_of([first, before, now]: [(f64, f64); 3]) -> f64 {
     SAFETY * last * tail(low).max(1.0)
 }
 
-/// The same of four values whose last differences are small beside the first one, as small as a second power of the size would make the
-/// one of them: what they fall or grow by among themselves is scatter, as where sides of elements pass a corner one by one, and
-/// tells no order. The larger one counts.
+/// The same for four values whose last two differences are small compared with the first one, as small as second-order convergence would
+/// make them. Their ratio is then scatter, as where sides of elements pass a corner one by one, and gives no order; the larger
+/// difference counts.
 fn scatter_of(values: [(f64, f64); 4]) -> Option<f64> {
     let [a, b, c, d] = values.map(|v| v.0);
     let [first, second, third] = [0, 1, 2].map(|k: usize| (values[k + 1].1 - values[k].1).abs());
@@ -387,7 +387,7 @@ fn scatter_of(values: [(f64, f64); 4]) -> Option<f64> {
 }
 
 fn why_not<S: Dimension>(levels: &[Level<S>], g: usize) -> PressError {
-    // The mesh that came farthest tells most.
+    // The mesh that came farthest is the most informative.
     let stopped = levels.iter().filter_map(|l| {
         let stopped = l.stopped[g].clone()?;
         Some((l.model.step(stopped.effort).compression, stopped))
@@ -433,7 +433,7 @@ mod tests {
     }
 
     #[test]
-    fn small_differences_after_a_large_one_are_scatter_and_tell_no_order() {
+    fn small_differences_after_a_large_one_are_scatter_and_give_no_order() {
         let values = |f: [f64; 4]| [(1.0, f[0]), (0.5, f[1]), (0.25, f[2]), (0.125, f[3])];
         // A rounded punch at 30 and 40 %, the free end at 5 %: the second and the third differ by too much.
         let found = scatter_of(values([210.893, 206.712, 206.536, 206.189])).unwrap();

@@ -1,8 +1,8 @@
 //! The shear length `L` of the closed form, from finite elements.
 //!
 //! The closed form knows the pressure only up to the constant `B`, and (45) gives `B` if one knows over which length `L`
-//! from the axis the bonded bottom carries the closed form's shear stress. The layer has an end or a punch has one, and
-//! there the closed form is wrong, so that `L` must come from elsewhere. Two conditions give it, each in closed form once
+//! from the axis the bonded bottom carries the closed form's shear stress. At the end of the layer or of the punch the
+//! closed form is wrong, so that `L` must come from elsewhere. Two conditions give it, each in closed form once
 //! the finite elements have given a force:
 //!
 //! - **Balance**, (43) as the paper has it: the compressive force `N` through the cross-section `x1 = 0` is the finite
@@ -11,19 +11,22 @@
 //! - **Force**: the force (50) on the contact is the finite elements'. That moves `B` by what the closed form, with its
 //!   pressure profile, gets wrong at the edge of the contact; the curve C(F) is then right in F, the stress less so.
 //!
-//! `L/H` depends on `U/H`, on the contact's half-length over `H`, and on what becomes of the layer beside it; of
-//! the material it is free as long as the rubber is neo-Hookean or Mooney-Rivlin and keeps its volume.
+//! `L/H` depends on `U/H`, on the contact's half-length over `H`, and on the layer outside the contact. It does not depend on
+//! the material as long as the rubber is an incompressible neo-Hookean or Mooney-Rivlin one.
+//!
+//! Equation numbers are those of the paper "Large deformation mechanics of a soft elastomeric layer under compressive loading
+//! for a MEMS tactile sensor application".
 
 use rayon::prelude::*;
 
 use super::layer::{End, Indenter, LayerMesh, LayerModel, LayerStep, PunchFan};
-use super::material::Rubber;
 use super::mesh::{geometric, uniform};
 use super::model::{ModelError, State};
 use super::newton::{NewtonSettings, Stopped};
 use super::stress::Fields;
 use crate::closed_form::{ForceCurve, Phase, shear_ratio_for_axial_force};
 use crate::error::MechanicsError;
+use elastocap_materials::Rubber;
 
 /// The shear length of one state.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -86,8 +89,8 @@ impl ShearLength {
 pub enum Contact {
     /// The whole top of a layer of this half-length over its thickness.
     WholeTop(f64),
-    /// A sharp, smooth flat punch of this half-width over the thickness, on a layer that goes on beside it. Nothing keeps
-    /// the surface beside the punch from entering it.
+    /// A sharp flat punch without friction, of this half-width over the thickness, on a layer that continues beyond it. Nothing keeps
+    /// the surface next to the punch from entering it.
     Punch(f64),
 }
 
@@ -95,8 +98,8 @@ pub enum Contact {
 /// the fan shrink, and their number. The finer the fan, the more exact and the earlier the solver stops.
 pub const FANS: [(f64, usize); 3] = [(0.5, 5), (0.7, 6), (0.5, 1)];
 
-/// How far the layer goes on beside a punch, in thicknesses. Four would make `L` shorter by 0.2 %, eight longer by 0.01 %.
-pub const BESIDE: f64 = 6.0;
+/// Length of the layer beyond the punch, in thicknesses. Four would make `L` shorter by 0.2 %, eight longer by 0.01 %.
+pub const LENGTH_BEYOND_PUNCH: f64 = 6.0;
 
 impl Contact {
     /// Half-length of the contact over the thickness.
@@ -106,7 +109,7 @@ impl Contact {
     }
 
     /// The layer, of thickness 1 m and shear modulus 1 Pa, with about `n` quadrilaterals over the thickness and `fan` of
-    /// [`FANS`] at the singular corner. Under a punch it goes on for [`BESIDE`] thicknesses beside it.
+    /// [`FANS`] at the singular corner. Under a punch it continues for [`LENGTH_BEYOND_PUNCH`] thicknesses beyond it.
     ///
     /// # Errors
     /// See [`ModelError`]; the half-length must be larger than 1 under the whole top, and positive.
@@ -125,7 +128,7 @@ impl Contact {
     }
 }
 
-/// A mesh of a layer of thickness 1 under a punch of any half-width, [`BESIDE`] thicknesses longer than the punch.
+/// A mesh of a layer of thickness 1 under a punch of any half-width, [`LENGTH_BEYOND_PUNCH`] thicknesses longer than the punch.
 ///
 /// The fan around the end of the punch is as wide as fits between it and the axis, half a thickness at most.
 fn under_punch(corner: f64, n: usize, (ratio, rings): (f64, usize)) -> LayerMesh {
@@ -138,7 +141,7 @@ fn under_punch(corner: f64, n: usize, (ratio, rings): (f64, usize)) -> LayerMesh
     let first = along.len() - 1;
     along.extend(uniform(left, right, 2 * fine).iter().skip(1));
     let last = along.len() - 1;
-    let body = corner + BESIDE - 1.0;
+    let body = corner + LENGTH_BEYOND_PUNCH - 1.0;
     along.extend(uniform(right, body, count(0.6 * (body - right))).iter().skip(1));
     let mut up = uniform(0.0, low, count(low));
     let floor = up.len() - 1;

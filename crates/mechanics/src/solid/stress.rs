@@ -10,10 +10,11 @@
 //! the square of the element size. Where two materials meet, stress and `J` may jump, and an average would blur that:
 //! there, ask the elements.
 
+use elastocap_materials::Rubber;
+use elastocap_materials::plane::{Tensor, cofactor, determinant};
 use rayon::prelude::*;
 
 use super::element::{Mapped, POINTS, shape_functions};
-use super::material::{Distortion, EnergyDerivatives, Rubber, Tensor, Volume, cofactor, determinant};
 use super::mesh::Mesh;
 use super::model::{Equations, State};
 
@@ -45,7 +46,7 @@ impl PointStress {
         let s11 = along * (f[0] * f[0] + f[1] * f[1]) + all;
         let s22 = along * (f[2] * f[2] + f[3] * f[3]) + all;
         let s12 = along * (f[0] * f[2] + f[1] * f[3]);
-        Self { s11, s22, s12, s33: across(rubber, f, &d, field, s11 + s22), j, deformation: *f }
+        Self { s11, s22, s12, s33: rubber.third_normal_stress(f, &d, field, s11 + s22), j, deformation: *f }
     }
 
     /// Minus the mean normal stress, in Pa: positive in compression.
@@ -85,33 +86,6 @@ impl PointStress {
             sum.add(*weight, value);
         }
         sum
-    }
-}
-
-/// `sigma_33` in Pa, from `J sigma_33 = dW/dF33` at `F33 = 1`; `in_plane` is `sigma_11 + sigma_22`.
-fn across(rubber: &Rubber, f: &Tensor, d: &EnergyDerivatives, field: f64, in_plane: f64) -> f64 {
-    let j = determinant(f);
-    let all = d.j + field;
-    match (rubber.volume, &rubber.distortion) {
-        // The distortion is a function of F / J^(1/3): its stress has no trace.
-        (Volume::BulkModulus(_), _) => 3.0 * field - in_plane,
-        (Volume::DisplacementOnly(kappa), _) => 1.5 * kappa * (j - 1.0 / j) - in_plane,
-        // W = W(I1, J), of which w_I is the first derivative and w_J the other.
-        (Volume::LogLame(_), _) => 2.0 * d.i / j + all,
-        (Volume::Incompressible, Distortion::NeoHookean { .. } | Distortion::Yeoh { .. }) => {
-            2.0 * d.i / j + all
-        }
-        // dI2/dF33 = 2 I, and I2 = I + J^2 has put 2 J into w_J.
-        (Volume::Incompressible, Distortion::MooneyRivlin { c10, c01 }) => {
-            let i = f.iter().map(|x| x * x).sum::<f64>();
-            2.0 * (c10 + c01 * i) / j + all - 2.0 * j * c01
-        }
-        // l3^alpha - alpha (J - 1) for each term, the barrier and the field.
-        (Volume::Incompressible, Distortion::Ogden { terms }) => {
-            let sum: f64 = terms.iter().map(|(mu, _)| mu).sum();
-            let barrier = rubber.volume_barrier * rubber.shear_modulus() * (1.0 - 1.0 / j);
-            sum * (1.0 - j) / j + barrier + field
-        }
     }
 }
 
@@ -274,74 +248,6 @@ pub(crate) fn on_a_line(n: usize) -> [f64; 3] {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    /// The energy in three dimensions, by principal stretches, without what holds the volume of an incompressible rubber.
-    fn energy(rubber: &Rubber, l: [f64; 3]) -> f64 {
-        let j = l[0] * l[1] * l[2];
-        let split = matches!(rubber.volume, Volume::BulkModulus(_) | Volume::DisplacementOnly(_));
-        let m = l.map(|x| if split { x / j.cbrt() } else { x });
-        let i1 = m.iter().map(|x| x * x).sum::<f64>() - 3.0;
-        let i2 = (m[0] * m[1]).powi(2) + (m[1] * m[2]).powi(2) + (m[2] * m[0]).powi(2) - 3.0;
-        let distortion = match &rubber.distortion {
-            Distortion::NeoHookean { shear_modulus } => 0.5 * shear_modulus * i1,
-            Distortion::MooneyRivlin { c10, c01 } => c10 * i1 + c01 * i2,
-            Distortion::Yeoh { constants: [a, b, c] } => a * i1 + b * i1 * i1 + c * i1.powi(3),
-            Distortion::Ogden { terms } => {
-                terms.iter().map(|(mu, a)| mu / a * m.iter().map(|x| x.powf(*a) - 1.0).sum::<f64>()).sum()
-            }
-        };
-        let mu = rubber.shear_modulus();
-        match rubber.volume {
-            Volume::Incompressible | Volume::BulkModulus(_) => distortion,
-            Volume::LogLame(lambda) => 0.5 * mu * (i1 - 2.0 * j.ln()) + 0.5 * lambda * j.ln().powi(2),
-            Volume::DisplacementOnly(kappa) => distortion + 0.25 * kappa * (j * j - 1.0 - 2.0 * j.ln()),
-        }
-    }
-
-    #[test]
-    fn normal_stresses_are_the_slopes_of_the_energy_in_three_dimensions() {
-        let laws = [
-            Distortion::NeoHookean { shear_modulus: 1.3 },
-            Distortion::MooneyRivlin { c10: 0.2, c01: 0.5 },
-            Distortion::Yeoh { constants: [0.5, -0.04, 0.02] },
-            Distortion::Ogden { terms: vec![(1.2, 1.3), (0.02, 5.0), (-0.1, -2.0)] },
-        ];
-        let volumes = [
-            Volume::Incompressible,
-            Volume::BulkModulus(30.0),
-            Volume::LogLame(3.0),
-            Volume::DisplacementOnly(7.0),
-        ];
-        for (distortion, volume) in laws.iter().flat_map(|d| volumes.map(|v| (d, v))) {
-            let rubber = Rubber { distortion: distortion.clone(), volume, volume_barrier: 0.7 };
-            let keeps = volume == Volume::Incompressible;
-            let l = [1.7, if keeps { 1.0 / 1.7 } else { 0.8 }, 1.0];
-            let found = PointStress::new(&rubber, &[l[0], 0.0, 0.0, l[1]], 0.6);
-            let slope = |k: usize| {
-                let h = 1e-3;
-                let at = |s: f64| {
-                    let mut m = l;
-                    m[k] += s * h;
-                    energy(&rubber, m)
-                };
-                let slope = (45.0 * (at(1.0) - at(-1.0)) - 9.0 * (at(2.0) - at(-2.0)) + (at(3.0) - at(-3.0)))
-                    / (60.0 * h);
-                l[k] * slope / found.j
-            };
-            // Where the volume is kept, the energy leaves an equal part of all three open: the pressure field's and what
-            // the energy's own slope at rest takes off. A bulk modulus' part is the pressure field.
-            let open = match volume {
-                Volume::Incompressible => found.s11 - slope(0),
-                Volume::BulkModulus(_) => 0.6,
-                _ => 0.0,
-            };
-            for (k, stress) in [found.s11, found.s22, found.s33].into_iter().enumerate() {
-                let right = slope(k) + open;
-                assert!((stress - right).abs() < 1e-9, "{rubber:?} {k}: {stress} {right}");
-            }
-            assert_eq!(found.s12, 0.0);
-        }
-    }
 
     #[test]
     fn stress_turns_with_the_body() {

@@ -1,4 +1,4 @@
-//! A configuration of one mesh as a first guess on another mesh of the same body.
+//! The configuration on one mesh as a first guess on another mesh of the same body.
 //!
 //! The equilibrium of a coarse mesh is near that of a finer one under the same load: Newton's method finds the second from
 //! the first in a few steps, where following the load from rest takes several times as many. Displacements are read off at
@@ -11,28 +11,28 @@ use super::element::quadratic;
 use super::mesh::Mesh;
 use super::model::{Equations, Load, State};
 use super::newton::{Effort, NewtonSettings};
-use super::obstacle::Shape;
-use super::space::material::{Tensor, cofactor, determinant};
+use super::obstacle::ObstacleShape;
+use elastocap_materials::space::{Tensor, cofactor, determinant};
 
-/// Most Newton steps from the guess to the equilibrium: where it takes more, following the load is no worse.
-const MOST_ITERATIONS: usize = 12;
-/// Where the load is followed in very many steps, more of them are worth it, and steps that are cut too.
-const MOST_PATIENT_ITERATIONS: usize = 40;
-const MOST_CUT_STEPS: usize = 30;
+/// Largest number of Newton steps from the guess to the equilibrium: where more are needed, following the load is no worse.
+const MAX_ITERATIONS: usize = 12;
+/// The same where following the load takes very many steps, so that more steps are worth it, shortened ones included.
+const MAX_PATIENT_ITERATIONS: usize = 40;
+const MAX_CUT_STEPS: usize = 30;
 
-/// How far an obstacle keeps from the guessed surface at least, over the gap where the pressure is the shear modulus.
+/// Smallest distance of an obstacle from the guessed surface, over the gap where the pressure equals the shear modulus.
 const CLEARANCE: f64 = 0.3;
-/// So many times an obstacle is moved out of the surface, each time at least twice as far.
-const MOST_MOVES: usize = 8;
+/// How often an obstacle is moved out of the surface, each time at least twice as far.
+const MAX_MOVES: usize = 8;
 
-/// So far outside of an element, over its size, a point still belongs to it.
+/// Distance from an element, over its size, within which a point still belongs to it.
 const SLACK: f64 = 1e-7;
 
 /// How far from the middle of a reference element a point inside of it is looked for.
 const FARTHEST: f64 = 1.5;
 
 /// Nodes of the largest element.
-const MOST_NODES: usize = 27;
+const MAX_NODES: usize = 27;
 
 /// Finds the elements in which points lie.
 struct Finder<'a, S: Dimension> {
@@ -48,7 +48,7 @@ struct Finder<'a, S: Dimension> {
 
 /// Values of the shape functions at a point of the reference element, and their slopes along its axes; only as many as
 /// the element has nodes mean anything.
-fn shape<S: Dimension>(at: [f64; 3]) -> [(f64, [f64; 3]); MOST_NODES] {
+fn shape<S: Dimension>(at: [f64; 3]) -> [(f64, [f64; 3]); MAX_NODES] {
     let lines = at.map(quadratic);
     let of_node = |n: usize| {
         let mut value = 1.0;
@@ -160,8 +160,9 @@ impl<'a, S: Dimension> Finder<'a, S> {
 }
 
 impl<S: Dimension> Equations<S> {
-    /// A configuration for `load` of this body out of `state` of the same body on `other` mesh. `None` where the meshes do
-    /// not cover the same body, or where an element would be turned inside out.
+    /// A configuration of this body for `load`, from the `state` of the same body on `other` mesh. `None` where the meshes do
+    /// not cover the same body, or where an element would be turned inside out or
+    /// extended beyond the limit of its rubber.
     fn guess(&self, other: &Self, state: &State<S>, load: &Load<S>) -> Option<State<S>> {
         let finder = Finder::new(&other.body.mesh);
         let nodes = &self.body.mesh.nodes;
@@ -199,6 +200,9 @@ impl<S: Dimension> Equations<S> {
         if smallest.is_nan() || smallest <= 0.0 {
             return None;
         }
+        if self.extension_left(&rest, &guess.displacement).is_some_and(|(left, _)| left <= 0.0) {
+            return None;
+        }
         if !self.clear_obstacles(&mut guess) {
             return None;
         }
@@ -226,7 +230,7 @@ impl<S: Dimension> Equations<S> {
         let half: Vec<usize> = (0..S::AXES).filter(|&k| half(k)).collect();
         (0..self.body.obstacles.len()).all(|o| {
             let mut away = clearance;
-            for _ in 0..MOST_MOVES {
+            for _ in 0..MAX_MOVES {
                 let least = self.least_gap(o, guess);
                 if least >= 0.5 * clearance {
                     return true;
@@ -234,23 +238,25 @@ impl<S: Dimension> Equations<S> {
                 // Where the obstacle is oblique, or steep, it has to go farther than the gap has to.
                 away = (2.0 * away).max(clearance - least);
                 match self.body.obstacles[o].shape {
-                    Shape::Below => guess.shift[o][1] -= away,
-                    Shape::Wall { side } => guess.shift[o][0] -= side * away,
-                    Shape::Punch { .. } | Shape::Block { .. } => {
+                    ObstacleShape::Substrate => guess.shift[o][1] -= away,
+                    ObstacleShape::Flank { side } => guess.shift[o][0] -= side * away,
+                    ObstacleShape::Indenter(profile) => {
                         guess.shift[o][1] += away;
-                        for &k in &half {
-                            guess.shift[o][k] -= away;
+                        // Moving up does not clear a vertical flank.
+                        if profile.flat_face().is_some() {
+                            for &k in &half {
+                                guess.shift[o][k] -= away;
+                            }
                         }
                     }
-                    _ => guess.shift[o][1] += away,
                 }
             }
             false
         })
     }
 
-    /// An equilibrium under `load` from `state` of the same body on `other` mesh, one near it under the same load. `None` where
-    /// there is none to be found like that.
+    /// Finds an equilibrium under `load` from `state`, one of the same body on `other` mesh under about the same load. `None` where
+    /// that fails.
     pub(crate) fn equilibrium_from(
         &mut self,
         other: &Self,
@@ -258,14 +264,14 @@ impl<S: Dimension> Equations<S> {
         load: &Load<S>,
         settings: &NewtonSettings,
     ) -> Option<(State<S>, Effort)> {
-        let settings = NewtonSettings { most_iterations: MOST_ITERATIONS, ..*settings };
+        let settings = NewtonSettings { max_iterations: MAX_ITERATIONS, ..*settings };
         let mut state = self.guess_in_motion(other, state, load, &settings)?;
         let mut effort = Effort::default();
         let found = self.settle_at(&mut state, load, &settings, &mut effort);
         (found.is_ok() && effort.negative_pivots == 0).then_some((state, effort))
     }
 
-    /// The same with the contact left at [`NewtonSettings::moving_gap`], and more patience: to go on from.
+    /// The same with the contact left at [`NewtonSettings::moving_gap`] and more steps allowed: a start for following the load.
     pub(crate) fn beginning_from(
         &mut self,
         other: &Self,
@@ -274,8 +280,8 @@ impl<S: Dimension> Equations<S> {
         settings: &NewtonSettings,
     ) -> Option<(State<S>, Effort)> {
         let settings = NewtonSettings {
-            most_iterations: MOST_PATIENT_ITERATIONS,
-            most_cut_steps: MOST_CUT_STEPS,
+            max_iterations: MAX_PATIENT_ITERATIONS,
+            max_cut_steps: MAX_CUT_STEPS,
             ..*settings
         };
         let mut state = self.guess_in_motion(other, state, load, &settings)?;
@@ -288,13 +294,13 @@ impl<S: Dimension> Equations<S> {
 #[cfg(test)]
 mod tests {
     use super::super::layer::{End, Indenter, LayerMesh, LayerModel};
-    use super::super::material::Rubber;
-    use super::super::obstacle::Shape;
-    use super::super::space::layer::{Side, SpaceLayerMesh};
+    use super::super::obstacle::IndenterProfile;
+    use super::super::space::layer::{SideCondition, SpaceLayerMesh};
     use super::*;
     use crate::solid::dimension::{Plane, Space};
+    use elastocap_materials::Rubber;
 
-    const CYLINDER: Indenter = Indenter::Smooth(Shape::Cylinder { radius: 1.5 });
+    const CYLINDER: Indenter = Indenter::Smooth(IndenterProfile::Cylinder { radius: 1.5 });
 
     fn section(n: usize) -> LayerMesh {
         LayerMesh::uniform(1.0, 3.0, n, 0.5, n / 2)
@@ -307,7 +313,7 @@ mod tests {
     fn in_space(n: usize) -> LayerModel<Space> {
         let mesh = SpaceLayerMesh::new(section(n), 0.8, n);
         let rubber = Rubber::neo_hookean(1.0);
-        LayerModel::of_finite_width(&mesh, rubber, CYLINDER, End::Free, Side::Free).unwrap()
+        LayerModel::of_finite_width(&mesh, rubber, CYLINDER, End::Free, SideCondition::Free).unwrap()
     }
 
     /// What is linear over the whole body is the same on any mesh, in fans too.

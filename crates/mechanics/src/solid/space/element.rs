@@ -7,10 +7,10 @@
 use elastocap_fem::quadrature::gauss_legendre;
 use elastocap_linalg::gemm::{Left, Right, Target, multiply};
 
-use super::material::{Response, Tensor, add_cofactor_slope, cofactor, determinant};
 use crate::solid::dimension::{Element, ElementSystem, Space};
 use crate::solid::element::quadratic;
-use crate::solid::material::Rubber;
+use elastocap_materials::space::{Tensor, add_cofactor_slope, cofactor, determinant};
+use elastocap_materials::{Response, Rubber};
 
 /// Nodes of an element.
 pub const NODES: usize = 27;
@@ -196,6 +196,10 @@ impl Element<Space> for ReferenceElement {
         determinant(&self.deformation_gradient(q, u))
     }
 
+    fn extension_left(&self, rubber: &Rubber, q: usize, u: &[f64]) -> Option<f64> {
+        rubber.extension_left_in_space(&self.deformation_gradient(q, u))
+    }
+
     fn mass_inverse(&self) -> &[[f64; 4]] {
         &self.mass_inverse
     }
@@ -256,7 +260,7 @@ fn dot(a: &[f64; 4], b: &[f64; 4]) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::solid::material::{Distortion, Volume};
+    use elastocap_materials::{HyperelasticLaw, Volume};
 
     fn distorted() -> ReferenceElement {
         let x: [[f64; 3]; NODES] = std::array::from_fn(|n| {
@@ -281,7 +285,7 @@ mod tests {
         let element = distorted();
         let volumes = [Volume::Incompressible, Volume::BulkModulus(20.0), Volume::DisplacementOnly(5.0)];
         for volume in volumes {
-            let distortion = Distortion::MooneyRivlin { c10: 0.3, c01: 0.2 };
+            let distortion = HyperelasticLaw::MooneyRivlin { c10: 0.3, c01: 0.2 };
             let rubber = Rubber { distortion, volume, volume_barrier: 0.4 };
             // Differences see the tangent without the pressure eliminated: with p held there is nothing to eliminate.
             let assemble = |u: &[f64]| {
@@ -320,7 +324,7 @@ mod tests {
     #[test]
     fn eliminating_the_pressure_solves_the_whole_system() {
         let element = distorted();
-        let distortion = Distortion::NeoHookean { shear_modulus: 1.0 };
+        let distortion = HyperelasticLaw::NeoHookean { shear_modulus: 1.0 };
         let rubber = Rubber { distortion, volume: Volume::BulkModulus(50.0), volume_barrier: 0.0 };
         let (u, du, kappa_0) = (wobble(0.05), wobble(0.01), 200.0);
         let mut s = ElementSystem::new(DISPLACEMENTS);

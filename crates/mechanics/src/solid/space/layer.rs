@@ -6,11 +6,11 @@
 use super::mesh::Sweep;
 use crate::solid::dimension::Space;
 use crate::solid::layer::{End, Inclusion, Indenter, LayerMesh, LayerModel, Symmetry, include};
-use crate::solid::material::Rubber;
 use crate::solid::mesh::{Mesh, Patch, uniform};
 use crate::solid::model::{Body, ModelError};
+use elastocap_materials::Rubber;
 
-/// How fine the mesh is.
+/// The breakpoints and fans of a mesh of a quarter of the layer.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SpaceLayerMesh {
     /// The section `x3 = 0`: one half of it, whatever [`LayerMesh::whole`] says.
@@ -79,10 +79,10 @@ impl SpaceLayerMesh {
     }
 }
 
-/// What becomes of the layer's side.
+/// The condition at the side of the layer, at `x3 = half_width`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Side {
-    /// Like the end.
+pub enum SideCondition {
+    /// The same as at the end.
     Free,
     /// A plane of symmetry: with it on both sides, the layer is in plane strain.
     Symmetric,
@@ -98,13 +98,13 @@ impl LayerModel<Space> {
         rubber: Rubber,
         indenter: Indenter,
         end: End,
-        side: Side,
+        side: SideCondition,
     ) -> Result<Self, ModelError> {
         Self::of_finite_width_with_inclusions(mesh, rubber, &[], indenter, end, side)
     }
 
-    /// The same with bodies of other rubbers in it; the mesh must have their faces among its breakpoints, or they are as large as
-    /// the elements whose centres they hold.
+    /// The same with bodies of other rubbers in it. Each element belongs to the body that contains its centre, so that the breakpoints
+    /// of the mesh should include the faces of the bodies.
     ///
     /// # Errors
     /// See [`ModelError`].
@@ -114,15 +114,15 @@ impl LayerModel<Space> {
         inclusions: &[Inclusion<Space>],
         indenter: Indenter,
         end: End,
-        side: Side,
+        side: SideCondition,
     ) -> Result<Self, ModelError> {
         let near = 1.0 - 1e-9;
         let (length, half_width) = (near * mesh.section.half_length(), near * mesh.half_width());
         let mut body = Body::new(mesh.mesh(), rubber);
         include(&mut body, inclusions);
-        body.hold(2, |x| x[2] == 0.0 || side == Side::Symmetric && x[2] > half_width);
+        body.hold(2, |x| x[2] == 0.0 || side == SideCondition::Symmetric && x[2] > half_width);
         Self::with(body, mesh.section.thickness(), indenter, end, Symmetry::Quarter, |x| {
-            x[0] > length || side == Side::Free && x[2] > half_width
+            x[0] > length || side == SideCondition::Free && x[2] > half_width
         })
     }
 }

@@ -4,7 +4,6 @@
 //!
 //! | module | what is in it |
 //! |---|---|
-//! | [`material`] | stress and tangent from `F:F`, `cof F : cof F` and the principal stretches |
 //! | [`element`] | triquadratic displacement, discontinuous linear pressure, condensed |
 //! | [`mesh`] | plane meshes swept along the third direction |
 //! | [`layer`] | a quarter of a layer, with fans around the bonded edges of its end and its side |
@@ -20,7 +19,6 @@
 
 pub mod element;
 pub mod layer;
-pub mod material;
 pub mod mesh;
 pub mod press;
 pub mod stress;

@@ -1,21 +1,21 @@
-//! A layer of finite width pressed to given loads on finer and finer meshes; see [`crate::solid::press`].
+//! A layer of finite width, pressed to given loads on finer and finer meshes; see [`crate::solid::press`].
 
 use std::sync::atomic::AtomicBool;
 
-use super::layer::{Side, SpaceLayerMesh};
+use super::layer::{SideCondition, SpaceLayerMesh};
 use crate::solid::dimension::Space;
 use crate::solid::layer::{End, Inclusion, Indenter, LayerMesh, LayerModel};
 use crate::solid::levels::move_to;
-use crate::solid::material::Rubber;
 use crate::solid::mesh::{geometric, graded, uniform};
 use crate::solid::model::{Equations, ModelError};
 use crate::solid::newton::NewtonSettings;
-use crate::solid::obstacle::Shape;
+use crate::solid::obstacle::IndenterProfile;
 use crate::solid::press::{Goal, Pressing, Refinement, press_on};
+use elastocap_materials::Rubber;
 
-/// A layer of finite width and what presses it, both symmetric to `x1 = 0` and to `x3 = 0`. Lengths in m.
+/// A layer of finite width and its indenter, both symmetric about `x1 = 0` and `x3 = 0`. Lengths in m.
 #[derive(Debug, Clone, PartialEq)]
-pub struct SpaceProblem {
+pub struct SpaceLayer {
     /// Thickness `H` at rest.
     pub thickness: f64,
     /// From the middle of the layer to its end along `x1`, at rest; more than the thickness.
@@ -24,25 +24,25 @@ pub struct SpaceProblem {
     pub half_width: f64,
     /// What the layer is made of.
     pub rubber: Rubber,
-    /// Bodies of another rubber in the quarter with `x1 > 0` and `x3 > 0`, within [`SpaceProblem::room`].
+    /// Bodies of another rubber in the quarter with `x1 > 0` and `x3 > 0`, within [`SpaceLayer::room`].
     pub inclusions: Vec<Inclusion<Space>>,
     /// What presses.
     pub indenter: Indenter,
-    /// What becomes of the end.
+    /// The condition at the end.
     pub end: End,
-    /// What becomes of the side.
-    pub side: Side,
+    /// The condition at the side.
+    pub side: SideCondition,
 }
 
 impl Refinement {
-    /// Up to four meshes of hexahedra, from 2 to 8 over the thickness: halving their size again and again is not to be
-    /// had in space. Even numbers, so that the fans get finer by one ring each time.
+    /// Up to four meshes of hexahedra, with 2 to 8 over the thickness: in space it would cost too much to halve their size each
+    /// time. The numbers are even, so that the fans gain one ring each time.
     pub fn in_space(relative_tolerance: f64) -> Self {
         Self { relative_tolerance, meshes: vec![2, 4, 6, 8] }
     }
 }
 
-impl SpaceProblem {
+impl SpaceLayer {
     /// The mesh of a quarter of this layer with about `n` hexahedra over its thickness.
     pub fn mesh(&self, n: usize) -> SpaceLayerMesh {
         let (height, length) = (self.thickness, self.half_length);
@@ -79,15 +79,15 @@ impl SpaceProblem {
         SpaceLayerMesh { section, across, side_fan }
     }
 
-    /// How far the fan at the side reaches inwards in m, if there is one: over half the half width, and at most as far as the one
-    /// at the end.
+    /// Inward reach of the fan at the side in m, if there is one: half the half width, and at most that of the fan at the end.
     fn side_fan(&self) -> Option<f64> {
-        let sharp = matches!(self.indenter, Indenter::Sharp { .. } | Indenter::Bonded { .. });
-        let straight = sharp || self.end == End::Far || self.side == Side::Symmetric;
+        let straight = self.indenter.sharp_corner().is_some()
+            || self.end == End::Far
+            || self.side == SideCondition::Symmetric;
         (!straight).then(|| self.thickness.min(0.5 * self.half_width))
     }
 
-    /// How far inclusions may reach along `x1` and `x3` from the middle, in m: hexahedra beyond that belong to fans.
+    /// How far inclusions may reach from the middle along `x1` and `x3`, in m; the hexahedra beyond belong to fans.
     pub fn room(&self) -> [f64; 2] {
         [self.half_length - self.thickness, self.half_width - self.side_fan().unwrap_or(0.0)]
     }
@@ -99,21 +99,24 @@ impl SpaceProblem {
 
     /// Size of the smallest hexahedra at the surface, in m, with about `n` over the thickness.
     pub fn finest(&self, n: usize) -> f64 {
-        let part = if matches!(self.indenter, Indenter::Smooth(_)) { 0.5 } else { 1.0 };
+        let part = if self.indenter.is_rounded() { 0.5 } else { 1.0 };
         part * self.thickness / n as f64
     }
 
-    /// Size of the hexahedra over the distance from the middle, along `x1` (`axis` 0) or `x3` (1): finer where the surface
-    /// bends around the indenter.
+    /// Size in m of the hexahedra as a function of the distance from the middle along `x1` (`axis` 0) or `x3` (1). They are finer where
+    /// the surface bends around the indenter.
     fn size(&self, n: usize, axis: usize) -> impl Fn(f64) -> f64 {
         // How far a round indenter reaches that is pressed into a third of the layer.
         let reach = |radius: f64| (2.0 / 3.0 * radius * self.thickness).sqrt().min(radius);
+        let along_x1 = |at: f64| (axis == 0).then_some(at);
         let at = match self.indenter {
-            Indenter::Smooth(Shape::Block { half_widths, .. }) => Some(half_widths[axis]),
-            Indenter::Smooth(Shape::Sphere { radius }) => Some(reach(radius)),
-            Indenter::Smooth(Shape::Cylinder { radius }) if axis == 0 => Some(reach(radius)),
-            Indenter::Smooth(Shape::Punch { half_width, .. }) if axis == 0 => Some(half_width),
-            _ => None,
+            Indenter::Smooth(profile) => match profile {
+                IndenterProfile::Block { half_widths, .. } => Some(half_widths[axis]),
+                IndenterProfile::Sphere { radius } => Some(reach(radius)),
+                IndenterProfile::Cylinder { radius } => along_x1(reach(radius)),
+                IndenterProfile::Punch { half_width, .. } => along_x1(half_width),
+            },
+            Indenter::WholeTop | Indenter::Sharp { .. } | Indenter::Bonded { .. } => None,
         };
         let (fine, coarse) = (self.finest(n), self.thickness / n as f64);
         move |x| at.map_or(coarse, |at| (fine + 0.5 * (x - at).abs()).min(coarse))
@@ -121,12 +124,12 @@ impl SpaceProblem {
 
     /// Presses the layer to each of `goals`, all of them compressions or all of them forces.
     ///
-    /// A mesh that would take more than `memory_limit` bytes is not begun. `cancel` stops the work at the next goal;
-    /// `tell` is told how many goals of how many are done on which mesh.
+    /// No mesh that would take more than `memory_limit` bytes is started. `cancel` stops the work at the next goal; `tell` is called
+    /// with the number of the mesh and the number of goals done on it.
     ///
     /// # Errors
-    /// [`ModelError`] where there is no mesh, or none that fits into the memory. A goal that is not reached is no error:
-    /// it says so itself.
+    /// [`ModelError`] where there is no mesh, or none that fits into the memory. A goal that is not reached has its own error in the
+    /// result.
     pub fn press(
         &self,
         goals: &[Goal],
@@ -135,7 +138,7 @@ impl SpaceProblem {
         cancel: &AtomicBool,
         tell: &dyn Fn(usize, usize),
     ) -> Result<Pressing<Space>, ModelError> {
-        let rounded = matches!(self.indenter, Indenter::Smooth(_));
+        let rounded = self.indenter.is_rounded();
         // Gaps of 1e-5 sides of the mesh where the pressure is the shear modulus change a force by less than 1e-4.
         let settings = NewtonSettings {
             tolerance: 1e-7,
@@ -171,8 +174,8 @@ impl SpaceProblem {
 mod tests {
     use super::*;
 
-    fn layer() -> SpaceProblem {
-        SpaceProblem {
+    fn layer() -> SpaceLayer {
+        SpaceLayer {
             thickness: 1.0,
             half_length: 2.0,
             half_width: 0.8,
@@ -180,7 +183,7 @@ mod tests {
             inclusions: Vec::new(),
             indenter: Indenter::WholeTop,
             end: End::Free,
-            side: Side::Free,
+            side: SideCondition::Free,
         }
     }
 

@@ -3,11 +3,11 @@
 use rayon::prelude::*;
 
 use super::element::{NODES, POINTS};
-use super::material::{Tensor, cofactor, determinant};
 use crate::solid::dimension::{Element, Space};
-use crate::solid::material::Rubber;
 use crate::solid::model::{Equations, State};
 use crate::solid::stress::on_a_line;
+use elastocap_materials::Rubber;
+use elastocap_materials::space::{Tensor, cofactor, determinant};
 
 /// Stress and change of volume at a point. Tension is positive.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
@@ -100,18 +100,18 @@ impl Equations<Space> {
 mod tests {
     use super::*;
     use crate::solid::dimension::Space;
-    use crate::solid::material::{Distortion, Volume};
     use crate::solid::mesh::Mesh;
     use crate::solid::model::Body;
     use crate::solid::stress::PointStress;
+    use elastocap_materials::{HyperelasticLaw, Volume};
 
     #[test]
     fn where_the_third_stretch_is_one_the_stress_is_that_of_plane_strain() {
+        // Functions of one invariant, of both, and of the stretches; the laws themselves are tested with the materials.
         let laws = [
-            Distortion::NeoHookean { shear_modulus: 1.3 },
-            Distortion::MooneyRivlin { c10: 0.2, c01: 0.5 },
-            Distortion::Yeoh { constants: [0.5, -0.04, 0.02] },
-            Distortion::Ogden { terms: vec![(1.2, 1.3), (0.02, 5.0), (-0.1, -2.0)] },
+            HyperelasticLaw::Yeoh { constants: [0.5, -0.04, 0.02] },
+            HyperelasticLaw::MooneyRivlin { c10: 0.2, c01: 0.5 },
+            HyperelasticLaw::Ogden { terms: vec![(1.2, 1.3), (0.02, 5.0), (-0.1, -2.0)] },
         ];
         let volumes = [
             Volume::Incompressible,

@@ -1,7 +1,7 @@
 //! Electrodes in the layer.
 
 use elastocap_mechanics::{
-    ClosedFormSettings, ElectrodePose, ElectrodeStiffness, LayerMap, LayerState, Material,
+    ClosedFormSettings, ElectrodePose, ElectrodeStiffness, LayerMap, LayerState, MooneyRivlin,
 };
 
 use super::support::{PAPER, PAPER_MU, assert_close};
@@ -91,7 +91,7 @@ fn stacked_plates_come_closer_and_without_load_stay() {
 fn without_load_an_electrode_is_as_made() {
     let map = LayerMap::new(H, 0.0).unwrap();
     let soft = ElectrodeStiffness::ShearModulus(1.0);
-    let modulus = Material::NeoHookean { shear_modulus: 1e5 }.shear_modulus();
+    let modulus = MooneyRivlin::neo_hookean(1e5).shear_modulus();
     let pose = ElectrodePose::new(&map, modulus, S, soft).unwrap();
     assert_eq!(
         (pose.gap(50e-6), pose.height, pose.thickness(20e-6), pose.length(3e-4)),

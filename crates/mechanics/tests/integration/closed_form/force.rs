@@ -1,10 +1,10 @@
 //! The force of the punch.
 
-use elastocap_mechanics::{ClosedFormSettings, LayerState, Material, force_limit};
+use elastocap_mechanics::{ClosedFormSettings, LayerState, MooneyRivlin, force_limit};
 
 use super::support::{PAPER, PAPER_MU, assert_close, equal_lengths, integrate};
 
-const UNIT: Material = Material::NeoHookean { shear_modulus: 1.0 };
+const UNIT: MooneyRivlin = MooneyRivlin::neo_hookean(1.0);
 
 /// Force over `mu H w` with contact and shear length `length` (in thicknesses).
 fn normalised_force(compression: f64, length: f64) -> f64 {

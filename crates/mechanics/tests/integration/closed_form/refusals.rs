@@ -1,8 +1,8 @@
 //! What is refused, and that the message says what and what to do.
 
 use elastocap_mechanics::{
-    ClosedFormSettings, ElectrodePose, ElectrodeStiffness, LayerMap, LayerState, Material, MechanicsError,
-    compression_for_force, force_limit,
+    ClosedFormSettings, ElectrodePose, ElectrodeStiffness, LayerMap, LayerState, MechanicsError,
+    MooneyRivlin, compression_for_force, force_limit,
 };
 
 use super::support::{PAPER, equal_lengths};
@@ -40,9 +40,9 @@ fn lengths_and_moduli_that_are_not_positive_are_refused() {
         let state = |h, material, settings| refusal(LayerState::new(h, material, 0.1, settings));
         assert_mentions(&state(bad, PAPER, good), &["thickness of the layer", "positive", " m,"]);
         assert_mentions(&refusal(LayerMap::new(bad, 0.1)), &["thickness of the layer"]);
-        let neo_hookean = Material::NeoHookean { shear_modulus: bad };
+        let neo_hookean = MooneyRivlin::neo_hookean(bad);
         assert_mentions(&state(1.0, neo_hookean, good), &["shear modulus of the layer", " Pa,"]);
-        let mooney_rivlin = Material::MooneyRivlin { c10: 1.0, c01: bad - 1.0 };
+        let mooney_rivlin = MooneyRivlin { c10: 1.0, c01: bad - 1.0 };
         assert_mentions(&state(1.0, mooney_rivlin, good), &["2 (c10 + c01)"]);
         let contact = ClosedFormSettings { contact_half_length: bad, ..good };
         assert_mentions(&state(1.0, PAPER, contact), &["contact half-length"]);

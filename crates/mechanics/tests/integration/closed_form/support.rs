@@ -1,9 +1,9 @@
 //! What the tests share: the paper's material, quadrature and differences that owe nothing to the library.
 
-use elastocap_mechanics::{ClosedFormSettings, Material};
+use elastocap_mechanics::{ClosedFormSettings, MooneyRivlin};
 
 /// C1 = 1364.3 Pa and C2 = -87863.8 Pa of the paper.
-pub(crate) const PAPER: Material = Material::MooneyRivlin { c10: 682.15, c01: 43931.9 };
+pub(crate) const PAPER: MooneyRivlin = MooneyRivlin { c10: 682.15, c01: 43931.9 };
 
 /// Shear modulus of [`PAPER`] in Pa, exactly rounded.
 pub(crate) const PAPER_MU: f64 = 89228.1;

@@ -1,11 +1,11 @@
 //! Contact: against the closed form of line contact, by its own conditions, by symmetry, and round a corner.
 
+use elastocap_mechanics::materials::Rubber;
 use elastocap_mechanics::solid::layer::{End, Indenter, LayerMesh, LayerModel, RoundedPunch};
-use elastocap_mechanics::solid::material::Rubber;
 use elastocap_mechanics::solid::mesh::{Mesh, Patch, graded};
 use elastocap_mechanics::solid::model::{Body, Equations};
 use elastocap_mechanics::solid::newton::NewtonSettings;
-use elastocap_mechanics::solid::obstacle::{Obstacle, Shape};
+use elastocap_mechanics::solid::obstacle::{IndenterProfile, Obstacle, ObstacleShape};
 
 const HALF_WIDTH: f64 = 500.0 / 450.0;
 
@@ -13,7 +13,7 @@ fn rounded(n: usize, per_radius: f64, radius: f64, whole: bool) -> LayerModel {
     let punch = RoundedPunch { half_width: HALF_WIDTH, corner_radius: radius, position: 0.0 };
     let mesh = LayerMesh::under_rounded_punch(1.0, 3.0, &punch, 0.4, n, per_radius);
     let mesh = LayerMesh { whole, ..mesh };
-    let indenter = Indenter::Smooth(Shape::Punch { half_width: HALF_WIDTH, corner_radius: radius });
+    let indenter = Indenter::Smooth(IndenterProfile::Punch { half_width: HALF_WIDTH, corner_radius: radius });
     let rubber = Rubber { volume_barrier: 20.0, ..Rubber::neo_hookean(1.0) };
     LayerModel::new(&mesh, rubber, indenter, End::Free).unwrap()
 }
@@ -30,7 +30,11 @@ fn a_cylinder_on_a_thick_block_has_the_force_and_the_pressure_of_line_contact() 
     body.hold(0, |x| x[0] == 0.0 || x[1] == 0.0);
     body.hold(1, |x| x[1] == 0.0);
     let sides = body.mesh.boundary_where(|x| x[1] == size && x[0] < 3.0);
-    body.obstacles.push(Obstacle { shape: Shape::Cylinder { radius }, sides, carrier: None });
+    body.obstacles.push(Obstacle {
+        shape: ObstacleShape::Indenter(IndenterProfile::Cylinder { radius }),
+        sides,
+        carrier: None,
+    });
     let mut from = body.no_load();
     from.shift[0] = [0.0, size];
     let mut to = from.clone();

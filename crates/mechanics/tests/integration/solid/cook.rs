@@ -1,6 +1,6 @@
 //! Cook's membrane: a tapered panel held on the left and sheared on the right.
 
-use elastocap_mechanics::solid::material::{Distortion, Rubber, Volume};
+use elastocap_mechanics::materials::{HyperelasticLaw, Rubber, Volume};
 use elastocap_mechanics::solid::mesh::{Mesh, Patch, uniform};
 use elastocap_mechanics::solid::model::{Body, Equations};
 use elastocap_mechanics::solid::newton::NewtonSettings;
@@ -41,7 +41,7 @@ fn the_compressible_membrane_moves_as_an_independent_code_says() {
     let (mu, nu) = (0.4225, 0.3);
     let kappa = 2.0 * mu * (1.0 + nu) / (3.0 * (1.0 - 2.0 * nu));
     let solve = |volume| {
-        let distortion = Distortion::NeoHookean { shear_modulus: mu };
+        let distortion = HyperelasticLaw::NeoHookean { shear_modulus: mu };
         cook(64, Rubber { distortion, volume, volume_barrier: 0.0 }, 1.0 / 16.0)[1]
     };
     let (same, quadratic) = (solve(Volume::DisplacementOnly(kappa)), solve(Volume::BulkModulus(kappa)));

@@ -2,18 +2,18 @@
 
 use std::sync::atomic::AtomicBool;
 
+use elastocap_mechanics::materials::{Rubber, Volume};
 use elastocap_mechanics::solid::layer::{End, Inclusion, Indenter, LayerModel};
-use elastocap_mechanics::solid::material::{Rubber, Volume};
 use elastocap_mechanics::solid::newton::NewtonSettings;
-use elastocap_mechanics::solid::obstacle::Shape;
-use elastocap_mechanics::solid::press::{Goal, LayerProblem, Pressing, Refinement};
-use elastocap_mechanics::{ClosedFormSettings, LayerState, Material};
+use elastocap_mechanics::solid::obstacle::IndenterProfile;
+use elastocap_mechanics::solid::press::{Goal, PlaneLayer, Pressing, Refinement};
+use elastocap_mechanics::{ClosedFormSettings, LayerState, MooneyRivlin};
 
 use super::patch::{Block, closed_form};
 
 /// A layer of thickness `size` (m) and shear modulus `modulus` (Pa) that ends on the substrate after four thicknesses.
-fn layer(size: f64, modulus: f64) -> LayerProblem {
-    LayerProblem {
+fn layer(size: f64, modulus: f64) -> PlaneLayer {
+    PlaneLayer {
         thickness: size,
         half_length: 4.0 * size,
         rubber: Rubber::neo_hookean(modulus),
@@ -24,14 +24,14 @@ fn layer(size: f64, modulus: f64) -> LayerProblem {
     }
 }
 
-fn press(problem: &LayerProblem, meshes: usize, goals: &[f64]) -> Pressing {
+fn press(problem: &PlaneLayer, meshes: usize, goals: &[f64]) -> Pressing {
     let goals: Vec<Goal> = goals.iter().map(|&c| Goal::Compression(c)).collect();
     let refinement = Refinement { relative_tolerance: 5e-3, meshes: (0..meshes).collect() };
     problem.press(&goals, &refinement, &AtomicBool::new(false), &|_, _| {}).unwrap()
 }
 
 /// Forces over modulus times thickness.
-fn forces(problem: &LayerProblem, meshes: usize, goals: &[f64]) -> Vec<f64> {
+fn forces(problem: &PlaneLayer, meshes: usize, goals: &[f64]) -> Vec<f64> {
     let pressing = press(problem, meshes, goals);
     let unit = problem.rubber.shear_modulus() * problem.thickness;
     pressing.goals.iter().map(|goal| goal.as_ref().unwrap().step.force / unit).collect()
@@ -43,7 +43,7 @@ fn electrodes_that_grow_stiff_tend_to_rigid_ones_at_the_same_cost() {
     for modulus in [1.0, 1e2, 1e4, 1e6, 1e8] {
         let rubber = Rubber::neo_hookean(modulus);
         let electrode = Inclusion { min: [0.05, 0.48], max: [0.72, 0.52], rubber };
-        let problem = LayerProblem { inclusions: vec![electrode], ..layer(1.0, 1.0) };
+        let problem = PlaneLayer { inclusions: vec![electrode], ..layer(1.0, 1.0) };
         let (rubber, inclusions) = (&problem.rubber, &problem.inclusions);
         let mesh = problem.mesh(0, 0.3);
         let mut model =
@@ -71,18 +71,19 @@ fn electrodes_that_grow_stiff_tend_to_rigid_ones_at_the_same_cost() {
 #[test]
 fn an_inclusion_too_stiff_for_double_precision_is_no_result() {
     let electrode = Inclusion { min: [0.05, 0.48], max: [0.72, 0.52], rubber: Rubber::neo_hookean(1e12) };
-    let problem = LayerProblem { inclusions: vec![electrode], ..layer(1.0, 1.0) };
+    let problem = PlaneLayer { inclusions: vec![electrode], ..layer(1.0, 1.0) };
     let (rubber, inclusions) = (&problem.rubber, &problem.inclusions);
     let mut model =
         LayerModel::with_inclusions(&problem.mesh(0, 0.3), rubber, inclusions, problem.indenter, problem.end)
             .unwrap();
-    let settings = NewtonSettings { most_solves: 200, ..NewtonSettings::default() };
+    let settings = NewtonSettings { max_solves: 200, ..NewtonSettings::default() };
     println!("{}", model.press(0.1, &settings).unwrap_err());
 }
 
 #[test]
 fn forces_scale_with_thickness_and_modulus_alone() {
-    let rounded = |size: f64| Indenter::Smooth(Shape::Punch { half_width: size, corner_radius: 0.2 * size });
+    let rounded =
+        |size: f64| Indenter::Smooth(IndenterProfile::Punch { half_width: size, corner_radius: 0.2 * size });
     for punch in [false, true] {
         let forces = |size: f64, modulus: f64| {
             let mut problem = layer(size, modulus);
@@ -103,8 +104,8 @@ fn forces_scale_with_thickness_and_modulus_alone() {
 #[test]
 fn forces_of_the_smallest_compressions_are_in_proportion_to_them() {
     // What keeps gaps open must not press more than the indenter does.
-    for indenter in [Indenter::WholeTop, Indenter::Smooth(Shape::Cylinder { radius: 2.0 })] {
-        let problem = LayerProblem { indenter, ..layer(1.0, 1.0) };
+    for indenter in [Indenter::WholeTop, Indenter::Smooth(IndenterProfile::Cylinder { radius: 2.0 })] {
+        let problem = PlaneLayer { indenter, ..layer(1.0, 1.0) };
         let whole = indenter == Indenter::WholeTop;
         let smallest = if whole { 1e-9 } else { 1e-3 };
         let found = forces(&problem, 1, &[0.0, smallest, 10.0 * smallest]);
@@ -119,13 +120,13 @@ fn forces_of_the_smallest_compressions_are_in_proportion_to_them() {
 
 #[test]
 fn a_layer_a_hundred_times_longer_than_thick_has_the_force_of_the_closed_form() {
-    let problem = LayerProblem { half_length: 100.0, ..layer(1.0, 1.0) };
+    let problem = PlaneLayer { half_length: 100.0, ..layer(1.0, 1.0) };
     assert!(problem.mesh(1, 0.3).mesh().elements.len() < 1000);
     let found = forces(&problem, 2, &[0.001, 0.01]);
     for (compression, force) in [0.001, 0.01].iter().zip(found) {
         let settings =
             ClosedFormSettings { contact_half_length: 100.0, contact_width: 1.0, shear_length: 100.0 };
-        let material = Material::NeoHookean { shear_modulus: 1.0 };
+        let material = MooneyRivlin::neo_hookean(1.0);
         let exact = LayerState::new(1.0, material, *compression, settings).unwrap().force();
         // Lubrication: mu u'' = p', no slip below and no shear above, for small compressions.
         let thin = 2.0 * compression * 100f64.powi(3);
@@ -139,7 +140,7 @@ fn a_layer_a_hundred_times_longer_than_thick_has_the_force_of_the_closed_form() 
 fn a_nearly_incompressible_rubber_is_the_incompressible_one() {
     let of = |volume: Volume| {
         let rubber = Rubber { volume, volume_barrier: 0.0, ..Rubber::neo_hookean(1.0) };
-        forces(&LayerProblem { rubber, ..layer(1.0, 1.0) }, 1, &[0.05, 0.2])
+        forces(&PlaneLayer { rubber, ..layer(1.0, 1.0) }, 1, &[0.05, 0.2])
     };
     let (limit, near) = (of(Volume::Incompressible), of(Volume::BulkModulus(1e7)));
     let (some, soft) = (of(Volume::BulkModulus(1e3)), of(Volume::BulkModulus(2.0)));

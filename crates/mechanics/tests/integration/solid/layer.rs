@@ -2,10 +2,10 @@
 
 use std::sync::atomic::AtomicBool;
 
+use elastocap_mechanics::materials::{HyperelasticLaw, Rubber};
 use elastocap_mechanics::solid::layer::{End, Indenter, LayerMesh, LayerModel};
-use elastocap_mechanics::solid::material::{Distortion, Rubber};
 use elastocap_mechanics::solid::newton::{NewtonSettings, StopReason};
-use elastocap_mechanics::solid::press::{Goal, LayerProblem, Refinement};
+use elastocap_mechanics::solid::press::{Goal, PlaneLayer, Refinement};
 
 fn whole_top(mesh: &LayerMesh, end: End) -> LayerModel {
     LayerModel::new(mesh, Rubber::neo_hookean(1.0), Indenter::WholeTop, end).unwrap()
@@ -70,8 +70,8 @@ fn without_the_fan_the_bonded_end_stops_the_solver_and_is_named() {
 #[test]
 fn the_error_stated_for_an_end_that_folds_covers_the_true_one_on_three_meshes() {
     // The rubber of the paper, mu = 2 (c10 + c01) = 1.
-    let distortion = Distortion::MooneyRivlin { c10: 0.007646, c01: 0.492354 };
-    let problem = LayerProblem {
+    let distortion = HyperelasticLaw::MooneyRivlin { c10: 0.007646, c01: 0.492354 };
+    let problem = PlaneLayer {
         thickness: 1.0,
         half_length: 4.0,
         rubber: Rubber { distortion, volume_barrier: 0.0, ..Rubber::neo_hookean(1.0) },

@@ -3,6 +3,7 @@
 mod contact;
 mod cook;
 mod extreme;
+mod gent;
 mod layer;
 mod patch;
 mod sharp;

@@ -1,12 +1,12 @@
 //! The closed form of the paper as a patch test: its tractions on `x1 = H`, its displacements nowhere but on the top,
 //! the bottom and the axis.
 
-use elastocap_mechanics::solid::material::{Distortion, Rubber, Volume};
+use elastocap_mechanics::materials::{HyperelasticLaw, Rubber, Volume};
 use elastocap_mechanics::solid::mesh::Mesh;
 use elastocap_mechanics::solid::model::{Body, Equations, Load, State};
 use elastocap_mechanics::solid::newton::{Effort, NewtonSettings, Stopped};
 use elastocap_mechanics::solid::side::BoundaryEdge;
-use elastocap_mechanics::{LayerMap, LayerStress, Material};
+use elastocap_mechanics::{LayerMap, LayerStress, MooneyRivlin};
 
 const C10: f64 = 682.15;
 const C01: f64 = 43931.9;
@@ -23,7 +23,7 @@ pub(crate) struct Block {
 impl Block {
     pub(crate) fn new(n: usize, volume_barrier: f64) -> Self {
         let rubber = Rubber {
-            distortion: Distortion::MooneyRivlin { c10: C10, c01: C01 },
+            distortion: HyperelasticLaw::MooneyRivlin { c10: C10, c01: C01 },
             volume: Volume::Incompressible,
             volume_barrier,
         };
@@ -87,7 +87,7 @@ fn force(stress: &LayerStress) -> f64 {
 
 pub(crate) fn closed_form(compression: f64) -> LayerStress {
     let map = LayerMap::new(1.0, compression).unwrap();
-    LayerStress::new(map, Material::MooneyRivlin { c10: C10, c01: C01 }, 1.0).unwrap()
+    LayerStress::new(map, MooneyRivlin { c10: C10, c01: C01 }, 1.0).unwrap()
 }
 
 /// Force over `mu H` that the finite elements find, that of the closed form, and the largest error of a displacement

@@ -2,9 +2,9 @@
 
 use std::sync::atomic::AtomicBool;
 
+use elastocap_mechanics::materials::Rubber;
 use elastocap_mechanics::solid::layer::{End, Indenter};
-use elastocap_mechanics::solid::material::Rubber;
-use elastocap_mechanics::solid::press::{Goal, LayerProblem, Pressed, Refinement};
+use elastocap_mechanics::solid::press::{Goal, PlaneLayer, Pressed, Refinement};
 
 const HALF_WIDTH: f64 = 500.0 / 450.0;
 
@@ -14,7 +14,7 @@ fn pressed(
     refinement: &Refinement,
     compressions: &[f64],
 ) -> Vec<Pressed> {
-    let problem = LayerProblem {
+    let problem = PlaneLayer {
         thickness: 1.0,
         half_length,
         rubber: Rubber::neo_hookean(1.0),

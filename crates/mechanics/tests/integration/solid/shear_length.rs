@@ -2,7 +2,7 @@
 
 use elastocap_mechanics::solid::layer::End;
 use elastocap_mechanics::solid::shear_length::{Contact, ShearLength, shear_lengths};
-use elastocap_mechanics::{ClosedFormSettings, LayerState, LayerStress, Material};
+use elastocap_mechanics::{ClosedFormSettings, LayerState, LayerStress, MooneyRivlin};
 
 use super::patch::Block;
 
@@ -36,7 +36,7 @@ fn a_punch_is_sheared_farther_than_it_is_long_and_the_closed_form_then_has_its_f
     let (a, b) = (point.from_balance.unwrap(), finer.points[0].shear.from_balance.unwrap());
     println!("{a} {b}");
     assert!((a / b - 1.0).abs() < 1e-3 && a > 2.1 && a < 2.3);
-    let rubber = Material::NeoHookean { shear_modulus: 1.0 };
+    let rubber = MooneyRivlin::neo_hookean(1.0);
     let state = |shear_length| {
         let settings = ClosedFormSettings { contact_half_length: 1.0, contact_width: 1.0, shear_length };
         LayerState::new(1.0, rubber, point.compression, settings).unwrap()

@@ -1,13 +1,13 @@
 //! The solver in three dimensions.
 
+use elastocap_mechanics::materials::{HyperelasticLaw, Rubber, Volume};
 use elastocap_mechanics::solid::dimension::Space;
 use elastocap_mechanics::solid::layer::{End, Inclusion, Indenter, LayerMesh, LayerModel};
-use elastocap_mechanics::solid::material::{Distortion, Rubber, Volume};
 use elastocap_mechanics::solid::mesh::{Mesh, graded, uniform};
 use elastocap_mechanics::solid::model::{Body, Equations};
 use elastocap_mechanics::solid::newton::NewtonSettings;
-use elastocap_mechanics::solid::obstacle::Shape;
-use elastocap_mechanics::solid::space::layer::{Side, SpaceLayerMesh};
+use elastocap_mechanics::solid::obstacle::IndenterProfile;
+use elastocap_mechanics::solid::space::layer::{SideCondition, SpaceLayerMesh};
 
 /// A unit cube whose inner nodes are out of place: its hexahedra have curved sides and volumes of many sizes.
 fn crooked_cube() -> Mesh<Space> {
@@ -30,7 +30,7 @@ fn a_linear_displacement_of_the_boundary_goes_on_inside() {
     let stretch = [[1.25, 0.3, 0.1], [0.2, 0.7, -0.2], [0.0, 0.1, 1.1]];
     for (volume, f) in [(Volume::Incompressible, shear), (Volume::BulkModulus(50.0), stretch)] {
         let rubber = Rubber {
-            distortion: Distortion::MooneyRivlin { c10: 0.3, c01: 0.2 },
+            distortion: HyperelasticLaw::MooneyRivlin { c10: 0.3, c01: 0.2 },
             volume,
             volume_barrier: 1.5,
         };
@@ -62,16 +62,20 @@ fn a_cube_pressed_between_smooth_plates_follows_the_closed_form_of_every_law() {
     let first = |l: f64| l * l + 2.0 / l - 3.0;
     let slope = |l: f64| 2.0 * (l - l.powi(-2));
     type Nominal<'a> = Box<dyn Fn(f64) -> f64 + 'a>;
-    let laws: [(Distortion, Nominal<'_>); 4] = [
-        (Distortion::NeoHookean { shear_modulus: 1.3 }, Box::new(|l| 0.65 * slope(l))),
-        (Distortion::MooneyRivlin { c10: 0.2, c01: 0.5 }, Box::new(|l| (0.2 + 0.5 / l) * slope(l))),
+    let laws: [(HyperelasticLaw, Nominal<'_>); 5] = [
+        (HyperelasticLaw::NeoHookean { shear_modulus: 1.3 }, Box::new(|l| 0.65 * slope(l))),
+        (HyperelasticLaw::MooneyRivlin { c10: 0.2, c01: 0.5 }, Box::new(|l| (0.2 + 0.5 / l) * slope(l))),
         (
-            Distortion::Yeoh { constants: yeoh },
+            HyperelasticLaw::Yeoh { constants: yeoh },
             Box::new(|l| (yeoh[0] + 2.0 * yeoh[1] * first(l) + 3.0 * yeoh[2] * first(l).powi(2)) * slope(l)),
         ),
         (
-            Distortion::Ogden { terms: ogden.clone() },
+            HyperelasticLaw::Ogden { terms: ogden.clone() },
             Box::new(|l| ogden.iter().map(|(mu, a)| mu * (l.powf(a - 1.0) - l.powf(-0.5 * a - 1.0))).sum()),
+        ),
+        (
+            HyperelasticLaw::Gent { shear_modulus: 1.3, limiting_invariant: 2.0 },
+            Box::new(|l| 0.65 * slope(l) / (1.0 - first(l) / 2.0)),
         ),
     ];
     for (distortion, nominal) in laws {
@@ -130,7 +134,7 @@ fn plane_against_space(
         LayerModel::with_inclusions(&section, &rubber, &plane_inclusions, indenter, End::Free).unwrap();
     let force = plane.press(compression, &settings).unwrap().force;
     let mesh = SpaceLayerMesh { section, across: vec![0.0, 0.4 * half_width, half_width], side_fan: None };
-    let (inclusions, side) = (&space_inclusions, Side::Symmetric);
+    let (inclusions, side) = (&space_inclusions, SideCondition::Symmetric);
     let mut space =
         LayerModel::of_finite_width_with_inclusions(&mesh, rubber, inclusions, indenter, End::Free, side)
             .unwrap();
@@ -172,7 +176,7 @@ fn so_is_a_layer_with_an_electrode_through_its_width() {
 #[test]
 fn so_is_a_layer_under_a_rounded_punch() {
     let section = LayerMesh::uniform(1.0, 2.5, 3, 0.5, 1);
-    let punch = Indenter::Smooth(Shape::Punch { half_width: 0.8, corner_radius: 0.3 });
+    let punch = Indenter::Smooth(IndenterProfile::Punch { half_width: 0.8, corner_radius: 0.3 });
     let (ratio, difference) = plane_against_space(section, punch, 0.1, 1.0, None);
     assert!((ratio - 1.0).abs() < 1e-7 && difference < 1e-7, "{ratio} {difference}");
 }
@@ -200,9 +204,9 @@ fn a_sphere_meets_the_formula_for_thin_layers() {
     let mut model = LayerModel::of_finite_width(
         &mesh,
         Rubber::neo_hookean(1.0),
-        Indenter::Smooth(Shape::Sphere { radius }),
+        Indenter::Smooth(IndenterProfile::Sphere { radius }),
         End::Free,
-        Side::Free,
+        SideCondition::Free,
     )
     .unwrap();
     let settings = NewtonSettings { tolerance: 1e-8, first_step: 1.0, final_gap: 1e-5, ..Default::default() };

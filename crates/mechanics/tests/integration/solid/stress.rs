@@ -1,9 +1,9 @@
 //! Stress of the finite elements against the closed form under its own tractions, and against the reactions.
 
 use elastocap_mechanics::LayerStress;
+use elastocap_mechanics::materials::Rubber;
 use elastocap_mechanics::solid::element::shape_functions;
 use elastocap_mechanics::solid::layer::{End, Indenter, LayerMesh, LayerModel};
-use elastocap_mechanics::solid::material::Rubber;
 use elastocap_mechanics::solid::newton::NewtonSettings;
 use elastocap_mechanics::solid::stress::PointStress;
 

@@ -1,0 +1,9 @@
+//! Energies, stresses and tangents of every law, in the plane and in space.
+
+#![allow(clippy::unwrap_used, clippy::panic, reason = "a test stops by panicking")]
+
+mod every_law;
+mod limits;
+mod plane;
+mod space;
+mod third_stress;

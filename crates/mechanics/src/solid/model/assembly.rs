@@ -1,0 +1,217 @@
+//! The equations at a configuration: assembled, factorised and solved for a step.
+
+use elastocap_materials::Rubber;
+use rayon::prelude::*;
+
+use super::{Equations, Load, State};
+use crate::solid::dimension::{Dimension, Element, Numbers};
+
+/// The proximal modulus of an element over the shear modulus of its own rubber; see [`super::element`]. A soft element with
+/// the proximal modulus of a stiff inclusion would be as hard to solve for as if its bulk modulus were that large.
+const PROXIMAL: f64 = 1e5;
+
+/// Rounding error of a position in the forces of an element, in units of its last digit; 1 to 2 were observed.
+const LAST_DIGITS: f64 = 8.0;
+
+/// The fraction of the largest force that rounding may leave unbalanced. Where it leaves more, as with inclusions of 1e9 times the
+/// rubber's modulus, there is no result.
+const MAX_ROUNDING: f64 = 1e-6;
+
+/// The residual of a state.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Residual {
+    /// Largest unbalanced force over the largest nodal force.
+    pub(crate) force: f64,
+    /// The part of it that may be due to rounding: positions are known to some units of their last digit, and a stiff inclusion
+    /// turns those into forces.
+    pub(crate) rounding: f64,
+    /// Largest mean volume error of an element.
+    pub(crate) volume: f64,
+    /// Largest relative error of the product of gap and contact force; see the contact module.
+    pub(crate) contact: f64,
+    /// Smallest `J` of all quadrature points, and the element it is in.
+    pub(crate) smallest_j: (f64, usize),
+}
+
+impl<S: Dimension> Equations<S> {
+    /// Assembles residual, tangent and right-hand side at `state` under `load`. Prescribed displacements that
+    /// `state` does not have yet go into the right-hand side.
+    pub(crate) fn assemble(&mut self, state: &State<S>, load: &Load<S>) -> Residual {
+        let mut systems = std::mem::take(&mut self.systems);
+        let this = &*self;
+        let missing = |d: usize| {
+            if this.body.held[d] { load.displacement[d] - state.displacement[d] } else { 0.0 }
+        };
+        systems.par_iter_mut().enumerate().with_min_len(16).for_each(|(e, system)| {
+            let u = this.gather(e, &state.displacement);
+            let rubber = this.rubber(e);
+            this.elements[e].assemble(
+                rubber,
+                &u,
+                &state.pressure[e],
+                PROXIMAL * rubber.shear_modulus(),
+                system,
+            );
+            let (drag, anchor) = &this.drag;
+            if *drag > 0.0 {
+                this.elements[e].add_drag(*drag, &u, &this.gather(e, anchor), system);
+            }
+            for (c, d) in this.places_of(e).enumerate() {
+                let step = missing(d);
+                if step != 0.0 {
+                    // The tangent is symmetric: a row is a column.
+                    let column = &system.stiffness[c * u.len()..(c + 1) * u.len()];
+                    for (force, stiffness) in system.condensed_force.iter_mut().zip(column) {
+                        *force += stiffness * step;
+                    }
+                }
+            }
+        });
+        self.systems = systems;
+        self.assemble_again(state, load)
+    }
+
+    /// The same where the last assembly was one of the same displacements, pressures and load: only the contact has changed.
+    pub(crate) fn assemble_again(&mut self, state: &State<S>, load: &Load<S>) -> Residual {
+        self.solver.clear();
+        self.right.fill(0.0);
+        self.internal.fill(0.0);
+        let mut volume: f64 = 0.0;
+        let mut smallest_j = (f64::INFINITY, 0);
+        for (e, system) in self.systems.iter().enumerate() {
+            let nodes = self.body.mesh.elements[e].as_ref().iter();
+            for (r, d) in nodes.flat_map(|&n| Self::places_of_node(n as usize)).enumerate() {
+                self.internal[d] += system.force[r];
+                if let Some(number) = self.unknowns.index(d) {
+                    self.right[number] -= system.condensed_force[r];
+                }
+            }
+            for (place, value) in self.places[e].iter().zip(&system.stiffness) {
+                if let Some(place) = *place {
+                    self.solver.add(place, *value);
+                }
+            }
+            let size = self.elements[e].volume();
+            volume = system.volume_error.as_slice().iter().fold(volume, |v, x| v.max((x / size).abs()));
+            if system.smallest_j < smallest_j.0 {
+                smallest_j = (system.smallest_j, e);
+            }
+        }
+        self.unbalanced.copy_from_slice(&self.internal);
+        for (d, f) in load.force.iter().enumerate() {
+            self.unbalanced[d] -= f;
+            if let Some(number) = self.unknowns.index(d) {
+                self.right[number] += f;
+            }
+        }
+        let contact = self.assemble_contact(state, load);
+        let scale = self.internal.iter().fold(self.force_floor, |m, f| m.max(f.abs()));
+        let rounding = self.sensitivity.iter().enumerate().fold(0.0, |most: f64, (e, (stiffness, size))| {
+            let moved = self.places_of(e).fold(0.0, |m: f64, d| m.max(state.displacement[d].abs()));
+            most.max(stiffness * (size + moved))
+        });
+        let rounding = (LAST_DIGITS * f64::EPSILON * rounding / scale).min(MAX_ROUNDING);
+        let mut worst: f64 = 0.0;
+        for (d, f) in self.unbalanced.iter().enumerate() {
+            if f.is_nan() {
+                worst = f64::INFINITY;
+            } else if !self.body.held[d] {
+                worst = worst.max(f.abs());
+            }
+        }
+        Residual { force: worst / scale, rounding, volume, contact, smallest_j }
+    }
+
+    /// Factorises the last tangent. Returns the number of negative pivots, or `None` if it is singular.
+    pub(crate) fn factorise(&mut self) -> Option<usize> {
+        self.solver.factorise().ok()
+    }
+
+    /// Adds springs of `stiffness` times the shear modulus between every free displacement and where it is.
+    pub(crate) fn damp(&mut self, stiffness: f64) {
+        self.solver.add_to_diagonal(stiffness * self.spring);
+    }
+
+    /// Solves for the step that the last assembly asks for, with the last factors. Returns the step as a difference of
+    /// states and the residual of the linear system, or `None` if the matrix is singular.
+    pub(crate) fn solve(&mut self, state: &State<S>, load: &Load<S>) -> Option<(State<S>, f64)> {
+        let mut x = std::mem::take(&mut self.right);
+        let linear_residual = self.solver.solve(&mut x);
+        let du: Vec<f64> = (0..self.unknowns.displacements())
+            .map(|d| match self.unknowns.index(d) {
+                None => load.displacement[d] - state.displacement[d],
+                Some(number) => x[number],
+            })
+            .collect();
+        self.right = x;
+        if !linear_residual.is_finite() {
+            return None;
+        }
+        let pressure = (0..self.elements.len())
+            .into_par_iter()
+            .with_min_len(64)
+            .map(|e| {
+                let (rubber, du) = (self.rubber(e), self.gather(e, &du));
+                let kappa_0 = PROXIMAL * rubber.shear_modulus();
+                self.elements[e].pressure_increment(rubber, &du, kappa_0, &self.systems[e])
+            })
+            .collect();
+        let shift = state.shift.iter().zip(&load.shift);
+        let shift: Vec<S::Point> = shift.map(|(now, then)| S::Point::from_fn(|k| then[k] - now[k])).collect();
+        let contact = self.contact_increment(state, &du, &shift);
+        let step = State { displacement: du, pressure, contact, shift, moving: None };
+        Some((step, linear_residual))
+    }
+
+    /// Smallest `J` after the displacement `after`, the element it is in, and the smallest ratio to `J` before;
+    /// `folds` leaves out the elements whose rubber has an energy for any `J`.
+    pub(crate) fn smallest_j(&self, before: &[f64], after: &[f64], folds: bool) -> (f64, usize, f64) {
+        let each = |e: usize| {
+            if folds && S::Element::ANY_VOLUME_RATIO && self.rubber(e).knows_inside_out() {
+                return (f64::INFINITY, e, f64::INFINITY);
+            }
+            let (j, ratio) = self.elements[e].smallest_j(&self.gather(e, after), &self.gather(e, before));
+            (j, e, ratio)
+        };
+        let least = |a: (f64, usize, f64), b: (f64, usize, f64)| {
+            let (j, e) = if b.0 < a.0 || (b.0 == a.0 && b.1 < a.1) { (b.0, b.1) } else { (a.0, a.1) };
+            (j, e, a.2.min(b.2))
+        };
+        let none = || (f64::INFINITY, 0, f64::INFINITY);
+        (0..self.elements.len()).into_par_iter().with_min_len(64).map(each).reduce(none, least)
+    }
+
+    /// Where a rubber has a limit of extension: how much is left of it after the displacement `after` over what was left before, the
+    /// least over all quadrature points, and the element it is in. `None` where no rubber has a limit.
+    pub(crate) fn extension_left(&self, before: &[f64], after: &[f64]) -> Option<(f64, usize)> {
+        if !self.body.rubbers.iter().any(Rubber::has_extension_limit) {
+            return None;
+        }
+        let each = |e: usize| {
+            let (rubber, element) = (self.rubber(e), &self.elements[e]);
+            let (before, after) = (self.gather(e, before), self.gather(e, after));
+            let ratio = |q: usize| {
+                let left = element.extension_left(rubber, q, &after)?;
+                let ratio = left / element.extension_left(rubber, q, &before)?;
+                Some(if left.is_nan() { f64::NEG_INFINITY } else { ratio })
+            };
+            let least = (0..S::Element::POINTS).filter_map(ratio).fold(f64::INFINITY, f64::min);
+            (least, e)
+        };
+        let least = |a: (f64, usize), b: (f64, usize)| {
+            if b.0 < a.0 || (b.0 == a.0 && b.1 < a.1) { b } else { a }
+        };
+        let none = || (f64::INFINITY, 0);
+        Some((0..self.elements.len()).into_par_iter().with_min_len(64).map(each).reduce(none, least))
+    }
+
+    /// The force in N/m that what holds a set of displacements exerts, from the last assembly: the sum of the reactions
+    /// along `axis` of the nodes whose reference position satisfies `at`.
+    pub fn reaction(&self, axis: usize, at: impl Fn(S::Point) -> bool) -> f64 {
+        let nodes = self.body.mesh.nodes.iter().enumerate();
+        nodes
+            .filter(|(n, x)| self.body.held[S::AXES * n + axis] && at(**x))
+            .map(|(n, _)| self.unbalanced[S::AXES * n + axis])
+            .sum()
+    }
+}

@@ -1,0 +1,129 @@
+//! A body of rubber: its mesh, its materials, what holds it, what may touch it, and how it is loaded and deformed.
+//!
+//! Displacements and nodal forces are lists of `AXES` numbers for each node of the mesh, `AXES` being the number of axes of the
+//! [`Dimension`]: entry `AXES n + k` belongs to node `n` and axis `k`. In the plane forces are per metre of width.
+
+use elastocap_materials::Rubber;
+
+use crate::solid::contact::POINTS;
+use crate::solid::dimension::{Dimension, Plane};
+use crate::solid::mesh::Mesh;
+use crate::solid::obstacle::Obstacle;
+
+/// Why a model cannot be built.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum ModelError {
+    /// A quadrilateral of the mesh is turned inside out.
+    #[error(
+        "element {element} of the mesh is turned inside out or has no area; check the patches it came from"
+    )]
+    InvertedElement {
+        /// Its number.
+        element: usize,
+    },
+    /// The lists of a body do not fit its mesh.
+    #[error("{what} of the body does not fit its mesh of {nodes} nodes and {elements} elements")]
+    Mismatch {
+        /// Which list.
+        what: &'static str,
+        /// Nodes of the mesh.
+        nodes: usize,
+        /// Quadrilaterals of the mesh.
+        elements: usize,
+    },
+    /// The matrix has no usable pattern.
+    #[error("the body has no free displacement, or too many for this machine")]
+    NoUnknowns,
+    /// Solving would take more memory than there is; nothing was factorised.
+    #[error("a mesh of {elements} elements needs about {:.1} GB of memory, and {:.1} GB may be taken", *.bytes as f64 * 1e-9, *.limit as f64 * 1e-9)]
+    TooLarge {
+        /// Elements of the mesh.
+        elements: usize,
+        /// Bytes it would take, about.
+        bytes: u64,
+        /// Bytes that may be taken.
+        limit: u64,
+    },
+}
+
+/// A body in plane strain and what may touch it. Lengths in m, forces in N per metre of width.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Body<S: Dimension = Plane> {
+    /// The reference configuration.
+    pub mesh: Mesh<S>,
+    /// The materials.
+    pub rubbers: Vec<Rubber>,
+    /// For each quadrilateral the number of its material.
+    pub material: Vec<u16>,
+    /// For each displacement (`axes node + axis`) whether it is prescribed.
+    pub held: Vec<bool>,
+    /// Rigid bodies, and what may touch them.
+    pub obstacles: Vec<Obstacle<S>>,
+}
+
+/// The load on a body at one moment: prescribed displacements, forces and positions of obstacles.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Load<S: Dimension = Plane> {
+    /// Prescribed displacements in m, `axes node + axis`; read where the displacement is held.
+    pub displacement: Vec<f64>,
+    /// Dead nodal forces in N/m, `axes node + axis`.
+    pub force: Vec<f64>,
+    /// Where each obstacle is moved to, in m.
+    pub shift: Vec<S::Point>,
+}
+
+/// A configuration of the body.
+#[derive(Debug, Clone, PartialEq)]
+pub struct State<S: Dimension = Plane> {
+    /// Displacements in m, `axes node + axis`.
+    pub displacement: Vec<f64>,
+    /// Pressure coefficients of each quadrilateral in Pa, positive in tension.
+    pub pressure: Vec<S::Pressure>,
+    /// Contact force of each point that may touch an obstacle in N/m, along the obstacle's normal.
+    pub contact: Vec<f64>,
+    /// Where each obstacle is, in m.
+    pub shift: Vec<S::Point>,
+    /// The configuration with larger gaps from which this one was reached, and from which the load moves on.
+    pub moving: Option<Box<Self>>,
+}
+
+impl<S: Dimension> Body<S> {
+    /// A body of one rubber with nothing held.
+    pub fn new(mesh: Mesh<S>, rubber: Rubber) -> Self {
+        let (material, held) = (vec![0; mesh.elements.len()], vec![false; S::AXES * mesh.nodes.len()]);
+        Self { mesh, rubbers: vec![rubber], material, held, obstacles: Vec::new() }
+    }
+
+    /// Prescribes the displacement along `axis` of every node whose reference position satisfies `at`.
+    pub fn hold(&mut self, axis: usize, at: impl Fn(S::Point) -> bool) {
+        for (n, x) in self.mesh.nodes.iter().enumerate() {
+            if at(*x) {
+                self.held[S::AXES * n + axis] = true;
+            }
+        }
+    }
+
+    /// The body as it lies: no displacement, no force, obstacles where their shapes put them.
+    pub fn no_load(&self) -> Load<S> {
+        let n = self.held.len();
+        Load {
+            displacement: vec![0.0; n],
+            force: vec![0.0; n],
+            shift: vec![S::Point::default(); self.obstacles.len()],
+        }
+    }
+
+    /// The body at rest, the obstacles where their shapes put them. Move [`State::shift`] to where they are clear of the body
+    /// before the first load: a contact force needs a gap.
+    pub fn at_rest(&self) -> State<S> {
+        let points = |o: &Obstacle<S>| POINTS.pow(S::AXES as u32 - 1) * o.sides.len();
+        State {
+            displacement: vec![0.0; self.held.len()],
+            pressure: vec![S::Pressure::default(); self.mesh.elements.len()],
+            contact: vec![0.0; self.obstacles.iter().map(points).sum()],
+            shift: vec![S::Point::default(); self.obstacles.len()],
+            moving: None,
+        }
+    }
+}

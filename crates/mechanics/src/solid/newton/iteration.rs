@@ -1,0 +1,182 @@
+//! Newton's method under one load: from a configuration to an equilibrium near it.
+
+use super::{Effort, Failure, ON_THE_WAY, Target};
+use super::{NewtonSettings, StopReason};
+use crate::solid::dimension::{Dimension, Numbers};
+use crate::solid::model::{Equations, Load, Residual, State};
+
+/// Damping, over the shear modulus, that is tried first and last where the tangent has negative pivots.
+const MIN_DAMPING: f64 = 0.02;
+const MAX_DAMPING: f64 = 1e4;
+
+/// The shortest part of a Newton step that is tried.
+const SHORTEST_PART: f64 = 1e-3;
+
+/// A Newton step, or the part of it that the elements and the contact admit.
+struct Shortened<S: Dimension> {
+    trial: State<S>,
+    /// 1 if it is the whole step.
+    part: f64,
+    /// Why the elements do not admit all of it, if they do not.
+    refused: Option<StopReason>,
+}
+
+impl<S: Dimension> Equations<S> {
+    /// From `state` to the equilibrium under `load`, as well met as `target` says. Returns the number of iterations.
+    pub(in crate::solid) fn equilibrate(
+        &mut self,
+        state: &mut State<S>,
+        load: &Load<S>,
+        target: Target,
+        settings: &NewtonSettings,
+        effort: &mut Effort,
+    ) -> Result<usize, Failure> {
+        let residual = self.assemble(state, load);
+        self.equilibrate_from(residual, state, load, target, settings, effort)
+    }
+
+    /// The same, starting from the `residual` of the last assembly, which was one of `state` under `load`.
+    pub(super) fn equilibrate_from(
+        &mut self,
+        mut residual: Residual,
+        state: &mut State<S>,
+        load: &Load<S>,
+        target: Target,
+        settings: &NewtonSettings,
+        effort: &mut Effort,
+    ) -> Result<usize, Failure> {
+        let mut cut_steps = 0;
+        let mut damping = 0.0;
+        for iteration in 0..settings.max_iterations {
+            if effort.solves >= settings.max_solves {
+                return Err((StopReason::TooLong, residual.smallest_j));
+            }
+            let singular = (StopReason::Singular, residual.smallest_j);
+            let negative_pivots = self.factorise_damped(&mut damping, effort).ok_or(singular)?;
+            let damped = damping > 0.0;
+            let (step, linear_residual) = self.solve(state, load).ok_or(singular)?;
+            effort.linear_residual = effort.linear_residual.max(linear_residual);
+            effort.negative_pivots = negative_pivots;
+            let Shortened { trial, part, refused } = self.shortened(state, &step, settings)?;
+            if let Some(reason) = refused {
+                cut_steps += 1;
+                if cut_steps > settings.max_cut_steps {
+                    return Err((reason, residual.smallest_j));
+                }
+            }
+            residual = self.assemble(&trial, load);
+            *state = trial;
+            if negative_pivots == 0 {
+                damping = if damping > MIN_DAMPING { 0.25 * damping } else { 0.0 };
+            }
+            effort.smallest_j = residual.smallest_j.0;
+            effort.residual = residual.force;
+            if part == 1.0
+                && (!damped || target.force >= ON_THE_WAY.force)
+                && residual.within(settings.tolerance, target)
+            {
+                return Ok(iteration + 1);
+            }
+            if !residual.force.is_finite() {
+                return Err((StopReason::NoConvergence, residual.smallest_j));
+            }
+        }
+        Err((StopReason::NoConvergence, residual.smallest_j))
+    }
+
+    /// Factorises the tangent of the last assembly, damped by `damping` and, with contact, by as much more as it needs to have no
+    /// negative pivots. Returns how many it had at first, or `None` if it is singular.
+    ///
+    /// Springs that hold the displacements where they are make the step one downhill: so a piece of surface that snaps past
+    /// a corner finds the next equilibrium. Without contact an unstable equilibrium may be what is asked for, as with the
+    /// dead tractions of the closed form, which may have no other near; it is taken as it is.
+    fn factorise_damped(&mut self, damping: &mut f64, effort: &mut Effort) -> Option<usize> {
+        if *damping > 0.0 {
+            self.damp(*damping);
+        }
+        let first = self.factorise()?;
+        effort.solves += 1;
+        let mut negative = first;
+        while self.has_contact() && negative > 0 && *damping < MAX_DAMPING {
+            let more = (4.0 * *damping).max(MIN_DAMPING);
+            self.damp(more - *damping);
+            *damping = more;
+            negative = self.factorise()?;
+            effort.solves += 1;
+        }
+        Some(first)
+    }
+
+    /// The longest tried part of `step` from `state` that the elements and the contact admit.
+    fn shortened(
+        &self,
+        state: &State<S>,
+        step: &State<S>,
+        settings: &NewtonSettings,
+    ) -> Result<Shortened<S>, Failure> {
+        let mut part = 1.0;
+        let mut trial = state.plus(step, part);
+        let mut refused = None;
+        loop {
+            let (reason, smallest_j) = self.refuses(state, &trial, settings);
+            let clear = self.clear_part(state, &mut trial);
+            if reason.is_none() && clear == 1.0 {
+                return Ok(Shortened { trial, part, refused });
+            }
+            refused = refused.or(reason);
+            part *= if reason.is_none() { clear } else { clear.min(0.5) };
+            if part < SHORTEST_PART {
+                return Err((reason.unwrap_or(StopReason::NoConvergence), smallest_j));
+            }
+            trial = state.plus(step, part);
+        }
+    }
+
+    /// Why the step from `state` to `trial` goes too far for the elements, if it does: it turns one inside out, shrinks a volume
+    /// too much at once, or does the same to what is left of the extension that a rubber admits. Also the smallest `J` of
+    /// `trial`, and the element it is in.
+    fn refuses(
+        &self,
+        state: &State<S>,
+        trial: &State<S>,
+        settings: &NewtonSettings,
+    ) -> (Option<StopReason>, (f64, usize)) {
+        let (before, after) = (&state.displacement, &trial.displacement);
+        let (j, element, ratio) = self.smallest_j(before, after, settings.through_folds);
+        let whole = j > 0.0 && ratio > settings.smallest_ratio;
+        if !whole {
+            return (Some(StopReason::Inversion), (j, element));
+        }
+        match self.extension_left(before, after) {
+            Some((left, element)) if left <= settings.smallest_ratio => {
+                (Some(StopReason::ExtensionLimit), (j, element))
+            }
+            Some(_) | None => (None, (j, element)),
+        }
+    }
+}
+
+impl Residual {
+    fn within(&self, tolerance: f64, target: Target) -> bool {
+        self.force <= target.force.max(self.rounding)
+            && self.volume <= target.force.max(tolerance)
+            && self.contact <= target.contact
+    }
+}
+
+impl<S: Dimension> State<S> {
+    fn plus(&self, step: &Self, part: f64) -> Self {
+        let sum = |a: &f64, b: &f64| a + part * b;
+        let all = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| sum(a, b)).collect();
+        fn both<N: Numbers>(a: &[N], b: &[N], part: f64) -> Vec<N> {
+            a.iter().zip(b).map(|(a, b)| N::from_fn(|k| a[k] + part * b[k])).collect()
+        }
+        Self {
+            displacement: all(&self.displacement, &step.displacement),
+            pressure: both(&self.pressure, &step.pressure, part),
+            contact: all(&self.contact, &step.contact),
+            shift: both(&self.shift, &step.shift, part),
+            moving: None,
+        }
+    }
+}

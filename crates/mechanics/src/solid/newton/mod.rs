@@ -1,0 +1,263 @@
+//! Newton's method with load steps that shrink where it fails and grow where it is easy.
+//!
+//! | module | what is in it |
+//! |---|---|
+//! | `settings` | what it is allowed to do |
+//! | `iteration` | the method under one load |
+//! | `report` | what a load took, and why it was not reached |
+
+mod iteration;
+mod report;
+mod settings;
+
+use super::dimension::{Dimension, Numbers};
+use super::model::{Equations, Load, State};
+
+pub use report::{Effort, StopReason, Stopped};
+pub use settings::{FromCoarser, NewtonSettings};
+
+/// How well an equilibrium has to be met, and how close contact has to be.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Target {
+    pub(super) force: f64,
+    /// Relative error of the product of gap and contact force.
+    pub(super) contact: f64,
+}
+
+/// While the load moves, contact is only followed; the requested loads are then met more closely from there.
+const ON_THE_WAY: Target = Target { force: 1e-2, contact: 1.0 };
+
+/// Gap over displacement that is small enough, about.
+const GAP_PART: f64 = 1e-4;
+/// Smallest gap over the shortest side of the body: where nothing moves, there is no displacement to compare it with.
+const MIN_GAP: f64 = 1e-20;
+
+/// Factor by which a gap is closed at a time: with points at the edge of the contact, which are about to touch or to separate,
+/// Newton's method converges no farther in one or two steps.
+const CLOSING: f64 = 0.1;
+
+/// Where [`NewtonSettings::longest_move`] limits load steps, a step in which the smallest `J` falls to this fraction has left the path
+/// of the surface for one with a fold.
+const STRAYED: f64 = 0.9;
+/// Steps shorter than this fraction of the longest are not checked for that.
+const LONG: f64 = 0.05;
+
+pub(super) type Failure = (StopReason, (f64, usize));
+
+impl<S: Dimension> Equations<S> {
+    /// Takes `state`, in equilibrium under `from`, to an equilibrium under `to`. Loads in between are
+    /// interpolated.
+    ///
+    /// # Errors
+    /// [`Stopped`] says where and why; `state` is then the last equilibrium on the way, and `from` its load.
+    pub fn advance(
+        &mut self,
+        state: &mut State<S>,
+        from: &mut Load<S>,
+        to: &Load<S>,
+        settings: &NewtonSettings,
+    ) -> Result<Effort, Box<Stopped>> {
+        if settings.through_folds {
+            return self.advance_through_folds(state, from, to, settings);
+        }
+        let mut effort = Effort::default();
+        let (first_state, first_load) = (state.clone(), from.clone());
+        let mut result = self.march(state, from, to, settings, &mut effort);
+        if self.has_contact()
+            && let Err((reason, (smallest_j, element))) =
+                self.close_gaps(state, from, settings, result.is_err(), &mut effort)
+        {
+            *state = first_state;
+            *from = first_load;
+            result = Err(Box::new(Stopped { reached: 0.0, step: 1.0, reason, smallest_j, element, effort }));
+        }
+        result.map(|()| effort).map_err(|mut stopped| {
+            // The last assembly may have been of a state that was given up.
+            let residual = self.assemble(state, from);
+            effort.smallest_j = residual.smallest_j.0;
+            effort.residual = residual.force;
+            stopped.effort = effort;
+            stopped
+        })
+    }
+
+    /// Follows the load from `from` to `to`, with the contact at [`NewtonSettings::moving_gap`].
+    fn march(
+        &mut self,
+        state: &mut State<S>,
+        from: &mut Load<S>,
+        to: &Load<S>,
+        settings: &NewtonSettings,
+        effort: &mut Effort,
+    ) -> Result<(), Box<Stopped>> {
+        let start = from.clone();
+        let mut settings = *settings;
+        let longest = (settings.longest_move / start.farthest_shift(to)).min(1.0);
+        let (mut reached, mut step) =
+            (0.0, settings.first_step.clamp(settings.smallest_step, 1.0).min(longest));
+        let mut target = Target { force: settings.tolerance, contact: 0.0 };
+        if self.has_contact() {
+            target = ON_THE_WAY;
+            // What is reached has to be met closely with the rest.
+            settings.max_solves -= settings.max_solves / 5;
+            self.gap_times_pressure = settings.moving_gap * self.modulus_times_size;
+            if let Some(moving) = state.moving.take() {
+                *state = *moving;
+            }
+            self.start_contact(state);
+        }
+        let mut smallest_j = self.smallest_j(&state.displacement, &state.displacement, false).0;
+        while reached < 1.0 {
+            // A last step that would leave a sliver is stretched to the end.
+            let part = if reached + 1.001 * step >= 1.0 { 1.0 } else { reached + step };
+            let load = start.toward(to, part);
+            let mut trial = state.clone();
+            let mut found = self.equilibrate(&mut trial, &load, target, &settings, effort);
+            let strays = step > LONG * longest && effort.smallest_j < STRAYED * smallest_j;
+            if found.is_ok() && longest < 1.0 && strays {
+                found = Err((StopReason::NoConvergence, (effort.smallest_j, 0)));
+            }
+            match found {
+                Ok(iterations) => {
+                    smallest_j = effort.smallest_j;
+                    *state = trial;
+                    *from = load;
+                    reached = part;
+                    effort.steps += 1;
+                    if iterations <= 5 {
+                        step *= 1.6;
+                    } else if iterations > 8 {
+                        step *= 0.7;
+                    }
+                    step = step.min(longest);
+                }
+                Err((reason, (smallest_j, element))) => {
+                    effort.cuts += 1;
+                    step = 0.4 * (part - reached);
+                    if step < settings.smallest_step || reason == StopReason::TooLong {
+                        let (step, effort) = (part - reached, *effort);
+                        return Err(Box::new(Stopped { reached, step, reason, smallest_j, element, effort }));
+                    }
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Finds the equilibrium under `load` from a configuration near it, whose contact forces are those of
+    /// [`NewtonSettings::moving_gap`].
+    pub(super) fn settle_at(
+        &mut self,
+        state: &mut State<S>,
+        load: &Load<S>,
+        settings: &NewtonSettings,
+        effort: &mut Effort,
+    ) -> Result<(), Failure> {
+        self.follow_to(state, load, settings, effort)?;
+        if self.has_contact() {
+            self.close_gaps(state, load, settings, false, effort)?;
+        }
+        Ok(())
+    }
+
+    /// The same with the contact left at [`NewtonSettings::moving_gap`].
+    pub(super) fn follow_to(
+        &mut self,
+        state: &mut State<S>,
+        load: &Load<S>,
+        settings: &NewtonSettings,
+        effort: &mut Effort,
+    ) -> Result<(), Failure> {
+        let target = match self.has_contact() {
+            true => ON_THE_WAY,
+            false => Target { force: settings.tolerance, contact: 0.0 },
+        };
+        self.equilibrate(state, load, target, settings, effort)?;
+        effort.steps += 1;
+        Ok(())
+    }
+
+    /// Closes the gaps from [`NewtonSettings::moving_gap`] to [`NewtonSettings::final_gap`] at one load. `fresh` says that the last
+    /// assembly was not one of `state` under `load`.
+    fn close_gaps(
+        &mut self,
+        state: &mut State<S>,
+        load: &Load<S>,
+        settings: &NewtonSettings,
+        mut fresh: bool,
+        effort: &mut Effort,
+    ) -> Result<(), Failure> {
+        let moving = state.clone();
+        let (mut gap, mut factor, mut met) = (settings.moving_gap, CLOSING, false);
+        loop {
+            // The displacements change with the gaps, and what is wanted with them: a little too large is no matter.
+            let wanted = settings.final_gap.min(self.gap_for(state));
+            let most = 1.5 * wanted;
+            if met && gap <= most {
+                break;
+            }
+            let next = if gap <= most { gap } else { (gap * factor).max(wanted) };
+            let last = next <= most;
+            let target = if last {
+                Target { force: settings.tolerance, contact: 1e-3 }
+            } else {
+                Target { force: settings.tolerance.max(1e-3), contact: 1.0 }
+            };
+            self.gap_times_pressure = next * self.modulus_times_size;
+            let mut trial = state.clone();
+            // What the elements say of this configuration is known already, but after a failure.
+            let residual = if fresh { self.assemble(state, load) } else { self.assemble_again(state, load) };
+            match self.equilibrate_from(residual, &mut trial, load, target, settings, effort) {
+                Ok(_) => {
+                    fresh = false;
+                    met = last;
+                    *state = trial;
+                    gap = next;
+                    factor = (factor * factor).max(CLOSING);
+                }
+                Err(failure) => {
+                    fresh = true;
+                    effort.cuts += 1;
+                    factor = factor.sqrt();
+                    if factor > 0.9 || failure.0 == StopReason::TooLong {
+                        return Err(failure);
+                    }
+                }
+            }
+        }
+        state.moving = Some(Box::new(moving));
+        Ok(())
+    }
+
+    /// Upper limit of [`NewtonSettings::final_gap`] for the displacements of `state`. The pressure under a smooth punch grows with
+    /// its displacement `u`, so that a product `s` of gap and pressure keeps it away from the layer by about `s/u`. For that to
+    /// stay small compared with `u`, `s` has to fall with `u^2`.
+    fn gap_for(&self, state: &State<S>) -> f64 {
+        let moved = state.displacement.iter().fold(0.0, |m: f64, u| m.max(u.abs()));
+        (GAP_PART * (moved / self.shortest_side).powi(2)).max(MIN_GAP)
+    }
+}
+
+impl<S: Dimension> Load<S> {
+    /// Longest way of an obstacle along any axis from this load to another, in m.
+    fn farthest_shift(&self, to: &Self) -> f64 {
+        let along = |k: usize| self.shift.iter().zip(&to.shift).map(move |(a, b)| (b[k] - a[k]).abs());
+        (0..S::AXES).flat_map(along).fold(0.0, f64::max)
+    }
+
+    /// The load at the fraction `part` of the way from this one to another.
+    pub fn toward(&self, to: &Self, part: f64) -> Self {
+        let mix = |a: &f64, b: &f64| if part == 1.0 { *b } else { a + part * (b - a) };
+        let all = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| mix(a, b)).collect();
+        Self {
+            displacement: all(&self.displacement, &to.displacement),
+            force: all(&self.force, &to.force),
+            shift: self
+                .shift
+                .iter()
+                .zip(&to.shift)
+                .map(|(a, b)| S::Point::from_fn(|k| mix(&a[k], &b[k])))
+                .collect(),
+        }
+    }
+}

@@ -1,0 +1,74 @@
+//! What a load took, and why it was not reached.
+
+/// The work it took to reach a load, and the quality of the result.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Effort {
+    /// Load steps that converged.
+    pub steps: usize,
+    /// Load steps that were given up and cut.
+    pub cuts: usize,
+    /// Linear systems solved.
+    pub solves: usize,
+    /// Smallest `J` of the quadrature points at the end.
+    pub smallest_j: f64,
+    /// Largest unbalanced force over the largest force at the end.
+    pub residual: f64,
+    /// Largest residual of a linear system.
+    pub linear_residual: f64,
+    /// Negative pivots of the last tangent: zero for a stable equilibrium.
+    pub negative_pivots: usize,
+}
+
+impl Effort {
+    /// The sum of this effort and the one before it.
+    pub(crate) fn after(self, before: Self) -> Self {
+        Self {
+            steps: before.steps + self.steps,
+            cuts: before.cuts + self.cuts,
+            solves: before.solves + self.solves,
+            ..self
+        }
+    }
+}
+
+/// Why Newton's method stopped short. The state is the last one in equilibrium.
+#[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
+#[error(
+    "no equilibrium found beyond {reached} of this load step: {reason}; the smallest J is {smallest_j} in element \
+     {element}, the smallest part tried {step}"
+)]
+pub struct Stopped {
+    /// The fraction of the way from the last load to this one up to which equilibria were found.
+    pub reached: f64,
+    /// The fraction of the way that was tried last.
+    pub step: f64,
+    /// What happened in the last try.
+    pub reason: StopReason,
+    /// Smallest `J` of the quadrature points in the last try.
+    pub smallest_j: f64,
+    /// The element it is in.
+    pub element: usize,
+    /// The effort so far.
+    pub effort: Effort,
+}
+
+/// Why a load step failed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
+pub enum StopReason {
+    /// The steps that keep `J > 0` became too short.
+    #[error("every step would turn an element inside out")]
+    Inversion,
+    /// The steps that keep the rubber within its limit of extension became too short.
+    #[error("every step would extend the rubber beyond the limit of its law")]
+    ExtensionLimit,
+    /// The residual did not fall.
+    #[error("Newton's method did not converge")]
+    NoConvergence,
+    /// [`NewtonSettings::max_solves`](super::NewtonSettings::max_solves) is used up.
+    #[error("the number of linear systems has reached its limit")]
+    TooLong,
+    /// A linear system had no solution.
+    #[error("the tangent is singular")]
+    Singular,
+}

@@ -1,0 +1,65 @@
+//! What Newton's method and its load steps are allowed to do.
+
+/// Tolerances and limits of Newton's method and of its load steps.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct NewtonSettings {
+    /// Largest unbalanced nodal force over the largest nodal force at which an equilibrium is accepted; also the largest mean volume
+    /// error of an element. Where rounding alone leaves a larger unbalanced force, that is accepted up to 1e-6.
+    pub tolerance: f64,
+    /// Newton steps after which a load step is given up and cut.
+    pub max_iterations: usize,
+    /// Linear systems that one [`Equations::advance`](crate::solid::model::Equations::advance) may solve.
+    pub max_solves: usize,
+    /// Gap over the shortest side of the body where the contact pressure equals the shear modulus, while the load moves; see
+    /// the contact module.
+    pub moving_gap: f64,
+    /// The same at the requested loads. The solver takes a smaller gap where displacements are small compared with that side.
+    pub final_gap: f64,
+    /// First load step, as a fraction of the way from one load to the next.
+    pub first_step: f64,
+    /// Load steps below this fraction of the way are not tried.
+    pub smallest_step: f64,
+    /// A Newton step may shrink no `J`, and nothing of the extension that a rubber has left, by more than this factor.
+    pub smallest_ratio: f64,
+    /// Whether a body may fold: points of rubbers whose energy is [defined for it](elastocap_materials::Rubber::knows_inside_out)
+    /// may turn inside out, and where an equilibrium ceases to exist, the body moves on to the next; see
+    /// [`folds`](crate::solid::folds).
+    pub through_folds: bool,
+    /// How equilibria on a coarser mesh are used.
+    pub from_coarser: FromCoarser,
+    /// Longest move of an obstacle in one load step, in m.
+    pub longest_move: f64,
+    /// How many Newton steps on the way to one equilibrium may be shortened to keep `J > 0`, or the extension within its limit.
+    pub max_cut_steps: usize,
+}
+
+/// How the equilibrium of a coarser mesh is used under the same load.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum FromCoarser {
+    /// Not at all: equilibria depend on the path to them, and the load is followed on every mesh.
+    Nothing,
+    /// As the first guess for the equilibrium on the finer mesh.
+    Equilibrium,
+    /// As the first guess for an equilibrium with the indenter this far (m) before the load. The finer mesh follows the load over
+    /// the rest of the way, on which the surface loses the memory of where it started.
+    RunUp(f64),
+}
+
+impl Default for NewtonSettings {
+    fn default() -> Self {
+        Self {
+            tolerance: 1e-9,
+            max_iterations: 80,
+            max_solves: 2500,
+            moving_gap: 1e-3,
+            final_gap: 1e-8,
+            first_step: 0.25,
+            smallest_step: 1e-4,
+            smallest_ratio: 0.2,
+            through_folds: false,
+            from_coarser: FromCoarser::Equilibrium,
+            longest_move: f64::INFINITY,
+            max_cut_steps: 6,
+        }
+    }
+}
