@@ -7,8 +7,8 @@
 //! block closed by a face that uses all its points in order.
 //!
 //! `tobj` gets to see points and faces only. Lines would become faces with it, names and materials would split the
-//! mesh, faulty normals would keep a good surface from being read, and it takes a hundred bytes for each face until a
-//! mesh ends; so a mesh ends here after a fixed number of faces.
+//! mesh, and faulty normals would keep a good surface from being read. Until a mesh ends it takes 104 bytes for each face
+//! and 24 for each corner of a long one, so a mesh ends here after a fixed number of corners.
 
 use std::io::{BufRead, Read, Write as _};
 
@@ -17,8 +17,8 @@ use super::super::polygon::triangulate;
 use super::Triangles;
 use super::statements::{LineFault, Statement, first_fault, point_fault, statements, words};
 
-/// Faces in one mesh of `tobj`: three corners each just fit the next power of two.
-const FACES_PER_MESH: usize = 341;
+/// Corners after which a mesh of `tobj` ends: those of 341 triangles, which just fit the next power of two.
+const CORNERS_PER_MESH: usize = 1023;
 /// Corners of a face: `tobj` takes up to 72 bytes for each while it parses the face.
 const MAX_CORNERS: usize = 4096;
 /// Points that are parsed at a time.
@@ -145,6 +145,7 @@ impl Faces {
             line: Vec::new(),
             read: 0,
             points: 0,
+            corners: 0,
             lines: Vec::with_capacity(face_count),
             points_above: Vec::new(),
         };
@@ -196,7 +197,10 @@ struct FaceText<I> {
     /// The line that `tobj` is at, and how much of it has been read.
     line: Vec<u8>,
     read: usize,
+    /// Points so far.
     points: usize,
+    /// Corners so far in the mesh at hand.
+    corners: usize,
     lines: Vec<u32>,
     points_above: Vec<(usize, usize)>,
 }
@@ -220,9 +224,11 @@ impl<'a, I: Iterator<Item = Result<(usize, Statement<'a>), ImportProblem>>> Face
                 self.line.push(b'f');
                 self.line.extend_from_slice(rest);
                 self.line.push(b'\n');
-                if self.lines.len().is_multiple_of(FACES_PER_MESH) {
+                self.corners += words(rest).count().max(3);
+                if self.corners >= CORNERS_PER_MESH {
                     // A new object ends the mesh.
                     self.line.extend_from_slice(b"o\n");
+                    self.corners = 0;
                 }
             }
         }
