@@ -1,5 +1,7 @@
 //! Numbers as people read them.
 
+pub(crate) use elastocap_coupling::words::{grouped, seconds};
+
 /// A quantity with the given number of digits and an SI prefix: `43.97 fF`.
 pub(crate) fn prefixed(value: f64, digits: usize, unit: &str) -> String {
     if value == 0.0 {
@@ -20,20 +22,6 @@ pub(crate) fn prefixed(value: f64, digits: usize, unit: &str) -> String {
     format!("{scaled:.places$} {prefix}{unit}")
 }
 
-/// Seconds: `0.12 s`, `12 s`, `3 min 20 s`.
-pub(crate) fn seconds(value: f64) -> String {
-    if value < 0.0995 {
-        format!("{:.0} ms", (1e3 * value).ceil())
-    } else if value < 9.95 {
-        format!("{value:.1} s")
-    } else if value < 119.5 {
-        format!("{value:.0} s")
-    } else {
-        let whole = value.round() as u64;
-        format!("{} min {} s", whole / 60, whole % 60)
-    }
-}
-
 /// Bytes: `0.21 GB`.
 pub(crate) fn bytes(value: u64) -> String {
     match value {
@@ -41,19 +29,6 @@ pub(crate) fn bytes(value: u64) -> String {
         1_000_000..1_000_000_000 => format!("{} MB", value.div_ceil(1_000_000)),
         _ => format!("{:.1} GB", value as f64 * 1e-9),
     }
-}
-
-/// A count with its thousands separated: `1,234,567`.
-pub(crate) fn grouped(count: usize) -> String {
-    let digits = count.to_string();
-    let mut out = String::new();
-    for (k, digit) in digits.chars().enumerate() {
-        if k > 0 && (digits.len() - k).is_multiple_of(3) {
-            out.push(',');
-        }
-        out.push(digit);
-    }
-    out
 }
 
 #[cfg(test)]
@@ -73,10 +48,5 @@ mod tests {
         ] {
             assert_eq!(prefixed(value, 4, "F"), expected);
         }
-    }
-
-    #[test]
-    fn thousands_are_separated_by_commas() {
-        assert_eq!([7, 1000, 1_234_567].map(grouped), ["7", "1,000", "1,234,567"]);
     }
 }

@@ -11,6 +11,7 @@ use elastocap_results::{OutputError, OutputFolder};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
 use super::accuracy_report::report;
+use super::arguments::positive_seconds;
 use super::stop::stop_on_signal;
 use crate::{Common, Exit, output};
 
@@ -41,16 +42,11 @@ pub(crate) struct Arguments {
     #[arg(long, value_name = "N", default_value_t = 0)]
     step: usize,
     /// About how long the study may take; 60 by default, 5 with --quick
-    #[arg(long, value_name = "SECONDS", value_parser = positive)]
+    #[arg(long, value_name = "SECONDS", value_parser = positive_seconds)]
     seconds: Option<f64>,
     /// Study the tolerances 1e-2 and 1e-3 only
     #[arg(long)]
     quick: bool,
-}
-
-fn positive(text: &str) -> Result<f64, String> {
-    let value = text.parse::<f64>().ok().filter(|v| *v > 0.0 && *v <= 1e6);
-    value.ok_or_else(|| "a number of seconds above 0, at most 1e6".to_owned())
 }
 
 pub(crate) fn execute(arguments: &Arguments, common: &Common) -> Exit {

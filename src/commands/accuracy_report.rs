@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
-use elastocap_coupling::plan::StepLoad;
+use elastocap_coupling::load_steps::StepLoad;
 use elastocap_evidence::accuracy::{
     ALLOWED, Choice, Honesty, Kind, MOST_CAUTIOUS, Missing, Quantity, Run, Study,
 };

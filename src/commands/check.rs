@@ -5,7 +5,8 @@ use std::path::PathBuf;
 
 use clap::Args;
 use elastocap_case::Case;
-use elastocap_coupling::plan::{Decision, Kind, LeftOut, Options, Plan};
+use elastocap_coupling::plan::{Decision, Kind, Options, Plan};
+use elastocap_coupling::words::counted;
 
 use crate::units::{bytes, grouped, seconds};
 use crate::{Common, Exit, output};
@@ -35,9 +36,7 @@ pub(crate) fn execute(arguments: &Arguments, common: &Common) -> Exit {
     };
     let options = Options { prune: !arguments.no_prune, ..Options::default() };
     let mut plan = Plan::new(&case, &options);
-    if let Err(reason) = plan.foretell(&case, &options) {
-        plan.warnings.push(format!("the run will fail: {reason}"));
-    }
+    plan.forecast(&case, &options);
     let text = if arguments.json {
         match serde_json::to_string_pretty(&plan) {
             Ok(json) => json + "\n",
@@ -47,14 +46,19 @@ pub(crate) fn execute(arguments: &Arguments, common: &Common) -> Exit {
             }
         }
     } else if common.quiet {
-        return Exit::Done;
+        return exit(&plan);
     } else {
         describe(&case, &plan)
     };
     match output::result(&text) {
-        Ok(()) => Exit::Done,
+        Ok(()) => exit(&plan),
         Err(exit) => exit,
     }
+}
+
+/// The status that a run is known to end with: a step that fails makes it incomplete.
+fn exit(plan: &Plan) -> Exit {
+    if plan.steps.iter().any(|step| step.failure.is_some()) { Exit::Incomplete } else { Exit::Done }
 }
 
 /// The plan in words.
@@ -82,11 +86,11 @@ fn describe(case: &Case, plan: &Plan) -> String {
                 &format!(
                     "at most {}, with {} at a time",
                     bytes(plan.memory_bytes),
-                    counted_steps(plan.at_once)
+                    counted(plan.at_once, "step")
                 ),
             );
             line("time", &format!("about {} on two cores", seconds(plan.seconds)));
-        } else {
+        } else if plan.steps.iter().any(|step| step.failure.is_none()) {
             line("time", "not estimated for this scene");
         }
     }
@@ -99,7 +103,7 @@ fn describe(case: &Case, plan: &Plan) -> String {
             Decision::Case => " [the case does not ask for it]",
             Decision::Caller => " [left out on request]",
         };
-        let _ = writeln!(out, "  {}: {}; {}{whose}", left.what, left.why, saving(left, plan));
+        let _ = writeln!(out, "  {}: {}{whose}. {}", left.what, left.why, left.saving);
     }
     for warning in &plan.warnings {
         let _ = writeln!(out, "warning: {warning}");
@@ -110,22 +114,4 @@ fn describe(case: &Case, plan: &Plan) -> String {
         }
     }
     out
-}
-
-/// What leaving something out saves, in words.
-fn saving(left: &LeftOut, plan: &Plan) -> String {
-    match (left.saved_unknowns, left.saved_seconds) {
-        (Some(unknowns), Some(time)) => format!(
-            "this cuts the unknowns from {} to {} and saves about {}",
-            grouped(plan.unknowns + unknowns),
-            grouped(plan.unknowns),
-            seconds(time)
-        ),
-        (Some(_), None) | (None, _) => format!("this saves {}", left.saving),
-    }
-}
-
-/// "1 step", "2 steps".
-fn counted_steps(count: usize) -> String {
-    format!("{count} step{}", if count == 1 { "" } else { "s" })
 }

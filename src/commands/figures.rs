@@ -10,6 +10,7 @@ use elastocap_evidence::figures::{Drawn, Item, Session};
 use elastocap_results::OutputFolder;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
+use super::arguments::ArgumentError;
 use super::stop::stop_on_signal;
 use crate::{Common, Exit, output};
 
@@ -41,11 +42,8 @@ pub(crate) struct Arguments {
     list: bool,
 }
 
-fn item(text: &str) -> Result<Item, String> {
-    Item::from_name(text.trim()).ok_or_else(|| {
-        let names = Item::ALL.map(Item::name).join(", ");
-        format!("the figures and tables are {names}")
-    })
+fn item(text: &str) -> Result<Item, ArgumentError> {
+    Item::from_name(text.trim()).ok_or_else(|| ArgumentError::Item(Item::ALL.map(Item::name).join(", ")))
 }
 
 pub(crate) fn execute(arguments: &Arguments, common: &Common) -> Exit {

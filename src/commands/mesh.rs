@@ -17,7 +17,8 @@ Examples:
 
 scene.glb opens in any glTF viewer, and its load steps play as an animation. fields.pvd opens in ParaView: the files step_NNN.vtu
 hold the body and the permittivity of each cell of a graded grid of the deformed scene. Nothing is solved, so the potential and
-the electric field in them are zero.";
+the electric field in them are zero. Bodies that are no boxes are not shown: a run meshes them as it solves them. Electrodes
+that the load bends are shown as boxes, with a warning.";
 
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
@@ -45,9 +46,12 @@ pub(crate) fn execute(arguments: &Arguments, common: &Common) -> Exit {
     let steps = deform(&case, &Plan::new(&case, &Options::default()));
     let mut failed = false;
     for step in &steps {
-        if let Status::Failed(reason) = &step.row.status {
+        if let Status::Failed(failure) = &step.row.status {
             failed = true;
-            output::warning(&format!("step {}: {reason}", step.index));
+            output::warning(&format!("step {}: {failure}", step.index));
+        }
+        for warning in &step.warnings {
+            output::warning(&format!("step {}: {warning}", step.index));
         }
     }
     match save_mesh(&case, &steps, folder) {

@@ -2,6 +2,7 @@
 
 pub(crate) mod accuracy;
 mod accuracy_report;
+mod arguments;
 pub(crate) mod check;
 pub(crate) mod figures;
 pub(crate) mod mesh;

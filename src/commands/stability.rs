@@ -8,6 +8,7 @@ use std::time::{Duration, Instant};
 use clap::Args;
 use elastocap_evidence::stability::{Claim, Entry, Report, Verdict, catalogue, save};
 
+use super::arguments::positive_seconds;
 use crate::units::prefixed;
 use crate::{Common, Exit, output};
 
@@ -39,18 +40,11 @@ pub(crate) struct Arguments {
     #[arg(long)]
     list: bool,
     /// Seconds after which a case is abandoned and marked
-    #[arg(long, value_name = "SECONDS", default_value_t = 3.0, value_parser = positive)]
+    #[arg(long, value_name = "SECONDS", default_value_t = 3.0, value_parser = positive_seconds)]
     limit: f64,
     /// Folder for stability.csv
     #[arg(long, short, value_name = "DIR")]
     output: Option<PathBuf>,
-}
-
-fn positive(text: &str) -> Result<f64, String> {
-    match text.parse::<f64>() {
-        Ok(value) if value > 0.0 && value <= 1e6 => Ok(value),
-        _ => Err("a number of seconds above 0".to_owned()),
-    }
 }
 
 pub(crate) fn execute(arguments: &Arguments, common: &Common) -> Exit {

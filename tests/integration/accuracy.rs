@@ -95,3 +95,16 @@ fn a_step_that_the_case_does_not_have_is_refused() {
     assert!(said.stderr.contains("no step 6: the steps of this case are 0 to 5"), "{}", said.stderr);
     assert!(!sandbox.path("out").exists());
 }
+
+#[test]
+fn electrodes_that_the_load_bends_are_refused_and_not_studied_as_boxes() {
+    let sandbox = Sandbox::new();
+    let case = Path::new(env!("CARGO_MANIFEST_DIR")).join("cases/punched-pair.toml");
+    let case = case.to_string_lossy();
+    let said = sandbox.elastocap(&["accuracy", &case, "--step", "1", "--quick", "-o", "out"]).exits_with(2);
+    for words in ["the study is of the box solver", "step 1", "outlines of the bent electrodes on tetrahedra"]
+    {
+        assert!(said.stderr.contains(words), "`{words}` is not in: {}", said.stderr);
+    }
+    assert_eq!(sandbox.names("out"), Vec::<String>::new());
+}

@@ -53,7 +53,7 @@ fn a_step_that_fails_is_marked_with_its_reason_and_the_others_are_kept() {
     let json = sandbox.json("out/result.json");
     assert_eq!(json["status"], "incomplete");
     assert_eq!(sandbox.names("out").iter().filter(|name| name.ends_with(".vtu")).count(), 2);
-    let said = sandbox.elastocap(&["check", case.to_str().expect("UTF-8")]).exits_with(0);
+    let said = sandbox.elastocap(&["check", case.to_str().expect("UTF-8")]).exits_with(3);
     assert!(said.stdout.contains("step 1 will fail"), "{}", said.stdout);
 }
 
@@ -205,9 +205,15 @@ fn check_prints_the_plan_and_writes_nothing() {
     let case = acceptance("in-plane-pair.toml");
     let case = case.to_str().expect("UTF-8");
     let said = sandbox.elastocap(&["check", case]).exits_with(0);
-    for words in
-        ["6 load steps", "quarter", "unknowns", "memory", "time", "mirror images along x1 and x3", "saves"]
-    {
+    for words in [
+        "6 load steps",
+        "quarter",
+        "unknowns",
+        "memory",
+        "time",
+        "mirror images along x1 and x3",
+        "Symmetry cuts the unknowns from ",
+    ] {
         assert!(said.stdout.contains(words), "`{words}` is not in: {}", said.stdout);
     }
     let said = sandbox.elastocap(&["check", case, "--json"]).exits_with(0);
@@ -215,6 +221,26 @@ fn check_prints_the_plan_and_writes_nothing() {
     assert_eq!(plan["mirrored"], serde_json::json!([true, false, true]));
     assert!(plan["left_out"][0]["saved_unknowns"].as_u64().is_some_and(|n| n > 0));
     assert_eq!(sandbox.names("."), Vec::<String>::new());
+}
+
+#[test]
+fn check_tells_a_failure_that_is_known_beforehand_and_exits_as_the_run_does() {
+    let sandbox = Sandbox::new();
+    let case = acceptance("found/electrode-longer-than-layer.toml");
+    let path = case.to_str().expect("UTF-8");
+    let reason = "the electrodes reach to 1.000e6 m from the middle along x1";
+    let check = sandbox.elastocap(&["check", path]).exits_with(3);
+    for step in 0..2 {
+        let line = format!("step {step} will fail: {reason}");
+        assert!(check.stdout.contains(&line), "`{line}` is not in: {}", check.stdout);
+    }
+    assert!(!check.stdout.contains("meshes of"), "an empty list of meshes: {}", check.stdout);
+    assert!(check.stdout.contains("`half_length` in [layer]"), "no cure: {}", check.stdout);
+    sandbox.run(&case, &["--no-fields", "--no-scene"]).exits_with(3);
+    for status in sandbox.table("out/curve.csv").texts("status") {
+        assert!(status.starts_with(&format!("failed: {reason}")), "{status}");
+    }
+    sandbox.elastocap(&["check", path, "--quiet"]).exits_with(3);
 }
 
 #[test]

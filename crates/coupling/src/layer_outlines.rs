@@ -9,6 +9,7 @@ use elastocap_geometry::scene::{Body, Box3, Purpose, Scene, Wall};
 use elastocap_geometry::shapes::Shape;
 
 use crate::deform::{Curve, DeformedCurves, simplified};
+use crate::failure::SurfaceCrossesItself;
 use crate::scene::DeformedScene;
 
 /// What part of the tolerance the polygons may take.
@@ -72,7 +73,7 @@ pub(crate) fn bent_scene(
     deformed: &DeformedScene,
     curves: &DeformedCurves,
     tolerance: f64,
-) -> Result<LayerScene, String> {
+) -> Result<LayerScene, SurfaceCrossesItself> {
     let mut scene = deformed.scene.clone();
     let pair = deformed.pair.iter().flat_map(|pair| pair.conductors);
     let boxes = |c: usize| scene.conductors().nth(c).and_then(|c| c.body.bounds());
@@ -89,12 +90,8 @@ pub(crate) fn bent_scene(
     if surface_is_followed(deformed) {
         let domain = deformed.scene.domain;
         let height = domain.max[1] - domain.min[1];
-        let surface = without_loops(&curves.surface, LOOP * height).map_err(|[x1, x2]| {
-            format!(
-                "the surface of the layer crosses itself at x1 = {x1:.2e} m, x2 = {x2:.2e} m: its finite elements are too \
-                 coarse there, and there is no field for it"
-            )
-        })?;
+        let surface = without_loops(&curves.surface, LOOP * height)
+            .map_err(|[x1, x2]| SurfaceCrossesItself { x1, x2 })?;
         let surface = simplified(&surface, SHARE * tolerance * height);
         let surface = if curves.half { both_halves(&surface) } else { surface };
         let outline = under(&surface, &domain);
@@ -133,13 +130,6 @@ fn surface_is_followed(deformed: &DeformedScene) -> bool {
     let scene = &deformed.scene;
     let ended = [0, 2].iter().all(|&a| scene.walls[a].iter().all(|wall| *wall != Wall::Open));
     ended && scene.bodies.iter().any(|body| body.purpose == Purpose::Cover)
-}
-
-/// Whether the surface is a plane.
-pub(crate) fn is_flat(curves: &DeformedCurves) -> bool {
-    let heights = || curves.surface.iter().map(|p| p[1]);
-    let (low, high) = (heights().fold(f64::INFINITY, f64::min), heights().fold(f64::NEG_INFINITY, f64::max));
-    high - low <= 1e-9 * high.abs()
 }
 
 /// Outlines of the pair, in the order of its conductors.

@@ -1,16 +1,34 @@
 //! From a valid case to a C(F) curve: the plan, and the co-simulation of mechanics and electrostatics. Nothing is written here.
 //!
-//! The way of the data: [`elastocap_case::load`] -> [`plan::Plan`] -> for each load step [`scene::scene_of`] and a field solve,
-//! by [`run::run`] -> [`outcome::Outcome`]. Every arrow gives a plain value; a step that fails is part of the outcome.
+//! The way of the data: [`elastocap_case::load`] -> [`plan::Plan`] -> for each load step [`scene::scene_of`], its
+//! [`route::route`] and a field solve, by [`run::run`] -> [`outcome::Outcome`]. Every arrow gives a plain value; a step that fails
+//! is part of the outcome.
+//!
+//! Modules in their order: each uses only those above it.
+//!
+//! - [`words`], [`load_steps`], [`settings`], [`terminals`]: small values that the others share.
+//! - [`deform`]: the layer under its loads.
+//! - [`scene`]: the bodies of a step; [`view`]: what of them a viewer is shown.
+//! - [`route`]: which field solver takes a scene, the only place that decides it.
+//! - [`failure`]: why a step has no result.
+//! - `layer_outlines`, `faceting_error`, `tetrahedra`: a scene for the solver on tetrahedra, meshed and solved.
+//! - [`plan`]: what is solved, what is left out and why, what it will take.
+//! - [`outcome`]: what a run found.
+//! - [`step`]: one load step; [`run`](mod@run): all of them.
 
 pub mod deform;
 mod faceting_error;
+pub mod failure;
 mod layer_outlines;
+pub mod load_steps;
 pub mod outcome;
 pub mod plan;
+pub mod route;
 pub mod run;
 pub mod scene;
+pub mod settings;
 pub mod step;
 pub mod terminals;
 mod tetrahedra;
 pub mod view;
+pub mod words;

@@ -1,13 +1,16 @@
 //! The result of a run: one row per load step, and what stands behind it.
 
-use elastocap_geometry::export::surfaces::SurfaceBody;
 use std::fmt;
 
-use elastocap_electrostatics::{Bounded, PhaseSeconds, ResolutionLevel};
+use elastocap_electrostatics::{Bounded, Discretisation, PhaseSeconds};
+use elastocap_geometry::export::surfaces::SurfaceBody;
 use serde::{Serialize, Serializer};
 
 use crate::deform::{FiniteElementStep, MeshReport};
-use crate::plan::{Kind, Plan, StepLoad};
+use crate::failure::StepFailure;
+use crate::load_steps::StepLoad;
+use crate::plan::{Kind, Plan};
+use crate::route::Route;
 use crate::scene::DeformedScene;
 
 /// Everything that a run found.
@@ -54,6 +57,8 @@ pub struct StepResult {
     pub load: StepLoad,
     /// The earlier step that this result is taken from.
     pub same_as: Option<usize>,
+    /// The route that its field took; `None` if it was not solved or has none.
+    pub route: Option<Route>,
     /// The line of curve.csv.
     pub row: Row,
     /// Why the step failed, missed its tolerance or has no force.
@@ -174,7 +179,7 @@ impl Row {
 }
 
 /// How a step went.
-#[derive(Debug, Clone, Default, PartialEq, Eq)]
+#[derive(Debug, Clone, Default, PartialEq)]
 pub enum Status {
     /// Solved to its tolerance.
     Ok,
@@ -183,7 +188,7 @@ pub enum Status {
     /// Deformed and solved, but compressed beyond where eq. (50) has a force: the row has none.
     BeyondForceLimit,
     /// Not solved, for this reason; what was known before it failed is kept.
-    Failed(String),
+    Failed(Box<StepFailure>),
     /// The run was stopped before it.
     #[default]
     NotRun,
@@ -201,6 +206,12 @@ impl fmt::Display for Status {
     }
 }
 
+impl<E: Into<StepFailure>> From<E> for Status {
+    fn from(error: E) -> Self {
+        Self::Failed(Box::new(error.into()))
+    }
+}
+
 impl Serialize for Status {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         serializer.collect_str(self)
@@ -212,10 +223,11 @@ impl Serialize for Status {
 pub struct SolverReport {
     /// Iterations of all solves on the final grid.
     pub iterations: usize,
-    /// Grids solved on, the final one included.
+    /// Grids or meshes solved on, the final one included.
     pub grids: usize,
-    /// Largest order and number of layers of the final grid.
-    pub resolution: ResolutionLevel,
+    /// The final grid, by its largest order and number of layers; on tetrahedra the order, and how often the first mesh was
+    /// refined.
+    pub resolution: Discretisation,
     /// Mirror planes used, by axis.
     pub mirrored: [bool; 3],
     /// Share of the lower bound that the repair of the divergence took.

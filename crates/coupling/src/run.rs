@@ -5,14 +5,16 @@ use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Instant;
 
-use elastocap_electrostatics::Settings;
+use elastocap_case::Case;
 
 use crate::deform::{Prepared, Solution, prepare};
+use crate::failure::StepFailure;
 use crate::outcome::{Outcome, Status, StepResult};
 use crate::plan::{Options, Plan, PlannedStep};
-use crate::scene::scene_of;
+use crate::route::{Bending, Bodies, Route, asked, route};
+use crate::scene::{DeformedScene, scene_of};
+use crate::settings::FieldSettings;
 use crate::step::{Solver, StepField};
-use elastocap_case::Case;
 
 /// Watches a run while it works, and takes what is too large to be kept until its end.
 ///
@@ -60,8 +62,9 @@ pub fn run(
     observer: &dyn Observer,
 ) -> Outcome {
     let start = Instant::now();
-    let settings = Settings { cancel: Some(Arc::clone(cancel)), ..plan.solver_settings(case, options) };
-    let layer = prepare(case, plan, cancel, &|what| observer.preparing(what));
+    let settings = FieldSettings { cancel: Some(Arc::clone(cancel)), ..plan.solver_settings(case, options) };
+    let layer =
+        prepare(case, &plan.loads(), plan.layer_memory_limit, cancel, &|what| observer.preparing(what));
     let mut warnings = Vec::new();
     if let Prepared::FiniteElement(run) = &layer {
         warnings
@@ -136,29 +139,56 @@ fn copy_of(original: &StepResult, step: &PlannedStep) -> StepResult {
     StepResult { index: step.index, same_as: step.same_as, seconds: Default::default(), ..original.clone() }
 }
 
-/// The steps of a plan with the layer deformed and the bodies in place, and no field.
+/// The steps of a plan with the layer deformed and the bodies in place, and no field: boxes, of which there is a grid without
+/// solving. Where a step is solved on something else, a warning of the step says what.
 pub fn deform(case: &Case, plan: &Plan) -> Vec<StepResult> {
-    let layer = prepare(case, plan, &AtomicBool::new(false), &|_| ());
+    let layer = prepare(case, &plan.loads(), plan.layer_memory_limit, &AtomicBool::new(false), &|_| ());
     let deformed = |step: &PlannedStep| {
         let mut result = StepResult::not_run(step);
-        match layer.deformation(case, step, true) {
-            Ok(state) => {
-                result.row.top_displacement_m = Some(state.as_ref().map_or(0.0, |s| s.top_displacement()));
-                result.row.compression = state.as_ref().map(|s| s.compression()).or(result.row.compression);
-                if !case.has_only_boxes() {
-                    result.row.status = Status::Failed(
-                        "bodies of any shape are meshed as they are solved: `elastocap run` writes their mesh".to_owned(),
-                    );
-                } else if case.has_conductors() {
-                    match scene_of(case, state.as_ref()) {
-                        Ok(scene) => result.scene = Some(scene),
-                        Err(error) => result.row.status = Status::Failed(error.to_string()),
-                    }
-                }
-            }
-            Err(error) => result.row.status = Status::Failed(error.to_string()),
+        if let Err(failure) = deform_step(case, &layer, step, &mut result) {
+            result.row.status = failure.into();
         }
         result
     };
     plan.steps.iter().map(deformed).collect()
+}
+
+fn deform_step(
+    case: &Case,
+    layer: &Prepared,
+    step: &PlannedStep,
+    result: &mut StepResult,
+) -> Result<(), StepFailure> {
+    let state = layer.deformation(case, step.index, step.load, true)?;
+    result.row.top_displacement_m = Some(state.as_ref().map_or(0.0, |s| s.top_displacement()));
+    result.row.compression = state.as_ref().map(|s| s.compression()).or(result.row.compression);
+    if !case.has_conductors() {
+        return Ok(());
+    }
+    let scene = scene_of(case, state.as_ref())?;
+    let bodies = Bodies::of(&scene.scene);
+    let taken = route(bodies, Bending::found(&scene, state.as_ref()), asked(case))?;
+    match bodies {
+        Bodies::Boxes { .. } => {}
+        Bodies::AnyShape => return Err(StepFailure::NoGrid),
+    }
+    match taken {
+        Route::Boxes => {}
+        Route::EnclosingBoxes | Route::EnclosingBoxesThenOutlines | Route::Outlines | Route::Tetrahedra => {
+            result.warnings.push(shown_as_boxes(&scene, taken));
+        }
+    }
+    result.route = Some(taken);
+    result.scene = Some(scene);
+    Ok(())
+}
+
+/// What a viewer of the boxes of a step should know that is solved on something else.
+fn shown_as_boxes(scene: &DeformedScene, taken: Route) -> String {
+    let bodies = if scene.bent.is_some() {
+        "the bent electrodes are shown as the boxes of their mean faces"
+    } else {
+        "the bodies are shown on a grid of boxes"
+    };
+    format!("{bodies}; a run solves this step by {taken}")
 }

@@ -3,18 +3,21 @@
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::time::Instant;
 
-use elastocap_electrostatics::{Bounded, Field, FloatingPotential, Settings, Solution, SolveError, solve};
+use elastocap_case::Case;
+use elastocap_electrostatics::{Bounded, Field, FloatingPotential, Settings, Solution, solve};
 use elastocap_geometry::export::body::BodyMesh;
+use elastocap_geometry::scene::Scene;
 use elastocap_mechanics::ForceLimit;
 
 use crate::deform::{Deformation, Prepared};
-use crate::layer_outlines::{LayerScene, bent_scene, is_flat};
+use crate::failure::{StepFailure, Stop};
+use crate::layer_outlines::{LayerScene, bent_scene};
+use crate::load_steps::StepLoad;
 use crate::outcome::{FloatingConductor, Row, SolverReport, Status, StepResult};
-use crate::plan::{PlannedStep, StepLoad};
-use elastocap_case::{Case, FieldSolver};
-use elastocap_geometry::scene::Scene;
-
-use crate::scene::{DeformedScene, Enclosing, scene_of};
+use crate::plan::PlannedStep;
+use crate::route::{Bending, Bodies, Route, RouteError, asked, route};
+use crate::scene::{DeformedScene, Enclosing, SceneError, scene_of};
+use crate::settings::FieldSettings;
 use crate::terminals::pair_among;
 use crate::tetrahedra::{Solved, shown, solve_shapes};
 use crate::view::window;
@@ -28,7 +31,7 @@ pub enum StepField {
     Tetrahedra(BodyMesh),
 }
 
-/// What a scene is for the solvers.
+/// A field that is solved, or the scene of one that is yet to be.
 enum Fields {
     /// Solved as boxes.
     Boxes(Box<(Solution, Option<Bounded>)>),
@@ -48,7 +51,7 @@ struct Shaped<'a> {
 /// What all steps of a run have in common.
 pub(crate) struct Solver<'a> {
     pub(crate) case: &'a Case,
-    pub(crate) settings: Settings,
+    pub(crate) settings: FieldSettings,
     pub(crate) prune: bool,
     pub(crate) force_limit: Option<ForceLimit>,
     pub(crate) layer: &'a Prepared,
@@ -65,11 +68,11 @@ impl Solver<'_> {
         match outcome {
             Ok(Ok(())) => {}
             Ok(Err(Stop::Cancelled)) => result = StepResult::not_run(step),
-            Ok(Err(Stop::Failed(reason))) => result.fail(reason),
+            Ok(Err(Stop::Failed(failure))) => result.fail(*failure),
             Err(defect) => {
                 let said = defect.downcast_ref::<String>().map(String::as_str);
                 let said = said.or_else(|| defect.downcast_ref::<&str>().copied()).unwrap_or("no message");
-                result.fail(format!("a defect of elastocap, please report it with the case file: {said}"));
+                result.fail(StepFailure::Defect(said.to_owned()));
             }
         }
         result.seconds.total = start.elapsed().as_secs_f64();
@@ -83,12 +86,10 @@ impl Solver<'_> {
         field: &mut Option<StepField>,
     ) -> Result<(), Stop> {
         if self.case.layer.is_none() && !self.case.has_only_boxes() {
-            let scene = scene_of(self.case, None)?.scene;
-            let shaped = Shaped { scene: &scene, pair: None, facets: 0.0 };
-            return self.solve_shaped(shaped, result, field, (None, None));
+            return self.without_layer(result, field);
         }
         let start = Instant::now();
-        let state = self.layer.deformation(self.case, step, self.prune).map_err(Stop::Failed)?;
+        let state = self.layer.deformation(self.case, step.index, step.load, self.prune)?;
         let beyond = self.note_mechanics(result, state.as_ref());
         let layer_missed = layer_missed(state.as_ref());
         if !self.case.has_conductors() {
@@ -110,7 +111,10 @@ impl Solver<'_> {
         let deformed = result.scene.insert(deformed);
         result.seconds.mechanics = start.elapsed().as_secs_f64();
 
-        let (mut solution, two_terminal) = match self.shaped(deformed, state.as_ref())? {
+        let bending = Bending::found(deformed, state.as_ref());
+        let taken = route(Bodies::of(&deformed.scene), bending, asked(self.case))?;
+        result.route = Some(taken);
+        let (mut solution, two_terminal) = match self.fields(taken, deformed, state.as_ref())? {
             Fields::Boxes(found) => *found,
             Fields::Shapes(layer) => {
                 let window = window(&[&*deformed]);
@@ -130,44 +134,58 @@ impl Solver<'_> {
         note_solution(result, solution, two_terminal, layer_missed, beyond)
     }
 
-    /// Which solver takes the scene: the one for boxes, with its solution, or the one for any shape.
-    fn shaped(&self, deformed: &DeformedScene, state: Option<&Deformation<'_>>) -> Result<Fields, Stop> {
-        let solver = self.case.electrostatics.and_then(|e| e.solver);
-        let shapes = !self.case.has_only_boxes() || solver == Some(FieldSolver::Tetrahedra);
-        let bent = match (&deformed.bent, state) {
-            (None, _) if shapes => return Ok(Fields::Shapes(LayerScene::of_boxes(deformed))),
-            (None, _) => return Ok(Fields::Boxes(Box::new(field_of(deformed, &self.settings)?))),
-            (Some(bent), Some(Deformation::FiniteElement(layer))) => (bent, &layer.curves),
-            // Only finite elements bend anything.
-            (Some(Err(error)), _) => return Err(error.clone().into()),
-            (Some(Ok(enclosing)), _) => {
-                return Ok(Fields::Boxes(Box::new(between(deformed, *enclosing, &self.settings)?)));
+    /// A scene of any shapes without a layer.
+    fn without_layer(&self, result: &mut StepResult, field: &mut Option<StepField>) -> Result<(), Stop> {
+        let scene = scene_of(self.case, None)?.scene;
+        let taken = route(Bodies::of(&scene), Bending::Straight, asked(self.case))?;
+        match taken {
+            Route::Tetrahedra => {}
+            // These want boxes, or a layer that bends electrodes.
+            Route::Boxes | Route::EnclosingBoxes | Route::EnclosingBoxesThenOutlines | Route::Outlines => {
+                return Err(RouteError::BoxesOnly.into());
             }
+        }
+        result.route = Some(taken);
+        let shaped = Shaped { scene: &scene, pair: None, facets: 0.0 };
+        self.solve_shaped(shaped, result, field, (None, None))
+    }
+
+    /// The field of a step on its route, or the scene for the solver on tetrahedra.
+    fn fields(
+        &self,
+        taken: Route,
+        deformed: &DeformedScene,
+        state: Option<&Deformation<'_>>,
+    ) -> Result<Fields, Stop> {
+        let settings = self.settings.boxes();
+        match taken {
+            Route::Boxes => Ok(Fields::Boxes(Box::new(field_of(deformed, &settings)?))),
+            Route::EnclosingBoxes => {
+                Ok(Fields::Boxes(Box::new(between(deformed, enclosing(deformed)?, &settings)?)))
+            }
+            Route::EnclosingBoxesThenOutlines => {
+                // Boxes inside and around are solved in no time.
+                let found = between(deformed, enclosing(deformed)?, &settings)?;
+                if found.0.reached {
+                    Ok(Fields::Boxes(Box::new(found)))
+                } else {
+                    self.outlines(deformed, state)
+                }
+            }
+            Route::Outlines => self.outlines(deformed, state),
+            Route::Tetrahedra => Ok(Fields::Shapes(LayerScene::of_boxes(deformed))),
+        }
+    }
+
+    /// Electrodes and layer in their own outlines.
+    fn outlines(&self, deformed: &DeformedScene, state: Option<&Deformation<'_>>) -> Result<Fields, Stop> {
+        let layer = match state {
+            Some(Deformation::FiniteElement(layer)) => {
+                bent_scene(deformed, &layer.curves, self.settings.relative_tolerance)?
+            }
+            // Nothing but finite elements bends anything.
+            Some(Deformation::ClosedForm(_)) | None => LayerScene::of_boxes(deformed),
         };
-        let (enclosing, curves) = bent;
-        let in_space = curves.electrodes.is_empty();
-        if in_space && shapes {
-            return Err(Stop::Failed(
-                "electrodes that the load bends in three dimensions are known to the solver for boxes only: leave out \
-                 `solver` in [electrostatics], and bodies that are no boxes"
-                    .to_owned(),
-            ));
-        }
-        if in_space || solver == Some(FieldSolver::Boxes) {
-            return Ok(Fields::Boxes(Box::new(between(deformed, enclosing.clone()?, &self.settings)?)));
-        }
-        // Boxes inside and around are solved in no time, and may do where nothing else is bent.
-        if let Ok(enclosing) = enclosing
-            && !shapes
-            && is_flat(curves)
-            && deformed.scene.conductors().count() == 2
-        {
-            let found = between(deformed, *enclosing, &self.settings)?;
-            if found.0.reached {
-                return Ok(Fields::Boxes(Box::new(found)));
-            }
-        }
-        let layer = bent_scene(deformed, curves, self.settings.relative_tolerance).map_err(Stop::Failed)?;
         Ok(Fields::Shapes(layer))
     }
 
@@ -259,7 +277,7 @@ fn note_solution(
 ) -> Result<(), Stop> {
     let all = solution.maxwell.iter().flatten().chain(&two_terminal);
     if all.into_iter().any(|c| !(c.lower <= c.value && c.value <= c.upper)) {
-        return Err(Stop::Failed("the solver's bounds do not enclose its value".to_owned()));
+        return Err(StepFailure::BoundsExcludeValue.into());
     }
     if let Some(capacitance) = &two_terminal {
         result.row.set_capacitance(capacitance);
@@ -313,19 +331,21 @@ pub fn field_of(deformed: &DeformedScene, asked_for: &Settings) -> Result<(Solut
     }
 }
 
-/// The capacitance of electrodes that are no boxes, from boxes inside them (which have less) and boxes around them (which
+/// The boxes inside and around the bent electrodes of a scene.
+fn enclosing(deformed: &DeformedScene) -> Result<Enclosing, SceneError> {
+    match &deformed.bent {
+        Some(enclosing) => enclosing.clone(),
+        None => Err(SceneError::Missing("bent electrodes")),
+    }
+}
+
+/// The capacitance of two electrodes that are no boxes, from boxes inside them (which have less) and boxes around them (which
 /// have more): see [`crate::deform::ElectrodeBox`]. The field and the counts are those of the boxes around.
 fn between(
     deformed: &DeformedScene,
     enclosing: Enclosing,
     settings: &Settings,
 ) -> Result<(Solution, Option<Bounded>), Stop> {
-    if deformed.scene.conductors().count() > 2 {
-        return Err(Stop::Failed(
-            "the electrodes are bent by the load, and beside other conductors the solver for boxes has no bounds for that"
-                .to_owned(),
-        ));
-    }
     // What the shape leaves open comes on top of what the solver does.
     let each = Settings { relative_tolerance: 0.5 * settings.relative_tolerance, ..settings.clone() };
     let of = |regions, settings: &Settings| {
@@ -377,30 +397,6 @@ fn layer_missed(state: Option<&Deformation<'_>>) -> Option<String> {
     })
 }
 
-/// Why a step ended early.
-#[derive(Debug)]
-pub enum Stop {
-    /// Asked to stop.
-    Cancelled,
-    /// It cannot be solved, for this reason.
-    Failed(String),
-}
-
-impl From<SolveError> for Stop {
-    fn from(error: SolveError) -> Self {
-        match error {
-            SolveError::Cancelled => Self::Cancelled,
-            error => Self::Failed(error.to_string()),
-        }
-    }
-}
-
-impl From<crate::scene::SceneError> for Stop {
-    fn from(error: crate::scene::SceneError) -> Self {
-        Self::Failed(error.to_string())
-    }
-}
-
 impl StepResult {
     /// A step of which only the load is known.
     pub(crate) fn not_run(step: &PlannedStep) -> Self {
@@ -414,6 +410,7 @@ impl StepResult {
             index: step.index,
             load: step.load,
             same_as: step.same_as,
+            route: None,
             row,
             reason: None,
             warnings: Vec::new(),
@@ -439,8 +436,8 @@ impl StepResult {
         self.reason = (!reasons.is_empty()).then(|| reasons.join("; "));
     }
 
-    fn fail(&mut self, reason: String) {
-        self.row.status = Status::Failed(reason.clone());
-        self.reason = Some(reason);
+    fn fail(&mut self, failure: StepFailure) {
+        self.reason = Some(failure.to_string());
+        self.row.status = failure.into();
     }
 }

@@ -1,7 +1,7 @@
-//! A scene of bodies of any shape: meshed, solved, and what flat faces leave out said.
+//! A scene of bodies of any shape: meshes it, solves it and estimates the faceting error.
 
 use elastocap_electrostatics::tets::adaptive::{General, Shapes, forecast_mesh, solve_mesh};
-use elastocap_electrostatics::{Forecast, Settings, SolveError};
+use elastocap_electrostatics::{Forecast, SolveError};
 use elastocap_geometry::export::body::{BodyMesh, Element, NamedArray};
 use elastocap_geometry::export::gltf::BodyRole;
 use elastocap_geometry::export::surfaces::{SurfaceBody, surfaces};
@@ -11,7 +11,8 @@ use elastocap_geometry::scene::{Body, Box3, Scene};
 use elastocap_geometry::shapes::Shape;
 use elastocap_linalg::vector::{cross, dot, length, minus};
 
-use crate::step::Stop;
+use crate::failure::{Stop, TetrahedraError};
+use crate::settings::FieldSettings;
 use elastocap_case::ImportedMesh;
 
 /// The relative error of a capacitance, over the square of the faces' size over the radius: of balls and cylinders with
@@ -51,16 +52,11 @@ pub(crate) struct Solved {
     pub(crate) facets: f64,
 }
 
-/// Order of the potentials where none is asked for: P2 is the best there is at edges, where higher ones cost more than they give.
-pub(crate) fn order(settings: &Settings) -> usize {
-    settings.resolution.map_or(2, |asked| asked.order)
-}
-
 /// Meshes, unless there is a mesh, and solves.
 pub(crate) fn solve_shapes(
     scene: &Scene,
     imported: Option<&ImportedMesh>,
-    settings: &Settings,
+    settings: &FieldSettings,
 ) -> Result<Solved, Stop> {
     let mut size = 1.0;
     let mut tries = AGAIN;
@@ -69,7 +65,7 @@ pub(crate) fn solve_shapes(
         // Where bodies cross at shallow angles, other faces may give rounder tetrahedra.
         match solve_at(scene, imported, settings, size) {
             Err(Unsolved::Solver(_)) if tries > 0 && imported.is_none() => size *= 0.8,
-            Err(Unsolved::Solver(reason)) => return Err(Stop::Failed(reason)),
+            Err(Unsolved::Solver(error)) => return Err(error.into()),
             Err(Unsolved::Stop(stop)) => return Err(stop),
             Ok(solved) => return Ok(solved),
         }
@@ -79,7 +75,7 @@ pub(crate) fn solve_shapes(
 /// Why there is no solution.
 enum Unsolved {
     /// The solver did not get through on this mesh.
-    Solver(String),
+    Solver(SolveError),
     /// Another mesh would not help.
     Stop(Stop),
 }
@@ -88,28 +84,24 @@ enum Unsolved {
 fn solve_at(
     scene: &Scene,
     imported: Option<&ImportedMesh>,
-    settings: &Settings,
+    settings: &FieldSettings,
     smaller: f64,
 ) -> Result<Solved, Unsolved> {
-    let failed = |reason| Unsolved::Stop(Stop::Failed(reason));
+    let failed = |error: TetrahedraError| Unsolved::Stop(error.into());
     let First { mesh, planes, size, gap } = first(scene, imported, settings, smaller).map_err(failed)?;
     for conductor in scene.conductors() {
         if !mesh.boundary.iter().any(|f| f.role == FaceRole::Conductor(conductor.index as u32)) {
-            return Err(failed(format!(
-                "the conductor `{}` has no surface in the space that is solved: it lies in another conductor or outside \
-                 the walls",
-                conductor.body.name
-            )));
+            return Err(failed(TetrahedraError::NoSurface { conductor: conductor.body.name.clone() }));
         }
     }
     // Before it is refined, which moves no surface but cuts its triangles.
     let surfaces = surfaces_of(scene, &mesh, planes);
     let permittivity = scene.permittivities();
     let charges = charges(scene);
-    let shapes = shapes(&permittivity, &charges, settings, planes);
-    let general = solve_mesh(mesh, shapes, settings).map_err(|error| match error {
+    let shapes = shapes(&permittivity, &charges, planes);
+    let general = solve_mesh(mesh, shapes, &settings.tetrahedra()).map_err(|error| match error {
         SolveError::Cancelled => Unsolved::Stop(Stop::Cancelled),
-        error => Unsolved::Solver(error.to_string()),
+        error => Unsolved::Solver(error),
     })?;
     let curved = scene.shapes().any(is_curved);
     let facets = FACETS * size * size + (size * size / (8.0 * gap)).powi(2);
@@ -120,16 +112,16 @@ fn solve_at(
 ///
 /// # Errors
 /// Why the scene cannot be meshed or solved.
-pub(crate) fn foretell(
+pub(crate) fn forecast(
     scene: &Scene,
     imported: Option<&ImportedMesh>,
-    settings: &Settings,
-) -> Result<Forecast, String> {
+    settings: &FieldSettings,
+) -> Result<Forecast, TetrahedraError> {
     let First { mesh, planes, .. } = first(scene, imported, settings, 1.0)?;
     let permittivity = scene.permittivities();
     let charges = charges(scene);
-    let shapes = shapes(&permittivity, &charges, settings, planes);
-    forecast_mesh(mesh, shapes, settings).map_err(|error| error.to_string())
+    let shapes = shapes(&permittivity, &charges, planes);
+    Ok(forecast_mesh(mesh, shapes, &settings.tetrahedra())?)
 }
 
 /// A mesh to start from.
@@ -146,9 +138,9 @@ struct First {
 fn first(
     scene: &Scene,
     imported: Option<&ImportedMesh>,
-    settings: &Settings,
+    settings: &FieldSettings,
     smaller: f64,
-) -> Result<First, String> {
+) -> Result<First, TetrahedraError> {
     // Between balls that are near one another faces must be flat against the gap too.
     let gap = ball_gap(scene)?;
     let size = (SHARE * settings.relative_tolerance / FACETS)
@@ -172,11 +164,10 @@ fn charges(scene: &Scene) -> Vec<Option<f64>> {
 fn shapes<'a>(
     permittivity: &'a [f64],
     floating_charges: &'a [Option<f64>],
-    settings: &Settings,
     planes: [Option<f64>; 3],
 ) -> Shapes<'a> {
     let mirrored = planes.map(|at| at.is_some());
-    Shapes { permittivity, floating_charges, order: order(settings), mirrored }
+    Shapes { permittivity, floating_charges, mirrored }
 }
 
 /// Whether a mesh has flat faces in place of its surface.
@@ -191,7 +182,7 @@ fn is_curved(shape: &Shape) -> bool {
 ///
 /// # Errors
 /// Two that touch or cross, by name.
-fn ball_gap(scene: &Scene) -> Result<f64, String> {
+fn ball_gap(scene: &Scene) -> Result<f64, TetrahedraError> {
     let mut least = 1.0_f64;
     let parts: Vec<(usize, &Shape)> = scene.conductor_parts().collect();
     let name = |k: usize| scene.conductors().nth(k).map_or("", |c| c.body.name.as_str());
@@ -208,7 +199,8 @@ fn ball_gap(scene: &Scene) -> Result<f64, String> {
                 _ => continue,
             };
             if gap <= 0.0 {
-                return Err(format!("the conductors `{}` and `{}` touch or cross", name(other), name(one)));
+                let [first, second] = [other, one].map(|conductor| name(conductor).to_owned());
+                return Err(TetrahedraError::Touching { first, second });
             }
             least = least.min(gap / radius);
         }
@@ -249,7 +241,7 @@ fn mesh_of(
     size: f64,
     tolerance: f64,
     planes: [Option<f64>; 3],
-) -> Result<(TetMesh, [Option<f64>; 3]), String> {
+) -> Result<(TetMesh, [Option<f64>; 3]), TetrahedraError> {
     let part = mirror::part(scene, planes);
     match whole_of(&part, size, tolerance) {
         Err(_) if part != *scene => whole_of(scene, size, tolerance).map(|mesh| (mesh, [None; 3])),
@@ -257,14 +249,14 @@ fn mesh_of(
     }
 }
 
-fn whole_of(scene: &Scene, size: f64, tolerance: f64) -> Result<TetMesh, String> {
+fn whole_of(scene: &Scene, size: f64, tolerance: f64) -> Result<TetMesh, TetrahedraError> {
     let reach = reach(scene, tolerance);
     if flatness(scene) > FLAT || strips(scene) > STRIPS {
         // A polygon with an even number of sides is its own mirror image as the circle is.
         let circle = ((std::f64::consts::TAU / size).ceil() as usize).next_multiple_of(2);
         let sizing = LayeredSizing { circle, reach, ..LayeredSizing::default() };
         if let Some(found) = layered(scene, &sizing) {
-            return found.map_err(|error| error.to_string());
+            return Ok(found?);
         }
     }
     // Where rounding leaves a flat tetrahedron behind, other sizes may not.
@@ -288,7 +280,7 @@ fn whole_of(scene: &Scene, size: f64, tolerance: f64) -> Result<TetMesh, String>
                 facet *= 0.5;
                 tries = tries.min(1);
             }
-            Err(error) => return Err(error.to_string()),
+            Err(error) => return Err(error.into()),
         }
     }
 }
@@ -426,9 +418,9 @@ mod tests {
         assert!(flatness(&scene(disc.clone())) > FLAT);
         for shape in [disc, Shape::Sphere { center: [0.0; 3], radius: 0.5 }] {
             let scene = scene(shape);
-            let settings = Settings { relative_tolerance: 0.15, ..Settings::default() };
+            let settings = FieldSettings { relative_tolerance: 0.15, ..FieldSettings::default() };
             let part = solve_shapes(&scene, None, &settings).unwrap();
-            let without = Settings { symmetry: false, ..settings };
+            let without = FieldSettings { symmetry: false, ..settings };
             let whole = solve_shapes(&scene, None, &without).unwrap();
             assert_eq!(part.general.solution.mirrored, [true; 3]);
             assert_eq!(whole.general.solution.mirrored, [false; 3]);
@@ -451,13 +443,13 @@ mod tests {
         all.walls = [[Wall::Open; 2]; 3];
         all.bodies = vec![ball("a", 0.0), ball("b", 0.0202)];
         assert!((ball_gap(&all).unwrap() - 0.02).abs() < 1e-12);
-        let settings = Settings { relative_tolerance: 3e-2, ..Settings::default() };
+        let settings = FieldSettings { relative_tolerance: 3e-2, ..FieldSettings::default() };
         let c = solve_shapes(&all, None, &settings).unwrap();
         // Image series: 4 pi eps0 a sinh(mu) sum of 1 / sinh((2n - 1) mu), cosh(mu) = 1.01.
         let (found, known) = (c.general.solution.maxwell[0][0], 2.187_945_722_9e-12);
         let slack = c.facets * known;
         assert!(found.lower - slack < known && known < found.upper + slack, "{found:?} {slack:e}");
         all.bodies[1] = ball("b", 0.02);
-        assert_eq!(ball_gap(&all).unwrap_err(), "the conductors `a` and `b` touch or cross");
+        assert_eq!(ball_gap(&all).unwrap_err().to_string(), "the conductors `a` and `b` touch or cross");
     }
 }

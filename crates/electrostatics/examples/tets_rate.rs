@@ -3,9 +3,8 @@
 //!
 //!     cargo run --release -p elastocap-electrostatics --example tets_rate -- 2 1e-4
 
-use elastocap_electrostatics::Settings;
 use elastocap_electrostatics::VACUUM_PERMITTIVITY;
-use elastocap_electrostatics::tets::adaptive::{Shapes, solve_mesh};
+use elastocap_electrostatics::tets::adaptive::{Shapes, TetrahedraSettings, solve_mesh};
 use elastocap_geometry::meshing::tets::{Sizing, mesh};
 use elastocap_geometry::mirror::{part, planes};
 use elastocap_geometry::scene::{Body, Box3, Scene, Wall};
@@ -36,8 +35,9 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     while tolerance >= 0.99 * least {
         // 2. From the first mesh on to each tolerance.
         let first = mesh(&part(&whole, at), &Sizing::default())?.mesh;
-        let shapes = Shapes { permittivity: &[1.0], floating_charges: &[None], order, mirrored };
-        let settings = Settings { relative_tolerance: tolerance, ..Settings::default() };
+        let shapes = Shapes { permittivity: &[1.0], floating_charges: &[None], mirrored };
+        let settings =
+            TetrahedraSettings { relative_tolerance: tolerance, order, ..TetrahedraSettings::default() };
         let start = std::time::Instant::now();
         let found = solve_mesh(first, shapes, &settings)?.solution;
         let seconds = start.elapsed().as_secs_f64();

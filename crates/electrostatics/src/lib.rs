@@ -9,7 +9,8 @@ pub mod tets;
 pub use boxes::forecast::forecast;
 pub use boxes::solve::solve;
 pub use solution::{
-    Bounded, Field, FloatingPotential, Forecast, PhaseSeconds, ResolutionLevel, Settings, Solution, Target,
+    Bounded, Discretisation, Field, FloatingPotential, Forecast, PhaseSeconds, ResolutionLevel, Settings,
+    Solution, Target,
 };
 
 /// Permittivity of vacuum, eps_0, F/m (CODATA 2018): the only definition of it in the project.

@@ -15,7 +15,7 @@ pub enum Target {
     Matrix,
 }
 
-/// Settings of a solve.
+/// What the box solver solves for and how well; [`crate::tets::adaptive::TetrahedraSettings`] are those of the other solver.
 #[derive(Debug, Clone)]
 pub struct Settings {
     /// Largest relative spread (upper - lower) / value of the target; without bounds, largest relative error estimate.
@@ -26,7 +26,7 @@ pub struct Settings {
     pub bounds: bool,
     /// Whether mirror symmetry is used to solve a part of the scene only.
     pub symmetry: bool,
-    /// A fixed resolution; `None` lets the solver choose.
+    /// A fixed grid; `None` lets the solver choose.
     pub resolution: Option<ResolutionLevel>,
     /// Whether the potential is kept for export.
     pub field: bool,
@@ -68,13 +68,39 @@ impl Default for Settings {
     }
 }
 
-/// A fixed order and grading of a grid.
+/// Order and grading of a grid of the box solver.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 pub struct ResolutionLevel {
     /// Polynomial degree away from edges.
     pub order: usize,
     /// Geometric layers at each edge.
     pub levels: usize,
+}
+
+/// What the field was discretised by in the end.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(untagged)]
+pub enum Discretisation {
+    /// A graded grid of the box solver: its largest order and number of layers.
+    Grid(ResolutionLevel),
+    /// Tetrahedra.
+    Tetrahedra {
+        /// Order of the potentials.
+        order: usize,
+        /// How often the first mesh was refined; `levels` in result.json.
+        #[serde(rename = "levels")]
+        refinements: usize,
+    },
+}
+
+impl Discretisation {
+    /// The grid, if it was the box solver's.
+    pub fn grid(self) -> Option<ResolutionLevel> {
+        match self {
+            Self::Grid(level) => Some(level),
+            Self::Tetrahedra { .. } => None,
+        }
+    }
 }
 
 /// A number between proved (or estimated) limits.
@@ -175,8 +201,8 @@ pub struct Solution {
     pub grids: usize,
     /// Mirror planes used, by axis.
     pub mirrored: [bool; 3],
-    /// Largest polynomial degree and number of layers of the final grid.
-    pub resolution: ResolutionLevel,
+    /// The last grid or mesh.
+    pub resolution: Discretisation,
     /// Share of the lower bound's energy that the repair of the divergence left by the iteration took.
     pub repair_share: f64,
     /// Where the time went.

@@ -8,6 +8,7 @@ use elastocap_case::Case;
 use elastocap_coupling::deform::{FiniteElementStep, MeshReport};
 use elastocap_coupling::outcome::{FloatingConductor, Outcome, Row, SolverReport, Status, StepResult};
 use elastocap_coupling::plan::{Kind, Plan};
+use elastocap_coupling::route::Route;
 
 /// Wall-clock seconds of a whole run.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize)]
@@ -121,6 +122,8 @@ struct Step<'a> {
     reason: Option<&'a str>,
     warnings: Vec<&'a str>,
     same_as: Option<usize>,
+    /// How the field was solved.
+    route: Option<Route>,
     maxwell_matrix_f: Option<Vec<Vec<f64>>>,
     maxwell_matrix_lower_f: Option<Vec<Vec<f64>>>,
     maxwell_matrix_upper_f: Option<Vec<Vec<f64>>>,
@@ -168,6 +171,7 @@ impl<'a> Step<'a> {
             reason: step.reason.as_deref(),
             warnings: step.warnings.iter().map(String::as_str).chain(fields.warning(step.index)).collect(),
             same_as: step.same_as,
+            route: step.route,
             maxwell_matrix_f,
             maxwell_matrix_lower_f,
             maxwell_matrix_upper_f,

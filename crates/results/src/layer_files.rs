@@ -130,7 +130,7 @@ fn profiles(level: &Level, fields: &Fields<'_>) -> String {
 pub(crate) fn table(outcome: &Outcome) -> String {
     let meshes = outcome.layer_meshes.len();
     let by_force =
-        outcome.steps.iter().any(|s| matches!(s.load, elastocap_coupling::plan::StepLoad::ForceN(_)));
+        outcome.steps.iter().any(|s| matches!(s.load, elastocap_coupling::load_steps::StepLoad::ForceN(_)));
     let value = if by_force { "compression" } else { "force_n" };
     let mut out =
         "compression,force_n,relative_error_estimate,end_contact_force_n,penetration_m,smallest_j,residual,\

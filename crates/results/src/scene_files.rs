@@ -8,8 +8,8 @@ use elastocap_geometry::meshing::grid::{End, Plane, Resolution, graded_axis};
 use elastocap_geometry::scene::{Box3, Filling, Scene, Wall};
 
 use elastocap_case::{Case, Mechanics};
+use elastocap_coupling::load_steps::StepLoad;
 use elastocap_coupling::outcome::StepResult;
-use elastocap_coupling::plan::StepLoad;
 use elastocap_coupling::scene::DeformedScene;
 use elastocap_coupling::view::window;
 

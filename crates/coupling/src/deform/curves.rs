@@ -18,6 +18,16 @@ pub struct DeformedCurves {
     pub half: bool,
 }
 
+impl DeformedCurves {
+    /// Whether the surface is a plane.
+    pub fn surface_is_flat(&self) -> bool {
+        let heights = || self.surface.iter().map(|p| p[1]);
+        let (low, high) =
+            (heights().fold(f64::INFINITY, f64::min), heights().fold(f64::NEG_INFINITY, f64::max));
+        high - low <= 1e-9 * high.abs()
+    }
+}
+
 /// The curve through deformed nodes of biquadratic elements: corner, middle, corner, and so on.
 pub(super) fn through(nodes: &[[f64; 2]]) -> Curve {
     let mut curve: Curve = nodes.first().copied().into_iter().collect();

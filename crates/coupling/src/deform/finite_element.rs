@@ -3,12 +3,14 @@
 use elastocap_mechanics::materials::HyperelasticLaw;
 use elastocap_mechanics::solid::dimension::{Dimension, Space};
 use elastocap_mechanics::solid::layer::End;
+use elastocap_mechanics::solid::model::ModelError;
 use elastocap_mechanics::solid::press::{Goal, Pressed, Pressing};
 use serde::Serialize;
 
 use super::curves::DeformedCurves;
 use super::electrode_box::ElectrodeBox;
-use crate::plan::{Plan, StepLoad};
+use super::error::{DeformError, LayerSetupError};
+use crate::load_steps::StepLoad;
 use elastocap_case::{Case, Electrodes, Layer, LayerEnd, Stiffness};
 
 /// The layer at one load, by finite elements.
@@ -69,14 +71,14 @@ pub struct MeshReport {
 /// The path of the layer through all loads.
 #[derive(Debug)]
 pub struct FiniteElementRun {
-    /// Step by step as planned; a step that another one is taken from has that one's result.
-    pub steps: Vec<Result<FiniteElementStep, String>>,
+    /// One for each load, in their order.
+    pub steps: Vec<Result<FiniteElementStep, DeformError>>,
     /// The meshes, coarse to fine.
     pub meshes: Vec<MeshReport>,
     /// Wall-clock seconds.
     pub seconds: f64,
     /// Why there is no finer mesh, where the memory is too small for it.
-    pub too_large: Option<String>,
+    pub too_large: Option<ModelError>,
     /// The solution itself, for the files; `None` if there is no model.
     pub solution: Option<Solution>,
 }
@@ -100,10 +102,10 @@ pub(super) struct Scale {
 }
 
 impl FiniteElementRun {
-    /// A run in which no step has an equilibrium, for this `reason`.
-    pub(super) fn failed(reason: &str, plan: &Plan) -> Self {
+    /// A run in which none of `count` loads has an equilibrium, for this `reason`.
+    pub(super) fn failed(reason: DeformError, count: usize) -> Self {
         Self {
-            steps: vec![Err(reason.to_owned()); plan.steps.len()],
+            steps: vec![Err(reason); count],
             meshes: Vec::new(),
             seconds: 0.0,
             too_large: None,
@@ -124,7 +126,7 @@ impl FiniteElementRun {
             .zip(goals)
             .map(|(found, goal)| match found {
                 Ok(pressed) => Ok(step(pressed, *goal, scale, bodies(pressed))),
-                Err(error) => Err(error.to_string()),
+                Err(error) => Err(error.clone().into()),
             })
             .collect();
         let report = |level: &elastocap_mechanics::solid::press::Level<S>| {
@@ -136,13 +138,7 @@ impl FiniteElementRun {
             }
         };
         let meshes: Vec<MeshReport> = pressing.levels.iter().map(report).collect();
-        Self {
-            steps,
-            meshes,
-            seconds: 0.0,
-            too_large: pressing.too_large.as_ref().map(ToString::to_string),
-            solution: None,
-        }
+        Self { steps, meshes, seconds: 0.0, too_large: pressing.too_large.clone(), solution: None }
     }
 }
 
@@ -178,22 +174,22 @@ fn step<S: Dimension>(
     }
 }
 
-/// The loads of a plan; `width` (m) is what the mechanics takes forces per metre of, 1 where it takes forces.
-pub(super) fn goals(plan: &Plan, width: f64) -> Vec<Goal> {
-    let goal = |load: StepLoad| match load {
+/// What the mechanics are asked for at each load; `width` (m) is what the mechanics takes forces per metre of, 1 where it takes forces.
+pub(super) fn goals(loads: &[StepLoad], width: f64) -> Vec<Goal> {
+    let goal = |load: &StepLoad| match *load {
         StepLoad::None => Goal::Compression(0.0),
         StepLoad::Compression(compression) => Goal::Compression(compression),
         StepLoad::ForceN(force) => Goal::Force(force / width),
     };
-    plan.steps.iter().map(|step| goal(step.load)).collect()
+    loads.iter().map(goal).collect()
 }
 
 /// The layer of the case, its half-length in m and its material; what is missing, if anything is.
-pub(super) fn layer(case: &Case) -> Result<(&Layer, f64, &HyperelasticLaw), String> {
-    let lacks = |what: &str| format!("the case has no {what}");
-    let layer = case.layer.as_ref().ok_or_else(|| lacks("[layer]"))?;
-    let half_length = layer.half_length.ok_or_else(|| lacks("`half_length` in [layer]"))?;
-    let material = layer.material.as_ref().ok_or_else(|| lacks("material in [layer]"))?;
+pub(super) fn layer(case: &Case) -> Result<(&Layer, f64, &HyperelasticLaw), LayerSetupError> {
+    let missing = LayerSetupError::Missing;
+    let layer = case.layer.as_ref().ok_or(missing("[layer]"))?;
+    let half_length = layer.half_length.ok_or(missing("`half_length` in [layer]"))?;
+    let material = layer.material.as_ref().ok_or(missing("material in [layer]"))?;
     Ok((layer, half_length, material))
 }
 

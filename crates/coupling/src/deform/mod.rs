@@ -5,6 +5,7 @@
 
 mod curves;
 mod electrode_box;
+mod error;
 mod finite_element;
 mod plane_strain;
 mod shear_length;
@@ -13,15 +14,18 @@ mod solid;
 use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 
-use elastocap_mechanics::{ClosedFormSettings, LayerState, MechanicsError, MooneyRivlin, force_limit};
+use elastocap_mechanics::{
+    ClosedFormSettings, ForceLimit, LayerState, MechanicsError, MooneyRivlin, force_limit,
+};
 
 pub use curves::{Curve, DeformedCurves, simplified};
 pub use electrode_box::{ElectrodeBox, Ends};
+pub use error::{DeformError, LayerSetupError, ShearLengthError};
 pub use finite_element::{FiniteElementRun, FiniteElementStep, MeshReport, Solution};
 pub use plane_strain::forecast;
 pub use solid::forecast as forecast_solid;
 
-use crate::plan::{Plan, PlannedStep, StepLoad};
+use crate::load_steps::StepLoad;
 use elastocap_case::{Case, Mechanics, ShearLength};
 
 /// The layer at one load.
@@ -74,54 +78,77 @@ pub enum Prepared {
     StepByStep,
     /// The whole path of the layer.
     FiniteElement(FiniteElementRun),
-    /// The closed form of each step of the plan, with a shear length from finite elements.
-    ClosedForm(Vec<Result<LayerState, String>>),
+    /// The closed form at each load, with a shear length from finite elements.
+    ClosedForm(Vec<Result<LayerState, DeformError>>),
 }
 
-/// Solves what the steps of `plan` have in common. `tell` is told what is being worked on.
-pub fn prepare(case: &Case, plan: &Plan, cancel: &AtomicBool, tell: &dyn Fn(&str)) -> Prepared {
+/// Whether the finite elements of a case's layer can be set up, if it has any; nothing is meshed or solved.
+///
+/// # Errors
+/// Why they cannot: no step of the case has a result then.
+pub fn check_setup(case: &Case) -> Result<(), LayerSetupError> {
+    if case.load.is_none() {
+        return Ok(());
+    }
+    match &case.mechanics {
+        None | Some(Mechanics::ClosedForm { .. }) => Ok(()),
+        Some(Mechanics::PlaneStrain(model)) => plane_strain::check(case, model),
+        Some(Mechanics::Solid(model)) => solid::check(case, model),
+    }
+}
+
+/// Solves what the steps have in common: the layer at all `loads` together, if it has finite elements. They take no more than
+/// `memory_limit` bytes. `tell` is told what is being worked on.
+pub fn prepare(
+    case: &Case,
+    loads: &[StepLoad],
+    memory_limit: u64,
+    cancel: &AtomicBool,
+    tell: &dyn Fn(&str),
+) -> Prepared {
     let Some(mechanics) = case.mechanics.filter(|_| case.load.is_some()) else { return Prepared::StepByStep };
     let start = Instant::now();
-    let count = plan.steps.len();
-    let told = |mesh: usize, done: usize| tell(&format!("layer, mesh {}: {done} of {count} loads", mesh + 1));
+    let count = loads.len();
+    let report =
+        |mesh: usize, done: usize| tell(&format!("layer, mesh {}: {done} of {count} loads", mesh + 1));
     let run = match &mechanics {
         Mechanics::ClosedForm { shear_length: ShearLength::FiniteElement, .. } => {
             tell("shear length by finite elements");
-            return Prepared::ClosedForm(shear_length::states(case, plan));
+            return Prepared::ClosedForm(shear_length::states(case, loads));
         }
-        Mechanics::ClosedForm { .. } => return Prepared::StepByStep,
-        Mechanics::PlaneStrain(model) => plane_strain::solve(case, model, plan, cancel, &told),
-        Mechanics::Solid(model) => solid::solve(case, model, plan, cancel, &told),
+        Mechanics::ClosedForm { shear_length: ShearLength::Given(_), .. } => return Prepared::StepByStep,
+        Mechanics::PlaneStrain(model) => plane_strain::solve(case, model, loads, cancel, &report),
+        Mechanics::Solid(model) => solid::solve(case, model, loads, memory_limit, cancel, &report),
     };
-    let mut run = run.unwrap_or_else(|reason| FiniteElementRun::failed(&reason, plan));
+    let mut run = run.unwrap_or_else(|reason| FiniteElementRun::failed(reason, count));
     run.seconds = start.elapsed().as_secs_f64();
     Prepared::FiniteElement(run)
 }
 
 impl Prepared {
-    /// The layer in one step; `None` if there is no layer or nothing deforms it.
+    /// The layer in the step of this `index`, with the load it was prepared for; `None` if there is no layer or nothing deforms
+    /// it.
     ///
     /// # Errors
-    /// What the mechanics refuses or did not reach.
+    /// What the mechanics refuse or did not reach.
     pub fn deformation(
         &self,
         case: &Case,
-        step: &PlannedStep,
+        index: usize,
+        load: StepLoad,
         prune: bool,
-    ) -> Result<Option<Deformation<'_>>, String> {
+    ) -> Result<Option<Deformation<'_>>, DeformError> {
         match self {
-            Self::StepByStep => layer_state(case, step.load, prune)
-                .map(|state| state.map(Deformation::ClosedForm))
-                .map_err(|error| error.to_string()),
-            Self::FiniteElement(run) => match run.steps.get(step.index) {
+            Self::StepByStep => Ok(layer_state(case, load, prune)?.map(Deformation::ClosedForm)),
+            Self::FiniteElement(run) => match run.steps.get(index) {
                 Some(Ok(step)) => Ok(Some(Deformation::FiniteElement(step))),
                 Some(Err(error)) => Err(error.clone()),
-                None => Err("the step has no equilibrium".to_owned()),
+                None => Err(DeformError::NotSolved),
             },
-            Self::ClosedForm(states) => match states.get(step.index) {
+            Self::ClosedForm(states) => match states.get(index) {
                 Some(Ok(state)) => Ok(Some(Deformation::ClosedForm(*state))),
                 Some(Err(error)) => Err(error.clone()),
-                None => Err("the step has no closed form".to_owned()),
+                None => Err(DeformError::NotSolved),
             },
         }
     }
@@ -138,9 +165,11 @@ pub(crate) fn closed_form(case: &Case) -> Option<(f64, MooneyRivlin, ClosedFormS
     Some((layer.thickness, material, ClosedFormSettings { contact_half_length, contact_width, shear_length }))
 }
 
-/// How far eq. (50) can be used, where the case does.
-pub(crate) fn closed_form_limit(case: &Case) -> Option<elastocap_mechanics::ForceLimit> {
-    closed_form(case).and_then(|c| force_limit(c.0, c.1, c.2).ok())
+/// How far eq. (50) can be used; `None` where the case does not use it, or where it never rises: every load is refused then,
+/// with its reason.
+pub(crate) fn closed_form_limit(case: &Case) -> Option<ForceLimit> {
+    let (thickness, material, settings) = closed_form(case)?;
+    force_limit(thickness, material, settings).ok()
 }
 
 /// The closed-form layer under a load; `None` if there is none or nothing deforms it.

@@ -10,35 +10,54 @@ use elastocap_mechanics::solid::press::{PlaneLayer, Pressed, Pressing, Refinemen
 
 use super::curves::{DeformedCurves, through};
 use super::electrode_box::{ElectrodeBox, Face};
+use super::error::{DeformError, LayerSetupError};
 use super::finite_element::{FiniteElementRun, Scale, Solution, electrode_modulus, end, goals};
-use crate::plan::Plan;
+use crate::load_steps::StepLoad;
 use elastocap_case::{Case, Electrodes, Indenter, Layer, Layout, PlaneStrain};
 
+/// Whether the layer can be set up.
+///
+/// # Errors
+/// Why not.
+pub(super) fn check(case: &Case, model: &PlaneStrain) -> Result<(), LayerSetupError> {
+    problem(case, model).map(|_| ())
+}
+
 /// The meshes that a run may need, coarse to fine, and what their linear systems are for.
-pub fn forecast(case: &Case, model: &PlaneStrain, plan: &Plan) -> (Vec<MeshSize>, PressingRegime) {
-    let Ok(problem) = problem(case, model) else { return (Vec::new(), PressingRegime::Smooth) };
+///
+/// # Errors
+/// Why the finite elements cannot be set up.
+pub fn forecast(
+    case: &Case,
+    model: &PlaneStrain,
+    loads: &[StepLoad],
+) -> Result<(Vec<MeshSize>, PressingRegime), LayerSetupError> {
+    let problem = problem(case, model)?;
     let refinement = Refinement::to(model.relative_tolerance);
-    let deepest = deepest(&goals(plan, model.width));
+    let deepest = deepest(&goals(loads, model.width));
     let size = |&n: &usize| {
         let mesh = problem.mesh(n, deepest).mesh();
         let elements = mesh.elements.len();
         MeshSize { elements, unknowns: 2 * mesh.nodes.len() + 3 * elements }
     };
-    (refinement.meshes.iter().map(size).collect(), problem.regime(deepest))
+    Ok((refinement.meshes.iter().map(size).collect(), problem.regime(deepest)))
 }
 
-/// The path of the layer through the loads of `plan`; the reason if there is no model.
+/// The path of the layer through the loads.
+///
+/// # Errors
+/// Why there is no model at all.
 pub(super) fn solve(
     case: &Case,
     model: &PlaneStrain,
-    plan: &Plan,
+    loads: &[StepLoad],
     cancel: &AtomicBool,
     tell: &dyn Fn(usize, usize),
-) -> Result<FiniteElementRun, String> {
+) -> Result<FiniteElementRun, DeformError> {
     let problem = problem(case, model)?;
-    let goals = goals(plan, model.width);
+    let goals = goals(loads, model.width);
     let refinement = Refinement::to(model.relative_tolerance);
-    let pressing = problem.press(&goals, &refinement, cancel, tell).map_err(|error| error.to_string())?;
+    let pressing = problem.press(&goals, &refinement, cancel, tell)?;
     let scale = Scale { thickness: problem.thickness, width: model.width };
     let width = case.electrodes.as_ref().map_or(0.0, |e| e.width);
     let bodies = |pressed: &Pressed| bodies(&problem, width, &pressing, pressed);
@@ -109,7 +128,7 @@ fn weighted(line: &[(f64, [f64; 2])], x3: f64) -> Face {
 }
 
 /// The layer of the case; the reason if its finite elements cannot be set up.
-fn problem(case: &Case, model: &PlaneStrain) -> Result<PlaneLayer, String> {
+fn problem(case: &Case, model: &PlaneStrain) -> Result<PlaneLayer, LayerSetupError> {
     let (layer, half_length, material) = super::finite_element::layer(case)?;
     let (indenter, position) = match model.indenter {
         Indenter::WholeTop => (Press::WholeTop, 0.0),
@@ -118,11 +137,7 @@ fn problem(case: &Case, model: &PlaneStrain) -> Result<PlaneLayer, String> {
                 (false, false) => Press::Sharp { half_width },
                 (false, true) => Press::Bonded { half_width },
                 (true, false) => Press::Smooth(IndenterProfile::Punch { half_width, corner_radius }),
-                (true, true) => {
-                    return Err(
-                        "a punch with rounded corners that the layer sticks to is not supported".to_owned()
-                    );
-                }
+                (true, true) => return Err(LayerSetupError::RoundedAndBonded),
             };
             (punch, position)
         }
@@ -152,7 +167,7 @@ fn inclusions(
     half_length: f64,
     material: &HyperelasticLaw,
     whole: bool,
-) -> Result<Vec<Inclusion>, String> {
+) -> Result<Vec<Inclusion>, LayerSetupError> {
     let modulus = electrode_modulus(electrodes, material);
     let regions = electrodes.regions();
     let solved = match electrodes.layout {
@@ -169,11 +184,7 @@ fn inclusions(
                 rubber: Rubber::neo_hookean(modulus),
             };
             if inclusion.max[0] > half_length - layer.thickness {
-                return Err(
-                    "the electrodes reach into the last thickness of the layer before its end; make \
-                            `half_length` in [layer] larger"
-                        .to_owned(),
-                );
+                return Err(LayerSetupError::ElectrodesNearEnd);
             }
             Ok(inclusion)
         })

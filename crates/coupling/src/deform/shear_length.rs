@@ -12,7 +12,8 @@ use elastocap_mechanics::solid::layer::End;
 use elastocap_mechanics::solid::shear_length::{Contact, ShearLengths, shear_lengths};
 use elastocap_mechanics::{ClosedFormSettings, LayerState, MooneyRivlin};
 
-use crate::plan::{Plan, StepLoad};
+use super::error::{DeformError, ShearLengthError};
+use crate::load_steps::StepLoad;
 use elastocap_case::{Case, Mechanics};
 
 /// Quadrilaterals over the thickness.
@@ -27,41 +28,44 @@ struct Layer {
     contact_width: f64,
 }
 
-/// The layer in each step of the plan.
-pub(super) fn states(case: &Case, plan: &Plan) -> Vec<Result<LayerState, String>> {
-    let all = |reason: &str| vec![Err(reason.to_owned()); plan.steps.len()];
+/// The layer at each load.
+pub(super) fn states(case: &Case, loads: &[StepLoad]) -> Vec<Result<LayerState, DeformError>> {
+    let all = |reason: DeformError| vec![Err(reason); loads.len()];
     let (Some(layer), Some(Mechanics::ClosedForm { contact_half_length, contact_width, .. })) =
         (&case.layer, case.mechanics)
     else {
-        return all("the case has no closed-form layer");
+        return all(ShearLengthError::NoClosedForm.into());
     };
     let Some(material) = layer.material.as_ref().and_then(HyperelasticLaw::as_mooney_rivlin) else {
-        return all("the layer's material has no closed form");
+        return all(ShearLengthError::Material.into());
     };
     let layer = Layer { thickness: layer.thickness, material, contact_half_length, contact_width };
-    let by_force = plan.steps.iter().any(|s| matches!(s.load, StepLoad::ForceN(_)));
+    let by_force = loads.iter().any(|load| matches!(load, StepLoad::ForceN(_)));
     let mut compressions: Vec<f64> = if by_force {
         LADDER.to_vec()
     } else {
         // Without load any length will do: that of a small one.
-        plan.steps.iter().map(|s| compression_of(s.load).max(LADDER[0])).collect()
+        loads.iter().map(|load| compression_of(*load).max(LADDER[0])).collect()
     };
     compressions.sort_by(f64::total_cmp);
     compressions.dedup();
     let contact = Contact::Punch(contact_half_length / layer.thickness);
     let found = match shear_lengths(contact, End::Free, &compressions, ELEMENTS) {
         Ok(found) => found,
-        Err(error) => return all(&error.to_string()),
+        Err(error) => return all(error.into()),
     };
-    plan.steps.iter().map(|step| layer.state(step.load, &found)).collect()
+    loads.iter().map(|load| layer.state(*load, &found)).collect()
 }
 
 fn compression_of(load: StepLoad) -> f64 {
-    if let StepLoad::Compression(compression) = load { compression } else { 0.0 }
+    match load {
+        StepLoad::Compression(compression) => compression,
+        StepLoad::None | StepLoad::ForceN(_) => 0.0,
+    }
 }
 
 impl Layer {
-    fn state(&self, load: StepLoad, found: &ShearLengths) -> Result<LayerState, String> {
+    fn state(&self, load: StepLoad, found: &ShearLengths) -> Result<LayerState, DeformError> {
         match load {
             StepLoad::None => self.at(0.0, found),
             StepLoad::Compression(compression) => self.at(compression, found),
@@ -70,28 +74,25 @@ impl Layer {
     }
 
     /// The layer at a compression.
-    fn at(&self, compression: f64, found: &ShearLengths) -> Result<LayerState, String> {
+    fn at(&self, compression: f64, found: &ShearLengths) -> Result<LayerState, DeformError> {
         let settings = ClosedFormSettings {
             contact_half_length: self.contact_half_length,
             contact_width: self.contact_width,
             shear_length: self.thickness * length(compression.max(LADDER[0]), found)?,
         };
-        LayerState::new(self.thickness, self.material, compression, settings).map_err(|e| e.to_string())
+        Ok(LayerState::new(self.thickness, self.material, compression, settings)?)
     }
 
     /// The layer under a force, by bisection between compressions at which L is known.
-    fn under(&self, force: f64, found: &ShearLengths) -> Result<LayerState, String> {
+    fn under(&self, force: f64, found: &ShearLengths) -> Result<LayerState, DeformError> {
         if force == 0.0 {
             return self.at(0.0, found);
         }
         let last = found.points.last().map_or(0.0, |p| p.shear.compression);
         let most = self.at(last, found)?;
         if most.force() < force {
-            return Err(format!(
-                "the shear length is known up to a compression of {last} only, where the force is {:.4e} N{}",
-                most.force(),
-                found.stopped.as_ref().map_or_else(String::new, |s| format!(": {s}"))
-            ));
+            let stopped = found.stopped.clone();
+            return Err(ShearLengthError::Force { compression: last, force: most.force(), stopped }.into());
         }
         let (mut low, mut high) = (0.0, last);
         let mut state = most;
@@ -108,7 +109,7 @@ impl Layer {
 }
 
 /// L over the thickness at a compression, by a parabola through the three nearest that are known.
-fn length(compression: f64, found: &ShearLengths) -> Result<f64, String> {
+fn length(compression: f64, found: &ShearLengths) -> Result<f64, ShearLengthError> {
     let known: Vec<(f64, f64)> =
         found.points.iter().filter_map(|p| Some((p.shear.compression, p.shear.from_balance?))).collect();
     if let Some((_, length)) = known.iter().find(|(c, _)| (c - compression).abs() < 1e-12) {
@@ -116,10 +117,7 @@ fn length(compression: f64, found: &ShearLengths) -> Result<f64, String> {
     }
     let reached = known.last().map_or(0.0, |k| k.0);
     if known.len() < 3 || compression > reached {
-        let why = found.stopped.as_ref().map_or_else(String::new, |stopped| format!(": {stopped}"));
-        return Err(format!(
-            "no shear length at a compression of {compression}: the finite elements got to {reached} only{why}"
-        ));
+        return Err(ShearLengthError::Compression { compression, reached, stopped: found.stopped.clone() });
     }
     let after = known.partition_point(|k| k.0 < compression);
     let first = after.saturating_sub(2).min(known.len() - 3);

@@ -13,36 +13,50 @@ use elastocap_mechanics::solid::space::press::SpaceLayer;
 
 use super::curves::DeformedCurves;
 use super::electrode_box::{ElectrodeBox, Face};
+use super::error::{DeformError, LayerSetupError};
 use super::finite_element::{FiniteElementRun, Scale, Solution, electrode_modulus, end, goals, layer};
-use crate::plan::Plan;
+use crate::load_steps::StepLoad;
 use elastocap_case::{Case, Electrodes, LayerSide, Layout, Solid, SolidIndenter};
+
+/// Whether the layer can be set up.
+///
+/// # Errors
+/// Why not.
+pub(super) fn check(case: &Case, model: &Solid) -> Result<(), LayerSetupError> {
+    problem(case, model).map(|_| ())
+}
 
 /// The meshes that a run may need, coarse to fine: how many hexahedra and unknowns each has, and the size of its smallest
 /// hexahedra at the surface in m.
-pub fn forecast(case: &Case, model: &Solid) -> Vec<(usize, usize, f64)> {
-    let Ok(problem) = problem(case, model) else { return Vec::new() };
+///
+/// # Errors
+/// Why the finite elements cannot be set up.
+pub fn forecast(case: &Case, model: &Solid) -> Result<Vec<(usize, usize, f64)>, LayerSetupError> {
+    let problem = problem(case, model)?;
     let refinement = Refinement::in_space(model.relative_tolerance);
     let count = |&n: &usize| {
         let mesh = problem.mesh(n).mesh();
         (mesh.elements.len(), 3 * mesh.nodes.len() + 4 * mesh.elements.len(), problem.finest(n))
     };
-    refinement.meshes.iter().map(count).collect()
+    Ok(refinement.meshes.iter().map(count).collect())
 }
 
-/// The path of the layer through the loads of `plan`; the reason if there is no model.
+/// The path of the layer through the loads, within a memory of `memory_limit` bytes.
+///
+/// # Errors
+/// Why there is no model at all.
 pub(super) fn solve(
     case: &Case,
     model: &Solid,
-    plan: &Plan,
+    loads: &[StepLoad],
+    memory_limit: u64,
     cancel: &AtomicBool,
     tell: &dyn Fn(usize, usize),
-) -> Result<FiniteElementRun, String> {
+) -> Result<FiniteElementRun, DeformError> {
     let problem = problem(case, model)?;
-    let goals = goals(plan, 1.0);
+    let goals = goals(loads, 1.0);
     let refinement = Refinement::in_space(model.relative_tolerance);
-    let pressing = problem
-        .press(&goals, &refinement, plan.layer_memory_limit, cancel, tell)
-        .map_err(|error| error.to_string())?;
+    let pressing = problem.press(&goals, &refinement, memory_limit, cancel, tell)?;
     let scale = Scale { thickness: problem.thickness, width: 1.0 };
     let boxes = |pressed: &Pressed<Space>| (boxes(&problem, &pressing, pressed), DeformedCurves::default());
     let mut run = FiniteElementRun::new(&pressing, &goals, scale, boxes);
@@ -120,7 +134,7 @@ fn inclusions(electrodes: &Electrodes, material: &HyperelasticLaw) -> Vec<Inclus
 }
 
 /// The layer of the case; the reason if its finite elements cannot be set up.
-fn problem(case: &Case, model: &Solid) -> Result<SpaceLayer, String> {
+fn problem(case: &Case, model: &Solid) -> Result<SpaceLayer, LayerSetupError> {
     let (layer, half_length, material) = layer(case)?;
     let indenter = match model.indenter {
         SolidIndenter::WholeTop => Press::WholeTop,
@@ -153,12 +167,8 @@ fn problem(case: &Case, model: &Solid) -> Result<SpaceLayer, String> {
         [(length, 0, "`half_length` in [layer]"), (width, 2, "`width` in [mechanics.solid]")]
     {
         if problem.inclusions.iter().any(|i| i.max[axis] > room) {
-            return Err(format!(
-                "the electrodes reach to {:.3e} m from the middle along x{}, and the elements beyond {room:.3e} m belong to the \
-                 layer's edge; make {key} larger",
-                problem.inclusions.iter().map(|i| i.max[axis]).fold(0.0, f64::max),
-                axis + 1,
-            ));
+            let reach = problem.inclusions.iter().map(|i| i.max[axis]).fold(0.0, f64::max);
+            return Err(LayerSetupError::ElectrodesNearEdge { reach, room, axis, key });
         }
     }
     Ok(problem)

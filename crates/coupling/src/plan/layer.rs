@@ -5,11 +5,12 @@ use elastocap_mechanics::solid::dimension::{Dimension, Plane, Space};
 use elastocap_mechanics::solid::forecast::{MeshSize, PressingRegime, memory_bytes, seconds};
 use serde::Serialize;
 
-use super::{Decision, LeftOut, Plan, Planned, counted, listed};
+use super::{Decision, LeftOut, Plan, Planned};
 use crate::deform::{self, closed_form_limit};
+use crate::route::Route;
+use crate::words::{counted, grouped, listed};
 use elastocap_case::{
-    Case, Extent, Face, FieldSolver, Indenter, Load, Mechanics, PlaneStrain, Solid, SolidIndenter,
-    Surroundings,
+    Case, Extent, Face, Indenter, Load, Mechanics, PlaneStrain, Solid, SolidIndenter, Surroundings,
 };
 
 /// What the finite elements of a layer take: estimates.
@@ -44,24 +45,27 @@ impl Plan {
                 if none || self.pruned {
                     let why = "there is no load, so that nothing deforms";
                     let by = if none { Decision::Case } else { Decision::Plan };
-                    self.left_out.push(LeftOut::new(by, "mechanics", why, "microseconds"));
+                    self.left_out.push(LeftOut::new(by, "mechanics", why, "Saves microseconds."));
                 } else {
                     let what = "closed form of the layer without load".to_owned();
                     self.solved.push(Planned { part: "mechanics", what });
                 }
             }
-            _ => {}
+            // Without a layer there are no mechanics, and the case reader refuses a load without them.
+            (None, _) | (Some(_), None) => {}
         }
     }
 
     fn plane_strain(&mut self, case: &Case, load: &Load, model: &PlaneStrain) {
-        let (meshes, regime) = deform::forecast(case, model, self);
+        // Where the layer cannot be set up every step is known to fail, with the reason.
+        let Ok((meshes, regime)) = deform::forecast(case, model, &self.loads()) else { return };
         self.finite_elements::<Plane>("in plane strain", load, &meshes, regime, model.relative_tolerance);
         self.warn_of_bulge(case, model.indenter == Indenter::WholeTop);
     }
 
     fn solid(&mut self, case: &Case, load: &Load, model: &Solid) {
-        let forecast = deform::forecast_solid(case, model);
+        // Where the layer cannot be set up every step is known to fail, with the reason.
+        let Ok(forecast) = deform::forecast_solid(case, model) else { return };
         let size = |&(elements, unknowns, _): &(usize, usize, f64)| MeshSize { elements, unknowns };
         let meshes: Vec<MeshSize> = forecast.iter().map(size).collect();
         // Rounded corners are coarse in space: the surface hardly slides around them.
@@ -105,14 +109,12 @@ impl Plan {
         let by_force = matches!(load, Load::Force(_));
         let by = if by_force { "compression" } else { "force" };
         let loads = self.distinct_steps().count();
-        if !meshes.is_empty() {
-            self.layer = Some(LayerForecast {
-                unknowns: meshes.iter().map(|mesh| mesh.unknowns).collect(),
-                memory_bytes: memory_bytes::<S>(meshes, self.steps.len()),
-                seconds: seconds::<S>(meshes, loads, regime, by_force),
-            });
-        }
-        let meshes: Vec<String> = meshes.iter().map(|mesh| mesh.unknowns.to_string()).collect();
+        self.layer = Some(LayerForecast {
+            unknowns: meshes.iter().map(|mesh| mesh.unknowns).collect(),
+            memory_bytes: memory_bytes::<S>(meshes, self.steps.len()),
+            seconds: seconds::<S>(meshes, loads, regime, by_force),
+        });
+        let meshes: Vec<String> = meshes.iter().map(|mesh| grouped(mesh.unknowns)).collect();
         let what = format!(
             "finite elements {what} at {}, on meshes of {} unknowns, each only if the {by} is not yet known to a \
              relative {tolerance:e}",
@@ -123,10 +125,11 @@ impl Plan {
     }
 
     fn warn_of_bulge(&mut self, case: &Case, whole_top: bool) {
-        if !case.has_conductors() || whole_top || follows_surface(case) {
+        let has_outlines = self.count(has_outlines) > 0;
+        if !case.has_conductors() || whole_top || (has_outlines && has_room_for_bulge(case)) {
             return;
         }
-        let cure = if may_bend(case) {
+        let cure = if has_outlines {
             "; it follows the surface where `side_margin` ends the scene by walls and there is a medium above"
         } else {
             ""
@@ -151,22 +154,21 @@ impl Plan {
     }
 }
 
-/// Whether the load may bend the electrodes, and the solver for any shape takes them then.
-pub(super) fn may_bend(case: &Case) -> bool {
-    let solver = case.electrostatics.and_then(|e| e.solver);
-    matches!(case.mechanics, Some(Mechanics::PlaneStrain(_)))
-        && case.load.is_some()
-        && case.electrodes.is_some()
-        && solver != Some(FieldSolver::Boxes)
+/// Whether a step may be solved with the outline of the layer.
+fn has_outlines(route: Route) -> bool {
+    match route {
+        Route::EnclosingBoxesThenOutlines | Route::Outlines => true,
+        Route::Boxes | Route::EnclosingBoxes | Route::Tetrahedra => false,
+    }
 }
 
-/// Whether that solver has the surface of the layer as it is: see [`crate::layer_outlines`].
-fn follows_surface(case: &Case) -> bool {
+/// Whether the scene can have the surface of the layer as it bulges: see [`crate::layer_outlines`].
+fn has_room_for_bulge(case: &Case) -> bool {
     let ended = |surroundings: &Surroundings| match &surroundings.extent {
         Extent::AroundLayer { side_margin: Some(_), above: Face::Medium { .. }, .. } => {
             surroundings.boundary != Wall::Open
         }
-        _ => false,
+        Extent::AroundLayer { .. } | Extent::Everywhere | Extent::Walls(_) => false,
     };
-    may_bend(case) && case.surroundings.as_ref().is_some_and(ended)
+    case.surroundings.as_ref().is_some_and(ended)
 }

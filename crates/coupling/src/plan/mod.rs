@@ -1,22 +1,24 @@
 //! What a case asks to be solved, what of it can be left out, and what it will take: known before anything is solved.
 
+mod electrostatics;
 mod forecast;
 mod layer;
+mod memory;
+mod savings;
+mod steps;
 
-use elastocap_electrostatics::{Forecast, ResolutionLevel, Settings, Target, forecast};
-use elastocap_geometry::mirror;
-use elastocap_geometry::scene::Scene;
+use elastocap_case::Case;
+use elastocap_electrostatics::Target;
 use elastocap_mechanics::ForceLimit;
 use serde::Serialize;
 
 pub use layer::LayerForecast;
-use layer::may_bend;
+pub use savings::{Decision, LeftOut};
+pub use steps::PlannedStep;
 
-use crate::deform::{Deformation, layer_state};
-use crate::faceting_error::curvature_error;
-use crate::scene::{DeformedScene, scene_of};
-use crate::tetrahedra::order;
-use elastocap_case::{Case, FieldSolver, Load};
+use crate::settings::FieldSettings;
+use memory::max_memory;
+use steps::planned_steps;
 
 /// What is wanted of a run besides the numbers.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -86,31 +88,6 @@ pub enum Kind {
     Mechanics,
 }
 
-/// One load step.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct PlannedStep {
-    /// Position in the case.
-    pub index: usize,
-    /// What presses.
-    pub load: StepLoad,
-    /// The earlier step whose result is this one's too.
-    pub same_as: Option<usize>,
-    /// Why the step cannot be solved, if that is known beforehand.
-    pub failure: Option<String>,
-}
-
-/// What presses in one step.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-#[serde(rename_all = "snake_case")]
-pub enum StepLoad {
-    /// Nothing.
-    None,
-    /// U/H.
-    Compression(f64),
-    /// N.
-    ForceN(f64),
-}
-
 /// One thing that is done.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Planned {
@@ -119,45 +96,6 @@ pub struct Planned {
     /// In words.
     pub what: String,
 }
-
-/// One thing that is not done.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct LeftOut {
-    /// In words.
-    pub what: String,
-    /// The reason.
-    pub why: String,
-    /// Whose choice it is; only the plan's own are undone by `--no-prune`.
-    pub by: Decision,
-    /// What it saves, in words.
-    pub saving: String,
-    /// Unknowns that need not be solved for.
-    pub saved_unknowns: Option<usize>,
-    /// Expected seconds that it saves.
-    pub saved_seconds: Option<f64>,
-}
-
-/// Whose choice it was to leave something out.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Decision {
-    /// The plan's: the result does not need it.
-    Plan,
-    /// The case's: it does not ask for it.
-    Case,
-    /// The caller's.
-    Caller,
-}
-
-impl LeftOut {
-    fn new(by: Decision, what: impl Into<String>, why: impl Into<String>, saving: impl Into<String>) -> Self {
-        let (what, why, saving) = (what.into(), why.into(), saving.into());
-        Self { what, why, by, saving, saved_unknowns: None, saved_seconds: None }
-    }
-}
-
-/// Most field problems at the same time, whatever the machine.
-const MOST_AT_ONCE: usize = 8;
 
 impl Plan {
     /// Plans a case. Nothing is solved but the closed-form mechanics, which takes microseconds.
@@ -180,8 +118,8 @@ impl Plan {
             mirrored: [false; 3],
             at_once: 1,
             warnings: Vec::new(),
-            memory_limit: Settings::default().memory_limit,
-            layer_memory_limit: most_memory(),
+            memory_limit: FieldSettings::default().memory_limit,
+            layer_memory_limit: max_memory(),
             force_limit: None,
             pruned: options.prune,
         };
@@ -192,212 +130,22 @@ impl Plan {
         plan
     }
 
-    /// The steps that are solved, not taken over from another one.
-    pub fn distinct_steps(&self) -> impl Iterator<Item = &PlannedStep> {
-        self.steps.iter().filter(|step| step.same_as.is_none())
-    }
-
     /// The settings of every field solve of the case; `field` if the potential is to be kept.
-    pub fn solver_settings(&self, case: &Case, options: &Options) -> Settings {
+    pub fn solver_settings(&self, case: &Case, options: &Options) -> FieldSettings {
         let asked = case.electrostatics;
-        Settings {
-            relative_tolerance: asked.map_or(1e-3, |e| e.relative_tolerance),
-            bounds: asked.is_none_or(|e| e.bounds),
+        let usual = FieldSettings::default();
+        FieldSettings {
+            relative_tolerance: asked.map_or(usual.relative_tolerance, |e| e.relative_tolerance),
+            bounds: asked.map_or(usual.bounds, |e| e.bounds),
             // A sensor is read as one capacitance; a scene of conductors is asked for its matrix.
             target: if case.electrodes.is_some() { Target::TwoTerminal } else { Target::Matrix },
             symmetry: options.prune,
             // Without pruning the fields are computed even if nobody wants the files.
             field: options.fields || !options.prune,
             memory_limit: self.memory_limit,
-            // Only cases for tetrahedra have one.
-            resolution: asked
-                .and_then(|e| e.order)
-                .map(|order| ResolutionLevel { order: order.into(), levels: 0 }),
-            ..Settings::default()
+            tetrahedra_order: asked.and_then(|e| e.order).map_or(usual.tetrahedra_order, usize::from),
+            cancel: None,
         }
-    }
-
-    fn electrostatics(&mut self, case: &Case, options: &Options) {
-        if !case.has_conductors() {
-            let why = "there are no electrodes and no conductors";
-            self.left_out.push(LeftOut::new(Decision::Case, "electrostatics", why, "all field solves"));
-            return;
-        }
-        self.memory_limit = most_memory();
-        let distinct = self.distinct_steps().filter(|s| s.failure.is_none()).count();
-        let settings = self.solver_settings(case, options);
-        if self.on_tetrahedra(case) {
-            if let Some(deformed) = self.scene_at_first(case, options) {
-                self.tetrahedra(case, &deformed.scene, options);
-            }
-            return;
-        }
-        let scene = self.scene_at_first(case, options);
-        let foretold = scene.as_ref().and_then(|s| forecast(&s.scene, &settings).ok());
-        let mut where_solved = "the whole scene";
-        if let Some(own) = &foretold {
-            self.unknowns = own.unknowns;
-            self.mirrored = own.mirrored;
-            self.seconds = own.seconds * distinct as f64;
-            where_solved =
-                ["the whole scene", "half of the scene", "a quarter of the scene", "an eighth of the scene"]
-                    [own.mirrored.iter().filter(|m| **m).count()];
-            self.mirror_images(own, distinct);
-        }
-        let memory = foretold.as_ref().map_or(0, |f| f.memory_bytes);
-        let room = self.memory_limit.checked_div(memory).map_or(MOST_AT_ONCE, |n| n.min(64) as usize);
-        let most = distinct.clamp(1, MOST_AT_ONCE);
-        if room >= most {
-            // Not by the number of threads: what a solve may take must not depend on it.
-            self.memory_limit /= most as u64;
-        }
-        self.at_once = if room >= most { most.min(rayon::current_num_threads()) } else { 1 };
-        self.memory_bytes = memory.saturating_mul(self.at_once as u64);
-        let problems = if settings.bounds {
-            "primal and dual problem, which prove an upper and a lower bound,"
-        } else {
-            "primal problem, with an error estimate,"
-        };
-        let what = format!(
-            "{problems} on {where_solved} at {} to a relative {} of {:e}",
-            counted(distinct, if case.load.is_some() { "load step" } else { "state" }),
-            if settings.bounds { "spread" } else { "error" },
-            settings.relative_tolerance
-        );
-        self.solved.push(Planned { part: "electrostatics", what });
-        if may_bend(case) {
-            // Which wants all threads and all memory for itself.
-            self.at_once = 1;
-            self.memory_limit = most_memory();
-            let what = "where the load bends the electrodes so much that boxes inside and around them do not bound the capacitance as \
-                        asked: their outlines, pulled along x3, on tetrahedra, which takes seconds to minutes per step"
-                .to_owned();
-            self.solved.push(Planned { part: "electrostatics", what });
-        }
-        let floating = case.bodies.iter().filter(|body| body.is_conductor() && !body.is_driven());
-        let floating: Vec<String> = floating.map(|body| format!("`{}`", body.name)).collect();
-        if !floating.is_empty() {
-            let (number, them) = match floating.as_slice() {
-                [_] => ("potential", "it is"),
-                _ => ("potentials", "they are"),
-            };
-            let what = format!(
-                "the {number} of {}, from the same fields; {them} not in the matrix",
-                listed(&floating)
-            );
-            self.solved.push(Planned { part: "floating", what });
-        }
-        if !settings.bounds {
-            let why = "`bounds = false` under [electrostatics]";
-            self.left_out.push(LeftOut::new(
-                Decision::Case,
-                "dual problem",
-                why,
-                "about half of the field solves",
-            ));
-        }
-    }
-
-    /// Whether boxes go to the tetrahedra even where nothing bends them.
-    fn on_tetrahedra(&self, case: &Case) -> bool {
-        case.electrostatics.and_then(|e| e.solver) == Some(FieldSolver::Tetrahedra) || !case.has_only_boxes()
-    }
-
-    /// The scene of the first step that can be solved.
-    fn scene_at_first(&self, case: &Case, options: &Options) -> Option<DeformedScene> {
-        self.distinct_steps().filter(|s| s.failure.is_none()).find_map(|step| {
-            // The finite-element layer is not solved for a forecast: its scene is about as large as the one at rest.
-            let state = layer_state(case, step.load, options.prune).ok()?.map(Deformation::ClosedForm);
-            scene_of(case, state.as_ref()).ok()
-        })
-    }
-
-    /// Bodies of any shape: how many tetrahedra they take is known only when they are meshed.
-    fn tetrahedra(&mut self, case: &Case, scene: &Scene, options: &Options) {
-        let settings = self.solver_settings(case, options);
-        if let Some(mesh) = &case.mesh {
-            let count = mesh.tets.tets.len();
-            let mut what = format!(
-                "{count} tetrahedra of `{}`; the bounds are those of the bodies as it has them",
-                mesh.file
-            );
-            if !mesh.unnamed.is_empty() {
-                let unnamed: Vec<String> = mesh.unnamed.iter().map(|name| format!("`{name}`")).collect();
-                what.push_str(&format!("; {} filled with the surroundings", listed(&unnamed)));
-            }
-            self.solved.push(Planned { part: "mesh", what });
-            let error = curvature_error(&mesh.tets);
-            if error > 0.1 * settings.relative_tolerance {
-                self.warnings.push(format!(
-                    "faces of conductors in `{}` meet at small angles, as those that stand for a curved surface do: that adds a \
-                     relative error of about {error:.0e} (an estimate), more where the gap is less than the radius; a finer mesh \
-                     has less",
-                    mesh.file
-                ));
-            }
-        }
-        let what = format!(
-            "potentials of order {} on tetrahedra, and fluxes made from them, which prove an upper and a lower bound; refined \
-             to a relative spread of {:e}",
-            order(&settings),
-            settings.relative_tolerance
-        );
-        self.solved.push(Planned { part: "electrostatics", what });
-        let floating = scene.conductors().filter(|c| c.floating_charge.is_some());
-        let floating: Vec<String> = floating.map(|c| format!("`{}`", c.body.name)).collect();
-        if !floating.is_empty() {
-            let what =
-                format!("potentials of {}, from the same fields; not in the matrix", listed(&floating));
-            self.solved.push(Planned { part: "floating", what });
-        }
-        if settings.symmetry {
-            self.mirrored = mirror::planes(scene).map(|at| at.is_some());
-        }
-        let planes: Vec<_> = (0..3).filter(|a| self.mirrored[*a]).map(|a| format!("x{}", a + 1)).collect();
-        if !planes.is_empty() {
-            let what = format!("mirror images along {}", listed(&planes));
-            let saving = format!("all but one in {} tetrahedra", 1 << planes.len());
-            self.left_out.push(LeftOut::new(
-                Decision::Plan,
-                what,
-                "the scene is its own mirror image",
-                saving,
-            ));
-        }
-    }
-
-    fn mirror_images(&mut self, own: &Forecast, solves: usize) {
-        let planes: Vec<_> = (0..3).filter(|a| own.mirrored[*a]).map(|a| format!("x{}", a + 1)).collect();
-        if planes.is_empty() {
-            return;
-        }
-        let what = format!("mirror images along {}", listed(&planes));
-        let (unknowns, seconds) = own.unmirrored;
-        let seconds = (seconds - own.seconds).max(0.0) * solves as f64;
-        let saving = format!("{} instead of {unknowns} unknowns, about {seconds:.2} s", own.unknowns);
-        let mut left = LeftOut::new(Decision::Plan, what, "the scene is its own mirror image", saving);
-        left.saved_unknowns = Some(unknowns.saturating_sub(own.unknowns));
-        left.saved_seconds = Some(seconds);
-        self.left_out.push(left);
-    }
-
-    fn repeated_steps(&mut self) {
-        let repeated: Vec<_> = self.steps.iter().filter(|s| s.same_as.is_some()).map(|s| s.index).collect();
-        if repeated.is_empty() {
-            return;
-        }
-        let distinct = self.steps.len() - repeated.len();
-        let seconds = self.seconds / distinct.max(1) as f64 * repeated.len() as f64;
-        let list: Vec<_> = repeated.iter().take(8).map(ToString::to_string).collect();
-        let more = if repeated.len() > 8 { ", ..." } else { "" };
-        let mut left = LeftOut::new(
-            Decision::Plan,
-            format!("step{} {}{more}", if repeated.len() == 1 { "" } else { "s" }, list.join(", ")),
-            "an earlier step has the same load: its result is taken over",
-            format!("{} of {}, about {seconds:.2} s", counted(repeated.len(), "step"), self.steps.len()),
-        );
-        left.saved_seconds = Some(seconds);
-        self.left_out.push(left);
     }
 
     fn files(&mut self, case: &Case, options: &Options) {
@@ -410,7 +158,12 @@ impl Plan {
         if options.scene {
             files.push_str(", scene.glb");
         } else {
-            self.left_out.push(LeftOut::new(Decision::Caller, "scene.glb", "not asked for", "milliseconds"));
+            self.left_out.push(LeftOut::new(
+                Decision::Caller,
+                "scene.glb",
+                "not asked for",
+                "Saves milliseconds.",
+            ));
         }
         if case.mechanics.is_some_and(|m| m.is_finite_element()) && case.load.is_some() {
             files.push_str(", mechanics.csv, layer_NNN.vtu and profile_NNN.csv for each step, layer.pvd");
@@ -420,77 +173,9 @@ impl Plan {
         } else if options.fields {
             files.push_str(", step_NNN.vtu for each step, fields.pvd");
         } else {
-            let saving = "evaluating and compressing the field of each step";
+            let saving = "Saves evaluating and compressing the field of each step.";
             self.left_out.push(LeftOut::new(Decision::Caller, "fields (.vtu)", "not asked for", saving));
         }
         self.solved.push(Planned { part: "files", what: files });
     }
-}
-
-/// "a", "a and b", "a, b and c".
-fn listed(names: &[String]) -> String {
-    match names {
-        [] => String::new(),
-        [only] => only.clone(),
-        [all @ .., last] => format!("{} and {last}", all.join(", ")),
-    }
-}
-
-/// "1 step", "6 steps".
-fn counted(count: usize, what: &str) -> String {
-    format!("{count} {what}{}", if count == 1 { "" } else { "s" })
-}
-
-fn planned_steps(case: &Case, options: &Options) -> Vec<PlannedStep> {
-    let loads: Vec<StepLoad> = match &case.load {
-        None => vec![StepLoad::None],
-        Some(Load::Compression(steps)) => steps.iter().map(|c| StepLoad::Compression(*c)).collect(),
-        Some(Load::Force(steps)) => steps.iter().map(|f| StepLoad::ForceN(*f)).collect(),
-    };
-    let mut first_with = std::collections::HashMap::new();
-    let mut steps: Vec<PlannedStep> = Vec::with_capacity(loads.len());
-    for (index, load) in loads.into_iter().enumerate() {
-        let key = match load {
-            StepLoad::None => 0,
-            StepLoad::Compression(x) | StepLoad::ForceN(x) => (x + 0.0).to_bits(),
-        };
-        let first = *first_with.entry(key).or_insert(index);
-        let same_as = (options.prune && first != index).then_some(first);
-        let failure = match same_as {
-            Some(first) => steps[first].failure.clone(),
-            None => known_failure(case, load, options.prune),
-        };
-        steps.push(PlannedStep { index, load, same_as, failure });
-    }
-    steps
-}
-
-fn known_failure(case: &Case, load: StepLoad, prune: bool) -> Option<String> {
-    let state = match layer_state(case, load, prune) {
-        Ok(state) => state.map(Deformation::ClosedForm),
-        Err(error) => return Some(error.to_string()),
-    };
-    let scene = case.has_conductors().then(|| scene_of(case, state.as_ref()));
-    scene.and_then(Result::err).map(|error| error.to_string())
-}
-
-/// Memory that may be taken, bytes: what can be had, less a fifth.
-fn most_memory() -> u64 {
-    let available = available_memory();
-    available - available / 5
-}
-
-/// Memory that can be had without swapping, bytes; 4 GiB where the system does not say.
-fn available_memory() -> u64 {
-    let read = |path: &str| std::fs::read_to_string(path).ok();
-    let free = read("/proc/meminfo").and_then(|text| {
-        let line = text.lines().find_map(|line| line.strip_prefix("MemAvailable:"))?;
-        line.trim().strip_suffix("kB")?.trim().parse::<u64>().ok().map(|kib| kib * 1024)
-    });
-    let number = |path: &str| read(path).and_then(|text| text.trim().parse::<u64>().ok());
-    // A container's own limit, where there is one.
-    let quota = number("/sys/fs/cgroup/memory.max")
-        .map(|most| most.saturating_sub(number("/sys/fs/cgroup/memory.current").unwrap_or(0)));
-    let known = [free, quota].into_iter().flatten().min();
-    known.unwrap_or(4 << 30).max(64 << 20)
 }

@@ -90,12 +90,12 @@ fn assert_holds(bounds: &Bounded, [low, high]: [f64; 2]) {
 }
 
 #[test]
-fn what_tetrahedra_take_is_foretold_when_asked_for() {
+fn what_tetrahedra_take_is_forecast_on_request() {
     let case = parse(NESTED).unwrap();
     let options = Options::default();
     let mut plan = Plan::new(&case, &options);
     assert_eq!((plan.unknowns, plan.memory_bytes), (0, 0));
-    plan.foretell(&case, &options).unwrap();
+    plan.forecast(&case, &options);
     assert!(plan.unknowns > 0 && plan.seconds > 0.0);
     assert!(plan.memory_bytes > 0 && plan.memory_bytes <= plan.memory_limit);
 }

@@ -46,19 +46,19 @@ fn on_substrate(load: Load) -> Case {
 }
 
 #[test]
-fn the_plan_foretells_what_the_finite_elements_take() {
-    let foretold = |case: &Case| Plan::new(case, &NUMBERS_ONLY).layer;
-    let one = foretold(&on_substrate(Load::Compression(vec![0.1]))).unwrap();
+fn the_plan_forecasts_what_the_finite_elements_take() {
+    let forecast = |case: &Case| Plan::new(case, &NUMBERS_ONLY).layer;
+    let one = forecast(&on_substrate(Load::Compression(vec![0.1]))).unwrap();
     assert_eq!(one.unknowns.len(), 4);
     assert!(one.unknowns.windows(2).all(|two| two[0] < two[1]));
     // A run of these meshes takes 0.2 GB and some seconds.
     assert!((1e8..1e9).contains(&(one.memory_bytes as f64)), "{one:?}");
     assert!((0.2..60.0).contains(&one.seconds), "{one:?}");
     // A load that is there twice is solved once; a force is found by several displacements.
-    let of = |load| foretold(&on_substrate(load)).unwrap().seconds;
+    let of = |load| forecast(&on_substrate(load)).unwrap().seconds;
     assert_eq!(of(Load::Compression(vec![0.1, 0.1])), one.seconds);
     assert!(of(Load::Compression(vec![0.1, 0.2])) > one.seconds && of(Load::Force(vec![1.0])) > one.seconds);
-    assert_eq!(foretold(&acceptance("stacked-pair.toml")), None);
+    assert_eq!(forecast(&acceptance("stacked-pair.toml")), None);
 }
 
 #[test]
@@ -81,6 +81,7 @@ fn a_load_out_of_reach_fails_with_its_reason_and_the_others_are_kept() {
     let Status::Failed(reason) = &outcome.steps[1].row.status else {
         panic!("{:?}", outcome.steps[1].row.status)
     };
+    let reason = reason.to_string();
     assert!(reason.contains("no equilibrium found") && reason.contains("smallest J"), "{reason}");
     assert_eq!(outcome.steps[1].row.force_n, None);
 }
@@ -159,9 +160,9 @@ fn bent_electrodes_lie_between_boxes_and_tetrahedra_have_them_as_they_are() {
     assert!(low < own[0] && own[2] < high, "{own:?} {low} {high}");
     assert!(own[2] - own[0] < 0.05 * own[1]);
     assert!(bent.steps[0].warnings.iter().any(|w| w.contains("flat faces")));
-    // What is foretold before the layer is known covers it.
+    // The forecast before the layer is known covers it.
     let mut plan = Plan::new(&case, &NUMBERS_ONLY);
-    plan.foretell(&case, &NUMBERS_ONLY).unwrap();
+    plan.forecast(&case, &NUMBERS_ONLY);
     let found = bent.steps[0].row.unknowns.unwrap();
     assert!(plan.unknowns >= found && plan.unknowns < 10 * found, "{} {found}", plan.unknowns);
 }

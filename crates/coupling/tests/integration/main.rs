@@ -4,5 +4,6 @@
 
 mod imported_mesh;
 mod layer;
+mod route;
 mod run;
 mod scene;

@@ -166,6 +166,6 @@ fn a_layer_in_space_that_does_not_fit_into_the_memory_is_not_begun() {
     plan.layer_memory_limit = 1000;
     let outcome = solve(&case, &plan);
     let Status::Failed(reason) = &outcome.steps[0].row.status else { panic!("{:?}", outcome.steps[0].row) };
-    assert!(reason.contains("of memory"), "{reason}");
+    assert!(reason.to_string().contains("of memory"), "{reason}");
     assert!(!outcome.is_complete());
 }

@@ -11,7 +11,7 @@ use elastocap_geometry::scene::Scene;
 /// Unknowns of a grid that is solved for a forecast, at most.
 const MAX_SMALL_UNKNOWNS: usize = 40_000;
 
-/// Room for an axis that takes more functions than planned, in what memory is foretold.
+/// Room for an axis that takes more functions than planned, in the forecast of memory.
 const MARGIN: f64 = 1.12;
 
 /// Seconds per iteration, unknown and axis function on two cores, measured on scenes of one to three conductors.

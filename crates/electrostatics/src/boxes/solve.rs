@@ -13,7 +13,7 @@ use crate::boxes::resolution::memory;
 use crate::boxes::symmetry::{Part, parts};
 use crate::floating::Floating;
 use crate::matrix::{MatrixBounds, from_energies};
-use crate::solution::{Bounded, Field, PhaseSeconds, Settings, Solution, Target};
+use crate::solution::{Bounded, Discretisation, Field, PhaseSeconds, Settings, Solution, Target};
 use elastocap_fem::tensor::{Dims, axpy};
 use elastocap_geometry::scene::Scene;
 use faer::Mat;
@@ -307,7 +307,7 @@ impl Outcome {
     /// Without a dual problem: puts the estimated error below the upper energies.
     ///
     /// Energies fall towards the truth as grids are refined: what the last refinement gained over those of a coarser grid
-    /// foretells what is left. So does `missing`, what the solution lacks by its own account; the larger one counts.
+    /// predicts what is left. So does `missing`, what the solution lacks by its own account; the larger one counts.
     pub(crate) fn estimate(&mut self, coarser: &Mat<f64>, missing: f64, settings: &Settings) {
         let upper = self.bounds.upper.clone();
         let n = upper.nrows();
@@ -387,7 +387,7 @@ impl Outcome {
             iterations: self.iterations,
             grids: 1,
             mirrored: if settings.symmetry { layout.mirror.map(|m| m.is_some()) } else { [false; 3] },
-            resolution: grid.level(),
+            resolution: Discretisation::Grid(grid.level()),
             repair_share: self.repair_share,
             seconds: self.seconds,
             field: None,

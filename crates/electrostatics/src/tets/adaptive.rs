@@ -8,12 +8,13 @@ use crate::SolveError;
 use crate::VACUUM_PERMITTIVITY;
 use crate::floating::Floating;
 use crate::matrix::MatrixBounds;
-use crate::solution::{Bounded, Forecast, PhaseSeconds, ResolutionLevel, Settings, Solution, Target};
+use crate::solution::{Bounded, Discretisation, Forecast, PhaseSeconds, Solution, Target};
 use crate::tets::flux::{Flux, equilibrate};
 use crate::tets::potentials::{Potentials, Problem, TetSettings};
 use elastocap_geometry::meshing::tets::{Grading, TetMesh};
 use faer::Mat;
-use std::sync::atomic::Ordering;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
 /// The part of the gap that the marked tetrahedra hold, at most: less where the tolerance is near.
@@ -48,6 +49,41 @@ const OF_USE: f64 = 0.3;
 /// Meshes at most.
 const MOST_MESHES: usize = 60;
 
+/// What the solver on tetrahedra solves for and how well.
+///
+/// It always proves both bounds: the flux behind the lower one steers the refinement.
+#[derive(Debug, Clone)]
+pub struct TetrahedraSettings {
+    /// Largest relative spread (upper - lower) / value of the target.
+    pub relative_tolerance: f64,
+    /// What the tolerance is about.
+    pub target: Target,
+    /// Order of the potentials, 1 to 3.
+    pub order: usize,
+    /// Largest memory the solve may take, bytes.
+    pub memory_limit: u64,
+    /// Set from outside to stop at the next opportunity, with [`SolveError::Cancelled`].
+    pub cancel: Option<Arc<AtomicBool>>,
+}
+
+impl TetrahedraSettings {
+    /// The order where none is asked for: quadratic potentials are the best at edges, where higher orders cost more than they
+    /// give.
+    pub const USUAL_ORDER: usize = 2;
+}
+
+impl Default for TetrahedraSettings {
+    fn default() -> Self {
+        Self {
+            relative_tolerance: 1e-3,
+            target: Target::Matrix,
+            order: Self::USUAL_ORDER,
+            memory_limit: 16 << 30,
+            cancel: None,
+        }
+    }
+}
+
 /// What is solved on the mesh.
 #[derive(Debug, Clone, Copy)]
 pub struct Shapes<'a> {
@@ -55,8 +91,6 @@ pub struct Shapes<'a> {
     pub permittivity: &'a [f64],
     /// For each conductor its charge, C, if it floats.
     pub floating_charges: &'a [Option<f64>],
-    /// Order of the potentials, 1 to 3.
-    pub order: usize,
     /// Axes along which the mesh is one half of a scene that is its own mirror image; the answers are of the whole.
     pub mirrored: [bool; 3],
 }
@@ -74,13 +108,16 @@ pub struct General {
 
 /// Solves a mesh: the Maxwell matrix of its conductors with bounds, the mesh refined until they are near enough.
 ///
-/// [`Settings::resolution`] and [`Settings::field`] are of no meaning here, nor is [`Settings::symmetry`]: `shapes` says the
-/// order, and what the mesh is a part of. Without [`Settings::bounds`] the flux still steers the refinement, and its bounds are given.
+/// `shapes` says what the mesh is a part of.
 ///
 /// # Errors
 ///
 /// A mesh that is not what [`TetMesh`] promises, a linear solver that fails, a request to stop.
-pub fn solve_mesh(mesh: TetMesh, shapes: Shapes<'_>, settings: &Settings) -> Result<General, SolveError> {
+pub fn solve_mesh(
+    mesh: TetMesh,
+    shapes: Shapes<'_>,
+    settings: &TetrahedraSettings,
+) -> Result<General, SolveError> {
     let n = shapes.floating_charges.len();
     let floating = Floating::of_charges(shapes.floating_charges);
     // Energies are those of as many parts.
@@ -147,7 +184,7 @@ pub fn solve_mesh(mesh: TetMesh, shapes: Shapes<'_>, settings: &Settings) -> Res
             let outside = beyond(&states, &all, &flux.gap, scale);
             let finer = mesh.bisected_towards(&marked, chosen.1, &mut grading).mesh;
             seconds.setup += refining.elapsed().as_secs_f64();
-            let memory = memory_of(finer.tets.len(), &shapes);
+            let memory = memory_of(finer.tets.len(), &shapes, settings);
             if marked.is_empty() || (outside > MOST_BEYOND && outside * error > settings.relative_tolerance) {
                 Some("what is left of the error is beyond the mesh: open space begins too near".to_owned())
             } else if meshes >= MOST_MESHES || memory > settings.memory_limit {
@@ -175,7 +212,7 @@ pub fn solve_mesh(mesh: TetMesh, shapes: Shapes<'_>, settings: &Settings) -> Res
                 iterations,
                 grids: meshes,
                 mirrored: shapes.mirrored,
-                resolution: ResolutionLevel { order: shapes.order, levels: meshes - 1 },
+                resolution: Discretisation::Tetrahedra { order: settings.order, refinements: meshes - 1 },
                 repair_share: 0.0,
                 seconds,
                 field: None,
@@ -192,7 +229,7 @@ pub fn solve_mesh(mesh: TetMesh, shapes: Shapes<'_>, settings: &Settings) -> Res
 fn on_mesh(
     mesh: &TetMesh,
     shapes: &Shapes<'_>,
-    settings: &Settings,
+    settings: &TetrahedraSettings,
     seconds: &mut PhaseSeconds,
 ) -> Result<(Potentials, Flux), SolveError> {
     let n = shapes.floating_charges.len();
@@ -200,40 +237,44 @@ fn on_mesh(
     let problem = Problem { mesh, permittivity: shapes.permittivity, conductors: n };
     let share = (ITERATION * settings.relative_tolerance).min(1e-6);
     let cancel = settings.cancel.as_deref();
-    let found = Potentials::solve(problem, TetSettings { order: shapes.order, share, cancel });
+    let found = Potentials::solve(problem, TetSettings { order: settings.order, share, cancel });
     seconds.primal += start.elapsed().as_secs_f64();
     let found = found?;
     let start = Instant::now();
     let gradients: Vec<_> = (0..n).map(|k| found.gradients(mesh, k)).collect();
-    let flux = equilibrate(mesh, shapes.permittivity, shapes.order, &gradients);
+    let flux = equilibrate(mesh, shapes.permittivity, settings.order, &gradients);
     seconds.dual += start.elapsed().as_secs_f64();
     Ok((found, flux?))
 }
 
 /// Bytes that a mesh of so many tetrahedra takes, about.
-fn memory_of(tetrahedra: usize, shapes: &Shapes<'_>) -> u64 {
-    let (each, per_side) = BYTES[shapes.order.clamp(1, 3) - 1];
+fn memory_of(tetrahedra: usize, shapes: &Shapes<'_>, settings: &TetrahedraSettings) -> u64 {
+    let (each, per_side) = BYTES[settings.order.clamp(1, 3) - 1];
     tetrahedra as u64 * (each + shapes.floating_charges.len() as u64 * per_side)
 }
 
-/// Foretells what [`solve_mesh`] will take: it is run as far as a small mesh goes, and from there on the spread is taken to fall
+/// Forecasts what [`solve_mesh`] will take: it is run as far as a small mesh goes, and from there on the spread is taken to fall
 /// as it does in general. An estimate: within a factor of about two for scenes whose edges the small mesh has seen.
 ///
 /// # Errors
 ///
 /// Those of [`solve_mesh`].
-pub fn forecast_mesh(mesh: TetMesh, shapes: Shapes<'_>, settings: &Settings) -> Result<Forecast, SolveError> {
+pub fn forecast_mesh(
+    mesh: TetMesh,
+    shapes: Shapes<'_>,
+    settings: &TetrahedraSettings,
+) -> Result<Forecast, SolveError> {
     let n = shapes.floating_charges.len();
-    let small = Settings {
-        memory_limit: settings.memory_limit.min(memory_of(FORECAST, &shapes)),
+    let small = TetrahedraSettings {
+        memory_limit: settings.memory_limit.min(memory_of(FORECAST, &shapes, settings)),
         ..settings.clone()
     };
     let General { mesh, solution, .. } = solve_mesh(mesh, shapes, &small)?;
     let alone = vec![0.0; n];
     let error = spread(&solution.maxwell, solution.two_terminal.as_ref(), &alone, settings).error;
-    let order = shapes.order.clamp(1, 3) - 1;
+    let order = settings.order.clamp(1, 3) - 1;
     let far = if solution.reached { 1.0 } else { (error / settings.relative_tolerance).max(1.0) };
-    let memory = |far: f64| memory_of((mesh.tets.len() as f64 * far) as usize, &shapes);
+    let memory = |far: f64| memory_of((mesh.tets.len() as f64 * far) as usize, &shapes, settings);
     // No mesh is made that would not fit.
     let most = (settings.memory_limit as f64 / memory(1.0).max(1) as f64).max(1.0);
     let growth = far.powf(1.0 / RATE[order]).min(most);
@@ -327,7 +368,7 @@ fn spread(
     maxwell: &[Vec<Bounded>],
     two_terminal: Option<&Bounded>,
     alone: &[f64],
-    settings: &Settings,
+    settings: &TetrahedraSettings,
 ) -> Spread {
     let relative =
         |b: &Bounded, scale: f64| if b.upper > b.lower { (b.upper - b.lower) / scale } else { 0.0 };
@@ -366,7 +407,7 @@ mod tests {
     #[test]
     fn what_may_be_zero_is_left_out_once_it_is_small_beside_the_conductor_alone() {
         let bounded = |lower: f64, upper: f64| Bounded { value: 0.5 * (lower + upper), lower, upper };
-        let settings = Settings { relative_tolerance: 1e-2, ..Settings::default() };
+        let settings = TetrahedraSettings { relative_tolerance: 1e-2, ..TetrahedraSettings::default() };
         let of = |b: Bounded| spread(&[vec![b]], Some(&b), &[1.0], &settings);
         assert_eq!(of(bounded(0.0, 5e-3)), Spread { error: 0.0, nothing: true });
         assert_eq!(of(bounded(0.0, 5e-2)), Spread { error: 2.0, nothing: false });

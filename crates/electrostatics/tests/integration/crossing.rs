@@ -2,7 +2,7 @@
 
 use std::f64::consts::PI;
 
-use elastocap_electrostatics::tets::adaptive::{Shapes, solve_mesh};
+use elastocap_electrostatics::tets::adaptive::{Shapes, TetrahedraSettings, solve_mesh};
 use elastocap_electrostatics::{Bounded, Settings, VACUUM_PERMITTIVITY, solve};
 use elastocap_geometry::meshing::tets::{Sizing, mesh};
 use elastocap_geometry::scene::{Body, Box3, Scene, Wall};
@@ -28,9 +28,8 @@ fn matrix(scene: &Scene, facet: f64, tolerance: f64) -> Result<Vec<Vec<Bounded>>
     let meshed = mesh(scene, &Sizing { facet, ..Sizing::default() }).map_err(|e| e.to_string())?;
     let permittivity = scene.permittivities();
     let charges = vec![None; scene.conductors().count()];
-    let shapes =
-        Shapes { permittivity: &permittivity, floating_charges: &charges, order: 2, mirrored: [false; 3] };
-    let settings = Settings { relative_tolerance: tolerance, ..Settings::default() };
+    let shapes = Shapes { permittivity: &permittivity, floating_charges: &charges, mirrored: [false; 3] };
+    let settings = TetrahedraSettings { relative_tolerance: tolerance, ..TetrahedraSettings::default() };
     let found = solve_mesh(meshed.mesh, shapes, &settings).map_err(|e| e.to_string())?;
     assert!(found.solution.reached, "{:?}", found.solution.shortfall);
     Ok(found.solution.maxwell)

@@ -2,7 +2,9 @@
 
 use std::f64::consts::PI;
 
-use elastocap_electrostatics::tets::adaptive::{General, Shapes, forecast_mesh, solve_mesh};
+use elastocap_electrostatics::tets::adaptive::{
+    General, Shapes, TetrahedraSettings, forecast_mesh, solve_mesh,
+};
 use elastocap_electrostatics::{Settings, SolveError, VACUUM_PERMITTIVITY, solve};
 use elastocap_geometry::meshing::tets::{LayeredSizing, Sizing, TetMesh, layered, mesh};
 use elastocap_geometry::scene::{Body, Box3, Scene, Wall};
@@ -28,8 +30,8 @@ fn solved(
     tolerance: f64,
 ) -> Result<General, SolveError> {
     let charges = vec![None; conductors];
-    let shapes = Shapes { permittivity, floating_charges: &charges, order: 2, mirrored: [false; 3] };
-    let settings = Settings { relative_tolerance: tolerance, ..Settings::default() };
+    let shapes = Shapes { permittivity, floating_charges: &charges, mirrored: [false; 3] };
+    let settings = TetrahedraSettings { relative_tolerance: tolerance, ..TetrahedraSettings::default() };
     let start = std::time::Instant::now();
     let found = solve_mesh(mesh, shapes, &settings)?;
     println!(
@@ -99,22 +101,22 @@ fn layered_spheres_have_the_capacitance_of_capacitors_in_series() {
 }
 
 #[test]
-fn what_a_cube_in_a_cube_takes_is_foretold_within_a_factor_of_two() {
+fn what_a_cube_in_a_cube_takes_is_forecast_within_a_factor_of_two() {
     let cube = Shape::Box(Box3 { min: [-0.5; 3], max: [0.5; 3] });
     let scene = scene(vec![conductor("inner", cube)], Wall::Grounded, 1.0);
     let mesh = mesh(&scene, &Sizing::default()).unwrap().mesh;
-    let shapes = Shapes { permittivity: &[1.0], floating_charges: &[None], order: 2, mirrored: [false; 3] };
-    let settings = Settings { relative_tolerance: 2e-3, ..Settings::default() };
-    let foretold = forecast_mesh(mesh.clone(), shapes, &settings).unwrap();
+    let shapes = Shapes { permittivity: &[1.0], floating_charges: &[None], mirrored: [false; 3] };
+    let settings = TetrahedraSettings { relative_tolerance: 2e-3, ..TetrahedraSettings::default() };
+    let forecast = forecast_mesh(mesh.clone(), shapes, &settings).unwrap();
     let found = solve_mesh(mesh, shapes, &settings).unwrap();
-    let ratio = foretold.unknowns as f64 / found.solution.unknowns as f64;
-    assert!((0.5..2.0).contains(&ratio), "{} foretold, {} taken", foretold.unknowns, found.solution.unknowns);
-    assert!(foretold.memory_bytes > 1000 * foretold.unknowns as u64 && foretold.seconds > 0.0);
+    let ratio = forecast.unknowns as f64 / found.solution.unknowns as f64;
+    assert!((0.5..2.0).contains(&ratio), "{} forecast, {} taken", forecast.unknowns, found.solution.unknowns);
+    assert!(forecast.memory_bytes > 1000 * forecast.unknowns as u64 && forecast.seconds > 0.0);
     // No more than there is room for is ever made.
-    let little = Settings { relative_tolerance: 1e-6, memory_limit: 500_000_000, ..settings };
+    let little = TetrahedraSettings { relative_tolerance: 1e-6, memory_limit: 500_000_000, ..settings };
     let mesh = self::mesh(&scene, &Sizing::default()).unwrap().mesh;
-    let foretold = forecast_mesh(mesh, shapes, &little).unwrap();
-    assert!(foretold.memory_bytes <= 500_000_000);
+    let forecast = forecast_mesh(mesh, shapes, &little).unwrap();
+    assert!(forecast.memory_bytes <= 500_000_000);
 }
 
 #[test]
@@ -128,9 +130,8 @@ fn a_ball_that_floats_in_a_driven_shell_ends_with_a_capacitance_that_may_be_zero
         3e-3,
     );
     let mesh = mesh(&scene, &Sizing::default()).unwrap().mesh;
-    let shapes =
-        Shapes { permittivity: &[1.0], floating_charges: &[Some(0.0), None], order: 2, mirrored: [false; 3] };
-    let settings = Settings { relative_tolerance: 1e-2, ..Settings::default() };
+    let shapes = Shapes { permittivity: &[1.0], floating_charges: &[Some(0.0), None], mirrored: [false; 3] };
+    let settings = TetrahedraSettings { relative_tolerance: 1e-2, ..TetrahedraSettings::default() };
     let found = solve_mesh(mesh, shapes, &settings).unwrap().solution;
     let c = found.maxwell[0][0];
     let alone = 4.0 * PI * VACUUM_PERMITTIVITY * 2e-3;

@@ -1,6 +1,6 @@
 //! Conductors of several parts: boxes that touch, overlap or lie apart, at one potential.
 
-use elastocap_electrostatics::tets::adaptive::{Shapes, solve_mesh};
+use elastocap_electrostatics::tets::adaptive::{Shapes, TetrahedraSettings, solve_mesh};
 use elastocap_electrostatics::{Bounded, Settings, SolveError, solve};
 use elastocap_geometry::meshing::tets::{LayeredError, LayeredSizing, MeshError, Sizing, layered, mesh};
 use elastocap_geometry::scene::{Body, Box3, Scene, Wall};
@@ -119,9 +119,9 @@ fn the_box_solver_refuses_other_shapes_by_name() {
 fn meshes_hold_conductors_of_several_parts() {
     let known = by_boxes(vec![of_parts("bar", &whole()), block()], 1e-3);
     let of_mesh = |mesh| {
-        let shapes =
-            Shapes { permittivity: &[1.0], floating_charges: &[None, None], order: 2, mirrored: [false; 3] };
-        solve_mesh(mesh, shapes, &settings(3e-2)).unwrap().solution.maxwell
+        let shapes = Shapes { permittivity: &[1.0], floating_charges: &[None, None], mirrored: [false; 3] };
+        let settings = TetrahedraSettings { relative_tolerance: 3e-2, ..TetrahedraSettings::default() };
+        solve_mesh(mesh, shapes, &settings).unwrap().solution.maxwell
     };
     for parts in [cut(), overlapping()] {
         let scene = grounded(vec![of_parts("bar", &parts), block()]);

@@ -10,7 +10,7 @@ use super::run::{Choice, Kind, Missing, Run};
 use super::subject::Subject;
 use super::verdict::fastest;
 use super::walk::{LEVELS, ORDERS, Trial, walk};
-use elastocap_coupling::step::Stop;
+use elastocap_coupling::failure::Stop;
 
 /// A stage takes about this many times what the own choice takes: the walk, and the repeats.
 const WEIGHT: f64 = 40.0;
@@ -41,7 +41,7 @@ pub(super) struct Engine<'a> {
     begun: Instant,
     /// For all of it.
     seconds: f64,
-    /// Seconds that own choices took over what was foretold: with bounds, and without.
+    /// Seconds that own choices took over the forecast: with bounds, and without.
     scale: [f64; 2],
 }
 
@@ -63,11 +63,11 @@ impl<'a> Engine<'a> {
             .flat_map(|&tolerance| [true, false].map(|bounds| Stage { tolerance, bounds }))
             .collect();
         for (i, stage) in stages.iter().enumerate() {
-            let expected = self.foretold(stage);
+            let expected = self.expected_seconds(stage);
             let left = (1.0 - FOR_REFERENCE) * self.seconds - self.elapsed();
             // Those ahead that will be left out leave their time to the others.
             let mut ahead = 0.0;
-            for seconds in stages[i..].iter().map(|s| self.foretold(s)) {
+            for seconds in stages[i..].iter().map(|s| self.expected_seconds(s)) {
                 if LEAST * (ahead + seconds) <= left {
                     ahead += seconds;
                 }
@@ -99,8 +99,8 @@ impl<'a> Engine<'a> {
         self.begun.elapsed().as_secs_f64()
     }
 
-    fn foretold(&self, stage: &Stage) -> f64 {
-        let own = self.subject.foretold(None, stage.tolerance, stage.bounds);
+    fn expected_seconds(&self, stage: &Stage) -> f64 {
+        let own = self.subject.expected_seconds(None, stage.tolerance, stage.bounds);
         own.unwrap_or(f64::INFINITY) * self.scale[usize::from(!stage.bounds)]
     }
 
@@ -110,8 +110,8 @@ impl<'a> Engine<'a> {
         let Some(own) = self.solve(stage, None) else { return };
         let Some(found) = self.runs[own].found() else { return };
         let (seconds, start) = (found.seconds, found.level);
-        if let Some(foretold) = self.subject.foretold(None, stage.tolerance, stage.bounds) {
-            self.scale[usize::from(!stage.bounds)] = seconds / foretold;
+        if let Some(expected) = self.subject.expected_seconds(None, stage.tolerance, stage.bounds) {
+            self.scale[usize::from(!stage.bounds)] = seconds / expected;
         }
         if let Some(start) = start {
             let room = self.best_room(stage, start);
@@ -141,8 +141,8 @@ impl<'a> Engine<'a> {
     /// The grids around the line where the tolerance is met, all with the same room.
     fn search(&mut self, stage: &Stage, tolerance: f64, start: ResolutionLevel, until: f64) {
         let subject = self.subject;
-        let foretold = |level| subject.foretold(Some(level), stage.tolerance, stage.bounds);
-        walk(start, tolerance, &foretold, &mut |level| {
+        let expected = |level| subject.expected_seconds(Some(level), stage.tolerance, stage.bounds);
+        walk(start, tolerance, &expected, &mut |level| {
             if self.elapsed() > until {
                 return None;
             }
@@ -230,7 +230,9 @@ impl<'a> Engine<'a> {
             Ok(measured) => Run::measured(kind, choice, stage.tolerance, measured),
             Err(Stop::Cancelled) if choice == Choice::Table => return None,
             Err(Stop::Cancelled) => Run::missing(kind, choice, stage.tolerance, Missing::NotRun),
-            Err(Stop::Failed(reason)) => Run::missing(kind, choice, stage.tolerance, Missing::Failed(reason)),
+            Err(Stop::Failed(failure)) => {
+                Run::missing(kind, choice, stage.tolerance, Missing::Failed(failure))
+            }
         };
         self.runs.push(run);
         Some(self.runs.len() - 1)
@@ -242,12 +244,12 @@ impl<'a> Engine<'a> {
         let timed = found.filter_map(|run| Some((run.tolerance?, run.found()?)));
         let Some((tolerance, finest)) = timed.min_by(|a, b| a.1.told.total_cmp(&b.1.told)) else { return };
         let Some((level, seconds)) = finest.level.map(|level| (level, finest.seconds)) else { return };
-        let Some(foretold) = self.subject.foretold(Some(level), tolerance, true) else { return };
+        let Some(expected) = self.subject.expected_seconds(Some(level), tolerance, true) else { return };
         let room = (self.seconds - self.elapsed()).max(FOR_REFERENCE * self.seconds);
         for more in (1..=4).rev() {
             let level = ResolutionLevel { order: level.order + more, levels: level.levels + more };
             let tolerance = tolerance / [1.0, 10.0, 100.0, 1e3, 1e4][more];
-            let longer = self.subject.foretold(Some(level), tolerance, true).map(|f| f / foretold);
+            let longer = self.subject.expected_seconds(Some(level), tolerance, true).map(|f| f / expected);
             if longer.is_some_and(|longer| 1.5 * longer * seconds <= room) {
                 self.solve(&Stage { tolerance, bounds: true }, Some(level));
                 return;

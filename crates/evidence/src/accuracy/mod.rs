@@ -29,7 +29,10 @@ pub use table::csv;
 pub use verdict::{ALLOWED, Verdict};
 
 use elastocap_case::Case;
-use elastocap_coupling::plan::{Options, Plan, StepLoad};
+use elastocap_coupling::failure::StepFailure;
+use elastocap_coupling::load_steps::StepLoad;
+use elastocap_coupling::plan::{Options, Plan};
+use elastocap_coupling::route::Route;
 use engine::Engine;
 use subject::Subject;
 
@@ -117,7 +120,7 @@ impl Study {
 }
 
 /// Why a case cannot be studied.
-#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum Refused {
     /// There is no field.
@@ -134,13 +137,24 @@ pub enum Refused {
         /// The last there is.
         last: usize,
     },
-    /// The step has no scene.
-    #[error("step {step} cannot be solved: {reason}")]
+    /// The step has no scene, or no solver.
+    #[error("step {step} cannot be solved: {failure}")]
     Step {
         /// Which.
         step: usize,
         /// Why.
-        reason: String,
+        failure: Box<StepFailure>,
+    },
+    /// The step is not solved by the box solver, of which the study is.
+    #[error(
+        "the study is of the box solver and the grids it chooses, and step {step} is solved by {taken}: a study of boxes in \
+         place of its bodies would say nothing about its error; its own bounds do, in the results of `elastocap run`"
+    )]
+    Route {
+        /// Which.
+        step: usize,
+        /// The route that a run takes.
+        taken: Route,
     },
 }
 
@@ -160,8 +174,7 @@ pub fn study(
     let plan = Plan::new(case, &Options::default());
     let missing = Refused::NoSuchStep { asked: request.step, last: plan.steps.len().saturating_sub(1) };
     let step = plan.steps.get(request.step).ok_or(missing)?;
-    let refused = |reason: String| Refused::Step { step: request.step, reason };
-    let subject = Subject::new(case, &plan, step, cancel).map_err(refused)?;
+    let subject = Subject::new(case, &plan, step, cancel)?;
     let mut engine = Engine::new(&subject, request.seconds, cancel, tell);
     // Inside the pool, as the steps of a run are.
     rayon::scope(|_| engine.study(&request.tolerances));

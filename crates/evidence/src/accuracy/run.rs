@@ -1,5 +1,6 @@
 //! One line of the study.
 
+use elastocap_coupling::failure::StepFailure;
 use elastocap_electrostatics::{Bounded, ResolutionLevel};
 
 /// What kind of error a line has.
@@ -70,12 +71,12 @@ pub struct Found {
 /// Why a line has no numbers.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Missing {
-    /// It would take too long, with the seconds that are foretold.
+    /// It would take too long: with the seconds that are expected.
     LeftOut(f64),
     /// The study was stopped before.
     NotRun,
     /// It cannot be solved.
-    Failed(String),
+    Failed(Box<StepFailure>),
 }
 
 impl Run {
@@ -107,7 +108,7 @@ impl Run {
         measured: super::subject::Measured,
     ) -> Self {
         let super::subject::Measured { seconds, value, told, level, unknowns } = measured;
-        let (level, unknowns) = (Some(level), Some(unknowns));
+        let unknowns = Some(unknowns);
         let found = Found { level, unknowns, seconds, repeats: 1, value, told };
         Self { kind, choice, tolerance: Some(tolerance), outcome: Ok(found) }
     }

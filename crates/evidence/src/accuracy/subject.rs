@@ -6,11 +6,14 @@ use std::time::Instant;
 
 use elastocap_electrostatics::{Bounded, ResolutionLevel, Settings, Solution, Target, forecast, solve};
 
+use super::Refused;
 use elastocap_case::Case;
 use elastocap_coupling::deform::prepare;
+use elastocap_coupling::failure::{StepFailure, Stop};
 use elastocap_coupling::plan::{Options, Plan, PlannedStep};
+use elastocap_coupling::route::{Bending, Bodies, Route, asked, route};
 use elastocap_coupling::scene::{DeformedScene, scene_of};
-use elastocap_coupling::step::{Stop, field_of};
+use elastocap_coupling::step::field_of;
 use elastocap_coupling::terminals::pair_among;
 
 /// Which capacitance is studied.
@@ -30,7 +33,7 @@ pub(super) struct Measured {
     pub(super) value: Bounded,
     /// What the solver compares with the tolerance: a spread, or an estimate; of the whole matrix where that is asked.
     pub(super) told: f64,
-    pub(super) level: ResolutionLevel,
+    pub(super) level: Option<ResolutionLevel>,
     pub(super) unknowns: usize,
 }
 
@@ -45,29 +48,45 @@ pub(super) struct Subject {
 
 impl Subject {
     /// The state of a load step, with the settings that a run would solve it with.
+    ///
+    /// # Errors
+    /// A step that a run does not solve by the box solver alone, or not at all.
     pub(super) fn new(
         case: &Case,
         plan: &Plan,
         step: &PlannedStep,
         cancel: &Arc<AtomicBool>,
-    ) -> Result<Self, String> {
-        if !case.has_only_boxes() {
-            return Err(
-                "the study is of the solver for boxes, and this case has bodies of other shapes".to_owned()
-            );
+    ) -> Result<Self, Refused> {
+        let failed = |failure: StepFailure| Refused::Step { step: step.index, failure: Box::new(failure) };
+        let by_boxes = |taken: Route| match taken {
+            Route::Boxes => Ok(()),
+            Route::EnclosingBoxes
+            | Route::EnclosingBoxesThenOutlines
+            | Route::Outlines
+            | Route::Tetrahedra => Err(Refused::Route { step: step.index, taken }),
+        };
+        // Before the layer is pressed, which may take minutes.
+        if let Some(failure) = &step.failure {
+            return Err(failed(failure.clone()));
         }
+        step.route.map_or(Ok(()), by_boxes)?;
         let options = Options { prune: true, fields: false, scene: false };
-        let settings = Settings { cancel: Some(Arc::clone(cancel)), ..plan.solver_settings(case, &options) };
-        let layer = prepare(case, plan, cancel, &|_| ());
-        let deform = || -> Result<DeformedScene, String> {
-            let state = layer.deformation(case, step, options.prune)?;
-            scene_of(case, state.as_ref()).map_err(|e| e.to_string())
+        let settings =
+            Settings { cancel: Some(Arc::clone(cancel)), ..plan.solver_settings(case, &options).boxes() };
+        let layer = prepare(case, &plan.loads(), plan.layer_memory_limit, cancel, &|_| ());
+        let deform = || -> Result<(DeformedScene, Bending), StepFailure> {
+            let state = layer.deformation(case, step.index, step.load, options.prune)?;
+            let deformed = scene_of(case, state.as_ref())?;
+            let bending = Bending::found(&deformed, state.as_ref());
+            Ok((deformed, bending))
         };
         // The second time: the first one fetches the program from the disk.
-        deform()?;
+        deform().map_err(failed)?;
         let start = Instant::now();
-        let deformed = deform()?;
+        let (deformed, bending) = deform().map_err(failed)?;
         let seconds = start.elapsed().as_secs_f64();
+        let taken = route(Bodies::of(&deformed.scene), bending, asked(case));
+        by_boxes(taken.map_err(|error| failed(error.into()))?)?;
         let plates = deformed.pair.map(|pair| (pair.parallel_plate, seconds));
         let terminals = deformed.pair.is_some() || deformed.scene.driven().count() <= 2;
         let quantity = if terminals { Quantity::TwoTerminal } else { Quantity::FirstEntry };
@@ -78,8 +97,9 @@ impl Subject {
         Settings { relative_tolerance: tolerance, bounds, resolution, ..self.settings.clone() }
     }
 
-    /// Seconds foretold, of a grid or of the solver's own choice; nothing where it does not fit into memory.
-    pub(super) fn foretold(
+    /// Seconds expected of a grid or of the solver's own choice; nothing where it does not fit into memory or cannot be solved,
+    /// which a solve then says.
+    pub(super) fn expected_seconds(
         &self,
         level: Option<ResolutionLevel>,
         tolerance: f64,
@@ -114,14 +134,12 @@ impl Subject {
             Quantity::TwoTerminal => two_terminal,
             Quantity::FirstEntry => solution.maxwell.first().and_then(|row| row.first()).copied(),
         };
-        let value = value.filter(|c| c.value != 0.0).ok_or_else(|| {
-            Stop::Failed("there is nothing to hold charge against: the capacitance is zero".to_owned())
-        })?;
+        let value = value.filter(|c| c.value != 0.0).ok_or(StepFailure::ZeroCapacitance)?;
         if !(value.lower <= value.value && value.value <= value.upper) {
-            return Err(Stop::Failed("the solver's bounds do not enclose its value".to_owned()));
+            return Err(StepFailure::BoundsExcludeValue.into());
         }
         let told = if self.among_others() { told(&value, bounds) } else { told_of(&solution, &settings) };
-        Ok(Measured { seconds, value, told, level: solution.resolution, unknowns: solution.unknowns })
+        Ok(Measured { seconds, value, told, level: solution.resolution.grid(), unknowns: solution.unknowns })
     }
 
     fn among_others(&self) -> bool {

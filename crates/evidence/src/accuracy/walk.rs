@@ -16,7 +16,7 @@ pub(super) struct Trial {
     pub(super) told: f64,
 }
 
-/// Grids foretold to take more than this times the fastest one that meets the tolerance are not tried: what foretells
+/// Grids that are expected to take more than this times the fastest one that meets the tolerance are not tried: the forecast of
 /// the time may be wrong by a good part of it.
 const WORTH: f64 = 1.6;
 /// Below order 2 an estimate, which compares with the order below, says nothing.
@@ -25,15 +25,15 @@ pub(super) const LEVELS: RangeInclusive<usize> = 1..=10;
 
 /// Tries grids around the staircase, from `start`.
 ///
-/// `foretold` gives the expected seconds of a grid in any unit, or nothing for a grid that cannot be had; `attempt`
+/// `expected` gives the expected seconds of a grid in any unit, or nothing for a grid that cannot be had; `attempt`
 /// solves on it, or answers with nothing where the walk must end.
 pub(super) fn walk(
     start: ResolutionLevel,
     tolerance: f64,
-    foretold: &dyn Fn(ResolutionLevel) -> Option<f64>,
+    expected: &dyn Fn(ResolutionLevel) -> Option<f64>,
     attempt: &mut dyn FnMut(ResolutionLevel) -> Option<Trial>,
 ) -> Vec<(ResolutionLevel, Trial)> {
-    let mut walk = Walk { tried: BTreeMap::new(), tolerance, foretold, attempt, scale: None };
+    let mut walk = Walk { tried: BTreeMap::new(), tolerance, expected, attempt, scale: None };
     let _ = walk.all(start);
     walk.tried.into_iter().collect()
 }
@@ -41,9 +41,9 @@ pub(super) fn walk(
 struct Walk<'a> {
     tried: BTreeMap<ResolutionLevel, Trial>,
     tolerance: f64,
-    foretold: &'a dyn Fn(ResolutionLevel) -> Option<f64>,
+    expected: &'a dyn Fn(ResolutionLevel) -> Option<f64>,
     attempt: &'a mut dyn FnMut(ResolutionLevel) -> Option<Trial>,
-    /// Seconds over what was foretold, of the last grid.
+    /// Seconds over the forecast, of the last grid.
     scale: Option<f64>,
 }
 
@@ -107,17 +107,17 @@ impl Walk<'_> {
         if !ORDERS.contains(&at.order) || !LEVELS.contains(&at.levels) {
             return Ok(None);
         }
-        let Some(foretold) = (self.foretold)(at) else { return Ok(None) };
+        let Some(expected) = (self.expected)(at) else { return Ok(None) };
         let good = self.tried.values().filter(|t| t.told <= self.tolerance);
         let fastest = good.map(|t| t.seconds).reduce(f64::min);
         if let (Some(fastest), Some(scale)) = (fastest, self.scale)
-            && scale * foretold > WORTH * fastest
+            && scale * expected > WORTH * fastest
         {
             return Ok(None);
         }
         let trial = (self.attempt)(at).ok_or(Halt)?;
         if trial.seconds.is_finite() {
-            self.scale = Some(trial.seconds / foretold);
+            self.scale = Some(trial.seconds / expected);
         }
         self.tried.insert(at, trial);
         Ok(Some(trial.told <= self.tolerance))

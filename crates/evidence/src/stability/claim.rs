@@ -116,30 +116,67 @@ impl Claim {
 }
 
 /// All claims of an entry, or why there are none.
-pub(super) type Claims = Result<Vec<Claim>, String>;
+pub(super) type Claims = Result<Vec<Claim>, MissingNumber>;
+
+/// A number that an entry is about and its outcomes do not have.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+pub enum MissingNumber {
+    /// There is no such step.
+    #[error("case {case} has no step {step}")]
+    Step {
+        /// Which of the entry's cases.
+        case: usize,
+        /// Which step.
+        step: usize,
+    },
+    /// A cell of the row is empty.
+    #[error("no {0} was given")]
+    Cell(String),
+    /// There is no capacitance between two terminals.
+    #[error("case {case} has no two-terminal capacitance")]
+    TwoTerminal {
+        /// Which of the entry's cases.
+        case: usize,
+    },
+    /// There is no such entry of the Maxwell matrix.
+    #[error("case {case} has no Maxwell entry ({row}, {column})")]
+    MaxwellEntry {
+        /// Which of the entry's cases.
+        case: usize,
+        /// Of the entry.
+        row: usize,
+        /// Of the entry.
+        column: usize,
+    },
+}
 
 /// The row of a step.
-pub(super) fn row(outcomes: &[Outcome], case: usize, step: usize) -> Result<&Row, String> {
-    let step = outcomes.get(case).and_then(|outcome| outcome.steps.get(step));
-    step.map(|step| &step.row).ok_or_else(|| format!("case {case} has no such step"))
+pub(super) fn row(outcomes: &[Outcome], case: usize, step: usize) -> Result<&Row, MissingNumber> {
+    let found = outcomes.get(case).and_then(|outcome| outcome.steps.get(step));
+    found.map(|found| &found.row).ok_or(MissingNumber::Step { case, step })
 }
 
 /// A number that the row should have.
-pub(super) fn known(value: Option<f64>, what: &str) -> Result<f64, String> {
-    value.ok_or_else(|| format!("no {what} was given"))
+pub(super) fn known(value: Option<f64>, what: &str) -> Result<f64, MissingNumber> {
+    value.ok_or_else(|| MissingNumber::Cell(what.to_owned()))
 }
 
 /// The two-terminal capacitance of the first step.
-pub(super) fn terminals(outcomes: &[Outcome], case: usize) -> Result<Bounded, String> {
+pub(super) fn terminals(outcomes: &[Outcome], case: usize) -> Result<Bounded, MissingNumber> {
     let found = outcomes.get(case).and_then(|outcome| outcome.steps.first()?.two_terminal);
-    found.ok_or_else(|| format!("case {case} has no two-terminal capacitance"))
+    found.ok_or(MissingNumber::TwoTerminal { case })
 }
 
 /// An entry of the Maxwell matrix of the first step.
-pub(super) fn maxwell(outcomes: &[Outcome], case: usize, i: usize, j: usize) -> Result<Bounded, String> {
+pub(super) fn maxwell(
+    outcomes: &[Outcome],
+    case: usize,
+    i: usize,
+    j: usize,
+) -> Result<Bounded, MissingNumber> {
     let matrix = outcomes.get(case).and_then(|outcome| outcome.steps.first()?.maxwell.as_ref());
     let entry = matrix.and_then(|matrix| matrix.get(i)?.get(j).copied());
-    entry.ok_or_else(|| format!("case {case} has no Maxwell entry ({i}, {j})"))
+    entry.ok_or(MissingNumber::MaxwellEntry { case, row: i, column: j })
 }
 
 #[cfg(test)]

@@ -6,8 +6,8 @@ use elastocap_electrostatics::Bounded;
 
 use super::answer::Answer;
 use super::claim::{Claim, Claims};
+use elastocap_coupling::load_steps::StepLoad;
 use elastocap_coupling::outcome::{Outcome, Status, StepResult};
-use elastocap_coupling::plan::StepLoad;
 
 /// What an entry should end in.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -55,9 +55,6 @@ impl fmt::Display for Verdict {
     }
 }
 
-/// Reasons of failed steps that are defects, not refusals.
-const DEFECTS: [&str; 2] = ["a defect of elastocap", "bounds do not enclose"];
-
 /// Judges the answers to an entry; the claims are the numbers to show.
 pub(super) fn judge(
     expect: Expect,
@@ -84,8 +81,13 @@ pub(super) fn judge(
     }
     let steps = || outcomes.iter().flat_map(|outcome| &outcome.steps);
     for step in steps() {
-        if let Status::Failed(reason) = &step.row.status {
-            return (refusal(expect, reason.clone()), Vec::new());
+        if let Status::Failed(failure) = &step.row.status {
+            let verdict = if failure.is_defect() {
+                Verdict::Wrong(failure.to_string())
+            } else {
+                refusal(expect, failure.to_string())
+            };
+            return (verdict, Vec::new());
         }
     }
     let pressed = |step: &StepResult| matches!(step.load, StepLoad::Compression(_));
@@ -98,7 +100,7 @@ pub(super) fn judge(
     }
     let claims = match claims(&outcomes) {
         Ok(claims) => claims,
-        Err(reason) => return (Verdict::Wrong(reason), Vec::new()),
+        Err(missing) => return (Verdict::Wrong(missing.to_string()), Vec::new()),
     };
     if let Some(at) = claims.iter().position(|claim| !claim.holds()) {
         let wrong = claims[at].clone();
@@ -123,10 +125,9 @@ pub(super) fn judge(
 }
 
 fn refusal(expect: Expect, reason: String) -> Verdict {
-    let defect = DEFECTS.iter().any(|sign| reason.contains(sign));
     match expect {
-        Expect::Refusal if !defect && !reason.is_empty() => Verdict::Refused(reason),
-        _ => Verdict::Wrong(format!("refused: {reason}")),
+        Expect::Refusal if !reason.is_empty() => Verdict::Refused(reason),
+        Expect::Refusal | Expect::Number => Verdict::Wrong(format!("refused: {reason}")),
     }
 }
 

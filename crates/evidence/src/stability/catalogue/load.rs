@@ -3,7 +3,7 @@
 use elastocap_electrostatics::Bounded;
 
 use super::super::Entry;
-use super::super::claim::{Claim, Truth, known, row, terminals};
+use super::super::claim::{Claim, MissingNumber, Truth, known, row, terminals};
 use super::super::text::{MODULUS, Sensor};
 use super::super::truths::{Layer, force_at_first};
 
@@ -67,7 +67,7 @@ fn large(compression: f64, name: &str) -> Entry {
         let found = row(out, 0, 0)?;
         let layer = Layer::new(compression);
         let share = sensor.height / sensor.layer;
-        let of = |what: &str, unit, value: Option<f64>, truth: f64| -> Result<Claim, String> {
+        let of = |what: &str, unit, value: Option<f64>, truth: f64| -> Result<Claim, MissingNumber> {
             Ok(Claim::formula(what, unit, known(value, what)?, FORMULA, Truth::value(truth, FORMULA)))
         };
         let claims = vec![

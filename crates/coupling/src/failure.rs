@@ -1,0 +1,142 @@
+//! Why a load step has no result.
+
+use elastocap_electrostatics::SolveError;
+use elastocap_geometry::meshing::tets::{LayeredError, MeshError};
+use serde::{Serialize, Serializer};
+
+use crate::deform::DeformError;
+use crate::route::RouteError;
+use crate::scene::SceneError;
+
+/// Why a load step failed.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum StepFailure {
+    /// The layer cannot be deformed so.
+    #[error(transparent)]
+    Layer(#[from] DeformError),
+    /// The deformed bodies do not fit together.
+    #[error(transparent)]
+    Scene(#[from] SceneError),
+    /// No field solver takes the scene.
+    #[error(transparent)]
+    Route(#[from] RouteError),
+    /// The layer has no outline.
+    #[error(transparent)]
+    Outline(#[from] SurfaceCrossesItself),
+    /// The scene cannot be meshed.
+    #[error(transparent)]
+    Tetrahedra(#[from] TetrahedraError),
+    /// The field cannot be solved.
+    #[error(transparent)]
+    Field(SolveError),
+    /// There is no capacitance.
+    #[error("there is nothing to hold charge against: the capacitance is zero")]
+    ZeroCapacitance,
+    /// Bounds and value contradict each other: a defect.
+    #[error("the solver's bounds do not enclose its value")]
+    BoundsExcludeValue,
+    /// A grid of the step was asked for, and it is solved on a mesh.
+    #[error("bodies of any shape are meshed as they are solved: `elastocap run` writes their mesh")]
+    NoGrid,
+    /// The program panicked: a defect.
+    #[error("a defect of elastocap, please report it with the case file: {0}")]
+    Defect(String),
+}
+
+impl StepFailure {
+    /// Whether the program is at fault, and not what was asked of it.
+    pub fn is_defect(&self) -> bool {
+        match self {
+            Self::BoundsExcludeValue | Self::Defect(_) => true,
+            Self::Layer(_)
+            | Self::Scene(_)
+            | Self::Route(_)
+            | Self::Outline(_)
+            | Self::Tetrahedra(_)
+            | Self::Field(_)
+            | Self::ZeroCapacitance
+            | Self::NoGrid => false,
+        }
+    }
+}
+
+/// As its text.
+impl Serialize for StepFailure {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.collect_str(self)
+    }
+}
+
+/// The finite elements of the layer press its surface through itself, in a tangle too large to be cut out.
+#[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
+#[error(
+    "the surface of the layer crosses itself at x1 = {x1:.2e} m, x2 = {x2:.2e} m: its finite elements are too coarse there, \
+     and there is no field for it"
+)]
+pub struct SurfaceCrossesItself {
+    /// Where, m.
+    pub x1: f64,
+    /// Where, m.
+    pub x2: f64,
+}
+
+/// Why a scene cannot be solved on tetrahedra.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum TetrahedraError {
+    /// Two balls, or a ball and the hollow around it, have no gap between them.
+    #[error("the conductors `{first}` and `{second}` touch or cross")]
+    Touching {
+        /// One of them.
+        first: String,
+        /// The other one.
+        second: String,
+    },
+    /// A conductor is nowhere in the mesh.
+    #[error(
+        "the conductor `{conductor}` has no surface in the space that is solved: it lies in another conductor or outside \
+         the walls"
+    )]
+    NoSurface {
+        /// Its name.
+        conductor: String,
+    },
+    /// There is no mesh.
+    #[error(transparent)]
+    Mesh(#[from] MeshError),
+    /// There is no mesh in layers.
+    #[error(transparent)]
+    Layered(#[from] LayeredError),
+    /// A first, small mesh cannot be solved.
+    #[error(transparent)]
+    Field(#[from] SolveError),
+}
+
+/// Why a step ended early.
+#[derive(Debug)]
+pub enum Stop {
+    /// Asked to stop.
+    Cancelled,
+    /// It cannot be solved, for this reason.
+    Failed(Box<StepFailure>),
+}
+
+impl<E: Into<StepFailure>> From<E> for Stop {
+    fn from(error: E) -> Self {
+        Self::Failed(Box::new(error.into()))
+    }
+}
+
+impl From<SolveError> for Stop {
+    fn from(error: SolveError) -> Self {
+        match error {
+            SolveError::Cancelled => Self::Cancelled,
+            error @ (SolveError::NotBoxes { .. }
+            | SolveError::Eigenvalues
+            | SolveError::IllConditioned(_)
+            | SolveError::Potentials(_)
+            | SolveError::Flux(_)) => Self::Failed(Box::new(StepFailure::Field(error))),
+        }
+    }
+}

@@ -1,0 +1,35 @@
+//! What presses in a load step.
+
+use elastocap_case::{Case, Load};
+use serde::Serialize;
+
+/// What presses in one step.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum StepLoad {
+    /// Nothing.
+    None,
+    /// U/H.
+    Compression(f64),
+    /// N.
+    ForceN(f64),
+}
+
+impl StepLoad {
+    /// The loads of a case in its order; a scene that nothing presses has one step without load.
+    pub fn all_of(case: &Case) -> Vec<Self> {
+        match &case.load {
+            None => vec![Self::None],
+            Some(Load::Compression(steps)) => steps.iter().map(|c| Self::Compression(*c)).collect(),
+            Some(Load::Force(steps)) => steps.iter().map(|f| Self::ForceN(*f)).collect(),
+        }
+    }
+
+    /// Whether the layer is as it was: there is no load, or a load of zero.
+    pub fn is_zero(self) -> bool {
+        match self {
+            Self::None => true,
+            Self::Compression(x) | Self::ForceN(x) => x == 0.0,
+        }
+    }
+}

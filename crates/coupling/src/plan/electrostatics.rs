@@ -1,0 +1,189 @@
+//! What is planned of the fields: by which solvers, on what part of the scene, with how much memory.
+
+use elastocap_case::{Body, Case, ImportedMesh};
+use elastocap_electrostatics::forecast;
+use elastocap_geometry::mirror;
+use elastocap_geometry::scene::Scene;
+
+use super::memory::max_memory;
+use super::{Decision, LeftOut, Options, Plan, Planned};
+use crate::faceting_error::curvature_error;
+use crate::route::Route;
+use crate::settings::FieldSettings;
+use crate::words::{counted, grouped, listed};
+
+/// Field problems at the same time, whatever the machine.
+const MAX_AT_ONCE: usize = 8;
+
+/// Share of the tolerance that the facets of an imported mesh may take without a warning.
+const FACETS: f64 = 0.1;
+
+impl Plan {
+    pub(super) fn electrostatics(&mut self, case: &Case, options: &Options) {
+        if !case.has_conductors() {
+            let why = "there are no electrodes and no conductors";
+            let saving = "Saves all field solves.";
+            self.left_out.push(LeftOut::new(Decision::Case, "electrostatics", why, saving));
+            return;
+        }
+        self.memory_limit = max_memory();
+        let settings = self.solver_settings(case, options);
+        let by_boxes = self.count(is_by_boxes);
+        if by_boxes > 0 {
+            self.by_boxes(case, options, &settings, by_boxes);
+        }
+        self.around_bent_electrodes(case);
+        let on_tetrahedra = |route| matches!(route, Route::Tetrahedra);
+        if let Some((_, scene)) = self.first_scene(case, options, on_tetrahedra) {
+            self.on_tetrahedra(case.mesh.as_ref(), &scene, &settings);
+        }
+        if self.solvable_steps().next().is_some() {
+            self.floating_conductors(case);
+        }
+    }
+
+    /// The part of the plan for `solves` steps that the box solver takes, at least at first.
+    fn by_boxes(&mut self, case: &Case, options: &Options, settings: &FieldSettings, solves: usize) {
+        let scene = self.first_scene(case, options, is_by_boxes).map(|(_, scene)| scene);
+        let expected = scene.map(|scene| forecast(&scene, &settings.boxes()));
+        let mut memory = 0;
+        let mut part = "the whole scene";
+        match &expected {
+            Some(Ok(own)) => {
+                self.unknowns = own.unknowns;
+                self.mirrored = own.mirrored;
+                self.seconds = own.seconds * solves as f64;
+                memory = own.memory_bytes;
+                part = [
+                    "the whole scene",
+                    "half of the scene",
+                    "a quarter of the scene",
+                    "an eighth of the scene",
+                ][own.mirrored.iter().filter(|m| **m).count()];
+                self.mirror_images(own, solves);
+            }
+            Some(Err(error)) => {
+                self.warnings.push(format!("unknowns, memory and time of the fields are not known: {error}"));
+            }
+            None => {}
+        }
+        self.share_memory(memory);
+        let problems = if settings.bounds {
+            "primal and dual problem, which prove an upper and a lower bound,"
+        } else {
+            "primal problem, with an error estimate,"
+        };
+        let what = format!(
+            "{problems} on {part} at {} to a relative {} of {:e}",
+            counted(solves, if case.load.is_some() { "load step" } else { "state" }),
+            if settings.bounds { "spread" } else { "error" },
+            settings.relative_tolerance
+        );
+        self.solved.push(Planned { part: "electrostatics", what });
+        if !settings.bounds {
+            let why = "`bounds = false` under [electrostatics]";
+            let saving = "Saves about half of the field solves.";
+            self.left_out.push(LeftOut::new(Decision::Case, "dual problem", why, saving));
+        }
+    }
+
+    /// Divides the memory among solves at the same time, of which each takes so many bytes.
+    fn share_memory(&mut self, each: u64) {
+        self.at_once = 1;
+        if self.count(Route::may_need_tetrahedra) == 0 {
+            let room = self.memory_limit.checked_div(each).map_or(MAX_AT_ONCE, |n| n.min(64) as usize);
+            let wanted = self.solvable_steps().count().clamp(1, MAX_AT_ONCE);
+            if room >= wanted {
+                // Not by the number of threads: what a solve may take must not depend on it.
+                self.memory_limit /= wanted as u64;
+                self.at_once = wanted.min(rayon::current_num_threads());
+            }
+        }
+        self.memory_bytes = each.saturating_mul(self.at_once as u64);
+    }
+
+    /// What the load makes of the electrodes, and how they are solved then.
+    fn around_bent_electrodes(&mut self, case: &Case) {
+        for route in [Route::EnclosingBoxes, Route::EnclosingBoxesThenOutlines, Route::Outlines] {
+            let steps = self.count(|planned| planned == route);
+            if steps == 0 {
+                continue;
+            }
+            let steps = counted(steps, if case.load.is_some() { "load step" } else { "state" });
+            let what = match route {
+                Route::EnclosingBoxes => format!(
+                    "at {steps}, where the load bends the electrodes: boxes inside and around them, between which their \
+                     capacitance lies"
+                ),
+                Route::EnclosingBoxesThenOutlines => format!(
+                    "at {steps}, where the load bends the electrodes: boxes inside and around them, and where these do not \
+                     bound the capacitance as closely as asked, their outlines, pulled along x3, on tetrahedra, which takes \
+                     seconds to minutes per step"
+                ),
+                Route::Outlines => format!(
+                    "at {steps}, where the load bends the electrodes: their outlines, pulled along x3, on tetrahedra, which \
+                     takes seconds to minutes per step"
+                ),
+                Route::Boxes | Route::Tetrahedra => continue,
+            };
+            self.solved.push(Planned { part: "electrostatics", what });
+        }
+    }
+
+    /// Bodies of any shape: how many tetrahedra they take is known only when they are meshed.
+    fn on_tetrahedra(&mut self, mesh: Option<&ImportedMesh>, scene: &Scene, settings: &FieldSettings) {
+        if let Some(mesh) = mesh {
+            let mut what = format!(
+                "{} tetrahedra of `{}`; the bounds are those of the bodies as it has them",
+                grouped(mesh.tets.tets.len()),
+                mesh.file
+            );
+            if !mesh.unnamed.is_empty() {
+                let unnamed: Vec<String> = mesh.unnamed.iter().map(|name| format!("`{name}`")).collect();
+                what.push_str(&format!("; {} filled with the surroundings", listed(&unnamed)));
+            }
+            self.solved.push(Planned { part: "mesh", what });
+            let error = curvature_error(&mesh.tets);
+            if error > FACETS * settings.relative_tolerance {
+                self.warnings.push(format!(
+                    "faces of conductors in `{}` meet at small angles, as those that stand for a curved surface do: that adds a \
+                     relative error of about {error:.0e} (an estimate), more where the gap is less than the radius; a finer mesh \
+                     has less",
+                    mesh.file
+                ));
+            }
+        }
+        let what = format!(
+            "potentials of order {} on tetrahedra, and fluxes made from them, which prove an upper and a lower bound; refined \
+             to a relative spread of {:e}",
+            settings.tetrahedra_order, settings.relative_tolerance
+        );
+        self.solved.push(Planned { part: "electrostatics", what });
+        if settings.symmetry {
+            self.mirrored = mirror::planes(scene).map(|at| at.is_some());
+        }
+        self.mirrored_tetrahedra();
+    }
+
+    fn floating_conductors(&mut self, case: &Case) {
+        let floats = |body: &&Body| body.is_conductor() && !body.is_driven();
+        let floating: Vec<String> =
+            case.bodies.iter().filter(floats).map(|body| format!("`{}`", body.name)).collect();
+        let (number, them) = match floating.as_slice() {
+            [] => return,
+            [_] => ("potential", "it is"),
+            _ => ("potentials", "they are"),
+        };
+        let names = listed(&floating);
+        let what = format!("the {number} of {names}, from the same fields; {them} not in the matrix");
+        self.solved.push(Planned { part: "floating", what });
+    }
+}
+
+/// Whether the box solver takes a step, at least at first.
+fn is_by_boxes(route: Route) -> bool {
+    match route {
+        Route::Boxes | Route::EnclosingBoxes | Route::EnclosingBoxesThenOutlines => true,
+        Route::Outlines | Route::Tetrahedra => false,
+    }
+}

@@ -1,0 +1,116 @@
+//! What a plan leaves out, and what that saves.
+
+use elastocap_electrostatics::Forecast;
+use serde::Serialize;
+
+use super::Plan;
+use crate::words::{counted, grouped, listed, seconds};
+
+/// One thing that is not done.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct LeftOut {
+    /// In words.
+    pub what: String,
+    /// The reason.
+    pub why: String,
+    /// Whose choice it is; only the plan's own are undone by `--no-prune`.
+    pub by: Decision,
+    /// What it saves, a sentence.
+    pub saving: String,
+    /// Unknowns that need not be solved for.
+    pub saved_unknowns: Option<usize>,
+    /// Expected seconds that it saves.
+    pub saved_seconds: Option<f64>,
+}
+
+/// Whose choice it was to leave something out.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Decision {
+    /// The plan's: the result does not need it.
+    Plan,
+    /// The case's: it does not ask for it.
+    Case,
+    /// The caller's.
+    Caller,
+}
+
+impl LeftOut {
+    pub(super) fn new(
+        by: Decision,
+        what: impl Into<String>,
+        why: impl Into<String>,
+        saving: impl Into<String>,
+    ) -> Self {
+        let (what, why, saving) = (what.into(), why.into(), saving.into());
+        Self { what, why, by, saving, saved_unknowns: None, saved_seconds: None }
+    }
+}
+
+impl Plan {
+    /// The mirror images that `solves` solves by the box solver do without.
+    pub(super) fn mirror_images(&mut self, own: &Forecast, solves: usize) {
+        let planes = axes(own.mirrored);
+        if planes.is_empty() {
+            return;
+        }
+        let what = format!("mirror images along {}", listed(&planes));
+        let (unknowns, unmirrored_seconds) = own.unmirrored;
+        let saved_seconds = (unmirrored_seconds - own.seconds).max(0.0) * solves as f64;
+        let saving = format!(
+            "Symmetry cuts the unknowns from {} to {} and saves about {}.",
+            grouped(unknowns),
+            grouped(own.unknowns),
+            seconds(saved_seconds)
+        );
+        let mut left = LeftOut::new(Decision::Plan, what, "the scene is its own mirror image", saving);
+        left.saved_unknowns = Some(unknowns.saturating_sub(own.unknowns));
+        left.saved_seconds = Some(saved_seconds);
+        self.left_out.push(left);
+    }
+
+    /// The mirror images that a mesh of tetrahedra does without.
+    pub(super) fn mirrored_tetrahedra(&mut self) {
+        let planes = axes(self.mirrored);
+        let share = match planes.len() {
+            0 => return,
+            1 => "half",
+            2 => "a quarter",
+            _ => "an eighth",
+        };
+        let what = format!("mirror images along {}", listed(&planes));
+        let saving = format!("Symmetry cuts the tetrahedra to {share}.");
+        let why = "the scene is its own mirror image";
+        self.left_out.push(LeftOut::new(Decision::Plan, what, why, saving));
+    }
+
+    /// The steps whose result is that of an earlier one.
+    pub(super) fn repeated_steps(&mut self) {
+        let repeated: Vec<_> = self.steps.iter().filter(|s| s.same_as.is_some()).map(|s| s.index).collect();
+        if repeated.is_empty() {
+            return;
+        }
+        let distinct = self.steps.len() - repeated.len();
+        let saved_seconds = self.seconds / distinct.max(1) as f64 * repeated.len() as f64;
+        let list: Vec<_> = repeated.iter().take(8).map(ToString::to_string).collect();
+        let more = if repeated.len() > 8 { ", ..." } else { "" };
+        let mut left = LeftOut::new(
+            Decision::Plan,
+            format!("step{} {}{more}", if repeated.len() == 1 { "" } else { "s" }, list.join(", ")),
+            "an earlier step has the same load: its result is taken over",
+            format!(
+                "Solving {} of {} saves about {}.",
+                grouped(distinct),
+                counted(self.steps.len(), "step"),
+                seconds(saved_seconds)
+            ),
+        );
+        left.saved_seconds = Some(saved_seconds);
+        self.left_out.push(left);
+    }
+}
+
+/// The names of the axes with mirror planes.
+fn axes(mirrored: [bool; 3]) -> Vec<String> {
+    (0..3).filter(|a| mirrored[*a]).map(|a| format!("x{}", a + 1)).collect()
+}

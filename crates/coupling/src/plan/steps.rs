@@ -1,0 +1,103 @@
+//! The load steps of a plan, each with its route or the failure that is known beforehand.
+
+use std::collections::HashMap;
+
+use elastocap_case::Case;
+use elastocap_geometry::scene::Scene;
+use serde::Serialize;
+
+use super::{Options, Plan};
+use crate::deform::{Deformation, check_setup, layer_state};
+use crate::failure::StepFailure;
+use crate::load_steps::StepLoad;
+use crate::route::{Bending, Bodies, Route, asked, route};
+use crate::scene::scene_of;
+
+/// One load step.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct PlannedStep {
+    /// Position in the case.
+    pub index: usize,
+    /// What presses.
+    pub load: StepLoad,
+    /// The earlier step whose result is this one's too.
+    pub same_as: Option<usize>,
+    /// How its field is solved, as far as that is known before the layer is deformed; `None` without a field.
+    pub route: Option<Route>,
+    /// Why the step cannot be solved, if that is known beforehand.
+    pub failure: Option<StepFailure>,
+}
+
+impl Plan {
+    /// The steps that are solved, not taken over from another one.
+    pub fn distinct_steps(&self) -> impl Iterator<Item = &PlannedStep> {
+        self.steps.iter().filter(|step| step.same_as.is_none())
+    }
+
+    /// The loads of all steps.
+    pub fn loads(&self) -> Vec<StepLoad> {
+        self.steps.iter().map(|step| step.load).collect()
+    }
+
+    /// Those of [`Plan::distinct_steps`] that are not known to fail.
+    pub(super) fn solvable_steps(&self) -> impl Iterator<Item = &PlannedStep> {
+        self.distinct_steps().filter(|step| step.failure.is_none())
+    }
+
+    /// In how many steps the field is solved on such a route.
+    pub(super) fn count(&self, on: impl Fn(Route) -> bool) -> usize {
+        self.solvable_steps().filter_map(|step| step.route).filter(|route| on(*route)).count()
+    }
+
+    /// The first solvable step on such a route, and its scene; `None` without such a step.
+    pub(super) fn first_scene(
+        &self,
+        case: &Case,
+        options: &Options,
+        on: impl Fn(Route) -> bool,
+    ) -> Option<(usize, Scene)> {
+        let mut steps = self.solvable_steps().filter(|step| step.route.is_some_and(&on));
+        // A step whose scene is refused is known to fail, and not among them.
+        steps.find_map(|step| Some((step.index, scene_at(case, step.load, options.prune).ok()?)))
+    }
+}
+
+/// The steps of a case.
+pub(super) fn planned_steps(case: &Case, options: &Options) -> Vec<PlannedStep> {
+    let mut first_with = HashMap::new();
+    let mut steps: Vec<PlannedStep> = Vec::new();
+    for (index, load) in StepLoad::all_of(case).into_iter().enumerate() {
+        let key = match load {
+            StepLoad::None => 0,
+            StepLoad::Compression(x) | StepLoad::ForceN(x) => (x + 0.0).to_bits(),
+        };
+        let first = *first_with.entry(key).or_insert(index);
+        let same_as = (options.prune && first != index).then_some(first);
+        let (route, failure) = match same_as.and_then(|first| steps.get(first)) {
+            Some(original) => (original.route, original.failure.clone()),
+            None => match way_of(case, load, options.prune) {
+                Ok(route) => (route, None),
+                Err(failure) => (None, Some(failure)),
+            },
+        };
+        steps.push(PlannedStep { index, load, same_as, route, failure });
+    }
+    steps
+}
+
+/// The route of a step, if it has a field; in the order in which a run would meet them, the failures that can be known.
+fn way_of(case: &Case, load: StepLoad, prune: bool) -> Result<Option<Route>, StepFailure> {
+    check_setup(case).map_err(|error| StepFailure::Layer(error.into()))?;
+    if !case.has_conductors() {
+        layer_state(case, load, prune).map_err(|error| StepFailure::Layer(error.into()))?;
+        return Ok(None);
+    }
+    let scene = scene_at(case, load, prune)?;
+    Ok(Some(route(Bodies::of(&scene), Bending::expected(case, load), asked(case))?))
+}
+
+/// The scene of a step. Finite elements are not solved for a plan: with them it is the scene at rest, which is about as large.
+fn scene_at(case: &Case, load: StepLoad, prune: bool) -> Result<Scene, StepFailure> {
+    let state = layer_state(case, load, prune).map_err(|error| StepFailure::Layer(error.into()))?;
+    Ok(scene_of(case, state.map(Deformation::ClosedForm).as_ref())?.scene)
+}

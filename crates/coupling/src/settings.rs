@@ -1,0 +1,73 @@
+//! What a run asks of its field solves, whichever solver they go to.
+
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
+
+use elastocap_electrostatics::tets::adaptive::TetrahedraSettings;
+use elastocap_electrostatics::{Settings, Target};
+
+/// What all field solves of a run are asked for. Each solver takes its own settings from it: [`FieldSettings::boxes`] and
+/// [`FieldSettings::tetrahedra`].
+#[derive(Debug, Clone)]
+pub struct FieldSettings {
+    /// Largest relative spread (upper - lower) / value of the target; without bounds, largest relative error estimate.
+    pub relative_tolerance: f64,
+    /// What the tolerance is about.
+    pub target: Target,
+    /// Whether a lower bound is proved as well. The solver on tetrahedra always does.
+    pub bounds: bool,
+    /// Whether mirror symmetry is used to solve a part of the scene only.
+    pub symmetry: bool,
+    /// Whether the potential is kept for export.
+    pub field: bool,
+    /// Order of the potentials on tetrahedra, 1 to 3. The box solver chooses its own.
+    pub tetrahedra_order: usize,
+    /// Largest memory one solve may take, bytes.
+    pub memory_limit: u64,
+    /// Set from outside to stop at the next opportunity.
+    pub cancel: Option<Arc<AtomicBool>>,
+}
+
+impl Default for FieldSettings {
+    fn default() -> Self {
+        let Settings {
+            relative_tolerance,
+            target,
+            bounds,
+            symmetry,
+            field,
+            memory_limit,
+            cancel,
+            resolution: _,
+        } = Settings::default();
+        let tetrahedra_order = TetrahedraSettings::USUAL_ORDER;
+        Self { relative_tolerance, target, bounds, symmetry, field, tetrahedra_order, memory_limit, cancel }
+    }
+}
+
+impl FieldSettings {
+    /// For the box solver, which chooses order and grading of its grid.
+    pub fn boxes(&self) -> Settings {
+        Settings {
+            relative_tolerance: self.relative_tolerance,
+            target: self.target,
+            bounds: self.bounds,
+            symmetry: self.symmetry,
+            resolution: None,
+            field: self.field,
+            memory_limit: self.memory_limit,
+            cancel: self.cancel.clone(),
+        }
+    }
+
+    /// For the solver on tetrahedra.
+    pub fn tetrahedra(&self) -> TetrahedraSettings {
+        TetrahedraSettings {
+            relative_tolerance: self.relative_tolerance,
+            target: self.target,
+            order: self.tetrahedra_order,
+            memory_limit: self.memory_limit,
+            cancel: self.cancel.clone(),
+        }
+    }
+}
