@@ -15,9 +15,9 @@ Examples:
   elastocap mesh cases/in-plane-pair.toml
   elastocap mesh cases/in-plane-pair.toml -o /tmp/scene
 
-scene.glb opens in any glTF viewer, and its load steps play as an animation. fields.pvd opens in ParaView: the files step_NNN.vtu
-hold the body and the permittivity of each cell of a graded grid of the deformed scene. Nothing is solved, so the potential and
-the electric field in them are zero.";
+scene.glb opens in any glTF viewer, and its load steps play as an animation. fields.pvd opens in
+ParaView: the files step_NNN.vtu hold the body and the permittivity of each cell of a graded grid of
+the deformed scene. Nothing is solved, so the potential and the electric field in them are zero.";
 
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
