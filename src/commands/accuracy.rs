@@ -19,16 +19,17 @@ const EXAMPLES: &str = "\
 Examples:
   elastocap accuracy cases/in-plane-pair.toml                  a study of about a minute
   elastocap accuracy cases/stacked-pair.toml --step 3 --quick  two tolerances, a few seconds
-  elastocap accuracy cases/isolated-cube.toml --seconds 300    finer tolerances, a sharper reference
+  elastocap accuracy cases/isolated-cube.toml --seconds 300    finer tolerances, sharper reference
 
 Files in the output folder, added to those of a run:
   accuracy.csv  one line for each solve: grid, time, value, bounds, certified and true error
   accuracy.svg  both errors against run time
 
-The true error is measured against the intersection of all proved intervals. If two of them do not overlap, a bound is wrong: the
-command reports it and exits with status 1.
+The true error is measured against the intersection of all proved intervals. If two of them do
+not overlap, a bound is wrong: the command reports it and exits with status 1.
 
-Ctrl-C ends the study and keeps what is finished, marked (exit status 3). A second Ctrl-C ends it at once.";
+Ctrl-C ends the study and keeps what is finished, marked (exit status 3). A second Ctrl-C ends it
+at once.";
 
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]

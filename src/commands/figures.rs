@@ -22,11 +22,12 @@ Examples:
   elastocap figures --only shear-length    L(U/H, contact length) for [mechanics.closed_form]
   elastocap figures --list                 the names of all figures and tables
 
-The paper is \"Large deformation mechanics of a soft elastomeric layer under compressive loading for a MEMS tactile sensor
-application\". Each panel of a figure is one SVG, with its data in a CSV of the same name: the closed form as lines, finite elements
-as points. Tables are CSV.
+The paper is \"Large deformation mechanics of a soft elastomeric layer under compressive loading for
+a MEMS tactile sensor application\". Each panel of a figure is one SVG, with its data in a CSV of the
+same name: the closed form as lines, finite elements as points. Tables are CSV.
 
-Where the finite elements stop short of a compression, that point is left out and named, and the exit status is 3.";
+Where the finite elements stop short of a compression, that point is left out and named, and the
+exit status is 3.";
 
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]

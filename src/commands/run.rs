@@ -30,10 +30,11 @@ Files in the output folder:
   result.json      all results, with the Maxwell matrices, the plan and the time of each phase
   scene.glb        the bodies for any glTF viewer, the load steps as an animation
   fields.pvd       the fields for ParaView, one step_NNN.vtu for each load step
-  mechanics.csv    finite-element layers: force and error on each mesh; layer.pvd, layer_NNN.vtu and profile_NNN.csv hold
-                   displacement and stress
+  mechanics.csv    for finite-element layers, the force and its error on each mesh; layer.pvd,
+                   layer_NNN.vtu and profile_NNN.csv hold displacement and stress
 
-Ctrl-C ends the run and keeps what is finished, marked incomplete (exit status 3). A second Ctrl-C ends it at once.";
+Ctrl-C ends the run and keeps what is finished, marked incomplete (exit status 3). A second Ctrl-C
+ends it at once.";
 
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]

@@ -9,8 +9,8 @@ const EXAMPLES: &str = "\
 Examples:
   elastocap schema > elastocap.schema.json
 
-An editor with a TOML language server (Even Better TOML in VS Code, taplo elsewhere) uses the schema if the first line of a case
-file is
+An editor with a TOML language server (Even Better TOML in VS Code, taplo elsewhere) uses the schema
+if the first line of a case file is
   #:schema ./elastocap.schema.json";
 
 #[derive(Debug, Args)]

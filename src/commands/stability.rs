@@ -17,15 +17,17 @@ Examples:
   elastocap stability                        the whole catalogue
   elastocap stability --quick                a part of it that takes a few seconds
   elastocap stability --only permittivity    the cases whose subject or name contains a word
-  elastocap stability -o results/stability   the whole catalogue, and stability.csv with every number
+  elastocap stability -o results/stability   the catalogue, and stability.csv with every number
 
 Verdicts:
   right        the truth lies within the stated error
   refused      there is no answer, and the reason is given
-  not reached  the tolerance was missed or the time ran out, and the result says so; the bounds it gives hold the truth
+  not reached  the tolerance was missed or the time ran out, and the result says so; the bounds
+               it gives hold the truth
   WRONG        anything else; the exit status is then 1
 
-The column `error` is the distance to what is known independently: `< 1e-3` where that is a range, `holds` where it is a limit.";
+The column `error` is the distance to what is known independently: `< 1e-3` where that is a range,
+`holds` where it is a limit.";
 
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]

@@ -132,11 +132,7 @@ impl From<SolveError> for Stop {
     fn from(error: SolveError) -> Self {
         match error {
             SolveError::Cancelled => Self::Cancelled,
-            error @ (SolveError::NotBoxes { .. }
-            | SolveError::Eigenvalues
-            | SolveError::IllConditioned(_)
-            | SolveError::Potentials(_)
-            | SolveError::Flux(_)) => Self::Failed(Box::new(StepFailure::Field(error))),
+            error => Self::Failed(Box::new(StepFailure::Field(error))),
         }
     }
 }
