@@ -2,6 +2,7 @@
 //!
 //! Valid files with bytes changed, cut, doubled and moved; `MUTATION_SECONDS` sets for how long, 3 if it is not set.
 
+use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
 use elastocap_geometry::import::{gmsh, obj};
@@ -10,6 +11,9 @@ use proptest::test_runner::{RngAlgorithm, TestRng};
 
 #[global_allocator]
 static MEMORY: PeakAlloc = PeakAlloc;
+
+/// Held by each test while it measures: the tests of a file run side by side and share the allocator.
+static ONE_AT_A_TIME: Mutex<()> = Mutex::new(());
 
 /// What error texts and small tables may take beside ten times the file, bytes.
 const BESIDE: usize = 64 << 10;
@@ -89,6 +93,7 @@ fn check_peak(what: &str, bytes: &[u8]) {
 
 #[test]
 fn large_files_of_short_lines_are_read_within_ten_times_their_size() {
+    let _alone = ONE_AT_A_TIME.lock().unwrap_or_else(PoisonError::into_inner);
     // Just beyond a power of two, where a list that grows by doubling is emptiest.
     let many = (1 << 17) + 1;
     let points = "v 0 0 0\n".repeat(many);
@@ -112,6 +117,7 @@ fn large_files_of_short_lines_are_read_within_ten_times_their_size() {
 
 #[test]
 fn mutated_files_are_answered_within_ten_times_their_size() {
+    let _alone = ONE_AT_A_TIME.lock().unwrap_or_else(PoisonError::into_inner);
     let seconds = std::env::var("MUTATION_SECONDS").ok().and_then(|s| s.parse().ok()).unwrap_or(3);
     let placement = obj::Placement { unit: 1.0, translate: [0.0; 3] };
     let mut rng = TestRng::from_seed(RngAlgorithm::ChaCha, &[7; 32]);

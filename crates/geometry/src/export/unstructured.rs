@@ -1,7 +1,8 @@
 //! `.vtu` files by `vtkio`: its model of an unstructured grid, its encoding of the arrays, its XML.
 //!
-//! Three things are added around it. A comment at the head of the file says what the body ids mean, because `vtkio` has
-//! no comments. The callers check sizes and numbers first, because `vtkio` panics where a count does not fit 32 bits.
+//! Four things are added around it. A comment at the head of the file says what the body ids mean, because `vtkio` has
+//! no comments. Connectivity and offsets are declared as signed, because `vtkio` declares them as unsigned and meshio
+//! 5.3.5 then makes floating-point numbers of them, which are no indices. The callers check sizes and numbers first, because `vtkio` panics where a count does not fit 32 bits.
 //! And `.pvd` series are written by [`super::vtk::pvd`], because `vtkio` does not know that format.
 //!
 //! The arrays are inline, little-endian, in base64 and not compressed. `vtkio` 0.7.0-rc2 hands its compressor one number
@@ -56,8 +57,26 @@ pub(super) fn vtu_file(grid: UnstructuredGridPiece, body_names: &[String]) -> Re
     let _ =
         writeln!(file, "<!-- elastocap {}: SI units. {} -->", env!("CARGO_PKG_VERSION"), comment(body_names));
     se::to_fmt_writer(&mut file, &document).map_err(refused)?;
+    for name in ["offsets", "connectivity"] {
+        declare_signed(&mut file, name)?;
+    }
     file.push('\n');
     Ok(file.into_bytes())
+}
+
+/// Declares an array of unsigned numbers as signed; below 2^63 both have the same bytes.
+///
+/// # Errors
+/// [`VtkError::Writer`] if there is no such array; not expected.
+fn declare_signed(file: &mut String, name: &str) -> Result<(), VtkError> {
+    let unsigned = format!("<DataArray type=\"UInt64\" Name=\"{name}\"");
+    // Cells come last in the file.
+    let start =
+        file.rfind(&unsigned).ok_or_else(|| VtkError::Writer(format!("no array `{name}` of integers")))?;
+    // A second space keeps the length, and with it all that follows in its place.
+    let signed = format!("<DataArray type=\"Int64\"  Name=\"{name}\"");
+    file.replace_range(start..start + unsigned.len(), &signed);
+    Ok(())
 }
 
 /// What the body ids mean, as the text of an XML comment.
