@@ -207,6 +207,15 @@ fn open_space_has_walls_only_where_the_case_says_so() {
     let scene = at(&half, 0.1).unwrap().scene;
     assert_eq!(scene.walls[1], [Wall::Grounded, Wall::Open]);
     assert_eq!((scene.domain.min[1], scene.domain.max[1]), (0.0, f64::INFINITY));
+
+    // A cover of a thickness lies on the layer's top and goes down with it.
+    if let Extent::AroundLayer { above, .. } = &mut half.surroundings.as_mut().unwrap().extent {
+        *above = Face::Medium { relative_permittivity: 3.0, thickness: Some(100e-6) };
+    }
+    let scene = at(&half, 0.1).unwrap().scene;
+    let cover = scene.dielectrics.last().unwrap();
+    assert_eq!((cover.region.min[1], cover.relative_permittivity), (top, 3.0));
+    assert_close(cover.region.max[1], top + 100e-6);
 }
 
 #[test]
