@@ -213,9 +213,9 @@ fn open_space_has_walls_only_where_the_case_says_so() {
         *above = Face::Medium { relative_permittivity: 3.0, thickness: Some(100e-6) };
     }
     let scene = at(&half, 0.1).unwrap().scene;
-    let cover = scene.dielectrics.last().unwrap();
-    assert_eq!((cover.region.min[1], cover.relative_permittivity), (top, 3.0));
-    assert_close(cover.region.max[1], top + 100e-6);
+    let cover = slabs(&scene).pop().unwrap();
+    assert_eq!(cover.min[1], top);
+    assert_close(cover.max[1], top + 100e-6);
 }
 
 #[test]

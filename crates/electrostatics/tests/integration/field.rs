@@ -1,7 +1,8 @@
 //! The field that is kept for export.
 
 use elastocap_electrostatics::{Settings, solve};
-use elastocap_geometry::scene::{Box3, BoxScene, Conductor, Wall};
+use elastocap_geometry::scene::{Body, Box3, Scene, Wall};
+use elastocap_geometry::shapes::Shape;
 
 /// The field is minus the gradient of the potential, on either side of each mirror plane: the potential is even about two of
 /// them and odd about the third.
@@ -9,11 +10,10 @@ use elastocap_geometry::scene::{Box3, BoxScene, Conductor, Wall};
 fn the_field_points_down_the_potential_on_both_sides_of_every_mirror_plane() {
     let plate = |name: &str, x2: f64| {
         let region = Box3 { min: [-0.5, x2, -0.5], max: [0.5, x2, 0.5] };
-        Conductor { name: name.into(), region, floating_charge: None }
+        Body::conductor(name, Shape::Box(region))
     };
-    let scene = BoxScene {
-        conductors: vec![plate("lower", -0.2), plate("upper", 0.2)],
-        dielectrics: Vec::new(),
+    let scene = Scene {
+        bodies: vec![plate("lower", -0.2), plate("upper", 0.2)],
         background_permittivity: 1.0,
         domain: Box3::SPACE,
         walls: [[Wall::Open; 2]; 3],

@@ -1,8 +1,6 @@
 //! Random scenes of boxes and sheets: against plate capacitors in closed form, and against one another.
 
-use elastocap_electrostatics::{
-    Bounded, ResolutionLevel, Settings, Solution, VACUUM_PERMITTIVITY, solve,
-};
+use elastocap_electrostatics::{Bounded, ResolutionLevel, Settings, Solution, VACUUM_PERMITTIVITY, solve};
 use elastocap_geometry::scene::{Body, Box3, Role, Scene, Wall};
 use elastocap_geometry::shapes::Shape;
 use proptest::prelude::*;
@@ -67,7 +65,8 @@ impl Column {
         let area = self.across[0] * self.across[1];
         let mut matrix = vec![vec![0.0; n]; n];
         for (k, layers) in self.gaps.iter().enumerate() {
-            let c = VACUUM_PERMITTIVITY * area / layers.iter().map(|(thickness, eps)| thickness / eps).sum::<f64>();
+            let c = VACUUM_PERMITTIVITY * area
+                / layers.iter().map(|(thickness, eps)| thickness / eps).sum::<f64>();
             let ends = [k.checked_sub(1), (k < n).then_some(k)];
             match ends {
                 [Some(below), Some(above)] => {
