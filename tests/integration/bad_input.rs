@@ -46,21 +46,26 @@ fn an_unknown_argument_is_bad_input() {
     sandbox.elastocap(&["--help"]).exits_with(0);
 }
 
+#[cfg(unix)]
 #[test]
-fn a_folder_that_cannot_be_written_to_is_told_before_anything_is_solved() {
+fn a_folder_that_cannot_be_written_to_is_reported_before_anything_is_solved() {
     let sandbox = Sandbox::new();
     sandbox.case("file", "");
-    let case = acceptance("stacked-pair.toml");
+    // Solving this takes far more than the ten seconds of processor time that the command gets.
+    let text = std::fs::read_to_string(acceptance("stacked-pair.toml")).expect("the acceptance files");
+    let text = text.replace("points = 9", "points = 900").replace("1e-3", "1e-5");
+    let long = sandbox.case("long.toml", &text);
+    let case = long.to_str().expect("UTF-8");
     for folder in ["file", "file/below"] {
-        let begin = std::time::Instant::now();
-        let case = case.to_str().expect("UTF-8");
-        let said = sandbox.elastocap(&["run", case, "-o", folder]).exits_with(1);
+        let mut command = std::process::Command::new("sh");
+        command.args(["-c", "ulimit -t 10; exec \"$@\"", "sh", crate::support::BINARY, "run", case]);
+        command.args(["-o", folder]).current_dir(sandbox.path("."));
+        let said = crate::support::Finished::from(command.output().expect("sh")).exits_with(1);
         assert!(said.stderr.contains("cannot write to the output folder"), "{}", said.stderr);
         assert_eq!(said.stdout, "");
-        assert!(begin.elapsed().as_secs() < 2, "it was solved first");
         sandbox.elastocap(&["mesh", case, "-o", folder]).exits_with(1);
     }
-    assert_eq!(sandbox.names("."), ["file"]);
+    assert_eq!(sandbox.names("."), ["file", "long.toml"]);
 }
 
 #[test]

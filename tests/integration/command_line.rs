@@ -48,7 +48,10 @@ fn a_step_that_fails_is_marked_with_its_reason_and_the_others_are_kept() {
     assert!(status[1].starts_with("failed: "), "{}", status[1]);
     assert!(status[1].contains("closes") || status[1].contains("leave"), "{}", status[1]);
     // What is known of the step all the same.
-    assert!(table.texts("force_n").iter().all(|force| force.parse::<f64>().is_ok()));
+    let forces = table.numbers("force_n");
+    for (force, expected) in forces.iter().zip([0.0, 268.119_162_317_577, 5.198_357_086_752_7]) {
+        assert!((force - expected).abs() <= 1e-12 * expected, "{forces:?}");
+    }
     assert_eq!(table.texts("two_terminal_capacitance_f")[1], "");
     let json = sandbox.json("out/result.json");
     assert_eq!(json["status"], "incomplete");
@@ -78,24 +81,14 @@ fn a_compression_beyond_the_largest_force_gets_a_capacitance_and_no_force() {
     let table = sandbox.table("out/curve.csv");
     assert_eq!(table.texts("status"), ["ok", "no force: beyond the limit of eq. (50)"]);
     assert_eq!(table.texts("force_n")[1], "");
-    assert!(table.texts("two_terminal_capacitance_f")[1].parse::<f64>().is_ok_and(|c| c > 0.0));
+    // Found once to 2.3e-4.
+    let [lower, upper] =
+        ["capacitance_lower_f", "capacitance_upper_f"].map(|column| table.numbers(column)[1]);
+    let found = 3.869_7e-15;
+    assert!(lower < found && found < upper && upper - lower < 0.05 * found, "{lower:e} {upper:e}");
     let json = sandbox.json("out/result.json");
     assert_eq!(json["status"], "incomplete");
     assert!(json["steps"][1]["reason"].as_str().is_some_and(|w| w.contains("eq. (50)")), "{json:#}");
-}
-
-#[test]
-fn the_curve_is_the_same_to_the_byte_at_any_number_of_threads() {
-    let sandbox = Sandbox::new();
-    let case =
-        sandbox.case("pair.toml", &quick_pair("relative_tolerance = 0.05", "relative_tolerance = 5e-3"));
-    let mut curves = Vec::new();
-    for threads in ["1", "2", "5"] {
-        sandbox.run(&case, &["--threads", threads]).exits_with(0);
-        curves.push(sandbox.read("out/curve.csv"));
-    }
-    assert_eq!(curves[0], curves[1]);
-    assert_eq!(curves[0], curves[2]);
 }
 
 #[test]
@@ -153,7 +146,9 @@ fn a_pair_without_load_gives_its_capacitance_and_a_curve_of_one_point() {
     );
     let json = sandbox.json("out/result.json");
     assert_eq!(json["two_terminal_capacitance_f"], json["steps"][0]["two_terminal_capacitance_f"]);
-    assert!(json["fringe_ratio"].as_f64().is_some_and(|ratio| ratio > 8.0));
+    // The pair as it is without load, and the formula for plates: see the acceptance cases.
+    let ratio = json["fringe_ratio"].as_f64().expect("a number");
+    assert!((ratio / (43.965_9 / 4.958_345) - 1.0).abs() < 0.025, "{ratio}");
     assert!(json["plan"]["left_out"].to_string().contains("there is no load"));
 }
 

@@ -9,3 +9,4 @@ mod command_line;
 mod figures;
 mod stability;
 mod support;
+mod threads;

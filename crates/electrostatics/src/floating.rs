@@ -7,9 +7,8 @@
 use crate::matrix::MatrixBounds;
 use crate::solution::{Bounded, FloatingPotential};
 use elastocap_geometry::scene::Scene;
-use faer::linalg::solvers::{Llt, Solve};
-use faer::linalg::triangular_solve::solve_lower_triangular_in_place;
-use faer::{Mat, Par, Side};
+use elastocap_linalg::dense::{self, Llt, Lu};
+use faer::Mat;
 
 /// Which conductors of a scene are driven and which float.
 #[derive(Debug, Clone)]
@@ -56,9 +55,9 @@ impl Floating {
 
     /// C_dd - C_df C_ff^-1 C_fd; `None` where C_ff is not positive definite.
     fn schur(&self, c: &Mat<f64>) -> Option<Mat<f64>> {
-        let factor = block(c, &self.floating, &self.floating).llt(Side::Lower).ok()?;
+        let factor = Llt::new(block(c, &self.floating, &self.floating).as_ref()).ok()?;
         let mixed = block(c, &self.floating, &self.driven);
-        let taken = mixed.transpose() * factor.solve(&mixed);
+        let taken = dense::product(mixed.transpose(), factor.solve(mixed.as_ref()).as_ref());
         let own = block(c, &self.driven, &self.driven);
         let n = self.driven.len();
         Some(Mat::from_fn(n, n, |i, j| own[(i, j)] - 0.5 * (taken[(i, j)] + taken[(j, i)])))
@@ -74,7 +73,7 @@ impl Floating {
         let from_driven = |i: usize| self.driven.iter().zip(driven).map(|(&j, v)| c[(i, j)] * v).sum::<f64>();
         let source = Mat::from_fn(self.floating.len(), 1, |k, _| charges[k] - from_driven(self.floating[k]));
         let own = block(c, &self.floating, &self.floating);
-        let found = own.partial_piv_lu().solve(&source);
+        let found = Lu::new(own.as_ref()).solve(source.as_ref());
         self.floating.iter().enumerate().for_each(|(k, &i)| all[i] = found[(k, 0)]);
         all
     }
@@ -101,7 +100,7 @@ impl Floating {
         }
         let n = all.upper.nrows();
         let gap = Mat::from_fn(n, n, |i, j| all.upper[(i, j)] - all.lower[(i, j)]);
-        let own = block(&all.lower, &self.floating, &self.floating).llt(Side::Lower).ok();
+        let own = Llt::new(block(&all.lower, &self.floating, &self.floating).as_ref()).ok();
         let reach = own.map(|l| self.reach(&l, &block(&gap, &self.floating, &self.floating)));
         let state = |driven: &[f64], charges: &[f64]| -> Vec<Bounded> {
             let w = self.potentials(by, driven, charges);
@@ -137,16 +136,16 @@ impl Floating {
     }
 
     /// g (L_ff^-1)_ii for each floating conductor, with the factor of L_ff and the gap G_ff.
-    fn reach(&self, factor: &Llt<f64>, gap: &Mat<f64>) -> Vec<f64> {
+    fn reach(&self, factor: &Llt, gap: &Mat<f64>) -> Vec<f64> {
         let n = gap.nrows();
         let mut half = gap.clone();
-        solve_lower_triangular_in_place(factor.L(), half.as_mut(), Par::Seq);
+        dense::solve_lower_triangular(factor.lower(), half.as_mut());
         let mut ratio = half.transpose().to_owned();
-        solve_lower_triangular_in_place(factor.L(), ratio.as_mut(), Par::Seq);
+        dense::solve_lower_triangular(factor.lower(), ratio.as_mut());
         // Two norms that are not less than the largest eigenvalue.
         let row = |i: usize| (0..n).map(|j| ratio[(i, j)].abs()).sum::<f64>();
         let largest = (0..n).map(row).fold(0.0, f64::max).min(ratio.norm_l2());
-        let inverse = factor.solve(&Mat::<f64>::identity(n, n));
+        let inverse = factor.solve(Mat::<f64>::identity(n, n).as_ref());
         (0..n).map(|i| largest * inverse[(i, i)]).collect()
     }
 }

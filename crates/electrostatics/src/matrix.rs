@@ -1,8 +1,8 @@
 //! Maxwell matrices from energies, and bounds of their entries and of the two-terminal capacitance.
 
 use crate::solution::Bounded;
+use elastocap_linalg::dense::Lu;
 use faer::Mat;
-use faer::linalg::solvers::Solve;
 
 /// A symmetric matrix below and one above the true one (in the sense of quadratic forms).
 #[derive(Debug, Clone)]
@@ -15,9 +15,9 @@ pub struct MatrixBounds {
 
 /// C with V^T C V = c^T E c for V = B c: the capacitance matrix from energies in the basis of the columns of `basis`.
 pub fn from_energies(basis: &Mat<f64>, energies: &Mat<f64>) -> Mat<f64> {
-    let factor = basis.transpose().partial_piv_lu();
+    let factor = Lu::new(basis.transpose());
     // C = B^-T E B^-1
-    let left = factor.solve(energies);
+    let left = factor.solve(energies.as_ref());
     let c = factor.solve(left.transpose());
     let n = c.nrows();
     Mat::from_fn(n, n, |i, j| 0.5 * (c[(i, j)] + c[(j, i)]))

@@ -8,7 +8,8 @@
 //! summed as squares of R phi + L^-1 g, in which nothing cancels.
 
 use crate::line::{Element, Line, LineEnd, Numbering, element_matrices, line_matrices};
-use faer::{Mat, Side};
+use elastocap_linalg::dense::{self, Llt};
+use faer::Mat;
 use std::ops::Range;
 
 /// What the flux does at an end of a segment.
@@ -37,7 +38,7 @@ pub struct MixedSegment {
 impl MixedSegment {
     /// T = R^T R.
     pub fn t(&self) -> Mat<f64> {
-        self.root.transpose() * &self.root
+        dense::product(self.root.transpose(), self.root.as_ref())
     }
 
     /// R^T L^-1 g for unit potential at one end.
@@ -99,12 +100,12 @@ pub fn mixed_segment(
         .collect();
     let mut root =
         Mat::from_fn(n, divergence.nrows(), |i, j| divergence[(j, from + i)] * per_mode[j] * scale[i]);
-    lower.solve_lower_triangular_in_place(root.as_mut());
+    dense::solve_lower_triangular(lower.as_ref(), root.as_mut());
     // Outward unit normal at the ends; the end functions are the first and the last of the run.
     let face = [(0, -1.0), (n - 1, 1.0)].map(|(index, sign)| {
         let mut g = Mat::zeros(n, 1);
         g[(index, 0)] = sign * scale[index];
-        lower.solve_lower_triangular_in_place(g.as_mut());
+        dense::solve_lower_triangular(lower.as_ref(), g.as_mut());
         g.col(0).iter().copied().collect::<Vec<f64>>()
     });
     let face = [0, 1].map(|a| if ends[a] == FluxEnd::Free { face[a].clone() } else { vec![0.0; n] });
@@ -116,8 +117,8 @@ pub(crate) fn scaled_factor(mass: &Mat<f64>) -> Result<(Mat<f64>, Vec<f64>), Ill
     let n = mass.nrows();
     let scale: Vec<f64> = (0..n).map(|i| 1.0 / mass[(i, i)].sqrt()).collect();
     let scaled = Mat::from_fn(n, n, |i, j| scale[i] * mass[(i, j)] * scale[j]);
-    let factor = scaled.llt(Side::Lower).map_err(|_| IllConditioned)?;
-    Ok((factor.L().to_owned(), scale))
+    let factor = Llt::new(scaled.as_ref()).map_err(|_| IllConditioned)?;
+    Ok((factor.into_lower(), scale))
 }
 
 /// Mass of the fluxes of a line weighted by the resistance 1 / permittivity, continuations included.
@@ -174,8 +175,8 @@ pub fn divergence_matrix(line: &Line) -> Result<Mat<f64>, IllConditioned> {
                 let (_, stiffness) = element_matrices(element, p);
                 let present: Vec<usize> = (0..=p).filter(|&l| at[l].is_some()).collect();
                 let gram = Mat::from_fn(p, p, |i, j| stiffness[(present[i], present[j])]);
-                let factor = gram.llt(Side::Lower).map_err(|_| IllConditioned)?;
-                let lower = factor.L();
+                let factor = Llt::new(gram.as_ref()).map_err(|_| IllConditioned)?;
+                let lower = factor.lower();
                 for (j, &local) in present.iter().enumerate() {
                     if let Some(column) = at[local] {
                         for i in 0..=j {
@@ -192,7 +193,6 @@ pub fn divergence_matrix(line: &Line) -> Result<Mat<f64>, IllConditioned> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use faer::linalg::solvers::Solve;
 
     fn line() -> Line {
         Line { nodes: vec![0.5, 0.7, 1.5], degrees: vec![2, 3], ends: [LineEnd::Finite; 2] }
@@ -204,7 +204,7 @@ mod tests {
         let source = segment.face_source(0);
         let n = source.len();
         let v = Mat::from_fn(n, 1, |i, _| source[i]);
-        let x = segment.t().llt(Side::Lower).unwrap().solve(&v);
+        let x = Llt::new(segment.t().as_ref()).unwrap().solve(v.as_ref());
         let y: Vec<f64> = (0..segment.root.nrows())
             .map(|i| segment.face[0][i] - (0..n).map(|j| segment.root[(i, j)] * x[(j, 0)]).sum::<f64>())
             .collect();

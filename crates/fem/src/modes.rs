@@ -10,6 +10,7 @@ use crate::mixed::{
     Continuation, FluxEnd, IllConditioned, divergence_matrix, mixed_segment, potential_offsets,
     scaled_factor, sub_line,
 };
+use elastocap_linalg::dense;
 use faer::Mat;
 use std::ops::Range;
 
@@ -45,9 +46,9 @@ pub fn primal_modes(
         .flat_map(|(e, w)| std::iter::repeat_n(w.sqrt(), offsets[e + 1] - offsets[e]))
         .collect();
     let mut b = Mat::from_fn(n, divergence.nrows(), |i, j| divergence[(j, from + i)] * root[j] * scale[i]);
-    lower.solve_lower_triangular_in_place(b.as_mut());
+    dense::solve_lower_triangular(lower.as_ref(), b.as_mut());
     let (mut vectors, values) = left_singular(&b)?;
-    lower.transpose().solve_upper_triangular_in_place(vectors.as_mut());
+    dense::solve_upper_triangular(lower.transpose(), vectors.as_mut());
     for i in 0..n {
         for j in 0..n {
             vectors[(i, j)] *= scale[i];
@@ -73,9 +74,7 @@ pub fn dual_modes(
 /// column space is filled up with zeros.
 fn left_singular(b: &Mat<f64>) -> Result<(Mat<f64>, Vec<f64>), IllConditioned> {
     let n = b.nrows();
-    let svd = b.svd().map_err(|_| IllConditioned)?;
-    let sigma: Vec<f64> = svd.S().column_vector().iter().copied().collect();
-    let u = svd.U();
+    let (u, sigma) = dense::left_singular_vectors(b.as_ref()).map_err(|_| IllConditioned)?;
     let values = (0..n).map(|j| sigma.get(n - 1 - j).map_or(0.0, |s| s * s)).collect();
     Ok((Mat::from_fn(n, n, |i, j| u[(i, n - 1 - j)]), values))
 }

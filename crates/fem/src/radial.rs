@@ -6,7 +6,8 @@
 
 use crate::line::{Element, Line};
 use crate::mixed::IllConditioned;
-use faer::{Mat, Side};
+use elastocap_linalg::dense;
+use faer::Mat;
 
 /// Orthogonal changes of basis, one per element, and the squared distances they leave on the diagonal.
 #[derive(Debug, Clone)]
@@ -35,10 +36,11 @@ impl RadialBasis {
                 2 => half * half * a(i.max(j)) * a(i.max(j) - 1),
                 _ => 0.0,
             });
-            let own = square.self_adjoint_eigen(Side::Lower).map_err(|_| IllConditioned)?;
+            let (vectors, values) =
+                dense::symmetric_eigenvectors(square.as_ref()).map_err(|_| IllConditioned)?;
             // Rounding may put an eigenvalue just below the smallest squared distance there is.
-            squares.extend(own.S().column_vector().iter().map(|s| s.max(0.0)));
-            blocks.push(own.U().to_owned());
+            squares.extend(values.iter().map(|s| s.max(0.0)));
+            blocks.push(vectors);
         }
         Ok(Self { blocks, squares })
     }
@@ -52,7 +54,7 @@ impl RadialBasis {
                 break;
             }
             let p = block.nrows();
-            let turned = block.transpose() * rows.as_ref().subrows(at, p);
+            let turned = dense::product(block.transpose(), rows.as_ref().subrows(at, p));
             out.as_mut().subrows_mut(at, p).copy_from(&turned);
             at += p;
         }

@@ -8,6 +8,7 @@
 //! | [`ldlt`] | factors of one sparse symmetric pattern, again and again, by faer |
 //! | [`ordering`] | the order of elimination: nested dissection |
 //! | [`cholesky`] | dense factors of small semi-definite matrices, by faer |
+//! | [`dense`] | dense products, factors, singular values and eigenvectors, by faer on one thread |
 //! | [`gemm`] | small dense products |
 //! | [`reduction`] | sums and updates of long vectors |
 //! | [`vector`] | vectors in space |
@@ -16,6 +17,7 @@
 
 pub mod cholesky;
 pub mod conjugate_gradients;
+pub mod dense;
 pub mod gemm;
 pub mod ldlt;
 pub mod multigrid;

@@ -153,7 +153,8 @@ fn a_rigid_pair_whose_gap_closes_has_no_scene() {
     let mut case = pair(Layout::Stacked);
     let electrodes = case.electrodes.as_mut().unwrap();
     (electrodes.thickness, electrodes.stiffness) = (100e-6, Stiffness::Rigid);
-    assert!(at(&case, 0.1).is_ok());
+    let gap = at(&case, 0.1).unwrap().pair.unwrap().gap;
+    assert!(0.0 < gap && gap < 50e-6, "{gap:e}");
     let error = at(&case, 0.5).unwrap_err();
     assert!(matches!(error, SceneError::GapCloses { gap } if gap < 0.0), "{error}");
 }
@@ -206,6 +207,15 @@ fn open_space_has_walls_only_where_the_case_says_so() {
     let scene = at(&half, 0.1).unwrap().scene;
     assert_eq!(scene.walls[1], [Wall::Grounded, Wall::Open]);
     assert_eq!((scene.domain.min[1], scene.domain.max[1]), (0.0, f64::INFINITY));
+
+    // A cover of a thickness lies on the layer's top and goes down with it.
+    if let Extent::AroundLayer { above, .. } = &mut half.surroundings.as_mut().unwrap().extent {
+        *above = Face::Medium { relative_permittivity: 3.0, thickness: Some(100e-6) };
+    }
+    let scene = at(&half, 0.1).unwrap().scene;
+    let cover = slabs(&scene).pop().unwrap();
+    assert_eq!(cover.min[1], top);
+    assert_close(cover.max[1], top + 100e-6);
 }
 
 #[test]
@@ -213,7 +223,7 @@ fn a_wall_that_comes_down_on_a_conductor_leaves_no_scene() {
     let mut case = pair(Layout::InPlane);
     let region = Box3 { min: [-1e-4, 1.3e-3, -1e-4], max: [1e-4, 1.4e-3, 1e-4] };
     case.bodies.push(Body::conductor("finger", Shape::Box(region)));
-    assert!(at(&case, 0.0).is_ok());
+    assert_eq!(at(&case, 0.0).unwrap().scene.conductors().nth(2).unwrap().body.bounds(), Some(region));
     let error = at(&case, 0.5).unwrap_err();
     assert!(
         matches!(&error, SceneError::ReachesWall { conductor, side: "above" } if conductor == "finger"),

@@ -16,8 +16,8 @@ use crate::matrix::{MatrixBounds, from_energies};
 use crate::solution::{Bounded, Discretisation, Field, PhaseSeconds, Settings, Solution, Target};
 use elastocap_fem::tensor::{Dims, axpy};
 use elastocap_geometry::scene::Scene;
+use elastocap_linalg::dense::{self, Lu};
 use faer::Mat;
-use faer::linalg::solvers::Solve;
 use std::sync::atomic::Ordering;
 use std::time::Instant;
 
@@ -221,7 +221,7 @@ impl Outcome {
         };
         let potentials = floating.potentials(&self.all.upper, &driven, &floating.charges);
         let target = Mat::from_fn(n, 1, |i, _| potentials[i]);
-        let weights = self.basis.partial_piv_lu().solve(&target);
+        let weights = Lu::new(self.basis.as_ref()).solve(target.as_ref());
         let mut shares = Vec::new();
         let (mut at, mut common) = (0, 0.0);
         for part in parts {
@@ -247,17 +247,17 @@ impl Outcome {
         let n = self.basis.nrows();
         let Problem { floating, .. } = problem;
         let driven = floating.driven.len();
-        let factor = self.basis.partial_piv_lu();
+        let factor = Lu::new(self.basis.as_ref());
         let of_driven = |v: &[f64]| {
             let all = floating.potentials(&self.all.upper, v, &vec![0.0; floating.floating.len()]);
-            let weights = factor.solve(&Mat::from_fn(n, 1, |i, _| all[i]));
+            let weights = factor.solve(Mat::from_fn(n, 1, |i, _| all[i]).as_ref());
             (0..n).map(|i| weights[(i, 0)]).collect::<Vec<f64>>()
         };
         // Weights of the right-hand sides in each state, and the state's energy.
         let mut states: Vec<(Vec<f64>, f64)> = Vec::new();
         if let (Target::TwoTerminal, true) = (problem.settings.target, driven == 2) {
             let charges = Mat::from_fn(2, 1, |i, _| if i == 0 { 1.0 } else { -1.0 });
-            let voltages = self.bounds.upper.partial_piv_lu().solve(&charges);
+            let voltages = Lu::new(self.bounds.upper.as_ref()).solve(charges.as_ref());
             let energy = voltages[(0, 0)] - voltages[(1, 0)];
             if energy.is_finite() && energy > 0.0 {
                 states.push((of_driven(&[voltages[(0, 0)], voltages[(1, 0)]]), energy));
@@ -272,8 +272,9 @@ impl Outcome {
         } else if states.is_empty() {
             for i in 0..n {
                 let unit: Vec<f64> = (0..n).map(|j| f64::from(u8::from(i == j))).collect();
-                let v = self.basis.col(i);
-                states.push((unit, (v.transpose() * &self.bounds.upper * v).max(0.0)));
+                let v = self.basis.col(i).as_mat();
+                let charges = dense::product(v.transpose(), self.bounds.upper.as_ref());
+                states.push((unit, dense::product(charges.as_ref(), v)[(0, 0)].max(0.0)));
             }
         }
         let unit = VACUUM_PERMITTIVITY * problem.layout.unit;

@@ -4,6 +4,7 @@
 
 mod crossing;
 mod discretisation;
+mod field;
 mod floating;
 mod general;
 mod mirror;

@@ -183,6 +183,12 @@ pub(super) fn maxwell(
 mod tests {
     use super::*;
 
+    #[test]
+    fn the_truth_of_a_negative_number_lies_on_both_sides_of_it() {
+        let truth = Truth::value(-2.0, 0.25);
+        assert_eq!((truth.low, truth.high), (-2.5, -1.5));
+    }
+
     fn claim(truth: Truth) -> Claim {
         Claim::capacitance("C", Bounded { value: 2.0, lower: 1.9, upper: 2.1 }, truth)
     }

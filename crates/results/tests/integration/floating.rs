@@ -45,5 +45,15 @@ fn the_floating_plate_leaves_the_matrix_and_its_potential_is_reported() {
         );
     }
     let table = csv::capacitance(&outcome.conductors, step);
-    assert!(table.contains("maxwell,lower,upper,") && !table.contains("float"), "{table}");
+    assert!(!table.contains("float"), "{table}");
+    let numbers = |quantity: &str| -> [f64; 3] {
+        let row = table.lines().find(|line| line.starts_with(&format!("{quantity},lower,upper,"))).unwrap();
+        let fields: Vec<f64> = row.split(',').skip(3).take(3).map(|field| field.parse().unwrap()).collect();
+        fields.try_into().unwrap()
+    };
+    let ([value, lower, upper], entry) = (numbers("maxwell"), step.maxwell.as_ref().unwrap()[0][1]);
+    assert_eq!([value, lower, upper], [entry.value, entry.lower, entry.upper]);
+    assert!(lower < value && value < upper && upper < 0.0, "{table}");
+    // The mutual capacitance is minus the entry: its bounds change places.
+    assert_eq!(numbers("mutual"), [-value, -upper, -lower]);
 }

@@ -33,6 +33,7 @@ mod reference;
 mod tests;
 
 use elastocap_geometry::meshing::tets::TetMesh;
+use elastocap_linalg::dense;
 use element::{Element, times};
 use faces::{Forest, Growth, NONE, Passages};
 use faer::{Mat, MatRef};
@@ -119,7 +120,7 @@ impl Flux {
     pub fn lower(&self, potentials: MatRef<f64>) -> Mat<f64> {
         let n = self.energy.nrows();
         assert_eq!(potentials.ncols(), n, "one column of potentials per state");
-        let work = potentials.transpose() * &self.charges;
+        let work = dense::product(potentials.transpose(), self.charges.as_ref());
         Mat::from_fn(n, n, |i, j| work[(i, j)] + work[(j, i)] - self.energy[(i, j)])
     }
 }

@@ -9,9 +9,9 @@
 //! * loops: no divergence, and none through the faces (three for quadratics, none below).
 
 use elastocap_fem::quadrature::gauss_legendre;
+use elastocap_linalg::dense::Lu;
 use elastocap_linalg::vector::dot;
 use faer::Mat;
-use faer::linalg::solvers::Solve;
 
 /// Tables of the unit tetrahedron for one degree.
 #[derive(Debug)]
@@ -273,7 +273,7 @@ impl Reference {
         let size = raw(degree, [MIDDLE; 3]).len();
         let columns: Vec<_> = (0..size).map(|i| f.all(&f.sample(|x| raw(degree, x)[i]))).collect();
         let functionals = Mat::from_fn(size, size, |i, j| columns[j][i]);
-        let basis = functionals.partial_piv_lu().solve(Mat::<f64>::identity(size, size));
+        let basis = Lu::new(functionals.as_ref()).solve(Mat::<f64>::identity(size, size).as_ref());
         let values: Vec<Vec<[f64; 3]>> = f
             .volume
             .iter()
