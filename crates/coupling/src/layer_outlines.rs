@@ -380,7 +380,7 @@ mod tests {
         let electrodes = vec![faces([1.0, 3.0], [1.0, 1.5])];
         let curves = DeformedCurves { electrodes, surface: surface.clone(), half: true };
         let error = bent_scene(&deformed(), &curves, 1e-3).unwrap_err();
-        assert!(error.contains("crosses itself at x1 = 8.2"), "{error}");
+        assert!(error.to_string().contains("crosses itself at x1 = 8.2"), "{error}");
         surface[4] = [1.19, 1.9];
         assert_eq!(without_loops(&surface, 0.0), Ok(surface));
     }

@@ -116,11 +116,11 @@ impl Claim {
 }
 
 /// All claims of an entry, or why there are none.
-pub(super) type Claims = Result<Vec<Claim>, MissingNumber>;
+pub(super) type Claims = Result<Vec<Claim>, ClaimError>;
 
-/// A number that an entry is about and its outcomes do not have.
-#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-pub enum MissingNumber {
+/// Why nothing can be claimed: the outcomes of an entry lack a number that it is about, or have one that they must not have.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum ClaimError {
     /// There is no such step.
     #[error("case {case} has no step {step}")]
     Step {
@@ -132,6 +132,9 @@ pub enum MissingNumber {
     /// A cell of the row is empty.
     #[error("no {0} was given")]
     Cell(String),
+    /// There is a force where the formula has none.
+    #[error("a force of {0} N is given")]
+    Force(f64),
     /// There is no capacitance between two terminals.
     #[error("case {case} has no two-terminal capacitance")]
     TwoTerminal {
@@ -151,32 +154,27 @@ pub enum MissingNumber {
 }
 
 /// The row of a step.
-pub(super) fn row(outcomes: &[Outcome], case: usize, step: usize) -> Result<&Row, MissingNumber> {
+pub(super) fn row(outcomes: &[Outcome], case: usize, step: usize) -> Result<&Row, ClaimError> {
     let found = outcomes.get(case).and_then(|outcome| outcome.steps.get(step));
-    found.map(|found| &found.row).ok_or(MissingNumber::Step { case, step })
+    found.map(|found| &found.row).ok_or(ClaimError::Step { case, step })
 }
 
 /// A number that the row should have.
-pub(super) fn known(value: Option<f64>, what: &str) -> Result<f64, MissingNumber> {
-    value.ok_or_else(|| MissingNumber::Cell(what.to_owned()))
+pub(super) fn known(value: Option<f64>, what: &str) -> Result<f64, ClaimError> {
+    value.ok_or_else(|| ClaimError::Cell(what.to_owned()))
 }
 
 /// The two-terminal capacitance of the first step.
-pub(super) fn terminals(outcomes: &[Outcome], case: usize) -> Result<Bounded, MissingNumber> {
+pub(super) fn terminals(outcomes: &[Outcome], case: usize) -> Result<Bounded, ClaimError> {
     let found = outcomes.get(case).and_then(|outcome| outcome.steps.first()?.two_terminal);
-    found.ok_or(MissingNumber::TwoTerminal { case })
+    found.ok_or(ClaimError::TwoTerminal { case })
 }
 
 /// An entry of the Maxwell matrix of the first step.
-pub(super) fn maxwell(
-    outcomes: &[Outcome],
-    case: usize,
-    i: usize,
-    j: usize,
-) -> Result<Bounded, MissingNumber> {
+pub(super) fn maxwell(outcomes: &[Outcome], case: usize, i: usize, j: usize) -> Result<Bounded, ClaimError> {
     let matrix = outcomes.get(case).and_then(|outcome| outcome.steps.first()?.maxwell.as_ref());
     let entry = matrix.and_then(|matrix| matrix.get(i)?.get(j).copied());
-    entry.ok_or(MissingNumber::MaxwellEntry { case, row: i, column: j })
+    entry.ok_or(ClaimError::MaxwellEntry { case, row: i, column: j })
 }
 
 #[cfg(test)]

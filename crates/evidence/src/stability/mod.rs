@@ -17,7 +17,7 @@ use std::sync::atomic::AtomicBool;
 use std::time::{Duration, Instant};
 
 pub use catalogue::catalogue;
-pub use claim::{Claim, MissingNumber, ROUNDING, Truth};
+pub use claim::{Claim, ClaimError, ROUNDING, Truth};
 pub use verdict::{Expect, Verdict};
 
 use claim::Claims;

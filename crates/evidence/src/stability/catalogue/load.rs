@@ -3,7 +3,7 @@
 use elastocap_electrostatics::Bounded;
 
 use super::super::Entry;
-use super::super::claim::{Claim, MissingNumber, Truth, known, row, terminals};
+use super::super::claim::{Claim, ClaimError, Truth, known, row, terminals};
 use super::super::text::{MODULUS, Sensor};
 use super::super::truths::{Layer, force_at_first};
 
@@ -67,7 +67,7 @@ fn large(compression: f64, name: &str) -> Entry {
         let found = row(out, 0, 0)?;
         let layer = Layer::new(compression);
         let share = sensor.height / sensor.layer;
-        let of = |what: &str, unit, value: Option<f64>, truth: f64| -> Result<Claim, MissingNumber> {
+        let of = |what: &str, unit, value: Option<f64>, truth: f64| -> Result<Claim, ClaimError> {
             Ok(Claim::formula(what, unit, known(value, what)?, FORMULA, Truth::value(truth, FORMULA)))
         };
         let claims = vec![
@@ -113,7 +113,7 @@ fn beyond(compression: f64, long: bool) -> Entry {
     let mut entry = Entry::new(COMPRESSION, name, [case], move |out| {
         let found = row(out, 0, 0)?;
         if let Some(force) = found.force_n {
-            return Err(format!("a force of {force} N is given"));
+            return Err(ClaimError::Force(force));
         }
         let stretch = Layer::new(compression).stretch(sensor.height / sensor.layer);
         let gap = known(found.gap_m, "gap")?;
