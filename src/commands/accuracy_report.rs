@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use elastocap_coupling::load_steps::StepLoad;
 use elastocap_evidence::accuracy::{
-    ALLOWED, Choice, Honesty, Kind, MOST_CAUTIOUS, Missing, Quantity, Run, Study,
+    ALLOWED, Choice, Honesty, Kind, MAX_CAUTION, Missing, Quantity, Run, Study,
 };
 
 use super::summary::table;
@@ -91,9 +91,12 @@ fn choices(study: &Study) -> Vec<Vec<String>> {
             lines.push(line);
             continue;
         };
-        let told = format!("{:.1e}", found.told);
-        let (spread, estimate) =
-            if run.kind == Kind::Bounds { (told, String::new()) } else { (String::new(), told) };
+        let reported_error = format!("{:.1e}", found.reported_error);
+        let (spread, estimate) = if run.kind == Kind::Bounds {
+            (reported_error, String::new())
+        } else {
+            (String::new(), reported_error)
+        };
         let least = study.reference.map_or(0.0, |reference| reference.half_width());
         let error = study.true_error(run).map_or_else(String::new, |error| {
             if error < least { format!("< {least:.1e}") } else { format!("{error:.1e}") }
@@ -135,7 +138,7 @@ fn honesty(study: &Study, out: &mut String) {
         if below + above > 0 {
             let _ = write!(
                 out,
-                "; {below} of {} below the true error, {above} above {MOST_CAUTIOUS} times it",
+                "; {below} of {} below the true error, {above} above {MAX_CAUTION} times it",
                 ratios.len()
             );
         }

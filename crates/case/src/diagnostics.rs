@@ -1,4 +1,4 @@
-//! What is wrong with a case file, and how it is shown: file, line, caret, what is wrong, what would be right.
+//! Problems of a case file and how they are shown: file, line, caret, what is wrong, what would be right.
 
 use std::fmt;
 use std::ops::Range;
@@ -14,9 +14,9 @@ pub(super) const KEPT: usize = 50;
 pub struct Diagnostic {
     /// What is wrong, in one line.
     pub message: String,
-    /// Bytes of the file that are to blame; `None` where the file as a whole is.
+    /// The bytes of the file at fault; `None` where the file as a whole is.
     pub span: Option<Range<usize>>,
-    /// Stands beside the caret; may be empty.
+    /// The text next to the caret; may be empty.
     pub label: String,
     /// Other places that belong to the problem, each with its label.
     pub related: Vec<(Range<usize>, String)>,
@@ -126,7 +126,7 @@ impl CaseError {
         related: &'a [(Range<usize>, String)],
     ) -> Snippet<'a, annotate_snippets::Annotation<'a>> {
         let text = self.source_text.as_str();
-        // Of a span over several lines the first line says enough.
+        // The first line of a span over several lines says enough.
         let clamp = |span: &Range<usize>| {
             let start = boundary(text, span.start);
             let end = boundary(text, span.end).max(start);

@@ -21,7 +21,7 @@ pub struct Case {
     pub layer: Option<Layer>,
     /// The pair of electrodes in the layer; only with a layer.
     pub electrodes: Option<Electrodes>,
-    /// How the layer's deformation is computed; there whenever [`Case::load`] is.
+    /// How the layer's deformation is computed; present whenever [`Case::load`] is.
     pub mechanics: Option<Mechanics>,
     /// The load steps; `None` for the undeformed scene alone.
     pub load: Option<Load>,
@@ -31,9 +31,9 @@ pub struct Case {
     pub bodies: Vec<Body>,
     /// The mesh that [`Case::bodies`] are physical groups of; `None` where they are shapes.
     pub mesh: Option<ImportedMesh>,
-    /// What surrounds the bodies; there exactly when a capacitance is asked for.
+    /// What surrounds the bodies; present exactly when a capacitance is asked for.
     pub surroundings: Option<Surroundings>,
-    /// How exactly the capacitance is computed; there exactly when a capacitance is asked for.
+    /// How accurately the capacitance is computed; present exactly when a capacitance is asked for.
     pub electrostatics: Option<Electrostatics>,
 }
 
@@ -81,9 +81,9 @@ pub struct Layer {
     pub thickness: f64,
     /// Undeformed half-length along x1, m; the closed form does not use it.
     pub half_length: Option<f64>,
-    /// eps_r; there whenever a capacitance is asked for.
+    /// eps_r; present whenever a capacitance is asked for.
     pub relative_permittivity: Option<f64>,
-    /// What it is made of; there whenever [`Case::load`] is. Its shear modulus is positive.
+    /// What it is made of; present whenever [`Case::load`] is. Its shear modulus is positive.
     pub material: Option<HyperelasticLaw>,
     /// kappa, Pa; `None` for an incompressible material. Only finite elements know it.
     pub bulk_modulus: Option<f64>,
@@ -172,9 +172,9 @@ pub enum Mechanics {
         /// L in eq. (45).
         shear_length: ShearLength,
     },
-    /// Finite elements in plane strain; the layer's half-length is there.
+    /// Finite elements in plane strain; the layer's half-length is given.
     PlaneStrain(PlaneStrain),
-    /// Finite elements in three dimensions; the layer's half-length is there.
+    /// Finite elements in three dimensions; the layer's half-length is given.
     Solid(Solid),
 }
 
@@ -197,9 +197,9 @@ pub enum ShearLength {
 /// The layer by finite elements in plane strain. Lengths in m.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PlaneStrain {
-    /// What presses.
+    /// The load.
     pub indenter: Indenter,
-    /// What becomes of the layer's end.
+    /// The boundary condition at the layer's end.
     pub end: LayerEnd,
     /// Width of the layer along x3.
     pub width: f64,
@@ -235,13 +235,13 @@ pub enum Indenter {
 /// The layer by finite elements in three dimensions. Lengths in m.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Solid {
-    /// What presses, above the middle of the layer.
+    /// The indenter, above the middle of the layer.
     pub indenter: SolidIndenter,
-    /// What becomes of the layer's end.
+    /// The boundary condition at the layer's end.
     pub end: LayerEnd,
     /// Width of the layer along x3.
     pub width: f64,
-    /// What becomes of its sides.
+    /// The boundary condition at its sides.
     pub side: LayerSide,
     /// Relative discretisation error of the force to reach; in (0, 1).
     pub relative_tolerance: f64,
@@ -280,7 +280,7 @@ pub enum SolidIndenter {
     },
 }
 
-/// What becomes of the layer's sides along x3.
+/// The boundary condition at the layer's sides along x3.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum LayerSide {
     /// Like the end.
@@ -289,7 +289,7 @@ pub enum LayerSide {
     Symmetric,
 }
 
-/// What becomes of the layer's end.
+/// The boundary condition at the layer's end.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum LayerEnd {
     /// Free of traction all the way.
@@ -384,24 +384,24 @@ pub enum Face {
     },
 }
 
-/// How exactly the capacitance is computed.
+/// How accurately the capacitance is computed.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Electrostatics {
     /// (upper - lower)/value to reach, or the estimated relative error if `bounds` is false; in (0, 1).
     pub relative_tolerance: f64,
     /// Whether a lower and an upper bound are proved.
     pub bounds: bool,
-    /// The solver asked for; `None` for the one for boxes where it can, else that on tetrahedra.
+    /// The solver asked for; `None` for the box solver where it can take the scene, otherwise the solver on tetrahedra.
     pub solver: Option<FieldSolver>,
-    /// Order of the potentials on tetrahedra, 1 to 3; `None` for the solver's own choice, and for the solver for boxes.
+    /// Order of the potentials on tetrahedra, 1 to 3; `None` for the solver's own choice, and for the box solver.
     pub order: Option<u8>,
 }
 
-/// What solves for the field.
+/// A field solver.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum FieldSolver {
-    /// That for axis-aligned boxes and sheets.
+    /// The box solver, for axis-aligned boxes and sheets.
     Boxes,
-    /// That on tetrahedra, for any shape.
+    /// The solver on tetrahedra, for any shape.
     Tetrahedra,
 }

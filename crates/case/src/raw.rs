@@ -35,7 +35,7 @@ table! {
         surroundings: Option<Read<Surroundings>>,
         /// A volume mesh from Gmsh that is the whole scene; bodies are then `physical` groups of it.
         mesh: Option<Read<MeshFile>>,
-        /// How exactly the capacitance is computed.
+        /// How accurately the capacitance is computed.
         electrostatics: Option<Read<Electrostatics>>,
     }
 }
@@ -141,7 +141,7 @@ words! {
 table! {
     /// Finite elements in plane strain: large deformations, contact, electrodes as stiffer inclusions.
     struct PlaneStrain {
-        /// What presses: "whole-top" for a smooth plate over the whole layer, or an indenter.
+        /// The indenter: "whole-top" for a smooth plate over the whole layer, or an indenter.
         indenter: Read<Either<WholeTop, Indenter>>,
         /// The layer's end: "free" of traction all the way, "free-on-substrate" (what folds over rests on the substrate
         /// plane), or "far" (the layer goes on: no motion along x1 there).
@@ -159,7 +159,7 @@ words! {
 }
 
 words! {
-    /// What becomes of the layer's end.
+    /// The boundary condition at the layer's end.
     enum LayerEnd { "free" => Free, "free-on-substrate" => FreeOnSubstrate, "far" => Far, }
 }
 
@@ -198,7 +198,7 @@ table! {
 table! {
     /// Finite elements in three dimensions, for a layer of finite width. Indenters are above its middle.
     struct Solid {
-        /// What presses: "whole-top" for a smooth plate over the whole layer, or an indenter.
+        /// The indenter: "whole-top" for a smooth plate over the whole layer, or an indenter.
         indenter: Read<Either<WholeTop, SolidIndenter>>,
         /// The layer's end along x1: "free" of traction all the way, "free-on-substrate" (what folds over rests on the
         /// substrate plane), or "far" (the layer goes on: no motion along x1 there).
@@ -214,7 +214,7 @@ table! {
 }
 
 words! {
-    /// What becomes of the layer's sides.
+    /// The boundary condition at the layer's sides.
     enum LayerSide { "free" => Free, "symmetric" => Symmetric, }
 }
 
@@ -502,7 +502,7 @@ words! {
 }
 
 table! {
-    /// How exactly the capacitance is computed.
+    /// How accurately the capacitance is computed.
     struct Electrostatics {
         /// Spread of the proved bounds over the value (or the estimated error) to reach. Default: 1e-3.
         relative_tolerance: Option<Read<Tolerance>>,

@@ -191,7 +191,7 @@ impl<'s> Log<'s> {
         if self.diagnostics.len() < KEPT { self.diagnostics.push(diagnostic) } else { self.unshown += 1 }
     }
 
-    /// A problem beside which no other is worth telling.
+    /// A problem that makes all others pointless to report.
     pub(super) fn push_sole(&mut self, diagnostic: Diagnostic) {
         self.diagnostics = vec![diagnostic];
         self.unshown = 0;
@@ -202,7 +202,7 @@ impl<'s> Log<'s> {
         self.diagnostics.is_empty()
     }
 
-    /// How many problems have been told.
+    /// The number of problems reported so far.
     pub(super) fn len(&self) -> usize {
         self.diagnostics.len()
     }

@@ -13,7 +13,7 @@ use super::reader::{FromToml, Log, Node, Read};
 const FORMAT: i64 = 1;
 
 /// The largest number of load steps in one case.
-const MOST_POINTS: i64 = 100_000;
+const MAX_POINTS: i64 = 100_000;
 
 fn integer(value: &DeValue<'_>) -> Option<i64> {
     match value {
@@ -173,14 +173,14 @@ impl FromToml for Count {
     }
     fn from_toml(node: Node<'_>, log: &mut Log<'_>) -> Option<Self> {
         let wrong = || {
-            Diagnostic::at(&node.span(), format!("{} must be between 1 and {MOST_POINTS}", node.place()))
+            Diagnostic::at(&node.span(), format!("{} must be between 1 and {MAX_POINTS}", node.place()))
                 .label("a number of load steps")
                 .help(format!("write for example {}", node.assign("9")))
         };
-        whole_number::<Self, u32>(node, log, 1..=MOST_POINTS, wrong).map(Self)
+        whole_number::<Self, u32>(node, log, 1..=MAX_POINTS, wrong).map(Self)
     }
     fn schema() -> Value {
-        json!({ "type": "integer", "minimum": 1, "maximum": MOST_POINTS })
+        json!({ "type": "integer", "minimum": 1, "maximum": MAX_POINTS })
     }
 }
 
@@ -213,7 +213,7 @@ impl FromToml for Flag {
     }
 }
 
-/// One of two types, told apart by the TOML type of the value.
+/// One of two types, distinguished by the TOML type of the value.
 #[derive(Debug)]
 pub(super) enum Either<A, B> {
     First(A),
@@ -259,7 +259,7 @@ impl<A: FromToml, B: FromToml> FromToml for Either<A, B> {
     }
 }
 
-/// Reads the entries of an array. Entries of the wrong type that can be guessed are told once, with the whole line.
+/// Reads the entries of an array. Entries of the wrong type that can be guessed are reported once, with the whole line.
 fn entries<'a, T: FromToml>(node: Node<'a>, log: &mut Log<'_>) -> Option<Vec<Read<T>>> {
     let items = node.value.get_ref().as_array()?;
     let mended: Vec<_> = items.iter().map(|item| T::mended(item, log)).collect();

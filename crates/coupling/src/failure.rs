@@ -12,7 +12,7 @@ use crate::scene::SceneError;
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum StepFailure {
-    /// The layer cannot be deformed so.
+    /// The layer cannot be deformed like this.
     #[error(transparent)]
     Layer(#[from] DeformError),
     /// The deformed bodies do not fit together.
@@ -36,7 +36,7 @@ pub enum StepFailure {
     /// Bounds and value contradict each other: a defect.
     #[error("the solver's bounds do not enclose its value")]
     BoundsExcludeValue,
-    /// A grid of the step was asked for, and it is solved on a mesh.
+    /// A grid was asked for, and the step is solved on a mesh.
     #[error("bodies of any shape are meshed as they are solved: `elastocap run` writes their mesh")]
     NoGrid,
     /// The program panicked: a defect.
@@ -45,7 +45,7 @@ pub enum StepFailure {
 }
 
 impl StepFailure {
-    /// Whether the program is at fault, and not what was asked of it.
+    /// Whether the program is at fault rather than its input.
     pub fn is_defect(&self) -> bool {
         match self {
             Self::BoundsExcludeValue | Self::Defect(_) => true,
@@ -61,14 +61,14 @@ impl StepFailure {
     }
 }
 
-/// As its text.
+/// Serialised as its message.
 impl Serialize for StepFailure {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         serializer.collect_str(self)
     }
 }
 
-/// The finite elements of the layer press its surface through itself, in a tangle too large to be cut out.
+/// The surface of the finite-element layer crosses itself in a loop too large to be cut out.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 #[error(
     "the surface of the layer crosses itself at x1 = {x1:.2e} m, x2 = {x2:.2e} m: its finite elements are too coarse there, \

@@ -1,7 +1,7 @@
 //! The scene around a layer for the solver on tetrahedra: electrodes and a surface that the load has bent.
 //!
 //! Finite elements of the layer in plane strain know the shape of every electrode and of the surface. The field solver takes
-//! them as polygons in the plane of x1 and x2, pulled along x3, near enough to the curves that the capacitance does not see the difference.
+//! them as polygons in the plane of x1 and x2, pulled along x3, close enough to the curves that the difference does not matter for the capacitance.
 
 use elastocap_geometry::export::gltf::BodyRole;
 use elastocap_geometry::export::surfaces::{Corners, SurfaceBody, prism};
@@ -12,13 +12,13 @@ use crate::deform::{Curve, DeformedCurves, simplified};
 use crate::failure::SurfaceCrossesItself;
 use crate::scene::DeformedScene;
 
-/// What part of the tolerance the polygons may take.
+/// Share of the tolerance that the polygons may use up.
 const SHARE: f64 = 0.2;
 
 /// Loops of the surface larger than this share of the scene's height are not cut out but refused.
 const LOOP: f64 = 0.02;
 
-/// A scene around a layer for the solver for any shape.
+/// A scene around a layer for the solver on tetrahedra.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct LayerScene {
     pub(crate) scene: Scene,

@@ -1,9 +1,9 @@
-//! What presses in a load step.
+//! The load of a step.
 
 use elastocap_case::{Case, Load};
 use serde::Serialize;
 
-/// What presses in one step.
+/// The load of one step.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum StepLoad {
@@ -25,7 +25,7 @@ impl StepLoad {
         }
     }
 
-    /// Whether the layer is as it was: there is no load, or a load of zero.
+    /// Whether the layer is undeformed: there is no load, or a load of zero.
     pub fn is_zero(self) -> bool {
         match self {
             Self::None => true,

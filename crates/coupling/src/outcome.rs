@@ -1,4 +1,4 @@
-//! The result of a run: one row per load step, and what stands behind it.
+//! The result of a run: one row per load step, and the matrices, scenes and reports behind it.
 
 use std::fmt;
 
@@ -18,7 +18,7 @@ use crate::scene::DeformedScene;
 pub struct Outcome {
     /// What was to be solved.
     pub plan: Plan,
-    /// What could not be written while steps were solved; the numbers are not touched by it.
+    /// Warnings that concern the whole run.
     pub warnings: Vec<String>,
     /// The steps of the plan, in its order.
     pub steps: Vec<StepResult>,
@@ -53,7 +53,7 @@ impl Outcome {
 pub struct StepResult {
     /// Position in the plan.
     pub index: usize,
-    /// What presses.
+    /// The load.
     pub load: StepLoad,
     /// The earlier step that this result is taken from.
     pub same_as: Option<usize>,
@@ -65,7 +65,7 @@ pub struct StepResult {
     pub reason: Option<String>,
     /// What the user should know about it.
     pub warnings: Vec<String>,
-    /// How the finite elements of the layer went, if it has any.
+    /// The report of the layer's finite elements, if it has any.
     pub layer: Option<FiniteElementStep>,
     /// The bodies as deformed, where they are boxes.
     pub scene: Option<DeformedScene>,
@@ -75,7 +75,7 @@ pub struct StepResult {
     pub maxwell: Option<Vec<Vec<Bounded>>>,
     /// Potentials of the floating conductors.
     pub floating: Vec<FloatingConductor>,
-    /// Charge over voltage, F; what the two terminals are is said in [`Row::two_terminal_capacitance_f`].
+    /// Charge over voltage, F, between the terminals that [`Row::two_terminal_capacitance_f`] describes.
     pub two_terminal: Option<Bounded>,
     /// How the field was solved.
     pub solver: Option<SolverReport>,
@@ -83,8 +83,8 @@ pub struct StepResult {
     pub seconds: StepSeconds,
 }
 
-/// A floating conductor and its potential: that per volt on each driven one times its potential, all added up, and the part
-/// from the charges.
+/// A floating conductor and its potential: the sum over the driven conductors of `per_volt` times their potentials, plus
+/// `from_charges`.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FloatingConductor {
     /// Its name.
@@ -183,11 +183,11 @@ impl Row {
 pub enum Status {
     /// Solved to its tolerance.
     Ok,
-    /// Solved; the error is the one given, larger than asked for.
+    /// Solved, with a larger error than asked for.
     ToleranceNotReached,
-    /// Deformed and solved, but compressed beyond where eq. (50) has a force: the row has none.
+    /// Deformed and solved, but compressed beyond the maximum of eq. (50), so that the row has no force.
     BeyondForceLimit,
-    /// Not solved, for this reason; what was known before it failed is kept.
+    /// Not solved, for this reason. The row keeps what was known before the failure.
     Failed(Box<StepFailure>),
     /// The run was stopped before it.
     #[default]

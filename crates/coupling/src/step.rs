@@ -94,7 +94,7 @@ impl Solver<'_> {
         let layer_missed = layer_missed(state.as_ref());
         if !self.case.has_conductors() {
             if let Some(Deformation::FiniteElement(layer)) = &state {
-                // What the row is about is the force, so that its error is the one to tell.
+                // The row is about the force, so its error is reported.
                 result.row.relative_error_estimate = layer.relative_error_estimate;
             }
             result.mark(layer_missed.is_none(), layer_missed, beyond);

@@ -3,16 +3,16 @@
 use elastocap_electrostatics::Bounded;
 
 /// Charge over voltage of two conductors with equal and opposite charges, F, when all others are at potential zero: a finger, a
-/// guard, a shield. `pair` are their rows in the Maxwell matrix; `None` if it has not so many.
+/// guard, a shield. `pair` are their rows in the Maxwell matrix; `None` if the matrix has fewer rows.
 ///
 /// With m = -C12, a = C11 + C12, b = C22 + C12, none of them negative, it is m + ab/(a + b): the mutual capacitance
-/// beside the two to ground in series. It grows with C11 and C22 and falls with C12, so bounds of the matrix give
+/// in parallel with the two capacitances to ground in series. It grows with C11 and C22 and falls with C12, so bounds of the matrix give
 /// bounds of it.
 pub fn pair_among(maxwell: &[Vec<Bounded>], pair: [usize; 2]) -> Option<Bounded> {
     let entry = |i: usize, j: usize| maxwell.get(pair[i])?.get(pair[j]);
     let (c11, c12, c22) = (entry(0, 0)?, entry(0, 1)?, entry(1, 1)?);
     let value = series(c11.value, c22.value, c12.value);
-    // Where the limits leave a or b no sign, zero is the least that they can be.
+    // Where the bounds leave the sign of a or b open, zero is the smallest value that they can have.
     let lower = series(c11.lower, c22.lower, c12.upper);
     let upper = series(c11.upper, c22.upper, c12.lower.max(-c11.upper).max(-c22.upper));
     Some(Bounded { value: value.clamp(lower.min(upper), upper), lower, upper })

@@ -19,7 +19,7 @@ use elastocap_case::ImportedMesh;
 /// faces that keep their volume, from the mean distance of a face to the surface.
 const FACETS: f64 = 0.05;
 
-/// What part of the tolerance flat faces may take.
+/// Share of the tolerance that flat faces may use up.
 const SHARE: f64 = 0.2;
 
 /// Sizes of faces over the radius of curved bodies: no larger, no smaller.
@@ -141,7 +141,7 @@ fn first(
     settings: &FieldSettings,
     smaller: f64,
 ) -> Result<First, TetrahedraError> {
-    // Between balls that are near one another faces must be flat against the gap too.
+    // Between balls that are close together, faces must be small compared with the gap too.
     let gap = ball_gap(scene)?;
     let size = (SHARE * settings.relative_tolerance / FACETS)
         .sqrt()
@@ -208,7 +208,7 @@ fn ball_gap(scene: &Scene) -> Result<f64, TetrahedraError> {
     Ok(least)
 }
 
-/// Conductors, and dielectrics that end: a hollow conductor around everything is drawn as a wall, which one can see through.
+/// Surfaces of the conductors and of the finite dielectrics. A hollow conductor around everything is drawn as a wall, which is transparent.
 fn surfaces_of(scene: &Scene, mesh: &TetMesh, planes: [Option<f64>; 3]) -> Vec<SurfaceBody> {
     let mut mesh = std::borrow::Cow::Borrowed(mesh);
     for (axis, at) in planes.into_iter().enumerate() {
@@ -259,7 +259,7 @@ fn whole_of(scene: &Scene, size: f64, tolerance: f64) -> Result<TetMesh, Tetrahe
             return Ok(found?);
         }
     }
-    // Where rounding leaves a flat tetrahedron behind, other sizes may not.
+    // Where rounding leaves a flat tetrahedron behind, another size may not.
     let mut facet = size;
     let mut tries = TRIES;
     loop {
@@ -285,8 +285,8 @@ fn whole_of(scene: &Scene, size: f64, tolerance: f64) -> Result<TetMesh, Tetrahe
     }
 }
 
-/// How far out open space begins, over the size of the scene: what bounds lose beyond falls with its square, measured on
-/// spheres and pads; where dielectrics go on for ever it is more, since rays leave them.
+/// Distance at which open space begins, over the size of the scene. The loss of the bounds beyond falls with its square (measured on
+/// spheres and pads). Infinite dielectrics need more, since rays leave them.
 fn reach(scene: &Scene, tolerance: f64) -> f64 {
     let endless = |b: Box3| (0..3).any(|a| b.min[a].is_infinite() || b.max[a].is_infinite());
     let layers = scene.dielectric_parts().any(|(_, part)| part.as_box().is_some_and(endless));
@@ -294,7 +294,7 @@ fn reach(scene: &Scene, tolerance: f64) -> f64 {
     (lost / (SHARE * tolerance)).sqrt().clamp(10.0, 40.0)
 }
 
-/// About how many cubes as high as the lowest gap or plate would cover the conductors.
+/// Approximate number of cubes, as high as the lowest gap or plate, that would cover the conductors.
 fn flatness(scene: &Scene) -> f64 {
     let shapes: Vec<(&Shape, Box3)> =
         scene.conductor_parts().filter_map(|(_, part)| Some((part, part.bounds()?))).collect();
@@ -309,7 +309,7 @@ fn flatness(scene: &Scene) -> f64 {
     axes.fold(0.0, f64::max)
 }
 
-/// About how many squares would cover the sides of extrusions: many where an outline follows a curve.
+/// Approximate number of squares that would cover the sides of extrusions: many where an outline follows a curve.
 fn strips(scene: &Scene) -> f64 {
     let of = |shape: &Shape| {
         let Shape::Extrusion { from, to, outline, .. } = shape else { return 0.0 };
@@ -320,7 +320,7 @@ fn strips(scene: &Scene) -> f64 {
     scene.shapes().map(of).sum()
 }
 
-/// About the area of the shadow that a body throws along an axis, m^2.
+/// Approximate area of a body's projection along an axis, m^2.
 fn area(shape: &Shape, b: &Box3, along: usize) -> f64 {
     match shape {
         Shape::Extrusion { axis, outline, .. } if *axis == along => {

@@ -4,11 +4,11 @@ use elastocap_geometry::scene::{Box3, Wall};
 
 use crate::scene::DeformedScene;
 
-/// What is shown of open space beside the conductors, as a share of their extent.
+/// How much open space around the conductors is shown, as a share of their extent.
 const SHOWN: f64 = 0.5;
 
-/// What is shown of bodies that go on for ever: up to where all boxes end, with some of open space around them, the same at all
-/// steps. Bodies of other shapes end by themselves.
+/// The window to which infinite bodies are cropped: it holds all boxes and some open space around them, and is the same at all
+/// steps. Bodies of other shapes are finite.
 pub fn window(scenes: &[&DeformedScene]) -> Box3 {
     let mut inside: Option<Box3> = None;
     let mut hold = |region: Box3| inside = Some(inside.map_or(region, |b| b.union(&region)));

@@ -1,4 +1,4 @@
-//! Conductors and dielectrics: that they do not get in one another's way, and lie where there is a field.
+//! Checks that conductors and dielectrics do not get in one another's way and lie where there is a field.
 
 use std::collections::BTreeMap;
 use std::ops::Range;
@@ -13,7 +13,7 @@ use super::regions::{AXES, box_region, sheet, slab};
 use super::{any, given};
 
 /// More conductors or dielectrics than this are refused: the results would be matrices of this size.
-pub(super) const MOST_BODIES: usize = 5_000;
+pub(super) const MAX_BODIES: usize = 5_000;
 
 /// A conductor or dielectric by the box around it, with the place in the file that says where it is.
 pub(super) struct PlacedBox<'a> {
@@ -37,10 +37,10 @@ pub(super) fn bodies(
     let empty = Vec::new();
     let of_dielectrics = given(&raw.dielectric).unwrap_or(&empty);
     for (what, count) in [("conductors", of_conductors.len()), ("dielectrics", of_dielectrics.len())] {
-        if count > MOST_BODIES {
+        if count > MAX_BODIES {
             log.push(Diagnostic::at(
                 &(0..0),
-                format!("{count} {what} are more than elastocap takes: {MOST_BODIES}"),
+                format!("{count} {what} are more than elastocap takes: {MAX_BODIES}"),
             ));
             return None;
         }

@@ -20,7 +20,7 @@ use super::given;
 use super::shapes::{Located, check_one_is_driven};
 
 /// Names of groups in one message at most.
-const MOST_NAMES: usize = 20;
+const MAX_NAMES: usize = 20;
 
 /// A body's form: its key and where it stands.
 type Form<'a> = (&'static str, &'a Range<usize>);
@@ -161,7 +161,7 @@ fn all_physical(raw: &Document, table: &Read<raw::MeshFile>, log: &mut Log<'_>) 
     others.is_empty()
 }
 
-// `physical` first: a second form beside it is told elsewhere.
+// `physical` first: a second form next to it is reported elsewhere.
 fn form_of_conductor(body: &raw::Conductor) -> Option<Form<'_>> {
     let raw::Conductor { r#box, sheet, sphere, shell, cylinder, extrusion, surface, physical, .. } = body;
     span("physical", physical)
@@ -236,10 +236,9 @@ fn group(read: &Read<Text>, least: u8, mesh: &VolumeMesh, log: &mut Log<'_>) -> 
         );
         return None;
     }
-    let mut known: Vec<_> =
-        usable().take(MOST_NAMES + 1).map(|name| format!("\"{}\"", shown(name))).collect();
-    if known.len() > MOST_NAMES {
-        known[MOST_NAMES] = "...".to_owned();
+    let mut known: Vec<_> = usable().take(MAX_NAMES + 1).map(|name| format!("\"{}\"", shown(name))).collect();
+    if known.len() > MAX_NAMES {
+        known[MAX_NAMES] = "...".to_owned();
     }
     let known =
         if known.is_empty() { "it has none".to_owned() } else { format!("it has {}", known.join(", ")) };

@@ -1,7 +1,7 @@
-//! From the raw types to a [`Case`]: what the parts of a file ask of one another.
+//! From the raw types to a [`Case`]: checks that the parts of a file fit together.
 //!
 //! A value that could not be read is `Some(Read { value: None })`, and the log already says why; a table that is not
-//! there is `None`. Only the second is told here as missing, so that one slip gives one message.
+//! there is `None`. Only the second is reported here as missing, so that one slip gives one message.
 
 mod bodies;
 mod imported;
@@ -34,7 +34,7 @@ fn any<T>(array: &Option<Read<Vec<T>>>) -> bool {
     array.as_ref().is_some_and(|array| array.get().is_none_or(|entries| !entries.is_empty()))
 }
 
-/// Checks what the tables ask of one another and converts them; `None` only if the log says why.
+/// Checks that the tables fit together and converts them; `None` only if the log says why.
 ///
 /// `flawed` says that there are unknown keys at the top level, any of which may stand for a table that is missing.
 pub(super) fn validate(raw: &Document, flawed: bool, origin: &Path, log: &mut Log<'_>) -> Option<Case> {
@@ -150,7 +150,7 @@ fn title(raw: &Document, origin: &Path) -> Option<String> {
     }
 }
 
-/// The solver for boxes cannot take bodies of other shapes.
+/// The box solver cannot take bodies of other shapes.
 fn check_solver(raw: &Document, log: &mut Log<'_>) {
     let asked = given(&raw.electrostatics).and_then(|table| table.solver.as_ref());
     if let Some(read) = asked
@@ -164,7 +164,7 @@ fn check_solver(raw: &Document, log: &mut Log<'_>) {
     }
 }
 
-/// Nor has it an order to choose.
+/// The box solver chooses its order itself.
 fn check_order(raw: &Document, log: &mut Log<'_>) {
     let Some(table) = given(&raw.electrostatics) else { return };
     let tetrahedra = table.solver.as_ref().and_then(|read| read.get());

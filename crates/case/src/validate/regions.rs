@@ -6,7 +6,7 @@ use super::super::quantities::Position;
 use super::super::raw;
 use super::super::reader::{Log, Read};
 
-/// A side shorter than this is not computed with, m.
+/// The smallest side that the program computes with, m.
 const THINNEST: f64 = 1e-15;
 
 pub(super) const AXES: [&str; 3] = ["x1", "x2", "x3"];

@@ -14,8 +14,8 @@ use super::bodies::{PlacedBox, check_fixed_body, check_names, conductor_of};
 use super::given;
 use super::regions::{AXES, axis_index, box_region, sheet, slab};
 
-/// Corners of one outline at most.
-const MOST_CORNERS: usize = 20_000;
+/// Largest number of corners of an outline.
+const MAX_CORNERS: usize = 20_000;
 
 /// Whether a body is neither box, sheet nor slab.
 pub(super) fn any_shaped(raw: &Document) -> bool {
@@ -128,7 +128,7 @@ pub(super) fn check_one_is_driven(bodies: &[Located], log: &mut Log<'_>) {
         && !bodies.iter().any(|(body, _)| body.is_driven())
     {
         log.push(
-            Diagnostic::at(first, "all conductors float: there is no capacitance to tell")
+            Diagnostic::at(first, "all conductors float: there is no capacitance to report")
                 .label("has a `charge`")
                 .help("leave `charge` out of at least one [[conductor]]"),
         );
@@ -234,11 +234,11 @@ fn extruded(raw: &raw::Extruded, may_be_flat: bool, log: &mut Log<'_>) -> Option
         return None;
     }
     let corners = raw.outline.get()?;
-    if !(3..=MOST_CORNERS).contains(&corners.len()) {
+    if !(3..=MAX_CORNERS).contains(&corners.len()) {
         log.push(
             Diagnostic::at(
                 &raw.outline.span,
-                format!("an outline has 3 to {MOST_CORNERS} corners, this one {}", corners.len()),
+                format!("an outline has 3 to {MAX_CORNERS} corners, this one {}", corners.len()),
             )
             .label("corners in the two other axes, in order")
             .help("the last corner is joined to the first one by itself"),

@@ -98,22 +98,22 @@ pub fn check_setup(case: &Case) -> Result<(), LayerSetupError> {
 }
 
 /// Solves what the steps have in common: the layer at all `loads` together, if it has finite elements. They take no more than
-/// `memory_limit` bytes. `tell` is told what is being worked on.
+/// `memory_limit` bytes. `report` is called with what is being worked on.
 pub fn prepare(
     case: &Case,
     loads: &[StepLoad],
     memory_limit: u64,
     cancel: &AtomicBool,
-    tell: &dyn Fn(&str),
+    report: &dyn Fn(&str),
 ) -> Prepared {
     let Some(mechanics) = case.mechanics.filter(|_| case.load.is_some()) else { return Prepared::StepByStep };
     let start = Instant::now();
     let count = loads.len();
     let report =
-        |mesh: usize, done: usize| tell(&format!("layer, mesh {}: {done} of {count} loads", mesh + 1));
+        |mesh: usize, done: usize| report(&format!("layer, mesh {}: {done} of {count} loads", mesh + 1));
     let run = match &mechanics {
         Mechanics::ClosedForm { shear_length: ShearLength::FiniteElement, .. } => {
-            tell("shear length by finite elements");
+            report("shear length by finite elements");
             return Prepared::ClosedForm(shear_length::states(case, loads));
         }
         Mechanics::ClosedForm { shear_length: ShearLength::Given(_), .. } => return Prepared::StepByStep,

@@ -52,12 +52,12 @@ pub(super) fn solve(
     model: &PlaneStrain,
     loads: &[StepLoad],
     cancel: &AtomicBool,
-    tell: &dyn Fn(usize, usize),
+    report: &dyn Fn(usize, usize),
 ) -> Result<FiniteElementRun, DeformError> {
     let problem = problem(case, model)?;
     let goals = goals(loads, model.width);
     let refinement = Refinement::to(model.relative_tolerance);
-    let pressing = problem.press(&goals, &refinement, cancel, tell)?;
+    let pressing = problem.press(&goals, &refinement, cancel, report)?;
     let scale = Scale { thickness: problem.thickness, width: model.width };
     let width = case.electrodes.as_ref().map_or(0.0, |e| e.width);
     let bodies = |pressed: &Pressed| bodies(&problem, width, &pressing, pressed);

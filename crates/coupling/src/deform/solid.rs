@@ -51,12 +51,12 @@ pub(super) fn solve(
     loads: &[StepLoad],
     memory_limit: u64,
     cancel: &AtomicBool,
-    tell: &dyn Fn(usize, usize),
+    report: &dyn Fn(usize, usize),
 ) -> Result<FiniteElementRun, DeformError> {
     let problem = problem(case, model)?;
     let goals = goals(loads, 1.0);
     let refinement = Refinement::in_space(model.relative_tolerance);
-    let pressing = problem.press(&goals, &refinement, memory_limit, cancel, tell)?;
+    let pressing = problem.press(&goals, &refinement, memory_limit, cancel, report)?;
     let scale = Scale { thickness: problem.thickness, width: 1.0 };
     let boxes = |pressed: &Pressed<Space>| (boxes(&problem, &pressing, pressed), DeformedCurves::default());
     let mut run = FiniteElementRun::new(&pressing, &goals, scale, boxes);

@@ -1,4 +1,4 @@
-//! What is planned of the fields: by which solvers, on what part of the scene, with how much memory.
+//! The part of a plan about the fields: which solvers, on what part of the scene, with how much memory.
 
 use elastocap_case::{Body, Case, ImportedMesh};
 use elastocap_electrostatics::forecast;
@@ -94,7 +94,7 @@ impl Plan {
             let room = self.memory_limit.checked_div(each).map_or(MAX_AT_ONCE, |n| n.min(64) as usize);
             let wanted = self.solvable_steps().count().clamp(1, MAX_AT_ONCE);
             if room >= wanted {
-                // Not by the number of threads: what a solve may take must not depend on it.
+                // Not divided by the number of threads: the memory of a solve must not depend on it.
                 self.memory_limit /= wanted as u64;
                 self.at_once = wanted.min(rayon::current_num_threads());
             }
@@ -102,7 +102,7 @@ impl Plan {
         self.memory_bytes = each.saturating_mul(self.at_once as u64);
     }
 
-    /// What the load makes of the electrodes, and how they are solved then.
+    /// Plans how electrodes that the load bends are solved.
     fn around_bent_electrodes(&mut self, case: &Case) {
         for route in [Route::EnclosingBoxes, Route::EnclosingBoxesThenOutlines, Route::Outlines] {
             let steps = self.count(|planned| planned == route);

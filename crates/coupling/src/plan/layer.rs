@@ -1,4 +1,4 @@
-//! What is planned of the layer: its mechanics, and what its shape means for the field.
+//! The part of a plan about the layer: its mechanics, and what its shape means for the field.
 
 use elastocap_geometry::scene::Wall;
 use elastocap_mechanics::solid::dimension::{Dimension, Plane, Space};
@@ -13,7 +13,7 @@ use elastocap_case::{
     Case, Extent, Face, Indenter, Load, Mechanics, PlaneStrain, Solid, SolidIndenter, Surroundings,
 };
 
-/// What the finite elements of a layer take: estimates.
+/// Estimates of memory and time of a layer's finite elements.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct LayerForecast {
     /// Unknowns of each mesh, coarse to fine: displacements and pressures.
@@ -97,7 +97,7 @@ impl Plan {
         self.warn_of_bulge(case, model.indenter == SolidIndenter::WholeTop);
     }
 
-    /// Notes what is solved on `meshes`, and what it will take.
+    /// Adds the finite elements on `meshes` to the plan, with their memory and time.
     fn finite_elements<S: Dimension>(
         &mut self,
         what: &str,

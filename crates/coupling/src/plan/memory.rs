@@ -1,14 +1,14 @@
 //! How much memory a run may take.
 
-/// Memory that may be taken, bytes: what can be had, less a fifth.
+/// Memory that a run may use, bytes: four fifths of what is available.
 pub(super) fn max_memory() -> u64 {
     let available = available_memory();
     available - available / 5
 }
 
-/// Memory that can be had without swapping, bytes; 4 GiB where the system does not say.
+/// Memory available without swapping, bytes; 4 GiB where the system does not say.
 fn available_memory() -> u64 {
-    // A file that is not there or reads otherwise is one that this system does not have.
+    // A file that is missing or has another format belongs to another kind of system.
     let read = |path: &str| std::fs::read_to_string(path).ok();
     let free = read("/proc/meminfo").and_then(|text| {
         let line = text.lines().find_map(|line| line.strip_prefix("MemAvailable:"))?;

@@ -1,4 +1,4 @@
-//! What a case asks to be solved, what of it can be left out, and what it will take: known before anything is solved.
+//! The plan of a run, made before anything is solved: what is solved, what is left out and why, and the memory and time expected.
 
 mod electrostatics;
 mod forecast;
@@ -20,7 +20,7 @@ use crate::settings::FieldSettings;
 use memory::max_memory;
 use steps::planned_steps;
 
-/// What is wanted of a run besides the numbers.
+/// What a run should produce besides the numbers.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Options {
     /// Whether what the scene does not need is left out. Without it the numbers are the same, and take longer.
@@ -42,11 +42,11 @@ impl Default for Options {
 pub struct Plan {
     /// What the case asks for.
     pub kind: Kind,
-    /// The load steps in the order of the case; one, without load, for a scene that nothing presses.
+    /// The load steps in the order of the case; a case without load has one step.
     pub steps: Vec<PlannedStep>,
     /// What is solved and written.
     pub solved: Vec<Planned>,
-    /// What is not, and why.
+    /// What is left out, and why.
     pub left_out: Vec<LeftOut>,
     /// Unknowns of the largest problem, primal plus dual; 0 if there is no field problem.
     pub unknowns: usize,
@@ -54,7 +54,7 @@ pub struct Plan {
     pub memory_bytes: u64,
     /// Expected seconds of all field solves on two cores.
     pub seconds: f64,
-    /// What the finite elements of the layer take; `None` without any.
+    /// The forecast for the layer's finite elements; `None` without any.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub layer: Option<LayerForecast>,
     /// Mirror planes used, by axis.
@@ -82,7 +82,7 @@ pub struct Plan {
 pub enum Kind {
     /// Capacitance against load.
     Curve,
-    /// The capacitances of a scene that nothing presses.
+    /// The capacitances of a scene without load.
     Capacitance,
     /// Force against compression, without conductors.
     Mechanics,
@@ -137,7 +137,7 @@ impl Plan {
         FieldSettings {
             relative_tolerance: asked.map_or(usual.relative_tolerance, |e| e.relative_tolerance),
             bounds: asked.map_or(usual.bounds, |e| e.bounds),
-            // A sensor is read as one capacitance; a scene of conductors is asked for its matrix.
+            // A sensor is read as one capacitance; of a scene of conductors the user wants the matrix.
             target: if case.electrodes.is_some() { Target::TwoTerminal } else { Target::Matrix },
             symmetry: options.prune,
             // Without pruning the fields are computed even if nobody wants the files.

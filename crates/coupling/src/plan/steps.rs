@@ -1,4 +1,4 @@
-//! The load steps of a plan, each with its route or the failure that is known beforehand.
+//! The load steps of a plan, each with its route, or with its failure where that is known beforehand.
 
 use std::collections::HashMap;
 
@@ -18,9 +18,9 @@ use crate::scene::scene_of;
 pub struct PlannedStep {
     /// Position in the case.
     pub index: usize,
-    /// What presses.
+    /// The load.
     pub load: StepLoad,
-    /// The earlier step whose result is this one's too.
+    /// The earlier step with the same load, whose result is used again.
     pub same_as: Option<usize>,
     /// How its field is solved, as far as that is known before the layer is deformed; `None` without a field.
     pub route: Option<Route>,

@@ -1,4 +1,4 @@
-//! All bodies of a case, put together.
+//! Assembles all bodies of a case into a scene.
 
 use elastocap_geometry::scene::{Body, Box3, Purpose, Scene};
 use elastocap_geometry::shapes::Shape;

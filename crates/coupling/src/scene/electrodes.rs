@@ -1,9 +1,9 @@
-//! Where the electrodes are after loading.
+//! The positions of the electrodes after loading.
 //!
 //! Electrodes float with the layer: see [`ElectrodePose`]. One rule is added to it. An electrode with a face on the
 //! layer's surface before loading keeps that face there, because the layer next to it stays bonded; its mid-plane then
-//! follows from its thickness. By the pose alone, whose thinning is that of the mid-plane, it would poke out of the
-//! surface (or leave it) by a sliver.
+//! follows from its thickness. The pose alone takes its thinning at the mid-plane, so
+//! that the electrode would stick out of the surface, or leave it, by a sliver.
 
 use elastocap_electrostatics::VACUUM_PERMITTIVITY;
 use elastocap_geometry::scene::Box3;
@@ -21,7 +21,7 @@ const CONDUCTORS: [usize; 2] = [0, 1];
 
 /// The two electrodes of a scene.
 pub(super) struct Placed {
-    /// Boxes in the order of their names: those of their means where they are no boxes themselves.
+    /// Boxes in the order of the electrodes' names. Bent electrodes are represented by the mean positions of their faces.
     pub(super) regions: [Box3; 2],
     pub(super) pair: DeformedPair,
     /// See [`super::DeformedScene::bent`].
@@ -40,7 +40,7 @@ pub(super) fn electrodes(
     let (regions, pair) = match state {
         Some(Deformation::FiniteElement(step)) => {
             let solved = place_solved(electrodes, layer, step)?;
-            // At rest they are boxes, but for rounding.
+            // At rest they are boxes up to rounding.
             let are_boxes = step.electrodes.iter().all(|e| e.deviation() <= ROUNDING * layer.thickness);
             let bent = (!are_boxes).then_some(solved.enclosing);
             return Ok(Placed { regions: solved.mean, pair: solved.pair, bent });
@@ -106,7 +106,7 @@ fn place(
 
 /// The electrodes of a finite-element solution.
 struct SolvedPair {
-    /// The boxes of their means.
+    /// Boxes at the mean positions of their faces.
     mean: [Box3; 2],
     enclosing: Result<Enclosing, SceneError>,
     pair: DeformedPair,
@@ -229,7 +229,7 @@ impl Plate {
         if high > top {
             return Err(SceneError::LeavesLayer { electrode: name, side: "top", by: high - top });
         }
-        // Kept as the pose says where nothing moved it: the middle of the rounded faces may differ in the last digit.
+        // Where nothing moved the electrode the pose is kept: the middle of its rounded faces may differ in the last digit.
         let moved = low == 0.0 || high == top;
         let mid = if moved { 0.5 * (low + high) } else { pose.height };
         Ok(Self { pose, mid, thickness, length: pose.length(electrodes.length), low, high })

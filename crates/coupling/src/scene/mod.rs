@@ -1,4 +1,4 @@
-//! The one scene that every solver takes: from a case and one state of its layer.
+//! Builds the scene that the field solvers take from a case and one state of its layer.
 
 mod assembly;
 mod electrodes;
@@ -13,12 +13,12 @@ pub use assembly::scene_of;
 /// A case in one state of its layer, in SI units.
 #[derive(Debug, Clone, PartialEq)]
 pub struct DeformedScene {
-    /// What the solvers take; its lengths are those after loading.
+    /// The input of the field solvers, with the lengths after loading.
     pub scene: Scene,
     /// The pair of electrodes, if the case has one.
     pub pair: Option<DeformedPair>,
-    /// Boxes inside and around the two electrodes where they are no boxes themselves, or why there are none. Their places in
-    /// `scene` are then boxes of their means.
+    /// Boxes inside and around the two electrodes where these are bent, or why there are none. In `scene` bent electrodes are boxes
+    /// at the mean positions of their faces.
     pub bent: Option<Result<Enclosing, SceneError>>,
 }
 
@@ -43,7 +43,7 @@ impl DeformedScene {
     }
 }
 
-/// Between what the electrodes of a pair lie.
+/// Boxes that enclose the electrodes of a pair from inside and from outside.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Enclosing {
     /// Boxes that lie inside them.
@@ -52,7 +52,7 @@ pub struct Enclosing {
     pub around: [Box3; 2],
 }
 
-/// What a designer asks of the electrodes after loading.
+/// Dimensions of the electrodes after loading.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct DeformedPair {
     /// Indices of the two among the scene's conductors; both are driven.
@@ -71,7 +71,7 @@ pub struct DeformedPair {
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum SceneError {
-    /// The layer or an electrode cannot be deformed so.
+    /// The layer or an electrode cannot be deformed like this.
     #[error(transparent)]
     Mechanics(#[from] MechanicsError),
     /// The plates of a stacked pair meet.
@@ -84,7 +84,7 @@ pub enum SceneError {
         /// Distance of the facing surfaces, m; not positive.
         gap: f64,
     },
-    /// An electrode is thicker than what the deformed layer leaves to it.
+    /// An electrode is thicker than the room that the deformed layer leaves for it.
     #[error(
         "`{electrode}` would leave the deformed layer at the {side} by {:.4} um; compress less, make it thinner or \
          softer, or place it farther from that face",
@@ -98,7 +98,7 @@ pub enum SceneError {
         /// How far, m.
         by: f64,
     },
-    /// A body that stays in place is met by a wall that moves with the layer.
+    /// A wall that moves with the layer reaches a body that stays in place.
     #[error(
         "the conductor `{conductor}` stays in place, and the wall {side} the layer, which moves with it, reaches it; make \
          the medium {side} the layer thicker"

@@ -1,4 +1,4 @@
-//! Where the field ends: the outer walls of a scene.
+//! The outer walls of a scene.
 
 use elastocap_geometry::scene::{Box3, Wall};
 

@@ -1,4 +1,4 @@
-//! The study at work: stage after stage, one for each tolerance and kind, within the time given.
+//! Carries out a study: one stage for each tolerance and kind of error, within the time given.
 
 use std::ops::RangeInclusive;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -12,15 +12,15 @@ use super::verdict::fastest;
 use super::walk::{LEVELS, ORDERS, Trial, walk};
 use elastocap_coupling::failure::Stop;
 
-/// A stage takes about this many times what the own choice takes: the walk, and the repeats.
+/// Time of a stage over the time of the solver's own choice, roughly: the walk over grids, and the repeats.
 const WEIGHT: f64 = 40.0;
-/// With less than this many it would say nothing.
+/// With less time than this, in the same unit, a stage would say nothing.
 const LEAST: f64 = 6.0;
-/// A stage of short runs gets so many seconds all the same.
+/// Seconds that a stage gets at least, however short its runs are.
 const SHORTEST: f64 = 0.4;
 /// Share of a stage for finding grids; the rest is for timing the best of them.
 const SEARCH: f64 = 0.6;
-/// So many of the fastest grids are timed again, side by side with the own choice.
+/// Number of the fastest grids that are timed again, in turn with the solver's own choice.
 const CONTENDERS: usize = 4;
 /// Share of all the time kept for the finest grid, which is there for the reference alone.
 const FOR_REFERENCE: f64 = 0.25;
@@ -37,7 +37,7 @@ pub(super) struct Engine<'a> {
     pub(super) subject: &'a Subject,
     pub(super) runs: Vec<Run>,
     cancel: &'a AtomicBool,
-    tell: &'a (dyn Fn(&str) + Sync),
+    report: &'a (dyn Fn(&str) + Sync),
     begun: Instant,
     /// For all of it.
     seconds: f64,
@@ -50,9 +50,9 @@ impl<'a> Engine<'a> {
         subject: &'a Subject,
         seconds: f64,
         cancel: &'a AtomicBool,
-        tell: &'a (dyn Fn(&str) + Sync),
+        report: &'a (dyn Fn(&str) + Sync),
     ) -> Self {
-        Self { subject, runs: Vec::new(), cancel, tell, begun: Instant::now(), seconds, scale: [1.0; 2] }
+        Self { subject, runs: Vec::new(), cancel, report, begun: Instant::now(), seconds, scale: [1.0; 2] }
     }
 
     /// Everything, from coarse to fine.
@@ -65,7 +65,7 @@ impl<'a> Engine<'a> {
         for (i, stage) in stages.iter().enumerate() {
             let expected = self.expected_seconds(stage);
             let left = (1.0 - FOR_REFERENCE) * self.seconds - self.elapsed();
-            // Those ahead that will be left out leave their time to the others.
+            // Later stages that will not fit leave their time to the others.
             let mut ahead = 0.0;
             for seconds in stages[i..].iter().map(|s| self.expected_seconds(s)) {
                 if LEAST * (ahead + seconds) <= left {
@@ -104,7 +104,7 @@ impl<'a> Engine<'a> {
         own.unwrap_or(f64::INFINITY) * self.scale[usize::from(!stage.bounds)]
     }
 
-    /// The own choice, the grids around it, and all of the good ones timed side by side.
+    /// Solves the solver's own choice and the grids around it, then times the best of them in turn.
     fn stage(&mut self, stage: &Stage, share: f64) {
         let until = self.elapsed() + share;
         let Some(own) = self.solve(stage, None) else { return };
@@ -123,14 +123,15 @@ impl<'a> Engine<'a> {
 
     /// The stage whose tolerance gives the grids of this one the best room outside.
     ///
-    /// A given grid takes its room from the tolerance, where the solver's own choice looks for it too.
+    /// How far out a given grid reaches follows from the tolerance; the solver's own choice adapts that too.
     fn best_room(&mut self, stage: &Stage, level: ResolutionLevel) -> Stage {
         let rooms = [10.0 * stage.tolerance, stage.tolerance, stage.tolerance / 10.0];
         let mut best: Option<(f64, Stage)> = None;
         for tolerance in rooms {
             let room = Stage { tolerance, ..*stage };
             let found = self.solve(&room, Some(level)).and_then(|run| self.runs[run].found());
-            let good = found.filter(|found| found.told <= stage.tolerance).map(|found| found.seconds);
+            let good =
+                found.filter(|found| found.reported_error <= stage.tolerance).map(|found| found.seconds);
             if let Some(seconds) = good.filter(|s| best.is_none_or(|(before, _)| *s < before)) {
                 best = Some((seconds, room));
             }
@@ -147,10 +148,10 @@ impl<'a> Engine<'a> {
                 return None;
             }
             let run = self.solve(stage, Some(level))?;
-            // A grid that cannot be solved on meets nothing, whatever it takes.
-            let found = self.runs[run].found().map(|found| (found.seconds, found.told));
-            let (seconds, told) = found.unwrap_or((f64::NAN, f64::INFINITY));
-            Some(Trial { seconds, told })
+            // A grid on which nothing can be solved meets no tolerance.
+            let found = self.runs[run].found().map(|found| (found.seconds, found.reported_error));
+            let (seconds, reported_error) = found.unwrap_or((f64::NAN, f64::INFINITY));
+            Some(Trial { seconds, reported_error })
         });
     }
 
@@ -171,7 +172,7 @@ impl<'a> Engine<'a> {
         }
     }
 
-    /// The own choice and the fastest grids in turn, so that what else the machine does hits all of them alike.
+    /// Times the solver's own choice and the fastest grids in turn, so that other load on the machine affects all of them alike.
     fn time_again(&mut self, stage: &Stage, own: usize, until: f64) {
         let kind = Kind::of(stage.bounds);
         let table = |run: &Run| run.choice == Choice::Table && run.kind == kind && run.meets(stage.tolerance);
@@ -204,7 +205,7 @@ impl<'a> Engine<'a> {
         }
     }
 
-    /// Solves, unless that was done before; the index of the run, nothing if stopped.
+    /// Solves, unless that was done before. Returns the index of the run, or `None` if the study was stopped.
     fn solve(&mut self, stage: &Stage, level: Option<ResolutionLevel>) -> Option<usize> {
         let kind = Kind::of(stage.bounds);
         let choice = if level.is_some() { Choice::Table } else { Choice::Own };
@@ -225,7 +226,7 @@ impl<'a> Engine<'a> {
             Some(level) => format!("order {}, layers {}", level.order, level.levels),
             None => "own choice".to_owned(),
         };
-        (self.tell)(&format!("{}, tolerance {:e}: {what}", kind.name(), stage.tolerance));
+        (self.report)(&format!("{}, tolerance {:e}: {what}", kind.name(), stage.tolerance));
         let run = match self.subject.solve(level, stage.tolerance, stage.bounds) {
             Ok(measured) => Run::measured(kind, choice, stage.tolerance, measured),
             Err(Stop::Cancelled) if choice == Choice::Table => return None,
@@ -238,11 +239,15 @@ impl<'a> Engine<'a> {
         Some(self.runs.len() - 1)
     }
 
-    /// A finer grid than any before, as fine as the time allows: the reference gets sharper by it.
+    /// Solves on a finer grid than any before, as fine as the time allows, which sharpens the reference.
     fn finest(&mut self) {
         let found = self.runs.iter().filter(|run| run.kind == Kind::Bounds && run.choice == Choice::Table);
         let timed = found.filter_map(|run| Some((run.tolerance?, run.found()?)));
-        let Some((tolerance, finest)) = timed.min_by(|a, b| a.1.told.total_cmp(&b.1.told)) else { return };
+        let Some((tolerance, finest)) =
+            timed.min_by(|a, b| a.1.reported_error.total_cmp(&b.1.reported_error))
+        else {
+            return;
+        };
         let Some((level, seconds)) = finest.level.map(|level| (level, finest.seconds)) else { return };
         let Some(expected) = self.subject.expected_seconds(Some(level), tolerance, true) else { return };
         let room = (self.seconds - self.elapsed()).max(FOR_REFERENCE * self.seconds);

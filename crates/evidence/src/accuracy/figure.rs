@@ -8,7 +8,7 @@ pub fn figure(study: &Study) -> Option<Chart> {
     let reference = study.reference?;
     let least = reference.half_width();
     let timed = |run: &Run| run.found().map(|found| found.seconds);
-    // True errors that the reference cannot tell are drawn on the line of what it can.
+    // A true error below the reference's own uncertainty is drawn on the line of that uncertainty.
     let known = |run: &Run| study.true_error(run).map(|error| error.max(least));
     let certified = |run: &Run| study.certified_error(run);
     let points = |kind: Kind, choice: Choice, error: &dyn Fn(&Run) -> Option<f64>| {
@@ -26,7 +26,7 @@ pub fn figure(study: &Study) -> Option<Chart> {
         (Kind::Estimate, &known, "no bounds: true error"),
     ] {
         let style = Style::Cloud { like: series.len() };
-        // One entry in the legend says what is faint.
+        // One entry in the legend explains the faint markers.
         let what = if clouds.is_empty() { "faint: given order and layers" } else { "" };
         clouds.push(Series {
             name: what.to_owned(),

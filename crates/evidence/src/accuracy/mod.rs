@@ -4,8 +4,7 @@
 //! itself. All proved intervals together give the reference for the true errors; two that have nothing in common would
 //! be a wrong bound.
 //!
-//! All errors are relative. Times are those of the field solve alone, the least of all repeats, on the threads that there
-//! are.
+//! All errors are relative. Times are those of the field solve alone, the shortest of all repeats, on all threads.
 
 mod engine;
 mod figure;
@@ -22,7 +21,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use elastocap_electrostatics::Bounded;
 
 pub use figure::figure;
-pub use reference::{Honesty, MOST_CAUTIOUS, Reference};
+pub use reference::{Honesty, MAX_CAUTION, Reference};
 pub use run::{Choice, Found, Kind, Missing, Run};
 pub use subject::Quantity;
 pub use table::csv;
@@ -36,7 +35,7 @@ use elastocap_coupling::route::Route;
 use engine::Engine;
 use subject::Subject;
 
-/// What is asked of a study.
+/// The settings of a study.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Request {
     /// Which load step.
@@ -59,20 +58,20 @@ impl Request {
     }
 }
 
-/// What a study found.
+/// The result of a study.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Study {
     /// Of the case.
     pub title: String,
     /// Which load step.
     pub step: usize,
-    /// What presses in it.
+    /// Its load.
     pub load: StepLoad,
     /// Which capacitance.
     pub quantity: Quantity,
     /// All solves, in the order they were made; parallel plates last.
     pub runs: Vec<Run>,
-    /// What the errors are measured against; `None` if nothing was proved.
+    /// The reference for true errors; `None` if nothing was proved.
     pub reference: Option<Reference>,
     /// How the solver's own choices compare.
     pub verdicts: Vec<Verdict>,
@@ -81,7 +80,7 @@ pub struct Study {
 }
 
 impl Study {
-    /// The true error of a run, as far as [`Reference::half_width`] tells.
+    /// The true error of a run, known up to [`Reference::half_width`].
     pub fn true_error(&self, run: &Run) -> Option<f64> {
         Some(self.reference?.true_error(run.found()?.value.value))
     }
@@ -97,7 +96,7 @@ impl Study {
         self.reference?.estimate_over_true(run.found()?.value.value, estimate)
     }
 
-    /// What a run's error estimate is worth; `None` where it has none.
+    /// The verdict on a run's error estimate; `None` where it has none.
     pub fn honesty(&self, run: &Run) -> Option<Honesty> {
         let estimate = self.certified_error(run).filter(|_| run.kind == Kind::Estimate)?;
         Some(self.reference?.judge(run.found()?.value.value, estimate))
@@ -158,7 +157,7 @@ pub enum Refused {
     },
 }
 
-/// Studies one load step of a case. `tell` hears what is being solved; `cancel` ends the study with what it has.
+/// Studies one load step of a case. `report` is called with what is being solved; `cancel` ends the study with the runs done so far.
 ///
 /// # Errors
 /// When there is nothing to study: see [`Refused`]. A solve that fails is no error: its status says why.
@@ -166,7 +165,7 @@ pub fn study(
     case: &Case,
     request: &Request,
     cancel: &Arc<AtomicBool>,
-    tell: &(dyn Fn(&str) + Sync),
+    report: &(dyn Fn(&str) + Sync),
 ) -> Result<Study, Refused> {
     if !case.has_conductors() {
         return Err(Refused::NoConductors);
@@ -175,13 +174,13 @@ pub fn study(
     let missing = Refused::NoSuchStep { asked: request.step, last: plan.steps.len().saturating_sub(1) };
     let step = plan.steps.get(request.step).ok_or(missing)?;
     let subject = Subject::new(case, &plan, step, cancel)?;
-    let mut engine = Engine::new(&subject, request.seconds, cancel, tell);
+    let mut engine = Engine::new(&subject, request.seconds, cancel, report);
     // Inside the pool, as the steps of a run are.
     rayon::scope(|_| engine.study(&request.tolerances));
     let mut runs = engine.runs;
     if let Some((value, seconds)) = subject.plates {
         let value = Bounded { value, lower: value, upper: value };
-        let found = Found { level: None, unknowns: None, seconds, repeats: 1, value, told: 0.0 };
+        let found = Found { level: None, unknowns: None, seconds, repeats: 1, value, reported_error: 0.0 };
         runs.push(Run {
             kind: Kind::ParallelPlates,
             choice: Choice::Table,

@@ -1,9 +1,9 @@
-//! What the errors are measured against: all proved intervals together.
+//! The reference for true errors: the intersection of all proved intervals.
 
 use elastocap_electrostatics::Bounded;
 
-/// Proved bounds are theorems up to rounding of double precision: intervals apart by less than this share of their
-/// value are taken to touch.
+/// Proved bounds are theorems up to rounding of double precision: intervals that miss one another by less than this share of their
+/// value count as touching.
 const ROUNDING: f64 = 1e-12;
 
 /// The interval that all proved ones have in common.
@@ -36,7 +36,7 @@ impl Reference {
         0.5 * (self.lower + self.upper)
     }
 
-    /// Half its width over its middle: no error smaller than this can be told.
+    /// Half its width over its middle: true errors are known up to this.
     pub fn half_width(&self) -> f64 {
         0.5 * (self.upper - self.lower).abs() / self.value().abs()
     }
@@ -51,18 +51,18 @@ impl Reference {
         (value - self.value()).abs() / self.value().abs()
     }
 
-    /// An error estimate over the true error, where the reference tells the true error to a quarter of it.
+    /// An error estimate over the true error, where the reference is sharp enough to know the true error to a quarter.
     pub fn estimate_over_true(&self, value: f64, estimate: f64) -> Option<f64> {
         let error = self.true_error(value);
         (error > 4.0 * self.half_width()).then(|| estimate / error)
     }
 
-    /// What an error estimate is worth, where the reference can tell.
+    /// Judges an error estimate, where the reference is sharp enough.
     pub fn judge(&self, value: f64, estimate: f64) -> Honesty {
         let (error, uncertain) = (self.true_error(value), self.half_width());
         if estimate < error - uncertain {
             Honesty::TooLow
-        } else if estimate > MOST_CAUTIOUS * (error + uncertain) {
+        } else if estimate > MAX_CAUTION * (error + uncertain) {
             Honesty::TooHigh
         } else {
             Honesty::Fair
@@ -71,12 +71,12 @@ impl Reference {
 }
 
 /// An estimate may exceed the true error by this factor.
-pub const MOST_CAUTIOUS: f64 = 10.0;
+pub const MAX_CAUTION: f64 = 10.0;
 
-/// What an error estimate is worth.
+/// The verdict on an error estimate.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Honesty {
-    /// Between the true error and ten times it, as far as the reference tells.
+    /// Between the true error and ten times the true error, as far as the reference is known.
     Fair,
     /// Certainly below the true error.
     TooLow,

@@ -45,7 +45,7 @@ pub struct Run {
     pub kind: Kind,
     /// Who chose the grid.
     pub choice: Choice,
-    /// The tolerance asked; for a given grid, the one that its room outside and its iterations are made for.
+    /// The tolerance asked for. For a given grid, the tolerance that its outer reach and its iterations are set for.
     pub tolerance: Option<f64>,
     /// What it gave, or why it gave nothing.
     pub outcome: Result<Found, Missing>,
@@ -64,14 +64,14 @@ pub struct Found {
     pub repeats: usize,
     /// F, with bounds or estimate; bare for parallel plates.
     pub value: Bounded,
-    /// What the tolerance is about: the spread, or the estimate; of the whole Maxwell matrix where the case asks for it.
-    pub told: f64,
+    /// The error that the solver compares with the tolerance: a spread or an estimate, of the whole Maxwell matrix where the case asks for it.
+    pub reported_error: f64,
 }
 
 /// Why a line has no numbers.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Missing {
-    /// It would take too long: with the seconds that are expected.
+    /// It would take too long; with the seconds expected.
     LeftOut(f64),
     /// The study was stopped before.
     NotRun,
@@ -87,13 +87,15 @@ impl Run {
 
     /// Whether it is known to meet a tolerance.
     pub fn meets(&self, tolerance: f64) -> bool {
-        self.found().is_some_and(|found| found.told <= tolerance)
+        self.found().is_some_and(|found| found.reported_error <= tolerance)
     }
 
     /// `ok`, `tolerance not reached`, or why there is nothing.
     pub fn status(&self) -> String {
         match (&self.outcome, self.tolerance) {
-            (Ok(found), Some(tolerance)) if found.told > tolerance => "tolerance not reached".to_owned(),
+            (Ok(found), Some(tolerance)) if found.reported_error > tolerance => {
+                "tolerance not reached".to_owned()
+            }
             (Ok(_), _) => "ok".to_owned(),
             (Err(Missing::LeftOut(seconds)), _) => format!("left out: about {seconds:.1} s"),
             (Err(Missing::NotRun), _) => "not run".to_owned(),
@@ -107,9 +109,9 @@ impl Run {
         tolerance: f64,
         measured: super::subject::Measured,
     ) -> Self {
-        let super::subject::Measured { seconds, value, told, level, unknowns } = measured;
+        let super::subject::Measured { seconds, value, reported_error, level, unknowns } = measured;
         let unknowns = Some(unknowns);
-        let found = Found { level, unknowns, seconds, repeats: 1, value, told };
+        let found = Found { level, unknowns, seconds, repeats: 1, value, reported_error };
         Self { kind, choice, tolerance: Some(tolerance), outcome: Ok(found) }
     }
 

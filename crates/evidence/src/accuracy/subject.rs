@@ -1,4 +1,4 @@
-//! What is studied: one state of a case, and one solve of its field, timed.
+//! The subject of a study: one state of a case, and one timed solve of its field.
 
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
@@ -31,8 +31,8 @@ pub(super) struct Measured {
     pub(super) seconds: f64,
     /// What is studied.
     pub(super) value: Bounded,
-    /// What the solver compares with the tolerance: a spread, or an estimate; of the whole matrix where that is asked.
-    pub(super) told: f64,
+    /// The error that the solver compares with the tolerance: a spread or an estimate, of the whole matrix where that is asked for.
+    pub(super) reported_error: f64,
     pub(super) level: Option<ResolutionLevel>,
     pub(super) unknowns: usize,
 }
@@ -80,7 +80,7 @@ impl Subject {
             let bending = Bending::found(&deformed, state.as_ref());
             Ok((deformed, bending))
         };
-        // The second time: the first one fetches the program from the disk.
+        // Timed the second time: the first call loads the program from the disk.
         deform().map_err(failed)?;
         let start = Instant::now();
         let (deformed, bending) = deform().map_err(failed)?;
@@ -138,8 +138,18 @@ impl Subject {
         if !(value.lower <= value.value && value.value <= value.upper) {
             return Err(StepFailure::BoundsExcludeValue.into());
         }
-        let told = if self.among_others() { told(&value, bounds) } else { told_of(&solution, &settings) };
-        Ok(Measured { seconds, value, told, level: solution.resolution.grid(), unknowns: solution.unknowns })
+        let reported_error = if self.among_others() {
+            reported_error(&value, bounds)
+        } else {
+            reported_error_of(&solution, &settings)
+        };
+        Ok(Measured {
+            seconds,
+            value,
+            reported_error,
+            level: solution.resolution.grid(),
+            unknowns: solution.unknowns,
+        })
     }
 
     fn among_others(&self) -> bool {
@@ -147,22 +157,22 @@ impl Subject {
     }
 }
 
-/// What is compared with the tolerance, of one capacitance: the spread, or the estimate.
-fn told(c: &Bounded, bounds: bool) -> f64 {
+/// The error that the solver compares with the tolerance, for one capacitance: the spread, or the estimate.
+fn reported_error(c: &Bounded, bounds: bool) -> f64 {
     if bounds { 2.0 * c.relative_error() } else { c.relative_error() }
 }
 
-/// What is compared with the tolerance: see [`Target`].
-fn told_of(solution: &Solution, settings: &Settings) -> f64 {
+/// The error that the solver compares with the tolerance: see [`Target`].
+fn reported_error_of(solution: &Solution, settings: &Settings) -> f64 {
     let pair = solution.two_terminal.as_ref().map(|c| told(c, settings.bounds));
     if let (Target::TwoTerminal, Some(pair)) = (settings.target, pair) {
         return pair;
     }
     let maxwell = &solution.maxwell;
-    let gap = |i: usize| told(&maxwell[i][i], settings.bounds) * maxwell[i][i].value.abs();
+    let gap = |i: usize| reported_error(&maxwell[i][i], settings.bounds) * maxwell[i][i].value.abs();
     let entries = (0..maxwell.len()).flat_map(|i| (0..=i).map(move |j| (i, j))).map(|(i, j)| {
         if i == j {
-            return told(&maxwell[i][i], settings.bounds);
+            return reported_error(&maxwell[i][i], settings.bounds);
         }
         let least = 0.1 * (maxwell[i][i].upper * maxwell[j][j].upper).sqrt();
         (gap(i) * gap(j)).sqrt() / maxwell[i][j].value.abs().max(least)
@@ -201,8 +211,8 @@ mod tests {
             let solution = solve(&subject.deformed.scene, &settings).unwrap();
             // The solver says the number it compared, to two digits.
             let said = solution.shortfall.clone().unwrap();
-            let told = told_of(&solution, &settings);
-            assert!(said.contains(&format!("{told:.1e}")), "{told:e}: {said}");
+            let reported_error = reported_error_of(&solution, &settings);
+            assert!(said.contains(&format!("{reported_error:.1e}")), "{reported_error:e}: {said}");
         }
     }
 }

@@ -66,7 +66,7 @@ pub fn csv(study: &Study) -> String {
             optional(true_error),
             optional(half_width.filter(|_| found.is_some())),
             below.unwrap_or_default().to_owned(),
-            optional(found.filter(|_| !plates).map(|f| f.told)),
+            optional(found.filter(|_| !plates).map(|f| f.reported_error)),
             optional(study.estimate_over_true(run)),
             honesty.unwrap_or_default().to_owned(),
             study.verdict(i).map_or_else(String::new, |verdict| number(verdict.ratio)),

@@ -1,4 +1,4 @@
-//! The solver's own choice beside the fastest grid of the table.
+//! Compares the solver's own choice of grid with the fastest grid of the table.
 
 use super::reference::{Honesty, Reference};
 use super::run::{Choice, Kind, Run};
@@ -20,7 +20,7 @@ pub struct Verdict {
 impl Verdict {
     /// Of the run with this index; `None` where it is no own choice, or nothing in the table meets its tolerance.
     ///
-    /// A grid whose error estimate the reference shows to be too low does not meet what it says it does.
+    /// A grid whose error estimate the reference shows to be too low does not count as meeting its tolerance.
     pub(super) fn of(runs: &[Run], own: usize, reference: Option<&Reference>) -> Option<Self> {
         let run = runs.get(own).filter(|run| run.choice == Choice::Own)?;
         let best = fastest(runs, run.kind, run.tolerance?, reference)?;
@@ -61,9 +61,10 @@ mod tests {
     use super::*;
     use crate::accuracy::run::{Found, Missing};
 
-    fn run(kind: Kind, choice: Choice, seconds: f64, told: f64) -> Run {
-        let value = Bounded { value: 1.0, lower: 1.0 - 0.5 * told, upper: 1.0 + 0.5 * told };
-        let found = Found { level: None, unknowns: None, seconds, repeats: 1, value, told };
+    fn run(kind: Kind, choice: Choice, seconds: f64, reported_error: f64) -> Run {
+        let value =
+            Bounded { value: 1.0, lower: 1.0 - 0.5 * reported_error, upper: 1.0 + 0.5 * reported_error };
+        let found = Found { level: None, unknowns: None, seconds, repeats: 1, value, reported_error };
         Run { kind, choice, tolerance: Some(1e-3), outcome: Ok(found) }
     }
 

@@ -1,4 +1,4 @@
-//! Which grids are worth a try: those along the line where the tolerance begins to be met.
+//! Chooses the grids to try: those along the line where the tolerance begins to be met.
 //!
 //! More order and more layers both cost time and lower the error, so on the plane of the two the grids that meet a
 //! tolerance lie above a staircase, and the fastest of them on it. The walk follows it both ways from a grid at hand.
@@ -8,18 +8,18 @@ use std::ops::RangeInclusive;
 
 use elastocap_electrostatics::ResolutionLevel;
 
-/// What one grid gave.
+/// The result of one grid.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Trial {
     pub(super) seconds: f64,
-    /// What is compared with the tolerance.
-    pub(super) told: f64,
+    /// The error that the solver compares with the tolerance.
+    pub(super) reported_error: f64,
 }
 
-/// Grids that are expected to take more than this times the fastest one that meets the tolerance are not tried: the forecast of
-/// the time may be wrong by a good part of it.
+/// Grids expected to take more than this times the fastest one that meets the tolerance are not tried. The factor leaves room for
+/// errors of the time forecast.
 const WORTH: f64 = 1.6;
-/// Below order 2 an estimate, which compares with the order below, says nothing.
+/// Estimates compare with the order below, so they mean nothing below order 2.
 pub(super) const ORDERS: RangeInclusive<usize> = 2..=14;
 pub(super) const LEVELS: RangeInclusive<usize> = 1..=10;
 
@@ -66,7 +66,7 @@ impl Walk<'_> {
             let (mut order, mut levels) = (first, at.levels);
             while let Some(next) = levels.checked_add_signed(direction).filter(|l| LEVELS.contains(l)) {
                 levels = next;
-                // More layers allow for a lower order, fewer want a higher one.
+                // More layers allow for a lower order, fewer layers need a higher one.
                 let from = if direction > 0 { (order - 1).max(*ORDERS.start()) } else { order };
                 match self.lowest_order(ResolutionLevel { order: from, levels })? {
                     Some(lowest) => order = lowest,
@@ -77,7 +77,7 @@ impl Walk<'_> {
         Ok(())
     }
 
-    /// The lowest order that meets the tolerance with so many layers, looked for from the one given; nothing if that
+    /// The lowest order that meets the tolerance with this number of layers, searched from the order given; `None` if that
     /// takes too long.
     fn lowest_order(&mut self, from: ResolutionLevel) -> Result<Option<usize>, Halt> {
         let mut at = from;
@@ -99,16 +99,16 @@ impl Walk<'_> {
         }
     }
 
-    /// Whether a grid meets the tolerance; nothing if it is not worth the try.
+    /// Whether a grid meets the tolerance; `None` if it is not worth trying.
     fn meets(&mut self, at: ResolutionLevel) -> Result<Option<bool>, Halt> {
         if let Some(trial) = self.tried.get(&at) {
-            return Ok(Some(trial.told <= self.tolerance));
+            return Ok(Some(trial.reported_error <= self.tolerance));
         }
         if !ORDERS.contains(&at.order) || !LEVELS.contains(&at.levels) {
             return Ok(None);
         }
         let Some(expected) = (self.expected)(at) else { return Ok(None) };
-        let good = self.tried.values().filter(|t| t.told <= self.tolerance);
+        let good = self.tried.values().filter(|t| t.reported_error <= self.tolerance);
         let fastest = good.map(|t| t.seconds).reduce(f64::min);
         if let (Some(fastest), Some(scale)) = (fastest, self.scale)
             && scale * expected > WORTH * fastest
@@ -120,13 +120,16 @@ impl Walk<'_> {
             self.scale = Some(trial.seconds / expected);
         }
         self.tried.insert(at, trial);
-        Ok(Some(trial.told <= self.tolerance))
+        Ok(Some(trial.reported_error <= self.tolerance))
     }
 
     /// Whether no order meets the tolerance: what one more order gains shrinks once the layers are too few.
     fn is_hopeless(&self, at: ResolutionLevel) -> bool {
-        let told = |order| self.tried.get(&ResolutionLevel { order, ..at }).map(|trial| trial.told);
-        let (Some(now), Some(before)) = (told(at.order), told(at.order - 1)) else { return false };
+        let reported_error =
+            |order| self.tried.get(&ResolutionLevel { order, ..at }).map(|trial| trial.reported_error);
+        let (Some(now), Some(before)) = (reported_error(at.order), reported_error(at.order - 1)) else {
+            return false;
+        };
         let left = ORDERS.end().saturating_sub(at.order) as i32;
         now * (now / before).powi(left) > self.tolerance
     }
@@ -149,12 +152,12 @@ mod tests {
     }
 
     fn trial(at: ResolutionLevel) -> Trial {
-        Trial { seconds: seconds(at), told: error(at) }
+        Trial { seconds: seconds(at), reported_error: error(at) }
     }
 
     /// Seconds of the fastest one that meets the tolerance.
     fn fastest(tried: &[(ResolutionLevel, Trial)], tolerance: f64) -> Option<f64> {
-        tried.iter().filter(|(_, t)| t.told <= tolerance).map(|(_, t)| t.seconds).reduce(f64::min)
+        tried.iter().filter(|(_, t)| t.reported_error <= tolerance).map(|(_, t)| t.seconds).reduce(f64::min)
     }
 
     #[test]
@@ -177,7 +180,10 @@ mod tests {
     #[test]
     fn both_sides_of_the_line_are_tried() {
         let tried = walk(level(7, 5), 1e-4, &|at| Some(seconds(at)), &mut |at| Some(trial(at)));
-        assert!(tried.iter().any(|(_, t)| t.told <= 1e-4) && tried.iter().any(|(_, t)| t.told > 1e-4));
+        assert!(
+            tried.iter().any(|(_, t)| t.reported_error <= 1e-4)
+                && tried.iter().any(|(_, t)| t.reported_error > 1e-4)
+        );
         let orders: std::collections::BTreeSet<_> = tried.iter().map(|(at, _)| at.order).collect();
         let levels: std::collections::BTreeSet<_> = tried.iter().map(|(at, _)| at.levels).collect();
         assert!(orders.len() > 2 && levels.len() > 1, "{orders:?} {levels:?}");
@@ -195,7 +201,9 @@ mod tests {
 
     #[test]
     fn a_tolerance_that_nothing_meets_ends_the_walk() {
-        let tried = walk(level(3, 2), 1e-4, &|_| Some(1.0), &mut |_| Some(Trial { seconds: 1.0, told: 1.0 }));
+        let tried = walk(level(3, 2), 1e-4, &|_| Some(1.0), &mut |_| {
+            Some(Trial { seconds: 1.0, reported_error: 1.0 })
+        });
         assert_eq!(tried.len(), 4);
     }
 

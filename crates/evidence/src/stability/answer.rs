@@ -10,7 +10,7 @@ use elastocap_coupling::outcome::Outcome;
 use elastocap_coupling::plan::{Options, Plan};
 use elastocap_coupling::run::run;
 
-/// What came of a case.
+/// How a case ended.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) enum Answer {
     /// It was not read: bad input.
@@ -21,11 +21,11 @@ pub(super) enum Answer {
     TooLong(Duration),
     /// It was stopped by the user.
     Stopped,
-    /// It ended in a way in which nothing may end.
+    /// It ended in a way that must not happen: a panic, for instance.
     Broken(String),
 }
 
-/// How long a solve may go on once it is asked to stop; then it is left to itself.
+/// How long to wait for a solve that was asked to stop; then its thread is abandoned.
 const GRACE: Duration = Duration::from_millis(500);
 
 /// Solves a case text on `threads` threads of its own, within `limit`.
@@ -34,12 +34,12 @@ pub(super) fn answer(text: &str, threads: usize, limit: Duration, stop: &AtomicB
     let (sender, receiver) = channel();
     let (text, told) = (text.to_owned(), Arc::clone(&cancel));
     let started = std::thread::Builder::new().name("entry".to_owned()).spawn(move || {
-        // Threads of its own: a solve that is left to itself must not hold up the next.
+        // Threads of its own: an abandoned solve must not hold up the next one.
         let answer = match rayon::ThreadPoolBuilder::new().num_threads(threads).build() {
             Ok(pool) => pool.install(|| solve(&text, &told)),
             Err(error) => Answer::Broken(format!("cannot start threads: {error}")),
         };
-        // Nobody listens any more if it took too long.
+        // If it took too long, the receiver is gone.
         let _ = sender.send(answer);
     });
     match started {

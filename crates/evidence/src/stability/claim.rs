@@ -4,10 +4,10 @@ use elastocap_electrostatics::Bounded;
 
 use elastocap_coupling::outcome::{Outcome, Row};
 
-/// What rounding may take from a bound or a formula, relative to it: the bounds are theorems up to this.
+/// Relative error that rounding may add to a bound or a formula: bounds are theorems up to this.
 pub const ROUNDING: f64 = 1e-12;
 
-/// What is known of a number, from elsewhere: it lies between these two.
+/// What is known about a number independently of the program: it lies between these two limits.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Truth {
     /// May be minus infinity.
@@ -53,11 +53,11 @@ pub struct Claim {
     pub unit: &'static str,
     /// The number.
     pub value: f64,
-    /// Least that it can be, as stated.
+    /// Its stated lower limit.
     pub lower: f64,
-    /// Most that it can be, as stated.
+    /// Its stated upper limit.
     pub upper: f64,
-    /// What is known of it.
+    /// The true value, as far as it is known.
     pub truth: Truth,
 }
 

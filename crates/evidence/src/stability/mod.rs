@@ -1,8 +1,8 @@
-//! A catalogue of stiff and extreme cases, each with something known about its result from elsewhere.
+//! A catalogue of stiff and extreme cases. Something about the result of each is known independently of the program.
 //!
 //! An entry is one or more case files, solved as `elastocap run` solves them, and claims about the numbers: a closed form,
-//! a scaling law, a limit with a known remainder, a reference value, or an inequality between proved bounds. The verdict is
-//! never "wrong" where the program keeps its word: a number that misses its stated error while nothing says so is a fault.
+//! a scaling law, a limit with a known remainder, a reference value, or an inequality between proved bounds. A result is wrong if a
+//! number misses its stated error and nothing says so; a tolerance that the program reports as missed is not.
 
 mod answer;
 mod catalogue;
@@ -34,9 +34,9 @@ pub struct Entry {
     pub subject: &'static str,
     /// What it is.
     pub name: String,
-    /// What it should end in.
+    /// How it should end.
     pub expect: Expect,
-    /// Whether it is one of those that take no time.
+    /// Whether it belongs to the quick selection.
     pub quick: bool,
     /// The case files that it solves.
     pub cases: Vec<String>,
@@ -52,7 +52,7 @@ impl std::fmt::Debug for Entry {
     }
 }
 
-/// What came of an entry.
+/// The verdict on an entry.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Report {
     /// What was extreme.

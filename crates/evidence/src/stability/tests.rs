@@ -1,4 +1,4 @@
-//! The verdicts tell a wrong value from a right one.
+//! Verdicts distinguish wrong values from right ones.
 
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test stops by panicking")]
 

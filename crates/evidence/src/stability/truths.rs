@@ -1,4 +1,4 @@
-//! What is known from elsewhere: reference values, and the closed form evaluated another way than the mechanics do.
+//! Independent knowledge: reference values, and the closed form evaluated in another way than by the mechanics crate.
 
 use elastocap_electrostatics::VACUUM_PERMITTIVITY;
 use std::f64::consts::PI;
@@ -10,7 +10,7 @@ pub(super) const FOUR_PI_EPS0: f64 = 4.0 * PI * VACUUM_PERMITTIVITY;
 pub(super) const CUBE: f64 = 0.660_678_154_099_57;
 /// C / (eps0 a) of a cube of side a in a grounded cube of side 2a; known to 1e-10.
 pub(super) const CUBE_IN_CUBE: f64 = 19.127_134_997;
-/// What the last digit of [`CUBE_IN_CUBE`] leaves open.
+/// Relative uncertainty of [`CUBE_IN_CUBE`].
 pub(super) const CUBE_IN_CUBE_ERROR: f64 = 1e-10;
 /// C / (4 pi eps0 a) of two square sheets a tenth of their side apart.
 pub(super) const PLATES_TENTH: f64 = 1.039_044_814_755;

@@ -1,4 +1,4 @@
-//! What to say of the answers to an entry.
+//! Judges the answers to an entry.
 
 use std::fmt;
 
@@ -9,7 +9,7 @@ use super::claim::{Claim, Claims};
 use elastocap_coupling::load_steps::StepLoad;
 use elastocap_coupling::outcome::{Outcome, Status, StepResult};
 
-/// What an entry should end in.
+/// How an entry should end.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Expect {
     /// A number that is right.
@@ -25,9 +25,9 @@ pub enum Verdict {
     Right,
     /// Refused, as it should be, with this reason.
     Refused(String),
-    /// The tolerance was missed, or the time ran out, and the result says so; what is stated holds.
+    /// The tolerance was missed, or the time ran out, and the result says so. The stated limits hold.
     NotReached(String),
-    /// It must not be so.
+    /// The program is wrong.
     Wrong(String),
     /// Stopped by the user.
     Stopped,

@@ -24,7 +24,7 @@ fn same(what: &str, found: Bounded, of: Bounded, relative: f64) -> Claim {
     Claim::formula(what, "F", found.value, relative, Truth::value(of.value, 0.0))
 }
 
-/// A compression so small that the first order tells all.
+/// A compression so small that the first order suffices.
 fn tiny(compression: f64, name: &str) -> Entry {
     let sensor = Sensor::default();
     let (scale, a, b) = contact(&sensor);
