@@ -34,7 +34,7 @@ fn overlap(a: Bounded, b: Bounded) {
     assert!(a.lower <= b.upper && b.lower <= a.upper, "{a:?} {b:?}");
 }
 
-/// A bar beside a block.
+/// A block next to the bar.
 fn block() -> Body {
     Body::conductor("block", cuboid([0.5, -0.5, -0.5], [0.9, 0.4, 0.6]))
 }
@@ -58,14 +58,14 @@ fn overlapping() -> Vec<Shape> {
 
 #[test]
 fn a_conductor_in_parts_that_touch_or_overlap_has_the_bounds_of_the_whole() {
-    let expected = by_boxes(vec![of_parts("bar", &whole()), block()], 1e-4);
+    let expected = by_boxes(vec![of_parts("bar", &whole()), block()], 1e-3);
     for parts in [cut(), overlapping()] {
-        let found = by_boxes(vec![of_parts("bar", &parts), block()], 1e-4);
+        let found = by_boxes(vec![of_parts("bar", &parts), block()], 1e-3);
         for (row, other) in expected.iter().zip(&found) {
             row.iter().zip(other).for_each(|(a, b)| overlap(*a, *b));
         }
         let relative = found[0][1].value / expected[0][1].value - 1.0;
-        assert!(relative.abs() < 1e-4, "{relative:e}");
+        assert!(relative.abs() < 5e-4, "{relative:e}");
     }
 }
 
@@ -75,9 +75,9 @@ fn boxes_on_one_wire_have_the_sum_of_the_entries_of_boxes_apart() {
         (cuboid([-0.7, -0.6, -0.6], [-0.3, -0.2, 0.3]), cuboid([-0.5, 0.1, 0.0], [0.1, 0.5, 0.8]));
     let apart = by_boxes(
         vec![Body::conductor("one", one.clone()), Body::conductor("other", other.clone()), block()],
-        1e-4,
+        2e-3,
     );
-    let wired = by_boxes(vec![of_parts("pair", &[one, other]), block()], 1e-4);
+    let wired = by_boxes(vec![of_parts("pair", &[one, other]), block()], 2e-3);
     let sum = |entries: &[Bounded]| Bounded {
         value: entries.iter().map(|b| b.value).sum(),
         lower: entries.iter().map(|b| b.lower).sum(),
@@ -86,7 +86,8 @@ fn boxes_on_one_wire_have_the_sum_of_the_entries_of_boxes_apart() {
     overlap(wired[0][0], sum(&[apart[0][0], apart[0][1], apart[1][0], apart[1][1]]));
     overlap(wired[0][1], sum(&[apart[0][2], apart[1][2]]));
     overlap(wired[1][1], apart[2][2]);
-    assert!((wired[0][1].value / (apart[0][2].value + apart[1][2].value) - 1.0).abs() < 1e-4);
+    let relative = wired[0][1].value / (apart[0][2].value + apart[1][2].value) - 1.0;
+    assert!(relative.abs() < 1e-3, "{relative:e}");
 }
 
 #[test]
