@@ -107,6 +107,8 @@ impl<S: Dimension> Equations<S> {
             self.start_contact(state);
         }
         let mut smallest_j = self.smallest_j(&state.displacement, &state.displacement, false).0;
+        // Whether a step was given up because of the limit of extension.
+        let mut at_limit = false;
         while reached < 1.0 {
             // A last step that would leave a sliver is stretched to the end.
             let part = if reached + 1.001 * step >= 1.0 { 1.0 } else { reached + step };
@@ -134,7 +136,19 @@ impl<S: Dimension> Equations<S> {
                 Err((reason, (smallest_j, element))) => {
                     effort.cuts += 1;
                     step = 0.4 * (part - reached);
+                    // Close to the limit of extension the rubber is so stiff that short steps converge slowly or not at all.
+                    at_limit |= reason == StopReason::ExtensionLimit;
                     if step < settings.smallest_step || reason == StopReason::TooLong {
+                        let reason = match reason {
+                            StopReason::NoConvergence | StopReason::TooLong if at_limit => {
+                                StopReason::ExtensionLimit
+                            }
+                            StopReason::NoConvergence
+                            | StopReason::TooLong
+                            | StopReason::Inversion
+                            | StopReason::ExtensionLimit
+                            | StopReason::Singular => reason,
+                        };
                         let (step, effort) = (part - reached, *effort);
                         return Err(Box::new(Stopped { reached, step, reason, smallest_j, element, effort }));
                     }
