@@ -121,7 +121,7 @@ fn meshes_hold_conductors_of_several_parts() {
     let known = by_boxes(vec![of_parts("bar", &whole()), block()], 1e-3);
     let of_mesh = |mesh| {
         let shapes = Shapes { permittivity: &[1.0], floating_charges: &[None, None], mirrored: [false; 3] };
-        let settings = TetrahedraSettings { relative_tolerance: 3e-2, ..TetrahedraSettings::default() };
+        let settings = TetrahedraSettings { relative_tolerance: 1e-1, ..TetrahedraSettings::default() };
         solve_mesh(mesh, shapes, &settings).unwrap().solution.maxwell
     };
     for parts in [cut(), overlapping()] {
