@@ -109,7 +109,7 @@ pub fn prepare(
     let Some(mechanics) = case.mechanics.filter(|_| case.load.is_some()) else { return Prepared::StepByStep };
     let start = Instant::now();
     let count = loads.len();
-    let report =
+    let report_mesh =
         |mesh: usize, done: usize| report(&format!("layer, mesh {}: {done} of {count} loads", mesh + 1));
     let run = match &mechanics {
         Mechanics::ClosedForm { shear_length: ShearLength::FiniteElement, .. } => {
@@ -117,8 +117,8 @@ pub fn prepare(
             return Prepared::ClosedForm(shear_length::states(case, loads));
         }
         Mechanics::ClosedForm { shear_length: ShearLength::Given(_), .. } => return Prepared::StepByStep,
-        Mechanics::PlaneStrain(model) => plane_strain::solve(case, model, loads, cancel, &report),
-        Mechanics::Solid(model) => solid::solve(case, model, loads, memory_limit, cancel, &report),
+        Mechanics::PlaneStrain(model) => plane_strain::solve(case, model, loads, cancel, &report_mesh),
+        Mechanics::Solid(model) => solid::solve(case, model, loads, memory_limit, cancel, &report_mesh),
     };
     let mut run = run.unwrap_or_else(|reason| FiniteElementRun::failed(reason, count));
     run.seconds = start.elapsed().as_secs_f64();
