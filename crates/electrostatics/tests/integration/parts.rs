@@ -1,7 +1,8 @@
 //! Conductors of several parts: boxes that touch, overlap or lie apart, at one potential.
 
-use elastocap_electrostatics::tets::adaptive::{Shapes, TetrahedraSettings, solve_mesh};
-use elastocap_electrostatics::{Bounded, Settings, SolveError, solve};
+use elastocap_electrostatics::{
+    Bounded, MeshScene, Settings, SolveError, TetrahedraSettings, solve, solve_mesh,
+};
 use elastocap_geometry::meshing::tets::{LayeredError, LayeredSizing, MeshError, Sizing, layered, mesh};
 use elastocap_geometry::scene::{Body, Box3, Scene, Wall};
 use elastocap_geometry::shapes::Shape;
@@ -119,7 +120,8 @@ fn the_box_solver_refuses_other_shapes_by_name() {
 fn meshes_hold_conductors_of_several_parts() {
     let known = by_boxes(vec![of_parts("bar", &whole()), block()], 1e-3);
     let of_mesh = |mesh| {
-        let shapes = Shapes { permittivity: &[1.0], floating_charges: &[None, None], mirrored: [false; 3] };
+        let shapes =
+            MeshScene { permittivity: &[1.0], floating_charges: &[None, None], mirrored: [false; 3] };
         let settings = TetrahedraSettings { relative_tolerance: 3e-2, ..TetrahedraSettings::default() };
         solve_mesh(mesh, shapes, &settings).unwrap().solution.maxwell
     };
