@@ -310,13 +310,13 @@ impl Layout {
                 (open[0] && c[a] == 0) || (open[1] && c[a] + 1 == cells[a])
             })
         };
-        let (mut least, mut most) = (f64::INFINITY, 0.0_f64);
+        let (mut least, mut greatest) = (f64::INFINITY, 0.0_f64);
         for (index, e) in self.permittivity.iter().enumerate() {
             if endless([index / (cells[1] * cells[2]), index / cells[2] % cells[1], index % cells[2]]) {
-                (least, most) = (least.min(*e), most.max(*e));
+                (least, greatest) = (least.min(*e), greatest.max(*e));
             }
         }
-        (most > 0.0).then(|| most / least)
+        (greatest > 0.0).then(|| greatest / least)
     }
 
     /// The half, quarter or eighth of the layout whose mirror images make up the whole.

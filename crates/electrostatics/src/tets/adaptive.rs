@@ -441,12 +441,12 @@ fn spread(
 ) -> Spread {
     let relative =
         |b: &Bounded, scale: f64| if b.upper > b.lower { (b.upper - b.lower) / scale } else { 0.0 };
-    let nil = |b: &Bounded, scale: f64| {
+    let negligible = |b: &Bounded, scale: f64| {
         b.lower <= 0.0 && b.upper.max(-b.lower) <= settings.relative_tolerance * scale
     };
     let mut found = Spread { error: 0.0, may_be_zero: false };
-    let mut count = |b: &Bounded, scale: f64, may_be_nil: bool, alone: f64| {
-        if may_be_nil && nil(b, alone) {
+    let mut count = |b: &Bounded, scale: f64, can_be_zero: bool, alone: f64| {
+        if can_be_zero && negligible(b, alone) {
             found.may_be_zero = true;
         } else {
             found.error = found.error.max(relative(b, scale));
@@ -460,7 +460,7 @@ fn spread(
             for (j, entry) in row.iter().enumerate() {
                 let diagonal = (maxwell[i][i].value * maxwell[j][j].value).max(0.0).sqrt();
                 // The diagonal gives an off-diagonal entry its scale, unless the diagonal itself may be zero.
-                let no_scale = [i, j].into_iter().any(|k| nil(&maxwell[k][k], alone[k]));
+                let no_scale = [i, j].into_iter().any(|k| negligible(&maxwell[k][k], alone[k]));
                 let scale = entry.value.abs().max(0.1 * diagonal);
                 count(entry, scale, i == j || no_scale, (alone[i] * alone[j]).sqrt());
             }

@@ -117,8 +117,8 @@ impl Passages {
     }
 
     fn cost_of(&self, mesh: &TetMesh, permittivity: &[f64], passage: usize) -> f64 {
-        let beside = self.tets[passage].into_iter().filter(|&t| t != NONE);
-        let costs = beside.map(|t| {
+        let adjacent = self.tets[passage].into_iter().filter(|&t| t != NONE);
+        let costs = adjacent.map(|t| {
             let t = t as usize;
             let face = self.of_tet[t].iter().position(|&p| p as usize == passage).unwrap_or(0);
             let [a, b, c] = corners_of_face(face).map(|k| mesh.points[self.corners[t][k] as usize]);

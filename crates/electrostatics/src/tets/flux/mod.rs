@@ -260,9 +260,9 @@ fn drain(problem: &FluxProblem, moments: &mut [Vec<f64>]) {
 
 /// Sum of the first moments of a tetrahedron, outward, and the largest of them.
 fn left(passages: &Passages, per: usize, x: &[f64], t: usize) -> (f64, f64) {
-    passages.of_tet[t].iter().filter(|&&p| p != NONE).fold((0.0, 0.0), |(sum, most): (f64, f64), &p| {
+    passages.of_tet[t].iter().filter(|&&p| p != NONE).fold((0.0, 0.0), |(sum, largest): (f64, f64), &p| {
         let out = passages.sign(p, t) * x[p as usize * per];
-        (sum + out, most.max(out.abs()))
+        (sum + out, largest.max(out.abs()))
     })
 }
 
@@ -332,41 +332,41 @@ fn sums(problem: &FluxProblem, moments: &[Vec<f64>], chunk: usize) -> Sums {
     };
     let (mut element, mut carried) = (Element::default(), Vec::new());
     let mut found = vec![Vec::new(); states];
-    let mut apart = vec![Vec::new(); states];
+    let mut difference = vec![Vec::new(); states];
     for t in chunk * CHUNK..last {
         let eps = problem.eps(t);
         element.load(problem.mesh, passages, reference, t, eps);
         for s in 0..states {
-            let (flux, apart): (&mut Vec<f64>, &mut Vec<f64>) = (&mut found[s], &mut apart[s]);
+            let (flux, difference): (&mut Vec<f64>, &mut Vec<f64>) = (&mut found[s], &mut difference[s]);
             element.carry(eps, passages.original[t], problem.gradient(s, t), &mut carried);
             // First the flux of the discrete potential; then the difference from it in face moments and sources, and the loops of
             // minimal energy that follow from these.
-            times(&reference.interpolation, &carried, apart);
+            times(&reference.interpolation, &carried, difference);
             flux.clear();
             flux.resize(size, 0.0);
-            flux[kept..].copy_from_slice(&apart[kept..]);
+            flux[kept..].copy_from_slice(&difference[kept..]);
             for (i, &p) in passages.of_tet[t].iter().enumerate().filter(|p| *p.1 != NONE) {
                 let from = &moments[s][p as usize * per..][..per];
                 let to = &mut flux[i * per..(i + 1) * per];
                 to.iter_mut().zip(from).for_each(|(to, from)| *to = passages.sign(p, t) * from);
             }
             for k in 0..kept {
-                apart[k] = if k < faces { flux[k] } else { 0.0 } - apart[k];
+                difference[k] = if k < faces { flux[k] } else { 0.0 } - difference[k];
             }
             for l in 0..reference.loops {
                 let row = &element.follow[l * kept..(l + 1) * kept];
-                apart[kept + l] = row.iter().zip(&apart[..kept]).map(|(a, x)| a * x).sum();
-                flux[kept + l] += apart[kept + l];
+                difference[kept + l] = row.iter().zip(&difference[..kept]).map(|(a, x)| a * x).sum();
+                flux[kept + l] += difference[kept + l];
             }
-            let (sum, most) = left(passages, per, &moments[s], t);
-            if most > 0.0 {
-                sums.divergence = sums.divergence.max(sum.abs() / most);
+            let (sum, largest) = left(passages, per, &moments[s], t);
+            if largest > 0.0 {
+                sums.divergence = sums.divergence.max(sum.abs() / largest);
             }
         }
         for i in 0..states {
             for j in 0..states {
                 sums.energy[i * states + j] += product(&element.mass, &found[i], &found[j]);
-                let gap = product(&element.mass, &apart[i], &apart[j]);
+                let gap = product(&element.mass, &difference[i], &difference[j]);
                 sums.gap[i * states + j] += gap;
                 if i == j {
                     sums.gaps.push(gap);

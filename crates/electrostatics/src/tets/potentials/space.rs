@@ -41,7 +41,7 @@ impl Space {
     /// The space of order `order`, 1 to 3, on a mesh.
     ///
     /// # Errors
-    /// If the order is another, if a corner of a face with a role is in no tetrahedron beside it, if a function is held by two
+    /// If the order is not 1 to 3, if a corner of a face with a role is in no tetrahedron of the mesh, if a function is held by two
     /// conductors or by a conductor and the ground, or if the mesh is too large for 32-bit numbers.
     pub(crate) fn new(mesh: &TetMesh, order: usize) -> Result<Self, PotentialError> {
         if !(1..=3).contains(&order) {
