@@ -3,8 +3,7 @@
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
-use elastocap_electrostatics::tets::adaptive::TetrahedraSettings;
-use elastocap_electrostatics::{Settings, Target};
+use elastocap_electrostatics::{Settings, Target, TetrahedraSettings};
 
 /// What all field solves of a run are asked for. Each solver takes its own settings from it: [`FieldSettings::boxes`] and
 /// [`FieldSettings::tetrahedra`].

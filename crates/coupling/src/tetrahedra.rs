@@ -1,7 +1,6 @@
 //! A scene of bodies of any shape: meshes it, solves it and estimates the faceting error.
 
-use elastocap_electrostatics::tets::adaptive::{General, Shapes, forecast_mesh, solve_mesh};
-use elastocap_electrostatics::{Forecast, SolveError};
+use elastocap_electrostatics::{Forecast, MeshScene, MeshSolution, SolveError, forecast_mesh, solve_mesh};
 use elastocap_geometry::export::body::{BodyMesh, Element, NamedArray};
 use elastocap_geometry::export::gltf::BodyRole;
 use elastocap_geometry::export::surfaces::{SurfaceBody, surfaces};
@@ -43,7 +42,7 @@ const FEW_POINTS: usize = 100_000;
 /// A scene solved.
 pub(crate) struct Solved {
     /// Its mesh is of the part above the planes.
-    pub(crate) general: General,
+    pub(crate) general: MeshSolution,
     /// Per axis the plane about which the scene is its own mirror image, m, if only one half was solved.
     pub(crate) planes: [Option<f64>; 3],
     /// The surfaces of the bodies, whole, for a viewer.
@@ -165,9 +164,9 @@ fn shapes<'a>(
     permittivity: &'a [f64],
     floating_charges: &'a [Option<f64>],
     planes: [Option<f64>; 3],
-) -> Shapes<'a> {
+) -> MeshScene<'a> {
     let mirrored = planes.map(|at| at.is_some());
-    Shapes { permittivity, floating_charges, mirrored }
+    MeshScene { permittivity, floating_charges, mirrored }
 }
 
 /// Whether a mesh has flat faces in place of its surface.
@@ -334,7 +333,7 @@ fn area(shape: &Shape, b: &Box3, along: usize) -> f64 {
 /// The mesh and the field for a viewer, of the whole: with half a volt on the first of two driven conductors and minus half a
 /// volt on the second, or one volt on the first of any other number; floating ones at their potentials.
 pub(crate) fn shown(scene: &Scene, solved: &Solved) -> BodyMesh {
-    let General { mesh, potentials, solution } = &solved.general;
+    let MeshSolution { mesh, potentials, solution } = &solved.general;
     let driven: Vec<usize> = scene.driven().collect();
     let volts: &[f64] = if driven.len() == 2 { &[0.5, -0.5] } else { &[1.0] };
     let mut held = vec![0.0; scene.conductors().count()];

@@ -1,16 +1,14 @@
-//! How bounds and errors fall with the number of unknowns as tetrahedra are refined: a cube in a cube, which has edges of 90
-//! degrees, and an eighth of it at that.
+//! How bounds and errors fall with the number of unknowns as tetrahedra are refined, on one eighth of a cube in a cube.
 //!
 //!     cargo run --release -p elastocap-electrostatics --example tets_rate -- 2 1e-4
 
-use elastocap_electrostatics::VACUUM_PERMITTIVITY;
-use elastocap_electrostatics::tets::adaptive::{Shapes, TetrahedraSettings, solve_mesh};
+use elastocap_electrostatics::{MeshScene, TetrahedraSettings, VACUUM_PERMITTIVITY, solve_mesh};
 use elastocap_geometry::meshing::tets::{Sizing, mesh};
 use elastocap_geometry::mirror::{part, planes};
 use elastocap_geometry::scene::{Body, Box3, Scene, Wall};
 use elastocap_geometry::shapes::Shape;
 
-/// Of a unit cube in the middle of a grounded cube of side 2, over eps_0 a: as in docs/performance.md.
+/// Capacitance of a unit cube in the middle of a grounded cube of side 2, over eps_0 a: as in docs/performance.md.
 const KNOWN: f64 = 19.127134997;
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
@@ -33,15 +31,15 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     );
     let (mut tolerance, mut before) = (0.1, None);
     while tolerance >= 0.99 * least {
-        // 2. From the first mesh on to each tolerance.
+        // 2. Solve to this tolerance, from the initial mesh.
         let first = mesh(&part(&whole, at), &Sizing::default())?.mesh;
-        let shapes = Shapes { permittivity: &[1.0], floating_charges: &[None], mirrored };
+        let shapes = MeshScene { permittivity: &[1.0], floating_charges: &[None], mirrored };
         let settings =
             TetrahedraSettings { relative_tolerance: tolerance, order, ..TetrahedraSettings::default() };
         let start = std::time::Instant::now();
         let found = solve_mesh(first, shapes, &settings)?.solution;
         let seconds = start.elapsed().as_secs_f64();
-        // 3. Against the known value, and against the row before.
+        // 3. Compare with the known value and with the row before.
         let c = found.maxwell[0][0];
         let [upper, lower, middle] =
             [c.upper, c.lower, c.value].map(|c| c / (VACUUM_PERMITTIVITY * KNOWN) - 1.0);

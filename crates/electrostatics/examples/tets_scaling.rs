@@ -2,7 +2,7 @@
 //!
 //!     cargo run --release -p elastocap-electrostatics --example tets_scaling -- 2 16 32 48
 
-use elastocap_electrostatics::tets::potentials::{Potentials, Problem, TetSettings};
+use elastocap_electrostatics::{PotentialProblem, PotentialSettings, Potentials};
 use elastocap_geometry::meshing::tets::of_boxes;
 use elastocap_geometry::scene::{Body, Box3, Scene, Wall};
 use elastocap_geometry::shapes::Shape;
@@ -27,11 +27,11 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         // 2. The mesh, and the potential.
         let line: Vec<f64> = (0..=n).map(|k| 2.0 * k as f64 / n as f64 - 1.0).collect();
         let mesh = of_boxes(&scene, &[line.clone(), line.clone(), line]);
-        let problem = Problem { mesh: &mesh, permittivity: &[1.0], conductors: 1 };
+        let problem = PotentialProblem { mesh: &mesh, permittivity: &[1.0], conductors: 1 };
         let begin = Instant::now();
-        let solved = Potentials::solve(problem, TetSettings { order, share: 1e-7, cancel: None })?;
+        let solved = Potentials::solve(problem, PotentialSettings { order, share: 1e-7, cancel: None })?;
         let seconds = begin.elapsed().as_secs_f64();
-        // 3. Against the known value.
+        // 3. Compare with the known value.
         let error = solved.energies[(0, 0)] / 19.127134997 - 1.0;
         println!("{:8}  {:10}  {seconds:7.2}  {error:.3e}", solved.unknowns, solved.iterations);
     }

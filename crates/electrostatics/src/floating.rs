@@ -1,8 +1,9 @@
-//! Floating conductors: their charge is given, and their potential is what this makes it.
+//! Floating conductors. A floating conductor carries a given charge; its potential is computed, and it is eliminated from the
+//! Maxwell matrix.
 //!
-//! With the conductors split into driven (d) and floating (f) ones, floating conductors without charge take the potentials
-//! of least energy: V_f = -C_ff^-1 C_fd V_d, and the energy left is the Schur complement C_dd - C_df C_ff^-1 C_fd. As a
-//! minimum it is monotone in C, so that bounds of the whole matrix give bounds of the reduced one.
+//! Split the conductors into driven (d) and floating (f) ones. Uncharged floating conductors take the potentials of minimal
+//! energy, V_f = -C_ff^-1 C_fd V_d, and the minimum is the form of the Schur complement C_dd - C_df C_ff^-1 C_fd. A minimum is
+//! monotone in C: bounds on the whole matrix give bounds on the reduced one.
 
 use crate::matrix::MatrixBounds;
 use crate::solution::{Bounded, FloatingPotential};
@@ -12,7 +13,7 @@ use faer::Mat;
 
 /// Which conductors of a scene are driven and which float.
 #[derive(Debug, Clone)]
-pub struct Floating {
+pub(crate) struct Floating {
     /// Indices of the driven conductors, ascending.
     pub driven: Vec<usize>,
     /// Indices of the floating ones, ascending.
@@ -22,14 +23,14 @@ pub struct Floating {
 }
 
 impl Floating {
-    /// Those of a scene.
-    pub fn new(scene: &Scene) -> Self {
+    /// The driven and the floating conductors of a scene.
+    pub(crate) fn new(scene: &Scene) -> Self {
         let charges: Vec<_> = scene.conductors().map(|c| c.floating_charge).collect();
         Self::of_charges(&charges)
     }
 
-    /// From the charge, C, of each conductor that floats.
-    pub fn of_charges(charges: &[Option<f64>]) -> Self {
+    /// From one entry per conductor: its charge, C, if it floats.
+    pub(crate) fn of_charges(charges: &[Option<f64>]) -> Self {
         let all = || charges.iter().enumerate();
         Self {
             driven: all().filter(|(_, charge)| charge.is_none()).map(|(i, _)| i).collect(),
@@ -38,18 +39,18 @@ impl Floating {
         }
     }
 
-    /// Bounds of the matrix of the driven conductors.
-    pub fn reduced(&self, all: &MatrixBounds) -> MatrixBounds {
+    /// Bounds on the matrix of the driven conductors, from those on the matrix of all.
+    pub(crate) fn reduced(&self, all: &MatrixBounds) -> MatrixBounds {
         if self.floating.is_empty() {
             return all.clone();
         }
         let n = self.driven.len();
-        // A form that is not positive on the floating conductors has no minimum, but no energy is negative.
+        // A form that is not positive definite on the floating conductors has no minimum; zero still bounds every energy.
         let lower = self.schur(&all.lower).unwrap_or_else(|| Mat::zeros(n, n));
-        // Nor is the least energy more than that of any potentials: here zero on the floating conductors.
+        // The minimum is at most the energy at any potentials, here at zero on the floating conductors.
         let upper = self.schur(&all.upper).unwrap_or_else(|| block(&all.upper, &self.driven, &self.driven));
         let mut reduced = MatrixBounds { lower, upper };
-        reduced.part();
+        reduced.uncross();
         reduced
     }
 
@@ -63,8 +64,9 @@ impl Floating {
         Some(Mat::from_fn(n, n, |i, j| own[(i, j)] - 0.5 * (taken[(i, j)] + taken[(j, i)])))
     }
 
-    /// Potentials of all conductors with these on the driven ones and these charges on the floating ones, by the matrix `c`.
-    pub fn potentials(&self, c: &Mat<f64>, driven: &[f64], charges: &[f64]) -> Vec<f64> {
+    /// Potentials of all conductors, V, from those of the driven ones, V, and the charges of the floating ones, C, with the
+    /// capacitance matrix `c`, F.
+    pub(crate) fn potentials(&self, c: &Mat<f64>, driven: &[f64], charges: &[f64]) -> Vec<f64> {
         let mut all = vec![0.0; c.nrows()];
         self.driven.iter().zip(driven).for_each(|(&i, v)| all[i] = *v);
         if self.floating.is_empty() {
@@ -78,19 +80,19 @@ impl Floating {
         all
     }
 
-    /// The potential of every floating conductor, for bounds that are proved.
+    /// The potential of every floating conductor with proved limits, from proved bounds on the matrix.
     ///
     /// Let M be the middle of the bounds and G their gap, so that |z^T (C - M) w| <= sqrt(z^T G z w^T G w) / 2. The
     /// potentials w by M miss those by C on conductor i by z^T (C - M) w with z = C_ff^-1 e_i. From G_ff <= g L_ff <= g C_ff
     /// follows z^T G z <= g e_i^T C_ff^-1 e_i <= g (L_ff^-1)_ii.
-    pub fn proved(&self, all: &MatrixBounds) -> Vec<FloatingPotential> {
+    pub(crate) fn proved(&self, all: &MatrixBounds) -> Vec<FloatingPotential> {
         let n = all.upper.nrows();
         let middle = Mat::from_fn(n, n, |i, j| 0.5 * (all.lower[(i, j)] + all.upper[(i, j)]));
         self.found(all, &middle, 0.5)
     }
 
-    /// The same around the upper matrix, where the lower one is an estimate: the errors are estimates then.
-    pub fn estimated(&self, all: &MatrixBounds) -> Vec<FloatingPotential> {
+    /// The same around the upper matrix where the lower one is an estimate; the limits are then estimates too.
+    pub(crate) fn estimated(&self, all: &MatrixBounds) -> Vec<FloatingPotential> {
         self.found(all, &all.upper, 1.0)
     }
 
@@ -121,7 +123,7 @@ impl Floating {
             })
             .collect();
         let from_charges = state(&vec![0.0; self.driven.len()], &self.charges);
-        // Without charge a potential lies between those of the others, zero among them.
+        // By the maximum principle the potential of an uncharged conductor lies between the least and the greatest of the others.
         let within = |b: &Bounded| Bounded {
             value: b.value.clamp(0.0, 1.0),
             lower: b.lower.clamp(0.0, 1.0),
@@ -167,7 +169,7 @@ mod tests {
     }
 
     #[test]
-    fn two_capacitors_in_series_are_left_of_a_chain_of_three_conductors() {
+    fn a_floating_conductor_between_two_others_makes_two_capacitors_in_series() {
         // 2 and 6 from the outer ones to the middle one, nothing else: 12/8, and the middle one at 1/4 and 3/4.
         let c = matrix([[2.0, -2.0, 0.0], [-2.0, 8.0, -6.0], [0.0, -6.0, 6.0]]);
         let all = MatrixBounds { lower: c.clone(), upper: c };

@@ -1,22 +1,84 @@
-//! Laplace's equation in box scenes, and on tetrahedra: Maxwell capacitance matrices with proved bounds.
+//! Electrostatic fields of conductors among dielectrics: Maxwell capacitance matrices with proved bounds.
+//!
+//! This crate solves Laplace's equation, div(eps grad u) = 0, around the conductors of a
+//! [`Scene`](elastocap_geometry::scene::Scene). There are two solvers:
+//!
+//! * [`solve()`], the **box solver**, takes scenes of axis-aligned boxes and sheets. It chooses a tensor-product grid that is graded
+//!   towards edges, with polynomials of high order, and uses the mirror symmetry of the scene.
+//! * [`solve_mesh()`], the **solver on tetrahedra**, takes a mesh of bodies of any shape and refines it adaptively. The potentials
+//!   are of order 1, 2 or 3.
+//!
+//! [`forecast()`] and [`forecast_mesh()`] estimate the memory and the time of a solve from small grids or meshes. [`Potentials`]
+//! solves on one mesh as it is, without a lower bound.
+//!
+//! # What is proved
+//!
+//! Both solvers compute a continuous potential and a flux without divergence. By Dirichlet's principle the energy of the potential
+//! bounds the Maxwell matrix from above, by Thomson's principle that of the flux bounds it from below (as quadratic forms). Neither
+//! bound depends on the convergence of the linear solver, and open space is included without truncation: potential and flux continue
+//! to infinity along rays. The bounds of entries, of the two-terminal capacitance and of the potentials of floating conductors follow
+//! from these two matrices. Rounding is not enclosed by interval arithmetic; it is kept small and allowed for where sums could cross.
+//! With [`Settings::bounds`] switched off, the box solver skips the flux and the limits are estimates.
+//!
+//! # Units
+//!
+//! SI: lengths in m, capacitances in F, potentials in V, charges in C. Permittivities are relative, to [`VACUUM_PERMITTIVITY`].
+//!
+//! # Example
+//!
+//! A cube of side 1 m in the middle of a grounded cube of side 2 m has the capacitance 19.127134997 m times eps_0:
+//!
+//! ```
+//! use elastocap_electrostatics::{Settings, VACUUM_PERMITTIVITY, solve};
+//! use elastocap_geometry::scene::{Body, Box3, Scene, Wall};
+//! use elastocap_geometry::shapes::Shape;
+//!
+//! let cube = |half: f64| Box3 { min: [-half; 3], max: [half; 3] };
+//! let scene = Scene {
+//!     bodies: vec![Body::conductor("inner", Shape::Box(cube(0.5)))],
+//!     background_permittivity: 1.0,
+//!     domain: cube(1.0),
+//!     walls: [[Wall::Grounded; 2]; 3],
+//! };
+//! let settings = Settings { relative_tolerance: 1e-2, ..Settings::default() };
+//! let solution = solve(&scene, &settings)?;
+//! let c = solution.maxwell[0][0];
+//! let exact = 19.127134997 * VACUUM_PERMITTIVITY;
+//! assert!(solution.reached);
+//! assert!(c.lower <= exact && exact <= c.upper);
+//! assert!(c.upper - c.lower <= 1e-2 * c.value);
+//! # Ok::<(), elastocap_electrostatics::SolveError>(())
+//! ```
+//!
+//! # Current limits
+//!
+//! * Permittivities are isotropic and constant within a body.
+//! * The box solver takes neither rotated boxes nor other shapes. Its tensor-product grids refine whole slabs, so that scenes with
+//!   many distinct planes become expensive.
+//! * On tetrahedra, the bounds hold for the bodies as meshed, with flat faces; the faceting error of curved bodies is not in them.
+//!   The field is not sampled for export there ([`Solution::field`] is `None`).
+//! * Two conductors at different potentials must not touch.
 
-pub mod boxes;
-pub mod floating;
-pub mod matrix;
-pub mod solution;
-pub mod tets;
+mod boxes;
+mod floating;
+mod matrix;
+mod solution;
+mod tets;
 
 pub use boxes::forecast::forecast;
 pub use boxes::solve::solve;
 pub use solution::{
-    Bounded, Discretisation, Field, FloatingPotential, Forecast, PhaseSeconds, ResolutionLevel, Settings,
-    Solution, Target,
+    Bounded, CellBody, Discretisation, Field, FloatingPotential, Forecast, PhaseSeconds, ResolutionLevel,
+    Settings, Solution, Target,
 };
+pub use tets::adaptive::{MeshScene, MeshSolution, TetrahedraSettings, forecast_mesh, solve_mesh};
+pub use tets::flux::FluxError;
+pub use tets::potentials::{PotentialError, PotentialProblem, PotentialSettings, Potentials};
 
 /// Permittivity of vacuum, eps_0, F/m (CODATA 2018): the only definition of it in the project.
 pub const VACUUM_PERMITTIVITY: f64 = 8.854_187_812_8e-12;
 
-/// A solve that cannot be carried out.
+/// Why a solve failed.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum SolveError {
@@ -25,29 +87,31 @@ pub enum SolveError {
         "`{body}` is neither a box nor a sheet, and the box solver takes no other shape; solve the scene on tetrahedra"
     )]
     NotBoxes {
-        /// Its name.
+        /// Name of the body.
         body: String,
     },
-    /// A 1D eigenproblem failed.
-    #[error("an eigenvalue problem of the grid failed: its elements are too unequal for double precision")]
+    /// The eigenvalue problem of a grid line failed.
+    #[error(
+        "an eigenvalue problem of the grid failed: its elements differ too much in size for double precision"
+    )]
     Eigenvalues,
-    /// Asked to stop.
+    /// Stopped on request: the caller has set the cancel flag of the settings.
     #[error("stopped on request")]
     Cancelled,
-    /// A 1D mixed matrix failed.
+    /// A matrix of a grid line could not be factorised.
     #[error(transparent)]
     IllConditioned(#[from] elastocap_fem::mixed::IllConditioned),
-    /// The potentials on a mesh failed.
+    /// The potentials on a mesh could not be solved for.
     #[error(transparent)]
-    Potentials(tets::potentials::TetsError),
-    /// The fluxes on a mesh failed.
+    Potentials(tets::potentials::PotentialError),
+    /// The fluxes on a mesh could not be made.
     #[error(transparent)]
     Flux(#[from] tets::flux::FluxError),
 }
 
-impl From<tets::potentials::TetsError> for SolveError {
-    fn from(error: tets::potentials::TetsError) -> Self {
-        if error == tets::potentials::TetsError::Cancelled {
+impl From<tets::potentials::PotentialError> for SolveError {
+    fn from(error: tets::potentials::PotentialError) -> Self {
+        if error == tets::potentials::PotentialError::Cancelled {
             Self::Cancelled
         } else {
             Self::Potentials(error)

@@ -4,17 +4,18 @@ use crate::solution::Bounded;
 use elastocap_linalg::dense::Lu;
 use faer::Mat;
 
-/// A symmetric matrix below and one above the true one (in the sense of quadratic forms).
+/// A lower and an upper bound on a symmetric matrix, in the sense of quadratic forms: both differences to the true matrix are
+/// positive semidefinite.
 #[derive(Debug, Clone)]
-pub struct MatrixBounds {
+pub(crate) struct MatrixBounds {
     /// From Thomson's principle, F.
     pub lower: Mat<f64>,
     /// From Dirichlet's principle, F.
     pub upper: Mat<f64>,
 }
 
-/// C with V^T C V = c^T E c for V = B c: the capacitance matrix from energies in the basis of the columns of `basis`.
-pub fn from_energies(basis: &Mat<f64>, energies: &Mat<f64>) -> Mat<f64> {
+/// The capacitance matrix C from energies E in the basis of the columns of `basis` (B): V^T C V = c^T E c for V = B c.
+pub(crate) fn from_energies(basis: &Mat<f64>, energies: &Mat<f64>) -> Mat<f64> {
     let factor = Lu::new(basis.transpose());
     // C = B^-T E B^-1
     let left = factor.solve(energies.as_ref());
@@ -23,12 +24,12 @@ pub fn from_energies(basis: &Mat<f64>, energies: &Mat<f64>) -> Mat<f64> {
     Mat::from_fn(n, n, |i, j| 0.5 * (c[(i, j)] + c[(j, i)]))
 }
 
-/// Bounds that cross by less than this share of the value do so by rounding.
+/// Bounds that cross by less than this share of the value are taken to have crossed by rounding.
 const ROUNDING: f64 = 1e-6;
 
 impl MatrixBounds {
-    /// Moves bounds on energies apart that have crossed by rounding: each by the distance by which they crossed.
-    pub fn part(&mut self) {
+    /// Separates bounds on energies that have crossed by rounding: each is moved by twice the distance by which they crossed.
+    pub(crate) fn uncross(&mut self) {
         for i in 0..self.upper.nrows() {
             let (lower, upper) = (self.lower[(i, i)], self.upper[(i, i)]);
             if upper < lower && lower - upper <= ROUNDING * upper {
@@ -38,11 +39,11 @@ impl MatrixBounds {
         }
     }
 
-    /// Bounds on every entry.
+    /// Bounds on every entry, F.
     ///
     /// With G = upper - lower and C = lower + E, 0 <= E <= G: polarisation gives |E_ij - G_ij / 2| <=
     /// sqrt(G_ii G_jj) / 2.
-    pub fn entries(&self) -> Vec<Vec<Bounded>> {
+    pub(crate) fn entries(&self) -> Vec<Vec<Bounded>> {
         let n = self.upper.nrows();
         let gap = |i: usize| (self.upper[(i, i)] - self.lower[(i, i)]).max(0.0);
         (0..n)
@@ -61,8 +62,9 @@ impl MatrixBounds {
     /// Two-terminal capacitance: charge over voltage with equal and opposite charges for two conductors, against
     /// ground or infinity for one.
     ///
-    /// It is the least energy over all common potentials, hence monotone in the matrix: the bounds carry over.
-    pub fn two_terminal(&self) -> Option<Bounded> {
+    /// It is the minimum of the energy over all common potentials, hence monotone in the matrix: the bounds carry over. `None` for
+    /// other numbers of conductors, or if the upper bound is zero.
+    pub(crate) fn two_terminal(&self) -> Option<Bounded> {
         let (lower, upper) = match self.upper.nrows() {
             1 => (self.lower[(0, 0)], self.upper[(0, 0)]),
             2 => (two_terminal(&self.lower), two_terminal(&self.upper)),
@@ -77,7 +79,7 @@ impl MatrixBounds {
 fn two_terminal(c: &Mat<f64>) -> f64 {
     let row = c[(0, 0)] + c[(0, 1)];
     let sum = row + c[(1, 0)] + c[(1, 1)];
-    // No flux leaves the pair: the common potential costs nothing.
+    // No flux leaves the pair: a common potential has no energy.
     if sum <= 1e-12 * c[(0, 0)] { c[(0, 0)] } else { c[(0, 0)] - row * row / sum }
 }
 
@@ -86,7 +88,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_matrix_is_found_again_from_its_energies_in_another_basis() {
+    fn a_matrix_is_recovered_from_its_energies_in_another_basis() {
         let c = Mat::from_fn(2, 2, |i, j| [[3.0, -1.0], [-1.0, 2.0]][i][j]);
         let b = Mat::from_fn(2, 2, |i, j| [[1.0, 1.0], [-1.0, 1.0]][i][j]);
         let e = b.transpose() * &c * &b;
@@ -95,7 +97,7 @@ mod tests {
     }
 
     #[test]
-    fn two_terminal_capacitance_is_that_of_two_capacitors_to_ground_in_series_beside_the_mutual_one() {
+    fn two_terminal_capacitance_is_the_mutual_one_in_parallel_with_both_capacitors_to_ground_in_series() {
         // c_m = 1 between them, 2 and 1 to ground: 1 + 2 * 1 / 3
         let c = Mat::from_fn(2, 2, |i, j| [[3.0, -1.0], [-1.0, 2.0]][i][j]);
         assert!((two_terminal(&c) - (1.0 + 2.0 / 3.0)).abs() < 1e-14);

@@ -7,15 +7,16 @@ use std::sync::atomic::AtomicBool;
 /// The quantity that the tolerance applies to.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 pub enum Target {
-    /// The two-terminal capacitance where there is one (else the matrix): a sensor's signal. No net charge is left, the
-    /// field falls fast, and open space needs little room; the Maxwell matrix comes with whatever bounds this gives.
+    /// The two-terminal capacitance where there is one (else the matrix): a sensor's signal. Without a net charge the field
+    /// decays quickly, and the grid need not reach far into open space. The Maxwell matrix is reported too, with the bounds that
+    /// this grid happens to give.
     TwoTerminal,
-    /// Every entry of the Maxwell matrix of the driven conductors too; off the diagonal relative to the entry, or to a tenth of the geometric
-    /// mean of the diagonal entries where the entry is smaller.
+    /// Every entry of the Maxwell matrix of the driven conductors as well. The error of an off-diagonal entry is relative to the
+    /// entry, or to a tenth of the geometric mean of its two diagonal entries where the entry is smaller.
     Matrix,
 }
 
-/// What the box solver solves for and how well; [`crate::tets::adaptive::TetrahedraSettings`] are those of the other solver.
+/// Target, tolerance and limits of the box solver; those of the other solver are [`crate::TetrahedraSettings`].
 #[derive(Debug, Clone)]
 pub struct Settings {
     /// Largest relative spread (upper - lower) / value of the target; without bounds, largest relative error estimate.
@@ -24,7 +25,7 @@ pub struct Settings {
     pub target: Target,
     /// Whether the dual problem is solved for a proved lower bound.
     pub bounds: bool,
-    /// Whether mirror symmetry is used to solve a part of the scene only.
+    /// Whether mirror symmetry is used to solve only a half, a quarter or an eighth of the scene.
     pub symmetry: bool,
     /// A fixed grid; `None` lets the solver choose.
     pub resolution: Option<ResolutionLevel>,
@@ -77,7 +78,7 @@ pub struct ResolutionLevel {
     pub levels: usize,
 }
 
-/// What the field was discretised by in the end.
+/// The last grid or mesh of a solve.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(untagged)]
 pub enum Discretisation {
@@ -87,7 +88,7 @@ pub enum Discretisation {
     Tetrahedra {
         /// Order of the potentials.
         order: usize,
-        /// How often the first mesh was refined; `levels` in result.json.
+        /// How often the initial mesh was refined; `levels` in result.json.
         #[serde(rename = "levels")]
         refinements: usize,
     },
@@ -115,7 +116,8 @@ pub struct Bounded {
 }
 
 impl Bounded {
-    /// Half the spread over the value: no true error is larger if the limits are proved.
+    /// Half the distance between the limits over the value. The true relative error is no larger where the limits are proved and
+    /// the value is their middle.
     pub fn relative_error(&self) -> f64 {
         if self.value == 0.0 { 0.0 } else { 0.5 * (self.upper - self.lower) / self.value.abs() }
     }
@@ -130,7 +132,7 @@ pub struct PhaseSeconds {
     pub primal: f64,
     /// Lower bounds.
     pub dual: f64,
-    /// Choosing the resolution: solves on coarser grids.
+    /// Solves on coarser grids, to choose the resolution.
     pub choosing: f64,
 }
 
@@ -147,6 +149,17 @@ impl PhaseSeconds {
     }
 }
 
+/// Which body of the scene fills a cell of a [`Field`].
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum CellBody {
+    /// None: the background.
+    Background,
+    /// The dielectric with this index among the scene's dielectrics.
+    Dielectric(usize),
+    /// The conductor with this index among the scene's conductors.
+    Conductor(usize),
+}
+
 /// The potential on the grid, for export.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Field {
@@ -158,36 +171,36 @@ pub struct Field {
     pub electric_field: Vec<[f64; 3]>,
     /// Relative permittivity of the cells.
     pub relative_permittivity: Vec<f64>,
-    /// 0 for dielectrics' background, 1 + index for dielectrics of the scene, -1 - index for conductors.
-    pub body: Vec<i32>,
+    /// Which body fills each cell.
+    pub body: Vec<CellBody>,
     /// V of each conductor in the state shown.
     pub potentials: Vec<f64>,
 }
 
-/// The potential of a floating conductor: that per volt on each driven one times its potential, all added up, and the part
-/// from the charges.
+/// The potential of a floating conductor. It is linear in the potentials of the driven conductors: the sum over them of
+/// `per_driven` times the driven potential, plus `from_charges`.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FloatingPotential {
     /// Its index among the scene's conductors.
     pub conductor: usize,
-    /// Its potential with 1 V on one driven conductor and 0 V on the others, no floating conductor charged: for each driven
-    /// one in the order of the scene, V/V.
+    /// For each driven conductor, in the order of the scene: this conductor's potential, V/V, with 1 V on the driven one, 0 V on
+    /// the others and no charge on any floating conductor.
     pub per_driven: Vec<Bounded>,
-    /// Its potential with the given charges on the floating conductors and 0 V on all driven ones, V. The limits are infinite
-    /// where the bounds of the matrix are too far apart.
+    /// Its potential, V, with the given charges on the floating conductors and 0 V on all driven ones. The limits are infinite
+    /// where the bounds of the matrix are too wide to prove any.
     pub from_charges: Bounded,
 }
 
 /// The answer of [`crate::solve()`].
 #[derive(Debug, Clone, PartialEq)]
 pub struct Solution {
-    /// Maxwell capacitance matrix of the driven conductors, F, in the order of the scene: Q = C V. Floating conductors without
-    /// charge are at the potentials that they take by themselves.
+    /// Maxwell capacitance matrix of the driven conductors, F, in the order of the scene: Q = C V. The floating conductors are
+    /// uncharged and have been eliminated.
     pub maxwell: Vec<Vec<Bounded>>,
     /// Charge over voltage with equal and opposite charges (two driven conductors), or against ground or infinity (one), F;
-    /// `None` for more than two of them, or where one conductor has nothing to hold charge against.
+    /// `None` for more than two of them, or for one conductor between insulated walls only, which can hold no charge.
     pub two_terminal: Option<Bounded>,
-    /// Potentials of the floating conductors, in the order of the scene; with bounds their limits are proved as well.
+    /// Potentials of the floating conductors, in the order of the scene. Their limits are proved where the matrix's are.
     pub floating: Vec<FloatingPotential>,
     /// Whether the tolerance was reached.
     pub reached: bool,
@@ -203,10 +216,11 @@ pub struct Solution {
     pub mirrored: [bool; 3],
     /// The last grid or mesh.
     pub resolution: Discretisation,
-    /// Share of the lower bound's energy that the repair of the divergence left by the iteration took.
+    /// Share of the lower bound's energy by which the repair of the flux lowers the bound: the linear solver leaves a small
+    /// divergence, which a second flux cancels.
     pub repair_share: f64,
     /// Where the time went.
     pub seconds: PhaseSeconds,
-    /// Asked for by [`Settings::field`].
+    /// The sampled field, if [`Settings::field`] asks for it.
     pub field: Option<Field>,
 }

@@ -124,7 +124,7 @@ pub fn element_matrices(element: Element, p: usize) -> (Mat<f64>, Mat<f64>) {
     let (points, weights) = gauss_legendre(p + 2);
     for (&s, &w) in points.iter().zip(&weights) {
         let (value, slope) = hierarchical(p, s);
-        // dx/ds, and what turns s-derivatives into x-derivatives
+        // dx/ds, and the vertex at infinity, which has no function
         let (jacobian, skip) = match element {
             Element::Finite { length, .. } => (0.5 * length, None),
             Element::Infinite { reach, .. } => {
@@ -206,7 +206,7 @@ pub fn line_matrices(line: &Line, coefficient: &[f64]) -> (Mat<f64>, Mat<f64>) {
 }
 
 /// Integrals of `phi_i r phi_j'` (row i) and `r^2 phi_i' phi_j'` over the elements, each weighted by its coefficient, with
-/// r the distance from `pole`: what the gradient of a potential that falls off along rays is made of.
+/// r the distance from `pole`: the terms of the energy of a potential that decays along rays.
 ///
 /// Infinite elements have none: their coefficient must be zero.
 pub fn radial_matrices(line: &Line, coefficient: &[f64], pole: f64) -> (Mat<f64>, Mat<f64>) {

@@ -1,11 +1,11 @@
 //! The mixed pair of a line: continuous fluxes of degree p, discontinuous potentials of degree p - 1.
 //!
 //! Potentials are kept in an orthonormal basis (scaled Legendre polynomials), so that div maps fluxes *onto* potentials
-//! and a flux whose divergence is orthogonal to all potentials is exactly divergence-free. Eliminating the flux leaves
-//! one dense matrix per line, T = D M^-1 D^T: the 1D factor of the dual operator.
+//! and a flux whose divergence is orthogonal to all potentials is exactly divergence-free. Eliminating the flux gives one dense
+//! matrix per line, T = D M^-1 D^T: the 1D factor of the dual operator.
 //!
-//! All of it comes from R = L^-1 D^T with M = L L^T. T = R^T R itself has lost half the digits of R; energies are
-//! summed as squares of R phi + L^-1 g, in which nothing cancels.
+//! Everything is computed from R = L^-1 D^T with M = L L^T. The product T = R^T R keeps only half the digits of R; energies are
+//! therefore summed as squares of R phi + L^-1 g, in which nothing cancels.
 
 use crate::line::{Element, Line, LineEnd, Numbering, element_matrices, line_matrices};
 use elastocap_linalg::dense::{self, Llt};
@@ -21,8 +21,8 @@ pub enum FluxEnd {
     Blocked,
 }
 
-/// Flux that goes on beyond an end: the energy of its continuation, per unit of squared flux through the end and in
-/// units of the resistance 1 / permittivity of the element there. Zero where the flux ends.
+/// Energy of a flux's continuation beyond either end, per unit of squared flux through the end and in units of the resistance
+/// 1 / permittivity of the element there. Zero where the flux ends.
 pub type Continuation = [f64; 2];
 
 /// The dual 1D operator of a run of elements between two obstacles, in the basis scaled by the square root of the
@@ -49,9 +49,10 @@ impl MixedSegment {
     }
 }
 
-/// A line's potentials cannot be orthonormalised or its mass matrix factorised: elements too unequal for f64.
+/// A line's potentials cannot be orthonormalised or its mass matrix not be factorised, because its elements differ too much in size
+/// for double precision.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
-#[error("a line of the grid is too unequal for double precision")]
+#[error("the elements along a line of the grid differ too much in size for double precision")]
 pub struct IllConditioned;
 
 /// First potential mode of each element, and one past the last: `degree(e)` modes per element.
@@ -76,6 +77,9 @@ pub fn ones(line: &Line) -> Vec<f64> {
 }
 
 /// Builds the segment of `elements` with permittivity `permittivity[e]` (of the whole line) between the given ends.
+///
+/// # Errors
+/// [`IllConditioned`] if the elements differ too much in size for double precision.
 pub fn mixed_segment(
     line: &Line,
     elements: Range<usize>,
@@ -149,6 +153,9 @@ pub(crate) fn sub_line(line: &Line, elements: Range<usize>) -> Line {
 }
 
 /// D: row = potential mode, column = flux function; D^T D is the stiffness of the line's continuous functions.
+///
+/// # Errors
+/// [`IllConditioned`] if the functions of an infinite element cannot be orthonormalised.
 pub fn divergence_matrix(line: &Line) -> Result<Mat<f64>, IllConditioned> {
     let numbering = Numbering::new(line);
     let offsets = potential_offsets(line);

@@ -1,7 +1,7 @@
 //! Modes of a line: the eigenvectors that diagonalise its mass and stiffness together.
 //!
-//! On graded lines the eigenvalues span the square of the ratio of the largest to the smallest element, soon more than
-//! double precision holds: an eigensolver that is accurate relative to the largest eigenvalue loses the smooth modes.
+//! On graded lines the eigenvalues span the square of the ratio of the largest to the smallest element, which soon exceeds the range
+//! of double precision: an eigensolver that is accurate relative to the largest eigenvalue loses the smooth modes.
 //! Both problems are of the form B^T B, so the singular values of B are computed instead; their range is the square
 //! root of that of the eigenvalues, and the smooth modes keep half the digits or more at any grading.
 
@@ -25,6 +25,9 @@ pub struct LineModes {
 
 /// Modes of stiffness against mass, `K u = lambda M u`, `u^T M u = 1`, of the continuous functions on `elements`,
 /// both weighted by `permittivity` (per element of the whole line); `held` drops the function of an end node.
+///
+/// # Errors
+/// [`IllConditioned`] if the elements differ too much in size for double precision.
 pub fn primal_modes(
     line: &Line,
     elements: Range<usize>,
@@ -58,6 +61,9 @@ pub fn primal_modes(
 }
 
 /// Modes of the dual matrix T of a run of elements in the basis scaled by the root of the permittivity.
+///
+/// # Errors
+/// [`IllConditioned`] if the elements differ too much in size for double precision.
 pub fn dual_modes(
     line: &Line,
     elements: Range<usize>,

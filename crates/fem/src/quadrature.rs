@@ -19,7 +19,7 @@ pub fn gauss_legendre(n: usize) -> (Vec<f64>, Vec<f64>) {
     let mut nodes = vec![0.0; n];
     let mut weights = vec![0.0; n];
     for i in 0..n.div_ceil(2) {
-        // Newton from Tricomi's estimate of the i-th root; three steps reach rounding for every n.
+        // Newton's method from Tricomi's estimate of the i-th root: three steps reach rounding for every n, six are safe.
         let mut x = (std::f64::consts::PI * (i as f64 + 0.75) / (n as f64 + 0.5)).cos();
         let mut slope = 1.0;
         for _ in 0..6 {

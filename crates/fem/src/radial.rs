@@ -1,15 +1,15 @@
 //! A basis of a line's discontinuous potentials in which the squared distance from a point is diagonal.
 //!
-//! Flux that leaves a box along rays from a pole costs the more energy the more obliquely it leaves: on the face
-//! x = R by the factor 1 + (y^2 + z^2) / R^2. A sum of squares, it becomes diagonal when multiplication by y^2 does on
-//! one axis and multiplication by z^2 on the other.
+//! The energy of a flux that leaves a box along rays from a pole grows with the obliqueness: on the face x = R by the factor
+//! 1 + (y^2 + z^2) / R^2. This sum becomes diagonal when multiplication by y^2 is diagonal on one axis and multiplication by z^2 on
+//! the other.
 
 use crate::line::{Element, Line};
 use crate::mixed::IllConditioned;
 use elastocap_linalg::dense;
 use faer::Mat;
 
-/// Orthogonal changes of basis, one per element, and the squared distances they leave on the diagonal.
+/// Orthogonal changes of basis, one per element, and the squared distances on the diagonal in the new basis.
 #[derive(Debug, Clone)]
 pub struct RadialBasis {
     /// Columns are the new functions in terms of the orthonormal Legendre ones.
@@ -20,6 +20,9 @@ pub struct RadialBasis {
 
 impl RadialBasis {
     /// Diagonalises multiplication by (x - pole)^2 on every element of a line without infinite ends.
+    ///
+    /// # Errors
+    /// [`IllConditioned`] if the line has an infinite element, or an eigenvalue problem fails.
     pub fn new(line: &Line, pole: f64) -> Result<Self, IllConditioned> {
         let (mut blocks, mut squares) = (Vec::new(), Vec::new());
         for e in 0..line.elements() {
@@ -38,7 +41,7 @@ impl RadialBasis {
             });
             let (vectors, values) =
                 dense::symmetric_eigenvectors(square.as_ref()).map_err(|_| IllConditioned)?;
-            // Rounding may put an eigenvalue just below the smallest squared distance there is.
+            // A squared distance is not negative; rounding can make an eigenvalue so.
             squares.extend(values.iter().map(|s| s.max(0.0)));
             blocks.push(vectors);
         }

@@ -27,7 +27,7 @@ pub struct Dense<T> {
 }
 
 impl<T: Real> Dense<T> {
-    /// Rounds a faer matrix.
+    /// Copies a faer matrix, rounded to the entry type.
     pub fn from_mat(m: MatRef<'_, f64>) -> Self {
         let (rows, cols) = (m.nrows(), m.ncols());
         let mut data = Vec::with_capacity(rows * cols);
@@ -113,7 +113,7 @@ impl<T> SparseRows<T> {
     }
 }
 
-/// A sparse matrix applied along one axis of an array, and the shape of what comes out.
+/// A sparse matrix applied along one axis of an array: the product and its shape.
 pub fn along(axis: usize, matrix: &SparseRows<f64>, x: &[f64], dims: Dims) -> (Vec<f64>, Dims) {
     let mut shape = dims;
     shape[axis] = matrix.rows();

@@ -1,6 +1,6 @@
 //! What other programs show: the bodies of all steps as glTF, the field of each step as VTK.
 
-use elastocap_electrostatics::Field;
+use elastocap_electrostatics::{CellBody, Field};
 use elastocap_geometry::export::gltf::{BodyRole, SceneBody};
 use elastocap_geometry::export::surfaces::{SurfaceBody, prism};
 use elastocap_geometry::export::vtk::FieldGrid;
@@ -177,13 +177,19 @@ fn body_names(scene: &Scene) -> Vec<String> {
 
 /// The solver's field as the exporter takes it.
 pub fn field_grid(scene: &Scene, field: Field) -> FieldGrid {
-    let dielectrics = scene.dielectrics().count() as i32;
+    let dielectrics = scene.dielectrics().count();
+    // As in `body_names`: the background, the dielectrics, the conductors.
+    let id = |body: CellBody| match body {
+        CellBody::Background => 0,
+        CellBody::Dielectric(index) => 1 + index,
+        CellBody::Conductor(index) => 1 + dielectrics + index,
+    };
     FieldGrid {
         axes: field.nodes,
         potential: field.potential,
         electric_field: field.electric_field,
         relative_permittivity: field.relative_permittivity,
-        body_id: field.body.into_iter().map(|b| if b < 0 { dielectrics - b } else { b }).collect(),
+        body_id: field.body.into_iter().map(|body| id(body) as i32).collect(),
         body_names: body_names(scene),
     }
 }

@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 
 /// A box of intervals without a conductor.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
-pub struct FreeBox {
+pub(crate) struct FreeBox {
     /// Its intervals.
     pub block: Block,
     /// Outer planes `[axis][side]` that it reaches but on which a sheet lies: its functions vanish there.
@@ -40,12 +40,12 @@ impl FreeBox {
     }
 }
 
-/// More boxes than this are never enumerated; the search then keeps the largest found so far.
+/// Largest number of boxes that are enumerated; beyond it the search keeps the largest found so far.
 const ENUMERATION_LIMIT: usize = 20_000;
 
-/// The boxes of intervals that contain no conductor and cannot grow, thinned to those needed to hold every point that
-/// is not in a conductor in the interior of some box.
-pub fn free_boxes(domain: &Domain) -> Vec<FreeBox> {
+/// The maximal boxes of intervals without a conductor, thinned to a set in which every point outside the conductors is interior to
+/// some box.
+pub(crate) fn free_boxes(domain: &Domain) -> Vec<FreeBox> {
     thin(domain, maximal(domain))
 }
 
@@ -53,7 +53,7 @@ fn volume(b: &FreeBox) -> usize {
     (0..3).map(|a| b.block.hi[a] - b.block.lo[a]).product()
 }
 
-/// All maximal free boxes: split around one conductor after the other, dropping what lies inside another box.
+/// All maximal free boxes: split around one conductor after the other, dropping boxes that lie inside another one.
 fn maximal(domain: &Domain) -> Vec<FreeBox> {
     let cells = domain.cells();
     let mut boxes = vec![FreeBox { block: Block { lo: [0; 3], hi: cells }, held: [[false; 2]; 3] }];
@@ -101,7 +101,7 @@ fn maximal(domain: &Domain) -> Vec<FreeBox> {
 }
 
 /// Greedy cover of the *features* of the coarse grid of planes: every vertex, edge, face and cell outside the
-/// conductors must be interior to a box. With few boxes all are kept, for the overlap they bring.
+/// conductors must be interior to a box. With few boxes all are kept, since more overlap makes a better preconditioner.
 fn thin(domain: &Domain, boxes: Vec<FreeBox>) -> Vec<FreeBox> {
     const KEEP_ALL: usize = 8;
     if boxes.len() <= KEEP_ALL {
@@ -151,7 +151,7 @@ fn thin(domain: &Domain, boxes: Vec<FreeBox>) -> Vec<FreeBox> {
             _ => break,
         }
     }
-    // Where not all boxes could be enumerated a feature may be left: the cells around it serve.
+    // Where not all boxes could be enumerated a feature may be uncovered: the box of the cells around it covers it.
     for feature in 0..covered.len() {
         if covered[feature] {
             continue;

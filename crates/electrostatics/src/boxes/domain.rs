@@ -1,6 +1,6 @@
-//! What one solve works on: a graded grid, the conductors as blocks of it, the permittivity, the walls.
+//! The discrete domain of one solve: a graded grid, the conductors as blocks of it, the permittivity and the walls.
 //!
-//! Lengths are scaled by the caller so that the scene is of order one; energies come back in the same scale.
+//! Lengths are in a unit that makes the scene of order one ([`crate::boxes::layout::Layout::unit`]); energies are in the same unit.
 
 use elastocap_fem::line::{Line, LineEnd, Numbering};
 use elastocap_fem::mixed::{FluxEnd, potential_offsets};
@@ -10,30 +10,30 @@ use std::ops::Range;
 /// One axis of the grid. *Planes* are the coordinates at which a body or the scene begins or ends; the elements
 /// between two neighbouring planes form an *interval*.
 #[derive(Debug, Clone)]
-pub struct Axis {
+pub(crate) struct Axis {
     /// The elements.
     pub line: Line,
     /// First element of each interval, and one past the last: one more entry than intervals.
     pub cuts: Vec<usize>,
     /// What holds at the two ends.
     pub walls: [Wall; 2],
-    /// How flux goes on to infinity beyond open ends; `None` where none may.
+    /// How flux continues to infinity beyond open ends; `None` where none may leave.
     pub rays: Option<Rays>,
 }
 
-/// Straight lines from a pole, along which flux that leaves the last finite nodes goes on, falling with the square of
-/// the distance. On all axes or on none, with one radius.
+/// Straight lines from a pole, along which flux that leaves the last finite nodes continues, decaying with the square of the
+/// distance. Either all axes have them, with the same radius, or none.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Rays {
-    /// Where they come from, on this axis.
+pub(crate) struct Rays {
+    /// Coordinate of the pole on this axis.
     pub pole: f64,
-    /// Distance of the last finite nodes from it.
+    /// Distance of the last finite nodes from the pole.
     pub radius: f64,
 }
 
 /// A block of intervals, `lo[a] .. hi[a]` on each axis; on the normal axis of a sheet `lo == hi`, the plane it lies in.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
-pub struct Block {
+pub(crate) struct Block {
     /// First interval (= lower plane) on each axis.
     pub lo: [usize; 3],
     /// One past the last interval (= upper plane) on each axis.
@@ -42,10 +42,10 @@ pub struct Block {
 
 /// A grid with conductors and permittivity.
 #[derive(Debug, Clone)]
-pub struct Domain {
+pub(crate) struct Domain {
     /// Three axes.
     pub axes: [Axis; 3],
-    /// The blocks of all conductors: several may be of one conductor, and touch or overlap then.
+    /// The blocks of all conductors. Several may belong to one conductor; those may touch or overlap.
     pub conductors: Vec<Block>,
     /// Relative permittivity of each cell of intervals, `[i][j][k]`.
     pub permittivity: Vec<f64>,
@@ -53,12 +53,12 @@ pub struct Domain {
 
 impl Axis {
     /// Number of intervals.
-    pub fn intervals(&self) -> usize {
+    pub(crate) fn intervals(&self) -> usize {
         self.cuts.len() - 1
     }
 
     /// Index among the finite nodes of the plane below interval `m`; `None` for the end at infinity.
-    pub fn plane_node(&self, m: usize) -> Option<usize> {
+    pub(crate) fn plane_node(&self, m: usize) -> Option<usize> {
         let first = self.line.first_finite();
         let element = self.cuts[m];
         (element >= first && element - first < self.line.nodes.len()).then(|| element - first)
@@ -70,7 +70,7 @@ impl Axis {
     }
 
     /// Continuous functions of the axis that are not held by a wall, as a range of the line's numbering.
-    pub fn functions(&self) -> Range<usize> {
+    pub(crate) fn functions(&self) -> Range<usize> {
         let n = Numbering::new(&self.line).len;
         usize::from(self.held(0))..n - usize::from(self.held(1))
     }
@@ -79,7 +79,7 @@ impl Axis {
     /// vanish on the planes bounding them, except on walls that hold nothing.
     ///
     /// `held` makes the functions vanish on an outer plane too.
-    pub fn open(&self, lo: usize, hi: usize, held: [bool; 2]) -> Range<usize> {
+    pub(crate) fn open(&self, lo: usize, hi: usize, held: [bool; 2]) -> Range<usize> {
         let numbering = Numbering::new(&self.line);
         let trim = usize::from(self.held(0));
         let start = if lo == 0 && !(held[0] && trim == 0) {
@@ -96,7 +96,7 @@ impl Axis {
     }
 
     /// Functions (trimmed) of the closed intervals `lo..hi`, planes included; `lo == hi` is one plane.
-    pub fn closed(&self, lo: usize, hi: usize) -> Range<usize> {
+    pub(crate) fn closed(&self, lo: usize, hi: usize) -> Range<usize> {
         let numbering = Numbering::new(&self.line);
         let trim = usize::from(self.held(0));
         let len = self.functions().len();
@@ -106,20 +106,20 @@ impl Axis {
     }
 
     /// Trimmed indices of the vertex functions.
-    pub fn vertices(&self) -> Vec<usize> {
+    pub(crate) fn vertices(&self) -> Vec<usize> {
         let range = self.functions();
         let numbering = Numbering::new(&self.line);
         numbering.vertex.iter().filter(|v| range.contains(v)).map(|v| v - range.start).collect()
     }
 
     /// Potential modes of the intervals `lo..hi`.
-    pub fn modes(&self, lo: usize, hi: usize) -> Range<usize> {
+    pub(crate) fn modes(&self, lo: usize, hi: usize) -> Range<usize> {
         let offsets = potential_offsets(&self.line);
         offsets[self.cuts[lo]]..offsets[self.cuts[hi]]
     }
 
     /// What the flux does at the ends of the intervals `lo..hi` if both are bounded by obstacles.
-    pub fn flux_ends(&self, lo: usize, hi: usize) -> [FluxEnd; 2] {
+    pub(crate) fn flux_ends(&self, lo: usize, hi: usize) -> [FluxEnd; 2] {
         let at = |side: usize, outer: bool| match (outer, self.walls[side]) {
             (true, Wall::Insulated) => FluxEnd::Blocked,
             (true, Wall::Open) if self.rays.is_none() => FluxEnd::Blocked,
@@ -128,10 +128,9 @@ impl Axis {
         [at(0, lo == 0), at(1, hi == self.intervals())]
     }
 
-    /// Energy of the flux's continuation beyond the ends of the intervals `lo..hi`, per squared flux through the last
-    /// node and in units of the resistance there: `factor` of that of a straight line to infinity, zero where no flux
-    /// goes on.
-    pub fn continuation(&self, lo: usize, hi: usize, factor: [f64; 2]) -> [f64; 2] {
+    /// Energy of the flux's continuation beyond the ends of the intervals `lo..hi`, per squared flux through the last node and in
+    /// units of the resistance there: `factor` times that of a straight line to infinity, zero where no flux leaves.
+    pub(crate) fn continuation(&self, lo: usize, hi: usize, factor: [f64; 2]) -> [f64; 2] {
         let at = |side: usize, outer: bool| match self.rays {
             Some(rays) if outer && self.walls[side] == Wall::Open => factor[side] * rays.radius,
             _ => 0.0,
@@ -140,7 +139,7 @@ impl Axis {
     }
 
     /// The axis without its infinite elements.
-    pub fn truncated(&self) -> Self {
+    pub(crate) fn truncated(&self) -> Self {
         let mut out = self.clone();
         let low = self.line.first_finite();
         for cut in &mut out.cuts {
@@ -150,9 +149,9 @@ impl Axis {
         out
     }
 
-    /// The axis as the box solver sees it: where rays go to infinity, the outermost function falls off as 1 / x on its
-    /// own axis. As many functions, in the same order.
-    pub fn tailed(&self) -> Self {
+    /// The axis for the preconditioner of the primal problem: where rays go to infinity, the outermost function decays as 1 / x.
+    /// The number of functions and their order are unchanged.
+    pub(crate) fn tailed(&self) -> Self {
         let Some(rays) = self.rays else { return self.clone() };
         let mut out = self.clone();
         let open = self.walls.map(|w| w == Wall::Open);
@@ -166,34 +165,34 @@ impl Axis {
 }
 
 impl Domain {
-    /// The domain up to the last finite nodes: fluxes are continued beyond them by other means, or not at all.
-    pub fn truncated(&self) -> Self {
+    /// The domain up to the last finite nodes. Beyond them fluxes continue along rays, or not at all.
+    pub(crate) fn truncated(&self) -> Self {
         let [a, b, c] = &self.axes;
         Self { axes: [a.truncated(), b.truncated(), c.truncated()], ..self.clone() }
     }
 
     /// Numbers of intervals.
-    pub fn cells(&self) -> [usize; 3] {
+    pub(crate) fn cells(&self) -> [usize; 3] {
         [0, 1, 2].map(|a| self.axes[a].intervals())
     }
 
     /// Permittivity of one cell of intervals.
-    pub fn permittivity_of(&self, cell: [usize; 3]) -> f64 {
+    pub(crate) fn permittivity_of(&self, cell: [usize; 3]) -> f64 {
         let n = self.cells();
         self.permittivity[(cell[0] * n[1] + cell[1]) * n[2] + cell[2]]
     }
 
     /// Unknowns of the primal problem, conductors not subtracted.
-    pub fn primal_dims(&self) -> [usize; 3] {
+    pub(crate) fn primal_dims(&self) -> [usize; 3] {
         [0, 1, 2].map(|a| self.axes[a].functions().len())
     }
 
     /// Unknowns of the dual problem, conductors not subtracted.
-    pub fn dual_dims(&self) -> [usize; 3] {
+    pub(crate) fn dual_dims(&self) -> [usize; 3] {
         [0, 1, 2].map(|a| self.axes[a].modes(0, self.axes[a].intervals()).len())
     }
 
-    /// The permittivity as a product of one factor per axis and interval, if it is one over the whole domain.
+    /// The permittivity as a product of one factor per axis and interval, if the whole domain has such a product.
     fn product(&self) -> Option<[Vec<f64>; 3]> {
         let n = self.cells();
         let corner = self.permittivity_of([0; 3]);
@@ -221,7 +220,7 @@ impl Domain {
 
     /// The permittivity over `block` as a product of one factor per axis and interval: exactly where it is one over
     /// the whole domain, else by geometric means.
-    pub fn separable(&self, block: &Block) -> [Vec<f64>; 3] {
+    pub(crate) fn separable(&self, block: &Block) -> [Vec<f64>; 3] {
         if let Some(product) = self.product() {
             return product;
         }
@@ -249,7 +248,7 @@ impl Domain {
 }
 
 /// Spreads values per interval to elements.
-pub fn per_element(axis: &Axis, per_interval: &[f64]) -> Vec<f64> {
+pub(crate) fn per_element(axis: &Axis, per_interval: &[f64]) -> Vec<f64> {
     (0..axis.intervals())
         .flat_map(|m| std::iter::repeat_n(per_interval[m], axis.cuts[m + 1] - axis.cuts[m]))
         .collect()

@@ -1,4 +1,5 @@
-//! Energy matrices of one part on one grid: upper by the primal, lower by the dual method.
+//! Energy matrices of one part on one grid: upper bounds by the primal problem (Dirichlet's principle), lower ones by the dual
+//! problem (Thomson's principle).
 
 use crate::SolveError;
 use crate::boxes::domain::Domain;
@@ -12,16 +13,16 @@ use std::time::Instant;
 
 /// Energies V^T C V (per eps0, in the domain's scale) in the basis of the right-hand sides.
 #[derive(Debug)]
-pub struct Energies {
+pub(crate) struct Energies {
     /// One row and column per right-hand side.
     pub matrix: Mat<f64>,
     /// Unknowns, conductors not subtracted.
     pub unknowns: usize,
     /// Iterations of all right-hand sides.
     pub iterations: usize,
-    /// Whether every iteration reached what was asked.
+    /// Whether the linear solver reached its goal for every right-hand side.
     pub converged: bool,
-    /// Largest share of an energy that repairing the divergence took (lower bounds only).
+    /// Largest share of an energy by which the repair of the divergence lowers it (lower bounds only).
     pub repair_share: f64,
     /// Primal coefficients, one array per right-hand side (upper bounds only).
     pub coefficients: Vec<Vec<f64>>,
@@ -30,7 +31,7 @@ pub struct Energies {
 }
 
 /// Upper energies by Dirichlet's principle; the iteration stops when its error is about `share` of the energy.
-pub fn upper(
+pub(crate) fn upper(
     domain: &Domain,
     potentials: &[Vec<f64>],
     share: f64,
@@ -54,7 +55,7 @@ pub fn upper(
         iterations += c.iterations;
         let mut reached = c.reached;
         if !reached && c.iterations < conjugate_gradients::ITERATION_LIMIT {
-            // Rounding may have parted the recursion from the residual: once more, from the true one.
+            // Rounding may have separated the recursion from the true residual: solve once more, from the true one.
             let mut image = vec![0.0; u.len()];
             primal.apply(&u, &mut image);
             let rest: Vec<f64> = source.iter().zip(&image).map(|(b, a)| b - a).collect();
@@ -75,7 +76,8 @@ pub fn upper(
         0.5 * (dot(&coefficients[i], &products[j]) + dot(&coefficients[j], &products[i]))
     });
     for (i, u) in coefficients.iter().enumerate() {
-        // Without the rounding of the product; what that of the sums may have taken off is put back.
+        // Summed from squares, free of the product's cancellation. The factor covers the rounding of the sums, so that the
+        // energy stays an upper bound.
         matrix[(i, i)] = primal.energy(u) * (1.0 + 64.0 * f64::EPSILON);
     }
     let energies = Energies {
@@ -90,8 +92,9 @@ pub fn upper(
     Ok((energies, primal))
 }
 
-/// Lower energies by Thomson's principle. The divergence that the iteration leaves is repaired, and the repair is counted.
-pub fn lower(
+/// Lower energies by Thomson's principle. The linear solver leaves a small divergence; a second flux cancels it exactly, and the
+/// bound includes its energy.
+pub(crate) fn lower(
     domain: &Domain,
     potentials: &[Vec<f64>],
     share: f64,
@@ -114,13 +117,13 @@ pub fn lower(
             matrix[(i, j)] -=
                 excess * 0.5 * (dot(&own.repair, &other.residual) + dot(&other.repair, &own.residual));
         }
-        // A repair that failed proves nothing but that no energy is negative.
+        // If the repair failed, the only proved lower bound is zero.
         if !own.proved {
             for j in 0..n {
                 (matrix[(i, j)], matrix[(j, i)]) = (0.0, 0.0);
             }
         }
-        // What rounding of the sums may have added is taken off again.
+        // The factor covers the rounding of the sums, so that the energy stays a lower bound.
         matrix[(i, i)] *= 1.0 - 64.0 * f64::EPSILON;
     }
     Ok(Energies {
@@ -138,17 +141,17 @@ pub fn lower(
 struct Flux {
     /// Potentials of the mixed method, which the flux is made from.
     phi: Vec<f64>,
-    /// The divergence that is left, b - A phi.
+    /// The remaining divergence, b - A phi.
     residual: Vec<f64>,
-    /// The potential of the flux that takes up the residual.
+    /// The potential of the flux that cancels the residual.
     repair: Vec<f64>,
-    /// Whether the repair took up the residual, so that the energy is a bound.
+    /// Whether the repair cancelled the residual, so that the energy is a bound.
     proved: bool,
     iterations: usize,
     converged: bool,
 }
 
-/// Iterates until the repair of the divergence costs little beside `share` of the energy, or no more can be gained.
+/// Iterates until the energy of the repair is small compared with `share` of the energy, or until further iterations gain little.
 fn dual_flux(dual: &mut Dual, potentials: &[f64], share: f64, cancel: Option<&AtomicBool>) -> Flux {
     let excess = dual.repair_excess();
     let b = dual.source(potentials);
@@ -169,8 +172,8 @@ fn dual_flux(dual: &mut Dual, potentials: &[f64], share: f64, cancel: Option<&At
         let (repair, left) = dual.repair(&r);
         let energy = dual.flux_energies(&[potentials], &[&x])[(0, 0)];
         let cost = excess * dot(&repair, &r) / energy;
-        // Near conductors the repair knows nothing of their shielding and may cost far more than the iteration's own error: then
-        // that error must become smaller.
+        // The repair ignores how conductors shield the field, and near them its energy may be far larger than the error of the
+        // linear solver: then that error must become smaller.
         let proved = left < 1e-3 && cost >= 0.0;
         let cheap = cost <= 20.0 * share;
         let gains_little = cost > 0.5 * last;

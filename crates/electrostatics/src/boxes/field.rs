@@ -2,17 +2,17 @@
 
 use crate::boxes::domain::{Axis, Domain};
 use crate::boxes::layout::Layout;
-use crate::solution::Field;
+use crate::solution::{CellBody, Field};
 use elastocap_fem::line::{Element, Numbering, hierarchical};
 use elastocap_fem::tensor::{Dense, Left, Right, Target, multiply};
 use elastocap_geometry::scene::{Filling, Scene, Wall};
 use faer::Mat;
 
-/// More cells than this and every element is shown as one.
+/// Largest number of cells with several cells per element; beyond it every element is one cell.
 const MAX_CELLS: usize = 40_000;
 
 /// One part's share of the state: its grid, the coefficients, and whether it is odd across each axis.
-pub struct Share<'a> {
+pub(crate) struct Share<'a> {
     /// Grid of the reduced layout.
     pub domain: &'a Domain,
     /// Coefficients of the state on it.
@@ -21,7 +21,14 @@ pub struct Share<'a> {
     pub odd: [bool; 3],
 }
 
-/// Where one axis is sampled.
+impl Share<'_> {
+    /// The factor of the share's potential on one side (-1 or 1) of the mirror plane of axis `a`.
+    fn parity(&self, a: usize, side: f64) -> f64 {
+        if self.odd[a] { side } else { 1.0 }
+    }
+}
+
+/// The sample points of one axis, and the axis functions there.
 struct Samples {
     /// Node coordinates, scaled.
     nodes: Vec<f64>,
@@ -32,10 +39,54 @@ struct Samples {
     centre_slope: Dense<f64>,
 }
 
-/// Samples the state with the given conductor potentials; the shares of all parts add up to it.
+/// How the cells of the part that is solved are repeated in the whole scene: mirrored halves lie below the solved ones.
+struct Reflection {
+    /// Axes across which the scene is mirrored.
+    mirrored: [bool; 3],
+    /// Cells of the part along each axis.
+    part: [usize; 3],
+    /// Cells of the whole scene along each axis.
+    whole: [usize; 3],
+}
+
+impl Reflection {
+    fn new(mirrored: [bool; 3], part: [usize; 3]) -> Self {
+        Self { mirrored, part, whole: [0, 1, 2].map(|a| part[a] << usize::from(mirrored[a])) }
+    }
+
+    /// The cell of the part whose image is cell `i` of the whole on axis `a`, and the side of the mirror plane that the image
+    /// lies on: -1 below it, else 1.
+    fn cell(&self, a: usize, i: usize) -> (usize, f64) {
+        let n = self.part[a];
+        match (self.mirrored[a], i < n) {
+            (false, _) => (i, 1.0),
+            (true, true) => (n - 1 - i, -1.0),
+            (true, false) => (i - n, 1.0),
+        }
+    }
+
+    /// The same for node `i`. The node on the mirror plane belongs to both halves; it counts as above.
+    fn node(&self, a: usize, i: usize) -> (usize, f64) {
+        let n = self.part[a];
+        match (self.mirrored[a], i < n) {
+            (false, _) => (i, 1.0),
+            (true, true) => (n - i, -1.0),
+            (true, false) => (i - n, 1.0),
+        }
+    }
+
+    /// Node coordinates of the whole scene on axis `a`, m, from those of the part, which are in units of the layout.
+    fn coordinates(&self, a: usize, own: &[f64], layout: &Layout) -> Vec<f64> {
+        let mirror = own.iter().skip(1).rev().map(|x| -x).filter(|_| self.mirrored[a]);
+        mirror.chain(own.iter().copied()).map(|x| layout.origin[a] + layout.unit * x).collect()
+    }
+}
+
+/// Samples one state of the scene: its potential and its electric field as the sum of the shares of all parts.
 ///
-/// `reach` limits what is shown of open space (scaled distance from the origin).
-pub fn sample(
+/// `potentials`, V, are those of the scene's conductors in this state, for the caller to find in the result. Open space is
+/// shown as far as [`Layout::reach`]. Without any share there is no field, and the lists are empty.
+pub(crate) fn sample(
     scene: &Scene,
     layout: &Layout,
     shares: &[Share<'_>],
@@ -52,80 +103,82 @@ pub fn sample(
             potentials,
         };
     };
-    let plan = |fine: bool| [0, 1, 2].map(|a| cuts(&first.domain.axes[a], layout.reach, fine));
-    let whole = |cuts: &[Vec<(usize, f64, f64)>; 3]| -> usize {
-        (0..3).map(|a| cuts[a].len() << usize::from(mirrored[a])).product()
-    };
-    let mut pieces = plan(true);
-    if whole(&pieces) > MAX_CELLS {
-        pieces = plan(false);
-    }
-    let cells = [0, 1, 2].map(|a| pieces[a].len());
-    let full = [0, 1, 2].map(|a| cells[a] << usize::from(mirrored[a]));
+    let pieces = pieces(first.domain, layout.reach, mirrored);
+    let reflection = Reflection::new(mirrored, [0, 1, 2].map(|a| pieces[a].len()));
     let mut nodes: [Vec<f64>; 3] = Default::default();
-    let mut potential = vec![0.0; full.iter().map(|n| n + 1).product()];
-    let mut field = vec![[0.0; 3]; full.iter().product()];
+    let mut potential = vec![0.0; reflection.whole.iter().map(|n| n + 1).product()];
+    let mut electric_field = vec![[0.0; 3]; reflection.whole.iter().product()];
     for share in shares {
         let samples = [0, 1, 2].map(|a| samples(share.domain, a, &pieces[a]));
-        let u = &share.coefficients;
-        let at_nodes = evaluate(u, [&samples[0].value, &samples[1].value, &samples[2].value]);
-        let slopes = [0, 1, 2].map(|d| {
-            let pick = |a: usize| if a == d { &samples[a].centre_slope } else { &samples[a].centre_value };
-            evaluate(u, [pick(0), pick(1), pick(2)])
-        });
-        // Node and cell (i, j, k) of the whole scene, its image in the part, and the sign it comes back with.
-        let image = |a: usize, i: usize, n: usize| {
-            // n is the number of nodes or cells of the part; nodes share the mirror plane.
-            if !mirrored[a] {
-                (i, 1.0)
-            } else if n == cells[a] {
-                if i < n { (n - 1 - i, -1.0) } else { (i - n, 1.0) }
-            } else if i < n - 1 {
-                (n - 1 - i, -1.0)
-            } else {
-                (i - (n - 1), 1.0)
-            }
-        };
-        let parity = |a: usize, side: f64| if share.odd[a] { side } else { 1.0 };
-        for (index, value) in potential.iter_mut().enumerate() {
-            let at = split(index, full.map(|n| n + 1));
-            let [(i, si), (j, sj), (k, sk)] = [0, 1, 2].map(|a| image(a, at[a], cells[a] + 1));
-            let sign = parity(0, si) * parity(1, sj) * parity(2, sk);
-            *value += sign * at_nodes[(i * (cells[1] + 1) + j) * (cells[2] + 1) + k];
-        }
-        for (index, e) in field.iter_mut().enumerate() {
-            let at = split(index, full);
-            let images = [0, 1, 2].map(|a| image(a, at[a], cells[a]));
-            let sign: f64 = (0..3).map(|a| parity(a, images[a].1)).product();
-            let source = (images[0].0 * cells[1] + images[1].0) * cells[2] + images[2].0;
-            for d in 0..3 {
-                // The slope across the mirror plane changes sign with the side as well.
-                e[d] -= sign * images[d].1 * slopes[d][source] / layout.unit;
-            }
-        }
+        add_potential(&mut potential, share, &samples, &reflection);
+        add_field(&mut electric_field, share, &samples, &reflection, layout.unit);
         if nodes[0].is_empty() {
-            nodes = [0, 1, 2].map(|a| {
-                let own = &samples[a].nodes;
-                let mirror = own.iter().skip(1).rev().map(|x| -x).filter(|_| mirrored[a]);
-                mirror.chain(own.iter().copied()).map(|x| layout.origin[a] + layout.unit * x).collect()
-            });
+            nodes = [0, 1, 2].map(|a| reflection.coordinates(a, &samples[a].nodes, layout));
         }
     }
     let lookup = scene.lookup();
-    let (mut permittivity, mut body) = (Vec::new(), Vec::new());
-    for index in 0..field.len() {
-        let at = split(index, full);
+    let (mut relative_permittivity, mut body) = (Vec::new(), Vec::new());
+    for index in 0..electric_field.len() {
+        let at = split(index, reflection.whole);
         let point = [0, 1, 2].map(|a| 0.5 * (nodes[a][at[a]] + nodes[a][at[a] + 1]));
-        permittivity.push(lookup.permittivity_at(point));
+        relative_permittivity.push(lookup.permittivity_at(point));
         body.push(match lookup.body_at(point) {
-            Filling::Background => 0,
-            Filling::Conductor(c) => -1 - c.index as i32,
-            Filling::Dielectric(d) => d.index as i32 + 1,
+            Filling::Background => CellBody::Background,
+            Filling::Conductor(c) => CellBody::Conductor(c.index),
+            Filling::Dielectric(d) => CellBody::Dielectric(d.index),
         });
     }
-    Field { nodes, potential, electric_field: field, relative_permittivity: permittivity, body, potentials }
+    Field { nodes, potential, electric_field, relative_permittivity, body, potentials }
 }
 
+/// The cells of each axis, as [`cuts`] gives them: several per element, or one where that would be too many.
+fn pieces(domain: &Domain, reach: f64, mirrored: [bool; 3]) -> [Vec<(usize, f64, f64)>; 3] {
+    let plan = |fine: bool| [0, 1, 2].map(|a| cuts(&domain.axes[a], reach, fine));
+    let fine = plan(true);
+    let cells: usize = (0..3).map(|a| fine[a].len() << usize::from(mirrored[a])).product();
+    if cells > MAX_CELLS { plan(false) } else { fine }
+}
+
+/// Adds the share's potential, V, to that of all nodes `[i][j][k]` of the whole scene.
+fn add_potential(potential: &mut [f64], share: &Share<'_>, samples: &[Samples; 3], reflection: &Reflection) {
+    let [s0, s1, s2] = samples;
+    let at_nodes = evaluate(&share.coefficients, [&s0.value, &s1.value, &s2.value]);
+    let cells = reflection.part;
+    for (index, value) in potential.iter_mut().enumerate() {
+        let at = split(index, reflection.whole.map(|n| n + 1));
+        let [(i, si), (j, sj), (k, sk)] = [0, 1, 2].map(|a| reflection.node(a, at[a]));
+        let sign = share.parity(0, si) * share.parity(1, sj) * share.parity(2, sk);
+        *value += sign * at_nodes[(i * (cells[1] + 1) + j) * (cells[2] + 1) + k];
+    }
+}
+
+/// Adds the share's field, V/m, to that at the centres of all cells `[i][j][k]` of the whole scene. `unit` is the layout's unit
+/// of length, m.
+fn add_field(
+    electric_field: &mut [[f64; 3]],
+    share: &Share<'_>,
+    samples: &[Samples; 3],
+    reflection: &Reflection,
+    unit: f64,
+) {
+    let slopes = [0, 1, 2].map(|d| {
+        let pick = |a: usize| if a == d { &samples[a].centre_slope } else { &samples[a].centre_value };
+        evaluate(&share.coefficients, [pick(0), pick(1), pick(2)])
+    });
+    let cells = reflection.part;
+    for (index, e) in electric_field.iter_mut().enumerate() {
+        let at = split(index, reflection.whole);
+        let images = [0, 1, 2].map(|a| reflection.cell(a, at[a]));
+        let sign: f64 = (0..3).map(|a| share.parity(a, images[a].1)).product();
+        let source = (images[0].0 * cells[1] + images[1].0) * cells[2] + images[2].0;
+        for d in 0..3 {
+            // The slope across the mirror plane changes sign with the side as well.
+            e[d] -= sign * images[d].1 * slopes[d][source] / unit;
+        }
+    }
+}
+
+/// The place [i, j, k] of an index into an array with these numbers of entries.
 fn split(index: usize, n: [usize; 3]) -> [usize; 3] {
     [index / (n[1] * n[2]), index / n[2] % n[1], index % n[2]]
 }
@@ -187,7 +240,7 @@ fn samples(domain: &Domain, a: usize, pieces: &[(usize, f64, f64)]) -> Samples {
     }
 }
 
-/// Values at the tensor product of samples.
+/// Values of the function with coefficients `u` at the tensor product of three axes' samples, `[i][j][k]`.
 fn evaluate(u: &[f64], m: [&Dense<f64>; 3]) -> Vec<f64> {
     let (n1, n2) = (m[1].cols, m[2].cols);
     let (r0, r1, r2) = (m[0].rows, m[1].rows, m[2].rows);

@@ -1,29 +1,30 @@
-//! What a solve will take: the first small grids are solved, and the way to the tolerance is planned without walking it.
+//! Forecasts unknowns, memory and time of the box solver: solves the first small grids and plans the refinement from there to the
+//! tolerance without carrying it out.
 
 use crate::SolveError;
 use crate::boxes::grid_refinement::{functions_wanted, missing, refine};
 use crate::boxes::grid_search::{GOAL, STEP};
 use crate::boxes::resolution::{MAX_UNKNOWNS, MIN_TOLERANCE, far, first, graded};
-use crate::boxes::solve::{Problem, on_grid};
+use crate::boxes::solve::{GridProblem, on_grid};
 use crate::solution::{Forecast, Settings};
 use elastocap_geometry::scene::Scene;
 
-/// Unknowns of a grid that is solved for a forecast, at most.
+/// Largest number of unknowns of a grid that is solved for a forecast.
 const MAX_SMALL_UNKNOWNS: usize = 40_000;
 
-/// Room for an axis that takes more functions than planned, in the forecast of memory.
+/// Safety factor on the functions of each axis, for the forecast of memory.
 const MARGIN: f64 = 1.12;
 
 /// Seconds per iteration, unknown and axis function on two cores, measured on scenes of one to three conductors.
 const PACE: f64 = 1.5e-10;
 
-/// Forecasts what [`crate::solve()`] will take.
+/// Forecasts unknowns, memory and time of [`crate::solve()`].
 ///
 /// # Errors
 /// A body that is neither a box nor a sheet; a first grid that cannot be solved.
 pub fn forecast(scene: &Scene, settings: &Settings) -> Result<Forecast, SolveError> {
     let explore = Settings { field: false, ..settings.clone() };
-    let problem = Problem::new(scene, &explore)?;
+    let problem = GridProblem::new(scene, &explore)?;
     let tolerance = settings.relative_tolerance.max(MIN_TOLERANCE);
     let distance = far(tolerance, settings.target, problem.layout.endless_contrast());
     let work = |dims: [usize; 3]| dims.iter().product::<usize>() as f64 * dims.iter().sum::<usize>() as f64;
@@ -41,7 +42,7 @@ pub fn forecast(scene: &Scene, settings: &Settings) -> Result<Forecast, SolveErr
             let lacking = missing(&grid, &indicator);
             let goal = if settings.bounds { GOAL } else { 0.2 } * tolerance / outcome.amplification(settings);
             let own = problem.core.domain(&grid).0.primal_dims();
-            // Iterations grow little; the last grid asks for half as many digits again as this one.
+            // Iterations grow little with the grid; the last grid is solved to half as many digits again as this one.
             iterations = 1.5 * outcome.iterations as f64;
             dims = functions_wanted(&grid, &indicator, goal);
             dims = [0, 1, 2].map(|a| dims[a].max(own[a]));
@@ -55,13 +56,13 @@ pub fn forecast(scene: &Scene, settings: &Settings) -> Result<Forecast, SolveErr
         (dims, PACE * iterations * work(dims))
     };
     let bounds = if settings.bounds { 2 } else { 1 };
-    // No grid is refined beyond the most.
+    // No grid is refined beyond the largest number of unknowns.
     let planned = (f64::from(bounds) * dims.iter().map(|n| *n as f64).product::<f64>()).max(1.0);
     let shrink = (MAX_UNKNOWNS as f64 / planned).min(1.0);
     let dims = dims.map(|n| (n as f64 * shrink.cbrt()) as usize);
     let seconds = seconds * shrink.powf(4.0 / 3.0);
     let n: usize = dims.iter().product();
-    // Grids on the way take about half as long as the last; both problems side by side share two cores.
+    // The earlier grids take about half as long as the last one; the primal and the dual problem share two cores.
     let seconds = seconds * f64::from(bounds) * 1.5 + 2e-3;
     let mirrored = problem.layout.mirror.map(|m| m.is_some());
     let copies = 1_usize << mirrored.iter().filter(|m| **m).count();

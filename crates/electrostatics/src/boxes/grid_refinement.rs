@@ -11,7 +11,7 @@ use std::collections::BTreeMap;
 
 /// Energy that an element is estimated to miss along its axis, and the factor by which one more degree lowers it.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
-pub struct Missing {
+pub(crate) struct Missing {
     /// Energies of the two highest degrees, `[p - 1, p]`.
     pub surplus: [f64; 2],
     /// Energy of degree p - 2.
@@ -19,10 +19,10 @@ pub struct Missing {
 }
 
 /// Missing energies of every element of every axis.
-pub type Indicator = [Vec<Missing>; 3];
+pub(crate) type Indicator = [Vec<Missing>; 3];
 
 /// The surplus of every element, from the energies of the functions of each axis.
-pub fn indicator(domain: &Domain, slices: &[Vec<f64>; 3]) -> Indicator {
+pub(crate) fn indicator(domain: &Domain, slices: &[Vec<f64>; 3]) -> Indicator {
     [0, 1, 2].map(|a| {
         let line = &domain.axes[a].line;
         let numbering = Numbering::new(line);
@@ -41,7 +41,7 @@ pub fn indicator(domain: &Domain, slices: &[Vec<f64>; 3]) -> Indicator {
 }
 
 /// The indicator of a reflected grid, as one of the grid that was reflected.
-pub fn folded(indicator: Indicator, mirrored: [bool; 3]) -> Indicator {
+pub(crate) fn folded(indicator: Indicator, mirrored: [bool; 3]) -> Indicator {
     let mut a = 0;
     indicator.map(|whole| {
         a += 1;
@@ -60,7 +60,7 @@ pub fn folded(indicator: Indicator, mirrored: [bool; 3]) -> Indicator {
 }
 
 /// `total += weight * part`.
-pub fn add(total: &mut Indicator, part: &Indicator, weight: f64) {
+pub(crate) fn add(total: &mut Indicator, part: &Indicator, weight: f64) {
     for (t, p) in total.iter_mut().zip(part) {
         t.resize(p.len(), Missing::default());
         for (t, p) in t.iter_mut().zip(p) {
@@ -75,7 +75,8 @@ pub fn add(total: &mut Indicator, part: &Indicator, weight: f64) {
 /// 0.15 holds for one edge alone), measured on the in-plane pair.
 const RATIO: f64 = 0.13;
 
-/// Share of the missing energy that is left after a split at an edge: between 0.066 at the edges of boxes and 0.13 at those of sheets.
+/// Share of the missing energy that remains after a split at an edge: between 0.066 at the edges of boxes and 0.13 at those of
+/// sheets.
 const SPLIT: f64 = 0.1;
 
 impl Missing {
@@ -121,7 +122,7 @@ impl Item {
             ([true, true], _) => Some(0.5),
             ([true, false], _) => Some(RATIO),
             ([false, true], _) => Some(1.0 - RATIO),
-            // Where degrees gain little the field varies on a scale of its own: towards the shorter neighbour.
+            // Where a higher degree gains little the field varies within the element: split next to the shorter neighbour.
             _ if rate > 0.45 && degree > 4 => {
                 let (below, above) = (length(e.checked_sub(1)), length(Some(e + 1)));
                 Some(if below < above { 2.0 * RATIO } else { 1.0 - 2.0 * RATIO })
@@ -134,7 +135,7 @@ impl Item {
         Self { missing, rate, split, planned: 0, max_planned, cost: added / functions }
     }
 
-    /// Missing energy taken off per relative growth of the grid.
+    /// Missing energy removed per relative growth of the grid.
     fn value(&self) -> f64 {
         if self.planned == self.max_planned { 0.0 } else { self.missing / self.cost }
     }
@@ -145,8 +146,8 @@ impl Item {
     }
 }
 
-/// Energy missing on a grid.
-pub fn missing(grid: &Grid, indicator: &Indicator) -> f64 {
+/// The energy missing on a grid, in the unit of the indicator.
+pub(crate) fn missing(grid: &Grid, indicator: &Indicator) -> f64 {
     items(grid, indicator).iter().map(|(_, i)| i.missing).sum()
 }
 
@@ -155,8 +156,8 @@ fn items(grid: &Grid, indicator: &Indicator) -> Vec<((usize, usize), Item)> {
     (0..3).flat_map(elements).map(|((a, e), m)| ((a, e), Item::new(&grid.axes[a], e, m))).collect()
 }
 
-/// Plans changes where they take most off the missing energy for what they cost, until no more than `target` should be
-/// missing, or nothing more can be planned.
+/// Plans changes where they reduce the missing energy most for their cost, until no more than `target` should be missing or
+/// nothing more can be planned.
 fn plan(items: &mut [((usize, usize), Item)], target: f64) {
     let mut missing: f64 = items.iter().map(|(_, i)| i.missing).sum();
     let mut last: Option<f64> = None;
@@ -164,7 +165,7 @@ fn plan(items: &mut [((usize, usize), Item)], target: f64) {
         let best = (0..items.len()).max_by(|&i, &j| items[i].1.value().total_cmp(&items[j].1.value()));
         let Some((_, best)) = best.and_then(|i| items.get_mut(i)) else { break };
         let value = best.value();
-        // Axes that are alike are refined alike, whatever rounding makes of their order.
+        // Axes with equal errors are refined equally, whichever rounding puts first.
         let alike = last.is_some_and(|last| value >= last * (1.0 - 1e-3));
         if value <= 0.0 || !alike && missing <= target {
             break;
@@ -178,8 +179,8 @@ fn plan(items: &mut [((usize, usize), Item)], target: f64) {
     }
 }
 
-/// Functions on each axis of the grid on which no more than `target` should be missing.
-pub fn functions_wanted(grid: &Grid, indicator: &Indicator, target: f64) -> [usize; 3] {
+/// Number of functions on each axis of the grid on which no more than `target` should be missing.
+pub(crate) fn functions_wanted(grid: &Grid, indicator: &Indicator, target: f64) -> [usize; 3] {
     let mut items = items(grid, indicator);
     items.iter_mut().for_each(|(_, item)| item.max_planned = usize::MAX);
     plan(&mut items, target);
@@ -194,9 +195,9 @@ pub fn functions_wanted(grid: &Grid, indicator: &Indicator, target: f64) -> [usi
     })
 }
 
-/// Refines where it takes most off the missing energy for what it costs, until no more than `target` should be missing;
-/// what should be.
-pub fn refine(grid: &mut Grid, indicator: &Indicator, target: f64) -> f64 {
+/// Refines where this reduces the missing energy most for its cost, until no more than `target` should be missing. Returns the
+/// energy that should be missing afterwards.
+pub(crate) fn refine(grid: &mut Grid, indicator: &Indicator, target: f64) -> f64 {
     let mut items = items(grid, indicator);
     plan(&mut items, target);
     let left = items.iter().map(|(_, i)| i.missing).sum();

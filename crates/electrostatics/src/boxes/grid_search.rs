@@ -1,27 +1,28 @@
 //! The search for a grid that meets the tolerance: solve, estimate how much energy is missing and where, refine, solve again.
 //!
-//! The grids on the way are solved loosely, and for the primal problem alone. Each is several times larger than the one before, so
-//! that together they cost little compared with the last. Both problems are solved on the grid that should meet the tolerance.
+//! The intermediate grids are solved to few digits, and for the primal problem alone. Each is several times larger than the one
+//! before, so that together they cost little compared with the last. Both problems are solved on the grid that should meet the
+//! tolerance.
 
 use crate::SolveError;
 use crate::boxes::grid_refinement::{Indicator, missing, refine};
 use crate::boxes::layout::Grid;
 use crate::boxes::resolution::{MAX_UNKNOWNS, MIN_TOLERANCE, coarser, far, first, graded, iteration_share};
-use crate::boxes::solve::{Outcome, Problem, on_grid};
+use crate::boxes::solve::{GridProblem, Outcome, on_grid};
 use crate::solution::ResolutionLevel;
 use faer::Mat;
 use std::time::Instant;
 
-/// Missing energy that a refinement aims to leave, over the missing energy before it.
+/// Missing energy that a refinement aims for, over the missing energy before it.
 pub(crate) const STEP: f64 = 0.12;
 
 /// Relative energy that the primal problem may miss where both bounds are to meet the tolerance, over the tolerance.
 pub(crate) const GOAL: f64 = 0.36;
 
-/// [`STEP`] where the refinements so far did what was expected of them.
+/// [`STEP`] where the refinements so far reduced the error as expected.
 const LONG_STEP: f64 = 0.01;
 
-/// Without bounds, the estimated error over the gain of the last refinement. This is several times the error that should be left.
+/// Without bounds, the estimated error over the gain of the last refinement: several times the error that is expected.
 pub(crate) const GAIN_FACTOR: f64 = 0.6;
 
 /// Without bounds, the smallest estimated error over the missing energy that the surplus indicates, which is 0.8 to 1.6 times the
@@ -42,7 +43,7 @@ pub(crate) struct Found {
 }
 
 /// Solves at a given resolution.
-pub(crate) fn fixed(problem: &Problem<'_>, level: ResolutionLevel) -> Result<Found, SolveError> {
+pub(crate) fn fixed(problem: &GridProblem<'_>, level: ResolutionLevel) -> Result<Found, SolveError> {
     let settings = problem.settings;
     let tolerance = settings.relative_tolerance;
     let distance = |t: f64| far(t, settings.target, problem.layout.endless_contrast());
@@ -69,7 +70,7 @@ pub(crate) fn fixed(problem: &Problem<'_>, level: ResolutionLevel) -> Result<Fou
 }
 
 /// Refines until the tolerance is met, or cannot be.
-pub(crate) fn adaptive(problem: &Problem<'_>) -> Result<Found, SolveError> {
+pub(crate) fn adaptive(problem: &GridProblem<'_>) -> Result<Found, SolveError> {
     let begin = Instant::now();
     let mut search = Search::new(problem);
     loop {
@@ -104,7 +105,7 @@ pub(crate) fn adaptive(problem: &Problem<'_>) -> Result<Found, SolveError> {
 /// Why a grid is solved.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Purpose {
-    /// To find out how much energy is missing, and where.
+    /// To estimate how much energy is missing, and where.
     Explore,
     /// For a result without bounds.
     Estimate,
@@ -113,7 +114,7 @@ enum Purpose {
 }
 
 struct Search<'p, 's> {
-    problem: &'p Problem<'s>,
+    problem: &'p GridProblem<'s>,
     /// The error to reach: the tolerance, or the smallest that double precision allows.
     tolerance: f64,
     grid: Grid,
@@ -127,7 +128,7 @@ struct Search<'p, 's> {
     before: Option<(f64, Mat<f64>)>,
     /// Errors found so far.
     judged: Vec<f64>,
-    /// How often open space was widened since refining the scene did not help.
+    /// How often the grid was extended into open space because refinement did not help.
     widened: usize,
     /// Set by [`Search::obstacle`].
     wider: bool,
@@ -136,7 +137,7 @@ struct Search<'p, 's> {
 }
 
 impl<'p, 's> Search<'p, 's> {
-    fn new(problem: &'p Problem<'s>) -> Self {
+    fn new(problem: &'p GridProblem<'s>) -> Self {
         let settings = problem.settings;
         let tolerance = settings.relative_tolerance.max(MIN_TOLERANCE);
         let distance = far(
@@ -171,7 +172,7 @@ impl<'p, 's> Search<'p, 's> {
         if near { Purpose::Estimate } else { Purpose::Explore }
     }
 
-    /// How far to iterate: the error of the iteration over the energy.
+    /// Goal of the linear solver: its error over the energy.
     fn share(&self, purpose: Purpose) -> f64 {
         let least = iteration_share(self.tolerance);
         match purpose {
@@ -180,7 +181,7 @@ impl<'p, 's> Search<'p, 's> {
         }
     }
 
-    /// The error of the target, if it is known yet.
+    /// The error of the target, if it can be determined yet.
     fn error(&mut self, outcome: &mut Outcome, missing: f64, purpose: Purpose) -> Option<f64> {
         let settings = self.problem.settings;
         let solved = outcome.bounds.upper.clone();
@@ -205,7 +206,7 @@ impl<'p, 's> Search<'p, 's> {
     fn obstacle(&mut self, outcome: &Outcome, error: Option<f64>, missing: f64) -> Option<String> {
         const WIDEST: usize = 3;
         self.wider = false;
-        // Bounds hold wherever the iteration stopped; close ones may still be made closer.
+        // Bounds hold wherever the linear solver stopped; those that are close already may still improve.
         let close = self.problem.settings.bounds && error.is_some_and(|e| e < 0.05);
         if !outcome.converged && !close {
             return Some(
@@ -219,7 +220,7 @@ impl<'p, 's> Search<'p, 's> {
         if self.problem.settings.bounds && missing > 0.0 {
             self.amplification = (0.5 * error / missing).clamp(0.3, 1e3);
         }
-        // What the repair costs no finer grid gives back.
+        // A finer grid does not reduce the energy of the repair.
         if error <= self.tolerance {
             return Some(format!("the error is {error:.1e}: double precision gives no more"));
         }
@@ -239,7 +240,7 @@ impl<'p, 's> Search<'p, 's> {
         Some(format!("the error stays at {error:.1e}: double precision gives no more"))
     }
 
-    /// The next grid, with what should be missing on it.
+    /// The next grid, with the relative energy that should be missing on it.
     fn next(
         &mut self,
         indicator: &Indicator,
@@ -257,7 +258,7 @@ impl<'p, 's> Search<'p, 's> {
         } else if self.wider {
             problem.core.reach_to(&mut grid, 7.0 * self.grid.radius);
         } else {
-            // Once refinements do what is expected of them, the next may be a large one. The first grid says too little.
+            // Once refinements reduce the error as expected, the next step may be large. The first grid is no evidence of that.
             let as_expected = self.grids > 1 && missing < 2.5 * self.foreseen;
             let step = if as_expected { LONG_STEP } else { STEP };
             let target = match error {
@@ -267,8 +268,8 @@ impl<'p, 's> Search<'p, 's> {
             };
             left = refine(&mut grid, indicator, target);
             if !settings.bounds && problem.layout.endless_contrast().is_some() {
-                // Open space is widened with every grid, so that what it adds to the error shows in what the last
-                // refinement gained.
+                // Every grid reaches further into open space, so that the error from there shows in the gain of the last
+                // refinement.
                 problem.core.reach_to(&mut grid, self.grid.radius / STEP.cbrt());
             }
         }
@@ -279,7 +280,7 @@ impl<'p, 's> Search<'p, 's> {
         }
         match (&self.shortfall, purpose) {
             (None, _) => Some((grid, left)),
-            // What has been reached is worth bounds.
+            // The last grid is solved once more, with bounds.
             (Some(_), Purpose::Explore) if settings.bounds => Some((self.grid.clone(), 0.0)),
             (Some(_), _) => None,
         }

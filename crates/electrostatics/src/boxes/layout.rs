@@ -1,4 +1,7 @@
-//! A scene reduced to planes, blocks and cells: what grids of any resolution are made from.
+//! A scene reduced to planes, blocks and cells, from which grids of any resolution are made.
+//!
+//! Planes are the coordinates at which a body or the scene begins or ends; nearly equal ones are merged. The layout also finds the
+//! mirror planes of the scene and cuts itself in half there.
 
 use crate::SolveError;
 use crate::boxes::domain::{Axis, Block, Domain, Rays};
@@ -6,16 +9,16 @@ use crate::solution::ResolutionLevel;
 use elastocap_geometry::meshing::grid::{End, GradedAxis, Plane, Resolution, graded_axis};
 use elastocap_geometry::scene::{Body, Box3, Scene, Wall};
 
-/// Two planes closer than this share of the scene's size are one.
+/// Two planes closer than this share of the scene's size are merged.
 const SAME: f64 = 1e-13;
 
-/// So are two closer than this, unless something lies between them: a body, or the gap between two. The shift is
-/// nothing beside the digits that double precision leaves of what happens there.
+/// So are two closer than this with nothing between them, neither a body nor the gap between two bodies. The shift is within the
+/// rounding error of the field there.
 const ALIKE: f64 = 1e-11;
 
 /// Planes, conductors as blocks of intervals, permittivity per cell; lengths in units of `unit`, from `origin`.
 #[derive(Debug, Clone)]
-pub struct Layout {
+pub(crate) struct Layout {
     /// m.
     pub unit: f64,
     /// m.
@@ -24,7 +27,7 @@ pub struct Layout {
     pub planes: [Vec<Plane>; 3],
     /// `walls[axis][side]`.
     pub walls: [[Wall; 2]; 3],
-    /// The blocks of each conductor, in the scene's order; none where a reduced layout does not hold the conductor.
+    /// The blocks of each conductor, in the scene's order; empty where a reduced layout does not contain the conductor.
     pub conductors: Vec<Vec<Block>>,
     /// Relative permittivity of each cell `[i][j][k]`.
     pub permittivity: Vec<f64>,
@@ -41,7 +44,7 @@ impl Layout {
     ///
     /// # Errors
     /// A body that is neither a box nor a sheet.
-    pub fn new(scene: &Scene) -> Result<Self, SolveError> {
+    pub(crate) fn new(scene: &Scene) -> Result<Self, SolveError> {
         let boxes =
             |body: &Body| body.boxes().ok_or_else(|| SolveError::NotBoxes { body: body.name.clone() });
         let conductors: Vec<Vec<Box3>> =
@@ -98,7 +101,7 @@ impl Layout {
                 layout.fill(scene, &conductors);
             }
         }
-        // The centre planes may have moved the indices found before: find them again.
+        // Inserting centre planes may have shifted the indices found before: find them again.
         for a in 0..3 {
             layout.mirror[a] =
                 layout.mirror[a].and_then(|_| layout.planes[a].iter().position(|p| p.at == 0.0));
@@ -125,7 +128,7 @@ impl Layout {
         let conductors = conductors
             .iter()
             .map(|regions| {
-                // In an order of their own, so that images of conductors can be told by comparing.
+                // Sorted, so that the mirror images of conductors are found by comparison.
                 let mut blocks: Vec<Block> = regions.iter().map(block).collect();
                 blocks.sort_unstable();
                 blocks.dedup();
@@ -155,13 +158,13 @@ impl Layout {
             .fold(1.0, f64::max);
     }
 
-    /// Centre of open space on axis `a`. A side that is closed must hold it: rays from it then never leave the scene.
+    /// Centre of open space on axis `a`. It lies on a closed side if there is one: rays from it then never leave the scene.
     fn pole(&self, a: usize) -> f64 {
         let open = self.walls[a].map(|w| w == Wall::Open);
         match open {
             [true, false] => self.planes[a].last().map_or(0.0, |p| p.at),
             [false, true] => self.planes[a].first().map_or(0.0, |p| p.at),
-            // The field of a charge on the face between two half-spaces is radial: the pole had better lie there.
+            // The field of a charge on the face between two half-spaces is radial: the best place for the pole is there.
             [true, true] => {
                 let last = self.cells()[a] - 1;
                 let at = |m: usize| {
@@ -199,7 +202,7 @@ impl Layout {
     }
 
     /// Numbers of intervals.
-    pub fn cells(&self) -> [usize; 3] {
+    pub(crate) fn cells(&self) -> [usize; 3] {
         [0, 1, 2]
             .map(|a| self.planes[a].len() - 1 + self.walls[a].iter().filter(|w| **w == Wall::Open).count())
     }
@@ -236,7 +239,7 @@ impl Layout {
         })
     }
 
-    /// Makes the planes of axis `a` exactly symmetric, with one at the centre; its index.
+    /// Makes the planes of axis `a` exactly symmetric, with one at the centre, and returns the index of that plane.
     fn insert_centre(&mut self, a: usize) -> usize {
         let p = &mut self.planes[a];
         let n = p.len();
@@ -267,13 +270,13 @@ impl Layout {
     }
 
     /// Index of the conductor that is the mirror image of conductor `c` across axis `a`.
-    pub fn image(&self, c: usize, a: usize) -> usize {
+    pub(crate) fn image(&self, c: usize, a: usize) -> usize {
         let flipped = self.flipped(&self.conductors[c], a);
         self.conductors.iter().position(|b| *b == flipped).unwrap_or(c)
     }
 
     /// The half of the layout above the mirror plane of axis `a`, with the potential even or odd across it.
-    pub fn half(&self, a: usize, odd: bool) -> Self {
+    pub(crate) fn half(&self, a: usize, odd: bool) -> Self {
         let Some(centre) = self.mirror[a] else { return self.clone() };
         // The centre plane bounds interval `first` from below.
         let first = centre + usize::from(self.walls[a][0] == Wall::Open);
@@ -299,7 +302,7 @@ impl Layout {
 
     /// Largest over smallest permittivity among the cells that have no end, through which rays go to infinity; `None`
     /// if the scene is closed.
-    pub fn endless_contrast(&self) -> Option<f64> {
+    pub(crate) fn endless_contrast(&self) -> Option<f64> {
         let cells = self.cells();
         let endless = |c: [usize; 3]| {
             (0..3).any(|a| {
@@ -307,27 +310,27 @@ impl Layout {
                 (open[0] && c[a] == 0) || (open[1] && c[a] + 1 == cells[a])
             })
         };
-        let (mut least, mut most) = (f64::INFINITY, 0.0_f64);
+        let (mut least, mut greatest) = (f64::INFINITY, 0.0_f64);
         for (index, e) in self.permittivity.iter().enumerate() {
             if endless([index / (cells[1] * cells[2]), index / cells[2] % cells[1], index % cells[2]]) {
-                (least, most) = (least.min(*e), most.max(*e));
+                (least, greatest) = (least.min(*e), greatest.max(*e));
             }
         }
-        (most > 0.0).then(|| most / least)
+        (greatest > 0.0).then(|| greatest / least)
     }
 
-    /// The layout's half, quarter or eighth that its mirror images make whole.
-    pub fn core(&self) -> Self {
+    /// The half, quarter or eighth of the layout whose mirror images make up the whole.
+    pub(crate) fn core(&self) -> Self {
         (0..3).fold(self.clone(), |layout, a| layout.half(a, false))
     }
 
-    /// Whether both sides of some axis are closed: flux cannot spread in three dimensions, and none may go to infinity.
+    /// Whether both sides of some axis are closed: flux cannot spread in three dimensions, so none is continued to infinity.
     fn confined(&self) -> bool {
         self.walls.iter().any(|w| w.iter().all(|w| *w != Wall::Open))
     }
 
     /// A graded grid of the layout; rays to infinity begin `far` times as far from the pole as the farthest conductor.
-    pub fn grid(&self, resolution: &Resolution, far: f64) -> Grid {
+    pub(crate) fn grid(&self, resolution: &Resolution, far: f64) -> Grid {
         let radius = self.grid_radius(far);
         let axes = [0, 1, 2].map(|a| {
             let ends = self.walls[a].map(|wall| match wall {
@@ -340,13 +343,13 @@ impl Layout {
         Grid { axes, radius }
     }
 
-    /// Where rays begin, so many times as far from the pole as the farthest conductor.
-    pub fn grid_radius(&self, far: f64) -> f64 {
+    /// Where rays begin: `far` times as far from the pole as the farthest conductor.
+    pub(crate) fn grid_radius(&self, far: f64) -> f64 {
         self.reach.max(far * self.size())
     }
 
     /// Moves the beginning of the rays out to `radius`, if there are any.
-    pub fn reach_to(&self, grid: &mut Grid, radius: f64) {
+    pub(crate) fn reach_to(&self, grid: &mut Grid, radius: f64) {
         if self.confined() {
             return;
         }
@@ -358,8 +361,8 @@ impl Layout {
         grid.radius = radius;
     }
 
-    /// The layout on a grid, and of which of the scene's conductors each of its blocks is.
-    pub fn domain(&self, grid: &Grid) -> (Domain, Vec<usize>) {
+    /// The layout on a grid, and for each block of the domain the index of the scene's conductor that it belongs to.
+    pub(crate) fn domain(&self, grid: &Grid) -> (Domain, Vec<usize>) {
         let axes = [0, 1, 2].map(|a| {
             let GradedAxis { line, cuts, .. } = grid.axes[a].clone();
             let rays = (!self.confined()).then(|| Rays { pole: self.pole(a), radius: grid.radius });
@@ -373,7 +376,7 @@ impl Layout {
 
 /// The grid of a layout: its axes, and where rays to infinity begin.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Grid {
+pub(crate) struct Grid {
     /// Three axes.
     pub axes: [GradedAxis; 3],
     /// Distance of the last nodes of open sides from the pole, scaled.
@@ -382,14 +385,14 @@ pub struct Grid {
 
 impl Grid {
     /// The grid and its mirror images across the lowest planes of some axes.
-    pub fn reflected(&self, mirrored: [bool; 3]) -> Self {
+    pub(crate) fn reflected(&self, mirrored: [bool; 3]) -> Self {
         let axes =
             [0, 1, 2].map(|a| if mirrored[a] { self.axes[a].reflected() } else { self.axes[a].clone() });
         Self { axes, radius: self.radius }
     }
 
-    /// Largest degree, and most elements between a plane and the middle of an interval less one.
-    pub fn level(&self) -> ResolutionLevel {
+    /// Largest degree, and largest number of layers: the elements between a plane and the middle of an interval, minus one.
+    pub(crate) fn level(&self) -> ResolutionLevel {
         let lines = || self.axes.iter();
         let order = lines().flat_map(|a| a.line.degrees.iter().copied()).max().unwrap_or(1);
         let layers = |a: &GradedAxis, m: usize| {
@@ -430,7 +433,7 @@ fn merged(mut planes: Vec<(Plane, Side)>) -> Vec<Plane> {
     let mut out: Vec<(Plane, Side)> = Vec::new();
     for (p, side) in planes {
         match out.last_mut() {
-            // Faces that look the same way enclose nothing.
+            // Between two faces with the same outward normal there is neither a body nor a gap.
             Some((last, before)) if p.at - last.at <= if side == *before { ALIKE } else { SAME } * size => {
                 last.edge |= p.edge;
                 *before = side;

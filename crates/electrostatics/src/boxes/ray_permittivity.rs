@@ -1,12 +1,12 @@
-//! The permittivities that the rays of open space meet on their way to infinity.
+//! The permittivities that the rays of open space cross on their way to infinity.
 
 use crate::boxes::domain::Domain;
 
 /// The least and the greatest permittivity that a ray from each cell can meet.
 ///
-/// Rays run straight away from the pole: on every axis only towards the side of the pole they are on.
+/// Rays point away from the pole: on every axis a ray runs towards the side on which it starts.
 #[derive(Debug)]
-pub struct RayPermittivity {
+pub(crate) struct RayPermittivity {
     /// By direction (bit a set: towards lower coordinates on axis a), then by cell; empty where all are the same.
     least: Vec<Vec<f64>>,
     greatest: Vec<Vec<f64>>,
@@ -16,8 +16,8 @@ pub struct RayPermittivity {
 }
 
 impl RayPermittivity {
-    /// Of a domain with rays; without, no ray meets anything.
-    pub fn new(domain: &Domain) -> Self {
+    /// For a domain. Without rays, or with one permittivity, the tables are empty.
+    pub(crate) fn new(domain: &Domain) -> Self {
         let cells = domain.cells();
         let uniform = domain.permittivity.iter().all(|e| *e == domain.permittivity[0]);
         if uniform || domain.axes.iter().any(|a| a.rays.is_none()) {
@@ -38,20 +38,20 @@ impl RayPermittivity {
     }
 
     /// Permittivity of a cell over the least that rays from it meet.
-    pub fn contrast(&self, domain: &Domain, cell: [usize; 3]) -> f64 {
+    pub(crate) fn contrast(&self, domain: &Domain, cell: [usize; 3]) -> f64 {
         let own = domain.permittivity_of(cell);
         own / self.met(&self.least, cell).fold(own, f64::min)
     }
 
     /// The largest contrast of any cell.
-    pub fn greatest_contrast(&self, domain: &Domain) -> f64 {
+    pub(crate) fn greatest_contrast(&self, domain: &Domain) -> f64 {
         let [n0, n1, n2] = self.cells;
         let cells = (0..n0 * n1 * n2).map(|c| [c / (n1 * n2), c / n2 % n1, c % n2]);
         if self.least.is_empty() { 1.0 } else { cells.map(|c| self.contrast(domain, c)).fold(1.0, f64::max) }
     }
 
     /// The greatest permittivity that rays from a cell meet.
-    pub fn greatest(&self, domain: &Domain, cell: [usize; 3]) -> f64 {
+    pub(crate) fn greatest(&self, domain: &Domain, cell: [usize; 3]) -> f64 {
         self.met(&self.greatest, cell).fold(domain.permittivity_of(cell), f64::max)
     }
 
@@ -62,13 +62,13 @@ impl RayPermittivity {
     }
 }
 
-/// The extreme of the permittivities of a cell and of all cells ahead of it in one direction.
+/// The extreme of the permittivities of each cell and of all cells that a ray from it in one direction can reach.
 fn extremes(domain: &Domain, direction: usize, extreme: fn(f64, f64) -> f64) -> Vec<f64> {
     let cells = domain.cells();
     let index = |c: [usize; 3]| (c[0] * cells[1] + c[1]) * cells[2] + c[2];
     let down = |a: usize| direction >> a & 1 == 1;
     let mut out = domain.permittivity.clone();
-    // Cells that lie ahead come first.
+    // Cells farther along the direction come first.
     let along = |a: usize, n: usize| if down(a) { n } else { cells[a] - 1 - n };
     for i in 0..cells[0] {
         for j in 0..cells[1] {

@@ -1,4 +1,4 @@
-//! How fine the first grid is, how far out it reaches, and how much memory a grid takes.
+//! The first grid, the distance to which grids reach into open space, and the memory that a grid takes.
 
 use crate::boxes::layout::{Grid, Layout};
 use crate::solution::{ResolutionLevel, Target};
@@ -10,20 +10,20 @@ use elastocap_geometry::meshing::grid::Resolution;
 const RATIO: f64 = 0.13;
 
 /// Largest number of unknowns of a part, primal plus dual: about a minute's work on two cores.
-pub const MAX_UNKNOWNS: usize = 24_000_000;
+pub(crate) const MAX_UNKNOWNS: usize = 24_000_000;
 
-/// About the smallest spread that double precision allows. Grids are not refined for less.
-pub const MIN_TOLERANCE: f64 = 2e-12;
+/// About the smallest spread that double precision allows. Grids are not refined further.
+pub(crate) const MIN_TOLERANCE: f64 = 2e-12;
 
 /// Largest number of unknowns of a first grid that has a layer at every edge.
 const MAX_FIRST_UNKNOWNS: usize = 30_000;
 
 /// Where rays to infinity begin: distance from the pole over that of the farthest conductor.
 ///
-/// The error falls with the third power of it; the two factors were measured on a cube with a small one beside it and on
-/// two plates. Where rays pass through different permittivities the error of a net charge falls with the 1.8th power
-/// (measured on a cube on a slab).
-pub fn far(tolerance: f64, target: Target, contrast: Option<f64>) -> f64 {
+/// The error falls with the third power of this ratio. The two factors were measured on a cube next to a small one and on two
+/// plates. Where rays pass through different permittivities the error of a net charge falls with the 1.8th power (measured on a
+/// cube on a slab).
+pub(crate) fn far(tolerance: f64, target: Target, contrast: Option<f64>) -> f64 {
     let (factor, net_charge) = match target {
         Target::Matrix => (0.9, true),
         Target::TwoTerminal => (0.22, false),
@@ -38,7 +38,7 @@ pub fn far(tolerance: f64, target: Target, contrast: Option<f64>) -> f64 {
 }
 
 /// The first grid of a layout.
-pub fn first(layout: &Layout, far: f64) -> Grid {
+pub(crate) fn first(layout: &Layout, far: f64) -> Grid {
     let with = |levels: usize| graded(ResolutionLevel { order: levels + 2, levels });
     let layered = layout.grid(&with(1), far);
     let (domain, _) = layout.domain(&layered);
@@ -49,26 +49,26 @@ pub fn first(layout: &Layout, far: f64) -> Grid {
     }
 }
 
-/// The same layers at every edge, and degrees that grow away from it to the order.
-pub fn graded(level: ResolutionLevel) -> Resolution {
+/// The same number of layers at every edge, with degrees that grow away from it up to the order.
+pub(crate) fn graded(level: ResolutionLevel) -> Resolution {
     let ResolutionLevel { order, levels } = level;
     Resolution { order, levels, ratio: RATIO, slope: 1.0, first: 2.min(order) }
 }
 
 /// The grid below a fixed one, for the estimate without bounds.
-pub fn coarser(level: ResolutionLevel) -> ResolutionLevel {
+pub(crate) fn coarser(level: ResolutionLevel) -> ResolutionLevel {
     ResolutionLevel { order: level.order.saturating_sub(1).max(1), levels: level.levels.saturating_sub(1) }
 }
 
-/// Largest error of the iteration over the energy, on grids whose result is reported. A part and the whole scene see other
-/// rounding in the single-precision preconditioner: they agree to 1e-10 only where the iteration's own error is small.
-pub fn iteration_share(tolerance: f64) -> f64 {
+/// Largest error of the linear solver over the energy, on grids whose result is reported. The single-precision preconditioner
+/// rounds differently for a symmetric part and for the whole scene; the two agree to 1e-10 only if this error is small.
+pub(crate) fn iteration_share(tolerance: f64) -> f64 {
     (2e-3 * tolerance).clamp(1e-14, 3e-8)
 }
 
 /// Peak memory in bytes of a solve with `dims` functions on the axes: vectors of the iterations, boxes of the preconditioner, line
 /// matrices, solutions of all parts.
-pub fn memory(dims: Dims, right_hand_sides: usize, bounds: bool) -> u64 {
+pub(crate) fn memory(dims: Dims, right_hand_sides: usize, bounds: bool) -> u64 {
     let n = dims.iter().product::<usize>() as u64;
     // Per unknown: six double vectors, the scratch of the operator (two more), single-precision copies, the boxes
     // (about twice the array, two buffers each), the slopes for the indicator, and what is kept per right-hand side.

@@ -11,7 +11,7 @@ use std::sync::Arc;
 
 /// Eigenvectors (columns) and eigenvalues of the pencil of one axis.
 #[derive(Debug)]
-pub struct Modes<T> {
+pub(crate) struct Modes<T> {
     vectors: Dense<T>,
     transposed: Dense<T>,
     values: Vec<T>,
@@ -19,7 +19,7 @@ pub struct Modes<T> {
 
 impl<T: Real> Modes<T> {
     /// Rounds to the working precision.
-    pub fn new(modes: &LineModes) -> Self {
+    pub(crate) fn new(modes: &LineModes) -> Self {
         Self {
             vectors: Dense::from_mat(modes.vectors.as_ref()),
             transposed: Dense::from_mat(modes.vectors.transpose()),
@@ -30,9 +30,9 @@ impl<T: Real> Modes<T> {
 
 /// One box: where it lies in the array, and the modes of its axes.
 #[derive(Debug)]
-pub struct SeparableBox<T> {
+pub(crate) struct SeparableBox<T> {
     window: Window,
-    /// Whether the constant costs no energy: its mode, the first of each axis, is then left out.
+    /// Whether the constant has no energy: its mode, the first of each axis, is then omitted.
     singular: bool,
     modes: [Arc<Modes<T>>; 3],
     scaling: Option<Vec<T>>,
@@ -40,12 +40,12 @@ pub struct SeparableBox<T> {
 
 impl<T: Real> SeparableBox<T> {
     /// A box over `window` of the array.
-    pub fn new(window: Window, modes: [Arc<Modes<T>>; 3]) -> Self {
+    pub(crate) fn new(window: Window, modes: [Arc<Modes<T>>; 3]) -> Self {
         Self { window, modes, singular: false, scaling: None }
     }
 
-    /// The same for a box without any held or free end, on which the constant costs no energy.
-    pub fn without_constant(self) -> Self {
+    /// The same for a box without any held or free end, on which the constant has no energy.
+    pub(crate) fn without_constant(self) -> Self {
         Self { singular: true, ..self }
     }
 
@@ -54,11 +54,11 @@ impl<T: Real> SeparableBox<T> {
     }
 
     /// The same between two multiplications by `scaling` (one factor per entry of the box).
-    pub fn with_scaling(self, scaling: Vec<T>) -> Self {
+    pub(crate) fn with_scaling(self, scaling: Vec<T>) -> Self {
         Self { scaling: Some(scaling), ..self }
     }
 
-    /// The inverse applied to the box's part of `r`, left in `out` (contiguous, the box's own shape).
+    /// Applies the inverse to the box's part of `r` and writes the result to `out` (contiguous, in the box's own shape).
     pub fn solve(&self, r: &[T], dims: Dims, work: &mut Vec<T>, out: &mut Vec<T>) {
         let [n0, n1, n2] = self.shape();
         let plane = n1 * n2;
@@ -131,32 +131,32 @@ fn row_block(n0: usize, plane: usize) -> usize {
     n0.div_ceil(pieces).next_multiple_of(6)
 }
 
-/// Slabs handled by one task, so that a task is worth starting.
+/// Slabs handled by one task: enough work to be worth the start of a task.
 fn slab_batch(plane: usize) -> usize {
     (4096 / plane.max(1)).max(1)
 }
 
 /// The sum of the boxes' inverses: an additive Schwarz preconditioner.
 #[derive(Debug)]
-pub struct Schwarz<T> {
+pub(crate) struct Schwarz<T> {
     boxes: Vec<SeparableBox<T>>,
     dims: Dims,
 }
 
 /// Buffers of [`Schwarz::apply`], kept between calls.
 #[derive(Debug, Default)]
-pub struct SchwarzWork<T> {
+pub(crate) struct SchwarzWork<T> {
     per_box: Vec<(Vec<T>, Vec<T>)>,
 }
 
 impl<T: Real> Schwarz<T> {
     /// Boxes over an array of shape `dims`.
-    pub fn new(boxes: Vec<SeparableBox<T>>, dims: Dims) -> Self {
+    pub(crate) fn new(boxes: Vec<SeparableBox<T>>, dims: Dims) -> Self {
         Self { boxes, dims }
     }
 
     /// z = sum over boxes of (A on the box)^-1 r.
-    pub fn apply(&self, r: &[T], z: &mut [T], work: &mut SchwarzWork<T>) {
+    pub(crate) fn apply(&self, r: &[T], z: &mut [T], work: &mut SchwarzWork<T>) {
         work.per_box.resize_with(self.boxes.len(), Default::default);
         self.boxes
             .par_iter()

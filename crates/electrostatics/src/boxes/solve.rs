@@ -1,4 +1,7 @@
-//! From a scene to its Maxwell matrix: symmetry, resolution, both bounds.
+//! The box solver from a scene to its Maxwell matrix: symmetric parts, choice of the grid, both bounds.
+//!
+//! The scene is split into parts that are even or odd across its mirror planes ([`crate::boxes::symmetry`]). On each grid every
+//! part gives an upper and a lower energy matrix ([`crate::boxes::energy`]); together they are the bounds on the Maxwell matrix.
 
 use crate::SolveError;
 use crate::VACUUM_PERMITTIVITY;
@@ -21,15 +24,16 @@ use faer::Mat;
 use std::sync::atomic::Ordering;
 use std::time::Instant;
 
-/// Solves a scene of boxes and sheets: the Maxwell matrix with bounds, to the tolerance asked where that can be reached.
+/// Solves for the Maxwell capacitance matrix of a scene of boxes and sheets, with bounds. Where the tolerance cannot be reached,
+/// [`Solution::shortfall`] says why.
 ///
-/// A conductor may consist of several boxes, which may touch, overlap or lie apart.
+/// A conductor may consist of several boxes, which may touch, overlap or be disjoint.
 ///
 /// # Errors
 /// A body that is neither a box nor a sheet, a grid whose matrices cannot be factorised, a request to stop.
 pub fn solve(scene: &Scene, settings: &Settings) -> Result<Solution, SolveError> {
     let begin = Instant::now();
-    let problem = Problem::new(scene, settings)?;
+    let problem = GridProblem::new(scene, settings)?;
     let setup = begin.elapsed().as_secs_f64();
     let found = match settings.resolution {
         Some(level) => grid_search::fixed(&problem, level)?,
@@ -44,8 +48,8 @@ pub fn solve(scene: &Scene, settings: &Settings) -> Result<Solution, SolveError>
     Ok(solution)
 }
 
-/// A scene with its symmetry and what is asked of it.
-pub(crate) struct Problem<'a> {
+/// A scene laid out for the box solver, with its symmetric parts and the settings.
+pub(crate) struct GridProblem<'a> {
     pub(crate) layout: Layout,
     pub(crate) parts: Vec<Part>,
     /// The half, quarter or eighth of the scene that grids are made for.
@@ -57,7 +61,7 @@ pub(crate) struct Problem<'a> {
     pub(crate) settings: &'a Settings,
 }
 
-impl<'a> Problem<'a> {
+impl<'a> GridProblem<'a> {
     pub(crate) fn new(scene: &Scene, settings: &'a Settings) -> Result<Self, SolveError> {
         let layout = Layout::new(scene)?;
         let reflected = layout.mirror.map(|m| m.is_some() && !settings.symmetry);
@@ -71,17 +75,17 @@ impl<'a> Problem<'a> {
         })
     }
 
-    /// Bytes the solve of the largest part takes on a grid.
+    /// Memory, bytes, that the solve of the largest part takes on a grid.
     pub(crate) fn memory(&self, grid: &Grid) -> u64 {
         let (domain, _) = self.core.domain(grid);
         self.memory_of(domain.primal_dims())
     }
 
-    /// The same for a grid with so many functions on the axes of the part that grids are made for.
+    /// The same for a grid with `dims` functions on the axes of the core.
     pub(crate) fn memory_of(&self, dims: Dims) -> u64 {
         let dims = [0, 1, 2].map(|a| if self.reflected[a] { 2 * dims[a] } else { dims[a] });
-        let most = self.parts.iter().map(|p| p.potentials.len()).max().unwrap_or(0);
-        memory(dims, self.layout.conductors.len().max(most), self.settings.bounds)
+        let right_hand_sides = self.parts.iter().map(|p| p.potentials.len()).max().unwrap_or(0);
+        memory(dims, self.layout.conductors.len().max(right_hand_sides), self.settings.bounds)
     }
 
     /// Unknowns of the largest part on a grid, primal plus dual.
@@ -99,13 +103,13 @@ impl<'a> Problem<'a> {
 
 /// Energies of all parts on one grid.
 pub(crate) struct Outcome {
-    /// Of the driven conductors: what is asked for.
+    /// Of the driven conductors: the matrix that is reported.
     pub(crate) bounds: MatrixBounds,
     /// Of all conductors.
     all: MatrixBounds,
     /// Potentials of the right-hand sides, in columns.
     basis: Mat<f64>,
-    /// Parts that have a field, with the first of their columns.
+    /// Parts that have a field, each after the index of its first column in `basis`.
     solved: Vec<(usize, SolvedPart)>,
     unknowns: usize,
     pub(crate) iterations: usize,
@@ -123,30 +127,22 @@ struct SolvedPart {
     copies: f64,
 }
 
-/// Solves all parts on one grid; the dual problem only if `lower_too`.
+/// Solves all parts on one grid: the primal problem, and the dual one if `lower_too`; otherwise the lower bounds are set equal to
+/// the upper ones. The linear solvers stop when their error is about `share` of the energy.
+///
+/// # Errors
+/// A grid whose matrices cannot be factorised, a request to stop.
 pub(crate) fn on_grid(
-    problem: &Problem<'_>,
+    problem: &GridProblem<'_>,
     grid: &Grid,
     share: f64,
     lower_too: bool,
 ) -> Result<Outcome, SolveError> {
-    let settings = problem.settings;
     let n = problem.layout.conductors.len();
     let mut basis = Mat::zeros(n, n);
     let (mut up, mut low) = (Mat::zeros(n, n), Mat::zeros(n, n));
-    let mut out = Outcome {
-        bounds: MatrixBounds { lower: Mat::zeros(0, 0), upper: Mat::zeros(0, 0) },
-        all: MatrixBounds { lower: Mat::zeros(0, 0), upper: Mat::zeros(0, 0) },
-        basis: Mat::zeros(0, 0),
-        solved: Vec::new(),
-        unknowns: 0,
-        iterations: 0,
-        converged: true,
-        repair_share: 0.0,
-        seconds: PhaseSeconds::default(),
-    };
+    let mut out = Outcome::empty();
     let grid = &grid.reflected(problem.reflected);
-    let cancel = settings.cancel.as_deref();
     let mut at = 0;
     for part in &problem.parts {
         for (i, v) in part.potentials.iter().chain(&part.fieldless).enumerate() {
@@ -154,48 +150,21 @@ pub(crate) fn on_grid(
                 basis[(c, at + i)] = v[c];
             }
         }
-        if part.potentials.is_empty() {
-            at += part.fieldless.len();
-            continue;
-        }
-        let (domain, held) = part.layout.domain(grid);
-        let potentials: Vec<Vec<f64>> =
-            part.potentials.iter().map(|v| held.iter().map(|&c| v[c]).collect()).collect();
-        // Both problems side by side: they are of one size.
-        let (upper, dual) = rayon::join(
-            || upper(&domain, &potentials, share, cancel),
-            || lower_too.then(|| lower(&domain, &potentials, share, cancel)).transpose(),
-        );
-        let (energies, primal) = upper?;
-        let dual = dual?;
-        if problem.cancelled() {
-            return Err(SolveError::Cancelled);
-        }
-        for i in 0..potentials.len() {
-            for j in 0..potentials.len() {
-                up[(at + i, at + j)] = part.copies * energies.matrix[(i, j)];
-                if let Some(dual) = &dual {
-                    low[(at + i, at + j)] = part.copies * dual.matrix[(i, j)];
+        let count = part.potentials.len();
+        if count > 0 {
+            let (solved, dual) = solve_part(problem, part, grid, share, lower_too)?;
+            for i in 0..count {
+                for j in 0..count {
+                    up[(at + i, at + j)] = part.copies * solved.energies.matrix[(i, j)];
+                    if let Some(dual) = &dual {
+                        low[(at + i, at + j)] = part.copies * dual.matrix[(i, j)];
+                    }
                 }
             }
+            out.add_cost(&solved.energies, dual.as_ref());
+            out.solved.push((at, solved));
         }
-        out.iterations += energies.iterations;
-        out.converged &= energies.converged;
-        out.seconds.setup += energies.seconds[0];
-        out.seconds.primal += energies.seconds[1];
-        let mut unknowns = energies.unknowns;
-        if let Some(dual) = dual {
-            unknowns += dual.unknowns;
-            out.iterations += dual.iterations;
-            out.converged &= dual.converged;
-            out.seconds.setup = out.seconds.setup.max(dual.seconds[0]);
-            out.seconds.dual += dual.seconds[1];
-            out.repair_share = out.repair_share.max(dual.repair_share);
-        }
-        out.unknowns = out.unknowns.max(unknowns);
-        let solved = SolvedPart { energies, primal, domain, odd: part.odd, copies: part.copies };
-        out.solved.push((at, solved));
-        at += potentials.len() + part.fieldless.len();
+        at += count + part.fieldless.len();
     }
     let unit = VACUUM_PERMITTIVITY * problem.layout.unit;
     let scaled = |m: Mat<f64>| {
@@ -204,16 +173,76 @@ pub(crate) fn on_grid(
     };
     out.all.upper = scaled(up);
     out.all.lower = if lower_too { scaled(low) } else { out.all.upper.clone() };
-    out.all.part();
+    out.all.uncross();
     out.bounds = problem.floating.reduced(&out.all);
     out.basis = basis;
     Ok(out)
 }
 
+/// Solves one part on one grid: its primal problem, and the energies of its dual one if `lower_too`.
+fn solve_part(
+    problem: &GridProblem<'_>,
+    part: &Part,
+    grid: &Grid,
+    share: f64,
+    lower_too: bool,
+) -> Result<(SolvedPart, Option<Energies>), SolveError> {
+    let cancel = problem.settings.cancel.as_deref();
+    let (domain, held) = part.layout.domain(grid);
+    let potentials: Vec<Vec<f64>> =
+        part.potentials.iter().map(|v| held.iter().map(|&c| v[c]).collect()).collect();
+    // The two problems are of the same size and run in parallel.
+    let (upper, dual) = rayon::join(
+        || upper(&domain, &potentials, share, cancel),
+        || lower_too.then(|| lower(&domain, &potentials, share, cancel)).transpose(),
+    );
+    let (energies, primal) = upper?;
+    let dual = dual?;
+    if problem.cancelled() {
+        return Err(SolveError::Cancelled);
+    }
+    Ok((SolvedPart { energies, primal, domain, odd: part.odd, copies: part.copies }, dual))
+}
+
 impl Outcome {
-    /// The state to look at: one volt between two driven conductors, or one volt on the first; floating ones with their charge.
-    fn field(&self, scene: &Scene, problem: &Problem<'_>) -> Field {
-        let Problem { layout, parts, settings, floating, .. } = problem;
+    /// Before any part is solved.
+    fn empty() -> Self {
+        let none = || MatrixBounds { lower: Mat::zeros(0, 0), upper: Mat::zeros(0, 0) };
+        Self {
+            bounds: none(),
+            all: none(),
+            basis: Mat::zeros(0, 0),
+            solved: Vec::new(),
+            unknowns: 0,
+            iterations: 0,
+            converged: true,
+            repair_share: 0.0,
+            seconds: PhaseSeconds::default(),
+        }
+    }
+
+    /// Adds what the problems of one part took.
+    fn add_cost(&mut self, primal: &Energies, dual: Option<&Energies>) {
+        self.iterations += primal.iterations;
+        self.converged &= primal.converged;
+        self.seconds.setup += primal.seconds[0];
+        self.seconds.primal += primal.seconds[1];
+        let mut unknowns = primal.unknowns;
+        if let Some(dual) = dual {
+            unknowns += dual.unknowns;
+            self.iterations += dual.iterations;
+            self.converged &= dual.converged;
+            self.seconds.setup = self.seconds.setup.max(dual.seconds[0]);
+            self.seconds.dual += dual.seconds[1];
+            self.repair_share = self.repair_share.max(dual.repair_share);
+        }
+        self.unknowns = self.unknowns.max(unknowns);
+    }
+
+    /// The field of one state for export: 1 V between two driven conductors, or 1 V on the first of another number of them; the
+    /// floating ones carry their charge.
+    fn field(&self, scene: &Scene, problem: &GridProblem<'_>) -> Field {
+        let GridProblem { layout, parts, settings, floating, .. } = problem;
         let n = layout.conductors.len();
         let driven: Vec<f64> = match floating.driven.len() {
             2 => vec![0.5, -0.5],
@@ -242,10 +271,11 @@ impl Outcome {
         field
     }
 
-    /// Relative energies that the primal solution lacks along each axis in the states that the target is about, summed.
-    pub(crate) fn indicator(&self, problem: &Problem<'_>) -> Indicator {
+    /// The refinement indicator: relative missing energies of the primal solution along each axis, summed over the states that
+    /// the target depends on.
+    pub(crate) fn indicator(&self, problem: &GridProblem<'_>) -> Indicator {
         let n = self.basis.nrows();
-        let Problem { floating, .. } = problem;
+        let GridProblem { floating, .. } = problem;
         let driven = floating.driven.len();
         let factor = Lu::new(self.basis.as_ref());
         let of_driven = |v: &[f64]| {
@@ -291,7 +321,7 @@ impl Outcome {
         total
     }
 
-    /// The largest ratio between the relative error of an entry and that of the energies it is polarised from.
+    /// The largest ratio between the relative error of an entry and that of the energies it follows from by polarisation.
     pub(crate) fn amplification(&self, settings: &Settings) -> f64 {
         let (m, n) = (&self.bounds.upper, self.bounds.upper.nrows());
         if settings.target == Target::TwoTerminal && n == 2 {
@@ -305,10 +335,10 @@ impl Outcome {
         pairs.map(ratio).filter(|r| r.is_finite()).fold(1.0, f64::max)
     }
 
-    /// Without a dual problem: puts the estimated error below the upper energies.
+    /// Without a dual problem: sets the lower energies to the upper ones minus the estimated error.
     ///
-    /// Energies fall towards the truth as grids are refined: what the last refinement gained over those of a coarser grid
-    /// predicts what is left. So does `missing`, what the solution lacks by its own account; the larger one counts.
+    /// Energies decrease towards the true ones as grids are refined. Two quantities predict the remaining error: how much the last
+    /// refinement gained over `coarser`, and the missing energy `missing` that the surplus indicates. The larger one counts.
     pub(crate) fn estimate(&mut self, coarser: &Mat<f64>, missing: f64, settings: &Settings) {
         let upper = self.bounds.upper.clone();
         let n = upper.nrows();
@@ -325,7 +355,7 @@ impl Outcome {
         }
     }
 
-    /// The largest relative spread (error estimate without bounds) of what the tolerance is about.
+    /// The error that is compared with the tolerance: the largest relative spread of the target, or error estimate without bounds.
     pub(crate) fn error(&self, settings: &Settings) -> f64 {
         let m = &self.bounds;
         let n = m.upper.nrows();
@@ -347,23 +377,23 @@ impl Outcome {
                 value(lower[(i, j)], upper[(i, j)]).abs().max(0.1 * (upper[(i, i)] * upper[(j, j)]).sqrt());
             (gap(i) * gap(j)).sqrt() / size
         });
-        // A number that is not one is the worst of all.
+        // NaN counts as the largest error.
         entries.chain(pair).fold(0.0, |a, b| if a >= b { a } else { b })
     }
 
-    fn finish(self, problem: &Problem<'_>, grid: &Grid, shortfall: Option<String>) -> Solution {
+    fn finish(self, problem: &GridProblem<'_>, grid: &Grid, shortfall: Option<String>) -> Solution {
         let (settings, layout) = (problem.settings, &problem.layout);
         let mut maxwell = self.bounds.entries();
         let mut two_terminal = self.bounds.two_terminal();
         let floating = if settings.bounds {
             problem.floating.proved(&self.all)
         } else {
-            // The whole matrix is taken to be as uncertain as what is asked for.
+            // The matrix of all conductors is taken to be as uncertain as the target.
             let lower = &self.all.upper * faer::Scale(1.0 - self.error(settings).min(0.5));
             problem.floating.estimated(&MatrixBounds { lower, upper: self.all.upper.clone() })
         };
         if !settings.bounds {
-            // The computed energy itself is reported, with the estimate on both sides of it.
+            // The reported value is the computed energy, with the error estimate on either side.
             let centred = |upper: f64, b: Bounded| {
                 let error = b.upper - b.lower;
                 Bounded { value: upper, lower: upper - error, upper: upper + error }
@@ -375,8 +405,11 @@ impl Outcome {
                 }
             }
         }
-        let stalled = || "the iteration stopped before its goal: the grid is too unequal".to_owned();
-        // Bounds are proved wherever the iteration stopped.
+        let stalled = || {
+            "the linear solver stopped before its goal: the elements of the grid differ too much in size"
+                .to_owned()
+        };
+        // Bounds are proved wherever the linear solver stopped.
         let shortfall = shortfall.or_else(|| (!self.converged && !settings.bounds).then(stalled));
         Solution {
             two_terminal,

@@ -5,12 +5,12 @@ use crate::boxes::layout::Layout;
 
 /// One part: a reduced layout and the potentials that live on it.
 #[derive(Debug, Clone)]
-pub struct Part {
+pub(crate) struct Part {
     /// The reduced layout.
     pub layout: Layout,
     /// Odd across the mirror plane of each axis.
     pub odd: [bool; 3],
-    /// Copies of it that make the whole scene: its energies times this are the scene's.
+    /// Number of copies that make up the whole scene, and the factor from the part's energies to the scene's.
     pub copies: f64,
     /// Potentials of all the scene's conductors, one vector per right-hand side.
     pub potentials: Vec<Vec<f64>>,
@@ -19,11 +19,11 @@ pub struct Part {
     pub fieldless: Vec<Vec<f64>>,
 }
 
-/// Splits a layout. The potentials of all parts together are a basis of all potentials.
+/// Splits a layout into its symmetric parts. The potentials of all parts together are a basis of all potentials.
 ///
-/// Without `use_mirrors` every part is solved on the whole scene, but the potentials are split all the same: an
-/// iteration that starts symmetric stays so, and the numbers are those of the reduced parts up to rounding.
-pub fn parts(layout: &Layout, use_mirrors: bool) -> Vec<Part> {
+/// Without `use_mirrors` every part is solved on the whole scene, but the potentials are split all the same: an iteration that
+/// starts symmetric stays symmetric, and the results are those of the reduced parts up to rounding.
+pub(crate) fn parts(layout: &Layout, use_mirrors: bool) -> Vec<Part> {
     let n = layout.conductors.len();
     let axes: Vec<usize> = (0..3).filter(|&a| layout.mirror[a].is_some()).collect();
     let mut out = Vec::new();

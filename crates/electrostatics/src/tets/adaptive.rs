@@ -1,8 +1,9 @@
-//! Any shape: a mesh of tetrahedra, solved, bounded and refined where the bounds differ.
+//! The adaptive solver on tetrahedra, for scenes of any shape: solve, bound, refine where the bounds differ most.
 //!
 //! On each mesh the potentials give the upper bound ([`crate::tets::potentials`]) and fluxes made from them the lower one
-//! ([`crate::tets::flux`]). The difference is a sum over tetrahedra; those that hold most of it are bisected (Dörfler, SIAM J. Numer.
-//! Anal. 33, 1996), at edges of conductors nearer to them ([`Grading`]), until the tolerance is met or the next mesh would not fit.
+//! ([`crate::tets::flux`]). The gap between the two is a sum over tetrahedra. Those that hold most of it are bisected (bulk
+//! marking: Dörfler, SIAM J. Numer. Anal. 33, 1996), nearer to an edge of a conductor if they touch one ([`Grading`]). This is
+//! repeated until the tolerance is met or the next mesh would not fit into memory.
 
 use crate::SolveError;
 use crate::VACUUM_PERMITTIVITY;
@@ -10,53 +11,56 @@ use crate::floating::Floating;
 use crate::matrix::MatrixBounds;
 use crate::solution::{Bounded, Discretisation, Forecast, PhaseSeconds, Solution, Target};
 use crate::tets::flux::{Flux, equilibrate};
-use crate::tets::potentials::{Potentials, Problem, TetSettings};
+use crate::tets::potentials::{PotentialProblem, PotentialSettings, Potentials};
 use elastocap_geometry::meshing::tets::{Grading, TetMesh};
 use faer::Mat;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
-/// The part of the gap that the marked tetrahedra hold, at most: less where the tolerance is near.
-const MARKED: f64 = 0.6;
+/// Largest share of the gap that the marked tetrahedra hold together; less is marked where the tolerance is near.
+const MAX_MARKED: f64 = 0.6;
 
-/// Bisections of a marked tetrahedron where the error is more than so many tolerances (three halve its edges in most cases), and
-/// what part of the gap of those marked they take off, neighbours included, as seen at edges.
+/// How often a marked tetrahedron is bisected: error over tolerance above which the row applies, bisections (three halve all
+/// edges in most cases), and the share of the marked gap that this removes, neighbours included, as measured at edges.
 const GENERATIONS: [(f64, u8, f64); 3] = [(8.0, 3, 0.85), (2.5, 2, 0.7), (0.0, 1, 0.5)];
 
-/// What the iteration may leave of the energy, as a share of the tolerance: little, since what it leaves is charge that the
-/// fluxes must carry to a conductor, at more cost than the error of the energy.
+/// Error of the linear solver over the energy, as a share of the tolerance. It is small because the residual is charge that the
+/// fluxes must carry to a conductor, which costs more energy than the error of the potential itself.
 const ITERATION: f64 = 1e-4;
 
-/// Share of the spread from which on that of open space beyond the mesh no longer falls much as the mesh is refined.
-const MOST_BEYOND: f64 = 0.66;
+/// Refinement no longer helps where a larger share of the spread than this lies in open space beyond the mesh.
+const MAX_BEYOND: f64 = 0.66;
 
-/// Bytes per tetrahedron for each order: matrices, multigrid, moments of fluxes; and more per right-hand side.
+/// Bytes per tetrahedron for each order: for matrices, multigrid and flux moments, and for each right-hand side.
 const BYTES: [(u64, u64); 3] = [(1_000, 200), (1_800, 400), (8_000, 1_500)];
 
-/// Tetrahedra of a mesh that is solved for a forecast, at most, unless the first one has more.
-const FORECAST: usize = 20_000;
+/// Largest number of tetrahedra of a mesh that is solved for a forecast, unless the initial mesh has more.
+const MAX_FORECAST_TETRAHEDRA: usize = 20_000;
 
-/// For each order, with which power of the unknowns the spread falls from a small mesh to the last one, and seconds per unknown of the last mesh
-/// for all meshes with one right-hand side on two cores; then the share of it that each further one adds.
+/// For each order, the power of the number of unknowns with which the spread falls from a small mesh to the last one.
 const RATE: [f64; 3] = [0.65, 1.2, 1.2];
+
+/// For each order, seconds per unknown of the last mesh, for all meshes with one right-hand side, on two cores.
 const PACE: [f64; 3] = [3e-5, 3e-5, 8e-5];
-const SIDE: f64 = 0.25;
 
-/// Spread from which on bounds are better than nothing where a finer mesh cannot be solved.
-const OF_USE: f64 = 0.3;
+/// Time of each further right-hand side over that of the first.
+const FURTHER_SIDE: f64 = 0.25;
 
-/// Meshes at most.
-const MOST_MESHES: usize = 60;
+/// Largest spread at which the bounds of a coarser mesh are still worth reporting if a finer mesh cannot be solved.
+const MAX_USEFUL_SPREAD: f64 = 0.3;
 
-/// What the solver on tetrahedra solves for and how well.
+/// Largest number of meshes of one solve.
+const MAX_MESHES: usize = 60;
+
+/// Tolerance, order and limits of the solver on tetrahedra.
 ///
 /// It always proves both bounds: the flux behind the lower one steers the refinement.
 #[derive(Debug, Clone)]
 pub struct TetrahedraSettings {
     /// Largest relative spread (upper - lower) / value of the target.
     pub relative_tolerance: f64,
-    /// What the tolerance is about.
+    /// The quantity that the tolerance applies to.
     pub target: Target,
     /// Order of the potentials, 1 to 3.
     pub order: usize,
@@ -67,8 +71,7 @@ pub struct TetrahedraSettings {
 }
 
 impl TetrahedraSettings {
-    /// The order where none is asked for: quadratic potentials are the best at edges, where higher orders cost more than they
-    /// give.
+    /// The default order. Quadratic potentials are the best choice at edges, where higher orders cost more than they gain.
     pub const USUAL_ORDER: usize = 2;
 }
 
@@ -84,44 +87,47 @@ impl Default for TetrahedraSettings {
     }
 }
 
-/// What is solved on the mesh.
+/// What a mesh stands for: its permittivities, its floating conductors and its symmetry.
 #[derive(Debug, Clone, Copy)]
-pub struct Shapes<'a> {
-    /// eps_r of each region of the mesh: the background, then the dielectrics.
+pub struct MeshScene<'a> {
+    /// Relative permittivity of each region of the mesh: the background, then the dielectrics.
     pub permittivity: &'a [f64],
-    /// For each conductor its charge, C, if it floats.
+    /// One entry per conductor: its charge, C, if it floats, `None` if it is driven.
     pub floating_charges: &'a [Option<f64>],
-    /// Axes along which the mesh is one half of a scene that is its own mirror image; the answers are of the whole.
+    /// Axes along which the mesh is one half of a mirror-symmetric scene. The results are those of the whole scene.
     pub mirrored: [bool; 3],
 }
 
-/// The mesh at the end, and the answer.
+impl MeshScene<'_> {
+    /// How many copies of the mesh make the whole scene.
+    fn copies(&self) -> u32 {
+        1 << self.mirrored.iter().filter(|m| **m).count()
+    }
+}
+
+/// The result of [`solve_mesh()`]: the last mesh, the potentials on it and the capacitances.
 #[derive(Debug, Clone)]
-pub struct General {
-    /// As refined.
+pub struct MeshSolution {
+    /// The mesh as refined.
     pub mesh: TetMesh,
-    /// Potentials on it, V, per conductor for one volt on it: at the points of the mesh.
+    /// For each conductor, the potential with 1 V on it and 0 V on all others: V, at the points of the mesh.
     pub potentials: Vec<Vec<f64>>,
-    /// Its bounds are theorems for the bodies as the mesh has them, with flat faces.
+    /// The capacitances. Their bounds are proved for the bodies as the mesh has them, with flat faces.
     pub solution: Solution,
 }
 
-/// Solves a mesh: the Maxwell matrix of its conductors with bounds, the mesh refined until they are near enough.
-///
-/// `shapes` says what the mesh is a part of.
+/// Solves for the Maxwell capacitance matrix of a mesh's conductors with proved bounds, refining the mesh until they meet the
+/// tolerance. Where they cannot, [`Solution::shortfall`] says why.
 ///
 /// # Errors
 ///
-/// A mesh that is not what [`TetMesh`] promises, a linear solver that fails, a request to stop.
+/// A mesh that is not what [`TetMesh`] promises, a linear solver that fails on the first meshes, a request to stop.
 pub fn solve_mesh(
     mesh: TetMesh,
-    shapes: Shapes<'_>,
+    scene: MeshScene<'_>,
     settings: &TetrahedraSettings,
-) -> Result<General, SolveError> {
-    let n = shapes.floating_charges.len();
-    let floating = Floating::of_charges(shapes.floating_charges);
-    // Energies are those of as many parts.
-    let scale = VACUUM_PERMITTIVITY * f64::from(1 << shapes.mirrored.iter().filter(|m| **m).count());
+) -> Result<MeshSolution, SolveError> {
+    let task = Task::new(scene, settings);
     let cancel = settings.cancel.as_deref();
     let mut mesh = mesh;
     let mut grading = Grading::towards_edges(&mesh);
@@ -129,14 +135,14 @@ pub fn solve_mesh(
     let mut iterations = 0;
     let mut meshes = 0;
     let mut before = f64::INFINITY;
-    let mut coarser: Option<General> = None;
+    let mut coarser: Option<MeshSolution> = None;
     loop {
         meshes += 1;
-        let (found, flux) = match on_mesh(&mesh, &shapes, settings, &mut seconds) {
+        let (found, flux) = match task.on_mesh(&mesh, &mut seconds) {
             Ok(found) => found,
             Err(SolveError::Cancelled) => return Err(SolveError::Cancelled),
             Err(error) => {
-                // What the mesh before gave is proved all the same.
+                // The bounds on the mesh before are proved all the same.
                 let mut last = coarser.ok_or_else(|| error.clone())?;
                 last.solution.shortfall = Some(format!("a finer mesh could not be solved: {error}"));
                 last.solution.seconds = seconds;
@@ -144,74 +150,43 @@ pub fn solve_mesh(
             }
         };
         iterations += found.iterations;
-        let lower = flux.lower(Mat::<f64>::identity(flux.charges.nrows(), n).as_ref());
-        let mut all = MatrixBounds {
-            lower: Mat::from_fn(n, n, |i, j| scale * lower[(i, j)]),
-            upper: Mat::from_fn(n, n, |i, j| scale * found.energies[(i, j)]),
-        };
-        all.part();
-        let bounds = floating.reduced(&all);
-        let (maxwell, two_terminal) = (bounds.entries(), bounds.two_terminal());
-        // What each driven conductor would have with all others at zero.
-        let alone: Vec<f64> = floating.driven.iter().map(|&i| all.upper[(i, i)]).collect();
-        let Spread { error, nothing } = spread(&maxwell, two_terminal.as_ref(), &alone, settings);
+        let bounds = task.bounds(&found, &flux);
+        let error = bounds.spread.error;
         if cancel.is_some_and(|c| c.load(Ordering::Relaxed)) {
             return Err(SolveError::Cancelled);
         }
 
-        // Where tetrahedra become so lean that fluxes lose more than potentials gain, plain halves go on from here.
+        // Graded bisection can make tetrahedra so thin that the fluxes lose more than the potentials gain. From then on edges
+        // are halved.
         if error > before {
             grading = Grading::none(&mesh);
         }
         before = error;
 
-        let refining = Instant::now();
-        let mut next = None;
-        let shortfall = if error <= settings.relative_tolerance {
-            nothing.then(|| {
-                format!(
-                    "a capacitance may be zero: it is less than {:e} of what it would be with all other conductors at zero \
-                     potential, and no mesh gives zero a relative accuracy",
-                    settings.relative_tolerance
-                )
-            })
+        let (next, shortfall) = if error <= settings.relative_tolerance {
+            (None, bounds.spread.may_be_zero.then(|| task.may_be_zero()))
         } else {
-            let states = states(&floating, &all);
-            let far = error / settings.relative_tolerance;
-            let chosen = GENERATIONS.iter().find(|g| far > g.0).unwrap_or(&GENERATIONS[2]);
-            let needed = (1.0 - 0.95 / far) / chosen.2;
-            let marked = marked(&states, &flux.gaps, needed.min(MARKED));
-            let outside = beyond(&states, &all, &flux.gap, scale);
-            let finer = mesh.bisected_towards(&marked, chosen.1, &mut grading).mesh;
+            let refining = Instant::now();
+            let refined = task.refined(&mesh, &mut grading, meshes, &bounds.all, &flux, error);
             seconds.setup += refining.elapsed().as_secs_f64();
-            let memory = memory_of(finer.tets.len(), &shapes, settings);
-            if marked.is_empty() || (outside > MOST_BEYOND && outside * error > settings.relative_tolerance) {
-                Some("what is left of the error is beyond the mesh: open space begins too near".to_owned())
-            } else if meshes >= MOST_MESHES || memory > settings.memory_limit {
-                Some(format!(
-                    "a finer mesh, of {} tetrahedra, would take about {:.1} GB, more than the limit of {:.1} GB",
-                    finer.tets.len(),
-                    memory as f64 * 1e-9,
-                    settings.memory_limit as f64 * 1e-9
-                ))
-            } else {
-                next = Some(finer);
-                None
+            match refined {
+                Ok(finer) => (Some(finer), None),
+                Err(obstacle) => (None, Some(obstacle)),
             }
         };
         let points = mesh.points.len();
-        let solved = General {
+        let solved = MeshSolution {
             potentials: found.values.iter().map(|u| u[..points].to_vec()).collect(),
             solution: Solution {
-                maxwell,
-                two_terminal,
-                floating: floating.proved(&all),
+                floating: task.floating.proved(&bounds.all),
+                maxwell: bounds.maxwell,
+                two_terminal: bounds.two_terminal,
                 reached: shortfall.is_none() && next.is_none(),
                 shortfall,
                 unknowns: found.unknowns,
                 iterations,
                 grids: meshes,
-                mirrored: shapes.mirrored,
+                mirrored: scene.mirrored,
                 resolution: Discretisation::Tetrahedra { order: settings.order, refinements: meshes - 1 },
                 repair_share: 0.0,
                 seconds,
@@ -221,77 +196,165 @@ pub fn solve_mesh(
         };
         let Some(finer) = next else { return Ok(solved) };
         mesh = finer;
-        coarser = (error < OF_USE).then_some(solved);
+        coarser = (error < MAX_USEFUL_SPREAD).then_some(solved);
     }
 }
 
-/// Potentials and fluxes of all conductors on one mesh.
-fn on_mesh(
-    mesh: &TetMesh,
-    shapes: &Shapes<'_>,
-    settings: &TetrahedraSettings,
-    seconds: &mut PhaseSeconds,
-) -> Result<(Potentials, Flux), SolveError> {
-    let n = shapes.floating_charges.len();
-    let start = Instant::now();
-    let problem = Problem { mesh, permittivity: shapes.permittivity, conductors: n };
-    let share = (ITERATION * settings.relative_tolerance).min(1e-6);
-    let cancel = settings.cancel.as_deref();
-    let found = Potentials::solve(problem, TetSettings { order: settings.order, share, cancel });
-    seconds.primal += start.elapsed().as_secs_f64();
-    let found = found?;
-    let start = Instant::now();
-    let gradients: Vec<_> = (0..n).map(|k| found.gradients(mesh, k)).collect();
-    let flux = equilibrate(mesh, shapes.permittivity, settings.order, &gradients);
-    seconds.dual += start.elapsed().as_secs_f64();
-    Ok((found, flux?))
+/// What stays the same on all meshes of one solve.
+struct Task<'a> {
+    scene: MeshScene<'a>,
+    settings: &'a TetrahedraSettings,
+    floating: Floating,
+    /// Farad per metre of the energies on the mesh: the mirrored copies count too.
+    scale: f64,
 }
 
-/// Bytes that a mesh of so many tetrahedra takes, about.
-fn memory_of(tetrahedra: usize, shapes: &Shapes<'_>, settings: &TetrahedraSettings) -> u64 {
+/// Bounds found on one mesh.
+struct MeshBounds {
+    /// Of all conductors, the floating ones included.
+    all: MatrixBounds,
+    /// The Maxwell matrix of the driven conductors, F.
+    maxwell: Vec<Vec<Bounded>>,
+    /// Two-terminal capacitance, F.
+    two_terminal: Option<Bounded>,
+    spread: Spread,
+}
+
+impl<'a> Task<'a> {
+    fn new(scene: MeshScene<'a>, settings: &'a TetrahedraSettings) -> Self {
+        let floating = Floating::of_charges(scene.floating_charges);
+        Self { scene, settings, floating, scale: VACUUM_PERMITTIVITY * f64::from(scene.copies()) }
+    }
+
+    /// Potentials and fluxes of all conductors on one mesh.
+    fn on_mesh(&self, mesh: &TetMesh, seconds: &mut PhaseSeconds) -> Result<(Potentials, Flux), SolveError> {
+        let (settings, permittivity) = (self.settings, self.scene.permittivity);
+        let n = self.scene.floating_charges.len();
+        let start = Instant::now();
+        let problem = PotentialProblem { mesh, permittivity, conductors: n };
+        let share = (ITERATION * settings.relative_tolerance).min(1e-6);
+        let cancel = settings.cancel.as_deref();
+        let found = Potentials::solve(problem, PotentialSettings { order: settings.order, share, cancel });
+        seconds.primal += start.elapsed().as_secs_f64();
+        let found = found?;
+        let start = Instant::now();
+        let gradients: Vec<_> = (0..n).map(|k| found.gradients(mesh, k)).collect();
+        let flux = equilibrate(mesh, permittivity, settings.order, &gradients);
+        seconds.dual += start.elapsed().as_secs_f64();
+        Ok((found, flux?))
+    }
+
+    /// Bounds from the potentials and the fluxes on one mesh.
+    fn bounds(&self, found: &Potentials, flux: &Flux) -> MeshBounds {
+        let (n, scale) = (self.scene.floating_charges.len(), self.scale);
+        let lower = flux.lower(Mat::<f64>::identity(flux.charges.nrows(), n).as_ref());
+        let mut all = MatrixBounds {
+            lower: Mat::from_fn(n, n, |i, j| scale * lower[(i, j)]),
+            upper: Mat::from_fn(n, n, |i, j| scale * found.energies[(i, j)]),
+        };
+        all.uncross();
+        let reduced = self.floating.reduced(&all);
+        let (maxwell, two_terminal) = (reduced.entries(), reduced.two_terminal());
+        // The capacitance of each driven conductor with all others at zero potential.
+        let alone: Vec<f64> = self.floating.driven.iter().map(|&i| all.upper[(i, i)]).collect();
+        let spread = spread(&maxwell, two_terminal.as_ref(), &alone, self.settings);
+        MeshBounds { all, maxwell, two_terminal, spread }
+    }
+
+    /// The next mesh, bisected where the bounds differ most; or the reason, a sentence for the user, why there is none. `meshes`
+    /// have been solved, and the relative spread on the last one is `error`.
+    fn refined(
+        &self,
+        mesh: &TetMesh,
+        grading: &mut Grading,
+        meshes: usize,
+        all: &MatrixBounds,
+        flux: &Flux,
+        error: f64,
+    ) -> Result<TetMesh, String> {
+        let settings = self.settings;
+        let states = states(&self.floating, all);
+        let far = error / settings.relative_tolerance;
+        let (_, bisections, removed) =
+            *GENERATIONS.iter().find(|(above, ..)| far > *above).unwrap_or(&GENERATIONS[2]);
+        let needed = (1.0 - 0.95 / far) / removed;
+        let marked = marked(&states, &flux.gaps, needed.min(MAX_MARKED));
+        let outside = beyond(&states, all, &flux.gap, self.scale);
+        let finer = mesh.bisected_towards(&marked, bisections, grading).mesh;
+        let memory = memory_of(finer.tets.len(), &self.scene, settings);
+        if marked.is_empty() || (outside > MAX_BEYOND && outside * error > settings.relative_tolerance) {
+            return Err(
+                "the remaining error lies in open space beyond the mesh, which ends too near the conductors"
+                    .to_owned(),
+            );
+        }
+        if meshes >= MAX_MESHES || memory > settings.memory_limit {
+            return Err(format!(
+                "a finer mesh, of {} tetrahedra, would take about {:.1} GB, more than the limit of {:.1} GB",
+                finer.tets.len(),
+                memory as f64 * 1e-9,
+                settings.memory_limit as f64 * 1e-9
+            ));
+        }
+        Ok(finer)
+    }
+
+    fn may_be_zero(&self) -> String {
+        format!(
+            "a capacitance may be zero: it is less than {:e} of what it would be with all other conductors at zero \
+             potential, and no mesh gives zero a relative accuracy",
+            self.settings.relative_tolerance
+        )
+    }
+}
+
+/// Estimated memory, bytes, that a mesh with this many tetrahedra takes.
+fn memory_of(tetrahedra: usize, scene: &MeshScene<'_>, settings: &TetrahedraSettings) -> u64 {
     let (each, per_side) = BYTES[settings.order.clamp(1, 3) - 1];
-    tetrahedra as u64 * (each + shapes.floating_charges.len() as u64 * per_side)
+    tetrahedra as u64 * (each + scene.floating_charges.len() as u64 * per_side)
 }
 
-/// Forecasts what [`solve_mesh`] will take: it is run as far as a small mesh goes, and from there on the spread is taken to fall
-/// as it does in general. An estimate: within a factor of about two for scenes whose edges the small mesh has seen.
+/// Forecasts unknowns, memory and time of [`solve_mesh()`]. It solves as far as a small mesh goes and extrapolates the spread from
+/// there at the rate that is usual for the order. The estimate is within a factor of about two for scenes whose edges the small
+/// mesh resolves.
 ///
 /// # Errors
 ///
-/// Those of [`solve_mesh`].
+/// Those of [`solve_mesh()`].
 pub fn forecast_mesh(
     mesh: TetMesh,
-    shapes: Shapes<'_>,
+    scene: MeshScene<'_>,
     settings: &TetrahedraSettings,
 ) -> Result<Forecast, SolveError> {
-    let n = shapes.floating_charges.len();
+    let n = scene.floating_charges.len();
     let small = TetrahedraSettings {
-        memory_limit: settings.memory_limit.min(memory_of(FORECAST, &shapes, settings)),
+        memory_limit: settings.memory_limit.min(memory_of(MAX_FORECAST_TETRAHEDRA, &scene, settings)),
         ..settings.clone()
     };
-    let General { mesh, solution, .. } = solve_mesh(mesh, shapes, &small)?;
+    let MeshSolution { mesh, solution, .. } = solve_mesh(mesh, scene, &small)?;
     let alone = vec![0.0; n];
     let error = spread(&solution.maxwell, solution.two_terminal.as_ref(), &alone, settings).error;
     let order = settings.order.clamp(1, 3) - 1;
     let far = if solution.reached { 1.0 } else { (error / settings.relative_tolerance).max(1.0) };
-    let memory = |far: f64| memory_of((mesh.tets.len() as f64 * far) as usize, &shapes, settings);
-    // No mesh is made that would not fit.
-    let most = (settings.memory_limit as f64 / memory(1.0).max(1) as f64).max(1.0);
-    let growth = far.powf(1.0 / RATE[order]).min(most);
+    let memory = |growth: f64| memory_of((mesh.tets.len() as f64 * growth) as usize, &scene, settings);
+    // The solver makes no mesh that would not fit into memory.
+    let max_growth = (settings.memory_limit as f64 / memory(1.0).max(1) as f64).max(1.0);
+    let growth = far.powf(1.0 / RATE[order]).min(max_growth);
     let unknowns = (solution.unknowns as f64 * growth) as usize;
-    let seconds = PACE[order] * unknowns as f64 * (1.0 + SIDE * n.saturating_sub(1) as f64);
-    let copies = 1_usize << shapes.mirrored.iter().filter(|m| **m).count();
+    let seconds = PACE[order] * unknowns as f64 * (1.0 + FURTHER_SIDE * n.saturating_sub(1) as f64);
+    let copies = scene.copies();
     Ok(Forecast {
         unknowns,
         memory_bytes: memory(growth),
         seconds,
-        unmirrored: (copies * unknowns, copies as f64 * seconds),
-        mirrored: shapes.mirrored,
+        unmirrored: (copies as usize * unknowns, f64::from(copies) * seconds),
+        mirrored: scene.mirrored,
         right_hand_sides: n,
     })
 }
 
-/// Weights of the conductors' unit states, and energy, for each driven conductor at one volt.
+/// For each driven conductor, the state with 1 V on it, 0 V on the other driven ones and no charge on the floating ones: the
+/// potentials of all conductors, V, and the state's energy, F V^2.
 fn states(floating: &Floating, all: &MatrixBounds) -> Vec<(Vec<f64>, f64)> {
     let driven = floating.driven.len();
     let uncharged = vec![0.0; floating.floating.len()];
@@ -309,9 +372,10 @@ fn states(floating: &Floating, all: &MatrixBounds) -> Vec<(Vec<f64>, f64)> {
         .collect()
 }
 
-/// The fewest tetrahedra that hold a share of the gap, relative to the energy, in all states together.
+/// The smallest set of tetrahedra that holds a given share of the gap, relative to the energy, summed over all states.
 ///
-/// Where conductors float, a state is a sum of unit states; its local gap is at most that of the sum of their roots, squared.
+/// Where conductors float, a state is a sum of unit states. The root of its local gap is at most the sum of the roots of theirs
+/// (the gap is a squared norm).
 fn marked(states: &[(Vec<f64>, f64)], gaps: &[Vec<f64>], share: f64) -> Vec<u32> {
     let tets = gaps.first().map_or(0, Vec::len);
     let mut size: Vec<f64> = vec![0.0; tets];
@@ -337,9 +401,11 @@ fn marked(states: &[(Vec<f64>, f64)], gaps: &[Vec<f64>], share: f64) -> Vec<u32>
     order
 }
 
-/// What share of upper less lower bound is that of open space beyond the mesh, where the potential and the flux go on along
-/// rays, each in its way. Refinement makes it smaller only as long as the two differ where the mesh ends for being coarse.
-/// `scale` is F per m of the gap, for all mirrored parts together.
+/// The share of the spread (upper minus lower bound) that lies in open space beyond the mesh.
+///
+/// There the potential and the flux are continued along rays, each by its own law. Refining the mesh reduces this part only as
+/// long as the two differ on the outer faces because the mesh is coarse. `gap` is over the mesh, m; `scale`, F/m, includes all
+/// mirrored copies.
 fn beyond(states: &[(Vec<f64>, f64)], all: &MatrixBounds, gap: &Mat<f64>, scale: f64) -> f64 {
     let (mut inside, mut total) = (0.0, 0.0);
     for (potentials, energy) in states.iter().filter(|(_, energy)| *energy > 0.0) {
@@ -353,17 +419,20 @@ fn beyond(states: &[(Vec<f64>, f64)], all: &MatrixBounds, gap: &Mat<f64>, scale:
     if total > inside { 1.0 - inside / total } else { 0.0 }
 }
 
-/// How far bounds lie apart.
+/// The relative distance between the bounds.
 #[derive(Debug, PartialEq)]
 struct Spread {
     /// Relative spread of what the tolerance is about.
     error: f64,
-    /// Whether something was left out of it for being zero as far as one can tell.
-    nothing: bool,
+    /// Whether an entry was left out because its bounds include zero and are small: it has no relative error.
+    may_be_zero: bool,
 }
 
-/// `alone` is what each conductor would have with all others at zero potential, the floating ones too, F. What may be zero and
-/// is no more than the tolerance of that has no relative spread that falls as the mesh is refined.
+/// The relative spread that is compared with the tolerance.
+///
+/// `alone` has for each driven conductor its capacitance with all others at zero potential, the floating ones included, F. An
+/// entry that may be zero and is smaller than the tolerance times this is left out: its relative spread does not fall as the mesh
+/// is refined.
 fn spread(
     maxwell: &[Vec<Bounded>],
     two_terminal: Option<&Bounded>,
@@ -372,13 +441,13 @@ fn spread(
 ) -> Spread {
     let relative =
         |b: &Bounded, scale: f64| if b.upper > b.lower { (b.upper - b.lower) / scale } else { 0.0 };
-    let nil = |b: &Bounded, scale: f64| {
+    let negligible = |b: &Bounded, scale: f64| {
         b.lower <= 0.0 && b.upper.max(-b.lower) <= settings.relative_tolerance * scale
     };
-    let mut found = Spread { error: 0.0, nothing: false };
-    let mut count = |b: &Bounded, scale: f64, may_be_nil: bool, alone: f64| {
-        if may_be_nil && nil(b, alone) {
-            found.nothing = true;
+    let mut found = Spread { error: 0.0, may_be_zero: false };
+    let mut count = |b: &Bounded, scale: f64, can_be_zero: bool, alone: f64| {
+        if can_be_zero && negligible(b, alone) {
+            found.may_be_zero = true;
         } else {
             found.error = found.error.max(relative(b, scale));
         }
@@ -390,8 +459,8 @@ fn spread(
         for (i, row) in maxwell.iter().enumerate() {
             for (j, entry) in row.iter().enumerate() {
                 let diagonal = (maxwell[i][i].value * maxwell[j][j].value).max(0.0).sqrt();
-                // An entry off the diagonal has those on it for a scale, unless they are nothing themselves.
-                let no_scale = [i, j].into_iter().any(|k| nil(&maxwell[k][k], alone[k]));
+                // The diagonal gives an off-diagonal entry its scale, unless the diagonal itself may be zero.
+                let no_scale = [i, j].into_iter().any(|k| negligible(&maxwell[k][k], alone[k]));
                 let scale = entry.value.abs().max(0.1 * diagonal);
                 count(entry, scale, i == j || no_scale, (alone[i] * alone[j]).sqrt());
             }
@@ -405,19 +474,19 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_may_be_zero_is_left_out_once_it_is_small_beside_the_conductor_alone() {
+    fn an_entry_that_may_be_zero_is_left_out_once_it_is_small_compared_with_the_conductor_alone() {
         let bounded = |lower: f64, upper: f64| Bounded { value: 0.5 * (lower + upper), lower, upper };
         let settings = TetrahedraSettings { relative_tolerance: 1e-2, ..TetrahedraSettings::default() };
         let of = |b: Bounded| spread(&[vec![b]], Some(&b), &[1.0], &settings);
-        assert_eq!(of(bounded(0.0, 5e-3)), Spread { error: 0.0, nothing: true });
-        assert_eq!(of(bounded(0.0, 5e-2)), Spread { error: 2.0, nothing: false });
+        assert_eq!(of(bounded(0.0, 5e-3)), Spread { error: 0.0, may_be_zero: true });
+        assert_eq!(of(bounded(0.0, 5e-2)), Spread { error: 2.0, may_be_zero: false });
         // Small, but not zero.
         let small = of(bounded(4e-3, 5e-3));
-        assert!(!small.nothing && small.error > 0.2);
-        // A screened pair: the matrix has entries, only not between the two.
+        assert!(!small.may_be_zero && small.error > 0.2);
+        // A screened pair: only the entry between the two may be zero.
         let own = bounded(0.999, 1.001);
         let between = bounded(-1e-3, 1e-3);
         let pair = spread(&[vec![own, between], vec![between, own]], None, &[1.0; 2], &settings);
-        assert!(!pair.nothing && (pair.error - 0.02).abs() < 1e-3, "{pair:?}");
+        assert!(!pair.may_be_zero && (pair.error - 0.02).abs() < 1e-3, "{pair:?}");
     }
 }

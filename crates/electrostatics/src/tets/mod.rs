@@ -1,5 +1,5 @@
-//! Laplace's equation on tetrahedra: potentials and their upper bound, fluxes and their lower bound, and adaptive refinement.
+//! Laplace's equation on tetrahedra: potentials for the upper bound, fluxes for the lower bound, and adaptive refinement.
 
-pub mod adaptive;
-pub mod flux;
-pub mod potentials;
+pub(crate) mod adaptive;
+pub(crate) mod flux;
+pub(crate) mod potentials;

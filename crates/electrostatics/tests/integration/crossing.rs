@@ -2,8 +2,9 @@
 
 use std::f64::consts::PI;
 
-use elastocap_electrostatics::tets::adaptive::{Shapes, TetrahedraSettings, solve_mesh};
-use elastocap_electrostatics::{Bounded, Settings, VACUUM_PERMITTIVITY, solve};
+use elastocap_electrostatics::{
+    Bounded, MeshScene, Settings, TetrahedraSettings, VACUUM_PERMITTIVITY, solve, solve_mesh,
+};
 use elastocap_geometry::meshing::tets::{Sizing, mesh};
 use elastocap_geometry::scene::{Body, Box3, Scene, Wall};
 use elastocap_geometry::shapes::Shape;
@@ -28,7 +29,7 @@ fn matrix(scene: &Scene, facet: f64, tolerance: f64) -> Result<Vec<Vec<Bounded>>
     let meshed = mesh(scene, &Sizing { facet, ..Sizing::default() }).map_err(|e| e.to_string())?;
     let permittivity = scene.permittivities();
     let charges = vec![None; scene.conductors().count()];
-    let shapes = Shapes { permittivity: &permittivity, floating_charges: &charges, mirrored: [false; 3] };
+    let shapes = MeshScene { permittivity: &permittivity, floating_charges: &charges, mirrored: [false; 3] };
     let settings = TetrahedraSettings { relative_tolerance: tolerance, ..TetrahedraSettings::default() };
     let found = solve_mesh(meshed.mesh, shapes, &settings).map_err(|e| e.to_string())?;
     assert!(found.solution.reached, "{:?}", found.solution.shortfall);

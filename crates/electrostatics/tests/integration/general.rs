@@ -2,10 +2,10 @@
 
 use std::f64::consts::PI;
 
-use elastocap_electrostatics::tets::adaptive::{
-    General, Shapes, TetrahedraSettings, forecast_mesh, solve_mesh,
+use elastocap_electrostatics::{
+    MeshScene, MeshSolution, Settings, SolveError, TetrahedraSettings, VACUUM_PERMITTIVITY, forecast_mesh,
+    solve, solve_mesh,
 };
-use elastocap_electrostatics::{Settings, SolveError, VACUUM_PERMITTIVITY, solve};
 use elastocap_geometry::meshing::tets::{LayeredSizing, Sizing, TetMesh, layered, mesh};
 use elastocap_geometry::scene::{Body, Box3, Scene, Wall};
 use elastocap_geometry::shapes::Shape;
@@ -28,9 +28,9 @@ fn solved(
     permittivity: &[f64],
     conductors: usize,
     tolerance: f64,
-) -> Result<General, SolveError> {
+) -> Result<MeshSolution, SolveError> {
     let charges = vec![None; conductors];
-    let shapes = Shapes { permittivity, floating_charges: &charges, mirrored: [false; 3] };
+    let shapes = MeshScene { permittivity, floating_charges: &charges, mirrored: [false; 3] };
     let settings = TetrahedraSettings { relative_tolerance: tolerance, ..TetrahedraSettings::default() };
     let start = std::time::Instant::now();
     let found = solve_mesh(mesh, shapes, &settings)?;
@@ -105,7 +105,7 @@ fn what_a_cube_in_a_cube_takes_is_forecast_within_a_factor_of_two() {
     let cube = Shape::Box(Box3 { min: [-0.5; 3], max: [0.5; 3] });
     let scene = scene(vec![conductor("inner", cube)], Wall::Grounded, 1.0);
     let mesh = mesh(&scene, &Sizing::default()).unwrap().mesh;
-    let shapes = Shapes { permittivity: &[1.0], floating_charges: &[None], mirrored: [false; 3] };
+    let shapes = MeshScene { permittivity: &[1.0], floating_charges: &[None], mirrored: [false; 3] };
     let settings = TetrahedraSettings { relative_tolerance: 2e-3, ..TetrahedraSettings::default() };
     let forecast = forecast_mesh(mesh.clone(), shapes, &settings).unwrap();
     let found = solve_mesh(mesh, shapes, &settings).unwrap();
@@ -130,7 +130,8 @@ fn a_ball_that_floats_in_a_driven_shell_ends_with_a_capacitance_that_may_be_zero
         3e-3,
     );
     let mesh = mesh(&scene, &Sizing::default()).unwrap().mesh;
-    let shapes = Shapes { permittivity: &[1.0], floating_charges: &[Some(0.0), None], mirrored: [false; 3] };
+    let shapes =
+        MeshScene { permittivity: &[1.0], floating_charges: &[Some(0.0), None], mirrored: [false; 3] };
     let settings = TetrahedraSettings { relative_tolerance: 1e-2, ..TetrahedraSettings::default() };
     let found = solve_mesh(mesh, shapes, &settings).unwrap().solution;
     let c = found.maxwell[0][0];

@@ -3,7 +3,6 @@
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test stops by panicking")]
 
 mod crossing;
-mod discretisation;
 mod field;
 mod floating;
 mod general;

@@ -3,8 +3,9 @@
 use std::error::Error;
 use std::f64::consts::PI;
 
-use elastocap_electrostatics::tets::adaptive::{Shapes, TetrahedraSettings, solve_mesh};
-use elastocap_electrostatics::{Bounded, Solution, VACUUM_PERMITTIVITY};
+use elastocap_electrostatics::{
+    Bounded, MeshScene, Solution, TetrahedraSettings, VACUUM_PERMITTIVITY, solve_mesh,
+};
 use elastocap_geometry::meshing::tets::{Sizing, mesh};
 use elastocap_geometry::mirror::{part, planes};
 use elastocap_geometry::scene::{Body, Box3, Role, Scene, Wall};
@@ -44,7 +45,7 @@ fn solved(
     let permittivity = scene.permittivities();
     let charges: Vec<_> = scene.conductors().map(|c| c.floating_charge).collect();
     let mirrored = planes.map(|at| at.is_some());
-    let shapes = Shapes { permittivity: &permittivity, floating_charges: &charges, mirrored };
+    let shapes = MeshScene { permittivity: &permittivity, floating_charges: &charges, mirrored };
     let settings = TetrahedraSettings { relative_tolerance: tolerance, ..TetrahedraSettings::default() };
     let found = solve_mesh(mesh, shapes, &settings)?.solution;
     assert!(found.reached && found.mirrored == mirrored);

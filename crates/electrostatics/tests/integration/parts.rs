@@ -1,7 +1,8 @@
-//! Conductors of several parts: boxes that touch, overlap or lie apart, at one potential.
+//! Conductors of several parts: boxes that touch, overlap or are disjoint, at one potential.
 
-use elastocap_electrostatics::tets::adaptive::{Shapes, TetrahedraSettings, solve_mesh};
-use elastocap_electrostatics::{Bounded, Settings, SolveError, solve};
+use elastocap_electrostatics::{
+    Bounded, MeshScene, Settings, SolveError, TetrahedraSettings, solve, solve_mesh,
+};
 use elastocap_geometry::meshing::tets::{LayeredError, LayeredSizing, MeshError, Sizing, layered, mesh};
 use elastocap_geometry::scene::{Body, Box3, Scene, Wall};
 use elastocap_geometry::shapes::Shape;
@@ -70,10 +71,10 @@ fn a_conductor_in_parts_that_touch_or_overlap_has_the_bounds_of_the_whole() {
 }
 
 #[test]
-fn boxes_on_one_wire_have_the_sum_of_the_entries_of_boxes_apart() {
+fn boxes_on_one_wire_have_the_sum_of_the_entries_of_separate_boxes() {
     let (one, other) =
         (cuboid([-0.7, -0.6, -0.6], [-0.3, -0.2, 0.3]), cuboid([-0.5, 0.1, 0.0], [0.1, 0.5, 0.8]));
-    let apart = by_boxes(
+    let separate = by_boxes(
         vec![Body::conductor("one", one.clone()), Body::conductor("other", other.clone()), block()],
         2e-3,
     );
@@ -83,10 +84,10 @@ fn boxes_on_one_wire_have_the_sum_of_the_entries_of_boxes_apart() {
         lower: entries.iter().map(|b| b.lower).sum(),
         upper: entries.iter().map(|b| b.upper).sum(),
     };
-    overlap(wired[0][0], sum(&[apart[0][0], apart[0][1], apart[1][0], apart[1][1]]));
-    overlap(wired[0][1], sum(&[apart[0][2], apart[1][2]]));
-    overlap(wired[1][1], apart[2][2]);
-    let relative = wired[0][1].value / (apart[0][2].value + apart[1][2].value) - 1.0;
+    overlap(wired[0][0], sum(&[separate[0][0], separate[0][1], separate[1][0], separate[1][1]]));
+    overlap(wired[0][1], sum(&[separate[0][2], separate[1][2]]));
+    overlap(wired[1][1], separate[2][2]);
+    let relative = wired[0][1].value / (separate[0][2].value + separate[1][2].value) - 1.0;
     assert!(relative.abs() < 1e-3, "{relative:e}");
 }
 
@@ -120,7 +121,8 @@ fn the_box_solver_refuses_other_shapes_by_name() {
 fn meshes_hold_conductors_of_several_parts() {
     let known = by_boxes(vec![of_parts("bar", &whole()), block()], 1e-3);
     let of_mesh = |mesh| {
-        let shapes = Shapes { permittivity: &[1.0], floating_charges: &[None, None], mirrored: [false; 3] };
+        let shapes =
+            MeshScene { permittivity: &[1.0], floating_charges: &[None, None], mirrored: [false; 3] };
         let settings = TetrahedraSettings { relative_tolerance: 1e-1, ..TetrahedraSettings::default() };
         solve_mesh(mesh, shapes, &settings).unwrap().solution.maxwell
     };

@@ -277,7 +277,7 @@ proptest! {
 }
 
 #[test]
-fn a_sheet_beside_an_open_side_between_grounded_walls_obeys_the_same_laws() {
+fn a_sheet_next_to_an_open_side_between_grounded_walls_obeys_the_same_laws() {
     // A scene that failed once when it was drawn at random.
     let region = Box3 { min: [0.1, 0.1, 0.1], max: [0.1, 0.5, 0.5] };
     let sheet = Body::conductor("sheet", Shape::Box(region));

@@ -37,11 +37,12 @@ pub(super) struct Segment {
     pub face: [Vec<f64>; 2],
     /// R^T L^-1 g.
     pub source: [Vec<f64>; 2],
-    /// What leaves along rays.
+    /// The flux that leaves along rays, if any does.
     pub leaving: Option<Leaving>,
 }
 
-/// What tells one segment of an axis from another. Permittivities are bit patterns, since they are compared for being equal.
+/// The properties that determine a segment's matrices. Permittivities are bit patterns, so that keys have an order and compare
+/// exactly.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
 struct SegmentKey {
     /// First interval, and one past the last.
@@ -49,11 +50,11 @@ struct SegmentKey {
     ends: [FluxEnd; 2],
     /// Permittivity of each interval over that of the first.
     profile: Vec<u64>,
-    /// Permittivity of the last interval at either end over the least that the rays from it meet; 1 without rays.
+    /// Permittivity of the last interval at either end over the least that the rays from it cross; 1 without rays.
     contrast: [u64; 2],
 }
 
-/// One piece of a column of cells: what lies between two obstacles.
+/// One piece of a column of cells: the intervals between two obstacles.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Piece {
     /// First interval, and one past the last.

@@ -4,14 +4,14 @@
 //! an orthonormal basis, `[i][j][k]`. Each grid line between two obstacles carries a dense matrix T
 //! (`elastocap_fem::mixed`); the operator is the sum of T over all lines of all three axes.
 //!
-//! The bound does not rest on the iteration: the divergence r that it leaves is taken up by a second flux, the exact
-//! solution with source r on the whole box of the scene as if there were no conductors. With A' the operator of that
+//! The bound does not depend on the convergence of the linear solver. The solver leaves a small divergence r. A second flux cancels
+//! it: the exact solution with source r on the whole box of the scene as if there were no conductors. With A' the operator of that
 //! box the lower bound is
 //!
 //! J = (sigma, sigma) - r A'^-1 r,    sigma = M^-1 (g + D^T phi),
 //!
-//! for *any* phi: the flux of phi and the repair together have no divergence, and J is no more than their Thomson
-//! functional (the repair's energy inside conductors is counted too, though it need not be).
+//! for *any* phi: the flux of phi and the repair together have no divergence, and J is at most their Thomson functional (J also
+//! subtracts the repair's energy inside conductors, which the functional does not contain).
 
 mod lines;
 mod operator;
@@ -36,7 +36,7 @@ use std::ops::Range;
 
 /// The dual problem on one domain.
 #[derive(Debug)]
-pub struct Dual {
+pub(crate) struct Dual {
     dims: Dims,
     conductors: Vec<Window>,
     bundles: [Vec<Bundle>; 3],
@@ -96,7 +96,7 @@ impl Weights {
 
 impl Dual {
     /// Assembles line matrices and box modes.
-    pub fn new(domain: &Domain) -> Result<Self, SolveError> {
+    pub(crate) fn new(domain: &Domain) -> Result<Self, SolveError> {
         let domain = &domain.truncated();
         let dims = domain.dual_dims();
         let [b0, b1, b2] = [0, 1, 2].map(|a| Basis::new(&domain.axes[a]));
@@ -139,7 +139,7 @@ impl Dual {
     }
 
     /// Right-hand side b = -D M^-1 g for the given potential of each block of a conductor.
-    pub fn source(&self, potentials: &[f64]) -> Vec<f64> {
+    pub(crate) fn source(&self, potentials: &[f64]) -> Vec<f64> {
         let mut b = vec![0.0; self.unknowns()];
         for a in 0..3 {
             let (p, q) = others(a);
@@ -199,13 +199,13 @@ impl Dual {
         if one == 0.0 { 0.0 } else { one * self.weights.root_at(at) }
     }
 
-    /// g M^-1 g: the energy at phi = 0, from which the iteration comes down.
-    pub fn face_energy(&self, potentials: &[f64]) -> f64 {
+    /// g M^-1 g: the energy at phi = 0, at which the iteration starts.
+    pub(crate) fn face_energy(&self, potentials: &[f64]) -> f64 {
         self.flux_energies(&[potentials], &[&vec![0.0; self.unknowns()]])[(0, 0)]
     }
 
     /// (sigma_i, sigma_j) weighted by 1 / permittivity, of the fluxes M^-1 (g_i + D^T phi_i).
-    pub fn flux_energies(&self, potentials: &[&[f64]], phi: &[&[f64]]) -> Mat<f64> {
+    pub(crate) fn flux_energies(&self, potentials: &[&[f64]], phi: &[&[f64]]) -> Mat<f64> {
         let count = phi.len();
         let mut total = Mat::zeros(count, count);
         for a in 0..3 {
@@ -265,8 +265,8 @@ impl Dual {
         flux
     }
 
-    /// Products of the fluxes of a strip with each other, less what leaves along rays; `across` are the squared distances of the
-    /// two transverse axes.
+    /// Products of the fluxes of a strip with each other, minus the part that leaves along rays; `across` are the squared distances
+    /// of the two transverse axes.
     fn strip_energies(&self, strip: &Strip<'_>, fluxes: &[Vec<f64>], across: &[&[f64]; 2]) -> Mat<f64> {
         let segment = &self.segments[strip.axis][strip.run.segment];
         let width = strip.columns.len();
@@ -297,14 +297,14 @@ impl Dual {
     }
 
     /// r = b - A x.
-    pub fn true_residual(&mut self, b: &[f64], x: &[f64], r: &mut [f64]) {
+    pub(crate) fn true_residual(&mut self, b: &[f64], x: &[f64], r: &mut [f64]) {
         self.apply(x, r);
         r.iter_mut().zip(b).for_each(|(r, b)| *r = b - *r);
     }
 
-    /// Makes `r` = b - A x sum to what the repair can take up: where every wall is insulated, the residual must hold
-    /// no net charge. Moves `x` along the constant, which also lowers its error.
-    pub fn balance(&mut self, x: &mut [f64], r: &mut [f64]) {
+    /// Makes the residual `r` = b - A x one that the repair can cancel: where every wall is insulated, it must hold no net charge.
+    /// Moves `x` along the constant, which also reduces its error.
+    pub(crate) fn balance(&mut self, x: &mut [f64], r: &mut [f64]) {
         if !self.repair.singular {
             return;
         }
@@ -338,14 +338,13 @@ impl Dual {
         out
     }
 
-    /// psi = A'^-1 r: the potential of the repairing flux, with what divergence is still left after refinement, as a
-    /// share of r.
-    pub fn repair(&self, r: &[f64]) -> (Vec<f64>, f64) {
+    /// psi = A'^-1 r, the potential of the repairing flux, and the divergence that remains after iterative refinement over r.
+    pub(crate) fn repair(&self, r: &[f64]) -> (Vec<f64>, f64) {
         self.repair.solve(r, self.dims, &self.weights)
     }
 
-    /// By how much the energy of the repair may exceed what its own permittivity gives.
-    pub fn repair_excess(&self) -> f64 {
+    /// Largest factor by which the energy of the repair exceeds the one with the repair's own permittivity.
+    pub(crate) fn repair_excess(&self) -> f64 {
         self.repair.excess
     }
 }

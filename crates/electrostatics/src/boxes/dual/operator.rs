@@ -119,7 +119,7 @@ fn along_slabs(
     let [n0, n1, n2] = dims;
     let plane = n1 * n2;
     let across = shares(basis, 0);
-    // What leaves through the two ends of the lines of each run, over their rectangle.
+    // The flux through the two ends of the lines of each run, over their rectangle.
     let damped = |bundle: &Bundle, run: &Run| -> Option<[Vec<f64>; 2]> {
         let leaving = segments[run.segment].leaving.as_ref()?;
         let (js, ks) = (&bundle.across[0], &bundle.across[1]);

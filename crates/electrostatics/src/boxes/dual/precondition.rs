@@ -1,4 +1,5 @@
-//! The preconditioner: conductor-free boxes inverted exactly, flux that leaves continued at a mean obliqueness.
+//! The preconditioner: an additive Schwarz method on conductor-free boxes, which are inverted exactly. Flux that leaves along rays
+//! is continued at a mean obliqueness.
 
 use super::Basis;
 use crate::SolveError;
@@ -13,7 +14,8 @@ use rayon::prelude::*;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-/// A straight continuation that stands for all obliqueness, from 1 to 3 of the straight one.
+/// Energy of the continuation in the preconditioner over that of the straight one; the true factor is between 1 and 3, depending
+/// on the obliqueness.
 const MEAN: f64 = 1.5;
 
 /// The sum of the boxes' inverses.

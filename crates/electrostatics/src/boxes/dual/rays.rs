@@ -1,10 +1,10 @@
-//! Flux that goes on to infinity along rays from a pole.
+//! Flux that continues to infinity along rays from a pole.
 //!
-//! A flux that leaves the cube of half-width R around the pole with density g goes on as g x / s^2 along x -> s x, free of
-//! divergence and with the energy R (1 + (y^2 + z^2) / R^2) g^2 per area of the face x = R and unit permittivity. The
-//! field of a point charge at the pole is of this kind, so that open space costs a charged body nothing but its higher
-//! moments. In the potentials' radial basis the weight is diagonal across the lines; along each line it changes M by a
-//! matrix of rank one per open end, and T = D M^-1 D^T by another.
+//! A flux that leaves the cube of half-width R around the pole with density g continues as g x / s^2 along x -> s x. It has no
+//! divergence, and its energy per area of the face x = R is R (1 + (y^2 + z^2) / R^2) g^2 for unit permittivity. The field of a
+//! point charge at the pole is of this kind, so that only the higher moments of a charged body are approximated. In the potentials'
+//! radial basis the weight is diagonal across the lines; along each line it changes M by a matrix of rank one per open end, and
+//! T = D M^-1 D^T by another.
 
 use super::{Basis, others};
 use elastocap_fem::mixed::MixedSegment;

@@ -1,4 +1,6 @@
-//! What takes up the divergence that the iteration leaves.
+//! The repair: a flux that cancels the divergence left by the linear solver.
+//!
+//! The scene's whole box without conductors is separable and can be inverted exactly, by the modes of its axes.
 
 use super::lines::mixed;
 use super::precondition::modes_of;
@@ -26,7 +28,7 @@ pub(super) struct Repair {
 }
 
 impl Repair {
-    /// Counts flux that leaves at the greatest obliqueness and contrast everywhere: its own energy is never less.
+    /// Assumes the greatest obliqueness and contrast for all flux that leaves: the true energy is never larger.
     pub(super) fn new(
         domain: &Domain,
         basis: &[Option<Basis>; 3],
@@ -37,11 +39,11 @@ impl Repair {
         let singular = domain.axes.iter().all(|a| a.flux_ends(0, a.intervals()) == [FluxEnd::Blocked; 2]);
         let mut operator = Vec::new();
         let mut modes = Vec::new();
-        let most = 3.0 * ray_permittivity.greatest_contrast(domain);
+        let largest = 3.0 * ray_permittivity.greatest_contrast(domain);
         for ((axis, factor), basis) in domain.axes.iter().zip(&factors).zip(basis) {
             let (n, basis) = (axis.intervals(), basis.as_ref());
-            let segment = mixed(axis, basis, 0, n, factor, axis.flux_ends(0, n), [most; 2])?;
-            modes.push(Arc::new(Modes::new(&modes_of(axis, basis, 0, n, [false; 2], factor, most)?)));
+            let segment = mixed(axis, basis, 0, n, factor, axis.flux_ends(0, n), [largest; 2])?;
+            modes.push(Arc::new(Modes::new(&modes_of(axis, basis, 0, n, [false; 2], factor, largest)?)));
             operator.push(Dense::from_mat(segment.t().as_ref()));
         }
         let cells = domain.cells();
@@ -70,7 +72,7 @@ impl Repair {
         })
     }
 
-    /// psi = A'^-1 r, and what is left of r as a share of it.
+    /// psi = A'^-1 r, and the norm of the remaining residual over that of r.
     pub(super) fn solve(&self, r: &[f64], dims: Dims, weights: &Weights) -> (Vec<f64>, f64) {
         // r is scaled by the root of the scene's permittivity, the repair's operator by that of its own.
         let rescale = |v: &mut [f64]| {
@@ -94,7 +96,7 @@ impl Repair {
         let mut rest = target.clone();
         let (mut work, mut step) = (Vec::new(), Vec::new());
         let mut left = 1.0;
-        // One pass is exact up to rounding; the second takes the rounding's first digits back.
+        // One pass is exact up to rounding; the second removes most of the rounding.
         for _ in 0..2 {
             self.solver.solve(&rest, dims, &mut work, &mut step);
             psi.iter_mut().zip(&step).for_each(|(p, s)| *p += s);

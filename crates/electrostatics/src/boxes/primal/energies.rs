@@ -1,7 +1,7 @@
 //! Energies as sums of squares of gradients.
 //!
-//! The product u A u loses to rounding what potentials cancel between neighbouring nodes: on an element of size h, digits as
-//! many as 1 / h has. Differences of potentials are taken first here, and nothing cancels.
+//! In the product u A u the potentials of neighbouring nodes cancel, and the relative rounding error on an element of size h grows
+//! like 1 / h. Here differences of potentials are taken first, and nothing cancels.
 
 use super::{Primal, Term};
 use crate::SolveError;
@@ -41,7 +41,7 @@ impl GradientMatrix {
     }
 }
 
-/// The same on a window of functions.
+/// A [`GradientMatrix`] on a window of functions.
 #[derive(Debug)]
 pub(super) struct Gradient {
     matrix: SparseRows<f64>,
@@ -50,7 +50,7 @@ pub(super) struct Gradient {
 
 impl Primal {
     /// Energy u A u of a potential.
-    pub fn energy(&self, u: &[f64]) -> f64 {
+    pub(crate) fn energy(&self, u: &[f64]) -> f64 {
         let mut total = 0.0;
         for term in &self.terms.terms {
             for axis in 0..3 {

@@ -1,12 +1,12 @@
-//! Potentials that fall off along rays beyond the last nodes of open space.
+//! Potentials that decay along rays beyond the last nodes of open space.
 //!
 //! Beyond the cube of half-width R around the pole the potential is continued as u(s x) = u(x) / s: the field of a point
 //! charge at the pole is of this kind. On the face x = R, with u = g(y, z) there, its energy is, for unit permittivity,
 //!
 //! integral of (g + y g_y + z g_z)^2 / R + R (g_y^2 + g_z^2) over the face,
 //!
-//! a sum of products of 1D matrices. Where rays meet different permittivities the greatest one is counted: the energy of
-//! a trial potential may be too large, never too small.
+//! a sum of products of 1D matrices. Where rays cross different permittivities the greatest one is used: the energy of a trial
+//! potential may be too large, never too small.
 
 use crate::boxes::domain::{Axis, Domain, per_element};
 use crate::boxes::ray_permittivity::RayPermittivity;

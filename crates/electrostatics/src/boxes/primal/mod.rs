@@ -1,12 +1,14 @@
 //! Dirichlet's principle: continuous potentials of order p, whose energy bounds the capacitance from above.
 //!
-//! Unknowns are the coefficients of products of the hierarchical 1D functions, `[i][j][k]`; those of a conductor's
-//! closed block are prescribed. In this basis both 1D matrices have a handful of entries a row, so that the operator
-//! costs little beside the preconditioner.
+//! Unknowns are the coefficients of products of the hierarchical 1D functions, `[i][j][k]`; those of a conductor's closed block are
+//! prescribed. In this basis both 1D matrices have a handful of entries per row, so that the operator is cheap compared with the
+//! preconditioner.
 
 mod energies;
 mod faces;
 mod surplus;
+#[cfg(test)]
+mod tests;
 
 use crate::SolveError;
 use crate::boxes::conductor_free::{FreeBox, free_boxes};
@@ -148,7 +150,7 @@ struct TermMatrices {
 
 /// The primal problem on one domain.
 #[derive(Debug)]
-pub struct Primal {
+pub(crate) struct Primal {
     dims: Dims,
     /// Closed function ranges of the conductors.
     conductors: Vec<Window>,
@@ -162,7 +164,7 @@ pub struct Primal {
 
 impl Primal {
     /// Assembles line matrices and box modes.
-    pub fn new(domain: &Domain) -> Result<Self, SolveError> {
+    pub(crate) fn new(domain: &Domain) -> Result<Self, SolveError> {
         let dims = domain.primal_dims();
         let whole = Block { lo: [0; 3], hi: domain.cells() };
         let factors = domain.separable(&whole);
@@ -207,12 +209,12 @@ impl Primal {
     }
 
     /// Shape of the array of coefficients.
-    pub fn dims(&self) -> Dims {
+    pub(crate) fn dims(&self) -> Dims {
         self.dims
     }
 
     /// Coefficients that are `potentials[c]` on block c of the conductors and zero elsewhere.
-    pub fn lift(&self, potentials: &[f64]) -> Vec<f64> {
+    pub(crate) fn lift(&self, potentials: &[f64]) -> Vec<f64> {
         let mut u = vec![0.0; self.unknowns()];
         for (window, potential) in self.conductors.iter().zip(potentials) {
             let inside = |a: usize| self.vertices[a].iter().filter(move |v| window[a].contains(v));
@@ -233,14 +235,14 @@ impl Primal {
     }
 
     /// A u over all functions, prescribed ones included: tested with a lift it gives charges.
-    pub fn full_product(&mut self, u: &[f64]) -> Vec<f64> {
+    pub(crate) fn full_product(&mut self, u: &[f64]) -> Vec<f64> {
         let mut out = vec![0.0; u.len()];
         self.product(u, &mut out);
         out
     }
 
     /// Zeroes the prescribed entries.
-    pub fn clear_prescribed(&self, v: &mut [f64]) {
+    pub(crate) fn clear_prescribed(&self, v: &mut [f64]) {
         for window in &self.conductors {
             clear(v, self.dims, window);
         }

@@ -1,4 +1,4 @@
-//! What each function of an axis contributes to the energy: the surplus of the highest degree tells where a grid is too
+//! The contribution of each function of an axis to the energy. That of the highest degree, the surplus, shows where a grid is too
 //! coarse, and in which direction.
 
 use super::{Primal, Term};
@@ -7,7 +7,7 @@ use rayon::prelude::*;
 
 impl Primal {
     /// Energy of the part of `u` that each function of each axis carries (its own square, not its products with others).
-    pub fn slice_energies(&self, u: &[f64]) -> [Vec<f64>; 3] {
+    pub(crate) fn slice_energies(&self, u: &[f64]) -> [Vec<f64>; 3] {
         let mut out = self.dims.map(|n| vec![0.0; n]);
         for term in &self.terms.terms {
             let own = term.slice_energies(u, self.dims);

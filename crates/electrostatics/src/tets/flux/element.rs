@@ -5,7 +5,8 @@ use super::reference::{EDGES, PAIRS, Reference};
 use elastocap_geometry::meshing::tets::TetMesh;
 use elastocap_linalg::vector::{cross, dot};
 
-/// A tetrahedron with the loops of its fluxes taken out: they follow from the rest as those of least energy.
+/// The energy matrices of one tetrahedron. The loops (see [`super::reference`]) are condensed out: they follow from the other
+/// functions by minimal energy.
 #[derive(Debug, Default)]
 pub(super) struct Element {
     /// Jacobian by columns: edges from the first corner.
@@ -13,9 +14,9 @@ pub(super) struct Element {
     determinant: f64,
     /// Energies of all functions, `size x size`.
     pub(super) mass: Vec<f64>,
-    /// Energies of face moments and sources, loops taken out, `kept x kept`.
+    /// Energies of face moments and sources, loops condensed out, `kept x kept`.
     pub(super) energy: Vec<f64>,
-    /// Loops of least energy per face moment or source, `loops x kept`.
+    /// Loops of minimal energy per face moment or source, `loops x kept`.
     pub(super) follow: Vec<f64>,
 }
 
@@ -111,7 +112,7 @@ pub(super) fn times(table: &[f64], x: &[f64], y: &mut Vec<f64>) {
 impl Beyond {
     /// Energy beyond a face to open space as a form of its moments, `on_face x on_face`.
     ///
-    /// A flux that goes on along rays falls off with the square of the distance: through a face with normal flux q at X from
+    /// A flux that continues along rays decays with the square of the distance: through a face with normal flux q at X from
     /// the centre, in a plane at distance d, its energy is that of q^2 |X|^2 / (d eps) over the face.
     pub(super) fn energy(&self, reference: &Reference) -> Vec<f64> {
         let mut energy = vec![0.0; reference.on_face * reference.on_face];

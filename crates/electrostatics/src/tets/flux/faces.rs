@@ -1,4 +1,4 @@
-//! Through which faces flux can go, and trees that carry what is left over to where flux can leave.
+//! The faces through which flux can pass, and spanning trees along which a remaining divergence is carried to where flux can leave.
 
 use super::FluxError;
 use super::reference::corners_of_face;
@@ -10,23 +10,23 @@ use std::collections::{BTreeMap, BinaryHeap};
 /// No passage, no tetrahedron, no conductor.
 pub(super) const NONE: u32 = u32::MAX;
 
-/// What a face to open space adds to the energy of a flux through it.
+/// The energy, in open space, of a flux through one face.
 #[derive(Debug, Clone)]
 pub(super) struct Beyond {
-    /// Its passage.
+    /// Index of the face's passage.
     pub(super) passage: u32,
-    /// Corners less the centre, ascending corners.
+    /// Positions of the corners relative to the centre of the mesh, m, corners ascending.
     pub(super) corners: [[f64; 3]; 3],
     /// 1 / (permittivity x 2 area x distance of the face's plane from the centre), m^-3.
     pub(super) weight: f64,
 }
 
-/// The passages of a mesh: faces through which flux can go. A face with a conductor on it is one for each of its sides.
+/// The passages of a mesh: faces through which flux can pass. A face of a conductor is a separate passage for each of its sides.
 #[derive(Debug)]
 pub(super) struct Passages {
     /// Corners of each tetrahedron, ascending: the two sides of a face then agree on its coordinates.
     pub(super) corners: Vec<[u32; 4]>,
-    /// Where each of them stands in the tetrahedron of the mesh.
+    /// Position of each of these corners in the tetrahedron of the mesh.
     pub(super) original: Vec<[u8; 4]>,
     /// Passage of the face opposite each corner, or [`NONE`].
     pub(super) of_tet: Vec<[u32; 4]>,
@@ -35,8 +35,7 @@ pub(super) struct Passages {
     pub(super) tets: Vec<[u32; 2]>,
     /// Conductor on which each passage ends, or [`NONE`].
     pub(super) conductor: Vec<u32>,
-    /// About the energy of a unit flux through each passage, over the tetrahedra beside it: height over area and permittivity,
-    /// 1/m.
+    /// About the energy of a unit flux through each passage in its adjacent tetrahedra: height over area and permittivity, 1/m.
     pub(super) cost: Vec<f64>,
     /// Per passage the index in `open`, or [`NONE`].
     pub(super) to_open: Vec<u32>,
@@ -118,8 +117,8 @@ impl Passages {
     }
 
     fn cost_of(&self, mesh: &TetMesh, permittivity: &[f64], passage: usize) -> f64 {
-        let beside = self.tets[passage].into_iter().filter(|&t| t != NONE);
-        let costs = beside.map(|t| {
+        let adjacent = self.tets[passage].into_iter().filter(|&t| t != NONE);
+        let costs = adjacent.map(|t| {
             let t = t as usize;
             let face = self.of_tet[t].iter().position(|&p| p as usize == passage).unwrap_or(0);
             let [a, b, c] = corners_of_face(face).map(|k| mesh.points[self.corners[t][k] as usize]);
@@ -173,14 +172,14 @@ impl Passages {
     }
 }
 
-/// Trees that span tetrahedra; each grows from a passage that leads out, where there is one.
+/// Trees that span tetrahedra. Each grows from a passage out of the mesh, where there is one.
 #[derive(Debug, Default)]
 pub(super) struct Forest {
     /// Tetrahedra, each after the one through which it is reached.
     pub(super) order: Vec<u32>,
-    /// Per tetrahedron the face towards the root, 4 for a root without a way out.
+    /// Per tetrahedron the face towards the root, 4 for a root without a passage out of the mesh.
     pub(super) parent: Vec<u8>,
-    /// Those at the front of `order` that have a way out.
+    /// How many of the first in `order` are connected to a passage out of the mesh.
     pub(super) drained: usize,
     heap: BinaryHeap<Step>,
 }
@@ -188,10 +187,10 @@ pub(super) struct Forest {
 /// Which way trees grow next.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Growth {
-    /// Through the cheapest passage (Prim): a passage outside the trees costs no less than any on the way around it within
-    /// them. Eliminated along such trees, the energy of fluxes keeps its digits however flat the tetrahedra are.
+    /// Through the cheapest passage (Prim): a passage outside the trees costs no less than any on the path around it within them.
+    /// Elimination along such trees is stable however flat the tetrahedra are.
     Cheapest,
-    /// To where all of the way out costs least (Dijkstra).
+    /// To the tetrahedron with the cheapest path out (Dijkstra).
     Nearest,
 }
 

@@ -14,13 +14,13 @@
 //!
 //! **Why the bound holds at any residual.** A flux is stored as one number per face and moment: its normal component cannot
 //! jump. Its basis has functions of constant divergence and functions without; only those are used, so that the divergence in
-//! a tetrahedron is the sum of four face moments. What a potential solved to a finite residual leaves there is carried from
-//! tetrahedron to tetrahedron along cheapest ways to a face where flux may leave, and vanishes to rounding, see
-//! [`Flux::divergence`]. Whatever the gradients are, the result is an admissible flux; only how near the bound is depends on
-//! them. In a part of the mesh from which no flux can leave it is zero.
+//! a tetrahedron is the sum of four face moments. A potential solved to a finite residual leaves some divergence there. It is
+//! carried from tetrahedron to tetrahedron along the cheapest path to a face where flux may leave, and is then zero up to rounding,
+//! see [`Flux::divergence`]. Whatever the gradients are, the result is an admissible flux; only how near the bound is depends on
+//! them. The flux is zero in a part of the mesh that no flux can leave.
 //!
-//! **Open space.** Beyond an open face the flux goes on along rays from the centre of the mesh; its energy counts with the
-//! smallest permittivity that the rays meet.
+//! **Open space.** Beyond an open face the flux continues along rays from the centre of the mesh; its energy is taken with the
+//! smallest permittivity that the rays cross.
 //!
 //! Permittivities are relative, lengths in metres, so that charges per volt and energies are in metres: times eps_0 they are
 //! farads.
@@ -37,20 +37,20 @@ use elastocap_linalg::dense;
 use element::{Element, times};
 use faces::{Forest, Growth, NONE, Passages};
 use faer::{Mat, MatRef};
-use patch::{Problem, Workspace};
+use patch::{FluxProblem, Workspace};
 use rayon::prelude::*;
 use reference::Reference;
 
-/// A flux that cannot be made from what was given.
+/// Why fluxes cannot be made from a mesh, its permittivities and the gradients of a potential.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum FluxError {
-    /// Only orders 1, 2 and 3 are there.
-    #[error("order {order}: fluxes are made for orders 1, 2 and 3")]
+    /// Only orders 1, 2 and 3 are implemented.
+    #[error("order {order} is not implemented; fluxes are of order 1, 2 or 3")]
     Order {
         /// As asked for.
         order: usize,
     },
-    /// A list does not fit the mesh.
+    /// A list whose length does not fit the mesh.
     #[error("{what}: {found} given, {expected} needed")]
     Length {
         /// Of which list.
@@ -90,20 +90,21 @@ pub enum FluxError {
     },
 }
 
-/// Fluxes of several states, and what follows from them.
+/// Charges, energies and error indicators of the fluxes of several states.
 #[derive(Debug, Clone)]
-pub struct Flux {
+pub(crate) struct Flux {
     /// Flux that comes out of each conductor (rows) in each state (columns): its charge over eps_0 per volt, m. Conductors up
     /// to the last one with a face in the mesh.
     pub charges: Mat<f64>,
     /// (sigma_i, sigma_j) / eps over all space, open space included, m.
     pub energy: Mat<f64>,
-    /// (sigma_i + eps grad u_i, sigma_j + eps grad u_j) / eps over the mesh, m. In a mesh without open faces it is upper less
-    /// lower bound (Prager and Synge); with them that is larger, by what the two continuations differ.
+    /// (sigma_i + eps grad u_i, sigma_j + eps grad u_j) / eps over the mesh, m. In a mesh without open faces this is the upper minus
+    /// the lower bound (Prager and Synge, Quart. Appl. Math. 5, 1947); with them the difference also contains that of the two
+    /// continuations.
     pub gap: Mat<f64>,
-    /// Per state and tetrahedron, what it adds to the diagonal of `gap`.
+    /// Per state and tetrahedron, its contribution to the diagonal of `gap`, m.
     pub gaps: Vec<Vec<f64>>,
-    /// Largest divergence left in a tetrahedron, as a share of the largest flux through its faces: rounding.
+    /// Largest divergence in a tetrahedron over the largest flux through its faces: rounding only.
     pub divergence: f64,
 }
 
@@ -117,7 +118,7 @@ impl Flux {
     /// # Panics
     ///
     /// If `potentials` has not as many rows as `charges`, or not as many columns as there are states.
-    pub fn lower(&self, potentials: MatRef<f64>) -> Mat<f64> {
+    pub(crate) fn lower(&self, potentials: MatRef<f64>) -> Mat<f64> {
         let n = self.energy.nrows();
         assert_eq!(potentials.ncols(), n, "one column of potentials per state");
         let work = dense::product(potentials.transpose(), self.charges.as_ref());
@@ -125,10 +126,10 @@ impl Flux {
     }
 }
 
-/// Vertices whose shares wait at a time to be added in order.
+/// Number of vertices whose patches are solved in parallel before their contributions are added in order.
 const BATCH: usize = 4096;
 
-/// Tetrahedra whose energies are summed at once.
+/// Number of tetrahedra whose energies one task sums.
 const CHUNK: usize = 1024;
 
 /// Makes the fluxes of discrete potentials of an order 1, 2 or 3.
@@ -140,7 +141,7 @@ const CHUNK: usize = 1024;
 /// # Errors
 ///
 /// [`FluxError`] if lists do not fit the mesh, numbers are not finite, or open faces do not see the centre of the mesh.
-pub fn equilibrate(
+pub(crate) fn equilibrate(
     mesh: &TetMesh,
     permittivity: &[f64],
     order: usize,
@@ -152,7 +153,7 @@ pub fn equilibrate(
     let reference = Reference::new(order - 1);
     check(mesh, permittivity, &reference, gradients)?;
     let passages = Passages::new(mesh, permittivity)?;
-    let problem = Problem { mesh, passages: &passages, reference: &reference, permittivity, gradients };
+    let problem = FluxProblem { mesh, passages: &passages, reference: &reference, permittivity, gradients };
     let mut moments = collect(&problem);
     drain(&problem, &mut moments);
     Ok(measure(&problem, &moments))
@@ -195,8 +196,8 @@ fn check(
     }
 }
 
-/// Sums what the vertices contribute: per state the moments of all passages.
-fn collect(problem: &Problem) -> Vec<Vec<f64>> {
+/// Solves the patches of all vertices and sums their contributions: per state the moments of all passages.
+fn collect(problem: &FluxProblem) -> Vec<Vec<f64>> {
     let per = problem.reference.on_face;
     let corners = &problem.passages.corners;
     let vertices = problem.mesh.points.len();
@@ -235,8 +236,8 @@ fn collect(problem: &Problem) -> Vec<Vec<f64>> {
     moments
 }
 
-/// Carries the divergence that is left out of the mesh.
-fn drain(problem: &Problem, moments: &mut [Vec<f64>]) {
+/// Carries the remaining divergence out of the mesh.
+fn drain(problem: &FluxProblem, moments: &mut [Vec<f64>]) {
     let passages = problem.passages;
     let per = problem.reference.on_face;
     let mut forest = Forest::default();
@@ -259,9 +260,9 @@ fn drain(problem: &Problem, moments: &mut [Vec<f64>]) {
 
 /// Sum of the first moments of a tetrahedron, outward, and the largest of them.
 fn left(passages: &Passages, per: usize, x: &[f64], t: usize) -> (f64, f64) {
-    passages.of_tet[t].iter().filter(|&&p| p != NONE).fold((0.0, 0.0), |(sum, most): (f64, f64), &p| {
+    passages.of_tet[t].iter().filter(|&&p| p != NONE).fold((0.0, 0.0), |(sum, largest): (f64, f64), &p| {
         let out = passages.sign(p, t) * x[p as usize * per];
-        (sum + out, most.max(out.abs()))
+        (sum + out, largest.max(out.abs()))
     })
 }
 
@@ -273,8 +274,8 @@ struct Sums {
     divergence: f64,
 }
 
-/// Takes charges, energies and gaps of the finished fluxes.
-fn measure(problem: &Problem, moments: &[Vec<f64>]) -> Flux {
+/// Computes charges, energies and gaps of the finished fluxes.
+fn measure(problem: &FluxProblem, moments: &[Vec<f64>]) -> Flux {
     let (passages, reference) = (problem.passages, problem.reference);
     let (states, per, tets) = (moments.len(), reference.on_face, problem.mesh.tets.len());
     let pairs = states * states;
@@ -318,7 +319,7 @@ fn product(table: &[f64], x: &[f64], y: &[f64]) -> f64 {
     table.chunks_exact(y.len()).zip(x).map(|(a, x)| x * row(a)).sum()
 }
 
-fn sums(problem: &Problem, moments: &[Vec<f64>], chunk: usize) -> Sums {
+fn sums(problem: &FluxProblem, moments: &[Vec<f64>], chunk: usize) -> Sums {
     let (passages, reference) = (problem.passages, problem.reference);
     let (states, per, size) = (moments.len(), reference.on_face, reference.size());
     let (faces, kept) = (4 * per, 4 * per + reference.sources);
@@ -331,41 +332,41 @@ fn sums(problem: &Problem, moments: &[Vec<f64>], chunk: usize) -> Sums {
     };
     let (mut element, mut carried) = (Element::default(), Vec::new());
     let mut found = vec![Vec::new(); states];
-    let mut apart = vec![Vec::new(); states];
+    let mut difference = vec![Vec::new(); states];
     for t in chunk * CHUNK..last {
         let eps = problem.eps(t);
         element.load(problem.mesh, passages, reference, t, eps);
         for s in 0..states {
-            let (flux, apart): (&mut Vec<f64>, &mut Vec<f64>) = (&mut found[s], &mut apart[s]);
+            let (flux, difference): (&mut Vec<f64>, &mut Vec<f64>) = (&mut found[s], &mut difference[s]);
             element.carry(eps, passages.original[t], problem.gradient(s, t), &mut carried);
-            // First what the discrete potential has; then face moments and sources apart from it, and the loops of least
-            // energy that follow.
-            times(&reference.interpolation, &carried, apart);
+            // First the flux of the discrete potential; then the difference from it in face moments and sources, and the loops of
+            // minimal energy that follow from these.
+            times(&reference.interpolation, &carried, difference);
             flux.clear();
             flux.resize(size, 0.0);
-            flux[kept..].copy_from_slice(&apart[kept..]);
+            flux[kept..].copy_from_slice(&difference[kept..]);
             for (i, &p) in passages.of_tet[t].iter().enumerate().filter(|p| *p.1 != NONE) {
                 let from = &moments[s][p as usize * per..][..per];
                 let to = &mut flux[i * per..(i + 1) * per];
                 to.iter_mut().zip(from).for_each(|(to, from)| *to = passages.sign(p, t) * from);
             }
             for k in 0..kept {
-                apart[k] = if k < faces { flux[k] } else { 0.0 } - apart[k];
+                difference[k] = if k < faces { flux[k] } else { 0.0 } - difference[k];
             }
             for l in 0..reference.loops {
                 let row = &element.follow[l * kept..(l + 1) * kept];
-                apart[kept + l] = row.iter().zip(&apart[..kept]).map(|(a, x)| a * x).sum();
-                flux[kept + l] += apart[kept + l];
+                difference[kept + l] = row.iter().zip(&difference[..kept]).map(|(a, x)| a * x).sum();
+                flux[kept + l] += difference[kept + l];
             }
-            let (sum, most) = left(passages, per, &moments[s], t);
-            if most > 0.0 {
-                sums.divergence = sums.divergence.max(sum.abs() / most);
+            let (sum, largest) = left(passages, per, &moments[s], t);
+            if largest > 0.0 {
+                sums.divergence = sums.divergence.max(sum.abs() / largest);
             }
         }
         for i in 0..states {
             for j in 0..states {
                 sums.energy[i * states + j] += product(&element.mass, &found[i], &found[j]);
-                let gap = product(&element.mass, &apart[i], &apart[j]);
+                let gap = product(&element.mass, &difference[i], &difference[j]);
                 sums.gap[i * states + j] += gap;
                 if i == j {
                     sums.gaps.push(gap);

@@ -1,8 +1,8 @@
-//! Fluxes around one vertex: the smallest problem that makes a flux meet the divergence asked of it.
+//! Fluxes around one vertex: the local problem that gives a flux its prescribed divergence at minimal energy.
 //!
-//! Unknown are the moments of the faces at the vertex. In each tetrahedron one sum of moments is prescribed; it is solved
-//! for the moment towards the root of a tree, so that what is asked holds to rounding, and least energy is looked for among
-//! the rest.
+//! Unknown are the moments of the faces at the vertex. In each tetrahedron one sum of moments is prescribed. This constraint is
+//! solved for the moment of the face towards the root of a spanning tree, so that it holds up to rounding; the energy is minimised
+//! over the other moments.
 
 use super::element::{Element, times};
 use super::faces::{Forest, Growth, NONE, Passages};
@@ -12,8 +12,8 @@ use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::linalg::cholesky::llt::{factor, solve};
 use faer::{Mat, Par};
 
-/// What is the same for all patches.
-pub(super) struct Problem<'a> {
+/// The mesh, the permittivities and the gradients: the data that all patches share.
+pub(super) struct FluxProblem<'a> {
     pub(super) mesh: &'a TetMesh,
     pub(super) passages: &'a Passages,
     pub(super) reference: &'a Reference,
@@ -23,7 +23,7 @@ pub(super) struct Problem<'a> {
     pub(super) gradients: &'a [Vec<[f64; 3]>],
 }
 
-impl Problem<'_> {
+impl FluxProblem<'_> {
     pub(super) fn eps(&self, t: usize) -> f64 {
         self.permittivity[self.mesh.regions[t] as usize]
     }
@@ -44,7 +44,7 @@ pub(super) struct Share {
     pub(super) moments: Vec<f64>,
 }
 
-/// Memory that patches use one after the other.
+/// Buffers that successive patches reuse.
 #[derive(Default)]
 pub(super) struct Workspace {
     element: Element,
@@ -62,7 +62,7 @@ pub(super) struct Workspace {
 
 impl Workspace {
     /// Solves the patch of `vertex`, shared by `around`.
-    pub(super) fn solve(&mut self, problem: &Problem, vertex: u32, around: &[u32]) -> Share {
+    pub(super) fn solve(&mut self, problem: &FluxProblem, vertex: u32, around: &[u32]) -> Share {
         let passages = self.number(problem, vertex, around);
         let (per, states) = (problem.reference.on_face, problem.gradients.len());
         let unknowns = passages.len() * per;
@@ -74,7 +74,7 @@ impl Workspace {
         self.forest.grow(&self.of_tet, &self.tets, cost, Growth::Cheapest);
         let mut moments = vec![0.0; states * unknowns];
         self.fulfil(&mut moments, around.len(), per, unknowns);
-        // Pull towards least energy where the trees alone have brought the flux.
+        // The right-hand side at the flux that the trees alone carry.
         for (x, b) in moments.chunks_exact(unknowns).zip(self.right.chunks_exact_mut(unknowns)) {
             for (row, b) in self.matrix.chunks_exact(unknowns).zip(b) {
                 *b -= row.iter().zip(x).map(|(a, x)| a * x).sum::<f64>();
@@ -99,7 +99,7 @@ impl Workspace {
             stack,
             Default::default(),
         );
-        // Where rounding spoils the factor, what the trees have brought is a flux all the same, only not the best.
+        // If rounding spoils the factorisation, the flux along the trees is still admissible, only not the one of minimal energy.
         if done.is_ok() {
             solve::solve_in_place(small.as_ref(), answer.as_mut(), Par::Seq, stack);
             if (0..states).all(|s| answer.col(s).iter().all(|x| x.is_finite())) {
@@ -115,7 +115,7 @@ impl Workspace {
     }
 
     /// Numbers the passages at the vertex.
-    fn number(&mut self, problem: &Problem, vertex: u32, around: &[u32]) -> Vec<u32> {
+    fn number(&mut self, problem: &FluxProblem, vertex: u32, around: &[u32]) -> Vec<u32> {
         let inner = |t: u32| {
             let (corners, of_tet) =
                 (problem.passages.corners[t as usize], problem.passages.of_tet[t as usize]);
@@ -141,8 +141,8 @@ impl Workspace {
         passages
     }
 
-    /// Energy, its slope, and what each tetrahedron must yield.
-    fn assemble(&mut self, problem: &Problem, vertex: u32, around: &[u32], passages: &[u32]) {
+    /// The energy's matrix and gradient, and the divergence that each tetrahedron must have.
+    fn assemble(&mut self, problem: &FluxProblem, vertex: u32, around: &[u32], passages: &[u32]) {
         let reference = problem.reference;
         let (per, states) = (reference.on_face, problem.gradients.len());
         let kept = 4 * per + reference.sources;
@@ -200,8 +200,8 @@ impl Workspace {
                 let supply = &reference.hat_supply[own];
                 self.supply[s * around.len() + k] =
                     supply.iter().zip(&self.carried).map(|(a, b)| a * b).sum::<f64>();
-                // Where to go from: the interpolated product of hat and flux, whose sources are more than asked for by
-                // hat times divergence.
+                // The flux to approximate: the interpolated product of hat and flux. Its divergence exceeds the prescribed one by
+                // hat times the flux's divergence.
                 times(&reference.hat_moments[own], &self.carried, &mut self.departure);
                 times(&reference.hat_sources[own], &self.carried, &mut self.sources);
                 self.departure.extend_from_slice(&self.sources);
@@ -222,7 +222,7 @@ impl Workspace {
         }
     }
 
-    /// Sets the first moments towards the roots to what the others leave.
+    /// Sets the first moment of each face towards the root so that the constraint of its tetrahedron holds.
     fn fulfil(&self, moments: &mut [f64], tets: usize, per: usize, unknowns: usize) {
         for (s, x) in moments.chunks_exact_mut(unknowns).enumerate() {
             for &t in self.forest.order.iter().rev() {
@@ -242,7 +242,7 @@ impl Workspace {
         }
     }
 
-    /// Puts what `fulfil` does with small changes into matrix and right-hand side.
+    /// Eliminates the moments that `fulfil` sets from the matrix and the right-hand sides.
     fn reduce(&mut self, per: usize, unknowns: usize) {
         for &t in &self.forest.order {
             let t = t as usize;

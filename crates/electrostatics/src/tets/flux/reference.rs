@@ -1,7 +1,7 @@
 //! Raviart-Thomas fluxes on the unit tetrahedron, in a basis in which their divergence can be read off.
 //!
 //! Corner 0 is the origin, corner 1 + a lies on axis a, face i is opposite corner i. A flux is carried to a tetrahedron with
-//! Jacobian J by Piola's map, `sigma = J s / |det J|`: what goes out through a face, and what a tetrahedron yields, stay.
+//! Jacobian J by Piola's map, `sigma = J s / |det J|`, which preserves the flux through every face and the total divergence.
 //! Three groups of functions follow one another:
 //!
 //! * for each face its moments against orthonormal polynomials (the first is constant), of constant divergence;
@@ -244,7 +244,7 @@ impl Functionals {
         (1..count).map(|j| at().map(|((p, r), v)| p.1 * r[j] * v.1).sum()).collect()
     }
 
-    /// Moments against rotations: they tell the loops of quadratics apart.
+    /// Moments against rotations: they determine the loops of quadratics.
     fn loop_moments(&self, field: &Field) -> Vec<f64> {
         let axes = if self.degree < 2 { 0..0 } else { 0..3 };
         axes.map(|a| {

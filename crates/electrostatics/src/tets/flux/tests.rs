@@ -47,7 +47,7 @@ fn bounds(mesh: &TetMesh, permittivity: &[f64], order: usize) -> (Mat<f64>, Mat<
     let primal = solve(mesh, permittivity, order);
     let flux = equilibrate(mesh, permittivity, order, &primal.gradients).unwrap();
     let lower = lower(&flux);
-    // What rounding leaves of the upper energies where permittivities differ by a million.
+    // The upper energies keep this many digits where permittivities differ by a million.
     close(&primal.upper, &(&lower + &flux.gap), 1e-8);
     assert!(least(&(&primal.upper - &lower)) > -1e-8 * primal.upper.norm_max());
     assert!(flux.divergence < 1e-12, "{}", flux.divergence);
@@ -61,7 +61,7 @@ fn bounds(mesh: &TetMesh, permittivity: &[f64], order: usize) -> (Mat<f64>, Mat<
 
 #[test]
 fn the_capacitance_of_a_cube_in_a_cube_lies_between_the_bounds_which_close_together() {
-    for (order, least, most) in [(1, 2.2, 2.5), (2, 1.8, 2.0), (3, 1.7, 1.9)] {
+    for (order, min, max) in [(1, 2.2, 2.5), (2, 1.8, 2.0), (3, 1.7, 1.9)] {
         for cells in 1..=if order == 3 { 2 } else { 3 } {
             let (l, u) = bounds(&cube_in_cube(cells), &[1.0], order);
             let (l, u) = (l[(0, 0)], u[(0, 0)]);
@@ -69,7 +69,7 @@ fn the_capacitance_of_a_cube_in_a_cube_lies_between_the_bounds_which_close_toget
             // The spread over the error of the upper bound stays where it is: both fall at the same rate.
             let effectivity = (u - l) / (u - CUBE_IN_CUBE);
             let coarse = order == 1 && cells == 1;
-            assert!(coarse || (least..most).contains(&effectivity), "{order} {cells} {effectivity}");
+            assert!(coarse || (min..max).contains(&effectivity), "{order} {cells} {effectivity}");
         }
     }
 }
@@ -176,13 +176,13 @@ fn an_isolated_cube_in_open_space_lies_between_the_bounds() {
         let (l, u) = (lower(&flux)[(0, 0)], primal.upper[(0, 0)]);
         assert!(l <= exact && exact <= u, "{l} {exact} {u}");
         assert!(u - l < spread * exact, "{l} {exact} {u}");
-        // What the continuations beyond the mesh differ by is not in the gap of the mesh.
+        // The gap of the mesh does not contain the difference of the two continuations beyond it.
         assert!(u - l >= flux.gap[(0, 0)] && flux.gap[(0, 0)] > 0.5 * (u - l));
     }
 }
 
 #[test]
-fn gradients_of_anything_give_a_bound_all_the_same() {
+fn arbitrary_gradients_still_give_a_bound() {
     let mesh = cube_in_cube(1);
     let mut seed = 1_u32;
     let mut noise = || {
@@ -204,7 +204,7 @@ fn gradients_of_anything_give_a_bound_all_the_same() {
 
 #[test]
 fn where_no_flux_can_leave_there_is_none() {
-    // Beside the cube a block that touches nothing.
+    // A separate tetrahedron that touches nothing.
     let mut mesh = cube_in_cube(1);
     let first = mesh.points.len() as u32;
     mesh.points.extend([[3.0, 0.0, 0.0], [4.0, 0.0, 0.0], [3.0, 1.0, 0.0], [3.0, 0.0, 1.0]]);
@@ -233,7 +233,7 @@ fn one_thread_and_several_give_the_same_bits() {
 }
 
 #[test]
-fn what_does_not_fit_the_mesh_is_refused_by_name() {
+fn lists_that_do_not_fit_the_mesh_are_refused_by_name() {
     let mesh = cube_in_cube(1);
     let gradients = vec![[0.0; 3]; mesh.tets.len()];
     let refused = |permittivity: &[f64], order, gradients: &[Vec<[f64; 3]>]| {

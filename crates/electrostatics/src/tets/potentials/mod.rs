@@ -7,8 +7,8 @@ mod stiffness;
 #[cfg(test)]
 mod tests;
 
-pub use reference::{EDGES, FACES};
-pub use space::{Held, Space};
+pub(crate) use reference::{EDGES, FACES};
+pub(crate) use space::{Held, Space};
 
 use elastocap_geometry::meshing::tets::TetMesh;
 use elastocap_linalg::conjugate_gradients::{self, Goal};
@@ -18,9 +18,9 @@ use rayon::prelude::*;
 use std::sync::atomic::AtomicBool;
 use stiffness::Stiffness;
 
-/// What is to be solved.
+/// A mesh with its permittivities and conductors, on which potentials are solved for.
 #[derive(Debug, Clone, Copy)]
-pub struct Problem<'a> {
+pub struct PotentialProblem<'a> {
     /// The space around the conductors.
     pub mesh: &'a TetMesh,
     /// eps_r of each region of the mesh, positive: the background, then the dielectrics.
@@ -29,24 +29,24 @@ pub struct Problem<'a> {
     pub conductors: usize,
 }
 
-/// How it is to be solved.
+/// Order and accuracy of the potentials.
 #[derive(Debug, Clone, Copy)]
-pub struct TetSettings<'a> {
+pub struct PotentialSettings<'a> {
     /// Order of the potentials, 1 to 3.
     pub order: usize,
-    /// Of the energy, what the iteration may leave: the relative error of C that it may add.
+    /// Error of the linear solver over the energy: the relative error that it may add to the capacitances.
     pub share: f64,
-    /// Set from outside to stop at once.
+    /// Set from outside to stop at the next iteration, with [`PotentialError::Cancelled`].
     pub cancel: Option<&'a AtomicBool>,
 }
 
-/// A problem on tetrahedra that cannot be solved.
+/// Why potentials on tetrahedra cannot be solved for.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
-pub enum TetsError {
-    /// No such order.
+pub enum PotentialError {
+    /// Orders other than 1, 2 and 3 are not implemented.
     #[error("potentials on tetrahedra are of order 1, 2 or 3, not {0}")]
     Order(usize),
-    /// More functions than 32-bit numbers.
+    /// The functions do not fit 32-bit numbers.
     #[error("the mesh has too many tetrahedra")]
     TooLarge,
     /// A face with a role that no tetrahedron has.
@@ -55,8 +55,8 @@ pub enum TetsError {
     /// Two conductors meet, or one and the ground.
     #[error("two conductors, or a conductor and a grounded wall, meet at the face of points {0:?}")]
     HeldTwice([u32; 3]),
-    /// A conductor that there is not.
-    #[error("a face is on conductor {0}, which the scene lacks")]
+    /// A face on a conductor that does not exist.
+    #[error("a face is on conductor {0}, which the scene does not have")]
     Conductor(u32),
     /// A region without permittivity.
     #[error("region {0} of the mesh has no permittivity")]
@@ -68,14 +68,16 @@ pub enum TetsError {
     #[error("the face of points {0:?} to open space lies in one plane with the centre of the rays")]
     OpenFace([u32; 3]),
     /// Conjugate gradients ended short of the goal.
-    #[error("the linear solver stopped after {iterations} steps with {left:e} of the energy left")]
+    #[error(
+        "the linear solver stopped after {iterations} steps with a relative error of about {left:e} in the energy"
+    )]
     NotReached {
         /// Steps taken.
         iterations: usize,
         /// Estimate of the relative error of the energy.
         left: f64,
     },
-    /// Asked to stop.
+    /// Stopped on request: the caller has set [`PotentialSettings::cancel`].
     #[error("stopped on request")]
     Cancelled,
 }
@@ -84,13 +86,13 @@ pub enum TetsError {
 #[derive(Debug, Clone)]
 pub struct Potentials {
     /// The functions.
-    pub space: Space,
+    pub(crate) space: Space,
     /// Per conductor the coefficients of its potential, V, held ones included.
     pub values: Vec<Vec<f64>>,
     /// a(u_i, u_j), m, open space included. Times [`crate::VACUUM_PERMITTIVITY`] it is the Maxwell matrix of this space, F,
     /// and as a quadratic form an upper bound on the true one.
     pub energies: Mat<f64>,
-    /// The most iterations that a right-hand side took.
+    /// Largest number of iterations of a right-hand side.
     pub iterations: usize,
     /// Number of unknowns.
     pub unknowns: usize,
@@ -101,8 +103,11 @@ impl Potentials {
     /// Solves for all conductors.
     ///
     /// # Errors
-    /// See [`TetsError`]: a mesh that is not what [`TetMesh`] promises, a goal not met, or a request to stop.
-    pub fn solve(problem: Problem<'_>, settings: TetSettings<'_>) -> Result<Self, TetsError> {
+    /// See [`PotentialError`]: a mesh that is not what [`TetMesh`] promises, a goal not met, or a request to stop.
+    pub fn solve(
+        problem: PotentialProblem<'_>,
+        settings: PotentialSettings<'_>,
+    ) -> Result<Self, PotentialError> {
         let space = Space::new(problem.mesh, settings.order)?;
         let data = (0..problem.conductors as u32)
             .map(|c| space.held().iter().map(|h| f64::from(u8::from(*h == Held::Conductor(c)))).collect())
@@ -111,20 +116,20 @@ impl Potentials {
             if let Held::Conductor(c) = *held
                 && c as usize >= problem.conductors
             {
-                return Err(TetsError::Conductor(c));
+                return Err(PotentialError::Conductor(c));
             }
         }
         Self::solve_held(problem, settings, space, data)
     }
 
-    /// Solves for what `data` has at functions that are held, from what it has at the others.
+    /// Solves for the values that `data` prescribes at held functions, starting from those that it has at the others.
     fn solve_held(
-        problem: Problem<'_>,
-        settings: TetSettings<'_>,
+        problem: PotentialProblem<'_>,
+        settings: PotentialSettings<'_>,
         space: Space,
         data: Vec<Vec<f64>>,
-    ) -> Result<Self, TetsError> {
-        let Problem { mesh, permittivity, .. } = problem;
+    ) -> Result<Self, PotentialError> {
+        let PotentialProblem { mesh, permittivity, .. } = problem;
         let stiffness = Stiffness::new(mesh, permittivity, &space)?;
         let system = stiffness.assemble(&space);
         // Below the potentials of order p come those of order 1 on the same mesh.
@@ -157,11 +162,11 @@ impl Potentials {
             values.push(u);
             iterations = iterations.max(end.iterations);
             if settings.cancel.is_some_and(|c| c.load(std::sync::atomic::Ordering::Relaxed)) {
-                return Err(TetsError::Cancelled);
+                return Err(PotentialError::Cancelled);
             }
             if !end.reached {
                 let k = values.len() - 1;
-                return Err(TetsError::NotReached {
+                return Err(PotentialError::NotReached {
                     iterations: end.iterations,
                     left: end.energy_left / start[(k, k)],
                 });

@@ -1,19 +1,19 @@
-//! The reference tetrahedron: Lagrange functions of order p, and what their integrals are.
+//! The reference tetrahedron: Lagrange functions of order p and their integrals.
 //!
-//! Functions are named by where they are one: barycentric coordinates alpha / p with whole alpha. Then each is a product of
-//! one polynomial per barycentric coordinate, on a triangle as well as on a tetrahedron.
+//! A function is identified by the lattice point at which it is one: barycentric coordinates alpha / p with integer alpha. Each is a
+//! product of one polynomial per barycentric coordinate, on a triangle as well as on a tetrahedron.
 
 use elastocap_fem::quadrature::gauss_legendre;
 
 /// Edges of a tetrahedron by its corners, in the order of their functions.
-pub const EDGES: [[usize; 2]; 6] = [[0, 1], [0, 2], [0, 3], [1, 2], [1, 3], [2, 3]];
+pub(crate) const EDGES: [[usize; 2]; 6] = [[0, 1], [0, 2], [0, 3], [1, 2], [1, 3], [2, 3]];
 /// Faces of a tetrahedron by its corners, in the order of their functions.
-pub const FACES: [[usize; 3]; 4] = [[0, 1, 2], [0, 1, 3], [0, 2, 3], [1, 2, 3]];
-/// The most functions a tetrahedron has: those of order 3.
-pub(super) const MOST: usize = 20;
+pub(crate) const FACES: [[usize; 3]; 4] = [[0, 1, 2], [0, 1, 3], [0, 2, 3], [1, 2, 3]];
+/// Largest number of functions of a tetrahedron, that of order 3.
+pub(super) const MAX_FUNCTIONS: usize = 20;
 
 /// Lattice points of order `order` (0 to 3) of a tetrahedron (4 corners) or a triangle (3, the fourth entry zero): corners,
-/// edges from their first corner to their second, faces. Order 0 has one point, without place.
+/// edges from their first corner to their second, faces. Order 0 has one point, at no particular place.
 pub(super) fn lattice(order: usize, corners: usize) -> Vec<[u8; 4]> {
     let p = order as u8;
     if p == 0 {
@@ -138,7 +138,7 @@ impl Reference {
     }
 
     /// Row `i` of the stiffness of an element with this metric.
-    pub(super) fn row(&self, i: usize, metric: &[f64; 6], row: &mut [f64; MOST]) {
+    pub(super) fn row(&self, i: usize, metric: &[f64; 6], row: &mut [f64; MAX_FUNCTIONS]) {
         let n = self.functions;
         let row = &mut row[..n];
         row.fill(0.0);

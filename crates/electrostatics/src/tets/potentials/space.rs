@@ -1,15 +1,15 @@
-//! Continuous potentials of order 1, 2, 3 on a mesh of tetrahedra: which functions there are and who holds them.
+//! Continuous potentials of order 1, 2 or 3 on a mesh of tetrahedra: the numbering of the functions, and which are prescribed.
 
-use super::TetsError;
+use super::PotentialError;
 use super::reference::{EDGES, FACES, lattice};
 use elastocap_geometry::meshing::tets::{FaceRole, TetMesh};
 use elastocap_linalg::sparse::SparseMatrix;
 use rayon::prelude::*;
 
-/// Who says what the coefficient of a function is.
+/// What prescribes the coefficient of a function.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Held {
-    /// Nobody: it is an unknown.
+pub(crate) enum Held {
+    /// Nothing: it is an unknown.
     Free,
     /// A grounded wall.
     Ground,
@@ -22,7 +22,7 @@ pub enum Held {
 /// Numbered are first the points of the mesh as they come, then the inner points of the edges (ascending by their ends; p - 1
 /// each, from the lower end on), then one per face with p = 3 (ascending by corners).
 #[derive(Debug, Clone)]
-pub struct Space {
+pub(crate) struct Space {
     order: usize,
     points: usize,
     edges: Vec<[u32; 2]>,
@@ -41,11 +41,11 @@ impl Space {
     /// The space of order `order`, 1 to 3, on a mesh.
     ///
     /// # Errors
-    /// If the order is another, if a corner of a face with a role is in no tetrahedron beside it, if a function is held by two
+    /// If the order is not 1 to 3, if a corner of a face with a role is in no tetrahedron of the mesh, if a function is held by two
     /// conductors or by a conductor and the ground, or if the mesh is too large for 32-bit numbers.
-    pub fn new(mesh: &TetMesh, order: usize) -> Result<Self, TetsError> {
+    pub(crate) fn new(mesh: &TetMesh, order: usize) -> Result<Self, PotentialError> {
         if !(1..=3).contains(&order) {
-            return Err(TetsError::Order(order));
+            return Err(PotentialError::Order(order));
         }
         let points = mesh.points.len();
         let mut edges = if order > 1 { all(&mesh.tets, EDGES) } else { Vec::new() };
@@ -55,7 +55,7 @@ impl Space {
         let per_tet = lattice(order, 4).len();
         let functions = points + (order - 1) * edges.len() + faces.len();
         if functions.max(mesh.tets.len() * per_tet) >= NONE as usize {
-            return Err(TetsError::TooLarge);
+            return Err(PotentialError::TooLarge);
         }
         let mut space = Self {
             order,
@@ -71,7 +71,7 @@ impl Space {
         let index = Index { edges: starts(&space.edges, points), faces: starts(&space.faces, points) };
         let mut dofs = vec![0_u32; mesh.tets.len() * per_tet];
         dofs.par_chunks_mut(per_tet).zip(&mesh.tets).with_min_len(1024).try_for_each(|(dofs, tet)| {
-            space.number(&index, tet, &EDGES, &FACES, dofs).ok_or(TetsError::Face)
+            space.number(&index, tet, &EDGES, &FACES, dofs).ok_or(PotentialError::Face)
         })?;
         space.dofs = dofs;
         let mut held = std::mem::take(&mut space.held);
@@ -84,7 +84,7 @@ impl Space {
             for dof in space.of_face(&index, face.face)? {
                 let here = &mut held[dof as usize];
                 if *here != Held::Free && *here != by {
-                    return Err(TetsError::HeldTwice(face.face));
+                    return Err(PotentialError::HeldTwice(face.face));
                 }
                 *here = by;
             }
@@ -102,22 +102,22 @@ impl Space {
     }
 
     /// Order p of the functions.
-    pub fn order(&self) -> usize {
+    pub(crate) fn order(&self) -> usize {
         self.order
     }
 
     /// Functions, held ones included.
-    pub fn functions(&self) -> usize {
+    pub(crate) fn functions(&self) -> usize {
         self.held.len()
     }
 
-    /// Functions that nobody holds.
-    pub fn unknowns(&self) -> usize {
+    /// Number of functions that are not prescribed.
+    pub(crate) fn unknowns(&self) -> usize {
         self.unknowns
     }
 
-    /// Who holds each function.
-    pub fn held(&self) -> &[Held] {
+    /// What prescribes each function.
+    pub(crate) fn held(&self) -> &[Held] {
         &self.held
     }
 
@@ -127,19 +127,19 @@ impl Space {
     }
 
     /// Functions per tetrahedron: 4, 10, 20.
-    pub fn per_tet(&self) -> usize {
+    pub(crate) fn per_tet(&self) -> usize {
         self.per_tet
     }
 
     /// Functions of all tetrahedra, [`Space::per_tet`] each: corners, edges (01, 02, 03, 12, 13, 23; p - 1 each, from the first
     /// corner to the second), with p = 3 faces (012, 013, 023, 123).
-    pub fn dofs(&self) -> &[u32] {
+    pub(crate) fn dofs(&self) -> &[u32] {
         &self.dofs
     }
 
     /// The points of the mesh and the weights whose mean is the place of function `dof`: also the value there of a potential
     /// of order 1.
-    pub fn linear(&self, dof: usize) -> Vec<(u32, f64)> {
+    pub(crate) fn linear(&self, dof: usize) -> Vec<(u32, f64)> {
         let inner = self.order - 1;
         if dof < self.points {
             return vec![(dof as u32, 1.0)];
@@ -168,17 +168,17 @@ impl Space {
     }
 
     /// Functions on a face with ascending corners, as [`lattice`] orders them, for each of `faces`.
-    pub(super) fn of_faces(&self, faces: &[[u32; 3]]) -> Result<Vec<Vec<u32>>, TetsError> {
+    pub(super) fn of_faces(&self, faces: &[[u32; 3]]) -> Result<Vec<Vec<u32>>, PotentialError> {
         let index =
             Index { edges: starts(&self.edges, self.points), faces: starts(&self.faces, self.points) };
         faces.iter().map(|face| self.of_face(&index, *face)).collect()
     }
 
-    fn of_face(&self, index: &Index, mut face: [u32; 3]) -> Result<Vec<u32>, TetsError> {
+    fn of_face(&self, index: &Index, mut face: [u32; 3]) -> Result<Vec<u32>, PotentialError> {
         face.sort_unstable();
         let mut dofs = vec![0; lattice(self.order, 3).len()];
         self.number(index, &face, &[EDGES[0], EDGES[1], EDGES[3]], &FACES[..1], &mut dofs)
-            .ok_or(TetsError::Face)?;
+            .ok_or(PotentialError::Face)?;
         Ok(dofs)
     }
 

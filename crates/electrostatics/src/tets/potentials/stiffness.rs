@@ -1,15 +1,15 @@
 //! The energy form on a mesh: tetrahedra, and faces to open space.
 //!
 //! # Open space
-//! Beyond a face, at y = x t with x on the face (from the centre) and t >= 1, the potential goes on as u(y) = g(x) / t. The
+//! Beyond a face, at y = x t with x on the face (from the centre) and t >= 1, the potential continues as u(y) = g(x) / t. The
 //! face has the unit normal n and the distance d = n x from the centre, so that dy = d t^2 dt dS. Along the face
 //! t grad_tau u = grad_tau g / t; along the ray x grad u = -g / t^2, hence
 //! d n grad u = -(g + x grad_tau g) / t^2. With the integral of t^2 t^-4 over t being 1, the energy beyond is
 //! d times the integral over the face of |grad_tau g|^2 + (g + x grad_tau g)^2 / d^2. The largest permittivity along the rays
 //! keeps it an upper bound.
 
-use super::TetsError;
-use super::reference::{MOST, PAIRS, Reference, lattice, shape, triangle_rule};
+use super::PotentialError;
+use super::reference::{MAX_FUNCTIONS, PAIRS, Reference, lattice, shape, triangle_rule};
 use super::space::{NONE, Space};
 use elastocap_geometry::meshing::tets::{FaceRole, TetMesh};
 use elastocap_linalg::sparse::{Rows, SparseMatrix};
@@ -39,13 +39,13 @@ pub(super) struct System {
 }
 
 impl Stiffness {
-    pub(super) fn new(mesh: &TetMesh, permittivity: &[f64], space: &Space) -> Result<Self, TetsError> {
+    pub(super) fn new(mesh: &TetMesh, permittivity: &[f64], space: &Space) -> Result<Self, PotentialError> {
         let metric = |t: usize| {
             let eps =
-                *permittivity.get(mesh.regions[t] as usize).ok_or(TetsError::Region(mesh.regions[t]))?;
+                *permittivity.get(mesh.regions[t] as usize).ok_or(PotentialError::Region(mesh.regions[t]))?;
             let (gradients, determinant) = barycentric_gradients(mesh, t);
             if determinant.is_nan() || determinant <= 0.0 || !determinant.is_finite() {
-                return Err(TetsError::Flat(t));
+                return Err(PotentialError::Flat(t));
             }
             Ok(PAIRS.map(|[a, b]| eps * determinant * dot(gradients[a], gradients[b])))
         };
@@ -69,14 +69,14 @@ impl Stiffness {
             .zip(space.of_faces(&corners)?)
             .map(|(&(face, eps), dofs)| {
                 let at = face.map(|p| minus(mesh.points[p as usize], mesh.center));
-                let matrix = open_matrix(at, eps, space.order()).ok_or(TetsError::OpenFace(face))?;
+                let matrix = open_matrix(at, eps, space.order()).ok_or(PotentialError::OpenFace(face))?;
                 Ok(OpenFace { dofs, matrix })
             })
-            .collect::<Result<_, TetsError>>()?;
+            .collect::<Result<_, PotentialError>>()?;
         Ok(Self { reference: Reference::new(space.order()), metrics, open })
     }
 
-    /// The equations, row by row: no two threads write to one row, and sums do not depend on how many there are.
+    /// Assembles the equations row by row: no two threads write to one row, and sums do not depend on the number of threads.
     pub(super) fn assemble(&self, space: &Space) -> System {
         let n = self.reference.functions;
         let of_tets = incidence(space.dofs(), space.functions());
@@ -86,7 +86,7 @@ impl Stiffness {
             (0..space.functions() as u32).filter(|&d| space.unknown()[d as usize] != NONE).collect();
         let task = |rows: &[u32]| {
             let (mut parts, mut terms) = ([Rows::default(), Rows::default()], [Vec::new(), Vec::new()]);
-            let mut row = [0.0; MOST];
+            let mut row = [0.0; MAX_FUNCTIONS];
             for &dof in rows {
                 let mut add = |column: u32, value: f64| match space.unknown()[column as usize] {
                     NONE => terms[1].push((column, value)),
@@ -119,12 +119,12 @@ impl Stiffness {
         }
     }
 
-    /// a(u_i, u_j). Differences to the first corner are taken first, so that what potentials have in common costs no digits.
+    /// a(u_i, u_j), m. Differences to the first corner are taken first, so that a common constant does not cost accuracy.
     pub(super) fn energies(&self, space: &Space, potentials: &[Vec<f64>]) -> Mat<f64> {
         let (n, k) = (self.reference.functions, potentials.len());
         let of_tets = |first: usize, metrics: &[[f64; 6]]| {
             let mut sums = vec![0.0; k * k];
-            let (mut row, mut local) = ([0.0; MOST], vec![[0.0; MOST]; k]);
+            let (mut row, mut local) = ([0.0; MAX_FUNCTIONS], vec![[0.0; MAX_FUNCTIONS]; k]);
             for (t, metric) in metrics.iter().enumerate() {
                 let dofs = &space.dofs()[(first + t) * n..(first + t + 1) * n];
                 for (local, u) in local.iter_mut().zip(potentials) {

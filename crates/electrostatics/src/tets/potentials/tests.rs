@@ -3,7 +3,7 @@ use elastocap_geometry::meshing::tets::{BoundaryFace, FaceRole, of_boxes};
 use elastocap_geometry::scene::{Body, Box3, Scene, Wall};
 use elastocap_geometry::shapes::Shape;
 
-const SETTINGS: TetSettings<'static> = TetSettings { order: 2, share: 1e-10, cancel: None };
+const SETTINGS: PotentialSettings<'static> = PotentialSettings { order: 2, share: 1e-10, cancel: None };
 
 fn cube(a: f64) -> Box3 {
     Box3 { min: [-a; 3], max: [a; 3] }
@@ -37,8 +37,8 @@ fn axis(n: usize, ratio: f64, outer: f64) -> Vec<f64> {
 }
 
 fn solve(mesh: &TetMesh, permittivity: &[f64], conductors: usize, order: usize) -> Potentials {
-    let problem = Problem { mesh, permittivity, conductors };
-    Potentials::solve(problem, TetSettings { order, ..SETTINGS }).unwrap()
+    let problem = PotentialProblem { mesh, permittivity, conductors };
+    Potentials::solve(problem, PotentialSettings { order, ..SETTINGS }).unwrap()
 }
 
 /// n + 1 points from `from` to `to`, evenly.
@@ -49,8 +49,8 @@ fn even(from: f64, to: f64, n: usize) -> Vec<f64> {
 fn cube_in_cube(n: usize, ratio: f64, order: usize) -> (f64, Potentials) {
     let line = axis(n, ratio, 1.0);
     let mesh = of_boxes(&scene(&[cube(0.5)], cube(1.0), Wall::Grounded), &[line.clone(), line.clone(), line]);
-    let problem = Problem { mesh: &mesh, permittivity: &[1.0], conductors: 1 };
-    let solved = Potentials::solve(problem, TetSettings { order, ..SETTINGS }).unwrap();
+    let problem = PotentialProblem { mesh: &mesh, permittivity: &[1.0], conductors: 1 };
+    let solved = Potentials::solve(problem, PotentialSettings { order, ..SETTINGS }).unwrap();
     (solved.energies[(0, 0)] / 19.127134997 - 1.0, solved)
 }
 
@@ -141,8 +141,8 @@ fn error_of_harmonic(n: usize, order: usize) -> f64 {
     };
     let value = |d: usize| if space.held()[d] == Held::Free { 0.0 } else { harmonic(place(d)).0 };
     let data = (0..space.functions()).map(value).collect();
-    let problem = Problem { mesh: &mesh, permittivity: &[1.0], conductors: 0 };
-    let settings = TetSettings { order, share: 1e-13, cancel: None };
+    let problem = PotentialProblem { mesh: &mesh, permittivity: &[1.0], conductors: 0 };
+    let settings = PotentialSettings { order, share: 1e-13, cancel: None };
     let solved = Potentials::solve_held(problem, settings, space.clone(), vec![data]).unwrap();
     let gradients = solved.gradients(&mesh, 0);
     let points = reference::lattice(order - 1, 4);
@@ -247,17 +247,17 @@ fn what_cannot_be_solved_is_named() {
     let scene = scene(&[cube(0.5)], cube(1.0), Wall::Grounded);
     let mut mesh = of_boxes(&scene, &[line.clone(), line.clone(), line]);
     let run = |mesh: &TetMesh, conductors, permittivity: &[f64], order| {
-        let problem = Problem { mesh, permittivity, conductors };
-        Potentials::solve(problem, TetSettings { order, ..SETTINGS }).err()
+        let problem = PotentialProblem { mesh, permittivity, conductors };
+        Potentials::solve(problem, PotentialSettings { order, ..SETTINGS }).err()
     };
-    assert_eq!(run(&mesh, 1, &[1.0], 4), Some(TetsError::Order(4)));
-    assert_eq!(run(&mesh, 0, &[1.0], 1), Some(TetsError::Conductor(0)));
-    assert_eq!(run(&mesh, 1, &[], 2), Some(TetsError::Region(0)));
+    assert_eq!(run(&mesh, 1, &[1.0], 4), Some(PotentialError::Order(4)));
+    assert_eq!(run(&mesh, 0, &[1.0], 1), Some(PotentialError::Conductor(0)));
+    assert_eq!(run(&mesh, 1, &[], 2), Some(PotentialError::Region(0)));
     let stop = AtomicBool::new(true);
-    let settings = TetSettings { cancel: Some(&stop), ..SETTINGS };
-    let problem = Problem { mesh: &mesh, permittivity: &[1.0], conductors: 1 };
-    assert_eq!(Potentials::solve(problem, settings).err(), Some(TetsError::Cancelled));
+    let settings = PotentialSettings { cancel: Some(&stop), ..SETTINGS };
+    let problem = PotentialProblem { mesh: &mesh, permittivity: &[1.0], conductors: 1 };
+    assert_eq!(Potentials::solve(problem, settings).err(), Some(PotentialError::Cancelled));
     let first = mesh.boundary[0];
     mesh.boundary.push(BoundaryFace { role: FaceRole::Conductor(7), ..first });
-    assert!(matches!(run(&mesh, 8, &[1.0], 3), Some(TetsError::HeldTwice(_))));
+    assert!(matches!(run(&mesh, 8, &[1.0], 3), Some(PotentialError::HeldTwice(_))));
 }

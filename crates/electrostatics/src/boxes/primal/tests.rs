@@ -1,7 +1,7 @@
 //! The primal discretisation against a manufactured solution, and its algebra against physics.
 
-use elastocap_electrostatics::boxes::domain::{Axis, Block, Domain};
-use elastocap_electrostatics::boxes::primal::Primal;
+use super::Primal;
+use crate::boxes::domain::{Axis, Block, Domain};
 use elastocap_fem::line::{Element, Line, LineEnd, Numbering, hierarchical};
 use elastocap_fem::quadrature::gauss_legendre;
 use elastocap_fem::tensor::dot;
