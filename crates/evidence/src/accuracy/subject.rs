@@ -164,7 +164,7 @@ fn reported_error(c: &Bounded, bounds: bool) -> f64 {
 
 /// The error that the solver compares with the tolerance: see [`Target`].
 fn reported_error_of(solution: &Solution, settings: &Settings) -> f64 {
-    let pair = solution.two_terminal.as_ref().map(|c| told(c, settings.bounds));
+    let pair = solution.two_terminal.as_ref().map(|c| reported_error(c, settings.bounds));
     if let (Target::TwoTerminal, Some(pair)) = (settings.target, pair) {
         return pair;
     }
