@@ -59,7 +59,7 @@ impl<T: Real> SeparableBox<T> {
     }
 
     /// Applies the inverse to the box's part of `r` and writes the result to `out` (contiguous, in the box's own shape).
-    pub fn solve(&self, r: &[T], dims: Dims, work: &mut Vec<T>, out: &mut Vec<T>) {
+    pub(crate) fn solve(&self, r: &[T], dims: Dims, work: &mut Vec<T>, out: &mut Vec<T>) {
         let [n0, n1, n2] = self.shape();
         let plane = n1 * n2;
         work.resize(n0 * plane, T::default());

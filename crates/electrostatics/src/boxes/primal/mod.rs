@@ -208,11 +208,6 @@ impl Primal {
         })
     }
 
-    /// Shape of the array of coefficients.
-    pub(crate) fn dims(&self) -> Dims {
-        self.dims
-    }
-
     /// Coefficients that are `potentials[c]` on block c of the conductors and zero elsewhere.
     pub(crate) fn lift(&self, potentials: &[f64]) -> Vec<f64> {
         let mut u = vec![0.0; self.unknowns()];

@@ -7,7 +7,6 @@ mod stiffness;
 #[cfg(test)]
 mod tests;
 
-pub(crate) use reference::{EDGES, FACES};
 pub(crate) use space::{Held, Space};
 
 use elastocap_geometry::meshing::tets::TetMesh;
@@ -85,7 +84,7 @@ pub enum PotentialError {
 /// Potentials for one volt on each conductor in turn, zero on the others.
 #[derive(Debug, Clone)]
 pub struct Potentials {
-    /// The functions.
+    /// The functions, and which of them are prescribed.
     pub(crate) space: Space,
     /// Per conductor the coefficients of its potential, V, held ones included.
     pub values: Vec<Vec<f64>>,
@@ -177,8 +176,9 @@ impl Potentials {
         Ok(Self { space, values, energies, iterations, unknowns, stiffness })
     }
 
-    /// Gradient of the potential of conductor `k`, V/m: per tetrahedron its values at the lattice points of order p - 1. One
-    /// for p = 1; the four corners for p = 2; for p = 3 the corners, then the middles of the [`EDGES`].
+    /// Gradient of the potential of conductor `k`, V/m: for each tetrahedron the values at its lattice points of order p - 1. That is
+    /// one value for p = 1, those at the four corners for p = 2, and for p = 3 those at the corners and at the middles of the edges
+    /// 01, 02, 03, 12, 13, 23.
     pub fn gradients(&self, mesh: &TetMesh, k: usize) -> Vec<[f64; 3]> {
         self.stiffness.gradients(mesh, &self.space, &self.values[k])
     }

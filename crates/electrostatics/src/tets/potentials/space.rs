@@ -27,7 +27,6 @@ pub(crate) struct Space {
     points: usize,
     edges: Vec<[u32; 2]>,
     faces: Vec<[u32; 3]>,
-    per_tet: usize,
     dofs: Vec<u32>,
     held: Vec<Held>,
     unknown: Vec<u32>,
@@ -60,7 +59,6 @@ impl Space {
         let mut space = Self {
             order,
             points,
-            per_tet,
             edges,
             faces,
             dofs: Vec::new(),
@@ -126,12 +124,7 @@ impl Space {
         &self.unknown
     }
 
-    /// Functions per tetrahedron: 4, 10, 20.
-    pub(crate) fn per_tet(&self) -> usize {
-        self.per_tet
-    }
-
-    /// Functions of all tetrahedra, [`Space::per_tet`] each: corners, edges (01, 02, 03, 12, 13, 23; p - 1 each, from the first
+    /// Functions of all tetrahedra, 4, 10 or 20 each for order 1, 2 or 3: corners, edges (01, 02, 03, 12, 13, 23; p - 1 each, from the first
     /// corner to the second), with p = 3 faces (012, 013, 023, 123).
     pub(crate) fn dofs(&self) -> &[u32] {
         &self.dofs
