@@ -97,7 +97,7 @@ pub fn prism(axis: usize, ends: [f64; 2], outline: &[[f64; 2]]) -> Vec<Corners> 
         add([a, d, c]);
         add([a, c, b]);
     }
-    for [p, q, r] in planar::filled(outline) {
+    for [p, q, r] in planar::fill_polygon(outline) {
         let back = planar::area(outline) < 0.0;
         let [low, high] = ends.map(|z| [p, q, r].map(|p| place(p, z)));
         // These triangles are anticlockwise, whichever way the outline runs.

@@ -1,35 +1,35 @@
-//! Graded tensor-product grids of box scenes.
+//! Graded tensor-product grids for scenes of boxes.
 //!
-//! The field is singular at conductor edges, so that only elements that shrink geometrically towards every edge, with
-//! degrees that grow away from it, make the error fall exponentially (Babuska and Guo's hp method).
+//! The field is singular at the edges of conductors. The error falls exponentially only if elements shrink geometrically
+//! towards every edge while their degrees grow away from it (the hp method of Babuska and Guo, Comput. Mech. 1, 1986).
 
-mod refine;
+mod changes;
 
-pub use refine::Change;
+pub use changes::Change;
 
 use elastocap_fem::line::{Line, LineEnd};
 
 /// How finely one axis is resolved.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Resolution {
-    /// Degree of the elements farthest from the edges, at least 1.
+    /// Largest degree, that of the elements farthest from the edges; at least 1.
     pub order: usize,
-    /// Geometric layers at each conductor face.
+    /// Number of geometric layers at each conductor face.
     pub levels: usize,
-    /// Size of a layer over the next larger one.
+    /// Size of a layer relative to the next larger one, below 1.
     pub ratio: f64,
-    /// Degree gained per layer away from an edge.
+    /// Increase of the degree per layer away from an edge.
     pub slope: f64,
-    /// Degree of the element that touches an edge.
+    /// Degree of the element at an edge.
     pub first: usize,
 }
 
 /// A coordinate at which a body or the scene begins or ends.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Plane {
-    /// m (or any one unit).
+    /// m (or any other unit, if all planes have the same).
     pub at: f64,
-    /// Whether a conductor begins or ends there: the field is singular at its edges.
+    /// Whether a conductor begins or ends there, at whose edges the field is singular.
     pub edge: bool,
 }
 
@@ -38,31 +38,30 @@ pub struct Plane {
 pub enum End {
     /// At the outermost plane.
     Closed,
-    /// At infinity; what reaches there begins `radius` away from `pole`.
+    /// At infinity. The infinite element begins at the distance `radius` from `pole`.
     Open {
-        /// Centre of open space.
+        /// The coordinate from which the infinite element extends, m.
         pole: f64,
-        /// Distance from the pole at which the scene looks small, beyond the outermost plane.
+        /// Distance from the pole, beyond the outermost plane, at which the scene looks small, m.
         reach: f64,
-        /// Distance from the pole of the last finite node, at least `reach`.
+        /// Distance of the last finite node from the pole, at least `reach`, m.
         radius: f64,
     },
 }
 
-/// A graded axis: its elements, and the first element of every interval between planes (one more entry than
-/// intervals). An open side adds one interval, from the outermost plane to infinity.
+/// A graded axis: its elements, and which of them lie in which interval between planes. An open side adds one interval, from
+/// the outermost plane to infinity.
 #[derive(Debug, Clone, PartialEq)]
 pub struct GradedAxis {
     /// The elements.
     pub line: Line,
-    /// First element of each interval, and one past the last.
+    /// The first element of each interval, and then the number of elements.
     pub cuts: Vec<usize>,
-    /// Whether the field is singular at the plane below each interval (and at the last one's upper end): at the edge of
-    /// a conductor.
+    /// Whether a conductor begins or ends at the lower end of each interval, and then at the upper end of the last one.
     pub edges: Vec<bool>,
 }
 
-/// Grades one axis.
+/// Grades one axis between `planes`, which are ascending.
 pub fn graded_axis(planes: &[Plane], ends: [End; 2], resolution: &Resolution) -> GradedAxis {
     let mut nodes = Vec::new();
     let mut degrees = Vec::new();
@@ -115,12 +114,12 @@ fn degree(layer: usize, r: &Resolution) -> usize {
     (r.first + (r.slope * layer as f64).round() as usize).min(r.order).max(1)
 }
 
-/// Layers on the two sides of every plane, `[below, above]`; none at planes that are no edges.
+/// Numbers of layers on the two sides of every plane, `[below, above]`; none at planes that are no edges.
 ///
-/// Where intervals of unequal length meet, the shorter one needs fewer layers to reach elements of the same size: what
-/// happens at the corners of a thin electrode matters as little as the electrode is thin.
+/// Where intervals of unequal length meet, the shorter one needs fewer layers for elements of the same size: the thinner an
+/// electrode, the less its corners matter.
 fn layers(planes: &[Plane], ends: [End; 2], r: &Resolution) -> Vec<[usize; 2]> {
-    // Length that is graded towards a plane: half of an interval with edges at both ends.
+    // The length that is graded towards a plane is half the interval if there are edges at both of its ends.
     let run = |i: usize, above: bool| -> f64 {
         let other = if above { i.checked_add(1) } else { i.checked_sub(1) };
         match other.and_then(|o| planes.get(o)) {
@@ -149,10 +148,10 @@ fn layers(planes: &[Plane], ends: [End; 2], r: &Resolution) -> Vec<[usize; 2]> {
         .collect()
 }
 
-/// How readily the shorter run loses a layer: 0 loses one when it is shorter by a whole layer, 1 at once.
+/// How early the shorter interval loses a layer: at 0 when it is shorter by a whole layer, at 1 immediately.
 const SHIFT: f64 = 0.5;
 
-/// Lower node and degree of the elements between two planes, ascending, with so many layers at either.
+/// The lower nodes and degrees of the elements between two planes, ascending, with these numbers of layers at either plane.
 fn interval(a: Plane, b: Plane, levels: [usize; 2], r: &Resolution) -> Vec<(f64, usize)> {
     let length = b.at - a.at;
     let mut out = Vec::new();
@@ -180,10 +179,10 @@ fn interval(a: Plane, b: Plane, levels: [usize; 2], r: &Resolution) -> Vec<(f64,
     out
 }
 
-/// Distances from the outermost plane of the nodes outside it, with the degree of the element below each, and the
-/// degree of the mapped element beyond.
+/// The nodes outside the outermost plane, by their distances from it, each with the degree of the element on its inner side;
+/// and the degree of the infinite element beyond.
 ///
-/// The last node lies exactly `radius` from the pole.
+/// The last node lies exactly at the distance `radius` from the pole.
 fn outward(
     plane: &Plane,
     pole: f64,
@@ -191,7 +190,7 @@ fn outward(
     r: &Resolution,
 ) -> (Vec<(f64, usize)>, usize) {
     let offset = (plane.at - pole).abs();
-    // The first run of elements ends where the scene looks small, graded like any other interval.
+    // The first interval ends where the scene looks small, and is graded like any other.
     let length = reach - offset;
     let mut steps = Vec::new();
     if plane.edge {
@@ -202,8 +201,8 @@ fn outward(
     } else {
         steps.push((length, r.order + 2));
     }
-    // Farther out the elements are as coarse as they come and must be of higher degree; less and less energy is left
-    // there, so that the degree may fall again.
+    // Farther out elements are as coarse as they can be and need a higher degree. Since less and less energy lies there, the
+    // degree may fall again.
     let mut p = r.order + 3;
     let layers = ((radius / reach).ln() / -r.ratio.ln() - 0.4).ceil().max(0.0) as i32;
     for layer in 1..=layers {

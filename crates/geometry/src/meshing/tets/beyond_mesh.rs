@@ -1,11 +1,12 @@
-//! What lies beyond the faces of a mesh to open space.
+//! Permittivities in open space, beyond the mesh.
 
 use crate::scene::Scene;
 
-/// Least and largest permittivity that rays from `center` through a face can meet beyond it, where the mesh holds every body
-/// that ends: dielectrics that go on for ever count if they have a part in the smallest box around those rays, down to one
-/// that fills this box.
-pub(super) fn beyond(scene: &Scene, center: [f64; 3], corners: [[f64; 3]; 3]) -> [f64; 2] {
+/// Bounds of the relative permittivity that rays from `center` through a face (corners in m) can meet beyond it.
+///
+/// All bodies of finite extent lie within the mesh. A dielectric that extends to infinity counts if it meets the smallest box
+/// around the rays; one that fills this box hides earlier dielectrics and the background.
+pub(super) fn permittivity_beyond(scene: &Scene, center: [f64; 3], corners: [[f64; 3]; 3]) -> [f64; 2] {
     let range = [0, 1, 2].map(|a| {
         let out = corners.map(|p| p[a] - center[a]);
         let (low, high) = (out[0].min(out[1]).min(out[2]), out[0].max(out[1]).max(out[2]));

@@ -1,44 +1,40 @@
-//! Conforming meshes of tetrahedra.
+//! Conforming meshes of tetrahedra: making them ([`mesh`] for bodies of any shape, [`layered`] for bodies in layers,
+//! [`of_boxes`] from a grid), refining them ([`TetMesh::bisected_towards`]) and reflecting them ([`TetMesh::reflected`]).
 
 mod beyond_mesh;
-mod bisect;
-mod boxes;
-#[cfg(test)]
-mod checks;
-mod faces;
-mod grading;
+mod bisection;
+mod edge_grading;
+mod grid_cells;
 mod layered;
-#[cfg(test)]
-mod layered_tests;
 mod mesher;
+mod reflection;
 #[cfg(test)]
-mod mirror_tests;
-mod reflect;
+mod tests;
 
-pub use bisect::Bisected;
-pub use boxes::of_boxes;
-pub use grading::Grading;
+pub use bisection::Bisected;
+pub use edge_grading::Grading;
+pub use grid_cells::of_boxes;
 pub use layered::{LayeredError, LayeredSizing, layered};
 pub use mesher::{MeshError, Meshed, Quality, Sizing, mesh};
 pub(crate) use mesher::{bounds, flat_parts};
-pub use reflect::Reflected;
+pub use reflection::Reflected;
 
 /// What holds on a face of the mesh.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum FaceRole {
-    /// On the conductor with this index; the mesh has no tetrahedra in conductors, but on both sides of a sheet.
+    /// It lies on the conductor with this index. There are no tetrahedra inside conductors, but on both sides of a sheet.
     Conductor(u32),
-    /// On an outer wall at potential zero.
+    /// It lies on an outer wall at potential zero.
     Grounded,
-    /// Where the mesh ends and open space goes on, along straight rays from [`TetMesh::center`]; the face sees the centre from
-    /// its inner side.
+    /// The mesh ends here and open space continues along straight rays from [`TetMesh::center`], which lies on the inner side of
+    /// the face.
     Open {
-        /// Smallest and largest relative permittivity that rays through the face meet beyond it.
+        /// Smallest and largest relative permittivity that rays through the face can meet beyond it.
         permittivity: [f64; 2],
     },
 }
 
-/// A face with something to hold on it.
+/// A face of the mesh with a boundary condition.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct BoundaryFace {
     /// Its corners, in any order.
@@ -47,18 +43,19 @@ pub struct BoundaryFace {
     pub role: FaceRole,
 }
 
-/// A conforming mesh of the space around the conductors: two tetrahedra share a face, an edge, a corner, or nothing.
+/// A conforming mesh of the space around the conductors: two tetrahedra have a whole face, an edge, a corner or nothing in
+/// common.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct TetMesh {
     /// m. Every point belongs to a tetrahedron.
     pub points: Vec<[f64; 3]>,
     /// Corners of the tetrahedra: det(p1 - p0, p2 - p0, p3 - p0) > 0.
     pub tets: Vec<[u32; 4]>,
-    /// What each tetrahedron is filled with: 0 for the background, 1 + k for dielectric k of the scene.
+    /// What fills each tetrahedron, as an index into tables of materials: 0 for the background, 1 + k for dielectric k.
     pub regions: Vec<u32>,
-    /// Faces on conductors, grounded walls and at open space. Through every other outer face goes no flux.
+    /// Faces on conductors, on grounded walls and towards open space. No flux passes through any other outer face.
     pub boundary: Vec<BoundaryFace>,
-    /// From where the rays of open space start, m; of no meaning where there is none.
+    /// Where the rays to infinity start, m; of no meaning without open space.
     pub center: [f64; 3],
 }
 
@@ -70,7 +67,7 @@ impl TetMesh {
     }
 }
 
-/// det(b - a, c - a, d - a).
+/// det(b - a, c - a, d - a), m^3: six times the volume of a tetrahedron.
 pub fn determinant(a: [f64; 3], b: [f64; 3], c: [f64; 3], d: [f64; 3]) -> f64 {
     let [u, v, w] = [b, c, d].map(|p| [p[0] - a[0], p[1] - a[1], p[2] - a[2]]);
     u[0] * (v[1] * w[2] - v[2] * w[1])

@@ -1,22 +1,31 @@
 //! How round tetrahedra are.
 
-use super::delaunay::{EDGES, FACES, sphere_center};
-use crate::meshing::tets::TetMesh;
+use super::Point;
+use super::delaunay::{EDGES, FACES, circumsphere_center};
+use crate::meshing::tets::{TetMesh, determinant};
 use elastocap_linalg::vector::{dot, length, minus, normal};
 
-/// Figures of the worst tetrahedra of a mesh.
+/// 1 for a regular tetrahedron, 0 for a flat one, negative for one turned inside out: sqrt(2) times the determinant over the
+/// third power of the root mean square of the edges.
+pub(super) fn roundness(corners: [Point; 4]) -> f64 {
+    let [a, b, c, d] = corners;
+    let squares: f64 = EDGES.iter().map(|&[i, j]| length(minus(corners[i], corners[j])).powi(2)).sum();
+    determinant(a, b, c, d) * 2.0_f64.sqrt() / (squares / 6.0).powf(1.5)
+}
+
+/// Shapes of the worst tetrahedra of a mesh.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Quality {
     /// Smallest angle between two faces of a tetrahedron, degrees; 70.5 at best.
     pub smallest_angle: f64,
     /// Largest angle between two faces of a tetrahedron, degrees.
     pub largest_angle: f64,
-    /// Largest radius of the sphere around a tetrahedron relative to its shortest edge; 0.61 at best.
+    /// Largest circumradius of a tetrahedron relative to its shortest edge; 0.61 at best.
     pub radius_to_edge: f64,
 }
 
 impl Quality {
-    /// Of all tetrahedra of a mesh.
+    /// The worst values of all tetrahedra of a mesh.
     pub fn of(mesh: &TetMesh) -> Self {
         let mut out = Self { smallest_angle: 180.0, largest_angle: 0.0, radius_to_edge: 0.0 };
         for tet in &mesh.tets {
@@ -32,7 +41,8 @@ impl Quality {
             }
             let edge = |[i, j]: [usize; 2]| length(minus(at[i], at[j]));
             let shortest = EDGES.iter().fold(f64::INFINITY, |s, &ends| s.min(edge(ends)));
-            out.radius_to_edge = out.radius_to_edge.max(length(minus(sphere_center(at), at[0])) / shortest);
+            out.radius_to_edge =
+                out.radius_to_edge.max(length(minus(circumsphere_center(at), at[0])) / shortest);
         }
         out
     }

@@ -1,7 +1,7 @@
 //! Meshes of scenes in layers: sizes, conformity, faces, errors.
 
-use super::checks::{areas, conforming, volume};
-use super::{FaceRole, LayeredError, LayeredSizing, TetMesh, layered};
+use super::mesh_checks::{areas, conforming, volume};
+use crate::meshing::tets::{FaceRole, LayeredError, LayeredSizing, TetMesh, layered};
 use crate::scene::{Body, Box3, Scene, Wall};
 use crate::shapes::Shape;
 use std::f64::consts::TAU;
@@ -236,7 +236,7 @@ fn combs_and_spirals_are_met_exactly() {
             matches!(f.role, FaceRole::Conductor(0))
                 && f.face.iter().all(|&p| mesh.points[p as usize][2] == 0.1)
         })
-        .map(|f| super::checks::area(&mesh, f.face))
+        .map(|f| super::mesh_checks::area(&mesh, f.face))
         .sum();
     near(top, area);
 }

@@ -1,19 +1,19 @@
-//! Changing a graded axis: splitting elements, raising degrees, reflecting, reaching farther out.
+//! Changes of a graded axis: splitting elements, raising degrees, reflecting it, extending it.
 
 use super::GradedAxis;
 use elastocap_fem::line::LineEnd;
 
-/// One change to one element.
+/// A change of one element.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Change {
-    /// So many degrees more.
+    /// Its degree is raised by this.
     Raise(usize),
-    /// A new node at this share of the element's length from its lower end.
+    /// It gets a new node at this share of its length from its lower end.
     Split(f64),
 }
 
 impl GradedAxis {
-    /// Interval of element `e`.
+    /// The interval in which element `e` lies.
     pub fn interval_of(&self, e: usize) -> usize {
         self.cuts.partition_point(|c| *c <= e) - 1
     }
@@ -24,13 +24,13 @@ impl GradedAxis {
         [self.cuts[m] == e && self.edges[m], self.cuts[m + 1] == e + 1 && self.edges[m + 1]]
     }
 
-    /// Length of element `e`; `None` if it is infinite.
+    /// The length of element `e`, m; `None` if it is infinite.
     pub fn length(&self, e: usize) -> Option<f64> {
         let i = e.checked_sub(self.line.first_finite())?;
         Some(self.line.nodes.get(i + 1)? - self.line.nodes[i])
     }
 
-    /// Carries out changes, given by element in ascending order. Infinite elements can only be raised.
+    /// Carries out changes, each given with its element, in ascending order. Splits of infinite elements are ignored.
     pub fn change(&mut self, changes: &[(usize, Change)]) {
         let first = self.line.first_finite();
         for (e, change) in changes.iter().rev() {
@@ -53,7 +53,7 @@ impl GradedAxis {
                     let p = self.line.degrees[i];
                     self.line.nodes.insert(i + 1, at);
                     self.line.degrees.insert(i, p);
-                    // The part that no longer touches the edge sees a smoother field.
+                    // The field is smoother in the part that no longer touches the edge.
                     if below != above {
                         self.line.degrees[if below { i + 1 } else { i }] += 1;
                     }
@@ -91,15 +91,16 @@ impl GradedAxis {
         out
     }
 
-    /// Moves the last node of an open side, `side` 0 or 1, to so far from the pole, with one more element where the
-    /// outermost would become much longer than those inside.
+    /// Moves the last node of an open side, 0 below or 1 above, to the distance `radius` from the pole. Adds an element where the
+    /// outermost one would become much longer than those inside.
     pub fn reach_to(&mut self, side: usize, pole: f64, radius: f64) {
+        // Largest distance of the outer end of an element from the pole, relative to that of its inner end.
         const LONGEST: f64 = 12.0;
         let n = self.line.nodes.len();
         let (outer, inner) = if side == 0 { (0, 1) } else { (n - 1, n - 2) };
         let at = if side == 0 { pole - radius } else { pole + radius };
         let own = (self.line.nodes[inner] - pole).abs().max((self.line.nodes[outer] - pole).abs() / LONGEST);
-        // The outermost element may begin at a body; it is moved only where something lies between.
+        // If the outermost element begins at a body, it stays and gets a new one beyond it.
         let m = if side == 0 { 0 } else { self.cuts.len() - 2 };
         let alone = self.cuts[m + 1] - self.cuts[m] == 1;
         if radius > LONGEST * own || alone {
@@ -133,7 +134,7 @@ mod tests {
     }
 
     #[test]
-    fn a_split_beside_an_edge_keeps_the_low_degree_at_the_edge() {
+    fn splitting_an_element_at_an_edge_keeps_the_low_degree_at_the_edge() {
         let mut a = axis();
         let e = a.cuts[1];
         assert_eq!(a.touches(e), [true, false]);

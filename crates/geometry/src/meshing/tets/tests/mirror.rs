@@ -1,7 +1,7 @@
 //! Meshes of scenes whose bodies reach across walls, and parts of scenes that are their own mirror images.
 
-use super::checks::{areas, conforming, volume};
-use super::{FaceRole, LayeredSizing, MeshError, Sizing, TetMesh, layered, mesh};
+use super::mesh_checks::{areas, conforming, volume};
+use crate::meshing::tets::{FaceRole, LayeredSizing, MeshError, Sizing, TetMesh, layered, mesh};
 use crate::mirror::{part, planes};
 use crate::samples::{cube, scene};
 use crate::scene::{Body, Box3, Scene, Wall};

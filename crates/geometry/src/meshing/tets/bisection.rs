@@ -1,39 +1,37 @@
 //! Local refinement of a mesh of tetrahedra by bisection of longest edges.
 //!
-//! An edge is cut only once it is the longest of every tetrahedron around it; where it is not, the longer edge is cut first
-//! (Rivara's longest-edge propagation path). The mesh is conforming after every cut, and a face is only ever cut at its own
-//! longest edge, so that its two sides agree.
+//! An edge is bisected only once it is the longest one of every tetrahedron around it; otherwise the longer edge is bisected
+//! first (longest-edge propagation path: Rivara, Int. J. Numer. Methods Eng. 40, 1997). The mesh conforms after every
+//! bisection, and a face is only ever bisected at its own longest edge, so that the tetrahedra on its two sides agree.
 
 use super::{BoundaryFace, Grading, TetMesh};
-
-/// End of a list.
-const NONE: u32 = u32::MAX;
+use crate::meshing::indices::OptionalIndex;
 
 /// The pairs of corners that are the edges of a tetrahedron.
 const EDGES: [[usize; 2]; 6] = [[0, 1], [0, 2], [0, 3], [1, 2], [1, 3], [2, 3]];
 
-/// A refined mesh and where its parts came from.
+/// A refined mesh and the origin of its parts.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Bisected {
     /// The refined mesh; the points of the old one come first, unchanged.
     pub mesh: TetMesh,
     /// For each new point, in order, the two points between which it lies: old ones, or new ones that precede it.
     pub parents: Vec<[u32; 2]>,
-    /// For each tetrahedron the old one of which it is a part.
+    /// For each tetrahedron, the old one of which it is a part.
     pub origin: Vec<u32>,
 }
 
 impl TetMesh {
-    /// The mesh with the tetrahedra `marked` (indices; others are ignored) bisected `generations` times each, so that no part
-    /// of them is larger than 2^-generations of the whole; what is around them is bisected as far as that asks for it.
+    /// Bisects each of the tetrahedra `marked` (by index; invalid ones are ignored) `generations` times, so that none of their
+    /// parts is larger than 2^-`generations` of the whole. Tetrahedra around them are bisected as far as conformity requires.
     ///
     /// Regions and roles of faces are inherited. The result depends on nothing but the arguments.
     pub fn bisected(&self, marked: &[u32], generations: u8) -> Bisected {
         self.bisected_towards(marked, generations, &mut Grading::none(self))
     }
 
-    /// The same with edges cut where `grading` says, which is of this mesh and becomes that of the finer one. Parts are then
-    /// small or large as their edges were cut.
+    /// As [`TetMesh::bisected`], but edges are cut where `grading` places the cut, so that parts may be of unequal size.
+    /// `grading` must belong to this mesh, else it is replaced by [`Grading::none`]; it becomes that of the refined mesh.
     pub fn bisected_towards(&self, marked: &[u32], generations: u8, grading: &mut Grading) -> Bisected {
         let mut chosen = vec![false; self.tets.len()];
         for &t in marked {
@@ -60,7 +58,7 @@ impl TetMesh {
     }
 }
 
-/// Edges are compared by this alone: by length, then older ones before newer ones. No two edges have the same rank.
+/// The order of edges: by length, and among equally long ones the newer before the older. No two edges have the same rank.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 struct Rank {
     length: u64,
@@ -77,13 +75,21 @@ struct Work<'a> {
     origin: Vec<u32>,
     depth: Vec<u8>,
     parents: Vec<[u32; 2]>,
-    /// Tetrahedra at each point: the first entry. A list may hold tetrahedra that have lost the point since.
-    first: Vec<u32>,
-    /// `[tetrahedron, next entry]`.
-    entries: Vec<[u32; 2]>,
-    /// Edges on the way to the one that can be cut; empty between cuts.
+    /// For each point, the first entry of the list of tetrahedra at it. Lists may also hold some that have lost the point since.
+    first: Vec<OptionalIndex>,
+    entries: Vec<Entry>,
+    /// Edges on the propagation path to one that can be bisected; empty in between.
     path: Vec<[u32; 2]>,
+    /// The tetrahedra around the edge at hand.
     star: Vec<u32>,
+}
+
+/// An entry of a list of tetrahedra.
+#[derive(Debug, Clone, Copy)]
+struct Entry {
+    tet: u32,
+    /// The next entry of the same list.
+    next: OptionalIndex,
 }
 
 impl<'a> Work<'a> {
@@ -97,7 +103,7 @@ impl<'a> Work<'a> {
             origin: (0..count as u32).collect(),
             depth: vec![0; count],
             parents: Vec::new(),
-            first: vec![NONE; mesh.points.len()],
+            first: vec![OptionalIndex::NONE; mesh.points.len()],
             entries: Vec::with_capacity(4 * count),
             path: Vec::new(),
             star: Vec::new(),
@@ -112,8 +118,9 @@ impl<'a> Work<'a> {
     }
 
     fn enter(&mut self, point: u32, tet: u32) {
-        self.entries.push([tet, self.first[point as usize]]);
-        self.first[point as usize] = self.entries.len() as u32 - 1;
+        let entry = self.entries.len() as u32;
+        self.entries.push(Entry { tet, next: self.first[point as usize] });
+        self.first[point as usize] = OptionalIndex::some(entry);
     }
 
     /// The longest edge of a tetrahedron.
@@ -121,7 +128,7 @@ impl<'a> Work<'a> {
         EDGES[self.longest[t] as usize].map(|k| self.tets[t][k])
     }
 
-    /// Cuts an edge, and before it what must be cut before it.
+    /// Bisects an edge, and before it all longer edges on its propagation path.
     fn cut(&mut self, edge: [u32; 2]) {
         self.path.push(edge);
         while let Some(&edge) = self.path.last() {
@@ -146,8 +153,8 @@ impl<'a> Work<'a> {
         // The newer point has the shorter list.
         let (at, other) = (a.max(b), a.min(b));
         let mut entry = self.first[at as usize];
-        while entry != NONE {
-            let [t, next] = self.entries[entry as usize];
+        while let Some(k) = entry.get() {
+            let Entry { tet: t, next } = self.entries[k as usize];
             let tet = &self.tets[t as usize];
             if tet.contains(&other) && tet.contains(&at) {
                 self.star.push(t);
@@ -156,16 +163,16 @@ impl<'a> Work<'a> {
         }
     }
 
-    /// Halves the tetrahedra of `star`, which are those around `edge`.
+    /// Bisects the tetrahedra of `star`, which are those around the edge.
     fn halve(&mut self, [a, b]: [u32; 2]) {
         let middle = self.points.len() as u32;
         let share = self.grading.cut([a, b]);
         let [p, q] = [a, b].map(|p| self.points[p as usize]);
-        // Where the ends agree in a coordinate, so does the point to the last digit.
+        // Where the ends agree in a coordinate, the new point has exactly the same.
         let between = |p: f64, q: f64| if share == 0.5 { 0.5 * (p + q) } else { p + share * (q - p) };
         self.points.push([0, 1, 2].map(|k| between(p[k], q[k])));
         self.parents.push([a, b]);
-        self.first.push(NONE);
+        self.first.push(OptionalIndex::NONE);
         let star = std::mem::take(&mut self.star);
         for &t in &star {
             let slot = t as usize;
@@ -195,24 +202,24 @@ impl<'a> Work<'a> {
         Bisected { mesh, parents: self.parents, origin: self.origin }
     }
 
-    /// The faces cut as the tetrahedra at them were.
-    fn boundary(&self, old: &[BoundaryFace], kept: usize) -> Vec<BoundaryFace> {
-        // Middles of edges, listed by the older end.
-        let mut first = vec![NONE; self.points.len()];
+    /// The boundary faces, divided as the tetrahedra at them. The first `old_points` points are those of the old mesh.
+    fn boundary(&self, old: &[BoundaryFace], old_points: usize) -> Vec<BoundaryFace> {
+        // New points in lists by the older end of the edge that they lie on.
+        let mut first = vec![OptionalIndex::NONE; self.points.len()];
         let mut next = Vec::with_capacity(self.parents.len());
-        for (k, &[a, b]) in self.parents.iter().enumerate() {
+        for (k, &[a, b]) in (0..).zip(&self.parents) {
             let older = a.min(b) as usize;
             next.push(first[older]);
-            first[older] = k as u32;
+            first[older] = OptionalIndex::some(k);
         }
         let middle = |a: u32, b: u32| {
-            let mut k = first[a.min(b) as usize];
-            while k != NONE {
+            let mut entry = first[a.min(b) as usize];
+            while let Some(k) = entry.get() {
                 let [c, d] = self.parents[k as usize];
                 if c.max(d) == a.max(b) {
-                    return Some(kept as u32 + k);
+                    return Some(old_points as u32 + k);
                 }
-                k = next[k as usize];
+                entry = next[k as usize];
             }
             None
         };
@@ -243,8 +250,8 @@ impl<'a> Work<'a> {
 fn rank(points: &[[f64; 3]], [a, b]: [u32; 2]) -> Rank {
     let (p, q) = (points[a as usize], points[b as usize]);
     let length = (0..3).map(|k| (p[k] - q[k]) * (p[k] - q[k])).sum::<f64>();
-    // Bits of positive numbers are ordered as the numbers are. The last ones are dropped: edges that are of one length but
-    // for rounding shall be cut in the order of their age everywhere.
+    // The bits of positive numbers are ordered as the numbers are. The last ones are dropped, so that edges whose lengths differ
+    // by rounding only are bisected in the order of their age everywhere.
     let length = (length.to_bits() + (1 << 23)) >> 24;
     Rank { length, age: [a.max(b), a.min(b)].map(std::cmp::Reverse) }
 }
@@ -257,8 +264,8 @@ fn longest(points: &[[f64; 3]], tet: [u32; 4]) -> u8 {
 
 #[cfg(test)]
 mod tests {
-    use super::super::{checks, of_boxes};
     use super::*;
+    use crate::meshing::tets::{of_boxes, tests::mesh_checks};
     use crate::scene::{Body, Box3, Scene, Wall};
     use crate::shapes::Shape;
 
@@ -293,17 +300,17 @@ mod tests {
             for graded in [false, true] {
                 let mut mesh = plate(1, height);
                 let mut grading = if graded { Grading::towards_edges(&mesh) } else { Grading::none(&mesh) };
-                let (volume, areas) = (checks::volume(&mesh), checks::areas(&mesh));
-                checks::conforming(&mesh);
+                let (volume, areas) = (mesh_checks::volume(&mesh), mesh_checks::areas(&mesh));
+                mesh_checks::conforming(&mesh);
                 for _ in 0..2 {
                     let count = mesh.tets.len() as u64;
                     let marked: Vec<u32> =
                         (0..count / 10 + 1).map(|_| (next(&mut state) % count) as u32).collect();
                     let fine = mesh.bisected_towards(&marked, generations, &mut grading);
-                    checks::conforming(&fine.mesh);
-                    let change = checks::volume(&fine.mesh) / volume - 1.0;
+                    mesh_checks::conforming(&fine.mesh);
+                    let change = mesh_checks::volume(&fine.mesh) / volume - 1.0;
                     assert!(change.abs() < 1e-11, "{change:e}");
-                    for ((role, old), (other, new)) in areas.iter().zip(checks::areas(&fine.mesh)) {
+                    for ((role, old), (other, new)) in areas.iter().zip(mesh_checks::areas(&fine.mesh)) {
                         assert_eq!(*role, other);
                         assert!((old - new).abs() < 1e-12 * old);
                     }
@@ -354,7 +361,7 @@ mod tests {
             mesh = mesh.bisected(&at, 3).mesh;
             counts.push(mesh.tets.len());
         }
-        checks::conforming(&mesh);
+        mesh_checks::conforming(&mesh);
         assert!(worst(&mesh) > 0.25 * before, "{} {before}", worst(&mesh));
         let added: Vec<usize> = counts.windows(2).map(|w| w[1] - w[0]).collect();
         assert!(added.iter().all(|&n| n < 4 * added[1]), "{added:?}");

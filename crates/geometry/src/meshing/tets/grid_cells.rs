@@ -1,20 +1,22 @@
-//! Tetrahedra from the cells of a grid: for scenes of boxes.
+//! Tetrahedra from the cells of a grid, for scenes of boxes.
 
 use super::{BoundaryFace, FaceRole, TetMesh, determinant};
+use crate::meshing::indices::Renumbering;
 use crate::scene::{Box3, Filling, Scene, Wall};
 
-/// Six tetrahedra for every cell of a grid that lies in no conductor, for a scene of boxes and sheets.
+/// Divides every cell of a grid that lies in no conductor into six tetrahedra (Kuhn's triangulation), for a scene of boxes
+/// and sheets.
 ///
-/// `nodes` are ascending coordinates per axis, m, that begin and end where the mesh does; the bounds of all bodies that lie
-/// between are among them. An open side gets faces to open space whose rays, from the middle of the conductors, are taken to
-/// meet no permittivities but those of the scene.
+/// `nodes` are the coordinates of the grid per axis, ascending, m. They begin and end where the mesh does and include all
+/// bounds of bodies in between. Faces on open sides get the range of all permittivities of the scene, and rays that start amid
+/// the conductors.
 pub fn of_boxes(scene: &Scene, nodes: &[Vec<f64>; 3]) -> TetMesh {
     let counts = [0, 1, 2].map(|a| nodes[a].len());
     let index = |c: [usize; 3]| (c[0] * counts[1] + c[1]) * counts[2] + c[2];
     let at = |c: [usize; 3]| [nodes[0][c[0]], nodes[1][c[1]], nodes[2][c[2]]];
     let lookup = scene.lookup();
     let mut mesh = TetMesh::default();
-    let mut kept = vec![u32::MAX; counts.iter().product()];
+    let mut numbers = Renumbering::new(counts.iter().product());
     for i in 0..counts[0] - 1 {
         for j in 0..counts[1] - 1 {
             for k in 0..counts[2] - 1 {
@@ -30,12 +32,7 @@ pub fn of_boxes(scene: &Scene, nodes: &[Vec<f64>; 3]) -> TetMesh {
                     let mut tet = [0_u32; 4];
                     let mut points = [[0.0; 3]; 4];
                     for step in 0..4 {
-                        let here = index(corner);
-                        if kept[here] == u32::MAX {
-                            kept[here] = mesh.points.len() as u32;
-                            mesh.points.push(at(corner));
-                        }
-                        tet[step] = kept[here];
+                        tet[step] = numbers.number(index(corner), || mesh.points.push(at(corner)));
                         points[step] = at(corner);
                         if step < 3 {
                             corner[axes[step]] += 1;
@@ -58,7 +55,7 @@ pub fn of_boxes(scene: &Scene, nodes: &[Vec<f64>; 3]) -> TetMesh {
     mesh
 }
 
-/// Marks the faces of the mesh that lie on conductors or on walls.
+/// Gives faces that lie on conductors, grounded walls or open sides their roles.
 fn mark(mesh: &mut TetMesh, scene: &Scene, nodes: &[Vec<f64>; 3]) {
     let all = scene.permittivities();
     let least = all.iter().copied().fold(f64::INFINITY, f64::min);
@@ -102,7 +99,7 @@ mod tests {
     use crate::shapes::Shape;
 
     #[test]
-    fn the_cells_around_a_cube_in_a_cube_fill_what_it_leaves() {
+    fn a_cube_in_a_cube_leaves_seven_eighths_with_faces_on_both() {
         let cube = |a: f64| Box3 { min: [-a; 3], max: [a; 3] };
         let scene = Scene {
             bodies: vec![Body::conductor("inner", Shape::Box(cube(0.5)))],

@@ -1,8 +1,11 @@
-use super::delaunay::Delaunay;
-use super::*;
+mod crossing_bodies;
+
+use super::delaunay::{self, Delaunay};
+use super::{MeshError, Meshed, Sizing, mesh};
+use crate::meshing::tets::{BoundaryFace, FaceRole, TetMesh, determinant};
 use crate::samples::{self, scene};
-use crate::scene::Body;
-use crate::shapes::TriangleSurface;
+use crate::scene::{Body, Box3, Wall};
+use crate::shapes::{Shape, TriangleSurface};
 use std::collections::HashMap;
 use std::f64::consts::PI;
 
@@ -10,7 +13,7 @@ fn cube(a: f64) -> Box3 {
     Box3 { min: [-a; 3], max: [a; 3] }
 }
 
-pub(super) fn volume(mesh: &TetMesh, region: Option<u32>) -> f64 {
+fn volume(mesh: &TetMesh, region: Option<u32>) -> f64 {
     let of = |t: &usize| region.is_none_or(|r| mesh.regions[*t] == r);
     (0..mesh.tets.len()).filter(of).map(|t| mesh.determinant(t) / 6.0).sum()
 }
@@ -55,15 +58,15 @@ fn a_regular_grid_is_triangulated_without_gaps() {
     let mut mesh = Delaunay::new([0.0; 3], [8.0; 3]);
     for k in 0..729_u32 {
         let p = [k % 9, k / 9 % 9, k / 81].map(f64::from);
-        let hint = mesh.at(mesh.points.len() as u32 - 1);
-        let taken = mesh.insert(p, hint, &[], None, true, false);
-        assert!(matches!(taken, Ok(_) | Err(delaunay::Refusal::Known(_))), "{p:?}: {taken:?}");
+        let hint = mesh.tet_at(mesh.points.len() as u32 - 1);
+        let taken = mesh.insert(&delaunay::Insertion::free(p, hint));
+        assert!(matches!(taken, Ok(_) | Err(delaunay::Refusal::Duplicate(_))), "{p:?}: {taken:?}");
     }
     let whole: f64 = (0..mesh.tets.len() as u32)
         .filter(|&t| mesh.alive(t))
         .map(|t| {
             let [a, b, c, d] = mesh.corners(t);
-            crate::meshing::tets::determinant(a, b, c, d) / 6.0
+            determinant(a, b, c, d) / 6.0
         })
         .sum();
     assert!((whole - 512.0).abs() < 1e-9, "{whole}");

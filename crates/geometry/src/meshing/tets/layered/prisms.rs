@@ -1,38 +1,50 @@
-//! Tetrahedra and faces of prisms over a planar pattern.
+//! Tetrahedra and boundary faces of the prisms over a triangulated pattern.
 
-use super::beyond_mesh::beyond;
-use super::layered::{Body, LayeredError, across};
-use super::{BoundaryFace, FaceRole, TetMesh, determinant};
-use crate::meshing::plane::Planar;
+use super::{Body, LayeredError, across};
+use crate::meshing::indices::Renumbering;
+use crate::meshing::plane::PlaneMesh;
+use crate::meshing::tets::beyond_mesh::permittivity_beyond;
+use crate::meshing::tets::{BoundaryFace, FaceRole, TetMesh, determinant};
 use crate::scene::{Scene, Wall};
 use std::collections::BTreeMap;
 
-/// What prisms are made of.
+/// The prisms of a scene: all triangles of the plane extruded through all layers.
 pub(super) struct Prisms<'a> {
     pub(super) scene: &'a Scene,
     pub(super) axis: usize,
-    pub(super) planar: Planar,
-    /// Planes along the axis, ascending.
+    pub(super) planar: PlaneMesh,
+    /// Planes between the layers, ascending along the axis, m.
     pub(super) nodes: Vec<f64>,
     /// Parts of conductors, then of dielectrics.
     pub(super) bodies: Vec<Body>,
-    /// Which triangles lie in each outline.
+    /// For each outline, which triangles lie in it.
     pub(super) inside: Vec<Vec<bool>>,
+    /// Where the rays to infinity start, m.
     pub(super) center: [f64; 3],
 }
 
-/// What a prism is filled with.
+/// What fills a prism.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Filling {
-    /// The conductor with this index.
+    /// The conductor with this index; then the prism is no part of the mesh.
     Conductor(usize),
-    /// The background, 0, or dielectric k, 1 + k.
+    /// A region as in [`TetMesh::regions`].
     Region(u32),
+}
+
+impl Filling {
+    /// Whether a conductor fills it.
+    pub(super) fn is_conductor(self) -> bool {
+        match self {
+            Self::Conductor(_) => true,
+            Self::Region(_) => false,
+        }
+    }
 }
 
 impl Prisms<'_> {
     fn covers(&self, body: usize, triangle: usize) -> bool {
-        self.bodies[body].ring.is_none_or(|ring| self.inside[ring][triangle])
+        self.bodies[body].outline.is_none_or(|outline| self.inside[outline][triangle])
     }
 
     fn filling(&self, triangle: usize, layer: usize) -> Result<Filling, LayeredError> {
@@ -67,12 +79,14 @@ impl Prisms<'_> {
         match self.scene.walls[axis][side] {
             Wall::Insulated => None,
             Wall::Grounded => Some(FaceRole::Grounded),
-            Wall::Open => Some(FaceRole::Open { permittivity: beyond(self.scene, self.center, corners) }),
+            Wall::Open => {
+                Some(FaceRole::Open { permittivity: permittivity_beyond(self.scene, self.center, corners) })
+            }
         }
     }
 }
 
-/// The mesh.
+/// Divides each prism that is not in a conductor into three tetrahedra, and gives faces on conductors and walls their roles.
 ///
 /// # Errors
 /// [`LayeredError::Touching`] where two conductors share a prism or a point.
@@ -81,7 +95,7 @@ pub(super) fn prisms(parts: &Prisms) -> Result<TetMesh, LayeredError> {
     let layers = nodes.len() - 1;
     let [u, v] = across(parts.axis);
     let mut mesh = TetMesh { center: parts.center, ..TetMesh::default() };
-    let mut index = vec![u32::MAX; planar.points.len() * nodes.len()];
+    let mut numbers = Renumbering::new(planar.points.len() * nodes.len());
     let mut fillings = vec![Filling::Region(0); planar.triangles.len() * layers];
     let place = |p: u32, level: usize| {
         let mut point = [0.0; 3];
@@ -104,12 +118,8 @@ pub(super) fn prisms(parts: &Prisms) -> Result<TetMesh, LayeredError> {
                 [(p, 0), (p, 1), (q, 1), (r, 1)],
             ] {
                 let mut tet = tet.map(|(p, up)| {
-                    let slot = &mut index[p as usize * nodes.len() + layer + up];
-                    if *slot == u32::MAX {
-                        *slot = mesh.points.len() as u32;
-                        mesh.points.push(place(p, layer + up));
-                    }
-                    *slot
+                    let corner = p as usize * nodes.len() + layer + up;
+                    numbers.number(corner, || mesh.points.push(place(p, layer + up)))
                 });
                 let [a, b, c, d] = tet.map(|p| mesh.points[p as usize]);
                 if determinant(a, b, c, d) < 0.0 {
@@ -120,11 +130,11 @@ pub(super) fn prisms(parts: &Prisms) -> Result<TetMesh, LayeredError> {
             }
         }
     }
-    let mut faces = Faces { parts, index, fillings, layers, boundary: Vec::new() };
-    faces.across(&mesh.points)?;
-    faces.along(&mesh.points);
+    let mut faces = Faces { parts, numbers, fillings, layers, boundary: Vec::new() };
+    faces.across_axis(&mesh.points)?;
+    faces.along_axis(&mesh.points);
     mesh.boundary = faces.boundary;
-    owners(&mesh, parts.scene)?;
+    refuse_common_points(&mesh, parts.scene)?;
     Ok(mesh)
 }
 
@@ -134,55 +144,63 @@ fn touching(scene: &Scene, one: usize, other: usize) -> LayeredError {
     LayeredError::Touching { first, second }
 }
 
-/// No two conductors may share a point of the mesh.
-fn owners(mesh: &TetMesh, scene: &Scene) -> Result<(), LayeredError> {
-    let mut owner = vec![u32::MAX; mesh.points.len()];
+/// Fails if two conductors share a point of the mesh.
+fn refuse_common_points(mesh: &TetMesh, scene: &Scene) -> Result<(), LayeredError> {
+    let mut conductors: Vec<Option<u32>> = vec![None; mesh.points.len()];
     for face in &mesh.boundary {
         let FaceRole::Conductor(k) = face.role else { continue };
         for p in face.face {
-            let slot = &mut owner[p as usize];
-            if *slot != u32::MAX && *slot != k {
-                return Err(touching(scene, *slot as usize, k as usize));
+            if let Some(other) = conductors[p as usize].replace(k)
+                && other != k
+            {
+                return Err(touching(scene, other as usize, k as usize));
             }
-            *slot = k;
         }
     }
     Ok(())
 }
 
-/// Marks the faces of prisms.
+/// The boundary faces among the faces of prisms.
 struct Faces<'a> {
     parts: &'a Prisms<'a>,
-    index: Vec<u32>,
+    /// Numbers of those points of the plane, at each level, that are points of the mesh.
+    numbers: Renumbering,
     fillings: Vec<Filling>,
     layers: usize,
     boundary: Vec<BoundaryFace>,
 }
 
 impl Faces<'_> {
-    fn point(&self, p: u32, level: usize) -> u32 {
-        self.index[p as usize * self.parts.nodes.len() + level]
+    /// The number of a point of the plane at a level; `None` if all prisms at it are in conductors.
+    fn point(&self, p: u32, level: usize) -> Option<u32> {
+        self.numbers.get(p as usize * self.parts.nodes.len() + level)
     }
 
-    /// The conductor on one of two sides if the other is filled.
+    /// The numbers of three points, each of the plane and with its level.
+    fn face(&self, corners: [(u32, usize); 3]) -> Option<[u32; 3]> {
+        let [a, b, c] = corners.map(|(p, level)| self.point(p, level));
+        Some([a?, b?, c?])
+    }
+
+    /// The conductor on one of two sides, if the other one has no conductor.
     fn between(sides: [Filling; 2]) -> Option<usize> {
         match sides {
             [Filling::Conductor(k), Filling::Region(_)] | [Filling::Region(_), Filling::Conductor(k)] => {
                 Some(k)
             }
-            _ => None,
+            [Filling::Conductor(_), Filling::Conductor(_)] | [Filling::Region(_), Filling::Region(_)] => None,
         }
     }
 
-    /// Faces across the axis.
-    fn across(&mut self, points: &[[f64; 3]]) -> Result<(), LayeredError> {
+    /// Adds the faces normal to the axis.
+    fn across_axis(&mut self, points: &[[f64; 3]]) -> Result<(), LayeredError> {
         for (t, triangle) in self.parts.planar.triangles.iter().enumerate() {
             for level in 0..=self.layers {
                 let below = level.checked_sub(1).map(|layer| self.fillings[t * self.layers + layer]);
                 let above = (level < self.layers).then(|| self.fillings[t * self.layers + level]);
-                let held = [below, above].into_iter().filter_map(|f| match f {
-                    Some(Filling::Conductor(k)) => Some(k),
-                    _ => None,
+                let held = [below, above].into_iter().flatten().filter_map(|f| match f {
+                    Filling::Conductor(k) => Some(k),
+                    Filling::Region(_) => None,
                 });
                 let mut all = held.chain(self.parts.sheets(t, level));
                 let conductor = all.next();
@@ -194,7 +212,7 @@ impl Faces<'_> {
                 if ![below, above].iter().any(|f| matches!(f, Some(Filling::Region(_)))) {
                     continue;
                 }
-                let face = triangle.map(|p| self.point(p, level));
+                let Some(face) = self.face(triangle.map(|p| (p, level))) else { continue };
                 let role = conductor.map(|k| FaceRole::Conductor(k as u32));
                 let role = role.or_else(|| {
                     let side = usize::from(above.is_none());
@@ -209,8 +227,8 @@ impl Faces<'_> {
         Ok(())
     }
 
-    /// Faces along the axis.
-    fn along(&mut self, points: &[[f64; 3]]) {
+    /// Adds the faces parallel to the axis.
+    fn along_axis(&mut self, points: &[[f64; 3]]) {
         let planar = &self.parts.planar;
         let mut edges: BTreeMap<[u32; 2], [Option<usize>; 2]> = BTreeMap::new();
         for (t, &[a, b, c]) in planar.triangles.iter().enumerate() {
@@ -224,15 +242,16 @@ impl Faces<'_> {
             for layer in 0..self.layers {
                 let filling = |t: usize| self.fillings[t * self.layers + layer];
                 let faces = [[(p, 0), (q, 0), (q, 1)], [(p, 0), (p, 1), (q, 1)]];
-                let faces = faces.map(|f| f.map(|(p, up)| self.point(p, layer + up)));
+                let faces = faces.into_iter().filter_map(|f| self.face(f.map(|(p, up)| (p, layer + up))));
+                let faces: Vec<[u32; 3]> = faces.collect();
                 if let Some(other) = other {
                     let Some(k) = Self::between([filling(one), filling(other)]) else { continue };
                     let role = FaceRole::Conductor(k as u32);
-                    self.boundary.extend(faces.map(|face| BoundaryFace { face, role }));
+                    self.boundary.extend(faces.into_iter().map(|face| BoundaryFace { face, role }));
                 } else if matches!(filling(one), Filling::Region(_)) {
                     let [a, b] = [p, q].map(|p| planar.points[p as usize]);
                     let middle = planar.triangles[one].map(|p| planar.points[p as usize]);
-                    // The side of the frame to which the edge belongs is that across which it has no extent.
+                    // The edge lies on the side of the frame that is normal to the direction in which it has no extent.
                     let k = usize::from((a[1] - b[1]).abs() < (a[0] - b[0]).abs());
                     let side = usize::from(middle.iter().all(|m| m[k] <= a[k]));
                     for face in faces {

@@ -1,11 +1,11 @@
-//! What the tests of all meshers ask of a mesh.
+//! Properties that every mesh must have.
 
-use super::{FaceRole, TetMesh};
+use crate::meshing::tets::{FaceRole, TetMesh};
 use std::collections::BTreeMap;
 
 /// Fails unless the tetrahedra are positive, faces belong to one or two of them, marked faces exist once, no point is unused
 /// or hangs on an edge: the outer faces must close.
-pub(super) fn conforming(mesh: &TetMesh) {
+pub(crate) fn conforming(mesh: &TetMesh) {
     assert_eq!(mesh.regions.len(), mesh.tets.len());
     let mut used = vec![false; mesh.points.len()];
     let mut faces: BTreeMap<[u32; 3], u32> = BTreeMap::new();
@@ -42,12 +42,12 @@ pub(super) fn conforming(mesh: &TetMesh) {
 }
 
 /// Volume of a mesh.
-pub(super) fn volume(mesh: &TetMesh) -> f64 {
+pub(crate) fn volume(mesh: &TetMesh) -> f64 {
     (0..mesh.tets.len()).map(|t| mesh.determinant(t) / 6.0).sum()
 }
 
 /// Area of a triangle of points of the mesh.
-pub(super) fn area(mesh: &TetMesh, face: [u32; 3]) -> f64 {
+pub(crate) fn area(mesh: &TetMesh, face: [u32; 3]) -> f64 {
     let [a, b, c] = face.map(|p| mesh.points[p as usize]);
     let [u, v] = [b, c].map(|p| [0, 1, 2].map(|k| p[k] - a[k]));
     let cross = |i: usize, j: usize| u[i] * v[j] - u[j] * v[i];
@@ -55,7 +55,7 @@ pub(super) fn area(mesh: &TetMesh, face: [u32; 3]) -> f64 {
 }
 
 /// Area of the faces of each role, and of the outer faces without one (last).
-pub(super) fn areas(mesh: &TetMesh) -> Vec<(String, f64)> {
+pub(crate) fn areas(mesh: &TetMesh) -> Vec<(String, f64)> {
     let mut sums: BTreeMap<String, f64> = BTreeMap::new();
     let mut outer: std::collections::BTreeSet<[u32; 3]> = Default::default();
     for tet in &mesh.tets {

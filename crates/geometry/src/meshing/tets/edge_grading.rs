@@ -1,49 +1,51 @@
-//! Where edges are cut, so that tetrahedra become small towards the edges of conductors and stay long along them.
+//! Where bisection cuts edges, so that tetrahedra become thin towards the edges of conductors and stay long along them.
 //!
-//! In a sector of angle w between conductors the potential rises as r^a, a = pi / w, with the distance from the edge and is
-//! smooth along it. A mesh edge with one end there is cut nearer to that end, at a share k of its length: after n cuts the
-//! tetrahedra are k^n wide and 2^-n long, and the potential across them is tamer (Li, SIAM J. Numer. Anal. 56, 2018). Shares
-//! are k = 2^-b with b = (1 + 1/a) / 2, measured: potentials alone would like b = 1/a or more, but a flux in tetrahedra
-//! that lean as well as being long loses more than the potential does. All points lie on edges of the mesh before, so that no
-//! surface moves and no tetrahedron turns over. Which edge is cut is decided by the lengths there would be if all were halved.
+//! In a sector of angle w between conductors the potential grows as r^a, a = pi / w, with the distance r from the edge, and is
+//! smooth along it. A mesh edge with one end on such an edge is cut closer to this end, at a share k of its length: after n
+//! cuts the tetrahedra are k^n wide and 2^-n long, which resolves the singularity with fewer of them (Li, SIAM J. Numer. Anal.
+//! 56, 2018). The shares are k = 2^-b with b = (1 + 1/a) / 2, found by measurement: for potentials alone b = 1/a or more would
+//! be better, but the flux in tetrahedra that are long and slanted loses more than the potential gains.
+//!
+//! All new points lie on edges of the mesh before, so that no surface moves and no tetrahedron is turned inside out. The
+//! order in which edges are bisected follows from the lengths that they would have if all were halved.
 
 use super::{FaceRole, TetMesh};
 use elastocap_linalg::vector::{cross, dot, length, minus};
 use std::collections::{BTreeMap, HashMap};
 use std::f64::consts::PI;
 
-/// An edge about which the potential rises with a lower power than this draws cuts.
+/// Cuts are graded towards edges at which the potential grows with a lower power of the distance than this.
 const SINGULAR: f64 = 0.9;
 
-/// The most that b may be.
-const MOST: f64 = 1.5;
+/// Largest value of b.
+const MAX_EXPONENT: f64 = 1.5;
 
-/// How much longer than the tetrahedra at it are wide an edge may be to draw cuts: they are what cuts would make of them already.
+/// No grading towards an edge that is this many times longer than the tetrahedra at it are wide: these are graded already.
 const LONG: f64 = 3.0;
 
-/// Where the points of a mesh would be if edges were halved, and which edges draw cuts towards them.
+/// How a mesh is graded towards the edges of conductors. It belongs to one mesh, and bisection updates it.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Grading {
-    /// m.
+    /// Where the points would be if all edges were halved, m.
     pub(super) places: Vec<[f64; 3]>,
-    /// Edges of the mesh on edges of conductors, ascending ends, with the share at which cuts towards them are made.
+    /// Mesh edges on edges of conductors, by ascending ends, with the share at which edges that end there are cut.
     edges: HashMap<[u32; 2], f64>,
-    /// Per point that share: one half but for the ends of `edges`.
+    /// This share per point; one half for points that are no ends of `edges`.
     shares: Vec<f64>,
 }
 
 impl Grading {
-    /// Edges are halved, all of them.
+    /// No grading: all edges are halved.
     pub fn none(mesh: &TetMesh) -> Self {
         Self { places: mesh.points.clone(), edges: HashMap::new(), shares: vec![0.5; mesh.points.len()] }
     }
 
-    /// Cuts are drawn towards the edges of conductors and grounded walls that stand out.
+    /// Grading towards the edges of conductors and grounded walls at which the field is singular.
     pub fn towards_edges(mesh: &TetMesh) -> Self {
         let mut grading = Self::none(mesh);
         for (edge, power) in powers(mesh) {
             if power < SINGULAR {
-                let share = 0.5_f64.powf((0.5 + 0.5 / power).min(MOST));
+                let share = 0.5_f64.powf((0.5 + 0.5 / power).min(MAX_EXPONENT));
                 grading.edges.insert(edge, share);
                 for p in edge {
                     let own = &mut grading.shares[p as usize];
@@ -54,7 +56,7 @@ impl Grading {
         grading
     }
 
-    /// At which share of its length, from the first end on, an edge is cut; a new point comes of it.
+    /// The share of its length, from the first end on, at which an edge is cut. Registers the new point.
     pub(super) fn cut(&mut self, [a, b]: [u32; 2]) -> f64 {
         let [p, q] = [a, b].map(|p| self.places[p as usize]);
         let new = self.places.len() as u32;
@@ -74,10 +76,10 @@ impl Grading {
     }
 }
 
-/// For each edge of the mesh on a conductor or a grounded wall, the power of the distance with which the potential rises, where
-/// permittivity is the same all around.
+/// For each mesh edge on a conductor or a grounded wall, the power of the distance with which the potential grows if the
+/// permittivity is the same all around; infinite for an edge that calls for no grading.
 fn powers(mesh: &TetMesh) -> Vec<([u32; 2], f64)> {
-    // Per edge the third corners of the faces that hold the potential, and of the tetrahedra around.
+    // Per edge the third corners of faces at a fixed potential, and the two other corners of the tetrahedra around it.
     let mut held: BTreeMap<[u32; 2], Vec<u32>> = BTreeMap::new();
     for face in mesh.boundary.iter().filter(|f| !matches!(f.role, FaceRole::Open { .. })) {
         let [a, b, c] = face.face;
@@ -118,14 +120,14 @@ fn powers(mesh: &TetMesh) -> Vec<([u32; 2], f64)> {
     around.into_iter().map(power).collect()
 }
 
-/// Of a point from the line through an edge, m.
+/// The distance of a point from the line through an edge, m.
 fn distance(mesh: &TetMesh, edge: [u32; 2], point: u32) -> f64 {
     let [p, q] = edge.map(|p| mesh.points[p as usize]);
     let (along, out) = (minus(q, p), minus(mesh.points[point as usize], p));
     length(cross(along, out)) / length(along)
 }
 
-/// The tetrahedra around an edge, each by its two other corners, in groups that no face at one of `ends` parts.
+/// The tetrahedra around an edge, each given by its two other corners, in groups between which lie faces to one of `ends`.
 fn sectors(mut tets: Vec<[u32; 2]>, ends: &[u32]) -> Vec<Vec<[u32; 2]>> {
     let mut sectors = Vec::new();
     while let Some(first) = tets.pop() {
@@ -144,7 +146,7 @@ fn sectors(mut tets: Vec<[u32; 2]>, ends: &[u32]) -> Vec<Vec<[u32; 2]>> {
     sectors
 }
 
-/// The angle of a tetrahedron at an edge, its two other corners given, rad.
+/// The angle of a tetrahedron at an edge, from its two other corners, rad.
 fn angle(mesh: &TetMesh, edge: [u32; 2], sides: [u32; 2]) -> f64 {
     let at = |p: u32| mesh.points[p as usize];
     let along = minus(at(edge[1]), at(edge[0]));
@@ -176,7 +178,7 @@ mod tests {
     }
 
     #[test]
-    fn edges_of_bodies_have_two_thirds_rims_of_sheets_one_half_and_flat_faces_draw_nothing() {
+    fn the_power_is_two_thirds_at_edges_of_bodies_one_half_at_rims_of_sheets_and_one_on_flat_faces() {
         let mesh = mesh();
         let mut found = [0; 3];
         for (edge, power) in powers(&mesh) {
@@ -202,7 +204,7 @@ mod tests {
     }
 
     #[test]
-    fn cuts_are_drawn_to_the_rim_and_the_rim_itself_is_halved() {
+    fn cuts_are_graded_towards_a_rim_and_the_rim_itself_is_halved() {
         let mut mesh = mesh();
         let mut grading = Grading::towards_edges(&mesh);
         for _ in 0..4 {

@@ -1,27 +1,31 @@
 //! Meshes of scenes in layers: boxes, sheets, slabs, cylinders and extruded polygons along one axis.
 //!
-//! The outlines of all bodies together are triangulated once; the triangles are pulled along the axis through graded layers,
-//! and each of the prisms is split into three tetrahedra. Layers and triangles know nothing of one another's size, so that a
-//! thin gap does not ask for small triangles.
+//! The outlines of all bodies together are triangulated once. The triangles are extruded along the axis through graded layers,
+//! and each of the resulting prisms is divided into three tetrahedra. Layers and triangles are sized independently, so that a
+//! thin gap does not call for small triangles.
 
 use super::TetMesh;
-use super::faces::{Filling, Prisms, prisms};
-use crate::meshing::plane::{self as planar, Fault, Planar, Ring, triangulate};
+mod layer_planes;
+mod prisms;
+
+use crate::meshing::plane::{self, Outline, OutlineFault, PlaneMesh, triangulate};
 use crate::scene::{Box3, Scene, Wall};
 use crate::shapes::Shape;
+use layer_planes::{Layering, layer_planes};
+use prisms::{Filling, Prisms, prisms};
 
-/// How fine a first mesh is; it is refined afterwards where that pays.
+/// How fine a mesh in layers is. It is meant as the first mesh of an adaptive refinement.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LayeredSizing {
-    /// Size of triangles at an outline over the smaller side of the rectangle around it.
+    /// Size of triangles at an outline, relative to the shorter side of the rectangle around it.
     pub near: f64,
-    /// How much larger triangles and layers become per distance from bodies.
+    /// Growth of the size of triangles and layers per distance from bodies.
     pub growth: f64,
-    /// Sides of the polygon, of equal area, that stands for a circle; at least 3.
+    /// Number of sides, at least 3, of the polygon of equal area that replaces a circle.
     pub circle: usize,
-    /// Thickness of the first layer at an end of a conductor over the thinner of what adjoins.
+    /// Thickness of the first layer at an end of a conductor, relative to the thinner of the two adjacent intervals.
     pub first: f64,
-    /// Where the mesh of open space ends, over the size of the scene; more than 1.
+    /// Distance from the centre at which the mesh ends in open space, relative to the size of the scene; more than 1.
     pub reach: f64,
 }
 
@@ -35,47 +39,54 @@ impl Default for LayeredSizing {
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum LayeredError {
-    /// A coordinate or size is not a number that a body can have.
-    #[error("{name}: not a size or place that a body can have")]
+    /// A coordinate or size of a body is not finite, not positive or out of order.
+    #[error(
+        "{name}: its coordinates or sizes are not those of a body; use finite numbers and positive sizes"
+    )]
     Size {
         /// The body.
         name: String,
     },
-    /// An outline has fewer than three different corners, or no area.
-    #[error("{name}: its outline encloses no area")]
+    /// An outline has fewer than three distinct corners, or no area.
+    #[error("{name}: its outline encloses no area; give at least three corners that do not lie on a line")]
     Degenerate {
         /// The body.
         name: String,
     },
     /// An outline crosses or touches itself.
-    #[error("{name}: its outline crosses or touches itself")]
+    #[error("{name}: its outline crosses or touches itself; make it a simple polygon")]
     Crossing {
         /// The body.
         name: String,
     },
-    /// Two conductors have a point in common, or have in the mesh.
-    #[error("{first} and {second} touch")]
+    /// Two conductors have a point in common, or their approximations in the mesh do.
+    #[error("{first} and {second} touch; keep them apart")]
     Touching {
         /// One conductor.
         first: String,
         /// The other.
         second: String,
     },
-    /// Walls on both sides of one axis, open space along another: rays to infinity would hit the walls.
-    #[error("open space between two opposite walls cannot be meshed; make one of the two open, or none")]
+    /// Walls on both sides of one axis and open space along another: rays to infinity would hit the walls.
+    #[error(
+        "open space between two opposite walls cannot be meshed; make one of the two walls open, or all sides walls"
+    )]
     OpenBetweenWalls,
-    /// Nothing is left to mesh: there are no conductors, or the walls are inside out.
-    #[error("there is no space around conductors to mesh")]
+    /// There is nothing to mesh: the scene has no conductors, or its walls enclose no space outside them.
+    #[error("there is no space around conductors to mesh; add a conductor, or move the walls outwards")]
     NoSpace,
-    /// The outlines need more triangles than are allowed, or smaller ones than can be.
-    #[error("outlines lie so close together that the triangles between them are too many or too small")]
+    /// The outlines need too many triangles, or triangles without area.
+    #[error(
+        "outlines lie so close together that the triangles between them are too many or too small; keep them further apart, \
+         or let them coincide"
+    )]
     TooFine,
 }
 
-/// Mesh of a scene in layers, or `None` if the scene is none: all bodies must be boxes, sheets across, cylinders or
-/// extrusions along one and the same axis.
+/// Meshes a scene in layers, in which all bodies are boxes, sheets normal to an axis, cylinders or extrusions along this axis.
+/// `None` if there is no such axis.
 ///
-/// Circles become polygons of the same area; all other surfaces are met exactly.
+/// Circles become polygons of the same area; all other surfaces are exact.
 ///
 /// # Errors
 /// [`LayeredError`] names the body and what is wrong with it.
@@ -92,16 +103,16 @@ pub fn layered(scene: &Scene, sizing: &LayeredSizing) -> Option<Result<TetMesh, 
     Some(mesh(scene, sizing, axis))
 }
 
-/// Whether a shape is a planar figure pulled along an axis.
+/// Whether a shape is a plane figure extruded along an axis.
 fn stands(shape: &Shape, along: usize) -> bool {
     match shape {
         Shape::Box(b) => b.sheet_normal().is_none_or(|normal| normal == along),
         Shape::Cylinder { axis, .. } | Shape::Extrusion { axis, .. } => *axis == along,
-        _ => false,
+        Shape::Sphere { .. } | Shape::Shell { .. } | Shape::Surface(_) | Shape::Physical(_) => false,
     }
 }
 
-/// Lower and upper end of a shape along any axis.
+/// Lower and upper end of a shape along any axis, m; `None` for shapes that are never in layers.
 fn ends(shape: &Shape, a: usize) -> Option<[f64; 2]> {
     match shape {
         Shape::Box(b) => Some([b.min[a], b.max[a]]),
@@ -113,26 +124,26 @@ fn ends(shape: &Shape, a: usize) -> Option<[f64; 2]> {
             let fold = |all: [f64; 2], p: &[f64; 2]| [all[0].min(p[k]), all[1].max(p[k])];
             Some(outline.iter().fold([f64::INFINITY, f64::NEG_INFINITY], fold))
         }
-        _ => None,
+        Shape::Sphere { .. } | Shape::Shell { .. } | Shape::Surface(_) | Shape::Physical(_) => None,
     }
 }
 
-/// The two other axes.
+/// The two other axes, ascending.
 pub(super) fn across(axis: usize) -> [usize; 2] {
     [[1, 2], [0, 2], [0, 1]][axis]
 }
 
 /// A part of a body in layers.
-pub(super) struct Body {
-    /// What it fills space with.
-    pub(super) filling: Filling,
-    /// `None` for what fills the whole plane.
-    pub(super) ring: Option<usize>,
-    /// Ends along the axis, m, as they are among the planes.
-    pub(super) ends: [f64; 2],
+struct Body {
+    /// What fills it.
+    filling: Filling,
+    /// Its outline, by its place in the list of outlines; `None` for a body that fills the whole plane.
+    outline: Option<usize>,
+    /// Ends along the axis, m. Where they are planes between layers, they are equal to them.
+    ends: [f64; 2],
 }
 
-/// Where the mesh ends, and from where its rays start.
+/// Where the mesh ends, and where the rays to infinity start, m.
 fn frame(scene: &Scene, reach: f64) -> Result<(Box3, [f64; 3]), LayeredError> {
     let open = |a: usize| scene.walls[a].map(|w| w == Wall::Open);
     if (0..3).any(|a| open(a) == [false; 2]) && (0..3).any(|a| open(a) != [false; 2]) {
@@ -144,7 +155,7 @@ fn frame(scene: &Scene, reach: f64) -> Result<(Box3, [f64; 3]), LayeredError> {
         let held = scene.conductor_parts().filter_map(|(_, part)| ends(part, a));
         let held =
             held.fold([f64::INFINITY, f64::NEG_INFINITY], |all, e| [all[0].min(e[0]), all[1].max(e[1])]);
-        // Rays from a point of the only wall stay on its inner side.
+        // Rays that start on the only wall stay on its inner side.
         center[a] = match open(a) {
             [false, true] => scene.domain.min[a],
             [true, false] => scene.domain.max[a],
@@ -171,7 +182,7 @@ fn frame(scene: &Scene, reach: f64) -> Result<(Box3, [f64; 3]), LayeredError> {
     Ok((frame, center))
 }
 
-/// The outline of a shape; empty if it fills the plane.
+/// The outline of a shape, m; empty if it fills the plane.
 fn outline(shape: &Shape, axis: usize, frame: &Box3, circle: usize) -> Vec<[f64; 2]> {
     let [u, v] = across(axis);
     match shape {
@@ -188,12 +199,12 @@ fn outline(shape: &Shape, axis: usize, frame: &Box3, circle: usize) -> Vec<[f64;
             (0..circle.max(3)).map(corner).map(|(s, c)| [base[u] + wide * c, base[v] + wide * s]).collect()
         }
         Shape::Extrusion { outline, .. } => outline.clone(),
-        _ => Vec::new(),
+        Shape::Sphere { .. } | Shape::Shell { .. } | Shape::Surface(_) | Shape::Physical(_) => Vec::new(),
     }
 }
 
-/// Whether all numbers of a shape are such as it can have; a conductor is finite.
-fn sound(shape: &Shape, conductor: bool) -> bool {
+/// Whether coordinates are in order, sizes positive and, for a conductor, everything finite.
+fn valid(shape: &Shape, conductor: bool) -> bool {
     let ordered = (0..3).filter_map(|a| ends(shape, a)).all(|[low, high]| {
         (low < high || (conductor && low == high)) && (!conductor || (low.is_finite() && high.is_finite()))
     });
@@ -206,7 +217,11 @@ fn sound(shape: &Shape, conductor: bool) -> bool {
                 && base.iter().all(|x| x.is_finite())
         }
         Shape::Extrusion { outline, .. } => outline.iter().flatten().all(|x| x.is_finite()),
-        _ => true,
+        Shape::Box(_)
+        | Shape::Sphere { .. }
+        | Shape::Shell { .. }
+        | Shape::Surface(_)
+        | Shape::Physical(_) => true,
     };
     ordered && flat <= 1 && inner
 }
@@ -228,48 +243,49 @@ fn mesh(scene: &Scene, sizing: &LayeredSizing, axis: usize) -> Result<TetMesh, L
         {
             return Err(LayeredError::Degenerate { name: name.clone() });
         }
-        if !sound(shape, matches!(filling, Filling::Conductor(_))) {
+        if !valid(shape, filling.is_conductor()) {
             return Err(LayeredError::Size { name: name.clone() });
         }
     }
     let (frame, center) = frame(scene, sizing.reach.max(1.5))?;
     let [u, v] = across(axis);
-    let plane = [[frame.min[u], frame.min[v]], [frame.max[u], frame.max[v]]];
+    let rectangle = [[frame.min[u], frame.min[v]], [frame.max[u], frame.max[v]]];
     let growth = sizing.growth.max(0.05);
-    let mut rings: Vec<Ring> = Vec::new();
+    let mut outlines: Vec<Outline> = Vec::new();
     let mut bodies = Vec::new();
     for &(name, shape, filling) in &shapes {
         let corners = outline(shape, axis, &frame, sizing.circle);
         let [min, max] = bounds(&corners);
         let size = (max[0] - min[0]).max(max[1] - min[1]);
-        let mut ring = None;
-        // What a wall cuts off altogether has no outline left.
+        let mut outline = None;
+        // A box that lies wholly beyond a wall has no outline left.
         let ends = ends(shape, axis).unwrap_or_default();
-        let outside = (0..2).any(|k| min[k] >= plane[1][k] || max[k] <= plane[0][k]);
+        let outside = (0..2).any(|k| min[k] >= rectangle[1][k] || max[k] <= rectangle[0][k]);
         let cut_off = outside && matches!(shape, Shape::Box(_));
         if !corners.is_empty() && !cut_off {
-            let corners = planar::cleaned(&corners, size).map_err(|fault| match fault {
-                Fault::Degenerate => LayeredError::Degenerate { name: name.clone() },
-                Fault::Crossing => LayeredError::Crossing { name: name.clone() },
+            let corners = plane::cleaned(&corners, size).map_err(|fault| match fault {
+                OutlineFault::Degenerate => LayeredError::Degenerate { name: name.clone() },
+                OutlineFault::Crossing => LayeredError::Crossing { name: name.clone() },
             })?;
             let narrow = (max[0] - min[0]).min(max[1] - min[1]);
-            ring = Some(rings.len());
-            rings.push(Ring { corners, near: sizing.near.clamp(1e-3, 1.0) * narrow });
+            outline = Some(outlines.len());
+            outlines.push(Outline { corners, near: sizing.near.clamp(1e-3, 1.0) * narrow });
         }
-        let ends = if corners.is_empty() || ring.is_some() { ends } else { [f64::INFINITY; 2] };
-        bodies.push(Body { filling, ring, ends });
+        let ends = if corners.is_empty() || outline.is_some() { ends } else { [f64::INFINITY; 2] };
+        bodies.push(Body { filling, outline, ends });
     }
-    planar::snapped(&mut rings, plane);
-    let planar = triangulate(&rings, plane, growth).ok_or(LayeredError::TooFine)?;
-    let widest = rings.iter().map(|r| r.near).fold(f64::INFINITY, f64::min);
-    let nodes = layers(&mut bodies, [frame.min[axis], frame.max[axis]], widest, growth, sizing.first);
-    let inside = rings.iter().map(|r| covered(&planar, &r.corners)).collect();
+    plane::join_coincident_corners(&mut outlines, rectangle);
+    let planar = triangulate(&outlines, rectangle, growth).ok_or(LayeredError::TooFine)?;
+    let near = outlines.iter().map(|r| r.near).fold(f64::INFINITY, f64::min);
+    let layering = Layering { span: [frame.min[axis], frame.max[axis]], near, growth, first: sizing.first };
+    let nodes = layer_planes(&mut bodies, &layering);
+    let inside = outlines.iter().map(|r| covered(&planar, &r.corners)).collect();
     let parts = Prisms { scene, axis, planar, nodes, bodies, inside, center };
     let mesh = prisms(&parts)?;
     if mesh.tets.is_empty() {
         return Err(LayeredError::NoSpace);
     }
-    // Outlines that are apart by little more than rounding have triangles of no area between them.
+    // Between outlines whose distance is little more than rounding, triangles have no area.
     if (0..mesh.tets.len()).any(|t| mesh.determinant(t) <= 0.0) {
         return Err(LayeredError::TooFine);
     }
@@ -283,71 +299,10 @@ fn bounds(corners: &[[f64; 2]]) -> [[f64; 2]; 2] {
 }
 
 /// Which triangles lie in an outline.
-fn covered(planar: &Planar, corners: &[[f64; 2]]) -> Vec<bool> {
+fn covered(planar: &PlaneMesh, corners: &[[f64; 2]]) -> Vec<bool> {
     let middle = |t: &[u32; 3]| {
         let p = t.map(|p| planar.points[p as usize]);
         [0, 1].map(|k| (p[0][k] + p[1][k] + p[2][k]) / 3.0)
     };
-    planar.triangles.iter().map(|t| planar::contains(corners, middle(t))).collect()
-}
-
-/// The planes of the axis, ascending, between `span`: graded, thin at the ends of conductors, and nowhere thicker than the triangles at outlines, `widest`, ask for. Ends of bodies that differ by rounding become equal.
-fn layers(bodies: &mut [Body], span: [f64; 2], widest: f64, growth: f64, first: f64) -> Vec<f64> {
-    let same = 1e-9
-        * bodies
-            .iter()
-            .flat_map(|b| b.ends)
-            .filter(|z| z.is_finite())
-            .fold(0.0, |size, z| f64::max(size, (z - 0.5 * (span[0] + span[1])).abs()));
-    let mut planes = vec![(span[0], false), (span[1], false)];
-    for body in bodies {
-        let held = matches!(body.filling, Filling::Conductor(_));
-        for z in &mut body.ends {
-            match planes.iter_mut().find(|p| (p.0 - *z).abs() <= same) {
-                Some(plane) => {
-                    *z = plane.0;
-                    plane.1 |= held;
-                }
-                None if *z > span[0] && *z < span[1] => planes.push((*z, held)),
-                None => {}
-            }
-        }
-    }
-    planes.sort_by(|a, b| a.0.total_cmp(&b.0));
-    let count = planes.len();
-    let sizes: Vec<(f64, f64)> = (0..count)
-        .filter_map(|i| {
-            let below = if i > 0 { planes[i].0 - planes[i - 1].0 } else { f64::INFINITY };
-            let above = if i + 1 < count { planes[i + 1].0 - planes[i].0 } else { f64::INFINITY };
-            let part = if planes[i].1 { first.clamp(1e-3, 1.0) } else { 1.0 };
-            let end = i == 0 || i + 1 == count;
-            (!end || planes[i].1).then_some((planes[i].0, (part * below.min(above)).min(widest)))
-        })
-        .collect();
-    let wanted = |z: f64| {
-        sizes.iter().map(|(at, size)| size + growth * (z - at).abs()).fold(span[1] - span[0], f64::min)
-    };
-    let mut nodes = vec![planes[0].0];
-    for pair in planes.windows(2) {
-        let (a, b) = (pair[0].0, pair[1].0);
-        // Steps that are small against the layers count how many of those there are up to each of them.
-        let mut steps = vec![(a, 0.0)];
-        let (mut z, mut sum) = (a, 0.0);
-        while z < b {
-            let size = wanted(z);
-            let step = (0.05 * size).min(b - z);
-            sum += step / wanted(z + 0.5 * step);
-            z = if step < 0.05 * size { b } else { z + step };
-            steps.push((z, sum));
-        }
-        let count = sum.ceil().max(1.0) as usize;
-        for i in 1..count {
-            let target = sum * i as f64 / count as f64;
-            let k = steps.partition_point(|s| s.1 < target).clamp(1, steps.len() - 1);
-            let (low, high) = (steps[k - 1], steps[k]);
-            nodes.push(low.0 + (high.0 - low.0) * (target - low.1) / (high.1 - low.1));
-        }
-        nodes.push(b);
-    }
-    nodes
+    planar.triangles.iter().map(|t| plane::contains(corners, middle(t))).collect()
 }

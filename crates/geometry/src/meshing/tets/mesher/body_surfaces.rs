@@ -1,12 +1,13 @@
-//! Surfaces of bodies as flat faces, and what a wall leaves of them.
+//! The surface of one body as flat faces, cut off at walls and cut along planes.
 
-use super::complex::Complex;
+use super::Point;
 use super::delaunay::sorted;
+use super::piecewise_linear_complex::{PiecewiseLinearComplex, Sheet};
+use crate::meshing::indices::OptionalIndex;
+use crate::meshing::tets::determinant;
 use crate::shapes::TriangleSurface;
 use elastocap_linalg::vector::{length, normal};
 use std::collections::{BTreeMap, HashMap};
-
-type P = [f64; 3];
 
 /// A point this near to a wall, relative to the extent of its body, is on the wall.
 const SNAP: f64 = 1e-9;
@@ -18,33 +19,49 @@ struct Face {
     frame: Vec<u32>,
     /// What it covers; corners need not be points of the mesh.
     polygons: Vec<Vec<u32>>,
-    /// Around it.
+    /// Its outline, each edge in ascending order.
     edges: Vec<[u32; 2]>,
     /// Points of the mesh within.
     inner: Vec<u32>,
-    /// The conductor that it is all of.
+    /// The conductor, if the face is a sheet and all there is of it.
     sheet: Option<u32>,
+}
+
+/// An edge that lies on a wall or a cutting plane.
+#[derive(Debug, Clone, Copy)]
+struct Rim {
+    edge: [u32; 2],
+    /// The axis that the plane is normal to.
+    axis: usize,
+    /// Where along the axis the plane is, m.
+    at: f64,
 }
 
 /// The surface of a body.
 #[derive(Debug, Clone, Default)]
-pub(super) struct Skin {
-    points: Vec<P>,
+pub(super) struct BodySurface {
+    /// m.
+    points: Vec<Point>,
     faces: Vec<Face>,
-    /// Edges on a wall: the axis that it is normal to, and where it is.
-    rims: Vec<([u32; 2], usize, f64)>,
+    rims: Vec<Rim>,
 }
 
 /// A plane normal to an axis, and which side of it stays.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Cut {
+    /// The axis, 0 to 2.
     pub(super) axis: usize,
+    /// Where along it, m.
     pub(super) at: f64,
-    /// Whether what lies above stays.
+    /// Whether what lies above stays, rather than what lies below.
     pub(super) above: bool,
 }
 
-/// The flat part that each triangle belongs to, by a triangle of it: neighbours in one plane are of one part.
+/// Points at which edges meet a cutting plane, by the ends of the edge.
+type Crossings = HashMap<[u32; 2], u32>;
+
+/// For each triangle the flat part of the surface that it belongs to, named by one of its triangles: neighbours in one plane
+/// belong to the same part.
 pub(crate) fn flat_parts(surface: &TriangleSurface) -> Vec<usize> {
     let faces = &surface.faces;
     let at = |p: u32| surface.points[p as usize];
@@ -68,7 +85,7 @@ pub(crate) fn flat_parts(surface: &TriangleSurface) -> Vec<usize> {
         let (s, t) = if area(pair[0]) >= area(pair[1]) { (pair[0], pair[1]) } else { (pair[1], pair[0]) };
         let [a, b, c] = faces[s].map(at);
         let least = 1e-10 * whole * area(s);
-        if faces[t].iter().all(|&p| crate::meshing::tets::determinant(a, b, c, at(p)).abs() < least) {
+        if faces[t].iter().all(|&p| determinant(a, b, c, at(p)).abs() < least) {
             let (x, y) = (root(&mut parent, s), root(&mut parent, t));
             parent[x.max(y)] = x.min(y);
         }
@@ -76,7 +93,8 @@ pub(crate) fn flat_parts(surface: &TriangleSurface) -> Vec<usize> {
     (0..faces.len()).map(|t| root(&mut parent, t)).collect()
 }
 
-fn extent(points: impl Iterator<Item = P> + Clone) -> f64 {
+/// The largest extent of the points along an axis, m.
+fn extent(points: impl Iterator<Item = Point> + Clone) -> f64 {
     let along = |k: usize| {
         let [low, high] = points
             .clone()
@@ -86,8 +104,8 @@ fn extent(points: impl Iterator<Item = P> + Clone) -> f64 {
     (0..3).map(along).fold(0.0, f64::max)
 }
 
-impl Skin {
-    /// A polygon pulled along an axis, or, between equal ends, the sheet of a conductor.
+impl BodySurface {
+    /// A polygon extruded along an axis, or, between equal ends, a sheet: then `sheet` is its conductor.
     pub(super) fn prism(axis: usize, ends: [f64; 2], outline: &[[f64; 2]], sheet: Option<u32>) -> Self {
         let n = outline.len() as u32;
         let place = |z: f64, q: [f64; 2]| match axis {
@@ -114,7 +132,7 @@ impl Skin {
         out
     }
 
-    /// A surface of triangles; neighbours in one plane become one face if `merge`.
+    /// A surface of triangles. If `merge`, neighbours in one plane become one face.
     pub(super) fn triangles(surface: &TriangleSurface, merge: bool) -> Self {
         let parts = if merge { flat_parts(surface) } else { (0..surface.faces.len()).collect::<Vec<_>>() };
         let mut numbers: HashMap<usize, usize> = HashMap::new();
@@ -145,7 +163,8 @@ impl Skin {
         Self { points: surface.points.clone(), faces, rims: Vec::new() }
     }
 
-    /// Brings flat ends that are next to one of the planes normal to an axis onto it, and adds those that are next to none.
+    /// Moves faces normal to an axis onto one of the `planes` of that axis where they differ from it by rounding. The planes of
+    /// other faces normal to an axis are added to the list.
     pub(super) fn align(&mut self, planes: &mut [Vec<f64>; 3]) {
         let near = SNAP * extent(self.points.iter().copied());
         for face in &self.faces {
@@ -163,8 +182,8 @@ impl Skin {
         }
     }
 
-    /// The parts on either side of a plane where it has something on both, else all of it. `None` if the surface is not closed.
-    pub(super) fn parted(mut self, axis: usize, at: f64) -> Option<Vec<Self>> {
+    /// The parts on either side of a plane, or all of it as one part if it lies on one side. `None` if it is not closed.
+    pub(super) fn split(mut self, axis: usize, at: f64) -> Option<Vec<Self>> {
         let near = SNAP * extent(self.points.iter().copied());
         let used =
             || self.faces.iter().flat_map(|f| f.edges.as_flattened()).map(|&p| self.points[p as usize][axis]);
@@ -177,25 +196,26 @@ impl Skin {
         Some(vec![self, other])
     }
 
-    /// A point of the skin in the plane.
-    pub(super) fn touches(&self, axis: usize, at: f64) -> Option<P> {
+    /// A corner that lies in a plane normal to an axis, m.
+    pub(super) fn point_in_plane(&self, axis: usize, at: f64) -> Option<Point> {
         let corners = self.faces.iter().flat_map(|f| f.edges.as_flattened());
         corners.map(|&p| self.points[p as usize]).find(|p| p[axis] == at)
     }
 
-    /// Takes away what lies beyond a wall; points that are next to it move onto it. `None` if the surface is not closed.
+    /// Removes what lies beyond a plane; points that differ from it by rounding move onto it. `None` if the surface is not
+    /// closed.
     ///
-    /// A point in the plane counts as beyond it. So does a face there, which stays nevertheless.
+    /// A point in the plane counts as beyond it. Faces in the plane stay.
     pub(super) fn cut(&mut self, cut: Cut) -> Option<()> {
         let Cut { axis, at, above } = cut;
         let near = SNAP * extent(self.points.iter().copied());
         for p in self.points.iter_mut().filter(|p| (p[axis] - at).abs() <= near) {
             p[axis] = at;
         }
-        let mut known: HashMap<[u32; 2], u32> = HashMap::new();
+        let mut crossings = Crossings::new();
         for mut face in std::mem::take(&mut self.faces) {
             let corners = || face.polygons.iter().flatten().map(|&p| self.points[p as usize]);
-            let beyond = |p: &P| if above { p[axis] <= at } else { p[axis] >= at };
+            let beyond = |p: &Point| if above { p[axis] <= at } else { p[axis] >= at };
             if corners().all(|p| p[axis] == at) || corners().all(|p| !beyond(&p)) {
                 self.faces.push(face);
                 continue;
@@ -208,50 +228,50 @@ impl Skin {
             let mut marks = face.inner.clone();
             for &edge in &face.edges {
                 marks.extend(edge);
-                match self.kept(edge, cut, &mut known) {
-                    Some((edge, None)) => edges.push(edge),
-                    Some((edge, Some(end))) => {
-                        edges.push(edge);
-                        ends.push(end);
-                    }
-                    None => {}
+                if let Some(RemainingEdge { edge, end_in_plane }) =
+                    self.remaining_edge(edge, cut, &mut crossings)
+                {
+                    edges.push(edge);
+                    ends.extend(end_in_plane);
                 }
             }
-            for rim in self.between(ends, marks, cut)? {
-                edges.push(rim);
-                self.rims.push((rim, axis, at));
+            for edge in self.edges_in_plane(ends, marks, cut)? {
+                edges.push(edge);
+                self.rims.push(Rim { edge, axis, at });
             }
             face.edges = edges;
-            face.polygons = face.polygons.iter().map(|p| self.clipped(p, cut, &mut known)).collect();
+            face.polygons = face.polygons.iter().map(|p| self.clipped(p, cut, &mut crossings)).collect();
             face.polygons.retain(|p| p.len() > 2);
-            face.inner.retain(|&p| self.within(p, cut) || self.points[p as usize][axis] == at);
+            face.inner.retain(|&p| self.stays(p, cut) || self.points[p as usize][axis] == at);
             self.faces.push(face);
         }
-        for (edge, axis, at) in std::mem::take(&mut self.rims) {
-            let here = axis == cut.axis && at == cut.at;
-            if here {
-                self.rims.push((edge, axis, at));
-            } else if let Some((edge, _)) = self.kept(edge, cut, &mut known) {
-                self.rims.push((edge, axis, at));
+        for rim in std::mem::take(&mut self.rims) {
+            if rim.axis == cut.axis && rim.at == cut.at {
+                self.rims.push(rim);
+            } else if let Some(RemainingEdge { edge, .. }) =
+                self.remaining_edge(rim.edge, cut, &mut crossings)
+            {
+                self.rims.push(Rim { edge, ..rim });
             }
         }
         Some(())
     }
 
-    fn within(&self, p: u32, cut: Cut) -> bool {
+    /// Whether a point lies on the side of the plane that stays, not in the plane.
+    fn stays(&self, p: u32, cut: Cut) -> bool {
         let x = self.points[p as usize][cut.axis];
         if cut.above { x > cut.at } else { x < cut.at }
     }
 
-    /// Where an edge meets the plane: the end in it, or a point between.
-    fn crossing(&mut self, [a, b]: [u32; 2], cut: Cut, known: &mut HashMap<[u32; 2], u32>) -> u32 {
+    /// The point where an edge meets the plane: one of its ends, or a new point between them.
+    fn crossing(&mut self, [a, b]: [u32; 2], cut: Cut, crossings: &mut Crossings) -> u32 {
         let Cut { axis, at, .. } = cut;
         let [a, b] = sorted(a, b);
         let [p, q] = [a, b].map(|i| self.points[i as usize]);
         if let Some(end) = [(a, p), (b, q)].into_iter().find(|e| e.1[axis] == at) {
             return end.0;
         }
-        *known.entry([a, b]).or_insert_with(|| {
+        *crossings.entry([a, b]).or_insert_with(|| {
             let s = (at - p[axis]) / (q[axis] - p[axis]);
             let mut x = [0, 1, 2].map(|k| if p[k] == q[k] { p[k] } else { p[k] + s * (q[k] - p[k]) });
             x[axis] = at;
@@ -260,25 +280,27 @@ impl Skin {
         })
     }
 
-    /// What is left of an edge, and its end in the plane if there is one.
-    fn kept(
+    /// What a cut leaves of an edge, if anything.
+    fn remaining_edge(
         &mut self,
         [a, b]: [u32; 2],
         cut: Cut,
-        known: &mut HashMap<[u32; 2], u32>,
-    ) -> Option<([u32; 2], Option<u32>)> {
-        match [a, b].map(|p| self.within(p, cut)) {
-            [true, true] => Some(([a, b], None)),
+        crossings: &mut Crossings,
+    ) -> Option<RemainingEdge> {
+        match [a, b].map(|p| self.stays(p, cut)) {
+            [true, true] => Some(RemainingEdge { edge: [a, b], end_in_plane: None }),
             [false, false] => None,
             [first, _] => {
-                let end = self.crossing([a, b], cut, known);
-                Some((sorted(if first { a } else { b }, end), Some(end)))
+                let end = self.crossing([a, b], cut, crossings);
+                let edge = sorted(if first { a } else { b }, end);
+                Some(RemainingEdge { edge, end_in_plane: Some(end) })
             }
         }
     }
 
-    /// The edges of a face in the plane, from where its outline meets the plane; `marks` in the plane cut them.
-    fn between(&self, mut ends: Vec<u32>, marks: Vec<u32>, cut: Cut) -> Option<Vec<[u32; 2]>> {
+    /// The new edges of a face along the plane: between the points `ends` where its outline meets the plane, first to second,
+    /// third to fourth and so on, divided at those `marks` that lie in the plane. `None` if the number of ends is odd.
+    fn edges_in_plane(&self, mut ends: Vec<u32>, marks: Vec<u32>, cut: Cut) -> Option<Vec<[u32; 2]>> {
         let at = |p: u32| self.points[p as usize];
         let spread = |k: usize| {
             let all = ends.iter().map(|&p| at(p)[k]);
@@ -309,17 +331,18 @@ impl Skin {
         Some(out)
     }
 
-    /// What is left of a polygon (Sutherland, Hodgman): parts of one that is not convex stay joined along the plane.
-    fn clipped(&mut self, polygon: &[u32], cut: Cut, known: &mut HashMap<[u32; 2], u32>) -> Vec<u32> {
+    /// What a cut leaves of a polygon (Sutherland and Hodgman, Commun. ACM 17, 1974). Parts of a polygon that is not convex stay
+    /// joined along the plane.
+    fn clipped(&mut self, polygon: &[u32], cut: Cut, crossings: &mut Crossings) -> Vec<u32> {
         let mut out = Vec::new();
         for (k, &a) in polygon.iter().enumerate() {
             let b = polygon[(k + 1) % polygon.len()];
-            let [first, second] = [a, b].map(|p| self.within(p, cut));
+            let [first, second] = [a, b].map(|p| self.stays(p, cut));
             if first {
                 out.push(a);
             }
             if first != second {
-                let end = self.crossing([a, b], cut, known);
+                let end = self.crossing([a, b], cut, crossings);
                 out.push(end);
             }
         }
@@ -330,34 +353,47 @@ impl Skin {
         out
     }
 
-    /// Adds the skin with elements of this size; `None` if a face has no area.
-    pub(super) fn put(&self, out: &mut Complex, owner: u32, size: f64) -> Option<()> {
+    /// Adds the surface, as that of `part` and with elements of this size in m, to the complex. `None` if a face has no area.
+    pub(super) fn add_to(&self, out: &mut PiecewiseLinearComplex, part: u32, size: f64) -> Option<()> {
         let mut used = vec![false; self.points.len()];
         for face in &self.faces {
             face.edges.as_flattened().iter().chain(&face.inner).for_each(|&p| used[p as usize] = true);
         }
-        let ids: Vec<u32> = (0..self.points.len())
-            .map(|k| if used[k] { out.point(self.points[k], size) } else { u32::MAX })
+        let numbers: Vec<OptionalIndex> = self
+            .points
+            .iter()
+            .zip(used)
+            .map(
+                |(&p, used)| if used { OptionalIndex::some(out.point(p, size)) } else { OptionalIndex::NONE },
+            )
             .collect();
+        let number = |p: u32| numbers[p as usize].get();
         let places = |of: &[u32]| of.iter().map(|&p| self.points[p as usize]).collect::<Vec<_>>();
         for face in &self.faces {
             let facet = out.facet(&places(&face.frame))?;
             for polygon in &face.polygons {
-                out.area(facet, &places(polygon), owner);
-                let number = out.facets[facet as usize].polygons.len() - 1;
-                out.facets[facet as usize].sheets.extend(face.sheet.map(|c| (c, number)));
+                let polygon = out.add_polygon(facet, &places(polygon), Some(part));
+                let sheet = face.sheet.map(|conductor| Sheet { conductor, polygon });
+                out.facets[facet as usize].sheets.extend(sheet);
             }
             for &p in &face.inner {
-                out.touch(ids[p as usize], facet);
+                out.put_on_facet(number(p)?, facet);
             }
             for &[a, b] in &face.edges {
-                out.segment(ids[a as usize], ids[b as usize], facet);
+                out.add_segment(number(a)?, number(b)?, facet);
             }
         }
-        for &([a, b], axis, at) in &self.rims {
-            let wall = out.plane(axis, at);
-            out.segment(ids[a as usize], ids[b as usize], wall);
+        for &Rim { edge: [a, b], axis, at } in &self.rims {
+            let plane = out.plane(axis, at);
+            out.add_segment(number(a)?, number(b)?, plane);
         }
         Some(())
     }
+}
+
+/// What a cut leaves of an edge.
+struct RemainingEdge {
+    edge: [u32; 2],
+    /// Its new end in the plane, if it has one.
+    end_in_plane: Option<u32>,
 }

@@ -1,19 +1,19 @@
-//! The whole of a mesh of one half.
+//! A mesh of the whole from a mesh of one half.
 
 use super::{BoundaryFace, TetMesh};
 
 /// A mesh with its mirror image.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Reflected {
-    /// The mesh of both halves; what was there comes first, unchanged, the images after it in the same order.
+    /// The mesh of both halves: the given half comes first, unchanged, then its image in the same order.
     pub mesh: TetMesh,
-    /// For each point the one of the half that it is, or is the image of.
+    /// For each point of the whole, the point of the half that it is or that it is the image of.
     pub source: Vec<u32>,
 }
 
 impl TetMesh {
-    /// The mesh with its mirror image in the plane normal to `axis` at `at`, m. Points in the plane are joined; faces in it
-    /// keep their roles.
+    /// The mesh with its mirror image in the plane normal to `axis` at the coordinate `at`, m. Points in the plane are shared by
+    /// both halves; faces in it keep their roles.
     pub fn reflected(&self, axis: usize, at: f64) -> Reflected {
         let mut mesh = self.clone();
         let mut source: Vec<u32> = (0..self.points.len() as u32).collect();

@@ -1,10 +1,11 @@
 //! Bodies whose surfaces cross: what each region is left with.
 
-use super::tests::volume;
-use super::*;
-use crate::meshing::tets::checks::conforming;
+use super::volume;
+use crate::meshing::tets::mesher::{MeshError, Sizing, mesh};
+use crate::meshing::tets::tests::mesh_checks::conforming;
 use crate::samples::{cube, scene};
-use crate::scene::Body;
+use crate::scene::{Body, Box3, Scene, Wall};
+use crate::shapes::Shape;
 use std::f64::consts::PI;
 
 fn between(half: f64, metal: Vec<Shape>, filled: Vec<Shape>) -> Scene {

@@ -1,0 +1,207 @@
+//! The surfaces of boxes, sheets and slabs, and the walls.
+//!
+//! The planes of all boxes and walls make a grid. Faces of this grid between cells that are filled differently belong to
+//! surfaces; so do faces covered by a sheet.
+
+use super::piecewise_linear_complex::{PiecewiseLinearComplex, Sheet};
+use super::regions::Region;
+use super::scene_surfaces::largest_extent;
+use super::{Point, Sizing};
+use crate::scene::{Box3, Scene};
+
+/// A box and what fills it.
+struct FilledBox {
+    region: Box3,
+    filling: Region,
+}
+
+/// What meets at a face of the grid.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+struct GridFace {
+    /// What fills the cell below; `None` outside the walls.
+    below: Option<Region>,
+    /// What fills the cell above; `None` outside the walls.
+    above: Option<Region>,
+    /// The sheet that covers the face.
+    sheet: Option<Region>,
+}
+
+impl GridFace {
+    fn fillings(self) -> impl Iterator<Item = Region> {
+        [self.below, self.above, self.sheet].into_iter().flatten()
+    }
+
+    /// The body whose surface the face is on: a conductor if there is one, else a dielectric; `None` for a wall.
+    fn body(self) -> Option<Region> {
+        let dielectric = |filling: &Region| matches!(filling, Region::Dielectric(_));
+        self.fillings().find(|filling| filling.is_conductor()).or_else(|| self.fillings().find(dielectric))
+    }
+}
+
+/// The planes of all boxes and of the walls, with what lies between them.
+struct BoxGrid {
+    /// Dielectrics, then conductors: the last one that contains a cell fills it.
+    boxes: Vec<FilledBox>,
+    /// The body of each part: conductors first, then dielectrics.
+    parts: Vec<Region>,
+    /// Coordinates of the planes per axis, ascending, m; the first and the last are walls.
+    planes: [Vec<f64>; 3],
+    /// Numbers of the planes. Signed, because the cells next to the walls have neighbours outside.
+    counts: [isize; 3],
+}
+
+impl BoxGrid {
+    fn new(scene: &Scene, domain: &Box3) -> Self {
+        let conductors = scene.conductor_parts().map(|(c, part)| (Region::Conductor(c as u32), part));
+        let dielectrics = scene.dielectric_parts().map(|(d, part)| (Region::Dielectric(d as u32), part));
+        let parts = conductors.clone().chain(dielectrics.clone()).map(|(filling, _)| filling).collect();
+        let boxes: Vec<FilledBox> = dielectrics
+            .chain(conductors)
+            .filter_map(|(filling, part)| Some(FilledBox { region: part.as_box()?, filling }))
+            .collect();
+        let planes = [0, 1, 2].map(|a| {
+            let mut line = vec![domain.min[a], domain.max[a]];
+            for FilledBox { region: b, .. } in &boxes {
+                let inside = |x: &f64| domain.min[a] < *x && *x < domain.max[a];
+                line.extend([b.min[a], b.max[a]].into_iter().filter(inside));
+            }
+            line.sort_unstable_by(f64::total_cmp);
+            line.dedup();
+            line
+        });
+        let counts = [0, 1, 2].map(|a| planes[a].len() as isize);
+        Self { boxes, parts, planes, counts }
+    }
+
+    /// The part to whose surface a face belongs: the first one of its body, because the boxes of a body are not told apart.
+    fn part(&self, face: GridFace) -> Option<u32> {
+        let body = face.body()?;
+        self.parts.iter().position(|&part| part == body).map(|part| part as u32)
+    }
+
+    fn point(&self, at: [isize; 3]) -> Point {
+        [0, 1, 2].map(|a| self.planes[a][at[a] as usize])
+    }
+
+    /// What fills a cell; `None` outside the walls.
+    fn cell(&self, cell: [isize; 3]) -> Option<Region> {
+        if (0..3).any(|a| cell[a] < 0 || cell[a] + 1 >= self.counts[a]) {
+            return None;
+        }
+        let low = self.point(cell);
+        let high = self.point(cell.map(|k| k + 1));
+        let middle = [0, 1, 2].map(|a| 0.5 * (low[a] + high[a]));
+        let holds = |b: &&FilledBox| b.region.sheet_normal().is_none() && b.region.contains(middle);
+        Some(self.boxes.iter().rev().find(holds).map_or(Region::Background, |b| b.filling))
+    }
+
+    /// The face normal to `axis` whose lowest corner is `at`, if it belongs to a surface.
+    fn face(&self, axis: usize, at: [isize; 3]) -> Option<GridFace> {
+        if (0..3).any(|a| a != axis && (at[a] < 0 || at[a] + 1 >= self.counts[a])) {
+            return None;
+        }
+        let mut below = at;
+        below[axis] -= 1;
+        let middle = [0, 1, 2].map(|a| {
+            let low = self.planes[a][at[a] as usize];
+            if a == axis { low } else { 0.5 * (low + self.planes[a][at[a] as usize + 1]) }
+        });
+        let covers = |b: &&FilledBox| b.region.sheet_normal() == Some(axis) && b.region.contains(middle);
+        let sheet = self.boxes.iter().find(covers).map(|b| b.filling);
+        let face = GridFace { below: self.cell(below), above: self.cell(at), sheet };
+        (face.below != face.above || face.sheet.is_some()).then_some(face)
+    }
+
+    /// The four faces around the grid edge along `axis` from `at`: two normal to the axis after next, two to the next one.
+    fn faces_around_edge(&self, axis: usize, at: [isize; 3]) -> [Option<GridFace>; 4] {
+        let [u, v] = [(axis + 1) % 3, (axis + 2) % 3];
+        let (mut before_u, mut before_v) = (at, at);
+        before_u[u] -= 1;
+        before_v[v] -= 1;
+        [self.face(v, before_u), self.face(v, at), self.face(u, before_v), self.face(u, at)]
+    }
+}
+
+/// Adds the surfaces of all boxes, sheets and slabs, and the walls.
+pub(super) fn add_boxes(out: &mut PiecewiseLinearComplex, scene: &Scene, domain: &Box3, sizing: &Sizing) {
+    let grid = BoxGrid::new(scene, domain);
+    for axis in 0..3 {
+        for i in 0..grid.counts[0] {
+            for j in 0..grid.counts[1] {
+                for k in 0..grid.counts[2] {
+                    let at = [i, j, k];
+                    if let Some(face) = grid.face(axis, at) {
+                        add_face(out, &grid, (axis, at), face);
+                    }
+                    if at[axis] + 1 < grid.counts[axis] {
+                        add_edge(out, &grid, (axis, at), domain, sizing);
+                    }
+                }
+            }
+        }
+    }
+}
+
+fn add_face(
+    out: &mut PiecewiseLinearComplex,
+    grid: &BoxGrid,
+    (axis, at): (usize, [isize; 3]),
+    face: GridFace,
+) {
+    let [u, v] = [(axis + 1) % 3, (axis + 2) % 3];
+    let facet = out.plane(axis, grid.planes[axis][at[axis] as usize]);
+    let corners = [[0, 0], [1, 0], [1, 1], [0, 1]].map(|step| {
+        let mut to = at;
+        to[u] += step[0];
+        to[v] += step[1];
+        grid.point(to)
+    });
+    let polygon = out.add_polygon(facet, &corners, grid.part(face));
+    if let Some(conductor) = face.sheet.and_then(Region::conductor) {
+        out.facets[facet as usize].sheets.push(Sheet { conductor, polygon });
+    }
+}
+
+/// Adds the grid edge along `axis` that starts at `at`, unless it lies within one flat face or an edge added before.
+///
+/// As long as the same faces meet along it, it is one segment: planes that cross it far from the body they belong to must not
+/// cut it.
+fn add_edge(
+    out: &mut PiecewiseLinearComplex,
+    grid: &BoxGrid,
+    (axis, at): (usize, [isize; 3]),
+    domain: &Box3,
+    sizing: &Sizing,
+) {
+    let faces @ [a, b, c, d] = grid.faces_around_edge(axis, at);
+    if a == b && c == d && (a.is_none() || c.is_none()) {
+        return;
+    }
+    let mut before = at;
+    before[axis] -= 1;
+    if at[axis] > 0 && grid.faces_around_edge(axis, before) == faces {
+        return;
+    }
+    let mut end = at;
+    end[axis] += 1;
+    while end[axis] + 1 < grid.counts[axis] && grid.faces_around_edge(axis, end) == faces {
+        end[axis] += 1;
+    }
+    let adjoins = |b: &&FilledBox| {
+        b.filling.is_conductor() && faces.iter().flatten().any(|f| f.fillings().any(|x| x == b.filling))
+    };
+    let size = grid
+        .boxes
+        .iter()
+        .filter(adjoins)
+        .map(|b| sizing.facet * largest_extent(&b.region))
+        .fold(largest_extent(domain), f64::min);
+    let [p, q] = [at, end].map(|x| out.point(grid.point(x), size));
+    let [u, v] = [(axis + 1) % 3, (axis + 2) % 3];
+    for (normal, face) in [(v, a.or(b)), (u, c.or(d))] {
+        if face.is_some() {
+            let facet = out.plane(normal, grid.planes[normal][at[normal] as usize]);
+            out.add_segment(p, q, facet);
+        }
+    }
+}

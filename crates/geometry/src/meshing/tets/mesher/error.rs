@@ -1,0 +1,76 @@
+//! Why a scene cannot be meshed.
+
+/// Why there is no mesh.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum MeshError {
+    /// A body that cannot be meshed.
+    #[error("{body} has {what}; it cannot be meshed")]
+    Unsupported {
+        /// Its name.
+        body: String,
+        /// What it has that the mesher cannot take.
+        what: &'static str,
+    },
+    /// Two conductors, or a conductor and a grounded wall, have a point in common.
+    #[error("the surfaces of {first} and {second} touch or cross at ({}, {}, {}) m; keep them apart", at[0], at[1], at[2])]
+    Crossing {
+        /// One body.
+        first: String,
+        /// The other one.
+        second: String,
+        /// A point of both, m.
+        at: [f64; 3],
+    },
+    /// The flat faces that replace the curved surfaces of two bodies cross over large parts of them.
+    #[error(
+        "{first} and {second} are so close that the flat faces of their meshes cross; make their surfaces coincide, or make \
+         the layer between them thicker"
+    )]
+    Near {
+        /// One body.
+        first: String,
+        /// The other one.
+        second: String,
+    },
+    /// The search for intersections of surfaces came to no end.
+    #[error("too many surfaces cross at ({}, {}, {}) m; move one of the bodies there a little", at[0], at[1], at[2])]
+    Tangled {
+        /// Where, m.
+        at: [f64; 3],
+    },
+    /// A surface could not be built from faces of tetrahedra.
+    #[error("{points} points do not suffice to build the surfaces at ({}, {}, {}) m from faces of tetrahedra; look for surfaces that touch or cross there, or allow more points", at[0], at[1], at[2])]
+    Unreachable {
+        /// Where, m.
+        at: [f64; 3],
+        /// The number of points when the mesher gave up.
+        points: usize,
+    },
+    /// A tetrahedron without volume remains.
+    #[error("a tetrahedron at ({}, {}, {}) m has no volume; another element size may help", at[0], at[1], at[2])]
+    Flat {
+        /// Where, m.
+        at: [f64; 3],
+    },
+    /// Two regions are not separated by faces: a defect of the mesher, found before anything is computed with the mesh.
+    #[error("a surface of the mesh has a gap near ({}, {}, {}) m, which is a defect of elastocap; slightly finer or coarser elements may help", at[0], at[1], at[2])]
+    Leak {
+        /// Where, m.
+        at: [f64; 3],
+    },
+    /// The mesh ends where there is no wall: a defect of the mesher, found before anything is computed with the mesh.
+    #[error("the mesh ends inside the walls at ({}, {}, {}) m, which is a defect of elastocap; slightly finer or coarser elements may help", at[0], at[1], at[2])]
+    Torn {
+        /// Where, m.
+        at: [f64; 3],
+    },
+    /// Walls on both sides of one axis and open space along another: rays to infinity would hit the walls.
+    #[error(
+        "open space between two opposite walls cannot be meshed; make one of the two walls open, or all sides walls"
+    )]
+    OpenBetweenWalls,
+    /// Nothing in the scene has an extent.
+    #[error("the scene has no body and no walls; add one")]
+    Empty,
+}

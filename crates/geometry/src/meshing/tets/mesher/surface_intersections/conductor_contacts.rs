@@ -1,0 +1,50 @@
+//! Two conductors must not touch: they would be one.
+
+use super::{Intersections, in_or_near_polygon};
+use crate::meshing::tets::mesher::MeshError;
+use crate::meshing::tets::mesher::piecewise_linear_complex::PiecewiseLinearComplex;
+
+impl Intersections<'_> {
+    /// Fails if two different conductors have a point of the complex in common.
+    ///
+    /// # Errors
+    /// [`MeshError::Crossing`] names the two and the point.
+    pub(super) fn refuse_conductor_contacts(&self) -> Result<(), MeshError> {
+        let PiecewiseLinearComplex { parts, facets, points, facets_of_point, .. } = &*self.complex;
+        let conductor = |part: u32| parts[part as usize].conductor;
+        // The conductors that each facet is part of.
+        let metal: Vec<Vec<u32>> = facets
+            .iter()
+            .map(|f| {
+                let mut all: Vec<u32> = f.polygons.iter().filter_map(|p| conductor(p.part?)).collect();
+                all.sort_unstable();
+                all.dedup();
+                all
+            })
+            .collect();
+        for (&point, on) in points.iter().zip(facets_of_point) {
+            let mut all: Vec<u32> = on.iter().flat_map(|&f| metal[f as usize].iter().copied()).collect();
+            all.sort_unstable();
+            all.dedup();
+            if all.len() < 2 {
+                continue;
+            }
+            // A facet may be part of a conductor elsewhere than at this point.
+            let reaches = |c: &u32| {
+                on.iter().any(|&f| {
+                    let facet = &facets[f as usize];
+                    let q = facet.project(point);
+                    let mut own = facet.polygons.iter().filter(|p| p.part.and_then(conductor) == Some(*c));
+                    metal[f as usize].contains(c) && own.any(|p| in_or_near_polygon(&p.corners, q, self.near))
+                })
+            };
+            all.retain(reaches);
+            if let [first, second, ..] = all[..] {
+                let named = |c: u32| parts.iter().find(|part| part.conductor == Some(c));
+                let name = |c: u32| named(c).map_or_else(String::new, |part| part.name.clone());
+                return Err(MeshError::Crossing { first: name(first), second: name(second), at: point });
+            }
+        }
+        Ok(())
+    }
+}
