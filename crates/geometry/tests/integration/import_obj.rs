@@ -127,7 +127,7 @@ fn points_keep_their_order_and_those_that_no_face_uses_their_place() {
 
 #[test]
 fn numbers_are_the_nearest_doubles() {
-    let text = "v 0.1 1e-320 -1.7976931348623157e308\nv 2.225_073_858_507_201e-308 3 4\nv 0 0 0\nf 1 2 3\n";
+    let text = "v 0.1 1e-320 -1.7976931348623157e308\nv 2.2250738585072011e-308 3 4\nv 0 0 0\nf 1 2 3\n";
     let read = read(text.as_bytes(), "numbers.obj").unwrap();
     assert_eq!(read.points[0], [0.1, 1e-320, f64::MIN]);
     assert_eq!(read.points[1], [2.225_073_858_507_201e-308, 3.0, 4.0]);
