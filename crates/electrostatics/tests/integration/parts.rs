@@ -72,13 +72,18 @@ fn a_conductor_in_parts_that_touch_or_overlap_has_the_bounds_of_the_whole() {
 
 #[test]
 fn boxes_on_one_wire_have_the_sum_of_the_entries_of_separate_boxes() {
-    let (one, other) =
-        (cuboid([-0.7, -0.6, -0.6], [-0.3, -0.2, 0.3]), cuboid([-0.5, 0.1, 0.0], [0.1, 0.5, 0.8]));
-    let separate = by_boxes(
-        vec![Body::conductor("one", one.clone()), Body::conductor("other", other.clone()), block()],
-        2e-3,
-    );
-    let wired = by_boxes(vec![of_parts("pair", &[one, other]), block()], 2e-3);
+    // In a row, with two mirror planes, so that a quarter is solved.
+    let [one, other, last] = [[-0.8, -0.5], [-0.2, 0.2], [0.5, 0.9]]
+        .map(|[from, to]| cuboid([from, -0.3, -0.4], [to, 0.3, 0.4]));
+    let matrix = |bodies: Vec<Body>| {
+        let domain = Box3 { min: [-1.2, -1.0, -1.0], max: [1.3, 1.0, 1.0] };
+        let found = solve(&Scene { domain, ..grounded(bodies) }, &settings(1e-3)).unwrap();
+        assert!(found.reached, "{:?}", found.shortfall);
+        found.maxwell
+    };
+    let alone = |name: &str, shape: &Shape| Body::conductor(name, shape.clone());
+    let separate = matrix(vec![alone("one", &one), alone("other", &other), alone("last", &last)]);
+    let wired = matrix(vec![of_parts("pair", &[one, other]), alone("last", &last)]);
     let sum = |entries: &[Bounded]| Bounded {
         value: entries.iter().map(|b| b.value).sum(),
         lower: entries.iter().map(|b| b.lower).sum(),

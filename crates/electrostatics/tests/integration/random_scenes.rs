@@ -266,7 +266,7 @@ fn assert_lawful(scene: &Scene) {
 }
 
 proptest! {
-    #![proptest_config(config(16))]
+    #![proptest_config(config(6))]
 
     #[test]
     fn matrices_obey_reciprocity_and_do_not_depend_on_the_names_of_the_axes_and_grow_with_permittivity(
