@@ -73,8 +73,8 @@ fn a_conductor_in_parts_that_touch_or_overlap_has_the_bounds_of_the_whole() {
 #[test]
 fn boxes_on_one_wire_have_the_sum_of_the_entries_of_separate_boxes() {
     // In a row, with two mirror planes, so that a quarter is solved.
-    let [one, other, last] = [[-0.8, -0.5], [-0.2, 0.2], [0.5, 0.9]]
-        .map(|[from, to]| cuboid([from, -0.3, -0.4], [to, 0.3, 0.4]));
+    let [one, other, last] =
+        [[-0.8, -0.5], [-0.2, 0.2], [0.5, 0.9]].map(|[from, to]| cuboid([from, -0.3, -0.4], [to, 0.3, 0.4]));
     let matrix = |bodies: Vec<Body>| {
         let domain = Box3 { min: [-1.2, -1.0, -1.0], max: [1.3, 1.0, 1.0] };
         let found = solve(&Scene { domain, ..grounded(bodies) }, &settings(1e-3)).unwrap();
