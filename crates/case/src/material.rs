@@ -12,7 +12,7 @@ use super::quantities::{
     Constant, Exponent, Interval, Modulus, Number, NumberKind, Quantity, QuantityKind, SignedConstant,
 };
 use super::reader::{FromToml, Log, Node, Read, alternatives};
-use super::tables::{Entries, Shape, TableSchema, choice, key, table};
+use super::tables::{Entries, TableKeys, TableSchema, choice, key, table};
 
 choice! {
     /// The elastomer.

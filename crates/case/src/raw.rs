@@ -9,7 +9,7 @@ use super::file_unit::FileUnit;
 use super::material::MaterialTable;
 use super::quantities::{Charge, Compression, Force, Modulus, Permittivity, Position, Size, Tolerance};
 use super::reader::{FromToml, Log, Node, Read, alternatives, nearest};
-use super::tables::{Entries, Shape, TableSchema, choice, key, table, unknown_word, words};
+use super::tables::{Entries, TableKeys, TableSchema, choice, key, table, unknown_word, words};
 use super::values::{Count, Either, Flag, FormatNumber, PotentialOrder, Text};
 
 table! {

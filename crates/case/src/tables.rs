@@ -12,7 +12,7 @@ use super::reader::{Field, FromToml, Log, Node, Read, alternatives, header, kind
 
 /// The keys that a table may have.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Shape {
+pub(super) struct TableKeys {
     /// Known to this version.
     pub(super) keys: &'static [&'static str],
     /// Exactly one of these must be there; empty for no such rule.
@@ -66,7 +66,7 @@ impl<'a> Entries<'a> {
     }
 
     /// Says which keys are missing and which do not belong; true if some did not belong.
-    pub(super) fn close(self, shape: Shape, log: &mut Log<'_>) -> bool {
+    pub(super) fn close(self, shape: TableKeys, log: &mut Log<'_>) -> bool {
         let mut meant = Vec::new();
         let mut flawed = false;
         for (key, value) in self.table {
@@ -101,7 +101,7 @@ impl<'a> Entries<'a> {
         &self,
         key: &Spanned<DeString<'_>>,
         value: &Spanned<DeValue<'_>>,
-        shape: Shape,
+        shape: TableKeys,
         log: &mut Log<'_>,
     ) -> Option<&'static str> {
         let name = key.get_ref().as_ref();
@@ -139,7 +139,7 @@ impl<'a> Entries<'a> {
         near
     }
 
-    fn check_one_of(&self, shape: Shape, flawed: bool, log: &mut Log<'_>) {
+    fn check_one_of(&self, shape: TableKeys, flawed: bool, log: &mut Log<'_>) {
         let present: Vec<_> = shape.one_of.iter().filter_map(|key| self.table.get_key_value(*key)).collect();
         let names: Vec<_> = shape.one_of.iter().map(|key| format!("`{key}`")).collect();
         let here = header(&self.path);
@@ -244,7 +244,7 @@ macro_rules! table {
         }
 
         impl $Name {
-            const SHAPE: Shape = Shape {
+            const SHAPE: TableKeys = TableKeys {
                 keys: &[$(key(stringify!($field))),*],
                 one_of: &[$($($one_of),+)?],
                 later: &[$($($later),+)?],
@@ -293,8 +293,8 @@ macro_rules! choice {
         pub(super) enum $Name { $( $Variant($Inner), )* }
 
         impl $Name {
-            const SHAPE: Shape =
-                Shape { keys: &[$($key),*], one_of: &[$($key),*], later: &[$($($later),+)?] };
+            const SHAPE: TableKeys =
+                TableKeys { keys: &[$($key),*], one_of: &[$($key),*], later: &[$($($later),+)?] };
         }
 
         impl FromToml for $Name {

@@ -2,7 +2,7 @@
 //! of three-dimensional arrays.
 //!
 //! * [`quadrature`]: Gauss-Legendre rules, for elements of any kind.
-//! * [`line`]: one axis of a tensor-product grid, with elements of any degree and, where it is open, infinite elements.
+//! * [`mod@line`]: one axis of a tensor-product grid, with elements of any degree and, where it is open, infinite elements.
 //! * [`mixed`]: the Raviart-Thomas pair of fluxes and discontinuous potentials on a line.
 //! * [`modes`]: eigenvectors of a line, for fast diagonalisation.
 //! * [`radial`]: a basis in which the squared distance from a pole is diagonal.

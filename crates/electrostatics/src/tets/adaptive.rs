@@ -171,7 +171,7 @@ pub fn solve_mesh(
             seconds.setup += refining.elapsed().as_secs_f64();
             match refined {
                 Ok(finer) => (Some(finer), None),
-                Err(obstacle) => (None, Some(obstacle)),
+                Err(reason) => (None, Some(reason.to_string())),
             }
         };
         let points = mesh.points.len();
@@ -198,6 +198,28 @@ pub fn solve_mesh(
         mesh = finer;
         coarser = (error < MAX_USEFUL_SPREAD).then_some(solved);
     }
+}
+
+/// Why a mesh is not refined any more.
+#[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
+enum NoFinerMesh {
+    /// Refining would not help.
+    #[error("the remaining error lies in open space beyond the mesh, which ends too near the conductors")]
+    OpenSpace,
+    /// There is no room for it.
+    #[error(
+        "a finer mesh, of {tetrahedra} tetrahedra, would take about {:.1} GB, more than the limit of {:.1} GB",
+        *bytes as f64 * 1e-9,
+        *limit as f64 * 1e-9
+    )]
+    TooLarge {
+        /// Its tetrahedra.
+        tetrahedra: usize,
+        /// Its memory, bytes.
+        bytes: u64,
+        /// The memory allowed, bytes.
+        limit: u64,
+    },
 }
 
 /// What stays the same on all meshes of one solve.
@@ -261,8 +283,11 @@ impl<'a> Task<'a> {
         MeshBounds { all, maxwell, two_terminal, spread }
     }
 
-    /// The next mesh, bisected where the bounds differ most; or the reason, a sentence for the user, why there is none. `meshes`
-    /// have been solved, and the relative spread on the last one is `error`.
+    /// The next mesh, bisected where the bounds differ most. `meshes` have been solved, and the relative spread on the last one is
+    /// `error`.
+    ///
+    /// # Errors
+    /// Why there is no finer mesh.
     fn refined(
         &self,
         mesh: &TetMesh,
@@ -271,7 +296,7 @@ impl<'a> Task<'a> {
         all: &MatrixBounds,
         flux: &Flux,
         error: f64,
-    ) -> Result<TetMesh, String> {
+    ) -> Result<TetMesh, NoFinerMesh> {
         let settings = self.settings;
         let states = states(&self.floating, all);
         let far = error / settings.relative_tolerance;
@@ -283,18 +308,11 @@ impl<'a> Task<'a> {
         let finer = mesh.bisected_towards(&marked, bisections, grading).mesh;
         let memory = memory_of(finer.tets.len(), &self.scene, settings);
         if marked.is_empty() || (outside > MAX_BEYOND && outside * error > settings.relative_tolerance) {
-            return Err(
-                "the remaining error lies in open space beyond the mesh, which ends too near the conductors"
-                    .to_owned(),
-            );
+            return Err(NoFinerMesh::OpenSpace);
         }
         if meshes >= MAX_MESHES || memory > settings.memory_limit {
-            return Err(format!(
-                "a finer mesh, of {} tetrahedra, would take about {:.1} GB, more than the limit of {:.1} GB",
-                finer.tets.len(),
-                memory as f64 * 1e-9,
-                settings.memory_limit as f64 * 1e-9
-            ));
+            let tetrahedra = finer.tets.len();
+            return Err(NoFinerMesh::TooLarge { tetrahedra, bytes: memory, limit: settings.memory_limit });
         }
         Ok(finer)
     }
