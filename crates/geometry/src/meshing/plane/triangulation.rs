@@ -5,7 +5,10 @@
 
 use super::outlines::{Outline, SAME, contains, distance, minus, sides};
 use crate::meshing::indices::Renumbering;
-use spade::{AngleLimit, ConstrainedDelaunayTriangulation, Point2, RefinementParameters, Triangulation};
+use spade::{
+    AngleLimit, ConstrainedDelaunayTriangulation, DelaunayTriangulation, HasPosition, Point2,
+    RefinementParameters, Triangulation, mitigate_underflow,
+};
 
 /// Triangles with an angle below this, in degrees, are refined; angles of the outlines stay as they are.
 const MIN_ANGLE: f64 = 25.0;
@@ -139,4 +142,33 @@ fn inner_points(outlines: &[Outline], [low, high]: [[f64; 2]; 2], growth: f64) -
         }
     }
     Some(points)
+}
+
+/// A vertex that knows its place in the list of points.
+struct Numbered {
+    at: Point2<f64>,
+    number: usize,
+}
+
+impl HasPosition for Numbered {
+    type Scalar = f64;
+
+    fn position(&self) -> Point2<f64> {
+        self.at
+    }
+}
+
+/// The Delaunay triangulation of points: triangles by places in the list. Empty if the points lie on a line.
+///
+/// Of points at the same place only one is a corner. Of points on one circle any triangulation may be returned, but always the
+/// same one for the same points.
+pub(crate) fn delaunay_triangles(points: &[[f64; 2]]) -> Vec<[usize; 3]> {
+    let vertex = |(number, p): (usize, &[f64; 2])| Numbered {
+        at: mitigate_underflow(Point2::new(p[0], p[1])),
+        number,
+    };
+    let vertices = points.iter().enumerate().map(vertex).collect();
+    let Ok(triangulation) = DelaunayTriangulation::<Numbered>::bulk_load(vertices) else { return Vec::new() };
+    let corners = triangulation.inner_faces().map(|face| face.vertices().map(|v| v.data().number));
+    corners.collect()
 }

@@ -8,6 +8,7 @@ use super::delaunay::{Delaunay, Encroachment, FACES, FlatTets, Insertion, Refusa
 use super::piecewise_linear_complex::{PiecewiseLinearComplex, Seed};
 use super::{MeshError, Point, Sizing};
 use crate::meshing::indices::OptionalIndex;
+use crate::meshing::plane::delaunay_triangles;
 use elastocap_linalg::vector::{length, minus};
 use std::collections::HashSet;
 
@@ -245,12 +246,10 @@ impl MeshInProgress {
         let facet = &self.complex.facets[f];
         let flat: Vec<[f64; 2]> =
             points.iter().map(|&p| facet.project(self.mesh.points[p as usize])).collect();
-        let flat: Vec<delaunator::Point> = flat.iter().map(|&[x, y]| delaunator::Point { x, y }).collect();
-        let triangulation = delaunator::triangulate(&flat);
         let mut whole = 0.0;
         let mut missing = Vec::new();
-        for t in triangulation.triangles.chunks_exact(3) {
-            let mut ids = [0, 1, 2].map(|k| points[t[k]]);
+        for t in delaunay_triangles(&flat) {
+            let mut ids = t.map(|k| points[k]);
             ids.sort_unstable();
             if self.in_facet(f, ids) {
                 whole += self.area(f, ids);
