@@ -4,9 +4,9 @@
 //! state at rest. Curved elements are written as such (VTK's biquadratic quadrilateral and triquadratic hexahedron).
 //! `vtkio` writes the file (`unstructured.rs`).
 
-use vtkio::model::{Attributes, CellType, UnstructuredGridPiece};
+use vtkio::model::CellType;
 
-use super::unstructured::{array, cells, vtu_file};
+use super::unstructured::{Array, UnstructuredGrid};
 use super::vtk::VtkError;
 
 /// The elements of a mesh. The nodes of a curved one are numbered along its first local axis first, then along the second,
@@ -82,23 +82,27 @@ pub struct BodyMesh {
 pub fn body_vtu(body: &BodyMesh) -> Result<Vec<u8>, VtkError> {
     let order = body.element.order();
     check(body, body.points.len(), body.nodes.len() / order.len())?;
-    let named = |of: &NamedArray| array(of.name, of.components as u32, of.values.clone().into());
-    let mut data = Attributes {
-        point: body.arrays.iter().map(named).collect(),
-        cell: body.in_elements.iter().map(named).collect(),
+    let named = |of: &NamedArray| Array {
+        name: of.name,
+        components: of.components,
+        values: of.values.clone().into(),
     };
-    data.cell.push(array("body_id", 1, body.body_id.clone().into()));
-    let connectivity = body
-        .nodes
-        .chunks_exact(order.len())
-        .flat_map(|nodes| order.iter().map(|&k| u64::from(nodes[k])))
-        .collect();
-    let piece = UnstructuredGridPiece {
-        points: body.points.as_flattened().to_vec().into(),
-        cells: cells(body.element.vtk_type(), order.len(), connectivity),
-        data,
-    };
-    vtu_file(piece, &body.body_names)
+    let mut cell_data: Vec<Array> = body.in_elements.iter().map(named).collect();
+    cell_data.push(Array { name: "body_id", components: 1, values: body.body_id.clone().into() });
+    UnstructuredGrid {
+        points: body.points.as_flattened().to_vec(),
+        cell: body.element.vtk_type(),
+        nodes_per_cell: order.len(),
+        connectivity: body
+            .nodes
+            .chunks_exact(order.len())
+            .flat_map(|nodes| order.iter().map(|&k| nodes[k] as i32))
+            .collect(),
+        point_data: body.arrays.iter().map(named).collect(),
+        cell_data,
+        body_names: &body.body_names,
+    }
+    .vtu()
 }
 
 /// Checks that every array fits the `points` and `cells` of the mesh, and that all numbers are finite.

@@ -1,82 +1,126 @@
-//! `.vtu` files by `vtkio`: its model of an unstructured grid, its encoding of the arrays, its XML.
+//! `.vtu` files by `vtkio`: its encoding of the arrays and its XML for each of them.
 //!
-//! Four things are added around it. A comment at the head of the file says what the body ids mean, because `vtkio` has
-//! no comments. Connectivity and offsets are declared as signed, because `vtkio` declares them as unsigned and meshio
-//! 5.3.5 then makes floating-point numbers of them, which are no indices. The callers check sizes and numbers first, because `vtkio` panics where a count does not fit 32 bits.
-//! And `.pvd` series are written by [`super::vtk::pvd`], because `vtkio` does not know that format.
+//! The elements around the arrays, and a comment that says what the body ids mean, are written here. `vtkio` can write
+//! them too, but it hands a whole document to its serialiser, which keeps the text of every element that is open:
+//! four copies of all arrays, 90 MB for a file of 7 MB. Array by array it is two copies of one of them.
+//! The callers check sizes and numbers first, because `vtkio` panics where a count does not fit 32 bits. And `.pvd`
+//! series are written by [`super::vtk::pvd`], because `vtkio` does not know that format.
 //!
 //! The arrays are inline, little-endian, in base64 and not compressed. `vtkio` 0.7.0-rc2 hands its compressor one number
 //! at a time: a grid of 100,000 cells takes it 0.7 s, more than a whole load curve, and it ends an array that fills its
-//! last block with an empty block where VTK has none. A file is therefore about six times as large as a compressed
-//! one: 1.4 MB instead of 0.24 MB for a grid of 7,680 cells, a third of it the 64-bit connectivity of `vtkio`.
+//! last block with an empty block where VTK has none.
 
 use std::fmt::{Display, Write as _};
 
-use vtkio::model::{
-    Attribute, ByteOrder, CellType, Cells, DataArray, DataSet, ElementType, IOBuffer, Piece,
-    UnstructuredGridPiece, Version, VertexNumbers, Vtk,
-};
-use vtkio::xml::{VTKFile, se};
+use vtkio::IOBuffer;
+use vtkio::model::{ByteOrder, CellType};
+use vtkio::xml::{Compressor, DataArray, EncodingInfo, ScalarType, se};
 
 use super::vtk::VtkError;
 
+const ENCODING: EncodingInfo = EncodingInfo {
+    byte_order: ByteOrder::LittleEndian,
+    header_type: ScalarType::UInt64,
+    compressor: Compressor::None,
+    compression_level: 0,
+};
+
+/// A mesh of cells of one type with arrays over its points and its cells.
+pub(super) struct UnstructuredGrid<'a> {
+    /// Coordinates of the points, three for each, m.
+    pub(super) points: Vec<f64>,
+    /// The type of all cells.
+    pub(super) cell: CellType,
+    /// Nodes of a cell.
+    pub(super) nodes_per_cell: usize,
+    /// The nodes of the cells in VTK's order, one cell after the other. Signed, because meshio 5.3.5 makes floating-point
+    /// numbers of unsigned ones, which are no indices.
+    pub(super) connectivity: Vec<i32>,
+    /// Arrays over the points. A viewer shows the first one first if it is a scalar.
+    pub(super) point_data: Vec<Array>,
+    /// Arrays over the cells. A viewer shows the first one first if it is a vector.
+    pub(super) cell_data: Vec<Array>,
+    /// Names of the bodies, for the comment.
+    pub(super) body_names: &'a [String],
+}
+
 /// An array over points or cells: `components` numbers for each of them, and a name.
-pub(super) fn array(name: &str, components: u32, data: IOBuffer) -> Attribute {
-    element_array(name, ElementType::Generic(components), data)
+pub(super) struct Array {
+    pub(super) name: &'static str,
+    pub(super) components: usize,
+    pub(super) values: IOBuffer,
 }
 
-/// An array that a viewer shows first, because its element type (scalars or vectors) makes it the active one.
-pub(super) fn element_array(name: &str, elem: ElementType, data: IOBuffer) -> Attribute {
-    Attribute::DataArray(DataArray { name: name.to_owned(), elem, data })
-}
-
-/// Cells of one type, `connectivity` holding their nodes in VTK's order, `per_cell` for each.
-pub(super) fn cells(cell: CellType, per_cell: usize, connectivity: Vec<u64>) -> Cells {
-    let count = connectivity.len() / per_cell;
-    let offsets = (1..=count).map(|c| (per_cell * c) as u64).collect();
-    Cells { cell_verts: VertexNumbers::XML { connectivity, offsets }, types: vec![cell; count] }
-}
-
-/// The whole file.
-///
-/// # Errors
-/// [`VtkError::Writer`] if `vtkio` refuses the grid; not expected.
-pub(super) fn vtu_file(grid: UnstructuredGridPiece, body_names: &[String]) -> Result<Vec<u8>, VtkError> {
-    fn refused(error: impl Display) -> VtkError {
-        VtkError::Writer(error.to_string())
+impl UnstructuredGrid<'_> {
+    /// The whole file.
+    ///
+    /// # Errors
+    /// [`VtkError::Writer`] if `vtkio` refuses an array; not expected.
+    pub(super) fn vtu(self) -> Result<Vec<u8>, VtkError> {
+        let cells = self.connectivity.len() / self.nodes_per_cell;
+        let offsets: Vec<i32> = (1..=cells).map(|c| (self.nodes_per_cell * c) as i32).collect();
+        let counts = format!("NumberOfPoints=\"{}\" NumberOfCells=\"{cells}\"", self.points.len() / 3);
+        let points = Array { name: "Points", components: 3, values: self.points.into() };
+        let active = |kind: &str, components: usize, data: &[Array]| match data.first() {
+            Some(first) if first.components == components => format!(" {kind}=\"{}\"", first.name),
+            _ => String::new(),
+        };
+        let (scalars, vectors) =
+            (active("Scalars", 1, &self.point_data), active("Vectors", 3, &self.cell_data));
+        let shape = [
+            Array { name: "connectivity", components: 1, values: self.connectivity.into() },
+            Array { name: "offsets", components: 1, values: offsets.into() },
+            Array { name: "types", components: 1, values: vec![self.cell as u8; cells].into() },
+        ];
+        let sections = [
+            ("Points", String::new(), vec![points]),
+            ("Cells", String::new(), shape.into()),
+            ("PointData", scalars, self.point_data),
+            ("CellData", vectors, self.cell_data),
+        ];
+        // Base64 takes four characters for three bytes; the rest is for the elements.
+        let length = sections
+            .iter()
+            .flat_map(|(.., arrays)| arrays)
+            .map(|a| a.values.num_bytes() * 4 / 3 + 256)
+            .sum::<usize>()
+            + 1024;
+        let mut file = String::with_capacity(length);
+        let version = env!("CARGO_PKG_VERSION");
+        let _ = write!(
+            file,
+            "<?xml version=\"1.0\"?>\n<!-- elastocap {version}: SI units. {} -->\n\
+             <VTKFile type=\"UnstructuredGrid\" version=\"1.0\" byte_order=\"LittleEndian\" header_type=\"UInt64\">\n\
+             <UnstructuredGrid>\n<Piece {counts}>\n",
+            comment(self.body_names)
+        );
+        for (element, attributes, arrays) in sections {
+            let _ = writeln!(file, "<{element}{attributes}>");
+            for array in arrays {
+                array.write(&mut file)?;
+            }
+            let _ = writeln!(file, "</{element}>");
+        }
+        file.push_str("</Piece>\n</UnstructuredGrid>\n</VTKFile>\n");
+        Ok(file.into_bytes())
     }
-    let model = Vtk {
-        version: Version::new_xml(1, 0),
-        title: String::new(),
-        byte_order: ByteOrder::LittleEndian,
-        data: DataSet::UnstructuredGrid { meta: None, pieces: vec![Piece::Inline(Box::new(grid))] },
-        file_path: None,
-    };
-    let document = VTKFile::try_from(model).map_err(refused)?;
-    let mut file = String::from("<?xml version=\"1.0\"?>\n");
-    let _ =
-        writeln!(file, "<!-- elastocap {}: SI units. {} -->", env!("CARGO_PKG_VERSION"), comment(body_names));
-    se::to_fmt_writer(&mut file, &document).map_err(refused)?;
-    for name in ["offsets", "connectivity"] {
-        declare_signed(&mut file, name)?;
-    }
-    file.push('\n');
-    Ok(file.into_bytes())
 }
 
-/// Declares an array of unsigned numbers as signed; below 2^63 both have the same bytes.
-///
-/// # Errors
-/// [`VtkError::Writer`] if there is no such array; not expected.
-fn declare_signed(file: &mut String, name: &str) -> Result<(), VtkError> {
-    let unsigned = format!("<DataArray type=\"UInt64\" Name=\"{name}\"");
-    // Cells come last in the file.
-    let start =
-        file.rfind(&unsigned).ok_or_else(|| VtkError::Writer(format!("no array `{name}` of integers")))?;
-    // A second space keeps the length, and with it all that follows in its place.
-    let signed = format!("<DataArray type=\"Int64\"  Name=\"{name}\"");
-    file.replace_range(start..start + unsigned.len(), &signed);
-    Ok(())
+impl Array {
+    /// Appends the array as an XML element.
+    fn write(self, file: &mut String) -> Result<(), VtkError> {
+        fn refused(error: impl Display) -> VtkError {
+            VtkError::Writer(error.to_string())
+        }
+        let array = DataArray::from_io_buffer(self.values, ENCODING).map_err(refused)?;
+        // The range that `vtkio` states is that of the components, where VTK expects that of a vector's length.
+        let array = DataArray { range_min: None, range_max: None, ..array }
+            .with_name(self.name)
+            .with_num_comp(self.components as u32);
+        se::to_fmt_writer(&mut *file, &array).map_err(refused)?;
+        file.push('\n');
+        Ok(())
+    }
 }
 
 /// What the body ids mean, as the text of an XML comment.

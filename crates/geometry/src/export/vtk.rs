@@ -9,9 +9,9 @@
 
 use std::fmt::Write as _;
 
-use vtkio::model::{Attributes, CellType, ElementType, UnstructuredGridPiece};
+use vtkio::model::CellType;
 
-use super::unstructured::{array, cells, element_array, vtu_file};
+use super::unstructured::{Array, UnstructuredGrid};
 
 /// Fields on a grid of boxes, the tensor product of three axes, at one load step.
 ///
@@ -84,23 +84,22 @@ pub enum VtkError {
 /// When the arrays do not fit the grid or hold numbers that are not finite: see [`VtkError`].
 pub fn vtu(grid: &FieldGrid) -> Result<Vec<u8>, VtkError> {
     grid.check()?;
-    let scalars = ElementType::Scalars { num_comp: 1, lookup_table: None };
     let field: Vec<f32> = grid.electric_field.as_flattened().iter().map(|&e| e as f32).collect();
-    let data = Attributes {
-        point: vec![element_array("potential", scalars, grid.potential.clone().into())],
-        cell: vec![
-            element_array("electric_field", ElementType::Vectors, field.into()),
-            array("relative_permittivity", 1, grid.relative_permittivity.clone().into()),
-            array("body_id", 1, grid.body_id.clone().into()),
+    let permittivity = grid.relative_permittivity.clone().into();
+    UnstructuredGrid {
+        points: grid.points(),
+        cell: CellType::Hexahedron,
+        nodes_per_cell: 8,
+        connectivity: connectivity(grid.axes.each_ref().map(Vec::len)),
+        point_data: vec![Array { name: "potential", components: 1, values: grid.potential.clone().into() }],
+        cell_data: vec![
+            Array { name: "electric_field", components: 3, values: field.into() },
+            Array { name: "relative_permittivity", components: 1, values: permittivity },
+            Array { name: "body_id", components: 1, values: grid.body_id.clone().into() },
         ],
-    };
-    let n = grid.axes.each_ref().map(Vec::len);
-    let piece = UnstructuredGridPiece {
-        points: grid.points().into(),
-        cells: cells(CellType::Hexahedron, 8, connectivity(n)),
-        data,
-    };
-    vtu_file(piece, &grid.body_names)
+        body_names: &grid.body_names,
+    }
+    .vtu()
 }
 
 /// A `.pvd` file that lists `.vtu` files by time: `(time, file name relative to the .pvd)`.
@@ -181,13 +180,13 @@ impl FieldGrid {
 }
 
 /// The corners of every cell, in VTK's order: around the lower face in x3, then around the upper one.
-fn connectivity(n: [usize; 3]) -> Vec<u64> {
-    let node = |i: usize, j: usize, k: usize| ((i * n[1] + j) * n[2] + k) as u64;
+fn connectivity(n: [usize; 3]) -> Vec<i32> {
+    let node = |i: usize, j: usize, k: usize| ((i * n[1] + j) * n[2] + k) as i32;
     let mut out = Vec::with_capacity(8 * (n[0] - 1) * (n[1] - 1) * (n[2] - 1));
     for i in 0..n[0] - 1 {
         for j in 0..n[1] - 1 {
             let around = [node(i, j, 0), node(i + 1, j, 0), node(i + 1, j + 1, 0), node(i, j + 1, 0)];
-            for k in 0..(n[2] - 1) as u64 {
+            for k in 0..(n[2] - 1) as i32 {
                 out.extend(around.map(|first| first + k));
                 out.extend(around.map(|first| first + k + 1));
             }

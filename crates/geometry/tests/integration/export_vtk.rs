@@ -61,7 +61,7 @@ fn cells_are_hexahedra_with_vtk_corners_in_the_order_of_the_cell_arrays() {
     // meshio makes floating-point numbers of unsigned ones.
     let text = String::from_utf8(vtu(&small()).unwrap()).unwrap();
     for name in ["connectivity", "offsets"] {
-        assert!(text.contains(&format!("<DataArray type=\"Int64\"  Name=\"{name}\"")), "{text}");
+        assert!(text.contains(&format!("<DataArray type=\"Int32\" Name=\"{name}\"")), "{text}");
     }
     // Cell (0, 1, 2) is number 5; node (i, j, k) is (3 i + j) 4 + k.
     assert_eq!(connectivity[40..], [6, 18, 22, 10, 7, 19, 23, 11]);
