@@ -2,8 +2,9 @@
 //!
 //! Four things are added around it. A comment at the head of the file says what the body ids mean, because `vtkio` has
 //! no comments. Connectivity and offsets are declared as signed, because `vtkio` declares them as unsigned and meshio
-//! 5.3.5 then makes floating-point numbers of them, which are no indices. The callers check sizes and numbers first, because `vtkio` panics where a count does not fit 32 bits.
-//! And `.pvd` series are written by [`super::vtk::pvd`], because `vtkio` does not know that format.
+//! 5.3.5 then makes floating-point numbers of them, which are no indices. The callers check sizes and numbers first,
+//! because `vtkio` panics where a count does not fit 32 bits. And `.pvd` series are written in `vtk.rs`, because `vtkio`
+//! does not know that format.
 //!
 //! The arrays are inline, little-endian, in base64 and not compressed. `vtkio` 0.7.0-rc2 hands its compressor one number
 //! at a time: a grid of 100,000 cells takes it 0.7 s, more than a whole load curve, and it ends an array that fills its
@@ -18,7 +19,7 @@ use vtkio::model::{
 };
 use vtkio::xml::{VTKFile, se};
 
-use super::vtk::VtkError;
+use super::vtk_error::VtkError;
 
 /// An array over points or cells: `components` numbers for each of them, and a name.
 pub(super) fn array(name: &str, components: u32, data: IOBuffer) -> Attribute {
