@@ -62,7 +62,7 @@ pub(super) fn bodies(
                     check_fixed_body(body, thickness, [*below, *above], boundary, log);
                 }
             }
-            _ => {}
+            Some((Extent::Everywhere, _)) | None => {}
         }
     }
     if let Some(surroundings) = surroundings {

@@ -123,7 +123,7 @@ impl Axis {
         let at = |side: usize, outer: bool| match (outer, self.walls[side]) {
             (true, Wall::Insulated) => FluxEnd::Blocked,
             (true, Wall::Open) if self.rays.is_none() => FluxEnd::Blocked,
-            _ => FluxEnd::Free,
+            (true, Wall::Grounded | Wall::Open) | (false, _) => FluxEnd::Free,
         };
         [at(0, lo == 0), at(1, hi == self.intervals())]
     }
