@@ -86,7 +86,7 @@ fn choices(study: &Study) -> Vec<Vec<String>> {
         let Some(found) = run.found() else {
             line.push(match &run.outcome {
                 Err(Missing::Failed(_)) => "failed".to_owned(),
-                _ => run.status(),
+                Err(Missing::LeftOut(_) | Missing::NotRun) | Ok(_) => run.status(),
             });
             lines.push(line);
             continue;

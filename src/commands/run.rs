@@ -152,7 +152,7 @@ fn report(
             (Status::BeyondForceLimit, Some(reason)) => {
                 output::warning(&format!("step {} has no force: {reason}", step.index));
             }
-            _ => {}
+            (Status::Ok | Status::BeyondForceLimit | Status::NotRun, _) => {}
         }
     }
     if outcome.stopped {

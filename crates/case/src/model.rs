@@ -163,7 +163,8 @@ pub enum Stiffness {
 /// How the layer's deformation is computed.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Mechanics {
-    /// The closed-form solution of the paper.
+    /// The closed-form solution of the paper "Large deformation mechanics of a soft elastomeric layer under compressive loading
+    /// for a MEMS tactile sensor application", whose equation numbers these are.
     ClosedForm {
         /// L in eq. (50), m.
         contact_half_length: f64,
@@ -185,7 +186,7 @@ impl Mechanics {
     }
 }
 
-/// Where the length L of eq. (45) comes from.
+/// Where the shear length, L in eq. (45) of the paper, comes from.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum ShearLength {
     /// The file gives it, m.

@@ -122,7 +122,8 @@ choice! {
 }
 
 table! {
-    /// The closed-form solution: bonded layer under a wide flat probe, plane strain.
+    /// The closed-form solution: bonded layer under a wide flat probe, plane strain. Equation numbers are those of "Large
+    /// deformation mechanics of a soft elastomeric layer under compressive loading for a MEMS tactile sensor application".
     struct ClosedForm {
         /// Half-length L of the contact in the force formula, eq. (50).
         contact_half_length: Read<Size>,

@@ -30,7 +30,7 @@ pub enum StepFailure {
     /// The field cannot be solved.
     #[error(transparent)]
     Field(SolveError),
-    /// There is no capacitance.
+    /// All flux of the conductors is blocked: they carry no charge at any potential.
     #[error("there is nothing to hold charge against: the capacitance is zero")]
     ZeroCapacitance,
     /// Bounds and value contradict each other: a defect.
@@ -72,7 +72,7 @@ impl Serialize for StepFailure {
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 #[error(
     "the surface of the layer crosses itself at x1 = {x1:.2e} m, x2 = {x2:.2e} m: its finite elements are too coarse there, \
-     and there is no field for it"
+     so that the field around it is not solved"
 )]
 pub struct SurfaceCrossesItself {
     /// Where, m.

@@ -103,7 +103,8 @@ pub struct FloatingConductor {
 pub struct Row {
     /// U/H.
     pub compression: Option<f64>,
-    /// Compressive, N; `None` in the closed form beyond the compression at which eq. (50) has its largest force.
+    /// Compressive, N; `None` in the closed form beyond the compression at which equation (50) of the paper has its largest
+    /// force.
     pub force_n: Option<f64>,
     /// U, m.
     pub top_displacement_m: Option<f64>,
@@ -185,7 +186,7 @@ pub enum Status {
     Ok,
     /// Solved, with a larger error than asked for.
     ToleranceNotReached,
-    /// Deformed and solved, but compressed beyond the maximum of eq. (50), so that the row has no force.
+    /// Deformed and solved, but compressed beyond the maximum of equation (50) of the paper, so that the row has no force.
     BeyondForceLimit,
     /// Not solved, for this reason. The row keeps what was known before the failure.
     Failed(Box<StepFailure>),

@@ -21,6 +21,7 @@ use crate::settings::FieldSettings;
 use crate::terminals::pair_among;
 use crate::tetrahedra::{Solved, shown, solve_shapes};
 use crate::view::window;
+use crate::words::FORCE_FORMULA;
 
 /// The field of a step, on whatever it was solved.
 #[derive(Debug)]
@@ -244,7 +245,7 @@ impl Solver<'_> {
             && compression > limit.compression
         {
             return Some(format!(
-                "the force of eq. (50) has its maximum of {:.4e} N at U/H = {:.4}; beyond it the formula means nothing \
+                "the force has its maximum of {:.4e} N at U/H = {:.4} by {FORCE_FORMULA}; beyond it the formula means nothing \
                  and no force is given; the deformation and the capacitance are not affected",
                 limit.force, limit.compression
             ));

@@ -187,16 +187,7 @@ fn ball_gap(scene: &Scene) -> Result<f64, TetrahedraError> {
     let name = |k: usize| scene.conductors().nth(k).map_or("", |c| c.body.name.as_str());
     for (k, &(one, shape)) in parts.iter().enumerate() {
         for &(other, earlier) in parts[..k].iter().filter(|(other, _)| *other != one) {
-            let (gap, radius) = match (shape, earlier) {
-                (Shape::Sphere { center: c, radius: r }, Shape::Sphere { center: d, radius: s }) => {
-                    (length(minus(*c, *d)) - r - s, r.min(*s))
-                }
-                (Shape::Sphere { center: c, radius: r }, Shape::Shell { center: d, radius: s })
-                | (Shape::Shell { center: d, radius: s }, Shape::Sphere { center: c, radius: r }) => {
-                    (s - length(minus(*c, *d)) - r, *r)
-                }
-                _ => continue,
-            };
+            let Some((gap, radius)) = gap_between(shape, earlier) else { continue };
             if gap <= 0.0 {
                 let [first, second] = [other, one].map(|conductor| name(conductor).to_owned());
                 return Err(TetrahedraError::Touching { first, second });
@@ -319,6 +310,32 @@ fn strips(scene: &Scene) -> f64 {
     scene.shapes().map(of).sum()
 }
 
+/// The gap between two balls, or a ball and the hollow around it, m, and the smaller radius, m. `None` for other shapes: their
+/// gaps are those of their facets.
+fn gap_between(one: &Shape, other: &Shape) -> Option<(f64, f64)> {
+    /// Centre, radius, and whether the inside is what is hollow.
+    fn round(shape: &Shape) -> Option<([f64; 3], f64, bool)> {
+        match shape {
+            Shape::Sphere { center, radius } => Some((*center, *radius, false)),
+            Shape::Shell { center, radius } => Some((*center, *radius, true)),
+            Shape::Box(_)
+            | Shape::Cylinder { .. }
+            | Shape::Extrusion { .. }
+            | Shape::Surface(_)
+            | Shape::Physical(_) => None,
+        }
+    }
+    let ((c, r, r_hollow), (d, s, s_hollow)) = (round(one)?, round(other)?);
+    let apart = length(minus(c, d));
+    match (r_hollow, s_hollow) {
+        (false, false) => Some((apart - r - s, r.min(s))),
+        (false, true) => Some((s - apart - r, r)),
+        (true, false) => Some((r - apart - s, s)),
+        // A scene has one hollow at most.
+        (true, true) => None,
+    }
+}
+
 /// Approximate area of a body's projection along an axis, m^2.
 fn area(shape: &Shape, b: &Box3, along: usize) -> f64 {
     match shape {
@@ -326,7 +343,13 @@ fn area(shape: &Shape, b: &Box3, along: usize) -> f64 {
             let next = outline.iter().cycle().skip(1);
             0.5 * outline.iter().zip(next).map(|(p, q)| p[0] * q[1] - p[1] * q[0]).sum::<f64>().abs()
         }
-        _ => b.extent((along + 1) % 3) * b.extent((along + 2) % 3),
+        Shape::Box(_)
+        | Shape::Sphere { .. }
+        | Shape::Shell { .. }
+        | Shape::Cylinder { .. }
+        | Shape::Extrusion { .. }
+        | Shape::Surface(_)
+        | Shape::Physical(_) => b.extent((along + 1) % 3) * b.extent((along + 2) % 3),
     }
 }
 

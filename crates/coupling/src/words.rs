@@ -1,4 +1,8 @@
-//! Numbers and lists as people read them.
+//! Numbers and lists as people read them, and the name of the formula that several messages cite.
+
+/// The force of the closed form.
+pub(crate) const FORCE_FORMULA: &str = "equation (50) of the paper (Large deformation mechanics of a soft elastomeric layer under \
+     compressive loading for a MEMS tactile sensor application)";
 
 /// A count in groups of three digits: `1,234,567`.
 pub fn grouped(count: usize) -> String {

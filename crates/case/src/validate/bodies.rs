@@ -62,7 +62,7 @@ pub(super) fn bodies(
                     check_fixed_body(body, thickness, [*below, *above], boundary, log);
                 }
             }
-            _ => {}
+            Some((Extent::Everywhere, _)) | None => {}
         }
     }
     if let Some(surroundings) = surroundings {
@@ -300,7 +300,7 @@ fn check_one_is_driven(conductors: &[Option<PlacedBox<'_>>], raw: &Document, log
     log.push(
         Diagnostic::at(
             charge.map_or(&first.span, |read| &read.span),
-            "all conductors float: there is no capacitance to compute".to_owned(),
+            "all conductors float, so there is no potential to measure a capacitance against".to_owned(),
         )
         .label(format!("\"{}\" floats, and so do the others", shown(first.name)))
         .help("leave out `charge` of at least one [[conductor]], which is then held at a potential"),

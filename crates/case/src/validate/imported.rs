@@ -6,7 +6,7 @@ use std::path::Path;
 use elastocap_geometry::import::ImportProblem;
 use elastocap_geometry::import::gmsh::{VolumeMesh, mesh_from_path};
 use elastocap_geometry::import::obj::Placement;
-use elastocap_geometry::meshing::tets::FaceRole;
+use elastocap_geometry::meshing::tets::{FaceRole, TetMesh};
 
 use super::super::diagnostics::{Diagnostic, shown, shown_path};
 use elastocap_geometry::scene::Scene;
@@ -57,15 +57,7 @@ pub(super) fn bodies(
         }
         return None;
     };
-    if raw.layer.is_some() {
-        log.push(
-            Diagnostic::at(&table.span, "[mesh] beside [layer]: a mesh is the whole scene, and nothing presses it")
-                .label("cannot be used in this case")
-                .help("leave [layer], [electrodes], [mechanics] and [load] out and make the layer a volume of the mesh"),
-        );
-        return None;
-    }
-    if !all_physical(raw, table, log) {
+    if !no_layer(raw, table, log) || !all_physical(raw, table, log) {
         return None;
     }
     let file = &table.get()?.file;
@@ -88,42 +80,68 @@ pub(super) fn bodies(
         domain: Box3::SPACE,
         walls: [[surroundings.boundary; 2]; 3],
     };
-    let tets = match mesh.tet_mesh(&scene) {
-        Ok(tets) => tets,
-        Err(error) => {
-            let blamed = match &error.problem {
-                ImportProblem::Touching { second: name, .. }
-                | ImportProblem::TouchingWall { name, .. }
-                | ImportProblem::EndsAtOpenSpace { name, .. } => {
-                    scene.conductors().position(|c| c.body.name == *name)
-                }
-                _ => None,
-            };
-            let span = blamed.and_then(|k| spans.get(k)).unwrap_or(&file.span);
-            log.push(Diagnostic::at(span, format!("the mesh cannot be used: {}", error.problem)));
-            return None;
-        }
-    };
-    let ends = tets.boundary.iter().any(|f| !matches!(f.role, FaceRole::Conductor(_)));
-    let mut driven = scene.conductors().zip(&spans).filter(|(c, _)| c.floating_charge.is_none());
-    let alone = (driven.next(), driven.next());
-    drop(driven);
-    if let ((Some((only, span)), None), false) = (alone, ends) {
-        log.push(
-            Diagnostic::at(
-                span,
-                format!(
-                    "the conductor \"{}\" is alone inside insulated walls: its capacitance is zero",
-                    shown(&only.body.name)
-                ),
-            )
-            .label("its flux can end nowhere")
-            .help("set `boundary` in [surroundings] to \"open\" or \"grounded\", or add another conductor"),
-        );
+    let tets = tets_of(&mesh, &scene, &spans, &file.span, log)?;
+    if !flux_has_an_end(&tets, &scene, &spans, log) {
         return None;
     }
     let file = file.get()?.0.clone();
     Some((scene.bodies, ImportedMesh { file, tets, unnamed }))
+}
+
+/// Refuses a layer beside the mesh.
+fn no_layer(raw: &Document, table: &Read<raw::MeshFile>, log: &mut Log<'_>) -> bool {
+    if raw.layer.is_some() {
+        log.push(
+            Diagnostic::at(&table.span, "[mesh] beside [layer]: a mesh is the whole scene, and nothing presses it")
+                .label("cannot be used in this case")
+                .help("leave [layer], [electrodes], [mechanics] and [load] out and make the layer a volume of the mesh"),
+        );
+    }
+    raw.layer.is_none()
+}
+
+/// The mesh with its roles; `spans` are where the conductors are named, in their order, and `file` is where the file is.
+fn tets_of(
+    mesh: &VolumeMesh,
+    scene: &Scene,
+    spans: &[Range<usize>],
+    file: &Range<usize>,
+    log: &mut Log<'_>,
+) -> Option<TetMesh> {
+    let error = match mesh.tet_mesh(scene) {
+        Ok(tets) => return Some(tets),
+        Err(error) => error,
+    };
+    let blamed = match &error.problem {
+        ImportProblem::Touching { second: name, .. }
+        | ImportProblem::TouchingWall { name, .. }
+        | ImportProblem::EndsAtOpenSpace { name, .. } => {
+            scene.conductors().position(|c| c.body.name == *name)
+        }
+        _ => None,
+    };
+    let span = blamed.and_then(|k| spans.get(k)).unwrap_or(file);
+    log.push(Diagnostic::at(span, format!("the mesh cannot be used: {}", error.problem)));
+    None
+}
+
+/// Refuses a single driven conductor in a mesh whose outer faces are all insulated.
+fn flux_has_an_end(tets: &TetMesh, scene: &Scene, spans: &[Range<usize>], log: &mut Log<'_>) -> bool {
+    let ends = tets.boundary.iter().any(|f| !matches!(f.role, FaceRole::Conductor(_)));
+    let mut driven = scene.conductors().zip(spans).filter(|(c, _)| c.floating_charge.is_none());
+    let ((Some((only, span)), None), false) = ((driven.next(), driven.next()), ends) else { return true };
+    log.push(
+        Diagnostic::at(
+            span,
+            format!(
+                "the conductor \"{}\" is alone inside insulated walls: its capacitance is zero",
+                shown(&only.body.name)
+            ),
+        )
+        .label("its flux can end nowhere")
+        .help("set `boundary` in [surroundings] to \"open\" or \"grounded\", or add another conductor"),
+    );
+    false
 }
 
 /// Tells the first body that is a group of a mesh that the case lacks.

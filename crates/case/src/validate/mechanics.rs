@@ -2,10 +2,10 @@
 
 use super::super::diagnostics::Diagnostic;
 use super::super::model::{Indenter, LayerEnd, Mechanics, PlaneStrain, ShearLength};
-use super::super::quantities::Size;
 use super::super::raw::{self, Document};
-use super::super::reader::{Log, Read};
+use super::super::reader::Log;
 use super::super::values::Either;
+use super::layer_end::{check_outlet, end, half_length};
 use super::{given, solid};
 use crate::material;
 
@@ -69,14 +69,6 @@ fn plane_strain(raw: &raw::PlaneStrain, document: &Document, log: &mut Log<'_>) 
     Some(model)
 }
 
-pub(super) fn end(raw: &raw::LayerEnd) -> LayerEnd {
-    match raw {
-        raw::LayerEnd::Free => LayerEnd::Free,
-        raw::LayerEnd::FreeOnSubstrate => LayerEnd::FreeOnSubstrate,
-        raw::LayerEnd::Far => LayerEnd::Far,
-    }
-}
-
 fn punch(raw: &raw::FlatPunch, log: &mut Log<'_>) -> Option<Indenter> {
     let half_width = raw.half_width.get()?.si;
     let corner_radius = raw.corner_radius.as_ref().map_or(Some(0.0), |read| Some(read.get()?.si))?;
@@ -112,52 +104,6 @@ fn punch(raw: &raw::FlatPunch, log: &mut Log<'_>) -> Option<Indenter> {
         return None;
     }
     Some(Indenter::FlatPunch { half_width, corner_radius, bonded, position })
-}
-
-/// The layer's half-length, without which `who` cannot do.
-pub(super) fn half_length<'a>(
-    document: &'a Document,
-    who: &str,
-    log: &mut Log<'_>,
-) -> Option<&'a Read<Size>> {
-    let layer = given(&document.layer)?;
-    if layer.half_length.is_none() {
-        let span = document.layer.as_ref().map_or(0..0, |read| read.span.clone());
-        log.push(
-            Diagnostic::at(&span, format!("[layer] lacks `half_length`, which {who} needs"))
-                .label("a key is missing here")
-                .help("add for example `half_length = \"4 mm\"`: from the middle of the layer to its end"),
-        );
-    }
-    layer.half_length.as_ref()
-}
-
-/// A layer that is held at its end and pressed over its whole top has no room to go to: it must be able to lose volume.
-/// `way_out` says how the help begins: which boundary could be opened.
-pub(super) fn check_outlet<T>(
-    end: &Read<raw::LayerEnd>,
-    indenter: &Read<T>,
-    document: &Document,
-    way_out: &str,
-    log: &mut Log<'_>,
-) {
-    let Some(read) = given(&document.layer).and_then(|layer| layer.material.as_ref()) else { return };
-    let Some(material) = read.get() else { return };
-    if material::bulk_modulus(material).is_some() {
-        return;
-    }
-    log.push(
-        Diagnostic::at(
-            &end.span,
-            "an incompressible layer that is held at its end cannot be pressed over its whole top",
-        )
-        .label("nothing can get out here, and the volume cannot change: no load has a solution")
-        .related(&indenter.span, "this presses all of the top")
-        .related(&read.span, "no `bulk_modulus`: incompressible")
-        .help(format!(
-            "{way_out} `\"free\"` or `\"free-on-substrate\"`, press with an indenter, or give the material a `bulk_modulus`"
-        )),
-    );
 }
 
 /// The layer must have a length, and the punch must stand on it.

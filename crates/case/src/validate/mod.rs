@@ -5,6 +5,7 @@
 
 mod bodies;
 mod imported;
+mod layer_end;
 mod layered;
 mod mechanics;
 mod regions;

@@ -128,9 +128,12 @@ pub(super) fn check_one_is_driven(bodies: &[Located], log: &mut Log<'_>) {
         && !bodies.iter().any(|(body, _)| body.is_driven())
     {
         log.push(
-            Diagnostic::at(first, "all conductors float: there is no capacitance to report")
-                .label("has a `charge`")
-                .help("leave `charge` out of at least one [[conductor]]"),
+            Diagnostic::at(
+                first,
+                "all conductors float, so there is no potential to measure a capacitance against",
+            )
+            .label("has a `charge`")
+            .help("leave `charge` out of at least one [[conductor]]"),
         );
     }
 }

@@ -6,7 +6,8 @@ use super::super::quantities::Size;
 use super::super::raw::{self, Document};
 use super::super::reader::{Log, Read};
 use super::super::values::Either;
-use super::{given, mechanics};
+use super::given;
+use super::layer_end::{check_outlet, end, half_length};
 
 /// Relative discretisation error of the force where the file does not say: meshes in space are coarse.
 const DEFAULT_TOLERANCE: f64 = 2e-2;
@@ -33,12 +34,12 @@ pub(super) fn solid(raw: &raw::Solid, document: &Document, log: &mut Log<'_>) ->
             SolidIndenter::Sphere { radius: raw.radius.get()?.si }
         }
     };
-    let (end, width) = (mechanics::end(raw.end.get()?), raw.width.get()?.si);
+    let (end, width) = (end(raw.end.get()?), raw.width.get()?.si);
     let model = Solid { indenter, end, width, side, relative_tolerance };
     check_room(&model, raw, document, log);
     if let (SolidIndenter::WholeTop, LayerEnd::Far, LayerSide::Symmetric) = (indenter, end, side) {
         let way_out = "leave out `side = \"symmetric\"`, make the end";
-        mechanics::check_outlet(&raw.end, &raw.indenter, document, way_out, log);
+        check_outlet(&raw.end, &raw.indenter, document, way_out, log);
     }
     Some(model)
 }
@@ -98,7 +99,7 @@ fn punch(raw: &raw::SolidPunch, log: &mut Log<'_>) -> Option<SolidIndenter> {
 
 /// The mesh needs a thickness of length at the end, and the indenter must stand on the layer.
 fn check_room(model: &Solid, raw: &raw::Solid, document: &Document, log: &mut Log<'_>) {
-    let Some(read) = mechanics::half_length(document, "[mechanics.solid]", log) else { return };
+    let Some(read) = half_length(document, "[mechanics.solid]", log) else { return };
     let Some(half_length) = read.get().map(|size| size.si) else { return };
     let Some(layer) = given(&document.layer) else { return };
     let Some(thickness) = layer.thickness.get().map(|size| size.si) else { return };

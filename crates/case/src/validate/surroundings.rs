@@ -133,7 +133,7 @@ fn around_layer(
             "add for example `side_margin = \"1 mm\"`, or set `boundary = \"open\"`",
             log,
         ),
-        _ => {}
+        (Wall::Open, None) | (Wall::Insulated | Wall::Grounded, Some(_)) => {}
     }
     let below = face(&raw.below, "below", boundary, relative_permittivity, log);
     let above = face(&raw.above, "above", boundary, relative_permittivity, log);

@@ -36,7 +36,7 @@ pub enum LayerSetupError {
     /// The case lacks what they need; the case reader refuses such a file.
     #[error("the case has no {0}")]
     Missing(&'static str),
-    /// A combination that there are no elements for.
+    /// A combination for which the finite elements have no contact condition.
     #[error("a punch with rounded corners that the layer sticks to is not supported")]
     RoundedAndBonded,
     /// In plane strain the electrodes end too near to the end of the layer.
@@ -62,7 +62,7 @@ pub enum LayerSetupError {
     },
 }
 
-/// Why the length L of eq. (45) is not known at a load.
+/// Why the shear length, L of equation (45) of the paper, is not known at a load.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum ShearLengthError {

@@ -172,7 +172,8 @@ pub(crate) fn closed_form_limit(case: &Case) -> Option<ForceLimit> {
     force_limit(thickness, material, settings).ok()
 }
 
-/// The closed-form layer under a load; `None` if there is none or nothing deforms it.
+/// The closed-form layer under a load; `None` if the case has no such layer, or if there is no load and `prune` leaves the layer
+/// out of the run.
 ///
 /// # Errors
 /// What the mechanics refuses: a force that the layer cannot carry, for instance.

@@ -46,7 +46,7 @@ pub fn forecast(
 /// The path of the layer through the loads.
 ///
 /// # Errors
-/// Why there is no model at all.
+/// A layer that cannot be set up or meshed. A load that is not reached has its error in the result instead.
 pub(super) fn solve(
     case: &Case,
     model: &PlaneStrain,

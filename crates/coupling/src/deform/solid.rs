@@ -44,7 +44,7 @@ pub fn forecast(case: &Case, model: &Solid) -> Result<Vec<(usize, usize, f64)>, 
 /// The path of the layer through the loads, within a memory of `memory_limit` bytes.
 ///
 /// # Errors
-/// Why there is no model at all.
+/// A layer that cannot be set up or meshed. A load that is not reached has its error in the result instead.
 pub(super) fn solve(
     case: &Case,
     model: &Solid,

@@ -8,7 +8,7 @@ use serde::Serialize;
 use super::{Decision, LeftOut, Plan, Planned};
 use crate::deform::{self, closed_form_limit};
 use crate::route::Route;
-use crate::words::{counted, grouped, listed};
+use crate::words::{FORCE_FORMULA, counted, grouped, listed};
 use elastocap_case::{
     Case, Extent, Face, Indenter, Load, Mechanics, PlaneStrain, Solid, SolidIndenter, Surroundings,
 };
@@ -31,7 +31,7 @@ impl Plan {
             (Some(load), Some(Mechanics::ClosedForm { .. })) => {
                 let by = match load {
                     Load::Compression(_) => "by compression",
-                    Load::Force(_) => "by force: the compression is found by inverting eq. (50)",
+                    Load::Force(_) => "by force: the compression is found by inverting the force formula",
                 };
                 let what = format!("closed form of the layer at {}, {by}", counted(count, "load step"));
                 self.solved.push(Planned { part: "mechanics", what });
@@ -145,8 +145,8 @@ impl Plan {
         let beyond = steps.iter().filter(|c| **c > limit.compression).count();
         if beyond > 0 {
             self.warnings.push(format!(
-                "{} beyond U/H = {:.4}, where the force of eq. (50) has its maximum: there the formula means nothing, and \
-                 the step gets a capacitance but no force",
+                "{} beyond U/H = {:.4}, where the force has its maximum by {FORCE_FORMULA}: there the formula means nothing, \
+                 and the step gets a capacitance but no force",
                 if beyond == 1 { "1 step lies".to_owned() } else { format!("{beyond} steps lie") },
                 limit.compression,
             ));

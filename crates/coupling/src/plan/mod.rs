@@ -69,7 +69,7 @@ pub struct Plan {
     /// Memory that the finite elements of the layer may take, bytes.
     #[serde(skip)]
     pub layer_memory_limit: u64,
-    /// How far eq. (50) can be used.
+    /// How far the force formula of the closed form can be used, equation (50) of the paper.
     #[serde(skip)]
     pub force_limit: Option<ForceLimit>,
     /// Whether what the scene does not need is left out.

@@ -134,7 +134,9 @@ fn place_solved(
             // On the right half alone the left end is the axis of symmetry.
             block([[if x1[0].abs() <= slack { -x1[1] } else { x1[0] }, x1[1]], x2, x3])
         })),
-        _ => Err(SceneError::Missing("electrodes in its finite elements")),
+        (Layout::InPlane | Layout::Stacked, _) => {
+            Err(SceneError::Missing("electrodes in its finite elements"))
+        }
     };
     let [mean, inside, around] = [pair_of(|e| e.mean)?, pair_of(|e| e.inside)?, pair_of(|e| e.around)?];
     let refused = |what| {

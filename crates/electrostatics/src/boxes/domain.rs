@@ -123,7 +123,7 @@ impl Axis {
         let at = |side: usize, outer: bool| match (outer, self.walls[side]) {
             (true, Wall::Insulated) => FluxEnd::Blocked,
             (true, Wall::Open) if self.rays.is_none() => FluxEnd::Blocked,
-            _ => FluxEnd::Free,
+            (true, Wall::Grounded | Wall::Open) | (false, _) => FluxEnd::Free,
         };
         [at(0, lo == 0), at(1, hi == self.intervals())]
     }
@@ -225,6 +225,10 @@ impl Domain {
             return product;
         }
         let n = self.cells();
+        // A power of two is taken out, so that permittivities that are all larger by another one have factors that are exactly as
+        // much larger: then rounding is the same, and with it every iterate.
+        let least = self.permittivity.iter().copied().fold(f64::INFINITY, f64::min);
+        let unit = power_of_two_in(least);
         let cells = || {
             (block.lo[0]..block.hi[0]).flat_map(move |i| {
                 (block.lo[1]..block.hi[1])
@@ -232,19 +236,29 @@ impl Domain {
             })
         };
         let count = cells().count().max(1) as f64;
-        let mean = cells().map(|c| self.permittivity_of(c).ln()).sum::<f64>() / count;
+        let log_of = |c: [usize; 3]| (self.permittivity_of(c) / unit).ln();
+        let mean = cells().map(log_of).sum::<f64>() / count;
         let mut logs = [vec![0.0; n[0]], vec![0.0; n[1]], vec![0.0; n[2]]];
         for (a, log) in logs.iter_mut().enumerate() {
             let per = count / (block.hi[a] - block.lo[a]).max(1) as f64;
             for c in cells() {
-                log[c[a]] += self.permittivity_of(c).ln() / per;
+                log[c[a]] += log_of(c) / per;
             }
             if a != 1 {
                 log[block.lo[a]..block.hi[a]].iter_mut().for_each(|l| *l -= mean);
             }
         }
-        logs.map(|f| f.into_iter().map(f64::exp).collect())
+        let mut factors: [Vec<f64>; 3] = logs.map(|f| f.into_iter().map(f64::exp).collect());
+        // As in a product, that axis carries the absolute value.
+        factors[1][block.lo[1]..block.hi[1]].iter_mut().for_each(|f| *f *= unit);
+        factors
     }
+}
+
+/// The greatest power of two that is not above `x`, which is positive and normal.
+fn power_of_two_in(x: f64) -> f64 {
+    // The bits of the exponent are those of infinity.
+    f64::from_bits(x.to_bits() & f64::INFINITY.to_bits())
 }
 
 /// Spreads values per interval to elements.

@@ -4,8 +4,8 @@
 use crate::SolveError;
 use crate::boxes::grid_refinement::{functions_wanted, missing, refine};
 use crate::boxes::grid_search::{GOAL, STEP};
+use crate::boxes::one_grid::{GridProblem, on_grid};
 use crate::boxes::resolution::{MAX_UNKNOWNS, MIN_TOLERANCE, far, first, graded};
-use crate::boxes::solve::{GridProblem, on_grid};
 use crate::solution::{Forecast, Settings};
 use elastocap_geometry::scene::Scene;
 

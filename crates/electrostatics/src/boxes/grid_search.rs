@@ -7,8 +7,8 @@
 use crate::SolveError;
 use crate::boxes::grid_refinement::{Indicator, missing, refine};
 use crate::boxes::layout::Grid;
+use crate::boxes::one_grid::{GAIN_FACTOR, GridProblem, Outcome, on_grid};
 use crate::boxes::resolution::{MAX_UNKNOWNS, MIN_TOLERANCE, coarser, far, first, graded, iteration_share};
-use crate::boxes::solve::{GridProblem, Outcome, on_grid};
 use crate::solution::ResolutionLevel;
 use faer::Mat;
 use std::time::Instant;
@@ -21,13 +21,6 @@ pub(crate) const GOAL: f64 = 0.36;
 
 /// [`STEP`] where the refinements so far reduced the error as expected.
 const LONG_STEP: f64 = 0.01;
-
-/// Without bounds, the estimated error over the gain of the last refinement: several times the error that is expected.
-pub(crate) const GAIN_FACTOR: f64 = 0.6;
-
-/// Without bounds, the smallest estimated error over the missing energy that the surplus indicates, which is 0.8 to 1.6 times the
-/// true error on cubes and plates.
-pub(crate) const SURPLUS_FACTOR: f64 = 1.5;
 
 /// Refinements before giving up.
 const MAX_GRIDS: usize = 60;

@@ -335,7 +335,7 @@ impl Layout {
         let axes = [0, 1, 2].map(|a| {
             let ends = self.walls[a].map(|wall| match wall {
                 Wall::Open => End::Open { pole: self.pole(a), reach: self.reach, radius },
-                _ => End::Closed,
+                Wall::Insulated | Wall::Grounded => End::Closed,
             });
             let axis = graded_axis(&self.planes[a], ends, resolution);
             if self.confined() { axis } else { axis.finite() }

@@ -9,6 +9,7 @@ pub(crate) mod forecast;
 pub(crate) mod grid_refinement;
 mod grid_search;
 pub(crate) mod layout;
+pub(crate) mod one_grid;
 pub(crate) mod primal;
 pub(crate) mod ray_permittivity;
 pub(crate) mod resolution;

@@ -65,8 +65,9 @@ fn a_conductor_in_parts_that_touch_or_overlap_has_the_bounds_of_the_whole() {
         for (row, other) in expected.iter().zip(&found) {
             row.iter().zip(other).for_each(|(a, b)| overlap(*a, *b));
         }
+        // The field is the same and so are the grids but for the planes of the parts: what both miss is the same to 1e-6.
         let relative = found[0][1].value / expected[0][1].value - 1.0;
-        assert!(relative.abs() < 5e-4, "{relative:e}");
+        assert!(relative.abs() < 1e-5, "{relative:e}");
     }
 }
 
@@ -77,7 +78,7 @@ fn boxes_on_one_wire_have_the_sum_of_the_entries_of_separate_boxes() {
         [[-0.8, -0.5], [-0.2, 0.2], [0.5, 0.9]].map(|[from, to]| cuboid([from, -0.3, -0.4], [to, 0.3, 0.4]));
     let matrix = |bodies: Vec<Body>| {
         let domain = Box3 { min: [-1.2, -1.0, -1.0], max: [1.3, 1.0, 1.0] };
-        let found = solve(&Scene { domain, ..grounded(bodies) }, &settings(1e-3)).unwrap();
+        let found = solve(&Scene { domain, ..grounded(bodies) }, &settings(3e-4)).unwrap();
         assert!(found.reached, "{:?}", found.shortfall);
         found.maxwell
     };
@@ -92,8 +93,9 @@ fn boxes_on_one_wire_have_the_sum_of_the_entries_of_separate_boxes() {
     overlap(wired[0][0], sum(&[separate[0][0], separate[0][1], separate[1][0], separate[1][1]]));
     overlap(wired[0][1], sum(&[separate[0][2], separate[1][2]]));
     overlap(wired[1][1], separate[2][2]);
+    // The planes are the same, and so is the field where both are at one potential: what both miss is the same to 1e-6.
     let relative = wired[0][1].value / (separate[0][2].value + separate[1][2].value) - 1.0;
-    assert!(relative.abs() < 1e-3, "{relative:e}");
+    assert!(relative.abs() < 1e-5, "{relative:e}");
 }
 
 #[test]
@@ -107,8 +109,14 @@ fn a_pair_of_combs_is_its_own_mirror_image_and_gives_the_same_with_and_without_s
     let with = solve(&scene, &settings(1e-3)).unwrap();
     assert_eq!(with.mirrored, [true; 3]);
     let without = solve(&scene, &Settings { symmetry: false, ..settings(1e-3) }).unwrap();
-    for (row, other) in with.maxwell.iter().zip(&without.maxwell) {
-        row.iter().zip(other).for_each(|(a, b)| overlap(*a, *b));
+    // The whole has the grid of a part and its mirror images. Of an energy the iterations leave 3e-8, and each repair takes off its
+    // share.
+    let left = 2.0 * 3e-8 + with.repair_share + without.repair_share;
+    let scale = with.maxwell[0][0].value;
+    for (a, b) in with.maxwell.iter().flatten().zip(without.maxwell.iter().flatten()) {
+        for (a, b) in [(a.lower, b.lower), (a.value, b.value), (a.upper, b.upper)] {
+            assert!((a - b).abs() <= left * scale, "{a:e} {b:e} {left:e}");
+        }
     }
 }
 

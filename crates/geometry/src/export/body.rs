@@ -7,7 +7,7 @@
 use vtkio::model::CellType;
 
 use super::unstructured::{Array, UnstructuredGrid};
-use super::vtk::VtkError;
+use super::vtk_error::VtkError;
 
 /// The elements of a mesh. The nodes of a curved one are numbered along its first local axis first, then along the second,
 /// then along the third.

@@ -7,3 +7,4 @@ pub mod gltf;
 pub mod surfaces;
 mod unstructured;
 pub mod vtk;
+mod vtk_error;

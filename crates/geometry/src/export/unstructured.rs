@@ -4,7 +4,7 @@
 //! them too, but it hands a whole document to its serialiser, which keeps the text of every element that is open:
 //! four copies of all arrays, 90 MB for a file of 7 MB. Array by array it is two copies of one of them.
 //! The callers check sizes and numbers first, because `vtkio` panics where a count does not fit 32 bits. And `.pvd`
-//! series are written by [`super::vtk::pvd`], because `vtkio` does not know that format.
+//! series are written in `vtk.rs`, because `vtkio` does not know that format.
 //!
 //! The arrays are inline, little-endian, in base64 and not compressed. `vtkio` 0.7.0-rc2 hands its compressor one number
 //! at a time: a grid of 100,000 cells takes it 0.7 s, more than a whole load curve, and it ends an array that fills its
@@ -16,7 +16,7 @@ use vtkio::IOBuffer;
 use vtkio::model::{ByteOrder, CellType};
 use vtkio::xml::{Compressor, DataArray, EncodingInfo, ScalarType, se};
 
-use super::vtk::VtkError;
+use super::vtk_error::VtkError;
 
 const ENCODING: EncodingInfo = EncodingInfo {
     byte_order: ByteOrder::LittleEndian,

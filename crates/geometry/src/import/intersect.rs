@@ -230,3 +230,34 @@ pub(super) fn flat_turn(axes: [usize; 2], a: Point, b: Point, c: Point) -> f64 {
     let [a, b, c] = [a, b, c].map(|p| Coord { x: p[axes[0]], y: p[axes[1]] });
     orient2d(a, b, c)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_triangle_is_compared_with_those_of_neighbouring_cells_however_many_there_are() {
+        for n in [8_u32, 64] {
+            // A square of n by n cells of two triangles each, bent to a saddle.
+            let along = |k: u32| f64::from(k) / f64::from(n) - 0.5;
+            let points: Vec<Point> = (0..=n)
+                .flat_map(|i| (0..=n).map(move |j| [along(i), along(j), along(i) * along(j)]))
+                .collect();
+            let at = |i: u32, j: u32| i * (n + 1) + j;
+            let cell = |i, j| {
+                let [a, b, c, d] = [at(i, j), at(i + 1, j), at(i + 1, j + 1), at(i, j + 1)];
+                [[a, b, c], [a, c, d]]
+            };
+            let faces: Vec<[u32; 3]> = (0..n).flat_map(|i| (0..n).flat_map(move |j| cell(i, j))).collect();
+            let search = Search::new(Frame::around(points.iter()), &points, &faces);
+            let mut stack = Vec::new();
+            let mut compared = 0;
+            for bounds in &search.boxes {
+                search.near(bounds, &mut stack, |_| compared += 1);
+            }
+            // The box of a triangle is that of its cell, which meets nine cells, itself among them.
+            assert!((faces.len()..=18 * faces.len()).contains(&compared), "{compared} of {}", faces.len());
+            assert_eq!(within(&points, &faces), None);
+        }
+    }
+}

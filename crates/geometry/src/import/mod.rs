@@ -9,5 +9,6 @@ pub mod gmsh;
 pub(crate) mod intersect;
 pub mod obj;
 mod polygon;
+mod triangles;
 
 pub use error::{ImportError, ImportProblem, Place};

@@ -446,7 +446,8 @@ impl<S: Dimension> LayerModel<S> {
             None => {
                 let axis = S::Point::from_fn(|k| if k == 1 { top } else { 0.0 });
                 let n = self.equations.body().mesh.nearest_node(axis);
-                -self.load.displacement[S::AXES * n + 1]
+                // Minus a zero of the load would be a compression of -0.
+                0.0 - self.load.displacement[S::AXES * n + 1]
             }
         };
         let parts = self.symmetry.parts();

@@ -56,7 +56,7 @@ impl Stiffness {
             .iter()
             .filter_map(|f| match f.role {
                 FaceRole::Open { permittivity } => Some((f.face, permittivity[1])),
-                _ => None,
+                FaceRole::Conductor(_) | FaceRole::Grounded => None,
             })
             .map(|(mut face, eps)| {
                 face.sort_unstable();

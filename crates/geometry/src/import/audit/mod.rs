@@ -4,7 +4,7 @@
 mod topology;
 mod weld;
 
-use super::obj::Triangles;
+use super::triangles::Triangles;
 use super::{ImportError, ImportProblem, Place, intersect};
 use crate::shapes::TriangleSurface;
 use crate::winding::contains;

@@ -32,19 +32,47 @@ impl VolumeMesh {
     }
 
     fn with_roles(&self, scene: &Scene) -> Result<TetMesh, ImportProblem> {
-        let mut conductor_of = vec![None; self.groups.len() + 1];
         let conductors: Vec<Conductor<'_>> = scene.conductors().collect();
-        let name = |k: usize| conductors[k].body.name.clone();
+        let conductor_of = self.conductor_of(scene, &conductors)?;
+        let region_of = self.region_of(scene)?;
+        let touched = self.touched(&conductors, &conductor_of)?;
+        let center = self.center(&touched);
+        let sorted = self.sorted_faces(scene, &conductors, &conductor_of, &touched)?;
+        self.check_open_ends(&conductors, &sorted.ends, sorted.open.iter().map(|o| o.face))?;
+        self.check_open_faces(&sorted.open, center)?;
+        let SortedFaces { mut roles, open, field, .. } = sorted;
+        let permittivities = scene.permittivities();
+        let region = |o: &OpenFace| region_of[self.tet_groups[o.tet] as usize] as usize;
+        let met = open.iter().map(|o| permittivities[region(o)]);
+        let background = scene.background_permittivity;
+        let permittivity = met.fold([background; 2], |[low, high], e| [low.min(e), high.max(e)]);
+        roles.extend(open.iter().map(|o| (o.face, FaceRole::Open { permittivity })));
+        let reached = field.spread();
+        Ok(self.without(|t| !reached[t], &roles, &region_of, center))
+    }
+
+    /// For each number of a group, the conductor that it is, if any.
+    fn conductor_of(
+        &self,
+        scene: &Scene,
+        conductors: &[Conductor<'_>],
+    ) -> Result<Vec<Option<usize>>, ImportProblem> {
+        let mut conductor_of = vec![None; self.groups.len() + 1];
         for (k, part) in scene.conductor_parts() {
             for number in self.find(&conductors[k].body.name, part, 2)? {
                 let earlier = conductor_of[number].replace(k).filter(|&earlier| earlier != k);
                 if let Some(earlier) = earlier {
-                    let at = self.some_point(number as u32);
-                    let place = Place { at, line: None };
-                    return Err(ImportProblem::Touching { first: name(earlier), second: name(k), place });
+                    let [first, second] = [earlier, k].map(|k| conductors[k].body.name.clone());
+                    let place = Place { at: self.some_point(number as u32), line: None };
+                    return Err(ImportProblem::Touching { first, second, place });
                 }
             }
         }
+        Ok(conductor_of)
+    }
+
+    /// For each number of a group, the region of its tetrahedra: 0 for the background, else 1 + the index of the dielectric.
+    fn region_of(&self, scene: &Scene) -> Result<Vec<u32>, ImportProblem> {
         let mut region_of = vec![0_u32; self.groups.len() + 1];
         for dielectric in scene.dielectrics() {
             for part in &dielectric.body.parts {
@@ -53,9 +81,19 @@ impl VolumeMesh {
                 }
             }
         }
+        Ok(region_of)
+    }
+
+    /// Sorts the faces of all tetrahedra: on conductors, on walls, and between two tetrahedra with a field. `touched` is the
+    /// conductor that each point belongs to.
+    fn sorted_faces(
+        &self,
+        scene: &Scene,
+        conductors: &[Conductor<'_>],
+        conductor_of: &[Option<usize>],
+        touched: &[Option<usize>],
+    ) -> Result<SortedFaces, ImportProblem> {
         let holder = |t: usize| conductor_of[self.tet_groups[t] as usize];
-        let touched = self.touched(&conductors, &conductor_of)?;
-        let mut roles: BTreeMap<[u32; 3], FaceRole> = BTreeMap::new();
         let mut sheets = BTreeMap::new();
         for (face, &group) in self.faces.iter().zip(&self.face_groups) {
             if let Some(k) = conductor_of[group as usize] {
@@ -64,64 +102,75 @@ impl VolumeMesh {
                 sheets.insert(face, k);
             }
         }
-        let center = self.center(&touched);
-        let mut open = Vec::new();
-        let mut ends = Vec::new();
-        let mut field = Field::new(self.tets.len());
+        let mut sorted = SortedFaces {
+            roles: BTreeMap::new(),
+            ends: Vec::new(),
+            open: Vec::new(),
+            field: Field::new(self.tets.len()),
+        };
         for group in sides(self, |_| true).chunk_by(|a, b| a.0 == b.0) {
             let held =
                 group.iter().find_map(|s| holder(s.1 as usize / 4)).or(sheets.get(&group[0].0).copied());
             if let ([_], Some(k)) = (group, held) {
-                ends.push((group[0].0, k));
+                sorted.ends.push((group[0].0, k));
             }
             let free = group.iter().find(|s| holder(s.1 as usize / 4).is_none());
             let Some(free) = free else { continue };
-            let face = free.0;
-            let first = free.1 as usize / 4;
+            let (face, tet) = (free.0, free.1 as usize / 4);
             if let Some(k) = held {
-                roles.insert(face, FaceRole::Conductor(k as u32));
+                sorted.roles.insert(face, FaceRole::Conductor(k as u32));
                 let both = group.iter().map(|s| s.1 as usize / 4);
-                both.filter(|&t| holder(t).is_none()).for_each(|t| field.begin(t));
+                both.filter(|&t| holder(t).is_none()).for_each(|t| sorted.field.begin(t));
             } else if let [one, two] = group {
-                field.join(one.1, two.1);
+                sorted.field.join(one.1, two.1);
             } else {
                 match self.wall(scene, face)? {
                     Wall::Insulated => {}
                     Wall::Grounded => {
-                        if let Some(&p) = face.iter().find(|&&p| touched[p as usize].is_some()) {
-                            let name = touched[p as usize].map(name).unwrap_or_default();
-                            let place = Place { at: self.points[p as usize], line: None };
-                            return Err(ImportProblem::TouchingWall { name, place });
-                        }
-                        roles.insert(face, FaceRole::Grounded);
-                        field.begin(first);
+                        self.check_apart_from_ground(face, conductors, touched)?;
+                        sorted.roles.insert(face, FaceRole::Grounded);
+                        sorted.field.begin(tet);
                     }
                     Wall::Open => {
-                        open.push((face, outward(free), region_of[self.tet_groups[first] as usize]));
-                        field.begin(first);
+                        sorted.open.push(OpenFace { face, outward: outward(free), tet });
+                        sorted.field.begin(tet);
                     }
                 }
             }
         }
-        self.check_open_ends(&conductors, &ends, open.iter().map(|o| o.0))?;
-        for (face, outward, _) in &open {
-            let [a, b, c] = outward.map(|p| self.points[p as usize]);
+        Ok(sorted)
+    }
+
+    /// Refuses a conductor at a grounded face.
+    fn check_apart_from_ground(
+        &self,
+        face: [u32; 3],
+        conductors: &[Conductor<'_>],
+        touched: &[Option<usize>],
+    ) -> Result<(), ImportProblem> {
+        for p in face {
+            if let Some(k) = touched[p as usize] {
+                let place = Place { at: self.points[p as usize], line: None };
+                return Err(ImportProblem::TouchingWall { name: conductors[k].body.name.clone(), place });
+            }
+        }
+        Ok(())
+    }
+
+    /// Refuses open faces that do not face away from the middle of the conductors.
+    fn check_open_faces(&self, open: &[OpenFace], center: [f64; 3]) -> Result<(), ImportProblem> {
+        for o in open {
+            let [a, b, c] = o.outward.map(|p| self.points[p as usize]);
             // The centre is behind the face, which turns anticlockwise as seen from outside.
             if determinant(center, a, b, c) <= 0.0 {
                 return Err(ImportProblem::OuterFace {
                     what: "an open outer face does not see the middle of the conductors",
-                    place: self.place(*face),
+                    place: self.place(o.face),
                     cure: "mesh up to a convex outer surface, as a box or a ball",
                 });
             }
         }
-        let permittivities = scene.permittivities();
-        let met = open.iter().map(|o| permittivities[o.2 as usize]);
-        let background = scene.background_permittivity;
-        let permittivity = met.fold([background; 2], |[low, high], e| [low.min(e), high.max(e)]);
-        roles.extend(open.into_iter().map(|(face, ..)| (face, FaceRole::Open { permittivity })));
-        let reached = field.spread();
-        Ok(self.without(|t| !reached[t], &roles, &region_of, center))
+        Ok(())
     }
 
     /// Numbers, from 1, of the groups that a shape names, of dimension `least` or more: 3 for volumes, 2 for surfaces too.
@@ -267,6 +316,26 @@ impl VolumeMesh {
             .collect();
         out
     }
+}
+
+/// The faces of a mesh by what lies behind them.
+struct SortedFaces {
+    /// Of the faces on conductors and grounded walls; the corners of each are ascending.
+    roles: BTreeMap<[u32; 3], FaceRole>,
+    /// Outer faces on conductors, with the conductor.
+    ends: Vec<([u32; 3], usize)>,
+    open: Vec<OpenFace>,
+    field: Field,
+}
+
+/// An outer face beyond which space is open.
+struct OpenFace {
+    /// Its corners, ascending.
+    face: [u32; 3],
+    /// The same, anticlockwise as seen from outside.
+    outward: [u32; 3],
+    /// The tetrahedron behind it.
+    tet: usize,
 }
 
 /// Finds the tetrahedra that have a field: those connected through faces to a conductor, a grounded or an open wall.

@@ -17,6 +17,8 @@ use super::audit::{Repairs, audit};
 use super::{ImportError, ImportProblem};
 use crate::shapes::TriangleSurface;
 
+pub use super::triangles::Triangles;
+
 /// From the coordinates of a file to those of the scene: multiply by `unit`, then add `translate`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Placement {
@@ -43,17 +45,6 @@ impl Placement {
         }
         Ok(())
     }
-}
-
-/// The triangles of a file before the audit: indices are valid and coordinates finite, nothing else is known.
-#[derive(Debug, Clone, Default, PartialEq)]
-pub struct Triangles {
-    /// All points, in the order and the units of the file.
-    pub points: Vec<[f64; 3]>,
-    /// Corners of each triangle, indices into `points`.
-    pub faces: Vec<[u32; 3]>,
-    /// Line of the file that each triangle comes from, counted from 1.
-    pub lines: Vec<u32>,
 }
 
 /// Reads a file, then places and audits its surface.

@@ -215,3 +215,32 @@ fn outward(
     }
     (steps, p)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_axis_of_mirrored_planes_is_the_mirror_image_of_the_axis() {
+        let at = [(0.0, false), (1.0, true), (1.3, true), (3.0, false), (3.5, true)];
+        let planes = at.map(|(at, edge)| Plane { at, edge });
+        let mut mirrored = at.map(|(at, edge)| Plane { at: -at, edge });
+        mirrored.reverse();
+        let open = |pole: f64| End::Open { pole, reach: 8.0, radius: 30.0 };
+        for levels in 0..4 {
+            let resolution = Resolution { order: levels + 2, levels, ratio: 0.13, slope: 1.0, first: 2 };
+            let axis = graded_axis(&planes, [End::Closed, open(0.5)], &resolution);
+            let image = graded_axis(&mirrored, [open(-0.5), End::Closed], &resolution);
+            let nodes: Vec<f64> = image.line.nodes.iter().rev().map(|x| -x).collect();
+            assert_eq!(nodes.len(), axis.line.nodes.len());
+            assert!(
+                nodes.iter().zip(&axis.line.nodes).all(|(a, b)| (a - b).abs() < 1e-14),
+                "{axis:?} {image:?}"
+            );
+            assert!(image.line.degrees.iter().rev().eq(&axis.line.degrees), "{axis:?} {image:?}");
+            let elements = axis.line.elements();
+            assert!(image.cuts.iter().rev().map(|cut| elements - cut).eq(axis.cuts.iter().copied()));
+            assert!(image.edges.iter().rev().eq(&axis.edges));
+        }
+    }
+}

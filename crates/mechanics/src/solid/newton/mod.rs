@@ -42,6 +42,9 @@ const STRAYED: f64 = 0.9;
 /// Steps shorter than this fraction of the longest are not checked for that.
 const LONG: f64 = 0.05;
 
+/// Parts of the load reached that are tried where the gaps cannot be closed at its end.
+const RETREATS: [f64; 3] = [0.95, 0.8, 0.5];
+
 pub(super) type Failure = (StopReason, (f64, usize));
 
 impl<S: Dimension> Equations<S> {
@@ -61,15 +64,20 @@ impl<S: Dimension> Equations<S> {
             return self.advance_through_folds(state, from, to, settings);
         }
         let mut effort = Effort::default();
-        let (first_state, first_load) = (state.clone(), from.clone());
+        let first = (state.clone(), from.clone());
         let mut result = self.march(state, from, to, settings, &mut effort);
         if self.has_contact()
             && let Err((reason, (smallest_j, element))) =
                 self.close_gaps(state, from, settings, result.is_err(), &mut effort)
         {
-            *state = first_state;
-            *from = first_load;
-            result = Err(Box::new(Stopped { reached: 0.0, step: 1.0, reason, smallest_j, element, effort }));
+            let part = result.err().and_then(|stopped| {
+                let part = self.retreat(state, from, &first, to, stopped.reached, settings, &mut effort)?;
+                Some(Box::new(Stopped { reached: part, ..*stopped }))
+            });
+            result = Err(part.unwrap_or_else(|| {
+                (*state, *from) = first;
+                Box::new(Stopped { reached: 0.0, step: 1.0, reason, smallest_j, element, effort })
+            }));
         }
         result.map(|()| effort).map_err(|mut stopped| {
             // The last assembly may have been of a state that was given up.
@@ -78,6 +86,28 @@ impl<S: Dimension> Equations<S> {
             effort.residual = residual.force;
             stopped.effort = effort;
             stopped
+        })
+    }
+
+    /// Goes back where the load was followed up to the part `reached` and no further, and the gaps cannot be closed there: close to
+    /// the limit of extension the rubber does not yield to the last touch. Follows the load from `first` to smaller and smaller
+    /// parts until the gaps can be closed; returns that part, or `None`.
+    fn retreat(
+        &mut self,
+        state: &mut State<S>,
+        from: &mut Load<S>,
+        first: &(State<S>, Load<S>),
+        to: &Load<S>,
+        reached: f64,
+        settings: &NewtonSettings,
+        effort: &mut Effort,
+    ) -> Option<f64> {
+        let parts = RETREATS.map(|share| share * reached);
+        parts.into_iter().filter(|&part| part > 0.0).find(|&part| {
+            (*state, *from) = first.clone();
+            let there = first.1.toward(to, part);
+            self.march(state, from, &there, settings, effort).is_ok()
+                && self.close_gaps(state, from, settings, false, effort).is_ok()
         })
     }
 

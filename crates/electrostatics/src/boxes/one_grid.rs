@@ -1,0 +1,428 @@
+//! A scene on one grid: symmetric parts, both bounds, what is missing and where.
+//!
+//! The scene is split into parts that are even or odd across its mirror planes ([`crate::boxes::symmetry`]). On each grid every
+//! part gives an upper and a lower energy matrix ([`crate::boxes::energy`]); together they are the bounds on the Maxwell matrix.
+
+use crate::SolveError;
+use crate::VACUUM_PERMITTIVITY;
+use crate::boxes::domain::Domain;
+use crate::boxes::energy::{Energies, lower, upper};
+use crate::boxes::field::{Share, sample};
+use crate::boxes::grid_refinement::{Indicator, add, folded, indicator};
+use crate::boxes::layout::{Grid, Layout};
+use crate::boxes::primal::Primal;
+use crate::boxes::resolution::memory;
+use crate::boxes::symmetry::{Part, parts};
+use crate::floating::Floating;
+use crate::matrix::{MatrixBounds, from_energies};
+use crate::solution::{Bounded, Discretisation, Field, PhaseSeconds, Settings, Solution, Target};
+use elastocap_fem::tensor::{Dims, axpy};
+use elastocap_geometry::scene::Scene;
+use elastocap_linalg::dense::{self, Lu};
+use faer::Mat;
+use std::sync::atomic::Ordering;
+
+/// Without bounds, the estimated error over the gain of the last refinement: several times the error that is expected.
+pub(crate) const GAIN_FACTOR: f64 = 0.6;
+
+/// Without bounds, the smallest estimated error over the missing energy that the surplus indicates, which is 0.8 to 1.6 times the
+/// true error on cubes and plates.
+const SURPLUS_FACTOR: f64 = 1.5;
+
+/// A scene laid out for the box solver, with its symmetric parts and the settings.
+pub(crate) struct GridProblem<'a> {
+    pub(crate) layout: Layout,
+    pub(crate) parts: Vec<Part>,
+    /// The half, quarter or eighth of the scene that grids are made for.
+    pub(crate) core: Layout,
+    /// Axes across which a grid is reflected before it is solved on: none where mirrors are used.
+    pub(crate) reflected: [bool; 3],
+    /// Which conductors float.
+    pub(crate) floating: Floating,
+    pub(crate) settings: &'a Settings,
+}
+
+impl<'a> GridProblem<'a> {
+    pub(crate) fn new(scene: &Scene, settings: &'a Settings) -> Result<Self, SolveError> {
+        let layout = Layout::new(scene)?;
+        let reflected = layout.mirror.map(|m| m.is_some() && !settings.symmetry);
+        Ok(Self {
+            parts: parts(&layout, settings.symmetry),
+            core: layout.core(),
+            reflected,
+            floating: Floating::new(scene),
+            layout,
+            settings,
+        })
+    }
+
+    /// Memory, bytes, that the solve of the largest part takes on a grid.
+    pub(crate) fn memory(&self, grid: &Grid) -> u64 {
+        let (domain, _) = self.core.domain(grid);
+        self.memory_of(domain.primal_dims())
+    }
+
+    /// The same for a grid with `dims` functions on the axes of the core.
+    pub(crate) fn memory_of(&self, dims: Dims) -> u64 {
+        let dims = [0, 1, 2].map(|a| if self.reflected[a] { 2 * dims[a] } else { dims[a] });
+        let right_hand_sides = self.parts.iter().map(|p| p.potentials.len()).max().unwrap_or(0);
+        memory(dims, self.layout.conductors.len().max(right_hand_sides), self.settings.bounds)
+    }
+
+    /// Unknowns of the largest part on a grid, primal plus dual.
+    pub(crate) fn unknowns(&self, grid: &Grid) -> usize {
+        let (domain, _) = self.core.domain(grid);
+        let n: usize = domain.primal_dims().iter().product();
+        if self.settings.bounds { 2 * n } else { n }
+    }
+
+    /// Whether the caller wants the solve to stop.
+    pub(crate) fn cancelled(&self) -> bool {
+        self.settings.cancel.as_ref().is_some_and(|c| c.load(Ordering::Relaxed))
+    }
+}
+
+/// Energies of all parts on one grid.
+pub(crate) struct Outcome {
+    /// Of the driven conductors: the matrix that is reported.
+    pub(crate) bounds: MatrixBounds,
+    /// Of all conductors.
+    all: MatrixBounds,
+    /// Potentials of the right-hand sides, in columns.
+    basis: Mat<f64>,
+    /// Parts that have a field, each after the index of its first column in `basis`.
+    solved: Vec<(usize, SolvedPart)>,
+    unknowns: usize,
+    pub(crate) iterations: usize,
+    pub(crate) converged: bool,
+    pub(crate) repair_share: f64,
+    seconds: PhaseSeconds,
+}
+
+/// The upper problem of one part.
+struct SolvedPart {
+    energies: Energies,
+    primal: Primal,
+    domain: Domain,
+    odd: [bool; 3],
+    copies: f64,
+}
+
+/// Solves all parts on one grid: the primal problem, and the dual one if `lower_too`; otherwise the lower bounds are set equal to
+/// the upper ones. The linear solvers stop when their error is about `share` of the energy.
+///
+/// # Errors
+/// A grid whose matrices cannot be factorised, a request to stop.
+pub(crate) fn on_grid(
+    problem: &GridProblem<'_>,
+    grid: &Grid,
+    share: f64,
+    lower_too: bool,
+) -> Result<Outcome, SolveError> {
+    let n = problem.layout.conductors.len();
+    let mut basis = Mat::zeros(n, n);
+    let (mut up, mut low) = (Mat::zeros(n, n), Mat::zeros(n, n));
+    let mut out = Outcome::empty();
+    let grid = &grid.reflected(problem.reflected);
+    let mut at = 0;
+    for part in &problem.parts {
+        for (i, v) in part.potentials.iter().chain(&part.fieldless).enumerate() {
+            for c in 0..n {
+                basis[(c, at + i)] = v[c];
+            }
+        }
+        let count = part.potentials.len();
+        if count > 0 {
+            let (solved, dual) = solve_part(problem, part, grid, share, lower_too)?;
+            for i in 0..count {
+                for j in 0..count {
+                    up[(at + i, at + j)] = part.copies * solved.energies.matrix[(i, j)];
+                    if let Some(dual) = &dual {
+                        low[(at + i, at + j)] = part.copies * dual.matrix[(i, j)];
+                    }
+                }
+            }
+            out.add_cost(&solved.energies, dual.as_ref());
+            out.solved.push((at, solved));
+        }
+        at += count + part.fieldless.len();
+    }
+    let unit = VACUUM_PERMITTIVITY * problem.layout.unit;
+    let scaled = |m: Mat<f64>| {
+        let c = from_energies(&basis, &m);
+        Mat::from_fn(n, n, |i, j| unit * c[(i, j)])
+    };
+    out.all.upper = scaled(up);
+    out.all.lower = if lower_too { scaled(low) } else { out.all.upper.clone() };
+    out.all.uncross();
+    out.bounds = problem.floating.reduced(&out.all);
+    out.basis = basis;
+    Ok(out)
+}
+
+/// Solves one part on one grid: its primal problem, and the energies of its dual one if `lower_too`.
+fn solve_part(
+    problem: &GridProblem<'_>,
+    part: &Part,
+    grid: &Grid,
+    share: f64,
+    lower_too: bool,
+) -> Result<(SolvedPart, Option<Energies>), SolveError> {
+    let cancel = problem.settings.cancel.as_deref();
+    let (domain, held) = part.layout.domain(grid);
+    let potentials: Vec<Vec<f64>> =
+        part.potentials.iter().map(|v| held.iter().map(|&c| v[c]).collect()).collect();
+    // The two problems are of the same size and run in parallel.
+    let (upper, dual) = rayon::join(
+        || upper(&domain, &potentials, share, cancel),
+        || lower_too.then(|| lower(&domain, &potentials, share, cancel)).transpose(),
+    );
+    let (energies, primal) = upper?;
+    let dual = dual?;
+    if problem.cancelled() {
+        return Err(SolveError::Cancelled);
+    }
+    Ok((SolvedPart { energies, primal, domain, odd: part.odd, copies: part.copies }, dual))
+}
+
+impl Outcome {
+    /// Before any part is solved.
+    fn empty() -> Self {
+        let none = || MatrixBounds { lower: Mat::zeros(0, 0), upper: Mat::zeros(0, 0) };
+        Self {
+            bounds: none(),
+            all: none(),
+            basis: Mat::zeros(0, 0),
+            solved: Vec::new(),
+            unknowns: 0,
+            iterations: 0,
+            converged: true,
+            repair_share: 0.0,
+            seconds: PhaseSeconds::default(),
+        }
+    }
+
+    /// Adds what the problems of one part took.
+    fn add_cost(&mut self, primal: &Energies, dual: Option<&Energies>) {
+        self.iterations += primal.iterations;
+        self.converged &= primal.converged;
+        self.seconds.setup += primal.seconds[0];
+        self.seconds.primal += primal.seconds[1];
+        let mut unknowns = primal.unknowns;
+        if let Some(dual) = dual {
+            unknowns += dual.unknowns;
+            self.iterations += dual.iterations;
+            self.converged &= dual.converged;
+            self.seconds.setup = self.seconds.setup.max(dual.seconds[0]);
+            self.seconds.dual += dual.seconds[1];
+            self.repair_share = self.repair_share.max(dual.repair_share);
+        }
+        self.unknowns = self.unknowns.max(unknowns);
+    }
+
+    /// The field of one state for export: 1 V between two driven conductors, or 1 V on the first of another number of them; the
+    /// floating ones carry their charge.
+    pub(crate) fn field(&self, scene: &Scene, problem: &GridProblem<'_>) -> Field {
+        let GridProblem { layout, parts, settings, floating, .. } = problem;
+        let n = layout.conductors.len();
+        let driven: Vec<f64> = match floating.driven.len() {
+            2 => vec![0.5, -0.5],
+            n => (0..n).map(|c| if c == 0 { 1.0 } else { 0.0 }).collect(),
+        };
+        let potentials = floating.potentials(&self.all.upper, &driven, &floating.charges);
+        let target = Mat::from_fn(n, 1, |i, _| potentials[i]);
+        let weights = Lu::new(self.basis.as_ref()).solve(target.as_ref());
+        let mut shares = Vec::new();
+        let (mut at, mut common) = (0, 0.0);
+        for part in parts {
+            let from = at + part.potentials.len();
+            at = from + part.fieldless.len();
+            common += (from..at).map(|i| weights[(i, 0)]).sum::<f64>();
+        }
+        for (first, part) in &self.solved {
+            let weights: Vec<f64> =
+                (0..part.energies.coefficients.len()).map(|i| weights[(first + i, 0)]).collect();
+            if let Some(coefficients) = part.combined(&weights) {
+                shares.push(Share { domain: &part.domain, coefficients, odd: part.odd });
+            }
+        }
+        let mirrored = layout.mirror.map(|m| m.is_some() && settings.symmetry);
+        let mut field = sample(scene, layout, &shares, mirrored, potentials);
+        field.potential.iter_mut().for_each(|p| *p += common);
+        field
+    }
+
+    /// The refinement indicator: relative missing energies of the primal solution along each axis, summed over the states that
+    /// the target depends on.
+    pub(crate) fn indicator(&self, problem: &GridProblem<'_>) -> Indicator {
+        let n = self.basis.nrows();
+        let GridProblem { floating, .. } = problem;
+        let driven = floating.driven.len();
+        let factor = Lu::new(self.basis.as_ref());
+        let of_driven = |v: &[f64]| {
+            let all = floating.potentials(&self.all.upper, v, &vec![0.0; floating.floating.len()]);
+            let weights = factor.solve(Mat::from_fn(n, 1, |i, _| all[i]).as_ref());
+            (0..n).map(|i| weights[(i, 0)]).collect::<Vec<f64>>()
+        };
+        // Weights of the right-hand sides in each state, and the state's energy.
+        let mut states: Vec<(Vec<f64>, f64)> = Vec::new();
+        if let (Target::TwoTerminal, true) = (problem.settings.target, driven == 2) {
+            let charges = Mat::from_fn(2, 1, |i, _| if i == 0 { 1.0 } else { -1.0 });
+            let voltages = Lu::new(self.bounds.upper.as_ref()).solve(charges.as_ref());
+            let energy = voltages[(0, 0)] - voltages[(1, 0)];
+            if energy.is_finite() && energy > 0.0 {
+                states.push((of_driven(&[voltages[(0, 0)], voltages[(1, 0)]]), energy));
+            }
+        }
+        if states.is_empty() && !floating.floating.is_empty() {
+            for d in 0..driven {
+                let unit: Vec<f64> = (0..driven).map(|e| f64::from(u8::from(d == e))).collect();
+                states.push((of_driven(&unit), self.bounds.upper[(d, d)]));
+            }
+            states.retain(|(_, energy)| *energy > 0.0);
+        } else if states.is_empty() {
+            for i in 0..n {
+                let unit: Vec<f64> = (0..n).map(|j| f64::from(u8::from(i == j))).collect();
+                let v = self.basis.col(i).as_mat();
+                let charges = dense::product(v.transpose(), self.bounds.upper.as_ref());
+                states.push((unit, dense::product(charges.as_ref(), v)[(0, 0)].max(0.0)));
+            }
+        }
+        let unit = VACUUM_PERMITTIVITY * problem.layout.unit;
+        let mut total = Indicator::default();
+        for (weights, energy) in states {
+            for (first, part) in &self.solved {
+                let own = &weights[*first..*first + part.energies.coefficients.len()];
+                let Some(u) = part.combined(own) else { continue };
+                let own = indicator(&part.domain, &part.primal.slice_energies(&u));
+                let own = folded(own, problem.reflected);
+                add(&mut total, &own, part.copies * unit / energy);
+            }
+        }
+        total
+    }
+
+    /// The largest ratio between the relative error of an entry and that of the energies it follows from by polarisation.
+    pub(crate) fn amplification(&self, settings: &Settings) -> f64 {
+        let (m, n) = (&self.bounds.upper, self.bounds.upper.nrows());
+        if settings.target == Target::TwoTerminal && n == 2 {
+            return 1.0;
+        }
+        let pairs = (0..n).flat_map(|i| (0..i).map(move |j| (i, j)));
+        let ratio = |(i, j): (usize, usize)| {
+            let mean = (m[(i, i)] * m[(j, j)]).sqrt();
+            mean / m[(i, j)].abs().max(0.1 * mean)
+        };
+        pairs.map(ratio).filter(|r| r.is_finite()).fold(1.0, f64::max)
+    }
+
+    /// Without a dual problem: sets the lower energies to the upper ones minus the estimated error.
+    ///
+    /// Energies decrease towards the true ones as grids are refined. Two quantities predict the remaining error: how much the last
+    /// refinement gained over `coarser`, and the missing energy `missing` that the surplus indicates. The larger one counts.
+    pub(crate) fn estimate(&mut self, coarser: &Mat<f64>, missing: f64, settings: &Settings) {
+        let upper = self.bounds.upper.clone();
+        let n = upper.nrows();
+        let gained =
+            Mat::from_fn(n, n, |i, j| upper[(i, j)] - GAIN_FACTOR * (coarser[(i, j)] - upper[(i, j)]));
+        let lacking = upper.clone() * faer::Scale(1.0 - (SURPLUS_FACTOR * missing).min(1.0));
+        let mut error = |lower: Mat<f64>| {
+            self.bounds.lower = lower;
+            self.error(settings)
+        };
+        let by_gain = error(gained.clone());
+        if by_gain > error(lacking) {
+            self.bounds.lower = gained;
+        }
+    }
+
+    /// The error that is compared with the tolerance: the largest relative spread of the target, or error estimate without bounds.
+    pub(crate) fn error(&self, settings: &Settings) -> f64 {
+        let m = &self.bounds;
+        let n = m.upper.nrows();
+        let value = |lower: f64, upper: f64| if settings.bounds { 0.5 * (lower + upper) } else { upper };
+        let relative = |lower: f64, upper: f64| {
+            if upper > 0.0 { (upper - lower) / value(lower, upper).abs() } else { 0.0 }
+        };
+        let pair = m.two_terminal().map(|t| relative(t.lower, t.upper));
+        if let (Target::TwoTerminal, Some(pair)) = (settings.target, pair) {
+            return pair;
+        }
+        let entries = (0..n).flat_map(|i| (0..=i).map(move |j| (i, j))).map(|(i, j)| {
+            let (lower, upper) = (&m.lower, &m.upper);
+            if i == j {
+                return relative(lower[(i, i)], upper[(i, i)]);
+            }
+            let gap = |i: usize| (upper[(i, i)] - lower[(i, i)]).max(0.0);
+            let size =
+                value(lower[(i, j)], upper[(i, j)]).abs().max(0.1 * (upper[(i, i)] * upper[(j, j)]).sqrt());
+            (gap(i) * gap(j)).sqrt() / size
+        });
+        // NaN counts as the largest error.
+        entries.chain(pair).fold(0.0, |a, b| if a >= b { a } else { b })
+    }
+
+    /// The solution: matrices with their bounds, and what they took.
+    pub(crate) fn finish(
+        self,
+        problem: &GridProblem<'_>,
+        grid: &Grid,
+        shortfall: Option<String>,
+    ) -> Solution {
+        let (settings, layout) = (problem.settings, &problem.layout);
+        let mut maxwell = self.bounds.entries();
+        let mut two_terminal = self.bounds.two_terminal();
+        let floating = if settings.bounds {
+            problem.floating.proved(&self.all)
+        } else {
+            // The matrix of all conductors is taken to be as uncertain as the target.
+            let lower = &self.all.upper * faer::Scale(1.0 - self.error(settings).min(0.5));
+            problem.floating.estimated(&MatrixBounds { lower, upper: self.all.upper.clone() })
+        };
+        if !settings.bounds {
+            // The reported value is the computed energy, with the error estimate on either side.
+            let centred = |upper: f64, b: Bounded| {
+                let error = b.upper - b.lower;
+                Bounded { value: upper, lower: upper - error, upper: upper + error }
+            };
+            two_terminal = two_terminal.map(|b| centred(b.upper, b));
+            for (i, row) in maxwell.iter_mut().enumerate() {
+                for (j, b) in row.iter_mut().enumerate() {
+                    *b = centred(self.bounds.upper[(i, j)], *b);
+                }
+            }
+        }
+        let stalled = || {
+            "the linear solver stopped before its goal: the elements of the grid differ too much in size"
+                .to_owned()
+        };
+        // Bounds are proved wherever the linear solver stopped.
+        let shortfall = shortfall.or_else(|| (!self.converged && !settings.bounds).then(stalled));
+        Solution {
+            two_terminal,
+            maxwell,
+            floating,
+            reached: shortfall.is_none(),
+            shortfall,
+            unknowns: self.unknowns,
+            iterations: self.iterations,
+            grids: 1,
+            mirrored: if settings.symmetry { layout.mirror.map(|m| m.is_some()) } else { [false; 3] },
+            resolution: Discretisation::Grid(grid.level()),
+            repair_share: self.repair_share,
+            seconds: self.seconds,
+            field: None,
+        }
+    }
+}
+
+impl SolvedPart {
+    /// The potential of the right-hand sides with these weights; `None` if all are zero.
+    fn combined(&self, weights: &[f64]) -> Option<Vec<f64>> {
+        let mut out = vec![0.0; self.energies.coefficients.first()?.len()];
+        for (w, u) in weights.iter().zip(&self.energies.coefficients).filter(|(w, _)| **w != 0.0) {
+            axpy(&mut out, *w, u);
+        }
+        weights.iter().any(|w| *w != 0.0).then_some(out)
+    }
+}
