@@ -362,4 +362,56 @@ mod tests {
         assert_eq!(nearest_unit("mpa", PRESSURE), Some("MPa"));
         assert_eq!(nearest_unit("kpa", LENGTH), None);
     }
+
+    #[test]
+    fn every_prefix_is_the_power_of_ten_of_the_si() {
+        let powers = [
+            ("a", -18),
+            ("f", -15),
+            ("p", -12),
+            ("n", -9),
+            ("u", -6),
+            ("m", -3),
+            ("c", -2),
+            ("d", -1),
+            ("", 0),
+            ("h", 2),
+            ("k", 3),
+            ("M", 6),
+            ("G", 9),
+            ("T", 12),
+        ];
+        for (prefix, power) in powers {
+            for symbol in ["m", "N", "Pa", "C"] {
+                let exact: f64 = format!("1e{power}").parse().unwrap();
+                assert_eq!(
+                    parse(&format!("1 {prefix}{symbol}")).map(|q| q.si),
+                    Ok(exact),
+                    "{prefix}{symbol}"
+                );
+            }
+        }
+    }
+
+    #[test]
+    fn a_unit_is_the_product_of_others_that_the_si_defines_it_by() {
+        for (one, other) in [
+            ("1 Pa", "1 N/m^2"),
+            ("1 N", "1 kg*m/s^2"),
+            ("1 N", "1 kg\u{b7}m/s\u{b2}"),
+            ("1 N", "1 kg\u{22c5}m/s^2"),
+            ("1 J", "1 N*m"),
+            ("1 Pa", "1 J/m^3"),
+            ("1 Pa", "1 J/m\u{b3}"),
+            ("1 C", "1 A*s"),
+            ("1 J", "1 V*C"),
+            ("1 C", "1 F*V"),
+            ("1 kPa", "1 mN/mm^2"),
+            ("1 MPa", "1 mJ/mm^3"),
+        ] {
+            let read = |text| parse(text).map(|q| (q.si, q.dimension));
+            assert_eq!(read(one), read(other), "{one} = {other}");
+            assert!(read(one).is_ok(), "{one}");
+        }
+    }
 }

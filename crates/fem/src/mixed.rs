@@ -237,4 +237,76 @@ mod tests {
             mixed_segment(&line(), 0..2, &[2.0, 4.0], [FluxEnd::Free, FluxEnd::Free], [0.0, 3.0]).unwrap();
         assert!((capacitance(&s) - 1.0 / (0.2 / 2.0 + 0.8 / 4.0 + 3.0 / 4.0)).abs() < 1e-12);
     }
+
+    #[test]
+    fn a_continuation_below_the_line_counts_with_the_permittivity_there() {
+        let s =
+            mixed_segment(&line(), 0..2, &[2.0, 4.0], [FluxEnd::Free, FluxEnd::Free], [3.0, 0.0]).unwrap();
+        assert!((capacitance(&s) - 1.0 / (3.0 / 2.0 + 0.2 / 2.0 + 0.8 / 4.0)).abs() < 1e-12);
+    }
+
+    #[test]
+    fn nothing_flows_between_ends_of_the_same_potential() {
+        let permittivity = [2.0, 4.0];
+        let s =
+            mixed_segment(&line(), 0..2, &permittivity, [FluxEnd::Free, FluxEnd::Free], [1.0, 3.0]).unwrap();
+        // The potential is 1 everywhere; in the basis of the segment it is scaled by the root of the permittivity.
+        let (one, offsets) = (ones(&line()), potential_offsets(&line()));
+        let element = |j: usize| usize::from(j >= offsets[1]);
+        for i in 0..s.root.nrows() {
+            let inside: f64 =
+                (0..one.len()).map(|j| s.root[(i, j)] * one[j] * permittivity[element(j)].sqrt()).sum();
+            assert!((s.face[0][i] + s.face[1][i] - inside).abs() < 1e-12, "{i}: {:?} {inside}", s.face);
+        }
+    }
+
+    /// Lines that end, and that reach infinity on one side or both.
+    fn lines() -> Vec<Line> {
+        let infinite = LineEnd::Infinite { degree: 3, pole: 1.0 };
+        [LineEnd::Finite, infinite]
+            .into_iter()
+            .flat_map(|low| [LineEnd::Finite, infinite].map(|high| Line { ends: [low, high], ..line() }))
+            .collect()
+    }
+
+    #[test]
+    fn the_divergence_maps_onto_an_orthonormal_basis_so_that_its_square_is_the_stiffness() {
+        for line in lines() {
+            let d = divergence_matrix(&line).unwrap();
+            let square = dense::product(d.transpose(), d.as_ref());
+            let (_, stiffness) = line_matrices(&line, &vec![1.0; line.elements()]);
+            for i in 0..stiffness.nrows() {
+                for j in 0..stiffness.ncols() {
+                    let (found, exact) = (square[(i, j)], stiffness[(i, j)]);
+                    assert!((found - exact).abs() < 1e-11, "{line:?} ({i}, {j}): {found} {exact}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn what_leaves_a_line_at_its_ends_is_the_integral_of_the_divergence() {
+        let (d, one) = (divergence_matrix(&line()).unwrap(), ones(&line()));
+        assert!((one.iter().map(|x| x * x).sum::<f64>() - 1.0).abs() < 1e-15, "the length of the line");
+        let last = d.ncols() - 1;
+        for column in 0..=last {
+            let integral: f64 = (0..one.len()).map(|row| one[row] * d[(row, column)]).sum();
+            let leaves = if column == 0 { -1.0 } else { f64::from(u8::from(column == last)) };
+            assert!((integral - leaves).abs() < 1e-14, "{column}: {integral}");
+        }
+    }
+
+    #[test]
+    fn a_run_of_elements_is_the_same_alone_and_in_a_line_that_reaches_further() {
+        let alone =
+            mixed_segment(&line(), 0..2, &[2.0, 4.0], [FluxEnd::Free, FluxEnd::Blocked], [0.0; 2]).unwrap();
+        for longer in lines() {
+            let first = longer.first_finite();
+            let mut permittivity = vec![9.0; longer.elements()];
+            permittivity[first..first + 2].copy_from_slice(&[2.0, 4.0]);
+            let ends = [FluxEnd::Free, FluxEnd::Blocked];
+            let run = mixed_segment(&longer, first..first + 2, &permittivity, ends, [0.0; 2]).unwrap();
+            assert_eq!((run.root, run.face), (alone.root.clone(), alone.face.clone()), "{longer:?}");
+        }
+    }
 }

@@ -120,4 +120,44 @@ mod tests {
         let matrix = Mat::from_fn(3, 3, |i, j| if i == j { f64::NAN } else { 0.0 });
         assert_eq!(Cholesky::new(matrix).err(), Some(NotFinite));
     }
+
+    #[test]
+    fn only_the_lower_triangle_is_read() {
+        let entry = |i: usize, j: usize| if i == j { 4.0 } else { 1.0 };
+        let (mut whole, mut half) = ([1.0, -2.0, 3.0], [1.0, -2.0, 3.0]);
+        Cholesky::new(Mat::from_fn(3, 3, entry)).unwrap().solve_in_place(&mut whole);
+        let lower = Mat::from_fn(3, 3, |i, j| if i < j { f64::NAN } else { entry(i, j) });
+        Cholesky::new(lower).unwrap().solve_in_place(&mut half);
+        assert_eq!(half, whole);
+    }
+
+    #[test]
+    fn a_row_without_entries_leaves_the_others_alone() {
+        // [2 1; 1 2] x = [3 3] beside a row and a column of zeros.
+        let entry = |i: usize, j: usize| if i == 1 || j == 1 { 0.0 } else { [2.0, 1.0][i.abs_diff(j) / 2] };
+        let mut x = [3.0, 0.0, 3.0];
+        Cholesky::new(Mat::from_fn(3, 3, entry)).unwrap().solve_in_place(&mut x);
+        for (x, exact) in x.iter().zip([1.0, 0.0, 1.0]) {
+            assert!((x - exact).abs() < 1e-12, "{x} {exact}");
+        }
+    }
+
+    #[test]
+    fn a_pivot_is_raised_where_it_is_zero_and_kept_where_it_is_small() {
+        // [1 -c; -c 1] x = [1 -1] has x = [1 -1] / (1 + c), also where the second pivot, 1 - c^2, vanishes.
+        for small in [1e-2, 1e-4, 1e-8, 1e-11, 0.0] {
+            let c = 1.0 - small;
+            let mut x = [1.0, -1.0];
+            let matrix = Mat::from_fn(2, 2, |i, j| if i == j { 1.0 } else { -c });
+            Cholesky::new(matrix.clone()).unwrap().solve_in_place(&mut x);
+            assert!((x[0] - x[1] - 2.0 / (1.0 + c)).abs() < 1e-9, "{small}: {x:?}");
+            // The other eigenvector is divided by 1 - c, or by what stands for it where c is 1.
+            let mut x = [1.0, 1.0];
+            Cholesky::new(matrix).unwrap().solve_in_place(&mut x);
+            assert!(x[0] > 0.0 && x[0].is_finite(), "{small}: {x:?}");
+            if small > 0.0 {
+                assert!((x[0] * small - 1.0).abs() < 1e-4, "{small}: {x:?}");
+            }
+        }
+    }
 }

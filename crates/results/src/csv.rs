@@ -95,6 +95,11 @@ fn negative(c: Bounded) -> Bounded {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::path::Path;
+
+    use elastocap_coupling::load_steps::StepLoad;
+    use elastocap_coupling::outcome::Status;
+    use elastocap_coupling::plan::{Options, Plan};
 
     #[test]
     fn numbers_read_back_as_they_were() {
@@ -109,5 +114,118 @@ mod tests {
     fn a_field_with_a_comma_or_a_quote_is_quoted() {
         assert_eq!(quoted("failed: no, \"never\""), "\"failed: no, \"\"never\"\"\"");
         assert_eq!(quoted("tolerance not reached"), "tolerance not reached");
+    }
+
+    /// A step with a matrix of this many conductors; no two pairs have the same entry.
+    fn step(conductors: usize, two_terminal: Option<Bounded>) -> StepResult {
+        let entry = |i: usize, j: usize| {
+            let value = if i == j { 100.0 } else { -((1 + i + j) as f64) };
+            Bounded { value, lower: value - 0.5, upper: value + 0.25 }
+        };
+        let maxwell = (0..conductors).map(|i| (0..conductors).map(|j| entry(i, j)).collect()).collect();
+        StepResult {
+            index: 0,
+            load: StepLoad::None,
+            same_as: None,
+            route: None,
+            row: Row { unknowns: Some(7), ..Row::default() },
+            reason: None,
+            warnings: Vec::new(),
+            layer: None,
+            scene: None,
+            surfaces: Vec::new(),
+            maxwell: Some(maxwell),
+            floating: Vec::new(),
+            two_terminal,
+            solver: None,
+            seconds: Default::default(),
+        }
+    }
+
+    /// The lines below the header, field by field.
+    fn lines(names: &[&str], step: &StepResult) -> Vec<Vec<String>> {
+        let names: Vec<String> = names.iter().map(|name| (*name).to_owned()).collect();
+        let table = capacitance(&names, step);
+        let fields = |line: &str| line.split(',').map(str::to_owned).collect::<Vec<_>>();
+        let lines: Vec<_> = table.lines().map(fields).collect();
+        assert!(lines.iter().all(|line| line.len() == lines[0].len()), "{table}");
+        lines[1..].to_vec()
+    }
+
+    #[test]
+    fn a_mutual_capacitance_is_minus_its_entry_within_limits_that_have_changed_places() {
+        let lines = lines(&["a", "b", "c"], &step(3, None));
+        let of = |quantity: &str| lines.iter().filter(|line| line[0] == quantity).collect::<Vec<_>>();
+        let numbers = |line: &[String]| [3, 4, 5, 6].map(|k| line[k].parse::<f64>().unwrap());
+        assert_eq!((of("maxwell").len(), of("mutual").len(), lines.len()), (9, 3, 12));
+        let names: Vec<_> = of("mutual").iter().map(|line| [line[1].as_str(), &line[2]]).collect();
+        assert_eq!(names, [["a", "b"], ["a", "c"], ["b", "c"]]);
+        for line in of("mutual") {
+            let entry = of("maxwell").into_iter().find(|entry| entry[1..3] == line[1..3]).unwrap();
+            let ([value, lower, upper, error], [entry, least, most, same]) = (numbers(line), numbers(entry));
+            assert_eq!([value, lower, upper], [-entry, -most, -least]);
+            assert!(lower < value && value < upper);
+            assert!(error == same && error == 0.375 / value, "half the spread over the value");
+        }
+        assert!(lines.iter().all(|line| line[7] == "7" && line[8] == "not run"));
+    }
+
+    #[test]
+    fn a_two_terminal_capacitance_is_that_of_two_conductors_or_of_one_against_ground() {
+        let found = Some(Bounded { value: 2.0, lower: 1.0, upper: 3.0 });
+        let last =
+            |names: &[&str], two_terminal| lines(names, &step(names.len(), two_terminal)).pop().unwrap();
+        assert_eq!(last(&["a"], found)[..6], ["two_terminal", "a", "ground", "2", "1", "3"]);
+        assert_eq!(last(&["a", "b"], found)[..6], ["two_terminal", "a", "b", "2", "1", "3"]);
+        assert_eq!(last(&["a", "b"], None)[..6], ["two_terminal", "a", "b", "", "", ""]);
+        // The pair of a sensor comes first among three; three bodies by themselves have no two terminals.
+        assert_eq!(last(&["a", "b", "c"], found)[..3], ["two_terminal", "a", "b"]);
+        assert_eq!(last(&["a", "b", "c"], None)[0], "mutual");
+    }
+
+    #[test]
+    fn a_line_of_the_curve_has_each_number_in_the_column_of_its_name() {
+        let row = Row {
+            compression: Some(0.5),
+            force_n: Some(2.0),
+            top_displacement_m: Some(3.0),
+            gap_m: Some(4.0),
+            electrode_height_m: Some(5.0),
+            electrode_thickness_m: Some(6.0),
+            two_terminal_capacitance_f: Some(7.0),
+            capacitance_lower_f: Some(8.0),
+            capacitance_upper_f: Some(9.0),
+            relative_error_estimate: Some(10.0),
+            parallel_plate_f: Some(11.0),
+            fringe_ratio: Some(12.0),
+            unknowns: Some(13),
+            status: Status::ToleranceNotReached,
+        };
+        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tests/acceptance/isolated-cube.toml");
+        let options = Options { prune: true, fields: false, scene: false };
+        let plan = Plan::new(&elastocap_case::load(&path).unwrap(), &options);
+        let text = curve(&Outcome {
+            plan,
+            warnings: Vec::new(),
+            steps: vec![StepResult { row: row.clone(), ..step(1, None) }],
+            conductors: vec!["a".to_owned()],
+            layer_meshes: Vec::new(),
+            layer_seconds: 0.0,
+            stopped: false,
+            solve_seconds: 0.0,
+            threads: 1,
+        });
+        let lines: Vec<Vec<&str>> = text.lines().map(|line| line.split(',').collect()).collect();
+        let [names, fields] = lines.as_slice() else { panic!("{text}") };
+        assert_eq!(names.len(), fields.len());
+        // result.json has the same row by the names of its fields.
+        let json = serde_json::to_value(&row).unwrap();
+        assert_eq!(json.as_object().unwrap().len(), names.len());
+        for (name, field) in names.iter().zip(fields) {
+            match json[name].as_f64() {
+                Some(value) => assert_eq!(field.parse(), Ok(value), "{name}"),
+                None => assert_eq!(json[name].as_str(), Some(*field), "{name}"),
+            }
+        }
     }
 }

@@ -230,3 +230,65 @@ fn a_wall_that_comes_down_on_a_conductor_leaves_no_scene() {
         "{error}"
     );
 }
+
+#[test]
+fn every_slab_has_its_own_permittivity_and_the_rest_that_of_the_surroundings() {
+    let mut case = open(pair(Layout::InPlane));
+    let surroundings = case.surroundings.as_mut().unwrap();
+    surroundings.relative_permittivity = 1.5;
+    surroundings.extent = Extent::AroundLayer {
+        side_margin: None,
+        below: Face::Medium { relative_permittivity: 4.5, thickness: Some(1.6e-3) },
+        above: Face::Medium { relative_permittivity: 3.25, thickness: Some(1e-4) },
+    };
+    let scene = at(&case, 0.2).unwrap().scene;
+    let lookup = scene.lookup();
+    let top = 0.8 * 450e-6;
+    for (height, permittivity) in [
+        (-2e-3, 1.5),
+        (-1.5e-3, 4.5),
+        (-1e-5, 4.5),
+        (1e-5, 2.8),
+        (top - 1e-6, 2.8),
+        (top + 1e-6, 3.25),
+        (top + 9e-5, 3.25),
+        (1e-3, 1.5),
+    ] {
+        // In a corner that no electrode reaches.
+        assert_eq!(lookup.permittivity_at([1e-2, height, 1e-2]), permittivity, "{height}");
+    }
+}
+
+#[test]
+fn the_walls_stand_off_by_the_margin_along_the_width_too() {
+    let domain = at(&pair(Layout::InPlane), 0.3).unwrap().scene.domain;
+    assert_close(domain.max[2], 250e-6 + 1e-3);
+    assert_close(domain.min[2], -250e-6 - 1e-3);
+}
+
+#[test]
+fn a_fixed_dielectric_ends_at_the_walls() {
+    let mut case = pair(Layout::InPlane);
+    let region = |min: f64, max: f64| Shape::Box(Box3 { min: [min; 3], max: [max; 3] });
+    for (name, shape) in [
+        ("inside", region(1e-4, 2e-4)),
+        ("above", region(5e-4, 1.0)),
+        ("below", region(-1.0, 3e-4)),
+        ("beyond", region(0.5, 1.0)),
+    ] {
+        case.bodies.push(Body::dielectric(name, shape, 5.0));
+    }
+    let scene = at(&case, 0.1).unwrap().scene;
+    let found: Vec<_> = scene.dielectrics().filter(|d| d.relative_permittivity == 5.0).collect();
+    let names: Vec<_> = found.iter().map(|d| d.body.name.as_str()).collect();
+    assert_eq!(names, ["inside", "above", "below"], "what lies outside is left out");
+    for dielectric in found {
+        let Box3 { min, max } = dielectric.body.bounds().unwrap();
+        for a in 0..3 {
+            // A face outside would be a plane of the grid.
+            for x in [min[a], max[a]].into_iter().filter(|x| x.is_finite()) {
+                assert!((scene.domain.min[a]..=scene.domain.max[a]).contains(&x), "{min:?} {max:?}");
+            }
+        }
+    }
+}

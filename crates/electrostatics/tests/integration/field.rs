@@ -50,3 +50,71 @@ fn the_field_points_down_the_potential_on_both_sides_of_every_mirror_plane() {
         }
     }
 }
+
+/// Plates that fill the walls, at right angles to `axis`, with a slab of eps_r 4 between layers of vacuum: the field of
+/// capacitors in series, in both halves of a scene of some hundredths of a millimetre far from the origin.
+#[test]
+fn the_field_between_plates_is_the_voltage_over_the_gap_wherever_they_lie() {
+    let (unit, origin) = (1e-5, [3e-3, -2e-3, 5e-4]);
+    for axis in 0..3 {
+        let region = |low: f64, high: f64| {
+            let (mut min, mut max) = (origin.map(|x| x - 2.0 * unit), origin.map(|x| x + 2.0 * unit));
+            (min[axis], max[axis]) = (origin[axis] + low * unit, origin[axis] + high * unit);
+            Box3 { min, max }
+        };
+        let scene = Scene {
+            bodies: vec![
+                Body::conductor("low", Shape::Box(region(-1.0, -0.5))),
+                Body::conductor("high", Shape::Box(region(0.5, 1.0))),
+                Body::dielectric("slab", Shape::Box(region(-0.25, 0.25)), 4.0),
+            ],
+            background_permittivity: 1.0,
+            domain: region(-1.0, 1.0),
+            walls: [[Wall::Insulated; 2]; 3],
+        };
+        let settings = Settings { relative_tolerance: 1e-6, field: true, ..Settings::default() };
+        let solution = solve(&scene, &settings).unwrap();
+        assert_eq!(solution.mirrored, [true; 3]);
+        let field = solution.field.unwrap();
+        for a in 0..3 {
+            let (first, last) = (field.nodes[a][0], *field.nodes[a].last().unwrap());
+            let near = |x: f64, exact: f64| (x - exact).abs() < 1e-9 * unit;
+            assert!(near(first, scene.domain.min[a]) && near(last, scene.domain.max[a]), "{first} {last}");
+            assert!(field.nodes[a].is_sorted_by(|x, y| x < y));
+        }
+        let [low, high] = [field.potentials[0], field.potentials[1]];
+        // eps_r E is the same all over the gap: the layers of vacuum measure 1/2, the slab 1/2 over 4.
+        let in_vacuum = (low - high) / ((0.5 + 0.125) * unit);
+        let fall = |x: f64| match x / unit {
+            s if s < -0.5 => 0.0,
+            s if s < -0.25 => (s + 0.5) / 0.625,
+            s if s < 0.25 => (0.25 + 0.25 * (s + 0.25)) / 0.625,
+            s => (0.375 + (s.min(0.5) - 0.25)) / 0.625,
+        };
+        let nodes = field.nodes.each_ref().map(Vec::len);
+        for (index, found) in field.potential.iter().enumerate() {
+            let at = [index / (nodes[1] * nodes[2]), index / nodes[2] % nodes[1], index % nodes[2]];
+            let exact = low + (high - low) * fall(field.nodes[axis][at[axis]] - origin[axis]);
+            assert!(
+                (found - exact).abs() < 1e-4 * (high - low).abs(),
+                "axis {axis}, {at:?}: {found} {exact}"
+            );
+        }
+        let cells = nodes.map(|n| n - 1);
+        for (index, found) in field.electric_field.iter().enumerate() {
+            let at = [index / (cells[1] * cells[2]), index / cells[2] % cells[1], index % cells[2]];
+            let nodes = &field.nodes[axis][at[axis]..at[axis] + 2];
+            let place = ((0.5 * (nodes[0] + nodes[1]) - origin[axis]) / unit).abs();
+            let (permittivity, strength) = match place {
+                s if s < 0.25 => (4.0, in_vacuum / 4.0),
+                s if s < 0.5 => (1.0, in_vacuum),
+                _ => (1.0, 0.0),
+            };
+            assert_eq!(field.relative_permittivity[index], permittivity, "axis {axis}, {at:?}");
+            for a in 0..3 {
+                let exact = if a == axis { strength } else { 0.0 };
+                assert!((found[a] - exact).abs() < 1e-4 * in_vacuum.abs(), "axis {axis}, {at:?}: {found:?}");
+            }
+        }
+    }
+}

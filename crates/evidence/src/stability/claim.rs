@@ -215,4 +215,54 @@ mod tests {
         assert_eq!(claim(Truth::at_least(1.0)).true_error(), None);
         assert!(claim(Truth::value(2.5, 0.0)).is_sharp() && !claim(Truth::between(1.0, 3.0)).is_sharp());
     }
+
+    #[test]
+    fn a_value_outside_its_own_limits_never_holds() {
+        for value in [1.8, 2.2] {
+            let found = Bounded { value, lower: 1.9, upper: 2.1 };
+            assert!(!Claim::capacitance("C", found, Truth::at_least(0.0)).holds(), "{value}");
+        }
+    }
+
+    #[test]
+    fn the_true_error_reaches_to_the_far_end_of_the_truth_on_either_side() {
+        // The value is 2.
+        for (low, high, error) in
+            [(1.75, 3.0, 1.0 / 3.0), (1.0, 2.25, 1.0 / 2.25), (2.5, 3.0, 1.0 / 3.0), (1.0, 1.5, 1.0 / 1.5)]
+        {
+            assert_eq!(claim(Truth::between(low, high)).true_error(), Some(error), "{low} {high}");
+        }
+        for (low, high) in [(2.4, 2.6), (1.4, 1.6)] {
+            assert!(claim(Truth::between(low, high)).is_sharp(), "{low} {high}");
+        }
+        for (low, high) in [(1.9, 2.3), (1.7, 2.1), (2.0, 3.0)] {
+            assert!(!claim(Truth::between(low, high)).is_sharp(), "{low} {high}");
+        }
+    }
+
+    #[test]
+    fn a_negative_number_is_judged_as_the_positive_one_of_its_size() {
+        for (value, spread) in [(2.0, 0.1), (2.0, 0.0)] {
+            for (low, high) in [(1.75, 3.0), (1.0, 2.05), (2.0, 2.0), (2.4, 2.6)] {
+                let limits = |sign: f64| [sign * value - spread, sign * value + spread];
+                let one = |sign: f64, [low, high]: [f64; 2]| {
+                    let [lower, upper] = limits(sign);
+                    let found = Bounded { value: sign * value, lower, upper };
+                    Claim::capacitance("C", found, Truth::between(low, high))
+                };
+                let (plus, minus) = (one(1.0, [low, high]), one(-1.0, [-high, -low]));
+                let all = |c: &Claim| (c.holds(), c.stated_error(), c.true_error(), c.is_sharp());
+                assert_eq!(all(&plus), all(&minus), "{value} {spread} {low} {high}");
+            }
+        }
+        let formula = |value: f64| Claim::formula("F", "N", value, 0.25, Truth::value(value, 0.0));
+        assert_eq!((formula(2.0).lower, formula(2.0).upper), (1.5, 2.5));
+        assert_eq!((formula(-2.0).lower, formula(-2.0).upper), (-2.5, -1.5));
+    }
+
+    #[test]
+    fn what_a_solve_of_a_scene_proves_holds_for_the_scene_of_another_size() {
+        let truth = Truth::proved(Bounded { value: 2.0, lower: 1.5, upper: 2.5 }, 10.0);
+        assert_eq!(truth, Truth::between(15.0, 25.0));
+    }
 }

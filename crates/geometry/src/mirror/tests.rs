@@ -82,3 +82,13 @@ fn the_part_ends_at_insulated_walls_in_the_planes() {
     assert_eq!((half.walls[0], half.walls[2]), ([Wall::Open; 2], [Wall::Open; 2]));
     assert_eq!(half.bodies, all.bodies);
 }
+
+#[test]
+fn a_cylinder_has_planes_through_its_axis_and_through_its_middle() {
+    for axis in 0..3 {
+        let base = [0.3, -0.2, 0.5];
+        let mut expected = base.map(Some);
+        expected[axis] = Some(base[axis] + 2.0);
+        near(planes(&open(vec![Shape::Cylinder { axis, base, radius: 0.25, height: 4.0 }])), expected);
+    }
+}

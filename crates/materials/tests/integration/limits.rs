@@ -79,3 +79,21 @@ fn what_is_left_of_the_extension_falls_from_one_to_zero() {
     // Of the law, the logarithmic volume law takes the shear modulus only.
     assert!(!gent(2.25, Volume::LogLame(1.0)).has_extension_limit());
 }
+
+#[test]
+fn the_constants_for_the_closed_form_give_the_energy_of_the_law() {
+    let (c10, c01) = (0.2, 0.5);
+    for law in
+        [HyperelasticLaw::MooneyRivlin { c10, c01 }, HyperelasticLaw::NeoHookean { shear_modulus: 1.3 }]
+    {
+        let constants = law.as_mooney_rivlin().unwrap();
+        assert_eq!(constants.shear_modulus(), law.shear_modulus());
+        let rubber = Rubber { distortion: law, volume: Volume::Incompressible, volume_barrier: 0.0 };
+        // Stretched by 2 in one direction at constant volume, thinner by 1/sqrt 2 in the others.
+        let (l, t) = (2.0, 0.5_f64.sqrt());
+        let energy = rubber.response(&[l, 0.0, 0.0, 0.0, t, 0.0, 0.0, 0.0, t]).energy;
+        let by_hand =
+            constants.c10 * (l * l + 2.0 / l - 3.0) + constants.c01 * (2.0 * l + 1.0 / (l * l) - 3.0);
+        assert!((energy - by_hand).abs() < 1e-13, "{rubber:?}: {energy} {by_hand}");
+    }
+}

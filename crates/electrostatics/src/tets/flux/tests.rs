@@ -1,7 +1,7 @@
 mod primal;
 
 use super::*;
-use elastocap_geometry::meshing::tets::of_boxes;
+use elastocap_geometry::meshing::tets::{FaceRole, of_boxes};
 use elastocap_geometry::scene::{Body, Box3, Scene, Wall};
 use elastocap_geometry::shapes::Shape;
 use primal::solve;
@@ -251,10 +251,54 @@ fn lists_that_do_not_fit_the_mesh_are_refused_by_name() {
     let mut open = mesh.clone();
     open.center = [5.0; 3];
     for boundary in &mut open.boundary {
-        if boundary.role == elastocap_geometry::meshing::tets::FaceRole::Grounded {
-            boundary.role = elastocap_geometry::meshing::tets::FaceRole::Open { permittivity: [1.0; 2] };
+        if boundary.role == FaceRole::Grounded {
+            boundary.role = FaceRole::Open { permittivity: [1.0; 2] };
         }
     }
     let error = equilibrate(&open, &[1.0], 1, &[gradients]).unwrap_err();
     assert!(matches!(error, FluxError::OpenFace { .. }));
+}
+
+/// The isolated cube, `shift` away from the origin.
+fn isolated_cube(shift: [f64; 3]) -> TetMesh {
+    let region = Box3 { min: shift.map(|x| x - 0.5), max: shift.map(|x| x + 0.5) };
+    let scene = Scene {
+        bodies: vec![conductor("cube", region)],
+        background_permittivity: 1.0,
+        domain: Box3::SPACE,
+        walls: [[Wall::Open; 2]; 3],
+    };
+    let lines = shift.map(|by| [-1.0, -0.5, 0.0, 0.5, 1.0].map(|x: f64| x + by).to_vec());
+    of_boxes(&scene, &lines)
+}
+
+#[test]
+fn an_isolated_cube_has_the_same_lower_bound_anywhere() {
+    let bound = |shift| {
+        let mesh = isolated_cube(shift);
+        let primal = solve(&mesh, &[1.0], 2);
+        lower(&equilibrate(&mesh, &[1.0], 2, &primal.gradients).unwrap())[(0, 0)]
+    };
+    let here = bound([0.0; 3]);
+    for shift in [[0.25, 0.0, -0.125], [3.0, -7.0, 50.0]] {
+        let there = bound(shift);
+        assert!((there / here - 1.0).abs() < 1e-8, "{shift:?}: {there} {here}");
+    }
+}
+
+#[test]
+fn beyond_the_mesh_the_smallest_permittivity_on_the_rays_counts() {
+    let mut mesh = isolated_cube([0.0; 3]);
+    let gradients = solve(&mesh, &[1.0], 1).gradients;
+    let mut bound = |permittivity: [f64; 2]| {
+        for face in &mut mesh.boundary {
+            if let FaceRole::Open { permittivity: found } = &mut face.role {
+                *found = permittivity;
+            }
+        }
+        lower(&equilibrate(&mesh, &[1.0], 1, &gradients).unwrap())[(0, 0)]
+    };
+    let [least, between, most] = [[1.0; 2], [1.0, 3.0], [3.0; 2]].map(&mut bound);
+    assert_eq!(between, least);
+    assert!(least < 0.9 * most, "{least} {most}");
 }

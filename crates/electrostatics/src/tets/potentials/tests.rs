@@ -261,3 +261,36 @@ fn what_cannot_be_solved_is_named() {
     mesh.boundary.push(BoundaryFace { role: FaceRole::Conductor(7), ..first });
     assert!(matches!(run(&mesh, 8, &[1.0], 3), Some(PotentialError::HeldTwice(_))));
 }
+
+/// The isolated cube on a mesh of some layers, `shift` away from the origin.
+fn isolated_cube(shift: [f64; 3]) -> TetMesh {
+    let region = Box3 { min: shift.map(|x| x - 0.5), max: shift.map(|x| x + 0.5) };
+    let lines = shift.map(|by| axis(2, 0.4, 1.5).into_iter().map(|x| x + by).collect::<Vec<_>>());
+    of_boxes(&scene(&[region], Box3::SPACE, Wall::Open), &lines)
+}
+
+#[test]
+fn an_isolated_cube_has_the_same_capacitance_anywhere() {
+    let energy = |shift| solve(&isolated_cube(shift), &[1.0], 1, 2).energies[(0, 0)];
+    let here = energy([0.0; 3]);
+    for shift in [[0.25, 0.0, -0.125], [3.0, -7.0, 50.0]] {
+        let there = energy(shift);
+        assert!((there / here - 1.0).abs() < 1e-8, "{shift:?}: {there} {here}");
+    }
+}
+
+#[test]
+fn beyond_the_mesh_the_largest_permittivity_on_the_rays_counts() {
+    let mut mesh = isolated_cube([0.0; 3]);
+    let mut energy = |permittivity: [f64; 2]| {
+        for face in &mut mesh.boundary {
+            if let FaceRole::Open { permittivity: found } = &mut face.role {
+                *found = permittivity;
+            }
+        }
+        solve(&mesh, &[1.0], 1, 2).energies[(0, 0)]
+    };
+    let [least, between, most] = [[1.0; 2], [1.0, 3.0], [3.0; 2]].map(&mut energy);
+    assert_eq!(between, most);
+    assert!(least < 0.9 * most, "{least} {most}");
+}

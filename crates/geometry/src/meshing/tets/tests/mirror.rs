@@ -1,7 +1,9 @@
 //! Meshes of scenes whose bodies reach across walls, and parts of scenes that are their own mirror images.
 
 use super::mesh_checks::{areas, conforming, volume};
-use crate::meshing::tets::{FaceRole, LayeredSizing, MeshError, Sizing, TetMesh, layered, mesh};
+use crate::meshing::tets::{
+    BoundaryFace, FaceRole, LayeredSizing, MeshError, Sizing, TetMesh, layered, mesh,
+};
 use crate::mirror::{part, planes};
 use crate::samples::{cube, scene};
 use crate::scene::{Body, Box3, Scene, Wall};
@@ -204,4 +206,24 @@ fn open_space_between_walls_is_refused() {
     all.walls[1] = [Wall::Open; 2];
     (all.domain.min[1], all.domain.max[1]) = (f64::NEG_INFINITY, f64::INFINITY);
     assert_eq!(mesh(&all, &Sizing::default()), Err(MeshError::OpenBetweenWalls));
+}
+
+#[test]
+fn a_face_in_the_mirror_plane_is_kept_once_with_its_role() {
+    let face = |face, k| BoundaryFace { face, role: FaceRole::Conductor(k) };
+    let half = TetMesh {
+        points: vec![[0.0, 0.0, 2.0], [1.0, 0.0, 2.0], [0.0, 1.0, 2.0], [0.0, 0.0, 3.0]],
+        tets: vec![[0, 1, 2, 3]],
+        regions: vec![0],
+        boundary: vec![face([0, 1, 2], 0), face([0, 1, 3], 1)],
+        ..TetMesh::default()
+    };
+    let whole = half.reflected(2, 2.0);
+    conforming(&whole.mesh);
+    assert_eq!(whole.mesh.points[4], [0.0, 0.0, 1.0]);
+    assert_eq!(whole.source, [0, 1, 2, 3, 3]);
+    let expected = [("conductor 0", 0.5), ("conductor 1", 1.0)];
+    for ((role, area), (name, exact)) in areas(&whole.mesh).iter().zip(expected) {
+        assert!(role == name && (area - exact).abs() < 1e-15, "{role}: {area}");
+    }
 }
