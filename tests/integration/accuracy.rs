@@ -52,7 +52,9 @@ fn a_quick_study_of_the_pair_writes_intervals_that_overlap_and_compares_its_own_
         let chosen = table.0.iter().filter(|row| row["kind"] == kind && row["choice"] == choice);
         chosen.cloned().collect::<Vec<_>>()
     };
-    let bounds = [rows("bounds", "table"), rows("bounds", "own")].concat();
+    // A quick study leaves out what would take too long on a busy machine, and says so in the row.
+    let solved = |choice: &str| rows("bounds", choice).into_iter().filter(|row| !row["lower_f"].is_empty());
+    let bounds: Vec<_> = solved("table").chain(solved("own")).collect();
     assert!(bounds.len() >= 6, "{} proved intervals", bounds.len());
     let lower = bounds.iter().map(|row| number(row, "lower_f")).fold(0.0, f64::max);
     let upper = bounds.iter().map(|row| number(row, "upper_f")).fold(f64::INFINITY, f64::min);
@@ -66,7 +68,7 @@ fn a_quick_study_of_the_pair_writes_intervals_that_overlap_and_compares_its_own_
     let orders: BTreeSet<_> = bounds.iter().map(|row| &row["order"]).collect();
     let levels: BTreeSet<_> = bounds.iter().map(|row| &row["levels"]).collect();
     assert!(orders.len() > 1 && levels.len() > 1, "{orders:?} {levels:?}");
-    for own in rows("bounds", "own").iter().filter(|row| number(row, "tolerance") >= 1e-3) {
+    for own in &solved("own").filter(|row| number(row, "tolerance") >= 1e-3).collect::<Vec<_>>() {
         assert!(number(own, "spread_or_estimate") <= number(own, "tolerance"), "{own:?}");
         let table = rows("bounds", "table");
         let meets = table.iter().filter(|row| number(row, "spread_or_estimate") <= number(own, "tolerance"));
