@@ -5,7 +5,7 @@
 //! energy, V_f = -C_ff^-1 C_fd V_d, and the minimum is the form of the Schur complement C_dd - C_df C_ff^-1 C_fd. A minimum is
 //! monotone in C: bounds on the whole matrix give bounds on the reduced one.
 
-use crate::matrix::MatrixBounds;
+use crate::matrix::{MatrixBounds, rounding};
 use crate::solution::{Bounded, FloatingPotential};
 use elastocap_geometry::scene::Scene;
 use elastocap_linalg::dense::{self, Llt, Lu};
@@ -45,10 +45,22 @@ impl Floating {
             return all.clone();
         }
         let n = self.driven.len();
+        // The factors and the solution are exact for matrices that differ by rounding: the forms are moved by as much before
+        // they are reduced. What is taken off the driven conductors may be nearly all they have, so that rounding of the
+        // difference is a share of what they had.
+        let error = rounding(&all.upper);
+        let moved = |c: &Mat<f64>, sign: f64| {
+            let moved = Mat::from_fn(c.nrows(), c.nrows(), |i, j| {
+                c[(i, j)] + if i == j { sign * error[i] } else { 0.0 }
+            });
+            let mut reduced = self.schur(&moved)?;
+            self.driven.iter().enumerate().for_each(|(k, &i)| reduced[(k, k)] += sign * error[i]);
+            Some(reduced)
+        };
         // A form that is not positive definite on the floating conductors has no minimum; zero still bounds every energy.
-        let lower = self.schur(&all.lower).unwrap_or_else(|| Mat::zeros(n, n));
+        let lower = moved(&all.lower, -1.0).unwrap_or_else(|| Mat::zeros(n, n));
         // The minimum is at most the energy at any potentials, here at zero on the floating conductors.
-        let upper = self.schur(&all.upper).unwrap_or_else(|| block(&all.upper, &self.driven, &self.driven));
+        let upper = moved(&all.upper, 1.0).unwrap_or_else(|| block(&all.upper, &self.driven, &self.driven));
         let mut reduced = MatrixBounds { lower, upper };
         reduced.uncross();
         reduced

@@ -25,14 +25,35 @@ pub(crate) fn from_energies(basis: &Mat<f64>, energies: &Mat<f64>) -> Mat<f64> {
 }
 
 /// Bounds that cross by less than this share of the value are taken to have crossed by rounding.
-const ROUNDING: f64 = 1e-6;
+const CROSSING: f64 = 1e-6;
+
+/// What rounding may change of an energy, as a share of it and for each conductor. The energies are sums of squares in
+/// which nothing cancels; what is counted here is the length of the sums, and the changes of basis.
+const ROUNDING: f64 = 64.0 * f64::EPSILON;
+
+/// A form that rounding does not exceed in a symmetric matrix of energies: its diagonal, F.
+///
+/// Rounding changes entry ij by a share of at most `ROUNDING` of sqrt(C_ii C_jj), hence x^T C x by at most
+/// `ROUNDING` (sum_i |x_i| sqrt(C_ii))^2 <= n `ROUNDING` sum_i x_i^2 C_ii.
+pub(crate) fn rounding(c: &Mat<f64>) -> Vec<f64> {
+    let n = c.nrows();
+    (0..n).map(|i| ROUNDING * n as f64 * c[(i, i)].abs()).collect()
+}
 
 impl MatrixBounds {
+    /// Adds to the bounds what rounding may have changed of them.
+    pub(crate) fn count_rounding(&mut self) {
+        for (i, r) in rounding(&self.upper).into_iter().enumerate() {
+            self.upper[(i, i)] += r;
+            self.lower[(i, i)] -= r;
+        }
+    }
+
     /// Separates bounds on energies that have crossed by rounding: each is moved by twice the distance by which they crossed.
     pub(crate) fn uncross(&mut self) {
         for i in 0..self.upper.nrows() {
             let (lower, upper) = (self.lower[(i, i)], self.upper[(i, i)]);
-            if upper < lower && lower - upper <= ROUNDING * upper {
+            if upper < lower && lower - upper <= CROSSING * upper {
                 self.upper[(i, i)] += 2.0 * (lower - upper);
                 self.lower[(i, i)] -= 2.0 * (lower - upper);
             }
@@ -42,21 +63,26 @@ impl MatrixBounds {
     /// Bounds on every entry, F.
     ///
     /// With G = upper - lower and C = lower + E, 0 <= E <= G: polarisation gives |E_ij - G_ij / 2| <=
-    /// sqrt(G_ii G_jj) / 2.
+    /// sqrt(G_ii G_jj) / 2. No energy is negative, and no charge on a conductor at 0 V has the sign of the potential that
+    /// draws it there, which may cut the limits short. The values obey the sign rules of a Maxwell matrix too.
     pub(crate) fn entries(&self) -> Vec<Vec<Bounded>> {
         let n = self.upper.nrows();
         let gap = |i: usize| (self.upper[(i, i)] - self.lower[(i, i)]).max(0.0);
-        (0..n)
-            .map(|i| {
-                (0..n)
-                    .map(|j| {
-                        let value = 0.5 * (self.upper[(i, j)] + self.lower[(i, j)]);
-                        let half = 0.5 * (gap(i) * gap(j)).sqrt();
-                        Bounded { value, lower: value - half, upper: value + half }
-                    })
-                    .collect()
-            })
-            .collect()
+        let entry = |i: usize, j: usize| {
+            let value = 0.5 * (self.upper[(i, j)] + self.lower[(i, j)]);
+            let half = 0.5 * (gap(i) * gap(j)).sqrt();
+            let (lower, upper) = (value - half, value + half);
+            if i == j && lower < 0.0 && upper > 0.0 {
+                Bounded { value: 0.5 * upper, lower: 0.0, upper }
+            } else if i != j && upper > 0.0 && lower < 0.0 {
+                Bounded { value: 0.5 * lower, lower, upper: 0.0 }
+            } else {
+                Bounded { value, lower, upper }
+            }
+        };
+        let mut entries: Vec<Vec<Bounded>> = (0..n).map(|i| (0..n).map(|j| entry(i, j)).collect()).collect();
+        raise_negative_rows(&mut entries);
+        entries
     }
 
     /// Two-terminal capacitance: charge over voltage with equal and opposite charges for two conductors, against
@@ -67,7 +93,13 @@ impl MatrixBounds {
     pub(crate) fn two_terminal(&self) -> Option<Bounded> {
         let (lower, upper) = match self.upper.nrows() {
             1 => (self.lower[(0, 0)], self.upper[(0, 0)]),
-            2 => (two_terminal(&self.lower), two_terminal(&self.upper)),
+            2 => (
+                // Where the lower form has no minimum over common potentials: no more flux leaves the first conductor
+                // for elsewhere than both lose at a common potential.
+                two_terminal(&self.lower)
+                    .unwrap_or_else(|| self.lower[(0, 0)] - common_energy(&self.upper).max(0.0)),
+                two_terminal(&self.upper).unwrap_or(self.upper[(0, 0)]),
+            ),
             _ => return None,
         };
         // No capacitance is negative.
@@ -76,11 +108,36 @@ impl MatrixBounds {
     }
 }
 
-fn two_terminal(c: &Mat<f64>) -> f64 {
-    let row = c[(0, 0)] + c[(0, 1)];
-    let sum = row + c[(1, 0)] + c[(1, 1)];
-    // No flux leaves the pair: a common potential has no energy.
-    if sum <= 1e-12 * c[(0, 0)] { c[(0, 0)] } else { c[(0, 0)] - row * row / sum }
+/// Raises the values of a row whose sum is negative, within their limits, until it is not. The sum is the charge of a conductor
+/// with all at 1 V, which is not negative; a circuit simulator would make a negative capacitor of it.
+fn raise_negative_rows(entries: &mut [Vec<Bounded>]) {
+    for i in 0..entries.len() {
+        let sum: f64 = entries[i].iter().map(|b| b.value).sum();
+        let room: f64 = entries[i].iter().map(|b| b.upper - b.value).sum();
+        if !(sum < 0.0 && room > 0.0) {
+            continue;
+        }
+        // Rounding of the sum itself is of the size of the last digits of its terms.
+        let share = ((-sum + 4.0 * f64::EPSILON * entries[i][i].value.abs()) / room).min(1.0);
+        for j in 0..entries.len() {
+            let b = entries[i][j];
+            let raised = (b.value + share * (b.upper - b.value)).min(b.upper);
+            entries[i][j].value = raised;
+            entries[j][i].value = raised;
+        }
+    }
+}
+
+/// The energy of a pair at the potential 1 V in common, times two, F.
+fn common_energy(c: &Mat<f64>) -> f64 {
+    c[(0, 0)] + c[(0, 1)] + c[(1, 0)] + c[(1, 1)]
+}
+
+/// The least energy of 1 V between a pair over all common potentials, times two, F. `None` where a common potential has no
+/// energy, or a negative one, beside what rounding leaves of it.
+fn two_terminal(c: &Mat<f64>) -> Option<f64> {
+    let (row, sum) = (c[(0, 0)] + c[(0, 1)], common_energy(c));
+    (sum > 1e-12 * c[(0, 0)]).then(|| c[(0, 0)] - row * row / sum)
 }
 
 #[cfg(test)]
@@ -97,9 +154,43 @@ mod tests {
     }
 
     #[test]
+    fn no_value_breaks_the_sign_rules_of_a_maxwell_matrix_and_none_leaves_its_limits() {
+        let matrix = |e: [[f64; 3]; 3]| Mat::from_fn(3, 3, |i, j| e[i][j]);
+        // The middle has a first row that sums to -0.1, a positive coupling of 0.05, and limits 0.4 around all.
+        let middle = [[2.0, -1.5, -0.6], [-1.5, 3.0, 0.05], [-0.6, 0.05, 1.0]];
+        let moved = |by: f64| {
+            let mut c = matrix(middle);
+            (0..3).for_each(|i| c[(i, i)] += by);
+            c
+        };
+        let entries = MatrixBounds { lower: moved(-0.2), upper: moved(0.2) }.entries();
+        for i in 0..3 {
+            assert!(entries[i].iter().map(|b| b.value).sum::<f64>() >= 0.0, "{:?}", entries[i]);
+            for j in 0..3 {
+                let b = entries[i][j];
+                assert!(b.lower <= b.value && b.value <= b.upper, "{b:?}");
+                assert!((i == j) == (b.value > 0.0), "{b:?}");
+                assert_eq!(b, entries[j][i]);
+            }
+        }
+        // What obeys the rules stays as it is.
+        assert_eq!(entries[1][1].value, 3.0);
+    }
+
+    #[test]
+    fn a_pair_from_which_no_flux_leaves_has_bounds_that_contain_rounding() {
+        // Between insulated walls: a common potential has no energy.
+        let c = Mat::from_fn(2, 2, |i, j| if i == j { 1e7 } else { -1e7 });
+        let mut all = MatrixBounds { lower: c.clone(), upper: c };
+        all.count_rounding();
+        let pair = all.two_terminal().unwrap();
+        assert!(pair.lower < 1e7 && 1e7 < pair.upper && pair.upper - pair.lower < 1e-12 * 1e7, "{pair:?}");
+    }
+
+    #[test]
     fn two_terminal_capacitance_is_the_mutual_one_in_parallel_with_both_capacitors_to_ground_in_series() {
         // c_m = 1 between them, 2 and 1 to ground: 1 + 2 * 1 / 3
         let c = Mat::from_fn(2, 2, |i, j| [[3.0, -1.0], [-1.0, 2.0]][i][j]);
-        assert!((two_terminal(&c) - (1.0 + 2.0 / 3.0)).abs() < 1e-14);
+        assert!((two_terminal(&c).unwrap() - (1.0 + 2.0 / 3.0)).abs() < 1e-14);
     }
 }

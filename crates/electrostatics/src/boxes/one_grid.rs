@@ -154,6 +154,7 @@ pub(crate) fn on_grid(
     };
     out.all.upper = scaled(up);
     out.all.lower = if lower_too { scaled(low) } else { out.all.upper.clone() };
+    out.all.count_rounding();
     out.all.uncross();
     out.bounds = problem.floating.reduced(&out.all);
     out.basis = basis;

@@ -274,6 +274,7 @@ impl<'a> Task<'a> {
             lower: Mat::from_fn(n, n, |i, j| scale * lower[(i, j)]),
             upper: Mat::from_fn(n, n, |i, j| scale * found.energies[(i, j)]),
         };
+        all.count_rounding();
         all.uncross();
         let reduced = self.floating.reduced(&all);
         let (maxwell, two_terminal) = (reduced.entries(), reduced.two_terminal());

@@ -6,6 +6,7 @@ mod crossing;
 mod field;
 mod floating;
 mod general;
+mod layers_in_series;
 mod mirror;
 mod parts;
 mod random_scenes;

@@ -1,6 +1,6 @@
-//! Random scenes of boxes and sheets: against plate capacitors in closed form, and against one another.
+//! Random scenes of boxes and sheets against one another.
 
-use elastocap_electrostatics::{Bounded, ResolutionLevel, Settings, Solution, VACUUM_PERMITTIVITY, solve};
+use elastocap_electrostatics::{Bounded, ResolutionLevel, Settings, Solution, solve};
 use elastocap_geometry::scene::{Body, Box3, Role, Scene, Wall};
 use elastocap_geometry::shapes::Shape;
 use proptest::prelude::*;
@@ -14,113 +14,6 @@ fn config(cases: u32) -> ProptestConfig {
         // A scene that breaks a law is small enough to be looked at as it is, and takes seconds to solve again.
         max_shrink_iters: 0,
         ..ProptestConfig::default()
-    }
-}
-
-/// Plates that fill the cross-section of insulated walls, with layers of dielectrics in the gaps between them.
-#[derive(Debug, Clone)]
-struct Column {
-    /// The axis along which the plates follow one another.
-    axis: usize,
-    /// Size of the cross-section along the other two axes, m.
-    across: [f64; 2],
-    /// Whether the walls at the two ends of the axis are grounded; they are insulated otherwise.
-    grounded: [bool; 2],
-    /// Thickness of each plate, m: zero for a sheet.
-    plates: Vec<f64>,
-    /// Thickness, m, and relative permittivity of each layer, in the gap below each plate and in the last one.
-    gaps: Vec<Vec<(f64, f64)>>,
-}
-
-impl Column {
-    fn scene(&self) -> Scene {
-        let mut domain = Box3 { min: [0.0; 3], max: [0.0; 3] };
-        for k in 0..2 {
-            domain.max[(self.axis + 1 + k) % 3] = self.across[k];
-        }
-        let (mut bodies, mut at) = (Vec::new(), 0.0);
-        for (k, layers) in self.gaps.iter().enumerate() {
-            let mut slab = |thickness: f64| {
-                let mut region = domain;
-                region.min[self.axis] = at;
-                at += thickness;
-                region.max[self.axis] = at;
-                region
-            };
-            for &(thickness, relative_permittivity) in layers {
-                let name = format!("body {}", bodies.len());
-                bodies.push(Body::dielectric(name, Shape::Box(slab(thickness)), relative_permittivity));
-            }
-            if let Some(&thickness) = self.plates.get(k) {
-                bodies.push(Body::conductor(format!("plate {k}"), Shape::Box(slab(thickness))));
-            }
-        }
-        domain.max[self.axis] = at;
-        let mut walls = [[Wall::Insulated; 2]; 3];
-        walls[self.axis] = self.grounded.map(|g| if g { Wall::Grounded } else { Wall::Insulated });
-        Scene { bodies, background_permittivity: 1.0, domain, walls }
-    }
-
-    /// The Maxwell matrix: neighbours have capacitors between them, each of layers in series. F.
-    fn maxwell(&self) -> Vec<Vec<f64>> {
-        let n = self.plates.len();
-        let area = self.across[0] * self.across[1];
-        let mut matrix = vec![vec![0.0; n]; n];
-        for (k, layers) in self.gaps.iter().enumerate() {
-            let c = VACUUM_PERMITTIVITY * area
-                / layers.iter().map(|(thickness, eps)| thickness / eps).sum::<f64>();
-            let ends = [k.checked_sub(1), (k < n).then_some(k)];
-            match ends {
-                [Some(below), Some(above)] => {
-                    for (i, j, sign) in
-                        [(below, below, 1.0), (above, above, 1.0), (below, above, -1.0), (above, below, -1.0)]
-                    {
-                        matrix[i][j] += sign * c;
-                    }
-                }
-                [None, Some(plate)] if self.grounded[0] => matrix[plate][plate] += c,
-                [Some(plate), None] if self.grounded[1] => matrix[plate][plate] += c,
-                // No flux enters an insulated wall.
-                [None, _] | [_, None] => {}
-            }
-        }
-        matrix
-    }
-}
-
-fn column() -> impl Strategy<Value = Column> {
-    let plate = prop_oneof![Just(0.0), 0.01..0.5f64];
-    let gap = || prop::collection::vec((0.05..1.0f64, 1.0..50.0f64), 1..=3);
-    let plates_and_gaps = prop::collection::vec((plate, gap()), 1..=4);
-    let ground = (any::<bool>(), any::<bool>());
-    (0..3usize, prop::array::uniform2(0.3..3.0f64), ground, plates_and_gaps, gap()).prop_map(
-        |(axis, across, (low, high), plates_and_gaps, last)| {
-            let (plates, mut gaps): (Vec<_>, Vec<_>) = plates_and_gaps.into_iter().unzip();
-            gaps.push(last);
-            // The flux of a plate alone has to end somewhere.
-            let high = high || (plates.len() == 1 && !low);
-            Column { axis, across, grounded: [low, high], plates, gaps }
-        },
-    )
-}
-
-proptest! {
-    #![proptest_config(config(64))]
-
-    #[test]
-    fn plates_with_layers_between_them_have_the_matrix_of_capacitors_in_series(column in column()) {
-        let exact = column.maxwell();
-        let solution = solve(&column.scene(), &Settings { relative_tolerance: 1e-6, ..Settings::default() }).unwrap();
-        prop_assert!(solution.reached, "{:?}", solution.shortfall);
-        for (i, row) in exact.iter().enumerate() {
-            for (j, &exact_entry) in row.iter().enumerate() {
-                let found = solution.maxwell[i][j];
-                let scale = (exact[i][i] * exact[j][j]).sqrt();
-                prop_assert!((found.value - exact_entry).abs() <= 1e-6 * scale, "{i} {j}: {found:?} {exact_entry:e}");
-                prop_assert!(found.lower <= exact_entry + 1e-10 * scale, "{i} {j}: {found:?} {exact_entry:e}");
-                prop_assert!(exact_entry <= found.upper + 1e-10 * scale, "{i} {j}: {found:?} {exact_entry:e}");
-            }
-        }
     }
 }
 
