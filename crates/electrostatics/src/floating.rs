@@ -186,7 +186,11 @@ mod tests {
         let c = matrix([[2.0, -2.0, 0.0], [-2.0, 8.0, -6.0], [0.0, -6.0, 6.0]]);
         let all = MatrixBounds { lower: c.clone(), upper: c };
         let reduced = three().reduced(&all);
-        assert!((reduced.upper[(0, 0)] - 1.5).abs() < 1e-14 && (reduced.upper[(0, 1)] + 1.5).abs() < 1e-14);
+        // The bounds lie around the truth, no further than what is counted as rounding of matrices of this size.
+        assert!(reduced.lower[(0, 0)] < 1.5 && 1.5 < reduced.upper[(0, 0)]);
+        let near = |found: f64, exact: f64| (found - exact).abs() < 1e-12;
+        assert!(near(reduced.lower[(0, 0)], 1.5) && near(reduced.upper[(0, 0)], 1.5));
+        assert!(near(reduced.upper[(0, 1)], -1.5));
         let found = &three().proved(&all)[0];
         assert_eq!(found.conductor, 1);
         for (found, exact) in found.per_driven.iter().chain([&found.from_charges]).zip([0.25, 0.75, 0.25]) {

@@ -60,6 +60,7 @@
 //! * Two conductors at different potentials must not touch.
 
 mod boxes;
+mod consistency;
 mod floating;
 mod matrix;
 mod solution;
@@ -95,6 +96,12 @@ pub enum SolveError {
         "an eigenvalue problem of the grid failed: its elements differ too much in size for double precision"
     )]
     Eigenvalues,
+    /// The result contradicts itself, so that none of its numbers is reported; not expected.
+    #[error(
+        "the result contradicts itself, {0}: sizes or permittivities are too unequal for double precision, or there is an \
+         error in elastocap; please report it with the case"
+    )]
+    Contradiction(String),
     /// Stopped on request: the caller has set the cancel flag of the settings.
     #[error("stopped on request")]
     Cancelled,

@@ -40,7 +40,7 @@ pub(crate) fn upper(
     let begin = Instant::now();
     let mut primal = Primal::new(domain)?;
     let assembled = Instant::now();
-    let (mut coefficients, mut products) = (Vec::new(), Vec::new());
+    let mut coefficients = Vec::new();
     let (mut iterations, mut converged) = (0, true);
     let mut residual = Vec::new();
     for v in potentials {
@@ -68,17 +68,13 @@ pub(crate) fn upper(
         }
         converged &= reached;
         u.iter_mut().zip(&lift).for_each(|(u, l)| *u += l);
-        products.push(primal.full_product(&u));
         coefficients.push(u);
     }
-    let n = potentials.len();
-    let mut matrix = Mat::from_fn(n, n, |i, j| {
-        0.5 * (dot(&coefficients[i], &products[j]) + dot(&coefficients[j], &products[i]))
-    });
-    for (i, u) in coefficients.iter().enumerate() {
-        // Summed from squares, free of the product's cancellation. The factor covers the rounding of the sums, so that the
-        // energy stays an upper bound.
-        matrix[(i, i)] = primal.energy(u) * (1.0 + 64.0 * f64::EPSILON);
+    // Summed from products of gradients, free of the cancellation in u A u. The factor covers the rounding of the sums, so that
+    // the energies stay upper bounds.
+    let mut matrix = primal.energies(&coefficients);
+    for i in 0..coefficients.len() {
+        matrix[(i, i)] *= 1.0 + 64.0 * f64::EPSILON;
     }
     let energies = Energies {
         matrix,
@@ -117,14 +113,13 @@ pub(crate) fn lower(
             matrix[(i, j)] -=
                 excess * 0.5 * (dot(&own.repair, &other.residual) + dot(&other.repair, &own.residual));
         }
-        // If the repair failed, the only proved lower bound is zero.
-        if !own.proved {
-            for j in 0..n {
-                (matrix[(i, j)], matrix[(j, i)]) = (0.0, 0.0);
-            }
-        }
         // The factor covers the rounding of the sums, so that the energy stays a lower bound.
         matrix[(i, i)] *= 1.0 - 64.0 * f64::EPSILON;
+    }
+    // Where the repair of a flux failed, that no energy is negative is all that is proved: of every combination with this
+    // right-hand side, and hence of the form.
+    if fluxes.iter().any(|flux| !flux.proved) {
+        matrix = Mat::zeros(n, n);
     }
     Ok(Energies {
         matrix,

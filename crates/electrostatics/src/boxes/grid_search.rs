@@ -9,6 +9,7 @@ use crate::boxes::grid_refinement::{Indicator, missing, refine};
 use crate::boxes::layout::Grid;
 use crate::boxes::one_grid::{GAIN_FACTOR, GridProblem, Outcome, on_grid};
 use crate::boxes::resolution::{MAX_UNKNOWNS, MIN_TOLERANCE, coarser, far, first, graded, iteration_share};
+use crate::matrix::rounding_alone;
 use crate::solution::ResolutionLevel;
 use faer::Mat;
 use std::time::Instant;
@@ -208,6 +209,12 @@ impl<'p, 's> Search<'p, 's> {
         }
         if self.grids >= MAX_GRIDS {
             return Some(format!("the error is still above the tolerance after {MAX_GRIDS} grids"));
+        }
+        if self.problem.settings.bounds {
+            let rounding = outcome.rounding_error(self.problem);
+            if rounding > self.tolerance {
+                return Some(rounding_alone(rounding));
+            }
         }
         let error = error?;
         if self.problem.settings.bounds && missing > 0.0 {

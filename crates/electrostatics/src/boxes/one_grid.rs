@@ -14,7 +14,7 @@ use crate::boxes::primal::Primal;
 use crate::boxes::resolution::memory;
 use crate::boxes::symmetry::{Part, parts};
 use crate::floating::Floating;
-use crate::matrix::{MatrixBounds, from_energies};
+use crate::matrix::{MatrixBounds, contrast_of, from_energies, rounding_scale};
 use crate::solution::{Bounded, Discretisation, Field, PhaseSeconds, Settings, Solution, Target};
 use elastocap_fem::tensor::{Dims, axpy};
 use elastocap_geometry::scene::Scene;
@@ -88,6 +88,8 @@ pub(crate) struct Outcome {
     pub(crate) bounds: MatrixBounds,
     /// Of all conductors.
     all: MatrixBounds,
+    /// The form that rounding of `all` is a share of, F.
+    rounding: Mat<f64>,
     /// Potentials of the right-hand sides, in columns.
     basis: Mat<f64>,
     /// Parts that have a field, each after the index of its first column in `basis`.
@@ -152,9 +154,11 @@ pub(crate) fn on_grid(
         let c = from_energies(&basis, &m);
         Mat::from_fn(n, n, |i, j| unit * c[(i, j)])
     };
+    let rounding = rounding_scale(&basis, &up);
+    out.rounding = Mat::from_fn(n, n, |i, j| unit * rounding[(i, j)]);
     out.all.upper = scaled(up);
     out.all.lower = if lower_too { scaled(low) } else { out.all.upper.clone() };
-    out.all.count_rounding();
+    out.all.count_rounding(&out.rounding, contrast_of(&problem.layout.permittivity));
     out.all.uncross();
     out.bounds = problem.floating.reduced(&out.all);
     out.basis = basis;
@@ -193,6 +197,7 @@ impl Outcome {
         Self {
             bounds: none(),
             all: none(),
+            rounding: Mat::zeros(0, 0),
             basis: Mat::zeros(0, 0),
             solved: Vec::new(),
             unknowns: 0,
@@ -339,28 +344,13 @@ impl Outcome {
 
     /// The error that is compared with the tolerance: the largest relative spread of the target, or error estimate without bounds.
     pub(crate) fn error(&self, settings: &Settings) -> f64 {
-        let m = &self.bounds;
-        let n = m.upper.nrows();
-        let value = |lower: f64, upper: f64| if settings.bounds { 0.5 * (lower + upper) } else { upper };
-        let relative = |lower: f64, upper: f64| {
-            if upper > 0.0 { (upper - lower) / value(lower, upper).abs() } else { 0.0 }
-        };
-        let pair = m.two_terminal().map(|t| relative(t.lower, t.upper));
-        if let (Target::TwoTerminal, Some(pair)) = (settings.target, pair) {
-            return pair;
-        }
-        let entries = (0..n).flat_map(|i| (0..=i).map(move |j| (i, j))).map(|(i, j)| {
-            let (lower, upper) = (&m.lower, &m.upper);
-            if i == j {
-                return relative(lower[(i, i)], upper[(i, i)]);
-            }
-            let gap = |i: usize| (upper[(i, i)] - lower[(i, i)]).max(0.0);
-            let size =
-                value(lower[(i, j)], upper[(i, j)]).abs().max(0.1 * (upper[(i, i)] * upper[(j, j)]).sqrt());
-            (gap(i) * gap(j)).sqrt() / size
-        });
-        // NaN counts as the largest error.
-        entries.chain(pair).fold(0.0, |a, b| if a >= b { a } else { b })
+        error_of(&self.bounds, settings)
+    }
+
+    /// The error that rounding alone leaves of the target, however fine the grid: that of bounds which differ by no more.
+    pub(crate) fn rounding_error(&self, problem: &GridProblem<'_>) -> f64 {
+        let all = self.all.upper_with_rounding(&self.rounding, contrast_of(&problem.layout.permittivity));
+        error_of(&problem.floating.reduced(&all), problem.settings)
     }
 
     /// The solution: matrices with their bounds, and what they took.
@@ -426,4 +416,29 @@ impl SolvedPart {
         }
         weights.iter().any(|w| *w != 0.0).then_some(out)
     }
+}
+
+/// The largest relative spread of the target within bounds, or error estimate without.
+fn error_of(m: &MatrixBounds, settings: &Settings) -> f64 {
+    let n = m.upper.nrows();
+    let value = |lower: f64, upper: f64| if settings.bounds { 0.5 * (lower + upper) } else { upper };
+    let relative = |lower: f64, upper: f64| {
+        if upper > 0.0 { (upper - lower) / value(lower, upper).abs() } else { 0.0 }
+    };
+    let pair = m.two_terminal().map(|t| relative(t.lower, t.upper));
+    if let (Target::TwoTerminal, Some(pair)) = (settings.target, pair) {
+        return pair;
+    }
+    let entries = (0..n).flat_map(|i| (0..=i).map(move |j| (i, j))).map(|(i, j)| {
+        let (lower, upper) = (&m.lower, &m.upper);
+        if i == j {
+            return relative(lower[(i, i)], upper[(i, i)]);
+        }
+        let gap = |i: usize| (upper[(i, i)] - lower[(i, i)]).max(0.0);
+        let size =
+            value(lower[(i, j)], upper[(i, j)]).abs().max(0.1 * (upper[(i, i)] * upper[(j, j)]).sqrt());
+        (gap(i) * gap(j)).sqrt() / size
+    });
+    // NaN counts as the largest error.
+    entries.chain(pair).fold(0.0, |a, b| if a >= b { a } else { b })
 }

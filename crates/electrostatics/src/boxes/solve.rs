@@ -3,6 +3,7 @@
 use crate::SolveError;
 use crate::boxes::grid_search;
 use crate::boxes::one_grid::GridProblem;
+use crate::consistency::contradiction;
 use crate::solution::{Settings, Solution};
 use elastocap_geometry::scene::Scene;
 use std::time::Instant;
@@ -28,5 +29,8 @@ pub fn solve(scene: &Scene, settings: &Settings) -> Result<Solution, SolveError>
     solution.seconds.setup += setup;
     solution.seconds.choosing = found.choosing;
     solution.field = field;
-    Ok(solution)
+    match contradiction(&solution) {
+        Some(what) => Err(SolveError::Contradiction(what)),
+        None => Ok(solution),
+    }
 }

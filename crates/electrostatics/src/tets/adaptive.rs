@@ -7,8 +7,9 @@
 
 use crate::SolveError;
 use crate::VACUUM_PERMITTIVITY;
+use crate::consistency::contradiction;
 use crate::floating::Floating;
-use crate::matrix::MatrixBounds;
+use crate::matrix::{MatrixBounds, contrast_of, rounding_alone, rounding_scale};
 use crate::solution::{Bounded, Discretisation, Forecast, PhaseSeconds, Solution, Target};
 use crate::tets::flux::{Flux, equilibrate};
 use crate::tets::potentials::{PotentialProblem, PotentialSettings, Potentials};
@@ -194,6 +195,9 @@ pub fn solve_mesh(
             },
             mesh,
         };
+        if let Some(what) = contradiction(&solved.solution) {
+            return Err(SolveError::Contradiction(what));
+        }
         let Some(finer) = next else { return Ok(solved) };
         mesh = finer;
         coarser = (error < MAX_USEFUL_SPREAD).then_some(solved);
@@ -206,6 +210,12 @@ enum NoFinerMesh {
     /// Refining would not help.
     #[error("the remaining error lies in open space beyond the mesh, which ends too near the conductors")]
     OpenSpace,
+    /// Refining would not help.
+    #[error("{}", rounding_alone(*error))]
+    Rounding {
+        /// The spread that rounding leaves.
+        error: f64,
+    },
     /// There is no room for it.
     #[error(
         "a finer mesh, of {tetrahedra} tetrahedra, would take about {:.1} GB, more than the limit of {:.1} GB",
@@ -274,14 +284,33 @@ impl<'a> Task<'a> {
             lower: Mat::from_fn(n, n, |i, j| scale * lower[(i, j)]),
             upper: Mat::from_fn(n, n, |i, j| scale * found.energies[(i, j)]),
         };
-        all.count_rounding();
+        all.count_rounding(&self.rounding_scale(&all), contrast_of(self.scene.permittivity));
         all.uncross();
-        let reduced = self.floating.reduced(&all);
+        let (maxwell, two_terminal, spread) = self.reduced(&all);
+        MeshBounds { all, maxwell, two_terminal, spread }
+    }
+
+    /// The Maxwell matrix of the driven conductors and their two-terminal capacitance, F, and how far apart their bounds are.
+    fn reduced(&self, all: &MatrixBounds) -> (Vec<Vec<Bounded>>, Option<Bounded>, Spread) {
+        let reduced = self.floating.reduced(all);
         let (maxwell, two_terminal) = (reduced.entries(), reduced.two_terminal());
         // The capacitance of each driven conductor with all others at zero potential.
         let alone: Vec<f64> = self.floating.driven.iter().map(|&i| all.upper[(i, i)]).collect();
         let spread = spread(&maxwell, two_terminal.as_ref(), &alone, self.settings);
-        MeshBounds { all, maxwell, two_terminal, spread }
+        (maxwell, two_terminal, spread)
+    }
+
+    /// The form that rounding of the bounds is a share of: the right-hand sides are the conductors themselves.
+    fn rounding_scale(&self, all: &MatrixBounds) -> Mat<f64> {
+        let n = all.upper.nrows();
+        rounding_scale(&Mat::identity(n, n), &all.upper)
+    }
+
+    /// The spread that rounding alone leaves, however fine the mesh.
+    fn rounding_spread(&self, all: &MatrixBounds) -> f64 {
+        let contrast = contrast_of(self.scene.permittivity);
+        let (.., spread) = self.reduced(&all.upper_with_rounding(&self.rounding_scale(all), contrast));
+        spread.error
     }
 
     /// The next mesh, bisected where the bounds differ most. `meshes` have been solved, and the relative spread on the last one is
@@ -299,6 +328,10 @@ impl<'a> Task<'a> {
         error: f64,
     ) -> Result<TetMesh, NoFinerMesh> {
         let settings = self.settings;
+        let rounding = self.rounding_spread(all);
+        if rounding > settings.relative_tolerance {
+            return Err(NoFinerMesh::Rounding { error: rounding });
+        }
         let states = states(&self.floating, all);
         let far = error / settings.relative_tolerance;
         let (_, bisections, removed) =

@@ -13,6 +13,10 @@ use elastocap_geometry::shapes::Shape;
 use proptest::prelude::*;
 use proptest::test_runner::{RngSeed, TestCaseError, TestRunner};
 
+/// Memory of a solve, bytes. The fields are linear in each layer, so that fine grids bring nothing; where rounding keeps the
+/// tolerance from being met, the solvers would look for it there.
+const MEMORY: u64 = 30_000_000;
+
 /// A plate: its thickness, m, zero for a sheet, and whether it floats without charge.
 #[derive(Debug, Clone, Copy)]
 struct Plate {
@@ -190,7 +194,11 @@ fn contains_the_truth(stack: &Stack, solution: &Solution, tolerance: f64) -> Res
 }
 
 fn by_boxes(stack: &Stack, tolerance: f64) -> Solution {
-    solve(&stack.scene(), &Settings { relative_tolerance: tolerance, ..Settings::default() }).unwrap()
+    solve(
+        &stack.scene(),
+        &Settings { relative_tolerance: tolerance, memory_limit: MEMORY, ..Settings::default() },
+    )
+    .unwrap()
 }
 
 fn by_tetrahedra(stack: &Stack, tolerance: f64) -> Solution {
@@ -204,7 +212,11 @@ fn by_tetrahedra(stack: &Stack, tolerance: f64) -> Solution {
         .collect();
     let charges: Vec<_> = scene.conductors().map(|c| c.floating_charge).collect();
     let shapes = MeshScene { permittivity: &permittivity, floating_charges: &charges, mirrored: [false; 3] };
-    let settings = TetrahedraSettings { relative_tolerance: tolerance, ..TetrahedraSettings::default() };
+    let settings = TetrahedraSettings {
+        relative_tolerance: tolerance,
+        memory_limit: MEMORY,
+        ..TetrahedraSettings::default()
+    };
     solve_mesh(mesh, shapes, &settings).unwrap().solution
 }
 

@@ -48,25 +48,52 @@ pub(super) struct Gradient {
     coefficient: Vec<f64>,
 }
 
+/// Potentials whose fluxes are held at a time: few, for they take as much memory as the potentials themselves.
+const HELD: usize = 8;
+
 impl Primal {
-    /// Energy u A u of a potential.
-    pub(crate) fn energy(&self, u: &[f64]) -> f64 {
-        let mut total = 0.0;
+    /// Energies u_i A u_j of potentials, a symmetric matrix.
+    pub(crate) fn energies(&self, potentials: &[Vec<f64>]) -> Mat<f64> {
+        let n = potentials.len();
+        let mut matrix = Mat::<f64>::zeros(n, n);
         for term in &self.terms.terms {
             for axis in 0..3 {
-                let (gradient, flux) = term.gradient_and_flux(axis, u, self.dims);
-                total += dot(&gradient, &flux);
+                for first in (0..n).step_by(HELD) {
+                    let block = first..n.min(first + HELD);
+                    let held: Vec<_> = block
+                        .clone()
+                        .map(|i| term.gradient_and_flux(axis, &potentials[i], self.dims))
+                        .collect();
+                    for (i, (_, flux)) in block.clone().zip(&held) {
+                        for (j, (gradient, _)) in block.clone().zip(&held).filter(|(j, _)| *j >= i) {
+                            matrix[(i, j)] += dot(gradient, flux);
+                        }
+                    }
+                    for j in block.end..n {
+                        let (gradient, _) = term.gradient(axis, &potentials[j], self.dims);
+                        for (i, (_, flux)) in block.clone().zip(&held) {
+                            matrix[(i, j)] += dot(&gradient, flux);
+                        }
+                    }
+                }
             }
         }
-        let mut beyond = vec![0.0; u.len()];
-        self.faces.add_product(u, &mut beyond, self.dims);
-        total + dot(u, &beyond)
+        let mut beyond = vec![0.0; potentials.first().map_or(0, Vec::len)];
+        for (j, u) in potentials.iter().enumerate() {
+            beyond.fill(0.0);
+            self.faces.add_product(u, &mut beyond, self.dims);
+            for (i, v) in potentials[..=j].iter().enumerate() {
+                matrix[(i, j)] += dot(v, &beyond);
+                matrix[(j, i)] = matrix[(i, j)];
+            }
+        }
+        matrix
     }
 }
 
 impl Term<f64> {
-    /// D u along an axis, and the same times the coefficient and the masses of the other axes.
-    fn gradient_and_flux(&self, axis: usize, u: &[f64], dims: Dims) -> (Vec<f64>, Vec<f64>) {
+    /// D u along an axis, and its shape.
+    fn gradient(&self, axis: usize, u: &[f64], dims: Dims) -> (Vec<f64>, Dims) {
         let [w0, w1, w2] = &self.window;
         let mut own = Vec::with_capacity(w0.len() * w1.len() * w2.len());
         for i in w0.clone() {
@@ -75,8 +102,13 @@ impl Term<f64> {
                 own.extend_from_slice(&u[at + w2.start..at + w2.end]);
             }
         }
-        let Gradient { matrix, coefficient } = &self.gradient[axis];
-        let (gradient, shape) = along(axis, matrix, &own, [w0.len(), w1.len(), w2.len()]);
+        along(axis, &self.gradient[axis].matrix, &own, [w0.len(), w1.len(), w2.len()])
+    }
+
+    /// D u along an axis, and the same times the coefficient and the masses of the other axes.
+    fn gradient_and_flux(&self, axis: usize, u: &[f64], dims: Dims) -> (Vec<f64>, Vec<f64>) {
+        let (gradient, shape) = self.gradient(axis, u, dims);
+        let coefficient = &self.gradient[axis].coefficient;
         let mut flux = gradient.clone();
         for other in (0..3).filter(|b| *b != axis) {
             let mass = if other == 2 { &self.mass_last } else { &self.mass[other] };
