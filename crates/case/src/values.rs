@@ -116,8 +116,13 @@ impl FromToml for Text {
             log.wrong_type::<Self>(node);
             return None;
         };
-        if text.trim().is_empty() || text.chars().any(char::is_control) {
-            let what = if text.trim().is_empty() { "empty" } else { "control characters in it" };
+        let reordering = text.chars().any(reorders_text);
+        if text.trim().is_empty() || reordering || text.chars().any(char::is_control) {
+            let what = match (text.trim().is_empty(), reordering) {
+                (true, _) => "empty",
+                (false, true) => "characters in it that change the direction of writing",
+                (false, false) => "control characters in it",
+            };
             log.push(
                 Diagnostic::at(&node.span(), format!("{} must be a line of text", node.place())).label(what),
             );
@@ -128,6 +133,12 @@ impl FromToml for Text {
     fn schema() -> Value {
         json!({ "type": "string", "pattern": "\\S" })
     }
+}
+
+/// Whether a character is one of Unicode's marks for the direction of writing. They have no shape of their own, but the text
+/// around them can be shown in another order than it is stored in, so that one name looks like another.
+fn reorders_text(c: char) -> bool {
+    matches!(c, '\u{61c}' | '\u{200e}' | '\u{200f}' | '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}')
 }
 
 /// The order of potentials on tetrahedra.

@@ -21,8 +21,12 @@ pub fn optional(value: Option<f64>) -> String {
     value.map_or_else(String::new, number)
 }
 
-/// A text as one field: in quotes where it holds what would end the field.
+/// A text as one field: in quotes where it holds what would end the field. A spreadsheet takes a field that begins with `=`,
+/// `+`, `-` or `@` for a formula, in quotes or not, and an apostrophe before it for a mark of text; such a text gets one.
 pub fn quoted(text: &str) -> String {
+    if text.starts_with(['=', '+', '-', '@', '\t', '\r']) {
+        return format!("\"'{}\"", text.replace('"', "\"\""));
+    }
     if text.contains([',', '"', '\n', '\r']) || text != text.trim() {
         format!("\"{}\"", text.replace('"', "\"\""))
     } else {
@@ -114,6 +118,15 @@ mod tests {
     fn a_field_with_a_comma_or_a_quote_is_quoted() {
         assert_eq!(quoted("failed: no, \"never\""), "\"failed: no, \"\"never\"\"\"");
         assert_eq!(quoted("tolerance not reached"), "tolerance not reached");
+    }
+
+    #[test]
+    fn a_name_that_a_spreadsheet_would_take_for_a_formula_is_marked_as_text() {
+        assert_eq!(quoted("=HYPERLINK(\"http://x\")"), "\"'=HYPERLINK(\"\"http://x\"\")\"");
+        for name in ["+1", "-plate", "@sum"] {
+            assert_eq!(quoted(name), format!("\"'{name}\""));
+        }
+        assert_eq!(quoted("a-b=c"), "a-b=c");
     }
 
     /// A step with a matrix of this many conductors; no two pairs have the same entry.

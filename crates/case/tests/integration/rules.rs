@@ -627,6 +627,10 @@ fn conductors_have_names_of_their_own_and_no_common_point() {
     refused(BOXES, &[("name = \"b\"", "name = \"a\"")], "\"a\"", &["\"a\" is used twice", "first used here"]);
     refused(BOXES, &[("name = \"board\"", "name = \"a\"")], "\"a\"", &["\"a\" is used twice"]);
     refused(BOXES, &[("name = \"b\"", "name = \" \"")], "\" \"", &["must be a line of text"]);
+    // A mark for the direction of writing would make the name look like another.
+    let turned = r#""b\u202e""#;
+    let rule = &["must be a line of text", "change the direction of writing"];
+    refused(BOXES, &[("name = \"b\"", &format!("name = {turned}"))], turned, rule);
     refused(BOXES, &[("name = \"b\"", "name = 2")], "2", &["a line of text in quotes", "`name = \"2\"`"]);
     refused(BOXES, &[("at = \"2 mm\"", "at = \"1 mm\"")], "{ normal", &["\"a\" and \"b\" touch or overlap"]);
     refused(
