@@ -68,7 +68,9 @@ fn the_in_plane_pair_gives_the_expected_curve_and_every_file() {
     assert_eq!(json["status"], "complete");
     for (step, value) in columns[0].iter().enumerate() {
         assert_eq!(number(&json["steps"][step]["two_terminal_capacitance_f"]), *value);
-        assert_eq!(number(&json["steps"][step]["maxwell_matrix_f"][0][1]), -value);
+        // No flux leaves the pair, so that the two are one number; the rounding that both count is not the same.
+        let mutual = -number(&json["steps"][step]["maxwell_matrix_f"][0][1]);
+        assert!((mutual / value - 1.0).abs() < 1e-11, "{mutual:e} {value:e}");
     }
 }
 

@@ -118,6 +118,8 @@ impl MatrixBounds {
         let n = self.upper.nrows();
         let gap = |i: usize| (self.upper[(i, i)] - self.lower[(i, i)]).max(0.0);
         let entry = |i: usize, j: usize| {
+            // Of the two triangles one is read, because they may differ by rounding.
+            let (i, j) = (i.min(j), i.max(j));
             let value = 0.5 * (self.upper[(i, j)] + self.lower[(i, j)]);
             let half = 0.5 * (gap(i) * gap(j)).sqrt();
             let (lower, upper) = (value - half, value + half);
