@@ -33,16 +33,16 @@ const CROSSING: f64 = 1e-6;
 /// of the sums, and the changes of basis.
 const ROUNDING: f64 = 64.0 * f64::EPSILON;
 
-/// The same for lower bounds, in units of [`ROUNDING`]: a flux that ought to vanish does so but for rounding, and so does its
-/// divergence, which the bound is paid for. 2,000 random stacks of layers with contrasts up to 1e24 (tests/integration) take
-/// up to 40.
+/// The same for lower bounds, in units of [`ROUNDING`]: where the field vanishes, the computed flux is rounding alone, and its
+/// energy enters the bound on the wrong side. This is measured and not derived: random stacks of layers with contrasts up to
+/// 1e24 need at most 40 (tests/integration/layers_in_series.rs).
 const ROUNDING_OF_FLUXES: f64 = 64.0;
 
 /// The form that rounding is a share of, from energies E in the basis of the columns of `basis` (B): B^-T diag(E) B^-1.
 ///
-/// A difference of potentials is wrong by up to delta, the last digit of the potentials themselves. Where the permittivity is
-/// highest, an energy that is not known to be smaller than E there changes by 2 sqrt(E eps delta^2), which is a share of
-/// the order of delta times the root of the contrast. Rounding changes entry ij by such a share r of sqrt(E_ii E_jj), hence
+/// A difference of potentials is wrong by up to delta, the last digit of the potentials themselves. Where the permittivity eps is
+/// highest, this changes an energy E by up to 2 sqrt(E eps delta^2): a share of the order of delta times the root of the
+/// contrast. Rounding changes entry ij by such a share r of sqrt(E_ii E_jj), hence
 /// c^T E c by at most r (sum_i |c_i| sqrt(E_ii))^2 <= n r sum_i c_i^2 E_ii.
 pub(crate) fn rounding_scale(basis: &Mat<f64>, energies: &Mat<f64>) -> Mat<f64> {
     let n = energies.nrows();
@@ -85,7 +85,7 @@ impl MatrixBounds {
                 self.lower[(i, j)] -= ROUNDING_OF_FLUXES * r;
             }
         }
-        // Bounds that have crossed all the same show that more was lost than is counted here. No energy is negative.
+        // Bounds that still cross have lost more than is counted here. What remains certain is that no energy is negative.
         if (0..n).any(|i| self.lower[(i, i)] > self.upper[(i, i)] * (1.0 + CROSSING)) {
             self.lower = Mat::zeros(n, n);
         }
@@ -112,8 +112,9 @@ impl MatrixBounds {
     /// Bounds on every entry, F.
     ///
     /// With G = upper - lower and C = lower + E, 0 <= E <= G: polarisation gives |E_ij - G_ij / 2| <=
-    /// sqrt(G_ii G_jj) / 2. No energy is negative, and no charge on a conductor at 0 V has the sign of the potential that
-    /// draws it there, which may cut the limits short. The values obey the sign rules of a Maxwell matrix too.
+    /// sqrt(G_ii G_jj) / 2. The sign rules of a Maxwell matrix narrow these limits: its diagonal is not negative, the other
+    /// entries are not positive, and no row has a negative sum. The values obey them too; each is the middle of its limits,
+    /// unless a row of middles had a negative sum.
     pub(crate) fn entries(&self) -> Vec<Vec<Bounded>> {
         let n = self.upper.nrows();
         let gap = |i: usize| (self.upper[(i, i)] - self.lower[(i, i)]).max(0.0);
@@ -122,14 +123,8 @@ impl MatrixBounds {
             let (i, j) = (i.min(j), i.max(j));
             let value = 0.5 * (self.upper[(i, j)] + self.lower[(i, j)]);
             let half = 0.5 * (gap(i) * gap(j)).sqrt();
-            let (lower, upper) = (value - half, value + half);
-            if i == j && lower < 0.0 && upper > 0.0 {
-                Bounded { value: 0.5 * upper, lower: 0.0, upper }
-            } else if i != j && upper > 0.0 && lower < 0.0 {
-                Bounded { value: 0.5 * lower, lower, upper: 0.0 }
-            } else {
-                Bounded { value, lower, upper }
-            }
+            let limits = Bounded { value, lower: value - half, upper: value + half };
+            if i == j { limits.narrowed(0.0, f64::INFINITY) } else { limits.narrowed(f64::NEG_INFINITY, 0.0) }
         };
         let mut entries: Vec<Vec<Bounded>> = (0..n).map(|i| (0..n).map(|j| entry(i, j)).collect()).collect();
         narrow_by_dominance(&mut entries);
@@ -146,43 +141,53 @@ impl MatrixBounds {
         let (lower, upper) = match self.upper.nrows() {
             1 => (self.lower[(0, 0)], self.upper[(0, 0)]),
             2 => (
-                // Where the lower form has no minimum over common potentials: no more flux leaves the first conductor
-                // for elsewhere than both lose at a common potential.
+                // Where the lower form has no minimum over common potentials, it loses at most the flux that leaves the
+                // pair at 1 V in common.
                 two_terminal(&self.lower)
                     .unwrap_or_else(|| self.lower[(0, 0)] - common_energy(&self.upper).max(0.0)),
                 two_terminal(&self.upper).unwrap_or(self.upper[(0, 0)]),
             ),
             _ => return None,
         };
-        // No capacitance is negative, and that of a pair is no less than the mutual one and no more than either's own.
-        let (mut lower, mut upper) = (lower.max(0.0), upper);
-        if let [[own, mutual], [_, other]] = &self.entries().iter().map(Vec::as_slice).collect::<Vec<_>>()[..]
-        {
-            lower = lower.max(-mutual.upper);
-            upper = upper.min(own.upper).min(other.upper);
+        if upper.is_nan() || upper <= 0.0 {
+            return None;
         }
-        let lower = lower.min(upper);
-        (upper > 0.0).then_some(Bounded { value: 0.5 * (lower + upper), lower, upper })
+        let lower = lower.clamp(0.0, upper);
+        let found = Bounded { value: 0.5 * (lower + upper), lower, upper };
+        let entries = self.entries();
+        // The capacitance of a pair lies between the mutual one and the smaller of the two on the diagonal.
+        Some(match &entries[..] {
+            [one, two] => found.narrowed(-one[1].upper, one[0].upper.min(two[1].upper)),
+            _ => found,
+        })
     }
 }
 
-/// Cuts limits short by what the others prove: no conductor at 0 V draws more charge than the one at 1 V has, so that
-/// -C_ij <= C_ii, C_jj and C_ii >= -sum_j C_ij.
+impl Bounded {
+    /// With limits that are known from elsewhere too; the value is the middle again where they narrow these. Limits that
+    /// contradict these, which rounding can make them do, are passed over.
+    fn narrowed(self, lower: f64, upper: f64) -> Self {
+        let (lower, upper) = (self.lower.max(lower), self.upper.min(upper));
+        if lower > upper || (lower, upper) == (self.lower, self.upper) {
+            return self;
+        }
+        Self { value: 0.5 * (lower + upper), lower, upper }
+    }
+}
+
+/// Narrows each entry's limits by those of the others: as no row has a negative sum, -C_ij <= C_ii, C_jj and
+/// C_ii >= -sum_j C_ij.
 fn narrow_by_dominance(entries: &mut [Vec<Bounded>]) {
     let n = entries.len();
-    let raised = |b: Bounded, lower: f64| {
-        let lower = b.lower.max(lower.min(b.upper));
-        Bounded { value: b.value.max(lower), lower, upper: b.upper }
-    };
     for i in 0..n {
         for j in (0..n).filter(|j| *j != i) {
-            let most = entries[i][i].upper.min(entries[j][j].upper);
-            entries[i][j] = raised(entries[i][j], -most);
+            let max = entries[i][i].upper.min(entries[j][j].upper);
+            entries[i][j] = entries[i][j].narrowed(-max, f64::INFINITY);
         }
     }
     for i in 0..n {
         let drawn: f64 = (0..n).filter(|j| *j != i).map(|j| -entries[i][j].upper).sum();
-        entries[i][i] = raised(entries[i][i], drawn);
+        entries[i][i] = entries[i][i].narrowed(drawn, f64::INFINITY);
     }
 }
 
@@ -195,7 +200,7 @@ fn raise_negative_rows(entries: &mut [Vec<Bounded>]) {
         if !(sum < 0.0 && room > 0.0) {
             continue;
         }
-        // Rounding of the sum itself is of the size of the last digits of its terms.
+        // A little more, so that the sum is not negative after rounding.
         let share = ((-sum + 4.0 * f64::EPSILON * entries[i][i].value.abs()) / room).min(1.0);
         for j in 0..entries.len() {
             let b = entries[i][j];
@@ -206,13 +211,13 @@ fn raise_negative_rows(entries: &mut [Vec<Bounded>]) {
     }
 }
 
-/// The energy of a pair at the potential 1 V in common, times two, F.
+/// Twice the energy of a pair with both at 1 V, F V^2.
 fn common_energy(c: &Mat<f64>) -> f64 {
     c[(0, 0)] + c[(0, 1)] + c[(1, 0)] + c[(1, 1)]
 }
 
-/// The least energy of 1 V between a pair over all common potentials, times two, F. `None` where a common potential has no
-/// energy, or a negative one, beside what rounding leaves of it.
+/// Twice the energy of a pair with 1 V between them at the common potential that makes it least, F V^2. `None` where a common
+/// potential has no energy but rounding, or a negative one.
 fn two_terminal(c: &Mat<f64>) -> Option<f64> {
     let (row, sum) = (c[(0, 0)] + c[(0, 1)], common_energy(c));
     (sum > 1e-12 * c[(0, 0)]).then(|| c[(0, 0)] - row * row / sum)

@@ -116,10 +116,11 @@ pub struct Bounded {
 }
 
 impl Bounded {
-    /// Half the distance between the limits over the value. The true relative error is no larger where the limits are proved and
-    /// the value is their middle.
+    /// The distance to the farther limit over the value: half the distance between the limits where the value is their middle, as
+    /// it mostly is. The true relative error is no larger where the limits are proved.
     pub fn relative_error(&self) -> f64 {
-        if self.value == 0.0 { 0.0 } else { 0.5 * (self.upper - self.lower) / self.value.abs() }
+        let farther = (self.upper - self.value).max(self.value - self.lower);
+        if self.value == 0.0 { 0.0 } else { farther / self.value.abs() }
     }
 }
 

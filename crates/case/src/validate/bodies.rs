@@ -297,12 +297,14 @@ fn check_one_is_driven(conductors: &[Option<PlacedBox<'_>>], raw: &Document, log
         return;
     };
     let charge = given(&raw.conductor).and_then(|all| all.first()?.get()?.charge.as_ref());
+    refuse_all_floating(charge.map_or(&first.span, |read| &read.span), first.name, log);
+}
+
+/// The message for conductors that all float; `name` is that of the first one.
+pub(super) fn refuse_all_floating(span: &Range<usize>, name: &str, log: &mut Log<'_>) {
     log.push(
-        Diagnostic::at(
-            charge.map_or(&first.span, |read| &read.span),
-            "all conductors float, so there is no potential to measure a capacitance against".to_owned(),
-        )
-        .label(format!("\"{}\" floats, and so do the others", shown(first.name)))
-        .help("leave out `charge` of at least one [[conductor]], which is then held at a potential"),
+        Diagnostic::at(span, "all conductors float: a capacitance needs one that is held at a potential")
+            .label(format!("\"{}\" floats, and so do the others", shown(name)))
+            .help("leave out `charge` of at least one [[conductor]], which is then held at a potential"),
     );
 }

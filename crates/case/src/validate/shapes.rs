@@ -10,7 +10,7 @@ use super::super::model::{Body, Box3, Electrodes, Extent, Shape, Surroundings, W
 use super::super::quantities::Position;
 use super::super::raw::{self, Document};
 use super::super::reader::{Log, Read};
-use super::bodies::{PlacedBox, check_fixed_body, check_names, conductor_of};
+use super::bodies::{PlacedBox, check_fixed_body, check_names, conductor_of, refuse_all_floating};
 use super::given;
 use super::regions::{AXES, axis_index, box_region, sheet, slab};
 
@@ -124,17 +124,10 @@ pub(super) fn without_layer(
 
 /// Potentials are counted from something: without a driven conductor there is no matrix.
 pub(super) fn check_one_is_driven(bodies: &[Located], log: &mut Log<'_>) {
-    if let Some((_, first)) = bodies.iter().find(|(body, _)| body.is_conductor())
+    if let Some((body, first)) = bodies.iter().find(|(body, _)| body.is_conductor())
         && !bodies.iter().any(|(body, _)| body.is_driven())
     {
-        log.push(
-            Diagnostic::at(
-                first,
-                "all conductors float, so there is no potential to measure a capacitance against",
-            )
-            .label("has a `charge`")
-            .help("leave `charge` out of at least one [[conductor]]"),
-        );
+        refuse_all_floating(first, &body.name, log);
     }
 }
 

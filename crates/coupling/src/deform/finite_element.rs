@@ -77,7 +77,7 @@ pub struct FiniteElementRun {
     pub meshes: Vec<MeshReport>,
     /// Wall-clock seconds.
     pub seconds: f64,
-    /// Why there is no finer mesh, where the memory is too small for it.
+    /// The mesh that did not fit into memory, if the refinement ended for that reason.
     pub too_large: Option<ModelError>,
     /// The solution itself, for the files; `None` if there is no model.
     pub solution: Option<Solution>,

@@ -172,7 +172,7 @@ pub(crate) fn closed_form_limit(case: &Case) -> Option<ForceLimit> {
     force_limit(thickness, material, settings).ok()
 }
 
-/// The closed-form layer under a load; `None` if the case has no such layer, or if there is no load and `prune` leaves the layer
+/// The layer in closed form under a load. `None` if the case has no such layer, or if there is no load and `prune` leaves the layer
 /// out of the run.
 ///
 /// # Errors

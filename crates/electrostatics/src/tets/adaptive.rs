@@ -207,16 +207,16 @@ pub fn solve_mesh(
 /// Why a mesh is not refined any more.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 enum NoFinerMesh {
-    /// Refining would not help.
+    /// The error lies where there is no mesh to refine.
     #[error("the remaining error lies in open space beyond the mesh, which ends too near the conductors")]
     OpenSpace,
-    /// Refining would not help.
+    /// Rounding alone exceeds the tolerance.
     #[error("{}", rounding_alone(*error))]
     Rounding {
         /// The spread that rounding leaves.
         error: f64,
     },
-    /// There is no room for it.
+    /// A finer mesh would exceed the memory limit, or the number of meshes is at its limit.
     #[error(
         "a finer mesh, of {tetrahedra} tetrahedra, would take about {:.1} GB, more than the limit of {:.1} GB",
         *bytes as f64 * 1e-9,
@@ -317,7 +317,7 @@ impl<'a> Task<'a> {
     /// `error`.
     ///
     /// # Errors
-    /// Why there is no finer mesh.
+    /// [`NoFinerMesh`] if the mesh is not refined any more.
     fn refined(
         &self,
         mesh: &TetMesh,

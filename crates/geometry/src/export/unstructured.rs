@@ -33,8 +33,8 @@ pub(super) struct UnstructuredGrid<'a> {
     pub(super) cell: CellType,
     /// Nodes of a cell.
     pub(super) nodes_per_cell: usize,
-    /// The nodes of the cells in VTK's order, one cell after the other. Signed, because meshio 5.3.5 makes floating-point
-    /// numbers of unsigned ones, which are no indices.
+    /// The nodes of the cells in VTK's order, one cell after the other. Signed, because meshio 5.3.5 reads unsigned integers as
+    /// floating-point numbers, which cannot be indices.
     pub(super) connectivity: Vec<i32>,
     /// Arrays over the points. A viewer shows the first one first if it is a scalar.
     pub(super) point_data: Vec<Array>,

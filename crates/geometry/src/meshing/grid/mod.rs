@@ -114,7 +114,7 @@ fn degree(layer: usize, r: &Resolution) -> usize {
     (r.first + (r.slope * layer as f64).round() as usize).min(r.order).max(1)
 }
 
-/// Numbers of layers on the two sides of every plane, `[below, above]`; none at planes that are no edges.
+/// Numbers of layers on the two sides of every plane, `[below, above]`; zero at planes that are not edges.
 ///
 /// Where intervals of unequal length meet, the shorter one needs fewer layers for elements of the same size: the thinner an
 /// electrode, the less its corners matter.
