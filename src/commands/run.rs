@@ -143,16 +143,16 @@ fn report(
     for step in outcome.steps.iter().filter(|step| step.same_as.is_none()) {
         match (&step.row.status, &step.reason) {
             (Status::Failed(reason), _) => output::warning(&format!("step {} failed: {reason}", step.index)),
-            (Status::ToleranceNotReached, Some(reason)) => {
+            (Status::ToleranceNotReached(_), Some(reason)) => {
                 output::warning(&format!("step {} missed its tolerance: {reason}", step.index));
             }
-            (Status::ToleranceNotReached, None) => {
+            (Status::ToleranceNotReached(_), None) => {
                 output::warning(&format!("step {} missed its tolerance", step.index));
             }
             (Status::BeyondForceLimit, Some(reason)) => {
                 output::warning(&format!("step {} has no force: {reason}", step.index));
             }
-            (Status::Ok | Status::BeyondForceLimit | Status::NotRun, _) => {}
+            (Status::Ok | Status::OkToDiagonal | Status::BeyondForceLimit | Status::NotRun, _) => {}
         }
     }
     if outcome.stopped {

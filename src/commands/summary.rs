@@ -79,6 +79,7 @@ fn remark(step: &StepResult) -> String {
         Status::Ok => "ok".to_owned(),
         Status::Failed(_) => "failed".to_owned(),
         Status::BeyondForceLimit => "no force".to_owned(),
+        Status::OkToDiagonal => "ok, small entries to a tenth of the diagonal".to_owned(),
         status => status.to_string(),
     }
 }

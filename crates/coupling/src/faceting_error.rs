@@ -17,14 +17,18 @@ const SHARE: f64 = 3.0 / 8.0;
 
 /// Estimate of the relative error of a capacitance that flat faces of a conductor in place of curved ones make, the largest
 /// among the conductors: the mean distance over the radius. Zero if all conductors are flat-faced. Where two curved
-/// conductors are near one another it is larger by the radius over the gap.
-pub(crate) fn curvature_error(mesh: &TetMesh) -> f64 {
+/// conductors are near one another it is larger by the radius over the gap. Only conductors of which `counts` says so, by their
+/// index, are looked at.
+pub(crate) fn curvature_error(mesh: &TetMesh, counts: impl Fn(u32) -> bool) -> f64 {
     let mut edges: BTreeMap<(u32, [u32; 2]), Vec<usize>> = BTreeMap::new();
     let mut normals = Vec::with_capacity(mesh.boundary.len());
     for (k, boundary) in mesh.boundary.iter().enumerate() {
         let corners = boundary.face.map(|p| mesh.points[p as usize]);
         normals.push(normal(corners));
         let FaceRole::Conductor(conductor) = boundary.role else { continue };
+        if !counts(conductor) {
+            continue;
+        }
         let [a, b, c] = boundary.face;
         for [p, q] in [[a, b], [b, c], [c, a]] {
             edges.entry((conductor, [p.min(q), p.max(q)])).or_default().push(k);

@@ -13,7 +13,7 @@
 //! - [`failure`]: why a step has no result.
 //! - `layer_outlines`, `faceting_error`, `tetrahedra`: a scene for the solver on tetrahedra, meshed and solved.
 //! - [`plan`]: what is solved, what is left out and why, what it will take.
-//! - [`outcome`]: what a run found.
+//! - [`outcome`]: what a run found, and in `status` how its steps went.
 //! - [`step`]: one load step; [`run`](mod@run): all of them.
 
 pub mod deform;
@@ -27,6 +27,7 @@ pub mod route;
 pub mod run;
 pub mod scene;
 pub mod settings;
+mod status;
 pub mod step;
 pub mod terminals;
 mod tetrahedra;

@@ -1,17 +1,16 @@
 //! The result of a run: one row per load step, and the matrices, scenes and reports behind it.
 
-use std::fmt;
-
 use elastocap_electrostatics::{Bounded, Discretisation, PhaseSeconds};
 use elastocap_geometry::export::surfaces::SurfaceBody;
-use serde::{Serialize, Serializer};
+use serde::Serialize;
 
 use crate::deform::{FiniteElementStep, MeshReport};
-use crate::failure::StepFailure;
 use crate::load_steps::StepLoad;
 use crate::plan::{Kind, Plan};
 use crate::route::Route;
 use crate::scene::DeformedScene;
+
+pub use crate::status::{EntryStatus, Missed, Status};
 
 /// Everything that a run found.
 #[derive(Debug, Clone, PartialEq)]
@@ -39,7 +38,7 @@ pub struct Outcome {
 impl Outcome {
     /// Whether every step was solved to its tolerance.
     pub fn is_complete(&self) -> bool {
-        self.steps.iter().all(|step| step.row.status == Status::Ok)
+        self.steps.iter().all(|step| step.row.status.is_ok())
     }
 
     /// Whether the result is a curve: there is a load, or a pair of electrodes.
@@ -73,6 +72,8 @@ pub struct StepResult {
     pub surfaces: Vec<SurfaceBody>,
     /// Maxwell capacitance matrix, F, in the order of the scene's driven conductors.
     pub maxwell: Option<Vec<Vec<Bounded>>>,
+    /// How well each of its entries is known.
+    pub entry_status: Option<Vec<Vec<EntryStatus>>>,
     /// Potentials of the floating conductors.
     pub floating: Vec<FloatingConductor>,
     /// Charge over voltage, F, between the terminals that [`Row::two_terminal_capacitance_f`] describes.
@@ -123,6 +124,12 @@ pub struct Row {
     /// Of the capacitance: half the spread of the bounds over the value, or the estimate. Without conductors that of the
     /// force, where finite elements give one.
     pub relative_error_estimate: Option<f64>,
+    /// Relative error of the capacitance for the finite elements of the layer, which place the electrodes; an estimate, in
+    /// addition to the one above.
+    pub mechanics_error_estimate: Option<f64>,
+    /// Relative error of the capacitances for flat faces in place of curved ones; an estimate, in addition to those above.
+    /// Zero where all bodies are flat-faced.
+    pub geometry_error_estimate: Option<f64>,
     /// F.
     pub parallel_plate_f: Option<f64>,
     /// Capacitance over that of parallel plates.
@@ -135,7 +142,7 @@ pub struct Row {
 
 impl Row {
     /// Names of the columns.
-    pub const COLUMNS: [&'static str; 14] = [
+    pub const COLUMNS: [&'static str; 16] = [
         "compression",
         "force_n",
         "top_displacement_m",
@@ -146,6 +153,8 @@ impl Row {
         "capacitance_lower_f",
         "capacitance_upper_f",
         "relative_error_estimate",
+        "mechanics_error_estimate",
+        "geometry_error_estimate",
         "parallel_plate_f",
         "fringe_ratio",
         "unknowns",
@@ -153,7 +162,7 @@ impl Row {
     ];
 
     /// The numbers of the columns before `unknowns`, in their order.
-    pub fn numbers(&self) -> [Option<f64>; 12] {
+    pub fn numbers(&self) -> [Option<f64>; 14] {
         [
             self.compression,
             self.force_n,
@@ -165,6 +174,8 @@ impl Row {
             self.capacitance_lower_f,
             self.capacitance_upper_f,
             self.relative_error_estimate,
+            self.mechanics_error_estimate,
+            self.geometry_error_estimate,
             self.parallel_plate_f,
             self.fringe_ratio,
         ]
@@ -176,46 +187,6 @@ impl Row {
         self.capacitance_upper_f = Some(capacitance.upper);
         self.relative_error_estimate = Some(capacitance.relative_error());
         self.fringe_ratio = self.parallel_plate_f.map(|plates| capacitance.value / plates);
-    }
-}
-
-/// How a step went.
-#[derive(Debug, Clone, Default, PartialEq)]
-pub enum Status {
-    /// Solved to its tolerance.
-    Ok,
-    /// Solved, with a larger error than asked for.
-    ToleranceNotReached,
-    /// Deformed and solved, but compressed beyond the maximum of equation (50) of the paper, so that the row has no force.
-    BeyondForceLimit,
-    /// Not solved, for this reason. The row keeps what was known before the failure.
-    Failed(Box<StepFailure>),
-    /// The run was stopped before it.
-    #[default]
-    NotRun,
-}
-
-impl fmt::Display for Status {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Ok => f.write_str("ok"),
-            Self::ToleranceNotReached => f.write_str("tolerance not reached"),
-            Self::BeyondForceLimit => f.write_str("no force: beyond the limit of eq. (50)"),
-            Self::Failed(reason) => write!(f, "failed: {reason}"),
-            Self::NotRun => f.write_str("not run"),
-        }
-    }
-}
-
-impl<E: Into<StepFailure>> From<E> for Status {
-    fn from(error: E) -> Self {
-        Self::Failed(Box::new(error.into()))
-    }
-}
-
-impl Serialize for Status {
-    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        serializer.collect_str(self)
     }
 }
 

@@ -75,8 +75,13 @@ pub fn run(
             cancel.store(true, Ordering::Relaxed);
         }
     }
-    let solver =
-        Solver { case, settings, prune: options.prune, force_limit: plan.force_limit, layer: &layer };
+    let solver = Solver {
+        case,
+        settings,
+        prune: options.prune,
+        force_limit: plan.force_limit.or(layer.force_limit()),
+        layer: &layer,
+    };
     let work: Vec<&PlannedStep> = plan.distinct_steps().collect();
     let done: Vec<Mutex<Option<StepResult>>> = work.iter().map(|_| Mutex::new(None)).collect();
     let next = AtomicUsize::new(0);

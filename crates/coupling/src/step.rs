@@ -4,7 +4,7 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::time::Instant;
 
 use elastocap_case::Case;
-use elastocap_electrostatics::{Bounded, Field, FloatingPotential, Settings, Solution, solve};
+use elastocap_electrostatics::{Bounded, Field, FloatingPotential, Settings, Solution, Target, solve};
 use elastocap_geometry::export::body::BodyMesh;
 use elastocap_geometry::scene::Scene;
 use elastocap_mechanics::ForceLimit;
@@ -13,7 +13,7 @@ use crate::deform::{Deformation, Prepared};
 use crate::failure::{StepFailure, Stop};
 use crate::layer_outlines::{LayerScene, bent_scene};
 use crate::load_steps::StepLoad;
-use crate::outcome::{FloatingConductor, Row, SolverReport, Status, StepResult};
+use crate::outcome::{EntryStatus, FloatingConductor, Missed, Row, SolverReport, Status, StepResult};
 use crate::plan::PlannedStep;
 use crate::route::{Bending, Bodies, Route, RouteError, asked, route};
 use crate::scene::{DeformedScene, Enclosing, SceneError, scene_of};
@@ -47,6 +47,23 @@ struct Shaped<'a> {
     pair: Option<[usize; 2]>,
     /// Relative error of the capacitance for flat faces that the scene has already.
     facets: f64,
+}
+
+/// What a step that was carried to its end does not have of what was asked for.
+#[derive(Default)]
+struct Shortfalls {
+    /// Which errors are too large, and why.
+    missed: Vec<(Missed, String)>,
+    /// Why there is no force, if there is none.
+    no_force: Option<String>,
+    /// Whether entries of the matrix are known to the tolerance of the diagonal only.
+    to_diagonal: bool,
+}
+
+impl Shortfalls {
+    fn add(&mut self, missed: Missed, reason: Option<String>) {
+        self.missed.extend(reason.map(|reason| (missed, reason)));
+    }
 }
 
 /// What all steps of a run have in common.
@@ -91,14 +108,15 @@ impl Solver<'_> {
         }
         let start = Instant::now();
         let state = self.layer.deformation(self.case, step.index, step.load, self.prune)?;
-        let beyond = self.note_mechanics(result, state.as_ref());
-        let layer_missed = layer_missed(state.as_ref());
+        let no_force = self.note_mechanics(result, state.as_ref());
+        let mut shortfalls = Shortfalls { no_force, ..Shortfalls::default() };
+        shortfalls.add(Missed::Mechanics, layer_missed(state.as_ref()));
         if !self.case.has_conductors() {
             if let Some(Deformation::FiniteElement(layer)) = &state {
                 // The row is about the force, so its error is reported.
                 result.row.relative_error_estimate = layer.relative_error_estimate;
             }
-            result.mark(layer_missed.is_none(), layer_missed, beyond);
+            result.mark(shortfalls);
             result.seconds.mechanics = start.elapsed().as_secs_f64();
             return Ok(());
         }
@@ -121,7 +139,7 @@ impl Solver<'_> {
                 let window = window(&[&*deformed]);
                 let pair = deformed.pair_among_others();
                 let shaped = Shaped { scene: &layer.scene, pair, facets: layer.facets };
-                self.solve_shaped(shaped, result, field, (layer_missed, beyond))?;
+                self.solve_shaped(shaped, result, field, shortfalls)?;
                 // The mesh of what is flat-faced shows no more, and is a thousand times larger.
                 result.surfaces = match result.surfaces.as_slice() {
                     [] => Vec::new(),
@@ -132,7 +150,7 @@ impl Solver<'_> {
         };
         *field = solution.field.take().map(StepField::Grid);
         result.floating = floating_of(&deformed.scene, std::mem::take(&mut solution.floating));
-        note_solution(result, solution, two_terminal, layer_missed, beyond)
+        self.note_solution(result, solution, two_terminal, shortfalls)
     }
 
     /// A scene of any shapes without a layer.
@@ -148,7 +166,7 @@ impl Solver<'_> {
         }
         result.route = Some(taken);
         let shaped = Shaped { scene: &scene, pair: None, facets: 0.0 };
-        self.solve_shaped(shaped, result, field, (None, None))
+        self.solve_shaped(shaped, result, field, Shortfalls::default())
     }
 
     /// The field of a step on its route, or the scene for the solver on tetrahedra.
@@ -190,14 +208,13 @@ impl Solver<'_> {
         Ok(Fields::Shapes(layer))
     }
 
-    /// A scene of any shapes. `mechanics` has what there is to say of the layer: why its accuracy was missed, and why there is
-    /// no force.
+    /// A scene of any shapes; `shortfalls` are those of the layer.
     fn solve_shaped(
         &self,
         Shaped { scene, pair, facets: polygons }: Shaped<'_>,
         result: &mut StepResult,
         field: &mut Option<StepField>,
-        mechanics: (Option<String>, Option<String>),
+        mut shortfalls: Shortfalls,
     ) -> Result<(), Stop> {
         let solved = solve_shapes(scene, self.case.mesh.as_ref(), &self.settings)?;
         if self.settings.field {
@@ -208,11 +225,22 @@ impl Solver<'_> {
             result.surfaces = surfaces;
         }
         let facets = facets + polygons;
+        result.row.geometry_error_estimate = Some(facets);
         if facets > 0.0 {
             result.warnings.push(format!(
                 "curved surfaces are solved with flat faces, which adds a relative error of about {facets:.0e} (an estimate) to \
                  the capacitances: their bounds are those of the flat-faced bodies"
             ));
+        }
+        if facets > self.settings.relative_tolerance {
+            shortfalls.add(
+                Missed::Geometry,
+                Some(format!(
+                    "flat faces in place of curved ones leave a relative error of about {facets:.0e} (an estimate), where {:.0e} \
+                     was asked for",
+                    self.settings.relative_tolerance
+                )),
+            );
         }
         result.floating = floating_of(scene, std::mem::take(&mut general.solution.floating));
         let mut solution = general.solution;
@@ -223,7 +251,7 @@ impl Solver<'_> {
             solution.reached = false;
             solution.shortfall.get_or_insert_with(|| MATRIX_ONLY.to_owned());
         }
-        note_solution(result, solution, two_terminal, mechanics.0, mechanics.1)
+        self.note_solution(result, solution, two_terminal, shortfalls)
     }
 
     /// Notes what the mechanics say; returns why there is no force, if there is none.
@@ -253,6 +281,49 @@ impl Solver<'_> {
         row.force_n = Some(state.force());
         None
     }
+
+    /// Notes what was found of the field.
+    fn note_solution(
+        &self,
+        result: &mut StepResult,
+        solution: Solution,
+        two_terminal: Option<Bounded>,
+        mut shortfalls: Shortfalls,
+    ) -> Result<(), Stop> {
+        let all = solution.maxwell.iter().flatten().chain(&two_terminal);
+        if all.into_iter().any(|c| !(c.lower <= c.value && c.value <= c.upper)) {
+            return Err(StepFailure::BoundsExcludeValue.into());
+        }
+        if let Some(capacitance) = &two_terminal {
+            result.row.set_capacitance(capacitance);
+        }
+        result.row.unknowns = Some(solution.unknowns);
+        result.row.geometry_error_estimate.get_or_insert(0.0);
+        if !solution.reached {
+            let reason = solution.shortfall.unwrap_or_else(|| TOO_FAR_APART.to_owned());
+            shortfalls.missed.insert(0, (Missed::Field, reason));
+        }
+        // Tetrahedra prove both bounds, asked for or not.
+        let proved =
+            self.settings.bounds || matches!(result.route, Some(Route::Tetrahedra | Route::Outlines));
+        let allowed = if proved { 1.0 } else { 2.0 } * self.settings.relative_tolerance;
+        let entries = EntryStatus::of(&solution.maxwell, allowed);
+        let matrix_asked = self.settings.target == Target::Matrix && result.row.gap_m.is_none();
+        shortfalls.to_diagonal = matrix_asked && entries.iter().flatten().any(|e| *e != EntryStatus::Ok);
+        result.mark(shortfalls);
+        result.entry_status = Some(entries);
+        result.two_terminal = two_terminal;
+        result.maxwell = Some(solution.maxwell);
+        result.seconds.electrostatics = solution.seconds;
+        result.solver = Some(SolverReport {
+            iterations: solution.iterations,
+            grids: solution.grids,
+            resolution: solution.resolution,
+            mirrored: solution.mirrored,
+            repair_share: solution.repair_share,
+        });
+        Ok(())
+    }
 }
 
 fn floating_of(scene: &Scene, potentials: Vec<FloatingPotential>) -> Vec<FloatingConductor> {
@@ -268,37 +339,8 @@ fn floating_of(scene: &Scene, potentials: Vec<FloatingPotential>) -> Vec<Floatin
     named.collect()
 }
 
-/// Notes what was found of the field.
-fn note_solution(
-    result: &mut StepResult,
-    solution: Solution,
-    two_terminal: Option<Bounded>,
-    layer_missed: Option<String>,
-    beyond: Option<String>,
-) -> Result<(), Stop> {
-    let all = solution.maxwell.iter().flatten().chain(&two_terminal);
-    if all.into_iter().any(|c| !(c.lower <= c.value && c.value <= c.upper)) {
-        return Err(StepFailure::BoundsExcludeValue.into());
-    }
-    if let Some(capacitance) = &two_terminal {
-        result.row.set_capacitance(capacitance);
-    }
-    result.row.unknowns = Some(solution.unknowns);
-    let reached = solution.reached && layer_missed.is_none();
-    let shortfall: Vec<String> = solution.shortfall.into_iter().chain(layer_missed).collect();
-    result.mark(reached, (!shortfall.is_empty()).then(|| shortfall.join("; ")), beyond);
-    result.two_terminal = two_terminal;
-    result.maxwell = Some(solution.maxwell);
-    result.seconds.electrostatics = solution.seconds;
-    result.solver = Some(SolverReport {
-        iterations: solution.iterations,
-        grids: solution.grids,
-        resolution: solution.resolution,
-        mirrored: solution.mirrored,
-        repair_share: solution.repair_share,
-    });
-    Ok(())
-}
+/// What is said where a solver has nothing more to say.
+const TOO_FAR_APART: &str = "the bounds are farther apart than asked for";
 
 /// What is said of a pair among other conductors.
 const MATRIX_ONLY: &str = "the pair's capacitance is known less well than the Maxwell matrix it comes from";
@@ -419,6 +461,7 @@ impl StepResult {
             scene: None,
             surfaces: Vec::new(),
             maxwell: None,
+            entry_status: None,
             floating: Vec::new(),
             two_terminal: None,
             solver: None,
@@ -427,13 +470,15 @@ impl StepResult {
     }
 
     /// How a step went that was carried to its end.
-    fn mark(&mut self, reached: bool, shortfall: Option<String>, no_force: Option<String>) {
-        self.row.status = match (reached, &no_force) {
-            (false, _) => Status::ToleranceNotReached,
-            (true, Some(_)) => Status::BeyondForceLimit,
-            (true, None) => Status::Ok,
+    fn mark(&mut self, shortfalls: Shortfalls) {
+        let Shortfalls { missed, no_force, to_diagonal } = shortfalls;
+        self.row.status = match (missed.first(), &no_force) {
+            (Some((first, _)), _) => Status::ToleranceNotReached(*first),
+            (None, Some(_)) => Status::BeyondForceLimit,
+            (None, None) if to_diagonal => Status::OkToDiagonal,
+            (None, None) => Status::Ok,
         };
-        let reasons: Vec<_> = shortfall.into_iter().chain(no_force).collect();
+        let reasons: Vec<_> = missed.into_iter().map(|(_, reason)| reason).chain(no_force).collect();
         self.reason = (!reasons.is_empty()).then(|| reasons.join("; "));
     }
 

@@ -10,6 +10,7 @@ use elastocap_geometry::scene::{Body, Box3, Scene};
 use elastocap_geometry::shapes::Shape;
 use elastocap_linalg::vector::{cross, dot, length, minus};
 
+use crate::faceting_error::curvature_error;
 use crate::failure::{Stop, TetrahedraError};
 use crate::settings::FieldSettings;
 use elastocap_case::ImportedMesh;
@@ -95,6 +96,7 @@ fn solve_at(
     }
     // Before it is refined, which moves no surface but cuts its triangles.
     let surfaces = surfaces_of(scene, &mesh, planes);
+    let facets = faceting_error(scene, &mesh, size, gap);
     let permittivity = scene.permittivities();
     let charges = charges(scene);
     let shapes = shapes(&permittivity, &charges, planes);
@@ -102,9 +104,22 @@ fn solve_at(
         SolveError::Cancelled => Unsolved::Stop(Stop::Cancelled),
         error => Unsolved::Solver(error),
     })?;
-    let curved = scene.shapes().any(is_curved);
-    let facets = FACETS * size * size + (size * size / (8.0 * gap)).powi(2);
-    Ok(Solved { general, planes, surfaces, facets: if curved { facets } else { 0.0 } })
+    Ok(Solved { general, planes, surfaces, facets })
+}
+
+/// Estimate of the relative error of the capacitances for flat faces in place of curved ones: of round bodies from the size of
+/// their faces (see [`First`]), of imported surfaces and meshes from the angles at which theirs meet.
+fn faceting_error(scene: &Scene, mesh: &TetMesh, size: f64, gap: f64) -> f64 {
+    let round = if scene.shapes().any(is_curved) {
+        FACETS * size * size + (size * size / (8.0 * gap)).powi(2)
+    } else {
+        0.0
+    };
+    let imported = |conductor: u32| {
+        let is = |shape: &Shape| matches!(shape, Shape::Surface(_) | Shape::Physical(_));
+        scene.conductor_parts().any(|(k, shape)| k == conductor as usize && is(shape))
+    };
+    round.max(curvature_error(mesh, imported))
 }
 
 /// What solving the scene will take: it is meshed, and solved on a small mesh. An estimate.

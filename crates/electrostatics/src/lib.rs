@@ -70,7 +70,7 @@ pub use boxes::forecast::forecast;
 pub use boxes::solve::solve;
 pub use solution::{
     Bounded, CellBody, Discretisation, Field, FloatingPotential, Forecast, PhaseSeconds, ResolutionLevel,
-    Settings, Solution, Target,
+    SHARE_OF_DIAGONAL, Settings, Solution, Target,
 };
 pub use tets::adaptive::{MeshScene, MeshSolution, TetrahedraSettings, forecast_mesh, solve_mesh};
 pub use tets::flux::FluxError;

@@ -12,9 +12,13 @@ pub enum Target {
     /// this grid happens to give.
     TwoTerminal,
     /// Every entry of the Maxwell matrix of the driven conductors as well. The error of an off-diagonal entry is relative to the
-    /// entry, or to a tenth of the geometric mean of its two diagonal entries where the entry is smaller.
+    /// entry, or to [`SHARE_OF_DIAGONAL`] of the geometric mean of its two diagonal entries where the entry is smaller.
     Matrix,
 }
+
+/// See [`Target::Matrix`]: a coupling that is a thousandth of the diagonal would need a field a thousand times better to be
+/// known to the same relative error as the diagonal.
+pub const SHARE_OF_DIAGONAL: f64 = 0.1;
 
 /// Target, tolerance and limits of the box solver; those of the other solver are [`crate::TetrahedraSettings`].
 #[derive(Debug, Clone)]
@@ -117,10 +121,20 @@ pub struct Bounded {
 
 impl Bounded {
     /// The distance to the farther limit over the value: half the distance between the limits where the value is their middle, as
-    /// it mostly is. The true relative error is no larger where the limits are proved.
+    /// it mostly is. The true relative error is no larger where the limits are proved. Infinite where the value is zero and the
+    /// limits are not.
     pub fn relative_error(&self) -> f64 {
-        let farther = (self.upper - self.value).max(self.value - self.lower);
-        if self.value == 0.0 { 0.0 } else { farther / self.value.abs() }
+        self.over_value((self.upper - self.value).max(self.value - self.lower))
+    }
+
+    /// The distance between the limits over the value, which is what a tolerance is compared with. Infinite where the value is
+    /// zero and the limits are not.
+    pub fn spread_over_value(&self) -> f64 {
+        self.over_value(self.upper - self.lower)
+    }
+
+    fn over_value(&self, distance: f64) -> f64 {
+        if distance == 0.0 { 0.0 } else { distance / self.value.abs() }
     }
 }
 

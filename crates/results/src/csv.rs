@@ -2,7 +2,7 @@
 
 use elastocap_electrostatics::Bounded;
 
-use elastocap_coupling::outcome::{Outcome, Row, StepResult};
+use elastocap_coupling::outcome::{Missed, Outcome, Row, Status, StepResult};
 
 /// A number in the shortest form that reads back as the same one.
 pub fn number(value: f64) -> String {
@@ -49,15 +49,17 @@ pub fn curve(outcome: &Outcome) -> String {
     out
 }
 
-/// One line for each entry of the Maxwell matrix, for each pair's mutual capacitance, and for the two-terminal one.
+/// One line for each entry of the Maxwell matrix, for each pair's mutual capacitance, and for the two-terminal one. The status of
+/// an entry is its own; where the step has another defect it is the step's.
 ///
 /// `row` and `column` name conductors; a two-terminal capacitance of one conductor is against `ground`.
 pub fn capacitance(conductors: &[String], step: &StepResult) -> String {
     let mut out =
-        "quantity,row,column,value_f,lower_f,upper_f,relative_error_estimate,unknowns,status\n".to_owned();
+        "quantity,row,column,value_f,lower_f,upper_f,relative_error_estimate,geometry_error_estimate,unknowns,status\n"
+            .to_owned();
     let unknowns = step.row.unknowns.map_or_else(String::new, |n| n.to_string());
-    let status = quoted(&step.row.status.to_string());
-    let mut line = |quantity: &str, names: [&str; 2], c: Option<Bounded>| {
+    let geometry = optional(step.row.geometry_error_estimate);
+    let mut line = |quantity: &str, names: [&str; 2], c: Option<Bounded>, status: &str| {
         let fields = [
             quantity.to_owned(),
             quoted(names[0]),
@@ -65,29 +67,46 @@ pub fn capacitance(conductors: &[String], step: &StepResult) -> String {
             optional(c.map(|c| c.value)),
             optional(c.map(|c| c.lower)),
             optional(c.map(|c| c.upper)),
-            optional(c.map(|c| c.relative_error())),
+            optional(c.map(|c| c.relative_error()).filter(|error| error.is_finite())),
+            geometry.clone(),
             unknowns.clone(),
-            status.clone(),
+            quoted(status),
         ];
         out.push_str(&fields.join(","));
         out.push('\n');
     };
     let entry = |i: usize, j: usize| step.maxwell.as_ref()?.get(i)?.get(j).copied();
+    let step_status = step.row.status.to_string();
+    let status_of = |i: usize, j: usize| {
+        let own = step.entry_status.as_ref().and_then(|all| all.get(i)?.get(j).copied());
+        match (&step.row.status, own) {
+            // What the field leaves open, it leaves open of each entry by itself.
+            (Status::Ok | Status::OkToDiagonal | Status::ToleranceNotReached(Missed::Field), Some(own)) => {
+                own.to_string()
+            }
+            _ => step_status.clone(),
+        }
+    };
+    // It has no smaller entries.
+    let two_terminal = match &step.row.status {
+        Status::OkToDiagonal => Status::Ok.to_string(),
+        _ => step_status.clone(),
+    };
     for (i, row) in conductors.iter().enumerate() {
         for (j, column) in conductors.iter().enumerate() {
-            line("maxwell", [row, column], entry(i, j));
+            line("maxwell", [row, column], entry(i, j), &status_of(i, j));
         }
     }
     for (i, row) in conductors.iter().enumerate() {
         for (j, column) in conductors.iter().enumerate().skip(i + 1) {
-            line("mutual", [row, column], entry(i, j).map(negative));
+            line("mutual", [row, column], entry(i, j).map(negative), &status_of(i, j));
         }
     }
     if let Some(first) = conductors.first()
         && (step.two_terminal.is_some() || conductors.len() <= 2)
     {
         let other = conductors.get(1).map_or("ground", String::as_str);
-        line("two_terminal", [first, other], step.two_terminal);
+        line("two_terminal", [first, other], step.two_terminal, &two_terminal);
     }
     out
 }
@@ -102,7 +121,7 @@ mod tests {
     use std::path::Path;
 
     use elastocap_coupling::load_steps::StepLoad;
-    use elastocap_coupling::outcome::Status;
+    use elastocap_coupling::outcome::EntryStatus;
     use elastocap_coupling::plan::{Options, Plan};
 
     #[test]
@@ -148,6 +167,7 @@ mod tests {
             scene: None,
             surfaces: Vec::new(),
             maxwell: Some(maxwell),
+            entry_status: None,
             floating: Vec::new(),
             two_terminal,
             solver: None,
@@ -178,9 +198,30 @@ mod tests {
             let ([value, lower, upper, error], [entry, least, most, same]) = (numbers(line), numbers(entry));
             assert_eq!([value, lower, upper], [-entry, -most, -least]);
             assert!(lower < value && value < upper);
-            assert!(error == same && error == 0.5 / value, "the distance to the farther limit over the value");
+            assert!(
+                error == same && error == 0.5 / value,
+                "the distance to the farther limit over the value"
+            );
         }
-        assert!(lines.iter().all(|line| line[7] == "7" && line[8] == "not run"));
+        assert!(lines.iter().all(|line| line[8] == "7" && line[9] == "not run"));
+    }
+
+    #[test]
+    fn each_entry_has_a_status_of_its_own_unless_the_whole_step_has_missed_something_else() {
+        let mut step = step(2, Some(Bounded { value: 2.0, lower: 1.9, upper: 2.1 }));
+        let own =
+            [EntryStatus::Ok, EntryStatus::ToDiagonal, EntryStatus::ToDiagonal, EntryStatus::NotReached];
+        step.entry_status = Some(own.chunks(2).map(<[_]>::to_vec).collect());
+        let mut statuses = |status: Status| {
+            step.row.status = status;
+            lines(&["a", "b"], &step).into_iter().map(|line| line[9].clone()).collect::<Vec<_>>()
+        };
+        let [ok, small, missed] = ["ok", "ok: to a tenth of the diagonal", "tolerance not reached"];
+        assert_eq!(statuses(Status::OkToDiagonal), [ok, small, small, missed, small, ok]);
+        let field = Status::ToleranceNotReached(Missed::Field);
+        assert_eq!(statuses(field), [ok, small, small, missed, small, missed]);
+        let geometry = "tolerance not reached: geometry";
+        assert_eq!(statuses(Status::ToleranceNotReached(Missed::Geometry)), [geometry; 6]);
     }
 
     #[test]
@@ -209,10 +250,12 @@ mod tests {
             capacitance_lower_f: Some(8.0),
             capacitance_upper_f: Some(9.0),
             relative_error_estimate: Some(10.0),
-            parallel_plate_f: Some(11.0),
-            fringe_ratio: Some(12.0),
-            unknowns: Some(13),
-            status: Status::ToleranceNotReached,
+            mechanics_error_estimate: Some(11.0),
+            geometry_error_estimate: Some(12.0),
+            parallel_plate_f: Some(13.0),
+            fringe_ratio: Some(14.0),
+            unknowns: Some(15),
+            status: Status::ToleranceNotReached(Missed::Field),
         };
         let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tests/acceptance/isolated-cube.toml");
         let options = Options { prune: true, fields: false, scene: false };

@@ -6,7 +6,9 @@ use serde::Serialize;
 use crate::FieldFiles;
 use elastocap_case::Case;
 use elastocap_coupling::deform::{FiniteElementStep, MeshReport};
-use elastocap_coupling::outcome::{FloatingConductor, Outcome, Row, SolverReport, Status, StepResult};
+use elastocap_coupling::outcome::{
+    EntryStatus, FloatingConductor, Outcome, Row, SolverReport, Status, StepResult,
+};
 use elastocap_coupling::plan::{Kind, Plan};
 use elastocap_coupling::route::Route;
 
@@ -31,7 +33,7 @@ struct Document<'a> {
     status: &'static str,
     conductors: &'a [String],
     #[serde(flatten)]
-    capacitance: Option<Capacitance>,
+    capacitance: Option<Capacitance<'a>>,
     #[serde(skip_serializing_if = "Option::is_none")]
     parallel_plate_f: Option<f64>,
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -53,14 +55,16 @@ struct Document<'a> {
 
 /// The capacitances of one state, under the names that stand at the top of a static scene's result as well.
 #[derive(Serialize)]
-struct Capacitance {
+struct Capacitance<'a> {
     maxwell_matrix_f: Option<Vec<Vec<f64>>>,
     maxwell_matrix_lower_f: Option<Vec<Vec<f64>>>,
     maxwell_matrix_upper_f: Option<Vec<Vec<f64>>>,
+    maxwell_matrix_status: Option<&'a [Vec<EntryStatus>]>,
     two_terminal_capacitance_f: Option<f64>,
     capacitance_lower_f: Option<f64>,
     capacitance_upper_f: Option<f64>,
     relative_error_estimate: Option<f64>,
+    geometry_error_estimate: Option<f64>,
     unknowns: Option<usize>,
     #[serde(skip_serializing_if = "Vec::is_empty")]
     floating_conductors: Vec<Floating>,
@@ -97,17 +101,19 @@ impl Floating {
     }
 }
 
-impl Capacitance {
-    fn of(step: &StepResult) -> Self {
+impl<'a> Capacitance<'a> {
+    fn of(step: &'a StepResult) -> Self {
         let matrix = |pick: fn(&Bounded) -> f64| step.maxwell.as_ref().map(|m| entries(m, pick));
         Self {
             maxwell_matrix_f: matrix(|c| c.value),
             maxwell_matrix_lower_f: matrix(|c| c.lower),
             maxwell_matrix_upper_f: matrix(|c| c.upper),
+            maxwell_matrix_status: step.entry_status.as_deref(),
             two_terminal_capacitance_f: step.row.two_terminal_capacitance_f,
             capacitance_lower_f: step.row.capacitance_lower_f,
             capacitance_upper_f: step.row.capacitance_upper_f,
             relative_error_estimate: step.row.relative_error_estimate,
+            geometry_error_estimate: step.row.geometry_error_estimate,
             unknowns: step.row.unknowns,
             floating_conductors: step.floating.iter().map(Floating::of).collect(),
         }
@@ -127,6 +133,7 @@ struct Step<'a> {
     maxwell_matrix_f: Option<Vec<Vec<f64>>>,
     maxwell_matrix_lower_f: Option<Vec<Vec<f64>>>,
     maxwell_matrix_upper_f: Option<Vec<Vec<f64>>>,
+    maxwell_matrix_status: Option<&'a [Vec<EntryStatus>]>,
     #[serde(skip_serializing_if = "Vec::is_empty")]
     floating_conductors: Vec<Floating>,
     solver: Option<&'a SolverReport>,
@@ -162,6 +169,7 @@ impl<'a> Step<'a> {
             maxwell_matrix_f,
             maxwell_matrix_lower_f,
             maxwell_matrix_upper_f,
+            maxwell_matrix_status,
             floating_conductors,
             ..
         } = Capacitance::of(step);
@@ -175,6 +183,7 @@ impl<'a> Step<'a> {
             maxwell_matrix_f,
             maxwell_matrix_lower_f,
             maxwell_matrix_upper_f,
+            maxwell_matrix_status,
             floating_conductors,
             solver: step.solver.as_ref(),
             layer: step.layer.as_ref(),

@@ -23,6 +23,7 @@ pub use electrode_box::{ElectrodeBox, Ends};
 pub use error::{DeformError, LayerSetupError, ShearLengthError};
 pub use finite_element::{FiniteElementRun, FiniteElementStep, MeshReport, Solution};
 pub use plane_strain::forecast;
+pub use shear_length::ShearLengthRun;
 pub use solid::forecast as forecast_solid;
 
 use crate::load_steps::StepLoad;
@@ -79,7 +80,7 @@ pub enum Prepared {
     /// The whole path of the layer.
     FiniteElement(FiniteElementRun),
     /// The closed form at each load, with a shear length from finite elements.
-    ClosedForm(Vec<Result<LayerState, DeformError>>),
+    ClosedForm(ShearLengthRun),
 }
 
 /// Whether the finite elements of a case's layer can be set up, if it has any; nothing is meshed or solved.
@@ -114,7 +115,7 @@ pub fn prepare(
     let run = match &mechanics {
         Mechanics::ClosedForm { shear_length: ShearLength::FiniteElement, .. } => {
             report("shear length by finite elements");
-            return Prepared::ClosedForm(shear_length::states(case, loads));
+            return Prepared::ClosedForm(shear_length::solve(case, loads));
         }
         Mechanics::ClosedForm { shear_length: ShearLength::Given(_), .. } => return Prepared::StepByStep,
         Mechanics::PlaneStrain(model) => plane_strain::solve(case, model, loads, cancel, &report_mesh),
@@ -126,6 +127,14 @@ pub fn prepare(
 }
 
 impl Prepared {
+    /// The largest force of the closed form, where its shear length was found on the way and the force does not rise to the end.
+    pub fn force_limit(&self) -> Option<ForceLimit> {
+        match self {
+            Self::ClosedForm(run) => run.force_limit,
+            Self::StepByStep | Self::FiniteElement(_) => None,
+        }
+    }
+
     /// The layer in the step of this `index`, with the load it was prepared for; `None` if there is no layer or nothing deforms
     /// it.
     ///
@@ -145,7 +154,7 @@ impl Prepared {
                 Some(Err(error)) => Err(error.clone()),
                 None => Err(DeformError::NotSolved),
             },
-            Self::ClosedForm(states) => match states.get(index) {
+            Self::ClosedForm(run) => match run.states.get(index) {
                 Some(Ok(state)) => Ok(Some(Deformation::ClosedForm(*state))),
                 Some(Err(error)) => Err(error.clone()),
                 None => Err(DeformError::NotSolved),

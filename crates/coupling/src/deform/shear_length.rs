@@ -10,7 +10,7 @@
 use elastocap_mechanics::materials::HyperelasticLaw;
 use elastocap_mechanics::solid::layer::End;
 use elastocap_mechanics::solid::shear_length::{Contact, ShearLengths, shear_lengths};
-use elastocap_mechanics::{ClosedFormSettings, LayerState, MooneyRivlin};
+use elastocap_mechanics::{ClosedFormSettings, ForceLimit, LayerState, MechanicsError, MooneyRivlin};
 
 use super::error::{DeformError, ShearLengthError};
 use crate::load_steps::StepLoad;
@@ -18,8 +18,20 @@ use elastocap_case::{Case, Mechanics};
 
 /// Quadrilaterals over the thickness.
 const ELEMENTS: usize = 8;
-/// Compressions at which L is found where the loads are forces.
+/// Compressions at which L is found, beside those of the loads and up to the largest of them; all of these where the loads are
+/// forces.
 const LADDER: [f64; 10] = [0.01, 0.03, 0.06, 0.1, 0.15, 0.2, 0.25, 0.3, 0.35, 0.4];
+/// Points at which the force is compared with the one before to see where it begins to fall.
+const SAMPLES: usize = 400;
+
+/// The closed form along a path of loads, with a length L of its own at each compression.
+#[derive(Debug)]
+pub struct ShearLengthRun {
+    /// The layer at each load.
+    pub states: Vec<Result<LayerState, DeformError>>,
+    /// The largest force, if it falls before the largest load is reached.
+    pub force_limit: Option<ForceLimit>,
+}
 
 struct Layer {
     thickness: f64,
@@ -29,8 +41,9 @@ struct Layer {
 }
 
 /// The layer at each load.
-pub(super) fn states(case: &Case, loads: &[StepLoad]) -> Vec<Result<LayerState, DeformError>> {
-    let all = |reason: DeformError| vec![Err(reason); loads.len()];
+pub(super) fn solve(case: &Case, loads: &[StepLoad]) -> ShearLengthRun {
+    let all =
+        |reason: DeformError| ShearLengthRun { states: vec![Err(reason); loads.len()], force_limit: None };
     let (Some(layer), Some(Mechanics::ClosedForm { contact_half_length, contact_width, .. })) =
         (&case.layer, case.mechanics)
     else {
@@ -41,12 +54,11 @@ pub(super) fn states(case: &Case, loads: &[StepLoad]) -> Vec<Result<LayerState, 
     };
     let layer = Layer { thickness: layer.thickness, material, contact_half_length, contact_width };
     let by_force = loads.iter().any(|load| matches!(load, StepLoad::ForceN(_)));
-    let mut compressions: Vec<f64> = if by_force {
-        LADDER.to_vec()
-    } else {
-        // Without load any length will do: that of a small one.
-        loads.iter().map(|load| compression_of(*load).max(LADDER[0])).collect()
-    };
+    // Without load any length will do: that of a small one.
+    let mut compressions: Vec<f64> = loads.iter().map(|load| compression_of(*load).max(LADDER[0])).collect();
+    // Whether the force has its maximum before a load cannot be told from that load alone.
+    let largest = if by_force { f64::INFINITY } else { compressions.iter().copied().fold(0.0, f64::max) };
+    compressions.extend(LADDER.into_iter().filter(|compression| *compression < largest));
     compressions.sort_by(f64::total_cmp);
     compressions.dedup();
     let contact = Contact::Punch(contact_half_length / layer.thickness);
@@ -54,7 +66,9 @@ pub(super) fn states(case: &Case, loads: &[StepLoad]) -> Vec<Result<LayerState, 
         Ok(found) => found,
         Err(error) => return all(error.into()),
     };
-    loads.iter().map(|load| layer.state(*load, &found)).collect()
+    let force_limit = layer.force_limit(&found);
+    let states = loads.iter().map(|load| layer.state(*load, &found, force_limit)).collect();
+    ShearLengthRun { states, force_limit }
 }
 
 fn compression_of(load: StepLoad) -> f64 {
@@ -65,11 +79,16 @@ fn compression_of(load: StepLoad) -> f64 {
 }
 
 impl Layer {
-    fn state(&self, load: StepLoad, found: &ShearLengths) -> Result<LayerState, DeformError> {
+    fn state(
+        &self,
+        load: StepLoad,
+        found: &ShearLengths,
+        force_limit: Option<ForceLimit>,
+    ) -> Result<LayerState, DeformError> {
         match load {
             StepLoad::None => self.at(0.0, found),
             StepLoad::Compression(compression) => self.at(compression, found),
-            StepLoad::ForceN(force) => self.under(force, found),
+            StepLoad::ForceN(force) => self.under(force, found, force_limit),
         }
     }
 
@@ -83,12 +102,40 @@ impl Layer {
         Ok(LayerState::new(self.thickness, self.material, compression, settings)?)
     }
 
-    /// The layer under a force, by bisection between compressions at which L is known.
-    fn under(&self, force: f64, found: &ShearLengths) -> Result<LayerState, DeformError> {
+    /// Where the force stops rising with the compression, as far as L is known; `None` if it rises all the way.
+    fn force_limit(&self, found: &ShearLengths) -> Option<ForceLimit> {
+        let last = found.points.last()?.shear.compression;
+        let force = |compression: f64| self.at(compression, found).map_or(f64::NAN, |state| state.force());
+        let at = |sample: usize| last * sample as f64 / SAMPLES as f64;
+        let mut before = 0.0;
+        for sample in 1..=SAMPLES {
+            let next = force(at(sample));
+            if next <= before {
+                let compression = largest_between(at(sample.saturating_sub(2)), at(sample), force);
+                return Some(ForceLimit { compression, force: force(compression).max(0.0) });
+            }
+            before = next;
+        }
+        None
+    }
+
+    /// The layer under a force, by bisection between compressions at which L is known and the force rises.
+    fn under(
+        &self,
+        force: f64,
+        found: &ShearLengths,
+        force_limit: Option<ForceLimit>,
+    ) -> Result<LayerState, DeformError> {
         if force == 0.0 {
             return self.at(0.0, found);
         }
-        let last = found.points.last().map_or(0.0, |p| p.shear.compression);
+        if let Some(ForceLimit { compression, force: largest_force }) =
+            force_limit.filter(|l| l.force < force)
+        {
+            return Err(MechanicsError::ForceOutOfReach { force, largest_force, compression }.into());
+        }
+        let known = found.points.last().map_or(0.0, |p| p.shear.compression);
+        let last = force_limit.map_or(known, |limit| limit.compression);
         let most = self.at(last, found)?;
         if most.force() < force {
             let stopped = found.stopped.clone();
@@ -106,6 +153,16 @@ impl Layer {
         }
         Ok(state)
     }
+}
+
+/// Where `f`, which has one maximum between `low` and `high`, is largest, by golden section.
+fn largest_between(mut low: f64, mut high: f64, f: impl Fn(f64) -> f64) -> f64 {
+    let share = 0.5 * (5.0_f64.sqrt() - 1.0);
+    while high - low > 1e-9 {
+        let (left, right) = (high - share * (high - low), low + share * (high - low));
+        if f(left) < f(right) { low = left } else { high = right }
+    }
+    0.5 * (low + high)
 }
 
 /// L over the thickness at a compression, by a parabola through the three nearest that are known.

@@ -143,7 +143,7 @@ impl Plan {
                 what.push_str(&format!("; {} filled with the surroundings", listed(&unnamed)));
             }
             self.solved.push(Planned { part: "mesh", what });
-            let error = curvature_error(&mesh.tets);
+            let error = curvature_error(&mesh.tets, |_| true);
             if error > FACETS * settings.relative_tolerance {
                 self.warnings.push(format!(
                     "faces of conductors in `{}` meet at small angles, as those that stand for a curved surface do: that adds a \

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
 use elastocap_case::{Case, CaseError, Shape, Wall};
-use elastocap_coupling::outcome::{Outcome, Status};
+use elastocap_coupling::outcome::{Missed, Outcome, Status};
 use elastocap_coupling::plan::{Options, Plan};
 use elastocap_coupling::run::run;
 use elastocap_coupling::scene::scene_of;
@@ -166,7 +166,7 @@ fn open_outer_faces_bound_the_isolated_cube() {
 fn a_mesh_that_ends_too_near_says_so_instead_of_being_refined_without_end() {
     let outcome = solved(&accepted(&[("grounded", "open"), ("0.9", "2e-3")]));
     let step = &outcome.steps[0];
-    assert_eq!(step.row.status, Status::ToleranceNotReached);
+    assert_eq!(step.row.status, Status::ToleranceNotReached(Missed::Field));
     assert!(step.reason.as_ref().unwrap().contains("ends too near the conductors"), "{:?}", step.reason);
     let found = matrix(&outcome)[0][0];
     assert_holds(&found, [1e-3 * CUBE; 2]);

@@ -8,7 +8,7 @@ use elastocap_case::{
     self, Body, Case, FieldSolver, Indenter, LayerEnd, LayerSide, Load, Mechanics, PlaneStrain, Shape,
     ShearLength, Solid, SolidIndenter, Stiffness,
 };
-use elastocap_coupling::outcome::{Outcome, Status};
+use elastocap_coupling::outcome::{Missed, Outcome, Status};
 use elastocap_coupling::plan::{Options, Plan};
 use elastocap_coupling::run::run;
 use elastocap_mechanics::{ElectrodeStiffness, LayerState};
@@ -151,7 +151,7 @@ fn bent_electrodes_lie_between_boxes_and_tetrahedra_have_them_as_they_are() {
     };
     let mean = elastocap_electrostatics::solve(&scene.scene, &settings).unwrap().two_terminal.unwrap();
     assert!(low < mean.lower && mean.upper < high, "{low} {mean:?} {high}");
-    assert_eq!(boxes.steps[0].row.status, Status::ToleranceNotReached);
+    assert_eq!(boxes.steps[0].row.status, Status::ToleranceNotReached(Missed::Field));
     assert!(boxes.steps[0].reason.as_ref().unwrap().contains("bent and tilted"));
 
     let bent = solve(&case);
@@ -224,6 +224,32 @@ fn the_shear_length_is_found_by_finite_elements_for_compressions_and_for_forces(
         let compression = back.steps[k].row.compression.unwrap();
         assert!((compression / expected - 1.0).abs() < 2e-3, "{compression}");
     }
+}
+
+#[test]
+fn a_force_that_falls_with_the_compression_is_not_given() {
+    let mut case = acceptance("in-plane-pair.toml");
+    case.electrodes = None;
+    (case.surroundings, case.electrostatics) = (None, None);
+    if let Some(Mechanics::ClosedForm { shear_length, contact_half_length, .. }) = &mut case.mechanics {
+        (*shear_length, *contact_half_length) = (ShearLength::FiniteElement, 4.0 * 450e-6);
+    }
+    // The largest force is found although no load is near it, and although the last one has a force above that of the first.
+    case.load = Some(Load::Compression(vec![0.1, 0.45]));
+    let found = solve(&case);
+    let rows: Vec<_> = found.steps.iter().map(|step| (&step.row.status, step.row.force_n)).collect();
+    assert!(matches!(rows[0], (Status::Ok, Some(force)) if force > 0.0), "{rows:?}");
+    assert!(matches!(rows[1], (Status::BeyondForceLimit, None)), "{rows:?}");
+    assert!(!found.is_complete());
+    let reason = found.steps[1].reason.as_deref().unwrap();
+    assert!(reason.contains("the force has its maximum"), "{reason}");
+    // A force above the largest is refused, and one below is found where it rises.
+    let force = rows[0].1.unwrap();
+    case.load = Some(Load::Force(vec![force, 1e3 * force]));
+    let back = solve(&case);
+    let compression = back.steps[0].row.compression.unwrap();
+    assert!((compression / 0.1 - 1.0).abs() < 5e-3, "{compression}");
+    assert!(matches!(back.steps[1].row.status, Status::Failed(_)), "{:?}", back.steps[1].row.status);
 }
 
 /// A grounded ball over the sensor of the paper, as a finger is.

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use elastocap_case::{Case, Load};
-use elastocap_coupling::outcome::{Outcome, Status, StepResult};
+use elastocap_coupling::outcome::{Missed, Outcome, Status, StepResult};
 use elastocap_coupling::plan::{Decision, Kind, Options, Plan};
 use elastocap_coupling::run::{Observer, run};
 
@@ -70,7 +70,7 @@ fn a_tolerance_out_of_reach_is_marked_and_the_result_kept() {
     plan.memory_limit = 4 << 20;
     let outcome = solve(&case, &plan);
     let step = &outcome.steps[0];
-    assert_eq!(step.row.status, Status::ToleranceNotReached);
+    assert_eq!(step.row.status, Status::ToleranceNotReached(Missed::Field));
     assert!(step.reason.is_some());
     let error = step.row.relative_error_estimate.unwrap();
     assert!(error > 1e-9, "{error:e}");

@@ -15,7 +15,9 @@ use crate::boxes::resolution::memory;
 use crate::boxes::symmetry::{Part, parts};
 use crate::floating::Floating;
 use crate::matrix::{MatrixBounds, contrast_of, from_energies, rounding_scale};
-use crate::solution::{Bounded, Discretisation, Field, PhaseSeconds, Settings, Solution, Target};
+use crate::solution::{
+    Bounded, Discretisation, Field, PhaseSeconds, SHARE_OF_DIAGONAL, Settings, Solution, Target,
+};
 use elastocap_fem::tensor::{Dims, axpy};
 use elastocap_geometry::scene::Scene;
 use elastocap_linalg::dense::{self, Lu};
@@ -435,8 +437,9 @@ fn error_of(m: &MatrixBounds, settings: &Settings) -> f64 {
             return relative(lower[(i, i)], upper[(i, i)]);
         }
         let gap = |i: usize| (upper[(i, i)] - lower[(i, i)]).max(0.0);
-        let size =
-            value(lower[(i, j)], upper[(i, j)]).abs().max(0.1 * (upper[(i, i)] * upper[(j, j)]).sqrt());
+        let size = value(lower[(i, j)], upper[(i, j)])
+            .abs()
+            .max(SHARE_OF_DIAGONAL * (upper[(i, i)] * upper[(j, j)]).sqrt());
         (gap(i) * gap(j)).sqrt() / size
     });
     // NaN counts as the largest error.

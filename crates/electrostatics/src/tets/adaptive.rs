@@ -10,7 +10,7 @@ use crate::VACUUM_PERMITTIVITY;
 use crate::consistency::contradiction;
 use crate::floating::Floating;
 use crate::matrix::{MatrixBounds, contrast_of, rounding_alone, rounding_scale};
-use crate::solution::{Bounded, Discretisation, Forecast, PhaseSeconds, Solution, Target};
+use crate::solution::{Bounded, Discretisation, Forecast, PhaseSeconds, SHARE_OF_DIAGONAL, Solution, Target};
 use crate::tets::flux::{Flux, equilibrate};
 use crate::tets::potentials::{PotentialProblem, PotentialSettings, Potentials};
 use elastocap_geometry::meshing::tets::{Grading, TetMesh};
@@ -513,7 +513,7 @@ fn spread(
                 let diagonal = (maxwell[i][i].value * maxwell[j][j].value).max(0.0).sqrt();
                 // The diagonal gives an off-diagonal entry its scale, unless the diagonal itself may be zero.
                 let no_scale = [i, j].into_iter().any(|k| negligible(&maxwell[k][k], alone[k]));
-                let scale = entry.value.abs().max(0.1 * diagonal);
+                let scale = entry.value.abs().max(SHARE_OF_DIAGONAL * diagonal);
                 count(entry, scale, i == j || no_scale, (alone[i] * alone[j]).sqrt());
             }
         }

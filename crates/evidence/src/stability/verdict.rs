@@ -111,11 +111,12 @@ pub(super) fn judge(
         return (Verdict::Wrong(reason), vec![wrong]);
     }
     let reason = |step: &StepResult| step.reason.clone().unwrap_or_else(|| "no reason was given".to_owned());
-    let of = |status: Status| steps().find(|step| step.row.status == status);
-    let verdict = match (of(Status::ToleranceNotReached), of(Status::BeyondForceLimit)) {
+    let of = |wanted: fn(&Status) -> bool| steps().find(|step| wanted(&step.row.status));
+    let not_reached = of(|status| matches!(status, Status::ToleranceNotReached(_)));
+    let verdict = match (not_reached, of(|status| *status == Status::BeyondForceLimit)) {
         (Some(step), _) => Verdict::NotReached(reason(step)),
         (None, Some(step)) => Verdict::Refused(reason(step)),
-        (None, None) => match steps().find(|step| step.row.status != Status::Ok) {
+        (None, None) => match steps().find(|step| !step.row.status.is_ok()) {
             Some(step) => Verdict::Wrong(format!("the status is `{}`", step.row.status)),
             None if no_force.is_some() => Verdict::Wrong("ok without a force".to_owned()),
             None => Verdict::Right,
@@ -141,7 +142,7 @@ fn flaw(step: &StepResult, allowed: f64) -> Option<String> {
         return Some("the force is negative".to_owned());
     }
     let error = step.two_terminal.map_or(0.0, |c| c.relative_error());
-    if step.row.status == Status::Ok && error > allowed * (1.0 + 1e-9) {
+    if step.row.status.is_ok() && error > allowed * (1.0 + 1e-9) {
         return Some(format!("ok with an error of {error:.1e}, where {allowed:.1e} was asked for"));
     }
     let entries = step.maxwell.iter().flatten().flatten().chain(&step.two_terminal);

@@ -1,0 +1,144 @@
+//! How a step went, and how well each entry of its Maxwell matrix is known.
+
+use std::fmt;
+
+use elastocap_electrostatics::{Bounded, SHARE_OF_DIAGONAL};
+use serde::{Serialize, Serializer};
+
+use crate::failure::StepFailure;
+
+/// How a step went.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub enum Status {
+    /// Solved to its tolerance.
+    Ok,
+    /// Solved, with entries of the matrix whose error is within the tolerance of a share of the diagonal, but not of their own
+    /// value: see [`EntryStatus`]. Only where the matrix is what was asked for.
+    OkToDiagonal,
+    /// Solved, with a larger error than asked for.
+    ToleranceNotReached(Missed),
+    /// Deformed and solved, but compressed beyond the maximum of equation (50) of the paper, so that the row has no force.
+    BeyondForceLimit,
+    /// Not solved, for this reason. The row keeps what was known before the failure.
+    Failed(Box<StepFailure>),
+    /// The run was stopped before it.
+    #[default]
+    NotRun,
+}
+
+/// Where an error comes from that is larger than asked for; the first of them that applies.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Missed {
+    /// The field: the bounds of the capacitance are too far apart.
+    Field,
+    /// The finite elements of the layer: their force, or what they leave open of the capacitance.
+    Mechanics,
+    /// Flat faces in place of curved surfaces.
+    Geometry,
+}
+
+impl Status {
+    /// Whether the step has all that was asked for.
+    pub fn is_ok(&self) -> bool {
+        match self {
+            Self::Ok | Self::OkToDiagonal => true,
+            Self::ToleranceNotReached(_) | Self::BeyondForceLimit | Self::Failed(_) | Self::NotRun => false,
+        }
+    }
+}
+
+impl fmt::Display for Status {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Ok => f.write_str("ok"),
+            Self::OkToDiagonal => f.write_str("ok: small entries to a tenth of the diagonal"),
+            Self::ToleranceNotReached(Missed::Field) => f.write_str("tolerance not reached"),
+            Self::ToleranceNotReached(Missed::Mechanics) => f.write_str("tolerance not reached: mechanics"),
+            Self::ToleranceNotReached(Missed::Geometry) => f.write_str("tolerance not reached: geometry"),
+            Self::BeyondForceLimit => f.write_str("no force: beyond the limit of eq. (50)"),
+            Self::Failed(reason) => write!(f, "failed: {reason}"),
+            Self::NotRun => f.write_str("not run"),
+        }
+    }
+}
+
+impl<E: Into<StepFailure>> From<E> for Status {
+    fn from(error: E) -> Self {
+        Self::Failed(Box::new(error.into()))
+    }
+}
+
+impl Serialize for Status {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.collect_str(self)
+    }
+}
+
+/// How well one entry of a Maxwell matrix is known: its spread is the distance between its bounds.
+///
+/// The solvers aim at an error relative to the entry, or to [`SHARE_OF_DIAGONAL`] of sqrt(C_ii C_jj) where the entry is smaller:
+/// see [`Target::Matrix`](elastocap_electrostatics::Target::Matrix).
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum EntryStatus {
+    /// The spread is at most the tolerance times the entry's own value.
+    Ok,
+    /// It is at most the tolerance times [`SHARE_OF_DIAGONAL`] of sqrt(C_ii C_jj), and more than that times the entry's own value.
+    ToDiagonal,
+    /// It is more than that.
+    NotReached,
+}
+
+impl EntryStatus {
+    /// Of all entries of `maxwell`, F, whose spread was to be at most `allowed`, relative.
+    pub fn of(maxwell: &[Vec<Bounded>], allowed: f64) -> Vec<Vec<Self>> {
+        // The solvers ask the same of sums of rounded numbers.
+        let allowed = allowed * (1.0 + 1e-9);
+        let diagonal = |i: usize| maxwell.get(i).and_then(|row| row.get(i)).map_or(0.0, |c| c.value.max(0.0));
+        let entry = |(i, j): (usize, usize), c: &Bounded| {
+            if c.spread_over_value() <= allowed {
+                Self::Ok
+            } else if c.upper - c.lower <= allowed * SHARE_OF_DIAGONAL * (diagonal(i) * diagonal(j)).sqrt() {
+                Self::ToDiagonal
+            } else {
+                Self::NotReached
+            }
+        };
+        let row = |(i, row): (usize, &Vec<Bounded>)| -> Vec<Self> {
+            row.iter().enumerate().map(|(j, c)| entry((i, j), c)).collect()
+        };
+        maxwell.iter().enumerate().map(row).collect()
+    }
+}
+
+impl fmt::Display for EntryStatus {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Ok => "ok",
+            Self::ToDiagonal => "ok: to a tenth of the diagonal",
+            Self::NotReached => "tolerance not reached",
+        })
+    }
+}
+
+impl Serialize for EntryStatus {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.collect_str(self)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_small_entry_is_measured_by_itself_and_then_by_the_diagonal() {
+        let bounded = |value: f64, half: f64| Bounded { value, lower: value - half, upper: value + half };
+        let matrix = vec![
+            vec![bounded(10.0, 0.04), bounded(-0.1, 0.004), bounded(-3.0, 0.2)],
+            vec![bounded(-0.1, 0.004), bounded(10.0, 0.06), bounded(0.0, 0.0)],
+        ];
+        use EntryStatus::{NotReached, Ok, ToDiagonal};
+        let found = EntryStatus::of(&matrix, 1e-2);
+        assert_eq!(found, [[Ok, ToDiagonal, NotReached], [ToDiagonal, NotReached, Ok]]);
+    }
+}
