@@ -4,7 +4,7 @@ use elastocap_electrostatics::{Bounded, Discretisation, PhaseSeconds};
 use elastocap_geometry::export::surfaces::SurfaceBody;
 use serde::Serialize;
 
-use crate::deform::{FiniteElementStep, MeshReport};
+use crate::deform::{FiniteElementStep, ForceCheck, MeshReport};
 use crate::load_steps::StepLoad;
 use crate::plan::{Kind, Plan};
 use crate::route::Route;
@@ -66,6 +66,8 @@ pub struct StepResult {
     pub warnings: Vec<String>,
     /// The report of the layer's finite elements, if it has any.
     pub layer: Option<FiniteElementStep>,
+    /// The closed form's force beside that of finite elements, where there is one.
+    pub force_check: Option<ForceCheck>,
     /// The bodies as deformed, where they are boxes.
     pub scene: Option<DeformedScene>,
     /// The surfaces of bodies of any shape.

@@ -7,7 +7,7 @@ use std::time::Instant;
 
 use elastocap_case::Case;
 
-use crate::deform::{Prepared, Solution, prepare};
+use crate::deform::{Deformation, ForceCheck, Prepared, Solution, force_warning, prepare};
 use crate::failure::StepFailure;
 use crate::outcome::{Outcome, Status, StepResult};
 use crate::plan::{Options, Plan, PlannedStep};
@@ -74,6 +74,12 @@ pub fn run(
         {
             cancel.store(true, Ordering::Relaxed);
         }
+    }
+    if let Prepared::ClosedForm(run) = &layer {
+        let within = |compression| run.force_limit.is_none_or(|limit| compression <= limit.compression);
+        let states = run.states.iter().flatten().filter(|state| within(state.compression()));
+        let checks = states.filter_map(|state| ForceCheck::of(case, &Deformation::ClosedForm(*state)));
+        warnings.extend(force_warning(checks));
     }
     let solver = Solver {
         case,

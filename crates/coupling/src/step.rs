@@ -9,7 +9,7 @@ use elastocap_geometry::export::body::BodyMesh;
 use elastocap_geometry::scene::Scene;
 use elastocap_mechanics::ForceLimit;
 
-use crate::deform::{Deformation, Prepared};
+use crate::deform::{Deformation, ForceCheck, Prepared};
 use crate::failure::{StepFailure, Stop};
 use crate::layer_outlines::{LayerScene, bent_scene};
 use crate::load_steps::StepLoad;
@@ -279,6 +279,7 @@ impl Solver<'_> {
             ));
         }
         row.force_n = Some(state.force());
+        result.force_check = ForceCheck::of(self.case, state);
         None
     }
 
@@ -458,6 +459,7 @@ impl StepResult {
             reason: None,
             warnings: Vec::new(),
             layer: None,
+            force_check: None,
             scene: None,
             surfaces: Vec::new(),
             maxwell: None,

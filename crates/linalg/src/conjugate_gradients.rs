@@ -84,15 +84,17 @@ pub struct Goal<'a> {
     pub share: f64,
     /// Energy at x = 0, from which every iteration takes its part off.
     pub start: f64,
+    /// Iterations before giving up; without progress a fifteenth of them, see [`solve`].
+    pub iteration_limit: usize,
     /// Set from outside to stop at once, short of the goal.
     pub cancel: Option<&'a AtomicBool>,
 }
 
-/// Iterations before giving up.
+/// A limit of iterations that a good preconditioner is far from reaching.
 pub const ITERATION_LIMIT: usize = 300;
 
-/// Iterations in a row without a fall of r M^-1 r by a tenth of its least before giving up.
-const STALL_LIMIT: usize = 20;
+/// The share of the limit after which iterations in a row without a fall of r M^-1 r by a tenth of its least are given up.
+const STALLED: usize = 15;
 
 /// Entries of a vector that one thread takes at least.
 const TASK: usize = 16_384;
@@ -100,7 +102,7 @@ const TASK: usize = 16_384;
 /// Solves A x = b from `x` = 0; on return `r` is b - A x up to the drift of the recursion.
 ///
 /// `b` and `x` have [`Operator::unknowns`] entries; `r` is memory and takes what it needs. Stops when the goal is met,
-/// on request, after [`ITERATION_LIMIT`] iterations, when r M^-1 r no longer falls, or when it is negative or not finite:
+/// on request, after [`Goal::iteration_limit`] iterations, when r M^-1 r no longer falls, or when it is negative or not finite:
 /// [`Convergence::reached`] tells.
 pub fn solve<O: Operator>(
     op: &mut O,
@@ -136,8 +138,8 @@ pub fn solve<O: Operator>(
         let cancelled = goal.cancel.is_some_and(|c| c.load(Ordering::Relaxed));
         if reached
             || cancelled
-            || iterations >= ITERATION_LIMIT
-            || stalled >= STALL_LIMIT
+            || iterations >= goal.iteration_limit
+            || stalled >= goal.iteration_limit / STALLED
             || !next.is_finite()
             || next < 0.0
         {
@@ -212,7 +214,12 @@ mod tests {
         let mut b = vec![0.0; n];
         chain.apply(&exact, &mut b);
         let (mut x, mut r) = (vec![0.0; n], Vec::new());
-        let goal = Goal { share: 1e-24, start: 2.0 * dot(&exact, &b), cancel: None };
+        let goal = Goal {
+            share: 1e-24,
+            start: 2.0 * dot(&exact, &b),
+            iteration_limit: ITERATION_LIMIT,
+            cancel: None,
+        };
         let end = solve(&mut chain, &b, &mut x, &mut r, goal);
         // As many as there are unknowns, and more for rounding.
         let most = if T::ROUNDED { 3 * n } else { n + 8 };
@@ -240,14 +247,14 @@ mod tests {
                 &[0.0; 5],
                 &mut [0.0; 5],
                 &mut Vec::new(),
-                Goal { share: 1e-9, start: 1.0, cancel: None },
+                Goal { share: 1e-9, start: 1.0, iteration_limit: ITERATION_LIMIT, cancel: None },
             ),
             solve(
                 &mut Chain::<f32>(5, std::marker::PhantomData),
                 &[0.0; 5],
                 &mut [0.0; 5],
                 &mut Vec::new(),
-                Goal { share: 1e-9, start: 1.0, cancel: None },
+                Goal { share: 1e-9, start: 1.0, iteration_limit: ITERATION_LIMIT, cancel: None },
             ),
         ] {
             assert_eq!(end, Convergence { iterations: 0, energy_left: 0.0, reached: true });
@@ -260,7 +267,7 @@ mod tests {
         for (first, cancel) in [(1.0, Some(&stop)), (f64::NAN, None)] {
             let mut b = [1.0; 5];
             b[0] = first;
-            let goal = Goal { share: 1e-9, start: 1.0, cancel };
+            let goal = Goal { share: 1e-9, start: 1.0, iteration_limit: ITERATION_LIMIT, cancel };
             let end = solve(
                 &mut Chain::<f64>(5, std::marker::PhantomData),
                 &b,

@@ -39,6 +39,7 @@ mod error;
 mod inverse;
 mod layer;
 mod numerics;
+pub mod punch_force;
 pub mod solid;
 
 pub use closed_form::{LayerMap, LayerStress};

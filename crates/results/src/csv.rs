@@ -164,6 +164,7 @@ mod tests {
             reason: None,
             warnings: Vec::new(),
             layer: None,
+            force_check: None,
             scene: None,
             surfaces: Vec::new(),
             maxwell: Some(maxwell),

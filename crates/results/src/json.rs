@@ -5,7 +5,7 @@ use serde::Serialize;
 
 use crate::FieldFiles;
 use elastocap_case::Case;
-use elastocap_coupling::deform::{FiniteElementStep, MeshReport};
+use elastocap_coupling::deform::{FiniteElementStep, ForceCheck, MeshReport};
 use elastocap_coupling::outcome::{
     EntryStatus, FloatingConductor, Outcome, Row, SolverReport, Status, StepResult,
 };
@@ -139,6 +139,9 @@ struct Step<'a> {
     solver: Option<&'a SolverReport>,
     #[serde(skip_serializing_if = "Option::is_none")]
     layer: Option<&'a FiniteElementStep>,
+    /// How far the closed form's force may be trusted.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    closed_form_check: Option<ForceCheck>,
     seconds: Seconds,
     field_file: Option<&'a str>,
 }
@@ -187,6 +190,7 @@ impl<'a> Step<'a> {
             floating_conductors,
             solver: step.solver.as_ref(),
             layer: step.layer.as_ref(),
+            closed_form_check: step.force_check,
             seconds: Seconds {
                 mechanics: step.seconds.mechanics,
                 electrostatics: step.seconds.electrostatics,

@@ -7,6 +7,7 @@ mod curves;
 mod electrode_box;
 mod error;
 mod finite_element;
+mod force_check;
 mod plane_strain;
 mod shear_length;
 mod solid;
@@ -22,9 +23,12 @@ pub use curves::{Curve, DeformedCurves, simplified};
 pub use electrode_box::{ElectrodeBox, Ends};
 pub use error::{DeformError, LayerSetupError, ShearLengthError};
 pub use finite_element::{FiniteElementRun, FiniteElementStep, MeshReport, Solution};
+pub use force_check::ForceCheck;
 pub use plane_strain::forecast;
 pub use shear_length::ShearLengthRun;
 pub use solid::forecast as forecast_solid;
+
+pub(crate) use force_check::warning as force_warning;
 
 use crate::load_steps::StepLoad;
 use elastocap_case::{Case, Mechanics, ShearLength};

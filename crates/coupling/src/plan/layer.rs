@@ -6,7 +6,7 @@ use elastocap_mechanics::solid::forecast::{MeshSize, PressingRegime, memory_byte
 use serde::Serialize;
 
 use super::{Decision, LeftOut, Plan, Planned};
-use crate::deform::{self, closed_form_limit};
+use crate::deform::{self, Deformation, ForceCheck, closed_form_limit, force_warning, layer_state};
 use crate::route::Route;
 use crate::words::{FORCE_FORMULA, counted, grouped, listed};
 use elastocap_case::{
@@ -37,6 +37,7 @@ impl Plan {
                 self.solved.push(Planned { part: "mechanics", what });
                 self.force_limit = closed_form_limit(case);
                 self.warn_beyond_limit(load);
+                self.warn_of_force(case);
             }
             (Some(load), Some(Mechanics::PlaneStrain(model))) => self.plane_strain(case, load, model),
             (Some(load), Some(Mechanics::Solid(model))) => self.solid(case, load, model),
@@ -151,6 +152,19 @@ impl Plan {
                 limit.compression,
             ));
         }
+    }
+}
+
+impl Plan {
+    /// Compares the closed form with a punch. Where its shear length is yet to be found, the run does so.
+    fn warn_of_force(&mut self, case: &Case) {
+        let within = |compression: f64| self.force_limit.is_none_or(|limit| compression <= limit.compression);
+        let checks = self.distinct_steps().filter_map(|step| {
+            let state = Deformation::ClosedForm(layer_state(case, step.load, true).ok()??);
+            ForceCheck::of(case, &state).filter(|_| within(state.compression()))
+        });
+        let warning = force_warning(checks);
+        self.warnings.extend(warning);
     }
 }
 

@@ -50,7 +50,12 @@ pub(crate) fn upper(
         primal.clear_prescribed(&mut source);
         source.iter_mut().for_each(|x| *x = -*x);
         let mut u = vec![0.0; source.len()];
-        let goal = |start: f64| conjugate_gradients::Goal { share, start, cancel };
+        let goal = |start: f64| conjugate_gradients::Goal {
+            share,
+            start,
+            iteration_limit: conjugate_gradients::ITERATION_LIMIT,
+            cancel,
+        };
         let c = conjugate_gradients::solve(&mut primal, &source, &mut u, &mut residual, goal(start));
         iterations += c.iterations;
         let mut reached = c.reached;
@@ -157,7 +162,12 @@ fn dual_flux(dual: &mut Dual, potentials: &[f64], share: f64, cancel: Option<&At
     let (mut goal, mut last, mut iterations) = (share, f64::INFINITY, 0);
     loop {
         step.fill(0.0);
-        let goal_now = conjugate_gradients::Goal { share: goal, start, cancel };
+        let goal_now = conjugate_gradients::Goal {
+            share: goal,
+            start,
+            iteration_limit: conjugate_gradients::ITERATION_LIMIT,
+            cancel,
+        };
         let c = conjugate_gradients::solve(dual, &r, &mut step, &mut rest, goal_now);
         iterations += c.iterations;
         x.iter_mut().zip(&step).for_each(|(x, s)| *x += s);

@@ -1,5 +1,5 @@
 use super::*;
-use crate::conjugate_gradients::{Goal, solve};
+use crate::conjugate_gradients::{Goal, ITERATION_LIMIT, solve};
 use crate::reduction::dot;
 
 /// The seven-point Laplacian on n^3 points between zeros, with the coefficient `of` at each point to its next ones.
@@ -29,7 +29,7 @@ fn iterations(grid: &Multigrid) -> (usize, f64) {
     let b = vec![1.0; n];
     let mut x = vec![0.0; n];
     // The energy at the solution is -b x / 2 <= 0: counted from zero, its size is what the iterations take off.
-    let goal = Goal { share: 1e-12, start: 0.0, cancel: None };
+    let goal = Goal { share: 1e-12, start: 0.0, iteration_limit: ITERATION_LIMIT, cancel: None };
     let end = solve(&mut grid.cycle(), &b, &mut x, &mut Vec::new(), goal);
     assert!(end.reached, "{end:?}");
     let mut residual = b;

@@ -17,6 +17,10 @@ use rayon::prelude::*;
 use std::sync::atomic::AtomicBool;
 use stiffness::Stiffness;
 
+/// Iterations before the solver gives up. Flat tetrahedra around thin metal take many: 800 and more where the metal is a
+/// hundredth as thick as it is wide.
+const ITERATION_LIMIT: usize = 3000;
+
 /// A mesh with its permittivities and conductors, on which potentials are solved for.
 #[derive(Debug, Clone, Copy)]
 pub struct PotentialProblem<'a> {
@@ -145,7 +149,12 @@ impl Potentials {
             let mut b = vec![0.0; space.unknowns()];
             system.held.product(&u, &mut b, |product, _| -product);
             let mut x = vec![0.0; space.unknowns()];
-            let goal = Goal { share: settings.share, start: start[(k, k)], cancel: settings.cancel };
+            let goal = Goal {
+                share: settings.share,
+                start: start[(k, k)],
+                iteration_limit: ITERATION_LIMIT,
+                cancel: settings.cancel,
+            };
             let end = conjugate_gradients::solve(&mut grid.cycle(), &b, &mut x, &mut Vec::new(), goal);
             for (u, &unknown) in u.iter_mut().zip(space.unknown()) {
                 if unknown != space::NONE {
