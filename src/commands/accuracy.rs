@@ -7,7 +7,7 @@ use std::time::Duration;
 
 use clap::Args;
 use elastocap_evidence::accuracy::{Choice, Request, Study, csv, figure, study};
-use elastocap_results::{OutputError, OutputFolder};
+use elastocap_results::{OutputError, OutputFolder, Placed};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
 use super::accuracy_report::report;
@@ -77,7 +77,10 @@ pub(crate) fn execute(arguments: &Arguments, common: &Common) -> Exit {
         }
     };
     match save(&found, folder) {
-        Ok(files) => conclude(&found, &path, &files, common),
+        Ok(placed) => {
+            placed.warnings.iter().for_each(|text| output::warning(text));
+            conclude(&found, &path, &placed.files, common)
+        }
         Err(error) => failure(&error),
     }
 }
@@ -100,7 +103,7 @@ fn progress(quiet: bool) -> ProgressBar {
     bar
 }
 
-fn save(found: &Study, folder: OutputFolder) -> Result<Vec<PathBuf>, OutputError> {
+fn save(found: &Study, folder: OutputFolder) -> Result<Placed, OutputError> {
     folder.stage("accuracy.csv", csv(found).as_bytes())?;
     if let Some(chart) = figure(found) {
         folder.stage("accuracy.svg", chart.to_svg().as_bytes())?;

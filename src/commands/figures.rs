@@ -121,13 +121,14 @@ fn conclude(
     begin: Instant,
 ) -> Exit {
     let place = folder.path().to_owned();
-    let files = match folder.commit_beside() {
-        Ok(files) => files,
+    let placed = match folder.commit_beside() {
+        Ok(placed) => placed,
         Err(error) => {
             output::error(&error.to_string());
             return Exit::Failure;
         }
     };
+    placed.warnings.iter().for_each(|text| output::warning(text));
     let mut exit = Exit::Done;
     for (_, drawn) in drawn {
         for missing in &drawn.missing {
@@ -145,7 +146,7 @@ fn conclude(
     if common.quiet {
         return exit;
     }
-    output::result(&report(drawn, &place, files.len(), begin)).err().unwrap_or(exit)
+    output::result(&report(drawn, &place, placed.files.len(), begin)).err().unwrap_or(exit)
 }
 
 fn report(drawn: &[(Item, Drawn)], place: &Path, files: usize, begin: Instant) -> String {

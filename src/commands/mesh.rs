@@ -1,12 +1,12 @@
 //! `elastocap mesh`: the bodies and a grid of them, for viewers.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::Args;
 use elastocap_coupling::outcome::Status;
 use elastocap_coupling::plan::{Options, Plan};
 use elastocap_coupling::run::deform;
-use elastocap_results::{OutputFolder, save_mesh};
+use elastocap_results::{OutputError, OutputFolder, save_mesh};
 
 use crate::{Common, Exit, output};
 
@@ -15,17 +15,19 @@ Examples:
   elastocap mesh cases/in-plane-pair.toml
   elastocap mesh cases/in-plane-pair.toml -o /tmp/scene
 
-scene.glb opens in any glTF viewer, and its load steps play as an animation. fields.pvd opens in
+The folder gets its files all at once, mesh.json with their names among them. A folder with the
+result of a run is refused. scene.glb opens in any glTF viewer, and its load steps play as an animation. fields.pvd opens in
 ParaView: the files step_NNN.vtu hold the body and the permittivity of each cell of a graded grid of
-the deformed scene. Nothing is solved, so the potential and the electric field in them are zero. Bodies that are no boxes are not shown: a run meshes them as
-it solves them. Electrodes that the load bends are shown as boxes, with a warning.";
+the deformed scene. Nothing is solved, so the potential and the electric field in them are zero.
+Bodies that are no boxes are not shown: a run meshes them as it solves them. Electrodes that the load
+bends are shown as boxes, with a warning.";
 
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub(crate) struct Arguments {
     /// The case file
     case: PathBuf,
-    /// Output folder; results/<case> by default
+    /// Output folder; results/<case>-mesh by default
     #[arg(long, short, value_name = "DIR")]
     output: Option<PathBuf>,
 }
@@ -35,8 +37,7 @@ pub(crate) fn execute(arguments: &Arguments, common: &Common) -> Exit {
         Ok(case) => case,
         Err(exit) => return exit,
     };
-    let folder = super::output_folder(arguments.output.as_deref(), &arguments.case);
-    let folder = match OutputFolder::open(&folder) {
+    let folder = match open(arguments) {
         Ok(folder) => folder,
         Err(error) => {
             output::error(&error.to_string());
@@ -55,10 +56,10 @@ pub(crate) fn execute(arguments: &Arguments, common: &Common) -> Exit {
         }
     }
     match save_mesh(&case, &steps, folder) {
-        Ok((files, warnings)) => {
-            warnings.iter().for_each(|text| output::warning(text));
+        Ok(placed) => {
+            placed.warnings.iter().for_each(|text| output::warning(text));
             if !common.quiet {
-                let list: String = files.iter().map(|file| format!("{}\n", file.display())).collect();
+                let list: String = placed.files.iter().map(|file| format!("{}\n", file.display())).collect();
                 if let Err(exit) = output::result(&list) {
                     return exit;
                 }
@@ -70,4 +71,16 @@ pub(crate) fn execute(arguments: &Arguments, common: &Common) -> Exit {
             Exit::Failure
         }
     }
+}
+
+/// Not the folder of a run: its fields and its scene have the same names.
+fn open(arguments: &Arguments) -> Result<OutputFolder, OutputError> {
+    let mut folder = super::output_folder(arguments.output.as_deref(), &arguments.case).into_os_string();
+    if arguments.output.is_none() {
+        folder.push("-mesh");
+    }
+    let folder = OutputFolder::open(Path::new(&folder))?;
+    folder.holds_no_run()?;
+    folder.holds_nothing_foreign()?;
+    Ok(folder)
 }

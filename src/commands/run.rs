@@ -33,8 +33,10 @@ Files in the output folder:
   mechanics.csv    for finite-element layers, the force and its error on each mesh; layer.pvd,
                    layer_NNN.vtu and profile_NNN.csv hold displacement and stress
 
-Ctrl-C ends the run and keeps what is finished, marked incomplete (exit status 3). A second Ctrl-C
-ends it at once.";
+The folder gets its files all at once, in place of those of an earlier run; your own files stay.
+Ctrl-C (SIGTERM, SIGHUP) stops the run and keeps what is finished in FOLDER.partial, marked (exit
+status 3). A second Ctrl-C ends it at once. A run with failed steps goes there too where FOLDER
+holds a complete result.";
 
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
@@ -66,7 +68,7 @@ pub(crate) fn execute(arguments: &Arguments, common: &Common) -> Exit {
     };
     let folder = super::output_folder(arguments.output.as_deref(), &arguments.case);
     match solve_and_save(&case, arguments, common, &folder, started) {
-        Ok((outcome, saved)) => report(&case, &outcome, &saved, arguments, common, &folder),
+        Ok((outcome, saved)) => report(&case, &outcome, &saved, arguments, common),
         Err(error) => {
             output::error(&error.to_string());
             Exit::Failure
@@ -85,6 +87,7 @@ fn solve_and_save(
         Options { prune: !arguments.no_prune, fields: !arguments.no_fields, scene: !arguments.no_scene };
     // Opened before anything is solved: a run must not be lost to a folder that cannot be written to.
     let folder = OutputFolder::open(folder)?;
+    folder.holds_nothing_foreign()?;
     let cancel = Arc::new(AtomicBool::new(false));
     stop_on_signal(&cancel, &folder);
     let plan = Plan::new(case, &options);
@@ -131,14 +134,7 @@ fn progress_bar(steps: usize, quiet: bool) -> Bar {
     Bar(bar)
 }
 
-fn report(
-    case: &Case,
-    outcome: &Outcome,
-    saved: &Saved,
-    arguments: &Arguments,
-    common: &Common,
-    folder: &Path,
-) -> Exit {
+fn report(case: &Case, outcome: &Outcome, saved: &Saved, arguments: &Arguments, common: &Common) -> Exit {
     outcome.plan.warnings.iter().chain(&saved.warnings).for_each(|text| output::warning(text));
     for step in outcome.steps.iter().filter(|step| step.same_as.is_none()) {
         match (&step.row.status, &step.reason) {
@@ -163,7 +159,7 @@ fn report(
     } else if common.quiet {
         Ok(())
     } else {
-        output::result(&summary(case, outcome, saved, folder))
+        output::result(&summary(case, outcome, saved))
     };
     match printed {
         Err(exit) => exit,

@@ -9,6 +9,7 @@ use clap::Args;
 use elastocap_evidence::stability::{Claim, Entry, Report, Verdict, catalogue, save};
 
 use super::arguments::positive_seconds;
+use super::stop::stop_without_files;
 use crate::units::prefixed;
 use crate::{Common, Exit, output};
 
@@ -66,7 +67,7 @@ pub(crate) fn execute(arguments: &Arguments, common: &Common) -> Exit {
         return printed(&list(&entries), Exit::Done);
     }
     let stop = Arc::new(AtomicBool::new(false));
-    stop_on_signal(&stop);
+    stop_without_files(&stop);
     let begin = Instant::now();
     let limit = Duration::from_secs_f64(arguments.limit);
     let mut reports: Vec<Report> = Vec::new();
@@ -100,19 +101,6 @@ pub(crate) fn execute(arguments: &Arguments, common: &Common) -> Exit {
 
 fn printed(text: &str, exit: Exit) -> Exit {
     output::result(text).err().unwrap_or(exit)
-}
-
-/// The first signal abandons the current case and ends the run; the second ends the process.
-fn stop_on_signal(stop: &Arc<AtomicBool>) {
-    let stop = Arc::clone(stop);
-    let installed = ctrlc::set_handler(move || {
-        if stop.swap(true, Ordering::Relaxed) {
-            std::process::exit(130);
-        }
-    });
-    if let Err(error) = installed {
-        output::warning(&format!("Ctrl-C will end the run at once: {error}"));
-    }
 }
 
 fn list(entries: &[Entry]) -> String {

@@ -1,5 +1,6 @@
-//! What Ctrl-C does.
+//! What Ctrl-C does, and the other signals that ask a process to end.
 
+use std::io;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -9,11 +10,21 @@ use crate::output;
 
 /// The first signal ends the work and keeps what is finished; the second ends the process, without half-written files.
 pub(super) fn stop_on_signal(cancel: &Arc<AtomicBool>, folder: &OutputFolder) {
-    let (cancel, staging) = (Arc::clone(cancel), folder.staging().to_owned());
+    let staging = folder.staging().to_owned();
+    on_signal(cancel, move || OutputFolder::give_up(&staging));
+}
+
+/// The same where no files are staged.
+pub(super) fn stop_without_files(cancel: &Arc<AtomicBool>) {
+    on_signal(cancel, || ());
+}
+
+fn on_signal(cancel: &Arc<AtomicBool>, at_the_end: impl Fn() + Send + 'static) {
+    let cancel = Arc::clone(cancel);
     let asked = AtomicBool::new(false);
-    let installed = ctrlc::set_handler(move || {
+    let installed = install(move || {
         if asked.swap(true, Ordering::Relaxed) {
-            let _ = std::fs::remove_dir_all(&staging);
+            at_the_end();
             std::process::exit(130);
         }
         cancel.store(true, Ordering::Relaxed);
@@ -22,4 +33,34 @@ pub(super) fn stop_on_signal(cancel: &Arc<AtomicBool>, folder: &OutputFolder) {
     if let Err(error) = installed {
         output::warning(&format!("Ctrl-C will end the run without results: {error}"));
     }
+}
+
+/// Calls `act` at each Ctrl-C, and each time the system or another process asks this one to end (SIGTERM) or its terminal is
+/// closed (SIGHUP).
+#[cfg(unix)]
+fn install(act: impl Fn() + Send + 'static) -> io::Result<()> {
+    use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
+    let mut asked = vec![SIGINT, SIGTERM];
+    if !hang_up_is_ignored() {
+        asked.push(SIGHUP);
+    }
+    let mut signals = signal_hook::iterator::Signals::new(asked)?;
+    std::thread::Builder::new()
+        .name("signals".to_owned())
+        .spawn(move || signals.forever().for_each(|_| act()))?;
+    Ok(())
+}
+
+#[cfg(not(unix))]
+fn install(act: impl Fn() + Send + 'static) -> io::Result<()> {
+    ctrlc::set_handler(act).map_err(io::Error::other)
+}
+
+/// Whether whoever started this process wants it to outlive its terminal, as `nohup` does. Known on Linux only.
+#[cfg(unix)]
+fn hang_up_is_ignored() -> bool {
+    let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
+    let mask = status.lines().find_map(|line| line.strip_prefix("SigIgn:"));
+    let mask = mask.and_then(|mask| u64::from_str_radix(mask.trim(), 16).ok()).unwrap_or(0);
+    mask >> (signal_hook::consts::SIGHUP - 1) & 1 == 1
 }

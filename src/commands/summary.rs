@@ -1,7 +1,5 @@
 //! The summary that a run prints: one line for each step, and where the files are.
 
-use std::path::Path;
-
 use elastocap_case::Case;
 use elastocap_coupling::outcome::{Outcome, Status, StepResult};
 use elastocap_coupling::plan::Kind;
@@ -12,7 +10,7 @@ use crate::units::{grouped, prefixed, seconds};
 /// More lines than this do not help on a screen.
 const MAX_LINES: usize = 60;
 
-pub(crate) fn summary(case: &Case, outcome: &Outcome, saved: &Saved, folder: &Path) -> String {
+pub(crate) fn summary(case: &Case, outcome: &Outcome, saved: &Saved) -> String {
     let lines = match outcome.plan.kind {
         Kind::Capacitance => capacitances(outcome),
         Kind::Curve | Kind::Mechanics => curve(outcome),
@@ -35,7 +33,7 @@ pub(crate) fn summary(case: &Case, outcome: &Outcome, saved: &Saved, folder: &Pa
     if fields > 0 {
         list.push(&number);
     }
-    out.push_str(&format!("\n{}: {}\n", folder.display(), list.join(", ")));
+    out.push_str(&format!("\n{}: {}\n", saved.folder.display(), list.join(", ")));
     out
 }
 

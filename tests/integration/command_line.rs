@@ -194,7 +194,7 @@ fn mesh_writes_the_bodies_and_their_grid_and_nothing_else() {
     let sandbox = Sandbox::new();
     let case = acceptance("stacked-pair.toml");
     sandbox.elastocap(&["mesh", case.to_str().expect("UTF-8"), "-o", "out"]).exits_with(0);
-    let mut names = vec!["fields.pvd".to_owned(), "scene.glb".to_owned()];
+    let mut names = ["fields.pvd", "mesh.json", "scene.glb"].map(str::to_owned).to_vec();
     names.extend((0..9).map(|step| format!("step_{step:03}.vtu")));
     assert_eq!(sandbox.names("out"), names);
 }
@@ -274,8 +274,8 @@ fn ctrl_c_keeps_what_is_done_and_marks_the_rest() {
         .spawn()
         .expect("the binary starts");
     let staged = |sandbox: &Sandbox| {
-        let staging = sandbox.names("out").into_iter().find(|name| name.starts_with(".elastocap-"));
-        staging.map_or(0, |name| sandbox.names(&format!("out/{name}")).len())
+        let staging = sandbox.names(".").into_iter().find(|name| name.starts_with(".out.elastocap-"));
+        staging.map_or(0, |name| sandbox.names(&name).len())
     };
     for _ in 0..6000 {
         if staged(&sandbox) >= 2 {
@@ -287,11 +287,12 @@ fn ctrl_c_keeps_what_is_done_and_marks_the_rest() {
     assert!(std::process::Command::new("kill").args(["-INT", &id]).status().expect("kill").success());
     let said = crate::support::Finished::from(child.wait_with_output().expect("it ends")).exits_with(3);
     assert!(said.stderr.contains("marked incomplete"), "{}", said.stderr);
-    let table = sandbox.table("out/curve.csv");
+    let table = sandbox.table("out.partial/curve.csv");
     let (done, not_run): (Vec<_>, Vec<_>) =
         table.texts("status").into_iter().partition(|status| *status == "ok");
     assert!(done.len() >= 2 && !not_run.is_empty(), "{} done", done.len());
     assert!(not_run.iter().all(|status| *status == "not run"), "{not_run:?}");
-    assert_eq!(sandbox.json("out/result.json")["status"], "stopped");
-    assert!(!sandbox.names("out").iter().any(|name| name.starts_with('.')), "{:?}", sandbox.names("out"));
+    assert_eq!(sandbox.json("out.partial/result.json")["status"], "stopped");
+    assert!(said.stderr.contains("`out.partial`"), "{}", said.stderr);
+    assert_eq!(sandbox.names("."), ["long.toml", "out.partial"]);
 }

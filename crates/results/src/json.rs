@@ -202,6 +202,17 @@ impl<'a> Step<'a> {
     }
 }
 
+/// The text of `mesh.json`: what the case was, and the files made of it.
+pub(crate) fn mesh_document(case: &Case, files: &[String]) -> String {
+    let document = serde_json::json!({
+        "title": case.title,
+        "case": case.source.display().to_string(),
+        "versions": { "elastocap": env!("CARGO_PKG_VERSION"), "case_format": 1 },
+        "files": files,
+    });
+    format!("{document:#}\n")
+}
+
 /// The text of `result.json`; `files` are the run's files, `warnings` what came up while they were written.
 ///
 /// # Errors

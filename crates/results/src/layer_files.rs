@@ -6,9 +6,8 @@ use elastocap_mechanics::solid::dimension::Dimension;
 use elastocap_mechanics::solid::press::{Level, Pressed, Pressing};
 use elastocap_mechanics::solid::stress::{Fields, Sample};
 
-use super::atomic::{OutputError, OutputFolder};
 use super::csv::{number, optional, quoted};
-use super::space_layer_files;
+use super::{OutputError, OutputFolder, space_layer_files};
 use elastocap_coupling::deform::Solution;
 use elastocap_coupling::outcome::Outcome;
 

@@ -1,11 +1,11 @@
 //! Results on disk.
 
-mod atomic;
 pub mod csv;
 mod fields;
 mod figure;
 mod json;
 mod layer_files;
+mod output_folder;
 pub mod plot;
 pub mod scene_files;
 mod space_layer_files;
@@ -17,10 +17,11 @@ use elastocap_geometry::export::gltf::glb;
 use elastocap_geometry::export::surfaces::surfaces_glb;
 use elastocap_geometry::export::vtk::{pvd, vtu};
 
-pub use atomic::{OutputError, OutputFolder};
 pub use fields::{FieldFiles, FieldWriter, field_file};
 pub use figure::figure;
 pub use json::{RunSeconds, document};
+pub use output_folder::{Finish, OutputError, OutputFolder, Placed};
+use output_folder::{INDEX, MESH_INDEX, is_result_name};
 
 use elastocap_case::Case;
 use elastocap_coupling::outcome::{Outcome, StepResult};
@@ -29,6 +30,8 @@ use elastocap_coupling::plan::{Kind, Options};
 /// What a run has put on disk.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Saved {
+    /// The folder: that asked for, or the one for unfinished results beside it.
+    pub folder: PathBuf,
     /// The files, sorted.
     pub files: Vec<PathBuf>,
     /// The text of `result.json`.
@@ -79,7 +82,7 @@ fn stage_scene(
     }
 }
 
-/// Writes what a run found, beside the fields staged before, and puts all of it in place.
+/// Writes what a run found, beside the fields staged before, and puts all of it in place: see [`OutputFolder::commit_run`].
 ///
 /// `started` is when the run began, `planning` how long reading and planning took.
 ///
@@ -119,26 +122,33 @@ pub fn save(
         total: started.elapsed().as_secs_f64(),
     };
     let mut names = folder.staged();
-    names.push(atomic::INDEX.to_owned());
+    names.push(INDEX.to_owned());
     names.sort();
-    let json = document(case, outcome, fields, names, warnings.clone(), seconds).map_err(|error| {
-        OutputError::File { file: folder.path().join(atomic::INDEX), source: error.into() }
-    })?;
-    folder.stage(atomic::INDEX, json.as_bytes())?;
-    Ok(Saved { files: folder.commit()?, json, warnings })
+    let json = document(case, outcome, fields, names, warnings.clone(), seconds)
+        .map_err(|error| OutputError::File { file: folder.path().join(INDEX), source: error.into() })?;
+    folder.stage(INDEX, json.as_bytes())?;
+    let finish = match (outcome.stopped, outcome.is_complete()) {
+        (true, _) => Finish::Stopped,
+        (false, true) => Finish::Complete,
+        (false, false) => Finish::Incomplete,
+    };
+    debug_assert!(
+        folder.staged().iter().all(|name| is_result_name(name)),
+        "a later run would not replace it"
+    );
+    let placed = folder.commit_run(finish)?;
+    warnings.extend(placed.warnings);
+    Ok(Saved { folder: placed.folder, files: placed.files, json, warnings })
 }
 
-/// Writes the bodies and the grid of a case without solving for a field: `scene.glb`, one `.vtu` for each step.
+/// Writes the bodies and the grid of a case without solving for a field: `scene.glb`, one `.vtu` for each step, and `mesh.json`,
+/// which lists them.
 ///
 /// `steps` must come from [`elastocap_coupling::run::deform`].
 ///
 /// # Errors
 /// When a file cannot be written; then the folder is as it was before.
-pub fn save_mesh(
-    case: &Case,
-    steps: &[StepResult],
-    folder: OutputFolder,
-) -> Result<(Vec<PathBuf>, Vec<String>), OutputError> {
+pub fn save_mesh(case: &Case, steps: &[StepResult], folder: OutputFolder) -> Result<Placed, OutputError> {
     let mut warnings: Vec<String> = stage_scene(&folder, case, steps)?.into_iter().collect();
     let mut fields = FieldFiles::default();
     for step in steps {
@@ -156,5 +166,14 @@ pub fn save_mesh(
         }
     }
     warnings.extend(stage_series(&folder, steps, &fields)?);
-    Ok((folder.commit()?, warnings))
+    let mut names = folder.staged();
+    names.push(MESH_INDEX.to_owned());
+    folder.stage(MESH_INDEX, json::mesh_document(case, &names).as_bytes())?;
+    debug_assert!(
+        folder.staged().iter().all(|name| is_result_name(name)),
+        "a later one would not replace it"
+    );
+    let mut placed = folder.commit()?;
+    placed.warnings.splice(0..0, warnings);
+    Ok(placed)
 }

@@ -12,7 +12,7 @@ mod truths;
 mod verdict;
 
 use std::fmt::Write as _;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::sync::atomic::AtomicBool;
 use std::time::{Duration, Instant};
 
@@ -23,7 +23,7 @@ pub use verdict::{Expect, Verdict};
 use claim::Claims;
 use elastocap_coupling::outcome::Outcome;
 use elastocap_results::csv::{number, quoted};
-use elastocap_results::{OutputError, OutputFolder};
+use elastocap_results::{OutputError, OutputFolder, Placed};
 
 /// What is claimed of the outcomes of an entry's cases.
 type ClaimsOf = Box<dyn Fn(&[Outcome]) -> Claims + Send + Sync>;
@@ -137,10 +137,10 @@ pub fn csv(reports: &[Report]) -> String {
 ///
 /// # Errors
 /// When it cannot be written.
-pub fn save(reports: &[Report], folder: &Path) -> Result<Vec<PathBuf>, OutputError> {
+pub fn save(reports: &[Report], folder: &Path) -> Result<Placed, OutputError> {
     let folder = OutputFolder::open(folder)?;
     folder.stage("stability.csv", csv(reports).as_bytes())?;
-    folder.commit()
+    folder.commit_beside()
 }
 
 #[cfg(test)]

@@ -1,0 +1,65 @@
+//! Why results cannot be written.
+
+use std::io;
+use std::path::PathBuf;
+
+/// Why results cannot be written.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum OutputError {
+    /// The folder cannot be made or written to.
+    #[error("cannot write to the output folder `{}`: {source}; name another one with -o", folder.display())]
+    Folder {
+        /// The folder.
+        folder: PathBuf,
+        /// What the system says.
+        source: io::Error,
+    },
+    /// A file of this name is there already, and is not from elastocap.
+    #[error(
+        "`{}` is not from a run of elastocap, or its result.json is gone, and would be replaced: move it away, or name \
+         another folder with -o",
+        file.display()
+    )]
+    Foreign {
+        /// The file.
+        file: PathBuf,
+    },
+    /// The folder holds the result of a run, which the files of another command would replace.
+    #[error("`{}` holds the result of a run, which would be replaced: name another folder with -o", folder.display())]
+    HoldsRun {
+        /// The folder.
+        folder: PathBuf,
+    },
+    /// A file cannot be written.
+    #[error("cannot write `{}`: {source}; nothing was changed there", file.display())]
+    File {
+        /// The file.
+        file: PathBuf,
+        /// What the system says.
+        source: io::Error,
+    },
+    /// The files stand ready and cannot be put in place.
+    #[error("cannot put the new files in place in `{}`: {source}; what was there before is there again", folder.display())]
+    Place {
+        /// The folder.
+        folder: PathBuf,
+        /// What the system says.
+        source: io::Error,
+    },
+    /// The files stand ready, were put in place in part, and cannot be taken back.
+    #[error(
+        "cannot put the new files in place in `{}`: {source}; the rest of them is in `{}`, and the next run with this \
+         output folder completes it",
+        folder.display(),
+        rest.display()
+    )]
+    HalfPlaced {
+        /// The folder.
+        folder: PathBuf,
+        /// Where the rest is.
+        rest: PathBuf,
+        /// What the system says.
+        source: io::Error,
+    },
+}

@@ -1,0 +1,384 @@
+//! A folder whose files appear all at once, or not at all.
+//!
+//! Files are staged in a hidden folder beside the output folder, `.NAME.elastocap-PROCESS-N`, and synced there. Then the two
+//! folders change places, in one step of the file system. Files of the user in the old folder are linked into the new one
+//! before. What an ended process leaves behind is removed or completed by the next one that opens the folder.
+//!
+//! | module | what is in it |
+//! |---|---|
+//! | `index` | which files of a folder are elastocap's own |
+//! | `staging` | where files wait, and what killed runs left |
+//! | `replace` | the folder replaced as a whole |
+//! | `in_place` | files put in place one by one, where it cannot be |
+//! | `disk` | what is asked of the file system |
+
+mod disk;
+mod error;
+mod in_place;
+mod index;
+mod replace;
+mod staging;
+
+use std::collections::BTreeSet;
+use std::ffi::OsStr;
+use std::fs;
+use std::io;
+use std::path::{Path, PathBuf};
+use std::sync::{Mutex, PoisonError};
+
+use disk::{remove_files, same_disk, sync_files, sync_folder, writable};
+use index::Known;
+use replace::{not_on_disk, others, replace};
+use staging::{Staging, is_temporary, recover};
+
+pub use error::OutputError;
+pub(crate) use index::{INDEX, MESH_INDEX, is_result_name};
+
+/// A folder that gets its files all at once.
+///
+/// Files are staged in a hidden folder beside it, and [`OutputFolder::commit`] puts them in place. Dropped without that, it
+/// leaves what was there before.
+#[derive(Debug)]
+pub struct OutputFolder {
+    /// As the user named it.
+    asked: PathBuf,
+    /// Where it is, links resolved.
+    place: PathBuf,
+    /// Folders above it that did not exist before, innermost first.
+    created: Vec<PathBuf>,
+    staging: Staging,
+    staged: Mutex<BTreeSet<String>>,
+    warnings: Vec<String>,
+}
+
+/// How far a run came.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Finish {
+    /// Every step has its result.
+    Complete,
+    /// It went through all steps, and some failed or missed their tolerance.
+    Incomplete,
+    /// It was stopped before it had gone through all steps.
+    Stopped,
+}
+
+/// Files that are in place.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Placed {
+    /// The folder they are in.
+    pub folder: PathBuf,
+    /// The files, sorted.
+    pub files: Vec<PathBuf>,
+    /// What the user should know about it.
+    pub warnings: Vec<String>,
+}
+
+/// Which files of the folder stay there.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Keep {
+    /// Those that no run and no `mesh` wrote.
+    Foreign,
+    /// All that are not replaced by one of the same name.
+    Others,
+}
+
+impl OutputFolder {
+    /// Makes the folders above it and a place to stage files. What a killed process left there is completed or removed.
+    ///
+    /// # Errors
+    /// [`OutputError::Folder`] if it cannot be made or written to.
+    pub fn open(folder: &Path) -> Result<Self, OutputError> {
+        let above = folder.ancestors().skip(usize::from(folder.file_name().is_some()));
+        let missing = above.take_while(|path| !path.as_os_str().is_empty() && !path.exists());
+        let created: Vec<PathBuf> = missing.map(Path::to_owned).collect();
+        match Self::prepare(folder) {
+            Ok((place, staging, warnings)) => {
+                let (asked, staged) = (folder.to_owned(), Mutex::default());
+                Ok(Self { asked, place, created, staging, staged, warnings })
+            }
+            Err(source) => {
+                remove_empty(&created);
+                Err(OutputError::Folder { folder: folder.to_owned(), source })
+            }
+        }
+    }
+
+    fn prepare(folder: &Path) -> io::Result<(PathBuf, Staging, Vec<String>)> {
+        let place = resolve(folder)?;
+        let warnings = recover(&place);
+        if !place.exists() {
+            return Ok((place.clone(), Staging::beside(&place)?, warnings));
+        }
+        writable(&place)?;
+        let beside =
+            place.parent().filter(|parent| same_disk(parent, &place)).map(|_| Staging::beside(&place));
+        let staging = match beside {
+            Some(Ok(staging)) => staging,
+            Some(Err(_)) | None => Staging::inside(&place)?,
+        };
+        Ok((place, staging, warnings))
+    }
+
+    /// The folder, as it was named.
+    pub fn path(&self) -> &Path {
+        &self.asked
+    }
+
+    /// What came up when it was opened.
+    pub fn warnings(&self) -> &[String] {
+        &self.warnings
+    }
+
+    /// Where files wait until they are put in place, for whoever must [give them up](Self::give_up) when the process is ended.
+    pub fn staging(&self) -> &Path {
+        &self.staging.path
+    }
+
+    /// Removes the files that wait in `staging`, from a process that is about to end. Those that cannot be removed, the next
+    /// process removes that opens the folder.
+    pub fn give_up(staging: &Path) {
+        remove_files(staging);
+    }
+
+    /// Looks for files that a run would replace and that are not from elastocap, in the folder and in that for unfinished runs.
+    ///
+    /// # Errors
+    /// [`OutputError::Foreign`] names the first. [`OutputError::Folder`] if it cannot be known.
+    pub fn holds_nothing_foreign(&self) -> Result<(), OutputError> {
+        for folder in [self.place.clone(), self.partial()] {
+            let known = self.known(&folder)?;
+            for entry in fs::read_dir(&folder).into_iter().flatten().flatten() {
+                let name = entry.file_name();
+                let ours = |name: &str| !is_result_name(name) || known.files.contains(name);
+                if !name.to_str().is_none_or(ours) {
+                    return Err(OutputError::Foreign { file: self.shown(&folder).join(name) });
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Looks for the result of a run, which must not give way to anything but another run.
+    ///
+    /// # Errors
+    /// [`OutputError::HoldsRun`]. [`OutputError::Folder`] if it cannot be known.
+    pub fn holds_no_run(&self) -> Result<(), OutputError> {
+        match self.known(&self.place)?.run {
+            true => Err(OutputError::HoldsRun { folder: self.asked.clone() }),
+            false => Ok(()),
+        }
+    }
+
+    /// What a folder says of itself.
+    fn known(&self, folder: &Path) -> Result<Known, OutputError> {
+        Known::of(folder).map_err(|source| OutputError::Folder { folder: self.shown(folder), source })
+    }
+
+    /// Writes a file that will be put in place.
+    ///
+    /// # Errors
+    /// [`OutputError::File`], when the disk is full for instance.
+    pub fn stage(&self, name: &str, bytes: &[u8]) -> Result<(), OutputError> {
+        self.note(name, fs::write(self.staging.path.join(name), bytes))
+    }
+
+    /// Makes `name` a copy of a file staged before.
+    ///
+    /// # Errors
+    /// [`OutputError::File`].
+    pub fn stage_copy(&self, of: &str, name: &str) -> Result<(), OutputError> {
+        let staging = &self.staging.path;
+        self.note(name, fs::copy(staging.join(of), staging.join(name)).map(drop))
+    }
+
+    fn note(&self, name: &str, written: io::Result<()>) -> Result<(), OutputError> {
+        written.map_err(|source| OutputError::File { file: self.asked.join(name), source })?;
+        self.staged.lock().unwrap_or_else(PoisonError::into_inner).insert(name.to_owned());
+        Ok(())
+    }
+
+    /// Names of the staged files, sorted.
+    pub fn staged(&self) -> Vec<String> {
+        self.staged.lock().unwrap_or_else(PoisonError::into_inner).iter().cloned().collect()
+    }
+
+    /// Puts all staged files in place, in the stead of those of an earlier run or `mesh`; which those are, their own lists say.
+    ///
+    /// # Errors
+    /// [`OutputError`]; then the files before are there, all of them.
+    pub fn commit(self) -> Result<Placed, OutputError> {
+        let place = self.place.clone();
+        self.put(&place, Keep::Foreign)
+    }
+
+    /// Puts all staged files in place, and leaves the others there as they are: what an earlier run wrote stays true.
+    ///
+    /// # Errors
+    /// [`OutputError`]; then the files before are there, all of them.
+    pub fn commit_beside(self) -> Result<Placed, OutputError> {
+        let place = self.place.clone();
+        self.put(&place, Keep::Others)
+    }
+
+    /// Puts the result of a run in place. One that was stopped goes to [`OutputFolder::partial`], and so does one with failed steps where
+    /// there is a complete one. A result that comes to its folder removes an unfinished one beside it.
+    ///
+    /// # Errors
+    /// [`OutputError`]; then the files before are there, all of them.
+    pub fn commit_run(self, finish: Finish) -> Result<Placed, OutputError> {
+        let partial = self.partial();
+        let complete_before = self.known(&self.place)?.complete;
+        let aside = match finish {
+            Finish::Complete => false,
+            Finish::Incomplete => complete_before,
+            Finish::Stopped => true,
+        };
+        if !aside {
+            let placed = self.commit()?;
+            remove_result(&partial);
+            return Ok(placed);
+        }
+        let (shown, asked) = (self.shown(&partial), self.asked.display().to_string());
+        let mut placed = self.put(&partial, Keep::Foreign)?;
+        let kept = if complete_before {
+            format!("`{asked}` keeps the complete result of an earlier run, and ")
+        } else {
+            String::new()
+        };
+        placed.warnings.push(format!("{kept}what this run has found is in `{}`", shown.display()));
+        Ok(placed)
+    }
+
+    /// The folder for results that must not take the place of a complete one: beside the output folder, its name with `.partial`;
+    /// inside it, where there is no place beside it on the same disk.
+    pub fn partial(&self) -> PathBuf {
+        let beside = self.staging.path.parent() != Some(self.place.as_path());
+        match self.place.file_name().filter(|_| beside) {
+            Some(name) => {
+                let mut name = name.to_owned();
+                name.push(".partial");
+                self.place.with_file_name(name)
+            }
+            None => self.place.join("partial"),
+        }
+    }
+
+    /// A folder in the words of the user, where they lead there.
+    fn shown(&self, folder: &Path) -> PathBuf {
+        let name = |path: &Path| path.file_name().map(OsStr::to_owned);
+        if folder == self.place {
+            return self.asked.clone();
+        }
+        match (name(folder), folder.parent() == self.place.parent()) {
+            (Some(name), true) if self.asked.file_name() == self.place.file_name() => {
+                self.asked.with_file_name(name)
+            }
+            (Some(name), false) if folder.parent() == Some(&self.place) => self.asked.join(name),
+            _ => folder.to_owned(),
+        }
+    }
+
+    fn put(mut self, target: &Path, keep: Keep) -> Result<Placed, OutputError> {
+        let shown = self.shown(target);
+        let coming: BTreeSet<String> = self.staged().into_iter().collect();
+        let files: Vec<PathBuf> = coming.iter().map(|name| self.staging.path.join(name)).collect();
+        sync_files(&files).map_err(|(file, source)| {
+            let file = file.file_name().map(|name| shown.join(name)).unwrap_or_default();
+            OutputError::File { file, source }
+        })?;
+        let notes = self.move_to(target, &shown, keep, &coming)?;
+        self.created.clear();
+        let files = coming.iter().map(|name| shown.join(name)).collect();
+        let warnings = [std::mem::take(&mut self.warnings), notes].concat();
+        Ok(Placed { folder: shown, files, warnings })
+    }
+
+    /// Moves the staged files `coming`. Returns what the user should know.
+    fn move_to(
+        &self,
+        target: &Path,
+        shown: &Path,
+        keep: Keep,
+        coming: &BTreeSet<String>,
+    ) -> Result<Vec<String>, OutputError> {
+        let failed = |source| OutputError::Place { folder: shown.to_owned(), source };
+        let staging = &self.staging.path;
+        if target.symlink_metadata().is_err() {
+            sync_folder(staging).map_err(failed)?;
+            fs::rename(staging, target).map_err(failed)?;
+            let synced = target.parent().map_or(Ok(()), sync_folder);
+            return Ok(synced.err().map(|error| not_on_disk(shown, &error)).into_iter().collect());
+        }
+        if let Some(name) = coming.iter().find(|name| target.join(name.as_str()).is_dir()) {
+            let text = format!("there is a folder of the name `{name}`");
+            return Err(failed(io::Error::new(io::ErrorKind::IsADirectory, text)));
+        }
+        let leaving = match keep {
+            Keep::Foreign => Known::of(target).map_err(failed)?.files,
+            Keep::Others => BTreeSet::new(),
+        };
+        let kept = others(target, &leaving, coming).map_err(failed)?;
+        if staging.parent() == target.parent()
+            && let Some(notes) = replace(&self.staging, target, &kept, coming)
+        {
+            return Ok(notes);
+        }
+        in_place::place(staging, target, &leaving, coming).map(|()| Vec::new()).map_err(|error| {
+            let (folder, source) = (shown.to_owned(), error.source);
+            match error.undone {
+                true => OutputError::Place { folder, source },
+                false => OutputError::HalfPlaced { rest: folder.join(in_place::COMMIT), folder, source },
+            }
+        })
+    }
+}
+
+impl Drop for OutputFolder {
+    fn drop(&mut self) {
+        // Not there any more once it is in place.
+        remove_files(&self.staging.path);
+        remove_empty(&self.created);
+    }
+}
+
+/// The folder itself, links resolved. Those above it are made.
+fn resolve(folder: &Path) -> io::Result<PathBuf> {
+    if folder.exists() {
+        let place = fs::canonicalize(folder)?;
+        return if place.is_dir() { Ok(place) } else { Err(io::ErrorKind::NotADirectory.into()) };
+    }
+    if folder.symlink_metadata().is_ok() {
+        return Err(io::Error::new(io::ErrorKind::NotFound, "it is a link to what does not exist"));
+    }
+    let Some(name) = folder.file_name() else {
+        fs::create_dir_all(folder)?;
+        return fs::canonicalize(folder);
+    };
+    let parent = folder.parent().filter(|parent| !parent.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    fs::create_dir_all(parent)?;
+    Ok(fs::canonicalize(parent)?.join(name))
+}
+
+/// Removes the result of a run; the folder too, if nothing else is in it.
+fn remove_result(folder: &Path) {
+    // What cannot be read stays.
+    let mut names: Vec<String> =
+        Known::of(folder).map(|known| known.files).unwrap_or_default().into_iter().collect();
+    // The list goes last: as long as it is there, it can be seen whose files they are.
+    names.sort_by_key(|name| name == INDEX);
+    for name in names {
+        let _ = fs::remove_file(folder.join(name));
+    }
+    for entry in fs::read_dir(folder).into_iter().flatten().flatten().filter(|e| is_temporary(&e.file_name()))
+    {
+        remove_files(&entry.path());
+    }
+    let _ = fs::remove_dir(folder);
+}
+
+fn remove_empty(folders: &[PathBuf]) {
+    for folder in folders {
+        // Fails, as it should, where something else is in it by now.
+        let _ = fs::remove_dir(folder);
+    }
+}
