@@ -45,7 +45,7 @@ fn punch_in_space() -> common::Result<(usize, f64)> {
     let (corner, n, half_width) = (500.0 / 450.0, 14, 0.5);
     let section = LayerMesh::under_punch(1.0, 3.0, [corner, 0.5], n, 0.7, 1);
     let mesh = SpaceLayerMesh::new(section, half_width, (half_width * n as f64).round() as usize);
-    let indenter = Indenter::Sharp { half_width: corner };
+    let indenter = Indenter::Held { half_width: corner };
     let mut model = LayerModel::of_finite_width(
         &mesh,
         Rubber::neo_hookean(1.0),

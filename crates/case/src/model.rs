@@ -217,10 +217,10 @@ pub enum Indenter {
     FlatPunch {
         /// Half of its width along x1.
         half_width: f64,
-        /// Radius of its corners; zero for a sharp one.
+        /// Radius of its corners; zero for a sharp one, as all are that are held or bonded.
         corner_radius: f64,
-        /// Whether the layer sticks to it.
-        bonded: bool,
+        /// How it touches the layer.
+        contact: PunchContact,
         /// Its middle, along x1 from the middle of the layer.
         position: f64,
     },
@@ -231,6 +231,18 @@ pub enum Indenter {
         /// Its middle, along x1 from the middle of the layer.
         position: f64,
     },
+}
+
+/// How a flat punch touches the layer.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum PunchContact {
+    /// Contact without friction: what lies under the punch may slide around its corners.
+    Smooth,
+    /// The layer sticks to the face.
+    Bonded,
+    /// No contact: the patch that lies under the punch at rest is moved down, and slides sideways without friction, past the width of
+    /// the punch too.
+    Held,
 }
 
 /// The layer by finite elements in three dimensions. Lengths in m.
@@ -253,14 +265,14 @@ pub struct Solid {
 pub enum SolidIndenter {
     /// A smooth plate over the whole layer.
     WholeTop,
-    /// A flat-faced punch all along x3; bonded ones are sharp.
+    /// A flat-faced punch all along x3; smooth ones have rounded corners, the others sharp ones.
     FlatPunch {
         /// Half of its width along x1.
         half_width: f64,
-        /// Radius of its corners; zero for a sharp one.
+        /// Radius of its corners; zero for a sharp one, as all are that are held or bonded.
         corner_radius: f64,
-        /// Whether the layer sticks to it.
-        bonded: bool,
+        /// How it touches the layer.
+        contact: PunchContact,
     },
     /// A flat-faced, smooth punch with an end along x3 as well.
     Block {

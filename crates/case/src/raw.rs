@@ -177,9 +177,10 @@ table! {
     struct FlatPunch {
         /// Half of its width along x1.
         half_width: Read<Size>,
-        /// Radius of its corners. Default: none; then the points under the punch at the start are the ones pressed.
+        /// Radius of its corners. Default: none, that is sharp corners.
         corner_radius: Option<Read<Size>>,
-        /// "smooth" (no friction) or "bonded" (the layer sticks to it). Default: "smooth".
+        /// "smooth" (contact without friction: the layer slides around the corners), "bonded" (the layer sticks to the face), or "held"
+        /// (no punch, but the patch that lay under it at rest is moved down, and may spread). Default: "smooth".
         contact: Option<Read<Contact>>,
         /// Its middle, along x1 from the middle of the layer. Default: 0.
         position: Option<Read<Position>>,
@@ -235,9 +236,10 @@ table! {
         half_width: Read<Size>,
         /// Half of its depth along x3, with a corner radius. Default: it goes all along x3.
         half_depth: Option<Read<Size>>,
-        /// Radius of its corners. Default: none; then the points under the punch at the start are the ones pressed.
+        /// Radius of its corners. Default: none, that is sharp corners; those need a `contact` of "bonded" or "held".
         corner_radius: Option<Read<Size>>,
-        /// "smooth" (no friction) or "bonded" (the layer sticks to it). Default: "smooth".
+        /// "smooth" (contact without friction, with rounded corners), "bonded" (the layer sticks to the face), or "held" (no punch, but
+        /// the patch that lay under it at rest is moved down, and may spread). Default: "smooth".
         contact: Option<Read<Contact>>,
     }
     later: "position";
@@ -263,7 +265,7 @@ table! {
 
 words! {
     /// How layer and indenter touch.
-    enum Contact { "smooth" => Smooth, "bonded" => Bonded, }
+    enum Contact { "smooth" => Smooth, "bonded" => Bonded, "held" => Held, }
 }
 
 table! {

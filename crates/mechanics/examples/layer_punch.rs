@@ -35,7 +35,7 @@ fn main() {
             table(
                 &format!("{rings} rings"),
                 &mesh,
-                Indenter::Sharp { half_width: HALF_WIDTH },
+                Indenter::Held { half_width: HALF_WIDTH },
                 5.0,
                 &settings,
             );

@@ -26,7 +26,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let coarse = 1.0 / n as f64;
     let (indenter, reach) = match kind {
         "top" => (Indenter::WholeTop, length - 1.0),
-        "sharp" | "plane-strain" => (Indenter::Sharp { half_width: corner }, corner),
+        "sharp" | "plane-strain" => (Indenter::Held { half_width: corner }, corner),
         "bonded" => (Indenter::Bonded { half_width: corner }, corner),
         "flat" => (Indenter::Smooth(IndenterProfile::Punch { half_width: corner, corner_radius }), corner),
         "cylinder" => (Indenter::Smooth(IndenterProfile::Cylinder { radius: 1.5 }), 1.0),
@@ -41,7 +41,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             );
         }
     };
-    let sharp = matches!(indenter, Indenter::Sharp { .. } | Indenter::Bonded { .. });
+    let sharp = matches!(indenter, Indenter::Held { .. } | Indenter::Bonded { .. });
     let section = if sharp {
         LayerMesh::under_punch(1.0, length, [corner, 0.5], n, 0.7, 1)
     } else {

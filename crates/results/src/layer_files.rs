@@ -3,7 +3,8 @@
 use elastocap_geometry::export::body::{BodyMesh, Element, NamedArray, body_vtu};
 use elastocap_geometry::export::vtk::pvd;
 use elastocap_mechanics::solid::dimension::Dimension;
-use elastocap_mechanics::solid::press::{Level, Pressed, Pressing};
+use elastocap_mechanics::solid::layer::LayerModel;
+use elastocap_mechanics::solid::press::{Pressed, Pressing};
 use elastocap_mechanics::solid::stress::{Fields, Sample};
 
 use super::csv::{number, optional, quoted};
@@ -17,9 +18,9 @@ use elastocap_coupling::outcome::Outcome;
 /// When a file cannot be written.
 pub(crate) fn stage(folder: &OutputFolder, solution: &Solution) -> Result<Vec<String>, OutputError> {
     match solution {
-        Solution::Plane(pressing) => stage_each(folder, pressing, |level, pressed| {
-            let fields = level.model.equations().fields(&pressed.state);
-            (body(level, pressed, &fields), profiles(level, &fields))
+        Solution::Plane(pressing) => stage_each(folder, pressing, |model, pressed| {
+            let fields = model.equations().fields(&pressed.state);
+            (body(model, pressed, &fields), profiles(model, &fields))
         }),
         Solution::Space(pressing) => stage_each(folder, pressing, space_layer_files::of),
     }
@@ -29,13 +30,13 @@ pub(crate) fn stage(folder: &OutputFolder, solution: &Solution) -> Result<Vec<St
 fn stage_each<S: Dimension>(
     folder: &OutputFolder,
     pressing: &Pressing<S>,
-    of: impl Fn(&Level<S>, &Pressed<S>) -> (BodyMesh, String),
+    of: impl Fn(&LayerModel<S>, &Pressed<S>) -> (BodyMesh, String),
 ) -> Result<Vec<String>, OutputError> {
     let mut warnings = Vec::new();
     let mut series = Vec::new();
     for (index, pressed) in pressing.goals.iter().enumerate() {
         let Ok(pressed) = pressed else { continue };
-        let (body, profiles) = of(&pressing.levels[pressed.level], pressed);
+        let (body, profiles) = of(pressing.model_of(pressed), pressed);
         match body_vtu(&body) {
             Ok(bytes) => {
                 let name = format!("layer_{index:03}.vtu");
@@ -55,8 +56,7 @@ fn stage_each<S: Dimension>(
     Ok(warnings)
 }
 
-fn body(level: &Level, pressed: &Pressed, fields: &Fields<'_>) -> BodyMesh {
-    let model = &level.model;
+fn body(model: &LayerModel, pressed: &Pressed, fields: &Fields<'_>) -> BodyMesh {
     let of = model.equations().body();
     let samples: Vec<Sample> = (0..of.mesh.nodes.len()).map(|n| fields.at_node(n)).collect();
     let array = |name, components, values: Vec<f64>| NamedArray { name, components, values };
@@ -90,8 +90,8 @@ fn body(level: &Level, pressed: &Pressed, fields: &Fields<'_>) -> BodyMesh {
 }
 
 /// Stress along the bonded bottom, the top and the axis of symmetry.
-fn profiles(level: &Level, fields: &Fields<'_>) -> String {
-    let mesh = &level.model.equations().body().mesh;
+fn profiles(model: &LayerModel, fields: &Fields<'_>) -> String {
+    let mesh = &model.equations().body().mesh;
     let top = mesh.nodes.iter().map(|x| x[1]).fold(0.0, f64::max);
     let tiny = 1e-9 * top;
     let mut out =

@@ -2,24 +2,25 @@
 
 use elastocap_geometry::export::body::{BodyMesh, Element, NamedArray};
 use elastocap_mechanics::solid::dimension::Space;
-use elastocap_mechanics::solid::press::{Level, Pressed};
+use elastocap_mechanics::solid::layer::LayerModel;
+use elastocap_mechanics::solid::press::Pressed;
 use elastocap_mechanics::solid::space::stress::SpaceStress;
 
 use super::csv::number;
 
 /// The deformed quarter with its fields, and `profile_NNN.csv`.
-pub(super) fn of(level: &Level<Space>, pressed: &Pressed<Space>) -> (BodyMesh, String) {
-    let stress = level.model.equations().nodal_stress(&pressed.state);
-    (body(level, pressed, &stress), profiles(level, pressed, &stress))
+pub(super) fn of(model: &LayerModel<Space>, pressed: &Pressed<Space>) -> (BodyMesh, String) {
+    let stress = model.equations().nodal_stress(&pressed.state);
+    (body(model, pressed, &stress), profiles(model, pressed, &stress))
 }
 
-fn body(level: &Level<Space>, pressed: &Pressed<Space>, stress: &[SpaceStress]) -> BodyMesh {
-    let of = level.model.equations().body();
+fn body(model: &LayerModel<Space>, pressed: &Pressed<Space>, stress: &[SpaceStress]) -> BodyMesh {
+    let of = model.equations().body();
     let displacement = &pressed.state.displacement;
     let array = |name, components, values: Vec<f64>| NamedArray { name, components, values };
     let each = |value: &dyn Fn(&SpaceStress) -> f64| stress.iter().map(value).collect::<Vec<f64>>();
     let moved = |(x, u): (&[f64; 3], &[f64])| std::array::from_fn(|k| x[k] + u[k]);
-    let contact = level.model.contact_pressure(&pressed.state, &each(&|s| s.cauchy[1]));
+    let contact = model.contact_pressure(&pressed.state, &each(&|s| s.cauchy[1]));
     BodyMesh {
         element: Element::Hexahedron,
         points: of.mesh.nodes.iter().zip(displacement.chunks_exact(3)).map(moved).collect(),
@@ -39,8 +40,8 @@ fn body(level: &Level<Space>, pressed: &Pressed<Space>, stress: &[SpaceStress]) 
 
 /// Stress along the bonded bottom, the top and the axis in the plane of symmetry `x3 = 0`, and along the bottom and the
 /// top in the plane of symmetry `x1 = 0`.
-fn profiles(level: &Level<Space>, pressed: &Pressed<Space>, stress: &[SpaceStress]) -> String {
-    let nodes = &level.model.equations().body().mesh.nodes;
+fn profiles(model: &LayerModel<Space>, pressed: &Pressed<Space>, stress: &[SpaceStress]) -> String {
+    let nodes = &model.equations().body().mesh.nodes;
     let top = nodes.iter().map(|x| x[1]).fold(0.0, f64::max);
     let near = |a: f64, b: f64| (a - b).abs() < 1e-9 * top;
     let mut out =

@@ -1,9 +1,9 @@
 //! How the layer deforms, and what each way of computing it asks of the layer.
 
 use super::super::diagnostics::Diagnostic;
-use super::super::model::{Indenter, LayerEnd, Mechanics, PlaneStrain, ShearLength};
+use super::super::model::{Indenter, LayerEnd, Mechanics, PlaneStrain, PunchContact, ShearLength};
 use super::super::raw::{self, Document};
-use super::super::reader::Log;
+use super::super::reader::{Log, Read};
 use super::super::values::Either;
 use super::layer_end::{check_outlet, end, half_length};
 use super::{given, solid};
@@ -72,10 +72,7 @@ fn plane_strain(raw: &raw::PlaneStrain, document: &Document, log: &mut Log<'_>) 
 fn punch(raw: &raw::FlatPunch, log: &mut Log<'_>) -> Option<Indenter> {
     let half_width = raw.half_width.get()?.si;
     let corner_radius = raw.corner_radius.as_ref().map_or(Some(0.0), |read| Some(read.get()?.si))?;
-    let bonded = match &raw.contact {
-        Some(read) => *read.get()? == raw::Contact::Bonded,
-        None => false,
-    };
+    let contact = contact(&raw.contact)?;
     let position = raw.position.as_ref().map_or(Some(0.0), |read| Some(read.get()?.si))?;
     if let (Some(read), true) = (&raw.corner_radius, corner_radius > half_width) {
         log.push(
@@ -87,9 +84,14 @@ fn punch(raw: &raw::FlatPunch, log: &mut Log<'_>) -> Option<Indenter> {
         return None;
     }
     let refused = match (&raw.contact, &raw.position) {
-        (Some(read), _) if bonded && corner_radius > 0.0 => Some((
+        (Some(read), _) if contact != PunchContact::Smooth && corner_radius > 0.0 => Some((
             &read.span,
-            "a punch with rounded corners cannot be bonded",
+            match contact {
+                PunchContact::Held => "a patch that is held has no rounded corners",
+                PunchContact::Bonded | PunchContact::Smooth => {
+                    "a punch with rounded corners cannot be bonded"
+                }
+            },
             "leave out `corner_radius`, or write `contact = \"smooth\"`",
         )),
         (_, Some(read)) if position != 0.0 && corner_radius == 0.0 => Some((
@@ -103,7 +105,19 @@ fn punch(raw: &raw::FlatPunch, log: &mut Log<'_>) -> Option<Indenter> {
         log.push(Diagnostic::at(span, what).label("not supported").help(help));
         return None;
     }
-    Some(Indenter::FlatPunch { half_width, corner_radius, bonded, position })
+    Some(Indenter::FlatPunch { half_width, corner_radius, contact, position })
+}
+
+/// How a punch touches the layer; `None` if the file says something else.
+pub(super) fn contact(raw: &Option<Read<raw::Contact>>) -> Option<PunchContact> {
+    Some(match raw {
+        Some(read) => match read.get()? {
+            raw::Contact::Smooth => PunchContact::Smooth,
+            raw::Contact::Bonded => PunchContact::Bonded,
+            raw::Contact::Held => PunchContact::Held,
+        },
+        None => PunchContact::Smooth,
+    })
 }
 
 /// The layer must have a length, and the punch must stand on it.

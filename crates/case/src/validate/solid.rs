@@ -1,13 +1,14 @@
 //! The layer in three dimensions: what it asks of the rest of the case.
 
 use super::super::diagnostics::Diagnostic;
-use super::super::model::{LayerEnd, LayerSide, Solid, SolidIndenter};
+use super::super::model::{LayerEnd, LayerSide, PunchContact, Solid, SolidIndenter};
 use super::super::quantities::Size;
 use super::super::raw::{self, Document};
 use super::super::reader::{Log, Read};
 use super::super::values::Either;
 use super::given;
 use super::layer_end::{check_outlet, end, half_length};
+use super::mechanics::contact;
 
 /// Relative discretisation error of the force where the file does not say: meshes in space are coarse.
 const DEFAULT_TOLERANCE: f64 = 2e-2;
@@ -46,10 +47,7 @@ pub(super) fn solid(raw: &raw::Solid, document: &Document, log: &mut Log<'_>) ->
 
 fn punch(raw: &raw::SolidPunch, log: &mut Log<'_>) -> Option<SolidIndenter> {
     let half_width = raw.half_width.get()?.si;
-    let bonded = match &raw.contact {
-        Some(read) => *read.get()? == raw::Contact::Bonded,
-        None => false,
-    };
+    let contact = contact(&raw.contact)?;
     let Some(radius) = &raw.corner_radius else {
         if let Some(depth) = &raw.half_depth {
             log.push(
@@ -59,12 +57,29 @@ fn punch(raw: &raw::SolidPunch, log: &mut Log<'_>) -> Option<SolidIndenter> {
             );
             return None;
         }
-        return Some(SolidIndenter::FlatPunch { half_width, corner_radius: 0.0, bonded });
+        if contact == PunchContact::Smooth {
+            log.push(
+                Diagnostic::at(&raw.half_width.span, "a punch without friction needs a `corner_radius` in three dimensions")
+                    .label("contact with sharp corners is known to [mechanics.plane_strain] only")
+                    .help(
+                        "add for example `corner_radius = \"0.1 mm\"`, or write `contact = \"held\"` to move down the patch that \
+                         lies under the punch at rest",
+                    ),
+            );
+            return None;
+        }
+        return Some(SolidIndenter::FlatPunch { half_width, corner_radius: 0.0, contact });
     };
     let corner_radius = radius.get()?.si;
-    if bonded {
+    if contact != PunchContact::Smooth {
+        let what = match contact {
+            PunchContact::Held => "a patch that is held has no rounded corners",
+            PunchContact::Bonded | PunchContact::Smooth => {
+                "a bonded punch has no rounded corners in three dimensions"
+            }
+        };
         log.push(
-            Diagnostic::at(&radius.span, "a bonded punch has no rounded corners in three dimensions")
+            Diagnostic::at(&radius.span, what)
                 .label("this radius cannot be kept")
                 .help("leave `corner_radius` out, or `contact`"),
         );
@@ -88,7 +103,7 @@ fn punch(raw: &raw::SolidPunch, log: &mut Log<'_>) -> Option<SolidIndenter> {
         return None;
     }
     match &raw.half_depth {
-        None => Some(SolidIndenter::FlatPunch { half_width, corner_radius, bonded }),
+        None => Some(SolidIndenter::FlatPunch { half_width, corner_radius, contact }),
         Some(read) => {
             let half_depth = read.get()?.si;
             fits(read, half_depth, "depth", log)

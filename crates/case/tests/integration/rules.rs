@@ -3,8 +3,8 @@
 use std::path::Path;
 
 use elastocap_case::{
-    self, Box3, Case, CaseError, Extent, Face, HyperelasticLaw, LayerEnd, LayerSide, Load, Mechanics, Role,
-    ShearLength, SolidIndenter, Stiffness, Wall,
+    self, Box3, Case, CaseError, Extent, Face, HyperelasticLaw, LayerEnd, LayerSide, Load, Mechanics,
+    PunchContact, Role, ShearLength, SolidIndenter, Stiffness, Wall,
 };
 
 const LAYERED: &str = r#"
@@ -348,7 +348,11 @@ fn what_the_finite_elements_in_three_dimensions_need_is_asked_for() {
     let (depth, radius) = ("half_depth = \"0.8 mm\"\n", "corner_radius = \"0.2 mm\"\n");
     let long = PRESSED_IN_SPACE.replace(depth, "");
     let sharp = long.replace(radius, "");
-    let punch = |corner_radius| SolidIndenter::FlatPunch { half_width: 1e-3, corner_radius, bonded: false };
+    let punch = |corner_radius| SolidIndenter::FlatPunch {
+        half_width: 1e-3,
+        corner_radius,
+        contact: PunchContact::Smooth,
+    };
     assert_eq!((model(&long).indenter, model(&sharp).indenter), (punch(0.2e-3), punch(0.0)));
     let sphere = PRESSED_IN_SPACE.replace("flat_punch", "sphere").replace("half_width", "radius");
     let sphere = sphere.replace(depth, "").replace(radius, "");

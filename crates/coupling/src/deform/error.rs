@@ -37,7 +37,7 @@ pub enum LayerSetupError {
     #[error("the case has no {0}")]
     Missing(&'static str),
     /// A combination for which the finite elements have no contact condition.
-    #[error("a punch with rounded corners that the layer sticks to is not supported")]
+    #[error("a punch with rounded corners that is held or that the layer sticks to is not supported")]
     RoundedAndBonded,
     /// In plane strain the electrodes end too near to the end of the layer.
     #[error(

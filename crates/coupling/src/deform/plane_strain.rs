@@ -13,7 +13,7 @@ use super::electrode_box::{ElectrodeBox, Face};
 use super::error::{DeformError, LayerSetupError};
 use super::finite_element::{FiniteElementRun, Scale, Solution, electrode_modulus, end, goals};
 use crate::load_steps::StepLoad;
-use elastocap_case::{Case, Electrodes, Indenter, Layer, Layout, PlaneStrain};
+use elastocap_case::{Case, Electrodes, Indenter, Layer, Layout, PlaneStrain, PunchContact};
 
 /// Whether the layer can be set up.
 ///
@@ -73,7 +73,7 @@ fn bodies(
     pressing: &Pressing,
     pressed: &Pressed,
 ) -> (Vec<ElectrodeBox>, DeformedCurves) {
-    let mesh = &pressing.levels[pressed.level].model.equations().body().mesh;
+    let mesh = &pressing.model_of(pressed).equations().body().mesh;
     let tiny = 1e-9 * problem.thickness;
     // Reference coordinate along a line of nodes, and where they are, ascending.
     let line = |across: usize, at: f64, [from, to]: [f64; 2]| -> Vec<(f64, [f64; 2])> {
@@ -132,12 +132,17 @@ fn problem(case: &Case, model: &PlaneStrain) -> Result<PlaneLayer, LayerSetupErr
     let (layer, half_length, material) = super::finite_element::layer(case)?;
     let (indenter, position) = match model.indenter {
         Indenter::WholeTop => (Press::WholeTop, 0.0),
-        Indenter::FlatPunch { half_width, corner_radius, bonded, position } => {
-            let punch = match (corner_radius > 0.0, bonded) {
-                (false, false) => Press::Sharp { half_width },
-                (false, true) => Press::Bonded { half_width },
-                (true, false) => Press::Smooth(IndenterProfile::Punch { half_width, corner_radius }),
-                (true, true) => return Err(LayerSetupError::RoundedAndBonded),
+        Indenter::FlatPunch { half_width, corner_radius, contact, position } => {
+            let punch = match (corner_radius > 0.0, contact) {
+                (false, PunchContact::Smooth) => Press::Sharp { half_width },
+                (false, PunchContact::Held) => Press::Held { half_width },
+                (false, PunchContact::Bonded) => Press::Bonded { half_width },
+                (true, PunchContact::Smooth) => {
+                    Press::Smooth(IndenterProfile::Punch { half_width, corner_radius })
+                }
+                (true, PunchContact::Held | PunchContact::Bonded) => {
+                    return Err(LayerSetupError::RoundedAndBonded);
+                }
             };
             (punch, position)
         }

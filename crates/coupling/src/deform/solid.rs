@@ -16,7 +16,7 @@ use super::electrode_box::{ElectrodeBox, Face};
 use super::error::{DeformError, LayerSetupError};
 use super::finite_element::{FiniteElementRun, Scale, Solution, electrode_modulus, end, goals, layer};
 use crate::load_steps::StepLoad;
-use elastocap_case::{Case, Electrodes, LayerSide, Layout, Solid, SolidIndenter};
+use elastocap_case::{Case, Electrodes, LayerSide, Layout, PunchContact, Solid, SolidIndenter};
 
 /// Whether the layer can be set up.
 ///
@@ -66,7 +66,7 @@ pub(super) fn solve(
 
 /// The electrodes as boxes.
 fn boxes(problem: &SpaceLayer, pressing: &Pressing<Space>, pressed: &Pressed<Space>) -> Vec<ElectrodeBox> {
-    let mesh = &pressing.levels[pressed.level].model.equations().body().mesh;
+    let mesh = &pressing.model_of(pressed).equations().body().mesh;
     let tiny = 1e-9 * problem.thickness;
     let face = |inclusion: &Inclusion<Space>, axis: usize, at: f64| -> Face {
         let others = [(axis + 1) % 3, (axis + 2) % 3];
@@ -138,11 +138,11 @@ fn problem(case: &Case, model: &Solid) -> Result<SpaceLayer, LayerSetupError> {
     let (layer, half_length, material) = layer(case)?;
     let indenter = match model.indenter {
         SolidIndenter::WholeTop => Press::WholeTop,
-        SolidIndenter::FlatPunch { half_width, bonded: true, .. } => Press::Bonded { half_width },
-        SolidIndenter::FlatPunch { half_width, corner_radius: 0.0, .. } => Press::Sharp { half_width },
-        SolidIndenter::FlatPunch { half_width, corner_radius, .. } => {
-            Press::Smooth(IndenterProfile::Punch { half_width, corner_radius })
-        }
+        SolidIndenter::FlatPunch { half_width, corner_radius, contact } => match contact {
+            PunchContact::Bonded => Press::Bonded { half_width },
+            PunchContact::Held => Press::Held { half_width },
+            PunchContact::Smooth => Press::Smooth(IndenterProfile::Punch { half_width, corner_radius }),
+        },
         SolidIndenter::Block { half_widths, corner_radius } => {
             Press::Smooth(IndenterProfile::Block { half_widths, corner_radius })
         }

@@ -5,8 +5,8 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
 use elastocap_case::{
-    self, Body, Case, FieldSolver, Indenter, LayerEnd, LayerSide, Load, Mechanics, PlaneStrain, Shape,
-    ShearLength, Solid, SolidIndenter, Stiffness,
+    self, Body, Case, FieldSolver, Indenter, LayerEnd, LayerSide, Load, Mechanics, PlaneStrain, PunchContact,
+    Shape, ShearLength, Solid, SolidIndenter, Stiffness,
 };
 use elastocap_coupling::outcome::{Missed, Outcome, Status};
 use elastocap_coupling::plan::{Options, Plan};
@@ -186,8 +186,12 @@ fn beside_a_punch_the_field_has_the_layer_with_its_bulge() {
     let model = plane_strain(&mut case);
     model.relative_tolerance = 0.5;
     // The sharp one is pressed in no time.
-    model.indenter =
-        Indenter::FlatPunch { half_width: 500e-6, corner_radius: 0.0, bonded: false, position: 0.0 };
+    model.indenter = Indenter::FlatPunch {
+        half_width: 500e-6,
+        corner_radius: 0.0,
+        contact: PunchContact::Smooth,
+        position: 0.0,
+    };
     case.load = Some(Load::Compression(vec![0.1]));
     case.electrostatics.as_mut().unwrap().relative_tolerance = 0.05;
     let outcome = solve(&case);

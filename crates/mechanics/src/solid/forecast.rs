@@ -130,7 +130,7 @@ mod tests {
             Indenter::WholeTop,
             Indenter::Smooth(IndenterProfile::Cylinder { radius: 1.0 }),
             Indenter::Smooth(IndenterProfile::Punch { half_width, corner_radius }),
-            Indenter::Sharp { half_width },
+            Indenter::Held { half_width },
         ] {
             let (end, inclusions) = (End::FreeOnSubstrate, Vec::new());
             let layer = PlaneLayer {
@@ -151,7 +151,7 @@ mod tests {
         for indenter in [
             Indenter::WholeTop,
             Indenter::Smooth(IndenterProfile::Sphere { radius: 1.5 }),
-            Indenter::Sharp { half_width },
+            Indenter::Held { half_width },
         ] {
             let (end, side) = (End::Free, SideCondition::Free);
             let layer = SpaceLayer {

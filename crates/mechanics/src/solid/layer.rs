@@ -7,6 +7,7 @@
 
 use super::dimension::{Dimension, Numbers, Plane};
 use super::flanks::flanks;
+use super::force_goal::meet_force;
 use super::model::{Body, Equations, Load, ModelError, State};
 use super::newton::{Effort, FromCoarser, NewtonSettings, StopReason, Stopped};
 use super::obstacle::{IndenterProfile, Obstacle, ObstacleShape};
@@ -43,9 +44,17 @@ pub enum Indenter {
     WholeTop,
     /// A rigid body without friction that starts in contact with the top. The layer may separate from it and touch its flank.
     Smooth(IndenterProfile),
-    /// A sharp flat punch without friction. The points that are under it at the start, `|x1| <= half_width`, are displaced by `U`.
+    /// A flat punch with sharp corners, in contact without friction: the surface slides around its corners and along its flanks. The
+    /// mesh says which point of the surface lies at the corner, by the centre of its [`PunchFan`]; see [`contact_end`](super::contact_end).
+    /// Only in the plane.
     Sharp {
         /// Half the width of the punch in m.
+        half_width: f64,
+    },
+    /// A patch of the surface without friction: the points with `|x1| <= half_width` at rest are displaced by `U`, wherever they go
+    /// along `x1`. It is wider than a punch of that width once it spreads, and stiffer.
+    Held {
+        /// Half the width of the patch at rest in m.
         half_width: f64,
     },
     /// A sharp flat punch that the layer is bonded to.
@@ -60,14 +69,16 @@ impl Indenter {
     pub(crate) fn is_rounded(&self) -> bool {
         match self {
             Self::Smooth(_) => true,
-            Self::WholeTop | Self::Sharp { .. } | Self::Bonded { .. } => false,
+            Self::WholeTop | Self::Sharp { .. } | Self::Held { .. } | Self::Bonded { .. } => false,
         }
     }
 
     /// Half its width in m if it is a flat punch with sharp corners, which need a fan in the mesh.
     pub(crate) fn sharp_corner(&self) -> Option<f64> {
         match *self {
-            Self::Sharp { half_width } | Self::Bonded { half_width } => Some(half_width),
+            Self::Sharp { half_width } | Self::Held { half_width } | Self::Bonded { half_width } => {
+                Some(half_width)
+            }
             Self::WholeTop | Self::Smooth(_) => None,
         }
     }
@@ -92,6 +103,21 @@ pub struct LayerModel<S: Dimension = Plane> {
     punch: Option<usize>,
     substrate: Option<usize>,
     symmetry: Symmetry,
+    /// The corner of a sharp punch that the surface slides around.
+    corner: Option<Corner>,
+}
+
+/// The corner of a sharp punch, and what of the layer lies there.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Corner {
+    /// Half the width of the punch in m.
+    pub(crate) half_width: f64,
+    /// `x1` at rest, in m, of the point of the surface that lies at the corner.
+    pub(crate) end: f64,
+    /// The node there.
+    node: usize,
+    /// Number of the punch's flank among the obstacles.
+    flank: usize,
 }
 
 /// One step of a pressed layer.
@@ -137,7 +163,8 @@ impl LayerModel {
         let mut body = Body::new(mesh.mesh(), rubber.clone());
         include(&mut body, inclusions);
         let symmetry = if mesh.whole { Symmetry::None } else { Symmetry::Half };
-        Self::with(body, mesh.thickness(), indenter, end, symmetry, |x| x[0].abs() > length)
+        let contact_end = mesh.punch.as_ref().map(|fan| fan.corner);
+        Self::with(body, mesh.thickness(), indenter, contact_end, end, symmetry, |x| x[0].abs() > length)
     }
 }
 
@@ -173,10 +200,14 @@ impl<S: Dimension> LayerModel<S> {
         mut body: Body<S>,
         top: f64,
         indenter: Indenter,
+        contact_end: Option<f64>,
         end: End,
         symmetry: Symmetry,
         outside: impl Fn(S::Point) -> bool,
     ) -> Result<Self, ModelError> {
+        if S::AXES == 3 && matches!(indenter, Indenter::Sharp { .. }) {
+            return Err(ModelError::SharpInSpace);
+        }
         let tiny = 1e-9 * top;
         body.hold(0, |x| x[0] == 0.0 && symmetry != Symmetry::None);
         for axis in 0..S::AXES {
@@ -186,7 +217,7 @@ impl<S: Dimension> LayerModel<S> {
             let length = body.mesh.nodes.iter().map(|x| x[0]).fold(0.0, f64::max);
             body.hold(0, |x| x[0].abs() > length - tiny);
         }
-        let (mut punch, mut substrate) = (None, None);
+        let (mut punch, mut substrate, mut corner) = (None, None, None);
         let mut hold = None;
         let mut obstacles = match indenter {
             Indenter::WholeTop => {
@@ -194,6 +225,15 @@ impl<S: Dimension> LayerModel<S> {
                 Vec::new()
             }
             Indenter::Sharp { half_width } => {
+                let end = contact_end.unwrap_or(half_width);
+                hold = Some((end + tiny, false));
+                let node = body.mesh.nearest_node(S::Point::from_fn(|k| [end, top, 0.0][k]));
+                corner = Some(Corner { half_width, end, node, flank: 0 });
+                body.held[S::AXES * node] = true;
+                let sides = body.mesh.boundary_where(|x| x[1] > top - tiny && x[0] > end - tiny);
+                vec![Obstacle { shape: ObstacleShape::Flank { side: 1.0 }, sides, carrier: None }]
+            }
+            Indenter::Held { half_width } => {
                 hold = Some((half_width + tiny, false));
                 flanks(&body, half_width, top, symmetry, false)
             }
@@ -222,6 +262,9 @@ impl<S: Dimension> LayerModel<S> {
         if let Some(punch) = punch {
             load.shift[punch][1] = top;
         }
+        if let Some(corner) = corner {
+            load.shift[corner.flank][0] = corner.end;
+        }
         let mut shift = load.shift.clone();
         if let Some(punch) = punch {
             // A contact force needs a gap.
@@ -229,7 +272,7 @@ impl<S: Dimension> LayerModel<S> {
         }
         let state = State { shift, ..body.at_rest() };
         let equations = Equations::new(body)?;
-        Ok(Self { equations, indenter, thickness: top, state, load, punch, substrate, symmetry })
+        Ok(Self { equations, indenter, thickness: top, state, load, punch, substrate, symmetry, corner })
     }
 
     /// Pressure of indenter and substrate on each node in Pa, zero without contact. `s22` are the normal stresses of `state` at the
@@ -244,6 +287,11 @@ impl<S: Dimension> LayerModel<S> {
             }
         }
         pressure
+    }
+
+    /// The corner of a sharp punch in contact, if that is what presses.
+    pub(crate) fn corner(&self) -> Option<Corner> {
+        self.corner
     }
 
     /// Releases the memory of the factors until the next load.
@@ -320,6 +368,30 @@ impl<S: Dimension> LayerModel<S> {
         found.map(|effort| self.step(effort))
     }
 
+    /// Moves the nodes at rest to `nodes` (m), of which the one at the corner is at `end` (m), and finds the equilibrium near `state`.
+    pub(crate) fn settle_on(
+        &mut self,
+        nodes: Vec<S::Point>,
+        end: f64,
+        mut state: State<S>,
+        settings: &NewtonSettings,
+    ) -> Result<Effort, StopReason> {
+        let compression = self.compression();
+        self.equations.move_nodes(nodes).map_err(|_| StopReason::Inversion)?;
+        if let Some(corner) = &mut self.corner {
+            corner.end = end;
+        }
+        let load = self.load_at(compression);
+        let mut effort = Effort::default();
+        let settled = self.equations.settle_again(&mut state, &load, settings, &mut effort);
+        settled.map_err(|(reason, _)| reason)?;
+        if effort.negative_pivots > 0 {
+            return Err(StopReason::NoConvergence);
+        }
+        (self.state, self.load) = (state, load);
+        Ok(effort)
+    }
+
     /// Finds an equilibrium at the compression `start` near `state` of `other`, and follows the load to `end`.
     fn run_up(
         &mut self,
@@ -349,6 +421,10 @@ impl<S: Dimension> LayerModel<S> {
                 }
             }
         }
+        if let Some(corner) = self.corner {
+            next.displacement[S::AXES * corner.node] = corner.half_width - corner.end;
+            next.shift[corner.flank][0] = corner.half_width;
+        }
         next
     }
 
@@ -360,72 +436,35 @@ impl<S: Dimension> LayerModel<S> {
         }
     }
 
-    /// Moves the indenter until the force on the *whole* layer is `target` (N, in the plane N per metre of width).
-    ///
-    /// The displacement follows from secants, kept between one that is too small and one that is too large, until the force is
-    /// met as closely as equilibrium is.
+    /// Moves the indenter until the force on the *whole* layer is `target` (N, in the plane N per metre of width); see
+    /// [`meet_force`].
     ///
     /// # Errors
     /// [`Stopped`]; the model is then in the last equilibrium on the way.
     pub fn press_with(&mut self, target: f64, settings: &NewtonSettings) -> Result<LayerStep, Box<Stopped>> {
-        const MAX_TRIES: usize = 60;
-        // Forces jitter by rounding, with stiff inclusions more than 1e-10.
-        const FORCE_TOLERANCE: f64 = 1e-6;
-        // Distance from the goal, over it, that is a short way.
-        const NEAR: f64 = 0.1;
-        let mut last = self.step(Effort::default());
-        let mut low = (last.compression, last.force - target);
-        let mut high: Option<(f64, f64)> = None;
-        let mut slope = None;
-        if low.1 > 0.0 {
-            high = Some(low);
-            low = (0.0, -target);
-        }
-        if last.force > 0.0 && low.1.abs().min(high.map_or(f64::INFINITY, |h| h.1)) < NEAR * target {
-            // A layer becomes stiffer: this slope is too small rather than too large, for a way this short either does.
-            slope = Some(last.force / last.compression);
-        }
-        let mut left = *settings;
-        for _ in 0..MAX_TRIES {
-            let miss = last.force - target;
-            if miss.abs() <= settings.tolerance.max(1e-10) * target.abs() || target == 0.0 && miss == 0.0 {
-                return Ok(last);
+        let tolerance = settings.tolerance.max(1e-10);
+        let last = self.step(Effort::default());
+        meet_force(target, tolerance, settings, last, &mut |next, left| self.press(next, left))
+    }
+
+    /// Displacement of the indenter over the thickness in the last equilibrium.
+    pub fn compression(&self) -> f64 {
+        let top = self.thickness;
+        let moved = match self.punch {
+            Some(punch) => top - self.load.shift[punch][1],
+            None => {
+                let axis = S::Point::from_fn(|k| if k == 1 { top } else { 0.0 });
+                let n = self.equations.body().mesh.nearest_node(axis);
+                // Minus a zero of the load would be a compression of -0.
+                0.0 - self.load.displacement[S::AXES * n + 1]
             }
-            let newton = slope.map(|s: f64| last.compression - miss / s).filter(|c: &f64| c.is_finite());
-            let next = match high {
-                Some(high) => {
-                    let inside = |c: &f64| *c > low.0 && *c < high.0;
-                    newton.filter(inside).unwrap_or(0.5 * (low.0 + high.0))
-                }
-                // Nothing above the goal is known yet: not too far at a time, and short of a closed layer.
-                None => {
-                    let most = low.0 + (0.1_f64).min(0.5 * (1.0 - low.0));
-                    newton.unwrap_or(low.0 + 0.01).clamp(low.0 + 1e-12, most)
-                }
-            };
-            let before = last;
-            last = self.press(next, &left)?;
-            left.max_solves = left.max_solves.saturating_sub(last.effort.solves);
-            let miss = last.force - target;
-            if miss < 0.0 {
-                low = (last.compression, miss)
-            } else {
-                high = Some((last.compression, miss))
-            }
-            let moved = last.compression - before.compression;
-            if moved != 0.0 {
-                slope = Some((last.force - before.force) / moved).filter(|s| *s > 0.0);
-            }
-            if high.is_some_and(|h| h.0 - low.0 <= 1e-13 * h.0) {
-                break;
-            }
-        }
-        if (last.force - target).abs() <= FORCE_TOLERANCE * target.abs() {
-            return Ok(last);
-        }
-        let effort = last.effort;
-        let (reason, smallest_j) = (StopReason::NoConvergence, effort.smallest_j);
-        Err(Box::new(Stopped { reached: 0.0, step: 1.0, reason, smallest_j, element: 0, effort }))
+        };
+        moved / top
+    }
+
+    /// Smallest `J` of the quadrature points in the last equilibrium.
+    pub(crate) fn smallest_j(&self) -> f64 {
+        self.equations.smallest_j(&self.state.displacement, &self.state.displacement, false).0
     }
 
     /// Forces and contact in the last equilibrium, together with the `effort` it took.
@@ -435,24 +474,15 @@ impl<S: Dimension> LayerModel<S> {
         let contact = |o: Option<usize>| o.map_or(0.0, |o| self.equations.contact_force(o, &self.state)[1]);
         let part = match self.indenter {
             Indenter::Smooth(_) => -contact(self.punch),
-            Indenter::WholeTop | Indenter::Sharp { .. } | Indenter::Bonded { .. } => {
+            Indenter::WholeTop | Indenter::Sharp { .. } | Indenter::Held { .. } | Indenter::Bonded { .. } => {
                 -self.equations.reaction(1, |x| x[1] > top - tiny)
             }
         };
         let end = contact(self.substrate);
         let bottom = self.equations.reaction(1, |x| x[1] == 0.0);
-        let shift = match self.punch {
-            Some(punch) => top - self.load.shift[punch][1],
-            None => {
-                let axis = S::Point::from_fn(|k| if k == 1 { top } else { 0.0 });
-                let n = self.equations.body().mesh.nearest_node(axis);
-                // Minus a zero of the load would be a compression of -0.
-                0.0 - self.load.displacement[S::AXES * n + 1]
-            }
-        };
         let parts = self.symmetry.parts();
         LayerStep {
-            compression: shift / top,
+            compression: self.compression(),
             force: parts * part,
             end_contact_force: parts * end,
             imbalance: (bottom + end - part).abs() / part.abs().max(f64::MIN_POSITIVE),

@@ -32,6 +32,9 @@ pub struct PunchFan {
     pub corner: f64,
     /// Fractions of the way from the centre, from 0 to 1.
     pub radii: Vec<f64>,
+    /// Power of these fractions that the way along the surface is cut at; 1 for rings of one shape. Where the surface slides around a
+    /// corner it is stretched without limit, and its elements have to be narrow at rest.
+    pub narrowing: f64,
 }
 
 /// The dimensions of a punch with rounded corners that a mesh depends on. Lengths in m.
@@ -142,8 +145,13 @@ impl LayerMesh {
         let mut up = uniform(0.0, low, count(low));
         let floor = up.len() - 1;
         up.extend(uniform(low, thickness, count(reach)).iter().skip(1));
-        let punch =
-            Some(PunchFan { along: [first, last], up: floor, corner, radii: geometric(ratio, rings) });
+        let punch = Some(PunchFan {
+            along: [first, last],
+            up: floor,
+            corner,
+            radii: geometric(ratio, rings),
+            narrowing: 1.0,
+        });
         let end_top = uniform(body, half_length, count(0.6 * thickness));
         Self { along, up, end_top, radii: geometric(0.5, 1), punch, whole: false }
     }
@@ -209,7 +217,7 @@ impl LayerMesh {
         let mut rim: Vec<[f64; 2]> = self.up.iter().map(|&y| [body, y]).collect();
         rim.extend(self.end_top.iter().skip(1).map(|&x| [x, top]));
         let mut patches = vec![Patch::fan(corner, &rim, &self.radii)];
-        if let Some(PunchFan { along: [first, last], up: floor, corner, radii }) = &self.punch {
+        if let Some(PunchFan { along: [first, last], up: floor, corner, radii, narrowing }) = &self.punch {
             let (low, high) = (&self.up[..=*floor], &self.up[*floor..]);
             let under = &self.along[*first..=*last];
             patches.push(Patch::tensor(&self.along, low));
@@ -218,7 +226,8 @@ impl LayerMesh {
             let mut rim: Vec<[f64; 2]> = high.iter().rev().map(|&y| [under[0], y]).collect();
             rim.extend(under.iter().skip(1).map(|&x| [x, high[0]]));
             rim.extend(high.iter().skip(1).map(|&y| [under[under.len() - 1], y]));
-            patches.push(Patch::fan([*corner, top], &rim, radii));
+            let powers = [*narrowing, 1.0];
+            patches.push(Patch::narrowing_fan([*corner, top], &rim, radii, powers));
         } else {
             patches.push(Patch::tensor(&self.along, &self.up));
         }

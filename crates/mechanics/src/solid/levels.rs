@@ -38,6 +38,11 @@ const RUN_UP: f64 = 0.5;
 const SHRINK: f64 = 0.7;
 const COARSEST_RINGS: usize = 8;
 const RINGS_PER_LEVEL: usize = 2;
+/// The same where the surface slides around the corner.
+const COARSEST_SLIDING_RINGS: usize = 3;
+/// [`PunchFan::narrowing`] there. At a distance `d` from the corner the surface is stretched by about `d^(-1/2)`: what comes to lie within
+/// `d` was as wide as `d^(3/2)` at rest, and as deep as `d^(1/2)`.
+const NARROWING: f64 = 1.5;
 /// Quadrilaterals over the thickness around that fan. They have to shrink too: beyond a compression of some per cent
 /// they contribute as much to the error as the corner.
 const COARSEST_CELLS: usize = 8;
@@ -49,7 +54,8 @@ impl PlaneLayer {
     pub fn mesh(&self, level: usize, deepest: f64) -> LayerMesh {
         let (height, length) = (self.thickness, self.half_length);
         let mut mesh = match self.indenter {
-            Indenter::Sharp { half_width } | Indenter::Bonded { half_width } => {
+            Indenter::Sharp { half_width } => return self.around_corner(half_width, level),
+            Indenter::Held { half_width } | Indenter::Bonded { half_width } => {
                 return self.under_sharp_punch(half_width, level);
             }
             Indenter::Smooth(profile) => match self.rounded_punch(profile) {
@@ -106,7 +112,7 @@ impl PlaneLayer {
                 }
                 None => PressingRegime::Smooth,
             },
-            Indenter::Sharp { .. } | Indenter::Bonded { .. } => PressingRegime::Sharp,
+            Indenter::Sharp { .. } | Indenter::Held { .. } | Indenter::Bonded { .. } => PressingRegime::Sharp,
             Indenter::WholeTop => PressingRegime::Smooth,
         }
     }
@@ -116,7 +122,7 @@ impl PlaneLayer {
         let without = self.rubber.volume_barrier == 0.0 || self.folds();
         let needed = match self.indenter {
             Indenter::Smooth(_) => ROUNDED_BARRIER,
-            Indenter::Sharp { .. } | Indenter::Bonded { .. } => SHARP_BARRIER,
+            Indenter::Sharp { .. } | Indenter::Held { .. } | Indenter::Bonded { .. } => SHARP_BARRIER,
             Indenter::WholeTop => self.rubber.volume_barrier,
         };
         let volume_barrier = if without { 0.0 } else { needed };
@@ -131,7 +137,7 @@ impl PlaneLayer {
                 Some(punch) => around_corners(punch.corner_radius, level),
                 None => NewtonSettings::default(),
             },
-            Indenter::WholeTop | Indenter::Sharp { .. } | Indenter::Bonded { .. } => {
+            Indenter::WholeTop | Indenter::Sharp { .. } | Indenter::Held { .. } | Indenter::Bonded { .. } => {
                 NewtonSettings::default()
             }
         }
@@ -186,9 +192,21 @@ impl PlaneLayer {
             up: at(low, &up),
             corner,
             radii: geometric(SHRINK, COARSEST_RINGS + RINGS_PER_LEVEL * level),
+            narrowing: 1.0,
         };
         let end_top = uniform(body, length, count(0.6 * height));
         LayerMesh { along, up, end_top, radii: geometric(0.5, 1), punch: Some(punch), whole: false }
+    }
+
+    /// The mesh under a sharp punch at whose corner the point `end` (m) of the surface lies. Its fan needs fewer rings than that of
+    /// a patch that is held: the corner does not hold the surface, and what is singular there is weaker.
+    pub(super) fn around_corner(&self, end: f64, level: usize) -> LayerMesh {
+        let mut mesh = self.under_sharp_punch(end, level);
+        if let Some(fan) = &mut mesh.punch {
+            fan.radii = geometric(SHRINK, COARSEST_SLIDING_RINGS + RINGS_PER_LEVEL * level);
+            fan.narrowing = NARROWING;
+        }
+        mesh
     }
 }
 
@@ -263,7 +281,7 @@ mod tests {
     fn every_mesh_is_finer_than_the_one_before() {
         let half_width = 500.0 / 450.0;
         for indenter in [
-            Indenter::Sharp { half_width },
+            Indenter::Held { half_width },
             Indenter::Bonded { half_width },
             Indenter::Smooth(IndenterProfile::Punch { half_width, corner_radius: 0.02 }),
             Indenter::Smooth(IndenterProfile::Cylinder { radius: 1.0 }),

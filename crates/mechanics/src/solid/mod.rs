@@ -48,10 +48,12 @@
 //!   beyond 38 % compression, and the solver may end on a branch that is not the closed form.
 
 mod contact;
+mod contact_end;
 pub mod dimension;
 pub mod element;
 mod flanks;
 pub mod folds;
+mod force_goal;
 pub mod forecast;
 pub mod layer;
 mod layer_mesh;

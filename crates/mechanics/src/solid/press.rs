@@ -66,6 +66,8 @@ pub struct Level<S: Dimension = Plane> {
     pub model: LayerModel<S>,
     /// Size of its elements, to be compared with that of the other meshes.
     size: f64,
+    /// Layers on meshes of this level that were made for one load.
+    remeshed: Vec<LayerModel<S>>,
     /// Wall-clock seconds that it took.
     pub seconds: f64,
     /// Equilibria found, goal by goal; the goals that were not reached are not in it.
@@ -75,6 +77,8 @@ pub struct Level<S: Dimension = Plane> {
 
 #[derive(Debug, Clone)]
 struct Reached<S: Dimension> {
+    /// Which of the remeshed layers it is of, if it is of one of them.
+    remeshed: Option<usize>,
     step: LayerStep,
     state: State<S>,
     load: Load<S>,
@@ -87,6 +91,8 @@ pub struct Pressed<S: Dimension = Plane> {
     pub step: LayerStep,
     /// Number of that mesh among the levels.
     pub level: usize,
+    /// Which of the level's layers that were made for one load it is of, if it is of one of them.
+    remeshed: Option<usize>,
     /// Its equilibrium.
     pub state: State<S>,
     /// The load of that equilibrium.
@@ -144,7 +150,20 @@ impl PlaneLayer {
         let rubber = self.rubber_in_use();
         let halved = |level: usize| 0.5_f64.powi(level as i32);
         let deepest = deepest(goals);
-        press_on(goals, refinement, &|level| self.settings(level), cancel, tell, &halved, &|level| {
+        let sharp = |half_width: f64| {
+            move |level: usize, coarser: Option<(&LayerModel, &State)>, goal: Goal| {
+                self.press_sharp(half_width, level, coarser, goal, &self.settings(level))
+            }
+        };
+        let sharp = match self.indenter {
+            Indenter::Sharp { half_width } => Some(sharp(half_width)),
+            Indenter::WholeTop | Indenter::Smooth(_) | Indenter::Held { .. } | Indenter::Bonded { .. } => {
+                None
+            }
+        };
+        let remesh = sharp.as_ref().map(|sharp| sharp as &Remesh<'_, Plane>);
+        let settings = |level| self.settings(level);
+        press_on(goals, refinement, &settings, remesh, cancel, tell, &halved, &|level| {
             let mesh = self.mesh(level, deepest);
             let mut model =
                 LayerModel::with_inclusions(&mesh, &rubber, &self.inclusions, self.indenter, self.end)?;
@@ -154,12 +173,17 @@ impl PlaneLayer {
     }
 }
 
+/// Presses a layer to a goal on a mesh made for it: from the number of [`Refinement::meshes`], and the equilibrium on a coarser mesh.
+pub(crate) type Remesh<'a, S> = dyn Fn(usize, Option<(&LayerModel<S>, &State<S>)>, Goal) -> Result<(LayerModel<S>, LayerStep), Box<Stopped>>
+    + 'a;
+
 /// Presses layers to each of `goals`, mesh after mesh: `layer` makes the one that a number of [`Refinement::meshes`]
 /// stands for, `settings` how it is pressed, and `size` the size of its elements. A mesh too large for the memory ends the refinement.
 pub(crate) fn press_on<S: Dimension>(
     goals: &[Goal],
     refinement: &Refinement,
     settings: &dyn Fn(usize) -> NewtonSettings,
+    remesh: Option<&Remesh<'_, S>>,
     cancel: &AtomicBool,
     tell: &dyn Fn(usize, usize),
     size: &dyn Fn(usize) -> f64,
@@ -183,6 +207,7 @@ pub(crate) fn press_on<S: Dimension>(
         let mut level = Level {
             model,
             size: size(n),
+            remeshed: Vec::new(),
             seconds: 0.0,
             reached: vec![None; goals.len()],
             stopped: vec![None; goals.len()],
@@ -191,8 +216,15 @@ pub(crate) fn press_on<S: Dimension>(
             judge(levels, goals, g, refinement).is_some_and(|pressed| pressed.converged)
         };
         let wanted: Vec<bool> = (0..goals.len()).map(|g| !known(&levels, g)).collect();
-        let further =
-            level.walk(levels.last(), goals, &order, &wanted, &settings, cancel, &|done| tell(k, done));
+        let press =
+            &|model: &mut LayerModel<S>, coarser: Option<(&LayerModel<S>, &Reached<S>)>, goal: Goal| {
+                let Some(remesh) = remesh else {
+                    return follow(model, coarser, goal, &settings).map(|step| (step, None));
+                };
+                let coarser = coarser.map(|(model, reached)| (model, &reached.state));
+                remesh(n, coarser, goal).map(|(model, step)| (step, Some(model)))
+            };
+        let further = level.walk(levels.last(), goals, &order, &wanted, press, cancel, &|done| tell(k, done));
         level.model.release_factors();
         level.seconds = start.elapsed().as_secs_f64();
         levels.push(level);
@@ -246,7 +278,7 @@ impl<S: Dimension> Level<S> {
         goals: &[Goal],
         order: &[usize],
         wanted: &[bool],
-        settings: &NewtonSettings,
+        press: &Press<'_, S>,
         cancel: &AtomicBool,
         tell: &dyn Fn(usize),
     ) -> usize {
@@ -259,13 +291,12 @@ impl<S: Dimension> Level<S> {
                 goal if goal.value() == 0.0 => {
                     Ok(self.model.step(Effort { smallest_j: 1.0, ..Effort::default() }))
                 }
-                Goal::Compression(compression) => match self.take_over(coarser, g, settings) {
-                    Some(step) => Ok(step),
-                    None => self.model.press(compression, settings),
-                },
-                Goal::Force(force) => {
-                    self.take_over(coarser, g, settings);
-                    self.model.press_with(force, settings)
+                goal => {
+                    let found = coarser.and_then(|level| level.found(g));
+                    press(&mut self.model, found, goal).map(|(step, model)| {
+                        self.remeshed.extend(model);
+                        step
+                    })
                 }
             };
             match step {
@@ -274,8 +305,13 @@ impl<S: Dimension> Level<S> {
                     if let Goal::Compression(asked) = goals[g] {
                         step.compression = asked; // but for rounding
                     }
-                    let (state, load) = (self.model.state().clone(), self.model.load().clone());
-                    self.reached[g] = Some(Reached { step, state, load });
+                    let remeshed = self.remeshed.len().checked_sub(1);
+                    let model = self.remeshed.last_mut().unwrap_or(&mut self.model);
+                    let (state, load) = (model.state().clone(), model.load().clone());
+                    if remeshed.is_some() {
+                        model.release_factors();
+                    }
+                    self.reached[g] = Some(Reached { remeshed, step, state, load });
                 }
                 Err(stopped) => {
                     for &g in &order[done..] {
@@ -289,18 +325,49 @@ impl<S: Dimension> Level<S> {
         order.len()
     }
 
-    /// Finds the equilibrium near that of `coarser` under the load of goal `g`, if possible.
-    fn take_over(
-        &mut self,
-        coarser: Option<&Self>,
-        g: usize,
-        settings: &NewtonSettings,
-    ) -> Option<LayerStep> {
-        if settings.from_coarser == FromCoarser::Nothing {
-            return None;
+    /// The layer and its equilibrium under goal `g`, if it was reached.
+    fn found(&self, g: usize) -> Option<(&LayerModel<S>, &Reached<S>)> {
+        let reached = self.reached[g].as_ref()?;
+        Some((self.layer_of(reached.remeshed), reached))
+    }
+
+    fn layer_of(&self, remeshed: Option<usize>) -> &LayerModel<S> {
+        remeshed.and_then(|k| self.remeshed.get(k)).unwrap_or(&self.model)
+    }
+}
+
+/// Presses the layer of a level, or one with a mesh of its own that is returned, to a goal.
+type Press<'a, S> = dyn Fn(
+        &mut LayerModel<S>,
+        Option<(&LayerModel<S>, &Reached<S>)>,
+        Goal,
+    ) -> Result<(LayerStep, Option<LayerModel<S>>), Box<Stopped>>
+    + 'a;
+
+/// Presses `model` to `goal`, from the equilibrium on a coarser mesh where that helps.
+fn follow<S: Dimension>(
+    model: &mut LayerModel<S>,
+    coarser: Option<(&LayerModel<S>, &Reached<S>)>,
+    goal: Goal,
+    settings: &NewtonSettings,
+) -> Result<LayerStep, Box<Stopped>> {
+    let taken = match (settings.from_coarser, coarser) {
+        (FromCoarser::Nothing, _) | (_, None) => None,
+        (FromCoarser::Equilibrium | FromCoarser::RunUp(_), Some((other, reached))) => {
+            model.take_over(other, &reached.state, reached.step.compression, settings)
         }
-        let (model, reached) = coarser.and_then(|level| Some((&level.model, level.reached[g].as_ref()?)))?;
-        self.model.take_over(model, &reached.state, reached.step.compression, settings)
+    };
+    match (goal, taken) {
+        (Goal::Compression(_), Some(step)) => Ok(step),
+        (Goal::Compression(compression), None) => model.press(compression, settings),
+        (Goal::Force(force), _) => model.press_with(force, settings),
+    }
+}
+
+impl<S: Dimension> Pressing<S> {
+    /// The layer that a result is of.
+    pub fn model_of(&self, pressed: &Pressed<S>) -> &LayerModel<S> {
+        self.levels[pressed.level].layer_of(pressed.remeshed)
     }
 }
 
@@ -334,6 +401,7 @@ fn judge<S: Dimension>(
     Some(Pressed {
         step: reached.step,
         level,
+        remeshed: reached.remeshed,
         state: reached.state.clone(),
         load: reached.load.clone(),
         error,
@@ -390,7 +458,7 @@ fn why_not<S: Dimension>(levels: &[Level<S>], g: usize) -> PressError {
     // The mesh that came farthest is the most informative.
     let stopped = levels.iter().filter_map(|l| {
         let stopped = l.stopped[g].clone()?;
-        Some((l.model.step(stopped.effort).compression, stopped))
+        Some((l.remeshed.last().unwrap_or(&l.model).compression(), stopped))
     });
     match stopped.max_by(|a, b| a.0.total_cmp(&b.0)) {
         Some((compression, stopped)) => PressError::Stopped { compression, stopped },

@@ -122,7 +122,7 @@ impl Contact {
             }
             Self::Punch(half_width) => {
                 let mesh = under_punch(half_width, n, fan);
-                LayerModel::new(&mesh, rubber, Indenter::Sharp { half_width }, end)
+                LayerModel::new(&mesh, rubber, Indenter::Held { half_width }, end)
             }
         }
     }
@@ -146,7 +146,8 @@ fn under_punch(corner: f64, n: usize, (ratio, rings): (f64, usize)) -> LayerMesh
     let mut up = uniform(0.0, low, count(low));
     let floor = up.len() - 1;
     up.extend(uniform(low, 1.0, fine).iter().skip(1));
-    let punch = PunchFan { along: [first, last], up: floor, corner, radii: geometric(ratio, rings) };
+    let (along_fan, radii) = ([first, last], geometric(ratio, rings));
+    let punch = PunchFan { along: along_fan, up: floor, corner, radii, narrowing: 1.0 };
     let end_top = uniform(body, body + 1.0, count(0.6));
     LayerMesh { along, up, end_top, radii: geometric(0.5, 1), punch: Some(punch), whole: false }
 }

@@ -35,6 +35,9 @@ pub enum ModelError {
     /// The matrix has no usable pattern.
     #[error("the body has no free displacement, or too many for this machine")]
     NoUnknowns,
+    /// A sharp punch in contact is known in the plane only.
+    #[error("in space a sharp punch is not solved in contact; round its corners, or hold the patch under it")]
+    SharpInSpace,
     /// Solving would take more memory than there is; nothing was factorised.
     #[error("a mesh of {elements} elements needs about {:.1} GB of memory, and {:.1} GB may be taken", *.bytes as f64 * 1e-9, *.limit as f64 * 1e-9)]
     TooLarge {

@@ -121,7 +121,7 @@ impl LayerModel<Space> {
         let mut body = Body::new(mesh.mesh(), rubber);
         include(&mut body, inclusions);
         body.hold(2, |x| x[2] == 0.0 || side == SideCondition::Symmetric && x[2] > half_width);
-        Self::with(body, mesh.section.thickness(), indenter, end, Symmetry::Quarter, |x| {
+        Self::with(body, mesh.section.thickness(), indenter, None, end, Symmetry::Quarter, |x| {
             x[0] > length || side == SideCondition::Free && x[2] > half_width
         })
     }

@@ -48,7 +48,9 @@ impl SpaceLayer {
         let (height, length) = (self.thickness, self.half_length);
         let mut section = match self.indenter {
             // The fan takes up half the thickness, where an even number fits, but for what lies in the layer below it.
-            Indenter::Sharp { half_width } | Indenter::Bonded { half_width } => {
+            Indenter::Sharp { half_width }
+            | Indenter::Held { half_width }
+            | Indenter::Bonded { half_width } => {
                 let highest = self.edges(1).fold(0.0, f64::max);
                 let reach = (0.5 * height).min(0.9 * (height - highest));
                 LayerMesh::under_punch(height, length, [half_width, reach], n, 0.5, n / 2)
@@ -116,7 +118,9 @@ impl SpaceLayer {
                 IndenterProfile::Cylinder { radius } => along_x1(reach(radius)),
                 IndenterProfile::Punch { half_width, .. } => along_x1(half_width),
             },
-            Indenter::WholeTop | Indenter::Sharp { .. } | Indenter::Bonded { .. } => None,
+            Indenter::WholeTop | Indenter::Sharp { .. } | Indenter::Held { .. } | Indenter::Bonded { .. } => {
+                None
+            }
         };
         let (fine, coarse) = (self.finest(n), self.thickness / n as f64);
         move |x| at.map_or(coarse, |at| (fine + 0.5 * (x - at).abs()).min(coarse))
@@ -147,7 +151,7 @@ impl SpaceLayer {
             final_gap: 1e-5,
             ..Default::default()
         };
-        press_on(goals, refinement, &|_| settings, cancel, tell, &|n| 1.0 / n as f64, &|n| {
+        press_on(goals, refinement, &|_| settings, None, cancel, tell, &|n| 1.0 / n as f64, &|n| {
             let mesh = self.mesh(n);
             let elements = mesh.mesh().elements.len();
             let fits = |bytes: u64| match bytes <= memory_limit {

@@ -128,7 +128,7 @@ fn the_sharp_punch_goes_to_twenty_per_cent_with_a_force_that_meshes_agree_on() {
     let force = |rings: usize| {
         let mesh = LayerMesh::under_punch(1.0, 6.0, [HALF_WIDTH, 0.5], 8, 0.7, rings);
         let rubber = Rubber { volume_barrier: 5.0, ..Rubber::neo_hookean(1.0) };
-        let indenter = Indenter::Sharp { half_width: HALF_WIDTH };
+        let indenter = Indenter::Held { half_width: HALF_WIDTH };
         let mut model = LayerModel::new(&mesh, rubber, indenter, End::Free).unwrap();
         [0.1, 0.2].map(|u| {
             let step = model.press(u, &NewtonSettings::default()).unwrap();

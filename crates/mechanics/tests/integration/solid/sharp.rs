@@ -40,7 +40,7 @@ fn the_error_stated_for_a_sharp_punch_covers_the_distance_to_linear_elasticity()
     // Galerkin's method with T_2n(x/a) / sqrt(1 - (x/a)^2) has 29.080355025 with 4 functions and this with 6, 8 and 12.
     const LINEAR: f64 = 29.0803554;
     let compression = 1e-6;
-    let found = &pressed(Indenter::Sharp { half_width: HALF_WIDTH }, 12.0, &all_meshes(), &[compression])[0];
+    let found = &pressed(Indenter::Held { half_width: HALF_WIDTH }, 12.0, &all_meshes(), &[compression])[0];
     assert_eq!(found.refinement.len(), 4);
     assert!(found.refinement.windows(2).all(|two| two[1] < (1.0 - 1e-5) * two[0]), "{:?}", found.refinement);
     let (stated, truth) = (found.error.unwrap() / compression, found.step.force / compression - LINEAR);
@@ -53,8 +53,7 @@ fn the_error_stated_for_a_sharp_punch_covers_the_distance_to_linear_elasticity()
 #[test]
 fn three_meshes_state_an_error_for_a_punch_that_covers_the_fourth() {
     let compressions = [0.02, 0.05, 0.1, 0.15, 0.2];
-    for indenter in [Indenter::Sharp { half_width: HALF_WIDTH }, Indenter::Bonded { half_width: HALF_WIDTH }]
-    {
+    for indenter in [Indenter::Held { half_width: HALF_WIDTH }, Indenter::Bonded { half_width: HALF_WIDTH }] {
         let three = Refinement { meshes: vec![0, 1, 2], ..all_meshes() };
         let coarse = pressed(indenter, 6.0, &three, &compressions);
         let fine = pressed(indenter, 6.0, &Refinement { meshes: vec![3], ..all_meshes() }, &compressions);
@@ -70,8 +69,7 @@ fn three_meshes_state_an_error_for_a_punch_that_covers_the_fourth() {
 
 #[test]
 fn a_load_whose_force_is_known_is_not_pressed_on_a_finer_mesh() {
-    let found =
-        pressed(Indenter::Sharp { half_width: HALF_WIDTH }, 6.0, &Refinement::to(1e-3), &[1e-6, 0.02]);
+    let found = pressed(Indenter::Held { half_width: HALF_WIDTH }, 6.0, &Refinement::to(1e-3), &[1e-6, 0.02]);
     for (known, meshes) in found.iter().zip([3, 4]) {
         assert!(known.converged && known.error.unwrap() < 1e-3 * known.step.force);
         assert_eq!((known.refinement.len(), known.level), (meshes, meshes - 1), "{:?}", known.refinement);

@@ -1,0 +1,60 @@
+//! A sharp punch in contact on a layer of thickness 1, free end 5 thicknesses beyond it, and punches with rounded corners that tend to it.
+//!
+//! `cargo run --release -p elastocap-mechanics --example sharp_punch -- HALF_WIDTH TOLERANCE [RADIUS ...] : COMPRESSION ...`
+
+use std::sync::atomic::AtomicBool;
+
+use elastocap_mechanics::materials::Rubber;
+use elastocap_mechanics::solid::layer::{End, Indenter};
+use elastocap_mechanics::solid::obstacle::IndenterProfile;
+use elastocap_mechanics::solid::press::{Goal, PlaneLayer, Refinement};
+
+fn main() {
+    let words: Vec<String> = std::env::args().skip(1).collect();
+    let numbers = |words: &[String]| words.iter().filter_map(|w| w.parse().ok()).collect::<Vec<f64>>();
+    let (before, after) = words.split_at(words.iter().position(|w| w == ":").unwrap_or(words.len()));
+    let (first, compressions) = (numbers(before), numbers(after));
+    let [half_width, relative_tolerance, radii @ ..] = first.as_slice() else {
+        return eprintln!("usage: HALF_WIDTH TOLERANCE [RADIUS ...] : COMPRESSION ...");
+    };
+    let half_width = *half_width;
+    let rounded = radii.iter().map(|&corner_radius| {
+        (
+            format!("radius {corner_radius}"),
+            Indenter::Smooth(IndenterProfile::Punch { half_width, corner_radius }),
+        )
+    });
+    for (name, indenter) in
+        std::iter::once(("sharp".to_owned(), Indenter::Sharp { half_width })).chain(rounded)
+    {
+        let layer = PlaneLayer {
+            thickness: 1.0,
+            half_length: half_width + 5.0,
+            rubber: Rubber::neo_hookean(1.0),
+            inclusions: Vec::new(),
+            indenter,
+            position: 0.0,
+            end: End::Free,
+        };
+        let goals: Vec<Goal> = compressions.iter().map(|&c| Goal::Compression(c)).collect();
+        let start = std::time::Instant::now();
+        let refinement = Refinement::to(*relative_tolerance);
+        match layer.press(&goals, &refinement, &AtomicBool::new(false), &|_, _| ()) {
+            Ok(pressing) => {
+                for (compression, goal) in compressions.iter().zip(&pressing.goals) {
+                    match goal {
+                        Ok(p) => {
+                            let error = p.error.map_or(f64::NAN, |e| e / p.step.force);
+                            let forces: Vec<String> =
+                                p.refinement.iter().map(|f| format!("{f:.5}")).collect();
+                            println!("{name}: {compression} {} +- {error:.1e}", forces.join(" "));
+                        }
+                        Err(error) => println!("{name}: {compression} {error}"),
+                    }
+                }
+                println!("{name}: {:.1} s", start.elapsed().as_secs_f64());
+            }
+            Err(error) => println!("{name}: {error}"),
+        }
+    }
+}

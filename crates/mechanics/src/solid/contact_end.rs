@@ -1,0 +1,280 @@
+//! A sharp punch in contact: which point of the surface lies at its corner.
+//!
+//! Under a flat punch with a sharp corner, without friction, the surface is split by one of its points: on one side of it the face
+//! carries it, on the other it is free or lies at the flank. Which point that is, its place `X` at rest, is part of the solution: the
+//! surface slides around the corner until the energy `E(X)` of the layer, least for every `X`, is least over `X` too. What does not
+//! enter the punch is then all that is asked of the layer, and its least energy is the limit of punches whose corners
+//! are rounded by a radius `r -> 0`.
+//!
+//! For each `X` the mesh has a fan around that point; the point is held at the corner, where it takes a force along both axes, and
+//! everything else moves without friction along face and flank. `dE/dX`, with the deformed places of all nodes held, follows from the
+//! energies of the elements of the fan, whose nodes at rest move with its centre. Secants find its zero, mostly in three to five steps.
+//!
+//! At a distance `d` from the corner the surface is stretched by about `d^(-1/2)`. That is integrable, the stored energy near the
+//! corner falls with `d`, and the forces converge with the rings of the fan.
+
+use super::dimension::{Element, Plane};
+use super::element::ReferenceElement;
+use super::force_goal::meet_force;
+use super::layer::{LayerMesh, LayerModel, LayerStep};
+use super::model::State;
+use super::newton::{Effort, NewtonSettings, StopReason, Stopped};
+use super::press::{Goal, PlaneLayer};
+
+/// How far the surface slides around the corner, over the compression and the half width, as observed from 0.5 to 3 thicknesses: a first
+/// guess.
+const SLIDE: f64 = 1.35;
+/// The least part of the half width that a first guess leaves under the punch.
+const LEAST: f64 = 0.1;
+/// `X` over the thickness has this error, at most about. A force changes by less than 1e-4 with 1e-5.
+const TOLERANCE: f64 = 2e-6;
+/// Steps to the zero of `dE/dX`.
+const MAX_STEPS: usize = 25;
+/// The longest of them, over the reach of the fan.
+const LONGEST_STEP: f64 = 0.1;
+/// How far the centre of a fan may move off the middle between its sides, over its reach, before a new mesh is made.
+const FARTHEST: f64 = 0.3;
+/// Step of the difference that gives `dE/dX`, over the reach of the fan.
+const DIFFERENCE: f64 = 1e-5;
+/// Relative distance from a force that is asked for.
+const FORCE_TOLERANCE: f64 = 1e-5;
+/// Newton steps after which a move of `X` is given up and halved.
+const MAX_ITERATIONS: usize = 30;
+
+/// A layer under a sharp punch on a mesh of one level.
+struct Sliding<'a> {
+    layer: &'a PlaneLayer,
+    half_width: f64,
+    level: usize,
+    settings: NewtonSettings,
+    mesh: LayerMesh,
+    model: LayerModel,
+    effort: Effort,
+}
+
+impl PlaneLayer {
+    /// Presses a sharp punch of this half-width (m) to `goal` on the mesh of a level, starting from the equilibrium on a coarser one
+    /// where there is one. The model has a mesh of its own, since the point at the corner depends on the load.
+    ///
+    /// # Errors
+    /// Why there is no equilibrium.
+    pub(super) fn press_sharp(
+        &self,
+        half_width: f64,
+        level: usize,
+        coarser: Option<(&LayerModel, &State)>,
+        goal: Goal,
+        settings: &NewtonSettings,
+    ) -> Result<(LayerModel, LayerStep), Box<Stopped>> {
+        let first = match (goal, coarser) {
+            (Goal::Compression(compression), _) => compression,
+            (Goal::Force(_), Some((model, _))) => model.compression(),
+            (Goal::Force(_), None) => FIRST_COMPRESSION,
+        };
+        let end = match coarser.and_then(|(model, _)| model.corner()) {
+            Some(corner) => corner.end,
+            None => half_width * (1.0 - SLIDE * first).max(LEAST),
+        };
+        let mut sliding = Sliding::new(self, half_width, level, end, settings)?;
+        sliding.begin(first, coarser)?;
+        let step = match goal {
+            Goal::Compression(_) => sliding.slide()?,
+            Goal::Force(force) => {
+                let start = sliding.slide()?;
+                let press = &mut |next: f64, _: &NewtonSettings| sliding.press(next);
+                meet_force(force, FORCE_TOLERANCE, settings, start, press)?
+            }
+        };
+        Ok((sliding.model, step))
+    }
+}
+
+/// Where the search for a force begins.
+const FIRST_COMPRESSION: f64 = 0.05;
+
+fn stopped(reason: StopReason, effort: Effort) -> Box<Stopped> {
+    let smallest_j = effort.smallest_j;
+    Box::new(Stopped { reached: 0.0, step: 1.0, reason, smallest_j, element: 0, effort })
+}
+
+impl<'a> Sliding<'a> {
+    /// The layer at rest, on a mesh for the point `end` (m) of the surface at the corner.
+    fn new(
+        layer: &'a PlaneLayer,
+        half_width: f64,
+        level: usize,
+        end: f64,
+        settings: &NewtonSettings,
+    ) -> Result<Self, Box<Stopped>> {
+        let mesh = layer.around_corner(end, level);
+        let rubber = layer.rubber_in_use();
+        // Only a fan without room has an element that is turned inside out.
+        let model = LayerModel::with_inclusions(&mesh, &rubber, &layer.inclusions, layer.indenter, layer.end)
+            .map_err(|_| stopped(StopReason::Inversion, Effort::default()))?;
+        let effort = Effort::default();
+        Ok(Self { layer, half_width, level, settings: *settings, mesh, model, effort })
+    }
+
+    /// Finds the equilibrium at a compression for the point at the corner that the mesh was made for.
+    fn begin(
+        &mut self,
+        compression: f64,
+        coarser: Option<(&LayerModel, &State)>,
+    ) -> Result<(), Box<Stopped>> {
+        let taken = coarser
+            .and_then(|(model, state)| self.model.take_over(model, state, compression, &self.settings));
+        let step = match taken {
+            Some(step) => step,
+            None => self.model.press(compression, &self.settings)?,
+        };
+        self.count(step.effort);
+        Ok(())
+    }
+
+    fn count(&mut self, effort: Effort) {
+        self.effort = effort.after(self.effort);
+    }
+
+    /// Reach of the fan towards either side, in m; the smaller one.
+    fn reach(&self) -> f64 {
+        let Some(fan) = &self.mesh.punch else { return 0.0 };
+        let [left, right] = fan.along.map(|k| self.mesh.along[k]);
+        0.5 * (right - left)
+    }
+
+    /// Place at rest, in m, of the point at the corner.
+    fn end(&self) -> f64 {
+        self.mesh.punch.as_ref().map_or(self.half_width, |fan| fan.corner)
+    }
+
+    /// Moves the indenter on to a compression, and lets the surface slide.
+    fn press(&mut self, compression: f64) -> Result<LayerStep, Box<Stopped>> {
+        // It has slid in proportion to the compression, nearly.
+        let slid = self.half_width - self.end();
+        let end = self.half_width - slid * compression / self.model.compression();
+        let end = end.clamp(LEAST * self.half_width, self.half_width);
+        if self.move_to(end).is_err() || self.model.press(compression, &self.settings).is_err() {
+            self.renew(end, compression)?;
+        }
+        self.slide()
+    }
+
+    /// A new mesh for the point `end` at the corner, and the equilibrium there.
+    fn renew(&mut self, end: f64, compression: f64) -> Result<(), Box<Stopped>> {
+        let effort = self.effort;
+        *self = Self::new(self.layer, self.half_width, self.level, end, &self.settings)?;
+        self.effort = effort;
+        self.begin(compression, None)
+    }
+
+    /// Takes the equilibrium to that with the point `end` (m) at the corner.
+    fn move_to(&mut self, end: f64) -> Result<(), Box<Stopped>> {
+        let Some(fan) = &self.mesh.punch else { return Ok(()) };
+        let [left, right] = fan.along.map(|k| self.mesh.along[k]);
+        if (end - 0.5 * (left + right)).abs() > FARTHEST * self.reach() {
+            return self.renew(end, self.model.compression());
+        }
+        let mesh = with_corner(&self.mesh, end);
+        let settings = NewtonSettings { max_iterations: MAX_ITERATIONS, ..self.settings };
+        match self.model.slide_to(&mesh, &settings) {
+            Ok(effort) => {
+                self.mesh = mesh;
+                self.count(effort);
+                Ok(())
+            }
+            Err(_) => self.renew(end, self.model.compression()),
+        }
+    }
+
+    /// Lets the surface slide around the corner until the energy is least.
+    fn slide(&mut self) -> Result<LayerStep, Box<Stopped>> {
+        let thickness = self.mesh.thickness();
+        let tolerance = TOLERANCE * thickness;
+        let longest = LONGEST_STEP * self.reach();
+        let (mut at, mut slope) = (self.end(), self.material_force());
+        let modulus = self.layer.rubber.shear_modulus();
+        // A guess for the first step: as observed.
+        let mut stiffness = modulus * (1.0 + 10.0 * self.model.compression());
+        let (mut low, mut high) = (0.0, self.half_width);
+        for _ in 0..MAX_STEPS {
+            if slope > 0.0 {
+                high = at
+            } else {
+                low = at
+            }
+            let step = -slope / stiffness;
+            if step.abs() <= tolerance {
+                let effort = Effort { smallest_j: self.model.smallest_j(), ..self.effort };
+                return Ok(self.model.step(effort));
+            }
+            let mut next = at + step.clamp(-longest, longest);
+            if !(low < next && next < high) {
+                next = 0.5 * (low + high);
+            }
+            self.move_to(next)?;
+            let found = self.material_force();
+            let secant = (found - slope) / (next - at);
+            // Where the energy is no valley here, the next step is a long one downhill.
+            stiffness = if secant > 0.0 { secant } else { stiffness };
+            (at, slope) = (next, found);
+        }
+        Err(stopped(StopReason::NoConvergence, self.effort))
+    }
+
+    /// `dE/dX` in N per metre of width of the half that is solved.
+    fn material_force(&self) -> f64 {
+        let step = DIFFERENCE * self.reach();
+        let [before, after] = [-step, step].map(|by| with_corner(&self.mesh, self.end() + by).mesh().nodes);
+        let (equations, state) = (self.model.equations(), self.model.state());
+        let body = equations.body();
+        let energy = |e: usize, nodes: &[[f64; 2]]| -> f64 {
+            let rest = &body.mesh.nodes;
+            let numbers = body.mesh.elements[e].iter().map(|&n| n as usize);
+            let places: Vec<[f64; 2]> = numbers.clone().map(|n| nodes[n]).collect();
+            // The deformed places stay.
+            let u: Vec<f64> = numbers
+                .flat_map(|n| [0, 1].map(|k| state.displacement[2 * n + k] + rest[n][k] - nodes[n][k]))
+                .collect();
+            let rubber = &body.rubbers[body.material[e] as usize];
+            <ReferenceElement as Element<Plane>>::new(&places)
+                .map_or(0.0, |element| element.energy(rubber, &u, &state.pressure[e]))
+        };
+        let moves =
+            |e: &usize| body.mesh.elements[*e].iter().any(|&n| before[n as usize] != after[n as usize]);
+        (0..body.mesh.elements.len())
+            .filter(moves)
+            .map(|e| (energy(e, &after) - energy(e, &before)) / (2.0 * step))
+            .sum()
+    }
+}
+
+/// The same mesh with the centre of its fan at `corner` (m).
+fn with_corner(mesh: &LayerMesh, corner: f64) -> LayerMesh {
+    let mut mesh = mesh.clone();
+    if let Some(fan) = &mut mesh.punch {
+        fan.corner = corner;
+    }
+    mesh
+}
+
+impl LayerModel {
+    /// Makes the centre of the fan of `mesh`, which differs in nothing else from that of the model, the point at the corner, and finds
+    /// the equilibrium; deformed places are the first guess.
+    fn slide_to(&mut self, mesh: &LayerMesh, settings: &NewtonSettings) -> Result<Effort, StopReason> {
+        let nodes = mesh.mesh().nodes;
+        let before = self.equations().body().mesh.nodes.clone();
+        let mut state = self.state().clone();
+        let keep_places = |state: &mut State| {
+            for (n, (old, new)) in before.iter().zip(&nodes).enumerate() {
+                for k in 0..2 {
+                    state.displacement[2 * n + k] += old[k] - new[k];
+                }
+            }
+        };
+        keep_places(&mut state);
+        if let Some(moving) = &mut state.moving {
+            keep_places(moving);
+        }
+        self.settle_on(nodes, mesh.punch.as_ref().map_or(0.0, |fan| fan.corner), state, settings)
+    }
+}

@@ -1,0 +1,81 @@
+//! The displacement of the indenter that gives a force.
+
+use super::layer::LayerStep;
+use super::newton::{NewtonSettings, StopReason, Stopped};
+
+/// Largest number of displacements that are tried.
+const MAX_TRIES: usize = 60;
+/// Relative distance from the force that is accepted where no try is nearer: forces jitter by rounding, with stiff inclusions more than
+/// 1e-10.
+const ACCEPTED: f64 = 1e-6;
+/// Distance from the goal, over it, that is a short way.
+const NEAR: f64 = 0.1;
+
+/// Calls `press` with one displacement of the indenter over the thickness after the other, until the force on the *whole* layer is
+/// `target` (N, in the plane N per metre of width) to a relative `tolerance`. `last` is where the layer starts from.
+///
+/// The displacement follows from secants, kept between one that is too small and one that is too large, until the force is met as
+/// closely as equilibrium is.
+///
+/// # Errors
+/// [`Stopped`], if `press` stops or the force is not met.
+pub(super) fn meet_force(
+    target: f64,
+    tolerance: f64,
+    settings: &NewtonSettings,
+    mut last: LayerStep,
+    press: &mut dyn FnMut(f64, &NewtonSettings) -> Result<LayerStep, Box<Stopped>>,
+) -> Result<LayerStep, Box<Stopped>> {
+    let mut low = (last.compression, last.force - target);
+    let mut high: Option<(f64, f64)> = None;
+    let mut slope = None;
+    if low.1 > 0.0 {
+        high = Some(low);
+        low = (0.0, -target);
+    }
+    if last.force > 0.0 && low.1.abs().min(high.map_or(f64::INFINITY, |h| h.1)) < NEAR * target {
+        // A layer becomes stiffer: this slope is too small rather than too large, for a way this short either does.
+        slope = Some(last.force / last.compression);
+    }
+    let mut left = *settings;
+    for _ in 0..MAX_TRIES {
+        let miss = last.force - target;
+        if miss.abs() <= tolerance * target.abs() || target == 0.0 && miss == 0.0 {
+            return Ok(last);
+        }
+        let newton = slope.map(|s: f64| last.compression - miss / s).filter(|c: &f64| c.is_finite());
+        let next = match high {
+            Some(high) => {
+                let inside = |c: &f64| *c > low.0 && *c < high.0;
+                newton.filter(inside).unwrap_or(0.5 * (low.0 + high.0))
+            }
+            // Nothing above the goal is known yet: not too far at a time, and short of a closed layer.
+            None => {
+                let most = low.0 + (0.1_f64).min(0.5 * (1.0 - low.0));
+                newton.unwrap_or(low.0 + 0.01).clamp(low.0 + 1e-12, most)
+            }
+        };
+        let before = last;
+        last = press(next, &left)?;
+        left.max_solves = left.max_solves.saturating_sub(last.effort.solves);
+        let miss = last.force - target;
+        if miss < 0.0 {
+            low = (last.compression, miss)
+        } else {
+            high = Some((last.compression, miss))
+        }
+        let moved = last.compression - before.compression;
+        if moved != 0.0 {
+            slope = Some((last.force - before.force) / moved).filter(|s| *s > 0.0);
+        }
+        if high.is_some_and(|h| h.0 - low.0 <= 1e-13 * h.0) {
+            break;
+        }
+    }
+    if (last.force - target).abs() <= ACCEPTED.max(tolerance) * target.abs() {
+        return Ok(last);
+    }
+    let effort = last.effort;
+    let (reason, smallest_j) = (StopReason::NoConvergence, effort.smallest_j);
+    Err(Box::new(Stopped { reached: 0.0, step: 1.0, reason, smallest_j, element: 0, effort }))
+}
