@@ -4,19 +4,20 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::time::Instant;
 
 use elastocap_case::Case;
-use elastocap_electrostatics::{Bounded, Field, FloatingPotential, Settings, Solution, Target, solve};
+use elastocap_electrostatics::{Bounded, Field, FloatingPotential, Solution, Target};
 use elastocap_geometry::export::body::BodyMesh;
 use elastocap_geometry::scene::Scene;
 use elastocap_mechanics::ForceLimit;
 
-use crate::deform::{Deformation, ForceCheck, Prepared};
+use crate::box_fields::{MATRIX_ONLY, between, enclosing, field_of};
+use crate::deform::{Deformation, FiniteElementStep, ForceCheck, Prepared};
 use crate::failure::{StepFailure, Stop};
 use crate::layer_outlines::{LayerScene, bent_scene};
 use crate::load_steps::StepLoad;
 use crate::outcome::{EntryStatus, FloatingConductor, Missed, Row, SolverReport, Status, StepResult};
 use crate::plan::PlannedStep;
 use crate::route::{Bending, Bodies, Route, RouteError, asked, route};
-use crate::scene::{DeformedScene, Enclosing, SceneError, scene_of};
+use crate::scene::{DeformedScene, scene_of};
 use crate::settings::FieldSettings;
 use crate::terminals::pair_among;
 use crate::tetrahedra::{Solved, shown, solve_shapes};
@@ -127,6 +128,17 @@ impl Solver<'_> {
             result.row.electrode_thickness_m = Some(pair.thickness);
             result.row.parallel_plate_f = Some(pair.parallel_plate);
         }
+        if let Some(error) = self.mechanics_error(state.as_ref(), &deformed)? {
+            result.row.mechanics_error_estimate = Some(error);
+            let asked = self.settings.relative_tolerance;
+            if error > asked {
+                let reason = format!(
+                    "from the finest mesh of the layer but one to the finest, the gap or the parallel-plate capacitance changes by \
+                     {error:.1e} of itself, where {asked:.0e} was asked for"
+                );
+                shortfalls.add(Missed::Mechanics, Some(reason));
+            }
+        }
         let deformed = result.scene.insert(deformed);
         result.seconds.mechanics = start.elapsed().as_secs_f64();
 
@@ -167,6 +179,29 @@ impl Solver<'_> {
         result.route = Some(taken);
         let shaped = Shaped { scene: &scene, pair: None, facets: 0.0 };
         self.solve_shaped(shaped, result, field, Shortfalls::default())
+    }
+
+    /// Relative error of gap and capacitance for the finite elements of the layer: how far the larger of the gap and the
+    /// parallel-plate capacitance moved from the finest mesh but one to the finest. `None` without finite elements, without a
+    /// pair, and where one mesh alone reached the load.
+    fn mechanics_error(
+        &self,
+        state: Option<&Deformation<'_>>,
+        deformed: &DeformedScene,
+    ) -> Result<Option<f64>, Stop> {
+        let (Some(Deformation::FiniteElement(layer)), Some(fine)) = (state, &deformed.pair) else {
+            return Ok(None);
+        };
+        if layer.coarser_electrodes.is_empty() {
+            return Ok(None);
+        }
+        let electrodes = layer.coarser_electrodes.clone();
+        let coarser = FiniteElementStep { electrodes, ..(*layer).clone() };
+        let scene = scene_of(self.case, Some(&Deformation::FiniteElement(&coarser)))?;
+        Ok(scene.pair.map(|coarse| {
+            let moved = |coarse: f64, fine: f64| (coarse - fine).abs() / fine.abs();
+            moved(coarse.gap, fine.gap).max(moved(coarse.parallel_plate, fine.parallel_plate))
+        }))
     }
 
     /// The field of a step on its route, or the scene for the solver on tetrahedra.
@@ -342,84 +377,6 @@ fn floating_of(scene: &Scene, potentials: Vec<FloatingPotential>) -> Vec<Floatin
 
 /// What is said where a solver has nothing more to say.
 const TOO_FAR_APART: &str = "the bounds are farther apart than asked for";
-
-/// What is said of a pair among other conductors.
-const MATRIX_ONLY: &str = "the pair's capacitance is known less well than the Maxwell matrix it comes from";
-
-/// The solution, and the two-terminal capacitance.
-pub fn field_of(deformed: &DeformedScene, asked_for: &Settings) -> Result<(Solution, Option<Bounded>), Stop> {
-    let mut settings = asked_for.clone();
-    let mut tries = 3;
-    loop {
-        let mut solution = solve(&deformed.scene, &settings)?;
-        let Some(pair) = deformed.pair_among_others() else {
-            let two_terminal = solution.two_terminal;
-            return Ok((solution, two_terminal));
-        };
-        // The solver's tolerance is that of the matrix; what is asked for is that of the pair.
-        let pair = pair_among(&solution.maxwell, pair);
-        let error = pair.map_or(0.0, |pair| 2.0 * pair.relative_error());
-        let asked = asked_for.relative_tolerance;
-        let allowed = if settings.bounds { asked } else { 2.0 * asked };
-        tries -= 1;
-        if error <= allowed || tries == 0 || !solution.reached {
-            if error <= allowed {
-                (solution.reached, solution.shortfall) = (true, None);
-            } else {
-                solution.reached = false;
-                solution.shortfall.get_or_insert_with(|| MATRIX_ONLY.to_owned());
-            }
-            return Ok((solution, pair));
-        }
-        settings.relative_tolerance *= 0.7 * allowed / error;
-    }
-}
-
-/// The boxes inside and around the bent electrodes of a scene.
-fn enclosing(deformed: &DeformedScene) -> Result<Enclosing, SceneError> {
-    match &deformed.bent {
-        Some(enclosing) => enclosing.clone(),
-        None => Err(SceneError::Missing("bent electrodes")),
-    }
-}
-
-/// The capacitance of two electrodes that are no boxes, from boxes inside them (which have less) and boxes around them (which
-/// have more): see [`crate::deform::ElectrodeBox`]. The field and the counts are those of the boxes around.
-fn between(
-    deformed: &DeformedScene,
-    enclosing: Enclosing,
-    settings: &Settings,
-) -> Result<(Solution, Option<Bounded>), Stop> {
-    // What the shape leaves open comes on top of what the solver does.
-    let each = Settings { relative_tolerance: 0.5 * settings.relative_tolerance, ..settings.clone() };
-    let of = |regions, settings: &Settings| {
-        let scene = deformed.with_pair(regions);
-        field_of(&DeformedScene { scene, bent: None, ..deformed.clone() }, settings)
-    };
-    let (less, low) = of(enclosing.inside, &Settings { field: false, ..each.clone() })?;
-    let (mut solution, high) = of(enclosing.around, &each)?;
-    let join = |low: &Bounded, high: &Bounded| Bounded {
-        value: 0.5 * (low.value + high.value),
-        lower: low.lower.min(high.lower),
-        upper: high.upper.max(low.upper),
-    };
-    let two_terminal = low.zip(high).map(|(low, high)| join(&low, &high));
-    for (row, other) in solution.maxwell.iter_mut().zip(&less.maxwell) {
-        for (entry, other) in row.iter_mut().zip(other) {
-            *entry = join(other, entry);
-        }
-    }
-    solution.seconds = less.seconds.plus(&solution.seconds);
-    let error = two_terminal.map_or(0.0, |c| 2.0 * c.relative_error());
-    let allowed =
-        if settings.bounds { settings.relative_tolerance } else { 2.0 * settings.relative_tolerance };
-    solution.reached = error <= allowed;
-    solution.shortfall = (!solution.reached).then(|| {
-        "the electrodes are bent and tilted, and the solver takes boxes: the bounds are those of boxes inside and around them"
-            .to_owned()
-    });
-    Ok((solution, two_terminal))
-}
 
 /// Why the finite elements of the layer do not have the accuracy asked for, if they do not.
 fn layer_missed(state: Option<&Deformation<'_>>) -> Option<String> {

@@ -7,10 +7,10 @@
 //! punch_forces`.
 
 /// `a / H` of the rows.
-const HALF_WIDTHS: [f64; 6] = [0.25, 0.5, 1.0, 2.0, 4.0, 8.0];
+pub const HALF_WIDTHS: [f64; 6] = [0.25, 0.5, 1.0, 2.0, 4.0, 8.0];
 
 /// `U / H` of the columns.
-const COMPRESSIONS: [f64; 6] = [0.02, 0.05, 0.1, 0.2, 0.3, 0.4];
+pub const COMPRESSIONS: [f64; 6] = [0.02, 0.05, 0.1, 0.2, 0.3, 0.4];
 
 /// `F / (mu U w)`, which is finite without load.
 const STIFFNESSES: [[f64; 6]; 6] = [[0.0; 6]; 6];

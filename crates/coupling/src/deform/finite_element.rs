@@ -52,7 +52,10 @@ pub struct FiniteElementStep {
     /// The electrodes: right (or lower) one, and upper one of a stacked pair.
     #[serde(skip)]
     pub electrodes: Vec<ElectrodeBox>,
-    /// The same electrodes, and the layer's surface, as they are.
+    /// The same electrodes on the finest mesh but one that reached the load; empty if there is none.
+    #[serde(skip)]
+    pub coarser_electrodes: Vec<ElectrodeBox>,
+    /// The electrodes, and the layer's surface, as they are.
     #[serde(skip)]
     pub curves: DeformedCurves,
 }
@@ -124,8 +127,13 @@ impl FiniteElementRun {
             .goals
             .iter()
             .zip(goals)
-            .map(|(found, goal)| match found {
-                Ok(pressed) => Ok(step(pressed, *goal, scale, bodies(pressed))),
+            .enumerate()
+            .map(|(g, (found, goal))| match found {
+                Ok(pressed) => {
+                    let coarser = pressing.on_coarser_mesh(g).map(|pressed| bodies(&pressed).0);
+                    let step = step(pressed, *goal, scale, bodies(pressed));
+                    Ok(FiniteElementStep { coarser_electrodes: coarser.unwrap_or_default(), ..step })
+                }
                 Err(error) => Err(error.clone().into()),
             })
             .collect();
@@ -170,6 +178,7 @@ fn step<S: Dimension>(
         end_contact_force_n: found.end_contact_force * scale.width,
         effort: [found.effort.steps, found.effort.cuts, found.effort.solves],
         electrodes,
+        coarser_electrodes: Vec::new(),
         curves,
     }
 }

@@ -8,12 +8,12 @@ use elastocap_electrostatics::{Bounded, ResolutionLevel, Settings, Solution, Tar
 
 use super::Refused;
 use elastocap_case::Case;
+use elastocap_coupling::box_fields::field_of;
 use elastocap_coupling::deform::prepare;
 use elastocap_coupling::failure::{StepFailure, Stop};
 use elastocap_coupling::plan::{Options, Plan, PlannedStep};
 use elastocap_coupling::route::{Bending, Bodies, Route, asked, route};
 use elastocap_coupling::scene::{DeformedScene, scene_of};
-use elastocap_coupling::step::field_of;
 use elastocap_coupling::terminals::pair_among;
 
 /// Which capacitance is studied.

@@ -369,6 +369,28 @@ impl<S: Dimension> Pressing<S> {
     pub fn model_of(&self, pressed: &Pressed<S>) -> &LayerModel<S> {
         self.levels[pressed.level].layer_of(pressed.remeshed)
     }
+
+    /// Goal `g` on the finest mesh but one that reached it: how far anything that is read off a state moved from there to the
+    /// finest says how well it is known. Its own error is not judged. `None` if no more than one mesh reached the goal.
+    pub fn on_coarser_mesh(&self, g: usize) -> Option<Pressed<S>> {
+        let mut reached = self
+            .levels
+            .iter()
+            .enumerate()
+            .rev()
+            .filter_map(|(level, l)| Some((level, l.reached.get(g)?.as_ref()?)));
+        let (level, reached) = reached.nth(1)?;
+        Some(Pressed {
+            step: reached.step,
+            level,
+            remeshed: reached.remeshed,
+            state: reached.state.clone(),
+            load: reached.load.clone(),
+            error: None,
+            refinement: Vec::new(),
+            converged: false,
+        })
+    }
 }
 
 /// The result of all levels for goal `g`; `None` if none reached it.
