@@ -11,7 +11,7 @@ use std::time::Instant;
 use super::dimension::{Dimension, Plane};
 use super::layer::{End, Inclusion, Indenter, LayerModel, LayerStep};
 use super::model::{Load, ModelError, State};
-use super::newton::{Effort, FromCoarser, NewtonSettings, Stopped};
+use super::newton::{Effort, FromCoarser, NewtonSettings, StopReason, Stopped};
 use elastocap_materials::Rubber;
 
 /// A layer in plane strain, the bodies in it and its indenter. Lengths in m.
@@ -130,7 +130,7 @@ pub struct Pressing<S: Dimension = Plane> {
 impl PlaneLayer {
     /// Presses the layer to each of `goals`, all of them compressions or all of them forces.
     ///
-    /// `cancel` stops the work at the next goal; `tell` is called with the number of the mesh and the number of goals done on it.
+    /// `cancel` stops the work before the next linear system; `tell` is called with the number of the mesh and the number of goals done on it.
     ///
     /// # Errors
     /// [`ModelError`] where there is no mesh. A goal that is not reached has its own error in the result.
@@ -159,7 +159,7 @@ impl PlaneLayer {
 pub(crate) fn press_on<S: Dimension>(
     goals: &[Goal],
     refinement: &Refinement,
-    settings: &dyn Fn(usize) -> NewtonSettings,
+    settings: &dyn Fn(usize) -> NewtonSettings<'static>,
     cancel: &AtomicBool,
     tell: &dyn Fn(usize, usize),
     size: &dyn Fn(usize) -> f64,
@@ -171,7 +171,7 @@ pub(crate) fn press_on<S: Dimension>(
     let mut too_large = None;
     for (k, &n) in refinement.meshes.iter().enumerate() {
         let start = Instant::now();
-        let settings = settings(n);
+        let settings = NewtonSettings { cancel: Some(cancel), ..settings(n) };
         let model = match layer(n) {
             Ok(model) => model,
             Err(error @ ModelError::TooLarge { .. }) if k > 0 => {
@@ -191,8 +191,7 @@ pub(crate) fn press_on<S: Dimension>(
             judge(levels, goals, g, refinement).is_some_and(|pressed| pressed.converged)
         };
         let wanted: Vec<bool> = (0..goals.len()).map(|g| !known(&levels, g)).collect();
-        let further =
-            level.walk(levels.last(), goals, &order, &wanted, &settings, cancel, &|done| tell(k, done));
+        let further = level.walk(levels.last(), goals, &order, &wanted, &settings, &|done| tell(k, done));
         level.model.release_factors();
         level.seconds = start.elapsed().as_secs_f64();
         levels.push(level);
@@ -246,12 +245,11 @@ impl<S: Dimension> Level<S> {
         goals: &[Goal],
         order: &[usize],
         wanted: &[bool],
-        settings: &NewtonSettings,
-        cancel: &AtomicBool,
+        settings: &NewtonSettings<'_>,
         tell: &dyn Fn(usize),
     ) -> usize {
         for (done, &g) in order.iter().enumerate() {
-            if cancel.load(Ordering::Relaxed) {
+            if settings.cancelled() {
                 return done;
             }
             let step = match goals[g] {
@@ -277,6 +275,8 @@ impl<S: Dimension> Level<S> {
                     let (state, load) = (self.model.state().clone(), self.model.load().clone());
                     self.reached[g] = Some(Reached { step, state, load });
                 }
+                // The goal may well be in reach.
+                Err(stopped) if stopped.reason == StopReason::Cancelled => return done,
                 Err(stopped) => {
                     for &g in &order[done..] {
                         self.stopped[g] = Some(stopped.clone());
