@@ -6,6 +6,7 @@ mod arguments;
 pub(crate) mod check;
 pub(crate) mod figures;
 pub(crate) mod mesh;
+mod progress;
 pub(crate) mod run;
 pub(crate) mod schema;
 pub(crate) mod stability;

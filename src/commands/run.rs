@@ -7,13 +7,14 @@ use std::time::{Duration, Instant};
 
 use clap::Args;
 use elastocap_case::Case;
-use elastocap_coupling::outcome::{Outcome, Status, StepResult};
+use elastocap_coupling::outcome::{Outcome, Status};
 use elastocap_coupling::plan::{Options, Plan};
-use elastocap_coupling::run::{Observer, run};
-use elastocap_results::{FieldWriter, OutputFolder, Saved, save};
-use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use elastocap_coupling::run::run;
+use elastocap_results::{FieldWriter, OutputError, OutputFolder, Resume, ResumeError, Saved, save};
 
-use super::stop::stop_on_signal;
+use super::arguments::time;
+use super::progress::Progress;
+use super::stop::{stop_after, stop_on_signal};
 use super::summary::summary;
 use crate::{Common, Exit, output};
 
@@ -21,6 +22,8 @@ const EXAMPLES: &str = "\
 Examples:
   elastocap run cases/in-plane-pair.toml
   elastocap run cases/in-plane-pair.toml -o /tmp/pair --threads 2
+  elastocap run cases/pair-under-sphere.toml --max-time 10min
+  elastocap run cases/pair-under-sphere.toml --resume
   elastocap run cases/isolated-cube.toml --json | jq .maxwell_matrix_f
 
 Files in the output folder:
@@ -49,6 +52,12 @@ pub(crate) struct Arguments {
     /// Print result.json, and nothing else, on the standard output
     #[arg(long)]
     json: bool,
+    /// Stop after this time, such as 90s, 10min or 2h, as Ctrl-C does
+    #[arg(long, value_name = "TIME", value_parser = time)]
+    max_time: Option<Duration>,
+    /// Go on from the run of this case that was stopped, in FOLDER.partial
+    #[arg(long)]
+    resume: bool,
     /// Leave nothing out: solve for the same numbers without using symmetry, for instance
     #[arg(long)]
     no_prune: bool,
@@ -71,9 +80,21 @@ pub(crate) fn execute(arguments: &Arguments, common: &Common) -> Exit {
         Ok((outcome, saved)) => report(&case, &outcome, &saved, arguments, common),
         Err(error) => {
             output::error(&error.to_string());
-            Exit::Failure
+            match error {
+                RunError::Output(_) => Exit::Failure,
+                RunError::Resume(_) => Exit::BadInput,
+            }
         }
     }
+}
+
+/// Why a run has no results.
+#[derive(Debug, thiserror::Error)]
+enum RunError {
+    #[error(transparent)]
+    Output(#[from] OutputError),
+    #[error(transparent)]
+    Resume(#[from] ResumeError),
 }
 
 fn solve_and_save(
@@ -82,56 +103,33 @@ fn solve_and_save(
     common: &Common,
     folder: &Path,
     started: Instant,
-) -> Result<(Outcome, Saved), elastocap_results::OutputError> {
+) -> Result<(Outcome, Saved), RunError> {
     let options =
         Options { prune: !arguments.no_prune, fields: !arguments.no_fields, scene: !arguments.no_scene };
     // Opened before anything is solved: a run must not be lost to a folder that cannot be written to.
     let folder = OutputFolder::open(folder)?;
     folder.holds_nothing_foreign()?;
+    let resume = match arguments.resume {
+        true => Some(Resume::read(&folder.partial(), case, &options)?),
+        false => None,
+    };
+    if let Some(resume) = resume.as_ref().filter(|_| !common.quiet) {
+        output::message(&format!("{} steps are taken from the run that was stopped", resume.steps()));
+    }
     let cancel = Arc::new(AtomicBool::new(false));
     stop_on_signal(&cancel, &folder);
+    if let Some(time) = arguments.max_time {
+        stop_after(time, started, &cancel);
+    }
     let plan = Plan::new(case, &options);
     let planning = started.elapsed();
-    let bar = progress_bar(plan.distinct_steps().count(), common.quiet);
-    let writer = FieldWriter::new(&folder, &bar);
-    let observer: &dyn Observer = if options.fields { &writer } else { &bar };
-    let outcome = run(case, &plan, &options, &cancel, observer);
-    bar.0.finish_and_clear();
+    let progress = Progress::new(&plan, common.quiet);
+    let writer = FieldWriter::new(&folder, &progress).only_if(options.fields).going_on_from(resume);
+    let outcome = run(case, &plan, &options, &cancel, &writer);
+    progress.finish();
     let fields = writer.finish(&outcome)?;
     let saved = save(case, &outcome, &options, folder, &fields, started, planning)?;
     Ok((outcome, saved))
-}
-
-/// Shows on the terminal how many steps are done.
-struct Bar(ProgressBar);
-
-impl Observer for Bar {
-    fn preparing(&self, what: &str) {
-        self.0.set_message(format!(", {what}"));
-    }
-
-    fn step_begun(&self, _index: usize) {
-        self.0.set_message("");
-    }
-
-    fn step_done(&self, _step: &StepResult) {
-        self.0.inc(1);
-    }
-}
-
-fn progress_bar(steps: usize, quiet: bool) -> Bar {
-    if quiet {
-        return Bar(ProgressBar::hidden());
-    }
-    // Hides itself where stderr is not a terminal.
-    let bar = ProgressBar::with_draw_target(Some(steps as u64), ProgressDrawTarget::stderr());
-    let style =
-        ProgressStyle::with_template("{bar:30} {pos}/{len} steps, {elapsed} elapsed, about {eta} left{msg}");
-    if let Ok(style) = style {
-        bar.set_style(style);
-    }
-    bar.enable_steady_tick(Duration::from_millis(200));
-    Bar(bar)
 }
 
 fn report(case: &Case, outcome: &Outcome, saved: &Saved, arguments: &Arguments, common: &Common) -> Exit {

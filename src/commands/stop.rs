@@ -3,6 +3,7 @@
 use std::io;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::{Duration, Instant};
 
 use elastocap_results::OutputFolder;
 
@@ -17,6 +18,20 @@ pub(super) fn stop_on_signal(cancel: &Arc<AtomicBool>, folder: &OutputFolder) {
 /// The same where no files are staged.
 pub(super) fn stop_without_files(cancel: &Arc<AtomicBool>) {
     on_signal(cancel, || ());
+}
+
+/// Stops the work when `time` has passed since `start`, as a signal does.
+pub(super) fn stop_after(time: Duration, start: Instant, cancel: &Arc<AtomicBool>) {
+    let cancel = Arc::clone(cancel);
+    let watch = move || {
+        std::thread::sleep(time.saturating_sub(start.elapsed()));
+        if !cancel.swap(true, Ordering::Relaxed) {
+            output::message("stopping: the time of --max-time is over; what is finished will be kept");
+        }
+    };
+    if let Err(error) = std::thread::Builder::new().name("max-time".to_owned()).spawn(watch) {
+        output::warning(&format!("--max-time has no effect: {error}"));
+    }
 }
 
 fn on_signal(cancel: &Arc<AtomicBool>, at_the_end: impl Fn() + Send + 'static) {

@@ -8,5 +8,6 @@ mod bad_input;
 mod command_line;
 mod figures;
 mod stability;
+mod stopping;
 mod support;
 mod threads;

@@ -15,12 +15,14 @@
 //! - `layer_outlines`, `faceting_error`, `tetrahedra`: a scene for the solver on tetrahedra, meshed and solved.
 //! - [`plan`]: what is solved, what is left out and why, what it will take.
 //! - [`outcome`]: what a run found, and in `status` how its steps went.
+//! - [`finished`]: a step as it is written down for a run that goes on from there.
 //! - [`step`]: one load step; [`run`](mod@run): all of them.
 
 pub mod box_fields;
 pub mod deform;
 mod faceting_error;
 pub mod failure;
+pub mod finished;
 mod layer_outlines;
 pub mod load_steps;
 pub mod outcome;

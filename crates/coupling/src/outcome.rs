@@ -2,7 +2,7 @@
 
 use elastocap_electrostatics::{Bounded, Discretisation, PhaseSeconds};
 use elastocap_geometry::export::surfaces::SurfaceBody;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use crate::deform::{FiniteElementStep, ForceCheck, MeshReport};
 use crate::load_steps::StepLoad;
@@ -62,6 +62,8 @@ pub struct StepResult {
     pub row: Row,
     /// Why the step failed, missed its tolerance or has no force.
     pub reason: Option<String>,
+    /// Whether it was stopped on request before it was as good as asked for; its bounds are those that were known by then.
+    pub interrupted: bool,
     /// What the user should know about it.
     pub warnings: Vec<String>,
     /// The report of the layer's finite elements, if it has any.
@@ -88,7 +90,7 @@ pub struct StepResult {
 
 /// A floating conductor and its potential: the sum over the driven conductors of `per_volt` times their potentials, plus
 /// `from_charges`.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct FloatingConductor {
     /// Its name.
     pub name: String,
@@ -183,6 +185,26 @@ impl Row {
         ]
     }
 
+    /// Sets what [`Row::numbers`] gives.
+    pub(crate) fn set_numbers(&mut self, numbers: [Option<f64>; 14]) {
+        [
+            self.compression,
+            self.force_n,
+            self.top_displacement_m,
+            self.gap_m,
+            self.electrode_height_m,
+            self.electrode_thickness_m,
+            self.two_terminal_capacitance_f,
+            self.capacitance_lower_f,
+            self.capacitance_upper_f,
+            self.relative_error_estimate,
+            self.mechanics_error_estimate,
+            self.geometry_error_estimate,
+            self.parallel_plate_f,
+            self.fringe_ratio,
+        ] = numbers;
+    }
+
     pub(crate) fn set_capacitance(&mut self, capacitance: &Bounded) {
         self.two_terminal_capacitance_f = Some(capacitance.value);
         self.capacitance_lower_f = Some(capacitance.lower);
@@ -193,7 +215,7 @@ impl Row {
 }
 
 /// How a field was solved.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct SolverReport {
     /// Iterations of all solves on the final grid.
     pub iterations: usize,
@@ -209,7 +231,7 @@ pub struct SolverReport {
 }
 
 /// Wall-clock seconds of one step.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 pub struct StepSeconds {
     /// Layer and electrodes.
     pub mechanics: f64,

@@ -18,14 +18,14 @@ use std::fmt;
 
 use elastocap_case::{Case, FieldSolver, Indenter, Mechanics};
 use elastocap_geometry::scene::Scene;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use crate::deform::Deformation;
 use crate::load_steps::StepLoad;
 use crate::scene::DeformedScene;
 
 /// How the field of a scene is solved.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Route {
     /// By the box solver: every body is a box, a sheet or a slab.

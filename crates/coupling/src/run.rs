@@ -9,6 +9,7 @@ use elastocap_case::Case;
 
 use crate::deform::{Deformation, ForceCheck, Prepared, Solution, force_warning, prepare};
 use crate::failure::StepFailure;
+use crate::finished::FinishedStep;
 use crate::outcome::{Outcome, Status, StepResult};
 use crate::plan::{Options, Plan, PlannedStep};
 use crate::route::{Bending, Bodies, Route, asked, route};
@@ -29,6 +30,13 @@ pub trait Observer: Sync {
     fn layer_solved(&self, solution: &Solution) -> ControlFlow<()> {
         let _ = solution;
         ControlFlow::Continue(())
+    }
+
+    /// What is known of a step from an earlier run that was stopped. The step is then not solved again, and
+    /// [`Observer::step_done`] follows at once.
+    fn finished_before(&self, index: usize) -> Option<FinishedStep> {
+        let _ = index;
+        None
     }
 
     /// A step has begun.
@@ -53,7 +61,8 @@ impl Observer for () {}
 
 /// Solves the steps of a plan. A step that cannot be solved is no error: its status says why.
 ///
-/// `cancel` stops the run at the next opportunity; the steps that are done by then are kept.
+/// `cancel` stops the run at the next opportunity. The steps that are done by then are kept, and so is what is known of the others:
+/// forces, and bounds that are not yet as close as asked for.
 pub fn run(
     case: &Case,
     plan: &Plan,
@@ -95,8 +104,16 @@ pub fn run(
         while !cancel.load(Ordering::Relaxed) {
             let slot = next.fetch_add(1, Ordering::Relaxed);
             let (Some(step), Some(place)) = (work.get(slot), done.get(slot)) else { return };
+            let found = observer.finished_before(step.index);
+            if let Some(result) = found.and_then(|found| solver.restored(step, found)) {
+                observer.step_done(&result);
+                *place.lock().unwrap_or_else(PoisonError::into_inner) = Some(result);
+                continue;
+            }
             observer.step_begun(step.index);
-            let (result, field) = solver.solve(step);
+            let (mut result, field) = solver.solve(step);
+            result.interrupted =
+                cancel.load(Ordering::Relaxed) && matches!(result.row.status, Status::ToleranceNotReached(_));
             if let Some(field) = field.filter(|_| options.fields)
                 && observer.field_solved(&result, field).is_break()
             {
@@ -118,10 +135,10 @@ pub fn run(
     let mut solved = done.into_iter().map(|slot| slot.into_inner().unwrap_or_else(PoisonError::into_inner));
     for step in &plan.steps {
         let result = match step.same_as {
-            None => solved.next().flatten().unwrap_or_else(|| StepResult::not_run(step)),
+            None => solved.next().flatten().unwrap_or_else(|| solver.not_run(step)),
             Some(first) => match steps.get(first) {
                 Some(original) => copy_of(original, step),
-                None => StepResult::not_run(step),
+                None => solver.not_run(step),
             },
         };
         steps.push(result);
@@ -131,7 +148,7 @@ pub fn run(
         Prepared::StepByStep | Prepared::ClosedForm(_) => (Vec::new(), 0.0),
         Prepared::FiniteElement(run) => (run.meshes.clone(), run.seconds),
     };
-    let stopped = steps.iter().any(|step| step.row.status == Status::NotRun);
+    let stopped = steps.iter().any(|step| step.interrupted || step.row.status == Status::NotRun);
     Outcome {
         plan: plan.clone(),
         warnings,

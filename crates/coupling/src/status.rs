@@ -3,7 +3,7 @@
 use std::fmt;
 
 use elastocap_electrostatics::{Bounded, SHARE_OF_DIAGONAL};
-use serde::{Serialize, Serializer};
+use serde::{Deserialize, Serialize, Serializer};
 
 use crate::failure::StepFailure;
 
@@ -27,7 +27,7 @@ pub enum Status {
 }
 
 /// Where an error comes from that is larger than asked for; the first of them that applies.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Missed {
     /// The field: the bounds of the capacitance are too far apart.
     Field,
@@ -78,13 +78,16 @@ impl Serialize for Status {
 ///
 /// The solvers aim at an error relative to the entry, or to [`SHARE_OF_DIAGONAL`] of sqrt(C_ii C_jj) where the entry is smaller:
 /// see [`Target::Matrix`](elastocap_electrostatics::Target::Matrix).
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum EntryStatus {
     /// The spread is at most the tolerance times the entry's own value.
+    #[serde(rename = "ok")]
     Ok,
     /// It is at most the tolerance times [`SHARE_OF_DIAGONAL`] of sqrt(C_ii C_jj), and more than that times the entry's own value.
+    #[serde(rename = "ok: to a tenth of the diagonal")]
     ToDiagonal,
     /// It is more than that.
+    #[serde(rename = "tolerance not reached")]
     NotReached,
 }
 
@@ -110,19 +113,10 @@ impl EntryStatus {
     }
 }
 
+/// The text that stands in the files.
 impl fmt::Display for EntryStatus {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
-            Self::Ok => "ok",
-            Self::ToDiagonal => "ok: to a tenth of the diagonal",
-            Self::NotReached => "tolerance not reached",
-        })
-    }
-}
-
-impl Serialize for EntryStatus {
-    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        serializer.collect_str(self)
+        Serialize::serialize(self, f)
     }
 }
 

@@ -12,12 +12,13 @@ use elastocap_mechanics::ForceLimit;
 use crate::box_fields::{MATRIX_ONLY, between, enclosing, field_of};
 use crate::deform::{Deformation, FiniteElementStep, ForceCheck, Prepared};
 use crate::failure::{StepFailure, Stop};
+use crate::finished::FinishedStep;
 use crate::layer_outlines::{LayerScene, bent_scene};
 use crate::load_steps::StepLoad;
 use crate::outcome::{EntryStatus, FloatingConductor, Missed, Row, SolverReport, Status, StepResult};
 use crate::plan::PlannedStep;
 use crate::route::{Bending, Bodies, Route, RouteError, asked, route};
-use crate::scene::{DeformedScene, scene_of};
+use crate::scene::{DeformedScene, SceneError, scene_of};
 use crate::settings::FieldSettings;
 use crate::terminals::pair_among;
 use crate::tetrahedra::{Solved, shown, solve_shapes};
@@ -86,7 +87,7 @@ impl Solver<'_> {
         let outcome = catch_unwind(AssertUnwindSafe(|| self.run(step, &mut result, &mut field)));
         match outcome {
             Ok(Ok(())) => {}
-            Ok(Err(Stop::Cancelled)) => result = StepResult::not_run(step),
+            Ok(Err(Stop::Cancelled)) => result = self.not_run(step),
             Ok(Err(Stop::Failed(failure))) => result.fail(*failure),
             Err(defect) => {
                 let said = defect.downcast_ref::<String>().map(String::as_str);
@@ -96,6 +97,25 @@ impl Solver<'_> {
         }
         result.seconds.total = start.elapsed().as_secs_f64();
         (result, field)
+    }
+
+    /// A step that the run was stopped before, with what is known of the layer.
+    pub(crate) fn not_run(&self, step: &PlannedStep) -> StepResult {
+        let mut result = StepResult::not_run(step);
+        let Ok(state) = self.layer.deformation(self.case, step.index, step.load, self.prune) else {
+            return result;
+        };
+        let missed = layer_missed(state.as_ref());
+        if !self.case.has_conductors() && missed.is_none() {
+            // There is nothing else to solve.
+            return self.solve(step).0;
+        }
+        result.reason = missed;
+        self.note_mechanics(&mut result, state.as_ref());
+        if let (Some(Deformation::FiniteElement(layer)), false) = (&state, self.case.has_conductors()) {
+            result.row.relative_error_estimate = layer.relative_error_estimate;
+        }
+        result
     }
 
     fn run(
@@ -121,13 +141,7 @@ impl Solver<'_> {
             result.seconds.mechanics = start.elapsed().as_secs_f64();
             return Ok(());
         }
-        let deformed = scene_of(self.case, state.as_ref())?;
-        if let Some(pair) = &deformed.pair {
-            result.row.gap_m = Some(pair.gap);
-            result.row.electrode_height_m = Some(pair.height);
-            result.row.electrode_thickness_m = Some(pair.thickness);
-            result.row.parallel_plate_f = Some(pair.parallel_plate);
-        }
+        let deformed = self.bodies(&mut result.row, state.as_ref())?;
         if let Some(error) = self.mechanics_error(state.as_ref(), &deformed)? {
             result.row.mechanics_error_estimate = Some(error);
             let asked = self.settings.relative_tolerance;
@@ -163,6 +177,27 @@ impl Solver<'_> {
         *field = solution.field.take().map(StepField::Grid);
         result.floating = floating_of(&deformed.scene, std::mem::take(&mut solution.floating));
         self.note_solution(result, solution, two_terminal, shortfalls)
+    }
+
+    /// The bodies as deformed, and what they say of the pair of electrodes.
+    fn bodies(&self, row: &mut Row, state: Option<&Deformation<'_>>) -> Result<DeformedScene, SceneError> {
+        let deformed = scene_of(self.case, state)?;
+        if let Some(pair) = &deformed.pair {
+            row.gap_m = Some(pair.gap);
+            row.electrode_height_m = Some(pair.height);
+            row.electrode_thickness_m = Some(pair.thickness);
+            row.parallel_plate_f = Some(pair.parallel_plate);
+        }
+        Ok(deformed)
+    }
+
+    /// A step as an earlier run found it, with the layer and the bodies of this one. `None` if it does not fit them.
+    pub(crate) fn restored(&self, step: &PlannedStep, found: FinishedStep) -> Option<StepResult> {
+        let mut result = StepResult::not_run(step);
+        let state = self.layer.deformation(self.case, step.index, step.load, self.prune).ok()?;
+        self.note_mechanics(&mut result, state.as_ref());
+        result.scene = Some(self.bodies(&mut result.row, state.as_ref()).ok()?);
+        found.add_to(&mut result).then_some(result)
     }
 
     /// A scene of any shapes without a layer.
@@ -414,6 +449,7 @@ impl StepResult {
             route: None,
             row,
             reason: None,
+            interrupted: false,
             warnings: Vec::new(),
             layer: None,
             force_check: None,

@@ -1,8 +1,11 @@
 //! Settings and solutions of the field solvers.
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
+
+/// Why the tolerance was not reached where the caller has set the cancel flag, and bounds were known by then.
+pub(crate) const STOPPED: &str = "it was stopped on request";
 
 /// The quantity that the tolerance applies to.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
@@ -37,7 +40,8 @@ pub struct Settings {
     pub field: bool,
     /// Largest memory the solve may take, bytes.
     pub memory_limit: u64,
-    /// Set from outside to stop at the next opportunity, with [`crate::SolveError::Cancelled`].
+    /// Set from outside to stop at the next opportunity, with the best bounds by then, or with [`crate::SolveError::Cancelled`] if
+    /// there are none.
     pub cancel: Option<Arc<AtomicBool>>,
 }
 
@@ -74,7 +78,7 @@ impl Default for Settings {
 }
 
 /// Order and grading of a grid of the box solver.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 pub struct ResolutionLevel {
     /// Polynomial degree away from edges.
     pub order: usize,
@@ -83,7 +87,7 @@ pub struct ResolutionLevel {
 }
 
 /// The last grid or mesh of a solve.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(untagged)]
 pub enum Discretisation {
     /// A graded grid of the box solver: its largest order and number of layers.
@@ -109,7 +113,7 @@ impl Discretisation {
 }
 
 /// A number between proved (or estimated) limits.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Bounded {
     /// Reported value, between the limits.
     pub value: f64,
@@ -139,7 +143,7 @@ impl Bounded {
 }
 
 /// Wall-clock seconds of the phases of a solve.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 pub struct PhaseSeconds {
     /// Symmetry, grid, line matrices and modes.
     pub setup: f64,

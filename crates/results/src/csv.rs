@@ -162,6 +162,7 @@ mod tests {
             route: None,
             row: Row { unknowns: Some(7), ..Row::default() },
             reason: None,
+            interrupted: false,
             warnings: Vec::new(),
             layer: None,
             force_check: None,

@@ -6,13 +6,14 @@ use std::sync::{Mutex, PoisonError};
 use std::time::Instant;
 
 use elastocap_coupling::deform::Solution;
+use elastocap_coupling::finished::FinishedStep;
 use elastocap_coupling::outcome::{Outcome, StepResult};
 use elastocap_coupling::run::Observer;
 use elastocap_coupling::step::StepField;
 use elastocap_geometry::export::body::body_vtu;
 use elastocap_geometry::export::vtk::vtu;
 
-use crate::{OutputError, OutputFolder, layer_files, scene_files};
+use crate::{OutputError, OutputFolder, Resume, layer_files, scene_files};
 
 /// The name of a step's field file.
 pub fn field_file(index: usize) -> String {
@@ -63,6 +64,9 @@ impl FieldFiles {
 pub struct FieldWriter<'a> {
     folder: &'a OutputFolder,
     watcher: &'a dyn Observer,
+    resume: Option<Resume>,
+    /// Whether fields, those of the layer among them, are written.
+    wanted: bool,
     files: Mutex<FieldFiles>,
     broken: Mutex<Option<OutputError>>,
 }
@@ -70,7 +74,26 @@ pub struct FieldWriter<'a> {
 impl<'a> FieldWriter<'a> {
     /// Writes into `folder`; `watcher` is told of the progress.
     pub fn new(folder: &'a OutputFolder, watcher: &'a dyn Observer) -> Self {
-        Self { folder, watcher, files: Mutex::default(), broken: Mutex::default() }
+        Self {
+            folder,
+            watcher,
+            resume: None,
+            wanted: true,
+            files: Mutex::default(),
+            broken: Mutex::default(),
+        }
+    }
+
+    /// Writes nothing unless fields are `wanted`.
+    #[must_use]
+    pub fn only_if(self, wanted: bool) -> Self {
+        Self { wanted, ..self }
+    }
+
+    /// Takes the steps that a stopped run has finished, and their fields, from there.
+    #[must_use]
+    pub fn going_on_from(self, resume: Option<Resume>) -> Self {
+        Self { resume, ..self }
     }
 
     /// The files of a run that has ended, those of repeated steps among them.
@@ -109,6 +132,9 @@ impl Observer for FieldWriter<'_> {
     }
 
     fn layer_solved(&self, solution: &Solution) -> ControlFlow<()> {
+        if !self.wanted {
+            return self.watcher.layer_solved(solution);
+        }
         match layer_files::stage(self.folder, solution) {
             Ok(warnings) => {
                 self.files.lock().unwrap_or_else(PoisonError::into_inner).layer_warnings = warnings;
@@ -116,6 +142,17 @@ impl Observer for FieldWriter<'_> {
             }
             Err(error) => self.stopped_by(error),
         }
+    }
+
+    /// A step whose field is not there any more is solved again.
+    fn finished_before(&self, index: usize) -> Option<FinishedStep> {
+        let (step, field) = self.resume.as_ref()?.step(index)?;
+        if let Some(field) = field {
+            let name = field_file(index);
+            self.folder.stage_from(&field, &name).ok()?;
+            self.files.lock().unwrap_or_else(PoisonError::into_inner).set_name(index, name);
+        }
+        Some(step)
     }
 
     fn step_begun(&self, index: usize) {

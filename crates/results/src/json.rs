@@ -6,9 +6,7 @@ use serde::Serialize;
 use crate::FieldFiles;
 use elastocap_case::Case;
 use elastocap_coupling::deform::{FiniteElementStep, ForceCheck, MeshReport};
-use elastocap_coupling::outcome::{
-    EntryStatus, FloatingConductor, Outcome, Row, SolverReport, Status, StepResult,
-};
+use elastocap_coupling::outcome::{EntryStatus, FloatingConductor, Outcome, Row, SolverReport, StepResult};
 use elastocap_coupling::plan::{Kind, Plan};
 use elastocap_coupling::route::Route;
 
@@ -226,11 +224,10 @@ pub fn document(
     seconds: RunSeconds,
 ) -> serde_json::Result<String> {
     let of_static = (outcome.plan.kind == Kind::Capacitance).then(|| outcome.steps.first()).flatten();
-    let unfinished = |step: &StepResult| step.row.status == Status::NotRun;
     let document = Document {
         title: &case.title,
         case: case.source.display().to_string(),
-        status: match (outcome.is_complete(), outcome.steps.iter().any(unfinished)) {
+        status: match (outcome.is_complete(), outcome.stopped) {
             (true, _) => "complete",
             (false, true) => "stopped",
             (false, false) => "incomplete",

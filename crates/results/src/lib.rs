@@ -7,6 +7,7 @@ mod json;
 mod layer_files;
 mod output_folder;
 pub mod plot;
+mod resume;
 pub mod scene_files;
 mod space_layer_files;
 
@@ -22,6 +23,7 @@ pub use figure::figure;
 pub use json::{RunSeconds, document};
 pub use output_folder::{Finish, OutputError, OutputFolder, Placed};
 use output_folder::{INDEX, MESH_INDEX, is_result_name};
+pub use resume::{Resume, ResumeError};
 
 use elastocap_case::Case;
 use elastocap_coupling::outcome::{Outcome, StepResult};
@@ -115,6 +117,14 @@ pub fn save(
         warnings.extend(stage_scene(&folder, case, &outcome.steps)?);
     }
     warnings.extend(stage_series(&folder, &outcome.steps, fields)?);
+    if outcome.stopped {
+        let text = resume::document(case, options, &outcome.steps, fields);
+        let text = text.map_err(|error| OutputError::File {
+            file: folder.path().join(resume::RESUME),
+            source: error.into(),
+        })?;
+        folder.stage(resume::RESUME, text.as_bytes())?;
+    }
     let seconds = RunSeconds {
         plan: planning.as_secs_f64(),
         solve: outcome.solve_seconds,

@@ -10,7 +10,7 @@ use crate::boxes::layout::Grid;
 use crate::boxes::one_grid::{GAIN_FACTOR, GridProblem, Outcome, on_grid};
 use crate::boxes::resolution::{MAX_UNKNOWNS, MIN_TOLERANCE, coarser, far, first, graded, iteration_share};
 use crate::matrix::rounding_alone;
-use crate::solution::ResolutionLevel;
+use crate::solution::{ResolutionLevel, STOPPED};
 use faer::Mat;
 use std::time::Instant;
 
@@ -68,12 +68,16 @@ pub(crate) fn adaptive(problem: &GridProblem<'_>) -> Result<Found, SolveError> {
     let begin = Instant::now();
     let mut search = Search::new(problem);
     loop {
-        if problem.cancelled() {
-            return Err(SolveError::Cancelled);
-        }
         let purpose = search.purpose();
         let start = Instant::now();
-        let mut outcome = on_grid(problem, &search.grid, search.share(purpose), purpose == Purpose::Prove)?;
+        let found = match problem.cancelled() {
+            true => Err(SolveError::Cancelled),
+            false => on_grid(problem, &search.grid, search.share(purpose), purpose == Purpose::Prove),
+        };
+        let mut outcome = match found {
+            Err(SolveError::Cancelled) => return search.stop(begin),
+            found => found?,
+        };
         search.grids += 1;
         let indicator = outcome.indicator(problem);
         let missing = missing(&search.grid, &indicator);
@@ -293,6 +297,15 @@ impl<'p, 's> Search<'p, 's> {
             let (grid, grids) = (self.grid.clone(), self.grids);
             self.best = Some((error, Found { outcome, grid, shortfall: None, grids, choosing: -seconds }));
         }
+    }
+
+    /// The best so far, of a search that is stopped on request.
+    fn stop(mut self, begin: Instant) -> Result<Found, SolveError> {
+        if !self.best.as_ref().is_some_and(|(error, _)| error.is_finite()) {
+            return Err(SolveError::Cancelled);
+        }
+        self.shortfall = Some(STOPPED.to_owned());
+        self.finish(false, begin)
     }
 
     fn finish(self, met: bool, begin: Instant) -> Result<Found, SolveError> {

@@ -23,7 +23,8 @@ pub fn solve(scene: &Scene, settings: &Settings) -> Result<Solution, SolveError>
         Some(level) => grid_search::fixed(&problem, level)?,
         None => grid_search::adaptive(&problem)?,
     };
-    let field = settings.field.then(|| found.outcome.field(scene, &problem));
+    // Nobody waits for the field of a solve that was stopped.
+    let field = (settings.field && !problem.cancelled()).then(|| found.outcome.field(scene, &problem));
     let mut solution = found.outcome.finish(&problem, &found.grid, found.shortfall);
     solution.grids = found.grids;
     solution.seconds.setup += setup;

@@ -10,7 +10,9 @@ use crate::VACUUM_PERMITTIVITY;
 use crate::consistency::contradiction;
 use crate::floating::Floating;
 use crate::matrix::{MatrixBounds, contrast_of, rounding_alone, rounding_scale};
-use crate::solution::{Bounded, Discretisation, Forecast, PhaseSeconds, SHARE_OF_DIAGONAL, Solution, Target};
+use crate::solution::{
+    Bounded, Discretisation, Forecast, PhaseSeconds, SHARE_OF_DIAGONAL, STOPPED, Solution, Target,
+};
 use crate::tets::flux::{Flux, equilibrate};
 use crate::tets::potentials::{PotentialProblem, PotentialSettings, Potentials};
 use elastocap_geometry::meshing::tets::{Grading, TetMesh};
@@ -141,11 +143,13 @@ pub fn solve_mesh(
         meshes += 1;
         let (found, flux) = match task.on_mesh(&mesh, &mut seconds) {
             Ok(found) => found,
-            Err(SolveError::Cancelled) => return Err(SolveError::Cancelled),
             Err(error) => {
                 // The bounds on the mesh before are proved all the same.
                 let mut last = coarser.ok_or_else(|| error.clone())?;
-                last.solution.shortfall = Some(format!("a finer mesh could not be solved: {error}"));
+                last.solution.shortfall = Some(match error {
+                    SolveError::Cancelled => STOPPED.to_owned(),
+                    error => format!("a finer mesh could not be solved: {error}"),
+                });
                 last.solution.seconds = seconds;
                 return Ok(last);
             }
@@ -153,9 +157,6 @@ pub fn solve_mesh(
         iterations += found.iterations;
         let bounds = task.bounds(&found, &flux);
         let error = bounds.spread.error;
-        if cancel.is_some_and(|c| c.load(Ordering::Relaxed)) {
-            return Err(SolveError::Cancelled);
-        }
 
         // Graded bisection can make tetrahedra so thin that the fluxes lose more than the potentials gain. From then on edges
         // are halved.
@@ -166,6 +167,8 @@ pub fn solve_mesh(
 
         let (next, shortfall) = if error <= settings.relative_tolerance {
             (None, bounds.spread.may_be_zero.then(|| task.may_be_zero()))
+        } else if cancel.is_some_and(|c| c.load(Ordering::Relaxed)) {
+            (None, Some(STOPPED.to_owned()))
         } else {
             let refining = Instant::now();
             let refined = task.refined(&mesh, &mut grading, meshes, &bounds.all, &flux, error);

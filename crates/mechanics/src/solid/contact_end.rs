@@ -46,7 +46,7 @@ struct Sliding<'a> {
     layer: &'a PlaneLayer,
     half_width: f64,
     level: usize,
-    settings: NewtonSettings,
+    settings: NewtonSettings<'a>,
     mesh: LayerMesh,
     model: LayerModel,
     effort: Effort,
@@ -104,7 +104,7 @@ impl<'a> Sliding<'a> {
         half_width: f64,
         level: usize,
         end: f64,
-        settings: &NewtonSettings,
+        settings: &NewtonSettings<'a>,
     ) -> Result<Self, Box<Stopped>> {
         let mesh = layer.around_corner(end, level);
         let rubber = layer.rubber_in_use();

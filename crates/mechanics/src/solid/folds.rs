@@ -23,7 +23,7 @@ const MAX_UNSTABLE: usize = 3;
 const MAX_DRAG: f64 = 1e4;
 const MAX_STEPS: usize = 400;
 
-impl NewtonSettings {
+impl NewtonSettings<'_> {
     /// For bodies whose surface folds: twelve steps, then a drag.
     pub fn through_folds() -> Self {
         Self {
@@ -101,6 +101,7 @@ impl<S: Dimension> Equations<S> {
                         drag = 0.0;
                     }
                 }
+                Err(failure @ (StopReason::Cancelled, _)) => return Err(failure),
                 Err(failure) => {
                     effort.cuts += 1;
                     drag = (GROWTH * drag).max(MIN_DRAG);

@@ -130,7 +130,7 @@ impl PlaneLayer {
     }
 
     /// How this layer is pressed on the mesh of a level.
-    pub(super) fn settings(&self, level: usize) -> NewtonSettings {
+    pub(super) fn settings(&self, level: usize) -> NewtonSettings<'static> {
         match self.indenter {
             Indenter::WholeTop if self.folds() => NewtonSettings::through_folds(),
             Indenter::Smooth(profile) => match self.rounded_punch(profile) {
@@ -211,7 +211,7 @@ impl PlaneLayer {
 }
 
 /// Settings with which the surface follows corners of a radius (m), side by side.
-fn around_corners(corner_radius: f64, level: usize) -> NewtonSettings {
+fn around_corners(corner_radius: f64, level: usize) -> NewtonSettings<'static> {
     NewtonSettings {
         from_coarser: if level < RIPPLED {
             FromCoarser::Nothing

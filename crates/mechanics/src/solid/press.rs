@@ -11,7 +11,7 @@ use std::time::Instant;
 use super::dimension::{Dimension, Plane};
 use super::layer::{End, Inclusion, Indenter, LayerModel, LayerStep};
 use super::model::{Load, ModelError, State};
-use super::newton::{Effort, FromCoarser, NewtonSettings, Stopped};
+use super::newton::{Effort, FromCoarser, NewtonSettings, StopReason, Stopped};
 use elastocap_materials::Rubber;
 
 /// A layer in plane strain, the bodies in it and its indenter. Lengths in m.
@@ -136,7 +136,7 @@ pub struct Pressing<S: Dimension = Plane> {
 impl PlaneLayer {
     /// Presses the layer to each of `goals`, all of them compressions or all of them forces.
     ///
-    /// `cancel` stops the work at the next goal; `tell` is called with the number of the mesh and the number of goals done on it.
+    /// `cancel` stops the work before the next linear system; `tell` is called with the number of the mesh and the number of goals done on it.
     ///
     /// # Errors
     /// [`ModelError`] where there is no mesh. A goal that is not reached has its own error in the result.
@@ -152,7 +152,8 @@ impl PlaneLayer {
         let deepest = deepest(goals);
         let sharp = |half_width: f64| {
             move |level: usize, coarser: Option<(&LayerModel, &State)>, goal: Goal| {
-                self.press_sharp(half_width, level, coarser, goal, &self.settings(level))
+                let settings = NewtonSettings { cancel: Some(cancel), ..self.settings(level) };
+                self.press_sharp(half_width, level, coarser, goal, &settings)
             }
         };
         let sharp = match self.indenter {
@@ -182,7 +183,7 @@ pub(crate) type Remesh<'a, S> = dyn Fn(usize, Option<(&LayerModel<S>, &State<S>)
 pub(crate) fn press_on<S: Dimension>(
     goals: &[Goal],
     refinement: &Refinement,
-    settings: &dyn Fn(usize) -> NewtonSettings,
+    settings: &dyn Fn(usize) -> NewtonSettings<'static>,
     remesh: Option<&Remesh<'_, S>>,
     cancel: &AtomicBool,
     tell: &dyn Fn(usize, usize),
@@ -195,7 +196,7 @@ pub(crate) fn press_on<S: Dimension>(
     let mut too_large = None;
     for (k, &n) in refinement.meshes.iter().enumerate() {
         let start = Instant::now();
-        let settings = settings(n);
+        let settings = NewtonSettings { cancel: Some(cancel), ..settings(n) };
         let model = match layer(n) {
             Ok(model) => model,
             Err(error @ ModelError::TooLarge { .. }) if k > 0 => {
@@ -313,6 +314,8 @@ impl<S: Dimension> Level<S> {
                     }
                     self.reached[g] = Some(Reached { remeshed, step, state, load });
                 }
+                // The goal may well be in reach.
+                Err(stopped) if stopped.reason == StopReason::Cancelled => return done,
                 Err(stopped) => {
                     for &g in &order[done..] {
                         self.stopped[g] = Some(stopped.clone());

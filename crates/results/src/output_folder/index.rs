@@ -7,6 +7,8 @@ use std::path::Path;
 
 use serde_json::Value;
 
+use crate::resume::RESUME;
+
 /// The file that says what the results folder of a run holds.
 pub(crate) const INDEX: &str = "result.json";
 
@@ -61,7 +63,7 @@ fn own_document(file: &Path) -> io::Result<Option<Value>> {
 
 /// Whether a run or `mesh` gives files this name. No other file is ever removed, whatever a list says.
 pub(crate) fn is_result_name(name: &str) -> bool {
-    const FILES: [&str; 9] = [
+    const FILES: [&str; 10] = [
         "capacitance.csv",
         "curve.csv",
         "curve.svg",
@@ -71,6 +73,7 @@ pub(crate) fn is_result_name(name: &str) -> bool {
         "scene.glb",
         INDEX,
         MESH_INDEX,
+        RESUME,
     ];
     const NUMBERED: [(&str, &str); 3] = [("step_", ".vtu"), ("layer_", ".vtu"), ("profile_", ".csv")];
     let numbered = |(before, after): &(&str, &str)| {

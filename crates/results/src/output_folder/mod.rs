@@ -191,6 +191,14 @@ impl OutputFolder {
         self.note(name, fs::copy(staging.join(of), staging.join(name)).map(drop))
     }
 
+    /// Makes `name` a copy of a file that is elsewhere.
+    ///
+    /// # Errors
+    /// [`OutputError::File`].
+    pub(crate) fn stage_from(&self, file: &Path, name: &str) -> Result<(), OutputError> {
+        self.note(name, fs::copy(file, self.staging.path.join(name)).map(drop))
+    }
+
     fn note(&self, name: &str, written: io::Result<()>) -> Result<(), OutputError> {
         written.map_err(|source| OutputError::File { file: self.asked.join(name), source })?;
         self.staged.lock().unwrap_or_else(PoisonError::into_inner).insert(name.to_owned());

@@ -48,11 +48,17 @@ impl<S: Dimension> Equations<S> {
         let mut cut_steps = 0;
         let mut damping = 0.0;
         for iteration in 0..settings.max_iterations {
+            if settings.cancelled() {
+                return Err((StopReason::Cancelled, residual.smallest_j));
+            }
             if effort.solves >= settings.max_solves {
                 return Err((StopReason::TooLong, residual.smallest_j));
             }
             let singular = (StopReason::Singular, residual.smallest_j);
             let negative_pivots = self.factorise_damped(&mut damping, effort).ok_or(singular)?;
+            if settings.cancelled() {
+                return Err((StopReason::Cancelled, residual.smallest_j));
+            }
             let damped = damping > 0.0;
             let (step, linear_residual) = self.solve(state, load).ok_or(singular)?;
             effort.linear_residual = effort.linear_residual.max(linear_residual);

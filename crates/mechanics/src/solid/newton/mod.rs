@@ -66,6 +66,12 @@ impl<S: Dimension> Equations<S> {
         let mut effort = Effort::default();
         let first = (state.clone(), from.clone());
         let mut result = self.march(state, from, to, settings, &mut effort);
+        // Whatever the reason it ended for: nobody waits for what would be done about it.
+        if let Err(stopped) = &result
+            && settings.cancelled()
+        {
+            return Err(stopped.clone());
+        }
         if self.has_contact()
             && let Err((reason, (smallest_j, element))) =
                 self.close_gaps(state, from, settings, result.is_err(), &mut effort)
@@ -168,7 +174,8 @@ impl<S: Dimension> Equations<S> {
                     step = 0.4 * (part - reached);
                     // Close to the limit of extension the rubber is so stiff that short steps converge slowly or not at all.
                     at_limit |= reason == StopReason::ExtensionLimit;
-                    if step < settings.smallest_step || reason == StopReason::TooLong {
+                    let over = matches!(reason, StopReason::TooLong | StopReason::Cancelled);
+                    if step < settings.smallest_step || over {
                         let reason = match reason {
                             StopReason::NoConvergence | StopReason::TooLong if at_limit => {
                                 StopReason::ExtensionLimit
@@ -177,6 +184,7 @@ impl<S: Dimension> Equations<S> {
                             | StopReason::TooLong
                             | StopReason::Inversion
                             | StopReason::ExtensionLimit
+                            | StopReason::Cancelled
                             | StopReason::Singular => reason,
                         };
                         let (step, effort) = (part - reached, *effort);
@@ -284,7 +292,7 @@ impl<S: Dimension> Equations<S> {
                     fresh = true;
                     effort.cuts += 1;
                     factor = factor.sqrt();
-                    if factor > 0.9 || failure.0 == StopReason::TooLong {
+                    if factor > 0.9 || matches!(failure.0, StopReason::TooLong | StopReason::Cancelled) {
                         return Err(failure);
                     }
                 }

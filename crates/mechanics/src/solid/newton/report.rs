@@ -68,6 +68,9 @@ pub enum StopReason {
     /// [`NewtonSettings::max_solves`](super::NewtonSettings::max_solves) is used up.
     #[error("the number of linear systems has reached its limit")]
     TooLong,
+    /// Stopped on request: the caller has set [`NewtonSettings::cancel`](super::NewtonSettings::cancel).
+    #[error("it was stopped on request")]
+    Cancelled,
     /// A linear system had no solution.
     #[error("the tangent is singular")]
     Singular,

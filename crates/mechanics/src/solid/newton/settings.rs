@@ -1,8 +1,10 @@
 //! What Newton's method and its load steps are allowed to do.
 
+use std::sync::atomic::{AtomicBool, Ordering};
+
 /// Tolerances and limits of Newton's method and of its load steps.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct NewtonSettings {
+#[derive(Debug, Clone, Copy)]
+pub struct NewtonSettings<'a> {
     /// Largest unbalanced nodal force over the largest nodal force at which an equilibrium is accepted; also the largest mean volume
     /// error of an element. Where rounding alone leaves a larger unbalanced force, that is accepted up to 1e-6.
     pub tolerance: f64,
@@ -31,6 +33,15 @@ pub struct NewtonSettings {
     pub longest_move: f64,
     /// How many Newton steps on the way to one equilibrium may be shortened to keep `J > 0`, or the extension within its limit.
     pub max_cut_steps: usize,
+    /// Set from outside to stop before the next linear system.
+    pub cancel: Option<&'a AtomicBool>,
+}
+
+impl NewtonSettings<'_> {
+    /// Whether the work is to be stopped.
+    pub(crate) fn cancelled(&self) -> bool {
+        self.cancel.is_some_and(|cancel| cancel.load(Ordering::Relaxed))
+    }
 }
 
 /// How the equilibrium of a coarser mesh is used under the same load.
@@ -45,7 +56,7 @@ pub enum FromCoarser {
     RunUp(f64),
 }
 
-impl Default for NewtonSettings {
+impl Default for NewtonSettings<'_> {
     fn default() -> Self {
         Self {
             tolerance: 1e-9,
@@ -60,6 +71,7 @@ impl Default for NewtonSettings {
             from_coarser: FromCoarser::Equilibrium,
             longest_move: f64::INFINITY,
             max_cut_steps: 6,
+            cancel: None,
         }
     }
 }

@@ -128,8 +128,8 @@ impl SpaceLayer {
 
     /// Presses the layer to each of `goals`, all of them compressions or all of them forces.
     ///
-    /// No mesh that would take more than `memory_limit` bytes is started. `cancel` stops the work at the next goal; `tell` is called
-    /// with the number of the mesh and the number of goals done on it.
+    /// No mesh that would take more than `memory_limit` bytes is started. `cancel` stops the work before the next linear system; `tell` is
+    /// called with the number of the mesh and the number of goals done on it.
     ///
     /// # Errors
     /// [`ModelError`] where there is no mesh, or none that fits into the memory. A goal that is not reached has its own error in the

@@ -1,0 +1,108 @@
+//! A step that was solved before, as it can be written down and read again.
+
+use elastocap_electrostatics::{Bounded, Discretisation};
+use serde::{Deserialize, Serialize};
+
+use crate::outcome::{EntryStatus, FloatingConductor, Missed, SolverReport, Status, StepResult, StepSeconds};
+use crate::route::Route;
+
+/// What the solution of a step's field gave. The layer and the bodies are not in it: they follow from the case in no time, or are
+/// solved for all steps together.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct FinishedStep {
+    /// Position in the plan.
+    pub index: usize,
+    numbers: [Option<f64>; 14],
+    unknowns: Option<usize>,
+    how: How,
+    reason: Option<String>,
+    warnings: Vec<String>,
+    route: Option<Route>,
+    maxwell: Vec<Vec<Bounded>>,
+    entry_status: Option<Vec<Vec<EntryStatus>>>,
+    floating: Vec<FloatingConductor>,
+    two_terminal: Option<Bounded>,
+    solver: SolverReport,
+    seconds: StepSeconds,
+}
+
+/// How a finished step went.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+enum How {
+    Ok,
+    OkToDiagonal,
+    ToleranceNotReached(Missed),
+    BeyondForceLimit,
+}
+
+impl FinishedStep {
+    /// A step that need not be solved again. `None` for one that was stopped or failed, whose bodies are known only on the mesh that it
+    /// was solved on, or with a number that cannot be written down.
+    pub fn of(step: &StepResult) -> Option<Self> {
+        let how = match step.row.status {
+            Status::Ok => How::Ok,
+            Status::OkToDiagonal => How::OkToDiagonal,
+            Status::ToleranceNotReached(missed) if !step.interrupted => How::ToleranceNotReached(missed),
+            Status::BeyondForceLimit => How::BeyondForceLimit,
+            Status::ToleranceNotReached(_) | Status::Failed(_) | Status::NotRun => return None,
+        };
+        let (solver, maxwell) = (step.solver.clone()?, step.maxwell.clone()?);
+        let on_grid = matches!(solver.resolution, Discretisation::Grid(_)) && step.surfaces.is_empty();
+        if !on_grid || step.same_as.is_some() {
+            return None;
+        }
+        let potentials = step.floating.iter().flat_map(|f| f.per_volt.iter().chain([&f.from_charges]));
+        let bounded = maxwell.iter().flatten().chain(potentials).chain(&step.two_terminal);
+        let numbers = step.row.numbers();
+        let all = bounded.flat_map(|b| [b.value, b.lower, b.upper]).chain(numbers.iter().flatten().copied());
+        let charges = step.floating.iter().map(|f| f.charge);
+        if !all.chain(charges).chain([solver.repair_share]).all(f64::is_finite) {
+            return None;
+        }
+        Some(Self {
+            index: step.index,
+            numbers,
+            unknowns: step.row.unknowns,
+            how,
+            reason: step.reason.clone(),
+            warnings: step.warnings.clone(),
+            route: step.route,
+            maxwell,
+            entry_status: step.entry_status.clone(),
+            floating: step.floating.clone(),
+            two_terminal: step.two_terminal,
+            solver,
+            seconds: step.seconds,
+        })
+    }
+
+    /// Adds it to a `result` that has the layer and the bodies. `false`, and nothing is added, if what that says of them is not what it
+    /// was: then it is another step.
+    pub(crate) fn add_to(self, result: &mut StepResult) -> bool {
+        let known = result.row.numbers();
+        let same = |(now, before): (&Option<f64>, &Option<f64>)| {
+            now.is_none_or(|now| before.is_some_and(|before| before.to_bits() == now.to_bits()))
+        };
+        if !known.iter().zip(&self.numbers).all(same) {
+            return false;
+        }
+        result.row.set_numbers(self.numbers);
+        result.row.unknowns = self.unknowns;
+        result.row.status = match self.how {
+            How::Ok => Status::Ok,
+            How::OkToDiagonal => Status::OkToDiagonal,
+            How::ToleranceNotReached(missed) => Status::ToleranceNotReached(missed),
+            How::BeyondForceLimit => Status::BeyondForceLimit,
+        };
+        result.reason = self.reason;
+        result.warnings = self.warnings;
+        result.route = self.route;
+        result.maxwell = Some(self.maxwell);
+        result.entry_status = self.entry_status;
+        result.floating = self.floating;
+        result.two_terminal = self.two_terminal;
+        result.solver = Some(self.solver);
+        result.seconds = self.seconds;
+        true
+    }
+}

@@ -1,0 +1,199 @@
+//! How far a run is, on a terminal and without one.
+
+use std::fmt::Write as _;
+use std::io::IsTerminal as _;
+use std::sync::mpsc::{RecvTimeoutError, Sender, channel};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::thread::JoinHandle;
+use std::time::{Duration, Instant};
+
+use elastocap_coupling::outcome::StepResult;
+use elastocap_coupling::plan::Plan;
+use elastocap_coupling::run::Observer;
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressState, ProgressStyle};
+
+use crate::output;
+use crate::units::seconds;
+
+/// Time between two lines where there is no terminal.
+const BETWEEN_LINES: Duration = Duration::from_secs(10);
+
+/// Shows how many steps are done and how long the rest will take: a bar on a terminal, elsewhere a line every ten seconds.
+pub(super) struct Progress {
+    done: Arc<Mutex<Done>>,
+    bar: ProgressBar,
+    /// Ends the lines when it is dropped.
+    lines: Option<(Sender<()>, JoinHandle<()>)>,
+}
+
+/// What is known of a run that is under way.
+#[derive(Debug)]
+struct Done {
+    begun: Instant,
+    /// When the first step began: what all steps need was done then.
+    steps_begun: Option<Instant>,
+    steps: usize,
+    of: usize,
+    doing: String,
+    /// Seconds that the layer and the fields were expected to take.
+    forecast: [f64; 2],
+}
+
+impl Progress {
+    pub(super) fn new(plan: &Plan, quiet: bool) -> Self {
+        let of = plan.distinct_steps().count();
+        let layer = plan.layer.as_ref().map_or(0.0, |layer| layer.seconds);
+        let done = Arc::new(Mutex::new(Done {
+            begun: Instant::now(),
+            steps_begun: None,
+            steps: 0,
+            of,
+            doing: String::new(),
+            forecast: [layer, plan.seconds],
+        }));
+        let terminal = std::io::stderr().is_terminal();
+        let bar = if quiet || !terminal { ProgressBar::hidden() } else { bar(&done, of) };
+        let lines = if quiet || terminal { None } else { lines(&done) };
+        Self { done, bar, lines }
+    }
+
+    /// Ends the bar, or the lines.
+    pub(super) fn finish(&self) {
+        self.bar.finish_and_clear();
+    }
+
+    fn note(&self, change: impl FnOnce(&mut Done)) {
+        change(&mut lock(&self.done));
+    }
+}
+
+impl Drop for Progress {
+    fn drop(&mut self) {
+        if let Some((sender, thread)) = self.lines.take() {
+            drop(sender);
+            let _ = thread.join();
+        }
+    }
+}
+
+impl Observer for Progress {
+    fn preparing(&self, what: &str) {
+        self.note(|done| done.doing = what.to_owned());
+    }
+
+    fn step_begun(&self, _index: usize) {
+        self.note(|done| {
+            done.steps_begun.get_or_insert_with(Instant::now);
+            done.doing.clear();
+        });
+    }
+
+    fn step_done(&self, _step: &StepResult) {
+        self.note(|done| done.steps += 1);
+        self.bar.inc(1);
+    }
+}
+
+fn lock(done: &Mutex<Done>) -> MutexGuard<'_, Done> {
+    done.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+fn bar(done: &Arc<Mutex<Done>>, steps: usize) -> ProgressBar {
+    let bar = ProgressBar::with_draw_target(Some(steps as u64), ProgressDrawTarget::stderr());
+    let done = Arc::clone(done);
+    let state = move |_: &ProgressState, text: &mut dyn std::fmt::Write| {
+        let _ = text.write_str(&lock(&done).text(Instant::now()));
+    };
+    if let Ok(style) = ProgressStyle::with_template("{bar:30} {state}") {
+        bar.set_style(style.with_key("state", state));
+    }
+    bar.enable_steady_tick(Duration::from_millis(200));
+    bar
+}
+
+fn lines(done: &Arc<Mutex<Done>>) -> Option<(Sender<()>, JoinHandle<()>)> {
+    let (sender, receiver) = channel();
+    let done = Arc::clone(done);
+    let say = move || {
+        while receiver.recv_timeout(BETWEEN_LINES) == Err(RecvTimeoutError::Timeout) {
+            output::message(&lock(&done).text(Instant::now()));
+        }
+    };
+    // Without a thread there are no lines, and the run goes on.
+    let thread = std::thread::Builder::new().name("progress".to_owned()).spawn(say).ok()?;
+    Some((sender, thread))
+}
+
+impl Done {
+    fn text(&self, now: Instant) -> String {
+        let mut text = format!("{}/{} steps, {} elapsed", self.steps, self.of, whole(now - self.begun));
+        if let Some(left) = self.left(now) {
+            let _ = write!(text, ", about {} left", seconds(left.max(1.0)));
+        }
+        if !self.doing.is_empty() {
+            let _ = write!(text, ", {}", self.doing);
+        }
+        text
+    }
+
+    /// Seconds that the rest will take: by the steps that are done, before the first of them by the forecast. `None` when more than the
+    /// forecast has passed without a step, or where there is none.
+    fn left(&self, now: Instant) -> Option<f64> {
+        let [layer, fields] = self.forecast;
+        match self.steps_begun {
+            Some(begun) if self.steps > 0 => {
+                let each = (now - begun).as_secs_f64() / self.steps as f64;
+                // A step that has begun counts as one that has not: the time of the last one never falls to nothing.
+                Some(each * self.of.saturating_sub(self.steps) as f64)
+            }
+            Some(begun) => positive(fields - (now - begun).as_secs_f64()),
+            None => positive(layer - (now - self.begun).as_secs_f64()).map(|left| left + fields),
+        }
+    }
+}
+
+fn positive(value: f64) -> Option<f64> {
+    (value > 0.0).then_some(value)
+}
+
+/// A time without the fractions of a second.
+fn whole(time: Duration) -> String {
+    match time.as_secs() {
+        few @ 0..60 => format!("{few} s"),
+        many => format!("{} min {} s", many / 60, many % 60),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_rest_is_told_by_the_forecast_before_the_first_step_and_by_the_steps_after_it() {
+        let begun = Instant::now();
+        let at = |seconds: u64| begun + Duration::from_secs(seconds);
+        let mut done = Done {
+            begun,
+            steps_begun: None,
+            steps: 0,
+            of: 4,
+            doing: "layer".to_owned(),
+            forecast: [60.0, 40.0],
+        };
+        assert_eq!(done.left(at(10)), Some(90.0));
+        assert_eq!(done.left(at(70)), None, "later than expected: nothing is known");
+        assert!(
+            done.text(at(70)).starts_with("0/4 steps, ") && done.text(at(70)).ends_with(" elapsed, layer")
+        );
+        done.steps_begun = Some(at(80));
+        assert_eq!(done.left(at(90)), Some(30.0));
+        assert_eq!(done.left(at(130)), None);
+        done.steps = 1;
+        assert_eq!(done.left(at(100)), Some(60.0));
+        done.steps = 4;
+        assert_eq!(done.left(at(160)), Some(0.0));
+        done.forecast = [0.0, 0.0];
+        (done.steps, done.steps_begun) = (0, None);
+        assert_eq!(done.left(at(1)), None, "without a forecast nothing is told");
+    }
+}

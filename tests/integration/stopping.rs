@@ -1,0 +1,126 @@
+//! Runs that are stopped, what they keep, and runs that go on from there.
+
+use std::path::PathBuf;
+use std::process::Stdio;
+use std::time::Duration;
+
+use crate::support::{Finished, STEPS, Sandbox, quick_pair};
+
+/// A case of this many steps, each of which takes a while.
+fn long_case(sandbox: &Sandbox, steps: usize) -> PathBuf {
+    let text = quick_pair("relative_tolerance = 0.05", "relative_tolerance = 1e-4");
+    let load = format!("compression = {{ from = 0.0, to = 0.4, points = {steps} }}");
+    sandbox.case("long.toml", &text.replace(STEPS, &load))
+}
+
+#[cfg(unix)]
+#[test]
+fn a_signal_keeps_what_is_done_and_marks_the_rest() {
+    for signal in ["-INT", "-TERM", "-HUP"] {
+        let sandbox = Sandbox::new();
+        let case = long_case(&sandbox, 400);
+        let child = sandbox
+            .command(&["run", case.to_str().expect("UTF-8"), "-o", "out"])
+            .stdout(Stdio::piped())
+            .stderr(Stdio::piped())
+            .spawn()
+            .expect("the binary starts");
+        let staged = || {
+            let staging = sandbox.names(".").into_iter().find(|name| name.starts_with(".out.elastocap-"));
+            staging.map_or(0, |name| sandbox.names(&name).len())
+        };
+        for _ in 0..6000 {
+            if staged() >= 2 {
+                break;
+            }
+            std::thread::sleep(Duration::from_millis(10));
+        }
+        let id = child.id().to_string();
+        assert!(std::process::Command::new("kill").args([signal, &id]).status().expect("kill").success());
+        let said = Finished::from(child.wait_with_output().expect("it ends")).exits_with(3);
+        assert!(said.stderr.contains("marked incomplete"), "{}", said.stderr);
+        assert!(said.stderr.contains("`out.partial`"), "{}", said.stderr);
+        let table = sandbox.table("out.partial/curve.csv");
+        let count = |status: &str| table.texts("status").iter().filter(|s| **s == status).count();
+        // A step that was being solved has the bounds that were known by then, if any.
+        let [done, halfway, not_run] = ["ok", "tolerance not reached", "not run"].map(count);
+        assert_eq!(done + halfway + not_run, 400, "{:?}", table.texts("status"));
+        assert!(done >= 2 && halfway <= 16 && not_run > 0, "{done} {halfway} {not_run}");
+        // Forces need no field.
+        assert!(table.numbers("force_n").iter().all(|force| *force >= 0.0));
+        assert_eq!(sandbox.json("out.partial/result.json")["status"], "stopped");
+        assert_eq!(sandbox.names("."), ["long.toml", "out.partial"]);
+    }
+}
+
+#[test]
+fn a_run_that_goes_on_from_a_stopped_one_ends_with_the_same_files() {
+    let sandbox = Sandbox::new();
+    let case = long_case(&sandbox, 12);
+    sandbox.elastocap(&["run", case.to_str().expect("UTF-8"), "-o", "whole"]).exits_with(0);
+    let (mut stopped, mut time) = (0, 0.4);
+    let mut said = sandbox.run(&case, &["--max-time", "0.4s"]);
+    while said.status == Some(3) {
+        assert!(said.stderr.contains("the time of --max-time is over"), "{}", said.stderr);
+        assert_eq!(sandbox.names("out"), Vec::<String>::new());
+        stopped += 1;
+        // So that a busy machine gets there too.
+        time *= 1.3;
+        said = sandbox.run(&case, &["--resume", "--max-time", &format!("{time}s")]);
+    }
+    said.exits_with(0);
+    assert!(stopped > 0, "it was never stopped");
+    assert_eq!(sandbox.names("."), ["long.toml", "out", "whole"]);
+    assert_eq!(sandbox.names("out"), sandbox.names("whole"));
+    for name in sandbox.names("whole").iter().filter(|name| *name != "result.json") {
+        let [one, other] = ["whole", "out"].map(|folder| std::fs::read(sandbox.path(folder).join(name)));
+        assert!(one.expect("a file") == other.expect("a file"), "{name} differs");
+    }
+}
+
+#[test]
+fn a_run_goes_on_from_nothing_but_itself() {
+    let sandbox = Sandbox::new();
+    let case = long_case(&sandbox, 400);
+    let said = sandbox.run(&case, &["--resume"]).exits_with(2);
+    assert!(said.stderr.contains("there is no stopped run to go on from"), "{}", said.stderr);
+    assert_eq!(sandbox.names("."), ["long.toml"]);
+    sandbox.run(&case, &["--max-time", "2 s"]).exits_with(3);
+    let before = sandbox.read("out.partial/curve.csv");
+    let said = sandbox.run(&case, &["--resume", "--no-prune"]).exits_with(2);
+    assert!(said.stderr.contains("another choice of --no-prune"), "{}", said.stderr);
+    let other = long_case(&sandbox, 399);
+    let said = sandbox.run(&other, &["--resume"]).exits_with(2);
+    assert!(said.stderr.contains("another case"), "{}", said.stderr);
+    assert_eq!(sandbox.read("out.partial/curve.csv"), before);
+    let said = sandbox.run(&case, &["--max-time", "10 minutes"]).exits_with(2);
+    assert!(said.stderr.contains("a time with its unit"), "{}", said.stderr);
+}
+
+#[test]
+fn a_run_into_its_own_current_folder_replaces_its_files_and_keeps_the_users() {
+    let sandbox = Sandbox::new();
+    let case = sandbox.case("pair.toml", &quick_pair(STEPS, "compression = [0.0, 0.2]"));
+    let name = case.to_str().expect("UTF-8");
+    sandbox.elastocap(&["run", name, "-o", "."]).exits_with(0);
+    assert!(sandbox.names(".").contains(&"step_001.vtu".to_owned()));
+    sandbox.elastocap(&["run", name, "-o", ".", "--no-fields", "--no-scene"]).exits_with(0);
+    assert_eq!(sandbox.names("."), ["curve.csv", "curve.svg", "pair.toml", "result.json"]);
+}
+
+#[test]
+fn a_run_and_a_mesh_do_not_take_each_others_folder_nor_a_users() {
+    let sandbox = Sandbox::new();
+    let case = sandbox.case("pair.toml", &quick_pair(STEPS, "compression = [0.2]"));
+    let name = case.to_str().expect("UTF-8");
+    sandbox.elastocap(&["run", name]).exits_with(0);
+    sandbox.elastocap(&["mesh", name]).exits_with(0);
+    assert_eq!(sandbox.names("results"), ["pair", "pair-mesh"]);
+    let said = sandbox.elastocap(&["mesh", name, "-o", "results/pair"]).exits_with(1);
+    assert!(said.stderr.contains("holds the result of a run"), "{}", said.stderr);
+    std::fs::create_dir(sandbox.path("own")).expect("a folder");
+    sandbox.case("own/curve.csv", "measured");
+    let said = sandbox.elastocap(&["run", name, "-o", "own"]).exits_with(1);
+    assert!(said.stderr.contains("is not from a run of elastocap"), "{}", said.stderr);
+    assert_eq!((sandbox.read("own/curve.csv").as_str(), sandbox.names("own").len()), ("measured", 1));
+}
