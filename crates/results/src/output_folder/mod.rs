@@ -105,7 +105,8 @@ impl OutputFolder {
 
     fn prepare(folder: &Path) -> io::Result<(PathBuf, Staging, Vec<String>)> {
         let place = resolve(folder)?;
-        let warnings = recover(&place);
+        let mut warnings = recover(&place);
+        warnings.extend([true, false].into_iter().flat_map(|beside| recover(&partial_of(&place, beside))));
         if !place.exists() {
             return Ok((place.clone(), Staging::beside(&place)?, warnings));
         }
@@ -260,15 +261,7 @@ impl OutputFolder {
     /// The folder for results that must not take the place of a complete one: beside the output folder, its name with `.partial`;
     /// inside it, where there is no place beside it on the same disk.
     pub fn partial(&self) -> PathBuf {
-        let beside = self.staging.path.parent() != Some(self.place.as_path());
-        match self.place.file_name().filter(|_| beside) {
-            Some(name) => {
-                let mut name = name.to_owned();
-                name.push(".partial");
-                self.place.with_file_name(name)
-            }
-            None => self.place.join("partial"),
-        }
+        partial_of(&self.place, self.staging.path.parent() != Some(self.place.as_path()))
     }
 
     /// A folder in the words of the user, where they lead there.
@@ -365,6 +358,18 @@ fn resolve(folder: &Path) -> io::Result<PathBuf> {
     let parent = folder.parent().filter(|parent| !parent.as_os_str().is_empty()).unwrap_or(Path::new("."));
     fs::create_dir_all(parent)?;
     Ok(fs::canonicalize(parent)?.join(name))
+}
+
+/// The folder for unfinished results, `beside` the output folder or inside it.
+fn partial_of(place: &Path, beside: bool) -> PathBuf {
+    match place.file_name().filter(|_| beside) {
+        Some(name) => {
+            let mut name = name.to_owned();
+            name.push(".partial");
+            place.with_file_name(name)
+        }
+        None => place.join("partial"),
+    }
 }
 
 /// Removes the result of a run; the folder too, if nothing else is in it.

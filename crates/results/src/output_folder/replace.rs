@@ -26,9 +26,9 @@ pub(super) fn replace(
     if inside || folders || kept.len() > MAX_LINKS || !same_owner(&staging.path, target) {
         return None;
     }
-    let swap = staging.swap();
+    let swap = staging.swap(target);
     fs::rename(&staging.path, &swap).ok()?;
-    match take_over(&swap, &staging.old(), target, kept) {
+    match take_over(&swap, &staging.old(target), target, kept) {
         Ok(old) => Some(conclude(&old, target, kept, coming)),
         Err(_) => {
             for name in kept {

@@ -23,6 +23,8 @@ const SWAP: &str = ".swap-";
 #[derive(Debug)]
 pub(super) struct Staging {
     pub(super) path: PathBuf,
+    /// What sets its name apart from others of this kind: process and number.
+    mark: String,
     /// Tells other processes that it is in use.
     _lock: Option<File>,
 }
@@ -43,8 +45,9 @@ impl Staging {
 
     fn create(parent: &Path, prefix: &OsStr) -> io::Result<Self> {
         for attempt in 0..100 {
+            let mark = format!("{}-{attempt}", std::process::id());
             let mut name = prefix.to_owned();
-            name.push(format!("{}-{attempt}", std::process::id()));
+            name.push(&mark);
             let path = parent.join(name);
             match fs::create_dir(&path) {
                 Ok(()) => {}
@@ -54,26 +57,28 @@ impl Staging {
             let lock = lock(&path);
             // Another process may have taken it for abandoned before it was locked.
             if path.exists() {
-                return Ok(Self { path, _lock: lock });
+                return Ok(Self { path, mark, _lock: lock });
             }
         }
         Err(io::Error::new(io::ErrorKind::AlreadyExists, "too many unfinished runs left their files there"))
     }
 
-    /// Where the earlier result waits where two folders cannot change places at once.
-    pub(super) fn old(&self) -> PathBuf {
-        self.with(OLD)
+    /// Where the earlier result of `target` waits where two folders cannot change places at once.
+    pub(super) fn old(&self, target: &Path) -> PathBuf {
+        self.beside_target(target, OLD)
     }
 
-    /// The name of this folder while it changes places with another.
-    pub(super) fn swap(&self) -> PathBuf {
-        self.with(&format!("{SWAP}{}", number(&self.path).unwrap_or_default()))
+    /// The name of this folder while it changes places with `target`.
+    pub(super) fn swap(&self, target: &Path) -> PathBuf {
+        self.beside_target(target, &format!("{SWAP}{}", number(&self.path).unwrap_or_default()))
     }
 
-    fn with(&self, ending: &str) -> PathBuf {
-        let mut name = self.path.clone().into_os_string();
+    /// A name by which the next process that opens `target` finds it.
+    fn beside_target(&self, target: &Path, ending: &str) -> PathBuf {
+        let mut name = prefix_beside(target.file_name().unwrap_or_default());
+        name.push(&self.mark);
         name.push(ending);
-        name.into()
+        target.with_file_name(name)
     }
 }
 

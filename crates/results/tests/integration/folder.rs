@@ -198,6 +198,16 @@ fn a_run_killed_between_two_renamings_leaves_the_old_result_to_be_found_again() 
     assert_eq!(names(place.path()), ["out"]);
 }
 
+#[test]
+fn an_unfinished_result_without_a_place_is_found_again_under_its_own_name() {
+    let place = tempfile::tempdir().unwrap();
+    let (folder, old) = (place.path().join("out"), place.path().join(".out.partial.elastocap-1-0.old"));
+    staged(&folder, "stopped", &["curve.csv"], "first").commit_run(Finish::Stopped).unwrap();
+    fs::rename(place.path().join("out.partial"), &old).unwrap();
+    drop(OutputFolder::open(&folder).unwrap());
+    assert_eq!(names(place.path()), ["out.partial"]);
+}
+
 #[cfg(unix)]
 #[test]
 fn a_run_killed_after_the_folders_changed_places_leaves_the_new_result_and_no_file_of_the_user_behind() {
