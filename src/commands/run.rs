@@ -15,6 +15,7 @@ use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
 use super::stop::stop_on_signal;
 use super::summary::summary;
+use crate::guard::Guard;
 use crate::{Common, Exit, output};
 
 const EXAMPLES: &str = "\
@@ -60,12 +61,13 @@ pub(crate) struct Arguments {
 
 pub(crate) fn execute(arguments: &Arguments, common: &Common) -> Exit {
     let started = Instant::now();
+    let guard = Guard::start();
     let case = match super::load(&arguments.case) {
         Ok(case) => case,
         Err(exit) => return exit,
     };
     let folder = super::output_folder(arguments.output.as_deref(), &arguments.case);
-    match solve_and_save(&case, arguments, common, &folder, started) {
+    match solve_and_save(&case, arguments, common, &folder, &guard, started) {
         Ok((outcome, saved)) => report(&case, &outcome, &saved, arguments, common, &folder),
         Err(error) => {
             output::error(&error.to_string());
@@ -79,12 +81,14 @@ fn solve_and_save(
     arguments: &Arguments,
     common: &Common,
     folder: &Path,
+    guard: &Guard,
     started: Instant,
 ) -> Result<(Outcome, Saved), elastocap_results::OutputError> {
     let options =
         Options { prune: !arguments.no_prune, fields: !arguments.no_fields, scene: !arguments.no_scene };
     // Opened before anything is solved: a run must not be lost to a folder that cannot be written to.
     let folder = OutputFolder::open(folder)?;
+    guard.remove_on_failure(folder.staging(), folder.created());
     let cancel = Arc::new(AtomicBool::new(false));
     stop_on_signal(&cancel, &folder);
     let plan = Plan::new(case, &options);

@@ -100,6 +100,11 @@ impl OutputFolder {
         &self.folder
     }
 
+    /// Folders that did not exist before, innermost first.
+    pub fn created(&self) -> &[PathBuf] {
+        &self.created
+    }
+
     /// Where files wait until they are put in place, for whoever must remove them when the process is ended.
     pub fn staging(&self) -> &Path {
         &self.staging

@@ -178,7 +178,10 @@ mod tests {
             let ([value, lower, upper, error], [entry, least, most, same]) = (numbers(line), numbers(entry));
             assert_eq!([value, lower, upper], [-entry, -most, -least]);
             assert!(lower < value && value < upper);
-            assert!(error == same && error == 0.5 / value, "the distance to the farther limit over the value");
+            assert!(
+                error == same && error == 0.5 / value,
+                "the distance to the farther limit over the value"
+            );
         }
         assert!(lines.iter().all(|line| line[7] == "7" && line[8] == "not run"));
     }

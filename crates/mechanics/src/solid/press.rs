@@ -145,7 +145,7 @@ impl PlaneLayer {
         let halved = |level: usize| 0.5_f64.powi(level as i32);
         let deepest = deepest(goals);
         press_on(goals, refinement, &|level| self.settings(level), cancel, tell, &halved, &|level| {
-            let mesh = self.mesh(level, deepest);
+            let mesh = self.mesh_within_limit(level, deepest)?;
             let mut model =
                 LayerModel::with_inclusions(&mesh, &rubber, &self.inclusions, self.indenter, self.end)?;
             model.place_indenter(self.position);
@@ -174,7 +174,7 @@ pub(crate) fn press_on<S: Dimension>(
         let settings = settings(n);
         let model = match layer(n) {
             Ok(model) => model,
-            Err(error @ ModelError::TooLarge { .. }) if k > 0 => {
+            Err(error @ (ModelError::TooLarge { .. } | ModelError::TooManyElements { .. })) if k > 0 => {
                 too_large = Some(error);
                 break;
             }
