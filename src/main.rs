@@ -1,6 +1,7 @@
 //! The `elastocap` command: arguments in, exit status out. The work is done in the crates.
 
 mod commands;
+mod guard;
 mod output;
 mod units;
 

@@ -1,6 +1,7 @@
 //! Numbers as people read them.
 
 pub(crate) use elastocap_coupling::words::{grouped, seconds};
+pub(crate) use elastocap_linalg::memory::bytes_in_words as bytes;
 
 /// A quantity with the given number of digits and an SI prefix: `43.97 fF`.
 pub(crate) fn prefixed(value: f64, digits: usize, unit: &str) -> String {
@@ -20,15 +21,6 @@ pub(crate) fn prefixed(value: f64, digits: usize, unit: &str) -> String {
     let places = digits.saturating_sub(1 + exponent.rem_euclid(3) as usize);
     let scaled = value / 10_f64.powi(exponent.div_euclid(3) * 3);
     format!("{scaled:.places$} {prefix}{unit}")
-}
-
-/// Bytes: `0.21 GB`.
-pub(crate) fn bytes(value: u64) -> String {
-    match value {
-        0..1_000_000 => format!("{} kB", value.div_ceil(1000)),
-        1_000_000..1_000_000_000 => format!("{} MB", value.div_ceil(1_000_000)),
-        _ => format!("{:.1} GB", value as f64 * 1e-9),
-    }
 }
 
 #[cfg(test)]

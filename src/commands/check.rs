@@ -1,12 +1,16 @@
 //! `elastocap check`: the plan of a run.
 
 use std::fmt::Write as _;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
+use std::sync::mpsc::{self, RecvTimeoutError};
+use std::thread;
+use std::time::{Duration, Instant};
 
 use clap::Args;
-use elastocap_case::Case;
-use elastocap_coupling::plan::{Decision, Kind, Options, Plan};
+use elastocap_coupling::plan::{Decision, Kind, Options, Plan, PlannedStep};
 use elastocap_coupling::words::counted;
+
+use crate::guard::Guard;
 
 use crate::units::{bytes, grouped, seconds};
 use crate::{Common, Exit, output};
@@ -29,16 +33,90 @@ pub(crate) struct Arguments {
     no_prune: bool,
 }
 
+/// As large as that of a main thread, bytes.
+const STACK: usize = 8 << 20;
+
+/// Time for an answer: what takes longer to find out is left open.
+const BUDGET: Duration = Duration::from_secs(8);
+
+/// Lines about steps that will fail, at most.
+const MAX_FAILURES: usize = 10;
+
+/// What is found out about a case, in this order.
+enum Progress {
+    /// Nothing can be run; the reason is printed already.
+    Refused(Exit),
+    /// The plan without what its tetrahedra take, and the title of the case.
+    Planned(Box<Plan>, String),
+    /// The plan.
+    Forecast(Box<Plan>),
+}
+
 pub(crate) fn execute(arguments: &Arguments, common: &Common) -> Exit {
-    let case = match super::load(&arguments.case) {
+    let begin = Instant::now();
+    let _guard = Guard::start();
+    let (report, reports) = mpsc::channel();
+    let (path, prune) = (arguments.case.clone(), !arguments.no_prune);
+    let working = thread::Builder::new().stack_size(STACK).spawn(move || find_out(&path, prune, &report));
+    if let Err(error) = working {
+        output::error(&format!("cannot start a thread: {error}"));
+        return Exit::Failure;
+    }
+    let mut known = None;
+    loop {
+        match reports.recv_timeout(BUDGET.saturating_sub(begin.elapsed())) {
+            Ok(Progress::Refused(exit)) => return exit,
+            Ok(Progress::Planned(plan, title)) => known = Some((plan, title)),
+            Ok(Progress::Forecast(plan)) => {
+                let title = known.map(|(_, title)| title).unwrap_or_default();
+                return print(arguments, common, &title, &plan);
+            }
+            Err(RecvTimeoutError::Timeout) => break,
+            Err(RecvTimeoutError::Disconnected) => {
+                output::error("a defect of elastocap, please report it with the case file");
+                return Exit::Failure;
+            }
+        }
+    }
+    // The thread that still works ends with the process.
+    let within = BUDGET.as_secs();
+    match known {
+        Some((mut plan, title)) => {
+            plan.warnings.push(format!(
+                "what the run takes could not be found out within {within} s: it will take far longer than that"
+            ));
+            print(arguments, common, &title, &plan)
+        }
+        None => {
+            output::error(&format!(
+                "`{}` cannot be planned within {within} s: it has too many bodies or steps to be checked; a run of it may take \
+                 days",
+                arguments.case.display()
+            ));
+            Exit::Failure
+        }
+    }
+}
+
+/// Loads and plans a case, and reports what it finds.
+fn find_out(path: &Path, prune: bool, report: &mpsc::Sender<Progress>) {
+    // Nobody listens any more when the time is up.
+    let tell = |progress| drop(report.send(progress));
+    let case = match super::load(path) {
         Ok(case) => case,
-        Err(exit) => return exit,
+        Err(exit) => return tell(Progress::Refused(exit)),
     };
-    let options = Options { prune: !arguments.no_prune, ..Options::default() };
+    let options = Options { prune, ..Options::default() };
     let mut plan = Plan::new(&case, &options);
+    tell(Progress::Planned(Box::new(plan.clone()), case.title.clone()));
     plan.forecast(&case, &options);
+    tell(Progress::Forecast(Box::new(plan)));
+}
+
+/// Prints the plan, and gives the status of the command.
+fn print(arguments: &Arguments, common: &Common, title: &str, plan: &Plan) -> Exit {
     let text = if arguments.json {
-        match serde_json::to_string_pretty(&plan) {
+        match serde_json::to_string_pretty(plan) {
             Ok(json) => json + "\n",
             Err(error) => {
                 output::error(&format!("cannot print the plan: {error}"));
@@ -46,24 +124,31 @@ pub(crate) fn execute(arguments: &Arguments, common: &Common) -> Exit {
             }
         }
     } else if common.quiet {
-        return exit(&plan);
+        return exit(plan);
     } else {
-        describe(&case, &plan)
+        describe(title, plan)
     };
     match output::result(&text) {
-        Ok(()) => exit(&plan),
+        Ok(()) => exit(plan),
         Err(exit) => exit,
     }
 }
 
-/// The status that a run is known to end with: a step that fails makes it incomplete.
+/// The status that follows from what is known of the run: bad input where no step can be solved, incomplete where some cannot.
 fn exit(plan: &Plan) -> Exit {
-    if plan.steps.iter().any(|step| step.failure.is_some()) { Exit::Incomplete } else { Exit::Done }
+    let fails = |step: &PlannedStep| step.failure.is_some();
+    if plan.steps.iter().all(fails) {
+        Exit::BadInput
+    } else if plan.steps.iter().any(fails) {
+        Exit::Incomplete
+    } else {
+        Exit::Done
+    }
 }
 
 /// The plan in words.
-fn describe(case: &Case, plan: &Plan) -> String {
-    let mut out = format!("{}\n", case.title);
+fn describe(title: &str, plan: &Plan) -> String {
+    let mut out = format!("{title}\n");
     let mut line = |head: &str, text: &str| {
         let _ = writeln!(out, "  {head:<14} {text}");
     };
@@ -108,10 +193,36 @@ fn describe(case: &Case, plan: &Plan) -> String {
     for warning in &plan.warnings {
         let _ = writeln!(out, "warning: {warning}");
     }
-    for step in &plan.steps {
-        if let (Some(failure), None) = (&step.failure, step.same_as) {
-            let _ = writeln!(out, "step {} will fail: {failure}", step.index);
+    out.push_str(&failures(plan));
+    out
+}
+
+/// The steps that will fail, those with the same reason together.
+fn failures(plan: &Plan) -> String {
+    let mut reasons: Vec<(String, Vec<usize>)> = Vec::new();
+    for step in plan.distinct_steps() {
+        let Some(failure) = &step.failure else { continue };
+        let reason = failure.to_string();
+        match reasons.iter_mut().find(|(known, _)| *known == reason) {
+            Some((_, steps)) => steps.push(step.index),
+            None => reasons.push((reason, vec![step.index])),
         }
+    }
+    let mut out = String::new();
+    for (reason, steps) in reasons.iter().take(MAX_FAILURES) {
+        let _ = match steps.as_slice() {
+            [only] => writeln!(out, "step {only} will fail: {reason}"),
+            several => writeln!(
+                out,
+                "{} will fail, from step {} on: {reason}",
+                counted(several.len(), "step"),
+                several[0]
+            ),
+        };
+    }
+    if reasons.len() > MAX_FAILURES {
+        let rest = reasons[MAX_FAILURES..].iter().map(|(_, steps)| steps.len()).sum();
+        let _ = writeln!(out, "{} more will fail", counted(rest, "step"));
     }
     out
 }

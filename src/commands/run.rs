@@ -16,6 +16,7 @@ use super::arguments::time;
 use super::progress::Progress;
 use super::stop::{stop_after, stop_on_signal};
 use super::summary::summary;
+use crate::guard::Guard;
 use crate::{Common, Exit, output};
 
 const EXAMPLES: &str = "\
@@ -71,12 +72,13 @@ pub(crate) struct Arguments {
 
 pub(crate) fn execute(arguments: &Arguments, common: &Common) -> Exit {
     let started = Instant::now();
+    let guard = Guard::start();
     let case = match super::load(&arguments.case) {
         Ok(case) => case,
         Err(exit) => return exit,
     };
     let folder = super::output_folder(arguments.output.as_deref(), &arguments.case);
-    match solve_and_save(&case, arguments, common, &folder, started) {
+    match solve_and_save(&case, arguments, common, &folder, &guard, started) {
         Ok((outcome, saved)) => report(&case, &outcome, &saved, arguments, common),
         Err(error) => {
             output::error(&error.to_string());
@@ -102,6 +104,7 @@ fn solve_and_save(
     arguments: &Arguments,
     common: &Common,
     folder: &Path,
+    guard: &Guard,
     started: Instant,
 ) -> Result<(Outcome, Saved), RunError> {
     let options =
@@ -116,6 +119,7 @@ fn solve_and_save(
     if let Some(resume) = resume.as_ref().filter(|_| !common.quiet) {
         output::message(&format!("{} steps are taken from the run that was stopped", resume.steps()));
     }
+    guard.remove_on_failure(folder.staging(), folder.created());
     let cancel = Arc::new(AtomicBool::new(false));
     stop_on_signal(&cancel, &folder);
     if let Some(time) = arguments.max_time {

@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use annotate_snippets::{AnnotationKind, Level, Renderer, Snippet};
 
 /// At most this many problems are kept; the rest are counted.
-pub(super) const KEPT: usize = 50;
+pub(super) const KEPT: usize = 10;
 
 /// One problem in a case file.
 #[derive(Debug, Clone, PartialEq, Eq)]

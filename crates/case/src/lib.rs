@@ -67,6 +67,13 @@ fn read_text(path: &Path) -> Result<String, Diagnostic> {
         return Err(Diagnostic::of_file(format!("`{shown}` is a folder, not a case file"))
             .help("name a case file in it, one that ends in .toml"));
     }
+    // A pipe would wait for its other end, and a device may never end: they are not opened at all.
+    if !path.metadata().map_err(|e| unreadable(&e))?.is_file() {
+        return Err(Diagnostic::of_file(format!(
+            "`{shown}` is no regular file, but a device, a pipe or a socket"
+        ))
+        .help("name a file that ends by itself; case files end in .toml"));
+    }
     let file = File::open(path).map_err(|e| unreadable(&e))?;
     let mut bytes = Vec::new();
     file.take(LARGEST_FILE + 1).read_to_end(&mut bytes).map_err(|e| unreadable(&e))?;
@@ -109,10 +116,23 @@ pub fn parse(text: &str, origin: &Path) -> Result<Case, CaseError> {
     }
 }
 
+/// Whether a text has the line that every case file has.
+fn looks_like_a_case(text: &str) -> bool {
+    text.lines().any(|line| {
+        line.trim_start().strip_prefix("format").is_some_and(|rest| rest.trim_start().starts_with('='))
+    })
+}
+
 /// What the TOML parser says, with help where the slip is a common one.
 fn syntax_diagnostic(text: &str, error: &toml::de::Error) -> Diagnostic {
     let span = error.span().unwrap_or(0..0);
     let message = error.message().lines().collect::<Vec<_>>().join("; ");
+    if !looks_like_a_case(text) {
+        // A file named by mistake may be anything, a list of passwords for instance: nothing of it is printed.
+        let line = text.get(..span.start.min(text.len())).unwrap_or("").matches('\n').count() + 1;
+        return Diagnostic::of_file(format!("this is no case file: line {line} is not valid TOML"))
+            .help("a case file is a text in TOML with a line `format = 1`");
+    }
     let diagnostic = Diagnostic::at(&span, format!("not valid TOML: {message}")).label("here");
     let at = span.start.min(text.len());
     let before = text.get(..at).unwrap_or("");

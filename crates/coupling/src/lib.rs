@@ -6,7 +6,7 @@
 //!
 //! Modules in their order: each uses only those above it.
 //!
-//! - [`words`], [`load_steps`], [`settings`], [`terminals`]: small values that the others share.
+//! - [`words`], [`load_steps`], [`settings`], [`terminals`]: small values that the others share; [`memory`]: how much a run may take.
 //! - [`deform`]: the layer under its loads.
 //! - [`scene`]: the bodies of a step; [`view`]: what of them a viewer is shown.
 //! - [`route`]: which field solver takes a scene, the only place that decides it.
@@ -25,6 +25,7 @@ pub mod failure;
 pub mod finished;
 mod layer_outlines;
 pub mod load_steps;
+pub mod memory;
 pub mod outcome;
 pub mod plan;
 pub mod route;

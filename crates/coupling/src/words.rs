@@ -17,7 +17,7 @@ pub fn grouped(count: usize) -> String {
     out
 }
 
-/// Seconds: `0.12 s`, `12 s`, `3 min 20 s`.
+/// Seconds: `0.12 s`, `12 s`, `3 min 20 s`, `5 h`, `12 days`.
 pub fn seconds(value: f64) -> String {
     if value < 0.0995 {
         format!("{:.0} ms", (1e3 * value).ceil())
@@ -25,9 +25,13 @@ pub fn seconds(value: f64) -> String {
         format!("{value:.1} s")
     } else if value < 119.5 {
         format!("{value:.0} s")
-    } else {
+    } else if value < 2.0 * 3600.0 {
         let whole = value.round() as u64;
         format!("{} min {} s", whole / 60, whole % 60)
+    } else if value < 48.0 * 3600.0 {
+        format!("{:.0} h", value / 3600.0)
+    } else {
+        format!("{} days", grouped((value / 86400.0).round() as usize))
     }
 }
 
@@ -57,6 +61,7 @@ mod tests {
     #[test]
     fn seconds_have_two_digits_and_minutes_are_told_from_them() {
         assert_eq!([0.0012, 1.26, 13.04, 200.0].map(seconds), ["2 ms", "1.3 s", "13 s", "3 min 20 s"]);
+        assert_eq!([18e3, 1e6].map(seconds), ["5 h", "12 days"]);
     }
 
     #[test]

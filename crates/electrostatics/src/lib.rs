@@ -66,7 +66,7 @@ mod matrix;
 mod solution;
 mod tets;
 
-pub use boxes::forecast::forecast;
+pub use boxes::forecast::{forecast, mirror_planes};
 pub use boxes::solve::solve;
 pub use solution::{
     Bounded, CellBody, Discretisation, Field, FloatingPotential, Forecast, PhaseSeconds, ResolutionLevel,
@@ -90,6 +90,19 @@ pub enum SolveError {
     NotBoxes {
         /// Name of the body.
         body: String,
+    },
+    /// The first grid would take more memory than there is; nothing was solved.
+    #[error(
+        "even the coarsest grid takes about {}, more than the limit of {}: there are too many bodies for the memory, or too many \
+         different faces",
+        elastocap_linalg::memory::bytes_in_words(*bytes),
+        elastocap_linalg::memory::bytes_in_words(*limit)
+    )]
+    TooLarge {
+        /// Bytes it would take, about.
+        bytes: u64,
+        /// Bytes that may be taken.
+        limit: u64,
     },
     /// The eigenvalue problem of a grid line failed.
     #[error(

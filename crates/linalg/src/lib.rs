@@ -11,6 +11,7 @@
 //! | [`dense`] | dense products, factors, singular values and eigenvectors, by faer on one thread |
 //! | [`gemm`] | small dense products |
 //! | [`reduction`] | sums and updates of long vectors |
+//! | [`memory`] | amounts of memory in messages |
 //! | [`vector`] | vectors in space |
 //!
 //! All of it gives the same bytes at any number of threads.
@@ -20,6 +21,7 @@ pub mod conjugate_gradients;
 pub mod dense;
 pub mod gemm;
 pub mod ldlt;
+pub mod memory;
 pub mod multigrid;
 pub mod ordering;
 pub mod reduction;

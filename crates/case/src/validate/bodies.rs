@@ -12,8 +12,29 @@ use super::layered::micrometres;
 use super::regions::{AXES, box_region, sheet, slab};
 use super::{any, given};
 
-/// More conductors or dielectrics than this are refused: the results would be matrices of this size.
-pub(super) const MAX_BODIES: usize = 5_000;
+/// More conductors than this are refused: the results would be matrices of this size.
+const MAX_CONDUCTORS: usize = 1_000;
+
+/// More dielectrics than this are refused.
+const MAX_DIELECTRICS: usize = 5_000;
+
+/// Refuses more bodies than there can be; whether there are few enough.
+pub(super) fn check_count(conductors: usize, dielectrics: usize, log: &mut Log<'_>) -> bool {
+    for (what, count, limit) in
+        [("conductors", conductors, MAX_CONDUCTORS), ("dielectrics", dielectrics, MAX_DIELECTRICS)]
+    {
+        if count > limit {
+            log.push_sole(
+                Diagnostic::of_file(format!(
+                    "{count} {what} are more than elastocap takes, which is {limit}"
+                ))
+                .help("leave some out, or make several parts one body with an OBJ file"),
+            );
+            return false;
+        }
+    }
+    true
+}
 
 /// A conductor or dielectric by the box around it, with the place in the file that says where it is.
 pub(super) struct PlacedBox<'a> {
@@ -36,14 +57,8 @@ pub(super) fn bodies(
     let of_conductors = given(&raw.conductor).unwrap_or(&empty);
     let empty = Vec::new();
     let of_dielectrics = given(&raw.dielectric).unwrap_or(&empty);
-    for (what, count) in [("conductors", of_conductors.len()), ("dielectrics", of_dielectrics.len())] {
-        if count > MAX_BODIES {
-            log.push(Diagnostic::at(
-                &(0..0),
-                format!("{count} {what} are more than elastocap takes: {MAX_BODIES}"),
-            ));
-            return None;
-        }
+    if !check_count(of_conductors.len(), of_dielectrics.len(), log) {
+        return None;
     }
     let conductors: Vec<_> = of_conductors.iter().map(|read| conductor(read, log)).collect();
     let dielectrics: Vec<_> = of_dielectrics.iter().map(|read| dielectric(read, log)).collect();

@@ -15,7 +15,7 @@ use super::super::model::{Body, Box3, ImportedMesh, Shape, Surroundings};
 use super::super::raw::{self, Document};
 use super::super::reader::{Log, Read, nearest};
 use super::super::values::Text;
-use super::bodies::{check_names, conductor_of};
+use super::bodies::{check_count, check_names, conductor_of};
 use super::given;
 use super::shapes::{Located, check_one_is_driven};
 
@@ -50,6 +50,9 @@ pub(super) fn bodies(
     origin: &Path,
     log: &mut Log<'_>,
 ) -> Option<(Vec<Body>, ImportedMesh)> {
+    if !check_count(conductors(raw).len(), dielectrics(raw).len(), log) {
+        return None;
+    }
     check_names(raw, conductors(raw), dielectrics(raw), None, log);
     let Some(table) = &raw.mesh else {
         if !flawed {

@@ -10,7 +10,9 @@ use super::super::model::{Body, Box3, Electrodes, Extent, Shape, Surroundings, W
 use super::super::quantities::Position;
 use super::super::raw::{self, Document};
 use super::super::reader::{Log, Read};
-use super::bodies::{PlacedBox, check_fixed_body, check_names, conductor_of, refuse_all_floating};
+use super::bodies::{
+    PlacedBox, check_count, check_fixed_body, check_names, conductor_of, refuse_all_floating,
+};
 use super::given;
 use super::regions::{AXES, axis_index, box_region, sheet, slab};
 
@@ -46,6 +48,9 @@ fn placed(
     let of_conductors = given(&raw.conductor).unwrap_or(&empty);
     let empty = Vec::new();
     let of_dielectrics = given(&raw.dielectric).unwrap_or(&empty);
+    if !check_count(of_conductors.len(), of_dielectrics.len(), log) {
+        return None;
+    }
     check_names(raw, of_conductors, of_dielectrics, electrodes, log);
     let conductors = of_conductors.iter().map(|read| {
         let raw = read.get()?;
@@ -256,12 +261,49 @@ fn extruded(raw: &raw::Extruded, may_be_flat: bool, log: &mut Log<'_>) -> Option
         );
         return None;
     }
+    if is_flat(&outline) {
+        log.push(
+            Diagnostic::at(&raw.outline.span, "the outline encloses no area")
+                .label("all corners lie on a line, or nearly so")
+                .help("list the corners of a figure; a thin one may be a millionth as wide as it is long"),
+        );
+        return None;
+    }
     Some(Shape::Extrusion { axis: axis_index(*raw.axis.get()?), from, to, outline })
+}
+
+/// Least area of an outline, over the square of its extent.
+const LEAST_AREA: f64 = 1e-12;
+
+/// Whether an outline has no area to speak of.
+fn is_flat(outline: &[[f64; 2]]) -> bool {
+    let extent = (0..2).map(|k| {
+        let [low, high] = outline
+            .iter()
+            .fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], p| [low.min(p[k]), high.max(p[k])]);
+        high - low
+    });
+    let scale = extent.fold(0.0, f64::max);
+    let Some(&first) = outline.first() else { return true };
+    // In units of the extent: squares of lengths may underflow.
+    let from_first = |p: [f64; 2]| [(p[0] - first[0]) / scale, (p[1] - first[1]) / scale];
+    let next = outline.iter().cycle().skip(1);
+    let double: f64 = outline
+        .iter()
+        .zip(next)
+        .map(|(p, q)| (from_first(*p), from_first(*q)))
+        .map(|(p, q)| p[0] * q[1] - p[1] * q[0])
+        .sum();
+    !(0.5 * double.abs() > LEAST_AREA)
 }
 
 /// Two sides of an outline that meet anywhere but at a common corner, by their first corners.
 fn crossing(outline: &[[f64; 2]]) -> Option<[usize; 2]> {
     let n = outline.len();
+    let apart = |k: usize, l: usize| {
+        let [a, b, c, d] = [k, (k + 1) % n, l, (l + 1) % n].map(|i| outline[i]);
+        (0..2).any(|x| a[x].max(b[x]) < c[x].min(d[x]) || c[x].max(d[x]) < a[x].min(b[x]))
+    };
     let side =
         |p: [f64; 2], q: [f64; 2], r: [f64; 2]| (q[0] - p[0]) * (r[1] - p[1]) - (q[1] - p[1]) * (r[0] - p[0]);
     let within = |p: [f64; 2], q: [f64; 2], r: [f64; 2]| {
@@ -276,9 +318,18 @@ fn crossing(outline: &[[f64; 2]]) -> Option<[usize; 2]> {
             || (of_a == 0.0 && within(c, d, a))
             || (of_b == 0.0 && within(c, d, b))
     };
+    // A side that goes back along the one before it has more than the corner in common with it.
+    let goes_back = |k: usize| {
+        let [a, b, c] = [k, (k + 1) % n, (k + 2) % n].map(|i| outline[i]);
+        let along = (0..2).map(|x| (b[x] - a[x]) * (c[x] - b[x])).sum::<f64>();
+        side(a, b, c) == 0.0 && along < 0.0
+    };
+    if let Some(k) = (0..n).find(|&k| goes_back(k)) {
+        return Some([k, (k + 1) % n]);
+    }
     (0..n).find_map(|k| {
-        let apart = |l: &usize| (*l + 1) % n != k && (k + 1) % n != *l;
-        (k + 1..n).filter(apart).find(|&l| meet(k, l)).map(|l| [k, l])
+        let neighbours = |l: usize| (l + 1) % n == k || (k + 1) % n == l;
+        (k + 1..n).find(|&l| !apart(k, l) && !neighbours(l) && meet(k, l)).map(|l| [k, l])
     })
 }
 

@@ -39,6 +39,20 @@ pub enum LayerSetupError {
     /// A combination for which the finite elements have no contact condition.
     #[error("a punch with rounded corners that is held or that the layer sticks to is not supported")]
     RoundedAndBonded,
+    /// The coarsest mesh has too many elements already.
+    #[error("{0}; make [layer] and what presses it more alike in size")]
+    TooManyElements(Box<ModelError>),
+    /// The layer is so long that rounding takes its first elements for none.
+    #[error(
+        "the layer is {ratio:.0e} times as long as it is thick, and its finite elements are meant for {limit:.0e} at most; make \
+         `half_length` in [layer] or `width` smaller"
+    )]
+    TooLong {
+        /// Half its length or width over its thickness.
+        ratio: f64,
+        /// The largest such ratio.
+        limit: f64,
+    },
     /// In plane strain the electrodes end too near to the end of the layer.
     #[error(
         "the electrodes reach into the last thickness of the layer before its end; make `half_length` in [layer] larger"
@@ -60,6 +74,21 @@ pub enum LayerSetupError {
         /// What to make larger.
         key: &'static str,
     },
+}
+
+/// Largest half-length of a layer over its thickness.
+const LONGEST: f64 = 1e5;
+
+impl LayerSetupError {
+    /// Refuses a layer whose longest half extent is too long for its thickness; a length that is no number, too.
+    pub(super) fn check_length(half_length: f64, thickness: f64) -> Result<(), Self> {
+        let ratio = half_length / thickness;
+        if ratio <= LONGEST { Ok(()) } else { Err(Self::TooLong { ratio, limit: LONGEST }) }
+    }
+
+    pub(super) fn too_large(error: ModelError) -> Self {
+        Self::TooManyElements(Box::new(error))
+    }
 }
 
 /// Why the shear length, L of equation (45) of the paper, is not known at a load.

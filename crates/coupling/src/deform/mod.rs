@@ -9,7 +9,7 @@ mod error;
 mod finite_element;
 mod force_check;
 mod plane_strain;
-mod shear_length;
+pub(crate) mod shear_length;
 mod solid;
 
 use std::sync::atomic::AtomicBool;
@@ -91,13 +91,13 @@ pub enum Prepared {
 ///
 /// # Errors
 /// Why they cannot: no step of the case has a result then.
-pub fn check_setup(case: &Case) -> Result<(), LayerSetupError> {
+pub fn check_setup(case: &Case, loads: &[StepLoad]) -> Result<(), LayerSetupError> {
     if case.load.is_none() {
         return Ok(());
     }
     match &case.mechanics {
         None | Some(Mechanics::ClosedForm { .. }) => Ok(()),
-        Some(Mechanics::PlaneStrain(model)) => plane_strain::check(case, model),
+        Some(Mechanics::PlaneStrain(model)) => plane_strain::check(case, model, loads),
         Some(Mechanics::Solid(model)) => solid::check(case, model),
     }
 }

@@ -19,8 +19,14 @@ use elastocap_case::{Case, Electrodes, Indenter, Layer, Layout, PlaneStrain, Pun
 ///
 /// # Errors
 /// Why not.
-pub(super) fn check(case: &Case, model: &PlaneStrain) -> Result<(), LayerSetupError> {
-    problem(case, model).map(|_| ())
+pub(super) fn check(case: &Case, model: &PlaneStrain, loads: &[StepLoad]) -> Result<(), LayerSetupError> {
+    let problem = problem(case, model)?;
+    let refinement = Refinement::to(model.relative_tolerance);
+    let coarsest = refinement.meshes.first().copied().unwrap_or(0);
+    problem
+        .mesh_within_limit(coarsest, deepest(&goals(loads, model.width)))
+        .map_err(LayerSetupError::too_large)?;
+    Ok(())
 }
 
 /// The meshes that a run may need, coarse to fine, and what their linear systems are for.
@@ -35,12 +41,13 @@ pub fn forecast(
     let problem = problem(case, model)?;
     let refinement = Refinement::to(model.relative_tolerance);
     let deepest = deepest(&goals(loads, model.width));
+    // The first mesh with too many elements ends the refinement.
     let size = |&n: &usize| {
-        let mesh = problem.mesh(n, deepest).mesh();
+        let mesh = problem.mesh_within_limit(n, deepest).ok()?.mesh();
         let elements = mesh.elements.len();
-        MeshSize { elements, unknowns: 2 * mesh.nodes.len() + 3 * elements }
+        Some(MeshSize { elements, unknowns: 2 * mesh.nodes.len() + 3 * elements })
     };
-    Ok((refinement.meshes.iter().map(size).collect(), problem.regime(deepest)))
+    Ok((refinement.meshes.iter().map_while(size).collect(), problem.regime(deepest)))
 }
 
 /// The path of the layer through the loads.
@@ -130,6 +137,7 @@ fn weighted(line: &[(f64, [f64; 2])], x3: f64) -> Face {
 /// The layer of the case; the reason if its finite elements cannot be set up.
 fn problem(case: &Case, model: &PlaneStrain) -> Result<PlaneLayer, LayerSetupError> {
     let (layer, half_length, material) = super::finite_element::layer(case)?;
+    LayerSetupError::check_length(half_length, layer.thickness)?;
     let (indenter, position) = match model.indenter {
         Indenter::WholeTop => (Press::WholeTop, 0.0),
         Indenter::FlatPunch { half_width, corner_radius, contact, position } => {

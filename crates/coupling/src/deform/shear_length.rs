@@ -8,13 +8,14 @@
 //! for a MEMS tactile sensor application".
 
 use elastocap_mechanics::materials::HyperelasticLaw;
+use elastocap_mechanics::solid::forecast::MeshSize;
 use elastocap_mechanics::solid::layer::End;
-use elastocap_mechanics::solid::shear_length::{Contact, ShearLengths, shear_lengths};
+use elastocap_mechanics::solid::shear_length::{Contact, ShearLengths, mesh_sizes, shear_lengths};
 use elastocap_mechanics::{ClosedFormSettings, ForceLimit, LayerState, MechanicsError, MooneyRivlin};
 
 use super::error::{DeformError, ShearLengthError};
 use crate::load_steps::StepLoad;
-use elastocap_case::{Case, Mechanics};
+use elastocap_case::{Case, Mechanics, ShearLength};
 
 /// Quadrilaterals over the thickness.
 const ELEMENTS: usize = 8;
@@ -40,6 +41,40 @@ struct Layer {
     contact_width: f64,
 }
 
+/// The meshes that the shear length takes, and at how many compressions; `None` where the case needs none.
+///
+/// # Errors
+/// A contact that cannot be meshed.
+pub(crate) fn forecast(
+    case: &Case,
+    loads: &[StepLoad],
+) -> Result<Option<(Vec<MeshSize>, usize)>, DeformError> {
+    let (Some(layer), Some(_), Some(Mechanics::ClosedForm { contact_half_length, shear_length, .. })) =
+        (&case.layer, &case.load, case.mechanics)
+    else {
+        return Ok(None);
+    };
+    if shear_length != ShearLength::FiniteElement {
+        return Ok(None);
+    }
+    let contact = Contact::Punch(contact_half_length / layer.thickness);
+    let meshes = mesh_sizes(contact, End::Free, ELEMENTS)?;
+    Ok(Some((meshes, compressions(loads).len())))
+}
+
+/// The ascending compressions at which L is found.
+fn compressions(loads: &[StepLoad]) -> Vec<f64> {
+    let by_force = loads.iter().any(|load| matches!(load, StepLoad::ForceN(_)));
+    // Without load any length will do: that of a small one.
+    let mut out: Vec<f64> = loads.iter().map(|load| compression_of(*load).max(LADDER[0])).collect();
+    // Whether the force has its maximum before a load cannot be told from that load alone.
+    let largest = if by_force { f64::INFINITY } else { out.iter().copied().fold(0.0, f64::max) };
+    out.extend(LADDER.into_iter().filter(|compression| *compression < largest));
+    out.sort_by(f64::total_cmp);
+    out.dedup();
+    out
+}
+
 /// The layer at each load.
 pub(super) fn solve(case: &Case, loads: &[StepLoad]) -> ShearLengthRun {
     let all =
@@ -53,16 +88,8 @@ pub(super) fn solve(case: &Case, loads: &[StepLoad]) -> ShearLengthRun {
         return all(ShearLengthError::Material.into());
     };
     let layer = Layer { thickness: layer.thickness, material, contact_half_length, contact_width };
-    let by_force = loads.iter().any(|load| matches!(load, StepLoad::ForceN(_)));
-    // Without load any length will do: that of a small one.
-    let mut compressions: Vec<f64> = loads.iter().map(|load| compression_of(*load).max(LADDER[0])).collect();
-    // Whether the force has its maximum before a load cannot be told from that load alone.
-    let largest = if by_force { f64::INFINITY } else { compressions.iter().copied().fold(0.0, f64::max) };
-    compressions.extend(LADDER.into_iter().filter(|compression| *compression < largest));
-    compressions.sort_by(f64::total_cmp);
-    compressions.dedup();
     let contact = Contact::Punch(contact_half_length / layer.thickness);
-    let found = match shear_lengths(contact, End::Free, &compressions, ELEMENTS) {
+    let found = match shear_lengths(contact, End::Free, &compressions(loads), ELEMENTS) {
         Ok(found) => found,
         Err(error) => return all(error.into()),
     };

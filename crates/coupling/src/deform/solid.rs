@@ -23,7 +23,10 @@ use elastocap_case::{Case, Electrodes, LayerSide, Layout, PunchContact, Solid, S
 /// # Errors
 /// Why not.
 pub(super) fn check(case: &Case, model: &Solid) -> Result<(), LayerSetupError> {
-    problem(case, model).map(|_| ())
+    let refinement = Refinement::in_space(model.relative_tolerance);
+    let coarsest = refinement.meshes.first().copied().unwrap_or(1);
+    problem(case, model)?.mesh_within_limit(coarsest).map_err(LayerSetupError::too_large)?;
+    Ok(())
 }
 
 /// The meshes that a run may need, coarse to fine: how many hexahedra and unknowns each has, and the size of its smallest
@@ -34,11 +37,12 @@ pub(super) fn check(case: &Case, model: &Solid) -> Result<(), LayerSetupError> {
 pub fn forecast(case: &Case, model: &Solid) -> Result<Vec<(usize, usize, f64)>, LayerSetupError> {
     let problem = problem(case, model)?;
     let refinement = Refinement::in_space(model.relative_tolerance);
+    // The first mesh with too many elements ends the refinement.
     let count = |&n: &usize| {
-        let mesh = problem.mesh(n).mesh();
-        (mesh.elements.len(), 3 * mesh.nodes.len() + 4 * mesh.elements.len(), problem.finest(n))
+        let mesh = problem.mesh_within_limit(n).ok()?.mesh();
+        Some((mesh.elements.len(), 3 * mesh.nodes.len() + 4 * mesh.elements.len(), problem.finest(n)))
     };
-    Ok(refinement.meshes.iter().map(count).collect())
+    Ok(refinement.meshes.iter().map_while(count).collect())
 }
 
 /// The path of the layer through the loads, within a memory of `memory_limit` bytes.
@@ -136,6 +140,7 @@ fn inclusions(electrodes: &Electrodes, material: &HyperelasticLaw) -> Vec<Inclus
 /// The layer of the case; the reason if its finite elements cannot be set up.
 fn problem(case: &Case, model: &Solid) -> Result<SpaceLayer, LayerSetupError> {
     let (layer, half_length, material) = layer(case)?;
+    LayerSetupError::check_length(half_length.max(0.5 * model.width), layer.thickness)?;
     let indenter = match model.indenter {
         SolidIndenter::WholeTop => Press::WholeTop,
         SolidIndenter::FlatPunch { half_width, corner_radius, contact } => match contact {

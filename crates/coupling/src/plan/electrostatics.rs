@@ -1,13 +1,14 @@
 //! The part of a plan about the fields: which solvers, on what part of the scene, with how much memory.
 
 use elastocap_case::{Body, Case, ImportedMesh};
-use elastocap_electrostatics::forecast;
+use elastocap_electrostatics::SolveError;
 use elastocap_geometry::mirror;
 use elastocap_geometry::scene::Scene;
 
-use super::memory::max_memory;
 use super::{Decision, LeftOut, Options, Plan, Planned};
 use crate::faceting_error::curvature_error;
+use crate::failure::StepFailure;
+use crate::memory::max_memory;
 use crate::route::Route;
 use crate::settings::FieldSettings;
 use crate::words::{counted, grouped, listed};
@@ -44,12 +45,11 @@ impl Plan {
 
     /// The part of the plan for `solves` steps that the box solver takes, at least at first.
     fn by_boxes(&mut self, case: &Case, options: &Options, settings: &FieldSettings, solves: usize) {
-        let scene = self.first_scene(case, options, is_by_boxes).map(|(_, scene)| scene);
-        let expected = scene.map(|scene| forecast(&scene, &settings.boxes()));
+        let expected = self.forecast_boxes(case, options, settings);
         let mut memory = 0;
         let mut part = "the whole scene";
         match &expected {
-            Some(Ok(own)) => {
+            Ok(Some(own)) => {
                 self.unknowns = own.unknowns;
                 self.mirrored = own.mirrored;
                 self.seconds = own.seconds * solves as f64;
@@ -62,10 +62,14 @@ impl Plan {
                 ][own.mirrored.iter().filter(|m| **m).count()];
                 self.mirror_images(own, solves);
             }
-            Some(Err(error)) => {
+            Ok(None) => {}
+            // The grid that a step begins with is about the same at every load.
+            Err(error @ SolveError::TooLarge { .. }) => {
+                return self.fail(is_by_boxes, &StepFailure::Field(error.clone()));
+            }
+            Err(error) => {
                 self.warnings.push(format!("unknowns, memory and time of the fields are not known: {error}"));
             }
-            None => {}
         }
         self.share_memory(memory);
         let problems = if settings.bounds {
@@ -181,7 +185,7 @@ impl Plan {
 }
 
 /// Whether the box solver takes a step, at least at first.
-fn is_by_boxes(route: Route) -> bool {
+pub(super) fn is_by_boxes(route: Route) -> bool {
     match route {
         Route::Boxes | Route::EnclosingBoxes | Route::EnclosingBoxesThenOutlines => true,
         Route::Outlines | Route::Tetrahedra => false,

@@ -4,8 +4,11 @@ use elastocap_case::Case;
 
 use super::{Options, Plan};
 use crate::failure::StepFailure;
+use crate::memory::max_memory;
 use crate::route::{Bending, Bodies, Route, asked, route};
 use crate::tetrahedra::forecast;
+use crate::words::seconds;
+use elastocap_linalg::memory::bytes_in_words;
 
 /// What bent electrodes take over straight ones, at most: as observed, two to three and a half times as many unknowns; and at least,
 /// since the first mesh that follows them has 60 to 170 thousand already.
@@ -14,11 +17,20 @@ const MIN_UNKNOWNS: usize = 200_000;
 const MIN_BYTES: u64 = 300_000_000;
 const MIN_SECONDS: f64 = 2.0;
 
+/// Longer runs are warned of, s: half a day.
+const LONG: f64 = 12.0 * 3600.0;
+
 impl Plan {
     /// Forecasts what the solver on tetrahedra takes, which [`Plan::new`] does not: a scene is meshed, and solved on a small mesh.
     /// The plan holds the forecast of the box solver already. Electrodes that may bend count as at rest on tetrahedra, three and a
-    /// half times. A step whose scene turns out to have no mesh or no solution gets that as its failure.
+    /// half times. A step whose scene turns out to have no mesh or no solution gets that as its failure. Memory and time beyond this
+    /// machine are added to the warnings.
     pub fn forecast(&mut self, case: &Case, options: &Options) {
+        self.forecast_tetrahedra(case, options);
+        self.warn_of_cost();
+    }
+
+    fn forecast_tetrahedra(&mut self, case: &Case, options: &Options) {
         let Some((index, scene)) = self.first_scene(case, options, Route::may_need_tetrahedra) else {
             return;
         };
@@ -56,6 +68,34 @@ impl Plan {
     fn fails(&mut self, index: usize, failure: &StepFailure) {
         for step in self.steps.iter_mut().filter(|step| step.index == index || step.same_as == Some(index)) {
             (step.route, step.failure) = (None, Some(failure.clone()));
+        }
+    }
+
+    /// Notes that all steps on such routes will fail.
+    pub(super) fn fail(&mut self, on: impl Fn(Route) -> bool, failure: &StepFailure) {
+        for step in self.steps.iter_mut().filter(|step| step.route.is_some_and(&on)) {
+            (step.route, step.failure) = (None, Some(failure.clone()));
+        }
+    }
+
+    /// Warns where memory or time are beyond this machine.
+    fn warn_of_cost(&mut self) {
+        let layer = self.layer.as_ref();
+        let memory = self.memory_bytes.max(layer.map_or(0, |layer| layer.memory_bytes));
+        let free = max_memory();
+        if memory > free {
+            self.warnings.push(format!(
+                "the run may take {} of memory, and {} is free: what does not fit is not refined further, or fails",
+                bytes_in_words(memory),
+                bytes_in_words(free)
+            ));
+        }
+        let expected = self.seconds + layer.map_or(0.0, |layer| layer.seconds);
+        if expected > LONG {
+            self.warnings.push(format!(
+                "the run is expected to take {}; a larger `relative_tolerance`, fewer steps or fewer bodies shorten it",
+                seconds(expected)
+            ));
         }
     }
 }

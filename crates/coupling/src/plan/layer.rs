@@ -6,7 +6,10 @@ use elastocap_mechanics::solid::forecast::{MeshSize, PressingRegime, memory_byte
 use serde::Serialize;
 
 use super::{Decision, LeftOut, Plan, Planned};
-use crate::deform::{self, Deformation, ForceCheck, closed_form_limit, force_warning, layer_state};
+use crate::deform::{
+    self, Deformation, ForceCheck, closed_form_limit, force_warning, layer_state, shear_length,
+};
+use crate::failure::StepFailure;
 use crate::route::Route;
 use crate::words::{FORCE_FORMULA, counted, grouped, listed};
 use elastocap_case::{
@@ -38,6 +41,7 @@ impl Plan {
                 self.force_limit = closed_form_limit(case);
                 self.warn_beyond_limit(load);
                 self.warn_of_force(case);
+                self.shear_length(case);
             }
             (Some(load), Some(Mechanics::PlaneStrain(model))) => self.plane_strain(case, load, model),
             (Some(load), Some(Mechanics::Solid(model))) => self.solid(case, load, model),
@@ -54,6 +58,34 @@ impl Plan {
             }
             // Without a layer there are no mechanics, and the case reader refuses a load without them.
             (None, _) | (Some(_), None) => {}
+        }
+    }
+
+    /// Adds what the finite elements take from which a closed form gets its shear length.
+    fn shear_length(&mut self, case: &Case) {
+        match shear_length::forecast(case, &self.loads()) {
+            Ok(None) => {}
+            Ok(Some((meshes, compressions))) => {
+                let unknowns: Vec<usize> = meshes.iter().map(|mesh| mesh.unknowns).collect();
+                let listed_unknowns: Vec<String> = unknowns.iter().map(|n| grouped(*n)).collect();
+                let regime = PressingRegime::Sharp;
+                self.layer = Some(LayerForecast {
+                    unknowns,
+                    memory_bytes: memory_bytes::<Plane>(&meshes, compressions),
+                    seconds: seconds::<Plane>(&meshes, compressions, regime, false),
+                });
+                let what = format!(
+                    "its shear length by finite elements at {}, on meshes of {} unknowns",
+                    counted(compressions, "compression"),
+                    listed(&listed_unknowns)
+                );
+                self.solved.push(Planned { part: "mechanics", what });
+            }
+            Err(error) => {
+                for step in &mut self.steps {
+                    (step.route, step.failure) = (None, Some(StepFailure::Layer(error.clone())));
+                }
+            }
         }
     }
 

@@ -1,9 +1,9 @@
 //! The plan of a run, made before anything is solved: what is solved, what is left out and why, and the memory and time expected.
 
+mod boxes;
 mod electrostatics;
 mod forecast;
 mod layer;
-mod memory;
 mod savings;
 mod steps;
 
@@ -16,8 +16,8 @@ pub use layer::LayerForecast;
 pub use savings::{Decision, LeftOut};
 pub use steps::PlannedStep;
 
+use crate::memory::max_memory;
 use crate::settings::FieldSettings;
-use memory::max_memory;
 use steps::planned_steps;
 
 /// What a run should produce besides the numbers.

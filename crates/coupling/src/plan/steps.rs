@@ -66,7 +66,9 @@ impl Plan {
 pub(super) fn planned_steps(case: &Case, options: &Options) -> Vec<PlannedStep> {
     let mut first_with = HashMap::new();
     let mut steps: Vec<PlannedStep> = Vec::new();
-    for (index, load) in StepLoad::all_of(case).into_iter().enumerate() {
+    let loads = StepLoad::all_of(case);
+    let setup = check_setup(case, &loads);
+    for (index, load) in loads.into_iter().enumerate() {
         let key = match load {
             StepLoad::None => 0,
             StepLoad::Compression(x) | StepLoad::ForceN(x) => (x + 0.0).to_bits(),
@@ -75,9 +77,12 @@ pub(super) fn planned_steps(case: &Case, options: &Options) -> Vec<PlannedStep> 
         let same_as = (options.prune && first != index).then_some(first);
         let (route, failure) = match same_as.and_then(|first| steps.get(first)) {
             Some(original) => (original.route, original.failure.clone()),
-            None => match way_of(case, load, options.prune) {
-                Ok(route) => (route, None),
+            None => match setup.clone().map_err(|error| StepFailure::Layer(error.into())) {
                 Err(failure) => (None, Some(failure)),
+                Ok(()) => match way_of(case, load, options.prune) {
+                    Ok(route) => (route, None),
+                    Err(failure) => (None, Some(failure)),
+                },
             },
         };
         steps.push(PlannedStep { index, load, same_as, route, failure });
@@ -87,7 +92,6 @@ pub(super) fn planned_steps(case: &Case, options: &Options) -> Vec<PlannedStep> 
 
 /// The route of a step, if it has a field; in the order in which a run would meet them, the failures that can be known.
 fn way_of(case: &Case, load: StepLoad, prune: bool) -> Result<Option<Route>, StepFailure> {
-    check_setup(case).map_err(|error| StepFailure::Layer(error.into()))?;
     if !case.has_conductors() {
         layer_state(case, load, prune).map_err(|error| StepFailure::Layer(error.into()))?;
         return Ok(None);
@@ -97,7 +101,7 @@ fn way_of(case: &Case, load: StepLoad, prune: bool) -> Result<Option<Route>, Ste
 }
 
 /// The scene of a step. Finite elements are not solved for a plan: with them it is the scene at rest, which is about as large.
-fn scene_at(case: &Case, load: StepLoad, prune: bool) -> Result<Scene, StepFailure> {
+pub(super) fn scene_at(case: &Case, load: StepLoad, prune: bool) -> Result<Scene, StepFailure> {
     let state = layer_state(case, load, prune).map_err(|error| StepFailure::Layer(error.into()))?;
     Ok(scene_of(case, state.map(Deformation::ClosedForm).as_ref())?.scene)
 }

@@ -4,6 +4,7 @@
 use crate::SolveError;
 use crate::boxes::grid_refinement::{functions_wanted, missing, refine};
 use crate::boxes::grid_search::{GOAL, STEP};
+use crate::boxes::layout::Layout;
 use crate::boxes::one_grid::{GridProblem, on_grid};
 use crate::boxes::resolution::{MAX_UNKNOWNS, MIN_TOLERANCE, far, first, graded};
 use crate::solution::{Forecast, Settings};
@@ -12,11 +13,28 @@ use elastocap_geometry::scene::Scene;
 /// Largest number of unknowns of a grid that is solved for a forecast.
 const MAX_SMALL_UNKNOWNS: usize = 40_000;
 
+/// Largest number of unknowns times right-hand sides of a grid that is solved for a forecast: some two seconds.
+const MAX_SMALL_WORK: usize = 20_000_000;
+
+/// Iterations on a grid that was not solved, and how many times as many functions per axis the last grid has as the first: upper
+/// estimates, as observed on scenes of some hundred bodies.
+const USUAL_ITERATIONS: f64 = 25.0;
+const USUAL_GROWTH: usize = 4;
+
 /// Safety factor on the functions of each axis, for the forecast of memory.
 const MARGIN: f64 = 1.12;
 
 /// Seconds per iteration, unknown and axis function on two cores, measured on scenes of one to three conductors.
 const PACE: f64 = 1.5e-10;
+
+/// The axes across which the box solver will mirror a scene with such settings.
+///
+/// # Errors
+/// A body that is neither a box nor a sheet; more cells than fit into the memory.
+pub fn mirror_planes(scene: &Scene, settings: &Settings) -> Result<[bool; 3], SolveError> {
+    let layout = Layout::new(scene, settings.memory_limit)?;
+    Ok(layout.mirror.map(|m| m.is_some() && settings.symmetry))
+}
 
 /// Forecasts unknowns, memory and time of [`crate::solve()`].
 ///
@@ -34,6 +52,12 @@ pub fn forecast(scene: &Scene, settings: &Settings) -> Result<Forecast, SolveErr
         (dims, PACE * 15.0 * solves as f64 * work(dims))
     } else {
         let mut grid = first(&problem.core, distance);
+        problem.check_memory(&grid)?;
+        if problem.unknowns(&grid).saturating_mul(solves) > MAX_SMALL_WORK {
+            let dims = problem.core.domain(&grid).0.primal_dims().map(|n| USUAL_GROWTH * n);
+            let seconds = PACE * USUAL_ITERATIONS * solves as f64 * work(dims);
+            return Ok(problem.forecast_of(dims, seconds, solves));
+        }
         let mut dims;
         let mut iterations;
         loop {
@@ -55,25 +79,34 @@ pub fn forecast(scene: &Scene, settings: &Settings) -> Result<Forecast, SolveErr
         }
         (dims, PACE * iterations * work(dims))
     };
-    let bounds = if settings.bounds { 2 } else { 1 };
-    // No grid is refined beyond the largest number of unknowns.
-    let planned = (f64::from(bounds) * dims.iter().map(|n| *n as f64).product::<f64>()).max(1.0);
-    let shrink = (MAX_UNKNOWNS as f64 / planned).min(1.0);
-    let dims = dims.map(|n| (n as f64 * shrink.cbrt()) as usize);
-    let seconds = seconds * shrink.powf(4.0 / 3.0);
-    let n: usize = dims.iter().product();
-    // The earlier grids take about half as long as the last one; the primal and the dual problem share two cores.
-    let seconds = seconds * f64::from(bounds) * 1.5 + 2e-3;
-    let mirrored = problem.layout.mirror.map(|m| m.is_some());
-    let copies = 1_usize << mirrored.iter().filter(|m| **m).count();
-    let unmirrored = (bounds as usize * n * copies, seconds * (copies as f64).powf(4.0 / 3.0));
-    let (unknowns, seconds) = if settings.symmetry { (bounds as usize * n, seconds) } else { unmirrored };
-    Ok(Forecast {
-        unknowns,
-        memory_bytes: problem.memory_of(dims.map(|n| (MARGIN * n as f64).ceil() as usize)),
-        seconds,
-        unmirrored,
-        mirrored: mirrored.map(|m| m && settings.symmetry),
-        right_hand_sides: solves,
-    })
+    Ok(problem.forecast_of(dims, seconds, solves))
+}
+
+impl GridProblem<'_> {
+    /// The forecast for a last grid with `dims` functions on the axes, whose problems for `solves` right-hand sides take so many
+    /// seconds one after the other, those of one bound.
+    fn forecast_of(&self, dims: [usize; 3], seconds: f64, solves: usize) -> Forecast {
+        let bounds = if self.settings.bounds { 2 } else { 1 };
+        // No grid is refined beyond the largest number of unknowns.
+        let planned = (f64::from(bounds) * dims.iter().map(|n| *n as f64).product::<f64>()).max(1.0);
+        let shrink = (MAX_UNKNOWNS as f64 / planned).min(1.0);
+        let dims = dims.map(|n| (n as f64 * shrink.cbrt()) as usize);
+        let seconds = seconds * shrink.powf(4.0 / 3.0);
+        let n: usize = dims.iter().product();
+        // The earlier grids take about half as long as the last one; the primal and the dual problem share two cores.
+        let seconds = seconds * f64::from(bounds) * 1.5 + 2e-3;
+        let mirrored = self.layout.mirror.map(|m| m.is_some());
+        let copies = 1_usize << mirrored.iter().filter(|m| **m).count();
+        let unmirrored = (bounds as usize * n * copies, seconds * (copies as f64).powf(4.0 / 3.0));
+        let (unknowns, seconds) =
+            if self.settings.symmetry { (bounds as usize * n, seconds) } else { unmirrored };
+        Forecast {
+            unknowns,
+            memory_bytes: self.memory_of(dims.map(|n| (MARGIN * n as f64).ceil() as usize)),
+            seconds,
+            unmirrored,
+            mirrored: mirrored.map(|m| m && self.settings.symmetry),
+            right_hand_sides: solves,
+        }
+    }
 }

@@ -52,6 +52,7 @@ pub(crate) fn fixed(problem: &GridProblem<'_>, level: ResolutionLevel) -> Result
     }
     let choosing = begin.elapsed().as_secs_f64();
     let grid = problem.core.grid(&graded(level), distance(tolerance));
+    problem.check_memory(&grid)?;
     let mut outcome = on_grid(problem, &grid, share, settings.bounds)?;
     if let Some(below) = below {
         let missing = missing(&grid, &outcome.indicator(problem));
@@ -67,6 +68,7 @@ pub(crate) fn fixed(problem: &GridProblem<'_>, level: ResolutionLevel) -> Result
 pub(crate) fn adaptive(problem: &GridProblem<'_>) -> Result<Found, SolveError> {
     let begin = Instant::now();
     let mut search = Search::new(problem);
+    problem.check_memory(&search.grid)?;
     loop {
         let purpose = search.purpose();
         let start = Instant::now();

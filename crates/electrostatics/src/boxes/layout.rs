@@ -40,11 +40,11 @@ pub(crate) struct Layout {
 }
 
 impl Layout {
-    /// Lays out a scene.
+    /// Lays out a scene whose cells take no more than `memory_limit` bytes.
     ///
     /// # Errors
-    /// A body that is neither a box nor a sheet.
-    pub(crate) fn new(scene: &Scene) -> Result<Self, SolveError> {
+    /// A body that is neither a box nor a sheet; too many cells.
+    pub(crate) fn new(scene: &Scene, memory_limit: u64) -> Result<Self, SolveError> {
         let boxes =
             |body: &Body| body.boxes().ok_or_else(|| SolveError::NotBoxes { body: body.name.clone() });
         let conductors: Vec<Vec<Box3>> =
@@ -94,6 +94,7 @@ impl Layout {
             reach: 0.0,
             mirror: [None; 3],
         };
+        layout.check_cells(memory_limit)?;
         layout.fill(scene, &conductors);
         for a in 0..3 {
             if layout.mirrored(a) {
@@ -107,6 +108,14 @@ impl Layout {
                 layout.mirror[a].and_then(|_| layout.planes[a].iter().position(|p| p.at == 0.0));
         }
         Ok(layout)
+    }
+
+    /// Refuses more cells than fit into the memory: many bodies whose faces share no planes have the third power of their number.
+    fn check_cells(&self, limit: u64) -> Result<(), SolveError> {
+        // A permittivity and a material for each cell, twice where a mirror is found; on the coarsest grid, at least one function.
+        let cells = (0..3).map(|a| self.planes[a].len() as u64 + 1).fold(1, u64::saturating_mul);
+        let bytes = cells.saturating_mul(100);
+        if bytes > limit { Err(SolveError::TooLarge { bytes, limit }) } else { Ok(()) }
     }
 
     /// Conductors, given as their boxes, permittivity and reach for the current planes.
@@ -136,16 +145,26 @@ impl Layout {
             })
             .collect();
         let centres = [0, 1, 2].map(|a| self.centres(a));
-        let lookup = scene.lookup();
-        let (mut permittivity, mut material) = (Vec::new(), Vec::new());
-        for &x in &centres[0] {
-            for &y in &centres[1] {
-                for &z in &centres[2] {
-                    let at = [x, y, z];
-                    let point = [0, 1, 2].map(|a| self.origin[a] + self.unit * at[a]);
-                    let hit = lookup.dielectric_at(point);
-                    permittivity.push(hit.map_or(scene.background_permittivity, |d| d.relative_permittivity));
-                    material.push(hit.map_or(0, |d| d.index as i32 + 1));
+        let counts = centres.each_ref().map(Vec::len);
+        let cells: usize = counts.iter().product();
+        let mut permittivity = vec![scene.background_permittivity; cells];
+        let mut material = vec![0; cells];
+        // Painted one over the other: later dielectrics take precedence. To ask of every cell which body holds it would take the
+        // number of cells times that of bodies.
+        let places = [0, 1, 2]
+            .map(|a| centres[a].iter().map(|at| self.origin[a] + self.unit * at).collect::<Vec<f64>>());
+        for dielectric in scene.dielectrics() {
+            let boxes = dielectric.body.boxes().unwrap_or_default();
+            for b in boxes.iter().filter(|b| b.sheet_normal().is_none()) {
+                let [i, j, k] = [0, 1, 2].map(|a| {
+                    places[a].partition_point(|x| *x < b.min[a])
+                        ..places[a].partition_point(|x| *x <= b.max[a])
+                });
+                for (x, y) in i.flat_map(|x| j.clone().map(move |y| (x, y))) {
+                    let row = (x * counts[1] + y) * counts[2];
+                    permittivity[row + k.start..row + k.end.max(k.start)]
+                        .fill(dielectric.relative_permittivity);
+                    material[row + k.start..row + k.end.max(k.start)].fill(dielectric.index as i32 + 1);
                 }
             }
         }

@@ -46,7 +46,7 @@ pub(crate) struct GridProblem<'a> {
 
 impl<'a> GridProblem<'a> {
     pub(crate) fn new(scene: &Scene, settings: &'a Settings) -> Result<Self, SolveError> {
-        let layout = Layout::new(scene)?;
+        let layout = Layout::new(scene, settings.memory_limit)?;
         let reflected = layout.mirror.map(|m| m.is_some() && !settings.symmetry);
         Ok(Self {
             parts: parts(&layout, settings.symmetry),
@@ -56,6 +56,12 @@ impl<'a> GridProblem<'a> {
             layout,
             settings,
         })
+    }
+
+    /// Refuses a grid that does not fit into the memory.
+    pub(crate) fn check_memory(&self, grid: &Grid) -> Result<(), SolveError> {
+        let (bytes, limit) = (self.memory(grid), self.settings.memory_limit);
+        if bytes > limit { Err(SolveError::TooLarge { bytes, limit }) } else { Ok(()) }
     }
 
     /// Memory, bytes, that the solve of the largest part takes on a grid.

@@ -42,6 +42,12 @@ pub enum ImportProblem {
     /// The file cannot be read at all.
     #[error("cannot be read: {0}; check the path and the permissions")]
     Unreadable(String),
+    /// A device, a pipe, a socket or a folder: reading it may never end.
+    #[error("is no regular file; name a file that ends by itself")]
+    NotAFile,
+    /// More bytes than are read.
+    #[error("is larger than {} MiB; export a coarser version", super::LARGEST_FILE >> 20)]
+    LargeFile,
     /// The text or the bytes break the rules of the format.
     #[error("{place}: {what}; export the file again")]
     Malformed {

@@ -12,3 +12,37 @@ mod polygon;
 mod triangles;
 
 pub use error::{ImportError, ImportProblem, Place};
+
+use std::fs::File;
+use std::io::Read as _;
+use std::path::Path;
+
+/// The largest file that is read, bytes.
+const LARGEST_FILE: u64 = 512 << 20;
+
+/// The bytes of a file. Anything but a regular file is refused before it is opened: a pipe would wait for its other end, and a
+/// device never ends.
+fn read_file(path: &Path) -> Result<Vec<u8>, ImportProblem> {
+    let unreadable = |error: std::io::Error| ImportProblem::Unreadable(error.to_string());
+    if !std::fs::metadata(path).map_err(unreadable)?.is_file() {
+        return Err(ImportProblem::NotAFile);
+    }
+    let mut bytes = Vec::new();
+    // Files such as those of /proc say that they are empty, so that the length is not believed.
+    File::open(path)
+        .map_err(unreadable)?
+        .take(LARGEST_FILE + 1)
+        .read_to_end(&mut bytes)
+        .map_err(unreadable)?;
+    if bytes.len() as u64 > LARGEST_FILE { Err(ImportProblem::LargeFile) } else { Ok(bytes) }
+}
+
+/// A word of a file in a message: quoted where it may be a keyword or a number, else by its length. The file may be one that the
+/// user named by mistake, and what is in it is nobody's business.
+fn shown_word(word: &[u8]) -> String {
+    let plain = |b: &u8| b.is_ascii_alphanumeric() || b"+-._/".contains(b);
+    match std::str::from_utf8(word) {
+        Ok(text) if word.len() <= 12 && word.iter().all(plain) => format!("{text:?}"),
+        _ => format!("a word of {} bytes", word.len()),
+    }
+}

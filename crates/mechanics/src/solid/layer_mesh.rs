@@ -206,6 +206,23 @@ impl LayerMesh {
         self.end_top[self.end_top.len() - 1]
     }
 
+    /// Meshes with more elements than this are not made: a layer much longer than thick would have them, or one under a corner much
+    /// sharper than the layer is thick. Pressing the layer on the largest takes some 10 GB.
+    pub const MAX_ELEMENTS: usize = 1_000_000;
+
+    /// An upper estimate of the number of elements, from the breakpoints alone.
+    pub fn elements_at_most(&self) -> usize {
+        let (along, up) = (self.along.len(), self.up.len());
+        let end = self.end_top.len();
+        let fan = self.radii.len() * (up + end);
+        let around_punch = self.punch.as_ref().map_or(0, |punch| {
+            let [first, last] = punch.along;
+            punch.radii.len() * (2 * up + last.saturating_sub(first))
+        });
+        let half = along.saturating_mul(up) + end.saturating_mul(up) + fan + around_punch;
+        if self.whole { half.saturating_mul(2) } else { half }
+    }
+
     /// The mesh.
     pub fn mesh(&self) -> Mesh {
         let (body, top) = (self.along[self.along.len() - 1], self.up[self.up.len() - 1]);

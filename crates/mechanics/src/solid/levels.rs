@@ -3,6 +3,7 @@
 use super::forecast::PressingRegime;
 use super::layer::{End, Indenter, LayerMesh, PunchFan, RoundedPunch};
 use super::mesh::{geometric, graded, uniform};
+use super::model::ModelError;
 use super::newton::{FromCoarser, NewtonSettings};
 use super::obstacle::IndenterProfile;
 use super::press::PlaneLayer;
@@ -82,6 +83,16 @@ impl PlaneLayer {
         move_to(&mut mesh.along, &[], self.edges(0));
         move_to(&mut mesh.up, &[], self.edges(1));
         mesh
+    }
+
+    /// The mesh of this layer at a level of refinement, as [`PlaneLayer::mesh`] gives it, unless it has too many elements.
+    ///
+    /// # Errors
+    /// [`ModelError::TooManyElements`].
+    pub fn mesh_within_limit(&self, level: usize, deepest: f64) -> Result<LayerMesh, ModelError> {
+        let mesh = self.mesh(level, deepest);
+        within_limit(mesh.elements_at_most())?;
+        Ok(mesh)
     }
 
     /// Equal quadrilaterals all along, with a fan at the bonded corner of an end that is free.
@@ -208,6 +219,15 @@ impl PlaneLayer {
         }
         mesh
     }
+}
+
+/// Whether a mesh of so many elements, at most, is made.
+///
+/// # Errors
+/// [`ModelError::TooManyElements`].
+pub(super) fn within_limit(elements: usize) -> Result<(), ModelError> {
+    let limit = LayerMesh::MAX_ELEMENTS;
+    if elements > limit { Err(ModelError::TooManyElements { elements, limit }) } else { Ok(()) }
 }
 
 /// Settings with which the surface follows corners of a radius (m), side by side.

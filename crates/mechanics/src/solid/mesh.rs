@@ -190,12 +190,18 @@ impl<S: Dimension> Mesh<S> {
     }
 }
 
-/// `n` equal steps from `a` to `b`: `n + 1` breakpoints.
+/// Most steps along one axis. No mesh with so many is solved: each has more elements than
+/// [`LayerMesh::MAX_ELEMENTS`](super::layer_mesh::LayerMesh::MAX_ELEMENTS), and is refused before it is made.
+const MAX_STEPS: usize = 2_000_000;
+
+/// `n` equal steps from `a` to `b`: `n + 1` breakpoints. At most two million steps.
 pub fn uniform(a: f64, b: f64, n: usize) -> Vec<f64> {
+    let n = n.min(MAX_STEPS);
     (0..=n).map(|k| if k == n { b } else { a + (b - a) * k as f64 / n as f64 }).collect()
 }
 
-/// Breakpoints from `a` to `b` whose steps are about `size` (m) of where they are, scaled so that they fit.
+/// Breakpoints from `a` to `b` whose steps are about `size` (m) of where they are, scaled so that they fit; at most two
+/// million steps.
 pub fn graded(a: f64, b: f64, size: impl Fn(f64) -> f64) -> Vec<f64> {
     // The number of steps up to each of many places.
     let fine = 4000;
@@ -204,7 +210,7 @@ pub fn graded(a: f64, b: f64, size: impl Fn(f64) -> f64) -> Vec<f64> {
     for k in 0..fine {
         count.push(count[k] + (at(k + 1) - at(k)) / size(0.5 * (at(k) + at(k + 1))));
     }
-    let n = count[fine].round().max(1.0) as usize;
+    let n = (count[fine].round().max(1.0) as usize).min(MAX_STEPS);
     let place = |k: usize| {
         let goal = count[fine] * k as f64 / n as f64;
         let above = count.partition_point(|c| *c < goal).clamp(1, fine);

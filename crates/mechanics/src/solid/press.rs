@@ -165,7 +165,7 @@ impl PlaneLayer {
         let remesh = sharp.as_ref().map(|sharp| sharp as &Remesh<'_, Plane>);
         let settings = |level| self.settings(level);
         press_on(goals, refinement, &settings, remesh, cancel, tell, &halved, &|level| {
-            let mesh = self.mesh(level, deepest);
+            let mesh = self.mesh_within_limit(level, deepest)?;
             let mut model =
                 LayerModel::with_inclusions(&mesh, &rubber, &self.inclusions, self.indenter, self.end)?;
             model.place_indenter(self.position);
@@ -199,7 +199,7 @@ pub(crate) fn press_on<S: Dimension>(
         let settings = NewtonSettings { cancel: Some(cancel), ..settings(n) };
         let model = match layer(n) {
             Ok(model) => model,
-            Err(error @ ModelError::TooLarge { .. }) if k > 0 => {
+            Err(error @ (ModelError::TooLarge { .. } | ModelError::TooManyElements { .. })) if k > 0 => {
                 too_large = Some(error);
                 break;
             }

@@ -19,7 +19,9 @@
 
 use rayon::prelude::*;
 
+use super::forecast::MeshSize;
 use super::layer::{End, Indenter, LayerMesh, LayerModel, LayerStep, PunchFan};
+use super::levels::within_limit;
 use super::mesh::{geometric, uniform};
 use super::model::{ModelError, State};
 use super::newton::{NewtonSettings, Stopped};
@@ -118,14 +120,30 @@ impl Contact {
         match self {
             Self::WholeTop(half_length) => {
                 let mesh = LayerMesh::uniform(1.0, half_length, n, fan.0, fan.1);
+                within_limit(mesh.elements_at_most())?;
                 LayerModel::new(&mesh, rubber, Indenter::WholeTop, end)
             }
             Self::Punch(half_width) => {
                 let mesh = under_punch(half_width, n, fan);
+                within_limit(mesh.elements_at_most())?;
                 LayerModel::new(&mesh, rubber, Indenter::Held { half_width }, end)
             }
         }
     }
+}
+
+/// The meshes that [`shear_lengths`] solves on, one for each of [`FANS`], side by side.
+///
+/// # Errors
+/// See [`ModelError`].
+pub fn mesh_sizes(contact: Contact, end: End, n: usize) -> Result<Vec<MeshSize>, ModelError> {
+    let size = |fan: &(f64, usize)| -> Result<MeshSize, ModelError> {
+        let model = contact.model(n, end, *fan)?;
+        let mesh = &model.equations().body().mesh;
+        let elements = mesh.elements.len();
+        Ok(MeshSize { elements, unknowns: 2 * mesh.nodes.len() + 3 * elements })
+    };
+    FANS.iter().map(size).collect()
 }
 
 /// A mesh of a layer of thickness 1 under a punch of any half-width, [`LENGTH_BEYOND_PUNCH`] thicknesses longer than the punch.

@@ -130,6 +130,11 @@ impl OutputFolder {
         &self.warnings
     }
 
+    /// Folders above it that did not exist before, innermost first.
+    pub fn created(&self) -> &[PathBuf] {
+        &self.created
+    }
+
     /// Where files wait until they are put in place, for whoever must [give them up](Self::give_up) when the process is ended.
     pub fn staging(&self) -> &Path {
         &self.staging.path

@@ -1,6 +1,6 @@
 //! Reads the numbers and lines of a .msh file, ASCII or binary, one after the other.
 
-use crate::import::{ImportError, ImportProblem};
+use crate::import::{ImportError, ImportProblem, shown_word};
 
 pub(super) struct Cursor<'a> {
     bytes: &'a [u8],
@@ -97,10 +97,10 @@ impl<'a> Cursor<'a> {
 
     fn parsed<T: std::str::FromStr>(&mut self) -> Result<T, ImportError> {
         let token = self.token()?;
-        let short: String = token.chars().take(30).collect();
-        token
-            .parse()
-            .map_err(|_| self.malformed(format!("{short:?} is not a number, or not one that may stand here")))
+        token.parse().map_err(|_| {
+            let short = shown_word(token.as_bytes());
+            self.malformed(format!("{short} is not a number, or not one that may stand here"))
+        })
     }
 
     fn raw<const N: usize>(&mut self) -> Result<[u8; N], ImportError> {

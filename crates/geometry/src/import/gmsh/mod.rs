@@ -16,7 +16,7 @@ use std::path::Path;
 
 use super::audit::{check_size, middle};
 use super::obj::Placement;
-use super::{ImportError, ImportProblem, Place, intersect};
+use super::{ImportError, ImportProblem, Place, intersect, read_file};
 use crate::meshing::tets::determinant;
 
 /// A physical group of surfaces or volumes.
@@ -62,8 +62,7 @@ pub struct MeshRepairs {
 /// Anything that keeps the file from being one conforming mesh.
 pub fn mesh_from_path(path: &Path, placement: Placement) -> Result<(VolumeMesh, MeshRepairs), ImportError> {
     let file = path.display().to_string();
-    let bytes =
-        std::fs::read(path).map_err(|e| ImportError::new(&file, ImportProblem::Unreadable(e.to_string())))?;
+    let bytes = read_file(path).map_err(|problem| ImportError::new(&file, problem))?;
     mesh(&bytes, &file, placement)
 }
 

@@ -14,7 +14,7 @@ mod statements;
 use std::path::Path;
 
 use super::audit::{Repairs, audit};
-use super::{ImportError, ImportProblem};
+use super::{ImportError, ImportProblem, read_file};
 use crate::shapes::TriangleSurface;
 
 pub use super::triangles::Triangles;
@@ -56,8 +56,7 @@ pub fn surface_from_path(
     placement: Placement,
 ) -> Result<(TriangleSurface, Repairs), ImportError> {
     let file = path.display().to_string();
-    let bytes =
-        std::fs::read(path).map_err(|e| ImportError::new(&file, ImportProblem::Unreadable(e.to_string())))?;
+    let bytes = read_file(path).map_err(|problem| ImportError::new(&file, problem))?;
     surface(&bytes, &file, placement)
 }
 

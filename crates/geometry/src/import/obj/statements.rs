@@ -2,6 +2,7 @@
 
 use super::super::ImportProblem;
 use super::super::polygon::PolygonFault;
+use super::super::shown_word;
 
 /// Keywords of lines that say nothing about the shape.
 const SKIPPED: [&[u8]; 22] = [
@@ -108,7 +109,7 @@ pub(super) fn statements(
             [] | [b'#', ..] => return None,
             _ if SKIPPED.contains(&keyword) => return None,
             _ if FREE_FORM.contains(&keyword) => LineFault::FreeForm,
-            _ => LineFault::UnknownKeyword(shown(keyword)),
+            _ => LineFault::UnknownKeyword(shown_word(keyword)),
         };
         Some(Err(fault.at(above + 1)))
     })
@@ -143,7 +144,7 @@ pub(super) fn point_fault(rest: &[u8]) -> Option<LineFault> {
     let number = |word: &[u8]| std::str::from_utf8(word).ok()?.parse().ok().filter(|x: &f64| x.is_finite());
     let not_finite = words(rest).take(4).find(|word| number(word).is_none());
     match words(rest).count() {
-        _ if not_finite.is_some() => not_finite.map(|word| LineFault::NotFinite(shown(word))),
+        _ if not_finite.is_some() => not_finite.map(|word| LineFault::NotFinite(shown_word(word))),
         count @ 0..=2 => Some(LineFault::CoordinateCount(count)),
         4 => words(rest).last().and_then(number).filter(|&w| w != 1.0).map(LineFault::Weight),
         _ => None,
@@ -157,16 +158,13 @@ fn face_fault(rest: &[u8], points: usize) -> Option<LineFault> {
         let number = |part: &[u8]| std::str::from_utf8(part).ok()?.parse::<i64>().ok();
         let corner = parts.next().and_then(number);
         let others = parts.clone().count() <= 2 && parts.all(|p| p.is_empty() || number(p).is_some());
-        let Some(corner) = corner.filter(|_| others) else { return Some(LineFault::NotACorner(shown(word))) };
+        let Some(corner) = corner.filter(|_| others) else {
+            return Some(LineFault::NotACorner(shown_word(word)));
+        };
         if corner == 0 || corner.unsigned_abs() > points as u64 {
             return Some(LineFault::MissingPoint { corner, points });
         }
     }
     let count = words(rest).count();
     (count < 3).then_some(LineFault::CornerCount(count))
-}
-
-/// A short, printable form of bytes that may be anything.
-fn shown(word: &[u8]) -> String {
-    format!("{:?}", String::from_utf8_lossy(&word[..word.len().min(30)]))
 }

@@ -63,6 +63,11 @@ pub(crate) fn contains(corners: &[[f64; 2]], p: [f64; 2]) -> bool {
     crossed.count() % 2 == 1
 }
 
+/// Whether the boxes around two segments come closer than `room`. Most pairs of sides are told apart by this alone.
+fn boxes_meet([a, b]: [[f64; 2]; 2], [c, d]: [[f64; 2]; 2], room: f64) -> bool {
+    (0..2).all(|k| a[k].min(b[k]) - room <= c[k].max(d[k]) && c[k].min(d[k]) - room <= a[k].max(b[k]))
+}
+
 /// The polygon anticlockwise and without repeated corners. `scale` is the size of the pattern, m.
 ///
 /// # Errors
@@ -91,6 +96,9 @@ pub(crate) fn cleaned(outline: &[[f64; 2]], scale: f64) -> Result<Vec<[f64; 2]>,
             return Err(OutlineFault::Crossing);
         }
         for j in i + 2..count - usize::from(i == 0) {
+            if !boxes_meet(all[i], all[j], same) {
+                continue;
+            }
             let [c, d] = all[j];
             let turn = |[a, b]: [[f64; 2]; 2], p| cross(minus(b, a), minus(p, a)) > 0.0;
             let through = turn(all[i], c) != turn(all[i], d) && turn(all[j], a) != turn(all[j], b);
@@ -127,7 +135,11 @@ pub(crate) fn join_coincident_corners(outlines: &mut [Outline], frame: [[f64; 2]
                     }
                 }
             }
-            match known.iter().find(|q| (p[0] - q[0]).hypot(p[1] - q[1]) <= same) {
+            let near = |q: &&[f64; 2]| {
+                // The hypotenuse is the slower question, and nearly never asked.
+                (p[0] - q[0]).abs() <= same && (p[0] - q[0]).hypot(p[1] - q[1]) <= same
+            };
+            match known.iter().find(near) {
                 Some(&q) => *p = q,
                 None => known.push(*p),
             }
@@ -137,8 +149,9 @@ pub(crate) fn join_coincident_corners(outlines: &mut [Outline], frame: [[f64; 2]
         let mut corners = Vec::with_capacity(outline.corners.len());
         for [a, b] in sides(&outline.corners) {
             corners.push(a);
+            let close = |p: [f64; 2]| boxes_meet([a, b], [p, p], same) && distance(p, [a, b]) <= same;
             let mut on: Vec<[f64; 2]> =
-                known.iter().copied().filter(|&p| p != a && p != b && distance(p, [a, b]) <= same).collect();
+                known.iter().copied().filter(|&p| p != a && p != b && close(p)).collect();
             let along = minus(b, a);
             on.sort_by(|p, q| dot(minus(*p, a), along).total_cmp(&dot(minus(*q, a), along)));
             corners.extend(on);

@@ -3,6 +3,7 @@
 //! Displacements and nodal forces are lists of `AXES` numbers for each node of the mesh, `AXES` being the number of axes of the
 //! [`Dimension`]: entry `AXES n + k` belongs to node `n` and axis `k`. In the plane forces are per metre of width.
 
+use elastocap_linalg::memory::bytes_in_words;
 use elastocap_materials::Rubber;
 
 use crate::solid::contact::POINTS;
@@ -38,8 +39,23 @@ pub enum ModelError {
     /// A sharp punch in contact is known in the plane only.
     #[error("in space a sharp punch is not solved in contact; round its corners, or hold the patch under it")]
     SharpInSpace,
+    /// The mesh would have more elements than any that is made.
+    #[error(
+        "the finite elements would be {elements} or more, and at most {limit} are made: the layer is too long for its thickness, \
+         or a corner or a contact too small"
+    )]
+    TooManyElements {
+        /// Elements of the mesh, about.
+        elements: usize,
+        /// Most that are made.
+        limit: usize,
+    },
     /// Solving would take more memory than there is; nothing was factorised.
-    #[error("a mesh of {elements} elements needs about {:.1} GB of memory, and {:.1} GB may be taken", *.bytes as f64 * 1e-9, *.limit as f64 * 1e-9)]
+    #[error(
+        "a mesh of {elements} elements needs about {} of memory, and {} may be taken",
+        bytes_in_words(*bytes),
+        bytes_in_words(*limit)
+    )]
     TooLarge {
         /// Elements of the mesh.
         elements: usize,

@@ -35,6 +35,13 @@ impl SpaceLayerMesh {
         Self { section, across: uniform(0.0, inner, steps), side_fan }
     }
 
+    /// An upper estimate of the number of hexahedra, from the breakpoints alone.
+    pub fn elements_at_most(&self) -> usize {
+        // The fan at the side has no more layers than that at the end.
+        let across = self.across.len() + self.section.radii.len();
+        self.section.elements_at_most().saturating_mul(across)
+    }
+
     /// Half the width in m.
     pub fn half_width(&self) -> f64 {
         self.across[self.across.len() - 1] + self.side_fan.unwrap_or(0.0)

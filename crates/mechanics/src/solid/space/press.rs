@@ -5,7 +5,7 @@ use std::sync::atomic::AtomicBool;
 use super::layer::{SideCondition, SpaceLayerMesh};
 use crate::solid::dimension::Space;
 use crate::solid::layer::{End, Inclusion, Indenter, LayerMesh, LayerModel};
-use crate::solid::levels::move_to;
+use crate::solid::levels::{move_to, within_limit};
 use crate::solid::mesh::{geometric, graded, uniform};
 use crate::solid::model::{Equations, ModelError};
 use crate::solid::newton::NewtonSettings;
@@ -81,6 +81,16 @@ impl SpaceLayer {
         SpaceLayerMesh { section, across, side_fan }
     }
 
+    /// The mesh of [`SpaceLayer::mesh`], unless it has too many elements.
+    ///
+    /// # Errors
+    /// [`ModelError::TooManyElements`].
+    pub fn mesh_within_limit(&self, n: usize) -> Result<SpaceLayerMesh, ModelError> {
+        let mesh = self.mesh(n);
+        within_limit(mesh.elements_at_most())?;
+        Ok(mesh)
+    }
+
     /// Inward reach of the fan at the side in m, if there is one: half the half width, and at most that of the fan at the end.
     fn side_fan(&self) -> Option<f64> {
         let straight = self.indenter.sharp_corner().is_some()
@@ -152,7 +162,7 @@ impl SpaceLayer {
             ..Default::default()
         };
         press_on(goals, refinement, &|_| settings, None, cancel, tell, &|n| 1.0 / n as f64, &|n| {
-            let mesh = self.mesh(n);
+            let mesh = self.mesh_within_limit(n)?;
             let elements = mesh.mesh().elements.len();
             let fits = |bytes: u64| match bytes <= memory_limit {
                 true => Ok(()),

@@ -6,8 +6,11 @@
 use super::piecewise_linear_complex::{PiecewiseLinearComplex, Sheet};
 use super::regions::Region;
 use super::scene_surfaces::largest_extent;
-use super::{Point, Sizing};
+use super::{MeshError, Point, Sizing};
 use crate::scene::{Box3, Scene};
+
+/// Largest number of cells of the grid that the planes of all boxes make: some seconds' work.
+const MAX_CELLS: usize = 10_000_000;
 
 /// A box and what fills it.
 struct FilledBox {
@@ -48,10 +51,30 @@ struct BoxGrid {
     planes: [Vec<f64>; 3],
     /// Numbers of the planes. Signed, because the cells next to the walls have neighbours outside.
     counts: [isize; 3],
+    /// What fills each cell; the last axis runs fastest.
+    cells: Vec<Region>,
+}
+
+/// What fills each of so many cells between planes: boxes painted one over the other, those that are not flat.
+fn filled(boxes: &[FilledBox], planes: &[Vec<f64>; 3], cells: [usize; 3]) -> Vec<Region> {
+    let middles = planes
+        .each_ref()
+        .map(|line| -> Vec<f64> { line.windows(2).map(|ends| 0.5 * (ends[0] + ends[1])).collect() });
+    let mut out = vec![Region::Background; cells.iter().product()];
+    for FilledBox { region: b, filling } in boxes.iter().filter(|b| b.region.sheet_normal().is_none()) {
+        let [i, j, k] = [0, 1, 2].map(|a| {
+            middles[a].partition_point(|x| *x < b.min[a])..middles[a].partition_point(|x| *x <= b.max[a])
+        });
+        for (x, y) in i.flat_map(|x| j.clone().map(move |y| (x, y))) {
+            let row = (x * cells[1] + y) * cells[2];
+            out[row + k.start..row + k.end.max(k.start)].fill(*filling);
+        }
+    }
+    out
 }
 
 impl BoxGrid {
-    fn new(scene: &Scene, domain: &Box3) -> Self {
+    fn new(scene: &Scene, domain: &Box3) -> Result<Self, MeshError> {
         let conductors = scene.conductor_parts().map(|(c, part)| (Region::Conductor(c as u32), part));
         let dielectrics = scene.dielectric_parts().map(|(d, part)| (Region::Dielectric(d as u32), part));
         let parts = conductors.clone().chain(dielectrics.clone()).map(|(filling, _)| filling).collect();
@@ -70,7 +93,12 @@ impl BoxGrid {
             line
         });
         let counts = [0, 1, 2].map(|a| planes[a].len() as isize);
-        Self { boxes, parts, planes, counts }
+        let cells = planes.each_ref().map(|line| line.len().saturating_sub(1));
+        if cells.iter().fold(1_usize, |all, n| all.saturating_mul(*n)) > MAX_CELLS {
+            return Err(MeshError::TooMany);
+        }
+        let cells = filled(&boxes, &planes, cells);
+        Ok(Self { boxes, parts, planes, counts, cells })
     }
 
     /// The part to whose surface a face belongs: the first one of its body, because the boxes of a body are not told apart.
@@ -88,11 +116,9 @@ impl BoxGrid {
         if (0..3).any(|a| cell[a] < 0 || cell[a] + 1 >= self.counts[a]) {
             return None;
         }
-        let low = self.point(cell);
-        let high = self.point(cell.map(|k| k + 1));
-        let middle = [0, 1, 2].map(|a| 0.5 * (low[a] + high[a]));
-        let holds = |b: &&FilledBox| b.region.sheet_normal().is_none() && b.region.contains(middle);
-        Some(self.boxes.iter().rev().find(holds).map_or(Region::Background, |b| b.filling))
+        let [i, j, k] = cell.map(|k| k as usize);
+        let [_, m, n] = self.counts.map(|n| n as usize - 1);
+        self.cells.get((i * m + j) * n + k).copied()
     }
 
     /// The face normal to `axis` whose lowest corner is `at`, if it belongs to a surface.
@@ -123,8 +149,16 @@ impl BoxGrid {
 }
 
 /// Adds the surfaces of all boxes, sheets and slabs, and the walls.
-pub(super) fn add_boxes(out: &mut PiecewiseLinearComplex, scene: &Scene, domain: &Box3, sizing: &Sizing) {
-    let grid = BoxGrid::new(scene, domain);
+///
+/// # Errors
+/// [`MeshError::TooMany`] where the planes of the boxes make too many cells.
+pub(super) fn add_boxes(
+    out: &mut PiecewiseLinearComplex,
+    scene: &Scene,
+    domain: &Box3,
+    sizing: &Sizing,
+) -> Result<(), MeshError> {
+    let grid = BoxGrid::new(scene, domain)?;
     for axis in 0..3 {
         for i in 0..grid.counts[0] {
             for j in 0..grid.counts[1] {
@@ -140,6 +174,7 @@ pub(super) fn add_boxes(out: &mut PiecewiseLinearComplex, scene: &Scene, domain:
             }
         }
     }
+    Ok(())
 }
 
 fn add_face(

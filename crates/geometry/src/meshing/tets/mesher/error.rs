@@ -12,6 +12,15 @@ pub enum MeshError {
         /// What it has that the mesher cannot take.
         what: &'static str,
     },
+    /// A body is so small that rounding takes its corners for one point.
+    #[error("{body} is less than a billionth of the scene in size; it cannot be meshed in double precision")]
+    TooSmall {
+        /// Its name.
+        body: String,
+    },
+    /// There are too many bodies for one mesh.
+    #[error("too many bodies, or too many of them that meet, for one mesh; leave some out")]
+    TooMany,
     /// Two conductors, or a conductor and a grounded wall, have a point in common.
     #[error("the surfaces of {first} and {second} touch or cross at ({}, {}, {}) m; keep them apart", at[0], at[1], at[2])]
     Crossing {

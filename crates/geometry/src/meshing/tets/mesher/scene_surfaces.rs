@@ -10,6 +10,9 @@ use super::{MeshError, Point, Sizing};
 use crate::scene::{Body, Box3, Scene, Wall};
 use crate::shapes::Shape;
 
+/// Bodies smaller than this share of the scene cannot be told from points.
+const SMALLEST: f64 = 1e-9;
+
 /// The smallest box around a body, infinite where the body is; a point at the origin for one that only a mesh knows.
 pub(crate) fn bounds(shape: &Shape) -> Box3 {
     shape.bounds().unwrap_or(Box3 { min: [0.0; 3], max: [0.0; 3] })
@@ -116,7 +119,15 @@ pub(super) fn complex(
         conductor: part.conductor,
         ball: matches!(part.shape, Shape::Sphere { .. } | Shape::Shell { .. }),
     }));
-    add_boxes(&mut out, scene, domain, sizing);
+    let tiny = SMALLEST * largest_extent(domain);
+    let too_small = |part: &&BodyPart<'_>| {
+        // A group of a volume mesh has no bounds of its own.
+        part.shape.bounds().is_some_and(|b| (0..3).all(|a| b.extent(a) < tiny))
+    };
+    if let Some(part) = parts.iter().find(too_small) {
+        return Err(MeshError::TooSmall { body: part.name.into() });
+    }
+    add_boxes(&mut out, scene, domain, sizing)?;
     let mut planes = [0, 1, 2].map(|a| {
         let boxes = parts.iter().filter_map(|part| part.shape.as_box());
         boxes.chain([*domain]).flat_map(|b| [b.min[a], b.max[a]]).filter(|x| x.is_finite()).collect()

@@ -28,6 +28,10 @@ const MERGE_AT_END: f64 = 2e-3;
 /// few rounds suffice.
 const MAX_ROUNDS: usize = 12;
 
+/// Largest number of pairs of surfaces or segments that are compared: some ten seconds' work. Scenes of some hundred bodies take a
+/// hundredth of it.
+const MAX_PAIRS: usize = 30_000_000;
+
 /// A polygon of a facet.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 struct PolygonId {
@@ -54,6 +58,8 @@ struct Intersections<'a> {
     pairs: BTreeSet<[u32; 2]>,
     /// Working memory of `search`.
     stack: Vec<u32>,
+    /// Pairs compared so far.
+    compared: usize,
 }
 
 /// Gives all surfaces the points and segments in which they meet.
@@ -128,6 +134,7 @@ impl<'a> Intersections<'a> {
             cells: HashMap::new(),
             pairs: BTreeSet::new(),
             stack,
+            compared: 0,
         };
         for p in 0..out.complex.points.len() as u32 {
             let cell = out.cell(out.complex.points[p as usize]);
@@ -165,6 +172,7 @@ impl<'a> Intersections<'a> {
         let mut out = Vec::new();
         let bounds = self.frame.bounds(&padded(points, self.near));
         self.search.near(&bounds, &mut self.stack, |k| out.push(self.polygons[k as usize]));
+        self.compared += out.len();
         out.sort_unstable();
         out
     }
@@ -227,6 +235,9 @@ impl<'a> Intersections<'a> {
         let mut points: Vec<u32> = (0..self.complex.points.len() as u32).collect();
         let mut segments: Vec<[u32; 2]> = self.complex.segments.keys().copied().collect();
         for _ in 0..MAX_ROUNDS {
+            if self.compared > MAX_PAIRS {
+                return Err(MeshError::TooMany);
+            }
             if points.is_empty() && segments.is_empty() {
                 return Ok(());
             }
@@ -263,6 +274,9 @@ impl<'a> Intersections<'a> {
     /// Puts points on the facets on which they lie.
     fn points_on_facets(&mut self, points: &[u32]) {
         for &p in points {
+            if self.compared > MAX_PAIRS {
+                return;
+            }
             let at = self.complex.points[p as usize];
             for id in self.candidates(&[at]) {
                 let height = self.complex.facets[id.facet as usize].height(at);
@@ -276,6 +290,9 @@ impl<'a> Intersections<'a> {
     /// Adds the points at which segments pass through facets.
     fn segments_through_facets(&mut self, segments: &[[u32; 2]], divisions: &mut Divisions) {
         for &segment in segments {
+            if self.compared > MAX_PAIRS {
+                return;
+            }
             let ends = self.ends(segment);
             for id in self.candidates(&ends) {
                 let f = id.facet;
@@ -333,6 +350,7 @@ impl<'a> Intersections<'a> {
             let mut found = Vec::new();
             let bounds = this.frame.bounds(&padded(points, this.near));
             search.near(&bounds, &mut this.stack, |k| found.push(all[k as usize]));
+            this.compared += found.len();
             found.sort_unstable();
             found
         };
@@ -343,6 +361,9 @@ impl<'a> Intersections<'a> {
             }
         }
         for &one in segments {
+            if self.compared > MAX_PAIRS {
+                return;
+            }
             for other in near(self, &self.ends(one)) {
                 self.intersect_segments(one, other, divisions);
             }

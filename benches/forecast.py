@@ -1,0 +1,68 @@
+#!/usr/bin/env python3
+"""What `elastocap check` foretells against what `elastocap run` takes, for case files; prints the table of docs/forecasts.md.
+
+    benches/forecast.py [--binary target/release/elastocap] [CASE ...]
+
+Memory is the peak of the resident memory of the process (rusage), time its processor time over all threads, so that the table can
+be made on a machine that does other things too. The forecast of the time is that of two cores; on one, or in processor time, it is
+about so many times longer as the row says at the head of the table.
+"""
+
+import argparse
+import json
+import os
+import pathlib
+import subprocess
+import sys
+import tempfile
+
+ROOT = pathlib.Path(__file__).resolve().parent.parent
+
+
+def measured(line):
+    """Exit status, processor seconds and peak bytes of a command."""
+    null = os.open(os.devnull, os.O_RDWR)
+    child = subprocess.Popen(line, stdin=null, stdout=null, stderr=null)
+    _, status, usage = os.wait4(child.pid, 0)
+    child.returncode = os.waitstatus_to_exitcode(status)
+    os.close(null)
+    return child.returncode, usage.ru_utime + usage.ru_stime, usage.ru_maxrss * 1024
+
+
+def size(count):
+    return f"{count * 1e-9:.2f} GB" if count >= 1e9 else f"{count * 1e-6:.0f} MB"
+
+
+def row(binary, case):
+    foretold = json.loads(subprocess.run([binary, "check", "--json", case], capture_output=True, check=True).stdout)
+    layer = foretold.get("layer") or {}
+    memory = max(foretold["memory_bytes"], layer.get("memory_bytes", 0))
+    seconds = foretold["seconds"] + layer.get("seconds", 0.0)
+    with tempfile.TemporaryDirectory() as folder:
+        status, processor, peak = measured([binary, "run", case, "-o", folder, "--quiet"])
+        found = json.loads((pathlib.Path(folder) / "result.json").read_text())
+    largest = max([step.get("unknowns") or 0 for step in found.get("steps", [])] + [found.get("unknowns") or 0])
+    return [pathlib.Path(case).name, foretold["unknowns"], largest, memory, peak, seconds, processor, status]
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--binary", default=str(ROOT / "target/release/elastocap"))
+    parser.add_argument("cases", nargs="*", default=[str(path) for path in sorted((ROOT / "cases").glob("*.toml"))])
+    arguments = parser.parse_args()
+    print("| case | unknowns foretold | needed | ratio | memory foretold | peak | ratio | time foretold | processor time | ratio |")
+    print("|---|---|---|---|---|---|---|---|---|---|")
+    low = False
+    for case in arguments.cases:
+        name, wanted, largest, memory, peak, seconds, processor, status = row(arguments.binary, case)
+        ratio = lambda a, b: f"{a / b:.2f}" if b else "-"
+        print(f"| {name} | {wanted:,} | {largest:,} | {ratio(wanted, largest)} | {size(memory)} | {size(peak)} | {ratio(memory, peak)} "
+              f"| {seconds:.2f} s | {processor:.2f} s | {ratio(seconds, processor)} |" + ("" if status == 0 else f" exit status {status}"), flush=True)
+        low |= memory < peak
+    if low:
+        print("\na memory was foretold too low", file=sys.stderr)
+    return 1 if low else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,176 @@
+//! Whatever a case file holds, `check` and `run` answer: in time, within their limits of memory, with a documented exit status.
+
+use std::process::Command;
+use std::time::{Duration, Instant};
+
+use crate::support::{BINARY, Finished, STEPS, Sandbox, acceptance, quick_pair};
+
+/// What `check` must have answered within; generous, since tests share the machine with others.
+const BUDGET: Duration = Duration::from_secs(20);
+
+/// Runs in 4 GB of address space, which is refused or enough.
+fn limited(sandbox: &Sandbox, kibibytes: u64, arguments: &[&str]) -> Finished {
+    let mut command = Command::new("sh");
+    command.args(["-c", &format!("ulimit -v {kibibytes}; exec \"$@\""), "sh", BINARY]).args(arguments);
+    Finished::from(command.current_dir(sandbox.path(".")).output().expect("sh"))
+}
+
+#[test]
+fn the_files_that_once_aborted_or_never_ended_are_refused_with_a_reason() {
+    for (name, reason) in [
+        ("half-length-1e12mm.toml", "times as long as it is thick"),
+        ("collinear-outline.toml", "the outline crosses or touches itself"),
+        ("sphere-1fm-in-shell.toml", "less than a billionth of the scene"),
+        ("device-file.toml", "is no regular file"),
+    ] {
+        let sandbox = Sandbox::new();
+        let path = acceptance("found").join(name);
+        let begin = Instant::now();
+        let said = limited(&sandbox, 4_000_000, &["check", path.to_str().expect("UTF-8")]).exits_with(2);
+        assert!(begin.elapsed() < BUDGET, "{name}");
+        assert!((said.stdout + &said.stderr).contains(reason), "{name}");
+        let said = limited(&sandbox, 4_000_000, &["run", path.to_str().expect("UTF-8"), "-o", "out"]);
+        assert!(matches!(said.status, Some(2 | 3)), "{name}: {said:?}");
+        assert!(said.stderr.contains(reason), "{name}: {}", said.stderr);
+    }
+}
+
+#[test]
+fn planes_closer_together_than_rounding_are_planned_in_time() {
+    let sandbox = Sandbox::new();
+    let path = acceptance("found").join("planes-1e-21m-apart.toml");
+    let begin = Instant::now();
+    limited(&sandbox, 4_000_000, &["check", path.to_str().expect("UTF-8")]).exits_with(0);
+    assert!(begin.elapsed() < BUDGET);
+}
+
+#[cfg(unix)]
+#[test]
+fn a_pipe_is_refused_as_case_file_surface_and_mesh() {
+    let sandbox = Sandbox::new();
+    for name in ["pipe.toml", "pipe.obj", "pipe.msh"] {
+        assert!(Command::new("mkfifo").arg(sandbox.path(name)).status().expect("mkfifo").success());
+    }
+    let surface = "format = 1\n[surroundings]\nboundary = \"open\"\n[[conductor]]\nname = \"a\"\n\
+         surface = { file = \"pipe.obj\", unit = \"mm\" }\n";
+    let mesh = "format = 1\n[mesh]\nfile = \"pipe.msh\"\nunit = \"mm\"\n[surroundings]\nboundary = \"open\"\n[[conductor]]\n\
+         name = \"a\"\nphysical = \"a\"\n";
+    sandbox.case("surface.toml", surface);
+    sandbox.case("mesh.toml", mesh);
+    for name in ["pipe.toml", "surface.toml", "mesh.toml", "/dev/zero"] {
+        for command in ["check", "run"] {
+            let said = sandbox.elastocap(&[command, name]).exits_with(2);
+            assert!(said.stderr.contains("no regular file"), "{name}: {}", said.stderr);
+        }
+    }
+}
+
+/// Conductors in rows of ten, 1 mm large and 1 mm apart.
+fn boxes(count: usize) -> String {
+    let mut text = "format = 1\n[surroundings]\nboundary = \"open\"\n".to_owned();
+    for k in 0..count {
+        let [x, y, z] = [k % 10, k / 10 % 10, k / 100].map(|i| 2 * i);
+        text += &format!(
+            "[[conductor]]\nname = \"c{k}\"\nbox = {{ min = [\"{x} mm\", \"{y} mm\", \"{z} mm\"], max = [\"{} mm\", \"{} mm\", \
+             \"{} mm\"] }}\n",
+            x + 1,
+            y + 1,
+            z + 1
+        );
+    }
+    text
+}
+
+fn slabs(count: usize) -> String {
+    let mut text = boxes(1);
+    for k in 0..count {
+        text += &format!(
+            "[[dielectric]]\nname = \"d{k}\"\nrelative_permittivity = 2\nslab = {{ axis = \"x2\", from = \"{} um\", to = \"{} um\" \
+             }}\n",
+            2000 + k,
+            2001 + k
+        );
+    }
+    text
+}
+
+/// A disc by its outline.
+fn disc(corners: usize) -> String {
+    let corner = |k: usize| {
+        let (y, x) = (std::f64::consts::TAU * k as f64 / corners as f64).sin_cos();
+        format!("[\"{x:.12} m\", \"{y:.12} m\"]")
+    };
+    let outline: Vec<String> = (0..corners).map(corner).collect();
+    format!(
+        "format = 1\n[surroundings]\nboundary = \"open\"\n[[conductor]]\nname = \"disc\"\nextrusion = {{ axis = \"x2\", from = \"0 \
+         m\", to = \"1 m\", outline = [{}] }}\n",
+        outline.join(", ")
+    )
+}
+
+#[test]
+fn many_bodies_and_corners_are_answered_in_time_and_memory() {
+    let round = "[[conductor]]\nname = \"ball\"\nsphere = { center = [\"-10 mm\", \"0 mm\", \"0 mm\"], radius = \"1 mm\" }\n";
+    for (name, text) in [
+        ("1000 boxes", boxes(1000)),
+        ("999 boxes and a ball", boxes(999) + round),
+        ("5000 slabs", slabs(5000)),
+        ("10000 corners", disc(10_000)),
+    ] {
+        let sandbox = Sandbox::new();
+        sandbox.case("many.toml", &text);
+        let begin = Instant::now();
+        let said = limited(&sandbox, 4_000_000, &["check", "many.toml"]);
+        assert!(begin.elapsed() < BUDGET, "{name}: {:?}", begin.elapsed());
+        assert!(matches!(said.status, Some(0 | 2)), "{name}: {said:?}");
+        assert!(!said.stderr.contains("panicked"), "{name}: {said:?}");
+        assert!(said.status == Some(2) || said.stdout.contains("warning: "), "{name}: {said:?}");
+    }
+    let sandbox = Sandbox::new();
+    sandbox.case("many.toml", &boxes(1001));
+    let said = sandbox.elastocap(&["check", "many.toml"]).exits_with(2);
+    assert!(
+        said.stderr.contains("1001 conductors are more than elastocap takes, which is 1000"),
+        "{}",
+        said.stderr
+    );
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn little_address_space_ends_a_run_with_a_message_and_without_leftovers() {
+    let text = quick_pair(STEPS, "compression = [0.1, 0.2]");
+    let mut failed = 0;
+    for megabytes in [60, 80, 100, 150, 200, 400, 2000] {
+        let sandbox = Sandbox::new();
+        sandbox.case("pair.toml", &text);
+        for command in [&["run", "pair.toml", "-o", "out"][..], &["check", "pair.toml"]] {
+            let said = limited(&sandbox, 1000 * megabytes, command);
+            // A step that does not fit into the memory makes the run incomplete, and a check foresees it.
+            assert!(matches!(said.status, Some(0..=3)), "{megabytes} MB, {command:?}: {said:?}");
+            assert!(!said.stderr.contains("panicked"), "{megabytes} MB: {said:?}");
+            if said.status == Some(1) {
+                failed += 1;
+                assert!(said.stderr.contains("error: "), "{megabytes} MB: {said:?}");
+                assert_eq!(sandbox.names("."), ["pair.toml"], "{megabytes} MB");
+            }
+            if megabytes == 2000 {
+                assert_eq!(said.status, Some(0), "{said:?}");
+            }
+        }
+    }
+    assert!(failed > 0, "no limit was small enough");
+}
+
+#[test]
+fn a_file_that_is_no_case_is_not_quoted() {
+    let sandbox = Sandbox::new();
+    sandbox.case("passwords", "root:x:0:0:secret-of-root:/root\nother:x:1:1:secret-of-other:/\n");
+    let surface = "format = 1\n[surroundings]\nboundary = \"open\"\n[[conductor]]\nname = \"a\"\n\
+         surface = { file = \"passwords\", unit = \"mm\" }\n";
+    sandbox.case("surface.toml", surface);
+    for name in ["passwords", "surface.toml"] {
+        let said = sandbox.elastocap(&["check", name]).exits_with(2);
+        assert!(!said.stderr.contains("secret") && !said.stderr.contains("root"), "{}", said.stderr);
+    }
+}
