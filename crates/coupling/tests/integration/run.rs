@@ -57,7 +57,7 @@ fn a_cancelled_run_keeps_what_was_done() {
     assert!(of(Status::NotRun) >= 1);
     // A step that was being solved keeps the bounds that it had, if any.
     let halfway = outcome.steps.iter().filter(|step| step.interrupted).count();
-    assert_eq!(of(Status::ToleranceNotReached), halfway);
+    assert_eq!(of(Status::ToleranceNotReached(Missed::Field)), halfway);
     assert_eq!(of(Status::Ok) + of(Status::NotRun) + halfway, 6);
     let last = &outcome.steps[5].row;
     assert_eq!((last.compression, &last.status), (Some(0.4), &Status::NotRun));
