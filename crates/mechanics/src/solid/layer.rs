@@ -95,9 +95,9 @@ const RUN_UPS: &[f64] = &[1.0, 1.3, 1.6, 2.0];
 #[derive(Debug)]
 pub struct LayerModel<S: Dimension = Plane> {
     equations: Equations<S>,
-    indenter: Indenter,
-    thickness: f64,
-    state: State<S>,
+    pub(super) indenter: Indenter,
+    pub(super) thickness: f64,
+    pub(super) state: State<S>,
     load: Load<S>,
     /// Number of the indenter among the obstacles.
     punch: Option<usize>,

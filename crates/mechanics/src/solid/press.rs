@@ -12,6 +12,7 @@ use super::dimension::{Dimension, Plane};
 use super::layer::{End, Inclusion, Indenter, LayerModel, LayerStep};
 use super::model::{Load, ModelError, State};
 use super::newton::{Effort, FromCoarser, NewtonSettings, Stopped};
+use super::soundness::StateFault;
 use elastocap_materials::Rubber;
 
 /// A layer in plane strain, the bodies in it and its indenter. Lengths in m.
@@ -73,6 +74,8 @@ pub struct Level<S: Dimension = Plane> {
     /// Equilibria found, goal by goal; the goals that were not reached are not in it.
     reached: Vec<Option<Reached<S>>>,
     stopped: Vec<Option<Box<Stopped>>>,
+    /// Faults of the states that were found for goals that do not count as reached for that reason.
+    faults: Vec<Option<(f64, StateFault)>>,
 }
 
 #[derive(Debug, Clone)]
@@ -116,6 +119,14 @@ pub enum PressError {
         compression: f64,
         /// Where and why.
         stopped: Box<Stopped>,
+    },
+    /// What was found is no state of a layer under its indenter.
+    #[error("at a compression of {compression:.4} {fault}: the meshes are too coarse for this load")]
+    Unsound {
+        /// Compression of the state.
+        compression: f64,
+        /// What is wrong with it.
+        fault: StateFault,
     },
     /// The run was stopped on request.
     #[error("stopped on request")]
@@ -193,6 +204,8 @@ pub(crate) fn press_on<S: Dimension>(
     order.sort_by(|&a, &b| goals[a].value().total_cmp(&goals[b].value()));
     let mut levels: Vec<Level<S>> = Vec::new();
     let mut too_large = None;
+    let folds = refinement.meshes.iter().any(|&n| settings(n).through_folds);
+    let jumps = if folds { JUMPS } else { 0.0 };
     for (k, &n) in refinement.meshes.iter().enumerate() {
         let start = Instant::now();
         let settings = settings(n);
@@ -211,9 +224,10 @@ pub(crate) fn press_on<S: Dimension>(
             seconds: 0.0,
             reached: vec![None; goals.len()],
             stopped: vec![None; goals.len()],
+            faults: vec![None; goals.len()],
         };
         let known = |levels: &[Level<S>], g: usize| {
-            judge(levels, goals, g, refinement).is_some_and(|pressed| pressed.converged)
+            judge(levels, goals, g, refinement, jumps).is_some_and(|pressed| pressed.converged)
         };
         let wanted: Vec<bool> = (0..goals.len()).map(|g| !known(&levels, g)).collect();
         let press =
@@ -246,7 +260,7 @@ pub(crate) fn press_on<S: Dimension>(
         }
     }
     let goals = (0..goals.len())
-        .map(|g| judge(&levels, goals, g, refinement).ok_or_else(|| why_not(&levels, g)))
+        .map(|g| judge(&levels, goals, g, refinement, jumps).ok_or_else(|| why_not(&levels, g)))
         .collect();
     Ok(Pressing { levels, goals, too_large })
 }
@@ -307,6 +321,11 @@ impl<S: Dimension> Level<S> {
                     }
                     let remeshed = self.remeshed.len().checked_sub(1);
                     let model = self.remeshed.last_mut().unwrap_or(&mut self.model);
+                    if let Some(fault) = model.fault(step.force) {
+                        self.faults[g] = Some((step.compression, fault));
+                        tell(done + 1);
+                        continue;
+                    }
                     let (state, load) = (model.state().clone(), model.load().clone());
                     if remeshed.is_some() {
                         model.release_factors();
@@ -377,6 +396,7 @@ fn judge<S: Dimension>(
     goals: &[Goal],
     g: usize,
     refinement: &Refinement,
+    jumps: f64,
 ) -> Option<Pressed<S>> {
     let (level, reached) =
         levels.iter().enumerate().rev().find_map(|(k, l)| Some((k, l.reached[g].as_ref()?)))?;
@@ -397,6 +417,7 @@ fn judge<S: Dimension>(
         [first, before, now] => Some(error_of([*first, *before, *now])),
         _ => None,
     };
+    let error = error.map(|error| error.max(jumps * now.abs()));
     let converged = error.is_some_and(|e| e <= refinement.relative_tolerance * now.abs());
     Some(Pressed {
         step: reached.step,
@@ -413,6 +434,10 @@ fn judge<S: Dimension>(
 /// Smallest order of convergence that is trusted: where the differences between meshes fall more slowly, or grow, the
 /// meshes do not resolve yet what limits the force.
 const MIN_ORDER: f64 = 1.0 / 3.0;
+
+/// Least relative error of a force, or of a compression, where a surface rolls up: the force goes up and down by so much as the roll passes
+/// from element to element, on every mesh, so that the difference between meshes may be smaller by accident.
+const JUMPS: f64 = 3e-3;
 
 /// Factor of safety of Roache's grid convergence index for three meshes (J. Fluids Eng. 116, 405-413, 1994): observed orders are
 /// never exact.
@@ -460,6 +485,10 @@ fn why_not<S: Dimension>(levels: &[Level<S>], g: usize) -> PressError {
         let stopped = l.stopped[g].clone()?;
         Some((l.remeshed.last().unwrap_or(&l.model).compression(), stopped))
     });
+    let fault = levels.iter().rev().find_map(|l| l.faults[g]);
+    if let Some((compression, fault)) = fault {
+        return PressError::Unsound { compression, fault };
+    }
     match stopped.max_by(|a, b| a.0.total_cmp(&b.0)) {
         Some((compression, stopped)) => PressError::Stopped { compression, stopped },
         None => PressError::Cancelled,
