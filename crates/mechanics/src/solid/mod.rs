@@ -21,6 +21,7 @@
 //! | `levels` | the meshes for that, coarse to fine |
 //! | [`forecast`] | its memory and time, estimated in advance |
 //! | `contact_end` | which point of the surface lies at the corner of a sharp punch |
+//! | `force_error` | the error of a force from the differences between meshes |
 //! | `force_goal` | the displacement that gives a force |
 //! | [`soundness`] | whether an equilibrium is one that a layer can be in |
 //! | [`press`] | the layer pressed to given loads on finer and finer meshes |
@@ -58,6 +59,7 @@ pub mod dimension;
 pub mod element;
 mod flanks;
 pub mod folds;
+mod force_error;
 mod force_goal;
 pub mod forecast;
 pub mod layer;
