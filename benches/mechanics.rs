@@ -5,7 +5,7 @@
 //!
 //! 1. The layer on its substrate at the size of the paper's mesh (22,902 unknowns) to 40 %: 30 s asked.
 //! 2. Its force at 20 % good to 0.5 %, on as many meshes as that takes: 1 s asked.
-//! 3. A sharp punch on a layer of finite width, a quarter of it with about 60,000 displacements, to 30 %: 120 s asked. Taken
+//! 3. A held patch on a layer of finite width, a quarter of it with about 60,000 displacements, to 30 %: 120 s asked. Taken
 //!    once, since it is long, and printed.
 
 mod common;
@@ -105,7 +105,7 @@ fn main() -> common::Result<()> {
         let (displacements, force) = punch_in_space()?;
         let seconds = start.elapsed().as_secs_f64();
         println!(
-            "sharp punch in space: {displacements} displacements, {seconds:.1} s to 30 %, force {force:.4} mu H^2"
+            "held patch in space: {displacements} displacements, {seconds:.1} s to 30 %, force {force:.4} mu H^2"
         );
     }
     Ok(())

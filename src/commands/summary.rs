@@ -19,7 +19,10 @@ pub(crate) fn summary(case: &Case, outcome: &Outcome, saved: &Saved) -> String {
     if let Some(mesh) = outcome.layer_meshes.last() {
         let (count, unknowns) = (outcome.layer_meshes.len(), grouped(mesh.unknowns));
         let time = seconds(outcome.layer_seconds);
-        out.push_str(&format!("\n  layer: {count} meshes, {unknowns} unknowns on the last one, {time}\n"));
+        let indenter = outcome.plan.layer.as_ref().map_or("its indenter", |layer| layer.indenter);
+        out.push_str(&format!(
+            "\n  layer under {indenter}: {count} meshes, {unknowns} unknowns on the last one, {time}\n"
+        ));
     }
     if outcome.plan.kind == Kind::Curve && outcome.steps.iter().any(|s| !s.floating.is_empty()) {
         out.push_str("\n  the potentials of the floating conductors are in result.json\n");

@@ -1,8 +1,8 @@
 //! A flat punch on the layer of `flat-punch.toml`: half width 500/450 H, half length 6 H.
 //!
 //! `cargo run --release -p elastocap-mechanics --example layer_punch`
-//! prints the force on three meshes for a punch with a corner radius of 0.02 H and for a sharp one.
-//! `... --example layer_punch -- rounded 3` and `... -- sharp 14` take one mesh: quadrilaterals per corner radius where they pass
+//! prints the force on three meshes for a punch with a corner radius of 0.02 H and for a held patch.
+//! `... --example layer_punch -- rounded 3` and `... -- held 14` take one mesh: quadrilaterals per corner radius where they pass
 //! it, rings around the corner.
 
 use elastocap_mechanics::materials::Rubber;
@@ -18,7 +18,7 @@ fn main() {
     let size =
         |default: &[f64]| words.get(1).and_then(|w| w.parse().ok()).map_or(default.to_vec(), |n| vec![n]);
     let kind = words.first().map_or("", String::as_str);
-    if kind != "sharp" {
+    if kind != "held" {
         for per_radius in size(&[0.375, 0.75, 1.5]) {
             let punch = RoundedPunch { half_width: HALF_WIDTH, corner_radius: RADIUS, position: 0.0 };
             let mesh = LayerMesh::under_rounded_punch(1.0, 6.0, &punch, 0.4, 8, per_radius);

@@ -1,7 +1,7 @@
 //! A punch on a layer of finite width: force against compression.
 //!
-//! `cargo run --release -p elastocap-mechanics --example punch_3d -- sharp 6 0.5 0.1 0.3`
-//! takes the indenter (`top`, `sharp`, `bonded`, `flat`, `cylinder`, `sphere`, `block`, or `plane-strain` for a sharp
+//! `cargo run --release -p elastocap-mechanics --example punch_3d -- held 6 0.5 0.1 0.3`
+//! takes the indenter (`top`, `held`, `bonded`, `flat`, `cylinder`, `sphere`, `block`, or `plane-strain` for a held
 //! punch on a layer that cannot spread along its width), about how many hexahedra go over the thickness, half the
 //! width over the thickness, the compression between two rows and in the last, and what becomes of the end and the
 //! side: `free` or `substrate`.
@@ -20,13 +20,13 @@ use elastocap_mechanics::solid::space::layer::{SideCondition, SpaceLayerMesh};
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let words: Vec<String> = std::env::args().collect();
     let number = |k: usize, default: f64| words.get(k).map_or(Ok(default), |w| w.parse::<f64>());
-    let kind = words.get(1).map_or("sharp", |w| w.as_str());
+    let kind = words.get(1).map_or("held", |w| w.as_str());
     let (n, half_width) = (number(2, 3.0)? as usize, number(3, 0.5)?);
     let (length, corner, corner_radius) = (3.0, 500.0 / 450.0, 0.1);
     let coarse = 1.0 / n as f64;
     let (indenter, reach) = match kind {
         "top" => (Indenter::WholeTop, length - 1.0),
-        "sharp" | "plane-strain" => (Indenter::Held { half_width: corner }, corner),
+        "held" | "plane-strain" => (Indenter::Held { half_width: corner }, corner),
         "bonded" => (Indenter::Bonded { half_width: corner }, corner),
         "flat" => (Indenter::Smooth(IndenterProfile::Punch { half_width: corner, corner_radius }), corner),
         "cylinder" => (Indenter::Smooth(IndenterProfile::Cylinder { radius: 1.5 }), 1.0),
@@ -37,12 +37,12 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         }
         _ => {
             return Err(
-                "the indenter is top, sharp, bonded, plane-strain, flat, cylinder, sphere or block".into()
+                "the indenter is top, held, bonded, plane-strain, flat, cylinder, sphere or block".into()
             );
         }
     };
-    let sharp = matches!(indenter, Indenter::Held { .. } | Indenter::Bonded { .. });
-    let section = if sharp {
+    let flat = matches!(indenter, Indenter::Held { .. } | Indenter::Bonded { .. });
+    let section = if flat {
         LayerMesh::under_punch(1.0, length, [corner, 0.5], n, 0.7, 1)
     } else {
         // Finer where the surface bends around the indenter.
@@ -74,7 +74,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     // Gaps of 1e-5 thicknesses where the pressure is the shear modulus change the force by less than 1e-4.
     let settings = NewtonSettings {
         tolerance: 1e-7,
-        first_step: if sharp || kind == "top" { 1.0 } else { 0.5 },
+        first_step: if flat || kind == "top" { 1.0 } else { 0.5 },
         moving_gap: 3e-3,
         final_gap: 1e-5,
         ..Default::default()

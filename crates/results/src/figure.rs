@@ -2,18 +2,20 @@
 
 use crate::plot::{Axis, Chart, Scale, Series, Style};
 use elastocap_coupling::outcome::{Outcome, Row};
-use elastocap_coupling::plan::Kind;
+use elastocap_coupling::plan::{HELD_PATCH, Kind};
 
 /// The figure of a curve; `None` for a scene without load.
 pub fn figure(title: &str, outcome: &Outcome) -> Option<Chart> {
     let axis =
         |label: &str, unit: &str| Axis { label: label.into(), unit: unit.into(), scale: Scale::Linear };
     let known = |value: Option<f64>| value.unwrap_or(f64::NAN);
+    let held = outcome.plan.layer.as_ref().is_some_and(|layer| layer.indenter == HELD_PATCH);
+    let title = if held { format!("{title} (under {HELD_PATCH})") } else { title.to_owned() };
     let rows = || outcome.steps.iter().map(|step| &step.row);
     match outcome.plan.kind {
         Kind::Capacitance => None,
         Kind::Mechanics => Some(Chart {
-            title: title.to_owned(),
+            title,
             x: axis("compression U/H", ""),
             y: axis("force", "N"),
             series: vec![Series {
@@ -49,12 +51,7 @@ pub fn figure(title: &str, outcome: &Outcome) -> Option<Chart> {
                     style: Style::DashedLine,
                 });
             }
-            Some(Chart {
-                title: title.to_owned(),
-                x: axis("force", "N"),
-                y: axis("two-terminal capacitance", "F"),
-                series,
-            })
+            Some(Chart { title, x: axis("force", "N"), y: axis("two-terminal capacitance", "F"), series })
         }
     }
 }

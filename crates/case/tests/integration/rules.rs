@@ -311,6 +311,8 @@ fn what_the_finite_elements_need_is_asked_for() {
     refused(PRESSED, &[("flat_punch", "sphere")], "sphere", &["unknown key", "`flat_punch` and `cylinder`"]);
     let bonded = [("corner_radius = \"0.1 mm\"", "corner_radius = \"0.1 mm\"\ncontact = \"bonded\"")];
     refused(PRESSED, &bonded, "\"bonded\"", &["rounded corners cannot be bonded"]);
+    let held = [("corner_radius = \"0.1 mm\"", "corner_radius = \"0.1 mm\"\ncontact = \"held\"")];
+    refused(PRESSED, &held, "\"held\"", &["held has no rounded corners"]);
     let aside = [("corner_radius = \"0.1 mm\"", "position = \"0.5 mm\"")];
     refused(PRESSED, &aside, "\"0.5 mm\"", &["must stand in the middle"]);
     let nothing = ogden[1].1.replace("100 kPa", "1 kPa").replace("-5 kPa", "5 kPa");
@@ -347,13 +349,15 @@ fn what_the_finite_elements_in_three_dimensions_need_is_asked_for() {
     assert_eq!(found.relative_tolerance, 2e-2);
     let (depth, radius) = ("half_depth = \"0.8 mm\"\n", "corner_radius = \"0.2 mm\"\n");
     let long = PRESSED_IN_SPACE.replace(depth, "");
-    let sharp = long.replace(radius, "");
-    let punch = |corner_radius| SolidIndenter::FlatPunch {
-        half_width: 1e-3,
-        corner_radius,
-        contact: PunchContact::Smooth,
-    };
-    assert_eq!((model(&long).indenter, model(&sharp).indenter), (punch(0.2e-3), punch(0.0)));
+    let held = "contact = \"held\"\n";
+    let sharp = long.replace(radius, held);
+    let punch =
+        |corner_radius, contact| SolidIndenter::FlatPunch { half_width: 1e-3, corner_radius, contact };
+    assert_eq!(model(&long).indenter, punch(0.2e-3, PunchContact::Smooth));
+    assert_eq!(model(&sharp).indenter, punch(0.0, PunchContact::Held));
+    refused(&sharp, &[(held, "")], "\"1 mm\"", &["needs a `corner_radius`", "`contact = \"held\"`"]);
+    let both = format!("{radius}{held}");
+    refused(&long, &[(radius, &both)], "\"0.2 mm\"", &["held has no rounded corners"]);
     let sphere = PRESSED_IN_SPACE.replace("flat_punch", "sphere").replace("half_width", "radius");
     let sphere = sphere.replace(depth, "").replace(radius, "");
     assert_eq!(model(&sphere).indenter, SolidIndenter::Sphere { radius: 1e-3 });
@@ -371,7 +375,7 @@ fn what_the_finite_elements_in_three_dimensions_need_is_asked_for() {
     );
     let bonded = format!("{radius}contact = \"bonded\"\n");
     refused(&long, &[(radius, &bonded)], "\"0.2 mm\"", &["no rounded corners"]);
-    refused(&sharp, &[("\"1 mm\"\n[load]", "\"3 mm\"\n[load]")], "", &["1.5 thicknesses before"]);
+    refused(&sharp, &[("half_width = \"1 mm\"", "half_width = \"3 mm\"")], "", &["1.5 thicknesses before"]);
     refused(&sharp, &[("\"free\"", "\"free\"\nside = \"far\"")], "\"far\"", &["\"free\" or \"symmetric\""]);
 }
 

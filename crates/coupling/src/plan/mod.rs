@@ -12,7 +12,7 @@ use elastocap_electrostatics::Target;
 use elastocap_mechanics::ForceLimit;
 use serde::Serialize;
 
-pub use layer::LayerForecast;
+pub use layer::{HELD_PATCH, LayerForecast};
 pub use savings::{Decision, LeftOut};
 pub use steps::PlannedStep;
 

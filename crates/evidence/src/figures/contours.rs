@@ -1,4 +1,5 @@
-//! Figs. 4 and 6: stress under a punch, as bands of colour.
+//! Figs. 4 and 6: stress under a patch that is held, as bands of colour. The paper moves the contact region down by the same
+//! displacement everywhere; that is a patch that may spread, not a punch in contact.
 //!
 //! The paper's punch is "comparable to the layer thickness" in Figs. 4 and 6a, half of it in 6b and "over three times" in
 //! 6c; taken are the half-lengths `H`, `H/2` and `3H`. The layer goes on for six thicknesses beside the punch, of which the
@@ -75,7 +76,7 @@ pub(super) fn under_a_punch(session: &mut Session) -> Result<Drawn, FigureError>
     let fields = found.fields(point);
     let all = |value: fn(&Sample) -> f64| cells(mesh, 1.0 + BESIDE + 1e-9, |n| fields.at_node(n), value);
     let t = |k: usize| move |s: &Sample| s.stress.nominal()[k];
-    let head = "under a punch of half-length H, U/H = 0.05";
+    let head = "under a held patch of half-length H, U/H = 0.05";
     let drawn_cells = |k: usize| cells(mesh, 1.0 + BESIDE + 1e-9, |n| fields.at_node(n), t(k));
     let samples =
         (0..mesh.nodes.len()).map(|n| fields.at_node(n)).filter(|s| s.reference[0] <= 1.0 + BESIDE + 1e-9);
@@ -96,7 +97,7 @@ pub(super) fn under_a_punch(session: &mut Session) -> Result<Drawn, FigureError>
             ("figure-4.csv".into(), csv(samples, "t_11_over_mu,t_12_over_mu", |s| vec![t(0)(s), t(1)(s)])),
         ],
         findings: vec![format!(
-            "figure-4: two thicknesses beside the punch |T₁₁| is at most {:.3} of what it is on the axis",
+            "figure-4: two thicknesses beside the patch |T₁₁| is at most {:.3} of what it is on the axis",
             largest_t11(&fields, 3.0) / largest_t11(&fields, 0.0)
         )],
         missing: Vec::new(),
@@ -121,7 +122,8 @@ pub(super) fn three_punches(session: &mut Session) -> Result<Drawn, FigureError>
         let fields = found.fields(point);
         let shear = |s: &Sample| s.stress.s12 / SMALL;
         let limit = half_length + BESIDE + 1e-9;
-        let title = format!("Fig. {file}: shear stress at small strain under a punch of half-length {name}");
+        let title =
+            format!("Fig. {file}: shear stress at small strain under a held patch of half-length {name}");
         let shown = cells(mesh, limit, |n| fields.at_node(n), shear);
         drawn
             .files
@@ -132,8 +134,8 @@ pub(super) fn three_punches(session: &mut Session) -> Result<Drawn, FigureError>
         let edge = fields.along([0.0, 0.0], [half_length + 5.5, 0.0], 601);
         if let Some((peak, end)) = peak_and_end(&edge) {
             drawn.findings.push(format!(
-                "figure-{file}: along the bonded edge the shear stress is largest at x₁ = {peak:.2} H (the punch ends at \
-                 {half_length} H) and below a tenth of that from {end:.2} H, {:.2} H beyond the punch",
+                "figure-{file}: along the bonded edge the shear stress is largest at x₁ = {peak:.2} H (the patch ends at \
+                 {half_length} H) and below a tenth of that from {end:.2} H, {:.2} H beyond the patch",
                 end - half_length
             ));
         }

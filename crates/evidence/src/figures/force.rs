@@ -24,7 +24,7 @@ pub(super) fn closed_form_force(compression: f64, contact: f64, length: f64) -> 
 pub(super) fn over_compression(session: &mut Session) -> Result<Drawn, FigureError> {
     let mut drawn = Drawn::default();
     let contacts = [
-        ("16a", "a punch of half-length H", Run::punch(1.0)),
+        ("16a", "a held patch of half-length H", Run::punch(1.0)),
         ("16b", "the whole top of half-length 4H", Run::layer(End::FreeOnSubstrate)),
     ];
     for (file, what, run) in contacts {

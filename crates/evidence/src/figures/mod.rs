@@ -38,9 +38,9 @@ pub enum Item {
     Table1,
     /// Table 2: Poisson's ratio over the ratio of the moduli.
     Table2,
-    /// Deformed mesh and stress under a punch.
+    /// Deformed mesh and stress under a held patch.
     Figure4,
-    /// Shear stress under punches of three lengths, small strain.
+    /// Shear stress under held patches of three lengths, small strain.
     Figure6,
     /// Shear stress along the bonded edge.
     Figure7,
@@ -105,9 +105,9 @@ impl Item {
         match self {
             Self::Table1 => "the phase angle over the compression",
             Self::Table2 => "Poisson's ratio over the ratio of the moduli",
-            Self::Figure4 => "deformed mesh and stress under a punch, U/H = 0.05",
-            Self::Figure6 => "shear stress under punches of three lengths, small strain",
-            Self::Figure7 => "shear stress along the bonded edge under a punch of half-length H/4",
+            Self::Figure4 => "deformed mesh and stress under a held patch, U/H = 0.05",
+            Self::Figure6 => "shear stress under held patches of three lengths, small strain",
+            Self::Figure7 => "shear stress along the bonded edge under a held patch of half-length H/4",
             Self::Figure9 => "stress along horizontal lines, U/H = 0.05",
             Self::Figure10 => "stress along vertical lines, U/H = 0.05",
             Self::Figure11 => "displacement, U/H = 0.05",
@@ -157,7 +157,7 @@ impl Run {
         Self { contact: Contact::WholeTop(HALF_LENGTH), end, compressions: &COMPRESSIONS, elements: 12 }
     }
 
-    /// A sharp punch of this half-length over `H`.
+    /// A patch that is held, as the paper has it for a punch, of this half-length over `H`.
     const fn punch(half_length: f64) -> Self {
         Self {
             contact: Contact::Punch(half_length),

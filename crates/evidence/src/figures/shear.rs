@@ -50,7 +50,7 @@ pub(super) fn bonded_edge(session: &mut Session) -> Result<Drawn, FigureError> {
     }
     let panel = Panel {
         file: "figure-7".into(),
-        title: "Fig. 7: shear stress along the bonded edge under a punch of half-length H/4: finite elements (points), \
+        title: "Fig. 7: shear stress along the bonded edge under a held patch of half-length H/4: finite elements (points), \
                 closed form up to the L of the balance (43)"
             .into(),
         x: Named("x₁/H", "x_1_over_h"),
@@ -61,14 +61,14 @@ pub(super) fn bonded_edge(session: &mut Session) -> Result<Drawn, FigureError> {
         stride: 2,
     };
     drawn.files.extend(panel.files());
-    drawn.missing.extend(left_out("the punch of half-length H/4", &found));
+    drawn.missing.extend(left_out("the held patch of half-length H/4", &found));
     Ok(drawn)
 }
 
 /// A contact's name in the legend, and in the CSV what becomes of the layer's end.
 fn named(run: &Run) -> (String, &'static str, &'static str) {
     match (run.contact, run.end) {
-        (Contact::Punch(a), _) => (format!("punch, a/H = {}", figure_short(a)), "punch", "far away"),
+        (Contact::Punch(a), _) => (format!("held patch, a/H = {}", figure_short(a)), "punch", "far away"),
         (Contact::WholeTop(a), End::Free) => {
             (format!("whole top, a/H = {}, free end", figure_short(a)), "whole top", "free")
         }

@@ -28,6 +28,10 @@ const SLIDE: f64 = 1.35;
 const LEAST: f64 = 0.1;
 /// `X` over the thickness has this error, at most about. A force changes by less than 1e-4 with 1e-5.
 const TOLERANCE: f64 = 2e-6;
+/// The same over the compression, where that is less: the point at the corner is moved by as much as the punch, about.
+const RELATIVE_TOLERANCE: f64 = 1e-4;
+/// What rounding leaves of it.
+const LEAST_TOLERANCE: f64 = 1e-11;
 /// Steps to the zero of `dE/dX`.
 const MAX_STEPS: usize = 25;
 /// The longest of them, over the reach of the fan.
@@ -189,7 +193,8 @@ impl<'a> Sliding<'a> {
     /// Lets the surface slide around the corner until the energy is least.
     fn slide(&mut self) -> Result<LayerStep, Box<Stopped>> {
         let thickness = self.mesh.thickness();
-        let tolerance = TOLERANCE * thickness;
+        let of_compression = RELATIVE_TOLERANCE * self.model.compression();
+        let tolerance = of_compression.clamp(LEAST_TOLERANCE, TOLERANCE) * thickness;
         let longest = LONGEST_STEP * self.reach();
         let (mut at, mut slope) = (self.end(), self.material_force());
         let modulus = self.layer.rubber.shear_modulus();
@@ -276,5 +281,86 @@ impl LayerModel {
             keep_places(moving);
         }
         self.settle_on(nodes, mesh.punch.as_ref().map_or(0.0, |fan| fan.corner), state, settings)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::layer::{End, Indenter};
+    use super::*;
+    use elastocap_materials::Rubber;
+
+    const HALF_WIDTH: f64 = 500.0 / 450.0;
+
+    fn layer() -> PlaneLayer {
+        PlaneLayer {
+            thickness: 1.0,
+            half_length: 6.0,
+            rubber: Rubber::neo_hookean(1.0),
+            inclusions: Vec::new(),
+            indenter: Indenter::Sharp { half_width: HALF_WIDTH },
+            position: 0.0,
+            end: End::Free,
+        }
+    }
+
+    fn pressed(goal: Goal) -> (LayerModel, LayerStep) {
+        let layer = layer();
+        layer.press_sharp(HALF_WIDTH, 1, None, goal, &layer.settings(1)).unwrap()
+    }
+
+    /// Of both halves.
+    fn stored_energy(model: &LayerModel) -> f64 {
+        let (equations, state, rubber) = (model.equations(), model.state(), layer().rubber_in_use());
+        let of_element = |e: usize| {
+            let u = equations.gather(e, &state.displacement);
+            equations.elements[e].energy(&rubber, &u, &state.pressure[e])
+        };
+        2.0 * (0..equations.elements.len()).map(of_element).sum::<f64>()
+    }
+
+    #[test]
+    fn the_force_is_the_slope_of_the_energy_though_the_surface_slides_around_the_corner() {
+        let [before, here, after] =
+            [0.199, 0.2, 0.201].map(|compression| pressed(Goal::Compression(compression)));
+        let slope = (stored_energy(&after.0) - stored_energy(&before.0)) / 2e-3;
+        let slid = |model: &LayerModel| HALF_WIDTH - model.corner().unwrap().end;
+        println!("{slope} {} {}", here.1.force, slid(&here.0));
+        assert!((slope / here.1.force - 1.0).abs() < 2e-4, "{slope} and not {}", here.1.force);
+        assert!(slid(&before.0) < slid(&here.0) && slid(&here.0) < slid(&after.0));
+        // 0.307 on finer meshes.
+        assert!((slid(&here.0) - 0.307).abs() < 0.01, "{}", slid(&here.0));
+        assert!(here.1.imbalance < 1e-6 && here.0.fault(here.1.force).is_none());
+    }
+
+    #[test]
+    fn at_the_corner_the_energy_is_least_over_the_point_that_lies_there() {
+        let layer = layer();
+        let settings = layer.settings(0);
+        let (model, _) = layer.press_sharp(HALF_WIDTH, 0, None, Goal::Compression(0.1), &settings).unwrap();
+        let found = model.corner().unwrap().end;
+        let mut sliding = Sliding::new(&layer, HALF_WIDTH, 0, found, &settings).unwrap();
+        sliding.begin(0.1, None).unwrap();
+        let mut at = |by: f64| {
+            sliding.move_to(found + by).unwrap();
+            (stored_energy(&sliding.model), 2.0 * sliding.material_force())
+        };
+        let [low, least, high] = [-0.01, 0.0, 0.01].map(&mut at);
+        println!("{low:?} {least:?} {high:?}");
+        assert!(low.0 > least.0 && high.0 > least.0);
+        assert!(low.1 < -0.03 && high.1 > 0.03 && least.1.abs() < 5e-3);
+        // The slope of the energy is what its values say, by Simpson's rule.
+        let slope = (low.1 + 4.0 * least.1 + high.1) / 6.0;
+        let difference = (high.0 - low.0) / 0.02;
+        assert!((difference - slope).abs() < 5e-3 * high.1, "{difference} and not {slope}");
+    }
+
+    #[test]
+    fn a_force_leads_back_to_the_compression_that_it_came_from() {
+        let (_, step) = pressed(Goal::Compression(0.13));
+        let (model, back) = pressed(Goal::Force(step.force));
+        // The fan has another rim: that is another mesh.
+        assert!((back.compression / 0.13 - 1.0).abs() < 1e-3, "{}", back.compression);
+        assert!((model.compression() - back.compression).abs() < 1e-12);
     }
 }

@@ -11,6 +11,9 @@ const ACCEPTED: f64 = 1e-6;
 /// Distance from the goal, over it, that is a short way.
 const NEAR: f64 = 0.1;
 
+/// Presses a layer to a displacement of the indenter over the thickness.
+type Press<'a> = dyn FnMut(f64, &NewtonSettings) -> Result<LayerStep, Box<Stopped>> + 'a;
+
 /// Calls `press` with one displacement of the indenter over the thickness after the other, until the force on the *whole* layer is
 /// `target` (N, in the plane N per metre of width) to a relative `tolerance`. `last` is where the layer starts from.
 ///
@@ -24,7 +27,7 @@ pub(super) fn meet_force(
     tolerance: f64,
     settings: &NewtonSettings,
     mut last: LayerStep,
-    press: &mut dyn FnMut(f64, &NewtonSettings) -> Result<LayerStep, Box<Stopped>>,
+    press: &mut Press<'_>,
 ) -> Result<LayerStep, Box<Stopped>> {
     let mut low = (last.compression, last.force - target);
     let mut high: Option<(f64, f64)> = None;

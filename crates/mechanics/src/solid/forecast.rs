@@ -22,7 +22,9 @@ pub struct MeshSize {
 pub enum PressingRegime {
     /// A smooth surface; every mesh but the first starts from the one before.
     Smooth,
-    /// The edge of a sharp punch, at which the surface piles up.
+    /// The edge of a patch that is held or bonded, at which the surface piles up.
+    Patch,
+    /// A sharp punch in contact: for each load the point of the surface at its corner is searched for, on a mesh of its own.
     Sharp,
     /// A rounded corner in the plane. The surface slides around it, one side of an element after the other; the number is how many
     /// sides of the first mesh pass the corner.
@@ -90,7 +92,8 @@ pub fn seconds<S: Dimension>(
     let tries = if by_force { TRIES } else { 1.0 };
     let systems = |level: usize| match regime {
         PressingRegime::Smooth => 15.0 * loads as f64,
-        PressingRegime::Sharp => 45.0 * loads as f64,
+        PressingRegime::Patch => 45.0 * loads as f64,
+        PressingRegime::Sharp => 60.0 * loads as f64,
         PressingRegime::RoundedCorner(sides) if level < RIPPLED => 30.0 * sides * 2_f64.powi(level as i32),
         PressingRegime::RoundedCorner(_) => 150.0 * loads as f64,
         PressingRegime::Folds => 100.0 * loads as f64,

@@ -45,7 +45,7 @@ pub enum Indenter {
     /// A rigid body without friction that starts in contact with the top. The layer may separate from it and touch its flank.
     Smooth(IndenterProfile),
     /// A flat punch with sharp corners, in contact without friction: the surface slides around its corners and along its flanks. The
-    /// mesh says which point of the surface lies at the corner, by the centre of its [`PunchFan`]; see [`contact_end`](super::contact_end).
+    /// mesh says which point of the surface lies at the corner, by the centre of its [`PunchFan`]; see `contact_end`.
     /// Only in the plane.
     Sharp {
         /// Half the width of the punch in m.
@@ -95,9 +95,9 @@ const RUN_UPS: &[f64] = &[1.0, 1.3, 1.6, 2.0];
 #[derive(Debug)]
 pub struct LayerModel<S: Dimension = Plane> {
     equations: Equations<S>,
-    indenter: Indenter,
-    thickness: f64,
-    state: State<S>,
+    pub(super) indenter: Indenter,
+    pub(super) thickness: f64,
+    pub(super) state: State<S>,
     load: Load<S>,
     /// Number of the indenter among the obstacles.
     punch: Option<usize>,
@@ -437,7 +437,7 @@ impl<S: Dimension> LayerModel<S> {
     }
 
     /// Moves the indenter until the force on the *whole* layer is `target` (N, in the plane N per metre of width); see
-    /// [`meet_force`].
+    /// `meet_force`.
     ///
     /// # Errors
     /// [`Stopped`]; the model is then in the last equilibrium on the way.

@@ -123,7 +123,8 @@ impl PlaneLayer {
                 }
                 None => PressingRegime::Smooth,
             },
-            Indenter::Sharp { .. } | Indenter::Held { .. } | Indenter::Bonded { .. } => PressingRegime::Sharp,
+            Indenter::Sharp { .. } => PressingRegime::Sharp,
+            Indenter::Held { .. } | Indenter::Bonded { .. } => PressingRegime::Patch,
             Indenter::WholeTop => PressingRegime::Smooth,
         }
     }

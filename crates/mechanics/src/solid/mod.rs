@@ -17,9 +17,13 @@
 //! | [`folds`] | past loads at which an equilibrium ceases to exist |
 //! | [`shear_length`] | the length `L` that the closed form does not determine, from finite elements |
 //! | [`layer`] | the layer of the paper under an indenter |
-//! | `flanks` | the flanks of a sharp punch as obstacles |
+//! | `flanks` | the flanks beside a patch that is held or bonded, as obstacles |
 //! | `levels` | the meshes for that, coarse to fine |
 //! | [`forecast`] | its memory and time, estimated in advance |
+//! | `contact_end` | which point of the surface lies at the corner of a sharp punch |
+//! | `force_error` | the error of a force from the differences between meshes |
+//! | `force_goal` | the displacement that gives a force |
+//! | [`soundness`] | whether an equilibrium is one that a layer can be in |
 //! | [`press`] | the layer pressed to given loads on finer and finer meshes |
 //!
 //! # Corners that open
@@ -33,11 +37,13 @@
 //!   (40 %, radius 0.02 H). Sides as long as the radius make ripples that hold the surface back: load steps are short, and the
 //!   force scatters by 1 %. With one and a half sides per radius it scatters by 0.2 %. A
 //!   [`elastocap_materials::Rubber::volume_barrier`] of 20 keeps the elements at the corner from turning inside out.
-//! - Next to a sharp punch the surface turns up by 90 degrees and more, and the points under the punch crowd towards its edge. Two
-//!   conditions make this possible: a flank that moves with the last point, and no point under the punch may pass that
-//!   point. The force of the flank acts on that one point. The surface under the punch piles up there, and `J` becomes small at single
-//!   points of the mesh. Rings and the quadrilaterals around them have to be refined together: 18 rings among eight
-//!   quadrilaterals over the thickness fail at once. Beyond 20 % the force is not that of a punch that rubber can separate from.
+//! - Around the corner of a sharp punch the surface is stretched without limit, and a mesh stretches it as far as its smallest ring
+//!   allows. Beyond 40 % compression, or under punches wider than three thicknesses, finer meshes may not get to the load; the
+//!   step is then marked or refused. In space there are rounded punches and patches that are held or bonded only.
+//! - A patch that is held is no punch: its points move down together and spread, 13 to 43 % too stiff for a punch of its width at 5 to
+//!   20 %. The points under it crowd towards its edge. Two conditions make this possible: a flank that moves with the last point, and
+//!   no point of the patch may pass that point. The force of the flank acts on that one point. Rings and the
+//!   quadrilaterals around them have to be refined together: 18 rings among eight quadrilaterals over the thickness fail at once.
 //! - The free end without contact rolls up at the bonded corner, at any load and from the smallest scale on, and passes
 //!   through the bonded bottom and through itself. That is the equilibrium without contact (see `docs/free-end.md`), but no real
 //!   layer can do it. Incompressible neo-Hookean, Mooney-Rivlin and Yeoh rubbers follow it ([`folds`]). Other rubbers keep a fan in
@@ -53,6 +59,7 @@ pub mod dimension;
 pub mod element;
 mod flanks;
 pub mod folds;
+mod force_error;
 mod force_goal;
 pub mod forecast;
 pub mod layer;
@@ -65,6 +72,7 @@ pub mod obstacle;
 pub mod press;
 pub mod shear_length;
 pub mod side;
+pub mod soundness;
 pub mod space;
 pub mod stress;
 mod transfer;

@@ -91,8 +91,9 @@ impl ShearLength {
 pub enum Contact {
     /// The whole top of a layer of this half-length over its thickness.
     WholeTop(f64),
-    /// A sharp flat punch without friction, of this half-width over the thickness, on a layer that continues beyond it. Nothing keeps
-    /// the surface next to the punch from entering it.
+    /// A patch of this half-width over the thickness that is held and moved down without friction, on a layer that continues beyond
+    /// it: what the paper has for a punch in its Figs. 4, 6 and 7, and what the closed form is on its contact region. A punch of that
+    /// width in contact takes less force, since what lies under it slides around its corners.
     Punch(f64),
 }
 

@@ -1,0 +1,304 @@
+//! Whether an equilibrium is one that a layer can be in.
+//!
+//! Equations that are met say nothing about what lies between their points, nor whether what they found is what presses a layer: the
+//! surface may have been taken through a corner of the indenter, may have folded onto itself, or may be crowded into a point, and a
+//! mesh may carry pressures that belong to no load. Every state is looked at before its force is used; one with a fault
+//! is none that was reached.
+//!
+//! What a model leaves out on purpose is no fault: a patch that is held is no punch, spreads, and crowds towards its edge; a free end without a substrate may
+//! pass through itself (see [`folds`](super::folds)).
+
+use super::dimension::{Dimension, Numbers};
+use super::layer::{Indenter, LayerModel};
+use super::side::Side;
+
+/// Depth of the surface inside an indenter or the substrate that is accepted, over the thickness of the layer.
+const DEPTH: f64 = 2e-3;
+/// The least and the largest stretch of a side of the surface.
+const STRETCHES: [f64; 2] = [5e-3, 200.0];
+/// Pressure in the layer that is accepted, over the shear modulus and the force on an area as wide as the layer is thick.
+const PRESSURE: f64 = 1000.0;
+/// Least distance of points of the surface between which it has a direction, over the thickness.
+const APART: f64 = 1e-3;
+/// Points on a side of the surface that are looked at; others than those that contact is enforced at.
+const POINTS: usize = 5;
+
+/// Why an equilibrium is not one of a layer under its indenter.
+#[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum StateFault {
+    /// The surface is inside a rigid body.
+    #[error("the surface lies {depth:.2e} m inside the indenter or the substrate at x1 = {x1:.3e} m")]
+    Penetration {
+        /// How deep, in m.
+        depth: f64,
+        /// Where, in m, after loading.
+        x1: f64,
+    },
+    /// The surface crosses itself.
+    #[error("the surface of the layer crosses itself at x1 = {x1:.3e} m")]
+    Fold {
+        /// Where, in m, after loading.
+        x1: f64,
+    },
+    /// A side of the surface has shrunk to nothing, or is stretched without bounds.
+    #[error("the surface of the layer is stretched by a factor of {stretch:.2e} at x1 = {x1:.3e} m")]
+    Stretch {
+        /// Length after loading over the length at rest.
+        stretch: f64,
+        /// Where, in m, after loading.
+        x1: f64,
+    },
+    /// A pressure that belongs to no load.
+    #[error(
+        "the pressure in the layer reaches {pressure:.2e} Pa, where the load explains {explained:.2e} Pa"
+    )]
+    Pressure {
+        /// The largest one in Pa, without its sign.
+        pressure: f64,
+        /// Shear modulus and force over thickness, in Pa.
+        explained: f64,
+    },
+}
+
+impl<S: Dimension> LayerModel<S> {
+    /// The first fault that the last equilibrium has, if it has any. `force` is that of the indenter on the whole layer in N, in the
+    /// plane in N/m.
+    pub fn fault(&self, force: f64) -> Option<StateFault> {
+        self.penetration_fault().or_else(|| self.surface_fault()).or_else(|| self.pressure_fault(force))
+    }
+
+    /// Where the reference position `x` is after loading, by the shape functions of a side.
+    fn place(&self, side: &Side<S>, shape: &[f64]) -> S::Point {
+        let nodes = &self.equations().body().mesh.nodes;
+        let u = &self.state().displacement;
+        let of = |n: usize, k: usize| nodes[n][k] + u[S::AXES * n + k];
+        S::Point::from_fn(|k| {
+            side.nodes.as_ref().iter().zip(shape).map(|(&n, s)| s * of(n as usize, k)).sum()
+        })
+    }
+
+    fn penetration_fault(&self) -> Option<StateFault> {
+        let body = self.equations().body();
+        let mut deepest = (0.0, 0.0);
+        let mut see = |depth: f64, x1: f64| {
+            if depth > deepest.0 {
+                deepest = (depth, x1);
+            }
+        };
+        for (obstacle, shift) in body.obstacles.iter().zip(&self.state().shift) {
+            // What a point of the surface carries is no body of its own.
+            if obstacle.carrier.is_some() {
+                continue;
+            }
+            for side in &obstacle.sides {
+                for point in body.mesh.side_points(side, POINTS) {
+                    let place = self.place(side, &point.shape);
+                    let y = S::Point::from_fn(|k| place[k] - shift[k]);
+                    see(-obstacle.shape.gap(S::in_space(&y)).distance, place[0]);
+                }
+            }
+        }
+        // The face of a sharp punch holds what it was given; the rest of the surface may not be behind it.
+        let punch = match self.indenter {
+            Indenter::Sharp { half_width } | Indenter::Bonded { half_width } => Some(half_width),
+            Indenter::WholeTop | Indenter::Held { .. } | Indenter::Smooth(_) => None,
+        };
+        if let Some(half_width) = punch {
+            let face = self.thickness * (1.0 - self.compression());
+            for side in self.top_sides() {
+                for point in body.mesh.side_points(&side, POINTS) {
+                    let place = self.place(&side, &point.shape);
+                    see((half_width - place[0].abs()).min(place[1] - face), place[0]);
+                }
+            }
+        }
+        let (depth, x1) = deepest;
+        (depth > DEPTH * self.thickness).then_some(StateFault::Penetration { depth, x1 })
+    }
+
+    /// The sides of elements at the top of the layer.
+    fn top_sides(&self) -> Vec<Side<S>> {
+        let top = self.thickness * (1.0 - 1e-9);
+        self.equations().body().mesh.boundary_where(|x| x[1] > top)
+    }
+
+    /// Whether the top is stretched too much or too little, and, in the plane, whether it crosses itself.
+    fn surface_fault(&self) -> Option<StateFault> {
+        let body = self.equations().body();
+        let mut sides = self.top_sides();
+        let middle = |side: &Side<S>| {
+            let nodes = side.nodes.as_ref();
+            body.mesh.nodes[nodes[nodes.len() / 2] as usize][0]
+        };
+        sides.sort_by(|a, b| middle(a).total_cmp(&middle(b)));
+        let (nodes, u) = (&body.mesh.nodes, &self.state().displacement);
+        let after = |n: usize| S::Point::from_fn(|k| nodes[n][k] + u[S::AXES * n + k]);
+        for side in &sides {
+            let corners: Vec<usize> =
+                S::SIDE_CORNERS.iter().map(|&k| side.nodes.as_ref()[k] as usize).collect();
+            let pairs = || corners.iter().flat_map(|&a| corners.iter().map(move |&b| [a, b]));
+            let ratio = |[a, b]: [usize; 2]| apart::<S>(after(a), after(b)) / apart::<S>(nodes[a], nodes[b]);
+            let stretch = pairs().filter(|[a, b]| a < b).map(ratio).fold(0.0, f64::max);
+            // The points of a patch that is held crowd towards its edge, and are kept from passing it.
+            let least = if matches!(self.indenter, Indenter::Held { .. }) { 0.0 } else { STRETCHES[0] };
+            if !(least..=STRETCHES[1]).contains(&stretch) {
+                return Some(StateFault::Stretch { stretch, x1: after(corners[0])[0] });
+            }
+        }
+        if S::AXES > 2 {
+            return None;
+        }
+        let mut curve: Vec<[f64; 2]> = Vec::with_capacity(POINTS * sides.len());
+        for side in &sides {
+            let mut points: Vec<(f64, [f64; 3])> = body
+                .mesh
+                .side_points(side, POINTS)
+                .iter()
+                .map(|point| (point.position[0], S::in_space(&self.place(side, &point.shape))))
+                .collect();
+            points.sort_by(|a, b| a.0.total_cmp(&b.0));
+            for (_, [x, y, _]) in points {
+                let far = |last: &[f64; 2]| (x - last[0]).hypot(y - last[1]) > APART * self.thickness;
+                // Between points that lie on each other there is no direction.
+                if curve.last().is_none_or(far) {
+                    curve.push([x, y]);
+                }
+            }
+        }
+        crossing(&curve).map(|x1| StateFault::Fold { x1 })
+    }
+
+    fn pressure_fault(&self, force: f64) -> Option<StateFault> {
+        let equations = self.equations();
+        let body = equations.body();
+        let per_area = self.thickness.powi(S::AXES as i32 - 1);
+        let explained = equations.modulus + force.abs() / per_area;
+        let of_layer = self.state().pressure.iter().zip(&body.material).filter(|(_, m)| **m == 0);
+        let larger = |m: f64, p: f64| if p.is_nan() || p > m { p } else { m };
+        let pressure = of_layer.map(|(p, _)| p[0].abs()).fold(0.0, larger);
+        (pressure.is_nan() || pressure > PRESSURE * explained)
+            .then_some(StateFault::Pressure { pressure, explained })
+    }
+}
+
+fn apart<S: Dimension>(a: S::Point, b: S::Point) -> f64 {
+    (0..S::AXES).map(|k| (a[k] - b[k]).powi(2)).sum::<f64>().sqrt()
+}
+
+/// `x1` of a place where the polyline `curve` crosses itself or turns back on itself, if there is one.
+fn crossing(curve: &[[f64; 2]]) -> Option<f64> {
+    let segments: Vec<[[f64; 2]; 2]> = curve.windows(2).map(|w| [w[0], w[1]]).collect();
+    let way = |[a, b]: &[[f64; 2]; 2]| [b[0] - a[0], b[1] - a[1]];
+    for pair in segments.windows(2) {
+        let [a, b] = [way(&pair[0]), way(&pair[1])];
+        if a[0] * b[0] + a[1] * b[1] < TURNS_BACK * a[0].hypot(a[1]) * b[0].hypot(b[1]) {
+            return Some(pair[0][1][0]);
+        }
+    }
+    // Of those that overlap along x1 alone: in the order of where they begin there.
+    let ends = |[a, b]: &[[f64; 2]; 2], k: usize| (a[k].min(b[k]), a[k].max(b[k]));
+    let mut order: Vec<usize> = (0..segments.len()).collect();
+    order.sort_by(|&a, &b| ends(&segments[a], 0).0.total_cmp(&ends(&segments[b], 0).0));
+    for (k, &first) in order.iter().enumerate() {
+        let (_, last) = ends(&segments[first], 0);
+        let (low, high) = ends(&segments[first], 1);
+        for &second in order[k + 1..].iter().take_while(|&&s| ends(&segments[s], 0).0 <= last) {
+            let (from, to) = ends(&segments[second], 1);
+            if from <= high && low <= to && cross(&segments[first], &segments[second]) {
+                return Some(segments[first][0][0]);
+            }
+        }
+    }
+    None
+}
+
+/// Cosine of the angle from which a surface turns back on itself.
+const TURNS_BACK: f64 = -0.95;
+
+/// Whether the insides of two segments cross at a point.
+fn cross(one: &[[f64; 2]; 2], other: &[[f64; 2]; 2]) -> bool {
+    let side =
+        |[a, b]: &[[f64; 2]; 2], p: &[f64; 2]| (b[0] - a[0]) * (p[1] - a[1]) - (b[1] - a[1]) * (p[0] - a[0]);
+    let parts = |a: &[[f64; 2]; 2], b: &[[f64; 2]; 2]| side(a, &b[0]) * side(a, &b[1]) < 0.0;
+    parts(one, other) && parts(other, one)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::layer::{End, LayerMesh};
+    use super::super::newton::NewtonSettings;
+    use super::super::obstacle::IndenterProfile;
+    use super::super::press::{Goal, PlaneLayer, PressError, Refinement};
+    use super::*;
+    use elastocap_materials::Rubber;
+    use std::sync::atomic::AtomicBool;
+
+    #[test]
+    fn a_curve_that_loops_crosses_itself_and_one_that_turns_a_corner_does_not() {
+        let corner = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [1.1, 1.5], [3.0, 1.5]];
+        assert_eq!(crossing(&corner), None);
+        let overhang = [[0.0, 0.0], [1.0, 0.0], [0.8, 1.0], [3.0, 1.5]];
+        assert_eq!(crossing(&overhang), None);
+        let falls_through = [[0.0, 0.0], [1.0, 0.0], [1.5, 1.0], [0.6, 0.5], [0.7, -1.0], [3.0, 1.5]];
+        assert!(crossing(&falls_through).is_some());
+        assert!(crossing(&[[0.0, 0.0], [1.0, 0.0], [0.5, 0.0], [2.0, 0.0]]).is_some());
+    }
+
+    fn pressed(indenter: Indenter) -> LayerModel {
+        let mesh = LayerMesh::uniform(1.0, 4.0, 6, 0.8, 4);
+        let mut model = LayerModel::new(&mesh, Rubber::neo_hookean(1.0), indenter, End::Far).unwrap();
+        model.press(0.1, &NewtonSettings::default()).unwrap();
+        model
+    }
+
+    #[test]
+    fn states_that_were_tampered_with_are_found() {
+        let mut model = pressed(Indenter::Smooth(IndenterProfile::Cylinder { radius: 1.0 }));
+        assert_eq!(model.fault(1.0), None);
+        let node = model.equations().body().mesh.nearest_node([0.2, 1.0]);
+        let sound = model.state().displacement.clone();
+        model.state.displacement[2 * node + 1] += 0.1;
+        assert!(matches!(model.fault(1.0), Some(StateFault::Penetration { depth, .. }) if depth > 0.05));
+        model.state.displacement.clone_from(&sound);
+        let corner = model.equations().body().mesh.nearest_node([3.0, 1.0]);
+        model.state.displacement[2 * corner] -= 0.45;
+        assert!(matches!(model.fault(1.0), Some(StateFault::Fold { .. } | StateFault::Stretch { .. })));
+        model.state.displacement.clone_from(&sound);
+        model.state.pressure[7][0] = 1e5;
+        assert!(matches!(model.fault(1.0), Some(StateFault::Pressure { .. })));
+        model.state.pressure[7][0] = f64::NAN;
+        assert!(matches!(model.fault(1.0), Some(StateFault::Pressure { .. })));
+    }
+
+    #[test]
+    fn a_patch_that_spreads_beyond_a_sharp_punch_would_be_found_inside_it() {
+        // What used to be called a sharp punch: points beside it that are inside it.
+        let half_width = 1.0;
+        let layer = PlaneLayer {
+            thickness: 1.0,
+            half_length: 4.0,
+            rubber: Rubber::neo_hookean(1.0),
+            inclusions: Vec::new(),
+            indenter: Indenter::Held { half_width },
+            position: 0.0,
+            end: End::Free,
+        };
+        let refinement = Refinement { relative_tolerance: 1e-2, meshes: vec![0] };
+        let goals = [Goal::Compression(0.2)];
+        let found = layer.press(&goals, &refinement, &AtomicBool::new(false), &|_, _| ()).unwrap();
+        let held = &found.levels[0].model;
+        assert_eq!(held.fault(1.0), None, "a patch is no punch");
+        // The same patch, told to be a punch half as wide again, which the surface beside it enters.
+        let mut punch = found.levels.into_iter().next().unwrap().model;
+        punch.indenter = Indenter::Bonded { half_width: 1.5 };
+        assert!(matches!(punch.fault(1.0), Some(StateFault::Penetration { depth, .. }) if depth > 0.05));
+    }
+
+    #[test]
+    fn a_load_whose_every_state_has_a_fault_is_refused_with_the_reason() {
+        let fault = StateFault::Fold { x1: 1.0 };
+        let text = PressError::Unsound { compression: 0.2, fault }.to_string();
+        assert!(text.contains("crosses itself") && text.contains("0.2"), "{text}");
+    }
+}
