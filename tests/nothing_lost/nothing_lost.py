@@ -187,6 +187,61 @@ def faults(bench, every):
     return rows
 
 
+def aside(bench, every):
+    """The same for a run with failed steps, whose files go beside a complete result: that one stays, whatever happens."""
+    rows = []
+    later = bench.cases / "failed-steps.toml"
+    text = SECOND.read_text().replace("compression = [0.0, 0.1]", "compression = [0.0, 0.97]")
+    later.write_text(text)
+    partial = bench.stage / "out.partial"
+
+    def fresh():
+        bench.fresh(SECOND, OWN)
+        # An unfinished result of another kind, which is replaced, and a file of the user in it.
+        shutil.copytree(bench.place / "earlier-unfinished", partial)
+
+    bench.fresh(SECOND, OWN)
+    if bench.run(later).returncode != 3 or not partial.is_dir():
+        raise Lost("a run with failed steps does not go beside the complete one")
+    (partial / "notes.txt").write_bytes(OWN["notes.txt"])
+    shutil.copytree(partial, bench.place / "earlier-unfinished")
+    base = {"LD_PRELOAD": bench.shim, "FAULT_ROOT": bench.stage}
+    log = bench.place / "calls"
+    log.unlink(missing_ok=True)
+    fresh()
+    bench.run(later, FAULT_LOG=log, **base)
+    calls = len(log.read_text().splitlines())
+    numbers = range(1, calls + 3, every)
+    for kind, settings in [
+        ("input/output error", {"FAULT_ERRNO": errno.EIO}),
+        ("killed", {"FAULT_KILL": 1}),
+        ("killed, no exchange of folders", {"FAULT_KILL": 1, "FAULT_NO_EXCHANGE": 1}),
+    ]:
+        count = {"old": 0, "new": 0, "none": 0}
+        for number in numbers:
+            what = f"failed steps, {kind} at call {number} of {calls}"
+            fresh()
+            done = bench.run(later, FAULT_AT=number, **settings, **base)
+            try:
+                if bench.seen(SECOND, SECOND, OWN) != "new":
+                    raise Lost("the complete result is gone")
+                there = content(partial)
+                if there is None and "FAULT_NO_EXCHANGE" in settings:
+                    count["none"] += 1
+                elif there is not None and is_result_of(there, later.name, OWN):
+                    count["new" if done.returncode == 3 else "old"] += 1
+                else:
+                    raise Lost("the unfinished result is gone")
+                if bench.run(later).returncode != 3 or bench.leftovers():
+                    raise Lost(f"the next run leaves {bench.leftovers()}")
+                if not is_result_of(content(partial), later.name, OWN):
+                    raise Lost("the next run does not replace the unfinished result")
+            except Lost as lost:
+                raise Lost(f"{what}: {lost}\n{done.stderr}") from lost
+        rows.append((f"failed steps, beside a complete result: {kind}", len(numbers), count))
+    return rows
+
+
 def judge_fault(done, seen, earlier, what):
     if done.returncode not in (0, 1):
         raise Lost(f"exit status {done.returncode}")
@@ -306,6 +361,7 @@ def main():
         bench = Bench(options.binary.resolve(), Path(folder).resolve())
         if wanted("faults"):
             rows += faults(bench, 7 if options.quick else 1)
+            rows += aside(bench, 7 if options.quick else 1)
         for part, how, check in [
             ("kill", signal.SIGKILL, after_kill),
             ("terminate", signal.SIGTERM, after_request),

@@ -264,9 +264,15 @@ impl OutputFolder {
     }
 
     /// The folder for results that must not take the place of a complete one: beside the output folder, its name with `.partial`;
-    /// inside it, where there is no place beside it on the same disk.
+    /// inside it, where no files may be made beside it on the same disk.
     pub fn partial(&self) -> PathBuf {
-        partial_of(&self.place, self.staging.path.parent() != Some(self.place.as_path()))
+        let beside = match self.place.parent() {
+            Some(parent) => {
+                !self.place.exists() || same_disk(parent, &self.place) && writable(parent).is_ok()
+            }
+            None => false,
+        };
+        partial_of(&self.place, beside)
     }
 
     /// A folder in the words of the user, where they lead there.
