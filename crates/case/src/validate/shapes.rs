@@ -294,7 +294,8 @@ fn is_flat(outline: &[[f64; 2]]) -> bool {
         .map(|(p, q)| (from_first(*p), from_first(*q)))
         .map(|(p, q)| p[0] * q[1] - p[1] * q[0])
         .sum();
-    !(0.5 * double.abs() > LEAST_AREA)
+    let share = 0.5 * double.abs();
+    share.is_nan() || share <= LEAST_AREA
 }
 
 /// Two sides of an outline that meet anywhere but at a common corner, by their first corners.
