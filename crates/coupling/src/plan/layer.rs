@@ -93,6 +93,7 @@ impl Plan {
                     unknowns,
                     memory_bytes: memory_bytes::<Plane>(&meshes, compressions),
                     seconds: seconds::<Plane>(&meshes, compressions, regime, false),
+                    indenter: HELD_PATCH,
                 });
                 let what = format!(
                     "its shear length by finite elements at {}, on meshes of {} unknowns",
