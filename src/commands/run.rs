@@ -10,6 +10,7 @@ use elastocap_case::Case;
 use elastocap_coupling::outcome::{Outcome, Status};
 use elastocap_coupling::plan::{Options, Plan};
 use elastocap_coupling::run::run;
+use elastocap_coupling::words::listed;
 use elastocap_results::{FieldWriter, OutputError, OutputFolder, Resume, ResumeError, Saved, save};
 
 use super::arguments::time;
@@ -136,22 +137,31 @@ fn solve_and_save(
     Ok((outcome, saved))
 }
 
+/// What the steps do not have of what was asked for, in the order of the first of those that say the same.
+fn shortfalls(outcome: &Outcome) -> Vec<(Vec<usize>, String)> {
+    let mut found: Vec<(Vec<usize>, String)> = Vec::new();
+    for step in outcome.steps.iter().filter(|step| step.same_as.is_none()) {
+        let reason = step.reason.as_deref().map_or_else(String::new, |reason| format!(": {reason}"));
+        let what = match &step.row.status {
+            Status::Failed(reason) => format!("failed: {reason}"),
+            Status::ToleranceNotReached(_) => format!("tolerance not reached{reason}"),
+            Status::BeyondForceLimit => format!("no force{reason}"),
+            Status::Ok | Status::OkToDiagonal | Status::NotRun => continue,
+        };
+        match found.iter_mut().find(|(_, other)| *other == what) {
+            Some((steps, _)) => steps.push(step.index),
+            None => found.push((vec![step.index], what)),
+        }
+    }
+    found
+}
+
 fn report(case: &Case, outcome: &Outcome, saved: &Saved, arguments: &Arguments, common: &Common) -> Exit {
     outcome.plan.warnings.iter().chain(&saved.warnings).for_each(|text| output::warning(text));
-    for step in outcome.steps.iter().filter(|step| step.same_as.is_none()) {
-        match (&step.row.status, &step.reason) {
-            (Status::Failed(reason), _) => output::warning(&format!("step {} failed: {reason}", step.index)),
-            (Status::ToleranceNotReached(_), Some(reason)) => {
-                output::warning(&format!("step {} missed its tolerance: {reason}", step.index));
-            }
-            (Status::ToleranceNotReached(_), None) => {
-                output::warning(&format!("step {} missed its tolerance", step.index));
-            }
-            (Status::BeyondForceLimit, Some(reason)) => {
-                output::warning(&format!("step {} has no force: {reason}", step.index));
-            }
-            (Status::Ok | Status::OkToDiagonal | Status::BeyondForceLimit | Status::NotRun, _) => {}
-        }
+    for (steps, what) in shortfalls(outcome) {
+        let steps: Vec<String> = steps.iter().map(usize::to_string).collect();
+        let word = if steps.len() == 1 { "step" } else { "steps" };
+        output::warning(&format!("{word} {}: {what}", listed(&steps)));
     }
     if outcome.stopped {
         output::warning("stopped before all steps were done; the results are marked incomplete");

@@ -9,7 +9,8 @@ pub fn figure(title: &str, outcome: &Outcome) -> Option<Chart> {
     let axis =
         |label: &str, unit: &str| Axis { label: label.into(), unit: unit.into(), scale: Scale::Linear };
     let known = |value: Option<f64>| value.unwrap_or(f64::NAN);
-    let held = outcome.plan.layer.as_ref().is_some_and(|layer| layer.indenter == HELD_PATCH);
+    let held = !outcome.layer_meshes.is_empty()
+        && outcome.plan.layer.as_ref().is_some_and(|layer| layer.indenter == HELD_PATCH);
     let title = if held { format!("{title} (under {HELD_PATCH})") } else { title.to_owned() };
     let rows = || outcome.steps.iter().map(|step| &step.row);
     match outcome.plan.kind {
