@@ -137,6 +137,9 @@ fn solve_and_save(
     Ok((outcome, saved))
 }
 
+/// Stands for "has" or "have" in what [`shortfalls`] says.
+const HAS: &str = "{has}";
+
 /// What the steps do not have of what was asked for, in the order of the first of those that say the same.
 fn shortfalls(outcome: &Outcome) -> Vec<(Vec<usize>, String)> {
     let mut found: Vec<(Vec<usize>, String)> = Vec::new();
@@ -144,8 +147,8 @@ fn shortfalls(outcome: &Outcome) -> Vec<(Vec<usize>, String)> {
         let reason = step.reason.as_deref().map_or_else(String::new, |reason| format!(": {reason}"));
         let what = match &step.row.status {
             Status::Failed(reason) => format!("failed: {reason}"),
-            Status::ToleranceNotReached(_) => format!("tolerance not reached{reason}"),
-            Status::BeyondForceLimit => format!("no force{reason}"),
+            Status::ToleranceNotReached(_) => format!("missed the tolerance{reason}"),
+            Status::BeyondForceLimit => format!("{HAS} no force{reason}"),
             Status::Ok | Status::OkToDiagonal | Status::NotRun => continue,
         };
         match found.iter_mut().find(|(_, other)| *other == what) {
@@ -159,9 +162,9 @@ fn shortfalls(outcome: &Outcome) -> Vec<(Vec<usize>, String)> {
 fn report(case: &Case, outcome: &Outcome, saved: &Saved, arguments: &Arguments, common: &Common) -> Exit {
     outcome.plan.warnings.iter().chain(&saved.warnings).for_each(|text| output::warning(text));
     for (steps, what) in shortfalls(outcome) {
+        let (word, has) = if steps.len() == 1 { ("step", "has") } else { ("steps", "have") };
         let steps: Vec<String> = steps.iter().map(usize::to_string).collect();
-        let word = if steps.len() == 1 { "step" } else { "steps" };
-        output::warning(&format!("{word} {}: {what}", listed(&steps)));
+        output::warning(&format!("{word} {} {}", listed(&steps), what.replace(HAS, has)));
     }
     if outcome.stopped {
         output::warning("stopped before all steps were done; the results are marked incomplete");

@@ -5,7 +5,7 @@ use crate::support::{STEPS, Sandbox, acceptance, quick_pair};
 #[test]
 fn json_is_all_that_stands_on_stdout_when_asked_for() {
     let sandbox = Sandbox::new();
-    let case = sandbox.case("pair.toml", &quick_pair(STEPS, "compression = [0.0, 0.2]"));
+    let case = sandbox.case("pair.toml", &quick_pair(STEPS, "compression = [0.0, 0.3]"));
     let said = sandbox.run(&case, &["--json"]).exits_with(0);
     let json: serde_json::Value = serde_json::from_str(&said.stdout).expect("JSON and nothing else");
     assert_eq!(json, sandbox.json("out/result.json"));
@@ -16,9 +16,30 @@ fn json_is_all_that_stands_on_stdout_when_asked_for() {
 #[test]
 fn quiet_says_nothing_when_all_is_well() {
     let sandbox = Sandbox::new();
-    let case = sandbox.case("pair.toml", &quick_pair(STEPS, "compression = [0.2]"));
+    // Where the closed form has the force of a punch.
+    let case = sandbox.case("pair.toml", &quick_pair(STEPS, "compression = [0.3]"));
     let said = sandbox.run(&case, &["--quiet"]).exits_with(0);
     assert_eq!((said.stdout.as_str(), said.stderr.as_str()), ("", ""));
+}
+
+#[test]
+fn a_closed_form_that_is_far_from_a_punch_says_by_how_much() {
+    let sandbox = Sandbox::new();
+    let case = sandbox.case("pair.toml", &quick_pair(STEPS, "compression = [0.1, 0.3]"));
+    let said = sandbox.run(&case, &["--quiet"]).exits_with(0);
+    assert!(said.stderr.contains("differs by -45 % to -5 %"), "{}", said.stderr);
+    let checked = sandbox.elastocap(&["check", case.to_str().expect("UTF-8")]).exits_with(0);
+    assert!((checked.stdout + &checked.stderr).contains("differs by -45 % to -5 %"));
+    // F / (mu H w) = 2.8936 and 9.0138 by finite elements (docs/mechanics.md), mu H w = 20.0763 mN.
+    let json = sandbox.json("out/result.json");
+    for (step, expected) in [(0, 58.09e-3), (1, 180.96e-3)] {
+        let check = &json["steps"][step]["closed_form_check"];
+        let force = check["punch_force_n"].as_f64().expect("a number");
+        assert!((force / expected - 1.0).abs() < 0.01, "{check}");
+        let own = json["steps"][step]["force_n"].as_f64().expect("a number");
+        let difference = check["relative_difference"].as_f64().expect("a number");
+        assert!((difference - (own / force - 1.0)).abs() < 1e-12, "{check}");
+    }
 }
 
 #[test]

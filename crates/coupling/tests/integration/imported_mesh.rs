@@ -185,7 +185,11 @@ fn polyhedra_in_place_of_spheres_have_a_capacitance_between_those_of_the_spheres
     let case = parse(&format!("{head}{outer}{tail}")).unwrap();
     let outcome = solved(&case);
     let found = outcome.steps[0].two_terminal.unwrap();
-    assert!(outcome.is_complete() && found.upper - found.lower <= 2e-2 * found.value, "{found:?}");
+    assert!(found.upper - found.lower <= 2e-2 * found.value, "{found:?}");
+    // The flat faces stand for spheres, and that is not known to 2e-2.
+    let row = &outcome.steps[0].row;
+    assert_eq!(row.status, Status::ToleranceNotReached(Missed::Geometry));
+    assert!((0.02..0.05).contains(&row.geometry_error_estimate.unwrap()), "{row:?}");
 
     let [warning] = outcome.plan.warnings.as_slice() else { panic!("{:?}", outcome.plan.warnings) };
     assert!(warning.contains("`shells-41-binary.msh`") && warning.contains("about 3e-2"), "{warning}");
