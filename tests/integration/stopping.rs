@@ -23,7 +23,7 @@ fn hang_up_is_ignored() -> bool {
 
 #[test]
 fn a_signal_keeps_what_is_done_and_marks_the_rest() {
-    let signals = if hang_up_is_ignored() { &["-INT", "-TERM"][..] } else { &["-INT", "-TERM", "-HUP"] };
+    let signals = if hang_up_is_ignored() { vec!["-INT", "-TERM"] } else { vec!["-INT", "-TERM", "-HUP"] };
     for signal in signals {
         let sandbox = Sandbox::new();
         let case = long_case(&sandbox, 400);
