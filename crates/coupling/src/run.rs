@@ -74,21 +74,11 @@ pub fn run(
     let settings = FieldSettings { cancel: Some(Arc::clone(cancel)), ..plan.solver_settings(case, options) };
     let layer =
         prepare(case, &plan.loads(), plan.layer_memory_limit, cancel, &|what| observer.preparing(what));
-    let mut warnings = Vec::new();
-    if let Prepared::FiniteElement(run) = &layer {
-        warnings
-            .extend(run.too_large.iter().map(|reason| format!("the layer is not refined further: {reason}")));
-        if let Some(solution) = &run.solution
-            && observer.layer_solved(solution).is_break()
-        {
-            cancel.store(true, Ordering::Relaxed);
-        }
-    }
-    if let Prepared::ClosedForm(run) = &layer {
-        let within = |compression| run.force_limit.is_none_or(|limit| compression <= limit.compression);
-        let states = run.states.iter().flatten().filter(|state| within(state.compression()));
-        let checks = states.filter_map(|state| ForceCheck::of(case, &Deformation::ClosedForm(*state)));
-        warnings.extend(force_warning(checks));
+    if let Prepared::FiniteElement(run) = &layer
+        && let Some(solution) = &run.solution
+        && observer.layer_solved(solution).is_break()
+    {
+        cancel.store(true, Ordering::Relaxed);
     }
     let solver = Solver {
         case,
@@ -131,8 +121,51 @@ pub fn run(
         }
     });
 
+    let solved = done.into_iter().map(|slot| slot.into_inner().unwrap_or_else(PoisonError::into_inner));
+    let steps = in_order(plan, solved, &solver);
+    let conductors = case.driven_conductors();
+    let (layer_meshes, layer_seconds) = match &layer {
+        Prepared::StepByStep | Prepared::ClosedForm(_) => (Vec::new(), 0.0),
+        Prepared::FiniteElement(run) => (run.meshes.clone(), run.seconds),
+    };
+    let stopped = steps.iter().any(|step| step.interrupted || step.row.status == Status::NotRun);
+    Outcome {
+        plan: plan.clone(),
+        warnings: layer_warnings(case, &layer),
+        steps,
+        conductors,
+        layer_meshes,
+        layer_seconds,
+        stopped,
+        solve_seconds: start.elapsed().as_secs_f64(),
+        threads: rayon::current_num_threads(),
+    }
+}
+
+/// What the user should know of the layer of all steps.
+fn layer_warnings(case: &Case, layer: &Prepared) -> Vec<String> {
+    match layer {
+        Prepared::StepByStep => Vec::new(),
+        Prepared::FiniteElement(run) => {
+            let too_large = run.too_large.iter();
+            too_large.map(|reason| format!("the layer is not refined further: {reason}")).collect()
+        }
+        Prepared::ClosedForm(run) => {
+            let within = |compression| run.force_limit.is_none_or(|limit| compression <= limit.compression);
+            let states = run.states.iter().flatten().filter(|state| within(state.compression()));
+            let checks = states.filter_map(|state| ForceCheck::of(case, &Deformation::ClosedForm(*state)));
+            force_warning(checks).into_iter().collect()
+        }
+    }
+}
+
+/// All steps of a plan, from the results of its distinct ones in their order.
+fn in_order(
+    plan: &Plan,
+    mut solved: impl Iterator<Item = Option<StepResult>>,
+    solver: &Solver<'_>,
+) -> Vec<StepResult> {
     let mut steps: Vec<StepResult> = Vec::with_capacity(plan.steps.len());
-    let mut solved = done.into_iter().map(|slot| slot.into_inner().unwrap_or_else(PoisonError::into_inner));
     for step in &plan.steps {
         let result = match step.same_as {
             None => solved.next().flatten().unwrap_or_else(|| solver.not_run(step)),
@@ -143,23 +176,7 @@ pub fn run(
         };
         steps.push(result);
     }
-    let conductors = case.driven_conductors();
-    let (layer_meshes, layer_seconds) = match &layer {
-        Prepared::StepByStep | Prepared::ClosedForm(_) => (Vec::new(), 0.0),
-        Prepared::FiniteElement(run) => (run.meshes.clone(), run.seconds),
-    };
-    let stopped = steps.iter().any(|step| step.interrupted || step.row.status == Status::NotRun);
-    Outcome {
-        plan: plan.clone(),
-        warnings,
-        steps,
-        conductors,
-        layer_meshes,
-        layer_seconds,
-        stopped,
-        solve_seconds: start.elapsed().as_secs_f64(),
-        threads: rayon::current_num_threads(),
-    }
+    steps
 }
 
 /// The result of a step that has the load of an earlier one.
