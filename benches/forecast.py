@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""What `elastocap check` foretells against what `elastocap run` takes, for case files; prints the table of docs/forecasts.md.
+"""What `elastocap check` predicts and what `elastocap run` takes, for case files; prints the table of docs/forecasts.md.
 
     benches/forecast.py [--binary target/release/elastocap] [CASE ...]
 
@@ -34,15 +34,15 @@ def size(count):
 
 
 def row(binary, case):
-    foretold = json.loads(subprocess.run([binary, "check", "--json", case], capture_output=True, check=True).stdout)
-    layer = foretold.get("layer") or {}
-    memory = max(foretold["memory_bytes"], layer.get("memory_bytes", 0))
-    seconds = foretold["seconds"] + layer.get("seconds", 0.0)
+    predicted = json.loads(subprocess.run([binary, "check", "--json", case], capture_output=True, check=True).stdout)
+    layer = predicted.get("layer") or {}
+    memory = max(predicted["memory_bytes"], layer.get("memory_bytes", 0))
+    seconds = predicted["seconds"] + layer.get("seconds", 0.0)
     with tempfile.TemporaryDirectory() as folder:
         status, processor, peak = measured([binary, "run", case, "-o", folder, "--quiet"])
         found = json.loads((pathlib.Path(folder) / "result.json").read_text())
     largest = max([step.get("unknowns") or 0 for step in found.get("steps", [])] + [found.get("unknowns") or 0])
-    return [pathlib.Path(case).name, foretold["unknowns"], largest, memory, peak, seconds, processor, status]
+    return [pathlib.Path(case).name, predicted["unknowns"], largest, memory, peak, seconds, processor, status]
 
 
 def main():
@@ -50,7 +50,7 @@ def main():
     parser.add_argument("--binary", default=str(ROOT / "target/release/elastocap"))
     parser.add_argument("cases", nargs="*", default=[str(path) for path in sorted((ROOT / "cases").glob("*.toml"))])
     arguments = parser.parse_args()
-    print("| case | unknowns foretold | needed | ratio | memory foretold | peak | ratio | time foretold | processor time | ratio |")
+    print("| case | unknowns predicted | needed | ratio | memory predicted | peak | ratio | time predicted | processor time | ratio |")
     print("|---|---|---|---|---|---|---|---|---|---|")
     low = False
     for case in arguments.cases:
@@ -60,7 +60,7 @@ def main():
               f"| {seconds:.2f} s | {processor:.2f} s | {ratio(seconds, processor)} |" + ("" if status == 0 else f" exit status {status}"), flush=True)
         low |= memory < peak
     if low:
-        print("\na memory was foretold too low", file=sys.stderr)
+        print("\na memory was predicted too low", file=sys.stderr)
     return 1 if low else 0
 
 

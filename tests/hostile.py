@@ -11,7 +11,7 @@ is run too, in little memory and for a short time. Found fault with, and printed
     hang              no answer of `check` within the limit
     panic             the word in what it says
     status            an exit status that `elastocap --help` does not list
-    content           a word of a file that is no case file in a message
+    content           a word of a file that is not a case file in a message
     messages          more than ten errors and warnings
     leftovers         files of a run that failed (exit status 1 or 2)
 
@@ -33,7 +33,7 @@ import tempfile
 import time
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
-# A word that no message may show: it stands in files that are no case files.
+# A word that no message may show: it stands in files that are not case files.
 SECRET = "hunter2-correct-horse"
 MESSAGES = 10
 

@@ -10,8 +10,8 @@ use clap::Args;
 use elastocap_coupling::plan::{Decision, Kind, Options, Plan, PlannedStep};
 use elastocap_coupling::words::counted;
 
+use super::shortfalls;
 use crate::guard::Guard;
-
 use crate::units::{bytes, grouped, seconds};
 use crate::{Common, Exit, output};
 
@@ -38,9 +38,6 @@ const STACK: usize = 8 << 20;
 
 /// Time for an answer: what takes longer to find out is left open. A busy machine takes seconds more to end the process.
 const BUDGET: Duration = Duration::from_secs(7);
-
-/// Lines about steps that will fail, at most.
-const MAX_FAILURES: usize = 10;
 
 /// What is found out about a case, in this order.
 enum Progress {
@@ -193,36 +190,9 @@ fn describe(title: &str, plan: &Plan) -> String {
     for warning in &plan.warnings {
         let _ = writeln!(out, "warning: {warning}");
     }
-    out.push_str(&failures(plan));
-    out
-}
-
-/// The steps that will fail, those with the same reason together.
-fn failures(plan: &Plan) -> String {
-    let mut reasons: Vec<(String, Vec<usize>)> = Vec::new();
-    for step in plan.distinct_steps() {
-        let Some(failure) = &step.failure else { continue };
-        let reason = failure.to_string();
-        match reasons.iter_mut().find(|(known, _)| *known == reason) {
-            Some((_, steps)) => steps.push(step.index),
-            None => reasons.push((reason, vec![step.index])),
-        }
-    }
-    let mut out = String::new();
-    for (reason, steps) in reasons.iter().take(MAX_FAILURES) {
-        let _ = match steps.as_slice() {
-            [only] => writeln!(out, "step {only} will fail: {reason}"),
-            several => writeln!(
-                out,
-                "{} will fail, from step {} on: {reason}",
-                counted(several.len(), "step"),
-                several[0]
-            ),
-        };
-    }
-    if reasons.len() > MAX_FAILURES {
-        let rest = reasons[MAX_FAILURES..].iter().map(|(_, steps)| steps.len()).sum();
-        let _ = writeln!(out, "{} more will fail", counted(rest, "step"));
+    let failures = plan.distinct_steps().filter_map(|step| Some((step.index, step.failure.as_ref()?)));
+    for text in shortfalls::lines(failures.map(|(step, failure)| (step, format!("will fail: {failure}")))) {
+        let _ = writeln!(out, "{text}");
     }
     out
 }

@@ -9,6 +9,7 @@ pub(crate) mod mesh;
 mod progress;
 pub(crate) mod run;
 pub(crate) mod schema;
+mod shortfalls;
 pub(crate) mod stability;
 mod stop;
 mod summary;

@@ -7,14 +7,14 @@ use std::time::{Duration, Instant};
 
 use clap::Args;
 use elastocap_case::Case;
-use elastocap_coupling::outcome::{Outcome, Status};
+use elastocap_coupling::outcome::{Outcome, Status, StepResult};
 use elastocap_coupling::plan::{Options, Plan};
 use elastocap_coupling::run::run;
-use elastocap_coupling::words::listed;
 use elastocap_results::{FieldWriter, OutputError, OutputFolder, Resume, ResumeError, Saved, save};
 
 use super::arguments::time;
 use super::progress::Progress;
+use super::shortfalls;
 use super::stop::{stop_after, stop_on_signal};
 use super::summary::summary;
 use crate::guard::Guard;
@@ -137,35 +137,22 @@ fn solve_and_save(
     Ok((outcome, saved))
 }
 
-/// Stands for "has" or "have" in what [`shortfalls`] says.
-const HAS: &str = "{has}";
-
-/// What the steps do not have of what was asked for, in the order of the first of those that say the same.
-fn shortfalls(outcome: &Outcome) -> Vec<(Vec<usize>, String)> {
-    let mut found: Vec<(Vec<usize>, String)> = Vec::new();
-    for step in outcome.steps.iter().filter(|step| step.same_as.is_none()) {
-        let reason = step.reason.as_deref().map_or_else(String::new, |reason| format!(": {reason}"));
-        let what = match &step.row.status {
-            Status::Failed(reason) => format!("failed: {reason}"),
-            Status::ToleranceNotReached(_) => format!("missed the tolerance{reason}"),
-            Status::BeyondForceLimit => format!("{HAS} no force{reason}"),
-            Status::Ok | Status::OkToDiagonal | Status::NotRun => continue,
-        };
-        match found.iter_mut().find(|(_, other)| *other == what) {
-            Some((steps, _)) => steps.push(step.index),
-            None => found.push((vec![step.index], what)),
-        }
+/// What a step that was begun does not have of what was asked for, in words.
+fn shortfall(step: &StepResult) -> Option<String> {
+    let reason = step.reason.as_deref().map_or_else(String::new, |reason| format!(": {reason}"));
+    match &step.row.status {
+        Status::Failed(reason) => Some(format!("failed: {reason}")),
+        Status::ToleranceNotReached(_) => Some(format!("missed the tolerance{reason}")),
+        Status::BeyondForceLimit => Some(format!("got no force{reason}")),
+        Status::Ok | Status::OkToDiagonal | Status::NotRun => None,
     }
-    found
 }
 
 fn report(case: &Case, outcome: &Outcome, saved: &Saved, arguments: &Arguments, common: &Common) -> Exit {
     outcome.plan.warnings.iter().chain(&saved.warnings).for_each(|text| output::warning(text));
-    for (steps, what) in shortfalls(outcome) {
-        let (word, has) = if steps.len() == 1 { ("step", "has") } else { ("steps", "have") };
-        let steps: Vec<String> = steps.iter().map(usize::to_string).collect();
-        output::warning(&format!("{word} {} {}", listed(&steps), what.replace(HAS, has)));
-    }
+    let solved = outcome.steps.iter().filter(|step| step.same_as.is_none());
+    let told = solved.filter_map(|step| Some((step.index, shortfall(step)?)));
+    shortfalls::lines(told).iter().for_each(|line| output::warning(line));
     if outcome.stopped {
         output::warning("stopped before all steps were done; the results are marked incomplete");
     }

@@ -98,7 +98,7 @@ fn a_compression_beyond_the_largest_force_gets_a_capacitance_and_no_force() {
     let sandbox = Sandbox::new();
     let case = sandbox.case("pair.toml", &quick_pair(STEPS, "compression = [0.1, 0.97]"));
     let said = sandbox.run(&case, &[]).exits_with(3);
-    assert!(said.stderr.contains("step 1 has no force"), "{}", said.stderr);
+    assert!(said.stderr.contains("step 1 got no force"), "{}", said.stderr);
     let table = sandbox.table("out/curve.csv");
     assert_eq!(table.texts("status"), ["ok", "no force: beyond the limit of eq. (50)"]);
     assert_eq!(table.texts("force_n")[1], "");
@@ -252,7 +252,7 @@ fn check_tells_once_for_all_steps_why_a_run_will_fail() {
     let reason = "the electrodes reach to 1.000e6 m from the middle along x1";
     // No step can be solved.
     let check = sandbox.elastocap(&["check", path]).exits_with(2);
-    let line = format!("2 steps will fail, from step 0 on: {reason}");
+    let line = format!("2 steps, from step 0 on, will fail: {reason}");
     assert_eq!(check.stdout.matches("will fail").count(), 1, "{}", check.stdout);
     assert!(check.stdout.contains(&line), "`{line}` is not in: {}", check.stdout);
     assert!(!check.stdout.contains("meshes of"), "an empty list of meshes: {}", check.stdout);

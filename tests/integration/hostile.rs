@@ -21,7 +21,7 @@ fn the_files_that_once_aborted_or_never_ended_are_refused_with_a_reason() {
         ("half-length-1e12mm.toml", "times as long as it is thick"),
         ("collinear-outline.toml", "the outline crosses or touches itself"),
         ("sphere-1fm-in-shell.toml", "less than a billionth of the scene"),
-        ("device-file.toml", "is no regular file"),
+        ("device-file.toml", "is not a regular file"),
     ] {
         let sandbox = Sandbox::new();
         let path = acceptance("found").join(name);

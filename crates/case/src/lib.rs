@@ -70,7 +70,7 @@ fn read_text(path: &Path) -> Result<String, Diagnostic> {
     // A pipe would wait for its other end, and a device may never end: they are not opened at all.
     if !path.metadata().map_err(|e| unreadable(&e))?.is_file() {
         return Err(Diagnostic::of_file(format!(
-            "`{shown}` is no regular file, but a device, a pipe or a socket"
+            "`{shown}` is not a regular file but a device, a pipe or a socket"
         ))
         .help("name a file that ends by itself; case files end in .toml"));
     }
@@ -78,8 +78,10 @@ fn read_text(path: &Path) -> Result<String, Diagnostic> {
     let mut bytes = Vec::new();
     file.take(LARGEST_FILE + 1).read_to_end(&mut bytes).map_err(|e| unreadable(&e))?;
     if bytes.len() as u64 > LARGEST_FILE {
-        return Err(Diagnostic::of_file(format!("`{shown}` is larger than 16 MiB, so it is no case file"))
-            .help("a case file is a short text in TOML; meshes and results are other files"));
+        return Err(Diagnostic::of_file(format!(
+            "`{shown}` is larger than 16 MiB, so it is not a case file"
+        ))
+        .help("a case file is a short text in TOML; meshes and results are other files"));
     }
     String::from_utf8(bytes).map_err(|error| {
         let good = error.utf8_error().valid_up_to();
@@ -130,7 +132,7 @@ fn syntax_diagnostic(text: &str, error: &toml::de::Error) -> Diagnostic {
     if !looks_like_a_case(text) {
         // A file named by mistake may be anything, a list of passwords for instance: nothing of it is printed.
         let line = text.get(..span.start.min(text.len())).unwrap_or("").matches('\n').count() + 1;
-        return Diagnostic::of_file(format!("this is no case file: line {line} is not valid TOML"))
+        return Diagnostic::of_file(format!("this is not a case file: line {line} is not valid TOML"))
             .help("a case file is a text in TOML with a line `format = 1`");
     }
     let diagnostic = Diagnostic::at(&span, format!("not valid TOML: {message}")).label("here");

@@ -22,9 +22,8 @@ pub fn field_of(deformed: &DeformedScene, asked_for: &Settings) -> Result<(Solut
         };
         // The solver's tolerance is that of the matrix; what is asked for is that of the pair.
         let pair = pair_among(&solution.maxwell, pair);
-        let error = pair.map_or(0.0, |pair| 2.0 * pair.relative_error());
-        let asked = asked_for.relative_tolerance;
-        let allowed = if settings.bounds { asked } else { 2.0 * asked };
+        let error = pair.map_or(0.0, |pair| pair.spread_over_value());
+        let allowed = asked_for.allowed_spread();
         tries -= 1;
         if error <= allowed || tries == 0 || !solution.reached {
             if error <= allowed {
@@ -47,7 +46,7 @@ pub(crate) fn enclosing(deformed: &DeformedScene) -> Result<Enclosing, SceneErro
     }
 }
 
-/// The capacitance of two electrodes that are no boxes, from boxes inside them (which have less) and boxes around them (which
+/// The capacitance of two electrodes that are not boxes, from boxes inside them (which have less) and boxes around them (which
 /// have more): see [`crate::deform::ElectrodeBox`]. The field and the counts are those of the boxes around.
 pub(crate) fn between(
     deformed: &DeformedScene,
@@ -74,10 +73,7 @@ pub(crate) fn between(
         }
     }
     solution.seconds = less.seconds.plus(&solution.seconds);
-    let error = two_terminal.map_or(0.0, |c| 2.0 * c.relative_error());
-    let allowed =
-        if settings.bounds { settings.relative_tolerance } else { 2.0 * settings.relative_tolerance };
-    solution.reached = error <= allowed;
+    solution.reached = two_terminal.is_none_or(|c| c.spread_over_value() <= settings.allowed_spread());
     solution.shortfall = (!solution.reached).then(|| {
         "the electrodes are bent and tilted, and the solver takes boxes: the bounds are those of boxes inside and around them"
             .to_owned()

@@ -3,7 +3,9 @@
 use elastocap_electrostatics::{Bounded, Discretisation};
 use serde::{Deserialize, Serialize};
 
-use crate::outcome::{EntryStatus, FloatingConductor, Missed, SolverReport, Status, StepResult, StepSeconds};
+use crate::outcome::{
+    EntryStatus, FloatingConductor, Missed, Row, SolverReport, Status, StepResult, StepSeconds,
+};
 use crate::route::Route;
 
 /// What the solution of a step's field gave. The layer and the bodies are not in it: they follow from the case in no time, or are
@@ -12,8 +14,7 @@ use crate::route::Route;
 pub struct FinishedStep {
     /// Position in the plan.
     pub index: usize,
-    numbers: [Option<f64>; 14],
-    unknowns: Option<usize>,
+    row: Row,
     how: How,
     reason: Option<String>,
     warnings: Vec<String>,
@@ -53,16 +54,15 @@ impl FinishedStep {
         }
         let potentials = step.floating.iter().flat_map(|f| f.per_volt.iter().chain([&f.from_charges]));
         let bounded = maxwell.iter().flatten().chain(potentials).chain(&step.two_terminal);
-        let numbers = step.row.numbers();
-        let all = bounded.flat_map(|b| [b.value, b.lower, b.upper]).chain(numbers.iter().flatten().copied());
+        let numbers = step.row.numbers().into_iter().flatten();
+        let all = bounded.flat_map(|b| [b.value, b.lower, b.upper]).chain(numbers);
         let charges = step.floating.iter().map(|f| f.charge);
         if !all.chain(charges).chain([solver.repair_share]).all(f64::is_finite) {
             return None;
         }
         Some(Self {
             index: step.index,
-            numbers,
-            unknowns: step.row.unknowns,
+            row: step.row.clone(),
             how,
             reason: step.reason.clone(),
             warnings: step.warnings.clone(),
@@ -79,21 +79,19 @@ impl FinishedStep {
     /// Adds it to a `result` that has the layer and the bodies. `false`, and nothing is added, if what that says of them is not what it
     /// was: then it is another step.
     pub(crate) fn add_to(self, result: &mut StepResult) -> bool {
-        let known = result.row.numbers();
-        let same = |(now, before): (&Option<f64>, &Option<f64>)| {
+        let same = |(now, before): (Option<f64>, Option<f64>)| {
             now.is_none_or(|now| before.is_some_and(|before| before.to_bits() == now.to_bits()))
         };
-        if !known.iter().zip(&self.numbers).all(same) {
+        if !result.row.numbers().into_iter().zip(self.row.numbers()).all(same) {
             return false;
         }
-        result.row.set_numbers(self.numbers);
-        result.row.unknowns = self.unknowns;
-        result.row.status = match self.how {
+        let status = match self.how {
             How::Ok => Status::Ok,
             How::OkToDiagonal => Status::OkToDiagonal,
             How::ToleranceNotReached(missed) => Status::ToleranceNotReached(missed),
             How::BeyondForceLimit => Status::BeyondForceLimit,
         };
+        result.row = Row { status, ..self.row };
         result.reason = self.reason;
         result.warnings = self.warnings;
         result.route = self.route;

@@ -104,7 +104,7 @@ pub struct FloatingConductor {
 }
 
 /// The columns of curve.csv, in their order. All in SI units; what a case does not have is empty.
-#[derive(Debug, Clone, Default, PartialEq, Serialize)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct Row {
     /// U/H.
     pub compression: Option<f64>,
@@ -140,7 +140,8 @@ pub struct Row {
     pub fringe_ratio: Option<f64>,
     /// Of the largest problem solved, primal plus dual.
     pub unknowns: Option<usize>,
-    /// How it went.
+    /// How it went. It is written down for people, and not read again.
+    #[serde(skip_deserializing)]
     pub status: Status,
 }
 
@@ -183,26 +184,6 @@ impl Row {
             self.parallel_plate_f,
             self.fringe_ratio,
         ]
-    }
-
-    /// Sets what [`Row::numbers`] gives.
-    pub(crate) fn set_numbers(&mut self, numbers: [Option<f64>; 14]) {
-        [
-            self.compression,
-            self.force_n,
-            self.top_displacement_m,
-            self.gap_m,
-            self.electrode_height_m,
-            self.electrode_thickness_m,
-            self.two_terminal_capacitance_f,
-            self.capacitance_lower_f,
-            self.capacitance_upper_f,
-            self.relative_error_estimate,
-            self.mechanics_error_estimate,
-            self.geometry_error_estimate,
-            self.parallel_plate_f,
-            self.fringe_ratio,
-        ] = numbers;
     }
 
     pub(crate) fn set_capacitance(&mut self, capacitance: &Bounded) {

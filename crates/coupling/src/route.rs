@@ -153,7 +153,7 @@ pub enum RouteError {
     /// Electrodes that are bent in space, and what only tetrahedra can take.
     #[error(
         "only the box solver supports electrodes that the load bends in three dimensions: leave out `solver` in \
-         [electrostatics], and bodies that are no boxes"
+         [electrostatics], and bodies that are not boxes"
     )]
     BentInSpace,
     /// Enclosing boxes bound the capacitance of two conductors, not the matrix of more.

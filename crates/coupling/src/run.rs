@@ -7,7 +7,7 @@ use std::time::Instant;
 
 use elastocap_case::Case;
 
-use crate::deform::{Deformation, ForceCheck, Prepared, Solution, force_warning, prepare};
+use crate::deform::{Prepared, Solution, force_warning, prepare};
 use crate::failure::StepFailure;
 use crate::finished::FinishedStep;
 use crate::outcome::{Outcome, Status, StepResult};
@@ -151,10 +151,7 @@ fn layer_warnings(case: &Case, layer: &Prepared) -> Vec<String> {
             too_large.map(|reason| format!("the layer is not refined further: {reason}")).collect()
         }
         Prepared::ClosedForm(run) => {
-            let within = |compression| run.force_limit.is_none_or(|limit| compression <= limit.compression);
-            let states = run.states.iter().flatten().filter(|state| within(state.compression()));
-            let checks = states.filter_map(|state| ForceCheck::of(case, &Deformation::ClosedForm(*state)));
-            force_warning(checks).into_iter().collect()
+            force_warning(case, run.states.iter().flatten().copied(), run.force_limit).into_iter().collect()
         }
     }
 }

@@ -63,8 +63,8 @@ struct Shortfalls {
 }
 
 impl Shortfalls {
-    fn add(&mut self, missed: Missed, reason: Option<String>) {
-        self.missed.extend(reason.map(|reason| (missed, reason)));
+    fn add(&mut self, missed: Missed, reason: String) {
+        self.missed.push((missed, reason));
     }
 }
 
@@ -131,7 +131,9 @@ impl Solver<'_> {
         let state = self.layer.deformation(self.case, step.index, step.load, self.prune)?;
         let no_force = self.note_mechanics(result, state.as_ref());
         let mut shortfalls = Shortfalls { no_force, ..Shortfalls::default() };
-        shortfalls.add(Missed::Mechanics, layer_missed(state.as_ref()));
+        if let Some(reason) = layer_missed(state.as_ref()) {
+            shortfalls.add(Missed::Mechanics, reason);
+        }
         if !self.case.has_conductors() {
             if let Some(Deformation::FiniteElement(layer)) = &state {
                 // The row is about the force, so its error is reported.
@@ -150,7 +152,7 @@ impl Solver<'_> {
                     "from the finest mesh of the layer but one to the finest, the gap or the parallel-plate capacitance changes by \
                      {error:.1e} of itself, where {asked:.0e} was asked for"
                 );
-                shortfalls.add(Missed::Mechanics, Some(reason));
+                shortfalls.add(Missed::Mechanics, reason);
             }
         }
         let deformed = result.scene.insert(deformed);
@@ -176,7 +178,7 @@ impl Solver<'_> {
         };
         *field = solution.field.take().map(StepField::Grid);
         result.floating = floating_of(&deformed.scene, std::mem::take(&mut solution.floating));
-        self.note_solution(result, solution, two_terminal, shortfalls)
+        self.note_solution(result, solution, two_terminal, shortfalls, self.settings.boxes().allowed_spread())
     }
 
     /// The bodies as deformed, and what they say of the pair of electrodes.
@@ -302,26 +304,24 @@ impl Solver<'_> {
                  the capacitances: their bounds are those of the flat-faced bodies"
             ));
         }
-        if facets > self.settings.relative_tolerance {
-            shortfalls.add(
-                Missed::Geometry,
-                Some(format!(
-                    "flat faces in place of curved ones leave a relative error of about {facets:.0e} (an estimate), where {:.0e} \
-                     was asked for",
-                    self.settings.relative_tolerance
-                )),
+        let asked = self.settings.relative_tolerance;
+        if facets > asked {
+            let reason = format!(
+                "flat faces in place of curved ones leave a relative error of about {facets:.0e} (an estimate), where {asked:.0e} \
+                 was asked for"
             );
+            shortfalls.add(Missed::Geometry, reason);
         }
         result.floating = floating_of(scene, std::mem::take(&mut general.solution.floating));
         let mut solution = general.solution;
         let two_terminal = pair.map_or(solution.two_terminal, |pair| pair_among(&solution.maxwell, pair));
         if let Some(found) = two_terminal.filter(|_| pair.is_some())
-            && 2.0 * found.relative_error() > self.settings.relative_tolerance
+            && found.spread_over_value() > asked
         {
             solution.reached = false;
             solution.shortfall.get_or_insert_with(|| MATRIX_ONLY.to_owned());
         }
-        self.note_solution(result, solution, two_terminal, shortfalls)
+        self.note_solution(result, solution, two_terminal, shortfalls, asked)
     }
 
     /// Notes what the mechanics say; returns why there is no force, if there is none.
@@ -353,13 +353,14 @@ impl Solver<'_> {
         None
     }
 
-    /// Notes what was found of the field.
+    /// Notes what was found of the field; `allowed_spread` is what the solver was asked for, over the value.
     fn note_solution(
         &self,
         result: &mut StepResult,
         solution: Solution,
         two_terminal: Option<Bounded>,
         mut shortfalls: Shortfalls,
+        allowed_spread: f64,
     ) -> Result<(), Stop> {
         let all = solution.maxwell.iter().flatten().chain(&two_terminal);
         if all.into_iter().any(|c| !(c.lower <= c.value && c.value <= c.upper)) {
@@ -374,11 +375,7 @@ impl Solver<'_> {
             let reason = solution.shortfall.unwrap_or_else(|| TOO_FAR_APART.to_owned());
             shortfalls.missed.insert(0, (Missed::Field, reason));
         }
-        // Tetrahedra prove both bounds, asked for or not.
-        let proved =
-            self.settings.bounds || matches!(result.route, Some(Route::Tetrahedra | Route::Outlines));
-        let allowed = if proved { 1.0 } else { 2.0 } * self.settings.relative_tolerance;
-        let entries = EntryStatus::of(&solution.maxwell, allowed);
+        let entries = EntryStatus::of(&solution.maxwell, allowed_spread);
         let matrix_asked = self.settings.target == Target::Matrix && result.row.gap_m.is_none();
         shortfalls.to_diagonal = matrix_asked && entries.iter().flatten().any(|e| *e != EntryStatus::Ok);
         result.mark(shortfalls);

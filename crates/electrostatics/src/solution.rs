@@ -62,6 +62,14 @@ pub struct Forecast {
     pub right_hand_sides: usize,
 }
 
+impl Settings {
+    /// The largest spread (upper - lower) / value that meets the tolerance. Without bounds the tolerance is that of the error
+    /// estimate, which is half the spread.
+    pub fn allowed_spread(&self) -> f64 {
+        if self.bounds { self.relative_tolerance } else { 2.0 * self.relative_tolerance }
+    }
+}
+
 impl Default for Settings {
     fn default() -> Self {
         Self {

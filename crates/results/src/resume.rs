@@ -135,7 +135,7 @@ pub(crate) fn document(
     serde_json::to_string(&stopped)
 }
 
-/// A number that another case does not have. The name of the file is no part of it.
+/// A number that another case does not have. The name of the file is not part of it.
 fn fingerprint(case: &Case) -> u64 {
     struct Text(DefaultHasher);
     impl fmt::Write for Text {

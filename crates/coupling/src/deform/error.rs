@@ -80,7 +80,7 @@ pub enum LayerSetupError {
 const LONGEST: f64 = 1e5;
 
 impl LayerSetupError {
-    /// Refuses a layer whose longest half extent is too long for its thickness; a length that is no number, too.
+    /// Refuses a layer whose longest half extent is too long for its thickness; a length that is not a number, too.
     pub(super) fn check_length(half_length: f64, thickness: f64) -> Result<(), Self> {
         let ratio = half_length / thickness;
         if ratio <= LONGEST { Ok(()) } else { Err(Self::TooLong { ratio, limit: LONGEST }) }

@@ -1,6 +1,7 @@
 //! How far the force of the closed form may be trusted: the same contact by finite elements.
 
 use elastocap_mechanics::punch_force::punch_force;
+use elastocap_mechanics::{ForceLimit, LayerState};
 use serde::Serialize;
 
 use super::Deformation;
@@ -41,8 +42,14 @@ impl ForceCheck {
     }
 }
 
-/// What the user should know of the closed form's forces at all loads, if any of them differs notably.
-pub(crate) fn warning(checks: impl Iterator<Item = ForceCheck>) -> Option<String> {
+/// What the user should know of the closed form's forces, if any of them differs notably; beyond `limit` there are none.
+pub(crate) fn force_warning(
+    case: &Case,
+    states: impl Iterator<Item = LayerState>,
+    limit: Option<ForceLimit>,
+) -> Option<String> {
+    let has_force = |state: &LayerState| limit.is_none_or(|limit| state.compression() <= limit.compression);
+    let checks = states.filter(has_force).filter_map(|s| ForceCheck::of(case, &Deformation::ClosedForm(s)));
     let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
     for check in checks {
         (low, high) = (low.min(check.relative_difference), high.max(check.relative_difference));

@@ -28,7 +28,7 @@ pub use plane_strain::forecast;
 pub use shear_length::ShearLengthRun;
 pub use solid::forecast as forecast_solid;
 
-pub(crate) use force_check::warning as force_warning;
+pub(crate) use force_check::force_warning;
 
 use crate::load_steps::StepLoad;
 use elastocap_case::{Case, Mechanics, ShearLength};

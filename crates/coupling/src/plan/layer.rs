@@ -6,9 +6,7 @@ use elastocap_mechanics::solid::forecast::{MeshSize, PressingRegime, memory_byte
 use serde::Serialize;
 
 use super::{Decision, LeftOut, Plan, Planned};
-use crate::deform::{
-    self, Deformation, ForceCheck, closed_form_limit, force_warning, layer_state, shear_length,
-};
+use crate::deform::{self, closed_form_limit, force_warning, layer_state, shear_length};
 use crate::failure::StepFailure;
 use crate::route::Route;
 use crate::words::{FORCE_FORMULA, counted, grouped, listed};
@@ -200,11 +198,18 @@ impl Plan {
         self.solved.push(Planned { part: "mechanics", what });
         if indenter == HELD_PATCH {
             self.warnings.push(
-                "`contact = \"held\"` is no punch: the patch that lies under it at rest is moved down and spreads, past the width of the \
+                "`contact = \"held\"` is not a punch: the patch that lies under it at rest is moved down and spreads, past the width of the \
                  punch; a punch of that width takes less force, by 10 to 30 % at compressions of 5 to 20 %"
                     .to_owned(),
             );
         }
+    }
+
+    /// Compares the closed form with a punch. Where its shear length is yet to be found, the run does so.
+    fn warn_of_force(&mut self, case: &Case) {
+        let states = self.distinct_steps().filter_map(|step| layer_state(case, step.load, true).ok()?);
+        let warning = force_warning(case, states, self.force_limit);
+        self.warnings.extend(warning);
     }
 
     fn warn_of_bulge(&mut self, case: &Case, whole_top: bool) {
@@ -234,19 +239,6 @@ impl Plan {
                 limit.compression,
             ));
         }
-    }
-}
-
-impl Plan {
-    /// Compares the closed form with a punch. Where its shear length is yet to be found, the run does so.
-    fn warn_of_force(&mut self, case: &Case) {
-        let within = |compression: f64| self.force_limit.is_none_or(|limit| compression <= limit.compression);
-        let checks = self.distinct_steps().filter_map(|step| {
-            let state = Deformation::ClosedForm(layer_state(case, step.load, true).ok()??);
-            ForceCheck::of(case, &state).filter(|_| within(state.compression()))
-        });
-        let warning = force_warning(checks);
-        self.warnings.extend(warning);
     }
 }
 

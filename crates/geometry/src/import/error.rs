@@ -43,7 +43,7 @@ pub enum ImportProblem {
     #[error("cannot be read: {0}; check the path and the permissions")]
     Unreadable(String),
     /// A device, a pipe, a socket or a folder: reading it may never end.
-    #[error("is no regular file; name a file that ends by itself")]
+    #[error("is not a regular file; name a file that ends by itself")]
     NotAFile,
     /// More bytes than are read.
     #[error("is larger than {} MiB; export a coarser version", super::LARGEST_FILE >> 20)]

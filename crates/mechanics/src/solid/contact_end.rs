@@ -219,7 +219,7 @@ impl<'a> Sliding<'a> {
             self.move_to(next)?;
             let found = self.material_force();
             let secant = (found - slope) / (next - at);
-            // Where the energy is no valley here, the next step is a long one downhill.
+            // Where the energy is not a valley here, the next step is a long one downhill.
             stiffness = if secant > 0.0 { secant } else { stiffness };
             (at, slope) = (next, found);
         }

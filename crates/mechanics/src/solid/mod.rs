@@ -40,7 +40,7 @@
 //! - Around the corner of a sharp punch the surface is stretched without limit, and a mesh stretches it as far as its smallest ring
 //!   allows. Beyond 40 % compression, or under punches wider than three thicknesses, finer meshes may not get to the load; the
 //!   step is then marked or refused. In space there are rounded punches and patches that are held or bonded only.
-//! - A patch that is held is no punch: its points move down together and spread, 13 to 43 % too stiff for a punch of its width at 5 to
+//! - A patch that is held is not a punch: its points move down together and spread, 13 to 43 % too stiff for a punch of its width at 5 to
 //!   20 %. The points under it crowd towards its edge. Two conditions make this possible: a flank that moves with the last point, and
 //!   no point of the patch may pass that point. The force of the flank acts on that one point. Rings and the
 //!   quadrilaterals around them have to be refined together: 18 rings among eight quadrilaterals over the thickness fail at once.

@@ -88,6 +88,22 @@ struct Reached<S: Dimension> {
     load: Load<S>,
 }
 
+impl<S: Dimension> Reached<S> {
+    /// It as a result on this level, of whose error nothing is known.
+    fn unjudged(&self, level: usize) -> Pressed<S> {
+        Pressed {
+            step: self.step,
+            level,
+            remeshed: self.remeshed,
+            state: self.state.clone(),
+            load: self.load.clone(),
+            error: None,
+            refinement: Vec::new(),
+            converged: false,
+        }
+    }
+}
+
 /// The result for one goal.
 #[derive(Debug, Clone)]
 pub struct Pressed<S: Dimension = Plane> {
@@ -121,7 +137,7 @@ pub enum PressError {
         /// Where and why.
         stopped: Box<Stopped>,
     },
-    /// What was found is no state of a layer under its indenter.
+    /// What was found is not a state of a layer under its indenter.
     #[error("at a compression of {compression:.4} {fault}: the meshes are too coarse for this load")]
     Unsound {
         /// Compression of the state.
@@ -403,16 +419,7 @@ impl<S: Dimension> Pressing<S> {
             .rev()
             .filter_map(|(level, l)| Some((level, l.reached.get(g)?.as_ref()?)));
         let (level, reached) = reached.nth(1)?;
-        Some(Pressed {
-            step: reached.step,
-            level,
-            remeshed: reached.remeshed,
-            state: reached.state.clone(),
-            load: reached.load.clone(),
-            error: None,
-            refinement: Vec::new(),
-            converged: false,
-        })
+        Some(reached.unjudged(level))
     }
 }
 
@@ -445,16 +452,8 @@ fn judge<S: Dimension>(
     };
     let error = error.map(|error| error.max(jumps * now.abs()));
     let converged = error.is_some_and(|e| e <= refinement.relative_tolerance * now.abs());
-    Some(Pressed {
-        step: reached.step,
-        level,
-        remeshed: reached.remeshed,
-        state: reached.state.clone(),
-        load: reached.load.clone(),
-        error,
-        refinement: values.iter().map(|v| v.1).collect(),
-        converged,
-    })
+    let refinement = values.iter().map(|v| v.1).collect();
+    Some(Pressed { error, refinement, converged, ..reached.unjudged(level) })
 }
 
 /// Least relative error of a force, or of a compression, where a surface rolls up: the force goes up and down by so much as the roll passes

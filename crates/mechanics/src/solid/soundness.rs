@@ -5,7 +5,7 @@
 //! mesh may carry pressures that belong to no load. Every state is looked at before its force is used; one with a fault
 //! is none that was reached.
 //!
-//! What a model leaves out on purpose is no fault: a patch that is held is no punch, spreads, and crowds towards its edge; a free end without a substrate may
+//! What a model leaves out on purpose is not a fault: a patch that is held is not a punch, spreads, and crowds towards its edge; a free end without a substrate may
 //! pass through itself (see [`folds`](super::folds)).
 
 use super::dimension::{Dimension, Numbers};
@@ -87,7 +87,7 @@ impl<S: Dimension> LayerModel<S> {
             }
         };
         for (obstacle, shift) in body.obstacles.iter().zip(&self.state().shift) {
-            // What a point of the surface carries is no body of its own.
+            // What a point of the surface carries is not a body of its own.
             if obstacle.carrier.is_some() {
                 continue;
             }
@@ -288,7 +288,7 @@ mod tests {
         let goals = [Goal::Compression(0.2)];
         let found = layer.press(&goals, &refinement, &AtomicBool::new(false), &|_, _| ()).unwrap();
         let held = &found.levels[0].model;
-        assert_eq!(held.fault(1.0), None, "a patch is no punch");
+        assert_eq!(held.fault(1.0), None, "a patch is not a punch");
         // The same patch, told to be a punch half as wide again, which the surface beside it enters.
         let mut punch = found.levels.into_iter().next().unwrap().model;
         punch.indenter = Indenter::Bonded { half_width: 1.5 };

@@ -24,7 +24,7 @@ pub(super) fn sync_files(files: &[PathBuf]) -> Result<(), (PathBuf, io::Error)> 
     };
     std::thread::scope(|scope| {
         for _ in 1..SYNCED_AT_ONCE.min(files.len()) {
-            // A thread that cannot be had is no failure: this one does the work then.
+            // A thread that cannot be had is not a failure: this one does the work then.
             let _ = std::thread::Builder::new().spawn_scoped(scope, work);
         }
         work();

@@ -143,7 +143,7 @@ fn stage_of(left: &Path) -> Stage {
     }
 }
 
-/// Folders in `parent` whose names begin like this and whose process is no more.
+/// Folders in `parent` whose names begin like this and whose process has ended.
 fn abandoned(parent: &Path, prefix: &OsStr) -> Vec<PathBuf> {
     let entries = fs::read_dir(parent).into_iter().flatten().flatten();
     let ours = entries.filter(|entry| {
@@ -153,7 +153,7 @@ fn abandoned(parent: &Path, prefix: &OsStr) -> Vec<PathBuf> {
     ours.map(|entry| entry.path()).filter(|path| lock(path).is_some()).collect()
 }
 
-/// Removes a folder that is no output folder any more, or never became one: the files of a run in it, and those that `place`
+/// Removes a folder that is not an output folder any more, or never became one: the files of a run in it, and those that `place`
 /// has too. A file that came in while the folders changed places goes to `place`. Returns what is left, if anything.
 pub(super) fn clear(left: &Path, place: &Path) -> Option<String> {
     for entry in fs::read_dir(left).into_iter().flatten().flatten() {
