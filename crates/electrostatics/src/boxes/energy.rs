@@ -8,7 +8,7 @@ use crate::boxes::primal::Primal;
 use elastocap_fem::tensor::dot;
 use elastocap_linalg::conjugate_gradients::{self, Operator};
 use faer::Mat;
-use std::sync::atomic::AtomicBool;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
 /// Energies V^T C V (per eps0, in the domain's scale) in the basis of the right-hand sides.
@@ -40,6 +40,7 @@ pub(crate) fn upper(
     let begin = Instant::now();
     let mut primal = Primal::new(domain)?;
     let assembled = Instant::now();
+    stop_if_asked(cancel)?;
     let mut coefficients = Vec::new();
     let (mut iterations, mut converged) = (0, true);
     let mut residual = Vec::new();
@@ -72,6 +73,7 @@ pub(crate) fn upper(
             u.iter_mut().zip(&step).for_each(|(u, s)| *u += s);
         }
         converged &= reached;
+        stop_if_asked(cancel)?;
         u.iter_mut().zip(&lift).for_each(|(u, l)| *u += l);
         coefficients.push(u);
     }
@@ -104,7 +106,9 @@ pub(crate) fn lower(
     let begin = Instant::now();
     let mut dual = Dual::new(domain)?;
     let assembled = Instant::now();
-    let fluxes: Vec<Flux> = potentials.iter().map(|v| dual_flux(&mut dual, v, share, cancel)).collect();
+    stop_if_asked(cancel)?;
+    let fluxes: Vec<Flux> =
+        potentials.iter().map(|v| dual_flux(&mut dual, v, share, cancel)).collect::<Result<_, _>>()?;
 
     let n = potentials.len();
     let excess = dual.repair_excess();
@@ -137,6 +141,11 @@ pub(crate) fn lower(
     })
 }
 
+/// Gives up on the grid where the run is to stop: what follows an iteration takes as long as several of them.
+fn stop_if_asked(cancel: Option<&AtomicBool>) -> Result<(), SolveError> {
+    if cancel.is_some_and(|c| c.load(Ordering::Relaxed)) { Err(SolveError::Cancelled) } else { Ok(()) }
+}
+
 /// The solution of the dual problem for one set of conductor potentials.
 struct Flux {
     /// Potentials of the mixed method, which the flux is made from.
@@ -152,7 +161,12 @@ struct Flux {
 }
 
 /// Iterates until the energy of the repair is small compared with `share` of the energy, or until further iterations gain little.
-fn dual_flux(dual: &mut Dual, potentials: &[f64], share: f64, cancel: Option<&AtomicBool>) -> Flux {
+fn dual_flux(
+    dual: &mut Dual,
+    potentials: &[f64],
+    share: f64,
+    cancel: Option<&AtomicBool>,
+) -> Result<Flux, SolveError> {
     let excess = dual.repair_excess();
     let b = dual.source(potentials);
     let mut start = dual.face_energy(potentials);
@@ -169,6 +183,7 @@ fn dual_flux(dual: &mut Dual, potentials: &[f64], share: f64, cancel: Option<&At
             cancel,
         };
         let c = conjugate_gradients::solve(dual, &r, &mut step, &mut rest, goal_now);
+        stop_if_asked(cancel)?;
         iterations += c.iterations;
         x.iter_mut().zip(&step).for_each(|(x, s)| *x += s);
         // The recursion's residual drifts by rounding; the bound rests on the true one.
@@ -184,7 +199,7 @@ fn dual_flux(dual: &mut Dual, potentials: &[f64], share: f64, cancel: Option<&At
         let gains_little = cost > 0.5 * last;
         if !proved || cheap || gains_little || iterations > conjugate_gradients::ITERATION_LIMIT {
             let converged = proved && (c.reached || cheap);
-            return Flux { phi: x, residual: r, repair, proved, iterations, converged };
+            return Ok(Flux { phi: x, residual: r, repair, proved, iterations, converged });
         }
         start = energy;
         (last, goal) = (cost, goal * (share / cost).clamp(1e-6, 0.1));

@@ -3,10 +3,10 @@
 
 use crate::SolveError;
 use crate::boxes::grid_refinement::{functions_wanted, missing, refine};
-use crate::boxes::grid_search::{GOAL, STEP};
+use crate::boxes::grid_search::{STEP, goal};
 use crate::boxes::layout::Layout;
 use crate::boxes::one_grid::{GridProblem, on_grid};
-use crate::boxes::resolution::{MAX_UNKNOWNS, MIN_TOLERANCE, far, first, graded};
+use crate::boxes::resolution::{MAX_UNKNOWNS, MIN_TOLERANCE, far, first, graded, left_beyond};
 use crate::solution::{Forecast, Settings};
 use elastocap_geometry::scene::Scene;
 
@@ -44,7 +44,8 @@ pub fn forecast(scene: &Scene, settings: &Settings) -> Result<Forecast, SolveErr
     let explore = Settings { field: false, ..settings.clone() };
     let problem = GridProblem::new(scene, &explore)?;
     let tolerance = settings.relative_tolerance.max(MIN_TOLERANCE);
-    let distance = far(tolerance, settings.target, problem.layout.endless_contrast());
+    let distance =
+        far(left_beyond(tolerance, settings.bounds), settings.target, problem.layout.endless_contrast());
     let work = |dims: [usize; 3]| dims.iter().product::<usize>() as f64 * dims.iter().sum::<usize>() as f64;
     let solves = problem.parts.iter().map(|p| p.potentials.len()).sum::<usize>();
     let (dims, seconds) = if let Some(level) = settings.resolution {
@@ -64,7 +65,7 @@ pub fn forecast(scene: &Scene, settings: &Settings) -> Result<Forecast, SolveErr
             let outcome = on_grid(&problem, &grid, 1e-4, false)?;
             let indicator = outcome.indicator(&problem);
             let lacking = missing(&grid, &indicator);
-            let goal = if settings.bounds { GOAL } else { 0.2 } * tolerance / outcome.amplification(settings);
+            let goal = goal(settings.bounds) * tolerance / outcome.amplification(settings);
             let own = problem.core.domain(&grid).0.primal_dims();
             // Iterations grow little with the grid; the last grid is solved to half as many digits again as this one.
             iterations = 1.5 * outcome.iterations as f64;

@@ -24,11 +24,8 @@ use elastocap_linalg::dense::{self, Lu};
 use faer::Mat;
 use std::sync::atomic::Ordering;
 
-/// Without bounds, the estimated error over the gain of the last refinement: several times the error that is expected.
-pub(crate) const GAIN_FACTOR: f64 = 0.6;
-
-/// Without bounds, the smallest estimated error over the missing energy that the surplus indicates, which is 0.8 to 1.6 times the
-/// true error on cubes and plates.
+/// Without bounds, the estimated error over the missing energy that the surplus indicates, which is 0.8 to 1.6 times the true error
+/// on cubes and plates.
 const SURPLUS_FACTOR: f64 = 1.5;
 
 /// A scene laid out for the box solver, with its symmetric parts and the settings.
@@ -88,6 +85,14 @@ impl<'a> GridProblem<'a> {
     pub(crate) fn cancelled(&self) -> bool {
         self.settings.cancel.as_ref().is_some_and(|c| c.load(Ordering::Relaxed))
     }
+}
+
+/// What the grid before gave, which the error estimate of a solve without bounds compares with.
+pub(crate) struct Coarser {
+    /// Relative energy that the surplus indicated to be missing.
+    pub(crate) missing: f64,
+    /// Upper energies of the driven conductors, F.
+    pub(crate) upper: Mat<f64>,
 }
 
 /// Energies of all parts on one grid.
@@ -330,23 +335,37 @@ impl Outcome {
         pairs.map(ratio).filter(|r| r.is_finite()).fold(1.0, f64::max)
     }
 
-    /// Without a dual problem: sets the lower energies to the upper ones minus the estimated error.
+    /// Without a dual problem: sets the lower energies to the upper ones minus the estimated error, which is what the surplus
+    /// indicates (`missing`) and what open space adds (`beyond`).
     ///
-    /// Energies decrease towards the true ones as grids are refined. Two quantities predict the remaining error: how much the last
-    /// refinement gained over `coarser`, and the missing energy `missing` that the surplus indicates. The larger one counts.
-    pub(crate) fn estimate(&mut self, coarser: &Mat<f64>, missing: f64, settings: &Settings) {
-        let upper = self.bounds.upper.clone();
-        let n = upper.nrows();
-        let gained =
-            Mat::from_fn(n, n, |i, j| upper[(i, j)] - GAIN_FACTOR * (coarser[(i, j)] - upper[(i, j)]));
-        let lacking = upper.clone() * faer::Scale(1.0 - (SURPLUS_FACTOR * missing).min(1.0));
-        let mut error = |lower: Mat<f64>| {
-            self.bounds.lower = lower;
-            self.error(settings)
+    /// The surplus is judged by a coarser grid, if there is one: what the energies fell from there, over what the surplus said that
+    /// they would.
+    pub(crate) fn estimate(
+        &mut self,
+        coarser: Option<&Coarser>,
+        missing: f64,
+        beyond: f64,
+        settings: &Settings,
+    ) {
+        let expected = coarser.map_or(0.0, |coarser| coarser.missing - missing);
+        let understated = match coarser {
+            Some(coarser) if expected > 0.0 => self.gained(&coarser.upper, settings) / expected,
+            _ => 1.0,
         };
-        let by_gain = error(gained.clone());
-        if by_gain > error(lacking) {
-            self.bounds.lower = gained;
+        let lacking = SURPLUS_FACTOR * understated.max(1.0) * missing + beyond;
+        self.bounds.lower = self.bounds.upper.clone() * faer::Scale(1.0 - lacking.min(1.0));
+    }
+
+    /// How much the energies of the target fell from a coarser grid, relative, as a sum over the states that the target depends on.
+    fn gained(&self, coarser: &Mat<f64>, settings: &Settings) -> f64 {
+        let fall = |before: f64, now: f64| if now > 0.0 { ((before - now) / now).max(0.0) } else { 0.0 };
+        let pair = |upper: &Mat<f64>| {
+            MatrixBounds { lower: upper.clone(), upper: upper.clone() }.two_terminal().map(|c| c.upper)
+        };
+        let upper = &self.bounds.upper;
+        match (settings.target, pair(coarser), pair(upper)) {
+            (Target::TwoTerminal, Some(before), Some(now)) => fall(before, now),
+            _ => (0..upper.nrows()).map(|i| fall(coarser[(i, i)], upper[(i, i)])).sum(),
         }
     }
 

@@ -18,22 +18,36 @@ pub(crate) const MIN_TOLERANCE: f64 = 2e-12;
 /// Largest number of unknowns of a first grid that has a layer at every edge.
 const MAX_FIRST_UNKNOWNS: usize = 30_000;
 
-/// Where rays to infinity begin: distance from the pole over that of the farthest conductor.
+/// Error that is left to where rays to infinity begin, for a tolerance. An estimate counts it as often as entries of a matrix
+/// amplify it, so that less of it is left.
+pub(crate) fn left_beyond(tolerance: f64, bounds: bool) -> f64 {
+    if bounds { 0.3 * tolerance } else { 0.1 * tolerance }
+}
+
+/// Where rays to infinity begin, as the distance from the pole over that of the farthest conductor, for an error of this size.
+/// `contrast` is that of the permittivities that the rays pass through.
 ///
-/// The error falls with the third power of this ratio. The two factors were measured on a cube next to a small one and on two
-/// plates. Where rays pass through different permittivities the error of a net charge falls with the 1.8th power (measured on a
-/// cube on a slab).
-pub(crate) fn far(tolerance: f64, target: Target, contrast: Option<f64>) -> f64 {
-    let (factor, net_charge) = match target {
-        Target::Matrix => (0.9, true),
-        Target::TwoTerminal => (0.22, false),
-    };
-    let plain = (factor / tolerance).cbrt();
-    let excess = contrast.map_or(0.0, |c| (c - 1.0).min(10.0));
-    if net_charge && excess > 0.0 {
-        plain.max(2.0 * (0.31 * excess / tolerance).powf(1.0 / 1.8))
-    } else {
-        plain
+/// The inverse of [`error_beyond()`].
+pub(crate) fn far(error: f64, target: Target, contrast: Option<f64>) -> f64 {
+    let falls = fall_beyond(target, contrast.unwrap_or(1.0));
+    falls.into_iter().map(|(factor, power)| (factor / error).powf(1.0 / power)).fold(0.0, f64::max)
+}
+
+/// Spread of the target, relative, that comes from where rays to infinity begin.
+pub(crate) fn error_beyond(far: f64, target: Target, contrast: Option<f64>) -> f64 {
+    let falls = fall_beyond(target, contrast.unwrap_or(1.0));
+    falls.into_iter().map(|(factor, power)| factor * far.powf(-power)).fold(0.0, f64::max)
+}
+
+/// The terms `factor / far^power` of which the largest is the error of open space.
+///
+/// For two terminals, whose field has no net charge, the factor was measured on two plates, and on an electrode pair in a layer of
+/// relative permittivity 1 to 80 that goes to infinity. That of a net charge was measured on a cube next to a small one, and where
+/// the rays pass through different permittivities on a cube on a slab.
+fn fall_beyond(target: Target, contrast: f64) -> [(f64, f64); 2] {
+    match target {
+        Target::TwoTerminal => [(0.15 * contrast.powf(0.7), 3.0), (0.0, 3.0)],
+        Target::Matrix => [(0.27, 3.0), (0.32 * (contrast - 1.0).min(10.0), 1.8)],
     }
 }
 

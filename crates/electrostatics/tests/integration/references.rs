@@ -1,6 +1,6 @@
 //! Box scenes whose capacitance is known: both bounds must hold it.
 
-use elastocap_electrostatics::{Settings, Solution, VACUUM_PERMITTIVITY, solve};
+use elastocap_electrostatics::{Settings, Solution, Target, VACUUM_PERMITTIVITY, solve};
 use elastocap_geometry::scene::{Body, Box3, Scene, Wall};
 use elastocap_geometry::shapes::Shape;
 use std::f64::consts::PI;
@@ -218,4 +218,26 @@ fn a_dielectric_box_raises_the_capacitance_and_its_bounds_stay_consistent() {
     );
     assert!(ten.lower > one.upper);
     assert!(ten.upper - ten.lower <= 1e-3 * ten.value);
+}
+
+#[test]
+fn a_pair_in_an_endless_layer_is_solved_to_what_is_asked_for_and_not_far_beyond() {
+    for permittivity in [1.0, 2.8, 20.0] {
+        let mut scene = open(vec![
+            conductor("a", [-2.0, 0.0, 0.0], [-0.5, 0.1, 3.0]),
+            conductor("b", [0.5, 0.0, 0.0], [2.0, 0.1, 3.0]),
+        ]);
+        let layer = Box3 {
+            min: [f64::NEG_INFINITY, -1.0, f64::NEG_INFINITY],
+            max: [f64::INFINITY, 1.0, f64::INFINITY],
+        };
+        scene.bodies.push(Body::dielectric("layer", Shape::Box(layer), permittivity));
+        for tolerance in [1e-2, 1e-3] {
+            let settings = Settings { target: Target::TwoTerminal, ..settings(tolerance) };
+            let solution = solve(&scene, &settings).unwrap();
+            let spread = solution.two_terminal.unwrap().spread_over_value();
+            assert!(solution.reached && spread <= tolerance, "{permittivity}: {:?}", solution.shortfall);
+            assert!(spread > 0.1 * tolerance, "{permittivity}: {spread:e} at {tolerance:e}");
+        }
+    }
 }
