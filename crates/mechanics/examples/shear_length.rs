@@ -12,7 +12,7 @@ fn main() {
     let ends = [End::Free, End::FreeOnSubstrate].map(|end| (Contact::WholeTop(4.0), end));
     for (contact, end) in punches.into_iter().chain(ends) {
         let start = std::time::Instant::now();
-        match shear_lengths(contact, end, &compressions, n) {
+        match shear_lengths(contact, end, &compressions, n, None) {
             Ok(found) => {
                 println!("{contact:?} {end:?} {:.2} s", start.elapsed().as_secs_f64());
                 println!("  fans differ by {:.4?}", found.disagreement);

@@ -119,7 +119,7 @@ pub fn prepare(
     let run = match &mechanics {
         Mechanics::ClosedForm { shear_length: ShearLength::FiniteElement, .. } => {
             report("shear length by finite elements");
-            return Prepared::ClosedForm(shear_length::solve(case, loads));
+            return Prepared::ClosedForm(shear_length::solve(case, loads, cancel));
         }
         Mechanics::ClosedForm { shear_length: ShearLength::Given(_), .. } => return Prepared::StepByStep,
         Mechanics::PlaneStrain(model) => plane_strain::solve(case, model, loads, cancel, &report_mesh),

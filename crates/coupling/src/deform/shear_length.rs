@@ -7,6 +7,8 @@
 //! Equation numbers are those of the paper "Large deformation mechanics of a soft elastomeric layer under compressive loading
 //! for a MEMS tactile sensor application".
 
+use std::sync::atomic::AtomicBool;
+
 use elastocap_mechanics::materials::HyperelasticLaw;
 use elastocap_mechanics::solid::forecast::MeshSize;
 use elastocap_mechanics::solid::layer::End;
@@ -75,8 +77,8 @@ fn compressions(loads: &[StepLoad]) -> Vec<f64> {
     out
 }
 
-/// The layer at each load.
-pub(super) fn solve(case: &Case, loads: &[StepLoad]) -> ShearLengthRun {
+/// The layer at each load. `cancel` stops the work; the loads that were not reached by then are errors.
+pub(super) fn solve(case: &Case, loads: &[StepLoad], cancel: &AtomicBool) -> ShearLengthRun {
     let all =
         |reason: DeformError| ShearLengthRun { states: vec![Err(reason); loads.len()], force_limit: None };
     let (Some(layer), Some(Mechanics::ClosedForm { contact_half_length, contact_width, .. })) =
@@ -89,7 +91,7 @@ pub(super) fn solve(case: &Case, loads: &[StepLoad]) -> ShearLengthRun {
     };
     let layer = Layer { thickness: layer.thickness, material, contact_half_length, contact_width };
     let contact = Contact::Punch(contact_half_length / layer.thickness);
-    let found = match shear_lengths(contact, End::Free, &compressions(loads), ELEMENTS) {
+    let found = match shear_lengths(contact, End::Free, &compressions(loads), ELEMENTS, Some(cancel)) {
         Ok(found) => found,
         Err(error) => return all(error.into()),
     };

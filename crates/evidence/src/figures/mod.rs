@@ -209,7 +209,7 @@ impl Session {
         if let Some(found) = self.runs.get(&key) {
             return Ok(Rc::clone(found));
         }
-        let found = Rc::new(shear_lengths(run.contact, run.end, run.compressions, run.elements)?);
+        let found = Rc::new(shear_lengths(run.contact, run.end, run.compressions, run.elements, None)?);
         self.runs.insert(key, Rc::clone(&found));
         Ok(found)
     }

@@ -18,6 +18,7 @@
 //! for a MEMS tactile sensor application".
 
 use rayon::prelude::*;
+use std::sync::atomic::AtomicBool;
 
 use super::forecast::MeshSize;
 use super::layer::{End, Indenter, LayerMesh, LayerModel, LayerStep, PunchFan};
@@ -211,7 +212,8 @@ impl ShearLengths {
 }
 
 /// The shear lengths at the ascending `compressions` under `contact`, with about `n` quadrilaterals over the thickness
-/// (8 will do: the fan at the corner matters more). A coarser fan is used where a finer one stops.
+/// (8 will do: the fan at the corner matters more). A coarser fan is used where a finer one stops. `cancel` stops the work before the
+/// next linear system, and what is known by then is kept.
 ///
 /// # Errors
 /// See [`ModelError`]. Where the solver stops, the rest is left out and the reason is in the answer.
@@ -220,9 +222,10 @@ pub fn shear_lengths(
     end: End,
     compressions: &[f64],
     n: usize,
+    cancel: Option<&AtomicBool>,
 ) -> Result<ShearLengths, ModelError> {
     // Load steps so small that nobody would want to wait for them are not tried.
-    let settings = NewtonSettings { smallest_step: 1e-2, ..NewtonSettings::default() };
+    let settings = NewtonSettings { smallest_step: 1e-2, cancel, ..NewtonSettings::default() };
     let each = |fan: (f64, usize)| -> Result<_, ModelError> {
         let mut model = contact.model(n, end, fan)?;
         let mut points = Vec::new();

@@ -1,5 +1,8 @@
 //! The shear length that finite elements give the closed form.
 
+use std::sync::atomic::AtomicBool;
+use std::time::Instant;
+
 use elastocap_mechanics::solid::layer::End;
 use elastocap_mechanics::solid::shear_length::{Contact, ShearLength, shear_lengths};
 use elastocap_mechanics::{ClosedFormSettings, LayerState, LayerStress, MooneyRivlin};
@@ -25,8 +28,8 @@ fn the_closed_form_under_its_own_tractions_has_its_own_shear_length() {
 
 #[test]
 fn a_punch_is_sheared_farther_than_it_is_long_and_the_closed_form_then_has_its_forces() {
-    let found = shear_lengths(Contact::Punch(1.0), End::Free, &[0.05, 0.1], 6).unwrap();
-    let finer = shear_lengths(Contact::Punch(1.0), End::Free, &[0.05], 10).unwrap();
+    let found = shear_lengths(Contact::Punch(1.0), End::Free, &[0.05, 0.1], 6, None).unwrap();
+    let finer = shear_lengths(Contact::Punch(1.0), End::Free, &[0.05], 10, None).unwrap();
     assert!(found.stopped.is_none() && found.points.len() == 2);
     let [length, force] = found.disagreement.unwrap();
     // The coarsest fan against the finest: it is only used where the finer ones stop.
@@ -49,4 +52,13 @@ fn a_punch_is_sheared_farther_than_it_is_long_and_the_closed_form_then_has_its_f
         .map(|(s, w)| -0.5 * w * stress.nominal([0.0, 0.5 * (1.0 + s), 0.0])[(0, 0)])
         .sum();
     assert!((axial / point.axial_force - 1.0).abs() < 1e-9, "{axial}");
+}
+
+#[test]
+fn a_search_for_shear_lengths_that_is_asked_to_stop_stops_at_once() {
+    let cancel = AtomicBool::new(true);
+    let begun = Instant::now();
+    let found = shear_lengths(Contact::Punch(1.0), End::Free, &[0.05, 0.4], 8, Some(&cancel)).unwrap();
+    assert!(found.points.is_empty() && found.stopped.is_some());
+    assert!(begun.elapsed().as_secs_f64() < 2.0);
 }
