@@ -2,6 +2,8 @@
 //! a positive one to another at 0 V, and the charge of each with all at 1 V is not negative. Proved limits that exclude one of
 //! these cannot be right, whatever the reason: such a result is an error and no number of it is reported.
 
+use crate::floating::Floating;
+use crate::matrix::MatrixBounds;
 use crate::solution::{Bounded, Solution};
 
 /// What rounding may add up to in a sum of limits, as a share of the diagonal.
@@ -13,6 +15,34 @@ pub(crate) fn contradiction(solution: &Solution) -> Option<String> {
         let pair = solution.two_terminal.as_ref()?;
         (!in_order(pair)).then(|| "the two-terminal capacitance lies outside its own limits".to_owned())
     })
+}
+
+/// What contradicts itself between the matrix of all conductors and that of the driven ones, if anything does.
+///
+/// Floating conductors take the potentials of least energy, so that no energy of the driven ones is larger with them free than with
+/// them at 0 V; and charge that they hand on only adds to what one driven conductor draws from another.
+pub(crate) fn of_reduction(
+    all: &MatrixBounds,
+    reduced: &MatrixBounds,
+    floating: &Floating,
+) -> Option<String> {
+    if floating.floating.is_empty() {
+        return None;
+    }
+    let (before, after) = (all.entries(), reduced.entries());
+    let driven = || floating.driven.iter().enumerate();
+    let entries = driven().flat_map(|row| driven().map(move |column| (row, column)));
+    for ((i, &row), (j, &column)) in entries {
+        let scale = ROUNDING * before[row][row].upper.abs().max(before[column][column].upper.abs());
+        if after[i][j].lower > before[row][column].upper + scale {
+            return Some(format!(
+                "entry {}, {} of the Maxwell matrix is larger with the floating conductors free than with them at 0 V",
+                i + 1,
+                j + 1
+            ));
+        }
+    }
+    None
 }
 
 fn in_order(b: &Bounded) -> bool {
@@ -45,6 +75,7 @@ fn of_matrix(maxwell: &[Vec<Bounded>]) -> Option<String> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use faer::Mat;
 
     fn exact(entries: &[&[f64]]) -> Vec<Vec<Bounded>> {
         let bounded = |v: &f64| Bounded { value: *v, lower: v - 0.01, upper: v + 0.01 };
@@ -57,6 +88,21 @@ mod tests {
         // Within its limits the first row may sum to zero, and the coupling may vanish.
         assert_eq!(of_matrix(&exact(&[&[1.0, -1.01], &[-1.01, 2.0]])), None);
         assert_eq!(of_matrix(&exact(&[&[1.0, 0.005], &[0.005, 2.0]])), None);
+    }
+
+    #[test]
+    fn free_conductors_that_raise_an_energy_or_lower_a_coupling_are_a_contradiction() {
+        let floating = Floating::of_charges(&[None, Some(0.0), None]);
+        let sharp = |entries: &[&[f64]]| {
+            let m = Mat::from_fn(entries.len(), entries.len(), |i, j| entries[i][j]);
+            MatrixBounds { lower: m.clone(), upper: m }
+        };
+        let all = sharp(&[&[3.0, -1.0, -1.0], &[-1.0, 2.0, -1.0], &[-1.0, -1.0, 3.0]]);
+        assert_eq!(of_reduction(&all, &floating.reduced(&all), &floating), None);
+        let raised = sharp(&[&[3.1, -1.5], &[-1.5, 2.5]]);
+        assert!(of_reduction(&all, &raised, &floating).unwrap().contains("entry 1, 1"));
+        let less = sharp(&[&[2.5, -0.5], &[-0.5, 2.5]]);
+        assert!(of_reduction(&all, &less, &floating).unwrap().contains("entry 1, 2"));
     }
 
     #[test]
