@@ -31,6 +31,19 @@ const FLAT: f64 = 12_000.0;
 /// From how many [`strips`] on a scene in layers is meshed in layers, whose triangles may be longer than they are wide.
 const STRIPS: f64 = 300.0;
 
+/// Length of mesh edges along thin conductors, relative to their width, over the tolerance: the spread on the first mesh is then
+/// two to three times the tolerance.
+const THIN_EDGE: f64 = 4.0;
+
+/// Growth of elements from the edges of thin conductors on.
+const THIN_GROWTH: f64 = 0.3;
+
+/// Largest number of points along the edges of thin conductors: the first mesh has some hundred tetrahedra for each.
+const MAX_EDGE_POINTS: f64 = 8_000.0;
+
+/// Longer mesh edges along thin conductors than this, relative to their width, do not serve.
+const MAX_THIN_EDGE: f64 = 0.1;
+
 /// Meshes to try where the solver does not get through.
 const AGAIN: usize = 3;
 
@@ -256,6 +269,14 @@ fn mesh_of(
 
 fn whole_of(scene: &Scene, size: f64, tolerance: f64) -> Result<TetMesh, TetrahedraError> {
     let reach = reach(scene, tolerance);
+    if strips(scene) <= STRIPS
+        && let Some(sizing) = thin_metal(scene, size, tolerance, reach)
+        && let Ok(found) = mesh(scene, &sizing)
+        && found.refined
+    {
+        // Where this fails, the ways below may not.
+        return Ok(found.mesh);
+    }
     if flatness(scene) > FLAT || strips(scene) > STRIPS {
         // A polygon with an even number of sides is its own mirror image as the circle is.
         let circle = ((std::f64::consts::TAU / size).ceil() as usize).next_multiple_of(2);
@@ -288,6 +309,21 @@ fn whole_of(scene: &Scene, size: f64, tolerance: f64) -> Result<TetMesh, Tetrahe
             Err(error) => return Err(error.into()),
         }
     }
+}
+
+/// How to mesh a scene with thin conductors; `None` if it has none, or if their edges are too long to be divided finely.
+fn thin_metal(scene: &Scene, facet: f64, tolerance: f64, reach: f64) -> Option<Sizing> {
+    let sizing = |thin_edge: f64| Sizing {
+        facet,
+        thin_edge,
+        growth: THIN_GROWTH,
+        far: 2.0 * reach,
+        ..Sizing::default()
+    };
+    let wanted = THIN_EDGE * tolerance;
+    let points = sizing(wanted).points_along_thin_edges(scene)?;
+    let thin_edge = wanted * (points / MAX_EDGE_POINTS).max(1.0);
+    (thin_edge <= wanted.max(MAX_THIN_EDGE)).then(|| sizing(thin_edge))
 }
 
 /// Distance at which open space begins, over the size of the scene. The loss of the bounds beyond falls with its square (measured on

@@ -34,6 +34,7 @@ mod result_mesh;
 mod scene_surfaces;
 mod smoothing;
 mod surface_intersections;
+mod thin_edges;
 mod thin_gaps;
 
 use super::TetMesh;
@@ -45,6 +46,7 @@ use hidden_faces::remove_hidden_faces;
 pub use quality::Quality;
 use regions::{Filling, assign_regions};
 pub(crate) use scene_surfaces::bounds;
+use thin_edges::{points_along, thin_edges};
 
 /// A point, or a difference of two, m.
 type Point = [f64; 3];
@@ -54,6 +56,9 @@ type Point = [f64; 3];
 pub struct Sizing {
     /// Element size at a body, relative to the radius of a round one and to the largest extent of any other.
     pub facet: f64,
+    /// Length of edges along conductors that are less than a twentieth as thick as they are wide, relative to their width. It is
+    /// no less than half their thickness. Infinite if thin conductors are meshed as any other.
+    pub thin_edge: f64,
     /// Growth of the element size per distance from the bodies, below 1.
     pub growth: f64,
     /// Circumradius of a tetrahedron, relative to its shortest edge, above which it is refined. Refinement is sure to end by
@@ -67,7 +72,22 @@ pub struct Sizing {
 
 impl Default for Sizing {
     fn default() -> Self {
-        Self { facet: 0.3, growth: 0.5, radius_to_edge: 2.0, far: 20.0, max_points: 500_000 }
+        Self {
+            facet: 0.3,
+            thin_edge: f64::INFINITY,
+            growth: 0.5,
+            radius_to_edge: 2.0,
+            far: 20.0,
+            max_points: 500_000,
+        }
+    }
+}
+
+impl Sizing {
+    /// About how many points a mesh of the scene would have along the edges of thin conductors, those of [`Sizing::thin_edge`];
+    /// `None` if the scene has no thin conductors.
+    pub fn points_along_thin_edges(&self, scene: &Scene) -> Option<f64> {
+        points_along(&thin_edges(scene, self), &scene.domain)
     }
 }
 
@@ -104,6 +124,7 @@ pub fn mesh(scene: &Scene, sizing: &Sizing) -> Result<Meshed, MeshError> {
     if complex.surfaces_cross {
         remove_hidden_faces(&mut complex, &domain, |p| filling.at(p));
     }
+    complex.divide_edges(&thin_edges(scene, sizing));
     let mut work = MeshInProgress::new(complex, domain.min, domain.max)?;
     work.recover_boundaries(sizing)?;
     assign_regions(&mut work.mesh, &filling)?;

@@ -1,4 +1,5 @@
 mod crossing_bodies;
+mod thin_metal;
 
 use super::delaunay::{self, Delaunay};
 use super::{MeshError, Meshed, Sizing, mesh};
