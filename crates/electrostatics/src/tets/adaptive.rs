@@ -14,16 +14,25 @@ use crate::solution::{
     Bounded, Discretisation, Forecast, PhaseSeconds, SHARE_OF_DIAGONAL, STOPPED, Solution, Target,
 };
 use crate::tets::flux::{Flux, equilibrate};
-use crate::tets::potentials::{PotentialProblem, PotentialSettings, Potentials};
-use elastocap_geometry::meshing::tets::{Grading, TetMesh};
+use crate::tets::potentials::{
+    CoarserPotentials, PotentialProblem, PotentialSettings, Potentials, Start, add_up_to_one,
+};
+use elastocap_geometry::meshing::tets::{Bisected, Grading, TetMesh};
 use elastocap_linalg::memory::bytes_in_words;
 use faer::Mat;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
-/// Largest share of the gap that the marked tetrahedra hold together; less is marked where the tolerance is near.
-const MAX_MARKED: f64 = 0.6;
+/// Share of the gap that the marked tetrahedra hold together, as long as the tolerance is far.
+const MARKED: f64 = 0.6;
+
+/// Where the marked tetrahedra need to hold no larger share of the gap than this for the next mesh to meet the tolerance, they do.
+const LAST_MARKED: f64 = 0.85;
+
+/// Each mesh has this many times the tetrahedra of the one before at least: one that is hardly finer would cost as much as the last
+/// and gain nothing.
+const MIN_GROWTH: f64 = 1.15;
 
 /// How often a marked tetrahedron is bisected: error over tolerance above which the row applies, bisections (three halve all
 /// edges in most cases), and the share of the marked gap that this removes, neighbours included, as measured at edges.
@@ -139,14 +148,15 @@ pub fn solve_mesh(
     let mut iterations = 0;
     let mut meshes = 0;
     let mut before = f64::INFINITY;
-    let mut coarser: Option<MeshSolution> = None;
+    let mut coarser: Option<Coarser> = None;
     loop {
         meshes += 1;
-        let (found, flux) = match task.on_mesh(&mesh, &mut seconds) {
+        let (found, flux) = match task.on_mesh(&mesh, coarser.as_ref(), &mut seconds) {
             Ok(found) => found,
             Err(error) => {
                 // The bounds on the mesh before are proved all the same.
-                let mut last = coarser.ok_or_else(|| error.clone())?;
+                let useful = coarser.filter(|c| c.error < MAX_USEFUL_SPREAD);
+                let mut last = useful.ok_or_else(|| error.clone())?.solved;
                 last.solution.shortfall = Some(match error {
                     SolveError::Cancelled => STOPPED.to_owned(),
                     error => format!("a finer mesh could not be solved: {error}"),
@@ -202,10 +212,20 @@ pub fn solve_mesh(
         if let Some(what) = contradiction(&solved.solution) {
             return Err(SolveError::Contradiction(what));
         }
-        let Some(finer) = next else { return Ok(solved) };
+        let Some(Bisected { mesh: finer, origin, .. }) = next else { return Ok(solved) };
         mesh = finer;
-        coarser = (error < MAX_USEFUL_SPREAD).then_some(solved);
+        coarser = Some(Coarser { solved, potentials: found.into_coarser(), origin, error });
     }
+}
+
+/// What is known on the mesh before the last refinement.
+struct Coarser {
+    solved: MeshSolution,
+    potentials: CoarserPotentials,
+    /// For each tetrahedron of the refined mesh the one that it is a part of.
+    origin: Vec<u32>,
+    /// The relative spread.
+    error: f64,
 }
 
 /// Why a mesh is not refined any more.
@@ -263,19 +283,27 @@ impl<'a> Task<'a> {
     }
 
     /// Potentials and fluxes of all conductors on one mesh.
-    fn on_mesh(&self, mesh: &TetMesh, seconds: &mut PhaseSeconds) -> Result<(Potentials, Flux), SolveError> {
+    fn on_mesh(
+        &self,
+        mesh: &TetMesh,
+        coarser: Option<&Coarser>,
+        seconds: &mut PhaseSeconds,
+    ) -> Result<(Potentials, Flux), SolveError> {
         let (settings, permittivity) = (self.settings, self.scene.permittivity);
         let n = self.scene.floating_charges.len();
         let start = Instant::now();
         let problem = PotentialProblem { mesh, permittivity, conductors: n };
         let share = (ITERATION * settings.relative_tolerance).min(1e-6);
         let cancel = settings.cancel.as_deref();
-        let found = Potentials::solve(problem, PotentialSettings { order: settings.order, share, cancel });
+        let first =
+            coarser.map(|c| Start { mesh: &c.solved.mesh, potentials: &c.potentials, origin: &c.origin });
+        let how = PotentialSettings { order: settings.order, share, cancel };
+        let found = Potentials::solve_from(problem, how, first);
         seconds.primal += start.elapsed().as_secs_f64();
         let found = found?;
         let start = Instant::now();
         let gradients: Vec<_> = (0..n).map(|k| found.gradients(mesh, k)).collect();
-        let flux = equilibrate(mesh, permittivity, settings.order, &gradients);
+        let flux = equilibrate(mesh, permittivity, settings.order, &gradients, add_up_to_one(mesh, n));
         seconds.dual += start.elapsed().as_secs_f64();
         Ok((found, flux?))
     }
@@ -330,7 +358,7 @@ impl<'a> Task<'a> {
         all: &MatrixBounds,
         flux: &Flux,
         error: f64,
-    ) -> Result<TetMesh, NoFinerMesh> {
+    ) -> Result<Bisected, NoFinerMesh> {
         let settings = self.settings;
         let rounding = self.rounding_spread(all);
         if rounding > settings.relative_tolerance {
@@ -341,15 +369,27 @@ impl<'a> Task<'a> {
         let (_, bisections, removed) =
             *GENERATIONS.iter().find(|(above, ..)| far > *above).unwrap_or(&GENERATIONS[2]);
         let needed = (1.0 - 0.95 / far) / removed;
-        let marked = marked(&states, &flux.gaps, needed.min(MAX_MARKED));
+        let order = by_gap(&states, &flux.gaps);
+        let mut count = order.holding(if needed <= LAST_MARKED { needed } else { MARKED });
         let outside = beyond(&states, all, &flux.gap, self.scale);
-        let finer = mesh.bisected_towards(&marked, bisections, grading).mesh;
-        let memory = memory_of(finer.tets.len(), &self.scene, settings);
-        if marked.is_empty() || (outside > MAX_BEYOND && outside * error > settings.relative_tolerance) {
+        if count == 0 || (outside > MAX_BEYOND && outside * error > settings.relative_tolerance) {
             return Err(NoFinerMesh::OpenSpace);
         }
+        let enough = (MIN_GROWTH * mesh.tets.len() as f64) as usize;
+        let finer = loop {
+            let mut towards = grading.clone();
+            let finer = mesh.bisected_towards(&order.tets[..count], bisections, &mut towards);
+            if finer.mesh.tets.len() >= enough || count == order.tets.len() {
+                *grading = towards;
+                break finer;
+            }
+            let added = (finer.mesh.tets.len() - mesh.tets.len()).max(1);
+            let missing = (enough - mesh.tets.len()) as f64 / added as f64;
+            count = ((count as f64 * 1.1 * missing) as usize + 1).min(order.tets.len());
+        };
+        let tetrahedra = finer.mesh.tets.len();
+        let memory = memory_of(tetrahedra, &self.scene, settings);
         if meshes >= MAX_MESHES || memory > settings.memory_limit {
-            let tetrahedra = finer.tets.len();
             return Err(NoFinerMesh::TooLarge { tetrahedra, bytes: memory, limit: settings.memory_limit });
         }
         Ok(finer)
@@ -437,11 +477,27 @@ fn states(floating: &Floating, all: &MatrixBounds) -> Vec<(Vec<f64>, f64)> {
         .collect()
 }
 
-/// The smallest set of tetrahedra that holds a given share of the gap, relative to the energy, summed over all states.
+/// Tetrahedra by how much of the gap they hold.
+struct ByGap {
+    /// Those that hold any, from the most on.
+    tets: Vec<u32>,
+    /// What each of them holds together with those before it, relative to the energy, summed over all states.
+    held: Vec<f64>,
+}
+
+impl ByGap {
+    /// How many of the first hold this share of the gap.
+    fn holding(&self, share: f64) -> usize {
+        let goal = share * self.held.last().copied().unwrap_or(0.0);
+        self.tets.len().min(self.held.partition_point(|held| *held < goal) + usize::from(goal > 0.0))
+    }
+}
+
+/// Sorts tetrahedra by how much of the gap they hold.
 ///
 /// Where conductors float, a state is a sum of unit states. The root of its local gap is at most the sum of the roots of theirs
 /// (the gap is a squared norm).
-fn marked(states: &[(Vec<f64>, f64)], gaps: &[Vec<f64>], share: f64) -> Vec<u32> {
+fn by_gap(states: &[(Vec<f64>, f64)], gaps: &[Vec<f64>]) -> ByGap {
     let tets = gaps.first().map_or(0, Vec::len);
     let mut size: Vec<f64> = vec![0.0; tets];
     for (potentials, energy) in states.iter().filter(|(_, energy)| *energy > 0.0) {
@@ -451,19 +507,16 @@ fn marked(states: &[(Vec<f64>, f64)], gaps: &[Vec<f64>], share: f64) -> Vec<u32>
             *size += root * root / energy;
         }
     }
-    let goal = share * size.iter().sum::<f64>();
-    let mut order: Vec<u32> = (0..tets as u32).collect();
+    let mut tets: Vec<u32> = (0..tets as u32).filter(|&t| size[t as usize] > 0.0).collect();
     // Equal sizes keep their order, so that the same mesh is refined the same way.
-    order.sort_by(|&a, &b| size[b as usize].total_cmp(&size[a as usize]));
-    let mut held = 0.0;
-    let count = order.iter().take_while(|&&t| {
-        let wanted = held < goal && size[t as usize] > 0.0;
-        held += size[t as usize];
-        wanted
+    tets.sort_by(|&a, &b| size[b as usize].total_cmp(&size[a as usize]));
+    let mut sum = 0.0;
+    let held = tets.iter().map(|&t| {
+        sum += size[t as usize];
+        sum
     });
-    let count = count.count();
-    order.truncate(count);
-    order
+    let held = held.collect();
+    ByGap { tets, held }
 }
 
 /// The share of the spread (upper minus lower bound) that lies in open space beyond the mesh.
@@ -537,6 +590,9 @@ fn spread(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use elastocap_geometry::meshing::tets::of_boxes;
+    use elastocap_geometry::scene::{Body, Box3, Scene, Wall};
+    use elastocap_geometry::shapes::Shape;
 
     #[test]
     fn an_entry_that_may_be_zero_is_left_out_once_it_is_small_compared_with_the_conductor_alone() {
@@ -553,5 +609,31 @@ mod tests {
         let between = bounded(-1e-3, 1e-3);
         let pair = spread(&[vec![own, between], vec![between, own]], None, &[1.0; 2], &settings);
         assert!(!pair.may_be_zero && (pair.error - 0.02).abs() < 1e-3, "{pair:?}");
+    }
+    #[test]
+    fn every_mesh_has_a_seventh_more_tetrahedra_than_the_one_before_however_near_the_goal_is() {
+        let cube = |a: f64| Box3 { min: [-a; 3], max: [a; 3] };
+        let whole = Scene {
+            bodies: vec![Body::conductor("inner", Shape::Box(cube(0.5)))],
+            background_permittivity: 1.0,
+            domain: cube(1.0),
+            walls: [[Wall::Grounded; 2]; 3],
+        };
+        let line: Vec<f64> = (0..=8).map(|i| -1.0 + 0.25 * f64::from(i)).collect();
+        let mesh = of_boxes(&whole, &[line.clone(), line.clone(), line]);
+        let scene = MeshScene { permittivity: &[1.0], floating_charges: &[None], mirrored: [false; 3] };
+        let mut settings = TetrahedraSettings::default();
+        let (found, flux) =
+            Task::new(scene, &settings).on_mesh(&mesh, None, &mut PhaseSeconds::default()).unwrap();
+        let bounds = Task::new(scene, &settings).bounds(&found, &flux);
+        let error = bounds.spread.error;
+        for nearly in [0.5, 0.9, 0.99, 0.9999] {
+            settings.relative_tolerance = nearly * error;
+            let task = Task::new(scene, &settings);
+            let finer =
+                task.refined(&mesh, &mut Grading::none(&mesh), 1, &bounds.all, &flux, error).unwrap().mesh;
+            let growth = finer.tets.len() as f64 / mesh.tets.len() as f64;
+            assert!(growth >= MIN_GROWTH, "{nearly}: {growth}");
+        }
     }
 }

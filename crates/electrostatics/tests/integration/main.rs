@@ -11,3 +11,4 @@ mod mirror;
 mod parts;
 mod random_scenes;
 mod references;
+mod thin_metal;

@@ -139,6 +139,8 @@ const CHUNK: usize = 1024;
 /// V/m, of the potential in each tetrahedron, as nodal values of polynomials of degree `order - 1`: one value, or those at
 /// the four corners, or those followed by the middles of the edges 01, 02, 03, 12, 13, 23, tetrahedron after tetrahedron.
 ///
+/// If `add_up` the gradients of all states add up to zero, and so do the fluxes: that of the last state follows from the others.
+///
 /// # Errors
 ///
 /// [`FluxError`] if lists do not fit the mesh, numbers are not finite, or open faces do not see the centre of the mesh.
@@ -147,6 +149,7 @@ pub(crate) fn equilibrate(
     permittivity: &[f64],
     order: usize,
     gradients: &[Vec<[f64; 3]>],
+    add_up: bool,
 ) -> Result<Flux, FluxError> {
     if !(1..=3).contains(&order) {
         return Err(FluxError::Order { order });
@@ -154,10 +157,16 @@ pub(crate) fn equilibrate(
     let reference = Reference::new(order - 1);
     check(mesh, permittivity, &reference, gradients)?;
     let passages = Passages::new(mesh, permittivity)?;
-    let problem = FluxProblem { mesh, passages: &passages, reference: &reference, permittivity, gradients };
+    let made = &gradients[..gradients.len() - usize::from(add_up && !gradients.is_empty())];
+    let problem =
+        FluxProblem { mesh, passages: &passages, reference: &reference, permittivity, gradients: made };
     let mut moments = collect(&problem);
     drain(&problem, &mut moments);
-    Ok(measure(&problem, &moments))
+    if made.len() < gradients.len() {
+        let rest = |k: usize| -moments.iter().map(|x| x[k]).sum::<f64>();
+        moments.push((0..passages.tets.len() * reference.on_face).map(rest).collect());
+    }
+    Ok(measure(&FluxProblem { gradients, ..problem }, &moments))
 }
 
 fn check(

@@ -86,8 +86,13 @@ impl Workspace {
             kept[self.of_tet[t][face as usize] as usize * per] = false;
         }
         let free: Vec<usize> = (0..unknowns).filter(|&k| kept[k]).collect();
-        let mut small =
-            Mat::from_fn(free.len(), free.len(), |i, j| self.matrix[free[j] * unknowns + free[i]]);
+        // The factorisation reads the lower triangle only.
+        let mut small = Mat::zeros(free.len(), free.len());
+        for (j, &column) in free.iter().enumerate() {
+            let from = &self.matrix[column * unknowns..(column + 1) * unknowns];
+            let to = &mut small.col_as_slice_mut(j)[j..];
+            to.iter_mut().zip(&free[j..]).for_each(|(to, &row)| *to = from[row]);
+        }
         let mut answer = Mat::from_fn(free.len(), states, |i, s| self.right[s * unknowns + free[i]]);
         let scratch = factor::cholesky_in_place_scratch::<f64>(free.len(), Par::Seq, Default::default());
         let mut memory = MemBuffer::new(scratch);

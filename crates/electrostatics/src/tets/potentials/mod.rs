@@ -6,10 +6,12 @@ mod space;
 mod stiffness;
 #[cfg(test)]
 mod tests;
+mod transfer;
 
 pub(crate) use space::{Held, Space};
+pub(crate) use transfer::{CoarserPotentials, Start};
 
-use elastocap_geometry::meshing::tets::TetMesh;
+use elastocap_geometry::meshing::tets::{FaceRole, TetMesh};
 use elastocap_linalg::conjugate_gradients::{self, Goal};
 use elastocap_linalg::multigrid::{CoarseLevel, Multigrid};
 use faer::Mat;
@@ -111,18 +113,51 @@ impl Potentials {
         problem: PotentialProblem<'_>,
         settings: PotentialSettings<'_>,
     ) -> Result<Self, PotentialError> {
-        let space = Space::new(problem.mesh, settings.order)?;
-        let data = (0..problem.conductors as u32)
-            .map(|c| space.held().iter().map(|h| f64::from(u8::from(*h == Held::Conductor(c)))).collect())
-            .collect();
+        Self::solve_from(problem, settings, None)
+    }
+
+    /// As [`Potentials::solve`], starting from potentials on a coarser mesh.
+    pub(crate) fn solve_from(
+        problem: PotentialProblem<'_>,
+        settings: PotentialSettings<'_>,
+        start: Option<Start<'_>>,
+    ) -> Result<Self, PotentialError> {
+        let PotentialProblem { mesh, conductors, .. } = problem;
+        let space = Space::new(mesh, settings.order)?;
         for held in space.held() {
             if let Held::Conductor(c) = *held
-                && c as usize >= problem.conductors
+                && c as usize >= conductors
             {
                 return Err(PotentialError::Conductor(c));
             }
         }
-        Self::solve_held(problem, settings, space, data)
+        let solved = if add_up_to_one(mesh, conductors) { conductors - 1 } else { conductors };
+        let mut data = match start {
+            Some(start) => start.values(mesh, &space, solved),
+            None => vec![vec![0.0; space.functions()]; solved],
+        };
+        for (c, data) in (0..).zip(&mut data) {
+            for (value, held) in data.iter_mut().zip(space.held()).filter(|(_, held)| **held != Held::Free) {
+                *value = f64::from(u8::from(*held == Held::Conductor(c)));
+            }
+        }
+        let mut found = Self::solve_held(problem, settings, space, data)?;
+        if solved < conductors {
+            found.add_last();
+        }
+        Ok(found)
+    }
+
+    /// Adds the potential of the last conductor, with which all of them add up to one.
+    fn add_last(&mut self) {
+        let rest = |d: usize| 1.0 - self.values.iter().map(|u| u[d]).sum::<f64>();
+        self.values.push((0..self.space.functions()).map(rest).collect());
+        self.energies = self.stiffness.energies(&self.space, &self.values);
+    }
+
+    /// What is needed of them to start from on a finer mesh.
+    pub(crate) fn into_coarser(self) -> CoarserPotentials {
+        CoarserPotentials { space: self.space, values: self.values }
     }
 
     /// Solves for the values that `data` prescribes at held functions, starting from those that it has at the others.
@@ -148,6 +183,9 @@ impl Potentials {
         let one = |(k, mut u): (usize, Vec<f64>)| {
             let mut b = vec![0.0; space.unknowns()];
             system.held.product(&u, &mut b, |product, _| -product);
+            let free = || u.iter().zip(space.unknown()).filter(|(_, unknown)| **unknown != space::NONE);
+            let first: Vec<f64> = free().map(|(u, _)| *u).collect();
+            grid.matrix().product(&first, &mut b, |product, b| b - product);
             let mut x = vec![0.0; space.unknowns()];
             let goal = Goal {
                 share: settings.share,
@@ -158,7 +196,7 @@ impl Potentials {
             let end = conjugate_gradients::solve(&mut grid.cycle(), &b, &mut x, &mut Vec::new(), goal);
             for (u, &unknown) in u.iter_mut().zip(space.unknown()) {
                 if unknown != space::NONE {
-                    *u = x[unknown as usize];
+                    *u += x[unknown as usize];
                 }
             }
             (u, end)
@@ -191,4 +229,11 @@ impl Potentials {
     pub fn gradients(&self, mesh: &TetMesh, k: usize) -> Vec<[f64; 3]> {
         self.stiffness.gradients(mesh, &self.space, &self.values[k])
     }
+}
+
+/// Whether the potentials of all conductors add up to one everywhere: no grounded wall and no open space holds them at zero. The
+/// last of them follows from the others then.
+pub(crate) fn add_up_to_one(mesh: &TetMesh, conductors: usize) -> bool {
+    let on_conductor = |role: FaceRole| matches!(role, FaceRole::Conductor(_));
+    conductors > 1 && mesh.boundary.iter().all(|f| on_conductor(f.role))
 }

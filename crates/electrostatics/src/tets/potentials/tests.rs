@@ -294,3 +294,81 @@ fn beyond_the_mesh_the_largest_permittivity_on_the_rays_counts() {
     assert_eq!(between, most);
     assert!(least < 0.9 * most, "{least} {most}");
 }
+
+/// Two cubes between insulated walls.
+fn enclosed_pair() -> TetMesh {
+    let block = |x: f64| Box3 { min: [x, 0.25, 0.25], max: [x + 0.25, 0.75, 0.5] };
+    let domain = Box3 { min: [0.0; 3], max: [1.0; 3] };
+    let line = even(0.0, 1.0, 8);
+    of_boxes(
+        &scene(&[block(0.125), block(0.5)], domain, Wall::Insulated),
+        &[line.clone(), line.clone(), line],
+    )
+}
+
+#[test]
+fn the_last_potential_between_insulated_walls_is_what_it_would_be_solved_for() {
+    let mesh = enclosed_pair();
+    for order in 1..=3 {
+        let both = solve(&mesh, &[1.0], 2, order);
+        let space = Space::new(&mesh, order).unwrap();
+        let on_last = |h: &Held| f64::from(u8::from(*h == Held::Conductor(1)));
+        let data = vec![space.held().iter().map(on_last).collect()];
+        let problem = PotentialProblem { mesh: &mesh, permittivity: &[1.0], conductors: 2 };
+        let settings = PotentialSettings { order, ..SETTINGS };
+        let last = Potentials::solve_held(problem, settings, space, data).unwrap();
+        assert!((both.energies[(1, 1)] / last.energies[(0, 0)] - 1.0).abs() < 1e-9);
+        assert!((both.energies[(0, 1)] / last.energies[(0, 0)] + 1.0).abs() < 1e-9);
+        let apart = both.values[1].iter().zip(&last.values[0]).map(|(a, b)| (a - b).abs());
+        assert!(apart.fold(0.0, f64::max) < 1e-4);
+    }
+}
+
+#[test]
+fn only_between_insulated_walls_do_potentials_add_up_to_one() {
+    assert!(add_up_to_one(&enclosed_pair(), 2));
+    // One conductor is left to the solver; a grounded wall holds the sum at zero.
+    assert!(!add_up_to_one(&enclosed_pair(), 1));
+    let mut grounded = enclosed_pair();
+    grounded.boundary[0].role = FaceRole::Grounded;
+    assert!(!add_up_to_one(&grounded, 2));
+}
+
+#[test]
+fn polynomials_are_the_same_on_a_refined_mesh() {
+    let mesh = enclosed_pair();
+    let fine = mesh.bisected(&[0, 7, 100, 101, 102], 3);
+    for order in 1..=3 {
+        let polynomial = |[x, y, z]: [f64; 3]| (0.3 + x - 2.0 * y + 0.5 * z).powi(order as i32);
+        let at_places = |mesh: &TetMesh, space: &Space| -> Vec<f64> {
+            let place = |dof: usize| {
+                let points = space.linear(dof);
+                [0, 1, 2].map(|a| points.iter().map(|(p, w)| w * mesh.points[*p as usize][a]).sum())
+            };
+            (0..space.functions()).map(|d| polynomial(place(d))).collect()
+        };
+        let space = Space::new(&mesh, order).unwrap();
+        let values = vec![at_places(&mesh, &space)];
+        let potentials = CoarserPotentials { space, values };
+        let start = Start { mesh: &mesh, potentials: &potentials, origin: &fine.origin };
+        let space = Space::new(&fine.mesh, order).unwrap();
+        let found = start.values(&fine.mesh, &space, 1);
+        for (found, exact) in found[0].iter().zip(at_places(&fine.mesh, &space)) {
+            assert!((found - exact).abs() < 1e-12);
+        }
+    }
+}
+
+#[test]
+fn starting_from_the_mesh_before_saves_iterations_and_changes_no_energy() {
+    let mesh = enclosed_pair();
+    let marked: Vec<u32> = (0..mesh.tets.len() as u32).step_by(3).collect();
+    let fine = mesh.bisected(&marked, 1);
+    let potentials = solve(&mesh, &[1.0], 2, 2).into_coarser();
+    let start = Start { mesh: &mesh, potentials: &potentials, origin: &fine.origin };
+    let problem = PotentialProblem { mesh: &fine.mesh, permittivity: &[1.0], conductors: 2 };
+    let warm = Potentials::solve_from(problem, SETTINGS, Some(start)).unwrap();
+    let cold = Potentials::solve(problem, SETTINGS).unwrap();
+    assert!(warm.iterations < cold.iterations, "{} {}", warm.iterations, cold.iterations);
+    assert!((&warm.energies - &cold.energies).norm_max() < 1e-9 * cold.energies.norm_max());
+}
