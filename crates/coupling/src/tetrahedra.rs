@@ -41,6 +41,9 @@ const THIN_GROWTH: f64 = 0.3;
 /// Largest number of points along the edges of thin conductors: the first mesh has some hundred tetrahedra for each.
 const MAX_EDGE_POINTS: f64 = 8_000.0;
 
+/// The same for a mesh that is to say no more than what the solve will take.
+const FORECAST_EDGE_POINTS: f64 = 150.0;
+
 /// Longer mesh edges along thin conductors than this, relative to their width, do not serve.
 const MAX_THIN_EDGE: f64 = 0.1;
 
@@ -101,7 +104,8 @@ fn solve_at(
     smaller: f64,
 ) -> Result<Solved, Unsolved> {
     let failed = |error: TetrahedraError| Unsolved::Stop(error.into());
-    let First { mesh, planes, size, gap } = first(scene, imported, settings, smaller).map_err(failed)?;
+    let First { mesh, planes, size, gap } =
+        first(scene, imported, settings, smaller, MAX_EDGE_POINTS).map_err(failed)?;
     for conductor in scene.conductors() {
         if !mesh.boundary.iter().any(|f| f.role == FaceRole::Conductor(conductor.index as u32)) {
             return Err(failed(TetrahedraError::NoSurface { conductor: conductor.body.name.clone() }));
@@ -144,7 +148,7 @@ pub(crate) fn forecast(
     imported: Option<&ImportedMesh>,
     settings: &FieldSettings,
 ) -> Result<Forecast, TetrahedraError> {
-    let First { mesh, planes, .. } = first(scene, imported, settings, 1.0)?;
+    let First { mesh, planes, .. } = first(scene, imported, settings, 1.0, FORECAST_EDGE_POINTS)?;
     let permittivity = scene.permittivities();
     let charges = charges(scene);
     let shapes = shapes(&permittivity, &charges, planes);
@@ -167,6 +171,7 @@ fn first(
     imported: Option<&ImportedMesh>,
     settings: &FieldSettings,
     smaller: f64,
+    edge_points: f64,
 ) -> Result<First, TetrahedraError> {
     // Between balls that are close together, faces must be small compared with the gap too.
     let gap = ball_gap(scene)?;
@@ -178,7 +183,8 @@ fn first(
         Some(imported) => (imported.tets.clone(), [None; 3]),
         None => {
             let planes = if settings.symmetry { mirror::planes(scene) } else { [None; 3] };
-            mesh_of(scene, size, settings.relative_tolerance, planes)?
+            let fineness = Fineness { size, tolerance: settings.relative_tolerance, edge_points };
+            mesh_of(scene, fineness, planes)?
         }
     };
     Ok(First { mesh, planes, size, gap })
@@ -252,25 +258,36 @@ fn surfaces_of(scene: &Scene, mesh: &TetMesh, planes: [Option<f64>; 3]) -> Vec<S
     conductors.chain(dielectrics).collect()
 }
 
-/// A mesh with faces of this size over the radius on curved bodies: of the part above the planes, and which of them it keeps to.
+/// How fine a first mesh is.
+#[derive(Debug, Clone, Copy)]
+struct Fineness {
+    /// Of faces over the radius on curved bodies.
+    size: f64,
+    /// Of the solve that it is for.
+    tolerance: f64,
+    /// Largest number of points along the edges of thin conductors.
+    edge_points: f64,
+}
+
+/// A mesh of the part above the planes, and which of them it keeps to.
 /// The whole is meshed where the part cannot be.
 fn mesh_of(
     scene: &Scene,
-    size: f64,
-    tolerance: f64,
+    fineness: Fineness,
     planes: [Option<f64>; 3],
 ) -> Result<(TetMesh, [Option<f64>; 3]), TetrahedraError> {
     let part = mirror::part(scene, planes);
-    match whole_of(&part, size, tolerance) {
-        Err(_) if part != *scene => whole_of(scene, size, tolerance).map(|mesh| (mesh, [None; 3])),
+    match whole_of(&part, fineness) {
+        Err(_) if part != *scene => whole_of(scene, fineness).map(|mesh| (mesh, [None; 3])),
         found => found.map(|mesh| (mesh, planes)),
     }
 }
 
-fn whole_of(scene: &Scene, size: f64, tolerance: f64) -> Result<TetMesh, TetrahedraError> {
+fn whole_of(scene: &Scene, fineness: Fineness) -> Result<TetMesh, TetrahedraError> {
+    let Fineness { size, tolerance, .. } = fineness;
     let reach = reach(scene, tolerance);
     if strips(scene) <= STRIPS
-        && let Some(sizing) = thin_metal(scene, size, tolerance, reach)
+        && let Some(sizing) = thin_metal(scene, fineness, reach)
         && let Ok(found) = mesh(scene, &sizing)
         && found.refined
     {
@@ -312,18 +329,19 @@ fn whole_of(scene: &Scene, size: f64, tolerance: f64) -> Result<TetMesh, Tetrahe
 }
 
 /// How to mesh a scene with thin conductors; `None` if it has none, or if their edges are too long to be divided finely.
-fn thin_metal(scene: &Scene, facet: f64, tolerance: f64, reach: f64) -> Option<Sizing> {
+fn thin_metal(scene: &Scene, fineness: Fineness, reach: f64) -> Option<Sizing> {
     let sizing = |thin_edge: f64| Sizing {
-        facet,
+        facet: fineness.size,
         thin_edge,
         growth: THIN_GROWTH,
         far: 2.0 * reach,
         ..Sizing::default()
     };
-    let wanted = THIN_EDGE * tolerance;
+    let wanted = THIN_EDGE * fineness.tolerance;
     let points = sizing(wanted).points_along_thin_edges(scene)?;
-    let thin_edge = wanted * (points / MAX_EDGE_POINTS).max(1.0);
-    (thin_edge <= wanted.max(MAX_THIN_EDGE)).then(|| sizing(thin_edge))
+    let with = |most: f64| wanted * (points / most).max(1.0);
+    let (finest, coarsest) = (with(MAX_EDGE_POINTS), wanted.max(MAX_THIN_EDGE));
+    (finest <= coarsest).then(|| sizing(with(fineness.edge_points).clamp(finest, coarsest)))
 }
 
 /// Distance at which open space begins, over the size of the scene. The loss of the bounds beyond falls with its square (measured on

@@ -7,3 +7,4 @@ mod layer;
 mod route;
 mod run;
 mod scene;
+mod thin_metal;

@@ -247,8 +247,27 @@ impl Workspace {
         }
     }
 
-    /// Eliminates the moments that `fulfil` sets from the matrix and the right-hand sides.
+    /// Eliminates the moments that `fulfil` sets from the matrix A and the right-hand sides b: T^T A T and T^T b.
+    ///
+    /// The matrix is symmetric, hence T^T A T = T^T (T^T A)^T: rows are added to rows twice, with a transposition in between,
+    /// since columns are far apart in memory.
     fn reduce(&mut self, per: usize, unknowns: usize) {
+        let mut matrix = std::mem::take(&mut self.matrix);
+        self.add_rows(&mut matrix, per, unknowns);
+        for i in 0..unknowns {
+            for j in 0..i {
+                matrix.swap(i * unknowns + j, j * unknowns + i);
+            }
+        }
+        self.add_rows(&mut matrix, per, unknowns);
+        self.matrix = matrix;
+        let mut right = std::mem::take(&mut self.right);
+        right.chunks_exact_mut(unknowns).for_each(|b| self.add_rows(b, per, 1));
+        self.right = right;
+    }
+
+    /// T^T A for a matrix A of so many columns: adds the row of each moment that follows from others to the rows of these.
+    fn add_rows(&self, rows: &mut [f64], per: usize, columns: usize) {
         for &t in &self.forest.order {
             let t = t as usize;
             let parent = self.forest.parent[t] as usize;
@@ -256,24 +275,17 @@ impl Workspace {
                 continue;
             }
             let p = self.of_tet[t][parent] as usize;
-            let from = p * per;
-            let others: Vec<(usize, f64)> = (0..4)
-                .filter(|&i| i != parent && self.of_tet[t][i] != NONE)
-                .map(|i| self.of_tet[t][i] as usize)
-                .map(|q| (q * per, -self.sign(p, t) * self.sign(q, t)))
-                .collect();
-            for &(to, c) in &others {
-                for row in self.matrix.chunks_exact_mut(unknowns) {
-                    row[to] += c * row[from];
-                }
-            }
-            for &(to, c) in &others {
-                for k in 0..unknowns {
-                    self.matrix[to * unknowns + k] += c * self.matrix[from * unknowns + k];
-                }
-                for b in self.right.chunks_exact_mut(unknowns) {
-                    b[to] += c * b[from];
-                }
+            let from = p * per * columns;
+            for i in (0..4).filter(|&i| i != parent && self.of_tet[t][i] != NONE) {
+                let q = self.of_tet[t][i] as usize;
+                let (to, c) = (q * per * columns, -self.sign(p, t) * self.sign(q, t));
+                let (low, high) = rows.split_at_mut(from.max(to));
+                let (to, from) = if to < from {
+                    (&mut low[to..to + columns], &high[..columns])
+                } else {
+                    (&mut high[..columns], &low[from..from + columns])
+                };
+                to.iter_mut().zip(from).for_each(|(to, from)| *to += c * from);
             }
         }
     }
