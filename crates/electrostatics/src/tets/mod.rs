@@ -2,4 +2,5 @@
 
 pub(crate) mod adaptive;
 pub(crate) mod flux;
+mod marking;
 pub(crate) mod potentials;
