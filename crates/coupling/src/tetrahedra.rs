@@ -44,6 +44,9 @@ const MAX_EDGE_POINTS: f64 = 8_000.0;
 /// The same for a mesh that is to say no more than what the solve will take.
 const FORECAST_EDGE_POINTS: f64 = 150.0;
 
+/// A mesh with fine edges from the start has this many times the unknowns that refinement of a coarse one is expected to lead to.
+const FINE_EDGES: f64 = 2.0;
+
 /// Longer mesh edges along thin conductors than this, relative to their width, do not serve.
 const MAX_THIN_EDGE: f64 = 0.1;
 
@@ -152,7 +155,22 @@ pub(crate) fn forecast(
     let permittivity = scene.permittivities();
     let charges = charges(scene);
     let shapes = shapes(&permittivity, &charges, planes);
-    Ok(forecast_mesh(mesh, shapes, &settings.tetrahedra())?)
+    let found = forecast_mesh(mesh, shapes, &settings.tetrahedra())?;
+    let edges = Sizing { thin_edge: THIN_EDGE * settings.relative_tolerance, ..Sizing::default() };
+    let is_coarser = edges.points_along_thin_edges(scene).is_some_and(|points| points > FORECAST_EDGE_POINTS);
+    if imported.is_some() || !is_coarser {
+        return Ok(found);
+    }
+    let more = |count: usize| (FINE_EDGES * count as f64) as usize;
+    let memory = (FINE_EDGES * found.memory_bytes as f64) as u64;
+    Ok(Forecast {
+        unknowns: more(found.unknowns),
+        // The solver makes no mesh that would not fit into memory.
+        memory_bytes: memory.min(settings.memory_limit.max(found.memory_bytes)),
+        seconds: FINE_EDGES * found.seconds,
+        unmirrored: (more(found.unmirrored.0), FINE_EDGES * found.unmirrored.1),
+        ..found
+    })
 }
 
 /// A mesh to start from.

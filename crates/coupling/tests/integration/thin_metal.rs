@@ -13,7 +13,8 @@ use elastocap_electrostatics::{Bounded, VACUUM_PERMITTIVITY};
 fn solved(text: &str) -> Outcome {
     let case = elastocap_case::parse(text, Path::new("test.toml")).unwrap_or_else(|e| panic!("{e}"));
     let options = Options { prune: true, fields: false, scene: false };
-    let plan = Plan::new(&case, &options);
+    let mut plan = Plan::new(&case, &options);
+    plan.forecast(&case, &options);
     run(&case, &plan, &options, &Arc::new(AtomicBool::new(false)), &())
 }
 
@@ -28,6 +29,8 @@ fn found(name: &str) -> Outcome {
 fn two_terminal(outcome: &Outcome) -> Bounded {
     let step = &outcome.steps[0];
     assert_eq!(step.row.status, Status::Ok, "{:?}", step.reason);
+    let forecast = outcome.plan.unknowns as f64 / step.row.unknowns.unwrap() as f64;
+    assert!(forecast > 0.4 && forecast < 2.5, "{} of {}", outcome.plan.unknowns, step.row.unknowns.unwrap());
     step.two_terminal.unwrap()
 }
 
