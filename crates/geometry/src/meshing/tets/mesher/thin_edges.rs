@@ -1,4 +1,4 @@
-//! Points along the edges of thin metal, so that its sides are covered by one row of triangles with right angles.
+//! Points along the edges of thin metal, so that most triangles on its sides have right angles.
 //!
 //! The side of a plate is a strip as high as the plate is thick. Divided at the same places above and below, it becomes
 //! rectangles, and these right-angled triangles, whatever their ratio of length to height: that does no harm to bounds and
