@@ -226,7 +226,7 @@ fn side(a: Point, b: Point, c: Point, d: Point) -> f64 {
 }
 
 /// The way abc turn, projected onto two axes: positive anticlockwise, with an exact sign.
-pub(super) fn flat_turn(axes: [usize; 2], a: Point, b: Point, c: Point) -> f64 {
+pub(crate) fn flat_turn(axes: [usize; 2], a: Point, b: Point, c: Point) -> f64 {
     let [a, b, c] = [a, b, c].map(|p| Coord { x: p[axes[0]], y: p[axes[1]] });
     orient2d(a, b, c)
 }

@@ -5,10 +5,12 @@
 
 use super::outlines::{Outline, SAME, contains, distance, minus, sides};
 use crate::meshing::indices::Renumbering;
+use spade::handles::{FaceHandle, InnerTag};
 use spade::{
-    AngleLimit, ConstrainedDelaunayTriangulation, DelaunayTriangulation, HasPosition, Point2,
-    RefinementParameters, Triangulation, mitigate_underflow,
+    AngleLimit, CdtEdge, ConstrainedDelaunayTriangulation, HasPosition, Point2, RefinementParameters,
+    Triangulation, mitigate_underflow,
 };
+use std::collections::HashSet;
 
 /// Triangles with an angle below this, in degrees, are refined; angles of the outlines stay as they are.
 const MIN_ANGLE: f64 = 25.0;
@@ -158,17 +160,81 @@ impl HasPosition for Numbered {
     }
 }
 
-/// The Delaunay triangulation of points: triangles by places in the list. Empty if the points lie on a line.
+/// The constrained Delaunay triangulation of points, with anticlockwise triangles by places in the list, of the cells between
+/// `outlines` whose widest triangle has its centre `inside`. The `further` edges are sides of triangles too.
 ///
-/// Of points at the same place only one is a corner. Of points on one circle any triangulation may be returned, but always the
-/// same one for the same points.
-pub(crate) fn delaunay_triangles(points: &[[f64; 2]]) -> Vec<[usize; 3]> {
-    let vertex = |(number, p): (usize, &[f64; 2])| Numbered {
-        at: mitigate_underflow(Point2::new(p[0], p[1])),
-        number,
-    };
-    let vertices = points.iter().enumerate().map(vertex).collect();
-    let Ok(triangulation) = DelaunayTriangulation::<Numbered>::bulk_load(vertices) else { return Vec::new() };
-    let corners = triangulation.inner_faces().map(|face| face.vertices().map(|v| v.data().number));
-    corners.collect()
+/// Points at the same place count once, and edges that would cross earlier ones are left out: rounding alone makes them do so.
+/// What an outline does not separate from the space around all points is outside.
+pub(crate) fn constrained_triangles(
+    points: &[[f64; 2]],
+    outlines: &[[usize; 2]],
+    further: &[[usize; 2]],
+    inside: impl Fn([f64; 2]) -> bool,
+) -> Vec<[usize; 3]> {
+    let mut cdt = ConstrainedDelaunayTriangulation::<Numbered>::new();
+    let mut handles = Vec::with_capacity(points.len());
+    for (number, p) in points.iter().enumerate() {
+        let at = mitigate_underflow(Point2::new(p[0], p[1]));
+        let Ok(handle) = cdt.insert(Numbered { at, number }) else { return Vec::new() };
+        handles.push(handle);
+    }
+    let mut closed = true;
+    let mut separating = HashSet::new();
+    for (k, [a, b]) in outlines.iter().chain(further).enumerate() {
+        let [from, to] = [*a, *b].map(|p| handles[p]);
+        let fits = from != to && cdt.can_add_constraint(from, to);
+        if fits {
+            cdt.add_constraint(from, to);
+        }
+        if k < outlines.len() {
+            closed &= fits;
+            separating.insert([from.min(to), from.max(to)]);
+        }
+    }
+    let mut out = Vec::new();
+    let mut seen = HashSet::new();
+    for face in cdt.inner_faces() {
+        if !seen.insert(face.fix()) {
+            continue;
+        }
+        let mut cell = vec![face];
+        let mut next = 0;
+        let mut open = false;
+        while next < cell.len() {
+            for edge in cell[next].adjacent_edges() {
+                let [a, b] = edge.vertices().map(|v| v.fix());
+                if separating.contains(&[a.min(b), a.max(b)]) {
+                    continue;
+                }
+                match edge.rev().face().as_inner() {
+                    None => open = true,
+                    Some(across) => {
+                        if seen.insert(across.fix()) {
+                            cell.push(across);
+                        }
+                    }
+                }
+            }
+            next += 1;
+        }
+        let width = |f: &FaceHandle<'_, InnerTag, Numbered, (), CdtEdge<()>, ()>| {
+            let longest = f.adjacent_edges().map(|e| e.length_2()).into_iter().fold(0.0, f64::max);
+            if longest > 0.0 { f.area() / longest.sqrt() } else { 0.0 }
+        };
+        let center = |f: &FaceHandle<'_, InnerTag, Numbered, (), CdtEdge<()>, ()>| {
+            let middle = f.center();
+            [middle.x, middle.y]
+        };
+        if !closed {
+            cell.retain(|f| inside(center(f)));
+        } else {
+            let widest =
+                cell.iter().copied().reduce(|best, f| if width(&f) > width(&best) { f } else { best });
+            if open || !widest.is_some_and(|f| inside(center(&f))) {
+                continue;
+            }
+        }
+        out.extend(cell.iter().map(|f| f.vertices().map(|v| v.data().number)));
+    }
+    out
 }

@@ -1,16 +1,13 @@
-//! Adding points until every segment consists of edges and every facet of faces of the triangulation.
+//! From a complex to a triangulation that contains it.
 //!
-//! Segments that are missing are split. A facet is compared with the two-dimensional Delaunay triangulation of its points:
-//! where a triangle of it is no face of a tetrahedron, the centre of its circumcircle becomes a point, or a segment is split if
-//! that centre encroaches upon it (Shewchuk, Proc. 14th Symp. Comput. Geom., 1998).
+//! Segments that are missing are split until all of them consist of edges; then facets are made out of faces
+//! ([`super::facet_recovery`]).
 
-use super::delaunay::{Delaunay, Encroachment, FACES, FlatTets, Insertion, Refusal, circumcenter, sorted};
+use super::delaunay::{Delaunay, Encroachment, FlatTets, Insertion, Refusal, sorted};
 use super::piecewise_linear_complex::{PiecewiseLinearComplex, Seed};
 use super::{MeshError, Point, Sizing};
-use crate::meshing::indices::OptionalIndex;
-use crate::meshing::plane::delaunay_triangles;
 use elastocap_linalg::vector::{length, minus};
-use std::collections::HashSet;
+use std::collections::BTreeSet;
 
 /// A segment is not split into parts shorter than this share of its length.
 const SHORTEST: f64 = 1e-5;
@@ -36,10 +33,12 @@ pub(super) struct MeshInProgress {
     lengths: Vec<f64>,
     subsegments: Vec<Subsegment>,
     points_of_facet: Vec<Vec<u32>>,
+    /// The kept edges of the segments on each facet.
+    edges_of_facet: Vec<BTreeSet<[u32; 2]>>,
     /// Points below this number come from the scene; the mesher added those from it on.
     first_added: u32,
     /// A tetrahedron at the last point, where the search for the next one starts.
-    last_tet: u32,
+    pub(super) last_tet: u32,
 }
 
 /// The place of a point on a space-filling curve: points with near places are near in space (Morton order).
@@ -63,6 +62,7 @@ impl MeshInProgress {
             lengths: Vec::new(),
             subsegments: Vec::new(),
             points_of_facet: vec![Vec::new(); complex.facets.len()],
+            edges_of_facet: vec![BTreeSet::new(); complex.facets.len()],
             first_added: 0,
             last_tet: 0,
             complex,
@@ -103,7 +103,7 @@ impl MeshInProgress {
         Ok(out)
     }
 
-    fn unreachable(&self, at: Point) -> MeshError {
+    pub(super) fn unreachable(&self, at: Point) -> MeshError {
         MeshError::Unreachable { at, points: self.mesh.points.len() }
     }
 
@@ -184,8 +184,7 @@ impl MeshInProgress {
         let Subsegment { ends: [a, b], segment } = self.subsegments[k];
         let p = self.split_point([a, b]);
         // Near a sharp corner every split may call for another one.
-        let [from, to] = [a, b].map(|q| self.mesh.points[q as usize]);
-        if length(minus(to, from)) < SHORTEST * self.lengths[segment as usize] {
+        if self.is_short([a, b], segment) {
             return Err(self.unreachable(p));
         }
         let facets = self.segments[segment as usize].clone();
@@ -218,55 +217,8 @@ impl MeshInProgress {
         }
     }
 
-    /// Triangles of the plane Delaunay triangulation of facet `f` that are no faces of tetrahedra.
-    fn missing_triangles(&mut self, f: usize) -> Vec<[u32; 3]> {
-        let points = self.points_of_facet[f].clone();
-        if let &[a, b, c] = &points[..] {
-            return if self.mesh.has(&[a, b, c]) { Vec::new() } else { vec![[a, b, c]] };
-        }
-        let name = f as u32;
-        let mut there: HashSet<[u32; 3]> = HashSet::new();
-        let mut covered = 0.0;
-        for &v in &points {
-            for t in self.mesh.star(v) {
-                for face in FACES {
-                    let mut ids = face.map(|k| self.mesh.tets[t as usize][k]);
-                    ids.sort_unstable();
-                    if ids[0] != v
-                        || !ids.iter().all(|&p| self.mesh.facets_of_point[p as usize].contains(&name))
-                    {
-                        continue;
-                    }
-                    if there.insert(ids) && self.in_facet(f, ids) {
-                        covered += self.area(f, ids);
-                    }
-                }
-            }
-        }
-        let facet = &self.complex.facets[f];
-        let flat: Vec<[f64; 2]> =
-            points.iter().map(|&p| facet.project(self.mesh.points[p as usize])).collect();
-        let mut whole = 0.0;
-        let mut missing = Vec::new();
-        for t in delaunay_triangles(&flat) {
-            let mut ids = t.map(|k| points[k]);
-            ids.sort_unstable();
-            if self.in_facet(f, ids) {
-                whole += self.area(f, ids);
-                if !there.contains(&ids) {
-                    missing.push(ids);
-                }
-            }
-        }
-        // Of four points on a circle either diagonal will do: if the faces cover the facet, none is missing.
-        if (covered - whole).abs() <= 1e-9 * whole {
-            missing.clear();
-        }
-        missing
-    }
-
     /// The centroid of a triangle, m.
-    fn centroid(&self, ids: [u32; 3]) -> Point {
+    pub(super) fn centroid(&self, ids: [u32; 3]) -> Point {
         let [a, b, c] = ids.map(|p| self.mesh.points[p as usize]);
         [0, 1, 2].map(|k| (a[k] + b[k] + c[k]) / 3.0)
     }
@@ -274,13 +226,6 @@ impl MeshInProgress {
     /// Whether a triangle in the plane of a facet lies within its polygons.
     fn in_facet(&self, f: usize, ids: [u32; 3]) -> bool {
         self.complex.facets[f].contains(self.centroid(ids))
-    }
-
-    /// The area of a triangle in projection to the plane of the facet, m^2: rounding may put its points a little off the plane.
-    fn area(&self, f: usize, ids: [u32; 3]) -> f64 {
-        let facet = &self.complex.facets[f];
-        let [a, b, c] = ids.map(|p| facet.project(self.mesh.points[p as usize]));
-        0.5 * ((b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])).abs()
     }
 
     /// Adds points until every segment consists of edges and every facet of faces, which are kept from then on.
@@ -292,51 +237,13 @@ impl MeshInProgress {
         loop {
             self.recover_segments(max_points)?;
             let before = self.mesh.points.len();
-            for f in 0..self.complex.facets.len() {
-                for ids in self.missing_triangles(f) {
-                    if self.mesh.points.len() > max_points {
-                        return Err(self.unreachable(self.centroid(ids)));
-                    }
-                    self.recover_triangle(f, ids)?;
-                }
-            }
-            if self.mesh.points.len() == before {
-                self.split_tets_on_facets(max_points)?;
-            }
+            self.split_tets_on_facets(max_points)?;
             if self.mesh.points.len() == before {
                 break;
             }
         }
-        self.mark_kept();
-        Ok(())
-    }
-
-    /// Adds the circumcentre of a triangle that is missing, or splits a segment upon which it encroaches.
-    fn recover_triangle(&mut self, f: usize, ids: [u32; 3]) -> Result<(), MeshError> {
-        let name = f as u32;
-        let corners = ids.map(|p| self.mesh.points[p as usize]);
-        let center = circumcenter(corners).unwrap_or_else(|| self.centroid(ids));
-        let squared = |a: Point, b: Point| (0..3).map(|k| (a[k] - b[k]).powi(2)).sum::<f64>();
-        let encroaches_on = |ends: [u32; 2]| {
-            let [a, b] = ends.map(|p| self.mesh.points[p as usize]);
-            squared(a, center) + squared(b, center) <= squared(a, b) * (1.0 + 1e-12)
-        };
-        // A point added in the same pass may lie in the circle; then the next pass sees what is missing still.
-        let radius = squared(corners[0], center);
-        let stale = |&p: &u32| squared(self.mesh.points[p as usize], center) < 0.8 * radius;
-        if self.points_of_facet[f].iter().any(stale) {
-            return Ok(());
-        }
-        let encroached = self
-            .subsegments
-            .iter()
-            .position(|sub| self.segments[sub.segment as usize].contains(&name) && encroaches_on(sub.ends));
-        if let Some(k) = encroached {
-            return self.split_subsegment(k);
-        }
-        let facet = &self.complex.facets[f];
-        let at = facet.nearest(if facet.contains(center) { center } else { self.centroid(ids) });
-        self.add(at, &[name], self.smallest_size(&ids)).map(|_| ())
+        self.keep_segments();
+        self.recover_facets(max_points)
     }
 
     /// Adds a point in tetrahedra whose corners all lie on one facet: their faces on both sides would be kept, with nothing in
@@ -363,25 +270,54 @@ impl MeshInProgress {
         Ok(())
     }
 
-    /// Marks the edges of segments and the faces of facets as kept.
-    fn mark_kept(&mut self) {
-        for sub in &self.subsegments {
-            self.mesh.kept_edges.insert(sorted(sub.ends[0], sub.ends[1]), sub.segment);
-        }
-        for t in 0..self.mesh.tets.len() {
-            if !self.mesh.alive(t as u32) {
-                continue;
-            }
-            for i in 0..4 {
-                let ids = self.mesh.face(t as u32, i);
-                let [a, b, c] = ids.map(|p| p as usize);
-                let facet = self.mesh.facets_of_point[a].iter().copied().find(|f| {
-                    self.mesh.facets_of_point[b].contains(f)
-                        && self.mesh.facets_of_point[c].contains(f)
-                        && self.in_facet(*f as usize, ids)
-                });
-                self.mesh.kept_faces[t][i] = facet.map_or(OptionalIndex::NONE, OptionalIndex::some);
+    /// Marks the edges of segments as kept.
+    fn keep_segments(&mut self) {
+        for sub in std::mem::take(&mut self.subsegments) {
+            let edge = sorted(sub.ends[0], sub.ends[1]);
+            self.mesh.kept_edges.insert(edge, sub.segment);
+            for &f in &self.segments[sub.segment as usize] {
+                self.edges_of_facet[f as usize].insert(edge);
             }
         }
+    }
+
+    /// The kept edges of the segments on a facet.
+    pub(super) fn kept_edges_of(&self, f: usize) -> &BTreeSet<[u32; 2]> {
+        &self.edges_of_facet[f]
+    }
+
+    /// Notes that a kept edge was split at the point `v`.
+    pub(super) fn split_kept(&mut self, ends: [u32; 2], v: u32) {
+        let Some(segment) = self.mesh.kept_edges.remove(&ends) else { return };
+        let halves = ends.map(|end| sorted(end, v));
+        self.mesh.kept_edges.extend(halves.map(|half| (half, segment)));
+        for &f in &self.segments[segment as usize] {
+            let edges = &mut self.edges_of_facet[f as usize];
+            edges.remove(&ends);
+            edges.extend(halves);
+        }
+    }
+
+    /// Whether an edge of a segment is too short to be split.
+    pub(super) fn is_short(&self, ends: [u32; 2], segment: u32) -> bool {
+        let [a, b] = ends.map(|q| self.mesh.points[q as usize]);
+        length(minus(b, a)) < SHORTEST * self.lengths[segment as usize]
+    }
+
+    /// The points on a facet.
+    pub(super) fn points_of_facet(&self, f: usize) -> &[u32] {
+        &self.points_of_facet[f]
+    }
+
+    /// Whether a point lies on a facet.
+    pub(super) fn is_on(&self, p: u32, facet: u32) -> bool {
+        self.mesh.facets_of_point[p as usize].contains(&facet)
+    }
+
+    /// Records facets and size of a new point.
+    pub(super) fn note_point(&mut self, v: u32, facets: &[u32], size: f64) {
+        self.sizes.push(size);
+        facets.iter().for_each(|&f| self.points_of_facet[f as usize].push(v));
+        self.last_tet = self.mesh.tet_at(v);
     }
 }

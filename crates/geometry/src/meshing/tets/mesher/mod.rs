@@ -7,8 +7,9 @@
 //! 2. Where surfaces meet, all of them get the same points and segments ([`surface_intersections`]), and faces with the same
 //!    filling on both sides are removed ([`hidden_faces`]). This leaves a piecewise linear complex
 //!    ([`piecewise_linear_complex`]).
-//! 3. A Delaunay triangulation ([`delaunay`]) of its points gets more points until every segment consists of edges and every
-//!    facet of faces of tetrahedra ([`boundary_recovery`]). From then on these edges and faces are kept.
+//! 3. A Delaunay triangulation ([`delaunay`]) of its points gets more points until every segment consists of edges
+//!    ([`boundary_recovery`]). Then tetrahedra that facets pierce are exchanged for others until every facet consists of faces
+//!    ([`facet_recovery`]). From then on these edges and faces are kept.
 //! 4. Delaunay refinement (Ruppert, J. Algorithms 18, 1995; Shewchuk, Proc. 14th Symp. Comput. Geom., 1998) adds points until
 //!    tetrahedra are small and round enough ([`refinement`]), and points move to make the flattest of them rounder
 //!    ([`smoothing`]).
@@ -24,6 +25,8 @@ mod boundary_recovery;
 mod box_surfaces;
 mod delaunay;
 mod error;
+mod facet_exchange;
+mod facet_recovery;
 mod faceting;
 mod hidden_faces;
 mod piecewise_linear_complex;
@@ -44,7 +47,7 @@ use boundary_recovery::MeshInProgress;
 pub use error::MeshError;
 use hidden_faces::remove_hidden_faces;
 pub use quality::Quality;
-use regions::{Filling, assign_regions};
+use regions::{Filling, assign_regions, check_regions};
 pub(crate) use scene_surfaces::bounds;
 use thin_edges::{points_along, thin_edges};
 
@@ -131,6 +134,7 @@ pub fn mesh(scene: &Scene, sizing: &Sizing) -> Result<Meshed, MeshError> {
     let refined = work.refine(sizing);
     work.smooth();
     work.split_flat_tets(sizing).map_err(|at| MeshError::Flat { at })?;
+    check_regions(&work.mesh)?;
     let mesh = result_mesh::extract(&work, scene, &domain)?;
     Ok(Meshed { quality: Quality::of(&mesh), mesh, refined })
 }

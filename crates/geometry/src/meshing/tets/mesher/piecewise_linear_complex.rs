@@ -104,7 +104,11 @@ impl Facet {
 
     /// Whether a point of the plane lies in one of the polygons.
     pub(super) fn contains(&self, p: Point) -> bool {
-        let q = self.project(p);
+        self.contains_projected(self.project(p))
+    }
+
+    /// Whether a point with these coordinates within the plane lies in one of the polygons.
+    pub(super) fn contains_projected(&self, q: [f64; 2]) -> bool {
         self.polygons.iter().any(|polygon| in_polygon(&polygon.corners, q))
     }
 

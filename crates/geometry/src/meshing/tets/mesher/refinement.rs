@@ -12,6 +12,9 @@ use super::{Point, Sizing};
 use elastocap_linalg::vector::{length, minus};
 use std::collections::VecDeque;
 
+/// Points on surfaces make no tetrahedra that are less round: points of one plane, rounded, may span some without volume.
+const LEAST_ROUNDNESS: f64 = 1e-9;
+
 fn distance(a: Point, b: Point) -> f64 {
     length(minus(a, b))
 }
@@ -100,6 +103,7 @@ impl MeshInProgress {
             return;
         }
         let at = self.complex.facets[f as usize].nearest(center);
+        self.mesh.min_roundness = LEAST_ROUNDNESS;
         let result = self.mesh.insert(&Insertion {
             at,
             hint: tet,
@@ -108,6 +112,7 @@ impl MeshInProgress {
             flat_tets: FlatTets::Avoid,
             encroachment: Encroachment::Refuse,
         });
+        self.mesh.min_roundness = f64::NEG_INFINITY;
         match result {
             Ok(_) => self.sizes.push(self.size_at(at, &ids, sizing.growth)),
             Err(Refusal::KeptEdge(edge)) => self.split_edge(edge, sizing),
@@ -144,6 +149,7 @@ impl MeshInProgress {
         let at = self.split_point([a, b]);
         let star = self.mesh.star(a);
         let Some(&hint) = star.iter().find(|&&t| self.mesh.tets[t as usize].contains(&b)) else { return };
+        self.mesh.min_roundness = LEAST_ROUNDNESS;
         let result = self.mesh.insert(&Insertion {
             at,
             hint,
@@ -152,6 +158,7 @@ impl MeshInProgress {
             flat_tets: FlatTets::Avoid,
             encroachment: Encroachment::Allow,
         });
+        self.mesh.min_roundness = f64::NEG_INFINITY;
         if let Ok(v) = result {
             self.sizes.push(self.size_at(at, &[a, b], sizing.growth));
             self.mesh.kept_edges.remove(&[a, b]);

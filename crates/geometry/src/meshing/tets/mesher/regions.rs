@@ -150,6 +150,23 @@ pub(super) fn assign_regions(mesh: &mut Delaunay, filling: &Filling) -> Result<(
     Ok(())
 }
 
+/// Checks that kept faces separate all regions still, whatever refinement has done.
+///
+/// # Errors
+/// [`MeshError::Leak`] where tetrahedra of different regions have a face in common that is not kept.
+pub(super) fn check_regions(mesh: &Delaunay) -> Result<(), MeshError> {
+    for t in (0..mesh.tets.len() as u32).filter(|&t| mesh.alive(t)) {
+        let leaks = |i: &usize| {
+            let region = |t: u32| mesh.regions[t as usize];
+            mesh.kept_face(t, *i).is_none() && mesh.neighbour(t, *i).is_some_and(|n| region(n) != region(t))
+        };
+        if (0..4).any(|i| leaks(&i)) {
+            return Err(MeshError::Leak { at: mesh.corners(t)[0] });
+        }
+    }
+    Ok(())
+}
+
 /// The tetrahedra that can be reached from one without crossing a kept face; all are marked as seen.
 fn enclosed_part(mesh: &Delaunay, first: u32, seen: &mut [bool]) -> Vec<u32> {
     seen[first as usize] = true;

@@ -1,10 +1,10 @@
 //! Removing flat tetrahedra after refinement: by moving points, and by adding some.
 
 use super::boundary_recovery::MeshInProgress;
-use super::delaunay::Insertion;
+use super::delaunay::{EDGES, Insertion};
 use super::quality::roundness;
 use super::{Point, Sizing};
-use elastocap_linalg::vector::{length, minus};
+use elastocap_linalg::vector::{length, minus, normal};
 
 /// Tetrahedra less round than this get a point of their own.
 const FLAT: f64 = 0.01;
@@ -44,16 +44,27 @@ impl MeshInProgress {
                     continue;
                 }
                 let ids = self.mesh.tets[t as usize];
+                let mut places = self.places_above_kept_faces(t);
                 // A little off the centroid, and at another place each round.
                 let weights = [0, 1, 2, 3].map(|k| 1.0 + 0.1 * f64::from((k + round) % 4));
                 let sum: f64 = weights.iter().sum();
-                let at = [0, 1, 2].map(|a| (0..4).map(|k| weights[k] * corners[k][a]).sum::<f64>() / sum);
+                let middle = [0, 1, 2].map(|a| (0..4).map(|k| weights[k] * corners[k][a]).sum::<f64>() / sum);
                 // Where kept faces leave no room for rounder ones, the tetrahedron stays as it is.
-                self.mesh.min_roundness = own_roundness;
-                if self.mesh.insert(&Insertion::free(at, t)).is_ok() {
-                    self.sizes.push(self.size_at(at, &ids, sizing.growth));
+                places.extend([FLAT, 0.1 * FLAT].map(|least| (middle, least)));
+                // What is hardly rounder would only be split again.
+                places.retain(|(_, least)| *least >= 10.0 * own_roundness);
+                places.push((middle, own_roundness));
+                for (at, least) in places {
+                    self.mesh.min_roundness = least;
+                    self.mesh.must_remove = Some(t);
+                    let taken = self.mesh.insert(&Insertion::free(at, t)).is_ok();
+                    self.mesh.must_remove = None;
+                    self.mesh.min_roundness = f64::NEG_INFINITY;
+                    if taken {
+                        self.sizes.push(self.size_at(at, &ids, sizing.growth));
+                        break;
+                    }
                 }
-                self.mesh.min_roundness = f64::NEG_INFINITY;
             }
             if round + 1 == ROUNDS || self.mesh.points.len() == before {
                 return left.map_or(Ok(()), Err);
@@ -61,6 +72,28 @@ impl MeshInProgress {
             self.smooth();
         }
         Ok(())
+    }
+
+    /// Places for a point, m, at some distance from the kept faces of a flat tetrahedron, each with the least roundness wanted of
+    /// new tetrahedra there. In a valley between two faces that are almost in one plane, no point is far enough from both.
+    fn places_above_kept_faces(&self, t: u32) -> Vec<(Point, f64)> {
+        let corners = self.mesh.corners(t);
+        let mut up = [0.0; 3];
+        for i in (0..4).filter(|&i| self.mesh.kept_face(t, i).is_some()) {
+            let across = normal(self.mesh.face(t, i).map(|p| self.mesh.points[p as usize]));
+            up = [0, 1, 2].map(|k| up[k] + across[k]);
+        }
+        let size = length(up);
+        if size == 0.0 {
+            return Vec::new();
+        }
+        let edges = EDGES.iter().map(|&[i, j]| length(minus(corners[i], corners[j])));
+        let shortest = edges.fold(f64::INFINITY, f64::min);
+        let middle = [0, 1, 2].map(|k| corners.iter().map(|c| c[k]).sum::<f64>() / 4.0);
+        let place = |height: f64| [0, 1, 2].map(|k| middle[k] + height * shortest * up[k] / size);
+        [(1.0, FLAT), (0.5, FLAT), (0.25, FLAT), (0.5, 0.1 * FLAT), (0.1, 0.1 * FLAT)]
+            .map(|(height, least)| (place(height), least))
+            .to_vec()
     }
 
     /// Moves points that lie on no facet so that the flattest tetrahedron at each becomes rounder.

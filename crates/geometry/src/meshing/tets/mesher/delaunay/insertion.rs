@@ -11,6 +11,9 @@ use crate::meshing::tets::mesher::quality::roundness;
 /// Longest walk of the search for the tetrahedron that contains a point, in tetrahedra.
 const MAX_STEPS: usize = 20_000;
 
+/// Where new tetrahedra must be round, a cavity grows to this many tetrahedra at most.
+const MAX_ROUND_CAVITY: usize = 100;
+
 /// What an insertion does about tetrahedra whose corners would all lie on one facet.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum FlatTets {
@@ -28,6 +31,8 @@ pub(crate) enum Encroachment {
     Allow,
     /// It is refused.
     Refuse,
+    /// It is taken, and as many tetrahedra stay as it takes to keep the edges.
+    GoAround,
 }
 
 /// A point to be taken into the triangulation.
@@ -113,12 +118,21 @@ impl Delaunay {
         if let Some(&known) = self.tets[start as usize].iter().find(same) {
             return Err(Refusal::Duplicate(known));
         }
-        let cavity = self.cavity(point, start)?;
+        let mut cavity = self.cavity(start);
+        self.settle(point, &mut cavity)?;
         if self.must_remove.is_some_and(|t| self.stamps[t as usize] != cavity.inside) {
             return Err(Refusal::MissesTarget);
         }
-        self.check(point, &cavity)?;
-        Ok(self.fill(point, &cavity))
+        loop {
+            match self.check(point, &cavity) {
+                Ok(()) => return Ok(self.fill(point, &cavity)),
+                Err(Refusal::KeptEdge(edge)) if point.encroachment == Encroachment::GoAround => {
+                    self.go_around(edge, &mut cavity)?;
+                    self.settle(point, &mut cavity)?;
+                }
+                Err(refusal) => return Err(refusal),
+            }
+        }
     }
 
     /// The tetrahedron that contains the point, by a walk that crosses no kept face but those of the point's own facets.
@@ -143,19 +157,35 @@ impl Delaunay {
         Err(Refusal::Degenerate)
     }
 
-    /// The cavity of a point that lies in the tetrahedron `start`.
-    fn cavity(&mut self, point: &Insertion, start: u32) -> Result<Cavity, Refusal> {
+    /// The tetrahedron `start`, which contains the point, alone.
+    fn cavity(&mut self, start: u32) -> Cavity {
         self.stamp += 2;
         let (inside, banned) = (self.stamp, self.stamp - 1);
         self.stamps[start as usize] = inside;
-        let mut cavity = Cavity { start, tets: vec![start], rim: Vec::new(), inside, banned };
+        Cavity { start, tets: vec![start], rim: Vec::new(), inside, banned }
+    }
+
+    /// Grows a cavity, and trims it, until the point sees all of its rim from inside.
+    fn settle(&mut self, point: &Insertion, cavity: &mut Cavity) -> Result<(), Refusal> {
         loop {
-            self.grow(point, &mut cavity);
-            if !self.trim(point, &mut cavity)? {
-                return Ok(cavity);
+            self.grow(point, cavity);
+            if !self.trim(point, cavity)? {
+                return Ok(());
             }
-            cavity.tets.retain(|&t| self.stamps[t as usize] == inside);
+            cavity.tets.retain(|&t| self.stamps[t as usize] == cavity.inside);
         }
+    }
+
+    /// Throws the tetrahedra at an edge out of a cavity, all but the one that contains the point.
+    fn go_around(&mut self, edge: [u32; 2], cavity: &mut Cavity) -> Result<(), Refusal> {
+        let before = cavity.tets.len();
+        for &t in &cavity.tets {
+            if t != cavity.start && edge.iter().all(|p| self.tets[t as usize].contains(p)) {
+                self.stamps[t as usize] = cavity.banned;
+            }
+        }
+        cavity.tets.retain(|&t| self.stamps[t as usize] == cavity.inside);
+        if cavity.tets.len() == before { Err(Refusal::KeptEdge(edge)) } else { Ok(()) }
     }
 
     /// Adds neighbours whose circumspheres contain the point.
@@ -188,12 +218,15 @@ impl Delaunay {
             for i in 0..4 {
                 let n = self.neighbour(t, i);
                 let outside = |n: u32| self.stamps[n as usize] != cavity.inside;
-                if outside(t) || !n.is_none_or(outside) {
+                // The cavity may reach around a kept face: then the tetrahedra behind it have to go.
+                let across = n.is_some_and(|n| !outside(n));
+                if outside(t) || (across && point.may_replace(self.kept_faces[t as usize][i])) {
                     continue;
                 }
                 let face = self.face(t, i);
                 if point.flat_tets == FlatTets::Avoid
                     && let Some(n) = n
+                    && !across
                     && point.facets.iter().any(|f| self.all_on(&face, *f))
                 {
                     if self.stamps[n as usize] == cavity.banned {
@@ -207,6 +240,21 @@ impl Delaunay {
                 let [a, b, c] = face.map(|q| self.points[q as usize]);
                 let side = orientation(a, b, c, point.at);
                 let face = TetFace { tet: t, opposite: i };
+                // What would be too flat behind this face may be round enough behind those of the next tetrahedron.
+                if self.min_roundness > 0.0
+                    && let Some(n) = n
+                    && self.stamps[n as usize] != cavity.banned
+                    && point.may_replace(self.kept_faces[t as usize][i])
+                    && roundness([a, b, c, point.at]) <= self.min_roundness
+                {
+                    if cavity.tets.len() > MAX_ROUND_CAVITY {
+                        return Err(Refusal::Degenerate);
+                    }
+                    self.stamps[n as usize] = cavity.inside;
+                    cavity.tets.push(n);
+                    changed = true;
+                    continue;
+                }
                 if side == 0.0 && n.is_none() {
                     // A point in the plane of a kept face that is not known to lie on its facet could be moved off it later.
                     if !point.may_replace(self.kept_faces[t as usize][i]) {

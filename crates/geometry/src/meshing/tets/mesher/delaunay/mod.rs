@@ -8,12 +8,14 @@
 
 mod insertion;
 mod predicates;
+mod retriangulation;
 
 use super::Point;
 use super::regions::Region;
 use crate::meshing::indices::OptionalIndex;
 pub(super) use insertion::{Encroachment, FlatTets, Insertion, Refusal};
 pub(super) use predicates::{circumcenter, circumsphere_center, orientation};
+pub(super) use retriangulation::rotated;
 use std::collections::HashMap;
 
 /// Corners of the face opposite each corner; with that corner they make a positive determinant.

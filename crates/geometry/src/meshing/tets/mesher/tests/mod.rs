@@ -1,4 +1,5 @@
 mod crossing_bodies;
+mod sharp_surfaces;
 mod thin_metal;
 
 use super::delaunay::{self, Delaunay};
