@@ -4,11 +4,16 @@ use elastocap_electrostatics::{Forecast, MeshScene, MeshSolution, SolveError, fo
 use elastocap_geometry::export::body::{BodyMesh, Element, NamedArray};
 use elastocap_geometry::export::gltf::BodyRole;
 use elastocap_geometry::export::surfaces::{SurfaceBody, surfaces};
-use elastocap_geometry::meshing::tets::{FaceRole, LayeredSizing, MeshError, Sizing, TetMesh, layered, mesh};
+use elastocap_geometry::meshing::tets::{
+    FaceRole, LayeredSizing, MeshError, Sizing, TetMesh, layered, mesh_unless,
+};
 use elastocap_geometry::mirror;
 use elastocap_geometry::scene::{Body, Box3, Scene};
 use elastocap_geometry::shapes::Shape;
 use elastocap_linalg::vector::{cross, dot, length, minus};
+
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
 
 use crate::faceting_error::curvature_error;
 use crate::failure::{Stop, TetrahedraError};
@@ -106,7 +111,10 @@ fn solve_at(
     settings: &FieldSettings,
     smaller: f64,
 ) -> Result<Solved, Unsolved> {
-    let failed = |error: TetrahedraError| Unsolved::Stop(error.into());
+    let failed = |error: TetrahedraError| match error {
+        TetrahedraError::Mesh(MeshError::Cancelled) => Unsolved::Stop(Stop::Cancelled),
+        error => Unsolved::Stop(error.into()),
+    };
     let First { mesh, planes, size, gap } =
         first(scene, imported, settings, smaller, MAX_EDGE_POINTS).map_err(failed)?;
     for conductor in scene.conductors() {
@@ -201,7 +209,8 @@ fn first(
         Some(imported) => (imported.tets.clone(), [None; 3]),
         None => {
             let planes = if settings.symmetry { mirror::planes(scene) } else { [None; 3] };
-            let fineness = Fineness { size, tolerance: settings.relative_tolerance, edge_points };
+            let cancel = settings.cancel.as_ref();
+            let fineness = Fineness { size, tolerance: settings.relative_tolerance, edge_points, cancel };
             mesh_of(scene, fineness, planes)?
         }
     };
@@ -276,22 +285,24 @@ fn surfaces_of(scene: &Scene, mesh: &TetMesh, planes: [Option<f64>; 3]) -> Vec<S
     conductors.chain(dielectrics).collect()
 }
 
-/// How fine a first mesh is.
+/// How fine a first mesh is, and who may stop the mesher.
 #[derive(Debug, Clone, Copy)]
-struct Fineness {
+struct Fineness<'a> {
     /// Of faces over the radius on curved bodies.
     size: f64,
     /// Of the solve that it is for.
     tolerance: f64,
     /// Largest number of points along the edges of thin conductors.
     edge_points: f64,
+    /// Set from outside to stop.
+    cancel: Option<&'a Arc<AtomicBool>>,
 }
 
 /// A mesh of the part above the planes, and which of them it keeps to.
 /// The whole is meshed where the part cannot be.
 fn mesh_of(
     scene: &Scene,
-    fineness: Fineness,
+    fineness: Fineness<'_>,
     planes: [Option<f64>; 3],
 ) -> Result<(TetMesh, [Option<f64>; 3]), TetrahedraError> {
     let part = mirror::part(scene, planes);
@@ -301,12 +312,12 @@ fn mesh_of(
     }
 }
 
-fn whole_of(scene: &Scene, fineness: Fineness) -> Result<TetMesh, TetrahedraError> {
-    let Fineness { size, tolerance, .. } = fineness;
+fn whole_of(scene: &Scene, fineness: Fineness<'_>) -> Result<TetMesh, TetrahedraError> {
+    let Fineness { size, tolerance, cancel, .. } = fineness;
     let reach = reach(scene, tolerance);
     if strips(scene) <= STRIPS
         && let Some(sizing) = thin_metal(scene, fineness, reach)
-        && let Ok(found) = mesh(scene, &sizing)
+        && let Ok(found) = mesh_unless(scene, &sizing, cancel)
         && found.refined
     {
         // Where this fails, the ways below may not.
@@ -325,7 +336,7 @@ fn whole_of(scene: &Scene, fineness: Fineness) -> Result<TetMesh, TetrahedraErro
     let mut tries = TRIES;
     loop {
         tries -= 1;
-        match mesh(scene, &Sizing { facet, far: 2.0 * reach, ..Sizing::default() }) {
+        match mesh_unless(scene, &Sizing { facet, far: 2.0 * reach, ..Sizing::default() }, cancel) {
             Ok(found) => return Ok(found.mesh),
             Err(
                 MeshError::Flat { .. }
@@ -347,7 +358,7 @@ fn whole_of(scene: &Scene, fineness: Fineness) -> Result<TetMesh, TetrahedraErro
 }
 
 /// How to mesh a scene with thin conductors; `None` if it has none, or if their edges are too long to be divided finely.
-fn thin_metal(scene: &Scene, fineness: Fineness, reach: f64) -> Option<Sizing> {
+fn thin_metal(scene: &Scene, fineness: Fineness<'_>, reach: f64) -> Option<Sizing> {
     let sizing = |thin_edge: f64| Sizing {
         facet: fineness.size,
         thin_edge,

@@ -15,7 +15,7 @@ pub use bisection::Bisected;
 pub use edge_grading::Grading;
 pub use grid_cells::of_boxes;
 pub use layered::{LayeredError, LayeredSizing, layered};
-pub use mesher::{MeshError, Meshed, Quality, Sizing, mesh};
+pub use mesher::{MeshError, Meshed, Quality, Sizing, mesh, mesh_unless};
 pub(crate) use mesher::{bounds, flat_parts};
 pub use reflection::Reflected;
 

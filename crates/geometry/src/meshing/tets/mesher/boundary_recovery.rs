@@ -8,6 +8,8 @@ use super::piecewise_linear_complex::{PiecewiseLinearComplex, Seed};
 use super::{MeshError, Point, Sizing};
 use elastocap_linalg::vector::{length, minus};
 use std::collections::BTreeSet;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 /// A segment is not split into parts shorter than this share of its length.
 const SHORTEST: f64 = 1e-5;
@@ -39,6 +41,8 @@ pub(super) struct MeshInProgress {
     first_added: u32,
     /// A tetrahedron at the last point, where the search for the next one starts.
     pub(super) last_tet: u32,
+    /// Set from outside to stop.
+    cancel: Option<Arc<AtomicBool>>,
 }
 
 /// The place of a point on a space-filling curve: points with near places are near in space (Morton order).
@@ -52,8 +56,13 @@ impl MeshInProgress {
     /// The Delaunay triangulation of the points of a complex within a box.
     ///
     /// # Errors
-    /// [`MeshError::Unreachable`] for a point that the triangulation cannot take.
-    pub(super) fn new(complex: PiecewiseLinearComplex, min: Point, max: Point) -> Result<Self, MeshError> {
+    /// [`MeshError::Unreachable`] for a point that the triangulation cannot take, and [`MeshError::Cancelled`].
+    pub(super) fn new(
+        complex: PiecewiseLinearComplex,
+        min: Point,
+        max: Point,
+        cancel: Option<Arc<AtomicBool>>,
+    ) -> Result<Self, MeshError> {
         let mesh = Delaunay::new(min, max);
         let mut out = Self {
             sizes: vec![f64::INFINITY; mesh.points.len()],
@@ -65,6 +74,7 @@ impl MeshInProgress {
             edges_of_facet: vec![BTreeSet::new(); complex.facets.len()],
             first_added: 0,
             last_tet: 0,
+            cancel,
             complex,
         };
         let mut order: Vec<usize> = (0..out.complex.points.len()).collect();
@@ -73,6 +83,7 @@ impl MeshInProgress {
         // A point that would make tetrahedra flat within a facet is put off: among other points it may not.
         let mut put_off = Vec::new();
         for k in order {
+            out.go_on()?;
             let p = out.complex.points[k];
             let facets = out.complex.facets_of_point[k].clone();
             let result = out.insert(p, &facets, FlatTets::Avoid);
@@ -101,6 +112,19 @@ impl MeshInProgress {
             }
         }
         Ok(out)
+    }
+
+    /// Whether the caller has asked the mesher to stop.
+    pub(super) fn cancelled(&self) -> bool {
+        self.cancel.as_ref().is_some_and(|cancel| cancel.load(Ordering::Relaxed))
+    }
+
+    /// The same, to be passed on.
+    ///
+    /// # Errors
+    /// [`MeshError::Cancelled`] if so.
+    pub(super) fn go_on(&self) -> Result<(), MeshError> {
+        if self.cancelled() { Err(MeshError::Cancelled) } else { Ok(()) }
     }
 
     pub(super) fn unreachable(&self, at: Point) -> MeshError {
@@ -205,6 +229,7 @@ impl MeshInProgress {
                 let ends = self.subsegments[k].ends;
                 if !self.mesh.has(&ends) {
                     complete = false;
+                    self.go_on()?;
                     if self.mesh.points.len() > max_points {
                         return Err(self.unreachable(self.mesh.points[ends[0] as usize]));
                     }
@@ -250,6 +275,7 @@ impl MeshInProgress {
     /// between.
     fn split_tets_on_facets(&mut self, max_points: usize) -> Result<(), MeshError> {
         for t in 0..self.mesh.tets.len() as u32 {
+            self.go_on()?;
             if !self.mesh.alive(t) {
                 continue;
             }

@@ -79,6 +79,9 @@ pub enum MeshError {
         "open space between two opposite walls cannot be meshed; make one of the two walls open, or all sides walls"
     )]
     OpenBetweenWalls,
+    /// The caller asked the mesher to stop.
+    #[error("the mesher was asked to stop")]
+    Cancelled,
     /// Nothing in the scene has an extent.
     #[error("the scene has no body and no walls; add one")]
     Empty,

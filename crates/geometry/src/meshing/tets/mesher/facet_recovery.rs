@@ -34,6 +34,7 @@ impl MeshInProgress {
         for _ in 0..MAX_ROUNDS {
             let mut incomplete = Vec::new();
             for f in open {
+                self.go_on()?;
                 if !self.recover_facet(f, max_points)? {
                     incomplete.push(f);
                 }

@@ -49,6 +49,8 @@ use hidden_faces::remove_hidden_faces;
 pub use quality::Quality;
 use regions::{Filling, assign_regions, check_regions};
 pub(crate) use scene_surfaces::bounds;
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
 use thin_edges::{points_along, thin_edges};
 
 /// A point, or a difference of two, m.
@@ -117,6 +119,19 @@ pub struct Meshed {
 /// [`MeshError`]: conductors that meet each other or a grounded wall, round bodies whose surfaces almost coincide, open
 /// space between opposite walls, and surfaces that cannot be built from faces within the limit on points.
 pub fn mesh(scene: &Scene, sizing: &Sizing) -> Result<Meshed, MeshError> {
+    mesh_unless(scene, sizing, None)
+}
+
+/// The same, unless the caller asks it to stop by setting `cancel`.
+///
+/// # Errors
+///
+/// As [`mesh()`], and [`MeshError::Cancelled`].
+pub fn mesh_unless(
+    scene: &Scene,
+    sizing: &Sizing,
+    cancel: Option<&Arc<AtomicBool>>,
+) -> Result<Meshed, MeshError> {
     let open = |a: usize| scene.walls[a].map(|w| w == Wall::Open);
     if (0..3).any(|a| open(a) == [false; 2]) && (0..3).any(|a| open(a) != [false; 2]) {
         return Err(MeshError::OpenBetweenWalls);
@@ -128,12 +143,13 @@ pub fn mesh(scene: &Scene, sizing: &Sizing) -> Result<Meshed, MeshError> {
         remove_hidden_faces(&mut complex, &domain, |p| filling.at(p));
     }
     complex.divide_edges(&thin_edges(scene, sizing));
-    let mut work = MeshInProgress::new(complex, domain.min, domain.max)?;
+    let mut work = MeshInProgress::new(complex, domain.min, domain.max, cancel.cloned())?;
     work.recover_boundaries(sizing)?;
     assign_regions(&mut work.mesh, &filling)?;
     let refined = work.refine(sizing);
     work.smooth();
     work.split_flat_tets(sizing).map_err(|at| MeshError::Flat { at })?;
+    work.go_on()?;
     check_regions(&work.mesh)?;
     let mesh = result_mesh::extract(&work, scene, &domain)?;
     Ok(Meshed { quality: Quality::of(&mesh), mesh, refined })

@@ -55,12 +55,12 @@ impl MeshInProgress {
         (large || long || flat).then_some(center)
     }
 
-    /// Refines until sizes and shapes are as asked; `false` if the limit on points came first.
+    /// Refines until sizes and shapes are as asked; `false` if the limit on points came first, or the request to stop.
     pub(super) fn refine(&mut self, sizing: &Sizing) -> bool {
         let mut queue: VecDeque<u32> = (0..self.mesh.tets.len() as u32).collect();
         while let Some(t) = queue.pop_front() {
             let Some(at) = self.refinement_point(t, sizing) else { continue };
-            if self.mesh.points.len() >= sizing.max_points {
+            if self.mesh.points.len() >= sizing.max_points || self.cancelled() {
                 return false;
             }
             let before = self.mesh.points.len();

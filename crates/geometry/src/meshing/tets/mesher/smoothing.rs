@@ -29,7 +29,7 @@ impl MeshInProgress {
             let mut left = None;
             let before = self.mesh.points.len();
             for t in 0..self.mesh.tets.len() as u32 {
-                if !self.mesh.alive(t) || self.mesh.regions[t as usize].is_conductor() {
+                if !self.mesh.alive(t) || self.mesh.regions[t as usize].is_conductor() || self.cancelled() {
                     continue;
                 }
                 let corners = self.mesh.corners(t);
@@ -100,6 +100,9 @@ impl MeshInProgress {
     pub(super) fn smooth(&mut self) {
         for round in 0..4 {
             for v in 8..self.mesh.points.len() as u32 {
+                if self.cancelled() {
+                    return;
+                }
                 let t = self.mesh.tet_at(v);
                 let fixed = !self.mesh.facets_of_point[v as usize].is_empty();
                 if fixed || self.mesh.regions[t as usize].is_conductor() {

@@ -3,13 +3,16 @@ mod sharp_surfaces;
 mod thin_metal;
 
 use super::delaunay::{self, Delaunay};
-use super::{MeshError, Meshed, Sizing, mesh};
+use super::{MeshError, Meshed, Sizing, mesh, mesh_unless};
 use crate::meshing::tets::{BoundaryFace, FaceRole, TetMesh, determinant};
 use crate::samples::{self, scene};
 use crate::scene::{Body, Box3, Wall};
 use crate::shapes::{Shape, TriangleSurface};
 use std::collections::HashMap;
 use std::f64::consts::PI;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::{Duration, Instant};
 
 fn cube(a: f64) -> Box3 {
     Box3 { min: [-a; 3], max: [a; 3] }
@@ -241,4 +244,21 @@ fn bodies_go_through_the_planes_of_slabs() {
     let all = volume(&out.mesh, None);
     assert!((all / (512.0 - 3.0 * circle - 2.0 * half_ball) - 1.0).abs() < 1e-9, "{all}");
     assert!((area(&out.mesh, |r| r == FaceRole::Conductor(2)) - 1.2).abs() < 1e-12);
+}
+
+#[test]
+fn a_mesher_that_is_asked_to_stop_stops_within_two_seconds() {
+    let ball = Shape::Sphere { center: [0.0; 3], radius: 1.0 };
+    let scene = scene(Box3::SPACE, Wall::Open, vec![ball]);
+    // Some minutes of work.
+    let fine = Sizing { facet: 0.05, far: 10.0, max_points: 10_000_000, growth: 0.02, ..Sizing::default() };
+    let cancel = Arc::new(AtomicBool::new(false));
+    let (begun, stop) = (Instant::now(), Arc::clone(&cancel));
+    let asked = std::thread::spawn(move || {
+        std::thread::sleep(Duration::from_millis(300));
+        stop.store(true, Ordering::Relaxed);
+    });
+    assert_eq!(mesh_unless(&scene, &fine, Some(&cancel)), Err(MeshError::Cancelled));
+    asked.join().unwrap();
+    assert!(begun.elapsed() < Duration::from_millis(2300), "{:?}", begun.elapsed());
 }
