@@ -41,6 +41,8 @@ pub(super) struct MeshInProgress {
     first_added: u32,
     /// A tetrahedron at the last point, where the search for the next one starts.
     pub(super) last_tet: u32,
+    /// Points that refinement adds on surfaces make no tetrahedra that are less round.
+    pub(super) least_roundness: f64,
     /// Set from outside to stop.
     cancel: Option<Arc<AtomicBool>>,
 }
@@ -74,6 +76,7 @@ impl MeshInProgress {
             edges_of_facet: vec![BTreeSet::new(); complex.facets.len()],
             first_added: 0,
             last_tet: 0,
+            least_roundness: f64::NEG_INFINITY,
             cancel,
             complex,
         };

@@ -56,6 +56,12 @@ use thin_edges::{points_along, thin_edges};
 /// A point, or a difference of two, m.
 type Point = [f64; 3];
 
+/// Points on surfaces make no tetrahedra that are less round: points of one plane, rounded, may span some without volume.
+///
+/// Not so where thin metal gets fine edges: a side that is split around a flat tetrahedron gets triangles so obtuse that the lower
+/// bound does not converge. Should a tetrahedron without volume remain there, it ends the mesh.
+const LEAST_ROUNDNESS: f64 = 1e-9;
+
 /// How fine a mesh is.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Sizing {
@@ -142,10 +148,14 @@ pub fn mesh_unless(
     if complex.surfaces_cross {
         remove_hidden_faces(&mut complex, &domain, |p| filling.at(p));
     }
-    complex.divide_edges(&thin_edges(scene, sizing));
+    let thin = thin_edges(scene, sizing);
+    complex.divide_edges(&thin);
     let mut work = MeshInProgress::new(complex, domain.min, domain.max, cancel.cloned())?;
     work.recover_boundaries(sizing)?;
     assign_regions(&mut work.mesh, &filling)?;
+    if thin.is_empty() {
+        work.least_roundness = LEAST_ROUNDNESS;
+    }
     let refined = work.refine(sizing);
     work.smooth();
     work.split_flat_tets(sizing).map_err(|at| MeshError::Flat { at })?;

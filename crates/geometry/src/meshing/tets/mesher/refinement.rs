@@ -12,15 +12,6 @@ use super::{Point, Sizing};
 use elastocap_linalg::vector::{length, minus};
 use std::collections::VecDeque;
 
-/// Points on surfaces make no tetrahedra that are less round: points of one plane, rounded, may span some without volume.
-const LEAST_ROUNDNESS: f64 = 1e-9;
-
-/// [`LEAST_ROUNDNESS`], but none where thin metal gets fine edges: a side that is split around a flat tetrahedron gets triangles so
-/// obtuse that the lower bound does not converge. Should one without volume remain, it ends the mesh.
-fn least_roundness(sizing: &Sizing) -> f64 {
-    if sizing.thin_edge.is_finite() { f64::NEG_INFINITY } else { LEAST_ROUNDNESS }
-}
-
 fn distance(a: Point, b: Point) -> f64 {
     length(minus(a, b))
 }
@@ -109,7 +100,7 @@ impl MeshInProgress {
             return;
         }
         let at = self.complex.facets[f as usize].nearest(center);
-        self.mesh.min_roundness = least_roundness(sizing);
+        self.mesh.min_roundness = self.least_roundness;
         let result = self.mesh.insert(&Insertion {
             at,
             hint: tet,
@@ -155,7 +146,7 @@ impl MeshInProgress {
         let at = self.split_point([a, b]);
         let star = self.mesh.star(a);
         let Some(&hint) = star.iter().find(|&&t| self.mesh.tets[t as usize].contains(&b)) else { return };
-        self.mesh.min_roundness = least_roundness(sizing);
+        self.mesh.min_roundness = self.least_roundness;
         let result = self.mesh.insert(&Insertion {
             at,
             hint,
