@@ -11,7 +11,6 @@ use elastocap_geometry::mirror;
 use elastocap_geometry::scene::{Body, Box3, Scene};
 use elastocap_geometry::shapes::Shape;
 use elastocap_linalg::vector::{cross, dot, length, minus};
-
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
@@ -317,11 +316,13 @@ fn whole_of(scene: &Scene, fineness: Fineness<'_>) -> Result<TetMesh, Tetrahedra
     let reach = reach(scene, tolerance);
     if strips(scene) <= STRIPS
         && let Some(sizing) = thin_metal(scene, fineness, reach)
-        && let Ok(found) = mesh_unless(scene, &sizing, cancel)
-        && found.refined
     {
-        // Where this fails, the ways below may not.
-        return Ok(found.mesh);
+        match mesh_unless(scene, &sizing, cancel) {
+            Ok(found) if found.refined => return Ok(found.mesh),
+            Err(MeshError::Cancelled) => return Err(MeshError::Cancelled.into()),
+            // The ways below may do.
+            Ok(_) | Err(_) => {}
+        }
     }
     if flatness(scene) > FLAT || strips(scene) > STRIPS {
         // A polygon with an even number of sides is its own mirror image as the circle is.

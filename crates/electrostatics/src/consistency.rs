@@ -9,32 +9,30 @@ use crate::solution::{Bounded, Solution};
 /// What rounding may add up to in a sum of limits, as a share of the diagonal.
 const ROUNDING: f64 = 1e-9;
 
-/// What contradicts itself in a solution, as the end of a sentence, if anything does.
-pub(crate) fn contradiction(solution: &Solution) -> Option<String> {
-    of_matrix(&solution.maxwell).or_else(|| {
+/// What contradicts itself in a solution, as the end of a sentence, if anything does. `all` are the bounds of all conductors, those
+/// that float among them.
+pub(crate) fn contradiction(solution: &Solution, all: &MatrixBounds, floating: &Floating) -> Option<String> {
+    let pair = || {
         let pair = solution.two_terminal.as_ref()?;
         (!in_order(pair)).then(|| "the two-terminal capacitance lies outside its own limits".to_owned())
-    })
+    };
+    of_matrix(&solution.maxwell).or_else(pair).or_else(|| of_reduction(all, &solution.maxwell, floating))
 }
 
 /// What contradicts itself between the matrix of all conductors and that of the driven ones, if anything does.
 ///
 /// Floating conductors take the potentials of least energy, so that no energy of the driven ones is larger with them free than with
 /// them at 0 V; and charge that they hand on only adds to what one driven conductor draws from another.
-pub(crate) fn of_reduction(
-    all: &MatrixBounds,
-    reduced: &MatrixBounds,
-    floating: &Floating,
-) -> Option<String> {
+fn of_reduction(all: &MatrixBounds, maxwell: &[Vec<Bounded>], floating: &Floating) -> Option<String> {
     if floating.floating.is_empty() {
         return None;
     }
-    let (before, after) = (all.entries(), reduced.entries());
+    let before = all.entries();
     let driven = || floating.driven.iter().enumerate();
     let entries = driven().flat_map(|row| driven().map(move |column| (row, column)));
     for ((i, &row), (j, &column)) in entries {
         let scale = ROUNDING * before[row][row].upper.abs().max(before[column][column].upper.abs());
-        if after[i][j].lower > before[row][column].upper + scale {
+        if maxwell[i][j].lower > before[row][column].upper + scale {
             return Some(format!(
                 "entry {}, {} of the Maxwell matrix is larger with the floating conductors free than with them at 0 V",
                 i + 1,
@@ -98,11 +96,12 @@ mod tests {
             MatrixBounds { lower: m.clone(), upper: m }
         };
         let all = sharp(&[&[3.0, -1.0, -1.0], &[-1.0, 2.0, -1.0], &[-1.0, -1.0, 3.0]]);
-        assert_eq!(of_reduction(&all, &floating.reduced(&all), &floating), None);
+        let of_reduction = |maxwell: &MatrixBounds| of_reduction(&all, &maxwell.entries(), &floating);
+        assert_eq!(of_reduction(&floating.reduced(&all)), None);
         let raised = sharp(&[&[3.1, -1.5], &[-1.5, 2.5]]);
-        assert!(of_reduction(&all, &raised, &floating).unwrap().contains("entry 1, 1"));
+        assert!(of_reduction(&raised).unwrap().contains("entry 1, 1"));
         let less = sharp(&[&[2.5, -0.5], &[-0.5, 2.5]]);
-        assert!(of_reduction(&all, &less, &floating).unwrap().contains("entry 1, 2"));
+        assert!(of_reduction(&less).unwrap().contains("entry 1, 2"));
     }
 
     #[test]

@@ -6,7 +6,8 @@ use crate::boxes::grid_refinement::{functions_wanted, missing, refine};
 use crate::boxes::grid_search::{STEP, goal};
 use crate::boxes::layout::Layout;
 use crate::boxes::one_grid::{GridProblem, on_grid};
-use crate::boxes::resolution::{MAX_UNKNOWNS, MIN_TOLERANCE, far, first, graded, left_beyond};
+use crate::boxes::open_space::OpenSpace;
+use crate::boxes::resolution::{MAX_UNKNOWNS, MIN_TOLERANCE, first, graded};
 use crate::solution::{Forecast, Settings};
 use elastocap_geometry::scene::Scene;
 
@@ -44,8 +45,7 @@ pub fn forecast(scene: &Scene, settings: &Settings) -> Result<Forecast, SolveErr
     let explore = Settings { field: false, ..settings.clone() };
     let problem = GridProblem::new(scene, &explore)?;
     let tolerance = settings.relative_tolerance.max(MIN_TOLERANCE);
-    let distance =
-        far(left_beyond(tolerance, settings.bounds), settings.target, problem.layout.endless_contrast());
+    let distance = OpenSpace::new(&problem.layout, settings).distance(tolerance);
     let work = |dims: [usize; 3]| dims.iter().product::<usize>() as f64 * dims.iter().sum::<usize>() as f64;
     let solves = problem.parts.iter().map(|p| p.potentials.len()).sum::<usize>();
     let (dims, seconds) = if let Some(level) = settings.resolution {

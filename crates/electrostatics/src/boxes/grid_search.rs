@@ -8,9 +8,8 @@ use crate::SolveError;
 use crate::boxes::grid_refinement::{Indicator, missing, refine};
 use crate::boxes::layout::Grid;
 use crate::boxes::one_grid::{Coarser, GridProblem, Outcome, on_grid};
-use crate::boxes::resolution::{
-    MAX_UNKNOWNS, MIN_TOLERANCE, coarser, error_beyond, far, first, graded, iteration_share, left_beyond,
-};
+use crate::boxes::open_space::OpenSpace;
+use crate::boxes::resolution::{MAX_UNKNOWNS, MIN_TOLERANCE, coarser, first, graded, iteration_share};
 use crate::matrix::rounding_alone;
 use crate::solution::{ResolutionLevel, STOPPED};
 use std::time::Instant;
@@ -24,8 +23,9 @@ pub(crate) fn goal(bounds: bool) -> f64 {
     if bounds { 0.36 } else { 0.3 }
 }
 
-/// [`STEP`] where the refinements so far reduced the error as expected. Where few grids are solved each is refined by less
-/// knowledge: 0.02 to 0.03 takes the least work, a tenth less than 0.01 (measured on eight scenes at 1e-2 to 1e-4).
+/// [`STEP`] where the refinements so far reduced the error as expected. A longer step takes fewer grids, but a coarse grid says
+/// little of where a much finer one should be fine: 0.02 to 0.03 takes the least work, a tenth less than 0.01 (measured on eight
+/// scenes at 1e-2 to 1e-4).
 const LONG_STEP: f64 = 0.02;
 
 /// Refinements before giving up.
@@ -45,8 +45,8 @@ pub(crate) struct Found {
 pub(crate) fn fixed(problem: &GridProblem<'_>, level: ResolutionLevel) -> Result<Found, SolveError> {
     let settings = problem.settings;
     let tolerance = settings.relative_tolerance;
-    let beyond = left_beyond(tolerance, settings.bounds);
-    let distance = far(beyond, settings.target, problem.layout.endless_contrast());
+    let open_space = OpenSpace::new(&problem.layout, settings);
+    let distance = open_space.distance(tolerance);
     let share = iteration_share(tolerance);
     let begin = Instant::now();
     let (mut below, mut grids) = (None, 1);
@@ -64,7 +64,7 @@ pub(crate) fn fixed(problem: &GridProblem<'_>, level: ResolutionLevel) -> Result
     let mut outcome = on_grid(problem, &grid, share, settings.bounds)?;
     if let Some(below) = below {
         let missing = missing(&grid, &outcome.indicator(problem));
-        outcome.estimate(Some(&below), missing, beyond, settings);
+        outcome.estimate(Some(&below), missing, open_space.error(distance), settings);
     }
     let error = outcome.error(settings);
     let shortfall = (error.is_nan() || error > tolerance)
@@ -133,7 +133,8 @@ struct Search<'p, 's> {
     amplification: f64,
     /// What the grid before gave.
     before: Option<Coarser>,
-    /// Where rays to infinity begin.
+    open_space: OpenSpace,
+    /// Where rays to infinity begin, as [`OpenSpace::distance`] has it.
     distance: f64,
     /// Errors found so far.
     judged: Vec<f64>,
@@ -149,8 +150,8 @@ impl<'p, 's> Search<'p, 's> {
     fn new(problem: &'p GridProblem<'s>) -> Self {
         let settings = problem.settings;
         let tolerance = settings.relative_tolerance.max(MIN_TOLERANCE);
-        let distance =
-            far(left_beyond(tolerance, settings.bounds), settings.target, problem.layout.endless_contrast());
+        let open_space = OpenSpace::new(&problem.layout, settings);
+        let distance = open_space.distance(tolerance);
         Self {
             problem,
             tolerance,
@@ -159,6 +160,7 @@ impl<'p, 's> Search<'p, 's> {
             foreseen: f64::INFINITY,
             amplification: 1.0,
             before: None,
+            open_space,
             distance,
             judged: Vec::new(),
             widened: 0,
@@ -188,15 +190,14 @@ impl<'p, 's> Search<'p, 's> {
 
     /// The error of the target, if it can be determined yet.
     fn error(&mut self, outcome: &mut Outcome, missing: f64, purpose: Purpose) -> Option<f64> {
-        let (settings, layout) = (self.problem.settings, &self.problem.layout);
+        let settings = self.problem.settings;
         match purpose {
             Purpose::Explore => {
                 self.amplification = self.amplification.max(outcome.amplification(settings));
                 return None;
             }
             Purpose::Estimate => {
-                let contrast = layout.endless_contrast();
-                let beyond = contrast.map_or(0.0, |_| error_beyond(self.distance, settings.target, contrast));
+                let beyond = self.open_space.error(self.distance);
                 outcome.estimate(self.before.as_ref(), missing, beyond, settings);
             }
             Purpose::Prove => {}
@@ -239,7 +240,7 @@ impl<'p, 's> Search<'p, 's> {
         if !stagnates {
             return None;
         }
-        if self.problem.layout.endless_contrast().is_some() && self.widened < WIDEST {
+        if !self.open_space.is_closed() && self.widened < WIDEST {
             self.widened += 1;
             self.wider = true;
             self.judged.clear();

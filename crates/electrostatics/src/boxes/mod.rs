@@ -10,6 +10,7 @@ pub(crate) mod grid_refinement;
 mod grid_search;
 pub(crate) mod layout;
 pub(crate) mod one_grid;
+mod open_space;
 pub(crate) mod primal;
 pub(crate) mod ray_permittivity;
 pub(crate) mod resolution;

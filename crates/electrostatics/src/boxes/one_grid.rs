@@ -13,7 +13,6 @@ use crate::boxes::layout::{Grid, Layout};
 use crate::boxes::primal::Primal;
 use crate::boxes::resolution::memory;
 use crate::boxes::symmetry::{Part, parts};
-use crate::consistency::of_reduction;
 use crate::floating::Floating;
 use crate::matrix::{MatrixBounds, contrast_of, from_energies, rounding_scale};
 use crate::solution::{
@@ -101,7 +100,7 @@ pub(crate) struct Outcome {
     /// Of the driven conductors: the matrix that is reported.
     pub(crate) bounds: MatrixBounds,
     /// Of all conductors.
-    all: MatrixBounds,
+    pub(crate) all: MatrixBounds,
     /// The form that rounding of `all` is a share of, F.
     rounding: Mat<f64>,
     /// Potentials of the right-hand sides, in columns.
@@ -379,11 +378,6 @@ impl Outcome {
     pub(crate) fn rounding_error(&self, problem: &GridProblem<'_>) -> f64 {
         let all = self.all.upper_with_rounding(&self.rounding, contrast_of(&problem.layout.permittivity));
         error_of(&problem.floating.reduced(&all), problem.settings)
-    }
-
-    /// What contradicts itself between the matrix of all conductors and that which is reported, if anything does.
-    pub(crate) fn contradiction(&self, problem: &GridProblem<'_>) -> Option<String> {
-        of_reduction(&self.all, &self.bounds, &problem.floating)
     }
 
     /// The solution: matrices with their bounds, and what they took.

@@ -1,7 +1,7 @@
-//! The first grid, the distance to which grids reach into open space, and the memory that a grid takes.
+//! The first grid, the number of digits that iterations give, and the memory that a grid takes.
 
 use crate::boxes::layout::{Grid, Layout};
-use crate::solution::{ResolutionLevel, Target};
+use crate::solution::ResolutionLevel;
 use elastocap_fem::tensor::Dims;
 use elastocap_geometry::meshing::grid::Resolution;
 
@@ -17,39 +17,6 @@ pub(crate) const MIN_TOLERANCE: f64 = 2e-12;
 
 /// Largest number of unknowns of a first grid that has a layer at every edge.
 const MAX_FIRST_UNKNOWNS: usize = 30_000;
-
-/// Error that is left to where rays to infinity begin, for a tolerance. An estimate counts it as often as entries of a matrix
-/// amplify it, so that less of it is left.
-pub(crate) fn left_beyond(tolerance: f64, bounds: bool) -> f64 {
-    if bounds { 0.3 * tolerance } else { 0.1 * tolerance }
-}
-
-/// Where rays to infinity begin, as the distance from the pole over that of the farthest conductor, for an error of this size.
-/// `contrast` is that of the permittivities that the rays pass through.
-///
-/// The inverse of [`error_beyond()`].
-pub(crate) fn far(error: f64, target: Target, contrast: Option<f64>) -> f64 {
-    let falls = fall_beyond(target, contrast.unwrap_or(1.0));
-    falls.into_iter().map(|(factor, power)| (factor / error).powf(1.0 / power)).fold(0.0, f64::max)
-}
-
-/// Spread of the target, relative, that comes from where rays to infinity begin.
-pub(crate) fn error_beyond(far: f64, target: Target, contrast: Option<f64>) -> f64 {
-    let falls = fall_beyond(target, contrast.unwrap_or(1.0));
-    falls.into_iter().map(|(factor, power)| factor * far.powf(-power)).fold(0.0, f64::max)
-}
-
-/// The terms `factor / far^power` of which the largest is the error of open space.
-///
-/// For two terminals, whose field has no net charge, the factor was measured on two plates, and on an electrode pair in a layer of
-/// relative permittivity 1 to 80 that goes to infinity. That of a net charge was measured on a cube next to a small one, and where
-/// the rays pass through different permittivities on a cube on a slab.
-fn fall_beyond(target: Target, contrast: f64) -> [(f64, f64); 2] {
-    match target {
-        Target::TwoTerminal => [(0.15 * contrast.powf(0.7), 3.0), (0.0, 3.0)],
-        Target::Matrix => [(0.27, 3.0), (0.32 * (contrast - 1.0).min(10.0), 1.8)],
-    }
-}
 
 /// The first grid of a layout.
 pub(crate) fn first(layout: &Layout, far: f64) -> Grid {

@@ -25,13 +25,13 @@ pub fn solve(scene: &Scene, settings: &Settings) -> Result<Solution, SolveError>
     };
     // Nobody waits for the field of a solve that was stopped.
     let field = (settings.field && !problem.cancelled()).then(|| found.outcome.field(scene, &problem));
-    let of_reduction = found.outcome.contradiction(&problem);
+    let all = found.outcome.all.clone();
     let mut solution = found.outcome.finish(&problem, &found.grid, found.shortfall);
     solution.grids = found.grids;
     solution.seconds.setup += setup;
     solution.seconds.choosing = found.choosing;
     solution.field = field;
-    match contradiction(&solution).or(of_reduction) {
+    match contradiction(&solution, &all, &problem.floating) {
         Some(what) => Err(SolveError::Contradiction(what)),
         None => Ok(solution),
     }

@@ -210,7 +210,7 @@ pub fn solve_mesh(
             },
             mesh,
         };
-        if let Some(what) = contradiction(&solved.solution) {
+        if let Some(what) = contradiction(&solved.solution, &bounds.all, &task.floating) {
             return Err(SolveError::Contradiction(what));
         }
         let Some(Bisected { mesh: finer, origin, .. }) = next else { return Ok(solved) };
@@ -532,6 +532,7 @@ mod tests {
         let pair = spread(&[vec![own, between], vec![between, own]], None, &[1.0; 2], &settings);
         assert!(!pair.may_be_zero && (pair.error - 0.02).abs() < 1e-3, "{pair:?}");
     }
+
     #[test]
     fn every_mesh_has_a_seventh_more_tetrahedra_than_the_one_before_however_near_the_goal_is() {
         let cube = |a: f64| Box3 { min: [-a; 3], max: [a; 3] };

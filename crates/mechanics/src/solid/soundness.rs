@@ -2,11 +2,11 @@
 //!
 //! Equations that are met say nothing about what lies between their points, nor whether what they found is what presses a layer: the
 //! surface may have been taken through a corner of the indenter, may have folded onto itself, or may be crowded into a point, and a
-//! mesh may carry pressures that belong to no load. Every state is looked at before its force is used; one with a fault
-//! is none that was reached.
+//! mesh may carry pressures that belong to no load. Every state is looked at before its force is used; a state with a fault counts
+//! as not reached.
 //!
-//! What a model leaves out on purpose is not a fault: a patch that is held is not a punch, spreads, and crowds towards its edge; a free end without a substrate may
-//! pass through itself (see [`folds`](super::folds)).
+//! What a model leaves out on purpose is not a fault: a patch that is held is not a punch, spreads, and crowds towards its edge; a
+//! free end without a substrate may pass through itself (see [`folds`](super::folds)).
 
 use super::dimension::{Dimension, Numbers};
 use super::layer::{Indenter, LayerModel};

@@ -1,9 +1,9 @@
 //! Making facets out of faces of tetrahedra, without points of their own wherever possible.
 //!
 //! A facet is divided into triangles by the constrained Delaunay triangulation, in its plane, of its points, its segments and
-//! the edges of tetrahedra that lie on it. Triangles that are no faces are joined to regions whose outlines consist of edges, and
-//! the tetrahedra that a region pierces are exchanged for others ([`super::facet_exchange`]). Where that is not possible, the
-//! region gets a point.
+//! the edges of tetrahedra that lie on it. Triangles that are not faces of tetrahedra are joined to regions whose outlines
+//! consist of edges, and the tetrahedra that a region pierces are exchanged for others ([`super::facet_exchange`]). Where that
+//! is not possible, the region gets a point.
 
 use super::boundary_recovery::MeshInProgress;
 use super::delaunay::{Encroachment, FlatTets, Insertion, Refusal, circumcenter, sorted};
@@ -17,7 +17,7 @@ use std::collections::{BTreeMap, BTreeSet};
 /// How often all facets are visited: each time, those that were given points are divided anew.
 const MAX_ROUNDS: usize = 200;
 
-/// Triangles of a facet that are no faces, joined across edges that are none either.
+/// Triangles of a facet that are not faces of tetrahedra, joined across sides that are not edges of tetrahedra.
 pub(super) struct Region {
     /// Each anticlockwise as seen from above the facet.
     pub(super) triangles: Vec<[u32; 3]>,
@@ -121,7 +121,7 @@ impl MeshInProgress {
         triangles.into_iter().map(|t| t.map(|k| points[k])).collect()
     }
 
-    /// Joins triangles across sides that are no edges of tetrahedra.
+    /// Joins triangles across sides that are not edges of tetrahedra.
     fn regions(&mut self, triangles: Vec<[u32; 3]>) -> Vec<Region> {
         let mut sides: BTreeMap<[u32; 2], Vec<usize>> = BTreeMap::new();
         for (k, t) in triangles.iter().enumerate() {

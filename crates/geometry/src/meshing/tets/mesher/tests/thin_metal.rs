@@ -76,7 +76,7 @@ fn metal_that_is_not_thin_is_meshed_as_without_points_along_its_edges() {
 }
 
 #[test]
-fn the_number_of_points_along_thin_edges_is_foretold_within_a_factor_of_two() {
+fn the_number_of_points_along_thin_edges_is_predicted_within_a_factor_of_two() {
     for (shape, expected) in [(plate(1e-3), 2.0 * 6.4), (disc(1e-3), 4.0 * PI)] {
         let sizing = Sizing { thin_edge: 0.01, ..Sizing::default() };
         let width = if matches!(shape, Shape::Box(_)) { 1.2 } else { 2.0 };

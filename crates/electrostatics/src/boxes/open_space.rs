@@ -1,0 +1,44 @@
+//! How far into open space a grid reaches before rays to infinity begin, and the error that comes from there.
+
+use crate::boxes::layout::Layout;
+use crate::solution::{Settings, Target};
+
+/// Open space around a layout.
+pub(crate) struct OpenSpace {
+    /// Terms `factor / distance^power`, of which the largest is the relative spread of the target that comes from where rays begin;
+    /// none in a closed scene.
+    falls: Vec<(f64, f64)>,
+    /// Share of the tolerance that is left to it.
+    share: f64,
+}
+
+impl OpenSpace {
+    /// For two terminals, whose field has no net charge, the factor was measured on two plates, and on an electrode pair in a layer of
+    /// relative permittivity 1 to 80 that goes to infinity. That of a net charge was measured on a cube next to a small one, and
+    /// where the rays pass through different permittivities on a cube on a slab.
+    pub(crate) fn new(layout: &Layout, settings: &Settings) -> Self {
+        let falls = match (layout.endless_contrast(), settings.target) {
+            (None, _) => Vec::new(),
+            (Some(contrast), Target::TwoTerminal) => vec![(0.15 * contrast.powf(0.7), 3.0)],
+            (Some(contrast), Target::Matrix) => vec![(0.27, 3.0), (0.32 * (contrast - 1.0).min(10.0), 1.8)],
+        };
+        // An estimate counts this error as often as entries of a matrix amplify it, so that less is left to it.
+        Self { falls, share: if settings.bounds { 0.3 } else { 0.1 } }
+    }
+
+    /// Where rays begin for a tolerance: the distance from the pole over that of the farthest conductor.
+    pub(crate) fn distance(&self, tolerance: f64) -> f64 {
+        let left = self.share * tolerance;
+        self.falls.iter().map(|(factor, power)| (factor / left).powf(1.0 / power)).fold(0.0, f64::max)
+    }
+
+    /// Relative spread of the target where rays begin at this distance.
+    pub(crate) fn error(&self, distance: f64) -> f64 {
+        self.falls.iter().map(|(factor, power)| factor * distance.powf(-power)).fold(0.0, f64::max)
+    }
+
+    /// Whether there is none.
+    pub(crate) fn is_closed(&self) -> bool {
+        self.falls.is_empty()
+    }
+}
