@@ -24,16 +24,15 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         domain: cube(1.0),
         walls: [[Wall::Grounded; 2]; 3],
     };
-    let at = planes(&whole);
-    let mirrored = at.map(|at| at.is_some());
+    let planes = planes(&whole);
     println!(
         "unknowns  meshes  spread     error of upper, lower, middle        spread/error  rate   seconds"
     );
     let (mut tolerance, mut before) = (0.1, None);
     while tolerance >= 0.99 * least {
         // 2. Solve to this tolerance, from the initial mesh.
-        let first = mesh(&part(&whole, at), &Sizing::default())?.mesh;
-        let shapes = MeshScene { permittivity: &[1.0], floating_charges: &[None], mirrored };
+        let first = mesh(&part(&whole, &planes), &Sizing::default())?.mesh;
+        let shapes = MeshScene { permittivity: &[1.0], floating_charges: &[None], planes: &planes };
         let settings =
             TetrahedraSettings { relative_tolerance: tolerance, order, ..TetrahedraSettings::default() };
         let start = std::time::Instant::now();

@@ -37,15 +37,14 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
                 domain: Box3::SPACE,
                 walls: [[Wall::Open; 2]; 3],
             };
-            let at = planes(&whole);
-            let mirrored = at.map(|at| at.is_some());
+            let planes = planes(&whole);
             let facet = (4.0 * tolerance).sqrt().clamp(0.02, 0.3);
             let usual = Sizing { facet, far: 40.0, ..Sizing::default() };
             let sizing =
                 if plain { usual } else { Sizing { thin_edge: 4.0 * tolerance, growth: 0.3, ..usual } };
             let start = Instant::now();
-            let first = mesh(&part(&whole, at), &sizing)?.mesh;
-            let shapes = MeshScene { permittivity: &[1.0], floating_charges: &[None], mirrored };
+            let first = mesh(&part(&whole, &planes), &sizing)?.mesh;
+            let shapes = MeshScene { permittivity: &[1.0], floating_charges: &[None], planes: &planes };
             let settings =
                 TetrahedraSettings { relative_tolerance: tolerance, ..TetrahedraSettings::default() };
             let found = solve_mesh(first, shapes, &settings)?.solution;

@@ -72,8 +72,9 @@ pub use solution::{
     Bounded, CellBody, Discretisation, Field, FloatingPotential, Forecast, PhaseSeconds, ResolutionLevel,
     SHARE_OF_DIAGONAL, Settings, Solution, Target,
 };
-pub use tets::adaptive::{MeshScene, MeshSolution, TetrahedraSettings, forecast_mesh, solve_mesh};
+pub use tets::adaptive::{MeshScene, MeshSolution, TetrahedraSettings, solve_mesh};
 pub use tets::flux::FluxError;
+pub use tets::forecast::forecast_mesh;
 pub use tets::potentials::{PotentialError, PotentialProblem, PotentialSettings, Potentials};
 
 /// Permittivity of vacuum, eps_0, F/m (CODATA 2018): the only definition of it in the project.

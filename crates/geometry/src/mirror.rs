@@ -1,42 +1,54 @@
 //! Planes of symmetry: a scene that is its own mirror image needs only one half of it solved.
 //!
-//! Potentials that are even about a plane, as those of conductors that all cross it are, have no flux through it: it takes the
-//! place of an insulated wall.
+//! Conductors either lie on both sides of such a plane, or change places with one another about it. Every potential is the sum of
+//! one that is even about the plane, for which it takes the place of an insulated wall, and one that is odd, for which it takes the
+//! place of a grounded one. Where no conductors change places, all potentials of interest are even.
 
 use crate::meshing::tets::{bounds, flat_parts};
-use crate::scene::{Box3, Scene, Wall};
+use crate::scene::{Body, Box3, MirrorPlane, Scene, Wall};
 use crate::shapes::{Shape, TriangleSurface};
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 
 /// Distances this small, relative to the extent of the scene, are none.
 const TOLERANCE: f64 = 1e-9;
 
-/// For each axis where the scene is its own mirror image about a plane normal to it, and each part of a body its own, m; at most one
-/// plane per axis.
+/// For each axis where the scene is its own mirror image about a plane normal to it, m; at most one plane per axis.
 ///
 /// There is none for an axis along which nothing ends, for groups of a volume mesh, where a sheet lies in the plane, and
 /// where a surface has edges on one side that the other side has not.
-pub fn planes(scene: &Scene) -> [Option<f64>; 3] {
-    let shapes: Vec<&Shape> = scene.shapes().collect();
-    let boxes: Vec<Box3> = shapes.iter().map(|s| bounds(s)).chain([scene.domain]).collect();
+pub fn planes(scene: &Scene) -> [Option<MirrorPlane>; 3] {
+    let boxes: Vec<Box3> = scene.shapes().map(bounds).chain([scene.domain]).collect();
     let extents = boxes.iter().flat_map(|b| (0..3).map(|a| b.extent(a)));
     let near = TOLERANCE * extents.filter(|e| e.is_finite()).fold(0.0, f64::max);
+    let conductors: Vec<&Body> = scene.conductors().map(|c| c.body).collect();
+    let dielectrics: Vec<&Body> = scene.dielectrics().map(|d| d.body).collect();
     [0, 1, 2].map(|axis| {
-        let at = shapes.iter().zip(&boxes).find_map(|(shape, b)| middle(shape, b, axis))?;
-        let plane = Plane { axis, at, near };
-        let even = scene.walls[axis][0] == scene.walls[axis][1] && plane.halves(&scene.domain);
-        let sheet = |b: &Box3| b.min[axis] == b.max[axis];
-        let bodies = || shapes.iter().zip(&boxes);
-        (even && bodies().all(|(shape, b)| !sheet(b) && plane.halves(b) && plane.keeps(shape))).then_some(at)
+        if scene.walls[axis][0] != scene.walls[axis][1] {
+            return None;
+        }
+        // About the middle of a body, or about that of all conductors together.
+        let of_one = scene.shapes().zip(&boxes).find_map(|(shape, b)| middle(shape, b, axis))?;
+        let all = scene.conductor_parts().map(|(_, part)| bounds(part)).reduce(|all, b| all.union(&b));
+        let of_all = all.map(|b| 0.5 * (b.min[axis] + b.max[axis])).filter(|at| at.is_finite());
+        let candidates = std::iter::once(of_one).chain(of_all.filter(|at| (at - of_one).abs() > near));
+        candidates.into_iter().find_map(|at| {
+            let plane = Plane { axis, at, near };
+            if !plane.halves(&scene.domain) {
+                return None;
+            }
+            let conductors = plane.images(&conductors)?;
+            let images = plane.images(&dielectrics)?;
+            keeps_order(&dielectrics, &images).then_some(MirrorPlane { at, conductors, dielectrics: images })
+        })
     })
 }
 
 /// The part of the scene above the planes, which become insulated walls. Bodies reach across them as before.
-pub fn part(scene: &Scene, planes: [Option<f64>; 3]) -> Scene {
+pub fn part(scene: &Scene, planes: &[Option<MirrorPlane>; 3]) -> Scene {
     let mut out = scene.clone();
-    for (axis, at) in planes.into_iter().enumerate() {
-        if let Some(at) = at {
-            out.domain.min[axis] = at;
+    for (axis, plane) in planes.iter().enumerate() {
+        if let Some(plane) = plane {
+            out.domain.min[axis] = plane.at;
             out.walls[axis][0] = Wall::Insulated;
         }
     }
@@ -56,6 +68,22 @@ fn middle(shape: &Shape, b: &Box3, axis: usize) -> Option<f64> {
     }
 }
 
+/// Whether dielectrics override one another after the reflection as they do before it.
+fn keeps_order(dielectrics: &[&Body], images: &[usize]) -> bool {
+    let boxes: Vec<Option<Box3>> = dielectrics.iter().map(|body| body.bounds()).collect();
+    let overlap = |i: usize, j: usize| match (boxes[i], boxes[j]) {
+        (Some(a), Some(b)) => a.touches(&b),
+        (None, _) | (_, None) => true,
+    };
+    let swapped: Vec<usize> = (0..images.len()).filter(|&i| images[i] != i).collect();
+    swapped.iter().all(|&i| {
+        (0..images.len()).filter(|&j| j != i).all(|j| {
+            let same = dielectrics[i].role == dielectrics[j].role;
+            same || (i < j) == (images[i] < images[j]) || !overlap(i, j)
+        })
+    })
+}
+
 #[derive(Debug, Clone, Copy)]
 struct Plane {
     axis: usize,
@@ -64,89 +92,155 @@ struct Plane {
 }
 
 impl Plane {
+    /// For each body its image among them, if all have one.
+    fn images(&self, bodies: &[&Body]) -> Option<Vec<usize>> {
+        let boxes: Vec<Vec<Box3>> = bodies.iter().map(|b| b.parts.iter().map(bounds).collect()).collect();
+        let mut images: Vec<Option<usize>> = vec![None; bodies.len()];
+        for k in 0..bodies.len() {
+            if images[k].is_some() {
+                continue;
+            }
+            let mut others = (k..bodies.len()).filter(|&other| images[other].is_none());
+            let image = others.find(|&other| {
+                self.maps_body((bodies[k], &boxes[k]), (bodies[other], &boxes[other]), k == other)
+            })?;
+            images[k] = Some(image);
+            images[image] = Some(k);
+        }
+        images.into_iter().collect()
+    }
+
+    /// Whether a body, with the bounds of its parts, is the image of another one, or of itself.
+    fn maps_body(&self, one: (&Body, &[Box3]), other: (&Body, &[Box3]), itself: bool) -> bool {
+        let alike = match (one.0.is_conductor(), other.0.is_conductor()) {
+            (true, true) => true,
+            (false, false) => one.0.role == other.0.role,
+            (true, false) | (false, true) => false,
+        };
+        let mut left: Vec<usize> = (0..other.1.len()).collect();
+        let count = one.1.len() == left.len();
+        alike
+            && count
+            && one.1.iter().enumerate().all(|(p, b)| {
+                let found = left.iter().position(|&q| {
+                    // A sheet in the plane has a field on both of its sides.
+                    let in_plane = itself && p == q && b.min[self.axis] == b.max[self.axis];
+                    !in_plane
+                        && self.maps_box(b, &other.1[q])
+                        && self.maps_shape(&one.0.parts[p], &other.0.parts[q])
+                });
+                found.map(|at| left.swap_remove(at)).is_some()
+            })
+    }
+
     /// Whether it goes through the middle of the box, or the box is everywhere along the axis.
     fn halves(&self, b: &Box3) -> bool {
-        let (min, max) = (b.min[self.axis], b.max[self.axis]);
-        let everywhere = min == f64::NEG_INFINITY && max == f64::INFINITY;
-        everywhere || (min + max - 2.0 * self.at).abs() <= 2.0 * self.near
+        self.maps_box(b, b)
     }
 
-    /// Whether a shape whose bounds it halves is its own image.
-    fn keeps(&self, shape: &Shape) -> bool {
-        match shape {
-            Shape::Box(_) | Shape::Sphere { .. } | Shape::Shell { .. } | Shape::Cylinder { .. } => true,
-            Shape::Extrusion { axis, .. } if *axis == self.axis => true,
-            Shape::Extrusion { axis, outline, .. } => {
-                self.keeps_outline(outline, usize::from([2, 2, 1][*axis] == self.axis))
-            }
-            Shape::Surface(surface) => self.keeps_surface(surface),
-            Shape::Physical(_) => false,
-        }
-    }
-
-    /// The same corners one after the other, the other way round.
-    fn keeps_outline(&self, outline: &[[f64; 2]], k: usize) -> bool {
-        let n = outline.len();
-        let image = |i: usize| {
-            let mut p = outline[i];
-            p[k] = 2.0 * self.at - p[k];
-            p
-        };
-        let same = |p: [f64; 2], q: [f64; 2]| (0..2).all(|m| (p[m] - q[m]).abs() <= 4.0 * self.near);
-        (0..n).any(|start| (0..n).all(|i| same(image(i), outline[(start + n - i) % n])))
-    }
-
-    /// Every flat part is the image of one: they have the same edges, and a flat part is what lies within its edges.
-    fn keeps_surface(&self, surface: &TriangleSurface) -> bool {
-        let parts = flat_parts(surface);
-        let mut edges: BTreeMap<[u32; 2], Vec<usize>> = BTreeMap::new();
-        for (t, f) in surface.faces.iter().enumerate() {
-            for k in 0..3 {
-                let (a, b) = (f[k], f[(k + 1) % 3]);
-                edges.entry([a.min(b), a.max(b)]).or_default().push(parts[t]);
-            }
-        }
-        let mut outlines: BTreeMap<usize, Vec<[u32; 2]>> = BTreeMap::new();
-        for (edge, sides) in &edges {
-            if sides.len() != 2 {
-                return false;
-            }
-            if sides[0] != sides[1] {
-                sides.iter().for_each(|&part| outlines.entry(part).or_default().push(*edge));
-            }
-        }
-        let corners: BTreeSet<u32> = outlines.values().flatten().flatten().copied().collect();
-        let Some(images) = self.images(surface, &corners) else { return false };
-        let all: BTreeSet<&Vec<[u32; 2]>> = outlines.values().collect();
-        outlines.values().all(|outline| {
-            let mut image: Vec<[u32; 2]> = outline
-                .iter()
-                .map(|e| {
-                    let [a, b] = e.map(|p| images[&p]);
-                    [a.min(b), a.max(b)]
-                })
-                .collect();
-            image.sort_unstable();
-            all.contains(&image)
+    /// Whether one box is the image of the other.
+    fn maps_box(&self, one: &Box3, other: &Box3) -> bool {
+        // No image of infinity is anywhere else.
+        let apart = |x: f64, y: f64| if x == y { 0.0 } else { (x - y).abs() };
+        let image = |x: f64| 2.0 * self.at - x;
+        (0..3).all(|a| {
+            let [min, max] = if a == self.axis {
+                [image(one.max[a]), image(one.min[a])]
+            } else {
+                [one.min[a], one.max[a]]
+            };
+            apart(min, other.min[a]) <= 2.0 * self.near && apart(max, other.max[a]) <= 2.0 * self.near
         })
     }
 
+    /// Whether a shape is the image of another one, or of itself, the bounds of which are the image of its own.
+    fn maps_shape(&self, one: &Shape, other: &Shape) -> bool {
+        match (one, other) {
+            (Shape::Box(_), Shape::Box(_))
+            | (Shape::Sphere { .. }, Shape::Sphere { .. })
+            | (Shape::Shell { .. }, Shape::Shell { .. }) => true,
+            (Shape::Cylinder { axis, .. }, Shape::Cylinder { axis: along, .. }) => axis == along,
+            (
+                Shape::Extrusion { axis, outline, .. },
+                Shape::Extrusion { axis: along, outline: other, .. },
+            ) => {
+                let across = [0, 1].into_iter().find(|&k| [[1, 2], [0, 2], [0, 1]][*axis][k] == self.axis);
+                axis == along && self.maps_outline(outline, other, across)
+            }
+            (Shape::Surface(one), Shape::Surface(other)) => self.maps_surface(one, other),
+            (
+                Shape::Box(_)
+                | Shape::Sphere { .. }
+                | Shape::Shell { .. }
+                | Shape::Cylinder { .. }
+                | Shape::Extrusion { .. }
+                | Shape::Surface(_)
+                | Shape::Physical(_),
+                _,
+            ) => false,
+        }
+    }
+
+    /// The same corners one after the other, either way round. The coordinate `across` of the two is reflected, if any is.
+    fn maps_outline(&self, one: &[[f64; 2]], other: &[[f64; 2]], across: Option<usize>) -> bool {
+        let n = one.len();
+        let image = |i: usize| {
+            let mut p = one[i];
+            if let Some(k) = across {
+                p[k] = 2.0 * self.at - p[k];
+            }
+            p
+        };
+        let same = |p: [f64; 2], q: [f64; 2]| (0..2).all(|m| (p[m] - q[m]).abs() <= 4.0 * self.near);
+        let from = |start: usize| {
+            (0..n).all(|i| same(image(i), other[(start + n - i) % n]))
+                || (0..n).all(|i| same(image(i), other[(start + i) % n]))
+        };
+        n == other.len() && (0..n).any(from)
+    }
+
+    /// Every flat part is the image of one: they have the same edges, and a flat part is what lies within its edges.
+    fn maps_surface(&self, one: &TriangleSurface, other: &TriangleSurface) -> bool {
+        let (Some(own), Some(theirs)) = (outlines(one), outlines(other)) else { return false };
+        let Some(images) = self.corner_images((one, &own), (other, &theirs)) else { return false };
+        let all: BTreeSet<&Vec<[u32; 2]>> = theirs.iter().collect();
+        own.len() == theirs.len()
+            && own.iter().all(|outline| {
+                let mut image: Vec<[u32; 2]> = outline
+                    .iter()
+                    .map(|e| {
+                        let [a, b] = e.map(|p| images[&p]);
+                        [a.min(b), a.max(b)]
+                    })
+                    .collect();
+                image.sort_unstable();
+                all.contains(&image)
+            })
+    }
+
     /// The corner at the image of each corner, if each has one and no two the same.
-    fn images(&self, surface: &TriangleSurface, corners: &BTreeSet<u32>) -> Option<HashMap<u32, u32>> {
+    fn corner_images(
+        &self,
+        one: (&TriangleSurface, &[Outline]),
+        other: (&TriangleSurface, &[Outline]),
+    ) -> Option<HashMap<u32, u32>> {
+        let corners = |outlines: &[Outline]| -> BTreeSet<u32> {
+            outlines.iter().flatten().flatten().copied().collect()
+        };
         let cell = 1e3 * self.near;
         let place = |p: [f64; 3]| p.map(|x| (x / cell).floor() as i64);
         let mut cells: HashMap<[i64; 3], Vec<u32>> = HashMap::new();
-        for &c in corners {
-            cells.entry(place(surface.points[c as usize])).or_default().push(c);
+        for c in corners(other.1) {
+            cells.entry(place(other.0.points[c as usize])).or_default().push(c);
         }
         let step = |x: i64, k: i64| x.saturating_add(k - 1);
         let mut taken = BTreeSet::new();
         let mut out = HashMap::new();
-        for &c in corners {
-            let mut p = surface.points[c as usize];
+        for c in corners(one.1) {
+            let mut p = one.0.points[c as usize];
             p[self.axis] = 2.0 * self.at - p[self.axis];
             let same = |q: u32| {
-                let q = surface.points[q as usize];
+                let q = other.0.points[q as usize];
                 (0..3).all(|k| (p[k] - q[k]).abs() <= 4.0 * self.near)
             };
             let [x, y, z] = place(p);
@@ -162,6 +256,31 @@ impl Plane {
         }
         Some(out)
     }
+}
+
+/// Edges of a flat part of a surface, each with its lower corner first, sorted.
+type Outline = Vec<[u32; 2]>;
+
+/// The outlines of a surface's flat parts; `None` if an edge has more or fewer than two sides.
+fn outlines(surface: &TriangleSurface) -> Option<Vec<Outline>> {
+    let parts = flat_parts(surface);
+    let mut edges: BTreeMap<[u32; 2], Vec<usize>> = BTreeMap::new();
+    for (t, f) in surface.faces.iter().enumerate() {
+        for k in 0..3 {
+            let (a, b) = (f[k], f[(k + 1) % 3]);
+            edges.entry([a.min(b), a.max(b)]).or_default().push(parts[t]);
+        }
+    }
+    let mut outlines: BTreeMap<usize, Outline> = BTreeMap::new();
+    for (edge, sides) in &edges {
+        if sides.len() != 2 {
+            return None;
+        }
+        if sides[0] != sides[1] {
+            sides.iter().for_each(|&part| outlines.entry(part).or_default().push(*edge));
+        }
+    }
+    Some(outlines.into_values().collect())
 }
 
 #[cfg(test)]

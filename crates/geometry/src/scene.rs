@@ -162,6 +162,24 @@ impl Body {
     }
 }
 
+/// A plane, normal to a coordinate axis, about which a scene is its own mirror image.
+#[derive(Debug, Clone, PartialEq)]
+pub struct MirrorPlane {
+    /// Where it is along the axis, m.
+    pub at: f64,
+    /// For each conductor of the scene the one that is its image; itself, if the plane cuts it in two.
+    pub conductors: Vec<usize>,
+    /// The same for the dielectrics.
+    pub dielectrics: Vec<usize>,
+}
+
+impl MirrorPlane {
+    /// Whether every conductor is its own image: potentials are then even about the plane, which has no flux through it.
+    pub fn keeps_conductors(&self) -> bool {
+        self.conductors.iter().enumerate().all(|(k, &image)| k == image)
+    }
+}
+
 /// A conductor of a scene.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Conductor<'a> {

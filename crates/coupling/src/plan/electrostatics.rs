@@ -164,7 +164,7 @@ impl Plan {
         );
         self.solved.push(Planned { part: "electrostatics", what });
         if settings.symmetry {
-            self.mirrored = mirror::planes(scene).map(|at| at.is_some());
+            self.mirrored = mirror::planes(scene).each_ref().map(Option::is_some);
         }
         self.mirrored_tetrahedra();
     }

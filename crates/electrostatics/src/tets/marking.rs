@@ -4,9 +4,16 @@ use crate::floating::Floating;
 use crate::matrix::MatrixBounds;
 use faer::Mat;
 
-/// For each driven conductor, the state with 1 V on it, 0 V on the other driven ones and no charge on the floating ones: the
-/// potentials of all conductors, V, and the state's energy, F V^2.
-pub(super) fn states(floating: &Floating, all: &MatrixBounds) -> Vec<(Vec<f64>, f64)> {
+/// A state of the field.
+pub(super) struct State {
+    /// The potentials of all conductors, or the shares of all right-hand sides, V.
+    pub(super) potentials: Vec<f64>,
+    /// F V^2.
+    pub(super) energy: f64,
+}
+
+/// For each driven conductor, the state with 1 V on it, 0 V on the other driven ones and no charge on the floating ones.
+pub(super) fn states(floating: &Floating, all: &MatrixBounds) -> Vec<State> {
     let driven = floating.driven.len();
     let uncharged = vec![0.0; floating.floating.len()];
     (0..driven)
@@ -18,51 +25,87 @@ pub(super) fn states(floating: &Floating, all: &MatrixBounds) -> Vec<(Vec<f64>, 
                 .flat_map(|i| (0..n).map(move |j| (i, j)))
                 .map(|(i, j)| potentials[i] * all.upper[(i, j)] * potentials[j]);
             let energy = energy.sum();
-            (potentials, energy)
+            State { potentials, energy }
         })
         .collect()
 }
 
-/// Tetrahedra by how much of the gap they hold.
-pub(super) struct ByGap {
-    /// Those that hold any, from the most on.
-    pub(super) tets: Vec<u32>,
-    /// What each of them holds together with those before it, relative to the energy, summed over all states.
-    held: Vec<f64>,
+/// Share of a tetrahedron's gap that is left after so many bisections, its neighbours' included, as measured at edges (three halve
+/// all edges in most cases).
+const LEFT: [f64; 4] = [1.0, 0.45, 0.3, 0.15];
+
+/// A tetrahedron is bisected once more where its gap is this many times larger: half of it is left, on two halves.
+const ONCE_MORE: f64 = 4.0;
+
+/// Gaps that differ by less than this factor are treated as equal, so that few limits have to be tried.
+const STEP: f64 = 1.1;
+
+/// Largest and smallest gap that are told apart: no smaller ones matter.
+const RANGE: f64 = 1e-12;
+
+/// How much of the gap each tetrahedron holds.
+pub(super) struct Gaps {
+    /// Relative to the energy, summed over all states.
+    of_tets: Vec<f64>,
+    total: f64,
+    largest: f64,
 }
 
-impl ByGap {
-    /// How many of the first hold this share of the gap.
-    pub(super) fn holding(&self, share: f64) -> usize {
-        let goal = share * self.held.last().copied().unwrap_or(0.0);
-        self.tets.len().min(self.held.partition_point(|held| *held < goal) + usize::from(goal > 0.0))
-    }
-}
-
-/// Sorts tetrahedra by how much of the gap they hold.
-///
-/// Where conductors float, a state is a sum of unit states. The root of its local gap is at most the sum of the roots of theirs
-/// (the gap is a squared norm).
-pub(super) fn by_gap(states: &[(Vec<f64>, f64)], gaps: &[Vec<f64>]) -> ByGap {
-    let tets = gaps.first().map_or(0, Vec::len);
-    let mut size: Vec<f64> = vec![0.0; tets];
-    for (potentials, energy) in states.iter().filter(|(_, energy)| *energy > 0.0) {
-        for (t, size) in size.iter_mut().enumerate() {
-            let root: f64 =
-                potentials.iter().zip(gaps).map(|(v, gap)| v.abs() * gap[t].max(0.0).sqrt()).sum();
-            *size += root * root / energy;
+impl Gaps {
+    /// `states` are sums of right-hand sides, for each of which `gaps` has what each tetrahedron holds. The root of the local gap of
+    /// a state is at most the sum of the roots of theirs (the gap is a squared norm).
+    pub(super) fn new(states: &[State], gaps: &[&[f64]]) -> Self {
+        let mut of_tets: Vec<f64> = vec![0.0; gaps.first().map_or(0, |gap| gap.len())];
+        for State { potentials, energy } in states.iter().filter(|state| state.energy > 0.0) {
+            for (t, size) in of_tets.iter_mut().enumerate() {
+                let root: f64 =
+                    potentials.iter().zip(gaps).map(|(v, gap)| v.abs() * gap[t].max(0.0).sqrt()).sum();
+                *size += root * root / energy;
+            }
         }
+        let (total, largest) = (of_tets.iter().sum(), of_tets.iter().copied().fold(0.0, f64::max));
+        Self { of_tets, total, largest }
     }
-    let mut tets: Vec<u32> = (0..tets as u32).filter(|&t| size[t as usize] > 0.0).collect();
-    // Equal sizes keep their order, so that the same mesh is refined the same way.
-    tets.sort_by(|&a, &b| size[b as usize].total_cmp(&size[a as usize]));
-    let mut sum = 0.0;
-    let held = tets.iter().map(|&t| {
-        sum += size[t as usize];
-        sum
-    });
-    let held = held.collect();
-    ByGap { tets, held }
+
+    /// Whether no tetrahedron holds any.
+    pub(super) fn are_zero(&self) -> bool {
+        self.largest <= 0.0
+    }
+
+    /// How often to bisect a tetrahedron where those with a gap above `limit` are bisected.
+    fn bisections(gap: f64, limit: f64) -> u8 {
+        let above = |k: i32| u8::from(gap > limit * ONCE_MORE.powi(k));
+        above(0) + above(1) + above(2)
+    }
+
+    /// How often to bisect each tetrahedron, so that the gaps of all parts are of one size: as often as it takes to leave this share
+    /// of the whole gap, but with no more than `most` times as many tetrahedra as there are, as far as can be foreseen.
+    pub(super) fn bisected_to(&self, share: f64, most: f64) -> Vec<u8> {
+        let mut sizes: Vec<(usize, f64)> = Vec::new();
+        let place = |gap: f64| ((self.largest / gap).ln() / STEP.ln()) as usize;
+        for &gap in self.of_tets.iter().filter(|gap| **gap > RANGE * self.largest) {
+            let place = place(gap);
+            if sizes.len() <= place {
+                sizes.resize(place + 1, (0, 0.0));
+            }
+            sizes[place].0 += 1;
+            sizes[place].1 += gap;
+        }
+        let middle = |place: usize| self.largest * STEP.powf(-(place as f64) - 0.5);
+        let limit =
+            (1..=sizes.len()).map(|places| self.largest * STEP.powi(-(places as i32))).find(|&limit| {
+                let (mut left, mut more) = (self.total, 0.0);
+                for (place, (count, gap)) in sizes.iter().enumerate() {
+                    let times = Self::bisections(middle(place), limit);
+                    left -= (1.0 - LEFT[usize::from(times)]) * gap;
+                    more += (f64::from(1_u32 << times) - 1.0) * *count as f64;
+                }
+                left <= share * self.total || 1.0 + more / self.of_tets.len() as f64 > most
+            });
+        // All of them, if that is not enough.
+        let limit = limit.unwrap_or(0.0);
+        self.of_tets.iter().map(|&gap| Self::bisections(gap, limit)).collect()
+    }
 }
 
 /// The share of the spread (upper minus lower bound) that lies in open space beyond the mesh.
@@ -70,9 +113,9 @@ pub(super) fn by_gap(states: &[(Vec<f64>, f64)], gaps: &[Vec<f64>]) -> ByGap {
 /// There the potential and the flux are continued along rays, each by its own law. Refining the mesh reduces this part only as
 /// long as the two differ on the outer faces because the mesh is coarse. `gap` is over the mesh, m; `scale`, F/m, includes all
 /// mirrored copies.
-pub(super) fn beyond(states: &[(Vec<f64>, f64)], all: &MatrixBounds, gap: &Mat<f64>, scale: f64) -> f64 {
+pub(super) fn beyond(states: &[State], all: &MatrixBounds, gap: &Mat<f64>, scale: f64) -> f64 {
     let (mut inside, mut total) = (0.0, 0.0);
-    for (potentials, energy) in states.iter().filter(|(_, energy)| *energy > 0.0) {
+    for State { potentials, energy } in states.iter().filter(|state| state.energy > 0.0) {
         for (i, v) in potentials.iter().enumerate() {
             for (j, w) in potentials.iter().enumerate() {
                 inside += v * w * scale * gap[(i, j)] / energy;
@@ -81,4 +124,48 @@ pub(super) fn beyond(states: &[(Vec<f64>, f64)], all: &MatrixBounds, gap: &Mat<f
         }
     }
     if total > inside { 1.0 - inside / total } else { 0.0 }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Gaps that fall by a constant factor from one tetrahedron to the next.
+    fn falling(tets: usize, factor: f64) -> Gaps {
+        let gaps: Vec<f64> = (0..tets).map(|t| factor.powi(t as i32)).collect();
+        let state = State { potentials: vec![1.0], energy: 1.0 };
+        Gaps::new(&[state], &[&gaps])
+    }
+
+    #[test]
+    fn tetrahedra_with_more_of_the_gap_are_bisected_more_often_until_so_much_is_left() {
+        let gaps = falling(100, 0.8);
+        for share in [0.9, 0.6, 0.3] {
+            let times = gaps.bisected_to(share, 10.0);
+            assert!(times.is_sorted_by(|a, b| a >= b), "{times:?}");
+            let left: f64 =
+                times.iter().enumerate().map(|(t, &k)| LEFT[usize::from(k)] * 0.8_f64.powi(t as i32)).sum();
+            let left = left / gaps.total;
+            assert!(left <= 1.02 * share && left > 0.7 * share, "{left} of {share}");
+        }
+        assert!(gaps.bisected_to(1.0, 10.0).iter().all(|k| *k == 0));
+    }
+
+    #[test]
+    fn no_more_tetrahedra_are_made_than_allowed_and_equal_ones_are_treated_alike() {
+        let times = falling(1000, 0.999).bisected_to(0.1, 1.5);
+        let made: usize = times.iter().map(|&k| 1 << k).sum();
+        assert!((1500..1700).contains(&made), "{made}");
+        let equal = falling(1000, 1.0).bisected_to(0.5, 1.1);
+        assert!(equal.iter().all(|k| *k == equal[0]) && equal[0] > 0);
+    }
+
+    #[test]
+    fn a_state_with_conductors_at_several_potentials_holds_no_more_than_its_parts_may_add_up_to() {
+        let gaps: [&[f64]; 2] = [&[1.0, 4.0], &[9.0, 0.0]];
+        let state = State { potentials: vec![1.0, -2.0], energy: 7.0 };
+        let found = Gaps::new(&[state], &gaps);
+        assert_eq!(found.of_tets, [49.0 / 7.0, 4.0 / 7.0]);
+        assert!(!found.are_zero() && Gaps::new(&[], &gaps).are_zero());
+    }
 }

@@ -2,5 +2,8 @@
 
 pub(crate) mod adaptive;
 pub(crate) mod flux;
+pub(crate) mod forecast;
 mod marking;
+mod parity;
 pub(crate) mod potentials;
+mod spread;

@@ -211,7 +211,8 @@ fn by_tetrahedra(stack: &Stack, tolerance: f64) -> Solution {
         }))
         .collect();
     let charges: Vec<_> = scene.conductors().map(|c| c.floating_charge).collect();
-    let shapes = MeshScene { permittivity: &permittivity, floating_charges: &charges, mirrored: [false; 3] };
+    let shapes =
+        MeshScene { permittivity: &permittivity, floating_charges: &charges, planes: &[None, None, None] };
     let settings = TetrahedraSettings {
         relative_tolerance: tolerance,
         memory_limit: MEMORY,

@@ -8,7 +8,7 @@ use elastocap_electrostatics::{
 };
 use elastocap_geometry::meshing::tets::{Sizing, mesh};
 use elastocap_geometry::mirror::{part, planes};
-use elastocap_geometry::scene::{Body, Box3, Role, Scene, Wall};
+use elastocap_geometry::scene::{Body, Box3, MirrorPlane, Role, Scene, Wall};
 use elastocap_geometry::shapes::{Shape, TriangleSurface};
 
 fn ball(x: f64, radius: f64) -> Shape {
@@ -37,18 +37,17 @@ fn cube() -> TriangleSurface {
 
 fn solved(
     scene: &Scene,
-    planes: [Option<f64>; 3],
+    planes: &[Option<MirrorPlane>; 3],
     facet: f64,
     tolerance: f64,
 ) -> Result<Solution, Box<dyn Error>> {
     let mesh = mesh(&part(scene, planes), &Sizing { facet, ..Sizing::default() })?.mesh;
     let permittivity = scene.permittivities();
     let charges: Vec<_> = scene.conductors().map(|c| c.floating_charge).collect();
-    let mirrored = planes.map(|at| at.is_some());
-    let shapes = MeshScene { permittivity: &permittivity, floating_charges: &charges, mirrored };
+    let shapes = MeshScene { permittivity: &permittivity, floating_charges: &charges, planes };
     let settings = TetrahedraSettings { relative_tolerance: tolerance, ..TetrahedraSettings::default() };
     let found = solve_mesh(mesh, shapes, &settings)?.solution;
-    assert!(found.reached && found.mirrored == mirrored);
+    assert!(found.reached && found.mirrored == planes.each_ref().map(Option::is_some));
     Ok(found)
 }
 
@@ -61,7 +60,8 @@ fn compared(
 ) -> Result<[Solution; 2], Box<dyn Error>> {
     let found = planes(scene);
     assert_eq!(found.iter().flatten().count(), expected);
-    let both = [solved(scene, found, facet, tolerance)?, solved(scene, [None; 3], facet, tolerance)?];
+    let whole = &[None, None, None];
+    let both = [solved(scene, &found, facet, tolerance)?, solved(scene, whole, facet, tolerance)?];
     let overlap = |a: &Bounded, b: &Bounded| {
         assert!(a.lower <= b.upper && b.lower <= a.upper, "{a:?} {b:?}");
     };
@@ -117,7 +117,7 @@ fn an_eighth_of_layered_balls_has_the_capacitance_of_capacitors_in_series() {
 #[test]
 fn a_floating_ball_has_the_potential_that_its_whole_charge_makes() {
     let shapes = vec![(ball(-0.4, 0.3), None), (ball(0.4, 0.3), Some(2e-12))];
-    let [part, whole] = compared(&scene(shapes, Wall::Grounded), 2, 0.4, 3e-2).unwrap();
+    let [part, whole] = compared(&scene(shapes, Wall::Grounded), 3, 0.4, 3e-2).unwrap();
     let [a, b] = [part, whole].map(|s| s.floating[0].from_charges);
     assert!((a.value / b.value - 1.0).abs() < 1e-2, "{a:?} {b:?}");
 }
@@ -133,4 +133,49 @@ fn half_an_l_and_a_scene_without_a_plane_agree_with_the_whole() {
     let [a, b] = compared(&scene(vec![(pad(0.0), None), (one, None)], Wall::Grounded), 0, 0.4, 5e-2).unwrap();
     assert_eq!(a.maxwell[0][0], b.maxwell[0][0]);
     assert_eq!(a.mirrored, [false; 3]);
+}
+
+#[test]
+fn two_equal_balls_that_change_places_have_the_matrix_of_the_whole_and_the_known_one() {
+    let all = scene(vec![(ball(0.0, 0.01), None), (ball(0.03, 0.01), None)], Wall::Open);
+    let [part, whole] = compared(&all, 3, 0.25, 3e-2).unwrap();
+    // Images: 4 pi eps0 a sinh(mu) times sums of 1 / sinh((2n - 1) mu) and 1 / sinh(2n mu), cosh(mu) = 1.5.
+    let mu = 1.5_f64.acosh();
+    let sum = |first: f64| (0..60).map(|n| 1.0 / ((first + 2.0 * f64::from(n)) * mu).sinh()).sum::<f64>();
+    let scale = 4.0 * PI * VACUUM_PERMITTIVITY * 0.01 * mu.sinh();
+    let known = [scale * sum(1.0), -scale * sum(2.0)];
+    for (k, found) in part.maxwell.iter().flatten().enumerate() {
+        let known = known[usize::from(k == 1 || k == 2)];
+        let facets = 5e-3 * known.abs();
+        assert!(found.lower - facets <= known && known <= found.upper + facets, "{k}: {found:?} {known}");
+    }
+    assert!(2 * part.unknowns < whole.unknowns, "{} {}", part.unknowns, whole.unknowns);
+}
+
+#[test]
+fn a_pair_between_insulated_walls_is_one_state_on_one_half() {
+    let all = scene(vec![(ball(-0.45, 0.3), None), (ball(0.45, 0.3), None)], Wall::Insulated);
+    let [part, _] = compared(&all, 3, 0.3, 3e-2).unwrap();
+    let [own, between] = [part.maxwell[0][0], part.maxwell[0][1]];
+    assert!((own.lower + between.upper).abs() < 1e-9 * own.value, "{own:?} {between:?}");
+    let pair = part.two_terminal.unwrap();
+    assert!((pair.value / own.value - 1.0).abs() < 1e-9);
+}
+
+#[test]
+fn four_pads_around_a_middle_one_that_floats_are_solved_on_an_eighth() {
+    let pad =
+        |x: f64, z: f64| Shape::Box(Box3 { min: [x - 0.2, -0.05, z - 0.2], max: [x + 0.2, 0.05, z + 0.2] });
+    let mut shapes: Vec<_> =
+        [[-0.6, -0.6], [0.6, -0.6], [-0.6, 0.6], [0.6, 0.6]].map(|[x, z]| (pad(x, z), None)).to_vec();
+    shapes.push((pad(0.0, 0.0), Some(1e-12)));
+    let mut all = scene(shapes, Wall::Grounded);
+    // Two bodies of one permittivity that change places, over a layer that stays.
+    let bead = |x: f64| Shape::Box(Box3 { min: [x - 0.1, 0.2, -0.5], max: [x + 0.1, 0.4, 0.5] });
+    for (name, x) in [("left", -0.6), ("right", 0.6)] {
+        all.bodies.push(Body::dielectric(name, bead(x), 5.0));
+    }
+    let [part, whole] = compared(&all, 2, 0.4, 5e-2).unwrap();
+    assert_eq!(part.mirrored, [true, false, true]);
+    assert!(3 * part.unknowns < whole.unknowns, "{} {}", part.unknowns, whole.unknowns);
 }

@@ -135,7 +135,7 @@ fn meshes_hold_conductors_of_several_parts() {
     let known = by_boxes(vec![of_parts("bar", &whole()), block()], 1e-3);
     let of_mesh = |mesh| {
         let shapes =
-            MeshScene { permittivity: &[1.0], floating_charges: &[None, None], mirrored: [false; 3] };
+            MeshScene { permittivity: &[1.0], floating_charges: &[None, None], planes: &[None, None, None] };
         let settings = TetrahedraSettings { relative_tolerance: 1e-1, ..TetrahedraSettings::default() };
         solve_mesh(mesh, shapes, &settings).unwrap().solution.maxwell
     };

@@ -25,12 +25,11 @@ fn plate(thickness: f64, tolerance: f64) -> MeshSolution {
         domain: Box3::SPACE,
         walls: [[Wall::Open; 2]; 3],
     };
-    let at = planes(&scene);
-    let mirrored = at.map(|at| at.is_some());
-    assert_eq!(mirrored, [true; 3]);
+    let planes = planes(&scene);
+    assert!(planes.iter().all(Option::is_some));
     let sizing = Sizing { thin_edge: 4.0 * tolerance, growth: 0.3, far: 40.0, ..Sizing::default() };
-    let first = mesh(&part(&scene, at), &sizing).unwrap().mesh;
-    let shapes = MeshScene { permittivity: &[1.0], floating_charges: &[None], mirrored };
+    let first = mesh(&part(&scene, &planes), &sizing).unwrap().mesh;
+    let shapes = MeshScene { permittivity: &[1.0], floating_charges: &[None], planes: &planes };
     let settings = TetrahedraSettings { relative_tolerance: tolerance, ..TetrahedraSettings::default() };
     solve_mesh(first, shapes, &settings).unwrap()
 }

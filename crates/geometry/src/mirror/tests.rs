@@ -6,10 +6,10 @@ fn open(shapes: Vec<Shape>) -> Scene {
     scene(Box3::SPACE, Wall::Open, shapes)
 }
 
-fn near(found: [Option<f64>; 3], expected: [Option<f64>; 3]) {
-    let same = |(a, b): (&Option<f64>, &Option<f64>)| match (a, b) {
-        (Some(a), Some(b)) => (a - b).abs() < 1e-12,
-        (a, b) => a == b,
+fn near(found: [Option<MirrorPlane>; 3], expected: [Option<f64>; 3]) {
+    let same = |(a, b): (&Option<MirrorPlane>, &Option<f64>)| match (a, b) {
+        (Some(a), Some(b)) => (a.at - b).abs() < 1e-12,
+        (a, b) => a.is_none() && b.is_none(),
     };
     assert!(found.iter().zip(&expected).all(same), "{found:?}, not {expected:?}");
 }
@@ -31,11 +31,83 @@ fn a_cube_with_one_corner_moved_has_no_plane_through_that_corner() {
 }
 
 #[test]
-fn two_balls_have_the_planes_that_hold_both_middles() {
-    let a = Shape::Sphere { center: [0.0, 0.1, 0.2], radius: 1.0 };
-    let b = Shape::Sphere { center: [5.0, 0.1, 0.2], radius: 1.0 };
-    // Equal balls change places about a plane between them: that is another symmetry.
-    near(planes(&open(vec![a, b])), [None, Some(0.1), Some(0.2)]);
+fn two_balls_have_the_planes_that_hold_both_middles_and_equal_ones_a_plane_between_them() {
+    let ball = |x: f64, radius: f64| Shape::Sphere { center: [x, 0.1, 0.2], radius };
+    near(planes(&open(vec![ball(0.0, 1.0), ball(5.0, 2.0)])), [None, Some(0.1), Some(0.2)]);
+    let found = planes(&open(vec![ball(0.0, 1.0), ball(5.0, 1.0)]));
+    let images = |axis: usize| found[axis].as_ref().unwrap().conductors.clone();
+    assert_eq!([images(0), images(1), images(2)], [vec![1, 0], vec![0, 1], vec![0, 1]]);
+    near(found, [Some(2.5), Some(0.1), Some(0.2)]);
+}
+
+#[test]
+fn bodies_change_places_whatever_their_shape_but_not_with_one_of_another_kind() {
+    let pad =
+        |outline: &[[f64; 2]]| Shape::Extrusion { axis: 1, from: 0.0, to: 1.0, outline: outline.to_vec() };
+    let at = |x: f64| Box3 { min: [x - 0.5, 0.0, 0.0], max: [x + 0.5, 1.0, 3.0] };
+    let rod = |x: f64| Shape::Cylinder { axis: 1, base: [x, 0.0, 0.0], radius: 0.5, height: 2.0 };
+    let cube = |x: f64| Shape::Surface(cube([x, 0.0, 0.0], 0.5));
+    let wedge = |x: f64, to: f64| pad(&[[x, 0.0], [x + to, 0.0], [x + to, 3.0]]);
+    let pairs = [
+        [Shape::Box(at(-3.0)), Shape::Box(at(5.0))],
+        [rod(-3.0), rod(5.0)],
+        [cube(-3.0), cube(5.0)],
+        // The other way round, and begun at another corner.
+        [wedge(-3.0, 1.0), pad(&[[4.0, 3.0], [4.0, 0.0], [5.0, 0.0]])],
+        // Sheets across the axis.
+        [-3.0, 5.0].map(|x| Shape::Box(Box3 { min: [x, 0.0, 0.0], max: [x, 1.0, 3.0] })),
+    ];
+    for pair in pairs {
+        let found = planes(&open(pair.to_vec()));
+        let plane = found[0].as_ref().unwrap();
+        assert!((plane.at - 1.0).abs() < 1e-12 && plane.conductors == [1, 0], "{pair:?}: {plane:?}");
+        assert!(!plane.keeps_conductors());
+    }
+    for pair in [
+        [Shape::Box(at(-3.0)), rod(5.0)],
+        [wedge(-3.0, 1.0), wedge(4.0, 1.0)],
+        [wedge(-3.0, 1.0), pad(&[[4.0, 3.0], [4.5, 0.0], [5.0, 0.0]])],
+    ] {
+        assert_eq!(planes(&open(pair.to_vec()))[0], None, "{pair:?}");
+    }
+}
+
+#[test]
+fn dielectrics_change_places_where_they_are_equal_and_override_one_another_as_before() {
+    let ball = |x: f64, radius: f64| Shape::Sphere { center: [x, 0.0, 0.0], radius };
+    let with = |bodies: &[(f64, f64, f64)]| {
+        let mut all = open(vec![ball(0.0, 0.1)]);
+        let filled = |(k, (x, radius, eps)): (usize, &(f64, f64, f64))| {
+            Body::dielectric(format!("d{k}"), ball(*x, *radius), *eps)
+        };
+        all.bodies.extend(bodies.iter().enumerate().map(filled));
+        planes(&all)[0].as_ref().map(|plane| plane.dielectrics.clone())
+    };
+    assert_eq!(with(&[(-2.0, 1.0, 3.0), (2.0, 1.0, 3.0)]), Some(vec![1, 0]));
+    assert_eq!(with(&[(-2.0, 1.0, 3.0), (2.0, 1.0, 3.5)]), None);
+    // Crossing bodies: the one in the middle is above one of the others and below the other.
+    assert_eq!(with(&[(-1.0, 0.8, 3.0), (0.0, 0.8, 2.0), (1.0, 0.8, 3.0)]), None);
+    assert_eq!(with(&[(-1.0, 0.8, 3.0), (1.0, 0.8, 3.0), (0.0, 0.8, 2.0)]), Some(vec![1, 0, 2]));
+    // Apart, order has no meaning.
+    assert_eq!(with(&[(-5.0, 0.8, 3.0), (0.0, 0.8, 2.0), (5.0, 0.8, 3.0)]), Some(vec![2, 1, 0]));
+}
+
+#[test]
+fn parts_of_a_body_have_images_among_the_parts_of_one_other_body() {
+    let ball = |x: f64| Shape::Sphere { center: [x, 0.0, 0.0], radius: 0.1 };
+    let body = |name: &str, places: &[f64]| Body {
+        parts: places.iter().map(|&x| ball(x)).collect(),
+        ..Body::conductor(name, ball(0.0))
+    };
+    let with = |a: &[f64], b: &[f64]| {
+        let mut all = open(Vec::new());
+        all.bodies = vec![body("a", a), body("b", b)];
+        planes(&all)[0].as_ref().map(|plane| (plane.at, plane.conductors.clone()))
+    };
+    // Fingers of two combs between one another change combs.
+    assert_eq!(with(&[0.0, 2.0], &[1.0, 3.0]), Some((1.5, vec![1, 0])));
+    assert_eq!(with(&[0.0, 3.0], &[1.0, 2.0]), Some((1.5, vec![0, 1])));
+    assert_eq!(with(&[0.0, 1.0, 4.0], &[2.0, 3.0, 5.0]), None);
 }
 
 #[test]
@@ -76,7 +148,7 @@ fn walls_sheets_and_layers_take_planes_away() {
 #[test]
 fn the_part_ends_at_insulated_walls_in_the_planes() {
     let all = open(vec![Shape::Sphere { center: [1.0, 2.0, 3.0], radius: 0.5 }]);
-    let half = part(&all, [None, Some(2.0), None]);
+    let half = part(&all, &[None, planes(&all)[1].clone(), None]);
     assert_eq!(half.domain.min, [f64::NEG_INFINITY, 2.0, f64::NEG_INFINITY]);
     assert_eq!(half.walls[1], [Wall::Insulated, Wall::Open]);
     assert_eq!((half.walls[0], half.walls[2]), ([Wall::Open; 2], [Wall::Open; 2]));

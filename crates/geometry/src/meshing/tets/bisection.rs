@@ -23,27 +23,29 @@ pub struct Bisected {
 
 impl TetMesh {
     /// Bisects each of the tetrahedra `marked` (by index; invalid ones are ignored) `generations` times, so that none of their
-    /// parts is larger than 2^-`generations` of the whole. Tetrahedra around them are bisected as far as conformity requires.
+    /// parts is larger than 2^-`generations` of the whole.
     ///
-    /// Regions and roles of faces are inherited. The result depends on nothing but the arguments.
+    /// See [`TetMesh::bisected_towards`].
     pub fn bisected(&self, marked: &[u32], generations: u8) -> Bisected {
-        self.bisected_towards(marked, generations, &mut Grading::none(self))
+        let mut of_tets = vec![0; self.tets.len()];
+        for &t in marked {
+            of_tets.get_mut(t as usize).into_iter().for_each(|own| *own = generations);
+        }
+        self.bisected_towards(&of_tets, &mut Grading::none(self))
     }
 
-    /// As [`TetMesh::bisected`], but edges are cut where `grading` places the cut, so that parts may be of unequal size.
-    /// `grading` must belong to this mesh, else it is replaced by [`Grading::none`]; it becomes that of the refined mesh.
-    pub fn bisected_towards(&self, marked: &[u32], generations: u8, grading: &mut Grading) -> Bisected {
-        let mut chosen = vec![false; self.tets.len()];
-        for &t in marked {
-            if let Some(chosen) = chosen.get_mut(t as usize) {
-                *chosen = true;
-            }
-        }
+    /// Bisects each tetrahedron as many times as `generations` has for it, so that none of its parts is larger than 2^-`generations`
+    /// of the whole; not at all where the list has no entry for it. Tetrahedra around them are bisected as far as conformity
+    /// requires. Edges are cut where `grading` places the cut, so that parts may be of unequal size.
+    ///
+    /// `grading` must belong to this mesh, else it is replaced by [`Grading::none`]; it becomes that of the refined mesh. Regions and
+    /// roles of faces are inherited. The result depends on nothing but the arguments.
+    pub fn bisected_towards(&self, generations: &[u8], grading: &mut Grading) -> Bisected {
         if grading.places.len() != self.points.len() {
             *grading = Grading::none(self);
         }
         let mut work = Work::of(self, grading);
-        work.refine(&chosen, generations);
+        work.refine(generations);
         work.finish(self)
     }
 }
@@ -118,15 +120,14 @@ impl<'a> Work<'a> {
         self.first[point as usize] = OptionalIndex::some(entry);
     }
 
-    /// Bisects the tetrahedra of which the `chosen` flag is set, by their origin, `generations` times each.
-    fn refine(&mut self, chosen: &[bool], generations: u8) {
-        for generation in 1..=generations {
+    /// Bisects tetrahedra as many times as the list has for those that they are parts of.
+    fn refine(&mut self, generations: &[u8]) {
+        for generation in 1..=generations.iter().copied().max().unwrap_or(0) {
             let mut t = 0;
             while t < self.tets.len() {
-                if chosen[self.origin[t] as usize] {
-                    while self.depth[t] < generation {
-                        self.cut(self.longest_of(t));
-                    }
+                let wanted = generations.get(self.origin[t] as usize).is_some_and(|g| *g >= generation);
+                while wanted && self.depth[t] < generation {
+                    self.cut(self.longest_of(t));
                 }
                 t += 1;
             }
@@ -318,9 +319,12 @@ mod tests {
                 mesh_checks::conforming(&mesh);
                 for _ in 0..2 {
                     let count = mesh.tets.len() as u64;
-                    let marked: Vec<u32> =
-                        (0..count / 10 + 1).map(|_| (next(&mut state) % count) as u32).collect();
-                    let fine = mesh.bisected_towards(&marked, generations, &mut grading);
+                    let mut wanted = vec![0; mesh.tets.len()];
+                    for k in 0..count / 10 + 1 {
+                        // As often as that, or once less.
+                        wanted[(next(&mut state) % count) as usize] = generations - (k % 2) as u8;
+                    }
+                    let fine = mesh.bisected_towards(&wanted, &mut grading);
                     mesh_checks::conforming(&fine.mesh);
                     let change = mesh_checks::volume(&fine.mesh) / volume - 1.0;
                     assert!(change.abs() < 1e-11, "{change:e}");
@@ -333,8 +337,9 @@ mod tests {
                         let (part, whole) = (fine.mesh.determinant(t), mesh.determinant(origin as usize));
                         parts[origin as usize] += part / whole;
                         assert_eq!(fine.mesh.regions[t], mesh.regions[origin as usize]);
-                        if !graded && marked.contains(&origin) {
-                            assert!(part < whole * 0.5_f64.powi(generations.into()) * (1.0 + 1e-9));
+                        if !graded {
+                            let wanted = wanted[origin as usize];
+                            assert!(part < whole * 0.5_f64.powi(wanted.into()) * (1.0 + 1e-9));
                         }
                     }
                     assert!(parts.iter().all(|p| (p - 1.0).abs() < 1e-9));
@@ -397,7 +402,7 @@ mod tests {
             let mesh = plate(n, 1.0);
             let mut grading = Grading::none(&mesh);
             let mut work = Work::of(&mesh, &mut grading);
-            work.refine(&vec![true; mesh.tets.len()], 3);
+            work.refine(&vec![3; mesh.tets.len()]);
             let (count, looked_at) = (work.tets.len(), work.looked_at);
             println!("{} to {count} tetrahedra, {looked_at} entries", mesh.tets.len());
             assert!(count >= 8 * mesh.tets.len());

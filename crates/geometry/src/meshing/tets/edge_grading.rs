@@ -215,9 +215,8 @@ mod tests {
                         && mesh.points[p as usize][2].abs() < 1e-9
                 })
             };
-            let marked: Vec<u32> =
-                (0..mesh.tets.len() as u32).filter(|&t| at_rim(&mesh.tets[t as usize])).collect();
-            mesh = mesh.bisected_towards(&marked, 3, &mut grading).mesh;
+            let wanted: Vec<u8> = mesh.tets.iter().map(|tet| if at_rim(tet) { 3 } else { 0 }).collect();
+            mesh = mesh.bisected_towards(&wanted, &mut grading).mesh;
         }
         let near = mesh.points.iter().filter(|p| p[2].abs() < 0.2);
         let across = near.map(|p| (p[0] - 1.0).hypot(p[1] + 1.0)).filter(|d| *d > 0.0);

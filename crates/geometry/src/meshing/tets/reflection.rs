@@ -1,6 +1,7 @@
 //! A mesh of the whole from a mesh of one half.
 
-use super::{BoundaryFace, TetMesh};
+use super::{BoundaryFace, FaceRole, TetMesh};
+use crate::scene::MirrorPlane;
 
 /// A mesh with its mirror image.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -12,9 +13,10 @@ pub struct Reflected {
 }
 
 impl TetMesh {
-    /// The mesh with its mirror image in the plane normal to `axis` at the coordinate `at`, m. Points in the plane are shared by
-    /// both halves; faces in it keep their roles.
-    pub fn reflected(&self, axis: usize, at: f64) -> Reflected {
+    /// The mesh with its mirror image in the plane normal to `axis`. Points in the plane are shared by both halves; faces in it keep
+    /// their roles, and conductors and dielectrics that change places about the plane do so.
+    pub fn reflected(&self, axis: usize, plane: &MirrorPlane) -> Reflected {
+        let at = plane.at;
         let mut mesh = self.clone();
         let mut source: Vec<u32> = (0..self.points.len() as u32).collect();
         let image: Vec<u32> = (0..self.points.len())
@@ -33,10 +35,19 @@ impl TetMesh {
             let [a, b, c, d] = t.map(|p| image[p as usize]);
             [a, b, d, c]
         }));
-        mesh.regions.extend(&self.regions);
+        // The background comes before the dielectrics.
+        let dielectric = |region: u32| plane.dielectrics.get((region as usize).checked_sub(1)?);
+        let filled = |&region: &u32| dielectric(region).map_or(region, |&image| image as u32 + 1);
+        mesh.regions.extend(self.regions.iter().map(filled));
+        let image_of = |role: FaceRole| match role {
+            FaceRole::Conductor(k) => {
+                FaceRole::Conductor(plane.conductors.get(k as usize).map_or(k, |&image| image as u32))
+            }
+            FaceRole::Grounded | FaceRole::Open { .. } => role,
+        };
         mesh.boundary.extend(self.boundary.iter().filter_map(|f| {
             let face = f.face.map(|p| image[p as usize]);
-            (face != f.face).then_some(BoundaryFace { face, role: f.role })
+            (face != f.face).then_some(BoundaryFace { face, role: image_of(f.role) })
         }));
         Reflected { mesh, source }
     }

@@ -6,7 +6,7 @@ use crate::meshing::tets::{
 };
 use crate::mirror::{part, planes};
 use crate::samples::{cube, scene};
-use crate::scene::{Body, Box3, Scene, Wall};
+use crate::scene::{Body, Box3, MirrorPlane, Scene, Wall};
 use crate::shapes::{Shape, TriangleSurface};
 
 fn walls(half: f64) -> Box3 {
@@ -31,32 +31,33 @@ fn compared_by(all: &Scene, expected: usize, mesh: impl Fn(&Scene) -> TetMesh) -
     let found = planes(all);
     assert_eq!(found.iter().flatten().count(), expected, "{found:?}");
     let whole = mesh(all);
-    let some = mesh(&part(all, found));
+    let some = mesh(&part(all, &found));
     conforming(&some);
     let times = f64::from(1 << expected);
     let ratio = times * volume(&some) / volume(&whole);
     assert!((ratio - 1.0).abs() < 1e-9, "{ratio}");
+    let (of_part, of_whole) = (areas(&some), areas(&whole));
+    let keeps = found.iter().flatten().all(MirrorPlane::keeps_conductors);
+    for (role, area) in of_whole.iter().filter(|(role, _)| keeps && role != "~insulated") {
+        let own = of_part.iter().find(|(r, _)| r == role).map_or(0.0, |r| r.1);
+        assert!((times * own / area - 1.0).abs() < 1e-9, "{role}: {own} {area}");
+    }
+    let mut together = some.clone();
+    for (axis, plane) in found.iter().enumerate() {
+        if let Some(plane) = plane {
+            together = together.reflected(axis, plane).mesh;
+        }
+    }
+    conforming(&together);
+    assert!((volume(&together) / volume(&whole) - 1.0).abs() < 1e-9);
     let regions = |m: &TetMesh| {
         let mut out = vec![0.0; all.dielectrics().count() + 1];
         (0..m.tets.len()).for_each(|t| out[m.regions[t] as usize] += m.determinant(t) / 6.0);
         out
     };
-    for (a, b) in regions(&some).iter().zip(regions(&whole)) {
-        assert!((times * a - b).abs() < 1e-9 * volume(&whole), "{a} {b}");
+    for (a, b) in regions(&together).iter().zip(regions(&whole)) {
+        assert!((a - b).abs() < 1e-9 * volume(&whole), "{a} {b}");
     }
-    let (of_part, of_whole) = (areas(&some), areas(&whole));
-    for (role, area) in of_whole.iter().filter(|(role, _)| role != "~insulated") {
-        let own = of_part.iter().find(|(r, _)| r == role).map_or(0.0, |r| r.1);
-        assert!((times * own / area - 1.0).abs() < 1e-9, "{role}: {own} {area}");
-    }
-    let mut together = some.clone();
-    for (axis, at) in found.into_iter().enumerate() {
-        if let Some(at) = at {
-            together = together.reflected(axis, at).mesh;
-        }
-    }
-    conforming(&together);
-    assert!((volume(&together) / volume(&whole) - 1.0).abs() < 1e-9);
     for ((role, a), (other, b)) in areas(&together).iter().zip(of_whole) {
         assert!(*role == other && (a - b).abs() < 1e-9 * volume(&whole).powf(2.0 / 3.0), "{role}: {a} {b}");
     }
@@ -93,6 +94,19 @@ fn two_balls_in_open_space_are_cut_by_two_planes() {
     assert_eq!(part.center[1..], [0.3, 0.1]);
     assert!((part.center[0] - 0.03).abs() < 1e-15);
     assert!(part.boundary.iter().any(|f| matches!(f.role, FaceRole::Open { .. })));
+}
+
+#[test]
+fn two_equal_balls_with_a_bead_each_change_places_about_the_plane_between_them() {
+    let ball = |x: f64, radius: f64| Shape::Sphere { center: [x, 0.3, 0.1], radius };
+    let mut all = scene(Box3::SPACE, Wall::Open, vec![ball(0.0, 0.01), ball(0.05, 0.01)]);
+    for (name, x) in [("left", -0.03), ("right", 0.08)] {
+        all.bodies.push(Body::dielectric(name, ball(x, 0.015), 3.0));
+    }
+    let [part, _] = compared(&all, 3, &Sizing::default());
+    assert_eq!(part.center[1..], [0.3, 0.1]);
+    assert!((part.center[0] - 0.025).abs() < 1e-15);
+    assert!(part.boundary.iter().all(|f| f.role != FaceRole::Conductor(0)));
 }
 
 #[test]
@@ -218,7 +232,8 @@ fn a_face_in_the_mirror_plane_is_kept_once_with_its_role() {
         boundary: vec![face([0, 1, 2], 0), face([0, 1, 3], 1)],
         ..TetMesh::default()
     };
-    let whole = half.reflected(2, 2.0);
+    let plane = MirrorPlane { at: 2.0, conductors: vec![0, 1], dielectrics: Vec::new() };
+    let whole = half.reflected(2, &plane);
     conforming(&whole.mesh);
     assert_eq!(whole.mesh.points[4], [0.0, 0.0, 1.0]);
     assert_eq!(whole.source, [0, 1, 2, 3, 3]);

@@ -1,0 +1,273 @@
+//! The mesh that a solve on tetrahedra begins with: which mesher makes it, how fine it is, and what is tried where it fails.
+
+use super::{FACETS, Planes};
+use crate::failure::TetrahedraError;
+use crate::settings::FieldSettings;
+use elastocap_case::ImportedMesh;
+use elastocap_geometry::meshing::tets::{LayeredSizing, MeshError, Sizing, TetMesh, layered, mesh_unless};
+use elastocap_geometry::mirror;
+use elastocap_geometry::scene::{Box3, Scene};
+use elastocap_geometry::shapes::Shape;
+use elastocap_linalg::vector::{length, minus};
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
+
+/// Share of the tolerance that flat faces may use up.
+const SHARE: f64 = 0.2;
+
+/// Sizes of faces over the radius of curved bodies: no larger, no smaller.
+const FACE_SIZES: [f64; 2] = [0.02, 0.3];
+
+/// From which [`flatness`] on a scene in layers is meshed in layers, which needs no small triangles for thin gaps.
+pub(super) const FLAT: f64 = 12_000.0;
+
+/// From how many [`strips`] on a scene in layers is meshed in layers, whose triangles may be longer than they are wide.
+const STRIPS: f64 = 300.0;
+
+/// Growth of elements from the edges of thin conductors on.
+const THIN_GROWTH: f64 = 0.3;
+
+/// Largest number of points along the edges of thin conductors: the first mesh has some hundred tetrahedra for each.
+pub(super) const MAX_EDGE_POINTS: f64 = 8_000.0;
+
+/// The same for a mesh that is to say no more than what the solve will take.
+pub(super) const FORECAST_EDGE_POINTS: f64 = 150.0;
+
+/// Longer mesh edges along thin conductors than this, relative to their width, do not serve.
+const MAX_THIN_EDGE: f64 = 0.1;
+
+/// Sizes of faces to try.
+const TRIES: usize = 4;
+
+/// Where surfaces were not met by then other sizes are tried; with more points that would take too long.
+const FEW_POINTS: usize = 100_000;
+
+/// Length of mesh edges along thin conductors, relative to their width, over the tolerance: the spread on the first mesh is then
+/// two to three times the tolerance.
+pub(super) const THIN_EDGE: f64 = 4.0;
+
+/// A mesh to start from.
+pub(super) struct First {
+    pub(super) mesh: TetMesh,
+    /// The planes that it keeps to.
+    pub(super) planes: Planes,
+    /// Size of faces over the radius on curved bodies.
+    pub(super) size: f64,
+    /// See [`ball_gap`].
+    pub(super) gap: f64,
+}
+
+/// Makes it, with faces smaller by a factor, and no more points along the edges of thin conductors than these.
+pub(super) fn first(
+    scene: &Scene,
+    imported: Option<&ImportedMesh>,
+    settings: &FieldSettings,
+    smaller: f64,
+    edge_points: f64,
+) -> Result<First, TetrahedraError> {
+    // Between balls that are close together, faces must be small compared with the gap too.
+    let gap = ball_gap(scene)?;
+    let size = (SHARE * settings.relative_tolerance / FACETS)
+        .sqrt()
+        .min((8.0 * settings.relative_tolerance * gap).sqrt());
+    let size = smaller * size.clamp(FACE_SIZES[0], FACE_SIZES[1]);
+    let (mesh, planes) = match imported {
+        Some(imported) => (imported.tets.clone(), Planes::default()),
+        None => {
+            let planes = if settings.symmetry { mirror::planes(scene) } else { Planes::default() };
+            let cancel = settings.cancel.as_ref();
+            let fineness = Fineness { size, tolerance: settings.relative_tolerance, edge_points, cancel };
+            mesh_of(scene, fineness, planes)?
+        }
+    };
+    Ok(First { mesh, planes, size, gap })
+}
+
+/// How fine a first mesh is, and who may stop the mesher.
+#[derive(Debug, Clone, Copy)]
+struct Fineness<'a> {
+    /// Of faces over the radius on curved bodies.
+    size: f64,
+    /// Of the solve that it is for.
+    tolerance: f64,
+    /// Largest number of points along the edges of thin conductors.
+    edge_points: f64,
+    /// Set from outside to stop.
+    cancel: Option<&'a Arc<AtomicBool>>,
+}
+
+/// A mesh of the part above the planes, and which of them it keeps to.
+/// The whole is meshed where the part cannot be.
+fn mesh_of(
+    scene: &Scene,
+    fineness: Fineness<'_>,
+    planes: Planes,
+) -> Result<(TetMesh, Planes), TetrahedraError> {
+    let part = mirror::part(scene, &planes);
+    match whole_of(&part, fineness) {
+        Err(_) if part != *scene => whole_of(scene, fineness).map(|mesh| (mesh, Planes::default())),
+        found => found.map(|mesh| (mesh, planes)),
+    }
+}
+
+fn whole_of(scene: &Scene, fineness: Fineness<'_>) -> Result<TetMesh, TetrahedraError> {
+    let Fineness { size, tolerance, cancel, .. } = fineness;
+    let reach = reach(scene, tolerance);
+    if strips(scene) <= STRIPS
+        && let Some(sizing) = thin_metal(scene, fineness, reach)
+    {
+        match mesh_unless(scene, &sizing, cancel) {
+            Ok(found) if found.refined => return Ok(found.mesh),
+            Err(MeshError::Cancelled) => return Err(MeshError::Cancelled.into()),
+            // The ways below may do.
+            Ok(_) | Err(_) => {}
+        }
+    }
+    if flatness(scene) > FLAT || strips(scene) > STRIPS {
+        // A polygon with an even number of sides is its own mirror image as the circle is.
+        let circle = ((std::f64::consts::TAU / size).ceil() as usize).next_multiple_of(2);
+        let sizing = LayeredSizing { circle, reach, ..LayeredSizing::default() };
+        if let Some(found) = layered(scene, &sizing) {
+            return Ok(found?);
+        }
+    }
+    // Where rounding leaves a flat tetrahedron behind, another size may not.
+    let mut facet = size;
+    let mut tries = TRIES;
+    loop {
+        tries -= 1;
+        match mesh_unless(scene, &Sizing { facet, far: 2.0 * reach, ..Sizing::default() }, cancel) {
+            Ok(found) => return Ok(found.mesh),
+            Err(
+                MeshError::Flat { .. }
+                | MeshError::Torn { .. }
+                | MeshError::Leak { .. }
+                | MeshError::Tangled { .. }
+                | MeshError::Unreachable { points: ..FEW_POINTS, .. },
+            ) if tries > 0 => {
+                facet *= 0.9;
+            }
+            // Corners of round bodies lie outside them: coarse ones may cross where the bodies do not.
+            Err(MeshError::Crossing { .. } | MeshError::Near { .. }) if tries > 0 => {
+                facet *= 0.5;
+                tries = tries.min(1);
+            }
+            Err(error) => return Err(error.into()),
+        }
+    }
+}
+
+/// How to mesh a scene with thin conductors; `None` if it has none, or if their edges are too long to be divided finely.
+fn thin_metal(scene: &Scene, fineness: Fineness<'_>, reach: f64) -> Option<Sizing> {
+    let sizing = |thin_edge: f64| Sizing {
+        facet: fineness.size,
+        thin_edge,
+        growth: THIN_GROWTH,
+        far: 2.0 * reach,
+        ..Sizing::default()
+    };
+    let wanted = THIN_EDGE * fineness.tolerance;
+    let points = sizing(wanted).points_along_thin_edges(scene)?;
+    let with = |most: f64| wanted * (points / most).max(1.0);
+    let (finest, coarsest) = (with(MAX_EDGE_POINTS), wanted.max(MAX_THIN_EDGE));
+    (finest <= coarsest).then(|| sizing(with(fineness.edge_points).clamp(finest, coarsest)))
+}
+
+/// Distance at which open space begins, over the size of the scene. The loss of the bounds beyond falls with its square (measured on
+/// spheres and pads). Infinite dielectrics need more, since rays leave them.
+fn reach(scene: &Scene, tolerance: f64) -> f64 {
+    let endless = |b: Box3| (0..3).any(|a| b.min[a].is_infinite() || b.max[a].is_infinite());
+    let layers = scene.dielectric_parts().any(|(_, part)| part.as_box().is_some_and(endless));
+    let lost = if layers { 0.6 } else { 0.004 };
+    (lost / (SHARE * tolerance)).sqrt().clamp(10.0, 40.0)
+}
+
+/// Approximate number of cubes, as high as the lowest gap or plate, that would cover the conductors.
+pub(super) fn flatness(scene: &Scene) -> f64 {
+    let shapes: Vec<(&Shape, Box3)> =
+        scene.conductor_parts().filter_map(|(_, part)| Some((part, part.bounds()?))).collect();
+    let size = shapes.iter().flat_map(|(_, b)| [0, 1, 2].map(|a| b.extent(a))).fold(0.0, f64::max);
+    let axes = (0..3).map(|axis| {
+        let mut planes: Vec<f64> = shapes.iter().flat_map(|(_, b)| [b.min[axis], b.max[axis]]).collect();
+        planes.sort_by(f64::total_cmp);
+        let gaps = planes.windows(2).map(|w| w[1] - w[0]).filter(|gap| *gap > 1e-6 * size);
+        let lowest = gaps.fold(f64::INFINITY, f64::min);
+        shapes.iter().map(|(shape, b)| area(shape, b, axis)).sum::<f64>() / (lowest * lowest)
+    });
+    axes.fold(0.0, f64::max)
+}
+
+/// Approximate number of squares that would cover the sides of extrusions: many where an outline follows a curve.
+fn strips(scene: &Scene) -> f64 {
+    let of = |shape: &Shape| {
+        let Shape::Extrusion { from, to, outline, .. } = shape else { return 0.0 };
+        let next = outline.iter().cycle().skip(1);
+        let sides = outline.iter().zip(next).map(|(p, q)| (q[0] - p[0]).hypot(q[1] - p[1]));
+        sides.map(|side| (to - from) / side).filter(|ratio| *ratio > 1.0).sum()
+    };
+    scene.shapes().map(of).sum()
+}
+
+/// The gap between two balls, or a ball and the hollow around it, m, and the smaller radius, m. `None` for other shapes: their
+/// gaps are those of their facets.
+fn gap_between(one: &Shape, other: &Shape) -> Option<(f64, f64)> {
+    /// Centre, radius, and whether the inside is what is hollow.
+    fn round(shape: &Shape) -> Option<([f64; 3], f64, bool)> {
+        match shape {
+            Shape::Sphere { center, radius } => Some((*center, *radius, false)),
+            Shape::Shell { center, radius } => Some((*center, *radius, true)),
+            Shape::Box(_)
+            | Shape::Cylinder { .. }
+            | Shape::Extrusion { .. }
+            | Shape::Surface(_)
+            | Shape::Physical(_) => None,
+        }
+    }
+    let ((c, r, r_hollow), (d, s, s_hollow)) = (round(one)?, round(other)?);
+    let apart = length(minus(c, d));
+    match (r_hollow, s_hollow) {
+        (false, false) => Some((apart - r - s, r.min(s))),
+        (false, true) => Some((s - apart - r, r)),
+        (true, false) => Some((r - apart - s, s)),
+        // A scene has one hollow at most.
+        (true, true) => None,
+    }
+}
+
+/// Approximate area of a body's projection along an axis, m^2.
+fn area(shape: &Shape, b: &Box3, along: usize) -> f64 {
+    match shape {
+        Shape::Extrusion { axis, outline, .. } if *axis == along => {
+            let next = outline.iter().cycle().skip(1);
+            0.5 * outline.iter().zip(next).map(|(p, q)| p[0] * q[1] - p[1] * q[0]).sum::<f64>().abs()
+        }
+        Shape::Box(_)
+        | Shape::Sphere { .. }
+        | Shape::Shell { .. }
+        | Shape::Cylinder { .. }
+        | Shape::Extrusion { .. }
+        | Shape::Surface(_)
+        | Shape::Physical(_) => b.extent((along + 1) % 3) * b.extent((along + 2) % 3),
+    }
+}
+
+/// The least gap between balls of different conductors, or one and the hollow around it, over the radius of the smaller; at most 1.
+///
+/// # Errors
+/// Two that touch or cross, by name.
+pub(super) fn ball_gap(scene: &Scene) -> Result<f64, TetrahedraError> {
+    let mut least = 1.0_f64;
+    let parts: Vec<(usize, &Shape)> = scene.conductor_parts().collect();
+    let name = |k: usize| scene.conductors().nth(k).map_or("", |c| c.body.name.as_str());
+    for (k, &(one, shape)) in parts.iter().enumerate() {
+        for &(other, earlier) in parts[..k].iter().filter(|(other, _)| *other != one) {
+            let Some((gap, radius)) = gap_between(shape, earlier) else { continue };
+            if gap <= 0.0 {
+                let [first, second] = [other, one].map(|conductor| name(conductor).to_owned());
+                return Err(TetrahedraError::Touching { first, second });
+            }
+            least = least.min(gap / radius);
+        }
+    }
+    Ok(least)
+}
