@@ -12,7 +12,7 @@
 //!    ([`facet_recovery`]). From then on these edges and faces are kept.
 //! 4. Delaunay refinement (Ruppert, J. Algorithms 18, 1995; Shewchuk, Proc. 14th Symp. Comput. Geom., 1998) adds points until
 //!    tetrahedra are small and round enough ([`refinement`]), and points move to make the flattest of them rounder
-//!    ([`smoothing`]).
+//!    ([`smoothing`]). Flat tetrahedra that are left are exchanged for others or get points ([`flat_tets`]).
 //!
 //! # Why not a library
 //!
@@ -28,6 +28,9 @@ mod error;
 mod facet_exchange;
 mod facet_recovery;
 mod faceting;
+mod flat_clusters;
+mod flat_tets;
+mod flips;
 mod hidden_faces;
 mod piecewise_linear_complex;
 mod quality;

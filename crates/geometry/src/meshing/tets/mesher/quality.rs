@@ -13,6 +13,43 @@ pub(super) fn roundness(corners: [Point; 4]) -> f64 {
     determinant(a, b, c, d) * 2.0_f64.sqrt() / (squares / 6.0).powf(1.5)
 }
 
+/// How far the largest angle between two faces is from 180 degrees, rad: 1.91 for a regular tetrahedron, not positive for one without
+/// volume or turned inside out. Needles with good angles count as good.
+pub(super) fn bluntness(corners: [Point; 4]) -> f64 {
+    let [a, b, c, d] = corners;
+    let six = determinant(a, b, c, d);
+    if six <= 0.0 {
+        return six;
+    }
+    let normals = FACES.map(|f| normal(f.map(|k| corners[k])));
+    // The faces opposite two corners meet at the edge of the two others.
+    let from_flat = |[i, j]: [usize; 2], [k, l]: [usize; 2]| {
+        (six * length(minus(corners[l], corners[k]))).atan2(dot(normals[i], normals[j]))
+    };
+    let pairs = EDGES.iter().zip(EDGES.iter().rev());
+    pairs.fold(f64::INFINITY, |least, (&own, &other)| least.min(from_flat(own, other)))
+}
+
+/// A measure of the shape of tetrahedra.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub(super) enum Measure {
+    /// See [`roundness`].
+    #[default]
+    Roundness,
+    /// See [`bluntness`].
+    Bluntness,
+}
+
+impl Measure {
+    /// Of a tetrahedron with these corners: larger is better, negative is turned inside out.
+    pub(super) fn of(self, corners: [Point; 4]) -> f64 {
+        match self {
+            Self::Roundness => roundness(corners),
+            Self::Bluntness => bluntness(corners),
+        }
+    }
+}
+
 /// Shapes of the worst tetrahedra of a mesh.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Quality {

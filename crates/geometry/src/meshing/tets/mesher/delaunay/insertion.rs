@@ -6,7 +6,6 @@
 
 use super::predicates::{circumcenter, in_sphere, orientation};
 use super::{Delaunay, EDGES, OptionalIndex, Point, TetFace, sorted};
-use crate::meshing::tets::mesher::quality::roundness;
 
 /// Longest walk of the search for the tetrahedron that contains a point, in tetrahedra.
 const MAX_STEPS: usize = 20_000;
@@ -113,12 +112,21 @@ impl Delaunay {
     /// # Errors
     /// Why it cannot be taken. The triangulation then is as before.
     pub(crate) fn insert(&mut self, point: &Insertion) -> Result<u32, Refusal> {
+        self.insert_instead_of(&[], point)
+    }
+
+    /// Takes a point into the triangulation whose cavity starts with some tetrahedra, whatever their circumspheres: those of flat
+    /// tetrahedra may lie anywhere. Unless the point sees the rim of a cavity with all of them from inside, it is refused.
+    ///
+    /// # Errors
+    /// Why it cannot be taken. The triangulation then is as before.
+    pub(crate) fn insert_instead_of(&mut self, tets: &[u32], point: &Insertion) -> Result<u32, Refusal> {
         let start = self.locate(point)?;
         let same = |&&q: &&u32| self.points[q as usize] == point.at;
         if let Some(&known) = self.tets[start as usize].iter().find(same) {
             return Err(Refusal::Duplicate(known));
         }
-        let mut cavity = self.cavity(start);
+        let mut cavity = self.cavity(start, tets);
         self.settle(point, &mut cavity)?;
         if self.must_remove.is_some_and(|t| self.stamps[t as usize] != cavity.inside) {
             return Err(Refusal::MissesTarget);
@@ -157,23 +165,66 @@ impl Delaunay {
         Err(Refusal::Degenerate)
     }
 
-    /// The tetrahedron `start`, which contains the point, alone.
-    fn cavity(&mut self, start: u32) -> Cavity {
+    /// The tetrahedron `start`, which contains the point, and others.
+    fn cavity(&mut self, start: u32, others: &[u32]) -> Cavity {
         self.stamp += 2;
         let (inside, banned) = (self.stamp, self.stamp - 1);
-        self.stamps[start as usize] = inside;
-        Cavity { start, tets: vec![start], rim: Vec::new(), inside, banned }
+        let mut tets = vec![start];
+        tets.extend(others.iter().filter(|&&t| t != start));
+        tets.iter().for_each(|&t| self.stamps[t as usize] = inside);
+        Cavity { start, tets, rim: Vec::new(), inside, banned }
     }
 
     /// Grows a cavity, and trims it, until the point sees all of its rim from inside.
     fn settle(&mut self, point: &Insertion, cavity: &mut Cavity) -> Result<(), Refusal> {
+        // The neighbours of the first tetrahedra of the list have been looked at: none of those outside joins any more.
+        let mut grown = 0;
         loop {
-            self.grow(point, cavity);
+            self.grow(point, cavity, grown);
+            if point.flat_tets == FlatTets::Allow && self.min_roundness <= 0.0 {
+                self.throw_out_hidden(point, cavity)?;
+                cavity.tets.retain(|&t| self.stamps[t as usize] == cavity.inside);
+            }
+            let before = cavity.tets.len();
             if !self.trim(point, cavity)? {
                 return Ok(());
             }
+            let stays = |&&t: &&u32| self.stamps[t as usize] == cavity.inside;
+            grown = cavity.tets[..before].iter().filter(stays).count();
             cavity.tets.retain(|&t| self.stamps[t as usize] == cavity.inside);
         }
+    }
+
+    /// Throws out the tetrahedra with rim faces that the point does not see from inside, where no others are to join: then the
+    /// order in which they go does not matter, and each is looked at again only after one of its neighbours went. In the rounds of
+    /// [`Self::trim`] a large cavity would be looked at as a whole for each layer that goes.
+    fn throw_out_hidden(&mut self, point: &Insertion, cavity: &Cavity) -> Result<(), Refusal> {
+        let mut open = cavity.tets.clone();
+        while let Some(t) = open.pop() {
+            if self.stamps[t as usize] != cavity.inside {
+                continue;
+            }
+            let hidden = (0..4).any(|i| {
+                let n = self.neighbour(t, i);
+                let across = n.is_some_and(|n| self.stamps[n as usize] == cavity.inside);
+                let replaced = point.may_replace(self.kept_faces[t as usize][i]);
+                if across && replaced {
+                    return false;
+                }
+                let [a, b, c] = self.face(t, i).map(|q| self.points[q as usize]);
+                let side = orientation(a, b, c, point.at);
+                side < 0.0 || (side == 0.0 && n.is_some())
+            });
+            if !hidden {
+                continue;
+            }
+            if t == cavity.start {
+                return Err(Refusal::Degenerate);
+            }
+            self.stamps[t as usize] = cavity.banned;
+            open.extend((0..4).filter_map(|i| self.neighbour(t, i)));
+        }
+        Ok(())
     }
 
     /// Throws the tetrahedra at an edge out of a cavity, all but the one that contains the point.
@@ -188,9 +239,9 @@ impl Delaunay {
         if cavity.tets.len() == before { Err(Refusal::KeptEdge(edge)) } else { Ok(()) }
     }
 
-    /// Adds neighbours whose circumspheres contain the point.
-    fn grow(&mut self, point: &Insertion, cavity: &mut Cavity) {
-        let mut next = 0;
+    /// Adds neighbours of the tetrahedra from a place in the list on whose circumspheres contain the point.
+    fn grow(&mut self, point: &Insertion, cavity: &mut Cavity, from: usize) {
+        let mut next = from;
         while next < cavity.tets.len() {
             let t = cavity.tets[next];
             next += 1;
@@ -245,7 +296,7 @@ impl Delaunay {
                     && let Some(n) = n
                     && self.stamps[n as usize] != cavity.banned
                     && point.may_replace(self.kept_faces[t as usize][i])
-                    && roundness([a, b, c, point.at]) <= self.min_roundness
+                    && self.measure.of([a, b, c, point.at]) <= self.min_roundness
                 {
                     if cavity.tets.len() > MAX_ROUND_CAVITY {
                         return Err(Refusal::Degenerate);
@@ -286,7 +337,7 @@ impl Delaunay {
             let face = self.face(tet, opposite);
             if self.min_roundness.is_finite() {
                 let [a, b, c] = face.map(|q| self.points[q as usize]);
-                if roundness([a, b, c, point.at]) <= self.min_roundness {
+                if self.measure.of([a, b, c, point.at]) <= self.min_roundness {
                     return Err(Refusal::Degenerate);
                 }
             }

@@ -11,6 +11,7 @@ mod predicates;
 mod retriangulation;
 
 use super::Point;
+use super::quality::Measure;
 use super::regions::Region;
 use crate::meshing::indices::OptionalIndex;
 pub(super) use insertion::{Encroachment, FlatTets, Insertion, Refusal};
@@ -51,8 +52,10 @@ pub(super) struct Delaunay {
     pub(super) kept_edges: HashMap<[u32; 2], u32>,
     /// The tetrahedra that the last insertion made.
     pub(super) new_tets: Vec<u32>,
-    /// New tetrahedra must be rounder than this, or the point is refused.
+    /// New tetrahedra must be better than this by the measure, or the point is refused.
     pub(super) min_roundness: f64,
+    /// The measure of what `min_roundness` is.
+    pub(super) measure: Measure,
     /// The tetrahedron that the next insertion must remove, or else it is refused.
     pub(super) must_remove: Option<u32>,
     alive: Vec<bool>,
@@ -206,20 +209,51 @@ impl Delaunay {
         None
     }
 
+    /// The tetrahedra that the straight line from the centroid of one of them to `p` goes through; `None` if there is a kept face in
+    /// its way, or if it leaves the triangulation.
+    pub(super) fn tets_towards(&self, mut t: u32, p: Point) -> Option<Vec<u32>> {
+        let corners = self.corners(t);
+        let from = [0, 1, 2].map(|k| corners.iter().map(|c| c[k]).sum::<f64>() / 4.0);
+        let mut out = vec![t];
+        for _ in 0..1000 {
+            let through = (0..4).find(|&i| {
+                let [a, b, c] = self.face(t, i).map(|q| self.points[q as usize]);
+                let sides = [[a, b], [b, c], [c, a]].map(|[q, r]| orientation(from, p, q, r));
+                let through = sides.iter().all(|&s| s >= 0.0) || sides.iter().all(|&s| s <= 0.0);
+                through && orientation(a, b, c, p) < 0.0 && orientation(a, b, c, from) > 0.0
+            });
+            let Some(i) = through else { return Some(out) };
+            if self.kept_face(t, i).is_some() {
+                return None;
+            }
+            t = self.neighbour(t, i)?;
+            out.push(t);
+        }
+        None
+    }
+
     /// Moves a point by the best of `offsets` if this raises the least `worth` of the tetrahedra at it; says whether it did.
     ///
     /// `worth` must be negative for tetrahedra with a negative volume.
     pub(super) fn improve(&mut self, v: u32, worth: impl Fn([Point; 4]) -> f64, offsets: &[Point]) -> bool {
-        let star = self.star(v);
-        let least = |mesh: &Self| star.iter().map(|&t| worth(mesh.corners(t))).fold(f64::INFINITY, f64::min);
+        // The flattest tetrahedra first: most places are worse for one of these.
+        let mut star: Vec<(f64, u32)> =
+            self.star(v).into_iter().map(|t| (worth(self.corners(t)), t)).collect();
+        star.sort_by(|a, b| a.0.total_cmp(&b.0));
         let start = self.points[v as usize];
-        let before = least(self);
+        let before = star.first().map_or(f64::INFINITY, |flattest| flattest.0);
         let mut best = (before, start);
         for d in offsets {
             self.points[v as usize] = [0, 1, 2].map(|k| start[k] + d[k]);
-            let now = least(self);
-            if now > best.0 {
-                best = (now, self.points[v as usize]);
+            let mut least = f64::INFINITY;
+            for &(_, t) in &star {
+                least = least.min(worth(self.corners(t)));
+                if least <= best.0 {
+                    break;
+                }
+            }
+            if least > best.0 {
+                best = (least, self.points[v as usize]);
             }
         }
         self.points[v as usize] = best.1;

@@ -1,4 +1,5 @@
 mod crossing_bodies;
+mod flat_tetrahedra;
 mod sharp_surfaces;
 mod thin_metal;
 
