@@ -411,7 +411,7 @@ impl<'a> Task<'a> {
             return Err(NoFinerMesh::OpenSpace);
         }
         let enough = (MIN_GROWTH * mesh.tets.len() as f64) as usize;
-        let aim = (GOAL / far).min(1.0);
+        let aim = GOAL / far;
         let mut share = aim;
         let finer = loop {
             let mut towards = grading.clone();
