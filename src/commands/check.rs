@@ -154,9 +154,10 @@ fn describe(title: &str, plan: &Plan) -> String {
     }
     if let Some(layer) = &plan.layer {
         let text = format!(
-            "at most {} and about {} on two cores, if every load needs every mesh (estimates)",
+            "at most {} and about {} on two cores, {} if every load needs every mesh (estimates)",
             bytes(layer.memory_bytes),
-            seconds(layer.seconds)
+            seconds(layer.seconds),
+            seconds(layer.most_seconds)
         );
         line("layer", &text);
     }

@@ -10,12 +10,12 @@ use crate::tetrahedra::forecast;
 use crate::words::seconds;
 use elastocap_linalg::memory::bytes_in_words;
 
-/// What bent electrodes take over straight ones, at most: as observed, two to three and a half times as many unknowns; and at least,
-/// since the first mesh that follows them has 60 to 170 thousand already.
-const BENT: f64 = 3.5;
-const MIN_UNKNOWNS: usize = 200_000;
+/// What bent electrodes take over straight ones, at most: as observed, up to two and a half times as many unknowns; and at least,
+/// since the first mesh that follows them has 40 to 170 thousand already.
+const BENT: f64 = 2.5;
+const MIN_UNKNOWNS: usize = 80_000;
 const MIN_BYTES: u64 = 300_000_000;
-const MIN_SECONDS: f64 = 2.0;
+const MIN_SECONDS: f64 = 0.8;
 
 /// Longer runs are warned of, s: half a day.
 const LONG: f64 = 12.0 * 3600.0;

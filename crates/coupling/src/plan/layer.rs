@@ -24,8 +24,18 @@ pub struct LayerForecast {
     pub unknowns: Vec<usize>,
     /// Peak memory, bytes: an upper estimate.
     pub memory_bytes: u64,
-    /// Expected seconds on two cores if every load needs every mesh.
+    /// Expected seconds on two cores: no load needs the finest mesh, as in most cases.
     pub seconds: f64,
+    /// Seconds on two cores if every load needs every mesh.
+    pub most_seconds: f64,
+}
+
+/// The meshes that most loads need: an error can be stated from three on, and the finest is rarely among them.
+fn usual(meshes: &[MeshSize]) -> &[MeshSize] {
+    match meshes {
+        [usual @ .., _] if usual.len() >= 2 => usual,
+        all => all,
+    }
 }
 
 /// In words, what presses where no punch does.
@@ -90,7 +100,8 @@ impl Plan {
                 self.layer = Some(LayerForecast {
                     unknowns,
                     memory_bytes: memory_bytes::<Plane>(&meshes, compressions),
-                    seconds: seconds::<Plane>(&meshes, compressions, regime, false),
+                    seconds: seconds::<Plane>(usual(&meshes), compressions, regime, false),
+                    most_seconds: seconds::<Plane>(&meshes, compressions, regime, false),
                     indenter: HELD_PATCH,
                 });
                 let what = format!(
@@ -186,7 +197,8 @@ impl Plan {
             indenter,
             unknowns: meshes.iter().map(|mesh| mesh.unknowns).collect(),
             memory_bytes: memory_bytes::<S>(&kept, self.steps.len()),
-            seconds: seconds::<S>(meshes, loads, regime, by_force),
+            seconds: seconds::<S>(usual(meshes), loads, regime, by_force),
+            most_seconds: seconds::<S>(meshes, loads, regime, by_force),
         });
         let meshes: Vec<String> = meshes.iter().map(|mesh| grouped(mesh.unknowns)).collect();
         let what = format!(

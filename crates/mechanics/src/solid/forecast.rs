@@ -91,7 +91,7 @@ pub fn seconds<S: Dimension>(
 ) -> f64 {
     let tries = if by_force { TRIES } else { 1.0 };
     let systems = |level: usize| match regime {
-        PressingRegime::Smooth => 15.0 * loads as f64,
+        PressingRegime::Smooth => 10.0 * loads as f64,
         PressingRegime::Patch => 45.0 * loads as f64,
         PressingRegime::Sharp => 60.0 * loads as f64,
         PressingRegime::RoundedCorner(sides) if level < RIPPLED => 30.0 * sides * 2_f64.powi(level as i32),
