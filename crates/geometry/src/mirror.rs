@@ -10,12 +10,12 @@ use crate::shapes::{Shape, TriangleSurface};
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 
 /// Distances this small, relative to the extent of the scene, are none.
-const TOLERANCE: f64 = 1e-9;
+const TOLERANCE: f64 = 1e-12;
 
 /// For each axis where the scene is its own mirror image about a plane normal to it, m; at most one plane per axis.
 ///
-/// There is none for an axis along which nothing ends, for groups of a volume mesh, where a sheet lies in the plane, and
-/// where a surface has edges on one side that the other side has not.
+/// There is none for an axis along which nothing ends, for groups of a volume mesh, where a sheet lies in the plane, where
+/// conductors that change places about it touch it, and where a surface has edges on one side that the other side has not.
 pub fn planes(scene: &Scene) -> [Option<MirrorPlane>; 3] {
     let boxes: Vec<Box3> = scene.shapes().map(bounds).chain([scene.domain]).collect();
     let extents = boxes.iter().flat_map(|b| (0..3).map(|a| b.extent(a)));
@@ -36,9 +36,14 @@ pub fn planes(scene: &Scene) -> [Option<MirrorPlane>; 3] {
             if !plane.halves(&scene.domain) {
                 return None;
             }
-            let conductors = plane.images(&conductors)?;
-            let images = plane.images(&dielectrics)?;
-            keeps_order(&dielectrics, &images).then_some(MirrorPlane { at, conductors, dielectrics: images })
+            let images = plane.images(&conductors)?;
+            let touch = (0..images.len()).any(|k| images[k] != k && plane.touches(conductors[k]));
+            let of_dielectrics = plane.images(&dielectrics)?;
+            (!touch && keeps_order(&dielectrics, &of_dielectrics)).then_some(MirrorPlane {
+                at,
+                conductors: images,
+                dielectrics: of_dielectrics,
+            })
         })
     })
 }
@@ -131,6 +136,12 @@ impl Plane {
                 });
                 found.map(|at| left.swap_remove(at)).is_some()
             })
+    }
+
+    /// Whether it touches a part of a body.
+    fn touches(&self, body: &Body) -> bool {
+        let (low, high) = (self.at - self.near, self.at + self.near);
+        body.parts.iter().map(bounds).any(|b| b.min[self.axis] <= high && b.max[self.axis] >= low)
     }
 
     /// Whether it goes through the middle of the box, or the box is everywhere along the axis.

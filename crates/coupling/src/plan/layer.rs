@@ -33,7 +33,7 @@ pub struct LayerForecast {
 /// The meshes that most loads need: an error can be stated from three on, and the finest is rarely among them.
 fn usual(meshes: &[MeshSize]) -> &[MeshSize] {
     match meshes {
-        [usual @ .., _] if usual.len() >= 2 => usual,
+        [usual @ .., _] if usual.len() >= 3 => usual,
         all => all,
     }
 }

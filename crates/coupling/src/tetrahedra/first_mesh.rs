@@ -4,9 +4,11 @@ use super::{FACETS, Planes};
 use crate::failure::TetrahedraError;
 use crate::settings::FieldSettings;
 use elastocap_case::ImportedMesh;
-use elastocap_geometry::meshing::tets::{LayeredSizing, MeshError, Sizing, TetMesh, layered, mesh_unless};
+use elastocap_geometry::meshing::tets::{
+    LayeredSizing, MeshError, Quality, Sizing, TetMesh, layered, mesh_unless,
+};
 use elastocap_geometry::mirror;
-use elastocap_geometry::scene::{Box3, Scene};
+use elastocap_geometry::scene::{Box3, MirrorPlane, Scene, Wall};
 use elastocap_geometry::shapes::Shape;
 use elastocap_linalg::vector::{length, minus};
 use std::sync::Arc;
@@ -35,6 +37,10 @@ pub(super) const FORECAST_EDGE_POINTS: f64 = 150.0;
 
 /// Longer mesh edges along thin conductors than this, relative to their width, do not serve.
 const MAX_THIN_EDGE: f64 = 0.1;
+
+/// Circumradius over the shortest edge, of a mesh's worst tetrahedron, above which it is not used for the sake of a plane about which
+/// conductors change places.
+const LONG_TETRAHEDRA: f64 = 10.0;
 
 /// Sizes of faces to try.
 const TRIES: usize = 4;
@@ -98,16 +104,34 @@ struct Fineness<'a> {
 
 /// A mesh of the part above the planes, and which of them it keeps to.
 /// The whole is meshed where the part cannot be.
+///
+/// Planes about which conductors change places are left out where long tetrahedra fill the narrow space between a body and such a
+/// plane: bounds converge slowly in them, and square plates took several times the unknowns on one half. It pays all the same where
+/// only one of two states has a field.
 fn mesh_of(
     scene: &Scene,
     fineness: Fineness<'_>,
     planes: Planes,
 ) -> Result<(TetMesh, Planes), TetrahedraError> {
     let part = mirror::part(scene, &planes);
+    let keeping = planes.clone().map(|plane| plane.filter(MirrorPlane::keeps_conductors));
     match whole_of(&part, fineness) {
+        Ok(mesh)
+            if keeping != planes
+                && !is_one_state(scene)
+                && Quality::of(&mesh).radius_to_edge > LONG_TETRAHEDRA =>
+        {
+            mesh_of(scene, fineness, keeping)
+        }
+        Err(TetrahedraError::Mesh(MeshError::Cancelled)) => Err(MeshError::Cancelled.into()),
         Err(_) if part != *scene => whole_of(scene, fineness).map(|mesh| (mesh, Planes::default())),
         found => found.map(|mesh| (mesh, planes)),
     }
+}
+
+/// Whether two conductors are enclosed by insulated walls, so that only the difference of their potentials makes a field.
+fn is_one_state(scene: &Scene) -> bool {
+    scene.conductors().count() == 2 && scene.walls.iter().flatten().all(|wall| *wall == Wall::Insulated)
 }
 
 fn whole_of(scene: &Scene, fineness: Fineness<'_>) -> Result<TetMesh, TetrahedraError> {

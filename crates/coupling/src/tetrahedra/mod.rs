@@ -225,6 +225,36 @@ mod tests {
     }
 
     #[test]
+    fn bodies_that_change_places_are_shown_at_their_own_potentials() {
+        let ball = |name: &str, x: f64, z: f64| {
+            Body::conductor(name, Shape::Sphere { center: [x, 0.0, z], radius: 0.25 })
+        };
+        let mut all = scene(Shape::Sphere { center: [0.0; 3], radius: 1.0 });
+        all.bodies =
+            vec![ball("a", -0.5, -0.4), ball("b", 0.5, -0.4), ball("c", -0.5, 0.4), ball("d", 0.5, 0.4)];
+        for wall in [Wall::Grounded, Wall::Insulated] {
+            all.walls = [[wall; 2]; 3];
+            let settings = FieldSettings { relative_tolerance: 0.2, ..FieldSettings::default() };
+            let solved = solve_shapes(&all, None, &settings).unwrap();
+            assert_eq!(solved.general.solution.mirrored, [true; 3]);
+            let MeshSolution { mesh, potentials, .. } = &solved.general;
+            let held = [1.0, 0.25, -0.5, 2.0];
+            let (whole, values) = shown::on_whole(mesh, potentials, &held, &solved.planes);
+            let mut faces = [0; 4];
+            for face in &whole.boundary {
+                if let FaceRole::Conductor(k) = face.role {
+                    faces[k as usize] += 1;
+                    for p in face.face {
+                        let off = values[p as usize] - held[k as usize];
+                        assert!(off.abs() < 1e-9, "{wall:?}, {k}: {off:e}");
+                    }
+                }
+            }
+            assert!(faces.iter().all(|count| *count > 8), "{faces:?}");
+        }
+    }
+
+    #[test]
     fn balls_close_to_one_another_get_smaller_faces_and_touching_ones_are_named() {
         let ball =
             |name: &str, x: f64| Body::conductor(name, Shape::Sphere { center: [x, 0.0, 0.0], radius: 0.01 });

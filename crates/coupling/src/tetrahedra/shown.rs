@@ -71,7 +71,12 @@ pub(crate) fn shown(scene: &Scene, solved: &Solved) -> BodyMesh {
 /// The mesh of the whole scene, and on its points the potential, V, with conductors held at these.
 ///
 /// What a point's mirror image sees is what the point sees when conductors have changed places.
-fn on_whole(mesh: &TetMesh, potentials: &[Vec<f64>], held: &[f64], planes: &Planes) -> (TetMesh, Vec<f64>) {
+pub(super) fn on_whole(
+    mesh: &TetMesh,
+    potentials: &[Vec<f64>],
+    held: &[f64],
+    planes: &Planes,
+) -> (TetMesh, Vec<f64>) {
     let planes: Vec<(usize, &MirrorPlane)> =
         planes.iter().enumerate().filter_map(|(axis, plane)| Some((axis, plane.as_ref()?))).collect();
     // For each set of planes, a bit for each, the potential with conductors that have changed places about them all.

@@ -37,7 +37,7 @@ impl OpenSpace {
         self.falls.iter().map(|(factor, power)| factor * distance.powf(-power)).fold(0.0, f64::max)
     }
 
-    /// Whether there is none.
+    /// Whether the scene is closed, so that no ray leaves it.
     pub(crate) fn is_closed(&self) -> bool {
         self.falls.is_empty()
     }

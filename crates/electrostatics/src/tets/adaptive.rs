@@ -263,7 +263,10 @@ struct Task<'a> {
     scene: MeshScene<'a>,
     settings: &'a TetrahedraSettings,
     floating: Floating,
+    /// Those with a field.
     parities: Vec<Parity>,
+    /// That without one, if there is any.
+    constant: Vec<Parity>,
     /// Farad per metre of the energies on the mesh: the mirrored copies count too.
     scale: f64,
 }
@@ -282,8 +285,16 @@ struct MeshBounds {
 impl<'a> Task<'a> {
     fn new(mesh: &TetMesh, scene: MeshScene<'a>, settings: &'a TetrahedraSettings) -> Self {
         let floating = Floating::of_charges(scene.floating_charges);
-        let parities = Parity::all(mesh, scene.planes, scene.floating_charges.len());
-        Self { scene, settings, floating, parities, scale: VACUUM_PERMITTIVITY * f64::from(scene.copies()) }
+        let all = Parity::all(mesh, scene.planes, scene.floating_charges.len());
+        let (constant, parities) = all.into_iter().partition(Parity::is_constant);
+        Self {
+            scene,
+            settings,
+            floating,
+            parities,
+            constant,
+            scale: VACUUM_PERMITTIVITY * f64::from(scene.copies()),
+        }
     }
 
     /// Potentials and fluxes of all parities on one mesh.
@@ -339,9 +350,11 @@ impl<'a> Task<'a> {
         let n = self.scene.floating_charges.len();
         let unit = |c: usize| (0..n).map(|k| f64::from(u8::from(k == c))).collect::<Vec<f64>>();
         let one = |c: usize| {
-            let mut sum = vec![0.0; points];
+            let unit = unit(c);
+            let constant: f64 = self.constant.iter().flat_map(|parity| parity.of(&unit)).sum();
+            let mut sum = vec![constant; points];
             for (parity, SolvedParity { potentials, .. }) in self.parities.iter().zip(found) {
-                for (v, u) in parity.of(&unit(c)).zip(&potentials.values).filter(|(v, _)| *v != 0.0) {
+                for (v, u) in parity.of(&unit).zip(&potentials.values).filter(|(v, _)| *v != 0.0) {
                     sum.iter_mut().zip(u).for_each(|(sum, u)| *sum += v * u);
                 }
             }

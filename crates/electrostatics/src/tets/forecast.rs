@@ -40,7 +40,8 @@ pub fn forecast_mesh(
     settings: &TetrahedraSettings,
 ) -> Result<Forecast, SolveError> {
     let n = scene.floating_charges.len();
-    let parities = Parity::all(&mesh, scene.planes, n);
+    let parities: Vec<Parity> =
+        Parity::all(&mesh, scene.planes, n).into_iter().filter(|parity| !parity.is_constant()).collect();
     let sides: usize = parities.iter().map(Parity::sides).sum();
     let small = TetrahedraSettings {
         memory_limit: settings.memory_limit.min(memory_of(MAX_FORECAST_TETRAHEDRA, &parities, settings)),
@@ -57,13 +58,19 @@ pub fn forecast_mesh(
     let unresolved = if solution.reached { 1.0 } else { UNRESOLVED };
     let growth = (unresolved * far.powf(1.0 / RATE[order])).min(max_growth);
     let unknowns = (solution.unknowns as f64 * growth) as usize;
-    let seconds = PACE[order] * unknowns as f64 * (1.0 + FURTHER_SIDE * sides.saturating_sub(1) as f64);
+    // Each parity has a matrix of its own, and the whole would have one.
+    let time = |matrices: usize, sides: usize| {
+        PACE[order]
+            * unknowns as f64
+            * (matrices as f64 + FURTHER_SIDE * sides.saturating_sub(matrices) as f64)
+    };
+    let seconds = time(parities.len(), sides);
     let copies = scene.copies();
     Ok(Forecast {
         unknowns,
         memory_bytes: PROGRAM + (SPARE * memory(growth) as f64) as u64,
         seconds,
-        unmirrored: (copies as usize * unknowns, f64::from(copies) * seconds),
+        unmirrored: (copies as usize * unknowns, f64::from(copies) * time(1, n)),
         mirrored: scene.mirrored(),
         right_hand_sides: sides,
     })

@@ -91,19 +91,20 @@ impl Gaps {
             sizes[place].0 += 1;
             sizes[place].1 += gap;
         }
+        // Each of the smallest may be bisected as often as any.
+        let places = sizes.len() + (ONCE_MORE.powi(3).ln() / STEP.ln()) as usize;
         let middle = |place: usize| self.largest * STEP.powf(-(place as f64) - 0.5);
-        let limit =
-            (1..=sizes.len()).map(|places| self.largest * STEP.powi(-(places as i32))).find(|&limit| {
-                let (mut left, mut more) = (self.total, 0.0);
-                for (place, (count, gap)) in sizes.iter().enumerate() {
-                    let times = Self::bisections(middle(place), limit);
-                    left -= (1.0 - LEFT[usize::from(times)]) * gap;
-                    more += (f64::from(1_u32 << times) - 1.0) * *count as f64;
-                }
-                left <= share * self.total || 1.0 + more / self.of_tets.len() as f64 > most
-            });
-        // All of them, if that is not enough.
-        let limit = limit.unwrap_or(0.0);
+        let limit = (1..=places).map(|places| self.largest * STEP.powi(-(places as i32))).find(|&limit| {
+            let (mut left, mut more) = (self.total, 0.0);
+            for (place, (count, gap)) in sizes.iter().enumerate() {
+                let times = Self::bisections(middle(place), limit);
+                left -= (1.0 - LEFT[usize::from(times)]) * gap;
+                more += (f64::from(1_u32 << times) - 1.0) * *count as f64;
+            }
+            left <= share * self.total || 1.0 + more / self.of_tets.len() as f64 > most
+        });
+        // All that matter, if that is not enough.
+        let limit = limit.unwrap_or(RANGE * self.largest);
         self.of_tets.iter().map(|&gap| Self::bisections(gap, limit)).collect()
     }
 }
@@ -157,6 +158,15 @@ mod tests {
         assert!((1500..1700).contains(&made), "{made}");
         let equal = falling(1000, 1.0).bisected_to(0.5, 1.1);
         assert!(equal.iter().all(|k| *k == equal[0]) && equal[0] > 0);
+    }
+
+    #[test]
+    fn tetrahedra_that_hold_no_more_than_rounding_are_not_bisected_where_few_hold_the_gap() {
+        let gaps: Vec<f64> = (0..100).map(|t| if t < 3 { 1.0 } else { 1e-30 }).collect();
+        let state = State { potentials: vec![1.0], energy: 1.0 };
+        let times = Gaps::new(&[state], &[&gaps]).bisected_to(0.2, 10.0);
+        assert_eq!(times[..3], [3; 3]);
+        assert!(times[3..].iter().all(|k| *k == 0));
     }
 
     #[test]

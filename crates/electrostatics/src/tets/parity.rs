@@ -20,10 +20,12 @@ pub(super) struct Parity {
     side: Vec<Option<u32>>,
     /// What of the potentials of all conductors (columns) each right-hand side (row) has.
     projection: Mat<f64>,
+    /// Whether its only right-hand side is one potential everywhere, which has no field.
+    constant: bool,
 }
 
 impl Parity {
-    /// The parities in which the part that a mesh stands for has a field. `conductors` are those of the whole scene.
+    /// The parities of the part that a mesh stands for. `conductors` are those of the whole scene.
     pub(super) fn all(mesh: &TetMesh, planes: &[Option<MirrorPlane>; 3], conductors: usize) -> Vec<Self> {
         let exchanging: Vec<(usize, &MirrorPlane)> = planes
             .iter()
@@ -35,6 +37,7 @@ impl Parity {
                 grounded: [None; 3],
                 side: (0..conductors as u32).map(Some).collect(),
                 projection: Mat::identity(conductors, conductors),
+                constant: false,
             }];
         }
         let mut present = vec![false; conductors];
@@ -79,11 +82,15 @@ impl Parity {
                 grounded[*axis] = is_odd(k).then_some(plane.at);
             }
             let projection = Mat::from_fn(rows.len(), conductors, |i, j| rows[i][j]);
-            Self { grounded, side, projection }
+            let constant = enclosed && odd == 0 && rows.len() == 1;
+            Self { grounded, side, projection, constant }
         };
-        // One potential everywhere, as that of a single conductor around everything, has no field.
-        let has_field = |p: &Self| p.sides() > usize::from(enclosed && p.grounded == [None; 3]);
-        (0..1_usize << exchanging.len()).map(parity).filter(has_field).collect()
+        (0..1_usize << exchanging.len()).map(parity).filter(|parity| parity.sides() > 0).collect()
+    }
+
+    /// Whether its only right-hand side is one potential everywhere, which has no field.
+    pub(super) fn is_constant(&self) -> bool {
+        self.constant
     }
 
     /// Number of right-hand sides.
@@ -126,13 +133,19 @@ impl Parity {
     }
 }
 
+/// Distances to a mirror plane below this, relative to the extent of the mesh, are rounding.
+const ROUNDING: f64 = 1e-11;
+
 /// Faces in a plane that ends the mesh, grounded, without those that have a role.
 fn faces_in_plane(mesh: &TetMesh, axis: usize, at: f64) -> Vec<BoundaryFace> {
     let sorted = |mut face: [u32; 3]| {
         face.sort_unstable();
         face
     };
-    let inside = |face: &[u32; 3]| face.iter().all(|&p| mesh.points[p as usize][axis] == at);
+    let extent = mesh.points.iter().map(|p| (p[axis] - at).abs()).fold(0.0, f64::max);
+    let inside = |face: &[u32; 3]| {
+        face.iter().all(|&p| (mesh.points[p as usize][axis] - at).abs() <= ROUNDING * extent)
+    };
     let taken: HashSet<[u32; 3]> = mesh.boundary.iter().map(|f| sorted(f.face)).filter(inside).collect();
     let faces = mesh.tets.iter().flat_map(|&[a, b, c, d]| [[a, b, c], [a, b, d], [a, c, d], [b, c, d]]);
     let free = faces.filter(|face| inside(face) && !taken.contains(&sorted(*face)));

@@ -170,11 +170,13 @@ fn four_pads_around_a_middle_one_that_floats_are_solved_on_an_eighth() {
         [[-0.6, -0.6], [0.6, -0.6], [-0.6, 0.6], [0.6, 0.6]].map(|[x, z]| (pad(x, z), None)).to_vec();
     shapes.push((pad(0.0, 0.0), Some(1e-12)));
     let mut all = scene(shapes, Wall::Grounded);
-    // Two bodies of one permittivity that change places, over a layer that stays.
+    // Two bodies of one permittivity that change places, above one that stays and reaches into them.
     let bead = |x: f64| Shape::Box(Box3 { min: [x - 0.1, 0.2, -0.5], max: [x + 0.1, 0.4, 0.5] });
     for (name, x) in [("left", -0.6), ("right", 0.6)] {
         all.bodies.push(Body::dielectric(name, bead(x), 5.0));
     }
+    let layer = Box3 { min: [-1.0, 0.1, -1.0], max: [1.0, 0.3, 1.0] };
+    all.bodies.push(Body::dielectric("layer", Shape::Box(layer), 2.0));
     let [part, whole] = compared(&all, 2, 0.4, 5e-2).unwrap();
     assert_eq!(part.mirrored, [true, false, true]);
     assert!(3 * part.unknowns < whole.unknowns, "{} {}", part.unknowns, whole.unknowns);

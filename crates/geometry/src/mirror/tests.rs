@@ -64,6 +64,8 @@ fn bodies_change_places_whatever_their_shape_but_not_with_one_of_another_kind() 
         assert!(!plane.keeps_conductors());
     }
     for pair in [
+        // They touch.
+        [Shape::Box(at(0.5)), Shape::Box(at(1.5))],
         [Shape::Box(at(-3.0)), rod(5.0)],
         [wedge(-3.0, 1.0), wedge(4.0, 1.0)],
         [wedge(-3.0, 1.0), pad(&[[4.0, 3.0], [4.5, 0.0], [5.0, 0.0]])],

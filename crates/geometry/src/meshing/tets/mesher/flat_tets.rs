@@ -20,7 +20,7 @@ const NO_VOLUME: f64 = 1e-10;
 /// Rounds over all flat tetrahedra, of which the last only looks whether any is left.
 const ROUNDS: i32 = 10;
 
-/// No more points are tried at many heights once this many tetrahedra could not be replaced so.
+/// No more tetrahedra are replaced or moved once this many could not be.
 const MAX_FAILURES: usize = 1000;
 
 impl MeshInProgress {
@@ -60,7 +60,7 @@ impl MeshInProgress {
                     new = self.add_point_at(t, round, sizing)
                         || (is_flat && failures < MAX_FAILURES && self.replace_flat(t, sizing.growth));
                     let mut moved = Vec::new();
-                    if !new && is_flat {
+                    if !new && is_flat && failures < MAX_FAILURES {
                         failures += 1;
                         moved = self.move_corners(t);
                     }

@@ -161,8 +161,9 @@ pub fn mesh_unless(
     }
     let refined = work.refine(sizing);
     work.smooth();
-    work.split_flat_tets(sizing).map_err(|at| MeshError::Flat { at })?;
+    let flat = work.split_flat_tets(sizing);
     work.go_on()?;
+    flat.map_err(|at| MeshError::Flat { at })?;
     check_regions(&work.mesh)?;
     let mesh = result_mesh::extract(&work, scene, &domain)?;
     Ok(Meshed { quality: Quality::of(&mesh), mesh, refined })

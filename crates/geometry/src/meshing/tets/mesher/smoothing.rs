@@ -57,7 +57,7 @@ impl MeshInProgress {
         moved
     }
 
-    /// Moves points that lie on no facet so that the flattest tetrahedron at each becomes rounder.
+    /// Moves points that lie on no facet so that the largest angle of the flattest tetrahedron at each becomes smaller.
     pub(super) fn smooth(&mut self) {
         let all: Vec<u32> = (8..self.mesh.points.len() as u32).collect();
         self.smooth_points(&all);
