@@ -122,7 +122,9 @@ impl MatrixBounds {
             // Of the two triangles one is read, because they may differ by rounding.
             let (i, j) = (i.min(j), i.max(j));
             let value = 0.5 * (self.upper[(i, j)] + self.lower[(i, j)]);
-            let half = 0.5 * (gap(i) * gap(j)).sqrt();
+            // Where rounding was counted, the two forms may be larger than the entry by many orders: so is the rounding of this sum.
+            let rounding = f64::EPSILON * (self.upper[(i, j)].abs() + self.lower[(i, j)].abs());
+            let half = (0.5 + f64::EPSILON) * (gap(i) * gap(j)).sqrt() + rounding;
             let limits = Bounded { value, lower: value - half, upper: value + half };
             if i == j { limits.narrowed(0.0, f64::INFINITY) } else { limits.narrowed(f64::NEG_INFINITY, 0.0) }
         };

@@ -13,7 +13,7 @@ use elastocap_linalg::memory::bytes_in_words;
 /// What bent electrodes take over straight ones, at most: as observed, up to two and a half times as many unknowns; and at least,
 /// since the first mesh that follows them has 40 to 170 thousand already.
 const BENT: f64 = 2.5;
-const MIN_UNKNOWNS: usize = 80_000;
+const MIN_UNKNOWNS: usize = 120_000;
 const MIN_BYTES: u64 = 300_000_000;
 const MIN_SECONDS: f64 = 0.8;
 
