@@ -23,8 +23,10 @@ pub fn solve(scene: &Scene, settings: &Settings) -> Result<Solution, SolveError>
         Some(level) => grid_search::fixed(&problem, level)?,
         None => grid_search::adaptive(&problem)?,
     };
-    // Nobody waits for the field of a solve that was stopped.
-    let field = (settings.field && !problem.cancelled()).then(|| found.outcome.field(scene, &problem));
+    // Nobody waits for the field of a solve that was broken off. One that was complete when the request came keeps its field: its
+    // step counts as solved.
+    let wanted = settings.field && (found.shortfall.is_none() || !problem.cancelled());
+    let field = wanted.then(|| found.outcome.field(scene, &problem));
     let all = found.outcome.all.clone();
     let mut solution = found.outcome.finish(&problem, &found.grid, found.shortfall);
     solution.grids = found.grids;

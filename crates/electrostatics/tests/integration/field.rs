@@ -1,23 +1,64 @@
 //! The field that is kept for export.
 
-use elastocap_electrostatics::{Settings, solve};
+use elastocap_electrostatics::{Settings, SolveError, solve};
 use elastocap_geometry::scene::{Body, Box3, Scene, Wall};
 use elastocap_geometry::shapes::Shape;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Instant;
+
+/// Two square sheets in open space.
+fn two_sheets() -> Scene {
+    let plate = |name: &str, x2: f64| {
+        let region = Box3 { min: [-0.5, x2, -0.5], max: [0.5, x2, 0.5] };
+        Body::conductor(name, Shape::Box(region))
+    };
+    Scene {
+        bodies: vec![plate("lower", -0.2), plate("upper", 0.2)],
+        background_permittivity: 1.0,
+        domain: Box3::SPACE,
+        walls: [[Wall::Open; 2]; 3],
+    }
+}
+
+/// A step counts as solved when its bounds are as close as asked for, and has its field then, however late a run was asked to stop.
+#[test]
+fn a_solve_that_is_complete_when_it_is_asked_to_stop_has_its_field() {
+    let scene = two_sheets();
+    let tries = 40;
+    let settings = |cancel| Settings { relative_tolerance: 1e-2, field: true, cancel, ..Settings::default() };
+    let begin = Instant::now();
+    solve(&scene, &settings(None)).unwrap();
+    let usual = begin.elapsed();
+    let mut complete = 0;
+    for attempt in 0..tries {
+        let cancel = Arc::new(AtomicBool::new(false));
+        let of_solve = Arc::clone(&cancel);
+        let solution = std::thread::scope(|scope| {
+            scope.spawn(|| {
+                let share = 0.5 + 0.8 * f64::from(attempt) / f64::from(tries);
+                std::thread::sleep(usual.mul_f64(share));
+                cancel.store(true, Ordering::Relaxed);
+            });
+            solve(&scene, &settings(Some(of_solve)))
+        });
+        match solution {
+            Ok(solution) if solution.reached => {
+                complete += 1;
+                assert!(solution.field.is_some(), "attempt {attempt} has no field");
+            }
+            Ok(_) | Err(SolveError::Cancelled) => {}
+            Err(other) => panic!("{other}"),
+        }
+    }
+    assert!(complete > 0);
+}
 
 /// The field is minus the gradient of the potential, on either side of each mirror plane: the potential is even about two of
 /// them and odd about the third.
 #[test]
 fn the_field_points_down_the_potential_on_both_sides_of_every_mirror_plane() {
-    let plate = |name: &str, x2: f64| {
-        let region = Box3 { min: [-0.5, x2, -0.5], max: [0.5, x2, 0.5] };
-        Body::conductor(name, Shape::Box(region))
-    };
-    let scene = Scene {
-        bodies: vec![plate("lower", -0.2), plate("upper", 0.2)],
-        background_permittivity: 1.0,
-        domain: Box3::SPACE,
-        walls: [[Wall::Open; 2]; 3],
-    };
+    let scene = two_sheets();
     let settings = Settings { relative_tolerance: 1e-2, field: true, ..Settings::default() };
     let solution = solve(&scene, &settings).unwrap();
     assert_eq!(solution.mirrored, [true; 3]);
