@@ -75,7 +75,7 @@ pub use solution::{
 pub use tets::adaptive::{MeshScene, MeshSolution, TetrahedraSettings, solve_mesh};
 pub use tets::flux::FluxError;
 pub use tets::forecast::forecast_mesh;
-pub use tets::potentials::{PotentialError, PotentialProblem, PotentialSettings, Potentials};
+pub use tets::potentials::{NotReached, PotentialError, PotentialProblem, PotentialSettings, Potentials};
 
 /// Permittivity of vacuum, eps_0, F/m (CODATA 2018): the only definition of it in the project.
 pub const VACUUM_PERMITTIVITY: f64 = 8.854_187_812_8e-12;
@@ -125,6 +125,9 @@ pub enum SolveError {
     /// The potentials on a mesh could not be solved for.
     #[error(transparent)]
     Potentials(tets::potentials::PotentialError),
+    /// The linear solver ended too far from the potentials on a mesh for useful bounds.
+    #[error(transparent)]
+    NotReached(#[from] tets::potentials::NotReached),
     /// The fluxes on a mesh could not be made.
     #[error(transparent)]
     Flux(#[from] tets::flux::FluxError),

@@ -2,8 +2,7 @@
 //!
 //! On each mesh the potentials give the upper bound ([`crate::tets::potentials`]) and fluxes made from them the lower one
 //! ([`crate::tets::flux`]). The gap between the two is a sum over tetrahedra. They are bisected so that all hold equally much of it
-//! (equidistribution: Babuška and Rheinboldt, SIAM J. Numer. Anal. 15, 1978), nearer to an edge of a conductor if they touch one
-//! ([`Grading`]). This is repeated until the tolerance is met or the next mesh would not fit into memory.
+//! ([`Refinement`]). This is repeated until the tolerance is met or the next mesh would not fit into memory.
 //!
 //! One part of a symmetric scene is solved once for each parity of potentials ([`crate::tets::parity`]), on one mesh.
 
@@ -11,7 +10,7 @@ use crate::SolveError;
 use crate::VACUUM_PERMITTIVITY;
 use crate::consistency::contradiction;
 use crate::floating::Floating;
-use crate::matrix::{MatrixBounds, contrast_of, rounding_alone, rounding_scale};
+use crate::matrix::{MatrixBounds, contrast_of, rounding_scale};
 use crate::solution::{Bounded, Discretisation, PhaseSeconds, STOPPED, Solution, Target};
 use crate::tets::flux::{Flux, equilibrate};
 use crate::tets::marking::{Gaps, State, beyond, states};
@@ -19,41 +18,24 @@ use crate::tets::parity::Parity;
 use crate::tets::potentials::{
     CoarserPotentials, PotentialProblem, PotentialSettings, Potentials, Start, add_up_to_one,
 };
+use crate::tets::refinement::Refinement;
 use crate::tets::spread::{Spread, spread};
-use elastocap_geometry::meshing::tets::{Bisected, Grading, TetMesh};
+use elastocap_geometry::meshing::tets::{Bisected, TetMesh};
 use elastocap_geometry::scene::MirrorPlane;
-use elastocap_linalg::memory::bytes_in_words;
 use faer::Mat;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
-/// Share of the tolerance that meshes aim at: what is foreseen is not exact, and one mesh more costs as much as all before.
-const GOAL: f64 = 0.85;
-
-/// Each mesh has this many times the tetrahedra of the one before at least: one that is hardly finer would cost as much as the last
-/// and gain nothing.
-const MIN_GROWTH: f64 = 1.15;
-
-/// Each mesh has no more than about this many times the tetrahedra of the one before, not counting what conformity adds: gaps on a
-/// coarse mesh say little of where a much finer one should be fine.
-const MAX_GROWTH: f64 = 1.3;
-
 /// Error of the linear solver over the energy, as a share of the tolerance. It is small because the residual is charge that the
 /// fluxes must carry to a conductor, which costs more energy than the error of the potential itself.
 const ITERATION: f64 = 1e-5;
-
-/// Refinement no longer helps where a larger share of the spread than this lies in open space beyond the mesh.
-const MAX_BEYOND: f64 = 0.66;
 
 /// Bytes per tetrahedron for each order: for matrices, multigrid and flux moments, and for each right-hand side.
 const BYTES: [(u64, u64); 3] = [(1_000, 200), (1_800, 400), (8_000, 1_500)];
 
 /// Largest spread at which the bounds of a coarser mesh are still worth reporting if a finer mesh cannot be solved.
 const MAX_USEFUL_SPREAD: f64 = 0.3;
-
-/// Largest number of meshes of one solve.
-const MAX_MESHES: usize = 60;
 
 /// Tolerance, order and limits of the solver on tetrahedra.
 ///
@@ -138,15 +120,14 @@ pub fn solve_mesh(
     let task = Task::new(&mesh, scene, settings);
     let cancel = settings.cancel.as_deref();
     let mut mesh = mesh;
-    let mut grading = Grading::towards_edges(&mesh);
+    let mut refinement = Refinement::new(&mesh);
     let mut seconds = PhaseSeconds::default();
     let mut iterations = 0;
     let mut meshes = 0;
-    let mut before = f64::INFINITY;
     let mut coarser: Option<Coarser> = None;
     loop {
         meshes += 1;
-        let found = match task.on_mesh(&mesh, coarser.as_ref(), &mut seconds) {
+        let (found, bounds) = match task.bounded(&mesh, coarser.as_ref(), &mut seconds) {
             Ok(found) => found,
             Err(error) => {
                 // The bounds on the mesh before are proved all the same.
@@ -161,23 +142,14 @@ pub fn solve_mesh(
             }
         };
         iterations += found.iter().map(|side| side.potentials.iterations).max().unwrap_or(0);
-        let bounds = task.bounds(&found);
         let error = bounds.spread.error;
-
-        // Graded bisection can make tetrahedra so thin that the fluxes lose more than the potentials gain. From then on edges
-        // are halved.
-        if error > before {
-            grading = Grading::none(&mesh);
-        }
-        before = error;
-
         let (next, shortfall) = if error <= settings.relative_tolerance {
             (None, bounds.spread.may_be_zero.then(|| task.may_be_zero()))
         } else if cancel.is_some_and(|c| c.load(Ordering::Relaxed)) {
             (None, Some(STOPPED.to_owned()))
         } else {
             let refining = Instant::now();
-            let refined = task.refined(&mesh, &mut grading, meshes, &bounds.all, &found, error);
+            let refined = refinement.next(&task, &mesh, &bounds.all, &found, error);
             seconds.setup += refining.elapsed().as_secs_f64();
             match refined {
                 Ok(finer) => (Some(finer), None),
@@ -214,7 +186,7 @@ pub fn solve_mesh(
 }
 
 /// What is known on the mesh before the last refinement.
-struct Coarser {
+pub(super) struct Coarser {
     solved: MeshSolution,
     /// Of each parity.
     potentials: Vec<CoarserPotentials>,
@@ -224,47 +196,19 @@ struct Coarser {
     error: f64,
 }
 
-/// Why a mesh is not refined any more.
-#[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
-enum NoFinerMesh {
-    /// The error lies where there is no mesh to refine.
-    #[error("the remaining error lies in open space beyond the mesh, which ends too near the conductors")]
-    OpenSpace,
-    /// Rounding alone exceeds the tolerance.
-    #[error("{}", rounding_alone(*error))]
-    Rounding {
-        /// The spread that rounding leaves.
-        error: f64,
-    },
-    /// A finer mesh would exceed the memory limit, or the number of meshes is at its limit.
-    #[error(
-        "a finer mesh, of {tetrahedra} tetrahedra, would take about {}, more than the limit of {}",
-        bytes_in_words(*bytes),
-        bytes_in_words(*limit)
-    )]
-    TooLarge {
-        /// Its tetrahedra.
-        tetrahedra: usize,
-        /// Its memory, bytes.
-        bytes: u64,
-        /// The memory allowed, bytes.
-        limit: u64,
-    },
-}
-
 /// Potentials and fluxes of one parity on one mesh.
-struct SolvedParity {
+pub(super) struct SolvedParity {
     potentials: Potentials,
     flux: Flux,
 }
 
 /// What stays the same on all meshes of one solve.
-struct Task<'a> {
+pub(super) struct Task<'a> {
     scene: MeshScene<'a>,
-    settings: &'a TetrahedraSettings,
+    pub(super) settings: &'a TetrahedraSettings,
     floating: Floating,
     /// Those with a field.
-    parities: Vec<Parity>,
+    pub(super) parities: Vec<Parity>,
     /// That without one, if there is any.
     constant: Vec<Parity>,
     /// Farad per metre of the energies on the mesh: the mirrored copies count too.
@@ -272,18 +216,18 @@ struct Task<'a> {
 }
 
 /// Bounds found on one mesh.
-struct MeshBounds {
+pub(super) struct MeshBounds {
     /// Of all conductors, the floating ones included.
-    all: MatrixBounds,
+    pub(super) all: MatrixBounds,
     /// The Maxwell matrix of the driven conductors, F.
     maxwell: Vec<Vec<Bounded>>,
     /// Two-terminal capacitance, F.
     two_terminal: Option<Bounded>,
-    spread: Spread,
+    pub(super) spread: Spread,
 }
 
 impl<'a> Task<'a> {
-    fn new(mesh: &TetMesh, scene: MeshScene<'a>, settings: &'a TetrahedraSettings) -> Self {
+    pub(super) fn new(mesh: &TetMesh, scene: MeshScene<'a>, settings: &'a TetrahedraSettings) -> Self {
         let floating = Floating::of_charges(scene.floating_charges);
         let all = Parity::all(mesh, scene.planes, scene.floating_charges.len());
         let (constant, parities) = all.into_iter().partition(Parity::is_constant);
@@ -294,6 +238,29 @@ impl<'a> Task<'a> {
             parities,
             constant,
             scale: VACUUM_PERMITTIVITY * f64::from(scene.copies()),
+        }
+    }
+
+    /// Potentials and fluxes on one mesh, and the bounds that follow.
+    ///
+    /// Whatever potentials there are give bounds. Those that the linear solver did not bring to its goal are an error only where the
+    /// bounds are too far apart for that reason: other tetrahedra would serve better then.
+    pub(super) fn bounded(
+        &self,
+        mesh: &TetMesh,
+        coarser: Option<&Coarser>,
+        seconds: &mut PhaseSeconds,
+    ) -> Result<(Vec<SolvedParity>, MeshBounds), SolveError> {
+        let found = self.on_mesh(mesh, coarser, seconds)?;
+        let bounds = self.bounds(&found);
+        let tolerance = self.settings.relative_tolerance;
+        match found.iter().find_map(|side| side.potentials.shortfall) {
+            Some(short)
+                if bounds.spread.error > tolerance && self.rounding_spread(&bounds.all) <= tolerance =>
+            {
+                Err(short.into())
+            }
+            _ => Ok((found, bounds)),
         }
     }
 
@@ -380,67 +347,27 @@ impl<'a> Task<'a> {
     }
 
     /// The spread that rounding alone leaves, however fine the mesh.
-    fn rounding_spread(&self, all: &MatrixBounds) -> f64 {
+    pub(super) fn rounding_spread(&self, all: &MatrixBounds) -> f64 {
         let contrast = contrast_of(self.scene.permittivity);
         let (.., spread) = self.reduced(&all.upper_with_rounding(&self.rounding_scale(all), contrast));
         spread.error
     }
 
-    /// The next mesh, bisected where the bounds differ most. `meshes` have been solved, and the relative spread on the last one is
-    /// `error`.
-    ///
-    /// # Errors
-    /// [`NoFinerMesh`] if the mesh is not refined any more.
-    fn refined(
-        &self,
-        mesh: &TetMesh,
-        grading: &mut Grading,
-        meshes: usize,
-        all: &MatrixBounds,
-        found: &[SolvedParity],
-        error: f64,
-    ) -> Result<Bisected, NoFinerMesh> {
-        let settings = self.settings;
-        let rounding = self.rounding_spread(all);
-        if rounding > settings.relative_tolerance {
-            return Err(NoFinerMesh::Rounding { error: rounding });
-        }
+    /// What each tetrahedron holds of the gap between the bounds, and the share of the spread that lies beyond the mesh.
+    pub(super) fn gaps(&self, found: &[SolvedParity], all: &MatrixBounds) -> (Gaps, f64) {
         let states = states(&self.floating, all);
         let on_sides = |state: &State| State {
             potentials: self.parities.iter().flat_map(|parity| parity.of(&state.potentials)).collect(),
             energy: state.energy,
         };
         let on_sides: Vec<State> = states.iter().map(on_sides).collect();
-        let far = error / settings.relative_tolerance;
         let gaps: Vec<&[f64]> =
             found.iter().flat_map(|one| one.flux.gaps.iter().map(Vec::as_slice)).collect();
-        let gaps = Gaps::new(&on_sides, &gaps);
         let mut gap = Mat::zeros(all.upper.nrows(), all.upper.nrows());
         for (parity, one) in self.parities.iter().zip(found) {
             gap += parity.form_of_conductors(&one.flux.gap);
         }
-        let outside = beyond(&states, all, &gap, self.scale);
-        if gaps.are_zero() || (outside > MAX_BEYOND && outside * error > settings.relative_tolerance) {
-            return Err(NoFinerMesh::OpenSpace);
-        }
-        let enough = (MIN_GROWTH * mesh.tets.len() as f64) as usize;
-        let aim = GOAL / far;
-        let mut share = aim;
-        let finer = loop {
-            let mut towards = grading.clone();
-            let finer = mesh.bisected_towards(&gaps.bisected_to(share, MAX_GROWTH), &mut towards);
-            if finer.mesh.tets.len() >= enough || share < 1e-3 * aim {
-                *grading = towards;
-                break finer;
-            }
-            share *= 0.8;
-        };
-        let tetrahedra = finer.mesh.tets.len();
-        let memory = memory_of(tetrahedra, &self.parities, settings);
-        if meshes >= MAX_MESHES || memory > settings.memory_limit {
-            return Err(NoFinerMesh::TooLarge { tetrahedra, bytes: memory, limit: settings.memory_limit });
-        }
-        Ok(finer)
+        (Gaps::new(&on_sides, &gaps), beyond(&states, all, &gap, self.scale))
     }
 
     fn may_be_zero(&self) -> String {
@@ -457,40 +384,4 @@ pub(super) fn memory_of(tetrahedra: usize, parities: &[Parity], settings: &Tetra
     let (each, per_side) = BYTES[settings.order.clamp(1, 3) - 1];
     let sides: usize = parities.iter().map(Parity::sides).sum();
     tetrahedra as u64 * (parities.len() as u64 * each + sides as u64 * per_side)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use elastocap_geometry::meshing::tets::of_boxes;
-    use elastocap_geometry::scene::{Body, Box3, Scene, Wall};
-    use elastocap_geometry::shapes::Shape;
-
-    #[test]
-    fn every_mesh_has_a_seventh_more_tetrahedra_than_the_one_before_however_near_the_goal_is() {
-        let cube = |a: f64| Box3 { min: [-a; 3], max: [a; 3] };
-        let whole = Scene {
-            bodies: vec![Body::conductor("inner", Shape::Box(cube(0.5)))],
-            background_permittivity: 1.0,
-            domain: cube(1.0),
-            walls: [[Wall::Grounded; 2]; 3],
-        };
-        let line: Vec<f64> = (0..=8).map(|i| -1.0 + 0.25 * f64::from(i)).collect();
-        let mesh = of_boxes(&whole, &[line.clone(), line.clone(), line]);
-        let scene =
-            MeshScene { permittivity: &[1.0], floating_charges: &[None], planes: &[None, None, None] };
-        let mut settings = TetrahedraSettings::default();
-        let task = Task::new(&mesh, scene, &settings);
-        let found = task.on_mesh(&mesh, None, &mut PhaseSeconds::default()).unwrap();
-        let bounds = task.bounds(&found);
-        let error = bounds.spread.error;
-        for nearly in [0.5, 0.9, 0.99, 0.9999] {
-            settings.relative_tolerance = nearly * error;
-            let task = Task::new(&mesh, scene, &settings);
-            let finer =
-                task.refined(&mesh, &mut Grading::none(&mesh), 1, &bounds.all, &found, error).unwrap().mesh;
-            let growth = finer.tets.len() as f64 / mesh.tets.len() as f64;
-            assert!(growth >= MIN_GROWTH, "{nearly}: {growth}");
-        }
-    }
 }

@@ -79,8 +79,8 @@ impl Gaps {
     }
 
     /// How often to bisect each tetrahedron, so that the gaps of all parts are of one size: as often as it takes to leave this share
-    /// of the whole gap, but with no more than `most` times as many tetrahedra as there are, as far as can be foreseen.
-    pub(super) fn bisected_to(&self, share: f64, most: f64) -> Vec<u8> {
+    /// of the whole gap, as far as can be foreseen, but with no more tetrahedra than `growth` allows.
+    pub(super) fn bisected_to(&self, share: f64, growth: &Growth) -> Bisections {
         let mut sizes: Vec<(usize, f64)> = Vec::new();
         let place = |gap: f64| ((self.largest / gap).ln() / STEP.ln()) as usize;
         for &gap in self.of_tets.iter().filter(|gap| **gap > RANGE * self.largest) {
@@ -94,19 +94,49 @@ impl Gaps {
         // Each of the smallest may be bisected as often as any.
         let places = sizes.len() + (ONCE_MORE.powi(3).ln() / STEP.ln()) as usize;
         let middle = |place: usize| self.largest * STEP.powf(-(place as f64) - 0.5);
-        let limit = (1..=places).map(|places| self.largest * STEP.powi(-(places as i32))).find(|&limit| {
+        // The limit and what is left with it, of the finest mesh that is allowed as one of several.
+        let mut usual = None;
+        let mut last = None;
+        for limit in (1..=places).map(|places| self.largest * STEP.powi(-(places as i32))) {
             let (mut left, mut more) = (self.total, 0.0);
             for (place, (count, gap)) in sizes.iter().enumerate() {
                 let times = Self::bisections(middle(place), limit);
                 left -= (1.0 - LEFT[usize::from(times)]) * gap;
                 more += (f64::from(1_u32 << times) - 1.0) * *count as f64;
             }
-            left <= share * self.total || 1.0 + more / self.of_tets.len() as f64 > most
-        });
+            let (left, grown) = (left / self.total, 1.0 + more / self.of_tets.len() as f64);
+            if left <= share {
+                last = Some((limit, left));
+                break;
+            }
+            if grown > growth.usual {
+                usual.get_or_insert((limit, left));
+            }
+            if grown > growth.last {
+                break;
+            }
+        }
         // All that matter, if that is not enough.
-        let limit = limit.unwrap_or(RANGE * self.largest);
-        self.of_tets.iter().map(|&gap| Self::bisections(gap, limit)).collect()
+        let (limit, left) = last.or(usual).unwrap_or((RANGE * self.largest, LEFT[3]));
+        let times = self.of_tets.iter().map(|&gap| Self::bisections(gap, limit)).collect();
+        Bisections { times, left }
     }
+}
+
+/// How many times the tetrahedra of the mesh before a mesh may have, not counting what conformity adds.
+pub(super) struct Growth {
+    /// Where more meshes are to come: gaps on a coarse mesh say little of where a much finer one should be fine.
+    pub(super) usual: f64,
+    /// Where the goal is met by it, so that none is to come.
+    pub(super) last: f64,
+}
+
+/// How a mesh is to be refined.
+pub(super) struct Bisections {
+    /// How often each tetrahedron is to be bisected.
+    pub(super) times: Vec<u8>,
+    /// The share of the gap that should be left.
+    pub(super) left: f64,
 }
 
 /// The share of the spread (upper minus lower bound) that lies in open space beyond the mesh.
@@ -142,21 +172,28 @@ mod tests {
     fn tetrahedra_with_more_of_the_gap_are_bisected_more_often_until_so_much_is_left() {
         let gaps = falling(100, 0.8);
         for share in [0.9, 0.6, 0.3] {
-            let times = gaps.bisected_to(share, 10.0);
+            let Bisections { times, left: foretold } =
+                gaps.bisected_to(share, &Growth { usual: 10.0, last: 10.0 });
             assert!(times.is_sorted_by(|a, b| a >= b), "{times:?}");
             let left: f64 =
                 times.iter().enumerate().map(|(t, &k)| LEFT[usize::from(k)] * 0.8_f64.powi(t as i32)).sum();
             let left = left / gaps.total;
             assert!(left <= 1.02 * share && left > 0.7 * share, "{left} of {share}");
+            assert!((foretold / left - 1.0).abs() < 0.1, "{foretold} and {left}");
         }
     }
 
     #[test]
     fn no_more_tetrahedra_are_made_than_allowed_and_equal_ones_are_treated_alike() {
-        let times = falling(1000, 0.999).bisected_to(0.1, 1.5);
-        let made: usize = times.iter().map(|&k| 1 << k).sum();
-        assert!((1500..1700).contains(&made), "{made}");
-        let equal = falling(1000, 1.0).bisected_to(0.5, 1.1);
+        let made = |share: f64, last: f64| -> usize {
+            let found = falling(1000, 0.999).bisected_to(share, &Growth { usual: 1.5, last });
+            found.times.iter().map(|&k| 1 << k).sum()
+        };
+        assert!((1500..1700).contains(&made(0.1, 1.5)));
+        // More of them if they are enough, and not if they are not.
+        assert!((1900..3000).contains(&made(0.4, 3.0)), "{}", made(0.4, 3.0));
+        assert!((1500..1700).contains(&made(0.1, 3.0)));
+        let equal = falling(1000, 1.0).bisected_to(0.5, &Growth { usual: 1.1, last: 1.1 }).times;
         assert!(equal.iter().all(|k| *k == equal[0]) && equal[0] > 0);
     }
 
@@ -164,7 +201,7 @@ mod tests {
     fn tetrahedra_that_hold_no_more_than_rounding_are_not_bisected_where_few_hold_the_gap() {
         let gaps: Vec<f64> = (0..100).map(|t| if t < 3 { 1.0 } else { 1e-30 }).collect();
         let state = State { potentials: vec![1.0], energy: 1.0 };
-        let times = Gaps::new(&[state], &[&gaps]).bisected_to(0.2, 10.0);
+        let times = Gaps::new(&[state], &[&gaps]).bisected_to(0.2, &Growth { usual: 10.0, last: 10.0 }).times;
         assert_eq!(times[..3], [3; 3]);
         assert!(times[3..].iter().all(|k| *k == 0));
     }

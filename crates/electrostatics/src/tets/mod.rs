@@ -6,4 +6,5 @@ pub(crate) mod forecast;
 mod marking;
 mod parity;
 pub(crate) mod potentials;
+mod refinement;
 mod spread;

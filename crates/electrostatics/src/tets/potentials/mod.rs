@@ -72,19 +72,21 @@ pub enum PotentialError {
     /// The centre of open space lies in the plane of a face to it.
     #[error("the face of points {0:?} to open space lies in one plane with the centre of the rays")]
     OpenFace([u32; 3]),
-    /// Conjugate gradients ended short of the goal.
-    #[error(
-        "the linear solver stopped after {iterations} steps with a relative error of about {left:e} in the energy"
-    )]
-    NotReached {
-        /// Steps taken.
-        iterations: usize,
-        /// Estimate of the relative error of the energy.
-        left: f64,
-    },
     /// Stopped on request: the caller has set [`PotentialSettings::cancel`].
     #[error("stopped on request")]
     Cancelled,
+}
+
+/// Conjugate gradients ended short of the goal.
+#[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
+#[error(
+    "the linear solver stopped after {iterations} steps with a relative error of about {left:e} in the energy"
+)]
+pub struct NotReached {
+    /// Steps taken.
+    pub iterations: usize,
+    /// Estimate of the relative error of the energy.
+    pub left: f64,
 }
 
 /// Potentials for one volt on each conductor in turn, zero on the others.
@@ -101,6 +103,8 @@ pub struct Potentials {
     pub iterations: usize,
     /// Number of unknowns.
     pub unknowns: usize,
+    /// How far the linear solver ended from its goal, if it did not meet it. The energies are upper bounds all the same.
+    pub shortfall: Option<NotReached>,
     stiffness: Stiffness,
 }
 
@@ -108,7 +112,7 @@ impl Potentials {
     /// Solves for all conductors.
     ///
     /// # Errors
-    /// See [`PotentialError`]: a mesh that is not what [`TetMesh`] promises, a goal not met, or a request to stop.
+    /// See [`PotentialError`]: a mesh that is not what [`TetMesh`] promises, or a request to stop.
     pub fn solve(
         problem: PotentialProblem<'_>,
         settings: PotentialSettings<'_>,
@@ -204,23 +208,21 @@ impl Potentials {
         let solved: Vec<_> = data.into_par_iter().enumerate().map(one).collect();
         let mut values = Vec::new();
         let mut iterations = 0;
-        for (u, end) in solved {
+        let mut shortfall = None;
+        for (k, (u, end)) in solved.into_iter().enumerate() {
             values.push(u);
             iterations = iterations.max(end.iterations);
             if settings.cancel.is_some_and(|c| c.load(std::sync::atomic::Ordering::Relaxed)) {
                 return Err(PotentialError::Cancelled);
             }
             if !end.reached {
-                let k = values.len() - 1;
-                return Err(PotentialError::NotReached {
-                    iterations: end.iterations,
-                    left: end.energy_left / start[(k, k)],
-                });
+                let left = end.energy_left / start[(k, k)];
+                shortfall.get_or_insert(NotReached { iterations: end.iterations, left });
             }
         }
         let energies = stiffness.energies(&space, &values);
         let unknowns = space.unknowns();
-        Ok(Self { space, values, energies, iterations, unknowns, stiffness })
+        Ok(Self { space, values, energies, iterations, unknowns, shortfall, stiffness })
     }
 
     /// Gradient of the potential of conductor `k`, V/m: for each tetrahedron the values at its lattice points of order p - 1. That is

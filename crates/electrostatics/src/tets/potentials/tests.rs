@@ -38,7 +38,9 @@ fn axis(n: usize, ratio: f64, outer: f64) -> Vec<f64> {
 
 fn solve(mesh: &TetMesh, permittivity: &[f64], conductors: usize, order: usize) -> Potentials {
     let problem = PotentialProblem { mesh, permittivity, conductors };
-    Potentials::solve(problem, PotentialSettings { order, ..SETTINGS }).unwrap()
+    let solved = Potentials::solve(problem, PotentialSettings { order, ..SETTINGS }).unwrap();
+    assert_eq!(solved.shortfall, None);
+    solved
 }
 
 /// n + 1 points from `from` to `to`, evenly.
@@ -51,6 +53,7 @@ fn cube_in_cube(n: usize, ratio: f64, order: usize) -> (f64, Potentials) {
     let mesh = of_boxes(&scene(&[cube(0.5)], cube(1.0), Wall::Grounded), &[line.clone(), line.clone(), line]);
     let problem = PotentialProblem { mesh: &mesh, permittivity: &[1.0], conductors: 1 };
     let solved = Potentials::solve(problem, PotentialSettings { order, ..SETTINGS }).unwrap();
+    assert_eq!(solved.shortfall, None);
     (solved.energies[(0, 0)] / 19.127134997 - 1.0, solved)
 }
 

@@ -1,0 +1,158 @@
+//! From one mesh to the next: bisected where the bounds differ most, as far as the goal needs.
+//!
+//! Tetrahedra are bisected so that all hold equally much of the gap (equidistribution: Babuška and Rheinboldt, SIAM J. Numer. Anal.
+//! 15, 1978), nearer to an edge of a conductor if they touch one ([`Grading`]).
+
+use crate::matrix::{MatrixBounds, rounding_alone};
+use crate::tets::adaptive::{SolvedParity, Task, memory_of};
+use crate::tets::marking::Growth;
+use elastocap_geometry::meshing::tets::{Bisected, Grading, TetMesh};
+use elastocap_linalg::memory::bytes_in_words;
+
+/// Share of the tolerance that meshes aim at: what is foreseen is not exact, and one mesh more costs as much as all before.
+const GOAL: f64 = 0.9;
+
+/// Each mesh has this many times the tetrahedra of the one before at least: one that is hardly finer would cost as much as the last
+/// and gain nothing.
+const MIN_GROWTH: f64 = 1.15;
+
+/// How much larger a mesh may be than the one before; conformity about doubles both.
+const GROWTH: Growth = Growth { usual: 1.3, last: 1.7 };
+
+/// What is left of the gap is this many times more than foreseen at most, judged by the mesh before.
+const MAX_EXCESS: f64 = 1.3;
+
+/// Refinement no longer helps where a larger share of the spread than this lies in open space beyond the mesh.
+const MAX_BEYOND: f64 = 0.66;
+
+/// Largest number of refinements of one solve.
+const MAX_REFINEMENTS: usize = 60;
+
+/// Why a mesh is not refined any more.
+#[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
+pub(super) enum NoFinerMesh {
+    /// The error lies where there is no mesh to refine.
+    #[error("the remaining error lies in open space beyond the mesh, which ends too near the conductors")]
+    OpenSpace,
+    /// Rounding alone exceeds the tolerance.
+    #[error("{}", rounding_alone(*error))]
+    Rounding {
+        /// The spread that rounding leaves.
+        error: f64,
+    },
+    /// A finer mesh would exceed the memory limit, or the number of refinements is at its limit.
+    #[error(
+        "a finer mesh, of {tetrahedra} tetrahedra, would take about {}, more than the limit of {}",
+        bytes_in_words(*bytes),
+        bytes_in_words(*limit)
+    )]
+    TooLarge {
+        /// Its tetrahedra.
+        tetrahedra: usize,
+        /// Its memory, bytes.
+        bytes: u64,
+        /// The memory allowed, bytes.
+        limit: u64,
+    },
+}
+
+/// The state of a refinement.
+pub(super) struct Refinement {
+    grading: Grading,
+    /// How many meshes it has made.
+    made: usize,
+    /// The relative spread on the mesh before the last.
+    spread: f64,
+    /// That of the last mesh as foreseen from there.
+    foreseen: Option<f64>,
+}
+
+impl Refinement {
+    pub(super) fn new(mesh: &TetMesh) -> Self {
+        Self { grading: Grading::towards_edges(mesh), made: 0, spread: f64::INFINITY, foreseen: None }
+    }
+
+    /// The next mesh after one on which the relative spread is `error`.
+    ///
+    /// # Errors
+    /// [`NoFinerMesh`] if the mesh is not refined any more.
+    pub(super) fn next(
+        &mut self,
+        task: &Task<'_>,
+        mesh: &TetMesh,
+        all: &MatrixBounds,
+        found: &[SolvedParity],
+        error: f64,
+    ) -> Result<Bisected, NoFinerMesh> {
+        let settings = task.settings;
+        // Graded bisection can make tetrahedra so thin that the fluxes lose more than the potentials gain. From then on edges
+        // are halved.
+        if error > self.spread {
+            self.grading = Grading::none(mesh);
+        }
+        let excess = self.foreseen.map_or(1.0, |foreseen| (error / foreseen).clamp(1.0, MAX_EXCESS));
+        let rounding = task.rounding_spread(all);
+        if rounding > settings.relative_tolerance {
+            return Err(NoFinerMesh::Rounding { error: rounding });
+        }
+        let (gaps, outside) = task.gaps(found, all);
+        if gaps.are_zero() || (outside > MAX_BEYOND && outside * error > settings.relative_tolerance) {
+            return Err(NoFinerMesh::OpenSpace);
+        }
+        let enough = (MIN_GROWTH * mesh.tets.len() as f64) as usize;
+        let aim = GOAL * settings.relative_tolerance / (error * excess);
+        let mut share = aim;
+        let (finer, grading, left) = loop {
+            let mut grading = self.grading.clone();
+            let bisections = gaps.bisected_to(share, &GROWTH);
+            let finer = mesh.bisected_towards(&bisections.times, &mut grading);
+            if finer.mesh.tets.len() >= enough || share < 1e-3 * aim {
+                break (finer, grading, bisections.left);
+            }
+            share *= 0.8;
+        };
+        let tetrahedra = finer.mesh.tets.len();
+        let memory = memory_of(tetrahedra, &task.parities, settings);
+        if self.made >= MAX_REFINEMENTS || memory > settings.memory_limit {
+            return Err(NoFinerMesh::TooLarge { tetrahedra, bytes: memory, limit: settings.memory_limit });
+        }
+        *self = Self { grading, made: self.made + 1, spread: error, foreseen: Some(left * error) };
+        Ok(finer)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::solution::PhaseSeconds;
+    use crate::tets::adaptive::{MeshScene, TetrahedraSettings};
+    use elastocap_geometry::meshing::tets::of_boxes;
+    use elastocap_geometry::scene::{Body, Box3, Scene, Wall};
+    use elastocap_geometry::shapes::Shape;
+
+    #[test]
+    fn every_mesh_has_a_seventh_more_tetrahedra_than_the_one_before_however_near_the_goal_is() {
+        let cube = |a: f64| Box3 { min: [-a; 3], max: [a; 3] };
+        let whole = Scene {
+            bodies: vec![Body::conductor("inner", Shape::Box(cube(0.5)))],
+            background_permittivity: 1.0,
+            domain: cube(1.0),
+            walls: [[Wall::Grounded; 2]; 3],
+        };
+        let line: Vec<f64> = (0..=8).map(|i| -1.0 + 0.25 * f64::from(i)).collect();
+        let mesh = of_boxes(&whole, &[line.clone(), line.clone(), line]);
+        let scene =
+            MeshScene { permittivity: &[1.0], floating_charges: &[None], planes: &[None, None, None] };
+        let mut settings = TetrahedraSettings::default();
+        let task = Task::new(&mesh, scene, &settings);
+        let (found, bounds) = task.bounded(&mesh, None, &mut PhaseSeconds::default()).unwrap();
+        let error = bounds.spread.error;
+        for nearly in [0.5, 0.9, 0.99, 0.9999] {
+            settings.relative_tolerance = nearly * error;
+            let task = Task::new(&mesh, scene, &settings);
+            let finer = Refinement::new(&mesh).next(&task, &mesh, &bounds.all, &found, error).unwrap().mesh;
+            let growth = finer.tets.len() as f64 / mesh.tets.len() as f64;
+            assert!(growth >= MIN_GROWTH, "{nearly}: {growth}");
+        }
+    }
+}
