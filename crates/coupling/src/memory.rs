@@ -120,7 +120,7 @@ impl Version {
             Self::Two => ["memory.max", "memory.current", "inactive_file"],
         };
         let number = |name: &str| read(&folder.join(name))?.trim().parse::<u64>().ok();
-        // Where there is no limit, the file has the word `max`.
+        // The file holds the word `max` where there is no limit.
         let limit = number(limit).filter(|limit| *limit < NO_LIMIT)?;
         let statistics = read(&folder.join("memory.stat")).unwrap_or_default();
         let cached = statistics.lines().find_map(|line| line.strip_prefix(cache)?.trim().parse::<u64>().ok());

@@ -63,6 +63,7 @@ mod boxes;
 mod consistency;
 mod floating;
 mod matrix;
+mod projection;
 mod solution;
 mod tets;
 
@@ -116,6 +117,16 @@ pub enum SolveError {
          error in elastocap; please report it with the case"
     )]
     Contradiction(String),
+    /// A mirror plane does not say of every conductor of the scene which one of them is its image.
+    #[error(
+        "the mirror plane across axis {axis} does not have an image for each of the {conductors} conductors"
+    )]
+    MirrorPlane {
+        /// 0 to 2.
+        axis: usize,
+        /// Conductors of the whole scene.
+        conductors: usize,
+    },
     /// Stopped on request: the caller has set the cancel flag of the settings.
     #[error("stopped on request")]
     Cancelled,

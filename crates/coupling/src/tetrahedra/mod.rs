@@ -62,7 +62,7 @@ pub(crate) fn solve_shapes(
     }
 }
 
-/// Why there is no solution.
+/// Why a scene was not solved.
 enum Unsolved {
     /// The solver did not get through on this mesh.
     Solver(SolveError),

@@ -2,6 +2,7 @@
 //! solved on a half, a quarter or an eighth of the scene.
 
 use crate::boxes::layout::Layout;
+use crate::projection::projected;
 
 /// One part: a reduced layout and the potentials that live on it.
 #[derive(Debug, Clone)]
@@ -32,17 +33,7 @@ pub(crate) fn parts(layout: &Layout, use_mirrors: bool) -> Vec<Part> {
         // Project each unit potential on this symmetry; keep one of every orbit that survives.
         let mut potentials: Vec<Vec<f64>> = Vec::new();
         for c in 0..n {
-            let mut v = vec![0.0; n];
-            for flips in 0..1_usize << axes.len() {
-                let (mut image, mut sign) = (c, 1.0);
-                for (i, &a) in axes.iter().enumerate() {
-                    if flips >> i & 1 == 1 {
-                        image = layout.image(image, a);
-                        sign *= if odd(i) { -1.0 } else { 1.0 };
-                    }
-                }
-                v[image] += sign;
-            }
+            let mut v = projected(c, n, axes.len(), signs, |conductor, i| layout.image(conductor, axes[i]));
             // The first entry of an orbit is its lowest conductor: any other member gives the same vector again.
             let Some(first) = v.iter().position(|x| *x != 0.0) else { continue };
             if first == c {

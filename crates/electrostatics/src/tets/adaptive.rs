@@ -89,6 +89,20 @@ impl MeshScene<'_> {
         1 << self.planes.iter().flatten().count()
     }
 
+    /// # Errors
+    /// [`SolveError::MirrorPlane`] if a plane does not have an image among the conductors for each of them.
+    pub(super) fn check(&self) -> Result<(), SolveError> {
+        let conductors = self.floating_charges.len();
+        for (axis, plane) in self.planes.iter().enumerate() {
+            if let Some(plane) = plane
+                && (plane.conductors.len() != conductors || plane.conductors.iter().any(|c| *c >= conductors))
+            {
+                return Err(SolveError::MirrorPlane { axis, conductors });
+            }
+        }
+        Ok(())
+    }
+
     /// Axes along which the mesh is one half of the scene.
     pub(super) fn mirrored(&self) -> [bool; 3] {
         self.planes.each_ref().map(Option::is_some)
@@ -117,6 +131,7 @@ pub fn solve_mesh(
     scene: MeshScene<'_>,
     settings: &TetrahedraSettings,
 ) -> Result<MeshSolution, SolveError> {
+    scene.check()?;
     let task = Task::new(&mesh, scene, settings);
     let cancel = settings.cancel.as_deref();
     let mut mesh = mesh;

@@ -39,6 +39,7 @@ pub fn forecast_mesh(
     scene: MeshScene<'_>,
     settings: &TetrahedraSettings,
 ) -> Result<Forecast, SolveError> {
+    scene.check()?;
     let n = scene.floating_charges.len();
     let parities: Vec<Parity> =
         Parity::all(&mesh, scene.planes, n).into_iter().filter(|parity| !parity.is_constant()).collect();

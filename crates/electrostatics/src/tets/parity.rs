@@ -4,6 +4,7 @@
 //! is an insulated wall to the first and a grounded one to the second, and energies of the two add up. What is called a parity here
 //! says for each such plane which of them is meant. Planes that cut every conductor in two have even potentials only.
 
+use crate::projection::projected;
 use elastocap_geometry::meshing::tets::{BoundaryFace, FaceRole, TetMesh};
 use elastocap_geometry::scene::MirrorPlane;
 use elastocap_linalg::dense::product;
@@ -51,17 +52,9 @@ impl Parity {
         let parity = |odd: usize| {
             let is_odd = |k: usize| odd >> k & 1 == 1;
             let of = |conductor: usize| {
-                let mut row = vec![0.0; conductors];
-                for reflections in 0..1_usize << exchanging.len() {
-                    let (mut image, mut sign) = (conductor, 1.0);
-                    for (k, (_, plane)) in exchanging.iter().enumerate() {
-                        if reflections >> k & 1 == 1 {
-                            image = plane.conductors[image];
-                            sign *= if is_odd(k) { -1.0 } else { 1.0 };
-                        }
-                    }
-                    row[image] += sign / (1 << exchanging.len()) as f64;
-                }
+                let image = |conductor: usize, k: usize| exchanging[k].1.conductors[conductor];
+                let mut row = projected(conductor, conductors, exchanging.len(), odd, image);
+                row.iter_mut().for_each(|x| *x /= f64::from(1_u32 << exchanging.len()));
                 row
             };
             let mut rows: Vec<Vec<f64>> = Vec::new();

@@ -4,7 +4,7 @@ use std::error::Error;
 use std::f64::consts::PI;
 
 use elastocap_electrostatics::{
-    Bounded, MeshScene, Solution, TetrahedraSettings, VACUUM_PERMITTIVITY, solve_mesh,
+    Bounded, MeshScene, Solution, SolveError, TetrahedraSettings, VACUUM_PERMITTIVITY, solve_mesh,
 };
 use elastocap_geometry::meshing::tets::{Sizing, mesh};
 use elastocap_geometry::mirror::{part, planes};
@@ -180,4 +180,20 @@ fn four_pads_around_a_middle_one_that_floats_are_solved_on_an_eighth() {
     let [part, whole] = compared(&all, 2, 0.4, 5e-2).unwrap();
     assert_eq!(part.mirrored, [true, false, true]);
     assert!(3 * part.unknowns < whole.unknowns, "{} {}", part.unknowns, whole.unknowns);
+}
+
+#[test]
+fn a_mirror_plane_that_does_not_know_every_conductor_is_refused() {
+    let scene = scene(vec![(ball(-0.5, 0.2), None), (ball(0.5, 0.2), None)], Wall::Insulated);
+    let whole = mesh(&scene, &Sizing { facet: 0.3, ..Sizing::default() }).unwrap().mesh;
+    for conductors in [vec![0], vec![1, 2]] {
+        let plane = MirrorPlane { at: 0.0, conductors, dielectrics: Vec::new() };
+        let shapes = MeshScene {
+            permittivity: &[1.0],
+            floating_charges: &[None; 2],
+            planes: &[Some(plane), None, None],
+        };
+        let found = solve_mesh(whole.clone(), shapes, &TetrahedraSettings::default());
+        assert_eq!(found.err(), Some(SolveError::MirrorPlane { axis: 0, conductors: 2 }));
+    }
 }

@@ -7,7 +7,7 @@
 use super::Point;
 use super::boundary_recovery::MeshInProgress;
 use super::delaunay::{EDGES, Insertion};
-use super::quality::{Measure, bluntness};
+use super::quality::{Measure, angle_below_flat};
 use elastocap_linalg::vector::{length, minus, normal};
 
 /// Tetrahedra are flat whose largest angle between two faces is nearer to 180 degrees than this, rad.
@@ -29,7 +29,7 @@ impl MeshInProgress {
     /// Takes a flat tetrahedron out, alone or with flat ones next to it, and fills the hole from a new point; says whether that was
     /// possible.
     pub(super) fn replace_flat(&mut self, t: u32, growth: f64) -> bool {
-        let own = bluntness(self.mesh.corners(t));
+        let own = angle_below_flat(self.mesh.corners(t));
         let cluster = self.flat_cluster(t);
         let places = self.places_over(&cluster, t);
         let ids = self.mesh.tets[t as usize];
@@ -39,12 +39,12 @@ impl MeshInProgress {
                 let mut all = path.clone();
                 all.extend(cluster.iter().filter(|c| !path.contains(c)));
                 for removed in [&all, &path] {
-                    self.mesh.measure = Measure::Bluntness;
-                    self.mesh.min_roundness = least;
+                    self.mesh.measure = Measure::AngleBelowFlat;
+                    self.mesh.min_quality = least;
                     self.mesh.must_remove = Some(t);
                     let taken = self.mesh.insert_instead_of(removed, &Insertion::free(at, t)).is_ok();
                     self.mesh.must_remove = None;
-                    self.mesh.min_roundness = f64::NEG_INFINITY;
+                    self.mesh.min_quality = f64::NEG_INFINITY;
                     self.mesh.measure = Measure::Roundness;
                     if taken {
                         self.sizes.push(self.size_at(at, &ids, growth));
@@ -71,7 +71,7 @@ impl MeshInProgress {
                     && let Some(n) = self.mesh.neighbour(t, i)
                     && out.len() < MAX_CLUSTER
                     && !out.contains(&n)
-                    && bluntness(self.mesh.corners(n)) < FLAT_ANGLE
+                    && angle_below_flat(self.mesh.corners(n)) < FLAT_ANGLE
                 {
                     out.push(n);
                 }
@@ -80,8 +80,8 @@ impl MeshInProgress {
         out
     }
 
-    /// Places for a point at several distances from the kept faces of some tetrahedra, above the middle of one of them and above that
-    /// of all, m; on both sides of that one if there are no kept faces.
+    /// Places for a point, m, at several distances from the kept faces of some tetrahedra: above the middle of one tetrahedron and
+    /// above the middle of them all. Where they have no kept faces, above and below the middle of that one tetrahedron.
     fn places_over(&self, cluster: &[u32], t: u32) -> Vec<Point> {
         let mut up = [0.0; 3];
         for &t in cluster {

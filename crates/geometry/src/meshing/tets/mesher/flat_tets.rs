@@ -6,7 +6,7 @@
 use super::boundary_recovery::MeshInProgress;
 use super::delaunay::{EDGES, Insertion};
 use super::flat_clusters::{FLAT_ANGLE, GAIN};
-use super::quality::{bluntness, roundness};
+use super::quality::{angle_below_flat, roundness};
 use super::{Point, Sizing};
 use elastocap_linalg::vector::{length, minus, normal};
 use std::collections::{BTreeSet, HashSet};
@@ -29,7 +29,7 @@ impl MeshInProgress {
     /// # Errors
     ///
     /// A corner of a tetrahedron that remains without volume, m.
-    pub(super) fn split_flat_tets(&mut self, sizing: &Sizing) -> Result<(), Point> {
+    pub(super) fn remove_flat_tets(&mut self, sizing: &Sizing) -> Result<(), Point> {
         // Where nothing has changed since the round before, nothing is tried again.
         let mut changed: Option<HashSet<u32>> = None;
         let mut failures = 0;
@@ -42,7 +42,7 @@ impl MeshInProgress {
                 }
                 let corners = self.mesh.corners(t);
                 let own_roundness = roundness(corners);
-                if own_roundness > FLAT && bluntness(corners) > FLAT_ANGLE {
+                if own_roundness > FLAT && angle_below_flat(corners) > FLAT_ANGLE {
                     continue;
                 }
                 if own_roundness < NO_VOLUME {
@@ -53,7 +53,7 @@ impl MeshInProgress {
                 if same || round + 1 == ROUNDS {
                     continue;
                 }
-                let is_flat = bluntness(corners) <= FLAT_ANGLE;
+                let is_flat = angle_below_flat(corners) <= FLAT_ANGLE;
                 let before = self.mesh.points.len();
                 let mut new = is_flat && self.flip_flat(t, GAIN);
                 if !new && before < sizing.max_points {
@@ -103,11 +103,11 @@ impl MeshInProgress {
     /// Adds a point in place of a tetrahedron if the new ones are rounder than `least`; says whether they are.
     fn add_point(&mut self, t: u32, at: Point, least: f64, sizing: &Sizing) -> bool {
         let ids = self.mesh.tets[t as usize];
-        self.mesh.min_roundness = least;
+        self.mesh.min_quality = least;
         self.mesh.must_remove = Some(t);
         let taken = self.mesh.insert(&Insertion::free(at, t)).is_ok();
         self.mesh.must_remove = None;
-        self.mesh.min_roundness = f64::NEG_INFINITY;
+        self.mesh.min_quality = f64::NEG_INFINITY;
         if taken {
             self.sizes.push(self.size_at(at, &ids, sizing.growth));
         }

@@ -6,7 +6,7 @@
 
 use super::boundary_recovery::MeshInProgress;
 use super::delaunay::{EDGES, orientation, sorted};
-use super::quality::bluntness;
+use super::quality::angle_below_flat;
 
 /// Largest number of tetrahedra around an edge that is removed.
 const MAX_RING: usize = 9;
@@ -15,7 +15,7 @@ const MAX_RING: usize = 9;
 struct Flip {
     before: Vec<u32>,
     after: Vec<[u32; 4]>,
-    /// The least [`bluntness`] of the new tetrahedra.
+    /// The least [`angle_below_flat`] of the new tetrahedra.
     worst: f64,
 }
 
@@ -23,7 +23,7 @@ impl MeshInProgress {
     /// Exchanges a tetrahedron and some next to it for others without angles so near to 180 degrees, by at least the factor `gain`;
     /// says whether it could.
     pub(super) fn flip_flat(&mut self, t: u32, gain: f64) -> bool {
-        let own = bluntness(self.mesh.corners(t));
+        let own = angle_below_flat(self.mesh.corners(t));
         let mut best: Option<Flip> = None;
         let ids = self.mesh.tets[t as usize];
         let faces = (0..4).filter_map(|i| self.face_flip(t, i));
@@ -40,13 +40,13 @@ impl MeshInProgress {
         best.is_some_and(|best| self.mesh.replace(&best.before, &best.after))
     }
 
-    /// The bluntness of a tetrahedron that is to be made; negative where it must not be.
+    /// The angle_below_flat of a tetrahedron that is to be made; negative where it must not be.
     fn worth(&self, tet: [u32; 4]) -> f64 {
         let [a, b, c, d] = tet.map(|p| self.mesh.points[p as usize]);
         if orientation(a, b, c, d) <= 0.0 || self.mesh.on_one_facet(&tet) {
             return -1.0;
         }
-        bluntness([a, b, c, d])
+        angle_below_flat([a, b, c, d])
     }
 
     /// The three tetrahedra in place of a tetrahedron and its neighbour across the face opposite corner `i`.

@@ -161,7 +161,7 @@ pub fn mesh_unless(
     }
     let refined = work.refine(sizing);
     work.smooth();
-    let flat = work.split_flat_tets(sizing);
+    let flat = work.remove_flat_tets(sizing);
     work.go_on()?;
     flat.map_err(|at| MeshError::Flat { at })?;
     check_regions(&work.mesh)?;

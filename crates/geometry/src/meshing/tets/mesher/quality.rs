@@ -15,7 +15,7 @@ pub(super) fn roundness(corners: [Point; 4]) -> f64 {
 
 /// How far the largest angle between two faces is from 180 degrees, rad: 1.91 for a regular tetrahedron, not positive for one without
 /// volume or turned inside out. Needles with good angles count as good.
-pub(super) fn bluntness(corners: [Point; 4]) -> f64 {
+pub(super) fn angle_below_flat(corners: [Point; 4]) -> f64 {
     let [a, b, c, d] = corners;
     let six = determinant(a, b, c, d);
     if six <= 0.0 {
@@ -36,8 +36,8 @@ pub(super) enum Measure {
     /// See [`roundness`].
     #[default]
     Roundness,
-    /// See [`bluntness`].
-    Bluntness,
+    /// See [`angle_below_flat`].
+    AngleBelowFlat,
 }
 
 impl Measure {
@@ -45,7 +45,7 @@ impl Measure {
     pub(super) fn of(self, corners: [Point; 4]) -> f64 {
         match self {
             Self::Roundness => roundness(corners),
-            Self::Bluntness => bluntness(corners),
+            Self::AngleBelowFlat => angle_below_flat(corners),
         }
     }
 }

@@ -100,7 +100,7 @@ impl MeshInProgress {
             return;
         }
         let at = self.complex.facets[f as usize].nearest(center);
-        self.mesh.min_roundness = self.least_roundness;
+        self.mesh.min_quality = self.least_roundness;
         let result = self.mesh.insert(&Insertion {
             at,
             hint: tet,
@@ -109,7 +109,7 @@ impl MeshInProgress {
             flat_tets: FlatTets::Avoid,
             encroachment: Encroachment::Refuse,
         });
-        self.mesh.min_roundness = f64::NEG_INFINITY;
+        self.mesh.min_quality = f64::NEG_INFINITY;
         match result {
             Ok(_) => self.sizes.push(self.size_at(at, &ids, sizing.growth)),
             Err(Refusal::KeptEdge(edge)) => self.split_edge(edge, sizing),
@@ -146,7 +146,7 @@ impl MeshInProgress {
         let at = self.split_point([a, b]);
         let star = self.mesh.star(a);
         let Some(&hint) = star.iter().find(|&&t| self.mesh.tets[t as usize].contains(&b)) else { return };
-        self.mesh.min_roundness = self.least_roundness;
+        self.mesh.min_quality = self.least_roundness;
         let result = self.mesh.insert(&Insertion {
             at,
             hint,
@@ -155,7 +155,7 @@ impl MeshInProgress {
             flat_tets: FlatTets::Avoid,
             encroachment: Encroachment::Allow,
         });
-        self.mesh.min_roundness = f64::NEG_INFINITY;
+        self.mesh.min_quality = f64::NEG_INFINITY;
         if let Ok(v) = result {
             self.sizes.push(self.size_at(at, &[a, b], sizing.growth));
             self.mesh.kept_edges.remove(&[a, b]);

@@ -3,7 +3,7 @@
 use super::Point;
 use super::boundary_recovery::MeshInProgress;
 use super::flat_clusters::FLAT_ANGLE;
-use super::quality::{bluntness, roundness};
+use super::quality::{angle_below_flat, roundness};
 use elastocap_linalg::vector::{length, minus};
 
 /// Points move only where a tetrahedron is less round than this.
@@ -46,11 +46,11 @@ impl MeshInProgress {
                     .iter()
                     .flat_map(|step| (0..DIRECTIONS).map(move |k| direction(k).map(|x| step * nearest * x)))
                     .collect();
-                if self.mesh.improve(v, bluntness, &offsets) {
+                if self.mesh.improve(v, angle_below_flat, &offsets) {
                     moved.push(v);
                 }
             }
-            if bluntness(self.mesh.corners(t)) > FLAT_ANGLE {
+            if angle_below_flat(self.mesh.corners(t)) > FLAT_ANGLE {
                 break;
             }
         }

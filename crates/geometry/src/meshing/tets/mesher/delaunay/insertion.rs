@@ -181,7 +181,7 @@ impl Delaunay {
         let mut grown = 0;
         loop {
             self.grow(point, cavity, grown);
-            if point.flat_tets == FlatTets::Allow && self.min_roundness <= 0.0 {
+            if point.flat_tets == FlatTets::Allow && self.min_quality <= 0.0 {
                 self.throw_out_hidden(point, cavity)?;
                 cavity.tets.retain(|&t| self.stamps[t as usize] == cavity.inside);
             }
@@ -292,11 +292,11 @@ impl Delaunay {
                 let side = orientation(a, b, c, point.at);
                 let face = TetFace { tet: t, opposite: i };
                 // What would be too flat behind this face may be round enough behind those of the next tetrahedron.
-                if self.min_roundness > 0.0
+                if self.min_quality > 0.0
                     && let Some(n) = n
                     && self.stamps[n as usize] != cavity.banned
                     && point.may_replace(self.kept_faces[t as usize][i])
-                    && self.measure.of([a, b, c, point.at]) <= self.min_roundness
+                    && self.measure.of([a, b, c, point.at]) <= self.min_quality
                 {
                     if cavity.tets.len() > MAX_ROUND_CAVITY {
                         return Err(Refusal::Degenerate);
@@ -335,9 +335,9 @@ impl Delaunay {
         let mut rim_edges = Vec::new();
         for &TetFace { tet, opposite } in &cavity.rim {
             let face = self.face(tet, opposite);
-            if self.min_roundness.is_finite() {
+            if self.min_quality.is_finite() {
                 let [a, b, c] = face.map(|q| self.points[q as usize]);
-                if self.measure.of([a, b, c, point.at]) <= self.min_roundness {
+                if self.measure.of([a, b, c, point.at]) <= self.min_quality {
                     return Err(Refusal::Degenerate);
                 }
             }

@@ -53,8 +53,8 @@ pub(super) struct Delaunay {
     /// The tetrahedra that the last insertion made.
     pub(super) new_tets: Vec<u32>,
     /// New tetrahedra must be better than this by the measure, or the point is refused.
-    pub(super) min_roundness: f64,
-    /// The measure of what `min_roundness` is.
+    pub(super) min_quality: f64,
+    /// The measure of what `min_quality` is.
     pub(super) measure: Measure,
     /// The tetrahedron that the next insertion must remove, or else it is refused.
     pub(super) must_remove: Option<u32>,
@@ -78,7 +78,7 @@ pub(super) fn sorted(a: u32, b: u32) -> [u32; 2] {
 impl Delaunay {
     /// The box alone, in six tetrahedra. Its eight corners are points 0 to 7, axis 0 fastest.
     pub(super) fn new(min: Point, max: Point) -> Self {
-        let mut out = Self { random: 1, min_roundness: f64::NEG_INFINITY, ..Self::default() };
+        let mut out = Self { random: 1, min_quality: f64::NEG_INFINITY, ..Self::default() };
         for corner in 0..8 {
             out.points.push([0, 1, 2].map(|a| if corner >> a & 1 == 0 { min[a] } else { max[a] }));
             out.facets_of_point.push(Vec::new());

@@ -5,7 +5,7 @@ use crate::meshing::tets::determinant;
 use crate::meshing::tets::mesher::boundary_recovery::MeshInProgress;
 use crate::meshing::tets::mesher::delaunay::Insertion;
 use crate::meshing::tets::mesher::piecewise_linear_complex::PiecewiseLinearComplex;
-use crate::meshing::tets::mesher::quality::bluntness;
+use crate::meshing::tets::mesher::quality::angle_below_flat;
 use crate::meshing::tets::mesher::{Sizing, mesh};
 use crate::scene::{Body, Box3, Scene, Wall};
 use crate::shapes::{Shape, TriangleSurface};
@@ -59,7 +59,7 @@ fn a_flip_removes_a_flat_tetrahedron_without_a_further_point() {
     let all = |work: &MeshInProgress| -> Vec<u32> {
         (0..work.mesh.tets.len() as u32).filter(|&t| work.mesh.alive(t)).collect()
     };
-    let is_flat = |work: &MeshInProgress, t: u32| bluntness(work.mesh.corners(t)) < 0.01;
+    let is_flat = |work: &MeshInProgress, t: u32| angle_below_flat(work.mesh.corners(t)) < 0.01;
     let found: Vec<u32> = all(&work).into_iter().filter(|&t| is_flat(&work, t)).collect();
     assert_eq!(found.len(), 1);
     assert!(work.flip_flat(found[0], 1.5));
