@@ -258,3 +258,27 @@ fn a_weak_coupling_between_strong_ones_is_within_its_bounds_or_refused() {
     contains_the_truth(&stack, &by_boxes(&stack, 1e-2), 1e-2).unwrap();
     contains_the_truth(&stack, &by_tetrahedra(&stack, 1e-2), 1e-2).unwrap();
 }
+
+/// Its layers were meshed with triangles as narrow as the last digit of a coordinate, on which rounding is far more than is counted.
+#[test]
+fn a_stack_with_a_floating_plate_beside_a_layer_of_least_permittivity_is_within_its_bounds() {
+    let plate = |thickness, floats| Plate { thickness, floats };
+    let stack = Stack {
+        axis: 1,
+        across: [1.0505313653012842, 2.108370570073854],
+        grounded: [false; 2],
+        plates: vec![plate(0.49416304751784446, false), plate(0.01, true), plate(0.2886176238836602, false)],
+        gaps: vec![
+            vec![
+                (0.05, 1089822.9105260894),
+                (0.5565975673535686, 1.0),
+                (0.5412691635373678, 3.356965470219981e-4),
+            ],
+            vec![(0.05, 16.86743178521136), (0.2725149117136488, 0.014101801623390973)],
+            vec![(0.49012452975908605, 157041.16453897016), (0.05, 1.6295419780288903e-9)],
+            vec![(0.05, 1.0)],
+        ],
+    };
+    contains_the_truth(&stack, &by_boxes(&stack, 1e-2), 1e-2).unwrap();
+    contains_the_truth(&stack, &by_tetrahedra(&stack, 1e-2), 1e-2).unwrap();
+}

@@ -47,6 +47,11 @@ pub(crate) fn area(corners: &[[f64; 2]]) -> f64 {
     sides(corners).map(|[a, b]| 0.5 * cross(minus(a, from), minus(b, from))).sum()
 }
 
+/// The length of all sides of a polygon, m.
+pub(crate) fn perimeter(corners: &[[f64; 2]]) -> f64 {
+    sides(corners).map(|[a, b]| minus(b, a)).map(|along| along[0].hypot(along[1])).sum()
+}
+
 /// The sides of a polygon, each by its ends.
 pub(super) fn sides(corners: &[[f64; 2]]) -> impl Iterator<Item = [[f64; 2]; 2]> + '_ {
     (0..corners.len()).map(|i| [corners[i], corners[(i + 1) % corners.len()]])

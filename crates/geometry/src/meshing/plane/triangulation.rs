@@ -53,6 +53,8 @@ pub(crate) fn triangulate(outlines: &[Outline], frame: [[f64; 2]; 2], growth: f6
     let pieces = outlines.iter().map(|r| (&r.corners[..], r.near)).chain([(&whole[..], f64::INFINITY)]);
     for (corners, near) in pieces {
         for [a, b] in sides(corners) {
+            // From the same end whichever outline it is a side of: rounding would tell the points of neighbours apart.
+            let [a, b] = if a <= b { [a, b] } else { [b, a] };
             let along = minus(b, a);
             let count = (along[0].hypot(along[1]) / near).ceil().clamp(1.0, 1e4) as usize;
             let mut last = cdt.insert(at(a)).ok()?;

@@ -35,6 +35,9 @@ impl Default for LayeredSizing {
     }
 }
 
+/// Least [`LayeredSizing::reach`].
+const MIN_REACH: f64 = 1.5;
+
 /// Why a scene in layers cannot be meshed.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
@@ -97,10 +100,28 @@ pub fn layered(scene: &Scene, sizing: &LayeredSizing) -> Option<Result<TetMesh, 
             ends.fold([f64::INFINITY, f64::NEG_INFINITY], |all, e| [all[0].min(e[0]), all[1].max(e[1])]);
         all[1] - all[0]
     };
+    // The fewer triangles along outlines, the better; then the fewer layers.
+    let length = |axis: usize| lengths_of_outlines(scene, sizing, axis);
     let axis = (0..3)
         .filter(|&axis| scene.shapes().all(|s| stands(s, axis)))
-        .min_by(|&a, &b| extent(a).total_cmp(&extent(b)))?;
+        .min_by(|&a, &b| length(a).total_cmp(&length(b)).then(extent(a).total_cmp(&extent(b))))?;
     Some(mesh(scene, sizing, axis))
+}
+
+/// The lengths of all outlines over their widths: a measure of the number of triangles. One that fills the plane has none.
+fn lengths_of_outlines(scene: &Scene, sizing: &LayeredSizing, axis: usize) -> f64 {
+    let Ok((frame, _)) = frame(scene, sizing.reach.max(MIN_REACH)) else { return 0.0 };
+    let relative = |shape: &Shape| {
+        let corners = outline(shape, axis, &frame, sizing.circle);
+        if corners.is_empty() { 0.0 } else { plane::perimeter(&corners) / width(&corners) }
+    };
+    scene.shapes().map(relative).sum()
+}
+
+/// The shorter side of the rectangle around an outline, m.
+fn width(corners: &[[f64; 2]]) -> f64 {
+    let [min, max] = bounds(corners);
+    (max[0] - min[0]).min(max[1] - min[1])
 }
 
 /// Whether a shape is a plane figure extruded along an axis.
@@ -247,7 +268,7 @@ fn mesh(scene: &Scene, sizing: &LayeredSizing, axis: usize) -> Result<TetMesh, L
             return Err(LayeredError::Size { name: name.clone() });
         }
     }
-    let (frame, center) = frame(scene, sizing.reach.max(1.5))?;
+    let (frame, center) = frame(scene, sizing.reach.max(MIN_REACH))?;
     let [u, v] = across(axis);
     let rectangle = [[frame.min[u], frame.min[v]], [frame.max[u], frame.max[v]]];
     let growth = sizing.growth.max(0.05);
@@ -267,9 +288,9 @@ fn mesh(scene: &Scene, sizing: &LayeredSizing, axis: usize) -> Result<TetMesh, L
                 OutlineFault::Degenerate => LayeredError::Degenerate { name: name.clone() },
                 OutlineFault::Crossing => LayeredError::Crossing { name: name.clone() },
             })?;
-            let narrow = (max[0] - min[0]).min(max[1] - min[1]);
+            let near = sizing.near.clamp(1e-3, 1.0) * width(&corners);
             outline = Some(outlines.len());
-            outlines.push(Outline { corners, near: sizing.near.clamp(1e-3, 1.0) * narrow });
+            outlines.push(Outline { corners, near });
         }
         let ends = if corners.is_empty() || outline.is_some() { ends } else { [f64::INFINITY; 2] };
         bodies.push(Body { filling, outline, ends });

@@ -370,3 +370,40 @@ fn random_polygons_give_a_conforming_mesh_or_an_error() {
     println!("{meshes} meshes");
     assert!(meshes > 2);
 }
+
+/// Boxes that follow one another along the first axis, between the walls across the second and third.
+fn row_of_boxes(ends: &[f64], across: [f64; 2]) -> Vec<(Shape, f64)> {
+    let slab = |w: &[f64]| cuboid([w[0], 0.0, 0.0], [w[1], across[0], across[1]]);
+    ends.windows(2).map(|w| (slab(w), 2.0)).collect()
+}
+
+/// Rounding once set the points of a common side apart by its last digit, and refinement went down to there.
+#[test]
+fn points_of_a_side_that_two_outlines_have_in_common_are_the_same_from_both() {
+    let (ends, across) =
+        ([0.0, 0.05, 0.606_597_567_353_568_6, 1.147_866_730_890_955_4], [1.0, 1.050_531_365_301_284_2]);
+    let sheet = cuboid([0.0, 0.5, 0.0], [ends[3], 0.5, across[1]]);
+    let domain = Box3 { min: [0.0; 3], max: [ends[3], across[0], across[1]] };
+    let whole = scene(vec![("sheet", sheet)], row_of_boxes(&ends, across));
+    let mesh = meshed(&walled(whole, domain, Wall::Insulated));
+    let edges = mesh.tets.iter().flat_map(|t| (0..4).flat_map(move |i| (0..i).map(move |j| [t[i], t[j]])));
+    let length = |[a, b]: [u32; 2]| {
+        let [a, b] = [a, b].map(|p| mesh.points[p as usize]);
+        (0..3).map(|k| (a[k] - b[k]).powi(2)).sum::<f64>().sqrt()
+    };
+    let shortest = edges.map(length).fold(f64::INFINITY, f64::min);
+    assert!(shortest > 1e-3, "{shortest:e}");
+}
+
+#[test]
+fn layers_follow_the_axis_across_which_bodies_fill_the_walls() {
+    // The second axis has the shortest conductors, but all outlines across it are long and narrow.
+    let across = [0.4, 3.0];
+    let ends = [0.0, 0.01, 0.02, 0.6, 0.61, 1.0];
+    let plate = cuboid([1.0, 0.0, 0.0], [1.01, across[0], across[1]]);
+    let last = cuboid([-0.01, 0.0, 0.0], [0.0, across[0], across[1]]);
+    let domain = Box3 { min: [-0.01, 0.0, 0.0], max: [1.01, across[0], across[1]] };
+    let whole = scene(vec![("low", last), ("high", plate)], row_of_boxes(&ends, across));
+    let mesh = meshed(&walled(whole, domain, Wall::Insulated));
+    assert!(mesh.tets.len() < 2_000, "{}", mesh.tets.len());
+}
