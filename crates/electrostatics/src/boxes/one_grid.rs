@@ -456,16 +456,21 @@ fn error_of(m: &MatrixBounds, settings: &Settings) -> f64 {
     if let (Target::TwoTerminal, Some(pair)) = (settings.target, pair) {
         return pair;
     }
+    // Limits of an entry may be narrower than its own energies make them, because of the sign rules.
+    let bounded = settings.bounds.then(|| m.entries());
     let entries = (0..n).flat_map(|i| (0..=i).map(move |j| (i, j))).map(|(i, j)| {
         let (lower, upper) = (&m.lower, &m.upper);
+        let own = bounded.as_ref().map(|entries| entries[i][j]);
         if i == j {
-            return relative(lower[(i, i)], upper[(i, i)]);
+            let (lower, upper) = own.map_or((lower[(i, i)], upper[(i, i)]), |own| (own.lower, own.upper));
+            return relative(lower, upper);
         }
         let gap = |i: usize| (upper[(i, i)] - lower[(i, i)]).max(0.0);
-        let size = value(lower[(i, j)], upper[(i, j)])
-            .abs()
-            .max(SHARE_OF_DIAGONAL * (upper[(i, i)] * upper[(j, j)]).sqrt());
-        (gap(i) * gap(j)).sqrt() / size
+        let least = SHARE_OF_DIAGONAL * (upper[(i, i)] * upper[(j, j)]).sqrt();
+        match own {
+            Some(own) => (own.upper - own.lower) / own.value.abs().max(least),
+            None => (gap(i) * gap(j)).sqrt() / upper[(i, j)].abs().max(least),
+        }
     });
     // NaN counts as the largest error.
     entries.chain(pair).fold(0.0, |a, b| if a >= b { a } else { b })
