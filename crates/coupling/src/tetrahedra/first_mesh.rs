@@ -4,11 +4,9 @@ use super::{FACETS, Planes};
 use crate::failure::TetrahedraError;
 use crate::settings::FieldSettings;
 use elastocap_case::ImportedMesh;
-use elastocap_geometry::meshing::tets::{
-    LayeredSizing, MeshError, Quality, Sizing, TetMesh, layered, mesh_unless,
-};
+use elastocap_geometry::meshing::tets::{LayeredSizing, MeshError, Sizing, TetMesh, layered, mesh_unless};
 use elastocap_geometry::mirror;
-use elastocap_geometry::scene::{Box3, MirrorPlane, Scene, Wall};
+use elastocap_geometry::scene::{Box3, Scene};
 use elastocap_geometry::shapes::Shape;
 use elastocap_linalg::vector::{length, minus};
 use std::sync::Arc;
@@ -38,12 +36,11 @@ pub(super) const FORECAST_EDGE_POINTS: f64 = 150.0;
 /// Longer mesh edges along thin conductors than this, relative to their width, do not serve.
 const MAX_THIN_EDGE: f64 = 0.1;
 
-/// Circumradius over the shortest edge, of a mesh's worst tetrahedron, above which it is not used for the sake of a plane about which
-/// conductors change places.
-const LONG_TETRAHEDRA: f64 = 10.0;
-
 /// Sizes of faces to try.
 const TRIES: usize = 4;
+
+/// With a larger angle between two faces of a tetrahedron, degrees, other sizes are tried: a single one may cost the whole lower bound.
+const LARGEST_ANGLE: f64 = 179.9;
 
 /// Where surfaces were not met by then other sizes are tried; with more points that would take too long.
 const FEW_POINTS: usize = 100_000;
@@ -104,34 +101,17 @@ struct Fineness<'a> {
 
 /// A mesh of the part above the planes, and which of them it keeps to.
 /// The whole is meshed where the part cannot be.
-///
-/// Planes about which conductors change places are left out where long tetrahedra fill the narrow space between a body and such a
-/// plane: bounds converge slowly in them, and square plates took several times the unknowns on one half. It pays all the same where
-/// only one of two states has a field.
 fn mesh_of(
     scene: &Scene,
     fineness: Fineness<'_>,
     planes: Planes,
 ) -> Result<(TetMesh, Planes), TetrahedraError> {
     let part = mirror::part(scene, &planes);
-    let keeping = planes.clone().map(|plane| plane.filter(MirrorPlane::keeps_conductors));
     match whole_of(&part, fineness) {
-        Ok(mesh)
-            if keeping != planes
-                && !is_one_state(scene)
-                && Quality::of(&mesh).radius_to_edge > LONG_TETRAHEDRA =>
-        {
-            mesh_of(scene, fineness, keeping)
-        }
         Err(TetrahedraError::Mesh(MeshError::Cancelled)) => Err(MeshError::Cancelled.into()),
         Err(_) if part != *scene => whole_of(scene, fineness).map(|mesh| (mesh, Planes::default())),
         found => found.map(|mesh| (mesh, planes)),
     }
-}
-
-/// Whether two conductors are enclosed by insulated walls, so that only the difference of their potentials makes a field.
-fn is_one_state(scene: &Scene) -> bool {
-    scene.conductors().count() == 2 && scene.walls.iter().flatten().all(|wall| *wall == Wall::Insulated)
 }
 
 fn whole_of(scene: &Scene, fineness: Fineness<'_>) -> Result<TetMesh, TetrahedraError> {
@@ -156,28 +136,49 @@ fn whole_of(scene: &Scene, fineness: Fineness<'_>) -> Result<TetMesh, Tetrahedra
         }
     }
     // Where rounding leaves a flat tetrahedron behind, another size may not.
-    let mut facet = size;
+    let mut sizing = Sizing { facet: size, far: 2.0 * reach, ..Sizing::default() };
+    let mut flattest: Option<(f64, TetMesh)> = None;
     let mut tries = TRIES;
     loop {
         tries -= 1;
-        match mesh_unless(scene, &Sizing { facet, far: 2.0 * reach, ..Sizing::default() }, cancel) {
-            Ok(found) => return Ok(found.mesh),
+        match mesh_unless(scene, &sizing, cancel) {
+            Ok(found) => {
+                let angle = found.quality.largest_angle;
+                let few = found.mesh.points.len() < FEW_POINTS;
+                if flattest.as_ref().is_none_or(|(least, _)| angle < *least) {
+                    flattest = Some((angle, found.mesh));
+                }
+                if angle < LARGEST_ANGLE || !few {
+                    tries = 0;
+                }
+            }
+            Err(MeshError::Cancelled) => return Err(MeshError::Cancelled.into()),
+            Err(error) if tries == 0 || flattest.is_some() => {
+                return flattest.map(|(_, mesh)| mesh).ok_or_else(|| error.into());
+            }
             Err(
                 MeshError::Flat { .. }
                 | MeshError::Torn { .. }
                 | MeshError::Leak { .. }
                 | MeshError::Tangled { .. }
                 | MeshError::Unreachable { points: ..FEW_POINTS, .. },
-            ) if tries > 0 => {
-                facet *= 0.9;
-            }
+            ) => {}
             // Corners of round bodies lie outside them: coarse ones may cross where the bodies do not.
-            Err(MeshError::Crossing { .. } | MeshError::Near { .. }) if tries > 0 => {
-                facet *= 0.5;
+            Err(MeshError::Crossing { .. } | MeshError::Near { .. }) => {
+                sizing.facet *= 0.5;
                 tries = tries.min(1);
+                continue;
             }
             Err(error) => return Err(error.into()),
         }
+        if tries == 0
+            && let Some((_, mesh)) = flattest
+        {
+            return Ok(mesh);
+        }
+        sizing.facet *= 0.9;
+        // Faces of bodies that are not round have no size.
+        sizing.growth *= 0.95;
     }
 }
 

@@ -149,7 +149,7 @@ impl MeshInProgress {
             hint = self.mesh.tet_at(self.mesh.points.len() as u32 - 1);
         }
         let encroachment = Encroachment::Allow;
-        self.mesh.insert(&Insertion { at, hint, facets, splits: None, flat_tets, encroachment })
+        self.mesh.insert(&Insertion { at, hint, facets, splits: None, flat_tets, encroachment, apart: 0.0 })
     }
 
     /// Records size and facets of a point that was inserted, or of the one that was at its place before.

@@ -204,6 +204,7 @@ impl MeshInProgress {
                         splits: None,
                         flat_tets,
                         encroachment: Encroachment::GoAround,
+                        apart: 0.0,
                     };
                     match self.mesh.insert(&insertion) {
                         Ok(v) => {
@@ -247,6 +248,7 @@ impl MeshInProgress {
                 splits: Some(segment),
                 flat_tets,
                 encroachment: Encroachment::GoAround,
+                apart: 0.0,
             });
             if let Ok(v) = taken {
                 self.note_point(v, &facets, self.smallest_size(&ends));

@@ -15,6 +15,9 @@ const MOVES: usize = 8;
 /// Steps by which they move, over the distance of the nearest other point.
 const STEPS: [f64; 6] = [1.0, 0.5, 0.25, 0.1, 0.04, 0.01];
 
+/// They do not move nearer to another point than this, over the element size wanted: two points that fall together have good angles.
+const LEAST_DISTANCE: f64 = 0.02;
+
 /// Number of directions in which they move.
 const DIRECTIONS: u32 = 64;
 
@@ -38,13 +41,20 @@ impl MeshInProgress {
                 }
                 let at = self.mesh.points[v as usize];
                 let star = self.mesh.star(v);
-                let others = star.iter().flat_map(|&t| self.mesh.tets[t as usize]).filter(|&q| q != v);
-                let nearest = others
-                    .map(|q| length(minus(self.mesh.points[q as usize], at)))
-                    .fold(f64::INFINITY, f64::min);
+                let mut others: Vec<u32> =
+                    star.iter().flat_map(|&t| self.mesh.tets[t as usize]).filter(|&q| q != v).collect();
+                others.sort_unstable();
+                others.dedup();
+                let nearest_to = |p: Point| {
+                    let distances = others.iter().map(|&q| length(minus(self.mesh.points[q as usize], p)));
+                    distances.fold(f64::INFINITY, f64::min)
+                };
+                let nearest = nearest_to(at);
+                let least = nearest.min(LEAST_DISTANCE * self.sizes[v as usize]);
                 let offsets: Vec<Point> = STEPS
                     .iter()
                     .flat_map(|step| (0..DIRECTIONS).map(move |k| direction(k).map(|x| step * nearest * x)))
+                    .filter(|offset| nearest_to([0, 1, 2].map(|k| at[k] + offset[k])) >= least)
                     .collect();
                 if self.mesh.improve(v, angle_below_flat, &offsets) {
                     moved.push(v);

@@ -49,6 +49,8 @@ pub(crate) struct Insertion<'a> {
     pub(crate) flat_tets: FlatTets,
     /// What to do if it encroaches upon what is kept.
     pub(crate) encroachment: Encroachment,
+    /// A corner of the tetrahedron that contains it counts as the same point if it is no farther away than this, m.
+    pub(crate) apart: f64,
 }
 
 impl Insertion<'_> {
@@ -61,6 +63,7 @@ impl Insertion<'_> {
             splits: None,
             flat_tets: FlatTets::Allow,
             encroachment: Encroachment::Allow,
+            apart: 0.0,
         }
     }
 
@@ -73,7 +76,7 @@ impl Insertion<'_> {
 /// Why a point was not taken.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) enum Refusal {
-    /// This point is at the same place.
+    /// This point is at the same place, or counts as such.
     Duplicate(u32),
     /// It lies outside the box.
     Outside,
@@ -122,7 +125,7 @@ impl Delaunay {
     /// Why it cannot be taken. The triangulation then is as before.
     pub(crate) fn insert_instead_of(&mut self, tets: &[u32], point: &Insertion) -> Result<u32, Refusal> {
         let start = self.locate(point)?;
-        let same = |&&q: &&u32| self.points[q as usize] == point.at;
+        let same = |&&q: &&u32| squared_distance(self.points[q as usize], point.at) <= point.apart.powi(2);
         if let Some(&known) = self.tets[start as usize].iter().find(same) {
             return Err(Refusal::Duplicate(known));
         }
