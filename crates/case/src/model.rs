@@ -29,6 +29,9 @@ pub struct Case {
     /// conductors in the order of the file, then the dielectrics, which override one another in theirs. Slabs are boxes with
     /// infinite bounds.
     pub bodies: Vec<Body>,
+    /// Names of bodies that the file gives as surfaces or outlines and that are boxes in [`Case::bodies`], since all bodies turned out
+    /// to consist of boxes.
+    pub recognised: Vec<String>,
     /// The mesh that [`Case::bodies`] are physical groups of; `None` where they are shapes.
     pub mesh: Option<ImportedMesh>,
     /// What surrounds the bodies; present exactly when a capacitance is asked for.

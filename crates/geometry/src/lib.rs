@@ -1,9 +1,11 @@
-//! Bodies and the scene that they make up, its mirror planes, meshes of it, and the files that other programs read and write.
+//! Bodies and the scene that they make up, its mirror planes, boxes recognised in it, meshes of it, and the files that other programs read and write.
 
 pub mod export;
 pub mod import;
 pub mod meshing;
 pub mod mirror;
+mod outline;
+pub mod recognition;
 #[cfg(test)]
 mod samples;
 pub mod scene;

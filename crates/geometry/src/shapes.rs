@@ -1,5 +1,6 @@
 //! Shapes of bodies, in SI units.
 
+use crate::outline;
 use crate::scene::Box3;
 use crate::winding;
 
@@ -104,21 +105,13 @@ impl Shape {
                 let across = squared(base) - z * z;
                 (0.0..*height).contains(&z) && across < radius * radius
             }
-            Shape::Extrusion { axis, from, to, outline } => {
+            Shape::Extrusion { axis, from, to, outline: corners } => {
                 let q = match axis {
                     0 => [point[1], point[2]],
                     1 => [point[0], point[2]],
                     _ => [point[0], point[1]],
                 };
-                let mut inside = false;
-                for (k, a) in outline.iter().enumerate() {
-                    let b = outline[(k + 1) % outline.len()];
-                    let cut = |y: f64| a[0] + (b[0] - a[0]) * (y - a[1]) / (b[1] - a[1]);
-                    if (a[1] > q[1]) != (b[1] > q[1]) && q[0] < cut(q[1]) {
-                        inside = !inside;
-                    }
-                }
-                from.min(*to) < point[*axis] && point[*axis] < from.max(*to) && inside
+                from.min(*to) < point[*axis] && point[*axis] < from.max(*to) && outline::contains(corners, q)
             }
             Shape::Surface(surface) => winding::contains(surface, point),
             Shape::Physical(_) => false,

@@ -8,6 +8,7 @@ mod imported;
 mod layer_end;
 mod layered;
 mod mechanics;
+mod recognised;
 mod regions;
 mod shapes;
 mod solid;
@@ -66,11 +67,6 @@ pub(super) fn validate(raw: &Document, flawed: bool, origin: &Path, log: &mut Lo
         layered::check_shorted(electrodes, layer, surroundings, raw, log);
     }
     let surroundings_read = surroundings.as_ref().and_then(Option::as_ref);
-    if imported::any_physical(raw) || shapes::any_shaped(raw) {
-        check_solver(raw, log);
-    } else {
-        check_order(raw, log);
-    }
     let pair = electrodes.as_ref().and_then(Option::as_ref);
     let (bodies, mesh) = if imported::any_physical(raw) {
         imported::bodies(raw, flawed, surroundings_read, origin, log)
@@ -83,6 +79,18 @@ pub(super) fn validate(raw: &Document, flawed: bool, origin: &Path, log: &mut Lo
         (shapes::without_layer(raw, surroundings_read, origin, log), None)
     };
 
+    let found = match &bodies {
+        Some(bodies) if may_be_boxes(raw) => recognised::as_boxes(bodies),
+        _ => None,
+    };
+    let any_shaped = imported::any_physical(raw) || shapes::any_shaped(raw);
+    if !any_shaped {
+        check_order(raw, log);
+    } else if bodies.is_none() || found.is_none() {
+        check_solver(raw, log);
+    }
+    let (bodies, recognised) = found.map_or((bodies, Vec::new()), |(bodies, names)| (Some(bodies), names));
+
     raw.format.get()?;
     Some(Case {
         title: title(raw, origin)?,
@@ -92,6 +100,7 @@ pub(super) fn validate(raw: &Document, flawed: bool, origin: &Path, log: &mut Lo
         mechanics: all_given(mechanics)?,
         load: all_given(load)?,
         bodies: bodies?,
+        recognised,
         mesh,
         surroundings: all_given(surroundings)?,
         electrostatics: if wants_capacitance { Some(electrostatics(raw)?) } else { None },
@@ -163,6 +172,17 @@ fn check_solver(raw: &Document, log: &mut Log<'_>) {
                 .help("leave `solver` out, or say `solver = \"tetrahedra\"`"),
         );
     }
+}
+
+/// Whether bodies of other shapes are looked at as boxes: not where the solver on tetrahedra is asked for, or its order given.
+fn may_be_boxes(raw: &Document) -> bool {
+    if !shapes::any_shaped(raw) || imported::any_physical(raw) {
+        return false;
+    }
+    let Some(table) = &raw.electrostatics else { return true };
+    let Some(table) = table.get() else { return false };
+    let solver = table.solver.as_ref().map(Read::get);
+    table.order.is_none() && matches!(solver, None | Some(Some(raw::FieldSolver::Boxes)))
 }
 
 /// The box solver chooses its order itself.

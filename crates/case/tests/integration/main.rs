@@ -5,5 +5,6 @@
 mod acceptance;
 mod bad_files;
 mod never_panics;
+mod recognised;
 mod rules;
 mod schema;

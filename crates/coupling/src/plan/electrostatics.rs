@@ -29,6 +29,17 @@ impl Plan {
         }
         self.memory_limit = max_memory();
         let settings = self.solver_settings(case, options);
+        if !case.recognised.is_empty() {
+            let names: Vec<String> = case.recognised.iter().map(|name| format!("`{name}`")).collect();
+            let what = format!(
+                "{} to the last bit, which the box solver takes; `solver = \"tetrahedra\"` takes them as they are given",
+                match names.as_slice() {
+                    [name] => format!("{name} consists of boxes"),
+                    _ => format!("{} consist of boxes", shortened(&names)),
+                }
+            );
+            self.solved.push(Planned { part: "bodies", what });
+        }
         let by_boxes = self.count(is_by_boxes);
         if by_boxes > 0 {
             self.by_boxes(case, options, &settings, by_boxes);
@@ -182,6 +193,12 @@ impl Plan {
         let what = format!("the {number} of {names}, from the same fields; {them} not in the matrix");
         self.solved.push(Planned { part: "floating", what });
     }
+}
+
+/// A list of names, the first five at most.
+fn shortened(names: &[String]) -> String {
+    let (shown, more) = names.split_at(names.len().min(5));
+    if more.is_empty() { listed(shown) } else { format!("{} and {} more", shown.join(", "), more.len()) }
 }
 
 /// Whether the box solver takes a step, at least at first.

@@ -38,6 +38,7 @@ fn pair(layout: Layout) -> Case {
         }),
         load: None,
         bodies: vec![],
+        recognised: Vec::new(),
         mesh: None,
         surroundings: Some(Surroundings {
             boundary: Wall::Insulated,

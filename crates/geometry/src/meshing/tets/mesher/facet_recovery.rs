@@ -7,10 +7,10 @@
 
 use super::boundary_recovery::MeshInProgress;
 use super::delaunay::{Encroachment, FlatTets, Insertion, Refusal, circumcenter, sorted};
-use super::piecewise_linear_complex::in_polygon;
 use super::{MeshError, Point};
 use crate::meshing::indices::OptionalIndex;
 use crate::meshing::plane::constrained_triangles;
+use crate::outline;
 use elastocap_linalg::vector::{length, minus, normal};
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -186,7 +186,7 @@ impl MeshInProgress {
             let facet = &self.complex.facets[f];
             let within = region.triangles.iter().any(|t| {
                 let flat = t.map(|p| facet.project(self.mesh.points[p as usize]));
-                in_polygon(&flat, facet.project(center))
+                outline::contains(&flat, facet.project(center))
             });
             if within {
                 tried.push(facet.nearest(center));

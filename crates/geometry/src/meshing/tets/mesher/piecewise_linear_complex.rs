@@ -3,6 +3,7 @@
 
 use super::Point;
 use super::delaunay::sorted;
+use crate::outline;
 use crate::scene::Box3;
 use elastocap_linalg::vector::{cross, dot, minus};
 use std::collections::{BTreeMap, BTreeSet, HashMap};
@@ -54,24 +55,6 @@ pub(super) struct Facet {
     pub(super) sheets: Vec<Sheet>,
 }
 
-/// Whether a point lies in a polygon.
-///
-/// Two polygons with a common edge neither share a point next to it nor leave one out: the edge is always taken from its lower
-/// end up, whichever way the polygon passes it, so that rounding puts a point on the same side of it for both.
-pub(super) fn in_polygon(polygon: &[[f64; 2]], p: [f64; 2]) -> bool {
-    let mut inside = false;
-    for (k, &a) in polygon.iter().enumerate() {
-        let b = polygon[(k + 1) % polygon.len()];
-        if (a[1] > p[1]) != (b[1] > p[1]) {
-            let [low, high] = if a[1] < b[1] { [a, b] } else { [b, a] };
-            if p[0] < low[0] + (high[0] - low[0]) * (p[1] - low[1]) / (high[1] - low[1]) {
-                inside = !inside;
-            }
-        }
-    }
-    inside
-}
-
 impl Facet {
     /// The coordinates, within the plane, of a point's projection to it, m.
     pub(super) fn project(&self, p: Point) -> [f64; 2] {
@@ -109,13 +92,13 @@ impl Facet {
 
     /// Whether a point with these coordinates within the plane lies in one of the polygons.
     pub(super) fn contains_projected(&self, q: [f64; 2]) -> bool {
-        self.polygons.iter().any(|polygon| in_polygon(&polygon.corners, q))
+        self.polygons.iter().any(|polygon| outline::contains(&polygon.corners, q))
     }
 
     /// The conductor of the sheet on which a point of the plane lies.
     pub(super) fn sheet(&self, p: Point) -> Option<u32> {
         let q = self.project(p);
-        let covers = |s: &&Sheet| in_polygon(&self.polygons[s.polygon].corners, q);
+        let covers = |s: &&Sheet| outline::contains(&self.polygons[s.polygon].corners, q);
         self.sheets.iter().find(covers).map(|s| s.conductor)
     }
 }

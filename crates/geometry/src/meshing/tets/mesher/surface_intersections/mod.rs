@@ -8,9 +8,10 @@ mod conductor_contacts;
 mod coplanar_facets;
 
 use super::delaunay::sorted;
-use super::piecewise_linear_complex::{AxisPlane, PiecewiseLinearComplex, Polygon, in_polygon};
+use super::piecewise_linear_complex::{AxisPlane, PiecewiseLinearComplex, Polygon};
 use super::{MeshError, Point};
 use crate::import::intersect::{Frame, Search};
+use crate::outline;
 use elastocap_linalg::vector::{dot, length, minus};
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 
@@ -95,7 +96,7 @@ fn between([a, b]: [Point; 2], s: f64) -> Point {
 /// Whether a point lies in a polygon or within `near` of its outline.
 fn in_or_near_polygon(polygon: &[[f64; 2]], q: [f64; 2], near: f64) -> bool {
     let at = |p: [f64; 2]| [p[0], p[1], 0.0];
-    in_polygon(polygon, q)
+    outline::contains(polygon, q)
         || (0..polygon.len()).any(|k| {
             let ends = [polygon[k], polygon[(k + 1) % polygon.len()]];
             let out = |a: usize| {

@@ -1,0 +1,85 @@
+//! Bodies that the file gives as surfaces or outlines and that consist of boxes.
+
+use std::path::Path;
+
+use elastocap_case::{Case, CaseError, Shape};
+
+/// Two L-shaped pads side by side between walls, and what follows them in the file.
+fn pads(second_from: &str, rest: &str) -> String {
+    let pad = |name: &str, [a, b, c]: [&str; 3]| {
+        format!(
+            "[[conductor]]\nname = \"{name}\"\nextrusion = {{ axis = \"x2\", from = \"0 um\", to = \"5 um\", outline = \
+             [[\"{a} um\", \"0 um\"], [\"{c} um\", \"0 um\"], [\"{c} um\", \"10 um\"], [\"{b} um\", \"10 um\"], [\"{b} um\", \
+             \"30 um\"], [\"{a} um\", \"30 um\"]] }}\n"
+        )
+    };
+    format!(
+        "format = 1\n{}{}[surroundings]\nboundary = \"insulated\"\nwalls = {{ min = [\"-50 um\", \"0 um\", \"-50 um\"], max = \
+         [\"150 um\", \"50 um\", \"50 um\"] }}\n{rest}",
+        pad("left", ["0", "10", "30"]),
+        pad("right", [second_from, "50", "70"])
+    )
+}
+
+fn parse(text: &str) -> Result<Case, CaseError> {
+    elastocap_case::parse(text, Path::new("cases/test.toml"))
+}
+
+fn accepted(text: &str) -> Case {
+    parse(text).unwrap_or_else(|error| panic!("{text}\n{}", error.render(false)))
+}
+
+#[test]
+fn outlines_with_right_angles_become_boxes_and_keep_their_names() {
+    for rest in ["", "[electrostatics]\nsolver = \"boxes\"\n"] {
+        let case = accepted(&pads("40", rest));
+        assert!(case.has_only_boxes() && case.recognised == ["left", "right"], "{:?}", case.recognised);
+        let boxes: Vec<_> = case.bodies.iter().map(|body| body.boxes().unwrap().len()).collect();
+        assert_eq!(boxes, [2, 2]);
+        assert_eq!(case.driven_conductors(), ["left", "right"]);
+    }
+}
+
+#[test]
+fn bodies_stay_as_they_are_given_where_tetrahedra_or_their_order_are_asked_for() {
+    for asked in ["solver = \"tetrahedra\"", "order = 2", "solver = \"tetrahedra\"\norder = 1"] {
+        let case = accepted(&pads("40", &format!("[electrostatics]\n{asked}\n")));
+        assert!(case.recognised.is_empty() && !case.has_only_boxes(), "{asked}");
+        assert!(matches!(case.bodies[0].parts[0], Shape::Extrusion { .. }));
+    }
+}
+
+#[test]
+fn conductors_that_touch_each_other_are_left_to_the_mesher_which_refuses_them() {
+    let case = accepted(&pads("30", ""));
+    assert!(case.recognised.is_empty() && !case.has_only_boxes());
+}
+
+#[test]
+fn one_body_of_another_shape_keeps_all_as_they_are_given() {
+    let ball = "[[conductor]]\nname = \"ball\"\nsphere = { center = [\"100 um\", \"25 um\", \"0 um\"], radius = \"9 um\" }\n";
+    let with_ball = |rest: &str| pads("40", &format!("{rest}{ball}"));
+    let case = accepted(&with_ball(""));
+    assert!(case.recognised.is_empty() && case.bodies.iter().all(|body| body.boxes().is_none()));
+    let refused = parse(&with_ball("[electrostatics]\nsolver = \"boxes\"\n")).unwrap_err().render(false);
+    assert!(refused.contains("the solver for boxes cannot take bodies of other shapes"), "{refused}");
+}
+
+#[test]
+fn an_outline_with_very_many_steps_stays_as_it_is_given() {
+    let steps = |n: usize| {
+        let height = |k: usize| k % 7 + 1;
+        let mut corners = vec![[0, 0], [n, 0]];
+        for k in (0..n).rev() {
+            corners.extend([[k + 1, height(k) * n + k], [k, height(k) * n + k]]);
+        }
+        let corners: Vec<_> = corners.iter().map(|[x, y]| format!("[\"{x} um\", \"{y} um\"]")).collect();
+        format!(
+            "format = 1\n[[conductor]]\nname = \"stairs\"\nextrusion = {{ axis = \"x2\", from = \"0 um\", to = \"5 um\", outline = \
+             [{}] }}\n[surroundings]\nboundary = \"open\"\n",
+            corners.join(", ")
+        )
+    };
+    assert!(accepted(&steps(20)).has_only_boxes());
+    assert!(!accepted(&steps(200)).has_only_boxes());
+}

@@ -1,0 +1,207 @@
+//! Boxes that were given in another way: as a surface of triangles, or as a polygon pulled along an axis.
+//!
+//! The test is exact. Every edge of an outline must be parallel to an axis, and every triangle must lie in a plane normal to one, with
+//! coordinates that are equal to the last bit. What such a body fills is known then for each cell of the grid of its coordinates, and
+//! cells are put together to few boxes, which have the same faces as the body, bit by bit.
+
+use crate::outline;
+use crate::scene::Box3;
+use crate::shapes::{Shape, TriangleSurface};
+
+/// How far the volume of the boxes may be from that of the surface, relative to it: rounding of the sum over the triangles.
+const ROUNDING: f64 = 1e-9;
+
+/// The boxes, without common points inside them, that a body consists of; `None` if it does not consist of boxes with faces normal
+/// to the axes, or if the grid of its coordinates has more cells than `most`.
+pub fn boxes_of(shape: &Shape, most: usize) -> Option<Vec<Box3>> {
+    match shape {
+        Shape::Box(region) => Some(vec![*region]),
+        Shape::Extrusion { axis, from, to, outline } => {
+            Cells::of_outline(*axis, [from.min(*to), from.max(*to)], outline, most).map(|cells| cells.boxes())
+        }
+        Shape::Surface(surface) => of_surface(surface, most),
+        Shape::Sphere { .. } | Shape::Shell { .. } | Shape::Cylinder { .. } | Shape::Physical(_) => None,
+    }
+}
+
+fn of_surface(surface: &TriangleSurface, most: usize) -> Option<Vec<Box3>> {
+    let boxes = Cells::of_surface(surface, most)?.boxes();
+    let volume: f64 = boxes.iter().map(|b| [0, 1, 2].map(|a| b.extent(a)).iter().product::<f64>()).sum();
+    // What the triangles enclose by Gauss's theorem; their orientation has played no part so far.
+    let enclosed: f64 = surface.faces.iter().map(|face| volume_below(surface, face)).sum();
+    ((enclosed - volume).abs() <= ROUNDING * volume).then_some(boxes)
+}
+
+/// Between a triangle and the plane through the first point of the surface that is normal to x1, m^3; negative where the triangle is
+/// seen from below.
+fn volume_below(surface: &TriangleSurface, face: &[u32; 3]) -> f64 {
+    let from = surface.points[0];
+    let [p, q, r] = face.map(|k| [0, 1, 2].map(|a| surface.points[k as usize][a] - from[a]));
+    let area = 0.5 * ((q[1] - p[1]) * (r[2] - p[2]) - (q[2] - p[2]) * (r[1] - p[1]));
+    area * (p[0] + q[0] + r[0]) / 3.0
+}
+
+/// The cells of a grid that a body fills.
+struct Cells {
+    /// Planes of the grid along each axis, ascending, m. Two equal ones are a sheet.
+    planes: [Vec<f64>; 3],
+    /// Whether each cell is filled, the first axis fastest.
+    filled: Vec<bool>,
+}
+
+/// Coordinates in ascending order, each once.
+fn ascending(mut all: Vec<f64>) -> Vec<f64> {
+    all.sort_by(f64::total_cmp);
+    all.dedup();
+    all
+}
+
+/// The place of a coordinate among ascending ones that have it.
+fn place(planes: &[f64], at: f64) -> usize {
+    planes.partition_point(|plane| *plane < at)
+}
+
+fn middle(planes: &[f64], k: usize) -> f64 {
+    planes[k] + 0.5 * (planes[k + 1] - planes[k])
+}
+
+impl Cells {
+    fn empty(planes: [Vec<f64>; 3], most: usize) -> Option<Self> {
+        let counts = planes.each_ref().map(|p| p.len().saturating_sub(1));
+        let cells = counts.iter().try_fold(1_usize, |product, n| product.checked_mul(*n))?;
+        (1..=most).contains(&cells).then(|| Self { planes, filled: vec![false; cells] })
+    }
+
+    fn counts(&self) -> [usize; 3] {
+        self.planes.each_ref().map(|p| p.len() - 1)
+    }
+
+    fn index(&self, cell: [usize; 3]) -> usize {
+        let [n, m, _] = self.counts();
+        cell[0] + n * (cell[1] + m * cell[2])
+    }
+
+    /// Those in a polygon pulled along an axis.
+    fn of_outline(axis: usize, ends: [f64; 2], outline: &[[f64; 2]], most: usize) -> Option<Self> {
+        let edges = || outline.iter().zip(outline.iter().cycle().skip(1));
+        if !edges().all(|(a, b)| a[0] == b[0] || a[1] == b[1]) {
+            return None;
+        }
+        let across: [usize; 2] = match axis {
+            0 => [1, 2],
+            1 => [0, 2],
+            _ => [0, 1],
+        };
+        let mut planes = [0; 3].map(|_| ends.to_vec());
+        for (k, &a) in across.iter().enumerate() {
+            planes[a] = ascending(outline.iter().map(|q| q[k]).collect());
+        }
+        let mut cells = Self::empty(planes, most)?;
+        let [columns, rows] = across.map(|a| cells.counts()[a]);
+        for row in 0..rows {
+            for column in 0..columns {
+                let centre =
+                    [(across[0], column), (across[1], row)].map(|(a, k)| middle(&cells.planes[a], k));
+                let mut cell = [0; 3];
+                (cell[across[0]], cell[across[1]]) = (column, row);
+                let index = cells.index(cell);
+                cells.filled[index] = outline::contains(outline, centre);
+            }
+        }
+        Some(cells)
+    }
+
+    /// Those in a closed surface of triangles.
+    fn of_surface(surface: &TriangleSurface, most: usize) -> Option<Self> {
+        let corners = |face: &[u32; 3]| face.map(|k| surface.points[k as usize]);
+        let flat = |face: &[u32; 3], axis: usize| {
+            let [p, q, r] = corners(face).map(|corner| corner[axis]);
+            p == q && q == r
+        };
+        if !surface.faces.iter().all(|face| (0..3).any(|axis| flat(face, axis))) {
+            return None;
+        }
+        let used = |axis: usize| surface.faces.iter().flat_map(corners).map(move |p| p[axis]).collect();
+        let mut cells = Self::empty([0, 1, 2].map(|axis| ascending(used(axis))), most)?;
+        // Along x1, cells change from empty to filled and back where a triangle normal to x1 covers their middle.
+        let [n, rows, layers] = cells.counts();
+        let mut changes = vec![false; (n + 1) * rows * layers];
+        for face in surface.faces.iter().filter(|face| flat(face, 0)) {
+            let triangle = corners(face);
+            let [y, z] = [1, 2].map(|axis| {
+                let ends = triangle.map(|p| place(&cells.planes[axis], p[axis]));
+                ends.into_iter().min().unwrap_or(0)..ends.into_iter().max().unwrap_or(0)
+            });
+            let plane = place(&cells.planes[0], triangle[0][0]);
+            for layer in z {
+                for row in y.clone() {
+                    let centre = [middle(&cells.planes[1], row), middle(&cells.planes[2], layer)];
+                    let change = &mut changes[plane + (n + 1) * (row + rows * layer)];
+                    *change ^= outline::contains(&triangle.map(|p| [p[1], p[2]]), centre);
+                }
+            }
+        }
+        for (filled, changes) in cells.filled.chunks_mut(n).zip(changes.chunks(n + 1)) {
+            let mut inside = false;
+            for (filled, change) in filled.iter_mut().zip(changes) {
+                inside ^= change;
+                *filled = inside;
+            }
+            if inside != changes[n] {
+                return None;
+            }
+        }
+        Some(cells)
+    }
+
+    /// The filled cells as boxes: from the first cell that is left, each box goes as far as it can along x1, then x2, then x3.
+    fn boxes(mut self) -> Vec<Box3> {
+        let mut boxes = Vec::new();
+        let counts = self.counts();
+        for layer in 0..counts[2] {
+            for row in 0..counts[1] {
+                for column in 0..counts[0] {
+                    let from = [column, row, layer];
+                    if !self.filled[self.index(from)] {
+                        continue;
+                    }
+                    let mut to = from.map(|k| k + 1);
+                    for axis in 0..3 {
+                        while to[axis] < counts[axis] && self.all_filled(from, to, axis) {
+                            to[axis] += 1;
+                        }
+                    }
+                    self.empty_out(from, to);
+                    boxes.push(Box3 {
+                        min: [0, 1, 2].map(|a| self.planes[a][from[a]]),
+                        max: [0, 1, 2].map(|a| self.planes[a][to[a]]),
+                    });
+                }
+            }
+        }
+        boxes
+    }
+
+    /// Whether all cells next to a block, above it along an axis, are filled.
+    fn all_filled(&self, from: [usize; 3], to: [usize; 3], axis: usize) -> bool {
+        let (mut from, mut to) = (from, to);
+        (from[axis], to[axis]) = (to[axis], to[axis] + 1);
+        block(from, to).all(|cell| self.filled[self.index(cell)])
+    }
+
+    fn empty_out(&mut self, from: [usize; 3], to: [usize; 3]) {
+        for cell in block(from, to) {
+            let index = self.index(cell);
+            self.filled[index] = false;
+        }
+    }
+}
+
+/// The cells of a block.
+fn block(from: [usize; 3], to: [usize; 3]) -> impl Iterator<Item = [usize; 3]> {
+    let plane = move |k| (from[1]..to[1]).flat_map(move |j| (from[0]..to[0]).map(move |i| [i, j, k]));
+    (from[2]..to[2]).flat_map(plane)
+}
+
+#[cfg(test)]
+mod tests;
