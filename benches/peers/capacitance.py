@@ -92,7 +92,7 @@ def entries_of(step, suffix):
 
 
 def rows_of_ours(scene, case, options):
-    imported = case != SCENES[scene].cases[0]
+    imported = "imported" in case
     past_limit = set()
     for tolerance, bounds in SETTINGS:
         if bounds in past_limit:
@@ -119,8 +119,7 @@ def rows_of_ours(scene, case, options):
                 continue
             result = json.loads((results / "result.json").read_text())
         step = result["steps"][0]
-        # Which solver the plan chose.
-        solver = "tetrahedra" if "tetrahedra" in json.dumps(result["plan"]) else "boxes"
+        solver = step["route"]
         value, lower, upper = (entries_of(step, suffix) for suffix in ("", "_lower", "_upper"))
         known = SCENES[scene].known
         stated, holds = step["relative_error_estimate"], None

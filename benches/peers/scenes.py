@@ -1,8 +1,9 @@
 """The scenes that every program solves, and what is known of them.
 
 `known` maps an entry of the answer to its value in farad: "C11", "C22", "C12" are entries of the Maxwell matrix, "C" is the
-capacitance between two terminals with equal and opposite charges. `cases` are the case files of elastocap in cases/; a
-second one holds the same bodies, imported.
+capacitance between two terminals with equal and opposite charges. `cases` are the case files of elastocap in cases/; those
+with "imported" in their names hold the same bodies, from OBJ files, and those that end with "on-tetrahedra" take them as surfaces,
+though they are boxes.
 """
 
 from dataclasses import dataclass
@@ -31,8 +32,8 @@ def two_terminal(c11, c12, c22):
 
 SCENES = {
     "cube-in-cube": Scene(
-        "cube in cube (from OBJ)",
-        ("imported-cube-in-cube.toml",),
+        "cube in cube",
+        ("imported-cube-in-cube.toml", "imported-cube-in-cube-on-tetrahedra.toml"),
         {"C11": 19.127134997 * EPS0},
         "19.127134997 eps0 a by boundary elements graded towards the edges, degree and grading raised together "
         "(charge balance 2e-16)",
@@ -55,7 +56,7 @@ SCENES = {
     ),
     "in-plane-pair": Scene(
         "in-plane pair, unloaded",
-        ("in-plane-pair-unloaded.toml", "in-plane-pair-imported.toml"),
+        ("in-plane-pair-unloaded.toml", "in-plane-pair-imported.toml", "in-plane-pair-imported-on-tetrahedra.toml"),
         {"C": 43.96589e-15},
         "our reference: graded hexahedra of order 7 to 9, 43.965895 fF and falling, good to 1e-6; hexahedra and tetrahedra of "
         "two codes agree to 7e-6",

@@ -41,7 +41,7 @@ pub fn bodies(case: &Case, steps: &[StepResult]) -> (Vec<SceneBody>, Vec<String>
     };
     for conductor in first.scene.conductors() {
         for k in 0..conductor.body.parts.len() {
-            add(&conductor.body.name, BodyRole::from(conductor.body), &|s| {
+            add(&part_name(&conductor.body.name, k), BodyRole::from(conductor.body), &|s| {
                 s.scene.conductors().nth(conductor.index)?.body.parts.get(k)?.as_box()
             });
         }
@@ -49,7 +49,7 @@ pub fn bodies(case: &Case, steps: &[StepResult]) -> (Vec<SceneBody>, Vec<String>
     for dielectric in first.scene.dielectrics() {
         let name = &dielectric.body.name;
         for k in 0..dielectric.body.parts.len() {
-            add(name, BodyRole::from(dielectric.body), &|s| {
+            add(&part_name(name, k), BodyRole::from(dielectric.body), &|s| {
                 // A body may drop out where a moving wall passes it.
                 let same = s.scene.dielectrics().find(|d| d.body.name == *name)?;
                 let region = same.body.parts.get(k)?.as_box()?;
@@ -59,6 +59,11 @@ pub fn bodies(case: &Case, steps: &[StepResult]) -> (Vec<SceneBody>, Vec<String>
     }
     walls(first, &window, &mut add);
     (bodies, labels)
+}
+
+/// The name of a part of a body, counted from zero.
+fn part_name(body: &str, part: usize) -> String {
+    if part == 0 { body.to_owned() } else { format!("{body}, part {}", part + 1) }
 }
 
 /// The outer walls: one box where they are all alike, else one sheet for each; open space as a box of what is shown.
