@@ -80,7 +80,10 @@ pub(super) fn validate(raw: &Document, flawed: bool, origin: &Path, log: &mut Lo
     };
 
     let found = match &bodies {
-        Some(bodies) if may_be_boxes(raw) => recognised::as_boxes(bodies),
+        Some(bodies) if may_be_boxes(raw) => {
+            let tolerance = electrostatics(raw).map_or(DEFAULT_TOLERANCE, |asked| asked.relative_tolerance);
+            recognised::as_boxes(bodies, surroundings_read.map(|all| all.boundary), tolerance)
+        }
         _ => None,
     };
     let any_shaped = imported::any_physical(raw) || shapes::any_shaped(raw);

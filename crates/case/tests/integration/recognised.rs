@@ -83,3 +83,19 @@ fn an_outline_with_very_many_steps_stays_as_it_is_given() {
     assert!(accepted(&steps(20)).has_only_boxes());
     assert!(!accepted(&steps(200)).has_only_boxes());
 }
+
+#[test]
+fn unions_of_boxes_far_apart_in_open_space_stay_as_they_are_given_at_loose_tolerances_only() {
+    let far = |tolerance: &str, from: &str| {
+        pads("40", &format!("[electrostatics]\nrelative_tolerance = {tolerance}\n"))
+            .replace("walls = { min = [\"-50 um\", \"0 um\", \"-50 um\"], max = [\"150 um\", \"50 um\", \"50 um\"] }\n", "")
+            .replace("insulated", "open")
+            .replace("\"0 um\", to = \"5 um\"", &format!("\"{from} um\", to = \"5 um\""))
+            .replacen(&format!("\"{from} um\""), "\"-60 um\"", 1)
+            .replacen("to = \"5 um\"", "to = \"-55 um\"", 1)
+    };
+    for (tolerance, from, recognised) in [("5e-2", "0", false), ("1e-2", "0", true), ("5e-2", "-30", true)] {
+        let case = accepted(&far(tolerance, from));
+        assert_eq!(case.has_only_boxes(), recognised, "{tolerance}, {from}: {:?}", case.bodies);
+    }
+}
