@@ -80,10 +80,9 @@ pub(super) fn validate(raw: &Document, flawed: bool, origin: &Path, log: &mut Lo
     };
 
     let found = match &bodies {
-        Some(bodies) if may_be_boxes(raw) => {
-            let tolerance = electrostatics(raw).map_or(DEFAULT_TOLERANCE, |asked| asked.relative_tolerance);
-            recognised::as_boxes(bodies, surroundings_read.map(|all| all.boundary), tolerance)
-        }
+        Some(bodies) if may_be_boxes(raw) => electrostatics(raw).and_then(|asked| {
+            recognised::as_boxes(bodies, surroundings_read.map(|all| all.boundary), &asked)
+        }),
         _ => None,
     };
     let any_shaped = imported::any_physical(raw) || shapes::any_shaped(raw);

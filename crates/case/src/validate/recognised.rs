@@ -2,7 +2,7 @@
 
 use elastocap_geometry::recognition::boxes_of;
 
-use crate::model::{Body, Box3, Shape, Wall};
+use crate::model::{Body, Box3, Electrostatics, Shape, Wall};
 
 /// Largest number of cells that the planes of all faces may divide the scene into. A plate over its like with round outlines in steps,
 /// to 1e-2: with 2,900 cells the box solver takes as long as tetrahedra, with 11,000 2.7 times as long, for a third of their error.
@@ -18,7 +18,7 @@ const LOOSE: f64 = 1e-2;
 pub(super) fn as_boxes(
     bodies: &[Body],
     boundary: Option<Wall>,
-    tolerance: f64,
+    asked: &Electrostatics,
 ) -> Option<(Vec<Body>, Vec<String>)> {
     let mut recognised = Vec::new();
     let mut out = Vec::with_capacity(bodies.len());
@@ -35,7 +35,8 @@ pub(super) fn as_boxes(
     if recognised.is_empty() || cells(&out) > MAX_CELLS {
         return None;
     }
-    if boundary == Some(Wall::Open) && tolerance > LOOSE && any_far_union(&out) {
+    let is_loose = asked.solver.is_none() && asked.relative_tolerance > LOOSE;
+    if is_loose && boundary == Some(Wall::Open) && any_far_union(&out) {
         return None;
     }
     let conductors: Vec<Vec<Box3>> =

@@ -94,7 +94,10 @@ fn unions_of_boxes_far_apart_in_open_space_stay_as_they_are_given_at_loose_toler
             .replacen(&format!("\"{from} um\""), "\"-60 um\"", 1)
             .replacen("to = \"5 um\"", "to = \"-55 um\"", 1)
     };
-    for (tolerance, from, recognised) in [("5e-2", "0", false), ("1e-2", "0", true), ("5e-2", "-30", true)] {
+    let asked = "5e-2\nsolver = \"boxes\"";
+    for (tolerance, from, recognised) in
+        [("5e-2", "0", false), (asked, "0", true), ("1e-2", "0", true), ("5e-2", "-30", true)]
+    {
         let case = accepted(&far(tolerance, from));
         assert_eq!(case.has_only_boxes(), recognised, "{tolerance}, {from}: {:?}", case.bodies);
     }
