@@ -25,19 +25,19 @@ fn two_sheets() -> Scene {
 #[test]
 fn a_solve_that_is_complete_when_it_is_asked_to_stop_has_its_field() {
     let scene = two_sheets();
-    let tries = 40;
     let settings = |cancel| Settings { relative_tolerance: 1e-2, field: true, cancel, ..Settings::default() };
     let begin = Instant::now();
     solve(&scene, &settings(None)).unwrap();
-    let usual = begin.elapsed();
-    let mut complete = 0;
-    for attempt in 0..tries {
+    // Later after a solve that was stopped, earlier after a complete one: most stops fall near the end, however busy the machine is.
+    let mut delay = begin.elapsed();
+    let (mut complete, mut attempts) = (0, 0);
+    while complete == 0 || attempts < 40 {
+        attempts += 1;
         let cancel = Arc::new(AtomicBool::new(false));
         let of_solve = Arc::clone(&cancel);
         let solution = std::thread::scope(|scope| {
             scope.spawn(|| {
-                let share = 0.5 + 0.8 * f64::from(attempt) / f64::from(tries);
-                std::thread::sleep(usual.mul_f64(share));
+                std::thread::sleep(delay);
                 cancel.store(true, Ordering::Relaxed);
             });
             solve(&scene, &settings(Some(of_solve)))
@@ -45,13 +45,13 @@ fn a_solve_that_is_complete_when_it_is_asked_to_stop_has_its_field() {
         match solution {
             Ok(solution) if solution.reached => {
                 complete += 1;
-                assert!(solution.field.is_some(), "attempt {attempt} has no field");
+                assert!(solution.field.is_some(), "attempt {attempts} has no field");
+                delay = delay.mul_f64(0.93);
             }
-            Ok(_) | Err(SolveError::Cancelled) => {}
+            Ok(_) | Err(SolveError::Cancelled) => delay = delay.mul_f64(1.1),
             Err(other) => panic!("{other}"),
         }
     }
-    assert!(complete > 0);
 }
 
 /// The field is minus the gradient of the potential, on either side of each mirror plane: the potential is even about two of
