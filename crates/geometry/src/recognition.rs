@@ -2,7 +2,7 @@
 //!
 //! The test is exact. Every edge of an outline must be parallel to an axis, and every triangle must lie in a plane normal to one, with
 //! coordinates that are equal to the last bit. What such a body fills is known then for each cell of the grid of its coordinates, and
-//! cells are put together to few boxes, which have the same faces as the body, bit by bit.
+//! cells are joined to few boxes, whose faces are exactly those of the body.
 
 use crate::outline;
 use crate::scene::Box3;
@@ -11,7 +11,7 @@ use crate::shapes::{Shape, TriangleSurface};
 /// How far the volume of the boxes may be from that of the surface, relative to it: rounding of the sum over the triangles.
 const ROUNDING: f64 = 1e-9;
 
-/// The boxes, without common points inside them, that a body consists of; `None` if it does not consist of boxes with faces normal
+/// The boxes that a body consists of, which have at most faces in common; `None` if it does not consist of boxes with faces normal
 /// to the axes, or if the grid of its coordinates has more cells than `most`.
 pub fn boxes_of(shape: &Shape, most: usize) -> Option<Vec<Box3>> {
     match shape {
@@ -22,6 +22,16 @@ pub fn boxes_of(shape: &Shape, most: usize) -> Option<Vec<Box3>> {
         Shape::Surface(surface) => of_surface(surface, most),
         Shape::Sphere { .. } | Shape::Shell { .. } | Shape::Cylinder { .. } | Shape::Physical(_) => None,
     }
+}
+
+/// How many cells the planes of all faces of some boxes divide the space between them into.
+pub fn cells_between(boxes: impl Iterator<Item = Box3>) -> usize {
+    let boxes: Vec<Box3> = boxes.collect();
+    let along = |axis: usize| {
+        let ends = boxes.iter().flat_map(|region| [region.min[axis], region.max[axis]]);
+        ascending(ends.filter(|at| at.is_finite()).collect()).len().saturating_sub(1).max(1)
+    };
+    (0..3).map(along).fold(1, usize::saturating_mul)
 }
 
 fn of_surface(surface: &TriangleSurface, most: usize) -> Option<Vec<Box3>> {

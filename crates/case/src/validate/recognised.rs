@@ -1,6 +1,6 @@
 //! Bodies that consist of boxes though the file gives them in another way.
 
-use elastocap_geometry::recognition::boxes_of;
+use elastocap_geometry::recognition::{boxes_of, cells_between};
 
 use crate::model::{Body, Box3, Electrostatics, Shape, Wall};
 
@@ -12,9 +12,10 @@ const MAX_CELLS: usize = 12_000;
 /// takes tetrahedra a few seconds there, and the box solver up to ten times as long; to 1e-2 both take about the same.
 const LOOSE: f64 = 1e-2;
 
-/// The same bodies as boxes, and the names of those that the file gives in another way; `None` if a body is no union of boxes, if
-/// they have very many faces or are far apart (see [`LOOSE`]), or if conductors touch each other, which the mesher refuses in its own words. That they lie inside the
-/// walls has been checked.
+/// All bodies as boxes, with the names of those that the file gives as surfaces or outlines.
+///
+/// `None` if there are no such bodies, if one does not consist of boxes, or if tetrahedra suit the scene better: see [`MAX_CELLS`] and
+/// [`LOOSE`]. Conductors that touch are left as they are too, since the mesher reports them. The walls have been checked before.
 pub(super) fn as_boxes(
     bodies: &[Body],
     boundary: Option<Wall>,
@@ -30,9 +31,9 @@ pub(super) fn as_boxes(
         if body.boxes().is_none() {
             recognised.push(body.name.clone());
         }
-        out.push(Body { parts, ..body.clone() });
+        out.push(Body { name: body.name.clone(), parts, role: body.role, purpose: body.purpose });
     }
-    if recognised.is_empty() || cells(&out) > MAX_CELLS {
+    if recognised.is_empty() || cells_between(out.iter().filter_map(Body::boxes).flatten()) > MAX_CELLS {
         return None;
     }
     let is_loose = asked.solver.is_none() && asked.relative_tolerance > LOOSE;
@@ -46,19 +47,6 @@ pub(super) fn as_boxes(
         !conductors[..k].iter().flatten().any(touch)
     });
     apart.then_some((out, recognised))
-}
-
-/// How many cells the planes of all faces divide the scene into.
-fn cells(bodies: &[Body]) -> usize {
-    let boxes: Vec<Box3> = bodies.iter().filter_map(Body::boxes).flatten().collect();
-    let between = |axis: usize| {
-        let ends = boxes.iter().flat_map(|region| [region.min[axis], region.max[axis]]);
-        let mut planes: Vec<f64> = ends.filter(|at| at.is_finite()).collect();
-        planes.sort_by(f64::total_cmp);
-        planes.dedup();
-        planes.len().saturating_sub(1).max(1)
-    };
-    (0..3).map(between).fold(1, usize::saturating_mul)
 }
 
 /// Whether two conductors, not both a single box, are farther apart along an axis than the smaller of the two is large.

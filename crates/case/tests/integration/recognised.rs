@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use elastocap_case::{Case, CaseError, Shape};
+use elastocap_case::{Box3, Case, CaseError, Shape};
 
 /// Two L-shaped pads side by side between walls, and what follows them in the file.
 fn pads(second_from: &str, rest: &str) -> String {
@@ -47,6 +47,20 @@ fn bodies_stay_as_they_are_given_where_tetrahedra_or_their_order_are_asked_for()
         assert!(case.recognised.is_empty() && !case.has_only_boxes(), "{asked}");
         assert!(matches!(case.bodies[0].parts[0], Shape::Extrusion { .. }));
     }
+}
+
+#[test]
+fn a_cube_from_an_obj_file_is_one_box_and_stays_a_surface_where_tetrahedra_are_asked_for() {
+    let path =
+        Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tests/acceptance/imported-cube-in-cube.toml");
+    let text = std::fs::read_to_string(&path).unwrap();
+    let case = elastocap_case::parse(&text, &path).unwrap_or_else(|error| panic!("{}", error.render(false)));
+    assert_eq!(case.bodies[0].boxes(), Some(vec![Box3 { min: [-0.5; 3], max: [0.5; 3] }]));
+    assert_eq!(case.recognised, ["inner"]);
+    let text = text.replace("[electrostatics]\n", "[electrostatics]\nsolver = \"tetrahedra\"\n");
+    let case = elastocap_case::parse(&text, &path).unwrap_or_else(|error| panic!("{}", error.render(false)));
+    let Shape::Surface(surface) = &case.bodies[0].parts[0] else { panic!("no surface") };
+    assert_eq!((surface.points.len(), surface.faces.len()), (8, 12));
 }
 
 #[test]

@@ -12,8 +12,8 @@ use super::{Point, Sizing};
 use elastocap_linalg::vector::{length, minus};
 use std::collections::VecDeque;
 
-/// How much faster sizes grow towards points of walls and dielectrics than elsewhere: 1.0 gives a spiral and a comb a tenth more unknowns,
-/// and no limit at all gives a pair beside its mirror plane three times as many.
+/// How much faster sizes grow towards points of walls and dielectrics than elsewhere: 1.0 gives a comb and a spiral a tenth to a
+/// quarter more unknowns, and sizes without any such limit give a pair beside its mirror plane 2.6 times as many.
 const WALL_GROWTH: f64 = 2.0;
 
 /// No point is added nearer to another than this, relative to the radius of the sphere whose centre it is.
@@ -100,8 +100,8 @@ impl MeshInProgress {
             let before = self.mesh.points.len();
             let ids = self.mesh.tets[t as usize];
             self.mesh.must_remove = Some(t);
-            // In a mesh with kept faces, which is no Delaunay mesh, a circumcentre may fall upon a point. Its tetrahedra would be long
-            // again, and so on without end.
+            // A mesh with kept faces is not Delaunay, so a circumcentre may lie next to an existing point. The new tetrahedra would be
+            // long again, and refining them would never end.
             let apart = LEAST_DISTANCE * distance(at, self.mesh.points[ids[0] as usize]);
             let encroachment = Encroachment::Refuse;
             let result = self.mesh.insert(&Insertion { encroachment, apart, ..Insertion::free(at, t) });

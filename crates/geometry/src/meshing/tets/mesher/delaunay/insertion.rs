@@ -49,7 +49,7 @@ pub(crate) struct Insertion<'a> {
     pub(crate) flat_tets: FlatTets,
     /// What to do if it encroaches upon what is kept.
     pub(crate) encroachment: Encroachment,
-    /// A corner of the tetrahedron that contains it counts as the same point if it is no farther away than this, m.
+    /// The point is refused as a duplicate if a corner of the tetrahedron that contains it is no farther away than this, m.
     pub(crate) apart: f64,
 }
 
