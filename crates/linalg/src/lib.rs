@@ -6,6 +6,7 @@
 //! | [`conjugate_gradients`] | the one iterative solver, with a preconditioner in single or double precision |
 //! | [`multigrid`] | a preconditioner for conjugate gradients: smoothed aggregation |
 //! | [`ldlt`] | factors of one sparse symmetric pattern, again and again, by faer |
+//! | [`lanes`] | factors of several sparse matrices on one pattern, side by side in vector registers |
 //! | [`ordering`] | the order of elimination: nested dissection |
 //! | [`cholesky`] | dense factors of small semi-definite matrices, by faer |
 //! | [`dense`] | dense products, factors, singular values and eigenvectors, by faer on one thread |
@@ -20,6 +21,7 @@ pub mod cholesky;
 pub mod conjugate_gradients;
 pub mod dense;
 pub mod gemm;
+pub mod lanes;
 pub mod ldlt;
 pub mod memory;
 pub mod multigrid;
