@@ -17,3 +17,4 @@ pub mod modes;
 pub mod quadrature;
 pub mod radial;
 pub mod tensor;
+pub mod triangle;

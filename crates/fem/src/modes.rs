@@ -34,9 +34,27 @@ pub fn primal_modes(
     permittivity: &[f64],
     held: [bool; 2],
 ) -> Result<LineModes, IllConditioned> {
+    primal_modes_beyond(line, elements, permittivity, held, [[0.0; 2]; 2])
+}
+
+/// The same where the functions continue beyond their ends: `beyond[side]` is what this adds to the mass and to the stiffness of a
+/// function that is 1 at that end.
+///
+/// # Errors
+/// [`IllConditioned`] if the elements differ too much in size for double precision.
+pub fn primal_modes_beyond(
+    line: &Line,
+    elements: Range<usize>,
+    permittivity: &[f64],
+    held: [bool; 2],
+    beyond: [[f64; 2]; 2],
+) -> Result<LineModes, IllConditioned> {
     let piece = sub_line(line, elements.clone());
     let weights = &permittivity[elements];
-    let (mass, _) = line_matrices(&piece, weights);
+    let (mut mass, _) = line_matrices(&piece, weights);
+    let last = mass.nrows() - 1;
+    mass[(0, 0)] += beyond[0][0];
+    mass[(last, last)] += beyond[1][0];
     let divergence = divergence_matrix(&piece)?;
     let (from, to) = (usize::from(held[0]), mass.nrows() - usize::from(held[1]));
     let n = to - from;
@@ -48,7 +66,15 @@ pub fn primal_modes(
         .enumerate()
         .flat_map(|(e, w)| std::iter::repeat_n(w.sqrt(), offsets[e + 1] - offsets[e]))
         .collect();
-    let mut b = Mat::from_fn(n, divergence.nrows(), |i, j| divergence[(j, from + i)] * root[j] * scale[i]);
+    // The stiffness beyond the ends is a sum of squares too.
+    let ends = [(0, beyond[0][1]), (last, beyond[1][1])].map(|(end, stiffness)| (end, stiffness.sqrt()));
+    let (count, extra) = (divergence.nrows(), ends.iter().filter(|(_, root)| *root > 0.0).count());
+    let extra_rows: Vec<_> = ends.iter().filter(|(_, root)| *root > 0.0).collect();
+    let mut b = Mat::from_fn(n, count + extra, |i, j| match j.checked_sub(count) {
+        None => divergence[(j, from + i)] * root[j] * scale[i],
+        Some(k) if extra_rows[k].0 == from + i => extra_rows[k].1 * scale[i],
+        Some(_) => 0.0,
+    });
     dense::solve_lower_triangular(lower.as_ref(), b.as_mut());
     let (mut vectors, values) = left_singular(&b)?;
     dense::solve_upper_triangular(lower.transpose(), vectors.as_mut());
