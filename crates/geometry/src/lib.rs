@@ -4,7 +4,7 @@ pub mod export;
 pub mod import;
 pub mod meshing;
 pub mod mirror;
-mod outline;
+pub mod outline;
 pub mod recognition;
 #[cfg(test)]
 mod samples;

@@ -4,7 +4,7 @@
 ///
 /// Two polygons with a common edge neither share a point next to it nor leave one out: the edge is always taken from its lower
 /// end up, whichever way the polygon passes it, so that rounding puts a point on the same side of it for both.
-pub(crate) fn contains(outline: &[[f64; 2]], p: [f64; 2]) -> bool {
+pub fn contains(outline: &[[f64; 2]], p: [f64; 2]) -> bool {
     let mut inside = false;
     for (k, &a) in outline.iter().enumerate() {
         let b = outline[(k + 1) % outline.len()];

@@ -2,5 +2,5 @@
 
 pub mod grid;
 mod indices;
-pub(crate) mod plane;
+pub mod plane;
 pub mod tets;

@@ -1,5 +1,6 @@
 //! Triangulations of patterns in the plane: small triangles at outlines, larger ones with the distance from them.
 
+pub mod graded;
 mod outlines;
 mod triangulation;
 
