@@ -418,6 +418,8 @@ pub struct Electrostatics {
 pub enum FieldSolver {
     /// The box solver, for axis-aligned boxes and sheets.
     Boxes,
+    /// The solver for extruded scenes: outlines pulled along one axis.
+    Extruded,
     /// The solver on tetrahedra, for any shape.
     Tetrahedra,
 }

@@ -511,8 +511,8 @@ table! {
         relative_tolerance: Option<Read<Tolerance>>,
         /// Whether to prove a lower and an upper bound, or only estimate the error. Default: true.
         bounds: Option<Read<Flag>>,
-        /// Which solver: "boxes" (axis-aligned boxes and sheets only, and what consists of them; the fast one) or "tetrahedra" (any
-        /// shape, as it is given). Default: boxes where it can.
+        /// Which solver: "boxes" (axis-aligned boxes and sheets only, and what consists of them; the fastest), "extruded" (outlines
+        /// pulled along one axis) or "tetrahedra" (any shape, as it is given). Default: the first of these that can.
         solver: Option<Read<FieldSolver>>,
         /// Order of the potentials on tetrahedra, 1 to 3. Default: 2.
         order: Option<Read<PotentialOrder>>,
@@ -521,5 +521,5 @@ table! {
 
 words! {
     /// Which solver.
-    enum FieldSolver { "boxes" => Boxes, "tetrahedra" => Tetrahedra, }
+    enum FieldSolver { "boxes" => Boxes, "extruded" => Extruded, "tetrahedra" => Tetrahedra, }
 }

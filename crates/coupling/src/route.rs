@@ -1,22 +1,29 @@
 //! Which field solver takes a scene: one decision, for the plan, the run and every study of it.
 //!
-//! | bodies         | how the load bends the electrodes                | asked for      | route                              |
-//! |----------------|--------------------------------------------------|----------------|------------------------------------|
-//! | boxes          | not at all                                       | -, boxes       | [`Route::Boxes`]                   |
-//! | boxes          | not at all                                       | tetrahedra     | [`Route::Tetrahedra`]              |
-//! | others         | not at all                                       | -, tetrahedra  | [`Route::Tetrahedra`]              |
-//! | two electrodes | in the plane, under a flat surface, boxes fit    | -              | [`Route::EnclosingBoxesThenOutlines`] |
-//! | boxes          | in the plane, any other way                      | -              | [`Route::Outlines`]                |
-//! | others         | in the plane                                     | -, tetrahedra  | [`Route::Outlines`]                |
-//! | boxes          | in the plane                                     | tetrahedra     | [`Route::Outlines`]                |
-//! | two electrodes | in the plane                                     | boxes          | [`Route::EnclosingBoxes`]          |
-//! | two electrodes | in space                                         | -, boxes       | [`Route::EnclosingBoxes`]          |
+//! | bodies             | how the load bends the electrodes                | asked for         | route                              |
+//! |--------------------|--------------------------------------------------|-------------------|------------------------------------|
+//! | boxes              | not at all                                       | -, boxes          | [`Route::Boxes`]                   |
+//! | outlines with few edges | not at all                                  | -                 | [`Route::Extruded`]                |
+//! | boxes, outlines    | not at all                                       | extruded          | [`Route::Extruded`]                |
+//! | others             | not at all                                       | -                 | [`Route::Tetrahedra`]              |
+//! | any                | not at all                                       | tetrahedra        | [`Route::Tetrahedra`]              |
+//! | two electrodes     | in the plane, under a flat surface, boxes fit    | -                 | [`Route::EnclosingBoxesThenOutlines`] |
+//! | boxes, outlines along x3 | in the plane, any other way                | -                 | [`Route::Outlines`]                |
+//! | boxes, outlines along x3 | in the plane                               | extruded          | [`Route::Outlines`]                |
+//! | others             | in the plane                                     | -                 | [`Route::OutlinesOnTetrahedra`]    |
+//! | any                | in the plane                                     | tetrahedra        | [`Route::OutlinesOnTetrahedra`]    |
+//! | two electrodes     | in the plane                                     | boxes             | [`Route::EnclosingBoxes`]          |
+//! | two electrodes     | in space                                         | -, boxes          | [`Route::EnclosingBoxes`]          |
+//!
+//! *Outlines* are bodies that are outlines pulled along one axis, in a scene that is not closed across one axis and open along another.
+//! Where the solver for them fails though nobody asked for it, the scene goes to tetrahedra after all.
 //!
 //! Everything else has no solver: see [`RouteError`].
 
 use std::fmt;
 
 use elastocap_case::{Case, FieldSolver, Indenter, Mechanics};
+use elastocap_electrostatics::{has_few_edges, is_extruded};
 use elastocap_geometry::scene::Scene;
 use serde::{Deserialize, Serialize};
 
@@ -34,20 +41,33 @@ pub enum Route {
     EnclosingBoxes,
     /// As [`Route::EnclosingBoxes`]; where these bounds are too far apart, as [`Route::Outlines`].
     EnclosingBoxesThenOutlines,
-    /// On tetrahedra: electrodes bent in the plane of x1 and x2, as their outlines pulled along x3, under the surface of the layer
-    /// as it bulges where the scene has it.
+    /// By the solver for extruded scenes: every body is an outline pulled along one axis.
+    Extruded,
+    /// The same for electrodes bent in the plane of x1 and x2, as their outlines pulled along x3, under the surface of the layer as it
+    /// bulges where the scene has it.
     Outlines,
+    /// As [`Route::Outlines`], on tetrahedra.
+    OutlinesOnTetrahedra,
     /// On tetrahedra: bodies of any shape.
     Tetrahedra,
 }
 
 impl Route {
-    /// Whether the solver on tetrahedra may be needed, which takes all threads and all memory for itself.
-    pub fn may_need_tetrahedra(self) -> bool {
+    /// Whether another solver than that for boxes may be needed, which takes all threads and all memory for itself.
+    pub fn may_need_more_than_boxes(self) -> bool {
         match self {
             Self::Boxes | Self::EnclosingBoxes => false,
-            Self::EnclosingBoxesThenOutlines | Self::Outlines | Self::Tetrahedra => true,
+            Self::EnclosingBoxesThenOutlines
+            | Self::Extruded
+            | Self::Outlines
+            | Self::OutlinesOnTetrahedra
+            | Self::Tetrahedra => true,
         }
+    }
+
+    /// Whether a step on this route is solved on tetrahedra in any case.
+    pub fn is_on_tetrahedra(self) -> bool {
+        matches!(self, Self::OutlinesOnTetrahedra | Self::Tetrahedra)
     }
 }
 
@@ -58,10 +78,12 @@ impl fmt::Display for Route {
             Self::Boxes => "the box solver",
             Self::EnclosingBoxes => "the box solver, with boxes inside and around the bent electrodes",
             Self::EnclosingBoxesThenOutlines => {
-                "the box solver, with boxes inside and around the bent electrodes, and their outlines on tetrahedra where these \
-                 boxes do not bound the capacitance as closely as asked"
+                "the box solver, with boxes inside and around the bent electrodes, and their outlines by the extruded solver where \
+                 these boxes do not bound the capacitance as closely as asked"
             }
-            Self::Outlines => "the outlines of the bent electrodes on tetrahedra",
+            Self::Extruded => "the extruded solver",
+            Self::Outlines => "the extruded solver, with the outlines of the bent electrodes",
+            Self::OutlinesOnTetrahedra => "the outlines of the bent electrodes on tetrahedra",
             Self::Tetrahedra => "tetrahedra",
         })
     }
@@ -74,6 +96,15 @@ pub enum Bodies {
     Boxes {
         /// How many of them are conductors, the electrodes and floating ones included.
         conductors: usize,
+        /// Along which axes the extruded solver takes them.
+        along: [bool; 3],
+    },
+    /// Outlines that are pulled along some axis, which the extruded solver takes.
+    Outlines {
+        /// Along which.
+        along: [bool; 3],
+        /// Whether that solver is faster than tetrahedra while nothing is bent.
+        few_edges: bool,
     },
     /// At least one of another shape, or a mesh.
     AnyShape,
@@ -82,7 +113,22 @@ pub enum Bodies {
 impl Bodies {
     /// Those of a scene, in which bent electrodes are still boxes.
     pub fn of(scene: &Scene) -> Self {
-        if scene.is_boxes() { Self::Boxes { conductors: scene.conductors().count() } } else { Self::AnyShape }
+        let along = [0, 1, 2].map(|axis| is_extruded(scene, axis));
+        if scene.is_boxes() {
+            Self::Boxes { conductors: scene.conductors().count(), along }
+        } else if along.contains(&true) {
+            Self::Outlines { along, few_edges: has_few_edges(scene) }
+        } else {
+            Self::AnyShape
+        }
+    }
+
+    /// Along which axes the extruded solver takes them.
+    fn along(self) -> [bool; 3] {
+        match self {
+            Self::Boxes { along, .. } | Self::Outlines { along, .. } => along,
+            Self::AnyShape => [false; 3],
+        }
     }
 }
 
@@ -150,6 +196,12 @@ pub enum RouteError {
          `solver = \"tetrahedra\"`"
     )]
     BoxesOnly,
+    /// The extruded solver is asked for, and the scene is none for it.
+    #[error(
+        "the extruded solver takes outlines that are pulled along one axis (boxes, sheets across that axis, extrusions), in a scene that \
+         is not closed across one axis and open along another: leave out `solver` in [electrostatics], or say `solver = \"tetrahedra\"`"
+    )]
+    OutlinesOnly,
     /// Electrodes that are bent in space, and what only tetrahedra can take.
     #[error(
         "only the box solver supports electrodes that the load bends in three dimensions: leave out `solver` in \
@@ -168,65 +220,102 @@ pub enum RouteError {
 /// # Errors
 /// When no solver takes the scene: see [`RouteError`].
 pub fn route(bodies: Bodies, bending: Bending, asked: Option<FieldSolver>) -> Result<Route, RouteError> {
-    let conductors = match (bodies, asked) {
-        (Bodies::AnyShape, Some(FieldSolver::Boxes)) => return Err(RouteError::BoxesOnly),
-        (Bodies::AnyShape, None | Some(FieldSolver::Tetrahedra))
-        | (Bodies::Boxes { .. }, Some(FieldSolver::Tetrahedra)) => {
-            return match bending {
-                Bending::Straight => Ok(Route::Tetrahedra),
-                Bending::InPlane(_) => Ok(Route::Outlines),
-                Bending::InSpace => Err(RouteError::BentInSpace),
-            };
+    let along = bodies.along();
+    match (asked, bending) {
+        (Some(FieldSolver::Boxes), _) => by_boxes(bodies, bending),
+        (Some(FieldSolver::Tetrahedra) | None, Bending::InSpace)
+            if !matches!(bodies, Bodies::Boxes { .. }) =>
+        {
+            Err(RouteError::BentInSpace)
         }
-        (Bodies::Boxes { conductors }, None | Some(FieldSolver::Boxes)) => conductors,
-    };
-    let enclosing = if conductors > 2 { Err(RouteError::BentAmongOthers) } else { Ok(Route::EnclosingBoxes) };
-    match (bending, asked) {
-        (Bending::Straight, None | Some(_)) => Ok(Route::Boxes),
-        (Bending::InSpace, None | Some(_)) | (Bending::InPlane(_), Some(_)) => enclosing,
-        (Bending::InPlane(PlaneBending::BoxesMayDo), None) if conductors == 2 => {
-            Ok(Route::EnclosingBoxesThenOutlines)
+        (Some(FieldSolver::Tetrahedra | FieldSolver::Extruded), Bending::InSpace) => {
+            Err(RouteError::BentInSpace)
         }
-        (Bending::InPlane(PlaneBending::BoxesMayDo | PlaneBending::OutlinesOnly), None) => {
-            Ok(Route::Outlines)
-        }
+        (Some(FieldSolver::Tetrahedra), Bending::Straight) => Ok(Route::Tetrahedra),
+        (Some(FieldSolver::Tetrahedra), Bending::InPlane(_)) => Ok(Route::OutlinesOnTetrahedra),
+        (Some(FieldSolver::Extruded), Bending::Straight) if along.contains(&true) => Ok(Route::Extruded),
+        (Some(FieldSolver::Extruded), Bending::InPlane(_)) if along[2] => Ok(Route::Outlines),
+        (Some(FieldSolver::Extruded), _) => Err(RouteError::OutlinesOnly),
+        (None, Bending::InSpace) => by_boxes(bodies, bending),
+        (None, Bending::Straight) => Ok(match bodies {
+            Bodies::Boxes { .. } => Route::Boxes,
+            Bodies::Outlines { few_edges: true, .. } => Route::Extruded,
+            Bodies::Outlines { few_edges: false, .. } | Bodies::AnyShape => Route::Tetrahedra,
+        }),
+        (None, Bending::InPlane(plane)) => Ok(match (bodies, plane) {
+            (Bodies::Boxes { conductors: 2, .. }, PlaneBending::BoxesMayDo) => {
+                Route::EnclosingBoxesThenOutlines
+            }
+            _ if along[2] => Route::Outlines,
+            _ => Route::OutlinesOnTetrahedra,
+        }),
     }
 }
 
-/// The solver that a case asks for.
+/// The route by the box solver alone.
+fn by_boxes(bodies: Bodies, bending: Bending) -> Result<Route, RouteError> {
+    match (bodies, bending) {
+        (Bodies::Outlines { .. } | Bodies::AnyShape, _) => Err(RouteError::BoxesOnly),
+        (Bodies::Boxes { .. }, Bending::Straight) => Ok(Route::Boxes),
+        (Bodies::Boxes { conductors: 0..=2, .. }, _) => Ok(Route::EnclosingBoxes),
+        (Bodies::Boxes { .. }, _) => Err(RouteError::BentAmongOthers),
+    }
+}
+
+/// The solver that a case asks for; an order is one of potentials on tetrahedra.
 pub fn asked(case: &Case) -> Option<FieldSolver> {
-    case.electrostatics.and_then(|electrostatics| electrostatics.solver)
+    let electrostatics = case.electrostatics?;
+    electrostatics.solver.or(electrostatics.order.map(|_| FieldSolver::Tetrahedra))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    const PAIR: Bodies = Bodies::Boxes { conductors: 2 };
-    const THREE: Bodies = Bodies::Boxes { conductors: 3 };
+    const EVERY: [bool; 3] = [true; 3];
+    const PAIR: Bodies = Bodies::Boxes { conductors: 2, along: EVERY };
+    const THREE: Bodies = Bodies::Boxes { conductors: 3, along: EVERY };
+    /// Two boxes in a scene that is closed across one axis and open along another.
+    const CONFINED: Bodies = Bodies::Boxes { conductors: 2, along: [false; 3] };
+    const UPRIGHT: Bodies = Bodies::Outlines { along: [false, true, false], few_edges: true };
+    const ALONG: Bodies = Bodies::Outlines { along: [false, false, true], few_edges: true };
+    const COMB: Bodies = Bodies::Outlines { along: [false, true, false], few_edges: false };
     const FLAT: Bending = Bending::InPlane(PlaneBending::BoxesMayDo);
     const BULGING: Bending = Bending::InPlane(PlaneBending::OutlinesOnly);
     const BOXES: Option<FieldSolver> = Some(FieldSolver::Boxes);
+    const EXTRUDED: Option<FieldSolver> = Some(FieldSolver::Extruded);
     const TETRAHEDRA: Option<FieldSolver> = Some(FieldSolver::Tetrahedra);
 
     #[test]
-    fn straight_boxes_go_to_the_box_solver_unless_tetrahedra_are_asked_for() {
-        for bodies in [Bodies::Boxes { conductors: 1 }, PAIR, THREE] {
+    fn straight_boxes_go_to_the_box_solver_unless_another_is_asked_for() {
+        for bodies in [Bodies::Boxes { conductors: 1, along: EVERY }, PAIR, THREE, CONFINED] {
             assert_eq!(route(bodies, Bending::Straight, None), Ok(Route::Boxes));
             assert_eq!(route(bodies, Bending::Straight, BOXES), Ok(Route::Boxes));
             assert_eq!(route(bodies, Bending::Straight, TETRAHEDRA), Ok(Route::Tetrahedra));
         }
+        assert_eq!(route(PAIR, Bending::Straight, EXTRUDED), Ok(Route::Extruded));
+        assert_eq!(route(CONFINED, Bending::Straight, EXTRUDED), Err(RouteError::OutlinesOnly));
     }
 
     #[test]
-    fn other_shapes_go_to_tetrahedra_and_never_to_the_box_solver() {
+    fn outlines_go_to_the_extruded_solver_and_other_shapes_to_tetrahedra() {
+        for asked in [None, EXTRUDED] {
+            assert_eq!(route(UPRIGHT, Bending::Straight, asked), Ok(Route::Extruded));
+            assert_eq!(route(ALONG, BULGING, asked), Ok(Route::Outlines));
+        }
+        assert_eq!(route(COMB, Bending::Straight, None), Ok(Route::Tetrahedra));
+        assert_eq!(route(COMB, Bending::Straight, EXTRUDED), Ok(Route::Extruded));
+        assert_eq!(route(UPRIGHT, BULGING, None), Ok(Route::OutlinesOnTetrahedra));
+        assert_eq!(route(UPRIGHT, BULGING, EXTRUDED), Err(RouteError::OutlinesOnly));
+        assert_eq!(route(UPRIGHT, Bending::Straight, TETRAHEDRA), Ok(Route::Tetrahedra));
         for asked in [None, TETRAHEDRA] {
             assert_eq!(route(Bodies::AnyShape, Bending::Straight, asked), Ok(Route::Tetrahedra));
-            assert_eq!(route(Bodies::AnyShape, FLAT, asked), Ok(Route::Outlines));
-            assert_eq!(route(Bodies::AnyShape, BULGING, asked), Ok(Route::Outlines));
+            assert_eq!(route(Bodies::AnyShape, FLAT, asked), Ok(Route::OutlinesOnTetrahedra));
+            assert_eq!(route(Bodies::AnyShape, BULGING, asked), Ok(Route::OutlinesOnTetrahedra));
         }
         for bending in [Bending::Straight, FLAT, BULGING, Bending::InSpace] {
             assert_eq!(route(Bodies::AnyShape, bending, BOXES), Err(RouteError::BoxesOnly));
+            assert_eq!(route(UPRIGHT, bending, BOXES), Err(RouteError::BoxesOnly));
         }
     }
 
@@ -236,6 +325,7 @@ mod tests {
         assert_eq!(route(PAIR, BULGING, None), Ok(Route::Outlines));
         assert_eq!(route(THREE, FLAT, None), Ok(Route::Outlines));
         assert_eq!(route(THREE, BULGING, None), Ok(Route::Outlines));
+        assert_eq!(route(CONFINED, BULGING, None), Ok(Route::OutlinesOnTetrahedra));
     }
 
     #[test]
@@ -243,8 +333,10 @@ mod tests {
         for bending in [FLAT, BULGING] {
             assert_eq!(route(PAIR, bending, BOXES), Ok(Route::EnclosingBoxes));
             assert_eq!(route(THREE, bending, BOXES), Err(RouteError::BentAmongOthers));
-            assert_eq!(route(PAIR, bending, TETRAHEDRA), Ok(Route::Outlines));
-            assert_eq!(route(THREE, bending, TETRAHEDRA), Ok(Route::Outlines));
+            for pair in [PAIR, THREE] {
+                assert_eq!(route(pair, bending, EXTRUDED), Ok(Route::Outlines));
+                assert_eq!(route(pair, bending, TETRAHEDRA), Ok(Route::OutlinesOnTetrahedra));
+            }
         }
     }
 
@@ -254,7 +346,10 @@ mod tests {
             assert_eq!(route(PAIR, Bending::InSpace, asked), Ok(Route::EnclosingBoxes));
             assert_eq!(route(THREE, Bending::InSpace, asked), Err(RouteError::BentAmongOthers));
         }
-        assert_eq!(route(PAIR, Bending::InSpace, TETRAHEDRA), Err(RouteError::BentInSpace));
+        for asked in [EXTRUDED, TETRAHEDRA] {
+            assert_eq!(route(PAIR, Bending::InSpace, asked), Err(RouteError::BentInSpace));
+            assert_eq!(route(UPRIGHT, Bending::InSpace, asked), Err(RouteError::BentInSpace));
+        }
         for asked in [None, TETRAHEDRA] {
             assert_eq!(route(Bodies::AnyShape, Bending::InSpace, asked), Err(RouteError::BentInSpace));
         }

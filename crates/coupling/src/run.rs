@@ -212,11 +212,16 @@ fn deform_step(
     let taken = route(bodies, Bending::found(&scene, state.as_ref()), asked(case))?;
     match bodies {
         Bodies::Boxes { .. } => {}
-        Bodies::AnyShape => return Err(StepFailure::NoGrid),
+        Bodies::Outlines { .. } | Bodies::AnyShape => return Err(StepFailure::NoGrid),
     }
     match taken {
         Route::Boxes => {}
-        Route::EnclosingBoxes | Route::EnclosingBoxesThenOutlines | Route::Outlines | Route::Tetrahedra => {
+        Route::EnclosingBoxes
+        | Route::EnclosingBoxesThenOutlines
+        | Route::Extruded
+        | Route::Outlines
+        | Route::OutlinesOnTetrahedra
+        | Route::Tetrahedra => {
             result.warnings.push(shown_as_boxes(&scene, taken));
         }
     }

@@ -3,8 +3,11 @@
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::time::Instant;
 
-use elastocap_case::Case;
-use elastocap_electrostatics::{Bounded, Field, FloatingPotential, Solution, Target};
+use elastocap_case::{Case, FieldSolver};
+use elastocap_electrostatics::{
+    Bounded, ExtrudedSolution, Field, FloatingPotential, MeshSolution, Solution, SolveError, Target,
+    solve_extruded,
+};
 use elastocap_geometry::export::body::BodyMesh;
 use elastocap_geometry::scene::Scene;
 use elastocap_mechanics::ForceLimit;
@@ -38,17 +41,26 @@ pub enum StepField {
 enum Fields {
     /// Solved as boxes.
     Boxes(Box<(Solution, Option<Bounded>)>),
-    /// Yet to be solved as shapes.
+    /// Yet to be solved as outlines or other shapes.
     Shapes(LayerScene),
 }
 
-/// What the solver for any shape is given.
+/// What the solvers for other shapes than boxes are given.
 struct Shaped<'a> {
     scene: &'a Scene,
     /// Rows of the Maxwell matrix of the pair whose capacitance it is, where there are other conductors.
     pair: Option<[usize; 2]>,
     /// Relative error of the capacitance for flat faces that the scene has already.
     facets: f64,
+}
+
+/// The route of a scene that the extruded solver failed on.
+fn on_tetrahedra_instead(taken: Route) -> Route {
+    match taken {
+        Route::Extruded => Route::Tetrahedra,
+        Route::Outlines => Route::OutlinesOnTetrahedra,
+        other => other,
+    }
 }
 
 /// What a step that was carried to its end does not have of what was asked for.
@@ -167,7 +179,15 @@ impl Solver<'_> {
                 let window = window(&[&*deformed]);
                 let pair = deformed.pair_among_others();
                 let shaped = Shaped { scene: &layer.scene, pair, facets: layer.facets };
-                self.solve_shaped(shaped, result, field, shortfalls)?;
+                let by_outlines = !taken.is_on_tetrahedra();
+                if by_outlines && let Some(found) = self.by_outlines(shaped.scene)? {
+                    result.surfaces = layer.surfaces(&window, &[]);
+                    return self.note_shapes(&shaped, found, result, field, shortfalls);
+                }
+                if by_outlines && taken != Route::EnclosingBoxesThenOutlines {
+                    result.route = Some(on_tetrahedra_instead(taken));
+                }
+                self.solve_shaped(&shaped, result, field, shortfalls)?;
                 // The mesh of what is flat-faced shows no more, and is a thousand times larger.
                 result.surfaces = match result.surfaces.as_slice() {
                     [] => Vec::new(),
@@ -204,18 +224,41 @@ impl Solver<'_> {
 
     /// A scene of any shapes without a layer.
     fn without_layer(&self, result: &mut StepResult, field: &mut Option<StepField>) -> Result<(), Stop> {
-        let scene = scene_of(self.case, None)?.scene;
-        let taken = route(Bodies::of(&scene), Bending::Straight, asked(self.case))?;
+        let deformed = scene_of(self.case, None)?;
+        let taken = route(Bodies::of(&deformed.scene), Bending::Straight, asked(self.case))?;
+        result.route = Some(taken);
+        let shaped = Shaped { scene: &deformed.scene, pair: None, facets: 0.0 };
         match taken {
             Route::Tetrahedra => {}
-            // These want boxes, or a layer that bends electrodes.
-            Route::Boxes | Route::EnclosingBoxes | Route::EnclosingBoxesThenOutlines | Route::Outlines => {
-                return Err(RouteError::BoxesOnly.into());
+            Route::Extruded => {
+                if let Some(found) = self.by_outlines(shaped.scene)? {
+                    result.surfaces = LayerScene::of_boxes(&deformed).surfaces(&window(&[&deformed]), &[]);
+                    return self.note_shapes(&shaped, found, result, field, Shortfalls::default());
+                }
+                result.route = Some(on_tetrahedra_instead(taken));
             }
+            // These want boxes, or a layer that bends electrodes.
+            Route::Boxes
+            | Route::EnclosingBoxes
+            | Route::EnclosingBoxesThenOutlines
+            | Route::Outlines
+            | Route::OutlinesOnTetrahedra => return Err(RouteError::BoxesOnly.into()),
         }
-        result.route = Some(taken);
-        let shaped = Shaped { scene: &scene, pair: None, facets: 0.0 };
-        self.solve_shaped(shaped, result, field, Shortfalls::default())
+        self.solve_shaped(&shaped, result, field, Shortfalls::default())
+    }
+
+    /// A scene of outlines by the solver for them. `None` where that fails and nobody asked for it: tetrahedra may serve.
+    fn by_outlines(&self, scene: &Scene) -> Result<Option<Solved>, Stop> {
+        match solve_extruded(scene, &self.settings.boxes()) {
+            Ok(ExtrudedSolution { solution, planes, field }) => {
+                let (mesh, potentials) = field.unwrap_or_default();
+                let general = MeshSolution { mesh, potentials, solution };
+                Ok(Some(Solved { general, planes, surfaces: Vec::new(), facets: 0.0 }))
+            }
+            Err(SolveError::Cancelled) => Err(Stop::Cancelled),
+            Err(error) if asked(self.case) == Some(FieldSolver::Extruded) => Err(error.into()),
+            Err(_) => Ok(None),
+        }
     }
 
     /// Relative error of gap and capacitance for the finite elements of the layer: how far the larger of the gap and the
@@ -263,8 +306,8 @@ impl Solver<'_> {
                     self.outlines(deformed, state)
                 }
             }
-            Route::Outlines => self.outlines(deformed, state),
-            Route::Tetrahedra => Ok(Fields::Shapes(LayerScene::of_boxes(deformed))),
+            Route::Outlines | Route::OutlinesOnTetrahedra => self.outlines(deformed, state),
+            Route::Extruded | Route::Tetrahedra => Ok(Fields::Shapes(LayerScene::of_boxes(deformed))),
         }
     }
 
@@ -283,19 +326,31 @@ impl Solver<'_> {
     /// A scene of any shapes; `shortfalls` are those of the layer.
     fn solve_shaped(
         &self,
-        Shaped { scene, pair, facets: polygons }: Shaped<'_>,
+        shaped: &Shaped<'_>,
+        result: &mut StepResult,
+        field: &mut Option<StepField>,
+        shortfalls: Shortfalls,
+    ) -> Result<(), Stop> {
+        let mut solved = solve_shapes(shaped.scene, self.case.mesh.as_ref(), &self.settings)?;
+        if !shaped.scene.is_boxes() {
+            result.surfaces = std::mem::take(&mut solved.surfaces);
+        }
+        self.note_shapes(shaped, solved, result, field, shortfalls)
+    }
+
+    /// Notes what was found of a scene of any shapes.
+    fn note_shapes(
+        &self,
+        &Shaped { scene, pair, facets: polygons }: &Shaped<'_>,
+        solved: Solved,
         result: &mut StepResult,
         field: &mut Option<StepField>,
         mut shortfalls: Shortfalls,
     ) -> Result<(), Stop> {
-        let solved = solve_shapes(scene, self.case.mesh.as_ref(), &self.settings)?;
-        if self.settings.field {
+        if self.settings.field && !solved.general.mesh.tets.is_empty() {
             *field = Some(StepField::Tetrahedra(shown(scene, &solved)));
         }
-        let Solved { mut general, facets, surfaces, .. } = solved;
-        if !scene.is_boxes() {
-            result.surfaces = surfaces;
-        }
+        let Solved { mut general, facets, .. } = solved;
         let facets = facets + polygons;
         result.row.geometry_error_estimate = Some(facets);
         if facets > 0.0 {

@@ -11,9 +11,15 @@ const SHOWN: f64 = 0.5;
 /// steps. Bodies of other shapes are finite.
 pub fn window(scenes: &[&DeformedScene]) -> Box3 {
     let mut inside: Option<Box3> = None;
-    let mut hold = |region: Box3| inside = Some(inside.map_or(region, |b| b.union(&region)));
     for scene in scenes.iter().map(|s| &s.scene) {
-        scene.conductor_parts().filter_map(|(_, part)| part.as_box()).for_each(&mut hold);
+        let boxes = scene.conductor_parts().filter_map(|(_, part)| part.as_box());
+        inside = boxes.chain(inside).reduce(|all, region| all.union(&region));
+    }
+    if inside.is_none() {
+        for scene in scenes.iter().map(|s| &s.scene) {
+            let bounds = scene.conductor_parts().filter_map(|(_, part)| part.bounds());
+            inside = bounds.chain(inside).reduce(|all, region| all.union(&region));
+        }
     }
     let conductors = inside.unwrap_or(Box3 { min: [0.0; 3], max: [1.0; 3] });
     let margin = SHOWN * (0..3).map(|a| conductors.extent(a)).fold(0.0, f64::max);

@@ -61,14 +61,19 @@
 
 mod boxes;
 mod consistency;
+mod extruded;
 mod floating;
 mod matrix;
+mod parity;
 mod projection;
 mod solution;
 mod tets;
 
 pub use boxes::forecast::{forecast, mirror_planes};
 pub use boxes::solve::solve;
+pub use extruded::solve::{
+    ExtrudedSolution, extrusion_axis, forecast_extruded, has_few_edges, is_extruded, solve_extruded,
+};
 pub use solution::{
     Bounded, CellBody, Discretisation, Field, FloatingPotential, Forecast, PhaseSeconds, ResolutionLevel,
     SHARE_OF_DIAGONAL, Settings, Solution, Target,
@@ -93,6 +98,9 @@ pub enum SolveError {
         /// Name of the body.
         body: String,
     },
+    /// The solver for extruded scenes was given bodies that are not outlines pulled along one axis, or whose plan has no mesh.
+    #[error("the bodies are not outlines pulled along one axis; solve the scene on tetrahedra")]
+    NotExtruded,
     /// The first grid would take more memory than there is; nothing was solved.
     #[error(
         "even the coarsest grid takes about {}, more than the limit of {}: there are too many bodies for the memory, or too many \

@@ -191,7 +191,9 @@ fn may_be_boxes(raw: &Document) -> bool {
 fn check_order(raw: &Document, log: &mut Log<'_>) {
     let Some(table) = given(&raw.electrostatics) else { return };
     let tetrahedra = table.solver.as_ref().and_then(|read| read.get());
-    if let (Some(read), None | Some(raw::FieldSolver::Boxes)) = (&table.order, tetrahedra) {
+    if let (Some(read), None | Some(raw::FieldSolver::Boxes | raw::FieldSolver::Extruded)) =
+        (&table.order, tetrahedra)
+    {
         log.push(
             Diagnostic::at(&read.span, "only the solver on tetrahedra has an `order`")
                 .label("this scene of boxes goes to the solver for boxes, which chooses its own")
@@ -213,6 +215,7 @@ fn electrostatics(raw: &Document) -> Option<Electrostatics> {
         if let Some(read) = &table.solver {
             solver = Some(match read.get()? {
                 raw::FieldSolver::Boxes => FieldSolver::Boxes,
+                raw::FieldSolver::Extruded => FieldSolver::Extruded,
                 raw::FieldSolver::Tetrahedra => FieldSolver::Tetrahedra,
             });
         }

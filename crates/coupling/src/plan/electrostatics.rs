@@ -1,7 +1,7 @@
 //! The part of a plan about the fields: which solvers, on what part of the scene, with how much memory.
 
 use elastocap_case::{Body, Case, ImportedMesh};
-use elastocap_electrostatics::SolveError;
+use elastocap_electrostatics::{SolveError, extrusion_axis};
 use elastocap_geometry::mirror;
 use elastocap_geometry::scene::Scene;
 
@@ -45,6 +45,10 @@ impl Plan {
             self.by_boxes(case, options, &settings, by_boxes);
         }
         self.around_bent_electrodes(case);
+        let by_outlines = |route| matches!(route, Route::Extruded);
+        if let Some((_, scene)) = self.first_scene(case, options, by_outlines) {
+            self.by_outlines(&scene, &settings);
+        }
         let on_tetrahedra = |route| matches!(route, Route::Tetrahedra);
         if let Some((_, scene)) = self.first_scene(case, options, on_tetrahedra) {
             self.on_tetrahedra(case.mesh.as_ref(), &scene, &settings);
@@ -105,7 +109,7 @@ impl Plan {
     /// Divides the memory among solves at the same time, of which each takes so many bytes.
     fn share_memory(&mut self, each: u64) {
         self.at_once = 1;
-        if self.count(Route::may_need_tetrahedra) == 0 {
+        if self.count(Route::may_need_more_than_boxes) == 0 {
             let room = self.memory_limit.checked_div(each).map_or(MAX_AT_ONCE, |n| n.min(64) as usize);
             let wanted = self.solvable_steps().count().clamp(1, MAX_AT_ONCE);
             if room >= wanted {
@@ -119,7 +123,12 @@ impl Plan {
 
     /// Plans how electrodes that the load bends are solved.
     fn around_bent_electrodes(&mut self, case: &Case) {
-        for route in [Route::EnclosingBoxes, Route::EnclosingBoxesThenOutlines, Route::Outlines] {
+        for route in [
+            Route::EnclosingBoxes,
+            Route::EnclosingBoxesThenOutlines,
+            Route::Outlines,
+            Route::OutlinesOnTetrahedra,
+        ] {
             let steps = self.count(|planned| planned == route);
             if steps == 0 {
                 continue;
@@ -132,17 +141,36 @@ impl Plan {
                 ),
                 Route::EnclosingBoxesThenOutlines => format!(
                     "at {steps}, where the load bends the electrodes: boxes inside and around them, and where these do not \
-                     bound the capacitance as closely as asked, their outlines, pulled along x3, on tetrahedra, which takes \
-                     seconds to minutes per step"
+                     bound the capacitance as closely as asked, their outlines, pulled along x3"
                 ),
                 Route::Outlines => format!(
+                    "at {steps}, where the load bends the electrodes: their outlines, pulled along x3, which the extruded solver \
+                     takes"
+                ),
+                Route::OutlinesOnTetrahedra => format!(
                     "at {steps}, where the load bends the electrodes: their outlines, pulled along x3, on tetrahedra, which \
                      takes seconds to minutes per step"
                 ),
-                Route::Boxes | Route::Tetrahedra => continue,
+                Route::Boxes | Route::Extruded | Route::Tetrahedra => continue,
             };
             self.solved.push(Planned { part: "electrostatics", what });
         }
+    }
+
+    /// Outlines pulled along one axis.
+    fn by_outlines(&mut self, scene: &Scene, settings: &FieldSettings) {
+        let axis =
+            extrusion_axis(scene).map_or_else(|| "an axis".to_owned(), |axis| format!("x{}", axis + 1));
+        let what = format!(
+            "outlines pulled along {axis}: potentials and fluxes of high degree on triangles times that axis, which prove an upper and a \
+             lower bound, to a relative spread of {:e}",
+            settings.relative_tolerance
+        );
+        self.solved.push(Planned { part: "electrostatics", what });
+        if settings.symmetry {
+            self.mirrored = mirror::planes(scene).each_ref().map(Option::is_some);
+        }
+        self.mirrored_tetrahedra();
     }
 
     /// Bodies of any shape: how many tetrahedra they take is known only when they are meshed.
@@ -205,6 +233,6 @@ fn shortened(names: &[String]) -> String {
 pub(super) fn is_by_boxes(route: Route) -> bool {
     match route {
         Route::Boxes | Route::EnclosingBoxes | Route::EnclosingBoxesThenOutlines => true,
-        Route::Outlines | Route::Tetrahedra => false,
+        Route::Extruded | Route::Outlines | Route::OutlinesOnTetrahedra | Route::Tetrahedra => false,
     }
 }

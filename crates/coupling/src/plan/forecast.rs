@@ -1,6 +1,7 @@
 //! What a plan for tetrahedra will take: not known before the scene is meshed, so that it is computed on request.
 
 use elastocap_case::Case;
+use elastocap_electrostatics::forecast_extruded;
 
 use super::{Options, Plan};
 use crate::failure::StepFailure;
@@ -31,20 +32,15 @@ impl Plan {
     }
 
     fn forecast_tetrahedra(&mut self, case: &Case, options: &Options) {
-        let Some((index, scene)) = self.first_scene(case, options, Route::may_need_tetrahedra) else {
+        self.forecast_outlines(case, options);
+        let Some((index, scene)) = self.first_scene(case, options, Route::is_on_tetrahedra) else {
             return;
         };
-        let solves = self.count(Route::may_need_tetrahedra) as f64;
+        let solves = self.count(Route::is_on_tetrahedra) as f64;
         // At rest the bodies are boxes for the box solver: it is the load that sends them to the tetrahedra.
         let bends = match route(Bodies::of(&scene), Bending::Straight, asked(case)) {
             Ok(Route::Boxes) => true,
-            Ok(
-                Route::EnclosingBoxes
-                | Route::EnclosingBoxesThenOutlines
-                | Route::Outlines
-                | Route::Tetrahedra,
-            )
-            | Err(_) => false,
+            Ok(_) | Err(_) => false,
         };
         let own = match forecast(&scene, case.mesh.as_ref(), &self.solver_settings(case, options)) {
             Ok(own) => own,
@@ -61,6 +57,22 @@ impl Plan {
         self.unknowns = own.unknowns;
         self.memory_bytes = own.memory_bytes;
         self.seconds = own.seconds * solves;
+        self.mirrored = own.mirrored;
+    }
+
+    /// What the solver for outlines takes: its first meshes are solved. Bent electrodes count as at rest.
+    fn forecast_outlines(&mut self, case: &Case, options: &Options) {
+        let may_be =
+            |route| matches!(route, Route::Extruded | Route::Outlines | Route::EnclosingBoxesThenOutlines);
+        let Some((_, scene)) = self.first_scene(case, options, may_be) else { return };
+        let solves = self.count(may_be) as f64;
+        // What it fails on goes to tetrahedra, which is not known before.
+        let Ok(own) = forecast_extruded(&scene, &self.solver_settings(case, options).boxes()) else { return };
+        let bends = self.count(|route| route == Route::Extruded) == 0;
+        let more = if bends { BENT } else { 1.0 };
+        self.unknowns = self.unknowns.max((more * own.unknowns as f64) as usize);
+        self.memory_bytes = self.memory_bytes.max((more * own.memory_bytes as f64) as u64);
+        self.seconds += more * own.seconds * solves;
         self.mirrored = own.mirrored;
     }
 

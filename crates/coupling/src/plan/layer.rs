@@ -257,8 +257,8 @@ impl Plan {
 /// Whether a step may be solved with the outline of the layer.
 fn has_outlines(route: Route) -> bool {
     match route {
-        Route::EnclosingBoxesThenOutlines | Route::Outlines => true,
-        Route::Boxes | Route::EnclosingBoxes | Route::Tetrahedra => false,
+        Route::EnclosingBoxesThenOutlines | Route::Outlines | Route::OutlinesOnTetrahedra => true,
+        Route::Boxes | Route::EnclosingBoxes | Route::Extruded | Route::Tetrahedra => false,
     }
 }
 

@@ -80,8 +80,8 @@ fn every_case_takes_the_route_that_its_plan_tells_and_fails_nowhere_it_does_not(
             assert_eq!(planned.route, step.route, "{what}");
             let grid = step.solver.as_ref().map(|solver| solver.resolution.grid().is_some());
             let expected = step.route.and_then(|route| match route {
-                Route::Boxes | Route::EnclosingBoxes => Some(true),
-                Route::Outlines | Route::Tetrahedra => Some(false),
+                Route::Boxes | Route::EnclosingBoxes | Route::Extruded | Route::Outlines => Some(true),
+                Route::OutlinesOnTetrahedra | Route::Tetrahedra => Some(false),
                 Route::EnclosingBoxesThenOutlines => grid,
             });
             assert_eq!(grid, expected, "{what}: solved by another solver than its route says");
@@ -136,5 +136,5 @@ fn a_grid_of_bent_electrodes_says_that_they_are_shown_as_boxes() {
     assert_eq!(steps[1].route, Some(Route::Outlines));
     let [warning] = steps[1].warnings.as_slice() else { panic!("{:?}", steps[1].warnings) };
     assert!(warning.contains("shown as the boxes of their mean faces"), "{warning}");
-    assert!(warning.contains("outlines of the bent electrodes on tetrahedra"), "{warning}");
+    assert!(warning.contains("the extruded solver, with the outlines of the bent electrodes"), "{warning}");
 }

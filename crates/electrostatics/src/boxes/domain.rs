@@ -112,6 +112,13 @@ impl Axis {
         numbering.vertex.iter().filter(|v| range.contains(v)).map(|v| v - range.start).collect()
     }
 
+    /// For each finite node the trimmed index of the function that is 1 there; `None` where a wall holds it.
+    pub(crate) fn vertex_functions(&self) -> Vec<Option<usize>> {
+        let range = self.functions();
+        let numbering = Numbering::new(&self.line);
+        numbering.vertex.iter().map(|v| range.contains(v).then(|| v - range.start)).collect()
+    }
+
     /// Potential modes of the intervals `lo..hi`.
     pub(crate) fn modes(&self, lo: usize, hi: usize) -> Range<usize> {
         let offsets = potential_offsets(&self.line);

@@ -446,7 +446,7 @@ impl SolvedPart {
 }
 
 /// The largest relative spread of the target within bounds, or error estimate without.
-fn error_of(m: &MatrixBounds, settings: &Settings) -> f64 {
+pub(crate) fn error_of(m: &MatrixBounds, settings: &Settings) -> f64 {
     let n = m.upper.nrows();
     let value = |lower: f64, upper: f64| if settings.bounds { 0.5 * (lower + upper) } else { upper };
     let relative = |lower: f64, upper: f64| {

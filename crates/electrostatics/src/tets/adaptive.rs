@@ -11,10 +11,11 @@ use crate::VACUUM_PERMITTIVITY;
 use crate::consistency::contradiction;
 use crate::floating::Floating;
 use crate::matrix::{MatrixBounds, contrast_of, rounding_scale};
+use crate::parity::Parity;
 use crate::solution::{Bounded, Discretisation, PhaseSeconds, STOPPED, Solution, Target};
 use crate::tets::flux::{Flux, equilibrate};
 use crate::tets::marking::{Gaps, State, beyond, states};
-use crate::tets::parity::Parity;
+use crate::tets::parity::{mesh_of, parities};
 use crate::tets::potentials::{
     CoarserPotentials, PotentialProblem, PotentialSettings, Potentials, Start, add_up_to_one,
 };
@@ -244,7 +245,7 @@ pub(super) struct MeshBounds {
 impl<'a> Task<'a> {
     pub(super) fn new(mesh: &TetMesh, scene: MeshScene<'a>, settings: &'a TetrahedraSettings) -> Self {
         let floating = Floating::of_charges(scene.floating_charges);
-        let all = Parity::all(mesh, scene.planes, scene.floating_charges.len());
+        let all = parities(mesh, scene.planes, scene.floating_charges.len());
         let (constant, parities) = all.into_iter().partition(Parity::is_constant);
         Self {
             scene,
@@ -291,7 +292,7 @@ impl<'a> Task<'a> {
         let how = PotentialSettings { order: settings.order, share, cancel: settings.cancel.as_deref() };
         let one = |(k, parity): (usize, &Parity)| {
             let begin = Instant::now();
-            let mesh = parity.mesh(mesh);
+            let mesh = mesh_of(parity, mesh);
             let problem = PotentialProblem { mesh: &mesh, permittivity, conductors: parity.sides() };
             let first = coarser.map(|c| Start {
                 mesh: &c.solved.mesh,

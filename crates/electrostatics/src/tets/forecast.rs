@@ -1,9 +1,10 @@
 //! What the solver on tetrahedra will take: a small mesh is solved, and the spread of its bounds extrapolated.
 
 use crate::SolveError;
+use crate::parity::Parity;
 use crate::solution::Forecast;
 use crate::tets::adaptive::{MeshScene, MeshSolution, TetrahedraSettings, memory_of, solve_mesh};
-use crate::tets::parity::Parity;
+use crate::tets::parity::parities;
 use crate::tets::spread::spread;
 use elastocap_geometry::meshing::tets::TetMesh;
 
@@ -42,7 +43,7 @@ pub fn forecast_mesh(
     scene.check()?;
     let n = scene.floating_charges.len();
     let parities: Vec<Parity> =
-        Parity::all(&mesh, scene.planes, n).into_iter().filter(|parity| !parity.is_constant()).collect();
+        parities(&mesh, scene.planes, n).into_iter().filter(|parity| !parity.is_constant()).collect();
     let sides: usize = parities.iter().map(Parity::sides).sum();
     let small = TetrahedraSettings {
         memory_limit: settings.memory_limit.min(memory_of(MAX_FORECAST_TETRAHEDRA, &parities, settings)),

@@ -3,6 +3,7 @@
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test stops by panicking")]
 
 mod crossing;
+mod extruded;
 mod field;
 mod floating;
 mod general;

@@ -1,6 +1,8 @@
 //! Random scenes of boxes and sheets against one another.
 
-use elastocap_electrostatics::{Bounded, ResolutionLevel, Settings, Solution, solve};
+use elastocap_electrostatics::{
+    Bounded, ResolutionLevel, Settings, Solution, extrusion_axis, solve, solve_extruded,
+};
 use elastocap_geometry::scene::{Body, Box3, Role, Scene, Wall};
 use elastocap_geometry::shapes::Shape;
 use proptest::prelude::*;
@@ -176,6 +178,32 @@ proptest! {
         scene in scene()
     ) {
         assert_lawful(&scene);
+    }
+}
+
+/// Both solvers prove their bounds: those of either contain the truth, so that they overlap in every entry.
+fn assert_same_by_boxes_and_outlines(scene: &Scene) {
+    let resolution = Some(ResolutionLevel { order: 2, levels: 1 });
+    let settings = Settings { relative_tolerance: 1e-3, resolution, ..Settings::default() };
+    let by_boxes = coarse(scene).maxwell;
+    let by_outlines = solve_extruded(scene, &settings).unwrap().solution.maxwell;
+    for (a, b) in by_boxes.iter().flatten().zip(by_outlines.iter().flatten()) {
+        assert!(a.lower <= b.upper && b.lower <= a.upper, "boxes {a:?}, outlines {b:?}");
+    }
+}
+
+/// Scenes that boxes and outlines are compared on; `OUTLINE_SCENES` takes another number.
+fn compared() -> u32 {
+    std::env::var("OUTLINE_SCENES").ok().and_then(|n| n.parse().ok()).unwrap_or(12)
+}
+
+proptest! {
+    #![proptest_config(config(compared()))]
+
+    #[test]
+    fn boxes_and_outlines_prove_bounds_that_overlap(scene in scene()) {
+        prop_assume!(extrusion_axis(&scene).is_some());
+        assert_same_by_boxes_and_outlines(&scene);
     }
 }
 

@@ -62,7 +62,9 @@ impl Subject {
             Route::Boxes => Ok(()),
             Route::EnclosingBoxes
             | Route::EnclosingBoxesThenOutlines
+            | Route::Extruded
             | Route::Outlines
+            | Route::OutlinesOnTetrahedra
             | Route::Tetrahedra => Err(Refused::Route { step: step.index, taken }),
         };
         // Before the layer is pressed, which may take minutes.

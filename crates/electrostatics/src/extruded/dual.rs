@@ -1,0 +1,493 @@
+//! Thomson's principle: fluxes without divergence, whose energy bounds the capacitance from below.
+//!
+//! The linear solver leaves a small divergence, and small differences of the normal flux on the two sides of edges. A second flux
+//! cancels both exactly: that of the whole scene as if there were no conductors, which the modes of the axis invert. The bound counts
+//! its energy; see `boxes/dual/mod.rs` for the proof, which holds word for word with the traces among the potentials.
+
+use super::fluxes::{self, Cells, Fluxes, ones_along};
+use super::free_regions::{FreeRegion, Product, free_regions};
+use super::layout::Column;
+use super::mesh::PlanMesh;
+use super::plane_system::{Beyond, Inverse, PlaneSystem, Region, Scaling};
+use super::rays::met_by_rays;
+use crate::SolveError;
+use crate::boxes::domain::{Axis, per_element};
+use elastocap_fem::mixed::FluxEnd;
+use elastocap_fem::modes::{LineModes, dual_modes};
+use elastocap_fem::tensor::dot;
+use elastocap_geometry::scene::Wall;
+use elastocap_linalg::conjugate_gradients::Operator;
+use faer::Mat;
+use std::sync::Arc;
+
+/// Energy of the flux beyond the frame in the preconditioner over that of the straight one; the true factor is between 1 and 3.
+const MEAN: f64 = 1.5;
+
+/// The lower problem on one mesh.
+#[derive(Debug)]
+pub(super) struct Dual {
+    cells: Cells,
+    fluxes: Fluxes,
+    regions: Vec<Inverse>,
+    repair: Repair,
+    /// For each interval and edge what is known of the trace there.
+    traces: Vec<Vec<Trace>>,
+    /// For each interval and triangle the root of the permittivity, zero in conductors.
+    roots: Vec<Vec<f64>>,
+    ranges: Vec<std::ops::Range<usize>>,
+    lengths: Vec<f64>,
+    ones: Vec<f64>,
+    ones_of_line: Vec<f64>,
+}
+
+/// The trace of the potential on an edge, in an interval.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Trace {
+    Unknown,
+    /// That of a conductor.
+    Held(u32),
+    /// Zero: a grounded wall, or inside a conductor.
+    Zero,
+}
+
+/// The whole scene without conductors, inverted.
+#[derive(Debug)]
+struct Repair {
+    fluxes: Fluxes,
+    regions: Vec<Region<f64>>,
+    /// Whether no flux can leave the scene.
+    singular: bool,
+    /// Its permittivity over the true one at most.
+    excess: f64,
+    /// Edges whose traces are zero.
+    grounded: Vec<usize>,
+    /// For each interval and triangle the root of the true permittivity over its own; empty where they agree.
+    ratios: Vec<Vec<f64>>,
+}
+
+impl Dual {
+    pub(super) fn new(
+        mesh: &PlanMesh,
+        axis: &Axis,
+        walls: &[[Wall; 2]; 2],
+        degree: usize,
+        radius: Option<f64>,
+    ) -> Result<Self, SolveError> {
+        let cells = Cells::new(mesh, degree)?;
+        let product = Product::new(mesh);
+        let met = met_by_rays(mesh, axis);
+        let beyond = match radius {
+            None => fluxes::Beyond::Closed,
+            Some(radius) => fluxes::Beyond::Rays { radius, met: &met },
+        };
+        let fluxes = Fluxes::new(mesh, &mesh.columns, axis, walls, &cells, &product, beyond)?;
+        let regions = free_regions(&mesh.columns, axis.walls)
+            .iter()
+            .map(|free| region(mesh, axis, walls, &cells, &product, radius, free))
+            .collect::<Result<_, SolveError>>()?;
+        let repair = Repair::new(mesh, axis, walls, &cells, &product, radius.map(|r| (r, &met[..])))?;
+        let n = axis.intervals();
+        let traces = (0..n).map(|m| traces(mesh, walls, m)).collect();
+        let root = |t: usize, m: usize| {
+            let c = mesh.column_of(t);
+            if c.conductor[m].is_some() { 0.0 } else { c.permittivity[m].sqrt() }
+        };
+        Ok(Self {
+            fluxes,
+            regions,
+            repair,
+            traces,
+            roots: (0..n).map(|m| (0..mesh.triangles.len()).map(|t| root(t, m)).collect()).collect(),
+            ranges: (0..n).map(|m| axis.modes(m, m + 1)).collect(),
+            lengths: (0..mesh.edges.len()).map(|e| mesh.length(e)).collect(),
+            ones: ones_along(axis, &product),
+            ones_of_line: elastocap_fem::mixed::ones(&axis.line),
+            cells,
+        })
+    }
+
+    /// The array with the traces of conductors at these potentials, and zeros.
+    fn held(&self, potentials: &[f64]) -> Vec<f64> {
+        let mut x = vec![0.0; self.unknowns()];
+        let width = self.fluxes.width;
+        for (range, traces) in self.ranges.iter().zip(&self.traces) {
+            for (e, trace) in traces.iter().enumerate() {
+                if let Trace::Held(c) = trace {
+                    let v = potentials[*c as usize] * self.lengths[e].sqrt();
+                    let row = &mut x[self.cells.numbering.rows[e] as usize * width..][range.clone()];
+                    row.iter_mut().zip(&self.ones[range.clone()]).for_each(|(x, one)| *x = v * one);
+                }
+            }
+        }
+        x
+    }
+
+    /// The right-hand side for given potentials of the conductors.
+    pub(super) fn source(&self, potentials: &[f64]) -> Vec<f64> {
+        let held = self.held(potentials);
+        let mut b = vec![0.0; held.len()];
+        self.fluxes.product(&self.cells, &held, &mut b);
+        b.iter_mut().for_each(|b| *b = -*b);
+        self.fluxes.subtract_sources(&self.cells, potentials, &mut b);
+        self.clear_held(&mut b);
+        b
+    }
+
+    fn clear_held<T: Copy + Default>(&self, y: &mut [T]) {
+        let width = self.fluxes.width;
+        for (m, range) in self.ranges.iter().enumerate() {
+            for (e, trace) in self.traces[m].iter().enumerate() {
+                if *trace != Trace::Unknown {
+                    for row in self.cells.numbering.rows[e]..self.cells.numbering.rows[e + 1] {
+                        y[row as usize * width..][range.clone()].fill(T::default());
+                    }
+                }
+            }
+            for (t, root) in self.roots[m].iter().enumerate() {
+                if *root == 0.0 {
+                    for row in self.cells.numbering.inner_rows[t]..self.cells.numbering.inner_rows[t + 1] {
+                        y[row as usize * width..][range.clone()].fill(T::default());
+                    }
+                }
+            }
+        }
+    }
+
+    /// Products of the fluxes of several solutions, each with the potentials that it belongs to.
+    pub(super) fn energies(&self, mesh: &PlanMesh, x: &[&[f64]], potentials: &[Vec<f64>]) -> Mat<f64> {
+        let whole: Vec<Vec<f64>> = x
+            .iter()
+            .zip(potentials)
+            .map(|(x, v)| self.held(v).iter().zip(*x).map(|(a, b)| a + b).collect())
+            .collect();
+        self.fluxes.energies(&self.cells, mesh, &whole, potentials)
+    }
+
+    /// r = b - A x.
+    pub(super) fn true_residual(&mut self, b: &[f64], x: &[f64], r: &mut [f64]) {
+        self.apply(x, r);
+        r.iter_mut().zip(b).for_each(|(r, b)| *r = b - *r);
+    }
+
+    /// Where no flux can leave the scene, moves `x` along the constant so that the residual `r` holds no net charge, which the repair
+    /// could not cancel.
+    pub(super) fn balance(&mut self, x: &mut [f64], r: &mut [f64]) {
+        if !self.repair.singular {
+            return;
+        }
+        let constant = self.constant();
+        let mut image = vec![0.0; r.len()];
+        self.apply(&constant, &mut image);
+        let step = dot(&constant, r) / dot(&constant, &image);
+        if !step.is_finite() {
+            return;
+        }
+        for ((x, r), (c, a)) in x.iter_mut().zip(r).zip(constant.iter().zip(&image)) {
+            *x += step * c;
+            *r -= step * a;
+        }
+    }
+
+    /// The potential 1 wherever it is unknown.
+    fn constant(&self) -> Vec<f64> {
+        let mut x = vec![0.0; self.unknowns()];
+        let width = self.fluxes.width;
+        for (m, range) in self.ranges.iter().enumerate() {
+            for (e, length) in self.lengths.iter().enumerate() {
+                let row = &mut x[self.cells.numbering.rows[e] as usize * width..][range.clone()];
+                row.iter_mut().zip(&self.ones[range.clone()]).for_each(|(x, one)| *x = length.sqrt() * one);
+            }
+            for (t, root) in self.roots[m].iter().enumerate() {
+                for (k, own) in self.cells.cells[t].one.iter().enumerate() {
+                    let row = self.cells.numbering.inner_rows[t] as usize + k;
+                    let row = &mut x[row * width..][range.clone()];
+                    row.iter_mut()
+                        .zip(&self.ones_of_line[range.clone()])
+                        .for_each(|(x, one)| *x = -root * own * one);
+                }
+            }
+        }
+        self.clear_held(&mut x);
+        x
+    }
+
+    /// The potential of the flux that cancels the residual `r`, and what it leaves of it.
+    pub(super) fn repair(&self, r: &[f64]) -> (Vec<f64>, f64) {
+        let mut target = r.to_vec();
+        self.rescale(&mut target);
+        let size = dot(&target, &target).sqrt();
+        let (mut psi, mut left) = (vec![0.0; r.len()], 1.0);
+        let mut rest = target.clone();
+        // One pass is exact up to rounding; the second removes most of the rounding.
+        for _ in 0..2 {
+            for region in &self.repair.regions {
+                let width = self.fluxes.width;
+                region.add_solution(&self.cells.numbering, &self.cells.locals, &rest, &mut psi, width);
+            }
+            self.repair.fluxes.product(&self.cells, &psi, &mut rest);
+            rest.iter_mut().zip(&target).for_each(|(r, t)| *r = t - *r);
+            for e in &self.repair.grounded {
+                let rows = self.cells.numbering.rows[*e] as usize..self.cells.numbering.rows[*e + 1] as usize;
+                rest[rows.start * self.fluxes.width..rows.end * self.fluxes.width].fill(0.0);
+            }
+            left = if size > 0.0 { dot(&rest, &rest).sqrt() / size } else { 0.0 };
+            if left < 1e-13 {
+                break;
+            }
+        }
+        self.rescale(&mut psi);
+        (psi, left)
+    }
+
+    /// From the scale of the scene's permittivity to that of the repair's.
+    fn rescale(&self, x: &mut [f64]) {
+        let width = self.fluxes.width;
+        for (range, ratios) in self.ranges.iter().zip(&self.repair.ratios) {
+            for (t, ratio) in ratios.iter().enumerate() {
+                for row in self.cells.numbering.inner_rows[t]..self.cells.numbering.inner_rows[t + 1] {
+                    x[row as usize * width..][range.clone()].iter_mut().for_each(|x| *x *= ratio);
+                }
+            }
+        }
+    }
+
+    /// Largest factor by which the energy of the repair exceeds the one with its own permittivity.
+    pub(super) fn repair_excess(&self) -> f64 {
+        self.repair.excess
+    }
+}
+
+impl Operator for Dual {
+    type Precision = f32;
+
+    fn unknowns(&self) -> usize {
+        self.cells.numbering.len() * self.fluxes.width
+    }
+
+    fn apply(&mut self, x: &[f64], y: &mut [f64]) {
+        self.fluxes.product(&self.cells, x, y);
+        self.clear_held(y);
+    }
+
+    fn precondition(&mut self, r: &[f32], z: &mut [f32]) {
+        z.fill(0.0);
+        for region in &self.regions {
+            region.add_solution(&self.cells.numbering, &self.cells.locals, r, z, self.fluxes.width);
+        }
+        self.clear_held(z);
+    }
+}
+
+/// What is known of the traces on the edges in an interval.
+fn traces(mesh: &PlanMesh, walls: &[[Wall; 2]; 2], m: usize) -> Vec<Trace> {
+    let mut out: Vec<Trace> = (0..mesh.edges.len())
+        .map(|e| if mesh.wall(e, walls) == Some(Wall::Grounded) { Trace::Zero } else { Trace::Unknown })
+        .collect();
+    for (t, sides) in mesh.sides.iter().enumerate() {
+        if let Some(c) = mesh.column_of(t).conductor[m] {
+            sides.iter().for_each(|e| out[*e as usize] = Trace::Held(c));
+        }
+    }
+    out
+}
+
+fn region(
+    mesh: &PlanMesh,
+    axis: &Axis,
+    walls: &[[Wall; 2]; 2],
+    cells: &Cells,
+    product: &Product,
+    radius: Option<f64>,
+    free: &FreeRegion,
+) -> Result<Inverse, SolveError> {
+    let [lo, hi] = free.cuts;
+    let mut ends = axis.flux_ends(lo, hi);
+    (0..2).filter(|&side| free.held[side]).for_each(|side| ends[side] = FluxEnd::Free);
+    let mut beyond = axis.continuation(lo, hi, [MEAN; 2]);
+    (0..2).filter(|&side| free.held[side]).for_each(|side| beyond[side] = 0.0);
+    let along = per_element(axis, &product.along);
+    let modes = dual_modes(&axis.line, axis.cuts[lo]..axis.cuts[hi], &along, ends, beyond)?;
+    let weights: Vec<Option<f64>> = (0..mesh.triangles.len())
+        .map(|t| {
+            let inside = free.columns[mesh.column[t] as usize];
+            inside.then(|| product.across(mesh.column_of(t), free.cuts))
+        })
+        .collect();
+    let is_free = free_edges(mesh, walls, &weights);
+    let beyond = beyond_frame(mesh, walls, cells, radius.map(|r| 1.0 / (MEAN * r)));
+    let system = PlaneSystem::new(&cells.numbering, &weights, |e| is_free[e as usize], &beyond);
+    let window = axis.modes(lo, hi);
+    let scaling = scaling(mesh, axis, cells, product, &weights, free.cuts, &system.rows);
+    let mut inverse = Inverse::new(system, &cells.numbering, &cells.locals, window, &modes)
+        .ok_or(SolveError::Eigenvalues)?;
+    inverse.scale(scaling);
+    Ok(inverse)
+}
+
+/// Values inside triangles are scaled by the root of the scene's permittivity, an inverse's own by that of its product: their ratio.
+fn scaling(
+    mesh: &PlanMesh,
+    axis: &Axis,
+    cells: &Cells,
+    product: &Product,
+    weights: &[Option<f64>],
+    [lo, hi]: [usize; 2],
+    rows: &[u32],
+) -> Scaling {
+    let ratio = |t: usize, m: usize| match weights[t] {
+        Some(weight) => (mesh.column_of(t).permittivity[m] / (weight * product.along[m])).sqrt(),
+        None => 1.0,
+    };
+    let inside = (0..mesh.triangles.len()).filter(|t| weights[*t].is_some());
+    if inside.into_iter().all(|t| (lo..hi).all(|m| (ratio(t, m) - 1.0).abs() < 1e-12)) {
+        return Scaling::default();
+    }
+    let first = axis.modes(lo, lo + 1).start;
+    let pieces = (lo..hi).map(|m| axis.modes(m, m + 1)).map(|r| r.start - first..r.end - first).collect();
+    let inner = &cells.numbering.inner_rows;
+    let mut t = 0;
+    let mut factors = Vec::with_capacity(rows.len() * (hi - lo));
+    for row in rows {
+        if *row < inner[0] {
+            factors.extend((lo..hi).map(|_| 1.0));
+            continue;
+        }
+        while inner[t + 1] <= *row {
+            t += 1;
+        }
+        factors.extend((lo..hi).map(|m| ratio(t, m)));
+    }
+    Scaling { pieces, factors }
+}
+
+/// Edges of a part of the plan that it does not share with the rest, and that are not grounded.
+fn free_edges(mesh: &PlanMesh, walls: &[[Wall; 2]; 2], weights: &[Option<f64>]) -> Vec<bool> {
+    let mut free: Vec<bool> =
+        (0..mesh.edges.len()).map(|e| mesh.wall(e, walls) != Some(Wall::Grounded)).collect();
+    for (sides, weight) in mesh.sides.iter().zip(weights) {
+        if weight.is_none() {
+            sides.iter().for_each(|e| free[*e as usize] = false);
+        }
+    }
+    free
+}
+
+/// The same conductance to infinity at all open edges of the frame.
+fn beyond_frame(
+    mesh: &PlanMesh,
+    walls: &[[Wall; 2]; 2],
+    cells: &Cells,
+    conductance: Option<f64>,
+) -> Vec<Beyond> {
+    let Some(conductance) = conductance else { return Vec::new() };
+    let open = (0..mesh.edges.len()).filter(|&e| mesh.wall(e, walls) == Some(Wall::Open));
+    open.map(|e| {
+        let n = cells.numbering.size(e as u32);
+        let a = (0..n * n).map(|k| if k % (n + 1) == 0 { conductance } else { 0.0 }).collect();
+        Beyond { entities: vec![e as u32], a, m: Vec::new() }
+    })
+    .collect()
+}
+
+impl Repair {
+    fn new(
+        mesh: &PlanMesh,
+        axis: &Axis,
+        walls: &[[Wall; 2]; 2],
+        cells: &Cells,
+        product: &Product,
+        rays: Option<(f64, &[[f64; 2]])>,
+    ) -> Result<Self, SolveError> {
+        let n = axis.intervals();
+        let whole = [0, n];
+        let across: Vec<f64> = mesh.columns.iter().map(|c| product.across(c, whole)).collect();
+        // The scene as if its permittivity were a product and there were no conductors.
+        let columns: Vec<Column> = across
+            .iter()
+            .map(|a| Column {
+                conductor: vec![None; n],
+                held: vec![None; n + 1],
+                permittivity: product.along.iter().map(|e| a * e).collect(),
+            })
+            .collect();
+        let (mut excess, mut agree) = (1.0_f64, true);
+        for (own, column) in columns.iter().zip(&mesh.columns) {
+            for m in (0..n).filter(|&m| column.conductor[m].is_none()) {
+                let ratio = own.permittivity[m] / column.permittivity[m];
+                excess = excess.max(ratio);
+                agree &= (ratio - 1.0).abs() < 1e-14;
+            }
+        }
+        let ratio = |t: usize, m: usize| {
+            let (own, column) = (&columns[mesh.column[t] as usize], mesh.column_of(t));
+            match column.conductor[m] {
+                Some(_) => 1.0,
+                None => (column.permittivity[m] / own.permittivity[m]).sqrt(),
+            }
+        };
+        let ratios = match agree {
+            true => Vec::new(),
+            false => (0..n).map(|m| (0..mesh.triangles.len()).map(|t| ratio(t, m)).collect()).collect(),
+        };
+        // Every ray is as oblique, and meets as low a permittivity, as any.
+        let least = |met: &[[f64; 2]]| met.iter().map(|e| e[0]).fold(f64::INFINITY, f64::min);
+        let most =
+            columns.iter().flat_map(|c| &c.permittivity).chain(&product.along).copied().fold(0.0, f64::max);
+        let contrast = rays.map_or(1.0, |(_, met)| (most / least(met)).max(1.0));
+        let worst = match rays {
+            None => fluxes::Beyond::Closed,
+            Some((radius, _)) => fluxes::Beyond::Worst { radius, contrast },
+        };
+        let fluxes = Fluxes::new(mesh, &columns, axis, walls, cells, product, worst)?;
+        let closed = |walls: &[Wall; 2]| *walls == [Wall::Insulated; 2];
+        let singular = walls.iter().all(closed) && closed(&axis.walls);
+        let along = per_element(axis, &product.along);
+        let beyond = axis.continuation(0, n, [3.0 * contrast; 2]);
+        let modes = dual_modes(&axis.line, 0..axis.line.elements(), &along, axis.flux_ends(0, n), beyond)?;
+        let weights: Vec<Option<f64>> = mesh.column.iter().map(|c| Some(across[*c as usize])).collect();
+        let is_free = free_edges(mesh, walls, &weights);
+        let conductance = rays.map(|(radius, _)| 1.0 / (3.0 * contrast * radius));
+        let frame = beyond_frame(mesh, walls, cells, conductance);
+        let window = axis.modes(0, n);
+        let make = |beyond: &[Beyond], modes: LineModes| {
+            let system = PlaneSystem::new(&cells.numbering, &weights, |e| is_free[e as usize], beyond);
+            Region::new(
+                Arc::new(system),
+                &cells.numbering,
+                &cells.locals,
+                window.clone(),
+                &modes.vectors,
+                &modes.values,
+            )
+            .ok_or(SolveError::Eigenvalues)
+        };
+        let regions = match singular {
+            false => vec![make(&frame, modes)?],
+            // Of the mode that is constant along the axis the constant in the plan is arbitrary: a resistor from one edge to ground
+            // makes it definite, through which nothing flows as there is no net charge.
+            true => {
+                let (first, rest) = modes.parted();
+                let n = cells.numbering.size(0);
+                let a = (0..n * n).map(|k| if k == 0 { 1.0 } else { 0.0 }).collect();
+                let ground = Beyond { entities: vec![0], a, m: Vec::new() };
+                vec![make(&[ground], first)?, make(&frame, rest)?]
+            }
+        };
+        let grounded = (0..is_free.len()).filter(|e| !is_free[*e]).collect();
+        Ok(Self { fluxes, regions, singular, excess, grounded, ratios })
+    }
+}
+
+/// The lowest mode, and the others.
+trait Parted: Sized {
+    fn parted(self) -> (Self, Self);
+}
+
+impl Parted for LineModes {
+    fn parted(self) -> (Self, Self) {
+        let columns = |from: usize, to: usize| self.vectors.as_ref().subcols(from, to - from).to_owned();
+        let n = self.values.len();
+        let first = Self { vectors: columns(0, 1), values: self.values[..1].to_vec() };
+        (first, Self { vectors: columns(1, n), values: self.values[1..].to_vec() })
+    }
+}

@@ -1,0 +1,590 @@
+//! The operator of Thomson's principle on a mesh: how far fluxes between given potentials are from having no divergence.
+//!
+//! Unknowns are an array of rows with a number for each discontinuous function of the line. Rows are the traces of the potential on
+//! the sides of triangles, and its values inside with the opposite sign, both multiplied by the root of the permittivity: of that of
+//! the interval for traces, of the cell's own for values. From these each triangle has the flux along the plan, and each line the
+//! flux along the axis, of least energy; the operator is what they diverge and how they differ across sides.
+
+use super::free_regions::Product;
+use super::layout::Column;
+use super::mesh::{DISTANCE_STEP, PlanMesh};
+use super::plane_system::{Local, Numbering};
+use crate::SolveError;
+use crate::boxes::domain::{Axis, per_element};
+use elastocap_fem::mixed::{FluxEnd, mixed_segment, ones};
+use elastocap_fem::tensor::{Dense, left, multiply, right, target};
+use elastocap_fem::triangle::{FluxForms, FluxIntegrals, divergences};
+use elastocap_geometry::scene::Wall;
+use elastocap_linalg::dense::{self, Llt};
+use faer::Mat;
+use rayon::prelude::*;
+use std::ops::Range;
+
+/// Of each triangle: its local matrices, the flux for unit rows, and the constant 1.
+#[derive(Debug)]
+pub(super) struct Cell {
+    /// Inverse root of the mass times the constraints transposed: flux for each inner row, then for each row of its sides.
+    pub flux: Dense<f64>,
+    /// Inner coefficients of the constant 1.
+    pub one: Vec<f64>,
+}
+
+/// All triangles of a mesh for fluxes of one degree.
+#[derive(Debug)]
+pub(super) struct Cells {
+    pub numbering: Numbering,
+    pub locals: Vec<Local>,
+    pub cells: Vec<Cell>,
+}
+
+impl Cells {
+    pub(super) fn new(mesh: &PlanMesh, degree: usize) -> Result<Self, SolveError> {
+        let integrals = FluxIntegrals::new(degree);
+        let both: Vec<(Local, Cell)> = (0..mesh.triangles.len())
+            .into_par_iter()
+            .map(|t| cell(&integrals, mesh, t, degree))
+            .collect::<Result<_, SolveError>>()?;
+        let (locals, cells) = both.into_iter().unzip();
+        let (edges, p, inner) = (mesh.edges.len() as u32, degree as u32, divergences(degree) as u32);
+        let numbering = Numbering {
+            entities: mesh.sides.iter().map(|s| s.to_vec()).collect(),
+            rows: (0..=edges).map(|e| e * p).collect(),
+            inner_rows: (0..=mesh.triangles.len() as u32).map(|t| edges * p + t * inner).collect(),
+            places: (0..mesh.edges.len()).map(|e| mesh.middle(e)).collect(),
+        };
+        Ok(Self { numbering, locals, cells })
+    }
+}
+
+fn cell(
+    integrals: &FluxIntegrals,
+    mesh: &PlanMesh,
+    t: usize,
+    degree: usize,
+) -> Result<(Local, Cell), SolveError> {
+    let failed = |_| SolveError::Eigenvalues;
+    let triangle = mesh.triangle(t);
+    let FluxForms { mass, constraints, one } =
+        integrals.on(&triangle).map_err(|_| SolveError::Eigenvalues)?;
+    let (inner, outer) = (divergences(degree), 3 * degree);
+    let mut flux = constraints.transpose().to_owned();
+    dense::solve_lower_triangular(Llt::new(mass.as_ref()).map_err(failed)?.lower(), flux.as_mut());
+    let values = flux.as_ref().subcols(0, inner);
+    let square = dense::product(values.transpose(), values);
+    let (vectors, spectrum) = dense::symmetric_eigenvectors(square.as_ref()).map_err(failed)?;
+    let turned = dense::product(values, vectors.as_ref());
+    flux.as_mut().subcols_mut(0, inner).copy_from(&turned);
+    let products = dense::product(flux.transpose(), flux.as_ref());
+    let block = |rows: usize, columns: Range<usize>| {
+        (0..rows)
+            .flat_map(|i| columns.clone().map(move |j| (inner + i, j)))
+            .map(|(i, j)| products[(i, j)])
+            .collect()
+    };
+    let local = Local {
+        outer,
+        a: block(outer, inner..inner + outer),
+        a_inner: block(outer, 0..inner),
+        inner: spectrum.iter().map(|s| s.max(0.0)).collect(),
+        ..Local::default()
+    };
+    let one = (0..inner).map(|i| (0..inner).map(|k| vectors[(k, i)] * one[k]).sum()).collect();
+    Ok((local, Cell { flux: Dense::from_mat(flux.as_ref()), one }))
+}
+
+/// A part of the line between two obstacles.
+#[derive(Debug)]
+struct Run {
+    /// Its functions.
+    range: Range<usize>,
+    segment: usize,
+    /// The conductors at its ends.
+    ends: [Option<u32>; 2],
+}
+
+#[derive(Debug)]
+struct Segment {
+    /// Energies are sums of squares of it.
+    root: Dense<f64>,
+    /// Its square.
+    matrix: Dense<f64>,
+    /// Flux, and its divergence, for unit potential at either end.
+    face: [Vec<f64>; 2],
+    source: [Vec<f64>; 2],
+}
+
+/// Triangles that follow one another and have the same runs.
+#[derive(Debug)]
+struct Bundle {
+    triangles: Range<usize>,
+    runs: Vec<Run>,
+}
+
+/// The plan as it is in one or several intervals: the operator by rows.
+#[derive(Debug)]
+struct Sheet {
+    starts: Vec<usize>,
+    columns: Vec<u32>,
+    values: Vec<f64>,
+    /// For each column of the mesh the permittivity over that of the interval; `None` in conductors.
+    ratios: Vec<Option<f64>>,
+}
+
+/// What leaves an edge of the frame along rays.
+#[derive(Debug)]
+struct Leaving {
+    /// First row and number of rows of an edge.
+    rows: Range<usize>,
+    /// For each function of the line the inverse resistance.
+    conductance: Vec<f64>,
+}
+
+/// The operator.
+#[derive(Debug)]
+pub(super) struct Fluxes {
+    pub width: usize,
+    sheets: Vec<Sheet>,
+    /// Functions of each interval, and its sheet.
+    intervals: Vec<(Range<usize>, usize)>,
+    bundles: Vec<Bundle>,
+    segments: Vec<Segment>,
+    leaving: Vec<Leaving>,
+}
+
+/// What resists fluxes that leave along rays.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) enum Beyond<'a> {
+    /// There are none.
+    Closed,
+    /// Rays as they are, at the least favourable point of each triangle or edge; `met` has for each interval the least and the
+    /// greatest permittivity that rays from it meet.
+    Rays { radius: f64, met: &'a [[f64; 2]] },
+    /// The same resistance everywhere, that of the most oblique ray through a permittivity that is lower than the one it starts from
+    /// by the factor `contrast`.
+    Worst { radius: f64, contrast: f64 },
+}
+
+impl Beyond<'_> {
+    /// The resistance beyond an end of the axis, in units of that of the interval `m` with this permittivity.
+    fn of_end(self, m: usize, permittivity: f64, distance: u8) -> f64 {
+        match self {
+            Self::Closed => 0.0,
+            Self::Rays { radius, met } => {
+                radius * permittivity / met[m][0] * (1.0 + f64::from(distance) * DISTANCE_STEP)
+            }
+            Self::Worst { radius, contrast } => 3.0 * radius * contrast,
+        }
+    }
+}
+
+/// Rows of one task.
+const ROWS: usize = 64;
+
+impl Fluxes {
+    /// For columns that may differ from those of the mesh.
+    pub(super) fn new(
+        mesh: &PlanMesh,
+        columns: &[Column],
+        axis: &Axis,
+        walls: &[[Wall; 2]; 2],
+        cells: &Cells,
+        product: &Product,
+        beyond: Beyond<'_>,
+    ) -> Result<Self, SolveError> {
+        let n = axis.intervals();
+        let width = axis.modes(0, n).len();
+        let mut sheets: Vec<Sheet> = Vec::new();
+        let mut intervals = Vec::new();
+        for m in 0..n {
+            let ratios: Vec<Option<f64>> = columns
+                .iter()
+                .map(|c| c.conductor[m].is_none().then(|| c.permittivity[m] / product.along[m]))
+                .collect();
+            let known = sheets.iter().position(|s| s.ratios == ratios);
+            let sheet = known.unwrap_or_else(|| {
+                sheets.push(sheet(mesh, cells, ratios));
+                sheets.len() - 1
+            });
+            intervals.push((axis.modes(m, m + 1), sheet));
+        }
+        // Runs of each column, for each distance where rays leave through the ends of the axis.
+        let mut keys: Vec<(usize, [usize; 2], [bool; 2], u8)> = Vec::new();
+        let mut segments = Vec::new();
+        let mut bundles: Vec<Bundle> = Vec::new();
+        let mut first = 0;
+        while first < mesh.triangles.len() {
+            let kind = |t: usize| (mesh.column[t], mesh.distance[t]);
+            let end = (first..mesh.triangles.len())
+                .find(|&t| kind(t) != kind(first))
+                .unwrap_or(mesh.triangles.len());
+            let column = &columns[mesh.column[first] as usize];
+            let mut runs = Vec::new();
+            for (lo, hi, ends) in pieces(column) {
+                let free = [0, 1].map(|side| ends[side].is_some());
+                let leaves = [lo == 0 && !free[0], hi == n && !free[1]];
+                let open = [0, 1].map(|side| leaves[side] && axis.walls[side] == Wall::Open);
+                let distance = if open.contains(&true) { mesh.distance[first] } else { 0 };
+                let own = mesh.column[first] as usize;
+                let same = |k: &(usize, [usize; 2], [bool; 2], u8)| {
+                    k.1 == [lo, hi]
+                        && k.2 == free
+                        && k.3 == distance
+                        && columns[k.0].permittivity[lo..hi] == column.permittivity[lo..hi]
+                };
+                let segment = match keys.iter().position(same) {
+                    Some(k) => k,
+                    None => {
+                        let mut flux_ends = axis.flux_ends(lo, hi);
+                        (0..2).filter(|&s| free[s]).for_each(|s| flux_ends[s] = FluxEnd::Free);
+                        let resistance = [(0, lo), (1, hi - 1)].map(|(side, m)| match open[side] {
+                            true => beyond.of_end(m, column.permittivity[m], distance),
+                            false => 0.0,
+                        });
+                        keys.push((own, [lo, hi], free, distance));
+                        segments.push(line_segment(
+                            axis,
+                            [lo, hi],
+                            &column.permittivity,
+                            flux_ends,
+                            resistance,
+                        )?);
+                        keys.len() - 1
+                    }
+                };
+                runs.push(Run { range: axis.modes(lo, hi), segment, ends });
+            }
+            bundles.push(Bundle { triangles: first..end, runs });
+            first = end;
+        }
+        let leaving = leaving(mesh, axis, walls, cells, product, beyond);
+        Ok(Self { width, sheets, intervals, bundles, segments, leaving })
+    }
+
+    /// `y = A x`, all rows.
+    pub(super) fn product(&self, cells: &Cells, x: &[f64], y: &mut [f64]) {
+        let width = self.width;
+        y.par_chunks_mut(ROWS * width).enumerate().for_each(|(task, out)| {
+            out.fill(0.0);
+            for (i, out) in out.chunks_exact_mut(width).enumerate() {
+                let row = task * ROWS + i;
+                for (range, sheet) in &self.intervals {
+                    let sheet = &self.sheets[*sheet];
+                    let out = &mut out[range.clone()];
+                    for at in sheet.starts[row]..sheet.starts[row + 1] {
+                        let x = &x[sheet.columns[at] as usize * width..][range.clone()];
+                        let value = sheet.values[at];
+                        out.iter_mut().zip(x).for_each(|(y, x)| *y += value * x);
+                    }
+                }
+            }
+        });
+        let first = cells.numbering.inner_rows[0] as usize;
+        let per = cells.locals.first().map_or(0, |l| l.inner.len());
+        let (traces, inner) = y.split_at_mut(first * width);
+        let mut rest = inner;
+        let mut parts = Vec::new();
+        for bundle in &self.bundles {
+            let (own, others) = rest.split_at_mut(bundle.triangles.len() * per * width);
+            rest = others;
+            for (k, part) in own.chunks_mut(ROWS * width).enumerate() {
+                parts.push((bundle, first + bundle.triangles.start * per + k * ROWS, part));
+            }
+        }
+        parts.into_par_iter().for_each(|(bundle, row, part)| {
+            let rows = part.len() / width;
+            for run in &bundle.runs {
+                let matrix = &self.segments[run.segment].matrix;
+                let from = run.range.start;
+                let x = left(x, row * width + from, rows, run.range.len(), width);
+                multiply(x, matrix.right(), target(part, from, width), true);
+            }
+        });
+        for leaving in &self.leaving {
+            for row in leaving.rows.clone() {
+                let (y, x) = (&mut traces[row * width..][..width], &x[row * width..][..width]);
+                for ((y, x), c) in y.iter_mut().zip(x).zip(&leaving.conductance) {
+                    *y += c * x;
+                }
+            }
+        }
+    }
+
+    /// Takes the divergence of the fluxes from conductors at these potentials, where these lie above or below, off `b`.
+    pub(super) fn subtract_sources(&self, cells: &Cells, potentials: &[f64], b: &mut [f64]) {
+        self.at_ends(cells, potentials, |segment, side, row, range, drive| {
+            for (b, s) in b[row * self.width..][range].iter_mut().zip(&segment.source[side]) {
+                *b -= drive * s;
+            }
+        });
+    }
+
+    fn at_ends(
+        &self,
+        cells: &Cells,
+        potentials: &[f64],
+        mut each: impl FnMut(&Segment, usize, usize, Range<usize>, f64),
+    ) {
+        for bundle in &self.bundles {
+            for run in &bundle.runs {
+                for side in 0..2 {
+                    let Some(potential) = run.ends[side].map(|c| potentials[c as usize]) else { continue };
+                    if potential == 0.0 {
+                        continue;
+                    }
+                    for t in bundle.triangles.clone() {
+                        let first = cells.numbering.inner_rows[t] as usize;
+                        for (k, one) in cells.cells[t].one.iter().enumerate() {
+                            let segment = &self.segments[run.segment];
+                            each(segment, side, first + k, run.range.clone(), potential * one);
+                        }
+                    }
+                }
+            }
+        }
+    }
+
+    /// Products of the fluxes of several arrays, each with the potentials of the conductors that it belongs to.
+    pub(super) fn energies(
+        &self,
+        cells: &Cells,
+        mesh: &PlanMesh,
+        x: &[Vec<f64>],
+        potentials: &[Vec<f64>],
+    ) -> Mat<f64> {
+        let (n, width) = (x.len(), self.width);
+        let inner = cells.locals.first().map_or(0, |l| l.inner.len());
+        let gram = |fluxes: &[Vec<f64>], into: &mut Mat<f64>| {
+            for i in 0..n {
+                for j in 0..=i {
+                    let product: f64 = fluxes[i].iter().zip(&fluxes[j]).map(|(a, b)| a * b).sum();
+                    into[(i, j)] += product;
+                    if i != j {
+                        into[(j, i)] += product;
+                    }
+                }
+            }
+        };
+        // Along the plan.
+        let of_triangle = |t: usize| {
+            let mut out = Mat::zeros(n, n);
+            let cell = &cells.cells[t];
+            let rows: Vec<usize> =
+                (cells.numbering.inner_rows[t]..cells.numbering.inner_rows[t + 1])
+                    .chain(mesh.sides[t].iter().flat_map(|e| {
+                        cells.numbering.rows[*e as usize]..cells.numbering.rows[*e as usize + 1]
+                    }))
+                    .map(|r| r as usize)
+                    .collect();
+            for (range, sheet) in &self.intervals {
+                let Some(ratio) = self.sheets[*sheet].ratios[mesh.column[t] as usize] else { continue };
+                let root = ratio.sqrt();
+                let count = range.len();
+                let fluxes: Vec<Vec<f64>> = x
+                    .iter()
+                    .map(|x| {
+                        let mut gathered = Vec::with_capacity(rows.len() * count);
+                        for (k, row) in rows.iter().enumerate() {
+                            let factor = if k < inner { 1.0 } else { root };
+                            gathered.extend(x[row * width..][range.clone()].iter().map(|x| factor * x));
+                        }
+                        let mut flux = vec![0.0; cell.flux.rows * count];
+                        multiply(
+                            cell.flux.left(),
+                            right(&gathered, 0, count, count),
+                            target(&mut flux, 0, count),
+                            false,
+                        );
+                        flux
+                    })
+                    .collect();
+                gram(&fluxes, &mut out);
+            }
+            out
+        };
+        let plan: Vec<Mat<f64>> = (0..mesh.triangles.len()).into_par_iter().map(of_triangle).collect();
+        // Along the axis.
+        let along: Vec<Mat<f64>> = self
+            .bundles
+            .par_iter()
+            .map(|bundle| {
+                let mut out = Mat::zeros(n, n);
+                for run in &bundle.runs {
+                    let segment = &self.segments[run.segment];
+                    for t in bundle.triangles.clone() {
+                        let first = cells.numbering.inner_rows[t] as usize;
+                        for (k, one) in cells.cells[t].one.iter().enumerate() {
+                            let fluxes: Vec<Vec<f64>> = x
+                                .iter()
+                                .zip(potentials)
+                                .map(|(x, v)| {
+                                    let own = &x[(first + k) * width..][run.range.clone()];
+                                    let mut flux = vec![0.0; segment.root.rows];
+                                    let root = segment.root.data.chunks_exact(segment.root.cols);
+                                    for (f, line) in flux.iter_mut().zip(root) {
+                                        *f = line.iter().zip(own).map(|(a, b)| a * b).sum();
+                                    }
+                                    for side in 0..2 {
+                                        let Some(c) = run.ends[side] else { continue };
+                                        let drive = v[c as usize] * one;
+                                        flux.iter_mut()
+                                            .zip(&segment.face[side])
+                                            .for_each(|(f, s)| *f += drive * s);
+                                    }
+                                    flux
+                                })
+                                .collect();
+                            gram(&fluxes, &mut out);
+                        }
+                    }
+                }
+                out
+            })
+            .collect();
+        let mut total = plan.iter().chain(&along).fold(Mat::zeros(n, n), |sum: Mat<f64>, m| sum + m);
+        for leaving in &self.leaving {
+            for row in leaving.rows.clone() {
+                let fluxes: Vec<Vec<f64>> = x
+                    .iter()
+                    .map(|x| {
+                        x[row * width..][..width]
+                            .iter()
+                            .zip(&leaving.conductance)
+                            .map(|(x, c)| x * c.sqrt())
+                            .collect()
+                    })
+                    .collect();
+                gram(&fluxes, &mut total);
+            }
+        }
+        total
+    }
+}
+
+/// The pieces of a column between conductors, each with what lies at its ends.
+fn pieces(column: &Column) -> Vec<(usize, usize, [Option<u32>; 2])> {
+    let n = column.conductor.len();
+    let mut out = Vec::new();
+    let mut m = 0;
+    while m < n {
+        if column.conductor[m].is_some() {
+            m += 1;
+            continue;
+        }
+        let mut end = m + 1;
+        while end < n && column.conductor[end].is_none() && column.held[end].is_none() {
+            end += 1;
+        }
+        out.push((m, end, [column.held[m], column.held[end]]));
+        m = end;
+    }
+    out
+}
+
+fn line_segment(
+    axis: &Axis,
+    [lo, hi]: [usize; 2],
+    permittivity: &[f64],
+    ends: [FluxEnd; 2],
+    beyond: [f64; 2],
+) -> Result<Segment, SolveError> {
+    let elements = axis.cuts[lo]..axis.cuts[hi];
+    let mixed = mixed_segment(&axis.line, elements, &per_element(axis, permittivity), ends, beyond)?;
+    Ok(Segment {
+        root: Dense::from_mat(mixed.root.as_ref()),
+        matrix: Dense::from_mat(mixed.t().as_ref()),
+        source: [0, 1].map(|side| mixed.face_source(side)),
+        face: mixed.face,
+    })
+}
+
+fn sheet(mesh: &PlanMesh, cells: &Cells, ratios: Vec<Option<f64>>) -> Sheet {
+    let numbering = &cells.numbering;
+    let mut entries: Vec<Vec<(u32, f64)>> = vec![Vec::new(); numbering.len()];
+    for (t, local) in cells.locals.iter().enumerate() {
+        let Some(ratio) = ratios[mesh.column[t] as usize] else { continue };
+        let root = ratio.sqrt();
+        let outer: Vec<u32> = mesh.sides[t]
+            .iter()
+            .flat_map(|e| numbering.rows[*e as usize]..numbering.rows[*e as usize + 1])
+            .collect();
+        let inner = numbering.inner_rows[t]..numbering.inner_rows[t + 1];
+        let (n, count) = (local.outer, inner.len());
+        for (i, row) in outer.iter().enumerate() {
+            let own = &mut entries[*row as usize];
+            own.extend(outer.iter().enumerate().map(|(j, c)| (*c, ratio * local.a[i * n + j])));
+            own.extend(inner.clone().enumerate().map(|(j, c)| (c, root * local.a_inner[i * count + j])));
+        }
+        for (j, row) in inner.clone().enumerate() {
+            let own = &mut entries[row as usize];
+            own.extend(outer.iter().enumerate().map(|(i, c)| (*c, root * local.a_inner[i * count + j])));
+            own.push((row, local.inner[j]));
+        }
+    }
+    let mut out = Sheet { starts: vec![0], columns: Vec::new(), values: Vec::new(), ratios };
+    for mut row in entries {
+        row.sort_by_key(|(c, _)| *c);
+        for (c, value) in row {
+            if out.columns.len() > out.starts[out.starts.len() - 1] && out.columns.last() == Some(&c) {
+                let last = out.values.len() - 1;
+                out.values[last] += value;
+            } else {
+                out.columns.push(c);
+                out.values.push(value);
+            }
+        }
+        out.starts.push(out.columns.len());
+    }
+    out
+}
+
+/// Fluxes through the open sides of the frame: their resistance is greatest where they are most oblique.
+fn leaving(
+    mesh: &PlanMesh,
+    axis: &Axis,
+    walls: &[[Wall; 2]; 2],
+    cells: &Cells,
+    product: &Product,
+    beyond: Beyond<'_>,
+) -> Vec<Leaving> {
+    let radius = match beyond {
+        Beyond::Closed => return Vec::new(),
+        Beyond::Rays { radius, .. } | Beyond::Worst { radius, .. } => radius,
+    };
+    let nodes = &axis.line.nodes;
+    // For each function of the line the greatest square of its element's distance, and the interval.
+    let mut along = Vec::new();
+    for m in 0..axis.intervals() {
+        for e in axis.cuts[m]..axis.cuts[m + 1] {
+            let farthest = nodes[e].abs().max(nodes[e + 1].abs()) / radius;
+            along.extend(std::iter::repeat_n((farthest * farthest, m), axis.line.degree(e)));
+        }
+    }
+    let open = (0..mesh.edges.len()).filter(|&e| mesh.wall(e, walls) == Some(Wall::Open));
+    open.map(|e| {
+        let k = mesh.on_frame[e].map_or(0, |[k, _]| 1 - k);
+        let farthest = mesh.edges[e].iter().map(|p| mesh.points[*p as usize][k].abs()).fold(0.0, f64::max);
+        let across = (farthest / radius).powi(2);
+        let conductance = along
+            .iter()
+            .map(|(square, m)| match beyond {
+                Beyond::Closed => 0.0,
+                Beyond::Rays { met, .. } => {
+                    met[*m][0] / (product.along[*m] * radius * (1.0 + across + square))
+                }
+                Beyond::Worst { contrast, .. } => 1.0 / (3.0 * contrast * radius),
+            })
+            .collect();
+        let rows = cells.numbering.rows[e] as usize..cells.numbering.rows[e + 1] as usize;
+        Leaving { rows, conductance }
+    })
+    .collect()
+}
+
+/// The constant 1 on the line, times the root of the permittivity of each interval.
+pub(super) fn ones_along(axis: &Axis, product: &Product) -> Vec<f64> {
+    let mut out = ones(&axis.line);
+    for (m, e) in product.along.iter().enumerate() {
+        out[axis.modes(m, m + 1)].iter_mut().for_each(|x| *x *= e.sqrt());
+    }
+    out
+}

@@ -1,0 +1,425 @@
+//! A scene reduced to a plan and an axis: outlines, the planes between which bodies reach, and what fills each column of the plan.
+
+use elastocap_fem::triangle::Bent;
+use elastocap_geometry::meshing::grid::Plane;
+use elastocap_geometry::meshing::plane::graded::{Circle, Coarse, Marks, Outline, coarse};
+use elastocap_geometry::outline;
+use elastocap_geometry::recognition::boxes_of;
+use elastocap_geometry::scene::{Body, Scene, Wall};
+use elastocap_geometry::shapes::Shape;
+use std::collections::HashMap;
+
+/// Cells that the grid of a surface's coordinates may have when it is tested for being made of boxes.
+const MOST_CELLS: usize = 12_000;
+
+/// Coordinates along the axis that differ by less than this share of the scene's size are one.
+const SAME: f64 = 1e-12;
+
+/// Coordinates of outlines that differ by less than this share of the scene's size are one.
+const ALIKE: f64 = 1e-11;
+
+/// Angles by which an outline of a conductor, or the boundary between two dielectrics, may turn without having a corner, in degrees:
+/// those of polygons that stand for curves. The field is hardly singular there.
+const SMOOTH: [f64; 2] = [12.0, 30.0];
+
+/// Directions are at right angles if their cosine is less than this.
+const UPRIGHT: f64 = 1e-9;
+
+/// An outline pulled along the axis.
+#[derive(Debug, Clone, PartialEq)]
+struct Solid {
+    /// In the plan, scaled.
+    outline: Outline,
+    /// Lower and upper end along the axis, scaled.
+    ends: [f64; 2],
+}
+
+/// What fills the space over one triangle of the plan. Along the axis, *cuts* are the planes at which something begins or ends, and
+/// the ends of the scene; *intervals* lie between them.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Column {
+    /// The conductor that fills each interval.
+    pub conductor: Vec<Option<u32>>,
+    /// The conductor that each cut belongs to, a sheet or the face of a body.
+    pub held: Vec<Option<u32>>,
+    /// Relative permittivity of each interval.
+    pub permittivity: Vec<f64>,
+}
+
+/// A scene of outlines pulled along one axis, in units of `unit`, from `origin`.
+#[derive(Debug, Clone)]
+pub(super) struct Layout {
+    pub axis: usize,
+    /// m.
+    pub unit: f64,
+    /// m; where rays to infinity come from.
+    pub origin: [f64; 3],
+    /// Along the axis, ascending.
+    pub planes: Vec<Plane>,
+    pub axis_walls: [Wall; 2],
+    pub plan_walls: [[Wall; 2]; 2],
+    /// Lower and upper corner of the plan, infinite where it is open.
+    frame: [[f64; 2]; 2],
+    /// Each with its conductor.
+    conductors: Vec<(u32, Solid)>,
+    /// Each with its permittivity, in the order in which they override one another.
+    dielectrics: Vec<(f64, Solid)>,
+    background: f64,
+    /// Distance from the origin beyond which nothing begins or ends.
+    pub reach: f64,
+}
+
+/// The two other axes, ascending.
+pub(super) fn across(axis: usize) -> [usize; 2] {
+    [[1, 2], [0, 2], [0, 1]][axis]
+}
+
+/// Where infinite bodies are taken to end, in units of the scene: far beyond any frame.
+const FAR: f64 = 1e9;
+
+impl Layout {
+    /// `None` where a body is not an outline pulled along the axis.
+    pub(super) fn new(scene: &Scene, axis: usize) -> Option<Self> {
+        let parts = |body: &Body| -> Option<Vec<Solid>> {
+            let parts: Option<Vec<Vec<Solid>>> = body.parts.iter().map(|part| solids(part, axis)).collect();
+            Some(parts?.into_iter().flatten().collect())
+        };
+        let mut conductors = Vec::new();
+        for c in scene.conductors() {
+            conductors.extend(parts(c.body)?.into_iter().map(|solid| (c.index as u32, solid)));
+        }
+        let mut dielectrics = Vec::new();
+        for d in scene.dielectrics() {
+            dielectrics.extend(parts(d.body)?.into_iter().map(|solid| (d.relative_permittivity, solid)));
+        }
+        let hull = scene.conductors().filter_map(|c| c.body.bounds()).reduce(|a, b| a.union(&b))?;
+        let unit = (0..3).map(|a| hull.extent(a)).fold(0.0, f64::max);
+        if !(unit.is_finite() && unit > 0.0) {
+            return None;
+        }
+        let origin = [0, 1, 2].map(|a| match scene.walls[a].map(|w| w == Wall::Open) {
+            [true, false] => scene.domain.max[a],
+            [false, true] => scene.domain.min[a],
+            _ => 0.5 * (hull.min[a] + hull.max[a]),
+        });
+        let [p, q] = across(axis);
+        let scale = |x: f64, a: usize| ((x - origin[a]) / unit).clamp(-FAR, FAR);
+        let scaled = |solid: Solid| Solid {
+            outline: match solid.outline {
+                Outline::Polygon(corners) => {
+                    Outline::Polygon(corners.iter().map(|c| [scale(c[0], p), scale(c[1], q)]).collect())
+                }
+                Outline::Circle(Circle { center, radius }) => {
+                    let center = [scale(center[0], p), scale(center[1], q)];
+                    Outline::Circle(Circle { center, radius: radius / unit })
+                }
+            },
+            ends: solid.ends.map(|z| scale(z, axis)),
+        };
+        let conductors: Vec<(u32, Solid)> = conductors.into_iter().map(|(c, s)| (c, scaled(s))).collect();
+        let dielectrics: Vec<(f64, Solid)> = dielectrics.into_iter().map(|(e, s)| (e, scaled(s))).collect();
+        let limits = [scene.domain.min, scene.domain.max].map(|corner| {
+            [0, 1, 2].map(|a| if corner[a].is_finite() { scale(corner[a], a) } else { corner[a] })
+        });
+        let frame = limits.map(|corner| [corner[p], corner[q]]);
+        let ends = limits.map(|corner| corner[axis]);
+        let (mut conductors, mut dielectrics) = (conductors, dielectrics);
+        for k in 0..2 {
+            let all = conductors.iter_mut().map(|(_, s)| s).chain(dielectrics.iter_mut().map(|(_, s)| s));
+            let corners: Vec<&mut [f64; 2]> = all
+                .flat_map(|s| match &mut s.outline {
+                    Outline::Polygon(corners) => corners.iter_mut().collect(),
+                    Outline::Circle(circle) => vec![&mut circle.center],
+                })
+                .collect();
+            join(corners.into_iter().map(|c| &mut c[k]).collect(), frame.map(|corner| corner[k]));
+        }
+        // Mirror images, and what else lies beyond the ends.
+        let is_inside = |solid: &Solid| solid.ends[0] <= ends[1] && solid.ends[1] >= ends[0];
+        let conductors: Vec<(u32, Solid)> = conductors.into_iter().filter(|(_, s)| is_inside(s)).collect();
+        let dielectrics: Vec<(f64, Solid)> = dielectrics.into_iter().filter(|(_, s)| is_inside(s)).collect();
+        let planes = planes(&conductors, &dielectrics, ends);
+        let within = |x: f64, k: usize| x > frame[0][k] && x < frame[1][k] && x.abs() < FAR;
+        let solids = || conductors.iter().map(|(_, s)| s).chain(dielectrics.iter().map(|(_, s)| s));
+        let plan = solids().flat_map(|s| reaches(&s.outline).flat_map(|c| [0, 1].map(|k| (c[k], k))));
+        let farthest = plan.filter(|(x, k)| within(*x, *k)).map(|(x, _)| x.abs());
+        let closed = (0..2).flat_map(|k| frame.map(|corner| corner[k].abs())).filter(|x| x.is_finite());
+        let reach = farthest.chain(planes.iter().map(|p| p.at.abs())).chain(closed).fold(0.5, f64::max);
+        Some(Self {
+            axis,
+            unit,
+            origin,
+            planes,
+            axis_walls: scene.walls[axis],
+            plan_walls: [scene.walls[p], scene.walls[q]],
+            frame,
+            conductors,
+            dielectrics,
+            background: scene.background_permittivity,
+            reach,
+        })
+    }
+
+    /// Whether flux can leave to infinity on some side.
+    pub(super) fn is_open(&self) -> bool {
+        self.axis_walls.contains(&Wall::Open) || self.plan_walls.iter().flatten().any(|w| *w == Wall::Open)
+    }
+
+    /// Whether both sides of some axis are closed while another is open.
+    pub(super) fn is_confined(&self) -> bool {
+        let closed = |walls: &[Wall; 2]| !walls.contains(&Wall::Open);
+        self.is_open() && (closed(&self.axis_walls) || self.plan_walls.iter().any(closed))
+    }
+
+    /// Intervals along the axis.
+    pub(super) fn intervals(&self) -> usize {
+        self.planes.len() - 1 + self.axis_walls.iter().filter(|w| **w == Wall::Open).count()
+    }
+
+    /// The frame of the plan, with open sides at the distance `radius` from the origin.
+    fn frame(&self, radius: f64) -> [[f64; 2]; 2] {
+        let limit = |x: f64| if x.is_finite() { x } else { radius.copysign(x) };
+        self.frame.map(|corner| corner.map(limit))
+    }
+
+    /// The number of the cut at a coordinate along the axis.
+    fn cut(&self, at: f64) -> usize {
+        let distance = |k: &usize| (self.planes[*k].at - at).abs();
+        let nearest = (0..self.planes.len()).min_by(|a, b| distance(a).total_cmp(&distance(b))).unwrap_or(0);
+        let shift = usize::from(self.axis_walls[0] == Wall::Open);
+        let reach = self.planes.iter().map(|p| p.at.abs()).fold(0.0, f64::max);
+        if at > 2.0 * reach + 1.0 {
+            self.intervals()
+        } else if at < -2.0 * reach - 1.0 {
+            0
+        } else {
+            nearest + shift
+        }
+    }
+
+    /// What fills the space over a point of the plan.
+    fn column(&self, point: [f64; 2]) -> Column {
+        let intervals = self.intervals();
+        let mut column = Column {
+            conductor: vec![None; intervals],
+            held: vec![None; intervals + 1],
+            permittivity: vec![self.background; intervals],
+        };
+        for (permittivity, solid) in &self.dielectrics {
+            if solid.holds(point) {
+                let [lo, hi] = solid.ends.map(|z| self.cut(z));
+                column.permittivity[lo..hi.max(lo)].fill(*permittivity);
+            }
+        }
+        for (conductor, solid) in &self.conductors {
+            if solid.holds(point) {
+                let [lo, hi] = solid.ends.map(|z| self.cut(z));
+                column.conductor[lo..hi.max(lo)].fill(Some(*conductor));
+                column.held[lo..=hi.max(lo)].fill(Some(*conductor));
+            }
+        }
+        column
+    }
+
+    /// The coarsest mesh of the plan; `None` where there is none of a reasonable size.
+    pub(super) fn plan(&self, radius: f64) -> Option<Plan> {
+        let frame = self.frame(radius);
+        let solids = self.conductors.iter().map(|(_, s)| s).chain(self.dielectrics.iter().map(|(_, s)| s));
+        let outlines: Vec<Outline> = solids.map(|s| s.outline.clone()).collect();
+        let coarse = coarse(&outlines, frame)?;
+        let mesh = &coarse.mesh;
+        let mut columns: Vec<Column> = Vec::new();
+        let of_triangle: Vec<u32> = mesh
+            .triangles
+            .iter()
+            .map(|t| {
+                let column = self.column(middle(&coarse, t));
+                let known = columns.iter().position(|c| *c == column);
+                known.unwrap_or_else(|| {
+                    columns.push(column);
+                    columns.len() - 1
+                }) as u32
+            })
+            .collect();
+        let marks = marks(&coarse, &of_triangle, &columns, frame);
+        Some(Plan { coarse, columns, of_triangle, marks, frame })
+    }
+}
+
+/// The coarsest mesh of a plan, with what is over its triangles and where it has to be graded.
+#[derive(Debug)]
+pub(super) struct Plan {
+    pub coarse: Coarse,
+    pub columns: Vec<Column>,
+    /// The column of each triangle.
+    pub of_triangle: Vec<u32>,
+    pub marks: Marks,
+    pub frame: [[f64; 2]; 2],
+}
+
+/// The outlines along an axis that a shape consists of, in m; `None` if it does not.
+fn solids(shape: &Shape, axis: usize) -> Option<Vec<Solid>> {
+    let [p, q] = across(axis);
+    match shape {
+        Shape::Extrusion { axis: own, from, to, outline } if *own == axis => Some(vec![Solid {
+            outline: Outline::Polygon(outline.clone()),
+            ends: [from.min(*to), from.max(*to)],
+        }]),
+        Shape::Cylinder { axis: own, base, radius, height } if *own == axis => {
+            let outline = Outline::Circle(Circle { center: [base[p], base[q]], radius: *radius });
+            Some(vec![Solid { outline, ends: [base[axis], base[axis] + height] }])
+        }
+        Shape::Box(_) | Shape::Extrusion { .. } | Shape::Surface(_) => {
+            let boxes = boxes_of(shape, MOST_CELLS)?;
+            let flat = |a: usize| boxes.iter().any(|b| b.min[a] == b.max[a]);
+            if flat(p) || flat(q) {
+                return None;
+            }
+            let solid = |b: &elastocap_geometry::scene::Box3| Solid {
+                outline: Outline::Polygon(vec![
+                    [b.min[p], b.min[q]],
+                    [b.max[p], b.min[q]],
+                    [b.max[p], b.max[q]],
+                    [b.min[p], b.max[q]],
+                ]),
+                ends: [b.min[axis], b.max[axis]],
+            };
+            Some(boxes.iter().map(solid).collect())
+        }
+        Shape::Sphere { .. } | Shape::Shell { .. } | Shape::Cylinder { .. } | Shape::Physical(_) => None,
+    }
+}
+
+impl Solid {
+    /// Whether a point of the plan lies in its outline.
+    fn holds(&self, point: [f64; 2]) -> bool {
+        match &self.outline {
+            Outline::Polygon(corners) => outline::contains(corners, point),
+            Outline::Circle(Circle { center, radius }) => {
+                (point[0] - center[0]).hypot(point[1] - center[1]) < *radius
+            }
+        }
+    }
+}
+
+/// Points between which an outline lies.
+fn reaches(outline: &Outline) -> impl Iterator<Item = [f64; 2]> + '_ {
+    let (corners, circle) = match outline {
+        Outline::Polygon(corners) => (&corners[..], None),
+        Outline::Circle(circle) => (&[][..], Some(circle)),
+    };
+    let ends =
+        |c: &Circle| [[-1.0; 2], [1.0; 2]].map(|side| [0, 1].map(|k| c.center[k] + side[k] * c.radius));
+    corners.iter().copied().chain(circle.into_iter().flat_map(ends))
+}
+
+/// A point well inside a triangle, as it is bent.
+fn middle(coarse: &Coarse, t: &[u32; 3]) -> [f64; 2] {
+    let point = |p: u32| coarse.mesh.points[p as usize];
+    let arc = (0..3).find_map(|k| {
+        let [a, b, c] = [0, 1, 2].map(|i| t[(k + i) % 3]);
+        let circle = coarse.arcs.get(&[a.min(b), a.max(b)])?;
+        Some(Bent { corners: [point(a), point(b), point(c)], center: circle.center })
+    });
+    match arc {
+        Some(bent) => bent.place([1.0 / 3.0; 2]),
+        None => [0, 1].map(|k| t.iter().map(|p| point(*p)[k]).sum::<f64>() / 3.0),
+    }
+}
+
+/// Makes coordinates that rounding alone tells apart, from each other or from the ends of the frame, the same.
+fn join(mut all: Vec<&mut f64>, frame: [f64; 2]) {
+    all.sort_by(|a, b| a.total_cmp(b));
+    let mut last = f64::NEG_INFINITY;
+    for x in all {
+        let near = |other: f64| (*x - other).abs() <= ALIKE;
+        let alike = frame.into_iter().chain([last]).find(|other| near(*other));
+        *x = alike.unwrap_or(*x);
+        last = *x;
+    }
+}
+
+/// The coordinates along the axis at which something begins or ends between the ends of the scene.
+fn planes(conductors: &[(u32, Solid)], dielectrics: &[(f64, Solid)], ends: [f64; 2]) -> Vec<Plane> {
+    let inside = |at: f64| ends[0] < at && at < ends[1] && at.abs() < FAR;
+    let of = |solid: &Solid, edge: bool| solid.ends.map(|at| Plane { at, edge });
+    let mut all: Vec<Plane> = conductors.iter().flat_map(|(_, s)| of(s, true)).collect();
+    all.extend(dielectrics.iter().flat_map(|(_, s)| of(s, false)));
+    all.retain(|plane| inside(plane.at));
+    all.extend(ends.iter().filter(|at| at.is_finite()).map(|at| Plane { at: *at, edge: false }));
+    all.sort_by(|a, b| a.at.total_cmp(&b.at));
+    let size = all.iter().map(|p| p.at.abs()).fold(0.0, f64::max);
+    let mut out: Vec<Plane> = Vec::new();
+    for plane in all {
+        match out.last_mut() {
+            Some(last) if plane.at - last.at <= SAME * size => last.edge |= plane.edge,
+            _ => out.push(plane),
+        }
+    }
+    out
+}
+
+/// Corners and edges near which the field is singular.
+fn marks(coarse: &Coarse, of_triangle: &[u32], columns: &[Column], frame: [[f64; 2]; 2]) -> Marks {
+    let mesh = &coarse.mesh;
+    let mut beside: HashMap<[u32; 2], Vec<u32>> = HashMap::new();
+    for ([a, b, c], column) in mesh.triangles.iter().zip(of_triangle) {
+        for [p, q] in [[*a, *b], [*b, *c], [*c, *a]] {
+            beside.entry([p.min(q), p.max(q)]).or_default().push(*column);
+        }
+    }
+    // Boundaries at each point, by their directions.
+    let mut at_point: Vec<Vec<([f64; 2], [u32; 2])>> = vec![Vec::new(); mesh.points.len()];
+    let mut on_arc = vec![0; mesh.points.len()];
+    let mut edges = std::collections::HashSet::new();
+    for (side, of) in &beside {
+        let &[one, other] = &of[..] else { continue };
+        if one == other {
+            continue;
+        }
+        let [p, q] = side.map(|p| mesh.points[p as usize]);
+        let along = [q[0] - p[0], q[1] - p[1]];
+        let length = along[0].hypot(along[1]);
+        let along = along.map(|x| x / length);
+        let pair = [one.min(other), one.max(other)];
+        if coarse.arcs.contains_key(side) {
+            side.iter().for_each(|p| on_arc[*p as usize] += 1);
+        }
+        at_point[side[0] as usize].push((along, pair));
+        at_point[side[1] as usize].push((along.map(|x| -x), pair));
+        if ends_between(&columns[one as usize], &columns[other as usize]) {
+            edges.insert(*side);
+        }
+    }
+    let corners = at_point
+        .iter()
+        .zip(mesh.points.iter().zip(&on_arc))
+        .map(|(boundaries, (point, arcs))| match &boundaries[..] {
+            [] => false,
+            // On from one arc to the next of the same circle.
+            [(_, x), (_, y)] if *arcs == 2 => x != y,
+            [_] if *arcs == 1 => false,
+            [(a, x), (b, y)] => {
+                let metal = columns[x[0] as usize].held != columns[x[1] as usize].held;
+                let least = SMOOTH[usize::from(!metal)].to_radians().cos();
+                x != y || a[0] * b[0] + a[1] * b[1] > -least
+            }
+            // The mirror image of what ends on the frame at a right angle goes on straight.
+            [(a, _)] => {
+                let on = (0..2).filter(|&k| point[k] == frame[0][k] || point[k] == frame[1][k]);
+                !on.into_iter().any(|k| a[1 - k].abs() < UPRIGHT)
+            }
+            _ => true,
+        })
+        .collect();
+    Marks { corners, edges }
+}
+
+/// Whether a conductor of one of two columns that the other has not got ends inside the scene: it has an edge there.
+fn ends_between(one: &Column, other: &Column) -> bool {
+    let cuts = one.held.len();
+    (1..cuts - 1).any(|m| {
+        one.held[m] != other.held[m]
+            && [one, other].iter().any(|c| c.held[m].is_some() && c.conductor[m - 1..=m] != [c.held[m]; 2])
+    })
+}

@@ -1,0 +1,126 @@
+//! The graded mesh of a plan: triangles, sides, and what is over them.
+
+use super::layout::{Column, Plan};
+use elastocap_fem::triangle::{Bent, SIDES, Triangle};
+use elastocap_geometry::meshing::plane::graded::{BentTriangle, Graded, Layers, graded};
+use elastocap_geometry::scene::Wall;
+use std::collections::HashMap;
+
+/// A mesh of a plan. Triangles of one column and one distance follow one another.
+#[derive(Debug)]
+pub(super) struct PlanMesh {
+    pub points: Vec<[f64; 2]>,
+    /// Corners in ascending order.
+    pub triangles: Vec<[u32; 3]>,
+    /// What each triangle is a part of if that is bent, with the shares of its corners there.
+    pub bent: Vec<Option<(Bent, [[f64; 2]; 3])>>,
+    /// Sides of each triangle, in the order of [`SIDES`].
+    pub sides: Vec<[u32; 3]>,
+    /// Ends of each side, ascending.
+    pub edges: Vec<[u32; 2]>,
+    /// The sides of the frame that an edge lies on: which coordinate, and which of the two sides.
+    pub on_frame: Vec<Option<[usize; 2]>>,
+    /// The column of each triangle.
+    pub column: Vec<u32>,
+    pub columns: Vec<Column>,
+    /// For each triangle the squared distance of its farthest corner from the origin over that of the frame, in steps of
+    /// [`DISTANCE_STEP`], rounded up.
+    pub distance: Vec<u8>,
+}
+
+/// See [`PlanMesh::distance`].
+pub(super) const DISTANCE_STEP: f64 = 0.125;
+
+/// The bent triangle that another one is a part of, and where the corners of that are in it.
+fn shares(
+    triangle: &[u32; 3],
+    BentTriangle { corners, center }: BentTriangle,
+    straight: &[[f64; 2]],
+) -> (Bent, [[f64; 2]; 3]) {
+    let bent = Bent { corners, center };
+    (bent, triangle.map(|p| bent.shares(straight[p as usize])))
+}
+
+impl PlanMesh {
+    pub(super) fn new(plan: &Plan, layers: Layers) -> Self {
+        let moved = |&BentTriangle { corners, center }: &BentTriangle, point: [f64; 2]| {
+            let bent = Bent { corners, center };
+            bent.place(bent.shares(point))
+        };
+        let Graded { mesh, parents, bent, straight } = graded(&plan.coarse, &plan.marks, layers, moved);
+        let half = plan.frame.iter().flatten().map(|x| x.abs()).fold(0.0, f64::max);
+        let distance = |t: &[u32; 3]| {
+            let squares = t.map(|p| mesh.points[p as usize].iter().map(|x| x * x).sum::<f64>());
+            (squares.into_iter().fold(0.0, f64::max) / (half * half * DISTANCE_STEP)).ceil() as u8
+        };
+        let mut of: Vec<(u32, u8, [u32; 3], Option<BentTriangle>)> = mesh
+            .triangles
+            .iter()
+            .zip(parents.iter().zip(&bent))
+            .map(|(t, (parent, bent))| {
+                let mut corners = *t;
+                corners.sort_unstable();
+                (plan.of_triangle[*parent as usize], distance(t), corners, *bent)
+            })
+            .collect();
+        of.sort_by_key(|(column, distance, ..)| (*column, *distance));
+        let mut numbers: HashMap<[u32; 2], u32> = HashMap::new();
+        let mut edges = Vec::new();
+        let sides = of
+            .iter()
+            .map(|(_, _, t, _)| {
+                SIDES.map(|ends| {
+                    let edge = ends.map(|c| t[c]);
+                    *numbers.entry(edge).or_insert_with(|| {
+                        edges.push(edge);
+                        (edges.len() - 1) as u32
+                    })
+                })
+            })
+            .collect();
+        let frame = plan.frame;
+        let on = |p: [f64; 2]| [0, 1].map(|k| [0, 1].map(|side: usize| p[k] == frame[side][k]));
+        let on_frame = edges
+            .iter()
+            .map(|edge: &[u32; 2]| {
+                let [a, b] = edge.map(|p| on(mesh.points[p as usize]));
+                let places = [[0, 0], [0, 1], [1, 0], [1, 1]];
+                places.into_iter().find(|[k, side]| a[*k][*side] && b[*k][*side])
+            })
+            .collect();
+        Self {
+            points: mesh.points,
+            triangles: of.iter().map(|(_, _, t, _)| *t).collect(),
+            bent: of.iter().map(|(_, _, t, bent)| bent.map(|bent| shares(t, bent, &straight))).collect(),
+            sides,
+            edges,
+            on_frame,
+            column: of.iter().map(|(column, ..)| *column).collect(),
+            distance: of.iter().map(|(_, distance, ..)| *distance).collect(),
+            columns: plan.columns.clone(),
+        }
+    }
+
+    pub(super) fn triangle(&self, t: usize) -> Triangle {
+        Triangle { corners: self.triangles[t].map(|p| self.points[p as usize]), bent: self.bent[t] }
+    }
+
+    pub(super) fn column_of(&self, t: usize) -> &Column {
+        &self.columns[self.column[t] as usize]
+    }
+
+    pub(super) fn middle(&self, edge: usize) -> [f64; 2] {
+        let [a, b] = self.edges[edge].map(|p| self.points[p as usize]);
+        [0, 1].map(|k| 0.5 * (a[k] + b[k]))
+    }
+
+    pub(super) fn length(&self, edge: usize) -> f64 {
+        let [a, b] = self.edges[edge].map(|p| self.points[p as usize]);
+        (a[0] - b[0]).hypot(a[1] - b[1])
+    }
+
+    /// What holds on the side of the frame that an edge lies on.
+    pub(super) fn wall(&self, edge: usize, walls: &[[Wall; 2]; 2]) -> Option<Wall> {
+        self.on_frame[edge].map(|[k, side]| walls[k][side])
+    }
+}

@@ -1,0 +1,176 @@
+//! Both problems of one parity on one mesh.
+
+use super::dual::Dual;
+use super::mesh::PlanMesh;
+use super::primal::Primal;
+use crate::SolveError;
+use crate::boxes::domain::Axis;
+use elastocap_fem::tensor::dot;
+use elastocap_geometry::scene::Wall;
+use elastocap_linalg::conjugate_gradients::{Goal, ITERATION_LIMIT, Operator, solve};
+use faer::Mat;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Instant;
+
+/// A mesh with what holds at its ends, and the degree of the functions on it.
+#[derive(Debug)]
+pub(super) struct Problem<'a> {
+    pub mesh: &'a PlanMesh,
+    pub axis: &'a Axis,
+    pub walls: [[Wall; 2]; 2],
+    pub degree: usize,
+    /// Where rays begin; `None` in a closed scene.
+    pub radius: Option<f64>,
+    pub cancel: Option<&'a AtomicBool>,
+}
+
+/// Energies V^T C V, per eps0 and in the scale of the mesh, of some right-hand sides.
+#[derive(Debug)]
+pub(super) struct Energies {
+    pub matrix: Mat<f64>,
+    pub unknowns: usize,
+    /// The largest number that a right-hand side took.
+    pub iterations: usize,
+    /// Largest share of an energy by which the repair lowers it (lower bounds only).
+    pub repair_share: f64,
+    /// Seconds assembling and seconds solving.
+    pub seconds: [f64; 2],
+}
+
+impl Problem<'_> {
+    fn stop_if_asked(&self) -> Result<(), SolveError> {
+        if self.cancel.is_some_and(|c| c.load(Ordering::Relaxed)) {
+            Err(SolveError::Cancelled)
+        } else {
+            Ok(())
+        }
+    }
+
+    fn goal(&self, share: f64, start: f64) -> Goal<'_> {
+        Goal { share, start, iteration_limit: ITERATION_LIMIT, cancel: self.cancel }
+    }
+
+    /// Energies that are too large; `potentials` are those of the conductors for each right-hand side. The linear solver stops when its
+    /// error is about `share` of the energy.
+    pub(super) fn upper(
+        &self,
+        potentials: &[Vec<f64>],
+        share: f64,
+    ) -> Result<(Energies, Primal, Vec<Vec<f64>>), SolveError> {
+        let begin = Instant::now();
+        let mut primal = Primal::new(self.mesh, self.axis, &self.walls, self.degree, self.radius)?;
+        let assembled = Instant::now();
+        self.stop_if_asked()?;
+        let mut iterations = 0;
+        let (mut found, mut images): (Vec<Vec<f64>>, Vec<Vec<f64>>) = (Vec::new(), Vec::new());
+        let mut residual = Vec::new();
+        for v in potentials {
+            let lift = primal.lift(v);
+            let mut source = primal.full_product(&lift);
+            let start = dot(&lift, &source);
+            primal.clear_held(&mut source);
+            source.iter_mut().for_each(|x| *x = -*x);
+            let mut u = vec![0.0; source.len()];
+            let c = solve(&mut primal, &source, &mut u, &mut residual, self.goal(share, start));
+            iterations = iterations.max(c.iterations);
+            self.stop_if_asked()?;
+            u.iter_mut().zip(&lift).for_each(|(u, l)| *u += l);
+            images.push(primal.full_product(&u));
+            found.push(u);
+        }
+        let n = found.len();
+        let mut matrix = Mat::zeros(n, n);
+        for i in 0..n {
+            for j in 0..=i {
+                let energy = 0.5 * (dot(&found[i], &images[j]) + dot(&found[j], &images[i]));
+                (matrix[(i, j)], matrix[(j, i)]) = (energy, energy);
+            }
+        }
+        let energies = Energies {
+            matrix,
+            unknowns: primal.unknowns(),
+            iterations,
+            repair_share: 0.0,
+            seconds: [(assembled - begin).as_secs_f64(), assembled.elapsed().as_secs_f64()],
+        };
+        Ok((energies, primal, found))
+    }
+
+    /// Energies that are too small.
+    pub(super) fn lower(&self, potentials: &[Vec<f64>], share: f64) -> Result<Energies, SolveError> {
+        let begin = Instant::now();
+        let mut dual = Dual::new(self.mesh, self.axis, &self.walls, self.degree, self.radius)?;
+        let assembled = Instant::now();
+        self.stop_if_asked()?;
+        let fluxes: Vec<Flux> =
+            potentials.iter().map(|v| self.flux(&mut dual, v, share)).collect::<Result<_, _>>()?;
+        let n = potentials.len();
+        let excess = dual.repair_excess();
+        let solutions: Vec<&[f64]> = fluxes.iter().map(|f| f.potential.as_slice()).collect();
+        let mut matrix = dual.energies(self.mesh, &solutions, potentials);
+        let mut repair_share = 0.0_f64;
+        for (i, own) in fluxes.iter().enumerate() {
+            repair_share = repair_share.max(excess * dot(&own.repair, &own.residual) / matrix[(i, i)]);
+            for (j, other) in fluxes.iter().enumerate() {
+                matrix[(i, j)] -=
+                    excess * 0.5 * (dot(&own.repair, &other.residual) + dot(&other.repair, &own.residual));
+            }
+        }
+        // Where the repair failed, that no energy is negative is all that is proved.
+        if fluxes.iter().any(|flux| !flux.proved) {
+            matrix = Mat::zeros(n, n);
+        }
+        Ok(Energies {
+            matrix,
+            unknowns: dual.unknowns(),
+            iterations: fluxes.iter().map(|f| f.iterations).max().unwrap_or(0),
+            repair_share,
+            seconds: [(assembled - begin).as_secs_f64(), assembled.elapsed().as_secs_f64()],
+        })
+    }
+
+    /// Iterates until the energy of the repair is small compared with `share` of the energy, or further iterations gain little.
+    fn flux(&self, dual: &mut Dual, potentials: &[f64], share: f64) -> Result<Flux, SolveError> {
+        let excess = dual.repair_excess();
+        let of = [potentials.to_vec()];
+        let b = dual.source(potentials);
+        let mut x = vec![0.0; b.len()];
+        let mut start = dual.energies(self.mesh, &[&x], &of)[(0, 0)];
+        let mut r = b.clone();
+        let (mut step, mut rest) = (vec![0.0; b.len()], Vec::new());
+        let (mut goal, mut last, mut iterations) = (share, f64::INFINITY, 0);
+        loop {
+            step.fill(0.0);
+            let c = solve(dual, &r, &mut step, &mut rest, self.goal(goal, start));
+            self.stop_if_asked()?;
+            iterations += c.iterations;
+            x.iter_mut().zip(&step).for_each(|(x, s)| *x += s);
+            // The recursion's residual drifts by rounding; the bound rests on the true one.
+            dual.true_residual(&b, &x, &mut r);
+            dual.balance(&mut x, &mut r);
+            let (repair, left) = dual.repair(&r);
+            let energy = dual.energies(self.mesh, &[&x], &of)[(0, 0)];
+            let cost = excess * dot(&repair, &r) / energy;
+            let proved = left < 1e-3 && cost >= 0.0;
+            let cheap = cost <= 20.0 * share;
+            let gains_little = cost > 0.5 * last;
+            if !proved || cheap || gains_little || iterations > ITERATION_LIMIT {
+                return Ok(Flux { potential: x, residual: r, repair, proved, iterations });
+            }
+            start = energy;
+            (last, goal) = (cost, goal * (share / cost).clamp(1e-6, 0.1));
+        }
+    }
+}
+
+/// The solution of the lower problem for one right-hand side.
+struct Flux {
+    potential: Vec<f64>,
+    /// What the fluxes still diverge.
+    residual: Vec<f64>,
+    /// The potential of the flux that cancels the residual.
+    repair: Vec<f64>,
+    /// Whether it does, so that the energy is a bound.
+    proved: bool,
+    iterations: usize,
+}

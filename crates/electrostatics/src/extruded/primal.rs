@@ -1,0 +1,449 @@
+//! Dirichlet's principle: continuous potentials, whose energy bounds the capacitance from above.
+//!
+//! Unknowns are an array of rows, one for each function of the plan, with a number for each function of the line. The operator is the
+//! sum of K x M + M x K over the profiles of permittivity along the axis, K and M being the stiffness and the mass of the triangles
+//! with that profile, and of the line with it.
+
+use super::free_regions::{FreeRegion, Product, free_regions};
+use super::mesh::PlanMesh;
+use super::plane_system::{Inverse, Local, Numbering, PlaneSystem, Scaling};
+use super::rays::PotentialRays;
+use crate::SolveError;
+use crate::boxes::domain::{Axis, per_element};
+use elastocap_fem::line::line_matrices;
+use elastocap_fem::tensor::{Dense, left, multiply, target};
+use elastocap_fem::triangle::{PotentialIntegrals, continuous_functions};
+use elastocap_geometry::scene::Wall;
+use elastocap_linalg::conjugate_gradients::Operator;
+use elastocap_linalg::dense::{self, Llt};
+use faer::Mat;
+use rayon::prelude::*;
+use std::ops::Range;
+
+/// The upper problem on one mesh.
+#[derive(Debug)]
+pub(super) struct Primal {
+    width: usize,
+    numbering: Numbering,
+    locals: Vec<Local>,
+    profiles: Vec<Profile>,
+    regions: Vec<Inverse>,
+    rays: PotentialRays,
+    /// Of each entity the parts of the line where a conductor holds it.
+    held: Vec<Vec<(Range<usize>, u32)>>,
+    /// Entities that the walls of the plan hold at zero.
+    grounded: Vec<bool>,
+    /// Functions of the line that are 1 at a node.
+    nodes: Vec<usize>,
+    /// Triangle by triangle the part of the line where its inner functions are held.
+    held_inner: Vec<Vec<Range<usize>>>,
+    points: usize,
+}
+
+/// The triangles with one profile of permittivity along the axis.
+#[derive(Debug)]
+struct Profile {
+    /// Stiffness and mass of the plan on one pattern.
+    starts: Vec<usize>,
+    columns: Vec<u32>,
+    stiffness: Vec<f64>,
+    mass: Vec<f64>,
+    /// Mass and stiffness of the line.
+    line_mass: Dense<f64>,
+    line_stiffness: Dense<f64>,
+}
+
+/// Rows of one task.
+const ROWS: usize = 64;
+
+impl Primal {
+    pub(super) fn new(
+        mesh: &PlanMesh,
+        axis: &Axis,
+        walls: &[[Wall; 2]; 2],
+        degree: usize,
+        radius: Option<f64>,
+    ) -> Result<Self, SolveError> {
+        let numbering = numbering(mesh, degree);
+        let integrals = PotentialIntegrals::new(degree);
+        let both: Vec<(Local, Mat<f64>)> = (0..mesh.triangles.len())
+            .into_par_iter()
+            .map(|t| local(&integrals, mesh, t, degree))
+            .collect::<Result<_, SolveError>>()?;
+        let (locals, inner_bases): (Vec<Local>, Vec<Mat<f64>>) = both.into_iter().unzip();
+        let trim = axis.functions();
+        let width = trim.len();
+        let cut = |m: Mat<f64>| Dense::from_mat(m.as_ref().submatrix(trim.start, trim.start, width, width));
+        // Permittivities along the axis, none in conductors.
+        let mut kinds: Vec<(Vec<u64>, Vec<u32>)> = Vec::new();
+        for t in 0..mesh.triangles.len() {
+            let c = mesh.column_of(t);
+            let own: Vec<u64> = c
+                .conductor
+                .iter()
+                .zip(&c.permittivity)
+                .map(|(conductor, e)| if conductor.is_some() { 0.0_f64 } else { *e }.to_bits())
+                .collect();
+            match kinds.iter_mut().find(|(kind, _)| *kind == own) {
+                Some((_, triangles)) => triangles.push(t as u32),
+                None => kinds.push((own, vec![t as u32])),
+            }
+        }
+        let profiles = kinds
+            .iter()
+            .map(|(kind, triangles)| {
+                let along: Vec<f64> = kind.iter().map(|b| f64::from_bits(*b)).collect();
+                let (mass, stiffness) = line_matrices(&axis.line, &per_element(axis, &along));
+                assembled(&numbering, &locals, triangles, cut(mass), cut(stiffness))
+            })
+            .collect();
+        let entities = numbering.places.len();
+        let mut grounded = vec![false; entities];
+        for (e, ends) in mesh.edges.iter().enumerate() {
+            if mesh.wall(e, walls) == Some(Wall::Grounded) {
+                grounded[mesh.points.len() + e] = true;
+                ends.iter().for_each(|p| grounded[*p as usize] = true);
+            }
+        }
+        let mut held: Vec<Vec<(Range<usize>, u32)>> = vec![Vec::new(); entities];
+        let mut held_inner = Vec::with_capacity(mesh.triangles.len());
+        let of_column: Vec<Vec<(Range<usize>, u32)>> =
+            mesh.columns.iter().map(|c| held_parts(c, axis)).collect();
+        for t in 0..mesh.triangles.len() {
+            let parts = &of_column[mesh.column[t] as usize];
+            for e in &numbering.entities[t] {
+                for part in parts {
+                    if !held[*e as usize].contains(part) {
+                        held[*e as usize].push(part.clone());
+                    }
+                }
+            }
+            held_inner.push(parts.iter().map(|(range, _)| range.clone()).collect());
+        }
+        let rays = PotentialRays::new(mesh, axis, walls, degree, radius, &inner_bases);
+        let mut out = Self {
+            width,
+            numbering,
+            locals,
+            profiles,
+            regions: Vec::new(),
+            rays,
+            held,
+            grounded,
+            nodes: axis.vertices(),
+            held_inner,
+            points: mesh.points.len(),
+        };
+        out.regions = out.regions(mesh, axis, walls, radius)?;
+        Ok(out)
+    }
+
+    fn regions(
+        &self,
+        mesh: &PlanMesh,
+        axis: &Axis,
+        walls: &[[Wall; 2]; 2],
+        radius: Option<f64>,
+    ) -> Result<Vec<Inverse>, SolveError> {
+        let product = Product::new(mesh);
+        let beyond = self.rays.beyond(mesh, walls, radius);
+        let make = |free: &FreeRegion| {
+            let elements = axis.cuts[free.cuts[0]]..axis.cuts[free.cuts[1]];
+            let along = per_element(axis, &product.along);
+            let modes = self.rays.modes(axis, elements, &along, free.held, radius)?;
+            let window = axis.open(free.cuts[0], free.cuts[1], free.held);
+            let weights: Vec<Option<f64>> = (0..mesh.triangles.len())
+                .map(|t| {
+                    let inside = free.columns[mesh.column[t] as usize];
+                    inside.then(|| product.across(mesh.column_of(t), free.cuts))
+                })
+                .collect();
+            let mut is_free: Vec<bool> = self.grounded.iter().map(|g| !g).collect();
+            for (t, entities) in self.numbering.entities.iter().enumerate() {
+                if weights[t].is_none() {
+                    entities.iter().for_each(|e| is_free[*e as usize] = false);
+                }
+            }
+            let system = PlaneSystem::new(&self.numbering, &weights, |e| is_free[e as usize], &beyond);
+            let factors = inner_scaling(&self.numbering, &weights, &system.rows);
+            let pieces =
+                if factors.is_empty() { Vec::new() } else { std::iter::once(0..window.len()).collect() };
+            let mut region = Inverse::new(system, &self.numbering, &self.locals, window, &modes)
+                .ok_or(SolveError::Eigenvalues)?;
+            region.scale(Scaling { pieces, factors });
+            Ok(region)
+        };
+        free_regions(&mesh.columns, axis.walls).iter().map(make).collect()
+    }
+
+    /// The potential that is `potentials[c]` on conductor c and falls to zero within one element.
+    pub(super) fn lift(&self, potentials: &[f64]) -> Vec<f64> {
+        let mut u = vec![0.0; self.unknowns()];
+        for (entity, parts) in self.held.iter().enumerate().take(self.points) {
+            for (range, conductor) in parts {
+                let row = self.numbering.rows[entity] as usize * self.width;
+                for node in self.nodes.iter().filter(|n| range.contains(n)) {
+                    u[row + node] = potentials[*conductor as usize];
+                }
+            }
+        }
+        u
+    }
+
+    /// The potential at a point of the plan and one of the line, by their numbers.
+    pub(super) fn at(&self, u: &[f64], (corner, node): (u32, u32), vertices: &[Option<usize>]) -> f64 {
+        vertices[node as usize].map_or(0.0, |function| u[corner as usize * self.width + function])
+    }
+
+    /// A u, conductors included.
+    pub(super) fn full_product(&self, x: &[f64]) -> Vec<f64> {
+        let mut y = vec![0.0; x.len()];
+        let width = self.width;
+        y.par_chunks_mut(ROWS * width).enumerate().for_each(|(task, out)| {
+            let rows = out.len() / width;
+            let (mut k, mut m) = (vec![0.0; rows * width], vec![0.0; rows * width]);
+            for profile in &self.profiles {
+                let mut any = false;
+                k.fill(0.0);
+                m.fill(0.0);
+                for i in 0..rows {
+                    let row = task * ROWS + i;
+                    let (k, m) = (&mut k[i * width..][..width], &mut m[i * width..][..width]);
+                    for at in profile.starts[row]..profile.starts[row + 1] {
+                        any = true;
+                        let x = &x[profile.columns[at] as usize * width..][..width];
+                        let (s, c) = (profile.stiffness[at], profile.mass[at]);
+                        for ((k, m), x) in k.iter_mut().zip(m.iter_mut()).zip(x) {
+                            *k += s * x;
+                            *m += c * x;
+                        }
+                    }
+                }
+                if any {
+                    multiply(
+                        left(&k, 0, rows, width, width),
+                        profile.line_mass.right(),
+                        target(out, 0, width),
+                        true,
+                    );
+                    multiply(
+                        left(&m, 0, rows, width, width),
+                        profile.line_stiffness.right(),
+                        target(out, 0, width),
+                        true,
+                    );
+                }
+            }
+        });
+        self.rays.add_product(x, &mut y, width);
+        y
+    }
+
+    /// Sets to zero what conductors and walls hold.
+    pub(super) fn clear_held<T: Copy + Default>(&self, y: &mut [T]) {
+        let width = self.width;
+        for (entity, parts) in self.held.iter().enumerate() {
+            for row in self.numbering.rows[entity] as usize..self.numbering.rows[entity + 1] as usize {
+                let line = &mut y[row * width..][..width];
+                if self.grounded[entity] {
+                    line.fill(T::default());
+                }
+                for (range, _) in parts {
+                    line[range.clone()].fill(T::default());
+                }
+            }
+        }
+        for (t, parts) in self.held_inner.iter().enumerate() {
+            for row in self.numbering.inner_rows[t] as usize..self.numbering.inner_rows[t + 1] as usize {
+                for range in parts {
+                    y[row * width..][range.clone()].fill(T::default());
+                }
+            }
+        }
+    }
+}
+
+impl Operator for Primal {
+    type Precision = f32;
+
+    fn unknowns(&self) -> usize {
+        self.numbering.len() * self.width
+    }
+
+    fn apply(&mut self, x: &[f64], y: &mut [f64]) {
+        y.copy_from_slice(&self.full_product(x));
+        self.clear_held(y);
+    }
+
+    fn precondition(&mut self, r: &[f32], z: &mut [f32]) {
+        z.fill(0.0);
+        for region in &self.regions {
+            region.add_solution(&self.numbering, &self.locals, r, z, self.width);
+        }
+        self.clear_held(z);
+    }
+}
+
+/// The parts of the line where a column is held, each with its conductor.
+fn held_parts(column: &super::layout::Column, axis: &Axis) -> Vec<(Range<usize>, u32)> {
+    let mut out: Vec<(Range<usize>, u32)> = Vec::new();
+    for (m, conductor) in column.held.iter().enumerate() {
+        if let Some(c) = conductor {
+            out.push((axis.closed(m, m), *c));
+        }
+    }
+    for (m, conductor) in column.conductor.iter().enumerate() {
+        if let Some(c) = conductor {
+            out.push((axis.closed(m, m + 1), *c));
+        }
+    }
+    out
+}
+
+/// Corners, then sides, then what is inside.
+fn numbering(mesh: &PlanMesh, degree: usize) -> Numbering {
+    let points = mesh.points.len() as u32;
+    let per_edge = degree as u32 - 1;
+    let edges = mesh.edges.len() as u32;
+    let rows = (0..=points).chain((1..=edges).map(|e| points + e * per_edge)).collect();
+    let inner = (continuous_functions(degree) - 3 * degree) as u32;
+    let first = points + edges * per_edge;
+    let entities = mesh
+        .triangles
+        .iter()
+        .zip(&mesh.sides)
+        .map(|(corners, sides)| corners.iter().copied().chain(sides.iter().map(|e| points + e)).collect())
+        .collect();
+    Numbering {
+        entities,
+        rows,
+        inner_rows: (0..=mesh.triangles.len() as u32).map(|t| first + t * inner).collect(),
+        places: mesh.points.iter().copied().chain((0..mesh.edges.len()).map(|e| mesh.middle(e))).collect(),
+    }
+}
+
+/// The matrices of a triangle, in a basis of its inner functions in which both are diagonal, and that basis.
+fn local(
+    integrals: &PotentialIntegrals,
+    mesh: &PlanMesh,
+    t: usize,
+    degree: usize,
+) -> Result<(Local, Mat<f64>), SolveError> {
+    let (mass, stiffness) = integrals.on(&mesh.triangle(t)).map_err(|_| SolveError::Eigenvalues)?;
+    let outer = 3 * degree;
+    let inner = mass.nrows() - outer;
+    let block =
+        |m: &Mat<f64>, i: usize, j: usize, r: usize, c: usize| m.as_ref().submatrix(i, j, r, c).to_owned();
+    let flat = |m: &Mat<f64>| -> Vec<f64> {
+        (0..m.nrows()).flat_map(|i| (0..m.ncols()).map(move |j| m[(i, j)])).collect()
+    };
+    let mut out = Local {
+        outer,
+        a: flat(&block(&stiffness, 0, 0, outer, outer)),
+        m: flat(&block(&mass, 0, 0, outer, outer)),
+        ..Local::default()
+    };
+    if inner > 0 {
+        let failed = |_| SolveError::Eigenvalues;
+        let factor = Llt::new(block(&mass, outer, outer, inner, inner).as_ref()).map_err(failed)?;
+        let lower = factor.lower();
+        let mut half = block(&stiffness, outer, outer, inner, inner);
+        dense::solve_lower_triangular(lower, half.as_mut());
+        let mut both = half.transpose().to_owned();
+        dense::solve_lower_triangular(lower, both.as_mut());
+        let (mut vectors, values) = dense::symmetric_eigenvectors(both.as_ref()).map_err(failed)?;
+        dense::solve_upper_triangular(lower.transpose(), vectors.as_mut());
+        let coupled =
+            |m: &Mat<f64>| flat(&dense::product(block(m, 0, outer, outer, inner).as_ref(), vectors.as_ref()));
+        out.a_inner = coupled(&stiffness);
+        out.m_inner = coupled(&mass);
+        out.inner = values;
+        return Ok((out, vectors));
+    }
+    Ok((out, Mat::zeros(0, 0)))
+}
+
+/// Inner unknowns of a preconditioner are scaled by the root of the weight.
+fn inner_scaling(numbering: &Numbering, weights: &[Option<f64>], rows: &[u32]) -> Vec<f64> {
+    if weights.iter().flatten().all(|w| *w == 1.0) {
+        return Vec::new();
+    }
+    let first = numbering.inner_rows[0];
+    let mut t = 0;
+    rows.iter()
+        .map(|row| {
+            if *row < first {
+                return 1.0;
+            }
+            while numbering.inner_rows[t + 1] <= *row {
+                t += 1;
+            }
+            weights[t].map_or(1.0, |w| 1.0 / w.sqrt())
+        })
+        .collect()
+}
+
+fn assembled(
+    numbering: &Numbering,
+    locals: &[Local],
+    triangles: &[u32],
+    line_mass: Dense<f64>,
+    line_stiffness: Dense<f64>,
+) -> Profile {
+    let mut entries: Vec<Vec<(u32, f64, f64)>> = vec![Vec::new(); numbering.len()];
+    for &t in triangles {
+        let local = &locals[t as usize];
+        let outer: Vec<u32> = numbering.entities[t as usize]
+            .iter()
+            .flat_map(|e| numbering.rows[*e as usize]..numbering.rows[*e as usize + 1])
+            .collect();
+        let inner = numbering.inner_rows[t as usize]..numbering.inner_rows[t as usize + 1];
+        let n = local.outer;
+        for (i, row) in outer.iter().enumerate() {
+            let own = &mut entries[*row as usize];
+            own.extend(outer.iter().enumerate().map(|(j, c)| (*c, local.a[i * n + j], local.m[i * n + j])));
+            let count = inner.len();
+            own.extend(
+                inner
+                    .clone()
+                    .enumerate()
+                    .map(|(j, c)| (c, local.a_inner[i * count + j], local.m_inner[i * count + j])),
+            );
+        }
+        for (j, row) in inner.clone().enumerate() {
+            let own = &mut entries[row as usize];
+            let count = inner.len();
+            own.extend(
+                outer
+                    .iter()
+                    .enumerate()
+                    .map(|(i, c)| (*c, local.a_inner[i * count + j], local.m_inner[i * count + j])),
+            );
+            own.push((row, local.inner[j], 1.0));
+        }
+    }
+    let mut out = Profile {
+        starts: vec![0],
+        columns: Vec::new(),
+        stiffness: Vec::new(),
+        mass: Vec::new(),
+        line_mass,
+        line_stiffness,
+    };
+    for mut row in entries {
+        row.sort_by_key(|(c, ..)| *c);
+        for (c, k, m) in row {
+            if out.columns.len() > out.starts[out.starts.len() - 1] && out.columns.last() == Some(&c) {
+                let last = out.columns.len() - 1;
+                out.stiffness[last] += k;
+                out.mass[last] += m;
+            } else {
+                out.columns.push(c);
+                out.stiffness.push(k);
+                out.mass.push(m);
+            }
+        }
+        out.starts.push(out.columns.len());
+    }
+    out
+}

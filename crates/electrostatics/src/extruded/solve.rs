@@ -1,0 +1,554 @@
+//! The solver for extruded scenes from a scene to its Maxwell matrix: the search for a mesh that meets the tolerance.
+//!
+//! All meshes of a scene belong to one family, the degree growing with the number of layers. The first ones are solved for the upper
+//! bound alone; from how fast it falls follows the mesh that should meet the tolerance, which is solved for both bounds.
+
+use super::layout::{Layout, Plan, across};
+use super::mesh::PlanMesh;
+use super::one_mesh::{Energies, Problem};
+use super::shown::{prisms, tetrahedra};
+use crate::boxes::domain::{Axis, Rays};
+use crate::boxes::one_grid::error_of;
+use crate::boxes::resolution::iteration_share;
+use crate::consistency::contradiction;
+use crate::floating::Floating;
+use crate::matrix::{MatrixBounds, contrast_of, rounding_scale};
+use crate::parity::Parity;
+use crate::solution::{
+    Discretisation, Forecast, PhaseSeconds, ResolutionLevel, STOPPED, Settings, Solution, Target,
+};
+use crate::{SolveError, VACUUM_PERMITTIVITY};
+use elastocap_geometry::meshing::grid::{End, Resolution, graded_axis};
+use elastocap_geometry::meshing::plane::graded::Layers;
+use elastocap_geometry::meshing::tets::TetMesh;
+use elastocap_geometry::mirror;
+use elastocap_geometry::scene::{MirrorPlane, Scene, Wall};
+use faer::Mat;
+use std::time::Instant;
+
+/// Size of a layer over the next larger one, in the plan and along the axis.
+const RATIO: f64 = 0.15;
+
+/// What the error falls by from one mesh of the family to the next, as far as it is not known yet.
+const USUAL_FALL: f64 = 0.38;
+
+/// What integrals over bent triangles may be wrong by, relative, for each conductor: see the tests of `elastocap_fem::triangle`.
+const INTEGRALS: f64 = 1e-10;
+
+/// The largest member of the family.
+const LAST: usize = 12;
+
+/// The axis along which the bodies of a scene are outlines pulled: that along which the fewest conductors begin or end, and of several
+/// the one along which they reach farthest. `None` if there is none.
+pub fn extrusion_axis(scene: &Scene) -> Option<usize> {
+    let hull = scene.conductors().filter_map(|c| c.body.bounds()).reduce(|a, b| a.union(&b))?;
+    let layouts = (0..3).filter_map(|axis| Some((axis, Layout::new(scene, axis)?)));
+    let usable = layouts.filter(|(_, layout)| !layout.is_confined());
+    let edges = |layout: &Layout| layout.planes.iter().filter(|plane| plane.edge).count();
+    let rank = |(axis, layout): &(usize, Layout)| (edges(layout), -hull.extent(*axis));
+    let best = usable.min_by(|a, b| rank(a).partial_cmp(&rank(b)).unwrap_or(std::cmp::Ordering::Equal))?;
+    Some(best.0)
+}
+
+/// Whether the bodies of a scene are outlines pulled along an axis, as [`solve_extruded()`] takes them: in a scene that is not closed
+/// across one axis and open along another.
+pub fn is_extruded(scene: &Scene, axis: usize) -> bool {
+    Layout::new(scene, axis).is_some_and(|layout| !layout.is_confined())
+}
+
+/// Whether a scene that [`is_extruded()`] is solved faster so than on tetrahedra: its outlines have few sides along which conductors
+/// end, each of which takes strips of triangles.
+pub fn has_few_edges(scene: &Scene) -> bool {
+    let Some(axis) = extrusion_axis(scene) else { return false };
+    let part = mirror::part(scene, &mirror::planes(scene));
+    let Some(layout) = Layout::new(&part, axis) else { return false };
+    layout.plan(2.0 * layout.reach).is_some_and(|plan| plan.marks.edges.len() <= MOST_EDGES)
+}
+
+/// Sides of triangles along which conductors end, in a scene that is solved faster as extruded than on tetrahedra: with 32 (a pad and
+/// a disc on a board) it takes two thirds of the time, with 234 (a spiral under a round pad) seven times as long.
+const MOST_EDGES: usize = 100;
+
+/// Forecasts unknowns, memory and time of [`solve_extruded()`] from its first meshes.
+///
+/// # Errors
+/// As [`solve_extruded()`].
+pub fn forecast_extruded(scene: &Scene, settings: &Settings) -> Result<Forecast, SolveError> {
+    let axis = extrusion_axis(scene).ok_or(SolveError::NotExtruded)?;
+    let explore = Settings { field: false, ..settings.clone() };
+    let mut search = Search::new(scene, axis, &explore)?;
+    let (member, fewer) = search.explore()?;
+    let level = Level::member(member, fewer);
+    let mesh = search.mesh(level);
+    let size = Size::of(&mesh, &search.axis(level), level.degree);
+    let right_hand_sides = search.parities.iter().map(Parity::sides).sum::<usize>().max(1);
+    let seconds = SECONDS * size.unknowns as f64 * right_hand_sides as f64;
+    let mirrored = search.planes.each_ref().map(Option::is_some);
+    let parts = 1_usize << mirrored.iter().filter(|m| **m).count();
+    Ok(Forecast {
+        unknowns: size.unknowns,
+        memory_bytes: size.memory(right_hand_sides),
+        seconds: seconds + search.seconds.choosing,
+        unmirrored: (parts * size.unknowns, parts as f64 * seconds),
+        mirrored,
+        right_hand_sides,
+    })
+}
+
+/// Solves for the Maxwell capacitance matrix of a scene of outlines that are pulled along one axis, with proved bounds. Where the
+/// tolerance cannot be reached, [`Solution::shortfall`] says why.
+///
+/// Outlines may differ from slab to slab; conductors may have no thickness along the axis.
+///
+/// # Errors
+/// A scene of other bodies, or one that is closed across one axis and open along another; a mesh whose matrices cannot be factorised
+/// or do not fit the memory; a request to stop.
+pub fn solve_extruded(scene: &Scene, settings: &Settings) -> Result<ExtrudedSolution, SolveError> {
+    let begin = Instant::now();
+    let axis = extrusion_axis(scene).ok_or(SolveError::NotExtruded)?;
+    let mut search = Search::new(scene, axis, settings)?;
+    search.seconds.setup = begin.elapsed().as_secs_f64();
+    search.run()
+}
+
+/// The result of [`solve_extruded()`].
+#[derive(Debug, Clone)]
+pub struct ExtrudedSolution {
+    /// The capacitances.
+    pub solution: Solution,
+    /// Per axis the plane about which the scene is its own mirror image, if only one half was solved.
+    pub planes: [Option<MirrorPlane>; 3],
+    /// If [`Settings::field`] asks for it, the mesh of the part that was solved as tetrahedra, and for each conductor of the whole scene
+    /// the potential with 1 V on it and 0 V on all others: V, at the points of the mesh. Where the mesh of the bounds has too many
+    /// elements to be shown, it is a coarser one.
+    pub field: Option<(TetMesh, Vec<Vec<f64>>)>,
+}
+
+/// Seconds per unknown and right-hand side on two cores.
+const SECONDS: f64 = 1.0e-6;
+
+/// How large the problems on a mesh are.
+struct Size {
+    /// Of both problems.
+    unknowns: usize,
+    /// Entries of the factors of one mode of the whole plan, both problems.
+    entries: f64,
+    /// Functions of the line.
+    modes: usize,
+}
+
+impl Size {
+    fn of(mesh: &PlanMesh, axis: &Axis, degree: usize) -> Self {
+        let (points, edges, triangles) = (mesh.points.len(), mesh.edges.len(), mesh.triangles.len());
+        let modes = axis.functions().len();
+        let inner = (degree - 1) * degree.saturating_sub(2) / 2;
+        let upper = points + edges * (degree - 1) + triangles * inner;
+        let lower = edges * degree + triangles * degree * (degree + 1) / 2;
+        // Nested dissection of a mesh of the plane: the entries grow by some for each halving.
+        let skeleton = (edges * degree) as f64;
+        let entries = 2.0 * skeleton * degree as f64 * (2.0 + 1.5 * (edges.max(2) as f64).log2());
+        Self { unknowns: (upper + lower) * modes, entries, modes }
+    }
+
+    /// Bytes at the peak, with so many right-hand sides at once.
+    fn memory(&self, right_hand_sides: usize) -> u64 {
+        // Vectors of the iterations, then factors in single precision for some regions and in double precision for the repair.
+        let vectors = (100 + 24 * right_hand_sides) * self.unknowns;
+        let factors = self.entries * (self.modes + 8) as f64 * (4.0 * 2.0 + 8.0);
+        vectors as u64 + factors as u64 + (16 << 20)
+    }
+}
+
+/// Prisms that are shown at most.
+const MOST_SHOWN: usize = 60_000;
+
+/// Where rays to infinity begin for a tolerance, over the distance beyond which nothing begins or ends. The spread that comes from there
+/// was measured on a pad and a disc on a board of relative permittivity 4.5, and on plates in a uniform medium.
+fn beginning_of_rays(tolerance: f64, contrast: f64, neutral: bool) -> f64 {
+    let left = 0.25 * tolerance;
+    let far = if neutral {
+        (0.15 * contrast.powf(0.7) / left).powf(1.0 / 3.0)
+    } else {
+        let of_charge = (0.35 * (contrast - 1.0).min(10.0) / left).powf(1.0 / 1.9);
+        of_charge.max((1.0 / left).powf(1.0 / 3.0))
+    };
+    far.clamp(1.5, 1e3)
+}
+
+/// How often rays may begin farther out because finer meshes do not help, and by how much.
+const WIDEST: usize = 2;
+const WIDER: f64 = 4.0;
+
+/// One member of the family of meshes.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Level {
+    degree: usize,
+    layers: usize,
+    /// So many fewer strips along edges than rings around corners.
+    fewer: usize,
+}
+
+impl Level {
+    /// The number of layers and the degree grow in turns.
+    fn member(number: usize, fewer: usize) -> Self {
+        Self { degree: 2 + number / 2, layers: 1 + number.div_ceil(2), fewer }
+    }
+}
+
+/// What is known from one mesh.
+struct Found {
+    all: MatrixBounds,
+    bounds: MatrixBounds,
+    unknowns: usize,
+    iterations: usize,
+    repair_share: f64,
+    field: Option<(TetMesh, Vec<Vec<f64>>)>,
+}
+
+struct Search<'a> {
+    settings: &'a Settings,
+    /// Of the part of the scene that is solved.
+    layout: Layout,
+    plan: Plan,
+    radius: Option<f64>,
+    planes: [Option<MirrorPlane>; 3],
+    parities: Vec<Parity>,
+    floating: Floating,
+    contrast: f64,
+    seconds: PhaseSeconds,
+    meshes: usize,
+    /// The part of the scene above the mirror planes.
+    part: Scene,
+    /// That without a field, if there is any.
+    constant: Vec<Parity>,
+    /// The field on the finest mesh so far that can be shown.
+    coarse_field: Option<(TetMesh, Vec<Vec<f64>>)>,
+}
+
+impl<'a> Search<'a> {
+    fn new(scene: &Scene, axis: usize, settings: &'a Settings) -> Result<Self, SolveError> {
+        let planes = if settings.symmetry { mirror::planes(scene) } else { Default::default() };
+        let part = mirror::part(scene, &planes);
+        let layout = Layout::new(&part, axis).ok_or(SolveError::NotExtruded)?;
+        let mut permittivities = vec![scene.background_permittivity];
+        permittivities.extend(scene.dielectrics().map(|d| d.relative_permittivity));
+        let contrast = contrast_of(&permittivities);
+        let radius = layout.is_open().then(|| {
+            let neutral = settings.target == Target::TwoTerminal && scene.driven().count() == 2;
+            layout.reach.max(1.0) * beginning_of_rays(settings.relative_tolerance, contrast, neutral)
+        });
+        let plan = layout.plan(radius.unwrap_or(f64::INFINITY)).ok_or(SolveError::NotExtruded)?;
+        let conductors = scene.conductors().count();
+        let mut present = vec![false; conductors];
+        for column in &plan.columns {
+            column.held.iter().flatten().for_each(|c| present[*c as usize] = true);
+        }
+        // Mirror planes are insulated in the part.
+        let enclosed = part.walls.iter().flatten().all(|w| *w == Wall::Insulated);
+        let (constant, parities) =
+            Parity::all(&planes, &present, enclosed).into_iter().partition(Parity::is_constant);
+        Ok(Self {
+            settings,
+            layout,
+            plan,
+            radius,
+            planes,
+            parities,
+            constant,
+            part,
+            coarse_field: None,
+            floating: Floating::new(scene),
+            contrast,
+            seconds: PhaseSeconds::default(),
+            meshes: 0,
+        })
+    }
+
+    /// Lets rays begin farther out. Returns whether there are any.
+    fn widen(&mut self) -> bool {
+        let Some(radius) = self.radius.map(|radius| WIDER * radius) else { return false };
+        let Some(plan) = self.layout.plan(radius) else { return false };
+        (self.plan, self.radius) = (plan, Some(radius));
+        true
+    }
+
+    fn axis(&self, level: Level) -> Axis {
+        let radius = self.radius.unwrap_or(1.0);
+        let ends = self.layout.axis_walls.map(|wall| match wall {
+            Wall::Open => End::Open { pole: 0.0, reach: (1.5 * self.layout.reach).min(radius), radius },
+            Wall::Insulated | Wall::Grounded => End::Closed,
+        });
+        let order = level.degree;
+        let resolution =
+            Resolution { order, levels: level.layers, ratio: RATIO, slope: 1.0, first: 2.min(order) };
+        let graded = graded_axis(&self.layout.planes, ends, &resolution).finite();
+        Axis {
+            line: graded.line,
+            cuts: graded.cuts,
+            walls: self.layout.axis_walls,
+            rays: self.radius.map(|radius| Rays { pole: 0.0, radius }),
+        }
+    }
+
+    fn mesh(&self, level: Level) -> PlanMesh {
+        let layers =
+            Layers { corners: level.layers, edges: level.layers.saturating_sub(level.fewer), ratio: RATIO };
+        PlanMesh::new(&self.plan, layers)
+    }
+
+    /// Both bounds on one mesh, or the upper one alone.
+    fn on_mesh(&mut self, level: Level, share: f64, lower_too: bool) -> Result<Found, SolveError> {
+        let begin = Instant::now();
+        self.meshes += 1;
+        let mesh = self.mesh(level);
+        let axis = self.axis(level);
+        let sides = self.parities.iter().map(Parity::sides).max().unwrap_or(1);
+        let (bytes, limit) = (Size::of(&mesh, &axis, level.degree).memory(sides), self.settings.memory_limit);
+        if bytes > limit {
+            return Err(SolveError::TooLarge { bytes, limit });
+        }
+        self.seconds.setup += begin.elapsed().as_secs_f64();
+        let n = self.floating.driven.len() + self.floating.floating.len();
+        let mut found = Found {
+            all: MatrixBounds { lower: Mat::zeros(n, n), upper: Mat::zeros(n, n) },
+            bounds: MatrixBounds { lower: Mat::zeros(0, 0), upper: Mat::zeros(0, 0) },
+            unknowns: 0,
+            iterations: 0,
+            repair_share: 0.0,
+            field: None,
+        };
+        let wanted = self.settings.field && prisms(&mesh, &axis) <= MOST_SHOWN;
+        let shown = wanted.then(|| tetrahedra(&self.part, &self.layout, &mesh, &axis));
+        let mut potentials_shown = vec![vec![0.0; shown.as_ref().map_or(0, |(_, places)| places.len())]; n];
+
+        let copies = f64::from(1_u32 << self.planes.iter().flatten().count());
+        let scale = VACUUM_PERMITTIVITY * self.layout.unit * copies;
+        for parity in &self.parities {
+            let mut own = axis.clone();
+            let mut walls = self.layout.plan_walls;
+            let [p, q] = across(self.layout.axis);
+            for (a, at) in parity.grounded.iter().enumerate().filter(|(_, at)| at.is_some()) {
+                let _ = at;
+                match a {
+                    a if a == p => walls[0][0] = Wall::Grounded,
+                    a if a == q => walls[1][0] = Wall::Grounded,
+                    _ => own.walls[0] = Wall::Grounded,
+                }
+            }
+            let problem = Problem {
+                mesh: &mesh,
+                axis: &own,
+                walls,
+                degree: level.degree,
+                radius: self.radius,
+                cancel: self.settings.cancel.as_deref(),
+            };
+            let potentials: Vec<Vec<f64>> = (0..parity.sides() as u32)
+                .map(|s| parity.side.iter().map(|side| f64::from(u8::from(*side == Some(s)))).collect())
+                .collect();
+            let (upper, lower) = rayon::join(
+                || problem.upper(&potentials, share),
+                || lower_too.then(|| problem.lower(&potentials, share)).transpose(),
+            );
+            let ((upper, primal, solutions), lower) = (upper?, lower?);
+            if let Some((_, places)) = &shown {
+                let vertices = own.vertex_functions();
+                for (c, sum) in potentials_shown.iter_mut().enumerate() {
+                    let unit: Vec<f64> = (0..n).map(|k| f64::from(u8::from(k == c))).collect();
+                    for (v, u) in parity.of(&unit).zip(&solutions).filter(|(v, _)| *v != 0.0) {
+                        let values = places.iter().map(|place| v * primal.at(u, *place, &vertices));
+                        sum.iter_mut().zip(values).for_each(|(sum, value)| *sum += value);
+                    }
+                }
+            }
+            found.all.upper += faer::Scale(scale) * parity.form_of_conductors(&upper.matrix);
+            let below = lower.as_ref().unwrap_or(&upper);
+            found.all.lower += faer::Scale(scale) * parity.form_of_conductors(&below.matrix);
+            self.seconds.setup += upper.seconds[0];
+            self.seconds.primal += upper.seconds[1];
+            found.note(&upper, lower.as_ref());
+            if let Some(lower) = &lower {
+                self.seconds.dual += lower.seconds.iter().sum::<f64>();
+            }
+        }
+        if !self.plan.coarse.arcs.is_empty() {
+            for i in 0..n {
+                found.all.upper[(i, i)] *= 1.0 + INTEGRALS;
+                found.all.lower[(i, i)] *= 1.0 - INTEGRALS;
+            }
+        }
+        let rounding = rounding_scale(&Mat::identity(n, n), &found.all.upper);
+        found.all.count_rounding(&rounding, self.contrast);
+        found.all.uncross();
+        found.bounds = self.floating.reduced(&found.all);
+        found.field = shown.map(|(mesh, _)| {
+            for (c, sum) in potentials_shown.iter_mut().enumerate() {
+                let unit: Vec<f64> = (0..n).map(|k| f64::from(u8::from(k == c))).collect();
+                let constant: f64 = self.constant.iter().flat_map(|parity| parity.of(&unit)).sum();
+                sum.iter_mut().for_each(|x| *x += constant);
+            }
+            (mesh, potentials_shown)
+        });
+        Ok(found)
+    }
+
+    /// How much the target fell from one upper bound to the next, relative.
+    fn fall(&self, before: &Found, now: &Found) -> f64 {
+        let relative = |a: f64, b: f64| ((a - b) / b).abs();
+        let upper = |found: &Found| {
+            MatrixBounds { lower: found.bounds.upper.clone(), upper: found.bounds.upper.clone() }
+                .two_terminal()
+                .map(|c| c.upper)
+        };
+        if let (Target::TwoTerminal, Some(a), Some(b)) = (self.settings.target, upper(before), upper(now)) {
+            return relative(a, b);
+        }
+        let m = |found: &Found, i: usize| found.bounds.upper[(i, i)];
+        let n = now.bounds.upper.nrows();
+        (0..n).map(|i| relative(m(before, i), m(now, i))).fold(0.0, f64::max) * self.amplification(now)
+    }
+
+    /// The largest ratio between the relative error of an entry and that of the energies it follows from.
+    fn amplification(&self, found: &Found) -> f64 {
+        let m = &found.bounds.upper;
+        let pairs = (0..m.nrows()).flat_map(|i| (0..i).map(move |j| (i, j)));
+        let ratio = |(i, j): (usize, usize)| {
+            let mean = (m[(i, i)] * m[(j, j)]).sqrt();
+            mean / m[(i, j)].abs().max(0.1 * mean)
+        };
+        pairs.map(ratio).filter(|r| r.is_finite()).fold(1.0, f64::max)
+    }
+
+    /// Solves the first meshes for the upper bound. Returns the number of the member of the family that should meet the tolerance, and
+    /// how many fewer strips than rings it needs.
+    fn explore(&mut self) -> Result<(usize, usize), SolveError> {
+        let tolerance = self.settings.relative_tolerance;
+        let exploring = Instant::now();
+        let loose = (1e-2 * tolerance).clamp(1e-8, 1e-4);
+        let mut first = self.on_mesh(Level::member(0, 2), loose, false)?;
+        let mut second = self.on_mesh(Level::member(2, 2), loose, false)?;
+        self.coarse_field = second.field.take().or(first.field.take());
+        let fall = self.fall(&first, &second);
+        let mut error = USUAL_FALL * USUAL_FALL * fall;
+        // Edges matter as much as corners where strips along them bring the bound down as much as the rings did.
+        let mut fewer = 2;
+        if !self.plan.marks.edges.is_empty() {
+            let striped = self.on_mesh(Level::member(2, 0), loose, false)?;
+            let gained = self.fall(&second, &striped);
+            fewer = match gained {
+                gained if gained > 0.25 * error => 0,
+                gained if gained > 0.1 * error => 1,
+                _ => 2,
+            };
+            error = error.max(USUAL_FALL * USUAL_FALL * (fall + gained));
+        }
+        let mut member = 2;
+        while member < LAST && 2.0 * error > tolerance {
+            member += 1;
+            error *= USUAL_FALL;
+        }
+        self.seconds.choosing = exploring.elapsed().as_secs_f64();
+        Ok((member, fewer))
+    }
+
+    fn run(mut self) -> Result<ExtrudedSolution, SolveError> {
+        let tolerance = self.settings.relative_tolerance;
+        if let Some(ResolutionLevel { order, levels }) = self.settings.resolution {
+            let level = Level { degree: order.max(1), layers: levels, fewer: 0 };
+            let found = self.on_mesh(level, iteration_share(tolerance), true)?;
+            let spread = error_of(&found.bounds, self.settings);
+            let shortfall = (spread.is_nan() || spread > tolerance)
+                .then(|| format!("the error is {spread:.1e} at the fixed resolution"));
+            return self.finish(Some((spread, found, level)), shortfall);
+        }
+        let (mut member, fewer) = self.explore()?;
+        let share = iteration_share(tolerance);
+        let mut best: Option<(f64, Found, Level)> = None;
+        let (mut limit, mut widened) = (LAST, 0);
+        loop {
+            let level = Level::member(member, fewer);
+            let found = match self.on_mesh(level, share, true) {
+                Err(SolveError::Cancelled) if best.is_some() => {
+                    return self.finish(best, Some(STOPPED.to_owned()));
+                }
+                // The finest mesh that fits, and whose triangles are not too flat for double precision.
+                Err(
+                    SolveError::TooLarge { .. } | SolveError::Eigenvalues | SolveError::IllConditioned(_),
+                ) if best.is_none() && member > 2 => {
+                    member -= 1;
+                    limit = member;
+                    continue;
+                }
+                // Triangles or elements that are too flat for double precision.
+                Err(error) if best.is_some() => {
+                    return self.finish(best, Some(format!("a finer mesh cannot be solved: {error}")));
+                }
+                found => found?,
+            };
+            let spread = error_of(&found.bounds, self.settings);
+            let before = best.as_ref().map_or(f64::INFINITY, |(before, ..)| *before);
+            let better = spread < before || before.is_nan();
+            // What does not fall with the mesh comes from open space.
+            let stays = spread > 0.6 * before && spread > tolerance;
+            if better {
+                best = Some((spread, found, level));
+            }
+            if spread <= tolerance {
+                return self.finish(best, None);
+            }
+            if stays && widened < WIDEST && self.widen() {
+                widened += 1;
+                continue;
+            }
+            if member >= limit || !better {
+                let least = best.as_ref().map_or(f64::NAN, |(spread, ..)| *spread);
+                return self.finish(
+                    best,
+                    Some(format!("the error stays at {least:.1e} on the finest mesh that this solver makes")),
+                );
+            }
+            // As many members further as the spread has to fall.
+            let steps = ((tolerance / spread).ln() / USUAL_FALL.ln() - 0.2).ceil().max(1.0) as usize;
+            member = (member + steps).min(limit);
+        }
+    }
+
+    fn finish(
+        self,
+        best: Option<(f64, Found, Level)>,
+        shortfall: Option<String>,
+    ) -> Result<ExtrudedSolution, SolveError> {
+        let Some((_, found, level)) = best else { return Err(SolveError::Cancelled) };
+        let solution = Solution {
+            maxwell: found.bounds.entries(),
+            two_terminal: found.bounds.two_terminal(),
+            floating: self.floating.proved(&found.all),
+            reached: shortfall.is_none(),
+            shortfall,
+            unknowns: found.unknowns,
+            iterations: found.iterations,
+            grids: self.meshes,
+            mirrored: self.planes.each_ref().map(Option::is_some),
+            resolution: Discretisation::Grid(ResolutionLevel { order: level.degree, levels: level.layers }),
+            repair_share: found.repair_share,
+            seconds: self.seconds,
+            field: None,
+        };
+        match contradiction(&solution, &found.all, &self.floating) {
+            Some(what) => Err(SolveError::Contradiction(what)),
+            None => Ok(ExtrudedSolution {
+                solution,
+                planes: self.planes,
+                field: found.field.or(self.coarse_field),
+            }),
+        }
+    }
+}
+
+impl Found {
+    fn note(&mut self, upper: &Energies, lower: Option<&Energies>) {
+        self.unknowns = self.unknowns.max(upper.unknowns + lower.map_or(0, |l| l.unknowns));
+        self.iterations = self.iterations.max(upper.iterations).max(lower.map_or(0, |l| l.iterations));
+        self.repair_share = self.repair_share.max(lower.map_or(0.0, |l| l.repair_share));
+    }
+}

@@ -1,0 +1,96 @@
+//! Potentials that are even or odd about mirror planes, on one part of a symmetric scene.
+//!
+//! Where conductors change places about a plane, a potential is the sum of one that is even about it and one that is odd. The plane
+//! is an insulated wall to the first and a grounded one to the second, and energies of the two add up. What is called a parity here
+//! says for each such plane which of them is meant. Planes that cut every conductor in two have even potentials only.
+
+use crate::projection::projected;
+use elastocap_geometry::scene::MirrorPlane;
+use elastocap_linalg::dense::product;
+use faer::Mat;
+
+/// The potentials of one parity.
+#[derive(Debug, Clone)]
+pub(crate) struct Parity {
+    /// Planes that are at zero potential, m.
+    pub(crate) grounded: [Option<f64>; 3],
+    /// For each conductor of the whole scene the right-hand side in which it has one volt; `None` if it is at zero in all of them.
+    pub(crate) side: Vec<Option<u32>>,
+    /// What of the potentials of all conductors (columns) each right-hand side (row) has.
+    projection: Mat<f64>,
+    /// Whether its only right-hand side is one potential everywhere, which has no field.
+    constant: bool,
+}
+
+impl Parity {
+    /// The parities of the part above the planes, in which only some `conductors` of the whole scene are `present`. It is `enclosed`
+    /// where nothing but these and the planes can hold charge.
+    pub(crate) fn all(planes: &[Option<MirrorPlane>; 3], present: &[bool], enclosed: bool) -> Vec<Self> {
+        let conductors = present.len();
+        let exchanging: Vec<(usize, &MirrorPlane)> = planes
+            .iter()
+            .enumerate()
+            .filter_map(|(axis, plane)| Some((axis, plane.as_ref().filter(|p| !p.keeps_conductors())?)))
+            .collect();
+        if exchanging.is_empty() {
+            return vec![Self {
+                grounded: [None; 3],
+                side: (0..conductors as u32).map(Some).collect(),
+                projection: Mat::identity(conductors, conductors),
+                constant: false,
+            }];
+        }
+        let parity = |odd: usize| {
+            let is_odd = |k: usize| odd >> k & 1 == 1;
+            let of = |conductor: usize| {
+                let image = |conductor: usize, k: usize| exchanging[k].1.conductors[conductor];
+                let mut row = projected(conductor, conductors, exchanging.len(), odd, image);
+                row.iter_mut().for_each(|x| *x /= f64::from(1_u32 << exchanging.len()));
+                row
+            };
+            let mut rows: Vec<Vec<f64>> = Vec::new();
+            let side = (0..conductors).map(|c| {
+                let row = of(c);
+                if !present[c] || row.iter().all(|x| *x == 0.0) {
+                    return None;
+                }
+                let known = rows.iter().position(|other| *other == row);
+                Some(known.unwrap_or_else(|| {
+                    rows.push(row);
+                    rows.len() - 1
+                }) as u32)
+            });
+            let side = side.collect();
+            let mut grounded = [None; 3];
+            for (k, (axis, plane)) in exchanging.iter().enumerate() {
+                grounded[*axis] = is_odd(k).then_some(plane.at);
+            }
+            let projection = Mat::from_fn(rows.len(), conductors, |i, j| rows[i][j]);
+            let constant = enclosed && odd == 0 && rows.len() == 1;
+            Self { grounded, side, projection, constant }
+        };
+        (0..1_usize << exchanging.len()).map(parity).filter(|parity| parity.sides() > 0).collect()
+    }
+
+    /// Whether its only right-hand side is one potential everywhere, which has no field.
+    pub(crate) fn is_constant(&self) -> bool {
+        self.constant
+    }
+
+    /// Number of right-hand sides.
+    pub(crate) fn sides(&self) -> usize {
+        self.projection.nrows()
+    }
+
+    /// What of these potentials of all conductors, V, each right-hand side has.
+    pub(crate) fn of(&self, potentials: &[f64]) -> impl Iterator<Item = f64> {
+        (0..self.sides())
+            .map(|i| potentials.iter().enumerate().map(|(j, v)| self.projection[(i, j)] * v).sum())
+    }
+
+    /// A quadratic form in the right-hand sides as one in the potentials of all conductors.
+    pub(crate) fn form_of_conductors(&self, form: &Mat<f64>) -> Mat<f64> {
+        let half = product(form.as_ref(), self.projection.as_ref());
+        product(self.projection.transpose(), half.as_ref())
+    }
+}

@@ -1,0 +1,276 @@
+//! The solver for extruded scenes against closed forms, against the box solver and against itself.
+
+use elastocap_electrostatics::{
+    ResolutionLevel, Settings, Solution, SolveError, Target, VACUUM_PERMITTIVITY, extrusion_axis,
+    has_few_edges, is_extruded, solve, solve_extruded,
+};
+use elastocap_geometry::scene::{Body, Box3, Scene, Wall};
+use elastocap_geometry::shapes::Shape;
+use std::f64::consts::{PI, TAU};
+
+fn open(bodies: Vec<Body>) -> Scene {
+    Scene { bodies, background_permittivity: 1.0, domain: Box3::SPACE, walls: [[Wall::Open; 2]; 3] }
+}
+
+fn settings(relative_tolerance: f64, target: Target) -> Settings {
+    Settings { relative_tolerance, target, ..Settings::default() }
+}
+
+fn solved(scene: &Scene, relative_tolerance: f64, target: Target) -> Solution {
+    solve_extruded(scene, &settings(relative_tolerance, target)).unwrap().solution
+}
+
+/// The in-plane electrode pair: two bars in a layer under air, between insulated walls.
+fn pair() -> Scene {
+    let um = |lo: [f64; 3], hi: [f64; 3]| {
+        Shape::Box(Box3 { min: lo.map(|x| x * 1e-6), max: hi.map(|x| x * 1e-6) })
+    };
+    Scene {
+        bodies: vec![
+            Body::conductor("left", um([-325.0, 215.0, -250.0], [-25.0, 235.0, 250.0])),
+            Body::conductor("right", um([25.0, 215.0, -250.0], [325.0, 235.0, 250.0])),
+            Body::dielectric("layer", um([-1325.0, 0.0, -1250.0], [1325.0, 450.0, 1250.0]), 2.8),
+        ],
+        background_permittivity: 1.0,
+        domain: Box3 { min: [-1325e-6, 0.0, -1250e-6], max: [1325e-6, 1450e-6, 1250e-6] },
+        walls: [[Wall::Insulated; 2]; 3],
+    }
+}
+
+fn disc(name: &str, center: [f64; 3], radius: f64, height: f64) -> Body {
+    Body::conductor(name, Shape::Cylinder { axis: 1, base: center, radius, height })
+}
+
+fn block(name: &str, lo: [f64; 3], hi: [f64; 3]) -> Body {
+    Body::conductor(name, Shape::Box(Box3 { min: lo, max: hi }))
+}
+
+#[test]
+fn bounds_on_a_pair_contain_the_truth_at_every_degree_and_close_in_on_it() {
+    let truth = 43.96589e-15;
+    let mut before = f64::INFINITY;
+    for order in 2..=6 {
+        let levels = (order - 1).min(3);
+        let fixed = Settings {
+            resolution: Some(ResolutionLevel { order, levels }),
+            ..settings(1e-2, Target::TwoTerminal)
+        };
+        let c = solve_extruded(&pair(), &fixed).unwrap().solution.two_terminal.unwrap();
+        assert!(c.lower < truth + 5e-21 && c.upper > truth - 5e-21, "{order}: {c:?}");
+        assert!(c.spread_over_value() < before, "{order}: {c:?}");
+        before = c.spread_over_value();
+    }
+    assert!(before < 4e-4, "{before:e}");
+}
+
+#[test]
+fn discs_without_thickness_have_the_capacitance_of_the_integral_equation() {
+    for (gap, ratio) in [(0.02, 1.044_079_653_3), (0.1, 1.175_592_319_4)] {
+        let scene = open(vec![disc("a", [0.0; 3], 1.0, 0.0), disc("b", [0.0, gap, 0.0], 1.0, 0.0)]);
+        let c = solved(&scene, 1e-4, Target::TwoTerminal).two_terminal.unwrap();
+        let exact = ratio * VACUUM_PERMITTIVITY * PI / gap;
+        assert!(
+            c.lower <= exact && exact <= c.upper && c.spread_over_value() <= 1e-4,
+            "{gap}: {c:?} {exact:e}"
+        );
+    }
+}
+
+/// A cylinder in a round hole of another conductor, between insulated ends: the hole is what four quarters leave of a square.
+fn in_a_hole(center: [f64; 2]) -> Scene {
+    let corner = |x: f64, z: f64| {
+        // From the middle of one side of the square along the circle to the middle of the next, then around the corner.
+        let n = 64;
+        let start = z.atan2(x) - TAU / 8.0;
+        let mut outline: Vec<[f64; 2]> = (0..=n)
+            .map(|k| start + TAU / 4.0 * k as f64 / n as f64)
+            .map(|a| [2.0 * a.cos(), 2.0 * a.sin()])
+            .collect();
+        let (first, last) = (outline[0], outline[n]);
+        outline.push([last[0] * 1.5, last[1] * 1.5]);
+        outline.push([3.0 * x, 3.0 * z]);
+        outline.push([first[0] * 1.5, first[1] * 1.5]);
+        Shape::Extrusion { axis: 1, from: 0.0, to: 1.0, outline }
+    };
+    let outer = [(1.0, 1.0), (-1.0, 1.0), (-1.0, -1.0), (1.0, -1.0)].map(|(x, z)| corner(x, z));
+    Scene {
+        bodies: vec![
+            disc("inner", [center[0], 0.0, center[1]], 1.0, 1.0),
+            Body { parts: outer.to_vec(), ..Body::conductor("outer", corner(1.0, 1.0)) },
+        ],
+        background_permittivity: 1.0,
+        domain: Box3 { min: [-3.0, 0.0, -3.0], max: [3.0, 1.0, 3.0] },
+        walls: [[Wall::Insulated; 2]; 3],
+    }
+}
+
+#[test]
+fn a_cylinder_in_a_hole_comes_close_to_the_closed_form_in_the_middle_and_beside_it() {
+    for offset in [0.0_f64, 0.5] {
+        let c = solved(&in_a_hole([offset, 0.0]), 1e-5, Target::TwoTerminal).two_terminal.unwrap();
+        // The hole is a polygon of 256 sides inside its circle.
+        let exact = TAU * VACUUM_PERMITTIVITY / ((5.0 - offset * offset) / 4.0).acosh();
+        assert!((c.value / exact - 1.0).abs() < 3e-4 && c.value > exact, "{offset}: {c:?} {exact:e}");
+        assert!(c.spread_over_value() <= 1e-5);
+    }
+}
+
+#[test]
+fn a_round_plate_capacitor_that_fills_a_round_well_is_exact() {
+    // Between insulated walls the field of two plates is uniform wherever they are cut.
+    let scene = Scene {
+        bodies: vec![
+            block("lower", [-1.0, 0.0, -1.0], [1.0, 0.1, 1.0]),
+            block("upper", [-1.0, 0.4, -1.0], [1.0, 0.5, 1.0]),
+            Body::dielectric(
+                "disc",
+                Shape::Cylinder { axis: 1, base: [0.1, 0.1, -0.05], radius: 0.6, height: 0.3 },
+                5.0,
+            ),
+        ],
+        background_permittivity: 1.0,
+        domain: Box3 { min: [-1.0, 0.0, -1.0], max: [1.0, 0.5, 1.0] },
+        walls: [[Wall::Insulated; 2]; 3],
+    };
+    let c = solved(&scene, 1e-3, Target::TwoTerminal).two_terminal.unwrap();
+    let exact = VACUUM_PERMITTIVITY * (4.0 + 4.0 * PI * 0.36) / 0.3;
+    assert!(c.lower <= exact && exact <= c.upper && c.spread_over_value() < 1e-8, "{c:?} {exact:e}");
+}
+
+#[test]
+fn boxes_have_the_same_bounds_as_in_the_box_solver_whatever_surrounds_them() {
+    let bar = || block("bar", [0.1, 0.2, -0.4], [0.5, 0.3, 0.5]);
+    let plate = || block("plate", [-0.6, 0.5, -0.5], [0.4, 0.5, 0.3]);
+    let slab = |e: f64| {
+        let inf = f64::INFINITY;
+        Body::dielectric("slab", Shape::Box(Box3 { min: [-inf, -0.3, -inf], max: [inf, 0.4, inf] }), e)
+    };
+    let block_of = |e: f64| {
+        Body::dielectric("block", Shape::Box(Box3 { min: [-0.8, 0.1, -0.7], max: [0.2, 0.45, 0.6] }), e)
+    };
+    let closed = |walls: [[Wall; 2]; 3], bodies: Vec<Body>| Scene {
+        bodies,
+        background_permittivity: 1.0,
+        domain: Box3 { min: [-1.0, -0.5, -1.0], max: [1.0, 1.0, 1.0] },
+        walls,
+    };
+    let (g, i) = (Wall::Grounded, Wall::Insulated);
+    let scenes = [
+        open(vec![bar(), plate()]),
+        open(vec![bar(), plate(), slab(4.0)]),
+        closed([[i; 2]; 3], vec![bar(), plate(), slab(3.0), block_of(20.0)]),
+        closed([[g, i], [i, g], [i, i]], vec![bar(), plate(), block_of(0.2)]),
+        closed([[g; 2], [i; 2], [i; 2]], vec![bar(), plate()]),
+        closed([[g; 2]; 3], vec![bar(), Body::floating("free", plate().parts[0].clone(), 1e-12)]),
+    ];
+    for (k, scene) in scenes.iter().enumerate() {
+        let boxes = solve(scene, &settings(1e-3, Target::Matrix)).unwrap();
+        let extruded = solved(scene, 3e-2, Target::Matrix);
+        assert!(extruded.reached, "{k}: {:?}", extruded.shortfall);
+        for (a, b) in boxes.maxwell.iter().flatten().zip(extruded.maxwell.iter().flatten()) {
+            assert!(a.lower <= b.upper && b.lower <= a.upper, "{k}: {a:?} {b:?}");
+        }
+        for (a, b) in boxes.floating.iter().zip(&extruded.floating) {
+            let (a, b) = (a.from_charges, b.from_charges);
+            assert!(a.lower <= b.upper && b.lower <= a.upper, "{k}: {a:?} {b:?}");
+        }
+        // More where the permittivity is no product of one along the axis and one across it.
+        assert!(extruded.iterations <= 45, "{k}: {}", extruded.iterations);
+    }
+}
+
+#[test]
+fn conductors_at_several_levels_with_other_outlines_are_solved_with_and_without_mirror_planes() {
+    let cross = |from: f64, to: f64| Shape::Extrusion {
+        axis: 1,
+        from,
+        to,
+        outline: [
+            [1.0, 3.0],
+            [1.0, 1.0],
+            [3.0, 1.0],
+            [3.0, -1.0],
+            [1.0, -1.0],
+            [1.0, -3.0],
+            [-1.0, -3.0],
+            [-1.0, -1.0],
+            [-3.0, -1.0],
+            [-3.0, 1.0],
+            [-1.0, 1.0],
+            [-1.0, 3.0],
+        ]
+        .to_vec(),
+    };
+    let scene = open(vec![
+        Body::conductor("cross", cross(0.0, 0.2)),
+        disc("disc", [0.0, 0.7, 0.0], 2.0, 0.1),
+        Body::conductor("sheet", Shape::Box(Box3 { min: [-1.5, 1.5, -1.5], max: [1.5, 1.5, 1.5] })),
+    ]);
+    let with = solved(&scene, 2.5e-1, Target::Matrix);
+    assert_eq!(with.mirrored, [true, false, true]);
+    let without = Settings { symmetry: false, ..settings(2.5e-1, Target::Matrix) };
+    let without = solve_extruded(&scene, &without).unwrap().solution;
+    for (a, b) in with.maxwell.iter().flatten().zip(without.maxwell.iter().flatten()) {
+        assert!(a.lower <= b.upper && b.lower <= a.upper, "{a:?} {b:?}");
+    }
+}
+
+#[test]
+fn conductors_that_change_places_about_a_mirror_plane_are_even_and_odd() {
+    let whole = Settings { symmetry: false, ..settings(1e-3, Target::TwoTerminal) };
+    let with = solved(&pair(), 1e-3, Target::TwoTerminal);
+    let without = solve_extruded(&pair(), &whole).unwrap().solution;
+    assert_eq!((with.mirrored[0], without.mirrored[0]), (true, false));
+    let [a, b] = [with, without].map(|s| s.two_terminal.unwrap());
+    assert!((a.value - b.value).abs() < 2e-4 * a.value, "{a:?} {b:?}");
+}
+
+#[test]
+fn scenes_of_other_bodies_are_refused_and_the_axis_is_the_one_with_the_fewest_ends() {
+    let ball = Body::conductor("ball", Shape::Sphere { center: [0.0; 3], radius: 1.0 });
+    let with_ball = open(vec![ball, block("a", [2.0, 0.0, 0.0], [3.0, 1.0, 1.0])]);
+    assert_eq!(extrusion_axis(&with_ball), None);
+    assert!(!has_few_edges(&with_ball));
+    let refused = solve_extruded(&with_ball, &Settings::default()).err();
+    assert_eq!(refused, Some(SolveError::NotExtruded));
+    // Two cylinders along different axes.
+    let other =
+        Body::conductor("b", Shape::Cylinder { axis: 0, base: [0.0, 3.0, 0.0], radius: 0.5, height: 1.0 });
+    assert_eq!(extrusion_axis(&open(vec![disc("a", [0.0; 3], 1.0, 1.0), other])), None);
+    assert_eq!(extrusion_axis(&pair()), Some(2));
+    // Open along x2 between walls across x1: flux cannot spread in three dimensions.
+    let mut confined = pair();
+    confined.walls[1] = [Wall::Open; 2];
+    (confined.domain.min[1], confined.domain.max[1]) = (f64::NEG_INFINITY, f64::INFINITY);
+    assert!((0..3).all(|axis| !is_extruded(&confined, axis)));
+}
+
+#[test]
+fn the_field_is_at_the_potentials_of_the_conductors_and_between_them() {
+    let scene = open(vec![disc("a", [0.0; 3], 1.0, 0.1), disc("b", [0.0, 0.5, 0.0], 1.0, 0.1)]);
+    let with_field = Settings { field: true, ..settings(3e-2, Target::TwoTerminal) };
+    let found = solve_extruded(&scene, &with_field).unwrap();
+    let (mesh, potentials) = found.field.unwrap();
+    assert_eq!(potentials.len(), 2);
+    for t in 0..mesh.tets.len() {
+        assert!(
+            mesh.determinant(t) > 0.0,
+            "{t}: {:e} {:?}",
+            mesh.determinant(t),
+            mesh.tets[t].map(|p| mesh.points[p as usize])
+        );
+    }
+    for (p, point) in mesh.points.iter().enumerate() {
+        let near = |low: f64| point[0].hypot(point[2]) <= 1.0 - 1e-9 && (low..=low + 0.1).contains(&point[1]);
+        let expected = match (near(0.0), near(0.5)) {
+            (true, _) => Some([1.0, 0.0]),
+            (_, true) => Some([0.0, 1.0]),
+            _ => None,
+        };
+        let own = [0, 1].map(|c| potentials[c][p]);
+        if let Some(expected) = expected {
+            assert!((0..2).all(|c| (own[c] - expected[c]).abs() < 1e-9), "{point:?}: {own:?}");
+        }
+        assert!(own.iter().all(|u| (-0.05..1.05).contains(u)), "{point:?}: {own:?}");
+    }
+}
