@@ -25,6 +25,12 @@ struct Leftovers {
     empty: Vec<PathBuf>,
 }
 
+/// How often the removal of a folder is tried, and the pause after each time.
+#[cfg(unix)]
+const TRIES: usize = 20;
+#[cfg(unix)]
+const BETWEEN_TRIES: std::time::Duration = std::time::Duration::from_millis(5);
+
 impl Guard {
     /// Starts guarding.
     pub(crate) fn start() -> Self {
@@ -51,7 +57,14 @@ impl Guard {
         // What cannot be removed cannot be reported either.
         let leftovers = self.leftovers.lock().unwrap_or_else(PoisonError::into_inner);
         for folder in &leftovers.whole {
-            let _ = std::fs::remove_dir_all(folder);
+            // Another thread may put a file into it in between.
+            for _ in 0..TRIES {
+                let _ = std::fs::remove_dir_all(folder);
+                if !folder.exists() {
+                    break;
+                }
+                std::thread::sleep(BETWEEN_TRIES);
+            }
         }
         for folder in &leftovers.empty {
             let _ = std::fs::remove_dir(folder);

@@ -112,6 +112,7 @@ fn solve_and_save(
         Options { prune: !arguments.no_prune, fields: !arguments.no_fields, scene: !arguments.no_scene };
     // Opened before anything is solved: a run must not be lost to a folder that cannot be written to.
     let folder = OutputFolder::open(folder)?;
+    guard.remove_on_failure(folder.staging(), folder.created());
     folder.holds_nothing_foreign()?;
     let resume = match arguments.resume {
         true => Some(Resume::read(&folder.partial(), case, &options)?),
@@ -120,7 +121,6 @@ fn solve_and_save(
     if let Some(resume) = resume.as_ref().filter(|_| !common.quiet) {
         output::message(&format!("{} steps are taken from the run that was stopped", resume.steps()));
     }
-    guard.remove_on_failure(folder.staging(), folder.created());
     let cancel = Arc::new(AtomicBool::new(false));
     stop_on_signal(&cancel, &folder);
     if let Some(time) = arguments.max_time {
