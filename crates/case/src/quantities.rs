@@ -55,6 +55,8 @@ lengths! {
     PositionKind: Any, "0";
     /// The size of something that exists.
     SizeKind: Positive, "100";
+    /// A height that may be zero.
+    HeightKind: NonNegative, "100";
 }
 
 macro_rules! pressures {
@@ -117,6 +119,7 @@ pub(super) struct Quantity<K> {
 
 pub(super) type Position = Quantity<PositionKind>;
 pub(super) type Size = Quantity<SizeKind>;
+pub(super) type Height = Quantity<HeightKind>;
 pub(super) type Modulus = Quantity<ModulusKind>;
 pub(super) type Constant = Quantity<ConstantKind>;
 pub(super) type SignedConstant = Quantity<SignedConstantKind>;

@@ -7,7 +7,9 @@ use toml::de::{DeTable, DeValue};
 
 use super::file_unit::FileUnit;
 use super::material::MaterialTable;
-use super::quantities::{Charge, Compression, Force, Modulus, Permittivity, Position, Size, Tolerance};
+use super::quantities::{
+    Charge, Compression, Force, Height, Modulus, Permittivity, Position, Size, Tolerance,
+};
 use super::reader::{FromToml, Log, Node, Read, alternatives, nearest};
 use super::tables::{Entries, TableKeys, TableSchema, choice, key, table, unknown_word, words};
 use super::values::{Count, Either, Flag, FormatNumber, PotentialOrder, Text};
@@ -316,7 +318,7 @@ table! {
         sphere: Option<Read<Ball>>,
         /// A closed spherical surface around everything; nothing outside it is solved.
         shell: Option<Read<Ball>>,
-        /// A circular cylinder.
+        /// A circular cylinder, disc, tube or ring.
         cylinder: Option<Read<Tube>>,
         /// A polygon pulled along an axis.
         extrusion: Option<Read<Extruded>>,
@@ -344,7 +346,7 @@ table! {
         slab: Option<Read<Slab>>,
         /// A ball.
         sphere: Option<Read<Ball>>,
-        /// A circular cylinder.
+        /// A circular cylinder, disc, tube or ring.
         cylinder: Option<Read<Tube>>,
         /// A polygon pulled along an axis.
         extrusion: Option<Read<Extruded>>,
@@ -403,16 +405,18 @@ table! {
 }
 
 table! {
-    /// A circular cylinder along an axis.
+    /// A circular cylinder along an axis, or a tube.
     struct Tube {
         /// The axis it stands along.
         axis: Read<Axis>,
         /// The middle of its lower end: x1, x2, x3.
         base: Read<[Read<Position>; 3]>,
-        /// Its radius.
+        /// Its radius, on the outside.
         radius: Read<Size>,
-        /// Its length along the axis.
-        height: Read<Size>,
+        /// The radius of the hole along the axis of a tube or ring. Default: no hole.
+        inner_radius: Option<Read<Size>>,
+        /// Its length along the axis. A conductor with "0 mm" is a disc without thickness, or a ring.
+        height: Read<Height>,
     }
 }
 

@@ -1,10 +1,11 @@
-//! The scene around a layer for the solver on tetrahedra: electrodes and a surface that the load has bent.
+//! The scene around a layer for the solvers of other shapes than boxes: electrodes and a surface that the load has bent.
 //!
 //! Finite elements of the layer in plane strain know the shape of every electrode and of the surface. The field solver takes
 //! them as polygons in the plane of x1 and x2, pulled along x3, close enough to the curves that the difference does not matter for the capacitance.
 
 use elastocap_geometry::export::gltf::BodyRole;
 use elastocap_geometry::export::surfaces::{Corners, SurfaceBody, prism};
+use elastocap_geometry::outline;
 use elastocap_geometry::scene::{Body, Box3, Purpose, Scene, Wall};
 use elastocap_geometry::shapes::Shape;
 
@@ -18,7 +19,7 @@ const SHARE: f64 = 0.2;
 /// Loops of the surface larger than this share of the scene's height are not cut out but refused.
 const LOOP: f64 = 0.02;
 
-/// A scene around a layer for the solver on tetrahedra.
+/// A scene around a layer for the solvers of other shapes than boxes.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct LayerScene {
     pub(crate) scene: Scene,
@@ -39,30 +40,51 @@ impl LayerScene {
         let shown = conductors.chain(self.scene.dielectrics().map(|d| d.body));
         let shown = shown.filter(|body| body.purpose != Purpose::Cover);
         let surface = |body: &Body| {
-            let known: Option<Vec<_>> = body.parts.iter().map(|part| flat_surface(part, window)).collect();
-            let of_mesh = || meshed.iter().find(|m| m.name == body.name).map(|m| m.triangles.clone());
-            let triangles = known.map(|parts| parts.concat()).or_else(of_mesh).unwrap_or_default();
+            let of_mesh = meshed.iter().find(|m| m.name == body.name).map(|m| m.triangles.clone());
+            // Round bodies as the solver sees them, where it does not see them round.
+            let round = |part: &Shape| matches!(part, Shape::Cylinder { .. } | Shape::Tube { .. });
+            let shown_as_meshed = of_mesh.is_some() && body.parts.iter().any(round);
+            let known = || body.parts.iter().map(|part| flat_surface(part, window)).collect();
+            let known: Option<Vec<_>> = if shown_as_meshed { None } else { known() };
+            let triangles = known.map(|parts| parts.concat()).or(of_mesh).unwrap_or_default();
             SurfaceBody { name: body.name.clone(), role: BodyRole::from(body), triangles }
         };
         shown.map(surface).collect()
     }
 }
 
-/// The triangles of a box or an extrusion, boxes cut off at the `window`; `None` for other shapes.
+/// The triangles of a body, boxes cut off at the `window`; `None` for those that only a mesh knows.
 fn flat_surface(shape: &Shape, window: &Box3) -> Option<Vec<Corners>> {
     match shape {
         Shape::Extrusion { axis, from, to, outline } => Some(prism(*axis, [*from, *to], outline)),
+        Shape::Cylinder { axis, base, radius, height } => {
+            let circle = outline::on_circle(across(*axis, base), *radius, CORNERS);
+            Some(prism(*axis, [base[*axis], base[*axis] + height], &circle))
+        }
+        Shape::Tube { axis, base, radii, height } => {
+            let [inner, outer] = radii.map(|radius| outline::on_circle(across(*axis, base), radius, CORNERS));
+            let ends = [base[*axis], base[*axis] + height];
+            let halves = outline::halves_between(&inner, &outer);
+            Some(halves.iter().flat_map(|half| prism(*axis, ends, half)).collect())
+        }
         Shape::Box(region) => {
             let at = |a: usize| [region.min[a].max(window.min[a]), region.max[a].min(window.max[a])];
             let ([x0, x1], [y0, y1]) = (at(0), at(1));
             Some(prism(2, at(2), &[[x0, y0], [x1, y0], [x1, y1], [x0, y1]]))
         }
-        Shape::Sphere { .. }
-        | Shape::Shell { .. }
-        | Shape::Cylinder { .. }
-        | Shape::Surface(_)
-        | Shape::Physical(_) => None,
+        Shape::Surface(surface) => {
+            Some(surface.faces.iter().map(|t| t.map(|p| surface.points[p as usize])).collect())
+        }
+        Shape::Sphere { .. } | Shape::Shell { .. } | Shape::Physical(_) => None,
     }
+}
+
+/// Corners of the polygons that circles are shown as.
+const CORNERS: usize = 96;
+
+/// The coordinates across an axis.
+fn across(axis: usize, point: &[f64; 3]) -> [f64; 2] {
+    [[1, 2], [0, 2], [0, 1]][axis].map(|a| point[a])
 }
 
 /// `deformed` with its pair, and its layer where the surface is known to where walls end it, in the shape of `curves`.

@@ -98,9 +98,29 @@ pub enum SolveError {
         /// Name of the body.
         body: String,
     },
-    /// The solver for extruded scenes was given bodies that are not outlines pulled along one axis, or whose plan has no mesh.
+    /// The solver for extruded scenes was given bodies that are not outlines pulled along one axis.
     #[error("the bodies are not outlines pulled along one axis; solve the scene on tetrahedra")]
     NotExtruded,
+    /// The outlines of an extruded scene have no mesh of a reasonable size.
+    #[error(
+        "the outlines cannot be divided into triangles: some of them are too close together or touch where they are round; solve the \
+         scene on tetrahedra"
+    )]
+    NoPlan,
+    /// A conductor of an extruded scene has a point in common with a grounded wall.
+    #[error("{conductor} touches a grounded wall; keep them apart")]
+    OnGround {
+        /// Its name.
+        conductor: String,
+    },
+    /// Two conductors of an extruded scene have a point in common.
+    #[error("{first} and {second} touch or overlap; keep them apart")]
+    Touching {
+        /// Name of one conductor.
+        first: String,
+        /// Name of the other.
+        second: String,
+    },
     /// The first grid would take more memory than there is; nothing was solved.
     #[error(
         "even the coarsest grid takes about {}, more than the limit of {}: there are too many bodies for the memory, or too many \

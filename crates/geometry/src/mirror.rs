@@ -64,9 +64,14 @@ pub fn part(scene: &Scene, planes: &[Option<MirrorPlane>; 3]) -> Scene {
 fn middle(shape: &Shape, b: &Box3, axis: usize) -> Option<f64> {
     match shape {
         Shape::Sphere { center, .. } | Shape::Shell { center, .. } => Some(center[axis]),
-        Shape::Cylinder { axis: along, base, .. } if *along != axis => Some(base[axis]),
+        Shape::Cylinder { axis: along, base, .. } | Shape::Tube { axis: along, base, .. }
+            if *along != axis =>
+        {
+            Some(base[axis])
+        }
         Shape::Box(_)
         | Shape::Cylinder { .. }
+        | Shape::Tube { .. }
         | Shape::Extrusion { .. }
         | Shape::Surface(_)
         | Shape::Physical(_) => Some(0.5 * (b.min[axis] + b.max[axis])).filter(|at| at.is_finite()),
@@ -172,6 +177,10 @@ impl Plane {
             | (Shape::Shell { .. }, Shape::Shell { .. }) => true,
             (Shape::Cylinder { axis, .. }, Shape::Cylinder { axis: along, .. }) => axis == along,
             (
+                Shape::Tube { axis, radii: [inner, _], .. },
+                Shape::Tube { axis: along, radii: [other, _], .. },
+            ) => axis == along && (inner - other).abs() <= 2.0 * self.near,
+            (
                 Shape::Extrusion { axis, outline, .. },
                 Shape::Extrusion { axis: along, outline: other, .. },
             ) => {
@@ -184,6 +193,7 @@ impl Plane {
                 | Shape::Sphere { .. }
                 | Shape::Shell { .. }
                 | Shape::Cylinder { .. }
+                | Shape::Tube { .. }
                 | Shape::Extrusion { .. }
                 | Shape::Surface(_)
                 | Shape::Physical(_),

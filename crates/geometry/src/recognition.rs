@@ -20,7 +20,11 @@ pub fn boxes_of(shape: &Shape, most: usize) -> Option<Vec<Box3>> {
             Cells::of_outline(*axis, [from.min(*to), from.max(*to)], outline, most).map(|cells| cells.boxes())
         }
         Shape::Surface(surface) => of_surface(surface, most),
-        Shape::Sphere { .. } | Shape::Shell { .. } | Shape::Cylinder { .. } | Shape::Physical(_) => None,
+        Shape::Sphere { .. }
+        | Shape::Shell { .. }
+        | Shape::Cylinder { .. }
+        | Shape::Tube { .. }
+        | Shape::Physical(_) => None,
     }
 }
 

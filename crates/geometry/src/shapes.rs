@@ -31,7 +31,18 @@ pub enum Shape {
         base: [f64; 3],
         /// Its radius, positive.
         radius: f64,
-        /// Its length along the axis, positive.
+        /// Its length along the axis, positive; zero for a disc, which only a conductor may be.
+        height: f64,
+    },
+    /// A circular tube along a coordinate axis.
+    Tube {
+        /// Along which it stands.
+        axis: usize,
+        /// The middle of the end with the lower coordinate.
+        base: [f64; 3],
+        /// Its radii inside and outside, ascending and positive.
+        radii: [f64; 2],
+        /// Its length along the axis, positive; zero for a ring, which only a conductor may be.
         height: f64,
     },
     /// A polygon pulled along a coordinate axis; a conductor may have `from == to`, a sheet.
@@ -60,7 +71,8 @@ impl Shape {
             Shape::Sphere { center, radius } | Shape::Shell { center, radius } => {
                 Some(Box3 { min: center.map(|x| x - radius), max: center.map(|x| x + radius) })
             }
-            Shape::Cylinder { axis, base, radius, height } => {
+            Shape::Cylinder { axis, base, radius, height }
+            | Shape::Tube { axis, base, radii: [_, radius], height } => {
                 let mut b = Box3 { min: base.map(|x| x - radius), max: base.map(|x| x + radius) };
                 b.min[*axis] = base[*axis];
                 b.max[*axis] = base[*axis] + height;
@@ -86,6 +98,7 @@ impl Shape {
             Shape::Sphere { .. }
             | Shape::Shell { .. }
             | Shape::Cylinder { .. }
+            | Shape::Tube { .. }
             | Shape::Extrusion { .. }
             | Shape::Surface(_)
             | Shape::Physical(_) => None,
@@ -104,6 +117,12 @@ impl Shape {
                 let z = point[*axis] - base[*axis];
                 let across = squared(base) - z * z;
                 (0.0..*height).contains(&z) && across < radius * radius
+            }
+            Shape::Tube { axis, base, radii, height } => {
+                let z = point[*axis] - base[*axis];
+                let across = squared(base) - z * z;
+                let [inner, outer] = radii.map(|radius| radius * radius);
+                (0.0..*height).contains(&z) && inner < across && across < outer
             }
             Shape::Extrusion { axis, from, to, outline: corners } => {
                 let q = match axis {

@@ -195,14 +195,7 @@ fn any_shape(
         return Some((ball(read.get()?)?, read.span.clone()));
     }
     if let Some(read) = cylinder {
-        let tube = read.get()?;
-        let shape = Shape::Cylinder {
-            axis: axis_index(*tube.axis.get()?),
-            base: point(tube.base.get()?)?,
-            radius: tube.radius.get()?.si,
-            height: tube.height.get()?.si,
-        };
-        return Some((shape, read.span.clone()));
+        return Some((round(read.get()?, may_be_flat, log)?, read.span.clone()));
     }
     if let Some(read) = extrusion {
         return Some((extruded(read.get()?, may_be_flat, log)?, read.span.clone()));
@@ -217,6 +210,35 @@ fn point(read: &[Read<Position>; 3]) -> Option<[f64; 3]> {
 
 fn ball(raw: &raw::Ball) -> Option<Shape> {
     Some(Shape::Sphere { center: point(raw.center.get()?)?, radius: raw.radius.get()?.si })
+}
+
+/// A cylinder or disc, or a tube or ring.
+fn round(raw: &raw::Tube, may_be_flat: bool, log: &mut Log<'_>) -> Option<Shape> {
+    let (axis, base) = (axis_index(*raw.axis.get()?), point(raw.base.get()?)?);
+    let (radius, height) = (raw.radius.get()?.si, raw.height.get()?.si);
+    if height == 0.0 && !may_be_flat {
+        log.push(
+            Diagnostic::at(&raw.height.span, "a dielectric without thickness has no effect")
+                .label("must be greater than zero")
+                .help("only a conductor may be a disc without thickness"),
+        );
+        return None;
+    }
+    let Some(inner_radius) = given(&raw.inner_radius) else {
+        return raw.inner_radius.is_none().then_some(Shape::Cylinder { axis, base, radius, height });
+    };
+    let inner = inner_radius.si;
+    if inner >= radius {
+        let span = raw.inner_radius.as_ref().map_or(&raw.radius.span, |read| &read.span);
+        log.push(
+            Diagnostic::at(span, "the tube is inside-out: `inner_radius` must be less than `radius`")
+                .label("not less than `radius`")
+                .related(&raw.radius.span, "`radius`")
+                .help("the wall of the tube lies between the two radii"),
+        );
+        return None;
+    }
+    Some(Shape::Tube { axis, base, radii: [inner, radius], height })
 }
 
 fn extruded(raw: &raw::Extruded, may_be_flat: bool, log: &mut Log<'_>) -> Option<Shape> {

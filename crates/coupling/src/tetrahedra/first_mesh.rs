@@ -243,6 +243,7 @@ fn gap_between(one: &Shape, other: &Shape) -> Option<(f64, f64)> {
             Shape::Shell { center, radius } => Some((*center, *radius, true)),
             Shape::Box(_)
             | Shape::Cylinder { .. }
+            | Shape::Tube { .. }
             | Shape::Extrusion { .. }
             | Shape::Surface(_)
             | Shape::Physical(_) => None,
@@ -270,6 +271,7 @@ fn area(shape: &Shape, b: &Box3, along: usize) -> f64 {
         | Shape::Sphere { .. }
         | Shape::Shell { .. }
         | Shape::Cylinder { .. }
+        | Shape::Tube { .. }
         | Shape::Extrusion { .. }
         | Shape::Surface(_)
         | Shape::Physical(_) => b.extent((along + 1) % 3) * b.extent((along + 2) % 3),

@@ -2,7 +2,7 @@
 
 use elastocap_fem::triangle::Bent;
 use elastocap_geometry::meshing::grid::Plane;
-use elastocap_geometry::meshing::plane::graded::{Circle, Coarse, Marks, Outline, coarse};
+use elastocap_geometry::meshing::plane::graded::{Circle, Coarse, Marks, Outline, Triangles, coarse};
 use elastocap_geometry::outline;
 use elastocap_geometry::recognition::boxes_of;
 use elastocap_geometry::scene::{Body, Scene, Wall};
@@ -30,6 +30,8 @@ const UPRIGHT: f64 = 1e-9;
 struct Solid {
     /// In the plan, scaled.
     outline: Outline,
+    /// What a ring leaves out in its middle.
+    hole: Option<Circle>,
     /// Lower and upper end along the axis, scaled.
     ends: [f64; 2],
 }
@@ -104,16 +106,14 @@ impl Layout {
         });
         let [p, q] = across(axis);
         let scale = |x: f64, a: usize| ((x - origin[a]) / unit).clamp(-FAR, FAR);
+        let place = |c: [f64; 2]| [scale(c[0], p), scale(c[1], q)];
+        let circle = |Circle { center, radius }| Circle { center: place(center), radius: radius / unit };
         let scaled = |solid: Solid| Solid {
             outline: match solid.outline {
-                Outline::Polygon(corners) => {
-                    Outline::Polygon(corners.iter().map(|c| [scale(c[0], p), scale(c[1], q)]).collect())
-                }
-                Outline::Circle(Circle { center, radius }) => {
-                    let center = [scale(center[0], p), scale(center[1], q)];
-                    Outline::Circle(Circle { center, radius: radius / unit })
-                }
+                Outline::Polygon(corners) => Outline::Polygon(corners.into_iter().map(place).collect()),
+                Outline::Circle(of) => Outline::Circle(circle(of)),
             },
+            hole: solid.hole.map(circle),
             ends: solid.ends.map(|z| scale(z, axis)),
         };
         let conductors: Vec<(u32, Solid)> = conductors.into_iter().map(|(c, s)| (c, scaled(s))).collect();
@@ -127,9 +127,13 @@ impl Layout {
         for k in 0..2 {
             let all = conductors.iter_mut().map(|(_, s)| s).chain(dielectrics.iter_mut().map(|(_, s)| s));
             let corners: Vec<&mut [f64; 2]> = all
-                .flat_map(|s| match &mut s.outline {
-                    Outline::Polygon(corners) => corners.iter_mut().collect(),
-                    Outline::Circle(circle) => vec![&mut circle.center],
+                .flat_map(|Solid { outline, hole, .. }| {
+                    let mut corners: Vec<&mut [f64; 2]> = match outline {
+                        Outline::Polygon(corners) => corners.iter_mut().collect(),
+                        Outline::Circle(circle) => vec![&mut circle.center],
+                    };
+                    corners.extend(hole.iter_mut().map(|circle| &mut circle.center));
+                    corners
                 })
                 .collect();
             join(corners.into_iter().map(|c| &mut c[k]).collect(), frame.map(|corner| corner[k]));
@@ -198,7 +202,10 @@ impl Layout {
     }
 
     /// What fills the space over a point of the plan.
-    fn column(&self, point: [f64; 2]) -> Column {
+    ///
+    /// # Errors
+    /// Two conductors that touch or overlap there.
+    fn column(&self, point: [f64; 2]) -> Result<Column, [u32; 2]> {
         let intervals = self.intervals();
         let mut column = Column {
             conductor: vec![None; intervals],
@@ -214,36 +221,107 @@ impl Layout {
         for (conductor, solid) in &self.conductors {
             if solid.holds(point) {
                 let [lo, hi] = solid.ends.map(|z| self.cut(z));
+                for held in &mut column.held[lo..=hi.max(lo)] {
+                    match held {
+                        Some(other) if other != conductor => {
+                            return Err([(*other).min(*conductor), (*other).max(*conductor)]);
+                        }
+                        _ => *held = Some(*conductor),
+                    }
+                }
                 column.conductor[lo..hi.max(lo)].fill(Some(*conductor));
-                column.held[lo..=hi.max(lo)].fill(Some(*conductor));
             }
         }
-        column
+        Ok(column)
     }
 
-    /// The coarsest mesh of the plan; `None` where there is none of a reasonable size.
-    pub(super) fn plan(&self, radius: f64) -> Option<Plan> {
+    /// The coarsest mesh of the plan.
+    ///
+    /// # Errors
+    /// [`PlanError`].
+    pub(super) fn plan(&self, radius: f64) -> Result<Plan, PlanError> {
         let frame = self.frame(radius);
         let solids = self.conductors.iter().map(|(_, s)| s).chain(self.dielectrics.iter().map(|(_, s)| s));
-        let outlines: Vec<Outline> = solids.map(|s| s.outline.clone()).collect();
-        let coarse = coarse(&outlines, frame)?;
+        let both = |s: &Solid| [Some(s.outline.clone()), s.hole.map(Outline::Circle)].into_iter().flatten();
+        let outlines: Vec<Outline> = solids.flat_map(both).collect();
+        let coarse = coarse(&outlines, frame).ok_or(PlanError::NoMesh)?;
         let mesh = &coarse.mesh;
         let mut columns: Vec<Column> = Vec::new();
-        let of_triangle: Vec<u32> = mesh
-            .triangles
-            .iter()
-            .map(|t| {
-                let column = self.column(middle(&coarse, t));
-                let known = columns.iter().position(|c| *c == column);
-                known.unwrap_or_else(|| {
-                    columns.push(column);
-                    columns.len() - 1
-                }) as u32
-            })
-            .collect();
+        let mut of_triangle = Vec::with_capacity(mesh.triangles.len());
+        for t in &mesh.triangles {
+            let column = self.column(middle(&coarse, t)).map_err(PlanError::Touching)?;
+            let known = columns.iter().position(|c| *c == column);
+            of_triangle.push(known.unwrap_or(columns.len()) as u32);
+            if known.is_none() {
+                columns.push(column);
+            }
+        }
+        let held = held_over_points(mesh, &of_triangle, &columns).map_err(PlanError::Touching)?;
+        if let Some(c) = self.on_a_grounded_wall(&mesh.points, &held, frame) {
+            return Err(PlanError::OnGround(c));
+        }
         let marks = marks(&coarse, &of_triangle, &columns, frame);
-        Some(Plan { coarse, columns, of_triangle, marks, frame })
+        Ok(Plan { coarse, columns, of_triangle, marks, frame })
     }
+}
+
+impl Layout {
+    /// A conductor that touches a grounded wall.
+    fn on_a_grounded_wall(
+        &self,
+        points: &[[f64; 2]],
+        held: &[Vec<Option<u32>>],
+        frame: [[f64; 2]; 2],
+    ) -> Option<u32> {
+        let grounded = |wall: Wall| wall == Wall::Grounded;
+        points.iter().zip(held).find_map(|(point, held)| {
+            let on_side =
+                |k: usize, side: usize| point[k] == frame[side][k] && grounded(self.plan_walls[k][side]);
+            let on_a_side = (0..2).any(|k| (0..2).any(|side| on_side(k, side)));
+            let ends = [held.first(), held.last()].into_iter().zip(self.axis_walls);
+            let at_end =
+                ends.filter(|(_, wall)| grounded(*wall)).find_map(|(held, _)| held.copied().flatten());
+            at_end.or_else(|| held.iter().flatten().next().copied().filter(|_| on_a_side))
+        })
+    }
+}
+
+/// Why a layout has no plan.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum PlanError {
+    /// There is no mesh of a reasonable size.
+    NoMesh,
+    /// Two conductors touch or overlap.
+    Touching([u32; 2]),
+    /// A conductor touches a grounded wall.
+    OnGround(u32),
+}
+
+/// For each point of a mesh the conductor that each cut belongs to there.
+///
+/// # Errors
+/// Two conductors that have such a place in common.
+fn held_over_points(
+    mesh: &Triangles,
+    of_triangle: &[u32],
+    columns: &[Column],
+) -> Result<Vec<Vec<Option<u32>>>, [u32; 2]> {
+    let mut held: Vec<Vec<Option<u32>>> = vec![Vec::new(); mesh.points.len()];
+    for (t, column) in mesh.triangles.iter().zip(of_triangle) {
+        let own = &columns[*column as usize].held;
+        for p in t {
+            let here = &mut held[*p as usize];
+            here.resize(own.len(), None);
+            for (here, own) in here.iter_mut().zip(own) {
+                match (*here, *own) {
+                    (Some(a), Some(b)) if a != b => return Err([a.min(b), a.max(b)]),
+                    (None, Some(b)) => *here = Some(b),
+                    _ => {}
+                }
+            }
+        }
+    }
+    Ok(held)
 }
 
 /// The coarsest mesh of a plan, with what is over its triangles and where it has to be graded.
@@ -263,11 +341,17 @@ fn solids(shape: &Shape, axis: usize) -> Option<Vec<Solid>> {
     match shape {
         Shape::Extrusion { axis: own, from, to, outline } if *own == axis => Some(vec![Solid {
             outline: Outline::Polygon(outline.clone()),
+            hole: None,
             ends: [from.min(*to), from.max(*to)],
         }]),
         Shape::Cylinder { axis: own, base, radius, height } if *own == axis => {
             let outline = Outline::Circle(Circle { center: [base[p], base[q]], radius: *radius });
-            Some(vec![Solid { outline, ends: [base[axis], base[axis] + height] }])
+            Some(vec![Solid { outline, hole: None, ends: [base[axis], base[axis] + height] }])
+        }
+        Shape::Tube { axis: own, base, radii, height } if *own == axis => {
+            let [hole, outer] = radii.map(|radius| Circle { center: [base[p], base[q]], radius });
+            let ends = [base[axis], base[axis] + height];
+            Some(vec![Solid { outline: Outline::Circle(outer), hole: Some(hole), ends }])
         }
         Shape::Box(_) | Shape::Extrusion { .. } | Shape::Surface(_) => {
             let boxes = boxes_of(shape, MOST_CELLS)?;
@@ -282,23 +366,30 @@ fn solids(shape: &Shape, axis: usize) -> Option<Vec<Solid>> {
                     [b.max[p], b.max[q]],
                     [b.min[p], b.max[q]],
                 ]),
+                hole: None,
                 ends: [b.min[axis], b.max[axis]],
             };
             Some(boxes.iter().map(solid).collect())
         }
-        Shape::Sphere { .. } | Shape::Shell { .. } | Shape::Cylinder { .. } | Shape::Physical(_) => None,
+        Shape::Sphere { .. }
+        | Shape::Shell { .. }
+        | Shape::Cylinder { .. }
+        | Shape::Tube { .. }
+        | Shape::Physical(_) => None,
     }
 }
 
 impl Solid {
     /// Whether a point of the plan lies in its outline.
     fn holds(&self, point: [f64; 2]) -> bool {
-        match &self.outline {
+        let within = |circle: &Circle| {
+            (point[0] - circle.center[0]).hypot(point[1] - circle.center[1]) < circle.radius
+        };
+        let inside = match &self.outline {
             Outline::Polygon(corners) => outline::contains(corners, point),
-            Outline::Circle(Circle { center, radius }) => {
-                (point[0] - center[0]).hypot(point[1] - center[1]) < *radius
-            }
-        }
+            Outline::Circle(circle) => within(circle),
+        };
+        inside && !self.hole.as_ref().is_some_and(within)
     }
 }
 

@@ -3,7 +3,7 @@
 //! All meshes of a scene belong to one family, the degree growing with the number of layers. The first ones are solved for the upper
 //! bound alone; from how fast it falls follows the mesh that should meet the tolerance, which is solved for both bounds.
 
-use super::layout::{Layout, Plan, across};
+use super::layout::{Layout, Plan, PlanError, across};
 use super::mesh::PlanMesh;
 use super::one_mesh::{Energies, Problem};
 use super::shown::{prisms, tetrahedra};
@@ -62,7 +62,7 @@ pub fn has_few_edges(scene: &Scene) -> bool {
     let Some(axis) = extrusion_axis(scene) else { return false };
     let part = mirror::part(scene, &mirror::planes(scene));
     let Some(layout) = Layout::new(&part, axis) else { return false };
-    layout.plan(2.0 * layout.reach).is_some_and(|plan| plan.marks.edges.len() <= MOST_EDGES)
+    layout.plan(2.0 * layout.reach).is_ok_and(|plan| plan.marks.edges.len() <= MOST_EDGES)
 }
 
 /// Sides of triangles along which conductors end, in a scene that is solved faster as extruded than on tetrahedra: with 32 (a pad and
@@ -237,7 +237,13 @@ impl<'a> Search<'a> {
             let neutral = settings.target == Target::TwoTerminal && scene.driven().count() == 2;
             layout.reach.max(1.0) * beginning_of_rays(settings.relative_tolerance, contrast, neutral)
         });
-        let plan = layout.plan(radius.unwrap_or(f64::INFINITY)).ok_or(SolveError::NotExtruded)?;
+        let name =
+            |c: u32| scene.conductors().nth(c as usize).map_or_else(String::new, |c| c.body.name.clone());
+        let plan = layout.plan(radius.unwrap_or(f64::INFINITY)).map_err(|error| match error {
+            PlanError::NoMesh => SolveError::NoPlan,
+            PlanError::OnGround(c) => SolveError::OnGround { conductor: name(c) },
+            PlanError::Touching([a, b]) => SolveError::Touching { first: name(a), second: name(b) },
+        })?;
         let conductors = scene.conductors().count();
         let mut present = vec![false; conductors];
         for column in &plan.columns {
@@ -267,7 +273,7 @@ impl<'a> Search<'a> {
     /// Lets rays begin farther out. Returns whether there are any.
     fn widen(&mut self) -> bool {
         let Some(radius) = self.radius.map(|radius| WIDER * radius) else { return false };
-        let Some(plan) = self.layout.plan(radius) else { return false };
+        let Ok(plan) = self.layout.plan(radius) else { return false };
         (self.plan, self.radius) = (plan, Some(radius));
         true
     }

@@ -6,6 +6,7 @@
 
 use spade::{AngleLimit, ConstrainedDelaunayTriangulation, Point2, RefinementParameters, Triangulation};
 use std::collections::{HashMap, HashSet};
+use std::f64::consts::TAU;
 
 /// Triangles of the coarse triangulation with an angle below this, in degrees, are refined; angles of the outlines stay.
 const MIN_ANGLE: f64 = 20.0;
@@ -80,6 +81,9 @@ const ARCS: [usize; 4] = [16, 32, 64, 128];
 /// Points on a circle or a side that are closer together than this, relative to its size, are one.
 const SAME: f64 = 1e-9;
 
+/// Circles that come closer than this to touching, relative to their size, are not divided.
+const TOUCH: f64 = 1e-6;
+
 /// A mesh of the plane: points, and triangles by the numbers of their corners.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Triangles {
@@ -119,8 +123,8 @@ pub struct Layers {
 }
 
 /// Triangulates the rectangle between the lower and the upper corner `frame` with as few triangles as a least angle of 20 degrees
-/// allows, so that every outline inside consists of sides of triangles. `None` if that takes too many, if a number is not finite, or
-/// if circles cross each other or the frame off their axes.
+/// allows, so that every outline inside consists of sides of triangles. `None` if that takes too many, if a number is not finite, if
+/// circles touch, or if they cross the frame off their axes.
 pub fn coarse(outlines: &[Outline], frame: [[f64; 2]; 2]) -> Option<Coarse> {
     ARCS.into_iter().find_map(|arcs| coarse_with(outlines, frame, arcs))
 }
@@ -181,17 +185,62 @@ impl Triangles {
     }
 }
 
-/// The circles, each with the angles of its points, and all sides of outlines and chords of circles in the frame, divided where
-/// circles and other sides cross. `None` where circles cross each other, or the frame between their points.
-#[expect(clippy::type_complexity, reason = "a list of circles and a list of segments")]
+/// The ends of a straight line.
+type Segment = [[f64; 2]; 2];
+
+/// A circle and the points on it between which it is divided, by their angles from 0 to a whole turn, ascending.
+#[derive(Debug)]
+struct DividedCircle {
+    circle: Circle,
+    points: Vec<(f64, [f64; 2])>,
+    /// The sum of the angles of the arcs in the frame.
+    within: f64,
+}
+
+impl DividedCircle {
+    /// Where the circle is met at about this angle: a point that it is already known to be met at, if there is one so near.
+    fn meet(&mut self, angle: f64) -> [f64; 2] {
+        match self.points.iter().find(|(other, _)| apart(angle, *other) < SAME) {
+            Some((_, place)) => *place,
+            None => {
+                let place = self.circle.at(angle);
+                self.points.push((angle, place));
+                place
+            }
+        }
+    }
+}
+
+/// Where two circles cross; `None` if they touch, or nearly so.
+fn crossings_of(one: &Circle, other: &Circle) -> Option<Vec<[f64; 2]>> {
+    let along = [0, 1].map(|k| other.center[k] - one.center[k]);
+    let distance = along[0].hypot(along[1]);
+    let (sum, difference) = (one.radius + other.radius, (one.radius - other.radius).abs());
+    if distance > sum * (1.0 + TOUCH) || distance < difference - sum * TOUCH || distance == 0.0 {
+        return Some(Vec::new());
+    }
+    if distance > sum * (1.0 - TOUCH) || distance < difference + sum * TOUCH {
+        return None;
+    }
+    let to_chord = 0.5 * (distance + (one.radius - other.radius) * sum / distance);
+    let half = ((one.radius - to_chord) * (one.radius + to_chord)).sqrt();
+    let [x, y] = along.map(|x| x / distance);
+    let place = |side: f64| {
+        [one.center[0] + to_chord * x - side * half * y, one.center[1] + to_chord * y + side * half * x]
+    };
+    Some(vec![place(1.0), place(-1.0)])
+}
+
+/// The circles, and all sides of outlines and chords of circles in the frame, divided where they cross. `None` where circles touch, or
+/// cross the frame between their points.
 fn divided(
     outlines: &[Outline],
     whole: &[[f64; 2]],
     frame: [[f64; 2]; 2],
     arcs: usize,
-) -> Option<(Vec<(Circle, Vec<f64>)>, Vec<[[f64; 2]; 2]>)> {
-    let mut circles: Vec<(Circle, Vec<f64>)> = Vec::new();
-    let mut sides: Vec<[[f64; 2]; 2]> = Vec::new();
+) -> Option<(Vec<DividedCircle>, Vec<Segment>)> {
+    let mut circles: Vec<DividedCircle> = Vec::new();
+    let mut sides: Vec<Segment> = Vec::new();
     let polygons = outlines.iter().filter_map(|outline| match outline {
         Outline::Polygon(corners) => Some(&corners[..]),
         Outline::Circle(_) => None,
@@ -205,25 +254,21 @@ fn divided(
     }
     for outline in outlines {
         if let Outline::Circle(circle) = outline
-            && !circles.iter().any(|(known, _)| known == circle)
+            && !circles.iter().any(|known| known.circle == *circle)
         {
-            let crosses = |(other, _): &(Circle, Vec<f64>)| {
-                let apart = (0..2).map(|k| circle.center[k] - other.center[k]).fold(0.0_f64, f64::hypot);
-                let sum = circle.radius + other.radius;
-                apart < sum * (1.0 + SAME)
-                    && apart > (circle.radius - other.radius).abs() - SAME * sum
-                    && apart > 0.0
-            };
-            if circles.iter().any(crosses) {
-                return None;
+            let mut points = Vec::new();
+            for other in &mut circles {
+                for place in crossings_of(&other.circle, circle)? {
+                    let shared = other.meet(other.circle.angle(place).rem_euclid(TAU));
+                    points.push((circle.angle(shared).rem_euclid(TAU), shared));
+                }
             }
-            circles.push((*circle, Vec::new()));
+            circles.push(DividedCircle { circle: *circle, points, within: 0.0 });
         }
     }
-    let turn = std::f64::consts::TAU;
     let mut cuts: Vec<Vec<(f64, [f64; 2])>> = vec![Vec::new(); sides.len()];
-    for (circle, angles) in &mut circles {
-        let mut met: Vec<f64> = Vec::new();
+    for divided in &mut circles {
+        let circle = divided.circle;
         for (side, cuts) in sides.iter().zip(&mut cuts) {
             let [a, b] = *side;
             let length = (b[0] - a[0]).hypot(b[1] - a[1]);
@@ -235,22 +280,16 @@ fn divided(
                 } else {
                     [0, 1].map(|k| a[k] + t * (b[k] - a[k]))
                 };
-                let angle = circle.angle(nearest).rem_euclid(turn);
-                let known = met.iter().copied().find(|other: &f64| apart(angle, *other) < SAME);
-                let angle = known.unwrap_or(angle);
-                if known.is_none() {
-                    met.push(angle);
-                }
-                cuts.push((t, circle.at(angle)));
+                cuts.push((t, divided.meet(circle.angle(nearest).rem_euclid(TAU))));
             }
         }
         // The usual points, but for those next to a crossing.
-        let step = turn / arcs as f64;
+        let step = TAU / arcs as f64;
         let usual = (0..arcs).map(|k| k as f64 * step);
-        let usual: Vec<f64> = usual.filter(|a| met.iter().all(|m| apart(*a, *m) > 0.25 * step)).collect();
-        angles.extend(met);
-        angles.extend(usual);
-        angles.sort_by(f64::total_cmp);
+        let is_far = |a: &f64| divided.points.iter().all(|(met, _)| apart(*a, *met) > 0.25 * step);
+        let usual: Vec<(f64, [f64; 2])> = usual.filter(is_far).map(|a| (a, circle.at(a))).collect();
+        divided.points.extend(usual);
+        divided.points.sort_by(|a, b| a.0.total_cmp(&b.0));
     }
     let mut pieces = Vec::new();
     for (side, mut cuts) in sides.into_iter().zip(cuts) {
@@ -264,12 +303,15 @@ fn divided(
         }
     }
     let inside = |p: [f64; 2]| (0..2).all(|k| frame[0][k] <= p[k] && p[k] <= frame[1][k]);
-    for (circle, angles) in &circles {
-        for (k, from) in angles.iter().enumerate() {
-            let to = angles[(k + 1) % angles.len()];
-            let chord = [circle.at(*from), circle.at(to)];
+    for DividedCircle { circle, points, within } in &mut circles {
+        for (k, (from, place)) in points.iter().enumerate() {
+            let (to, next) = points[(k + 1) % points.len()];
+            let chord = [*place, next];
             match chord.map(inside) {
-                [true, true] => pieces.push(chord),
+                [true, true] => {
+                    pieces.push(chord);
+                    *within += apart(*from, to);
+                }
                 [false, false] => {}
                 // A crossing with the frame is a point of the circle, up to rounding.
                 _ => {
@@ -277,6 +319,7 @@ fn divided(
                     let moved = (0..2).map(|e| (ends[e][0] - chord[e][0]).hypot(ends[e][1] - chord[e][1]));
                     if ends[0] != ends[1] && moved.fold(0.0, f64::max) <= SAME * circle.radius {
                         pieces.push(ends);
+                        *within += apart(*from, to);
                     }
                 }
             }
@@ -287,17 +330,18 @@ fn divided(
 
 /// The angle between two directions, by the shorter way.
 fn apart(a: f64, b: f64) -> f64 {
-    let difference = (a - b).rem_euclid(std::f64::consts::TAU);
-    difference.min(std::f64::consts::TAU - difference)
+    let difference = (a - b).rem_euclid(TAU);
+    difference.min(TAU - difference)
 }
 
 impl Coarse {
-    /// Moves points on chords onto their circles, and notes which sides stand for arcs. `None` if a triangle turns over.
-    fn bend(&mut self, circles: &[(Circle, Vec<f64>)], sides: impl Iterator<Item = [u32; 2]>) -> Option<()> {
+    /// Moves points on chords onto their circles, and notes which sides stand for arcs. `None` if a triangle turns over, or if chords of
+    /// different circles cross where the circles do not.
+    fn bend(&mut self, circles: &[DividedCircle], sides: impl Iterator<Item = [u32; 2]>) -> Option<()> {
         let before: Vec<f64> =
             self.mesh.triangles.iter().map(|t| signed_area(&self.mesh.points, t)).collect();
         let mut on: Vec<Vec<usize>> = vec![Vec::new(); self.mesh.points.len()];
-        for (c, (circle, angles)) in circles.iter().enumerate() {
+        for (c, DividedCircle { circle, points, .. }) in circles.iter().enumerate() {
             for (p, point) in self.mesh.points.iter_mut().enumerate() {
                 let [x, y] = [0, 1].map(|k| point[k] - circle.center[k]);
                 let distance = x.hypot(y);
@@ -305,11 +349,9 @@ impl Coarse {
                     continue;
                 }
                 // On the chord between the two points of the circle on either side?
-                let angle = circle.angle(*point).rem_euclid(std::f64::consts::TAU);
-                let next = angles.partition_point(|a| *a <= angle);
-                let (from, to) =
-                    (angles[(next + angles.len() - 1) % angles.len()], angles[next % angles.len()]);
-                let [a, b] = [from, to].map(|angle| circle.at(angle));
+                let angle = circle.angle(*point).rem_euclid(TAU);
+                let next = points.partition_point(|(a, _)| *a <= angle);
+                let [a, b] = [next + points.len() - 1, next].map(|around| points[around % points.len()].1);
                 let cross = (b[0] - a[0]) * (point[1] - a[1]) - (b[1] - a[1]) * (point[0] - a[0]);
                 let near = |q: [f64; 2]| (q[0] - point[0]).hypot(q[1] - point[1]) <= SAME * circle.radius;
                 if near(a) || near(b) {
@@ -320,21 +362,30 @@ impl Coarse {
                 }
             }
         }
+        let mut found = vec![0.0; circles.len()];
         for [a, b] in sides {
-            let common = on[a as usize].iter().find(|c| on[b as usize].contains(c));
-            let Some((circle, angles)) = common.map(|c| &circles[*c]) else { continue };
-            // A side of another outline may be a longer chord.
-            let turn =
-                apart(circle.angle(self.mesh.points[a as usize]), circle.angle(self.mesh.points[b as usize]));
-            let between = angles.iter().filter(|angle| {
-                [a, b].iter().all(|p| {
-                    let own = apart(**angle, circle.angle(self.mesh.points[*p as usize]));
-                    own > SAME && own < turn - SAME
-                })
-            });
-            if between.count() == 0 && turn < 1.0 {
-                self.arcs.insert(key(a, b), *circle);
+            for &c in on[a as usize].iter().filter(|c| on[b as usize].contains(c)) {
+                let DividedCircle { circle, points, .. } = &circles[c];
+                // A side of another outline may be a longer chord.
+                let [from, to] = [a, b].map(|p| circle.angle(self.mesh.points[p as usize]));
+                let turn = apart(from, to);
+                let mut between = points.iter().filter(|(angle, _)| {
+                    [from, to].iter().all(|end| {
+                        let own = apart(*angle, *end);
+                        own > SAME && own < turn - SAME
+                    })
+                });
+                if between.next().is_none() && turn < 1.0 {
+                    found[c] += turn;
+                    if self.arcs.insert(key(a, b), *circle).is_some() {
+                        return None;
+                    }
+                }
             }
+        }
+        let is_whole = |(circle, found): (&DividedCircle, f64)| (circle.within - found).abs() < TOUCH;
+        if !circles.iter().zip(found).all(is_whole) {
+            return None;
         }
         let turned = |(t, before): (&[u32; 3], f64)| signed_area(&self.mesh.points, t) * before <= 0.0;
         (!self.mesh.triangles.iter().zip(before).any(turned)).then_some(())
@@ -348,7 +399,7 @@ fn signed_area(points: &[[f64; 2]], t: &[u32; 3]) -> f64 {
 
 /// The part of a segment in a rectangle (Liang and Barsky), with ends exactly on the sides where it leaves it. `None` if there is
 /// none.
-fn clipped([a, b]: [[f64; 2]; 2], [low, high]: [[f64; 2]; 2]) -> Option<[[f64; 2]; 2]> {
+fn clipped([a, b]: Segment, [low, high]: [[f64; 2]; 2]) -> Option<Segment> {
     let mut ends = [(0.0, None), (1.0, None)];
     for k in 0..2 {
         let along = b[k] - a[k];

@@ -129,7 +129,11 @@ fn stands(shape: &Shape, along: usize) -> bool {
     match shape {
         Shape::Box(b) => b.sheet_normal().is_none_or(|normal| normal == along),
         Shape::Cylinder { axis, .. } | Shape::Extrusion { axis, .. } => *axis == along,
-        Shape::Sphere { .. } | Shape::Shell { .. } | Shape::Surface(_) | Shape::Physical(_) => false,
+        Shape::Sphere { .. }
+        | Shape::Shell { .. }
+        | Shape::Tube { .. }
+        | Shape::Surface(_)
+        | Shape::Physical(_) => false,
     }
 }
 
@@ -145,7 +149,11 @@ fn ends(shape: &Shape, a: usize) -> Option<[f64; 2]> {
             let fold = |all: [f64; 2], p: &[f64; 2]| [all[0].min(p[k]), all[1].max(p[k])];
             Some(outline.iter().fold([f64::INFINITY, f64::NEG_INFINITY], fold))
         }
-        Shape::Sphere { .. } | Shape::Shell { .. } | Shape::Surface(_) | Shape::Physical(_) => None,
+        Shape::Sphere { .. }
+        | Shape::Shell { .. }
+        | Shape::Tube { .. }
+        | Shape::Surface(_)
+        | Shape::Physical(_) => None,
     }
 }
 
@@ -220,7 +228,11 @@ fn outline(shape: &Shape, axis: usize, frame: &Box3, circle: usize) -> Vec<[f64;
             (0..circle.max(3)).map(corner).map(|(s, c)| [base[u] + wide * c, base[v] + wide * s]).collect()
         }
         Shape::Extrusion { outline, .. } => outline.clone(),
-        Shape::Sphere { .. } | Shape::Shell { .. } | Shape::Surface(_) | Shape::Physical(_) => Vec::new(),
+        Shape::Sphere { .. }
+        | Shape::Shell { .. }
+        | Shape::Tube { .. }
+        | Shape::Surface(_)
+        | Shape::Physical(_) => Vec::new(),
     }
 }
 
@@ -233,7 +245,7 @@ fn valid(shape: &Shape, conductor: bool) -> bool {
     let inner = match shape {
         Shape::Cylinder { radius, height, base, .. } => {
             *radius > 0.0
-                && *height > 0.0
+                && *height >= 0.0
                 && (radius + height).is_finite()
                 && base.iter().all(|x| x.is_finite())
         }
@@ -241,6 +253,7 @@ fn valid(shape: &Shape, conductor: bool) -> bool {
         Shape::Box(_)
         | Shape::Sphere { .. }
         | Shape::Shell { .. }
+        | Shape::Tube { .. }
         | Shape::Surface(_)
         | Shape::Physical(_) => true,
     };

@@ -3,6 +3,7 @@
 use super::delaunay::orientation;
 use super::{Point, Sizing};
 use crate::meshing::tets::determinant;
+use crate::outline;
 use crate::shapes::{Shape, TriangleSurface};
 use std::collections::HashMap;
 use std::f64::consts::{PI, TAU};
@@ -11,10 +12,7 @@ use std::f64::consts::{PI, TAU};
 fn polygon_for_circle(center: [f64; 2], radius: f64, side: f64) -> Vec<[f64; 2]> {
     let n = ((TAU / side).ceil() as usize).clamp(8, 400).next_multiple_of(4);
     let angle = TAU / n as f64;
-    let out = radius * (angle / angle.sin()).sqrt();
-    (0..n)
-        .map(|k| [center[0] + out * (k as f64 * angle).cos(), center[1] + out * (k as f64 * angle).sin()])
-        .collect()
+    outline::on_circle(center, radius * (angle / angle.sin()).sqrt(), n)
 }
 
 /// A geodesic polyhedron with the volume of a ball; the sides of its triangles are about `side` times the radius.
@@ -89,17 +87,31 @@ pub(super) fn geodesic(center: Point, radius: f64, side: f64) -> TriangleSurface
     out
 }
 
-/// The shape as it is meshed, with flat faces in place of curved ones. A [`Shape::Shell`] becomes its hollow.
-pub(super) fn faceted(shape: &Shape, sizing: &Sizing) -> Shape {
+/// The shape as it is meshed, in one or more pieces with flat faces in place of curved ones. A [`Shape::Shell`] becomes its hollow.
+pub(super) fn faceted(shape: &Shape, sizing: &Sizing) -> Vec<Shape> {
+    let middle = |axis: usize, base: &Point| [[1, 2], [0, 2], [0, 1]][axis].map(|a| base[a]);
+    let pulled = |axis: usize, base: &Point, height: f64, outline: Vec<[f64; 2]>| Shape::Extrusion {
+        axis,
+        from: base[axis],
+        to: base[axis] + height,
+        outline,
+    };
     match shape {
         Shape::Sphere { center, radius } | Shape::Shell { center, radius } => {
-            Shape::Surface(geodesic(*center, *radius, sizing.facet))
+            vec![Shape::Surface(geodesic(*center, *radius, sizing.facet))]
         }
         Shape::Cylinder { axis, base, radius, height } => {
-            let across = [[1, 2], [0, 2], [0, 1]][*axis].map(|a| base[a]);
-            let outline = polygon_for_circle(across, *radius, sizing.facet);
-            Shape::Extrusion { axis: *axis, from: base[*axis], to: base[*axis] + height, outline }
+            let outline = polygon_for_circle(middle(*axis, base), *radius, sizing.facet);
+            vec![pulled(*axis, base, *height, outline)]
         }
-        Shape::Box(_) | Shape::Extrusion { .. } | Shape::Surface(_) | Shape::Physical(_) => shape.clone(),
+        Shape::Tube { axis, base, radii, height } => {
+            let [inner, outer] =
+                radii.map(|radius| polygon_for_circle(middle(*axis, base), radius, sizing.facet));
+            let halves = outline::halves_between(&inner, &outer);
+            halves.into_iter().map(|outline| pulled(*axis, base, *height, outline)).collect()
+        }
+        Shape::Box(_) | Shape::Extrusion { .. } | Shape::Surface(_) | Shape::Physical(_) => {
+            vec![shape.clone()]
+        }
     }
 }

@@ -50,8 +50,8 @@ pub(super) struct Filling {
 }
 
 struct FacetedPart {
-    shape: Shape,
-    /// Whether the part is everything outside the shape.
+    pieces: Vec<Shape>,
+    /// Whether the part is everything outside the pieces.
     hollow: bool,
     /// For parts bounded by a sphere; spares them the winding number of their facets at most points.
     sphere: Option<SphereBounds>,
@@ -75,12 +75,13 @@ impl FacetedPart {
             }),
             Shape::Box(_)
             | Shape::Cylinder { .. }
+            | Shape::Tube { .. }
             | Shape::Extrusion { .. }
             | Shape::Surface(_)
             | Shape::Physical(_) => None,
         };
         let hollow = matches!(shape, Shape::Shell { .. });
-        Self { shape: faceted(shape, sizing), hollow, sphere }
+        Self { pieces: faceted(shape, sizing), hollow, sphere }
     }
 
     fn contains(&self, p: Point) -> bool {
@@ -90,7 +91,7 @@ impl FacetedPart {
                 return (distance < inner) != self.hollow;
             }
         }
-        self.shape.contains(p) != self.hollow
+        self.pieces.iter().any(|piece| piece.contains(p)) != self.hollow
     }
 }
 

@@ -162,23 +162,43 @@ fn add_part(
             add_center(out, domain, *center, sizing.facet * radius);
             sizing.facet * radius
         }
-        Shape::Cylinder { radius, .. } => sizing.facet * radius,
+        Shape::Cylinder { radius, .. } | Shape::Tube { radii: [radius, _], .. } => sizing.facet * radius,
         Shape::Box(_) | Shape::Extrusion { .. } | Shape::Surface(_) | Shape::Physical(_) => {
             sizing.facet * largest_extent(&bounds(part.shape))
         }
     };
     let ball = out.parts[part.number as usize].ball;
-    let mut surface = match faceted(part.shape, sizing) {
-        Shape::Extrusion { axis, from, to, outline } => {
-            BodySurface::prism(axis, [from, to], &outline, part.conductor)
-        }
-        Shape::Surface(surface) => BodySurface::triangles(&surface, !ball),
-        Shape::Physical(_) => {
-            return Err(part.unsupported("a group of a volume mesh, which is a mesh already"));
-        }
-        // Boxes are in already, and there is nothing round any more.
-        Shape::Box(_) | Shape::Sphere { .. } | Shape::Shell { .. } | Shape::Cylinder { .. } => return Ok(()),
-    };
+    for piece in faceted(part.shape, sizing) {
+        let surface = match piece {
+            Shape::Extrusion { axis, from, to, outline } => {
+                BodySurface::prism(axis, [from, to], &outline, part.conductor)
+            }
+            Shape::Surface(surface) => BodySurface::triangles(&surface, !ball),
+            Shape::Physical(_) => {
+                return Err(part.unsupported("a group of a volume mesh, which is a mesh already"));
+            }
+            // Boxes are in already, and there is nothing round any more.
+            Shape::Box(_)
+            | Shape::Sphere { .. }
+            | Shape::Shell { .. }
+            | Shape::Cylinder { .. }
+            | Shape::Tube { .. } => continue,
+        };
+        add_surface(out, surface, part, scene, domain, size, planes)?;
+    }
+    Ok(())
+}
+
+/// Adds the surface of a piece of a part, with facets of about `size`, cut where [`add_part`] says.
+fn add_surface(
+    out: &mut PiecewiseLinearComplex,
+    mut surface: BodySurface,
+    part: BodyPart,
+    scene: &Scene,
+    domain: &Box3,
+    size: f64,
+    planes: &mut [Vec<f64>; 3],
+) -> Result<(), MeshError> {
     surface.align(planes);
     for axis in 0..3 {
         for (at, above, wall) in

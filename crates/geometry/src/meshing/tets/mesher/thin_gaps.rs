@@ -14,7 +14,7 @@ const FACE_DISTANCE: f64 = 0.1;
 /// an angle are that close on a strip, one that touches another from inside on a spot.
 const MAX_SHARE: f64 = 0.3;
 
-/// A body of revolution: a ball or a cylinder.
+/// A surface of revolution: of a ball, of a cylinder, or inside or outside a tube.
 #[derive(Debug, Clone, Copy)]
 struct Round {
     center: Point,
@@ -24,17 +24,21 @@ struct Round {
 }
 
 impl Round {
-    fn of(shape: &Shape) -> Option<Self> {
+    fn of(shape: &Shape) -> Vec<Self> {
+        let rod = |axis: usize, base: &Point, radius: f64, height: f64| {
+            let mut center = *base;
+            center[axis] += 0.5 * height;
+            Self { center, radius, rod: Some((axis, 0.5 * height)) }
+        };
         match shape {
             Shape::Sphere { center, radius } | Shape::Shell { center, radius } => {
-                Some(Self { center: *center, radius: *radius, rod: None })
+                vec![Self { center: *center, radius: *radius, rod: None }]
             }
-            Shape::Cylinder { axis, base, radius, height } => {
-                let mut center = *base;
-                center[*axis] += 0.5 * height;
-                Some(Self { center, radius: *radius, rod: Some((*axis, 0.5 * height)) })
+            Shape::Cylinder { axis, base, radius, height } => vec![rod(*axis, base, *radius, *height)],
+            Shape::Tube { axis, base, radii, height } => {
+                radii.map(|radius| rod(*axis, base, radius, *height)).to_vec()
             }
-            Shape::Box(_) | Shape::Extrusion { .. } | Shape::Surface(_) | Shape::Physical(_) => None,
+            Shape::Box(_) | Shape::Extrusion { .. } | Shape::Surface(_) | Shape::Physical(_) => Vec::new(),
         }
     }
 
@@ -65,14 +69,14 @@ impl Round {
 /// Whether two round bodies have surfaces that are, over a large share of one of them, closer together than flat faces are to
 /// what they replace. `facet` is the size of the faces relative to the radius.
 pub(super) fn nearly_coincide(one: &Shape, other: &Shape, facet: f64) -> bool {
-    let (Some(one), Some(other)) = (Round::of(one), Round::of(other)) else { return false };
-    let off = FACE_DISTANCE * facet * facet * (one.radius + other.radius);
     let much = |a: &Round, b: &Round| {
+        let off = FACE_DISTANCE * facet * facet * (a.radius + b.radius);
         let all = a.samples();
         let near = all.iter().filter(|p| b.distance(**p) < off).count();
         near as f64 > MAX_SHARE * all.len() as f64
     };
-    much(&one, &other) || much(&other, &one)
+    let (ones, others) = (Round::of(one), Round::of(other));
+    ones.iter().any(|one| others.iter().any(|other| much(one, other) || much(other, one)))
 }
 
 #[cfg(test)]
