@@ -18,6 +18,12 @@ pub const LANES: usize = 8;
 #[repr(align(32))]
 pub struct Lane<T>(pub [T; LANES]);
 
+/// Does some work on lanes with the widest vectors of the machine: `work` is compiled for each kind, so that what it calls must be
+/// inlined into it.
+pub fn vectorized<R>(work: impl FnOnce() -> R) -> R {
+    Arch::new().dispatch(work)
+}
+
 impl<T: Real> Default for Lane<T> {
     fn default() -> Self {
         Self([T::default(); LANES])

@@ -222,7 +222,7 @@ impl Dual {
         for _ in 0..2 {
             for region in &self.repair.regions {
                 let width = self.fluxes.width;
-                region.add_solution(&self.cells.numbering, &self.cells.locals, &rest, &mut psi, width);
+                region.add_solution(&self.cells.locals, &rest, &mut psi, width);
             }
             self.repair.fluxes.product(&self.cells, &psi, &mut rest);
             rest.iter_mut().zip(&target).for_each(|(r, t)| *r = t - *r);
@@ -272,7 +272,7 @@ impl Operator for Dual {
     fn precondition(&mut self, r: &[f32], z: &mut [f32]) {
         z.fill(0.0);
         for region in &self.regions {
-            region.add_solution(&self.cells.numbering, &self.cells.locals, r, z, self.fluxes.width);
+            region.add_solution(&self.cells.locals, r, z, self.fluxes.width);
         }
         self.clear_held(z);
     }

@@ -22,6 +22,9 @@ const ALIKE: f64 = 1e-11;
 /// those of polygons that stand for curves. The field is hardly singular there.
 const SMOOTH: [f64; 2] = [12.0, 30.0];
 
+/// Conductors with less thickness along the axis are like sheets, as a share of the size of all conductors.
+const SHEET: f64 = 1e-2;
+
 /// Directions are at right angles if their cosine is less than this.
 const UPRIGHT: f64 = 1e-9;
 
@@ -173,6 +176,11 @@ impl Layout {
     pub(super) fn is_confined(&self) -> bool {
         let closed = |walls: &[Wall; 2]| !walls.contains(&Wall::Open);
         self.is_open() && (closed(&self.axis_walls) || self.plan_walls.iter().any(closed))
+    }
+
+    /// Whether a conductor is so thin along the axis that both its edges are like that of a sheet.
+    pub(super) fn has_sheets(&self) -> bool {
+        self.conductors.iter().any(|(_, solid)| solid.ends[1] - solid.ends[0] < SHEET)
     }
 
     /// Intervals along the axis.

@@ -5,7 +5,7 @@
 
 use elastocap_fem::modes::LineModes;
 use elastocap_fem::tensor::{Real, left, multiply, right, target};
-use elastocap_linalg::lanes::{Elimination, LANES, Lane, LaneFactor, Root};
+use elastocap_linalg::lanes::{Elimination, LANES, Lane, LaneFactor, Root, vectorized};
 use elastocap_linalg::ordering::dissection_order;
 use rayon::prelude::*;
 use std::ops::Range;
@@ -66,8 +66,8 @@ pub(super) struct PlaneSystem {
     elimination: Elimination,
     /// Triangles, each with the root of its weight.
     triangles: Vec<(u32, f64)>,
-    /// For each of them the first unknown of each of its entities, `None` where the entity is held.
-    firsts: Vec<Vec<Option<u32>>>,
+    /// For each of them the places in its local matrices, and among the unknowns, of what is free of it.
+    places: Vec<Vec<(u32, u32)>>,
     beyond: Vec<(Beyond, Vec<Option<u32>>)>,
     /// The row of each unknown: those of the skeleton in the order of elimination, then inner ones.
     pub rows: Vec<u32>,
@@ -107,21 +107,20 @@ impl PlaneSystem {
         let mut groups: Vec<Vec<Option<u32>>> =
             triangles.iter().map(|(t, _)| blocks(&numbering.entities[*t as usize])).collect();
         groups.extend(beyond.iter().map(|b| blocks(&b.entities)));
-        let first = |group: &Vec<Option<u32>>| group.iter().map(|b| b.map(|b| starts[b as usize])).collect();
+        let first = |group: &Vec<Option<u32>>| -> Vec<Option<u32>> {
+            group.iter().map(|b| b.map(|b| starts[b as usize])).collect()
+        };
         let (own, others) = groups.split_at(triangles.len());
+        let of_triangle = |(group, (t, _)): (&Vec<Option<u32>>, &(u32, f64))| {
+            places(&numbering.entities[*t as usize], &first(group), numbering)
+        };
         Self {
             elimination: Elimination::new(&sizes, &groups),
-            firsts: own.iter().map(first).collect(),
+            places: own.iter().zip(&triangles).map(of_triangle).collect(),
             beyond: beyond.into_iter().cloned().zip(others.iter().map(first)).collect(),
             triangles,
             rows,
         }
-    }
-
-    /// The places in the local matrices, and among the unknowns, of what is free of a triangle.
-    fn places(&self, k: usize, numbering: &Numbering) -> Vec<(usize, usize)> {
-        let entities = &numbering.entities[self.triangles[k].0 as usize];
-        places(entities, &self.firsts[k], numbering)
     }
 
     /// Factorises the sums for some modes. `None` if one is not positive definite.
@@ -146,13 +145,14 @@ impl PlaneSystem {
                 let n: usize = beyond.entities.iter().map(|e| numbering.size(*e)).sum();
                 for (i, _) in &places {
                     for (j, _) in &places {
-                        out.push(combined(beyond.a[i * n + j], at(&beyond.m, i * n + j), lambda));
+                        let k = *i as usize * n + *j as usize;
+                        out.push(combined(beyond.a[k], at(&beyond.m, k), lambda));
                     }
                 }
                 return;
             };
             let local = &locals[*t as usize];
-            let places = self.places(group as usize, numbering);
+            let places = &self.places[group as usize];
             let inner = local.inner.len();
             // With the roots of the diagonal taken into the coupling.
             let mut inverse = [Lane::splat(0.0); 64];
@@ -162,9 +162,9 @@ impl PlaneSystem {
                 }
             }
             coupling.clear();
-            for (i, _) in &places {
+            for (i, _) in places {
                 for k in 0..inner {
-                    coupling.push(local.coupling(*i, k, lambda).times(inverse[k]));
+                    coupling.push(local.coupling(*i as usize, k, lambda).times(inverse[k]));
                 }
             }
             let weight = root * root;
@@ -172,7 +172,8 @@ impl PlaneSystem {
             out.resize(width * width, Lane::splat(0.0));
             for (row, (i, _)) in places.iter().enumerate() {
                 for (column, (j, _)) in places[..=row].iter().enumerate() {
-                    let mut value = combined(local.a[i * n + j], at(&local.m, i * n + j), lambda);
+                    let k = *i as usize * n + *j as usize;
+                    let mut value = combined(local.a[k], at(&local.m, k), lambda);
                     let (a, b) = (&coupling[row * inner..][..inner], &coupling[column * inner..][..inner]);
                     for (a, b) in a.iter().zip(b) {
                         value = value.minus(a.times(*b));
@@ -188,69 +189,92 @@ impl PlaneSystem {
     /// Overwrites `x`, which has a row of lanes for each of the unknowns, with the solution.
     fn solve<T: Real + Root>(
         &self,
-        numbering: &Numbering,
         locals: &[Local],
         lambda: &Lane<f64>,
         factor: &LaneFactor<T>,
         x: &mut [Lane<T>],
     ) {
         let (skeleton, inner) = x.split_at_mut(self.elimination.unknowns());
-        let of = |s: f64, k: usize| T::from_f64(1.0 / (s + lambda.0[k]));
-        let mut at = 0;
-        for (k, (t, root)) in self.triangles.iter().enumerate() {
+        vectorized(|| self.eliminate_inner(locals, lambda, skeleton, inner));
+        self.elimination.solve(factor, skeleton);
+        vectorized(|| self.substitute_inner(locals, lambda, skeleton, inner));
+    }
+
+    /// Divides the inner unknowns by their diagonal, and takes what they contribute off those of the skeleton.
+    #[inline(always)]
+    fn eliminate_inner<T: Real>(
+        &self,
+        locals: &[Local],
+        lambda: &Lane<f64>,
+        skeleton: &mut [Lane<T>],
+        inner: &mut [Lane<T>],
+    ) {
+        let mut rest = inner;
+        for ((t, root), places) in self.triangles.iter().zip(&self.places) {
             let local = &locals[*t as usize];
-            let own = &mut inner[at..at + local.inner.len()];
-            at += local.inner.len();
+            let (own, others) = rest.split_at_mut(local.inner.len());
+            rest = others;
             for (y, s) in own.iter_mut().zip(&local.inner) {
-                for lane in 0..LANES {
-                    y.0[lane] = y.0[lane] * of(*s, lane);
-                }
+                *y = y.times(inverse_of(*s, lambda));
             }
             let root = T::from_f64(*root);
-            for (i, place) in self.places(k, numbering) {
+            for (i, place) in places {
                 let mut sum = Lane::default();
                 for (j, y) in own.iter().enumerate() {
-                    sum = sum.plus(local.coupling(i, j, lambda).rounded().times(*y));
+                    sum = sum.plus(rounded(local.coupling(*i as usize, j, lambda)).times(*y));
                 }
-                skeleton[place] = skeleton[place].minus(sum.times(Lane::splat(root)));
+                let at = &mut skeleton[*place as usize];
+                *at = at.minus(sum.times(Lane::splat(root)));
             }
         }
-        self.elimination.solve(factor, skeleton);
-        let mut at = 0;
-        for (k, (t, root)) in self.triangles.iter().enumerate() {
+    }
+
+    /// Takes what the skeleton contributes off the inner unknowns.
+    #[inline(always)]
+    fn substitute_inner<T: Real>(
+        &self,
+        locals: &[Local],
+        lambda: &Lane<f64>,
+        skeleton: &[Lane<T>],
+        inner: &mut [Lane<T>],
+    ) {
+        let mut rest = inner;
+        for ((t, root), places) in self.triangles.iter().zip(&self.places) {
             let local = &locals[*t as usize];
-            let own = &mut inner[at..at + local.inner.len()];
-            at += local.inner.len();
+            let (own, others) = rest.split_at_mut(local.inner.len());
+            rest = others;
             let root = T::from_f64(*root);
             let mut sums = [Lane::default(); 64];
-            for (i, place) in self.places(k, numbering) {
-                let value = skeleton[place].times(Lane::splat(root));
+            for (i, place) in places {
+                let value = skeleton[*place as usize].times(Lane::splat(root));
                 for (j, sum) in sums[..own.len()].iter_mut().enumerate() {
-                    *sum = sum.plus(local.coupling(i, j, lambda).rounded().times(value));
+                    *sum = sum.plus(rounded(local.coupling(*i as usize, j, lambda)).times(value));
                 }
             }
             for ((y, s), sum) in own.iter_mut().zip(&local.inner).zip(&sums) {
-                for lane in 0..LANES {
-                    y.0[lane] = y.0[lane] - sum.0[lane] * of(*s, lane);
-                }
+                *y = y.minus(sum.times(inverse_of(*s, lambda)));
             }
         }
     }
 }
 
-trait Rounded {
-    fn rounded<T: Real>(&self) -> Lane<T>;
+#[inline(always)]
+fn rounded<T: Real>(x: Lane<f64>) -> Lane<T> {
+    let mut out = Lane::default();
+    for k in 0..LANES {
+        out.0[k] = T::from_f64(x.0[k]);
+    }
+    out
 }
 
-impl Rounded for Lane<f64> {
-    #[inline(always)]
-    fn rounded<T: Real>(&self) -> Lane<T> {
-        let mut out = Lane::default();
-        for k in 0..LANES {
-            out.0[k] = T::from_f64(self.0[k]);
-        }
-        out
+/// The inverses of A + lambda M for an inner unknown.
+#[inline(always)]
+fn inverse_of<T: Real>(a: f64, lambda: &Lane<f64>) -> Lane<T> {
+    let mut out = Lane::default();
+    for k in 0..LANES {
+        out.0[k] = T::from_f64(1.0 / (a + lambda.0[k]));
     }
+    out
 }
 
 impl Local {
@@ -271,19 +295,21 @@ fn combined(a: f64, m: f64, lambda: &Lane<f64>) -> Lane<f64> {
 }
 
 /// An entry of a matrix, of which nothing is stored where it is zero.
+#[inline(always)]
 fn at(matrix: &[f64], k: usize) -> f64 {
     matrix.get(k).copied().unwrap_or(0.0)
 }
 
-fn places(entities: &[u32], firsts: &[Option<u32>], numbering: &Numbering) -> Vec<(usize, usize)> {
+/// The places in a local matrix, and among the unknowns, of what is free of some entities, given the first unknown of each.
+fn places(entities: &[u32], firsts: &[Option<u32>], numbering: &Numbering) -> Vec<(u32, u32)> {
     let mut out = Vec::new();
     let mut local = 0;
     for (entity, first) in entities.iter().zip(firsts) {
         let size = numbering.size(*entity);
         if let Some(first) = first {
-            out.extend((0..size).map(|k| (local + k, *first as usize + k)));
+            out.extend((0..size as u32).map(|k| (local + k, first + k)));
         }
-        local += size;
+        local += size as u32;
     }
     out
 }
@@ -381,14 +407,7 @@ impl<T: Real + Root> Region<T> {
     }
 
     /// Adds the solution for the right-hand side `r`, an array of rows with `width` numbers each, to `z`.
-    pub(super) fn add_solution<U: Real>(
-        &self,
-        numbering: &Numbering,
-        locals: &[Local],
-        r: &[U],
-        z: &mut [U],
-        width: usize,
-    ) {
+    pub(super) fn add_solution<U: Real>(&self, locals: &[Local], r: &[U], z: &mut [U], width: usize) {
         let (n, rows) = (self.window.len(), self.system.rows.len());
         let mut gathered = vec![T::default(); rows * n];
         let place = |row: u32| row as usize * width + self.window.start;
@@ -417,7 +436,7 @@ impl<T: Real + Root> Region<T> {
                         lane
                     })
                     .collect();
-                self.system.solve(numbering, locals, lambda, factor, &mut x);
+                self.system.solve(locals, lambda, factor, &mut x);
                 flat.chunks_exact_mut(LANES).zip(&x).for_each(|(c, x)| c.copy_from_slice(&x.0));
                 flat
             })
@@ -471,17 +490,10 @@ impl Inverse {
     }
 
     /// Adds the solution for the right-hand side `r` to `z`.
-    pub(super) fn add_solution(
-        &self,
-        numbering: &Numbering,
-        locals: &[Local],
-        r: &[f32],
-        z: &mut [f32],
-        width: usize,
-    ) {
+    pub(super) fn add_solution(&self, locals: &[Local], r: &[f32], z: &mut [f32], width: usize) {
         match self {
-            Self::Single(region) => region.add_solution(numbering, locals, r, z, width),
-            Self::Double(region) => region.add_solution(numbering, locals, r, z, width),
+            Self::Single(region) => region.add_solution(locals, r, z, width),
+            Self::Double(region) => region.add_solution(locals, r, z, width),
         }
     }
 }

@@ -278,7 +278,7 @@ impl Operator for Primal {
     fn precondition(&mut self, r: &[f32], z: &mut [f32]) {
         z.fill(0.0);
         for region in &self.regions {
-            region.add_solution(&self.numbering, &self.locals, r, z, self.width);
+            region.add_solution(&self.locals, r, z, self.width);
         }
         self.clear_held(z);
     }

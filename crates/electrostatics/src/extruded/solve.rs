@@ -78,7 +78,7 @@ pub fn forecast_extruded(scene: &Scene, settings: &Settings) -> Result<Forecast,
     let explore = Settings { field: false, ..settings.clone() };
     let mut search = Search::new(scene, axis, &explore)?;
     let (member, fewer) = search.explore()?;
-    let level = Level::member(member, fewer);
+    let level = search.member(member, fewer);
     let mesh = search.mesh(level);
     let size = Size::of(&mesh, &search.axis(level), level.degree);
     let right_hand_sides = search.parities.iter().map(Parity::sides).sum::<usize>().max(1);
@@ -169,10 +169,12 @@ fn beginning_of_rays(tolerance: f64, contrast: f64, neutral: bool) -> f64 {
     let far = if neutral {
         (0.15 * contrast.powf(0.7) / left).powf(1.0 / 3.0)
     } else {
+        // Rays count as oblique as they are at the least favourable point of a triangle; that costs a share of the energy beyond.
+        let oblique = 0.1 / left;
         let of_charge = (0.35 * (contrast - 1.0).min(10.0) / left).powf(1.0 / 1.9);
-        of_charge.max((1.0 / left).powf(1.0 / 3.0))
+        of_charge.max(oblique)
     };
-    far.clamp(1.5, 1e3)
+    far.clamp(1.5, 4e3)
 }
 
 /// How often rays may begin farther out because finer meshes do not help, and by how much.
@@ -189,9 +191,9 @@ struct Level {
 }
 
 impl Level {
-    /// The number of layers and the degree grow in turns.
-    fn member(number: usize, fewer: usize) -> Self {
-        Self { degree: 2 + number / 2, layers: 1 + number.div_ceil(2), fewer }
+    /// The number of layers and the degree grow in turns. Sheets take a layer more than bodies: the field is more singular there.
+    fn member(number: usize, fewer: usize, sheets: bool) -> Self {
+        Self { degree: 2 + number / 2, layers: 1 + number.div_ceil(2) + usize::from(sheets), fewer }
     }
 }
 
@@ -276,6 +278,10 @@ impl<'a> Search<'a> {
         let Ok(plan) = self.layout.plan(radius) else { return false };
         (self.plan, self.radius) = (plan, Some(radius));
         true
+    }
+
+    fn member(&self, number: usize, fewer: usize) -> Level {
+        Level::member(number, fewer, self.layout.has_sheets())
     }
 
     fn axis(&self, level: Level) -> Axis {
@@ -431,15 +437,15 @@ impl<'a> Search<'a> {
         let tolerance = self.settings.relative_tolerance;
         let exploring = Instant::now();
         let loose = (1e-2 * tolerance).clamp(1e-8, 1e-4);
-        let mut first = self.on_mesh(Level::member(0, 2), loose, false)?;
-        let mut second = self.on_mesh(Level::member(2, 2), loose, false)?;
+        let mut first = self.on_mesh(Level::member(0, 2, false), loose, false)?;
+        let mut second = self.on_mesh(Level::member(2, 2, false), loose, false)?;
         self.coarse_field = second.field.take().or(first.field.take());
         let fall = self.fall(&first, &second);
         let mut error = USUAL_FALL * USUAL_FALL * fall;
         // Edges matter as much as corners where strips along them bring the bound down as much as the rings did.
         let mut fewer = 2;
         if !self.plan.marks.edges.is_empty() {
-            let striped = self.on_mesh(Level::member(2, 0), loose, false)?;
+            let striped = self.on_mesh(Level::member(2, 0, false), loose, false)?;
             let gained = self.fall(&second, &striped);
             fewer = match gained {
                 gained if gained > 0.25 * error => 0,
@@ -447,6 +453,9 @@ impl<'a> Search<'a> {
                 _ => 2,
             };
             error = error.max(USUAL_FALL * USUAL_FALL * (fall + gained));
+        }
+        if self.layout.has_sheets() {
+            error *= USUAL_FALL;
         }
         let mut member = 2;
         while member < LAST && 2.0 * error > tolerance {
@@ -472,7 +481,7 @@ impl<'a> Search<'a> {
         let mut best: Option<(f64, Found, Level)> = None;
         let (mut limit, mut widened) = (LAST, 0);
         loop {
-            let level = Level::member(member, fewer);
+            let level = self.member(member, fewer);
             let found = match self.on_mesh(level, share, true) {
                 Err(SolveError::Cancelled) if best.is_some() => {
                     return self.finish(best, Some(STOPPED.to_owned()));
