@@ -4,7 +4,7 @@ use std::path::Path;
 
 use elastocap_case::{
     self, Box3, Case, CaseError, Extent, Face, HyperelasticLaw, LayerEnd, LayerSide, Load, Mechanics,
-    PunchContact, Role, ShearLength, SolidIndenter, Stiffness, Wall,
+    PunchContact, Role, Shape, ShearLength, SolidIndenter, Stiffness, Wall,
 };
 
 const LAYERED: &str = r#"
@@ -832,5 +832,37 @@ fn outlines_that_cross_or_touch_themselves_are_refused() {
     ] {
         let error = parse(&case(&outline(crossing))).unwrap_err();
         assert!(error.to_string().contains("the outline crosses or touches itself"), "{error}");
+    }
+}
+
+#[test]
+fn a_cylinder_with_an_inner_radius_is_a_tube_and_only_conductors_may_be_without_thickness() {
+    let case = |body: &str, radii: &str, height: &str| {
+        let dielectric = if body == "dielectric" { "relative_permittivity = 2\n" } else { "" };
+        format!(
+            "format = 1\n[[conductor]]\nname = \"ball\"\nsphere = {{ center = [\"0 um\", \"90 um\", \"0 um\"], radius = \"9 um\" }}\n\
+             [[{body}]]\nname = \"round\"\n{dielectric}cylinder = {{ axis = \"x2\", base = [\"0 um\", \"0 um\", \"0 um\"], {radii}, \
+             height = \"{height}\" }}\n[surroundings]\nboundary = \"open\"\n"
+        )
+    };
+    let shape = |text: &str| {
+        let case = parse(text).unwrap();
+        case.bodies.iter().find(|body| body.name == "round").unwrap().parts[0].clone()
+    };
+    let (base, solid, hollow) = ([0.0; 3], "radius = \"9 um\"", "radius = \"9 um\", inner_radius = \"4 um\"");
+    let disc = Shape::Cylinder { axis: 1, base, radius: 9e-6, height: 0.0 };
+    assert_eq!(shape(&case("conductor", solid, "0 um")), disc);
+    let ring = Shape::Tube { axis: 1, base, radii: [4e-6, 9e-6], height: 0.0 };
+    assert_eq!(shape(&case("conductor", hollow, "0 um")), ring);
+    let tube = Shape::Tube { axis: 1, base, radii: [4e-6, 9e-6], height: 1e-6 };
+    assert_eq!(shape(&case("dielectric", hollow, "1 um")), tube);
+    let inside_out = "radius = \"4 um\", inner_radius = \"4 um\"";
+    for (text, words) in [
+        (case("dielectric", solid, "0 um"), "a dielectric without thickness has no effect"),
+        (case("conductor", inside_out, "1 um"), "`inner_radius` must be less than `radius`"),
+        (case("conductor", solid, "-1 um"), "must not be negative"),
+    ] {
+        let error = parse(&text).unwrap_err();
+        assert!(error.to_string().contains(words), "{error}");
     }
 }

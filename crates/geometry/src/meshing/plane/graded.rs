@@ -856,7 +856,7 @@ mod tests {
                 })
                 .sum();
             let share = if frame[0][0] == 0.0 { 0.5 } else { 1.0 };
-            assert!((turned - share * std::f64::consts::TAU).abs() < 1e-9, "{turned}");
+            assert!((turned - share * TAU).abs() < 1e-9, "{turned}");
             let crosses = |t: &[u32; 3]| {
                 let x = t.map(|p| coarse.mesh.points[p as usize]);
                 let middle = [0, 1].map(|k| x.iter().map(|p| p[k]).sum::<f64>() / 3.0);
@@ -866,6 +866,31 @@ mod tests {
             };
             assert!(!coarse.mesh.triangles.iter().any(crosses));
         }
+    }
+
+    #[test]
+    fn circles_that_cross_are_divided_where_they_do_and_those_that_touch_have_no_mesh() {
+        let one = Circle { center: [0.0, 1.0], radius: 1.5 };
+        let coarse_of = |other: Circle| coarse(&[one, other].map(Outline::Circle), FRAME);
+        for other in [
+            Circle { center: [1.1, 1.7], radius: 0.9 },
+            Circle { center: [0.0, 1.4], radius: 1.5 },
+            Circle { center: [-0.3, 0.8], radius: 0.2 },
+        ] {
+            let coarse = coarse_of(other).unwrap();
+            for circle in [one, other] {
+                let own = coarse.arcs.iter().filter(|(_, of)| **of == circle);
+                let turned: f64 = own
+                    .map(|(side, _)| {
+                        let [p, q] = side.map(|p| coarse.mesh.points[p as usize]);
+                        apart(circle.angle(p), circle.angle(q))
+                    })
+                    .sum();
+                assert!((turned - TAU).abs() < 1e-9, "{circle:?}: {turned}");
+            }
+        }
+        assert!(coarse_of(Circle { center: [2.0, 1.0], radius: 0.5 }).is_none());
+        assert!(coarse_of(Circle { center: [0.5, 1.0], radius: 1.0 }).is_none());
     }
 
     #[test]

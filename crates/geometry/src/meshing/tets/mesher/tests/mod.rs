@@ -164,6 +164,17 @@ fn a_plate_and_a_disc_lie_on_the_board_they_share_a_plane_with() {
 }
 
 #[test]
+fn a_tube_and_a_ring_without_thickness_leave_their_middle_free() {
+    let tube = Shape::Tube { axis: 2, base: [0.0, 0.0, -0.4], radii: [0.3, 0.6], height: 0.5 };
+    let ring = Shape::Tube { axis: 2, base: [0.0, 0.0, 0.5], radii: [0.2, 0.7], height: 0.0 };
+    let out = mesh(&scene(cube(1.0), Wall::Grounded, vec![tube, ring]), &Sizing::default()).unwrap();
+    check(&out);
+    // Polygons have the areas of their circles.
+    assert!((volume(&out.mesh, None) - (8.0 - 0.5 * PI * 0.27)).abs() < 1e-12);
+    assert!((area(&out.mesh, |r| r == FaceRole::Conductor(1)) - PI * 0.45).abs() < 1e-12);
+}
+
+#[test]
 fn a_sheet_in_a_box_has_faces_of_its_own_on_it() {
     let sheet = Shape::Box(Box3 { min: [-0.5, 0.0, -0.5], max: [0.5, 0.0, 0.5] });
     let out = mesh(&scene(cube(1.0), Wall::Grounded, vec![sheet]), &Sizing::default()).unwrap();
