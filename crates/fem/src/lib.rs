@@ -1,15 +1,15 @@
-//! Building blocks of the finite-element solvers: quadrature, one-dimensional elements and their matrices, operations along the axes
-//! of three-dimensional arrays.
+//! Building blocks of the finite-element solvers: quadrature, elements on lines and triangles and their matrices, operations along the
+//! axes of three-dimensional arrays.
 //!
 //! * [`quadrature`]: Gauss-Legendre rules, for elements of any kind.
 //! * [`mod@line`]: one axis of a tensor-product grid, with elements of any degree and, where it is open, infinite elements.
 //! * [`mixed`]: the Raviart-Thomas pair of fluxes and discontinuous potentials on a line.
 //! * [`modes`]: eigenvectors of a line, for fast diagonalisation.
 //! * [`radial`]: a basis in which the squared distance from a pole is diagonal.
+//! * [`triangle`]: potentials and Raviart-Thomas fluxes of any degree on a triangle, straight or with one side on an arc.
 //! * [`tensor`]: matrices applied along one axis of an array, with the same bytes at any thread count.
 //!
-//! Coordinates are in the unit of the caller. Current limit: elements are one-dimensional; those on triangles and tetrahedra are in
-//! the crates of the solvers.
+//! Coordinates are in the unit of the caller. Elements on tetrahedra are in the crates of the solvers.
 
 pub mod line;
 pub mod mixed;

@@ -170,7 +170,7 @@ impl Plan {
         if settings.symmetry {
             self.mirrored = mirror::planes(scene).each_ref().map(Option::is_some);
         }
-        self.mirrored_tetrahedra();
+        self.mirrored_mesh();
     }
 
     /// Bodies of any shape: how many tetrahedra they take is known only when they are meshed.
@@ -205,7 +205,7 @@ impl Plan {
         if settings.symmetry {
             self.mirrored = mirror::planes(scene).each_ref().map(Option::is_some);
         }
-        self.mirrored_tetrahedra();
+        self.mirrored_mesh();
     }
 
     fn floating_conductors(&mut self, case: &Case) {

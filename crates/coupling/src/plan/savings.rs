@@ -69,8 +69,8 @@ impl Plan {
         self.left_out.push(left);
     }
 
-    /// The mirror images that a mesh of tetrahedra does without.
-    pub(super) fn mirrored_tetrahedra(&mut self) {
+    /// The mirror images that a mesh whose size is not known yet does without.
+    pub(super) fn mirrored_mesh(&mut self) {
         let planes = axes(self.mirrored);
         let share = match planes.len() {
             0 => return,
@@ -79,7 +79,7 @@ impl Plan {
             _ => "an eighth",
         };
         let what = format!("mirror images along {}", listed(&planes));
-        let saving = format!("Symmetry cuts the tetrahedra to {share}.");
+        let saving = format!("Symmetry cuts the mesh to {share}.");
         let why = "the scene is its own mirror image";
         self.left_out.push(LeftOut::new(Decision::Plan, what, why, saving));
     }

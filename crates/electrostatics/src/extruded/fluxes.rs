@@ -16,6 +16,7 @@ use elastocap_fem::tensor::{Dense, left, multiply, right, target};
 use elastocap_fem::triangle::{FluxForms, FluxIntegrals, divergences};
 use elastocap_geometry::scene::Wall;
 use elastocap_linalg::dense::{self, Llt};
+use elastocap_linalg::lanes::vectorized;
 use faer::Mat;
 use rayon::prelude::*;
 use std::ops::Range;
@@ -265,18 +266,22 @@ impl Fluxes {
         let width = self.width;
         y.par_chunks_mut(ROWS * width).enumerate().for_each(|(task, out)| {
             out.fill(0.0);
-            for (i, out) in out.chunks_exact_mut(width).enumerate() {
-                let row = task * ROWS + i;
-                for (range, sheet) in &self.intervals {
-                    let sheet = &self.sheets[*sheet];
-                    let out = &mut out[range.clone()];
-                    for at in sheet.starts[row]..sheet.starts[row + 1] {
-                        let x = &x[sheet.columns[at] as usize * width..][range.clone()];
-                        let value = sheet.values[at];
-                        out.iter_mut().zip(x).for_each(|(y, x)| *y += value * x);
+            vectorized(|| {
+                for (i, out) in out.chunks_exact_mut(width).enumerate() {
+                    let row = task * ROWS + i;
+                    for (range, sheet) in &self.intervals {
+                        let sheet = &self.sheets[*sheet];
+                        let out = &mut out[range.clone()];
+                        for at in sheet.starts[row]..sheet.starts[row + 1] {
+                            let x = &x[sheet.columns[at] as usize * width..][range.clone()];
+                            let value = sheet.values[at];
+                            for (y, x) in out.iter_mut().zip(x) {
+                                *y += value * x;
+                            }
+                        }
                     }
                 }
-            }
+            });
         });
         let first = cells.numbering.inner_rows[0] as usize;
         let per = cells.locals.first().map_or(0, |l| l.inner.len());

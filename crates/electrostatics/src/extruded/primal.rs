@@ -16,6 +16,7 @@ use elastocap_fem::triangle::{PotentialIntegrals, continuous_functions};
 use elastocap_geometry::scene::Wall;
 use elastocap_linalg::conjugate_gradients::Operator;
 use elastocap_linalg::dense::{self, Llt};
+use elastocap_linalg::lanes::vectorized;
 use faer::Mat;
 use rayon::prelude::*;
 use std::ops::Range;
@@ -203,23 +204,24 @@ impl Primal {
             let rows = out.len() / width;
             let (mut k, mut m) = (vec![0.0; rows * width], vec![0.0; rows * width]);
             for profile in &self.profiles {
-                let mut any = false;
-                k.fill(0.0);
-                m.fill(0.0);
-                for i in 0..rows {
-                    let row = task * ROWS + i;
-                    let (k, m) = (&mut k[i * width..][..width], &mut m[i * width..][..width]);
-                    for at in profile.starts[row]..profile.starts[row + 1] {
-                        any = true;
-                        let x = &x[profile.columns[at] as usize * width..][..width];
-                        let (s, c) = (profile.stiffness[at], profile.mass[at]);
-                        for ((k, m), x) in k.iter_mut().zip(m.iter_mut()).zip(x) {
-                            *k += s * x;
-                            *m += c * x;
+                let own = profile.starts[task * ROWS]..profile.starts[task * ROWS + rows];
+                if !own.is_empty() {
+                    k.fill(0.0);
+                    m.fill(0.0);
+                    vectorized(|| {
+                        for i in 0..rows {
+                            let row = task * ROWS + i;
+                            let (k, m) = (&mut k[i * width..][..width], &mut m[i * width..][..width]);
+                            for at in profile.starts[row]..profile.starts[row + 1] {
+                                let x = &x[profile.columns[at] as usize * width..][..width];
+                                let (s, c) = (profile.stiffness[at], profile.mass[at]);
+                                for ((k, m), x) in k.iter_mut().zip(m.iter_mut()).zip(x) {
+                                    *k += s * x;
+                                    *m += c * x;
+                                }
+                            }
                         }
-                    }
-                }
-                if any {
+                    });
                     multiply(
                         left(&k, 0, rows, width, width),
                         profile.line_mass.right(),

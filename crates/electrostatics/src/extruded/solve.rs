@@ -339,8 +339,7 @@ impl<'a> Search<'a> {
             let mut own = axis.clone();
             let mut walls = self.layout.plan_walls;
             let [p, q] = across(self.layout.axis);
-            for (a, at) in parity.grounded.iter().enumerate().filter(|(_, at)| at.is_some()) {
-                let _ = at;
+            for a in (0..3).filter(|a| parity.grounded[*a].is_some()) {
                 match a {
                     a if a == p => walls[0][0] = Wall::Grounded,
                     a if a == q => walls[1][0] = Wall::Grounded,
