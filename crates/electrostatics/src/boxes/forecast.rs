@@ -65,7 +65,7 @@ pub fn forecast(scene: &Scene, settings: &Settings) -> Result<Forecast, SolveErr
             let outcome = on_grid(&problem, &grid, 1e-4, false)?;
             let indicator = outcome.indicator(&problem);
             let lacking = missing(&grid, &indicator);
-            let goal = goal(settings.bounds) * tolerance / outcome.amplification(settings);
+            let goal = goal(settings.bounds) * tolerance / outcome.amplification(tolerance, settings);
             let own = problem.core.domain(&grid).0.primal_dims();
             // Iterations grow little with the grid; the last grid is solved to half as many digits again as this one.
             iterations = 1.5 * outcome.iterations as f64;

@@ -28,6 +28,10 @@ use std::sync::atomic::Ordering;
 /// on cubes and plates.
 const SURPLUS_FACTOR: f64 = 1.5;
 
+/// What [`Outcome::overstated`] may be.
+const MOST_UNDERSTATED: f64 = 0.5;
+const MOST_OVERSTATED: f64 = 100.0;
+
 /// A scene laid out for the box solver, with its symmetric parts and the settings.
 pub(crate) struct GridProblem<'a> {
     pub(crate) layout: Layout,
@@ -321,18 +325,27 @@ impl Outcome {
         total
     }
 
-    /// The largest ratio between the relative error of an entry and that of the energies it follows from by polarisation.
-    pub(crate) fn amplification(&self, settings: &Settings) -> f64 {
-        let (m, n) = (&self.bounds.upper, self.bounds.upper.nrows());
-        if settings.target == Target::TwoTerminal && n == 2 {
-            return 1.0;
-        }
-        let pairs = (0..n).flat_map(|i| (0..i).map(move |j| (i, j)));
-        let ratio = |(i, j): (usize, usize)| {
-            let mean = (m[(i, i)] * m[(j, j)]).sqrt();
-            mean / m[(i, j)].abs().max(0.1 * mean)
+    /// The error of the target over the spread of the energies it follows from, where that error is about the tolerance: entries
+    /// follow by polarisation, within the limits that the signs of a Maxwell matrix set.
+    pub(crate) fn amplification(&self, tolerance: f64, settings: &Settings) -> f64 {
+        let upper = &self.bounds.upper;
+        let ratio = |spread: f64| {
+            let n = upper.nrows();
+            let lower = Mat::from_fn(n, n, |i, j| upper[(i, j)] * if i == j { 1.0 - spread } else { 1.0 });
+            let ratio = error_of(&MatrixBounds { lower, upper: upper.clone() }, settings) / spread;
+            if ratio.is_finite() { ratio.clamp(1.0, 1.0 / SHARE_OF_DIAGONAL) } else { 1.0 }
         };
-        pairs.map(ratio).filter(|r| r.is_finite()).fold(1.0, f64::max)
+        // The ratio falls slowly with the spread.
+        (0..3).fold(ratio(tolerance), |last, _| ratio(tolerance / last))
+    }
+
+    /// How much more energy the indicator says to be missing than any state of the target really misses: what it said that the
+    /// energies would fall by from a coarser grid, over what they fell by at most.
+    pub(crate) fn overstated(&self, coarser: &Coarser, missing: f64, settings: &Settings) -> Option<f64> {
+        let falls = self.falls(&coarser.upper, settings);
+        let most = falls.iter().fold(0.0_f64, |a, b| a.max(*b));
+        let expected = coarser.missing - missing;
+        (most > 0.0 && expected > 0.0).then(|| (expected / most).clamp(MOST_UNDERSTATED, MOST_OVERSTATED))
     }
 
     /// Without a dual problem: sets the lower energies to the upper ones minus the estimated error, which is what the surplus
@@ -349,23 +362,25 @@ impl Outcome {
     ) {
         let expected = coarser.map_or(0.0, |coarser| coarser.missing - missing);
         let understated = match coarser {
-            Some(coarser) if expected > 0.0 => self.gained(&coarser.upper, settings) / expected,
+            Some(coarser) if expected > 0.0 => {
+                self.falls(&coarser.upper, settings).iter().sum::<f64>() / expected
+            }
             _ => 1.0,
         };
         let lacking = SURPLUS_FACTOR * understated.max(1.0) * missing + beyond;
         self.bounds.lower = self.bounds.upper.clone() * faer::Scale(1.0 - lacking.min(1.0));
     }
 
-    /// How much the energies of the target fell from a coarser grid, relative, as a sum over the states that the target depends on.
-    fn gained(&self, coarser: &Mat<f64>, settings: &Settings) -> f64 {
+    /// How much the energies of the target fell from a coarser grid, relative, of each state that the target depends on.
+    fn falls(&self, coarser: &Mat<f64>, settings: &Settings) -> Vec<f64> {
         let fall = |before: f64, now: f64| if now > 0.0 { ((before - now) / now).max(0.0) } else { 0.0 };
         let pair = |upper: &Mat<f64>| {
             MatrixBounds { lower: upper.clone(), upper: upper.clone() }.two_terminal().map(|c| c.upper)
         };
         let upper = &self.bounds.upper;
         match (settings.target, pair(coarser), pair(upper)) {
-            (Target::TwoTerminal, Some(before), Some(now)) => fall(before, now),
-            _ => (0..upper.nrows()).map(|i| fall(coarser[(i, i)], upper[(i, i)])).sum(),
+            (Target::TwoTerminal, Some(before), Some(now)) => vec![fall(before, now)],
+            _ => (0..upper.nrows()).map(|i| fall(coarser[(i, i)], upper[(i, i)])).collect(),
         }
     }
 
