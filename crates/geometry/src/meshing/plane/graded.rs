@@ -8,8 +8,10 @@ use spade::{AngleLimit, ConstrainedDelaunayTriangulation, Point2, RefinementPara
 use std::collections::{HashMap, HashSet};
 use std::f64::consts::TAU;
 
-/// Triangles of the coarse triangulation with an angle below this, in degrees, are refined; angles of the outlines stay.
-const MIN_ANGLE: f64 = 20.0;
+/// Triangles of the coarse triangulation with an angle below this, in degrees, are refined; angles of the outlines stay. With 20
+/// degrees the error of one scene was at times five times that of another which differed by a few per cent; with 30 meshes are
+/// larger by a quarter and the errors are the same.
+const MIN_ANGLE: f64 = 26.0;
 
 /// Triangles smaller than the square of this share of the frame are not refined.
 const LEAST_AREA: f64 = 1e-7;
@@ -122,7 +124,7 @@ pub struct Layers {
     pub ratio: f64,
 }
 
-/// Triangulates the rectangle between the lower and the upper corner `frame` with as few triangles as a least angle of 20 degrees
+/// Triangulates the rectangle between the lower and the upper corner `frame` with as few triangles as a least angle of 26 degrees
 /// allows, so that every outline inside consists of sides of triangles. `None` if that takes too many, if a number is not finite, if
 /// circles touch, or if they cross the frame off their axes.
 pub fn coarse(outlines: &[Outline], frame: [[f64; 2]; 2]) -> Option<Coarse> {
