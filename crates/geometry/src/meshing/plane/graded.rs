@@ -13,6 +13,11 @@ use std::f64::consts::TAU;
 /// larger by a quarter and the errors are the same.
 const MIN_ANGLE: f64 = 26.0;
 
+/// The same where the outlines have more than [`MANY_SIDES`]: these divide the plane finely enough, and 26 degrees would take half as
+/// many triangles again for the same error.
+const MIN_ANGLE_OF_MANY: f64 = 20.0;
+const MANY_SIDES: usize = 25;
+
 /// Triangles smaller than the square of this share of the frame are not refined.
 const LEAST_AREA: f64 = 1e-7;
 
@@ -125,8 +130,8 @@ pub struct Layers {
 }
 
 /// Triangulates the rectangle between the lower and the upper corner `frame` with as few triangles as a least angle of 26 degrees
-/// allows, so that every outline inside consists of sides of triangles. `None` if that takes too many, if a number is not finite, if
-/// circles touch, or if they cross the frame off their axes.
+/// allows (20 where there are many sides), so that every outline inside consists of sides of triangles. `None` if that takes too
+/// many, if a number is not finite, if circles touch, or if they cross the frame off their axes.
 pub fn coarse(outlines: &[Outline], frame: [[f64; 2]; 2]) -> Option<Coarse> {
     ARCS.into_iter().find_map(|arcs| coarse_with(outlines, frame, arcs))
 }
@@ -136,6 +141,7 @@ fn coarse_with(outlines: &[Outline], frame: [[f64; 2]; 2], arcs: usize) -> Optio
     let whole = [low, [high[0], low[1]], high, [low[0], high[1]]];
     let mut cdt = ConstrainedDelaunayTriangulation::<Point2<f64>>::new();
     let (circles, pieces) = divided(outlines, &whole, frame, arcs)?;
+    let sides = pieces.len();
     for [a, b] in pieces {
         let a = cdt.insert(Point2::new(a[0], a[1])).ok()?;
         let b = cdt.insert(Point2::new(b[0], b[1])).ok()?;
@@ -144,9 +150,10 @@ fn coarse_with(outlines: &[Outline], frame: [[f64; 2]; 2], arcs: usize) -> Optio
         }
     }
     let scale = (high[0] - low[0]).max(high[1] - low[1]);
+    let least_angle = if sides > MANY_SIDES { MIN_ANGLE_OF_MANY } else { MIN_ANGLE };
     let outcome = cdt.refine(
         RefinementParameters::new()
-            .with_angle_limit(AngleLimit::from_deg(MIN_ANGLE))
+            .with_angle_limit(AngleLimit::from_deg(least_angle))
             .with_min_required_area((LEAST_AREA * scale).powi(2))
             .with_max_additional_vertices(MOST_POINTS),
     );
