@@ -206,7 +206,7 @@ impl<'p, 's> Search<'p, 's> {
                 // From grid to grid the indicator comes nearer to the truth, as on pairs, or it does not, as on combs.
                 let margin = match (self.overstated, overstated) {
                     (Some(first), Some(now)) if now > first => 1.4,
-                    (Some(_), Some(_)) => 3.0,
+                    (Some(_), Some(_)) => 4.0,
                     _ => f64::INFINITY,
                 };
                 let least = USUAL_AMPLIFICATION.min(margin * self.amplification);
@@ -294,9 +294,7 @@ impl<'p, 's> Search<'p, 's> {
                 Some(error) => missing * (0.5 * tolerance / error).clamp(0.03, 0.5),
                 None => {
                     let goal = goal(settings.bounds) * tolerance / self.amplification;
-                    // Equal steps: a grid just short of the last one would only cost.
-                    let steps = ((goal / missing).ln() / step.ln()).ceil().max(1.0);
-                    (goal / missing).powf(1.0 / steps).clamp(step, 1.0) * missing
+                    goal.clamp(step * missing, missing)
                 }
             };
             left = refine(&mut grid, indicator, target);
