@@ -109,7 +109,7 @@ pub fn prepare(
     loads: &[StepLoad],
     memory_limit: u64,
     cancel: &AtomicBool,
-    report: &dyn Fn(&str),
+    report: &(dyn Fn(&str) + Sync),
 ) -> Prepared {
     let Some(mechanics) = case.mechanics.filter(|_| case.load.is_some()) else { return Prepared::StepByStep };
     let start = Instant::now();

@@ -59,7 +59,7 @@ pub(super) fn solve(
     model: &PlaneStrain,
     loads: &[StepLoad],
     cancel: &AtomicBool,
-    report: &dyn Fn(usize, usize),
+    report: &(dyn Fn(usize, usize) + Sync),
 ) -> Result<FiniteElementRun, DeformError> {
     let problem = problem(case, model)?;
     let goals = goals(loads, model.width);

@@ -55,7 +55,7 @@ pub(super) fn solve(
     loads: &[StepLoad],
     memory_limit: u64,
     cancel: &AtomicBool,
-    report: &dyn Fn(usize, usize),
+    report: &(dyn Fn(usize, usize) + Sync),
 ) -> Result<FiniteElementRun, DeformError> {
     let problem = problem(case, model)?;
     let goals = goals(loads, 1.0);

@@ -14,6 +14,8 @@ use elastocap_linalg::memory::bytes_in_words;
 /// What bent electrodes take over straight ones, at most: as observed, up to two and a half times as many unknowns; and at least,
 /// since the first mesh that follows them has 40 to 170 thousand already.
 const BENT: f64 = 2.5;
+/// The same for outlines, whose plans follow every bend: as observed, up to six times as many unknowns.
+const BENT_OUTLINES: f64 = 6.0;
 const MIN_UNKNOWNS: usize = 120_000;
 const MIN_BYTES: u64 = 300_000_000;
 const MIN_SECONDS: f64 = 0.8;
@@ -69,10 +71,10 @@ impl Plan {
         // What it fails on goes to tetrahedra, which is not known before.
         let Ok(own) = forecast_extruded(&scene, &self.solver_settings(case, options).boxes()) else { return };
         let bends = self.count(|route| route == Route::Extruded) == 0;
-        let more = if bends { BENT } else { 1.0 };
-        self.unknowns = self.unknowns.max((more * own.unknowns as f64) as usize);
-        self.memory_bytes = self.memory_bytes.max((more * own.memory_bytes as f64) as u64);
-        self.seconds += more * own.seconds * solves;
+        let [larger, longer] = if bends { [BENT_OUTLINES, BENT] } else { [1.0, 1.0] };
+        self.unknowns = self.unknowns.max((larger * own.unknowns as f64) as usize);
+        self.memory_bytes = self.memory_bytes.max((larger * own.memory_bytes as f64) as u64);
+        self.seconds += longer * own.seconds * solves;
         self.mirrored = own.mirrored;
     }
 

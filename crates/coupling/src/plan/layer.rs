@@ -187,10 +187,10 @@ impl Plan {
         let loads = self.distinct_steps().count();
         let kept = match regime {
             // Each load has meshes of its own, and all are kept.
-            PressingRegime::Sharp => meshes.repeat(loads.max(1)),
+            PressingRegime::Sharp | PressingRegime::RoundedCorner => meshes.repeat(loads.max(1)),
             PressingRegime::Smooth
             | PressingRegime::Patch
-            | PressingRegime::RoundedCorner(_)
+            | PressingRegime::PassedCorner(_)
             | PressingRegime::Folds => meshes.to_vec(),
         };
         self.layer = Some(LayerForecast {

@@ -26,9 +26,12 @@ pub enum PressingRegime {
     Patch,
     /// A sharp punch in contact: for each load the point of the surface at its corner is searched for, on a mesh of its own.
     Sharp,
-    /// A rounded corner in the plane. The surface slides around it, one side of an element after the other; the number is how many
-    /// sides of the first mesh pass the corner.
-    RoundedCorner(f64),
+    /// A punch with rounded corners on the middle of a layer in the plane: each load has a mesh of its own, fine where the surface lies
+    /// at the corner.
+    RoundedCorner,
+    /// The same off the middle. The surface slides around the corners, one side of an element after the other; the number is how many
+    /// sides of the first mesh pass a corner.
+    PassedCorner(f64),
     /// A free end that rolls up, fold after fold.
     Folds,
 }
@@ -94,8 +97,9 @@ pub fn seconds<S: Dimension>(
         PressingRegime::Smooth => 10.0 * loads as f64,
         PressingRegime::Patch => 45.0 * loads as f64,
         PressingRegime::Sharp => 60.0 * loads as f64,
-        PressingRegime::RoundedCorner(sides) if level < RIPPLED => 30.0 * sides * 2_f64.powi(level as i32),
-        PressingRegime::RoundedCorner(_) => 150.0 * loads as f64,
+        PressingRegime::RoundedCorner => 40.0 * loads as f64,
+        PressingRegime::PassedCorner(sides) if level < RIPPLED => 30.0 * sides * 2_f64.powi(level as i32),
+        PressingRegime::PassedCorner(_) => 150.0 * loads as f64,
         PressingRegime::Folds => 100.0 * loads as f64,
     };
     let of_mesh = |(level, mesh): (usize, &MeshSize)| systems(level) * mesh.system_seconds::<S>();

@@ -294,9 +294,9 @@ impl<S: Dimension> LayerModel<S> {
         self.corner
     }
 
-    /// Releases the memory of the factors until the next load.
-    pub(crate) fn release_factors(&mut self) {
-        self.equations.release_factors();
+    /// Releases the memory that only pressing takes, until the next load.
+    pub(crate) fn release(&mut self) {
+        self.equations.release();
     }
 
     /// The equations behind the model.

@@ -203,31 +203,30 @@ pub fn uniform(a: f64, b: f64, n: usize) -> Vec<f64> {
 /// Breakpoints from `a` to `b` whose steps are about `size` (m) of where they are, scaled so that they fit; at most two
 /// million steps.
 pub fn graded(a: f64, b: f64, size: impl Fn(f64) -> f64) -> Vec<f64> {
-    // The number of steps up to each of many places.
     let fine = 4000;
     let at = |k: usize| a + (b - a) * k as f64 / fine as f64;
+    let places: Vec<f64> = (0..=fine).map(|k| if k == fine { b } else { at(k) }).collect();
+    graded_between(&places, |k| (places[k + 1] - places[k]) / size(0.5 * (places[k] + places[k + 1])))
+}
+
+/// Breakpoints from the first to the last of the ascending `places` (m), of which about `steps(k)` lie between place `k` and the next
+/// one, scaled so that they fit; at most two million.
+pub fn graded_between(places: &[f64], steps: impl Fn(usize) -> f64) -> Vec<f64> {
+    let last = places.len() - 1;
+    // The number of steps up to each place.
     let mut count = vec![0.0];
-    for k in 0..fine {
-        count.push(count[k] + (at(k + 1) - at(k)) / size(0.5 * (at(k) + at(k + 1))));
+    for k in 0..last {
+        count.push(count[k] + steps(k));
     }
-    let n = (count[fine].round().max(1.0) as usize).min(MAX_STEPS);
+    let n = (count[last].round().max(1.0) as usize).min(MAX_STEPS);
     let place = |k: usize| {
-        let goal = count[fine] * k as f64 / n as f64;
-        let above = count.partition_point(|c| *c < goal).clamp(1, fine);
+        let goal = count[last] * k as f64 / n as f64;
+        let above = count.partition_point(|c| *c < goal).clamp(1, last);
         let part = (goal - count[above - 1]) / (count[above] - count[above - 1]);
-        at(above - 1) + part * (at(above) - at(above - 1))
+        places[above - 1] + part * (places[above] - places[above - 1])
     };
-    (0..=n)
-        .map(|k| {
-            if k == 0 {
-                a
-            } else if k == n {
-                b
-            } else {
-                place(k)
-            }
-        })
-        .collect()
+    let inner = (1..n).map(place);
+    std::iter::once(places[0]).chain(inner).chain(std::iter::once(places[last])).collect()
 }
 
 /// Breakpoints from 0 to 1 that shrink by `ratio` towards 0: `0, ratio^n, ..., ratio, 1`.

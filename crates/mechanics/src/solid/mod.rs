@@ -70,6 +70,7 @@ pub mod model;
 pub mod newton;
 pub mod obstacle;
 pub mod press;
+mod rounded_corner;
 pub mod shear_length;
 pub mod side;
 pub mod soundness;

@@ -5,8 +5,10 @@
 //! element size or better, so that the remaining error is at most about the last difference. Where the differences fall
 //! more slowly, the observed order gives the estimate. A quarter is added, as is usual with three meshes.
 
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::time::Instant;
+
+use rayon::prelude::*;
 
 use super::dimension::{Dimension, Plane};
 use super::force_error::{error_of, scatter_of};
@@ -173,24 +175,23 @@ impl PlaneLayer {
         goals: &[Goal],
         refinement: &Refinement,
         cancel: &AtomicBool,
-        tell: &dyn Fn(usize, usize),
+        tell: &(dyn Fn(usize, usize) + Sync),
     ) -> Result<Pressing, ModelError> {
         let rubber = self.rubber_in_use();
         let halved = |level: usize| 0.5_f64.powi(level as i32);
         let deepest = deepest(goals);
-        let sharp = |half_width: f64| {
-            move |level: usize, coarser: Option<(&LayerModel, &State)>, goal: Goal| {
-                let settings = NewtonSettings { cancel: Some(cancel), ..self.settings(level) };
-                self.press_sharp(half_width, level, coarser, goal, &settings)
+        let remesh = |level: usize, coarser: Option<(&LayerModel, &State)>, goal: Goal| {
+            let settings = NewtonSettings { cancel: Some(cancel), ..self.settings(level) };
+            match (self.indenter, self.centred_punch()) {
+                (_, Some(punch)) => self.press_rounded(punch, level, coarser, goal, &settings),
+                (Indenter::Sharp { half_width }, None) => {
+                    self.press_sharp(half_width, level, coarser, goal, &settings)
+                }
+                (_, None) => unreachable!(),
             }
         };
-        let sharp = match self.indenter {
-            Indenter::Sharp { half_width } => Some(sharp(half_width)),
-            Indenter::WholeTop | Indenter::Smooth(_) | Indenter::Held { .. } | Indenter::Bonded { .. } => {
-                None
-            }
-        };
-        let remesh = sharp.as_ref().map(|sharp| sharp as &Remesh<'_, Plane>);
+        let each_load = self.centred_punch().is_some() || matches!(self.indenter, Indenter::Sharp { .. });
+        let remesh = each_load.then_some(&remesh as &Remesh<'_, Plane>);
         let settings = |level| self.settings(level);
         press_on(goals, refinement, &settings, remesh, cancel, tell, &halved, &|level| {
             let mesh = self.mesh_within_limit(level, deepest)?;
@@ -204,6 +205,7 @@ impl PlaneLayer {
 
 /// Presses a layer to a goal on a mesh made for it: from the number of [`Refinement::meshes`], and the equilibrium on a coarser mesh.
 pub(crate) type Remesh<'a, S> = dyn Fn(usize, Option<(&LayerModel<S>, &State<S>)>, Goal) -> Result<(LayerModel<S>, LayerStep), Box<Stopped>>
+    + Sync
     + 'a;
 
 /// Presses layers to each of `goals`, mesh after mesh: `layer` makes the one that a number of [`Refinement::meshes`]
@@ -214,7 +216,7 @@ pub(crate) fn press_on<S: Dimension>(
     settings: &dyn Fn(usize) -> NewtonSettings<'static>,
     remesh: Option<&Remesh<'_, S>>,
     cancel: &AtomicBool,
-    tell: &dyn Fn(usize, usize),
+    tell: &(dyn Fn(usize, usize) + Sync),
     size: &dyn Fn(usize) -> f64,
     layer: &dyn Fn(usize) -> Result<LayerModel<S>, ModelError>,
 ) -> Result<Pressing<S>, ModelError> {
@@ -248,22 +250,22 @@ pub(crate) fn press_on<S: Dimension>(
             judge(levels, goals, g, refinement, jumps).is_some_and(|pressed| pressed.converged)
         };
         let wanted: Vec<bool> = (0..goals.len()).map(|g| !known(&levels, g)).collect();
-        let press =
-            &|model: &mut LayerModel<S>, coarser: Option<(&LayerModel<S>, &Reached<S>)>, goal: Goal| {
-                let Some(remesh) = remesh else {
-                    return follow(model, coarser, goal, &settings).map(|step| (step, None));
-                };
-                let coarser = coarser.map(|(model, reached)| (model, &reached.state));
-                remesh(n, coarser, goal).map(|(model, step)| (step, Some(model)))
-            };
-        let further = level.walk(levels.last(), goals, &order, &wanted, press, cancel, &|done| tell(k, done));
-        level.model.release_factors();
+        let (coarser, tell) = (levels.last(), &|done: usize| tell(k, done));
+        let further = match remesh {
+            Some(remesh) => {
+                let remesh = |coarser: Option<(&LayerModel<S>, &State<S>)>, goal| remesh(n, coarser, goal);
+                level.press_each(coarser, goals, &order, &remesh, cancel, tell)
+            }
+            None => level.walk(coarser, goals, &order, &wanted, &settings, tell),
+        };
+        level.model.release();
         level.seconds = start.elapsed().as_secs_f64();
         levels.push(level);
         let done = order.iter().all(|&g| known(&levels, g));
         // What neither this mesh nor one before reached, or only one before, takes longest on the next one.
         if k > 0 {
             order.truncate(further);
+            order.retain(|&g| levels.last().is_none_or(|level| level.stopped[g].is_none()));
         }
         // Finer meshes are for what is not known yet. Where the layer falls from fold to fold each load is on the way to
         // the next.
@@ -310,45 +312,26 @@ impl<S: Dimension> Level<S> {
         goals: &[Goal],
         order: &[usize],
         wanted: &[bool],
-        press: &Press<'_, S>,
-        cancel: &AtomicBool,
-        tell: &dyn Fn(usize),
+        settings: &NewtonSettings,
+        tell: &(dyn Fn(usize) + Sync),
     ) -> usize {
         for (done, &g) in order.iter().enumerate() {
-            if cancel.load(Ordering::Relaxed) {
+            if settings.cancelled() {
                 return done;
             }
             let step = match goals[g] {
-                // Not even the indenter's first gap is closed.
-                goal if goal.value() == 0.0 => {
-                    Ok(self.model.step(Effort { smallest_j: 1.0, ..Effort::default() }))
-                }
+                goal if goal.value() == 0.0 => Ok(self.at_rest()),
                 goal => {
                     let found = coarser.and_then(|level| level.found(g));
-                    press(&mut self.model, found, goal).map(|(step, model)| {
-                        self.remeshed.extend(model);
-                        step
-                    })
+                    follow(&mut self.model, found, goal, settings)
                 }
             };
             match step {
                 Ok(_) if !wanted[g] => {}
-                Ok(mut step) => {
-                    if let Goal::Compression(asked) = goals[g] {
-                        step.compression = asked; // but for rounding
-                    }
-                    let remeshed = self.remeshed.len().checked_sub(1);
-                    let model = self.remeshed.last_mut().unwrap_or(&mut self.model);
-                    if let Some(fault) = model.fault(step.force) {
-                        self.faults[g] = Some((step.compression, fault));
-                        tell(done + 1);
-                        continue;
-                    }
-                    let (state, load) = (model.state().clone(), model.load().clone());
-                    if remeshed.is_some() {
-                        model.release_factors();
-                    }
-                    self.reached[g] = Some(Reached { remeshed, step, state, load });
+                Ok(step) => {
+                    let fault = self.model.fault(step.force);
+                    let (state, load) = (self.model.state().clone(), self.model.load().clone());
+                    self.keep(goals, g, Reached { remeshed: None, step, state, load }, fault);
                 }
                 // The goal may well be in reach.
                 Err(stopped) if stopped.reason == StopReason::Cancelled => return done,
@@ -364,6 +347,72 @@ impl<S: Dimension> Level<S> {
         order.len()
     }
 
+    /// Presses to each goal on a mesh of its own, on all threads: none needs another. Where `coarser` has an equilibrium under a load,
+    /// `remesh` gets it. Returns the number of goals that were tried.
+    fn press_each(
+        &mut self,
+        coarser: Option<&Self>,
+        goals: &[Goal],
+        order: &[usize],
+        remesh: &PressAlone<'_, S>,
+        cancel: &AtomicBool,
+        tell: &(dyn Fn(usize) + Sync),
+    ) -> usize {
+        let done = AtomicUsize::new(0);
+        let press = |&g: &usize| {
+            let goal = goals[g];
+            if goal.value() == 0.0 || cancel.load(Ordering::Relaxed) {
+                return None;
+            }
+            let coarser = coarser.and_then(|level| level.found(g));
+            let pressed = remesh(coarser.map(|(model, reached)| (model, &reached.state)), goal);
+            tell(done.fetch_add(1, Ordering::Relaxed) + 1);
+            Some(pressed.map(|(mut model, step)| {
+                let fault = model.fault(step.force);
+                model.release();
+                (model, step, fault)
+            }))
+        };
+        // The largest loads take longest.
+        let pressed: Vec<_> = order.par_iter().rev().with_max_len(1).map(press).collect();
+        for (&g, pressed) in order.iter().zip(pressed.into_iter().rev()) {
+            match pressed {
+                None if goals[g].value() == 0.0 => {
+                    let (state, load) = (self.model.state().clone(), self.model.load().clone());
+                    let reached = Reached { remeshed: None, step: self.at_rest(), state, load };
+                    self.keep(goals, g, reached, None);
+                }
+                None => {}
+                Some(Ok((model, step, fault))) => {
+                    let (state, load) = (model.state().clone(), model.load().clone());
+                    let remeshed = Some(self.remeshed.len());
+                    self.remeshed.push(model);
+                    self.keep(goals, g, Reached { remeshed, step, state, load }, fault);
+                }
+                Some(Err(stopped)) if stopped.reason == StopReason::Cancelled => {}
+                Some(Err(stopped)) => self.stopped[g] = Some(stopped),
+            }
+        }
+        order.len()
+    }
+
+    /// The layer while not even the indenter's first gap is closed.
+    fn at_rest(&self) -> LayerStep {
+        self.model.step(Effort { smallest_j: 1.0, ..Effort::default() })
+    }
+
+    /// Keeps the equilibrium found for a goal, or its fault if it has one.
+    fn keep(&mut self, goals: &[Goal], g: usize, mut reached: Reached<S>, fault: Option<StateFault>) {
+        if let Some(fault) = fault {
+            self.faults[g] = Some((reached.step.compression, fault));
+            return;
+        }
+        if let Goal::Compression(asked) = goals[g] {
+            reached.step.compression = asked; // but for rounding
+        }
+        self.reached[g] = Some(reached);
+    }
+
     /// The layer and its equilibrium under goal `g`, if it was reached.
     fn found(&self, g: usize) -> Option<(&LayerModel<S>, &Reached<S>)> {
         let reached = self.reached[g].as_ref()?;
@@ -375,12 +424,9 @@ impl<S: Dimension> Level<S> {
     }
 }
 
-/// Presses the layer of a level, or one with a mesh of its own that is returned, to a goal.
-type Press<'a, S> = dyn Fn(
-        &mut LayerModel<S>,
-        Option<(&LayerModel<S>, &Reached<S>)>,
-        Goal,
-    ) -> Result<(LayerStep, Option<LayerModel<S>>), Box<Stopped>>
+/// [`Remesh`] on the meshes of one level.
+type PressAlone<'a, S> = dyn Fn(Option<(&LayerModel<S>, &State<S>)>, Goal) -> Result<(LayerModel<S>, LayerStep), Box<Stopped>>
+    + Sync
     + 'a;
 
 /// Presses `model` to `goal`, from the equilibrium on a coarser mesh where that helps.

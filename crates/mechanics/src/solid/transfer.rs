@@ -264,10 +264,11 @@ impl<S: Dimension> Equations<S> {
         load: &Load<S>,
         settings: &NewtonSettings,
     ) -> Option<(State<S>, Effort)> {
-        let settings = NewtonSettings { max_iterations: MAX_ITERATIONS, ..*settings };
-        let mut state = self.guess_in_motion(other, state, load, &settings)?;
+        let few = NewtonSettings { max_iterations: MAX_ITERATIONS, ..*settings };
+        let mut state = self.guess_in_motion(other, state, load, &few)?;
         let mut effort = Effort::default();
-        let found = self.settle_at(&mut state, load, &settings, &mut effort);
+        self.follow_to(&mut state, load, &few, &mut effort).ok()?;
+        let found = self.close(&mut state, load, settings, &mut effort);
         (found.is_ok() && effort.negative_pivots == 0).then_some((state, effort))
     }
 

@@ -4,7 +4,7 @@ use elastocap_materials::Rubber;
 use rayon::prelude::*;
 
 use super::{Equations, Load, State};
-use crate::solid::dimension::{Dimension, Element, Numbers};
+use crate::solid::dimension::{Dimension, Element, ElementSystem, Numbers};
 
 /// The proximal modulus of an element over the shear modulus of its own rubber; see [`super::element`]. A soft element with
 /// the proximal modulus of a stiff inclusion would be as hard to solve for as if its bulk modulus were that large.
@@ -38,6 +38,7 @@ impl<S: Dimension> Equations<S> {
     /// `state` does not have yet go into the right-hand side.
     pub(crate) fn assemble(&mut self, state: &State<S>, load: &Load<S>) -> Residual {
         let mut systems = std::mem::take(&mut self.systems);
+        systems.resize_with(self.elements.len(), || ElementSystem::new(S::AXES * S::Element::NODES));
         let this = &*self;
         let missing = |d: usize| {
             if this.body.held[d] { load.displacement[d] - state.displacement[d] } else { 0.0 }

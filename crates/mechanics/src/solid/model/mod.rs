@@ -27,6 +27,7 @@ pub struct Equations<S: Dimension = Plane> {
     pub(crate) body: Body<S>,
     pub(crate) elements: Vec<S::Element>,
     pub(crate) unknowns: Unknowns,
+    /// Those of the last assembly, if they were not released.
     systems: Vec<ElementSystem<S>>,
     /// For each element, then for each pair that may touch, where its matrix goes.
     pub(crate) places: Vec<BlockPlaces>,
@@ -89,7 +90,7 @@ impl<S: Dimension> Equations<S> {
             unbalanced: vec![0.0; displacements],
             internal: vec![0.0; displacements],
             right: vec![0.0; unknowns.count()],
-            systems: vec![ElementSystem::new(S::AXES * S::Element::NODES); elements.len()],
+            systems: Vec::new(),
             gap_times_pressure: 0.0,
             force_floor: 1e-9 * modulus * size * per_axis,
             sensitivity: body.sensitivity(&elements),
@@ -161,9 +162,10 @@ impl<S: Dimension> Equations<S> {
         Self::element_bytes(self.elements.len()) + self.solver.memory_bytes()
     }
 
-    /// Releases the memory of the factors until the next load.
-    pub(crate) fn release_factors(&mut self) {
+    /// Releases the memory of the factors and of the matrices of the elements until the next assembly.
+    pub(crate) fn release(&mut self) {
         self.solver.release();
+        self.systems = Vec::new();
     }
 
     /// Displacements of the nodes of element `e`, out of those of all nodes.

@@ -206,10 +206,7 @@ impl<S: Dimension> Equations<S> {
         effort: &mut Effort,
     ) -> Result<(), Failure> {
         self.follow_to(state, load, settings, effort)?;
-        if self.has_contact() {
-            self.close_gaps(state, load, settings, false, effort)?;
-        }
-        Ok(())
+        self.close(state, load, settings, effort)
     }
 
     /// The same from a configuration so near that the gaps need not be opened: where that fails, they are.
@@ -247,6 +244,20 @@ impl<S: Dimension> Equations<S> {
         };
         self.equilibrate(state, load, target, settings, effort)?;
         effort.steps += 1;
+        Ok(())
+    }
+
+    /// Closes the gaps of a configuration that [`Equations::follow_to`] has found.
+    pub(super) fn close(
+        &mut self,
+        state: &mut State<S>,
+        load: &Load<S>,
+        settings: &NewtonSettings,
+        effort: &mut Effort,
+    ) -> Result<(), Failure> {
+        if self.has_contact() {
+            self.close_gaps(state, load, settings, false, effort)?;
+        }
         Ok(())
     }
 

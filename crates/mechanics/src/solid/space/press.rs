@@ -150,7 +150,7 @@ impl SpaceLayer {
         refinement: &Refinement,
         memory_limit: u64,
         cancel: &AtomicBool,
-        tell: &dyn Fn(usize, usize),
+        tell: &(dyn Fn(usize, usize) + Sync),
     ) -> Result<Pressing<Space>, ModelError> {
         let rounded = self.indenter.is_rounded();
         // Gaps of 1e-5 sides of the mesh where the pressure is the shear modulus change a force by less than 1e-4.
