@@ -48,6 +48,8 @@ const NARROWING: f64 = 1.5;
 /// they contribute as much to the error as the corner.
 const COARSEST_CELLS: usize = 8;
 const CELLS_PER_LEVEL: usize = 2;
+/// Size of the elements there at the edges of inclusions on the first mesh, over the thickness; each level halves it.
+const AT_EDGES: f64 = 0.0125;
 
 impl PlaneLayer {
     /// The mesh of this layer at a level of refinement, for compressions up to `deepest`: each level halves what limits the
@@ -210,6 +212,9 @@ impl PlaneLayer {
         up.extend(uniform(low, height, fine).iter().skip(1));
         move_to(&mut along, &[left, right], self.edges(0));
         move_to(&mut up, &[low], self.edges(1));
+        let smallest = AT_EDGES * height * 0.5_f64.powi(level as i32);
+        refine_toward(&mut along, self.edges(0), smallest);
+        refine_toward(&mut up, self.edges(1), smallest);
         let at = |x: f64, of: &[f64]| of.iter().position(|y| *y == x).unwrap_or(0);
         let punch = PunchFan {
             along: [at(left, &along), at(right, &along)],
@@ -262,6 +267,21 @@ fn cells(level: usize) -> usize {
 /// Sides over the radius of a rounded corner while they pass it.
 fn passing(level: usize) -> f64 {
     COARSEST_PASSING * (1 << level) as f64
+}
+
+/// Halves steps between breakpoints until none is longer than `smallest` and its distance from the nearest of `edges`.
+fn refine_toward(breakpoints: &mut Vec<f64>, edges: impl Iterator<Item = f64>, smallest: f64) {
+    let edges: Vec<f64> = edges.collect();
+    let mut k = 1;
+    while k < breakpoints.len() {
+        let (from, to) = (breakpoints[k - 1], breakpoints[k]);
+        let away = edges.iter().map(|edge| (from - edge).max(edge - to)).fold(f64::INFINITY, f64::min);
+        if to - from > smallest + away.max(0.0) {
+            breakpoints.insert(k, 0.5 * (from + to));
+        } else {
+            k += 1;
+        }
+    }
 }
 
 /// Moves the nearest inner breakpoint to each of `edges`, or inserts one where the nearest is an edge already or one of `kept`.
