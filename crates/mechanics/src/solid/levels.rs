@@ -48,7 +48,7 @@ const NARROWING: f64 = 1.5;
 /// they contribute as much to the error as the corner.
 const COARSEST_CELLS: usize = 8;
 const CELLS_PER_LEVEL: usize = 2;
-/// Size of the elements there at the edges of inclusions on the first mesh, over the thickness; each level halves it.
+/// Size of the elements at the edges of inclusions under a flat punch on the first mesh, over the thickness; each level halves it.
 const AT_EDGES: f64 = 0.0125;
 
 impl PlaneLayer {
@@ -64,7 +64,8 @@ impl PlaneLayer {
             Indenter::Smooth(profile) => match self.rounded_punch(profile) {
                 Some(punch) if punch.position == 0.0 => return self.mesh_at_corner(punch, level),
                 Some(punch) => {
-                    LayerMesh::under_rounded_punch(height, length, &punch, deepest, 8, passing(level))
+                    let n = 8 + level;
+                    LayerMesh::under_rounded_punch(height, length, &punch, deepest, n, passing(level))
                 }
                 None => self.uniform(level),
             },
@@ -85,6 +86,13 @@ impl PlaneLayer {
         mesh.whole = self.position != 0.0;
         move_to(&mut mesh.along, &[], self.edges(0));
         move_to(&mut mesh.up, &[], self.edges(1));
+        if let Indenter::Smooth(profile) = self.indenter
+            && self.rounded_punch(profile).is_some()
+        {
+            let smallest = smallest_at_edges(self.thickness, level);
+            refine_toward(&mut mesh.along, self.edges(0), smallest);
+            refine_toward(&mut mesh.up, self.edges(1), smallest);
+        }
         mesh
     }
 
@@ -212,7 +220,7 @@ impl PlaneLayer {
         up.extend(uniform(low, height, fine).iter().skip(1));
         move_to(&mut along, &[left, right], self.edges(0));
         move_to(&mut up, &[low], self.edges(1));
-        let smallest = AT_EDGES * height * 0.5_f64.powi(level as i32);
+        let smallest = smallest_at_edges(height, level);
         refine_toward(&mut along, self.edges(0), smallest);
         refine_toward(&mut up, self.edges(1), smallest);
         let at = |x: f64, of: &[f64]| of.iter().position(|y| *y == x).unwrap_or(0);
@@ -269,8 +277,13 @@ fn passing(level: usize) -> f64 {
     COARSEST_PASSING * (1 << level) as f64
 }
 
+/// Size (m) of the elements at the edges of inclusions in a layer of a thickness (m) on the mesh of a level.
+fn smallest_at_edges(thickness: f64, level: usize) -> f64 {
+    AT_EDGES * thickness * 0.5_f64.powi(level as i32)
+}
+
 /// Halves steps between breakpoints until none is longer than `smallest` and its distance from the nearest of `edges`.
-fn refine_toward(breakpoints: &mut Vec<f64>, edges: impl Iterator<Item = f64>, smallest: f64) {
+pub(super) fn refine_toward(breakpoints: &mut Vec<f64>, edges: impl Iterator<Item = f64>, smallest: f64) {
     let edges: Vec<f64> = edges.collect();
     let mut k = 1;
     while k < breakpoints.len() {
@@ -307,6 +320,7 @@ pub(super) fn move_to(breakpoints: &mut Vec<f64>, kept: &[f64], edges: impl Iter
 
 #[cfg(test)]
 mod tests {
+    use super::super::layer::Inclusion;
     use super::super::mesh::Mesh;
     use super::super::press::Refinement;
     use super::*;
@@ -362,6 +376,31 @@ mod tests {
     }
 
     #[test]
+    fn elements_at_the_edges_of_inclusions_shrink_from_mesh_to_mesh_under_any_flat_punch() {
+        let inclusion = Inclusion { min: [0.1, 0.48], max: [0.7, 0.52], rubber: Rubber::neo_hookean(11.0) };
+        let rounded = Indenter::Smooth(IndenterProfile::Punch { half_width: 1.0, corner_radius: 0.05 });
+        let sharp = Indenter::Sharp { half_width: 1.0 };
+        for (indenter, position) in [(rounded, 0.0), (rounded, 0.4), (sharp, 0.0)] {
+            let layer =
+                PlaneLayer { inclusions: vec![inclusion.clone()], position, ..problem(indenter, End::Free) };
+            for level in 0..3 {
+                let mesh = layer.mesh(level, 0.1);
+                let beside = |lines: &[f64], edge: f64| {
+                    let at = lines.iter().position(|x| (x - edge).abs() < 1e-9).unwrap();
+                    (lines[at] - lines[at - 1]).max(lines[at + 1] - lines[at])
+                };
+                let lines = [&mesh.along, &mesh.up];
+                for (axis, lines) in lines.into_iter().enumerate() {
+                    for edge in [inclusion.min[axis], inclusion.max[axis]] {
+                        let size = beside(lines, edge) * 2_f64.powi(level as i32);
+                        assert!(size < 0.016, "{indenter:?} at {position}, level {level}, {edge}: {size}");
+                    }
+                }
+            }
+        }
+    }
+
+    #[test]
     fn the_mesh_under_a_punch_off_the_middle_is_fine_at_both_its_corners() {
         let punch = IndenterProfile::Punch { half_width: 1.0, corner_radius: 0.05 };
         let centred = problem(Indenter::Smooth(punch), End::Free);
@@ -374,7 +413,7 @@ mod tests {
         let fine = 0.05 / passing(2);
         // The right corner, and the left one in the mirror image.
         for at in [1.4, 0.6] {
-            assert!(side(&off, at - 0.01) < 1.05 * fine, "{at}");
+            assert!(side(&off, at - 0.01) < 1.1 * fine, "{at}");
             assert!(side(&off, at - 0.14) < 0.6 * fine, "{at}: what slides is stretched");
         }
         assert!(side(&off, 1.0) > 1.05 * fine && side(&off, 3.0) > 3.0 * fine);

@@ -6,14 +6,14 @@
 //! surface is stretched there, is read off the deformed surface on a coarser mesh: its sides are given their lengths after
 //! loading. On the first mesh the surface is that under a sharp punch of the same width, which is a rounded one seen from afar.
 //!
-//! The equilibrium is searched near that of the coarser mesh. Where Newton's method does not find it, the punch starts a little above the
-//! load, clear of the surface, and goes the rest of the way.
+//! The equilibrium is searched near that of the coarser mesh. Where Newton's method does not find it, a mesh is put between the two, and
+//! in the end the punch starts a little above the load, clear of the surface, and goes the rest of the way.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use super::force_goal::meet_force;
 use super::layer::{Indenter, LayerMesh, LayerModel, LayerStep, RoundedPunch};
-use super::levels::{around_corners, move_to};
+use super::levels::{around_corners, move_to, refine_toward};
 use super::mesh::{geometric, graded, graded_between, uniform};
 use super::model::State;
 use super::newton::{Effort, FromCoarser, NewtonSettings, StopReason, Stopped};
@@ -28,7 +28,7 @@ const GROWTH_FROM_EDGES: f64 = 0.4;
 /// Pieces of the line between two nodes of the surface in which the length of sides is constant.
 const PIECES: usize = 8;
 /// Linear systems after which an equilibrium near that of the coarser mesh is not searched any longer.
-const MAX_SOLVES_NEAR: usize = 90;
+const MAX_SOLVES_NEAR: usize = 70;
 /// The same where the load is followed from rest.
 const MAX_SOLVES_FROM_REST: usize = 3000;
 /// Longest move of the punch where it goes the rest of the way, in sides at its corner.
@@ -213,6 +213,9 @@ impl PlaneLayer {
         let mut up = graded(0.0, height, size);
         move_to(&mut along, &[], self.edges(0));
         move_to(&mut up, &[], self.edges(1));
+        // Between places of the surface that are far apart an edge may have been missed.
+        refine_toward(&mut along, self.edges(0), fineness.at_edges * height);
+        refine_toward(&mut up, self.edges(1), fineness.at_edges * height);
         let end = (0.5 * fineness.cells).round() as usize;
         let end_top = uniform(body, self.half_length, end);
         LayerMesh { along, up, end_top, radii: geometric(0.5, 1), punch: None, whole: false }
@@ -344,7 +347,7 @@ impl<'a> Rounded<'a> {
     }
 
     /// The layer at a compression on a mesh of the fineness `to`, from its state on another one at about that compression. Where that is
-    /// too far away, up to `halfway` times by a mesh between the two.
+    /// too far away, by meshes between the two, which are put there up to `halfway` times; at last by a run-up.
     fn take_over(
         &self,
         from: (&LayerModel, &State, Fineness),
@@ -358,26 +361,31 @@ impl<'a> Rounded<'a> {
         let run_up = self.settings(to);
         let near =
             NewtonSettings { from_coarser: FromCoarser::Equilibrium, max_solves: MAX_SOLVES_NEAR, ..run_up };
-        for settings in [near, run_up] {
-            if let Some(step) = model.take_over(other, state, compression, &settings)
-                && model.fault(step.force).is_none()
-            {
-                return Ok(Pressed { model, step, fineness: to });
-            }
-            if settings.cancelled() {
-                return Err(stopped(StopReason::Cancelled, other));
+        let mut found = |settings| {
+            let step = model.take_over(other, state, compression, &settings)?;
+            model.fault(step.force).is_none().then_some(step)
+        };
+        if let Some(step) = found(near) {
+            return Ok(Pressed { model, step, fineness: to });
+        }
+        if halfway > 0 && !self.cancelled() {
+            let between = self.take_over(from, fineness.halfway(to), compression, halfway - 1);
+            let there = between.and_then(|between| {
+                let from = (&between.model, between.model.state(), between.fineness);
+                self.take_over(from, to, compression, halfway - 1)
+            });
+            if there.is_ok() {
+                return there;
             }
         }
-        if halfway == 0 {
-            return Err(stopped(StopReason::NoConvergence, other));
+        if self.cancelled() {
+            return Err(stopped(StopReason::Cancelled, other));
         }
-        let between = self.take_over(from, fineness.halfway(to), compression, halfway - 1)?;
-        self.take_over(
-            (&between.model, between.model.state(), between.fineness),
-            to,
-            compression,
-            halfway - 1,
-        )
+        match found(run_up) {
+            Some(step) => Ok(Pressed { model, step, fineness: to }),
+            None if self.cancelled() => Err(stopped(StopReason::Cancelled, other)),
+            None => Err(stopped(StopReason::NoConvergence, other)),
+        }
     }
 }
 
