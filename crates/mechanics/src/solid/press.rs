@@ -12,7 +12,7 @@ use rayon::prelude::*;
 
 use super::dimension::{Dimension, Plane};
 use super::force_error::{error_of, scatter_of};
-use super::layer::{End, Inclusion, Indenter, LayerModel, LayerStep};
+use super::layer::{End, Inclusion, Indenter, LayerModel, LayerStep, RoundedPunch};
 use super::model::{Load, ModelError, State};
 use super::newton::{Effort, FromCoarser, NewtonSettings, StopReason, Stopped};
 use super::soundness::StateFault;
@@ -180,18 +180,18 @@ impl PlaneLayer {
         let rubber = self.rubber_in_use();
         let halved = |level: usize| 0.5_f64.powi(level as i32);
         let deepest = deepest(goals);
-        let remesh = |level: usize, coarser: Option<(&LayerModel, &State)>, goal: Goal| {
-            let settings = NewtonSettings { cancel: Some(cancel), ..self.settings(level) };
-            match (self.indenter, self.centred_punch()) {
-                (_, Some(punch)) => self.press_rounded(punch, level, coarser, goal, &settings),
-                (Indenter::Sharp { half_width }, None) => {
-                    self.press_sharp(half_width, level, coarser, goal, &settings)
+        let remesh = self.corner().map(|corner| {
+            move |level: usize, coarser: Option<(&LayerModel, &State)>, goal: Goal| {
+                let settings = NewtonSettings { cancel: Some(cancel), ..self.settings(level) };
+                match corner {
+                    Corner::Rounded(punch) => self.press_rounded(punch, level, coarser, goal, &settings),
+                    Corner::Sharp { half_width } => {
+                        self.press_sharp(half_width, level, coarser, goal, &settings)
+                    }
                 }
-                (_, None) => unreachable!(),
             }
-        };
-        let each_load = self.centred_punch().is_some() || matches!(self.indenter, Indenter::Sharp { .. });
-        let remesh = each_load.then_some(&remesh as &Remesh<'_, Plane>);
+        });
+        let remesh = remesh.as_ref().map(|remesh| remesh as &Remesh<'_, Plane>);
         let settings = |level| self.settings(level);
         press_on(goals, refinement, &settings, remesh, cancel, tell, &halved, &|level| {
             let mesh = self.mesh_within_limit(level, deepest)?;
@@ -200,6 +200,24 @@ impl PlaneLayer {
             model.place_indenter(self.position);
             Ok(model)
         })
+    }
+}
+
+/// The corner of a punch that the surface slides around, on meshes that are made for one load.
+#[derive(Debug, Clone, Copy)]
+enum Corner {
+    Sharp { half_width: f64 },
+    Rounded(RoundedPunch),
+}
+
+impl PlaneLayer {
+    /// The corner that each load has a mesh of its own for, if there is one.
+    fn corner(&self) -> Option<Corner> {
+        match self.indenter {
+            Indenter::Sharp { half_width } => Some(Corner::Sharp { half_width }),
+            Indenter::Smooth(_) => self.centred_punch().map(Corner::Rounded),
+            Indenter::WholeTop | Indenter::Held { .. } | Indenter::Bonded { .. } => None,
+        }
     }
 }
 

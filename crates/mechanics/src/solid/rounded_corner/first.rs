@@ -1,0 +1,147 @@
+//! The first mesh of a load: from a sharp punch of the same width, which a rounded one is seen from afar.
+
+use super::super::layer::{Indenter, LayerMesh, LayerModel};
+use super::super::levels::around_corners;
+use super::super::newton::{NewtonSettings, StopReason, Stopped};
+use super::super::press::{Goal, PlaneLayer, deepest};
+use super::mesh::Fineness;
+use super::{Pressed, Rounded, compression_at, stopped};
+
+/// The same where the load is followed from rest.
+const MAX_SOLVES_FROM_REST: usize = 3000;
+/// Radius over the thickness that the coarsest fan under a sharp punch serves; each level of refinement serves half of it.
+const SHARP_RADIUS: f64 = 0.02;
+/// Other values of [`Fineness::passing`] on the first mesh, where the usual one leads to no equilibrium.
+const OTHER_FIRST: [f64; 4] = [0.5, 0.3, 0.75, 0.25];
+/// Force over that of a sharp punch up to which the surface counts as free on a coarse mesh.
+const HELD_BACK: f64 = 1.01;
+/// Parts of a load from which it is followed where a sharp punch gives no first guess, and the least of them that is worth while where
+/// there is one on which the surface is held back.
+const SMALLER: [f64; 5] = [0.99, 0.97, 0.9, 0.75, 0.5];
+const LEAST_WORTH: f64 = 0.95;
+/// Longest step on that way from mesh to mesh, over the radius and the thickness, and the shortest one, over the longest.
+const STEP: f64 = 1.0;
+const SHORTEST_STEP: f64 = 0.1;
+/// How many of them are tried.
+const MAX_STEPS: usize = 20;
+
+/// A layer under a sharp punch.
+struct Sharp {
+    model: LayerModel,
+    force: f64,
+}
+
+impl Sharp {
+    /// Whether a rounded punch of the same width takes no more force, as it should. On coarse meshes the sides at the corner may hold the
+    /// surface back, as friction does, and finer meshes that start from there are slow to lose that.
+    fn is_free(&self, rounded: &Pressed) -> bool {
+        rounded.step.force <= HELD_BACK * self.force
+    }
+}
+
+impl Rounded<'_> {
+    /// The layer on the coarsest mesh: from a sharp punch, or, where that one has no equilibrium, by following the load from rest on a mesh
+    /// that is fine all along the way.
+    pub(super) fn first(&self, goal: Goal) -> Result<Pressed, Box<Stopped>> {
+        let fineness = Fineness::FIRST;
+        match self.begin_from_sharp(goal) {
+            Err(stopped) if stopped.reason != StopReason::Cancelled => {}
+            first => return first,
+        }
+        let (layer, punch) = (self.layer, &self.punch);
+        let [height, length] = [layer.thickness, layer.half_length];
+        let cells = fineness.cells as usize;
+        let mesh =
+            LayerMesh::under_rounded_punch(height, length, punch, deepest(&[goal]), cells, fineness.passing);
+        let mut model = self.model(&mesh)?;
+        let settings = NewtonSettings {
+            cancel: self.cancel,
+            max_solves: MAX_SOLVES_FROM_REST,
+            ..around_corners(punch.corner_radius, fineness.passing)
+        };
+        let step = match goal {
+            Goal::Compression(compression) => model.press(compression, &settings)?,
+            Goal::Force(force) => model.press_with(force, &settings)?,
+        };
+        Ok(Pressed { model, step, fineness })
+    }
+
+    /// The layer on the coarsest mesh from a sharp punch of the same width. Where the two are too far apart at this load, from one at a
+    /// smaller load, and from there on mesh after mesh.
+    fn begin_from_sharp(&self, goal: Goal) -> Result<Pressed, Box<Stopped>> {
+        let half_width = self.punch.half_width;
+        let layer = PlaneLayer { indenter: Indenter::Sharp { half_width }, ..self.layer.clone() };
+        let press = |coarser: Option<&Sharp>, level: usize, goal| -> Result<Sharp, Box<Stopped>> {
+            let settings = NewtonSettings { cancel: self.cancel, ..layer.settings(level) };
+            let coarser = coarser.map(|sharp| (&sharp.model, sharp.model.state()));
+            let (model, step) = layer.press_sharp(half_width, level, coarser, goal, &settings)?;
+            Ok(Sharp { model, force: step.force })
+        };
+        // The fan of the sharp punch has to be about as fine as the corner.
+        let level =
+            (SHARP_RADIUS * layer.thickness / self.punch.corner_radius).log2().ceil().max(0.0) as usize;
+        let sharp =
+            |goal| (1..=level).try_fold(press(None, 0, goal)?, |last, level| press(Some(&last), level, goal));
+        let there = sharp(goal)?;
+        let asked = compression_at(goal, &there.model);
+        let mut best = self.begin_from_state_of(&there, asked);
+        if !best.as_ref().is_ok_and(|found| there.is_free(found)) && !self.cancelled() {
+            let finer = press(Some(&there), level + 1, goal);
+            best = least_force(best, finer.and_then(|finer| self.begin_from_state_of(&finer, asked)));
+        }
+        for part in SMALLER {
+            let free = best.as_ref().is_ok_and(|found| there.is_free(found));
+            if free || best.is_ok() && part < LEAST_WORTH || self.cancelled() {
+                break;
+            }
+            let goal = Goal::Compression(part * asked);
+            let before = sharp(goal).and_then(|sharp| self.begin_from_state_of(&sharp, part * asked));
+            best = least_force(best, before.and_then(|before| self.further(before, asked)));
+        }
+        best
+    }
+
+    /// The layer on the coarsest mesh from a sharp punch: on one of several meshes, until the surface is free on it, or on that where it
+    /// is held back the least.
+    fn begin_from_state_of(&self, sharp: &Sharp, compression: f64) -> Result<Pressed, Box<Stopped>> {
+        let from = (&sharp.model, sharp.model.state(), Fineness::FIRST);
+        let mut best = self.take_over(from, Fineness::FIRST, compression, 0);
+        for passing in OTHER_FIRST {
+            if best.as_ref().is_ok_and(|found| sharp.is_free(found)) || self.cancelled() {
+                break;
+            }
+            let other = self.take_over(from, Fineness { passing, ..Fineness::FIRST }, compression, 0);
+            best = least_force(best, other);
+        }
+        best
+    }
+
+    /// From a layer to the same under a larger load, with a new mesh wherever another piece of the surface has come to the corner.
+    fn further(&self, mut now: Pressed, compression: f64) -> Result<Pressed, Box<Stopped>> {
+        let longest = STEP * self.punch.corner_radius / self.layer.thickness;
+        let mut step = longest;
+        for _ in 0..MAX_STEPS {
+            let left = compression - now.model.compression();
+            let next = if left <= 1.001 * step { compression } else { now.model.compression() + step };
+            match self.take_over((&now.model, now.model.state(), now.fineness), now.fineness, next, 0) {
+                Ok(there) if next == compression => return Ok(there),
+                Ok(there) => (now, step) = (there, (2.0 * step).min(longest)),
+                Err(stopped) if step < SHORTEST_STEP * longest || self.cancelled() => return Err(stopped),
+                Err(_) => step *= 0.5,
+            }
+        }
+        Err(stopped(StopReason::TooLong, &now.model))
+    }
+}
+
+/// The one with less force.
+fn least_force(
+    one: Result<Pressed, Box<Stopped>>,
+    other: Result<Pressed, Box<Stopped>>,
+) -> Result<Pressed, Box<Stopped>> {
+    match (one, other) {
+        (Ok(one), Ok(other)) if other.step.force < one.step.force => Ok(other),
+        (Err(_), other) => other,
+        (one, _) => one,
+    }
+}
