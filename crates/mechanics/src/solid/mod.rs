@@ -21,6 +21,7 @@
 //! | `levels` | the meshes for that, coarse to fine |
 //! | [`forecast`] | its memory and time, estimated in advance |
 //! | `contact_end` | which point of the surface lies at the corner of a sharp punch |
+//! | `rounded_corner` | a mesh for each load under a punch with rounded corners |
 //! | `force_error` | the error of a force from the differences between meshes |
 //! | `force_goal` | the displacement that gives a force |
 //! | [`soundness`] | whether an equilibrium is one that a layer can be in |
@@ -34,8 +35,8 @@
 //! # Current limitations
 //! - Contact is without friction, at four points of every side of an element.
 //! - Under a punch with rounded corners the sides of elements slide around the corner one by one, stretched sixfold there
-//!   (40 %, radius 0.02 H). Sides as long as the radius make ripples that hold the surface back: load steps are short, and the
-//!   force scatters by 1 %. With one and a half sides per radius it scatters by 0.2 %. A
+//!   (40 %, radius 0.02 H). Sides as long as the radius make ripples that hold the surface back, and the force scatters by 1 %. With
+//!   one and a half sides per radius it scatters by 0.2 %. A
 //!   [`elastocap_materials::Rubber::volume_barrier`] of 20 keeps the elements at the corner from turning inside out.
 //! - Around the corner of a sharp punch the surface is stretched without limit, and a mesh stretches it as far as its smallest ring
 //!   allows. Beyond 40 % compression, or under punches wider than three thicknesses, finer meshes may not get to the load; the
