@@ -96,8 +96,8 @@ pub fn seconds<S: Dimension>(
     let systems = |level: usize| match regime {
         PressingRegime::Smooth => 10.0 * loads as f64,
         PressingRegime::Patch => 45.0 * loads as f64,
-        PressingRegime::Sharp => 60.0 * loads as f64,
-        PressingRegime::RoundedCorner => 40.0 * loads as f64,
+        PressingRegime::Sharp => 30.0 * loads as f64,
+        PressingRegime::RoundedCorner => 25.0 * loads as f64,
         PressingRegime::PassedCorner(sides) if level < RIPPLED => 30.0 * sides * 2_f64.powi(level as i32),
         PressingRegime::PassedCorner(_) => 150.0 * loads as f64,
         PressingRegime::Folds => 100.0 * loads as f64,
