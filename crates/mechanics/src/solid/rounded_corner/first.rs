@@ -1,16 +1,18 @@
 //! The first mesh of a load: from a sharp punch of the same width, which a rounded one is seen from afar.
 
 use super::super::layer::{Indenter, LayerMesh, LayerModel};
-use super::super::levels::around_corners;
+use super::super::levels::{around_corners, move_to};
 use super::super::newton::{NewtonSettings, StopReason, Stopped};
 use super::super::press::{Goal, PlaneLayer, deepest};
 use super::mesh::Fineness;
 use super::{Pressed, Rounded, compression_at, stopped};
 
-/// The same where the load is followed from rest.
+/// Linear systems that following the load from rest may take.
 const MAX_SOLVES_FROM_REST: usize = 3000;
 /// Radius over the thickness that the coarsest fan under a sharp punch serves; each level of refinement serves half of it.
 const SHARP_RADIUS: f64 = 0.02;
+/// The finest level that is used for that.
+const MAX_SHARP_LEVEL: f64 = 8.0;
 /// Other values of [`Fineness::passing`] on the first mesh, where the usual one leads to no equilibrium.
 const OTHER_FIRST: [f64; 4] = [0.5, 0.3, 0.75, 0.25];
 /// Force over that of a sharp punch up to which the surface counts as free on a coarse mesh.
@@ -51,8 +53,10 @@ impl Rounded<'_> {
         let (layer, punch) = (self.layer, &self.punch);
         let [height, length] = [layer.thickness, layer.half_length];
         let cells = fineness.cells as usize;
-        let mesh =
+        let mut mesh =
             LayerMesh::under_rounded_punch(height, length, punch, deepest(&[goal]), cells, fineness.passing);
+        move_to(&mut mesh.along, &[], layer.edges(0));
+        move_to(&mut mesh.up, &[], layer.edges(1));
         let mut model = self.model(&mesh)?;
         let settings = NewtonSettings {
             cancel: self.cancel,
@@ -78,8 +82,8 @@ impl Rounded<'_> {
             Ok(Sharp { model, force: step.force })
         };
         // The fan of the sharp punch has to be about as fine as the corner.
-        let level =
-            (SHARP_RADIUS * layer.thickness / self.punch.corner_radius).log2().ceil().max(0.0) as usize;
+        let halvings = (SHARP_RADIUS * layer.thickness / self.punch.corner_radius).log2().ceil();
+        let level = halvings.clamp(0.0, MAX_SHARP_LEVEL) as usize;
         let sharp =
             |goal| (1..=level).try_fold(press(None, 0, goal)?, |last, level| press(Some(&last), level, goal));
         let there = sharp(goal)?;

@@ -16,7 +16,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use super::force_goal::meet_force;
 use super::layer::{LayerMesh, LayerModel, LayerStep, RoundedPunch};
-use super::levels::around_corners;
+use super::levels::{around_corners, within_limit};
 use super::model::State;
 use super::newton::{Effort, FromCoarser, NewtonSettings, StopReason, Stopped};
 use super::press::{Goal, PlaneLayer};
@@ -24,6 +24,8 @@ use mesh::{Fineness, surface};
 
 /// Linear systems after which an equilibrium near that of the coarser mesh is not searched any longer.
 const MAX_SOLVES_NEAR: usize = 70;
+/// The same of a run-up.
+const MAX_SOLVES_RUN_UP: usize = 600;
 /// Longest move of the punch where it goes the rest of the way, in sides at its corner.
 const LONGEST_MOVE: f64 = 0.45;
 /// How often a mesh half as fine is put between two whose equilibria are too far apart.
@@ -101,8 +103,10 @@ impl<'a> Rounded<'a> {
     fn model(&self, mesh: &LayerMesh) -> Result<LayerModel, Box<Stopped>> {
         let layer = self.layer;
         let rubber = layer.rubber_in_use();
-        let model = LayerModel::with_inclusions(mesh, &rubber, &layer.inclusions, layer.indenter, layer.end);
-        // Only a mesh too large for the numbers of its nodes has none.
+        let model = within_limit(mesh.elements_at_most()).and_then(|()| {
+            LayerModel::with_inclusions(mesh, &rubber, &layer.inclusions, layer.indenter, layer.end)
+        });
+        // Only a mesh with too many elements has none.
         model.map_err(|_| {
             let (reason, effort) = (StopReason::TooLong, Effort::default());
             Box::new(Stopped { reached: 0.0, step: 1.0, reason, smallest_j: 1.0, element: 0, effort })
@@ -114,6 +118,7 @@ impl<'a> Rounded<'a> {
         NewtonSettings {
             cancel: self.cancel,
             longest_move: LONGEST_MOVE * radius / fineness.passing,
+            max_solves: MAX_SOLVES_RUN_UP,
             ..around_corners(radius, fineness.passing)
         }
     }
