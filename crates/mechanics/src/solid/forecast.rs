@@ -103,7 +103,8 @@ pub fn seconds<S: Dimension>(
         PressingRegime::Folds => 100.0 * loads as f64,
     };
     let of_mesh = |(level, mesh): (usize, &MeshSize)| systems(level) * mesh.system_seconds::<S>();
-    tries * meshes.iter().enumerate().map(of_mesh).sum::<f64>()
+    // A sum of nothing is a minus zero.
+    0.0 + tries * meshes.iter().enumerate().map(of_mesh).sum::<f64>()
 }
 
 #[cfg(test)]

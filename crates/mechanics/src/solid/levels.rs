@@ -103,6 +103,12 @@ impl PlaneLayer {
     pub fn mesh_within_limit(&self, level: usize, deepest: f64) -> Result<LayerMesh, ModelError> {
         let mesh = self.mesh(level, deepest);
         within_limit(mesh.elements_at_most())?;
+        if let Some(punch) = self.centred_punch() {
+            // Where the load has to be followed after all, the first mesh has to be fine all along the way.
+            let (height, length) = (self.thickness, self.half_length);
+            let along = LayerMesh::under_rounded_punch(height, length, &punch, deepest, 8, passing(0));
+            within_limit(along.elements_at_most())?;
+        }
         Ok(mesh)
     }
 
