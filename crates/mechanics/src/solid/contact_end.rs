@@ -61,7 +61,7 @@ impl PlaneLayer {
     /// where there is one. The model has a mesh of its own, since the point at the corner depends on the load.
     ///
     /// # Errors
-    /// Why there is no equilibrium.
+    /// [`Stopped`] says why no equilibrium was found.
     pub(super) fn press_sharp(
         &self,
         half_width: f64,

@@ -48,7 +48,7 @@ const NARROWING: f64 = 1.5;
 /// they contribute as much to the error as the corner.
 const COARSEST_CELLS: usize = 8;
 const CELLS_PER_LEVEL: usize = 2;
-/// Size of the elements at the edges of inclusions under a flat punch on the first mesh, over the thickness; each level halves it.
+/// Size of the elements at the edges of inclusions on the first mesh, over the thickness; each level halves it.
 const AT_EDGES: f64 = 0.0125;
 
 impl PlaneLayer {
@@ -84,16 +84,29 @@ impl PlaneLayer {
             }
         };
         mesh.whole = self.position != 0.0;
-        move_to(&mut mesh.along, &[], self.edges(0));
-        move_to(&mut mesh.up, &[], self.edges(1));
-        if let Indenter::Smooth(profile) = self.indenter
-            && self.rounded_punch(profile).is_some()
-        {
-            let smallest = smallest_at_edges(self.thickness, level);
-            refine_toward(&mut mesh.along, self.edges(0), smallest);
-            refine_toward(&mut mesh.up, self.edges(1), smallest);
-        }
+        self.fit_to_inclusions([&mut mesh.along, &mut mesh.up], [&[], &[]], smallest_at_edges(height, level));
         mesh
+    }
+
+    /// Makes the edges of the inclusions breakpoints along both axes without moving those that are `kept`, and halves the steps that
+    /// are longer than `smallest` (m) and their distance from the nearest edge: stress is singular at the edges of a stiff body, and
+    /// a mesh that is coarse there makes it stiffer.
+    pub(super) fn fit_to_inclusions(
+        &self,
+        breakpoints: [&mut Vec<f64>; 2],
+        kept: [&[f64]; 2],
+        smallest: f64,
+    ) {
+        for (axis, (breakpoints, kept)) in breakpoints.into_iter().zip(kept).enumerate() {
+            let edges: Vec<f64> = self.edges(axis).collect();
+            move_to(breakpoints, kept, edges.iter().copied());
+            refine_toward(breakpoints, &edges, smallest);
+        }
+    }
+
+    /// Lower and upper ends of the inclusions along an axis.
+    pub(super) fn edges(&self, axis: usize) -> impl Iterator<Item = f64> {
+        self.inclusions.iter().flat_map(move |i| [i.min[axis], i.max[axis]])
     }
 
     /// The mesh of this layer at a level of refinement, as [`PlaneLayer::mesh`] gives it, unless it has too many elements.
@@ -139,8 +152,8 @@ impl PlaneLayer {
     pub fn regime(&self, deepest: f64) -> PressingRegime {
         match self.indenter {
             Indenter::WholeTop if self.folds() => PressingRegime::Folds,
+            Indenter::Smooth(_) if self.centred_punch().is_some() => PressingRegime::RoundedCorner,
             Indenter::Smooth(profile) => match self.rounded_punch(profile) {
-                Some(punch) if punch.position == 0.0 => PressingRegime::RoundedCorner,
                 Some(punch) => {
                     let sides = punch.sides_passing(self.thickness, deepest, passing(0));
                     PressingRegime::PassedCorner(sides)
@@ -202,11 +215,6 @@ impl PlaneLayer {
         })
     }
 
-    /// Lower and upper ends of the inclusions along an axis.
-    pub(super) fn edges(&self, axis: usize) -> impl Iterator<Item = f64> {
-        self.inclusions.iter().flat_map(move |i| [i.min[axis], i.max[axis]])
-    }
-
     /// The mesh under a sharp punch: each level has more quadrilaterals over the thickness and more rings in the fan around the end
     /// of the punch. The fan stays clear of the inclusions below it.
     fn under_sharp_punch(&self, corner: f64, level: usize) -> LayerMesh {
@@ -224,11 +232,11 @@ impl PlaneLayer {
         along.extend(uniform(right, body, count(0.6 * (body - right))).iter().skip(1));
         let mut up = uniform(0.0, low, count(low));
         up.extend(uniform(low, height, fine).iter().skip(1));
-        move_to(&mut along, &[left, right], self.edges(0));
-        move_to(&mut up, &[low], self.edges(1));
-        let smallest = smallest_at_edges(height, level);
-        refine_toward(&mut along, self.edges(0), smallest);
-        refine_toward(&mut up, self.edges(1), smallest);
+        self.fit_to_inclusions(
+            [&mut along, &mut up],
+            [&[left, right], &[low]],
+            smallest_at_edges(height, level),
+        );
         let at = |x: f64, of: &[f64]| of.iter().position(|y| *y == x).unwrap_or(0);
         let punch = PunchFan {
             along: [at(left, &along), at(right, &along)],
@@ -289,8 +297,7 @@ fn smallest_at_edges(thickness: f64, level: usize) -> f64 {
 }
 
 /// Halves steps between breakpoints until none is longer than `smallest` and its distance from the nearest of `edges`.
-pub(super) fn refine_toward(breakpoints: &mut Vec<f64>, edges: impl Iterator<Item = f64>, smallest: f64) {
-    let edges: Vec<f64> = edges.collect();
+fn refine_toward(breakpoints: &mut Vec<f64>, edges: &[f64], smallest: f64) {
     let mut k = 1;
     while k < breakpoints.len() {
         let (from, to) = (breakpoints[k - 1], breakpoints[k]);
@@ -382,11 +389,14 @@ mod tests {
     }
 
     #[test]
-    fn elements_at_the_edges_of_inclusions_shrink_from_mesh_to_mesh_under_any_flat_punch() {
+    fn elements_at_the_edges_of_inclusions_shrink_from_mesh_to_mesh_under_any_indenter() {
         let inclusion = Inclusion { min: [0.1, 0.48], max: [0.7, 0.52], rubber: Rubber::neo_hookean(11.0) };
         let rounded = Indenter::Smooth(IndenterProfile::Punch { half_width: 1.0, corner_radius: 0.05 });
         let sharp = Indenter::Sharp { half_width: 1.0 };
-        for (indenter, position) in [(rounded, 0.0), (rounded, 0.4), (sharp, 0.0)] {
+        let cylinder = Indenter::Smooth(IndenterProfile::Cylinder { radius: 1.0 });
+        for (indenter, position) in
+            [(rounded, 0.0), (rounded, 0.4), (sharp, 0.0), (cylinder, 0.0), (Indenter::WholeTop, 0.0)]
+        {
             let layer =
                 PlaneLayer { inclusions: vec![inclusion.clone()], position, ..problem(indenter, End::Free) };
             for level in 0..3 {

@@ -268,7 +268,7 @@ impl<S: Dimension> Equations<S> {
         let mut state = self.guess_in_motion(other, state, load, &few)?;
         let mut effort = Effort::default();
         self.follow_to(&mut state, load, &few, &mut effort).ok()?;
-        let found = self.close(&mut state, load, settings, &mut effort);
+        let found = self.close_gaps(&mut state, load, settings, false, &mut effort);
         (found.is_ok() && effort.negative_pivots == 0).then_some((state, effort))
     }
 

@@ -72,9 +72,8 @@ impl<S: Dimension> Equations<S> {
         {
             return Err(stopped.clone());
         }
-        if self.has_contact()
-            && let Err((reason, (smallest_j, element))) =
-                self.close_gaps(state, from, settings, result.is_err(), &mut effort)
+        if let Err((reason, (smallest_j, element))) =
+            self.close_gaps(state, from, settings, result.is_err(), &mut effort)
         {
             let part = result.err().and_then(|stopped| {
                 let part = self.retreat(state, from, &first, to, stopped.reached, settings, &mut effort)?;
@@ -206,7 +205,7 @@ impl<S: Dimension> Equations<S> {
         effort: &mut Effort,
     ) -> Result<(), Failure> {
         self.follow_to(state, load, settings, effort)?;
-        self.close(state, load, settings, effort)
+        self.close_gaps(state, load, settings, false, effort)
     }
 
     /// The same from a configuration so near that the gaps need not be opened: where that fails, they are.
@@ -247,23 +246,9 @@ impl<S: Dimension> Equations<S> {
         Ok(())
     }
 
-    /// Closes the gaps of a configuration that [`Equations::follow_to`] has found.
-    pub(super) fn close(
-        &mut self,
-        state: &mut State<S>,
-        load: &Load<S>,
-        settings: &NewtonSettings,
-        effort: &mut Effort,
-    ) -> Result<(), Failure> {
-        if self.has_contact() {
-            self.close_gaps(state, load, settings, false, effort)?;
-        }
-        Ok(())
-    }
-
-    /// Closes the gaps from [`NewtonSettings::moving_gap`] to [`NewtonSettings::final_gap`] at one load. `fresh` says that the last
-    /// assembly was not one of `state` under `load`.
-    fn close_gaps(
+    /// Closes the gaps, if there are any, from [`NewtonSettings::moving_gap`] to [`NewtonSettings::final_gap`] at one load. `fresh`
+    /// says that the last assembly was not one of `state` under `load`.
+    pub(super) fn close_gaps(
         &mut self,
         state: &mut State<S>,
         load: &Load<S>,
@@ -271,6 +256,9 @@ impl<S: Dimension> Equations<S> {
         mut fresh: bool,
         effort: &mut Effort,
     ) -> Result<(), Failure> {
+        if !self.has_contact() {
+            return Ok(());
+        }
         let moving = state.clone();
         let (mut gap, mut factor, mut met) = (settings.moving_gap, CLOSING, false);
         loop {

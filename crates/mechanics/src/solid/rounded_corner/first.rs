@@ -1,7 +1,7 @@
 //! The first mesh of a load: from a sharp punch of the same width, which a rounded one is seen from afar.
 
 use super::super::layer::{Indenter, LayerMesh, LayerModel};
-use super::super::levels::{around_corners, move_to};
+use super::super::levels::around_corners;
 use super::super::newton::{NewtonSettings, StopReason, Stopped};
 use super::super::press::{Goal, PlaneLayer, deepest};
 use super::mesh::Fineness;
@@ -55,8 +55,7 @@ impl Rounded<'_> {
         let cells = fineness.cells as usize;
         let mut mesh =
             LayerMesh::under_rounded_punch(height, length, punch, deepest(&[goal]), cells, fineness.passing);
-        move_to(&mut mesh.along, &[], layer.edges(0));
-        move_to(&mut mesh.up, &[], layer.edges(1));
+        layer.fit_to_inclusions([&mut mesh.along, &mut mesh.up], [&[], &[]], fineness.at_edges * height);
         let mut model = self.model(&mesh)?;
         let settings = NewtonSettings {
             cancel: self.cancel,

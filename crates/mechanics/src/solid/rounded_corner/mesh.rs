@@ -1,7 +1,6 @@
 //! The mesh under a punch with rounded corners for one load: sides have the lengths that are asked for after loading.
 
 use super::super::layer::{LayerMesh, LayerModel, RoundedPunch};
-use super::super::levels::{move_to, refine_toward};
 use super::super::mesh::{geometric, graded, graded_between, uniform};
 use super::super::model::State;
 use super::super::press::PlaneLayer;
@@ -100,11 +99,8 @@ impl PlaneLayer {
         let mut along = graded_between(&places, |k| steps[k]);
         let size = |y: f64| (fine + GROWTH * (height - y)).min(coarse).min(from_edges(y, 1));
         let mut up = graded(0.0, height, size);
-        move_to(&mut along, &[], self.edges(0));
-        move_to(&mut up, &[], self.edges(1));
         // Between places of the surface that are far apart an edge may have been missed.
-        refine_toward(&mut along, self.edges(0), fineness.at_edges * height);
-        refine_toward(&mut up, self.edges(1), fineness.at_edges * height);
+        self.fit_to_inclusions([&mut along, &mut up], [&[], &[]], fineness.at_edges * height);
         let end = (0.5 * fineness.cells).round() as usize;
         let end_top = uniform(body, self.half_length, end);
         LayerMesh { along, up, end_top, radii: geometric(0.5, 1), punch: None, whole: false }

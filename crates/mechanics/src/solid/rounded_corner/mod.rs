@@ -52,7 +52,7 @@ impl PlaneLayer {
     /// one. The model has a mesh of its own.
     ///
     /// # Errors
-    /// Why there is no equilibrium.
+    /// [`Stopped`] says why no equilibrium was found.
     pub(super) fn press_rounded(
         &self,
         punch: RoundedPunch,
