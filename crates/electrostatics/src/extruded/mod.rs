@@ -6,6 +6,7 @@
 //! the plan times parts of the axis, and each is inverted by the modes of the axis and one sparse factor of the plan a mode.
 
 mod dual;
+mod family;
 mod fluxes;
 mod free_regions;
 mod layout;

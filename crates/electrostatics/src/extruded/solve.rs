@@ -3,6 +3,7 @@
 //! All meshes of a scene belong to one family, the degree growing with the number of layers. The first ones are solved for the upper
 //! bound alone; from how fast it falls follows the mesh that should meet the tolerance, which is solved for both bounds.
 
+use super::family::{Expectation, Level};
 use super::layout::{Layout, Plan, PlanError, across};
 use super::mesh::PlanMesh;
 use super::one_mesh::{Energies, Problem};
@@ -29,14 +30,8 @@ use std::time::Instant;
 /// Size of a layer over the next larger one, in the plan and along the axis.
 const RATIO: f64 = 0.15;
 
-/// What the error falls by from one mesh of the family to the next, as far as it is not known yet.
-const USUAL_FALL: f64 = 0.38;
-
 /// What integrals over bent triangles may be wrong by, relative, for each conductor: see the tests of `elastocap_fem::triangle`.
 const INTEGRALS: f64 = 1e-10;
-
-/// The largest member of the family.
-const LAST: usize = 12;
 
 /// The axis along which the bodies of a scene are outlines pulled: that along which the fewest conductors begin or end, and of several
 /// the one along which they reach farthest. `None` if there is none.
@@ -77,8 +72,8 @@ pub fn forecast_extruded(scene: &Scene, settings: &Settings) -> Result<Forecast,
     let axis = extrusion_axis(scene).ok_or(SolveError::NotExtruded)?;
     let explore = Settings { field: false, ..settings.clone() };
     let mut search = Search::new(scene, axis, &explore)?;
-    let (member, fewer) = search.explore()?;
-    let level = search.member(member, fewer);
+    let expected = search.explore()?;
+    let (level, _) = search.cheapest(&expected, ANY).ok_or(SolveError::NotExtruded)?;
     let mesh = search.mesh(level);
     let size = Size::of(&mesh, &search.axis(level), level.degree);
     let right_hand_sides = search.parities.iter().map(Parity::sides).sum::<usize>().max(1);
@@ -177,25 +172,15 @@ fn beginning_of_rays(tolerance: f64, contrast: f64, neutral: bool) -> f64 {
     far.clamp(1.5, 4e3)
 }
 
+/// Any number of unknowns.
+const ANY: [f64; 2] = [0.0, f64::INFINITY];
+
+/// Unknowns of the next mesh at most over those of one that cannot be solved.
+const SMALLER: f64 = 0.7;
+
 /// How often rays may begin farther out because finer meshes do not help, and by how much.
 const WIDEST: usize = 2;
 const WIDER: f64 = 4.0;
-
-/// One member of the family of meshes.
-#[derive(Debug, Clone, Copy, PartialEq)]
-struct Level {
-    degree: usize,
-    layers: usize,
-    /// So many fewer strips along edges than rings around corners.
-    fewer: usize,
-}
-
-impl Level {
-    /// The number of layers and the degree grow in turns. Sheets take a layer more than bodies: the field is more singular there.
-    fn member(number: usize, fewer: usize, sheets: bool) -> Self {
-        Self { degree: 2 + number / 2, layers: 1 + number.div_ceil(2) + usize::from(sheets), fewer }
-    }
-}
 
 /// What is known from one mesh.
 struct Found {
@@ -280,8 +265,12 @@ impl<'a> Search<'a> {
         true
     }
 
-    fn member(&self, number: usize, fewer: usize) -> Level {
-        Level::member(number, fewer, self.layout.has_sheets())
+    /// See [`Expectation::cheapest`].
+    fn cheapest(&self, expected: &Expectation, unknowns: [f64; 2]) -> Option<(Level, f64)> {
+        let functions = |degree, layers| self.axis(Level { degree, layers, strips: 0 }).functions().len();
+        // A mesh that follows another had better do.
+        let share = if unknowns[0] > 0.0 { 0.6 } else { 1.0 };
+        expected.cheapest(share * self.settings.relative_tolerance, unknowns, functions)
     }
 
     fn axis(&self, level: Level) -> Axis {
@@ -303,8 +292,7 @@ impl<'a> Search<'a> {
     }
 
     fn mesh(&self, level: Level) -> PlanMesh {
-        let layers =
-            Layers { corners: level.layers, edges: level.layers.saturating_sub(level.fewer), ratio: RATIO };
+        let layers = Layers { corners: level.layers, edges: level.strips, ratio: RATIO };
         PlanMesh::new(&self.plan, layers)
     }
 
@@ -430,67 +418,57 @@ impl<'a> Search<'a> {
         pairs.map(ratio).filter(|r| r.is_finite()).fold(1.0, f64::max)
     }
 
-    /// Solves the first meshes for the upper bound. Returns the number of the member of the family that should meet the tolerance, and
-    /// how many fewer strips than rings it needs.
-    fn explore(&mut self) -> Result<(usize, usize), SolveError> {
-        let tolerance = self.settings.relative_tolerance;
+    /// Solves the first meshes for the upper bound, from which follows what is to be expected of finer ones.
+    fn explore(&mut self) -> Result<Expectation, SolveError> {
         let exploring = Instant::now();
-        let loose = (1e-2 * tolerance).clamp(1e-8, 1e-4);
-        let mut first = self.on_mesh(Level::member(0, 2, false), loose, false)?;
-        let mut second = self.on_mesh(Level::member(2, 2, false), loose, false)?;
-        self.coarse_field = second.field.take().or(first.field.take());
-        let fall = self.fall(&first, &second);
-        let mut error = USUAL_FALL * USUAL_FALL * fall;
-        // Edges matter as much as corners where strips along them bring the bound down as much as the rings did.
-        let mut fewer = 2;
+        let loose = (1e-2 * self.settings.relative_tolerance).clamp(1e-8, 1e-4);
+        let [first, second, striped] = Level::EXPLORED;
+        let triangles = Level::EXPLORED.map(|level| self.mesh(level).triangles.len());
+        let mut coarse = self.on_mesh(first, loose, false)?;
+        let mut finer = self.on_mesh(second, loose, false)?;
+        self.coarse_field = finer.field.take().or(coarse.field.take());
+        let mut falls = [self.fall(&coarse, &finer), 0.0];
         if !self.plan.marks.edges.is_empty() {
-            let striped = self.on_mesh(Level::member(2, 0, false), loose, false)?;
-            let gained = self.fall(&second, &striped);
-            fewer = match gained {
-                gained if gained > 0.25 * error => 0,
-                gained if gained > 0.1 * error => 1,
-                _ => 2,
-            };
-            error = error.max(USUAL_FALL * USUAL_FALL * (fall + gained));
-        }
-        if self.layout.has_sheets() {
-            error *= USUAL_FALL;
-        }
-        let mut member = 2;
-        while member < LAST && 2.0 * error > tolerance {
-            member += 1;
-            error *= USUAL_FALL;
+            let with_strip = self.on_mesh(striped, loose, false)?;
+            falls[1] = self.fall(&finer, &with_strip);
         }
         self.seconds.choosing = exploring.elapsed().as_secs_f64();
-        Ok((member, fewer))
+        Ok(Expectation::new(falls, triangles, self.layout.has_sheets()))
     }
 
     fn run(mut self) -> Result<ExtrudedSolution, SolveError> {
         let tolerance = self.settings.relative_tolerance;
         if let Some(ResolutionLevel { order, levels }) = self.settings.resolution {
-            let level = Level { degree: order.max(1), layers: levels, fewer: 0 };
+            let level = Level { degree: order.max(1), layers: levels, strips: levels };
             let found = self.on_mesh(level, iteration_share(tolerance), true)?;
             let spread = error_of(&found.bounds, self.settings);
             let shortfall = (spread.is_nan() || spread > tolerance)
                 .then(|| format!("the error is {spread:.1e} at the fixed resolution"));
             return self.finish(Some((spread, found, level)), shortfall);
         }
-        let (mut member, fewer) = self.explore()?;
+        let mut expected = self.explore()?;
         let share = iteration_share(tolerance);
         let mut best: Option<(f64, Found, Level)> = None;
-        let (mut limit, mut widened) = (LAST, 0);
+        let (mut range, mut widened) = (ANY, 0);
+        let Some((mut level, mut unknowns)) = self.cheapest(&expected, range) else {
+            return Err(SolveError::NotExtruded);
+        };
         loop {
-            let level = self.member(member, fewer);
             let found = match self.on_mesh(level, share, true) {
                 Err(SolveError::Cancelled) if best.is_some() => {
                     return self.finish(best, Some(STOPPED.to_owned()));
                 }
                 // The finest mesh that fits, and whose triangles are not too flat for double precision.
                 Err(
-                    SolveError::TooLarge { .. } | SolveError::Eigenvalues | SolveError::IllConditioned(_),
-                ) if best.is_none() && member > 2 => {
-                    member -= 1;
-                    limit = member;
+                    error @ (SolveError::TooLarge { .. }
+                    | SolveError::Eigenvalues
+                    | SolveError::IllConditioned(_)),
+                ) if best.is_none() => {
+                    range[1] = SMALLER * unknowns;
+                    match self.cheapest(&expected, range) {
+                        Some(next) => (level, unknowns) = next,
+                        None => return Err(error),
+                    }
                     continue;
                 }
                 // Triangles or elements that are too flat for double precision.
@@ -514,16 +492,22 @@ impl<'a> Search<'a> {
                 widened += 1;
                 continue;
             }
-            if member >= limit || !better {
-                let least = best.as_ref().map_or(f64::NAN, |(spread, ..)| *spread);
-                return self.finish(
-                    best,
-                    Some(format!("the error stays at {least:.1e} on the finest mesh that this solver makes")),
-                );
+            range[0] = unknowns;
+            if spread.is_finite() {
+                expected.learn(level, spread);
             }
-            // As many members further as the spread has to fall.
-            let steps = ((tolerance / spread).ln() / USUAL_FALL.ln() - 0.2).ceil().max(1.0) as usize;
-            member = (member + steps).min(limit);
+            match self.cheapest(&expected, range) {
+                Some(next) if better => (level, unknowns) = next,
+                _ => {
+                    let least = best.as_ref().map_or(f64::NAN, |(spread, ..)| *spread);
+                    return self.finish(
+                        best,
+                        Some(format!(
+                            "the error stays at {least:.1e} on the finest mesh that this solver makes"
+                        )),
+                    );
+                }
+            }
         }
     }
 

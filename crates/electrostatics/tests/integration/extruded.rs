@@ -169,7 +169,7 @@ fn a_round_plate_capacitor_that_fills_a_round_well_is_exact() {
         domain: Box3 { min: [-1.0, 0.0, -1.0], max: [1.0, 0.5, 1.0] },
         walls: [[Wall::Insulated; 2]; 3],
     };
-    let c = solved(&scene, 1e-3, Target::TwoTerminal).two_terminal.unwrap();
+    let c = solved(&scene, 1e-8, Target::TwoTerminal).two_terminal.unwrap();
     let exact = VACUUM_PERMITTIVITY * (4.0 + 4.0 * PI * 0.36) / 0.3;
     assert!(c.lower <= exact && exact <= c.upper && c.spread_over_value() < 1e-8, "{c:?} {exact:e}");
 }

@@ -1,0 +1,187 @@
+//! The family of meshes of a scene, and what the error is on each of them: from how far the upper bound falls on the first ones.
+
+/// One member of the family of meshes.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Level {
+    /// Of the polynomials.
+    pub degree: usize,
+    /// Layers toward corners of the plan, and toward the places of the axis where something begins or ends.
+    pub layers: usize,
+    /// Strips toward edges.
+    pub strips: usize,
+}
+
+impl Level {
+    /// The meshes that are solved for the upper bound first. The second has a layer and a degree more than the first, the third a
+    /// strip more than the second.
+    pub(super) const EXPLORED: [Self; 3] = [
+        Self { degree: 2, layers: 1, strips: 0 },
+        Self { degree: 3, layers: 2, strips: 0 },
+        Self { degree: 3, layers: 2, strips: 1 },
+    ];
+}
+
+/// What the lower bound and finer meshes add to the fall of the upper bound from the first mesh to the second: the error on the second
+/// is that share of the fall.
+const SHARE_OF_FALL: f64 = 0.2;
+
+/// The share of that error that comes from the layers, and what a layer takes off it; without and with sheets, whose edges are more
+/// singular than those of bodies. The rest comes from the degree.
+const BY_LAYERS: [(f64, f64); 2] = [(0.75, 0.095), (0.9, 0.3)];
+
+/// What a degree takes off; and what the second degree leaves over what the third does.
+const BY_DEGREE: f64 = 0.18;
+const SECOND_DEGREE: f64 = 10.0;
+
+/// What a strip takes off the error without strips; without and with sheets.
+const BY_STRIPS: [f64; 2] = [0.1, 0.17];
+
+/// What a forecast of the error is multiplied by before it is compared with the tolerance. Where the forecast is too low nonetheless,
+/// another mesh is solved.
+const SAFETY: f64 = 1.1;
+
+/// The highest degree.
+const HIGHEST: usize = 8;
+
+/// What is expected of the meshes of a scene. The numbers were measured on bars, bent electrodes, discs, rings and boards: see
+/// docs/extruded.md.
+#[derive(Debug, Clone)]
+pub(super) struct Expectation {
+    /// Relative error of the second mesh that was explored, if it had all strips that help.
+    second: f64,
+    /// Relative error of meshes without strips that comes from there, at the third degree.
+    without_strips: f64,
+    sheets: bool,
+    /// Triangles of the meshes that were explored.
+    triangles: [f64; 3],
+}
+
+impl Expectation {
+    /// From what the upper bound fell by, relative, from each mesh of [`Level::EXPLORED`] to the next, and their triangles.
+    pub(super) fn new(falls: [f64; 2], triangles: [usize; 3], sheets: bool) -> Self {
+        let [refined, striped] = falls;
+        // The lower bound gains as much from a strip as the upper one does.
+        Self {
+            second: SHARE_OF_FALL * refined,
+            without_strips: 2.0 * striped,
+            sheets,
+            triangles: triangles.map(|t| t as f64),
+        }
+    }
+
+    /// The relative error expected on a mesh.
+    pub(super) fn error(&self, level: Level) -> f64 {
+        let (share, by_layers) = BY_LAYERS[usize::from(self.sheets)];
+        let beyond = |n: usize, of: usize| n as i32 - of as i32;
+        let layers = share * by_layers.powi(beyond(level.layers, 2));
+        let falls = if level.degree < 3 { SECOND_DEGREE } else { BY_DEGREE.powi(beyond(level.degree, 3)) };
+        let degree = (1.0 - share) * falls;
+        let strips = BY_STRIPS[usize::from(self.sheets)].powi(level.strips as i32)
+            * (3.0 / level.degree as f64).powi(2);
+        self.second * (layers + degree) + self.without_strips * strips
+    }
+
+    /// Corrects what is expected by the error that was found on a mesh.
+    pub(super) fn learn(&mut self, level: Level, found: f64) {
+        let factor = found / self.error(level);
+        self.second *= factor;
+        self.without_strips *= factor;
+    }
+
+    /// The mesh with the fewest unknowns, of those with more than `above` and fewer than `below`, that is expected to meet a tolerance;
+    /// where none is, that with the least error. `functions` gives the functions of the line for a degree and a number of layers.
+    pub(super) fn cheapest(
+        &self,
+        tolerance: f64,
+        [above, below]: [f64; 2],
+        functions: impl Fn(usize, usize) -> usize,
+    ) -> Option<(Level, f64)> {
+        let mut best: Option<(Level, f64, bool)> = None;
+        for degree in 2..=HIGHEST {
+            // More layers than that bring nothing without a higher degree.
+            for layers in 1..=degree + usize::from(self.sheets) {
+                let line = functions(degree, layers);
+                for strips in 0..=layers {
+                    let level = Level { degree, layers, strips };
+                    let unknowns = self.triangles(level) * per_triangle(degree) * line as f64;
+                    if unknowns <= above || unknowns >= below {
+                        continue;
+                    }
+                    let meets = SAFETY * self.error(level) <= tolerance;
+                    let better = best.is_none_or(|(other, n, met)| match (meets, met) {
+                        (true, true) => unknowns < n,
+                        (false, false) => self.error(level) < self.error(other),
+                        (meets, _) => meets,
+                    });
+                    if better {
+                        best = Some((level, unknowns, meets));
+                    }
+                }
+            }
+        }
+        best.map(|(level, unknowns, _)| (level, unknowns))
+    }
+
+    /// Triangles of a mesh, about: each layer and each strip adds as many as the ones explored.
+    fn triangles(&self, level: Level) -> f64 {
+        let [first, second, striped] = self.triangles;
+        let layers = (level.layers as f64 - 2.0) * (second - first);
+        second + layers + level.strips as f64 * (striped - second)
+    }
+}
+
+/// Unknowns of both problems for each triangle and function of the line, about: a triangle has half a corner and one and a half sides.
+fn per_triangle(degree: usize) -> f64 {
+    let p = degree as f64;
+    let upper = 0.5 + 1.5 * (p - 1.0) + 0.5 * (p - 1.0) * (p - 2.0);
+    let lower = 1.5 * p + 0.5 * p * (p + 1.0);
+    upper + lower
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn functions(degree: usize, layers: usize) -> usize {
+        degree * (4 + 2 * layers)
+    }
+
+    #[test]
+    fn the_mesh_that_is_chosen_meets_the_tolerance_and_no_smaller_one_does() {
+        let bars = Expectation::new([2.7e-2, 2.4e-4], [200, 300, 420], false);
+        let pads = Expectation::new([2.1e-1, 1.3e-2], [400, 500, 1200], false);
+        let discs = Expectation::new([2.5e-1, 5.2e-2], [200, 260, 500], true);
+        for expected in [&bars, &pads, &discs] {
+            let mut before = 0.0;
+            for tolerance in [1e-2, 1e-3, 1e-4] {
+                let (level, unknowns) =
+                    expected.cheapest(tolerance, [0.0, f64::INFINITY], functions).unwrap();
+                assert!(expected.error(level) <= tolerance, "{level:?}");
+                assert!(unknowns > before);
+                before = unknowns;
+                let lower = Level { degree: level.degree - 1, layers: level.layers - 1, ..level };
+                let coarser = Level { layers: level.layers - 1, ..level };
+                for smaller in [lower, coarser] {
+                    assert!(SAFETY * expected.error(smaller) > tolerance, "{level:?}");
+                }
+            }
+        }
+        // Strips are for scenes whose edges matter.
+        let strips = |e: &Expectation| e.cheapest(1e-2, [0.0, f64::INFINITY], functions).unwrap().0.strips;
+        assert_eq!([strips(&bars), strips(&pads).min(1)], [0, 1]);
+    }
+
+    #[test]
+    fn an_error_larger_than_expected_makes_the_next_mesh_finer() {
+        let mut expected = Expectation::new([2.7e-2, 2.4e-4], [200, 300, 420], false);
+        let any = [0.0, f64::INFINITY];
+        let (first, unknowns) = expected.cheapest(1e-3, any, functions).unwrap();
+        expected.learn(first, 3e-3);
+        assert!((expected.error(first) - 3e-3).abs() < 1e-12);
+        let (second, more) = expected.cheapest(1e-3, [unknowns, f64::INFINITY], functions).unwrap();
+        assert!(more > unknowns && expected.error(second) < 1e-3);
+        // Where what would do is out of reach, the best of what remains.
+        let (coarse, fewer) = expected.cheapest(1e-3, [0.0, unknowns], functions).unwrap();
+        assert!(fewer < unknowns && expected.error(coarse) > 1e-3);
+    }
+}
