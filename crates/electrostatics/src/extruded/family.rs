@@ -13,11 +13,12 @@ pub(super) struct Level {
 
 impl Level {
     /// The meshes that are solved for the upper bound first. The second has a layer and a degree more than the first, the third a
-    /// strip more than the second.
-    pub(super) const EXPLORED: [Self; 3] = [
+    /// strip more than the second, the fourth a layer more than the third.
+    pub(super) const EXPLORED: [Self; 4] = [
         Self { degree: 2, layers: 1, strips: 0 },
         Self { degree: 3, layers: 2, strips: 0 },
         Self { degree: 3, layers: 2, strips: 1 },
+        Self { degree: 3, layers: 3, strips: 1 },
     ];
 }
 
@@ -47,22 +48,29 @@ const HIGHEST: usize = 8;
 /// docs/extruded.md.
 #[derive(Debug, Clone)]
 pub(super) struct Expectation {
-    /// Relative error of the second mesh that was explored, if it had all strips that help.
-    second: f64,
-    /// Relative error of meshes without strips that comes from there, at the third degree.
+    /// Relative error of meshes with two layers that comes from there.
+    two_layers: f64,
+    /// The same of polynomials of the third degree.
+    third_degree: f64,
+    /// The same of meshes without strips, at the third degree.
     without_strips: f64,
     sheets: bool,
-    /// Triangles of the meshes that were explored.
+    /// Triangles of the meshes that were explored, but for the last.
     triangles: [f64; 3],
 }
 
 impl Expectation {
-    /// From what the upper bound fell by, relative, from each mesh of [`Level::EXPLORED`] to the next, and their triangles.
-    pub(super) fn new(falls: [f64; 2], triangles: [usize; 3], sheets: bool) -> Self {
-        let [refined, striped] = falls;
-        // The lower bound gains as much from a strip as the upper one does.
+    /// From what the upper bound fell by, relative, from each mesh of [`Level::EXPLORED`] to the next, and their triangles. Without
+    /// sheets the last of them is not needed.
+    pub(super) fn new(falls: [f64; 3], triangles: [usize; 3], sheets: bool) -> Self {
+        let [refined, striped, layered] = falls;
+        let error = SHARE_OF_FALL * refined;
+        let (share, by_layers) = BY_LAYERS[usize::from(sheets)];
+        // The lower bound gains as much from a strip or a layer as the upper one does.
+        let two_layers = share * error;
         Self {
-            second: SHARE_OF_FALL * refined,
+            two_layers: if sheets { two_layers.min(2.0 * layered / (1.0 - by_layers)) } else { two_layers },
+            third_degree: (1.0 - share) * error,
             without_strips: 2.0 * striped,
             sheets,
             triangles: triangles.map(|t| t as f64),
@@ -71,20 +79,19 @@ impl Expectation {
 
     /// The relative error expected on a mesh.
     pub(super) fn error(&self, level: Level) -> f64 {
-        let (share, by_layers) = BY_LAYERS[usize::from(self.sheets)];
         let beyond = |n: usize, of: usize| n as i32 - of as i32;
-        let layers = share * by_layers.powi(beyond(level.layers, 2));
-        let falls = if level.degree < 3 { SECOND_DEGREE } else { BY_DEGREE.powi(beyond(level.degree, 3)) };
-        let degree = (1.0 - share) * falls;
+        let layers = BY_LAYERS[usize::from(self.sheets)].1.powi(beyond(level.layers, 2));
+        let degree = if level.degree < 3 { SECOND_DEGREE } else { BY_DEGREE.powi(beyond(level.degree, 3)) };
         let strips = BY_STRIPS[usize::from(self.sheets)].powi(level.strips as i32)
             * (3.0 / level.degree as f64).powi(2);
-        self.second * (layers + degree) + self.without_strips * strips
+        self.two_layers * layers + self.third_degree * degree + self.without_strips * strips
     }
 
     /// Corrects what is expected by the error that was found on a mesh.
     pub(super) fn learn(&mut self, level: Level, found: f64) {
         let factor = found / self.error(level);
-        self.second *= factor;
+        self.two_layers *= factor;
+        self.third_degree *= factor;
         self.without_strips *= factor;
     }
 
@@ -148,9 +155,9 @@ mod tests {
 
     #[test]
     fn the_mesh_that_is_chosen_meets_the_tolerance_and_no_smaller_one_does() {
-        let bars = Expectation::new([2.7e-2, 2.4e-4], [200, 300, 420], false);
-        let pads = Expectation::new([2.1e-1, 1.3e-2], [400, 500, 1200], false);
-        let discs = Expectation::new([2.5e-1, 5.2e-2], [200, 260, 500], true);
+        let bars = Expectation::new([2.7e-2, 2.4e-4, 0.0], [200, 300, 420], false);
+        let pads = Expectation::new([2.1e-1, 1.3e-2, 0.0], [400, 500, 1200], false);
+        let discs = Expectation::new([2.5e-1, 5.2e-2, 1e-2], [200, 260, 500], true);
         for expected in [&bars, &pads, &discs] {
             let mut before = 0.0;
             for tolerance in [1e-2, 1e-3, 1e-4] {
@@ -173,7 +180,7 @@ mod tests {
 
     #[test]
     fn an_error_larger_than_expected_makes_the_next_mesh_finer() {
-        let mut expected = Expectation::new([2.7e-2, 2.4e-4], [200, 300, 420], false);
+        let mut expected = Expectation::new([2.7e-2, 2.4e-4, 0.0], [200, 300, 420], false);
         let any = [0.0, f64::INFINITY];
         let (first, unknowns) = expected.cheapest(1e-3, any, functions).unwrap();
         expected.learn(first, 3e-3);

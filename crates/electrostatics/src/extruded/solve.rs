@@ -422,15 +422,19 @@ impl<'a> Search<'a> {
     fn explore(&mut self) -> Result<Expectation, SolveError> {
         let exploring = Instant::now();
         let loose = (1e-2 * self.settings.relative_tolerance).clamp(1e-8, 1e-4);
-        let [first, second, striped] = Level::EXPLORED;
-        let triangles = Level::EXPLORED.map(|level| self.mesh(level).triangles.len());
+        let [first, second, striped, layered] = Level::EXPLORED;
+        let triangles = [first, second, striped].map(|level| self.mesh(level).triangles.len());
         let mut coarse = self.on_mesh(first, loose, false)?;
         let mut finer = self.on_mesh(second, loose, false)?;
         self.coarse_field = finer.field.take().or(coarse.field.take());
-        let mut falls = [self.fall(&coarse, &finer), 0.0];
+        let mut falls = [self.fall(&coarse, &finer), 0.0, 0.0];
         if !self.plan.marks.edges.is_empty() {
             let with_strip = self.on_mesh(striped, loose, false)?;
             falls[1] = self.fall(&finer, &with_strip);
+            if self.layout.has_sheets() {
+                let with_layer = self.on_mesh(layered, loose, false)?;
+                falls[2] = self.fall(&with_strip, &with_layer);
+            }
         }
         self.seconds.choosing = exploring.elapsed().as_secs_f64();
         Ok(Expectation::new(falls, triangles, self.layout.has_sheets()))
