@@ -8,7 +8,7 @@ use super::fluxes::{self, Cells, Fluxes, ones_along};
 use super::free_regions::{FreeRegion, Product, free_regions};
 use super::layout::Column;
 use super::mesh::PlanMesh;
-use super::plane_system::{Beyond, Inverse, PlaneSystem, Region, Scaling};
+use super::plane_system::{Beyond, Inverse, PlaneSystem, Scaling};
 use super::rays::met_by_rays;
 use crate::SolveError;
 use crate::boxes::domain::{Axis, per_element};
@@ -22,6 +22,11 @@ use std::sync::Arc;
 
 /// Energy of the flux beyond the frame in the preconditioner over that of the straight one; the true factor is between 1 and 3.
 const MEAN: f64 = 1.5;
+
+/// What the repair may leave of a residual, relative: its energy is known to as many digits. A pass in single precision usually leaves
+/// 1e-5 to 1e-3 of what it begins with; where that does not come down to this, passes are made in double precision.
+const ENOUGH: f64 = 1e-6;
+const PASSES: usize = 6;
 
 /// The lower problem on one mesh.
 #[derive(Debug)]
@@ -54,7 +59,11 @@ enum Trace {
 #[derive(Debug)]
 struct Repair {
     fluxes: Fluxes,
-    regions: Vec<Region<f64>>,
+    /// Of the mode that is constant along the axis, where no flux can leave the scene.
+    ground: Option<Inverse>,
+    /// Of the other modes.
+    inverse: Inverse,
+    modes: LineModes,
     /// Whether no flux can leave the scene.
     singular: bool,
     /// Its permittivity over the true one at most.
@@ -211,29 +220,17 @@ impl Dual {
         x
     }
 
-    /// The potential of the flux that cancels the residual `r`, and what it leaves of it.
-    pub(super) fn repair(&self, r: &[f64]) -> (Vec<f64>, f64) {
+    /// The potential of the flux that cancels the residual `r`, and what it leaves of it, relative.
+    pub(super) fn repair(&mut self, r: &[f64]) -> (Vec<f64>, f64) {
         let mut target = r.to_vec();
         self.rescale(&mut target);
-        let size = dot(&target, &target).sqrt();
-        let (mut psi, mut left) = (vec![0.0; r.len()], 1.0);
-        let mut rest = target.clone();
-        // One pass is exact up to rounding; the second removes most of the rounding.
-        for _ in 0..2 {
-            for region in &self.repair.regions {
-                let width = self.fluxes.width;
-                region.add_solution(&self.cells.locals, &rest, &mut psi, width);
-            }
-            self.repair.fluxes.product(&self.cells, &psi, &mut rest);
-            rest.iter_mut().zip(&target).for_each(|(r, t)| *r = t - *r);
-            for e in &self.repair.grounded {
-                let rows = self.cells.numbering.rows[*e] as usize..self.cells.numbering.rows[*e + 1] as usize;
-                rest[rows.start * self.fluxes.width..rows.end * self.fluxes.width].fill(0.0);
-            }
-            left = if size > 0.0 { dot(&rest, &rest).sqrt() / size } else { 0.0 };
-            if left < 1e-13 {
-                break;
-            }
+        let (mut psi, mut left) = self.repair.cancel(&self.cells, &target);
+        if left > ENOUGH
+            && let Some(double) =
+                self.repair.inverse.doubled(&self.cells.numbering, &self.cells.locals, &self.repair.modes)
+        {
+            self.repair.inverse = double;
+            (psi, left) = self.repair.cancel(&self.cells, &target);
         }
         self.rescale(&mut psi);
         (psi, left)
@@ -318,7 +315,7 @@ fn region(
     let system = PlaneSystem::new(&cells.numbering, &weights, |e| is_free[e as usize], &beyond);
     let window = axis.modes(lo, hi);
     let scaling = scaling(mesh, axis, cells, product, &weights, free.cuts, &system.rows);
-    let mut inverse = Inverse::new(system, &cells.numbering, &cells.locals, window, &modes)
+    let mut inverse = Inverse::new(Arc::new(system), &cells.numbering, &cells.locals, window, &modes)
         .ok_or(SolveError::Eigenvalues)?;
     inverse.scale(scaling);
     Ok(inverse)
@@ -449,32 +446,59 @@ impl Repair {
         let conductance = rays.map(|(radius, _)| 1.0 / (3.0 * contrast * radius));
         let frame = beyond_frame(mesh, walls, cells, conductance);
         let window = axis.modes(0, n);
-        let make = |beyond: &[Beyond], modes: LineModes| {
-            let system = PlaneSystem::new(&cells.numbering, &weights, |e| is_free[e as usize], beyond);
-            Region::new(
-                Arc::new(system),
-                &cells.numbering,
-                &cells.locals,
-                window.clone(),
-                &modes.vectors,
-                &modes.values,
-            )
-            .ok_or(SolveError::Eigenvalues)
-        };
-        let regions = match singular {
-            false => vec![make(&frame, modes)?],
-            // Of the mode that is constant along the axis the constant in the plan is arbitrary: a resistor from one edge to ground
-            // makes it definite, through which nothing flows as there is no net charge.
-            true => {
-                let (first, rest) = modes.parted();
-                let n = cells.numbering.size(0);
-                let a = (0..n * n).map(|k| if k == 0 { 1.0 } else { 0.0 }).collect();
-                let ground = Beyond { entities: vec![0], a, m: Vec::new() };
-                vec![make(&[ground], first)?, make(&frame, rest)?]
-            }
-        };
         let grounded = (0..is_free.len()).filter(|e| !is_free[*e]).collect();
-        Ok(Self { fluxes, regions, singular, excess, grounded, ratios })
+        let make = |beyond: &[Beyond], modes: &LineModes, double: bool| {
+            let system = PlaneSystem::new(&cells.numbering, &weights, |e| is_free[e as usize], beyond);
+            let new = if double { Inverse::in_double } else { Inverse::new };
+            new(Arc::new(system), &cells.numbering, &cells.locals, window.clone(), modes)
+                .ok_or(SolveError::Eigenvalues)
+        };
+        // Of the mode that is constant along the axis the constant in the plan is arbitrary: a resistor from one edge to ground
+        // makes it definite, through which nothing flows as there is no net charge.
+        let (ground, modes) = if singular {
+            let (first, rest) = modes.parted();
+            let n = cells.numbering.size(0);
+            let a = (0..n * n).map(|k| if k == 0 { 1.0 } else { 0.0 }).collect();
+            let ground = Beyond { entities: vec![0], a, m: Vec::new() };
+            (Some(make(&[ground], &first, true)?), rest)
+        } else {
+            (None, modes)
+        };
+        let inverse = make(&frame, &modes, false)?;
+        Ok(Self { fluxes, ground, inverse, modes, singular, excess, grounded, ratios })
+    }
+
+    /// The potential whose flux has the divergence `target`, and what is missing of it, relative.
+    fn cancel(&self, cells: &Cells, target: &[f64]) -> (Vec<f64>, f64) {
+        let size = dot(target, target).sqrt();
+        let (mut psi, mut rest, mut left) = (vec![0.0; target.len()], target.to_vec(), 1.0);
+        for _ in 0..PASSES {
+            self.pass(cells, target, &mut psi, &mut rest);
+            left = if size > 0.0 { dot(&rest, &rest).sqrt() / size } else { 0.0 };
+            if left <= ENOUGH {
+                break;
+            }
+        }
+        (psi, left)
+    }
+
+    /// Adds the solution for the right-hand side `rest` to `psi`, and replaces `rest` by what is then left of `target`.
+    fn pass(&self, cells: &Cells, target: &[f64], psi: &mut [f64], rest: &mut [f64]) {
+        let width = self.fluxes.width;
+        for inverse in self.ground.iter().chain([&self.inverse]) {
+            inverse.add_solution(&cells.locals, rest, psi, width);
+        }
+        self.fluxes.product(cells, psi, rest);
+        rest.iter_mut().zip(target).for_each(|(r, t)| *r = t - *r);
+        self.clear_grounded(cells, rest);
+    }
+
+    fn clear_grounded(&self, cells: &Cells, values: &mut [f64]) {
+        let width = self.fluxes.width;
+        for e in &self.grounded {
+            let rows = cells.numbering.rows[*e] as usize..cells.numbering.rows[*e + 1] as usize;
+            values[rows.start * width..rows.end * width].fill(0.0);
+        }
     }
 }
 

@@ -456,7 +456,7 @@ impl<T: Real + Root> Region<T> {
     }
 }
 
-/// An inverse for the preconditioner: in single precision, or in double precision where triangles are too flat for that.
+/// An inverse, in single or in double precision.
 #[derive(Debug)]
 pub(super) enum Inverse {
     Single(Region<f32>),
@@ -464,21 +464,40 @@ pub(super) enum Inverse {
 }
 
 impl Inverse {
-    /// See [`Region::new`]. `None` if a sum is not positive definite in double precision either.
+    /// In single precision, or in double precision where triangles are too flat for that; see [`Region::new`]. `None` if a sum is not
+    /// positive definite in double precision either.
     pub(super) fn new(
-        system: PlaneSystem,
+        system: Arc<PlaneSystem>,
         numbering: &Numbering,
         locals: &[Local],
         window: Range<usize>,
         modes: &LineModes,
     ) -> Option<Self> {
-        let system = Arc::new(system);
         let LineModes { vectors, values } = modes;
         let single = Region::new(Arc::clone(&system), numbering, locals, window.clone(), vectors, values);
         match single {
             Some(region) => Some(Self::Single(region)),
             None => Some(Self::Double(Region::new(system, numbering, locals, window, vectors, values)?)),
         }
+    }
+
+    /// The same in double precision.
+    pub(super) fn in_double(
+        system: Arc<PlaneSystem>,
+        numbering: &Numbering,
+        locals: &[Local],
+        window: Range<usize>,
+        modes: &LineModes,
+    ) -> Option<Self> {
+        let LineModes { vectors, values } = modes;
+        Region::new(system, numbering, locals, window, vectors, values).map(Self::Double)
+    }
+
+    /// In double precision, of what is in single precision here; `modes` are those it was made of. `None` if it is in double precision
+    /// already, or a sum is not positive definite.
+    pub(super) fn doubled(&self, numbering: &Numbering, locals: &[Local], modes: &LineModes) -> Option<Self> {
+        let Self::Single(region) = self else { return None };
+        Self::in_double(Arc::clone(&region.system), numbering, locals, region.window.clone(), modes)
     }
 
     /// Sets what the unknowns are multiplied by before and after.
@@ -490,7 +509,7 @@ impl Inverse {
     }
 
     /// Adds the solution for the right-hand side `r` to `z`.
-    pub(super) fn add_solution(&self, locals: &[Local], r: &[f32], z: &mut [f32], width: usize) {
+    pub(super) fn add_solution<U: Real>(&self, locals: &[Local], r: &[U], z: &mut [U], width: usize) {
         match self {
             Self::Single(region) => region.add_solution(locals, r, z, width),
             Self::Double(region) => region.add_solution(locals, r, z, width),
