@@ -12,6 +12,11 @@ pub(crate) struct OpenSpace {
     share: f64,
 }
 
+/// The factor for the capacitance of one conductor, and for the entries of a matrix, whose relative errors may be several times as large:
+/// measured on FastCap's bus crossings.
+const ALONE: f64 = 0.27;
+const COUPLED: f64 = 2.0;
+
 impl OpenSpace {
     /// For two terminals, whose field has no net charge, the factor was measured on two plates, and on an electrode pair in a layer of
     /// relative permittivity 1 to 80 that goes to infinity. That of a net charge was measured on a cube next to a small one, and
@@ -20,7 +25,10 @@ impl OpenSpace {
         let falls = match (layout.endless_contrast(), settings.target) {
             (None, _) => Vec::new(),
             (Some(contrast), Target::TwoTerminal) => vec![(0.15 * contrast.powf(0.7), 3.0)],
-            (Some(contrast), Target::Matrix) => vec![(0.27, 3.0), (0.32 * (contrast - 1.0).min(10.0), 1.8)],
+            (Some(contrast), Target::Matrix) => {
+                let straight = if layout.conductors.len() > 1 { COUPLED } else { ALONE };
+                vec![(straight, 3.0), (0.32 * (contrast - 1.0).min(10.0), 1.8)]
+            }
         };
         // An estimate counts this error as often as entries of a matrix amplify it, so that less is left to it.
         Self { falls, share: if settings.bounds { 0.3 } else { 0.1 } }

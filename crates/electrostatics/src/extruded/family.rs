@@ -1,6 +1,6 @@
-//! The family of meshes of a scene, and what the error is on each of them: from how far the upper bound falls on the first ones.
+//! The meshes that a scene may be solved on, and the error expected on each: from what the upper bound falls by on the first ones.
 
-/// One member of the family of meshes.
+/// How fine a mesh is.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Level {
     /// Of the polynomials.
@@ -41,6 +41,9 @@ const BY_STRIPS: [f64; 2] = [0.1, 0.17];
 /// another mesh is solved.
 const SAFETY: f64 = 1.1;
 
+/// The error expected at least, where the upper bound did not fall: what is found can correct it.
+const LEAST: f64 = 1e-12;
+
 /// The highest degree.
 const HIGHEST: usize = 8;
 
@@ -60,11 +63,11 @@ pub(super) struct Expectation {
 }
 
 impl Expectation {
-    /// From what the upper bound fell by, relative, from each mesh of [`Level::EXPLORED`] to the next, and their triangles. Without
-    /// sheets the last of them is not needed.
+    /// From what the upper bound fell by, relative, from each mesh of [`Level::EXPLORED`] to the next (infinite if the last was not
+    /// solved, which is needed with sheets only), and the triangles of the first three.
     pub(super) fn new(falls: [f64; 3], triangles: [usize; 3], sheets: bool) -> Self {
         let [refined, striped, layered] = falls;
-        let error = SHARE_OF_FALL * refined;
+        let error = (SHARE_OF_FALL * refined).max(LEAST);
         let (share, by_layers) = BY_LAYERS[usize::from(sheets)];
         // The lower bound gains as much from a strip or a layer as the upper one does.
         let two_layers = share * error;
@@ -155,8 +158,8 @@ mod tests {
 
     #[test]
     fn the_mesh_that_is_chosen_meets_the_tolerance_and_no_smaller_one_does() {
-        let bars = Expectation::new([2.7e-2, 2.4e-4, 0.0], [200, 300, 420], false);
-        let pads = Expectation::new([2.1e-1, 1.3e-2, 0.0], [400, 500, 1200], false);
+        let bars = Expectation::new([2.7e-2, 2.4e-4, f64::INFINITY], [200, 300, 420], false);
+        let pads = Expectation::new([2.1e-1, 1.3e-2, f64::INFINITY], [400, 500, 1200], false);
         let discs = Expectation::new([2.5e-1, 5.2e-2, 1e-2], [200, 260, 500], true);
         for expected in [&bars, &pads, &discs] {
             let mut before = 0.0;
@@ -180,13 +183,18 @@ mod tests {
 
     #[test]
     fn an_error_larger_than_expected_makes_the_next_mesh_finer() {
-        let mut expected = Expectation::new([2.7e-2, 2.4e-4, 0.0], [200, 300, 420], false);
+        let mut expected = Expectation::new([2.7e-2, 2.4e-4, f64::INFINITY], [200, 300, 420], false);
         let any = [0.0, f64::INFINITY];
         let (first, unknowns) = expected.cheapest(1e-3, any, functions).unwrap();
         expected.learn(first, 3e-3);
         assert!((expected.error(first) - 3e-3).abs() < 1e-12);
         let (second, more) = expected.cheapest(1e-3, [unknowns, f64::INFINITY], functions).unwrap();
         assert!(more > unknowns && expected.error(second) < 1e-3);
+        // Even where the field is uniform, and the upper bound exact on any mesh.
+        let mut uniform = Expectation::new([0.0, 0.0, f64::INFINITY], [200, 300, 420], false);
+        let (first, unknowns) = uniform.cheapest(1e-6, any, functions).unwrap();
+        uniform.learn(first, 2e-6);
+        assert!(uniform.cheapest(1e-6, [unknowns, f64::INFINITY], functions).unwrap().1 > unknowns);
         // Where what would do is out of reach, the best of what remains.
         let (coarse, fewer) = expected.cheapest(1e-3, [0.0, unknowns], functions).unwrap();
         assert!(fewer < unknowns && expected.error(coarse) > 1e-3);

@@ -12,6 +12,9 @@ use faer::Mat;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
+/// Share of the energy of the repair that is counted for what it leaves of a residual, over the share that is left.
+const LEFT_IN_ENERGY: f64 = 1e3;
+
 /// A mesh with what holds at its ends, and the degree of the functions on it.
 #[derive(Debug)]
 pub(super) struct Problem<'a> {
@@ -105,7 +108,9 @@ impl Problem<'_> {
         let fluxes: Vec<Flux> =
             potentials.iter().map(|v| self.flux(&mut dual, v, share)).collect::<Result<_, _>>()?;
         let n = potentials.len();
-        let excess = dual.repair_excess();
+        // What the repair leaves may hold more of the energy than of the residual.
+        let left = fluxes.iter().map(|f| f.left).fold(0.0, f64::max);
+        let excess = dual.repair_excess() * (1.0 + LEFT_IN_ENERGY * left);
         let solutions: Vec<&[f64]> = fluxes.iter().map(|f| f.potential.as_slice()).collect();
         let mut matrix = dual.energies(self.mesh, &solutions, potentials);
         let mut repair_share = 0.0_f64;
@@ -155,7 +160,7 @@ impl Problem<'_> {
             let cheap = cost <= 20.0 * share;
             let gains_little = cost > 0.5 * last;
             if !proved || cheap || gains_little || iterations > ITERATION_LIMIT {
-                return Ok(Flux { potential: x, residual: r, repair, proved, iterations });
+                return Ok(Flux { potential: x, residual: r, repair, left, proved, iterations });
             }
             start = energy;
             (last, goal) = (cost, goal * (share / cost).clamp(1e-6, 0.1));
@@ -170,6 +175,8 @@ struct Flux {
     residual: Vec<f64>,
     /// The potential of the flux that cancels the residual.
     repair: Vec<f64>,
+    /// What it leaves of the residual, relative.
+    left: f64,
     /// Whether it does, so that the energy is a bound.
     proved: bool,
     iterations: usize,

@@ -1,7 +1,7 @@
 //! The solver for extruded scenes from a scene to its Maxwell matrix: the search for a mesh that meets the tolerance.
 //!
-//! All meshes of a scene belong to one family, the degree growing with the number of layers. The first ones are solved for the upper
-//! bound alone; from how fast it falls follows the mesh that should meet the tolerance, which is solved for both bounds.
+//! Meshes differ in their degree, their layers and their strips (`family.rs`). A few small ones are solved for the upper bound alone; from
+//! what it falls by follows the mesh that should meet the tolerance, which is solved for both bounds.
 
 use super::family::{Expectation, Level};
 use super::layout::{Layout, Plan, PlanError, across};
@@ -73,7 +73,7 @@ pub fn forecast_extruded(scene: &Scene, settings: &Settings) -> Result<Forecast,
     let explore = Settings { field: false, ..settings.clone() };
     let mut search = Search::new(scene, axis, &explore)?;
     let expected = search.explore()?;
-    let (level, _) = search.cheapest(&expected, ANY).ok_or(SolveError::NotExtruded)?;
+    let (level, _) = search.first(&expected);
     let mesh = search.mesh(level);
     let size = Size::of(&mesh, &search.axis(level), level.degree);
     let right_hand_sides = search.parities.iter().map(Parity::sides).sum::<usize>().max(1);
@@ -265,10 +265,15 @@ impl<'a> Search<'a> {
         true
     }
 
+    /// The mesh that is solved for both bounds first, with its unknowns.
+    fn first(&self, expected: &Expectation) -> (Level, f64) {
+        self.cheapest(expected, ANY).unwrap_or((Level::EXPLORED[0], 0.0))
+    }
+
     /// See [`Expectation::cheapest`].
     fn cheapest(&self, expected: &Expectation, unknowns: [f64; 2]) -> Option<(Level, f64)> {
         let functions = |degree, layers| self.axis(Level { degree, layers, strips: 0 }).functions().len();
-        // A mesh that follows another had better do.
+        // What is expected was wrong once where a mesh follows another.
         let share = if unknowns[0] > 0.0 { 0.6 } else { 1.0 };
         expected.cheapest(share * self.settings.relative_tolerance, unknowns, functions)
     }
@@ -427,7 +432,7 @@ impl<'a> Search<'a> {
         let mut coarse = self.on_mesh(first, loose, false)?;
         let mut finer = self.on_mesh(second, loose, false)?;
         self.coarse_field = finer.field.take().or(coarse.field.take());
-        let mut falls = [self.fall(&coarse, &finer), 0.0, 0.0];
+        let mut falls = [self.fall(&coarse, &finer), 0.0, f64::INFINITY];
         if !self.plan.marks.edges.is_empty() {
             let with_strip = self.on_mesh(striped, loose, false)?;
             falls[1] = self.fall(&finer, &with_strip);
@@ -454,9 +459,7 @@ impl<'a> Search<'a> {
         let share = iteration_share(tolerance);
         let mut best: Option<(f64, Found, Level)> = None;
         let (mut range, mut widened) = (ANY, 0);
-        let Some((mut level, mut unknowns)) = self.cheapest(&expected, range) else {
-            return Err(SolveError::NotExtruded);
-        };
+        let (mut level, mut unknowns) = self.first(&expected);
         loop {
             let found = match self.on_mesh(level, share, true) {
                 Err(SolveError::Cancelled) if best.is_some() => {
