@@ -192,9 +192,9 @@ mod tests {
         assert!(more > unknowns && expected.error(second) < 1e-3);
         // Even where the field is uniform, and the upper bound exact on any mesh.
         let mut uniform = Expectation::new([0.0, 0.0, f64::INFINITY], [200, 300, 420], false);
-        let (first, unknowns) = uniform.cheapest(1e-6, any, functions).unwrap();
-        uniform.learn(first, 2e-6);
-        assert!(uniform.cheapest(1e-6, [unknowns, f64::INFINITY], functions).unwrap().1 > unknowns);
+        let (smallest, few) = uniform.cheapest(1e-6, any, functions).unwrap();
+        uniform.learn(smallest, 2e-6);
+        assert!(uniform.cheapest(1e-6, [few, f64::INFINITY], functions).unwrap().1 > few);
         // Where what would do is out of reach, the best of what remains.
         let (coarse, fewer) = expected.cheapest(1e-3, [0.0, unknowns], functions).unwrap();
         assert!(fewer < unknowns && expected.error(coarse) > 1e-3);
