@@ -18,13 +18,12 @@ use elastocap_fem::tensor::dot;
 use elastocap_geometry::scene::Wall;
 use elastocap_linalg::conjugate_gradients::Operator;
 use faer::Mat;
-use std::sync::Arc;
 
 /// Energy of the flux beyond the frame in the preconditioner over that of the straight one; the true factor is between 1 and 3.
 const MEAN: f64 = 1.5;
 
-/// What the repair may leave of a residual, relative: its energy is known to as many digits. A pass in single precision usually leaves
-/// 1e-5 to 1e-3 of what it begins with; where that does not come down to this, passes are made in double precision.
+/// Share of a residual that the repair may leave. A pass in single precision usually leaves 1e-5 to 1e-3 of what it starts from; where
+/// [`PASSES`] of them leave more than this share, the inverses are made anew in double precision.
 const ENOUGH: f64 = 1e-6;
 const PASSES: usize = 6;
 
@@ -59,11 +58,8 @@ enum Trace {
 #[derive(Debug)]
 struct Repair {
     fluxes: Fluxes,
-    /// Of the mode that is constant along the axis, where no flux can leave the scene.
-    ground: Option<Inverse>,
-    /// Of the other modes.
-    inverse: Inverse,
-    modes: LineModes,
+    /// For all modes together, or the lowest apart from the others; with the modes.
+    inverses: Vec<(Inverse, LineModes)>,
     /// Whether no flux can leave the scene.
     singular: bool,
     /// Its permittivity over the true one at most.
@@ -220,16 +216,12 @@ impl Dual {
         x
     }
 
-    /// The potential of the flux that cancels the residual `r`, and what it leaves of it, relative.
+    /// The potential whose flux cancels the residual `r`, and the share of the residual that it does not cancel.
     pub(super) fn repair(&mut self, r: &[f64]) -> (Vec<f64>, f64) {
         let mut target = r.to_vec();
         self.rescale(&mut target);
         let (mut psi, mut left) = self.repair.cancel(&self.cells, &target);
-        if left > ENOUGH
-            && let Some(double) =
-                self.repair.inverse.doubled(&self.cells.numbering, &self.cells.locals, &self.repair.modes)
-        {
-            self.repair.inverse = double;
+        if left > ENOUGH && self.repair.in_double(&self.cells) {
             (psi, left) = self.repair.cancel(&self.cells, &target);
         }
         self.rescale(&mut psi);
@@ -315,7 +307,7 @@ fn region(
     let system = PlaneSystem::new(&cells.numbering, &weights, |e| is_free[e as usize], &beyond);
     let window = axis.modes(lo, hi);
     let scaling = scaling(mesh, axis, cells, product, &weights, free.cuts, &system.rows);
-    let mut inverse = Inverse::new(Arc::new(system), &cells.numbering, &cells.locals, window, &modes)
+    let mut inverse = Inverse::new(system, &cells.numbering, &cells.locals, window, &modes)
         .ok_or(SolveError::Eigenvalues)?;
     inverse.scale(scaling);
     Ok(inverse)
@@ -447,28 +439,39 @@ impl Repair {
         let frame = beyond_frame(mesh, walls, cells, conductance);
         let window = axis.modes(0, n);
         let grounded = (0..is_free.len()).filter(|e| !is_free[*e]).collect();
-        let make = |beyond: &[Beyond], modes: &LineModes, double: bool| {
+        let make = |beyond: &[Beyond], modes: LineModes| {
             let system = PlaneSystem::new(&cells.numbering, &weights, |e| is_free[e as usize], beyond);
-            let new = if double { Inverse::in_double } else { Inverse::new };
-            new(Arc::new(system), &cells.numbering, &cells.locals, window.clone(), modes)
-                .ok_or(SolveError::Eigenvalues)
+            let inverse = Inverse::new(system, &cells.numbering, &cells.locals, window.clone(), &modes);
+            Ok::<_, SolveError>((inverse.ok_or(SolveError::Eigenvalues)?, modes))
         };
-        // Of the mode that is constant along the axis the constant in the plan is arbitrary: a resistor from one edge to ground
-        // makes it definite, through which nothing flows as there is no net charge.
-        let (ground, modes) = if singular {
-            let (first, rest) = modes.parted();
-            let n = cells.numbering.size(0);
-            let a = (0..n * n).map(|k| if k == 0 { 1.0 } else { 0.0 }).collect();
-            let ground = Beyond { entities: vec![0], a, m: Vec::new() };
-            (Some(make(&[ground], &first, true)?), rest)
-        } else {
-            (None, modes)
+        let inverses = match singular {
+            false => vec![make(&frame, modes)?],
+            // The mode that is constant along the axis leaves the potential undetermined up to a constant. A resistor between one edge
+            // and ground fixes that constant; no flux passes through it, since there is no net charge.
+            true => {
+                let (first, rest) = modes.parted();
+                let n = cells.numbering.size(0);
+                let a = (0..n * n).map(|k| if k == 0 { 1.0 } else { 0.0 }).collect();
+                let ground = Beyond { entities: vec![0], a, m: Vec::new() };
+                vec![make(&[ground], first)?, make(&frame, rest)?]
+            }
         };
-        let inverse = make(&frame, &modes, false)?;
-        Ok(Self { fluxes, ground, inverse, modes, singular, excess, grounded, ratios })
+        Ok(Self { fluxes, inverses, singular, excess, grounded, ratios })
     }
 
-    /// The potential whose flux has the divergence `target`, and what is missing of it, relative.
+    /// Makes the inverses anew in double precision. Returns whether any was in single precision.
+    fn in_double(&mut self, cells: &Cells) -> bool {
+        let mut changed = false;
+        for (inverse, modes) in &mut self.inverses {
+            if let Some(double) = inverse.doubled(&cells.numbering, &cells.locals, modes) {
+                *inverse = double;
+                changed = true;
+            }
+        }
+        changed
+    }
+
+    /// The potential whose flux has the divergence `target`, and the share of the target that is missing.
     fn cancel(&self, cells: &Cells, target: &[f64]) -> (Vec<f64>, f64) {
         let size = dot(target, target).sqrt();
         let (mut psi, mut rest, mut left) = (vec![0.0; target.len()], target.to_vec(), 1.0);
@@ -485,7 +488,7 @@ impl Repair {
     /// Adds the solution for the right-hand side `rest` to `psi`, and replaces `rest` by what is then left of `target`.
     fn pass(&self, cells: &Cells, target: &[f64], psi: &mut [f64], rest: &mut [f64]) {
         let width = self.fluxes.width;
-        for inverse in self.ground.iter().chain([&self.inverse]) {
+        for (inverse, _) in &self.inverses {
             inverse.add_solution(&cells.locals, rest, psi, width);
         }
         self.fluxes.product(cells, psi, rest);

@@ -12,7 +12,7 @@ use faer::Mat;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
-/// Share of the energy of the repair that is counted for what it leaves of a residual, over the share that is left.
+/// The residual that a repair leaves adds to its energy by this many times the share that is left, at most: a generous allowance.
 const LEFT_IN_ENERGY: f64 = 1e3;
 
 /// A mesh with what holds at its ends, and the degree of the functions on it.
@@ -108,7 +108,7 @@ impl Problem<'_> {
         let fluxes: Vec<Flux> =
             potentials.iter().map(|v| self.flux(&mut dual, v, share)).collect::<Result<_, _>>()?;
         let n = potentials.len();
-        // What the repair leaves may hold more of the energy than of the residual.
+        // The share of the energy that is left may be larger than that of the residual.
         let left = fluxes.iter().map(|f| f.left).fold(0.0, f64::max);
         let excess = dual.repair_excess() * (1.0 + LEFT_IN_ENERGY * left);
         let solutions: Vec<&[f64]> = fluxes.iter().map(|f| f.potential.as_slice()).collect();
@@ -175,7 +175,7 @@ struct Flux {
     residual: Vec<f64>,
     /// The potential of the flux that cancels the residual.
     repair: Vec<f64>,
-    /// What it leaves of the residual, relative.
+    /// The share of the residual that it does not cancel.
     left: f64,
     /// Whether it does, so that the energy is a bound.
     proved: bool,

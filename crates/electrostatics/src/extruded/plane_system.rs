@@ -370,16 +370,15 @@ impl Scaling {
 const ROWS: usize = 256;
 
 impl<T: Real + Root> Region<T> {
-    /// `vectors` has one column for each mode and one row for each function of the window. `None` if a sum is not positive
-    /// definite.
-    pub(super) fn new(
+    /// On the functions of the window, whose modes are given. `None` if a sum is not positive definite.
+    fn new(
         system: Arc<PlaneSystem>,
         numbering: &Numbering,
         locals: &[Local],
         window: Range<usize>,
-        vectors: &faer::Mat<f64>,
-        values: &[f64],
+        modes: &LineModes,
     ) -> Option<Self> {
+        let LineModes { vectors, values } = modes;
         let count = values.len();
         let starts: Vec<usize> = (0..count).step_by(LANES).collect();
         // The last batch is filled up with its last mode, whose copies count for nothing.
@@ -467,37 +466,24 @@ impl Inverse {
     /// In single precision, or in double precision where triangles are too flat for that; see [`Region::new`]. `None` if a sum is not
     /// positive definite in double precision either.
     pub(super) fn new(
-        system: Arc<PlaneSystem>,
+        system: PlaneSystem,
         numbering: &Numbering,
         locals: &[Local],
         window: Range<usize>,
         modes: &LineModes,
     ) -> Option<Self> {
-        let LineModes { vectors, values } = modes;
-        let single = Region::new(Arc::clone(&system), numbering, locals, window.clone(), vectors, values);
-        match single {
-            Some(region) => Some(Self::Single(region)),
-            None => Some(Self::Double(Region::new(system, numbering, locals, window, vectors, values)?)),
-        }
+        let system = Arc::new(system);
+        let single =
+            Region::new(Arc::clone(&system), numbering, locals, window.clone(), modes).map(Self::Single);
+        single.or_else(|| Region::new(system, numbering, locals, window, modes).map(Self::Double))
     }
 
-    /// The same in double precision.
-    pub(super) fn in_double(
-        system: Arc<PlaneSystem>,
-        numbering: &Numbering,
-        locals: &[Local],
-        window: Range<usize>,
-        modes: &LineModes,
-    ) -> Option<Self> {
-        let LineModes { vectors, values } = modes;
-        Region::new(system, numbering, locals, window, vectors, values).map(Self::Double)
-    }
-
-    /// In double precision, of what is in single precision here; `modes` are those it was made of. `None` if it is in double precision
-    /// already, or a sum is not positive definite.
+    /// The same in double precision, of what is in single precision here. `None` if it is in double precision already, or a sum is not
+    /// positive definite.
     pub(super) fn doubled(&self, numbering: &Numbering, locals: &[Local], modes: &LineModes) -> Option<Self> {
         let Self::Single(region) = self else { return None };
-        Self::in_double(Arc::clone(&region.system), numbering, locals, region.window.clone(), modes)
+        let (system, window) = (Arc::clone(&region.system), region.window.clone());
+        Region::new(system, numbering, locals, window, modes).map(Self::Double)
     }
 
     /// Sets what the unknowns are multiplied by before and after.

@@ -20,7 +20,6 @@ use elastocap_linalg::lanes::vectorized;
 use faer::Mat;
 use rayon::prelude::*;
 use std::ops::Range;
-use std::sync::Arc;
 
 /// The upper problem on one mesh.
 #[derive(Debug)]
@@ -170,7 +169,7 @@ impl Primal {
             let factors = inner_scaling(&self.numbering, &weights, &system.rows);
             let pieces =
                 if factors.is_empty() { Vec::new() } else { std::iter::once(0..window.len()).collect() };
-            let mut region = Inverse::new(Arc::new(system), &self.numbering, &self.locals, window, &modes)
+            let mut region = Inverse::new(system, &self.numbering, &self.locals, window, &modes)
                 .ok_or(SolveError::Eigenvalues)?;
             region.scale(Scaling { pieces, factors });
             Ok(region)

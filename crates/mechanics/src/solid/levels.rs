@@ -56,15 +56,17 @@ impl PlaneLayer {
     /// accuracy of the one before.
     pub fn mesh(&self, level: usize, deepest: f64) -> LayerMesh {
         let (height, length) = (self.thickness, self.half_length);
+        if let Some(punch) = self.centred_punch() {
+            return self.mesh_at_corner(punch, level);
+        }
         let mut mesh = match self.indenter {
             Indenter::Sharp { half_width } => return self.around_corner(half_width, level),
             Indenter::Held { half_width } | Indenter::Bonded { half_width } => {
                 return self.under_sharp_punch(half_width, level);
             }
             Indenter::Smooth(profile) => match self.rounded_punch(profile) {
-                Some(punch) if punch.position == 0.0 => return self.mesh_at_corner(punch, level),
                 Some(punch) => {
-                    let n = 8 + level;
+                    let n = COARSEST_CELLS + level;
                     LayerMesh::under_rounded_punch(height, length, &punch, deepest, n, passing(level))
                 }
                 None => self.uniform(level),
@@ -126,7 +128,8 @@ impl PlaneLayer {
         if let Some(punch) = self.centred_punch() {
             // Where the load has to be followed after all, the first mesh has to be fine all along the way.
             let (height, length) = (self.thickness, self.half_length);
-            let along = LayerMesh::under_rounded_punch(height, length, &punch, deepest, 8, passing(0));
+            let along =
+                LayerMesh::under_rounded_punch(height, length, &punch, deepest, COARSEST_CELLS, passing(0));
             within_limit(along.elements_at_most())?;
         }
         Ok(mesh)
