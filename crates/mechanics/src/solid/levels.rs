@@ -48,7 +48,7 @@ const NARROWING: f64 = 1.5;
 /// they contribute as much to the error as the corner.
 const COARSEST_CELLS: usize = 8;
 const CELLS_PER_LEVEL: usize = 2;
-/// Size of the elements at the edges of inclusions under a flat punch on the first mesh, over the thickness; each level halves it.
+/// Size of the elements at the edges of inclusions on the first mesh, over the thickness; each level halves it.
 const AT_EDGES: f64 = 0.0125;
 
 impl PlaneLayer {
@@ -86,20 +86,11 @@ impl PlaneLayer {
             }
         };
         mesh.whole = self.position != 0.0;
-        let smallest = match self.indenter {
-            Indenter::Smooth(profile) if self.rounded_punch(profile).is_some() => {
-                smallest_at_edges(height, level)
-            }
-            // As coarse as elsewhere, and as in three dimensions.
-            _ => f64::INFINITY,
-        };
-        self.fit_to_inclusions([&mut mesh.along, &mut mesh.up], [&[], &[]], smallest);
+        self.fit_to_inclusions([&mut mesh.along, &mut mesh.up], [&[], &[]], smallest_at_edges(height, level));
         mesh
     }
 
-    /// Makes the edges of the inclusions breakpoints along both axes without moving those that are `kept`, and halves the steps that
-    /// are longer than `smallest` (m) and their distance from the nearest edge: stress is singular at the edges of a stiff body, and
-    /// a mesh that is coarse there makes it stiffer.
+    /// [`fit_to_edges`] of the inclusions, along both axes.
     pub(super) fn fit_to_inclusions(
         &self,
         breakpoints: [&mut Vec<f64>; 2],
@@ -107,9 +98,7 @@ impl PlaneLayer {
         smallest: f64,
     ) {
         for (axis, (breakpoints, kept)) in breakpoints.into_iter().zip(kept).enumerate() {
-            let edges: Vec<f64> = self.edges(axis).collect();
-            move_to(breakpoints, kept, edges.iter().copied());
-            refine_toward(breakpoints, &edges, smallest);
+            fit_to_edges(breakpoints, kept, &self.edges(axis).collect::<Vec<f64>>(), smallest);
         }
     }
 
@@ -306,6 +295,14 @@ fn smallest_at_edges(thickness: f64, level: usize) -> f64 {
     AT_EDGES * thickness * 0.5_f64.powi(level as i32)
 }
 
+/// Makes the edges of inclusions along an axis breakpoints without moving those that are `kept`, and halves the steps that are longer
+/// than `smallest` (m) and their distance from the nearest edge: stress is singular at the edges of a stiff body, and a mesh that is
+/// coarse there makes it stiffer.
+pub(super) fn fit_to_edges(breakpoints: &mut Vec<f64>, kept: &[f64], edges: &[f64], smallest: f64) {
+    move_to(breakpoints, kept, edges);
+    refine_toward(breakpoints, edges, smallest);
+}
+
 /// Halves steps between breakpoints until none is longer than `smallest` and its distance from the nearest of `edges`.
 fn refine_toward(breakpoints: &mut Vec<f64>, edges: &[f64], smallest: f64) {
     let mut k = 1;
@@ -321,12 +318,12 @@ fn refine_toward(breakpoints: &mut Vec<f64>, edges: &[f64], smallest: f64) {
 }
 
 /// Moves the nearest inner breakpoint to each of `edges`, or inserts one where the nearest is an edge already or one of `kept`.
-pub(super) fn move_to(breakpoints: &mut Vec<f64>, kept: &[f64], edges: impl Iterator<Item = f64>) {
+fn move_to(breakpoints: &mut Vec<f64>, kept: &[f64], edges: &[f64]) {
     let (first, last) = (breakpoints[0], breakpoints[breakpoints.len() - 1]);
     let tiny = 1e-9 * last;
     let mut fixed = vec![first, last];
     fixed.extend(kept);
-    for edge in edges.filter(|e| *e > first + tiny && *e < last - tiny) {
+    for &edge in edges.iter().filter(|e| **e > first + tiny && **e < last - tiny) {
         if fixed.iter().any(|f| (f - edge).abs() < tiny) {
             continue;
         }
@@ -399,11 +396,14 @@ mod tests {
     }
 
     #[test]
-    fn elements_at_the_edges_of_inclusions_shrink_from_mesh_to_mesh_under_any_flat_punch() {
+    fn elements_at_the_edges_of_inclusions_shrink_from_mesh_to_mesh_under_any_indenter() {
         let inclusion = Inclusion { min: [0.1, 0.48], max: [0.7, 0.52], rubber: Rubber::neo_hookean(11.0) };
         let rounded = Indenter::Smooth(IndenterProfile::Punch { half_width: 1.0, corner_radius: 0.05 });
         let sharp = Indenter::Sharp { half_width: 1.0 };
-        for (indenter, position) in [(rounded, 0.0), (rounded, 0.4), (sharp, 0.0)] {
+        let cylinder = Indenter::Smooth(IndenterProfile::Cylinder { radius: 1.0 });
+        for (indenter, position) in
+            [(rounded, 0.0), (rounded, 0.4), (sharp, 0.0), (cylinder, 0.0), (Indenter::WholeTop, 0.0)]
+        {
             let layer =
                 PlaneLayer { inclusions: vec![inclusion.clone()], position, ..problem(indenter, End::Free) };
             for level in 0..3 {

@@ -5,7 +5,7 @@ use std::sync::atomic::AtomicBool;
 use super::layer::{SideCondition, SpaceLayerMesh};
 use crate::solid::dimension::Space;
 use crate::solid::layer::{End, Inclusion, Indenter, LayerMesh, LayerModel};
-use crate::solid::levels::{move_to, within_limit};
+use crate::solid::levels::{fit_to_edges, within_limit};
 use crate::solid::mesh::{geometric, graded, uniform};
 use crate::solid::model::{Equations, ModelError};
 use crate::solid::newton::NewtonSettings;
@@ -69,15 +69,18 @@ impl SpaceLayer {
         };
         let LayerMesh { along, up, punch, .. } = &mut section;
         let kept = punch.as_ref().map(|p| (p.along.map(|k| along[k]), up[p.up]));
-        move_to(along, kept.as_ref().map_or(&[][..], |k| &k.0[..]), self.edges(0));
-        move_to(up, kept.as_ref().map_or(&[][..], |k| std::slice::from_ref(&k.1)), self.edges(1));
+        let edges: [Vec<f64>; 3] = std::array::from_fn(|axis| self.edges(axis).collect());
+        // Refinement at edges, as in plane strain, would take minutes for a load here; the error states what is missing.
+        let smallest = f64::INFINITY;
+        fit_to_edges(along, kept.as_ref().map_or(&[][..], |k| &k.0[..]), &edges[0], smallest);
+        fit_to_edges(up, kept.as_ref().map_or(&[][..], |k| std::slice::from_ref(&k.1)), &edges[1], smallest);
         if let (Some(punch), Some((ends, low))) = (punch, kept) {
             let at = |x: f64, of: &[f64]| of.iter().position(|y| *y == x).unwrap_or(0);
             (punch.along, punch.up) = (ends.map(|x| at(x, along)), at(low, up));
         }
         let side_fan = self.side_fan();
         let mut across = graded(0.0, self.half_width - side_fan.unwrap_or(0.0), self.size(n, 1));
-        move_to(&mut across, &[], self.edges(2));
+        fit_to_edges(&mut across, &[], &edges[2], smallest);
         SpaceLayerMesh { section, across, side_fan }
     }
 
