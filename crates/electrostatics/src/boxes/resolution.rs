@@ -41,10 +41,11 @@ pub(crate) fn coarser(level: ResolutionLevel) -> ResolutionLevel {
     ResolutionLevel { order: level.order.saturating_sub(1).max(1), levels: level.levels.saturating_sub(1) }
 }
 
-/// Largest error of the linear solver over the energy, on grids whose result is reported. The single-precision preconditioner
-/// rounds differently for a symmetric part and for the whole scene; the two agree to 1e-10 only if this error is small.
+/// Largest error of the linear solver over the energy, on grids whose result is reported. It widens the bounds by about as much, and
+/// entries of a matrix by several times as much; the energies of a symmetric part and of the whole scene agree to about as many
+/// digits, since the single-precision preconditioner rounds differently for the two.
 pub(crate) fn iteration_share(tolerance: f64) -> f64 {
-    (2e-3 * tolerance).clamp(1e-14, 3e-8)
+    (2e-3 * tolerance).clamp(1e-14, 2e-5)
 }
 
 /// Peak memory in bytes of a solve with `dims` functions on the axes: vectors of the iterations, boxes of the preconditioner, line

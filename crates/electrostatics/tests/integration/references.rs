@@ -116,14 +116,18 @@ fn a_layered_plate_capacitor_filling_its_walls_is_exact() {
 
 #[test]
 fn the_part_and_the_whole_give_the_same_matrix() {
-    for scene in [cube_in_cube(), square_plates(0.3)] {
-        let part = solve(&scene, &settings(1e-2)).unwrap();
-        let whole = solve(&scene, &Settings { symmetry: false, ..settings(1e-2) }).unwrap();
-        assert_eq!(part.mirrored, [true; 3]);
-        assert_eq!(whole.mirrored, [false; 3]);
-        for (p, w) in part.maxwell.iter().flatten().zip(whole.maxwell.iter().flatten()) {
-            assert!((p.value - w.value).abs() <= 1e-10 * w.value.abs(), "{p:?} against {w:?}");
-            assert!((p.lower - w.lower).abs() <= 1e-9 * w.value.abs());
+    // The linear solvers stop when their error is about 2e-3 of the tolerance.
+    for tolerance in [1e-2, 1e-5] {
+        let apart = 2e-3 * tolerance;
+        for scene in [cube_in_cube(), square_plates(0.3)] {
+            let part = solve(&scene, &settings(tolerance)).unwrap();
+            let whole = solve(&scene, &Settings { symmetry: false, ..settings(tolerance) }).unwrap();
+            assert_eq!(part.mirrored, [true; 3]);
+            assert_eq!(whole.mirrored, [false; 3]);
+            for (p, w) in part.maxwell.iter().flatten().zip(whole.maxwell.iter().flatten()) {
+                assert!((p.value - w.value).abs() <= apart * w.value.abs(), "{p:?} against {w:?}");
+                assert!((p.lower - w.lower).abs() <= 10.0 * apart * w.value.abs());
+            }
         }
     }
 }
