@@ -6,7 +6,7 @@
 use elastocap_geometry::export::gltf::BodyRole;
 use elastocap_geometry::export::surfaces::{Corners, SurfaceBody, prism};
 use elastocap_geometry::outline;
-use elastocap_geometry::scene::{Body, Box3, Purpose, Scene, Wall};
+use elastocap_geometry::scene::{Body, Box3, Purpose, Scene, Wall, across};
 use elastocap_geometry::shapes::Shape;
 
 use crate::deform::{Curve, DeformedCurves, simplified};
@@ -58,11 +58,12 @@ fn flat_surface(shape: &Shape, window: &Box3) -> Option<Vec<Corners>> {
     match shape {
         Shape::Extrusion { axis, from, to, outline } => Some(prism(*axis, [*from, *to], outline)),
         Shape::Cylinder { axis, base, radius, height } => {
-            let circle = outline::on_circle(across(*axis, base), *radius, CORNERS);
+            let circle = outline::on_circle(place_across(*axis, base), *radius, CORNERS);
             Some(prism(*axis, [base[*axis], base[*axis] + height], &circle))
         }
         Shape::Tube { axis, base, radii, height } => {
-            let [inner, outer] = radii.map(|radius| outline::on_circle(across(*axis, base), radius, CORNERS));
+            let middle = place_across(*axis, base);
+            let [inner, outer] = radii.map(|radius| outline::on_circle(middle, radius, CORNERS));
             let ends = [base[*axis], base[*axis] + height];
             let halves = outline::halves_between(&inner, &outer);
             Some(halves.iter().flat_map(|half| prism(*axis, ends, half)).collect())
@@ -83,8 +84,8 @@ fn flat_surface(shape: &Shape, window: &Box3) -> Option<Vec<Corners>> {
 const CORNERS: usize = 96;
 
 /// The coordinates across an axis.
-fn across(axis: usize, point: &[f64; 3]) -> [f64; 2] {
-    [[1, 2], [0, 2], [0, 1]][axis].map(|a| point[a])
+fn place_across(axis: usize, point: &[f64; 3]) -> [f64; 2] {
+    across(axis).map(|a| point[a])
 }
 
 /// `deformed` with its pair, and its layer where the surface is known to where walls end it, in the shape of `curves`.

@@ -205,8 +205,11 @@ pub struct SolverReport {
     /// The final grid, by its largest order and number of layers; on tetrahedra the order, and how often the first mesh was
     /// refined.
     pub resolution: Discretisation,
-    /// Mirror planes used, by axis.
+    /// Mirror planes used, by axis; of the turned scene where it was turned.
     pub mirrored: [bool; 3],
+    /// By how many degrees the scene was turned about the axis of its outlines, if that gave it more mirror planes.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub turned_degrees: Option<f64>,
     /// Share of the lower bound that the repair of the divergence took.
     pub repair_share: f64,
 }

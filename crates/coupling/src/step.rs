@@ -250,10 +250,10 @@ impl Solver<'_> {
     /// A scene of outlines by the solver for them. `None` where that fails and nobody asked for it: tetrahedra may serve.
     fn by_outlines(&self, scene: &Scene) -> Result<Option<Solved>, Stop> {
         match solve_extruded(scene, &self.settings.boxes()) {
-            Ok(ExtrudedSolution { solution, planes, field }) => {
+            Ok(ExtrudedSolution { solution, turn, planes, field }) => {
                 let (mesh, potentials) = field.unwrap_or_default();
                 let general = MeshSolution { mesh, potentials, solution };
-                Ok(Some(Solved { general, planes, surfaces: Vec::new(), facets: 0.0 }))
+                Ok(Some(Solved { general, turn, planes, surfaces: Vec::new(), facets: 0.0 }))
             }
             Err(SolveError::Cancelled) => Err(Stop::Cancelled),
             Err(error) if asked(self.case) == Some(FieldSolver::Extruded) => Err(error.into()),
@@ -350,7 +350,7 @@ impl Solver<'_> {
         if self.settings.field && !solved.general.mesh.tets.is_empty() {
             *field = Some(StepField::Tetrahedra(shown(scene, &solved)));
         }
-        let Solved { mut general, facets, .. } = solved;
+        let Solved { mut general, turn, facets, .. } = solved;
         let facets = facets + polygons;
         result.row.geometry_error_estimate = Some(facets);
         if facets > 0.0 {
@@ -376,7 +376,11 @@ impl Solver<'_> {
             solution.reached = false;
             solution.shortfall.get_or_insert_with(|| MATRIX_ONLY.to_owned());
         }
-        self.note_solution(result, solution, two_terminal, shortfalls, asked)
+        self.note_solution(result, solution, two_terminal, shortfalls, asked)?;
+        if let Some(report) = &mut result.solver {
+            report.turned_degrees = turn.map(|turn| turn.degrees());
+        }
+        Ok(())
     }
 
     /// Notes what the mechanics say; returns why there is no force, if there is none.
@@ -443,6 +447,7 @@ impl Solver<'_> {
             grids: solution.grids,
             resolution: solution.resolution,
             mirrored: solution.mirrored,
+            turned_degrees: None,
             repair_share: solution.repair_share,
         });
         Ok(())

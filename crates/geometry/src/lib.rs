@@ -1,4 +1,4 @@
-//! Bodies and the scene that they make up, its mirror planes, boxes recognised in it, meshes of it, and the files that other programs read and write.
+//! Bodies and the scene that they make up, its mirror planes and turns that give it more of them, boxes recognised in it, meshes of it, and the files that other programs read and write.
 
 pub mod export;
 pub mod import;
@@ -10,4 +10,5 @@ pub mod recognition;
 mod samples;
 pub mod scene;
 pub mod shapes;
+pub mod turn;
 pub mod winding;

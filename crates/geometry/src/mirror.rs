@@ -5,7 +5,7 @@
 //! place of a grounded one. Where no conductors change places, all potentials of interest are even.
 
 use crate::meshing::tets::{bounds, flat_parts};
-use crate::scene::{Body, Box3, MirrorPlane, Scene, Wall};
+use crate::scene::{Body, Box3, MirrorPlane, Scene, Wall, across};
 use crate::shapes::{Shape, TriangleSurface};
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 
@@ -184,8 +184,8 @@ impl Plane {
                 Shape::Extrusion { axis, outline, .. },
                 Shape::Extrusion { axis: along, outline: other, .. },
             ) => {
-                let across = [0, 1].into_iter().find(|&k| [[1, 2], [0, 2], [0, 1]][*axis][k] == self.axis);
-                axis == along && self.maps_outline(outline, other, across)
+                let reflected = across(*axis).into_iter().position(|k| k == self.axis);
+                axis == along && self.maps_outline(outline, other, reflected)
             }
             (Shape::Surface(one), Shape::Surface(other)) => self.maps_surface(one, other),
             (
@@ -202,12 +202,12 @@ impl Plane {
         }
     }
 
-    /// The same corners one after the other, either way round. The coordinate `across` of the two is reflected, if any is.
-    fn maps_outline(&self, one: &[[f64; 2]], other: &[[f64; 2]], across: Option<usize>) -> bool {
+    /// The same corners one after the other, either way round. The coordinate `reflected` of the two is, if any.
+    fn maps_outline(&self, one: &[[f64; 2]], other: &[[f64; 2]], reflected: Option<usize>) -> bool {
         let n = one.len();
         let image = |i: usize| {
             let mut p = one[i];
-            if let Some(k) = across {
+            if let Some(k) = reflected {
                 p[k] = 2.0 * self.at - p[k];
             }
             p

@@ -213,6 +213,11 @@ pub enum Filling<'a> {
     Dielectric(Dielectric<'a>),
 }
 
+/// The two other axes, ascending.
+pub fn across(axis: usize) -> [usize; 2] {
+    [[1, 2], [0, 2], [0, 1]][axis]
+}
+
 /// A scene of bodies of any shape.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Scene {

@@ -4,6 +4,7 @@ use elastocap_case::{Body, Case, ImportedMesh};
 use elastocap_electrostatics::{SolveError, extrusion_axis};
 use elastocap_geometry::mirror;
 use elastocap_geometry::scene::Scene;
+use elastocap_geometry::turn::to_mirror_planes;
 
 use super::{Decision, LeftOut, Options, Plan, Planned};
 use crate::faceting_error::curvature_error;
@@ -159,8 +160,8 @@ impl Plan {
 
     /// Outlines pulled along one axis.
     fn by_outlines(&mut self, scene: &Scene, settings: &FieldSettings) {
-        let axis =
-            extrusion_axis(scene).map_or_else(|| "an axis".to_owned(), |axis| format!("x{}", axis + 1));
+        let own = extrusion_axis(scene);
+        let axis = own.map_or_else(|| "an axis".to_owned(), |axis| format!("x{}", axis + 1));
         let what = format!(
             "outlines pulled along {axis}: potentials and fluxes of high degree on triangles times that axis, which prove an upper and a \
              lower bound, to a relative spread of {:e}",
@@ -168,9 +169,12 @@ impl Plan {
         );
         self.solved.push(Planned { part: "electrostatics", what });
         if settings.symmetry {
+            let turned = own.and_then(|axis| to_mirror_planes(scene, axis));
+            let (turn, scene) = turned.as_ref().map_or((None, scene), |(turn, scene)| (Some(turn), scene));
             self.mirrored = mirror::planes(scene).each_ref().map(Option::is_some);
+            let turn = turn.map(|turn| format!(" after a turn by {:.4} degrees about {axis}", turn.degrees()));
+            self.mirrored_mesh(turn.as_deref().unwrap_or(""));
         }
-        self.mirrored_mesh();
     }
 
     /// Bodies of any shape: how many tetrahedra they take is known only when they are meshed.
@@ -204,8 +208,8 @@ impl Plan {
         self.solved.push(Planned { part: "electrostatics", what });
         if settings.symmetry {
             self.mirrored = mirror::planes(scene).each_ref().map(Option::is_some);
+            self.mirrored_mesh("");
         }
-        self.mirrored_mesh();
     }
 
     fn floating_conductors(&mut self, case: &Case) {

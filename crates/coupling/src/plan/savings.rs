@@ -69,8 +69,8 @@ impl Plan {
         self.left_out.push(left);
     }
 
-    /// The mirror images that a mesh whose size is not known yet does without.
-    pub(super) fn mirrored_mesh(&mut self) {
+    /// The mirror images that a mesh whose size is not known yet does without, of a scene that was `turned` in some way first.
+    pub(super) fn mirrored_mesh(&mut self, turned: &str) {
         let planes = axes(self.mirrored);
         let share = match planes.len() {
             0 => return,
@@ -78,7 +78,7 @@ impl Plan {
             2 => "a quarter",
             _ => "an eighth",
         };
-        let what = format!("mirror images along {}", listed(&planes));
+        let what = format!("mirror images along {}{turned}", listed(&planes));
         let saving = format!("Symmetry cuts the mesh to {share}.");
         let why = "the scene is its own mirror image";
         self.left_out.push(LeftOut::new(Decision::Plan, what, why, saving));

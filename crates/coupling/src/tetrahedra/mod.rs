@@ -14,6 +14,7 @@ use elastocap_geometry::export::surfaces::SurfaceBody;
 use elastocap_geometry::meshing::tets::{FaceRole, MeshError, Sizing, TetMesh};
 use elastocap_geometry::scene::{MirrorPlane, Scene};
 use elastocap_geometry::shapes::Shape;
+use elastocap_geometry::turn::Turn;
 use first_mesh::{FORECAST_EDGE_POINTS, First, MAX_EDGE_POINTS, THIN_EDGE, first};
 use shown::surfaces_of;
 
@@ -34,6 +35,8 @@ type Planes = [Option<MirrorPlane>; 3];
 pub(crate) struct Solved {
     /// Its mesh is of the part above the planes.
     pub(crate) general: MeshSolution,
+    /// By which the scene was turned, if it was: mesh and planes are those of the turned scene.
+    pub(crate) turn: Option<Turn>,
     /// Per axis the plane about which the scene is its own mirror image, if only one half was solved.
     pub(crate) planes: Planes,
     /// The surfaces of the bodies, whole, for a viewer.
@@ -96,7 +99,7 @@ fn solve_at(
         SolveError::Cancelled => Unsolved::Stop(Stop::Cancelled),
         error => Unsolved::Solver(error),
     })?;
-    Ok(Solved { general, planes, surfaces, facets })
+    Ok(Solved { general, turn: None, planes, surfaces, facets })
 }
 
 /// Estimate of the relative error of the capacitances for flat faces in place of curved ones: of round bodies from the size of

@@ -49,7 +49,10 @@ pub(crate) fn shown(scene: &Scene, solved: &Solved) -> BodyMesh {
     for floating in &solution.floating {
         held[floating.conductor] = floating.per_driven.iter().zip(volts).map(|(p, v)| p.value * v).sum();
     }
-    let (mesh, values) = on_whole(mesh, potentials, &held, &solved.planes);
+    let (mut mesh, values) = on_whole(mesh, potentials, &held, &solved.planes);
+    if let Some(turn) = solved.turn {
+        mesh.points.iter_mut().for_each(|point| *point = turn.undone(*point));
+    }
     let field = mesh.tets.iter().flat_map(|tet| field(&mesh, *tet, &values)).collect();
     let permittivities = scene.permittivities();
     let permittivity = mesh.regions.iter().map(|&r| permittivities[r as usize]).collect();

@@ -5,7 +5,7 @@ use elastocap_geometry::meshing::grid::Plane;
 use elastocap_geometry::meshing::plane::graded::{Circle, Coarse, Marks, Outline, Triangles, coarse};
 use elastocap_geometry::outline;
 use elastocap_geometry::recognition::boxes_of;
-use elastocap_geometry::scene::{Body, Scene, Wall};
+use elastocap_geometry::scene::{Body, Scene, Wall, across};
 use elastocap_geometry::shapes::Shape;
 use std::collections::HashMap;
 
@@ -72,11 +72,6 @@ pub(super) struct Layout {
     background: f64,
     /// Distance from the origin beyond which nothing begins or ends.
     pub reach: f64,
-}
-
-/// The two other axes, ascending.
-pub(super) fn across(axis: usize) -> [usize; 2] {
-    [[1, 2], [0, 2], [0, 1]][axis]
 }
 
 /// Where infinite bodies are taken to end, in units of the scene: far beyond any frame.

@@ -1,10 +1,10 @@
 //! The mesh and the potentials of an extruded scene as tetrahedra with straight edges, for a viewer.
 
-use super::layout::{Layout, across};
+use super::layout::Layout;
 use super::mesh::PlanMesh;
 use crate::boxes::domain::Axis;
 use elastocap_geometry::meshing::tets::{TetMesh, determinant};
-use elastocap_geometry::scene::{Filling, Scene};
+use elastocap_geometry::scene::{Filling, Scene, across};
 use std::collections::HashMap;
 
 /// Where the points of a mesh of tetrahedra are in the plan and along the axis, by the numbers of the points there.

@@ -4,7 +4,7 @@
 //! what it falls by follows the mesh that should meet the tolerance, which is solved for both bounds.
 
 use super::family::{Expectation, Level};
-use super::layout::{Layout, Plan, PlanError, across};
+use super::layout::{Layout, Plan, PlanError};
 use super::mesh::PlanMesh;
 use super::one_mesh::{Energies, Problem};
 use super::shown::{prisms, tetrahedra};
@@ -23,8 +23,10 @@ use elastocap_geometry::meshing::grid::{End, Resolution, graded_axis};
 use elastocap_geometry::meshing::plane::graded::Layers;
 use elastocap_geometry::meshing::tets::TetMesh;
 use elastocap_geometry::mirror;
-use elastocap_geometry::scene::{MirrorPlane, Scene, Wall};
+use elastocap_geometry::scene::{MirrorPlane, Scene, Wall, across};
+use elastocap_geometry::turn::{Turn, to_mirror_planes};
 use faer::Mat;
+use std::borrow::Cow;
 use std::time::Instant;
 
 /// Size of a layer over the next larger one, in the plan and along the axis.
@@ -55,7 +57,8 @@ pub fn is_extruded(scene: &Scene, axis: usize) -> bool {
 /// end, each of which takes strips of triangles.
 pub fn has_few_edges(scene: &Scene) -> bool {
     let Some(axis) = extrusion_axis(scene) else { return false };
-    let part = mirror::part(scene, &mirror::planes(scene));
+    let (_, scene) = turned(scene, axis, true);
+    let part = mirror::part(&scene, &mirror::planes(&scene));
     let Some(layout) = Layout::new(&part, axis) else { return false };
     layout.plan(2.0 * layout.reach).is_ok_and(|plan| plan.marks.edges.len() <= MOST_EDGES)
 }
@@ -71,7 +74,8 @@ const MOST_EDGES: usize = 100;
 pub fn forecast_extruded(scene: &Scene, settings: &Settings) -> Result<Forecast, SolveError> {
     let axis = extrusion_axis(scene).ok_or(SolveError::NotExtruded)?;
     let explore = Settings { field: false, ..settings.clone() };
-    let mut search = Search::new(scene, axis, &explore)?;
+    let (turn, scene) = turned(scene, axis, settings.symmetry);
+    let mut search = Search::new(&scene, axis, turn, &explore)?;
     let expected = search.explore()?;
     let (level, _) = search.first(&expected);
     let mesh = search.mesh(level);
@@ -101,9 +105,16 @@ pub fn forecast_extruded(scene: &Scene, settings: &Settings) -> Result<Forecast,
 pub fn solve_extruded(scene: &Scene, settings: &Settings) -> Result<ExtrudedSolution, SolveError> {
     let begin = Instant::now();
     let axis = extrusion_axis(scene).ok_or(SolveError::NotExtruded)?;
-    let mut search = Search::new(scene, axis, settings)?;
+    let (turn, scene) = turned(scene, axis, settings.symmetry);
+    let mut search = Search::new(&scene, axis, turn, settings)?;
     search.seconds.setup = begin.elapsed().as_secs_f64();
     search.run()
+}
+
+/// The scene, turned about the axis where that gives it more mirror planes.
+fn turned(scene: &Scene, axis: usize, symmetry: bool) -> (Option<Turn>, Cow<'_, Scene>) {
+    let found = if symmetry { to_mirror_planes(scene, axis) } else { None };
+    found.map_or((None, Cow::Borrowed(scene)), |(turn, scene)| (Some(turn), Cow::Owned(scene)))
 }
 
 /// The result of [`solve_extruded()`].
@@ -111,6 +122,8 @@ pub fn solve_extruded(scene: &Scene, settings: &Settings) -> Result<ExtrudedSolu
 pub struct ExtrudedSolution {
     /// The capacitances.
     pub solution: Solution,
+    /// By which the scene was turned, if it was: planes and field are those of the turned scene.
+    pub turn: Option<Turn>,
     /// Per axis the plane about which the scene is its own mirror image, if only one half was solved.
     pub planes: [Option<MirrorPlane>; 3],
     /// If [`Settings::field`] asks for it, the mesh of the part that was solved as tetrahedra, and for each conductor of the whole scene
@@ -198,6 +211,7 @@ struct Search<'a> {
     layout: Layout,
     plan: Plan,
     radius: Option<f64>,
+    turn: Option<Turn>,
     planes: [Option<MirrorPlane>; 3],
     parities: Vec<Parity>,
     floating: Floating,
@@ -213,7 +227,13 @@ struct Search<'a> {
 }
 
 impl<'a> Search<'a> {
-    fn new(scene: &Scene, axis: usize, settings: &'a Settings) -> Result<Self, SolveError> {
+    /// Of a scene that was turned before, or not.
+    fn new(
+        scene: &Scene,
+        axis: usize,
+        turn: Option<Turn>,
+        settings: &'a Settings,
+    ) -> Result<Self, SolveError> {
         let planes = if settings.symmetry { mirror::planes(scene) } else { Default::default() };
         let part = mirror::part(scene, &planes);
         let layout = Layout::new(&part, axis).ok_or(SolveError::NotExtruded)?;
@@ -245,6 +265,7 @@ impl<'a> Search<'a> {
             layout,
             plan,
             radius,
+            turn,
             planes,
             parities,
             constant,
@@ -543,6 +564,7 @@ impl<'a> Search<'a> {
             Some(what) => Err(SolveError::Contradiction(what)),
             None => Ok(ExtrudedSolution {
                 solution,
+                turn: self.turn,
                 planes: self.planes,
                 field: found.field.or(self.coarse_field),
             }),

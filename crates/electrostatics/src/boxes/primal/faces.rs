@@ -12,7 +12,7 @@ use crate::boxes::domain::{Axis, Domain, per_element};
 use crate::boxes::ray_permittivity::RayPermittivity;
 use elastocap_fem::line::{line_matrices, radial_matrices};
 use elastocap_fem::tensor::{Dense, Dims, SparseRows, axpy, left, multiply, target};
-use elastocap_geometry::scene::Wall;
+use elastocap_geometry::scene::{Wall, across};
 use faer::Mat;
 use rayon::prelude::*;
 use std::ops::Range;
@@ -92,7 +92,7 @@ fn face(
     side: usize,
     radius: f64,
 ) -> Vec<Piece> {
-    let [p, q] = [[1, 2], [0, 2], [0, 1]][a];
+    let [p, q] = across(a);
     let cells = domain.cells();
     let at = |s: usize, t: usize| {
         let mut c = [0; 3];
@@ -149,7 +149,7 @@ impl Piece {
     /// Places of the rectangle's coefficients in the array, row by row.
     fn places(&self, dims: Dims) -> impl Iterator<Item = usize> {
         let strides = [dims[1] * dims[2], dims[2], 1];
-        let [p, q] = [[1, 2], [0, 2], [0, 1]][self.axis];
+        let [p, q] = across(self.axis);
         let (base, columns) = (self.index * strides[self.axis], self.across[1].clone());
         self.across[0]
             .clone()

@@ -9,7 +9,7 @@ mod layer_planes;
 mod prisms;
 
 use crate::meshing::plane::{self, Outline, OutlineFault, PlaneMesh, triangulate};
-use crate::scene::{Box3, Scene, Wall};
+use crate::scene::{Box3, Scene, Wall, across};
 use crate::shapes::Shape;
 use layer_planes::{Layering, layer_planes};
 use prisms::{Filling, Prisms, prisms};
@@ -155,11 +155,6 @@ fn ends(shape: &Shape, a: usize) -> Option<[f64; 2]> {
         | Shape::Surface(_)
         | Shape::Physical(_) => None,
     }
-}
-
-/// The two other axes, ascending.
-pub(super) fn across(axis: usize) -> [usize; 2] {
-    [[1, 2], [0, 2], [0, 1]][axis]
 }
 
 /// A part of a body in layers.

@@ -1,6 +1,7 @@
 //! Tetrahedra and boundary faces of the prisms over a triangulated pattern.
 
-use super::{Body, LayeredError, across};
+use super::{Body, LayeredError};
+use crate::scene::across;
 use crate::meshing::indices::Renumbering;
 use crate::meshing::plane::PlaneMesh;
 use crate::meshing::tets::beyond_mesh::permittivity_beyond;

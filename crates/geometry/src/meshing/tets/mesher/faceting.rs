@@ -4,6 +4,7 @@ use super::delaunay::orientation;
 use super::{Point, Sizing};
 use crate::meshing::tets::determinant;
 use crate::outline;
+use crate::scene::across;
 use crate::shapes::{Shape, TriangleSurface};
 use std::collections::HashMap;
 use std::f64::consts::{PI, TAU};
@@ -89,7 +90,7 @@ pub(super) fn geodesic(center: Point, radius: f64, side: f64) -> TriangleSurface
 
 /// The shape as it is meshed, in one or more pieces with flat faces in place of curved ones. A [`Shape::Shell`] becomes its hollow.
 pub(super) fn faceted(shape: &Shape, sizing: &Sizing) -> Vec<Shape> {
-    let middle = |axis: usize, base: &Point| [[1, 2], [0, 2], [0, 1]][axis].map(|a| base[a]);
+    let middle = |axis: usize, base: &Point| across(axis).map(|a| base[a]);
     let pulled = |axis: usize, base: &Point, height: f64, outline: Vec<[f64; 2]>| Shape::Extrusion {
         axis,
         from: base[axis],
