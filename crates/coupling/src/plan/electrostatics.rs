@@ -172,7 +172,8 @@ impl Plan {
             let turned = own.and_then(|axis| to_mirror_planes(scene, axis));
             let (turn, scene) = turned.as_ref().map_or((None, scene), |(turn, scene)| (Some(turn), scene));
             self.mirrored = mirror::planes(scene).each_ref().map(Option::is_some);
-            let turn = turn.map(|turn| format!(" after a turn by {:.4} degrees about {axis}", turn.degrees()));
+            let turn =
+                turn.map(|turn| format!(" after a turn by {:.4} degrees about {axis}", turn.degrees()));
             self.mirrored_mesh(turn.as_deref().unwrap_or(""));
         }
     }

@@ -178,6 +178,7 @@ fn is_curved(shape: &Shape) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use elastocap_electrostatics::{ExtrudedSolution, solve_extruded};
     use elastocap_geometry::export::body::BodyMesh;
     use elastocap_geometry::meshing::tets::determinant;
     use elastocap_geometry::scene::{Body, Box3, Wall};
@@ -255,6 +256,35 @@ mod tests {
             }
             assert!(faces.iter().all(|count| *count > 8), "{faces:?}");
         }
+    }
+
+    #[test]
+    fn the_field_of_a_scene_that_was_turned_is_shown_where_its_bodies_are() {
+        let middles = [[0.4, 0.0, 0.1], [2.8, 0.0, 1.9]];
+        let disc = |name: &str, base: [f64; 3]| {
+            Body::conductor(name, Shape::Cylinder { axis: 1, base, radius: 1.0, height: 0.1 })
+        };
+        let mut all = scene(Shape::Sphere { center: [0.0; 3], radius: 1.0 });
+        (all.domain, all.walls) = (Box3::SPACE, [[Wall::Open; 2]; 3]);
+        all.bodies = vec![disc("a", middles[0]), disc("b", middles[1])];
+        let settings = FieldSettings { relative_tolerance: 0.2, field: true, ..FieldSettings::default() };
+        let ExtrudedSolution { solution, turn, planes, field } =
+            solve_extruded(&all, &settings.boxes()).unwrap();
+        assert!(turn.is_some());
+        let (mesh, potentials) = field.unwrap();
+        let general = MeshSolution { mesh, potentials, solution };
+        let body = shown(&all, &Solved { general, turn, planes, surfaces: Vec::new(), facets: 0.0 });
+        let mut on = [0; 2];
+        for (point, value) in body.points.iter().zip(&body.arrays[0].values) {
+            for (k, volts) in [0.5, -0.5].into_iter().enumerate() {
+                let [x, z] = [point[0] - middles[k][0], point[2] - middles[k][2]];
+                if x.hypot(z) < 1.0 - 1e-9 && (0.0..=0.1).contains(&point[1]) {
+                    assert!((value - volts).abs() < 1e-9, "{point:?}: {value}");
+                    on[k] += 1;
+                }
+            }
+        }
+        assert!(on.iter().all(|count| *count > 8), "{on:?}");
     }
 
     #[test]

@@ -251,6 +251,32 @@ fn conductors_at_several_levels_with_other_outlines_are_solved_with_and_without_
 }
 
 #[test]
+fn scenes_that_mirror_planes_cut_at_any_angle_are_turned_and_give_the_same_bounds() {
+    let arm = vec![[0.0, 0.0], [3.0, 0.0], [3.0, 1.0], [1.0, 1.0], [1.0, 3.0], [0.0, 3.0]];
+    let arm = Shape::Extrusion { axis: 1, from: 0.0, to: 0.1, outline: arm };
+    let (low, high) = (f64::NEG_INFINITY, f64::INFINITY);
+    let board = Shape::Box(Box3 { min: [low, -1.0, low], max: [high, 0.0, high] });
+    let on_diagonal = open(vec![
+        Body::conductor("arm", arm),
+        disc("disc", [2.2, 0.0, 2.2], 0.8, 0.1),
+        Body::dielectric("board", Shape::Box(Box3 { min: [1.5, 0.2, 1.5], max: [2.5, 0.4, 2.5] }), 3.0),
+        Body::dielectric("board", board, 4.5),
+    ]);
+    // Planes normal to x2, through both discs, and one about which they change places.
+    let apart = open(vec![disc("a", [0.4, 0.0, 0.1], 1.0, 0.1), disc("b", [2.8, 0.0, 1.9], 1.0, 0.1)]);
+    for (scene, planes) in [(on_diagonal, 1), (apart, 3)] {
+        let with = on_one_mesh(&scene, true);
+        let without = on_one_mesh(&scene, false);
+        assert_eq!(with.mirrored.iter().filter(|m| **m).count(), planes);
+        assert!(with.unknowns < without.unknowns, "{} {}", with.unknowns, without.unknowns);
+        for (a, b) in with.maxwell.iter().flatten().zip(without.maxwell.iter().flatten()) {
+            assert!(a.lower <= b.upper && b.lower <= a.upper, "{a:?} {b:?}");
+            assert!((a.value - b.value).abs() < 0.3 * (a.upper - a.lower), "{a:?} {b:?}");
+        }
+    }
+}
+
+#[test]
 fn conductors_that_change_places_about_a_mirror_plane_are_even_and_odd() {
     let whole = Settings { symmetry: false, ..settings(1e-3, Target::TwoTerminal) };
     let with = solved(&pair(), 1e-3, Target::TwoTerminal);

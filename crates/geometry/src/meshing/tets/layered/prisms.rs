@@ -1,11 +1,11 @@
 //! Tetrahedra and boundary faces of the prisms over a triangulated pattern.
 
 use super::{Body, LayeredError};
-use crate::scene::across;
 use crate::meshing::indices::Renumbering;
 use crate::meshing::plane::PlaneMesh;
 use crate::meshing::tets::beyond_mesh::permittivity_beyond;
 use crate::meshing::tets::{BoundaryFace, FaceRole, TetMesh, determinant};
+use crate::scene::across;
 use crate::scene::{Scene, Wall};
 use std::collections::BTreeMap;
 
