@@ -3,6 +3,7 @@
 //!
 //! * [`quadrature`]: Gauss-Legendre rules, for elements of any kind.
 //! * [`mod@line`]: one axis of a tensor-product grid, with elements of any degree and, where it is open, infinite elements.
+//! * [`mod@embedding`]: functions of a line as functions of a finer one.
 //! * [`mixed`]: the Raviart-Thomas pair of fluxes and discontinuous potentials on a line.
 //! * [`modes`]: eigenvectors of a line, for fast diagonalisation.
 //! * [`radial`]: a basis in which the squared distance from a pole is diagonal.
@@ -11,6 +12,7 @@
 //!
 //! Coordinates are in the unit of the caller. Elements on tetrahedra are in the crates of the solvers.
 
+pub mod embedding;
 pub mod line;
 pub mod mixed;
 pub mod modes;

@@ -30,24 +30,31 @@ pub(crate) struct Energies {
     pub seconds: [f64; 2],
 }
 
-/// Upper energies by Dirichlet's principle; the iteration stops when its error is about `share` of the energy.
+/// Upper energies by Dirichlet's principle; the iteration stops when its error is about `share` of the energy. It starts from the
+/// coefficients that `starts` has for each right-hand side, if there are any: prescribed ones do not matter.
 pub(crate) fn upper(
     domain: &Domain,
     potentials: &[Vec<f64>],
+    starts: Option<Vec<Vec<f64>>>,
     share: f64,
     cancel: Option<&AtomicBool>,
 ) -> Result<(Energies, Primal), SolveError> {
-    let begin = Instant::now();
+    let started = Instant::now();
     let mut primal = Primal::new(domain)?;
     let assembled = Instant::now();
     stop_if_asked(cancel)?;
     let mut coefficients = Vec::new();
     let (mut iterations, mut converged) = (0, true);
     let mut residual = Vec::new();
+    let mut starts = starts.unwrap_or_default().into_iter();
     for v in potentials {
-        let lift = primal.lift(v);
-        let mut source = primal.full_product(&lift);
-        let start = dot(&lift, &source);
+        let mut begin = primal.lift(v);
+        if let Some(mut free) = starts.next() {
+            primal.clear_prescribed(&mut free);
+            begin.iter_mut().zip(&free).for_each(|(b, f)| *b += f);
+        }
+        let mut source = primal.full_product(&begin);
+        let start = dot(&begin, &source);
         primal.clear_prescribed(&mut source);
         source.iter_mut().for_each(|x| *x = -*x);
         let mut u = vec![0.0; source.len()];
@@ -74,7 +81,7 @@ pub(crate) fn upper(
         }
         converged &= reached;
         stop_if_asked(cancel)?;
-        u.iter_mut().zip(&lift).for_each(|(u, l)| *u += l);
+        u.iter_mut().zip(&begin).for_each(|(u, b)| *u += b);
         coefficients.push(u);
     }
     // Summed from products of gradients, free of the cancellation in u A u. The factor covers the rounding of the sums, so that
@@ -90,7 +97,7 @@ pub(crate) fn upper(
         converged,
         repair_share: 0.0,
         coefficients,
-        seconds: [(assembled - begin).as_secs_f64(), assembled.elapsed().as_secs_f64()],
+        seconds: [(assembled - started).as_secs_f64(), assembled.elapsed().as_secs_f64()],
     };
     Ok((energies, primal))
 }

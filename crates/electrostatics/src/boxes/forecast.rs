@@ -62,7 +62,7 @@ pub fn forecast(scene: &Scene, settings: &Settings) -> Result<Forecast, SolveErr
         let mut dims;
         let mut iterations;
         loop {
-            let outcome = on_grid(&problem, &grid, 1e-4, false)?;
+            let outcome = on_grid(&problem, &grid, 1e-4, false, None)?;
             let indicator = outcome.indicator(&problem);
             let lacking = missing(&grid, &indicator);
             let goal = goal(settings.bounds) * tolerance / outcome.amplification(tolerance, settings);

@@ -7,7 +7,7 @@
 use crate::SolveError;
 use crate::boxes::grid_refinement::{Indicator, missing, refine};
 use crate::boxes::layout::Grid;
-use crate::boxes::one_grid::{Coarser, GridProblem, Outcome, on_grid};
+use crate::boxes::one_grid::{Coarser, GridProblem, Outcome, Potentials, on_grid};
 use crate::boxes::open_space::OpenSpace;
 use crate::boxes::resolution::{MAX_UNKNOWNS, MIN_TOLERANCE, coarser, first, graded, iteration_share};
 use crate::matrix::rounding_alone;
@@ -57,7 +57,7 @@ pub(crate) fn fixed(problem: &GridProblem<'_>, level: ResolutionLevel) -> Result
     if !settings.bounds {
         // The error is estimated by comparison with a coarser grid, whose functions span a smaller space.
         let grid = problem.core.grid(&graded(coarser(level)), distance);
-        let outcome = on_grid(problem, &grid, share, false)?;
+        let outcome = on_grid(problem, &grid, share, false, None)?;
         let missing = missing(&grid, &outcome.indicator(problem));
         below = Some(Coarser { missing, upper: outcome.bounds.upper });
         grids += 1;
@@ -65,7 +65,7 @@ pub(crate) fn fixed(problem: &GridProblem<'_>, level: ResolutionLevel) -> Result
     let choosing = begin.elapsed().as_secs_f64();
     let grid = problem.core.grid(&graded(level), distance);
     problem.check_memory(&grid)?;
-    let mut outcome = on_grid(problem, &grid, share, settings.bounds)?;
+    let mut outcome = on_grid(problem, &grid, share, settings.bounds, None)?;
     if let Some(below) = below {
         let missing = missing(&grid, &outcome.indicator(problem));
         outcome.estimate(Some(&below), missing, open_space.error(distance), settings);
@@ -86,7 +86,10 @@ pub(crate) fn adaptive(problem: &GridProblem<'_>) -> Result<Found, SolveError> {
         let start = Instant::now();
         let found = match problem.cancelled() {
             true => Err(SolveError::Cancelled),
-            false => on_grid(problem, &search.grid, search.share(purpose), purpose == Purpose::Prove),
+            false => {
+                let (share, prove) = (search.share(purpose), purpose == Purpose::Prove);
+                on_grid(problem, &search.grid, share, prove, search.potentials.take().as_ref())
+            }
         };
         let mut outcome = match found {
             Err(SolveError::Cancelled) => return search.stop(begin),
@@ -103,8 +106,9 @@ pub(crate) fn adaptive(problem: &GridProblem<'_>) -> Result<Found, SolveError> {
         if next.as_ref().is_some_and(|(_, left)| *left > 0.0) {
             search.before = Some(Coarser { missing, upper: outcome.bounds.upper.clone() });
         }
-        if let Some(error) = error {
-            search.keep(outcome, error, start.elapsed().as_secs_f64());
+        match error {
+            Some(error) => search.keep(outcome, error, start.elapsed().as_secs_f64()),
+            None => search.potentials = Some(outcome.into_potentials()),
         }
         match next {
             Some((grid, left)) => (search.grid, search.foreseen) = (grid, left),
@@ -139,6 +143,8 @@ struct Search<'p, 's> {
     overstated: Option<f64>,
     /// What the grid before gave.
     before: Option<Coarser>,
+    /// The potentials on it, if it was solved to be refined.
+    potentials: Option<Potentials>,
     open_space: OpenSpace,
     /// Where rays to infinity begin, as [`OpenSpace::distance`] has it.
     distance: f64,
@@ -167,6 +173,7 @@ impl<'p, 's> Search<'p, 's> {
             amplification: 1.0,
             overstated: None,
             before: None,
+            potentials: None,
             open_space,
             distance,
             judged: Vec::new(),

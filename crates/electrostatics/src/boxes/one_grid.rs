@@ -18,7 +18,8 @@ use crate::matrix::{MatrixBounds, contrast_of, from_energies, rounding_scale};
 use crate::solution::{
     Bounded, Discretisation, Field, PhaseSeconds, SHARE_OF_DIAGONAL, Settings, Solution, Target,
 };
-use elastocap_fem::tensor::{Dims, axpy};
+use elastocap_fem::embedding::embedding;
+use elastocap_fem::tensor::{Dims, SparseRows, along, axpy};
 use elastocap_geometry::scene::Scene;
 use elastocap_linalg::dense::{self, Lu};
 use faer::Mat;
@@ -118,6 +119,33 @@ pub(crate) struct Outcome {
     seconds: PhaseSeconds,
 }
 
+/// The potentials of all parts on a grid, from which iterations on a finer one start.
+pub(crate) struct Potentials(Vec<(usize, Domain, Vec<Vec<f64>>)>);
+
+impl Potentials {
+    /// Those of the part whose first right-hand side has this number, on a finer grid; `None` where the grid is not finer.
+    fn on(&self, first: usize, domain: &Domain) -> Option<Vec<Vec<f64>>> {
+        let (_, own, coefficients) = self.0.iter().find(|(at, ..)| *at == first)?;
+        let mut embeddings = Vec::new();
+        for (from, to) in own.axes.iter().zip(&domain.axes) {
+            let (rows, columns) = (to.functions(), from.functions());
+            let whole = embedding(&from.line, &to.line)?;
+            let free = whole.as_ref().submatrix(rows.start, columns.start, rows.len(), columns.len());
+            embeddings.push(SparseRows::from_mat(free));
+        }
+        let finer = |u: &Vec<f64>| {
+            let mut dims = own.primal_dims();
+            let mut out = Vec::new();
+            for (axis, matrix) in embeddings.iter().enumerate() {
+                let from = if axis == 0 { u } else { &out };
+                (out, dims) = along(axis, matrix, from, dims);
+            }
+            out
+        };
+        Some(coefficients.iter().map(finer).collect())
+    }
+}
+
 /// The upper problem of one part.
 struct SolvedPart {
     energies: Energies,
@@ -128,7 +156,8 @@ struct SolvedPart {
 }
 
 /// Solves all parts on one grid: the primal problem, and the dual one if `lower_too`; otherwise the lower bounds are set equal to
-/// the upper ones. The linear solvers stop when their error is about `share` of the energy.
+/// the upper ones. The linear solvers stop when their error is about `share` of the energy, and the upper one starts from the
+/// potentials on a coarser grid, if there are any.
 ///
 /// # Errors
 /// A grid whose matrices cannot be factorised, a request to stop.
@@ -137,6 +166,7 @@ pub(crate) fn on_grid(
     grid: &Grid,
     share: f64,
     lower_too: bool,
+    coarser: Option<&Potentials>,
 ) -> Result<Outcome, SolveError> {
     let n = problem.layout.conductors.len();
     let mut basis = Mat::zeros(n, n);
@@ -152,7 +182,8 @@ pub(crate) fn on_grid(
         }
         let count = part.potentials.len();
         if count > 0 {
-            let (solved, dual) = solve_part(problem, part, grid, share, lower_too)?;
+            let coarser = coarser.map(|coarser| (coarser, at));
+            let (solved, dual) = solve_part(problem, part, grid, share, lower_too, coarser)?;
             for i in 0..count {
                 for j in 0..count {
                     up[(at + i, at + j)] = part.copies * solved.energies.matrix[(i, j)];
@@ -182,13 +213,15 @@ pub(crate) fn on_grid(
     Ok(out)
 }
 
-/// Solves one part on one grid: its primal problem, and the energies of its dual one if `lower_too`.
+/// Solves one part on one grid: its primal problem, and the energies of its dual one if `lower_too`. The potentials of a `coarser` grid
+/// come with the number of the part's first right-hand side.
 fn solve_part(
     problem: &GridProblem<'_>,
     part: &Part,
     grid: &Grid,
     share: f64,
     lower_too: bool,
+    coarser: Option<(&Potentials, usize)>,
 ) -> Result<(SolvedPart, Option<Energies>), SolveError> {
     let cancel = problem.settings.cancel.as_deref();
     let (domain, held) = part.layout.domain(grid);
@@ -196,7 +229,10 @@ fn solve_part(
         part.potentials.iter().map(|v| held.iter().map(|&c| v[c]).collect()).collect();
     // The two problems are of the same size and run in parallel.
     let (upper, dual) = rayon::join(
-        || upper(&domain, &potentials, share, cancel),
+        || {
+            let starts = coarser.and_then(|(coarser, first)| coarser.on(first, &domain));
+            upper(&domain, &potentials, starts, share, cancel)
+        },
         || lower_too.then(|| lower(&domain, &potentials, share, cancel)).transpose(),
     );
     let (energies, primal) = upper?;
@@ -223,6 +259,12 @@ impl Outcome {
             repair_share: 0.0,
             seconds: PhaseSeconds::default(),
         }
+    }
+
+    /// The potentials of all parts.
+    pub(crate) fn into_potentials(self) -> Potentials {
+        let of = |(at, part): (usize, SolvedPart)| (at, part.domain, part.energies.coefficients);
+        Potentials(self.solved.into_iter().map(of).collect())
     }
 
     /// Adds what the problems of one part took.

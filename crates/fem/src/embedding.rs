@@ -1,0 +1,105 @@
+//! Functions of a line as functions of a finer one.
+
+use crate::line::{Element, Line, Numbering, hierarchical};
+use crate::quadrature::gauss_legendre;
+use faer::Mat;
+
+/// Coordinates that differ by less than this share of an element are the same.
+const ALIKE: f64 = 1e-9;
+
+/// The functions of `coarse` (columns) in those of `fine` (rows), both in the order of [`Numbering`]: exact where every element of the
+/// fine line lies in one of the coarse one and has at least its degree, and otherwise as near as the degree allows. `None` where an
+/// element of the fine line lies in none.
+pub fn embedding(coarse: &Line, fine: &Line) -> Option<Mat<f64>> {
+    let (from, to) = (Numbering::new(coarse), Numbering::new(fine));
+    let mut out = Mat::zeros(to.len, from.len);
+    for e in 0..fine.elements() {
+        let (outer, ends) = (0..coarse.elements()).find_map(|c| {
+            within(coarse.element(c), fine.element(e)).map(|ends| (c, ends))
+        })?;
+        let (own, theirs) = (to.element(fine, e), from.element(coarse, outer));
+        let (degree, outer_degree) = (fine.degree(e), coarse.degree(outer));
+        let columns: Vec<(usize, usize)> =
+            theirs.iter().enumerate().filter_map(|(k, column)| Some((k, (*column)?))).collect();
+        for (row, s) in own.iter().zip(ends) {
+            let (values, _) = hierarchical(outer_degree, s);
+            for (row, (k, column)) in row.iter().flat_map(|row| columns.iter().map(move |c| (*row, *c))) {
+                out[(row, column)] = values[k];
+            }
+        }
+        // The stiffness of the functions inside an element is the identity.
+        let (points, weights) = gauss_legendre(degree.max(outer_degree) + 1);
+        let half = 0.5 * (ends[1] - ends[0]);
+        for (t, w) in points.iter().zip(&weights) {
+            let (_, slopes) = hierarchical(outer_degree, ends[0] + half * (t + 1.0));
+            let (_, own_slopes) = hierarchical(degree, *t);
+            for (row, own_slope) in own.iter().zip(&own_slopes).skip(2) {
+                let Some(row) = row else { continue };
+                for &(k, column) in &columns {
+                    out[(*row, column)] += w * half * slopes[k] * own_slope;
+                }
+            }
+        }
+    }
+    Some(out)
+}
+
+/// Where the ends of an element lie in another, from -1 to 1, if it lies in it.
+fn within(outer: Element, inner: Element) -> Option<[f64; 2]> {
+    match (outer, inner) {
+        (Element::Finite { start, length }, Element::Finite { start: own, length: short }) => {
+            let ends = [own, own + short].map(|x| 2.0 * (x - start) / length - 1.0);
+            (ends[0] > -1.0 - ALIKE && ends[1] < 1.0 + ALIKE).then_some(ends)
+        }
+        (Element::Infinite { pole, reach }, Element::Infinite { pole: own_pole, reach: own }) => {
+            let same = (own - reach).abs() <= ALIKE * reach.abs() && (own_pole - pole).abs() <= ALIKE * reach.abs();
+            same.then_some([-1.0, 1.0])
+        }
+        _ => None,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::line::LineEnd;
+
+    fn value(line: &Line, coefficients: &[f64], e: usize, s: f64) -> f64 {
+        let own = Numbering::new(line).element(line, e);
+        let (values, _) = hierarchical(line.degree(e), s);
+        own.iter().zip(values).filter_map(|(n, v)| Some(coefficients[(*n)?] * v)).sum()
+    }
+
+    #[test]
+    fn functions_of_a_line_are_the_same_on_a_finer_one() {
+        let far = |degree| LineEnd::Infinite { degree, pole: 0.3 };
+        let coarse =
+            Line { nodes: vec![0.0, 1.0, 3.0], degrees: vec![2, 4], ends: [LineEnd::Finite, far(3)] };
+        let fine = Line {
+            nodes: vec![0.0, 0.13, 1.0, 2.5, 3.0],
+            degrees: vec![2, 3, 5, 4],
+            ends: [LineEnd::Finite, far(4)],
+        };
+        let given: Vec<f64> = (0..Numbering::new(&coarse).len).map(|k| (1.3 * k as f64).sin()).collect();
+        let embedded = embedding(&coarse, &fine).unwrap();
+        let found: Vec<f64> = (0..embedded.nrows())
+            .map(|i| given.iter().enumerate().map(|(j, g)| embedded[(i, j)] * g).sum())
+            .collect();
+        // Elements of the fine line with that of the coarse one, and where they lie in it.
+        for (e, c, ends) in [
+            (0, 0, [-1.0, -0.74]),
+            (1, 0, [-0.74, 1.0]),
+            (2, 1, [-1.0, 0.5]),
+            (3, 1, [0.5, 1.0]),
+            (4, 2, [-1.0, 1.0]),
+        ] {
+            for s in [-1.0, -0.3, 0.6, 0.9] {
+                let outer = ends[0] + 0.5 * (s + 1.0) * (ends[1] - ends[0]);
+                let [a, b] = [value(&fine, &found, e, s), value(&coarse, &given, c, outer)];
+                assert!((a - b).abs() < 1e-13, "{e} at {s}: {a} {b}");
+            }
+        }
+        let longer = Line { nodes: vec![0.0, 4.0], degrees: vec![2], ends: [LineEnd::Finite, far(3)] };
+        assert!(embedding(&coarse, &longer).is_none());
+    }
+}
