@@ -14,9 +14,8 @@ pub fn embedding(coarse: &Line, fine: &Line) -> Option<Mat<f64>> {
     let (from, to) = (Numbering::new(coarse), Numbering::new(fine));
     let mut out = Mat::zeros(to.len, from.len);
     for e in 0..fine.elements() {
-        let (outer, ends) = (0..coarse.elements()).find_map(|c| {
-            within(coarse.element(c), fine.element(e)).map(|ends| (c, ends))
-        })?;
+        let (outer, ends) = (0..coarse.elements())
+            .find_map(|c| within(coarse.element(c), fine.element(e)).map(|ends| (c, ends)))?;
         let (own, theirs) = (to.element(fine, e), from.element(coarse, outer));
         let (degree, outer_degree) = (fine.degree(e), coarse.degree(outer));
         let columns: Vec<(usize, usize)> =
@@ -52,7 +51,8 @@ fn within(outer: Element, inner: Element) -> Option<[f64; 2]> {
             (ends[0] > -1.0 - ALIKE && ends[1] < 1.0 + ALIKE).then_some(ends)
         }
         (Element::Infinite { pole, reach }, Element::Infinite { pole: own_pole, reach: own }) => {
-            let same = (own - reach).abs() <= ALIKE * reach.abs() && (own_pole - pole).abs() <= ALIKE * reach.abs();
+            let same =
+                (own - reach).abs() <= ALIKE * reach.abs() && (own_pole - pole).abs() <= ALIKE * reach.abs();
             same.then_some([-1.0, 1.0])
         }
         _ => None,

@@ -7,7 +7,8 @@
 //! Everything is computed from R = L^-1 D^T with M = L L^T. The product T = R^T R keeps only half the digits of R; energies are
 //! therefore summed as squares of R phi + L^-1 g, in which nothing cancels.
 
-use crate::line::{Element, Line, LineEnd, Numbering, element_matrices, line_matrices};
+use crate::line::{Element, Line, LineEnd, Numbering, element_matrices, hierarchical, line_matrices};
+use crate::quadrature::{gauss_legendre, legendre};
 use elastocap_linalg::dense::{self, Llt};
 use faer::Mat;
 use std::ops::Range;
@@ -72,6 +73,33 @@ pub fn ones(line: &Line) -> Vec<f64> {
         if let Element::Finite { length, .. } = line.element(e) {
             out[offsets[e]] = length.sqrt();
         }
+    }
+    out
+}
+
+/// Integrals over the finite elements of a line of each potential mode (rows) with each continuous function (columns, in the order of
+/// [`Numbering`]): the modes of a continuous function, as near as their degree allows.
+pub fn potential_modes_of(line: &Line) -> Mat<f64> {
+    let (numbering, finite) =
+        (Numbering::new(line), line.first_finite()..line.first_finite() + line.degrees.len());
+    let mut out = Mat::zeros(line.degrees.iter().sum(), numbering.len);
+    let mut first = 0;
+    for e in finite {
+        let (functions, p) = (numbering.element(line, e), line.degree(e));
+        let Element::Finite { length, .. } = line.element(e) else { continue };
+        let (points, weights) = gauss_legendre(p + 1);
+        for (&s, &w) in points.iter().zip(&weights) {
+            let (values, _) = hierarchical(p, s);
+            for (n, polynomial) in legendre(p - 1, s).iter().enumerate() {
+                let mode = ((2 * n + 1) as f64 / length).sqrt() * polynomial;
+                for (function, value) in functions.iter().zip(&values) {
+                    if let Some(column) = function {
+                        out[(first + n, *column)] += w * 0.5 * length * mode * value;
+                    }
+                }
+            }
+        }
+        first += p;
     }
     out
 }

@@ -31,11 +31,11 @@ pub(crate) struct Energies {
 }
 
 /// Upper energies by Dirichlet's principle; the iteration stops when its error is about `share` of the energy. It starts from the
-/// coefficients that `starts` has for each right-hand side, if there are any: prescribed ones do not matter.
+/// coefficients that `starts` has for each right-hand side, if any: prescribed ones do not matter.
 pub(crate) fn upper(
     domain: &Domain,
     potentials: &[Vec<f64>],
-    starts: Option<Vec<Vec<f64>>>,
+    starts: &[Vec<f64>],
     share: f64,
     cancel: Option<&AtomicBool>,
 ) -> Result<(Energies, Primal), SolveError> {
@@ -46,10 +46,10 @@ pub(crate) fn upper(
     let mut coefficients = Vec::new();
     let (mut iterations, mut converged) = (0, true);
     let mut residual = Vec::new();
-    let mut starts = starts.unwrap_or_default().into_iter();
+    let mut starts = starts.iter();
     for v in potentials {
         let mut begin = primal.lift(v);
-        if let Some(mut free) = starts.next() {
+        if let Some(mut free) = starts.next().cloned() {
             primal.clear_prescribed(&mut free);
             begin.iter_mut().zip(&free).for_each(|(b, f)| *b += f);
         }
@@ -103,10 +103,11 @@ pub(crate) fn upper(
 }
 
 /// Lower energies by Thomson's principle. The linear solver leaves a small divergence; a second flux cancels it exactly, and the
-/// bound includes its energy.
+/// bound includes its energy. The iteration starts from the potentials that `starts` has for each right-hand side, if any.
 pub(crate) fn lower(
     domain: &Domain,
     potentials: &[Vec<f64>],
+    starts: &[Vec<f64>],
     share: f64,
     cancel: Option<&AtomicBool>,
 ) -> Result<Energies, SolveError> {
@@ -114,8 +115,11 @@ pub(crate) fn lower(
     let mut dual = Dual::new(domain)?;
     let assembled = Instant::now();
     stop_if_asked(cancel)?;
-    let fluxes: Vec<Flux> =
-        potentials.iter().map(|v| dual_flux(&mut dual, v, share, cancel)).collect::<Result<_, _>>()?;
+    let mut fluxes = Vec::new();
+    for (k, v) in potentials.iter().enumerate() {
+        let start = starts.get(k).map(|u| dual.modes_of(domain, u));
+        fluxes.push(dual_flux(&mut dual, v, start, share, cancel)?);
+    }
 
     let n = potentials.len();
     let excess = dual.repair_excess();
@@ -171,14 +175,16 @@ struct Flux {
 fn dual_flux(
     dual: &mut Dual,
     potentials: &[f64],
+    start: Option<Vec<f64>>,
     share: f64,
     cancel: Option<&AtomicBool>,
 ) -> Result<Flux, SolveError> {
     let excess = dual.repair_excess();
     let b = dual.source(potentials);
-    let mut start = dual.face_energy(potentials);
-    let mut x = vec![0.0; b.len()];
-    let mut r = b.clone();
+    let mut x = start.unwrap_or_else(|| vec![0.0; b.len()]);
+    let mut start = dual.flux_energies(&[potentials], &[&x])[(0, 0)];
+    let mut r = vec![0.0; b.len()];
+    dual.true_residual(&b, &x, &mut r);
     let (mut step, mut rest) = (vec![0.0; b.len()], Vec::new());
     let (mut goal, mut last, mut iterations) = (share, f64::INFINITY, 0);
     loop {

@@ -227,13 +227,11 @@ fn solve_part(
     let (domain, held) = part.layout.domain(grid);
     let potentials: Vec<Vec<f64>> =
         part.potentials.iter().map(|v| held.iter().map(|&c| v[c]).collect()).collect();
+    let starts = coarser.and_then(|(coarser, first)| coarser.on(first, &domain)).unwrap_or_default();
     // The two problems are of the same size and run in parallel.
     let (upper, dual) = rayon::join(
-        || {
-            let starts = coarser.and_then(|(coarser, first)| coarser.on(first, &domain));
-            upper(&domain, &potentials, starts, share, cancel)
-        },
-        || lower_too.then(|| lower(&domain, &potentials, share, cancel)).transpose(),
+        || upper(&domain, &potentials, &starts, share, cancel),
+        || lower_too.then(|| lower(&domain, &potentials, &starts, share, cancel)).transpose(),
     );
     let (energies, primal) = upper?;
     let dual = dual?;

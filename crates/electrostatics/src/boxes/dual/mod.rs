@@ -23,9 +23,9 @@ use crate::SolveError;
 use crate::boxes::domain::{Axis, Domain};
 use crate::boxes::ray_permittivity::RayPermittivity;
 use crate::boxes::schwarz::{Schwarz, SchwarzWork};
-use elastocap_fem::mixed::ones;
+use elastocap_fem::mixed::{ones, potential_modes_of};
 use elastocap_fem::radial::RadialBasis;
-use elastocap_fem::tensor::{Dims, Window, clear, dot, multiply, right, target};
+use elastocap_fem::tensor::{Dims, SparseRows, Window, along, clear, dot, multiply, right, target};
 use elastocap_linalg::conjugate_gradients::Operator;
 use faer::Mat;
 use lines::{Bundle, Run, Segment, bundles};
@@ -199,9 +199,32 @@ impl Dual {
         if one == 0.0 { 0.0 } else { one * self.weights.root_at(at) }
     }
 
-    /// g M^-1 g: the energy at phi = 0, at which the iteration starts.
-    pub(crate) fn face_energy(&self, potentials: &[f64]) -> f64 {
-        self.flux_energies(&[potentials], &[&vec![0.0; self.unknowns()]])[(0, 0)]
+    /// The unknowns of a continuous potential, given by the coefficients of the primal problem on the domain: about those of the flux
+    /// that belongs to it.
+    pub(crate) fn modes_of(&self, domain: &Domain, potential: &[f64]) -> Vec<f64> {
+        let mut dims = domain.primal_dims();
+        let mut x = potential.to_vec();
+        for (a, axis) in domain.axes.iter().enumerate() {
+            let all = potential_modes_of(&axis.line);
+            let functions = axis.functions();
+            let free = all.as_ref().subcols(functions.start, functions.len()).to_owned();
+            let modes = self.basis[a].as_ref().map_or_else(
+                || SparseRows::from_mat(free.as_ref()),
+                |basis| SparseRows::from_mat(basis.radial.rotate_rows(0, &free).as_ref()),
+            );
+            (x, dims) = along(a, &modes, &x, dims);
+        }
+        let [_, n1, n2] = self.dims;
+        x.par_chunks_mut(n1 * n2).enumerate().for_each(|(i, slab)| {
+            for (at, x) in slab.iter_mut().enumerate() {
+                // The flux of phi is M^-1 (g + D^T phi), that of a potential V is -eps grad V.
+                *x *= -self.weights.root_at([i, at / n2, at % n2]);
+            }
+        });
+        for window in &self.conductors {
+            clear(&mut x, self.dims, window);
+        }
+        x
     }
 
     /// (sigma_i, sigma_j) weighted by 1 / permittivity, of the fluxes M^-1 (g_i + D^T phi_i).

@@ -14,6 +14,9 @@ use elastocap_fem::tensor::{Dense, Dims, dot, left, multiply, right, target};
 use rayon::prelude::*;
 use std::sync::Arc;
 
+/// Share of a residual that may be left: the energy of the repair, a small share of the whole, is then known to about as many digits.
+const ENOUGH: f64 = 1e-9;
+
 /// The exact solver of the whole box without conductors.
 #[derive(Debug)]
 pub(super) struct Repair {
@@ -96,14 +99,14 @@ impl Repair {
         let mut rest = target.clone();
         let (mut work, mut step) = (Vec::new(), Vec::new());
         let mut left = 1.0;
-        // One pass is exact up to rounding; the second removes most of the rounding.
+        // One pass is exact up to rounding; a second removes most of the rounding, where there is much.
         for _ in 0..2 {
             self.solver.solve(&rest, dims, &mut work, &mut step);
             psi.iter_mut().zip(&step).for_each(|(p, s)| *p += s);
             rest.copy_from_slice(&target);
             self.subtract_product(&psi, &mut rest, dims);
             left = if size > 0.0 { dot(&rest, &rest).sqrt() / size } else { 0.0 };
-            if left < 1e-13 {
+            if left < ENOUGH {
                 break;
             }
         }
