@@ -53,8 +53,9 @@ pub(crate) fn iteration_share(tolerance: f64) -> f64 {
 pub(crate) fn memory(dims: Dims, right_hand_sides: usize, bounds: bool) -> u64 {
     let n = dims.iter().product::<usize>() as u64;
     // Per unknown: six double vectors, the scratch of the operator (two more), single-precision copies, the boxes
-    // (about twice the array, two buffers each), the slopes for the indicator, and what is kept per right-hand side.
-    let one = n * (8 * 8 + 2 * 4 + 2 * 2 * 4 + 4 * 8 + 2 * 8 * right_hand_sides as u64);
+    // (about twice the array, two buffers each), the slopes for the indicator, and what is kept per right-hand side: a solution, the
+    // potential that it starts from, and what the repair needs.
+    let one = n * (8 * 8 + 2 * 4 + 2 * 2 * 4 + 4 * 8 + 3 * 8 * right_hand_sides as u64);
     let lines: u64 = dims.iter().map(|d| (d * d * 8 * 24) as u64).sum();
     (if bounds { 2 } else { 1 }) * (one + lines) + (16 << 20)
 }
