@@ -106,9 +106,9 @@ pub(crate) fn adaptive(problem: &GridProblem<'_>) -> Result<Found, SolveError> {
         if next.as_ref().is_some_and(|(_, left)| *left > 0.0) {
             search.before = Some(Coarser { missing, upper: outcome.bounds.upper.clone() });
         }
-        match error {
-            Some(error) => search.keep(outcome, error, start.elapsed().as_secs_f64()),
-            None => search.potentials = Some(outcome.into_potentials()),
+        search.potentials = next.is_some().then(|| outcome.potentials());
+        if let Some(error) = error {
+            search.keep(outcome, error, start.elapsed().as_secs_f64());
         }
         match next {
             Some((grid, left)) => (search.grid, search.foreseen) = (grid, left),
@@ -143,7 +143,7 @@ struct Search<'p, 's> {
     overstated: Option<f64>,
     /// What the grid before gave.
     before: Option<Coarser>,
-    /// The potentials on it, if it was solved to be refined.
+    /// The potentials on it, from which iterations on the next start.
     potentials: Option<Potentials>,
     open_space: OpenSpace,
     /// Where rays to infinity begin, as [`OpenSpace::distance`] has it.

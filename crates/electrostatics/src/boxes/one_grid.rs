@@ -260,9 +260,10 @@ impl Outcome {
     }
 
     /// The potentials of all parts.
-    pub(crate) fn into_potentials(self) -> Potentials {
-        let of = |(at, part): (usize, SolvedPart)| (at, part.domain, part.energies.coefficients);
-        Potentials(self.solved.into_iter().map(of).collect())
+    pub(crate) fn potentials(&self) -> Potentials {
+        let of =
+            |(at, part): &(usize, SolvedPart)| (*at, part.domain.clone(), part.energies.coefficients.clone());
+        Potentials(self.solved.iter().map(of).collect())
     }
 
     /// Adds what the problems of one part took.
