@@ -2,7 +2,7 @@
 //!
 //! The intermediate grids are solved to few digits, and for the primal problem alone. Each is several times larger than the one
 //! before, so that together they cost little compared with the last. Both problems are solved on the grid that should meet the
-//! tolerance.
+//! tolerance. The iterations on each start from the potentials on the one before.
 
 use crate::SolveError;
 use crate::boxes::grid_refinement::{Indicator, missing, refine};

@@ -156,8 +156,8 @@ struct SolvedPart {
 }
 
 /// Solves all parts on one grid: the primal problem, and the dual one if `lower_too`; otherwise the lower bounds are set equal to
-/// the upper ones. The linear solvers stop when their error is about `share` of the energy, and the upper one starts from the
-/// potentials on a coarser grid, if there are any.
+/// the upper ones. The linear solvers start from the potentials on a coarser grid, if there are any, and stop when their error is
+/// about `share` of the energy.
 ///
 /// # Errors
 /// A grid whose matrices cannot be factorised, a request to stop.
