@@ -18,5 +18,6 @@ pub mod mixed;
 pub mod modes;
 pub mod quadrature;
 pub mod radial;
+pub mod reflection;
 pub mod tensor;
 pub mod triangle;

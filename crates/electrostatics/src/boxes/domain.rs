@@ -4,6 +4,7 @@
 
 use elastocap_fem::line::{Line, LineEnd, Numbering};
 use elastocap_fem::mixed::{FluxEnd, potential_offsets};
+use elastocap_fem::reflection::is_symmetric;
 use elastocap_geometry::scene::Wall;
 use std::ops::Range;
 
@@ -117,6 +118,16 @@ impl Axis {
         let range = self.functions();
         let numbering = Numbering::new(&self.line);
         numbering.vertex.iter().map(|v| range.contains(v).then(|| v - range.start)).collect()
+    }
+
+    /// Whether the axis is its own mirror image.
+    pub(crate) fn is_symmetric(&self) -> bool {
+        let centred = |rays: Rays| match (self.line.nodes.first(), self.line.nodes.last()) {
+            (Some(first), Some(last)) => (first + last - 2.0 * rays.pole).abs() <= 1e-12 * (last - first),
+            _ => false,
+        };
+        let cuts = self.cuts.iter().zip(self.cuts.iter().rev()).all(|(x, y)| x + y == self.line.elements());
+        self.walls[0] == self.walls[1] && cuts && self.rays.is_none_or(centred) && is_symmetric(&self.line)
     }
 
     /// Potential modes of the intervals `lo..hi`.

@@ -4,6 +4,7 @@
 use crate::SolveError;
 use crate::boxes::domain::Domain;
 use crate::boxes::dual::Dual;
+use crate::boxes::half_turn::Image;
 use crate::boxes::primal::Primal;
 use elastocap_fem::tensor::dot;
 use elastocap_linalg::conjugate_gradients::{self, Operator};
@@ -30,12 +31,20 @@ pub(crate) struct Energies {
     pub seconds: [f64; 2],
 }
 
-/// Upper energies by Dirichlet's principle; the iteration stops when its error is about `share` of the energy. It starts from the
-/// coefficients that `starts` has for each right-hand side, if any: prescribed ones do not matter.
+/// Where the iterations of some right-hand sides start from.
+#[derive(Debug, Default)]
+pub(crate) struct Starts {
+    /// Coefficients of the potential of each right-hand side, if any are known; prescribed ones do not matter.
+    pub known: Vec<Vec<f64>>,
+    /// For each right-hand side the one solved before that it is an image of: of more use than what is known.
+    pub images: Vec<Option<Image>>,
+}
+
+/// Upper energies by Dirichlet's principle; the iteration stops when its error is about `share` of the energy.
 pub(crate) fn upper(
     domain: &Domain,
     potentials: &[Vec<f64>],
-    starts: &[Vec<f64>],
+    starts: &Starts,
     share: f64,
     cancel: Option<&AtomicBool>,
 ) -> Result<(Energies, Primal), SolveError> {
@@ -43,13 +52,14 @@ pub(crate) fn upper(
     let mut primal = Primal::new(domain)?;
     let assembled = Instant::now();
     stop_if_asked(cancel)?;
-    let mut coefficients = Vec::new();
+    let mut coefficients: Vec<Vec<f64>> = Vec::new();
     let (mut iterations, mut converged) = (0, true);
     let mut residual = Vec::new();
-    let mut starts = starts.iter();
-    for v in potentials {
+    for (k, v) in potentials.iter().enumerate() {
         let mut begin = primal.lift(v);
-        if let Some(mut free) = starts.next().cloned() {
+        let image = starts.images.get(k).copied().flatten();
+        let turned = image.map(|image| image.of_potential(domain, &coefficients[image.of]));
+        if let Some(mut free) = turned.or_else(|| starts.known.get(k).cloned()) {
             primal.clear_prescribed(&mut free);
             begin.iter_mut().zip(&free).for_each(|(b, f)| *b += f);
         }
@@ -103,11 +113,11 @@ pub(crate) fn upper(
 }
 
 /// Lower energies by Thomson's principle. The linear solver leaves a small divergence; a second flux cancels it exactly, and the
-/// bound includes its energy. The iteration starts from the potentials that `starts` has for each right-hand side, if any.
+/// bound includes its energy.
 pub(crate) fn lower(
     domain: &Domain,
     potentials: &[Vec<f64>],
-    starts: &[Vec<f64>],
+    starts: &Starts,
     share: f64,
     cancel: Option<&AtomicBool>,
 ) -> Result<Energies, SolveError> {
@@ -115,9 +125,11 @@ pub(crate) fn lower(
     let mut dual = Dual::new(domain)?;
     let assembled = Instant::now();
     stop_if_asked(cancel)?;
-    let mut fluxes = Vec::new();
+    let mut fluxes: Vec<Flux> = Vec::new();
     for (k, v) in potentials.iter().enumerate() {
-        let start = starts.get(k).map(|u| dual.modes_of(domain, u));
+        let image = starts.images.get(k).copied().flatten();
+        let turned = image.map(|image| dual.image(domain, &fluxes[image.of].phi, image));
+        let start = turned.or_else(|| starts.known.get(k).map(|u| dual.modes_of(domain, u)));
         fluxes.push(dual_flux(&mut dual, v, start, share, cancel)?);
     }
 

@@ -8,6 +8,7 @@ pub(crate) mod field;
 pub(crate) mod forecast;
 pub(crate) mod grid_refinement;
 mod grid_search;
+pub(crate) mod half_turn;
 pub(crate) mod layout;
 pub(crate) mod one_grid;
 mod open_space;

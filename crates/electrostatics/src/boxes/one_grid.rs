@@ -6,9 +6,10 @@
 use crate::SolveError;
 use crate::VACUUM_PERMITTIVITY;
 use crate::boxes::domain::Domain;
-use crate::boxes::energy::{Energies, lower, upper};
+use crate::boxes::energy::{Energies, Starts, lower, upper};
 use crate::boxes::field::{Share, sample};
 use crate::boxes::grid_refinement::{Indicator, add, folded, indicator};
+use crate::boxes::half_turn::images;
 use crate::boxes::layout::{Grid, Layout};
 use crate::boxes::primal::Primal;
 use crate::boxes::resolution::memory;
@@ -227,7 +228,10 @@ fn solve_part(
     let (domain, held) = part.layout.domain(grid);
     let potentials: Vec<Vec<f64>> =
         part.potentials.iter().map(|v| held.iter().map(|&c| v[c]).collect()).collect();
-    let starts = coarser.and_then(|(coarser, first)| coarser.on(first, &domain)).unwrap_or_default();
+    let starts = Starts {
+        known: coarser.and_then(|(coarser, first)| coarser.on(first, &domain)).unwrap_or_default(),
+        images: if problem.settings.symmetry { images(&domain, &potentials) } else { Vec::new() },
+    };
     // The two problems are of the same size and run in parallel.
     let (upper, dual) = rayon::join(
         || upper(&domain, &potentials, &starts, share, cancel),

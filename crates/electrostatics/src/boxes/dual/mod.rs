@@ -21,10 +21,12 @@ mod repair;
 
 use crate::SolveError;
 use crate::boxes::domain::{Axis, Domain};
+use crate::boxes::half_turn::Image;
 use crate::boxes::ray_permittivity::RayPermittivity;
 use crate::boxes::schwarz::{Schwarz, SchwarzWork};
 use elastocap_fem::mixed::{ones, potential_modes_of};
 use elastocap_fem::radial::RadialBasis;
+use elastocap_fem::reflection::reflected_modes;
 use elastocap_fem::tensor::{Dims, SparseRows, Window, along, clear, dot, multiply, right, target};
 use elastocap_linalg::conjugate_gradients::Operator;
 use faer::Mat;
@@ -225,6 +227,18 @@ impl Dual {
             clear(&mut x, self.dims, window);
         }
         x
+    }
+
+    /// The unknowns of the image of a right-hand side whose unknowns are `x`.
+    pub(crate) fn image(&self, domain: &Domain, x: &[f64], image: Image) -> Vec<f64> {
+        let domain = &domain.truncated();
+        image.applied(x, self.dims, |a| {
+            let legendre = reflected_modes(&domain.axes[a].line);
+            let Some(basis) = &self.basis[a] else { return legendre };
+            let rotated = |m: Mat<f64>| basis.radial.rotate_rows(0, &m);
+            let own = rotated(Mat::identity(legendre.nrows(), legendre.ncols()));
+            rotated(&legendre * own.transpose())
+        })
     }
 
     /// (sigma_i, sigma_j) weighted by 1 / permittivity, of the fluxes M^-1 (g_i + D^T phi_i).
