@@ -35,7 +35,7 @@ pub(crate) struct Energies {
 #[derive(Debug, Default)]
 pub(crate) struct Starts {
     /// Coefficients of the potential of each right-hand side, if any are known; prescribed ones do not matter.
-    pub known: Vec<Vec<f64>>,
+    pub known: Vec<Option<Vec<f64>>>,
     /// For each right-hand side the one solved before that it is an image of: of more use than what is known.
     pub images: Vec<Option<Image>>,
 }
@@ -59,7 +59,7 @@ pub(crate) fn upper(
         let mut begin = primal.lift(v);
         let image = starts.images.get(k).copied().flatten();
         let turned = image.map(|image| image.of_potential(domain, &coefficients[image.of]));
-        if let Some(mut free) = turned.or_else(|| starts.known.get(k).cloned()) {
+        if let Some(mut free) = turned.or_else(|| starts.known.get(k).cloned().flatten()) {
             primal.clear_prescribed(&mut free);
             begin.iter_mut().zip(&free).for_each(|(b, f)| *b += f);
         }
@@ -129,7 +129,8 @@ pub(crate) fn lower(
     for (k, v) in potentials.iter().enumerate() {
         let image = starts.images.get(k).copied().flatten();
         let turned = image.map(|image| dual.image(domain, &fluxes[image.of].phi, image));
-        let start = turned.or_else(|| starts.known.get(k).map(|u| dual.modes_of(domain, u)));
+        let start =
+            turned.or_else(|| starts.known.get(k).and_then(Option::as_ref).map(|u| dual.modes_of(domain, u)));
         fluxes.push(dual_flux(&mut dual, v, start, share, cancel)?);
     }
 

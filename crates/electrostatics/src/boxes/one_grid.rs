@@ -124,8 +124,14 @@ pub(crate) struct Outcome {
 pub(crate) struct Potentials(Vec<(usize, Domain, Vec<Vec<f64>>)>);
 
 impl Potentials {
-    /// Those of the part whose first right-hand side has this number, on a finer grid; `None` where the grid is not finer.
-    fn on(&self, first: usize, domain: &Domain) -> Option<Vec<Vec<f64>>> {
+    /// Those of the part whose first right-hand side has this number, on a finer grid, of the right-hand sides that are wanted; `None`
+    /// where the grid is not finer.
+    fn on(
+        &self,
+        first: usize,
+        domain: &Domain,
+        wanted: impl Fn(usize) -> bool,
+    ) -> Option<Vec<Option<Vec<f64>>>> {
         let (_, own, coefficients) = self.0.iter().find(|(at, ..)| *at == first)?;
         let mut embeddings = Vec::new();
         for (from, to) in own.axes.iter().zip(&domain.axes) {
@@ -143,7 +149,7 @@ impl Potentials {
             }
             out
         };
-        Some(coefficients.iter().map(finer).collect())
+        Some(coefficients.iter().enumerate().map(|(k, u)| wanted(k).then(|| finer(u))).collect())
     }
 }
 
@@ -228,10 +234,10 @@ fn solve_part(
     let (domain, held) = part.layout.domain(grid);
     let potentials: Vec<Vec<f64>> =
         part.potentials.iter().map(|v| held.iter().map(|&c| v[c]).collect()).collect();
-    let starts = Starts {
-        known: coarser.and_then(|(coarser, first)| coarser.on(first, &domain)).unwrap_or_default(),
-        images: if problem.settings.symmetry { images(&domain, &potentials) } else { Vec::new() },
-    };
+    let images = if problem.settings.symmetry { images(&domain, &potentials) } else { Vec::new() };
+    let wanted = |k: usize| images.get(k).is_none_or(Option::is_none);
+    let known = coarser.and_then(|(coarser, first)| coarser.on(first, &domain, wanted)).unwrap_or_default();
+    let starts = Starts { known, images };
     // The two problems are of the same size and run in parallel.
     let (upper, dual) = rayon::join(
         || upper(&domain, &potentials, &starts, share, cancel),

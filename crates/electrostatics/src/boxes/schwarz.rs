@@ -126,7 +126,7 @@ impl<T: Real> SeparableBox<T> {
 }
 
 /// Rows of axis 0 handled by one task: few enough tasks that the right factor is not read too often.
-fn row_block(n0: usize, plane: usize) -> usize {
+pub(crate) fn row_block(n0: usize, plane: usize) -> usize {
     let pieces = (n0 * plane / 16_384).clamp(1, 4);
     n0.div_ceil(pieces).next_multiple_of(6)
 }

@@ -1,10 +1,10 @@
 //! Conductors of several parts: boxes that touch, overlap or are disjoint, at one potential.
 
 use elastocap_electrostatics::{
-    Bounded, MeshScene, Settings, SolveError, TetrahedraSettings, solve, solve_mesh,
+    Bounded, MeshScene, ResolutionLevel, Settings, SolveError, TetrahedraSettings, solve, solve_mesh,
 };
 use elastocap_geometry::meshing::tets::{LayeredError, LayeredSizing, MeshError, Sizing, layered, mesh};
-use elastocap_geometry::scene::{Body, Box3, Scene, Wall};
+use elastocap_geometry::scene::{Body, Box3, Role, Scene, Wall};
 use elastocap_geometry::shapes::Shape;
 
 fn cuboid(min: [f64; 3], max: [f64; 3]) -> Shape {
@@ -118,6 +118,64 @@ fn a_pair_of_combs_is_its_own_mirror_image_and_gives_the_same_with_and_without_s
             assert!((a - b).abs() <= left * scale, "{a:e} {b:e} {left:e}");
         }
     }
+}
+
+/// Two hooks, of two boxes each, which the marked mirrors together bring to each other's place, and no mirror alone.
+fn hooks(across: [bool; 3]) -> Vec<Body> {
+    let boxes =
+        [([-0.7, -0.25, -0.6], [-0.45, -0.1, 0.5]), ([-0.7, -0.25, -0.6], [0.3, -0.1, -0.4])].to_vec();
+    let turned = |(low, high): &([f64; 3], [f64; 3])| {
+        let ends = [0, 1, 2].map(|a| if across[a] { [-high[a], -low[a]] } else { [low[a], high[a]] });
+        cuboid(ends.map(|e| e[0]), ends.map(|e| e[1]))
+    };
+    // The second is cut into its boxes in another way.
+    let mut other: Vec<Shape> = boxes.iter().map(turned).collect();
+    other.push(turned(&([-0.7, -0.25, -0.6], [-0.45, -0.1, -0.4])));
+    let one: Vec<Shape> = boxes.iter().map(|(low, high)| cuboid(*low, *high)).collect();
+    vec![of_parts("one", &one), of_parts("other", &other)]
+}
+
+#[test]
+fn conductors_that_a_half_turn_brings_to_each_others_place_are_solved_once() {
+    let resolution = Some(ResolutionLevel { order: 3, levels: 1 });
+    let own = Settings { resolution, ..settings(1e-3) };
+    let turns = [[true, false, true], [true, true, false], [true; 3]];
+    for (across, wall) in turns.into_iter().zip([Wall::Open, Wall::Grounded, Wall::Grounded]) {
+        let mut scene = Scene { walls: [[wall; 2]; 3], ..grounded(hooks(across)) };
+        scene.domain = if wall == Wall::Open { Box3::SPACE } else { Box3 { min: [-1.0; 3], max: [1.0; 3] } };
+        let once = solve(&scene, &own).unwrap();
+        assert!(once.mirrored.iter().filter(|m| **m).count() < 2, "{:?}", once.mirrored);
+        let each = solve(&scene, &Settings { symmetry: false, ..own.clone() }).unwrap();
+        assert!(once.iterations < each.iterations, "{} {}", once.iterations, each.iterations);
+        // Iterations leave 2e-3 of the tolerance.
+        let left = 4.0 * 2e-6 + once.repair_share + each.repair_share;
+        let scale = once.maxwell[0][0].value;
+        for (a, b) in once.maxwell.iter().flatten().zip(each.maxwell.iter().flatten()) {
+            for (a, b) in [(a.lower, b.lower), (a.upper, b.upper)] {
+                assert!((a - b).abs() <= left * scale, "{across:?} {wall:?}: {a:e} {b:e} {left:e}");
+            }
+        }
+        let [a, b] = [once.maxwell[0][0], once.maxwell[1][1]];
+        assert!((a.upper - b.upper).abs() < 1e-11 * scale && (a.lower - b.lower).abs() < 1e-9 * scale);
+    }
+}
+
+#[test]
+fn a_dielectric_on_one_side_makes_a_half_turn_another_scene() {
+    let resolution = Some(ResolutionLevel { order: 3, levels: 1 });
+    let own = Settings { resolution, ..settings(1e-3) };
+    let domain = Box3 { min: [-1.0; 3], max: [1.0; 3] };
+    let mut scene = Scene { domain, ..grounded(hooks([true, false, true])) };
+    let shape = cuboid([0.5, 0.2, -0.2], [0.7, 0.5, 0.2]);
+    scene.bodies.push(Body {
+        role: Role::Dielectric { relative_permittivity: 5.0 },
+        ..Body::conductor("beside", shape)
+    });
+    let with = solve(&scene, &own).unwrap();
+    let without = solve(&scene, &Settings { symmetry: false, ..own }).unwrap();
+    assert_eq!(with.iterations, without.iterations);
+    assert_eq!(with.maxwell, without.maxwell);
+    assert!((with.maxwell[0][0].upper / with.maxwell[1][1].upper - 1.0).abs() > 1e-4);
 }
 
 #[test]

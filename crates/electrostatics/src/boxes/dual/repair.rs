@@ -8,7 +8,7 @@ use super::{Basis, Weights};
 use crate::SolveError;
 use crate::boxes::domain::{Block, Domain};
 use crate::boxes::ray_permittivity::RayPermittivity;
-use crate::boxes::schwarz::{Modes, SeparableBox};
+use crate::boxes::schwarz::{Modes, SeparableBox, row_block};
 use elastocap_fem::mixed::FluxEnd;
 use elastocap_fem::tensor::{Dense, Dims, dot, left, multiply, right, target};
 use rayon::prelude::*;
@@ -116,20 +116,23 @@ impl Repair {
 
     /// `rest -= A' psi`.
     fn subtract_product(&self, psi: &[f64], rest: &mut [f64], dims: Dims) {
-        let [_, n1, n2] = dims;
+        let [n0, n1, n2] = dims;
         let plane = n1 * n2;
-        let minus: Vec<f64> = psi.iter().map(|p| -p).collect();
-        rest.par_chunks_mut(plane).enumerate().for_each(|(i, slab)| {
-            let a = left(&minus, i * plane, n1, n2, n2);
-            multiply(a, self.operator[2].right(), target(slab, 0, n2), true);
-            let b = right(&minus, i * plane, n2, n2);
-            multiply(self.operator[1].left(), b, target(slab, 0, n2), true);
-            multiply(
-                self.operator[0].left_rows(i..i + 1),
-                right(&minus, 0, plane, plane),
-                target(slab, 0, plane),
-                true,
-            );
+        let minus: Vec<f64> = psi.par_iter().map(|p| -p).collect();
+        // Many rows at a time: each task reads the whole of `minus` for its rows along the first axis.
+        let block = row_block(n0, plane);
+        rest.par_chunks_mut(block * plane).enumerate().for_each(|(b, slabs)| {
+            let first = b * block;
+            let count = slabs.len() / plane;
+            let along = self.operator[0].left_rows(first..first + count);
+            multiply(along, right(&minus, 0, plane, plane), target(slabs, 0, plane), true);
+            for (i, slab) in slabs.chunks_exact_mut(plane).enumerate() {
+                let at = (first + i) * plane;
+                let rows = left(&minus, at, n1, n2, n2);
+                multiply(rows, self.operator[2].right(), target(slab, 0, n2), true);
+                let columns = right(&minus, at, n2, n2);
+                multiply(self.operator[1].left(), columns, target(slab, 0, n2), true);
+            }
         });
     }
 }
