@@ -57,7 +57,7 @@ pub fn reflected_modes(line: &Line) -> Mat<f64> {
 
 /// 1 of an even number and -1 of an odd one: the parity of Legendre's polynomials, and of the functions made from them.
 fn parity(n: usize) -> f64 {
-    if n % 2 == 0 { 1.0 } else { -1.0 }
+    if n.is_multiple_of(2) { 1.0 } else { -1.0 }
 }
 
 #[cfg(test)]
