@@ -212,6 +212,27 @@ class Maker:
         outline = ", ".join('["%.12g mm", "%.12g mm"]' % point(i) for i in range(n))
         return self.scene(rng, f'[[conductor]]\nname = "o"\nextrusion = {{ axis = "x2", from = "0 mm", to = "{rng.choice(["1", "1e-6", "0"])} mm", outline = [{outline}] }}\n')
 
+    def class_round_outline(self, rng):
+        """Pads with arcs and rounded corners, some impossible, some that touch, cross or hold one another."""
+        bodies = ""
+        for k in range(rng.choice([1, 1, 2, 3])):
+            w, h, r = rng.choice([1, 2, 1e-3]), rng.choice([1, 0.5]), rng.choice([0.1, 0.25, 0.5, 1e-6, 0.6, 0])
+            x, y = rng.choice([0, 0, 1, 0.5, rng.random()]), rng.choice([0, 0, rng.random()])
+            at = lambda p, q: f'["{x + p:.12g} mm", "{y + q:.12g} mm"]'
+            near = rng.choice([0, 0, 1e-9, 1e-5, rng.uniform(-1, 1)])
+            kinds = [
+                [f'{{ corner = {at(p, q)}, radius = "{r} mm" }}' for p, q in [(0, 0), (w, 0), (w, h), (0, h)]],
+                [at(0, 0), at(w, 0), f'{{ through = {at(w + h / 2 + near, h / 2)}, to = {at(w, h)} }}', at(0, h)],
+                [f'{{ through = {at(1, near)}, to = {at(0, 1)} }}', f'{{ through = {at(-1, near)}, to = {at(0, -1)} }}'],
+                [f'{{ through = {at(rng.uniform(-1, 1), rng.uniform(-1, 1))}, to = {at(rng.uniform(-1, 1), rng.uniform(-1, 1))} }}'
+                 for _ in range(rng.choice([1, 2, 3, 6]))],
+                [at(0, 0), f'{{ corner = {at(w, near)}, radius = "{r} mm" }}', at(2 * w, 0), at(w, h)],
+            ]
+            thickness = rng.choice([0, 0.1, 1e-6])
+            level = rng.choice([0, 0, 0.2])
+            bodies += f'[[conductor]]\nname = "o{k}"\nextrusion = {{ axis = "x2", from = "{level} mm", to = "{level + thickness} mm", outline = [{", ".join(rng.choice(kinds))}] }}\n'
+        return self.scene(rng, bodies)
+
     def class_many_steps(self, rng):
         path, text = rng.choice([c for c in self.cases if "compression = [" in c[1]])
         n = rng.choice([10, 1000, 100000, 1000000])

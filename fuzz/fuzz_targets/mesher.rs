@@ -53,7 +53,7 @@ impl Numbers<'_> {
                 let from = self.real();
                 let corners = 3 + usize::from(self.byte() % 6);
                 let outline = (0..corners).map(|_| [self.real(), self.real()]).collect();
-                Shape::Extrusion { axis, from, to: from + self.real().abs(), outline }
+                Shape::Extrusion { axis, from, to: from + self.real().abs(), outline, arcs: Vec::new() }
             }
         }
     }

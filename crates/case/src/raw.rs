@@ -320,7 +320,7 @@ table! {
         shell: Option<Read<Ball>>,
         /// A circular cylinder, disc, tube or ring.
         cylinder: Option<Read<Tube>>,
-        /// A polygon pulled along an axis.
+        /// An outline pulled along an axis.
         extrusion: Option<Read<Extruded>>,
         /// What a closed surface in an OBJ file encloses.
         surface: Option<Read<SurfaceFile>>,
@@ -348,7 +348,7 @@ table! {
         sphere: Option<Read<Ball>>,
         /// A circular cylinder, disc, tube or ring.
         cylinder: Option<Read<Tube>>,
-        /// A polygon pulled along an axis.
+        /// An outline pulled along an axis.
         extrusion: Option<Read<Extruded>>,
         /// What a closed surface in an OBJ file encloses.
         surface: Option<Read<SurfaceFile>>,
@@ -421,7 +421,24 @@ table! {
 }
 
 table! {
-    /// A polygon pulled along an axis.
+    /// A side or corner of an outline that is round: an arc from the entry before, or a rounded corner.
+    struct RoundEntry {
+        /// Where the arc ends.
+        to: Option<Read<[Read<Position>; 2]>>,
+        /// A point that the arc passes through on its way.
+        through: Option<Read<[Read<Position>; 2]>>,
+        /// Where the two straight sides at a rounded corner would meet.
+        corner: Option<Read<[Read<Position>; 2]>>,
+        /// Of the rounding.
+        radius: Option<Read<Size>>,
+    }
+    one_of: "to", "corner";
+}
+
+pub(super) type OutlineEntry = Either<[Read<Position>; 2], RoundEntry>;
+
+table! {
+    /// An outline pulled along an axis.
     struct Extruded {
         /// The axis along which it is pulled.
         axis: Read<Axis>,
@@ -429,8 +446,9 @@ table! {
         from: Read<Position>,
         /// Upper end.
         to: Read<Position>,
-        /// Its corners in the two other axes, in order.
-        outline: Read<Vec<Read<[Read<Position>; 2]>>>,
+        /// Its corners in the two other axes, in order. An entry may be an arc, `{ through = [..], to = [..] }`, or a rounded corner,
+        /// `{ corner = [..], radius = .. }`.
+        outline: Read<Vec<Read<OutlineEntry>>>,
     }
 }
 

@@ -56,7 +56,7 @@ impl LayerScene {
 /// The triangles of a body, boxes cut off at the `window`; `None` for those that only a mesh knows.
 fn flat_surface(shape: &Shape, window: &Box3) -> Option<Vec<Corners>> {
     match shape {
-        Shape::Extrusion { axis, from, to, outline } => Some(prism(*axis, [*from, *to], outline)),
+        Shape::Extrusion { axis, from, to, outline, .. } => Some(prism(*axis, [*from, *to], outline)),
         Shape::Cylinder { axis, base, radius, height } => {
             let circle = outline::on_circle(place_across(*axis, base), *radius, CORNERS);
             Some(prism(*axis, [base[*axis], base[*axis] + height], &circle))
@@ -107,7 +107,7 @@ pub(crate) fn bent_scene(
     for ((conductor, region), outline) in regions.into_iter().zip(outlines(curves, within)) {
         if let Some(body) = scene.conductor_mut(conductor) {
             let (from, to) = (region.min[2], region.max[2]);
-            body.parts = vec![Shape::Extrusion { axis: 2, from, to, outline }];
+            body.parts = vec![Shape::Extrusion { axis: 2, from, to, outline, arcs: Vec::new() }];
         }
     }
     if surface_is_followed(deformed) {
@@ -138,7 +138,7 @@ pub(crate) fn bent_scene(
                     Purpose::Layer => {
                         let (from, to) = (domain.min[2], domain.max[2]);
                         let outline = outline.clone();
-                        body.parts = vec![Shape::Extrusion { axis: 2, from, to, outline }];
+                        body.parts = vec![Shape::Extrusion { axis: 2, from, to, outline, arcs: Vec::new() }];
                     }
                     Purpose::Substrate | Purpose::Electrode | Purpose::Fixed => {}
                 }

@@ -21,7 +21,7 @@ fn bar(from: f64, to: f64, sag: f64) -> Shape {
     } else {
         below.chain(above).collect()
     };
-    Shape::Extrusion { axis: 2, from: -250.0, to: 250.0, outline }
+    Shape::Extrusion { axis: 2, from: -250.0, to: 250.0, outline, arcs: Vec::new() }
 }
 
 /// Bars along x3 in a layer under air, of two conductors in turns.

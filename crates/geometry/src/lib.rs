@@ -1,5 +1,6 @@
 //! Bodies and the scene that they make up, its mirror planes and turns that give it more of them, boxes recognised in it, meshes of it, and the files that other programs read and write.
 
+pub mod drawing;
 pub mod export;
 pub mod import;
 pub mod meshing;

@@ -16,7 +16,7 @@ const ROUNDING: f64 = 1e-9;
 pub fn boxes_of(shape: &Shape, most: usize) -> Option<Vec<Box3>> {
     match shape {
         Shape::Box(region) => Some(vec![*region]),
-        Shape::Extrusion { axis, from, to, outline } => {
+        Shape::Extrusion { axis, from, to, outline, .. } => {
             Cells::of_outline(*axis, [from.min(*to), from.max(*to)], outline, most).map(|cells| cells.boxes())
         }
         Shape::Surface(surface) => of_surface(surface, most),

@@ -3,6 +3,7 @@
 use crate::outline;
 use crate::scene::Box3;
 use crate::winding;
+use std::ops::Range;
 
 /// Where a body is. Lengths in metres; axis 0, 1, 2 is x1, x2, x3.
 #[derive(Debug, Clone, PartialEq)]
@@ -55,11 +56,25 @@ pub enum Shape {
         to: f64,
         /// Corners in the two other coordinates in ascending order of axis, one simple polygon, either way round.
         outline: Vec<[f64; 2]>,
+        /// Parts of the outline that stand for arcs of circles, in its order; without them it is the polygon.
+        arcs: Vec<Arc>,
     },
     /// What a closed surface of triangles encloses.
     Surface(TriangleSurface),
     /// The cells of a group of an imported volume mesh.
     Physical(String),
+}
+
+/// Sides of an outline that stand for an arc of a circle: its corners there lie on the circle, close together.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Arc {
+    /// The middle of the circle, in the coordinates of the outline.
+    pub center: [f64; 2],
+    /// Its radius.
+    pub radius: f64,
+    /// The numbers of the corners in which its sides begin: the arc ends in the corner after them, the first of the outline after
+    /// the last.
+    pub sides: Range<usize>,
 }
 
 impl Shape {
@@ -78,7 +93,7 @@ impl Shape {
                 b.max[*axis] = base[*axis] + height;
                 Some(b)
             }
-            Shape::Extrusion { axis, from, to, outline } => {
+            Shape::Extrusion { axis, from, to, outline, .. } => {
                 let corner = |q: &[f64; 2], z: f64| match axis {
                     0 => [z, q[0], q[1]],
                     1 => [q[0], z, q[1]],
@@ -124,7 +139,7 @@ impl Shape {
                 let [inner, outer] = radii.map(|radius| radius * radius);
                 (0.0..*height).contains(&z) && inner < across && across < outer
             }
-            Shape::Extrusion { axis, from, to, outline: corners } => {
+            Shape::Extrusion { axis, from, to, outline: corners, .. } => {
                 let q = match axis {
                     0 => [point[1], point[2]],
                     1 => [point[0], point[2]],

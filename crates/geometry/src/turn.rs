@@ -5,7 +5,7 @@
 
 use crate::mirror;
 use crate::scene::{Body, Box3, Scene, across};
-use crate::shapes::Shape;
+use crate::shapes::{Arc, Shape};
 
 /// Distances from the middle of a scene that differ by less than this share are the same.
 const ALIKE: f64 = 1e-10;
@@ -65,14 +65,24 @@ impl Turn {
                 let (from, to) = (b.min[self.axis], b.max[self.axis]);
                 let is_sheet = corners[0] == corners[1] || corners[1] == corners[2];
                 let outline = corners.map(|corner| self.place(corner)).to_vec();
-                (!is_sheet).then_some(Shape::Extrusion { axis: self.axis, from, to, outline })
+                (!is_sheet).then_some(Shape::Extrusion {
+                    axis: self.axis,
+                    from,
+                    to,
+                    outline,
+                    arcs: Vec::new(),
+                })
             }
-            Shape::Extrusion { axis, from, to, outline } if *axis == self.axis => Some(Shape::Extrusion {
-                axis: *axis,
-                from: *from,
-                to: *to,
-                outline: outline.iter().map(|corner| self.place(*corner)).collect(),
-            }),
+            Shape::Extrusion { axis, from, to, outline, arcs } if *axis == self.axis => {
+                let turned = |arc: &Arc| Arc { center: self.place(arc.center), ..arc.clone() };
+                Some(Shape::Extrusion {
+                    axis: *axis,
+                    from: *from,
+                    to: *to,
+                    outline: outline.iter().map(|corner| self.place(*corner)).collect(),
+                    arcs: arcs.iter().map(turned).collect(),
+                })
+            }
             Shape::Cylinder { axis, base, radius, height } if *axis == self.axis => {
                 Some(Shape::Cylinder { axis: *axis, base: moved(base), radius: *radius, height: *height })
             }
@@ -181,7 +191,7 @@ mod tests {
     }
 
     fn pull(name: &str, outline: Vec<[f64; 2]>) -> Body {
-        Body::conductor(name, Shape::Extrusion { axis: 1, from: 0.0, to: 0.1, outline })
+        Body::conductor(name, Shape::Extrusion { axis: 1, from: 0.0, to: 0.1, outline, arcs: Vec::new() })
     }
 
     fn cylinder(name: &str, [x, y]: [f64; 2], radius: f64) -> Body {

@@ -8,6 +8,7 @@ mod imported;
 mod layer_end;
 mod layered;
 mod mechanics;
+mod outlines;
 mod recognised;
 mod regions;
 mod shapes;

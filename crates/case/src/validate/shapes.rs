@@ -14,10 +14,8 @@ use super::bodies::{
     PlacedBox, check_count, check_fixed_body, check_names, conductor_of, refuse_all_floating,
 };
 use super::given;
+use super::outlines::extruded;
 use super::regions::{AXES, axis_index, box_region, sheet, slab};
-
-/// Largest number of corners of an outline.
-const MAX_CORNERS: usize = 20_000;
 
 /// Whether a body is neither box, sheet nor slab.
 pub(super) fn any_shaped(raw: &Document) -> bool {
@@ -239,121 +237,6 @@ fn round(raw: &raw::Tube, may_be_flat: bool, log: &mut Log<'_>) -> Option<Shape>
         return None;
     }
     Some(Shape::Tube { axis, base, radii: [inner, radius], height })
-}
-
-fn extruded(raw: &raw::Extruded, may_be_flat: bool, log: &mut Log<'_>) -> Option<Shape> {
-    let (from, to) = (raw.from.get()?.si, raw.to.get()?.si);
-    if to < from || (to == from && !may_be_flat) {
-        log.push(
-            Diagnostic::at(&raw.to.span, "the extrusion is inside-out: `to` must be greater than `from`")
-                .label("not greater than `from`")
-                .related(&raw.from.span, "`from`")
-                .help(format!(
-                    "write `from = {}, to = {}`",
-                    log.text(&raw.to.span),
-                    log.text(&raw.from.span)
-                )),
-        );
-        return None;
-    }
-    let corners = raw.outline.get()?;
-    if !(3..=MAX_CORNERS).contains(&corners.len()) {
-        log.push(
-            Diagnostic::at(
-                &raw.outline.span,
-                format!("an outline has 3 to {MAX_CORNERS} corners, this one {}", corners.len()),
-            )
-            .label("corners in the two other axes, in order")
-            .help("the last corner is joined to the first one by itself"),
-        );
-        return None;
-    }
-    let mut outline = Vec::with_capacity(corners.len());
-    for corner in corners {
-        let [x, y] = corner.get()?;
-        outline.push([x.get()?.si, y.get()?.si]);
-    }
-    if let Some([k, l]) = crossing(&outline) {
-        let of = |k: usize| (k + 1, (k + 1) % outline.len() + 1);
-        let ((a, b), (c, d)) = (of(k), of(l));
-        log.push(
-            Diagnostic::at(&raw.outline.span, "the outline crosses or touches itself")
-                .label(format!("the side from corner {a} to {b} meets that from {c} to {d}"))
-                .help("list the corners in order around the figure, without a hole"),
-        );
-        return None;
-    }
-    if is_flat(&outline) {
-        log.push(
-            Diagnostic::at(&raw.outline.span, "the outline encloses no area")
-                .label("all corners lie on a line, or nearly so")
-                .help("list the corners of a figure; a thin one may be a millionth as wide as it is long"),
-        );
-        return None;
-    }
-    Some(Shape::Extrusion { axis: axis_index(*raw.axis.get()?), from, to, outline })
-}
-
-/// Least area of an outline, over the square of its extent.
-const LEAST_AREA: f64 = 1e-12;
-
-/// Whether an outline has no area to speak of.
-fn is_flat(outline: &[[f64; 2]]) -> bool {
-    let extent = (0..2).map(|k| {
-        let [low, high] = outline
-            .iter()
-            .fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], p| [low.min(p[k]), high.max(p[k])]);
-        high - low
-    });
-    let scale = extent.fold(0.0, f64::max);
-    let Some(&first) = outline.first() else { return true };
-    // In units of the extent: squares of lengths may underflow.
-    let from_first = |p: [f64; 2]| [(p[0] - first[0]) / scale, (p[1] - first[1]) / scale];
-    let next = outline.iter().cycle().skip(1);
-    let double: f64 = outline
-        .iter()
-        .zip(next)
-        .map(|(p, q)| (from_first(*p), from_first(*q)))
-        .map(|(p, q)| p[0] * q[1] - p[1] * q[0])
-        .sum();
-    let share = 0.5 * double.abs();
-    share.is_nan() || share <= LEAST_AREA
-}
-
-/// Two sides of an outline that meet anywhere but at a common corner, by their first corners.
-fn crossing(outline: &[[f64; 2]]) -> Option<[usize; 2]> {
-    let n = outline.len();
-    let apart = |k: usize, l: usize| {
-        let [a, b, c, d] = [k, (k + 1) % n, l, (l + 1) % n].map(|i| outline[i]);
-        (0..2).any(|x| a[x].max(b[x]) < c[x].min(d[x]) || c[x].max(d[x]) < a[x].min(b[x]))
-    };
-    let side =
-        |p: [f64; 2], q: [f64; 2], r: [f64; 2]| (q[0] - p[0]) * (r[1] - p[1]) - (q[1] - p[1]) * (r[0] - p[0]);
-    let within = |p: [f64; 2], q: [f64; 2], r: [f64; 2]| {
-        (0..2).all(|k| p[k].min(q[k]) <= r[k] && r[k] <= p[k].max(q[k]))
-    };
-    let meet = |k: usize, l: usize| {
-        let [a, b, c, d] = [k, (k + 1) % n, l, (l + 1) % n].map(|i| outline[i]);
-        let (of_c, of_d, of_a, of_b) = (side(a, b, c), side(a, b, d), side(c, d, a), side(c, d, b));
-        (of_c * of_d < 0.0 && of_a * of_b < 0.0)
-            || (of_c == 0.0 && within(a, b, c))
-            || (of_d == 0.0 && within(a, b, d))
-            || (of_a == 0.0 && within(c, d, a))
-            || (of_b == 0.0 && within(c, d, b))
-    };
-    // A side that goes back along the one before it has more than the corner in common with it.
-    let goes_back = |k: usize| {
-        let [a, b, c] = [k, (k + 1) % n, (k + 2) % n].map(|i| outline[i]);
-        let along = (0..2).map(|x| (b[x] - a[x]) * (c[x] - b[x])).sum::<f64>();
-        side(a, b, c) == 0.0 && along < 0.0
-    };
-    if let Some(k) = (0..n).find(|&k| goes_back(k)) {
-        return Some([k, (k + 1) % n]);
-    }
-    (0..n).find_map(|k| {
-        let neighbours = |l: usize| (l + 1) % n == k || (k + 1) % n == l;
-        (k + 1..n).find(|&l| !apart(k, l) && !neighbours(l) && meet(k, l)).map(|l| [k, l])
-    })
 }
 
 fn imported(raw: &raw::SurfaceFile, origin: &Path, log: &mut Log<'_>) -> Option<Shape> {

@@ -164,7 +164,7 @@ fn bodies_of_other_shapes_are_read_as_they_are() {
     assert!(layered.iter().any(|shape| matches!(shape, Shape::Shell { .. })));
     assert!(matches!(layered.last(), Some(Shape::Sphere { .. })), "dielectrics come last");
     let pattern = shapes("rounded-pattern.toml");
-    let Shape::Extrusion { axis, from, to, outline } = &pattern[0] else { panic!("no extrusion") };
+    let Shape::Extrusion { axis, from, to, outline, .. } = &pattern[0] else { panic!("no extrusion") };
     assert_eq!((*axis, *from, outline.len()), (1, 0.0, 6));
     assert!((to - 10e-6).abs() < 1e-18);
     assert!(matches!(pattern[1], Shape::Cylinder { axis: 1, .. }));

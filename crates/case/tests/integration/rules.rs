@@ -836,6 +836,53 @@ fn outlines_that_cross_or_touch_themselves_are_refused() {
 }
 
 #[test]
+fn outlines_have_arcs_and_rounded_corners() {
+    let case = |outline: &str| {
+        parse(&format!(
+            "format = 1\n[[conductor]]\nname = \"x\"\nextrusion = {{ axis = \"x2\", from = \"0 um\", to = \"9 um\", outline = \
+             [{outline}] }}\n[surroundings]\nboundary = \"open\"\n"
+        ))
+    };
+    let corner = |x: f64, y: f64| format!("[\"{x} mm\", \"{y} mm\"]");
+    let arc = |x: f64, y: f64, to: (f64, f64)| {
+        format!("{{ through = {}, to = {} }}", corner(x, y), corner(to.0, to.1))
+    };
+    let rounded =
+        |x: f64, y: f64, radius: f64| format!("{{ corner = {}, radius = \"{radius} mm\" }}", corner(x, y));
+    let pad = [rounded(0.0, 0.0, 0.5), rounded(4.0, 0.0, 1.0), corner(4.0, 3.0), arc(2.0, 4.0, (0.0, 3.0))];
+    let Shape::Extrusion { outline, arcs, .. } = case(&pad.join(", ")).unwrap().bodies[0].parts[0].clone()
+    else {
+        panic!("no extrusion")
+    };
+    let radii: Vec<f64> = arcs.iter().map(|arc| (arc.radius * 1e9).round() / 1e6).collect();
+    assert_eq!(radii, [0.5, 1.0, 2.5]);
+    for arc in &arcs {
+        for side in arc.sides.clone() {
+            let [x, y] = outline[side];
+            let distance = (x - arc.center[0]).hypot(y - arc.center[1]);
+            assert!((distance / arc.radius - 1.0).abs() < 1e-12);
+        }
+    }
+    let (a, b, c) = (corner(0.0, 0.0), corner(4.0, 0.0), corner(4.0, 3.0));
+    let place = "write an arc as";
+    for (entries, message) in [
+        (vec![a.clone(), b.clone(), arc(4.0, 1.0, (4.0, 3.0))], "the arc has no circle"),
+        (vec![a.clone(), rounded(4.0, 0.0, 9.0), c.clone()], "too short for this rounding"),
+        (vec![a.clone(), rounded(4.0, 0.0, 0.1), arc(5.0, 1.0, (4.0, 3.0))], "between two straight sides"),
+        (vec![a.clone(), rounded(2.0, 0.0, 0.1), b.clone(), c.clone()], "no corner to round"),
+        (vec![a.clone(), b.clone(), arc(2.0, -1.0, (0.0, 3.0))], "crosses or touches itself"),
+        (vec![a.clone(), format!("{{ to = {b} }}"), c.clone()], place),
+        (vec![a.clone(), format!("{{ corner = {b} }}"), c.clone()], place),
+        (vec![a.clone(), format!("{{ corner = {b}, to = {b} }}"), c.clone()], "`corner`"),
+        (vec![a.clone(), "{ }".to_owned(), c.clone()], "`corner`"),
+        (vec![a, rounded(4.0, 0.0, -1.0), c], "radius"),
+    ] {
+        let error = case(&entries.join(", ")).unwrap_err().to_string();
+        assert!(error.contains(message), "{error}");
+    }
+}
+
+#[test]
 fn a_cylinder_with_an_inner_radius_is_a_tube_and_only_conductors_may_be_without_thickness() {
     let case = |body: &str, radii: &str, height: &str| {
         let dielectric = if body == "dielectric" { "relative_permittivity = 2\n" } else { "" };

@@ -103,18 +103,22 @@ fn solve_at(
 }
 
 /// Estimate of the relative error of the capacitances for flat faces in place of curved ones: of round bodies from the size of
-/// their faces (see [`First`]), of imported surfaces and meshes from the angles at which theirs meet.
+/// their faces (see [`First`]), of arcs, imported surfaces and meshes from the angles at which theirs meet.
 fn faceting_error(scene: &Scene, mesh: &TetMesh, size: f64, gap: f64) -> f64 {
     let round = if scene.shapes().any(is_curved) {
         FACETS * size * size + (size * size / (8.0 * gap)).powi(2)
     } else {
         0.0
     };
-    let imported = |conductor: u32| {
-        let is = |shape: &Shape| matches!(shape, Shape::Surface(_) | Shape::Physical(_));
+    let faceted = |conductor: u32| {
+        let is = |shape: &Shape| match shape {
+            Shape::Surface(_) | Shape::Physical(_) => true,
+            Shape::Extrusion { arcs, .. } => !arcs.is_empty(),
+            _ => false,
+        };
         scene.conductor_parts().any(|(k, shape)| k == conductor as usize && is(shape))
     };
-    round.max(curvature_error(mesh, imported))
+    round.max(curvature_error(mesh, faceted))
 }
 
 /// What solving the scene will take: it is meshed, and solved on a small mesh. An estimate.

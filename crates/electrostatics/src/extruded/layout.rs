@@ -2,11 +2,11 @@
 
 use elastocap_fem::triangle::Bent;
 use elastocap_geometry::meshing::grid::Plane;
-use elastocap_geometry::meshing::plane::graded::{Circle, Coarse, Marks, Outline, Triangles, coarse};
+use elastocap_geometry::meshing::plane::graded::{Circle, Coarse, Marks, Outline, Side, Triangles, coarse};
 use elastocap_geometry::outline;
 use elastocap_geometry::recognition::boxes_of;
 use elastocap_geometry::scene::{Body, Scene, Wall, across};
-use elastocap_geometry::shapes::Shape;
+use elastocap_geometry::shapes::{Arc, Shape};
 use std::collections::HashMap;
 
 /// Cells that the grid of a surface's coordinates may have when it is tested for being made of boxes.
@@ -110,6 +110,13 @@ impl Layout {
             outline: match solid.outline {
                 Outline::Polygon(corners) => Outline::Polygon(corners.into_iter().map(place).collect()),
                 Outline::Circle(of) => Outline::Circle(circle(of)),
+                Outline::Path(path) => {
+                    let side = |side: Side| Side {
+                        from: place(side.from),
+                        arc: side.arc.map(|(of, turn)| (circle(of), turn)),
+                    };
+                    Outline::Path(path.into_iter().map(side).collect())
+                }
             },
             hole: solid.hole.map(circle),
             ends: solid.ends.map(|z| scale(z, axis)),
@@ -129,6 +136,13 @@ impl Layout {
                     let mut corners: Vec<&mut [f64; 2]> = match outline {
                         Outline::Polygon(corners) => corners.iter_mut().collect(),
                         Outline::Circle(circle) => vec![&mut circle.center],
+                        Outline::Path(path) => path
+                            .iter_mut()
+                            .flat_map(|side| {
+                                [Some(&mut side.from), side.arc.as_mut().map(|(of, _)| &mut of.center)]
+                            })
+                            .flatten()
+                            .collect(),
                     };
                     corners.extend(hole.iter_mut().map(|circle| &mut circle.center));
                     corners
@@ -143,7 +157,8 @@ impl Layout {
         let planes = planes(&conductors, &dielectrics, ends);
         let within = |x: f64, k: usize| x > frame[0][k] && x < frame[1][k] && x.abs() < FAR;
         let solids = || conductors.iter().map(|(_, s)| s).chain(dielectrics.iter().map(|(_, s)| s));
-        let plan = solids().flat_map(|s| reaches(&s.outline).flat_map(|c| [0, 1].map(|k| (c[k], k))));
+        let plan =
+            solids().flat_map(|s| reaches(&s.outline).into_iter().flat_map(|c| [0, 1].map(|k| (c[k], k))));
         let farthest = plan.filter(|(x, k)| within(*x, *k)).map(|(x, _)| x.abs());
         let closed = (0..2).flat_map(|k| frame.map(|corner| corner[k].abs())).filter(|x| x.is_finite());
         let reach = farthest.chain(planes.iter().map(|p| p.at.abs())).chain(closed).fold(0.5, f64::max);
@@ -342,8 +357,12 @@ pub(super) struct Plan {
 fn solids(shape: &Shape, axis: usize) -> Option<Vec<Solid>> {
     let [p, q] = across(axis);
     match shape {
-        Shape::Extrusion { axis: own, from, to, outline } if *own == axis => Some(vec![Solid {
-            outline: Outline::Polygon(outline.clone()),
+        Shape::Extrusion { axis: own, from, to, outline, arcs } if *own == axis => Some(vec![Solid {
+            outline: if arcs.is_empty() {
+                Outline::Polygon(outline.clone())
+            } else {
+                Outline::Path(path(outline, arcs))
+            },
             hole: None,
             ends: [from.min(*to), from.max(*to)],
         }]),
@@ -391,20 +410,51 @@ impl Solid {
         let inside = match &self.outline {
             Outline::Polygon(corners) => outline::contains(corners, point),
             Outline::Circle(circle) => within(circle),
+            Outline::Path(path) => {
+                let corners: Vec<[f64; 2]> = path.iter().map(|side| side.from).collect();
+                // Between an arc and its chord: the arc turns to the left, and lies to the right of the chord, or the other way round.
+                let beside = |(side, next): (&Side, &Side)| {
+                    let Some((circle, turn)) = side.arc else { return false };
+                    let ([ax, ay], [bx, by]) = (side.from, next.from);
+                    let cross = (bx - ax) * (point[1] - ay) - (by - ay) * (point[0] - ax);
+                    within(&circle) && cross * turn < 0.0
+                };
+                let segments = path.iter().zip(path.iter().cycle().skip(1)).filter(|s| beside(*s)).count();
+                outline::contains(&corners, point) != (segments % 2 == 1)
+            }
         };
         inside && !self.hole.as_ref().is_some_and(within)
     }
 }
 
 /// Points between which an outline lies.
-fn reaches(outline: &Outline) -> impl Iterator<Item = [f64; 2]> + '_ {
-    let (corners, circle) = match outline {
-        Outline::Polygon(corners) => (&corners[..], None),
-        Outline::Circle(circle) => (&[][..], Some(circle)),
-    };
+fn reaches(outline: &Outline) -> Vec<[f64; 2]> {
     let ends =
         |c: &Circle| [[-1.0; 2], [1.0; 2]].map(|side| [0, 1].map(|k| c.center[k] + side[k] * c.radius));
-    corners.iter().copied().chain(circle.into_iter().flat_map(ends))
+    match outline {
+        Outline::Polygon(corners) => corners.clone(),
+        Outline::Circle(circle) => ends(circle).to_vec(),
+        Outline::Path(path) => path.iter().flat_map(Side::points).collect(),
+    }
+}
+
+/// The sides of an outline of which some corners stand for arcs.
+fn path(outline: &[[f64; 2]], arcs: &[Arc]) -> Vec<Side> {
+    let n = outline.len();
+    let mut sides = Vec::new();
+    let mut k = 0;
+    while k < n {
+        let from = outline[k];
+        let arc = arcs.iter().find(|arc| arc.sides.start == k && !arc.sides.is_empty());
+        k = arc.map_or(k + 1, |arc| arc.sides.end);
+        let arc = arc.map(|arc| {
+            let circle = Circle { center: arc.center, radius: arc.radius };
+            let turns = arc.sides.clone().map(|side| circle.turn(outline[side], outline[(side + 1) % n]));
+            (circle, turns.sum())
+        });
+        sides.push(Side { from, arc });
+    }
+    sides
 }
 
 /// A point well inside a triangle, as it is bent.
@@ -464,7 +514,6 @@ fn marks(coarse: &Coarse, of_triangle: &[u32], columns: &[Column], frame: [[f64;
     }
     // Boundaries at each point, by their directions.
     let mut at_point: Vec<Vec<([f64; 2], [u32; 2])>> = vec![Vec::new(); mesh.points.len()];
-    let mut on_arc = vec![0; mesh.points.len()];
     let mut edges = std::collections::HashSet::new();
     for (side, of) in &beside {
         let &[one, other] = &of[..] else { continue };
@@ -476,23 +525,21 @@ fn marks(coarse: &Coarse, of_triangle: &[u32], columns: &[Column], frame: [[f64;
         let length = along[0].hypot(along[1]);
         let along = along.map(|x| x / length);
         let pair = [one.min(other), one.max(other)];
-        if coarse.arcs.contains_key(side) {
-            side.iter().for_each(|p| on_arc[*p as usize] += 1);
-        }
-        at_point[side[0] as usize].push((along, pair));
-        at_point[side[1] as usize].push((along.map(|x| -x), pair));
+        let arc = coarse.arcs.get(side);
+        // An arc begins and ends along its tangents.
+        let [begins, ends] = [(p, along), (q, along.map(|x| -x))]
+            .map(|(end, along)| arc.map_or(along, |circle| circle.tangent(end, along)));
+        at_point[side[0] as usize].push((begins, pair));
+        at_point[side[1] as usize].push((ends, pair));
         if ends_between(&columns[one as usize], &columns[other as usize]) {
             edges.insert(*side);
         }
     }
     let corners = at_point
         .iter()
-        .zip(mesh.points.iter().zip(&on_arc))
-        .map(|(boundaries, (point, arcs))| match &boundaries[..] {
+        .zip(&mesh.points)
+        .map(|(boundaries, point)| match &boundaries[..] {
             [] => false,
-            // On from one arc to the next of the same circle.
-            [(_, x), (_, y)] if *arcs == 2 => x != y,
-            [_] if *arcs == 1 => false,
             [(a, x), (b, y)] => {
                 let metal = columns[x[0] as usize].held != columns[x[1] as usize].held;
                 let least = SMOOTH[usize::from(!metal)].to_radians().cos();

@@ -126,7 +126,13 @@ fn a_floating_ball_has_the_potential_that_its_whole_charge_makes() {
 fn half_an_l_and_a_scene_without_a_plane_agree_with_the_whole() {
     let outline = [[0.0, 0.0], [0.6, 0.0], [0.6, 0.2], [0.2, 0.2], [0.2, 0.6], [0.0, 0.6]];
     let outline: Vec<[f64; 2]> = outline.iter().map(|p| p.map(|x| x - 0.3)).collect();
-    let pad = |from: f64| Shape::Extrusion { axis: 1, from, to: from + 0.2, outline: outline.clone() };
+    let pad = |from: f64| Shape::Extrusion {
+        axis: 1,
+        from,
+        to: from + 0.2,
+        outline: outline.clone(),
+        arcs: Vec::new(),
+    };
     let one = Shape::Sphere { center: [0.2, 0.0, 0.2], radius: 0.2 };
     compared(&scene(vec![(pad(-0.1), None), (one.clone(), None)], Wall::Grounded), 1, 0.4, 3e-2).unwrap();
     // Higher up there is no plane: both are the whole.

@@ -42,8 +42,13 @@ fn two_balls_have_the_planes_that_hold_both_middles_and_equal_ones_a_plane_betwe
 
 #[test]
 fn bodies_change_places_whatever_their_shape_but_not_with_one_of_another_kind() {
-    let pad =
-        |outline: &[[f64; 2]]| Shape::Extrusion { axis: 1, from: 0.0, to: 1.0, outline: outline.to_vec() };
+    let pad = |outline: &[[f64; 2]]| Shape::Extrusion {
+        axis: 1,
+        from: 0.0,
+        to: 1.0,
+        outline: outline.to_vec(),
+        arcs: Vec::new(),
+    };
     let at = |x: f64| Box3 { min: [x - 0.5, 0.0, 0.0], max: [x + 0.5, 1.0, 3.0] };
     let rod = |x: f64| Shape::Cylinder { axis: 1, base: [x, 0.0, 0.0], radius: 0.5, height: 2.0 };
     let cube = |x: f64| Shape::Surface(cube([x, 0.0, 0.0], 0.5));
@@ -114,8 +119,13 @@ fn parts_of_a_body_have_images_among_the_parts_of_one_other_body() {
 
 #[test]
 fn an_l_has_a_plane_across_its_axis_and_a_t_one_more() {
-    let pad =
-        |axis, outline: &[[f64; 2]]| Shape::Extrusion { axis, from: 1.0, to: 2.0, outline: outline.to_vec() };
+    let pad = |axis, outline: &[[f64; 2]]| Shape::Extrusion {
+        axis,
+        from: 1.0,
+        to: 2.0,
+        outline: outline.to_vec(),
+        arcs: Vec::new(),
+    };
     let l = [[0.0, 0.0], [3.0, 0.0], [3.0, 1.0], [1.0, 1.0], [1.0, 3.0], [0.0, 3.0]];
     let t = [[0.0, 0.0], [3.0, 0.0], [3.0, 1.0], [2.0, 1.0], [2.0, 3.0], [1.0, 3.0], [1.0, 1.0], [0.0, 1.0]];
     let halfway = Some(1.5);

@@ -117,7 +117,8 @@ fn a_right_angled_outline_is_cut_into_boxes_whichever_way_round_it_is() {
             if reversed {
                 outline.reverse();
             }
-            let boxes = found(&Shape::Extrusion { axis, from: 0.5, to: 0.25, outline }).unwrap();
+            let boxes =
+                found(&Shape::Extrusion { axis, from: 0.5, to: 0.25, outline, arcs: Vec::new() }).unwrap();
             assert_eq!((boxes.len(), volume(&boxes)), (2, 1.0));
             assert!(boxes.iter().all(|b| (b.min[axis], b.max[axis]) == (0.25, 0.5)));
         }
@@ -127,11 +128,14 @@ fn a_right_angled_outline_is_cut_into_boxes_whichever_way_round_it_is() {
 #[test]
 fn an_outline_without_thickness_is_sheets_and_one_with_a_slope_is_nothing() {
     let outline = vec![[0.0, 0.0], [3.0, 0.0], [3.0, 1.0], [0.0, 1.0]];
-    let sheet = Shape::Extrusion { axis: 1, from: 2.0, to: 2.0, outline: outline.clone() };
+    let sheet = Shape::Extrusion { axis: 1, from: 2.0, to: 2.0, outline: outline.clone(), arcs: Vec::new() };
     assert_eq!(found(&sheet), Some(vec![Box3 { min: [0.0, 2.0, 0.0], max: [3.0, 2.0, 1.0] }]));
     let mut sloping = outline;
     sloping[0][1] = -1e-9;
-    assert_eq!(found(&Shape::Extrusion { axis: 1, from: 0.0, to: 1.0, outline: sloping }), None);
+    assert_eq!(
+        found(&Shape::Extrusion { axis: 1, from: 0.0, to: 1.0, outline: sloping, arcs: Vec::new() }),
+        None
+    );
 }
 
 #[test]

@@ -1,7 +1,7 @@
 //! Sides of outlines and circles, divided where they cross.
 
 use super::coarse::Outline;
-use std::f64::consts::TAU;
+use std::f64::consts::{PI, TAU};
 
 /// A circle.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -22,6 +22,25 @@ impl Circle {
 
     pub(super) fn angle(&self, p: [f64; 2]) -> f64 {
         (p[1] - self.center[1]).atan2(p[0] - self.center[0])
+    }
+
+    /// The points at which an arc begins and ends, with their angles, if it begins at a point and turns by an angle.
+    fn arc_from(&self, from: [f64; 2], to: [f64; 2], turn: f64) -> Span {
+        let (begin, end) = if turn > 0.0 { (from, to) } else { (to, from) };
+        Span { begin: self.angle(begin).rem_euclid(TAU), turn: turn.abs(), ends: Some([begin, end]) }
+    }
+
+    /// The angle, less than half a turn, by which the circle turns from a point to another; positive anticlockwise.
+    pub fn turn(&self, from: [f64; 2], to: [f64; 2]) -> f64 {
+        let turn = (self.angle(to) - self.angle(from)).rem_euclid(TAU);
+        if turn > PI { turn - TAU } else { turn }
+    }
+
+    /// The direction of the circle at a point of it, of length one, to the side of another direction.
+    pub fn tangent(&self, at: [f64; 2], towards: [f64; 2]) -> [f64; 2] {
+        let [x, y] = [0, 1].map(|k| (at[k] - self.center[k]) / self.radius);
+        let sign = if x * towards[1] - y * towards[0] < 0.0 { -1.0 } else { 1.0 };
+        [-sign * y, sign * x]
     }
 
     /// The middle of the shorter arc between two points.
@@ -60,6 +79,48 @@ pub(super) const TOUCH: f64 = 1e-6;
 /// The ends of a straight line.
 pub(super) type Segment = [[f64; 2]; 2];
 
+/// A side of an outline, from a corner to the next.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Side {
+    /// The corner in which it begins.
+    pub from: [f64; 2],
+    /// The circle of which it is an arc, and the angle by which that turns, positive anticlockwise; `None` for a straight side.
+    pub arc: Option<(Circle, f64)>,
+}
+
+impl Side {
+    /// Points along it, close enough together to say how far it reaches.
+    pub fn points(&self) -> Vec<[f64; 2]> {
+        const POINTS: usize = 32;
+        let Some((circle, turn)) = self.arc else { return vec![self.from] };
+        let begin = circle.angle(self.from);
+        let along = |k: usize| circle.at(begin + turn * k as f64 / POINTS as f64);
+        std::iter::once(self.from).chain((1..POINTS).map(along)).collect()
+    }
+}
+
+/// A part of a circle, anticlockwise.
+#[derive(Debug, Clone, Copy)]
+struct Span {
+    /// From 0 to a whole turn.
+    begin: f64,
+    turn: f64,
+    /// Where it begins and ends, unless it is the whole circle.
+    ends: Option<[[f64; 2]; 2]>,
+}
+
+/// Angles beyond the ends of an arc that count as its own.
+const BEYOND: f64 = 1e-6;
+
+impl Span {
+    const WHOLE: Self = Self { begin: 0.0, turn: TAU, ends: None };
+
+    fn holds(&self, angle: f64) -> bool {
+        let along = (angle - self.begin).rem_euclid(TAU);
+        along <= self.turn + BEYOND || along >= TAU - BEYOND
+    }
+}
+
 /// A circle and the points on it between which it is divided, by their angles from 0 to a whole turn, ascending.
 #[derive(Debug)]
 pub(super) struct DividedCircle {
@@ -67,6 +128,8 @@ pub(super) struct DividedCircle {
     pub points: Vec<(f64, [f64; 2])>,
     /// The sum of the angles of the arcs in the frame.
     pub within: f64,
+    /// The parts of it that outlines follow.
+    spans: Vec<Span>,
 }
 
 impl DividedCircle {
@@ -81,18 +144,50 @@ impl DividedCircle {
             }
         }
     }
+
+    /// Follows a part of it.
+    fn follow(&mut self, span: Span) {
+        for place in span.ends.into_iter().flatten() {
+            let angle = self.circle.angle(place).rem_euclid(TAU);
+            if !self.points.iter().any(|(other, _)| apart(angle, *other) < SAME) {
+                self.points.push((angle, place));
+            }
+        }
+        self.spans.push(span);
+    }
+
+    /// Whether an outline follows it at an angle.
+    fn is_followed(&self, angle: f64) -> bool {
+        self.spans.iter().any(|span| span.holds(angle))
+    }
+
+    /// Whether an outline follows it between two angles, less than a whole turn apart, or by the shorter way.
+    pub(super) fn is_followed_between(&self, from: f64, to: f64) -> bool {
+        let turn = (to - from).rem_euclid(TAU);
+        self.is_followed(from + 0.5 * turn)
+    }
+
+    /// An end of an arc at about this place.
+    fn end_near(&self, place: [f64; 2], distance: f64) -> Option<[f64; 2]> {
+        let ends = self.spans.iter().filter_map(|span| span.ends).flatten();
+        ends.into_iter().find(|end| (end[0] - place[0]).hypot(end[1] - place[1]) <= distance)
+    }
 }
 
-/// Where two circles cross; `None` if they touch, or nearly so.
-fn crossings_of(one: &Circle, other: &Circle) -> Option<Vec<[f64; 2]>> {
+/// Where two circles cross, and whether they touch there, or nearly so.
+fn crossings_of(one: &Circle, other: &Circle) -> (Vec<[f64; 2]>, bool) {
     let along = [0, 1].map(|k| other.center[k] - one.center[k]);
     let distance = along[0].hypot(along[1]);
     let (sum, difference) = (one.radius + other.radius, (one.radius - other.radius).abs());
     if distance > sum * (1.0 + TOUCH) || distance < difference - sum * TOUCH || distance == 0.0 {
-        return Some(Vec::new());
+        return (Vec::new(), false);
     }
     if distance > sum * (1.0 - TOUCH) || distance < difference + sum * TOUCH {
-        return None;
+        // The smaller of two, one in the other, is touched on the side away from the larger one's middle.
+        let outside =
+            if distance > difference + sum * TOUCH || one.radius > other.radius { 1.0 } else { -1.0 };
+        let touching = [0, 1].map(|k| one.center[k] + outside * one.radius * along[k] / distance);
+        return (vec![touching], true);
     }
     let to_chord = 0.5 * (distance + (one.radius - other.radius) * sum / distance);
     let half = ((one.radius - to_chord) * (one.radius + to_chord)).sqrt();
@@ -100,7 +195,7 @@ fn crossings_of(one: &Circle, other: &Circle) -> Option<Vec<[f64; 2]>> {
     let place = |side: f64| {
         [one.center[0] + to_chord * x - side * half * y, one.center[1] + to_chord * y + side * half * x]
     };
-    Some(vec![place(1.0), place(-1.0)])
+    (vec![place(1.0), place(-1.0)], false)
 }
 
 /// The circles, and all sides of outlines and chords of circles in the frame, divided where they cross. `None` where circles touch, or
@@ -111,33 +206,32 @@ pub(super) fn divided(
     frame: [[f64; 2]; 2],
     arcs: usize,
 ) -> Option<(Vec<DividedCircle>, Vec<Segment>)> {
-    let mut circles: Vec<DividedCircle> = Vec::new();
     let mut sides: Vec<Segment> = Vec::new();
-    let polygons = outlines.iter().filter_map(|outline| match outline {
-        Outline::Polygon(corners) => Some(&corners[..]),
-        Outline::Circle(_) => None,
-    });
-    for outline in std::iter::once(whole).chain(polygons) {
-        for (a, b) in outline.iter().zip(outline.iter().cycle().skip(1)) {
-            // From the same end whichever outline it is a side of: rounding would tell the points of neighbours apart.
-            let (a, b) = if a <= b { (a, b) } else { (b, a) };
-            sides.extend(clipped([*a, *b], frame));
-        }
-    }
-    for outline in outlines {
-        if let Outline::Circle(circle) = outline
-            && !circles.iter().any(|known| known.circle == *circle)
-        {
-            let mut points = Vec::new();
-            for other in &mut circles {
-                for place in crossings_of(&other.circle, circle)? {
-                    let shared = other.meet(other.circle.angle(place).rem_euclid(TAU));
-                    points.push((circle.angle(shared).rem_euclid(TAU), shared));
+    let mut straight = |a: [f64; 2], b: [f64; 2]| {
+        // From the same end whichever outline it is a side of: rounding would tell the points of neighbours apart.
+        sides.extend(clipped(if a <= b { [a, b] } else { [b, a] }, frame));
+    };
+    let mut followed: Vec<(Circle, Span)> = Vec::new();
+    let whole = Outline::Polygon(whole.to_vec());
+    for outline in std::iter::once(&whole).chain(outlines) {
+        match outline {
+            Outline::Polygon(corners) => {
+                corners.iter().zip(corners.iter().cycle().skip(1)).for_each(|(a, b)| straight(*a, *b));
+            }
+            Outline::Circle(circle) => followed.push((*circle, Span::WHOLE)),
+            Outline::Path(path) => {
+                for (side, next) in path.iter().zip(path.iter().cycle().skip(1)) {
+                    match side.arc {
+                        None => straight(side.from, next.from),
+                        Some((circle, turn)) => {
+                            followed.push((circle, circle.arc_from(side.from, next.from, turn)));
+                        }
+                    }
                 }
             }
-            circles.push(DividedCircle { circle: *circle, points, within: 0.0 });
         }
     }
+    let mut circles = circles_of(followed)?;
     let mut cuts: Vec<Vec<(f64, [f64; 2])>> = vec![Vec::new(); sides.len()];
     for divided in &mut circles {
         let circle = divided.circle;
@@ -145,12 +239,20 @@ pub(super) fn divided(
             let [a, b] = *side;
             let length = (b[0] - a[0]).hypot(b[1] - a[1]);
             for t in circle.crossings(*side) {
+                let place = [0, 1].map(|k| a[k] + t * (b[k] - a[k]));
+                // Where an arc goes over into a straight side without a corner, rounding finds a crossing anywhere nearby.
+                let goes_over = |end: &[f64; 2]| *end == a || *end == b;
+                if divided.end_near(place, NEARBY * circle.radius).is_some_and(|end| goes_over(&end))
+                    || !divided.is_followed(circle.angle(place))
+                {
+                    continue;
+                }
                 let nearest = if t * length < SAME * circle.radius {
                     a
                 } else if (1.0 - t) * length < SAME * circle.radius {
                     b
                 } else {
-                    [0, 1].map(|k| a[k] + t * (b[k] - a[k]))
+                    place
                 };
                 cuts.push((t, divided.meet(circle.angle(nearest).rem_euclid(TAU))));
             }
@@ -159,8 +261,20 @@ pub(super) fn divided(
         let step = TAU / arcs as f64;
         let usual = (0..arcs).map(|k| k as f64 * step);
         let is_far = |a: &f64| divided.points.iter().all(|(met, _)| apart(*a, *met) > 0.25 * step);
-        let usual: Vec<(f64, [f64; 2])> = usual.filter(is_far).map(|a| (a, circle.at(a))).collect();
-        divided.points.extend(usual);
+        let is_wanted = |a: &f64| is_far(a) && divided.is_followed(*a);
+        let mut usual: Vec<f64> = usual.filter(is_wanted).collect();
+        // An arc is told from its chord by a point between its ends.
+        for span in divided.spans.iter().filter(|span| span.ends.is_some()) {
+            let is_inside = |a: f64| {
+                let along = (a - span.begin).rem_euclid(TAU);
+                along > SAME && along < span.turn - SAME
+            };
+            let known = divided.points.iter().map(|(a, _)| *a).chain(usual.iter().copied());
+            if !known.into_iter().any(is_inside) {
+                usual.push((span.begin + 0.5 * span.turn).rem_euclid(TAU));
+            }
+        }
+        divided.points.extend(usual.into_iter().map(|a| (a, circle.at(a))));
         divided.points.sort_by(|a, b| a.0.total_cmp(&b.0));
     }
     let mut pieces = Vec::new();
@@ -175,14 +289,19 @@ pub(super) fn divided(
         }
     }
     let inside = |p: [f64; 2]| (0..2).all(|k| frame[0][k] <= p[k] && p[k] <= frame[1][k]);
-    for DividedCircle { circle, points, within } in &mut circles {
+    for divided in &mut circles {
+        let (circle, points) = (divided.circle, &divided.points);
+        let mut within = 0.0;
         for (k, (from, place)) in points.iter().enumerate() {
             let (to, next) = points[(k + 1) % points.len()];
+            if !divided.is_followed_between(*from, to) {
+                continue;
+            }
             let chord = [*place, next];
             match chord.map(inside) {
                 [true, true] => {
                     pieces.push(chord);
-                    *within += apart(*from, to);
+                    within += apart(*from, to);
                 }
                 [false, false] => {}
                 // A crossing with the frame is a point of the circle, up to rounding.
@@ -191,13 +310,62 @@ pub(super) fn divided(
                     let moved = (0..2).map(|e| (ends[e][0] - chord[e][0]).hypot(ends[e][1] - chord[e][1]));
                     if ends[0] != ends[1] && moved.fold(0.0, f64::max) <= SAME * circle.radius {
                         pieces.push(ends);
-                        *within += apart(*from, to);
+                        within += apart(*from, to);
                     }
                 }
             }
         }
+        divided.within = within;
     }
     Some((circles, pieces))
+}
+
+/// Distance from the end of an arc, over its radius, within which a straight side that goes on from there does not cross it again.
+const NEARBY: f64 = 1e-4;
+
+/// The circles of which some parts are followed, with the points where these cross. `None` if they touch, other than where one goes over
+/// into the other.
+fn circles_of(followed: Vec<(Circle, Span)>) -> Option<Vec<DividedCircle>> {
+    let mut circles: Vec<DividedCircle> = Vec::new();
+    for (circle, span) in followed {
+        let is_same = |other: &Circle| {
+            let differ = (0..2).map(|k| (circle.center[k] - other.center[k]).abs());
+            let most = differ.fold((circle.radius - other.radius).abs(), f64::max);
+            most <= 1e-2 * SAME * circle.radius
+        };
+        let known = circles.iter().position(|known| is_same(&known.circle));
+        let at = known.unwrap_or(circles.len());
+        if known.is_none() {
+            circles.push(DividedCircle { circle, points: Vec::new(), within: 0.0, spans: Vec::new() });
+        }
+        circles[at].follow(span);
+    }
+    for k in 1..circles.len() {
+        let (before, from_here) = circles.split_at_mut(k);
+        let own = &mut from_here[0];
+        for other in before {
+            let (places, touch) = crossings_of(&other.circle, &own.circle);
+            for place in places {
+                let near = NEARBY * own.circle.radius.min(other.circle.radius);
+                let joins =
+                    own.end_near(place, near).is_some_and(|end| other.end_near(place, near) == Some(end));
+                let meets =
+                    own.is_followed(own.circle.angle(place)) && other.is_followed(other.circle.angle(place));
+                if joins || !meets {
+                    continue;
+                }
+                if touch {
+                    return None;
+                }
+                let shared = other.meet(other.circle.angle(place).rem_euclid(TAU));
+                let angle = own.circle.angle(shared).rem_euclid(TAU);
+                if !own.points.iter().any(|(known, _)| apart(angle, *known) < SAME) {
+                    own.points.push((angle, shared));
+                }
+            }
+        }
+    }
+    Some(circles)
 }
 
 /// The angle between two directions, by the shorter way.

@@ -1,10 +1,10 @@
 //! The coarse triangulation that follows outlines.
 
-use super::circles::{Circle, DividedCircle, SAME, TOUCH, apart, divided};
+use super::circles::{Circle, DividedCircle, SAME, Side, TOUCH, apart, divided};
 use super::key;
 use spade::{AngleLimit, ConstrainedDelaunayTriangulation, Point2, RefinementParameters, Triangulation};
 use std::collections::HashMap;
-use std::f64::consts::TAU;
+use std::f64::consts::{PI, TAU};
 
 /// Triangles of the coarse triangulation with an angle below this, in degrees, are refined; angles of the outlines stay. With 20
 /// degrees the error of one scene was at times five times that of another which differed by a few per cent; with 30 meshes are
@@ -33,6 +33,8 @@ pub enum Outline {
     Polygon(Vec<[f64; 2]>),
     /// A circle.
     Circle(Circle),
+    /// Straight sides and arcs, one after the other.
+    Path(Vec<Side>),
 }
 
 /// A mesh of the plane: points, and triangles by the numbers of their corners.
@@ -125,7 +127,8 @@ impl Coarse {
         let before: Vec<f64> =
             self.mesh.triangles.iter().map(|t| signed_area(&self.mesh.points, t)).collect();
         let mut on: Vec<Vec<usize>> = vec![Vec::new(); self.mesh.points.len()];
-        for (c, DividedCircle { circle, points, .. }) in circles.iter().enumerate() {
+        for (c, divided) in circles.iter().enumerate() {
+            let DividedCircle { circle, points, .. } = divided;
             for (p, point) in self.mesh.points.iter_mut().enumerate() {
                 let [x, y] = [0, 1].map(|k| point[k] - circle.center[k]);
                 let distance = x.hypot(y);
@@ -135,12 +138,14 @@ impl Coarse {
                 // On the chord between the two points of the circle on either side?
                 let angle = circle.angle(*point).rem_euclid(TAU);
                 let next = points.partition_point(|(a, _)| *a <= angle);
-                let [a, b] = [next + points.len() - 1, next].map(|around| points[around % points.len()].1);
+                let [(from, a), (to, b)] =
+                    [next + points.len() - 1, next].map(|around| points[around % points.len()]);
+                let is_arc = divided.is_followed_between(from, to);
                 let cross = (b[0] - a[0]) * (point[1] - a[1]) - (b[1] - a[1]) * (point[0] - a[0]);
                 let near = |q: [f64; 2]| (q[0] - point[0]).hypot(q[1] - point[1]) <= SAME * circle.radius;
                 if near(a) || near(b) {
                     on[p].push(c);
-                } else if cross.abs() <= SAME * circle.radius * (b[0] - a[0]).hypot(b[1] - a[1]) {
+                } else if is_arc && cross.abs() <= SAME * circle.radius * (b[0] - a[0]).hypot(b[1] - a[1]) {
                     *point = [0, 1].map(|k| circle.center[k] + circle.radius * [x, y][k] / distance);
                     on[p].push(c);
                 }
@@ -149,7 +154,8 @@ impl Coarse {
         let mut found = vec![0.0; circles.len()];
         for [a, b] in sides {
             for &c in on[a as usize].iter().filter(|c| on[b as usize].contains(c)) {
-                let DividedCircle { circle, points, .. } = &circles[c];
+                let divided = &circles[c];
+                let DividedCircle { circle, points, .. } = divided;
                 // A side of another outline may be a longer chord.
                 let [from, to] = [a, b].map(|p| circle.angle(self.mesh.points[p as usize]));
                 let turn = apart(from, to);
@@ -159,7 +165,13 @@ impl Coarse {
                         own > SAME && own < turn - SAME
                     })
                 });
-                if between.next().is_none() && turn < 1.0 {
+                let ahead = (to - from).rem_euclid(TAU) < PI;
+                let is_arc = if ahead {
+                    divided.is_followed_between(from, to)
+                } else {
+                    divided.is_followed_between(to, from)
+                };
+                if between.next().is_none() && turn < 1.0 && is_arc {
                     found[c] += turn;
                     if self.arcs.insert(key(a, b), *circle).is_some() {
                         return None;

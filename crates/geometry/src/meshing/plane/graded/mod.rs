@@ -7,7 +7,7 @@
 mod circles;
 mod coarse;
 
-pub use circles::Circle;
+pub use circles::{Circle, Side};
 pub use coarse::{Coarse, Outline, Triangles, coarse};
 
 use std::collections::{HashMap, HashSet};
@@ -467,6 +467,47 @@ mod tests {
             };
             assert!(!coarse.mesh.triangles.iter().any(crosses));
         }
+    }
+
+    #[test]
+    fn arcs_that_go_over_into_straight_sides_or_into_one_another_are_followed() {
+        let arc = |from: [f64; 2], center: [f64; 2], radius: f64, turn: f64| Side {
+            from,
+            arc: Some((Circle { center, radius }, turn)),
+        };
+        let straight = |from: [f64; 2]| Side { from, arc: None };
+        let stadium = vec![
+            straight([-1.0, 0.0]),
+            arc([1.0, 0.0], [1.0, 1.0], 1.0, 0.5 * TAU),
+            straight([1.0, 2.0]),
+            arc([-1.0, 2.0], [-1.0, 1.0], 1.0, 0.5 * TAU),
+        ];
+        let drop = vec![
+            arc([0.0, 0.0], [0.0, 1.0], 1.0, 0.25 * TAU),
+            arc([1.0, 1.0], [2.0, 1.0], 1.0, -0.25 * TAU),
+            straight([2.0, 2.0]),
+            straight([0.0, 2.0]),
+        ];
+        // Twice, as the outlines of an electrode and of what it lies on.
+        let both = [Outline::Path(stadium.clone()), Outline::Path(stadium.clone())];
+        for (outlines, turn) in [(&both[..1], 1.0), (&both, 1.0), (&[Outline::Path(drop)][..], 0.5)] {
+            let coarse = coarse(outlines, FRAME).unwrap();
+            assert!(is_conforming(&coarse.mesh));
+            let turned = coarse.arcs.iter().map(|([p, q], circle)| {
+                let [p, q] = [p, q].map(|p| coarse.mesh.points[*p as usize]);
+                circle.turn(p, q).abs()
+            });
+            let turned: f64 = turned.sum();
+            assert!((turned - turn * TAU).abs() < 1e-9, "{turned}");
+        }
+        // An arc that touches a circle elsewhere than at its own ends has no mesh.
+        let touching = Outline::Circle(Circle { center: [2.5, 1.0], radius: 0.5 });
+        assert!(coarse(&[both[0].clone(), touching], FRAME).is_none());
+        let apart = Outline::Circle(Circle { center: [0.0, 1.0], radius: 0.5 });
+        assert!(
+            coarse(&[both[0].clone(), apart], FRAME).is_some(),
+            "it touches the circle, but no arc of it"
+        );
     }
 
     #[test]

@@ -96,6 +96,7 @@ pub(super) fn faceted(shape: &Shape, sizing: &Sizing) -> Vec<Shape> {
         from: base[axis],
         to: base[axis] + height,
         outline,
+        arcs: Vec::new(),
     };
     match shape {
         Shape::Sphere { center, radius } | Shape::Shell { center, radius } => {

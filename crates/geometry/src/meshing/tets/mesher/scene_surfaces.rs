@@ -170,7 +170,7 @@ fn add_part(
     let ball = out.parts[part.number as usize].ball;
     for piece in faceted(part.shape, sizing) {
         let surface = match piece {
-            Shape::Extrusion { axis, from, to, outline } => {
+            Shape::Extrusion { axis, from, to, outline, .. } => {
                 BodySurface::prism(axis, [from, to], &outline, part.conductor)
             }
             Shape::Surface(surface) => BodySurface::triangles(&surface, !ball),

@@ -68,7 +68,7 @@ fn open_faces_see_the_center(mesh: &TetMesh) {
 fn pattern() -> Scene {
     let um = |points: &[[f64; 2]]| points.iter().map(|p| p.map(|x| x * 1e-6)).collect::<Vec<_>>();
     let corners = [[0.0, 0.0], [300.0, 0.0], [300.0, 100.0], [100.0, 100.0], [100.0, 300.0], [0.0, 300.0]];
-    let pad = Shape::Extrusion { axis: 1, from: 0.0, to: 10e-6, outline: um(&corners) };
+    let pad = Shape::Extrusion { axis: 1, from: 0.0, to: 10e-6, outline: um(&corners), arcs: Vec::new() };
     let disc = Shape::Cylinder { axis: 1, base: [220e-6, 0.0, 220e-6], radius: 80e-6, height: 10e-6 };
     let slab = |from: f64, to: f64| cuboid([-FAR, from, -FAR], [FAR, to, FAR]);
     scene(vec![("pad", pad), ("disc", disc)], vec![(slab(-1e-3, 0.0), 4.5), (slab(0.0, 400e-6), 2.8)])
@@ -205,7 +205,8 @@ fn comb(fingers: usize, from: f64, to: f64, shift: f64) -> Vec<[f64; 2]> {
 
 #[test]
 fn combs_and_spirals_are_met_exactly() {
-    let pull = |outline: Vec<[f64; 2]>| Shape::Extrusion { axis: 2, from: 0.0, to: 0.1, outline };
+    let pull =
+        |outline: Vec<[f64; 2]>| Shape::Extrusion { axis: 2, from: 0.0, to: 0.1, outline, arcs: Vec::new() };
     let up = comb(20, 0.0, 40.0, 0.0);
     let down = comb(20, 44.0, 5.0, 2.0);
     let area = crate::meshing::plane::area(&up).abs();
@@ -244,7 +245,8 @@ fn combs_and_spirals_are_met_exactly() {
 #[test]
 fn nasty_outlines_are_meshed_or_named() {
     let flat = |outline: &[[f64; 2]]| {
-        let shape = Shape::Extrusion { axis: 2, from: 0.0, to: 0.0, outline: outline.to_vec() };
+        let shape =
+            Shape::Extrusion { axis: 2, from: 0.0, to: 0.0, outline: outline.to_vec(), arcs: Vec::new() };
         layered(&scene(vec![("odd", shape)], vec![]), &LayeredSizing::default()).unwrap()
     };
     let e = 1e-12;
@@ -360,7 +362,13 @@ fn random_polygons_give_a_conforming_mesh_or_an_error() {
             (0..corners).map(|_| [place(), place()]).collect()
         };
         let (a, b, c) = (outline(3), outline(3), outline(4));
-        let pull = |outline, from: f64| Shape::Extrusion { axis: 2, from, to: from + 0.5, outline };
+        let pull = |outline, from: f64| Shape::Extrusion {
+            axis: 2,
+            from,
+            to: from + 0.5,
+            outline,
+            arcs: Vec::new(),
+        };
         let both = scene(vec![("a", pull(a, 0.0)), ("b", pull(b, 1.0))], vec![(pull(c, 0.25), 2.0)]);
         if let Some(Ok(mesh)) = layered(&both, &LayeredSizing { growth: 1.5, ..LayeredSizing::default() }) {
             conforming(&mesh);

@@ -125,7 +125,7 @@ fn layers_of_balls_are_cut_by_three_planes() {
 #[test]
 fn an_l_over_a_board_is_cut_across_its_axis_only() {
     let outline = vec![[0.0, 0.0], [3.0, 0.0], [3.0, 1.0], [1.0, 1.0], [1.0, 3.0], [0.0, 3.0]];
-    let pad = Shape::Extrusion { axis: 1, from: 0.5, to: 1.5, outline };
+    let pad = Shape::Extrusion { axis: 1, from: 0.5, to: 1.5, outline, arcs: Vec::new() };
     let rod = Shape::Cylinder { axis: 0, base: [-1.0, 1.0, -3.0], radius: 0.5, height: 1.0 };
     let all = scene(Box3::SPACE, Wall::Open, vec![pad, rod]);
     compared(&all, 1, &Sizing::default());
@@ -149,7 +149,8 @@ fn an_outline_in_several_pieces_is_cut_where_it_crosses_the_wall() {
     ];
     for at in [1.0, 0.5, 0.75] {
         let mut domain = Box3 { min: [-2.0, -2.0, at], max: [7.0, 2.0, 4.0] };
-        let comb = Shape::Extrusion { axis: 1, from: -0.5, to: 0.5, outline: outline.clone() };
+        let comb =
+            Shape::Extrusion { axis: 1, from: -0.5, to: 0.5, outline: outline.clone(), arcs: Vec::new() };
         let mut all = scene(domain, Wall::Grounded, vec![comb]);
         all.walls[2][0] = Wall::Insulated;
         let out = mesh(&all, &Sizing::default()).unwrap().mesh;
@@ -190,7 +191,7 @@ fn scenes_in_layers_are_cut_by_their_planes() {
         }
     };
     let t = [[0.0, 0.0], [3.0, 0.0], [3.0, 1.0], [2.0, 1.0], [2.0, 3.0], [1.0, 3.0], [1.0, 1.0], [0.0, 1.0]];
-    let pad = Shape::Extrusion { axis: 1, from: 0.0, to: 0.1, outline: t.to_vec() };
+    let pad = Shape::Extrusion { axis: 1, from: 0.0, to: 0.1, outline: t.to_vec(), arcs: Vec::new() };
     let disc = Shape::Cylinder { axis: 1, base: [1.5, 0.0, 4.2], radius: 0.8, height: 0.1 };
     let mut all = scene(Box3::SPACE, Wall::Open, vec![pad.clone(), disc.clone()]);
     let mut board = Box3::SPACE;
@@ -202,7 +203,13 @@ fn scenes_in_layers_are_cut_by_their_planes() {
     compared_by(&all, 2, by_layers(30));
     let comb =
         [[0.0, 0.0], [6.0, 0.0], [6.0, 1.0], [1.0, 1.0], [1.0, 2.0], [6.0, 2.0], [6.0, 3.0], [0.0, 3.0]];
-    let comb = |from: f64| Shape::Extrusion { axis: 2, from, to: from + 0.2, outline: comb.to_vec() };
+    let comb = |from: f64| Shape::Extrusion {
+        axis: 2,
+        from,
+        to: from + 0.2,
+        outline: comb.to_vec(),
+        arcs: Vec::new(),
+    };
     let all = scene(Box3::SPACE, Wall::Open, vec![comb(0.0)]);
     compared_by(&all, 2, by_layers(32));
     let domain = Box3 { min: [3.0, -1.0, -1.0], max: [7.0, 4.0, 1.0] };

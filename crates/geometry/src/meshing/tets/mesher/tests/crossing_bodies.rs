@@ -166,7 +166,7 @@ fn a_face_may_lie_on_part_of_another() {
     let slab = Shape::Box(Box3 { min: [-1.0, -0.5, -1.0], max: [1.0, 0.0, 1.0] });
     let outline = vec![[0.3, 0.2], [1.7, 0.5], [1.1, 1.9]];
     let area = 0.5 * (1.4 * 1.7 - 0.3 * 0.8);
-    let wedge = Shape::Extrusion { axis: 1, from: 0.0, to: 0.4, outline };
+    let wedge = Shape::Extrusion { axis: 1, from: 0.0, to: 0.4, outline, arcs: Vec::new() };
     let disc = rod(1, [-0.9, 0.0, 0.2], 0.5, 0.3);
     let found = volumes(&between(3.0, vec![disc], vec![slab, wedge]), 0.3);
     near(&found[1..], &[2.0, 0.4 * area], 1e-9);

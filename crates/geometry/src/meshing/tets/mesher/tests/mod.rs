@@ -148,7 +148,7 @@ fn a_plate_and_a_disc_lie_on_the_board_they_share_a_plane_with() {
         Shape::Box(b)
     };
     let outline = vec![[0.0, 0.0], [3.0, 0.0], [3.0, 1.0], [1.0, 1.0], [1.0, 3.0], [0.0, 3.0]];
-    let pad = Shape::Extrusion { axis: 1, from: 0.0, to: 0.1, outline };
+    let pad = Shape::Extrusion { axis: 1, from: 0.0, to: 0.1, outline, arcs: Vec::new() };
     let disc = Shape::Cylinder { axis: 1, base: [2.2, 0.0, 2.2], radius: 0.8, height: 0.1 };
     let mut all = scene(Box3::SPACE, Wall::Open, vec![pad, disc]);
     for (name, from, to, eps) in [("board", -10.0, 0.0, 4.5), ("layer", 0.0, 4.0, 2.8)] {
@@ -242,6 +242,7 @@ fn bodies_go_through_the_planes_of_slabs() {
         from: -2.0,
         to: -2.0,
         outline: vec![[-0.5, -0.5], [0.7, -0.5], [0.7, 0.5], [-0.5, 0.5]],
+        arcs: Vec::new(),
     };
     let domain = Box3 { min: [-4.0; 3], max: [4.0; 3] };
     let mut scene = scene(domain, Wall::Insulated, vec![via, ball, sheet]);

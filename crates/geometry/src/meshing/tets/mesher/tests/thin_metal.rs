@@ -26,7 +26,7 @@ fn cross(thickness: f64) -> Shape {
     let arm = [[1.0, -0.3], [1.0, 0.3], [0.3, 0.3]];
     let turned = |[x, y]: [f64; 2], times: usize| (0..times).fold([x, y], |[x, y], _| [-y, x]);
     let outline = (0..4).flat_map(|times| arm.map(|p| turned(p, times))).collect();
-    Shape::Extrusion { axis: 1, from: 0.0, to: thickness, outline }
+    Shape::Extrusion { axis: 1, from: 0.0, to: thickness, outline, arcs: Vec::new() }
 }
 
 /// The largest angle of a triangle, degrees.

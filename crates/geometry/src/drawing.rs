@@ -1,0 +1,310 @@
+//! An outline drawn entry by entry: corners, arcs and rounded corners.
+
+use crate::shapes::Arc;
+use std::f64::consts::{PI, TAU};
+
+/// Sides that a whole circle is divided into, for what knows polygons only.
+const SIDES: f64 = 128.0;
+
+/// Points closer together than this share of the outline's extent are one.
+const SAME: f64 = 1e-12;
+
+/// One entry of an outline.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Entry {
+    /// A corner, joined to the entry before by a straight side.
+    Corner([f64; 2]),
+    /// An arc of a circle from the end of the entry before.
+    Arc {
+        /// A point that it passes through.
+        through: [f64; 2],
+        /// Where it ends.
+        to: [f64; 2],
+    },
+    /// A corner between two straight sides, rounded.
+    Rounded {
+        /// Where the sides would meet.
+        corner: [f64; 2],
+        /// Of the rounding, positive.
+        radius: f64,
+    },
+}
+
+/// What is wrong with an outline, with the number of the entry.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Flaw {
+    /// The three points of an arc lie on a line, or two of them are one.
+    Straight(usize),
+    /// A rounded corner beside an arc.
+    BesideArc(usize),
+    /// A rounding that the sides are too short for.
+    TooLarge(usize),
+    /// A rounded corner where the outline does not turn, or turns back.
+    NoCorner(usize),
+}
+
+/// An outline with its arcs divided into sides.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Drawn {
+    /// Corners, those on arcs among them.
+    pub outline: Vec<[f64; 2]>,
+    /// The parts of it that stand for arcs.
+    pub arcs: Vec<Arc>,
+    /// The entry that each corner comes from.
+    pub entries: Vec<usize>,
+}
+
+/// Draws an outline, which is closed by itself.
+///
+/// # Errors
+/// [`Flaw`]
+pub fn drawn(entries: &[Entry]) -> Result<Drawn, Flaw> {
+    let n = entries.len();
+    let place = |k: usize| match entries[k % n] {
+        Entry::Corner(place) | Entry::Arc { to: place, .. } | Entry::Rounded { corner: place, .. } => place,
+    };
+    let all = (0..n).map(place);
+    let extent = (0..2).map(|k| {
+        let x = all.clone().map(|p| p[k]);
+        x.clone().fold(f64::NEG_INFINITY, f64::max) - x.fold(f64::INFINITY, f64::min)
+    });
+    let near = SAME * extent.fold(0.0, f64::max);
+    // From an entry that begins where no arc ends.
+    let is_arc = |k: usize| matches!(entries[k % n], Entry::Arc { .. });
+    let is_rounded = |k: usize| matches!(entries[k % n], Entry::Rounded { .. });
+    let first = (0..n).find(|k| !is_arc(*k));
+    let mut out = Drawn::default();
+    if let (None, true) = (first, n > 0) {
+        out.push(place(n - 1), n - 1);
+    }
+    let first = first.unwrap_or(0);
+    for k in (first..first + n).map(|k| k % n) {
+        match entries[k] {
+            // The end of a rounding may be the next corner.
+            Entry::Corner(corner) if is_rounded(k + n - 1) && out.is_at(corner, near) => {}
+            Entry::Corner(corner) => out.push(corner, k),
+            Entry::Arc { through, to } => {
+                if is_rounded(k + n - 1) {
+                    return Err(Flaw::BesideArc((k + n - 1) % n));
+                }
+                let (center, radius) = circle(place(k + n - 1), through, to).ok_or(Flaw::Straight(k))?;
+                let [from, middle, end] =
+                    [place(k + n - 1), through, to].map(|p| (p[1] - center[1]).atan2(p[0] - center[0]));
+                let (by_middle, whole) = ((middle - from).rem_euclid(TAU), (end - from).rem_euclid(TAU));
+                let turn = if by_middle <= whole { whole } else { whole - TAU };
+                out.arc(center, radius, (place(k + n - 1), to), turn, k, near);
+            }
+            Entry::Rounded { corner, radius } => {
+                if is_arc(k + 1) {
+                    return Err(Flaw::BesideArc(k));
+                }
+                let ends = [k + n - 1, k + 1].map(place);
+                let [before, after] = ends.map(|end| [end[0] - corner[0], end[1] - corner[1]]);
+                let [long, other] = [before, after].map(|side| side[0].hypot(side[1]));
+                if long <= near || other <= near {
+                    return Err(Flaw::NoCorner(k));
+                }
+                let (u, v) = (before.map(|x| x / long), after.map(|x| x / other));
+                let (cosine, sine) = (u[0] * v[0] + u[1] * v[1], u[0] * v[1] - u[1] * v[0]);
+                // Of half the angle between the sides.
+                let tangent = sine.abs() / (1.0 + cosine);
+                if !(1e-9..1e9).contains(&tangent) {
+                    return Err(Flaw::NoCorner(k));
+                }
+                let cut = |entry: usize, half: f64| match entries[entry % n] {
+                    Entry::Rounded { radius, .. } => radius / half,
+                    Entry::Corner(_) | Entry::Arc { .. } => 0.0,
+                };
+                let own = radius / tangent;
+                let halves = [half_tangent(&place, k + n - 1, n), half_tangent(&place, k + 1, n)];
+                let room = [long - cut(k + n - 1, halves[0]), other - cut(k + 1, halves[1])];
+                if room.iter().any(|room| own > room + near) {
+                    return Err(Flaw::TooLarge(k));
+                }
+                let [begin, end] = [u, v].map(|side| [0, 1].map(|a| corner[a] + own * side[a]));
+                let sum = [u[0] + v[0], u[1] + v[1]];
+                let along = radius.hypot(own) / sum[0].hypot(sum[1]);
+                let center = [0, 1].map(|a| corner[a] + along * sum[a]);
+                let turn = (PI - sine.abs().atan2(cosine)) * if sine < 0.0 { 1.0 } else { -1.0 };
+                out.arc(center, radius, (begin, end), turn, k, near);
+            }
+        }
+    }
+    out.close(near);
+    Ok(out)
+}
+
+/// Of half the angle between the straight sides that meet in an entry; infinite where there is none.
+fn half_tangent(place: &impl Fn(usize) -> [f64; 2], k: usize, n: usize) -> f64 {
+    let corner = place(k % n);
+    let [u, v] = [k + n - 1, k + 1].map(|other| {
+        let end = place(other % n);
+        [end[0] - corner[0], end[1] - corner[1]]
+    });
+    let (dot, cross) = (u[0] * v[0] + u[1] * v[1], (u[0] * v[1] - u[1] * v[0]).abs());
+    let tangent = cross / (u[0].hypot(u[1]) * v[0].hypot(v[1]) + dot);
+    if tangent > 0.0 { tangent } else { f64::INFINITY }
+}
+
+impl Drawn {
+    fn push(&mut self, corner: [f64; 2], entry: usize) {
+        self.outline.push(corner);
+        self.entries.push(entry);
+    }
+
+    /// Whether the last corner is at a place.
+    fn is_at(&self, place: [f64; 2], near: f64) -> bool {
+        self.outline.last().is_some_and(|last| (last[0] - place[0]).hypot(last[1] - place[1]) <= near)
+    }
+
+    /// Adds the points of an arc that begins in the last corner, and ends in another.
+    fn arc(
+        &mut self,
+        center: [f64; 2],
+        radius: f64,
+        (from, to): ([f64; 2], [f64; 2]),
+        turn: f64,
+        entry: usize,
+        near: f64,
+    ) {
+        if !self.is_at(from, near) {
+            self.push(from, entry);
+        }
+        let begin = self.outline.len() - 1;
+        let sides = (turn.abs() / TAU * SIDES - 1e-9).ceil().max(2.0);
+        let angle = (from[1] - center[1]).atan2(from[0] - center[0]);
+        for k in 1..sides as usize {
+            let (sine, cosine) = (angle + turn * k as f64 / sides).sin_cos();
+            self.push([center[0] + radius * cosine, center[1] + radius * sine], entry);
+        }
+        self.push(to, entry);
+        self.arcs.push(Arc { center, radius, sides: begin..self.outline.len() - 1 });
+    }
+
+    /// Drops a last corner that is the first one again.
+    fn close(&mut self, near: f64) {
+        if let (Some(first), Some(last), false) =
+            (self.outline.first(), self.outline.last(), self.arcs.is_empty())
+            && self.outline.len() > 3
+            && (first[0] - last[0]).hypot(first[1] - last[1]) <= near
+        {
+            self.outline.pop();
+            self.entries.pop();
+        }
+    }
+}
+
+/// The circle through three points; `None` if they lie on a line, or nearly so.
+fn circle(a: [f64; 2], b: [f64; 2], c: [f64; 2]) -> Option<([f64; 2], f64)> {
+    let (u, v) = ([b[0] - a[0], b[1] - a[1]], [c[0] - a[0], c[1] - a[1]]);
+    let (uu, vv) = (u[0] * u[0] + u[1] * u[1], v[0] * v[0] + v[1] * v[1]);
+    let double = 2.0 * (u[0] * v[1] - u[1] * v[0]);
+    if double.abs() <= 1e-9 * uu.max(vv) {
+        return None;
+    }
+    let from_a = [(v[1] * uu - u[1] * vv) / double, (u[0] * vv - v[0] * uu) / double];
+    Some(([a[0] + from_a[0], a[1] + from_a[1]], from_a[0].hypot(from_a[1])))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn area(outline: &[[f64; 2]]) -> f64 {
+        let next = outline.iter().cycle().skip(1);
+        0.5 * outline.iter().zip(next).map(|(p, q)| p[0] * q[1] - p[1] * q[0]).sum::<f64>()
+    }
+
+    /// Exactly, from the corners between arcs and the segments beside these.
+    fn area_with_arcs(drawn: &Drawn) -> f64 {
+        let n = drawn.outline.len();
+        let beside = |arc: &Arc| {
+            let turns = arc.sides.clone().map(|k| {
+                let [p, q] = [drawn.outline[k], drawn.outline[(k + 1) % n]]
+                    .map(|p| (p[1] - arc.center[1]).atan2(p[0] - arc.center[0]));
+                (q - p + PI).rem_euclid(TAU) - PI
+            });
+            turns.map(|t| 0.5 * arc.radius * arc.radius * (t - t.sin())).sum::<f64>()
+        };
+        area(&drawn.outline) + drawn.arcs.iter().map(beside).sum::<f64>()
+    }
+
+    #[test]
+    fn a_square_with_rounded_corners_lacks_what_lies_outside_of_the_circles() {
+        let corners = [[0.0, 0.0], [4.0, 0.0], [4.0, 3.0], [0.0, 3.0]];
+        for reversed in [false, true] {
+            let mut entries: Vec<Entry> =
+                corners.iter().map(|corner| Entry::Rounded { corner: *corner, radius: 0.5 }).collect();
+            if reversed {
+                entries.reverse();
+            }
+            let found = drawn(&entries).unwrap();
+            assert_eq!(found.arcs.len(), 4);
+            let expected = 12.0 - (4.0 - PI) * 0.25;
+            assert!((area_with_arcs(&found).abs() - expected).abs() < 1e-12, "{}", area_with_arcs(&found));
+            assert!((area(&found.outline).abs() - expected).abs() < 1e-3);
+        }
+    }
+
+    #[test]
+    fn roundings_may_use_up_their_sides_but_no_more() {
+        let stadium = |radius: f64| {
+            let corner = |corner| Entry::Rounded { corner, radius };
+            drawn(&[corner([0.0, 0.0]), corner([5.0, 0.0]), corner([5.0, 2.0]), corner([0.0, 2.0])])
+        };
+        let found = stadium(1.0).unwrap();
+        assert!((area_with_arcs(&found) - (6.0 + PI)).abs() < 1e-12);
+        let twice = found.outline.iter().zip(found.outline.iter().cycle().skip(1)).any(|(p, q)| p == q);
+        assert!(!twice);
+        assert_eq!(stadium(1.01), Err(Flaw::TooLarge(0)));
+    }
+
+    #[test]
+    fn arcs_turn_either_way_and_may_close_the_outline() {
+        let half = |through: [f64; 2]| {
+            drawn(&[
+                Entry::Corner([1.0, 0.0]),
+                Entry::Corner([1.0, 2.0]),
+                Entry::Corner([-1.0, 2.0]),
+                Entry::Corner([-1.0, 0.0]),
+                Entry::Arc { through, to: [1.0, 0.0] },
+            ])
+            .unwrap()
+        };
+        assert!((area_with_arcs(&half([0.0, -1.0])) - (4.0 + PI / 2.0)).abs() < 1e-12);
+        assert!((area_with_arcs(&half([0.0, 1.0])) - (4.0 - PI / 2.0)).abs() < 1e-12);
+        let first_an_arc = drawn(&[
+            Entry::Arc { through: [0.0, -1.0], to: [1.0, 0.0] },
+            Entry::Corner([0.0, 3.0]),
+            Entry::Corner([-1.0, 0.0]),
+        ])
+        .unwrap();
+        assert!((area_with_arcs(&first_an_arc) - (3.0 + PI / 2.0)).abs() < 1e-12);
+        let round = drawn(&[
+            Entry::Arc { through: [0.0, -2.0], to: [2.0, 0.0] },
+            Entry::Arc { through: [0.0, 2.0], to: [-2.0, 0.0] },
+        ])
+        .unwrap();
+        assert!((area_with_arcs(&round) - 4.0 * PI).abs() < 1e-12);
+        assert_eq!(round.outline.len(), 128);
+    }
+
+    #[test]
+    fn what_is_no_arc_or_corner_is_told_by_its_entry() {
+        let line = [Entry::Corner([0.0, 0.0]), Entry::Arc { through: [1.0, 0.0], to: [2.0, 0.0] }];
+        assert_eq!(drawn(&line), Err(Flaw::Straight(1)));
+        let beside = [
+            Entry::Rounded { corner: [0.0, 0.0], radius: 0.1 },
+            Entry::Arc { through: [1.0, 1.0], to: [2.0, 0.0] },
+            Entry::Corner([1.0, 5.0]),
+        ];
+        assert_eq!(drawn(&beside), Err(Flaw::BesideArc(0)));
+        let straight = [
+            Entry::Corner([0.0, 0.0]),
+            Entry::Rounded { corner: [1.0, 0.0], radius: 0.1 },
+            Entry::Corner([2.0, 0.0]),
+            Entry::Corner([1.0, 2.0]),
+        ];
+        assert_eq!(drawn(&straight), Err(Flaw::NoCorner(1)));
+    }
+}
