@@ -1,4 +1,4 @@
-//! Bodies and the scene that they make up, its mirror planes and turns that give it more of them, boxes recognised in it, meshes of it, and the files that other programs read and write.
+//! Bodies, outlines drawn side by side, and the scene that they make up, its mirror planes and turns that give it more of them, boxes recognised in it, meshes of it, and the files that other programs read and write.
 
 pub mod drawing;
 pub mod export;

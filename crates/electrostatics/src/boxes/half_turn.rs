@@ -17,9 +17,10 @@ pub(crate) struct HalfTurn {
     across: [bool; 3],
 }
 
-/// A right-hand side that is the turned one of an earlier number, times a sign.
+/// A right-hand side that is an earlier one after a half turn, times a sign.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Image {
+    /// The number of the earlier one.
     pub of: usize,
     turn: HalfTurn,
     sign: f64,

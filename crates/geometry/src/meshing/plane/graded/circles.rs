@@ -1,4 +1,4 @@
-//! Sides of outlines and circles, divided where they cross.
+//! Sides of outlines, straight or round, divided where they cross.
 
 use super::coarse::Outline;
 use std::f64::consts::{PI, TAU};
@@ -24,8 +24,8 @@ impl Circle {
         (p[1] - self.center[1]).atan2(p[0] - self.center[0])
     }
 
-    /// The points at which an arc begins and ends, with their angles, if it begins at a point and turns by an angle.
-    fn arc_from(&self, from: [f64; 2], to: [f64; 2], turn: f64) -> Span {
+    /// The arc from a point to another that turns by an angle, positive anticlockwise.
+    fn arc(&self, from: [f64; 2], to: [f64; 2], turn: f64) -> Span {
         let (begin, end) = if turn > 0.0 { (from, to) } else { (to, from) };
         Span { begin: self.angle(begin).rem_euclid(TAU), turn: turn.abs(), ends: Some([begin, end]) }
     }
@@ -161,7 +161,7 @@ impl DividedCircle {
         self.spans.iter().any(|span| span.holds(angle))
     }
 
-    /// Whether an outline follows it between two angles, less than a whole turn apart, or by the shorter way.
+    /// Whether an outline follows it from an angle anticlockwise to another, between which it has no points.
     pub(super) fn is_followed_between(&self, from: f64, to: f64) -> bool {
         let turn = (to - from).rem_euclid(TAU);
         self.is_followed(from + 0.5 * turn)
@@ -224,7 +224,7 @@ pub(super) fn divided(
                     match side.arc {
                         None => straight(side.from, next.from),
                         Some((circle, turn)) => {
-                            followed.push((circle, circle.arc_from(side.from, next.from, turn)));
+                            followed.push((circle, circle.arc(side.from, next.from, turn)));
                         }
                     }
                 }
