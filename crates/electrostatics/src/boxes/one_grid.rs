@@ -26,9 +26,9 @@ use elastocap_linalg::dense::{self, Lu};
 use faer::Mat;
 use std::sync::atomic::Ordering;
 
-/// Without bounds, the estimated error over the missing energy that the surplus indicates, which is 0.8 to 1.6 times the true error
-/// on cubes and plates.
-const SURPLUS_FACTOR: f64 = 1.5;
+/// Without bounds, the estimated error over the missing energy that the surplus indicates, which is 0.6 to 1.6 times the true error
+/// on cubes, plates and pairs.
+const SURPLUS_FACTOR: f64 = 2.0;
 
 /// What [`Outcome::overstated`] may be.
 const MOST_UNDERSTATED: f64 = 0.5;
