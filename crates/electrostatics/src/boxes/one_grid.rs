@@ -28,7 +28,7 @@ use std::sync::atomic::Ordering;
 
 /// Without bounds, the estimated error over the missing energy that the surplus indicates, which is 0.6 to 1.6 times the true error
 /// on cubes, plates and pairs.
-const SURPLUS_FACTOR: f64 = 1.8;
+const SURPLUS_FACTOR: f64 = 1.75;
 
 /// What [`Outcome::overstated`] may be.
 const MOST_UNDERSTATED: f64 = 0.5;
