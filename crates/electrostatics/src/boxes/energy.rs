@@ -135,8 +135,7 @@ pub(crate) fn lower(
     }
 
     let n = potentials.len();
-    let left = fluxes.iter().map(|flux| flux.left).fold(0.0, f64::max);
-    let excess = dual.repair_excess() * (1.0 + LEFT_IN_ENERGY * left);
+    let excess = dual.repair_excess();
     let mut share_of_repair = 0.0_f64;
     let potentials: Vec<&[f64]> = potentials.iter().map(Vec::as_slice).collect();
     let phi: Vec<&[f64]> = fluxes.iter().map(|flux| flux.phi.as_slice()).collect();
@@ -166,10 +165,6 @@ pub(crate) fn lower(
     })
 }
 
-/// The residual that a repair leaves adds to its energy by this many times the share that is left, at most: the root of the condition
-/// number of the box without conductors, 1e10.
-const LEFT_IN_ENERGY: f64 = 1e5;
-
 /// Gives up on the grid where the run is to stop: what follows an iteration takes as long as several of them.
 fn stop_if_asked(cancel: Option<&AtomicBool>) -> Result<(), SolveError> {
     if cancel.is_some_and(|c| c.load(Ordering::Relaxed)) { Err(SolveError::Cancelled) } else { Ok(()) }
@@ -183,8 +178,6 @@ struct Flux {
     residual: Vec<f64>,
     /// The potential of the flux that cancels the residual.
     repair: Vec<f64>,
-    /// The share of the residual that the repair does not cancel.
-    left: f64,
     /// Whether the repair cancelled the residual, so that the energy is a bound.
     proved: bool,
     iterations: usize,
@@ -232,7 +225,7 @@ fn dual_flux(
         let gains_little = cost > 0.5 * last;
         if !proved || cheap || gains_little || iterations > conjugate_gradients::ITERATION_LIMIT {
             let converged = proved && (c.reached || cheap);
-            return Ok(Flux { phi: x, residual: r, repair, left, proved, iterations, converged });
+            return Ok(Flux { phi: x, residual: r, repair, proved, iterations, converged });
         }
         start = energy;
         (last, goal) = (cost, goal * (share / cost).clamp(1e-6, 0.1));

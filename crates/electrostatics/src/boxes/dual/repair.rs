@@ -14,8 +14,8 @@ use elastocap_fem::tensor::{Dense, Dims, dot, left, multiply, right, target};
 use rayon::prelude::*;
 use std::sync::Arc;
 
-/// Share of a residual that may be left: what it may add to the energy of the repair is counted.
-const ENOUGH: f64 = 1e-7;
+/// Share of a residual that may be left: the energy of the repair, a small share of the whole, is then known to about as many digits.
+const ENOUGH: f64 = 1e-9;
 
 /// The exact solver of the whole box without conductors.
 #[derive(Debug)]
