@@ -1,9 +1,11 @@
 //! Ends the process in order when its memory runs out: a message, nothing left behind, exit status 1.
 //!
 //! Rust ends a process whose allocation fails by `abort`, which runs no destructor. A thread of the guard is woken by that signal
-//! and puts things in order while the thread that failed waits. Where the memory of the process is limited, another thread watches
-//! how close the limit is: a control group would end the process by a signal that nobody can handle.
+//! and puts things in order while the threads that failed wait. Where the memory of the process is limited, another thread watches
+//! how close the limit is, and wakes the first: a control group would end the process by a signal that nobody can handle. Only the
+//! first thread ever ends the process, since every other thread may itself fail half way.
 
+use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, PoisonError};
 
@@ -11,16 +13,13 @@ use std::sync::{Arc, Mutex, PoisonError};
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Guard {
     leftovers: Arc<Mutex<Leftovers>>,
-    /// Whether the process is being ended.
-    #[cfg(unix)]
-    ending: Arc<std::sync::atomic::AtomicBool>,
 }
 
 /// Folders that are gone when the process ends early.
 #[derive(Debug, Default)]
 struct Leftovers {
-    /// With all that is in them.
-    whole: Vec<PathBuf>,
+    /// With all that is in it.
+    whole: Option<PathBuf>,
     /// Only if nothing is in them, innermost first.
     empty: Vec<PathBuf>,
 }
@@ -33,30 +32,36 @@ const BETWEEN_TRIES: std::time::Duration = std::time::Duration::from_millis(5);
 
 impl Guard {
     /// Starts guarding.
-    pub(crate) fn start() -> Self {
+    ///
+    /// # Errors
+    /// A thread cannot be started.
+    pub(crate) fn start() -> io::Result<Self> {
         let guard = Self::default();
         #[cfg(unix)]
-        unix::start(&guard);
-        guard
+        unix::start(&guard)?;
+        Ok(guard)
     }
 
     /// Removes `staging` with all its files, and the folders `made` for it where they are empty, if the process ends early.
     pub(crate) fn remove_on_failure(&self, staging: &Path, made: &[PathBuf]) {
-        let mut leftovers = self.leftovers.lock().unwrap_or_else(PoisonError::into_inner);
-        leftovers.whole.push(staging.to_owned());
-        leftovers.empty.extend_from_slice(made);
+        // Nothing is allocated under the lock: a thread that fails there would keep it for ever.
+        let leftovers = Leftovers { whole: Some(staging.to_owned()), empty: made.to_vec() };
+        *self.leftovers.lock().unwrap_or_else(PoisonError::into_inner) = leftovers;
     }
 
-    /// Ends the process with a message, once.
+    /// Ends the process with a message.
     #[cfg(unix)]
-    fn end(&self, message: &str) {
-        if self.ending.swap(true, std::sync::atomic::Ordering::Relaxed) {
-            return;
-        }
-        crate::output::error(message);
-        // What cannot be removed cannot be reported either.
+    fn end(&self, message: &str) -> ! {
+        unix::say("error: ");
+        unix::say(message);
         let leftovers = self.leftovers.lock().unwrap_or_else(PoisonError::into_inner);
-        for folder in &leftovers.whole {
+        // Results that are in place already stay there.
+        if leftovers.whole.as_ref().is_some_and(|folder| folder.exists()) {
+            unix::say("; nothing was written");
+        }
+        unix::say("\n");
+        // What cannot be removed cannot be reported either.
+        if let Some(folder) = &leftovers.whole {
             // Another thread may put a file into it in between.
             for _ in 0..TRIES {
                 let _ = std::fs::remove_dir_all(folder);
@@ -69,15 +74,15 @@ impl Guard {
         for folder in &leftovers.empty {
             let _ = std::fs::remove_dir(folder);
         }
-        drop(leftovers);
-        signal_hook::low_level::exit(1);
+        unix::exit()
     }
 }
 
 #[cfg(unix)]
 mod unix {
-    use std::io::{self, ErrorKind, PipeReader, Read as _, Write as _};
+    use std::io::{self, ErrorKind, PipeReader, PipeWriter, Read as _, Write as _};
     use std::os::fd::OwnedFd;
+    use std::sync::{Arc, OnceLock};
     use std::thread;
     use std::time::Duration;
 
@@ -91,28 +96,42 @@ mod unix {
     /// Memory that is given back before anything else is done about its end, bytes.
     const BALLAST: usize = 1 << 20;
 
+    /// Stack of each thread, bytes.
+    const STACK: usize = 1 << 20;
+
     /// How often the limits are looked at.
     const INTERVAL: Duration = Duration::from_millis(10);
 
-    /// Starts the threads. Without them the process ends as it would anyway.
-    pub(super) fn start(guard: &Guard) {
-        if let Ok((woken, held)) = on_abort() {
-            let guard = guard.clone();
-            let ballast = vec![1_u8; BALLAST];
-            let _ =
-                thread::Builder::new().stack_size(BALLAST).spawn(move || wait(&guard, woken, &held, ballast));
-        }
+    /// The longest that putting things in order may take, after the memory of the process has run out.
+    const PATIENCE: Duration = Duration::from_secs(5);
+
+    /// Starts the threads.
+    pub(super) fn start(guard: &Guard) -> io::Result<()> {
+        let (waking, wakes) = on_abort()?;
+        let guard = guard.clone();
+        let reason = Arc::new(OnceLock::new());
+        let ballast = vec![1_u8; BALLAST];
+        let waiting = Arc::clone(&reason);
+        let stack = || thread::Builder::new().stack_size(STACK);
+        stack().spawn(move || wait(&guard, &waiting, waking, ballast))?;
         if is_limited() {
-            let guard = guard.clone();
-            let _ = thread::Builder::new().stack_size(BALLAST).spawn(move || watch(&guard));
+            stack().spawn(move || watch(wakes, &reason))?;
         }
+        Ok(())
     }
 
-    /// Two pipes: the first gets a byte when the process aborts, the second is full, so that the thread that aborts waits for ever
-    /// at its byte for it. Both ends of the second must stay open.
-    fn on_abort() -> io::Result<(PipeReader, (PipeReader, OwnedFd))> {
+    /// What wakes the thread that ends the process, and keeps those that abort from ending it first.
+    struct Waking {
+        /// Gets a byte when the process aborts.
+        woken: PipeReader,
+        /// Both ends of a pipe that is full, so that a thread that aborts waits for ever at its byte for it.
+        _full: (PipeReader, OwnedFd),
+    }
+
+    /// Installs the two pipes; the writer wakes as an abort does.
+    fn on_abort() -> io::Result<(Waking, PipeWriter)> {
         let (woken, wakes) = io::pipe()?;
-        low_level::pipe::register(SIGABRT, OwnedFd::from(wakes))?;
+        low_level::pipe::register(SIGABRT, OwnedFd::from(wakes.try_clone()?))?;
         let (held, mut holds) = io::pipe()?;
         let blocked = OwnedFd::from(holds.try_clone()?);
         // Registered, the pipe does not block: it is filled first.
@@ -126,26 +145,42 @@ mod unix {
         }
         while holds.write(&[0]).is_ok() {}
         fcntl_setfl(&blocked, fcntl_getfl(&blocked)? - OFlags::NONBLOCK)?;
-        Ok((woken, (held, blocked)))
+        Ok((Waking { woken, _full: (held, blocked) }, wakes))
     }
 
-    /// Waits for the abort, and ends the process in order.
-    fn wait(guard: &Guard, mut woken: PipeReader, _held: &(PipeReader, OwnedFd), ballast: Vec<u8>) {
-        if woken.read_exact(&mut [0]).is_ok() {
+    /// Waits until it is woken, and ends the process in order.
+    fn wait(guard: &Guard, reason: &OnceLock<String>, mut waking: Waking, ballast: Vec<u8>) {
+        if waking.woken.read_exact(&mut [0]).is_ok() {
             drop(ballast);
-            guard.end("ended for the reason above; if it is memory: allow more, or solve less at a time");
+            guard.end(reason.get().map_or(
+                "ended for the reason above; if it is memory: allow more, or solve less at a time",
+                String::as_str,
+            ));
         }
     }
 
-    /// Ends the process before a limit does.
-    fn watch(guard: &Guard) {
-        loop {
+    /// Wakes before a limit is reached.
+    fn watch(mut wakes: PipeWriter, reason: &OnceLock<String>) {
+        let limit = loop {
             if let Some(limit) = limit_reached() {
-                guard.end(&format!(
-                    "out of memory: the process has used up its limit of {limit}; nothing was written"
-                ));
+                break limit;
             }
             thread::sleep(INTERVAL);
-        }
+        };
+        let _ = reason.set(format!("out of memory: the process has used up its limit of {limit}"));
+        let _ = wakes.write_all(&[0]);
+        // The thread woken may itself find no memory, and wait like any other that aborts.
+        thread::sleep(PATIENCE);
+        exit()
+    }
+
+    /// Writes to stderr without its lock, which a thread that has failed may hold.
+    pub(super) fn say(text: &str) {
+        let _ = rustix::io::write(io::stderr(), text.as_bytes());
+    }
+
+    /// Ends the process at once: no other thread is waited for.
+    pub(super) fn exit() -> ! {
+        low_level::exit(1)
     }
 }

@@ -9,6 +9,8 @@ use std::process::ExitCode;
 
 use clap::{Args, Parser, Subcommand};
 
+use crate::guard::Guard;
+
 /// What the process ends with.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Exit {
@@ -97,6 +99,14 @@ fn main() -> ExitCode {
             return ExitCode::from(u8::try_from(error.exit_code()).unwrap_or(2));
         }
     };
+    // Before the threads that compute: their memory may be missing for those of the guard.
+    let guard = match Guard::start() {
+        Ok(guard) => guard,
+        Err(error) => {
+            output::error(&format!("cannot start a thread: {error}"));
+            return Exit::Failure.into();
+        }
+    };
     let threads = arguments.common.threads.map_or(0, usize::from);
     if let Err(error) = rayon::ThreadPoolBuilder::new().num_threads(threads).build_global() {
         output::error(&format!("cannot start the threads: {error}"));
@@ -104,7 +114,7 @@ fn main() -> ExitCode {
     }
     let common = &arguments.common;
     let exit = match &arguments.command {
-        Command::Run(arguments) => commands::run::execute(arguments, common),
+        Command::Run(arguments) => commands::run::execute(arguments, common, &guard),
         Command::Check(arguments) => commands::check::execute(arguments, common),
         Command::Accuracy(arguments) => commands::accuracy::execute(arguments, common),
         Command::Mesh(arguments) => commands::mesh::execute(arguments, common),

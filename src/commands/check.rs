@@ -11,7 +11,6 @@ use elastocap_coupling::plan::{Decision, Kind, Options, Plan, PlannedStep};
 use elastocap_coupling::words::counted;
 
 use super::shortfalls;
-use crate::guard::Guard;
 use crate::units::{bytes, grouped, seconds};
 use crate::{Common, Exit, output};
 
@@ -51,7 +50,6 @@ enum Progress {
 
 pub(crate) fn execute(arguments: &Arguments, common: &Common) -> Exit {
     let begin = Instant::now();
-    let _guard = Guard::start();
     let (report, reports) = mpsc::channel();
     let (path, prune) = (arguments.case.clone(), !arguments.no_prune);
     let working = thread::Builder::new().stack_size(STACK).spawn(move || find_out(&path, prune, &report));

@@ -71,15 +71,14 @@ pub(crate) struct Arguments {
     no_scene: bool,
 }
 
-pub(crate) fn execute(arguments: &Arguments, common: &Common) -> Exit {
+pub(crate) fn execute(arguments: &Arguments, common: &Common, guard: &Guard) -> Exit {
     let started = Instant::now();
-    let guard = Guard::start();
     let case = match super::load(&arguments.case) {
         Ok(case) => case,
         Err(exit) => return exit,
     };
     let folder = super::output_folder(arguments.output.as_deref(), &arguments.case);
-    match solve_and_save(&case, arguments, common, &folder, &guard, started) {
+    match solve_and_save(&case, arguments, common, &folder, guard, started) {
         Ok((outcome, saved)) => report(&case, &outcome, &saved, arguments, common),
         Err(error) => {
             output::error(&error.to_string());
