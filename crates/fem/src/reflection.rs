@@ -9,9 +9,7 @@ const ALIKE: f64 = 1e-12;
 
 /// Whether a line is its own mirror image: its elements, their degrees and its ends.
 pub fn is_symmetric(line: &Line) -> bool {
-    let (Some(first), Some(last)) = (line.nodes.first(), line.nodes.last()) else { return false };
-    let (twice_centre, near) = (first + last, ALIKE * (last - first));
-    let alike = |x: f64, y: f64| (x + y - twice_centre).abs() <= near;
+    let alike = |x: f64, y: f64| is_centre(line, 0.5 * (x + y));
     let ends = match line.ends {
         [LineEnd::Finite, LineEnd::Finite] => true,
         [LineEnd::Infinite { degree, pole }, LineEnd::Infinite { degree: other, pole: opposite }] => {
@@ -21,6 +19,14 @@ pub fn is_symmetric(line: &Line) -> bool {
     };
     ends && line.nodes.iter().zip(line.nodes.iter().rev()).all(|(x, y)| alike(*x, *y))
         && line.degrees.iter().eq(line.degrees.iter().rev())
+}
+
+/// Whether a coordinate is that of the centre of a line's nodes.
+pub fn is_centre(line: &Line, x: f64) -> bool {
+    match (line.nodes.first(), line.nodes.last()) {
+        (Some(first), Some(last)) => (first + last - 2.0 * x).abs() <= ALIKE * (last - first),
+        _ => false,
+    }
 }
 
 /// The continuous functions of a symmetric line, in the order of [`Numbering`]: row and column of each function and its reflection,

@@ -72,6 +72,13 @@ pub fn drawn(entries: &[Entry]) -> Result<Drawn, Flaw> {
     // From an entry that begins where no arc ends.
     let is_arc = |k: usize| matches!(entries[k % n], Entry::Arc { .. });
     let is_rounded = |k: usize| matches!(entries[k % n], Entry::Rounded { .. });
+    // How much of the straight sides the rounding of an entry takes, if it is one.
+    let taken = |k: usize| match entries[k % n] {
+        Entry::Rounded { corner, radius } => {
+            Angle::new([k + n - 1, k + 1].map(place), corner, near).map_or(0.0, |angle| angle.taken(radius))
+        }
+        Entry::Corner(_) | Entry::Arc { .. } => 0.0,
+    };
     let first = (0..n).find(|k| !is_arc(*k));
     let mut out = Drawn::default();
     if let (None, true) = (first, n > 0) {
@@ -98,29 +105,13 @@ pub fn drawn(entries: &[Entry]) -> Result<Drawn, Flaw> {
                 if is_arc(k + 1) {
                     return Err(Flaw::BesideArc(k));
                 }
-                let ends = [k + n - 1, k + 1].map(place);
-                let [before, after] = ends.map(|end| [end[0] - corner[0], end[1] - corner[1]]);
-                let [long, other] = [before, after].map(|side| side[0].hypot(side[1]));
-                if long <= near || other <= near {
-                    return Err(Flaw::NoCorner(k));
-                }
-                let (u, v) = (before.map(|x| x / long), after.map(|x| x / other));
-                let (cosine, sine) = (u[0] * v[0] + u[1] * v[1], u[0] * v[1] - u[1] * v[0]);
-                // Of half the angle between the sides.
-                let tangent = sine.abs() / (1.0 + cosine);
-                if !(1e-9..1e9).contains(&tangent) {
-                    return Err(Flaw::NoCorner(k));
-                }
-                let cut = |entry: usize, half: f64| match entries[entry % n] {
-                    Entry::Rounded { radius, .. } => radius / half,
-                    Entry::Corner(_) | Entry::Arc { .. } => 0.0,
-                };
-                let own = radius / tangent;
-                let halves = [half_tangent(&place, k + n - 1, n), half_tangent(&place, k + 1, n)];
-                let room = [long - cut(k + n - 1, halves[0]), other - cut(k + 1, halves[1])];
-                if room.iter().any(|room| own > room + near) {
+                let neighbours = [k + n - 1, k + 1];
+                let angle = Angle::new(neighbours.map(place), corner, near).ok_or(Flaw::NoCorner(k))?;
+                let own = angle.taken(radius);
+                if (0..2).any(|side| own + taken(neighbours[side]) > angle.lengths[side] + near) {
                     return Err(Flaw::TooLarge(k));
                 }
+                let Angle { sides: [u, v], cosine, sine, .. } = angle;
                 let [begin, end] = [u, v].map(|side| [0, 1].map(|a| corner[a] + own * side[a]));
                 let sum = [u[0] + v[0], u[1] + v[1]];
                 let along = radius.hypot(own) / sum[0].hypot(sum[1]);
@@ -134,16 +125,38 @@ pub fn drawn(entries: &[Entry]) -> Result<Drawn, Flaw> {
     Ok(out)
 }
 
-/// Of half the angle between the straight sides that meet in an entry; infinite where there is none.
-fn half_tangent(place: &impl Fn(usize) -> [f64; 2], k: usize, n: usize) -> f64 {
-    let corner = place(k % n);
-    let [u, v] = [k + n - 1, k + 1].map(|other| {
-        let end = place(other % n);
-        [end[0] - corner[0], end[1] - corner[1]]
-    });
-    let (dot, cross) = (u[0] * v[0] + u[1] * v[1], (u[0] * v[1] - u[1] * v[0]).abs());
-    let tangent = cross / (u[0].hypot(u[1]) * v[0].hypot(v[1]) + dot);
-    if tangent > 0.0 { tangent } else { f64::INFINITY }
+/// The angle between two straight sides that meet.
+struct Angle {
+    /// Unit vectors from the corner along the side before and the side after.
+    sides: [[f64; 2]; 2],
+    lengths: [f64; 2],
+    cosine: f64,
+    /// Negative where the outline turns to the left.
+    sine: f64,
+}
+
+impl Angle {
+    /// That of a corner and the ends of its two sides; `None` where the sides have no length, or go straight on or back.
+    fn new(ends: [[f64; 2]; 2], corner: [f64; 2], near: f64) -> Option<Self> {
+        let sides = ends.map(|end| [end[0] - corner[0], end[1] - corner[1]]);
+        let lengths = sides.map(|side| side[0].hypot(side[1]));
+        let sides = [0, 1].map(|k| sides[k].map(|x| x / lengths[k]));
+        let [u, v] = sides;
+        let angle =
+            Self { sides, lengths, cosine: u[0] * v[0] + u[1] * v[1], sine: u[0] * v[1] - u[1] * v[0] };
+        let turns = (1e-9..1e9).contains(&angle.half_tangent());
+        (lengths.iter().all(|length| *length > near) && turns).then_some(angle)
+    }
+
+    /// The tangent of half the angle.
+    fn half_tangent(&self) -> f64 {
+        self.sine.abs() / (1.0 + self.cosine)
+    }
+
+    /// How much of both sides a rounding takes.
+    fn taken(&self, radius: f64) -> f64 {
+        radius / self.half_tangent()
+    }
 }
 
 impl Drawn {

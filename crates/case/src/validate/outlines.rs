@@ -59,12 +59,15 @@ pub(super) fn extruded(raw: &raw::Extruded, may_be_flat: bool, log: &mut Log<'_>
     if let Some([k, l]) = crossing(&outline) {
         let of = |k: usize| (numbers[k] + 1, numbers[(k + 1) % outline.len()] + 1);
         let side = |k: usize| match of(k) {
-            (a, b) if a == b => format!("arc of entry {a}"),
-            (a, b) => format!("side from corner {a} to {b}"),
+            (a, b) if a == b => format!("the arc of entry {a}"),
+            (a, b) => format!("the side from corner {a} to {b}"),
         };
         log.push(
             Diagnostic::at(&raw.outline.span, "the outline crosses or touches itself")
-                .label(meeting(&side(k), &side(l)))
+                .label(match (side(k), side(l)) {
+                    (one, other) if one == other => format!("{one} meets itself"),
+                    (one, other) => format!("{one} meets {other}"),
+                })
                 .help("list the corners in order around the figure, without a hole"),
         );
         return None;
@@ -78,15 +81,6 @@ pub(super) fn extruded(raw: &raw::Extruded, may_be_flat: bool, log: &mut Log<'_>
         return None;
     }
     Some(Shape::Extrusion { axis: axis_index(*raw.axis.get()?), from, to, outline, arcs })
-}
-
-/// What two sides do that meet.
-fn meeting(one: &str, other: &str) -> String {
-    match (one.strip_prefix("side "), other.strip_prefix("side ")) {
-        (Some(_), Some(rest)) => format!("the {one} meets that {rest}"),
-        _ if one == other => format!("the {one} meets itself"),
-        _ => format!("the {one} meets the {other}"),
-    }
 }
 
 /// An entry of an outline; `None` if it cannot be used, and the log says why.
@@ -140,7 +134,7 @@ fn refusal(flaw: Flaw, entries: &[Read<raw::OutlineEntry>]) -> Diagnostic {
         ),
         Flaw::NoCorner(entry) => (
             entry,
-            "there is no corner to round",
+            "this corner cannot be rounded",
             "the outline does not turn here, or it turns back",
             "leave the entry out, or write a corner without `radius`",
         ),

@@ -4,7 +4,7 @@
 
 use elastocap_fem::line::{Line, LineEnd, Numbering};
 use elastocap_fem::mixed::{FluxEnd, potential_offsets};
-use elastocap_fem::reflection::is_symmetric;
+use elastocap_fem::reflection::{is_centre, is_symmetric};
 use elastocap_geometry::scene::Wall;
 use std::ops::Range;
 
@@ -122,10 +122,7 @@ impl Axis {
 
     /// Whether the axis is its own mirror image.
     pub(crate) fn is_symmetric(&self) -> bool {
-        let centred = |rays: Rays| match (self.line.nodes.first(), self.line.nodes.last()) {
-            (Some(first), Some(last)) => (first + last - 2.0 * rays.pole).abs() <= 1e-12 * (last - first),
-            _ => false,
-        };
+        let centred = |rays: Rays| is_centre(&self.line, rays.pole);
         let cuts = self.cuts.iter().zip(self.cuts.iter().rev()).all(|(x, y)| x + y == self.line.elements());
         self.walls[0] == self.walls[1] && cuts && self.rays.is_none_or(centred) && is_symmetric(&self.line)
     }

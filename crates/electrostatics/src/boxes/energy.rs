@@ -31,20 +31,23 @@ pub(crate) struct Energies {
     pub seconds: [f64; 2],
 }
 
-/// Where the iterations of some right-hand sides start from.
-#[derive(Debug, Default)]
-pub(crate) struct Starts {
-    /// Coefficients of the potential of each right-hand side, if any are known; prescribed ones do not matter.
-    pub known: Vec<Option<Vec<f64>>>,
-    /// For each right-hand side the one solved before that it is an image of: of more use than what is known.
-    pub images: Vec<Option<Image>>,
+/// Where the iteration for a right-hand side starts from.
+#[derive(Debug)]
+pub(crate) enum Start {
+    /// From nothing.
+    Nothing,
+    /// Coefficients of a potential near the one sought; prescribed ones do not matter.
+    Potential(Vec<f64>),
+    /// The solution of a right-hand side before this one, turned.
+    Image(Image),
 }
 
-/// Upper energies by Dirichlet's principle; the iteration stops when its error is about `share` of the energy.
+/// Upper energies by Dirichlet's principle, with a start for each right-hand side; the iteration stops when its error is about `share`
+/// of the energy.
 pub(crate) fn upper(
     domain: &Domain,
     potentials: &[Vec<f64>],
-    starts: &Starts,
+    starts: &[Start],
     share: f64,
     cancel: Option<&AtomicBool>,
 ) -> Result<(Energies, Primal), SolveError> {
@@ -55,11 +58,14 @@ pub(crate) fn upper(
     let mut coefficients: Vec<Vec<f64>> = Vec::new();
     let (mut iterations, mut converged) = (0, true);
     let mut residual = Vec::new();
-    for (k, v) in potentials.iter().enumerate() {
+    for (v, start) in potentials.iter().zip(starts) {
         let mut begin = primal.lift(v);
-        let image = starts.images.get(k).copied().flatten();
-        let turned = image.map(|image| image.of_potential(domain, &coefficients[image.of]));
-        if let Some(mut free) = turned.or_else(|| starts.known.get(k).cloned().flatten()) {
+        let near = match start {
+            Start::Nothing => None,
+            Start::Potential(u) => Some(u.clone()),
+            Start::Image(image) => Some(image.of_potential(domain, &coefficients[image.of])),
+        };
+        if let Some(mut free) = near {
             primal.clear_prescribed(&mut free);
             begin.iter_mut().zip(&free).for_each(|(b, f)| *b += f);
         }
@@ -117,7 +123,7 @@ pub(crate) fn upper(
 pub(crate) fn lower(
     domain: &Domain,
     potentials: &[Vec<f64>],
-    starts: &Starts,
+    starts: &[Start],
     share: f64,
     cancel: Option<&AtomicBool>,
 ) -> Result<Energies, SolveError> {
@@ -126,11 +132,12 @@ pub(crate) fn lower(
     let assembled = Instant::now();
     stop_if_asked(cancel)?;
     let mut fluxes: Vec<Flux> = Vec::new();
-    for (k, v) in potentials.iter().enumerate() {
-        let image = starts.images.get(k).copied().flatten();
-        let turned = image.map(|image| dual.image(domain, &fluxes[image.of].phi, image));
-        let start =
-            turned.or_else(|| starts.known.get(k).and_then(Option::as_ref).map(|u| dual.modes_of(domain, u)));
+    for (v, start) in potentials.iter().zip(starts) {
+        let start = match start {
+            Start::Nothing => None,
+            Start::Potential(u) => Some(dual.modes_of(domain, u)),
+            Start::Image(image) => Some(dual.image(domain, &fluxes[image.of].phi, image)),
+        };
         fluxes.push(dual_flux(&mut dual, v, start, share, cancel)?);
     }
 

@@ -196,7 +196,7 @@ impl<'p, 's> Search<'p, 's> {
     fn purpose(&self) -> Purpose {
         let bounds = self.problem.settings.bounds;
         let near = 2.0 * self.amplification * self.foreseen <= 0.8 * self.tolerance;
-        // Where the indicator is no guide, as on combs, the bounds on the last grid but one say how fine the last must be.
+        // Where the indicator is unreliable, as on combs, the bounds on the last grid but one tell how fine the last must be.
         let last_but_one = self.amplification * self.foreseen * LONG_STEP <= goal(bounds) * self.tolerance;
         let unsure = bounds && !self.settled && self.judged.is_empty();
         match (near || unsure && last_but_one, bounds) {

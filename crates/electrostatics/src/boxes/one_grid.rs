@@ -5,11 +5,11 @@
 
 use crate::SolveError;
 use crate::VACUUM_PERMITTIVITY;
-use crate::boxes::domain::Domain;
-use crate::boxes::energy::{Energies, Starts, lower, upper};
+use crate::boxes::domain::{Axis, Domain};
+use crate::boxes::energy::{Energies, Start, lower, upper};
 use crate::boxes::field::{Share, sample};
 use crate::boxes::grid_refinement::{Indicator, add, folded, indicator};
-use crate::boxes::half_turn::images;
+use crate::boxes::half_turn::{Image, images};
 use crate::boxes::layout::{Grid, Layout};
 use crate::boxes::primal::Primal;
 use crate::boxes::resolution::memory;
@@ -121,35 +121,49 @@ pub(crate) struct Outcome {
 }
 
 /// The potentials of all parts on a grid, from which iterations on a finer one start.
-pub(crate) struct Potentials(Vec<(usize, Domain, Vec<Vec<f64>>)>);
+pub(crate) struct Potentials(Vec<PartPotentials>);
+
+/// The potentials of one part on a grid.
+struct PartPotentials {
+    /// The number of the part's first right-hand side.
+    first: usize,
+    domain: Domain,
+    /// Coefficients for each right-hand side.
+    coefficients: Vec<Vec<f64>>,
+}
+
+/// The potentials of one part as functions of a finer grid.
+struct Embedded<'a> {
+    coarse: &'a PartPotentials,
+    /// Coefficients on the finer grid of the coarse functions of each axis.
+    axes: Vec<SparseRows<f64>>,
+}
 
 impl Potentials {
-    /// Those of the part whose first right-hand side has this number, on a finer grid, of the right-hand sides that are wanted; `None`
-    /// where the grid is not finer.
-    fn on(
-        &self,
-        first: usize,
-        domain: &Domain,
-        wanted: impl Fn(usize) -> bool,
-    ) -> Option<Vec<Option<Vec<f64>>>> {
-        let (_, own, coefficients) = self.0.iter().find(|(at, ..)| *at == first)?;
-        let mut embeddings = Vec::new();
-        for (from, to) in own.axes.iter().zip(&domain.axes) {
+    /// Those of the part whose first right-hand side has this number, on a finer grid; `None` where the grid is not finer.
+    fn on(&self, first: usize, domain: &Domain) -> Option<Embedded<'_>> {
+        let coarse = self.0.iter().find(|part| part.first == first)?;
+        let of_axis = |(from, to): (&Axis, &Axis)| {
             let (rows, columns) = (to.functions(), from.functions());
             let whole = embedding(&from.line, &to.line)?;
             let free = whole.as_ref().submatrix(rows.start, columns.start, rows.len(), columns.len());
-            embeddings.push(SparseRows::from_mat(free));
-        }
-        let finer = |u: &Vec<f64>| {
-            let mut dims = own.primal_dims();
-            let mut out = Vec::new();
-            for (axis, matrix) in embeddings.iter().enumerate() {
-                let from = if axis == 0 { u } else { &out };
-                (out, dims) = along(axis, matrix, from, dims);
-            }
-            out
+            Some(SparseRows::from_mat(free))
         };
-        Some(coefficients.iter().enumerate().map(|(k, u)| wanted(k).then(|| finer(u))).collect())
+        let axes = coarse.domain.axes.iter().zip(&domain.axes).map(of_axis).collect::<Option<_>>()?;
+        Some(Embedded { coarse, axes })
+    }
+}
+
+impl Embedded<'_> {
+    /// Coefficients of the potential of one right-hand side.
+    fn potential(&self, k: usize) -> Vec<f64> {
+        let mut dims = self.coarse.domain.primal_dims();
+        let mut out = Vec::new();
+        for (axis, matrix) in self.axes.iter().enumerate() {
+            let from = if axis == 0 { &self.coarse.coefficients[k] } else { &out };
+            (out, dims) = along(axis, matrix, from, dims);
+        }
+        out
     }
 }
 
@@ -234,10 +248,15 @@ fn solve_part(
     let (domain, held) = part.layout.domain(grid);
     let potentials: Vec<Vec<f64>> =
         part.potentials.iter().map(|v| held.iter().map(|&c| v[c]).collect()).collect();
-    let images = if problem.settings.symmetry { images(&domain, &potentials) } else { Vec::new() };
-    let wanted = |k: usize| images.get(k).is_none_or(Option::is_none);
-    let known = coarser.and_then(|(coarser, first)| coarser.on(first, &domain, wanted)).unwrap_or_default();
-    let starts = Starts { known, images };
+    let images =
+        if problem.settings.symmetry { images(&domain, &potentials) } else { vec![None; potentials.len()] };
+    let embedded = coarser.and_then(|(coarser, first)| coarser.on(first, &domain));
+    let start = |(k, image): (usize, Option<Image>)| match (image, &embedded) {
+        (Some(image), _) => Start::Image(image),
+        (None, Some(embedded)) => Start::Potential(embedded.potential(k)),
+        (None, None) => Start::Nothing,
+    };
+    let starts: Vec<Start> = images.into_iter().enumerate().map(start).collect();
     // The two problems are of the same size and run in parallel.
     let (upper, dual) = rayon::join(
         || upper(&domain, &potentials, &starts, share, cancel),
@@ -271,8 +290,11 @@ impl Outcome {
 
     /// The potentials of all parts.
     pub(crate) fn potentials(&self) -> Potentials {
-        let of =
-            |(at, part): &(usize, SolvedPart)| (*at, part.domain.clone(), part.energies.coefficients.clone());
+        let of = |(first, part): &(usize, SolvedPart)| PartPotentials {
+            first: *first,
+            domain: part.domain.clone(),
+            coefficients: part.energies.coefficients.clone(),
+        };
         Potentials(self.solved.iter().map(of).collect())
     }
 

@@ -2,11 +2,10 @@
 
 use elastocap_fem::triangle::Bent;
 use elastocap_geometry::meshing::grid::Plane;
-use elastocap_geometry::meshing::plane::graded::{Circle, Coarse, Marks, Outline, Side, Triangles, coarse};
-use elastocap_geometry::outline;
+use elastocap_geometry::meshing::plane::graded::{Circle, Coarse, Marks, Outline, Triangles, coarse};
 use elastocap_geometry::recognition::boxes_of;
 use elastocap_geometry::scene::{Body, Scene, Wall, across};
-use elastocap_geometry::shapes::{Arc, Shape};
+use elastocap_geometry::shapes::Shape;
 use std::collections::HashMap;
 
 /// Cells that the grid of a surface's coordinates may have when it is tested for being made of boxes.
@@ -31,10 +30,8 @@ const UPRIGHT: f64 = 1e-9;
 /// An outline pulled along the axis.
 #[derive(Debug, Clone, PartialEq)]
 struct Solid {
-    /// In the plan, scaled.
-    outline: Outline,
-    /// What a ring leaves out in its middle.
-    hole: Option<Circle>,
+    /// In the plan, scaled: the body is what an odd number of them holds, so that the second is a hole in the first.
+    outlines: Vec<Outline>,
     /// Lower and upper end along the axis, scaled.
     ends: [f64; 2],
 }
@@ -105,20 +102,8 @@ impl Layout {
         let [p, q] = across(axis);
         let scale = |x: f64, a: usize| ((x - origin[a]) / unit).clamp(-FAR, FAR);
         let place = |c: [f64; 2]| [scale(c[0], p), scale(c[1], q)];
-        let circle = |Circle { center, radius }| Circle { center: place(center), radius: radius / unit };
         let scaled = |solid: Solid| Solid {
-            outline: match solid.outline {
-                Outline::Polygon(corners) => Outline::Polygon(corners.into_iter().map(place).collect()),
-                Outline::Circle(of) => Outline::Circle(circle(of)),
-                Outline::Path(path) => {
-                    let side = |side: Side| Side {
-                        from: place(side.from),
-                        arc: side.arc.map(|(of, turn)| (circle(of), turn)),
-                    };
-                    Outline::Path(path.into_iter().map(side).collect())
-                }
-            },
-            hole: solid.hole.map(circle),
+            outlines: solid.outlines.iter().map(|outline| outline.moved(place, 1.0 / unit)).collect(),
             ends: solid.ends.map(|z| scale(z, axis)),
         };
         let conductors: Vec<(u32, Solid)> = conductors.into_iter().map(|(c, s)| (c, scaled(s))).collect();
@@ -131,23 +116,8 @@ impl Layout {
         let (mut conductors, mut dielectrics) = (conductors, dielectrics);
         for k in 0..2 {
             let all = conductors.iter_mut().map(|(_, s)| s).chain(dielectrics.iter_mut().map(|(_, s)| s));
-            let corners: Vec<&mut [f64; 2]> = all
-                .flat_map(|Solid { outline, hole, .. }| {
-                    let mut corners: Vec<&mut [f64; 2]> = match outline {
-                        Outline::Polygon(corners) => corners.iter_mut().collect(),
-                        Outline::Circle(circle) => vec![&mut circle.center],
-                        Outline::Path(path) => path
-                            .iter_mut()
-                            .flat_map(|side| {
-                                [Some(&mut side.from), side.arc.as_mut().map(|(of, _)| &mut of.center)]
-                            })
-                            .flatten()
-                            .collect(),
-                    };
-                    corners.extend(hole.iter_mut().map(|circle| &mut circle.center));
-                    corners
-                })
-                .collect();
+            let corners: Vec<&mut [f64; 2]> =
+                all.flat_map(|solid| solid.outlines.iter_mut().flat_map(Outline::places_mut)).collect();
             join(corners.into_iter().map(|c| &mut c[k]).collect(), frame.map(|corner| corner[k]));
         }
         // Mirror images, and what else lies beyond the ends.
@@ -157,8 +127,10 @@ impl Layout {
         let planes = planes(&conductors, &dielectrics, ends);
         let within = |x: f64, k: usize| x > frame[0][k] && x < frame[1][k] && x.abs() < FAR;
         let solids = || conductors.iter().map(|(_, s)| s).chain(dielectrics.iter().map(|(_, s)| s));
-        let plan =
-            solids().flat_map(|s| reaches(&s.outline).into_iter().flat_map(|c| [0, 1].map(|k| (c[k], k))));
+        let plan = solids()
+            .flat_map(|s| &s.outlines)
+            .flat_map(Outline::extremes)
+            .flat_map(|c| [0, 1].map(|k| (c[k], k)));
         let farthest = plan.filter(|(x, k)| within(*x, *k)).map(|(x, _)| x.abs());
         let closed = (0..2).flat_map(|k| frame.map(|corner| corner[k].abs())).filter(|x| x.is_finite());
         let reach = farthest.chain(planes.iter().map(|p| p.at.abs())).chain(closed).fold(0.5, f64::max);
@@ -260,8 +232,7 @@ impl Layout {
     pub(super) fn plan(&self, radius: f64) -> Result<Plan, PlanError> {
         let frame = self.frame(radius);
         let solids = self.conductors.iter().map(|(_, s)| s).chain(self.dielectrics.iter().map(|(_, s)| s));
-        let both = |s: &Solid| [Some(s.outline.clone()), s.hole.map(Outline::Circle)].into_iter().flatten();
-        let outlines: Vec<Outline> = solids.flat_map(both).collect();
+        let outlines: Vec<Outline> = solids.flat_map(|s| s.outlines.iter().cloned()).collect();
         let coarse = coarse(&outlines, frame).ok_or(PlanError::NoMesh)?;
         let mesh = &coarse.mesh;
         let mut columns: Vec<Column> = Vec::new();
@@ -358,22 +329,17 @@ fn solids(shape: &Shape, axis: usize) -> Option<Vec<Solid>> {
     let [p, q] = across(axis);
     match shape {
         Shape::Extrusion { axis: own, from, to, outline, arcs } if *own == axis => Some(vec![Solid {
-            outline: if arcs.is_empty() {
-                Outline::Polygon(outline.clone())
-            } else {
-                Outline::Path(path(outline, arcs))
-            },
-            hole: None,
+            outlines: vec![Outline::with_arcs(outline, arcs)],
             ends: [from.min(*to), from.max(*to)],
         }]),
         Shape::Cylinder { axis: own, base, radius, height } if *own == axis => {
             let outline = Outline::Circle(Circle { center: [base[p], base[q]], radius: *radius });
-            Some(vec![Solid { outline, hole: None, ends: [base[axis], base[axis] + height] }])
+            Some(vec![Solid { outlines: vec![outline], ends: [base[axis], base[axis] + height] }])
         }
-        Shape::Tube { axis: own, base, radii, height } if *own == axis => {
-            let [hole, outer] = radii.map(|radius| Circle { center: [base[p], base[q]], radius });
+        Shape::Tube { axis: own, base, radii: [inner, outer], height } if *own == axis => {
+            let circle = |radius| Outline::Circle(Circle { center: [base[p], base[q]], radius });
             let ends = [base[axis], base[axis] + height];
-            Some(vec![Solid { outline: Outline::Circle(outer), hole: Some(hole), ends }])
+            Some(vec![Solid { outlines: vec![circle(*outer), circle(*inner)], ends }])
         }
         Shape::Box(_) | Shape::Extrusion { .. } | Shape::Surface(_) => {
             let boxes = boxes_of(shape, MOST_CELLS)?;
@@ -382,13 +348,12 @@ fn solids(shape: &Shape, axis: usize) -> Option<Vec<Solid>> {
                 return None;
             }
             let solid = |b: &elastocap_geometry::scene::Box3| Solid {
-                outline: Outline::Polygon(vec![
+                outlines: vec![Outline::polygon(&[
                     [b.min[p], b.min[q]],
                     [b.max[p], b.min[q]],
                     [b.max[p], b.max[q]],
                     [b.min[p], b.max[q]],
-                ]),
-                hole: None,
+                ])],
                 ends: [b.min[axis], b.max[axis]],
             };
             Some(boxes.iter().map(solid).collect())
@@ -402,59 +367,10 @@ fn solids(shape: &Shape, axis: usize) -> Option<Vec<Solid>> {
 }
 
 impl Solid {
-    /// Whether a point of the plan lies in its outline.
+    /// Whether the body lies over a point of the plan.
     fn holds(&self, point: [f64; 2]) -> bool {
-        let within = |circle: &Circle| {
-            (point[0] - circle.center[0]).hypot(point[1] - circle.center[1]) < circle.radius
-        };
-        let inside = match &self.outline {
-            Outline::Polygon(corners) => outline::contains(corners, point),
-            Outline::Circle(circle) => within(circle),
-            Outline::Path(path) => {
-                let corners: Vec<[f64; 2]> = path.iter().map(|side| side.from).collect();
-                // Between an arc and its chord: the arc turns to the left, and lies to the right of the chord, or the other way round.
-                let beside = |(side, next): (&Side, &Side)| {
-                    let Some((circle, turn)) = side.arc else { return false };
-                    let ([ax, ay], [bx, by]) = (side.from, next.from);
-                    let cross = (bx - ax) * (point[1] - ay) - (by - ay) * (point[0] - ax);
-                    within(&circle) && cross * turn < 0.0
-                };
-                let segments = path.iter().zip(path.iter().cycle().skip(1)).filter(|s| beside(*s)).count();
-                outline::contains(&corners, point) != (segments % 2 == 1)
-            }
-        };
-        inside && !self.hole.as_ref().is_some_and(within)
+        self.outlines.iter().filter(|outline| outline.contains(point)).count() % 2 == 1
     }
-}
-
-/// Points between which an outline lies.
-fn reaches(outline: &Outline) -> Vec<[f64; 2]> {
-    let ends =
-        |c: &Circle| [[-1.0; 2], [1.0; 2]].map(|side| [0, 1].map(|k| c.center[k] + side[k] * c.radius));
-    match outline {
-        Outline::Polygon(corners) => corners.clone(),
-        Outline::Circle(circle) => ends(circle).to_vec(),
-        Outline::Path(path) => path.iter().flat_map(Side::points).collect(),
-    }
-}
-
-/// The sides of an outline of which some corners stand for arcs.
-fn path(outline: &[[f64; 2]], arcs: &[Arc]) -> Vec<Side> {
-    let n = outline.len();
-    let mut sides = Vec::new();
-    let mut k = 0;
-    while k < n {
-        let from = outline[k];
-        let arc = arcs.iter().find(|arc| arc.sides.start == k && !arc.sides.is_empty());
-        k = arc.map_or(k + 1, |arc| arc.sides.end);
-        let arc = arc.map(|arc| {
-            let circle = Circle { center: arc.center, radius: arc.radius };
-            let turns = arc.sides.clone().map(|side| circle.turn(outline[side], outline[(side + 1) % n]));
-            (circle, turns.sum())
-        });
-        sides.push(Side { from, arc });
-    }
-    sides
 }
 
 /// A point well inside a triangle, as it is bent.

@@ -230,7 +230,7 @@ impl Dual {
     }
 
     /// The unknowns of the image of a right-hand side whose unknowns are `x`.
-    pub(crate) fn image(&self, domain: &Domain, x: &[f64], image: Image) -> Vec<f64> {
+    pub(crate) fn image(&self, domain: &Domain, x: &[f64], image: &Image) -> Vec<f64> {
         let domain = &domain.truncated();
         image.applied(x, self.dims, |a| {
             let legendre = reflected_modes(&domain.axes[a].line);

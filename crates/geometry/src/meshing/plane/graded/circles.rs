@@ -1,6 +1,6 @@
 //! Sides of outlines, straight or round, divided where they cross.
 
-use super::coarse::Outline;
+use super::outline::Outline;
 use std::f64::consts::{PI, TAU};
 
 /// A circle.
@@ -13,11 +13,16 @@ pub struct Circle {
 }
 
 impl Circle {
-    fn at(&self, angle: f64) -> [f64; 2] {
+    pub(super) fn at(&self, angle: f64) -> [f64; 2] {
         // Exactly on the axes where it crosses them.
         let (sine, cosine) = angle.sin_cos();
         let clean = |x: f64| if x.abs() < 1e-15 { 0.0 } else { x };
         [self.center[0] + self.radius * clean(cosine), self.center[1] + self.radius * clean(sine)]
+    }
+
+    /// Whether it holds a point.
+    pub fn contains(&self, p: [f64; 2]) -> bool {
+        (p[0] - self.center[0]).hypot(p[1] - self.center[1]) < self.radius
     }
 
     pub(super) fn angle(&self, p: [f64; 2]) -> f64 {
@@ -79,26 +84,6 @@ pub(super) const TOUCH: f64 = 1e-6;
 /// The ends of a straight line.
 pub(super) type Segment = [[f64; 2]; 2];
 
-/// A side of an outline, from a corner to the next.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Side {
-    /// The corner in which it begins.
-    pub from: [f64; 2],
-    /// The circle of which it is an arc, and the angle by which that turns, positive anticlockwise; `None` for a straight side.
-    pub arc: Option<(Circle, f64)>,
-}
-
-impl Side {
-    /// Points along it, close enough together to say how far it reaches.
-    pub fn points(&self) -> Vec<[f64; 2]> {
-        const POINTS: usize = 32;
-        let Some((circle, turn)) = self.arc else { return vec![self.from] };
-        let begin = circle.angle(self.from);
-        let along = |k: usize| circle.at(begin + turn * k as f64 / POINTS as f64);
-        std::iter::once(self.from).chain((1..POINTS).map(along)).collect()
-    }
-}
-
 /// A part of a circle, anticlockwise.
 #[derive(Debug, Clone, Copy)]
 struct Span {
@@ -157,7 +142,7 @@ impl DividedCircle {
     }
 
     /// Whether an outline follows it at an angle.
-    fn is_followed(&self, angle: f64) -> bool {
+    pub(super) fn is_followed(&self, angle: f64) -> bool {
         self.spans.iter().any(|span| span.holds(angle))
     }
 
@@ -202,7 +187,7 @@ fn crossings_of(one: &Circle, other: &Circle) -> (Vec<[f64; 2]>, bool) {
 /// cross the frame between their points.
 pub(super) fn divided(
     outlines: &[Outline],
-    whole: &[[f64; 2]],
+    whole: &Outline,
     frame: [[f64; 2]; 2],
     arcs: usize,
 ) -> Option<(Vec<DividedCircle>, Vec<Segment>)> {
@@ -212,22 +197,14 @@ pub(super) fn divided(
         sides.extend(clipped(if a <= b { [a, b] } else { [b, a] }, frame));
     };
     let mut followed: Vec<(Circle, Span)> = Vec::new();
-    let whole = Outline::Polygon(whole.to_vec());
-    for outline in std::iter::once(&whole).chain(outlines) {
-        match outline {
-            Outline::Polygon(corners) => {
-                corners.iter().zip(corners.iter().cycle().skip(1)).for_each(|(a, b)| straight(*a, *b));
-            }
-            Outline::Circle(circle) => followed.push((*circle, Span::WHOLE)),
-            Outline::Path(path) => {
-                for (side, next) in path.iter().zip(path.iter().cycle().skip(1)) {
-                    match side.arc {
-                        None => straight(side.from, next.from),
-                        Some((circle, turn)) => {
-                            followed.push((circle, circle.arc(side.from, next.from, turn)));
-                        }
-                    }
-                }
+    for outline in std::iter::once(whole).chain(outlines) {
+        if let Outline::Circle(circle) = outline {
+            followed.push((*circle, Span::WHOLE));
+        }
+        for (side, to) in outline.sides() {
+            match side.arc {
+                None => straight(side.from, to),
+                Some((circle, turn)) => followed.push((circle, circle.arc(side.from, to, turn))),
             }
         }
     }
@@ -263,7 +240,7 @@ pub(super) fn divided(
         let is_far = |a: &f64| divided.points.iter().all(|(met, _)| apart(*a, *met) > 0.25 * step);
         let is_wanted = |a: &f64| is_far(a) && divided.is_followed(*a);
         let mut usual: Vec<f64> = usual.filter(is_wanted).collect();
-        // An arc is told from its chord by a point between its ends.
+        // A point between its ends distinguishes an arc from its chord.
         for span in divided.spans.iter().filter(|span| span.ends.is_some()) {
             let is_inside = |a: f64| {
                 let along = (a - span.begin).rem_euclid(TAU);

@@ -1,10 +1,11 @@
 //! The coarse triangulation that follows outlines.
 
-use super::circles::{Circle, DividedCircle, SAME, Side, TOUCH, apart, divided};
+use super::circles::{Circle, DividedCircle, SAME, TOUCH, apart, divided};
 use super::key;
+use super::outline::Outline;
 use spade::{AngleLimit, ConstrainedDelaunayTriangulation, Point2, RefinementParameters, Triangulation};
 use std::collections::HashMap;
-use std::f64::consts::{PI, TAU};
+use std::f64::consts::TAU;
 
 /// Triangles of the coarse triangulation with an angle below this, in degrees, are refined; angles of the outlines stay. With 20
 /// degrees the error of one scene was at times five times that of another which differed by a few per cent; with 30 meshes are
@@ -25,17 +26,6 @@ const MOST_POINTS: usize = 100_000;
 /// Arcs that a whole circle is divided into, if nothing crosses it: the first number with which no triangle at a chord turns over when
 /// that becomes an arc.
 const ARCS: [usize; 4] = [16, 32, 64, 128];
-
-/// A closed outline.
-#[derive(Debug, Clone, PartialEq)]
-pub enum Outline {
-    /// A polygon by its corners.
-    Polygon(Vec<[f64; 2]>),
-    /// A circle.
-    Circle(Circle),
-    /// Straight sides and arcs, one after the other.
-    Path(Vec<Side>),
-}
 
 /// A mesh of the plane: points, and triangles by the numbers of their corners.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -64,7 +54,7 @@ pub fn coarse(outlines: &[Outline], frame: [[f64; 2]; 2]) -> Option<Coarse> {
 
 fn coarse_with(outlines: &[Outline], frame: [[f64; 2]; 2], arcs: usize) -> Option<Coarse> {
     let [low, high] = frame;
-    let whole = [low, [high[0], low[1]], high, [low[0], high[1]]];
+    let whole = Outline::polygon(&[low, [high[0], low[1]], high, [low[0], high[1]]]);
     let mut cdt = ConstrainedDelaunayTriangulation::<Point2<f64>>::new();
     let (circles, pieces) = divided(outlines, &whole, frame, arcs)?;
     let sides = pieces.len();
@@ -157,7 +147,8 @@ impl Coarse {
                 let divided = &circles[c];
                 let DividedCircle { circle, points, .. } = divided;
                 // A side of another outline may be a longer chord.
-                let [from, to] = [a, b].map(|p| circle.angle(self.mesh.points[p as usize]));
+                let [p, q] = [a, b].map(|end| self.mesh.points[end as usize]);
+                let [from, to] = [p, q].map(|end| circle.angle(end));
                 let turn = apart(from, to);
                 let mut between = points.iter().filter(|(angle, _)| {
                     [from, to].iter().all(|end| {
@@ -165,12 +156,7 @@ impl Coarse {
                         own > SAME && own < turn - SAME
                     })
                 });
-                let ahead = (to - from).rem_euclid(TAU) < PI;
-                let is_arc = if ahead {
-                    divided.is_followed_between(from, to)
-                } else {
-                    divided.is_followed_between(to, from)
-                };
+                let is_arc = divided.is_followed(circle.angle(circle.between(p, q)));
                 if between.next().is_none() && turn < 1.0 && is_arc {
                     found[c] += turn;
                     if self.arcs.insert(key(a, b), *circle).is_some() {

@@ -6,9 +6,11 @@
 
 mod circles;
 mod coarse;
+mod outline;
 
-pub use circles::{Circle, Side};
-pub use coarse::{Coarse, Outline, Triangles, coarse};
+pub use circles::Circle;
+pub use coarse::{Coarse, Triangles, coarse};
+pub use outline::{Outline, Side};
 
 use std::collections::{HashMap, HashSet};
 
@@ -401,7 +403,7 @@ mod tests {
 
     #[test]
     fn a_graded_mesh_fills_the_frame_and_conforms_at_any_number_of_layers() {
-        let coarse = coarse(&[Outline::Polygon(L.to_vec())], FRAME).unwrap();
+        let coarse = coarse(&[Outline::polygon(&L)], FRAME).unwrap();
         let mesh = &coarse.mesh;
         assert!(is_conforming(mesh));
         let marks = marks(mesh, &L);
@@ -430,7 +432,7 @@ mod tests {
     #[test]
     fn a_triangle_and_a_needle_all_of_whose_edges_are_marked_are_graded_too() {
         for outline in [vec![[0.0, 0.0], [1.0, 0.1], [0.2, 0.9]], vec![[0.0, 0.0], [3.0, 0.0], [3.0, 0.02]]] {
-            let coarse = coarse(&[Outline::Polygon(outline.clone())], FRAME).unwrap();
+            let coarse = coarse(&[Outline::polygon(&outline)], FRAME).unwrap();
             let layers = Layers { corners: 3, edges: 2, ratio: 0.15 };
             let fine = graded(&coarse, &marks(&coarse.mesh, &outline), layers, |_, p| p);
             assert!(is_conforming(&fine.mesh));
@@ -440,7 +442,7 @@ mod tests {
     #[test]
     fn circles_are_followed_by_arcs_that_end_where_other_outlines_cross_them() {
         let circle = Circle { center: [0.0, 1.0], radius: 1.5 };
-        let outlines = [Outline::Circle(circle), Outline::Polygon(L.to_vec())];
+        let outlines = [Outline::Circle(circle), Outline::polygon(&L)];
         // Whole, and cut in two by the frame through its middle.
         for frame in [FRAME, [[0.0, -2.0], [4.0, 5.0]]] {
             let coarse = coarse(&outlines, frame).unwrap();
@@ -538,7 +540,7 @@ mod tests {
     #[test]
     fn outlines_that_reach_beyond_the_frame_end_on_it() {
         let wide = [[-9.0, 1.0], [9.0, 1.0], [9.0, 2.0], [-9.0, 2.0]];
-        let mesh = coarse(&[wide.to_vec(), L.to_vec()].map(Outline::Polygon), FRAME).unwrap().mesh;
+        let mesh = coarse(&[&wide[..], &L].map(Outline::polygon), FRAME).unwrap().mesh;
         assert!(is_conforming(&mesh));
         let total: f64 = mesh.triangles.iter().map(|t| area(&mesh, t)).sum();
         assert!((total - 49.0).abs() < 1e-12);
@@ -555,7 +557,7 @@ mod tests {
             let shift = 0.013 * f64::from(k);
             let frame = [[-0.95 / 1.1 - shift, -1.0 / 0.7], [1.05 / 1.1 + shift, 3.0_f64.sqrt()]];
             let outline = vec![[-0.5, -0.3], [0.4, -0.3], [0.4, 0.35 + shift], [-0.5, 0.35]];
-            let mesh = coarse(&[Outline::Polygon(outline)], frame).unwrap().mesh;
+            let mesh = coarse(&[Outline::polygon(&outline)], frame).unwrap().mesh;
             for p in &mesh.points {
                 for c in 0..2 {
                     for end in frame.map(|corner| corner[c]) {
@@ -576,7 +578,8 @@ mod tests {
                 outline.iter().map(|p| [c * p[0] - s * p[1], s * p[0] + c * p[1]]).collect()
             };
             let outlines = [turned(&one), turned(&other)];
-            let mesh = coarse(&outlines.clone().map(Outline::Polygon), FRAME).unwrap().mesh;
+            let mesh =
+                coarse(&outlines.each_ref().map(|corners| Outline::polygon(corners)), FRAME).unwrap().mesh;
             for (outline, exact) in outlines.iter().zip([0.36, 0.8]) {
                 let inside = mesh.triangles.iter().filter(|t| {
                     let x = t.map(|p| mesh.points[p as usize]);
