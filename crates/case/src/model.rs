@@ -29,8 +29,8 @@ pub struct Case {
     /// conductors in the order of the file, then the dielectrics, which override one another in theirs. Slabs are boxes with
     /// infinite bounds.
     pub bodies: Vec<Body>,
-    /// Names of bodies that the file gives as surfaces or outlines and that are boxes in [`Case::bodies`], since all bodies turned out
-    /// to consist of boxes.
+    /// Names of bodies that the file gives in another way than [`Case::bodies`]: as surfaces or outlines where all bodies turned out to
+    /// consist of boxes, as surfaces where all turned out to be outlines pulled along one axis.
     pub recognised: Vec<String>,
     /// The mesh that [`Case::bodies`] are physical groups of; `None` where they are shapes.
     pub mesh: Option<ImportedMesh>,

@@ -1,8 +1,12 @@
-//! Boxes that were given in another way: as a surface of triangles, or as a polygon pulled along an axis.
+//! Boxes and prisms that were given in another way: as a surface of triangles, or boxes as a polygon pulled along an axis.
 //!
 //! The test is exact. Every edge of an outline must be parallel to an axis, and every triangle must lie in a plane normal to one, with
 //! coordinates that are equal to the last bit. What such a body fills is known then for each cell of the grid of its coordinates, and
 //! cells are joined to few boxes, whose faces are exactly those of the body.
+
+mod prisms;
+
+pub use prisms::{Prism, outlines_in_plane, prisms_of};
 
 use crate::outline;
 use crate::scene::Box3;

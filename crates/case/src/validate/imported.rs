@@ -11,13 +11,28 @@ use elastocap_geometry::meshing::tets::{FaceRole, TetMesh};
 use super::super::diagnostics::{Diagnostic, shown, shown_path};
 use elastocap_geometry::scene::Scene;
 
-use super::super::model::{Body, Box3, ImportedMesh, Shape, Surroundings};
+use super::super::model::{Body, Box3, Extent, ImportedMesh, Shape, Surroundings};
 use super::super::raw::{self, Document};
 use super::super::reader::{Log, Read, nearest};
 use super::super::values::Text;
 use super::bodies::{check_count, check_names, conductor_of};
 use super::given;
 use super::shapes::{Located, check_one_is_driven};
+
+/// The bodies of a mesh.
+pub(super) struct Imported {
+    /// As groups of the mesh.
+    pub bodies: Vec<Body>,
+    pub mesh: ImportedMesh,
+    /// By their shapes, if the solvers may take them so.
+    pub shapes: Option<Shapes>,
+}
+
+/// The bodies of a mesh by their shapes.
+pub(super) struct Shapes {
+    pub bodies: Vec<Body>,
+    pub extent: Extent,
+}
 
 /// Names of groups in one message at most.
 const MAX_NAMES: usize = 20;
@@ -49,7 +64,7 @@ pub(super) fn bodies(
     surroundings: Option<&Surroundings>,
     origin: &Path,
     log: &mut Log<'_>,
-) -> Option<(Vec<Body>, ImportedMesh)> {
+) -> Option<Imported> {
     if !check_count(conductors(raw).len(), dielectrics(raw).len(), log) {
         return None;
     }
@@ -88,7 +103,11 @@ pub(super) fn bodies(
         return None;
     }
     let file = file.get()?.0.clone();
-    Some((scene.bodies, ImportedMesh { file, tets, unnamed }))
+    let shapes = mesh.bodies(&scene).map(|(bodies, domain)| Shapes {
+        bodies,
+        extent: if domain == Box3::SPACE { Extent::Everywhere } else { Extent::Walls(domain) },
+    });
+    Some(Imported { bodies: scene.bodies, mesh: ImportedMesh { file, tets, unnamed }, shapes })
 }
 
 /// Refuses a layer beside the mesh.

@@ -69,30 +69,50 @@ pub(super) fn validate(raw: &Document, flawed: bool, origin: &Path, log: &mut Lo
     }
     let surroundings_read = surroundings.as_ref().and_then(Option::as_ref);
     let pair = electrodes.as_ref().and_then(Option::as_ref);
-    let (bodies, mesh) = if imported::any_physical(raw) {
-        imported::bodies(raw, flawed, surroundings_read, origin, log)
-            .map_or((None, None), |(bodies, mesh)| (Some(bodies), Some(mesh)))
+    let mut mesh = None;
+    let bodies = if imported::any_physical(raw) {
+        imported::bodies(raw, flawed, surroundings_read, origin, log).map(|imported| {
+            mesh = Some(imported.mesh);
+            (imported.bodies, imported.shapes)
+        })
     } else if !shapes::any_shaped(raw) {
-        (bodies::bodies(raw, surroundings_read, pair, log), None)
+        bodies::bodies(raw, surroundings_read, pair, log).map(|bodies| (bodies, None))
     } else if raw.layer.is_some() {
-        (shapes::with_layer(raw, surroundings_read, pair, origin, log), None)
+        shapes::with_layer(raw, surroundings_read, pair, origin, log).map(|bodies| (bodies, None))
     } else {
-        (shapes::without_layer(raw, surroundings_read, origin, log), None)
+        shapes::without_layer(raw, surroundings_read, origin, log).map(|bodies| (bodies, None))
     };
-
-    let found = match &bodies {
-        Some(bodies) if may_be_boxes(raw) => electrostatics(raw).and_then(|asked| {
-            recognised::as_boxes(bodies, surroundings_read.map(|all| all.boundary), &asked)
-        }),
-        _ => None,
-    };
+    // Groups of a mesh by their shapes, if they have any.
+    let as_shapes = bodies.as_ref().and_then(|(bodies, shapes)| match (&mesh, shapes) {
+        (Some(_), shapes) => shapes.as_ref().map(|shapes| &shapes.bodies),
+        (None, _) => Some(bodies),
+    });
+    let as_boxes = as_shapes.filter(|_| may_be(raw, raw::FieldSolver::Boxes)).and_then(|bodies| {
+        recognised::as_boxes(bodies, surroundings_read.map(|all| all.boundary), &electrostatics(raw)?)
+    });
     let any_shaped = imported::any_physical(raw) || shapes::any_shaped(raw);
     if !any_shaped {
         check_order(raw, log);
-    } else if bodies.is_none() || found.is_none() {
+    } else if bodies.is_none() || as_boxes.is_none() {
         check_solver(raw, log);
     }
-    let (bodies, recognised) = found.map_or((bodies, Vec::new()), |(bodies, names)| (Some(bodies), names));
+    let as_extrusions = || {
+        let shapes = as_shapes.filter(|_| may_be(raw, raw::FieldSolver::Extruded))?;
+        recognised::as_extrusions(shapes, mesh.is_some())
+    };
+    let found = as_boxes.or_else(as_extrusions);
+    let (bodies, shapes) = bodies?;
+    let mut surroundings = all_given(surroundings)?;
+    let (bodies, recognised) = match found {
+        Some(found) => {
+            mesh = None;
+            if let (Some(all), Some(shapes)) = (&mut surroundings, shapes) {
+                all.extent = shapes.extent;
+            }
+            found
+        }
+        None => (bodies, Vec::new()),
+    };
 
     raw.format.get()?;
     Some(Case {
@@ -102,10 +122,10 @@ pub(super) fn validate(raw: &Document, flawed: bool, origin: &Path, log: &mut Lo
         electrodes: all_given(electrodes)?,
         mechanics: all_given(mechanics)?,
         load: all_given(load)?,
-        bodies: bodies?,
+        bodies,
         recognised,
         mesh,
-        surroundings: all_given(surroundings)?,
+        surroundings,
         electrostatics: if wants_capacitance { Some(electrostatics(raw)?) } else { None },
     })
 }
@@ -177,15 +197,15 @@ fn check_solver(raw: &Document, log: &mut Log<'_>) {
     }
 }
 
-/// Whether bodies of other shapes are looked at as boxes: not where the solver on tetrahedra is asked for, or its order given.
-fn may_be_boxes(raw: &Document) -> bool {
-    if !shapes::any_shaped(raw) || imported::any_physical(raw) {
+/// Whether bodies are looked at as those of another solver: not where still another one is asked for, or the order of tetrahedra given.
+fn may_be(raw: &Document, solver: raw::FieldSolver) -> bool {
+    if !shapes::any_shaped(raw) && !imported::any_physical(raw) {
         return false;
     }
     let Some(table) = &raw.electrostatics else { return true };
     let Some(table) = table.get() else { return false };
-    let solver = table.solver.as_ref().map(Read::get);
-    table.order.is_none() && matches!(solver, None | Some(Some(raw::FieldSolver::Boxes)))
+    let asked = table.solver.as_ref().map(Read::get);
+    table.order.is_none() && asked.is_none_or(|asked| asked == Some(&solver))
 }
 
 /// The box solver chooses its order itself.

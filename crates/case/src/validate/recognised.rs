@@ -1,6 +1,6 @@
-//! Bodies that consist of boxes though the file gives them in another way.
+//! Bodies that consist of boxes, or are outlines pulled along an axis, though the file gives them in another way.
 
-use elastocap_geometry::recognition::{boxes_of, cells_between};
+use elastocap_geometry::recognition::{Prism, boxes_of, cells_between, prisms_of};
 
 use crate::model::{Body, Box3, Electrostatics, Shape, Wall};
 
@@ -47,6 +47,46 @@ pub(super) fn as_boxes(
         !conductors[..k].iter().flatten().any(touch)
     });
     apart.then_some((out, recognised))
+}
+
+/// All bodies with their surfaces as extrusions along one axis, with the names of those that are surfaces, or of all from a mesh.
+///
+/// `None` if none is, or if they are not all outlines pulled along one axis. A surface with holes or steps, which no single extrusion is,
+/// stays a surface: the extruded solver takes it all the same.
+pub(super) fn as_extrusions(bodies: &[Body], from_mesh: bool) -> Option<(Vec<Body>, Vec<String>)> {
+    let is_surface =
+        |body: &&Body| from_mesh || body.parts.iter().any(|part| matches!(part, Shape::Surface(_)));
+    let recognised: Vec<String> = bodies.iter().filter(is_surface).map(|body| body.name.clone()).collect();
+    if recognised.is_empty() {
+        return None;
+    }
+    let along = |axis: usize| -> Option<Vec<Body>> {
+        let extruded = |body: &Body| {
+            let parts = body.parts.iter().map(|part| as_extrusion(part, axis)).collect::<Option<_>>()?;
+            Some(Body { parts, ..body.clone() })
+        };
+        bodies.iter().map(extruded).collect()
+    };
+    Some(((0..3).find_map(along)?, recognised))
+}
+
+/// A shape as it is if it is an outline pulled along the axis, or as an extrusion if it is a surface.
+fn as_extrusion(shape: &Shape, axis: usize) -> Option<Shape> {
+    match shape {
+        Shape::Box(_) => Some(shape.clone()),
+        Shape::Extrusion { axis: own, .. }
+        | Shape::Cylinder { axis: own, .. }
+        | Shape::Tube { axis: own, .. } => (*own == axis).then(|| shape.clone()),
+        Shape::Surface(surface) => {
+            let prisms = prisms_of(surface, axis)?;
+            let [Prism { outlines, ends: [from, to] }] = prisms.as_slice() else {
+                return Some(shape.clone());
+            };
+            let [outline] = outlines.as_slice() else { return Some(shape.clone()) };
+            Some(Shape::Extrusion { axis, from: *from, to: *to, outline: outline.clone(), arcs: Vec::new() })
+        }
+        Shape::Sphere { .. } | Shape::Shell { .. } | Shape::Physical(_) => None,
+    }
 }
 
 /// Whether two conductors, not both a single box, are farther apart along an axis than the smaller of the two is large.

@@ -116,3 +116,46 @@ fn unions_of_boxes_far_apart_in_open_space_stay_as_they_are_given_at_loose_toler
         assert_eq!(case.has_only_boxes(), recognised, "{tolerance}, {from}: {:?}", case.bodies);
     }
 }
+
+/// A surface in OBJ between two copies of a polygon.
+fn prism(corners: &[[f64; 2]]) -> String {
+    let n = corners.len();
+    let at = |y: f64| corners.iter().map(move |[x, z]| format!("v {x} {y} {z}\n"));
+    let sides = (0..n).map(|k| {
+        let [a, b] = [k + 1, (k + 1) % n + 1];
+        format!("f {a} {} {} {b}\n", a + n, b + n)
+    });
+    let list = |order: &mut dyn Iterator<Item = usize>| order.map(|k| format!(" {k}")).collect::<String>();
+    let ends = format!("f{}\nf{}\n", list(&mut (1..=n)), list(&mut (n + 1..=2 * n).rev()));
+    at(0.0).chain(at(0.25)).chain(sides).collect::<String>() + &ends
+}
+
+#[test]
+fn surfaces_that_are_polygons_pulled_along_an_axis_become_extrusions_where_all_bodies_are_outlines() {
+    let folder = tempfile::tempdir().unwrap();
+    let hexagon = [[2.0, 0.0], [1.0, 1.5], [-1.0, 1.5], [-2.0, 0.0], [-1.0, -1.5], [1.0, -1.5]];
+    std::fs::write(folder.path().join("hexagon.obj"), prism(&hexagon)).unwrap();
+    let case = |rest: &str| {
+        let text = format!(
+            "format = 1\n[[conductor]]\nname = \"pad\"\nsurface = {{ file = \"hexagon.obj\", unit = \"mm\" }}\n{rest}\
+             [surroundings]\nboundary = \"open\"\n"
+        );
+        let case = elastocap_case::parse(&text, &folder.path().join("case.toml"));
+        case.unwrap_or_else(|error| panic!("{}", error.render(false)))
+    };
+    let disc = "[[conductor]]\nname = \"disc\"\ncylinder = { axis = \"x2\", base = [\"0 mm\", \"1 mm\", \"0 mm\"], radius = \"2 mm\", \
+                height = \"0 mm\" }\n";
+    let found = case(disc);
+    assert_eq!(found.recognised, ["pad"]);
+    let Shape::Extrusion { axis: 1, from, to, outline, arcs } = &found.bodies[0].parts[0] else {
+        panic!("{:?}", found.bodies[0].parts)
+    };
+    assert_eq!((*from, *to, outline.len(), arcs.len()), (0.0, 0.25e-3, 6, 0));
+    let ball = "[[conductor]]\nname = \"ball\"\nsphere = { center = [\"0 mm\", \"3 mm\", \"0 mm\"], radius = \"1 mm\" }\n";
+    let upright = disc.replace("x2", "x3");
+    for rest in [ball, &upright, &format!("{disc}[electrostatics]\nsolver = \"tetrahedra\"\n")] {
+        let found = case(rest);
+        assert!(found.recognised.is_empty(), "{rest}");
+        assert!(matches!(found.bodies[0].parts[0], Shape::Surface(_)), "{rest}");
+    }
+}

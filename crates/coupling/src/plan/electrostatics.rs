@@ -32,11 +32,15 @@ impl Plan {
         let settings = self.solver_settings(case, options);
         if !case.recognised.is_empty() {
             let names: Vec<String> = case.recognised.iter().map(|name| format!("`{name}`")).collect();
+            let (one, several) = match case.has_only_boxes() {
+                true => ("consists of boxes", "consist of boxes"),
+                false => ("is an outline pulled along an axis", "are outlines pulled along an axis"),
+            };
             let what = format!(
-                "{} to the last bit, which the box solver takes; `solver = \"tetrahedra\"` takes them as they are given",
+                "{}; `solver = \"tetrahedra\"` takes them as they are given",
                 match names.as_slice() {
-                    [name] => format!("{name} consists of boxes"),
-                    _ => format!("{} consist of boxes", shortened(&names)),
+                    [name] => format!("{name} {one}"),
+                    _ => format!("{} {several}", shortened(&names)),
                 }
             );
             self.solved.push(Planned { part: "bodies", what });

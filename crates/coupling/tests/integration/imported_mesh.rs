@@ -34,6 +34,7 @@ physical = "filling"
 [surroundings]
 boundary = "grounded"
 [electrostatics]
+solver = "tetrahedra"
 relative_tolerance = 0.9
 "#;
 
@@ -154,6 +155,27 @@ fn a_group_of_surfaces_inside_the_mesh_is_a_sheet() {
     // More than alone in open space, 0.3667 of 4 pi eps0 times the side; less than the cube of which it is a part.
     let alone = 0.3667 * 4.0 * std::f64::consts::PI * VACUUM_PERMITTIVITY * 1e-3;
     assert!(alone < found.lower && found.upper < 1e-3 * CUBE_IN_CUBE, "{found:?}");
+}
+
+#[test]
+fn groups_that_are_boxes_are_solved_as_boxes_unless_tetrahedra_are_asked_for() {
+    let by_default = ("solver = \"tetrahedra\"\n", "");
+    let case = accepted(&[by_default, ("0.9", "1e-4")]);
+    assert!(case.has_only_boxes() && case.mesh.is_none(), "{:?}", case.bodies);
+    assert_eq!(case.recognised, ["cube", "bottom"]);
+    let outcome = solved(&case);
+    assert_eq!(outcome.steps[0].row.status, Status::Ok);
+    assert_holds(&matrix(&outcome)[0][0], [1e-3 * CUBE_IN_CUBE; 2]);
+
+    let open = solved(&accepted(&[by_default, ("0.9", "1e-3"), ("grounded", "open")]));
+    assert_holds(&matrix(&open)[0][0], [1e-3 * CUBE; 2]);
+
+    // A group of surfaces becomes a sheet: both solvers' bounds hold its capacitance.
+    let sheet = accepted(&[by_default, ("0.9", "1e-3"), ("inner", "top of inner")]);
+    assert!(sheet.has_only_boxes(), "{:?}", sheet.bodies);
+    let found = matrix(&solved(&sheet))[0][0];
+    let as_given = matrix(&solved(&accepted(&[("0.9", "5e-2"), ("inner", "top of inner")])))[0][0];
+    assert!(as_given.lower <= found.upper && found.lower <= as_given.upper, "{found:?} {as_given:?}");
 }
 
 #[test]

@@ -3,7 +3,7 @@
 use elastocap_fem::triangle::Bent;
 use elastocap_geometry::meshing::grid::Plane;
 use elastocap_geometry::meshing::plane::graded::{Circle, Coarse, Marks, Outline, Triangles, coarse};
-use elastocap_geometry::recognition::boxes_of;
+use elastocap_geometry::recognition::{Prism, boxes_of, prisms_of};
 use elastocap_geometry::scene::{Body, Scene, Wall, across};
 use elastocap_geometry::shapes::Shape;
 use std::collections::HashMap;
@@ -341,7 +341,14 @@ fn solids(shape: &Shape, axis: usize) -> Option<Vec<Solid>> {
             let ends = [base[axis], base[axis] + height];
             Some(vec![Solid { outlines: vec![circle(*outer), circle(*inner)], ends }])
         }
-        Shape::Box(_) | Shape::Extrusion { .. } | Shape::Surface(_) => {
+        Shape::Surface(surface) => {
+            let solid = |prism: Prism| Solid {
+                outlines: prism.outlines.iter().map(|outline| Outline::polygon(outline)).collect(),
+                ends: prism.ends,
+            };
+            Some(prisms_of(surface, axis)?.into_iter().map(solid).collect())
+        }
+        Shape::Box(_) | Shape::Extrusion { .. } => {
             let boxes = boxes_of(shape, MOST_CELLS)?;
             let flat = |a: usize| boxes.iter().any(|b| b.min[a] == b.max[a]);
             if flat(p) || flat(q) {

@@ -6,7 +6,7 @@ use elastocap_electrostatics::{
 };
 use elastocap_geometry::drawing::{Drawn, Entry, drawn};
 use elastocap_geometry::scene::{Body, Box3, Scene, Wall};
-use elastocap_geometry::shapes::Shape;
+use elastocap_geometry::shapes::{Shape, TriangleSurface};
 use std::f64::consts::{PI, TAU};
 
 fn open(bodies: Vec<Body>) -> Scene {
@@ -285,6 +285,68 @@ fn boxes_have_the_same_bounds_as_in_the_box_solver_whatever_surrounds_them() {
         }
         // More where the permittivity is no product of one along the axis and one across it.
         assert!(extruded.iterations <= 45, "{k}: {}", extruded.iterations);
+    }
+}
+
+/// The surface of a square plate on which a square frame stands, its faces normal to x2, turned about x2.
+fn frame_on_plate(angle: f64) -> TriangleSurface {
+    let corner = |half: f64, k: usize| {
+        let [x, z] = [[-half, -half], [half, -half], [half, half], [-half, half]][k];
+        let (sine, cosine) = angle.sin_cos();
+        [cosine * x + sine * z, cosine * z - sine * x]
+    };
+    let points = [(0.0, 1.0), (0.4, 1.0), (0.4, 0.5), (0.2, 0.5)].into_iter().flat_map(|(y, half)| {
+        (0..4).map(move |k| {
+            let [x, z] = corner(half, k);
+            [x, y, z]
+        })
+    });
+    let mut faces = vec![[0, 1, 2], [0, 2, 3], [12, 14, 13], [12, 15, 14]];
+    for ring in [0, 4, 8] {
+        for k in 0..4 {
+            let [a, b] = [ring + k, ring + (k + 1) % 4];
+            faces.extend([[a, b + 4, b], [a, a + 4, b + 4]]);
+        }
+    }
+    TriangleSurface { points: points.collect(), faces }
+}
+
+#[test]
+fn a_surface_with_a_hole_and_a_step_is_solved_as_its_boxes_are_and_also_after_a_turn() {
+    let lid = || block("lid", [-1.0, 0.6, -1.0], [1.0, 0.7, 1.0]);
+    let sides = [
+        ([-1.0, 0.0, -1.0], [1.0, 0.2, 1.0]),
+        ([-1.0, 0.2, -1.0], [-0.5, 0.4, 1.0]),
+        ([0.5, 0.2, -1.0], [1.0, 0.4, 1.0]),
+        ([-0.5, 0.2, -1.0], [0.5, 0.4, -0.5]),
+        ([-0.5, 0.2, 0.5], [0.5, 0.4, 1.0]),
+    ];
+    let parts = sides.map(|(min, max)| Shape::Box(Box3 { min, max })).to_vec();
+    let boxes = open(vec![Body { parts, ..lid() }, lid()]);
+    let truth = solve(&boxes, &settings(3e-3, Target::Matrix)).unwrap().maxwell;
+    for angle in [0.0, 0.4] {
+        let mut turned = lid();
+        if angle != 0.0 {
+            let (sine, cosine) = f64::sin_cos(angle);
+            let corners = [[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]];
+            turned.parts = vec![Shape::Extrusion {
+                axis: 1,
+                from: 0.6,
+                to: 0.7,
+                outline: corners.map(|[x, z]| [cosine * x + sine * z, cosine * z - sine * x]).to_vec(),
+                arcs: Vec::new(),
+            }];
+        }
+        let framed = Body::conductor("framed", Shape::Surface(frame_on_plate(angle)));
+        let scene = open(vec![framed, turned]);
+        // Straight, the same bodies end at fewer places along x1.
+        assert_eq!(extrusion_axis(&scene), Some(if angle == 0.0 { 0 } else { 1 }));
+        assert!(has_few_edges(&scene));
+        let found = solved(&scene, 1e-2, Target::Matrix);
+        assert!(found.reached, "{:?}", found.shortfall);
+        for (a, b) in truth.iter().flatten().zip(found.maxwell.iter().flatten()) {
+            assert!(a.lower <= b.upper && b.lower <= a.upper, "{angle}: {a:?} {b:?}");
+        }
     }
 }
 

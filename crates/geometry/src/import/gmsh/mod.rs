@@ -11,6 +11,7 @@
 mod cursor;
 mod roles;
 mod sections;
+mod shapes;
 
 use std::path::Path;
 

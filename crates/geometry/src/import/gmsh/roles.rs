@@ -374,7 +374,8 @@ impl Field {
     }
 }
 
-fn bounds<'a>(points: impl Iterator<Item = &'a [f64; 3]>) -> Option<[[f64; 3]; 2]> {
+/// The smallest box that holds all points: its lower and its upper corner.
+pub(super) fn bounds<'a>(points: impl Iterator<Item = &'a [f64; 3]>) -> Option<[[f64; 3]; 2]> {
     points.fold(None, |all, p| {
         let [low, high] = all.unwrap_or([*p; 2]);
         Some([[0, 1, 2].map(|a| f64::min(low[a], p[a])), [0, 1, 2].map(|a| f64::max(high[a], p[a]))])

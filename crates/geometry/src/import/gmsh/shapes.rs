@@ -1,0 +1,169 @@
+//! Groups of a mesh as bodies of their own, where nothing else of the mesh matters.
+
+use super::roles::bounds;
+use super::{VolumeMesh, outward, sides};
+use crate::recognition::outlines_in_plane;
+use crate::scene::{Body, Box3, Scene, Wall};
+use crate::shapes::{Shape, TriangleSurface};
+use std::collections::{BTreeMap, BTreeSet};
+
+/// Coordinates that differ by less than this share of the size of the mesh are one.
+const NEAR: f64 = 1e-12;
+
+impl VolumeMesh {
+    /// The bodies of a scene of physical groups by their surfaces, and the box in which the scene ends: everything where it is open.
+    ///
+    /// Coordinates that differ by rounding are made equal. A group of volumes, and a group of surfaces around a hollow of the mesh, become
+    /// closed surfaces; a group of surfaces in a plane normal to an axis becomes a sheet. `None` where there are other groups, where the
+    /// outer faces are no box, or where a dielectric ends at open faces, behind which it may go on.
+    pub fn bodies(&self, scene: &Scene) -> Option<(Vec<Body>, Box3)> {
+        let wall = scene.walls[0][0];
+        if scene.walls.iter().flatten().any(|other| *other != wall) {
+            return None;
+        }
+        let faces = Faces::new(self);
+        let parts = |body: &Body| -> Option<Vec<Shape>> {
+            body.parts.iter().map(|part| faces.shape(part, body.is_conductor())).collect()
+        };
+        let bodies = scene.bodies.iter().map(|body| Some(Body { parts: parts(body)?, ..body.clone() }));
+        let bodies: Vec<Body> = bodies.collect::<Option<_>>()?;
+        let [min, max] = bounds(faces.points.iter())?;
+        let hull = Box3 { min, max };
+        let ends = |at: Wall| match at {
+            Wall::Open => faces.end_in_background(scene).then_some(Box3::SPACE),
+            Wall::Grounded | Wall::Insulated => faces.end_in(&hull, scene).then_some(hull),
+        };
+        Some((bodies, ends(wall)?))
+    }
+}
+
+/// The faces of a mesh, whose points have been moved by rounding.
+struct Faces<'a> {
+    mesh: &'a VolumeMesh,
+    points: Vec<[f64; 3]>,
+    /// Faces in groups of surfaces, corners ascending, with their groups.
+    grouped: BTreeMap<[u32; 3], u32>,
+    /// Faces of only one tetrahedron, anticlockwise from outside, with it.
+    outer: BTreeMap<[u32; 3], ([u32; 3], usize)>,
+}
+
+impl<'a> Faces<'a> {
+    fn new(mesh: &'a VolumeMesh) -> Self {
+        let grouped =
+            mesh.faces.iter().zip(&mesh.face_groups).map(|(face, group)| (ascending(*face), *group));
+        let all = sides(mesh, |_| true);
+        let outer = all.chunk_by(|a, b| a.0 == b.0).filter_map(|group| match group {
+            [one] => Some((one.0, (outward(one), one.1 as usize / 4))),
+            _ => None,
+        });
+        Self { mesh, points: joined(&mesh.points), grouped: grouped.collect(), outer: outer.collect() }
+    }
+
+    /// The numbers of the groups of a dimension that a shape names.
+    fn groups(&self, shape: &Shape, dimension: u8) -> BTreeSet<u32> {
+        let Shape::Physical(name) = shape else { return BTreeSet::new() };
+        let all = self.mesh.groups.iter().zip(1..);
+        all.filter(|(g, _)| g.dimension == dimension && g.name == *name).map(|(_, k)| k).collect()
+    }
+
+    /// A group as a shape.
+    fn shape(&self, shape: &Shape, is_conductor: bool) -> Option<Shape> {
+        let volumes = self.groups(shape, 3);
+        let surfaces = if is_conductor { self.groups(shape, 2) } else { BTreeSet::new() };
+        let of_surfaces: Vec<[u32; 3]> = self
+            .grouped
+            .iter()
+            .filter(|(_, group)| surfaces.contains(group))
+            .map(|(face, _)| *face)
+            .collect();
+        let own = sides(self.mesh, |t| volumes.contains(&self.mesh.tet_groups[t]));
+        match (own.is_empty(), of_surfaces.is_empty()) {
+            (false, true) => {
+                let alone = own.chunk_by(|a, b| a.0 == b.0).filter(|group| group.len() == 1);
+                Some(self.closed(alone.map(|group| outward(&group[0])).collect()))
+            }
+            (true, false) => {
+                let around: Vec<[u32; 3]> = of_surfaces
+                    .iter()
+                    .filter_map(|face| self.outer.get(face))
+                    // Seen from the body.
+                    .map(|([a, b, c], _)| [*a, *c, *b])
+                    .collect();
+                match around.len() {
+                    0 => self.sheet(&of_surfaces),
+                    n if n == of_surfaces.len() => Some(self.closed(around)),
+                    _ => None,
+                }
+            }
+            _ => None,
+        }
+    }
+
+    fn closed(&self, mut faces: Vec<[u32; 3]>) -> Shape {
+        let used: BTreeSet<u32> = faces.iter().flatten().copied().collect();
+        let number: BTreeMap<u32, u32> = used.iter().copied().zip(0..).collect();
+        let points = used.iter().map(|p| self.points[*p as usize]).collect();
+        faces.iter_mut().for_each(|face| *face = face.map(|p| number[&p]));
+        Shape::Surface(TriangleSurface { points, faces })
+    }
+
+    /// Faces in a plane normal to an axis, as one polygon without thickness.
+    fn sheet(&self, faces: &[[u32; 3]]) -> Option<Shape> {
+        let triangles: Vec<[[f64; 3]; 3]> =
+            faces.iter().map(|face| face.map(|p| self.points[p as usize])).collect();
+        let at = triangles.first()?[0];
+        let axis = (0..3).find(|a| triangles.iter().flatten().all(|p| p[*a] == at[*a]))?;
+        let [outline] = <[_; 1]>::try_from(outlines_in_plane(&triangles, axis)).ok()?;
+        Some(Shape::Extrusion { axis, from: at[axis], to: at[axis], outline, arcs: Vec::new() })
+    }
+
+    /// The outer faces that bound a field: those that are no conductor's, each with its tetrahedron.
+    fn ends(&self, scene: &Scene) -> impl Iterator<Item = ([u32; 3], usize)> {
+        let parts: Vec<&Shape> = scene.conductor_parts().map(|(_, part)| part).collect();
+        let groups: BTreeSet<u32> =
+            parts.iter().flat_map(|part| [2, 3].into_iter().flat_map(|d| self.groups(part, d))).collect();
+        self.outer.iter().filter_map(move |(face, (_, tet))| {
+            let of_conductor = groups.contains(&self.mesh.tet_groups[*tet])
+                || self.grouped.get(face).is_some_and(|group| groups.contains(group));
+            (!of_conductor).then_some((*face, *tet))
+        })
+    }
+
+    /// Whether all of them lie in the sides of a box.
+    fn end_in(&self, hull: &Box3, scene: &Scene) -> bool {
+        self.ends(scene).all(|(face, _)| {
+            let corners = face.map(|p| self.points[p as usize]);
+            (0..3).any(|a| [hull.min[a], hull.max[a]].iter().any(|end| corners.iter().all(|p| p[a] == *end)))
+        })
+    }
+
+    /// Whether no dielectric lies behind any of them.
+    fn end_in_background(&self, scene: &Scene) -> bool {
+        let parts = scene.dielectrics().flat_map(|d| &d.body.parts);
+        let groups: BTreeSet<u32> = parts.flat_map(|part| self.groups(part, 3)).collect();
+        self.ends(scene).all(|(_, tet)| !groups.contains(&self.mesh.tet_groups[tet]))
+    }
+}
+
+fn ascending(mut face: [u32; 3]) -> [u32; 3] {
+    face.sort_unstable();
+    face
+}
+
+/// Points whose coordinates along an axis are equal where they differ by rounding.
+fn joined(points: &[[f64; 3]]) -> Vec<[f64; 3]> {
+    let mut out = points.to_vec();
+    let Some([min, max]) = bounds(points.iter()) else { return out };
+    let near = NEAR * (0..3).map(|a| max[a] - min[a]).fold(0.0, f64::max);
+    for a in 0..3 {
+        let mut order: Vec<usize> = (0..points.len()).collect();
+        order.sort_by(|i, j| points[*i][a].total_cmp(&points[*j][a]));
+        for pair in 1..order.len() {
+            let [below, own] = [order[pair - 1], order[pair]];
+            if points[own][a] - points[below][a] <= near {
+                out[own][a] = out[below][a];
+            }
+        }
+    }
+    out
+}

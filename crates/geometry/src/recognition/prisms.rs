@@ -1,0 +1,306 @@
+//! Surfaces of triangles that are polygons pulled along an axis.
+//!
+//! The test is exact but for rounding. Every triangle must either be normal to the axis, or be seen along the axis as a line. Triangles
+//! normal to the axis are where columns along it enter the body or leave it, so that between two of their planes the body is what an odd
+//! number of those below covers: the edges of these triangles that do not cancel in pairs are its outlines.
+
+use super::{ROUNDING, ascending, volume_below};
+use crate::outline;
+use crate::scene::across;
+use crate::shapes::TriangleSurface;
+use std::collections::BTreeMap;
+
+/// Distances that are less than this share of the size of a surface are rounding.
+const NEAR: f64 = 1e-12;
+
+/// Polygons pulled along an axis.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Prism {
+    /// Corners in the two other coordinates in ascending order of axis, m: the body is what an odd number of these polygons holds.
+    pub outlines: Vec<Vec<[f64; 2]>>,
+    /// Lower and upper end along the axis, m.
+    pub ends: [f64; 2],
+}
+
+/// The prisms along an axis that a closed surface consists of, one on the other; `None` if it does not.
+pub fn prisms_of(surface: &TriangleSurface, axis: usize) -> Option<Vec<Prism>> {
+    let [p, q] = across(axis);
+    let near = NEAR * size(surface.points.iter());
+    let mut flat = Vec::new();
+    for face in &surface.faces {
+        let corners = face.map(|k| surface.points[k as usize]);
+        let plan = corners.map(|corner| [corner[p], corner[q]]);
+        if corners.iter().all(|corner| (corner[axis] - corners[0][axis]).abs() <= near) {
+            flat.push((corners[0][axis], plan));
+        } else if !is_on_a_line(plan, near) {
+            return None;
+        }
+    }
+    let mut levels = ascending(flat.iter().map(|(at, _)| *at).collect());
+    levels.dedup_by(|above, below| *above - *below <= near);
+    let level_of = |at: f64| levels.partition_point(|level| *level <= at).saturating_sub(1);
+    flat.sort_by_key(|(at, _)| level_of(*at));
+    let mut edges = Edges::default();
+    let mut prisms = Vec::new();
+    for same in flat.chunk_by(|(a, _), (b, _)| level_of(*a) == level_of(*b)) {
+        for (_, triangle) in same {
+            (0..3).for_each(|k| edges.flip(triangle[k], triangle[(k + 1) % 3]));
+        }
+        let outlines = edges.loops(near);
+        let level = level_of(same[0].0);
+        match levels.get(level + 1) {
+            Some(next) if !outlines.is_empty() => {
+                prisms.push(Prism { outlines, ends: [levels[level], *next] });
+            }
+            Some(_) => {}
+            None if outlines.is_empty() => {}
+            None => return None,
+        }
+    }
+    // What the triangles enclose by Gauss's theorem; their orientation has played no part so far.
+    let enclosed: f64 = surface.faces.iter().map(|face| volume_below(surface, face)).sum();
+    let volume: f64 = prisms.iter().map(Prism::volume).sum();
+    (volume > 0.0 && (enclosed - volume).abs() <= ROUNDING * volume).then_some(prisms)
+}
+
+/// The outlines of what triangles in a plane normal to an axis cover: an odd number of them holds each point of it.
+pub fn outlines_in_plane(triangles: &[[[f64; 3]; 3]], axis: usize) -> Vec<Vec<[f64; 2]>> {
+    let [p, q] = across(axis);
+    let mut edges = Edges::default();
+    for triangle in triangles {
+        let plan = triangle.map(|corner| [corner[p], corner[q]]);
+        (0..3).for_each(|k| edges.flip(plan[k], plan[(k + 1) % 3]));
+    }
+    edges.loops(NEAR * size(triangles.iter().flatten()))
+}
+
+/// The largest extent of some points along an axis.
+fn size<'a>(points: impl Iterator<Item = &'a [f64; 3]> + Clone) -> f64 {
+    let extent = |a: usize| {
+        let along = || points.clone().map(|point| point[a]);
+        along().fold(f64::NEG_INFINITY, f64::max) - along().fold(f64::INFINITY, f64::min)
+    };
+    (0..3).map(extent).fold(0.0, f64::max)
+}
+
+/// Whether the points of a triangle lie on a line, up to rounding: its height over its longest side.
+fn is_on_a_line(plan: [[f64; 2]; 3], near: f64) -> bool {
+    let side = |k: usize| {
+        let [a, b] = [plan[k], plan[(k + 1) % 3]];
+        [b[0] - a[0], b[1] - a[1]]
+    };
+    let longest = (0..3).map(|k| side(k)[0].hypot(side(k)[1])).fold(0.0, f64::max);
+    let [u, v] = [side(0), side(1)];
+    (u[0] * v[1] - u[1] * v[0]).abs() <= near * longest
+}
+
+impl Prism {
+    /// m^3; outlines that lie in one another have areas of opposite signs.
+    fn volume(&self) -> f64 {
+        let inside = |k: usize| {
+            let others = (0..self.outlines.len()).filter(|other| *other != k);
+            let point = self.outlines[k][0];
+            others.filter(|other| outline::contains(&self.outlines[*other], point)).count() % 2 == 1
+        };
+        let area = |(k, polygon): (usize, &Vec<[f64; 2]>)| {
+            let from = polygon[0];
+            let sides = polygon.iter().zip(polygon.iter().cycle().skip(1));
+            let twice: f64 = sides
+                .map(|(a, b)| (a[0] - from[0]) * (b[1] - from[1]) - (a[1] - from[1]) * (b[0] - from[0]))
+                .sum();
+            if inside(k) { -0.5 * twice.abs() } else { 0.5 * twice.abs() }
+        };
+        (self.ends[1] - self.ends[0]) * self.outlines.iter().enumerate().map(area).sum::<f64>()
+    }
+}
+
+/// A point that can be looked up: the bits of its coordinates.
+type Key = [u64; 2];
+
+fn key(point: [f64; 2]) -> Key {
+    // Without the sign of zero.
+    point.map(|x| (x + 0.0).to_bits())
+}
+
+/// Edges in the plane, each there or not.
+#[derive(Debug, Default)]
+struct Edges {
+    /// At each point the others that it has an edge to.
+    neighbours: BTreeMap<Key, Vec<Key>>,
+}
+
+impl Edges {
+    /// Adds an edge, or takes it away.
+    fn flip(&mut self, a: [f64; 2], b: [f64; 2]) {
+        for (from, to) in [(key(a), key(b)), (key(b), key(a))] {
+            let others = self.neighbours.entry(from).or_default();
+            match others.iter().position(|other| *other == to) {
+                Some(place) => drop(others.swap_remove(place)),
+                None => others.push(to),
+            }
+        }
+    }
+
+    /// Closed polygons of all edges, without corners where they go straight on or back.
+    fn loops(&self, near: f64) -> Vec<Vec<[f64; 2]>> {
+        let mut left = self.neighbours.clone();
+        let mut out = Vec::new();
+        for start in self.neighbours.keys() {
+            // At every point an even number of edges meets, so that a way always comes back.
+            while left.get(start).is_some_and(|others| !others.is_empty()) {
+                let mut way = Vec::new();
+                let mut at = *start;
+                while let Some(next) = left.get_mut(&at).and_then(Vec::pop) {
+                    way.push(at.map(f64::from_bits));
+                    if let Some(others) = left.get_mut(&next) {
+                        others.retain(|other| *other != at);
+                    }
+                    at = next;
+                }
+                let polygon = straightened(way, near);
+                if polygon.len() > 2 {
+                    out.push(polygon);
+                }
+            }
+        }
+        out
+    }
+}
+
+/// A closed polygon without the corners at which it goes straight on or back.
+fn straightened(mut polygon: Vec<[f64; 2]>, near: f64) -> Vec<[f64; 2]> {
+    let (mut k, mut passed) = (0, 0);
+    while passed < polygon.len() && polygon.len() > 2 {
+        let n = polygon.len();
+        if is_on_a_line([k + n - 1, k, k + 1].map(|k| polygon[k % n]), near) {
+            polygon.remove(k);
+            // The corner before has another side now.
+            (k, passed) = ((k + n - 2) % (n - 1), 0);
+        } else {
+            (k, passed) = ((k + 1) % n, passed + 1);
+        }
+    }
+    polygon
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::outline::{contains, on_circle};
+
+    /// The surface of what lies between polygons of the same number of corners, one on each level; triangles of the ends as fans about
+    /// a corner.
+    fn pulled(outline: &[[f64; 2]], levels: &[f64], axis: usize) -> TriangleSurface {
+        let n = outline.len() as u32;
+        let [p, q] = across(axis);
+        let mut points = Vec::new();
+        for at in levels {
+            for corner in outline {
+                let mut point = [0.0; 3];
+                (point[axis], point[p], point[q]) = (*at, corner[0], corner[1]);
+                points.push(point);
+            }
+        }
+        let mut faces = Vec::new();
+        for level in 0..levels.len() as u32 - 1 {
+            for k in 0..n {
+                let [a, b] = [k, (k + 1) % n].map(|k| level * n + k);
+                faces.extend([[a, b, b + n], [a, b + n, a + n]]);
+            }
+        }
+        let top = n * (levels.len() as u32 - 1);
+        for k in 1..n - 1 {
+            faces.extend([[0, k + 1, k], [top, top + k, top + k + 1]]);
+        }
+        if axis == 1 {
+            faces.iter_mut().for_each(|face| face.reverse());
+        }
+        TriangleSurface { points, faces }
+    }
+
+    #[test]
+    fn a_polygon_pulled_along_an_axis_is_found_along_that_axis_only() {
+        let outline = on_circle([0.3, -0.7], 0.9, 7);
+        for axis in 0..3 {
+            let surface = pulled(&outline, &[-0.3, 0.1], axis);
+            for other in (0..3).filter(|other| *other != axis) {
+                assert_eq!(prisms_of(&surface, other), None);
+            }
+            let [prism] = prisms_of(&surface, axis).unwrap().try_into().unwrap();
+            assert_eq!(prism.ends, [-0.3, 0.1]);
+            let [mut found] = <[_; 1]>::try_from(prism.outlines).unwrap();
+            let first = found.iter().position(|corner| *corner == outline[0]).unwrap();
+            found.rotate_left(first);
+            if found[1] != outline[1] {
+                found[1..].reverse();
+            }
+            assert_eq!(found, outline);
+        }
+    }
+
+    #[test]
+    fn edges_that_divide_straight_sides_leave_no_corners() {
+        let outline = [[0.0, 0.0], [0.3, 0.0], [1.0, 0.0], [1.0, 0.7], [1.0, 1.0], [0.0, 1.0], [0.0, 0.2]];
+        let [prism] = prisms_of(&pulled(&outline, &[0.0, 0.4, 1.0], 2), 2).unwrap().try_into().unwrap();
+        assert_eq!((prism.outlines.len(), prism.outlines[0].len(), prism.ends), (1, 4, [0.0, 1.0]));
+    }
+
+    #[test]
+    fn walls_that_are_upright_but_for_rounding_are_walls() {
+        // Points on the walls, as a mesher puts them there.
+        let corners =
+            on_circle([0.1, 0.3], 1.0, 7).iter().map(|[x, y]| [x / 3.0, y / 7.0]).collect::<Vec<_>>();
+        let on_wall = |k: usize, share: f64| {
+            let [a, b] = [corners[k], corners[(k + 1) % 7]];
+            [a[0] + share * (b[0] - a[0]), a[1] + share * (b[1] - a[1])]
+        };
+        let outline: Vec<[f64; 2]> = (0..7).flat_map(|k| [corners[k], on_wall(k, 1.0 / 3.0)]).collect();
+        let mut surface = pulled(&outline, &[0.0, 0.3, 1.0], 2);
+        for k in 0..7 {
+            let [x, y] = on_wall(k, 0.1 + 0.11 * k as f64);
+            surface.points[14 + 2 * k + 1] = [x, y, 0.3];
+        }
+        // The top is not quite over the bottom, nor quite level.
+        surface.points[30][0] += 1e-16;
+        surface.points[33][2] += 1e-15;
+        let [prism] = prisms_of(&surface, 2).unwrap().try_into().unwrap();
+        assert_eq!((prism.outlines.len(), prism.outlines[0].len(), prism.ends), (1, 7, [0.0, 1.0]));
+    }
+
+    #[test]
+    fn a_pyramid_and_a_surface_inside_out_are_no_prisms() {
+        let outline = on_circle([0.0; 2], 1.0, 5);
+        let mut surface = pulled(&outline, &[0.0, 1.0], 2);
+        surface.points[7][0] *= 0.99;
+        assert_eq!(prisms_of(&surface, 2), None);
+        let mut surface = pulled(&outline, &[0.0, 1.0], 2);
+        surface.faces.iter_mut().for_each(|face| face.reverse());
+        assert_eq!(prisms_of(&surface, 2), None);
+    }
+
+    #[test]
+    fn a_step_and_a_hole_are_kept() {
+        // A frame on a plate of the same outer outline.
+        let square = |half: f64| [[-half, -half], [half, -half], [half, half], [-half, half]];
+        let (outer, inner) = (square(1.0), square(0.5));
+        let points = [(0.0, outer), (1.0, outer), (1.0, inner), (0.5, inner)]
+            .iter()
+            .flat_map(|(z, corners)| corners.map(|c| [c[0], c[1], *z]))
+            .collect();
+        let mut faces = vec![[0, 2, 1], [0, 3, 2], [12, 13, 14], [12, 14, 15]];
+        for k in 0..4 {
+            let l = (k + 1) % 4;
+            faces.extend([[k, l, 4 + l], [k, 4 + l, 4 + k]]);
+            faces.extend([[4 + k, 4 + l, 8 + l], [4 + k, 8 + l, 8 + k]]);
+            faces.extend([[8 + k, 8 + l, 12 + l], [8 + k, 12 + l, 12 + k]]);
+        }
+        let prisms = prisms_of(&TriangleSurface { points, faces }, 2).unwrap();
+        assert_eq!(prisms.iter().map(|prism| prism.ends).collect::<Vec<_>>(), [[0.0, 0.5], [0.5, 1.0]]);
+        let holds = |prism: &Prism, point| {
+            prism.outlines.iter().filter(|outline| contains(outline, point)).count() % 2 == 1
+        };
+        assert!(holds(&prisms[0], [0.1, 0.2]) && !holds(&prisms[1], [0.1, 0.2]));
+        assert!(prisms.iter().all(|prism| holds(prism, [0.7, 0.2]) && !holds(prism, [1.1, 0.2])));
+        assert!((prisms.iter().map(Prism::volume).sum::<f64>() - 3.5).abs() < 1e-12);
+    }
+}
