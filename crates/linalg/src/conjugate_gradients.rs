@@ -27,6 +27,20 @@ pub trait Operator {
     fn apply(&mut self, x: &[f64], y: &mut [f64]);
     /// z = M^-1 r. In single precision r is of order one.
     fn precondition(&mut self, r: &[Self::Precision], z: &mut [Self::Precision]);
+
+    /// y = A x for several x. Operators that read much for each product can do it faster than one by one.
+    fn apply_to_all(&mut self, x: &[&[f64]], y: &mut [&mut [f64]]) {
+        for (x, y) in x.iter().zip(y) {
+            self.apply(x, y);
+        }
+    }
+
+    /// z = M^-1 r for several r; see [`Operator::apply_to_all`].
+    fn precondition_all(&mut self, r: &[&[Self::Precision]], z: &mut [&mut [Self::Precision]]) {
+        for (r, z) in r.iter().zip(z) {
+            self.precondition(r, z);
+        }
+    }
 }
 
 /// What the precision of a preconditioner asks of the method; see the [module](self).
@@ -99,6 +113,19 @@ const STALLED: usize = 15;
 /// Entries of a vector that one thread takes at least.
 const TASK: usize = 16_384;
 
+/// One right-hand side, and where its solution goes.
+#[derive(Debug)]
+pub struct System<'a> {
+    /// The right-hand side.
+    pub b: &'a [f64],
+    /// Zero at first, then the solution.
+    pub x: &'a mut [f64],
+    /// Memory, which takes what it needs; on return b - A x up to the drift of the recursion.
+    pub r: &'a mut Vec<f64>,
+    /// When to stop.
+    pub goal: Goal<'a>,
+}
+
 /// Solves A x = b from `x` = 0; on return `r` is b - A x up to the drift of the recursion.
 ///
 /// `b` and `x` have [`Operator::unknowns`] entries; `r` is memory and takes what it needs. Stops when the goal is met,
@@ -111,65 +138,169 @@ pub fn solve<O: Operator>(
     r: &mut Vec<f64>,
     goal: Goal<'_>,
 ) -> Convergence {
-    let n = op.unknowns();
-    r.clear();
-    r.extend_from_slice(b);
-    let mut energy = goal.start;
-    let (mut rounded, mut z) = (Vec::new(), vec![O::Precision::default(); n]);
-    let (mut p, mut q) = (vec![0f64; n], vec![0f64; n]);
-    let (mut rz, mut best, mut stalled) = (0.0, f64::INFINITY, 0);
-    // What each iteration took off the energy.
-    let mut steps: Vec<f64> = Vec::new();
+    let mut iteration = Iteration::new(op.unknowns(), System { b, x, r, goal });
     loop {
-        let iterations = steps.len();
-        let scale = O::Precision::scale(r);
-        if scale == 0.0 || !scale.is_finite() {
-            return Convergence { iterations, energy_left: scale, reached: scale == 0.0 };
+        if let Some(end) = step(op, &mut [&mut iteration])[0] {
+            return end;
         }
-        op.precondition(O::Precision::rounded(r, scale, &mut rounded), &mut z);
-        let next: f64 = dot(r, &z) * scale;
-        stalled = if next < 0.9 * best { 0 } else { stalled + 1 };
-        best = best.min(next);
+    }
+}
+
+/// Solves several systems with one operator as [`solve`] does, with the same results, but iterates on all of them at once.
+pub fn solve_all<O: Operator>(op: &mut O, systems: Vec<System<'_>>) -> Vec<Convergence> {
+    let n = op.unknowns();
+    let mut all: Vec<Iteration<'_, O::Precision>> =
+        systems.into_iter().map(|system| Iteration::new(n, system)).collect();
+    let mut ends: Vec<Option<Convergence>> = vec![None; all.len()];
+    while ends.contains(&None) {
+        let running: Vec<usize> = (0..all.len()).filter(|k| ends[*k].is_none()).collect();
+        let mut active: Vec<&mut Iteration<'_, O::Precision>> =
+            all.iter_mut().zip(&ends).filter_map(|(own, end)| end.is_none().then_some(own)).collect();
+        for (k, end) in running.into_iter().zip(step(op, &mut active)) {
+            ends[k] = end;
+        }
+    }
+    ends.into_iter().flatten().collect()
+}
+
+/// One iteration of several systems; for each how it ended, if it did.
+fn step<O: Operator>(
+    op: &mut O,
+    all: &mut [&mut Iteration<'_, O::Precision>],
+) -> Vec<Option<Convergence>> {
+    let mut ends: Vec<Option<Convergence>> = all.iter_mut().map(|own| own.scale_residual()).collect();
+    {
+        let (mut r, mut z): (Vec<&[O::Precision]>, Vec<&mut [O::Precision]>) = (Vec::new(), Vec::new());
+        for (own, _) in all.iter_mut().zip(&ends).filter(|(_, end)| end.is_none()) {
+            r.push(O::Precision::rounded(own.system.r, own.scale, &mut own.rounded));
+            z.push(&mut own.z);
+        }
+        op.precondition_all(&r, &mut z);
+    }
+    for (own, end) in all.iter_mut().zip(&mut ends).filter(|(_, end)| end.is_none()) {
+        *end = own.turn();
+    }
+    {
+        let (mut p, mut q): (Vec<&[f64]>, Vec<&mut [f64]>) = (Vec::new(), Vec::new());
+        for (own, _) in all.iter_mut().zip(&ends).filter(|(_, end)| end.is_none()) {
+            p.push(&own.p);
+            q.push(&mut own.q);
+        }
+        op.apply_to_all(&p, &mut q);
+    }
+    for (own, end) in all.iter_mut().zip(&mut ends).filter(|(_, end)| end.is_none()) {
+        *end = own.advance();
+    }
+    ends
+}
+
+/// The state of one system between iterations.
+struct Iteration<'a, P> {
+    system: System<'a>,
+    /// Energy reached.
+    energy: f64,
+    /// What is taken out of the residual before it is rounded.
+    scale: f64,
+    rounded: Vec<P>,
+    /// M^-1 r over the scale.
+    z: Vec<P>,
+    /// The direction.
+    p: Vec<f64>,
+    /// A p, then the residual of before.
+    q: Vec<f64>,
+    /// r M^-1 r, its least so far, and iterations in a row without progress.
+    rz: f64,
+    best: f64,
+    stalled: usize,
+    /// What each iteration took off the energy.
+    steps: Vec<f64>,
+}
+
+impl<'a, P: Precision> Iteration<'a, P> {
+    fn new(n: usize, system: System<'a>) -> Self {
+        system.r.clear();
+        system.r.extend_from_slice(system.b);
+        Self {
+            energy: system.goal.start,
+            system,
+            scale: 1.0,
+            rounded: Vec::new(),
+            z: vec![P::default(); n],
+            p: vec![0.0; n],
+            q: vec![0.0; n],
+            rz: 0.0,
+            best: f64::INFINITY,
+            stalled: 0,
+            steps: Vec::new(),
+        }
+    }
+
+    fn scale_residual(&mut self) -> Option<Convergence> {
+        self.scale = P::scale(self.system.r);
+        let ended = self.scale == 0.0 || !self.scale.is_finite();
+        ended.then_some(Convergence {
+            iterations: self.steps.len(),
+            energy_left: self.scale,
+            reached: self.scale == 0.0,
+        })
+    }
+
+    /// The next direction from the preconditioned residual, unless the goal is met or out of reach.
+    fn turn(&mut self) -> Option<Convergence> {
+        let (iterations, goal, scale) = (self.steps.len(), self.system.goal, self.scale);
+        let next: f64 = dot(self.system.r, &self.z) * scale;
+        self.stalled = if next < 0.9 * self.best { 0 } else { self.stalled + 1 };
+        self.best = self.best.min(next);
         // With a poor preconditioner r M^-1 r says little: what is left also shows in how slowly the energy falls.
-        let coming = remaining(&steps);
-        let enough = goal.share * energy.abs();
+        let coming = remaining(&self.steps);
+        let enough = goal.share * self.energy.abs();
         let slow = coming > enough;
         let reached = next == 0.0 || (next <= enough && !slow);
         let cancelled = goal.cancel.is_some_and(|c| c.load(Ordering::Relaxed));
         if reached
             || cancelled
             || iterations >= goal.iteration_limit
-            || stalled >= goal.iteration_limit / STALLED
+            || self.stalled >= goal.iteration_limit / STALLED
             || !next.is_finite()
             || next < 0.0
         {
-            return Convergence { iterations, energy_left: next.max(coming), reached };
+            return Some(Convergence { iterations, energy_left: next.max(coming), reached });
         }
-        let beta = match (iterations, O::Precision::ROUNDED) {
+        let beta = match (iterations, P::ROUNDED) {
             (0, _) => 0.0,
             // q is the residual of before.
-            (_, true) => ((next - dot(&q, &z) * scale) / rz).max(0.0),
-            (_, false) => next / rz,
+            (_, true) => ((next - dot(&self.q, &self.z) * scale) / self.rz).max(0.0),
+            (_, false) => next / self.rz,
         };
-        p.par_iter_mut().zip(&z).with_min_len(TASK).for_each(|(p, z)| *p = scale * z.to_f64() + beta * *p);
-        rz = next;
-        op.apply(&p, &mut q);
-        let along = if O::Precision::ROUNDED { dot(r, &p) } else { rz };
-        let alpha = along / dot(&p, &q);
+        let p = self.p.par_iter_mut().zip(&self.z).with_min_len(TASK);
+        p.for_each(|(p, z)| *p = scale * z.to_f64() + beta * *p);
+        self.rz = next;
+        None
+    }
+
+    /// The step along the direction `p`, whose image is in `q`.
+    fn advance(&mut self) -> Option<Convergence> {
+        let (p, q, r) = (&self.p, &mut self.q, &mut self.system.r[..]);
+        let along = if P::ROUNDED { dot(r, p) } else { self.rz };
+        let alpha = along / dot(p, q);
         if !alpha.is_finite() {
-            return Convergence { iterations, energy_left: rz, reached: false };
+            return Some(Convergence {
+                iterations: self.steps.len(),
+                energy_left: self.rz,
+                reached: false,
+            });
         }
-        x.par_iter_mut().zip(&mut r[..]).zip(p.par_iter().zip(&mut q)).with_min_len(TASK).for_each(
-            |((x, r), (p, q))| {
-                // q becomes the old residual, for the next direction.
-                let old = *r;
-                *x += alpha * p;
-                *r -= alpha * *q;
-                *q = old;
-            },
-        );
-        energy -= alpha * rz;
-        steps.push(alpha * rz);
+        let x = self.system.x.par_iter_mut();
+        x.zip(r).zip(p.par_iter().zip(q)).with_min_len(TASK).for_each(|((x, r), (p, q))| {
+            // q becomes the old residual, for the next direction.
+            let old = *r;
+            *x += alpha * p;
+            *r -= alpha * *q;
+            *q = old;
+        });
+        self.energy -= alpha * self.rz;
+        self.steps.push(alpha * self.rz);
+        None
     }
 }
 

@@ -254,9 +254,10 @@ impl Elimination {
         Some(LaneFactor { values: factor })
     }
 
-    /// Overwrites `x`, one row of lanes for each unknown, with the solutions.
-    pub fn solve<T: Real + Root>(&self, factor: &LaneFactor<T>, x: &mut [Lane<T>]) {
-        Arch::new().dispatch(Substitute { plan: self, factor, x });
+    /// Overwrites each of several `x`, one row of lanes for each unknown, with the solutions. The factor, which is read from memory, is
+    /// read once for all of them.
+    pub fn solve<T: Real + Root>(&self, factor: &LaneFactor<T>, x: &mut [&mut [Lane<T>]]) {
+        Arch::new().dispatch(Substitute { plan: self, factor, all: x });
     }
 }
 
@@ -416,53 +417,57 @@ impl<T: Real + Root> WithSimd for Eliminate<'_, T> {
 }
 
 /// Forward and back substitution.
-struct Substitute<'a, T> {
+struct Substitute<'a, 'b, T> {
     plan: &'a Elimination,
     factor: &'a LaneFactor<T>,
-    x: &'a mut [Lane<T>],
+    all: &'a mut [&'b mut [Lane<T>]],
 }
 
-impl<T: Real + Root> WithSimd for Substitute<'_, T> {
+impl<T: Real + Root> WithSimd for Substitute<'_, '_, T> {
     type Output = ();
 
     #[inline(always)]
     fn with_simd<S: pulp::Simd>(self, _: S) {
-        let Self { plan, factor, x } = self;
+        let Self { plan, factor, all } = self;
         let panel = |node: &Supernode| {
             let columns = node.columns as usize;
             (columns, &factor.values[node.offset..][..columns * (columns + node.below.len())])
         };
         for node in &plan.supernodes {
             let (columns, panel) = panel(node);
-            let (before, after) = x.split_at_mut(node.first as usize + columns);
-            let own = &mut before[node.first as usize..];
-            for c in 0..columns {
-                let line = &panel[c * columns..][..=c];
-                own[c] = own[c].minus(dot(&line[..c], &own[..c])).times(line[c]);
-            }
             let base = node.first as usize + columns;
-            for (line, row) in panel[columns * columns..].chunks_exact(columns).zip(&node.below) {
-                let entry = &mut after[*row as usize - base];
-                *entry = entry.minus(dot(line, own));
+            for x in all.iter_mut() {
+                let (before, after) = x.split_at_mut(base);
+                let own = &mut before[node.first as usize..];
+                for c in 0..columns {
+                    let line = &panel[c * columns..][..=c];
+                    own[c] = own[c].minus(dot(&line[..c], &own[..c])).times(line[c]);
+                }
+                for (line, row) in panel[columns * columns..].chunks_exact(columns).zip(&node.below) {
+                    let entry = &mut after[*row as usize - base];
+                    *entry = entry.minus(dot(line, own));
+                }
             }
         }
         for node in plan.supernodes.iter().rev() {
             let (columns, panel) = panel(node);
-            let (before, after) = x.split_at_mut(node.first as usize + columns);
-            let own = &mut before[node.first as usize..];
             let base = node.first as usize + columns;
-            for (line, row) in panel[columns * columns..].chunks_exact(columns).zip(&node.below) {
-                let value = after[*row as usize - base];
-                for (own, l) in own.iter_mut().zip(line) {
-                    *own = own.minus(l.times(value));
+            for x in all.iter_mut() {
+                let (before, after) = x.split_at_mut(base);
+                let own = &mut before[node.first as usize..];
+                for (line, row) in panel[columns * columns..].chunks_exact(columns).zip(&node.below) {
+                    let value = after[*row as usize - base];
+                    for (own, l) in own.iter_mut().zip(line) {
+                        *own = own.minus(l.times(value));
+                    }
                 }
-            }
-            for c in (0..columns).rev() {
-                let line = &panel[c * columns..][..=c];
-                own[c] = own[c].times(line[c]);
-                let value = own[c];
-                for k in 0..c {
-                    own[k] = own[k].minus(line[k].times(value));
+                for c in (0..columns).rev() {
+                    let line = &panel[c * columns..][..=c];
+                    own[c] = own[c].times(line[c]);
+                    let value = own[c];
+                    for k in 0..c {
+                        own[k] = own[k].minus(line[k].times(value));
+                    }
                 }
             }
         }
@@ -532,10 +537,12 @@ mod tests {
             }
         }
         let mut x: Vec<Lane<T>> = right.iter().map(|r| Lane(r.map(T::from_f64))).collect();
-        plan.solve(&factor, &mut x);
-        for (i, x) in x.iter().enumerate() {
+        let mut twice: Vec<Lane<T>> = right.iter().map(|r| Lane(r.map(|r| T::from_f64(2.0 * r)))).collect();
+        plan.solve(&factor, &mut [&mut x, &mut twice]);
+        for (i, (x, twice)) in x.iter().zip(&twice).enumerate() {
             for lane in 0..LANES {
                 assert!((x.0[lane].to_f64() - exact(lane, i)).abs() < tolerance, "{i} {lane}");
+                assert!((twice.0[lane].to_f64() - 2.0 * exact(lane, i)).abs() < 2.0 * tolerance, "{i} {lane}");
             }
         }
     }

@@ -259,11 +259,15 @@ impl Operator for Dual {
     }
 
     fn precondition(&mut self, r: &[f32], z: &mut [f32]) {
-        z.fill(0.0);
+        self.precondition_all(&[r], &mut [z]);
+    }
+
+    fn precondition_all(&mut self, r: &[&[f32]], z: &mut [&mut [f32]]) {
+        z.iter_mut().for_each(|z| z.fill(0.0));
         for region in &self.regions {
-            region.add_solution(&self.cells.locals, r, z, self.fluxes.width);
+            region.add_solutions(&self.cells.locals, r, z, self.fluxes.width);
         }
-        self.clear_held(z);
+        z.iter_mut().for_each(|z| self.clear_held(z));
     }
 }
 
@@ -489,7 +493,7 @@ impl Repair {
     fn pass(&self, cells: &Cells, target: &[f64], psi: &mut [f64], rest: &mut [f64]) {
         let width = self.fluxes.width;
         for (inverse, _) in &self.inverses {
-            inverse.add_solution(&cells.locals, rest, psi, width);
+            inverse.add_solutions(&cells.locals, &[&*rest], &mut [&mut *psi], width);
         }
         self.fluxes.product(cells, psi, rest);
         rest.iter_mut().zip(target).for_each(|(r, t)| *r = t - *r);

@@ -7,13 +7,19 @@ use crate::SolveError;
 use crate::boxes::domain::Axis;
 use elastocap_fem::tensor::dot;
 use elastocap_geometry::scene::Wall;
-use elastocap_linalg::conjugate_gradients::{Goal, ITERATION_LIMIT, Operator, solve};
+use elastocap_linalg::conjugate_gradients::{
+    Convergence, Goal, ITERATION_LIMIT, Operator, System, solve_all,
+};
 use faer::Mat;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
 /// The residual that a repair leaves adds to its energy by this many times the share that is left, at most: a generous allowance.
 const LEFT_IN_ENERGY: f64 = 1e3;
+
+/// Right-hand sides that are iterated on at once: factors are then read from memory once for all of them. More gain little and take
+/// memory.
+pub(super) const TOGETHER: usize = 4;
 
 /// A mesh with what holds at its ends, and the degree of the functions on it.
 #[derive(Debug)]
@@ -66,20 +72,27 @@ impl Problem<'_> {
         self.stop_if_asked()?;
         let mut iterations = 0;
         let (mut found, mut images): (Vec<Vec<f64>>, Vec<Vec<f64>>) = (Vec::new(), Vec::new());
-        let mut residual = Vec::new();
-        for v in potentials {
-            let lift = primal.lift(v);
-            let mut source = primal.full_product(&lift);
-            let start = dot(&lift, &source);
-            primal.clear_held(&mut source);
-            source.iter_mut().for_each(|x| *x = -*x);
-            let mut u = vec![0.0; source.len()];
-            let c = solve(&mut primal, &source, &mut u, &mut residual, self.goal(share, start));
-            iterations = iterations.max(c.iterations);
+        for together in potentials.chunks(TOGETHER) {
+            let lifts: Vec<Vec<f64>> = together.iter().map(|v| primal.lift(v)).collect();
+            let (sources, goals): (Vec<Vec<f64>>, Vec<Goal<'_>>) = lifts
+                .iter()
+                .map(|lift| {
+                    let mut source = primal.full_product(lift);
+                    let start = dot(lift, &source);
+                    primal.clear_held(&mut source);
+                    source.iter_mut().for_each(|x| *x = -*x);
+                    (source, self.goal(share, start))
+                })
+                .unzip();
+            let mut u: Vec<Vec<f64>> = sources.iter().map(|source| vec![0.0; source.len()]).collect();
+            let ends = solve_together(&mut primal, &sources, &mut u, goals);
+            iterations = ends.iter().map(|end| end.iterations).fold(iterations, usize::max);
             self.stop_if_asked()?;
-            u.iter_mut().zip(&lift).for_each(|(u, l)| *u += l);
-            images.push(primal.full_product(&u));
-            found.push(u);
+            for (mut u, lift) in u.into_iter().zip(&lifts) {
+                u.iter_mut().zip(lift).for_each(|(u, l)| *u += l);
+                images.push(primal.full_product(&u));
+                found.push(u);
+            }
         }
         let n = found.len();
         let mut matrix = Mat::zeros(n, n);
@@ -105,8 +118,10 @@ impl Problem<'_> {
         let mut dual = Dual::new(self.mesh, self.axis, &self.walls, self.degree, self.radius)?;
         let assembled = Instant::now();
         self.stop_if_asked()?;
-        let fluxes: Vec<Flux> =
-            potentials.iter().map(|v| self.flux(&mut dual, v, share)).collect::<Result<_, _>>()?;
+        let mut fluxes: Vec<Flux> = Vec::new();
+        for together in potentials.chunks(TOGETHER) {
+            fluxes.extend(self.fluxes(&mut dual, together, share)?);
+        }
         let n = potentials.len();
         // The share of the energy that is left may be larger than that of the residual.
         let left = fluxes.iter().map(|f| f.left).fold(0.0, f64::max);
@@ -134,38 +149,79 @@ impl Problem<'_> {
         })
     }
 
-    /// Iterates until the energy of the repair is small compared with `share` of the energy, or further iterations gain little.
-    fn flux(&self, dual: &mut Dual, potentials: &[f64], share: f64) -> Result<Flux, SolveError> {
+    /// Iterates until the energies of the repairs are small compared with `share` of the energies, or further iterations gain little.
+    fn fluxes(&self, dual: &mut Dual, potentials: &[Vec<f64>], share: f64) -> Result<Vec<Flux>, SolveError> {
         let excess = dual.repair_excess();
-        let of = [potentials.to_vec()];
-        let b = dual.source(potentials);
-        let mut x = vec![0.0; b.len()];
-        let mut start = dual.energies(self.mesh, &[&x], &of)[(0, 0)];
-        let mut r = b.clone();
-        let (mut step, mut rest) = (vec![0.0; b.len()], Vec::new());
-        let (mut goal, mut last, mut iterations) = (share, f64::INFINITY, 0);
-        loop {
-            step.fill(0.0);
-            let c = solve(dual, &r, &mut step, &mut rest, self.goal(goal, start));
+        let mut all: Vec<Refined> = potentials
+            .iter()
+            .map(|v| {
+                let b = dual.source(v);
+                let x = vec![0.0; b.len()];
+                let start = dual.energies(self.mesh, &[&x], std::slice::from_ref(v))[(0, 0)];
+                Refined { r: b.clone(), x, b, start, goal: share, last: f64::INFINITY, iterations: 0, flux: None }
+            })
+            .collect();
+        while all.iter().any(|own| own.flux.is_none()) {
+            let running: Vec<usize> = (0..all.len()).filter(|k| all[*k].flux.is_none()).collect();
+            let sources: Vec<Vec<f64>> = running.iter().map(|k| std::mem::take(&mut all[*k].r)).collect();
+            let goals = running.iter().map(|k| self.goal(all[*k].goal, all[*k].start)).collect();
+            let mut steps: Vec<Vec<f64>> = sources.iter().map(|r| vec![0.0; r.len()]).collect();
+            let ends = solve_together(dual, &sources, &mut steps, goals);
             self.stop_if_asked()?;
-            iterations += c.iterations;
-            x.iter_mut().zip(&step).for_each(|(x, s)| *x += s);
-            // The recursion's residual drifts by rounding; the bound rests on the true one.
-            dual.true_residual(&b, &x, &mut r);
-            dual.balance(&mut x, &mut r);
-            let (repair, left) = dual.repair(&r);
-            let energy = dual.energies(self.mesh, &[&x], &of)[(0, 0)];
-            let cost = excess * dot(&repair, &r) / energy;
-            let proved = left < 1e-3 && cost >= 0.0;
-            let cheap = cost <= 20.0 * share;
-            let gains_little = cost > 0.5 * last;
-            if !proved || cheap || gains_little || iterations > ITERATION_LIMIT {
-                return Ok(Flux { potential: x, residual: r, repair, left, proved, iterations });
+            for (((k, mut r), step), end) in running.into_iter().zip(sources).zip(steps).zip(ends) {
+                let own = &mut all[k];
+                own.iterations += end.iterations;
+                own.x.iter_mut().zip(&step).for_each(|(x, s)| *x += s);
+                // The recursion's residual drifts by rounding; the bound rests on the true one.
+                dual.true_residual(&own.b, &own.x, &mut r);
+                dual.balance(&mut own.x, &mut r);
+                let (repair, left) = dual.repair(&r);
+                let energy = dual.energies(self.mesh, &[&own.x], std::slice::from_ref(&potentials[k]))[(0, 0)];
+                let cost = excess * dot(&repair, &r) / energy;
+                let proved = left < 1e-3 && cost >= 0.0;
+                let cheap = cost <= 20.0 * share;
+                let gains_little = cost > 0.5 * own.last;
+                if !proved || cheap || gains_little || own.iterations > ITERATION_LIMIT {
+                    let potential = std::mem::take(&mut own.x);
+                    let iterations = own.iterations;
+                    own.flux = Some(Flux { potential, residual: r, repair, left, proved, iterations });
+                } else {
+                    own.start = energy;
+                    (own.last, own.goal) = (cost, own.goal * (share / cost).clamp(1e-6, 0.1));
+                    own.r = r;
+                }
             }
-            start = energy;
-            (last, goal) = (cost, goal * (share / cost).clamp(1e-6, 0.1));
         }
+        Ok(all.into_iter().filter_map(|own| own.flux).collect())
     }
+}
+
+/// Solves with several right-hand sides at once.
+fn solve_together<O: Operator>(
+    operator: &mut O,
+    b: &[Vec<f64>],
+    x: &mut [Vec<f64>],
+    goals: Vec<Goal<'_>>,
+) -> Vec<Convergence> {
+    let mut residuals = vec![Vec::new(); b.len()];
+    let systems = b.iter().zip(x).zip(&mut residuals).zip(goals);
+    solve_all(operator, systems.map(|(((b, x), r), goal)| System { b, x, r, goal }).collect())
+}
+
+/// A flux on its way to a small repair.
+struct Refined {
+    b: Vec<f64>,
+    x: Vec<f64>,
+    /// b - A x.
+    r: Vec<f64>,
+    /// Energy reached.
+    start: f64,
+    /// Share of it at which the iterations stop.
+    goal: f64,
+    /// What the last repair cost.
+    last: f64,
+    iterations: usize,
+    flux: Option<Flux>,
 }
 
 /// The solution of the lower problem for one right-hand side.

@@ -186,18 +186,20 @@ impl PlaneSystem {
         })
     }
 
-    /// Overwrites `x`, which has a row of lanes for each of the unknowns, with the solution.
+    /// Overwrites each of several `x`, which have a row of lanes for each of the unknowns, with the solution.
     fn solve<T: Real + Root>(
         &self,
         locals: &[Local],
         lambda: &Lane<f64>,
         factor: &LaneFactor<T>,
-        x: &mut [Lane<T>],
+        all: &mut [Vec<Lane<T>>],
     ) {
-        let (skeleton, inner) = x.split_at_mut(self.elimination.unknowns());
-        vectorized(|| self.eliminate_inner(locals, lambda, skeleton, inner));
-        self.elimination.solve(factor, skeleton);
-        vectorized(|| self.substitute_inner(locals, lambda, skeleton, inner));
+        let unknowns = self.elimination.unknowns();
+        let (mut skeletons, mut inner): (Vec<&mut [Lane<T>]>, Vec<&mut [Lane<T>]>) =
+            all.iter_mut().map(|x| x.split_at_mut(unknowns)).unzip();
+        vectorized(|| self.eliminate_inner(locals, lambda, &mut skeletons, &mut inner));
+        self.elimination.solve(factor, &mut skeletons);
+        vectorized(|| self.substitute_inner(locals, lambda, &skeletons, &mut inner));
     }
 
     /// Divides the inner unknowns by their diagonal, and takes what they contribute off those of the skeleton.
@@ -206,26 +208,31 @@ impl PlaneSystem {
         &self,
         locals: &[Local],
         lambda: &Lane<f64>,
-        skeleton: &mut [Lane<T>],
-        inner: &mut [Lane<T>],
+        skeletons: &mut [&mut [Lane<T>]],
+        inner: &mut [&mut [Lane<T>]],
     ) {
-        let mut rest = inner;
+        let mut first = 0;
+        let mut couplings = Vec::new();
         for ((t, root), places) in self.triangles.iter().zip(&self.places) {
             let local = &locals[*t as usize];
-            let (own, others) = rest.split_at_mut(local.inner.len());
-            rest = others;
-            for (y, s) in own.iter_mut().zip(&local.inner) {
-                *y = y.times(inverse_of(*s, lambda));
-            }
+            let count = local.inner.len();
+            local.couplings(places, lambda, &mut couplings);
             let root = T::from_f64(*root);
-            for (i, place) in places {
-                let mut sum = Lane::default();
-                for (j, y) in own.iter().enumerate() {
-                    sum = sum.plus(rounded(local.coupling(*i as usize, j, lambda)).times(*y));
+            for (skeleton, inner) in skeletons.iter_mut().zip(inner.iter_mut()) {
+                let own = &mut inner[first..first + count];
+                for (y, s) in own.iter_mut().zip(&local.inner) {
+                    *y = y.times(inverse_of(*s, lambda));
                 }
-                let at = &mut skeleton[*place as usize];
-                *at = at.minus(sum.times(Lane::splat(root)));
+                for ((_, place), line) in places.iter().zip(couplings.chunks_exact(count.max(1))) {
+                    let mut sum = Lane::default();
+                    for (c, y) in line.iter().zip(own.iter()) {
+                        sum = sum.plus(c.times(*y));
+                    }
+                    let at = &mut skeleton[*place as usize];
+                    *at = at.minus(sum.times(Lane::splat(root)));
+                }
             }
+            first += count;
         }
     }
 
@@ -235,25 +242,30 @@ impl PlaneSystem {
         &self,
         locals: &[Local],
         lambda: &Lane<f64>,
-        skeleton: &[Lane<T>],
-        inner: &mut [Lane<T>],
+        skeletons: &[&mut [Lane<T>]],
+        inner: &mut [&mut [Lane<T>]],
     ) {
-        let mut rest = inner;
+        let mut first = 0;
+        let mut couplings = Vec::new();
         for ((t, root), places) in self.triangles.iter().zip(&self.places) {
             let local = &locals[*t as usize];
-            let (own, others) = rest.split_at_mut(local.inner.len());
-            rest = others;
+            let count = local.inner.len();
+            local.couplings(places, lambda, &mut couplings);
             let root = T::from_f64(*root);
-            let mut sums = [Lane::default(); 64];
-            for (i, place) in places {
-                let value = skeleton[*place as usize].times(Lane::splat(root));
-                for (j, sum) in sums[..own.len()].iter_mut().enumerate() {
-                    *sum = sum.plus(rounded(local.coupling(*i as usize, j, lambda)).times(value));
+            for (skeleton, inner) in skeletons.iter().zip(inner.iter_mut()) {
+                let own = &mut inner[first..first + count];
+                let mut sums = [Lane::default(); 64];
+                for ((_, place), line) in places.iter().zip(couplings.chunks_exact(count.max(1))) {
+                    let value = skeleton[*place as usize].times(Lane::splat(root));
+                    for (c, sum) in line.iter().zip(&mut sums) {
+                        *sum = sum.plus(c.times(value));
+                    }
+                }
+                for ((y, s), sum) in own.iter_mut().zip(&local.inner).zip(&sums) {
+                    *y = y.minus(sum.times(inverse_of(*s, lambda)));
                 }
             }
-            for ((y, s), sum) in own.iter_mut().zip(&local.inner).zip(&sums) {
-                *y = y.minus(sum.times(inverse_of(*s, lambda)));
-            }
+            first += count;
         }
     }
 }
@@ -279,6 +291,15 @@ fn inverse_of<T: Real>(a: f64, lambda: &Lane<f64>) -> Lane<T> {
 }
 
 impl Local {
+    /// Couplings of the outer unknowns at `places` with the inner ones, row by row.
+    #[inline(always)]
+    fn couplings<T: Real>(&self, places: &[(u32, u32)], lambda: &Lane<f64>, out: &mut Vec<Lane<T>>) {
+        out.clear();
+        for (i, _) in places {
+            out.extend((0..self.inner.len()).map(|j| rounded(self.coupling(*i as usize, j, lambda))));
+        }
+    }
+
     #[inline(always)]
     fn coupling(&self, outer: usize, inner: usize, lambda: &Lane<f64>) -> Lane<f64> {
         let k = outer * self.inner.len() + inner;
@@ -406,52 +427,65 @@ impl<T: Real + Root> Region<T> {
         Some(Self { system, window, vectors, transposed, batches: batches?, scaling: Scaling::default() })
     }
 
-    /// Adds the solution for the right-hand side `r`, an array of rows with `width` numbers each, to `z`.
-    pub(super) fn add_solution<U: Real>(&self, locals: &[Local], r: &[U], z: &mut [U], width: usize) {
+    /// Adds the solutions for several right-hand sides `r`, arrays of rows with `width` numbers each, to `z`.
+    pub(super) fn add_solutions<U: Real>(
+        &self,
+        locals: &[Local],
+        r: &[&[U]],
+        z: &mut [&mut [U]],
+        width: usize,
+    ) {
         let (n, rows) = (self.window.len(), self.system.rows.len());
-        let mut gathered = vec![T::default(); rows * n];
         let place = |row: u32| row as usize * width + self.window.start;
-        gathered.par_chunks_mut(n).with_min_len(ROWS).enumerate().for_each(|(k, out)| {
-            let own = &r[place(self.system.rows[k])..][..n];
-            out.iter_mut().zip(own).for_each(|(x, r)| *x = T::from_f64(r.to_f64()));
-            self.scaling.apply(k, out);
-        });
-        let solutions: Vec<Vec<T>> = self
+        let gather = |r: &&[U]| {
+            let mut gathered = vec![T::default(); rows * n];
+            gathered.par_chunks_mut(n).with_min_len(ROWS).enumerate().for_each(|(k, out)| {
+                let own = &r[place(self.system.rows[k])..][..n];
+                out.iter_mut().zip(own).for_each(|(x, r)| *x = T::from_f64(r.to_f64()));
+                self.scaling.apply(k, out);
+            });
+            gathered
+        };
+        let mut gathered: Vec<Vec<T>> = r.iter().map(gather).collect();
+        // For each batch of modes those of all right-hand sides.
+        let solutions: Vec<Vec<Vec<T>>> = self
             .batches
             .par_iter()
             .zip(&self.vectors)
             .map(|((lambda, factor), vectors)| {
                 let mut flat = vec![T::default(); rows * LANES];
-                multiply(
-                    left(&gathered, 0, rows, n, n),
-                    right(vectors, 0, LANES, LANES),
-                    target(&mut flat, 0, LANES),
-                    false,
-                );
-                let mut x: Vec<Lane<T>> = flat
-                    .chunks_exact(LANES)
-                    .map(|c| {
+                let lanes = |gathered: &Vec<T>| -> Vec<Lane<T>> {
+                    multiply(
+                        left(gathered, 0, rows, n, n),
+                        right(vectors, 0, LANES, LANES),
+                        target(&mut flat, 0, LANES),
+                        false,
+                    );
+                    let lane = |c: &[T]| {
                         let mut lane = Lane::default();
                         lane.0.copy_from_slice(c);
                         lane
-                    })
-                    .collect();
-                self.system.solve(locals, lambda, factor, &mut x);
-                flat.chunks_exact_mut(LANES).zip(&x).for_each(|(c, x)| c.copy_from_slice(&x.0));
-                flat
+                    };
+                    flat.chunks_exact(LANES).map(lane).collect()
+                };
+                let mut all: Vec<Vec<Lane<T>>> = gathered.iter().map(lanes).collect();
+                self.system.solve(locals, lambda, factor, &mut all);
+                all.iter().map(|x| x.iter().flat_map(|lane| lane.0).collect()).collect()
             })
             .collect();
-        gathered.par_chunks_mut(n * ROWS).enumerate().for_each(|(chunk, out)| {
-            let rows = out.len() / n;
-            for (k, (solution, vectors)) in solutions.iter().zip(&self.transposed).enumerate() {
-                let own = left(solution, chunk * ROWS * LANES, rows, LANES, LANES);
-                multiply(own, right(vectors, 0, n, n), target(out, 0, n), k > 0);
+        for (side, (gathered, z)) in gathered.iter_mut().zip(z).enumerate() {
+            gathered.par_chunks_mut(n * ROWS).enumerate().for_each(|(chunk, out)| {
+                let rows = out.len() / n;
+                for (k, (solution, vectors)) in solutions.iter().zip(&self.transposed).enumerate() {
+                    let own = left(&solution[side], chunk * ROWS * LANES, rows, LANES, LANES);
+                    multiply(own, right(vectors, 0, n, n), target(out, 0, n), k > 0);
+                }
+            });
+            for (k, (own, row)) in gathered.chunks_exact_mut(n).zip(&self.system.rows).enumerate() {
+                let out = &mut z[place(*row)..][..n];
+                self.scaling.apply(k, own);
+                out.iter_mut().zip(own).for_each(|(z, x)| *z += U::from_f64(x.to_f64()));
             }
-        });
-        for (k, (own, row)) in gathered.chunks_exact_mut(n).zip(&self.system.rows).enumerate() {
-            let out = &mut z[place(*row)..][..n];
-            self.scaling.apply(k, own);
-            out.iter_mut().zip(own).for_each(|(z, x)| *z += U::from_f64(x.to_f64()));
         }
     }
 }
@@ -495,11 +529,17 @@ impl Inverse {
         }
     }
 
-    /// Adds the solution for the right-hand side `r` to `z`.
-    pub(super) fn add_solution<U: Real>(&self, locals: &[Local], r: &[U], z: &mut [U], width: usize) {
+    /// Adds the solutions for several right-hand sides `r` to `z`.
+    pub(super) fn add_solutions<U: Real>(
+        &self,
+        locals: &[Local],
+        r: &[&[U]],
+        z: &mut [&mut [U]],
+        width: usize,
+    ) {
         match self {
-            Self::Single(region) => region.add_solution(locals, r, z, width),
-            Self::Double(region) => region.add_solution(locals, r, z, width),
+            Self::Single(region) => region.add_solutions(locals, r, z, width),
+            Self::Double(region) => region.add_solutions(locals, r, z, width),
         }
     }
 }

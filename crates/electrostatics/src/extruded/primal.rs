@@ -278,11 +278,15 @@ impl Operator for Primal {
     }
 
     fn precondition(&mut self, r: &[f32], z: &mut [f32]) {
-        z.fill(0.0);
+        self.precondition_all(&[r], &mut [z]);
+    }
+
+    fn precondition_all(&mut self, r: &[&[f32]], z: &mut [&mut [f32]]) {
+        z.iter_mut().for_each(|z| z.fill(0.0));
         for region in &self.regions {
-            region.add_solution(&self.locals, r, z, self.width);
+            region.add_solutions(&self.locals, r, z, self.width);
         }
-        self.clear_held(z);
+        z.iter_mut().for_each(|z| self.clear_held(z));
     }
 }
 

@@ -6,7 +6,7 @@
 use super::family::{Expectation, Level};
 use super::layout::{Layout, Plan, PlanError};
 use super::mesh::PlanMesh;
-use super::one_mesh::{Energies, Problem};
+use super::one_mesh::{Energies, Problem, TOGETHER};
 use super::shown::{prisms, tetrahedra};
 use crate::boxes::domain::{Axis, Rays};
 use crate::boxes::one_grid::error_of;
@@ -161,7 +161,8 @@ impl Size {
     /// Bytes at the peak, with so many right-hand sides at once.
     fn memory(&self, right_hand_sides: usize) -> u64 {
         // Vectors of the iterations, then factors in single precision for some regions and in double precision for the repair.
-        let vectors = (100 + 24 * right_hand_sides) * self.unknowns;
+        let together = right_hand_sides.clamp(1, TOGETHER);
+        let vectors = (30 + 24 * right_hand_sides + 70 * together) * self.unknowns;
         let factors = self.entries * (self.modes + 8) as f64 * (4.0 * 2.0 + 8.0);
         vectors as u64 + factors as u64 + (16 << 20)
     }
