@@ -35,12 +35,13 @@ const SAME_MESH: f64 = 0.5;
 
 /// A layer on a mesh for one load.
 struct Pressed {
+    mesh: LayerMesh,
     model: LayerModel,
     step: LayerStep,
     fineness: Fineness,
 }
 
-/// A layer under a punch with rounded corners on the middle of its top.
+/// A layer under a punch with rounded corners.
 struct Rounded<'a> {
     layer: &'a PlaneLayer,
     punch: RoundedPunch,
@@ -72,7 +73,9 @@ impl PlaneLayer {
                 let first = rounded.first(goal)?;
                 let compression = compression_at(goal, &first.model);
                 let next = |from: Pressed, level| rounded.next(&from, Fineness::of(level), compression);
-                (0..=level).try_fold(first, next)?
+                // Off the middle it is on the mesh of a level already.
+                let from = if first.fineness == Fineness::of(0) { 1 } else { 0 };
+                (from..=level).try_fold(first, next)?
             }
         };
         let Goal::Force(force) = goal else { return Ok((start.model, start.step)) };
@@ -101,11 +104,7 @@ impl<'a> Rounded<'a> {
 
     /// The layer at rest.
     fn model(&self, mesh: &LayerMesh) -> Result<LayerModel, Box<Stopped>> {
-        let layer = self.layer;
-        let rubber = layer.rubber_in_use();
-        let model = within_limit(mesh.elements_at_most()).and_then(|()| {
-            LayerModel::with_inclusions(mesh, &rubber, &layer.inclusions, layer.indenter, layer.end)
-        });
+        let model = within_limit(mesh.elements_at_most()).and_then(|()| self.layer.model_on(mesh));
         // Only a mesh with too many elements has none.
         model.map_err(|_| {
             let (reason, effort) = (StopReason::TooLong, Effort::default());
@@ -138,7 +137,7 @@ impl<'a> Rounded<'a> {
         halfway: usize,
     ) -> Result<Pressed, Box<Stopped>> {
         let (other, state, fineness) = from;
-        let mesh = self.layer.mesh_where_corner_is(self.punch, to, &surface(other, state), compression);
+        let mesh = self.layer.mesh_where_corners_are(self.punch, to, &surface(other, state), compression);
         let mut model = self.model(&mesh)?;
         let run_up = self.settings(to);
         let near =
@@ -148,7 +147,7 @@ impl<'a> Rounded<'a> {
             model.fault(step.force).is_none().then_some(step)
         };
         if let Some(step) = found(near) {
-            return Ok(Pressed { model, step, fineness: to });
+            return Ok(Pressed { mesh, model, step, fineness: to });
         }
         if halfway > 0 && !self.cancelled() {
             let between = self.take_over(from, fineness.halfway(to), compression, halfway - 1);
@@ -164,7 +163,7 @@ impl<'a> Rounded<'a> {
             return Err(stopped(StopReason::Cancelled, other));
         }
         match found(run_up) {
-            Some(step) => Ok(Pressed { model, step, fineness: to }),
+            Some(step) => Ok(Pressed { mesh, model, step, fineness: to }),
             None if self.cancelled() => Err(stopped(StopReason::Cancelled, other)),
             None => Err(stopped(StopReason::NoConvergence, other)),
         }
@@ -213,7 +212,7 @@ mod tests {
 
     /// The force at a compression, and the layer, on the mesh of a level.
     fn at(layer: &PlaneLayer, compression: f64, level: usize) -> (f64, LayerModel) {
-        let punch = layer.centred_punch().unwrap();
+        let punch = layer.punch_on_own_meshes().unwrap();
         let goal = Goal::Compression(compression);
         let (model, step) = layer.press_rounded(punch, level, None, goal, &layer.settings(level)).unwrap();
         (step.force, model)
@@ -222,7 +221,7 @@ mod tests {
     #[test]
     fn meshes_for_one_load_have_the_force_of_following_the_load_on_one_that_is_fine_all_along() {
         let layer = layer(500.0 / 450.0, 0.1);
-        let punch = layer.centred_punch().unwrap();
+        let punch = layer.punch_on_own_meshes().unwrap();
         let mesh = LayerMesh::under_rounded_punch(1.0, 6.0, &punch, 0.3, 12, 4.0);
         let mut followed = LayerModel::new(&mesh, layer.rubber_in_use(), layer.indenter, layer.end).unwrap();
         for compression in [0.15, 0.3] {
