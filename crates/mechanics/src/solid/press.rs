@@ -205,6 +205,9 @@ impl PlaneLayer {
     /// # Errors
     /// See [`ModelError`].
     pub(super) fn model_on(&self, mesh: &LayerMesh) -> Result<LayerModel, ModelError> {
+        if self.position != 0.0 && self.indenter.sharp_corner().is_some() {
+            return Err(ModelError::SharpOffTheMiddle);
+        }
         let (rubber, inclusions) = (self.rubber_in_use(), &self.inclusions);
         LayerModel::with_indenter_at(self.position, mesh, &rubber, inclusions, self.indenter, self.end)
     }

@@ -22,7 +22,7 @@ use super::newton::{Effort, FromCoarser, NewtonSettings, StopReason, Stopped};
 use super::press::{Goal, PlaneLayer};
 use mesh::{Fineness, surface};
 
-/// Linear systems after which an equilibrium near that of the coarser mesh is not searched any longer.
+/// Linear systems, for each corner on the mesh, after which an equilibrium near that of the coarser mesh is not searched any longer.
 const MAX_SOLVES_NEAR: usize = 70;
 /// The same of a run-up.
 const MAX_SOLVES_RUN_UP: usize = 600;
@@ -140,8 +140,8 @@ impl<'a> Rounded<'a> {
         let mesh = self.layer.mesh_where_corners_are(self.punch, to, &surface(other, state), compression);
         let mut model = self.model(&mesh)?;
         let run_up = self.settings(to);
-        let near =
-            NewtonSettings { from_coarser: FromCoarser::Equilibrium, max_solves: MAX_SOLVES_NEAR, ..run_up };
+        let max_solves = if mesh.is_whole() { 2 * MAX_SOLVES_NEAR } else { MAX_SOLVES_NEAR };
+        let near = NewtonSettings { from_coarser: FromCoarser::Equilibrium, max_solves, ..run_up };
         let mut found = |settings| {
             let step = model.take_over(other, state, compression, &settings)?;
             model.fault(step.force).is_none().then_some(step)
