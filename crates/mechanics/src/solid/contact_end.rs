@@ -112,9 +112,7 @@ impl<'a> Sliding<'a> {
     ) -> Result<Self, Box<Stopped>> {
         let mesh = layer.around_corner(end, level);
         // Only a fan without room has an element that is turned inside out.
-        let model = layer
-            .model_on(&mesh)
-            .map_err(|_| stopped(StopReason::Inversion, Effort::default()))?;
+        let model = layer.model_on(&mesh).map_err(|_| stopped(StopReason::Inversion, Effort::default()))?;
         let effort = Effort::default();
         Ok(Self { layer, half_width, level, settings: *settings, mesh, model, effort })
     }

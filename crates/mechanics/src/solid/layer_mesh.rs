@@ -195,9 +195,8 @@ impl LayerMesh {
         } else {
             // Within the mesh, even if the punch stands at the end of the layer.
             let middle = punch.position.clamp(-MIDDLE * body, MIDDLE * body);
-            let to = |side: f64| {
-                graded(0.0, body - side * middle, |x| size(side * x + middle - punch.position))
-            };
+            let to =
+                |side: f64| graded(0.0, body - side * middle, |x| size(side * x + middle - punch.position));
             about(middle, &to(-1.0), &to(1.0))
         };
         Self {
@@ -242,8 +241,7 @@ impl LayerMesh {
         if self.radii.is_empty() {
             let end = self.end_top.iter().skip(1);
             let other_end = end.clone().rev().filter(|_| self.is_whole()).map(|x| -x);
-            let along: Vec<f64> =
-                other_end.chain(self.along.iter().copied()).chain(end.copied()).collect();
+            let along: Vec<f64> = other_end.chain(self.along.iter().copied()).chain(end.copied()).collect();
             return Mesh::from_patches(&[Patch::tensor(&along, &self.up)]);
         }
         let corner = [self.end_top[self.end_top.len() - 1], 0.0];

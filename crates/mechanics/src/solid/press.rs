@@ -31,7 +31,7 @@ pub struct PlaneLayer {
     pub inclusions: Vec<Inclusion>,
     /// What presses.
     pub indenter: Indenter,
-    /// `x1` of the middle of a smooth indenter; off the middle of the layer, both its halves are solved.
+    /// `x1` of the middle of a smooth indenter; off the middle of the layer, both its halves are solved. 0 for sharp punches and patches.
     pub position: f64,
     /// The condition at the end.
     pub end: End,

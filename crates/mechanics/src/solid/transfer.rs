@@ -178,9 +178,7 @@ impl<'a, S: Dimension> Source<'a, S> {
     fn at(&self, x: S::Point) -> Option<(S::Point, f64)> {
         let (e, at) = self.finder.find(x)?;
         let (mut displacement, mut contact) = (S::Point::default(), 0.0);
-        for (&node, (value, _)) in
-            self.equations.body.mesh.elements[e].as_ref().iter().zip(shape::<S>(at))
-        {
+        for (&node, (value, _)) in self.equations.body.mesh.elements[e].as_ref().iter().zip(shape::<S>(at)) {
             contact += value * self.pressed[node as usize];
             for k in 0..S::AXES {
                 displacement[k] += value * self.state.displacement[S::AXES * node as usize + k];
@@ -209,7 +207,8 @@ impl<S: Dimension> Equations<S> {
         let source = Source::new(other, state);
         let mut guess = self.body.at_rest();
         guess.shift.clone_from(&load.shift);
-        let contact = self.read(&mut guess, |x| source.at(x), |centre, size| source.pressure(centre, size))?;
+        let contact =
+            self.read(&mut guess, |x| source.at(x), |centre, size| source.pressure(centre, size))?;
         for (d, u) in guess.displacement.iter_mut().enumerate() {
             if self.body.held[d] {
                 *u = load.displacement[d];

@@ -40,7 +40,9 @@ pub enum ModelError {
     #[error("in space a sharp punch is not solved in contact; round its corners, or hold the patch under it")]
     SharpInSpace,
     /// A punch with sharp corners, or a held patch, is known on the middle of a layer only.
-    #[error("off the middle of the layer a punch is solved with rounded corners only; round them, or move it to the middle")]
+    #[error(
+        "off the middle of the layer a punch is solved with rounded corners only; round them, or move it to the middle"
+    )]
     SharpOffTheMiddle,
     /// The mesh would have more elements than any that is made.
     #[error(

@@ -61,7 +61,8 @@ impl PlaneLayer {
             let outside = geometric(0.8, AT_REST).into_iter().skip(1).map(|part| half_width + part * to_end);
             inside.chain(outside).collect::<Vec<_>>()
         };
-        let along = if position == 0.0 { at_rest(1.0) } else { about(position, &at_rest(-1.0), &at_rest(1.0)) };
+        let along =
+            if position == 0.0 { at_rest(1.0) } else { about(position, &at_rest(-1.0), &at_rest(1.0)) };
         let at_rest: Vec<_> = along.into_iter().map(|x| [[x, self.thickness]; 2]).collect();
         self.mesh_where_corners_are(punch, Fineness::of(level), &at_rest, 0.0)
     }
@@ -84,9 +85,8 @@ impl PlaneLayer {
             position => about(position, &along(-1.0), &along(1.0)),
         };
         let (coarse, fine) = (height / fineness.cells, punch.corner_radius / fineness.passing);
-        let size = |y: f64| {
-            (fine + GROWTH * (height - y)).min(coarse).min(self.size_from_edges(fineness, y, 1))
-        };
+        let size =
+            |y: f64| (fine + GROWTH * (height - y)).min(coarse).min(self.size_from_edges(fineness, y, 1));
         let mut up = graded(0.0, height, size);
         // Between places of the surface that are far apart an edge may have been missed.
         let smallest = fineness.at_edges * height;

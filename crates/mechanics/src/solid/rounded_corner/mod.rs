@@ -4,7 +4,8 @@
 //! against its radius; what has passed it, or has not reached it yet, need not. Equilibrium without friction has no memory, so that each
 //! load gets a mesh of its own, fine only where the surface lies at the corner under this load. Where that is, and how much the
 //! surface is stretched there, is read off the deformed surface on a coarser mesh: its sides are given their lengths after
-//! loading. On the first mesh the surface is that under a sharp punch of the same width, which is a rounded one seen from afar.
+//! loading. On the first mesh the surface is that under a sharp punch of the same width, which is a rounded one seen from afar. On the
+//! middle of the layer one half of it is solved, which has one corner; elsewhere the whole layer, which has two.
 //!
 //! The equilibrium is searched near that of the coarser mesh. Where Newton's method does not find it, a mesh is put between the two, and
 //! in the end the punch starts a little above the load, clear of the surface, and goes the rest of the way.

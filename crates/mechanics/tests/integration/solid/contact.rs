@@ -110,7 +110,10 @@ fn both_halves_of_a_layer_do_what_one_does_and_mirrored_loads_mirror_the_answer(
         let mut model = rounded_at(offset, 4, 0.5, 0.2, true);
         let force = model.press(0.1, &settings).unwrap().force;
         // To either side of its middle.
-        (force, [0, 1].map(|part| model.equations().contact_force(part, model.state())[0]).iter().sum::<f64>())
+        (
+            force,
+            [0, 1].map(|part| model.equations().contact_force(part, model.state())[0]).iter().sum::<f64>(),
+        )
     };
     let (right, left) = (at(0.3), at(-0.3));
     println!("{right:?} {left:?}");
