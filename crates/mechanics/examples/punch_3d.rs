@@ -53,7 +53,6 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             end_top: uniform(length - 1.0, length, n.div_ceil(2)),
             radii: geometric(0.5, 1),
             punch: None,
-            whole: false,
         }
     };
     let mesh = SpaceLayerMesh::new(section, half_width, (half_width * n as f64).round() as usize);

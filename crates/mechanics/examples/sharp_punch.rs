@@ -1,6 +1,8 @@
 //! A sharp punch in contact on a layer of thickness 1, free end 5 thicknesses beyond it, and punches with rounded corners that tend to it.
 //!
 //! `cargo run --release -p elastocap-mechanics --example sharp_punch -- HALF_WIDTH TOLERANCE [RADIUS ...] : COMPRESSION ...`
+//!
+//! `HALF_WIDTH@POSITION` moves punches with rounded corners off the middle of the layer, in thicknesses; a sharp one has to stand on it.
 
 use std::sync::atomic::AtomicBool;
 
@@ -13,27 +15,29 @@ fn main() {
     let words: Vec<String> = std::env::args().skip(1).collect();
     let numbers = |words: &[String]| words.iter().filter_map(|w| w.parse().ok()).collect::<Vec<f64>>();
     let (before, after) = words.split_at(words.iter().position(|w| w == ":").unwrap_or(words.len()));
-    let (first, compressions) = (numbers(before), numbers(after));
-    let [half_width, relative_tolerance, radii @ ..] = first.as_slice() else {
-        return eprintln!("usage: HALF_WIDTH TOLERANCE [RADIUS ...] : COMPRESSION ...");
+    let usage = "usage: HALF_WIDTH[@POSITION] TOLERANCE [RADIUS ...] : COMPRESSION ...";
+    let [punch, before @ ..] = before else { return eprintln!("{usage}") };
+    let (half_width, position) = punch.split_once('@').unwrap_or((punch, "0"));
+    let (Ok(half_width), Ok(position)) = (half_width.parse::<f64>(), position.parse::<f64>()) else {
+        return eprintln!("{usage}");
     };
-    let half_width = *half_width;
+    let (first, compressions) = (numbers(before), numbers(after));
+    let [relative_tolerance, radii @ ..] = first.as_slice() else { return eprintln!("{usage}") };
     let rounded = radii.iter().map(|&corner_radius| {
         (
             format!("radius {corner_radius}"),
             Indenter::Smooth(IndenterProfile::Punch { half_width, corner_radius }),
         )
     });
-    for (name, indenter) in
-        std::iter::once(("sharp".to_owned(), Indenter::Sharp { half_width })).chain(rounded)
-    {
+    let sharp = (position == 0.0).then(|| ("sharp".to_owned(), Indenter::Sharp { half_width }));
+    for (name, indenter) in sharp.into_iter().chain(rounded) {
         let layer = PlaneLayer {
             thickness: 1.0,
             half_length: half_width + 5.0,
             rubber: Rubber::neo_hookean(1.0),
             inclusions: Vec::new(),
             indenter,
-            position: 0.0,
+            position,
             end: End::Free,
         };
         let goals: Vec<Goal> = compressions.iter().map(|&c| Goal::Compression(c)).collect();

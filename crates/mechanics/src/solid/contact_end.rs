@@ -111,10 +111,8 @@ impl<'a> Sliding<'a> {
         settings: &NewtonSettings<'a>,
     ) -> Result<Self, Box<Stopped>> {
         let mesh = layer.around_corner(end, level);
-        let rubber = layer.rubber_in_use();
         // Only a fan without room has an element that is turned inside out.
-        let model = LayerModel::with_inclusions(&mesh, &rubber, &layer.inclusions, layer.indenter, layer.end)
-            .map_err(|_| stopped(StopReason::Inversion, Effort::default()))?;
+        let model = layer.model_on(&mesh).map_err(|_| stopped(StopReason::Inversion, Effort::default()))?;
         let effort = Effort::default();
         Ok(Self { layer, half_width, level, settings: *settings, mesh, model, effort })
     }

@@ -33,7 +33,7 @@ pub(super) fn flanks<S: Dimension>(
             });
             let mut strips: Vec<(usize, Vec<Side<S>>)> = corners.iter().map(|&n| (n, Vec::new())).collect();
             for side in surface {
-                let middle = nodes[side.nodes.as_ref()[side.nodes.as_ref().len() / 2] as usize];
+                let middle = nodes[side.middle()];
                 let along = |n: usize| (2..S::AXES).map(|k| (nodes[n][k] - middle[k]).abs()).sum::<f64>();
                 if let Some(strip) = strips.iter_mut().min_by(|a, b| along(a.0).total_cmp(&along(b.0))) {
                     strip.1.push(side);

@@ -26,10 +26,9 @@ pub enum PressingRegime {
     Patch,
     /// A sharp punch in contact: for each load the point of the surface at its corner is searched for, on a mesh of its own.
     Sharp,
-    /// A punch with rounded corners on the middle of a layer in the plane: each load has a mesh of its own, fine where the surface lies
-    /// at the corner.
+    /// A punch with rounded corners on a layer in the plane: each load has a mesh of its own, fine where the surface lies at the corners.
     RoundedCorner,
-    /// The same off the middle. The surface slides around the corners, one side of an element after the other; the number is how many
+    /// The same at the end of a layer, on one mesh for all loads. The surface slides around the corners, one side of an element after the other; the number is how many
     /// sides of the first mesh pass a corner.
     PassedCorner(f64),
     /// A free end that rolls up, fold after fold.

@@ -5,6 +5,8 @@
 //!
 //! Reference coordinates: the axis of symmetry at `x1 = 0`, the substrate at `x2 = 0`, the top at `x2 = H`.
 
+use std::ops::Range;
+
 use super::dimension::{Dimension, Numbers, Plane};
 use super::flanks::flanks;
 use super::force_goal::meet_force;
@@ -99,8 +101,8 @@ pub struct LayerModel<S: Dimension = Plane> {
     pub(super) thickness: f64,
     pub(super) state: State<S>,
     load: Load<S>,
-    /// Number of the indenter among the obstacles.
-    punch: Option<usize>,
+    /// Numbers of a smooth indenter among the obstacles: one for each side of its middle that the mesh covers.
+    indenters: Range<usize>,
     substrate: Option<usize>,
     symmetry: Symmetry,
     /// The corner of a sharp punch that the surface slides around.
@@ -159,11 +161,28 @@ impl LayerModel {
         indenter: Indenter,
         end: End,
     ) -> Result<Self, ModelError> {
+        Self::with_indenter_at(0.0, mesh, rubber, inclusions, indenter, end)
+    }
+
+    /// The same with the middle of a [smooth](Indenter::Smooth) indenter at `x1 = position` (m). Off the middle of the layer that needs a
+    /// mesh of the whole of it.
+    ///
+    /// # Errors
+    /// See [`ModelError`].
+    pub fn with_indenter_at(
+        position: f64,
+        mesh: &LayerMesh,
+        rubber: &Rubber,
+        inclusions: &[Inclusion],
+        indenter: Indenter,
+        end: End,
+    ) -> Result<Self, ModelError> {
         let length = (1.0 - 1e-9) * mesh.half_length();
         let mut body = Body::new(mesh.mesh(), rubber.clone());
         include(&mut body, inclusions);
-        let symmetry = if mesh.whole { Symmetry::None } else { Symmetry::Half };
+        let symmetry = if mesh.is_whole() { Symmetry::None } else { Symmetry::Half };
         let contact_end = mesh.punch.as_ref().map(|fan| fan.corner);
+        let indenter = (indenter, position);
         Self::with(body, mesh.thickness(), indenter, contact_end, end, symmetry, |x| x[0].abs() > length)
     }
 }
@@ -199,7 +218,7 @@ impl<S: Dimension> LayerModel<S> {
     pub(crate) fn with(
         mut body: Body<S>,
         top: f64,
-        indenter: Indenter,
+        (indenter, position): (Indenter, f64),
         contact_end: Option<f64>,
         end: End,
         symmetry: Symmetry,
@@ -217,7 +236,7 @@ impl<S: Dimension> LayerModel<S> {
             let length = body.mesh.nodes.iter().map(|x| x[0]).fold(0.0, f64::max);
             body.hold(0, |x| x[0].abs() > length - tiny);
         }
-        let (mut punch, mut substrate, mut corner) = (None, None, None);
+        let (mut substrate, mut corner) = (None, None);
         let mut hold = None;
         let mut obstacles = match indenter {
             Indenter::WholeTop => {
@@ -242,11 +261,17 @@ impl<S: Dimension> LayerModel<S> {
                 flanks(&body, half_width, top, symmetry, true)
             }
             Indenter::Smooth(profile) => {
-                punch = Some(0);
                 let sides = body.mesh.boundary_where(|x| x[1] > top - tiny);
-                vec![Obstacle { shape: ObstacleShape::Indenter(profile), sides, carrier: None }]
+                // What lies to the left of its middle has an obstacle of its own: a first guess can then be cleared of either flank by
+                // moving that sideways.
+                let (right, left): (Vec<_>, Vec<_>) =
+                    sides.into_iter().partition(|side| body.mesh.nodes[side.middle()][0] >= position);
+                let shape = ObstacleShape::Indenter(profile);
+                let parts = [right, left].into_iter().filter(|sides| !sides.is_empty());
+                parts.map(|sides| Obstacle { shape, sides, carrier: None }).collect()
             }
         };
+        let indenters = if indenter.is_rounded() { 0..obstacles.len() } else { 0..0 };
         if end == End::FreeOnSubstrate {
             substrate = Some(obstacles.len());
             let sides = body.mesh.boundary_where(outside);
@@ -259,20 +284,20 @@ impl<S: Dimension> LayerModel<S> {
             }
         }
         let mut load = body.no_load();
-        if let Some(punch) = punch {
-            load.shift[punch][1] = top;
+        for part in indenters.clone() {
+            load.shift[part] = S::Point::from_fn(|k| [position, top, 0.0][k]);
         }
         if let Some(corner) = corner {
             load.shift[corner.flank][0] = corner.end;
         }
         let mut shift = load.shift.clone();
-        if let Some(punch) = punch {
+        for part in indenters.clone() {
             // A contact force needs a gap.
-            shift[punch][1] += START * top;
+            shift[part][1] += START * top;
         }
         let state = State { shift, ..body.at_rest() };
         let equations = Equations::new(body)?;
-        Ok(Self { equations, indenter, thickness: top, state, load, punch, substrate, symmetry, corner })
+        Ok(Self { equations, indenter, thickness: top, state, load, indenters, substrate, symmetry, corner })
     }
 
     /// Pressure of indenter and substrate on each node in Pa, zero without contact. `s22` are the normal stresses of `state` at the
@@ -368,6 +393,21 @@ impl<S: Dimension> LayerModel<S> {
         found.map(|effort| self.step(effort))
     }
 
+    /// Puts the model into the configuration that its right half and the mirror image of its left half have, as layers of their own on
+    /// the middle of which the indenter stands, which is at `middle` (m) of this one. That is a guess and no equilibrium. Returns whether
+    /// the halves cover it.
+    pub(crate) fn join(&mut self, halves: [&Self; 2], middle: f64, compression: f64) -> bool {
+        let load = self.load_at(compression);
+        let Some(mut state) =
+            self.equations.joined(halves.map(|half| (&half.equations, &half.state)), middle)
+        else {
+            return false;
+        };
+        state.shift.clone_from(&load.shift);
+        (self.state, self.load) = (state, load);
+        true
+    }
+
     /// Moves the nodes at rest to `nodes` (m), of which the one at the corner is at `end` (m), and finds the equilibrium near `state`.
     pub(crate) fn settle_on(
         &mut self,
@@ -411,9 +451,10 @@ impl<S: Dimension> LayerModel<S> {
     fn load_at(&self, compression: f64) -> Load<S> {
         let depth = compression * self.thickness;
         let mut next = self.load.clone();
-        if let Some(punch) = self.punch {
-            next.shift[punch][1] = self.thickness - depth;
-        } else {
+        for part in self.indenters.clone() {
+            next.shift[part][1] = self.thickness - depth;
+        }
+        if self.indenters.is_empty() {
             let tiny = 1e-9 * self.thickness;
             for (n, x) in self.equations.body().mesh.nodes.iter().enumerate() {
                 if x[1] > self.thickness - tiny {
@@ -426,14 +467,6 @@ impl<S: Dimension> LayerModel<S> {
             next.shift[corner.flank][0] = corner.half_width;
         }
         next
-    }
-
-    /// Places the axis of a smooth indenter at `x1 = offset` (m). Only for a layer at rest, and a mesh of both halves.
-    pub fn place_indenter(&mut self, offset: f64) {
-        if let Some(punch) = self.punch {
-            self.load.shift[punch][0] = offset;
-            self.state.shift[punch][0] = offset;
-        }
     }
 
     /// Moves the indenter until the force on the *whole* layer is `target` (N, in the plane N per metre of width); see
@@ -450,8 +483,8 @@ impl<S: Dimension> LayerModel<S> {
     /// Displacement of the indenter over the thickness in the last equilibrium.
     pub fn compression(&self) -> f64 {
         let top = self.thickness;
-        let moved = match self.punch {
-            Some(punch) => top - self.load.shift[punch][1],
+        let moved = match self.indenters.clone().next() {
+            Some(part) => top - self.load.shift[part][1],
             None => {
                 let axis = S::Point::from_fn(|k| if k == 1 { top } else { 0.0 });
                 let n = self.equations.body().mesh.nearest_node(axis);
@@ -471,14 +504,14 @@ impl<S: Dimension> LayerModel<S> {
     pub fn step(&self, effort: Effort) -> LayerStep {
         let tiny = 1e-9 * self.thickness;
         let top = self.thickness;
-        let contact = |o: Option<usize>| o.map_or(0.0, |o| self.equations.contact_force(o, &self.state)[1]);
+        let contact = |o: usize| self.equations.contact_force(o, &self.state)[1];
         let part = match self.indenter {
-            Indenter::Smooth(_) => -contact(self.punch),
+            Indenter::Smooth(_) => -self.indenters.clone().map(contact).sum::<f64>(),
             Indenter::WholeTop | Indenter::Sharp { .. } | Indenter::Held { .. } | Indenter::Bonded { .. } => {
                 -self.equations.reaction(1, |x| x[1] > top - tiny)
             }
         };
-        let end = contact(self.substrate);
+        let end = self.substrate.map_or(0.0, contact);
         let bottom = self.equations.reaction(1, |x| x[1] == 0.0);
         let parts = self.symmetry.parts();
         LayerStep {

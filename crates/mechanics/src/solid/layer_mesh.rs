@@ -5,19 +5,19 @@ use super::mesh::{Mesh, Patch, geometric, graded, uniform};
 /// The breakpoints and fans of a mesh of the layer.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LayerMesh {
-    /// Breakpoints along `x1` from the axis to one thickness before the end, in m.
+    /// Breakpoints along `x1` to one thickness before the end, in m: from the axis or, of a whole layer, from one thickness after its
+    /// other end.
     pub along: Vec<f64>,
     /// Breakpoints from the substrate to the top, in m.
     pub up: Vec<f64>,
-    /// Breakpoints along the top over the last thickness, in m, from `half_length - thickness` to `half_length`.
+    /// Breakpoints along the top over the last thickness, in m, from `half_length - thickness` to `half_length`. A whole layer
+    /// has the same at its other end.
     pub end_top: Vec<f64>,
     /// Fractions of the way from the bonded corner of the end, from 0 to 1. Empty for a mesh without a fan there: a
     /// tensor product, which turns inside out at that corner.
     pub radii: Vec<f64>,
     /// A fan around the point of the top where a sharp punch ends, if there is one.
     pub punch: Option<PunchFan>,
-    /// Both halves of the layer: what this describes and its mirror image. For loads that are not symmetric.
-    pub whole: bool,
 }
 
 /// Sectors around the point where a sharp punch ends: the surface next to it turns up by 90 degrees and more, which two
@@ -67,8 +67,16 @@ const SLIDE: f64 = 1.5;
 /// Stretch of the surface there when it has slid by a thickness; as observed, rounded up.
 const STRETCH: f64 = 9.0;
 
+/// How far from the middle of the layer, over the length of the mesh to either side, a breakpoint below the middle of a punch may be.
+const MIDDLE: f64 = 0.9;
 /// Growth of the size of elements per distance from where they are fine.
 const GROWTH: f64 = 0.25;
+
+/// Breakpoints at ascending distances from `middle` (m), 0 the first of them, to the left and to the right.
+pub(super) fn about(middle: f64, left: &[f64], right: &[f64]) -> Vec<f64> {
+    let left = left.iter().skip(1).rev().map(|away| middle - away);
+    left.chain(right.iter().map(|away| middle + away)).collect()
+}
 
 impl LayerMesh {
     /// A mesh with `n` equal quadrilaterals over the thickness and as many over each thickness of length; the fan at
@@ -82,7 +90,6 @@ impl LayerMesh {
             end_top: uniform(body, half_length, n),
             radii: geometric(ratio, rings),
             punch: None,
-            whole: false,
         }
     }
 
@@ -120,7 +127,6 @@ impl LayerMesh {
             end_top: from_axis[cut - 1..].to_vec(),
             radii: Vec::new(),
             punch: None,
-            whole: false,
         }
     }
 
@@ -153,12 +159,13 @@ impl LayerMesh {
             narrowing: 1.0,
         });
         let end_top = uniform(body, half_length, count(0.6 * thickness));
-        Self { along, up, end_top, radii: geometric(0.5, 1), punch, whole: false }
+        Self { along, up, end_top, radii: geometric(0.5, 1), punch }
     }
 
     /// A mesh for a smooth punch with rounded corners at `position` that goes down to the compression `deepest`: about `n`
     /// quadrilaterals over the thickness far away, and `per_radius` over the length of the corner's radius where the surface slides
-    /// around a corner. It is stretched there, the more the farther it has slid, so that its sides have to be shorter at rest.
+    /// around a corner. It is stretched there, the more the farther it has slid, so that its sides have to be shorter at rest. Off the
+    /// middle it is a mesh of the whole layer.
     pub fn under_rounded_punch(
         thickness: f64,
         half_length: f64,
@@ -177,22 +184,27 @@ impl LayerMesh {
             }
             fine / (1.0 + STRETCH * slid.min(farthest) / thickness) + GROWTH * (slid - farthest).max(0.0)
         };
-        let at = |x: f64| {
-            let right = punch.position + punch.half_width - x;
-            inside(right).min(inside(2.0 * punch.half_width - right))
+        // By the distance from the middle of the punch, to either side of it.
+        let size = |x: f64| {
+            let right = punch.half_width - x;
+            let at_corners = inside(right).min(inside(2.0 * punch.half_width - right));
+            at_corners.min(if x.abs() < punch.half_width { coarse } else { 2.0 * coarse })
         };
-        let along = |x: f64| {
-            let under = (x - punch.position).abs().min((x + punch.position).abs()) < punch.half_width;
-            // Of both halves, one of which is the mirror image of the other.
-            at(x).min(at(-x)).min(if under { coarse } else { 2.0 * coarse })
+        let along = if punch.position == 0.0 {
+            graded(0.0, body, size)
+        } else {
+            // Within the mesh, even if the punch stands at the end of the layer.
+            let middle = punch.position.clamp(-MIDDLE * body, MIDDLE * body);
+            let to =
+                |side: f64| graded(0.0, body - side * middle, |x| size(side * x + middle - punch.position));
+            about(middle, &to(-1.0), &to(1.0))
         };
         Self {
-            along: graded(0.0, body, along),
+            along,
             up: graded(0.0, thickness, |y| (fine + GROWTH * (thickness - y)).min(coarse)),
             end_top: uniform(body, half_length, (n / 2).max(2)),
             radii: geometric(0.5, 1),
             punch: None,
-            whole: false,
         }
     }
 
@@ -219,21 +231,26 @@ impl LayerMesh {
             let [first, last] = punch.along;
             punch.radii.len() * (2 * up + last.saturating_sub(first))
         });
-        let half = along.saturating_mul(up) + end.saturating_mul(up) + fan + around_punch;
-        if self.whole { half.saturating_mul(2) } else { half }
+        let ends = if self.is_whole() { 2 } else { 1 };
+        along.saturating_mul(up) + ends * (end.saturating_mul(up) + fan) + around_punch
     }
 
     /// The mesh.
     pub fn mesh(&self) -> Mesh {
         let (body, top) = (self.along[self.along.len() - 1], self.up[self.up.len() - 1]);
         if self.radii.is_empty() {
-            let along: Vec<f64> = self.along.iter().chain(self.end_top.iter().skip(1)).copied().collect();
-            return self.of_patches(vec![Patch::tensor(&along, &self.up)]);
+            let end = self.end_top.iter().skip(1);
+            let other_end = end.clone().rev().filter(|_| self.is_whole()).map(|x| -x);
+            let along: Vec<f64> = other_end.chain(self.along.iter().copied()).chain(end.copied()).collect();
+            return Mesh::from_patches(&[Patch::tensor(&along, &self.up)]);
         }
         let corner = [self.end_top[self.end_top.len() - 1], 0.0];
         let mut rim: Vec<[f64; 2]> = self.up.iter().map(|&y| [body, y]).collect();
         rim.extend(self.end_top.iter().skip(1).map(|&x| [x, top]));
-        let mut patches = vec![Patch::fan(corner, &rim, &self.radii)];
+        let end = Patch::fan(corner, &rim, &self.radii);
+        let other_end = self.is_whole().then(|| end.clone().mapped(|x| [-x[0], x[1]]));
+        let mut patches = vec![end];
+        patches.extend(other_end);
         if let Some(PunchFan { along: [first, last], up: floor, corner, radii, narrowing }) = &self.punch {
             let (low, high) = (&self.up[..=*floor], &self.up[*floor..]);
             let under = &self.along[*first..=*last];
@@ -248,14 +265,32 @@ impl LayerMesh {
         } else {
             patches.push(Patch::tensor(&self.along, &self.up));
         }
-        self.of_patches(patches)
+        Mesh::from_patches(&patches)
     }
 
-    fn of_patches(&self, mut patches: Vec<Patch>) -> Mesh {
-        if self.whole {
-            let mirrored: Vec<Patch> = patches.iter().map(|p| p.clone().mapped(|x| [-x[0], x[1]])).collect();
-            patches.extend(mirrored);
+    /// Whether it covers the whole layer, and not one half of it.
+    pub fn is_whole(&self) -> bool {
+        self.along[0] < 0.0
+    }
+
+    /// The whole layer, one half of which is this and the other one its mirror image. For loads that are not symmetric. A fan under a
+    /// punch stays the only one.
+    pub fn mirrored(mut self) -> Self {
+        let before = self.along.len() - 1;
+        self.along = about(0.0, &self.along, &self.along);
+        if let Some(fan) = &mut self.punch {
+            fan.along = fan.along.map(|k| k + before);
         }
-        Mesh::from_patches(&patches)
+        self
+    }
+
+    /// The half with `x1 > 0` of it.
+    pub(super) fn half(mut self) -> Self {
+        let before = self.along.partition_point(|x| *x <= 1e-9 * self.half_length());
+        self.along.splice(..before, [0.0]);
+        if let Some(fan) = &mut self.punch {
+            fan.along = fan.along.map(|k| (k + 1).saturating_sub(before));
+        }
+        self
     }
 }

@@ -35,6 +35,9 @@ pub(super) const RIPPLED: usize = 2;
 /// How far before a load finer meshes begin to follow it, over the radius: several sides pass on the way.
 const RUN_UP: f64 = 0.5;
 
+/// Least length over the thickness of either half of a layer beside the middle of a punch that has a mesh of its own for each load.
+const SHORTEST_HALF: f64 = 1.5;
+
 /// Ratio of the sizes of successive rings around the end of a sharp punch; two more rings halve the smallest.
 const SHRINK: f64 = 0.7;
 const COARSEST_RINGS: usize = 8;
@@ -56,8 +59,8 @@ impl PlaneLayer {
     /// accuracy of the one before.
     pub fn mesh(&self, level: usize, deepest: f64) -> LayerMesh {
         let (height, length) = (self.thickness, self.half_length);
-        if let Some(punch) = self.centred_punch() {
-            return self.mesh_at_corner(punch, level);
+        if let Some(punch) = self.punch_on_own_meshes() {
+            return self.mesh_at_corners(punch, level);
         }
         let mut mesh = match self.indenter {
             Indenter::Sharp { half_width } => return self.around_corner(half_width, level),
@@ -85,7 +88,9 @@ impl PlaneLayer {
                 mesh
             }
         };
-        mesh.whole = self.position != 0.0;
+        if self.position != 0.0 && !mesh.is_whole() {
+            mesh = mesh.mirrored();
+        }
         self.fit_to_inclusions([&mut mesh.along, &mut mesh.up], [&[], &[]], smallest_at_edges(height, level));
         mesh
     }
@@ -114,7 +119,7 @@ impl PlaneLayer {
     pub fn mesh_within_limit(&self, level: usize, deepest: f64) -> Result<LayerMesh, ModelError> {
         let mesh = self.mesh(level, deepest);
         within_limit(mesh.elements_at_most())?;
-        if let Some(punch) = self.centred_punch() {
+        if let Some(punch) = self.punch_on_own_meshes() {
             // Where the load has to be followed after all, the first mesh has to be fine all along the way.
             let (height, length) = (self.thickness, self.half_length);
             let along =
@@ -135,10 +140,13 @@ impl PlaneLayer {
         mesh
     }
 
-    /// The indenter as a punch with rounded corners on the middle of the layer, if it is one: each load has a mesh of its own then.
-    pub(super) fn centred_punch(&self) -> Option<RoundedPunch> {
+    /// The indenter as a punch with rounded corners that has a mesh of its own for each load, if it is one: any such punch but one at
+    /// the very end of the layer, where the half of the layer beyond its middle is too short to be solved alone.
+    pub(super) fn punch_on_own_meshes(&self) -> Option<RoundedPunch> {
         let Indenter::Smooth(profile) = self.indenter else { return None };
-        self.rounded_punch(profile).filter(|punch| punch.position == 0.0)
+        let shorter_half = self.half_length - self.position.abs();
+        let solved_alone = self.position == 0.0 || shorter_half >= SHORTEST_HALF * self.thickness;
+        self.rounded_punch(profile).filter(|_| solved_alone)
     }
 
     /// The indenter as a punch with rounded corners, if it has a flat face.
@@ -151,7 +159,7 @@ impl PlaneLayer {
     pub fn regime(&self, deepest: f64) -> PressingRegime {
         match self.indenter {
             Indenter::WholeTop if self.folds() => PressingRegime::Folds,
-            Indenter::Smooth(_) if self.centred_punch().is_some() => PressingRegime::RoundedCorner,
+            Indenter::Smooth(_) if self.punch_on_own_meshes().is_some() => PressingRegime::RoundedCorner,
             Indenter::Smooth(profile) => match self.rounded_punch(profile) {
                 Some(punch) => {
                     let sides = punch.sides_passing(self.thickness, deepest, passing(0));
@@ -245,7 +253,7 @@ impl PlaneLayer {
             narrowing: 1.0,
         };
         let end_top = uniform(body, length, count(0.6 * height));
-        LayerMesh { along, up, end_top, radii: geometric(0.5, 1), punch: Some(punch), whole: false }
+        LayerMesh { along, up, end_top, radii: geometric(0.5, 1), punch: Some(punch) }
     }
 
     /// The mesh under a sharp punch at whose corner the point `end` (m) of the surface lies. Its fan needs fewer rings than that of
@@ -433,13 +441,13 @@ mod tests {
             let after = along.partition_point(|x| *x < at);
             along[after] - along[after - 1]
         };
-        let fine = 0.05 / passing(2);
-        // The right corner, and the left one in the mirror image.
-        for at in [1.4, 0.6] {
-            assert!(side(&off, at - 0.01) < 1.1 * fine, "{at}");
-            assert!(side(&off, at - 0.14) < 0.6 * fine, "{at}: what slides is stretched");
+        // Four sides over the radius.
+        let fine = 0.05 / 4.0;
+        for at in [1.4, -0.6] {
+            assert!(side(&off, at - 0.01) < 1.1 * fine && side(&off, at + 0.01) < 1.1 * fine, "{at}");
         }
-        assert!(side(&off, 1.0) > 1.05 * fine && side(&off, 3.0) > 3.0 * fine);
-        assert!(side(&centred, 0.99) < 1.05 * fine && side(&centred, 1.4) > 1.5 * fine);
+        // Nor is it fine at their mirror images.
+        assert!([-1.4, 0.6, 3.0].iter().all(|&at| side(&off, at) > 3.0 * fine));
+        assert!(side(&centred, 0.99) < 1.1 * fine && side(&centred, 1.4) > 1.5 * fine);
     }
 }

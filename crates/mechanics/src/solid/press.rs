@@ -12,7 +12,7 @@ use rayon::prelude::*;
 
 use super::dimension::{Dimension, Plane};
 use super::force_error::{error_of, scatter_of};
-use super::layer::{End, Inclusion, Indenter, LayerModel, LayerStep, RoundedPunch};
+use super::layer::{End, Inclusion, Indenter, LayerMesh, LayerModel, LayerStep, RoundedPunch};
 use super::model::{Load, ModelError, State};
 use super::newton::{Effort, FromCoarser, NewtonSettings, StopReason, Stopped};
 use super::soundness::StateFault;
@@ -31,7 +31,7 @@ pub struct PlaneLayer {
     pub inclusions: Vec<Inclusion>,
     /// What presses.
     pub indenter: Indenter,
-    /// `x1` of the middle of a smooth indenter; off the middle of the layer, both its halves are solved.
+    /// `x1` of the middle of a smooth indenter; off the middle of the layer, both its halves are solved. 0 for sharp punches and patches.
     pub position: f64,
     /// The condition at the end.
     pub end: End,
@@ -177,7 +177,6 @@ impl PlaneLayer {
         cancel: &AtomicBool,
         tell: &(dyn Fn(usize, usize) + Sync),
     ) -> Result<Pressing, ModelError> {
-        let rubber = self.rubber_in_use();
         let halved = |level: usize| 0.5_f64.powi(level as i32);
         let deepest = deepest(goals);
         let remesh = self.corner().map(|corner| {
@@ -195,11 +194,22 @@ impl PlaneLayer {
         let settings = |level| self.settings(level);
         press_on(goals, refinement, &settings, remesh, cancel, tell, &halved, &|level| {
             let mesh = self.mesh_within_limit(level, deepest)?;
-            let mut model =
-                LayerModel::with_inclusions(&mesh, &rubber, &self.inclusions, self.indenter, self.end)?;
-            model.place_indenter(self.position);
-            Ok(model)
+            self.model_on(&mesh)
         })
+    }
+}
+
+impl PlaneLayer {
+    /// This layer at rest on a mesh.
+    ///
+    /// # Errors
+    /// See [`ModelError`].
+    pub(super) fn model_on(&self, mesh: &LayerMesh) -> Result<LayerModel, ModelError> {
+        if self.position != 0.0 && self.indenter.sharp_corner().is_some() {
+            return Err(ModelError::SharpOffTheMiddle);
+        }
+        let (rubber, inclusions) = (self.rubber_in_use(), &self.inclusions);
+        LayerModel::with_indenter_at(self.position, mesh, &rubber, inclusions, self.indenter, self.end)
     }
 }
 
@@ -215,7 +225,7 @@ impl PlaneLayer {
     fn corner(&self) -> Option<Corner> {
         match self.indenter {
             Indenter::Sharp { half_width } => Some(Corner::Sharp { half_width }),
-            Indenter::Smooth(_) => self.centred_punch().map(Corner::Rounded),
+            Indenter::Smooth(_) => self.punch_on_own_meshes().map(Corner::Rounded),
             Indenter::WholeTop | Indenter::Held { .. } | Indenter::Bonded { .. } => None,
         }
     }

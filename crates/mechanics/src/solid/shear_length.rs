@@ -169,7 +169,7 @@ fn under_punch(corner: f64, n: usize, (ratio, rings): (f64, usize)) -> LayerMesh
     let (along_fan, radii) = ([first, last], geometric(ratio, rings));
     let punch = PunchFan { along: along_fan, up: floor, corner, radii, narrowing: 1.0 };
     let end_top = uniform(body, body + 1.0, count(0.6));
-    LayerMesh { along, up, end_top, radii: geometric(0.5, 1), punch: Some(punch), whole: false }
+    LayerMesh { along, up, end_top, radii: geometric(0.5, 1), punch: Some(punch) }
 }
 
 /// Shear lengths over the compression for one contact, with the states they are from.

@@ -19,6 +19,14 @@ pub struct Side<S: Dimension> {
     pub element: u32,
 }
 
+impl<S: Dimension> Side<S> {
+    /// The node in its middle.
+    pub(super) fn middle(&self) -> usize {
+        let nodes = self.nodes.as_ref();
+        nodes[nodes.len() / 2] as usize
+    }
+}
+
 /// A side of a quadrilateral.
 pub type BoundaryEdge = Side<Plane>;
 /// A side of a hexahedron.

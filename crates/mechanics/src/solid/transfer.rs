@@ -159,41 +159,60 @@ impl<'a, S: Dimension> Finder<'a, S> {
     }
 }
 
+/// A configuration on a mesh, to be read off anywhere.
+struct Source<'a, S: Dimension> {
+    finder: Finder<'a, S>,
+    equations: &'a Equations<S>,
+    state: &'a State<S>,
+    /// Contact pressure at the nodes in Pa.
+    pressed: Vec<f64>,
+}
+
+impl<'a, S: Dimension> Source<'a, S> {
+    fn new(equations: &'a Equations<S>, state: &'a State<S>) -> Self {
+        let pressed = equations.nodal_contact_pressure(state);
+        Self { finder: Finder::new(&equations.body.mesh), equations, state, pressed }
+    }
+
+    /// The displacement in m and the contact pressure in Pa at the reference position `x` (m).
+    fn at(&self, x: S::Point) -> Option<(S::Point, f64)> {
+        let (e, at) = self.finder.find(x)?;
+        let (mut displacement, mut contact) = (S::Point::default(), 0.0);
+        for (&node, (value, _)) in self.equations.body.mesh.elements[e].as_ref().iter().zip(shape::<S>(at)) {
+            contact += value * self.pressed[node as usize];
+            for k in 0..S::AXES {
+                displacement[k] += value * self.state.displacement[S::AXES * node as usize + k];
+            }
+        }
+        Some((displacement, contact))
+    }
+
+    /// The coefficients of the pressure in an element with this centre and size (m).
+    fn pressure(&self, centre: S::Point, size: S::Point) -> Option<S::Pressure> {
+        let (near, _) = self.finder.find(centre)?;
+        let (from, unit) = self.equations.elements[near].pressure_frame();
+        let old = &self.state.pressure[near];
+        Some(S::Pressure::from_fn(|m| match m {
+            0 => old[0] + (0..S::AXES).map(|k| old[k + 1] * (centre[k] - from[k]) / unit[k]).sum::<f64>(),
+            m => old[m] * size[m - 1] / unit[m - 1],
+        }))
+    }
+}
+
 impl<S: Dimension> Equations<S> {
     /// A configuration of this body for `load`, from the `state` of the same body on `other` mesh. `None` where the meshes do
     /// not cover the same body, or where an element would be turned inside out or
     /// extended beyond the limit of its rubber.
     fn guess(&self, other: &Self, state: &State<S>, load: &Load<S>) -> Option<State<S>> {
-        let finder = Finder::new(&other.body.mesh);
-        let nodes = &self.body.mesh.nodes;
+        let source = Source::new(other, state);
         let mut guess = self.body.at_rest();
         guess.shift.clone_from(&load.shift);
-        let pressed = other.nodal_contact_pressure(state);
-        let mut contact = vec![0.0; nodes.len()];
-        for (n, x) in nodes.iter().enumerate() {
-            let (e, at) = finder.find(*x)?;
-            for (&node, (value, _)) in other.body.mesh.elements[e].as_ref().iter().zip(shape::<S>(at)) {
-                contact[n] += value * pressed[node as usize];
-                for k in 0..S::AXES {
-                    guess.displacement[S::AXES * n + k] +=
-                        value * state.displacement[S::AXES * node as usize + k];
-                }
-            }
-        }
+        let contact =
+            self.read(&mut guess, |x| source.at(x), |centre, size| source.pressure(centre, size))?;
         for (d, u) in guess.displacement.iter_mut().enumerate() {
             if self.body.held[d] {
                 *u = load.displacement[d];
             }
-        }
-        for (e, element) in self.elements.iter().enumerate() {
-            let (centre, size) = element.pressure_frame();
-            let (near, _) = finder.find(centre)?;
-            let (from, unit) = other.elements[near].pressure_frame();
-            let old = &state.pressure[near];
-            guess.pressure[e] = S::Pressure::from_fn(|m| match m {
-                0 => old[0] + (0..S::AXES).map(|k| old[k + 1] * (centre[k] - from[k]) / unit[k]).sum::<f64>(),
-                m => old[m] * size[m - 1] / unit[m - 1],
-            });
         }
         let rest = vec![0.0; guess.displacement.len()];
         let (smallest, ..) = self.smallest_j(&rest, &guess.displacement, false);
@@ -208,6 +227,54 @@ impl<S: Dimension> Equations<S> {
         }
         self.guess_contact(&mut guess, &contact);
         Some(guess)
+    }
+
+    /// Gives the `guess` the displacements and contact pressures `at` its nodes, and the coefficients of the `pressure` in elements of
+    /// given centres and sizes (m). Returns the contact pressures of the nodes in Pa.
+    fn read(
+        &self,
+        guess: &mut State<S>,
+        at: impl Fn(S::Point) -> Option<(S::Point, f64)>,
+        pressure: impl Fn(S::Point, S::Point) -> Option<S::Pressure>,
+    ) -> Option<Vec<f64>> {
+        let mut contact = Vec::with_capacity(self.body.mesh.nodes.len());
+        for (u, x) in guess.displacement.chunks_mut(S::AXES).zip(&self.body.mesh.nodes) {
+            let (displacement, pressed) = at(*x)?;
+            u.copy_from_slice(displacement.as_slice());
+            contact.push(pressed);
+        }
+        for (new, element) in guess.pressure.iter_mut().zip(&self.elements) {
+            let (centre, size) = element.pressure_frame();
+            *new = pressure(centre, size)?;
+        }
+        Some(contact)
+    }
+
+    /// The configuration of this body that is put together from those of its right half and of the mirror image of its left half, whose
+    /// places are measured from `middle` (m), in motion. `None` where they do not cover it.
+    pub(crate) fn joined(&self, halves: [(&Self, &State<S>); 2], middle: f64) -> Option<State<S>> {
+        let halves = halves.map(|(half, state)| Source::new(half, state.moving.as_deref().unwrap_or(state)));
+        let mirrored = |x: S::Point| S::Point::from_fn(|k| if k == 0 { -x[0] } else { x[k] });
+        let away = |x: S::Point| S::Point::from_fn(|k| if k == 0 { (x[0] - middle).abs() } else { x[k] });
+        let [right, left] = &halves;
+        let mut state = self.body.at_rest();
+        let at = |x: S::Point| {
+            if x[0] >= middle {
+                return right.at(away(x));
+            }
+            left.at(away(x)).map(|(u, pressed)| (mirrored(u), pressed))
+        };
+        let pressure = |centre: S::Point, size: S::Point| {
+            if centre[0] >= middle {
+                return right.pressure(away(centre), size);
+            }
+            let of_mirror_image = left.pressure(away(centre), size)?;
+            // The second coefficient is the slope along the axis that is turned round.
+            Some(S::Pressure::from_fn(|m| if m == 1 { -of_mirror_image[1] } else { of_mirror_image[m] }))
+        };
+        let contact = self.read(&mut state, at, pressure)?;
+        self.guess_contact(&mut state, &contact);
+        Some(state)
     }
 
     /// The same with contact as it is in motion.
@@ -225,11 +292,9 @@ impl<S: Dimension> Equations<S> {
     /// Moves obstacles out of the guessed surface. Returns whether they are.
     fn clear_obstacles(&self, guess: &mut State<S>) -> bool {
         let clearance = CLEARANCE * self.gap_times_pressure / self.modulus;
-        // Half a body touches one flank of a punch only, which can be moved sideways then: axes along which it is half.
-        let half = |k: usize| k != 1 && self.body.mesh.nodes.iter().all(|x| x[k] >= 0.0);
-        let half: Vec<usize> = (0..S::AXES).filter(|&k| half(k)).collect();
         (0..self.body.obstacles.len()).all(|o| {
             let mut away = clearance;
+            let sideways = self.sideways(o, guess.shift[o]);
             for _ in 0..MAX_MOVES {
                 let least = self.least_gap(o, guess);
                 if least >= 0.5 * clearance {
@@ -244,14 +309,30 @@ impl<S: Dimension> Equations<S> {
                         guess.shift[o][1] += away;
                         // Moving up does not clear a vertical flank.
                         if profile.flat_face().is_some() {
-                            for &k in &half {
-                                guess.shift[o][k] -= away;
+                            for k in 0..S::AXES {
+                                guess.shift[o][k] += sideways[k] * away;
                             }
                         }
                     }
                 }
             }
             false
+        })
+    }
+
+    /// Along each axis, the direction in which an obstacle at `place` (m) can be moved sideways without meeting anything: what may touch it
+    /// lies to one side of its middle, and touches one flank of a punch only. 0 where there is none.
+    fn sideways(&self, obstacle: usize, place: S::Point) -> S::Point {
+        let nodes = &self.body.mesh.nodes;
+        let sides = &self.body.obstacles[obstacle].sides;
+        S::Point::from_fn(|k| {
+            let all = |on: fn(f64) -> bool| sides.iter().all(|side| on(nodes[side.middle()][k] - place[k]));
+            match k {
+                1 => 0.0,
+                _ if all(|away| away >= 0.0) => -1.0,
+                _ if all(|away| away < 0.0) => 1.0,
+                _ => 0.0,
+            }
         })
     }
 

@@ -39,6 +39,11 @@ pub enum ModelError {
     /// A sharp punch in contact is known in the plane only.
     #[error("in space a sharp punch is not solved in contact; round its corners, or hold the patch under it")]
     SharpInSpace,
+    /// A punch with sharp corners, or a held patch, is known on the middle of a layer only.
+    #[error(
+        "off the middle of the layer a punch is solved with rounded corners only; round them, or move it to the middle"
+    )]
+    SharpOffTheMiddle,
     /// The mesh would have more elements than any that is made.
     #[error(
         "the finite elements would be {elements} or more, and at most {limit} are made: the layer is too long for its thickness, \

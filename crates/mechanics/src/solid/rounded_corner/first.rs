@@ -1,6 +1,11 @@
 //! The first mesh of a load: from a sharp punch of the same width, which a rounded one is seen from afar.
+//!
+//! Off the middle of the layer no sharp punch is solved. What lies to the right of the middle of the punch is taken for one half of a
+//! layer with the punch on its middle, and so is what lies to the left. The two find their first meshes each for itself; put together, they
+//! are a first guess for the whole, which differs from them by how the one side pushes the other one along.
 
-use super::super::layer::{Indenter, LayerMesh, LayerModel};
+use super::super::layer::{Inclusion, Indenter, LayerMesh, LayerModel, RoundedPunch};
+use super::super::layer_mesh::about;
 use super::super::levels::around_corners;
 use super::super::newton::{NewtonSettings, StopReason, Stopped};
 use super::super::press::{Goal, PlaneLayer, deepest};
@@ -42,11 +47,15 @@ impl Sharp {
 }
 
 impl Rounded<'_> {
-    /// The layer on the coarsest mesh: from a sharp punch, or, where that one has no equilibrium, by following the load from rest on a mesh
-    /// that is fine all along the way.
+    /// The layer on the coarsest mesh: from a sharp punch or, off the middle, from its two halves. Where they lead to no equilibrium, by
+    /// following the load from rest on a mesh that is fine all along the way.
     pub(super) fn first(&self, goal: Goal) -> Result<Pressed, Box<Stopped>> {
         let fineness = Fineness::FIRST;
-        match self.begin_from_sharp(goal) {
+        let begun = match self.punch.position {
+            0.0 => self.begin_from_sharp(goal),
+            _ => self.begin_from_halves(goal),
+        };
+        match begun {
             Err(stopped) if stopped.reason != StopReason::Cancelled => {}
             first => return first,
         }
@@ -66,7 +75,53 @@ impl Rounded<'_> {
             Goal::Compression(compression) => model.press(compression, &settings)?,
             Goal::Force(force) => model.press_with(force, &settings)?,
         };
-        Ok(Pressed { model, step, fineness })
+        Ok(Pressed { mesh, model, step, fineness })
+    }
+
+    /// The layer on the mesh of the first level from its halves, each of them pressed as one half of a layer with the punch on its middle.
+    fn begin_from_halves(&self, goal: Goal) -> Result<Pressed, Box<Stopped>> {
+        let halves = [1.0, -1.0].map(|side| self.half(side));
+        let punch = RoundedPunch { position: 0.0, ..self.punch };
+        let [right, left] = halves.each_ref().map(|layer| Rounded { layer, punch, ..*self });
+        let compression = match goal {
+            Goal::Compression(compression) => compression,
+            // The shorter half yields more than the longer one. Between the two:
+            Goal::Force(_) => {
+                let [right, left] = [right.first(goal)?, left.first(goal)?];
+                0.5 * (right.model.compression() + left.model.compression())
+            }
+        };
+        let fineness = Fineness::of(0);
+        let press = |half: &Rounded<'_>| {
+            let first = half.first(Goal::Compression(compression))?;
+            half.next(&first, fineness, compression)
+        };
+        let [right, left] = [press(&right)?, press(&left)?];
+        let position = self.punch.position;
+        let mesh = LayerMesh {
+            along: about(position, &left.mesh.along, &right.mesh.along),
+            end_top: right.mesh.end_top.iter().map(|x| position + x).collect(),
+            ..right.mesh
+        };
+        let mut joined = self.model(&mesh)?;
+        if !joined.join([&right.model, &left.model], position, compression) {
+            return Err(stopped(StopReason::NoConvergence, &joined));
+        }
+        self.take_over((&joined, joined.state(), fineness), fineness, compression, 0)
+    }
+
+    /// What lies to one side of the middle of the punch, 1 to the right and -1 to the left, as one half of a layer with the punch on its
+    /// middle.
+    fn half(&self, side: f64) -> PlaneLayer {
+        let position = self.punch.position;
+        let away = |x: f64| side * (x - position);
+        let inclusions = self.layer.inclusions.iter().map(|inclusion| {
+            let [one, other] = [inclusion.min[0], inclusion.max[0]].map(away);
+            let (min, max) = ([one.min(other), inclusion.min[1]], [one.max(other), inclusion.max[1]]);
+            Inclusion { min, max, rubber: inclusion.rubber.clone() }
+        });
+        let half_length = self.layer.half_length - side * position;
+        PlaneLayer { half_length, position: 0.0, inclusions: inclusions.collect(), ..self.layer.clone() }
     }
 
     /// The layer on the coarsest mesh from a sharp punch of the same width. Where the two are too far apart at this load, from one at a

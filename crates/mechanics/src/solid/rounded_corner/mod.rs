@@ -4,7 +4,8 @@
 //! against its radius; what has passed it, or has not reached it yet, need not. Equilibrium without friction has no memory, so that each
 //! load gets a mesh of its own, fine only where the surface lies at the corner under this load. Where that is, and how much the
 //! surface is stretched there, is read off the deformed surface on a coarser mesh: its sides are given their lengths after
-//! loading. On the first mesh the surface is that under a sharp punch of the same width, which is a rounded one seen from afar.
+//! loading. On the first mesh the surface is that under a sharp punch of the same width, which is a rounded one seen from afar. On the
+//! middle of the layer one half of it is solved, which has one corner; elsewhere the whole layer, which has two.
 //!
 //! The equilibrium is searched near that of the coarser mesh. Where Newton's method does not find it, a mesh is put between the two, and
 //! in the end the punch starts a little above the load, clear of the surface, and goes the rest of the way.
@@ -22,7 +23,7 @@ use super::newton::{Effort, FromCoarser, NewtonSettings, StopReason, Stopped};
 use super::press::{Goal, PlaneLayer};
 use mesh::{Fineness, surface};
 
-/// Linear systems after which an equilibrium near that of the coarser mesh is not searched any longer.
+/// Linear systems, for each corner on the mesh, after which an equilibrium near that of the coarser mesh is not searched any longer.
 const MAX_SOLVES_NEAR: usize = 70;
 /// The same of a run-up.
 const MAX_SOLVES_RUN_UP: usize = 600;
@@ -35,12 +36,13 @@ const SAME_MESH: f64 = 0.5;
 
 /// A layer on a mesh for one load.
 struct Pressed {
+    mesh: LayerMesh,
     model: LayerModel,
     step: LayerStep,
     fineness: Fineness,
 }
 
-/// A layer under a punch with rounded corners on the middle of its top.
+/// A layer under a punch with rounded corners.
 struct Rounded<'a> {
     layer: &'a PlaneLayer,
     punch: RoundedPunch,
@@ -72,7 +74,9 @@ impl PlaneLayer {
                 let first = rounded.first(goal)?;
                 let compression = compression_at(goal, &first.model);
                 let next = |from: Pressed, level| rounded.next(&from, Fineness::of(level), compression);
-                (0..=level).try_fold(first, next)?
+                // Off the middle it is on the mesh of a level already.
+                let from = if first.fineness == Fineness::of(0) { 1 } else { 0 };
+                (from..=level).try_fold(first, next)?
             }
         };
         let Goal::Force(force) = goal else { return Ok((start.model, start.step)) };
@@ -101,11 +105,7 @@ impl<'a> Rounded<'a> {
 
     /// The layer at rest.
     fn model(&self, mesh: &LayerMesh) -> Result<LayerModel, Box<Stopped>> {
-        let layer = self.layer;
-        let rubber = layer.rubber_in_use();
-        let model = within_limit(mesh.elements_at_most()).and_then(|()| {
-            LayerModel::with_inclusions(mesh, &rubber, &layer.inclusions, layer.indenter, layer.end)
-        });
+        let model = within_limit(mesh.elements_at_most()).and_then(|()| self.layer.model_on(mesh));
         // Only a mesh with too many elements has none.
         model.map_err(|_| {
             let (reason, effort) = (StopReason::TooLong, Effort::default());
@@ -138,17 +138,17 @@ impl<'a> Rounded<'a> {
         halfway: usize,
     ) -> Result<Pressed, Box<Stopped>> {
         let (other, state, fineness) = from;
-        let mesh = self.layer.mesh_where_corner_is(self.punch, to, &surface(other, state), compression);
+        let mesh = self.layer.mesh_where_corners_are(self.punch, to, &surface(other, state), compression);
         let mut model = self.model(&mesh)?;
         let run_up = self.settings(to);
-        let near =
-            NewtonSettings { from_coarser: FromCoarser::Equilibrium, max_solves: MAX_SOLVES_NEAR, ..run_up };
+        let max_solves = if mesh.is_whole() { 2 * MAX_SOLVES_NEAR } else { MAX_SOLVES_NEAR };
+        let near = NewtonSettings { from_coarser: FromCoarser::Equilibrium, max_solves, ..run_up };
         let mut found = |settings| {
             let step = model.take_over(other, state, compression, &settings)?;
             model.fault(step.force).is_none().then_some(step)
         };
         if let Some(step) = found(near) {
-            return Ok(Pressed { model, step, fineness: to });
+            return Ok(Pressed { mesh, model, step, fineness: to });
         }
         if halfway > 0 && !self.cancelled() {
             let between = self.take_over(from, fineness.halfway(to), compression, halfway - 1);
@@ -164,7 +164,7 @@ impl<'a> Rounded<'a> {
             return Err(stopped(StopReason::Cancelled, other));
         }
         match found(run_up) {
-            Some(step) => Ok(Pressed { model, step, fineness: to }),
+            Some(step) => Ok(Pressed { mesh, model, step, fineness: to }),
             None if self.cancelled() => Err(stopped(StopReason::Cancelled, other)),
             None => Err(stopped(StopReason::NoConvergence, other)),
         }
@@ -213,7 +213,7 @@ mod tests {
 
     /// The force at a compression, and the layer, on the mesh of a level.
     fn at(layer: &PlaneLayer, compression: f64, level: usize) -> (f64, LayerModel) {
-        let punch = layer.centred_punch().unwrap();
+        let punch = layer.punch_on_own_meshes().unwrap();
         let goal = Goal::Compression(compression);
         let (model, step) = layer.press_rounded(punch, level, None, goal, &layer.settings(level)).unwrap();
         (step.force, model)
@@ -222,7 +222,7 @@ mod tests {
     #[test]
     fn meshes_for_one_load_have_the_force_of_following_the_load_on_one_that_is_fine_all_along() {
         let layer = layer(500.0 / 450.0, 0.1);
-        let punch = layer.centred_punch().unwrap();
+        let punch = layer.punch_on_own_meshes().unwrap();
         let mesh = LayerMesh::under_rounded_punch(1.0, 6.0, &punch, 0.3, 12, 4.0);
         let mut followed = LayerModel::new(&mesh, layer.rubber_in_use(), layer.indenter, layer.end).unwrap();
         for compression in [0.15, 0.3] {

@@ -13,7 +13,7 @@ use elastocap_materials::Rubber;
 /// The breakpoints and fans of a mesh of a quarter of the layer.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SpaceLayerMesh {
-    /// The section `x3 = 0`: one half of it, whatever [`LayerMesh::whole`] says.
+    /// The section `x3 = 0`: of a mesh of the whole layer the half with `x1 > 0`.
     pub section: LayerMesh,
     /// Breakpoints along `x3` in m: from 0 to the half width, or to where the fan at the side begins.
     pub across: Vec<f64>,
@@ -49,11 +49,12 @@ impl SpaceLayerMesh {
 
     /// The mesh.
     pub fn mesh(&self) -> Mesh<Space> {
+        let section = self.section.clone().half();
         let Some(rim) = self.side_fan else {
-            let section = LayerMesh { whole: false, ..self.section.clone() }.mesh();
+            let section = section.mesh();
             return Mesh::from_sweeps(&[Sweep { section: &section, along: &self.across, map: &|x| x }]);
         };
-        let LayerMesh { along, up, end_top, radii, .. } = &self.section;
+        let LayerMesh { along, up, end_top, radii, .. } = &section;
         let (inner, length) = (along[along.len() - 1], end_top[end_top.len() - 1]);
         let (inner_width, width) = (self.across[self.across.len() - 1], self.half_width());
         let body = Mesh::from_patches(&[Patch::tensor(along, up)]);
@@ -128,7 +129,7 @@ impl LayerModel<Space> {
         let mut body = Body::new(mesh.mesh(), rubber);
         include(&mut body, inclusions);
         body.hold(2, |x| x[2] == 0.0 || side == SideCondition::Symmetric && x[2] > half_width);
-        Self::with(body, mesh.section.thickness(), indenter, None, end, Symmetry::Quarter, |x| {
+        Self::with(body, mesh.section.thickness(), (indenter, 0.0), None, end, Symmetry::Quarter, |x| {
             x[0] > length || side == SideCondition::Free && x[2] > half_width
         })
     }

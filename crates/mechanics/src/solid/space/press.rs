@@ -63,7 +63,6 @@ impl SpaceLayer {
                     end_top: uniform(length - height, length, n.div_ceil(2)),
                     radii: if self.end == End::Far { Vec::new() } else { geometric(0.5, n / 2) },
                     punch: None,
-                    whole: false,
                 }
             }
         };

@@ -10,12 +10,16 @@ use elastocap_mechanics::solid::obstacle::{IndenterProfile, Obstacle, ObstacleSh
 const HALF_WIDTH: f64 = 500.0 / 450.0;
 
 fn rounded(n: usize, per_radius: f64, radius: f64, whole: bool) -> LayerModel {
+    rounded_at(0.0, n, per_radius, radius, whole)
+}
+
+fn rounded_at(position: f64, n: usize, per_radius: f64, radius: f64, whole: bool) -> LayerModel {
     let punch = RoundedPunch { half_width: HALF_WIDTH, corner_radius: radius, position: 0.0 };
     let mesh = LayerMesh::under_rounded_punch(1.0, 3.0, &punch, 0.4, n, per_radius);
-    let mesh = LayerMesh { whole, ..mesh };
+    let mesh = if whole { mesh.mirrored() } else { mesh };
     let indenter = Indenter::Smooth(IndenterProfile::Punch { half_width: HALF_WIDTH, corner_radius: radius });
     let rubber = Rubber { volume_barrier: 20.0, ..Rubber::neo_hookean(1.0) };
-    LayerModel::new(&mesh, rubber, indenter, End::Free).unwrap()
+    LayerModel::with_indenter_at(position, &mesh, &rubber, &[], indenter, End::Free).unwrap()
 }
 
 #[test]
@@ -103,10 +107,13 @@ fn both_halves_of_a_layer_do_what_one_does_and_mirrored_loads_mirror_the_answer(
     println!("{} {}", half.force, whole.force);
     assert!((half.force / whole.force - 1.0).abs() < 1e-7);
     let at = |offset: f64| {
-        let mut model = rounded(4, 0.5, 0.2, true);
-        model.place_indenter(offset);
+        let mut model = rounded_at(offset, 4, 0.5, 0.2, true);
         let force = model.press(0.1, &settings).unwrap().force;
-        (force, model.equations().contact_force(0, model.state())[0])
+        // To either side of its middle.
+        (
+            force,
+            [0, 1].map(|part| model.equations().contact_force(part, model.state())[0]).iter().sum::<f64>(),
+        )
     };
     let (right, left) = (at(0.3), at(-0.3));
     println!("{right:?} {left:?}");

@@ -5,6 +5,7 @@ mod cook;
 mod extreme;
 mod gent;
 mod layer;
+mod off_the_middle;
 mod patch;
 mod sharp;
 mod shear_length;

@@ -198,7 +198,6 @@ fn a_sphere_meets_the_formula_for_thin_layers() {
         end_top: uniform(1.5, 2.5, 1),
         radii: vec![0.0, 1.0],
         punch: None,
-        whole: false,
     };
     let mesh = SpaceLayerMesh { section, across: graded(0.0, 1.5, finer), side_fan: Some(1.0) };
     let mut model = LayerModel::of_finite_width(

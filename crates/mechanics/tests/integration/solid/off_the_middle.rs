@@ -1,0 +1,107 @@
+//! Punches with rounded corners off the middle of the layer: against punches on the middle, mirror images, and one mesh for all loads.
+
+use std::sync::atomic::AtomicBool;
+
+use elastocap_mechanics::materials::Rubber;
+use elastocap_mechanics::solid::layer::{End, Inclusion, Indenter, LayerMesh, LayerModel, RoundedPunch};
+use elastocap_mechanics::solid::model::ModelError;
+use elastocap_mechanics::solid::newton::NewtonSettings;
+use elastocap_mechanics::solid::obstacle::IndenterProfile;
+use elastocap_mechanics::solid::press::{Goal, PlaneLayer, Pressing, Refinement};
+
+const HALF_WIDTH: f64 = 0.8;
+const RADIUS: f64 = 0.1;
+
+fn layer(position: f64) -> PlaneLayer {
+    PlaneLayer {
+        thickness: 1.0,
+        half_length: 4.0,
+        rubber: Rubber::neo_hookean(1.0),
+        inclusions: Vec::new(),
+        indenter: Indenter::Smooth(IndenterProfile::Punch { half_width: HALF_WIDTH, corner_radius: RADIUS }),
+        position,
+        end: End::Free,
+    }
+}
+
+fn press(layer: &PlaneLayer, goals: &[Goal], meshes: Vec<usize>) -> Pressing {
+    let refinement = Refinement { relative_tolerance: 1e-9, meshes };
+    layer.press(goals, &refinement, &AtomicBool::new(false), &|_, _| ()).unwrap()
+}
+
+/// Forces on each mesh at a compression of 20 %.
+fn forces(layer: &PlaneLayer, meshes: Vec<usize>) -> Vec<f64> {
+    press(layer, &[Goal::Compression(0.2)], meshes).goals[0].as_ref().unwrap().refinement.clone()
+}
+
+#[test]
+fn a_punch_moved_by_next_to_nothing_has_the_force_of_the_one_on_the_middle() {
+    let [centred, moved] = [0.0, 1e-7].map(|position| forces(&layer(position), vec![0, 1, 2]));
+    println!("{centred:?} {moved:?}");
+    // The finer the meshes the closer: they are not the same.
+    let apart: Vec<f64> = centred.iter().zip(&moved).map(|(a, b)| (b / a - 1.0).abs()).collect();
+    assert!(apart[0] < 1e-3 && apart[2] < 2e-4, "{apart:?}");
+}
+
+#[test]
+fn a_mirrored_layer_has_the_mirrored_deformation() {
+    let inclusion = |min: f64, max: f64| Inclusion {
+        min: [min, 0.45],
+        max: [max, 0.55],
+        rubber: Rubber::neo_hookean(10.0),
+    };
+    let right = PlaneLayer { inclusions: vec![inclusion(0.3, 0.9)], ..layer(0.7) };
+    let left = PlaneLayer { inclusions: vec![inclusion(-0.9, -0.3)], ..layer(-0.7) };
+    let pressings = [right, left].map(|layer| press(&layer, &[Goal::Compression(0.2)], vec![0, 1]));
+    let [right, left] = pressings.each_ref().map(|pressing| pressing.goals[0].as_ref().unwrap());
+    println!("{:?} {:?}", right.refinement, left.refinement);
+    assert!((right.step.force / left.step.force - 1.0).abs() < 1e-6);
+    let models = [pressings[0].model_of(right), pressings[1].model_of(left)];
+    for x in [[0.0, 0.5], [0.6, 0.5], [1.7, 1.0], [-1.0, 1.0]] {
+        let [a, b] = [models[0].displacement_near(x), models[1].displacement_near([-x[0], x[1]])];
+        assert!((a[0] + b[0]).abs() < 1e-5 && (a[1] - b[1]).abs() < 1e-5, "{x:?}: {a:?} {b:?}");
+    }
+}
+
+#[test]
+fn near_an_end_the_force_is_that_of_following_the_load_on_a_mesh_that_is_fine_all_along() {
+    // The right corner is 1.2 thicknesses from the end, the left one 5.2.
+    let layer = layer(2.0);
+    let punch = RoundedPunch { half_width: HALF_WIDTH, corner_radius: RADIUS, position: 2.0 };
+    let mesh = LayerMesh::under_rounded_punch(1.0, 4.0, &punch, 0.2, 10, 3.0);
+    let rubber = Rubber { volume_barrier: 20.0, ..Rubber::neo_hookean(1.0) };
+    let mut followed =
+        LayerModel::with_indenter_at(2.0, &mesh, &rubber, &[], layer.indenter, layer.end).unwrap();
+    let settings =
+        NewtonSettings { longest_move: 0.15 * RADIUS / 3.0, final_gap: 1e-5, ..NewtonSettings::default() };
+    let expected = followed.press(0.2, &settings).unwrap().force;
+    let found = forces(&layer, vec![0, 1, 2]);
+    println!("{found:?}, followed {expected}");
+    assert!((found[2] / expected - 1.0).abs() < 1e-3, "{found:?} and not {expected}");
+    // The end yields: on the middle it takes more.
+    assert!(forces(&self::layer(0.0), vec![0])[0] > 1.02 * expected);
+}
+
+#[test]
+fn a_force_leads_back_to_the_compression_that_it_came_from() {
+    let layer = layer(0.7);
+    let force = forces(&layer, vec![0, 1])[1];
+    let found = press(&layer, &[Goal::Force(force)], vec![0, 1]);
+    let step = found.goals[0].as_ref().unwrap().step;
+    // The mesh was made for another compression.
+    assert!((step.compression / 0.2 - 1.0).abs() < 2e-3, "{step:?}");
+    assert!((step.force / force - 1.0).abs() < 1e-6, "{step:?}");
+}
+
+#[test]
+fn punches_without_rounded_corners_have_to_stand_on_the_middle() {
+    let half_width = HALF_WIDTH;
+    for indenter in
+        [Indenter::Sharp { half_width }, Indenter::Held { half_width }, Indenter::Bonded { half_width }]
+    {
+        let layer = PlaneLayer { indenter, ..layer(0.1) };
+        let goals = [Goal::Compression(0.1)];
+        let refused = layer.press(&goals, &Refinement::to(0.01), &AtomicBool::new(false), &|_, _| ());
+        assert_eq!(refused.err(), Some(ModelError::SharpOffTheMiddle), "{indenter:?}");
+    }
+}
