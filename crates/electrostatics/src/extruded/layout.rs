@@ -160,6 +160,14 @@ impl Layout {
         self.is_open() && (closed(&self.axis_walls) || self.plan_walls.iter().any(closed))
     }
 
+    /// The distance between the ends of a closed axis.
+    pub(super) fn width(&self, axis: usize) -> f64 {
+        match across(self.axis).iter().position(|a| *a == axis) {
+            Some(k) => self.frame[1][k] - self.frame[0][k],
+            None => self.planes.last().map_or(0.0, |p| p.at) - self.planes.first().map_or(0.0, |p| p.at),
+        }
+    }
+
     /// Whether a conductor is so thin along the axis that both its edges are like that of a sheet.
     pub(super) fn has_sheets(&self) -> bool {
         self.conductors.iter().any(|(_, solid)| solid.ends[1] - solid.ends[0] < SHEET)

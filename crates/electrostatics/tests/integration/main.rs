@@ -4,6 +4,7 @@
 
 mod crossing;
 mod extruded;
+mod extruded_confined;
 mod field;
 mod floating;
 mod general;
