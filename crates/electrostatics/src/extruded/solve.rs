@@ -36,13 +36,15 @@ const RATIO: f64 = 0.15;
 /// What integrals over bent triangles may be wrong by, relative, for each conductor: see the tests of `elastocap_fem::triangle`.
 const INTEGRALS: f64 = 1e-10;
 
-/// The axis along which the bodies of a scene are outlines pulled: that along which the fewest conductors begin or end, and of several
-/// the one along which they reach farthest. `None` if there is none.
+/// The axis along which the bodies of a scene are outlines pulled: one to which all sheets are normal, if there is such an axis; of those
+/// the one along which the fewest conductors begin or end, and of several the one along which they reach farthest. `None` if there is
+/// none.
 pub fn extrusion_axis(scene: &Scene) -> Option<usize> {
     let hull = scene.conductors().filter_map(|c| c.body.bounds()).reduce(|a, b| a.union(&b))?;
     let layouts = (0..3).filter_map(|axis| Some((axis, Layout::new(scene, axis)?)));
     let edges = |layout: &Layout| layout.planes.iter().filter(|plane| plane.edge).count();
-    let rank = |(axis, layout): &(usize, Layout)| (edges(layout), -hull.extent(*axis));
+    let rank =
+        |(axis, layout): &(usize, Layout)| (layout.has_upright_sheets(), edges(layout), -hull.extent(*axis));
     let best = layouts.min_by(|a, b| rank(a).partial_cmp(&rank(b)).unwrap_or(std::cmp::Ordering::Equal))?;
     Some(best.0)
 }
@@ -257,9 +259,8 @@ impl<'a> Search<'a> {
         })?;
         let conductors = scene.conductors().count();
         let mut present = vec![false; conductors];
-        for column in &plan.columns {
-            column.held.iter().flatten().for_each(|c| present[*c as usize] = true);
-        }
+        let held = plan.columns.iter().map(|c| &c.held).chain(plan.chains.iter().map(|c| &c.held));
+        held.flatten().flatten().for_each(|c| present[*c as usize] = true);
         // Mirror planes are insulated in the part.
         let holds_no_charge = |w: &Wall| *w == Wall::Insulated || (*w == Wall::Open && layout.is_confined());
         let enclosed = part.walls.iter().flatten().all(holds_no_charge);
