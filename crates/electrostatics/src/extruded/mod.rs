@@ -11,6 +11,7 @@ mod family;
 mod fluxes;
 mod free_regions;
 mod layout;
+mod marks;
 mod mesh;
 mod one_mesh;
 mod plane_system;

@@ -19,12 +19,17 @@ fn scene(walls: [[Wall; 2]; 3], bodies: Vec<Body>) -> Scene {
     Scene { bodies, background_permittivity: 1.0, domain, walls }
 }
 
-#[test]
-fn two_wires_between_insulated_walls_have_the_capacitance_of_the_closed_form_and_so_has_each_of_them() {
+/// Two wires of 0.3 in radius and 1.2 apart, between walls across x2.
+fn wires() -> Scene {
     let wire = |name: &str, x: f64| {
         Body::conductor(name, Shape::Cylinder { axis: 1, base: [x, -1.0, 0.1], radius: 0.3, height: 2.0 })
     };
-    let scene = scene([OPEN, INSULATED, OPEN], vec![wire("a", -0.6), wire("b", 0.6)]);
+    scene([OPEN, INSULATED, OPEN], vec![wire("a", -0.6), wire("b", 0.6)])
+}
+
+#[test]
+fn two_wires_between_insulated_walls_have_the_capacitance_of_the_closed_form_and_so_has_each_of_them() {
+    let scene = wires();
     let exact = 2.0 * PI * VACUUM_PERMITTIVITY / 2.0_f64.acosh();
     for target in [Target::TwoTerminal, Target::Matrix] {
         let found = solved(&scene, 1e-4, target);
@@ -35,6 +40,17 @@ fn two_wires_between_insulated_walls_have_the_capacitance_of_the_closed_form_and
             assert!(own.lower <= sign * exact && sign * exact <= own.upper, "{own:?} {exact:e}");
         }
     }
+}
+
+#[test]
+fn open_sides_that_end_nearby_cost_accuracy_but_the_bounds_hold() {
+    // The ends are as far away as the tolerance asks for.
+    let resolution = Some(ResolutionLevel { order: 6, levels: 3 });
+    let loose = Settings { resolution, ..settings(0.5, Target::TwoTerminal) };
+    let c = solve_extruded(&wires(), &loose).unwrap().solution.two_terminal.unwrap();
+    let exact = 2.0 * PI * VACUUM_PERMITTIVITY / 2.0_f64.acosh();
+    assert!(c.lower < 0.999 * exact && 1.001 * exact < c.upper, "{c:?} {exact:e}");
+    assert!(c.spread_over_value() < 0.2, "{c:?}");
 }
 
 #[test]
