@@ -54,6 +54,9 @@ pub(super) struct Chain {
     pub held: Vec<Option<u32>>,
 }
 
+/// For sides of triangles in chains, by their ends in ascending order, the number of the chain.
+pub(super) type ChainOfSide = HashMap<[u32; 2], u32>;
+
 /// A scene of outlines pulled along one axis, in units of `unit`, from `origin`.
 #[derive(Debug, Clone)]
 pub(super) struct Layout {
@@ -270,9 +273,9 @@ impl Layout {
     ///
     /// # Errors
     /// Two conductors that touch or overlap.
-    fn chains(&self, mesh: &Triangles) -> Result<(Vec<Chain>, HashMap<[u32; 2], u32>), [u32; 2]> {
+    fn chains(&self, mesh: &Triangles) -> Result<(Vec<Chain>, ChainOfSide), [u32; 2]> {
         let mut chains: Vec<Chain> = Vec::new();
-        let mut of_side = HashMap::new();
+        let mut of_side = ChainOfSide::new();
         if !self.has_upright_sheets() {
             return Ok((chains, of_side));
         }

@@ -1,6 +1,6 @@
 //! Where a plan is graded: corners and edges near which the field is singular.
 
-use super::layout::{Chain, Column};
+use super::layout::{Chain, ChainOfSide, Column};
 use elastocap_geometry::meshing::plane::graded::{Coarse, Marks};
 use std::collections::{HashMap, HashSet};
 
@@ -17,7 +17,7 @@ pub(super) fn marks(
     of_triangle: &[u32],
     columns: &[Column],
     frame: [[f64; 2]; 2],
-    (chains, of_side): (&[Chain], HashMap<[u32; 2], u32>),
+    (chains, of_side): (&[Chain], ChainOfSide),
 ) -> Marks {
     let mesh = &coarse.mesh;
     let mut beside: HashMap<[u32; 2], Vec<u32>> = HashMap::new();
