@@ -15,7 +15,7 @@
 //! | two electrodes     | in the plane                                     | boxes             | [`Route::EnclosingBoxes`]          |
 //! | two electrodes     | in space                                         | -, boxes          | [`Route::EnclosingBoxes`]          |
 //!
-//! *Outlines* are bodies that are outlines pulled along one axis, in a scene that is not closed across one axis and open along another.
+//! *Outlines* are bodies that are outlines pulled along one axis.
 //! Where the solver for them fails though nobody asked for it, the scene goes to tetrahedra after all.
 //!
 //! Everything else has no solver: see [`RouteError`].
@@ -198,8 +198,8 @@ pub enum RouteError {
     BoxesOnly,
     /// The extruded solver is asked for, and the scene is none for it.
     #[error(
-        "the extruded solver takes outlines that are pulled along one axis (boxes, sheets across that axis, extrusions), in a scene that \
-         is not closed across one axis and open along another: leave out `solver` in [electrostatics], or say `solver = \"tetrahedra\"`"
+        "the extruded solver takes outlines that are pulled along one axis (boxes, sheets, extrusions): leave out `solver` in \
+         [electrostatics], or say `solver = \"tetrahedra\"`"
     )]
     OutlinesOnly,
     /// Electrodes that are bent in space, and what only tetrahedra can take.
@@ -275,8 +275,8 @@ mod tests {
     const EVERY: [bool; 3] = [true; 3];
     const PAIR: Bodies = Bodies::Boxes { conductors: 2, along: EVERY };
     const THREE: Bodies = Bodies::Boxes { conductors: 3, along: EVERY };
-    /// Two boxes in a scene that is closed across one axis and open along another.
-    const CONFINED: Bodies = Bodies::Boxes { conductors: 2, along: [false; 3] };
+    /// Two boxes that the extruded solver does not take.
+    const NOT_EXTRUDED: Bodies = Bodies::Boxes { conductors: 2, along: [false; 3] };
     const UPRIGHT: Bodies = Bodies::Outlines { along: [false, true, false], few_edges: true };
     const ALONG: Bodies = Bodies::Outlines { along: [false, false, true], few_edges: true };
     const COMB: Bodies = Bodies::Outlines { along: [false, true, false], few_edges: false };
@@ -288,13 +288,13 @@ mod tests {
 
     #[test]
     fn straight_boxes_go_to_the_box_solver_unless_another_is_asked_for() {
-        for bodies in [Bodies::Boxes { conductors: 1, along: EVERY }, PAIR, THREE, CONFINED] {
+        for bodies in [Bodies::Boxes { conductors: 1, along: EVERY }, PAIR, THREE, NOT_EXTRUDED] {
             assert_eq!(route(bodies, Bending::Straight, None), Ok(Route::Boxes));
             assert_eq!(route(bodies, Bending::Straight, BOXES), Ok(Route::Boxes));
             assert_eq!(route(bodies, Bending::Straight, TETRAHEDRA), Ok(Route::Tetrahedra));
         }
         assert_eq!(route(PAIR, Bending::Straight, EXTRUDED), Ok(Route::Extruded));
-        assert_eq!(route(CONFINED, Bending::Straight, EXTRUDED), Err(RouteError::OutlinesOnly));
+        assert_eq!(route(NOT_EXTRUDED, Bending::Straight, EXTRUDED), Err(RouteError::OutlinesOnly));
     }
 
     #[test]
@@ -325,7 +325,7 @@ mod tests {
         assert_eq!(route(PAIR, BULGING, None), Ok(Route::Outlines));
         assert_eq!(route(THREE, FLAT, None), Ok(Route::Outlines));
         assert_eq!(route(THREE, BULGING, None), Ok(Route::Outlines));
-        assert_eq!(route(CONFINED, BULGING, None), Ok(Route::OutlinesOnTetrahedra));
+        assert_eq!(route(NOT_EXTRUDED, BULGING, None), Ok(Route::OutlinesOnTetrahedra));
     }
 
     #[test]

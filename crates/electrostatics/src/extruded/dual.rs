@@ -86,7 +86,7 @@ impl Dual {
             Some(radius) => fluxes::Beyond::Rays { radius, met: &met },
         };
         let fluxes = Fluxes::new(mesh, &mesh.columns, axis, walls, &cells, &product, beyond)?;
-        let regions = free_regions(&mesh.columns, axis.walls)
+        let regions = free_regions(&mesh.columns, &mesh.chains, axis.walls)
             .iter()
             .map(|free| region(mesh, axis, walls, &cells, &product, radius, free))
             .collect::<Result<_, SolveError>>()?;
@@ -281,6 +281,11 @@ fn traces(mesh: &PlanMesh, walls: &[[Wall; 2]; 2], m: usize) -> Vec<Trace> {
             sides.iter().for_each(|e| out[*e as usize] = Trace::Held(c));
         }
     }
+    for (e, chain) in mesh.on_chains() {
+        if let Some(c) = mesh.chains[chain as usize].conductor[m] {
+            out[e] = Trace::Held(c);
+        }
+    }
     out
 }
 
@@ -306,7 +311,10 @@ fn region(
             inside.then(|| product.across(mesh.column_of(t), free.cuts))
         })
         .collect();
-    let is_free = free_edges(mesh, walls, &weights);
+    let mut is_free = free_edges(mesh, walls, &weights);
+    for (e, chain) in mesh.on_chains() {
+        is_free[e] &= free.chains[chain as usize];
+    }
     let beyond = beyond_frame(mesh, walls, cells, radius.map(|r| 1.0 / (MEAN * r)));
     let system = PlaneSystem::new(&cells.numbering, &weights, |e| is_free[e as usize], &beyond);
     let window = axis.modes(lo, hi);

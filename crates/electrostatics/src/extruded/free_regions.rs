@@ -1,6 +1,6 @@
 //! The maximal regions without conductors that are a part of the plan times a part of the axis.
 
-use super::layout::Column;
+use super::layout::{Chain, Column};
 use super::mesh::PlanMesh;
 use elastocap_geometry::scene::Wall;
 
@@ -13,10 +13,12 @@ pub(super) struct FreeRegion {
     pub held: [bool; 2],
     /// For each column of the mesh whether it belongs to the region.
     pub columns: Vec<bool>,
+    /// The same for each chain.
+    pub chains: Vec<bool>,
 }
 
-/// All of them, for the columns of a plan.
-pub(super) fn free_regions(columns: &[Column], walls: [Wall; 2]) -> Vec<FreeRegion> {
+/// All of them, for the columns and the chains of a plan.
+pub(super) fn free_regions(columns: &[Column], chains: &[Chain], walls: [Wall; 2]) -> Vec<FreeRegion> {
     let intervals = columns.first().map_or(0, |c| c.conductor.len());
     let mut all: Vec<FreeRegion> = Vec::new();
     // Ends may be held anywhere; at an outer cut that no wall holds they may be free as well.
@@ -33,14 +35,15 @@ pub(super) fn free_regions(columns: &[Column], walls: [Wall; 2]) -> Vec<FreeRegi
             if lo >= hi {
                 continue;
             }
-            let is_free = |c: &Column| {
+            let is_free = |conductor: &[Option<u32>], held: &[Option<u32>]| {
                 let inside =
-                    (lo..hi).all(|m| c.conductor[m].is_none()) && (lo + 1..hi).all(|m| c.held[m].is_none());
-                inside && (held_lo || c.held[lo].is_none()) && (held_hi || c.held[hi].is_none())
+                    (lo..hi).all(|m| conductor[m].is_none()) && (lo + 1..hi).all(|m| held[m].is_none());
+                inside && (held_lo || held[lo].is_none()) && (held_hi || held[hi].is_none())
             };
-            let columns: Vec<bool> = columns.iter().map(is_free).collect();
+            let columns: Vec<bool> = columns.iter().map(|c| is_free(&c.conductor, &c.held)).collect();
+            let chains = chains.iter().map(|c| is_free(&c.conductor, &c.held)).collect();
             if columns.contains(&true) {
-                all.push(FreeRegion { cuts: [lo, hi], held: [held_lo, held_hi], columns });
+                all.push(FreeRegion { cuts: [lo, hi], held: [held_lo, held_hi], columns, chains });
             }
         }
     }
@@ -51,7 +54,8 @@ pub(super) fn free_regions(columns: &[Column], walls: [Wall; 2]) -> Vec<FreeRegi
             let farther = if side == 0 { other < own } else { other > own };
             farther || (own == other && (a.held[side] || !b.held[side]))
         };
-        a != b && reaches(0) && reaches(1) && a.columns.iter().zip(&b.columns).all(|(a, b)| !a || *b)
+        let holds = |a: &[bool], b: &[bool]| a.iter().zip(b).all(|(a, b)| !a || *b);
+        a != b && reaches(0) && reaches(1) && holds(&a.columns, &b.columns) && holds(&a.chains, &b.chains)
     };
     let maximal = |a: &&FreeRegion| !all.iter().any(|b| within(a, b));
     all.iter().filter(maximal).cloned().collect()

@@ -1,10 +1,11 @@
 //! A scene reduced to a plan and an axis: outlines, the planes between which bodies reach, and what fills each column of the plan.
 
+use super::marks::marks;
 use elastocap_fem::triangle::Bent;
 use elastocap_geometry::meshing::grid::Plane;
 use elastocap_geometry::meshing::plane::graded::{Circle, Coarse, Marks, Outline, Triangles, coarse};
 use elastocap_geometry::recognition::{Prism, boxes_of, prisms_of};
-use elastocap_geometry::scene::{Body, Scene, Wall, across};
+use elastocap_geometry::scene::{Body, Box3, Scene, Wall, across};
 use elastocap_geometry::shapes::Shape;
 use std::collections::HashMap;
 
@@ -17,15 +18,11 @@ const SAME: f64 = 1e-12;
 /// Coordinates of outlines that differ by less than this share of the scene's size are one.
 const ALIKE: f64 = 1e-11;
 
-/// Angles by which an outline of a conductor, or the boundary between two dielectrics, may turn without having a corner, in degrees:
-/// those of polygons that stand for curves. The field is hardly singular there.
-const SMOOTH: [f64; 2] = [12.0, 30.0];
-
 /// Conductors with less thickness along the axis are like sheets, as a share of the size of all conductors.
 const SHEET: f64 = 1e-2;
 
-/// Directions are at right angles if their cosine is less than this.
-const UPRIGHT: f64 = 1e-9;
+/// Points that are closer to a sheet than this share of the scene's size lie on it.
+const ON_SHEET: f64 = 1e-10;
 
 /// An outline pulled along the axis.
 #[derive(Debug, Clone, PartialEq)]
@@ -47,6 +44,18 @@ pub(super) struct Column {
     /// Relative permittivity of each interval.
     pub permittivity: Vec<f64>,
 }
+
+/// What holds the sides of triangles in which sheets stand that contain the axis: see [`Column`].
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Chain {
+    /// The conductor that holds them over each interval.
+    pub conductor: Vec<Option<u32>>,
+    /// The conductor that holds them at each cut.
+    pub held: Vec<Option<u32>>,
+}
+
+/// For sides of triangles in chains, by their ends in ascending order, the number of the chain.
+pub(super) type ChainOfSide = HashMap<[u32; 2], u32>;
 
 /// A scene of outlines pulled along one axis, in units of `unit`, from `origin`.
 #[derive(Debug, Clone)]
@@ -160,9 +169,23 @@ impl Layout {
         self.is_open() && (closed(&self.axis_walls) || self.plan_walls.iter().any(closed))
     }
 
-    /// Whether a conductor is so thin along the axis that both its edges are like that of a sheet.
+    /// The distance between the ends of a closed axis.
+    pub(super) fn width(&self, axis: usize) -> f64 {
+        match across(self.axis).iter().position(|a| *a == axis) {
+            Some(k) => self.frame[1][k] - self.frame[0][k],
+            None => self.planes.last().map_or(0.0, |p| p.at) - self.planes.first().map_or(0.0, |p| p.at),
+        }
+    }
+
+    /// Whether a conductor has no thickness, or so little along the axis that both its edges are like that of a sheet.
     pub(super) fn has_sheets(&self) -> bool {
-        self.conductors.iter().any(|(_, solid)| solid.ends[1] - solid.ends[0] < SHEET)
+        let is_sheet = |solid: &Solid| solid.ends[1] - solid.ends[0] < SHEET || solid.segment().is_some();
+        self.conductors.iter().any(|(_, solid)| is_sheet(solid))
+    }
+
+    /// Whether some conductors are sheets that contain the axis.
+    pub(super) fn has_upright_sheets(&self) -> bool {
+        self.conductors.iter().any(|(_, solid)| solid.segment().is_some())
     }
 
     /// Intervals along the axis.
@@ -225,6 +248,50 @@ impl Layout {
         Ok(column)
     }
 
+    /// What holds the segment between two points of the plan, which lies either along the whole of a sheet's or outside that.
+    ///
+    /// # Errors
+    /// Two conductors that touch or overlap there.
+    fn chain(&self, ends: [[f64; 2]; 2]) -> Result<Option<Chain>, [u32; 2]> {
+        let own = || self.conductors.iter().filter(|(_, solid)| solid.stands_over(ends));
+        if own().next().is_none() {
+            return Ok(None);
+        }
+        let intervals = self.intervals();
+        let mut chain = Chain { conductor: vec![None; intervals], held: vec![None; intervals + 1] };
+        for (conductor, solid) in own() {
+            let [lo, hi] = solid.ends.map(|z| self.cut(z));
+            let cuts: Vec<Option<u32>> =
+                (0..=intervals).map(|m| (lo..=hi).contains(&m).then_some(*conductor)).collect();
+            join_held(&mut chain.held, &cuts)?;
+            chain.conductor[lo..hi.max(lo)].fill(Some(*conductor));
+        }
+        Ok(Some(chain))
+    }
+
+    /// The chains of a mesh, and the sides of triangles that belong to each.
+    ///
+    /// # Errors
+    /// Two conductors that touch or overlap.
+    fn chains(&self, mesh: &Triangles) -> Result<(Vec<Chain>, ChainOfSide), [u32; 2]> {
+        let mut chains: Vec<Chain> = Vec::new();
+        let mut of_side = ChainOfSide::new();
+        if !self.has_upright_sheets() {
+            return Ok((chains, of_side));
+        }
+        for [a, b, c] in &mesh.triangles {
+            for [p, q] in [[*a, *b], [*b, *c], [*c, *a]] {
+                let Some(chain) = self.chain([p, q].map(|p| mesh.points[p as usize]))? else { continue };
+                let known = chains.iter().position(|known| *known == chain).unwrap_or(chains.len());
+                if known == chains.len() {
+                    chains.push(chain);
+                }
+                of_side.insert([p.min(q), p.max(q)], known as u32);
+            }
+        }
+        Ok((chains, of_side))
+    }
+
     /// The coarsest mesh of the plan.
     ///
     /// # Errors
@@ -245,12 +312,19 @@ impl Layout {
                 columns.push(column);
             }
         }
-        let held = held_over_points(mesh, &of_triangle, &columns).map_err(PlanError::Touching)?;
+        let mut held = held_over_points(mesh, &of_triangle, &columns).map_err(PlanError::Touching)?;
+        let (chains, of_side) = self.chains(mesh).map_err(PlanError::Touching)?;
+        for (side, chain) in &of_side {
+            for p in side {
+                join_held(&mut held[*p as usize], &chains[*chain as usize].held)
+                    .map_err(PlanError::Touching)?;
+            }
+        }
         if let Some(c) = self.on_a_grounded_wall(&mesh.points, &held, frame) {
             return Err(PlanError::OnGround(c));
         }
-        let marks = marks(&coarse, &of_triangle, &columns, frame);
-        Ok(Plan { coarse, columns, of_triangle, marks, frame })
+        let marks = marks(&coarse, &of_triangle, &columns, frame, (&chains, of_side));
+        Ok(Plan { coarse, columns, of_triangle, chains, marks, frame })
     }
 }
 
@@ -301,16 +375,25 @@ fn held_over_points(
         for p in t {
             let here = &mut held[*p as usize];
             here.resize(own.len(), None);
-            for (here, own) in here.iter_mut().zip(own) {
-                match (*here, *own) {
-                    (Some(a), Some(b)) if a != b => return Err([a.min(b), a.max(b)]),
-                    (None, Some(b)) => *here = Some(b),
-                    _ => {}
-                }
-            }
+            join_held(here, own)?;
         }
     }
     Ok(held)
+}
+
+/// Adds the conductors that cuts belong to in one place to those of another.
+///
+/// # Errors
+/// Two conductors that have a cut in common.
+fn join_held(here: &mut [Option<u32>], other: &[Option<u32>]) -> Result<(), [u32; 2]> {
+    for (here, other) in here.iter_mut().zip(other) {
+        match (*here, *other) {
+            (Some(a), Some(b)) if a != b => return Err([a.min(b), a.max(b)]),
+            (None, Some(b)) => *here = Some(b),
+            _ => {}
+        }
+    }
+    Ok(())
 }
 
 /// The coarsest mesh of a plan, with what is over its triangles and where it has to be graded.
@@ -320,6 +403,8 @@ pub(super) struct Plan {
     pub columns: Vec<Column>,
     /// The column of each triangle.
     pub of_triangle: Vec<u32>,
+    /// What the numbers of chains in `marks` stand for.
+    pub chains: Vec<Chain>,
     pub marks: Marks,
     pub frame: [[f64; 2]; 2],
 }
@@ -350,20 +435,18 @@ fn solids(shape: &Shape, axis: usize) -> Option<Vec<Solid>> {
         }
         Shape::Box(_) | Shape::Extrusion { .. } => {
             let boxes = boxes_of(shape, MOST_CELLS)?;
-            let flat = |a: usize| boxes.iter().any(|b| b.min[a] == b.max[a]);
-            if flat(p) || flat(q) {
-                return None;
-            }
-            let solid = |b: &elastocap_geometry::scene::Box3| Solid {
-                outlines: vec![Outline::polygon(&[
-                    [b.min[p], b.min[q]],
-                    [b.max[p], b.min[q]],
-                    [b.max[p], b.max[q]],
-                    [b.min[p], b.max[q]],
-                ])],
-                ends: [b.min[axis], b.max[axis]],
+            let solid = |b: &Box3| {
+                let flat = [p, q, axis].map(|a| b.min[a] == b.max[a]);
+                let [low, high] = [[b.min[p], b.min[q]], [b.max[p], b.max[q]]];
+                let corners = match flat {
+                    [false, false, _] => vec![low, [high[0], low[1]], high, [low[0], high[1]]],
+                    [true, false, false] | [false, true, false] => vec![low, high],
+                    // No area.
+                    _ => return None,
+                };
+                Some(Solid { outlines: vec![Outline::polygon(&corners)], ends: [b.min[axis], b.max[axis]] })
             };
-            Some(boxes.iter().map(solid).collect())
+            boxes.iter().map(solid).collect()
         }
         Shape::Sphere { .. }
         | Shape::Shell { .. }
@@ -374,6 +457,27 @@ fn solids(shape: &Shape, axis: usize) -> Option<Vec<Solid>> {
 }
 
 impl Solid {
+    /// The segment of the plan over which a sheet stands that contains the axis; `None` if the body is none.
+    fn segment(&self) -> Option<[[f64; 2]; 2]> {
+        let [Outline::Path(sides)] = &self.outlines[..] else { return None };
+        let &[a, b] = &sides[..] else { return None };
+        (a.arc.is_none() && b.arc.is_none()).then_some([a.from, b.from])
+    }
+
+    /// Whether it is a sheet that stands over a segment of the plan, which is a part of its own or outside it.
+    fn stands_over(&self, ends: [[f64; 2]; 2]) -> bool {
+        let Some([a, b]) = self.segment() else { return false };
+        let along = [b[0] - a[0], b[1] - a[1]];
+        let square = along[0] * along[0] + along[1] * along[1];
+        ends.iter().all(|p| {
+            let from = [p[0] - a[0], p[1] - a[1]];
+            let across = (along[0] * from[1] - along[1] * from[0]).abs() / square.sqrt();
+            let share = (along[0] * from[0] + along[1] * from[1]) / square;
+            let slack = ON_SHEET / square.sqrt();
+            across <= ON_SHEET && share >= -slack && share <= 1.0 + slack
+        })
+    }
+
     /// Whether the body lies over a point of the plan.
     fn holds(&self, point: [f64; 2]) -> bool {
         self.outlines.iter().filter(|outline| outline.contains(point)).count() % 2 == 1
@@ -424,66 +528,4 @@ fn planes(conductors: &[(u32, Solid)], dielectrics: &[(f64, Solid)], ends: [f64;
         }
     }
     out
-}
-
-/// Corners and edges near which the field is singular.
-fn marks(coarse: &Coarse, of_triangle: &[u32], columns: &[Column], frame: [[f64; 2]; 2]) -> Marks {
-    let mesh = &coarse.mesh;
-    let mut beside: HashMap<[u32; 2], Vec<u32>> = HashMap::new();
-    for ([a, b, c], column) in mesh.triangles.iter().zip(of_triangle) {
-        for [p, q] in [[*a, *b], [*b, *c], [*c, *a]] {
-            beside.entry([p.min(q), p.max(q)]).or_default().push(*column);
-        }
-    }
-    // Boundaries at each point, by their directions.
-    let mut at_point: Vec<Vec<([f64; 2], [u32; 2])>> = vec![Vec::new(); mesh.points.len()];
-    let mut edges = std::collections::HashSet::new();
-    for (side, of) in &beside {
-        let &[one, other] = &of[..] else { continue };
-        if one == other {
-            continue;
-        }
-        let [p, q] = side.map(|p| mesh.points[p as usize]);
-        let along = [q[0] - p[0], q[1] - p[1]];
-        let length = along[0].hypot(along[1]);
-        let along = along.map(|x| x / length);
-        let pair = [one.min(other), one.max(other)];
-        let arc = coarse.arcs.get(side);
-        // An arc begins and ends along its tangents.
-        let [begins, ends] = [(p, along), (q, along.map(|x| -x))]
-            .map(|(end, along)| arc.map_or(along, |circle| circle.tangent(end, along)));
-        at_point[side[0] as usize].push((begins, pair));
-        at_point[side[1] as usize].push((ends, pair));
-        if ends_between(&columns[one as usize], &columns[other as usize]) {
-            edges.insert(*side);
-        }
-    }
-    let corners = at_point
-        .iter()
-        .zip(&mesh.points)
-        .map(|(boundaries, point)| match &boundaries[..] {
-            [] => false,
-            [(a, x), (b, y)] => {
-                let metal = columns[x[0] as usize].held != columns[x[1] as usize].held;
-                let least = SMOOTH[usize::from(!metal)].to_radians().cos();
-                x != y || a[0] * b[0] + a[1] * b[1] > -least
-            }
-            // The mirror image of what ends on the frame at a right angle goes on straight.
-            [(a, _)] => {
-                let on = (0..2).filter(|&k| point[k] == frame[0][k] || point[k] == frame[1][k]);
-                !on.into_iter().any(|k| a[1 - k].abs() < UPRIGHT)
-            }
-            _ => true,
-        })
-        .collect();
-    Marks { corners, edges }
-}
-
-/// Whether a conductor of one of two columns that the other has not got ends inside the scene: it has an edge there.
-fn ends_between(one: &Column, other: &Column) -> bool {
-    let cuts = one.held.len();
-    (1..cuts - 1).any(|m| {
-        one.held[m] != other.held[m]
-            && [one, other].iter().any(|c| c.held[m].is_some() && c.conductor[m - 1..=m] != [c.held[m]; 2])
-    })
 }

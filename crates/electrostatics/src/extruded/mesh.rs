@@ -1,6 +1,6 @@
 //! The graded mesh of a plan: triangles, sides, and what is over them.
 
-use super::layout::{Column, Plan};
+use super::layout::{Chain, Column, Plan};
 use elastocap_fem::triangle::{Bent, SIDES, Triangle};
 use elastocap_geometry::meshing::plane::graded::{BentTriangle, Graded, Layers, graded};
 use elastocap_geometry::scene::Wall;
@@ -23,6 +23,9 @@ pub(super) struct PlanMesh {
     /// The column of each triangle.
     pub column: Vec<u32>,
     pub columns: Vec<Column>,
+    /// The chain that each edge belongs to, if it does.
+    pub chain: Vec<Option<u32>>,
+    pub chains: Vec<Chain>,
     /// For each triangle the squared distance of its farthest corner from the origin over that of the frame, in steps of
     /// [`DISTANCE_STEP`], rounded up.
     pub distance: Vec<u8>,
@@ -47,7 +50,8 @@ impl PlanMesh {
             let bent = Bent { corners, center };
             bent.place(bent.shares(point))
         };
-        let Graded { mesh, parents, bent, straight } = graded(&plan.coarse, &plan.marks, layers, moved);
+        let Graded { mesh, parents, bent, straight, chains } =
+            graded(&plan.coarse, &plan.marks, layers, moved);
         let half = plan.frame.iter().flatten().map(|x| x.abs()).fold(0.0, f64::max);
         let distance = |t: &[u32; 3]| {
             let squares = t.map(|p| mesh.points[p as usize].iter().map(|x| x * x).sum::<f64>());
@@ -93,6 +97,8 @@ impl PlanMesh {
             triangles: of.iter().map(|(_, _, t, _)| *t).collect(),
             bent: of.iter().map(|(_, _, t, bent)| bent.map(|bent| shares(t, bent, &straight))).collect(),
             sides,
+            chain: edges.iter().map(|edge| chains.get(edge).copied()).collect(),
+            chains: plan.chains.clone(),
             edges,
             on_frame,
             column: of.iter().map(|(column, ..)| *column).collect(),
@@ -107,6 +113,11 @@ impl PlanMesh {
 
     pub(super) fn column_of(&self, t: usize) -> &Column {
         &self.columns[self.column[t] as usize]
+    }
+
+    /// The edges that belong to chains, each with its chain.
+    pub(super) fn on_chains(&self) -> impl Iterator<Item = (usize, u32)> + '_ {
+        self.chain.iter().enumerate().filter_map(|(e, chain)| Some((e, (*chain)?)))
     }
 
     pub(super) fn middle(&self, edge: usize) -> [f64; 2] {

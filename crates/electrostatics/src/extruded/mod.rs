@@ -5,11 +5,13 @@
 //! solver (ARCHITECTURE.md, "The method") with two of the three axes replaced by a mesh: the regions without conductors are parts of
 //! the plan times parts of the axis, and each is inverted by the modes of the axis and one sparse factor of the plan a mode.
 
+mod confined;
 mod dual;
 mod family;
 mod fluxes;
 mod free_regions;
 mod layout;
+mod marks;
 mod mesh;
 mod one_mesh;
 mod plane_system;

@@ -109,7 +109,7 @@ impl Primal {
         let mut held: Vec<Vec<(Range<usize>, u32)>> = vec![Vec::new(); entities];
         let mut held_inner = Vec::with_capacity(mesh.triangles.len());
         let of_column: Vec<Vec<(Range<usize>, u32)>> =
-            mesh.columns.iter().map(|c| held_parts(c, axis)).collect();
+            mesh.columns.iter().map(|c| held_parts(&c.conductor, &c.held, axis)).collect();
         for t in 0..mesh.triangles.len() {
             let parts = &of_column[mesh.column[t] as usize];
             for e in &numbering.entities[t] {
@@ -120,6 +120,17 @@ impl Primal {
                 }
             }
             held_inner.push(parts.iter().map(|(range, _)| range.clone()).collect());
+        }
+        let of_chain: Vec<Vec<(Range<usize>, u32)>> =
+            mesh.chains.iter().map(|c| held_parts(&c.conductor, &c.held, axis)).collect();
+        for (e, chain) in mesh.on_chains() {
+            for part in &of_chain[chain as usize] {
+                for entity in entities_of_edge(mesh, e) {
+                    if !held[entity].contains(part) {
+                        held[entity].push(part.clone());
+                    }
+                }
+            }
         }
         let rays = PotentialRays::new(mesh, axis, walls, degree, radius, &inner_bases);
         let mut out = Self {
@@ -165,6 +176,9 @@ impl Primal {
                     entities.iter().for_each(|e| is_free[*e as usize] = false);
                 }
             }
+            for (e, _) in mesh.on_chains().filter(|(_, chain)| !free.chains[*chain as usize]) {
+                entities_of_edge(mesh, e).into_iter().for_each(|entity| is_free[entity] = false);
+            }
             let system = PlaneSystem::new(&self.numbering, &weights, |e| is_free[e as usize], &beyond);
             let factors = inner_scaling(&self.numbering, &weights, &system.rows);
             let pieces =
@@ -174,7 +188,7 @@ impl Primal {
             region.scale(Scaling { pieces, factors });
             Ok(region)
         };
-        free_regions(&mesh.columns, axis.walls).iter().map(make).collect()
+        free_regions(&mesh.columns, &mesh.chains, axis.walls).iter().map(make).collect()
     }
 
     /// The potential that is `potentials[c]` on conductor c and falls to zero within one element.
@@ -290,15 +304,25 @@ impl Operator for Primal {
     }
 }
 
-/// The parts of the line where a column is held, each with its conductor.
-fn held_parts(column: &super::layout::Column, axis: &Axis) -> Vec<(Range<usize>, u32)> {
+/// An edge and its ends.
+fn entities_of_edge(mesh: &PlanMesh, edge: usize) -> [usize; 3] {
+    let [a, b] = mesh.edges[edge].map(|p| p as usize);
+    [a, b, mesh.points.len() + edge]
+}
+
+/// The parts of the line where a column or a chain is held, each with its conductor: that of each interval and each cut is given.
+fn held_parts(
+    of_intervals: &[Option<u32>],
+    of_cuts: &[Option<u32>],
+    axis: &Axis,
+) -> Vec<(Range<usize>, u32)> {
     let mut out: Vec<(Range<usize>, u32)> = Vec::new();
-    for (m, conductor) in column.held.iter().enumerate() {
+    for (m, conductor) in of_cuts.iter().enumerate() {
         if let Some(c) = conductor {
             out.push((axis.closed(m, m), *c));
         }
     }
-    for (m, conductor) in column.conductor.iter().enumerate() {
+    for (m, conductor) in of_intervals.iter().enumerate() {
         if let Some(c) = conductor {
             out.push((axis.closed(m, m + 1), *c));
         }

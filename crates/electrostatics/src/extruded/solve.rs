@@ -3,6 +3,7 @@
 //! Meshes differ in their degree, their layers and their strips (`family.rs`). A few small ones are solved for the upper bound alone; from
 //! what it falls by follows the mesh that should meet the tolerance, which is solved for both bounds.
 
+use super::confined::{changed, distance_of_ends, open_sides, with_open_sides, without_common_potential};
 use super::family::{Expectation, Level};
 use super::layout::{Layout, Plan, PlanError};
 use super::mesh::PlanMesh;
@@ -35,22 +36,22 @@ const RATIO: f64 = 0.15;
 /// What integrals over bent triangles may be wrong by, relative, for each conductor: see the tests of `elastocap_fem::triangle`.
 const INTEGRALS: f64 = 1e-10;
 
-/// The axis along which the bodies of a scene are outlines pulled: that along which the fewest conductors begin or end, and of several
-/// the one along which they reach farthest. `None` if there is none.
+/// The axis along which the bodies of a scene are outlines pulled: one to which all sheets are normal, if there is such an axis; of those
+/// the one along which the fewest conductors begin or end, and of several the one along which they reach farthest. `None` if there is
+/// none.
 pub fn extrusion_axis(scene: &Scene) -> Option<usize> {
     let hull = scene.conductors().filter_map(|c| c.body.bounds()).reduce(|a, b| a.union(&b))?;
     let layouts = (0..3).filter_map(|axis| Some((axis, Layout::new(scene, axis)?)));
-    let usable = layouts.filter(|(_, layout)| !layout.is_confined());
     let edges = |layout: &Layout| layout.planes.iter().filter(|plane| plane.edge).count();
-    let rank = |(axis, layout): &(usize, Layout)| (edges(layout), -hull.extent(*axis));
-    let best = usable.min_by(|a, b| rank(a).partial_cmp(&rank(b)).unwrap_or(std::cmp::Ordering::Equal))?;
+    let rank =
+        |(axis, layout): &(usize, Layout)| (layout.has_upright_sheets(), edges(layout), -hull.extent(*axis));
+    let best = layouts.min_by(|a, b| rank(a).partial_cmp(&rank(b)).unwrap_or(std::cmp::Ordering::Equal))?;
     Some(best.0)
 }
 
-/// Whether the bodies of a scene are outlines pulled along an axis, as [`solve_extruded()`] takes them: in a scene that is not closed
-/// across one axis and open along another.
+/// Whether the bodies of a scene are outlines pulled along an axis, as [`solve_extruded()`] takes them.
 pub fn is_extruded(scene: &Scene, axis: usize) -> bool {
-    Layout::new(scene, axis).is_some_and(|layout| !layout.is_confined())
+    Layout::new(scene, axis).is_some()
 }
 
 /// Whether a scene that [`is_extruded()`] is solved faster so than on tetrahedra: its outlines have few sides along which conductors
@@ -100,8 +101,7 @@ pub fn forecast_extruded(scene: &Scene, settings: &Settings) -> Result<Forecast,
 /// Outlines may differ from slab to slab; conductors may have no thickness along the axis.
 ///
 /// # Errors
-/// A scene of other bodies, or one that is closed across one axis and open along another; a mesh whose matrices cannot be factorised
-/// or do not fit the memory; a request to stop.
+/// A scene of other bodies; a mesh whose matrices cannot be factorised or do not fit the memory; a request to stop.
 pub fn solve_extruded(scene: &Scene, settings: &Settings) -> Result<ExtrudedSolution, SolveError> {
     let begin = Instant::now();
     let axis = extrusion_axis(scene).ok_or(SolveError::NotExtruded)?;
@@ -192,7 +192,7 @@ const ANY: [f64; 2] = [0.0, f64::INFINITY];
 /// Unknowns of the next mesh at most over those of one that cannot be solved.
 const SMALLER: f64 = 0.7;
 
-/// How often rays may begin farther out because finer meshes do not help, and by how much.
+/// How often open sides may end farther out because finer meshes do not help, and by how much.
 const WIDEST: usize = 2;
 const WIDER: f64 = 4.0;
 
@@ -211,7 +211,10 @@ struct Search<'a> {
     /// Of the part of the scene that is solved.
     layout: Layout,
     plan: Plan,
+    /// Where open sides end.
     radius: Option<f64>,
+    /// Whether the scene is confined and nothing but its conductors can hold charge.
+    neutral: bool,
     turn: Option<Turn>,
     planes: [Option<MirrorPlane>; 3],
     parities: Vec<Parity>,
@@ -242,6 +245,9 @@ impl<'a> Search<'a> {
         permittivities.extend(scene.dielectrics().map(|d| d.relative_permittivity));
         let contrast = contrast_of(&permittivities);
         let radius = layout.is_open().then(|| {
+            if layout.is_confined() {
+                return distance_of_ends(&layout, scene.walls, settings.relative_tolerance);
+            }
             let neutral = settings.target == Target::TwoTerminal && scene.driven().count() == 2;
             layout.reach.max(1.0) * beginning_of_rays(settings.relative_tolerance, contrast, neutral)
         });
@@ -254,15 +260,16 @@ impl<'a> Search<'a> {
         })?;
         let conductors = scene.conductors().count();
         let mut present = vec![false; conductors];
-        for column in &plan.columns {
-            column.held.iter().flatten().for_each(|c| present[*c as usize] = true);
-        }
+        let held = plan.columns.iter().map(|c| &c.held).chain(plan.chains.iter().map(|c| &c.held));
+        held.flatten().flatten().for_each(|c| present[*c as usize] = true);
         // Mirror planes are insulated in the part.
-        let enclosed = part.walls.iter().flatten().all(|w| *w == Wall::Insulated);
+        let holds_no_charge = |w: &Wall| *w == Wall::Insulated || (*w == Wall::Open && layout.is_confined());
+        let enclosed = part.walls.iter().flatten().all(holds_no_charge);
         let (constant, parities) =
             Parity::all(&planes, &present, enclosed).into_iter().partition(Parity::is_constant);
         Ok(Self {
             settings,
+            neutral: enclosed && layout.is_confined(),
             layout,
             plan,
             radius,
@@ -279,7 +286,12 @@ impl<'a> Search<'a> {
         })
     }
 
-    /// Lets rays begin farther out. Returns whether there are any.
+    /// Where rays begin.
+    fn rays(&self) -> Option<f64> {
+        self.radius.filter(|_| !self.layout.is_confined())
+    }
+
+    /// Lets open sides end farther out. Returns whether there are any.
     fn widen(&mut self) -> bool {
         let Some(radius) = self.radius.map(|radius| WIDER * radius) else { return false };
         let Ok(plan) = self.layout.plan(radius) else { return false };
@@ -314,7 +326,7 @@ impl<'a> Search<'a> {
             line: graded.line,
             cuts: graded.cuts,
             walls: self.layout.axis_walls,
-            rays: self.radius.map(|radius| Rays { pole: 0.0, radius }),
+            rays: self.rays().map(|radius| Rays { pole: 0.0, radius }),
         }
     }
 
@@ -361,24 +373,26 @@ impl<'a> Search<'a> {
                     _ => own.walls[0] = Wall::Grounded,
                 }
             }
-            let problem = Problem {
+            let open = open_sides(self.layout.is_confined());
+            let axes = open.map(|open| Axis { walls: with_open_sides(own.walls, open), ..own.clone() });
+            let [above, below] = [0, 1].map(|problem| Problem {
                 mesh: &mesh,
-                axis: &own,
-                walls,
+                axis: &axes[problem],
+                walls: walls.map(|pair| with_open_sides(pair, open[problem])),
                 degree: level.degree,
-                radius: self.radius,
+                radius: self.rays(),
                 cancel: self.settings.cancel.as_deref(),
-            };
+            });
             let potentials: Vec<Vec<f64>> = (0..parity.sides() as u32)
                 .map(|s| parity.side.iter().map(|side| f64::from(u8::from(*side == Some(s)))).collect())
                 .collect();
             let (upper, lower) = rayon::join(
-                || problem.upper(&potentials, share),
-                || lower_too.then(|| problem.lower(&potentials, share)).transpose(),
+                || above.upper(&potentials, share),
+                || lower_too.then(|| below.lower(&potentials, share)).transpose(),
             );
             let ((upper, primal, solutions), lower) = (upper?, lower?);
             if let Some((_, places)) = &shown {
-                let vertices = own.vertex_functions();
+                let vertices = axes[0].vertex_functions();
                 for (c, sum) in potentials_shown.iter_mut().enumerate() {
                     let unit: Vec<f64> = (0..n).map(|k| f64::from(u8::from(k == c))).collect();
                     for (v, u) in parity.of(&unit).zip(&solutions).filter(|(v, _)| *v != 0.0) {
@@ -403,7 +417,12 @@ impl<'a> Search<'a> {
                 found.all.lower[(i, i)] *= 1.0 - INTEGRALS;
             }
         }
-        let rounding = rounding_scale(&Mat::identity(n, n), &found.all.upper);
+        let mut rounding = rounding_scale(&Mat::identity(n, n), &found.all.upper);
+        if self.neutral {
+            let change = without_common_potential(&found.all.upper);
+            found.all.upper = changed(&found.all.upper, &change);
+            rounding = changed(&rounding, &change);
+        }
         found.all.count_rounding(&rounding, self.contrast);
         found.all.uncross();
         found.bounds = self.floating.reduced(&found.all);

@@ -4,6 +4,8 @@
 
 mod crossing;
 mod extruded;
+mod extruded_confined;
+mod extruded_upright;
 mod field;
 mod floating;
 mod general;

@@ -21,6 +21,8 @@ pub struct Marks {
     pub corners: Vec<bool>,
     /// Sides of triangles, by the numbers of their ends in ascending order.
     pub edges: HashSet<[u32; 2]>,
+    /// Sides of triangles that belong to chains, by their ends in the same way, each with the number of its chain.
+    pub chains: HashMap<[u32; 2], u32>,
 }
 
 /// How a triangulation is graded.
@@ -54,6 +56,8 @@ pub struct Graded {
     pub bent: Vec<Option<BentTriangle>>,
     /// Where each point would be if nothing were bent.
     pub straight: Vec<[f64; 2]>,
+    /// As [`Marks::chains`], of the divided sides.
+    pub chains: HashMap<[u32; 2], u32>,
 }
 
 /// Divides the triangles of a mesh towards marked corners and edges. `moved` says where a point of a triangle goes when the
@@ -73,6 +77,7 @@ pub fn graded(
         on_edge: vec![false; mesh.points.len()],
         edges,
         arcs: coarse.arcs.clone(),
+        chains: marks.chains.clone(),
         layers,
         nodes: HashMap::new(),
     };
@@ -96,6 +101,7 @@ struct Grading {
     on_edge: Vec<bool>,
     edges: HashSet<[u32; 2]>,
     arcs: HashMap<[u32; 2], Circle>,
+    chains: HashMap<[u32; 2], u32>,
     layers: Layers,
     /// The point at the so-manyth layer from the first point towards the second.
     nodes: HashMap<(u32, u32, usize), u32>,
@@ -163,6 +169,9 @@ impl Grading {
             }
             if let Some(circle) = self.arcs.remove(side) {
                 self.arcs.extend(side.map(|end| (key(end, *middle), circle)));
+            }
+            if let Some(chain) = self.chains.remove(side) {
+                self.chains.extend(side.map(|end| (key(end, *middle), chain)));
             }
         }
         for (triangle, parent) in std::mem::take(&mut self.triangles) {
@@ -262,7 +271,35 @@ impl Grading {
                 triangle.iter().for_each(|p| points[*p as usize] = moved(arc, self.points[*p as usize]));
             }
         }
-        Graded { mesh: Triangles { points, triangles: out }, parents, bent, straight: self.points }
+        let chains = self.divided_chains(&out);
+        Graded { mesh: Triangles { points, triangles: out }, parents, bent, straight: self.points, chains }
+    }
+
+    /// The sides of the divided triangles that are parts of sides of chains: both their ends are ends of that side or lie on it.
+    fn divided_chains(&self, triangles: &[[u32; 3]]) -> HashMap<[u32; 2], u32> {
+        let mut out = HashMap::new();
+        if self.chains.is_empty() {
+            return out;
+        }
+        let mut on: HashMap<u32, Vec<[u32; 2]>> = HashMap::new();
+        for side in self.chains.keys() {
+            side.iter().for_each(|end| on.entry(*end).or_default().push(*side));
+        }
+        for ((from, to, _), node) in &self.nodes {
+            let side = key(*from, *to);
+            if self.chains.contains_key(&side) {
+                on.entry(*node).or_default().push(side);
+            }
+        }
+        for [a, b, c] in triangles {
+            for part in [key(*a, *b), key(*b, *c), key(*c, *a)] {
+                let [Some(one), Some(other)] = part.map(|end| on.get(&end)) else { continue };
+                if let Some(side) = one.iter().find(|side| other.contains(side)) {
+                    out.insert(part, self.chains[side]);
+                }
+            }
+        }
+        out
     }
 
     /// Two triangles between two segments, from `a` to `b` and from `d` to `c`.
@@ -398,7 +435,8 @@ mod tests {
                 }
             }
         }
-        Marks { corners: mesh.points.iter().map(|p| outline.contains(p)).collect(), edges }
+        let chains = edges.iter().map(|side| (*side, 7)).collect();
+        Marks { corners: mesh.points.iter().map(|p| outline.contains(p)).collect(), edges, chains }
     }
 
     #[test]
@@ -410,7 +448,7 @@ mod tests {
         assert!(marks.corners.iter().filter(|c| **c).count() == 6 && marks.edges.len() >= 6);
         for corners in 0..4 {
             for edges in 0..=corners {
-                let Graded { mesh: fine, parents, .. } =
+                let Graded { mesh: fine, parents, chains, .. } =
                     graded(&coarse, &marks, Layers { corners, edges, ratio: 0.15 }, |_, p| p);
                 assert!(is_conforming(&fine), "{corners} {edges}");
                 let total: f64 = fine.triangles.iter().map(|t| area(&fine, t)).sum();
@@ -425,6 +463,17 @@ mod tests {
                 let nearest = fine.points.iter().filter(|p| !on_outline(&L, **p));
                 let nearest = nearest.map(|p| p[0].hypot(p[1])).fold(f64::INFINITY, f64::min);
                 assert!(corners == 0 || nearest < 1.5 * 0.15_f64.powi(corners as i32));
+                let length = |side: &[u32; 2]| {
+                    let [p, q] = side.map(|p| fine.points[p as usize]);
+                    (p[0] - q[0]).hypot(p[1] - q[1])
+                };
+                let followed: f64 = chains.keys().map(length).sum();
+                assert!(
+                    (followed - 8.0).abs() < 1e-12 && chains.values().all(|chain| *chain == 7),
+                    "{followed}"
+                );
+                let lies = |side: &&[u32; 2]| side.iter().all(|p| on_outline(&L, fine.points[*p as usize]));
+                assert_eq!(chains.keys().filter(lies).count(), chains.len());
             }
         }
     }

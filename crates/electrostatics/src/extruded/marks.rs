@@ -1,0 +1,104 @@
+//! Where a plan is graded: corners and edges near which the field is singular.
+
+use super::layout::{Chain, ChainOfSide, Column};
+use elastocap_geometry::meshing::plane::graded::{Coarse, Marks};
+use std::collections::{HashMap, HashSet};
+
+/// Angles by which an outline of a conductor, or the boundary between two dielectrics, may turn without having a corner, in degrees:
+/// those of polygons that stand for curves. The field is hardly singular there.
+const SMOOTH: [f64; 2] = [12.0, 30.0];
+
+/// Directions are at right angles if their cosine is less than this.
+const UPRIGHT: f64 = 1e-9;
+
+/// Corners and edges near which the field is singular.
+pub(super) fn marks(
+    coarse: &Coarse,
+    of_triangle: &[u32],
+    columns: &[Column],
+    frame: [[f64; 2]; 2],
+    (chains, of_side): (&[Chain], ChainOfSide),
+) -> Marks {
+    let mesh = &coarse.mesh;
+    let mut beside: HashMap<[u32; 2], Vec<u32>> = HashMap::new();
+    for ([a, b, c], column) in mesh.triangles.iter().zip(of_triangle) {
+        for [p, q] in [[*a, *b], [*b, *c], [*c, *a]] {
+            beside.entry([p.min(q), p.max(q)]).or_default().push(*column);
+        }
+    }
+    // Boundaries at each point, by their directions.
+    let mut at_point: Vec<Vec<([f64; 2], Boundary)>> = vec![Vec::new(); mesh.points.len()];
+    let mut edges = HashSet::new();
+    for (side, of) in &beside {
+        let (one, other) = match of[..] {
+            [one, other] => (one, other),
+            // On the frame.
+            [one] => (one, one),
+            _ => continue,
+        };
+        let chain = of_side.get(side).copied();
+        if one == other && chain.is_none() {
+            continue;
+        }
+        let [p, q] = side.map(|p| mesh.points[p as usize]);
+        let along = [q[0] - p[0], q[1] - p[1]];
+        let length = along[0].hypot(along[1]);
+        let along = along.map(|x| x / length);
+        let boundary = Boundary { columns: [one.min(other), one.max(other)], chain };
+        let arc = coarse.arcs.get(side);
+        // An arc begins and ends along its tangents.
+        let [begins, ends] = [(p, along), (q, along.map(|x| -x))]
+            .map(|(end, along)| arc.map_or(along, |circle| circle.tangent(end, along)));
+        at_point[side[0] as usize].push((begins, boundary));
+        at_point[side[1] as usize].push((ends, boundary));
+        let is_rim = chain.is_some_and(|chain| chains[chain as usize].ends_between());
+        if is_rim || ends_between(&columns[one as usize], &columns[other as usize]) {
+            edges.insert(*side);
+        }
+    }
+    let corners = at_point
+        .iter()
+        .zip(&mesh.points)
+        .map(|(boundaries, point)| match &boundaries[..] {
+            [] => false,
+            [(a, x), (b, y)] => {
+                let [one, other] = x.columns.map(|c| &columns[c as usize]);
+                let metal = x.chain.is_some() || one.held != other.held;
+                let least = SMOOTH[usize::from(!metal)].to_radians().cos();
+                x != y || a[0] * b[0] + a[1] * b[1] > -least
+            }
+            // The mirror image of what ends on the frame at a right angle goes on straight.
+            [(a, _)] => {
+                let on = (0..2).filter(|&k| point[k] == frame[0][k] || point[k] == frame[1][k]);
+                !on.into_iter().any(|k| a[1 - k].abs() < UPRIGHT)
+            }
+            _ => true,
+        })
+        .collect();
+    Marks { corners, edges, chains: of_side }
+}
+
+/// What a side of triangles separates: two columns, or two sides of a chain.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Boundary {
+    /// Ascending.
+    columns: [u32; 2],
+    chain: Option<u32>,
+}
+
+impl Chain {
+    /// Whether a sheet ends inside the scene: it has an edge there.
+    fn ends_between(&self) -> bool {
+        (1..self.held.len() - 1)
+            .any(|m| self.held[m].is_some() && self.conductor[m - 1..=m] != [self.held[m]; 2])
+    }
+}
+
+/// Whether a conductor of one of two columns that the other has not got ends inside the scene: it has an edge there.
+fn ends_between(one: &Column, other: &Column) -> bool {
+    let cuts = one.held.len();
+    (1..cuts - 1).any(|m| {
+        one.held[m] != other.held[m]
+            && [one, other].iter().any(|c| c.held[m].is_some() && c.conductor[m - 1..=m] != [c.held[m]; 2])
+    })
+}
