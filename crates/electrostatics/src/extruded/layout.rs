@@ -1,6 +1,5 @@
 //! A scene reduced to a plan and an axis: outlines, the planes between which bodies reach, and what fills each column of the plan.
 
-use elastocap_fem::triangle::Bent;
 use elastocap_geometry::meshing::grid::Plane;
 use elastocap_geometry::meshing::plane::graded::{Circle, Coarse, Marks, Outline, Triangles, coarse};
 use elastocap_geometry::recognition::{Prism, boxes_of, prisms_of};
@@ -238,7 +237,7 @@ impl Layout {
         let mut columns: Vec<Column> = Vec::new();
         let mut of_triangle = Vec::with_capacity(mesh.triangles.len());
         for t in &mesh.triangles {
-            let column = self.column(middle(&coarse, t)).map_err(PlanError::Touching)?;
+            let column = self.column(coarse.middle(t)).map_err(PlanError::Touching)?;
             let known = columns.iter().position(|c| *c == column);
             of_triangle.push(known.unwrap_or(columns.len()) as u32);
             if known.is_none() {
@@ -380,20 +379,6 @@ impl Solid {
     }
 }
 
-/// A point well inside a triangle, as it is bent.
-fn middle(coarse: &Coarse, t: &[u32; 3]) -> [f64; 2] {
-    let point = |p: u32| coarse.mesh.points[p as usize];
-    let arc = (0..3).find_map(|k| {
-        let [a, b, c] = [0, 1, 2].map(|i| t[(k + i) % 3]);
-        let circle = coarse.arcs.get(&[a.min(b), a.max(b)])?;
-        Some(Bent { corners: [point(a), point(b), point(c)], center: circle.center })
-    });
-    match arc {
-        Some(bent) => bent.place([1.0 / 3.0; 2]),
-        None => [0, 1].map(|k| t.iter().map(|p| point(*p)[k]).sum::<f64>() / 3.0),
-    }
-}
-
 /// Makes coordinates that rounding alone tells apart, from each other or from the ends of the frame, the same.
 fn join(mut all: Vec<&mut f64>, frame: [f64; 2]) {
     all.sort_by(|a, b| a.total_cmp(b));
@@ -449,9 +434,8 @@ fn marks(coarse: &Coarse, of_triangle: &[u32], columns: &[Column], frame: [[f64;
         let along = along.map(|x| x / length);
         let pair = [one.min(other), one.max(other)];
         let arc = coarse.arcs.get(side);
-        // An arc begins and ends along its tangents.
-        let [begins, ends] = [(p, along), (q, along.map(|x| -x))]
-            .map(|(end, along)| arc.map_or(along, |circle| circle.tangent(end, along)));
+        // A curve begins and ends along its tangents.
+        let [begins, ends] = arc.map_or([along, along.map(|x| -x)], |arc| arc.directions([p, q]));
         at_point[side[0] as usize].push((begins, pair));
         at_point[side[1] as usize].push((ends, pair));
         if ends_between(&columns[one as usize], &columns[other as usize]) {

@@ -1,0 +1,224 @@
+//! Cubics that outlines follow, divided where straight sides cross them and until they are nearly straight.
+
+use super::circles::{DividedCircle, NEARBY, SAME, Segment};
+use super::outline::{Course, Outline};
+use crate::cubic::{Cubic, distance};
+use std::collections::HashMap;
+
+/// Parts of a cubic are divided until they bow by no more than this where a whole circle is divided into [`USUAL_ARCS`] arcs, and the
+/// less the more of these there are: arcs of circles bow as much then.
+const BOW: f64 = 0.07;
+const USUAL_ARCS: f64 = 16.0;
+
+/// Parts of a cubic that bow by less than this are straight.
+const STRAIGHT: f64 = 1e-12;
+
+/// How often a cubic is divided in halves at most.
+const MOST_HALVINGS: usize = 12;
+
+/// A cubic and the points between its ends where straight sides cross it, by their parameters.
+#[derive(Debug)]
+pub(super) struct DividedCubic {
+    cubic: Cubic,
+    points: Vec<(f64, [f64; 2])>,
+}
+
+/// The cubics that outlines follow, each once.
+pub(super) fn followed(outlines: &[Outline]) -> Vec<DividedCubic> {
+    let mut out: Vec<DividedCubic> = Vec::new();
+    for (side, _) in outlines.iter().flat_map(Outline::sides) {
+        let Some(Course::Cubic(cubic)) = side.arc else { continue };
+        let near = 1e-2 * SAME * distance(cubic.control[0], cubic.control[3]);
+        let is_same =
+            |other: &Cubic| cubic.control.iter().zip(&other.control).all(|(p, q)| distance(*p, *q) <= near);
+        if !out.iter().any(|known| is_same(&known.cubic) || is_same(&known.cubic.reversed())) {
+            out.push(DividedCubic { cubic, points: Vec::new() });
+        }
+    }
+    out
+}
+
+impl DividedCubic {
+    /// Where a straight side crosses it: the share of the side, and the place, which is an end of either if it is so near.
+    pub(super) fn cross(&mut self, side: Segment) -> Vec<(f64, [f64; 2])> {
+        let [a, b] = side;
+        let [low, high] = self.cubic.bounds();
+        let length = distance(a, b);
+        let [from, .., to] = self.cubic.control;
+        let size = distance(from, to);
+        let near = SAME * size;
+        let is_beside = |k: usize| a[k].max(b[k]) < low[k] - near || a[k].min(b[k]) > high[k] + near;
+        if length == 0.0 || is_beside(0) || is_beside(1) {
+            return Vec::new();
+        }
+        let mut cuts = Vec::new();
+        for t in self.cubic.crossings(side) {
+            let mut place = self.cubic.at(t);
+            // Exactly on lines along the axes.
+            (0..2).filter(|&k| a[k] == b[k]).for_each(|k| place[k] = a[k]);
+            let share = (0..2).map(|k| (place[k] - a[k]) * (b[k] - a[k])).sum::<f64>() / (length * length);
+            if share * length < -near || (share - 1.0) * length > near {
+                continue;
+            }
+            // Where a curve goes over into a straight side without a corner, rounding finds a crossing anywhere nearby.
+            let joins = |end: [f64; 2]| (end == a || end == b) && distance(place, end) < NEARBY * size;
+            if joins(from) || joins(to) {
+                continue;
+            }
+            if let Some(end) = [from, to].into_iter().find(|end| distance(place, *end) < near) {
+                cuts.push((share, end));
+                continue;
+            }
+            let known = self.points.iter().find(|(_, known)| distance(*known, place) < near).map(|(_, p)| *p);
+            let end = [a, b].into_iter().find(|end| distance(place, *end) < near);
+            let place = known.or(end).unwrap_or(place);
+            if known.is_none() {
+                self.points.push((t, place));
+            }
+            cuts.push((share, place));
+        }
+        cuts
+    }
+
+    /// Its parts in the frame. `None` if one crosses the frame between its ends.
+    fn parts(&self, frame: [[f64; 2]; 2], most: f64) -> Option<Vec<Cubic>> {
+        let [from, .., to] = self.cubic.control;
+        let mut points = vec![(0.0, from)];
+        points.extend(&self.points);
+        points.push((1.0, to));
+        points.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let inside = |p: [f64; 2]| (0..2).all(|k| frame[0][k] <= p[k] && p[k] <= frame[1][k]);
+        let mut out = Vec::new();
+        for pair in points.windows(2) {
+            let [(t, p), (u, q)] = [pair[0], pair[1]];
+            let mut part = self.cubic.part([t, u]);
+            (part.control[0], part.control[3]) = (p, q);
+            if inside(part.at(0.5)) {
+                if !(inside(p) && inside(q)) {
+                    return None;
+                }
+                divide(part, most, MOST_HALVINGS, &mut out)?;
+            }
+        }
+        Some(out)
+    }
+}
+
+/// Divides a cubic in halves until these bow little enough. `None` if that does not come to an end, as at a cusp.
+fn divide(cubic: Cubic, most: f64, halvings: usize, out: &mut Vec<Cubic>) -> Option<()> {
+    if cubic.bow() <= most {
+        out.push(cubic);
+        return Some(());
+    }
+    halves(cubic).into_iter().try_for_each(|half| divide(half, most, halvings.checked_sub(1)?, out))
+}
+
+fn halves(cubic: Cubic) -> [Cubic; 2] {
+    let [one, mut other] = [cubic.part([0.0, 0.5]), cubic.part([0.5, 1.0])];
+    other.control[0] = one.control[3];
+    [one, other]
+}
+
+/// The parts of all cubics in the frame, so short that a whole circle of such would have the given number of arcs. `None` where they
+/// meet one another, or circles, other than in common ends.
+pub(super) fn parts(
+    cubics: &[DividedCubic],
+    circles: &[DividedCircle],
+    straight: &[Segment],
+    frame: [[f64; 2]; 2],
+    arcs: usize,
+) -> Option<Vec<Cubic>> {
+    let most = BOW * USUAL_ARCS / arcs as f64;
+    let mut parts = Vec::new();
+    for divided in cubics {
+        parts.extend(divided.parts(frame, most)?);
+    }
+    // A curve must not have its chord in common with anything else.
+    let key = |[p, q]: Segment| {
+        if p <= q { [p, q] } else { [q, p] }.as_flattened().iter().map(|x| x.to_bits()).collect::<Vec<_>>()
+    };
+    let chord = |part: &Cubic| [part.control[0], part.control[3]];
+    let mut count: HashMap<Vec<u64>, usize> = HashMap::new();
+    for segment in straight.iter().copied().chain(parts.iter().map(chord)) {
+        *count.entry(key(segment)).or_default() += 1;
+    }
+    let is_alone = |part: &Cubic| count[&key(chord(part))] == 1 || part.bow() < STRAIGHT;
+    let parts: Vec<Cubic> = parts
+        .into_iter()
+        .flat_map(|part| if is_alone(&part) { vec![part] } else { halves(part).to_vec() })
+        .collect();
+    let boxes: Vec<[[f64; 2]; 2]> = parts.iter().map(Cubic::bounds).collect();
+    for (k, part) in parts.iter().enumerate() {
+        let meets = (0..k).any(|l| overlap(boxes[k], boxes[l]) && come_together(part, &parts[l]));
+        if meets || circles.iter().any(|circle| comes_to(part, circle)) {
+            return None;
+        }
+    }
+    Some(parts)
+}
+
+fn overlap([a, b]: [[f64; 2]; 2], [c, d]: [[f64; 2]; 2]) -> bool {
+    (0..2).all(|k| a[k] <= d[k] && c[k] <= b[k])
+}
+
+fn size([low, high]: [[f64; 2]; 2]) -> f64 {
+    distance(low, high)
+}
+
+/// Whether all of a rectangle is near a point.
+fn is_at(rectangle: [[f64; 2]; 2], point: [f64; 2], near: f64) -> bool {
+    rectangle.iter().all(|corner| distance(*corner, point) <= near)
+}
+
+/// Whether two cubics meet, or nearly so, other than in common ends.
+fn come_together(one: &Cubic, other: &Cubic) -> bool {
+    let near = NEARBY * size(one.bounds()).min(size(other.bounds()));
+    let ends = [other.control[0], other.control[3]];
+    let common: Vec<[f64; 2]> =
+        [one.control[0], one.control[3]].into_iter().filter(|end| ends.contains(end)).collect();
+    let mut pairs = vec![(*one, *other)];
+    while let Some((p, q)) = pairs.pop() {
+        let [of_p, of_q] = [p.bounds(), q.bounds()];
+        let at_end = |end: &[f64; 2]| is_at(of_p, *end, near) && is_at(of_q, *end, near);
+        if !overlap(of_p, of_q) || common.iter().any(at_end) {
+            continue;
+        }
+        if size(of_p).max(size(of_q)) < 0.1 * near {
+            return true;
+        }
+        if size(of_p) > size(of_q) {
+            pairs.extend(halves(p).map(|half| (half, q)));
+        } else {
+            pairs.extend(halves(q).map(|half| (p, half)));
+        }
+    }
+    false
+}
+
+/// Whether a cubic comes to a circle where outlines follow that, other than where both end.
+fn comes_to(cubic: &Cubic, divided: &DividedCircle) -> bool {
+    let circle = divided.circle;
+    let near = NEARBY * size(cubic.bounds()).min(circle.radius);
+    let is_common = |end: [f64; 2]| divided.end_near(end, 0.0).is_some();
+    let common: Vec<[f64; 2]> =
+        [cubic.control[0], cubic.control[3]].into_iter().filter(|end| is_common(*end)).collect();
+    let mut left = vec![*cubic];
+    while let Some(part) = left.pop() {
+        let bounds = part.bounds();
+        let [low, high] = bounds;
+        let least = (0..2).map(|k| circle.center[k] - circle.center[k].clamp(low[k], high[k]));
+        let most = (0..2).map(|k| (circle.center[k] - low[k]).abs().max((circle.center[k] - high[k]).abs()));
+        let length = |x: &mut dyn Iterator<Item = f64>| x.fold(0.0, f64::hypot);
+        let [least, most] = [length(&mut { least }), length(&mut { most })];
+        if least > circle.radius || most < circle.radius || common.iter().any(|end| is_at(bounds, *end, near))
+        {
+            continue;
+        }
+        if size(bounds) >= 0.1 * near {
+            left.extend(halves(part));
+        } else if divided.is_followed(circle.angle(part.at(0.5))) {
+            return true;
+        }
+    }
+    false
+}
