@@ -99,7 +99,7 @@ impl Bent {
     }
 }
 
-/// Triangles that are less even than this have no integrals ([`Bent::evenness`]).
+/// Integrals over triangles that are less even than this are less exact than others ([`Bent::evenness`]).
 pub const LEAST_EVENNESS: f64 = 0.1;
 
 /// The shares of the corners of the whole triangle.

@@ -368,7 +368,7 @@ mod tests {
 
     #[test]
     fn splines_are_followed_by_their_cubics_and_may_close_the_outline() {
-        // A parabola is its own spline but for its ends; a closed spline has the area of its points, whatever entry comes first.
+        // Closed, it is the same whichever of its points comes first.
         let place = |k: u32| {
             let angle = 0.25 * PI * f64::from(k);
             [3.0 * angle.cos(), 2.0 * angle.sin()]
@@ -389,7 +389,7 @@ mod tests {
         assert_eq!(beside.arcs.len(), 3);
         assert_eq!(beside.entries.iter().filter(|entry| **entry == 1).count(), 1);
         let last = beside.arcs.iter().max_by_key(|arc| arc.sides.end).unwrap();
-        assert_eq!(last.sides.end, beside.outline.len(), "it ends in the first corner");
+        assert_eq!(last.sides.end, beside.outline.len() - 1, "it ends in the last corner");
     }
 
     #[test]

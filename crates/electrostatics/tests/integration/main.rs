@@ -12,4 +12,5 @@ mod mirror;
 mod parts;
 mod random_scenes;
 mod references;
+mod splines;
 mod thin_metal;

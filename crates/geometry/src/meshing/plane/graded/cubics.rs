@@ -222,3 +222,118 @@ fn comes_to(cubic: &Cubic, divided: &DividedCircle) -> bool {
     }
     false
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::circles::Circle;
+    use super::super::{RoundSide, coarse};
+    use super::*;
+    use crate::drawing::{Drawn, Entry, drawn};
+
+    const FRAME: [[f64; 2]; 2] = [[-3.0, -2.0], [4.0, 5.0]];
+
+    fn outline(entries: &[Entry]) -> Outline {
+        let Drawn { outline, arcs, .. } = drawn(entries).unwrap();
+        Outline::with_arcs(&outline, &arcs)
+    }
+
+    fn closed(points: &[[f64; 2]]) -> Outline {
+        let (to, through) = points.split_first().unwrap();
+        outline(&[Entry::Spline { through: through.to_vec(), to: *to }])
+    }
+
+    /// Half the integral of x dy - y dx along an outline.
+    fn swept(outline: &Outline) -> f64 {
+        let cross = |p: [f64; 2], q: [f64; 2]| p[0] * q[1] - p[1] * q[0];
+        let of = |(side, to): (&super::super::Side, [f64; 2])| match side.arc {
+            Some(Course::Cubic(cubic)) => swept_by(&cubic),
+            _ => 0.5 * cross(side.from, to),
+        };
+        outline.sides().map(of).sum::<f64>().abs()
+    }
+
+    fn swept_by(cubic: &Cubic) -> f64 {
+        let [a, b, c, d] = cubic.control;
+        let cross = |p: [f64; 2], q: [f64; 2]| p[0] * q[1] - p[1] * q[0];
+        let near = 2.0 * cross(a, b) + cross(b, c) + 2.0 * cross(c, d);
+        0.15 * (near + cross(a, c) + cross(b, d) + cross(a, d) / 3.0)
+    }
+
+    /// The area of the triangles whose middles an outline holds, as they are bent.
+    fn area(outline: &Outline, all: &[Outline], frame: [[f64; 2]; 2]) -> f64 {
+        let coarse = coarse(all, frame).unwrap();
+        let own = coarse.mesh.triangles.iter().filter(|t| outline.contains(coarse.middle(t)));
+        own.map(|t| {
+            let along = |[a, b]: [u32; 2]| {
+                let [p, q] = [a, b].map(|p| coarse.mesh.points[p as usize]);
+                match coarse.arcs.get(&[a.min(b), a.max(b)]) {
+                    Some(RoundSide::Cubic(cubic)) => swept_by(cubic) * if a < b { 1.0 } else { -1.0 },
+                    _ => 0.5 * (p[0] * q[1] - p[1] * q[0]),
+                }
+            };
+            let [a, b, c] = *t;
+            [[a, b], [b, c], [c, a]].into_iter().map(along).sum::<f64>().abs()
+        })
+        .sum()
+    }
+
+    /// With its own mirror image about the second axis.
+    const POINTS: [[f64; 2]; 6] =
+        [[0.0, -1.0], [1.4, -0.6], [1.0, 1.6], [0.0, 0.9], [-1.0, 1.6], [-1.4, -0.6]];
+
+    #[test]
+    fn splines_are_followed_exactly_also_where_straight_sides_and_the_frame_cross_them() {
+        let own = closed(&POINTS);
+        let exact = swept(&own);
+        let one = [own.clone()];
+        assert!((area(&own, &one, FRAME) - exact).abs() < 1e-12);
+        // Twice, from another point and the other way round; under an oblique side; cut by a mirror plane, with a point there or not.
+        let mut back = POINTS;
+        back.reverse();
+        let crossing = Outline::polygon(&[[-2.0, -1.5], [3.0, 0.4], [3.0, 1.2], [-2.0, -0.9]]);
+        for other in [closed(&back), crossing] {
+            assert!((area(&own, &[own.clone(), other], FRAME) - exact).abs() < 1e-12);
+        }
+        let between = closed(&[[0.6, -1.0], [1.0, 1.6], [-1.0, 1.6], [-0.6, -1.0]]);
+        for symmetric in [own, between] {
+            let half = area(&symmetric, &[symmetric.clone()], [[0.0, -2.0], [4.0, 5.0]]);
+            assert!((2.0 * half - swept(&symmetric)).abs() < 1e-12, "{half}");
+        }
+    }
+
+    #[test]
+    fn splines_go_over_into_straight_sides_and_have_lines_between_their_ends_beside_them() {
+        // A segment whose chord is the side of another outline, and a shape whose spline leaves along its straight side.
+        let bow = outline(&[
+            Entry::Corner([1.0, 0.0]),
+            Entry::Spline { through: vec![[0.0, 0.08]], to: [-1.0, 0.0] },
+        ]);
+        let below = Outline::polygon(&[[-1.0, 0.0], [1.0, 0.0], [0.0, -1.0]]);
+        let straight = [[2.0, 0.0], [2.2, 0.0], [2.4, 0.0], [2.6, 0.0]];
+        let mut through = straight[1..].to_vec();
+        through.extend([[3.2, 0.7], [2.6, 1.4]]);
+        let smooth = outline(&[
+            Entry::Corner([0.5, 1.0]),
+            Entry::Corner([1.0, 0.0]),
+            Entry::Corner(straight[0]),
+            Entry::Spline { through, to: [1.8, 1.2] },
+        ]);
+        for all in [vec![bow.clone(), below], vec![bow], vec![smooth]] {
+            assert!((area(&all[0], &all, FRAME) - swept(&all[0])).abs() < 1e-12);
+        }
+    }
+
+    #[test]
+    fn splines_that_cross_or_touch_other_curves_have_no_mesh() {
+        let own = || closed(&POINTS);
+        let moved = |by: f64| closed(&POINTS.map(|[x, y]| [x + by, y]));
+        let circle = |center: [f64; 2], radius: f64| Outline::Circle(Circle { center, radius });
+        assert!(coarse(&[own(), moved(0.3)], FRAME).is_none());
+        assert!(coarse(&[own(), circle([1.4, -0.6], 0.5)], FRAME).is_none());
+        let inside = closed(&POINTS.map(|p| p.map(|x| 0.5 * x)));
+        assert!(
+            coarse(&[own(), inside, circle([0.0, 0.0], 0.1), circle([0.5, 0.0], 3.0)], [[-4.0; 2], [4.0; 2]])
+                .is_some()
+        );
+    }
+}
