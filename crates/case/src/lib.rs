@@ -32,9 +32,9 @@ use toml::de::{DeTable, DeValue};
 pub use diagnostics::{CaseError, Diagnostic};
 pub use elastocap_materials::HyperelasticLaw;
 pub use model::{
-    Body, Box3, Case, Electrodes, Electrostatics, Extent, Face, FieldSolver, ImportedMesh, Indenter, Layer,
-    LayerEnd, LayerSide, Layout, Load, Mechanics, PlaneStrain, PunchContact, Role, Shape, ShearLength, Solid,
-    SolidIndenter, Stiffness, Surroundings, Wall,
+    Body, Box3, Case, Curve, Electrodes, Electrostatics, Extent, Face, FieldSolver, ImportedMesh, Indenter,
+    Layer, LayerEnd, LayerSide, Layout, Load, Mechanics, PlaneStrain, PunchContact, Role, Shape, ShearLength,
+    Solid, SolidIndenter, Stiffness, Surroundings, Wall,
 };
 pub use schema::json_schema;
 

@@ -6,7 +6,7 @@ use elastocap_geometry::meshing::tets::TetMesh;
 use elastocap_materials::HyperelasticLaw;
 
 pub use elastocap_geometry::scene::{Body, Box3, Role, Wall};
-pub use elastocap_geometry::shapes::Shape;
+pub use elastocap_geometry::shapes::{Curve, Shape};
 
 /// A case that can be planned and run. Its parts fit together; every number is finite and in SI units.
 ///

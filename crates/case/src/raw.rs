@@ -421,12 +421,14 @@ table! {
 }
 
 table! {
-    /// A side or corner of an outline that is round: an arc from the entry before, or a rounded corner.
+    /// A side or corner of an outline that is round: an arc or a spline from the entry before, or a rounded corner.
     struct RoundEntry {
-        /// Where the arc ends.
+        /// Where the arc or spline ends.
         to: Option<Read<[Read<Position>; 2]>>,
         /// A point that the arc passes through on its way.
         through: Option<Read<[Read<Position>; 2]>>,
+        /// Points that the spline passes through on its way, in order. A spline that is the only entry is closed.
+        spline: Option<Read<Vec<Read<[Read<Position>; 2]>>>>,
         /// Where the two straight sides at a rounded corner would meet.
         corner: Option<Read<[Read<Position>; 2]>>,
         /// Of the rounding.
@@ -446,8 +448,8 @@ table! {
         from: Read<Position>,
         /// Upper end.
         to: Read<Position>,
-        /// Its corners in the two other axes, in order. An entry may be an arc, `{ through = [..], to = [..] }`, or a rounded corner,
-        /// `{ corner = [..], radius = .. }`.
+        /// Its corners in the two other axes, in order. An entry may be an arc, `{ through = [..], to = [..] }`, a spline,
+        /// `{ spline = [[..], ..], to = [..] }`, or a rounded corner, `{ corner = [..], radius = .. }`.
         outline: Read<Vec<Read<OutlineEntry>>>,
     }
 }

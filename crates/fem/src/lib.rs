@@ -7,11 +7,12 @@
 //! * [`mixed`]: the Raviart-Thomas pair of fluxes and discontinuous potentials on a line.
 //! * [`modes`]: eigenvectors of a line, for fast diagonalisation.
 //! * [`radial`]: a basis in which the squared distance from a pole is diagonal.
-//! * [`triangle`]: potentials and Raviart-Thomas fluxes of any degree on a triangle, straight or with one side on an arc.
+//! * [`triangle`]: potentials and Raviart-Thomas fluxes of any degree on a triangle, straight or with one side on a curve; [`bent`]: the maps of the latter.
 //! * [`tensor`]: matrices applied along one axis of an array, with the same bytes at any thread count.
 //!
 //! Coordinates are in the unit of the caller. Elements on tetrahedra are in the crates of the solvers.
 
+pub mod bent;
 pub mod embedding;
 pub mod line;
 pub mod mixed;

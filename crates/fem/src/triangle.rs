@@ -4,7 +4,7 @@
 //! the first to the second of their corners. A triangle of a mesh is its affine image. Where all triangles list their corners by
 //! ascending number, every side runs the same way in both triangles that it belongs to, and no function needs a sign.
 //!
-//! A triangle may also be a part of one with a round side ([`Bent`]). Potentials keep their values under the map, fluxes their
+//! A triangle may also be a part of one with a side on a curve ([`Bent`]). Potentials keep their values under the map, fluxes their
 //! integrals over curves (Piola), so that neither continuity nor divergence is lost; integrals are then by a rule of higher order.
 //!
 //! The continuous functions of degree p are the three barycentric coordinates, p - 1 functions of each side, whose trace is that of
@@ -12,13 +12,18 @@
 //! 1991). The fluxes of degree p are Raviart-Thomas's of order p - 1, without any continuity: their divergences are all
 //! polynomials of degree p - 1, and so are their normal components on each side.
 
+use crate::bent::Bent;
 use crate::quadrature::{gauss_legendre, legendre};
 use elastocap_linalg::dense::{self, Llt};
 use faer::Mat;
 
-/// Points of a rule along each direction beyond what straight triangles need, where the map is not linear. On arcs of up to a quarter
-/// of a circle the error of integrals is then that of rounding (see the tests).
-const MORE_POINTS: usize = 6;
+/// Points of a rule along each direction beyond what straight triangles need, where the map is not linear: the second numbers, for
+/// triangles at least as even as the first ones ([`Bent::evenness`]). With them energies are wrong by less than 1e-10 (see the tests).
+const MORE_POINTS: [(f64, usize); 6] = [(0.8, 6), (0.7, 8), (0.5, 10), (0.4, 12), (0.25, 16), (0.2, 20)];
+
+/// The same for triangles that are still less even: with less than [`LEAST_EVENNESS`](crate::bent::LEAST_EVENNESS), as in the needle between an arc and its tangent,
+/// energies may be wrong by more.
+const MOST_POINTS: usize = 28;
 
 /// Corners of the sides.
 pub const SIDES: [[usize; 2]; 3] = [[0, 1], [0, 2], [1, 2]];
@@ -28,95 +33,45 @@ const NORMALS: [[f64; 2]; 3] = [[0.0, -1.0], [-1.0, 0.0], [1.0, 1.0]];
 
 /// A value with its gradient in the reference triangle.
 #[derive(Debug, Clone, Copy, PartialEq)]
-struct Jet {
-    value: f64,
-    slope: [f64; 2],
+pub(crate) struct Jet {
+    pub(crate) value: f64,
+    pub(crate) slope: [f64; 2],
 }
 
 impl Jet {
-    const fn constant(value: f64) -> Self {
+    pub(crate) const fn constant(value: f64) -> Self {
         Self { value, slope: [0.0; 2] }
     }
 
-    fn times(self, other: Self) -> Self {
+    pub(crate) fn times(self, other: Self) -> Self {
         let slope = [0, 1].map(|k| self.value * other.slope[k] + other.value * self.slope[k]);
         Self { value: self.value * other.value, slope }
     }
 
-    fn scaled(self, factor: f64) -> Self {
+    pub(crate) fn scaled(self, factor: f64) -> Self {
         Self { value: factor * self.value, slope: self.slope.map(|s| factor * s) }
     }
 
-    fn plus(self, other: Self) -> Self {
+    pub(crate) fn plus(self, other: Self) -> Self {
         Self { value: self.value + other.value, slope: [0, 1].map(|k| self.slope[k] + other.slope[k]) }
     }
 
-    fn minus(self, other: Self) -> Self {
+    pub(crate) fn minus(self, other: Self) -> Self {
         self.plus(other.scaled(-1.0))
     }
 
-    fn over(self, other: Self) -> Self {
+    pub(crate) fn over(self, other: Self) -> Self {
         let value = self.value / other.value;
         Self { value, slope: [0, 1].map(|k| (self.slope[k] - value * other.slope[k]) / other.value) }
     }
 
     /// Its cosine and its sine.
-    fn cosine_and_sine(self) -> [Self; 2] {
+    pub(crate) fn cosine_and_sine(self) -> [Self; 2] {
         let (sine, cosine) = self.value.sin_cos();
         [
             Self { value: cosine, slope: self.slope.map(|s| -sine * s) },
             Self { value: sine, slope: self.slope.map(|s| cosine * s) },
         ]
-    }
-}
-
-/// A triangle with a round side: the straight one, moved along that side onto an arc, and less and less away from it.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Bent {
-    /// The ends of the arc, then the third corner.
-    pub corners: [[f64; 2]; 3],
-    /// Middle of the circle.
-    pub center: [f64; 2],
-}
-
-impl Bent {
-    /// Where a point of the straight triangle goes, by its shares of the second and the third corner.
-    pub fn place(&self, shares: [f64; 2]) -> [f64; 2] {
-        self.jets(shares).map(|x| x.value)
-    }
-
-    /// The same with slopes in the shares.
-    fn jets(&self, shares: [f64; 2]) -> [Jet; 2] {
-        let [a, b, c] = barycentric(shares);
-        let [p, q, r] = self.corners;
-        let straight = [0, 1].map(|k| a.scaled(p[k]).plus(b.scaled(q[k])).plus(c.scaled(r[k])));
-        // How far along the arc, and how much of its distance from the chord.
-        let t = b.minus(a).plus(Jet::constant(1.0)).scaled(0.5);
-        let rest = t.times(Jet::constant(1.0).minus(t));
-        if rest.value <= 0.0 {
-            return straight;
-        }
-        let weight = a.times(b).over(rest);
-        let [from, to] = [p, q].map(|x| [x[0] - self.center[0], x[1] - self.center[1]]);
-        let turn = (from[0] * to[1] - from[1] * to[0]).atan2(from[0] * to[0] + from[1] * to[1]);
-        let [cosine, sine] = t.scaled(turn).cosine_and_sine();
-        let along = [
-            cosine.scaled(from[0]).minus(sine.scaled(from[1])),
-            sine.scaled(from[0]).plus(cosine.scaled(from[1])),
-        ];
-        [0, 1].map(|k| {
-            let chord = t.scaled(to[k] - from[k]).plus(Jet::constant(from[k]));
-            straight[k].plus(weight.times(along[k].minus(chord)))
-        })
-    }
-
-    /// The shares of the second and the third corner at a point of the straight triangle.
-    pub fn shares(&self, point: [f64; 2]) -> [f64; 2] {
-        let [a, b, c] = self.corners;
-        let (u, v) = ([b[0] - a[0], b[1] - a[1]], [c[0] - a[0], c[1] - a[1]]);
-        let w = [point[0] - a[0], point[1] - a[1]];
-        let determinant = u[0] * v[1] - u[1] * v[0];
-        [(w[0] * v[1] - w[1] * v[0]) / determinant, (u[0] * w[1] - u[1] * w[0]) / determinant]
     }
 }
 
@@ -126,7 +81,7 @@ impl Bent {
 pub struct Folded;
 
 /// The barycentric coordinates at a point.
-fn barycentric([x, y]: [f64; 2]) -> [Jet; 3] {
+pub(crate) fn barycentric([x, y]: [f64; 2]) -> [Jet; 3] {
     [
         Jet { value: 1.0 - x - y, slope: [-1.0, -1.0] },
         Jet { value: x, slope: [1.0, 0.0] },
@@ -226,6 +181,11 @@ pub fn triangle_rule(n: usize) -> Vec<([f64; 2], f64)> {
     out
 }
 
+/// The points of a rule with their weights and the continuous functions of degree `p` there.
+fn rule_with_functions(p: usize, n: usize) -> Vec<([f64; 2], f64, Vec<Jet>)> {
+    triangle_rule(n).into_iter().map(|(x, w)| (x, w, continuous(p, x))).collect()
+}
+
 /// A triangle of a mesh, as far as the integrals over it need it.
 #[derive(Debug, Clone, Copy)]
 pub struct Triangle {
@@ -254,6 +214,13 @@ impl Triangle {
         let x = bent.jets(shares);
         let column = |d: [f64; 2]| [0, 1].map(|k| x[k].slope[0] * d[0] + x[k].slope[1] * d[1]);
         (x.map(|x| x.value), [column(along[0]), column(along[1])])
+    }
+
+    /// How many more points than a straight triangle the rule for this one takes along each direction.
+    fn more_points(&self) -> usize {
+        let Some((bent, part)) = &self.bent else { return 0 };
+        let evenness = bent.evenness(*part);
+        MORE_POINTS.iter().find(|(least, _)| evenness >= *least).map_or(MOST_POINTS, |(_, points)| *points)
     }
 
     /// Points of a rule with their weights, and the derivative of the map and its determinant there.
@@ -319,7 +286,7 @@ impl PotentialIntegrals {
         let n = continuous_functions(p);
         let mut mass = Mat::zeros(n, n);
         let mut stiffness = [0, 1, 2].map(|_| Mat::zeros(n, n));
-        let rule: Vec<_> = triangle_rule(p + 2).into_iter().map(|(x, w)| (x, w, continuous(p, x))).collect();
+        let rule = rule_with_functions(p, p + 2);
         for (_, w, f) in &rule {
             for i in 0..n {
                 for j in 0..n {
@@ -340,7 +307,7 @@ impl PotentialIntegrals {
     /// [`Folded`].
     pub fn on(&self, triangle: &Triangle) -> Result<(Mat<f64>, Mat<f64>), Folded> {
         if triangle.bent.is_some() {
-            return self.on_bent(triangle);
+            return self.on_bent(triangle, triangle.more_points());
         }
         let (area, [uu, uv, vv]) = (triangle.double_area(), triangle.metric());
         let n = self.mass.nrows();
@@ -351,10 +318,10 @@ impl PotentialIntegrals {
         Ok((mass, stiffness))
     }
 
-    fn on_bent(&self, triangle: &Triangle) -> Result<(Mat<f64>, Mat<f64>), Folded> {
+    fn on_bent(&self, triangle: &Triangle, more: usize) -> Result<(Mat<f64>, Mat<f64>), Folded> {
         let n = self.mass.nrows();
         let (mut mass, mut stiffness) = (Mat::zeros(n, n), Mat::zeros(n, n));
-        for at in triangle.rule(self.degree + 2 + MORE_POINTS)? {
+        for at in triangle.rule(self.degree + 2 + more)? {
             let [u, v] = at.columns;
             let f = continuous(self.degree, at.point);
             let slopes: Vec<[f64; 2]> = f
@@ -384,7 +351,10 @@ impl PotentialIntegrals {
         let n = self.mass.nrows();
         let mut out = Mat::zeros(n, n);
         let mut of: Vec<[f64; 3]> = vec![[0.0; 3]; n];
-        for (point, w, functions) in &self.rule {
+        let more = triangle.more_points();
+        let finer =
+            if more == 0 { Vec::new() } else { rule_with_functions(self.degree, self.degree + 2 + more) };
+        for (point, w, functions) in if more == 0 { &self.rule } else { &finer } {
             let (x, [u, v]) = triangle.map(*point);
             let determinant = u[0] * v[1] - u[1] * v[0];
             let area = determinant.abs();
@@ -464,7 +434,7 @@ impl FluxIntegrals {
     /// [`Folded`].
     pub fn on(&self, triangle: &Triangle) -> Result<FluxForms, Folded> {
         if triangle.bent.is_some() {
-            return self.on_bent(triangle);
+            return self.on_bent(triangle, triangle.more_points());
         }
         let (area, [uu, uv, vv]) = (triangle.double_area(), triangle.metric());
         let (p, n, count) = (self.degree, self.divergence.ncols(), self.divergence.nrows());
@@ -480,10 +450,10 @@ impl FluxIntegrals {
         Ok(FluxForms { mass, constraints, one })
     }
 
-    fn on_bent(&self, triangle: &Triangle) -> Result<FluxForms, Folded> {
+    fn on_bent(&self, triangle: &Triangle, more: usize) -> Result<FluxForms, Folded> {
         let (p, n, count) = (self.degree, self.divergence.ncols(), self.divergence.nrows());
         let (mut mass, mut gram) = (Mat::zeros(n, n), Mat::zeros(count, count));
-        for at in triangle.rule(p + 2 + MORE_POINTS)? {
+        for at in triangle.rule(p + 2 + more)? {
             let [u, v] = at.columns;
             let w = at.weight / at.determinant.abs();
             let values: Vec<[f64; 2]> =
@@ -546,6 +516,7 @@ fn fluxes(p: usize, point: [f64; 2]) -> (Vec<[f64; 2]>, Vec<f64>) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::bent::{Curve, LEAST_EVENNESS, WHOLE};
     use crate::line::hierarchical;
 
     const SKEW: Triangle = Triangle { corners: [[0.3, -0.1], [1.7, 0.4], [0.1, 0.9]], bent: None };
@@ -553,7 +524,8 @@ mod tests {
     /// Between an arc of 45 degrees of the unit circle and a point, inside or outside of it, and a part of that at the arc.
     fn bent(third: [f64; 2]) -> [Triangle; 2] {
         let end = [0.5_f64.sqrt(); 2];
-        let whole = Bent { corners: [[1.0, 0.0], end, third], center: [0.0; 2] };
+        let curve = Curve::Arc { center: [0.0; 2] };
+        let whole = Bent { corners: [[1.0, 0.0], end, third], curve };
         let places = [[[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]], [[0.0, 0.0], [0.2, 0.0], [0.1, 0.3]]];
         places.map(|shares| Triangle { corners: shares.map(|s| whole.place(s)), bent: Some((whole, shares)) })
     }
@@ -571,36 +543,108 @@ mod tests {
         }
     }
 
+    /// Between a cubic and a point, and a part of that at the cubic; the control points are off a third of the chord by `bow` times what
+    /// `random` says.
+    fn at_cubic(bow: f64, mut random: impl FnMut() -> f64) -> [Triangle; 2] {
+        let mut off = |place: f64| [place + bow * random(), bow * random()];
+        let control = [off(1.0 / 3.0), off(2.0 / 3.0)];
+        let third = [0.5 + 0.6 * random(), 0.6 + 0.4 * random()];
+        let whole = Bent { corners: [[0.0; 2], [1.0, 0.0], third], curve: Curve::Cubic { control } };
+        [WHOLE, [[0.1, 0.0], [0.3, 0.0], [0.2, 0.4]]]
+            .map(|shares| Triangle { corners: shares.map(|s| whole.place(s)), bent: Some((whole, shares)) })
+    }
+
+    /// Numbers between -1/2 and 1/2.
+    fn noise() -> impl FnMut() -> f64 {
+        let mut state = 1_u64;
+        move || {
+            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            (state >> 11) as f64 / (1_u64 << 53) as f64 - 0.5
+        }
+    }
+
+    /// At least the greatest relative difference of the energies that two forms give.
+    fn relative_error(found: &Mat<f64>, exact: &Mat<f64>) -> f64 {
+        let root = Llt::new(exact.as_ref()).unwrap();
+        let mut differ = Mat::from_fn(exact.nrows(), exact.ncols(), |i, j| found[(i, j)] - exact[(i, j)]);
+        dense::solve_lower_triangular(root.lower(), differ.as_mut());
+        let mut differ = differ.transpose().to_owned();
+        dense::solve_lower_triangular(root.lower(), differ.as_mut());
+        differ.norm_l2()
+    }
+
     #[test]
-    fn more_points_change_no_integral_over_a_bent_triangle() {
-        for triangle in bent([0.0, 0.0]).into_iter().chain(bent([1.3, 0.7])) {
-            for p in [2, 4, 6, 8] {
-                let integral = |more: usize| {
-                    let points = triangle.rule(p + 2 + more).unwrap();
-                    points
-                        .iter()
-                        .map(|at| {
-                            let f = continuous(p, at.point);
-                            let last = f[f.len() - 1].value + f[3].value;
-                            let g = fluxes(p, at.point).0;
-                            let g = g[g.len() - 1];
-                            let [u, v] = at.columns;
-                            let flux = [0, 1].map(|k| u[k] * g[0] + v[k] * g[1]);
-                            at.weight
-                                * (last * last * at.determinant.abs()
-                                    + (flux[0].powi(2) + flux[1].powi(2)) / at.determinant.abs())
-                        })
-                        .sum::<f64>()
-                };
-                let (used, finer) = (integral(MORE_POINTS), integral(MORE_POINTS + 8));
-                assert!((used - finer).abs() < 1e-11 * finer, "{p}: {used} {finer}");
+    fn more_points_change_no_energy_on_a_bent_triangle_by_the_allowance_for_them() {
+        let mut random = noise();
+        let cubics = (0..40).flat_map(|k| at_cubic(0.04 * f64::from(k % 20), &mut random));
+        let triangles = bent([0.0, 0.0]).into_iter().chain(bent([1.3, 0.7])).chain(cubics);
+        let degrees = [2, 6].map(|p| (p, PotentialIntegrals::new(p), FluxIntegrals::new(p)));
+        let mut used = std::collections::BTreeSet::new();
+        for (k, triangle) in triangles.enumerate() {
+            let (p, potentials, fluxes) = &degrees[k / 2 % 2];
+            let p = *p;
+            let Some((whole, part)) = triangle.bent else { panic!() };
+            if whole.evenness(part) < LEAST_EVENNESS {
+                continue;
             }
+            let more = triangle.more_points();
+            used.insert(more);
+            let forms = |more: usize| {
+                let (mass, stiffness) = potentials.on_bent(&triangle, more).unwrap();
+                [&mass + &stiffness, mass, fluxes.on_bent(&triangle, more).unwrap().mass]
+            };
+            for (found, exact) in forms(more).iter().zip(&forms(more + 12)) {
+                let error = relative_error(found, exact);
+                assert!(error < 5e-11, "{triangle:?}: {more} points, {error:e}");
+            }
+            let [own, exact] = [0, 12].map(|further| {
+                let mut energy = Mat::<f64>::zeros(continuous_functions(p), continuous_functions(p));
+                for (point, w, f) in rule_with_functions(p, p + 2 + more + further) {
+                    let (x, [u, v]) = triangle.map(point);
+                    let determinant = u[0] * v[1] - u[1] * v[0];
+                    let radial = |f: &Jet| {
+                        let [a, b] = f.slope;
+                        let slope = [v[1] * a - u[1] * b, u[0] * b - v[0] * a].map(|x| x / determinant);
+                        [f.value + x[0] * slope[0] + x[1] * slope[1], slope[0], slope[1]]
+                    };
+                    let all: Vec<[f64; 3]> = f.iter().map(radial).collect();
+                    for i in 0..all.len() {
+                        for j in 0..all.len() {
+                            let product: f64 = (0..3).map(|k| all[i][k] * all[j][k]).sum();
+                            energy[(i, j)] += w * determinant.abs() * product;
+                        }
+                    }
+                }
+                if further == 0 { potentials.beyond(&triangle, 1.0) } else { energy }
+            });
+            assert!(relative_error(&own, &exact) < 5e-11, "{triangle:?}");
+        }
+        assert!(used.len() == MORE_POINTS.len() + 1, "{used:?}");
+    }
+
+    #[test]
+    fn the_area_at_a_cubic_is_that_of_the_straight_triangle_and_of_what_lies_between_the_cubic_and_its_chord()
+    {
+        let mut random = noise();
+        for _ in 0..10 {
+            let [whole, _] = at_cubic(0.2, &mut random);
+            let Some((Bent { curve: Curve::Cubic { control: [p, q] }, .. }, _)) = whole.bent else {
+                panic!()
+            };
+            let (mass, _) = PotentialIntegrals::new(2).on(&whole).unwrap();
+            let area: f64 = (0..3).map(|i| (0..3).map(|j| mass[(i, j)]).sum::<f64>()).sum();
+            // From Green's formula: the integral of (x dy - y dx) / 2 along a Bezier curve from (0, 0) to (1, 0).
+            let cross = |a: [f64; 2], b: [f64; 2]| a[0] * b[1] - a[1] * b[0];
+            let beside = 0.15 * (cross(p, q) + cross(p, [1.0, 0.0]) + 2.0 * cross(q, [1.0, 0.0]));
+            let exact = 0.5 * whole.double_area() + beside;
+            assert!((area - exact).abs() < 1e-14, "{area} {exact}");
         }
     }
 
     #[test]
     fn the_constant_has_no_flux_and_leaves_none_on_a_bent_triangle() {
-        for triangle in bent([0.0, 0.0]).into_iter().chain(bent([1.3, 0.7])) {
+        let cubics = (0..4).flat_map(|_| at_cubic(0.2, noise()));
+        for triangle in bent([0.0, 0.0]).into_iter().chain(bent([1.3, 0.7])).chain(cubics) {
             let p = 4;
             let FluxForms { constraints, one, .. } = FluxIntegrals::new(p).on(&triangle).unwrap();
             for flux in 0..constraints.ncols() {

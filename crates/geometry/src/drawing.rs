@@ -1,16 +1,21 @@
-//! An outline drawn entry by entry: corners, arcs and rounded corners.
+//! An outline drawn entry by entry: corners, arcs, splines and rounded corners.
 
-use crate::shapes::Arc;
+use crate::cubic::{Cubic, distance, spline};
+use crate::shapes::{Arc, Curve};
 use std::f64::consts::{PI, TAU};
 
-/// Sides that a whole circle is divided into, for what knows polygons only.
+/// Sides that a whole circle is divided into, and a curve that turns as much, for what knows polygons only.
 const SIDES: f64 = 128.0;
 
 /// Points closer together than this share of the outline's extent are one.
 const SAME: f64 = 1e-12;
 
+/// Neighbouring points of a spline closer together than this share of the outline's extent count as one: the spline would not be
+/// defined, or be determined by rounding.
+const COINCIDENT: f64 = 1e-9;
+
 /// One entry of an outline.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub enum Entry {
     /// A corner, joined to the entry before by a straight side.
     Corner([f64; 2]),
@@ -18,6 +23,13 @@ pub enum Entry {
     Arc {
         /// A point that it passes through.
         through: [f64; 2],
+        /// Where it ends.
+        to: [f64; 2],
+    },
+    /// A cubic spline from the end of the entry before ([`spline`]). One that is the only entry begins in its own end and is closed.
+    Spline {
+        /// Points that it passes through, in order.
+        through: Vec<[f64; 2]>,
         /// Where it ends.
         to: [f64; 2],
     },
@@ -35,7 +47,9 @@ pub enum Entry {
 pub enum Flaw {
     /// The three points of an arc lie on a line, or two of them are one.
     Straight(usize),
-    /// A rounded corner beside an arc.
+    /// Two neighbouring points of a spline are one, or so few are given that it goes there and back.
+    Coincident(usize),
+    /// A rounded corner beside an arc or a spline.
     BesideArc(usize),
     /// A rounding that the sides are too short for.
     TooLarge(usize),
@@ -43,12 +57,12 @@ pub enum Flaw {
     NoCorner(usize),
 }
 
-/// An outline with its arcs divided into sides.
+/// An outline with its curves divided into sides.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Drawn {
-    /// Corners, those on arcs among them.
+    /// Corners, those on curves among them.
     pub outline: Vec<[f64; 2]>,
-    /// The parts of it that stand for arcs.
+    /// The parts of it that stand for curves: one for each arc, one for each cubic of a spline.
     pub arcs: Vec<Arc>,
     /// The entry that each corner comes from.
     pub entries: Vec<usize>,
@@ -60,40 +74,47 @@ pub struct Drawn {
 /// [`Flaw`]
 pub fn drawn(entries: &[Entry]) -> Result<Drawn, Flaw> {
     let n = entries.len();
-    let place = |k: usize| match entries[k % n] {
-        Entry::Corner(place) | Entry::Arc { to: place, .. } | Entry::Rounded { corner: place, .. } => place,
+    let place = |k: usize| match &entries[k % n] {
+        Entry::Corner(place)
+        | Entry::Arc { to: place, .. }
+        | Entry::Spline { to: place, .. }
+        | Entry::Rounded { corner: place, .. } => *place,
     };
-    let all = (0..n).map(place);
+    let all = entries.iter().zip(0..).flat_map(|(entry, k)| {
+        let through = if let Entry::Spline { through, .. } = entry { &through[..] } else { &[] };
+        through.iter().copied().chain([place(k)])
+    });
     let extent = (0..2).map(|k| {
         let x = all.clone().map(|p| p[k]);
         x.clone().fold(f64::NEG_INFINITY, f64::max) - x.fold(f64::INFINITY, f64::min)
     });
-    let near = SAME * extent.fold(0.0, f64::max);
-    // From an entry that begins where no arc ends.
-    let is_arc = |k: usize| matches!(entries[k % n], Entry::Arc { .. });
+    let extent = extent.fold(0.0, f64::max);
+    let near = SAME * extent;
+    // From an entry that begins where no curve ends.
+    let is_curve = |k: usize| matches!(entries[k % n], Entry::Arc { .. } | Entry::Spline { .. });
     let is_rounded = |k: usize| matches!(entries[k % n], Entry::Rounded { .. });
     // How much of the straight sides the rounding of an entry takes, if it is one.
     let taken = |k: usize| match entries[k % n] {
         Entry::Rounded { corner, radius } => {
             Angle::new([k + n - 1, k + 1].map(place), corner, near).map_or(0.0, |angle| angle.taken(radius))
         }
-        Entry::Corner(_) | Entry::Arc { .. } => 0.0,
+        Entry::Corner(_) | Entry::Arc { .. } | Entry::Spline { .. } => 0.0,
     };
-    let first = (0..n).find(|k| !is_arc(*k));
+    let first = (0..n).find(|k| !is_curve(*k));
     let mut out = Drawn::default();
     if let (None, true) = (first, n > 0) {
         out.push(place(n - 1), n - 1);
     }
     let first = first.unwrap_or(0);
     for k in (first..first + n).map(|k| k % n) {
+        if is_curve(k) && is_rounded(k + n - 1) {
+            return Err(Flaw::BesideArc((k + n - 1) % n));
+        }
         match entries[k] {
             // The end of a rounding may be the next corner.
             Entry::Corner(corner) if is_rounded(k + n - 1) && out.is_at(corner, near) => {}
             Entry::Corner(corner) => out.push(corner, k),
             Entry::Arc { through, to } => {
-                if is_rounded(k + n - 1) {
-                    return Err(Flaw::BesideArc((k + n - 1) % n));
-                }
                 let (center, radius) = circle(place(k + n - 1), through, to).ok_or(Flaw::Straight(k))?;
                 let [from, middle, end] =
                     [place(k + n - 1), through, to].map(|p| (p[1] - center[1]).atan2(p[0] - center[0]));
@@ -101,8 +122,22 @@ pub fn drawn(entries: &[Entry]) -> Result<Drawn, Flaw> {
                 let turn = if by_middle <= whole { whole } else { whole - TAU };
                 out.arc(center, radius, (place(k + n - 1), to), turn, k, near);
             }
+            Entry::Spline { ref through, to } => {
+                let mut points = vec![place(k + n - 1)];
+                points.extend(through.iter().chain([&to]));
+                let differ = |p: &[[f64; 2]]| distance(p[0], p[1]) > COINCIDENT * extent;
+                if n == 1 {
+                    points.pop();
+                }
+                if !points.windows(2).all(differ)
+                    || (n == 1 && (points.len() < 3 || !differ(&[points[points.len() - 1], to])))
+                {
+                    return Err(Flaw::Coincident(k));
+                }
+                out.spline(&spline(&points, n == 1), k, near);
+            }
             Entry::Rounded { corner, radius } => {
-                if is_arc(k + 1) {
+                if is_curve(k + 1) {
                     return Err(Flaw::BesideArc(k));
                 }
                 let neighbours = [k + n - 1, k + 1];
@@ -191,7 +226,22 @@ impl Drawn {
             self.push([center[0] + radius * cosine, center[1] + radius * sine], entry);
         }
         self.push(to, entry);
-        self.arcs.push(Arc { center, radius, sides: begin..self.outline.len() - 1 });
+        let curve = Curve::Circle { center, radius };
+        self.arcs.push(Arc { curve, sides: begin..self.outline.len() - 1 });
+    }
+
+    /// Adds the points of a spline that begins in the last corner, and ends in another.
+    fn spline(&mut self, pieces: &[Cubic], entry: usize, near: f64) {
+        for piece in pieces {
+            if !self.is_at(piece.control[0], near) {
+                self.push(piece.control[0], entry);
+            }
+            let begin = self.outline.len() - 1;
+            let sides = (piece.turn() / TAU * SIDES - 1e-9).ceil().max(2.0);
+            (1..sides as usize).for_each(|k| self.push(piece.at(k as f64 / sides), entry));
+            self.push(piece.control[3], entry);
+            self.arcs.push(Arc { curve: Curve::Cubic(*piece), sides: begin..self.outline.len() - 1 });
+        }
     }
 
     /// Drops a last corner that is the first one again.
@@ -228,18 +278,32 @@ mod tests {
         0.5 * outline.iter().zip(next).map(|(p, q)| p[0] * q[1] - p[1] * q[0]).sum::<f64>()
     }
 
-    /// Exactly, from the corners between arcs and the segments beside these.
+    /// Exactly, from the corners between curves and what lies between these and their chords.
     fn area_with_arcs(drawn: &Drawn) -> f64 {
         let n = drawn.outline.len();
-        let beside = |arc: &Arc| {
-            let turns = arc.sides.clone().map(|k| {
-                let [p, q] = [drawn.outline[k], drawn.outline[(k + 1) % n]]
-                    .map(|p| (p[1] - arc.center[1]).atan2(p[0] - arc.center[0]));
-                (q - p + PI).rem_euclid(TAU) - PI
-            });
-            turns.map(|t| 0.5 * arc.radius * arc.radius * (t - t.sin())).sum::<f64>()
+        let beside = |arc: &Arc| match arc.curve {
+            Curve::Circle { center, radius } => {
+                let turns = arc.sides.clone().map(|k| {
+                    let [p, q] = [drawn.outline[k], drawn.outline[(k + 1) % n]]
+                        .map(|p| (p[1] - center[1]).atan2(p[0] - center[0]));
+                    (q - p + PI).rem_euclid(TAU) - PI
+                });
+                turns.map(|t| 0.5 * radius * radius * (t - t.sin())).sum::<f64>()
+            }
+            Curve::Cubic(cubic) => {
+                let sides = arc.sides.clone().map(|k| [drawn.outline[k], drawn.outline[(k + 1) % n]]);
+                swept(&cubic) - sides.map(|[p, q]| 0.5 * (p[0] * q[1] - p[1] * q[0])).sum::<f64>()
+            }
         };
         area(&drawn.outline) + drawn.arcs.iter().map(beside).sum::<f64>()
+    }
+
+    /// Half the integral of x dy - y dx along a cubic.
+    fn swept(cubic: &Cubic) -> f64 {
+        let [a, b, c, d] = cubic.control;
+        let cross = |p: [f64; 2], q: [f64; 2]| p[0] * q[1] - p[1] * q[0];
+        let near = 2.0 * cross(a, b) + cross(b, c) + 2.0 * cross(c, d);
+        0.15 * (near + cross(a, c) + cross(b, d) + cross(a, d) / 3.0)
     }
 
     #[test]
@@ -303,7 +367,41 @@ mod tests {
     }
 
     #[test]
+    fn splines_are_followed_by_their_cubics_and_may_close_the_outline() {
+        // Closed, it is the same whichever of its points comes first.
+        let place = |k: u32| {
+            let angle = 0.25 * PI * f64::from(k);
+            [3.0 * angle.cos(), 2.0 * angle.sin()]
+        };
+        let through: Vec<[f64; 2]> = (1..8).map(place).collect();
+        let closed = drawn(&[Entry::Spline { through, to: place(0) }]).unwrap();
+        assert_eq!(closed.arcs.len(), 8);
+        assert!((area_with_arcs(&closed) / (6.0 * PI) - 1.0).abs() < 2e-3, "{}", area_with_arcs(&closed));
+        assert!((area(&closed.outline) / area_with_arcs(&closed) - 1.0).abs() < 1e-3);
+        let other = drawn(&[Entry::Spline { through: (4..11).map(place).collect(), to: place(3) }]).unwrap();
+        assert!((area_with_arcs(&other) - area_with_arcs(&closed)).abs() < 1e-12);
+        let beside = drawn(&[
+            Entry::Spline { through: vec![[3.0, 1.0], [2.0, 2.0]], to: [0.0, 2.0] },
+            Entry::Corner([0.0, 0.0]),
+            Entry::Corner([2.0, 0.0]),
+        ])
+        .unwrap();
+        assert_eq!(beside.arcs.len(), 3);
+        assert_eq!(beside.entries.iter().filter(|entry| **entry == 1).count(), 1);
+        let last = beside.arcs.iter().max_by_key(|arc| arc.sides.end).unwrap();
+        assert_eq!(last.sides.end, beside.outline.len() - 1, "it ends in the last corner");
+    }
+
+    #[test]
     fn what_is_no_arc_or_corner_is_told_by_its_entry() {
+        let spline = |through: &[[f64; 2]]| Entry::Spline { through: through.to_vec(), to: [1.0, 0.0] };
+        let twice = [Entry::Corner([0.0, 0.0]), spline(&[[0.5, 0.2], [0.5, 0.2]])];
+        assert_eq!(drawn(&twice), Err(Flaw::Coincident(1)));
+        assert_eq!(drawn(&[spline(&[[0.5, 0.2]])]), Err(Flaw::Coincident(0)));
+        assert_eq!(drawn(&[spline(&[[0.5, 0.2], [0.0, 1.0], [1.0, 0.0]])]), Err(Flaw::Coincident(0)));
+        let rounded = Entry::Rounded { corner: [0.0, 0.0], radius: 0.1 };
+        let beside = [rounded, spline(&[[0.5, 0.2]]), Entry::Corner([0.0, 5.0])];
+        assert_eq!(drawn(&beside), Err(Flaw::BesideArc(0)));
         let line = [Entry::Corner([0.0, 0.0]), Entry::Arc { through: [1.0, 0.0], to: [2.0, 0.0] }];
         assert_eq!(drawn(&line), Err(Flaw::Straight(1)));
         let beside = [

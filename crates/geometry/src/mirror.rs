@@ -6,7 +6,7 @@
 
 use crate::meshing::tets::{bounds, flat_parts};
 use crate::scene::{Body, Box3, MirrorPlane, Scene, Wall, across};
-use crate::shapes::{Shape, TriangleSurface};
+use crate::shapes::{Arc, Curve, Shape, TriangleSurface};
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 
 /// Distances this small, relative to the extent of the scene, are none.
@@ -181,11 +181,13 @@ impl Plane {
                 Shape::Tube { axis: along, radii: [other, _], .. },
             ) => axis == along && (inner - other).abs() <= 2.0 * self.near,
             (
-                Shape::Extrusion { axis, outline, .. },
-                Shape::Extrusion { axis: along, outline: other, .. },
+                Shape::Extrusion { axis, outline, arcs, .. },
+                Shape::Extrusion { axis: along, outline: other, arcs: others, .. },
             ) => {
                 let reflected = across(*axis).into_iter().position(|k| k == self.axis);
-                axis == along && self.maps_outline(outline, other, reflected)
+                axis == along
+                    && self.maps_outline(outline, other, reflected)
+                    && self.maps_curves(arcs, others, reflected)
             }
             (Shape::Surface(one), Shape::Surface(other)) => self.maps_surface(one, other),
             (
@@ -205,19 +207,37 @@ impl Plane {
     /// The same corners one after the other, either way round. The coordinate `reflected` of the two is, if any.
     fn maps_outline(&self, one: &[[f64; 2]], other: &[[f64; 2]], reflected: Option<usize>) -> bool {
         let n = one.len();
-        let image = |i: usize| {
-            let mut p = one[i];
-            if let Some(k) = reflected {
-                p[k] = 2.0 * self.at - p[k];
-            }
-            p
-        };
+        let image = |i: usize| self.image(one[i], reflected);
         let same = |p: [f64; 2], q: [f64; 2]| (0..2).all(|m| (p[m] - q[m]).abs() <= 4.0 * self.near);
         let from = |start: usize| {
             (0..n).all(|i| same(image(i), other[(start + n - i) % n]))
                 || (0..n).all(|i| same(image(i), other[(start + i) % n]))
         };
         n == other.len() && (0..n).any(from)
+    }
+
+    /// Whether each curve of an outline has an image among those of another, the corners of which are the images of its own: these tell
+    /// circles, but not cubics.
+    fn maps_curves(&self, one: &[Arc], other: &[Arc], reflected: Option<usize>) -> bool {
+        let same = |p: [f64; 2], q: [f64; 2]| (0..2).all(|m| (p[m] - q[m]).abs() <= 1e2 * self.near);
+        let is_image = |one: &Curve, other: &Curve| match (one, other) {
+            (Curve::Circle { .. }, Curve::Circle { .. }) => true,
+            (Curve::Cubic(one), Curve::Cubic(other)) => [*other, other.reversed()].iter().any(|other| {
+                let mut pairs = one.control.iter().zip(&other.control);
+                pairs.all(|(p, q)| same(self.image(*p, reflected), *q))
+            }),
+            (Curve::Circle { .. }, Curve::Cubic(_)) | (Curve::Cubic(_), Curve::Circle { .. }) => false,
+        };
+        one.len() == other.len()
+            && one.iter().all(|arc| other.iter().any(|image| is_image(&arc.curve, &image.curve)))
+    }
+
+    /// A point after the reflection of one of its coordinates, if any.
+    fn image(&self, mut point: [f64; 2], reflected: Option<usize>) -> [f64; 2] {
+        if let Some(k) = reflected {
+            point[k] = 2.0 * self.at - point[k];
+        }
+        point
     }
 
     /// Every flat part is the image of one: they have the same edges, and a flat part is what lies within its edges.

@@ -1,5 +1,6 @@
 //! Shapes of bodies, in SI units.
 
+use crate::cubic::Cubic;
 use crate::outline;
 use crate::scene::Box3;
 use crate::winding;
@@ -56,7 +57,7 @@ pub enum Shape {
         to: f64,
         /// Corners in the two other coordinates in ascending order of axis, one simple polygon, either way round.
         outline: Vec<[f64; 2]>,
-        /// Parts of the outline that stand for arcs of circles, in its order; without them it is the polygon.
+        /// Parts of the outline that stand for curves, in its order; without them it is the polygon.
         arcs: Vec<Arc>,
     },
     /// What a closed surface of triangles encloses.
@@ -65,16 +66,28 @@ pub enum Shape {
     Physical(String),
 }
 
-/// Sides of an outline that stand for an arc of a circle: its corners there lie on the circle, close together.
+/// Sides of an outline that stand for an arc of a curve: its corners there lie on the curve, close together.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Arc {
-    /// The middle of the circle, in the coordinates of the outline.
-    pub center: [f64; 2],
-    /// Its radius.
-    pub radius: f64,
+    /// The curve, in the coordinates of the outline.
+    pub curve: Curve,
     /// The numbers of the corners in which its sides begin: the arc ends in the corner after them, the first of the outline after
     /// the last.
     pub sides: Range<usize>,
+}
+
+/// A curve that an outline may follow.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Curve {
+    /// A circle, of which the arc is a part.
+    Circle {
+        /// Its middle.
+        center: [f64; 2],
+        /// Its radius.
+        radius: f64,
+    },
+    /// A cubic from the first corner of the arc to the last.
+    Cubic(Cubic),
 }
 
 impl Shape {

@@ -3,9 +3,10 @@
 //! A pad with a disc on its diagonal has a mirror plane that no coordinate axis is normal to. Where nothing but the bodies tells
 //! directions across an axis apart, the scene may be turned about that axis first.
 
+use crate::cubic::Cubic;
 use crate::mirror;
 use crate::scene::{Body, Box3, Scene, across};
-use crate::shapes::{Arc, Shape};
+use crate::shapes::{Arc, Curve, Shape};
 
 /// Distances from the middle of a scene that differ by less than this share are the same.
 const ALIKE: f64 = 1e-10;
@@ -41,6 +42,17 @@ impl Turn {
         out
     }
 
+    fn curve(&self, curve: &Curve) -> Curve {
+        match curve {
+            Curve::Circle { center, radius } => {
+                Curve::Circle { center: self.place(*center), radius: *radius }
+            }
+            Curve::Cubic(Cubic { control }) => {
+                Curve::Cubic(Cubic { control: control.map(|p| self.place(p)) })
+            }
+        }
+    }
+
     /// The scene after the turn; `None` if a body has no such image among the shapes, or a wall is in the way.
     fn scene(&self, scene: &Scene) -> Option<Scene> {
         let bodies = scene.bodies.iter().map(|body| {
@@ -74,7 +86,7 @@ impl Turn {
                 })
             }
             Shape::Extrusion { axis, from, to, outline, arcs } if *axis == self.axis => {
-                let turned = |arc: &Arc| Arc { center: self.place(arc.center), ..arc.clone() };
+                let turned = |arc: &Arc| Arc { curve: self.curve(&arc.curve), ..arc.clone() };
                 Some(Shape::Extrusion {
                     axis: *axis,
                     from: *from,

@@ -164,10 +164,7 @@ pub fn solve_all<O: Operator>(op: &mut O, systems: Vec<System<'_>>) -> Vec<Conve
 }
 
 /// One iteration of several systems; for each how it ended, if it did.
-fn step<O: Operator>(
-    op: &mut O,
-    all: &mut [&mut Iteration<'_, O::Precision>],
-) -> Vec<Option<Convergence>> {
+fn step<O: Operator>(op: &mut O, all: &mut [&mut Iteration<'_, O::Precision>]) -> Vec<Option<Convergence>> {
     let mut ends: Vec<Option<Convergence>> = all.iter_mut().map(|own| own.scale_residual()).collect();
     {
         let (mut r, mut z): (Vec<&[O::Precision]>, Vec<&mut [O::Precision]>) = (Vec::new(), Vec::new());
@@ -284,11 +281,7 @@ impl<'a, P: Precision> Iteration<'a, P> {
         let along = if P::ROUNDED { dot(r, p) } else { self.rz };
         let alpha = along / dot(p, q);
         if !alpha.is_finite() {
-            return Some(Convergence {
-                iterations: self.steps.len(),
-                energy_left: self.rz,
-                reached: false,
-            });
+            return Some(Convergence { iterations: self.steps.len(), energy_left: self.rz, reached: false });
         }
         let x = self.system.x.par_iter_mut();
         x.zip(r).zip(p.par_iter().zip(q)).with_min_len(TASK).for_each(|((x, r), (p, q))| {

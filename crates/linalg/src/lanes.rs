@@ -542,7 +542,10 @@ mod tests {
         for (i, (x, twice)) in x.iter().zip(&twice).enumerate() {
             for lane in 0..LANES {
                 assert!((x.0[lane].to_f64() - exact(lane, i)).abs() < tolerance, "{i} {lane}");
-                assert!((twice.0[lane].to_f64() - 2.0 * exact(lane, i)).abs() < 2.0 * tolerance, "{i} {lane}");
+                assert!(
+                    (twice.0[lane].to_f64() - 2.0 * exact(lane, i)).abs() < 2.0 * tolerance,
+                    "{i} {lane}"
+                );
             }
         }
     }

@@ -10,7 +10,7 @@ use super::super::reader::{Log, Read};
 use super::super::values::Either;
 use super::regions::axis_index;
 
-/// Largest number of corners of an outline, those on arcs among them.
+/// Largest number of corners of an outline, those on curves among them.
 const MAX_CORNERS: usize = 20_000;
 
 pub(super) fn extruded(raw: &raw::Extruded, may_be_flat: bool, log: &mut Log<'_>) -> Option<Shape> {
@@ -45,6 +45,13 @@ pub(super) fn extruded(raw: &raw::Extruded, may_be_flat: bool, log: &mut Log<'_>
     }
     let read: Vec<Option<Entry>> = entries.iter().map(|entry| entry_of(entry, log)).collect();
     let read: Vec<Entry> = read.into_iter().collect::<Option<_>>()?;
+    let points =
+        |entry: &Entry| if let Entry::Spline { through, .. } = entry { through.len() + 1 } else { 1 };
+    let count = read.iter().map(points).sum();
+    if count > MAX_CORNERS {
+        refused(count, log);
+        return None;
+    }
     let Drawn { outline, arcs, entries: numbers } = match drawn(&read) {
         Ok(drawn) => drawn,
         Err(flaw) => {
@@ -59,7 +66,7 @@ pub(super) fn extruded(raw: &raw::Extruded, may_be_flat: bool, log: &mut Log<'_>
     if let Some([k, l]) = crossing(&outline) {
         let of = |k: usize| (numbers[k] + 1, numbers[(k + 1) % outline.len()] + 1);
         let side = |k: usize| match of(k) {
-            (a, b) if a == b => format!("the arc of entry {a}"),
+            (a, b) if a == b => format!("the curve of entry {a}"),
             (a, b) => format!("the side from corner {a} to {b}"),
         };
         log.push(
@@ -86,24 +93,41 @@ pub(super) fn extruded(raw: &raw::Extruded, may_be_flat: bool, log: &mut Log<'_>
 /// An entry of an outline; `None` if it cannot be used, and the log says why.
 fn entry_of(read: &Read<raw::OutlineEntry>, log: &mut Log<'_>) -> Option<Entry> {
     let place = |point: &[Read<Position>; 2]| Some([point[0].get()?.si, point[1].get()?.si]);
+    let places = |points: &Vec<Read<[Read<Position>; 2]>>| -> Option<Vec<[f64; 2]>> {
+        points.iter().map(|point| place(point.get()?)).collect()
+    };
     let given = |point: &Option<Read<[Read<Position>; 2]>>| point.as_ref().map(|read| place(read.get()?));
     let round = match read.get()? {
         Either::First(corner) => return Some(Entry::Corner(place(corner)?)),
         Either::Second(round) => round,
     };
-    match (given(&round.to), given(&round.through), given(&round.corner), &round.radius) {
-        (Some(to), Some(through), None, None) => Some(Entry::Arc { through: through?, to: to? }),
-        (None, None, Some(corner), Some(radius)) => {
+    let (to, through, corner) = (given(&round.to), given(&round.through), given(&round.corner));
+    match (to, through, &round.spline, corner, &round.radius) {
+        (Some(to), Some(through), None, None, None) => Some(Entry::Arc { through: through?, to: to? }),
+        (Some(to), None, Some(points), None, None) => {
+            let through = places(points.get()?)?;
+            if through.is_empty() {
+                log.push(
+                    Diagnostic::at(&points.span, "a spline passes through one point or more on its way")
+                        .label("no point")
+                        .help("write a straight side as a corner, `[.., ..]`"),
+                );
+                return None;
+            }
+            Some(Entry::Spline { through, to: to? })
+        }
+        (None, None, None, Some(corner), Some(radius)) => {
             Some(Entry::Rounded { corner: corner?, radius: radius.get()?.si })
         }
         // Neither or both were told already.
-        (Some(_), _, Some(_), _) | (None, _, None, _) => None,
+        (Some(_), _, _, Some(_), _) | (None, _, _, None, _) => None,
         _ => {
+            let what = "an entry of an outline is a corner, an arc, a spline or a rounded corner";
             log.push(
-                Diagnostic::at(&read.span, "an entry of an outline is a corner, an arc or a rounded corner")
-                    .label("neither `through` and `to`, nor `corner` and `radius`")
+                Diagnostic::at(&read.span, what)
+                    .label("neither `to` with one of `through` and `spline`, nor `corner` and `radius`")
                     .help(
-                        "write an arc as `{ through = [..], to = [..] }`, a rounded corner as `{ corner = [..], radius = .. }`",
+                        "write an arc as `{ through = [..], to = [..] }`, a spline as `{ spline = [[..], ..], to = [..] }`, a rounded corner as `{ corner = [..], radius = .. }`",
                     ),
             );
             None
@@ -120,11 +144,21 @@ fn refusal(flaw: Flaw, entries: &[Read<raw::OutlineEntry>]) -> Diagnostic {
             "its ends and `through` lie on a line, or two of them are one point",
             "an arc begins where the entry before ends; take `through` from about its middle",
         ),
+        Flaw::Coincident(entry) => (
+            entry,
+            "two neighbouring points of the spline are one",
+            if entries.len() == 1 {
+                "the only entry of the outline: it begins where it ends, and needs two other points at least"
+            } else {
+                "a spline begins where the entry before ends"
+            },
+            "list different points, in order from the first after that to the last before `to`",
+        ),
         Flaw::BesideArc(entry) => (
             entry,
             "a rounded corner lies between two straight sides",
-            "there is an arc beside it",
-            "write both as arcs, `{ through = [..], to = [..] }`",
+            "there is an arc or a spline beside it",
+            "write the rounding as an arc, `{ through = [..], to = [..] }`",
         ),
         Flaw::TooLarge(entry) => (
             entry,

@@ -1,8 +1,8 @@
-//! Outlines of extrusions: corners, arcs and rounded corners.
+//! Outlines of extrusions: corners, arcs, splines and rounded corners.
 
 use std::path::Path;
 
-use elastocap_case::{Case, CaseError, Shape};
+use elastocap_case::{Case, CaseError, Curve, Shape};
 
 /// A conductor pulled along an axis, with the entries of its outline.
 fn case(outline: &str) -> Result<Case, CaseError> {
@@ -42,15 +42,17 @@ fn outlines_have_arcs_and_rounded_corners() {
     else {
         panic!("no extrusion")
     };
-    let radii: Vec<f64> = arcs.iter().map(|arc| (arc.radius * 1e9).round() / 1e6).collect();
-    assert_eq!(radii, [0.5, 1.0, 2.5]);
+    let mut radii = Vec::new();
     for arc in &arcs {
+        let Curve::Circle { center, radius } = arc.curve else { panic!("{arc:?}") };
+        radii.push((radius * 1e9).round() / 1e6);
         for side in arc.sides.clone() {
             let [x, y] = outline[side];
-            let distance = (x - arc.center[0]).hypot(y - arc.center[1]);
-            assert!((distance / arc.radius - 1.0).abs() < 1e-12);
+            let distance = (x - center[0]).hypot(y - center[1]);
+            assert!((distance / radius - 1.0).abs() < 1e-12);
         }
     }
+    assert_eq!(radii, [0.5, 1.0, 2.5]);
     let (a, b, c) = (corner(0.0, 0.0), corner(4.0, 0.0), corner(4.0, 3.0));
     let place = "write an arc as";
     for (entries, message) in [
@@ -64,6 +66,53 @@ fn outlines_have_arcs_and_rounded_corners() {
         (vec![a.clone(), format!("{{ corner = {b}, to = {b} }}"), c.clone()], "`corner`"),
         (vec![a.clone(), "{ }".to_owned(), c.clone()], "`corner`"),
         (vec![a, rounded(4.0, 0.0, -1.0), c], "radius"),
+    ] {
+        let error = case(&entries.join(", ")).unwrap_err().to_string();
+        assert!(error.contains(message), "{error}");
+    }
+}
+
+#[test]
+fn outlines_have_splines() {
+    let corner = |x: f64, y: f64| format!("[\"{x} mm\", \"{y} mm\"]");
+    let spline = |points: &[(f64, f64)], to: (f64, f64)| {
+        let points: Vec<String> = points.iter().map(|(x, y)| corner(*x, *y)).collect();
+        format!("{{ spline = [{}], to = {} }}", points.join(", "), corner(to.0, to.1))
+    };
+    let drop = [corner(0.0, 0.0), corner(4.0, 0.0), spline(&[(5.0, 2.0), (3.0, 4.0)], (0.0, 3.0))];
+    let Shape::Extrusion { outline, arcs, .. } = case(&drop.join(", ")).unwrap().bodies[0].parts[0].clone()
+    else {
+        panic!("no extrusion")
+    };
+    assert_eq!(arcs.len(), 3);
+    for arc in &arcs {
+        let Curve::Cubic(cubic) = arc.curve else { panic!("{arc:?}") };
+        assert_eq!(outline[arc.sides.start], cubic.control[0]);
+        assert_eq!(outline[arc.sides.end], cubic.control[3]);
+    }
+    assert!(outline.iter().any(|[x, y]| (x - 5e-3).abs() + (y - 2e-3).abs() < 1e-15));
+    let closed = [spline(&[(5.0, 2.0), (3.0, 4.0)], (0.0, 3.0))];
+    assert!(case(&closed[0]).is_ok());
+    let (a, b) = (corner(0.0, 0.0), corner(4.0, 0.0));
+    for (entries, message) in [
+        (
+            vec![a.clone(), b.clone(), spline(&[(4.0, 2.0), (4.0, 2.0)], (0.0, 3.0))],
+            "points of the spline are one",
+        ),
+        (vec![a.clone(), b.clone(), spline(&[(4.0, 0.0)], (0.0, 3.0))], "points of the spline are one"),
+        (vec![spline(&[(4.0, 0.0)], (0.0, 3.0))], "needs two other points"),
+        (vec![a.clone(), b.clone(), spline(&[], (0.0, 3.0))], "one point or more"),
+        (vec![a.clone(), b.clone(), spline(&[(2.0, -1.0)], (0.0, 3.0))], "crosses or touches itself"),
+        (vec![a.clone(), b.clone(), format!("{{ spline = [{a}] }}")], "`to`"),
+        (
+            vec![a.clone(), b.clone(), format!("{{ spline = [{a}], through = {a}, to = {b} }}")],
+            "write an arc as",
+        ),
+        (vec![a.clone(), b.clone(), format!("{{ spline = {a}, to = {b} }}")], "spline"),
+        (
+            vec![a, format!("{{ corner = {b}, radius = \"0.1 mm\" }}"), spline(&[(4.0, 2.0)], (0.0, 3.0))],
+            "between two straight sides",
+        ),
     ] {
         let error = case(&entries.join(", ")).unwrap_err().to_string();
         assert!(error.contains(message), "{error}");

@@ -1,7 +1,6 @@
 //! A scene reduced to a plan and an axis: outlines, the planes between which bodies reach, and what fills each column of the plan.
 
 use super::marks::marks;
-use elastocap_fem::triangle::Bent;
 use elastocap_geometry::meshing::grid::Plane;
 use elastocap_geometry::meshing::plane::graded::{Circle, Coarse, Marks, Outline, Triangles, coarse};
 use elastocap_geometry::recognition::{Prism, boxes_of, prisms_of};
@@ -305,7 +304,7 @@ impl Layout {
         let mut columns: Vec<Column> = Vec::new();
         let mut of_triangle = Vec::with_capacity(mesh.triangles.len());
         for t in &mesh.triangles {
-            let column = self.column(middle(&coarse, t)).map_err(PlanError::Touching)?;
+            let column = self.column(coarse.middle(t)).map_err(PlanError::Touching)?;
             let known = columns.iter().position(|c| *c == column);
             of_triangle.push(known.unwrap_or(columns.len()) as u32);
             if known.is_none() {
@@ -481,20 +480,6 @@ impl Solid {
     /// Whether the body lies over a point of the plan.
     fn holds(&self, point: [f64; 2]) -> bool {
         self.outlines.iter().filter(|outline| outline.contains(point)).count() % 2 == 1
-    }
-}
-
-/// A point well inside a triangle, as it is bent.
-fn middle(coarse: &Coarse, t: &[u32; 3]) -> [f64; 2] {
-    let point = |p: u32| coarse.mesh.points[p as usize];
-    let arc = (0..3).find_map(|k| {
-        let [a, b, c] = [0, 1, 2].map(|i| t[(k + i) % 3]);
-        let circle = coarse.arcs.get(&[a.min(b), a.max(b)])?;
-        Some(Bent { corners: [point(a), point(b), point(c)], center: circle.center })
-    });
-    match arc {
-        Some(bent) => bent.place([1.0 / 3.0; 2]),
-        None => [0, 1].map(|k| t.iter().map(|p| point(*p)[k]).sum::<f64>() / 3.0),
     }
 }
 

@@ -46,9 +46,8 @@ pub(super) fn marks(
         let along = along.map(|x| x / length);
         let boundary = Boundary { columns: [one.min(other), one.max(other)], chain };
         let arc = coarse.arcs.get(side);
-        // An arc begins and ends along its tangents.
-        let [begins, ends] = [(p, along), (q, along.map(|x| -x))]
-            .map(|(end, along)| arc.map_or(along, |circle| circle.tangent(end, along)));
+        // A curve begins and ends along its tangents.
+        let [begins, ends] = arc.map_or([along, along.map(|x| -x)], |arc| arc.directions([p, q]));
         at_point[side[0] as usize].push((begins, boundary));
         at_point[side[1] as usize].push((ends, boundary));
         let is_rim = chain.is_some_and(|chain| chains[chain as usize].ends_between());

@@ -1,8 +1,9 @@
 //! The graded mesh of a plan: triangles, sides, and what is over them.
 
 use super::layout::{Chain, Column, Plan};
-use elastocap_fem::triangle::{Bent, SIDES, Triangle};
-use elastocap_geometry::meshing::plane::graded::{BentTriangle, Graded, Layers, graded};
+use elastocap_fem::bent::Bent;
+use elastocap_fem::triangle::{SIDES, Triangle};
+use elastocap_geometry::meshing::plane::graded::{Graded, Layers, graded};
 use elastocap_geometry::scene::Wall;
 use std::collections::HashMap;
 
@@ -35,29 +36,19 @@ pub(super) struct PlanMesh {
 pub(super) const DISTANCE_STEP: f64 = 0.125;
 
 /// The bent triangle that another one is a part of, and where the corners of that are in it.
-fn shares(
-    triangle: &[u32; 3],
-    BentTriangle { corners, center }: BentTriangle,
-    straight: &[[f64; 2]],
-) -> (Bent, [[f64; 2]; 3]) {
-    let bent = Bent { corners, center };
+fn shares(triangle: &[u32; 3], bent: Bent, straight: &[[f64; 2]]) -> (Bent, [[f64; 2]; 3]) {
     (bent, triangle.map(|p| bent.shares(straight[p as usize])))
 }
 
 impl PlanMesh {
     pub(super) fn new(plan: &Plan, layers: Layers) -> Self {
-        let moved = |&BentTriangle { corners, center }: &BentTriangle, point: [f64; 2]| {
-            let bent = Bent { corners, center };
-            bent.place(bent.shares(point))
-        };
-        let Graded { mesh, parents, bent, straight, chains } =
-            graded(&plan.coarse, &plan.marks, layers, moved);
+        let Graded { mesh, parents, bent, straight, chains } = graded(&plan.coarse, &plan.marks, layers);
         let half = plan.frame.iter().flatten().map(|x| x.abs()).fold(0.0, f64::max);
         let distance = |t: &[u32; 3]| {
             let squares = t.map(|p| mesh.points[p as usize].iter().map(|x| x * x).sum::<f64>());
             (squares.into_iter().fold(0.0, f64::max) / (half * half * DISTANCE_STEP)).ceil() as u8
         };
-        let mut of: Vec<(u32, u8, [u32; 3], Option<BentTriangle>)> = mesh
+        let mut of: Vec<(u32, u8, [u32; 3], Option<Bent>)> = mesh
             .triangles
             .iter()
             .zip(parents.iter().zip(&bent))

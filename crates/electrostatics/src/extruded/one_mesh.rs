@@ -158,7 +158,16 @@ impl Problem<'_> {
                 let b = dual.source(v);
                 let x = vec![0.0; b.len()];
                 let start = dual.energies(self.mesh, &[&x], std::slice::from_ref(v))[(0, 0)];
-                Refined { r: b.clone(), x, b, start, goal: share, last: f64::INFINITY, iterations: 0, flux: None }
+                Refined {
+                    r: b.clone(),
+                    x,
+                    b,
+                    start,
+                    goal: share,
+                    last: f64::INFINITY,
+                    iterations: 0,
+                    flux: None,
+                }
             })
             .collect();
         while all.iter().any(|own| own.flux.is_none()) {
@@ -176,7 +185,8 @@ impl Problem<'_> {
                 dual.true_residual(&own.b, &own.x, &mut r);
                 dual.balance(&mut own.x, &mut r);
                 let (repair, left) = dual.repair(&r);
-                let energy = dual.energies(self.mesh, &[&own.x], std::slice::from_ref(&potentials[k]))[(0, 0)];
+                let energy =
+                    dual.energies(self.mesh, &[&own.x], std::slice::from_ref(&potentials[k]))[(0, 0)];
                 let cost = excess * dot(&repair, &r) / energy;
                 let proved = left < 1e-3 && cost >= 0.0;
                 let cheap = cost <= 20.0 * share;

@@ -14,4 +14,5 @@ mod mirror;
 mod parts;
 mod random_scenes;
 mod references;
+mod splines;
 mod thin_metal;

@@ -176,3 +176,36 @@ fn a_cylinder_has_planes_through_its_axis_and_through_its_middle() {
         near(planes(&open(vec![Shape::Cylinder { axis, base, radius: 0.25, height: 4.0 }])), expected);
     }
 }
+
+#[test]
+fn curves_have_images_among_the_curves_and_polygons_among_the_polygons() {
+    use crate::drawing::{Drawn, Entry, drawn};
+    let half = [[0.4, -1.0], [1.3, 0.2], [0.5, 0.9]];
+    let points = half.iter().copied().chain(half.iter().rev().map(|[x, y]| [-x, *y]));
+    let through: Vec<[f64; 2]> = points.collect();
+    let drawing = |entries: &[Entry], by: f64, straight: bool| {
+        let Drawn { outline, arcs, .. } = drawn(entries).unwrap();
+        let shifted = outline.iter().map(|[x, y]| [x + by, *y]).collect();
+        let moved = |arc: &crate::shapes::Arc| match arc.curve {
+            Curve::Cubic(cubic) => crate::shapes::Arc {
+                curve: Curve::Cubic(crate::cubic::Cubic { control: cubic.control.map(|[x, y]| [x + by, y]) }),
+                sides: arc.sides.clone(),
+            },
+            Curve::Circle { .. } => arc.clone(),
+        };
+        let arcs = if straight { Vec::new() } else { arcs.iter().map(moved).collect() };
+        let shape = Shape::Extrusion { axis: 1, from: 0.0, to: 0.1, outline: shifted, arcs };
+        Body::conductor("pad", shape)
+    };
+    let closed = [Entry::Spline { through: through[1..].to_vec(), to: through[0] }];
+    let scene = |bodies: Vec<Body>| Scene {
+        bodies,
+        background_permittivity: 1.0,
+        domain: Box3::SPACE,
+        walls: [[Wall::Open; 2]; 3],
+    };
+    let found = |bodies: Vec<Body>| planes(&scene(bodies))[0].is_some();
+    assert!(found(vec![drawing(&closed, 0.0, false)]));
+    assert!(found(vec![drawing(&closed, 2.0, false), drawing(&closed, -2.0, false)]));
+    assert!(!found(vec![drawing(&closed, 2.0, false), drawing(&closed, -2.0, true)]));
+}

@@ -1,6 +1,8 @@
 //! Sides of outlines, straight or round, divided where they cross.
 
-use super::outline::Outline;
+use super::cubics;
+use super::outline::{Course, Outline};
+use crate::cubic::Cubic;
 use std::f64::consts::{PI, TAU};
 
 /// A circle.
@@ -153,7 +155,7 @@ impl DividedCircle {
     }
 
     /// An end of an arc at about this place.
-    fn end_near(&self, place: [f64; 2], distance: f64) -> Option<[f64; 2]> {
+    pub(super) fn end_near(&self, place: [f64; 2], distance: f64) -> Option<[f64; 2]> {
         let ends = self.spans.iter().filter_map(|span| span.ends).flatten();
         ends.into_iter().find(|end| (end[0] - place[0]).hypot(end[1] - place[1]) <= distance)
     }
@@ -183,14 +185,23 @@ fn crossings_of(one: &Circle, other: &Circle) -> (Vec<[f64; 2]>, bool) {
     (vec![place(1.0), place(-1.0)], false)
 }
 
-/// The circles, and all sides of outlines and chords of circles in the frame, divided where they cross. `None` where circles touch, or
-/// cross the frame between their points.
+/// What outlines consist of, divided where it crosses.
+pub(super) struct Divided {
+    pub circles: Vec<DividedCircle>,
+    /// Straight sides, and chords of circles.
+    pub segments: Vec<Segment>,
+    /// Parts of cubics, whose chords are not among the segments.
+    pub cubics: Vec<Cubic>,
+}
+
+/// The circles, and all sides of outlines and chords of circles in the frame, divided where they cross, and the cubics divided where
+/// straight sides cross them. `None` where circles touch, or cross the frame between their points, and where cubics meet other curves.
 pub(super) fn divided(
     outlines: &[Outline],
     whole: &Outline,
     frame: [[f64; 2]; 2],
     arcs: usize,
-) -> Option<(Vec<DividedCircle>, Vec<Segment>)> {
+) -> Option<Divided> {
     let mut sides: Vec<Segment> = Vec::new();
     let mut straight = |a: [f64; 2], b: [f64; 2]| {
         // From the same end whichever outline it is a side of: rounding would tell the points of neighbours apart.
@@ -204,7 +215,10 @@ pub(super) fn divided(
         for (side, to) in outline.sides() {
             match side.arc {
                 None => straight(side.from, to),
-                Some((circle, turn)) => followed.push((circle, circle.arc(side.from, to, turn))),
+                Some(Course::Circle(circle, turn)) => {
+                    followed.push((circle, circle.arc(side.from, to, turn)));
+                }
+                Some(Course::Cubic(_)) => {}
             }
         }
     }
@@ -254,6 +268,10 @@ pub(super) fn divided(
         divided.points.extend(usual.into_iter().map(|a| (a, circle.at(a))));
         divided.points.sort_by(|a, b| a.0.total_cmp(&b.0));
     }
+    let mut cubics = cubics::followed(outlines);
+    for (side, cuts) in sides.iter().zip(&mut cuts) {
+        cubics.iter_mut().for_each(|cubic| cuts.extend(cubic.cross(*side)));
+    }
     let mut pieces = Vec::new();
     for (side, mut cuts) in sides.into_iter().zip(cuts) {
         cuts.sort_by(|a, b| a.0.total_cmp(&b.0));
@@ -294,11 +312,12 @@ pub(super) fn divided(
         }
         divided.within = within;
     }
-    Some((circles, pieces))
+    let cubics = cubics::parts(&cubics, &circles, &pieces, frame, arcs)?;
+    Some(Divided { circles, segments: pieces, cubics })
 }
 
 /// Distance from the end of an arc, over its radius, within which a straight side that goes on from there does not cross it again.
-const NEARBY: f64 = 1e-4;
+pub(super) const NEARBY: f64 = 1e-4;
 
 /// The circles of which some parts are followed, with the points where these cross. `None` if they touch, other than where one goes over
 /// into the other.

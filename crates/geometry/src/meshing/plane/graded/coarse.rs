@@ -1,8 +1,10 @@
 //! The coarse triangulation that follows outlines.
 
-use super::circles::{Circle, DividedCircle, SAME, TOUCH, apart, divided};
+use super::circles::{Circle, Divided, DividedCircle, SAME, TOUCH, apart, divided};
 use super::key;
 use super::outline::Outline;
+use crate::cubic::{Cubic, distance};
+use elastocap_fem::bent::{Bent, Curve, LEAST_EVENNESS, WHOLE};
 use spade::{AngleLimit, ConstrainedDelaunayTriangulation, Point2, RefinementParameters, Triangulation};
 use std::collections::HashMap;
 use std::f64::consts::TAU;
@@ -23,8 +25,11 @@ const LEAST_AREA: f64 = 1e-7;
 /// Limit on the number of points that refinement adds.
 const MOST_POINTS: usize = 100_000;
 
-/// Arcs that a whole circle is divided into, if nothing crosses it: the first number with which no triangle at a chord turns over when
-/// that becomes an arc.
+/// Triangles at cubics are at least this even: more than those that have exact integrals, since parts of them are looked at elsewhere.
+const EVENNESS: f64 = 1.5 * LEAST_EVENNESS;
+
+/// Arcs that a whole circle is divided into, if nothing crosses it, and as fine parts of other curves: the first number with which no
+/// triangle at a chord turns over, or is stretched too unevenly, when that becomes an arc.
 const ARCS: [usize; 4] = [16, 32, 64, 128];
 
 /// A mesh of the plane: points, and triangles by the numbers of their corners.
@@ -41,13 +46,55 @@ pub struct Triangles {
 pub struct Coarse {
     /// Its points and triangles, with straight sides.
     pub mesh: Triangles,
-    /// Sides of triangles that stand for arcs, by the numbers of their ends in ascending order.
-    pub arcs: HashMap<[u32; 2], Circle>,
+    /// Sides of triangles that stand for curves, by the numbers of their ends in ascending order.
+    pub arcs: HashMap<[u32; 2], RoundSide>,
+}
+
+/// The curve that a side of a triangle stands for.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum RoundSide {
+    /// The shorter arc of a circle.
+    Circle(Circle),
+    /// A cubic from the end with the lower number to the other one.
+    Cubic(Cubic),
+}
+
+impl RoundSide {
+    /// The curve for the map of a triangle.
+    fn curve(&self) -> Curve {
+        match self {
+            Self::Circle(circle) => Curve::Arc { center: circle.center },
+            Self::Cubic(Cubic { control: [_, first, second, _] }) => {
+                Curve::Cubic { control: [*first, *second] }
+            }
+        }
+    }
+
+    /// Its directions, of length one, at both ends, the one with the lower number first, each towards the other end.
+    pub fn directions(&self, [p, q]: [[f64; 2]; 2]) -> [[f64; 2]; 2] {
+        match self {
+            Self::Circle(circle) => {
+                let along = [q[0] - p[0], q[1] - p[1]];
+                [circle.tangent(p, along), circle.tangent(q, along.map(|x| -x))]
+            }
+            Self::Cubic(cubic) => [cubic.begins(), cubic.reversed().begins()],
+        }
+    }
+
+    /// A point about in the middle, and the two parts, each from its end, the one with the lower number first, to there.
+    pub(super) fn halved(&self, [p, q]: [[f64; 2]; 2]) -> ([f64; 2], [Self; 2]) {
+        match self {
+            Self::Circle(circle) => (circle.between(p, q), [*self; 2]),
+            Self::Cubic(cubic) => {
+                (cubic.at(0.5), [[0.0, 0.5], [1.0, 0.5]].map(|ends| Self::Cubic(cubic.part(ends))))
+            }
+        }
+    }
 }
 
 /// Triangulates the rectangle between the lower and the upper corner `frame` with as few triangles as a least angle of 26 degrees
 /// allows (20 where there are many sides), so that every outline inside consists of sides of triangles. `None` if that takes too
-/// many, if a number is not finite, if circles touch, or if they cross the frame off their axes.
+/// many, if a number is not finite, if curves touch, if circles cross the frame off their axes, or if cubics cross other curves.
 pub fn coarse(outlines: &[Outline], frame: [[f64; 2]; 2]) -> Option<Coarse> {
     ARCS.into_iter().find_map(|arcs| coarse_with(outlines, frame, arcs))
 }
@@ -56,15 +103,19 @@ fn coarse_with(outlines: &[Outline], frame: [[f64; 2]; 2], arcs: usize) -> Optio
     let [low, high] = frame;
     let whole = Outline::polygon(&[low, [high[0], low[1]], high, [low[0], high[1]]]);
     let mut cdt = ConstrainedDelaunayTriangulation::<Point2<f64>>::new();
-    let (circles, pieces) = divided(outlines, &whole, frame, arcs)?;
-    let sides = pieces.len();
-    for [a, b] in pieces {
+    let Divided { circles, segments, cubics } = divided(outlines, &whole, frame, arcs)?;
+    let sides = segments.len() + cubics.len();
+    let chords = cubics.iter().map(|cubic| [cubic.control[0], cubic.control[3]]);
+    let mut ends = Vec::with_capacity(sides);
+    for [a, b] in segments.iter().copied().chain(chords) {
         let a = cdt.insert(Point2::new(a[0], a[1])).ok()?;
         let b = cdt.insert(Point2::new(b[0], b[1])).ok()?;
+        ends.push([a, b].map(|p| p.index() as u32));
         if a != b {
             cdt.add_constraint_and_split(a, b, |p| p);
         }
     }
+    let cubics: Vec<([u32; 2], Cubic)> = ends.split_off(segments.len()).into_iter().zip(cubics).collect();
     let scale = (high[0] - low[0]).max(high[1] - low[1]);
     let least_angle = if sides > MANY_SIDES { MIN_ANGLE_OF_MANY } else { MIN_ANGLE };
     let outcome = cdt.refine(
@@ -86,10 +137,10 @@ fn coarse_with(outlines: &[Outline], frame: [[f64; 2]; 2], arcs: usize) -> Optio
     let faces = cdt.inner_faces();
     let triangles = faces.map(|f| f.vertices().map(|v| v.index() as u32)).collect();
     let mut out = Coarse { mesh: Triangles { points, triangles }, arcs: HashMap::new() };
-    if !circles.is_empty() {
+    if !(circles.is_empty() && cubics.is_empty()) {
         let constraints = cdt.undirected_edges().filter(|e| e.is_constraint_edge());
-        let sides = constraints.map(|e| e.vertices().map(|v| v.index() as u32));
-        out.bend(&circles, sides)?;
+        let sides: Vec<[u32; 2]> = constraints.map(|e| e.vertices().map(|v| v.index() as u32)).collect();
+        out.bend(&circles, &cubics, &sides)?;
     }
     out.mesh.ends_on(frame).then_some(out)
 }
@@ -111,11 +162,96 @@ impl Triangles {
 }
 
 impl Coarse {
-    /// Moves points on chords onto their circles, and notes which sides stand for arcs. `None` if a triangle turns over, or if chords of
-    /// different circles cross where the circles do not.
-    fn bend(&mut self, circles: &[DividedCircle], sides: impl Iterator<Item = [u32; 2]>) -> Option<()> {
+    /// A point well inside a triangle, as it is bent.
+    pub fn middle(&self, t: &[u32; 3]) -> [f64; 2] {
+        let point = |p: u32| self.mesh.points[p as usize];
+        match bent_triangles(t, &self.arcs, point).first() {
+            Some(bent) => bent.place([1.0 / 3.0; 2]),
+            None => [0, 1].map(|k| t.iter().map(|p| point(*p)[k]).sum::<f64>() / 3.0),
+        }
+    }
+
+    /// Moves points on chords onto their curves, and notes which sides stand for these. `None` if a triangle turns over or is stretched
+    /// too unevenly, or if chords of different curves cross where the curves do not.
+    fn bend(
+        &mut self,
+        circles: &[DividedCircle],
+        cubics: &[([u32; 2], Cubic)],
+        sides: &[[u32; 2]],
+    ) -> Option<()> {
         let before: Vec<f64> =
             self.mesh.triangles.iter().map(|t| signed_area(&self.mesh.points, t)).collect();
+        self.bend_to_circles(circles, sides)?;
+        self.bend_to_cubics(cubics, sides)?;
+        let turned = |(t, before): (&[u32; 3], f64)| signed_area(&self.mesh.points, t) * before <= 0.0;
+        let is_turned = self.mesh.triangles.iter().zip(before).any(turned);
+        (!is_turned && self.mesh.triangles.iter().all(|t| self.is_even(t))).then_some(())
+    }
+
+    /// Whether a triangle is not stretched too unevenly where its sides become cubics. One with several such sides is divided from its
+    /// middle before.
+    fn is_even(&self, t: &[u32; 3]) -> bool {
+        let bent = bent_triangles(t, &self.arcs, |p| self.mesh.points[p as usize]);
+        let several = bent.len() > 1;
+        let corners = t.map(|p| self.mesh.points[p as usize]);
+        let middle = [0, 1].map(|k| corners.iter().map(|p| p[k]).sum::<f64>() / 3.0);
+        let mut at_cubics = bent.into_iter().filter(|bent| matches!(bent.curve, Curve::Cubic { .. }));
+        at_cubics.all(|mut bent| {
+            if several {
+                bent.corners[2] = middle;
+            }
+            bent.evenness(WHOLE) >= EVENNESS
+        })
+    }
+
+    /// Moves the points on the chords of cubics, given by the numbers of their ends, onto these.
+    fn bend_to_cubics(&mut self, cubics: &[([u32; 2], Cubic)], sides: &[[u32; 2]]) -> Option<()> {
+        let mut beside: Vec<Vec<u32>> = vec![Vec::new(); self.mesh.points.len()];
+        for [a, b] in sides {
+            beside[*a as usize].push(*b);
+            beside[*b as usize].push(*a);
+        }
+        let mut moved = Vec::new();
+        for ([first, last], cubic) in cubics {
+            let [from, to] = [cubic.control[0], cubic.control[3]];
+            let length = distance(from, to);
+            let along = [0, 1].map(|k| (to[k] - from[k]) / length);
+            let (mut at, mut share) = (*first, 0.0);
+            while at != *last {
+                // The next point on the chord.
+                let next = beside[at as usize].iter().filter_map(|&p| {
+                    let off = [0, 1].map(|k| self.mesh.points[p as usize][k] - from[k]);
+                    let (far, aside) =
+                        (off[0] * along[0] + off[1] * along[1], off[1] * along[0] - off[0] * along[1]);
+                    let own = if p == *last { 1.0 } else { far / length };
+                    (aside.abs() <= SAME * length && own > share && own <= 1.0).then_some((p, own))
+                });
+                let (next, own) = next.min_by(|a, b| a.1.total_cmp(&b.1))?;
+                let mut part = cubic.part([share, own]);
+                if next != *last {
+                    // Nothing else ends on a chord, or crosses it where it does not cross the curve.
+                    if beside[next as usize].len() != 2 {
+                        return None;
+                    }
+                    moved.push((next, part.control[3]));
+                }
+                if next < at {
+                    part = part.reversed();
+                }
+                if self.arcs.insert(key(at, next), RoundSide::Cubic(part)).is_some() {
+                    return None;
+                }
+                (at, share) = (next, own);
+            }
+        }
+        for (p, place) in moved {
+            self.mesh.points[p as usize] = place;
+        }
+        Some(())
+    }
+
+    /// Moves points on chords of circles onto these.
+    fn bend_to_circles(&mut self, circles: &[DividedCircle], sides: &[[u32; 2]]) -> Option<()> {
         let mut on: Vec<Vec<usize>> = vec![Vec::new(); self.mesh.points.len()];
         for (c, divided) in circles.iter().enumerate() {
             let DividedCircle { circle, points, .. } = divided;
@@ -142,7 +278,7 @@ impl Coarse {
             }
         }
         let mut found = vec![0.0; circles.len()];
-        for [a, b] in sides {
+        for &[a, b] in sides {
             for &c in on[a as usize].iter().filter(|c| on[b as usize].contains(c)) {
                 let divided = &circles[c];
                 let DividedCircle { circle, points, .. } = divided;
@@ -159,19 +295,30 @@ impl Coarse {
                 let is_arc = divided.is_followed(circle.angle(circle.between(p, q)));
                 if between.next().is_none() && turn < 1.0 && is_arc {
                     found[c] += turn;
-                    if self.arcs.insert(key(a, b), *circle).is_some() {
+                    if self.arcs.insert(key(a, b), RoundSide::Circle(*circle)).is_some() {
                         return None;
                     }
                 }
             }
         }
         let is_whole = |(circle, found): (&DividedCircle, f64)| (circle.within - found).abs() < TOUCH;
-        if !circles.iter().zip(found).all(is_whole) {
-            return None;
-        }
-        let turned = |(t, before): (&[u32; 3], f64)| signed_area(&self.mesh.points, t) * before <= 0.0;
-        (!self.mesh.triangles.iter().zip(before).any(turned)).then_some(())
+        circles.iter().zip(found).all(is_whole).then_some(())
     }
+}
+
+/// A triangle as it is bent at each of its round sides. Curves begin at the end with the lower number, so that both triangles at a
+/// curve see it from the same end.
+pub(super) fn bent_triangles(
+    triangle: &[u32; 3],
+    arcs: &HashMap<[u32; 2], RoundSide>,
+    point: impl Fn(u32) -> [f64; 2],
+) -> Vec<Bent> {
+    let at_side = |k: usize| {
+        let [a, b, c] = [0, 1, 2].map(|i| triangle[(k + i) % 3]);
+        let curve = arcs.get(&key(a, b))?.curve();
+        Some(Bent { corners: [a.min(b), a.max(b), c].map(&point), curve })
+    };
+    (0..3).filter_map(at_side).collect()
 }
 
 fn signed_area(points: &[[f64; 2]], t: &[u32; 3]) -> f64 {

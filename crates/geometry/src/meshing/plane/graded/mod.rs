@@ -6,12 +6,15 @@
 
 mod circles;
 mod coarse;
+mod cubics;
 mod outline;
 
 pub use circles::Circle;
-pub use coarse::{Coarse, Triangles, coarse};
-pub use outline::{Outline, Side};
+pub use coarse::{Coarse, RoundSide, Triangles, coarse};
+pub use outline::{Course, Outline, Side};
 
+use coarse::bent_triangles;
+use elastocap_fem::bent::Bent;
 use std::collections::{HashMap, HashSet};
 
 /// Which corners and edges of a coarse triangulation are graded.
@@ -36,15 +39,6 @@ pub struct Layers {
     pub ratio: f64,
 }
 
-/// A triangle one side of which is an arc.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct BentTriangle {
-    /// The ends of the arc and the third corner.
-    pub corners: [[f64; 2]; 3],
-    /// The middle of the circle.
-    pub center: [f64; 2],
-}
-
 /// A divided mesh.
 #[derive(Debug, Clone, Default)]
 pub struct Graded {
@@ -53,21 +47,15 @@ pub struct Graded {
     /// For each triangle the one of the coarse mesh that it is a part of.
     pub parents: Vec<u32>,
     /// For each triangle the bent one that it is a part of, if it is.
-    pub bent: Vec<Option<BentTriangle>>,
+    pub bent: Vec<Option<Bent>>,
     /// Where each point would be if nothing were bent.
     pub straight: Vec<[f64; 2]>,
     /// As [`Marks::chains`], of the divided sides.
     pub chains: HashMap<[u32; 2], u32>,
 }
 
-/// Divides the triangles of a mesh towards marked corners and edges. `moved` says where a point of a triangle goes when the
-/// arc that is one of its sides is put in the place of the chord.
-pub fn graded(
-    coarse: &Coarse,
-    marks: &Marks,
-    layers: Layers,
-    moved: impl Fn(&BentTriangle, [f64; 2]) -> [f64; 2],
-) -> Graded {
+/// Divides the triangles of a mesh towards marked corners and edges.
+pub fn graded(coarse: &Coarse, marks: &Marks, layers: Layers) -> Graded {
     let mesh = &coarse.mesh;
     let edges = if layers.edges == 0 { HashSet::new() } else { marks.edges.clone() };
     let mut work = Grading {
@@ -89,7 +77,7 @@ pub fn graded(
         work.corner.fill(false);
     }
     work.separate();
-    work.divide(moved)
+    work.divide()
 }
 
 /// A mesh on its way from coarse to graded.
@@ -100,8 +88,8 @@ struct Grading {
     corner: Vec<bool>,
     on_edge: Vec<bool>,
     edges: HashSet<[u32; 2]>,
-    arcs: HashMap<[u32; 2], Circle>,
     chains: HashMap<[u32; 2], u32>,
+    arcs: HashMap<[u32; 2], RoundSide>,
     layers: Layers,
     /// The point at the so-manyth layer from the first point towards the second.
     nodes: HashMap<(u32, u32, usize), u32>,
@@ -155,20 +143,20 @@ impl Grading {
                 }
                 let [p, q] = side.map(|p| self.points[p as usize]);
                 let marked = self.edges.contains(&side);
-                let place = match self.arcs.get(&side) {
-                    Some(circle) => circle.between(p, q),
-                    None => [0, 1].map(|k| 0.5 * (p[k] + q[k])),
-                };
+                let round = self.arcs.get(&side).map(|arc| arc.halved([p, q]));
+                let place = round.map_or_else(|| [0, 1].map(|k| 0.5 * (p[k] + q[k])), |(place, _)| place);
                 let middle = self.point(place, marked);
+                // It has the highest number of all.
+                if let Some((_, parts)) = round {
+                    self.arcs.remove(&side);
+                    self.arcs.extend(side.map(|end| key(end, middle)).into_iter().zip(parts));
+                }
                 middles.insert(side, middle);
             }
         }
         for (side, middle) in &middles {
             if self.edges.remove(side) {
                 self.edges.extend(side.map(|end| key(end, *middle)));
-            }
-            if let Some(circle) = self.arcs.remove(side) {
-                self.arcs.extend(side.map(|end| (key(end, *middle), circle)));
             }
             if let Some(chain) = self.chains.remove(side) {
                 self.chains.extend(side.map(|end| (key(end, *middle), chain)));
@@ -231,7 +219,7 @@ impl Grading {
         self.point([0, 1].map(|k| p[k] + share * (q[k] - p[k])), false)
     }
 
-    fn divide(mut self, moved: impl Fn(&BentTriangle, [f64; 2]) -> [f64; 2]) -> Graded {
+    fn divide(mut self) -> Graded {
         let mut out = Vec::new();
         let (mut parents, mut bent) = (Vec::new(), Vec::new());
         for (triangle, parent) in std::mem::take(&mut self.triangles) {
@@ -254,13 +242,7 @@ impl Grading {
                 }
                 (None, None) => vec![triangle],
             };
-            let arc = (0..3).find_map(|k| {
-                let [a, b, c] = [0, 1, 2].map(|i| triangle[(k + i) % 3]);
-                let circle = self.arcs.get(&key(a, b))?;
-                // From the lower number, so that both triangles at the arc see it from the same end.
-                let corners = [a.min(b), a.max(b), c].map(|p| self.points[p as usize]);
-                Some(BentTriangle { corners, center: circle.center })
-            });
+            let arc = bent_triangles(&triangle, &self.arcs, |p| self.points[p as usize]).pop();
             bent.extend(std::iter::repeat_n(arc, pieces.len()));
             parents.extend(std::iter::repeat_n(parent, pieces.len()));
             out.extend(pieces);
@@ -268,7 +250,8 @@ impl Grading {
         let mut points = self.points.clone();
         for (triangle, arc) in out.iter().zip(&bent) {
             if let Some(arc) = arc {
-                triangle.iter().for_each(|p| points[*p as usize] = moved(arc, self.points[*p as usize]));
+                let moved = |p: &u32| arc.place(arc.shares(self.points[*p as usize]));
+                triangle.iter().for_each(|p| points[*p as usize] = moved(p));
             }
         }
         let chains = self.divided_chains(&out);
@@ -449,7 +432,7 @@ mod tests {
         for corners in 0..4 {
             for edges in 0..=corners {
                 let Graded { mesh: fine, parents, chains, .. } =
-                    graded(&coarse, &marks, Layers { corners, edges, ratio: 0.15 }, |_, p| p);
+                    graded(&coarse, &marks, Layers { corners, edges, ratio: 0.15 });
                 assert!(is_conforming(&fine), "{corners} {edges}");
                 let total: f64 = fine.triangles.iter().map(|t| area(&fine, t)).sum();
                 assert!((total - 49.0).abs() < 1e-11, "{corners} {edges}: {total}");
@@ -483,7 +466,7 @@ mod tests {
         for outline in [vec![[0.0, 0.0], [1.0, 0.1], [0.2, 0.9]], vec![[0.0, 0.0], [3.0, 0.0], [3.0, 0.02]]] {
             let coarse = coarse(&[Outline::polygon(&outline)], FRAME).unwrap();
             let layers = Layers { corners: 3, edges: 2, ratio: 0.15 };
-            let fine = graded(&coarse, &marks(&coarse.mesh, &outline), layers, |_, p| p);
+            let fine = graded(&coarse, &marks(&coarse.mesh, &outline), layers);
             assert!(is_conforming(&fine.mesh));
         }
     }
@@ -524,7 +507,7 @@ mod tests {
     fn arcs_that_go_over_into_straight_sides_or_into_one_another_are_followed() {
         let arc = |from: [f64; 2], center: [f64; 2], radius: f64, turn: f64| Side {
             from,
-            arc: Some((Circle { center, radius }, turn)),
+            arc: Some(Course::Circle(Circle { center, radius }, turn)),
         };
         let straight = |from: [f64; 2]| Side { from, arc: None };
         let stadium = vec![
@@ -544,7 +527,8 @@ mod tests {
         for (outlines, turn) in [(&both[..1], 1.0), (&both, 1.0), (&[Outline::Path(drop)][..], 0.5)] {
             let coarse = coarse(outlines, FRAME).unwrap();
             assert!(is_conforming(&coarse.mesh));
-            let turned = coarse.arcs.iter().map(|([p, q], circle)| {
+            let turned = coarse.arcs.iter().map(|([p, q], arc)| {
+                let RoundSide::Circle(circle) = arc else { panic!("{arc:?}") };
                 let [p, q] = [p, q].map(|p| coarse.mesh.points[*p as usize]);
                 circle.turn(p, q).abs()
             });
@@ -572,7 +556,7 @@ mod tests {
         ] {
             let coarse = coarse_of(other).unwrap();
             for circle in [one, other] {
-                let own = coarse.arcs.iter().filter(|(_, of)| **of == circle);
+                let own = coarse.arcs.iter().filter(|(_, of)| **of == RoundSide::Circle(circle));
                 let turned: f64 = own
                     .map(|(side, _)| {
                         let [p, q] = side.map(|p| coarse.mesh.points[p as usize]);

@@ -1,16 +1,26 @@
-//! Closed outlines of straight sides and arcs.
+//! Closed outlines of straight sides and curves.
 
 use super::circles::Circle;
+use crate::cubic::Cubic;
 use crate::outline::passes;
-use crate::shapes::Arc;
+use crate::shapes::{Arc, Curve};
 
 /// A side of an outline, from a corner to the next.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Side {
     /// The corner in which it begins.
     pub from: [f64; 2],
-    /// The circle of which it is an arc, and the angle by which that turns, positive anticlockwise; `None` for a straight side.
-    pub arc: Option<(Circle, f64)>,
+    /// The curve that it follows; `None` for a straight side.
+    pub arc: Option<Course>,
+}
+
+/// What a side that is not straight follows.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Course {
+    /// A circle, turning by an angle, positive anticlockwise.
+    Circle(Circle, f64),
+    /// A cubic that begins and ends where the side does.
+    Cubic(Cubic),
 }
 
 /// A closed outline.
@@ -28,16 +38,23 @@ impl Outline {
         Self::Path(corners.iter().map(|corner| Side { from: *corner, arc: None }).collect())
     }
 
-    /// A polygon of which some sides stand for arcs.
+    /// A polygon of which some sides stand for curves.
     pub fn with_arcs(corners: &[[f64; 2]], arcs: &[Arc]) -> Self {
         let mut sides = Vec::new();
         let mut k = 0;
         while k < corners.len() {
             let own = arcs.iter().find(|arc| arc.sides.start == k && !arc.sides.is_empty());
-            let arc = own.map(|arc| {
-                let circle = Circle { center: arc.center, radius: arc.radius };
-                let turn = |side: usize| circle.turn(corners[side], corners[(side + 1) % corners.len()]);
-                (circle, arc.sides.clone().map(turn).sum())
+            let arc = own.map(|arc| match arc.curve {
+                Curve::Circle { center, radius } => {
+                    let circle = Circle { center, radius };
+                    let turn = |side: usize| circle.turn(corners[side], corners[(side + 1) % corners.len()]);
+                    Course::Circle(circle, arc.sides.clone().map(turn).sum())
+                }
+                // Its ends are corners to the last bit.
+                Curve::Cubic(Cubic { control: [_, first, second, _] }) => {
+                    let ends = [arc.sides.start, arc.sides.end % corners.len()].map(|k| corners[k]);
+                    Course::Cubic(Cubic { control: [ends[0], first, second, ends[1]] })
+                }
             });
             sides.push(Side { from: corners[k], arc });
             k = own.map_or(k + 1, |arc| arc.sides.end);
@@ -52,13 +69,17 @@ impl Outline {
         match self {
             Self::Circle(of) => Self::Circle(circle(of)),
             Self::Path(sides) => {
-                let arc = |side: &Side| side.arc.map(|(of, turn)| (circle(&of), turn));
+                let course = |course: Course| match course {
+                    Course::Circle(of, turn) => Course::Circle(circle(&of), turn),
+                    Course::Cubic(Cubic { control }) => Course::Cubic(Cubic { control: control.map(&place) }),
+                };
+                let arc = |side: &Side| side.arc.map(course);
                 Self::Path(sides.iter().map(|s| Side { from: place(s.from), arc: arc(s) }).collect())
             }
         }
     }
 
-    /// Its corners and the middles of its circles.
+    /// Its corners, the middles of its circles, and the control points of its cubics.
     pub fn places_mut(&mut self) -> Vec<&mut [f64; 2]> {
         match self {
             Self::Circle(circle) => vec![&mut circle.center],
@@ -66,7 +87,11 @@ impl Outline {
                 let mut places = Vec::new();
                 for Side { from, arc } in sides {
                     places.push(from);
-                    places.extend(arc.as_mut().map(|(circle, _)| &mut circle.center));
+                    match arc {
+                        Some(Course::Circle(circle, _)) => places.push(&mut circle.center),
+                        Some(Course::Cubic(cubic)) => places.extend(cubic.control.iter_mut()),
+                        None => {}
+                    }
                 }
                 places
             }
@@ -87,12 +112,16 @@ impl Outline {
         match self {
             Self::Circle(circle) => circle.contains(point),
             Self::Path(_) => {
-                let passed = self.sides().filter(|(side, to)| {
-                    let passes_chord = passes(side.from, *to, point);
-                    let Some((circle, turn)) = side.arc else { return passes_chord };
+                let passed = self.sides().map(|(side, to)| {
+                    let passes_chord = passes(side.from, to, point);
+                    let (circle, turn) = match side.arc {
+                        None => return usize::from(passes_chord),
+                        Some(Course::Cubic(cubic)) => return cubic.passes(point),
+                        Some(Course::Circle(circle, turn)) => (circle, turn),
+                    };
                     // An arc that turns to the left lies to the right of its chord, and the other way round. Points near the chord must
                     // lie on the side that the ray says.
-                    let up = [side.from, *to].map(|end| end[1] > point[1]);
+                    let up = [side.from, to].map(|end| end[1] > point[1]);
                     let is_left = match up {
                         [false, true] => passes_chord,
                         [true, false] => !passes_chord,
@@ -101,14 +130,14 @@ impl Outline {
                             along[0] * (point[1] - side.from[1]) > along[1] * (point[0] - side.from[0])
                         }
                     };
-                    passes_chord != (circle.contains(point) && is_left != (turn > 0.0))
+                    usize::from(passes_chord != (circle.contains(point) && is_left != (turn > 0.0)))
                 });
-                passed.count() % 2 == 1
+                passed.sum::<usize>() % 2 == 1
             }
         }
     }
 
-    /// Points between which it lies, up to a hundredth of an arc.
+    /// Points between which it lies, up to a hundredth of a curve.
     pub fn extremes(&self) -> Vec<[f64; 2]> {
         const POINTS: usize = 32;
         match self {
@@ -119,8 +148,11 @@ impl Outline {
                 let points = |side: &Side| {
                     let (from, arc) = (side.from, side.arc);
                     let on_arc = move |k: usize| {
-                        let (circle, turn) = arc?;
-                        Some(circle.at(circle.angle(from) + turn * k as f64 / POINTS as f64))
+                        let share = k as f64 / POINTS as f64;
+                        Some(match arc? {
+                            Course::Circle(circle, turn) => circle.at(circle.angle(from) + turn * share),
+                            Course::Cubic(cubic) => cubic.at(share),
+                        })
                     };
                     std::iter::once(from).chain((1..POINTS).filter_map(on_arc))
                 };
@@ -133,29 +165,34 @@ impl Outline {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::cubic::distance;
     use crate::drawing::{Drawn, Entry, drawn};
 
     #[test]
-    fn an_outline_with_arcs_holds_what_its_polygon_does_but_for_what_lies_at_the_arcs() {
+    fn an_outline_with_curves_holds_what_its_polygon_does_but_for_what_lies_at_the_curves() {
         let Drawn { outline, arcs, .. } = drawn(&[
             Entry::Arc { through: [2.5, 0.3], to: [2.0, 2.0] },
             Entry::Rounded { corner: [-1.0, 2.0], radius: 0.7 },
             Entry::Corner([-1.0, 0.0]),
             Entry::Arc { through: [0.0, 0.6], to: [1.0, 0.0] },
+            Entry::Spline { through: vec![[1.5, -0.4], [2.2, 0.1]], to: [2.3, -0.2] },
         ])
         .unwrap();
         let (round, polygon) = (Outline::with_arcs(&outline, &arcs), Outline::polygon(&outline));
-        assert_eq!(round.sides().filter(|(side, _)| side.arc.is_some()).count(), 3);
-        assert_eq!(round.sides().count(), 5);
+        assert_eq!(round.sides().filter(|(side, _)| side.arc.is_some()).count(), 6);
+        assert_eq!(round.sides().count(), 8);
         let mut differ = 0;
         for k in 0..200 {
             for l in 0..200 {
                 let point = [-2.0 + 0.0271 * f64::from(k), -1.0 + 0.0173 * f64::from(l)];
                 if round.contains(point) != polygon.contains(point) {
                     differ += 1;
-                    let depth = |arc: &Arc| {
-                        let away = (point[0] - arc.center[0]).hypot(point[1] - arc.center[1]);
-                        (away / arc.radius - 1.0).abs()
+                    let depth = |arc: &Arc| match arc.curve {
+                        Curve::Circle { center, radius } => (distance(point, center) / radius - 1.0).abs(),
+                        Curve::Cubic(cubic) => {
+                            let places = (0..=1000).map(|k| cubic.at(f64::from(k) / 1e3));
+                            places.map(|p| distance(p, point)).fold(f64::INFINITY, f64::min)
+                        }
                     };
                     assert!(arcs.iter().any(|arc| depth(arc) < 4e-4), "{point:?}");
                 }

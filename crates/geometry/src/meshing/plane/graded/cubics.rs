@@ -1,0 +1,339 @@
+//! Cubics that outlines follow, divided where straight sides cross them and until they are nearly straight.
+
+use super::circles::{DividedCircle, NEARBY, SAME, Segment};
+use super::outline::{Course, Outline};
+use crate::cubic::{Cubic, distance};
+use std::collections::HashMap;
+
+/// Parts of a cubic are divided until they bow by no more than this where a whole circle is divided into [`USUAL_ARCS`] arcs, and the
+/// less the more of these there are: arcs of circles bow as much then.
+const BOW: f64 = 0.07;
+const USUAL_ARCS: f64 = 16.0;
+
+/// Parts of a cubic that bow by less than this are straight.
+const STRAIGHT: f64 = 1e-12;
+
+/// How often a cubic is divided in halves at most.
+const MOST_HALVINGS: usize = 12;
+
+/// A cubic and the points between its ends where straight sides cross it, by their parameters.
+#[derive(Debug)]
+pub(super) struct DividedCubic {
+    cubic: Cubic,
+    points: Vec<(f64, [f64; 2])>,
+}
+
+/// The cubics that outlines follow, each once.
+pub(super) fn followed(outlines: &[Outline]) -> Vec<DividedCubic> {
+    let mut out: Vec<DividedCubic> = Vec::new();
+    for (side, _) in outlines.iter().flat_map(Outline::sides) {
+        let Some(Course::Cubic(cubic)) = side.arc else { continue };
+        let near = 1e-2 * SAME * distance(cubic.control[0], cubic.control[3]);
+        let is_same =
+            |other: &Cubic| cubic.control.iter().zip(&other.control).all(|(p, q)| distance(*p, *q) <= near);
+        if !out.iter().any(|known| is_same(&known.cubic) || is_same(&known.cubic.reversed())) {
+            out.push(DividedCubic { cubic, points: Vec::new() });
+        }
+    }
+    out
+}
+
+impl DividedCubic {
+    /// Where a straight side crosses it: the share of the side, and the place, which is an end of either if it is so near.
+    pub(super) fn cross(&mut self, side: Segment) -> Vec<(f64, [f64; 2])> {
+        let [a, b] = side;
+        let [low, high] = self.cubic.bounds();
+        let length = distance(a, b);
+        let [from, .., to] = self.cubic.control;
+        let size = distance(from, to);
+        let near = SAME * size;
+        let is_beside = |k: usize| a[k].max(b[k]) < low[k] - near || a[k].min(b[k]) > high[k] + near;
+        if length == 0.0 || is_beside(0) || is_beside(1) {
+            return Vec::new();
+        }
+        let mut cuts = Vec::new();
+        for t in self.cubic.crossings(side) {
+            let mut place = self.cubic.at(t);
+            // Exactly on lines along the axes.
+            (0..2).filter(|&k| a[k] == b[k]).for_each(|k| place[k] = a[k]);
+            let share = (0..2).map(|k| (place[k] - a[k]) * (b[k] - a[k])).sum::<f64>() / (length * length);
+            if share * length < -near || (share - 1.0) * length > near {
+                continue;
+            }
+            // Where a curve goes over into a straight side without a corner, rounding finds a crossing anywhere nearby.
+            let joins = |end: [f64; 2]| (end == a || end == b) && distance(place, end) < NEARBY * size;
+            if joins(from) || joins(to) {
+                continue;
+            }
+            if let Some(end) = [from, to].into_iter().find(|end| distance(place, *end) < near) {
+                cuts.push((share, end));
+                continue;
+            }
+            let known = self.points.iter().find(|(_, known)| distance(*known, place) < near).map(|(_, p)| *p);
+            let end = [a, b].into_iter().find(|end| distance(place, *end) < near);
+            let place = known.or(end).unwrap_or(place);
+            if known.is_none() {
+                self.points.push((t, place));
+            }
+            cuts.push((share, place));
+        }
+        cuts
+    }
+
+    /// Its parts in the frame. `None` if one crosses the frame between its ends.
+    fn parts(&self, frame: [[f64; 2]; 2], most: f64) -> Option<Vec<Cubic>> {
+        let [from, .., to] = self.cubic.control;
+        let mut points = vec![(0.0, from)];
+        points.extend(&self.points);
+        points.push((1.0, to));
+        points.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let inside = |p: [f64; 2]| (0..2).all(|k| frame[0][k] <= p[k] && p[k] <= frame[1][k]);
+        let mut out = Vec::new();
+        for pair in points.windows(2) {
+            let [(t, p), (u, q)] = [pair[0], pair[1]];
+            let mut part = self.cubic.part([t, u]);
+            (part.control[0], part.control[3]) = (p, q);
+            if inside(part.at(0.5)) {
+                if !(inside(p) && inside(q)) {
+                    return None;
+                }
+                divide(part, most, MOST_HALVINGS, &mut out)?;
+            }
+        }
+        Some(out)
+    }
+}
+
+/// Divides a cubic in halves until these bow little enough. `None` if that does not come to an end, as at a cusp.
+fn divide(cubic: Cubic, most: f64, halvings: usize, out: &mut Vec<Cubic>) -> Option<()> {
+    if cubic.bow() <= most {
+        out.push(cubic);
+        return Some(());
+    }
+    halves(cubic).into_iter().try_for_each(|half| divide(half, most, halvings.checked_sub(1)?, out))
+}
+
+fn halves(cubic: Cubic) -> [Cubic; 2] {
+    let [one, mut other] = [cubic.part([0.0, 0.5]), cubic.part([0.5, 1.0])];
+    other.control[0] = one.control[3];
+    [one, other]
+}
+
+/// The parts of all cubics in the frame, so short that a whole circle of such would have the given number of arcs. `None` where they
+/// meet one another, or circles, other than in common ends.
+pub(super) fn parts(
+    cubics: &[DividedCubic],
+    circles: &[DividedCircle],
+    straight: &[Segment],
+    frame: [[f64; 2]; 2],
+    arcs: usize,
+) -> Option<Vec<Cubic>> {
+    let most = BOW * USUAL_ARCS / arcs as f64;
+    let mut parts = Vec::new();
+    for divided in cubics {
+        parts.extend(divided.parts(frame, most)?);
+    }
+    // A curve must not have its chord in common with anything else.
+    let key = |[p, q]: Segment| {
+        if p <= q { [p, q] } else { [q, p] }.as_flattened().iter().map(|x| x.to_bits()).collect::<Vec<_>>()
+    };
+    let chord = |part: &Cubic| [part.control[0], part.control[3]];
+    let mut count: HashMap<Vec<u64>, usize> = HashMap::new();
+    for segment in straight.iter().copied().chain(parts.iter().map(chord)) {
+        *count.entry(key(segment)).or_default() += 1;
+    }
+    let is_alone = |part: &Cubic| count[&key(chord(part))] == 1 || part.bow() < STRAIGHT;
+    let parts: Vec<Cubic> = parts
+        .into_iter()
+        .flat_map(|part| if is_alone(&part) { vec![part] } else { halves(part).to_vec() })
+        .collect();
+    let boxes: Vec<[[f64; 2]; 2]> = parts.iter().map(Cubic::bounds).collect();
+    for (k, part) in parts.iter().enumerate() {
+        let meets = (0..k).any(|l| overlap(boxes[k], boxes[l]) && come_together(part, &parts[l]));
+        if meets || circles.iter().any(|circle| comes_to(part, circle)) {
+            return None;
+        }
+    }
+    Some(parts)
+}
+
+fn overlap([a, b]: [[f64; 2]; 2], [c, d]: [[f64; 2]; 2]) -> bool {
+    (0..2).all(|k| a[k] <= d[k] && c[k] <= b[k])
+}
+
+fn size([low, high]: [[f64; 2]; 2]) -> f64 {
+    distance(low, high)
+}
+
+/// Whether all of a rectangle is near a point.
+fn is_at(rectangle: [[f64; 2]; 2], point: [f64; 2], near: f64) -> bool {
+    rectangle.iter().all(|corner| distance(*corner, point) <= near)
+}
+
+/// Whether two cubics meet, or nearly so, other than in common ends.
+fn come_together(one: &Cubic, other: &Cubic) -> bool {
+    let near = NEARBY * size(one.bounds()).min(size(other.bounds()));
+    let ends = [other.control[0], other.control[3]];
+    let common: Vec<[f64; 2]> =
+        [one.control[0], one.control[3]].into_iter().filter(|end| ends.contains(end)).collect();
+    let mut pairs = vec![(*one, *other)];
+    while let Some((p, q)) = pairs.pop() {
+        let [of_p, of_q] = [p.bounds(), q.bounds()];
+        let at_end = |end: &[f64; 2]| is_at(of_p, *end, near) && is_at(of_q, *end, near);
+        if !overlap(of_p, of_q) || common.iter().any(at_end) {
+            continue;
+        }
+        if size(of_p).max(size(of_q)) < 0.1 * near {
+            return true;
+        }
+        if size(of_p) > size(of_q) {
+            pairs.extend(halves(p).map(|half| (half, q)));
+        } else {
+            pairs.extend(halves(q).map(|half| (p, half)));
+        }
+    }
+    false
+}
+
+/// Whether a cubic comes to a circle where outlines follow that, other than where both end.
+fn comes_to(cubic: &Cubic, divided: &DividedCircle) -> bool {
+    let circle = divided.circle;
+    let near = NEARBY * size(cubic.bounds()).min(circle.radius);
+    let is_common = |end: [f64; 2]| divided.end_near(end, 0.0).is_some();
+    let common: Vec<[f64; 2]> =
+        [cubic.control[0], cubic.control[3]].into_iter().filter(|end| is_common(*end)).collect();
+    let mut left = vec![*cubic];
+    while let Some(part) = left.pop() {
+        let bounds = part.bounds();
+        let [low, high] = bounds;
+        let least = (0..2).map(|k| circle.center[k] - circle.center[k].clamp(low[k], high[k]));
+        let most = (0..2).map(|k| (circle.center[k] - low[k]).abs().max((circle.center[k] - high[k]).abs()));
+        let length = |x: &mut dyn Iterator<Item = f64>| x.fold(0.0, f64::hypot);
+        let [least, most] = [length(&mut { least }), length(&mut { most })];
+        if least > circle.radius || most < circle.radius || common.iter().any(|end| is_at(bounds, *end, near))
+        {
+            continue;
+        }
+        if size(bounds) >= 0.1 * near {
+            left.extend(halves(part));
+        } else if divided.is_followed(circle.angle(part.at(0.5))) {
+            return true;
+        }
+    }
+    false
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::circles::Circle;
+    use super::super::{RoundSide, coarse};
+    use super::*;
+    use crate::drawing::{Drawn, Entry, drawn};
+
+    const FRAME: [[f64; 2]; 2] = [[-3.0, -2.0], [4.0, 5.0]];
+
+    fn outline(entries: &[Entry]) -> Outline {
+        let Drawn { outline, arcs, .. } = drawn(entries).unwrap();
+        Outline::with_arcs(&outline, &arcs)
+    }
+
+    fn closed(points: &[[f64; 2]]) -> Outline {
+        let (to, through) = points.split_first().unwrap();
+        outline(&[Entry::Spline { through: through.to_vec(), to: *to }])
+    }
+
+    /// Half the integral of x dy - y dx along an outline.
+    fn swept(outline: &Outline) -> f64 {
+        let cross = |p: [f64; 2], q: [f64; 2]| p[0] * q[1] - p[1] * q[0];
+        let of = |(side, to): (&super::super::Side, [f64; 2])| match side.arc {
+            Some(Course::Cubic(cubic)) => swept_by(&cubic),
+            _ => 0.5 * cross(side.from, to),
+        };
+        outline.sides().map(of).sum::<f64>().abs()
+    }
+
+    fn swept_by(cubic: &Cubic) -> f64 {
+        let [a, b, c, d] = cubic.control;
+        let cross = |p: [f64; 2], q: [f64; 2]| p[0] * q[1] - p[1] * q[0];
+        let near = 2.0 * cross(a, b) + cross(b, c) + 2.0 * cross(c, d);
+        0.15 * (near + cross(a, c) + cross(b, d) + cross(a, d) / 3.0)
+    }
+
+    /// The area of the triangles whose middles an outline holds, as they are bent.
+    fn area(outline: &Outline, all: &[Outline], frame: [[f64; 2]; 2]) -> f64 {
+        let coarse = coarse(all, frame).unwrap();
+        let own = coarse.mesh.triangles.iter().filter(|t| outline.contains(coarse.middle(t)));
+        own.map(|t| {
+            let along = |[a, b]: [u32; 2]| {
+                let [p, q] = [a, b].map(|p| coarse.mesh.points[p as usize]);
+                match coarse.arcs.get(&[a.min(b), a.max(b)]) {
+                    Some(RoundSide::Cubic(cubic)) => swept_by(cubic) * if a < b { 1.0 } else { -1.0 },
+                    _ => 0.5 * (p[0] * q[1] - p[1] * q[0]),
+                }
+            };
+            let [a, b, c] = *t;
+            [[a, b], [b, c], [c, a]].into_iter().map(along).sum::<f64>().abs()
+        })
+        .sum()
+    }
+
+    /// With its own mirror image about the second axis.
+    const POINTS: [[f64; 2]; 6] =
+        [[0.0, -1.0], [1.4, -0.6], [1.0, 1.6], [0.0, 0.9], [-1.0, 1.6], [-1.4, -0.6]];
+
+    #[test]
+    fn splines_are_followed_exactly_also_where_straight_sides_and_the_frame_cross_them() {
+        let own = closed(&POINTS);
+        let exact = swept(&own);
+        let one = [own.clone()];
+        assert!((area(&own, &one, FRAME) - exact).abs() < 1e-12);
+        // Twice, from another point and the other way round; under an oblique side; cut by a mirror plane, with a point there or not.
+        let mut back = POINTS;
+        back.reverse();
+        let crossing = Outline::polygon(&[[-2.0, -1.5], [3.0, 0.4], [3.0, 1.2], [-2.0, -0.9]]);
+        for other in [closed(&back), crossing] {
+            assert!((area(&own, &[own.clone(), other], FRAME) - exact).abs() < 1e-12);
+        }
+        let between = closed(&[[0.6, -1.0], [1.0, 1.6], [-1.0, 1.6], [-0.6, -1.0]]);
+        for symmetric in [own, between] {
+            let half = area(&symmetric, &[symmetric.clone()], [[0.0, -2.0], [4.0, 5.0]]);
+            assert!((2.0 * half - swept(&symmetric)).abs() < 1e-12, "{half}");
+        }
+    }
+
+    #[test]
+    fn splines_go_over_into_straight_sides_and_have_lines_between_their_ends_beside_them() {
+        // A segment whose chord is the side of another outline, and a shape whose spline leaves along its straight side.
+        let bow = outline(&[
+            Entry::Corner([1.0, 0.0]),
+            Entry::Spline { through: vec![[0.0, 0.08]], to: [-1.0, 0.0] },
+        ]);
+        let below = Outline::polygon(&[[-1.0, 0.0], [1.0, 0.0], [0.0, -1.0]]);
+        let straight = [[2.0, 0.0], [2.2, 0.0], [2.4, 0.0], [2.6, 0.0]];
+        let mut through = straight[1..].to_vec();
+        through.extend([[3.2, 0.7], [2.6, 1.4]]);
+        let smooth = outline(&[
+            Entry::Corner([0.5, 1.0]),
+            Entry::Corner([1.0, 0.0]),
+            Entry::Corner(straight[0]),
+            Entry::Spline { through, to: [1.8, 1.2] },
+        ]);
+        for all in [vec![bow.clone(), below], vec![bow], vec![smooth]] {
+            assert!((area(&all[0], &all, FRAME) - swept(&all[0])).abs() < 1e-12);
+        }
+    }
+
+    #[test]
+    fn splines_that_cross_or_touch_other_curves_have_no_mesh() {
+        let own = || closed(&POINTS);
+        let moved = |by: f64| closed(&POINTS.map(|[x, y]| [x + by, y]));
+        let circle = |center: [f64; 2], radius: f64| Outline::Circle(Circle { center, radius });
+        assert!(coarse(&[own(), moved(0.3)], FRAME).is_none());
+        assert!(coarse(&[own(), circle([1.4, -0.6], 0.5)], FRAME).is_none());
+        let inside = closed(&POINTS.map(|p| p.map(|x| 0.5 * x)));
+        assert!(
+            coarse(&[own(), inside, circle([0.0, 0.0], 0.1), circle([0.5, 0.0], 3.0)], [[-4.0; 2], [4.0; 2]])
+                .is_some()
+        );
+    }
+}
