@@ -176,7 +176,7 @@ pub fn spline(points: &[[f64; 2]], closed: bool) -> Vec<Cubic> {
     let n = points.len();
     let pieces = if closed { n } else { n - 1 };
     let ends = |k: usize| [points[k % n], points[(k + 1) % n]];
-    let steps: Vec<f64> = (0..pieces).map(|k| ends(k)).map(|[p, q]| distance(p, q)).collect();
+    let steps: Vec<f64> = (0..pieces).map(ends).map(|[p, q]| distance(p, q)).collect();
     let mean = |k: usize| {
         let [p, q] = ends(k);
         [0, 1].map(|m| (q[m] - p[m]) / steps[k])

@@ -296,7 +296,7 @@ mod tests {
         }
         let between = closed(&[[0.6, -1.0], [1.0, 1.6], [-1.0, 1.6], [-0.6, -1.0]]);
         for symmetric in [own, between] {
-            let half = area(&symmetric, &[symmetric.clone()], [[0.0, -2.0], [4.0, 5.0]]);
+            let half = area(&symmetric, std::slice::from_ref(&symmetric), [[0.0, -2.0], [4.0, 5.0]]);
             assert!((2.0 * half - swept(&symmetric)).abs() < 1e-12, "{half}");
         }
     }
