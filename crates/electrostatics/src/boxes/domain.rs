@@ -120,6 +120,17 @@ impl Axis {
         numbering.vertex.iter().map(|v| range.contains(v).then(|| v - range.start)).collect()
     }
 
+    /// The function of highest degree of each element that has one of these degrees (in the trimmed numbering of
+    /// [`Axis::functions`]), for each of the degrees.
+    pub(crate) fn last_functions(&self, degrees: [usize; 2]) -> [Vec<usize>; 2] {
+        let numbering = Numbering::new(&self.line);
+        let trim = self.functions().start;
+        degrees.map(|degree| {
+            let own = (0..self.line.elements()).filter(|e| degree >= 2 && self.line.degree(*e) == degree);
+            own.map(|e| numbering.bubble[e] + degree - 2 - trim).collect()
+        })
+    }
+
     /// Whether the axis is its own mirror image.
     pub(crate) fn is_symmetric(&self) -> bool {
         let centred = |rays: Rays| is_centre(&self.line, rays.pole);

@@ -3,32 +3,57 @@
 /// How fine a mesh is.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Level {
-    /// Of the polynomials.
+    /// Of the polynomials on triangles.
     pub degree: usize,
-    /// Layers toward corners of the plan, and toward the places of the axis where something begins or ends.
+    /// Layers toward corners of the plan.
     pub layers: usize,
     /// Strips toward edges.
     pub strips: usize,
+    /// Of the polynomials along the axis.
+    pub axis_degree: usize,
+    /// Layers toward the places of the axis where something begins or ends.
+    pub axis_layers: usize,
 }
 
 impl Level {
-    /// The meshes that are solved for the upper bound first. The second has a layer and a degree more than the first, the third a
-    /// strip more than the second, the fourth a layer more than the third.
-    pub(super) const EXPLORED: [Self; 4] = [
-        Self { degree: 2, layers: 1, strips: 0 },
-        Self { degree: 3, layers: 2, strips: 0 },
-        Self { degree: 3, layers: 2, strips: 1 },
-        Self { degree: 3, layers: 3, strips: 1 },
-    ];
+    /// The meshes that are solved for the upper bound first. The second has a layer and a degree more than the first, in the plan and
+    /// along the axis, the third a strip more than the second, the fourth layers more than the third.
+    pub(super) const EXPLORED: [Self; 4] =
+        [Self::alike(2, 1, 0), Self::alike(3, 2, 0), Self::alike(3, 2, 1), Self::alike(3, 3, 1)];
+
+    /// As fine in the plan as along the axis.
+    pub(super) const fn alike(degree: usize, layers: usize, strips: usize) -> Self {
+        Self { degree, layers, strips, axis_degree: degree, axis_layers: layers }
+    }
+}
+
+/// What was learnt from the meshes that were explored.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Gained {
+    /// What the upper bound fell by from the first mesh to the second, relative.
+    pub refined: f64,
+    /// The shares of the energy that the last functions of the axis carry, at edges and elsewhere, on the third mesh; on the second
+    /// where there are no edges.
+    pub last_along_axis: [f64; 2],
+    /// What the upper bound fell by from the second mesh to the third; zero where there are no edges.
+    pub striped: f64,
+    /// The same from the third to the fourth; infinite where that was not solved, which is needed with sheets only.
+    pub layered: f64,
 }
 
 /// What the lower bound and finer meshes add to the fall of the upper bound from the first mesh to the second: the error on the second
 /// is that share of the fall.
 const SHARE_OF_FALL: f64 = 0.2;
 
-/// The share of that error that comes from the layers, and what a layer takes off it; without and with sheets, whose edges are more
-/// singular than those of bodies. The rest comes from the degree.
+/// The share of that error that comes from the layers toward corners and along the axis, and what a layer takes off it; without and
+/// with sheets, whose edges are more singular than those of bodies. The rest comes from the degrees.
 const BY_LAYERS: [(f64, f64); 2] = [(0.75, 0.095), (0.9, 0.3)];
+
+/// Errors with two layers and the third degree along the axis over what the last functions of the axis carry, at edges and elsewhere.
+const OF_LAST: [f64; 2] = [1.0, 0.45];
+
+/// What is left for the plan at least of the error on the second mesh, where the axis seems to have more than all of it.
+const LEAST_OF_PLAN: f64 = 0.25;
 
 /// What a degree takes off; and what the second degree leaves over what the third does.
 const BY_DEGREE: f64 = 0.18;
@@ -51,10 +76,10 @@ const HIGHEST: usize = 8;
 /// docs/extruded.md.
 #[derive(Debug, Clone)]
 pub(super) struct Expectation {
-    /// Relative error of meshes with two layers that comes from there.
-    two_layers: f64,
+    /// Relative errors of meshes with two layers that come from there, toward corners of the plan and along the axis.
+    two_layers: [f64; 2],
     /// The same of polynomials of the third degree.
-    third_degree: f64,
+    third_degree: [f64; 2],
     /// The same of meshes without strips, at the third degree.
     without_strips: f64,
     sheets: bool,
@@ -63,18 +88,24 @@ pub(super) struct Expectation {
 }
 
 impl Expectation {
-    /// From what the upper bound fell by, relative, from each mesh of [`Level::EXPLORED`] to the next (infinite if the last was not
-    /// solved, which is needed with sheets only), and the triangles of the first three.
-    pub(super) fn new(falls: [f64; 3], triangles: [usize; 3], sheets: bool) -> Self {
-        let [refined, striped, layered] = falls;
-        let error = (SHARE_OF_FALL * refined).max(LEAST);
+    /// From what was learnt, and the triangles of the first three meshes.
+    pub(super) fn new(gained: Gained, triangles: [usize; 3], sheets: bool) -> Self {
+        let error = (SHARE_OF_FALL * gained.refined).max(LEAST);
         let (share, by_layers) = BY_LAYERS[usize::from(sheets)];
-        // The lower bound gains as much from a strip or a layer as the upper one does.
-        let two_layers = share * error;
+        let mut along_axis = [0, 1].map(|k| (OF_LAST[k] * gained.last_along_axis[k]).max(LEAST));
+        let mut of_corners = f64::INFINITY;
+        if sheets && gained.layered.is_finite() {
+            // The lower bound gains as much from a layer as the upper one does.
+            along_axis[0] = 2.0 * gained.layered / (1.0 - by_layers);
+            of_corners = along_axis[0];
+        }
+        let of_plan = |all: f64, along_axis: f64| (all - along_axis).max(LEAST_OF_PLAN * all);
+        let of_corners = of_corners.min(of_plan(share * error, along_axis[0]));
         Self {
-            two_layers: if sheets { two_layers.min(2.0 * layered / (1.0 - by_layers)) } else { two_layers },
-            third_degree: (1.0 - share) * error,
-            without_strips: 2.0 * striped,
+            two_layers: [of_corners, along_axis[0]],
+            third_degree: [of_plan((1.0 - share) * error, along_axis[1]), along_axis[1]],
+            // So it does from a strip.
+            without_strips: 2.0 * gained.striped,
             sheets,
             triangles: triangles.map(|t| t as f64),
         }
@@ -83,48 +114,63 @@ impl Expectation {
     /// The relative error expected on a mesh.
     pub(super) fn error(&self, level: Level) -> f64 {
         let beyond = |n: usize, of: usize| n as i32 - of as i32;
-        let layers = BY_LAYERS[usize::from(self.sheets)].1.powi(beyond(level.layers, 2));
-        let degree = if level.degree < 3 { SECOND_DEGREE } else { BY_DEGREE.powi(beyond(level.degree, 3)) };
+        let by_layers = |n: usize| BY_LAYERS[usize::from(self.sheets)].1.powi(beyond(n, 2));
+        let by_degree = |p: usize| if p < 3 { SECOND_DEGREE } else { BY_DEGREE.powi(beyond(p, 3)) };
         let strips = BY_STRIPS[usize::from(self.sheets)].powi(level.strips as i32)
             * (3.0 / level.degree as f64).powi(2);
-        self.two_layers * layers + self.third_degree * degree + self.without_strips * strips
+        self.two_layers[0] * by_layers(level.layers)
+            + self.two_layers[1] * by_layers(level.axis_layers)
+            + self.third_degree[0] * by_degree(level.degree)
+            + self.third_degree[1] * by_degree(level.axis_degree)
+            + self.without_strips * strips
     }
 
     /// Corrects what is expected by the error that was found on a mesh.
     pub(super) fn learn(&mut self, level: Level, found: f64) {
         let factor = found / self.error(level);
-        self.two_layers *= factor;
-        self.third_degree *= factor;
+        self.two_layers.iter_mut().chain(&mut self.third_degree).for_each(|error| *error *= factor);
         self.without_strips *= factor;
     }
 
-    /// The mesh with the fewest unknowns, of those with more than `above` and fewer than `below`, that is expected to meet a tolerance;
-    /// where none is, that with the least error. `functions` gives the functions of the line for a degree and a number of layers.
+    /// The mesh with the fewest unknowns, of those that are in no way coarser than `least` and have at most `most`, that is expected
+    /// to meet a tolerance; where none is, that with the least error. `functions` gives the functions of the line for a degree and a
+    /// number of layers of the axis.
     pub(super) fn cheapest(
         &self,
         tolerance: f64,
-        [above, below]: [f64; 2],
+        least: Option<Level>,
+        most: f64,
         functions: impl Fn(usize, usize) -> usize,
     ) -> Option<(Level, f64)> {
+        let least =
+            least.unwrap_or(Level { degree: 2, layers: 1, strips: 0, axis_degree: 2, axis_layers: 0 });
         let mut best: Option<(Level, f64, bool)> = None;
-        for degree in 2..=HIGHEST {
-            // More layers than that bring nothing without a higher degree.
-            for layers in 1..=degree + usize::from(self.sheets) {
-                let line = functions(degree, layers);
-                for strips in 0..=layers {
-                    let level = Level { degree, layers, strips };
-                    let unknowns = self.triangles(level) * per_triangle(degree) * line as f64;
-                    if unknowns <= above || unknowns >= below {
-                        continue;
-                    }
-                    let meets = SAFETY * self.error(level) <= tolerance;
-                    let better = best.is_none_or(|(other, n, met)| match (meets, met) {
-                        (true, true) => unknowns < n,
-                        (false, false) => self.error(level) < self.error(other),
-                        (meets, _) => meets,
-                    });
-                    if better {
-                        best = Some((level, unknowns, meets));
+        let mut consider = |level: Level, line: f64| {
+            let unknowns = self.triangles(level) * per_triangle(level.degree) * line;
+            if unknowns >= most {
+                return;
+            }
+            let meets = SAFETY * self.error(level) <= tolerance;
+            let better = best.is_none_or(|(other, n, met)| match (meets, met) {
+                (true, true) => unknowns < n,
+                (false, false) => self.error(level) < self.error(other),
+                (meets, _) => meets,
+            });
+            if better {
+                best = Some((level, unknowns, meets));
+            }
+        };
+        // More layers than that bring nothing without a higher degree.
+        let layers_for = |degree: usize| degree + usize::from(self.sheets);
+        for axis_degree in least.axis_degree..=HIGHEST {
+            // The degree along the axis grows by one from layer to layer, so that fewer do not reach it.
+            for axis_layers in least.axis_layers.max(axis_degree - 2)..=layers_for(axis_degree) {
+                let line = functions(axis_degree, axis_layers) as f64;
+                for degree in least.degree..=HIGHEST {
+                    for layers in least.layers..=layers_for(degree) {
+                        for strips in least.strips..=layers {
+                            consider(Level { degree, layers, strips, axis_degree, axis_layers }, line);
+                        }
                     }
                 }
             }
@@ -152,51 +198,90 @@ fn per_triangle(degree: usize) -> f64 {
 mod tests {
     use super::*;
 
+    const ANY: f64 = f64::INFINITY;
+
     fn functions(degree: usize, layers: usize) -> usize {
         degree * (4 + 2 * layers)
     }
 
+    fn bars() -> Expectation {
+        let gained = Gained {
+            refined: 2.7e-2,
+            last_along_axis: [6.3e-3, 2.7e-3],
+            striped: 2.4e-4,
+            layered: f64::INFINITY,
+        };
+        Expectation::new(gained, [200, 300, 420], false)
+    }
+
     #[test]
     fn the_mesh_that_is_chosen_meets_the_tolerance_and_no_smaller_one_does() {
-        let bars = Expectation::new([2.7e-2, 2.4e-4, f64::INFINITY], [200, 300, 420], false);
-        let pads = Expectation::new([2.1e-1, 1.3e-2, f64::INFINITY], [400, 500, 1200], false);
-        let discs = Expectation::new([2.5e-1, 5.2e-2, 1e-2], [200, 260, 500], true);
+        let pads = Gained {
+            refined: 2.1e-1,
+            last_along_axis: [6.2e-2, 2.4e-2],
+            striped: 1.3e-2,
+            layered: f64::INFINITY,
+        };
+        let pads = Expectation::new(pads, [400, 500, 1200], false);
+        let discs = Gained { refined: 2.5e-1, last_along_axis: [2e-1, 6e-3], striped: 5.2e-2, layered: 1e-2 };
+        let discs = Expectation::new(discs, [200, 260, 500], true);
+        let bars = bars();
         for expected in [&bars, &pads, &discs] {
             let mut before = 0.0;
             for tolerance in [1e-2, 1e-3, 1e-4] {
-                let (level, unknowns) =
-                    expected.cheapest(tolerance, [0.0, f64::INFINITY], functions).unwrap();
+                let (level, unknowns) = expected.cheapest(tolerance, None, ANY, functions).unwrap();
                 assert!(expected.error(level) <= tolerance, "{level:?}");
                 assert!(unknowns > before);
                 before = unknowns;
-                let lower = Level { degree: level.degree - 1, layers: level.layers - 1, ..level };
-                let coarser = Level { layers: level.layers - 1, ..level };
-                for smaller in [lower, coarser] {
-                    assert!(SAFETY * expected.error(smaller) > tolerance, "{level:?}");
+                for smaller in [
+                    Level { degree: level.degree - 1, ..level },
+                    Level { axis_layers: level.axis_layers - 1, ..level },
+                    Level { degree: level.degree - 1, axis_degree: level.axis_degree - 1, ..level },
+                ] {
+                    assert!(SAFETY * expected.error(smaller) > tolerance, "{level:?} {smaller:?}");
                 }
             }
         }
         // Strips are for scenes whose edges matter.
-        let strips = |e: &Expectation| e.cheapest(1e-2, [0.0, f64::INFINITY], functions).unwrap().0.strips;
+        let strips = |e: &Expectation| e.cheapest(1e-2, None, ANY, functions).unwrap().0.strips;
         assert_eq!([strips(&bars), strips(&pads).min(1)], [0, 1]);
     }
 
     #[test]
+    fn what_the_last_functions_of_the_axis_carry_makes_the_axis_finer_and_not_the_plan() {
+        let gained = |last_along_axis| Gained {
+            refined: 2.7e-2,
+            last_along_axis,
+            striped: 2.4e-4,
+            layered: f64::INFINITY,
+        };
+        let [smooth, singular] = [[1e-6; 2], [6e-2, 2e-2]].map(|last| {
+            Expectation::new(gained(last), [200, 300, 420], false)
+                .cheapest(1e-3, None, ANY, functions)
+                .unwrap()
+                .0
+        });
+        assert!(singular.axis_layers > smooth.axis_layers && singular.axis_degree > smooth.axis_degree);
+        assert!(singular.degree <= smooth.degree && singular.layers <= smooth.layers);
+    }
+
+    #[test]
     fn an_error_larger_than_expected_makes_the_next_mesh_finer() {
-        let mut expected = Expectation::new([2.7e-2, 2.4e-4, f64::INFINITY], [200, 300, 420], false);
-        let any = [0.0, f64::INFINITY];
-        let (first, unknowns) = expected.cheapest(1e-3, any, functions).unwrap();
+        let mut expected = bars();
+        let (first, unknowns) = expected.cheapest(1e-3, None, ANY, functions).unwrap();
         expected.learn(first, 3e-3);
         assert!((expected.error(first) - 3e-3).abs() < 1e-12);
-        let (second, more) = expected.cheapest(1e-3, [unknowns, f64::INFINITY], functions).unwrap();
+        let (second, more) = expected.cheapest(1e-3, Some(first), ANY, functions).unwrap();
         assert!(more > unknowns && expected.error(second) < 1e-3);
         // Even where the field is uniform, and the upper bound exact on any mesh.
-        let mut uniform = Expectation::new([0.0, 0.0, f64::INFINITY], [200, 300, 420], false);
-        let (smallest, few) = uniform.cheapest(1e-6, any, functions).unwrap();
+        let uniform =
+            Gained { refined: 0.0, last_along_axis: [0.0; 2], striped: 0.0, layered: f64::INFINITY };
+        let mut uniform = Expectation::new(uniform, [200, 300, 420], false);
+        let (smallest, few) = uniform.cheapest(1e-6, None, ANY, functions).unwrap();
         uniform.learn(smallest, 2e-6);
-        assert!(uniform.cheapest(1e-6, [few, f64::INFINITY], functions).unwrap().1 > few);
+        assert!(uniform.cheapest(1e-6, Some(smallest), ANY, functions).unwrap().1 > few);
         // Where what would do is out of reach, the best of what remains.
-        let (coarse, fewer) = expected.cheapest(1e-3, [0.0, unknowns], functions).unwrap();
+        let (coarse, fewer) = expected.cheapest(1e-3, None, unknowns, functions).unwrap();
         assert!(fewer < unknowns && expected.error(coarse) > 1e-3);
     }
 }

@@ -11,7 +11,7 @@ use super::rays::PotentialRays;
 use crate::SolveError;
 use crate::boxes::domain::{Axis, per_element};
 use elastocap_fem::line::line_matrices;
-use elastocap_fem::tensor::{Dense, left, multiply, target};
+use elastocap_fem::tensor::{Dense, axpy, left, multiply, target};
 use elastocap_fem::triangle::{PotentialIntegrals, continuous_functions};
 use elastocap_geometry::scene::Wall;
 use elastocap_linalg::conjugate_gradients::Operator;
@@ -253,6 +253,43 @@ impl Primal {
         });
         self.rays.add_product(x, &mut y, width);
         y
+    }
+
+    /// For each function of the line the energy of the part of a potential that has this function along the axis.
+    pub(super) fn energies_along_axis(&self, u: &[f64]) -> Vec<f64> {
+        let width = self.width;
+        let mut out = vec![0.0; width];
+        for profile in &self.profiles {
+            let of_rows = |task: usize| {
+                let mut own = vec![0.0; width];
+                let (mut k, mut m) = (vec![0.0; width], vec![0.0; width]);
+                for row in task * ROWS..((task + 1) * ROWS).min(profile.starts.len() - 1) {
+                    let entries = profile.starts[row]..profile.starts[row + 1];
+                    if entries.is_empty() {
+                        continue;
+                    }
+                    k.fill(0.0);
+                    m.fill(0.0);
+                    for at in entries {
+                        let x = &u[profile.columns[at] as usize * width..][..width];
+                        axpy(&mut k, profile.stiffness[at], x);
+                        axpy(&mut m, profile.mass[at], x);
+                    }
+                    let x = &u[row * width..][..width];
+                    for (f, own) in own.iter_mut().enumerate() {
+                        let diagonal = f * width + f;
+                        let (mass, stiffness) =
+                            (profile.line_mass.data[diagonal], profile.line_stiffness.data[diagonal]);
+                        *own += x[f] * (k[f] * mass + m[f] * stiffness);
+                    }
+                }
+                own
+            };
+            let tasks = (profile.starts.len() - 1).div_ceil(ROWS);
+            let parts: Vec<Vec<f64>> = (0..tasks).into_par_iter().map(of_rows).collect();
+            parts.iter().for_each(|part| axpy(&mut out, 1.0, part));
+        }
+        out
     }
 
     /// Sets to zero what conductors and walls hold.

@@ -4,7 +4,7 @@
 //! what it falls by follows the mesh that should meet the tolerance, which is solved for both bounds.
 
 use super::confined::{changed, distance_of_ends, open_sides, with_open_sides, without_common_potential};
-use super::family::{Expectation, Level};
+use super::family::{Expectation, Gained, Level};
 use super::layout::{Layout, Plan, PlanError};
 use super::mesh::PlanMesh;
 use super::one_mesh::{Energies, Problem, TOGETHER};
@@ -186,8 +186,8 @@ fn beginning_of_rays(tolerance: f64, contrast: f64, neutral: bool) -> f64 {
     far.clamp(1.5, 4e3)
 }
 
-/// Any number of unknowns.
-const ANY: [f64; 2] = [0.0, f64::INFINITY];
+/// An error that is this many times the one expected says that the expectation is wrong.
+const SURPRISE: f64 = 2.0;
 
 /// Unknowns of the next mesh at most over those of one that cannot be solved.
 const SMALLER: f64 = 0.7;
@@ -203,6 +203,9 @@ struct Found {
     unknowns: usize,
     iterations: usize,
     repair_share: f64,
+    /// The largest shares of an energy that the last functions of the axis carry, at edges and elsewhere: see
+    /// [`Axis::last_functions`]. From upper bounds alone.
+    last_along_axis: [f64; 2],
     field: Option<(TetMesh, Vec<Vec<f64>>)>,
 }
 
@@ -301,15 +304,40 @@ impl<'a> Search<'a> {
 
     /// The mesh that is solved for both bounds first, with its unknowns.
     fn first(&self, expected: &Expectation) -> (Level, f64) {
-        self.cheapest(expected, ANY).unwrap_or((Level::EXPLORED[0], 0.0))
+        self.cheapest(expected, None, f64::INFINITY).unwrap_or((Level::EXPLORED[0], 0.0))
+    }
+
+    /// The mesh to be solved after one on which the error `spread` was found, with fewer than `most` unknowns.
+    fn finer(
+        &self,
+        expected: &mut Expectation,
+        solved: Level,
+        spread: f64,
+        most: f64,
+    ) -> Option<(Level, f64)> {
+        // Where much more was found than expected, it is not known where that comes from, and everything is made finer.
+        let higher = usize::from(spread > SURPRISE * expected.error(solved));
+        if spread.is_finite() {
+            expected.learn(solved, spread);
+        }
+        let least = Level {
+            degree: solved.degree + higher,
+            axis_degree: solved.axis_degree + higher,
+            layers: solved.layers + higher,
+            axis_layers: solved.axis_layers + higher,
+            ..solved
+        };
+        self.cheapest(expected, Some(least), most)
     }
 
     /// See [`Expectation::cheapest`].
-    fn cheapest(&self, expected: &Expectation, unknowns: [f64; 2]) -> Option<(Level, f64)> {
-        let functions = |degree, layers| self.axis(Level { degree, layers, strips: 0 }).functions().len();
+    fn cheapest(&self, expected: &Expectation, least: Option<Level>, most: f64) -> Option<(Level, f64)> {
+        let functions = |axis_degree, axis_layers| {
+            self.axis(Level { axis_degree, axis_layers, ..Level::EXPLORED[0] }).functions().len()
+        };
         // What is expected was wrong once where a mesh follows another.
-        let share = if unknowns[0] > 0.0 { 0.6 } else { 1.0 };
-        expected.cheapest(share * self.settings.relative_tolerance, unknowns, functions)
+        let share = if least.is_some() { 0.6 } else { 1.0 };
+        expected.cheapest(share * self.settings.relative_tolerance, least, most, functions)
     }
 
     fn axis(&self, level: Level) -> Axis {
@@ -318,9 +346,8 @@ impl<'a> Search<'a> {
             Wall::Open => End::Open { pole: 0.0, reach: (1.5 * self.layout.reach).min(radius), radius },
             Wall::Insulated | Wall::Grounded => End::Closed,
         });
-        let order = level.degree;
-        let resolution =
-            Resolution { order, levels: level.layers, ratio: RATIO, slope: 1.0, first: 2.min(order) };
+        let (order, levels) = (level.axis_degree, level.axis_layers);
+        let resolution = Resolution { order, levels, ratio: RATIO, slope: 1.0, first: 2.min(order) };
         let graded = graded_axis(&self.layout.planes, ends, &resolution).finite();
         Axis {
             line: graded.line,
@@ -354,6 +381,7 @@ impl<'a> Search<'a> {
             unknowns: 0,
             iterations: 0,
             repair_share: 0.0,
+            last_along_axis: [0.0; 2],
             field: None,
         };
         let wanted = self.settings.field && prisms(&mesh, &axis) <= MOST_SHOWN;
@@ -391,6 +419,17 @@ impl<'a> Search<'a> {
                 || lower_too.then(|| below.lower(&potentials, share)).transpose(),
             );
             let ((upper, primal, solutions), lower) = (upper?, lower?);
+            if !lower_too {
+                // Elements at edges have the second degree.
+                let last = own.last_functions([2, level.axis_degree]);
+                for (side, u) in solutions.iter().enumerate() {
+                    let along = primal.energies_along_axis(u);
+                    for (largest, functions) in found.last_along_axis.iter_mut().zip(&last) {
+                        let energy: f64 = functions.iter().map(|f| along[*f]).sum();
+                        *largest = largest.max(energy / upper.matrix[(side, side)]);
+                    }
+                }
+            }
             if let Some((_, places)) = &shown {
                 let vertices = axes[0].vertex_functions();
                 for (c, sum) in potentials_shown.iter_mut().enumerate() {
@@ -473,23 +512,35 @@ impl<'a> Search<'a> {
         let mut coarse = self.on_mesh(first, loose, false)?;
         let mut finer = self.on_mesh(second, loose, false)?;
         self.coarse_field = finer.field.take().or(coarse.field.take());
-        let mut falls = [self.fall(&coarse, &finer), 0.0, f64::INFINITY];
+        let amplification = match self.settings.target {
+            Target::Matrix => self.amplification(&finer),
+            Target::TwoTerminal => 1.0,
+        };
+        let mut gained = Gained {
+            refined: self.fall(&coarse, &finer),
+            last_along_axis: finer.last_along_axis.map(|share| amplification * share),
+            striped: 0.0,
+            layered: f64::INFINITY,
+        };
         if !self.plan.marks.edges.is_empty() {
             let with_strip = self.on_mesh(striped, loose, false)?;
-            falls[1] = self.fall(&finer, &with_strip);
+            gained.last_along_axis = with_strip.last_along_axis.map(|share| amplification * share);
+            gained.striped = self.fall(&finer, &with_strip);
             if self.layout.has_sheets() {
                 let with_layer = self.on_mesh(layered, loose, false)?;
-                falls[2] = self.fall(&with_strip, &with_layer);
+                gained.layered = self.fall(&with_strip, &with_layer);
             }
         }
         self.seconds.choosing = exploring.elapsed().as_secs_f64();
-        Ok(Expectation::new(falls, triangles, self.layout.has_sheets()))
+        Ok(Expectation::new(gained, triangles, self.layout.has_sheets()))
     }
 
     fn run(mut self) -> Result<ExtrudedSolution, SolveError> {
         let tolerance = self.settings.relative_tolerance;
         if let Some(ResolutionLevel { order, levels }) = self.settings.resolution {
-            let level = Level { degree: order.max(1), layers: levels, strips: levels };
+            let degree = order.max(1);
+            let level =
+                Level { degree, layers: levels, strips: levels, axis_degree: degree, axis_layers: levels };
             let found = self.on_mesh(level, iteration_share(tolerance), true)?;
             let spread = error_of(&found.bounds, self.settings);
             let shortfall = (spread.is_nan() || spread > tolerance)
@@ -499,7 +550,7 @@ impl<'a> Search<'a> {
         let mut expected = self.explore()?;
         let share = iteration_share(tolerance);
         let mut best: Option<(f64, Found, Level)> = None;
-        let (mut range, mut widened) = (ANY, 0);
+        let (mut most, mut widened, mut just_widened) = (f64::INFINITY, 0, false);
         let (mut level, mut unknowns) = self.first(&expected);
         loop {
             let found = match self.on_mesh(level, share, true) {
@@ -512,8 +563,8 @@ impl<'a> Search<'a> {
                     | SolveError::Eigenvalues
                     | SolveError::IllConditioned(_)),
                 ) if best.is_none() => {
-                    range[1] = SMALLER * unknowns;
-                    match self.cheapest(&expected, range) {
+                    most = SMALLER * unknowns;
+                    match self.cheapest(&expected, None, most) {
                         Some(next) => (level, unknowns) = next,
                         None => return Err(error),
                     }
@@ -537,16 +588,13 @@ impl<'a> Search<'a> {
                 return self.finish(best, None);
             }
             if stays && widened < WIDEST && self.widen() {
-                widened += 1;
+                (widened, just_widened) = (widened + 1, true);
                 continue;
             }
-            range[0] = unknowns;
-            if spread.is_finite() {
-                expected.learn(level, spread);
-            }
-            match self.cheapest(&expected, range) {
-                Some(next) if better => (level, unknowns) = next,
-                _ => {
+            let next = self.finer(&mut expected, level, spread, most);
+            match next.filter(|(next, _)| *next != level && (better || just_widened)) {
+                Some(next) => ((level, unknowns), just_widened) = (next, false),
+                None => {
                     let least = best.as_ref().map_or(f64::NAN, |(spread, ..)| *spread);
                     return self.finish(
                         best,
@@ -575,7 +623,10 @@ impl<'a> Search<'a> {
             iterations: found.iterations,
             grids: self.meshes,
             mirrored: self.planes.each_ref().map(Option::is_some),
-            resolution: Discretisation::Grid(ResolutionLevel { order: level.degree, levels: level.layers }),
+            resolution: Discretisation::Grid(ResolutionLevel {
+                order: level.degree.max(level.axis_degree),
+                levels: level.layers.max(level.axis_layers),
+            }),
             repair_share: found.repair_share,
             seconds: self.seconds,
             field: None,
