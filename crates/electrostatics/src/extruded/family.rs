@@ -52,8 +52,8 @@ const BY_LAYERS: [(f64, f64); 2] = [(0.75, 0.095), (0.9, 0.3)];
 /// Errors with two layers and the third degree along the axis over what the last functions of the axis carry, at edges and elsewhere.
 const OF_LAST: [f64; 2] = [1.0, 0.45];
 
-/// What is left for the plan at least of the error on the second mesh, where the axis seems to have more than all of it.
-const LEAST_OF_PLAN: f64 = 0.25;
+/// The shares of the errors by layers and by degrees that are left for the plan at least, where the axis seems to have more.
+const LEAST_OF_PLAN: [f64; 2] = [0.25, 0.35];
 
 /// What a degree takes off; and what the second degree leaves over what the third does.
 const BY_DEGREE: f64 = 0.18;
@@ -64,7 +64,7 @@ const BY_STRIPS: [f64; 2] = [0.1, 0.17];
 
 /// What a forecast of the error is multiplied by before it is compared with the tolerance. Where the forecast is too low nonetheless,
 /// another mesh is solved.
-const SAFETY: f64 = 1.1;
+const SAFETY: f64 = 1.15;
 
 /// The error expected at least, where the upper bound did not fall: what is found can correct it.
 const LEAST: f64 = 1e-12;
@@ -92,18 +92,19 @@ impl Expectation {
     pub(super) fn new(gained: Gained, triangles: [usize; 3], sheets: bool) -> Self {
         let error = (SHARE_OF_FALL * gained.refined).max(LEAST);
         let (share, by_layers) = BY_LAYERS[usize::from(sheets)];
-        let mut along_axis = [0, 1].map(|k| (OF_LAST[k] * gained.last_along_axis[k]).max(LEAST));
-        let mut of_corners = f64::INFINITY;
+        let mut of_layers = share * error;
+        let of_degrees = (1.0 - share) * error;
         if sheets && gained.layered.is_finite() {
             // The lower bound gains as much from a layer as the upper one does.
-            along_axis[0] = 2.0 * gained.layered / (1.0 - by_layers);
-            of_corners = along_axis[0];
+            of_layers = of_layers.min(2.0 * gained.layered / (1.0 - by_layers));
         }
-        let of_plan = |all: f64, along_axis: f64| (all - along_axis).max(LEAST_OF_PLAN * all);
-        let of_corners = of_corners.min(of_plan(share * error, along_axis[0]));
+        let of_axis =
+            |k: usize, all: f64| (OF_LAST[k] * gained.last_along_axis[k]).clamp(LEAST.min(all), all);
+        let along_axis = [of_axis(0, of_layers), of_axis(1, of_degrees)];
+        let of_plan = |k: usize, all: f64| (all - along_axis[k]).max(LEAST_OF_PLAN[k] * all);
         Self {
-            two_layers: [of_corners, along_axis[0]],
-            third_degree: [of_plan((1.0 - share) * error, along_axis[1]), along_axis[1]],
+            two_layers: [of_plan(0, of_layers), along_axis[0]],
+            third_degree: [of_plan(1, of_degrees), along_axis[1]],
             // So it does from a strip.
             without_strips: 2.0 * gained.striped,
             sheets,

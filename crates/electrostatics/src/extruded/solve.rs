@@ -336,7 +336,7 @@ impl<'a> Search<'a> {
             self.axis(Level { axis_degree, axis_layers, ..Level::EXPLORED[0] }).functions().len()
         };
         // What is expected was wrong once where a mesh follows another.
-        let share = if least.is_some() { 0.6 } else { 1.0 };
+        let share = if least.is_some() { 0.8 } else { 1.0 };
         expected.cheapest(share * self.settings.relative_tolerance, least, most, functions)
     }
 
