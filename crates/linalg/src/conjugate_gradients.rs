@@ -167,10 +167,10 @@ pub fn solve_all<O: Operator>(op: &mut O, systems: Vec<System<'_>>) -> Vec<Conve
 fn step<O: Operator>(op: &mut O, all: &mut [&mut Iteration<'_, O::Precision>]) -> Vec<Option<Convergence>> {
     let mut ends: Vec<Option<Convergence>> = all.iter_mut().map(|own| own.scale_residual()).collect();
     {
-        let (mut r, mut z): (Vec<&[O::Precision]>, Vec<&mut [O::Precision]>) = (Vec::new(), Vec::new());
+        let (mut r, mut z) = (Vec::new(), Vec::new());
         for (own, _) in all.iter_mut().zip(&ends).filter(|(_, end)| end.is_none()) {
             r.push(O::Precision::rounded(own.system.r, own.scale, &mut own.rounded));
-            z.push(&mut own.z);
+            z.push(&mut own.z[..]);
         }
         op.precondition_all(&r, &mut z);
     }
@@ -178,10 +178,10 @@ fn step<O: Operator>(op: &mut O, all: &mut [&mut Iteration<'_, O::Precision>]) -
         *end = own.turn();
     }
     {
-        let (mut p, mut q): (Vec<&[f64]>, Vec<&mut [f64]>) = (Vec::new(), Vec::new());
+        let (mut p, mut q) = (Vec::new(), Vec::new());
         for (own, _) in all.iter_mut().zip(&ends).filter(|(_, end)| end.is_none()) {
-            p.push(&own.p);
-            q.push(&mut own.q);
+            p.push(&own.p[..]);
+            q.push(&mut own.q[..]);
         }
         op.apply_to_all(&p, &mut q);
     }

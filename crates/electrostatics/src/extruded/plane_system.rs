@@ -195,8 +195,12 @@ impl PlaneSystem {
         all: &mut [Vec<Lane<T>>],
     ) {
         let unknowns = self.elimination.unknowns();
-        let (mut skeletons, mut inner): (Vec<&mut [Lane<T>]>, Vec<&mut [Lane<T>]>) =
-            all.iter_mut().map(|x| x.split_at_mut(unknowns)).unzip();
+        let (mut skeletons, mut inner) = (Vec::new(), Vec::new());
+        for x in all {
+            let (skeleton, own) = x.split_at_mut(unknowns);
+            skeletons.push(skeleton);
+            inner.push(own);
+        }
         vectorized(|| self.eliminate_inner(locals, lambda, &mut skeletons, &mut inner));
         self.elimination.solve(factor, &mut skeletons);
         vectorized(|| self.substitute_inner(locals, lambda, &skeletons, &mut inner));
