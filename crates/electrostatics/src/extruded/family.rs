@@ -1,4 +1,5 @@
-//! The meshes that a scene may be solved on, and the error expected on each: from what the upper bound falls by on the first ones.
+//! The meshes that a scene may be solved on, and the error expected on each: from what the upper bound falls by on the first ones, and
+//! from what the last functions along the axis carry there.
 
 /// How fine a mesh is.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -70,7 +71,7 @@ const SAFETY: f64 = 1.15;
 const LEAST: f64 = 1e-12;
 
 /// The highest degree.
-const HIGHEST: usize = 8;
+pub(super) const HIGHEST: usize = 8;
 
 /// What is expected of the meshes of a scene. The numbers were measured on bars, bent electrodes, discs, rings and boards: see
 /// docs/extruded.md.
@@ -105,7 +106,7 @@ impl Expectation {
         Self {
             two_layers: [of_plan(0, of_layers), along_axis[0]],
             third_degree: [of_plan(1, of_degrees), along_axis[1]],
-            // So it does from a strip.
+            // As for layers, the lower bound gains as much as the upper one.
             without_strips: 2.0 * gained.striped,
             sheets,
             triangles: triangles.map(|t| t as f64),

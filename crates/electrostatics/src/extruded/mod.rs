@@ -18,4 +18,5 @@ mod plane_system;
 mod primal;
 mod rays;
 mod shown;
+mod size;
 pub(crate) mod solve;

@@ -1,14 +1,16 @@
 //! The solver for extruded scenes from a scene to its Maxwell matrix: the search for a mesh that meets the tolerance.
 //!
-//! Meshes differ in their degree, their layers and their strips (`family.rs`). A few small ones are solved for the upper bound alone; from
-//! what it falls by follows the mesh that should meet the tolerance, which is solved for both bounds.
+//! Meshes differ in their degrees, layers and strips, in the plan and along the axis (`family.rs`). A few small ones are solved for the
+//! upper bound alone. From what it falls by, and from what the last functions along the axis carry, follows the mesh that should meet the
+//! tolerance, which is solved for both bounds.
 
 use super::confined::{changed, distance_of_ends, open_sides, with_open_sides, without_common_potential};
-use super::family::{Expectation, Gained, Level};
+use super::family::{Expectation, Gained, HIGHEST, Level};
 use super::layout::{Layout, Plan, PlanError};
 use super::mesh::PlanMesh;
-use super::one_mesh::{Energies, Problem, TOGETHER};
+use super::one_mesh::{Energies, Problem};
 use super::shown::{prisms, tetrahedra};
+use super::size::Size;
 use crate::boxes::domain::{Axis, Rays};
 use crate::boxes::one_grid::error_of;
 use crate::boxes::resolution::iteration_share;
@@ -134,39 +136,6 @@ pub struct ExtrudedSolution {
 
 /// Seconds per unknown and right-hand side on two cores.
 const SECONDS: f64 = 1.0e-6;
-
-/// How large the problems on a mesh are.
-struct Size {
-    /// Of both problems.
-    unknowns: usize,
-    /// Entries of the factors of one mode of the whole plan, both problems.
-    entries: f64,
-    /// Functions of the line.
-    modes: usize,
-}
-
-impl Size {
-    fn of(mesh: &PlanMesh, axis: &Axis, degree: usize) -> Self {
-        let (points, edges, triangles) = (mesh.points.len(), mesh.edges.len(), mesh.triangles.len());
-        let modes = axis.functions().len();
-        let inner = (degree - 1) * degree.saturating_sub(2) / 2;
-        let upper = points + edges * (degree - 1) + triangles * inner;
-        let lower = edges * degree + triangles * degree * (degree + 1) / 2;
-        // Nested dissection of a mesh of the plane: the entries grow by some for each halving.
-        let skeleton = (edges * degree) as f64;
-        let entries = 2.0 * skeleton * degree as f64 * (2.0 + 1.5 * (edges.max(2) as f64).log2());
-        Self { unknowns: (upper + lower) * modes, entries, modes }
-    }
-
-    /// Bytes at the peak, with so many right-hand sides at once.
-    fn memory(&self, right_hand_sides: usize) -> u64 {
-        // Vectors of the iterations, then factors in single precision for some regions and in double precision for the repair.
-        let together = right_hand_sides.clamp(1, TOGETHER);
-        let vectors = (30 + 24 * right_hand_sides + 70 * together) * self.unknowns;
-        let factors = self.entries * (self.modes + 8) as f64 * (4.0 * 2.0 + 8.0);
-        vectors as u64 + factors as u64 + (16 << 20)
-    }
-}
 
 /// Prisms that are shown at most.
 const MOST_SHOWN: usize = 60_000;
@@ -321,8 +290,8 @@ impl<'a> Search<'a> {
             expected.learn(solved, spread);
         }
         let least = Level {
-            degree: solved.degree + higher,
-            axis_degree: solved.axis_degree + higher,
+            degree: (solved.degree + higher).min(HIGHEST),
+            axis_degree: (solved.axis_degree + higher).min(HIGHEST),
             layers: solved.layers + higher,
             axis_layers: solved.axis_layers + higher,
             ..solved

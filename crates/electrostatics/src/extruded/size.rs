@@ -1,0 +1,38 @@
+//! How many unknowns the problems on a mesh have, and the memory that they take.
+
+use super::mesh::PlanMesh;
+use super::one_mesh::TOGETHER;
+use crate::boxes::domain::Axis;
+
+/// How large the problems on a mesh are.
+pub(super) struct Size {
+    /// Of both problems.
+    pub unknowns: usize,
+    /// Entries of the factors of one mode of the whole plan, both problems.
+    entries: f64,
+    /// Functions of the line.
+    modes: usize,
+}
+
+impl Size {
+    pub(super) fn of(mesh: &PlanMesh, axis: &Axis, degree: usize) -> Self {
+        let (points, edges, triangles) = (mesh.points.len(), mesh.edges.len(), mesh.triangles.len());
+        let modes = axis.functions().len();
+        let inner = (degree - 1) * degree.saturating_sub(2) / 2;
+        let upper = points + edges * (degree - 1) + triangles * inner;
+        let lower = edges * degree + triangles * degree * (degree + 1) / 2;
+        // Nested dissection of a mesh of the plane: the entries grow by some for each halving.
+        let skeleton = (edges * degree) as f64;
+        let entries = 2.0 * skeleton * degree as f64 * (2.0 + 1.5 * (edges.max(2) as f64).log2());
+        Self { unknowns: (upper + lower) * modes, entries, modes }
+    }
+
+    /// Bytes at the peak, with so many right-hand sides at once.
+    pub(super) fn memory(&self, right_hand_sides: usize) -> u64 {
+        // Vectors of the iterations, then factors in single precision for some regions and in double precision for the repair.
+        let together = right_hand_sides.clamp(1, TOGETHER);
+        let vectors = (30 + 24 * right_hand_sides + 70 * together) * self.unknowns;
+        let factors = self.entries * (self.modes + 8) as f64 * (4.0 * 2.0 + 8.0);
+        vectors as u64 + factors as u64 + (16 << 20)
+    }
+}
