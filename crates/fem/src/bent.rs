@@ -36,39 +36,31 @@ impl Bent {
     pub(crate) fn jets(&self, shares: [f64; 2]) -> [Jet; 2] {
         let [a, b, c] = barycentric(shares);
         let [p, q, r] = self.corners;
-        let straight = [0, 1].map(|k| a.scaled(p[k]).plus(b.scaled(q[k])).plus(c.scaled(r[k])));
-        // How far along the curve, and how much of its distance from the chord.
+        // How far along the curve; the distance of the curve from its chord there is t (1 - t) times what `bow` says.
         let t = b.minus(a).plus(Jet::constant(1.0)).scaled(0.5);
-        let back = Jet::constant(1.0).minus(t);
-        match self.curve {
+        let bow = match self.curve {
             Curve::Arc { center } => {
-                let rest = t.times(back);
-                if rest.value <= 0.0 {
-                    return straight;
-                }
-                let weight = a.times(b).over(rest);
                 let [from, to] = [p, q].map(|x| [x[0] - center[0], x[1] - center[1]]);
-                let turn = (from[0] * to[1] - from[1] * to[0]).atan2(from[0] * to[0] + from[1] * to[1]);
-                let [cosine, sine] = t.scaled(turn).cosine_and_sine();
-                let along = [
-                    cosine.scaled(from[0]).minus(sine.scaled(from[1])),
-                    sine.scaled(from[0]).plus(cosine.scaled(from[1])),
-                ];
-                [0, 1].map(|k| {
-                    let chord = t.scaled(to[k] - from[k]).plus(Jet::constant(from[k]));
-                    straight[k].plus(weight.times(along[k].minus(chord)))
-                })
+                // Divided by the distance from the nearer end, which may be zero, in closed form.
+                match t.value <= 0.5 {
+                    true => bow_of_arc(from, turn(from, to), t),
+                    false => bow_of_arc(to, turn(to, from), Jet::constant(1.0).minus(t)),
+                }
             }
-            // The distance of a cubic from its chord is divisible by t (1 - t), so that the map is a polynomial.
             Curve::Cubic { control: [first, second] } => {
-                let weight = a.times(b).scaled(3.0);
+                let back = Jet::constant(1.0).minus(t);
                 [0, 1].map(|k| {
                     let early = first[k] - (2.0 * p[k] + q[k]) / 3.0;
                     let late = second[k] - (p[k] + 2.0 * q[k]) / 3.0;
-                    straight[k].plus(weight.times(back.scaled(early).plus(t.scaled(late))))
+                    back.scaled(early).plus(t.scaled(late)).scaled(3.0)
                 })
             }
-        }
+        };
+        let weight = a.times(b);
+        [0, 1].map(|k| {
+            let straight = a.scaled(p[k]).plus(b.scaled(q[k])).plus(c.scaled(r[k]));
+            straight.plus(weight.times(bow[k]))
+        })
     }
 
     /// The shares of the second and the third corner at a point of the straight triangle.
@@ -80,26 +72,132 @@ impl Bent {
         [(w[0] * v[1] - w[1] * v[0]) / determinant, (u[0] * w[1] - u[1] * w[0]) / determinant]
     }
 
-    /// The least factor by which the map stretches areas over the greatest one, at points all over a part of the triangle that is given
-    /// by the shares of its corners; negative if it folds. The error of integrals depends on it: see the tests of
-    /// [`triangle`](crate::triangle).
-    pub fn evenness(&self, [p, q, r]: [[f64; 2]; 3]) -> f64 {
-        const STEPS: usize = 8;
-        let points =
-            (0..=STEPS).flat_map(|i| (0..=STEPS - i).map(move |j| [i, j].map(|k| k as f64 / STEPS as f64)));
-        let place = |[x, y]: [f64; 2]| [0, 1].map(|k| p[k] + x * (q[k] - p[k]) + y * (r[k] - p[k]));
-        let [u, v] = [1, 2].map(|c| [0, 1].map(|k| self.corners[c][k] - self.corners[0][k]));
-        let straight = u[0] * v[1] - u[1] * v[0];
-        let [least, most] = points.fold([f64::INFINITY, f64::NEG_INFINITY], |[least, most], point| {
-            let [x, y] = self.jets(place(point));
-            let stretch = (x.slope[0] * y.slope[1] - x.slope[1] * y.slope[0]) / straight;
-            [least.min(stretch), most.max(stretch)]
+    /// How evenly the map stretches areas in a part of the triangle that is given by the shares of its corners.
+    pub fn stretch(&self, part: [[f64; 2]; 3]) -> Stretch {
+        let even = evenness(grid().map(|at| self.determinant(place(part, at))));
+        if even > EVEN_ENOUGH {
+            return Stretch::Even(even);
+        }
+        let is_end = |share: [f64; 2]| {
+            [[0.0, 0.0], [1.0, 0.0]].iter().any(|end| (0..2).all(|k| (share[k] - end[k]).abs() < SAME))
+        };
+        let tips = (0..3).filter(|k| is_end(part[*k]));
+        // With the part's corners turned so that the tip is the first one, the stretch is `blunt + s * slope`, where s is the distance
+        // from the tip in shares of the part.
+        let as_needle = tips.map(|tip| {
+            let turned = [0, 1, 2].map(|k| part[(tip + k) % 3]);
+            let blunt = self.determinant(turned[0]);
+            let slopes = grid().filter(|[x, y]| x + y > 0.0);
+            let slopes = slopes.map(|[x, y]| (self.determinant(place(turned, [x, y])) - blunt) / (x + y));
+            let (least, most) = slopes.fold((f64::INFINITY, f64::NEG_INFINITY), |(least, most), slope| {
+                (least.min(slope), most.max(slope))
+            });
+            // A tip that is turned over by rounding alone is as sharp as one can be.
+            let sign = if most.abs() > least.abs() { 1.0 } else { -1.0 };
+            let blunt = sign * blunt / most.abs().max(least.abs());
+            let evenness =
+                if blunt < -SAME { f64::NEG_INFINITY } else { evenness([least, most].into_iter()) };
+            Needle { tip, blunt: blunt.max(0.0), evenness }
         });
-        least / most
+        match as_needle.max_by(|a, b| a.evenness.total_cmp(&b.evenness)) {
+            Some(needle) if needle.evenness > even => Stretch::Needle(needle),
+            _ => Stretch::Even(even),
+        }
+    }
+
+    /// The factor by which the map stretches areas, times twice the area of the straight triangle.
+    fn determinant(&self, shares: [f64; 2]) -> f64 {
+        let [x, y] = self.jets(shares);
+        x.slope[0] * y.slope[1] - x.slope[1] * y.slope[0]
     }
 }
 
-/// Integrals over triangles that are less even than this are less exact than others ([`Bent::evenness`]).
+/// How evenly the map of a bent triangle stretches areas in a part of it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Stretch {
+    /// The least factor over the greatest one; negative if the map folds.
+    Even(f64),
+    /// It stretches next to nothing at one corner, and proportionally to the distance from there.
+    Needle(Needle),
+}
+
+/// A part of a bent triangle between the curve and a side that is tangent to it, or nearly so.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Needle {
+    /// The part's corner at which they touch.
+    pub tip: usize,
+    /// The stretch at the tip over the greatest one.
+    pub blunt: f64,
+    /// The least factor over the greatest one of what the stretch grows by from the tip on, over the distance from there.
+    pub evenness: f64,
+}
+
+impl Stretch {
+    /// The least factor over the greatest one: of the stretch, or in a needle of its growth from the tip on. The error of integrals
+    /// depends on it: see the tests of [`triangle`](crate::triangle).
+    pub fn evenness(&self) -> f64 {
+        match self {
+            Self::Even(evenness) | Self::Needle(Needle { evenness, .. }) => *evenness,
+        }
+    }
+}
+
+/// Points all over the reference triangle.
+fn grid() -> impl Iterator<Item = [f64; 2]> {
+    const STEPS: usize = 8;
+    (0..=STEPS).flat_map(|i| (0..=STEPS - i).map(move |j| [i, j].map(|k| k as f64 / STEPS as f64)))
+}
+
+/// The shares of a point of a part.
+fn place([p, q, r]: [[f64; 2]; 3], [x, y]: [f64; 2]) -> [f64; 2] {
+    [0, 1].map(|k| p[k] + x * (q[k] - p[k]) + y * (r[k] - p[k]))
+}
+
+/// The least number over the greatest one, in the sense of their sizes; negative if they differ in sign.
+fn evenness(numbers: impl Iterator<Item = f64>) -> f64 {
+    let (least, most) =
+        numbers.fold((f64::INFINITY, f64::NEG_INFINITY), |(least, most), x| (least.min(x), most.max(x)));
+    if most.abs() >= least.abs() { least / most } else { most / least }
+}
+
+/// Angle from one direction to another, less than half a turn.
+fn turn(from: [f64; 2], to: [f64; 2]) -> f64 {
+    (from[0] * to[1] - from[1] * to[0]).atan2(from[0] * to[0] + from[1] * to[1])
+}
+
+/// The distance of an arc from its chord over t (1 - t), by the share t, at most 1/2, of its angle `turn` from the point `from`, seen from
+/// its centre: with g(x) = (exp(i x) - 1) / (i x) it is i turn (g(t turn) - g(turn)) / (1 - t), as a factor of complex `from`.
+fn bow_of_arc(from: [f64; 2], turn: f64, t: Jet) -> [Jet; 2] {
+    let [here, all] = [t.scaled(turn), Jet::constant(turn)].map(mean_turn);
+    let back = Jet::constant(1.0).minus(t);
+    let [re, im] = [0, 1].map(|k| here[k].minus(all[k]).over(back).scaled(turn));
+    [im.scaled(-from[0]).minus(re.scaled(from[1])), re.scaled(from[0]).minus(im.scaled(from[1]))]
+}
+
+/// (exp(i x) - 1) / (i x), real and imaginary part: sin x / x and (1 - cos x) / x, by their series where x is small.
+fn mean_turn(x: Jet) -> [Jet; 2] {
+    if x.value.abs() > 1.0 {
+        let [cosine, sine] = x.cosine_and_sine();
+        return [sine.over(x), Jet::constant(1.0).minus(cosine).over(x)];
+    }
+    // The sums of (-1)^k x^2k / (2k + 1)! and (-1)^k x^(2k + 1) / (2k + 2)!; the last terms are below 1e-17.
+    let square = x.times(x);
+    let mut sums = [Jet::constant(0.0); 2];
+    for k in (0..=9).rev() {
+        let k = f64::from(k);
+        let factors = [(2.0 * k + 2.0) * (2.0 * k + 3.0), (2.0 * k + 3.0) * (2.0 * k + 4.0)];
+        sums = [0, 1].map(|i| Jet::constant(1.0).minus(square.times(sums[i]).scaled(1.0 / factors[i])));
+    }
+    [sums[0], x.times(sums[1]).scaled(0.5)]
+}
+
+/// What is more even than this is not looked at as a needle.
+const EVEN_ENOUGH: f64 = 0.4;
+
+/// Shares that differ by less are the same.
+const SAME: f64 = 1e-12;
+
+/// Triangles that are less even are refused, since no rule of a reasonable size integrates over them ([`Stretch::evenness`]).
 pub const LEAST_EVENNESS: f64 = 0.1;
 
 /// The shares of the corners of the whole triangle.

@@ -132,7 +132,7 @@ impl Primal {
                 }
             }
         }
-        let rays = PotentialRays::new(mesh, axis, walls, degree, radius, &inner_bases);
+        let rays = PotentialRays::new(mesh, axis, walls, degree, radius, &inner_bases)?;
         let mut out = Self {
             width,
             numbering,

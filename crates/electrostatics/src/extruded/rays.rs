@@ -91,8 +91,8 @@ impl PotentialRays {
         degree: usize,
         radius: Option<f64>,
         inner_bases: &[Mat<f64>],
-    ) -> Self {
-        let Some(radius) = radius else { return Self::default() };
+    ) -> Result<Self, SolveError> {
+        let Some(radius) = radius else { return Ok(Self::default()) };
         let met = met_by_rays(mesh, axis);
         let points = mesh.points.len();
         // The frame.
@@ -140,8 +140,8 @@ impl PotentialRays {
         // The ends of the axis.
         let integrals = PotentialIntegrals::new(degree);
         let functions = axis.functions();
-        let ends = (0..2)
-            .filter(|side| axis.walls[*side] == Wall::Open)
+        let open = (0..2).filter(|side| axis.walls[*side] == Wall::Open);
+        let ends: Result<Vec<_>, SolveError> = open
             .map(|side| {
                 let most = greatest[if side == 0 { 0 } else { greatest.len() - 1 }];
                 let mut matrix = vec![Vec::new(); points + mesh.edges.len() * (degree - 1)];
@@ -150,18 +150,20 @@ impl PotentialRays {
             })
             .map(|(function, most, mut matrix): (usize, f64, Vec<Vec<(u32, f64)>>)| {
                 for t in 0..mesh.triangles.len() {
-                    let own = in_basis(&integrals.beyond(&mesh.triangle(t), radius), &inner_bases[t], degree);
+                    let own = integrals.beyond(&mesh.triangle(t), radius).map_err(|_| SolveError::NoPlan)?;
+                    let own = in_basis(&own, &inner_bases[t], degree);
                     let rows: Vec<u32> = triangle_rows(mesh, t, degree).collect();
                     for (i, row) in rows.iter().enumerate() {
                         matrix[*row as usize]
                             .extend(rows.iter().enumerate().map(|(j, c)| (*c, most * own[(i, j)])));
                     }
                 }
-                (function, matrix)
+                Ok((function, matrix))
             })
             .collect();
         let at_end = [greatest[0], greatest[greatest.len() - 1]];
-        Self { rows, plan, line: Some(Dense::from_mat(line.as_ref())), ends, greatest: at_end, degree }
+        let line = Some(Dense::from_mat(line.as_ref()));
+        Ok(Self { rows, plan, line, ends: ends?, greatest: at_end, degree })
     }
 
     /// `y += A x`.

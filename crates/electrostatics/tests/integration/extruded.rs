@@ -149,6 +149,33 @@ fn a_cylinder_drawn_by_arcs_is_as_round_as_one_that_is_given_as_such() {
 }
 
 #[test]
+fn bounds_hold_where_a_circle_touches_a_wall() {
+    // An insulated wall along which the field reaches into the corner between the two, seen by a grounded box.
+    let mut walls = [[Wall::Grounded; 2]; 3];
+    walls[0][1] = Wall::Insulated;
+    walls[1] = [Wall::Insulated; 2];
+    let domain = Box3 { min: [-2.0, 0.0, -1.5], max: [1.0, 0.5, 1.5] };
+    let scene = |body: Body| Scene { bodies: vec![body], background_permittivity: 1.0, domain, walls };
+    let polygon = |radius: f64, first: f64| {
+        let corner = |k: u32| TAU / 32.0 * (f64::from(k) + first);
+        let corners = (0..32).map(|k| Entry::Corner([radius * corner(k).cos(), radius * corner(k).sin()]));
+        drawing("polygon", &corners.collect::<Vec<_>>(), [0.0, 0.5])
+    };
+    let [inner, outer] = [polygon(1.0, 0.0), polygon(1.0 / (PI / 32.0).cos(), 0.5)]
+        .map(|body| solved(&scene(body), 1e-3, Target::Matrix).maxwell[0][0]);
+    let circle = scene(disc("circle", [0.0; 3], 1.0, 0.5));
+    let fine = solved(&circle, 1e-7, Target::Matrix).maxwell[0][0];
+    assert!(fine.spread_over_value() <= 1e-7, "{fine:?}");
+    assert!(inner.upper < fine.lower && fine.upper < outer.lower, "{inner:?} {fine:?} {outer:?}");
+    for order in 2..=6 {
+        let resolution = Some(ResolutionLevel { order, levels: 1 });
+        let fixed = Settings { resolution, ..settings(1e-3, Target::Matrix) };
+        let c = solve_extruded(&circle, &fixed).unwrap().solution.maxwell[0][0];
+        assert!(c.lower < fine.upper && fine.lower < c.upper, "{order}: {c:?} {fine:?}");
+    }
+}
+
+#[test]
 fn a_plate_with_rounded_corners_lies_between_those_with_cut_and_with_sharp_ones() {
     let corners = [[-1.0, -0.7], [1.0, -0.7], [1.0, 0.7], [-1.0, 0.7]];
     let radius = 0.4;

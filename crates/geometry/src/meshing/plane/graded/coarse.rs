@@ -25,7 +25,7 @@ const LEAST_AREA: f64 = 1e-7;
 /// Limit on the number of points that refinement adds.
 const MOST_POINTS: usize = 100_000;
 
-/// Triangles at cubics are at least this even: more than those that have exact integrals, since parts of them are looked at elsewhere.
+/// Triangles at curves are at least this even: more than those that have exact integrals, since parts of them are looked at elsewhere.
 const EVENNESS: f64 = 1.5 * LEAST_EVENNESS;
 
 /// Arcs that a whole circle is divided into, if nothing crosses it, and as fine parts of other curves: the first number with which no
@@ -188,19 +188,18 @@ impl Coarse {
         (!is_turned && self.mesh.triangles.iter().all(|t| self.is_even(t))).then_some(())
     }
 
-    /// Whether a triangle is not stretched too unevenly where its sides become cubics. One with several such sides is divided from its
+    /// Whether a triangle is not stretched too unevenly where its sides become curves. One with several such sides is divided from its
     /// middle before.
     fn is_even(&self, t: &[u32; 3]) -> bool {
         let bent = bent_triangles(t, &self.arcs, |p| self.mesh.points[p as usize]);
         let several = bent.len() > 1;
         let corners = t.map(|p| self.mesh.points[p as usize]);
         let middle = [0, 1].map(|k| corners.iter().map(|p| p[k]).sum::<f64>() / 3.0);
-        let mut at_cubics = bent.into_iter().filter(|bent| matches!(bent.curve, Curve::Cubic { .. }));
-        at_cubics.all(|mut bent| {
+        bent.into_iter().all(|mut bent| {
             if several {
                 bent.corners[2] = middle;
             }
-            bent.evenness(WHOLE) >= EVENNESS
+            bent.stretch(WHOLE).evenness() >= EVENNESS
         })
     }
 
