@@ -144,7 +144,7 @@ impl Stretch {
 
 /// Points all over the reference triangle.
 fn grid() -> impl Iterator<Item = [f64; 2]> {
-    const STEPS: usize = 8;
+    const STEPS: usize = 4;
     (0..=STEPS).flat_map(|i| (0..=STEPS - i).map(move |j| [i, j].map(|k| k as f64 / STEPS as f64)))
 }
 
@@ -176,14 +176,14 @@ fn bow_of_arc(from: [f64; 2], turn: f64, t: Jet) -> [Jet; 2] {
 
 /// (exp(i x) - 1) / (i x), real and imaginary part: sin x / x and (1 - cos x) / x, by their series where x is small.
 fn mean_turn(x: Jet) -> [Jet; 2] {
-    if x.value.abs() > 1.0 {
+    if x.value.abs() > 0.25 {
         let [cosine, sine] = x.cosine_and_sine();
         return [sine.over(x), Jet::constant(1.0).minus(cosine).over(x)];
     }
     // The sums of (-1)^k x^2k / (2k + 1)! and (-1)^k x^(2k + 1) / (2k + 2)!; the last terms are below 1e-17.
     let square = x.times(x);
     let mut sums = [Jet::constant(0.0); 2];
-    for k in (0..=9).rev() {
+    for k in (0..=5).rev() {
         let k = f64::from(k);
         let factors = [(2.0 * k + 2.0) * (2.0 * k + 3.0), (2.0 * k + 3.0) * (2.0 * k + 4.0)];
         sums = [0, 1].map(|i| Jet::constant(1.0).minus(square.times(sums[i]).scaled(1.0 / factors[i])));
