@@ -1,6 +1,6 @@
 //! Triangles with one side on a curve.
 
-use crate::triangle::{Jet, barycentric};
+use crate::jet::{Jet, barycentric};
 
 /// The curve that takes the place of a straight side.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -14,6 +14,7 @@
 
 pub mod bent;
 pub mod embedding;
+mod jet;
 pub mod line;
 pub mod mixed;
 pub mod modes;

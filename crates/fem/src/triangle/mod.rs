@@ -1,0 +1,87 @@
+//! Polynomials on triangles: continuous potentials, Raviart-Thomas fluxes and their traces.
+//!
+//! The reference triangle has the corners (0, 0), (1, 0) and (0, 1), in this order; its sides are numbered by [`SIDES`] and run from
+//! the first to the second of their corners. A triangle of a mesh is its affine image. Where all triangles list their corners by
+//! ascending number, every side runs the same way in both triangles that it belongs to, and no function needs a sign.
+//!
+//! A triangle may also be a part of one with a side on a curve ([`Bent`]). Potentials keep their values under the map, fluxes their
+//! integrals over curves (Piola), so that neither continuity nor divergence is lost; integrals are then by a rule of higher order.
+//!
+//! The continuous functions of degree p are the three barycentric coordinates, p - 1 functions of each side, whose trace is that of
+//! [`hierarchical`](crate::line::hierarchical), and those that vanish on all sides (Szabo and Babuska, *Finite Element Analysis*,
+//! 1991). The fluxes of degree p are Raviart-Thomas's of order p - 1, without any continuity: their divergences are all
+//! polynomials of degree p - 1, and so are their normal components on each side.
+
+mod fluxes;
+mod functions;
+mod potentials;
+mod rules;
+#[cfg(test)]
+mod tests;
+
+pub use fluxes::{FluxForms, FluxIntegrals};
+pub use functions::{continuous_functions, divergences};
+pub use potentials::PotentialIntegrals;
+
+use crate::bent::Bent;
+
+/// Corners of the sides.
+pub const SIDES: [[usize; 2]; 3] = [[0, 1], [0, 2], [1, 2]];
+
+/// Outward normals of the sides of the reference triangle, as long as the sides.
+const NORMALS: [[f64; 2]; 3] = [[0.0, -1.0], [-1.0, 0.0], [1.0, 1.0]];
+
+/// A triangle is so bent that its map folds.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
+#[error("a triangle of the mesh is too bent")]
+pub struct Folded;
+
+/// A triangle of a mesh, as far as the integrals over it need it.
+#[derive(Debug, Clone, Copy)]
+pub struct Triangle {
+    /// Its corners, m (or any other unit).
+    pub corners: [[f64; 2]; 3],
+    /// What it is a part of, if that is bent, and the shares of its corners there.
+    pub bent: Option<(Bent, [[f64; 2]; 3])>,
+}
+
+impl Triangle {
+    /// Columns are the images of the reference triangle's two sides at its first corner.
+    fn sides(&self) -> [[f64; 2]; 2] {
+        let [a, b, c] = self.corners;
+        [[b[0] - a[0], b[1] - a[1]], [c[0] - a[0], c[1] - a[1]]]
+    }
+
+    /// Positions and the derivative of the map at a point of the reference triangle: columns are those along its two sides.
+    pub(super) fn map(&self, point: [f64; 2]) -> ([f64; 2], [[f64; 2]; 2]) {
+        let [u, v] = self.sides();
+        let Some((bent, [p, q, r])) = &self.bent else {
+            let a = self.corners[0];
+            return ([0, 1].map(|k| a[k] + point[0] * u[k] + point[1] * v[k]), [u, v]);
+        };
+        let along = [[q[0] - p[0], q[1] - p[1]], [r[0] - p[0], r[1] - p[1]]];
+        let shares = [0, 1].map(|k| p[k] + point[0] * along[0][k] + point[1] * along[1][k]);
+        let x = bent.jets(shares);
+        let column = |d: [f64; 2]| [0, 1].map(|k| x[k].slope[0] * d[0] + x[k].slope[1] * d[1]);
+        (x.map(|x| x.value), [column(along[0]), column(along[1])])
+    }
+
+    /// Twice its area, m^2; that of the straight triangle with the same corners.
+    pub fn double_area(&self) -> f64 {
+        let [u, v] = self.sides();
+        (u[0] * v[1] - u[1] * v[0]).abs()
+    }
+
+    /// Length of a side, m.
+    pub fn length(&self, side: usize) -> f64 {
+        let [a, b] = SIDES[side].map(|c| self.corners[c]);
+        (b[0] - a[0]).hypot(b[1] - a[1])
+    }
+
+    /// Products of the columns of the map from the reference triangle: xx, xy, yy, m^2.
+    pub(super) fn metric(&self) -> [f64; 3] {
+        let [u, v] = self.sides();
+        let product = |a: [f64; 2], b: [f64; 2]| a[0] * b[0] + a[1] * b[1];
+        [product(u, u), product(u, v), product(v, v)]
+    }
+}
