@@ -21,7 +21,7 @@ pub fn boxes_of(shape: &Shape, most: usize) -> Option<Vec<Box3>> {
     match shape {
         Shape::Box(region) => Some(vec![*region]),
         Shape::Extrusion { axis, from, to, outline, .. } => {
-            Cells::of_outline(*axis, [from.min(*to), from.max(*to)], outline, most).map(|cells| cells.boxes())
+            boxes_of_outlines(*axis, [*from, *to], &[outline], most)
         }
         Shape::Surface(surface) => of_surface(surface, most),
         Shape::Sphere { .. }
@@ -30,6 +30,16 @@ pub fn boxes_of(shape: &Shape, most: usize) -> Option<Vec<Box3>> {
         | Shape::Tube { .. }
         | Shape::Physical(_) => None,
     }
+}
+
+/// The same for what an odd number of outlines holds, pulled along an axis between two ends: holes are outlines in one another.
+pub fn boxes_of_outlines(
+    axis: usize,
+    [from, to]: [f64; 2],
+    outlines: &[&[[f64; 2]]],
+    most: usize,
+) -> Option<Vec<Box3>> {
+    Cells::of_outlines(axis, [from.min(to), from.max(to)], outlines, most).map(Cells::boxes)
 }
 
 /// How many cells the planes of all faces of some boxes divide the space between them into.
@@ -99,10 +109,10 @@ impl Cells {
         cell[0] + n * (cell[1] + m * cell[2])
     }
 
-    /// Those in a polygon pulled along an axis.
-    fn of_outline(axis: usize, ends: [f64; 2], outline: &[[f64; 2]], most: usize) -> Option<Self> {
-        let edges = || outline.iter().zip(outline.iter().cycle().skip(1));
-        if !edges().all(|(a, b)| a[0] == b[0] || a[1] == b[1]) {
+    /// Those in an odd number of polygons pulled along an axis.
+    fn of_outlines(axis: usize, ends: [f64; 2], outlines: &[&[[f64; 2]]], most: usize) -> Option<Self> {
+        let mut edges = outlines.iter().flat_map(|own| own.iter().zip(own.iter().cycle().skip(1)));
+        if !edges.all(|(a, b)| a[0] == b[0] || a[1] == b[1]) {
             return None;
         }
         let across: [usize; 2] = match axis {
@@ -112,7 +122,7 @@ impl Cells {
         };
         let mut planes = [0; 3].map(|_| ends.to_vec());
         for (k, &a) in across.iter().enumerate() {
-            planes[a] = ascending(outline.iter().map(|q| q[k]).collect());
+            planes[a] = ascending(outlines.iter().flat_map(|own| own.iter().map(|q| q[k])).collect());
         }
         let mut cells = Self::empty(planes, most)?;
         let [columns, rows] = across.map(|a| cells.counts()[a]);
@@ -123,7 +133,8 @@ impl Cells {
                 let mut cell = [0; 3];
                 (cell[across[0]], cell[across[1]]) = (column, row);
                 let index = cells.index(cell);
-                cells.filled[index] = outline::contains(outline, centre);
+                let holding = outlines.iter().filter(|own| outline::contains(own, centre));
+                cells.filled[index] = holding.count() % 2 == 1;
             }
         }
         Some(cells)
