@@ -62,7 +62,6 @@ impl Case {
     pub fn has_only_boxes(&self) -> bool {
         self.bodies.iter().all(|body| body.boxes().is_some())
     }
-
 }
 
 /// A volume mesh that a case file names, with the roles that the case gives its groups.

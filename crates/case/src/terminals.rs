@@ -31,7 +31,8 @@ impl Terminal {
     pub fn join(terminals: &[Self], bodies: Vec<Body>) -> Vec<Body> {
         let mut out: Vec<Body> = Vec::with_capacity(bodies.len());
         for body in bodies {
-            let terminal = terminals.iter().find(|terminal| body.is_conductor() && terminal.holds(&body.name));
+            let terminal =
+                terminals.iter().find(|terminal| body.is_conductor() && terminal.holds(&body.name));
             let Some(Self { name, is_grounded, .. }) = terminal else {
                 out.push(body);
                 continue;
@@ -82,11 +83,25 @@ impl Case {
         names
     }
 
+    /// Whether what is measured lies between the two electrodes, so that it can be compared with parallel plates.
+    pub fn electrodes_are_measured(&self) -> bool {
+        let names = self.driven_terminals();
+        let own = self.electrodes.as_ref().map(|own| own.names().map(|name| self.terminal_of(name).0));
+        let rows = own.map(|own| own.map(|name| names.iter().position(|known| known == name)));
+        match (rows, self.measurement()) {
+            (Some([Some(a), Some(b)]), Measurement::TwoTerminal(of) | Measurement::Mutual(of)) => {
+                of == [a, b] || of == [b, a]
+            }
+            (Some(_) | None, _) => false,
+        }
+    }
+
     /// What is measured: what the file says, the pair of electrodes, or the only two terminals or the only one; of more, the matrix.
     pub fn measurement(&self) -> Measurement {
         let names = self.driven_terminals();
         let row = |name: &str| names.iter().position(|known| known == name);
-        let asked = self.measured.as_deref().map(|names| names.iter().map(|name| row(name)).collect::<Vec<_>>());
+        let asked =
+            self.measured.as_deref().map(|names| names.iter().map(|name| row(name)).collect::<Vec<_>>());
         match asked.as_deref() {
             Some([Some(one)]) => return Measurement::Own(*one),
             Some([Some(first), Some(second)]) if first != second => {
@@ -94,7 +109,8 @@ impl Case {
             }
             Some(_) | None => {}
         }
-        let electrodes = self.electrodes.as_ref().map(|own| own.names().map(|name| row(self.terminal_of(name).0)));
+        let electrodes =
+            self.electrodes.as_ref().map(|own| own.names().map(|name| row(self.terminal_of(name).0)));
         match (electrodes, names.len()) {
             (Some([Some(first), Some(second)]), _) if first != second => {
                 Measurement::TwoTerminal([first, second])

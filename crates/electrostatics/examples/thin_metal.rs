@@ -44,7 +44,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
                 if plain { usual } else { Sizing { thin_edge: 4.0 * tolerance, growth: 0.3, ..usual } };
             let start = Instant::now();
             let first = mesh(&part(&whole, &planes), &sizing)?.mesh;
-            let shapes = MeshScene { permittivity: &[1.0], potentials: &[Potential::Driven], planes: &planes };
+            let shapes =
+                MeshScene { permittivity: &[1.0], potentials: &[Potential::Driven], planes: &planes };
             let settings =
                 TetrahedraSettings { relative_tolerance: tolerance, ..TetrahedraSettings::default() };
             let found = solve_mesh(first, shapes, &settings)?.solution;

@@ -54,9 +54,7 @@ impl Target {
         match self {
             Self::TwoTerminal => bounds.two_terminal(),
             Self::Pair(_) => self.opposite(driven).and_then(|rows| bounds.of_rows(&rows).two_terminal()),
-            Self::Mutual([i, j]) => {
-                (i != j && i.max(j) < driven).then(|| bounds.entries()[i][j].negative())
-            }
+            Self::Mutual([i, j]) => (i != j && i.max(j) < driven).then(|| bounds.entries()[i][j].negative()),
             Self::Own(i) => (i < driven).then(|| bounds.entries()[i][i]),
             Self::Matrix => None,
         }

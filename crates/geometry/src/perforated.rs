@@ -171,6 +171,7 @@ fn drawn_again(
 mod tests {
     use super::*;
     use crate::drawing::{Entry, drawn};
+    use crate::scene::Box3;
 
     fn area(shape: &Shape) -> f64 {
         let Shape::Extrusion { outline, .. } = shape else { panic!("{shape:?}") };
@@ -200,14 +201,19 @@ mod tests {
         let area: f64 = boxes.iter().map(|b| b.extent(0) * b.extent(2)).sum();
         assert_eq!(area, 12.0);
         assert!(boxes.iter().all(|b| b.sheet_normal() == Some(1) && b.min[1] == 0.3));
+        let mirrored =
+            |b: &Box3| Box3 { min: [b.min[0], b.min[1], -b.max[2]], max: [b.max[0], b.max[1], -b.min[2]] };
+        assert!(boxes.iter().all(|b| boxes.contains(&mirrored(b))), "{boxes:?}");
         assert!(boxes.iter().all(|b| [b.min[0], b.max[2]].iter().all(|x| [1.0, 2.0].contains(&x.abs()))));
     }
 
     #[test]
     fn what_lies_between_slanted_outlines_is_covered_once() {
         let plate = polygon(&[[-3.0, -2.0], [3.0, -2.5], [3.5, 2.0], [-2.0, 2.5]]);
-        let holes =
-            [polygon(&[[-1.5, -1.0], [-0.5, -1.0], [-1.0, 1.0]]), polygon(&[[0.5, 0.0], [1.5, -0.5], [1.0, 1.0]])];
+        let holes = [
+            polygon(&[[-1.5, -1.0], [-0.5, -1.0], [-1.0, 1.0]]),
+            polygon(&[[0.5, 0.0], [1.5, -0.5], [1.0, 1.0]]),
+        ];
         let parts = perforated(0, [0.0, 1.0], &plate, &holes).unwrap();
         let total: f64 = parts.iter().map(area).sum();
         let of = |drawn: &Drawn| {

@@ -11,6 +11,7 @@ pub use prisms::{Prism, outlines_in_plane, prisms_of};
 use crate::outline;
 use crate::scene::Box3;
 use crate::shapes::{Shape, TriangleSurface};
+use std::ops::Range;
 
 /// How far the volume of the boxes may be from that of the surface, relative to it: rounding of the sum over the triangles.
 const ROUNDING: f64 = 1e-9;
@@ -39,7 +40,9 @@ pub fn boxes_of_outlines(
     outlines: &[&[[f64; 2]]],
     most: usize,
 ) -> Option<Vec<Box3>> {
-    Cells::of_outlines(axis, [from.min(to), from.max(to)], outlines, most).map(Cells::boxes)
+    let cells = Cells::of_outlines(axis, [from.min(to), from.max(to)], outlines, most)?;
+    // Around holes the few boxes would be other ones than those of the mirror image.
+    Some(if outlines.len() > 1 { cells.strips() } else { cells.boxes() })
 }
 
 /// How many cells the planes of all faces of some boxes divide the space between them into.
@@ -211,6 +214,28 @@ impl Cells {
         boxes
     }
 
+    /// The filled cells as boxes that are each as long along x1 as they can be, and wider only where all that is beside them is alike:
+    /// the boxes of a mirror image are the mirror images of the boxes.
+    fn strips(&self) -> Vec<Box3> {
+        let [n, rows, layers] = self.counts();
+        let row = |row: usize, layer: usize| &self.filled[n * (row + rows * layer)..][..n];
+        let layer = |layer: usize| &self.filled[n * rows * layer..][..n * rows];
+        let mut boxes = Vec::new();
+        for z in alike(layers, |k, l| layer(k) == layer(l)) {
+            for y in alike(rows, |k, l| row(k, z.start) == row(l, z.start)) {
+                let cells = row(y.start, z.start);
+                for x in alike(n, |k, l| cells[k] == cells[l]).into_iter().filter(|x| cells[x.start]) {
+                    let blocks = [x, y.clone(), z.clone()];
+                    boxes.push(Box3 {
+                        min: [0, 1, 2].map(|a| self.planes[a][blocks[a].start]),
+                        max: [0, 1, 2].map(|a| self.planes[a][blocks[a].end]),
+                    });
+                }
+            }
+        }
+        boxes
+    }
+
     /// Whether all cells next to a block, above it along an axis, are filled.
     fn all_filled(&self, from: [usize; 3], to: [usize; 3], axis: usize) -> bool {
         let (mut from, mut to) = (from, to);
@@ -224,6 +249,18 @@ impl Cells {
             self.filled[index] = false;
         }
     }
+}
+
+/// Neighbouring numbers below `count` that are alike, together.
+fn alike(count: usize, same: impl Fn(usize, usize) -> bool) -> Vec<Range<usize>> {
+    let mut out: Vec<Range<usize>> = Vec::new();
+    for k in 0..count {
+        match out.last_mut() {
+            Some(last) if same(last.start, k) => last.end = k + 1,
+            Some(_) | None => out.push(k..k + 1),
+        }
+    }
+    out
 }
 
 /// The cells of a block.

@@ -96,7 +96,10 @@ pub(super) fn bodies(
         let placed = placed?;
         let relative_permittivity = read.get()?.relative_permittivity.get()?.value;
         let name = placed.name;
-        Some(Body { parts: parts(placed), ..Body::dielectric(name, Shape::Box(Box3::SPACE), relative_permittivity) })
+        Some(Body {
+            parts: parts(placed),
+            ..Body::dielectric(name, Shape::Box(Box3::SPACE), relative_permittivity)
+        })
     });
     conductors.chain(dielectrics).collect()
 }
@@ -199,7 +202,9 @@ fn check_touching(conductors: &[Option<PlacedBoxes<'_>>], terminals: &[Terminal]
                     )
                     .label(format!("\"{b}\" shares a point with \"{a}\""))
                     .related(&first.span, format!("\"{a}\" is here"))
-                    .help("leave a gap between the two, or join them: as one conductor, or in one [[terminal]]"),
+                    .help(
+                        "leave a gap between the two, or join them: as one conductor, or in one [[terminal]]",
+                    ),
                 );
             }
         }
@@ -223,9 +228,8 @@ fn check_in_walls(
     };
     if body.is_slab {
         // A slab is cut off at the walls; only one that misses them altogether is a slip.
-        let misses = |region: &Box3| {
-            (0..3).any(|a| region.max[a] <= walls.min[a] || region.min[a] >= walls.max[a])
-        };
+        let misses =
+            |region: &Box3| (0..3).any(|a| region.max[a] <= walls.min[a] || region.min[a] >= walls.max[a]);
         if regions.iter().all(misses) {
             at(
                 format!("the slab \"{name}\" lies outside the walls"),
@@ -236,9 +240,8 @@ fn check_in_walls(
         return;
     }
     let outside = |a: usize, region: &Box3| region.min[a] < walls.min[a] || region.max[a] > walls.max[a];
-    let at_wall = |region: &Box3| {
-        (0..3).any(|a| region.min[a] == walls.min[a] || region.max[a] == walls.max[a])
-    };
+    let at_wall =
+        |region: &Box3| (0..3).any(|a| region.min[a] == walls.min[a] || region.max[a] == walls.max[a]);
     if let Some(axis) = (0..3).find(|&a| regions.iter().any(|region| outside(a, region))) {
         at(
             format!("the {what} \"{name}\" reaches outside the walls along {}", AXES[axis]),

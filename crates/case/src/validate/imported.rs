@@ -219,7 +219,8 @@ fn all_physical(raw: &Document, table: &Read<raw::MeshFile>, log: &mut Log<'_>) 
 
 // `physical` first: a second form next to it is reported elsewhere.
 fn form_of_conductor(body: &raw::Conductor) -> Option<Form<'_>> {
-    let raw::Conductor { r#box, boxes, sheet, sphere, shell, cylinder, extrusion, surface, physical, .. } = body;
+    let raw::Conductor { r#box, boxes, sheet, sphere, shell, cylinder, extrusion, surface, physical, .. } =
+        body;
     span("physical", physical)
         .or_else(|| span("box", r#box))
         .or_else(|| span("boxes", boxes))

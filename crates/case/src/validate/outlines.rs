@@ -64,7 +64,8 @@ fn check_holes(
     drawn: &[Drawn],
     log: &mut Log<'_>,
 ) -> Option<()> {
-    let is_inside = |hole: &Drawn| hole.outline.first().is_some_and(|corner| contains(&whole.outline, *corner));
+    let is_inside =
+        |hole: &Drawn| hole.outline.first().is_some_and(|corner| contains(&whole.outline, *corner));
     for (k, (read, hole)) in holes.iter().zip(drawn).enumerate() {
         if meet(&whole.outline, &hole.outline) || !is_inside(hole) {
             log.push(
@@ -75,7 +76,8 @@ fn check_holes(
             );
             return None;
         }
-        let within = |one: &Drawn, other: &Drawn| one.outline.first().is_some_and(|p| contains(&other.outline, *p));
+        let within =
+            |one: &Drawn, other: &Drawn| one.outline.first().is_some_and(|p| contains(&other.outline, *p));
         let same = |other: &&(&Read<_>, &Drawn)| {
             meet(&other.1.outline, &hole.outline) || within(hole, other.1) || within(other.1, hole)
         };

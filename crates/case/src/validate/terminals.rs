@@ -90,12 +90,15 @@ fn terminal<'a>(
     let entries = own.conductors.get()?;
     if entries.is_empty() {
         log.push(
-            Diagnostic::at(&own.conductors.span, format!("the terminal \"{}\" has no conductors", shown(&name)))
-                .label("nothing is on this wire")
-                .help(match known(conductors.iter().map(|c| c.name)) {
-                    Some(names) => format!("list some of {names}"),
-                    None => "add a [[conductor]] first".to_owned(),
-                }),
+            Diagnostic::at(
+                &own.conductors.span,
+                format!("the terminal \"{}\" has no conductors", shown(&name)),
+            )
+            .label("nothing is on this wire")
+            .help(match known(conductors.iter().map(|c| c.name)) {
+                Some(names) => format!("list some of {names}"),
+                None => "add a [[conductor]] first".to_owned(),
+            }),
         );
         return None;
     }
@@ -161,7 +164,10 @@ fn check_names(
             log.push(
                 Diagnostic::at(
                     &read.span,
-                    format!("the terminal \"{}\" has the name of a conductor that does not belong to it", shown(name)),
+                    format!(
+                        "the terminal \"{}\" has the name of a conductor that does not belong to it",
+                        shown(name)
+                    ),
                 )
                 .label("the name of something else")
                 .related(other.span, "the conductor")
@@ -184,11 +190,7 @@ fn check_names(
 }
 
 /// Potentials are counted from something, but a capacitance needs a source.
-fn check_one_is_driven(
-    terminals: &[(Terminal, &Read<Text>)],
-    conductors: &[Named<'_>],
-    log: &mut Log<'_>,
-) {
+fn check_one_is_driven(terminals: &[(Terminal, &Read<Text>)], conductors: &[Named<'_>], log: &mut Log<'_>) {
     let on_ground = |name: &str| terminals.iter().any(|(own, _)| own.is_grounded && own.holds(name));
     let driven = conductors.iter().any(|c| !c.floats && !on_ground(c.name));
     if let (false, Some((_, read))) = (driven, terminals.iter().find(|(own, _)| own.is_grounded)) {
@@ -210,9 +212,12 @@ fn measured(
     let entries = read.get()?;
     if !(1..=2).contains(&entries.len()) {
         log.push(
-            Diagnostic::at(&read.span, "a capacitance is that between two terminals, or of one against ground")
-                .label(format!("{} names", entries.len()))
-                .help("name one terminal or two; without [measure], more than two give the whole matrix"),
+            Diagnostic::at(
+                &read.span,
+                "a capacitance is that between two terminals, or of one against ground",
+            )
+            .label(format!("{} names", entries.len()))
+            .help("name one terminal or two; without [measure], more than two give the whole matrix"),
         );
         return None;
     }
@@ -253,7 +258,8 @@ fn measured(
                 "leave out its `charge`, or measure another terminal",
             );
         } else if terminal.is_none() && conductor.is_none() {
-            let driven = terminals.iter().filter(|terminal| !terminal.is_grounded).map(|own| own.name.as_str());
+            let driven =
+                terminals.iter().filter(|terminal| !terminal.is_grounded).map(|own| own.name.as_str());
             let all = driven.chain(conductors.iter().filter(is_free).map(|c| c.name));
             log.push(unknown("terminal", name, &entry.span, all));
         } else {

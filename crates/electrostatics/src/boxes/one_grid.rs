@@ -409,7 +409,9 @@ impl Outcome {
         let upper = &self.bounds.upper;
         let most = match settings.target {
             Target::Mutual(_) => LARGEST_AMPLIFICATION,
-            Target::TwoTerminal | Target::Pair(_) | Target::Own(_) | Target::Matrix => 1.0 / SHARE_OF_DIAGONAL,
+            Target::TwoTerminal | Target::Pair(_) | Target::Own(_) | Target::Matrix => {
+                1.0 / SHARE_OF_DIAGONAL
+            }
         };
         let ratio = |spread: f64| {
             let n = upper.nrows();
@@ -506,7 +508,8 @@ impl Outcome {
                 Bounded { value: upper, lower: upper - error, upper: upper + error }
             };
             two_terminal = two_terminal.map(|b| centred(b.upper, b));
-            measured = measured.map(|b| centred(settings.target.value(&self.bounds.upper).unwrap_or(b.upper), b));
+            measured =
+                measured.map(|b| centred(settings.target.value(&self.bounds.upper).unwrap_or(b.upper), b));
             for (i, row) in maxwell.iter_mut().enumerate() {
                 for (j, b) in row.iter_mut().enumerate() {
                     *b = centred(self.bounds.upper[(i, j)], *b);

@@ -18,9 +18,7 @@ use crate::consistency::contradiction;
 use crate::floating::Floating;
 use crate::matrix::{MatrixBounds, contrast_of, rounding_scale};
 use crate::parity::Parity;
-use crate::solution::{
-    Discretisation, Forecast, PhaseSeconds, ResolutionLevel, STOPPED, Settings, Solution,
-};
+use crate::solution::{Discretisation, Forecast, PhaseSeconds, ResolutionLevel, STOPPED, Settings, Solution};
 use crate::target::{SHARE_OF_DIAGONAL, Target};
 use crate::{SolveError, VACUUM_PERMITTIVITY};
 use elastocap_geometry::meshing::grid::{End, Resolution, graded_axis};

@@ -42,8 +42,10 @@ pub fn forecast_mesh(
 ) -> Result<Forecast, SolveError> {
     scene.check()?;
     let n = scene.potentials.len();
-    let parities: Vec<Parity> =
-        parities(&mesh, scene.planes, scene.potentials).into_iter().filter(|parity| !parity.is_constant()).collect();
+    let parities: Vec<Parity> = parities(&mesh, scene.planes, scene.potentials)
+        .into_iter()
+        .filter(|parity| !parity.is_constant())
+        .collect();
     let sides: usize = parities.iter().map(Parity::sides).sum();
     let small = TetrahedraSettings {
         memory_limit: settings.memory_limit.min(memory_of(MAX_FORECAST_TETRAHEDRA, &parities, settings)),
