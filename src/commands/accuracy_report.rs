@@ -3,6 +3,7 @@
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
+use elastocap_case::Measurement;
 use elastocap_coupling::load_steps::StepLoad;
 use elastocap_evidence::accuracy::{
     ALLOWED, Choice, Honesty, Kind, MAX_CAUTION, Missing, Quantity, Run, Study,
@@ -18,7 +19,11 @@ pub(super) fn report(study: &Study, folder: &Path, files: &[PathBuf]) -> String 
         StepLoad::ForceN(force) => format!("step {}, {}", study.step, prefixed(force, 4, "N")),
     };
     let quantity = match study.quantity {
-        Quantity::TwoTerminal => "two-terminal capacitance",
+        Quantity::Measured(Measurement::Mutual(_)) => "mutual capacitance that the case measures",
+        Quantity::Measured(Measurement::Own(_)) => "capacitance against ground",
+        Quantity::Measured(Measurement::TwoTerminal(_) | Measurement::Matrix(_)) => {
+            "two-terminal capacitance"
+        }
         Quantity::FirstEntry => "C11 of the Maxwell matrix, since there are not two terminals",
     };
     let mut out = format!("{}\n{state}; {quantity}\n\n", study.title);

@@ -3,6 +3,7 @@
 use elastocap_case::Case;
 use elastocap_coupling::outcome::{Outcome, Status, StepResult};
 use elastocap_coupling::plan::Kind;
+use elastocap_coupling::terminals::named;
 use elastocap_results::Saved;
 
 use crate::units::{grouped, prefixed, seconds};
@@ -111,7 +112,7 @@ fn curve(outcome: &Outcome) -> Vec<Vec<String>> {
             line.push(error(step.layer.as_ref().and_then(|l| l.relative_error_estimate)));
         }
         if electric {
-            line.push(quantity(row.two_terminal_capacitance_f, 6, "F"));
+            line.push(quantity(row.capacitance_f, 6, "F"));
             line.push(error(row.relative_error_estimate));
         }
         if plates {
@@ -154,9 +155,13 @@ fn capacitances(outcome: &Outcome) -> Vec<Vec<String>> {
         }
     }
     let row = &step.row;
-    if row.two_terminal_capacitance_f.is_some() {
-        let value = quantity(row.two_terminal_capacitance_f, 6, "F");
-        lines.push(vec!["two-terminal".to_owned(), value, error(row.relative_error_estimate)]);
+    if let (Some(value), Some(measurement)) = (row.capacitance_f, outcome.measurement) {
+        let name = match named(measurement, &outcome.conductors) {
+            ("mutual", of) => format!("mutual {}", of.join(" / ")),
+            ("own", of) if outcome.conductors.len() > 1 => format!("{} against ground", of.join("")),
+            _ => "two-terminal".to_owned(),
+        };
+        lines.push(vec![name, prefixed(value, 6, "F"), error(row.relative_error_estimate)]);
     }
     if row.parallel_plate_f.is_some() {
         let value = quantity(row.parallel_plate_f, 6, "F");

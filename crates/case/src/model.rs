@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use elastocap_geometry::meshing::tets::TetMesh;
 use elastocap_materials::HyperelasticLaw;
 
+pub use super::terminals::{Measurement, Terminal};
 pub use elastocap_geometry::scene::{Body, Box3, Role, Wall};
 pub use elastocap_geometry::shapes::{Curve, Shape};
 
@@ -29,6 +30,10 @@ pub struct Case {
     /// conductors in the order of the file, then the dielectrics, which override one another in theirs. Slabs are boxes with
     /// infinite bounds.
     pub bodies: Vec<Body>,
+    /// Conductors that the file joins on one wire, in its order; each other conductor is a terminal by itself.
+    pub terminals: Vec<Terminal>,
+    /// The names of the terminals whose capacitance the file asks for: one, or two. `None` where it does not say.
+    pub measured: Option<Vec<String>>,
     /// Names of bodies that the file gives in another way than [`Case::bodies`]: as surfaces or outlines where all bodies turned out to
     /// consist of boxes, as surfaces where all turned out to be outlines pulled along one axis.
     pub recognised: Vec<String>,
@@ -56,13 +61,6 @@ impl Case {
     /// Whether all fixed bodies are boxes, sheets and slabs, as the box solver takes them.
     pub fn has_only_boxes(&self) -> bool {
         self.bodies.iter().all(|body| body.boxes().is_some())
-    }
-
-    /// Names of the driven conductors, in the order of the capacitance matrix: the electrodes, then the fixed ones.
-    pub fn driven_conductors(&self) -> Vec<String> {
-        let electrodes = self.electrodes.iter().flat_map(Electrodes::names).map(str::to_owned);
-        let fixed = self.bodies.iter().filter(|body| body.is_driven()).map(|body| body.name.clone());
-        electrodes.chain(fixed).collect()
     }
 }
 

@@ -29,8 +29,12 @@ table! {
         mechanics: Option<Read<Mechanics>>,
         /// The load steps, in the order in which they are reported.
         load: Option<Read<Load>>,
-        /// Conductors besides the electrodes; none may touch another.
+        /// Conductors besides the electrodes; none may touch another, unless both belong to one terminal.
         conductor: Option<Read<Vec<Read<Conductor>>>>,
+        /// Conductors on one wire; a conductor that none of them names is a terminal by itself.
+        terminal: Option<Read<Vec<Read<Terminal>>>>,
+        /// What is measured. Default: the pair of two terminals, or of [electrodes]; of more, the whole matrix.
+        measure: Option<Read<Measure>>,
         /// Dielectric bodies; where two overlap, the later one in the file wins.
         dielectric: Option<Read<Vec<Read<Dielectric>>>>,
         /// What surrounds the bodies, and where the field ends.
@@ -306,12 +310,40 @@ table! {
 }
 
 table! {
+    /// Conductors on one wire: in the results they are one body with the name of the terminal.
+    struct Terminal {
+        /// Its name in the results.
+        name: Read<Text>,
+        /// The names of its conductors, of the electrodes or of [[conductor]]; they may touch one another.
+        conductors: Read<Vec<Read<Text>>>,
+        /// "ground": at potential zero, and in no matrix. Default: a source, which may be given any potential.
+        potential: Option<Read<TerminalPotential>>,
+    }
+}
+
+words! {
+    /// The potential of a terminal.
+    enum TerminalPotential { "ground" => Ground, }
+}
+
+table! {
+    /// What is measured. Tolerance, curve and plot are those of this capacitance.
+    struct Measure {
+        /// Two terminals: their mutual capacitance with everything else grounded. One: its capacitance against ground, with everything
+        /// else grounded.
+        capacitance: Read<Vec<Read<Text>>>,
+    }
+}
+
+table! {
     /// A conductor: held at a potential, or floating with a given charge.
     struct Conductor {
         /// Its name in the results.
         name: Read<Text>,
         /// A box with its edges along the axes.
         r#box: Option<Read<BoxRegion>>,
+        /// Boxes that are one conductor together; they may touch, overlap or lie apart.
+        boxes: Option<Read<Vec<Read<BoxRegion>>>>,
         /// A rectangle of zero thickness.
         sheet: Option<Read<Sheet>>,
         /// A ball.
@@ -330,7 +362,7 @@ table! {
         /// a potential.
         charge: Option<Read<Charge>>,
     }
-    one_of: "box", "sheet", "sphere", "shell", "cylinder", "extrusion", "surface", "physical";
+    one_of: "box", "boxes", "sheet", "sphere", "shell", "cylinder", "extrusion", "surface", "physical";
 }
 
 table! {
@@ -451,6 +483,8 @@ table! {
         /// Its corners in the two other axes, in order. An entry may be an arc, `{ through = [..], to = [..] }`, a spline,
         /// `{ spline = [[..], ..], to = [..] }`, or a rounded corner, `{ corner = [..], radius = .. }`.
         outline: Read<Vec<Read<OutlineEntry>>>,
+        /// Holes in it: outlines of the same kind, which lie inside and apart from one another.
+        holes: Option<Read<Vec<Read<Vec<Read<OutlineEntry>>>>>>,
     }
 }
 

@@ -1,42 +1,9 @@
 //! A scene of boxes for the box solver: straight ones, or boxes inside and around electrodes that are bent.
 
-use elastocap_electrostatics::{Bounded, Settings, Solution, solve};
+use elastocap_electrostatics::{Bounded, Settings, Solution, Target, solve};
 
 use crate::failure::Stop;
 use crate::scene::{DeformedScene, Enclosing, SceneError};
-use crate::terminals::pair_among;
-
-/// What is said of a pair among other conductors.
-pub(crate) const MATRIX_ONLY: &str =
-    "the pair's capacitance is known less well than the Maxwell matrix it comes from";
-
-/// The solution, and the two-terminal capacitance.
-pub fn field_of(deformed: &DeformedScene, asked_for: &Settings) -> Result<(Solution, Option<Bounded>), Stop> {
-    let mut settings = asked_for.clone();
-    let mut tries = 3;
-    loop {
-        let mut solution = solve(&deformed.scene, &settings)?;
-        let Some(pair) = deformed.pair_among_others() else {
-            let two_terminal = solution.two_terminal;
-            return Ok((solution, two_terminal));
-        };
-        // The solver's tolerance is that of the matrix; what is asked for is that of the pair.
-        let pair = pair_among(&solution.maxwell, pair);
-        let error = pair.map_or(0.0, |pair| pair.spread_over_value());
-        let allowed = asked_for.allowed_spread();
-        tries -= 1;
-        if error <= allowed || tries == 0 || !solution.reached {
-            if error <= allowed {
-                (solution.reached, solution.shortfall) = (true, None);
-            } else {
-                solution.reached = false;
-                solution.shortfall.get_or_insert_with(|| MATRIX_ONLY.to_owned());
-            }
-            return Ok((solution, pair));
-        }
-        settings.relative_tolerance *= 0.7 * allowed / error;
-    }
-}
 
 /// The boxes inside and around the bent electrodes of a scene.
 pub(crate) fn enclosing(deformed: &DeformedScene) -> Result<Enclosing, SceneError> {
@@ -52,31 +19,57 @@ pub(crate) fn between(
     deformed: &DeformedScene,
     enclosing: Enclosing,
     settings: &Settings,
-) -> Result<(Solution, Option<Bounded>), Stop> {
+) -> Result<Solution, Stop> {
     // What the shape leaves open comes on top of what the solver does.
     let each = Settings { relative_tolerance: 0.5 * settings.relative_tolerance, ..settings.clone() };
-    let of = |regions, settings: &Settings| {
-        let scene = deformed.with_pair(regions);
-        field_of(&DeformedScene { scene, bent: None, ..deformed.clone() }, settings)
-    };
-    let (less, low) = of(enclosing.inside, &Settings { field: false, ..each.clone() })?;
-    let (mut solution, high) = of(enclosing.around, &each)?;
-    let join = |low: &Bounded, high: &Bounded| Bounded {
+    let of = |regions, settings: &Settings| solve(&deformed.with_pair(regions), settings);
+    let less = of(enclosing.inside, &Settings { field: false, ..each.clone() })?;
+    let mut solution = of(enclosing.around, &each)?;
+    let join = |low: Bounded, high: Bounded| Bounded {
         value: 0.5 * (low.value + high.value),
         lower: low.lower.min(high.lower),
         upper: high.upper.max(low.upper),
     };
-    let two_terminal = low.zip(high).map(|(low, high)| join(&low, &high));
-    for (row, other) in solution.maxwell.iter_mut().zip(&less.maxwell) {
-        for (entry, other) in row.iter_mut().zip(other) {
-            *entry = join(other, entry);
+    let joined =
+        |low: Option<Bounded>, high: Option<Bounded>| low.zip(high).map(|(low, high)| join(low, high));
+    solution.maxwell = polarised(&less.maxwell, &solution.maxwell);
+    solution.two_terminal = joined(less.two_terminal, solution.two_terminal);
+    solution.measured = match settings.target {
+        // The energies of larger conductors are larger at any potentials, and so is their least.
+        Target::TwoTerminal | Target::Pair(_) | Target::Own(_) | Target::Matrix => {
+            joined(less.measured, solution.measured)
         }
-    }
+        Target::Mutual([i, j]) => solution.maxwell.get(i).and_then(|row| row.get(j)).map(Bounded::negative),
+    };
     solution.seconds = less.seconds.plus(&solution.seconds);
-    solution.reached = two_terminal.is_none_or(|c| c.spread_over_value() <= settings.allowed_spread());
+    let own = solution.measured.or(solution.two_terminal);
+    solution.reached = own.is_none_or(|c| c.spread_over_value() <= settings.allowed_spread());
     solution.shortfall = (!solution.reached).then(|| {
         "the electrodes are bent and tilted, and the solver takes boxes: the bounds are those of boxes inside and around them"
             .to_owned()
     });
-    Ok((solution, two_terminal))
+    Ok(solution)
+}
+
+/// The matrix of conductors between smaller and larger ones, whose matrices these are. As quadratic forms the three ascend, so that the
+/// diagonal does too; with G the difference of the outer two, an entry is in the middle of theirs up to sqrt(G_ii G_jj) / 2.
+fn polarised(less: &[Vec<Bounded>], more: &[Vec<Bounded>]) -> Vec<Vec<Bounded>> {
+    let gap = |i: usize| {
+        let own = less.get(i).and_then(|row| row.get(i)).zip(more.get(i).and_then(|row| row.get(i)));
+        own.map_or(0.0, |(less, more)| (more.upper.max(less.upper) - less.lower.min(more.lower)).max(0.0))
+    };
+    let entry = |(i, j): (usize, usize), less: &Bounded, more: &Bounded| {
+        if i == j {
+            let (lower, upper) = (less.lower.min(more.lower), more.upper.max(less.upper));
+            return Bounded { value: 0.5 * (less.value + more.value), lower, upper };
+        }
+        let half = 0.5 * (gap(i) * gap(j)).sqrt();
+        let (lower, upper) = (0.5 * (less.lower + more.lower) - half, 0.5 * (less.upper + more.upper) + half);
+        Bounded { value: (0.5 * (less.value + more.value)).min(0.0), lower, upper: upper.min(0.0) }
+    };
+    let rows = less.iter().zip(more).enumerate();
+    rows.map(|(i, (less, more))| {
+        less.iter().zip(more).enumerate().map(|(j, (less, more))| entry((i, j), less, more)).collect()
+    })
+    .collect()
 }

@@ -22,7 +22,7 @@ pub struct FinishedStep {
     maxwell: Vec<Vec<Bounded>>,
     entry_status: Option<Vec<Vec<EntryStatus>>>,
     floating: Vec<FloatingConductor>,
-    two_terminal: Option<Bounded>,
+    measured: Option<Bounded>,
     solver: SolverReport,
     seconds: StepSeconds,
 }
@@ -53,7 +53,7 @@ impl FinishedStep {
             return None;
         }
         let potentials = step.floating.iter().flat_map(|f| f.per_volt.iter().chain([&f.from_charges]));
-        let bounded = maxwell.iter().flatten().chain(potentials).chain(&step.two_terminal);
+        let bounded = maxwell.iter().flatten().chain(potentials).chain(&step.measured);
         let numbers = step.row.numbers().into_iter().flatten();
         let all = bounded.flat_map(|b| [b.value, b.lower, b.upper]).chain(numbers);
         let charges = step.floating.iter().map(|f| f.charge);
@@ -70,7 +70,7 @@ impl FinishedStep {
             maxwell,
             entry_status: step.entry_status.clone(),
             floating: step.floating.clone(),
-            two_terminal: step.two_terminal,
+            measured: step.measured,
             solver,
             seconds: step.seconds,
         })
@@ -98,7 +98,7 @@ impl FinishedStep {
         result.maxwell = Some(self.maxwell);
         result.entry_status = self.entry_status;
         result.floating = self.floating;
-        result.two_terminal = self.two_terminal;
+        result.measured = self.measured;
         result.solver = Some(self.solver);
         result.seconds = self.seconds;
         true

@@ -11,7 +11,7 @@ use elastocap_geometry::shapes::Shape;
 
 use crate::deform::{Curve, DeformedCurves, simplified};
 use crate::failure::SurfaceCrossesItself;
-use crate::scene::DeformedScene;
+use crate::scene::{DeformedScene, ElectrodePlace};
 
 /// Share of the tolerance that the polygons may use up.
 const SHARE: f64 = 0.2;
@@ -98,16 +98,16 @@ pub(crate) fn bent_scene(
     tolerance: f64,
 ) -> Result<LayerScene, SurfaceCrossesItself> {
     let mut scene = deformed.scene.clone();
-    let pair = deformed.pair.iter().flat_map(|pair| pair.conductors);
-    let boxes = |c: usize| scene.conductors().nth(c).and_then(|c| c.body.bounds());
-    let regions: Vec<(usize, Box3)> = pair.filter_map(|c| Some((c, boxes(c)?))).collect();
+    let places = deformed.pair.iter().flat_map(|pair| pair.places);
+    let regions: Vec<(ElectrodePlace, Box3)> =
+        places.filter_map(|place| Some((place, place.in_scene(&mut scene)?.bounds()?))).collect();
     let gap = deformed.pair.map_or(f64::INFINITY, |pair| pair.gap);
     let smallest = regions.iter().map(|(_, r)| r.extent(0).min(r.extent(1))).fold(gap, f64::min);
     let within = SHARE * tolerance * smallest;
-    for ((conductor, region), outline) in regions.into_iter().zip(outlines(curves, within)) {
-        if let Some(body) = scene.conductor_mut(conductor) {
+    for ((place, region), outline) in regions.into_iter().zip(outlines(curves, within)) {
+        if let Some(part) = place.in_scene(&mut scene) {
             let (from, to) = (region.min[2], region.max[2]);
-            body.parts = vec![Shape::Extrusion { axis: 2, from, to, outline, arcs: Vec::new() }];
+            *part = Shape::Extrusion { axis: 2, from, to, outline, arcs: Vec::new() };
         }
     }
     if surface_is_followed(deformed) {
@@ -321,7 +321,7 @@ mod tests {
                 walls: [[Wall::Insulated; 2]; 3],
             },
             pair: Some(DeformedPair {
-                conductors: [0, 1],
+                places: [0, 1].map(|conductor| ElectrodePlace { conductor, part: 0 }),
                 gap: 2.0,
                 height: 1.25,
                 thickness: 0.5,

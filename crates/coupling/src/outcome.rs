@@ -1,6 +1,7 @@
 //! The result of a run: one row per load step, and the matrices, scenes and reports behind it.
 
-use elastocap_electrostatics::{Bounded, Discretisation, PhaseSeconds};
+use elastocap_case::Measurement;
+use elastocap_electrostatics::{Bounded, Discretisation, PhaseSeconds, Solution};
 use elastocap_geometry::export::surfaces::SurfaceBody;
 use serde::{Deserialize, Serialize};
 
@@ -21,8 +22,10 @@ pub struct Outcome {
     pub warnings: Vec<String>,
     /// The steps of the plan, in its order.
     pub steps: Vec<StepResult>,
-    /// Names of the driven conductors, in the order of the Maxwell matrices.
+    /// Names of the driven terminals, in the order of the Maxwell matrices.
     pub conductors: Vec<String>,
+    /// What is measured, by these names; `None` without conductors.
+    pub measurement: Option<Measurement>,
     /// The meshes of the layer's finite elements, coarse to fine; empty without them.
     pub layer_meshes: Vec<MeshReport>,
     /// Wall-clock seconds of the layer's finite elements, all steps together.
@@ -80,8 +83,8 @@ pub struct StepResult {
     pub entry_status: Option<Vec<Vec<EntryStatus>>>,
     /// Potentials of the floating conductors.
     pub floating: Vec<FloatingConductor>,
-    /// Charge over voltage, F, between the terminals that [`Row::two_terminal_capacitance_f`] describes.
-    pub two_terminal: Option<Bounded>,
+    /// What [`Row::capacitance_f`] is, F.
+    pub measured: Option<Bounded>,
     /// How the field was solved.
     pub solver: Option<SolverReport>,
     /// Where the time went.
@@ -119,8 +122,11 @@ pub struct Row {
     pub electrode_height_m: Option<f64>,
     /// m; the mean of the two of a stacked pair.
     pub electrode_thickness_m: Option<f64>,
-    /// Of the pair (others at potential zero), of the only two conductors, or of the only one against ground, F.
+    /// Where that is measured: of a pair (others at potential zero), or of the only terminal against ground, F.
     pub two_terminal_capacitance_f: Option<f64>,
+    /// What is measured: two-terminal, mutual, or against ground; of a whole matrix under load the mutual capacitance of its first two
+    /// terminals, F.
+    pub capacitance_f: Option<f64>,
     /// F.
     pub capacitance_lower_f: Option<f64>,
     /// F.
@@ -147,7 +153,7 @@ pub struct Row {
 
 impl Row {
     /// Names of the columns.
-    pub const COLUMNS: [&'static str; 16] = [
+    pub const COLUMNS: [&'static str; 17] = [
         "compression",
         "force_n",
         "top_displacement_m",
@@ -155,6 +161,7 @@ impl Row {
         "electrode_height_m",
         "electrode_thickness_m",
         "two_terminal_capacitance_f",
+        "capacitance_f",
         "capacitance_lower_f",
         "capacitance_upper_f",
         "relative_error_estimate",
@@ -167,7 +174,7 @@ impl Row {
     ];
 
     /// The numbers of the columns before `unknowns`, in their order.
-    pub fn numbers(&self) -> [Option<f64>; 14] {
+    pub fn numbers(&self) -> [Option<f64>; 15] {
         [
             self.compression,
             self.force_n,
@@ -176,6 +183,7 @@ impl Row {
             self.electrode_height_m,
             self.electrode_thickness_m,
             self.two_terminal_capacitance_f,
+            self.capacitance_f,
             self.capacitance_lower_f,
             self.capacitance_upper_f,
             self.relative_error_estimate,
@@ -186,8 +194,20 @@ impl Row {
         ]
     }
 
-    pub(crate) fn set_capacitance(&mut self, capacitance: &Bounded) {
-        self.two_terminal_capacitance_f = Some(capacitance.value);
+    /// Notes the capacitance that is measured, of a solution.
+    pub(crate) fn set_capacitance(
+        &mut self,
+        capacitance: &Bounded,
+        measurement: Measurement,
+        solution: &Solution,
+    ) {
+        let is_two_terminal = match measurement {
+            Measurement::TwoTerminal(_) => true,
+            Measurement::Own(_) => solution.maxwell.len() == 1,
+            Measurement::Mutual(_) | Measurement::Matrix(_) => false,
+        };
+        self.two_terminal_capacitance_f = is_two_terminal.then_some(capacitance.value);
+        self.capacitance_f = Some(capacitance.value);
         self.capacitance_lower_f = Some(capacitance.lower);
         self.capacitance_upper_f = Some(capacitance.upper);
         self.relative_error_estimate = Some(capacitance.relative_error());

@@ -123,7 +123,8 @@ pub fn run(
 
     let solved = done.into_iter().map(|slot| slot.into_inner().unwrap_or_else(PoisonError::into_inner));
     let steps = in_order(plan, solved, &solver);
-    let conductors = case.driven_conductors();
+    let conductors = case.driven_terminals();
+    let measurement = case.has_conductors().then(|| case.measurement());
     let (layer_meshes, layer_seconds) = match &layer {
         Prepared::StepByStep | Prepared::ClosedForm(_) => (Vec::new(), 0.0),
         Prepared::FiniteElement(run) => (run.meshes.clone(), run.seconds),
@@ -134,6 +135,7 @@ pub fn run(
         warnings: layer_warnings(case, &layer),
         steps,
         conductors,
+        measurement,
         layer_meshes,
         layer_seconds,
         stopped,

@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use elastocap_electrostatics::{Bounded, SHARE_OF_DIAGONAL};
+use elastocap_electrostatics::{Bounded, SHARE_OF_DIAGONAL, Target};
 use serde::{Deserialize, Serialize, Serializer};
 
 use crate::failure::StepFailure;
@@ -89,11 +89,20 @@ pub enum EntryStatus {
     /// It is more than that.
     #[serde(rename = "tolerance not reached")]
     NotReached,
+    /// It is more than that, and the tolerance is that of another capacitance, which is measured.
+    #[serde(rename = "not measured")]
+    NotMeasured,
 }
 
 impl EntryStatus {
-    /// Of all entries of `maxwell`, F, whose spread was to be at most `allowed`, relative.
-    pub fn of(maxwell: &[Vec<Bounded>], allowed: f64) -> Vec<Vec<Self>> {
+    /// Of all entries of `maxwell`, F, where the spread of the target was to be at most `allowed`, relative.
+    pub fn of(maxwell: &[Vec<Bounded>], allowed: f64, target: Target) -> Vec<Vec<Self>> {
+        let is_asked = |i: usize, j: usize| match target {
+            Target::Matrix => true,
+            Target::Mutual(rows) => rows == [i, j] || rows == [j, i],
+            Target::Own(row) => (i, j) == (row, row),
+            Target::TwoTerminal | Target::Pair(_) => false,
+        };
         // The solvers ask the same of sums of rounded numbers.
         let allowed = allowed * (1.0 + 1e-9);
         let diagonal = |i: usize| maxwell.get(i).and_then(|row| row.get(i)).map_or(0.0, |c| c.value.max(0.0));
@@ -102,6 +111,8 @@ impl EntryStatus {
                 Self::Ok
             } else if c.upper - c.lower <= allowed * SHARE_OF_DIAGONAL * (diagonal(i) * diagonal(j)).sqrt() {
                 Self::ToDiagonal
+            } else if !is_asked(i, j) {
+                Self::NotMeasured
             } else {
                 Self::NotReached
             }
@@ -131,8 +142,10 @@ mod tests {
             vec![bounded(10.0, 0.04), bounded(-0.1, 0.004), bounded(-3.0, 0.2)],
             vec![bounded(-0.1, 0.004), bounded(10.0, 0.06), bounded(0.0, 0.0)],
         ];
-        use EntryStatus::{NotReached, Ok, ToDiagonal};
-        let found = EntryStatus::of(&matrix, 1e-2);
+        use EntryStatus::{NotMeasured, NotReached, Ok, ToDiagonal};
+        let found = EntryStatus::of(&matrix, 1e-2, Target::Matrix);
         assert_eq!(found, [[Ok, ToDiagonal, NotReached], [ToDiagonal, NotReached, Ok]]);
+        let own = EntryStatus::of(&matrix, 1e-2, Target::Own(1));
+        assert_eq!(own, [[Ok, ToDiagonal, NotMeasured], [ToDiagonal, NotReached, Ok]]);
     }
 }

@@ -3,16 +3,16 @@
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::time::Instant;
 
-use elastocap_case::{Case, FieldSolver};
+use elastocap_case::{Case, FieldSolver, Measurement};
 use elastocap_electrostatics::{
-    Bounded, ExtrudedSolution, Field, FloatingPotential, MeshSolution, Solution, SolveError, Target,
+    Bounded, ExtrudedSolution, Field, FloatingPotential, MeshSolution, Solution, SolveError, Target, solve,
     solve_extruded,
 };
 use elastocap_geometry::export::body::BodyMesh;
 use elastocap_geometry::scene::Scene;
 use elastocap_mechanics::ForceLimit;
 
-use crate::box_fields::{MATRIX_ONLY, between, enclosing, field_of};
+use crate::box_fields::{between, enclosing};
 use crate::deform::{Deformation, FiniteElementStep, ForceCheck, Prepared};
 use crate::failure::{StepFailure, Stop};
 use crate::finished::FinishedStep;
@@ -23,7 +23,7 @@ use crate::plan::PlannedStep;
 use crate::route::{Bending, Bodies, Route, RouteError, asked, route};
 use crate::scene::{DeformedScene, SceneError, scene_of};
 use crate::settings::FieldSettings;
-use crate::terminals::pair_among;
+use crate::terminals::shown as shown_of;
 use crate::tetrahedra::{Solved, shown, solve_shapes};
 use crate::view::window;
 use crate::words::FORCE_FORMULA;
@@ -40,7 +40,7 @@ pub enum StepField {
 /// A field that is solved, or the scene of one that is yet to be.
 enum Fields {
     /// Solved as boxes.
-    Boxes(Box<(Solution, Option<Bounded>)>),
+    Boxes(Box<Solution>),
     /// Yet to be solved as outlines or other shapes.
     Shapes(LayerScene),
 }
@@ -48,8 +48,6 @@ enum Fields {
 /// What the solvers for other shapes than boxes are given.
 struct Shaped<'a> {
     scene: &'a Scene,
-    /// Rows of the Maxwell matrix of the pair whose capacitance it is, where there are other conductors.
-    pair: Option<[usize; 2]>,
     /// Relative error of the capacitance for flat faces that the scene has already.
     facets: f64,
 }
@@ -173,12 +171,11 @@ impl Solver<'_> {
         let bending = Bending::found(deformed, state.as_ref());
         let taken = route(Bodies::of(&deformed.scene), bending, asked(self.case))?;
         result.route = Some(taken);
-        let (mut solution, two_terminal) = match self.fields(taken, deformed, state.as_ref())? {
+        let mut solution = match self.fields(taken, deformed, state.as_ref())? {
             Fields::Boxes(found) => *found,
             Fields::Shapes(layer) => {
                 let window = window(&[&*deformed]);
-                let pair = deformed.pair_among_others();
-                let shaped = Shaped { scene: &layer.scene, pair, facets: layer.facets };
+                let shaped = Shaped { scene: &layer.scene, facets: layer.facets };
                 let by_outlines = !taken.is_on_tetrahedra();
                 if by_outlines && let Some(found) = self.by_outlines(shaped.scene)? {
                     result.surfaces = layer.surfaces(&window, &[]);
@@ -198,7 +195,7 @@ impl Solver<'_> {
         };
         *field = solution.field.take().map(StepField::Grid);
         result.floating = floating_of(&deformed.scene, std::mem::take(&mut solution.floating));
-        self.note_solution(result, solution, two_terminal, shortfalls, self.settings.boxes().allowed_spread())
+        self.note_solution(result, solution, shortfalls, self.settings.boxes().allowed_spread())
     }
 
     /// The bodies as deformed, and what they say of the pair of electrodes.
@@ -208,7 +205,7 @@ impl Solver<'_> {
             row.gap_m = Some(pair.gap);
             row.electrode_height_m = Some(pair.height);
             row.electrode_thickness_m = Some(pair.thickness);
-            row.parallel_plate_f = Some(pair.parallel_plate);
+            row.parallel_plate_f = self.case.electrodes_are_measured().then_some(pair.parallel_plate);
         }
         Ok(deformed)
     }
@@ -227,7 +224,7 @@ impl Solver<'_> {
         let deformed = scene_of(self.case, None)?;
         let taken = route(Bodies::of(&deformed.scene), Bending::Straight, asked(self.case))?;
         result.route = Some(taken);
-        let shaped = Shaped { scene: &deformed.scene, pair: None, facets: 0.0 };
+        let shaped = Shaped { scene: &deformed.scene, facets: 0.0 };
         match taken {
             Route::Tetrahedra => {}
             Route::Extruded => {
@@ -293,14 +290,14 @@ impl Solver<'_> {
     ) -> Result<Fields, Stop> {
         let settings = self.settings.boxes();
         match taken {
-            Route::Boxes => Ok(Fields::Boxes(Box::new(field_of(deformed, &settings)?))),
+            Route::Boxes => Ok(Fields::Boxes(Box::new(solve(&deformed.scene, &settings)?))),
             Route::EnclosingBoxes => {
                 Ok(Fields::Boxes(Box::new(between(deformed, enclosing(deformed)?, &settings)?)))
             }
             Route::EnclosingBoxesThenOutlines => {
                 // Boxes inside and around are solved in no time.
                 let found = between(deformed, enclosing(deformed)?, &settings)?;
-                if found.0.reached {
+                if found.reached {
                     Ok(Fields::Boxes(Box::new(found)))
                 } else {
                     self.outlines(deformed, state)
@@ -341,14 +338,14 @@ impl Solver<'_> {
     /// Notes what was found of a scene of any shapes.
     fn note_shapes(
         &self,
-        &Shaped { scene, pair, facets: polygons }: &Shaped<'_>,
+        &Shaped { scene, facets: polygons }: &Shaped<'_>,
         solved: Solved,
         result: &mut StepResult,
         field: &mut Option<StepField>,
         mut shortfalls: Shortfalls,
     ) -> Result<(), Stop> {
         if self.settings.field && !solved.general.mesh.tets.is_empty() {
-            *field = Some(StepField::Tetrahedra(shown(scene, &solved)));
+            *field = Some(StepField::Tetrahedra(shown(scene, &solved, self.settings.target)));
         }
         let Solved { mut general, turn, facets, .. } = solved;
         let facets = facets + polygons;
@@ -368,15 +365,7 @@ impl Solver<'_> {
             shortfalls.add(Missed::Geometry, reason);
         }
         result.floating = floating_of(scene, std::mem::take(&mut general.solution.floating));
-        let mut solution = general.solution;
-        let two_terminal = pair.map_or(solution.two_terminal, |pair| pair_among(&solution.maxwell, pair));
-        if let Some(found) = two_terminal.filter(|_| pair.is_some())
-            && found.spread_over_value() > asked
-        {
-            solution.reached = false;
-            solution.shortfall.get_or_insert_with(|| MATRIX_ONLY.to_owned());
-        }
-        self.note_solution(result, solution, two_terminal, shortfalls, asked)?;
+        self.note_solution(result, general.solution, shortfalls, asked)?;
         if let Some(report) = &mut result.solver {
             report.turned_degrees = turn.map(|turn| turn.degrees());
         }
@@ -412,21 +401,34 @@ impl Solver<'_> {
         None
     }
 
+    /// The capacitance that the row of a step shows. That of the whole matrix is one of its entries, which only a curve needs.
+    fn measured(&self, solution: &Solution) -> Option<Bounded> {
+        match self.case.measurement() {
+            Measurement::Matrix(_) if self.case.load.is_none() => None,
+            measurement => shown_of(measurement, solution),
+        }
+    }
+
     /// Notes what was found of the field; `allowed_spread` is what the solver was asked for, over the value.
     fn note_solution(
         &self,
         result: &mut StepResult,
         solution: Solution,
-        two_terminal: Option<Bounded>,
         mut shortfalls: Shortfalls,
         allowed_spread: f64,
     ) -> Result<(), Stop> {
-        let all = solution.maxwell.iter().flatten().chain(&two_terminal);
+        let measured = self.measured(&solution);
+        let all = solution.maxwell.iter().flatten().chain(&measured);
         if all.into_iter().any(|c| !(c.lower <= c.value && c.value <= c.upper)) {
             return Err(StepFailure::BoundsExcludeValue.into());
         }
-        if let Some(capacitance) = &two_terminal {
-            result.row.set_capacitance(capacitance);
+        match &measured {
+            Some(capacitance) => result.row.set_capacitance(capacitance, self.case.measurement(), &solution),
+            None if self.settings.target != Target::Matrix => {
+                shortfalls
+                    .add(Missed::Field, "no flux leaves what is measured: it has no capacitance".to_owned());
+            }
+            None => {}
         }
         result.row.unknowns = Some(solution.unknowns);
         result.row.geometry_error_estimate.get_or_insert(0.0);
@@ -434,12 +436,12 @@ impl Solver<'_> {
             let reason = solution.shortfall.unwrap_or_else(|| TOO_FAR_APART.to_owned());
             shortfalls.missed.insert(0, (Missed::Field, reason));
         }
-        let entries = EntryStatus::of(&solution.maxwell, allowed_spread);
-        let matrix_asked = self.settings.target == Target::Matrix && result.row.gap_m.is_none();
+        let entries = EntryStatus::of(&solution.maxwell, allowed_spread, self.settings.target);
+        let matrix_asked = self.settings.target == Target::Matrix;
         shortfalls.to_diagonal = matrix_asked && entries.iter().flatten().any(|e| *e != EntryStatus::Ok);
         result.mark(shortfalls);
         result.entry_status = Some(entries);
-        result.two_terminal = two_terminal;
+        result.measured = measured;
         result.maxwell = Some(solution.maxwell);
         result.seconds.electrostatics = solution.seconds;
         result.solver = Some(SolverReport {
@@ -459,7 +461,7 @@ fn floating_of(scene: &Scene, potentials: Vec<FloatingPotential>) -> Vec<Floatin
         let conductor = scene.conductors().nth(potential.conductor)?;
         Some(FloatingConductor {
             name: conductor.body.name.clone(),
-            charge: conductor.floating_charge?,
+            charge: conductor.potential.floating_charge()?,
             per_volt: potential.per_driven,
             from_charges: potential.from_charges,
         })
@@ -515,7 +517,7 @@ impl StepResult {
             maxwell: None,
             entry_status: None,
             floating: Vec::new(),
-            two_terminal: None,
+            measured: None,
             solver: None,
             seconds: Default::default(),
         }

@@ -5,7 +5,7 @@
 use elastocap_electrostatics::{MeshScene, TetrahedraSettings, VACUUM_PERMITTIVITY, solve_mesh};
 use elastocap_geometry::meshing::tets::{Sizing, mesh};
 use elastocap_geometry::mirror::{part, planes};
-use elastocap_geometry::scene::{Body, Box3, Scene, Wall};
+use elastocap_geometry::scene::{Body, Box3, Potential, Scene, Wall};
 use elastocap_geometry::shapes::Shape;
 
 /// Capacitance of a unit cube in the middle of a grounded cube of side 2, over eps_0 a: as in docs/performance.md.
@@ -32,7 +32,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     while tolerance >= 0.99 * least {
         // 2. Solve to this tolerance, from the initial mesh.
         let first = mesh(&part(&whole, &planes), &Sizing::default())?.mesh;
-        let shapes = MeshScene { permittivity: &[1.0], floating_charges: &[None], planes: &planes };
+        let shapes = MeshScene { permittivity: &[1.0], potentials: &[Potential::Driven], planes: &planes };
         let settings =
             TetrahedraSettings { relative_tolerance: tolerance, order, ..TetrahedraSettings::default() };
         let start = std::time::Instant::now();

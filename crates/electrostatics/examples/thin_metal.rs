@@ -6,7 +6,7 @@
 use elastocap_electrostatics::{MeshScene, TetrahedraSettings, VACUUM_PERMITTIVITY, solve_mesh};
 use elastocap_geometry::meshing::tets::{Sizing, mesh};
 use elastocap_geometry::mirror::{part, planes};
-use elastocap_geometry::scene::{Body, Box3, Scene, Wall};
+use elastocap_geometry::scene::{Body, Box3, Potential, Scene, Wall};
 use elastocap_geometry::shapes::Shape;
 use std::f64::consts::PI;
 use std::time::Instant;
@@ -44,7 +44,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
                 if plain { usual } else { Sizing { thin_edge: 4.0 * tolerance, growth: 0.3, ..usual } };
             let start = Instant::now();
             let first = mesh(&part(&whole, &planes), &sizing)?.mesh;
-            let shapes = MeshScene { permittivity: &[1.0], floating_charges: &[None], planes: &planes };
+            let shapes =
+                MeshScene { permittivity: &[1.0], potentials: &[Potential::Driven], planes: &planes };
             let settings =
                 TetrahedraSettings { relative_tolerance: tolerance, ..TetrahedraSettings::default() };
             let found = solve_mesh(first, shapes, &settings)?.solution;

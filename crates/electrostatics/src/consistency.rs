@@ -73,6 +73,7 @@ fn of_matrix(maxwell: &[Vec<Bounded>]) -> Option<String> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use elastocap_geometry::scene::Potential;
     use faer::Mat;
 
     fn exact(entries: &[&[f64]]) -> Vec<Vec<Bounded>> {
@@ -90,7 +91,8 @@ mod tests {
 
     #[test]
     fn free_conductors_that_raise_an_energy_or_lower_a_coupling_are_a_contradiction() {
-        let floating = Floating::of_charges(&[None, Some(0.0), None]);
+        let middle = Potential::Floating { charge: 0.0 };
+        let floating = Floating::of(&[Potential::Driven, middle, Potential::Driven]);
         let sharp = |entries: &[&[f64]]| {
             let m = Mat::from_fn(entries.len(), entries.len(), |i, j| entries[i][j]);
             MatrixBounds { lower: m.clone(), upper: m }

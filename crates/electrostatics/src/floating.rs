@@ -1,5 +1,5 @@
 //! Floating conductors. A floating conductor carries a given charge; its potential is computed, and it is eliminated from the
-//! Maxwell matrix.
+//! Maxwell matrix. Grounded conductors are at potential zero: they have no row in that matrix either, and nothing to be eliminated.
 //!
 //! Split the conductors into driven (d) and floating (f) ones. Uncharged floating conductors take the potentials of minimal
 //! energy, V_f = -C_ff^-1 C_fd V_d, and the minimum is the form of the Schur complement C_dd - C_df C_ff^-1 C_fd. A minimum is
@@ -7,11 +7,12 @@
 
 use crate::matrix::{MatrixBounds, rounding};
 use crate::solution::{Bounded, FloatingPotential};
-use elastocap_geometry::scene::Scene;
+use crate::target::Target;
+use elastocap_geometry::scene::{Potential, Scene};
 use elastocap_linalg::dense::{self, Llt, Lu};
 use faer::Mat;
 
-/// Which conductors of a scene are driven and which float.
+/// Which conductors of a scene are driven and which float; all others are grounded.
 #[derive(Debug, Clone)]
 pub(crate) struct Floating {
     /// Indices of the driven conductors, ascending.
@@ -20,29 +21,41 @@ pub(crate) struct Floating {
     pub floating: Vec<usize>,
     /// The charge of each floating one, C.
     pub charges: Vec<f64>,
+    /// How many conductors there are, grounded ones included.
+    pub conductors: usize,
 }
 
 impl Floating {
     /// The driven and the floating conductors of a scene.
     pub(crate) fn new(scene: &Scene) -> Self {
-        let charges: Vec<_> = scene.conductors().map(|c| c.floating_charge).collect();
-        Self::of_charges(&charges)
+        Self::of(&scene.potentials())
     }
 
-    /// From one entry per conductor: its charge, C, if it floats.
-    pub(crate) fn of_charges(charges: &[Option<f64>]) -> Self {
-        let all = || charges.iter().enumerate();
+    /// From one entry per conductor.
+    pub(crate) fn of(potentials: &[Potential]) -> Self {
+        let all = || potentials.iter().enumerate();
         Self {
-            driven: all().filter(|(_, charge)| charge.is_none()).map(|(i, _)| i).collect(),
-            floating: all().filter(|(_, charge)| charge.is_some()).map(|(i, _)| i).collect(),
-            charges: charges.iter().flatten().copied().collect(),
+            driven: all().filter(|(_, own)| **own == Potential::Driven).map(|(i, _)| i).collect(),
+            floating: all().filter(|(_, own)| own.floating_charge().is_some()).map(|(i, _)| i).collect(),
+            charges: potentials.iter().filter_map(|own| own.floating_charge()).collect(),
+            conductors: potentials.len(),
         }
+    }
+
+    /// Whether some conductors are grounded.
+    pub(crate) fn any_grounded(&self) -> bool {
+        self.driven.len() + self.floating.len() < self.conductors
+    }
+
+    /// Whether two conductors with equal and opposite charges are all that can hold a net charge, as far as the conductors go.
+    pub(crate) fn is_neutral(&self, target: Target) -> bool {
+        target == Target::TwoTerminal && self.driven.len() == 2 && !self.any_grounded()
     }
 
     /// Bounds on the matrix of the driven conductors, from those on the matrix of all.
     pub(crate) fn reduced(&self, all: &MatrixBounds) -> MatrixBounds {
         if self.floating.is_empty() {
-            return all.clone();
+            return if self.any_grounded() { all.of_rows(&self.driven) } else { all.clone() };
         }
         let n = self.driven.len();
         // The factors and the solution are exact for matrices that differ by rounding: the forms are moved by as much before
@@ -173,7 +186,7 @@ mod tests {
     use super::*;
 
     fn three() -> Floating {
-        Floating { driven: vec![0, 2], floating: vec![1], charges: vec![2.0] }
+        Floating { driven: vec![0, 2], floating: vec![1], charges: vec![2.0], conductors: 3 }
     }
 
     fn matrix(entries: [[f64; 3]; 3]) -> Mat<f64> {
@@ -229,6 +242,19 @@ mod tests {
                 assert!(bounded.upper - bounded.lower < 0.5, "{bounded:?}");
             }
         }
+    }
+
+    #[test]
+    fn a_grounded_conductor_takes_its_row_away_and_nothing_else() {
+        let c = matrix([[3.0, -1.0, -0.5], [-1.0, 4.0, -1.5], [-0.5, -1.5, 3.5]]);
+        let all = MatrixBounds { lower: c.clone(), upper: c };
+        let of = |middle| Floating::of(&[Potential::Driven, middle, Potential::Driven]);
+        let grounded = of(Potential::Grounded);
+        assert!(grounded.any_grounded() && !grounded.is_neutral(Target::TwoTerminal));
+        assert!(of(Potential::Floating { charge: 0.0 }).is_neutral(Target::TwoTerminal));
+        let reduced = grounded.reduced(&all);
+        assert_eq!((reduced.upper.nrows(), reduced.upper[(0, 1)], reduced.lower[(1, 1)]), (2, -0.5, 3.5));
+        assert_eq!(grounded.potentials(&all.upper, &[1.0, 2.0], &[]), [1.0, 0.0, 2.0]);
     }
 
     #[test]

@@ -67,6 +67,7 @@ mod matrix;
 mod parity;
 mod projection;
 mod solution;
+mod target;
 mod tets;
 
 pub use boxes::forecast::{forecast, mirror_planes};
@@ -76,8 +77,9 @@ pub use extruded::solve::{
 };
 pub use solution::{
     Bounded, CellBody, Discretisation, Field, FloatingPotential, Forecast, PhaseSeconds, ResolutionLevel,
-    SHARE_OF_DIAGONAL, Settings, Solution, Target,
+    Settings, Solution,
 };
+pub use target::{SHARE_OF_DIAGONAL, Target};
 pub use tets::adaptive::{MeshScene, MeshSolution, TetrahedraSettings, solve_mesh};
 pub use tets::flux::FluxError;
 pub use tets::forecast::forecast_mesh;

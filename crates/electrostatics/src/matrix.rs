@@ -137,6 +137,12 @@ impl MatrixBounds {
         entries
     }
 
+    /// Bounds on the matrix of these conductors with all others at potential zero.
+    pub(crate) fn of_rows(&self, rows: &[usize]) -> Self {
+        let block = |c: &Mat<f64>| Mat::from_fn(rows.len(), rows.len(), |i, j| c[(rows[i], rows[j])]);
+        Self { lower: block(&self.lower), upper: block(&self.upper) }
+    }
+
     /// Two-terminal capacitance: charge over voltage with equal and opposite charges for two conductors, against
     /// ground or infinity for one.
     ///

@@ -23,9 +23,15 @@ pub(crate) struct Parity {
 }
 
 impl Parity {
-    /// The parities of the part above the planes, in which only some `conductors` of the whole scene are `present`. It is `enclosed`
-    /// where nothing but these and the planes can hold charge.
-    pub(crate) fn all(planes: &[Option<MirrorPlane>; 3], present: &[bool], enclosed: bool) -> Vec<Self> {
+    /// The parities of the part above the planes, in which only some of the whole scene's conductors are `present`. `grounded` says
+    /// which of all are at potential zero, so that nothing is solved for them alone. The part is `enclosed` where nothing but its
+    /// conductors and the planes can hold charge.
+    pub(crate) fn all(
+        planes: &[Option<MirrorPlane>; 3],
+        present: &[bool],
+        grounded: &[bool],
+        enclosed: bool,
+    ) -> Vec<Self> {
         let conductors = present.len();
         let exchanging: Vec<(usize, &MirrorPlane)> = planes
             .iter()
@@ -33,13 +39,18 @@ impl Parity {
             .filter_map(|(axis, plane)| Some((axis, plane.as_ref().filter(|p| !p.keeps_conductors())?)))
             .collect();
         if exchanging.is_empty() {
+            let solved: Vec<usize> = (0..conductors).filter(|c| !grounded[*c]).collect();
+            let side = |c: usize| solved.iter().position(|own| *own == c).map(|side| side as u32);
             return vec![Self {
                 grounded: [None; 3],
-                side: (0..conductors as u32).map(Some).collect(),
-                projection: Mat::identity(conductors, conductors),
+                side: (0..conductors).map(side).collect(),
+                projection: Mat::from_fn(solved.len(), conductors, |i, c| {
+                    f64::from(u8::from(solved[i] == c))
+                }),
                 constant: false,
             }];
         }
+        let any_grounded = grounded.contains(&true);
         let parity = |odd: usize| {
             let is_odd = |k: usize| odd >> k & 1 == 1;
             let of = |conductor: usize| {
@@ -51,7 +62,8 @@ impl Parity {
             let mut rows: Vec<Vec<f64>> = Vec::new();
             let side = (0..conductors).map(|c| {
                 let row = of(c);
-                if !present[c] || row.iter().all(|x| *x == 0.0) {
+                let is_needed = row.iter().zip(grounded).any(|(x, grounded)| *x != 0.0 && !grounded);
+                if !present[c] || !is_needed {
                     return None;
                 }
                 let known = rows.iter().position(|other| *other == row);
@@ -66,7 +78,7 @@ impl Parity {
                 grounded[*axis] = is_odd(k).then_some(plane.at);
             }
             let projection = Mat::from_fn(rows.len(), conductors, |i, j| rows[i][j]);
-            let constant = enclosed && odd == 0 && rows.len() == 1;
+            let constant = enclosed && odd == 0 && rows.len() == 1 && !any_grounded;
             Self { grounded, side, projection, constant }
         };
         (0..1_usize << exchanging.len()).map(parity).filter(|parity| parity.sides() > 0).collect()

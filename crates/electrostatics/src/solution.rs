@@ -1,27 +1,12 @@
 //! Settings and solutions of the field solvers.
 
+use crate::target::Target;
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
 /// Why the tolerance was not reached where the caller has set the cancel flag, and bounds were known by then.
 pub(crate) const STOPPED: &str = "it was stopped on request";
-
-/// The quantity that the tolerance applies to.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
-pub enum Target {
-    /// The two-terminal capacitance where there is one (else the matrix): a sensor's signal. Without a net charge the field
-    /// decays quickly, and the grid need not reach far into open space. The Maxwell matrix is reported too, with the bounds that
-    /// this grid happens to give.
-    TwoTerminal,
-    /// Every entry of the Maxwell matrix of the driven conductors as well. The error of an off-diagonal entry is relative to the
-    /// entry, or to [`SHARE_OF_DIAGONAL`] of the geometric mean of its two diagonal entries where the entry is smaller.
-    Matrix,
-}
-
-/// See [`Target::Matrix`]: a coupling that is a thousandth of the diagonal would need a field a thousand times better to be
-/// known to the same relative error as the diagonal.
-pub const SHARE_OF_DIAGONAL: f64 = 0.1;
 
 /// Target, tolerance and limits of the box solver; those of the other solver are [`crate::TetrahedraSettings`].
 #[derive(Debug, Clone)]
@@ -145,6 +130,12 @@ impl Bounded {
         self.over_value(self.upper - self.lower)
     }
 
+    /// Minus the number.
+    #[must_use]
+    pub fn negative(&self) -> Self {
+        Self { value: -self.value, lower: -self.upper, upper: -self.lower }
+    }
+
     fn over_value(&self, distance: f64) -> f64 {
         if distance == 0.0 { 0.0 } else { distance / self.value.abs() }
     }
@@ -222,11 +213,13 @@ pub struct FloatingPotential {
 #[derive(Debug, Clone, PartialEq)]
 pub struct Solution {
     /// Maxwell capacitance matrix of the driven conductors, F, in the order of the scene: Q = C V. The floating conductors are
-    /// uncharged and have been eliminated.
+    /// uncharged and have been eliminated; grounded ones are at zero.
     pub maxwell: Vec<Vec<Bounded>>,
     /// Charge over voltage with equal and opposite charges (two driven conductors), or against ground or infinity (one), F;
     /// `None` for more than two of them, or for one conductor between insulated walls only, which can hold no charge.
     pub two_terminal: Option<Bounded>,
+    /// The capacitance that [`Settings::target`] names, F; `None` where that is the whole matrix.
+    pub measured: Option<Bounded>,
     /// Potentials of the floating conductors, in the order of the scene. Their limits are proved where the matrix's are.
     pub floating: Vec<FloatingPotential>,
     /// Whether the tolerance was reached.

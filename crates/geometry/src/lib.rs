@@ -1,4 +1,4 @@
-//! Bodies, outlines drawn side by side, and the scene that they make up, its mirror planes and turns that give it more of them, boxes recognised in it, meshes of it, and the files that other programs read and write.
+//! Bodies, outlines drawn side by side and with holes, and the scene that they make up, its mirror planes and turns that give it more of them, boxes recognised in it, meshes of it, and the files that other programs read and write.
 
 pub mod cubic;
 pub mod drawing;
@@ -7,6 +7,7 @@ pub mod import;
 pub mod meshing;
 pub mod mirror;
 pub mod outline;
+pub mod perforated;
 pub mod recognition;
 #[cfg(test)]
 mod samples;

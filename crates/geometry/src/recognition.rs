@@ -11,6 +11,7 @@ pub use prisms::{Prism, outlines_in_plane, prisms_of};
 use crate::outline;
 use crate::scene::Box3;
 use crate::shapes::{Shape, TriangleSurface};
+use std::ops::Range;
 
 /// How far the volume of the boxes may be from that of the surface, relative to it: rounding of the sum over the triangles.
 const ROUNDING: f64 = 1e-9;
@@ -21,7 +22,7 @@ pub fn boxes_of(shape: &Shape, most: usize) -> Option<Vec<Box3>> {
     match shape {
         Shape::Box(region) => Some(vec![*region]),
         Shape::Extrusion { axis, from, to, outline, .. } => {
-            Cells::of_outline(*axis, [from.min(*to), from.max(*to)], outline, most).map(|cells| cells.boxes())
+            boxes_of_outlines(*axis, [*from, *to], &[outline], most)
         }
         Shape::Surface(surface) => of_surface(surface, most),
         Shape::Sphere { .. }
@@ -30,6 +31,18 @@ pub fn boxes_of(shape: &Shape, most: usize) -> Option<Vec<Box3>> {
         | Shape::Tube { .. }
         | Shape::Physical(_) => None,
     }
+}
+
+/// The same for what an odd number of outlines holds, pulled along an axis between two ends: holes are outlines in one another.
+pub fn boxes_of_outlines(
+    axis: usize,
+    [from, to]: [f64; 2],
+    outlines: &[&[[f64; 2]]],
+    most: usize,
+) -> Option<Vec<Box3>> {
+    let cells = Cells::of_outlines(axis, [from.min(to), from.max(to)], outlines, most)?;
+    // Around holes the few boxes would be other ones than those of the mirror image.
+    Some(if outlines.len() > 1 { cells.strips() } else { cells.boxes() })
 }
 
 /// How many cells the planes of all faces of some boxes divide the space between them into.
@@ -99,10 +112,10 @@ impl Cells {
         cell[0] + n * (cell[1] + m * cell[2])
     }
 
-    /// Those in a polygon pulled along an axis.
-    fn of_outline(axis: usize, ends: [f64; 2], outline: &[[f64; 2]], most: usize) -> Option<Self> {
-        let edges = || outline.iter().zip(outline.iter().cycle().skip(1));
-        if !edges().all(|(a, b)| a[0] == b[0] || a[1] == b[1]) {
+    /// Those in an odd number of polygons pulled along an axis.
+    fn of_outlines(axis: usize, ends: [f64; 2], outlines: &[&[[f64; 2]]], most: usize) -> Option<Self> {
+        let mut edges = outlines.iter().flat_map(|own| own.iter().zip(own.iter().cycle().skip(1)));
+        if !edges.all(|(a, b)| a[0] == b[0] || a[1] == b[1]) {
             return None;
         }
         let across: [usize; 2] = match axis {
@@ -112,7 +125,7 @@ impl Cells {
         };
         let mut planes = [0; 3].map(|_| ends.to_vec());
         for (k, &a) in across.iter().enumerate() {
-            planes[a] = ascending(outline.iter().map(|q| q[k]).collect());
+            planes[a] = ascending(outlines.iter().flat_map(|own| own.iter().map(|q| q[k])).collect());
         }
         let mut cells = Self::empty(planes, most)?;
         let [columns, rows] = across.map(|a| cells.counts()[a]);
@@ -123,7 +136,8 @@ impl Cells {
                 let mut cell = [0; 3];
                 (cell[across[0]], cell[across[1]]) = (column, row);
                 let index = cells.index(cell);
-                cells.filled[index] = outline::contains(outline, centre);
+                let holding = outlines.iter().filter(|own| outline::contains(own, centre));
+                cells.filled[index] = holding.count() % 2 == 1;
             }
         }
         Some(cells)
@@ -200,6 +214,28 @@ impl Cells {
         boxes
     }
 
+    /// The filled cells as boxes that are each as long along x1 as they can be, and wider only where all that is beside them is alike:
+    /// the boxes of a mirror image are the mirror images of the boxes.
+    fn strips(&self) -> Vec<Box3> {
+        let [n, rows, layers] = self.counts();
+        let row = |row: usize, layer: usize| &self.filled[n * (row + rows * layer)..][..n];
+        let layer = |layer: usize| &self.filled[n * rows * layer..][..n * rows];
+        let mut boxes = Vec::new();
+        for z in alike(layers, |k, l| layer(k) == layer(l)) {
+            for y in alike(rows, |k, l| row(k, z.start) == row(l, z.start)) {
+                let cells = row(y.start, z.start);
+                for x in alike(n, |k, l| cells[k] == cells[l]).into_iter().filter(|x| cells[x.start]) {
+                    let blocks = [x, y.clone(), z.clone()];
+                    boxes.push(Box3 {
+                        min: [0, 1, 2].map(|a| self.planes[a][blocks[a].start]),
+                        max: [0, 1, 2].map(|a| self.planes[a][blocks[a].end]),
+                    });
+                }
+            }
+        }
+        boxes
+    }
+
     /// Whether all cells next to a block, above it along an axis, are filled.
     fn all_filled(&self, from: [usize; 3], to: [usize; 3], axis: usize) -> bool {
         let (mut from, mut to) = (from, to);
@@ -213,6 +249,18 @@ impl Cells {
             self.filled[index] = false;
         }
     }
+}
+
+/// Neighbouring numbers below `count` that are alike, together.
+fn alike(count: usize, same: impl Fn(usize, usize) -> bool) -> Vec<Range<usize>> {
+    let mut out: Vec<Range<usize>> = Vec::new();
+    for k in 0..count {
+        match out.last_mut() {
+            Some(last) if same(last.start, k) => last.end = k + 1,
+            Some(_) | None => out.push(k..k + 1),
+        }
+    }
+    out
 }
 
 /// The cells of a block.

@@ -62,13 +62,42 @@ pub enum Wall {
     Open,
 }
 
+/// What determines the potential of a conductor.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Potential {
+    /// A source: it may be given any potential, and has a row in the capacitance matrix.
+    Driven,
+    /// It is at zero, as grounded walls are, and has no row in the matrix.
+    Grounded,
+    /// Nothing but the field: the conductor floats, and its potential is an unknown.
+    Floating {
+        /// The charge that it carries, C.
+        charge: f64,
+    },
+}
+
+impl Potential {
+    /// That of a conductor that floats with this charge, C, or is driven.
+    pub fn of_charge(charge: Option<f64>) -> Self {
+        charge.map_or(Self::Driven, |charge| Self::Floating { charge })
+    }
+
+    /// The charge, C, of a conductor that floats.
+    pub fn floating_charge(self) -> Option<f64> {
+        match self {
+            Self::Floating { charge } => Some(charge),
+            Self::Driven | Self::Grounded => None,
+        }
+    }
+}
+
 /// What a body is to the field.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Role {
     /// A perfect conductor, at one potential everywhere.
     Conductor {
-        /// Its charge, C, if it floats: its potential is then an unknown. `None` for a driven conductor.
-        floating_charge: Option<f64>,
+        /// What determines that potential.
+        potential: Potential,
     },
     /// A linear isotropic dielectric.
     Dielectric {
@@ -108,13 +137,19 @@ pub struct Body {
 impl Body {
     /// A fixed, driven conductor of one part.
     pub fn conductor(name: impl Into<String>, shape: Shape) -> Self {
-        let role = Role::Conductor { floating_charge: None };
+        let role = Role::Conductor { potential: Potential::Driven };
         Self { name: name.into(), parts: vec![shape], role, purpose: Purpose::Fixed }
+    }
+
+    /// A fixed conductor of one part at potential zero.
+    pub fn grounded(name: impl Into<String>, shape: Shape) -> Self {
+        let role = Role::Conductor { potential: Potential::Grounded };
+        Self { role, ..Self::conductor(name, shape) }
     }
 
     /// A fixed, floating conductor of one part with this charge, C.
     pub fn floating(name: impl Into<String>, shape: Shape, charge: f64) -> Self {
-        let role = Role::Conductor { floating_charge: Some(charge) };
+        let role = Role::Conductor { potential: Potential::Floating { charge } };
         Self { role, ..Self::conductor(name, shape) }
     }
 
@@ -129,7 +164,7 @@ impl Body {
         Self { purpose, ..self }
     }
 
-    /// Whether it is a conductor, driven or floating.
+    /// Whether it is a conductor, whatever its potential.
     pub fn is_conductor(&self) -> bool {
         match self.role {
             Role::Conductor { .. } => true,
@@ -137,10 +172,15 @@ impl Body {
         }
     }
 
-    /// Whether it is a conductor held at a potential.
+    /// Whether it is a conductor with a row in the capacitance matrix.
     pub fn is_driven(&self) -> bool {
+        self.role == Role::Conductor { potential: Potential::Driven }
+    }
+
+    /// Whether it is a conductor that floats.
+    pub fn floats(&self) -> bool {
         match self.role {
-            Role::Conductor { floating_charge } => floating_charge.is_none(),
+            Role::Conductor { potential } => potential.floating_charge().is_some(),
             Role::Dielectric { .. } => false,
         }
     }
@@ -183,12 +223,12 @@ impl MirrorPlane {
 /// A conductor of a scene.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Conductor<'a> {
-    /// Its place among the conductors, the floating ones included.
+    /// Its place among the conductors, grounded and floating ones included.
     pub index: usize,
     /// The body.
     pub body: &'a Body,
-    /// Its charge, C, if it floats.
-    pub floating_charge: Option<f64>,
+    /// What determines its potential.
+    pub potential: Potential,
 }
 
 /// A dielectric of a scene.
@@ -235,13 +275,18 @@ pub struct Scene {
 }
 
 impl Scene {
-    /// The conductors, driven and floating, in order.
+    /// The conductors, driven, grounded and floating, in order.
     pub fn conductors(&self) -> impl Iterator<Item = Conductor<'_>> + Clone {
         let all = self.bodies.iter().filter_map(|body| match body.role {
-            Role::Conductor { floating_charge } => Some((body, floating_charge)),
+            Role::Conductor { potential } => Some((body, potential)),
             Role::Dielectric { .. } => None,
         });
-        all.enumerate().map(|(index, (body, floating_charge))| Conductor { index, body, floating_charge })
+        all.enumerate().map(|(index, (body, potential))| Conductor { index, body, potential })
+    }
+
+    /// What determines the potential of each conductor, in their order.
+    pub fn potentials(&self) -> Vec<Potential> {
+        self.conductors().map(|c| c.potential).collect()
     }
 
     /// The dielectrics, in the order in which they override one another.
@@ -277,14 +322,14 @@ impl Scene {
         self.conductor_parts().chain(self.dielectric_parts()).map(|(_, part)| part)
     }
 
-    /// Indices of the conductors that are held at a potential, ascending: the rows of the capacitance matrix.
+    /// Indices of the driven conductors, ascending: the rows of the capacitance matrix.
     pub fn driven(&self) -> impl Iterator<Item = usize> + Clone {
-        self.conductors().filter(|c| c.floating_charge.is_none()).map(|c| c.index)
+        self.conductors().filter(|c| c.potential == Potential::Driven).map(|c| c.index)
     }
 
     /// Indices of the floating conductors, ascending, each with its charge in C.
     pub fn floating(&self) -> impl Iterator<Item = (usize, f64)> + Clone {
-        self.conductors().filter_map(|c| Some((c.index, c.floating_charge?)))
+        self.conductors().filter_map(|c| Some((c.index, c.potential.floating_charge()?)))
     }
 
     /// Whether all bodies consist of boxes and sheets, as the box solver takes them.
@@ -356,15 +401,16 @@ mod tests {
             Body::conductor("a", cube(-1.0, 0.1)),
             Body::floating("b", cube(1.0, 0.1), 1e-12),
             Body::dielectric("drop", cube(0.0, 0.5), 80.0),
+            Body::grounded("ground", cube(-3.0, 0.1)),
             Body::conductor("c", cube(3.0, 0.1)),
         ]);
         let of = |c: Conductor<'_>| (c.index, c.body.name.clone());
         let named = |k: usize, name: &str| (k, name.to_owned());
         assert_eq!(
             scene.conductors().map(of).collect::<Vec<_>>(),
-            [named(0, "a"), named(1, "b"), named(2, "c")]
+            [named(0, "a"), named(1, "b"), named(2, "ground"), named(3, "c")]
         );
-        assert_eq!(scene.driven().collect::<Vec<_>>(), [0, 2]);
+        assert_eq!(scene.driven().collect::<Vec<_>>(), [0, 3]);
         assert_eq!(scene.floating().collect::<Vec<_>>(), [(1, 1e-12)]);
         assert_eq!(scene.permittivities(), [1.0, 4.0, 80.0]);
     }

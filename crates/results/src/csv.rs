@@ -1,5 +1,6 @@
 //! `curve.csv` and `capacitance.csv`: plain numbers in SI units that read back as they were.
 
+use elastocap_case::Measurement;
 use elastocap_electrostatics::Bounded;
 
 use elastocap_coupling::outcome::{Missed, Outcome, Row, Status, StepResult};
@@ -49,18 +50,28 @@ pub fn curve(outcome: &Outcome) -> String {
     out
 }
 
-/// One line for each entry of the Maxwell matrix, for each pair's mutual capacitance, and for the two-terminal one. The status of
-/// an entry is its own; where the step has another defect it is the step's.
+/// For each step, one line for each entry of the Maxwell matrix, for each pair's mutual capacitance, and for the two-terminal one
+/// where it is measured. The status of an entry is its own; where the step has another defect it is the step's.
 ///
-/// `row` and `column` name conductors; a two-terminal capacitance of one conductor is against `ground`.
-pub fn capacitance(conductors: &[String], step: &StepResult) -> String {
+/// `row` and `column` name terminals; a two-terminal capacitance of one terminal is against `ground`.
+pub fn capacitance(terminals: &[String], measurement: Option<Measurement>, steps: &[StepResult]) -> String {
     let mut out =
-        "quantity,row,column,value_f,lower_f,upper_f,relative_error_estimate,geometry_error_estimate,unknowns,status\n"
+        "step,quantity,row,column,value_f,lower_f,upper_f,relative_error_estimate,geometry_error_estimate,unknowns,status\n"
             .to_owned();
+    for step in steps {
+        out.push_str(&capacitances_of(terminals, measurement, step));
+    }
+    out
+}
+
+/// The lines of one step.
+fn capacitances_of(terminals: &[String], measurement: Option<Measurement>, step: &StepResult) -> String {
+    let mut out = String::new();
     let unknowns = step.row.unknowns.map_or_else(String::new, |n| n.to_string());
     let geometry = optional(step.row.geometry_error_estimate);
     let mut line = |quantity: &str, names: [&str; 2], c: Option<Bounded>, status: &str| {
         let fields = [
+            step.index.to_string(),
             quantity.to_owned(),
             quoted(names[0]),
             quoted(names[1]),
@@ -92,27 +103,26 @@ pub fn capacitance(conductors: &[String], step: &StepResult) -> String {
         Status::OkToDiagonal => Status::Ok.to_string(),
         _ => step_status.clone(),
     };
-    for (i, row) in conductors.iter().enumerate() {
-        for (j, column) in conductors.iter().enumerate() {
+    for (i, row) in terminals.iter().enumerate() {
+        for (j, column) in terminals.iter().enumerate() {
             line("maxwell", [row, column], entry(i, j), &status_of(i, j));
         }
     }
-    for (i, row) in conductors.iter().enumerate() {
-        for (j, column) in conductors.iter().enumerate().skip(i + 1) {
-            line("mutual", [row, column], entry(i, j).map(negative), &status_of(i, j));
+    for (i, row) in terminals.iter().enumerate() {
+        for (j, column) in terminals.iter().enumerate().skip(i + 1) {
+            line("mutual", [row, column], entry(i, j).map(|c| c.negative()), &status_of(i, j));
         }
     }
-    if let Some(first) = conductors.first()
-        && (step.two_terminal.is_some() || conductors.len() <= 2)
-    {
-        let other = conductors.get(1).map_or("ground", String::as_str);
-        line("two_terminal", [first, other], step.two_terminal, &two_terminal);
+    let name = |k: usize| terminals.get(k).map_or("ground", String::as_str);
+    let pair = match measurement {
+        Some(Measurement::TwoTerminal([i, j])) => Some([name(i), name(j)]),
+        Some(Measurement::Own(_)) if terminals.len() == 1 => Some([name(0), "ground"]),
+        Some(Measurement::Own(_) | Measurement::Mutual(_) | Measurement::Matrix(_)) | None => None,
+    };
+    if let Some(names) = pair {
+        line("two_terminal", names, step.measured, &two_terminal);
     }
     out
-}
-
-fn negative(c: Bounded) -> Bounded {
-    Bounded { value: -c.value, lower: -c.upper, upper: -c.lower }
 }
 
 #[cfg(test)]
@@ -149,7 +159,7 @@ mod tests {
     }
 
     /// A step with a matrix of this many conductors; no two pairs have the same entry.
-    fn step(conductors: usize, two_terminal: Option<Bounded>) -> StepResult {
+    fn step(conductors: usize, measured: Option<Bounded>) -> StepResult {
         let entry = |i: usize, j: usize| {
             let value = if i == j { 100.0 } else { -((1 + i + j) as f64) };
             Bounded { value, lower: value - 0.5, upper: value + 0.25 }
@@ -171,7 +181,7 @@ mod tests {
             maxwell: Some(maxwell),
             entry_status: None,
             floating: Vec::new(),
-            two_terminal,
+            measured,
             solver: None,
             seconds: Default::default(),
         }
@@ -180,11 +190,17 @@ mod tests {
     /// The lines below the header, field by field.
     fn lines(names: &[&str], step: &StepResult) -> Vec<Vec<String>> {
         let names: Vec<String> = names.iter().map(|name| (*name).to_owned()).collect();
-        let table = capacitance(&names, step);
+        let measurement = match (names.len(), step.measured) {
+            (1, _) => Measurement::Own(0),
+            (2, _) | (_, Some(_)) => Measurement::TwoTerminal([0, 1]),
+            (count, None) => Measurement::Matrix(count),
+        };
+        let table = capacitance(&names, Some(measurement), std::slice::from_ref(step));
         let fields = |line: &str| line.split(',').map(str::to_owned).collect::<Vec<_>>();
         let lines: Vec<_> = table.lines().map(fields).collect();
         assert!(lines.iter().all(|line| line.len() == lines[0].len()), "{table}");
-        lines[1..].to_vec()
+        assert!(lines[1..].iter().all(|line| line[0] == "0"), "{table}");
+        lines[1..].iter().map(|line| line[1..].to_vec()).collect()
     }
 
     #[test]
@@ -249,6 +265,7 @@ mod tests {
             electrode_height_m: Some(5.0),
             electrode_thickness_m: Some(6.0),
             two_terminal_capacitance_f: Some(7.0),
+            capacitance_f: Some(7.5),
             capacitance_lower_f: Some(8.0),
             capacitance_upper_f: Some(9.0),
             relative_error_estimate: Some(10.0),
@@ -267,6 +284,7 @@ mod tests {
             warnings: Vec::new(),
             steps: vec![StepResult { row: row.clone(), ..step(1, None) }],
             conductors: vec!["a".to_owned()],
+            measurement: Some(Measurement::Own(0)),
             layer_meshes: Vec::new(),
             layer_seconds: 0.0,
             stopped: false,

@@ -3,6 +3,7 @@
 use crate::plot::{Axis, Chart, Scale, Series, Style};
 use elastocap_coupling::outcome::{Outcome, Row};
 use elastocap_coupling::plan::{HELD_PATCH, Kind};
+use elastocap_coupling::terminals::in_words;
 
 /// The figure of a curve; `None` for a scene without load.
 pub fn figure(title: &str, outcome: &Outcome) -> Option<Chart> {
@@ -37,10 +38,12 @@ pub fn figure(title: &str, outcome: &Outcome) -> Option<Chart> {
             }],
         }),
         Kind::Curve => {
+            let label =
+                outcome.measurement.map_or_else(String::new, |own| in_words(own, &outcome.conductors));
             let bounds = rows().map(|r| (known(r.capacitance_lower_f), known(r.capacitance_upper_f)));
             let mut series = vec![Series {
                 name: "with the fringing field, and its bounds".to_owned(),
-                points: rows().map(|r| (known(r.force_n), known(r.two_terminal_capacitance_f))).collect(),
+                points: rows().map(|r| (known(r.force_n), known(r.capacitance_f))).collect(),
                 band: Some(bounds.collect()),
                 style: Style::LineAndMarkers,
             }];
@@ -52,7 +55,7 @@ pub fn figure(title: &str, outcome: &Outcome) -> Option<Chart> {
                     style: Style::DashedLine,
                 });
             }
-            Some(Chart { title, x: axis("force", "N"), y: axis("two-terminal capacitance", "F"), series })
+            Some(Chart { title, x: axis("force", "N"), y: axis(&label, "F"), series })
         }
     }
 }

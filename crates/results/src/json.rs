@@ -4,11 +4,12 @@ use elastocap_electrostatics::{Bounded, PhaseSeconds};
 use serde::Serialize;
 
 use crate::FieldFiles;
-use elastocap_case::Case;
+use elastocap_case::{Case, Terminal};
 use elastocap_coupling::deform::{FiniteElementStep, ForceCheck, MeshReport};
 use elastocap_coupling::outcome::{EntryStatus, FloatingConductor, Outcome, Row, SolverReport, StepResult};
 use elastocap_coupling::plan::{Kind, Plan};
 use elastocap_coupling::route::Route;
+use elastocap_coupling::terminals::named;
 
 /// Wall-clock seconds of a whole run.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize)]
@@ -30,6 +31,12 @@ struct Document<'a> {
     /// "complete", "incomplete" (steps failed or missed their tolerance), "stopped".
     status: &'static str,
     conductors: &'a [String],
+    /// Conductors that are on one wire.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    terminals: Vec<Wire<'a>>,
+    /// Whose capacitance is measured.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    measurement: Option<Measured<'a>>,
     #[serde(flatten)]
     capacitance: Option<Capacitance<'a>>,
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -51,6 +58,29 @@ struct Document<'a> {
     files: Vec<String>,
 }
 
+#[derive(Serialize)]
+struct Wire<'a> {
+    name: &'a str,
+    conductors: &'a [String],
+    /// "driven" or "ground".
+    potential: &'static str,
+}
+
+impl<'a> Wire<'a> {
+    fn of(terminal: &'a Terminal) -> Self {
+        let Terminal { name, conductors, is_grounded } = terminal;
+        Self { name, conductors, potential: if *is_grounded { "ground" } else { "driven" } }
+    }
+}
+
+/// What `capacitance_f` and its bounds are.
+#[derive(Serialize)]
+struct Measured<'a> {
+    /// "two_terminal", "mutual", "own" (against ground) or "matrix", of which the first mutual capacitance is shown.
+    kind: &'static str,
+    terminals: Vec<&'a str>,
+}
+
 /// The capacitances of one state, under the names that stand at the top of a static scene's result as well.
 #[derive(Serialize)]
 struct Capacitance<'a> {
@@ -59,6 +89,7 @@ struct Capacitance<'a> {
     maxwell_matrix_upper_f: Option<Vec<Vec<f64>>>,
     maxwell_matrix_status: Option<&'a [Vec<EntryStatus>]>,
     two_terminal_capacitance_f: Option<f64>,
+    capacitance_f: Option<f64>,
     capacitance_lower_f: Option<f64>,
     capacitance_upper_f: Option<f64>,
     relative_error_estimate: Option<f64>,
@@ -108,6 +139,7 @@ impl<'a> Capacitance<'a> {
             maxwell_matrix_upper_f: matrix(|c| c.upper),
             maxwell_matrix_status: step.entry_status.as_deref(),
             two_terminal_capacitance_f: step.row.two_terminal_capacitance_f,
+            capacitance_f: step.row.capacitance_f,
             capacitance_lower_f: step.row.capacitance_lower_f,
             capacitance_upper_f: step.row.capacitance_upper_f,
             relative_error_estimate: step.row.relative_error_estimate,
@@ -233,6 +265,11 @@ pub fn document(
             (false, false) => "incomplete",
         },
         conductors: &outcome.conductors,
+        terminals: case.terminals.iter().map(Wire::of).collect(),
+        measurement: outcome.measurement.map(|own| {
+            let (kind, terminals) = named(own, &outcome.conductors);
+            Measured { kind, terminals }
+        }),
         capacitance: of_static.map(Capacitance::of),
         parallel_plate_f: of_static.and_then(|s| s.row.parallel_plate_f),
         fringe_ratio: of_static.and_then(|s| s.row.fringe_ratio),

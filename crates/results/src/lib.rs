@@ -104,8 +104,9 @@ pub fn save(
     if outcome.has_curve() {
         folder.stage("curve.csv", csv::curve(outcome).as_bytes())?;
     }
-    if let (Kind::Capacitance, Some(step)) = (outcome.plan.kind, outcome.steps.first()) {
-        folder.stage("capacitance.csv", csv::capacitance(&outcome.conductors, step).as_bytes())?;
+    if outcome.plan.kind != Kind::Mechanics {
+        let table = csv::capacitance(&outcome.conductors, outcome.measurement, &outcome.steps);
+        folder.stage("capacitance.csv", table.as_bytes())?;
     }
     if !outcome.layer_meshes.is_empty() {
         folder.stage("mechanics.csv", layer_files::table(outcome).as_bytes())?;

@@ -3,8 +3,10 @@
 use std::collections::BTreeMap;
 use std::ops::Range;
 
+use elastocap_geometry::scene::{Potential, Purpose};
+
 use super::super::diagnostics::{Diagnostic, shown};
-use super::super::model::{Body, Box3, Electrodes, Extent, Face, Shape, Surroundings, Wall};
+use super::super::model::{Body, Box3, Electrodes, Extent, Face, Role, Shape, Surroundings, Terminal, Wall};
 use super::super::raw::{self, Document};
 use super::super::reader::{Log, Read};
 use super::super::values::Text;
@@ -36,10 +38,11 @@ pub(super) fn check_count(conductors: usize, dielectrics: usize, log: &mut Log<'
     true
 }
 
-/// A conductor or dielectric by the box around it, with the place in the file that says where it is.
-pub(super) struct PlacedBox<'a> {
+/// A conductor or dielectric by its boxes, or by the box around it, with the place in the file that says where it is.
+pub(super) struct PlacedBoxes<'a> {
     pub(super) name: &'a str,
-    pub(super) region: Box3,
+    /// Never empty.
+    pub(super) regions: Vec<Box3>,
     pub(super) span: Range<usize>,
     pub(super) what: &'static str,
     pub(super) floating_charge: Option<f64>,
@@ -51,6 +54,7 @@ pub(super) fn bodies(
     raw: &Document,
     surroundings: Option<&Surroundings>,
     electrodes: Option<&Electrodes>,
+    terminals: &[Terminal],
     log: &mut Log<'_>,
 ) -> Option<Vec<Body>> {
     let empty = Vec::new();
@@ -64,7 +68,7 @@ pub(super) fn bodies(
     let dielectrics: Vec<_> = of_dielectrics.iter().map(|read| dielectric(read, log)).collect();
     check_names(raw, of_conductors, of_dielectrics, electrodes, log);
 
-    check_touching(&conductors, log);
+    check_touching(&conductors, terminals, log);
     let thickness = given(&raw.layer).and_then(|layer| layer.thickness.get()).map(|h| h.si);
     let walls_span = given(&raw.surroundings).and_then(|s| s.walls.as_ref()).map(|walls| walls.span.clone());
     for body in conductors.iter().chain(&dielectrics).flatten() {
@@ -81,53 +85,75 @@ pub(super) fn bodies(
         }
     }
     if let Some(surroundings) = surroundings {
-        check_flux_has_an_end(&conductors, electrodes, raw, surroundings, log);
+        check_flux_has_an_end(&conductors, electrodes, raw, (surroundings, terminals), log);
     }
     check_one_is_driven(&conductors, raw, log);
 
     let conductors = conductors.into_iter().zip(of_conductors);
-    let conductors = conductors.map(|(placed, read)| conductor_of(read.get()?, Shape::Box(placed?.region)));
+    let parts = |placed: PlacedBoxes<'_>| placed.regions.into_iter().map(Shape::Box).collect::<Vec<_>>();
+    let conductors = conductors.map(|(placed, read)| conductor_of(read.get()?, parts(placed?)));
     let dielectrics = dielectrics.into_iter().zip(of_dielectrics).map(|(placed, read)| {
         let placed = placed?;
         let relative_permittivity = read.get()?.relative_permittivity.get()?.value;
-        Some(Body::dielectric(placed.name, Shape::Box(placed.region), relative_permittivity))
+        let name = placed.name;
+        Some(Body {
+            parts: parts(placed),
+            ..Body::dielectric(name, Shape::Box(Box3::SPACE), relative_permittivity)
+        })
     });
     conductors.chain(dielectrics).collect()
 }
 
-/// The conductor of this shape, driven or floating.
-pub(super) fn conductor_of(raw: &raw::Conductor, shape: Shape) -> Option<Body> {
-    let name = &raw.name.get()?.0;
-    Some(match &raw.charge {
-        Some(read) => Body::floating(name, shape, read.get()?.si),
-        None => Body::conductor(name, shape),
-    })
+/// The conductor of these parts, driven or floating.
+pub(super) fn conductor_of(raw: &raw::Conductor, parts: Vec<Shape>) -> Option<Body> {
+    let charge = match &raw.charge {
+        Some(read) => Some(read.get()?.si),
+        None => None,
+    };
+    let role = Role::Conductor { potential: Potential::of_charge(charge) };
+    Some(Body { name: raw.name.get()?.0.clone(), parts, role, purpose: Purpose::Fixed })
 }
 
-fn conductor<'a>(read: &'a Read<raw::Conductor>, log: &mut Log<'_>) -> Option<PlacedBox<'a>> {
+/// The boxes of one conductor; none of them is left out.
+pub(super) fn boxes(read: &Read<Vec<Read<raw::BoxRegion>>>, log: &mut Log<'_>) -> Option<Vec<Box3>> {
+    let entries = read.get()?;
+    if entries.is_empty() {
+        log.push(
+            Diagnostic::at(&read.span, "`boxes` of a conductor has no box in it")
+                .label("a conductor is somewhere")
+                .help("list boxes, for example `{ min = [.., .., ..], max = [.., .., ..] }`"),
+        );
+        return None;
+    }
+    let all: Vec<Option<Box3>> = entries.iter().map(|entry| box_region(entry, log)).collect();
+    all.into_iter().collect()
+}
+
+fn conductor<'a>(read: &'a Read<raw::Conductor>, log: &mut Log<'_>) -> Option<PlacedBoxes<'a>> {
     let raw = read.get()?;
-    let (region, span) = match (&raw.r#box, &raw.sheet) {
-        (Some(read), _) => (box_region(read, log), read.span.clone()),
-        (None, Some(read)) => (sheet(read, log), read.span.clone()),
-        (None, None) => return None,
+    let (regions, span) = match (&raw.r#box, &raw.sheet, &raw.boxes) {
+        (Some(read), ..) => (box_region(read, log).map(|region| vec![region]), read.span.clone()),
+        (None, Some(read), _) => (sheet(read, log).map(|region| vec![region]), read.span.clone()),
+        (None, None, Some(read)) => (boxes(read, log), read.span.clone()),
+        (None, None, None) => return None,
     };
     let floating_charge = match &raw.charge {
         Some(read) => Some(read.get()?.si),
         None => None,
     };
-    let (name, region) = (&raw.name.get()?.0, region?);
-    Some(PlacedBox { name, region, span, what: "conductor", floating_charge, is_slab: false })
+    let (name, regions) = (&raw.name.get()?.0, regions?);
+    Some(PlacedBoxes { name, regions, span, what: "conductor", floating_charge, is_slab: false })
 }
 
-fn dielectric<'a>(read: &'a Read<raw::Dielectric>, log: &mut Log<'_>) -> Option<PlacedBox<'a>> {
+fn dielectric<'a>(read: &'a Read<raw::Dielectric>, log: &mut Log<'_>) -> Option<PlacedBoxes<'a>> {
     let raw = read.get()?;
     let (region, span, is_slab) = match (&raw.r#box, &raw.slab) {
         (Some(read), _) => (box_region(read, log), read.span.clone(), false),
         (None, Some(read)) => (slab(read, log), read.span.clone(), true),
         (None, None) => return None,
     };
-    let (name, region) = (&raw.name.get()?.0, region?);
-    Some(PlacedBox { name, region, span, what: "dielectric", floating_charge: None, is_slab })
+    let (name, regions) = (&raw.name.get()?.0, vec![region?]);
+    Some(PlacedBoxes { name, regions, span, what: "dielectric", floating_charge: None, is_slab })
 }
 
 pub(super) fn check_names(
@@ -158,15 +184,16 @@ pub(super) fn check_names(
     }
 }
 
-/// Two conductors that share a point are one conductor, and it must be said which.
-fn check_touching(conductors: &[Option<PlacedBox<'_>>], log: &mut Log<'_>) {
+/// Two conductors that share a point are one conductor, and it must be said which: one body, or one terminal.
+fn check_touching(conductors: &[Option<PlacedBoxes<'_>>], terminals: &[Terminal], log: &mut Log<'_>) {
     let bodies: Vec<_> = conductors.iter().flatten().collect();
     for (k, second) in bodies.iter().enumerate() {
         for first in &bodies[..k] {
             if log.is_full() {
                 return;
             }
-            if first.region.touches(&second.region) {
+            let touch = |region: &Box3| second.regions.iter().any(|other| region.touches(other));
+            if first.regions.iter().any(touch) && !Terminal::joins(terminals, first.name, second.name) {
                 let (a, b) = (shown(first.name), shown(second.name));
                 log.push(
                     Diagnostic::at(
@@ -175,7 +202,9 @@ fn check_touching(conductors: &[Option<PlacedBox<'_>>], log: &mut Log<'_>) {
                     )
                     .label(format!("\"{b}\" shares a point with \"{a}\""))
                     .related(&first.span, format!("\"{a}\" is here"))
-                    .help("leave a gap between the two, or write them as one conductor"),
+                    .help(
+                        "leave a gap between the two, or join them: as one conductor, or in one [[terminal]]",
+                    ),
                 );
             }
         }
@@ -183,13 +212,13 @@ fn check_touching(conductors: &[Option<PlacedBox<'_>>], log: &mut Log<'_>) {
 }
 
 fn check_in_walls(
-    body: &PlacedBox<'_>,
+    body: &PlacedBoxes<'_>,
     walls: &Box3,
     boundary: Wall,
     walls_span: Option<&Range<usize>>,
     log: &mut Log<'_>,
 ) {
-    let (region, what, name) = (&body.region, body.what, shown(body.name));
+    let (regions, what, name) = (&body.regions, body.what, shown(body.name));
     let mut at = |message: String, label: &str, help: &str| {
         let mut diagnostic = Diagnostic::at(&body.span, message).label(label).help(help);
         if let Some(span) = walls_span {
@@ -199,7 +228,9 @@ fn check_in_walls(
     };
     if body.is_slab {
         // A slab is cut off at the walls; only one that misses them altogether is a slip.
-        if (0..3).any(|a| region.max[a] <= walls.min[a] || region.min[a] >= walls.max[a]) {
+        let misses =
+            |region: &Box3| (0..3).any(|a| region.max[a] <= walls.min[a] || region.min[a] >= walls.max[a]);
+        if regions.iter().all(misses) {
             at(
                 format!("the slab \"{name}\" lies outside the walls"),
                 "of no effect",
@@ -208,16 +239,16 @@ fn check_in_walls(
         }
         return;
     }
-    if let Some(axis) = (0..3).find(|&a| region.min[a] < walls.min[a] || region.max[a] > walls.max[a]) {
+    let outside = |a: usize, region: &Box3| region.min[a] < walls.min[a] || region.max[a] > walls.max[a];
+    let at_wall =
+        |region: &Box3| (0..3).any(|a| region.min[a] == walls.min[a] || region.max[a] == walls.max[a]);
+    if let Some(axis) = (0..3).find(|&a| regions.iter().any(|region| outside(a, region))) {
         at(
             format!("the {what} \"{name}\" reaches outside the walls along {}", AXES[axis]),
             "not inside the walls",
             "make `walls` in [surroundings] larger, or move the body",
         );
-    } else if boundary == Wall::Grounded
-        && what == "conductor"
-        && (0..3).any(|a| region.min[a] == walls.min[a] || region.max[a] == walls.max[a])
-    {
+    } else if boundary == Wall::Grounded && what == "conductor" && regions.iter().any(at_wall) {
         at(
             format!("the conductor \"{name}\" touches the grounded wall, which would short it"),
             "shares a point with the walls",
@@ -227,13 +258,27 @@ fn check_in_walls(
 }
 
 pub(super) fn check_fixed_body(
-    body: &PlacedBox<'_>,
+    body: &PlacedBoxes<'_>,
     thickness: f64,
-    [below, above]: [Face; 2],
+    faces: [Face; 2],
     boundary: Wall,
     log: &mut Log<'_>,
 ) {
-    let (low, high) = (body.region.min[1], body.region.max[1]);
+    for region in &body.regions {
+        if !is_apart_from_layer(body, [region.min[1], region.max[1]], thickness, (faces, boundary), log) {
+            return;
+        }
+    }
+}
+
+/// Whether a part of a body, between two heights, may stand beside the layer; otherwise the log says why not.
+fn is_apart_from_layer(
+    body: &PlacedBoxes<'_>,
+    [low, high]: [f64; 2],
+    thickness: f64,
+    ([below, above], boundary): ([Face; 2], Wall),
+    log: &mut Log<'_>,
+) -> bool {
     let (what, name) = (body.what, shown(body.name));
     let is_conductor = what == "conductor";
     let mut at = |message: String, label: String, help: &str| {
@@ -247,17 +292,20 @@ pub(super) fn check_fixed_body(
             format!("the layer is between x2 = 0 and x2 = {}", micrometres(thickness)),
             "move it below x2 = 0 or above the layer; conductors in the layer are [electrodes]",
         );
-        return;
+        return false;
     }
     let is_below = high <= 0.0;
     let (side, face) = if is_below { ("below", below) } else { ("above", above) };
     let reach = if is_below { -low } else { high - thickness };
     match face {
-        Face::Insulated | Face::Grounded => at(
-            format!("the {what} \"{name}\" lies where there is no field"),
-            format!("the field ends at the plane {side} the layer"),
-            &format!("give `{side}` in [surroundings] a medium, or leave the body out"),
-        ),
+        Face::Insulated | Face::Grounded => {
+            at(
+                format!("the {what} \"{name}\" lies where there is no field"),
+                format!("the field ends at the plane {side} the layer"),
+                &format!("give `{side}` in [surroundings] a medium, or leave the body out"),
+            );
+            return false;
+        }
         Face::Medium { thickness: Some(depth), .. } if boundary != Wall::Open => {
             let shorted = is_conductor && boundary == Wall::Grounded && reach >= depth;
             if shorted || (reach > depth && !body.is_slab) {
@@ -266,31 +314,41 @@ pub(super) fn check_fixed_body(
                     format!("the wall is {} from the layer", micrometres(depth)),
                     &format!("make the medium `{side}` thicker, or move the body"),
                 );
+                return false;
             }
         }
         Face::Medium { .. } => {}
     }
+    true
 }
 
-/// One driven conductor alone among insulated walls, floating ones or not: all its capacitances are zero, and no relative error can be reached.
+/// One driven terminal alone among insulated walls, floating conductors or not: all its capacitances are zero, and no relative error can
+/// be reached.
 fn check_flux_has_an_end(
-    conductors: &[Option<PlacedBox<'_>>],
+    conductors: &[Option<PlacedBoxes<'_>>],
     electrodes: Option<&Electrodes>,
     raw: &Document,
-    surroundings: &Surroundings,
+    (surroundings, terminals): (&Surroundings, &[Terminal]),
     log: &mut Log<'_>,
 ) {
     let grounded_face = matches!(
         surroundings.extent,
         Extent::AroundLayer { below: Face::Grounded, .. } | Extent::AroundLayer { above: Face::Grounded, .. }
     );
-    if surroundings.boundary != Wall::Insulated || grounded_face || raw.electrodes.is_some() {
+    let is_grounded = grounded_face || terminals.iter().any(|terminal| terminal.is_grounded);
+    if surroundings.boundary != Wall::Insulated || is_grounded || raw.electrodes.is_some() {
         return;
     }
     // What could not be read may have been a second one.
     let driven: Vec<_> =
         conductors.iter().filter(|c| c.as_ref().is_none_or(|b| b.floating_charge.is_none())).collect();
-    if let ([Some(only)], None, true) = (driven.as_slice(), electrodes, any(&raw.conductor)) {
+    let on_one_wire = |first: &PlacedBoxes<'_>| {
+        let joined = |other: &PlacedBoxes<'_>| Terminal::joins(terminals, first.name, other.name);
+        driven[1..].iter().all(|other| other.as_ref().is_some_and(joined))
+    };
+    if let ([Some(only), ..], None, true) = (driven.as_slice(), electrodes, any(&raw.conductor))
+        && on_one_wire(only)
+    {
         log.push(
             Diagnostic::at(
                 &only.span,
@@ -306,7 +364,7 @@ fn check_flux_has_an_end(
 }
 
 /// Potentials are counted from something: without a driven conductor there is no matrix.
-fn check_one_is_driven(conductors: &[Option<PlacedBox<'_>>], raw: &Document, log: &mut Log<'_>) {
+fn check_one_is_driven(conductors: &[Option<PlacedBoxes<'_>>], raw: &Document, log: &mut Log<'_>) {
     let all_float = conductors.iter().all(|c| c.as_ref().is_some_and(|b| b.floating_charge.is_some()));
     let (true, None, Some(first)) = (all_float, &raw.electrodes, conductors.iter().flatten().next()) else {
         return;

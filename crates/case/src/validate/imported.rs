@@ -9,9 +9,9 @@ use elastocap_geometry::import::obj::Placement;
 use elastocap_geometry::meshing::tets::{FaceRole, TetMesh};
 
 use super::super::diagnostics::{Diagnostic, shown, shown_path};
-use elastocap_geometry::scene::Scene;
+use elastocap_geometry::scene::{Potential, Scene};
 
-use super::super::model::{Body, Box3, Extent, ImportedMesh, Shape, Surroundings};
+use super::super::model::{Body, Box3, Extent, ImportedMesh, Shape, Surroundings, Terminal};
 use super::super::raw::{self, Document};
 use super::super::reader::{Log, Read, nearest};
 use super::super::values::Text;
@@ -62,6 +62,7 @@ pub(super) fn bodies(
     raw: &Document,
     flawed: bool,
     surroundings: Option<&Surroundings>,
+    terminals: &[Terminal],
     origin: &Path,
     log: &mut Log<'_>,
 ) -> Option<Imported> {
@@ -91,9 +92,17 @@ pub(super) fn bodies(
         return None;
     }
     let unnamed = unnamed(&mesh, &placed, &filled);
-    let spans: Vec<_> = placed.iter().map(|(_, span)| span.clone()).collect();
+    let spans: Vec<(String, Range<usize>)> = placed
+        .iter()
+        .map(|(body, span)| {
+            let terminal = terminals.iter().find(|terminal| terminal.holds(&body.name));
+            (terminal.map_or(&body.name, |terminal| &terminal.name).clone(), span.clone())
+        })
+        .collect();
+    let bodies: Vec<Body> = placed.into_iter().map(|(body, _)| body).chain(filled).collect();
+    // Faces are numbered as the solvers will see them.
     let scene = Scene {
-        bodies: placed.into_iter().map(|(body, _)| body).chain(filled).collect(),
+        bodies: Terminal::join(terminals, bodies.clone()),
         background_permittivity: surroundings.relative_permittivity,
         domain: Box3::SPACE,
         walls: [[surroundings.boundary; 2]; 3],
@@ -103,6 +112,7 @@ pub(super) fn bodies(
         return None;
     }
     let file = file.get()?.0.clone();
+    let scene = Scene { bodies, ..scene };
     let shapes = mesh.bodies(&scene).map(|(bodies, domain)| Shapes {
         bodies,
         extent: if domain == Box3::SPACE { Extent::Everywhere } else { Extent::Walls(domain) },
@@ -122,11 +132,11 @@ fn no_layer(raw: &Document, table: &Read<raw::MeshFile>, log: &mut Log<'_>) -> b
     raw.layer.is_none()
 }
 
-/// The mesh with its roles; `spans` are where the conductors are named, in their order, and `file` is where the file is.
+/// The mesh with its roles; `spans` are where the conductors of a name in the scene are named, and `file` is where the file is.
 fn tets_of(
     mesh: &VolumeMesh,
     scene: &Scene,
-    spans: &[Range<usize>],
+    spans: &[(String, Range<usize>)],
     file: &Range<usize>,
     log: &mut Log<'_>,
 ) -> Option<TetMesh> {
@@ -137,24 +147,30 @@ fn tets_of(
     let blamed = match &error.problem {
         ImportProblem::Touching { second: name, .. }
         | ImportProblem::TouchingWall { name, .. }
-        | ImportProblem::EndsAtOpenSpace { name, .. } => {
-            scene.conductors().position(|c| c.body.name == *name)
-        }
+        | ImportProblem::EndsAtOpenSpace { name, .. } => spans.iter().find(|(own, _)| own == name),
         _ => None,
     };
-    let span = blamed.and_then(|k| spans.get(k)).unwrap_or(file);
+    let span = blamed.map_or(file, |(_, span)| span);
     log.push(Diagnostic::at(span, format!("the mesh cannot be used: {}", error.problem)));
     None
 }
 
 /// Refuses a single driven conductor in a mesh whose outer faces are all insulated.
-fn flux_has_an_end(tets: &TetMesh, scene: &Scene, spans: &[Range<usize>], log: &mut Log<'_>) -> bool {
+fn flux_has_an_end(
+    tets: &TetMesh,
+    scene: &Scene,
+    spans: &[(String, Range<usize>)],
+    log: &mut Log<'_>,
+) -> bool {
     let ends = tets.boundary.iter().any(|f| !matches!(f.role, FaceRole::Conductor(_)));
-    let mut driven = scene.conductors().zip(spans).filter(|(c, _)| c.floating_charge.is_none());
-    let ((Some((only, span)), None), false) = ((driven.next(), driven.next()), ends) else { return true };
+    let ends = ends || scene.conductors().any(|c| c.potential == Potential::Grounded);
+    let mut driven = scene.conductors().filter(|c| c.potential == Potential::Driven);
+    let ((Some(only), None), false) = ((driven.next(), driven.next()), ends) else { return true };
+    let named = spans.iter().find(|(name, _)| *name == only.body.name);
+    let span = named.map(|(_, span)| span.clone()).unwrap_or_default();
     log.push(
         Diagnostic::at(
-            span,
+            &span,
             format!(
                 "the conductor \"{}\" is alone inside insulated walls: its capacitance is zero",
                 shown(&only.body.name)
@@ -203,9 +219,11 @@ fn all_physical(raw: &Document, table: &Read<raw::MeshFile>, log: &mut Log<'_>) 
 
 // `physical` first: a second form next to it is reported elsewhere.
 fn form_of_conductor(body: &raw::Conductor) -> Option<Form<'_>> {
-    let raw::Conductor { r#box, sheet, sphere, shell, cylinder, extrusion, surface, physical, .. } = body;
+    let raw::Conductor { r#box, boxes, sheet, sphere, shell, cylinder, extrusion, surface, physical, .. } =
+        body;
     span("physical", physical)
         .or_else(|| span("box", r#box))
+        .or_else(|| span("boxes", boxes))
         .or_else(|| span("sheet", sheet))
         .or_else(|| span("sphere", sphere))
         .or_else(|| span("shell", shell))
@@ -248,7 +266,7 @@ fn read(table: &raw::MeshFile, origin: &Path, log: &mut Log<'_>) -> Option<Volum
 fn conductor(body: &raw::Conductor, mesh: &VolumeMesh, log: &mut Log<'_>) -> Option<Located> {
     let read = body.physical.as_ref()?;
     let shape = group(read, 2, mesh, log)?;
-    Some((conductor_of(body, shape)?, read.span.clone()))
+    Some((conductor_of(body, vec![shape])?, read.span.clone()))
 }
 
 fn dielectric(body: &raw::Dielectric, mesh: &VolumeMesh, log: &mut Log<'_>) -> Option<Body> {

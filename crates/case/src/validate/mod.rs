@@ -15,6 +15,7 @@ mod shapes;
 mod solid;
 mod steps;
 mod surroundings;
+mod terminals;
 
 use std::ops::Range;
 use std::path::Path;
@@ -69,14 +70,16 @@ pub(super) fn validate(raw: &Document, flawed: bool, origin: &Path, log: &mut Lo
     }
     let surroundings_read = surroundings.as_ref().and_then(Option::as_ref);
     let pair = electrodes.as_ref().and_then(Option::as_ref);
+    let terminals = terminals::terminals(raw, pair, log);
+    let joined = terminals.as_ref().map_or(&[][..], |(terminals, _)| terminals);
     let mut mesh = None;
     let bodies = if imported::any_physical(raw) {
-        imported::bodies(raw, flawed, surroundings_read, origin, log).map(|imported| {
+        imported::bodies(raw, flawed, surroundings_read, joined, origin, log).map(|imported| {
             mesh = Some(imported.mesh);
             (imported.bodies, imported.shapes)
         })
     } else if !shapes::any_shaped(raw) {
-        bodies::bodies(raw, surroundings_read, pair, log).map(|bodies| (bodies, None))
+        bodies::bodies(raw, surroundings_read, pair, joined, log).map(|bodies| (bodies, None))
     } else if raw.layer.is_some() {
         shapes::with_layer(raw, surroundings_read, pair, origin, log).map(|bodies| (bodies, None))
     } else {
@@ -88,7 +91,8 @@ pub(super) fn validate(raw: &Document, flawed: bool, origin: &Path, log: &mut Lo
         (None, _) => Some(bodies),
     });
     let as_boxes = as_shapes.filter(|_| may_be(raw, raw::FieldSolver::Boxes)).and_then(|bodies| {
-        recognised::as_boxes(bodies, surroundings_read.map(|all| all.boundary), &electrostatics(raw)?)
+        let boundary = surroundings_read.map(|all| all.boundary);
+        recognised::as_boxes(bodies, &shapes::perforated(raw), joined, boundary, &electrostatics(raw)?)
     });
     let any_shaped = imported::any_physical(raw) || shapes::any_shaped(raw);
     if !any_shaped {
@@ -102,6 +106,7 @@ pub(super) fn validate(raw: &Document, flawed: bool, origin: &Path, log: &mut Lo
     };
     let found = as_boxes.or_else(as_extrusions);
     let (bodies, shapes) = bodies?;
+    let (terminals, measured) = terminals?;
     let mut surroundings = all_given(surroundings)?;
     let (bodies, recognised) = match found {
         Some(found) => {
@@ -123,6 +128,8 @@ pub(super) fn validate(raw: &Document, flawed: bool, origin: &Path, log: &mut Lo
         mechanics: all_given(mechanics)?,
         load: all_given(load)?,
         bodies,
+        terminals,
+        measured,
         recognised,
         mesh,
         surroundings,

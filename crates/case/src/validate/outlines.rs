@@ -1,6 +1,8 @@
 //! Outlines that are pulled along an axis.
 
 use elastocap_geometry::drawing::{Drawn, Entry, Flaw, drawn};
+use elastocap_geometry::outline::contains;
+use elastocap_geometry::perforated::perforated;
 
 use super::super::diagnostics::Diagnostic;
 use super::super::model::Shape;
@@ -13,7 +15,8 @@ use super::regions::axis_index;
 /// Largest number of corners of an outline, those on curves among them.
 const MAX_CORNERS: usize = 20_000;
 
-pub(super) fn extruded(raw: &raw::Extruded, may_be_flat: bool, log: &mut Log<'_>) -> Option<Shape> {
+/// The parts that an outline pulled along an axis consists of: one, if there are no holes in it.
+pub(super) fn extruded(raw: &raw::Extruded, may_be_flat: bool, log: &mut Log<'_>) -> Option<Vec<Shape>> {
     let (from, to) = (raw.from.get()?.si, raw.to.get()?.si);
     if to < from || (to == from && !may_be_flat) {
         log.push(
@@ -28,11 +31,77 @@ pub(super) fn extruded(raw: &raw::Extruded, may_be_flat: bool, log: &mut Log<'_>
         );
         return None;
     }
-    let entries = raw.outline.get()?;
+    let whole = closed(&raw.outline, log);
+    let empty = Vec::new();
+    let holes = match &raw.holes {
+        Some(read) => read.get()?,
+        None => &empty,
+    };
+    // All of them, so that every mistake is reported.
+    let drawn: Vec<Option<Drawn>> = holes.iter().map(|hole| closed(hole, log)).collect();
+    let (whole, drawn) = (whole?, drawn.into_iter().collect::<Option<Vec<Drawn>>>()?);
+    let axis = axis_index(*raw.axis.get()?);
+    if drawn.is_empty() {
+        return Some(vec![Shape::Extrusion { axis, from, to, outline: whole.outline, arcs: whole.arcs }]);
+    }
+    check_holes(raw, &whole, holes, &drawn, log)?;
+    let parts = perforated(axis, [from, to], &whole, &drawn);
+    if parts.is_none() {
+        log.push(
+            Diagnostic::at(&raw.outline.span, "the outline cannot be divided around its holes")
+                .label("some of its corners are too close to those of a hole, or to one another")
+                .help("leave more room between them, or use fewer corners"),
+        );
+    }
+    parts
+}
+
+/// Refuses holes that do not lie inside the outline and apart from one another.
+fn check_holes(
+    raw: &raw::Extruded,
+    whole: &Drawn,
+    holes: &[Read<Vec<Read<raw::OutlineEntry>>>],
+    drawn: &[Drawn],
+    log: &mut Log<'_>,
+) -> Option<()> {
+    let is_inside =
+        |hole: &Drawn| hole.outline.first().is_some_and(|corner| contains(&whole.outline, *corner));
+    for (k, (read, hole)) in holes.iter().zip(drawn).enumerate() {
+        if meet(&whole.outline, &hole.outline) || !is_inside(hole) {
+            log.push(
+                Diagnostic::at(&read.span, "the hole does not lie inside the outline")
+                    .label("touches the outline, crosses it, or lies outside")
+                    .related(&raw.outline.span, "the outline")
+                    .help("leave metal all around the hole; a notch in the edge belongs to `outline`"),
+            );
+            return None;
+        }
+        let within =
+            |one: &Drawn, other: &Drawn| one.outline.first().is_some_and(|p| contains(&other.outline, *p));
+        let same = |other: &&(&Read<_>, &Drawn)| {
+            meet(&other.1.outline, &hole.outline) || within(hole, other.1) || within(other.1, hole)
+        };
+        let before: Vec<_> = holes.iter().zip(drawn).take(k).collect();
+        if let Some((first, _)) = before.iter().find(same) {
+            log.push(
+                Diagnostic::at(&read.span, "two holes touch or overlap")
+                    .label("shares a point with another hole")
+                    .related(&first.span, "the other hole")
+                    .help("leave metal between the two, or draw them as one hole"),
+            );
+            return None;
+        }
+    }
+    Some(())
+}
+
+/// A closed outline, drawn; `None` if it cannot be used, and the log says why.
+fn closed(read: &Read<Vec<Read<raw::OutlineEntry>>>, log: &mut Log<'_>) -> Option<Drawn> {
+    let entries = read.get()?;
     let refused = |count: usize, log: &mut Log<'_>| {
         log.push(
             Diagnostic::at(
-                &raw.outline.span,
+                &read.span,
                 format!("an outline has 3 to {MAX_CORNERS} corners, this one {count}"),
             )
             .label("corners in the two other axes, in order")
@@ -43,16 +112,16 @@ pub(super) fn extruded(raw: &raw::Extruded, may_be_flat: bool, log: &mut Log<'_>
         refused(entries.len(), log);
         return None;
     }
-    let read: Vec<Option<Entry>> = entries.iter().map(|entry| entry_of(entry, log)).collect();
-    let read: Vec<Entry> = read.into_iter().collect::<Option<_>>()?;
+    let known: Vec<Option<Entry>> = entries.iter().map(|entry| entry_of(entry, log)).collect();
+    let known: Vec<Entry> = known.into_iter().collect::<Option<_>>()?;
     let points =
         |entry: &Entry| if let Entry::Spline { through, .. } = entry { through.len() + 1 } else { 1 };
-    let count = read.iter().map(points).sum();
+    let count = known.iter().map(points).sum();
     if count > MAX_CORNERS {
         refused(count, log);
         return None;
     }
-    let Drawn { outline, arcs, entries: numbers } = match drawn(&read) {
+    let Drawn { outline, arcs, entries: numbers } = match drawn(&known) {
         Ok(drawn) => drawn,
         Err(flaw) => {
             log.push(refusal(flaw, entries));
@@ -70,24 +139,24 @@ pub(super) fn extruded(raw: &raw::Extruded, may_be_flat: bool, log: &mut Log<'_>
             (a, b) => format!("the side from corner {a} to {b}"),
         };
         log.push(
-            Diagnostic::at(&raw.outline.span, "the outline crosses or touches itself")
+            Diagnostic::at(&read.span, "the outline crosses or touches itself")
                 .label(match (side(k), side(l)) {
                     (one, other) if one == other => format!("{one} meets itself"),
                     (one, other) => format!("{one} meets {other}"),
                 })
-                .help("list the corners in order around the figure, without a hole"),
+                .help("list the corners in order around the figure; a hole in it belongs into `holes`"),
         );
         return None;
     }
     if is_flat(&outline) {
         log.push(
-            Diagnostic::at(&raw.outline.span, "the outline encloses no area")
+            Diagnostic::at(&read.span, "the outline encloses no area")
                 .label("all corners lie on a line, or nearly so")
                 .help("list the corners of a figure; a thin one may be a millionth as wide as it is long"),
         );
         return None;
     }
-    Some(Shape::Extrusion { axis: axis_index(*raw.axis.get()?), from, to, outline, arcs })
+    Some(Drawn { outline, arcs, entries: numbers })
 }
 
 /// An entry of an outline; `None` if it cannot be used, and the log says why.
@@ -206,29 +275,14 @@ fn is_flat(outline: &[[f64; 2]]) -> bool {
 /// Two sides of an outline that meet anywhere but at a common corner, by their first corners.
 fn crossing(outline: &[[f64; 2]]) -> Option<[usize; 2]> {
     let n = outline.len();
-    let apart = |k: usize, l: usize| {
-        let [a, b, c, d] = [k, (k + 1) % n, l, (l + 1) % n].map(|i| outline[i]);
-        (0..2).any(|x| a[x].max(b[x]) < c[x].min(d[x]) || c[x].max(d[x]) < a[x].min(b[x]))
-    };
-    let side =
-        |p: [f64; 2], q: [f64; 2], r: [f64; 2]| (q[0] - p[0]) * (r[1] - p[1]) - (q[1] - p[1]) * (r[0] - p[0]);
-    let within = |p: [f64; 2], q: [f64; 2], r: [f64; 2]| {
-        (0..2).all(|k| p[k].min(q[k]) <= r[k] && r[k] <= p[k].max(q[k]))
-    };
-    let meet = |k: usize, l: usize| {
-        let [a, b, c, d] = [k, (k + 1) % n, l, (l + 1) % n].map(|i| outline[i]);
-        let (of_c, of_d, of_a, of_b) = (side(a, b, c), side(a, b, d), side(c, d, a), side(c, d, b));
-        (of_c * of_d < 0.0 && of_a * of_b < 0.0)
-            || (of_c == 0.0 && within(a, b, c))
-            || (of_d == 0.0 && within(a, b, d))
-            || (of_a == 0.0 && within(c, d, a))
-            || (of_b == 0.0 && within(c, d, b))
-    };
+    let ends = |k: usize| [outline[k], outline[(k + 1) % n]];
+    let apart = |k: usize, l: usize| are_apart(ends(k), ends(l));
+    let meet = |k: usize, l: usize| have_a_point_in_common(ends(k), ends(l));
     // A side that goes back along the one before it has more than the corner in common with it.
     let goes_back = |k: usize| {
         let [a, b, c] = [k, (k + 1) % n, (k + 2) % n].map(|i| outline[i]);
         let along = (0..2).map(|x| (b[x] - a[x]) * (c[x] - b[x])).sum::<f64>();
-        side(a, b, c) == 0.0 && along < 0.0
+        turn(a, b, c) == 0.0 && along < 0.0
     };
     if let Some(k) = (0..n).find(|&k| goes_back(k)) {
         return Some([k, (k + 1) % n]);
@@ -237,4 +291,39 @@ fn crossing(outline: &[[f64; 2]]) -> Option<[usize; 2]> {
         let neighbours = |l: usize| (l + 1) % n == k || (k + 1) % n == l;
         (k + 1..n).find(|&l| !apart(k, l) && !neighbours(l) && meet(k, l)).map(|l| [k, l])
     })
+}
+
+/// Whether two outlines have a point in common.
+fn meet(one: &[[f64; 2]], other: &[[f64; 2]]) -> bool {
+    let sides = |outline: &[[f64; 2]]| -> Vec<[[f64; 2]; 2]> {
+        outline.iter().zip(outline.iter().cycle().skip(1)).map(|(a, b)| [*a, *b]).collect()
+    };
+    let others = sides(other);
+    let met = |own: [[f64; 2]; 2]| {
+        others.iter().any(|side| !are_apart(own, *side) && have_a_point_in_common(own, *side))
+    };
+    sides(one).into_iter().any(met)
+}
+
+/// Whether the boxes around two sides have no point in common.
+fn are_apart([a, b]: [[f64; 2]; 2], [c, d]: [[f64; 2]; 2]) -> bool {
+    (0..2).any(|x| a[x].max(b[x]) < c[x].min(d[x]) || c[x].max(d[x]) < a[x].min(b[x]))
+}
+
+/// On which side of the line from the first to the second point the third one lies: positive on the left, zero on the line.
+fn turn(p: [f64; 2], q: [f64; 2], r: [f64; 2]) -> f64 {
+    (q[0] - p[0]) * (r[1] - p[1]) - (q[1] - p[1]) * (r[0] - p[0])
+}
+
+/// Whether two sides have a point in common.
+fn have_a_point_in_common([a, b]: [[f64; 2]; 2], [c, d]: [[f64; 2]; 2]) -> bool {
+    let within = |p: [f64; 2], q: [f64; 2], r: [f64; 2]| {
+        (0..2).all(|k| p[k].min(q[k]) <= r[k] && r[k] <= p[k].max(q[k]))
+    };
+    let (of_c, of_d, of_a, of_b) = (turn(a, b, c), turn(a, b, d), turn(c, d, a), turn(c, d, b));
+    (of_c * of_d < 0.0 && of_a * of_b < 0.0)
+        || (of_c == 0.0 && within(a, b, c))
+        || (of_d == 0.0 && within(a, b, d))
+        || (of_a == 0.0 && within(c, d, a))
+        || (of_b == 0.0 && within(c, d, b))
 }

@@ -2,7 +2,7 @@
 
 use elastocap_geometry::recognition::{Prism, boxes_of, cells_between, prisms_of};
 
-use crate::model::{Body, Box3, Electrostatics, Shape, Wall};
+use crate::model::{Body, Box3, Electrostatics, Shape, Terminal, Wall};
 
 /// Largest number of cells that the planes of all faces may divide the scene into. A plate over its like with round outlines in steps,
 /// to 1e-2: with 2,900 cells the box solver takes as long as tetrahedra, with 11,000 2.7 times as long, for a third of their error.
@@ -15,9 +15,12 @@ const LOOSE: f64 = 1e-2;
 /// All bodies as boxes, with the names of those that the file gives as surfaces or outlines.
 ///
 /// `None` if there are no such bodies, if one does not consist of boxes, or if tetrahedra suit the scene better: see [`MAX_CELLS`] and
-/// [`LOOSE`]. Conductors that touch are left as they are too, since the mesher reports them. The walls have been checked before.
+/// [`LOOSE`]. Conductors of different terminals that touch are left as they are too, since the mesher reports them. The walls have been
+/// checked before. The bodies of these names are `drawn` as outlines with holes, even where they are boxes by now.
 pub(super) fn as_boxes(
     bodies: &[Body],
+    drawn: &[&str],
+    terminals: &[Terminal],
     boundary: Option<Wall>,
     asked: &Electrostatics,
 ) -> Option<(Vec<Body>, Vec<String>)> {
@@ -28,7 +31,7 @@ pub(super) fn as_boxes(
         for part in &body.parts {
             parts.extend(boxes_of(part, MAX_CELLS)?.into_iter().map(Shape::Box));
         }
-        if body.boxes().is_none() {
+        if body.boxes().is_none() || drawn.contains(&body.name.as_str()) {
             recognised.push(body.name.clone());
         }
         out.push(Body { name: body.name.clone(), parts, role: body.role, purpose: body.purpose });
@@ -40,11 +43,13 @@ pub(super) fn as_boxes(
     if is_loose && boundary == Some(Wall::Open) && any_far_union(&out) {
         return None;
     }
-    let conductors: Vec<Vec<Box3>> =
-        out.iter().filter(|body| body.is_conductor()).filter_map(Body::boxes).collect();
-    let apart = (1..conductors.len()).all(|k| {
-        let touch = |first: &Box3| conductors[k].iter().any(|second| first.touches(second));
-        !conductors[..k].iter().flatten().any(touch)
+    let conductors = out.iter().filter(|body| body.is_conductor());
+    let conductors: Vec<(&str, Vec<Box3>)> =
+        conductors.filter_map(|body| Some((body.name.as_str(), body.boxes()?))).collect();
+    let apart = conductors.iter().enumerate().all(|(k, (name, own))| {
+        let others = conductors[..k].iter().filter(|(other, _)| !Terminal::joins(terminals, name, other));
+        let touch = |first: &Box3| own.iter().any(|second| first.touches(second));
+        !others.flat_map(|(_, boxes)| boxes).any(touch)
     });
     apart.then_some((out, recognised))
 }

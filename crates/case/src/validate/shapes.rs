@@ -4,14 +4,15 @@ use std::ops::Range;
 use std::path::Path;
 
 use elastocap_geometry::import::obj::{Placement, surface_from_path};
+use elastocap_geometry::scene::Purpose;
 
 use super::super::diagnostics::{Diagnostic, shown};
-use super::super::model::{Body, Box3, Electrodes, Extent, Shape, Surroundings, Wall};
+use super::super::model::{Body, Box3, Electrodes, Extent, Role, Shape, Surroundings, Wall};
 use super::super::quantities::Position;
 use super::super::raw::{self, Document};
 use super::super::reader::{Log, Read};
 use super::bodies::{
-    PlacedBox, check_count, check_fixed_body, check_names, conductor_of, refuse_all_floating,
+    PlacedBoxes, boxes, check_count, check_fixed_body, check_names, conductor_of, refuse_all_floating,
 };
 use super::given;
 use super::outlines::extruded;
@@ -30,6 +31,16 @@ pub(super) fn any_shaped(raw: &Document) -> bool {
     }) || dielectrics
         .into_iter()
         .any(|d| d.sphere.is_some() || d.cylinder.is_some() || d.extrusion.is_some() || d.surface.is_some())
+}
+
+/// Names of bodies with holes in their outlines, which may have become boxes.
+pub(super) fn perforated(raw: &Document) -> Vec<&str> {
+    let conductors = given(&raw.conductor).into_iter().flatten().filter_map(Read::get);
+    let dielectrics = given(&raw.dielectric).into_iter().flatten().filter_map(Read::get);
+    let bodies = conductors.map(|c| (&c.name, &c.extrusion));
+    let bodies = bodies.chain(dielectrics.map(|d| (&d.name, &d.extrusion)));
+    let with_holes = bodies.filter(|(_, extrusion)| given(extrusion).is_some_and(|own| own.holes.is_some()));
+    with_holes.filter_map(|(name, _)| Some(name.get()?.0.as_str())).collect()
 }
 
 /// A body with the place in the file that says where it is.
@@ -52,16 +63,17 @@ fn placed(
     check_names(raw, of_conductors, of_dielectrics, electrodes, log);
     let conductors = of_conductors.iter().map(|read| {
         let raw = read.get()?;
-        let (shape, span) = conductor_shape(raw, origin, log)?;
-        Some((conductor_of(raw, shape)?, span))
+        let (parts, span) = conductor_parts(raw, origin, log)?;
+        Some((conductor_of(raw, parts)?, span))
     });
     // All of them, so that every mistake is reported.
     let mut all: Vec<Option<Located>> = conductors.collect();
     all.extend(of_dielectrics.iter().map(|read| {
         let raw = read.get()?;
-        let (shape, span) = dielectric_shape(raw, origin, log)?;
-        let relative_permittivity = raw.relative_permittivity.get()?.value;
-        Some((Body::dielectric(&raw.name.get()?.0, shape, relative_permittivity), span))
+        let (parts, span) = dielectric_parts(raw, origin, log)?;
+        let role = Role::Dielectric { relative_permittivity: raw.relative_permittivity.get()?.value };
+        let name = raw.name.get()?.0.clone();
+        Some((Body { name, parts, role, purpose: Purpose::Fixed }, span))
     }));
     all.into_iter().collect()
 }
@@ -88,8 +100,8 @@ pub(super) fn with_layer(
         {
             let is_slab = (0..3).any(|a| region.extent(a).is_infinite());
             let what = if body.is_conductor() { "conductor" } else { "dielectric" };
-            let (name, floating_charge) = (&body.name, None);
-            let body = PlacedBox { name, region, span: span.clone(), what, floating_charge, is_slab };
+            let (name, floating_charge, regions) = (&body.name, None, vec![region]);
+            let body = PlacedBoxes { name, regions, span: span.clone(), what, floating_charge, is_slab };
             check_fixed_body(&body, thickness, [*below, *above], *boundary, log);
         }
     }
@@ -152,35 +164,37 @@ fn outer(bodies: &[Located], surroundings: &Surroundings, log: &mut Log<'_>) -> 
     }
 }
 
-fn conductor_shape(body: &raw::Conductor, origin: &Path, log: &mut Log<'_>) -> Option<(Shape, Range<usize>)> {
+/// The parts of a body, and where the file says what they are.
+type Parts = (Vec<Shape>, Range<usize>);
+
+fn conductor_parts(body: &raw::Conductor, origin: &Path, log: &mut Log<'_>) -> Option<Parts> {
     if let Some(read) = &body.r#box {
-        return Some((Shape::Box(box_region(read, log)?), read.span.clone()));
+        return Some((vec![Shape::Box(box_region(read, log)?)], read.span.clone()));
+    }
+    if let Some(read) = &body.boxes {
+        return Some((boxes(read, log)?.into_iter().map(Shape::Box).collect(), read.span.clone()));
     }
     if let Some(read) = &body.sheet {
-        return Some((Shape::Box(sheet(read, log)?), read.span.clone()));
+        return Some((vec![Shape::Box(sheet(read, log)?)], read.span.clone()));
     }
     if let Some(read) = &body.shell {
         let Shape::Sphere { center, radius } = ball(read.get()?)? else { return None };
-        return Some((Shape::Shell { center, radius }, read.span.clone()));
+        return Some((vec![Shape::Shell { center, radius }], read.span.clone()));
     }
-    any_shape(&body.sphere, &body.cylinder, &body.extrusion, &body.surface, true, origin, log)
+    any_parts(&body.sphere, &body.cylinder, &body.extrusion, &body.surface, true, origin, log)
 }
 
-fn dielectric_shape(
-    body: &raw::Dielectric,
-    origin: &Path,
-    log: &mut Log<'_>,
-) -> Option<(Shape, Range<usize>)> {
+fn dielectric_parts(body: &raw::Dielectric, origin: &Path, log: &mut Log<'_>) -> Option<Parts> {
     if let Some(read) = &body.r#box {
-        return Some((Shape::Box(box_region(read, log)?), read.span.clone()));
+        return Some((vec![Shape::Box(box_region(read, log)?)], read.span.clone()));
     }
     if let Some(read) = &body.slab {
-        return Some((Shape::Box(slab(read, log)?), read.span.clone()));
+        return Some((vec![Shape::Box(slab(read, log)?)], read.span.clone()));
     }
-    any_shape(&body.sphere, &body.cylinder, &body.extrusion, &body.surface, false, origin, log)
+    any_parts(&body.sphere, &body.cylinder, &body.extrusion, &body.surface, false, origin, log)
 }
 
-fn any_shape(
+fn any_parts(
     sphere: &Option<Read<raw::Ball>>,
     cylinder: &Option<Read<raw::Tube>>,
     extrusion: &Option<Read<raw::Extruded>>,
@@ -188,18 +202,18 @@ fn any_shape(
     may_be_flat: bool,
     origin: &Path,
     log: &mut Log<'_>,
-) -> Option<(Shape, Range<usize>)> {
+) -> Option<Parts> {
     if let Some(read) = sphere {
-        return Some((ball(read.get()?)?, read.span.clone()));
+        return Some((vec![ball(read.get()?)?], read.span.clone()));
     }
     if let Some(read) = cylinder {
-        return Some((round(read.get()?, may_be_flat, log)?, read.span.clone()));
+        return Some((vec![round(read.get()?, may_be_flat, log)?], read.span.clone()));
     }
     if let Some(read) = extrusion {
         return Some((extruded(read.get()?, may_be_flat, log)?, read.span.clone()));
     }
     let read = surface.as_ref()?;
-    Some((imported(read.get()?, origin, log)?, read.span.clone()))
+    Some((vec![imported(read.get()?, origin, log)?], read.span.clone()))
 }
 
 fn point(read: &[Read<Position>; 3]) -> Option<[f64; 3]> {

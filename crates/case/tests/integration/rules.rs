@@ -682,7 +682,7 @@ fn a_conductor_with_a_charge_floats() {
         let to = format!("name = \"a\"\ncharge = \"{text}\"");
         let case = accepted(BOXES, &[("name = \"a\"", &to)]);
         let roles: Vec<_> = case.bodies[..2].iter().map(|body| body.role).collect();
-        let conductor = |floating_charge| Role::Conductor { floating_charge };
+        let conductor = |charge| Role::Conductor { potential: Potential::of_charge(charge) };
         assert_eq!(roles, [conductor(Some(charge)), conductor(None)]);
     }
     let a = "name = \"a\"";

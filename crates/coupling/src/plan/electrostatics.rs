@@ -1,6 +1,6 @@
 //! The part of a plan about the fields: which solvers, on what part of the scene, with how much memory.
 
-use elastocap_case::{Body, Case, ImportedMesh};
+use elastocap_case::{Case, ImportedMesh, Measurement};
 use elastocap_electrostatics::{SolveError, extrusion_axis};
 use elastocap_geometry::mirror;
 use elastocap_geometry::scene::Scene;
@@ -45,6 +45,7 @@ impl Plan {
             );
             self.solved.push(Planned { part: "bodies", what });
         }
+        self.terminals(case);
         let by_boxes = self.count(is_by_boxes);
         if by_boxes > 0 {
             self.by_boxes(case, options, &settings, by_boxes);
@@ -217,10 +218,45 @@ impl Plan {
         }
     }
 
+    /// Which bodies are on one wire, and what is measured.
+    fn terminals(&mut self, case: &Case) {
+        for terminal in &case.terminals {
+            let members: Vec<String> = terminal.conductors.iter().map(|name| format!("`{name}`")).collect();
+            let ground = if terminal.is_grounded { ", at potential zero" } else { "" };
+            let what = format!("`{}`: {} on one wire{ground}", terminal.name, shortened(&members));
+            self.solved.push(Planned { part: "terminal", what });
+        }
+        let names = case.driven_terminals();
+        let quoted = |k: usize| names.get(k).map_or_else(String::new, |name| format!("`{name}`"));
+        let what = match case.measurement() {
+            Measurement::TwoTerminal([i, j]) => format!(
+                "the two-terminal capacitance of {} and {}{}",
+                quoted(i),
+                quoted(j),
+                if names.len() > 2 { ", all others at potential zero" } else { "" }
+            ),
+            Measurement::Mutual([i, j]) => format!(
+                "the mutual capacitance of {} and {}, everything else at potential zero",
+                quoted(i),
+                quoted(j)
+            ),
+            Measurement::Own(i) => format!("the capacitance of {} against ground", quoted(i)),
+            Measurement::Matrix(count) => {
+                let all: Vec<String> = (0..count).map(quoted).collect();
+                let curve = if case.load.is_some() {
+                    format!("; the curve shows the mutual capacitance of {} and {}", quoted(0), quoted(1))
+                } else {
+                    String::new()
+                };
+                format!("the whole matrix of {}{curve}", shortened(&all))
+            }
+        };
+        self.solved.push(Planned { part: "measured", what });
+    }
+
     fn floating_conductors(&mut self, case: &Case) {
-        let floats = |body: &&Body| body.is_conductor() && !body.is_driven();
         let floating: Vec<String> =
-            case.bodies.iter().filter(floats).map(|body| format!("`{}`", body.name)).collect();
+            case.bodies.iter().filter(|body| body.floats()).map(|body| format!("`{}`", body.name)).collect();
         let (number, them) = match floating.as_slice() {
             [] => return,
             [_] => ("potential", "it is"),

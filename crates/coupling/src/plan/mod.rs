@@ -8,7 +8,6 @@ mod savings;
 mod steps;
 
 use elastocap_case::Case;
-use elastocap_electrostatics::Target;
 use elastocap_mechanics::ForceLimit;
 use serde::Serialize;
 
@@ -18,6 +17,7 @@ pub use steps::PlannedStep;
 
 use crate::memory::max_memory;
 use crate::settings::FieldSettings;
+use crate::terminals::target;
 use steps::planned_steps;
 
 /// What a run should produce besides the numbers.
@@ -137,8 +137,7 @@ impl Plan {
         FieldSettings {
             relative_tolerance: asked.map_or(usual.relative_tolerance, |e| e.relative_tolerance),
             bounds: asked.map_or(usual.bounds, |e| e.bounds),
-            // A sensor is read as one capacitance; of a scene of conductors the user wants the matrix.
-            target: if case.electrodes.is_some() { Target::TwoTerminal } else { Target::Matrix },
+            target: target(case),
             symmetry: options.prune,
             // Without pruning the fields are computed even if nobody wants the files.
             field: options.fields || !options.prune,
@@ -150,7 +149,7 @@ impl Plan {
 
     fn files(&mut self, case: &Case, options: &Options) {
         let table = match self.kind {
-            Kind::Curve => "curve.csv, curve.svg",
+            Kind::Curve => "curve.csv, curve.svg, capacitance.csv",
             Kind::Capacitance => "capacitance.csv",
             Kind::Mechanics => "curve.csv, curve.svg",
         };

@@ -5,13 +5,13 @@ use elastocap_geometry::shapes::Shape;
 
 use super::electrodes::{self, Placed};
 use super::walls::outer_walls;
-use super::{DeformedScene, SceneError};
+use super::{DeformedScene, ElectrodePlace, SceneError};
 use crate::deform::Deformation;
-use elastocap_case::{Case, Extent, Face};
+use elastocap_case::{Case, Extent, Face, Terminal};
 
 /// The scene of `case` with its layer in `state`; `None` for the layer as it is without load.
 ///
-/// Its conductors are the electrodes and then the fixed ones. Its dielectrics are the layer, the substrate, the cover and then the
+/// Its conductors are the electrodes and then the fixed ones, those of a terminal as one. Its dielectrics are the layer, the substrate, the cover and then the
 /// fixed ones, which override the others.
 ///
 /// # Errors
@@ -35,6 +35,10 @@ pub fn scene_of(case: &Case, state: Option<&Deformation<'_>>) -> Result<Deformed
     let conductors: Vec<(&str, Box3)> =
         bodies.iter().filter_map(|body| Some((body.name.as_str(), body.bounds()?))).collect();
     let (domain, walls) = outer_walls(case, surroundings, top.unwrap_or(0.0), &conductors)?;
+    if let (Some(pair), Some(electrodes)) = (&mut pair, &case.electrodes) {
+        pair.places = places_of(electrodes.names(), &case.terminals, &bodies);
+    }
+    let mut bodies = Terminal::join(&case.terminals, bodies);
     if let (Some(layer), Some(top)) = (&case.layer, top) {
         let own =
             layer.relative_permittivity.ok_or(SceneError::Missing("relative_permittivity in [layer]"))?;
@@ -64,6 +68,19 @@ pub fn scene_of(case: &Case, state: Option<&Deformation<'_>>) -> Result<Deformed
     }
     let background_permittivity = surroundings.relative_permittivity;
     Ok(DeformedScene { scene: Scene { bodies, background_permittivity, domain, walls }, pair, bent })
+}
+
+/// Where the electrodes of these names, of one part each, are once the first of `bodies`, which they are, are joined to terminals.
+fn places_of(names: [&str; 2], terminals: &[Terminal], bodies: &[Body]) -> [ElectrodePlace; 2] {
+    let joined = Terminal::join(terminals, bodies.to_vec());
+    let place = |name: &str, earlier: &[&str]| {
+        let terminal = terminals.iter().find(|terminal| terminal.holds(name));
+        let own = terminal.map_or(name, |terminal| terminal.name.as_str());
+        let conductor = joined.iter().position(|body| body.name == own).unwrap_or(0);
+        let part = earlier.iter().filter(|other| terminal.is_some_and(|own| own.holds(other))).count();
+        ElectrodePlace { conductor, part }
+    };
+    [place(names[0], &[]), place(names[1], &names[..1])]
 }
 
 /// A body of boxes without the faces that lie outside the walls; `None` if nothing of it is inside.

@@ -9,15 +9,16 @@ use elastocap_electrostatics::VACUUM_PERMITTIVITY;
 use elastocap_geometry::scene::Box3;
 use elastocap_mechanics::{ElectrodePose, ElectrodeStiffness, LayerState};
 
-use super::{DeformedPair, Enclosing, SceneError};
+use super::{DeformedPair, ElectrodePlace, Enclosing, SceneError};
 use crate::deform::{Deformation, ElectrodeBox, Ends, FiniteElementStep};
 use elastocap_case::{Electrodes, Layer, Layout, Stiffness};
 
 /// Lengths that differ by less than this share of the layer's thickness are the same.
 const ROUNDING: f64 = 1e-12;
 
-/// Indices of the electrodes among the conductors of a scene: they are put into it first.
-const CONDUCTORS: [usize; 2] = [0, 1];
+/// Where the electrodes are in a scene of no terminals: they are put into it first.
+const PLACES: [ElectrodePlace; 2] =
+    [ElectrodePlace { conductor: 0, part: 0 }, ElectrodePlace { conductor: 1, part: 0 }];
 
 /// The two electrodes of a scene.
 pub(super) struct Placed {
@@ -73,7 +74,7 @@ fn place(
             let (near, far) = (0.5 * gap, 0.5 * gap + plate.length);
             let x2 = [plate.low, plate.high];
             let deformed = DeformedPair {
-                conductors: CONDUCTORS,
+                places: PLACES,
                 gap,
                 height: plate.mid,
                 thickness: plate.thickness,
@@ -93,7 +94,7 @@ fn place(
                 |plate: &Plate| block([-0.5 * plate.length, 0.5 * plate.length], [plate.low, plate.high]);
             let facing = lower.length.min(upper.length);
             let deformed = DeformedPair {
-                conductors: CONDUCTORS,
+                places: PLACES,
                 gap,
                 height: 0.5 * (lower.high + upper.low),
                 thickness: 0.5 * (lower.thickness + upper.thickness),
@@ -165,14 +166,14 @@ fn place_solved(
     let width = mean[0].extent(2).min(mean[1].extent(2));
     let pair = match electrodes.layout {
         Layout::InPlane => DeformedPair {
-            conductors: CONDUCTORS,
+            places: PLACES,
             gap,
             height: 0.25 * (mean[0].min[1] + mean[0].max[1] + mean[1].min[1] + mean[1].max[1]),
             thickness: 0.5 * (thickness(&mean[0]) + thickness(&mean[1])),
             parallel_plate: permittivity * thickness(&mean[0]).min(thickness(&mean[1])) * width / gap,
         },
         Layout::Stacked => DeformedPair {
-            conductors: CONDUCTORS,
+            places: PLACES,
             gap,
             height: 0.5 * (mean[0].max[1] + mean[1].min[1]),
             thickness: 0.5 * (thickness(&mean[0]) + thickness(&mean[1])),

@@ -26,20 +26,28 @@ impl DeformedScene {
     /// The scene with boxes in place of the pair, in its order.
     pub fn with_pair(&self, regions: [Box3; 2]) -> Scene {
         let mut scene = self.scene.clone();
-        for (conductor, region) in self.pair.iter().flat_map(|pair| pair.conductors).zip(regions) {
-            if let Some(body) = scene.conductor_mut(conductor) {
-                body.parts = vec![Shape::Box(region)];
+        for (place, region) in self.pair.iter().flat_map(|pair| pair.places).zip(regions) {
+            if let Some(part) = place.in_scene(&mut scene) {
+                *part = Shape::Box(region);
             }
         }
         scene
     }
+}
 
-    /// Rows of the pair in the Maxwell matrix, where there are other driven conductors too: the two-terminal capacitance is
-    /// then that of the pair with all others at potential zero.
-    pub fn pair_among_others(&self) -> Option<[usize; 2]> {
-        let [first, second] = self.pair?.conductors;
-        let row = |conductor: usize| self.scene.driven().position(|c| c == conductor);
-        (self.scene.driven().count() > 2).then_some([row(first)?, row(second)?])
+/// Where an electrode is among the bodies of a scene.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct ElectrodePlace {
+    /// The index of the conductor that it belongs to.
+    pub conductor: usize,
+    /// Which of its parts it is: a conductor on one wire with others has those as parts too.
+    pub part: usize,
+}
+
+impl ElectrodePlace {
+    /// The shape of the electrode in a scene, to be changed.
+    pub(crate) fn in_scene(self, scene: &mut Scene) -> Option<&mut Shape> {
+        scene.conductor_mut(self.conductor)?.parts.get_mut(self.part)
     }
 }
 
@@ -55,8 +63,8 @@ pub struct Enclosing {
 /// Dimensions of the electrodes after loading.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct DeformedPair {
-    /// Indices of the two among the scene's conductors; both are driven.
-    pub conductors: [usize; 2],
+    /// Where the two are among the bodies of the scene.
+    pub places: [ElectrodePlace; 2],
     /// Between the facing surfaces, m.
     pub gap: f64,
     /// Above the substrate, m: of the mid-plane of an in-plane pair, of the middle of the gap of a stacked one.

@@ -93,8 +93,8 @@ fn solve_at(
     let surfaces = surfaces_of(scene, &mesh, &planes);
     let facets = faceting_error(scene, &mesh, size, gap);
     let permittivity = scene.permittivities();
-    let charges = charges(scene);
-    let shapes = MeshScene { permittivity: &permittivity, floating_charges: &charges, planes: &planes };
+    let potentials = scene.potentials();
+    let shapes = MeshScene { permittivity: &permittivity, potentials: &potentials, planes: &planes };
     let general = solve_mesh(mesh, shapes, &settings.tetrahedra()).map_err(|error| match error {
         SolveError::Cancelled => Unsolved::Stop(Stop::Cancelled),
         error => Unsolved::Solver(error),
@@ -132,8 +132,8 @@ pub(crate) fn forecast(
 ) -> Result<Forecast, TetrahedraError> {
     let First { mesh, planes, .. } = first(scene, imported, settings, 1.0, FORECAST_EDGE_POINTS)?;
     let permittivity = scene.permittivities();
-    let charges = charges(scene);
-    let shapes = MeshScene { permittivity: &permittivity, floating_charges: &charges, planes: &planes };
+    let potentials = scene.potentials();
+    let shapes = MeshScene { permittivity: &permittivity, potentials: &potentials, planes: &planes };
     let found = forecast_mesh(mesh, shapes, &settings.tetrahedra())?;
     let edges = Sizing { thin_edge: THIN_EDGE * settings.relative_tolerance, ..Sizing::default() };
     let is_coarser = edges.points_along_thin_edges(scene).is_some_and(|points| points > FORECAST_EDGE_POINTS);
@@ -150,10 +150,6 @@ pub(crate) fn forecast(
         unmirrored: (more(found.unmirrored.0), FINE_EDGES * found.unmirrored.1),
         ..found
     })
-}
-
-fn charges(scene: &Scene) -> Vec<Option<f64>> {
-    scene.conductors().map(|c| c.floating_charge).collect()
 }
 
 /// The name of a conductor of which neither the mesh nor its mirror image has a face.
@@ -182,7 +178,7 @@ fn is_curved(shape: &Shape) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use elastocap_electrostatics::{ExtrudedSolution, solve_extruded};
+    use elastocap_electrostatics::{ExtrudedSolution, Target, solve_extruded};
     use elastocap_geometry::export::body::BodyMesh;
     use elastocap_geometry::meshing::tets::determinant;
     use elastocap_geometry::scene::{Body, Box3, Wall};
@@ -224,7 +220,7 @@ mod tests {
             assert_eq!(whole.general.solution.mirrored, [false; 3]);
             let [a, b] = [&part, &whole].map(|s| s.general.solution.maxwell[0][0]);
             assert!(a.lower <= b.upper && b.lower <= a.upper, "{a:?} {b:?}");
-            let [a, b] = [&part, &whole].map(|s| shown(&scene, s));
+            let [a, b] = [&part, &whole].map(|s| shown(&scene, s, Target::Matrix));
             assert!((volume(&a) / volume(&b) - 1.0).abs() < 1e-9, "{} {}", volume(&a), volume(&b));
             let held = |body: &BodyMesh| body.arrays[0].values.iter().filter(|v| **v == 1.0).count();
             assert!(held(&a) > 8 && a.arrays[0].values.len() == a.points.len());
@@ -277,7 +273,8 @@ mod tests {
         assert!(turn.is_some());
         let (mesh, potentials) = field.unwrap();
         let general = MeshSolution { mesh, potentials, solution };
-        let body = shown(&all, &Solved { general, turn, planes, surfaces: Vec::new(), facets: 0.0 });
+        let body =
+            shown(&all, &Solved { general, turn, planes, surfaces: Vec::new(), facets: 0.0 }, Target::Matrix);
         let mut on = [0; 2];
         for (point, value) in body.points.iter().zip(&body.arrays[0].values) {
             for (k, volts) in [0.5, -0.5].into_iter().enumerate() {

@@ -1,7 +1,7 @@
 //! A solved scene for a viewer: surfaces, the mesh and the field of the whole, of which one part may have been meshed.
 
 use super::{Planes, Solved};
-use elastocap_electrostatics::MeshSolution;
+use elastocap_electrostatics::{MeshSolution, Target};
 use elastocap_geometry::export::body::{BodyMesh, Element, NamedArray};
 use elastocap_geometry::export::gltf::BodyRole;
 use elastocap_geometry::export::surfaces::{SurfaceBody, surfaces};
@@ -36,18 +36,18 @@ pub(super) fn surfaces_of(scene: &Scene, mesh: &TetMesh, planes: &Planes) -> Vec
     conductors.chain(dielectrics).collect()
 }
 
-/// The mesh and the field for a viewer, of the whole: with half a volt on the first of two driven conductors and minus half a
-/// volt on the second, or one volt on the first of any other number; floating ones at their potentials.
-pub(crate) fn shown(scene: &Scene, solved: &Solved) -> BodyMesh {
+/// The mesh and the field for a viewer, of the whole: in the state of the target ([`Target::shown`]), floating conductors at their
+/// potentials.
+pub(crate) fn shown(scene: &Scene, solved: &Solved, target: Target) -> BodyMesh {
     let MeshSolution { mesh, potentials, solution } = &solved.general;
     let driven: Vec<usize> = scene.driven().collect();
-    let volts: &[f64] = if driven.len() == 2 { &[0.5, -0.5] } else { &[1.0] };
+    let volts = target.shown(driven.len());
     let mut held = vec![0.0; scene.conductors().count()];
-    for (&conductor, v) in driven.iter().zip(volts) {
+    for (&conductor, v) in driven.iter().zip(&volts) {
         held[conductor] = *v;
     }
     for floating in &solution.floating {
-        held[floating.conductor] = floating.per_driven.iter().zip(volts).map(|(p, v)| p.value * v).sum();
+        held[floating.conductor] = floating.per_driven.iter().zip(&volts).map(|(p, v)| p.value * v).sum();
     }
     let (mut mesh, values) = on_whole(mesh, potentials, &held, &solved.planes);
     if let Some(turn) = solved.turn {

@@ -45,7 +45,7 @@ pub fn forecast(scene: &Scene, settings: &Settings) -> Result<Forecast, SolveErr
     let explore = Settings { field: false, ..settings.clone() };
     let problem = GridProblem::new(scene, &explore)?;
     let tolerance = settings.relative_tolerance.max(MIN_TOLERANCE);
-    let distance = OpenSpace::new(&problem.layout, settings).distance(tolerance);
+    let distance = OpenSpace::new(&problem.layout, &problem.floating, settings).distance(tolerance);
     let work = |dims: [usize; 3]| dims.iter().product::<usize>() as f64 * dims.iter().sum::<usize>() as f64;
     let solves = problem.parts.iter().map(|p| p.potentials.len()).sum::<usize>();
     let (dims, seconds) = if let Some(level) = settings.resolution {

@@ -53,7 +53,7 @@ pub(crate) struct Found {
 pub(crate) fn fixed(problem: &GridProblem<'_>, level: ResolutionLevel) -> Result<Found, SolveError> {
     let settings = problem.settings;
     let tolerance = settings.relative_tolerance;
-    let open_space = OpenSpace::new(&problem.layout, settings);
+    let open_space = OpenSpace::new(&problem.layout, &problem.floating, settings);
     let distance = open_space.distance(tolerance);
     let share = iteration_share(tolerance);
     let begin = Instant::now();
@@ -169,7 +169,7 @@ impl<'p, 's> Search<'p, 's> {
     fn new(problem: &'p GridProblem<'s>) -> Self {
         let settings = problem.settings;
         let tolerance = settings.relative_tolerance.max(MIN_TOLERANCE);
-        let open_space = OpenSpace::new(&problem.layout, settings);
+        let open_space = OpenSpace::new(&problem.layout, &problem.floating, settings);
         let distance = open_space.distance(tolerance);
         Self {
             problem,

@@ -16,12 +16,11 @@ use crate::boxes::resolution::memory;
 use crate::boxes::symmetry::{Part, parts};
 use crate::floating::Floating;
 use crate::matrix::{MatrixBounds, contrast_of, from_energies, rounding_scale};
-use crate::solution::{
-    Bounded, Discretisation, Field, PhaseSeconds, SHARE_OF_DIAGONAL, Settings, Solution, Target,
-};
+use crate::solution::{Bounded, Discretisation, Field, PhaseSeconds, Settings, Solution};
+use crate::target::{SHARE_OF_DIAGONAL, Target};
 use elastocap_fem::embedding::embedding;
 use elastocap_fem::tensor::{Dims, SparseRows, along, axpy};
-use elastocap_geometry::scene::Scene;
+use elastocap_geometry::scene::{Potential, Scene};
 use elastocap_linalg::dense::{self, Lu};
 use faer::Mat;
 use std::sync::atomic::Ordering;
@@ -29,6 +28,9 @@ use std::sync::atomic::Ordering;
 /// Without bounds, the estimated error over the missing energy that the surplus indicates, which is 0.6 to 1.6 times the true error
 /// on cubes, plates and pairs.
 const SURPLUS_FACTOR: f64 = 1.75;
+
+/// What [`Outcome::amplification`] may be of a coupling that is asked for by itself, however weak it is.
+const LARGEST_AMPLIFICATION: f64 = 1e4;
 
 /// What [`Outcome::overstated`] may be.
 const MOST_UNDERSTATED: f64 = 0.5;
@@ -50,9 +52,11 @@ pub(crate) struct GridProblem<'a> {
 impl<'a> GridProblem<'a> {
     pub(crate) fn new(scene: &Scene, settings: &'a Settings) -> Result<Self, SolveError> {
         let layout = Layout::new(scene, settings.memory_limit)?;
+        let grounded: Vec<bool> =
+            scene.conductors().map(|own| own.potential == Potential::Grounded).collect();
         let reflected = layout.mirror.map(|m| m.is_some() && !settings.symmetry);
         Ok(Self {
-            parts: parts(&layout, settings.symmetry),
+            parts: parts(&layout, &grounded, settings.symmetry),
             core: layout.core(),
             reflected,
             floating: Floating::new(scene),
@@ -196,7 +200,7 @@ pub(crate) fn on_grid(
     let grid = &grid.reflected(problem.reflected);
     let mut at = 0;
     for part in &problem.parts {
-        for (i, v) in part.potentials.iter().chain(&part.fieldless).enumerate() {
+        for (i, v) in part.basis().enumerate() {
             for c in 0..n {
                 basis[(c, at + i)] = v[c];
             }
@@ -216,7 +220,7 @@ pub(crate) fn on_grid(
             out.add_cost(&solved.energies, dual.as_ref());
             out.solved.push((at, solved));
         }
-        at += count + part.fieldless.len();
+        at += part.basis().count();
     }
     let unit = VACUUM_PERMITTIVITY * problem.layout.unit;
     let scaled = |m: Mat<f64>| {
@@ -316,15 +320,11 @@ impl Outcome {
         self.unknowns = self.unknowns.max(unknowns);
     }
 
-    /// The field of one state for export: 1 V between two driven conductors, or 1 V on the first of another number of them; the
-    /// floating ones carry their charge.
+    /// The field of one state for export, which is that of the target ([`Target::shown`]); the floating conductors carry their charge.
     pub(crate) fn field(&self, scene: &Scene, problem: &GridProblem<'_>) -> Field {
         let GridProblem { layout, parts, settings, floating, .. } = problem;
         let n = layout.conductors.len();
-        let driven: Vec<f64> = match floating.driven.len() {
-            2 => vec![0.5, -0.5],
-            n => (0..n).map(|c| if c == 0 { 1.0 } else { 0.0 }).collect(),
-        };
+        let driven = settings.target.shown(floating.driven.len());
         let potentials = floating.potentials(&self.all.upper, &driven, &floating.charges);
         let target = Mat::from_fn(n, 1, |i, _| potentials[i]);
         let weights = Lu::new(self.basis.as_ref()).solve(target.as_ref());
@@ -332,8 +332,8 @@ impl Outcome {
         let (mut at, mut common) = (0, 0.0);
         for part in parts {
             let from = at + part.potentials.len();
-            at = from + part.fieldless.len();
-            common += (from..at).map(|i| weights[(i, 0)]).sum::<f64>();
+            common += (from..from + part.fieldless.len()).map(|i| weights[(i, 0)]).sum::<f64>();
+            at += part.basis().count();
         }
         for (first, part) in &self.solved {
             let weights: Vec<f64> =
@@ -362,16 +362,21 @@ impl Outcome {
         };
         // Weights of the right-hand sides in each state, and the state's energy.
         let mut states: Vec<(Vec<f64>, f64)> = Vec::new();
-        if let (Target::TwoTerminal, true) = (problem.settings.target, driven == 2) {
+        let target = problem.settings.target;
+        if let Some([first, second]) = target.opposite(driven) {
+            let own = self.bounds.of_rows(&[first, second]).upper;
             let charges = Mat::from_fn(2, 1, |i, _| if i == 0 { 1.0 } else { -1.0 });
-            let voltages = Lu::new(self.bounds.upper.as_ref()).solve(charges.as_ref());
+            let voltages = Lu::new(own.as_ref()).solve(charges.as_ref());
             let energy = voltages[(0, 0)] - voltages[(1, 0)];
             if energy.is_finite() && energy > 0.0 {
-                states.push((of_driven(&[voltages[(0, 0)], voltages[(1, 0)]]), energy));
+                let mut potentials = vec![0.0; driven];
+                (potentials[first], potentials[second]) = (voltages[(0, 0)], voltages[(1, 0)]);
+                states.push((of_driven(&potentials), energy));
             }
         }
-        if states.is_empty() && !floating.floating.is_empty() {
-            for d in 0..driven {
+        let rows = target.rows(driven);
+        if states.is_empty() && (driven < n || rows.len() < driven) {
+            for d in rows {
                 let unit: Vec<f64> = (0..driven).map(|e| f64::from(u8::from(d == e))).collect();
                 states.push((of_driven(&unit), self.bounds.upper[(d, d)]));
             }
@@ -402,11 +407,17 @@ impl Outcome {
     /// follow by polarisation, within the limits that the signs of a Maxwell matrix set.
     pub(crate) fn amplification(&self, tolerance: f64, settings: &Settings) -> f64 {
         let upper = &self.bounds.upper;
+        let most = match settings.target {
+            Target::Mutual(_) => LARGEST_AMPLIFICATION,
+            Target::TwoTerminal | Target::Pair(_) | Target::Own(_) | Target::Matrix => {
+                1.0 / SHARE_OF_DIAGONAL
+            }
+        };
         let ratio = |spread: f64| {
             let n = upper.nrows();
             let lower = Mat::from_fn(n, n, |i, j| upper[(i, j)] * if i == j { 1.0 - spread } else { 1.0 });
             let ratio = error_of(&MatrixBounds { lower, upper: upper.clone() }, settings) / spread;
-            if ratio.is_finite() { ratio.clamp(1.0, 1.0 / SHARE_OF_DIAGONAL) } else { 1.0 }
+            if ratio.is_finite() { ratio.clamp(1.0, most) } else { 1.0 }
         };
         // The ratio falls slowly with the spread.
         (0..3).fold(ratio(tolerance), |last, _| ratio(tolerance / last))
@@ -447,13 +458,17 @@ impl Outcome {
     /// How much the energies of the target fell from a coarser grid, relative, of each state that the target depends on.
     fn falls(&self, coarser: &Mat<f64>, settings: &Settings) -> Vec<f64> {
         let fall = |before: f64, now: f64| if now > 0.0 { ((before - now) / now).max(0.0) } else { 0.0 };
-        let pair = |upper: &Mat<f64>| {
-            MatrixBounds { lower: upper.clone(), upper: upper.clone() }.two_terminal().map(|c| c.upper)
+        let (target, upper) = (settings.target, &self.bounds.upper);
+        let known = match target {
+            Target::TwoTerminal | Target::Pair(_) => target.value(coarser).zip(target.value(upper)),
+            Target::Mutual(_) | Target::Own(_) | Target::Matrix => None,
         };
-        let upper = &self.bounds.upper;
-        match (settings.target, pair(coarser), pair(upper)) {
-            (Target::TwoTerminal, Some(before), Some(now)) => vec![fall(before, now)],
-            _ => (0..upper.nrows()).map(|i| fall(coarser[(i, i)], upper[(i, i)])).collect(),
+        match known {
+            Some((before, now)) => vec![fall(before, now)],
+            None => {
+                let rows = target.rows(upper.nrows()).into_iter();
+                rows.map(|i| fall(coarser[(i, i)], upper[(i, i)])).collect()
+            }
         }
     }
 
@@ -478,6 +493,7 @@ impl Outcome {
         let (settings, layout) = (problem.settings, &problem.layout);
         let mut maxwell = self.bounds.entries();
         let mut two_terminal = self.bounds.two_terminal();
+        let mut measured = settings.target.of(&self.bounds);
         let floating = if settings.bounds {
             problem.floating.proved(&self.all)
         } else {
@@ -492,6 +508,8 @@ impl Outcome {
                 Bounded { value: upper, lower: upper - error, upper: upper + error }
             };
             two_terminal = two_terminal.map(|b| centred(b.upper, b));
+            measured =
+                measured.map(|b| centred(settings.target.value(&self.bounds.upper).unwrap_or(b.upper), b));
             for (i, row) in maxwell.iter_mut().enumerate() {
                 for (j, b) in row.iter_mut().enumerate() {
                     *b = centred(self.bounds.upper[(i, j)], *b);
@@ -506,6 +524,7 @@ impl Outcome {
         let shortfall = shortfall.or_else(|| (!self.converged && !settings.bounds).then(stalled));
         Solution {
             two_terminal,
+            measured,
             maxwell,
             floating,
             reached: shortfall.is_none(),
@@ -540,10 +559,10 @@ pub(crate) fn error_of(m: &MatrixBounds, settings: &Settings) -> f64 {
     let relative = |lower: f64, upper: f64| {
         if upper > 0.0 { (upper - lower) / value(lower, upper).abs() } else { 0.0 }
     };
-    let pair = m.two_terminal().map(|t| relative(t.lower, t.upper));
-    if let (Target::TwoTerminal, Some(pair)) = (settings.target, pair) {
-        return pair;
+    if let Some(own) = settings.target.of(m) {
+        return relative(own.lower, own.upper);
     }
+    let pair = m.two_terminal().map(|t| relative(t.lower, t.upper));
     // Limits of an entry may be narrower than its own energies make them, because of the sign rules.
     let bounded = settings.bounds.then(|| m.entries());
     let entries = (0..n).flat_map(|i| (0..=i).map(move |j| (i, j))).map(|(i, j)| {

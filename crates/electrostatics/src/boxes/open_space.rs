@@ -1,7 +1,8 @@
 //! How far into open space a grid reaches before rays to infinity begin, and the error that comes from there.
 
 use crate::boxes::layout::Layout;
-use crate::solution::{Settings, Target};
+use crate::floating::Floating;
+use crate::solution::Settings;
 
 /// Open space around a layout.
 pub(crate) struct OpenSpace {
@@ -21,11 +22,11 @@ impl OpenSpace {
     /// For two terminals, whose field has no net charge, the factor was measured on two plates, and on an electrode pair in a layer of
     /// relative permittivity 1 to 80 that goes to infinity. That of a net charge was measured on a cube next to a small one, and
     /// where the rays pass through different permittivities on a cube on a slab.
-    pub(crate) fn new(layout: &Layout, settings: &Settings) -> Self {
-        let falls = match (layout.endless_contrast(), settings.target) {
+    pub(crate) fn new(layout: &Layout, floating: &Floating, settings: &Settings) -> Self {
+        let falls = match (layout.endless_contrast(), floating.is_neutral(settings.target)) {
             (None, _) => Vec::new(),
-            (Some(contrast), Target::TwoTerminal) => vec![(0.15 * contrast.powf(0.7), 3.0)],
-            (Some(contrast), Target::Matrix) => {
+            (Some(contrast), true) => vec![(0.15 * contrast.powf(0.7), 3.0)],
+            (Some(contrast), false) => {
                 let straight = if layout.conductors.len() > 1 { COUPLED } else { ALONE };
                 vec![(straight, 3.0), (0.32 * (contrast - 1.0).min(10.0), 1.8)]
             }

@@ -18,20 +18,30 @@ pub(crate) struct Part {
     /// The potential that is the same on every conductor of a scene with insulated walls only: it has no field, and
     /// its energy is known to be zero.
     pub fieldless: Vec<Vec<f64>>,
+    /// Potentials of grounded conductors alone, for which nothing is solved: they are there to complete the basis.
+    pub unsolved: Vec<Vec<f64>>,
 }
 
-/// Splits a layout into its symmetric parts. The potentials of all parts together are a basis of all potentials.
+impl Part {
+    /// All its potentials: what is solved for, then the others.
+    pub(crate) fn basis(&self) -> impl Iterator<Item = &Vec<f64>> {
+        self.potentials.iter().chain(&self.fieldless).chain(&self.unsolved)
+    }
+}
+
+/// Splits a layout into its symmetric parts. The potentials of all parts together are a basis of all potentials. `grounded` says
+/// which conductors are at potential zero.
 ///
 /// Without `use_mirrors` every part is solved on the whole scene, but the potentials are split all the same: an iteration that
 /// starts symmetric stays symmetric, and the results are those of the reduced parts up to rounding.
-pub(crate) fn parts(layout: &Layout, use_mirrors: bool) -> Vec<Part> {
+pub(crate) fn parts(layout: &Layout, grounded: &[bool], use_mirrors: bool) -> Vec<Part> {
     let n = layout.conductors.len();
     let axes: Vec<usize> = (0..3).filter(|&a| layout.mirror[a].is_some()).collect();
     let mut out = Vec::new();
     for signs in 0..1_usize << axes.len() {
         let odd = |i: usize| signs >> i & 1 == 1;
         // Project each unit potential on this symmetry; keep one of every orbit that survives.
-        let mut potentials: Vec<Vec<f64>> = Vec::new();
+        let (mut potentials, mut unsolved): (Vec<Vec<f64>>, Vec<Vec<f64>>) = (Vec::new(), Vec::new());
         for c in 0..n {
             let mut v = projected(c, n, axes.len(), signs, |conductor, i| layout.image(conductor, axes[i]));
             // The first entry of an orbit is its lowest conductor: any other member gives the same vector again.
@@ -39,17 +49,18 @@ pub(crate) fn parts(layout: &Layout, use_mirrors: bool) -> Vec<Part> {
             if first == c {
                 let scale = v[first];
                 v.iter_mut().for_each(|x| *x /= scale);
-                potentials.push(v);
+                let is_needed = v.iter().zip(grounded).any(|(x, grounded)| *x != 0.0 && !grounded);
+                if is_needed { potentials.push(v) } else { unsolved.push(v) }
             }
         }
         let insulated =
             layout.walls.iter().flatten().all(|w| *w == elastocap_geometry::scene::Wall::Insulated);
         let mut fieldless = Vec::new();
-        if signs == 0 && insulated && !potentials.is_empty() {
+        if signs == 0 && insulated && unsolved.is_empty() && !potentials.is_empty() {
             potentials.pop();
             fieldless.push(vec![1.0; n]);
         }
-        if potentials.is_empty() && fieldless.is_empty() {
+        if potentials.is_empty() && fieldless.is_empty() && unsolved.is_empty() {
             continue;
         }
         let mut reduced = layout.clone();
@@ -61,7 +72,7 @@ pub(crate) fn parts(layout: &Layout, use_mirrors: bool) -> Vec<Part> {
                 copies *= 2.0;
             }
         }
-        out.push(Part { layout: reduced, odd: odd_axes, copies, potentials, fieldless });
+        out.push(Part { layout: reduced, odd: odd_axes, copies, potentials, fieldless, unsolved });
     }
     out
 }

@@ -18,15 +18,14 @@ use crate::consistency::contradiction;
 use crate::floating::Floating;
 use crate::matrix::{MatrixBounds, contrast_of, rounding_scale};
 use crate::parity::Parity;
-use crate::solution::{
-    Discretisation, Forecast, PhaseSeconds, ResolutionLevel, STOPPED, Settings, Solution, Target,
-};
+use crate::solution::{Discretisation, Forecast, PhaseSeconds, ResolutionLevel, STOPPED, Settings, Solution};
+use crate::target::{SHARE_OF_DIAGONAL, Target};
 use crate::{SolveError, VACUUM_PERMITTIVITY};
 use elastocap_geometry::meshing::grid::{End, Resolution, graded_axis};
 use elastocap_geometry::meshing::plane::graded::Layers;
 use elastocap_geometry::meshing::tets::TetMesh;
 use elastocap_geometry::mirror;
-use elastocap_geometry::scene::{MirrorPlane, Scene, Wall, across};
+use elastocap_geometry::scene::{MirrorPlane, Potential, Scene, Wall, across};
 use elastocap_geometry::turn::{Turn, to_mirror_planes};
 use faer::Mat;
 use std::borrow::Cow;
@@ -213,6 +212,9 @@ impl<'a> Search<'a> {
         let planes = if settings.symmetry { mirror::planes(scene) } else { Default::default() };
         let part = mirror::part(scene, &planes);
         let layout = Layout::new(&part, axis).ok_or(SolveError::NotExtruded)?;
+        let floating = Floating::new(scene);
+        let grounded: Vec<bool> =
+            scene.conductors().map(|own| own.potential == Potential::Grounded).collect();
         let mut permittivities = vec![scene.background_permittivity];
         permittivities.extend(scene.dielectrics().map(|d| d.relative_permittivity));
         let contrast = contrast_of(&permittivities);
@@ -220,7 +222,7 @@ impl<'a> Search<'a> {
             if layout.is_confined() {
                 return distance_of_ends(&layout, scene.walls, settings.relative_tolerance);
             }
-            let neutral = settings.target == Target::TwoTerminal && scene.driven().count() == 2;
+            let neutral = floating.is_neutral(settings.target);
             layout.reach.max(1.0) * beginning_of_rays(settings.relative_tolerance, contrast, neutral)
         });
         let name =
@@ -237,11 +239,11 @@ impl<'a> Search<'a> {
         // Mirror planes are insulated in the part.
         let holds_no_charge = |w: &Wall| *w == Wall::Insulated || (*w == Wall::Open && layout.is_confined());
         let enclosed = part.walls.iter().flatten().all(holds_no_charge);
-        let (constant, parities) =
-            Parity::all(&planes, &present, enclosed).into_iter().partition(Parity::is_constant);
+        let parities = Parity::all(&planes, &present, &grounded, enclosed);
+        let (constant, parities) = parities.into_iter().partition(Parity::is_constant);
         Ok(Self {
             settings,
-            neutral: enclosed && layout.is_confined(),
+            neutral: enclosed && layout.is_confined() && !floating.any_grounded(),
             layout,
             plan,
             radius,
@@ -251,7 +253,7 @@ impl<'a> Search<'a> {
             constant,
             part,
             coarse_field: None,
-            floating: Floating::new(scene),
+            floating,
             contrast,
             seconds: PhaseSeconds::default(),
             meshes: 0,
@@ -343,7 +345,7 @@ impl<'a> Search<'a> {
             return Err(SolveError::TooLarge { bytes, limit });
         }
         self.seconds.setup += begin.elapsed().as_secs_f64();
-        let n = self.floating.driven.len() + self.floating.floating.len();
+        let n = self.floating.conductors;
         let mut found = Found {
             all: MatrixBounds { lower: Mat::zeros(n, n), upper: Mat::zeros(n, n) },
             bounds: MatrixBounds { lower: Mat::zeros(0, 0), upper: Mat::zeros(0, 0) },
@@ -448,26 +450,31 @@ impl<'a> Search<'a> {
     /// How much the target fell from one upper bound to the next, relative.
     fn fall(&self, before: &Found, now: &Found) -> f64 {
         let relative = |a: f64, b: f64| ((a - b) / b).abs();
-        let upper = |found: &Found| {
-            MatrixBounds { lower: found.bounds.upper.clone(), upper: found.bounds.upper.clone() }
-                .two_terminal()
-                .map(|c| c.upper)
-        };
-        if let (Target::TwoTerminal, Some(a), Some(b)) = (self.settings.target, upper(before), upper(now)) {
+        let target = self.settings.target;
+        if let Target::TwoTerminal | Target::Pair(_) = target
+            && let Some((a, b)) = target.value(&before.bounds.upper).zip(target.value(&now.bounds.upper))
+        {
             return relative(a, b);
         }
         let m = |found: &Found, i: usize| found.bounds.upper[(i, i)];
-        let n = now.bounds.upper.nrows();
-        (0..n).map(|i| relative(m(before, i), m(now, i))).fold(0.0, f64::max) * self.amplification(now)
+        let rows = target.rows(now.bounds.upper.nrows()).into_iter();
+        rows.map(|i| relative(m(before, i), m(now, i))).fold(0.0, f64::max) * self.amplification(now)
     }
 
-    /// The largest ratio between the relative error of an entry and that of the energies it follows from.
+    /// The largest ratio between the relative error of the target, or of an entry, and that of the energies it follows from.
     fn amplification(&self, found: &Found) -> f64 {
         let m = &found.bounds.upper;
-        let pairs = (0..m.nrows()).flat_map(|i| (0..i).map(move |j| (i, j)));
+        let target = self.settings.target;
+        let least = match (target, target.value(m)) {
+            (Target::TwoTerminal | Target::Pair(_) | Target::Own(_), Some(_)) => return 1.0,
+            (Target::Mutual(_), Some(_)) => 0.0,
+            (_, None) | (Target::Matrix, Some(_)) => SHARE_OF_DIAGONAL,
+        };
+        let rows = target.rows(m.nrows());
+        let pairs = rows.iter().flat_map(|i| rows.iter().filter(move |j| *j < i).map(move |j| (*i, *j)));
         let ratio = |(i, j): (usize, usize)| {
             let mean = (m[(i, i)] * m[(j, j)]).sqrt();
-            mean / m[(i, j)].abs().max(0.1 * mean)
+            mean / m[(i, j)].abs().max(least * mean)
         };
         pairs.map(ratio).filter(|r| r.is_finite()).fold(1.0, f64::max)
     }
@@ -481,10 +488,7 @@ impl<'a> Search<'a> {
         let mut coarse = self.on_mesh(first, loose, false)?;
         let mut finer = self.on_mesh(second, loose, false)?;
         self.coarse_field = finer.field.take().or(coarse.field.take());
-        let amplification = match self.settings.target {
-            Target::Matrix => self.amplification(&finer),
-            Target::TwoTerminal => 1.0,
-        };
+        let amplification = self.amplification(&finer);
         let mut gained = Gained {
             refined: self.fall(&coarse, &finer),
             last_along_axis: finer.last_along_axis.map(|share| amplification * share),
@@ -585,6 +589,7 @@ impl<'a> Search<'a> {
         let solution = Solution {
             maxwell: found.bounds.entries(),
             two_terminal: found.bounds.two_terminal(),
+            measured: self.settings.target.of(&found.bounds),
             floating: self.floating.proved(&found.all),
             reached: shortfall.is_none(),
             shortfall,

@@ -12,7 +12,8 @@ use crate::consistency::contradiction;
 use crate::floating::Floating;
 use crate::matrix::{MatrixBounds, contrast_of, rounding_scale};
 use crate::parity::Parity;
-use crate::solution::{Bounded, Discretisation, PhaseSeconds, STOPPED, Solution, Target};
+use crate::solution::{Bounded, Discretisation, PhaseSeconds, STOPPED, Solution};
+use crate::target::Target;
 use crate::tets::flux::{Flux, equilibrate};
 use crate::tets::marking::{Gaps, State, beyond, states};
 use crate::tets::parity::{mesh_of, parities};
@@ -22,7 +23,7 @@ use crate::tets::potentials::{
 use crate::tets::refinement::Refinement;
 use crate::tets::spread::{Spread, spread};
 use elastocap_geometry::meshing::tets::{Bisected, TetMesh};
-use elastocap_geometry::scene::MirrorPlane;
+use elastocap_geometry::scene::{MirrorPlane, Potential};
 use faer::Mat;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -72,13 +73,13 @@ impl Default for TetrahedraSettings {
     }
 }
 
-/// What a mesh stands for: its permittivities, its floating conductors and its symmetry.
+/// What a mesh stands for: its permittivities, the potentials of its conductors and its symmetry.
 #[derive(Debug, Clone, Copy)]
 pub struct MeshScene<'a> {
     /// Relative permittivity of each region of the mesh: the background, then the dielectrics.
     pub permittivity: &'a [f64],
-    /// One entry per conductor of the whole scene: its charge, C, if it floats, `None` if it is driven.
-    pub floating_charges: &'a [Option<f64>],
+    /// What determines the potential of each conductor of the whole scene.
+    pub potentials: &'a [Potential],
     /// For each axis the plane about which the scene is its own mirror image, if the mesh is the half above it. The results are
     /// those of the whole scene, by whose conductors the faces of the mesh are numbered.
     pub planes: &'a [Option<MirrorPlane>; 3],
@@ -93,7 +94,7 @@ impl MeshScene<'_> {
     /// # Errors
     /// [`SolveError::MirrorPlane`] if a plane does not have an image among the conductors for each of them.
     pub(super) fn check(&self) -> Result<(), SolveError> {
-        let conductors = self.floating_charges.len();
+        let conductors = self.potentials.len();
         for (axis, plane) in self.planes.iter().enumerate() {
             if let Some(plane) = plane
                 && (plane.conductors.len() != conductors || plane.conductors.iter().any(|c| *c >= conductors))
@@ -178,6 +179,7 @@ pub fn solve_mesh(
                 floating: task.floating.proved(&bounds.all),
                 maxwell: bounds.maxwell,
                 two_terminal: bounds.two_terminal,
+                measured: bounds.measured,
                 reached: shortfall.is_none() && next.is_none(),
                 shortfall,
                 unknowns: found.iter().map(|side| side.potentials.unknowns).max().unwrap_or(0),
@@ -239,13 +241,15 @@ pub(super) struct MeshBounds {
     maxwell: Vec<Vec<Bounded>>,
     /// Two-terminal capacitance, F.
     two_terminal: Option<Bounded>,
+    /// The capacitance that the target names, F.
+    measured: Option<Bounded>,
     pub(super) spread: Spread,
 }
 
 impl<'a> Task<'a> {
     pub(super) fn new(mesh: &TetMesh, scene: MeshScene<'a>, settings: &'a TetrahedraSettings) -> Self {
-        let floating = Floating::of_charges(scene.floating_charges);
-        let all = parities(mesh, scene.planes, scene.floating_charges.len());
+        let floating = Floating::of(scene.potentials);
+        let all = parities(mesh, scene.planes, scene.potentials);
         let (constant, parities) = all.into_iter().partition(Parity::is_constant);
         Self {
             scene,
@@ -315,7 +319,7 @@ impl<'a> Task<'a> {
 
     /// Bounds from the potentials and the fluxes on one mesh.
     fn bounds(&self, found: &[SolvedParity]) -> MeshBounds {
-        let n = self.scene.floating_charges.len();
+        let n = self.scene.potentials.len();
         let mut all = MatrixBounds { lower: Mat::zeros(n, n), upper: Mat::zeros(n, n) };
         for (parity, SolvedParity { potentials, flux }) in self.parities.iter().zip(found) {
             let units = Mat::<f64>::identity(flux.charges.nrows(), parity.sides());
@@ -324,13 +328,12 @@ impl<'a> Task<'a> {
         }
         all.count_rounding(&self.rounding_scale(&all), contrast_of(self.scene.permittivity));
         all.uncross();
-        let (maxwell, two_terminal, spread) = self.reduced(&all);
-        MeshBounds { all, maxwell, two_terminal, spread }
+        self.reduced(all)
     }
 
     /// For each conductor, the potential with 1 V on it, V, at the first `points` of the mesh.
     fn potentials(&self, found: &[SolvedParity], points: usize) -> Vec<Vec<f64>> {
-        let n = self.scene.floating_charges.len();
+        let n = self.scene.potentials.len();
         let unit = |c: usize| (0..n).map(|k| f64::from(u8::from(k == c))).collect::<Vec<f64>>();
         let one = |c: usize| {
             let unit = unit(c);
@@ -346,14 +349,15 @@ impl<'a> Task<'a> {
         (0..n).map(one).collect()
     }
 
-    /// The Maxwell matrix of the driven conductors and their two-terminal capacitance, F, and how far apart their bounds are.
-    fn reduced(&self, all: &MatrixBounds) -> (Vec<Vec<Bounded>>, Option<Bounded>, Spread) {
-        let reduced = self.floating.reduced(all);
+    /// The capacitances that follow from bounds on the matrix of all conductors, and how far apart their bounds are.
+    fn reduced(&self, all: MatrixBounds) -> MeshBounds {
+        let reduced = self.floating.reduced(&all);
         let (maxwell, two_terminal) = (reduced.entries(), reduced.two_terminal());
+        let measured = self.settings.target.of(&reduced);
         // The capacitance of each driven conductor with all others at zero potential.
         let alone: Vec<f64> = self.floating.driven.iter().map(|&i| all.upper[(i, i)]).collect();
-        let spread = spread(&maxwell, two_terminal.as_ref(), &alone, self.settings);
-        (maxwell, two_terminal, spread)
+        let spread = spread(&maxwell, two_terminal.as_ref(), measured.as_ref(), &alone, self.settings);
+        MeshBounds { all, maxwell, two_terminal, measured, spread }
     }
 
     /// The form that rounding of the bounds is a share of: the right-hand sides are the conductors themselves.
@@ -365,13 +369,13 @@ impl<'a> Task<'a> {
     /// The spread that rounding alone leaves, however fine the mesh.
     pub(super) fn rounding_spread(&self, all: &MatrixBounds) -> f64 {
         let contrast = contrast_of(self.scene.permittivity);
-        let (.., spread) = self.reduced(&all.upper_with_rounding(&self.rounding_scale(all), contrast));
-        spread.error
+        self.reduced(all.upper_with_rounding(&self.rounding_scale(all), contrast)).spread.error
     }
 
     /// What each tetrahedron holds of the gap between the bounds, and the share of the spread that lies beyond the mesh.
     pub(super) fn gaps(&self, found: &[SolvedParity], all: &MatrixBounds) -> (Gaps, f64) {
-        let states = states(&self.floating, all);
+        let rows = self.settings.target.rows(self.floating.driven.len());
+        let states = states(&self.floating, all, &rows);
         let on_sides = |state: &State| State {
             potentials: self.parities.iter().flat_map(|parity| parity.of(&state.potentials)).collect(),
             energy: state.energy,

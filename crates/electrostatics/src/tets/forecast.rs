@@ -41,9 +41,11 @@ pub fn forecast_mesh(
     settings: &TetrahedraSettings,
 ) -> Result<Forecast, SolveError> {
     scene.check()?;
-    let n = scene.floating_charges.len();
-    let parities: Vec<Parity> =
-        parities(&mesh, scene.planes, n).into_iter().filter(|parity| !parity.is_constant()).collect();
+    let n = scene.potentials.len();
+    let parities: Vec<Parity> = parities(&mesh, scene.planes, scene.potentials)
+        .into_iter()
+        .filter(|parity| !parity.is_constant())
+        .collect();
     let sides: usize = parities.iter().map(Parity::sides).sum();
     let small = TetrahedraSettings {
         memory_limit: settings.memory_limit.min(memory_of(MAX_FORECAST_TETRAHEDRA, &parities, settings)),
@@ -51,7 +53,8 @@ pub fn forecast_mesh(
     };
     let MeshSolution { mesh, solution, .. } = solve_mesh(mesh, scene, &small)?;
     let alone = vec![0.0; n];
-    let error = spread(&solution.maxwell, solution.two_terminal.as_ref(), &alone, settings).error;
+    let pair = solution.two_terminal.as_ref();
+    let error = spread(&solution.maxwell, pair, solution.measured.as_ref(), &alone, settings).error;
     let order = settings.order.clamp(1, 3) - 1;
     let far = if solution.reached { 1.0 } else { (error / settings.relative_tolerance).max(1.0) };
     let memory = |growth: f64| memory_of((mesh.tets.len() as f64 * growth) as usize, &parities, settings);

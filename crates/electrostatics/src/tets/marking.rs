@@ -12,12 +12,13 @@ pub(super) struct State {
     pub(super) energy: f64,
 }
 
-/// For each driven conductor, the state with 1 V on it, 0 V on the other driven ones and no charge on the floating ones.
-pub(super) fn states(floating: &Floating, all: &MatrixBounds) -> Vec<State> {
+/// For each of these rows of the driven conductors, the state with 1 V on it, 0 V on the other driven ones and no charge on the
+/// floating ones.
+pub(super) fn states(floating: &Floating, all: &MatrixBounds, rows: &[usize]) -> Vec<State> {
     let driven = floating.driven.len();
     let uncharged = vec![0.0; floating.floating.len()];
-    (0..driven)
-        .map(|d| {
+    rows.iter()
+        .map(|&d| {
             let unit: Vec<f64> = (0..driven).map(|e| f64::from(u8::from(d == e))).collect();
             let potentials = floating.potentials(&all.upper, &unit, &uncharged);
             let n = potentials.len();

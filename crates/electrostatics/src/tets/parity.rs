@@ -2,13 +2,18 @@
 
 use crate::parity::Parity;
 use elastocap_geometry::meshing::tets::{BoundaryFace, FaceRole, TetMesh};
-use elastocap_geometry::scene::MirrorPlane;
+use elastocap_geometry::scene::{MirrorPlane, Potential};
 use std::borrow::Cow;
 use std::collections::HashSet;
 
-/// The parities of the part that a mesh stands for. `conductors` are those of the whole scene.
-pub(super) fn parities(mesh: &TetMesh, planes: &[Option<MirrorPlane>; 3], conductors: usize) -> Vec<Parity> {
-    let mut present = vec![false; conductors];
+/// The parities of the part that a mesh stands for. `potentials` are those of the conductors of the whole scene.
+pub(super) fn parities(
+    mesh: &TetMesh,
+    planes: &[Option<MirrorPlane>; 3],
+    potentials: &[Potential],
+) -> Vec<Parity> {
+    let mut present = vec![false; potentials.len()];
+    let grounded: Vec<bool> = potentials.iter().map(|own| *own == Potential::Grounded).collect();
     let mut enclosed = true;
     for face in &mesh.boundary {
         match face.role {
@@ -16,7 +21,7 @@ pub(super) fn parities(mesh: &TetMesh, planes: &[Option<MirrorPlane>; 3], conduc
             FaceRole::Grounded | FaceRole::Open { .. } => enclosed = false,
         }
     }
-    Parity::all(planes, &present, enclosed)
+    Parity::all(planes, &present, &grounded, enclosed)
 }
 
 /// The part's mesh with what holds on its boundary for one parity. Conductors are numbered by right-hand sides.

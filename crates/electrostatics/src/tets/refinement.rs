@@ -127,7 +127,7 @@ mod tests {
     use crate::solution::PhaseSeconds;
     use crate::tets::adaptive::{MeshScene, TetrahedraSettings};
     use elastocap_geometry::meshing::tets::of_boxes;
-    use elastocap_geometry::scene::{Body, Box3, Scene, Wall};
+    use elastocap_geometry::scene::{Body, Box3, Potential, Scene, Wall};
     use elastocap_geometry::shapes::Shape;
 
     #[test]
@@ -142,7 +142,7 @@ mod tests {
         let line: Vec<f64> = (0..=8).map(|i| -1.0 + 0.25 * f64::from(i)).collect();
         let mesh = of_boxes(&whole, &[line.clone(), line.clone(), line]);
         let scene =
-            MeshScene { permittivity: &[1.0], floating_charges: &[None], planes: &[None, None, None] };
+            MeshScene { permittivity: &[1.0], potentials: &[Potential::Driven], planes: &[None, None, None] };
         let mut settings = TetrahedraSettings::default();
         let task = Task::new(&mesh, scene, &settings);
         let (found, bounds) = task.bounded(&mesh, None, &mut PhaseSeconds::default()).unwrap();

@@ -1,6 +1,7 @@
 //! How far apart the bounds of a target are.
 
-use crate::solution::{Bounded, SHARE_OF_DIAGONAL, Target};
+use crate::solution::Bounded;
+use crate::target::{SHARE_OF_DIAGONAL, Target};
 use crate::tets::adaptive::TetrahedraSettings;
 
 /// The relative distance between the bounds.
@@ -12,7 +13,7 @@ pub(super) struct Spread {
     pub(super) may_be_zero: bool,
 }
 
-/// The relative spread that is compared with the tolerance.
+/// The relative spread that is compared with the tolerance, of what is `measured`, or of the whole matrix and the pair.
 ///
 /// `alone` has for each driven conductor its capacitance with all others at zero potential, the floating ones included, F. An
 /// entry that may be zero and is smaller than the tolerance times this is left out: its relative spread does not fall as the mesh
@@ -20,6 +21,7 @@ pub(super) struct Spread {
 pub(super) fn spread(
     maxwell: &[Vec<Bounded>],
     two_terminal: Option<&Bounded>,
+    measured: Option<&Bounded>,
     alone: &[f64],
     settings: &TetrahedraSettings,
 ) -> Spread {
@@ -36,10 +38,11 @@ pub(super) fn spread(
             found.error = found.error.max(relative(b, scale));
         }
     };
-    if let Some(pair) = two_terminal {
-        count(pair, pair.value, true, alone.iter().copied().fold(f64::INFINITY, f64::min));
+    if let Some(one) = measured.or(two_terminal.filter(|_| settings.target == Target::Matrix)) {
+        let rows = settings.target.rows(maxwell.len());
+        count(one, one.value, true, rows.iter().map(|row| alone[*row]).fold(f64::INFINITY, f64::min));
     }
-    if settings.target == Target::Matrix || two_terminal.is_none() {
+    if measured.is_none() {
         for (i, row) in maxwell.iter().enumerate() {
             for (j, entry) in row.iter().enumerate() {
                 let diagonal = (maxwell[i][i].value * maxwell[j][j].value).max(0.0).sqrt();
@@ -61,7 +64,7 @@ mod tests {
     fn an_entry_that_may_be_zero_is_left_out_once_it_is_small_compared_with_the_conductor_alone() {
         let bounded = |lower: f64, upper: f64| Bounded { value: 0.5 * (lower + upper), lower, upper };
         let settings = TetrahedraSettings { relative_tolerance: 1e-2, ..TetrahedraSettings::default() };
-        let of = |b: Bounded| spread(&[vec![b]], Some(&b), &[1.0], &settings);
+        let of = |b: Bounded| spread(&[vec![b]], Some(&b), None, &[1.0], &settings);
         assert_eq!(of(bounded(0.0, 5e-3)), Spread { error: 0.0, may_be_zero: true });
         assert_eq!(of(bounded(0.0, 5e-2)), Spread { error: 2.0, may_be_zero: false });
         // Small, but not zero.
@@ -70,7 +73,7 @@ mod tests {
         // A screened pair: only the entry between the two may be zero.
         let own = bounded(0.999, 1.001);
         let between = bounded(-1e-3, 1e-3);
-        let pair = spread(&[vec![own, between], vec![between, own]], None, &[1.0; 2], &settings);
+        let pair = spread(&[vec![own, between], vec![between, own]], None, None, &[1.0; 2], &settings);
         assert!(!pair.may_be_zero && (pair.error - 0.02).abs() < 1e-3, "{pair:?}");
     }
 }

@@ -28,9 +28,9 @@ fn scene(metal: Vec<Shape>, filled: Vec<(Shape, f64)>) -> Scene {
 fn matrix(scene: &Scene, facet: f64, tolerance: f64) -> Result<Vec<Vec<Bounded>>, String> {
     let meshed = mesh(scene, &Sizing { facet, ..Sizing::default() }).map_err(|e| e.to_string())?;
     let permittivity = scene.permittivities();
-    let charges = vec![None; scene.conductors().count()];
+    let potentials = scene.potentials();
     let shapes =
-        MeshScene { permittivity: &permittivity, floating_charges: &charges, planes: &[None, None, None] };
+        MeshScene { permittivity: &permittivity, potentials: &potentials, planes: &[None, None, None] };
     let settings = TetrahedraSettings { relative_tolerance: tolerance, ..TetrahedraSettings::default() };
     let found = solve_mesh(meshed.mesh, shapes, &settings).map_err(|e| e.to_string())?;
     assert!(found.solution.reached, "{:?}", found.solution.shortfall);

@@ -1,12 +1,12 @@
 //! Floating conductors: closed forms, and the whole matrix reduced by hand.
 
 use elastocap_electrostatics::{ResolutionLevel, Settings, Solution, VACUUM_PERMITTIVITY, solve};
-use elastocap_geometry::scene::{Body, Box3, Role, Scene, Wall};
+use elastocap_geometry::scene::{Body, Box3, Potential, Role, Scene, Wall};
 use elastocap_geometry::shapes::Shape;
 
-fn conductor(name: &str, min: [f64; 3], max: [f64; 3], floating_charge: Option<f64>) -> Body {
+fn conductor(name: &str, min: [f64; 3], max: [f64; 3], charge: Option<f64>) -> Body {
     let body = Body::conductor(name, Shape::Box(Box3 { min, max }));
-    Body { role: Role::Conductor { floating_charge }, ..body }
+    Body { role: Role::Conductor { potential: Potential::of_charge(charge) }, ..body }
 }
 
 fn settings(relative_tolerance: f64) -> Settings {

@@ -8,7 +8,7 @@ use elastocap_electrostatics::{
     Bounded, MeshScene, Settings, Solution, TetrahedraSettings, VACUUM_PERMITTIVITY, solve, solve_mesh,
 };
 use elastocap_geometry::meshing::tets::{LayeredSizing, layered};
-use elastocap_geometry::scene::{Body, Box3, Role, Scene, Wall};
+use elastocap_geometry::scene::{Body, Box3, Potential, Role, Scene, Wall};
 use elastocap_geometry::shapes::Shape;
 use proptest::prelude::*;
 use proptest::test_runner::{RngSeed, TestCaseError, TestRunner};
@@ -63,8 +63,8 @@ impl Stack {
             }
             if let Some(plate) = self.plates.get(k) {
                 let body = Body::conductor(format!("plate {k}"), Shape::Box(slab(plate.thickness)));
-                let floating_charge = plate.floats.then_some(0.0);
-                bodies.push(Body { role: Role::Conductor { floating_charge }, ..body });
+                let potential = Potential::of_charge(plate.floats.then_some(0.0));
+                bodies.push(Body { role: Role::Conductor { potential }, ..body });
             }
         }
         domain.max[self.axis] = at;
@@ -222,9 +222,9 @@ fn by_tetrahedra(stack: &Stack, tolerance: f64) -> Solution {
             Role::Conductor { .. } => None,
         }))
         .collect();
-    let charges: Vec<_> = scene.conductors().map(|c| c.floating_charge).collect();
+    let potentials = scene.potentials();
     let shapes =
-        MeshScene { permittivity: &permittivity, floating_charges: &charges, planes: &[None, None, None] };
+        MeshScene { permittivity: &permittivity, potentials: &potentials, planes: &[None, None, None] };
     let settings = TetrahedraSettings {
         relative_tolerance: tolerance,
         memory_limit: MEMORY,

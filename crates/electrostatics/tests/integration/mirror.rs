@@ -8,7 +8,7 @@ use elastocap_electrostatics::{
 };
 use elastocap_geometry::meshing::tets::{Sizing, mesh};
 use elastocap_geometry::mirror::{part, planes};
-use elastocap_geometry::scene::{Body, Box3, MirrorPlane, Role, Scene, Wall};
+use elastocap_geometry::scene::{Body, Box3, MirrorPlane, Potential, Role, Scene, Wall};
 use elastocap_geometry::shapes::{Shape, TriangleSurface};
 
 fn ball(x: f64, radius: f64) -> Shape {
@@ -16,8 +16,8 @@ fn ball(x: f64, radius: f64) -> Shape {
 }
 
 fn scene(shapes: Vec<(Shape, Option<f64>)>, wall: Wall) -> Scene {
-    let named = |(k, (shape, floating_charge))| Body {
-        role: Role::Conductor { floating_charge },
+    let named = |(k, (shape, charge))| Body {
+        role: Role::Conductor { potential: Potential::of_charge(charge) },
         ..Body::conductor(format!("c{k}"), shape)
     };
     Scene {
@@ -43,8 +43,8 @@ fn solved(
 ) -> Result<Solution, Box<dyn Error>> {
     let mesh = mesh(&part(scene, planes), &Sizing { facet, ..Sizing::default() })?.mesh;
     let permittivity = scene.permittivities();
-    let charges: Vec<_> = scene.conductors().map(|c| c.floating_charge).collect();
-    let shapes = MeshScene { permittivity: &permittivity, floating_charges: &charges, planes };
+    let potentials = scene.potentials();
+    let shapes = MeshScene { permittivity: &permittivity, potentials: &potentials, planes };
     let settings = TetrahedraSettings { relative_tolerance: tolerance, ..TetrahedraSettings::default() };
     let found = solve_mesh(mesh, shapes, &settings)?.solution;
     assert!(found.reached && found.mirrored == planes.each_ref().map(Option::is_some));
@@ -196,7 +196,7 @@ fn a_mirror_plane_that_does_not_know_every_conductor_is_refused() {
         let plane = MirrorPlane { at: 0.0, conductors, dielectrics: Vec::new() };
         let shapes = MeshScene {
             permittivity: &[1.0],
-            floating_charges: &[None; 2],
+            potentials: &[Potential::Driven; 2],
             planes: &[Some(plane), None, None],
         };
         let found = solve_mesh(whole.clone(), shapes, &TetrahedraSettings::default());

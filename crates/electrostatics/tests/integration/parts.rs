@@ -4,7 +4,7 @@ use elastocap_electrostatics::{
     Bounded, MeshScene, ResolutionLevel, Settings, SolveError, TetrahedraSettings, solve, solve_mesh,
 };
 use elastocap_geometry::meshing::tets::{LayeredError, LayeredSizing, MeshError, Sizing, layered, mesh};
-use elastocap_geometry::scene::{Body, Box3, Role, Scene, Wall};
+use elastocap_geometry::scene::{Body, Box3, Potential, Role, Scene, Wall};
 use elastocap_geometry::shapes::Shape;
 
 fn cuboid(min: [f64; 3], max: [f64; 3]) -> Shape {
@@ -192,8 +192,11 @@ fn the_box_solver_refuses_other_shapes_by_name() {
 fn meshes_hold_conductors_of_several_parts() {
     let known = by_boxes(vec![of_parts("bar", &whole()), block()], 1e-3);
     let of_mesh = |mesh| {
-        let shapes =
-            MeshScene { permittivity: &[1.0], floating_charges: &[None, None], planes: &[None, None, None] };
+        let shapes = MeshScene {
+            permittivity: &[1.0],
+            potentials: &[Potential::Driven; 2],
+            planes: &[None, None, None],
+        };
         let settings = TetrahedraSettings { relative_tolerance: 1e-1, ..TetrahedraSettings::default() };
         solve_mesh(mesh, shapes, &settings).unwrap().solution.maxwell
     };

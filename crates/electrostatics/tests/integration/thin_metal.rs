@@ -5,7 +5,7 @@ use elastocap_electrostatics::{
 };
 use elastocap_geometry::meshing::tets::{Sizing, mesh};
 use elastocap_geometry::mirror::{part, planes};
-use elastocap_geometry::scene::{Body, Box3, Scene, Wall};
+use elastocap_geometry::scene::{Body, Box3, Potential, Scene, Wall};
 use elastocap_geometry::shapes::Shape;
 use std::f64::consts::PI;
 
@@ -29,7 +29,7 @@ fn plate(thickness: f64, tolerance: f64) -> MeshSolution {
     assert!(planes.iter().all(Option::is_some));
     let sizing = Sizing { thin_edge: 4.0 * tolerance, growth: 0.3, far: 40.0, ..Sizing::default() };
     let first = mesh(&part(&scene, &planes), &sizing).unwrap().mesh;
-    let shapes = MeshScene { permittivity: &[1.0], floating_charges: &[None], planes: &planes };
+    let shapes = MeshScene { permittivity: &[1.0], potentials: &[Potential::Driven], planes: &planes };
     let settings = TetrahedraSettings { relative_tolerance: tolerance, ..TetrahedraSettings::default() };
     solve_mesh(first, shapes, &settings).unwrap()
 }

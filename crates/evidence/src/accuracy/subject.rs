@@ -4,24 +4,23 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 
-use elastocap_electrostatics::{Bounded, ResolutionLevel, Settings, Solution, Target, forecast, solve};
+use elastocap_electrostatics::{Bounded, ResolutionLevel, Settings, Solution, forecast, solve};
 
 use super::Refused;
-use elastocap_case::Case;
-use elastocap_coupling::box_fields::field_of;
+use elastocap_case::{Case, Measurement};
 use elastocap_coupling::deform::prepare;
 use elastocap_coupling::failure::{StepFailure, Stop};
 use elastocap_coupling::plan::{Options, Plan, PlannedStep};
 use elastocap_coupling::route::{Bending, Bodies, Route, asked, route};
 use elastocap_coupling::scene::{DeformedScene, scene_of};
-use elastocap_coupling::terminals::pair_among;
+use elastocap_coupling::terminals::shown;
 
 /// Which capacitance is studied.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Quantity {
-    /// That of two terminals: of the pair, of the only two conductors, or of the only one against ground.
-    TwoTerminal,
-    /// The first diagonal entry of the Maxwell matrix, where no two conductors are the terminals.
+    /// What the case measures.
+    Measured(Measurement),
+    /// The first diagonal entry of the Maxwell matrix, where the case measures all of it.
     FirstEntry,
 }
 
@@ -90,8 +89,10 @@ impl Subject {
         let taken = route(Bodies::of(&deformed.scene), bending, asked(case));
         by_boxes(taken.map_err(|error| failed(error.into()))?)?;
         let plates = deformed.pair.map(|pair| (pair.parallel_plate, seconds));
-        let terminals = deformed.pair.is_some() || deformed.scene.driven().count() <= 2;
-        let quantity = if terminals { Quantity::TwoTerminal } else { Quantity::FirstEntry };
+        let quantity = match case.measurement() {
+            Measurement::Matrix(_) => Quantity::FirstEntry,
+            one => Quantity::Measured(one),
+        };
         Ok(Self { settings, deformed, quantity, plates })
     }
 
@@ -121,30 +122,17 @@ impl Subject {
     ) -> Result<Measured, Stop> {
         let settings = self.settings(tolerance, bounds, level);
         let start = Instant::now();
-        let (solution, two_terminal) = match level {
-            Some(_) => {
-                let solution = solve(&self.deformed.scene, &settings)?;
-                let among_others = self.deformed.pair_among_others();
-                let found =
-                    among_others.map_or(solution.two_terminal, |pair| pair_among(&solution.maxwell, pair));
-                (solution, found)
-            }
-            None => field_of(&self.deformed, &settings)?,
-        };
+        let solution = solve(&self.deformed.scene, &settings)?;
         let seconds = start.elapsed().as_secs_f64();
         let value = match self.quantity {
-            Quantity::TwoTerminal => two_terminal,
+            Quantity::Measured(measurement) => shown(measurement, &solution),
             Quantity::FirstEntry => solution.maxwell.first().and_then(|row| row.first()).copied(),
         };
         let value = value.filter(|c| c.value != 0.0).ok_or(StepFailure::ZeroCapacitance)?;
         if !(value.lower <= value.value && value.value <= value.upper) {
             return Err(StepFailure::BoundsExcludeValue.into());
         }
-        let reported_error = if self.among_others() {
-            reported_error(&value, bounds)
-        } else {
-            reported_error_of(&solution, &settings)
-        };
+        let reported_error = reported_error_of(&solution, &settings);
         Ok(Measured {
             seconds,
             value,
@@ -153,10 +141,6 @@ impl Subject {
             unknowns: solution.unknowns,
         })
     }
-
-    fn among_others(&self) -> bool {
-        self.deformed.pair_among_others().is_some()
-    }
 }
 
 /// The error that the solver compares with the tolerance, for one capacitance: the spread, or the estimate.
@@ -164,12 +148,12 @@ fn reported_error(c: &Bounded, bounds: bool) -> f64 {
     if bounds { 2.0 * c.relative_error() } else { c.relative_error() }
 }
 
-/// The error that the solver compares with the tolerance: see [`Target`].
+/// The error that the solver compares with the tolerance: see [`Target`](elastocap_electrostatics::Target).
 fn reported_error_of(solution: &Solution, settings: &Settings) -> f64 {
-    let pair = solution.two_terminal.as_ref().map(|c| reported_error(c, settings.bounds));
-    if let (Target::TwoTerminal, Some(pair)) = (settings.target, pair) {
-        return pair;
+    if let Some(own) = &solution.measured {
+        return reported_error(own, settings.bounds);
     }
+    let pair = solution.two_terminal.as_ref().map(|c| reported_error(c, settings.bounds));
     let maxwell = &solution.maxwell;
     let gap = |i: usize| reported_error(&maxwell[i][i], settings.bounds) * maxwell[i][i].value.abs();
     let entries = (0..maxwell.len()).flat_map(|i| (0..=i).map(move |j| (i, j))).map(|(i, j)| {

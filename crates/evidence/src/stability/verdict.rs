@@ -141,11 +141,11 @@ fn flaw(step: &StepResult, allowed: f64) -> Option<String> {
     if step.row.force_n.is_some_and(|force| force < 0.0) {
         return Some("the force is negative".to_owned());
     }
-    let error = step.two_terminal.map_or(0.0, |c| c.relative_error());
+    let error = step.measured.map_or(0.0, |c| c.relative_error());
     if step.row.status.is_ok() && error > allowed * (1.0 + 1e-9) {
         return Some(format!("ok with an error of {error:.1e}, where {allowed:.1e} was asked for"));
     }
-    let entries = step.maxwell.iter().flatten().flatten().chain(&step.two_terminal);
+    let entries = step.maxwell.iter().flatten().flatten().chain(&step.measured);
     let sound =
         |c: &Bounded| c.lower.is_finite() && c.upper.is_finite() && (c.lower..=c.upper).contains(&c.value);
     if let Some(bad) = entries.into_iter().find(|c| !sound(c)) {

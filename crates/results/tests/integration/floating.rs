@@ -26,7 +26,7 @@ fn the_floating_plate_leaves_the_matrix_and_its_potential_is_reported() {
     assert_eq!(outcome.conductors, ["lower", "upper"]);
     let step = &outcome.steps[0];
     assert_eq!(step.maxwell.as_ref().unwrap().len(), 2);
-    let spread = 2.0 * step.two_terminal.unwrap().relative_error();
+    let spread = 2.0 * step.measured.unwrap().relative_error();
     assert!(spread <= 2e-2, "{spread}");
 
     let text =
@@ -44,7 +44,7 @@ fn the_floating_plate_leaves_the_matrix_and_its_potential_is_reported() {
             number("potential_per_volt_lower", 0) < below && below < number("potential_per_volt_upper", 0)
         );
     }
-    let table = csv::capacitance(&outcome.conductors, step);
+    let table = csv::capacitance(&outcome.conductors, outcome.measurement, &outcome.steps);
     assert!(!table.contains("float"), "{table}");
     let numbers = |quantity: &str| -> [f64; 3] {
         let row = table.lines().find(|line| line.starts_with(&format!("{quantity},lower,upper,"))).unwrap();

@@ -6,6 +6,6 @@ mod triangulation;
 
 pub(crate) use outlines::area;
 pub(super) use outlines::{Outline, OutlineFault, cleaned, contains, join_coincident_corners, perimeter};
-pub(super) use triangulation::constrained_triangles;
+pub(crate) use triangulation::constrained_triangles;
 pub(crate) use triangulation::fill_polygon;
 pub(super) use triangulation::{PlaneMesh, triangulate};

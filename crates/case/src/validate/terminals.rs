@@ -1,0 +1,298 @@
+//! Checks which conductors are on one wire, and what is measured between them.
+
+use std::ops::Range;
+
+use super::super::diagnostics::{Diagnostic, shown};
+use super::super::model::{Electrodes, Terminal};
+use super::super::raw::{self, Document};
+use super::super::reader::{Log, Read, nearest};
+use super::super::values::Text;
+use super::given;
+
+/// Names in one message at most.
+const MAX_NAMES: usize = 20;
+
+/// A conductor as the file names it.
+struct Named<'a> {
+    name: &'a str,
+    span: &'a Range<usize>,
+    floats: bool,
+}
+
+/// The terminals that the file names, and the names of those that it measures, if it does; `None` if they cannot be used, and the log
+/// says why.
+pub(super) fn terminals(
+    raw: &Document,
+    electrodes: Option<&Electrodes>,
+    log: &mut Log<'_>,
+) -> Option<(Vec<Terminal>, Option<Vec<String>>)> {
+    let conductors = conductors(raw, electrodes)?;
+    let empty = Vec::new();
+    let of_file = match &raw.terminal {
+        Some(read) => read.get()?,
+        None => &empty,
+    };
+    let mut terminals: Vec<(Terminal, &Read<Text>)> = Vec::new();
+    // All of them, so that every mistake is reported.
+    let mut all_read = true;
+    for read in of_file {
+        match terminal(read, &conductors, &terminals, log) {
+            Some(found) => terminals.push(found),
+            None => all_read = false,
+        }
+    }
+    if !all_read {
+        return None;
+    }
+    check_names(&terminals, &conductors, raw, log);
+    check_one_is_driven(&terminals, &conductors, log);
+    let terminals: Vec<Terminal> = terminals.into_iter().map(|(terminal, _)| terminal).collect();
+    let measured = match &raw.measure {
+        Some(read) => Some(measured(&read.get()?.capacitance, &terminals, &conductors, log)?),
+        None => None,
+    };
+    Some((terminals, measured))
+}
+
+/// The conductors that a terminal may name; `None` if some could not be read.
+fn conductors<'a>(raw: &'a Document, electrodes: Option<&'a Electrodes>) -> Option<Vec<Named<'a>>> {
+    let mut out = Vec::new();
+    match (&raw.electrodes, electrodes) {
+        (Some(read), Some(own)) => {
+            out.extend(own.names().map(|name| Named { name, span: &read.span, floats: false }));
+        }
+        (Some(_), None) => return None,
+        (None, _) => {}
+    }
+    if let Some(read) = &raw.conductor {
+        for conductor in read.get()? {
+            let own = conductor.get()?;
+            let name = &own.name.get()?.0;
+            out.push(Named { name, span: &own.name.span, floats: own.charge.is_some() });
+        }
+    }
+    Some(out)
+}
+
+/// One terminal, after those of `before`.
+fn terminal<'a>(
+    read: &'a Read<raw::Terminal>,
+    conductors: &[Named<'_>],
+    before: &[(Terminal, &Read<Text>)],
+    log: &mut Log<'_>,
+) -> Option<(Terminal, &'a Read<Text>)> {
+    let own = read.get()?;
+    let name = own.name.get()?.0.clone();
+    let is_grounded = match &own.potential {
+        Some(read) => matches!(read.get()?, raw::TerminalPotential::Ground),
+        None => false,
+    };
+    let entries = own.conductors.get()?;
+    if entries.is_empty() {
+        log.push(
+            Diagnostic::at(
+                &own.conductors.span,
+                format!("the terminal \"{}\" has no conductors", shown(&name)),
+            )
+            .label("nothing is on this wire")
+            .help(match known(conductors.iter().map(|c| c.name)) {
+                Some(names) => format!("list some of {names}"),
+                None => "add a [[conductor]] first".to_owned(),
+            }),
+        );
+        return None;
+    }
+    let mut members: Vec<String> = Vec::new();
+    let mut all_usable = true;
+    for entry in entries {
+        let member = &entry.get()?.0;
+        let conductor = conductors.iter().find(|c| c.name == *member);
+        let elsewhere = before.iter().find(|(terminal, _)| terminal.holds(member));
+        if conductor.is_none() {
+            log.push(unknown("conductor", member, &entry.span, conductors.iter().map(|c| c.name)));
+        } else if let Some((other, first)) = elsewhere {
+            log.push(
+                Diagnostic::at(
+                    &entry.span,
+                    format!("the conductor \"{}\" belongs to two terminals", shown(member)),
+                )
+                .label("on a second wire")
+                .related(&first.span, format!("it belongs to \"{}\"", shown(&other.name)))
+                .help("leave it out of one of the two, or make the two one terminal"),
+            );
+        } else if members.contains(member) {
+            log.push(
+                Diagnostic::at(&entry.span, format!("the conductor \"{}\" is listed twice", shown(member)))
+                    .label("listed again")
+                    .help("list each conductor once"),
+            );
+        } else if conductor.is_some_and(|c| c.floats) {
+            log.push(
+                Diagnostic::at(
+                    &entry.span,
+                    format!("the conductor \"{}\" floats, so that it is on no wire", shown(member)),
+                )
+                .label("has a `charge`")
+                .help("leave out its `charge`, or leave it out of the terminal"),
+            );
+        } else {
+            members.push(member.clone());
+            continue;
+        }
+        all_usable = false;
+    }
+    all_usable.then_some((Terminal { name, conductors: members, is_grounded }, &own.name))
+}
+
+/// Refuses a name that stands for two things.
+fn check_names(
+    terminals: &[(Terminal, &Read<Text>)],
+    conductors: &[Named<'_>],
+    raw: &Document,
+    log: &mut Log<'_>,
+) {
+    for (k, (terminal, read)) in terminals.iter().enumerate() {
+        let name = &terminal.name;
+        if let Some((_, first)) = terminals[..k].iter().find(|(other, _)| other.name == *name) {
+            log.push(
+                Diagnostic::at(&read.span, format!("two terminals have the name \"{}\"", shown(name)))
+                    .label("used again")
+                    .related(&first.span, "first used here")
+                    .help("give each a name of its own, or make them one terminal"),
+            );
+        } else if let Some(other) = conductors.iter().find(|c| c.name == *name && !terminal.holds(c.name)) {
+            log.push(
+                Diagnostic::at(
+                    &read.span,
+                    format!(
+                        "the terminal \"{}\" has the name of a conductor that does not belong to it",
+                        shown(name)
+                    ),
+                )
+                .label("the name of something else")
+                .related(other.span, "the conductor")
+                .help(format!("rename one of the two, or add \"{}\" to `conductors`", shown(name))),
+            );
+        } else if let Some(other) = given(&raw.dielectric)
+            .into_iter()
+            .flatten()
+            .filter_map(|read| Some(&read.get()?.name))
+            .find(|other| other.get().is_some_and(|text| text.0 == *name))
+        {
+            log.push(
+                Diagnostic::at(&read.span, format!("the name \"{}\" is used twice", shown(name)))
+                    .label("the name of a dielectric")
+                    .related(&other.span, "first used here")
+                    .help("rename one of the two"),
+            );
+        }
+    }
+}
+
+/// Potentials are counted from something, but a capacitance needs a source.
+fn check_one_is_driven(terminals: &[(Terminal, &Read<Text>)], conductors: &[Named<'_>], log: &mut Log<'_>) {
+    let on_ground = |name: &str| terminals.iter().any(|(own, _)| own.is_grounded && own.holds(name));
+    let driven = conductors.iter().any(|c| !c.floats && !on_ground(c.name));
+    if let (false, Some((_, read))) = (driven, terminals.iter().find(|(own, _)| own.is_grounded)) {
+        log.push(
+            Diagnostic::at(&read.span, "no terminal is driven: all conductors are grounded, or float")
+                .label("grounded")
+                .help("leave out `potential` of the terminal whose capacitance you want"),
+        );
+    }
+}
+
+/// The names of the terminals that are measured.
+fn measured(
+    read: &Read<Vec<Read<Text>>>,
+    terminals: &[Terminal],
+    conductors: &[Named<'_>],
+    log: &mut Log<'_>,
+) -> Option<Vec<String>> {
+    let entries = read.get()?;
+    if !(1..=2).contains(&entries.len()) {
+        log.push(
+            Diagnostic::at(
+                &read.span,
+                "a capacitance is that between two terminals, or of one against ground",
+            )
+            .label(format!("{} names", entries.len()))
+            .help("name one terminal or two; without [measure], more than two give the whole matrix"),
+        );
+        return None;
+    }
+    let is_free = |c: &&Named<'_>| !c.floats && !terminals.iter().any(|terminal| terminal.holds(c.name));
+    let mut names: Vec<String> = Vec::new();
+    for entry in entries {
+        let name = &entry.get()?.0;
+        let mut refuse = |message: String, label: &str, help: &str| {
+            log.push(Diagnostic::at(&entry.span, message).label(label).help(help));
+        };
+        let written = shown(name);
+        let terminal = terminals.iter().find(|terminal| terminal.name == *name);
+        let holder = terminals.iter().find(|terminal| terminal.holds(name));
+        let conductor = conductors.iter().find(|c| c.name == *name);
+        if names.contains(name) {
+            refuse(
+                format!("\"{written}\" is measured against itself"),
+                "named again",
+                "name two terminals, or this one once for its capacitance against ground",
+            );
+        } else if terminal.is_some_and(|terminal| terminal.is_grounded) {
+            refuse(
+                format!("the terminal \"{written}\" is grounded, so that it has no capacitance of its own"),
+                "at potential zero",
+                "leave out its `potential`, or measure another terminal",
+            );
+        } else if let (None, Some(holder)) = (terminal, holder) {
+            let holder = shown(&holder.name);
+            refuse(
+                format!("the conductor \"{written}\" is measured with the terminal that it belongs to"),
+                "not a terminal by itself",
+                &format!("write \"{holder}\""),
+            );
+        } else if terminal.is_none() && conductor.is_some_and(|c| c.floats) {
+            refuse(
+                format!("the conductor \"{written}\" floats, so that it is no terminal"),
+                "has a `charge`",
+                "leave out its `charge`, or measure another terminal",
+            );
+        } else if terminal.is_none() && conductor.is_none() {
+            let driven =
+                terminals.iter().filter(|terminal| !terminal.is_grounded).map(|own| own.name.as_str());
+            let all = driven.chain(conductors.iter().filter(is_free).map(|c| c.name));
+            log.push(unknown("terminal", name, &entry.span, all));
+        } else {
+            names.push(name.clone());
+            continue;
+        }
+        return None;
+    }
+    Some(names)
+}
+
+/// The message for a name that is not known.
+fn unknown<'a>(
+    what: &str,
+    name: &str,
+    span: &Range<usize>,
+    all: impl Iterator<Item = &'a str> + Clone,
+) -> Diagnostic {
+    let help = match (nearest(name, all.clone()), known(all)) {
+        (Some(near), _) => format!("write \"{}\"", shown(near)),
+        (None, Some(names)) => format!("this case has {names}"),
+        (None, None) => "this case has no conductors".to_owned(),
+    };
+    Diagnostic::at(span, format!("there is no {what} \"{}\"", shown(name)))
+        .label(format!("not the name of a {what}"))
+        .help(help)
+}
+
+/// Names one after the other, the first of many; `None` for none.
+fn known<'a>(all: impl Iterator<Item = &'a str>) -> Option<String> {
+    let mut names: Vec<String> = all.take(MAX_NAMES + 1).map(|name| format!("\"{}\"", shown(name))).collect();
+    if names.len() > MAX_NAMES {
+        names[MAX_NAMES] = "...".to_owned();
+    }
+    (!names.is_empty()).then(|| names.join(", "))
+}

@@ -1,0 +1,130 @@
+//! What the tolerance of a solve applies to.
+
+use crate::matrix::MatrixBounds;
+use crate::solution::Bounded;
+use serde::Serialize;
+
+/// The quantity that the tolerance applies to. Rows are those of the Maxwell matrix, which are the driven conductors in their order; a
+/// target with a row that there is not, or with the same one twice, stands for [`Target::Matrix`].
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+pub enum Target {
+    /// The two-terminal capacitance where there is one (else the matrix): a sensor's signal. Without a net charge the field
+    /// decays quickly, and the grid need not reach far into open space. The Maxwell matrix is reported too, with the bounds that
+    /// this grid happens to give.
+    TwoTerminal,
+    /// The two-terminal capacitance of these two of several driven conductors, with all others at potential zero.
+    Pair([usize; 2]),
+    /// The mutual capacitance of two driven conductors: minus their entry of the Maxwell matrix.
+    Mutual([usize; 2]),
+    /// The capacitance of one driven conductor with all others at potential zero: its diagonal entry of the Maxwell matrix.
+    Own(usize),
+    /// Every entry of the Maxwell matrix of the driven conductors as well. The error of an off-diagonal entry is relative to the
+    /// entry, or to [`SHARE_OF_DIAGONAL`] of the geometric mean of its two diagonal entries where the entry is smaller.
+    Matrix,
+}
+
+/// See [`Target::Matrix`]: a coupling that is a thousandth of the diagonal would need a field a thousand times better to be
+/// known to the same relative error as the diagonal.
+pub const SHARE_OF_DIAGONAL: f64 = 0.1;
+
+impl Target {
+    /// The two conductors that have equal and opposite charges in the state of which it is the capacitance, of `driven` ones.
+    pub(crate) fn opposite(self, driven: usize) -> Option<[usize; 2]> {
+        match self {
+            Self::TwoTerminal if driven == 2 => Some([0, 1]),
+            Self::Pair([i, j]) if i != j && i.max(j) < driven => Some([i, j]),
+            Self::TwoTerminal | Self::Pair(_) | Self::Mutual(_) | Self::Own(_) | Self::Matrix => None,
+        }
+    }
+
+    /// The rows of whose energies it is made, of `driven` ones: with one volt on one of these conductors and none on the others.
+    pub(crate) fn rows(self, driven: usize) -> Vec<usize> {
+        match self {
+            Self::Pair([i, j]) | Self::Mutual([i, j]) if i != j && i.max(j) < driven => vec![i, j],
+            Self::Own(i) if i < driven => vec![i],
+            Self::TwoTerminal | Self::Pair(_) | Self::Mutual(_) | Self::Own(_) | Self::Matrix => {
+                (0..driven).collect()
+            }
+        }
+    }
+
+    /// The bounds that it has within those of the matrix; `None` where it is the whole matrix.
+    pub(crate) fn of(self, bounds: &MatrixBounds) -> Option<Bounded> {
+        let driven = bounds.upper.nrows();
+        match self {
+            Self::TwoTerminal => bounds.two_terminal(),
+            Self::Pair(_) => self.opposite(driven).and_then(|rows| bounds.of_rows(&rows).two_terminal()),
+            Self::Mutual([i, j]) => (i != j && i.max(j) < driven).then(|| bounds.entries()[i][j].negative()),
+            Self::Own(i) => (i < driven).then(|| bounds.entries()[i][i]),
+            Self::Matrix => None,
+        }
+    }
+
+    /// The value that it has where the matrix is known.
+    pub(crate) fn value(self, matrix: &faer::Mat<f64>) -> Option<f64> {
+        let exact = MatrixBounds { lower: matrix.clone(), upper: matrix.clone() };
+        self.of(&exact).map(|own| own.upper)
+    }
+
+    /// The potentials, V, of the `driven` conductors in the state that is shown: half a volt and minus half a volt on two that have
+    /// opposite charges, one volt on the first that it names, or on the first of all.
+    pub fn shown(self, driven: usize) -> Vec<f64> {
+        let mut volts = vec![0.0; driven];
+        let pair = match self {
+            Self::Matrix if driven == 2 => Some([0, 1]),
+            _ => self.opposite(driven),
+        };
+        if let Some([i, j]) = pair {
+            (volts[i], volts[j]) = (0.5, -0.5);
+        } else if let Some(first) = self.rows(driven).first() {
+            volts[*first] = 1.0;
+        }
+        volts
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use faer::Mat;
+
+    /// Three conductors, the gap between the bounds being a hundredth of the diagonal.
+    fn bounds() -> MatrixBounds {
+        let c = [[3.0, -1.0, -0.5], [-1.0, 4.0, -1.5], [-0.5, -1.5, 3.5]];
+        let moved = |by: f64| Mat::from_fn(3, 3, |i, j| c[i][j] + if i == j { by * c[i][i] } else { 0.0 });
+        MatrixBounds { lower: moved(-0.005), upper: moved(0.005) }
+    }
+
+    #[test]
+    fn each_target_is_bounded_around_what_the_matrix_says() {
+        let of = |target: Target, exact: f64| {
+            let own = target.of(&bounds()).unwrap();
+            assert!(own.lower <= exact && exact <= own.upper, "{target:?}: {exact} not in {own:?}");
+            assert!(own.upper - own.lower < 0.08, "{target:?}: {own:?}");
+        };
+        of(Target::Mutual([2, 1]), 1.5);
+        of(Target::Own(1), 4.0);
+        // With the first conductor at zero: 1.5 in parallel with 2.5 and 2 in series.
+        of(Target::Pair([1, 2]), 1.5 + 2.5 * 2.0 / 4.5);
+        assert_eq!((Target::TwoTerminal.of(&bounds()), Target::Matrix.of(&bounds())), (None, None));
+    }
+
+    #[test]
+    fn rows_that_there_are_not_leave_the_whole_matrix() {
+        for target in [Target::Pair([0, 3]), Target::Mutual([1, 1]), Target::Own(3), Target::Matrix] {
+            assert_eq!(target.of(&bounds()), None);
+            assert_eq!((target.rows(3), target.opposite(3)), (vec![0, 1, 2], None));
+            assert_eq!(target.shown(3), [1.0, 0.0, 0.0]);
+        }
+    }
+
+    #[test]
+    fn the_state_that_is_shown_is_that_of_the_target() {
+        assert_eq!(Target::Pair([2, 0]).shown(3), [-0.5, 0.0, 0.5]);
+        assert_eq!(Target::Mutual([1, 2]).shown(3), [0.0, 1.0, 0.0]);
+        assert_eq!(Target::Own(2).shown(3), [0.0, 0.0, 1.0]);
+        assert_eq!(Target::TwoTerminal.shown(2), [0.5, -0.5]);
+        assert_eq!(Target::Matrix.shown(2), [0.5, -0.5]);
+        assert_eq!(Target::Matrix.shown(1), [1.0]);
+    }
+}
