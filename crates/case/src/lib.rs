@@ -104,7 +104,8 @@ pub fn parse(text: &str, origin: &Path) -> Result<Case, CaseError> {
     let mut log = reader::Log::new(text, &document);
     let mut case = None;
     if let DeValue::Table(table) = document.get_ref() {
-        let (raw, flawed) = raw::Document::read(table, &mut log);
+        let (mut raw, flawed) = raw::Document::read(table, &mut log);
+        validate::write_forms_out(&mut raw, &mut log);
         case = validate::validate(&raw, flawed, origin, &mut log);
     }
     match case {

@@ -26,7 +26,10 @@ pub struct Case {
     pub mechanics: Option<Mechanics>,
     /// The load steps; `None` for the undeformed scene alone.
     pub load: Option<Load>,
-    /// The fixed bodies: all besides the layer and its electrodes, which stay where they are while the layer deforms. First the
+    /// How what is attached to the layer's top or to the indenter is moved at each step, besides the load; empty if it is not.
+    pub poses: Vec<Pose>,
+    /// All bodies besides the layer and the pair in it, as they are before the layer deforms: those that stay where they are, and those
+    /// that move with its top or with the indenter ([`Body::purpose`]). First the
     /// conductors in the order of the file, then the dielectrics, which override one another in theirs. Slabs are boxes with
     /// infinite bounds.
     pub bodies: Vec<Body>,
@@ -141,6 +144,15 @@ impl Electrodes {
             }
         }
     }
+}
+
+/// How bodies are moved besides what the load does to them.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Pose {
+    /// Along x1 and x3, m.
+    pub shift: [f64; 2],
+    /// About x3 and x1, right-handed, about the middle of the lower side of all that is moved; radians.
+    pub tilt: [f64; 2],
 }
 
 /// How the pair is laid out.

@@ -110,6 +110,18 @@ impl QuantityKind for ChargeKind {
     const LIMITS_SHOWN: &'static str = "at most 1 GC";
 }
 
+/// An angle, between -90 and 90 degrees.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct AngleKind;
+impl QuantityKind for AngleKind {
+    const DIMENSION: Dimension = units::ANGLE;
+    const SIGN: Sign = Sign::Any;
+    const UNIT: &'static str = "deg";
+    const SAMPLE: &'static str = "0.2";
+    const LIMITS: [f64; 2] = [0.0, std::f64::consts::FRAC_PI_2];
+    const LIMITS_SHOWN: &'static str = "-90 deg to 90 deg";
+}
+
 /// A quantity of kind `K` in SI units.
 #[derive(Debug)]
 pub(super) struct Quantity<K> {
@@ -125,8 +137,14 @@ pub(super) type Constant = Quantity<ConstantKind>;
 pub(super) type SignedConstant = Quantity<SignedConstantKind>;
 pub(super) type Force = Quantity<ForceKind>;
 pub(super) type Charge = Quantity<ChargeKind>;
+pub(super) type Angle = Quantity<AngleKind>;
 
 impl<K: QuantityKind> Quantity<K> {
+    /// One that no file says, in SI units.
+    pub(super) fn of(si: f64) -> Self {
+        Self { si, kind: PhantomData }
+    }
+
     /// The text that a bare number was probably meant to be, and why that unit.
     fn with_unit(number: &str, log: &Log<'_>) -> (String, String) {
         let name = K::DIMENSION.name().trim_start_matches("a ");
@@ -224,6 +242,7 @@ fn si_unit(dimension: Dimension) -> &'static str {
         units::LENGTH => "m",
         units::PRESSURE => "Pa",
         units::CHARGE => "C",
+        units::ANGLE => "deg or rad",
         _ => "N",
     }
 }

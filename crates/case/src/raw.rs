@@ -8,7 +8,7 @@ use toml::de::{DeTable, DeValue};
 use super::file_unit::FileUnit;
 use super::material::MaterialTable;
 use super::quantities::{
-    Charge, Compression, Force, Height, Modulus, Permittivity, Position, Size, Tolerance,
+    Angle, Charge, Compression, Force, Height, Modulus, Permittivity, Position, Size, Tolerance,
 };
 use super::reader::{FromToml, Log, Node, Read, alternatives, nearest};
 use super::tables::{Entries, TableKeys, TableSchema, choice, key, table, unknown_word, words};
@@ -23,7 +23,7 @@ table! {
         title: Option<Read<Text>>,
         /// The soft layer, from the substrate plane x2 = 0 to x2 = thickness.
         layer: Option<Read<Layer>>,
-        /// The pair of electrodes in the layer.
+        /// Electrodes by their usual forms: a pair in the layer, and any number of combs, arrays, spirals and rings.
         electrodes: Option<Read<Electrodes>>,
         /// How the layer's deformation is computed.
         mechanics: Option<Read<Mechanics>>,
@@ -53,6 +53,14 @@ impl Document {
     }
 }
 
+impl Document {
+    /// The electrodes, if there is a pair among them.
+    pub(super) fn pair(&self) -> Option<&Read<Electrodes>> {
+        let has_pair = |forms: &Electrodes| forms.in_plane_pair.is_some() || forms.stacked_pair.is_some();
+        self.electrodes.as_ref().filter(|read| read.get().is_none_or(has_pair))
+    }
+}
+
 table! {
     /// The soft layer.
     struct Layer {
@@ -67,12 +75,171 @@ table! {
     }
 }
 
-choice! {
-    /// The pair of electrodes in the layer, centred at x1 = x3 = 0.
-    enum Electrodes {
-        "in_plane_pair" => InPlane(InPlanePair),
-        "stacked_pair" => Stacked(StackedPair),
+table! {
+    /// Electrodes by their usual forms: at most one pair, which lies in the layer, centred at x1 = x3 = 0, and deforms with it; of the
+    /// others any number, each a table or an array of tables.
+    struct Electrodes {
+        /// Two coplanar electrodes side by side.
+        in_plane_pair: Option<Read<InPlanePair>>,
+        /// Two plates, one above the other.
+        stacked_pair: Option<Read<StackedPair>>,
+        /// Two combs whose fingers lie between one another.
+        comb: Option<Read<OneOrMore<Comb>>>,
+        /// Rows and columns of pads.
+        array: Option<Read<OneOrMore<Array>>>,
+        /// Square spirals.
+        spiral: Option<Read<OneOrMore<Spiral>>>,
+        /// Rings and discs about one centre.
+        ring: Option<Read<OneOrMore<Ring>>>,
     }
+}
+
+pub(super) type OneOrMore<T> = Either<Vec<Read<T>>, T>;
+
+words! {
+    /// Where electrodes lie: in the face of the substrate, level with it, or on top of the layer, which they move with.
+    enum On { "substrate" => Substrate, "layer-top" => LayerTop, }
+}
+
+table! {
+    /// A frame around electrodes, at their height and of their thickness. It is grounded unless a [[terminal]] holds it.
+    struct Guard {
+        /// From the electrodes to the frame.
+        gap: Read<Size>,
+        /// Of the frame's sides.
+        width: Read<Size>,
+    }
+}
+
+table! {
+    /// Two combs, `<name>-1` and `<name>-2`, whose fingers, along x3, lie between one another along x1.
+    struct Comb {
+        /// What the names of its conductors begin with. Default: "comb".
+        name: Option<Read<Text>>,
+        /// The face that they lie on.
+        on: Option<Read<On>>,
+        /// The height of their mid-plane instead, in a layer that is not loaded or outside of it.
+        height: Option<Read<Position>>,
+        /// Of both together, alternately of the first and the second.
+        fingers: Read<Count>,
+        /// Along x1.
+        finger_width: Read<Size>,
+        /// Between neighbouring fingers, along x1.
+        gap: Read<Size>,
+        /// Length along which neighbouring fingers lie side by side, along x3.
+        overlap: Read<Size>,
+        /// From the end of a finger to the bus of the other comb.
+        end_gap: Read<Size>,
+        /// Of the bar that joins the fingers of a comb, along x3.
+        bus_width: Read<Size>,
+        /// Along x2; "0 um" for sheets.
+        thickness: Read<Height>,
+        /// The middle: x1, x3. Default: 0.
+        center: Option<Read<[Read<Position>; 2]>>,
+        /// A frame around both.
+        guard: Option<Read<Guard>>,
+    }
+    one_of: "on", "height";
+}
+
+table! {
+    /// Pads in rows along x1 and columns along x3: `<name>-i-j`, where i counts along x1 and j along x3.
+    struct Array {
+        /// What the names of its conductors begin with. Default: "pad".
+        name: Option<Read<Text>>,
+        /// The face that they lie on.
+        on: Option<Read<On>>,
+        /// The height of their mid-plane instead, in a layer that is not loaded or outside of it.
+        height: Option<Read<Position>>,
+        /// How many along x1 and along x3.
+        pads: Read<[Read<Count>; 2]>,
+        /// Of a rectangular pad, along x1 and x3.
+        size: Option<Read<[Read<Size>; 2]>>,
+        /// Of a round pad.
+        diameter: Option<Read<Size>>,
+        /// Of the hole of a round pad, which is then a ring.
+        inner_diameter: Option<Read<Size>>,
+        /// From the middle of a pad to that of the next, along x1 and x3.
+        pitch: Read<[Read<Size>; 2]>,
+        /// Along x2; "0 um" for sheets.
+        thickness: Read<Height>,
+        /// The middle: x1, x3. Default: 0.
+        center: Option<Read<[Read<Position>; 2]>>,
+        /// A plate over or under all pads.
+        common_plate: Option<Read<CommonPlate>>,
+        /// A frame around all pads.
+        guard: Option<Read<Guard>>,
+    }
+    one_of: "on", "height";
+}
+
+table! {
+    /// A rectangular plate that all pads of an array face: `<name>-plate`.
+    struct CommonPlate {
+        /// The face that it lies on.
+        on: Option<Read<On>>,
+        /// The height of its mid-plane instead.
+        height: Option<Read<Position>>,
+        /// How far it reaches beyond the pads, on each side. Default: 0.
+        margin: Option<Read<Height>>,
+        /// Along x2; "0 um" for a sheet.
+        thickness: Read<Height>,
+        /// Its charge, if it floats. Default: it is held at a potential.
+        charge: Option<Read<Charge>>,
+    }
+    one_of: "on", "height";
+}
+
+table! {
+    /// A square spiral, `<name>`, or two within one another, `<name>-1` and `<name>-2`.
+    struct Spiral {
+        /// What the names of its conductors begin with. Default: "spiral".
+        name: Option<Read<Text>>,
+        /// The face that it lies on.
+        on: Option<Read<On>>,
+        /// The height of its mid-plane instead, in a layer that is not loaded or outside of it.
+        height: Option<Read<Position>>,
+        /// 1, or 2 within one another. Default: 2.
+        arms: Option<Read<Count>>,
+        /// Of each arm.
+        turns: Read<Count>,
+        /// Of the trace.
+        trace_width: Read<Size>,
+        /// Between neighbouring traces.
+        gap: Read<Size>,
+        /// From the centre to the middle of the innermost trace.
+        inner: Read<Size>,
+        /// Along x2; "0 um" for sheets.
+        thickness: Read<Height>,
+        /// The middle: x1, x3. Default: 0.
+        center: Option<Read<[Read<Position>; 2]>>,
+        /// A frame around it.
+        guard: Option<Read<Guard>>,
+    }
+    one_of: "on", "height";
+}
+
+table! {
+    /// A disc or ring, `<name>`.
+    struct Ring {
+        /// The name of its conductor. Default: "ring".
+        name: Option<Read<Text>>,
+        /// The face that it lies on.
+        on: Option<Read<On>>,
+        /// The height of its mid-plane instead, in a layer that is not loaded or outside of it.
+        height: Option<Read<Position>>,
+        /// On the outside.
+        diameter: Read<Size>,
+        /// Of the hole. Default: none, a disc.
+        inner_diameter: Option<Read<Size>>,
+        /// Along x2; "0 um" for a sheet.
+        thickness: Read<Height>,
+        /// The middle: x1, x3. Default: 0.
+        center: Option<Read<[Read<Position>; 2]>>,
+        /// A round frame around it.
+        guard: Option<Read<Guard>>,
+    }
+    one_of: "on", "height";
 }
 
 table! {
@@ -275,12 +442,30 @@ words! {
 }
 
 table! {
-    /// The load steps: exactly one of the two keys.
+    /// The load steps: exactly one of the keys.
     struct Load {
         /// Top displacement over thickness, U/H, of each step.
         compression: Option<Read<Either<Vec<Read<Compression>>, CompressionRange>>>,
         /// Compressive force of each step.
         force: Option<Read<Either<Vec<Read<Force>>, ForceRange>>>,
+        /// Steps that also move what is attached to the layer's top or to the indenter.
+        steps: Option<Read<Vec<Read<LoadStep>>>>,
+    }
+    one_of: "compression", "force", "steps";
+}
+
+table! {
+    /// One load step; all of a case give a compression, or all a force.
+    struct LoadStep {
+        /// Top displacement over thickness, U/H.
+        compression: Option<Read<Compression>>,
+        /// Compressive force.
+        force: Option<Read<Force>>,
+        /// How far what is attached is moved along x1 and x3. Default: 0.
+        shift: Option<Read<[Read<Position>; 2]>>,
+        /// By how much what is attached is turned about x3 and about x1, about the middle of its lower side; right-handed: the first lifts
+        /// the side towards +x1, the second lowers that towards +x3. Default: 0.
+        tilt: Option<Read<[Read<Angle>; 2]>>,
     }
     one_of: "compression", "force";
 }
@@ -342,7 +527,7 @@ table! {
         name: Read<Text>,
         /// A box with its edges along the axes.
         r#box: Option<Read<BoxRegion>>,
-        /// Boxes that are one conductor together; they may touch, overlap or lie apart.
+        /// Boxes that are one conductor together; they may touch, overlap or lie apart, and be flat along one axis.
         boxes: Option<Read<Vec<Read<BoxRegion>>>>,
         /// A rectangle of zero thickness.
         sheet: Option<Read<Sheet>>,
@@ -361,8 +546,15 @@ table! {
         /// Its charge, if it floats: then it is not in the Maxwell matrix, and its potential is reported. Default: it is held at
         /// a potential.
         charge: Option<Read<Charge>>,
+        /// What it moves with when the layer is loaded. Default: "fixed".
+        attached: Option<Read<Attached>>,
     }
     one_of: "box", "boxes", "sheet", "sphere", "shell", "cylinder", "extrusion", "surface", "physical";
+}
+
+words! {
+    /// What a body moves with: the top of the layer, the indenter, or nothing.
+    enum Attached { "layer-top" => LayerTop, "indenter" => Indenter, "fixed" => Fixed, }
 }
 
 table! {
@@ -386,6 +578,8 @@ table! {
         surface: Option<Read<SurfaceFile>>,
         /// A physical group of volumes of the [mesh].
         physical: Option<Read<Text>>,
+        /// What it moves with when the layer is loaded. Default: "fixed".
+        attached: Option<Read<Attached>>,
     }
     one_of: "box", "slab", "sphere", "cylinder", "extrusion", "surface", "physical";
 }

@@ -10,16 +10,21 @@ pub(super) struct Dimension {
     pub(super) kilogram: i32,
     pub(super) second: i32,
     pub(super) ampere: i32,
+    pub(super) radian: i32,
 }
 
 const fn dimension(metre: i32, kilogram: i32, second: i32, ampere: i32) -> Dimension {
-    Dimension { metre, kilogram, second, ampere }
+    Dimension { metre, kilogram, second, ampere, radian: 0 }
 }
 
 pub(super) const LENGTH: Dimension = dimension(1, 0, 0, 0);
 pub(super) const PRESSURE: Dimension = dimension(-1, 1, -2, 0);
 pub(super) const FORCE: Dimension = dimension(1, 1, -2, 0);
 pub(super) const CHARGE: Dimension = dimension(0, 0, 1, 1);
+pub(super) const ANGLE: Dimension = Dimension { radian: 1, ..dimension(0, 0, 0, 0) };
+
+/// The one unit that is no power of ten of an SI unit: an angle of pi / 180.
+const DEGREE: &str = "deg";
 
 /// Dimensions that have a name of their own, for messages.
 const NAMED: &[(Dimension, &str)] = &[
@@ -32,6 +37,7 @@ const NAMED: &[(Dimension, &str)] = &[
     (dimension(0, 1, -2, 0), "a force per length"),
     (dimension(2, 1, -3, -1), "a voltage"),
     (CHARGE, "a charge"),
+    (ANGLE, "an angle"),
     (dimension(-2, -1, 4, 2), "a capacitance"),
     (dimension(-3, -1, 4, 2), "a capacitance per length"),
     (dimension(1, 1, -3, -1), "an electric field"),
@@ -48,16 +54,23 @@ impl Dimension {
     }
 
     fn scaled(self, by: i32) -> Self {
-        dimension(self.metre * by, self.kilogram * by, self.second * by, self.ampere * by)
+        Self {
+            metre: self.metre * by,
+            kilogram: self.kilogram * by,
+            second: self.second * by,
+            ampere: self.ampere * by,
+            radian: self.radian * by,
+        }
     }
 
     fn plus(self, other: Self) -> Self {
-        dimension(
-            self.metre + other.metre,
-            self.kilogram + other.kilogram,
-            self.second + other.second,
-            self.ampere + other.ampere,
-        )
+        Self {
+            metre: self.metre + other.metre,
+            kilogram: self.kilogram + other.kilogram,
+            second: self.second + other.second,
+            ampere: self.ampere + other.ampere,
+            radian: self.radian + other.radian,
+        }
     }
 }
 
@@ -73,6 +86,7 @@ const SYMBOLS: &[(&str, i32, Dimension)] = &[
     ("g", -3, dimension(0, 1, 0, 0)),
     ("s", 0, dimension(0, 0, 1, 0)),
     ("A", 0, dimension(0, 0, 0, 1)),
+    ("rad", 0, ANGLE),
 ];
 
 /// SI prefixes; both code points that print as a mu are accepted, and the letter u.
@@ -99,6 +113,8 @@ pub(super) fn pattern(of: Dimension) -> String {
     let prefix = "[afpnu\u{b5}\u{3bc}mcdhkMGT]?";
     if of == PRESSURE {
         format!("({prefix}Pa|{prefix}N/{prefix}m(\\^2|\u{b2}))")
+    } else if of == ANGLE {
+        format!("({DEGREE}|{prefix}rad)")
     } else {
         let symbol = SYMBOLS.iter().find(|(_, _, d)| *d == of).map_or("", |(symbol, ..)| symbol);
         format!("{prefix}{symbol}")
@@ -156,6 +172,10 @@ pub(super) fn parse(text: &str) -> Result<Quantity<'_>, NotAQuantity<'_>> {
     }
     if unit_text.is_empty() {
         return Err(NotAQuantity::NoUnit { number });
+    }
+    if unit_text == DEGREE {
+        let si = decimal(number, 0).filter(|v| v.is_finite()).ok_or(NotAQuantity::TooLarge)?.to_radians();
+        return Ok(Quantity { si, number, unit_text, dimension: ANGLE });
     }
     let unit = parse_unit(unit_text).ok_or(NotAQuantity::UnknownUnit { number, unit: unit_text })?;
     let si = decimal(number, unit.power).filter(|v| v.is_finite()).ok_or(NotAQuantity::TooLarge)?;
@@ -257,14 +277,20 @@ pub(super) fn nearest_unit(unknown: &str, of: Dimension) -> Option<&'static str>
         ("kilopascal", "kPa"),
         ("megapascal", "MPa"),
         ("coulomb", "C"),
+        ("degree", "deg"),
+        ("radian", "rad"),
     ];
-    const COMMON: &[&str] =
-        &["m", "um", "mm", "nm", "cm", "km", "Pa", "kPa", "MPa", "GPa", "N", "mN", "kN", "C", "pC", "nC"];
+    const COMMON: &[&str] = &[
+        "m", "um", "mm", "nm", "cm", "km", "Pa", "kPa", "MPa", "GPa", "N", "mN", "kN", "C", "pC", "nC",
+        "rad", "mrad", "deg",
+    ];
     let word = unknown.to_lowercase();
     let word = word.strip_suffix('s').unwrap_or(&word);
     let named = WORDS.iter().find(|(name, _)| *name == word).map(|(_, unit)| *unit);
     let same_letters = COMMON.iter().copied().find(|unit| unit.eq_ignore_ascii_case(unknown));
-    named.or(same_letters).filter(|unit| parse_unit(unit).is_some_and(|u| u.dimension == of))
+    named.or(same_letters).filter(|unit| {
+        if *unit == DEGREE { of == ANGLE } else { parse_unit(unit).is_some_and(|u| u.dimension == of) }
+    })
 }
 
 #[cfg(test)]
@@ -302,6 +328,8 @@ mod tests {
             ("0 C", 0.0, CHARGE),
             ("-3 fC", -3e-15, CHARGE),
             ("2.5 uC", 2.5e-6, CHARGE),
+            ("180 deg", std::f64::consts::PI, ANGLE),
+            ("2 mrad", 2e-3, ANGLE),
         ];
         for &(text, si, dimension) in table {
             let quantity = parse(text).unwrap_or_else(|e| panic!("{text}: {e:?}"));

@@ -124,7 +124,7 @@ pub(crate) fn bent_scene(
                 Purpose::Cover => 0,
                 Purpose::Substrate => 1,
                 Purpose::Layer => 2,
-                Purpose::Electrode | Purpose::Fixed => 3,
+                Purpose::Electrode | Purpose::OnTop | Purpose::OnIndenter | Purpose::Fixed => 3,
             });
             for body in &mut scene.bodies {
                 match body.purpose {
@@ -140,7 +140,11 @@ pub(crate) fn bent_scene(
                         let outline = outline.clone();
                         body.parts = vec![Shape::Extrusion { axis: 2, from, to, outline, arcs: Vec::new() }];
                     }
-                    Purpose::Substrate | Purpose::Electrode | Purpose::Fixed => {}
+                    Purpose::Substrate
+                    | Purpose::Electrode
+                    | Purpose::OnTop
+                    | Purpose::OnIndenter
+                    | Purpose::Fixed => {}
                 }
             }
         }

@@ -117,6 +117,10 @@ pub enum Purpose {
     Substrate,
     /// The medium above the layer.
     Cover,
+    /// A body that moves with the top of the layer.
+    OnTop,
+    /// A body that moves with the indenter.
+    OnIndenter,
     /// A body that stays where it is; every body of a scene without a layer.
     Fixed,
 }

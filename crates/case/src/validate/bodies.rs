@@ -11,7 +11,7 @@ use super::super::raw::{self, Document};
 use super::super::reader::{Log, Read};
 use super::super::values::Text;
 use super::layered::micrometres;
-use super::regions::{AXES, box_region, sheet, slab};
+use super::regions::{AXES, box_or_sheet, box_region, sheet, slab};
 use super::{any, given};
 
 /// More conductors than this are refused: the results would be matrices of this size.
@@ -47,6 +47,8 @@ pub(super) struct PlacedBoxes<'a> {
     pub(super) what: &'static str,
     pub(super) floating_charge: Option<f64>,
     pub(super) is_slab: bool,
+    /// Whether it moves with the layer's top or with the indenter.
+    pub(super) is_attached: bool,
 }
 
 /// All conductors, then all dielectrics, where all of them are boxes, sheets and slabs; `None` if one of them cannot be used.
@@ -78,7 +80,7 @@ pub(super) fn bodies(
             }
             Some((Extent::AroundLayer { below, above, .. }, boundary)) => {
                 if let Some(thickness) = thickness {
-                    check_fixed_body(body, thickness, [*below, *above], boundary, log);
+                    check_fixed_body(body, thickness, [*below, *above], boundary, raw.load.is_some(), log);
                 }
             }
             Some((Extent::Everywhere, _)) | None => {}
@@ -111,7 +113,16 @@ pub(super) fn conductor_of(raw: &raw::Conductor, parts: Vec<Shape>) -> Option<Bo
         None => None,
     };
     let role = Role::Conductor { potential: Potential::of_charge(charge) };
-    Some(Body { name: raw.name.get()?.0.clone(), parts, role, purpose: Purpose::Fixed })
+    Some(Body { name: raw.name.get()?.0.clone(), parts, role, purpose: purpose_of(&raw.attached) })
+}
+
+/// What a body is to the device, by what it is attached to.
+pub(super) fn purpose_of(attached: &Option<Read<raw::Attached>>) -> Purpose {
+    match given(attached) {
+        Some(raw::Attached::LayerTop) => Purpose::OnTop,
+        Some(raw::Attached::Indenter) => Purpose::OnIndenter,
+        Some(raw::Attached::Fixed) | None => Purpose::Fixed,
+    }
 }
 
 /// The boxes of one conductor; none of them is left out.
@@ -125,7 +136,7 @@ pub(super) fn boxes(read: &Read<Vec<Read<raw::BoxRegion>>>, log: &mut Log<'_>) -
         );
         return None;
     }
-    let all: Vec<Option<Box3>> = entries.iter().map(|entry| box_region(entry, log)).collect();
+    let all: Vec<Option<Box3>> = entries.iter().map(|entry| box_or_sheet(entry, log)).collect();
     all.into_iter().collect()
 }
 
@@ -142,7 +153,8 @@ fn conductor<'a>(read: &'a Read<raw::Conductor>, log: &mut Log<'_>) -> Option<Pl
         None => None,
     };
     let (name, regions) = (&raw.name.get()?.0, regions?);
-    Some(PlacedBoxes { name, regions, span, what: "conductor", floating_charge, is_slab: false })
+    let is_attached = purpose_of(&raw.attached) != Purpose::Fixed;
+    Some(PlacedBoxes { name, regions, span, what: "conductor", floating_charge, is_slab: false, is_attached })
 }
 
 fn dielectric<'a>(read: &'a Read<raw::Dielectric>, log: &mut Log<'_>) -> Option<PlacedBoxes<'a>> {
@@ -153,7 +165,8 @@ fn dielectric<'a>(read: &'a Read<raw::Dielectric>, log: &mut Log<'_>) -> Option<
         (None, None) => return None,
     };
     let (name, regions) = (&raw.name.get()?.0, vec![region?]);
-    Some(PlacedBoxes { name, regions, span, what: "dielectric", floating_charge: None, is_slab })
+    let is_attached = purpose_of(&raw.attached) != Purpose::Fixed;
+    Some(PlacedBoxes { name, regions, span, what: "dielectric", floating_charge: None, is_slab, is_attached })
 }
 
 pub(super) fn check_names(
@@ -164,7 +177,7 @@ pub(super) fn check_names(
     log: &mut Log<'_>,
 ) {
     let mut seen: BTreeMap<&str, &Range<usize>> = BTreeMap::new();
-    if let (Some(electrodes), Some(read)) = (electrodes, &raw.electrodes) {
+    if let (Some(electrodes), Some(read)) = (electrodes, raw.pair()) {
         seen.extend(electrodes.names().map(|name| (name, &read.span)));
     }
     let names = conductors.iter().filter_map(|c| c.get().map(|c| &c.name));
@@ -262,10 +275,12 @@ pub(super) fn check_fixed_body(
     thickness: f64,
     faces: [Face; 2],
     boundary: Wall,
+    is_loaded: bool,
     log: &mut Log<'_>,
 ) {
     for region in &body.regions {
-        if !is_apart_from_layer(body, [region.min[1], region.max[1]], thickness, (faces, boundary), log) {
+        let heights = [region.min[1], region.max[1]];
+        if !is_apart_from_layer(body, heights, (thickness, is_loaded), (faces, boundary), log) {
             return;
         }
     }
@@ -275,7 +290,7 @@ pub(super) fn check_fixed_body(
 fn is_apart_from_layer(
     body: &PlacedBoxes<'_>,
     [low, high]: [f64; 2],
-    thickness: f64,
+    (thickness, is_loaded): (f64, bool),
     ([below, above], boundary): ([Face; 2], Wall),
     log: &mut Log<'_>,
 ) -> bool {
@@ -284,15 +299,25 @@ fn is_apart_from_layer(
     let mut at = |message: String, label: String, help: &str| {
         log.push(Diagnostic::at(&body.span, message).label(label).help(help));
     };
-    // A dielectric may lie on the layer, a conductor may not: it would have to move with it.
-    let apart = if is_conductor { high < 0.0 || low > thickness } else { high <= 0.0 || low >= thickness };
-    if !apart {
+    // What lies on the top stays behind when that sinks, unless it is attached or has no charge.
+    let stays_behind = is_conductor && is_loaded && !body.is_attached && low == thickness && high > 0.0;
+    if is_loaded && high > 0.0 && low < thickness {
         at(
-            format!("the {what} \"{name}\" touches or overlaps the layer"),
+            format!("the {what} \"{name}\" reaches into the layer"),
             format!("the layer is between x2 = 0 and x2 = {}", micrometres(thickness)),
-            "move it below x2 = 0 or above the layer; conductors in the layer are [electrodes]",
+            "move it below x2 = 0 or above the layer; in a layer that is loaded there may be one pair, as [electrodes]",
         );
         return false;
+    } else if stays_behind {
+        at(
+            format!("the {what} \"{name}\" lies on the layer, and stays where it is when the layer sinks"),
+            "not attached".to_owned(),
+            "add `attached = \"layer-top\"` or `attached = \"indenter\"`, or leave a gap",
+        );
+        return false;
+    }
+    if high > 0.0 && low < thickness {
+        return true;
     }
     let is_below = high <= 0.0;
     let (side, face) = if is_below { ("below", below) } else { ("above", above) };
@@ -336,7 +361,7 @@ fn check_flux_has_an_end(
         Extent::AroundLayer { below: Face::Grounded, .. } | Extent::AroundLayer { above: Face::Grounded, .. }
     );
     let is_grounded = grounded_face || terminals.iter().any(|terminal| terminal.is_grounded);
-    if surroundings.boundary != Wall::Insulated || is_grounded || raw.electrodes.is_some() {
+    if surroundings.boundary != Wall::Insulated || is_grounded || raw.pair().is_some() {
         return;
     }
     // What could not be read may have been a second one.
@@ -366,7 +391,7 @@ fn check_flux_has_an_end(
 /// Potentials are counted from something: without a driven conductor there is no matrix.
 fn check_one_is_driven(conductors: &[Option<PlacedBoxes<'_>>], raw: &Document, log: &mut Log<'_>) {
     let all_float = conductors.iter().all(|c| c.as_ref().is_some_and(|b| b.floating_charge.is_some()));
-    let (true, None, Some(first)) = (all_float, &raw.electrodes, conductors.iter().flatten().next()) else {
+    let (true, None, Some(first)) = (all_float, raw.pair(), conductors.iter().flatten().next()) else {
         return;
     };
     let charge = given(&raw.conductor).and_then(|all| all.first()?.get()?.charge.as_ref());

@@ -69,25 +69,23 @@ struct Pair<'a> {
 }
 
 impl<'a> Pair<'a> {
-    fn of(raw: &'a raw::Electrodes) -> Self {
-        match raw {
-            raw::Electrodes::InPlane(raw::InPlanePair {
+    /// `None` if there is none, or it could not be read.
+    fn of(raw: &'a raw::Electrodes) -> Option<Self> {
+        if let Some(read) = &raw.in_plane_pair {
+            let raw::InPlanePair { gap, length, thickness, width, height, shear_modulus } = read.get()?;
+            return Some(Self {
+                layout: Layout::InPlane,
                 gap,
                 length,
                 thickness,
                 width,
                 height,
                 shear_modulus,
-            }) => Self { layout: Layout::InPlane, gap, length, thickness, width, height, shear_modulus },
-            raw::Electrodes::Stacked(raw::StackedPair {
-                gap,
-                length,
-                thickness,
-                width,
-                height,
-                shear_modulus,
-            }) => Self { layout: Layout::Stacked, gap, length, thickness, width, height, shear_modulus },
+            });
         }
+        let raw::StackedPair { gap, length, thickness, width, height, shear_modulus } =
+            given(&raw.stacked_pair)?;
+        Some(Self { layout: Layout::Stacked, gap, length, thickness, width, height, shear_modulus })
     }
 }
 
@@ -96,7 +94,7 @@ pub(super) fn electrodes(
     wants_mechanics: bool,
     log: &mut Log<'_>,
 ) -> Option<Electrodes> {
-    let pair = Pair::of(read.get()?);
+    let pair = Pair::of(read.get()?)?;
     if wants_mechanics && pair.shear_modulus.is_none() {
         log.push(
             Diagnostic::at(&read.span, "the electrodes lack `shear_modulus`, which [load] needs")
@@ -149,7 +147,7 @@ pub(super) fn check_fit(
     if over.max(under) <= ROUNDING * total {
         return;
     }
-    let pair = Pair::of(raw);
+    let Some(pair) = Pair::of(raw) else { return };
     let what = match electrodes.layout {
         Layout::InPlane => "height and half the thickness",
         Layout::Stacked => "height, half the gap and the thickness",
@@ -191,7 +189,7 @@ pub(super) fn check_shorted(
     if !(at_bottom || at_top) {
         return;
     }
-    let Some(pair) = given(&raw.electrodes).map(Pair::of) else { return };
+    let Some(pair) = given(&raw.electrodes).and_then(Pair::of) else { return };
     let side = if at_bottom { "below" } else { "above" };
     let mut diagnostic = Diagnostic::at(
         &pair.height.span,

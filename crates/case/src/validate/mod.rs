@@ -3,7 +3,9 @@
 //! A value that could not be read is `Some(Read { value: None })`, and the log already says why; a table that is not
 //! there is `None`. Only the second is reported here as missing, so that one slip gives one message.
 
+mod attached;
 mod bodies;
+mod forms;
 mod imported;
 mod layer_end;
 mod layered;
@@ -19,6 +21,8 @@ mod terminals;
 
 use std::ops::Range;
 use std::path::Path;
+
+pub(crate) use forms::write_out as write_forms_out;
 
 use super::diagnostics::Diagnostic;
 use super::model::{Case, Electrostatics, FieldSolver};
@@ -49,10 +53,11 @@ pub(super) fn validate(raw: &Document, flawed: bool, origin: &Path, log: &mut Lo
     }
 
     let layer = raw.layer.as_ref().map(|l| layered::layer(l, wants_capacitance, wants_mechanics, log));
-    let electrodes = raw.electrodes.as_ref().map(|e| layered::electrodes(e, wants_mechanics, log));
+    let of_pair = raw.pair();
+    let electrodes = of_pair.map(|e| layered::electrodes(e, wants_mechanics, log));
     let load = raw.load.as_ref().map(|l| steps::load(l, log));
     if let (Some(read), Some(electrodes), Some(layer)) =
-        (&raw.electrodes, electrodes.as_ref().and_then(Option::as_ref), given(&raw.layer))
+        (of_pair, electrodes.as_ref().and_then(Option::as_ref), given(&raw.layer))
     {
         layered::check_fit(read, electrodes, layer, log);
     }
@@ -107,6 +112,11 @@ pub(super) fn validate(raw: &Document, flawed: bool, origin: &Path, log: &mut Lo
     let found = as_boxes.or_else(as_extrusions);
     let (bodies, shapes) = bodies?;
     let (terminals, measured) = terminals?;
+    let poses = match &raw.load {
+        Some(read) => steps::poses(read)?,
+        None => Vec::new(),
+    };
+    attached::check(raw, &poses, log);
     let mut surroundings = all_given(surroundings)?;
     let (bodies, recognised) = match found {
         Some(found) => {
@@ -127,6 +137,7 @@ pub(super) fn validate(raw: &Document, flawed: bool, origin: &Path, log: &mut Lo
         electrodes: all_given(electrodes)?,
         mechanics: all_given(mechanics)?,
         load: all_given(load)?,
+        poses,
         bodies,
         terminals,
         measured,
@@ -159,7 +170,7 @@ fn check_presence(raw: &Document, wants_capacitance: bool, log: &mut Log<'_>) {
             lacks(&load.span, "[load]", "[mechanics.closed_form]", "nothing says how the layer deforms");
         }
     }
-    if let (Some(electrodes), None) = (&raw.electrodes, &raw.layer) {
+    if let (Some(electrodes), None) = (raw.pair(), &raw.layer) {
         lacks(&electrodes.span, "[electrodes]", "[layer]", "there is no layer for them to lie in");
     }
     let first_conductor = given(&raw.conductor).and_then(|all| all.first()).map(|c| &c.span);
@@ -178,7 +189,7 @@ fn check_presence(raw: &Document, wants_capacitance: bool, log: &mut Log<'_>) {
                 &(0..0),
                 "nothing to solve: this case has no electrodes, no conductors and no load",
             )
-            .help("add [electrodes.in_plane_pair], [electrodes.stacked_pair], a [[conductor]], or a [load]"),
+            .help("add [electrodes.in_plane_pair] or another form, a [[conductor]], or a [load]"),
         );
     }
 }

@@ -13,6 +13,15 @@ pub(super) const AXES: [&str; 3] = ["x1", "x2", "x3"];
 
 /// A box of three positive sides.
 pub(super) fn box_region(read: &Read<raw::BoxRegion>, log: &mut Log<'_>) -> Option<Box3> {
+    with_sides(read, false, log)
+}
+
+/// A box of three positive sides, or of two: a sheet.
+pub(super) fn box_or_sheet(read: &Read<raw::BoxRegion>, log: &mut Log<'_>) -> Option<Box3> {
+    with_sides(read, true, log)
+}
+
+fn with_sides(read: &Read<raw::BoxRegion>, mut may_be_flat: bool, log: &mut Log<'_>) -> Option<Box3> {
     let raw = read.get()?;
     let (min, max) = (raw.min.get()?, raw.max.get()?);
     let mut region = Box3::SPACE;
@@ -23,7 +32,9 @@ pub(super) fn box_region(read: &Read<raw::BoxRegion>, log: &mut Log<'_>) -> Opti
             continue;
         };
         (region.min[axis], region.max[axis]) = (from.si, to.si);
-        if whole && to.si - from.si < THINNEST {
+        if may_be_flat && to.si == from.si {
+            may_be_flat = false;
+        } else if whole && to.si - from.si < THINNEST {
             whole = false;
             log.push(not_a_box(axis, low, high, min, max, log));
         }

@@ -12,7 +12,8 @@ use super::super::quantities::Position;
 use super::super::raw::{self, Document};
 use super::super::reader::{Log, Read};
 use super::bodies::{
-    PlacedBoxes, boxes, check_count, check_fixed_body, check_names, conductor_of, refuse_all_floating,
+    PlacedBoxes, boxes, check_count, check_fixed_body, check_names, conductor_of, purpose_of,
+    refuse_all_floating,
 };
 use super::given;
 use super::outlines::extruded;
@@ -73,7 +74,8 @@ fn placed(
         let (parts, span) = dielectric_parts(raw, origin, log)?;
         let role = Role::Dielectric { relative_permittivity: raw.relative_permittivity.get()?.value };
         let name = raw.name.get()?.0.clone();
-        Some((Body { name, parts, role, purpose: Purpose::Fixed }, span))
+        let purpose = purpose_of(&raw.attached);
+        Some((Body { name, parts, role, purpose }, span))
     }));
     all.into_iter().collect()
 }
@@ -101,8 +103,17 @@ pub(super) fn with_layer(
             let is_slab = (0..3).any(|a| region.extent(a).is_infinite());
             let what = if body.is_conductor() { "conductor" } else { "dielectric" };
             let (name, floating_charge, regions) = (&body.name, None, vec![region]);
-            let body = PlacedBoxes { name, regions, span: span.clone(), what, floating_charge, is_slab };
-            check_fixed_body(&body, thickness, [*below, *above], *boundary, log);
+            let is_attached = body.purpose != Purpose::Fixed;
+            let body = PlacedBoxes {
+                name,
+                regions,
+                span: span.clone(),
+                what,
+                floating_charge,
+                is_slab,
+                is_attached,
+            };
+            check_fixed_body(&body, thickness, [*below, *above], *boundary, raw.load.is_some(), log);
         }
     }
     for (_, span) in all.iter().filter(|(body, _)| is_shell(body)) {

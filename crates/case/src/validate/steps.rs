@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use super::super::diagnostics::Diagnostic;
-use super::super::model::Load;
+use super::super::model::{Load, Pose};
 use super::super::quantities::{Compression, Force};
 use super::super::raw;
 use super::super::reader::{FromToml, Log, Read};
@@ -20,6 +20,9 @@ pub(super) fn load(read: &Read<raw::Load>, log: &mut Log<'_>) -> Option<Load> {
         }
         .map(Load::Compression);
     }
+    if let Some(read) = &raw.steps {
+        return listed(read, log);
+    }
     let value = |force: &Force| force.si;
     let span = &raw.force.as_ref()?.span;
     match given(&raw.force)? {
@@ -27,6 +30,62 @@ pub(super) fn load(read: &Read<raw::Load>, log: &mut Log<'_>) -> Option<Load> {
         Either::Second(range) => spaced(&range.from, &range.to, &range.points, value, log),
     }
     .map(Load::Force)
+}
+
+/// Steps of which each is a table: all with a compression, or all with a force.
+fn listed(read: &Read<Vec<Read<raw::LoadStep>>>, log: &mut Log<'_>) -> Option<Load> {
+    let list = read.get()?;
+    let Some(first) = list.first() else {
+        log.push(
+            Diagnostic::at(&read.span, "no load steps: `steps` in [load] is empty")
+                .label("at least one step is needed")
+                .help("write for example `steps = [{ compression = 0.0 }, { compression = 0.2 }]`"),
+        );
+        return None;
+    };
+    let by_force = first.get()?.force.is_some();
+    if let Some(other) = list.iter().find(|step| step.get().is_some_and(|s| s.force.is_some() != by_force)) {
+        let (here, there) = if by_force { ("compression", "force") } else { ("force", "compression") };
+        log.push(
+            Diagnostic::at(&other.span, "some of the load steps give a compression, some a force")
+                .label(format!("gives a {here}"))
+                .related(&first.span, format!("gives a {there}"))
+                .help(format!("give all steps a `{there}`, or write two cases")),
+        );
+        return None;
+    }
+    if by_force {
+        let force = |step: &Read<raw::LoadStep>| Some(given(&step.get()?.force)?.si);
+        list.iter().map(force).collect::<Option<_>>().map(Load::Force)
+    } else {
+        let compression = |step: &Read<raw::LoadStep>| Some(given(&step.get()?.compression)?.value);
+        list.iter().map(compression).collect::<Option<_>>().map(Load::Compression)
+    }
+}
+
+/// How what is attached moves at each step; empty where no step says.
+pub(super) fn poses(read: &Read<raw::Load>) -> Option<Vec<Pose>> {
+    let Some(steps) = &read.get()?.steps else { return Some(Vec::new()) };
+    let pose = |step: &Read<raw::LoadStep>| {
+        let step = step.get()?;
+        let shift = match &step.shift {
+            Some(read) => {
+                let [x1, x3] = read.get()?;
+                [x1.get()?.si, x3.get()?.si]
+            }
+            None => [0.0; 2],
+        };
+        let tilt = match &step.tilt {
+            Some(read) => {
+                let [x3, x1] = read.get()?;
+                [x3.get()?.si, x1.get()?.si]
+            }
+            None => [0.0; 2],
+        };
+        Some(Pose { shift, tilt })
+    };
+    let poses: Vec<Pose> = steps.get()?.iter().map(pose).collect::<Option<_>>()?;
+    Some(if poses.iter().all(|pose| *pose == Pose::default()) { Vec::new() } else { poses })
 }
 
 fn steps<T: FromToml>(

@@ -57,7 +57,7 @@ pub(super) fn terminals(
 /// The conductors that a terminal may name; `None` if some could not be read.
 fn conductors<'a>(raw: &'a Document, electrodes: Option<&'a Electrodes>) -> Option<Vec<Named<'a>>> {
     let mut out = Vec::new();
-    match (&raw.electrodes, electrodes) {
+    match (raw.pair(), electrodes) {
         (Some(read), Some(own)) => {
             out.extend(own.names().map(|name| Named { name, span: &read.span, floats: false }));
         }

@@ -55,7 +55,10 @@ impl From<&Body> for BodyRole {
             (Role::Dielectric { .. }, Purpose::Layer) => Self::Layer,
             (Role::Dielectric { .. }, Purpose::Substrate) => Self::Substrate,
             (Role::Dielectric { .. }, Purpose::Cover) => Self::Cover,
-            (Role::Dielectric { .. }, Purpose::Electrode | Purpose::Fixed) => Self::Dielectric,
+            (
+                Role::Dielectric { .. },
+                Purpose::Electrode | Purpose::OnTop | Purpose::OnIndenter | Purpose::Fixed,
+            ) => Self::Dielectric,
         }
     }
 }

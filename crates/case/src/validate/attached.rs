@@ -1,0 +1,64 @@
+//! Checks that what is attached to the layer or to the indenter can move with it.
+
+use super::super::diagnostics::{Diagnostic, shown};
+use super::super::model::Pose;
+use super::super::raw::{self, Document};
+use super::super::reader::{Log, Read};
+use super::super::values::{Either, Text};
+use super::given;
+
+/// Refuses bodies that are attached to something that is not there, or not flat, and steps that move nothing.
+pub(super) fn check(raw: &Document, poses: &[Pose], log: &mut Log<'_>) {
+    let conductors = given(&raw.conductor).into_iter().flatten().filter_map(Read::get);
+    let dielectrics = given(&raw.dielectric).into_iter().flatten().filter_map(Read::get);
+    let bodies = conductors.map(|c| (&c.name, &c.attached));
+    let bodies = bodies.chain(dielectrics.map(|d| (&d.name, &d.attached)));
+    let mut any = false;
+    for (name, attached) in bodies {
+        let Some(read) = attached else { continue };
+        let (Some(Text(name)), Some(to)) = (name.get(), read.get()) else { continue };
+        if matches!(to, raw::Attached::Fixed) {
+            continue;
+        }
+        any = true;
+        if raw.layer.is_none() {
+            log.push(
+                Diagnostic::at(
+                    &read.span,
+                    format!("\"{}\" is attached to a layer that is not there", shown(name)),
+                )
+                .label("there is no [layer]")
+                .help("add a [layer], or leave `attached` out"),
+            );
+        } else if matches!(to, raw::Attached::LayerTop) && !is_pressed_flat(raw) {
+            log.push(
+                Diagnostic::at(
+                    &read.span,
+                    format!("\"{}\" cannot lie on top of a layer that an indenter bends", shown(name)),
+                )
+                .label("the top does not stay flat")
+                .help("write `attached = \"indenter\"` for what moves with the indenter, or press the whole top"),
+            );
+        }
+    }
+    if let (false, false, Some(load)) = (any, poses.is_empty(), &raw.load) {
+        let steps = given(&raw.load).and_then(|load| load.steps.as_ref());
+        log.push(
+            Diagnostic::at(
+                steps.map_or(&load.span, |read| &read.span),
+                "`shift` and `tilt` of the load steps move nothing",
+            )
+            .label("no body is attached to the layer or to the indenter")
+            .help("add `attached = \"layer-top\"` to the body that moves"),
+        );
+    }
+}
+
+/// Whether the top of the layer stays a plane under every load.
+fn is_pressed_flat(raw: &Document) -> bool {
+    match given(&raw.mechanics) {
+        Some(raw::Mechanics::PlaneStrain(own)) => matches!(own.indenter.get(), Some(Either::First(_)) | None),
+        Some(raw::Mechanics::Solid(own)) => matches!(own.indenter.get(), Some(Either::First(_)) | None),
+        Some(raw::Mechanics::ClosedForm(_)) | None => true,
+    }
+}
