@@ -30,7 +30,7 @@ Examples:
 
 Files in the output folder:
   curve.csv        one row for each load step, in SI units
-  capacitance.csv  the capacitances of a case without load
+  capacitance.csv  all capacitances of each step
   curve.svg        C(F) with its bounds, and that of parallel plates
   result.json      all results, with the Maxwell matrices, the plan and the time of each phase
   scene.glb        the bodies for any glTF viewer, the load steps as an animation

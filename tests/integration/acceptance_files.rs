@@ -60,7 +60,9 @@ fn the_in_plane_pair_gives_the_expected_curve_and_every_file() {
         assert_bounded(of, errors[step], wanted, slack, 1e-3, &format!("step {step}"));
     }
     let mut files: Vec<String> =
-        ["curve.csv", "curve.svg", "fields.pvd", "result.json", "scene.glb"].map(Into::into).into();
+        ["capacitance.csv", "curve.csv", "curve.svg", "fields.pvd", "result.json", "scene.glb"]
+            .map(Into::into)
+            .into();
     files.extend((0..6).map(|step| format!("step_{step:03}.vtu")));
     assert_eq!(sandbox.names("out"), files);
     let json = sandbox.json("out/result.json");

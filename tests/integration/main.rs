@@ -11,4 +11,5 @@ mod hostile;
 mod stability;
 mod stopping;
 mod support;
+mod terminals;
 mod threads;

@@ -113,7 +113,7 @@ fn a_run_into_its_own_current_folder_replaces_its_files_and_keeps_the_users() {
     sandbox.elastocap(&["run", name, "-o", "."]).exits_with(0);
     assert!(sandbox.names(".").contains(&"step_001.vtu".to_owned()));
     sandbox.elastocap(&["run", name, "-o", ".", "--no-fields", "--no-scene"]).exits_with(0);
-    assert_eq!(sandbox.names("."), ["curve.csv", "curve.svg", "pair.toml", "result.json"]);
+    assert_eq!(sandbox.names("."), ["capacitance.csv", "curve.csv", "curve.svg", "pair.toml", "result.json"]);
 }
 
 #[test]

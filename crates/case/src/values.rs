@@ -312,7 +312,13 @@ impl<T: FromToml> FromToml for Vec<Read<T>> {
         matches!(value, DeValue::Array(_))
     }
     fn mended(value: &Spanned<DeValue<'_>>, log: &Log<'_>) -> Option<String> {
-        let as_written = || T::accepts(value.get_ref()).then(|| log.text(&value.span()).to_owned());
+        // An array of entries is one already, even where an entry may be an array itself.
+        let is_one = value
+            .get_ref()
+            .as_array()
+            .is_some_and(|items| items.iter().all(|item| T::accepts(item.get_ref())));
+        let as_written =
+            || (!is_one && T::accepts(value.get_ref())).then(|| log.text(&value.span()).to_owned());
         T::mended(value, log).or_else(as_written).map(|entry| format!("[{entry}]"))
     }
     fn from_toml(node: Node<'_>, log: &mut Log<'_>) -> Option<Self> {

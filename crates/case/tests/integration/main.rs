@@ -9,3 +9,4 @@ mod outlines;
 mod recognised;
 mod rules;
 mod schema;
+mod terminals;

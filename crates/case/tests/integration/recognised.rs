@@ -36,7 +36,7 @@ fn outlines_with_right_angles_become_boxes_and_keep_their_names() {
         assert!(case.has_only_boxes() && case.recognised == ["left", "right"], "{:?}", case.recognised);
         let boxes: Vec<_> = case.bodies.iter().map(|body| body.boxes().unwrap().len()).collect();
         assert_eq!(boxes, [2, 2]);
-        assert_eq!(case.driven_conductors(), ["left", "right"]);
+        assert_eq!(case.driven_terminals(), ["left", "right"]);
     }
 }
 

@@ -6,6 +6,7 @@ use elastocap_case::{
     self, Box3, Case, CaseError, Extent, Face, HyperelasticLaw, LayerEnd, LayerSide, Load, Mechanics,
     PunchContact, Role, Shape, ShearLength, SolidIndenter, Stiffness, Wall,
 };
+use elastocap_geometry::scene::Potential;
 
 const LAYERED: &str = r#"
 format = 1

@@ -138,7 +138,7 @@ fn the_outer_surface_may_be_a_conductor_and_permittivity_scales() {
     ];
     let outcome = solved(&accepted(&changes));
     assert_eq!(outcome.conductors, ["cube", "can"]);
-    let pair = outcome.steps[0].two_terminal.unwrap();
+    let pair = outcome.steps[0].measured.unwrap();
     assert_holds(&pair, [3e-3 * CUBE_IN_CUBE; 2]);
     for row in matrix(&outcome) {
         row.iter().for_each(|c| assert_holds(c, [c.value.signum() * 3e-3 * CUBE_IN_CUBE; 2]));
@@ -206,7 +206,7 @@ fn polyhedra_in_place_of_spheres_have_a_capacitance_between_those_of_the_spheres
     let outer = "[[conductor]]\nname = \"outer\"\nphysical = \"outer\"\n[surroundings]";
     let case = parse(&format!("{head}{outer}{tail}")).unwrap();
     let outcome = solved(&case);
-    let found = outcome.steps[0].two_terminal.unwrap();
+    let found = outcome.steps[0].measured.unwrap();
     assert!(found.upper - found.lower <= 2e-2 * found.value, "{found:?}");
     // The flat faces stand for spheres, and that is not known to 2e-2.
     let row = &outcome.steps[0].row;

@@ -38,6 +38,8 @@ fn pair(layout: Layout) -> Case {
         }),
         load: None,
         bodies: vec![],
+        terminals: Vec::new(),
+        measured: None,
         recognised: Vec::new(),
         mesh: None,
         surroundings: Some(Surroundings {

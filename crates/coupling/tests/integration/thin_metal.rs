@@ -31,7 +31,7 @@ fn two_terminal(outcome: &Outcome) -> Bounded {
     assert_eq!(step.row.status, Status::Ok, "{:?}", step.reason);
     let forecast = outcome.plan.unknowns as f64 / step.row.unknowns.unwrap() as f64;
     assert!(forecast > 0.4 && forecast < 2.5, "{} of {}", outcome.plan.unknowns, step.row.unknowns.unwrap());
-    step.two_terminal.unwrap()
+    step.measured.unwrap()
 }
 
 #[test]

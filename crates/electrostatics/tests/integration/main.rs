@@ -15,4 +15,5 @@ mod parts;
 mod random_scenes;
 mod references;
 mod splines;
+mod terminals;
 mod thin_metal;

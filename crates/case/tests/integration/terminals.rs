@@ -1,0 +1,193 @@
+//! Terminals, measurements, unions of boxes and holes: what is accepted, and each slip with its message.
+
+use std::path::Path;
+
+use elastocap_case::{Case, CaseError, Measurement, Shape};
+
+const FOUR: &str = r#"
+format = 1
+[[conductor]]
+name = "a"
+boxes = [
+    { min = ["0 mm", "0 mm", "0 mm"], max = ["1 mm", "1 mm", "1 mm"] },
+    { min = ["1 mm", "0 mm", "0 mm"], max = ["2 mm", "3 mm", "1 mm"] },
+]
+[[conductor]]
+name = "b"
+sheet = { normal = "x3", at = "2 mm", min = ["0 mm", "0 mm"], max = ["1 mm", "1 mm"] }
+[[conductor]]
+name = "c"
+box = { min = ["5 mm", "0 mm", "0 mm"], max = ["6 mm", "1 mm", "1 mm"] }
+[[conductor]]
+name = "free"
+charge = "0 C"
+box = { min = ["8 mm", "0 mm", "0 mm"], max = ["9 mm", "1 mm", "1 mm"] }
+[[terminal]]
+name = "left"
+conductors = ["b", "a"]
+[measure]
+capacitance = ["left", "c"]
+[surroundings]
+boundary = "open"
+"#;
+
+const PLATE: &str = r#"
+format = 1
+[[conductor]]
+name = "plate"
+extrusion = { axis = "x2", from = "0 mm", to = "0 mm", outline = [["-4 mm", "-4 mm"], ["4 mm", "-4 mm"], ["4 mm", "4 mm"], ["-4 mm", "4 mm"]], holes = [[["-2 mm", "-2 mm"], ["2 mm", "-2 mm"], ["2 mm", "2 mm"], ["-2 mm", "2 mm"]]] }
+[surroundings]
+boundary = "open"
+"#;
+
+fn parse(text: &str) -> Result<Case, CaseError> {
+    elastocap_case::parse(text, Path::new("cases/test.toml"))
+}
+
+fn changed(base: &str, changes: &[(&str, &str)]) -> String {
+    changes.iter().fold(base.to_owned(), |text, (from, to)| {
+        assert!(text.contains(from), "{from:?} is not in the file");
+        text.replacen(from, to, 1)
+    })
+}
+
+fn accepted(base: &str, changes: &[(&str, &str)]) -> Case {
+    parse(&changed(base, changes)).unwrap_or_else(|e| panic!("{changes:?}\n{e}"))
+}
+
+/// Exactly one message, pointing at `at`, with these words in what is printed.
+fn refused(base: &str, changes: &[(&str, &str)], at: &str, words: &[&str]) {
+    let text = changed(base, changes);
+    let error = parse(&text).expect_err(&text);
+    let shown = error.render(false);
+    let [diagnostic] = error.diagnostics() else { panic!("one message expected:\n{shown}") };
+    let pointed = &text[diagnostic.span.clone().expect("a place")];
+    assert!(pointed.starts_with(at), "points at {pointed:?}, not {at:?}:\n{shown}");
+    for word in words {
+        assert!(shown.contains(word), "{word:?} is not in:\n{shown}");
+    }
+}
+
+#[test]
+fn rows_are_those_of_terminals_in_the_order_of_their_first_conductors() {
+    let case = accepted(FOUR, &[]);
+    assert_eq!(case.driven_terminals(), ["left", "c"]);
+    assert_eq!(case.measurement(), Measurement::Mutual([0, 1]));
+    assert_eq!(case.bodies[0].parts.len(), 2);
+    let grounded =
+        accepted(FOUR, &[("\"a\"]\n", "\"a\"]\npotential = \"ground\"\n"), ("\"left\", \"c\"", "\"c\"")]);
+    assert_eq!(
+        (grounded.driven_terminals(), grounded.measurement()),
+        (vec!["c".to_owned()], Measurement::Own(0))
+    );
+}
+
+#[test]
+fn without_a_measurement_two_terminals_are_a_pair_and_more_have_a_matrix() {
+    let measure = ("[measure]\ncapacitance = [\"left\", \"c\"]\n", "");
+    assert_eq!(accepted(FOUR, &[measure]).measurement(), Measurement::TwoTerminal([0, 1]));
+    let apart = accepted(FOUR, &[measure, ("[\"b\", \"a\"]", "[\"a\"]")]);
+    assert_eq!((apart.measurement(), apart.driven_terminals()[0].as_str()), (Measurement::Matrix(3), "left"));
+}
+
+#[test]
+fn conductors_of_one_terminal_may_touch_and_others_may_not() {
+    let beside = ("\"5 mm\", \"0 mm\"", "\"2 mm\", \"0 mm\"");
+    refused(FOUR, &[beside], "{ min", &["\"a\" and \"c\" touch", "[[terminal]]"]);
+    let measure = ("[\"left\", \"c\"]", "[\"left\"]");
+    accepted(FOUR, &[beside, ("[\"b\", \"a\"]", "[\"b\", \"a\", \"c\"]"), measure]);
+}
+
+#[test]
+fn each_slip_in_a_terminal_is_told_where_it_is() {
+    refused(FOUR, &[("\"b\", \"a\"", "\"b\", \"aa\"")], "\"aa\"", &["no conductor \"aa\"", "write \"a\""]);
+    refused(FOUR, &[("\"b\", \"a\"", "\"b\", \"free\"")], "\"free\"", &["floats", "charge"]);
+    refused(FOUR, &[("\"b\", \"a\"", "\"b\", \"b\"")], "\"b\"", &["listed twice"]);
+    refused(FOUR, &[("[\"b\", \"a\"]", "[]")], "[]", &["\"left\" has no conductors"]);
+    let second = ("[measure]", "[[terminal]]\nname = \"other\"\nconductors = [\"a\"]\n[measure]");
+    refused(FOUR, &[second], "\"a\"", &["belongs to two terminals", "\"left\""]);
+    let same = ("[measure]", "[[terminal]]\nname = \"left\"\nconductors = [\"c\"]\n[measure]");
+    refused(FOUR, &[same, ("\"left\", \"c\"", "\"left\"")], "\"left\"", &["two terminals have the name"]);
+    let taken = [("name = \"left\"", "name = \"c\""), ("\"left\", \"c\"", "\"c\"")];
+    refused(FOUR, &taken, "\"c\"", &["name of a conductor that does not belong to it"]);
+    refused(FOUR, &[("\"a\"]\n[m", "\"a\"]\npotential = \"gruond\"\n[m")], "\"gruond\"", &["\"ground\""]);
+    let all = [
+        ("\"b\", \"a\"]\n", "\"b\", \"a\", \"c\"]\npotential = \"ground\"\n"),
+        ("[measure]\ncapacitance = [\"left\", \"c\"]\n", ""),
+    ];
+    refused(FOUR, &all, "\"left\"", &["no terminal is driven"]);
+}
+
+#[test]
+fn each_slip_in_a_measurement_is_told_where_it_is() {
+    let of = |names: &'static str| [("[\"left\", \"c\"]", names)];
+    refused(FOUR, &of("[]"), "[]", &["between two terminals, or of one"]);
+    refused(FOUR, &of("[\"left\", \"c\", \"free\"]"), "[", &["3 names"]);
+    refused(FOUR, &of("[\"lefft\"]"), "\"lefft\"", &["no terminal \"lefft\"", "write \"left\""]);
+    refused(FOUR, &of("[\"a\", \"c\"]"), "\"a\"", &["terminal that it belongs to", "write \"left\""]);
+    refused(FOUR, &of("[\"c\", \"free\"]"), "\"free\"", &["floats"]);
+    refused(FOUR, &of("[\"c\", \"c\"]"), "\"c\"", &["against itself"]);
+    let ground = ("\"a\"]\n", "\"a\"]\npotential = \"ground\"\n");
+    refused(FOUR, &[ground], "\"left\"", &["grounded"]);
+}
+
+#[test]
+fn one_wire_alone_in_an_insulated_box_is_refused_unless_something_is_grounded() {
+    let walls = "boundary = \"insulated\"\nwalls = { min = [\"-9 mm\", \"-9 mm\", \"-9 mm\"], max = [\"19 mm\", \"9 mm\", \"9 mm\"] }";
+    let walls = ("boundary = \"open\"", walls);
+    let one = ("[\"b\", \"a\"]", "[\"b\", \"a\", \"c\"]");
+    let measure = ("[\"left\", \"c\"]", "[\"left\"]");
+    refused(FOUR, &[walls, one, measure], "[", &["its capacitance is zero"]);
+    let ground = ("\"a\"]\n", "\"a\"]\npotential = \"ground\"\n");
+    accepted(FOUR, &[walls, ground, ("[\"left\", \"c\"]", "[\"c\"]")]);
+}
+
+#[test]
+fn boxes_are_checked_one_by_one() {
+    refused(
+        FOUR,
+        &[("max = [\"2 mm\", \"3 mm\"", "max = [\"0 mm\", \"3 mm\"")],
+        "\"0 mm\"",
+        &["inside-out along x1"],
+    );
+    let none = FOUR.replace(
+        &FOUR[FOUR.find("boxes").unwrap()..FOUR.find("[[conductor]]\nname = \"b\"").unwrap()],
+        "boxes = []\n",
+    );
+    refused(&none, &[], "[]", &["no box in it"]);
+}
+
+#[test]
+fn a_hole_of_straight_sides_leaves_boxes_and_one_of_curves_leaves_outlines() {
+    let frame = accepted(PLATE, &[]);
+    assert_eq!(
+        (frame.bodies[0].boxes().unwrap().len(), frame.recognised.as_slice()),
+        (4, &["plate".to_owned()][..])
+    );
+    let square =
+        "[[\"-2 mm\", \"-2 mm\"], [\"2 mm\", \"-2 mm\"], [\"2 mm\", \"2 mm\"], [\"-2 mm\", \"2 mm\"]]]";
+    let round = "[{ through = [\"0 mm\", \"-2 mm\"], to = [\"2 mm\", \"0 mm\"] }, { through = [\"0 mm\", \"2 mm\"], to = [\"-2 mm\", \"0 mm\"] }]]";
+    let ring = accepted(PLATE, &[(square, round)]);
+    let arcs = ring.bodies[0].parts.iter().map(|part| match part {
+        Shape::Extrusion { arcs, .. } => arcs.iter().map(|arc| arc.sides.len()).sum::<usize>(),
+        other => panic!("{other:?}"),
+    });
+    assert_eq!(arcs.sum::<usize>(), 128);
+}
+
+#[test]
+fn a_hole_that_is_none_is_refused() {
+    let hole = "[\"-2 mm\", \"-2 mm\"], [\"2 mm\", \"-2 mm\"]";
+    let moved = |to: &'static str| [(hole, to)];
+    let words = ["does not lie inside the outline"];
+    refused(PLATE, &moved("[\"-2 mm\", \"-5 mm\"], [\"2 mm\", \"-5 mm\"]"), "[", &words);
+    refused(PLATE, &moved("[\"-2 mm\", \"-4 mm\"], [\"2 mm\", \"-4 mm\"]"), "[", &words);
+    refused(
+        PLATE,
+        &moved("[\"-2 mm\", \"-2 mm\"], [\"2 mm\", \"2 mm\"]"),
+        "[",
+        &["crosses or touches itself"],
+    );
+    let twice = ("]] }", "], [[\"0 mm\", \"0 mm\"], [\"3 mm\", \"0 mm\"], [\"3 mm\", \"3 mm\"]]] }");
+    refused(PLATE, &[twice], "[", &["two holes touch or overlap"]);
+}

@@ -1,0 +1,131 @@
+//! Terminals and measurements from the case file to the tables.
+
+use crate::support::{Sandbox, Table, acceptance};
+use serde_json::Value;
+
+fn guarded(tolerance: &str, solver: &str) -> String {
+    let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("cases/guarded-plate.toml");
+    let text = std::fs::read_to_string(path).expect("the guarded plate");
+    text.replace("relative_tolerance = 1e-2", &format!("relative_tolerance = {tolerance}\n{solver}"))
+}
+
+/// The file up to its first terminal, and from what comes after its measurement.
+fn without_terminals(text: &str) -> String {
+    let (before, rest) = text.split_once("[[terminal]]").expect("terminals");
+    let (_, after) = rest.split_once("[surroundings]").expect("surroundings");
+    format!("{before}[surroundings]{after}")
+}
+
+fn number(value: &Value) -> f64 {
+    value.as_f64().unwrap_or_else(|| panic!("{value} is not a number"))
+}
+
+/// Value and bounds of one line of capacitance.csv.
+fn entry(table: &Table, quantity: &str, row: &str, column: &str) -> [f64; 3] {
+    let texts = ["quantity", "row", "column"].map(|name| table.texts(name));
+    let of = |k: usize| texts[0][k] == quantity && texts[1][k] == row && texts[2][k] == column;
+    let k = (0..texts[0].len()).find(|k| of(*k)).unwrap_or_else(|| panic!("{quantity} {row} {column}"));
+    ["value_f", "lower_f", "upper_f"].map(|name| table.numbers(name)[k])
+}
+
+fn meet(one: [f64; 3], other: [f64; 3]) -> bool {
+    one[1] <= other[2] && other[1] <= one[2]
+}
+
+#[test]
+fn a_guarded_plate_has_the_mutual_capacitance_of_the_bodies_by_themselves() {
+    let sandbox = Sandbox::new();
+    sandbox.run(&sandbox.case("guarded.toml", &guarded("3e-2", "")), &["--no-fields"]).exits_with(0);
+    let json = sandbox.json("out/result.json");
+    assert_eq!(json["conductors"], serde_json::json!(["sense", "drive"]));
+    assert_eq!(json["measurement"], serde_json::json!({ "kind": "mutual", "terminals": ["drive", "sense"] }));
+    assert_eq!(json["terminals"][2]["potential"], "ground");
+    let measured =
+        ["capacitance_f", "capacitance_lower_f", "capacitance_upper_f"].map(|key| number(&json[key]));
+    assert!(measured[2] - measured[1] <= 3e-2 * measured[0] && json["two_terminal_capacitance_f"].is_null());
+    // Found once to 7e-4: 290.19 fF.
+    assert!(measured[1] < 290.19e-15 && 290.19e-15 < measured[2], "{measured:?}");
+    let table = sandbox.table("out/capacitance.csv");
+    assert_eq!(entry(&table, "mutual", "sense", "drive"), measured);
+    assert_eq!(table.texts("step"), ["0"; 5]);
+
+    let apart = without_terminals(&guarded("1e-1", ""));
+    sandbox.run(&sandbox.case("apart.toml", &apart), &["--no-fields"]).exits_with(0);
+    let apart = sandbox.table("out/capacitance.csv");
+    for (row, column) in [("sense", "sense"), ("sense", "drive"), ("drive", "drive")] {
+        let [joined, own] = [&table, &apart].map(|table| entry(table, "maxwell", row, column));
+        assert!(meet(joined, own), "{row} {column}: {joined:?} {own:?}");
+    }
+
+    let on_tetrahedra = guarded("3e-1", "solver = \"tetrahedra\"");
+    sandbox.run(&sandbox.case("tetrahedra.toml", &on_tetrahedra), &["--no-fields"]).exits_with(0);
+    let found = entry(&sandbox.table("out/capacitance.csv"), "mutual", "sense", "drive");
+    assert!(meet(found, measured), "{found:?} {measured:?}");
+}
+
+#[test]
+fn check_says_what_is_joined_and_what_is_measured() {
+    let sandbox = Sandbox::new();
+    let case = sandbox.case("guarded.toml", &guarded("3e-1", ""));
+    let said = sandbox.elastocap(&["check", case.to_str().expect("UTF-8")]).exits_with(0).stdout;
+    assert!(said.contains("`quiet`: `guard` and `shield` on one wire, at potential zero"), "{said}");
+    assert!(said.contains("the mutual capacitance of `drive` and `sense`"), "{said}");
+}
+
+/// The pair of the paper at two loads, with a plate above and what else is given.
+fn with_plate(further: &str) -> String {
+    let text = std::fs::read_to_string(acceptance("in-plane-pair.toml")).expect("the acceptance files");
+    let text = text.replace("[0.0, 0.05, 0.1, 0.2, 0.3, 0.4]", "[0.0, 0.1]").replace("1e-3", "3e-2");
+    format!(
+        "{text}\n[[conductor]]\nname = \"plate\"\n\
+         box = {{ min = [\"-1 mm\", \"600 um\", \"-1 mm\"], max = [\"1 mm\", \"700 um\", \"1 mm\"] }}\n{further}"
+    )
+}
+
+#[test]
+fn an_electrode_on_one_wire_with_a_plate_is_the_sum_of_both_at_every_load() {
+    let sandbox = Sandbox::new();
+    sandbox.run(&sandbox.case("apart.toml", &with_plate("")), &["--no-fields"]).exits_with(0);
+    let apart = sandbox.json("out/result.json");
+    let wired = "[[terminal]]\nname = \"right\"\nconductors = [\"electrode-right\", \"plate\"]\n\
+                 [measure]\ncapacitance = [\"right\", \"electrode-left\"]\n";
+    sandbox.run(&sandbox.case("wired.toml", &with_plate(wired)), &["--no-fields"]).exits_with(0);
+    let joined = sandbox.json("out/result.json");
+    assert_eq!(joined["conductors"], serde_json::json!(["electrode-left", "right"]));
+    for step in 0..2 {
+        let of = |key: &str| &apart["steps"][step][key];
+        let mutual = |key: &str, k: usize| -number(&of(key)[0][k]);
+        let [most, least] =
+            ["maxwell_matrix_lower_f", "maxwell_matrix_upper_f"].map(|key| mutual(key, 1) + mutual(key, 2));
+        let found = &joined["steps"][step];
+        let [lower, upper] = ["capacitance_lower_f", "capacitance_upper_f"].map(|key| number(&found[key]));
+        assert!(lower <= most && least <= upper, "step {step}: [{lower:e}, {upper:e}] [{least:e}, {most:e}]");
+        assert_eq!(found["status"], "ok");
+    }
+    let table = sandbox.table("out/capacitance.csv");
+    // Four entries and one mutual capacitance for each load.
+    assert_eq!(table.texts("step"), ["0", "0", "0", "0", "0", "1", "1", "1", "1", "1"]);
+    assert_eq!(sandbox.table("out/curve.csv").texts("two_terminal_capacitance_f"), ["", ""]);
+}
+
+#[test]
+fn a_curve_of_three_terminals_shows_their_first_mutual_capacitance() {
+    let sandbox = Sandbox::new();
+    let text = with_plate(
+        "[[conductor]]\nname = \"second\"\n\
+         box = { min = [\"-1 mm\", \"800 um\", \"-1 mm\"], max = [\"1 mm\", \"900 um\", \"1 mm\"] }\n\
+         [[conductor]]\nname = \"third\"\n\
+         box = { min = [\"-1 mm\", \"1000 um\", \"-1 mm\"], max = [\"1 mm\", \"1050 um\", \"1 mm\"] }\n",
+    );
+    let (before, rest) = text.split_once("[electrodes.in_plane_pair]").expect("electrodes");
+    let (_, after) = rest.split_once("[mechanics").expect("mechanics");
+    sandbox
+        .run(&sandbox.case("three.toml", &format!("{before}[mechanics{after}")), &["--no-fields"])
+        .exits_with(0);
+    let json = sandbox.json("out/result.json");
+    assert_eq!(json["measurement"]["kind"], "matrix");
+    let curve = sandbox.table("out/curve.csv").numbers("capacitance_f");
+    for (step, shown) in curve.into_iter().enumerate() {
+        assert_eq!(shown, -number(&json["steps"][step]["maxwell_matrix_f"][0][1]));
+    }
+}
