@@ -2,10 +2,12 @@
 
 use crate::SolveError;
 use crate::boxes::grid_search;
+use crate::boxes::mapped::map::SceneMap;
 use crate::boxes::one_grid::GridProblem;
 use crate::consistency::contradiction;
 use crate::solution::{Settings, Solution};
 use elastocap_geometry::scene::Scene;
+use std::sync::Arc;
 use std::time::Instant;
 
 /// Solves for the Maxwell capacitance matrix of a scene of boxes and sheets, with bounds. Where the tolerance cannot be reached,
@@ -16,8 +18,28 @@ use std::time::Instant;
 /// # Errors
 /// A body that is neither a box nor a sheet, a grid whose matrices cannot be factorised, a request to stop.
 pub fn solve(scene: &Scene, settings: &Settings) -> Result<Solution, SolveError> {
+    solve_under(scene, None, settings)
+}
+
+/// Solves for the Maxwell capacitance matrix of the bodies that a map makes of a scene of boxes and sheets, as [`solve`] does of the
+/// boxes. The map must take every wall of the scene to itself.
+///
+/// The integrals of the tensor that the map makes of the permittivity are by Gauss's rule; by how much a finer rule differs is in the
+/// bounds. The field is that at the points of the boxes before the map.
+///
+/// # Errors
+/// As for [`solve`]; a map that turns space inside out.
+pub fn solve_mapped(scene: &Scene, map: &Arc<SceneMap>, settings: &Settings) -> Result<Solution, SolveError> {
+    solve_under(scene, Some(map), settings)
+}
+
+fn solve_under(
+    scene: &Scene,
+    map: Option<&Arc<SceneMap>>,
+    settings: &Settings,
+) -> Result<Solution, SolveError> {
     let begin = Instant::now();
-    let problem = GridProblem::new(scene, settings)?;
+    let problem = GridProblem::new(scene, map, settings)?;
     let setup = begin.elapsed().as_secs_f64();
     let found = match settings.resolution {
         Some(level) => grid_search::fixed(&problem, level)?,
