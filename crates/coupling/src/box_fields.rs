@@ -1,7 +1,9 @@
 //! A scene of boxes for the box solver: straight ones, or boxes inside and around electrodes that are bent.
 
-use elastocap_electrostatics::{Bounded, Settings, Solution, solve};
+use elastocap_electrostatics::{Bounded, Settings, Solution, SolveError, solve, solve_mapped};
+use elastocap_geometry::scene::Scene;
 
+use crate::bent_in_space::BentScene;
 use crate::failure::Stop;
 use crate::scene::{DeformedScene, Enclosing, SceneError};
 use crate::terminals::pair_among;
@@ -12,6 +14,23 @@ pub(crate) const MATRIX_ONLY: &str =
 
 /// The solution, and the two-terminal capacitance.
 pub fn field_of(deformed: &DeformedScene, asked_for: &Settings) -> Result<(Solution, Option<Bounded>), Stop> {
+    field_under(deformed, asked_for, solve)
+}
+
+/// The same for the boxes of a scene under the map that bends them.
+pub(crate) fn mapped(
+    deformed: &DeformedScene,
+    bent: &BentScene,
+    asked_for: &Settings,
+) -> Result<(Solution, Option<Bounded>), Stop> {
+    field_under(deformed, asked_for, |_, settings| solve_mapped(&bent.scene, &bent.map, settings))
+}
+
+fn field_under(
+    deformed: &DeformedScene,
+    asked_for: &Settings,
+    solve: impl Fn(&Scene, &Settings) -> Result<Solution, SolveError>,
+) -> Result<(Solution, Option<Bounded>), Stop> {
     let mut settings = asked_for.clone();
     let mut tries = 3;
     loop {

@@ -12,7 +12,8 @@ use elastocap_geometry::export::body::BodyMesh;
 use elastocap_geometry::scene::Scene;
 use elastocap_mechanics::ForceLimit;
 
-use crate::box_fields::{MATRIX_ONLY, between, enclosing, field_of};
+use crate::bent_in_space::bent_in_space;
+use crate::box_fields::{MATRIX_ONLY, between, enclosing, field_of, mapped};
 use crate::deform::{Deformation, FiniteElementStep, ForceCheck, Prepared};
 use crate::failure::{StepFailure, Stop};
 use crate::finished::FinishedStep;
@@ -41,6 +42,10 @@ pub enum StepField {
 enum Fields {
     /// Solved as boxes.
     Boxes(Box<(Solution, Option<Bounded>)>),
+    /// Solved as boxes under a map; `deviation` is the estimated relative error that the map leaves.
+    Mapped { found: Box<(Solution, Option<Bounded>)>, deviation: f64 },
+    /// Solved as boxes inside and around bent electrodes, for want of a map.
+    Enclosed(Box<(Solution, Option<Bounded>)>),
     /// Yet to be solved as outlines or other shapes.
     Shapes(LayerScene),
 }
@@ -173,8 +178,16 @@ impl Solver<'_> {
         let bending = Bending::found(deformed, state.as_ref());
         let taken = route(Bodies::of(&deformed.scene), bending, asked(self.case))?;
         result.route = Some(taken);
-        let (mut solution, two_terminal) = match self.fields(taken, deformed, state.as_ref())? {
+        let (mut solution, two_terminal) = match self.fields(taken, step.index, deformed, state.as_ref())? {
             Fields::Boxes(found) => *found,
+            Fields::Mapped { found, deviation } => {
+                self.note_deviation(&mut result.row, deviation, &mut shortfalls);
+                *found
+            }
+            Fields::Enclosed(found) => {
+                result.route = Some(Route::EnclosingBoxes);
+                *found
+            }
             Fields::Shapes(layer) => {
                 let window = window(&[&*deformed]);
                 let pair = deformed.pair_among_others();
@@ -240,6 +253,7 @@ impl Solver<'_> {
             // These want boxes, or a layer that bends electrodes.
             Route::Boxes
             | Route::EnclosingBoxes
+            | Route::MappedBoxes
             | Route::EnclosingBoxesThenOutlines
             | Route::Outlines
             | Route::OutlinesOnTetrahedra => return Err(RouteError::BoxesOnly.into()),
@@ -288,6 +302,7 @@ impl Solver<'_> {
     fn fields(
         &self,
         taken: Route,
+        index: usize,
         deformed: &DeformedScene,
         state: Option<&Deformation<'_>>,
     ) -> Result<Fields, Stop> {
@@ -297,6 +312,7 @@ impl Solver<'_> {
             Route::EnclosingBoxes => {
                 Ok(Fields::Boxes(Box::new(between(deformed, enclosing(deformed)?, &settings)?)))
             }
+            Route::MappedBoxes => self.under_map(index, deformed, state),
             Route::EnclosingBoxesThenOutlines => {
                 // Boxes inside and around are solved in no time.
                 let found = between(deformed, enclosing(deformed)?, &settings)?;
@@ -308,6 +324,43 @@ impl Solver<'_> {
             }
             Route::Outlines | Route::OutlinesOnTetrahedra => self.outlines(deformed, state),
             Route::Extruded | Route::Tetrahedra => Ok(Fields::Shapes(LayerScene::of_boxes(deformed))),
+        }
+    }
+
+    /// Boxes under the map that bends them; boxes inside and around the electrodes where there is no such map.
+    fn under_map(
+        &self,
+        index: usize,
+        deformed: &DeformedScene,
+        state: Option<&Deformation<'_>>,
+    ) -> Result<Fields, Stop> {
+        let settings = self.settings.boxes();
+        let bent = match (state, self.layer.probe(index)) {
+            (Some(Deformation::FiniteElement(layer)), Some(probe)) => {
+                bent_in_space(self.case, deformed, layer, &probe)
+            }
+            _ => None,
+        };
+        if let Some(bent) = bent {
+            match mapped(deformed, &bent, &settings) {
+                Ok(found) => return Ok(Fields::Mapped { found: Box::new(found), deviation: bent.deviation }),
+                Err(Stop::Failed(failure)) if *failure == StepFailure::Field(SolveError::InsideOut) => {}
+                Err(stop) => return Err(stop),
+            }
+        }
+        Ok(Fields::Enclosed(Box::new(between(deformed, enclosing(deformed)?, &settings)?)))
+    }
+
+    /// Notes how far the bodies of a field are from those of the layer's finite elements.
+    fn note_deviation(&self, row: &mut Row, deviation: f64, shortfalls: &mut Shortfalls) {
+        row.geometry_error_estimate = Some(deviation);
+        let asked = self.settings.relative_tolerance;
+        if deviation > asked {
+            let reason = format!(
+                "the polynomials that bend electrodes and layer leave a relative error of about {deviation:.0e} (an estimate), where \
+                 {asked:.0e} was asked for"
+            );
+            shortfalls.add(Missed::Geometry, reason);
         }
     }
 

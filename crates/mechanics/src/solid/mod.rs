@@ -71,6 +71,7 @@ pub mod model;
 pub mod newton;
 pub mod obstacle;
 pub mod press;
+pub mod probe;
 mod rounded_corner;
 pub mod shear_length;
 pub mod side;
