@@ -11,7 +11,9 @@ use std::sync::Arc;
 
 use elastocap_case::{Case, Electrodes, Layout, Mechanics};
 use elastocap_electrostatics::{MapAxis, SceneMap};
-use elastocap_geometry::scene::{Box3, Purpose, Scene};
+use elastocap_geometry::export::gltf::BodyRole;
+use elastocap_geometry::export::surfaces::{Corners, SurfaceBody};
+use elastocap_geometry::scene::{Body, Box3, Purpose, Scene};
 use elastocap_geometry::shapes::Shape;
 use elastocap_mechanics::solid::dimension::Space;
 use elastocap_mechanics::solid::probe::Probe;
@@ -40,6 +42,48 @@ pub(crate) struct BentScene {
     /// How far faces of electrodes and the surface lie from where the finite elements put them, over the distances that matter: an
     /// estimate of the relative error of capacitances.
     pub(crate) deviation: f64,
+}
+
+/// Sides into which the edges of boxes are divided for a viewer.
+const SHOWN: usize = 16;
+
+impl BentScene {
+    /// The bent bodies for a viewer, cut off at the `window`; without the cover, which is everywhere else.
+    pub(crate) fn surfaces(&self, window: &Box3) -> Vec<SurfaceBody> {
+        let conductors = self.scene.conductors().map(|c| c.body);
+        let shown = conductors.chain(self.scene.dielectrics().map(|d| d.body));
+        let surface = |body: &Body| {
+            let regions = body.boxes().unwrap_or_default();
+            let triangles = regions.iter().flat_map(|region| self.surface(region, window)).collect();
+            SurfaceBody { name: body.name.clone(), role: BodyRole::from(body), triangles }
+        };
+        shown.filter(|body| body.purpose != Purpose::Cover).map(surface).collect()
+    }
+
+    /// The faces of a box under the map, seen from outside.
+    fn surface(&self, region: &Box3, window: &Box3) -> Vec<Corners> {
+        let places = [0, 1, 2].map(|a| {
+            let ends = [region.min[a].max(window.min[a]), region.max[a].min(window.max[a])];
+            (0..=SHOWN).map(|i| ends[0] + (ends[1] - ends[0]) * i as f64 / SHOWN as f64).collect::<Vec<f64>>()
+        });
+        let mut out = Vec::new();
+        for axis in 0..3 {
+            for at in [places[axis][0], places[axis][SHOWN]] {
+                let mut own = places.clone();
+                own[axis] = vec![at];
+                let points = self.map.images(&own);
+                // The other two axes, in the order of the array.
+                let point = |s: usize, t: usize| points[s * (SHOWN + 1) + t];
+                // Around x1 and x3 the two follow right-handed, around x2 left-handed.
+                let outward = (at == places[axis][SHOWN]) == (axis != 1);
+                for (s, t) in (0..SHOWN).flat_map(|s| (0..SHOWN).map(move |t| (s, t))) {
+                    let [a, b, c, d] = [point(s, t), point(s + 1, t), point(s + 1, t + 1), point(s, t + 1)];
+                    out.extend(if outward { [[a, b, c], [a, c, d]] } else { [[a, c, b], [a, d, c]] });
+                }
+            }
+        }
+        out
+    }
 }
 
 /// The bent scene of a layer with electrodes; `None` where there are other bodies in its way.

@@ -9,6 +9,7 @@ use elastocap_electrostatics::{
     solve_extruded,
 };
 use elastocap_geometry::export::body::BodyMesh;
+use elastocap_geometry::export::surfaces::SurfaceBody;
 use elastocap_geometry::scene::Scene;
 use elastocap_mechanics::ForceLimit;
 
@@ -42,8 +43,14 @@ pub enum StepField {
 enum Fields {
     /// Solved as boxes.
     Boxes(Box<(Solution, Option<Bounded>)>),
-    /// Solved as boxes under a map; `deviation` is the estimated relative error that the map leaves.
-    Mapped { found: Box<(Solution, Option<Bounded>)>, deviation: f64 },
+    /// Solved as boxes under a map.
+    Mapped {
+        found: Box<(Solution, Option<Bounded>)>,
+        /// The estimated relative error that the map leaves.
+        deviation: f64,
+        /// The bent bodies for a viewer.
+        surfaces: Vec<SurfaceBody>,
+    },
     /// Solved as boxes inside and around bent electrodes, for want of a map.
     Enclosed(Box<(Solution, Option<Bounded>)>),
     /// Yet to be solved as outlines or other shapes.
@@ -180,7 +187,8 @@ impl Solver<'_> {
         result.route = Some(taken);
         let (mut solution, two_terminal) = match self.fields(taken, step.index, deformed, state.as_ref())? {
             Fields::Boxes(found) => *found,
-            Fields::Mapped { found, deviation } => {
+            Fields::Mapped { found, deviation, surfaces } => {
+                result.surfaces = surfaces;
                 self.note_deviation(&mut result.row, deviation, &mut shortfalls);
                 *found
             }
@@ -343,7 +351,11 @@ impl Solver<'_> {
         };
         if let Some(bent) = bent {
             match mapped(deformed, &bent, &settings) {
-                Ok(found) => return Ok(Fields::Mapped { found: Box::new(found), deviation: bent.deviation }),
+                Ok(found) => {
+                    let surfaces = bent.surfaces(&window(&[deformed]));
+                    let found = Box::new(found);
+                    return Ok(Fields::Mapped { found, deviation: bent.deviation, surfaces });
+                }
                 Err(Stop::Failed(failure)) if *failure == StepFailure::Field(SolveError::InsideOut) => {}
                 Err(stop) => return Err(stop),
             }

@@ -84,7 +84,11 @@ impl<'a> GridProblem<'a> {
     pub(crate) fn memory_of(&self, dims: Dims) -> u64 {
         let dims = [0, 1, 2].map(|a| if self.reflected[a] { 2 * dims[a] } else { dims[a] });
         let right_hand_sides = self.parts.iter().map(|p| p.potentials.len()).max().unwrap_or(0);
-        memory(dims, self.layout.conductors.len().max(right_hand_sides), self.settings.bounds)
+        // A map has tensors, gradients and fluxes at the points of the finer rule.
+        let points = dims.iter().map(|n| 2 * *n as u64).product::<u64>();
+        let under_map = self.layout.map.as_ref().map_or(0, |_| points.saturating_mul(100));
+        let boxes = memory(dims, self.layout.conductors.len().max(right_hand_sides), self.settings.bounds);
+        boxes.saturating_add(under_map)
     }
 
     /// Unknowns of the largest part on a grid, primal plus dual.

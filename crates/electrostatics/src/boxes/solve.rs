@@ -25,7 +25,7 @@ pub fn solve(scene: &Scene, settings: &Settings) -> Result<Solution, SolveError>
 /// boxes. The map must take every wall of the scene to itself.
 ///
 /// The integrals of the tensor that the map makes of the permittivity are by Gauss's rule; by how much a finer rule differs is in the
-/// bounds. The field is that at the points of the boxes before the map.
+/// bounds.
 ///
 /// # Errors
 /// As for [`solve`]; a map that turns space inside out.
@@ -48,7 +48,13 @@ fn solve_under(
     // Nobody waits for the field of a solve that was broken off. One that was complete when the request came keeps its field: its
     // step counts as solved.
     let wanted = settings.field && (found.shortfall.is_none() || !problem.cancelled());
-    let field = wanted.then(|| found.outcome.field(scene, &problem));
+    let field = wanted.then(|| {
+        let straight = found.outcome.field(scene, &problem);
+        match map {
+            Some(map) => map.bend(straight),
+            None => straight,
+        }
+    });
     let all = found.outcome.all.clone();
     let mut solution = found.outcome.finish(&problem, &found.grid, found.shortfall);
     solution.grids = found.grids;

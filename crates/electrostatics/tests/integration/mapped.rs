@@ -2,7 +2,9 @@
 
 use std::sync::Arc;
 
-use elastocap_electrostatics::{MapAxis, SceneMap, Settings, Solution, solve, solve_mapped};
+use elastocap_electrostatics::{
+    MapAxis, SceneMap, Settings, Solution, SolveError, solve, solve_extruded, solve_mapped,
+};
 use elastocap_geometry::scene::{Body, Box3, Scene, Wall};
 use elastocap_geometry::shapes::Shape;
 
@@ -134,4 +136,121 @@ fn a_pressed_layer_is_the_layer_of_the_thickness_that_is_left() {
     let settings = settings(1e-3);
     let mapped = solve_mapped(&plates(), &Arc::new(map), &settings).unwrap();
     agree(&mapped, &solve(&pressed, &settings).unwrap(), 1e-3);
+}
+
+/// A map in the plane of x1 and x2 alone, which bends both plates and the surface of the layer.
+fn bent_in_the_plane() -> SceneMap {
+    let axes = [
+        axis(&[0.0, 0.2, 0.7, 1.0], 4, true),
+        axis(&[0.0, 0.3, 0.5, 1.0, 1.6], 4, false),
+        axis(&[0.0, 1.2], 1, true),
+    ];
+    SceneMap::new(axes, |[x, y, _]| [0.3 * x * (1.0 - x) * y, 0.4 * y * (1.6 - y) * (x * x - 0.4), 0.0])
+}
+
+/// The bodies of `plates` under such a map as outlines pulled along x3, with `pieces` sides in place of each of the boxes'.
+fn outlines(map: &SceneMap, pieces: usize) -> Scene {
+    let mut scene = plates();
+    for body in &mut scene.bodies {
+        let whole = !body.is_conductor();
+        for part in &mut body.parts {
+            let Shape::Box(region) = part.clone() else { continue };
+            let ([x0, y0, from], [x1, y1, to]) = (region.min, region.max);
+            let corners = [[x0, y0], [x1, y0], [x1, y1], [x0, y1]];
+            let mut outline = Vec::new();
+            for (n, [x, y]) in corners.into_iter().enumerate() {
+                let [u, v] = corners[(n + 1) % 4];
+                // Walls and the bottom are straight.
+                let count = if whole && n != 2 {
+                    1
+                } else if n % 2 == 1 {
+                    2
+                } else {
+                    pieces
+                };
+                outline.extend((0..count).map(|i| {
+                    let s = i as f64 / count as f64;
+                    let [x, y, _] = map.image([x + s * (u - x), y + s * (v - y), 0.0]);
+                    [x, y]
+                }));
+            }
+            *part = Shape::Extrusion { axis: 2, from, to, outline, arcs: Vec::new() };
+        }
+    }
+    scene
+}
+
+#[test]
+fn plates_bent_in_the_plane_have_the_capacitance_of_their_outlines() {
+    let map = bent_in_the_plane();
+    let mapped = solve_mapped(&plates(), &Arc::new(map.clone()), &settings(1e-3)).unwrap();
+    let straight = solve(&plates(), &settings(1e-3)).unwrap().two_terminal.unwrap();
+    let of_outlines = |pieces: usize| {
+        solve_extruded(&outlines(&map, pieces), &settings(1e-3)).unwrap().solution.two_terminal.unwrap()
+    };
+    let (coarse, fine) = (of_outlines(6), of_outlines(12));
+    let found = mapped.two_terminal.unwrap();
+    println!("{straight:?} {found:?} {coarse:?} {fine:?} {:?}", mapped.seconds);
+    assert!(mapped.reached && (found.value / straight.value - 1.0).abs() > 0.05);
+    // Chords in place of curves: their error falls with the square of their number.
+    let chords = (fine.value - coarse.value).abs() / 3.0 + 3e-4 * fine.value;
+    assert!(found.lower < fine.upper + chords && fine.lower < found.upper + chords);
+}
+
+#[test]
+fn bounds_close_in_on_a_bend_from_both_sides_and_the_field_is_that_of_the_bent_scene() {
+    let map = Arc::new(bent_in_the_plane());
+    let of = |tolerance: f64| {
+        let settings = Settings { field: true, ..settings(tolerance) };
+        solve_mapped(&plates(), &map, &settings).unwrap()
+    };
+    let found: Vec<Solution> = [3e-2, 3e-3, 3e-4].map(of).into();
+    for pair in found.windows(2) {
+        let [loose, tight] = [0, 1].map(|n| pair[n].two_terminal.unwrap());
+        println!("{loose:?} {tight:?}");
+        assert!(loose.lower <= tight.lower && tight.upper <= loose.upper, "{loose:?} {tight:?}");
+    }
+    let field = found[2].field.as_ref().unwrap();
+    let points = field.points.as_ref().unwrap();
+    let [nx, ny, nz] = field.nodes.each_ref().map(Vec::len);
+    let at = |i: usize, j: usize, k: usize| (i * ny + j) * nz + k;
+    let (mut off, mut all) = (0.0, 0.0);
+    for (i, j, k) in
+        (0..nx - 1).flat_map(|i| (0..ny - 1).flat_map(move |j| (0..nz - 1).map(move |k| (i, j, k))))
+    {
+        let image = map.image([field.nodes[0][i], field.nodes[1][j], field.nodes[2][k]]);
+        let point = points[at(i, j, k)];
+        assert!((0..3).all(|a| (image[a] - point[a]).abs() < 1e-12), "{image:?} {point:?}");
+        // Above the plates, where the map shears most, away from edges.
+        let [x, y, z] = [field.nodes[0][i], field.nodes[1][j], field.nodes[2][k]];
+        if !(0.25..0.6).contains(&x) || !(0.6..0.9).contains(&y) || z.abs() > 0.4 {
+            continue;
+        }
+        // The fall of the potential along the edges of a cell that lie side by side, against the field in its middle.
+        let e = field.electric_field[(i * (ny - 1) + j) * (nz - 1) + k];
+        for axis in 0..3 {
+            let (mut fall, mut path) = (0.0, [0.0; 3]);
+            for (s, t) in [(0, 0), (0, 1), (1, 0), (1, 1)] {
+                let start = [[i, j + s, k + t], [i + s, j, k + t], [i + s, j + t, k]][axis];
+                let mut end = start;
+                end[axis] += 1;
+                let [from, to] = [start, end].map(|[i, j, k]| at(i, j, k));
+                fall -= 0.25 * (field.potential[to] - field.potential[from]);
+                (0..3).for_each(|n| path[n] += 0.25 * (points[to][n] - points[from][n]));
+            }
+            let expected: f64 = (0..3).map(|n| e[n] * path[n]).sum();
+            all += fall * fall;
+            off += (fall - expected).powi(2);
+        }
+    }
+    println!("{}", (off / all).sqrt());
+    assert!(off < 0.03_f64.powi(2) * all, "{}", (off / all).sqrt());
+}
+
+#[test]
+fn a_map_that_turns_space_inside_out_is_refused() {
+    let axes = [axis(&[0.0, 1.0], 1, true), axis(&[0.0, 1.0, 1.6], 1, false), axis(&[0.0, 1.2], 1, true)];
+    let map = SceneMap::new(axes, |[_, y, _]| [0.0, if y == 1.0 { -1.2 } else { 0.0 }, 0.0]);
+    let found = solve_mapped(&plates(), &Arc::new(map), &settings(1e-2));
+    assert_eq!(found.unwrap_err(), SolveError::InsideOut);
 }

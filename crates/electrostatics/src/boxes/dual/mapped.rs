@@ -18,7 +18,7 @@ use crate::SolveError;
 use crate::boxes::domain::Domain;
 use crate::boxes::energy::{Energies, stop_if_asked};
 use crate::boxes::mapped::gradients::{EXTRA, FINER, Gradients, add_with_error};
-use crate::boxes::mapped::metric::{Metric, product};
+use crate::boxes::mapped::metric::{Metric, Of, product};
 use crate::boxes::mapped::points::{AxisPoints, Evaluation};
 use elastocap_fem::line::Numbering;
 use elastocap_fem::mixed::FluxEnd;
@@ -61,7 +61,8 @@ pub(crate) fn lower(
         let flux = dual.projected(whole, &target);
         found.push(dual.without_divergence(flux, share, cancel)?);
     }
-    let (coarser, finer) = (Metric::new(whole, EXTRA)?, Metric::new(whole, FINER)?);
+    let (coarser, finer) =
+        (Metric::new(whole, EXTRA, Of::Resistance)?, Metric::new(whole, FINER, Of::Resistance)?);
     let largest = finer.as_ref().map_or(1.0, |metric| metric.largest);
     let n = potentials.len();
     let mut energy = dual.energies_of(&found);
@@ -388,7 +389,7 @@ impl Dual {
         let at_points: Vec<[Vec<f64>; 3]> =
             found.iter().map(|one| [0, 1, 2].map(|a| self.at_points(domain, a, metric, &one.flux))).collect();
         let n = found.len();
-        Mat::from_fn(n, n, |i, j| product(&metric.resistance, &at_points[i], &at_points[j]))
+        Mat::from_fn(n, n, |i, j| product(&metric.tensors, &at_points[i], &at_points[j]))
     }
 
     /// A component of a flux at the points of a metric.

@@ -1,6 +1,6 @@
 //! The part of the primal operator that the map adds: the integral of grad v (K - eps) grad u by Gauss points, factor by factor.
 
-use super::metric::{Metric, product, times};
+use super::metric::{Metric, Of, product, times};
 use super::points::{AxisPoints, Evaluation};
 use crate::SolveError;
 use crate::boxes::domain::Domain;
@@ -10,7 +10,7 @@ use rayon::prelude::*;
 
 /// Points on each element beyond its degree: in products with the operator, and for energies.
 pub(crate) const EXTRA: usize = 2;
-pub(crate) const FINER: usize = 5;
+pub(crate) const FINER: usize = 3;
 
 /// Gradients at the points of a [`Metric`].
 #[derive(Debug)]
@@ -24,7 +24,7 @@ pub(crate) struct Gradients {
 impl Gradients {
     /// `None` where the map changes nothing.
     pub(crate) fn new(domain: &Domain, extra: usize) -> Result<Option<Self>, SolveError> {
-        let Some(metric) = Metric::new(domain, extra)? else { return Ok(None) };
+        let Some(metric) = Metric::new(domain, extra, Of::Permittivity)? else { return Ok(None) };
         let window = [0, 1, 2].map(|a| metric.points[a].window(&domain.axes[a]));
         let both = [0, 1, 2].map(|a| metric.points[a].functions(&domain.axes[a], &window[a]));
         let values = both.each_ref().map(|[value, _]| Evaluation::new(value));
@@ -90,14 +90,11 @@ impl Gradients {
     /// The flux K grad u times the weight, without its part eps grad u.
     pub(crate) fn added_flux(&self, x: &[f64], dims: Dims) -> [Vec<f64>; 3] {
         let [mut f0, mut f1, mut f2] = self.of(x, dims);
-        f0.par_iter_mut()
-            .zip(&mut f1)
-            .zip(&mut f2)
-            .zip(&self.metric.permittivity)
-            .with_min_len(4096)
-            .for_each(|(((a, b), c), k)| {
+        f0.par_iter_mut().zip(&mut f1).zip(&mut f2).zip(&self.metric.tensors).with_min_len(4096).for_each(
+            |(((a, b), c), k)| {
                 [*a, *b, *c] = times(k, [*a, *b, *c]);
-            });
+            },
+        );
         [f0, f1, f2]
     }
 
@@ -109,7 +106,7 @@ impl Gradients {
             let own = self.of(&potentials[i], dims);
             for j in 0..=i {
                 let other = if i == j { own.clone() } else { self.of(&potentials[j], dims) };
-                out[(i, j)] = product(&self.metric.permittivity, &own, &other);
+                out[(i, j)] = product(&self.metric.tensors, &own, &other);
                 out[(j, i)] = out[(i, j)];
             }
         }

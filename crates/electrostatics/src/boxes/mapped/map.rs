@@ -3,6 +3,8 @@
 //! The displacement is a continuous polynomial of some degree on each cell of a coarse grid, given by its values at Chebyshev
 //! points, and zero beyond the grid.
 
+use super::metric::adjugate;
+use crate::solution::Field;
 use elastocap_fem::tensor::SparseRows;
 use faer::Mat;
 
@@ -92,11 +94,22 @@ impl SceneMap {
 
     /// Where a point (m) goes, m.
     pub fn image(&self, point: [f64; 3]) -> [f64; 3] {
-        if !(0..3).all(|a| self.axes[a].reaches(point[a])) {
-            return point;
+        self.images(&point.map(|x| vec![x])).first().copied().unwrap_or(point)
+    }
+
+    /// Where the tensor product of places (m) goes, m, `[i][j][k]`.
+    pub fn images(&self, places: &[Vec<f64>; 3]) -> Vec<[f64; 3]> {
+        let [x, y, z] = places;
+        let mut points = Vec::with_capacity(x.len() * y.len() * z.len());
+        for x in x {
+            points.extend(y.iter().flat_map(|y| z.iter().map(|z| [*x, *y, *z])));
         }
-        let places = point.map(|x| vec![x]);
-        [0, 1, 2].map(|c| point[c] + self.component(c, None, &places).first().copied().unwrap_or(0.0))
+        let (within, numbers) = self.within(places);
+        let displacement = [0, 1, 2].map(|c| self.component(c, None, &within));
+        for (n, index) in numbers.into_iter().enumerate() {
+            (0..3).for_each(|c| points[index][c] += displacement[c][n]);
+        }
+        points
     }
 
     /// Gradients F of the map, `F[row][column]` = change of component `row` along axis `column`, at the tensor product of places (m)
@@ -111,6 +124,35 @@ impl SceneMap {
             }
         }
         out
+    }
+
+    /// A field that is sampled on the boxes, in the bent scene: its points move, and E = F^-T times that of the boxes.
+    pub(crate) fn bend(&self, mut field: Field) -> Field {
+        let middles = field.nodes.each_ref().map(|x| x.windows(2).map(|w| 0.5 * (w[0] + w[1])).collect());
+        let (within, cells) = self.within(&middles);
+        for (f, index) in self.gradients(&within).iter().zip(cells) {
+            let (adjugate, volume) = adjugate(f);
+            if let Some(e) = field.electric_field.get_mut(index).filter(|_| volume > 0.0) {
+                let own = *e;
+                *e = [0, 1, 2].map(|r| (0..3).map(|k| adjugate[k][r] * own[k]).sum::<f64>() / volume);
+            }
+        }
+        field.points = Some(self.images(&field.nodes));
+        field
+    }
+
+    /// The places on each axis that the grid reaches, and the numbers of the points of their tensor product among those of all.
+    fn within(&self, places: &[Vec<f64>; 3]) -> ([Vec<f64>; 3], Vec<usize>) {
+        let own = [0, 1, 2].map(|a| -> Vec<usize> {
+            (0..places[a].len()).filter(|i| self.axes[a].reaches(places[a][*i])).collect()
+        });
+        let mut numbers = Vec::new();
+        for i in &own[0] {
+            for j in &own[1] {
+                numbers.extend(own[2].iter().map(|k| (i * places[1].len() + j) * places[2].len() + k));
+            }
+        }
+        ([0, 1, 2].map(|a| own[a].iter().map(|i| places[a][*i]).collect()), numbers)
     }
 
     /// A component of the displacement, or its slope along an axis, at the tensor product of places.

@@ -10,15 +10,22 @@ use std::ops::Range;
 /// A symmetric tensor: 00, 11, 22, 01, 02, 12.
 pub(crate) type Symmetric = [f64; 6];
 
+/// What a [`Metric`] holds.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Of {
+    /// K - eps, for potentials.
+    Permittivity,
+    /// K^-1 - 1 / eps, for fluxes.
+    Resistance,
+}
+
 /// Weighted tensors at Gauss points where the map is not the identity.
 #[derive(Debug)]
 pub(crate) struct Metric {
     pub(crate) points: [AxisPoints; 3],
-    /// Weight times (K - eps) at each point `[i][j][k]`; zero in conductors.
-    pub(crate) permittivity: Vec<Symmetric>,
-    /// Weight times (K^-1 - 1 / eps).
-    pub(crate) resistance: Vec<Symmetric>,
-    /// The largest of eps K^-1 in any direction, at least 1.
+    /// Weight times the tensor at each point `[i][j][k]`; zero in conductors.
+    pub(crate) tensors: Vec<Symmetric>,
+    /// At least the largest of eps K^-1 at any of the points in any direction, and at least 1.
     pub(crate) largest: f64,
 }
 
@@ -27,48 +34,64 @@ impl Metric {
     ///
     /// # Errors
     /// A map that turns space inside out.
-    pub(crate) fn new(domain: &Domain, extra: usize) -> Result<Option<Self>, SolveError> {
+    pub(crate) fn new(domain: &Domain, extra: usize, of: Of) -> Result<Option<Self>, SolveError> {
         let Some(map) = &domain.map else { return Ok(None) };
         let points = [0, 1, 2].map(|a| {
             let axis = &domain.axes[a];
             AxisPoints::new(axis, bent(axis, |x| map.reaches(a, x)), extra)
         });
-        let dims = points.each_ref().map(AxisPoints::len);
-        if dims.contains(&0) {
+        let [n0, n1, n2] = points.each_ref().map(AxisPoints::len);
+        if n0 * n1 * n2 == 0 {
             return Ok(None);
         }
-        let gradients = map.gradients(&points.each_ref().map(|p| p.places.clone()));
-        let held = held(domain);
-        let tensors = |index: usize, f: &[[f64; 3]; 3]| -> Option<(Symmetric, Symmetric, f64)> {
-            let at = [index / (dims[1] * dims[2]), index / dims[2] % dims[1], index % dims[2]];
-            let cell = [0, 1, 2].map(|a| points[a].interval[at[a]]);
-            let cells = domain.cells();
-            if held[(cell[0] * cells[1] + cell[1]) * cells[2] + cell[2]] {
-                return Some(([0.0; 6], [0.0; 6], 1.0));
+        let (cells, held) = (domain.cells(), held(domain));
+        let mut tensors = vec![[0.0; 6]; n0 * n1 * n2];
+        // Slab by slab, so that gradients of the map never take more memory than the tensors.
+        let slab = |(i, tensors): (usize, &mut [Symmetric])| -> Option<f64> {
+            let [_, y, z] = points.each_ref().map(|p| p.places.clone());
+            let gradients = map.gradients(&[vec![points[0].places[i]], y, z]);
+            let mut largest: f64 = 1.0;
+            for (index, (tensor, f)) in tensors.iter_mut().zip(&gradients).enumerate() {
+                let at = [i, index / n2, index % n2];
+                let cell = [0, 1, 2].map(|a| points[a].interval[at[a]]);
+                if held[(cell[0] * cells[1] + cell[1]) * cells[2] + cell[2]] {
+                    continue;
+                }
+                let weight: f64 = (0..3).map(|a| points[a].weights[at[a]]).product();
+                let (own, stretch) = tensor_of(f, of)?;
+                let eps = domain.permittivity_of(cell);
+                let scale = match of {
+                    Of::Permittivity => weight * eps,
+                    Of::Resistance => weight / eps,
+                };
+                *tensor = own.map(|t| scale * t);
+                largest = largest.max(stretch);
             }
-            let weight: f64 = (0..3).map(|a| points[a].weights[at[a]]).product();
-            let eps = domain.permittivity_of(cell);
-            let (adjugate, volume) = adjugate(f);
-            if volume.is_nan() || volume <= 0.0 {
-                return None;
-            }
-            let row = |m: &[[f64; 3]; 3], r: usize, s: usize| (0..3).map(|k| m[r][k] * m[s][k]).sum::<f64>();
-            let column = |r: usize, s: usize| (0..3).map(|k| f[k][r] * f[k][s]).sum::<f64>();
-            let places = [(0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)];
-            let own = |(r, s): (usize, usize)| if r == s { 1.0 } else { 0.0 };
-            let k = places.map(|p| weight * eps * (row(&adjugate, p.0, p.1) / volume - own(p)));
-            let inverse = places.map(|p| weight / eps * (column(p.0, p.1) / volume - own(p)));
-            // The trace is no less than the largest eigenvalue.
-            let largest = (0..3).map(|r| column(r, r)).sum::<f64>() / volume;
-            Some((k, inverse, largest))
+            Some(largest)
         };
-        let found: Option<Vec<_>> =
-            gradients.par_iter().enumerate().map(|(index, f)| tensors(index, f)).collect();
-        let found = found.ok_or(SolveError::InsideOut)?;
-        let largest = found.iter().map(|(.., largest)| *largest).fold(1.0, f64::max);
-        let (permittivity, resistance) = found.into_iter().map(|(k, inverse, _)| (k, inverse)).unzip();
-        Ok(Some(Self { points, permittivity, resistance, largest }))
+        let largest: Option<Vec<f64>> = tensors.par_chunks_mut(n1 * n2).enumerate().map(slab).collect();
+        let largest = largest.ok_or(SolveError::InsideOut)?.into_iter().fold(1.0, f64::max);
+        Ok(Some(Self { points, tensors, largest }))
     }
+}
+
+/// The tensor for unit permittivity, less the identity, of a map with gradient `f`; and the trace of K^-1, which is no less than its
+/// largest eigenvalue. `None` if the map turns space inside out.
+fn tensor_of(f: &[[f64; 3]; 3], of: Of) -> Option<(Symmetric, f64)> {
+    let (adjugate, volume) = adjugate(f);
+    if volume.is_nan() || volume <= 0.0 {
+        return None;
+    }
+    let rows = |r: usize, s: usize| (0..3).map(|k| adjugate[r][k] * adjugate[s][k]).sum::<f64>() / volume;
+    let columns = |r: usize, s: usize| (0..3).map(|k| f[k][r] * f[k][s]).sum::<f64>() / volume;
+    let tensor = [(0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)].map(|(r, s)| {
+        let one = if r == s { 1.0 } else { 0.0 };
+        match of {
+            Of::Permittivity => rows(r, s) - one,
+            Of::Resistance => columns(r, s) - one,
+        }
+    });
+    Some((tensor, (0..3).map(|r| columns(r, r)).sum()))
 }
 
 /// The finite elements of an axis whose middles fulfil a condition, from the first to the last of them.
@@ -98,8 +121,8 @@ fn held(domain: &Domain) -> Vec<bool> {
     out
 }
 
-/// J F^-1 and J.
-fn adjugate(f: &[[f64; 3]; 3]) -> ([[f64; 3]; 3], f64) {
+/// J F^-1 and J, of F given by rows.
+pub(super) fn adjugate(f: &[[f64; 3]; 3]) -> ([[f64; 3]; 3], f64) {
     let minor = |r: usize, c: usize| {
         let ([r0, r1], [c0, c1]) = ([(r + 1) % 3, (r + 2) % 3], [(c + 1) % 3, (c + 2) % 3]);
         f[r0][c0] * f[r1][c1] - f[r0][c1] * f[r1][c0]
