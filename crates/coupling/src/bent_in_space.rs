@@ -3,8 +3,9 @@
 //!
 //! Every point of the boxes of the layer is given a material point: electrodes have the points of their own faces, the surface that of
 //! the surface. It goes where the finite elements put this. Towards walls the points slide along the layer instead: they keep their
-//! place along x1 and x3, at the height of the layer there. Above the layer the displacement falls to zero up to the wall, or over
-//! [`DECAY`] thicknesses; the substrate stays. Any map with these properties gives the same scene, and the polynomials of the solver's
+//! place along x1 and x3, at the height of the layer there. In open space the layer goes on at the height that its surface has, on
+//! average, where the map ends. Above the layer the displacement falls to zero up to the wall, or over [`DECAY`] thicknesses; so it does
+//! below, where points slide along the substrate. Any map with these properties gives the same scene, and the polynomials of the solver's
 //! map may differ from the finite elements between electrodes. How far they differ on faces is part of the geometric error.
 
 use std::sync::Arc;
@@ -13,7 +14,7 @@ use elastocap_case::{Case, Electrodes, Layout, Mechanics};
 use elastocap_electrostatics::{MapAxis, SceneMap};
 use elastocap_geometry::export::gltf::BodyRole;
 use elastocap_geometry::export::surfaces::{Corners, SurfaceBody};
-use elastocap_geometry::scene::{Body, Box3, Purpose, Scene};
+use elastocap_geometry::scene::{Body, Box3, Purpose, Scene, Wall};
 use elastocap_geometry::shapes::Shape;
 use elastocap_mechanics::solid::dimension::Space;
 use elastocap_mechanics::solid::probe::Probe;
@@ -152,8 +153,11 @@ struct Frame {
     /// Planes of each axis before loading and in the frame: `[material, frame]`, ascending. The last of the first and the third axis
     /// is where the map ends.
     planes: [Vec<[f64; 2]>; 3],
-    /// Where the map ends above the layer; `None` where the surface of the layer is a wall.
+    /// Where the map ends below and above the layer; `None` where a face of the layer is a wall.
+    below: Option<f64>,
     above: Option<f64>,
+    /// Whether the layer goes on beyond the map.
+    is_open: bool,
     /// The last plane of an electrode on each axis, in the frame.
     last: [f64; 3],
     /// The electrodes of the quarter that is solved, before loading.
@@ -191,20 +195,6 @@ impl Frame {
             }
         }
         let last = [0, 1, 2].map(|a| planes[a].last().map_or(0.0, |p| p[1]));
-        // Height of the surface above the electrodes, on average: there the map has least to stretch.
-        let top = |s: f64, t: f64| {
-            let x = [
-                planes[0].last().map_or(0.0, |p| p[0] * s),
-                material.pad[1],
-                planes[2].last().map_or(0.0, |p| p[0] * t),
-            ];
-            material.position(x)[1]
-        };
-        let places = [0.1, 0.3, 0.5, 0.7, 0.9];
-        let surface = places.iter().flat_map(|s| places.map(|t| top(*s, t))).sum::<f64>() / 25.0;
-        planes[1].retain(|p| p[0] > tiny && p[0] < material.pad[1] - tiny);
-        planes[1].insert(0, [0.0, 0.0]);
-        planes[1].push([material.pad[1], surface]);
         let domain = &deformed.scene.domain;
         for axis in [0, 2] {
             let [before, after] = *planes[axis].last()?;
@@ -213,6 +203,13 @@ impl Frame {
             planes[axis].insert(0, [0.0, 0.0]);
             planes[axis].push([before + end - after, end]);
         }
+        let is_open = [0, 2].iter().any(|&a| deformed.scene.walls[a][1] == Wall::Open);
+        let surface = surface(&planes, is_open, material);
+        planes[1].retain(|p| p[0] > tiny && p[0] < material.pad[1] - tiny);
+        planes[1].insert(0, [0.0, 0.0]);
+        planes[1].push([material.pad[1], surface]);
+        let depth = if domain.min[1].is_finite() { domain.min[1] } else { -DECAY * material.pad[1] };
+        let below = (depth < -tiny).then_some(depth);
         let is_wall = domain.max[1] <= step.deformed_thickness + tiny;
         let reach = surface + DECAY * material.pad[1];
         let above = (!is_wall).then(|| if domain.max[1].is_finite() { domain.max[1] } else { reach });
@@ -226,7 +223,9 @@ impl Frame {
         };
         (planes.iter().all(|p| ascending(p)) && room).then_some(Self {
             planes,
+            below,
             above,
+            is_open,
             last,
             electrodes: solved,
             layout,
@@ -296,6 +295,10 @@ impl Frame {
             across.push(above);
             degrees.push(1);
         }
+        if let Some(below) = self.below {
+            across.insert(0, below);
+            degrees.insert(0, 1);
+        }
         let horizontal = |a: usize| {
             let breaks = breaks(a);
             let mut degrees = vec![ALONG; breaks.len() - 1];
@@ -310,11 +313,16 @@ impl Frame {
     /// Where a point of the frame (in the quarter that is solved) goes.
     fn image(&self, x: [f64; 3], material: &Material<'_>) -> [f64; 3] {
         let surface = self.planes[1].last().map_or(0.0, |p| p[1]);
-        if let (true, Some(above)) = (x[1] > surface, self.above) {
-            let rest = ((above - x[1]) / (above - surface)).clamp(0.0, 1.0);
-            let on_surface = [x[0], surface, x[2]];
-            let to = self.image(on_surface, material);
-            return [0, 1, 2].map(|a| x[a] + rest * (to[a] - on_surface[a]));
+        let beyond = match (self.below, self.above) {
+            (Some(below), _) if x[1] < 0.0 => Some((0.0, below)),
+            (_, Some(above)) if x[1] > surface => Some((surface, above)),
+            _ => None,
+        };
+        if let Some((face, end)) = beyond {
+            let rest = ((end - x[1]) / (end - face)).clamp(0.0, 1.0);
+            let on_face = [x[0], face, x[2]];
+            let to = self.image(on_face, material);
+            return [0, 1, 2].map(|a| x[a] + rest * (to[a] - on_face[a]));
         }
         let y = [0, 1, 2].map(|a| between(&self.planes[a], x[a], 1, 0));
         let to = material.position(y);
@@ -327,7 +335,9 @@ impl Frame {
             return to;
         }
         let place = [x[0] + share * (to[0] - x[0]), x[2] + share * (to[2] - x[2])];
-        [place[0], material.height_at(y, place), place[1]]
+        let height = material.height_at(y, place);
+        let up = if self.is_open { x[1] + share * (height - x[1]) } else { height };
+        [place[0], up, place[1]]
     }
 
     /// See [`BentScene::deviation`].
@@ -365,6 +375,21 @@ impl Frame {
         // The surface matters by its distance from the electrodes.
         worst.max(root_mean_square(&points) / (surface - self.last[1]).max(gap))
     }
+}
+
+/// The height of the surface in the frame, m, given the `planes` along x1 and x3.
+fn surface(planes: &[Vec<[f64; 2]>; 3], is_open: bool, material: &Material<'_>) -> f64 {
+    const PLACES: [f64; 5] = [0.1, 0.3, 0.5, 0.7, 0.9];
+    let end = |a: usize, from_end: usize| planes[a].iter().rev().nth(from_end).map_or(0.0, |p| p[0]);
+    let top = |x1: f64, x3: f64| material.position([x1, material.pad[1], x3])[1];
+    if is_open {
+        // What lies beyond the map begins at its ends.
+        let edges = PLACES.map(|s| top(end(0, 0), s * end(2, 0)) + top(s * end(0, 0), end(2, 0)));
+        return edges.iter().sum::<f64>() / 10.0;
+    }
+    // Above the electrodes the map then has least to stretch.
+    let above = PLACES.iter().flat_map(|s| PLACES.map(|t| top(s * end(0, 1), t * end(2, 1))));
+    above.sum::<f64>() / 25.0
 }
 
 /// Linear between planes, from coordinate `from` of these to coordinate `to`; beyond the last as between the last two.

@@ -356,7 +356,7 @@ impl Solver<'_> {
                     let found = Box::new(found);
                     return Ok(Fields::Mapped { found, deviation: bent.deviation, surfaces });
                 }
-                Err(Stop::Failed(failure)) if *failure == StepFailure::Field(SolveError::InsideOut) => {}
+                Err(Stop::Failed(failure)) if no_map(&failure) => {}
                 Err(stop) => return Err(stop),
             }
         }
@@ -530,6 +530,11 @@ fn floating_of(scene: &Scene, potentials: Vec<FloatingPotential>) -> Vec<Floatin
         })
     });
     named.collect()
+}
+
+/// Whether a solve failed because the map that bends its boxes is none.
+fn no_map(failure: &StepFailure) -> bool {
+    matches!(failure, StepFailure::Field(SolveError::InsideOut | SolveError::TornMap))
 }
 
 /// What is said where a solver has nothing more to say.

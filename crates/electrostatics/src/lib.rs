@@ -159,6 +159,9 @@ pub enum SolveError {
     /// A map that bends a scene of boxes turns a part of space inside out.
     #[error("the map that bends the scene turns a part of space inside out")]
     InsideOut,
+    /// A map that bends a scene of boxes moves points where it ends, away from the walls of the scene.
+    #[error("the map that bends the scene is not continuous where it ends")]
+    TornMap,
     /// Stopped on request: the caller has set the cancel flag of the settings.
     #[error("stopped on request")]
     Cancelled,

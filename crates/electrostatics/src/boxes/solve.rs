@@ -22,13 +22,13 @@ pub fn solve(scene: &Scene, settings: &Settings) -> Result<Solution, SolveError>
 }
 
 /// Solves for the Maxwell capacitance matrix of the bodies that a map makes of a scene of boxes and sheets, as [`solve`] does of the
-/// boxes. The map must take every wall of the scene to itself.
+/// boxes. The walls of the scene go where the map takes them.
 ///
 /// The integrals of the tensor that the map makes of the permittivity are by Gauss's rule; by how much a finer rule differs is in the
 /// bounds.
 ///
 /// # Errors
-/// As for [`solve`]; a map that turns space inside out.
+/// As for [`solve`]; a map that turns space inside out, or moves points where it ends in the scene.
 pub fn solve_mapped(scene: &Scene, map: &Arc<SceneMap>, settings: &Settings) -> Result<Solution, SolveError> {
     solve_under(scene, Some(map), settings)
 }
@@ -39,6 +39,9 @@ fn solve_under(
     settings: &Settings,
 ) -> Result<Solution, SolveError> {
     let begin = Instant::now();
+    if map.is_some_and(|map| !map.is_continuous(scene)) {
+        return Err(SolveError::TornMap);
+    }
     let problem = GridProblem::new(scene, map, settings)?;
     let setup = begin.elapsed().as_secs_f64();
     let found = match settings.resolution {

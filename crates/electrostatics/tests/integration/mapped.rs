@@ -210,11 +210,11 @@ fn bounds_close_in_on_a_bend_from_both_sides_and_the_field_is_that_of_the_bent_s
         println!("{loose:?} {tight:?}");
         assert!(loose.lower <= tight.lower && tight.upper <= loose.upper, "{loose:?} {tight:?}");
     }
-    let field = found[2].field.as_ref().unwrap();
+    let field = found[1].field.as_ref().unwrap();
     let points = field.points.as_ref().unwrap();
     let [nx, ny, nz] = field.nodes.each_ref().map(Vec::len);
     let at = |i: usize, j: usize, k: usize| (i * ny + j) * nz + k;
-    let (mut off, mut all) = (0.0, 0.0);
+    let (mut off, mut all, mut count) = (0.0, 0.0, 0);
     for (i, j, k) in
         (0..nx - 1).flat_map(|i| (0..ny - 1).flat_map(move |j| (0..nz - 1).map(move |k| (i, j, k))))
     {
@@ -223,7 +223,7 @@ fn bounds_close_in_on_a_bend_from_both_sides_and_the_field_is_that_of_the_bent_s
         assert!((0..3).all(|a| (image[a] - point[a]).abs() < 1e-12), "{image:?} {point:?}");
         // Above the plates, where the map shears most, away from edges.
         let [x, y, z] = [field.nodes[0][i], field.nodes[1][j], field.nodes[2][k]];
-        if !(0.25..0.6).contains(&x) || !(0.6..0.9).contains(&y) || z.abs() > 0.4 {
+        if !(0.2..0.7).contains(&x) || !(0.55..1.0).contains(&y) || z.abs() > 0.5 {
             continue;
         }
         // The fall of the potential along the edges of a cell that lie side by side, against the field in its middle.
@@ -241,10 +241,11 @@ fn bounds_close_in_on_a_bend_from_both_sides_and_the_field_is_that_of_the_bent_s
             let expected: f64 = (0..3).map(|n| e[n] * path[n]).sum();
             all += fall * fall;
             off += (fall - expected).powi(2);
+            count += 1;
         }
     }
-    println!("{}", (off / all).sqrt());
-    assert!(off < 0.03_f64.powi(2) * all, "{}", (off / all).sqrt());
+    println!("{} of {count}", (off / all).sqrt());
+    assert!(count > 20 && off < 0.05_f64.powi(2) * all, "{}", (off / all).sqrt());
 }
 
 #[test]
@@ -253,4 +254,51 @@ fn a_map_that_turns_space_inside_out_is_refused() {
     let map = SceneMap::new(axes, |[_, y, _]| [0.0, if y == 1.0 { -1.2 } else { 0.0 }, 0.0]);
     let found = solve_mapped(&plates(), &Arc::new(map), &settings(1e-2));
     assert_eq!(found.unwrap_err(), SolveError::InsideOut);
+}
+
+#[test]
+fn a_map_that_moves_points_where_it_ends_inside_the_scene_is_refused() {
+    let torn = [axis(&[0.0, 0.9], 1, true), axis(&[0.0, 1.6], 2, false), axis(&[0.0, 1.2], 1, true)];
+    let map = SceneMap::new(torn, |[_, y, _]| [0.0, 0.1 * y * (1.6 - y), 0.0]);
+    let found = solve_mapped(&plates(), &Arc::new(map), &settings(1e-2));
+    assert_eq!(found.unwrap_err(), SolveError::TornMap);
+}
+
+#[test]
+fn in_open_space_a_bend_between_bodies_changes_nothing_and_mirrors_may_be_left_out() {
+    // Two plates above a substrate, all open; the map bends the space between them and the substrate, and leaves all faces.
+    let plate = |y: f64| Shape::Box(Box3 { min: [-0.5, y, -0.4], max: [0.5, y + 0.1, 0.4] });
+    let mut slab = Box3::SPACE;
+    slab.max[1] = 0.0;
+    let scene = Scene {
+        bodies: vec![
+            Body::conductor("lower", plate(0.1)),
+            Body::conductor("upper", plate(0.5)),
+            Body::dielectric("substrate", Shape::Box(slab), 3.0),
+        ],
+        background_permittivity: 1.0,
+        domain: Box3::SPACE,
+        walls: [[Wall::Open; 2]; 3],
+    };
+    let axes = [
+        axis(&[0.0, 0.5, 0.9], 4, true),
+        axis(&[-0.4, 0.0, 0.1, 0.2, 0.5, 0.6, 1.0], 4, false),
+        axis(&[0.0, 0.4, 0.8], 4, true),
+    ];
+    let bump = |x: f64, lo: f64, hi: f64| {
+        if lo < x && x < hi { 4.0 * (x - lo) * (hi - x) / (hi - lo).powi(2) } else { 0.0 }
+    };
+    let map = Arc::new(SceneMap::new(axes, move |[x, y, z]| {
+        let between = bump(y, 0.2, 0.5) * bump(x, -0.9, 0.9) * bump(z, -0.8, 0.8);
+        let below = bump(y, -0.4, 0.0) * bump(x, -0.9, 0.9) * bump(z, -0.8, 0.8);
+        [0.1 * x * between, 0.06 * between - 0.08 * below, -0.1 * z * below]
+    }));
+    let straight = solve(&scene, &settings(1e-3)).unwrap();
+    let mapped = solve_mapped(&scene, &map, &settings(3e-3)).unwrap();
+    agree(&mapped, &straight, 3e-3);
+    let [half, whole] = [true, false].map(|symmetry| {
+        let settings = Settings { symmetry, ..settings(1e-1) };
+        solve_mapped(&scene, &map, &settings).unwrap().two_terminal.unwrap()
+    });
+    assert!((half.upper / whole.upper - 1.0).abs() < 1e-6 && (half.lower / whole.lower - 1.0).abs() < 1e-4);
 }

@@ -6,7 +6,11 @@
 use super::metric::adjugate;
 use crate::solution::Field;
 use elastocap_fem::tensor::SparseRows;
+use elastocap_geometry::scene::{Scene, Wall};
 use faer::Mat;
+
+/// Lengths that differ by less than this share of the grid's size are the same.
+const SAME: f64 = 1e-9;
 
 /// One axis of the grid of a [`SceneMap`].
 #[derive(Debug, Clone, PartialEq)]
@@ -110,6 +114,32 @@ impl SceneMap {
             (0..3).for_each(|c| points[index][c] += displacement[c][n]);
         }
         points
+    }
+
+    /// Whether the map is continuous in a scene: where its grid ends, a wall of the scene lies or nothing moves.
+    pub(crate) fn is_continuous(&self, scene: &Scene) -> bool {
+        let counts = self.axes.each_ref().map(|axis| axis.degrees.iter().sum::<usize>() + 1);
+        let strides = [counts[1] * counts[2], counts[2], 1];
+        let size = self.axes.iter().flat_map(|axis| &axis.breaks).fold(0.0_f64, |m, x| m.max(x.abs()));
+        (0..3).flat_map(|a| [(a, 0), (a, 1)]).all(|(a, side)| {
+            let axis = &self.axes[a];
+            let (end, wall) = match side {
+                0 => (axis.breaks.first(), scene.domain.min[a]),
+                _ => (axis.breaks.last(), scene.domain.max[a]),
+            };
+            let at_mirror = axis.mirrored && side == 0;
+            let at_wall =
+                scene.walls[a][side] != Wall::Open && end.is_some_and(|x| (x - wall).abs() < SAME * size);
+            if at_wall && !at_mirror {
+                return true;
+            }
+            let face = if side == 0 { 0 } else { counts[a] - 1 };
+            let rests = |u: &Vec<f64>| {
+                u.iter().enumerate().all(|(n, u)| n / strides[a] % counts[a] != face || u.abs() < SAME * size)
+            };
+            // At a mirror plane points may slide along it.
+            (0..3).all(|c| (at_mirror && c != a) || rests(&self.displacement[c]))
+        })
     }
 
     /// Gradients F of the map, `F[row][column]` = change of component `row` along axis `column`, at the tensor product of places (m)
