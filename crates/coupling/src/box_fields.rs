@@ -1,9 +1,15 @@
 //! A scene of boxes for the box solver: straight ones, or boxes inside and around electrodes that are bent.
 
-use elastocap_electrostatics::{Bounded, Settings, Solution, Target, solve};
+use elastocap_electrostatics::{Bounded, Settings, Solution, Target, solve, solve_mapped};
 
+use crate::bent_in_space::BentScene;
 use crate::failure::Stop;
 use crate::scene::{DeformedScene, Enclosing, SceneError};
+
+/// The boxes of a scene under the map that bends them.
+pub(crate) fn mapped(bent: &BentScene, settings: &Settings) -> Result<Solution, Stop> {
+    Ok(solve_mapped(&bent.scene, &bent.map, settings)?)
+}
 
 /// The boxes inside and around the bent electrodes of a scene.
 pub(crate) fn enclosing(deformed: &DeformedScene) -> Result<Enclosing, SceneError> {

@@ -11,13 +11,14 @@
 //! - [`scene`]: the bodies of a step; [`view`]: what of them a viewer is shown.
 //! - [`route`]: which field solver takes a scene, the only place that decides it.
 //! - [`failure`]: why a step has no result.
-//! - [`box_fields`]: a scene for the box solver.
+//! - `bent_in_space`: boxes and the map that bends them in three dimensions; [`box_fields`]: a scene for the box solver.
 //! - `layer_outlines`, `faceting_error`, `tetrahedra`: a scene for the solver on tetrahedra, meshed and solved.
 //! - [`plan`]: what is solved, what is left out and why, what it will take.
 //! - [`outcome`]: what a run found, and in `status` how its steps went.
 //! - [`finished`]: a step as it is written down for a run that goes on from there.
 //! - [`step`]: one load step; [`run`](mod@run): all of them.
 
+mod bent_in_space;
 pub mod box_fields;
 pub mod deform;
 mod faceting_error;

@@ -13,10 +13,11 @@
 //! | others             | in the plane                                     | -                 | [`Route::OutlinesOnTetrahedra`]    |
 //! | any                | in the plane                                     | tetrahedra        | [`Route::OutlinesOnTetrahedra`]    |
 //! | two electrodes     | in the plane                                     | boxes             | [`Route::EnclosingBoxes`]          |
-//! | two electrodes     | in space                                         | -, boxes          | [`Route::EnclosingBoxes`]          |
+//! | two electrodes     | in space                                         | -, boxes          | [`Route::MappedBoxes`]             |
 //!
 //! *Outlines* are bodies that are outlines pulled along one axis.
-//! Where the solver for them fails though nobody asked for it, the scene goes to tetrahedra after all.
+//! Where the solver for them fails though nobody asked for it, the scene goes to tetrahedra after all. Where no map bends the boxes,
+//! [`Route::MappedBoxes`] becomes [`Route::EnclosingBoxes`].
 //!
 //! Everything else has no solver: see [`RouteError`].
 
@@ -39,6 +40,8 @@ pub enum Route {
     Boxes,
     /// By the box solver, twice: boxes inside and boxes around the bent electrodes bound their capacitance.
     EnclosingBoxes,
+    /// By the box solver, under a map that bends its boxes as the load bends electrodes and layer in three dimensions.
+    MappedBoxes,
     /// As [`Route::EnclosingBoxes`]; where these bounds are too far apart, as [`Route::Outlines`].
     EnclosingBoxesThenOutlines,
     /// By the solver for extruded scenes: every body is an outline pulled along one axis.
@@ -56,7 +59,7 @@ impl Route {
     /// Whether another solver than that for boxes may be needed, which takes all threads and all memory for itself.
     pub fn may_need_more_than_boxes(self) -> bool {
         match self {
-            Self::Boxes | Self::EnclosingBoxes => false,
+            Self::Boxes | Self::EnclosingBoxes | Self::MappedBoxes => false,
             Self::EnclosingBoxesThenOutlines
             | Self::Extruded
             | Self::Outlines
@@ -77,6 +80,7 @@ impl fmt::Display for Route {
         f.write_str(match self {
             Self::Boxes => "the box solver",
             Self::EnclosingBoxes => "the box solver, with boxes inside and around the bent electrodes",
+            Self::MappedBoxes => "the box solver, under a map that bends its boxes as the load bends the electrodes",
             Self::EnclosingBoxesThenOutlines => {
                 "the box solver, with boxes inside and around the bent electrodes, and their outlines by the extruded solver where \
                  these boxes do not bound the capacitance as closely as asked"
@@ -257,7 +261,8 @@ fn by_boxes(bodies: Bodies, bending: Bending) -> Result<Route, RouteError> {
     match (bodies, bending) {
         (Bodies::Outlines { .. } | Bodies::AnyShape, _) => Err(RouteError::BoxesOnly),
         (Bodies::Boxes { .. }, Bending::Straight) => Ok(Route::Boxes),
-        (Bodies::Boxes { conductors: 0..=2, .. }, _) => Ok(Route::EnclosingBoxes),
+        (Bodies::Boxes { conductors: 0..=2, .. }, Bending::InSpace) => Ok(Route::MappedBoxes),
+        (Bodies::Boxes { conductors: 0..=2, .. }, Bending::InPlane(_)) => Ok(Route::EnclosingBoxes),
         (Bodies::Boxes { .. }, _) => Err(RouteError::BentAmongOthers),
     }
 }
@@ -341,9 +346,9 @@ mod tests {
     }
 
     #[test]
-    fn electrodes_bent_in_space_have_enclosing_boxes_or_nothing() {
+    fn electrodes_bent_in_space_have_mapped_boxes_or_nothing() {
         for asked in [None, BOXES] {
-            assert_eq!(route(PAIR, Bending::InSpace, asked), Ok(Route::EnclosingBoxes));
+            assert_eq!(route(PAIR, Bending::InSpace, asked), Ok(Route::MappedBoxes));
             assert_eq!(route(THREE, Bending::InSpace, asked), Err(RouteError::BentAmongOthers));
         }
         for asked in [EXTRUDED, TETRAHEDRA] {

@@ -219,6 +219,7 @@ fn deform_step(
     match taken {
         Route::Boxes => {}
         Route::EnclosingBoxes
+        | Route::MappedBoxes
         | Route::EnclosingBoxesThenOutlines
         | Route::Extruded
         | Route::Outlines

@@ -9,10 +9,12 @@ use elastocap_electrostatics::{
     solve_extruded,
 };
 use elastocap_geometry::export::body::BodyMesh;
+use elastocap_geometry::export::surfaces::SurfaceBody;
 use elastocap_geometry::scene::Scene;
 use elastocap_mechanics::ForceLimit;
 
-use crate::box_fields::{between, enclosing};
+use crate::bent_in_space::bent_in_space;
+use crate::box_fields::{between, enclosing, mapped};
 use crate::deform::{Deformation, FiniteElementStep, ForceCheck, Prepared};
 use crate::failure::{StepFailure, Stop};
 use crate::finished::FinishedStep;
@@ -41,6 +43,16 @@ pub enum StepField {
 enum Fields {
     /// Solved as boxes.
     Boxes(Box<Solution>),
+    /// Solved as boxes under a map.
+    Mapped {
+        found: Box<Solution>,
+        /// The estimated relative error that the map leaves.
+        deviation: f64,
+        /// The bent bodies for a viewer.
+        surfaces: Vec<SurfaceBody>,
+    },
+    /// Solved as boxes inside and around bent electrodes, for want of a map.
+    Enclosed(Box<Solution>),
     /// Yet to be solved as outlines or other shapes.
     Shapes(LayerScene),
 }
@@ -171,8 +183,17 @@ impl Solver<'_> {
         let bending = Bending::found(deformed, state.as_ref());
         let taken = route(Bodies::of(&deformed.scene), bending, asked(self.case))?;
         result.route = Some(taken);
-        let mut solution = match self.fields(taken, deformed, state.as_ref())? {
+        let mut solution = match self.fields(taken, step.index, deformed, state.as_ref())? {
             Fields::Boxes(found) => *found,
+            Fields::Mapped { found, deviation, surfaces } => {
+                result.surfaces = surfaces;
+                self.note_deviation(&mut result.row, deviation, &mut shortfalls);
+                *found
+            }
+            Fields::Enclosed(found) => {
+                result.route = Some(Route::EnclosingBoxes);
+                *found
+            }
             Fields::Shapes(layer) => {
                 let window = window(&[&*deformed]);
                 let shaped = Shaped { scene: &layer.scene, facets: layer.facets };
@@ -237,6 +258,7 @@ impl Solver<'_> {
             // These want boxes, or a layer that bends electrodes.
             Route::Boxes
             | Route::EnclosingBoxes
+            | Route::MappedBoxes
             | Route::EnclosingBoxesThenOutlines
             | Route::Outlines
             | Route::OutlinesOnTetrahedra => return Err(RouteError::BoxesOnly.into()),
@@ -285,6 +307,7 @@ impl Solver<'_> {
     fn fields(
         &self,
         taken: Route,
+        index: usize,
         deformed: &DeformedScene,
         state: Option<&Deformation<'_>>,
     ) -> Result<Fields, Stop> {
@@ -294,6 +317,7 @@ impl Solver<'_> {
             Route::EnclosingBoxes => {
                 Ok(Fields::Boxes(Box::new(between(deformed, enclosing(deformed)?, &settings)?)))
             }
+            Route::MappedBoxes => self.under_map(index, deformed, state),
             Route::EnclosingBoxesThenOutlines => {
                 // Boxes inside and around are solved in no time.
                 let found = between(deformed, enclosing(deformed)?, &settings)?;
@@ -305,6 +329,47 @@ impl Solver<'_> {
             }
             Route::Outlines | Route::OutlinesOnTetrahedra => self.outlines(deformed, state),
             Route::Extruded | Route::Tetrahedra => Ok(Fields::Shapes(LayerScene::of_boxes(deformed))),
+        }
+    }
+
+    /// Boxes under the map that bends them; boxes inside and around the electrodes where there is no such map.
+    fn under_map(
+        &self,
+        index: usize,
+        deformed: &DeformedScene,
+        state: Option<&Deformation<'_>>,
+    ) -> Result<Fields, Stop> {
+        let settings = self.settings.boxes();
+        let bent = match (state, self.layer.probe(index)) {
+            (Some(Deformation::FiniteElement(layer)), Some(probe)) => {
+                bent_in_space(self.case, deformed, layer, &probe)
+            }
+            _ => None,
+        };
+        if let Some(bent) = bent {
+            match mapped(&bent, &settings) {
+                Ok(found) => {
+                    let surfaces = bent.surfaces(&window(&[deformed]));
+                    let found = Box::new(found);
+                    return Ok(Fields::Mapped { found, deviation: bent.deviation, surfaces });
+                }
+                Err(Stop::Failed(failure)) if no_map(&failure) => {}
+                Err(stop) => return Err(stop),
+            }
+        }
+        Ok(Fields::Enclosed(Box::new(between(deformed, enclosing(deformed)?, &settings)?)))
+    }
+
+    /// Notes how far the bodies of a field are from those of the layer's finite elements.
+    fn note_deviation(&self, row: &mut Row, deviation: f64, shortfalls: &mut Shortfalls) {
+        row.geometry_error_estimate = Some(deviation);
+        let asked = self.settings.relative_tolerance;
+        if deviation > asked {
+            let reason = format!(
+                "the polynomials that bend electrodes and layer leave a relative error of about {deviation:.0e} (an estimate), where \
+                 {asked:.0e} was asked for"
+            );
+            shortfalls.add(Missed::Geometry, reason);
         }
     }
 
@@ -467,6 +532,11 @@ fn floating_of(scene: &Scene, potentials: Vec<FloatingPotential>) -> Vec<Floatin
         })
     });
     named.collect()
+}
+
+/// Whether a solve failed because the map that bends its boxes is none.
+fn no_map(failure: &StepFailure) -> bool {
+    matches!(failure, StepFailure::Field(SolveError::InsideOut | SolveError::TornMap))
 }
 
 /// What is said where a solver has nothing more to say.

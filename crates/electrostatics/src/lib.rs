@@ -71,7 +71,8 @@ mod target;
 mod tets;
 
 pub use boxes::forecast::{forecast, mirror_planes};
-pub use boxes::solve::solve;
+pub use boxes::mapped::map::{MapAxis, SceneMap};
+pub use boxes::solve::{solve, solve_mapped};
 pub use extruded::solve::{
     ExtrudedSolution, extrusion_axis, forecast_extruded, has_few_edges, is_extruded, solve_extruded,
 };
@@ -157,6 +158,12 @@ pub enum SolveError {
         /// Conductors of the whole scene.
         conductors: usize,
     },
+    /// A map that bends a scene of boxes turns a part of space inside out.
+    #[error("the map that bends the scene turns a part of space inside out")]
+    InsideOut,
+    /// A map that bends a scene of boxes moves points where it ends, away from the walls of the scene.
+    #[error("the map that bends the scene is not continuous where it ends")]
+    TornMap,
     /// Stopped on request: the caller has set the cancel flag of the settings.
     #[error("stopped on request")]
     Cancelled,

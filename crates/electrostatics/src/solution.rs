@@ -183,6 +183,8 @@ pub enum CellBody {
 pub struct Field {
     /// Node coordinates per axis, m, of the cells of the field's grid.
     pub nodes: [Vec<f64>; 3],
+    /// Where the nodes `[i][j][k]` are, m, in a scene that a map bends: `nodes` are those of its boxes then.
+    pub points: Option<Vec<[f64; 3]>>,
     /// V at the nodes `[i][j][k]`, conductors at the potentials `potentials`.
     pub potential: Vec<f64>,
     /// V/m at the cell centres `[i][j][k]`, from the gradient of the solution itself.

@@ -144,6 +144,29 @@ pub fn mixed_segment(
     Ok(MixedSegment { root, face })
 }
 
+/// Coefficients of the flux functions of a segment (rows) for unit entries of what its roots and faces are coordinates of (columns):
+/// the flux L^-T y has the energy y y. Arguments as for [`mixed_segment`].
+///
+/// # Errors
+/// [`IllConditioned`] if the elements differ too much in size for double precision.
+pub fn flux_coefficients(
+    line: &Line,
+    elements: Range<usize>,
+    permittivity: &[f64],
+    ends: [FluxEnd; 2],
+    continuation: Continuation,
+) -> Result<Mat<f64>, IllConditioned> {
+    let piece = sub_line(line, elements.clone());
+    let mass = flux_mass(&piece, &permittivity[elements], continuation);
+    let blocked = |a: usize| usize::from(ends[a] == FluxEnd::Blocked);
+    let (from, to) = (blocked(0), mass.nrows() - blocked(1));
+    let n = to - from;
+    let (lower, scale) = scaled_factor(&mass.as_ref().submatrix(from, from, n, n).to_owned())?;
+    let mut out = Mat::identity(n, n);
+    dense::solve_upper_triangular(lower.transpose(), out.as_mut());
+    Ok(Mat::from_fn(n, n, |i, j| scale[i] * out[(i, j)]))
+}
+
 /// Cholesky factor of S M S with S = diag(M)^-1/2, and S.
 pub(crate) fn scaled_factor(mass: &Mat<f64>) -> Result<(Mat<f64>, Vec<f64>), IllConditioned> {
     let n = mass.nrows();

@@ -142,6 +142,7 @@ fn fields(length: f64, compression: f64, nodes: usize) -> FieldGrid {
         relative_permittivity: centres.iter().map(|x| if x[1] < 0.5 { 2.8 } else { 1.0 }).collect(),
         body_id: centres.iter().map(|x| i32::from(x[1] < 0.5)).collect(),
         body_names: vec!["surroundings".into(), "layer -- \u{e9}lastom\u{e8}re".into()],
+        bent: None,
         axes,
     }
 }

@@ -191,6 +191,7 @@ pub fn field_grid(scene: &Scene, field: Field) -> FieldGrid {
     };
     FieldGrid {
         axes: field.nodes,
+        bent: field.points,
         potential: field.potential,
         electric_field: field.electric_field,
         relative_permittivity: field.relative_permittivity,
@@ -235,6 +236,7 @@ pub fn geometry_grid(scene: &Scene) -> FieldGrid {
         relative_permittivity,
         body_id,
         body_names: body_names(scene),
+        bent: None,
         axes,
     }
 }

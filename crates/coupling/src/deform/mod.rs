@@ -15,6 +15,8 @@ mod solid;
 use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 
+use elastocap_mechanics::solid::dimension::Space;
+use elastocap_mechanics::solid::probe::Probe;
 use elastocap_mechanics::{
     ClosedFormSettings, ForceLimit, LayerState, MechanicsError, MooneyRivlin, force_limit,
 };
@@ -131,6 +133,14 @@ pub fn prepare(
 }
 
 impl Prepared {
+    /// The displacement of a layer in three dimensions in the step of this `index`; `None` of any other layer.
+    pub(crate) fn probe(&self, index: usize) -> Option<Probe<'_, Space>> {
+        let Self::FiniteElement(run) = self else { return None };
+        let Some(Solution::Space(pressing)) = &run.solution else { return None };
+        let pressed = pressing.goals.get(index)?.as_ref().ok()?;
+        Some(Probe::new(pressing.model_of(pressed).equations(), &pressed.state))
+    }
+
     /// The largest force of the closed form, where its shear length was found on the way and the force does not rise to the end.
     pub fn force_limit(&self) -> Option<ForceLimit> {
         match self {

@@ -130,6 +130,7 @@ impl Plan {
     /// Plans how electrodes that the load bends are solved.
     fn around_bent_electrodes(&mut self, case: &Case) {
         for route in [
+            Route::MappedBoxes,
             Route::EnclosingBoxes,
             Route::EnclosingBoxesThenOutlines,
             Route::Outlines,
@@ -141,6 +142,10 @@ impl Plan {
             }
             let steps = counted(steps, if case.load.is_some() { "load step" } else { "state" });
             let what = match route {
+                Route::MappedBoxes => format!(
+                    "at {steps}, where the load bends electrodes and layer in three dimensions: boxes under a map that bends them \
+                     in the same way"
+                ),
                 Route::EnclosingBoxes => format!(
                     "at {steps}, where the load bends the electrodes: boxes inside and around them, between which their \
                      capacitance lies"
@@ -277,7 +282,7 @@ fn shortened(names: &[String]) -> String {
 /// Whether the box solver takes a step, at least at first.
 pub(super) fn is_by_boxes(route: Route) -> bool {
     match route {
-        Route::Boxes | Route::EnclosingBoxes | Route::EnclosingBoxesThenOutlines => true,
+        Route::Boxes | Route::EnclosingBoxes | Route::MappedBoxes | Route::EnclosingBoxesThenOutlines => true,
         Route::Extruded | Route::Outlines | Route::OutlinesOnTetrahedra | Route::Tetrahedra => false,
     }
 }

@@ -226,7 +226,8 @@ impl Plan {
 
     fn warn_of_bulge(&mut self, case: &Case, whole_top: bool) {
         let has_outlines = self.count(has_outlines) > 0;
-        if !case.has_conductors() || whole_top || (has_outlines && has_room_for_bulge(case)) {
+        let mapped = self.count(|route| route == Route::MappedBoxes) > 0;
+        if !case.has_conductors() || whole_top || mapped || (has_outlines && has_room_for_bulge(case)) {
             return;
         }
         let cure = if has_outlines {
@@ -258,7 +259,9 @@ impl Plan {
 fn has_outlines(route: Route) -> bool {
     match route {
         Route::EnclosingBoxesThenOutlines | Route::Outlines | Route::OutlinesOnTetrahedra => true,
-        Route::Boxes | Route::EnclosingBoxes | Route::Extruded | Route::Tetrahedra => false,
+        Route::Boxes | Route::EnclosingBoxes | Route::MappedBoxes | Route::Extruded | Route::Tetrahedra => {
+            false
+        }
     }
 }
 

@@ -80,7 +80,11 @@ fn every_case_takes_the_route_that_its_plan_tells_and_fails_nowhere_it_does_not(
             assert_eq!(planned.route, step.route, "{what}");
             let grid = step.solver.as_ref().map(|solver| solver.resolution.grid().is_some());
             let expected = step.route.and_then(|route| match route {
-                Route::Boxes | Route::EnclosingBoxes | Route::Extruded | Route::Outlines => Some(true),
+                Route::Boxes
+                | Route::EnclosingBoxes
+                | Route::MappedBoxes
+                | Route::Extruded
+                | Route::Outlines => Some(true),
                 Route::OutlinesOnTetrahedra | Route::Tetrahedra => Some(false),
                 Route::EnclosingBoxesThenOutlines => grid,
             });
@@ -98,11 +102,11 @@ fn every_case_takes_the_route_that_its_plan_tells_and_fails_nowhere_it_does_not(
 }
 
 #[test]
-fn loads_that_bend_electrodes_in_space_are_planned_with_enclosing_boxes() {
+fn loads_that_bend_electrodes_in_space_are_planned_under_a_map() {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../cases/pair-under-sphere.toml");
     let plan = Plan::new(&coarse(&path), &NUMBERS_ONLY);
     let routes: Vec<_> = plan.steps.iter().map(|step| step.route).collect();
-    assert_eq!(routes, [Some(Route::Boxes), Some(Route::EnclosingBoxes)]);
+    assert_eq!(routes, [Some(Route::Boxes), Some(Route::MappedBoxes)]);
 }
 
 #[test]

@@ -2,6 +2,7 @@
 //!
 //! Lengths are in a unit that makes the scene of order one ([`crate::boxes::layout::Layout::unit`]); energies are in the same unit.
 
+use crate::boxes::mapped::placed::PlacedMap;
 use elastocap_fem::line::{Line, LineEnd, Numbering};
 use elastocap_fem::mixed::{FluxEnd, potential_offsets};
 use elastocap_fem::reflection::{is_centre, is_symmetric};
@@ -50,6 +51,8 @@ pub(crate) struct Domain {
     pub conductors: Vec<Block>,
     /// Relative permittivity of each cell of intervals, `[i][j][k]`.
     pub permittivity: Vec<f64>,
+    /// The map that bends the scene, if one does.
+    pub map: Option<PlacedMap>,
 }
 
 impl Axis {

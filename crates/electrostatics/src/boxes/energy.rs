@@ -102,7 +102,7 @@ pub(crate) fn upper(
     }
     // Summed from products of gradients, free of the cancellation in u A u. The factor covers the rounding of the sums, so that
     // the energies stay upper bounds.
-    let mut matrix = primal.energies(&coefficients);
+    let mut matrix = primal.energies(&coefficients)?;
     for i in 0..coefficients.len() {
         matrix[(i, i)] *= 1.0 + 64.0 * f64::EPSILON;
     }
@@ -173,7 +173,7 @@ pub(crate) fn lower(
 }
 
 /// Gives up on the grid where the run is to stop: what follows an iteration takes as long as several of them.
-fn stop_if_asked(cancel: Option<&AtomicBool>) -> Result<(), SolveError> {
+pub(crate) fn stop_if_asked(cancel: Option<&AtomicBool>) -> Result<(), SolveError> {
     if cancel.is_some_and(|c| c.load(Ordering::Relaxed)) { Err(SolveError::Cancelled) } else { Ok(()) }
 }
 

@@ -96,6 +96,7 @@ pub(crate) fn sample(
     let Some(first) = shares.first() else {
         return Field {
             nodes: Default::default(),
+            points: None,
             potential: Vec::new(),
             electric_field: Vec::new(),
             relative_permittivity: Vec::new(),
@@ -128,7 +129,7 @@ pub(crate) fn sample(
             Filling::Dielectric(d) => CellBody::Dielectric(d.index),
         });
     }
-    Field { nodes, potential, electric_field, relative_permittivity, body, potentials }
+    Field { nodes, points: None, potential, electric_field, relative_permittivity, body, potentials }
 }
 
 /// The cells of each axis, as [`cuts`] gives them: several per element, or one where that would be too many.

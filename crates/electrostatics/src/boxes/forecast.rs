@@ -43,7 +43,7 @@ pub fn mirror_planes(scene: &Scene, settings: &Settings) -> Result<[bool; 3], So
 /// A body that is neither a box nor a sheet; a first grid that cannot be solved.
 pub fn forecast(scene: &Scene, settings: &Settings) -> Result<Forecast, SolveError> {
     let explore = Settings { field: false, ..settings.clone() };
-    let problem = GridProblem::new(scene, &explore)?;
+    let problem = GridProblem::new(scene, None, &explore)?;
     let tolerance = settings.relative_tolerance.max(MIN_TOLERANCE);
     let distance = OpenSpace::new(&problem.layout, &problem.floating, settings).distance(tolerance);
     let work = |dims: [usize; 3]| dims.iter().product::<usize>() as f64 * dims.iter().sum::<usize>() as f64;

@@ -5,9 +5,12 @@
 
 use crate::SolveError;
 use crate::boxes::domain::{Axis, Block, Domain, Rays};
+use crate::boxes::mapped::map::SceneMap;
+use crate::boxes::mapped::placed::PlacedMap;
 use crate::solution::ResolutionLevel;
 use elastocap_geometry::meshing::grid::{End, GradedAxis, Plane, Resolution, graded_axis};
 use elastocap_geometry::scene::{Body, Box3, Scene, Wall};
+use std::sync::Arc;
 
 /// Two planes closer than this share of the scene's size are merged.
 const SAME: f64 = 1e-13;
@@ -15,6 +18,9 @@ const SAME: f64 = 1e-13;
 /// So are two closer than this with nothing between them, neither a body nor the gap between two bodies. The shift is within the
 /// rounding error of the field there.
 const ALIKE: f64 = 1e-11;
+
+/// A break of a map closer than this to a plane of a body, over the unit of length, lies on it.
+const SAME_BREAK: f64 = 1e-9;
 
 /// Planes, conductors as blocks of intervals, permittivity per cell; lengths in units of `unit`, from `origin`.
 #[derive(Debug, Clone)]
@@ -37,6 +43,8 @@ pub(crate) struct Layout {
     pub reach: f64,
     /// Per axis, the plane of mirror symmetry, if there is one.
     pub mirror: [Option<usize>; 3],
+    /// The map that bends the scene, if one does.
+    pub map: Option<PlacedMap>,
 }
 
 impl Layout {
@@ -45,6 +53,15 @@ impl Layout {
     /// # Errors
     /// A body that is neither a box nor a sheet; too many cells.
     pub(crate) fn new(scene: &Scene, memory_limit: u64) -> Result<Self, SolveError> {
+        Self::mapped(scene, None, memory_limit)
+    }
+
+    /// The same for a scene that a map bends; elements end where its polynomials do.
+    pub(crate) fn mapped(
+        scene: &Scene,
+        map: Option<&Arc<SceneMap>>,
+        memory_limit: u64,
+    ) -> Result<Self, SolveError> {
         let boxes =
             |body: &Body| body.boxes().ok_or_else(|| SolveError::NotBoxes { body: body.name.clone() });
         let conductors: Vec<Vec<Box3>> =
@@ -83,6 +100,15 @@ impl Layout {
             }
             planes[a] = merged(all);
         }
+        let map = map.map(|map| PlacedMap { map: Arc::clone(map), origin, unit });
+        for (a, planes) in planes.iter_mut().enumerate() {
+            for at in map.iter().flat_map(|map| map.breaks(a)) {
+                if planes.iter().all(|p| (p.at - at).abs() > SAME_BREAK) {
+                    planes.push(Plane { at, edge: false });
+                }
+            }
+            planes.sort_by(|p, q| p.at.total_cmp(&q.at));
+        }
         let mut layout = Self {
             unit,
             origin,
@@ -93,11 +119,13 @@ impl Layout {
             material: Vec::new(),
             reach: 0.0,
             mirror: [None; 3],
+            map,
         };
         layout.check_cells(memory_limit)?;
         layout.fill(scene, &conductors);
         for a in 0..3 {
-            if layout.mirrored(a) {
+            let bent_otherwise = layout.map.as_ref().is_some_and(|m| !m.map.axes[a].mirrored);
+            if !bent_otherwise && layout.mirrored(a) {
                 layout.mirror[a] = Some(layout.insert_centre(a));
                 layout.fill(scene, &conductors);
             }
@@ -389,7 +417,9 @@ impl Layout {
         });
         let blocks = self.conductors.iter().enumerate().flat_map(|(c, all)| all.iter().map(move |b| (*b, c)));
         let (conductors, held) = blocks.unzip();
-        (Domain { axes, conductors, permittivity: self.permittivity.clone() }, held)
+        let domain =
+            Domain { axes, conductors, permittivity: self.permittivity.clone(), map: self.map.clone() };
+        (domain, held)
     }
 }
 

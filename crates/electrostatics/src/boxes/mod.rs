@@ -10,6 +10,7 @@ pub(crate) mod grid_refinement;
 mod grid_search;
 pub(crate) mod half_turn;
 pub(crate) mod layout;
+pub(crate) mod mapped;
 pub(crate) mod one_grid;
 mod open_space;
 pub(crate) mod primal;

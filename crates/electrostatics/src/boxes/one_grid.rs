@@ -6,11 +6,13 @@
 use crate::SolveError;
 use crate::VACUUM_PERMITTIVITY;
 use crate::boxes::domain::{Axis, Domain};
+use crate::boxes::dual::mapped::lower as bent_lower;
 use crate::boxes::energy::{Energies, Start, lower, upper};
 use crate::boxes::field::{Share, sample};
 use crate::boxes::grid_refinement::{Indicator, add, folded, indicator};
 use crate::boxes::half_turn::{Image, images};
 use crate::boxes::layout::{Grid, Layout};
+use crate::boxes::mapped::map::SceneMap;
 use crate::boxes::primal::Primal;
 use crate::boxes::resolution::memory;
 use crate::boxes::symmetry::{Part, parts};
@@ -23,6 +25,7 @@ use elastocap_fem::tensor::{Dims, SparseRows, along, axpy};
 use elastocap_geometry::scene::{Potential, Scene};
 use elastocap_linalg::dense::{self, Lu};
 use faer::Mat;
+use std::sync::Arc;
 use std::sync::atomic::Ordering;
 
 /// Without bounds, the estimated error over the missing energy that the surplus indicates, which is 0.6 to 1.6 times the true error
@@ -50,8 +53,12 @@ pub(crate) struct GridProblem<'a> {
 }
 
 impl<'a> GridProblem<'a> {
-    pub(crate) fn new(scene: &Scene, settings: &'a Settings) -> Result<Self, SolveError> {
-        let layout = Layout::new(scene, settings.memory_limit)?;
+    pub(crate) fn new(
+        scene: &Scene,
+        map: Option<&Arc<SceneMap>>,
+        settings: &'a Settings,
+    ) -> Result<Self, SolveError> {
+        let layout = Layout::mapped(scene, map, settings.memory_limit)?;
         let grounded: Vec<bool> =
             scene.conductors().map(|own| own.potential == Potential::Grounded).collect();
         let reflected = layout.mirror.map(|m| m.is_some() && !settings.symmetry);
@@ -81,7 +88,11 @@ impl<'a> GridProblem<'a> {
     pub(crate) fn memory_of(&self, dims: Dims) -> u64 {
         let dims = [0, 1, 2].map(|a| if self.reflected[a] { 2 * dims[a] } else { dims[a] });
         let right_hand_sides = self.parts.iter().map(|p| p.potentials.len()).max().unwrap_or(0);
-        memory(dims, self.layout.conductors.len().max(right_hand_sides), self.settings.bounds)
+        // A map has tensors, gradients and fluxes at the points of the finer rule.
+        let points = dims.iter().map(|n| 2 * *n as u64).product::<u64>();
+        let under_map = self.layout.map.as_ref().map_or(0, |_| points.saturating_mul(100));
+        let boxes = memory(dims, self.layout.conductors.len().max(right_hand_sides), self.settings.bounds);
+        boxes.saturating_add(under_map)
     }
 
     /// Unknowns of the largest part on a grid, primal plus dual.
@@ -252,8 +263,8 @@ fn solve_part(
     let (domain, held) = part.layout.domain(grid);
     let potentials: Vec<Vec<f64>> =
         part.potentials.iter().map(|v| held.iter().map(|&c| v[c]).collect()).collect();
-    let images =
-        if problem.settings.symmetry { images(&domain, &potentials) } else { vec![None; potentials.len()] };
+    let turns = problem.settings.symmetry && domain.map.is_none();
+    let images = if turns { images(&domain, &potentials) } else { vec![None; potentials.len()] };
     let embedded = coarser.and_then(|(coarser, first)| coarser.on(first, &domain));
     let start = |(k, image): (usize, Option<Image>)| match (image, &embedded) {
         (Some(image), _) => Start::Image(image),
@@ -261,13 +272,19 @@ fn solve_part(
         (None, None) => Start::Nothing,
     };
     let starts: Vec<Start> = images.into_iter().enumerate().map(start).collect();
-    // The two problems are of the same size and run in parallel.
-    let (upper, dual) = rayon::join(
-        || upper(&domain, &potentials, &starts, share, cancel),
-        || lower_too.then(|| lower(&domain, &potentials, &starts, share, cancel)).transpose(),
-    );
-    let (energies, primal) = upper?;
-    let dual = dual?;
+    let of_upper = || upper(&domain, &potentials, &starts, share, cancel);
+    let (energies, primal, dual) = if domain.map.is_some() {
+        let (energies, primal) = of_upper()?;
+        let of_lower = || bent_lower(&domain, &potentials, &energies.coefficients, share, cancel);
+        let dual = lower_too.then(of_lower).transpose()?;
+        (energies, primal, dual)
+    } else {
+        // The two problems are of the same size and run in parallel.
+        let of_lower = || lower_too.then(|| lower(&domain, &potentials, &starts, share, cancel)).transpose();
+        let (upper, dual) = rayon::join(of_upper, of_lower);
+        let (energies, primal) = upper?;
+        (energies, primal, dual?)
+    };
     if problem.cancelled() {
         return Err(SolveError::Cancelled);
     }

@@ -2,10 +2,12 @@
 
 use crate::SolveError;
 use crate::boxes::grid_search;
+use crate::boxes::mapped::map::SceneMap;
 use crate::boxes::one_grid::GridProblem;
 use crate::consistency::contradiction;
 use crate::solution::{Settings, Solution};
 use elastocap_geometry::scene::Scene;
+use std::sync::Arc;
 use std::time::Instant;
 
 /// Solves for the Maxwell capacitance matrix of a scene of boxes and sheets, with bounds. Where the tolerance cannot be reached,
@@ -16,8 +18,31 @@ use std::time::Instant;
 /// # Errors
 /// A body that is neither a box nor a sheet, a grid whose matrices cannot be factorised, a request to stop.
 pub fn solve(scene: &Scene, settings: &Settings) -> Result<Solution, SolveError> {
+    solve_under(scene, None, settings)
+}
+
+/// Solves for the Maxwell capacitance matrix of the bodies that a map makes of a scene of boxes and sheets, as [`solve`] does of the
+/// boxes. The walls of the scene go where the map takes them.
+///
+/// The integrals of the tensor that the map makes of the permittivity are by Gauss's rule; by how much a finer rule differs is in the
+/// bounds.
+///
+/// # Errors
+/// As for [`solve`]; a map that turns space inside out, or moves points where it ends in the scene.
+pub fn solve_mapped(scene: &Scene, map: &Arc<SceneMap>, settings: &Settings) -> Result<Solution, SolveError> {
+    solve_under(scene, Some(map), settings)
+}
+
+fn solve_under(
+    scene: &Scene,
+    map: Option<&Arc<SceneMap>>,
+    settings: &Settings,
+) -> Result<Solution, SolveError> {
     let begin = Instant::now();
-    let problem = GridProblem::new(scene, settings)?;
+    if map.is_some_and(|map| !map.is_continuous(scene)) {
+        return Err(SolveError::TornMap);
+    }
+    let problem = GridProblem::new(scene, map, settings)?;
     let setup = begin.elapsed().as_secs_f64();
     let found = match settings.resolution {
         Some(level) => grid_search::fixed(&problem, level)?,
@@ -26,7 +51,13 @@ pub fn solve(scene: &Scene, settings: &Settings) -> Result<Solution, SolveError>
     // Nobody waits for the field of a solve that was broken off. One that was complete when the request came keeps its field: its
     // step counts as solved.
     let wanted = settings.field && (found.shortfall.is_none() || !problem.cancelled());
-    let field = wanted.then(|| found.outcome.field(scene, &problem));
+    let field = wanted.then(|| {
+        let straight = found.outcome.field(scene, &problem);
+        match map {
+            Some(map) => map.bend(straight),
+            None => straight,
+        }
+    });
     let all = found.outcome.all.clone();
     let mut solution = found.outcome.finish(&problem, &found.grid, found.shortfall);
     solution.grids = found.grids;

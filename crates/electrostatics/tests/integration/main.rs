@@ -10,6 +10,7 @@ mod field;
 mod floating;
 mod general;
 mod layers_in_series;
+mod mapped;
 mod mirror;
 mod parts;
 mod random_scenes;

@@ -60,6 +60,7 @@ impl Subject {
         let by_boxes = |taken: Route| match taken {
             Route::Boxes => Ok(()),
             Route::EnclosingBoxes
+            | Route::MappedBoxes
             | Route::EnclosingBoxesThenOutlines
             | Route::Extruded
             | Route::Outlines

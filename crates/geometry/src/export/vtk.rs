@@ -22,6 +22,8 @@ pub use super::vtk_error::VtkError;
 pub struct FieldGrid {
     /// Coordinates along x1, x2, x3 in m, strictly increasing, at least two on each axis.
     pub axes: [Vec<f64>; 3],
+    /// Where the nodes are instead, m, on a grid that is bent.
+    pub bent: Option<Vec<[f64; 3]>>,
     /// Potential at each node, V.
     pub potential: Vec<f64>,
     /// Electric field at the centre of each cell, V/m; written in single precision.
@@ -101,6 +103,7 @@ impl FieldGrid {
             (_, cells) => return Err(VtkError::TooLarge { cells: cells.unwrap_or(usize::MAX) }),
         };
         let lengths = [
+            ("points", nodes, self.bent.as_ref().map_or(nodes, Vec::len)),
             ("potential", nodes, self.potential.len()),
             ("electric_field", cells, self.electric_field.len()),
             ("relative_permittivity", cells, self.relative_permittivity.len()),
@@ -115,6 +118,8 @@ impl FieldGrid {
             Some(index) => Err(VtkError::NotFinite { array, index }),
             None => Ok(()),
         };
+        let points = self.bent.iter().flatten().position(|x| !x.iter().all(|x| x.is_finite()));
+        finite("points", points)?;
         finite("potential", self.potential.iter().position(|x| !x.is_finite()))?;
         let single = |x: &f64| (*x as f32).is_finite();
         finite("electric_field", self.electric_field.iter().position(|e| !e.iter().all(single)))?;
@@ -123,6 +128,9 @@ impl FieldGrid {
 
     /// Coordinates of the nodes, m, three for each.
     fn points(&self) -> Vec<f64> {
+        if let Some(points) = &self.bent {
+            return points.as_flattened().to_vec();
+        }
         let [axis_1, axis_2, axis_3] = &self.axes;
         let mut points = Vec::with_capacity(3 * axis_1.len() * axis_2.len() * axis_3.len());
         for &x1 in axis_1 {

@@ -9,6 +9,7 @@ fn small() -> FieldGrid {
     let cells = 6;
     FieldGrid {
         axes,
+        bent: None,
         potential: (0..24).map(|n| f64::from(n) / 3.0).collect(),
         electric_field: (0..cells).map(|c| [f64::from(c), 0.5, -1e9]).collect(),
         relative_permittivity: vec![2.8; 6],

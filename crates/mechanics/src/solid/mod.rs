@@ -14,6 +14,7 @@
 //! | [`space`] | what only three dimensions have: stresses, the hexahedron, swept meshes, layers of finite width |
 //! | [`stress`] | Cauchy stress at points, at nodes, along lines |
 //! | `transfer` | the equilibrium on one mesh as a first guess on a finer one |
+//! | [`probe`] | the displacement between nodes |
 //! | [`folds`] | past loads at which an equilibrium ceases to exist |
 //! | [`shear_length`] | the length `L` that the closed form does not determine, from finite elements |
 //! | [`layer`] | the layer of the paper under an indenter |
@@ -71,6 +72,7 @@ pub mod model;
 pub mod newton;
 pub mod obstacle;
 pub mod press;
+pub mod probe;
 mod rounded_corner;
 pub mod shear_length;
 pub mod side;

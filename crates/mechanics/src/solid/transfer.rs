@@ -35,8 +35,8 @@ const FARTHEST: f64 = 1.5;
 const MAX_NODES: usize = 27;
 
 /// Finds the elements in which points lie.
-struct Finder<'a, S: Dimension> {
-    mesh: &'a Mesh<S>,
+pub(super) struct Finder<'a, S: Dimension> {
+    pub(super) mesh: &'a Mesh<S>,
     /// Lower and upper ends of the box around each element.
     boxes: Vec<(S::Point, S::Point)>,
     /// Numbers of the elements that reach into each of equal intervals of the first axis.
@@ -48,7 +48,7 @@ struct Finder<'a, S: Dimension> {
 
 /// Values of the shape functions at a point of the reference element, and their slopes along its axes; only as many as
 /// the element has nodes mean anything.
-fn shape<S: Dimension>(at: [f64; 3]) -> [(f64, [f64; 3]); MAX_NODES] {
+pub(super) fn shape<S: Dimension>(at: [f64; 3]) -> [(f64, [f64; 3]); MAX_NODES] {
     let lines = at.map(quadratic);
     let of_node = |n: usize| {
         let mut value = 1.0;
@@ -66,7 +66,7 @@ fn shape<S: Dimension>(at: [f64; 3]) -> [(f64, [f64; 3]); MAX_NODES] {
 }
 
 impl<'a, S: Dimension> Finder<'a, S> {
-    fn new(mesh: &'a Mesh<S>) -> Self {
+    pub(super) fn new(mesh: &'a Mesh<S>) -> Self {
         let around = |e: &S::Nodes| {
             let end = |start: f64, pick: fn(f64, f64) -> f64| {
                 S::Point::from_fn(|k| {
@@ -101,7 +101,7 @@ impl<'a, S: Dimension> Finder<'a, S> {
     }
 
     /// The element that the reference position `x` (m) lies in, and where in the reference element. Of several any.
-    fn find(&self, x: S::Point) -> Option<(usize, [f64; 3])> {
+    pub(super) fn find(&self, x: S::Point) -> Option<(usize, [f64; 3])> {
         self.bins[self.bin(x[0])].iter().find_map(|&e| {
             let (low, high) = &self.boxes[e as usize];
             let outside = |k: usize| {

@@ -5,8 +5,9 @@ use super::{Basis, others};
 use crate::SolveError;
 use crate::boxes::domain::{Axis, Block, Domain, per_element};
 use crate::boxes::ray_permittivity::RayPermittivity;
-use elastocap_fem::mixed::{FluxEnd, MixedSegment, mixed_segment};
+use elastocap_fem::mixed::{FluxEnd, MixedSegment, flux_coefficients, mixed_segment};
 use elastocap_fem::tensor::Dense;
+use faer::Mat;
 use rayon::prelude::*;
 use std::collections::BTreeMap;
 
@@ -39,6 +40,11 @@ pub(super) struct Segment {
     pub source: [Vec<f64>; 2],
     /// The flux that leaves along rays, if any does.
     pub leaving: Option<Leaving>,
+    /// For a scene that a map bends: L^-T, coefficients of the flux functions of the segment from energies' roots.
+    pub coefficients: Option<Mat<f64>>,
+    /// First interval, one past the last, and what the flux does at the ends.
+    pub intervals: [usize; 2],
+    pub ends: [FluxEnd; 2],
 }
 
 /// The properties that determine a segment's matrices. Permittivities are bit patterns, so that keys have an order and compare
@@ -100,7 +106,7 @@ pub(super) fn bundles(
     ordered.sort_by_key(|(_, index)| *index);
     let segments = ordered
         .into_par_iter()
-        .map(|(key, _)| segment(axis, basis, &key))
+        .map(|(key, _)| segment(axis, basis, &key, domain.map.is_some()))
         .collect::<Result<_, SolveError>>()?;
     Ok((bundles, segments))
 }
@@ -166,8 +172,8 @@ fn column(
     column
 }
 
-/// The matrices of one segment.
-fn segment(axis: &Axis, basis: Option<&Basis>, key: &SegmentKey) -> Result<Segment, SolveError> {
+/// The matrices of one segment, those for a scene that a map bends among them or not.
+fn segment(axis: &Axis, basis: Option<&Basis>, key: &SegmentKey, bent: bool) -> Result<Segment, SolveError> {
     let [lo, hi] = key.intervals;
     let profile: Vec<f64> = key.profile.iter().copied().map(f64::from_bits).collect();
     let factor = key.contrast.map(f64::from_bits);
@@ -175,12 +181,25 @@ fn segment(axis: &Axis, basis: Option<&Basis>, key: &SegmentKey) -> Result<Segme
     let straight = axis.continuation(lo, hi, factor);
     let resistance = [1.0 / profile[0], 1.0 / profile[profile.len() - 1]];
     let leaving = Leaving::new(&mixed, [0, 1].map(|side| straight[side] * resistance[side]));
+    let coefficients = if bent {
+        let mut per_interval = vec![1.0; axis.intervals()];
+        per_interval[lo..hi].copy_from_slice(&profile);
+        let elements = axis.cuts[lo]..axis.cuts[hi];
+        let permittivity = per_element(axis, &per_interval);
+        let continuation = axis.continuation(lo, hi, factor);
+        Some(flux_coefficients(&axis.line, elements, &permittivity, key.ends, continuation)?)
+    } else {
+        None
+    };
     Ok(Segment {
         root: Dense::from_mat(mixed.root.as_ref()),
         matrix: Dense::from_mat(mixed.t().as_ref()),
         source: [0, 1].map(|side| mixed.face_source(side)),
         face: mixed.face,
         leaving,
+        coefficients,
+        intervals: key.intervals,
+        ends: key.ends,
     })
 }
 

@@ -14,6 +14,7 @@
 //! subtracts the repair's energy inside conductors, which the functional does not contain).
 
 mod lines;
+pub(crate) mod mapped;
 mod operator;
 mod precondition;
 mod rays;

@@ -61,6 +61,13 @@ impl Leaving {
     }
 }
 
+impl Leaving {
+    /// The energy that obliqueness adds to that of a straight continuation, of what leaves in two fluxes.
+    pub(super) fn oblique(&self, share: f64, x: [f64; 2], y: [f64; 2]) -> f64 {
+        self.straight.iter().zip(x.iter().zip(&y)).map(|(straight, (x, y))| straight * share * x * y).sum()
+    }
+}
+
 pub(super) fn inner(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(x, y)| x * y).sum()
 }

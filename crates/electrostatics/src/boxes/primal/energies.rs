@@ -6,6 +6,7 @@
 use super::{Primal, Term};
 use crate::SolveError;
 use crate::boxes::domain::{Axis, per_element};
+use crate::boxes::mapped::gradients::{FINER, Gradients, add_with_error};
 use elastocap_fem::mixed::{divergence_matrix, potential_offsets};
 use elastocap_fem::tensor::{Dims, SparseRows, along, dot};
 use faer::Mat;
@@ -52,8 +53,11 @@ pub(super) struct Gradient {
 const HELD: usize = 8;
 
 impl Primal {
-    /// Energies u_i A u_j of potentials, a symmetric matrix.
-    pub(crate) fn energies(&self, potentials: &[Vec<f64>]) -> Mat<f64> {
+    /// Energies u_i A u_j of potentials, a symmetric matrix; under a map no less than these.
+    ///
+    /// # Errors
+    /// A map that turns space inside out.
+    pub(crate) fn energies(&self, potentials: &[Vec<f64>]) -> Result<Mat<f64>, SolveError> {
         let n = potentials.len();
         let mut matrix = Mat::<f64>::zeros(n, n);
         for term in &self.terms.terms {
@@ -87,7 +91,13 @@ impl Primal {
                 matrix[(j, i)] = matrix[(i, j)];
             }
         }
-        matrix
+        if let Some((gradients, domain)) = &self.bent
+            && let Some(finer) = Gradients::new(domain, FINER)?
+        {
+            let [coarser, finer] = [gradients, &finer].map(|g| g.energies(potentials, self.dims));
+            add_with_error(&mut matrix, &coarser, &finer, 1.0);
+        }
+        Ok(matrix)
     }
 }
 

@@ -13,6 +13,7 @@ mod tests;
 use crate::SolveError;
 use crate::boxes::conductor_free::{FreeBox, free_boxes};
 use crate::boxes::domain::{Block, Domain, per_element};
+use crate::boxes::mapped::gradients::{EXTRA, Gradients};
 use crate::boxes::schwarz::{Modes, Schwarz, SchwarzWork, SeparableBox};
 use elastocap_fem::line::line_matrices;
 use elastocap_fem::modes::primal_modes;
@@ -158,6 +159,8 @@ pub(crate) struct Primal {
     terms: Terms<f64>,
     /// Open space beyond the last nodes.
     faces: Faces,
+    /// What the map adds that bends the scene, and the domain, for a finer rule.
+    bent: Option<(Gradients, Domain)>,
     schwarz: Schwarz<f32>,
     work: SchwarzWork<f32>,
 }
@@ -203,6 +206,7 @@ impl Primal {
             vertices: [0, 1, 2].map(|a| domain.axes[a].vertices()),
             terms: Terms::new(dims, &terms),
             faces: Faces::new(domain),
+            bent: Gradients::new(domain, EXTRA)?.map(|gradients| (gradients, domain.clone())),
             schwarz,
             work: SchwarzWork::default(),
         })
@@ -227,6 +231,9 @@ impl Primal {
     fn product(&mut self, x: &[f64], y: &mut [f64]) {
         self.terms.apply(x, y);
         self.faces.add_product(x, y, self.dims);
+        if let Some((gradients, _)) = &self.bent {
+            gradients.add_product(x, y, self.dims);
+        }
     }
 
     /// A u over all functions, prescribed ones included: tested with a lift it gives charges.

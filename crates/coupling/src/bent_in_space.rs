@@ -1,0 +1,415 @@
+//! The scene of a layer that the load bends in three dimensions, as boxes and a map that carries these to where the finite elements
+//! of the layer put electrodes and surface.
+//!
+//! Every point of the boxes of the layer is given a material point: electrodes have the points of their own faces, the surface that of
+//! the surface. It goes where the finite elements put this. Towards walls the points slide along the layer instead: they keep their
+//! place along x1 and x3, at the height of the layer there. In open space the layer goes on at the height that its surface has, on
+//! average, where the map ends. Above the layer the displacement falls to zero up to the wall, or over [`DECAY`] thicknesses; so it does
+//! below, where points slide along the substrate. Any map with these properties gives the same scene, and the polynomials of the solver's
+//! map may differ from the finite elements between electrodes. How far they differ on faces is part of the geometric error.
+
+use std::sync::Arc;
+
+use elastocap_case::{Case, Electrodes, Layout, Mechanics};
+use elastocap_electrostatics::{MapAxis, SceneMap};
+use elastocap_geometry::export::gltf::BodyRole;
+use elastocap_geometry::export::surfaces::{Corners, SurfaceBody};
+use elastocap_geometry::scene::{Body, Box3, Purpose, Scene, Wall};
+use elastocap_geometry::shapes::Shape;
+use elastocap_mechanics::solid::dimension::Space;
+use elastocap_mechanics::solid::probe::Probe;
+
+use crate::deform::FiniteElementStep;
+use crate::scene::DeformedScene;
+
+/// Where nothing else ends it, how far the displacement reaches beyond electrodes and layer, in thicknesses of the layer.
+const DECAY: f64 = 1.5;
+
+/// Degree of the map's polynomials along and across the electrodes, over their height, between them and the faces of the layer, and
+/// beside them.
+const ALONG: usize = 8;
+const OVER_ELECTRODE: usize = 2;
+const BETWEEN: usize = 4;
+const BESIDE: usize = 6;
+
+/// Steps of the search for the material point at a place, each of which leaves a fifth of the distance or less.
+const SEARCH_STEPS: usize = 12;
+
+/// A scene bent in three dimensions.
+pub(crate) struct BentScene {
+    /// The boxes before the map.
+    pub(crate) scene: Scene,
+    pub(crate) map: Arc<SceneMap>,
+    /// How far faces of electrodes and the surface lie from where the finite elements put them, over the distances that matter: an
+    /// estimate of the relative error of capacitances.
+    pub(crate) deviation: f64,
+}
+
+/// Sides into which the edges of boxes are divided for a viewer.
+const SHOWN: usize = 16;
+
+impl BentScene {
+    /// The bent bodies for a viewer, cut off at the `window`; without the cover, which is everywhere else.
+    pub(crate) fn surfaces(&self, window: &Box3) -> Vec<SurfaceBody> {
+        let conductors = self.scene.conductors().map(|c| c.body);
+        let shown = conductors.chain(self.scene.dielectrics().map(|d| d.body));
+        let surface = |body: &Body| {
+            let regions = body.boxes().unwrap_or_default();
+            let triangles = regions.iter().flat_map(|region| self.surface(region, window)).collect();
+            SurfaceBody { name: body.name.clone(), role: BodyRole::from(body), triangles }
+        };
+        shown.filter(|body| body.purpose != Purpose::Cover).map(surface).collect()
+    }
+
+    /// The faces of a box under the map, seen from outside.
+    fn surface(&self, region: &Box3, window: &Box3) -> Vec<Corners> {
+        let places = [0, 1, 2].map(|a| {
+            let ends = [region.min[a].max(window.min[a]), region.max[a].min(window.max[a])];
+            (0..=SHOWN).map(|i| ends[0] + (ends[1] - ends[0]) * i as f64 / SHOWN as f64).collect::<Vec<f64>>()
+        });
+        let mut out = Vec::new();
+        for axis in 0..3 {
+            for at in [places[axis][0], places[axis][SHOWN]] {
+                let mut own = places.clone();
+                own[axis] = vec![at];
+                let points = self.map.images(&own);
+                // The other two axes, in the order of the array.
+                let point = |s: usize, t: usize| points[s * (SHOWN + 1) + t];
+                // Around x1 and x3 the two follow right-handed, around x2 left-handed.
+                let outward = (at == places[axis][SHOWN]) == (axis != 1);
+                for (s, t) in (0..SHOWN).flat_map(|s| (0..SHOWN).map(move |t| (s, t))) {
+                    let [a, b, c, d] = [point(s, t), point(s + 1, t), point(s + 1, t + 1), point(s, t + 1)];
+                    out.extend(if outward { [[a, b, c], [a, c, d]] } else { [[a, c, b], [a, d, c]] });
+                }
+            }
+        }
+        out
+    }
+}
+
+/// The bent scene of a layer with electrodes; `None` where there are other bodies in its way.
+pub(crate) fn bent_in_space(
+    case: &Case,
+    deformed: &DeformedScene,
+    step: &FiniteElementStep,
+    probe: &Probe<'_, Space>,
+) -> Option<BentScene> {
+    let (layer, electrodes) = (case.layer.as_ref()?, case.electrodes.as_ref()?);
+    let Some(Mechanics::Solid(model)) = &case.mechanics else { return None };
+    if deformed.scene.bodies.iter().any(|body| is_beside_layer(body.purpose)) {
+        return None;
+    }
+    let pad = [layer.half_length?, layer.thickness, 0.5 * model.width];
+    let material = Material { probe, pad, tiny: 1e-9 * layer.thickness };
+    let frame = Frame::new(deformed, electrodes, step, &material)?;
+    let scene = frame.scene(deformed, step)?;
+    let axes = frame.axes();
+    let map = SceneMap::new(axes, |x| {
+        let to = frame.image(x, &material);
+        [0, 1, 2].map(|a| to[a] - x[a])
+    });
+    let deviation = frame.deviation(&map, &material, deformed.pair?.gap);
+    Some(BentScene { scene, map: Arc::new(map), deviation })
+}
+
+/// Whether a body is neither layer nor electrode nor what lies below and above these.
+fn is_beside_layer(purpose: Purpose) -> bool {
+    matches!(purpose, Purpose::Fixed | Purpose::OnTop | Purpose::OnIndenter)
+}
+
+/// The finite elements of a quarter of the layer.
+struct Material<'a> {
+    probe: &'a Probe<'a, Space>,
+    /// Half length, thickness and half width before loading, m.
+    pad: [f64; 3],
+    /// A length that means nothing, m.
+    tiny: f64,
+}
+
+impl Material<'_> {
+    /// Where a material point goes; beyond the end and the side of the layer as high as at its edge.
+    fn position(&self, y: [f64; 3]) -> [f64; 3] {
+        let inside = [0, 1, 2].map(|a| y[a].clamp(0.0, self.pad[a]));
+        // Elements at a fan meet their own box with a tolerance: a point on the very edge is looked for a little inside.
+        let near = [0, 1, 2].map(|a| inside[a].clamp(self.tiny, self.pad[a] - self.tiny));
+        let u = self.probe.displacement(inside).or_else(|| self.probe.displacement(near)).unwrap_or([0.0; 3]);
+        let mut out = [0, 1, 2].map(|a| y[a] + u[a]);
+        out[1] = inside[1] + u[1];
+        out
+    }
+
+    /// The height of the material at depth `y2` (before loading) above the place `x1`, `x3`, starting from a material point.
+    fn height_at(&self, mut y: [f64; 3], place: [f64; 2]) -> f64 {
+        let mut found = self.position(y);
+        for _ in 0..SEARCH_STEPS {
+            let miss = [place[0] - found[0], place[1] - found[2]];
+            if miss.iter().all(|m| m.abs() < self.tiny) {
+                break;
+            }
+            (y[0], y[2]) = (y[0] + miss[0], y[2] + miss[1]);
+            found = self.position(y);
+        }
+        found[1]
+    }
+}
+
+/// The planes of the boxes that the map starts from.
+struct Frame {
+    /// Planes of each axis before loading and in the frame: `[material, frame]`, ascending. The last of the first and the third axis
+    /// is where the map ends.
+    planes: [Vec<[f64; 2]>; 3],
+    /// Where the map ends below and above the layer; `None` where a face of the layer is a wall.
+    below: Option<f64>,
+    above: Option<f64>,
+    /// Whether the layer goes on beyond the map.
+    is_open: bool,
+    /// The last plane of an electrode on each axis, in the frame.
+    last: [f64; 3],
+    /// The electrodes of the quarter that is solved, before loading.
+    electrodes: Vec<Box3>,
+    layout: Layout,
+}
+
+impl Frame {
+    fn new(
+        deformed: &DeformedScene,
+        electrodes: &Electrodes,
+        step: &FiniteElementStep,
+        material: &Material<'_>,
+    ) -> Option<Self> {
+        let pair = deformed.pair?;
+        let before = electrodes.regions();
+        let mut after = Vec::new();
+        for place in pair.places {
+            let conductor = deformed.scene.conductors().nth(place.conductor)?;
+            after.push(conductor.body.parts.get(place.part)?.bounds()?);
+        }
+        let both: Vec<(Box3, Box3)> = before.into_iter().zip(after).collect();
+        let tiny = material.tiny;
+        let mut planes: [Vec<[f64; 2]>; 3] = Default::default();
+        for (axis, planes) in planes.iter_mut().enumerate() {
+            // Planes of several electrodes that were one before loading stay one, at their mean.
+            let mut all: Vec<[f64; 2]> = both
+                .iter()
+                .flat_map(|(b, a)| [[b.min[axis], a.min[axis]], [b.max[axis], a.max[axis]]])
+                .collect();
+            all.retain(|p| axis == 1 || p[0] > tiny);
+            all.sort_by(|p, q| p[0].total_cmp(&q[0]));
+            for group in all.chunk_by(|p, q| q[0] - p[0] < tiny) {
+                let mean = |k: usize| group.iter().map(|p| p[k]).sum::<f64>() / group.len() as f64;
+                planes.push([mean(0), mean(1)]);
+            }
+        }
+        let last = [0, 1, 2].map(|a| planes[a].last().map_or(0.0, |p| p[1]));
+        let domain = &deformed.scene.domain;
+        for axis in [0, 2] {
+            let [before, after] = *planes[axis].last()?;
+            let end =
+                if domain.max[axis].is_finite() { domain.max[axis] } else { after + DECAY * material.pad[1] };
+            planes[axis].insert(0, [0.0, 0.0]);
+            planes[axis].push([before + end - after, end]);
+        }
+        let is_open = [0, 2].iter().any(|&a| deformed.scene.walls[a][1] == Wall::Open);
+        let surface = surface(&planes, is_open, material);
+        planes[1].retain(|p| p[0] > tiny && p[0] < material.pad[1] - tiny);
+        planes[1].insert(0, [0.0, 0.0]);
+        planes[1].push([material.pad[1], surface]);
+        let depth = if domain.min[1].is_finite() { domain.min[1] } else { -DECAY * material.pad[1] };
+        let below = (depth < -tiny).then_some(depth);
+        let is_wall = domain.max[1] <= step.deformed_thickness + tiny;
+        let reach = surface + DECAY * material.pad[1];
+        let above = (!is_wall).then(|| if domain.max[1].is_finite() { domain.max[1] } else { reach });
+        let ascending =
+            |p: &[[f64; 2]]| p.windows(2).all(|w| w[1][0] - w[0][0] > tiny && w[1][1] - w[0][1] > tiny);
+        let room = above.is_none_or(|above| above > surface + tiny);
+        let layout = electrodes.layout;
+        let solved = match layout {
+            Layout::InPlane => vec![before[1]],
+            Layout::Stacked => before.to_vec(),
+        };
+        (planes.iter().all(|p| ascending(p)) && room).then_some(Self {
+            planes,
+            below,
+            above,
+            is_open,
+            last,
+            electrodes: solved,
+            layout,
+        })
+    }
+
+    /// The frame's coordinate of a plane before loading.
+    fn of_material(&self, axis: usize, y: f64) -> f64 {
+        between(&self.planes[axis], y, 0, 1)
+    }
+
+    /// The box in the frame of one before loading.
+    fn of_box(&self, region: &Box3) -> Box3 {
+        // Mirror images on the other side.
+        let place = |axis: usize, y: f64| {
+            if y < 0.0 { -self.of_material(axis, -y) } else { self.of_material(axis, y) }
+        };
+        Box3 {
+            min: [0, 1, 2].map(|a| place(a, region.min[a])),
+            max: [0, 1, 2].map(|a| place(a, region.max[a])),
+        }
+    }
+
+    /// The bodies as boxes of the frame.
+    fn scene(&self, deformed: &DeformedScene, step: &FiniteElementStep) -> Option<Scene> {
+        let pair = match (self.layout, self.electrodes.as_slice()) {
+            (Layout::InPlane, [right]) => {
+                let right = self.of_box(right);
+                let mut left = right;
+                (left.min[0], left.max[0]) = (-right.max[0], -right.min[0]);
+                [left, right]
+            }
+            (Layout::Stacked, [lower, upper]) => [self.of_box(lower), self.of_box(upper)],
+            (Layout::InPlane | Layout::Stacked, _) => return None,
+        };
+        let mut scene = deformed.with_pair(pair);
+        let surface = self.planes[1].last()?[1];
+        for body in &mut scene.bodies {
+            for part in &mut body.parts {
+                let Shape::Box(region) = part else { continue };
+                match body.purpose {
+                    Purpose::Layer if region.max[1].is_finite() => region.max[1] = surface,
+                    Purpose::Cover => region.min[1] = surface,
+                    Purpose::Layer
+                    | Purpose::Substrate
+                    | Purpose::Electrode
+                    | Purpose::OnTop
+                    | Purpose::OnIndenter
+                    | Purpose::Fixed => {}
+                }
+            }
+        }
+        if self.above.is_none() && scene.domain.max[1] <= step.deformed_thickness * (1.0 + 1e-9) {
+            scene.domain.max[1] = surface;
+        }
+        Some(scene)
+    }
+
+    /// The grid of the map's polynomials.
+    fn axes(&self) -> [MapAxis; 3] {
+        let breaks = |a: usize| self.planes[a].iter().map(|p| p[1]).collect::<Vec<f64>>();
+        let mut across: Vec<f64> = breaks(1);
+        let is_electrode = |ends: &[[f64; 2]]| {
+            let middle = 0.5 * (ends[0][0] + ends[1][0]);
+            self.electrodes.iter().any(|e| e.min[1] < middle && middle < e.max[1])
+        };
+        let mut degrees: Vec<usize> = self.planes[1]
+            .windows(2)
+            .map(|w| if is_electrode(w) { OVER_ELECTRODE } else { BETWEEN })
+            .collect();
+        if let Some(above) = self.above {
+            across.push(above);
+            degrees.push(1);
+        }
+        if let Some(below) = self.below {
+            across.insert(0, below);
+            degrees.insert(0, 1);
+        }
+        let horizontal = |a: usize| {
+            let breaks = breaks(a);
+            let mut degrees = vec![ALONG; breaks.len() - 1];
+            if let Some(last) = degrees.last_mut() {
+                *last = BESIDE;
+            }
+            MapAxis { breaks, degrees, mirrored: true }
+        };
+        [horizontal(0), MapAxis { breaks: across, degrees, mirrored: false }, horizontal(2)]
+    }
+
+    /// Where a point of the frame (in the quarter that is solved) goes.
+    fn image(&self, x: [f64; 3], material: &Material<'_>) -> [f64; 3] {
+        let surface = self.planes[1].last().map_or(0.0, |p| p[1]);
+        let beyond = match (self.below, self.above) {
+            (Some(below), _) if x[1] < 0.0 => Some((0.0, below)),
+            (_, Some(above)) if x[1] > surface => Some((surface, above)),
+            _ => None,
+        };
+        if let Some((face, end)) = beyond {
+            let rest = ((end - x[1]) / (end - face)).clamp(0.0, 1.0);
+            let on_face = [x[0], face, x[2]];
+            let to = self.image(on_face, material);
+            return [0, 1, 2].map(|a| x[a] + rest * (to[a] - on_face[a]));
+        }
+        let y = [0, 1, 2].map(|a| between(&self.planes[a], x[a], 1, 0));
+        let to = material.position(y);
+        let rest = |a: usize| {
+            let end = self.planes[a].last().map_or(0.0, |p| p[1]);
+            ((end - x[a]) / (end - self.last[a])).clamp(0.0, 1.0)
+        };
+        let share = rest(0) * rest(2);
+        if share == 1.0 {
+            return to;
+        }
+        let place = [x[0] + share * (to[0] - x[0]), x[2] + share * (to[2] - x[2])];
+        let height = material.height_at(y, place);
+        let up = if self.is_open { x[1] + share * (height - x[1]) } else { height };
+        [place[0], up, place[1]]
+    }
+
+    /// See [`BentScene::deviation`].
+    fn deviation(&self, map: &SceneMap, material: &Material<'_>, gap: f64) -> f64 {
+        const COUNT: usize = 7;
+        let at = |ends: [f64; 2], i: usize| ends[0] + (ends[1] - ends[0]) * (i as f64 + 0.5) / COUNT as f64;
+        let root_mean_square = |points: &[(usize, [f64; 3])]| {
+            let off = |(axis, x): &(usize, [f64; 3])| map.image(*x)[*axis] - self.image(*x, material)[*axis];
+            (points.iter().map(|p| off(p).powi(2)).sum::<f64>() / points.len().max(1) as f64).sqrt()
+        };
+        let mut worst: f64 = 0.0;
+        for region in &self.electrodes {
+            let solved =
+                self.of_box(&Box3 { min: [region.min[0].max(0.0), region.min[1], 0.0], max: region.max });
+            let smallest = (0..3).map(|a| solved.extent(a)).fold(gap, f64::min);
+            for axis in 0..3 {
+                let [p, q] = [(axis + 1) % 3, (axis + 2) % 3];
+                let ends = |a: usize| [solved.min[a], solved.max[a]];
+                let points: Vec<(usize, [f64; 3])> = (0..2 * COUNT * COUNT)
+                    .map(|n| {
+                        let mut x = [0.0; 3];
+                        x[axis] = ends(axis)[n % 2];
+                        (x[p], x[q]) = (at(ends(p), n / 2 % COUNT), at(ends(q), n / 2 / COUNT));
+                        (axis, x)
+                    })
+                    .collect();
+                worst = worst.max(root_mean_square(&points) / smallest);
+            }
+        }
+        let surface = self.planes[1].last().map_or(0.0, |p| p[1]);
+        let ends = |a: usize| [0.0, self.planes[a].last().map_or(0.0, |p| p[1])];
+        let points: Vec<(usize, [f64; 3])> = (0..COUNT * COUNT)
+            .map(|n| (1, [at(ends(0), n % COUNT), surface, at(ends(2), n / COUNT)]))
+            .collect();
+        // The surface matters by its distance from the electrodes.
+        worst.max(root_mean_square(&points) / (surface - self.last[1]).max(gap))
+    }
+}
+
+/// The height of the surface in the frame, m, given the `planes` along x1 and x3.
+fn surface(planes: &[Vec<[f64; 2]>; 3], is_open: bool, material: &Material<'_>) -> f64 {
+    const PLACES: [f64; 5] = [0.1, 0.3, 0.5, 0.7, 0.9];
+    let end = |a: usize, from_end: usize| planes[a].iter().rev().nth(from_end).map_or(0.0, |p| p[0]);
+    let top = |x1: f64, x3: f64| material.position([x1, material.pad[1], x3])[1];
+    if is_open {
+        // What lies beyond the map begins at its ends.
+        let edges = PLACES.map(|s| top(end(0, 0), s * end(2, 0)) + top(s * end(0, 0), end(2, 0)));
+        return edges.iter().sum::<f64>() / 10.0;
+    }
+    // Above the electrodes the map then has least to stretch.
+    let above = PLACES.iter().flat_map(|s| PLACES.map(|t| top(s * end(0, 1), t * end(2, 1))));
+    above.sum::<f64>() / 25.0
+}
+
+/// Linear between planes, from coordinate `from` of these to coordinate `to`; beyond the last as between the last two.
+fn between(planes: &[[f64; 2]], x: f64, from: usize, to: usize) -> f64 {
+    let last = planes.len().saturating_sub(2);
+    let k = planes.partition_point(|p| p[from] <= x).saturating_sub(1).min(last);
+    let Some(&[low, high]) = planes.get(k..k + 2) else { return x };
+    if x == high[from] {
+        return high[to];
+    }
+    low[to] + (x - low[from]) * (high[to] - low[to]) / (high[from] - low[from])
+}

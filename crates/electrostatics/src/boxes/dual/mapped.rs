@@ -1,0 +1,468 @@
+//! The lower bound of a scene that a map bends.
+//!
+//! Fluxes are those of the boxes, and their energy is the integral of s K^-1 s. A flux near the best is made from the primal
+//! solution: K grad u is projected, in the norm of the boxes, on the fluxes without divergence. Projection cannot enlarge the distance
+//! from the best flux in that norm, and the norms differ by the stretch at most. It takes one problem of the boxes.
+//!
+//! The solver leaves a divergence r. A repair p cancels it exactly ([`super::repair`]), and the bound is
+//!
+//! J = 2 g s - (1 + d) (s, K^-1 s) - (1 + 1/d) (p, K^-1 p)
+//!
+//! for any d > 0, by Young's inequality. The energy of p is at most the largest of eps K^-1 times r A'^-1 r. The repair does not change
+//! the charge g s of a conductor: it has no divergence in there, so that what flows in flows out.
+
+use super::lines::{Bundle, Run};
+use super::rays::{inner, shares};
+use super::{Basis, Dual, Strip, others};
+use crate::SolveError;
+use crate::boxes::domain::Domain;
+use crate::boxes::energy::{Energies, stop_if_asked};
+use crate::boxes::mapped::gradients::{EXTRA, FINER, Gradients, add_with_error};
+use crate::boxes::mapped::metric::{Metric, Of, product};
+use crate::boxes::mapped::points::{AxisPoints, Evaluation};
+use elastocap_fem::line::Numbering;
+use elastocap_fem::mixed::FluxEnd;
+use elastocap_fem::tensor::{Dims, along, dot};
+use elastocap_linalg::conjugate_gradients::{self, Operator};
+use elastocap_linalg::dense;
+use faer::Mat;
+use std::sync::atomic::AtomicBool;
+use std::time::Instant;
+
+/// A flux: for each axis and each run of each bundle, the coordinates whose squares add up to the energy, `[row][line]`.
+struct Flux([Vec<Vec<f64>>; 3]);
+
+/// One right-hand side's flux, its divergence and the repair.
+struct Found {
+    flux: Flux,
+    residual: Vec<f64>,
+    repair: Vec<f64>,
+    proved: bool,
+    converged: bool,
+    iterations: usize,
+}
+
+/// Lower energies of a scene that a map bends, from the `coefficients` of the primal solutions.
+pub(crate) fn lower(
+    domain: &Domain,
+    potentials: &[Vec<f64>],
+    coefficients: &[Vec<f64>],
+    share: f64,
+    cancel: Option<&AtomicBool>,
+) -> Result<Energies, SolveError> {
+    let begin = Instant::now();
+    let mut dual = Dual::new(domain)?;
+    let whole = &domain.truncated();
+    let assembled = Instant::now();
+    stop_if_asked(cancel)?;
+    let mut found = Vec::new();
+    for u in coefficients {
+        let target = target(domain, &dual, u)?;
+        let flux = dual.projected(whole, &target);
+        found.push(dual.without_divergence(flux, share, cancel)?);
+    }
+    let (coarser, finer) =
+        (Metric::new(whole, EXTRA, Of::Resistance)?, Metric::new(whole, FINER, Of::Resistance)?);
+    let largest = finer.as_ref().map_or(1.0, |metric| metric.largest);
+    let n = potentials.len();
+    let mut energy = dual.energies_of(&found);
+    if let (Some(coarser), Some(finer)) = (coarser, finer) {
+        let [coarser, finer] = [coarser, finer].map(|metric| dual.added_energies(whole, &metric, &found));
+        add_with_error(&mut energy, &coarser, &finer, 1.0);
+    }
+    let charges = dual.charges(potentials, &found);
+    let worst = dual.repair_excess() * largest;
+    let repair = Mat::from_fn(n, n, |i, j| {
+        let (own, other) = (&found[i], &found[j]);
+        worst * 0.5 * (dot(&own.repair, &other.residual) + dot(&other.repair, &own.residual))
+    });
+    let trace = |m: &Mat<f64>| (0..n).map(|i| m[(i, i)]).sum::<f64>();
+    let ratio = (trace(&repair).max(0.0) / trace(&energy)).sqrt();
+    // Half of what both cost together comes from either.
+    let young = if ratio > 0.0 { [1.0 + ratio, 1.0 + 1.0 / ratio] } else { [1.0, 1.0] };
+    let mut matrix = Mat::from_fn(n, n, |i, j| {
+        charges[(i, j)] + charges[(j, i)] - young[0] * energy[(i, j)] - young[1] * repair[(i, j)]
+    });
+    let mut repair_share = 0.0_f64;
+    for i in 0..n {
+        let cost = (young[0] - 1.0) * energy[(i, i)] + young[1] * repair[(i, i)];
+        repair_share = repair_share.max(cost / matrix[(i, i)]);
+        // Covers the rounding of the sums.
+        matrix[(i, i)] -= 256.0 * f64::EPSILON * energy[(i, i)];
+    }
+    if found.iter().any(|one| !one.proved) {
+        matrix = Mat::zeros(n, n);
+    }
+    Ok(Energies {
+        matrix,
+        unknowns: dual.unknowns(),
+        iterations: found.iter().map(|one| one.iterations).sum(),
+        converged: found.iter().all(|one| one.converged),
+        repair_share,
+        coefficients: Vec::new(),
+        seconds: [(assembled - begin).as_secs_f64(), assembled.elapsed().as_secs_f64()],
+    })
+}
+
+/// Integrals of K grad u / eps with the potential modes of the two other axes, at Gauss points along each axis in turn: the target of
+/// the projection.
+struct Target {
+    points: [AxisPoints; 3],
+    /// `[point or mode]` on each axis: points along the component's own.
+    parts: [Vec<f64>; 3],
+}
+
+fn target(domain: &Domain, dual: &Dual, u: &[f64]) -> Result<Target, SolveError> {
+    let dims = domain.primal_dims();
+    let points = all_points(domain);
+    let shape = points.each_ref().map(AxisPoints::len);
+    let evaluate = [0, 1, 2].map(|a| {
+        let axis = &domain.axes[a];
+        let window = 0..axis.functions().len();
+        points[a].functions(axis, &window).map(|m| Evaluation::new(&m))
+    });
+    let bent = Gradients::new(domain, EXTRA)?;
+    let added = bent.as_ref().map(|bent| (bent.added_flux(u, dims), bent.points()));
+    let whole = domain.truncated();
+    let parts = [0, 1, 2].map(|component| {
+        let (mut t, mut now) = (u.to_vec(), dims);
+        for a in (0..3).rev() {
+            let [value, slope] = &evaluate[a];
+            let matrix = if a == component { slope } else { value };
+            (t, now) = along(a, &matrix.forward, &t, now);
+        }
+        for (index, t) in t.iter_mut().enumerate() {
+            let at = [index / (shape[1] * shape[2]), index / shape[2] % shape[1], index % shape[2]];
+            *t *= (0..3).map(|a| points[a].weights[at[a]]).product::<f64>();
+        }
+        if let Some((added, bent)) = &added {
+            add_at(&mut t, &points, &added[component], bent, domain);
+        }
+        for a in (0..3).filter(|a| *a != component) {
+            let radial = dual.basis[a].as_ref().map(|basis| &basis.radial);
+            let modes = Evaluation::new(&points[a].modes(&whole.axes[a], radial));
+            (t, now) = along(a, &modes.back, &t, now);
+        }
+        t
+    });
+    Ok(Target { points, parts })
+}
+
+/// Points on all finite elements.
+fn all_points(domain: &Domain) -> [AxisPoints; 3] {
+    [0, 1, 2].map(|a| {
+        let line = &domain.axes[a].line;
+        let first = line.first_finite();
+        AxisPoints::new(&domain.axes[a], first..first + line.degrees.len(), EXTRA)
+    })
+}
+
+/// Adds `part`, a weighted flux at the points `bent` among all `points`, over the permittivity.
+fn add_at(all: &mut [f64], points: &[AxisPoints; 3], part: &[f64], bent: &[AxisPoints; 3], domain: &Domain) {
+    let first = [0, 1, 2].map(|a| {
+        let start = bent[a].element.first().copied().unwrap_or(0);
+        points[a].element.partition_point(|e| *e < start)
+    });
+    let (n, m) = (points.each_ref().map(AxisPoints::len), bent.each_ref().map(AxisPoints::len));
+    for (index, value) in part.iter().enumerate() {
+        let at = [index / (m[1] * m[2]), index / m[2] % m[1], index % m[2]];
+        let cell = [0, 1, 2].map(|a| bent[a].interval[at[a]]);
+        let [i, j, k] = [0, 1, 2].map(|a| first[a] + at[a]);
+        all[(i * n[1] + j) * n[2] + k] += value / domain.permittivity_of(cell);
+    }
+}
+
+/// A run of an axis with its segment's matrices at points: which of the points lie on it, and the values there of the flux whose
+/// coordinates are unit vectors.
+struct RunValues {
+    /// The first of the points, and a row for each.
+    first: usize,
+    matrix: Mat<f64>,
+}
+
+impl Dual {
+    fn runs(&self, a: usize) -> impl Iterator<Item = (&Bundle, &Run)> {
+        self.bundles[a].iter().flat_map(|bundle| bundle.runs.iter().map(move |run| (bundle, run)))
+    }
+
+    /// For each segment of an axis, the values at `points` of fluxes with unit coordinates.
+    fn values_at(&self, domain: &Domain, a: usize, points: &AxisPoints) -> Vec<RunValues> {
+        let axis = &domain.axes[a];
+        let numbering = Numbering::new(&axis.line);
+        let [all, _] = points.all_functions(axis, 0..numbering.len);
+        let of = |segment: &super::Segment| {
+            let [lo, hi] = segment.intervals;
+            let elements = axis.cuts[lo]..axis.cuts[hi];
+            let first = points.element.partition_point(|e| *e < elements.start);
+            let end = points.element.partition_point(|e| *e < elements.end);
+            let blocked = usize::from(segment.ends[0] == FluxEnd::Blocked);
+            let from = numbering.vertex[axis.cuts[lo]] + blocked;
+            let none = Mat::zeros(0, 0);
+            let coefficients = segment.coefficients.as_ref().unwrap_or(&none);
+            let n = coefficients.nrows();
+            let values = all.as_ref().submatrix(first, from, end - first, n);
+            RunValues { first, matrix: dense::product(values, coefficients.as_ref()) }
+        };
+        self.segments[a].iter().map(of).collect()
+    }
+
+    /// The lines of a run: index across in the array of one component, and the root of the permittivity at its first interval.
+    fn lines<'s>(
+        &'s self,
+        a: usize,
+        bundle: &'s Bundle,
+        run: &'s Run,
+    ) -> impl Iterator<Item = (usize, usize, f64)> + 's {
+        let (p, q) = others(a);
+        let columns = bundle.across[1].clone();
+        bundle.across[0].clone().flat_map(move |s| {
+            columns.clone().map(move |t| {
+                let mut at = [0; 3];
+                (at[a], at[p], at[q]) = (run.range.start, s, t);
+                (s, t, self.weights.root_at(at))
+            })
+        })
+    }
+
+    /// The flux that is nearest to a target, with whatever divergence it has.
+    fn projected(&self, domain: &Domain, target: &Target) -> Flux {
+        let flux = [0, 1, 2].map(|a| {
+            let (p, q) = others(a);
+            let values = self.values_at(domain, a, &target.points[a]);
+            let mut dims = self.dims;
+            dims[a] = target.points[a].len();
+            let stride = strides(dims);
+            let part = &target.parts[a];
+            let of_run = |(bundle, run): (&Bundle, &Run)| {
+                let segment = &self.segments[a][run.segment];
+                let RunValues { first, matrix } = &values[run.segment];
+                let width = bundle.across[0].len() * bundle.across[1].len();
+                let mut y = vec![0.0; matrix.ncols() * width];
+                for (column, (s, t, root)) in self.lines(a, bundle, run).enumerate() {
+                    let at = |point: usize| part[point * stride[a] + s * stride[p] + t * stride[q]];
+                    for row in 0..matrix.nrows() {
+                        let weight = root * at(first + row);
+                        (0..matrix.ncols()).for_each(|r| y[r * width + column] += matrix[(row, r)] * weight);
+                    }
+                    let radius = domain.axes[a].rays.map_or(0.0, |rays| rays.radius);
+                    for side in segment.leaving.iter().flat_map(|leaving| leaving.sides.iter().copied()) {
+                        // Flux that leaves is taken from the last points: the projection need not be exact.
+                        let (point, sign) =
+                            if side == 0 { (*first, -1.0) } else { (first + matrix.nrows() - 1, 1.0) };
+                        let weight = sign * root * radius * at(point) / target.points[a].weights[point];
+                        segment.face[side]
+                            .iter()
+                            .enumerate()
+                            .for_each(|(r, f)| y[r * width + column] += f * weight);
+                    }
+                }
+                y
+            };
+            self.runs(a).map(of_run).collect()
+        });
+        Flux(flux)
+    }
+
+    /// Takes the divergence out of a flux by the problem of the boxes.
+    fn without_divergence(
+        &mut self,
+        mut flux: Flux,
+        share: f64,
+        cancel: Option<&AtomicBool>,
+    ) -> Result<Found, SolveError> {
+        let b = self.minus_divergence(&flux);
+        let energy = flux.0.iter().flatten().map(|y| dot(y, y)).sum::<f64>();
+        let excess = self.repair_excess();
+        let mut x = vec![0.0; b.len()];
+        let mut r = b.clone();
+        let (mut step, mut rest) = (vec![0.0; b.len()], Vec::new());
+        // The repair costs the root of its energy, and that is to be a small part of the error of the grid.
+        let enough = (0.1 * share).powi(2).max(1e-15);
+        let (mut goal, mut last, mut iterations) = (enough, f64::INFINITY, 0);
+        loop {
+            step.fill(0.0);
+            let goal_now = conjugate_gradients::Goal {
+                share: goal,
+                start: energy,
+                iteration_limit: conjugate_gradients::ITERATION_LIMIT,
+                cancel,
+            };
+            let c = conjugate_gradients::solve(self, &r, &mut step, &mut rest, goal_now);
+            stop_if_asked(cancel)?;
+            iterations += c.iterations;
+            x.iter_mut().zip(&step).for_each(|(x, s)| *x += s);
+            self.true_residual(&b, &x, &mut r);
+            self.balance(&mut x, &mut r);
+            let (repair, left) = self.repair(&r);
+            let cost = excess * dot(&repair, &r) / energy;
+            let proved = left < 1e-3 && cost >= 0.0;
+            let cheap = cost <= 20.0 * enough;
+            if !proved || cheap || cost > 0.5 * last || iterations > conjugate_gradients::ITERATION_LIMIT {
+                self.add_gradient(&mut flux, &x);
+                let converged = proved && (c.reached || cheap);
+                return Ok(Found { flux, residual: r, repair, proved, converged, iterations });
+            }
+            (last, goal) = (cost, goal * (enough / cost).clamp(1e-6, 0.1));
+        }
+    }
+
+    /// Minus the divergence of a flux, in the scaling of the unknowns.
+    fn minus_divergence(&self, flux: &Flux) -> Vec<f64> {
+        let stride = strides(self.dims);
+        let mut out = vec![0.0; self.unknowns()];
+        for a in 0..3 {
+            let (p, q) = others(a);
+            for ((bundle, run), y) in self.runs(a).zip(&flux.0[a]) {
+                let root = &self.segments[a][run.segment].root;
+                let width = bundle.across[0].len() * bundle.across[1].len();
+                for (column, (s, t, _)) in self.lines(a, bundle, run).enumerate() {
+                    for m in 0..root.cols {
+                        let sum: f64 = (0..root.rows)
+                            .map(|r| root.data[r * root.cols + m] * y[r * width + column])
+                            .sum();
+                        out[(run.range.start + m) * stride[a] + s * stride[p] + t * stride[q]] -= sum;
+                    }
+                }
+            }
+        }
+        out
+    }
+
+    /// Adds M^-1 D^T phi to a flux.
+    fn add_gradient(&self, flux: &mut Flux, phi: &[f64]) {
+        for a in 0..3 {
+            let across = shares(&self.basis, a);
+            for ((bundle, run), y) in self.runs(a).zip(&mut flux.0[a]) {
+                let segment = &self.segments[a][run.segment];
+                let (rows, columns) = (bundle.across[0].clone(), bundle.across[1].clone());
+                let width = rows.len() * columns.len();
+                let none = vec![0.0; run.ends.iter().flatten().max().map_or(0, |last| last + 1)];
+                for (line, s) in rows.enumerate() {
+                    let strip = Strip { axis: a, run, row: s, columns: columns.clone() };
+                    let mut own = self.flux_of(&strip, &none, phi);
+                    for (column, t) in columns.clone().enumerate() {
+                        let Some(leaving) = &segment.leaving else { continue };
+                        let trace = trace(&own, columns.len(), column, segment, &leaving.sides);
+                        let damped = leaving.damp(across[0][s] + across[1][t], trace);
+                        for (side, d) in leaving.sides.iter().zip(damped) {
+                            for (r, f) in segment.face[*side].iter().enumerate() {
+                                own[r * columns.len() + column] -= d * f;
+                            }
+                        }
+                    }
+                    for (r, own) in own.chunks_exact(columns.len().max(1)).enumerate() {
+                        let at = r * width + line * columns.len();
+                        y[at..at + columns.len()].iter_mut().zip(own).for_each(|(y, x)| *y += x);
+                    }
+                }
+            }
+        }
+    }
+
+    /// Energies of fluxes as if no map bent the scene, open space included.
+    fn energies_of(&self, found: &[Found]) -> Mat<f64> {
+        let n = found.len();
+        let mut out = Mat::zeros(n, n);
+        for a in 0..3 {
+            let across = shares(&self.basis, a);
+            for (number, (bundle, run)) in self.runs(a).enumerate() {
+                let segment = &self.segments[a][run.segment];
+                let width = bundle.across[0].len() * bundle.across[1].len();
+                for i in 0..n {
+                    for j in 0..n {
+                        let (x, y) = (&found[i].flux.0[a][number], &found[j].flux.0[a][number]);
+                        out[(i, j)] += dot(x, y);
+                        let Some(leaving) = &segment.leaving else { continue };
+                        for (column, (s, t, _)) in self.lines(a, bundle, run).enumerate() {
+                            let [x, y] = [x, y].map(|y| trace(y, width, column, segment, &leaving.sides));
+                            out[(i, j)] += leaving.oblique(across[0][s] + across[1][t], x, y);
+                        }
+                    }
+                }
+            }
+        }
+        out
+    }
+
+    /// What the map adds to the energies of fluxes, by the rule of a metric.
+    fn added_energies(&self, domain: &Domain, metric: &Metric, found: &[Found]) -> Mat<f64> {
+        let at_points: Vec<[Vec<f64>; 3]> =
+            found.iter().map(|one| [0, 1, 2].map(|a| self.at_points(domain, a, metric, &one.flux))).collect();
+        let n = found.len();
+        Mat::from_fn(n, n, |i, j| product(&metric.tensors, &at_points[i], &at_points[j]))
+    }
+
+    /// A component of a flux at the points of a metric.
+    fn at_points(&self, domain: &Domain, a: usize, metric: &Metric, flux: &Flux) -> Vec<f64> {
+        let (p, q) = others(a);
+        let values = self.values_at(domain, a, &metric.points[a]);
+        let mut dims = self.dims;
+        dims[a] = metric.points[a].len();
+        let stride = strides(dims);
+        let mut out = vec![0.0; dims.iter().product()];
+        for ((bundle, run), y) in self.runs(a).zip(&flux.0[a]) {
+            let RunValues { first, matrix } = &values[run.segment];
+            let width = bundle.across[0].len() * bundle.across[1].len();
+            for (column, (s, t, root)) in self.lines(a, bundle, run).enumerate() {
+                for row in 0..matrix.nrows() {
+                    let value: f64 =
+                        (0..matrix.ncols()).map(|r| matrix[(row, r)] * y[r * width + column]).sum();
+                    out[(first + row) * stride[a] + s * stride[p] + t * stride[q]] += root * value;
+                }
+            }
+        }
+        for b in [p, q] {
+            let radial = self.basis[b].as_ref().map(|basis: &Basis| &basis.radial);
+            let modes = Evaluation::new(&metric.points[b].modes(&domain.axes[b], radial));
+            (out, dims) = along(b, &modes.forward, &out, dims);
+        }
+        out
+    }
+
+    /// Charges g_i s_j: what flows from the conductors at the potentials of right-hand side i in the flux of j, times these.
+    fn charges(&self, potentials: &[Vec<f64>], found: &[Found]) -> Mat<f64> {
+        let n = found.len();
+        let mut out = Mat::zeros(n, n);
+        for a in 0..3 {
+            let (p, q) = others(a);
+            for (number, (bundle, run)) in self.runs(a).enumerate() {
+                let segment = &self.segments[a][run.segment];
+                let width = bundle.across[0].len() * bundle.across[1].len();
+                for side in 0..2 {
+                    let Some(conductor) = run.ends[side] else { continue };
+                    let mut flows = vec![0.0; n];
+                    for (column, (s, t, _)) in self.lines(a, bundle, run).enumerate() {
+                        let mut at = [0; 3];
+                        (at[a], at[p], at[q]) = (run.range.start, s, t);
+                        let area = self.area(a, at);
+                        if area == 0.0 {
+                            continue;
+                        }
+                        for (flow, one) in flows.iter_mut().zip(found) {
+                            let y = one.flux.0[a][number][column..].iter().step_by(width);
+                            *flow += area * y.zip(&segment.face[side]).map(|(y, f)| y * f).sum::<f64>();
+                        }
+                    }
+                    for i in 0..n {
+                        (0..n).for_each(|j| out[(i, j)] += potentials[i][conductor] * flows[j]);
+                    }
+                }
+            }
+        }
+        out
+    }
+}
+
+/// What leaves one line of a flux at its open ends.
+fn trace(y: &[f64], width: usize, column: usize, segment: &super::Segment, sides: &[usize]) -> [f64; 2] {
+    let line: Vec<f64> = y[column..].iter().step_by(width).copied().collect();
+    let mut out = [0.0; 2];
+    for (out, side) in out.iter_mut().zip(sides) {
+        *out = inner(&line, &segment.face[*side]);
+    }
+    out
+}
+
+fn strides(dims: Dims) -> [usize; 3] {
+    [dims[1] * dims[2], dims[2], 1]
+}

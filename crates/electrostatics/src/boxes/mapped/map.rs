@@ -1,0 +1,272 @@
+//! A map of space that carries a scene of boxes to one of bent bodies.
+//!
+//! The displacement is a continuous polynomial of some degree on each cell of a coarse grid, given by its values at Chebyshev
+//! points, and zero beyond the grid.
+
+use super::metric::adjugate;
+use crate::solution::Field;
+use elastocap_fem::tensor::SparseRows;
+use elastocap_geometry::scene::{Scene, Wall};
+use faer::Mat;
+
+/// Lengths that differ by less than this share of the grid's size are the same.
+const SAME: f64 = 1e-9;
+
+/// One axis of the grid of a [`SceneMap`].
+#[derive(Debug, Clone, PartialEq)]
+pub struct MapAxis {
+    /// Where the polynomials end, ascending, m. On an axis that is mirrored the first is 0.
+    pub breaks: Vec<f64>,
+    /// The degree in each interval between two breaks, at least 1: one fewer than breaks.
+    pub degrees: Vec<usize>,
+    /// Whether the map on the other side of 0 is the mirror image.
+    pub mirrored: bool,
+}
+
+impl MapAxis {
+    /// The places where the displacement is given, ascending, m.
+    pub fn nodes(&self) -> Vec<f64> {
+        let mut nodes: Vec<f64> = self.breaks.first().copied().into_iter().collect();
+        for (ends, &degree) in self.breaks.windows(2).zip(&self.degrees) {
+            let middle = 0.5 * (ends[0] + ends[1]);
+            let half = 0.5 * (ends[1] - ends[0]);
+            nodes.extend(chebyshev(degree)[1..degree].iter().map(|s| middle + half * s));
+            nodes.push(ends[1]);
+        }
+        nodes
+    }
+
+    /// Whether the displacement at `x` (m) may differ from zero.
+    pub(crate) fn reaches(&self, x: f64) -> bool {
+        let x = if self.mirrored { x.abs() } else { x };
+        self.breaks.first().is_some_and(|first| *first <= x)
+            && self.breaks.last().is_some_and(|last| x <= *last)
+    }
+
+    /// The matrices from values at the nodes to values and to slopes (1/m) at `places` (m) within the grid, of a function that is
+    /// odd across 0, or else even, where the axis is mirrored.
+    fn matrices(&self, places: &[f64], odd: bool) -> [SparseRows<f64>; 2] {
+        let count = self.degrees.iter().sum::<usize>() + 1;
+        let mut matrices = [Mat::zeros(places.len(), count), Mat::zeros(places.len(), count)];
+        for (row, &place) in places.iter().enumerate() {
+            let reflected = self.mirrored && place < 0.0;
+            let x = if reflected { -place } else { place };
+            let last = self.degrees.len().saturating_sub(1);
+            let interval = self.breaks.partition_point(|b| *b <= x).saturating_sub(1).min(last);
+            let (Some(ends), Some(&degree)) =
+                (self.breaks.get(interval..interval + 2), self.degrees.get(interval))
+            else {
+                continue;
+            };
+            let half = 0.5 * (ends[1] - ends[0]);
+            let first: usize = self.degrees[..interval].iter().sum();
+            let parity = if reflected && odd { -1.0 } else { 1.0 };
+            let direction = if reflected { -parity } else { parity };
+            for (k, (value, slope)) in lagrange(degree, (x - ends[0]) / half - 1.0).into_iter().enumerate() {
+                matrices[0][(row, first + k)] = parity * value;
+                matrices[1][(row, first + k)] = direction * slope / half;
+            }
+        }
+        matrices.map(|m| SparseRows::from_mat(m.as_ref()))
+    }
+}
+
+/// A continuous map x -> x + u(x), the identity beyond its grid.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SceneMap {
+    pub(crate) axes: [MapAxis; 3],
+    /// Components of u at all nodes, `[component][i][j][k]`, m.
+    displacement: [Vec<f64>; 3],
+}
+
+impl SceneMap {
+    /// The map whose displacement (m) at the nodes of the axes is that of `displacement` (all lengths in m).
+    pub fn new(axes: [MapAxis; 3], displacement: impl Fn([f64; 3]) -> [f64; 3]) -> Self {
+        let [x, y, z] = axes.each_ref().map(MapAxis::nodes);
+        let mut values: [Vec<f64>; 3] = Default::default();
+        for &x in &x {
+            for &y in &y {
+                for &z in &z {
+                    for (all, one) in values.iter_mut().zip(displacement([x, y, z])) {
+                        all.push(one);
+                    }
+                }
+            }
+        }
+        Self { axes, displacement: values }
+    }
+
+    /// Where a point (m) goes, m.
+    pub fn image(&self, point: [f64; 3]) -> [f64; 3] {
+        self.images(&point.map(|x| vec![x])).first().copied().unwrap_or(point)
+    }
+
+    /// Where the tensor product of places (m) goes, m, `[i][j][k]`.
+    pub fn images(&self, places: &[Vec<f64>; 3]) -> Vec<[f64; 3]> {
+        let [x, y, z] = places;
+        let mut points = Vec::with_capacity(x.len() * y.len() * z.len());
+        for x in x {
+            points.extend(y.iter().flat_map(|y| z.iter().map(|z| [*x, *y, *z])));
+        }
+        let (within, numbers) = self.within(places);
+        let displacement = [0, 1, 2].map(|c| self.component(c, None, &within));
+        for (n, index) in numbers.into_iter().enumerate() {
+            (0..3).for_each(|c| points[index][c] += displacement[c][n]);
+        }
+        points
+    }
+
+    /// Whether the map is continuous in a scene: where its grid ends, a wall of the scene lies or nothing moves.
+    pub(crate) fn is_continuous(&self, scene: &Scene) -> bool {
+        let counts = self.axes.each_ref().map(|axis| axis.degrees.iter().sum::<usize>() + 1);
+        let strides = [counts[1] * counts[2], counts[2], 1];
+        let size = self.axes.iter().flat_map(|axis| &axis.breaks).fold(0.0_f64, |m, x| m.max(x.abs()));
+        (0..3).flat_map(|a| [(a, 0), (a, 1)]).all(|(a, side)| {
+            let axis = &self.axes[a];
+            let (end, wall) = match side {
+                0 => (axis.breaks.first(), scene.domain.min[a]),
+                _ => (axis.breaks.last(), scene.domain.max[a]),
+            };
+            let at_mirror = axis.mirrored && side == 0;
+            let at_wall =
+                scene.walls[a][side] != Wall::Open && end.is_some_and(|x| (x - wall).abs() < SAME * size);
+            if at_wall && !at_mirror {
+                return true;
+            }
+            let face = if side == 0 { 0 } else { counts[a] - 1 };
+            let rests = |u: &Vec<f64>| {
+                u.iter().enumerate().all(|(n, u)| n / strides[a] % counts[a] != face || u.abs() < SAME * size)
+            };
+            // At a mirror plane points may slide along it.
+            (0..3).all(|c| (at_mirror && c != a) || rests(&self.displacement[c]))
+        })
+    }
+
+    /// Gradients F of the map, `F[row][column]` = change of component `row` along axis `column`, at the tensor product of places (m)
+    /// within the grid, `[i][j][k]`.
+    pub(crate) fn gradients(&self, places: &[Vec<f64>; 3]) -> Vec<[[f64; 3]; 3]> {
+        let identity = [0, 1, 2].map(|r| [0, 1, 2].map(|c| if r == c { 1.0 } else { 0.0 }));
+        let mut out = vec![identity; places.iter().map(Vec::len).product()];
+        for row in 0..3 {
+            for column in 0..3 {
+                let slopes = self.component(row, Some(column), places);
+                out.iter_mut().zip(slopes).for_each(|(f, slope)| f[row][column] += slope);
+            }
+        }
+        out
+    }
+
+    /// A field that is sampled on the boxes, in the bent scene: its points move, and E = F^-T times that of the boxes.
+    pub(crate) fn bend(&self, mut field: Field) -> Field {
+        let middles = field.nodes.each_ref().map(|x| x.windows(2).map(|w| 0.5 * (w[0] + w[1])).collect());
+        let (within, cells) = self.within(&middles);
+        for (f, index) in self.gradients(&within).iter().zip(cells) {
+            let (adjugate, volume) = adjugate(f);
+            if let Some(e) = field.electric_field.get_mut(index).filter(|_| volume > 0.0) {
+                let own = *e;
+                *e = [0, 1, 2].map(|r| (0..3).map(|k| adjugate[k][r] * own[k]).sum::<f64>() / volume);
+            }
+        }
+        field.points = Some(self.images(&field.nodes));
+        field
+    }
+
+    /// The places on each axis that the grid reaches, and the numbers of the points of their tensor product among those of all.
+    fn within(&self, places: &[Vec<f64>; 3]) -> ([Vec<f64>; 3], Vec<usize>) {
+        let own = [0, 1, 2].map(|a| -> Vec<usize> {
+            (0..places[a].len()).filter(|i| self.axes[a].reaches(places[a][*i])).collect()
+        });
+        let mut numbers = Vec::new();
+        for i in &own[0] {
+            for j in &own[1] {
+                numbers.extend(own[2].iter().map(|k| (i * places[1].len() + j) * places[2].len() + k));
+            }
+        }
+        ([0, 1, 2].map(|a| own[a].iter().map(|i| places[a][*i]).collect()), numbers)
+    }
+
+    /// A component of the displacement, or its slope along an axis, at the tensor product of places.
+    fn component(&self, component: usize, along_axis: Option<usize>, places: &[Vec<f64>; 3]) -> Vec<f64> {
+        let mut dims = self.axes.each_ref().map(|axis| axis.degrees.iter().sum::<usize>() + 1);
+        let mut out = self.displacement[component].clone();
+        for a in 0..3 {
+            let [values, slopes] = self.axes[a].matrices(&places[a], a == component);
+            let matrix = if along_axis == Some(a) { slopes } else { values };
+            (out, dims) = elastocap_fem::tensor::along(a, &matrix, &out, dims);
+        }
+        out
+    }
+}
+
+/// The extrema of a Chebyshev polynomial in [-1, 1], ascending.
+fn chebyshev(degree: usize) -> Vec<f64> {
+    (0..=degree).map(|k| -(std::f64::consts::PI * k as f64 / degree as f64).cos()).collect()
+}
+
+/// Values and slopes at `s` of the polynomials that are 1 at one of the extrema and 0 at the others.
+fn lagrange(degree: usize, s: f64) -> Vec<(f64, f64)> {
+    let nodes = chebyshev(degree);
+    let one = |k: usize| {
+        let (mut value, mut slope) = (1.0, 0.0);
+        for (_, node) in nodes.iter().enumerate().filter(|(j, _)| *j != k) {
+            let width = nodes[k] - node;
+            slope = slope * (s - node) / width + value / width;
+            value *= (s - node) / width;
+        }
+        (value, slope)
+    };
+    (0..=degree).map(one).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn axis(mirrored: bool) -> MapAxis {
+        MapAxis { breaks: vec![0.0, 0.5, 2.0], degrees: vec![3, 4], mirrored }
+    }
+
+    fn displacement([x, y, z]: [f64; 3]) -> [f64; 3] {
+        [x * (0.1 + y * z * z), 0.2 * x * x * y * y * y, z * z * z * (x * x + 0.3)]
+    }
+
+    #[test]
+    fn polynomials_and_their_gradients_are_exact() {
+        let map = SceneMap::new([axis(false), axis(false), axis(false)], displacement);
+        let point = [0.3, 1.7, 0.45];
+        let expected = displacement(point);
+        let image = map.image(point);
+        assert!((0..3).all(|c| (image[c] - point[c] - expected[c]).abs() < 1e-13));
+        let gradient = map.gradients(&point.map(|x| vec![x]))[0];
+        let step = 1e-6;
+        for column in 0..3 {
+            let at = |sign: f64| {
+                let mut moved = point;
+                moved[column] += sign * step;
+                displacement(moved)
+            };
+            for row in 0..3 {
+                let own = if row == column { 1.0 } else { 0.0 };
+                let slope = (at(1.0)[row] - at(-1.0)[row]) / (2.0 * step);
+                assert!((gradient[row][column] - own - slope).abs() < 1e-8, "{row} {column}");
+            }
+        }
+    }
+
+    #[test]
+    fn the_mirrored_side_is_the_image_of_the_other() {
+        let map = SceneMap::new([axis(true), axis(false), axis(true)], displacement);
+        let [x, y, z] = map.image([0.3, 1.1, 0.7]);
+        let [a, b, c] = map.image([-0.3, 1.1, -0.7]);
+        assert!((x + a).abs() + (y - b).abs() + (z + c).abs() < 1e-14);
+        let f = map.gradients(&[vec![0.3], vec![1.1], vec![0.7]])[0];
+        let g = map.gradients(&[vec![-0.3], vec![1.1], vec![0.7]])[0];
+        let sign = |a: usize| if a == 0 { -1.0 } else { 1.0 };
+        for row in 0..3 {
+            for column in 0..3 {
+                assert!((f[row][column] - sign(row) * sign(column) * g[row][column]).abs() < 1e-13);
+            }
+        }
+        assert_eq!(map.image([3.0, 1.0, 1.0]), [3.0, 1.0, 1.0]);
+    }
+}

@@ -1,0 +1,161 @@
+//! What the map of a domain does to energies: in the coordinates of the boxes the permittivity eps becomes the tensor
+//! K = eps J F^-1 F^-T, with F the gradient of the map and J its determinant.
+
+use super::points::AxisPoints;
+use crate::SolveError;
+use crate::boxes::domain::{Axis, Domain};
+use rayon::prelude::*;
+use std::ops::Range;
+
+/// A symmetric tensor: 00, 11, 22, 01, 02, 12.
+pub(crate) type Symmetric = [f64; 6];
+
+/// What a [`Metric`] holds.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Of {
+    /// K - eps, for potentials.
+    Permittivity,
+    /// K^-1 - 1 / eps, for fluxes.
+    Resistance,
+}
+
+/// Weighted tensors at Gauss points where the map is not the identity.
+#[derive(Debug)]
+pub(crate) struct Metric {
+    pub(crate) points: [AxisPoints; 3],
+    /// Weight times the tensor at each point `[i][j][k]`; zero in conductors.
+    pub(crate) tensors: Vec<Symmetric>,
+    /// At least the largest of eps K^-1 at any of the points in any direction, and at least 1.
+    pub(crate) largest: f64,
+}
+
+impl Metric {
+    /// With `extra` more points on each element than its degree; `None` where the map changes nothing.
+    ///
+    /// # Errors
+    /// A map that turns space inside out.
+    pub(crate) fn new(domain: &Domain, extra: usize, of: Of) -> Result<Option<Self>, SolveError> {
+        let Some(map) = &domain.map else { return Ok(None) };
+        let points = [0, 1, 2].map(|a| {
+            let axis = &domain.axes[a];
+            AxisPoints::new(axis, bent(axis, |x| map.reaches(a, x)), extra)
+        });
+        let [n0, n1, n2] = points.each_ref().map(AxisPoints::len);
+        if n0 * n1 * n2 == 0 {
+            return Ok(None);
+        }
+        let (cells, held) = (domain.cells(), held(domain));
+        let mut tensors = vec![[0.0; 6]; n0 * n1 * n2];
+        // Slab by slab, so that gradients of the map never take more memory than the tensors.
+        let slab = |(i, tensors): (usize, &mut [Symmetric])| -> Option<f64> {
+            let [_, y, z] = points.each_ref().map(|p| p.places.clone());
+            let gradients = map.gradients(&[vec![points[0].places[i]], y, z]);
+            let mut largest: f64 = 1.0;
+            for (index, (tensor, f)) in tensors.iter_mut().zip(&gradients).enumerate() {
+                let at = [i, index / n2, index % n2];
+                let cell = [0, 1, 2].map(|a| points[a].interval[at[a]]);
+                if held[(cell[0] * cells[1] + cell[1]) * cells[2] + cell[2]] {
+                    continue;
+                }
+                let weight: f64 = (0..3).map(|a| points[a].weights[at[a]]).product();
+                let (own, stretch) = tensor_of(f, of)?;
+                let eps = domain.permittivity_of(cell);
+                let scale = match of {
+                    Of::Permittivity => weight * eps,
+                    Of::Resistance => weight / eps,
+                };
+                *tensor = own.map(|t| scale * t);
+                largest = largest.max(stretch);
+            }
+            Some(largest)
+        };
+        let largest: Option<Vec<f64>> = tensors.par_chunks_mut(n1 * n2).enumerate().map(slab).collect();
+        let largest = largest.ok_or(SolveError::InsideOut)?.into_iter().fold(1.0, f64::max);
+        Ok(Some(Self { points, tensors, largest }))
+    }
+}
+
+/// The tensor for unit permittivity, less the identity, of a map with gradient `f`; and the trace of K^-1, which is no less than its
+/// largest eigenvalue. `None` if the map turns space inside out.
+fn tensor_of(f: &[[f64; 3]; 3], of: Of) -> Option<(Symmetric, f64)> {
+    let (adjugate, volume) = adjugate(f);
+    if volume.is_nan() || volume <= 0.0 {
+        return None;
+    }
+    let rows = |r: usize, s: usize| (0..3).map(|k| adjugate[r][k] * adjugate[s][k]).sum::<f64>() / volume;
+    let columns = |r: usize, s: usize| (0..3).map(|k| f[k][r] * f[k][s]).sum::<f64>() / volume;
+    let tensor = [(0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)].map(|(r, s)| {
+        let one = if r == s { 1.0 } else { 0.0 };
+        match of {
+            Of::Permittivity => rows(r, s) - one,
+            Of::Resistance => columns(r, s) - one,
+        }
+    });
+    Some((tensor, (0..3).map(|r| columns(r, r)).sum()))
+}
+
+/// The finite elements of an axis whose middles fulfil a condition, from the first to the last of them.
+fn bent(axis: &Axis, reaches: impl Fn(f64) -> bool) -> Range<usize> {
+    let line = &axis.line;
+    let first = line.first_finite();
+    let middle = |e: usize| 0.5 * (line.nodes[e - first] + line.nodes[e - first + 1]);
+    let mut own = (first..first + line.degrees.len()).filter(|e| reaches(middle(*e)));
+    match own.next() {
+        Some(low) => low..own.next_back().unwrap_or(low) + 1,
+        None => first..first,
+    }
+}
+
+/// Which cells of intervals lie in conductors.
+fn held(domain: &Domain) -> Vec<bool> {
+    let cells = domain.cells();
+    let mut out = vec![false; cells.iter().product()];
+    for block in &domain.conductors {
+        for i in block.lo[0]..block.hi[0] {
+            for j in block.lo[1]..block.hi[1] {
+                let row = (i * cells[1] + j) * cells[2];
+                out[row + block.lo[2]..row + block.hi[2]].fill(true);
+            }
+        }
+    }
+    out
+}
+
+/// J F^-1 and J, of F given by rows.
+pub(super) fn adjugate(f: &[[f64; 3]; 3]) -> ([[f64; 3]; 3], f64) {
+    let minor = |r: usize, c: usize| {
+        let ([r0, r1], [c0, c1]) = ([(r + 1) % 3, (r + 2) % 3], [(c + 1) % 3, (c + 2) % 3]);
+        f[r0][c0] * f[r1][c1] - f[r0][c1] * f[r1][c0]
+    };
+    let out = [0, 1, 2].map(|r| [0, 1, 2].map(|c| minor(c, r)));
+    (out, (0..3).map(|c| f[0][c] * out[c][0]).sum())
+}
+
+/// Sum of x K y over points.
+pub(crate) fn product(tensors: &[Symmetric], x: &[Vec<f64>; 3], y: &[Vec<f64>; 3]) -> f64 {
+    // Pieces of a fixed length, added in order: the sum does not depend on the number of threads.
+    const PIECE: usize = 4096;
+    let pieces: Vec<f64> = tensors
+        .par_chunks(PIECE)
+        .enumerate()
+        .map(|(piece, tensors)| {
+            let first = piece * PIECE;
+            let one = |(n, k): (usize, &Symmetric)| {
+                let (x, y) = ([0, 1, 2].map(|a| x[a][first + n]), [0, 1, 2].map(|a| y[a][first + n]));
+                let image = times(k, y);
+                x[0] * image[0] + x[1] * image[1] + x[2] * image[2]
+            };
+            tensors.iter().enumerate().map(one).sum()
+        })
+        .collect();
+    pieces.iter().sum()
+}
+
+/// K x.
+pub(crate) fn times(k: &Symmetric, x: [f64; 3]) -> [f64; 3] {
+    [
+        k[0] * x[0] + k[3] * x[1] + k[4] * x[2],
+        k[3] * x[0] + k[1] * x[1] + k[5] * x[2],
+        k[4] * x[0] + k[5] * x[1] + k[2] * x[2],
+    ]
+}

@@ -1,0 +1,32 @@
+//! A map in the coordinates of a layout.
+
+use super::map::SceneMap;
+use std::sync::Arc;
+
+/// A [`SceneMap`] where lengths are in units of `unit` from `origin`. Gradients are the same in any unit.
+#[derive(Debug, Clone)]
+pub(crate) struct PlacedMap {
+    pub(crate) map: Arc<SceneMap>,
+    pub(crate) origin: [f64; 3],
+    pub(crate) unit: f64,
+}
+
+impl PlacedMap {
+    /// Whether the displacement at coordinate `x` of an axis may differ from zero.
+    pub(crate) fn reaches(&self, axis: usize, x: f64) -> bool {
+        self.map.axes[axis].reaches(self.origin[axis] + self.unit * x)
+    }
+
+    /// See [`SceneMap::gradients`].
+    pub(crate) fn gradients(&self, places: &[Vec<f64>; 3]) -> Vec<[[f64; 3]; 3]> {
+        let own = [0, 1, 2].map(|a| places[a].iter().map(|x| self.origin[a] + self.unit * x).collect());
+        self.map.gradients(&own)
+    }
+
+    /// Where the polynomials end on an axis, on both sides of a mirror plane.
+    pub(crate) fn breaks(&self, axis: usize) -> Vec<f64> {
+        let own = &self.map.axes[axis];
+        let mirrored = own.breaks.iter().filter(|_| own.mirrored).map(|x| -x);
+        own.breaks.iter().copied().chain(mirrored).map(|x| (x - self.origin[axis]) / self.unit).collect()
+    }
+}

@@ -1,0 +1,120 @@
+//! Gauss points on the finite elements of an axis, and the functions of the axis there.
+
+use crate::boxes::domain::Axis;
+use elastocap_fem::line::{Element, Numbering, hierarchical};
+use elastocap_fem::quadrature::{gauss_legendre, legendre};
+use elastocap_fem::radial::RadialBasis;
+use elastocap_fem::tensor::SparseRows;
+use faer::Mat;
+use std::ops::Range;
+
+/// Gauss points on a run of finite elements.
+#[derive(Debug, Clone)]
+pub(crate) struct AxisPoints {
+    elements: Range<usize>,
+    /// Places on the reference element, and on the axis in its own unit.
+    reference: Vec<f64>,
+    pub(crate) places: Vec<f64>,
+    /// Weights of integrals along the axis.
+    pub(crate) weights: Vec<f64>,
+    /// The element of each point, counted from the first finite one, and its interval.
+    pub(crate) element: Vec<usize>,
+    pub(crate) interval: Vec<usize>,
+}
+
+/// Functions at points: a row for each point, and the transpose.
+#[derive(Debug, Clone)]
+pub(crate) struct Evaluation {
+    pub(crate) forward: SparseRows<f64>,
+    pub(crate) back: SparseRows<f64>,
+}
+
+impl Evaluation {
+    pub(crate) fn new(matrix: &Mat<f64>) -> Self {
+        Self {
+            forward: SparseRows::from_mat(matrix.as_ref()),
+            back: SparseRows::from_mat(matrix.transpose()),
+        }
+    }
+}
+
+impl AxisPoints {
+    /// `extra` more points on each of the elements than its degree.
+    pub(crate) fn new(axis: &Axis, elements: Range<usize>, extra: usize) -> Self {
+        let (mut reference, mut places, mut weights) = (Vec::new(), Vec::new(), Vec::new());
+        let (mut element, mut interval) = (Vec::new(), Vec::new());
+        for e in elements.clone() {
+            let Element::Finite { start, length } = axis.line.element(e) else { continue };
+            let own = axis.cuts.partition_point(|cut| *cut <= e).saturating_sub(1);
+            let (points, w) = gauss_legendre(axis.line.degree(e) + extra);
+            for (s, w) in points.into_iter().zip(w) {
+                reference.push(s);
+                places.push(start + 0.5 * (s + 1.0) * length);
+                weights.push(0.5 * length * w);
+                element.push(e - axis.line.first_finite());
+                interval.push(own);
+            }
+        }
+        Self { elements, reference, places, weights, element, interval }
+    }
+
+    pub(crate) fn len(&self) -> usize {
+        self.places.len()
+    }
+
+    /// Values and slopes of the axis functions `window` (in the trimmed numbering of [`Axis::functions`]).
+    pub(crate) fn functions(&self, axis: &Axis, window: &Range<usize>) -> [Mat<f64>; 2] {
+        let first = axis.functions().start;
+        self.all_functions(axis, first + window.start..first + window.end)
+    }
+
+    /// Values and slopes of functions of an axis, those that walls hold among them, in the numbering of its line.
+    pub(crate) fn all_functions(&self, axis: &Axis, window: Range<usize>) -> [Mat<f64>; 2] {
+        let numbering = Numbering::new(&axis.line);
+        let finite = axis.line.first_finite();
+        let mut out = [Mat::zeros(self.len(), window.len()), Mat::zeros(self.len(), window.len())];
+        for (row, (e, &s)) in self.element.iter().map(|e| e + finite).zip(&self.reference).enumerate() {
+            let Element::Finite { length, .. } = axis.line.element(e) else { continue };
+            let (values, slopes) = hierarchical(axis.line.degree(e), s);
+            for (local, index) in numbering.element(&axis.line, e).into_iter().enumerate() {
+                let column = index.and_then(|i| i.checked_sub(window.start)).filter(|c| *c < window.len());
+                if let Some(column) = column {
+                    out[0][(row, column)] = values[local];
+                    out[1][(row, column)] = 2.0 / length * slopes[local];
+                }
+            }
+        }
+        out
+    }
+
+    /// The functions of the axis that are not zero on all of the elements, in the trimmed numbering.
+    pub(crate) fn window(&self, axis: &Axis) -> Range<usize> {
+        let numbering = Numbering::new(&axis.line);
+        let free = axis.functions();
+        let all = self.elements.clone().flat_map(|e| numbering.element(&axis.line, e)).flatten();
+        let own: Vec<usize> = all.filter(|i| free.contains(i)).map(|i| i - free.start).collect();
+        match (own.iter().min(), own.iter().max()) {
+            (Some(low), Some(high)) => *low..high + 1,
+            _ => 0..0,
+        }
+    }
+
+    /// Values of the potential modes of an axis without infinite elements: orthonormal Legendre polynomials, or the `radial` basis.
+    pub(crate) fn modes(&self, axis: &Axis, radial: Option<&RadialBasis>) -> Mat<f64> {
+        let offsets = elastocap_fem::mixed::potential_offsets(&axis.line);
+        let mut out = Mat::zeros(self.len(), offsets.last().copied().unwrap_or(0));
+        for (row, (&e, &s)) in self.element.iter().zip(&self.reference).enumerate() {
+            let Element::Finite { length, .. } = axis.line.element(e) else { continue };
+            let p = axis.line.degree(e);
+            let polynomials = legendre(p - 1, s);
+            let scaled = |n: usize| ((2 * n + 1) as f64 / length).sqrt() * polynomials[n];
+            for n in 0..p {
+                out[(row, offsets[e] + n)] = match radial {
+                    None => scaled(n),
+                    Some(basis) => (0..p).map(|m| basis.blocks[e][(m, n)] * scaled(m)).sum(),
+                };
+            }
+        }
+        out
+    }
+}

@@ -1,0 +1,30 @@
+//! The displacement of a configuration between its nodes.
+
+use super::dimension::Dimension;
+use super::model::{Equations, State};
+use super::transfer::{Finder, shape};
+
+/// Reads displacements off a configuration.
+pub struct Probe<'a, S: Dimension> {
+    finder: Finder<'a, S>,
+    state: &'a State<S>,
+}
+
+impl<'a, S: Dimension> Probe<'a, S> {
+    /// For a `state` of the body of these equations.
+    pub fn new(equations: &'a Equations<S>, state: &'a State<S>) -> Self {
+        Self { finder: Finder::new(&equations.body.mesh), state }
+    }
+
+    /// The displacement at the reference position `x`, both in m; `None` outside of the body.
+    pub fn displacement(&self, x: S::Point) -> Option<S::Point> {
+        let (e, at) = self.finder.find(x)?;
+        let mut out = S::Point::default();
+        for (&node, (value, _)) in self.finder.mesh.elements[e].as_ref().iter().zip(shape::<S>(at)) {
+            for k in 0..S::AXES {
+                out[k] += value * self.state.displacement[S::AXES * node as usize + k];
+            }
+        }
+        Some(out)
+    }
+}
