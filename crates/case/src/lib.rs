@@ -34,8 +34,8 @@ pub use diagnostics::{CaseError, Diagnostic};
 pub use elastocap_materials::HyperelasticLaw;
 pub use model::{
     Body, Box3, Case, Curve, Electrodes, Electrostatics, Extent, Face, FieldSolver, ImportedMesh, Indenter,
-    Layer, LayerEnd, LayerSide, Layout, Load, Measurement, Mechanics, PlaneStrain, PunchContact, Role, Shape,
-    ShearLength, Solid, SolidIndenter, Stiffness, Surroundings, Terminal, Wall,
+    Layer, LayerEnd, LayerSide, Layout, Load, Measurement, Mechanics, PlaneStrain, Pose, PunchContact, Role,
+    Shape, ShearLength, Solid, SolidIndenter, Stiffness, Surroundings, Terminal, Wall,
 };
 pub use schema::json_schema;
 

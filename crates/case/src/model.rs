@@ -56,6 +56,11 @@ impl Case {
             .map_or_else(|| self.source.display().to_string(), |name| name.to_string_lossy().into_owned())
     }
 
+    /// How what is attached is moved at a step.
+    pub fn pose(&self, step: usize) -> Pose {
+        self.poses.get(step).copied().unwrap_or_default()
+    }
+
     /// Whether there is a capacitance to compute: electrodes or conductors.
     pub fn has_conductors(&self) -> bool {
         self.electrodes.is_some() || self.bodies.iter().any(Body::is_conductor)

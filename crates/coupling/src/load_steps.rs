@@ -25,6 +25,14 @@ impl StepLoad {
         }
     }
 
+    /// Bits that two loads have in common if and only if they are the same.
+    pub(crate) fn bits(self) -> u64 {
+        match self {
+            Self::None => 0,
+            Self::Compression(x) | Self::ForceN(x) => (x + 0.0).to_bits(),
+        }
+    }
+
     /// Whether the layer is undeformed: there is no load, or a load of zero.
     pub fn is_zero(self) -> bool {
         match self {

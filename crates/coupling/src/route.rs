@@ -14,6 +14,7 @@
 //! | any                | in the plane                                     | tetrahedra        | [`Route::OutlinesOnTetrahedra`]    |
 //! | two electrodes     | in the plane                                     | boxes             | [`Route::EnclosingBoxes`]          |
 //! | two electrodes     | in space                                         | -, boxes          | [`Route::MappedBoxes`]             |
+//! | boxes              | not, but attached bodies are tilted              | -, boxes          | [`Route::MappedBoxes`]             |
 //!
 //! *Outlines* are bodies that are outlines pulled along one axis.
 //! Where the solver for them fails though nobody asked for it, the scene goes to tetrahedra after all. Where no map bends the boxes,
@@ -23,7 +24,7 @@
 
 use std::fmt;
 
-use elastocap_case::{Case, FieldSolver, Indenter, Mechanics};
+use elastocap_case::{Case, FieldSolver, Indenter, Mechanics, Pose};
 use elastocap_electrostatics::{has_few_edges, is_extruded};
 use elastocap_geometry::scene::Scene;
 use serde::{Deserialize, Serialize};
@@ -145,6 +146,8 @@ pub enum Bending {
     InPlane(PlaneBending),
     /// In three dimensions.
     InSpace,
+    /// Not by the load, but bodies that are attached to layer or indenter are tilted.
+    Tilted,
 }
 
 /// How electrodes are bent in the plane, as far as it matters to the solvers.
@@ -158,8 +161,11 @@ pub enum PlaneBending {
 
 impl Bending {
     /// What `load` is expected to do to the electrodes of a case, known before the layer is deformed: plane strain and finite
-    /// elements in space bend them at any load, the closed form never does.
-    pub fn expected(case: &Case, load: StepLoad) -> Self {
+    /// elements in space bend them at any load, the closed form never does. `pose` is that of what is attached.
+    pub fn expected(case: &Case, load: StepLoad, pose: &Pose) -> Self {
+        if pose.tilt != [0.0; 2] {
+            return Self::Tilted;
+        }
         if case.electrodes.is_none() || load.is_zero() {
             return Self::Straight;
         }
@@ -175,6 +181,9 @@ impl Bending {
 
     /// What the load did to the electrodes: the layer in `state` and the scene that it gave.
     pub fn found(deformed: &DeformedScene, state: Option<&Deformation<'_>>) -> Self {
+        if deformed.tilt.is_some() {
+            return Self::Tilted;
+        }
         let Some(enclosing) = &deformed.bent else { return Self::Straight };
         match state {
             Some(Deformation::FiniteElement(layer)) if !layer.curves.electrodes.is_empty() => {
@@ -194,6 +203,12 @@ impl Bending {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum RouteError {
+    /// Bodies are tilted that are no boxes, or another solver is asked for.
+    #[error(
+        "`tilt` is solved as boxes under a map that tilts them: the scene must consist of boxes, sheets and slabs, and `solver` must be \
+         left out or \"boxes\""
+    )]
+    TiltedShapes,
     /// The box solver is asked for, and a body is no box.
     #[error(
         "the box solver cannot take bodies of other shapes: leave out `solver` in [electrostatics], or say \
@@ -227,6 +242,8 @@ pub fn route(bodies: Bodies, bending: Bending, asked: Option<FieldSolver>) -> Re
     let along = bodies.along();
     match (asked, bending) {
         (Some(FieldSolver::Boxes), _) => by_boxes(bodies, bending),
+        (None, Bending::Tilted) if matches!(bodies, Bodies::Boxes { .. }) => Ok(Route::MappedBoxes),
+        (_, Bending::Tilted) => Err(RouteError::TiltedShapes),
         (Some(FieldSolver::Tetrahedra) | None, Bending::InSpace)
             if !matches!(bodies, Bodies::Boxes { .. }) =>
         {
@@ -261,6 +278,7 @@ fn by_boxes(bodies: Bodies, bending: Bending) -> Result<Route, RouteError> {
     match (bodies, bending) {
         (Bodies::Outlines { .. } | Bodies::AnyShape, _) => Err(RouteError::BoxesOnly),
         (Bodies::Boxes { .. }, Bending::Straight) => Ok(Route::Boxes),
+        (Bodies::Boxes { .. }, Bending::Tilted) => Ok(Route::MappedBoxes),
         (Bodies::Boxes { conductors: 0..=2, .. }, Bending::InSpace) => Ok(Route::MappedBoxes),
         (Bodies::Boxes { conductors: 0..=2, .. }, Bending::InPlane(_)) => Ok(Route::EnclosingBoxes),
         (Bodies::Boxes { .. }, _) => Err(RouteError::BentAmongOthers),

@@ -209,7 +209,7 @@ fn deform_step(
     if !case.has_conductors() {
         return Ok(());
     }
-    let scene = scene_of(case, state.as_ref())?;
+    let scene = scene_of(case, state.as_ref(), &step.pose)?;
     let bodies = Bodies::of(&scene.scene);
     let taken = route(bodies, Bending::found(&scene, state.as_ref()), asked(case))?;
     match bodies {

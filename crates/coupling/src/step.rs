@@ -1,9 +1,10 @@
 //! One load step: the layer deforms, the electrodes move, the field is solved.
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::sync::Arc;
 use std::time::Instant;
 
-use elastocap_case::{Case, FieldSolver, Measurement};
+use elastocap_case::{Case, FieldSolver, Measurement, Pose};
 use elastocap_electrostatics::{
     Bounded, ExtrudedSolution, Field, FloatingPotential, MeshSolution, Solution, SolveError, Target, solve,
     solve_extruded,
@@ -13,7 +14,7 @@ use elastocap_geometry::export::surfaces::SurfaceBody;
 use elastocap_geometry::scene::Scene;
 use elastocap_mechanics::ForceLimit;
 
-use crate::bent_in_space::bent_in_space;
+use crate::bent_in_space::{BentScene, bent_in_space};
 use crate::box_fields::{between, enclosing, mapped};
 use crate::deform::{Deformation, FiniteElementStep, ForceCheck, Prepared};
 use crate::failure::{StepFailure, Stop};
@@ -165,7 +166,7 @@ impl Solver<'_> {
             result.seconds.mechanics = start.elapsed().as_secs_f64();
             return Ok(());
         }
-        let deformed = self.bodies(&mut result.row, state.as_ref())?;
+        let deformed = self.bodies(&mut result.row, state.as_ref(), &step.pose)?;
         if let Some(error) = self.mechanics_error(state.as_ref(), &deformed)? {
             result.row.mechanics_error_estimate = Some(error);
             let asked = self.settings.relative_tolerance;
@@ -220,8 +221,13 @@ impl Solver<'_> {
     }
 
     /// The bodies as deformed, and what they say of the pair of electrodes.
-    fn bodies(&self, row: &mut Row, state: Option<&Deformation<'_>>) -> Result<DeformedScene, SceneError> {
-        let deformed = scene_of(self.case, state)?;
+    fn bodies(
+        &self,
+        row: &mut Row,
+        state: Option<&Deformation<'_>>,
+        pose: &Pose,
+    ) -> Result<DeformedScene, SceneError> {
+        let deformed = scene_of(self.case, state, pose)?;
         if let Some(pair) = &deformed.pair {
             row.gap_m = Some(pair.gap);
             row.electrode_height_m = Some(pair.height);
@@ -236,13 +242,13 @@ impl Solver<'_> {
         let mut result = StepResult::not_run(step);
         let state = self.layer.deformation(self.case, step.index, step.load, self.prune).ok()?;
         self.note_mechanics(&mut result, state.as_ref());
-        result.scene = Some(self.bodies(&mut result.row, state.as_ref()).ok()?);
+        result.scene = Some(self.bodies(&mut result.row, state.as_ref(), &step.pose).ok()?);
         found.add_to(&mut result).then_some(result)
     }
 
     /// A scene of any shapes without a layer.
     fn without_layer(&self, result: &mut StepResult, field: &mut Option<StepField>) -> Result<(), Stop> {
-        let deformed = scene_of(self.case, None)?;
+        let deformed = scene_of(self.case, None, &Pose::default())?;
         let taken = route(Bodies::of(&deformed.scene), Bending::Straight, asked(self.case))?;
         result.route = Some(taken);
         let shaped = Shaped { scene: &deformed.scene, facets: 0.0 };
@@ -296,7 +302,7 @@ impl Solver<'_> {
         }
         let electrodes = layer.coarser_electrodes.clone();
         let coarser = FiniteElementStep { electrodes, ..(*layer).clone() };
-        let scene = scene_of(self.case, Some(&Deformation::FiniteElement(&coarser)))?;
+        let scene = scene_of(self.case, Some(&Deformation::FiniteElement(&coarser)), &Pose::default())?;
         Ok(scene.pair.map(|coarse| {
             let moved = |coarse: f64, fine: f64| (coarse - fine).abs() / fine.abs();
             moved(coarse.gap, fine.gap).max(moved(coarse.parallel_plate, fine.parallel_plate))
@@ -340,6 +346,12 @@ impl Solver<'_> {
         state: Option<&Deformation<'_>>,
     ) -> Result<Fields, Stop> {
         let settings = self.settings.boxes();
+        if let Some(map) = &deformed.tilt {
+            let bent = BentScene { scene: deformed.scene.clone(), map: Arc::clone(map), deviation: 0.0 };
+            let found = Box::new(mapped(&bent, &settings)?);
+            let surfaces = bent.surfaces(&window(&[deformed]));
+            return Ok(Fields::Mapped { found, deviation: 0.0, surfaces });
+        }
         let bent = match (state, self.layer.probe(index)) {
             (Some(Deformation::FiniteElement(layer)), Some(probe)) => {
                 bent_in_space(self.case, deformed, layer, &probe)

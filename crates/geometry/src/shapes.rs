@@ -133,6 +133,54 @@ impl Shape {
         }
     }
 
+    /// The same shape elsewhere; `None` for a group of a mesh, which stays where that is.
+    #[must_use]
+    pub fn moved(&self, by: [f64; 3]) -> Option<Self> {
+        let place = |x: &[f64; 3]| [0, 1, 2].map(|k| x[k] + by[k]);
+        Some(match self {
+            Shape::Box(b) => Shape::Box(Box3 { min: place(&b.min), max: place(&b.max) }),
+            Shape::Sphere { center, radius } => Shape::Sphere { center: place(center), radius: *radius },
+            Shape::Shell { center, radius } => Shape::Shell { center: place(center), radius: *radius },
+            Shape::Cylinder { axis, base, radius, height } => {
+                Shape::Cylinder { axis: *axis, base: place(base), radius: *radius, height: *height }
+            }
+            Shape::Tube { axis, base, radii, height } => {
+                Shape::Tube { axis: *axis, base: place(base), radii: *radii, height: *height }
+            }
+            Shape::Extrusion { axis, from, to, outline, arcs } => {
+                let across = match axis {
+                    0 => [by[1], by[2]],
+                    1 => [by[0], by[2]],
+                    _ => [by[0], by[1]],
+                };
+                let place = |p: &[f64; 2]| [p[0] + across[0], p[1] + across[1]];
+                let moved = |arc: &Arc| {
+                    let curve = match &arc.curve {
+                        Curve::Circle { center, radius } => {
+                            Curve::Circle { center: place(center), radius: *radius }
+                        }
+                        Curve::Cubic(Cubic { control }) => {
+                            Curve::Cubic(Cubic { control: control.each_ref().map(place) })
+                        }
+                    };
+                    Arc { curve, sides: arc.sides.clone() }
+                };
+                Shape::Extrusion {
+                    axis: *axis,
+                    from: from + by[*axis],
+                    to: to + by[*axis],
+                    outline: outline.iter().map(place).collect(),
+                    arcs: arcs.iter().map(moved).collect(),
+                }
+            }
+            Shape::Surface(surface) => Shape::Surface(TriangleSurface {
+                points: surface.points.iter().map(place).collect(),
+                faces: surface.faces.clone(),
+            }),
+            Shape::Physical(_) => return None,
+        })
+    }
+
     /// Whether the shape holds the point; on its surface either answer may come. A sheet holds no point, nor does a group of
     /// a mesh, whose cells only the mesh knows.
     pub fn contains(&self, point: [f64; 3]) -> bool {

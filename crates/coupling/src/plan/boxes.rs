@@ -42,7 +42,7 @@ impl Plan {
         // From the last one, so that the last step of each group is the one that is kept.
         for step in all.iter().rev().step_by(stride) {
             // A step whose scene is refused is known to fail, and not among them.
-            let Ok(scene) = scene_at(case, step.load, options.prune) else { continue };
+            let Ok(scene) = scene_at(case, step.load, &step.pose, options.prune) else { continue };
             let mirrored = mirror_planes(&scene, &settings.boxes())?;
             let lost = if step.load.is_zero() { [false; 3] } else { lost_under_load(case) };
             match groups.iter_mut().find(|group| (group.mirrored, group.lost) == (mirrored, lost)) {

@@ -2,9 +2,9 @@
 
 use std::collections::HashMap;
 
-use elastocap_case::Case;
+use elastocap_case::{Case, Pose};
 use elastocap_geometry::scene::Scene;
-use serde::Serialize;
+use serde::{Serialize, Serializer};
 
 use super::{Options, Plan};
 use crate::deform::{Deformation, check_setup, layer_state};
@@ -20,12 +20,28 @@ pub struct PlannedStep {
     pub index: usize,
     /// The load.
     pub load: StepLoad,
-    /// The earlier step with the same load, whose result is used again.
+    /// How what is attached is moved besides.
+    #[serde(skip_serializing_if = "is_at_rest", serialize_with = "in_si_units")]
+    pub pose: Pose,
+    /// The earlier step with the same load and pose, whose result is used again.
     pub same_as: Option<usize>,
     /// How its field is solved, as far as that is known before the layer is deformed; `None` without a field.
     pub route: Option<Route>,
     /// Why the step cannot be solved, if that is known beforehand.
     pub failure: Option<StepFailure>,
+}
+
+fn is_at_rest(pose: &Pose) -> bool {
+    *pose == Pose::default()
+}
+
+fn in_si_units<S: Serializer>(pose: &Pose, serializer: S) -> Result<S::Ok, S::Error> {
+    #[derive(Serialize)]
+    struct InSiUnits {
+        shift_m: [f64; 2],
+        tilt_rad: [f64; 2],
+    }
+    InSiUnits { shift_m: pose.shift, tilt_rad: pose.tilt }.serialize(serializer)
 }
 
 impl Plan {
@@ -58,7 +74,7 @@ impl Plan {
     ) -> Option<(usize, Scene)> {
         let mut steps = self.solvable_steps().filter(|step| step.route.is_some_and(&on));
         // A step whose scene is refused is known to fail, and not among them.
-        steps.find_map(|step| Some((step.index, scene_at(case, step.load, options.prune).ok()?)))
+        steps.find_map(|step| Some((step.index, scene_at(case, step.load, &step.pose, options.prune).ok()?)))
     }
 }
 
@@ -69,39 +85,38 @@ pub(super) fn planned_steps(case: &Case, options: &Options) -> Vec<PlannedStep> 
     let loads = StepLoad::all_of(case);
     let setup = check_setup(case, &loads);
     for (index, load) in loads.into_iter().enumerate() {
-        let key = match load {
-            StepLoad::None => 0,
-            StepLoad::Compression(x) | StepLoad::ForceN(x) => (x + 0.0).to_bits(),
-        };
+        let pose = case.pose(index);
+        let moves = pose.shift.into_iter().chain(pose.tilt).map(|x| (x + 0.0).to_bits());
+        let key = (load.bits(), moves.collect::<Vec<u64>>());
         let first = *first_with.entry(key).or_insert(index);
         let same_as = (options.prune && first != index).then_some(first);
         let (route, failure) = match same_as.and_then(|first| steps.get(first)) {
             Some(original) => (original.route, original.failure.clone()),
             None => match setup.clone().map_err(|error| StepFailure::Layer(error.into())) {
                 Err(failure) => (None, Some(failure)),
-                Ok(()) => match way_of(case, load, options.prune) {
+                Ok(()) => match way_of(case, load, &pose, options.prune) {
                     Ok(route) => (route, None),
                     Err(failure) => (None, Some(failure)),
                 },
             },
         };
-        steps.push(PlannedStep { index, load, same_as, route, failure });
+        steps.push(PlannedStep { index, load, pose, same_as, route, failure });
     }
     steps
 }
 
 /// The route of a step, if it has a field; in the order in which a run would meet them, the failures that can be known.
-fn way_of(case: &Case, load: StepLoad, prune: bool) -> Result<Option<Route>, StepFailure> {
+fn way_of(case: &Case, load: StepLoad, pose: &Pose, prune: bool) -> Result<Option<Route>, StepFailure> {
     if !case.has_conductors() {
         layer_state(case, load, prune).map_err(|error| StepFailure::Layer(error.into()))?;
         return Ok(None);
     }
-    let scene = scene_at(case, load, prune)?;
-    Ok(Some(route(Bodies::of(&scene), Bending::expected(case, load), asked(case))?))
+    let scene = scene_at(case, load, pose, prune)?;
+    Ok(Some(route(Bodies::of(&scene), Bending::expected(case, load, pose), asked(case))?))
 }
 
 /// The scene of a step. Finite elements are not solved for a plan: with them it is the scene at rest, which is about as large.
-pub(super) fn scene_at(case: &Case, load: StepLoad, prune: bool) -> Result<Scene, StepFailure> {
+pub(super) fn scene_at(case: &Case, load: StepLoad, pose: &Pose, prune: bool) -> Result<Scene, StepFailure> {
     let state = layer_state(case, load, prune).map_err(|error| StepFailure::Layer(error.into()))?;
-    Ok(scene_of(case, state.map(Deformation::ClosedForm).as_ref())?.scene)
+    Ok(scene_of(case, state.map(Deformation::ClosedForm).as_ref(), pose)?.scene)
 }

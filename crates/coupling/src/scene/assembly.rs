@@ -5,18 +5,23 @@ use elastocap_geometry::shapes::Shape;
 
 use super::electrodes::{self, Placed};
 use super::walls::outer_walls;
-use super::{DeformedScene, ElectrodePlace, SceneError};
+use super::{DeformedScene, ElectrodePlace, SceneError, attached};
 use crate::deform::Deformation;
-use elastocap_case::{Case, Extent, Face, Terminal};
+use elastocap_case::{Case, Extent, Face, Pose, Terminal};
 
-/// The scene of `case` with its layer in `state`; `None` for the layer as it is without load.
+/// The scene of `case` with its layer in `state`, `None` for the layer as it is without load, and with what is attached moved as `pose`
+/// says.
 ///
 /// Its conductors are the electrodes and then the fixed ones, those of a terminal as one. Its dielectrics are the layer, the substrate, the cover and then the
 /// fixed ones, which override the others.
 ///
 /// # Errors
 /// When the deformed bodies do not fit together: see [`SceneError`].
-pub fn scene_of(case: &Case, state: Option<&Deformation<'_>>) -> Result<DeformedScene, SceneError> {
+pub fn scene_of(
+    case: &Case,
+    state: Option<&Deformation<'_>>,
+    pose: &Pose,
+) -> Result<DeformedScene, SceneError> {
     let surroundings = case.surroundings.as_ref().ok_or(SceneError::Missing("[surroundings]"))?;
     let mut bodies = Vec::new();
     let (mut pair, mut bent) = (None, None);
@@ -28,7 +33,9 @@ pub fn scene_of(case: &Case, state: Option<&Deformation<'_>>) -> Result<Deformed
         }
         (pair, bent) = (Some(placed.pair), placed.bent);
     }
-    let fixed = |conductors: bool| case.bodies.iter().filter(move |body| body.is_conductor() == conductors);
+    let sinks = case.layer.as_ref().zip(state).map_or(0.0, |(own, s)| s.deformed_thickness() - own.thickness);
+    let beside = attached::moved(case.bodies.clone(), sinks, pose)?;
+    let fixed = |conductors: bool| beside.iter().filter(move |body| body.is_conductor() == conductors);
     bodies.extend(fixed(true).cloned());
 
     let top = case.layer.as_ref().map(|layer| state.map_or(layer.thickness, Deformation::deformed_thickness));
@@ -67,7 +74,9 @@ pub fn scene_of(case: &Case, state: Option<&Deformation<'_>>) -> Result<Deformed
         bodies.extend(fixed(false).cloned());
     }
     let background_permittivity = surroundings.relative_permittivity;
-    Ok(DeformedScene { scene: Scene { bodies, background_permittivity, domain, walls }, pair, bent })
+    let scene = Scene { bodies, background_permittivity, domain, walls };
+    let tilt = attached::tilted(&scene, pose)?;
+    Ok(DeformedScene { scene, pair, bent, tilt })
 }
 
 /// Where the electrodes of these names, of one part each, are once the first of `bodies`, which they are, are joined to terminals.

@@ -1,9 +1,13 @@
 //! Builds the scene that the field solvers take from a case and one state of its layer.
 
 mod assembly;
+mod attached;
 mod electrodes;
 mod walls;
 
+use std::sync::Arc;
+
+use elastocap_electrostatics::SceneMap;
 use elastocap_geometry::scene::{Box3, Scene};
 use elastocap_geometry::shapes::Shape;
 use elastocap_mechanics::MechanicsError;
@@ -20,6 +24,8 @@ pub struct DeformedScene {
     /// Boxes inside and around the two electrodes where these are bent, or why there are none. In `scene` bent electrodes are boxes
     /// at the mean positions of their faces.
     pub bent: Option<Result<Enclosing, SceneError>>,
+    /// The map that tilts what is attached, if it is tilted; in `scene` it is not.
+    pub tilt: Option<Arc<SceneMap>>,
 }
 
 impl DeformedScene {
@@ -131,6 +137,14 @@ pub enum SceneError {
         deviation: f64,
         /// What does not fit.
         what: &'static str,
+    },
+    /// A body that is not attached stands beside those that are tilted.
+    #[error(
+        "`{body}` stands beside what is tilted, with no room for the tilt to fall off; move it away, or attach it too"
+    )]
+    InTheWay {
+        /// Its name.
+        body: String,
     },
     /// The file lacks what the scene needs; the case reader refuses such a file.
     #[error("the case has no {0}")]

@@ -78,7 +78,7 @@ impl Subject {
         let layer = prepare(case, &plan.loads(), plan.layer_memory_limit, cancel, &|_| ());
         let deform = || -> Result<(DeformedScene, Bending), StepFailure> {
             let state = layer.deformation(case, step.index, step.load, options.prune)?;
-            let deformed = scene_of(case, state.as_ref())?;
+            let deformed = scene_of(case, state.as_ref(), &step.pose)?;
             let bending = Bending::found(&deformed, state.as_ref());
             Ok((deformed, bending))
         };
