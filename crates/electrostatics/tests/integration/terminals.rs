@@ -111,6 +111,29 @@ fn a_grounded_conductor_is_one_whose_row_is_left_out_whether_or_not_its_mirror_i
 }
 
 #[test]
+fn a_grounded_conductor_draws_what_infinity_cannot_where_the_scene_is_open_between_insulated_walls() {
+    let opened = |bodies: Vec<Body>| {
+        let mut scene = in_walls(bodies, Wall::Insulated);
+        (scene.domain.min[1], scene.domain.max[1]) = (f64::NEG_INFINITY, f64::INFINITY);
+        scene.walls[1] = [Wall::Open; 2];
+        scene
+    };
+    let all = blocks();
+    let with_ground = opened(vec![all[0].clone(), grounded(&all[3]), all[1].clone()]);
+    let without = opened(vec![all[0].clone(), all[3].clone(), all[1].clone()]);
+    for (name, solver, tolerance) in &SOLVERS[..2] {
+        let whole = solver(&without, Target::Matrix, *tolerance).maxwell;
+        let found = solver(&with_ground, Target::Matrix, *tolerance).maxwell;
+        for (i, k) in [0, 2].into_iter().enumerate() {
+            for (j, l) in [0, 2].into_iter().enumerate() {
+                let own = whole[k][l];
+                assert_meet(found[i][j], own.lower, own.upper, &format!("{name}, {i} {j}"));
+            }
+        }
+    }
+}
+
+#[test]
 fn what_is_measured_reaches_the_tolerance_and_is_what_the_matrix_says() {
     let scene = in_walls(blocks(), Wall::Grounded);
     let truth = by_boxes(&scene, Target::Matrix, 2e-4).maxwell;
