@@ -5,10 +5,11 @@ use elastocap_electrostatics::MeshSolution;
 use elastocap_geometry::export::body::{BodyMesh, Element, NamedArray};
 use elastocap_geometry::export::gltf::BodyRole;
 use elastocap_geometry::export::surfaces::{SurfaceBody, surfaces};
-use elastocap_geometry::meshing::tets::TetMesh;
+use elastocap_geometry::meshing::tets::{TetMesh, determinant};
 use elastocap_geometry::scene::{Body, MirrorPlane, Scene};
 use elastocap_geometry::shapes::Shape;
 use elastocap_linalg::vector::{cross, dot, minus};
+use std::collections::HashMap;
 
 /// Surfaces of the conductors and of the finite dielectrics. A hollow conductor around everything is drawn as a wall, which is transparent.
 pub(super) fn surfaces_of(scene: &Scene, mesh: &TetMesh, planes: &Planes) -> Vec<SurfaceBody> {
@@ -36,7 +37,7 @@ pub(super) fn surfaces_of(scene: &Scene, mesh: &TetMesh, planes: &Planes) -> Vec
     conductors.chain(dielectrics).collect()
 }
 
-/// The mesh and the field for a viewer, of the whole: with half a volt on the first of two driven conductors and minus half a
+/// The mesh and the field for a viewer, as far as the [`Scene::sensor`] reaches, of all parts that mirror planes make: with half a volt on the first of two driven conductors and minus half a
 /// volt on the second, or one volt on the first of any other number; floating ones at their potentials.
 pub(crate) fn shown(scene: &Scene, solved: &Solved) -> BodyMesh {
     let MeshSolution { mesh, potentials, solution } = &solved.general;
@@ -53,21 +54,67 @@ pub(crate) fn shown(scene: &Scene, solved: &Solved) -> BodyMesh {
     if let Some(turn) = solved.turn {
         mesh.points.iter_mut().for_each(|point| *point = turn.undone(*point));
     }
-    let field = mesh.tets.iter().flat_map(|tet| field(&mesh, *tet, &values)).collect();
+    let sensor = scene.sensor();
+    let inside = |tet: &[u32; 4]| {
+        let middle = [0, 1, 2].map(|a| 0.25 * tet.iter().map(|&p| mesh.points[p as usize][a]).sum::<f64>());
+        sensor.contains(middle)
+    };
     let permittivities = scene.permittivities();
-    let permittivity = mesh.regions.iter().map(|&r| permittivities[r as usize]).collect();
+    let mut found = Regions::default();
+    let (mut nodes, mut permittivity, mut body_id) = (Vec::new(), Vec::new(), Vec::new());
+    for (tet, &region) in mesh.tets.iter().zip(&mesh.regions).filter(|(tet, _)| inside(tet)) {
+        nodes.extend(found.add(&mesh, *tet, region, &values));
+        permittivity.push(permittivities[region as usize]);
+        body_id.push(region as i32);
+    }
     let names = scene.dielectrics().map(|d| d.body.name.clone());
     BodyMesh {
         element: Element::Tetrahedron,
-        nodes: mesh.tets.as_flattened().to_vec(),
-        points: mesh.points,
-        arrays: vec![NamedArray { name: "potential", components: 1, values }],
-        in_elements: vec![
-            NamedArray { name: "electric_field", components: 3, values: field },
-            NamedArray { name: "relative_permittivity", components: 1, values: permittivity },
+        nodes,
+        arrays: vec![
+            NamedArray { name: "potential", components: 1, values: found.potential },
+            NamedArray {
+                name: "electric_field",
+                components: 3,
+                values: found.field.iter().flat_map(|(sum, volume)| sum.map(|e| e / volume)).collect(),
+            },
         ],
-        body_id: mesh.regions.iter().map(|&r| r as i32).collect(),
+        points: found.points,
+        in_elements: vec![NamedArray { name: "relative_permittivity", components: 1, values: permittivity }],
+        body_id,
         body_names: std::iter::once("surroundings".to_owned()).chain(names).collect(),
+    }
+}
+
+/// The points that are shown: where regions meet, each has points of its own, because the field jumps there.
+#[derive(Default)]
+struct Regions {
+    /// By the point of the mesh and the region.
+    numbers: HashMap<(u32, u32), u32>,
+    points: Vec<[f64; 3]>,
+    potential: Vec<f64>,
+    /// The sum of the fields in the tetrahedra around a point, each times its volume, and the sum of the volumes.
+    field: Vec<([f64; 3], f64)>,
+}
+
+impl Regions {
+    /// The numbers of the corners of a tetrahedron.
+    fn add(&mut self, mesh: &TetMesh, tet: [u32; 4], region: u32, values: &[f64]) -> [u32; 4] {
+        let corners = tet.map(|p| mesh.points[p as usize]);
+        let volume = determinant(corners[0], corners[1], corners[2], corners[3]).abs();
+        let field = field(mesh, tet, values);
+        tet.map(|point| {
+            let number = *self.numbers.entry((point, region)).or_insert_with(|| {
+                self.points.push(mesh.points[point as usize]);
+                self.potential.push(values[point as usize]);
+                self.field.push(([0.0; 3], 0.0));
+                self.points.len() as u32 - 1
+            });
+            let (sum, all) = &mut self.field[number as usize];
+            (0..3).for_each(|a| sum[a] += volume * field[a]);
+            *all += volume;
+            number
+        })
     }
 }
 

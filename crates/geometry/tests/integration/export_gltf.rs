@@ -245,12 +245,12 @@ fn moving_bodies_follow_the_animation_and_still_ones_have_no_targets() {
 }
 
 #[test]
-fn metals_are_opaque_the_layer_is_translucent_and_conductors_differ_in_colour() {
+fn metals_are_opaque_layer_and_substrate_are_translucent_and_conductors_differ_in_colour() {
     let file = ReadBack::of(&glb(&pair(1e-3), &labels(3)).unwrap());
     let looks: Vec<_> = (file.document.materials())
         .map(|m| (m.alpha_mode(), m.pbr_metallic_roughness().base_color_factor()))
         .collect();
-    assert_eq!(looks[0].0, gltf::material::AlphaMode::Opaque);
+    assert_eq!(looks[0].0, gltf::material::AlphaMode::Blend);
     assert_eq!(looks[1].0, gltf::material::AlphaMode::Blend);
     assert!(looks[1].1[3] < 0.5);
     assert_eq!(looks[2].0, gltf::material::AlphaMode::Opaque);

@@ -28,22 +28,31 @@ pub(super) use document::{File, extras};
 pub use error::GltfError;
 pub(super) use materials::Materials;
 pub(super) use units::SceneUnit;
+pub use units::round_length;
 
 /// What a body is; decides how it looks.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum BodyRole {
-    /// Metal: opaque, each in a colour of its own.
+    /// Metal that is held at a potential: opaque, each in a colour of its own.
     Conductor,
+    /// Metal that floats: opaque, in shades of green.
+    FloatingConductor,
     /// The elastomer: translucent, so that the electrodes in it show.
     Layer,
     /// Any other dielectric: translucent, each in a colour of its own.
     Dielectric,
-    /// What the layer lies on: opaque.
+    /// What the layer lies on: translucent.
     Substrate,
     /// What lies above the layer: faintly translucent.
     Cover,
-    /// A wall of the computed region: barely visible.
+    /// An insulated wall of the computed region: barely visible.
     Wall,
+    /// A wall at potential zero: a little darker.
+    GroundedWall,
+    /// What presses on the layer: translucent, so that it does not hide the surface under it.
+    Indenter,
+    /// A bar of a round length, which its name states.
+    ScaleBar,
     /// The air around: barely visible.
     Surroundings,
 }
@@ -51,7 +60,8 @@ pub enum BodyRole {
 impl From<&Body> for BodyRole {
     fn from(body: &Body) -> Self {
         match (body.role, body.purpose) {
-            (Role::Conductor { .. }, _) => Self::Conductor,
+            (Role::Conductor { floating_charge: None }, _) => Self::Conductor,
+            (Role::Conductor { floating_charge: Some(_) }, _) => Self::FloatingConductor,
             (Role::Dielectric { .. }, Purpose::Layer) => Self::Layer,
             (Role::Dielectric { .. }, Purpose::Substrate) => Self::Substrate,
             (Role::Dielectric { .. }, Purpose::Cover) => Self::Cover,
@@ -65,11 +75,15 @@ impl BodyRole {
     pub(in crate::export) fn name(self) -> &'static str {
         match self {
             Self::Conductor => "conductor",
+            Self::FloatingConductor => "floating conductor",
             Self::Layer => "layer",
             Self::Dielectric => "dielectric",
             Self::Substrate => "substrate",
             Self::Cover => "cover",
             Self::Wall => "wall",
+            Self::GroundedWall => "grounded wall",
+            Self::Indenter => "indenter",
+            Self::ScaleBar => "scale bar",
             Self::Surroundings => "surroundings",
         }
     }
