@@ -1,7 +1,7 @@
 //! What other programs show: the bodies of all steps as glTF, the field of each step as VTK.
 
 use elastocap_electrostatics::{CellBody, Field};
-use elastocap_geometry::export::gltf::{BodyRole, SceneBody, round_length};
+use elastocap_geometry::export::gltf::{BodyRole, SceneBody, part_name, round_length};
 use elastocap_geometry::export::surfaces::SurfaceBody;
 use elastocap_geometry::export::vtk::FieldGrid;
 use elastocap_geometry::meshing::grid::{End, Plane, Resolution, graded_axis};
@@ -79,14 +79,24 @@ fn height(case: &Case, step: &StepResult) -> Option<f64> {
 fn add_surroundings_of_layer(case: &Case, steps: &[&StepResult], bodies: &mut Vec<SceneBody>) {
     let Some(layer) = &case.layer else { return };
     let poses = |role| bodies.iter().find(|body| body.role == role).map(|body| body.poses.clone());
-    if let (Some(poses), None) = (poses(BodyRole::Layer), poses(BodyRole::Substrate)) {
+    let Some(layers) = poses(BodyRole::Layer) else { return };
+    if poses(BodyRole::Substrate).is_none() {
         bodies.push(SceneBody {
             name: "substrate".into(),
             role: BodyRole::Substrate,
-            poses: poses.iter().map(|pose| slab(pose, layer.thickness)).collect(),
+            poses: layers.iter().map(|pose| slab(pose, layer.thickness)).collect(),
         });
     }
-    let plates: Option<Vec<Box3>> = steps.iter().map(|step| plate(case, height(case, step)?)).collect();
+    // No farther than the layer is shown.
+    let over = |(step, layer): (&&StepResult, &Box3)| {
+        let mut plate = plate(case, height(case, step)?)?;
+        for a in [0, 2] {
+            plate.min[a] = plate.min[a].max(layer.min[a]);
+            plate.max[a] = plate.max[a].min(layer.max[a]);
+        }
+        solid(plate)
+    };
+    let plates: Option<Vec<Box3>> = steps.iter().zip(&layers).map(over).collect();
     if let Some(poses) = plates.filter(|poses| !poses.is_empty()) {
         bodies.push(SceneBody { name: "indenter".into(), role: BodyRole::Indenter, poses });
     }
@@ -118,11 +128,6 @@ fn bar_before(bounds: &Box3) -> Option<(String, Box3)> {
     let min = [bounds.min[0], bounds.min[1], bounds.max[2] + apart];
     let max = [min[0] + length, min[1] + thickness, min[2] + thickness];
     Some((format!("scale bar {words}"), Box3 { min, max }))
-}
-
-/// The name of a part of a body, counted from zero.
-fn part_name(body: &str, part: usize) -> String {
-    if part == 0 { body.to_owned() } else { format!("{body}, part {}", part + 1) }
 }
 
 /// The outer walls: one box where they are all alike, else one sheet for each; open space as a box of what is shown.

@@ -6,7 +6,7 @@ use elastocap_coupling::outcome::StepResult;
 use elastocap_geometry::export::body::BodyMesh;
 use elastocap_geometry::export::gltf::BodyRole;
 use elastocap_geometry::export::vtk::FieldGrid;
-use elastocap_geometry::scene::{Box3, across};
+use elastocap_geometry::scene::{Box3, Purpose, across};
 
 use crate::plot::{Axis, Scale, Section, SectionCell};
 
@@ -92,6 +92,19 @@ pub(crate) fn of_grid(
         };
         (1.0 - t) * value(layer) + t * value(layer + 1)
     };
+    // The slope along an axis on one side of a node: the field below or above it is minus that.
+    let slope = |i: usize, j: usize, a: usize, above: usize| {
+        let value = |k: usize| {
+            let [i, j, k] = place(i, j, k);
+            grid.electric_field[(i * counts[1] + j) * counts[2] + k][above][a]
+        };
+        -((1.0 - t) * value(layer) + t * value(layer + 1))
+    };
+    let (all_p, all_q) = (extent(&grid.axes[p]), extent(&grid.axes[q]));
+    let pieces = |x: &[f64], i: usize, all: f64| {
+        let share = (x[i + 1] - x[i]) / all;
+        ((share / FINE).ceil() as usize).clamp(1, MOST_PIECES)
+    };
     let mut cells = Vec::new();
     for i in 0..counts[p].saturating_sub(1) {
         for j in 0..counts[q].saturating_sub(1) {
@@ -100,15 +113,79 @@ pub(crate) fn of_grid(
             if metal_ids.contains(&body) {
                 continue;
             }
-            let corner = |(i, j): (usize, usize)| {
-                let key = (body as u64) << 40 | (i as u64) << 20 | j as u64;
-                (key, [grid.axes[p][i], grid.axes[q][j], potential(i, j)])
+            let at = |s: usize, t: usize| Corner {
+                value: potential(i + s, j + t),
+                // In the cell: above its lower corners, below its upper ones.
+                slopes: [slope(i + s, j + t, p, 1 - s), slope(i + s, j + t, q, 1 - t)],
             };
-            let corners = [(i, j), (i + 1, j), (i + 1, j + 1), (i, j + 1)].map(corner);
-            cells.push(SectionCell { corners: corners.into() });
+            let (x, y) = (&grid.axes[p][i..=i + 1], &grid.axes[q][j..=j + 1]);
+            let patch = Patch { x, y, corners: [[at(0, 0), at(0, 1)], [at(1, 0), at(1, 1)]] };
+            let [m, n] = [pieces(&grid.axes[p], i, all_p), pieces(&grid.axes[q], j, all_q)];
+            let corner = |(k, l): (usize, usize)| {
+                let (place, value) = patch.at(k as f64 / m as f64, l as f64 / n as f64);
+                // Neighbours have as many pieces along the side that they share.
+                let key = |i: usize, k: usize, m: usize| {
+                    let (i, k) = if k == m { (i + 1, 0) } else { (i, k) };
+                    (i * MOST_PIECES + k) as u64
+                };
+                ((body as u64) << 44 | key(i, k, m) << 22 | key(j, l, n), [place[0], place[1], value])
+            };
+            for k in 0..m {
+                for l in 0..n {
+                    let corners = [(k, l), (k + 1, l), (k + 1, l + 1), (k, l + 1)].map(corner);
+                    cells.push(SectionCell { corners: corners.into() });
+                }
+            }
         }
     }
-    section(title, &metal, plane, cells)
+    section(step, title, &metal, plane, cells)
+}
+
+/// Pieces of a cell are no larger than this share of the picture, unless they would be too many.
+const FINE: f64 = 0.01;
+const MOST_PIECES: usize = 6;
+
+fn extent(nodes: &[f64]) -> f64 {
+    nodes.last().zip(nodes.first()).map_or(0.0, |(last, first)| last - first)
+}
+
+/// The potential at a corner of a cell, V, and its slopes there along both axes, V/m.
+#[derive(Clone, Copy)]
+struct Corner {
+    value: f64,
+    slopes: [f64; 2],
+}
+
+/// A rectangle in which the potential is the cubic that has the values and slopes of the corners (Ferguson, Journal of the ACM 11,
+/// 1964): without kinks from one cell of a body to the next.
+struct Patch<'a> {
+    x: &'a [f64],
+    y: &'a [f64],
+    corners: [[Corner; 2]; 2],
+}
+
+impl Patch<'_> {
+    /// The place and the potential at these shares of the way along both axes.
+    fn at(&self, s: f64, t: f64) -> ([f64; 2], f64) {
+        let lengths = [self.x[1] - self.x[0], self.y[1] - self.y[0]];
+        // Of values and of slopes, at the lower end and at the upper one.
+        let weights = |s: f64| {
+            let (r, s2) = (1.0 - s, s * s);
+            ([r * r * (1.0 + 2.0 * s), s2 * (3.0 - 2.0 * s)], [s * r * r, -s2 * r])
+        };
+        let (of_s, of_t) = (weights(s), weights(t));
+        let mut value = 0.0;
+        for (k, row) in self.corners.iter().enumerate() {
+            for (l, corner) in row.iter().enumerate() {
+                value += of_s.0[k] * of_t.0[l] * corner.value;
+                value += lengths[0] * of_s.1[k] * of_t.0[l] * corner.slopes[0];
+                value += lengths[1] * of_s.0[k] * of_t.1[l] * corner.slopes[1];
+            }
+        }
+        // The ends to the last bit.
+        let between = |x: &[f64], s: f64| if s == 1.0 { x[1] } else { x[0] + s * (x[1] - x[0]) };
+        ([between(self.x, s), between(self.y, t)], value)
+    }
 }
 
 /// A section through a field on tetrahedra.
@@ -136,10 +213,23 @@ pub(crate) fn of_tetrahedra(step: &StepResult, title: &str, mesh: &BodyMesh) -> 
         };
         cells.push(SectionCell { corners });
     }
-    section(title, &metal, plane, cells)
+    section(step, title, &metal, plane, cells)
 }
 
-fn section(title: &str, metal: &[Metal], plane: Plane, cells: Vec<SectionCell>) -> Option<Section> {
+/// The ends of the layer along x2, where it has any.
+fn layer(step: &StepResult) -> [f64; 2] {
+    let of_scene = step.scene.iter().flat_map(|scene| &scene.scene.bodies);
+    let slabs = of_scene.filter(|body| body.purpose == Purpose::Layer).filter_map(|body| body.bounds());
+    slabs.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], b| [low.min(b.min[1]), high.max(b.max[1])])
+}
+
+fn section(
+    step: &StepResult,
+    title: &str,
+    metal: &[Metal],
+    plane: Plane,
+    cells: Vec<SectionCell>,
+) -> Option<Section> {
     let [p, q] = across(plane.axis);
     let corners = || cells.iter().flat_map(|cell| cell.corners.iter().map(|(_, at)| [at[0], at[1]]));
     let cut: Vec<&Metal> = (metal.iter())
@@ -151,7 +241,8 @@ fn section(title: &str, metal: &[Metal], plane: Plane, cells: Vec<SectionCell>) 
     let ends = |k: usize, a: usize| {
         let known = corners()
             .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), at| (low.min(at[k]), high.max(at[k])));
-        ((all.min[a] - margin).max(known.0), (all.max[a] + margin).min(known.1))
+        let [low, high] = if a == 1 { layer(step) } else { [f64::INFINITY, f64::NEG_INFINITY] };
+        ((all.min[a] - margin).min(low).max(known.0), (all.max[a] + margin).max(high).min(known.1))
     };
     let window = [ends(0, p), ends(1, q)];
     if window.iter().any(|(low, high)| low.partial_cmp(high) != Some(std::cmp::Ordering::Less)) {

@@ -6,7 +6,7 @@ use elastocap_geometry::export::body::{BodyMesh, Element, NamedArray};
 use elastocap_geometry::export::gltf::BodyRole;
 use elastocap_geometry::export::surfaces::{SurfaceBody, surfaces};
 use elastocap_geometry::meshing::tets::{TetMesh, determinant};
-use elastocap_geometry::scene::{Body, MirrorPlane, Scene};
+use elastocap_geometry::scene::{Body, Box3, MirrorPlane, Scene};
 use elastocap_geometry::shapes::Shape;
 use elastocap_linalg::vector::{cross, dot, minus};
 use std::collections::HashMap;
@@ -55,17 +55,16 @@ pub(crate) fn shown(scene: &Scene, solved: &Solved) -> BodyMesh {
         mesh.points.iter_mut().for_each(|point| *point = turn.undone(*point));
     }
     let sensor = scene.sensor();
-    let inside = |tet: &[u32; 4]| {
-        let middle = [0, 1, 2].map(|a| 0.25 * tet.iter().map(|&p| mesh.points[p as usize][a]).sum::<f64>());
-        sensor.contains(middle)
-    };
     let permittivities = scene.permittivities();
     let mut found = Regions::default();
     let (mut nodes, mut permittivity, mut body_id) = (Vec::new(), Vec::new(), Vec::new());
-    for (tet, &region) in mesh.tets.iter().zip(&mesh.regions).filter(|(tet, _)| inside(tet)) {
-        nodes.extend(found.add(&mesh, *tet, region, &values));
-        permittivity.push(permittivities[region as usize]);
-        body_id.push(region as i32);
+    for (tet, &region) in mesh.tets.iter().zip(&mesh.regions) {
+        let field = field(&mesh, *tet, &values);
+        for piece in within(tet.map(|p| (mesh.points[p as usize], values[p as usize])), &sensor) {
+            nodes.extend(found.add(piece, region, field));
+            permittivity.push(permittivities[region as usize]);
+            body_id.push(region as i32);
+        }
     }
     let names = scene.dielectrics().map(|d| d.body.name.clone());
     BodyMesh {
@@ -89,24 +88,26 @@ pub(crate) fn shown(scene: &Scene, solved: &Solved) -> BodyMesh {
 /// The points that are shown: where regions meet, each has points of its own, because the field jumps there.
 #[derive(Default)]
 struct Regions {
-    /// By the point of the mesh and the region.
-    numbers: HashMap<(u32, u32), u32>,
+    /// By the place and the region.
+    numbers: HashMap<([u64; 3], u32), u32>,
     points: Vec<[f64; 3]>,
     potential: Vec<f64>,
     /// The sum of the fields in the tetrahedra around a point, each times its volume, and the sum of the volumes.
     field: Vec<([f64; 3], f64)>,
 }
 
+/// A place, m, and the potential there, V.
+type Corner = ([f64; 3], f64);
+
 impl Regions {
-    /// The numbers of the corners of a tetrahedron.
-    fn add(&mut self, mesh: &TetMesh, tet: [u32; 4], region: u32, values: &[f64]) -> [u32; 4] {
-        let corners = tet.map(|p| mesh.points[p as usize]);
-        let volume = determinant(corners[0], corners[1], corners[2], corners[3]).abs();
-        let field = field(mesh, tet, values);
-        tet.map(|point| {
-            let number = *self.numbers.entry((point, region)).or_insert_with(|| {
-                self.points.push(mesh.points[point as usize]);
-                self.potential.push(values[point as usize]);
+    /// The numbers of the corners of a tetrahedron with this field.
+    fn add(&mut self, tet: [Corner; 4], region: u32, field: [f64; 3]) -> [u32; 4] {
+        let volume = determinant(tet[0].0, tet[1].0, tet[2].0, tet[3].0).abs();
+        tet.map(|(place, potential)| {
+            let key = (place.map(f64::to_bits), region);
+            let number = *self.numbers.entry(key).or_insert_with(|| {
+                self.points.push(place);
+                self.potential.push(potential);
                 self.field.push(([0.0; 3], 0.0));
                 self.points.len() as u32 - 1
             });
@@ -116,6 +117,65 @@ impl Regions {
             number
         })
     }
+}
+
+/// What of a tetrahedron lies in a box, as tetrahedra that turn the same way.
+fn within(tet: [Corner; 4], shown: &Box3) -> Vec<[Corner; 4]> {
+    if tet.iter().all(|(place, _)| shown.contains(*place)) {
+        return vec![tet];
+    }
+    let mut pieces = vec![tet];
+    for a in 0..3 {
+        for (at, side) in
+            [(shown.min[a], 1.0), (shown.max[a], -1.0)].into_iter().filter(|(at, _)| at.is_finite())
+        {
+            pieces = pieces.into_iter().flat_map(|tet| cut(tet, a, at, side)).collect();
+        }
+    }
+    pieces
+}
+
+/// What of a tetrahedron lies beyond a plane across axis `a`, on the side to which `side` points.
+fn cut(mut tet: [Corner; 4], a: usize, at: f64, side: f64) -> Vec<[Corner; 4]> {
+    let above = |corner: &Corner| side * (corner.0[a] - at);
+    // Those inside come first; each exchange turns the tetrahedron around.
+    let mut turned = false;
+    for k in 0..4 {
+        if let Some(next) = (k..4).find(|&n| above(&tet[n]) > 0.0)
+            && next != k
+        {
+            tet.swap(k, next);
+            turned = !turned;
+        }
+    }
+    let inside = tet.iter().filter(|corner| above(corner) > 0.0).count();
+    // The same from both sides of a face, to the last bit.
+    let crossing = |p: usize, q: usize| {
+        let (p, q) = if tet[p].0.map(f64::to_bits) < tet[q].0.map(f64::to_bits) { (p, q) } else { (q, p) };
+        let (from, to) = (&tet[p], &tet[q]);
+        let t = (at - from.0[a]) / (to.0[a] - from.0[a]);
+        let mut place = [0, 1, 2].map(|k| from.0[k] + t * (to.0[k] - from.0[k]));
+        place[a] = at;
+        (place, from.1 + t * (to.1 - from.1))
+    };
+    let prism =
+        |[a, b, c]: [Corner; 3], [d, e, f]: [Corner; 3]| vec![[a, b, c, d], [b, c, d, e], [c, d, e, f]];
+    let mut pieces = match inside {
+        0 => Vec::new(),
+        1 => vec![[tet[0], crossing(0, 1), crossing(0, 2), crossing(0, 3)]],
+        2 => prism([tet[0], crossing(0, 2), crossing(0, 3)], [tet[1], crossing(1, 2), crossing(1, 3)]),
+        3 => prism([tet[0], tet[1], tet[2]], [crossing(0, 3), crossing(1, 3), crossing(2, 3)]),
+        _ => vec![tet],
+    };
+    let volume = |t: &[Corner; 4]| determinant(t[0].0, t[1].0, t[2].0, t[3].0);
+    let positive = (volume(&tet) > 0.0) != turned;
+    pieces.retain(|piece| volume(piece) != 0.0);
+    for piece in &mut pieces {
+        if (volume(piece) > 0.0) != positive {
+            piece.swap(2, 3);
+        }
+    }
+    pieces
 }
 
 /// The mesh of the whole scene, and on its points the potential, V, with conductors held at these.

@@ -78,21 +78,23 @@ impl Section {
             y: layout(&self.y, self.window[1], high, 40.0),
         };
         let mut out = open_page(&self.title, &title, frame.bottom + BELOW);
-        let _ = writeln!(
-            out,
-            "<rect x=\"{}\" y=\"{}\" width=\"{}\" height=\"{}\" fill=\"{METAL}\"/>",
+        draw_axes(&mut out, &frame);
+        // Over the grid of the axes, which does not belong into a picture.
+        let place = format!(
+            "x=\"{}\" y=\"{}\" width=\"{}\" height=\"{}\"",
             coordinate(left),
             coordinate(top),
             coordinate(wide),
             coordinate(high)
         );
+        let _ = writeln!(out, "<rect {place} fill=\"{METAL}\"/>");
         let triangles = self.triangles();
         draw_bands(&mut out, &frame, &levels, &triangles);
         draw_levels(&mut out, &frame, &levels, &triangles);
         draw_arrows(&mut out, &frame, &triangles);
         self.draw_outlines(&mut out, &frame);
         self.draw_names(&mut out, &frame);
-        draw_axes(&mut out, &frame);
+        let _ = writeln!(out, "<rect {place} fill=\"none\" stroke=\"#555\" stroke-width=\"1\"/>");
         draw_bar(&mut out, &frame, &levels, "potential (V)");
         out.push_str("</svg>\n");
         out
@@ -169,17 +171,18 @@ impl Section {
 
     fn draw_names(&self, out: &mut String, frame: &Frame) {
         let [(x0, x1), (y0, y1)] = self.window;
-        let _ = writeln!(
-            out,
-            "<g font-size=\"{NAME_SIZE}\" text-anchor=\"middle\" stroke=\"#fff\" stroke-width=\"3\" stroke-linejoin=\"round\" paint-order=\"stroke\">"
-        );
+        let _ = writeln!(out, "<g font-size=\"{NAME_SIZE}\" text-anchor=\"middle\">");
         let shown = self.names.iter().filter(|(_, [x, y])| (x0..=x1).contains(x) && (y0..=y1).contains(y));
         for (name, [x, y]) in shown {
             let (Some(x), Some(y)) = (frame.x(*x), frame.y(*y)) else { continue };
             let half = 0.5 * text_width(name, NAME_SIZE);
             let x = x.clamp(frame.left + half, (frame.right - half).max(frame.left + half));
             let (x, y) = (coordinate(x), coordinate(y + 0.35 * NAME_SIZE));
-            let _ = writeln!(out, "<text x=\"{x}\" y=\"{y}\">{}</text>", escape(name));
+            // A rim of white under the letters, for they stand on dark and on light.
+            let rim = "stroke=\"#fff\" stroke-width=\"3\" stroke-linejoin=\"round\" ";
+            for look in [rim, ""] {
+                let _ = writeln!(out, "<text {look}x=\"{x}\" y=\"{y}\">{}</text>", escape(name));
+            }
         }
         out.push_str("</g>\n");
     }

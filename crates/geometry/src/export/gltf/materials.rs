@@ -3,7 +3,8 @@
 use gltf_json as json;
 use json::validation::Checked::Valid;
 
-use super::BodyRole;
+use super::{BodyRole, PART};
+use std::collections::HashMap;
 
 /// Hands out materials: every role has its look, and each conductor and dielectric a colour of its own.
 #[derive(Default)]
@@ -11,6 +12,8 @@ pub(in crate::export) struct Materials {
     conductors: usize,
     floating: usize,
     dielectrics: usize,
+    /// By the body: what its first part was given.
+    given: HashMap<String, [u8; 3]>,
 }
 
 /// Driven conductors: vermilion, yellow, purple, black, pink, brown, crimson (sRGB). They are told apart from the light blue of the
@@ -43,10 +46,13 @@ impl Materials {
         role: BodyRole,
         double_sided: bool,
     ) -> json::Material {
-        let next = |palette: &[[u8; 3]], count: &mut usize| {
-            let colour = palette[*count % palette.len()];
-            *count += 1;
-            colour
+        let body = name.split(PART).next().unwrap_or(name);
+        let given = &mut self.given;
+        let mut next = |palette: &[[u8; 3]], count: &mut usize| {
+            *given.entry(body.to_owned()).or_insert_with(|| {
+                *count += 1;
+                palette[(*count - 1) % palette.len()]
+            })
         };
         // Only partly metallic: a pure metal is black in viewers that have no surroundings to mirror.
         let (colour, alpha, metallic, roughness) = match role {

@@ -89,6 +89,14 @@ impl BodyRole {
     }
 }
 
+/// What stands between the name of a body and the number of one of its parts.
+const PART: &str = ", part ";
+
+/// The name of a part of a body, counted from zero. Parts of one body look alike.
+pub fn part_name(body: &str, part: usize) -> String {
+    if part == 0 { body.to_owned() } else { format!("{body}{PART}{}", part + 1) }
+}
+
 /// A body as the viewer shows it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SceneBody {
