@@ -142,8 +142,8 @@ pub(crate) fn of_grid(
 }
 
 /// Pieces of a cell are no larger than this share of the picture, unless they would be too many.
-const FINE: f64 = 0.01;
-const MOST_PIECES: usize = 6;
+const FINE: f64 = 0.02;
+const MOST_PIECES: usize = 4;
 
 fn extent(nodes: &[f64]) -> f64 {
     nodes.last().zip(nodes.first()).map_or(0.0, |(last, first)| last - first)

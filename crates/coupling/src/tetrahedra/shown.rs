@@ -135,40 +135,31 @@ fn within(tet: [Corner; 4], shown: &Box3) -> Vec<[Corner; 4]> {
     pieces
 }
 
-/// What of a tetrahedron lies beyond a plane across axis `a`, on the side to which `side` points.
+/// What of a tetrahedron lies beyond a plane across axis `a`, on the side to which `side` points. Neighbours are cut along the same
+/// lines in the face that they share.
 fn cut(mut tet: [Corner; 4], a: usize, at: f64, side: f64) -> Vec<[Corner; 4]> {
-    let above = |corner: &Corner| side * (corner.0[a] - at);
-    // Those inside come first; each exchange turns the tetrahedron around.
-    let mut turned = false;
-    for k in 0..4 {
-        if let Some(next) = (k..4).find(|&n| above(&tet[n]) > 0.0)
-            && next != k
-        {
-            tet.swap(k, next);
-            turned = !turned;
-        }
-    }
-    let inside = tet.iter().filter(|corner| above(corner) > 0.0).count();
-    // The same from both sides of a face, to the last bit.
+    let inside = |corner: &Corner| side * (corner.0[a] - at) > 0.0;
+    let volume = |t: &[Corner; 4]| determinant(t[0].0, t[1].0, t[2].0, t[3].0);
+    let positive = volume(&tet) > 0.0;
+    // Those inside come first. The order within these and within the others is one for the whole mesh.
+    tet.sort_by_key(|corner| (!inside(corner), corner.0.map(f64::to_bits)));
     let crossing = |p: usize, q: usize| {
-        let (p, q) = if tet[p].0.map(f64::to_bits) < tet[q].0.map(f64::to_bits) { (p, q) } else { (q, p) };
         let (from, to) = (&tet[p], &tet[q]);
         let t = (at - from.0[a]) / (to.0[a] - from.0[a]);
         let mut place = [0, 1, 2].map(|k| from.0[k] + t * (to.0[k] - from.0[k]));
         place[a] = at;
         (place, from.1 + t * (to.1 - from.1))
     };
+    // In a face between two corners inside, the diagonal begins at the later one of them, whatever else belongs to the tetrahedron.
     let prism =
         |[a, b, c]: [Corner; 3], [d, e, f]: [Corner; 3]| vec![[a, b, c, d], [b, c, d, e], [c, d, e, f]];
-    let mut pieces = match inside {
+    let mut pieces = match tet.iter().filter(|corner| inside(corner)).count() {
         0 => Vec::new(),
         1 => vec![[tet[0], crossing(0, 1), crossing(0, 2), crossing(0, 3)]],
         2 => prism([tet[0], crossing(0, 2), crossing(0, 3)], [tet[1], crossing(1, 2), crossing(1, 3)]),
         3 => prism([tet[0], tet[1], tet[2]], [crossing(0, 3), crossing(1, 3), crossing(2, 3)]),
         _ => vec![tet],
     };
-    let volume = |t: &[Corner; 4]| determinant(t[0].0, t[1].0, t[2].0, t[3].0);
-    let positive = (volume(&tet) > 0.0) != turned;
     pieces.retain(|piece| volume(piece) != 0.0);
     for piece in &mut pieces {
         if (volume(piece) > 0.0) != positive {
@@ -225,4 +216,52 @@ fn field(mesh: &TetMesh, tet: [u32; 4], values: &[f64]) -> [f64; 3] {
     let volume = dot(u, normals[0]);
     let rises = [1, 2, 3].map(|k| values[tet[k] as usize] - values[tet[0] as usize]);
     [0, 1, 2].map(|a| -(0..3).map(|k| rises[k] * normals[k][a]).sum::<f64>() / volume)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_cut_off_at_a_box_leaves_its_volume_the_potential_and_faces_that_fit() {
+        // A cube of side 2 as six tetrahedra around a diagonal, with a linear potential.
+        let u = |p: [f64; 3]| p[0] - 2.0 * p[1] + 0.5 * p[2];
+        let orders = [[0, 1, 2], [1, 2, 0], [2, 0, 1], [0, 2, 1], [2, 1, 0], [1, 0, 2]];
+        let cube = orders.map(|order| {
+            let mut at = [-1.0; 3];
+            let mut tet = [(at, u(at)); 4];
+            for (k, a) in order.into_iter().enumerate() {
+                at[a] = 1.0;
+                tet[k + 1] = (at, u(at));
+            }
+            tet
+        });
+        let shown = Box3 { min: [-0.3, -2.0, -0.7], max: [0.9, 0.4, 0.1] };
+        let volume = |t: &[Corner; 4]| determinant(t[0].0, t[1].0, t[2].0, t[3].0) / 6.0;
+        let mut whole = 0.0;
+        let mut faces: HashMap<[[u64; 3]; 3], usize> = HashMap::new();
+        for tet in cube {
+            for piece in within(tet, &shown) {
+                assert!((volume(&piece) > 0.0) == (volume(&tet) > 0.0));
+                whole += volume(&piece).abs();
+                for (place, potential) in piece {
+                    assert!((potential - u(place)).abs() < 1e-12 && shown.contains(place), "{place:?}");
+                }
+                for skip in 0..4 {
+                    let mut key =
+                        [0, 1, 2].map(|k| piece[if k < skip { k } else { k + 1 }].0.map(f64::to_bits));
+                    key.sort_unstable();
+                    *faces.entry(key).or_default() += 1;
+                }
+            }
+        }
+        assert!((whole - 1.2 * 1.4 * 0.8).abs() < 1e-12, "{whole}");
+        // A face that one piece alone has lies on the boundary.
+        for (face, count) in faces {
+            let corners = face.map(|p| p.map(f64::from_bits));
+            let on = |a: usize, at: f64| corners.iter().all(|p| p[a] == at);
+            let outside = on(0, -0.3) || on(0, 0.9) || on(1, -1.0) || on(1, 0.4) || on(2, -0.7) || on(2, 0.1);
+            assert_eq!(count, if outside { 1 } else { 2 }, "{corners:?}");
+        }
+    }
 }
