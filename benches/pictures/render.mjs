@@ -29,7 +29,7 @@ import { GLTFLoader } from "three/addons/loaders/GLTFLoader.js";
 const canvas = document.getElementById("c");
 const renderer = new THREE.WebGLRenderer({ canvas, antialias: true, preserveDrawingBuffer: true });
 renderer.setClearColor(0xffffff);
-const faint = /^(wall|walls|open space|cover)/;
+const faint = /^(walls? .*insulated|walls \(insulated|open space|cover)/;
 window.load = async (file) => {
   const begin = performance.now();
   const gltf = await new GLTFLoader().loadAsync("/scene/" + file);
@@ -61,7 +61,7 @@ window.draw = (last) => {
   const middle = all.getCenter(new THREE.Vector3());
   const radius = all.getSize(new THREE.Vector3()).length() / 2;
   const camera = new THREE.PerspectiveCamera(28, canvas.width / canvas.height, radius / 50, radius * 50);
-  camera.position.copy(middle).add(new THREE.Vector3(0.62, 0.55, 1).normalize().multiplyScalar(radius * 3.6));
+  camera.position.copy(middle).add(new THREE.Vector3(0.62, 0.42, 1).normalize().multiplyScalar(radius * 3.6));
   camera.lookAt(middle);
   renderer.render(scene, camera);
   const names = document.getElementById("names");
@@ -74,6 +74,7 @@ window.draw = (last) => {
     if (/^(layer|substrate|cover|indenter|board)/.test(name)) at.x = own.max.x, at.z = own.max.z;
     at.project(camera);
     let [x, y] = [(0.5 + 0.5 * at.x) * canvas.width, (0.5 - 0.5 * at.y) * canvas.height];
+    if (name.startsWith("scale bar")) y += 14;
     x = Math.min(Math.max(x, 60), canvas.width - 60);
     while (taken.some(([a, b]) => Math.abs(a - x) < 110 && Math.abs(b - y) < 15)) y += 4;
     taken.push([x, y]);

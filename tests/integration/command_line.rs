@@ -168,7 +168,15 @@ fn a_pair_without_load_gives_its_capacitance_and_a_curve_of_one_point() {
     sandbox.run(&case, &[]).exits_with(0);
     assert_eq!(
         sandbox.names("out"),
-        ["capacitance.csv", "curve.csv", "fields.pvd", "result.json", "scene.glb", "step_000.vtu"]
+        [
+            "capacitance.csv",
+            "curve.csv",
+            "fields.pvd",
+            "result.json",
+            "scene.glb",
+            "section_000.svg",
+            "step_000.vtu"
+        ]
     );
     let json = sandbox.json("out/result.json");
     assert_eq!(json["two_terminal_capacitance_f"], json["steps"][0]["two_terminal_capacitance_f"]);

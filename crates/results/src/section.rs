@@ -260,3 +260,106 @@ fn section(
     let axis = |a: usize| Axis { label: format!("x{}", a + 1), unit: "m".into(), scale: Scale::Linear };
     Some(Section { title: title.to_owned(), x: axis(p), y: axis(q), window, cells, sheets, names })
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::path::Path;
+    use std::sync::atomic::AtomicBool;
+    use std::sync::{Arc, Mutex};
+
+    use elastocap_coupling::plan::{Options, Plan};
+    use elastocap_coupling::run::{Observer, run};
+    use elastocap_coupling::step::StepField;
+    use std::ops::ControlFlow;
+
+    /// Keeps the section through each step's field.
+    #[derive(Default)]
+    struct Sections(Mutex<Vec<Section>>);
+
+    impl Observer for Sections {
+        fn field_solved(&self, step: &StepResult, field: StepField) -> ControlFlow<()> {
+            let section = match (field, &step.scene) {
+                (StepField::Grid(field), Some(scene)) => {
+                    let first = 1 + scene.scene.dielectrics().count() as i32;
+                    let metal = first..first + scene.scene.conductors().count() as i32;
+                    of_grid(step, "a section", &crate::scene_files::field_grid(&scene.scene, field), metal)
+                }
+                (StepField::Grid(_), None) => None,
+                (StepField::Tetrahedra(mesh), _) => of_tetrahedra(step, "a section", &mesh),
+            };
+            self.0.lock().unwrap().extend(section);
+            ControlFlow::Continue(())
+        }
+    }
+
+    fn sections(name: &str) -> Vec<Section> {
+        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../cases").join(name);
+        let case = elastocap_case::load(&path).unwrap();
+        let options = Options { prune: true, fields: true, scene: false };
+        let plan = Plan::new(&case, &options);
+        let found = Sections::default();
+        run(&case, &plan, &options, &Arc::new(AtomicBool::new(false)), &found);
+        found.0.into_inner().unwrap()
+    }
+
+    fn corners(section: &Section) -> impl Iterator<Item = [f64; 3]> {
+        section.cells.iter().flat_map(|cell| cell.corners.iter().map(|corner| corner.1))
+    }
+
+    #[test]
+    fn a_section_through_boxes_meets_the_electrodes_at_their_potentials_and_is_its_own_image() {
+        let all = sections("in-plane-pair.toml");
+        let section = &all[0];
+        assert_eq!(section.names[0].0, "electrode-left");
+        // At rest the right electrode lies from 25 to 325 um, between 215 and 235 um above the substrate.
+        let on = |p: &[f64; 3]| {
+            let face = (p[1] - 215e-6).abs() < 1e-10 || (p[1] - 235e-6).abs() < 1e-10;
+            face && p[0].abs() > 26e-6 && p[0].abs() < 324e-6
+        };
+        let held: Vec<_> = corners(section).filter(on).collect();
+        assert!(held.len() > 40);
+        for p in held {
+            let volts = if p[0] > 0.0 { -0.5 } else { 0.5 };
+            assert!((p[2] - volts).abs() < 1e-6, "{p:?}");
+        }
+        let inside = |p: &[f64; 3]| (p[0].abs() - 175e-6).abs() < 149e-6 && (p[1] - 225e-6).abs() < 9e-6;
+        assert!(!corners(section).any(|p| inside(&p)), "there is no field in metal");
+        assert!(corners(section).filter(|p| p[0].abs() < 1e-12).all(|p| p[2].abs() < 1e-6));
+    }
+
+    #[test]
+    fn a_cubic_field_is_met_everywhere_in_a_patch() {
+        let u = |x: f64, y: f64| x * x * x - 2.0 * x * x + y * y * y + 3.0 * y;
+        let (x, y) = ([1.0, 1.5], [-1.0, 2.0]);
+        let at = |k: usize, l: usize| Corner {
+            value: u(x[k], y[l]),
+            slopes: [3.0 * x[k] * x[k] - 4.0 * x[k], 3.0 * y[l] * y[l] + 3.0],
+        };
+        let patch = Patch { x: &x, y: &y, corners: [[at(0, 0), at(0, 1)], [at(1, 0), at(1, 1)]] };
+        for (s, t) in [(0.0, 0.0), (1.0, 0.0), (0.3, 0.0), (1.0, 0.7), (0.4, 0.6)] {
+            let ([px, py], found) = patch.at(s, t);
+            assert!((found - u(px, py)).abs() < 1e-12, "{s} {t}: {found} {}", u(px, py));
+        }
+    }
+
+    #[test]
+    fn a_section_through_tetrahedra_leaves_the_metal_free_and_lies_in_the_window() {
+        let all = sections("star-pad.toml");
+        let section = &all[0];
+        assert_eq!(section.names.len(), 2);
+        assert!(corners(section).all(|p| (-0.51..=0.51).contains(&p[2])));
+        let area: f64 = (section.cells.iter())
+            .map(|cell| {
+                let at: Vec<[f64; 3]> = cell.corners.iter().map(|corner| corner.1).collect();
+                let next = |k: usize| at[(k + 1) % at.len()];
+                (0..at.len()).map(|k| at[k][0] * next(k)[1] - at[k][1] * next(k)[0]).sum::<f64>().abs() / 2.0
+            })
+            .sum();
+        // Both conductors are sheets: the cells cover the plane as far as the field is shown.
+        let [low, high] = [f64::min as fn(f64, f64) -> f64, f64::max];
+        let end = |pick: fn(f64, f64) -> f64, k: usize| corners(section).map(|p| p[k]).reduce(pick).unwrap();
+        let whole = (end(high, 0) - end(low, 0)) * (end(high, 1) - end(low, 1));
+        assert!((area / whole - 1.0).abs() < 1e-9, "{area} {whole}");
+    }
+}

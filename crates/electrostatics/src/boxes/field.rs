@@ -9,7 +9,7 @@ use elastocap_geometry::scene::{Box3, Filling, Scene, Wall};
 use faer::Mat;
 
 /// Number of cells that elements are divided up to.
-const MAX_CELLS: usize = 16_000;
+const MAX_CELLS: usize = 12_000;
 /// How many cells an element has along an axis, over its degree there: the first that does not lead to too many is taken.
 const DIVISIONS: [f64; 14] = [2.5, 2.0, 1.75, 1.5, 1.25, 1.1, 1.0, 0.9, 0.8, 0.7, 0.6, 0.5, 0.4, 0.25];
 /// Elements shorter than this share of what is shown are one cell: nobody sees more of them.

@@ -313,9 +313,12 @@ fn draw_arrows(out: &mut String, frame: &Frame, triangles: &[[Point; 3]]) {
 fn segment(path: &mut String, frame: &Frame, ends: [Point; 2]) {
     let page = ends.map(|p| Some([frame.x(p.0)?, frame.y(p.1)?]));
     let [Some(a), Some(b)] = page else { return };
-    let [a, b] = [a, b].map(|p| p.map(|x| format!("{x:.1}")));
+    // Places on the page are positive.
+    let [a, b] = [a, b].map(|p| p.map(|x| (10.0 * x).round() as u64));
     if a != b {
-        let _ = write!(path, "M{} {}L{} {}", a[0], a[1], b[0], b[1]);
+        for (command, [x, y]) in [('M', a), ('L', b)] {
+            let _ = write!(path, "{command}{}.{} {}.{}", x / 10, x % 10, y / 10, y % 10);
+        }
     }
 }
 
