@@ -78,7 +78,8 @@ def main():
                 rows = [row(scenes + sections + curves)]
             else:
                 rows = [row(scenes)] + ([row(sections)] if sections else []) + [row(curves)]
-            picture = on_top_of_each_other(rows).quantize(96, dither=Image.Dither.NONE)
+            # A palette would lose the colours of small bodies.
+            picture = on_top_of_each_other(rows)
             picture.save(PICTURES / f"{case.stem}.png", optimize=True)
             title = re.search(r'^title\s*=\s*"(.*)"', case.read_text(), re.MULTILINE).group(1)
             text.append(f"## {title}\n\n`cases/{case.name}`\n\n![{title}](pictures/{case.stem}.png)\n")

@@ -29,7 +29,7 @@ import { GLTFLoader } from "three/addons/loaders/GLTFLoader.js";
 const canvas = document.getElementById("c");
 const renderer = new THREE.WebGLRenderer({ canvas, antialias: true, preserveDrawingBuffer: true });
 renderer.setClearColor(0xffffff);
-const faint = /^(walls? .*insulated|walls \(insulated|open space|cover)/;
+const faint = (name) => name.includes("insulated") || /^(open space|cover)/.test(name);
 window.load = async (file) => {
   const begin = performance.now();
   const gltf = await new GLTFLoader().loadAsync("/scene/" + file);
@@ -55,7 +55,7 @@ window.draw = (last) => {
   gltf.scene.traverse((node) => {
     if (!node.isMesh || node.matrixWorld.determinant() === 0) return;
     const own = new THREE.Box3().setFromObject(node, true);
-    if (!faint.test(node.userData.name ?? node.name)) all.union(own);
+    if (!faint(node.userData.name ?? node.name)) all.union(own);
     shown.push([node, own]);
   });
   const middle = all.getCenter(new THREE.Vector3());
