@@ -64,7 +64,7 @@ pub(crate) struct Arguments {
     /// Leave nothing out: solve for the same numbers without using symmetry, for instance
     #[arg(long)]
     no_prune: bool,
-    /// Do not write the fields (.vtu)
+    /// Do not write the fields (.vtu) and the sections through them
     #[arg(long)]
     no_fields: bool,
     /// Do not write scene.glb
