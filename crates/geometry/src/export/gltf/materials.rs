@@ -16,14 +16,14 @@ pub(in crate::export) struct Materials {
     given: HashMap<String, [u8; 3]>,
 }
 
-/// Driven conductors: vermilion, yellow, purple, black, pink, brown, peach (sRGB). They are told apart from the light blue of the
+/// Driven conductors: vermilion, yellow, purple, black, rose, brown, peach (sRGB). They are told apart from the light blue of the
 /// layer, and neighbours in the list from each other, by lightness too, for those who do not see all colours.
 const DRIVEN: [[u8; 3]; 7] = [
     [0xD5, 0x5E, 0x00],
     [0xF0, 0xD0, 0x20],
     [0x5B, 0x2C, 0x83],
     [0x1E, 0x1E, 0x1E],
-    [0xCC, 0x79, 0xA7],
+    [0xB8, 0x52, 0x7E],
     [0x7A, 0x43, 0x10],
     [0xF2, 0xB4, 0x8C],
 ];
