@@ -41,7 +41,7 @@
 //! impl Observer for Strongest {
 //!     fn field_solved(&self, _step: &StepResult, field: StepField) -> ControlFlow<()> {
 //!         if let (StepField::Grid(field), Ok(mut all)) = (field, self.0.lock()) {
-//!             let strength = field.electric_field.iter().map(|e| e[0].hypot(e[1]).hypot(e[2]));
+//!             let strength = field.electric_field.iter().flatten().map(|e| e[0].hypot(e[1]).hypot(e[2]));
 //!             all.push(strength.fold(0.0, f64::max));
 //!         }
 //!         ControlFlow::Continue(())

@@ -6,7 +6,7 @@ use std::error::Error;
 use std::f64::consts::PI;
 use std::path::{Path, PathBuf};
 
-use elastocap_case::Case;
+use elastocap_case::{Case, Pose};
 use elastocap_coupling::scene::scene_of;
 use elastocap_electrostatics::{Settings, Solution, Target, VACUUM_PERMITTIVITY, solve};
 use elastocap_geometry::scene::Scene;
@@ -42,7 +42,7 @@ pub(crate) struct Known {
 
 impl Known {
     fn new(name: &'static str, file: &str, capacitance: f64, uncertainty: f64) -> Result<Self> {
-        let scene = scene_of(&load(file)?, None)?.scene;
+        let scene = scene_of(&load(file)?, None, &Pose::default())?.scene;
         let target = if scene.conductors().count() == 2 { Target::TwoTerminal } else { Target::Matrix };
         Ok(Self { name, scene, capacitance, uncertainty, target })
     }

@@ -31,10 +31,11 @@ Examples:
 Files in the output folder:
   curve.csv        one row for each load step, in SI units
   capacitance.csv  all capacitances of each step
-  curve.svg        C(F) with its bounds, and that of parallel plates
+  curve.svg        by how much C changes under load, with bounds; C itself beside that of parallel plates
   result.json      all results, with the Maxwell matrices, the plan and the time of each phase
-  scene.glb        the bodies for any glTF viewer, the load steps as an animation
-  fields.pvd       the fields for ParaView, one step_NNN.vtu for each load step
+  scene.glb        bodies, indenter and a scale bar for any glTF viewer, the load steps as an animation
+  fields.pvd       the fields around the sensor for ParaView, one step_NNN.vtu for each load step
+  section_NNN.svg  potential and field in a plane through the gap, of the first and the last step
   mechanics.csv    for finite-element layers, the force and its error on each mesh; layer.pvd,
                    layer_NNN.vtu and profile_NNN.csv hold displacement and stress
 
@@ -63,7 +64,7 @@ pub(crate) struct Arguments {
     /// Leave nothing out: solve for the same numbers without using symmetry, for instance
     #[arg(long)]
     no_prune: bool,
-    /// Do not write the fields (.vtu)
+    /// Do not write the fields (.vtu) and the sections through them
     #[arg(long)]
     no_fields: bool,
     /// Do not write scene.glb
@@ -128,7 +129,10 @@ fn solve_and_save(
     let plan = Plan::new(case, &options);
     let planning = started.elapsed();
     let progress = Progress::new(&plan, common.quiet);
-    let writer = FieldWriter::new(&folder, &progress).only_if(options.fields).going_on_from(resume);
+    let writer = FieldWriter::new(&folder, &progress)
+        .only_if(options.fields)
+        .drawing_sections(&plan, &case.title)
+        .going_on_from(resume);
     let outcome = run(case, &plan, &options, &cancel, &writer);
     progress.finish();
     let fields = writer.finish(&outcome)?;

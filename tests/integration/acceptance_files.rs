@@ -63,6 +63,7 @@ fn the_in_plane_pair_gives_the_expected_curve_and_every_file() {
         ["capacitance.csv", "curve.csv", "curve.svg", "fields.pvd", "result.json", "scene.glb"]
             .map(Into::into)
             .into();
+    files.extend([0, 5].map(|step| format!("section_{step:03}.svg")));
     files.extend((0..6).map(|step| format!("step_{step:03}.vtu")));
     assert_eq!(sandbox.names("out"), files);
     let json = sandbox.json("out/result.json");
@@ -109,7 +110,7 @@ fn purely_electrostatic_scenes_give_the_expected_maxwell_matrices() {
         assert_eq!(json["two_terminal_capacitance_f"], json["maxwell_matrix_f"][0][0], "against ground");
         assert_eq!(
             sandbox.names("out"),
-            ["capacitance.csv", "fields.pvd", "result.json", "scene.glb", "step_000.vtu"]
+            ["capacitance.csv", "fields.pvd", "result.json", "scene.glb", "section_000.svg", "step_000.vtu"]
         );
         let table = sandbox.table("out/capacitance.csv");
         assert_eq!(table.texts("quantity"), ["maxwell", "two_terminal"]);
@@ -169,7 +170,7 @@ fn scenes_of_round_and_imported_bodies_give_the_expected_maxwell_matrices() {
         }
         assert_eq!(
             sandbox.names("out"),
-            ["capacitance.csv", "fields.pvd", "result.json", "scene.glb", "step_000.vtu"]
+            ["capacitance.csv", "fields.pvd", "result.json", "scene.glb", "section_000.svg", "step_000.vtu"]
         );
     }
 }
@@ -289,7 +290,7 @@ fn a_mesh_from_gmsh_is_read_beside_its_case_file_and_solved_as_it_is() {
     assert_bounded(keys.map(|key| number(&json[key])), 2.5e-2, 2.0365e-13, 3.3e-3, 5e-2, "two-terminal");
     assert_eq!(
         sandbox.names("out"),
-        ["capacitance.csv", "fields.pvd", "result.json", "scene.glb", "step_000.vtu"]
+        ["capacitance.csv", "fields.pvd", "result.json", "scene.glb", "section_000.svg", "step_000.vtu"]
     );
 }
 

@@ -168,7 +168,15 @@ fn a_pair_without_load_gives_its_capacitance_and_a_curve_of_one_point() {
     sandbox.run(&case, &[]).exits_with(0);
     assert_eq!(
         sandbox.names("out"),
-        ["capacitance.csv", "curve.csv", "fields.pvd", "result.json", "scene.glb", "step_000.vtu"]
+        [
+            "capacitance.csv",
+            "curve.csv",
+            "fields.pvd",
+            "result.json",
+            "scene.glb",
+            "section_000.svg",
+            "step_000.vtu"
+        ]
     );
     let json = sandbox.json("out/result.json");
     assert_eq!(json["two_terminal_capacitance_f"], json["steps"][0]["two_terminal_capacitance_f"]);
@@ -203,7 +211,7 @@ fn fields_and_scene_are_left_out_when_not_wanted_and_old_ones_are_removed() {
     let three = sandbox.case("pair.toml", &quick_pair(STEPS, "compression = [0.0, 0.1, 0.2]"));
     sandbox.run(&three, &[]).exits_with(0);
     sandbox.case("out/notes.txt", "the user's own");
-    assert_eq!(sandbox.names("out").len(), 10);
+    assert_eq!(sandbox.names("out").len(), 12);
     sandbox.run(&three, &["--no-fields", "--no-scene"]).exits_with(0);
     assert_eq!(
         sandbox.names("out"),

@@ -187,8 +187,9 @@ pub struct Field {
     pub points: Option<Vec<[f64; 3]>>,
     /// V at the nodes `[i][j][k]`, conductors at the potentials `potentials`.
     pub potential: Vec<f64>,
-    /// V/m at the cell centres `[i][j][k]`, from the gradient of the solution itself.
-    pub electric_field: Vec<[f64; 3]>,
+    /// V/m at the nodes `[i][j][k]`, from the gradient of the solution itself. The component along an axis may jump from the cells
+    /// below a node along that axis to those above it: the first has each component below, the second above.
+    pub electric_field: Vec<[[f64; 3]; 2]>,
     /// Relative permittivity of the cells.
     pub relative_permittivity: Vec<f64>,
     /// Which body fills each cell.

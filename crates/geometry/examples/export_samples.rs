@@ -137,8 +137,8 @@ fn fields(length: f64, compression: f64, nodes: usize) -> FieldGrid {
     let centres = axes.each_ref().map(|x| middle(x));
     let centres = each([&centres[0], &centres[1], &centres[2]]);
     FieldGrid {
-        potential: corners.into_iter().map(potential).collect(),
-        electric_field: centres.iter().copied().map(field).collect(),
+        potential: corners.iter().copied().map(potential).collect(),
+        electric_field: corners.into_iter().map(|x| [field(x); 2]).collect(),
         relative_permittivity: centres.iter().map(|x| if x[1] < 0.5 { 2.8 } else { 1.0 }).collect(),
         body_id: centres.iter().map(|x| i32::from(x[1] < 0.5)).collect(),
         body_names: vec!["surroundings".into(), "layer -- \u{e9}lastom\u{e8}re".into()],

@@ -278,7 +278,27 @@ pub struct Scene {
     pub walls: [[Wall; 2]; 3],
 }
 
+/// How much around the conductors belongs to [`Scene::sensor`], as a share of their largest extent.
+const AROUND: f64 = 0.5;
+
 impl Scene {
+    /// What field files show: the conductors, some space around them, and the whole height of the layer, if there is one. All of space
+    /// where no bounds of conductors are known.
+    pub fn sensor(&self) -> Box3 {
+        let conductors = self.conductor_parts().filter_map(|(_, part)| part.bounds());
+        let Some(conductors) = conductors.reduce(|all, part| all.union(&part)) else { return Box3::SPACE };
+        let margin = AROUND * (0..3).map(|a| conductors.extent(a)).fold(0.0, f64::max);
+        let mut shown =
+            Box3 { min: conductors.min.map(|x| x - margin), max: conductors.max.map(|x| x + margin) };
+        let layers = self.bodies.iter().filter(|body| body.purpose == Purpose::Layer);
+        for layer in layers.filter_map(Body::bounds) {
+            for end in [layer.min[1], layer.max[1]].into_iter().filter(|end| end.is_finite()) {
+                (shown.min[1], shown.max[1]) = (shown.min[1].min(end), shown.max[1].max(end));
+            }
+        }
+        shown
+    }
+
     /// The conductors, driven, grounded and floating, in order.
     pub fn conductors(&self) -> impl Iterator<Item = Conductor<'_>> + Clone {
         let all = self.bodies.iter().filter_map(|body| match body.role {

@@ -8,11 +8,13 @@ use std::time::Instant;
 use elastocap_coupling::deform::Solution;
 use elastocap_coupling::finished::FinishedStep;
 use elastocap_coupling::outcome::{Outcome, StepResult};
+use elastocap_coupling::plan::Plan;
 use elastocap_coupling::run::Observer;
 use elastocap_coupling::step::StepField;
 use elastocap_geometry::export::body::body_vtu;
 use elastocap_geometry::export::vtk::vtu;
 
+use crate::section::{of_grid, of_tetrahedra, section_file};
 use crate::{OutputError, OutputFolder, Resume, layer_files, scene_files};
 
 /// The name of a step's field file.
@@ -67,6 +69,8 @@ pub struct FieldWriter<'a> {
     resume: Option<Resume>,
     /// Whether fields, those of the layer among them, are written.
     wanted: bool,
+    /// Steps whose field is drawn in a section, and the title of the drawings.
+    sections: (Vec<usize>, String),
     files: Mutex<FieldFiles>,
     broken: Mutex<Option<OutputError>>,
 }
@@ -79,6 +83,7 @@ impl<'a> FieldWriter<'a> {
             watcher,
             resume: None,
             wanted: true,
+            sections: Default::default(),
             files: Mutex::default(),
             broken: Mutex::default(),
         }
@@ -88,6 +93,14 @@ impl<'a> FieldWriter<'a> {
     #[must_use]
     pub fn only_if(self, wanted: bool) -> Self {
         Self { wanted, ..self }
+    }
+
+    /// Draws a section through the field of the first and of the last step, with this title.
+    #[must_use]
+    pub fn drawing_sections(self, plan: &Plan, title: &str) -> Self {
+        let ends = [plan.steps.first(), plan.steps.last()].into_iter().flatten();
+        let own = ends.map(|step| step.same_as.unwrap_or(step.index)).collect();
+        Self { sections: (own, title.to_owned()), ..self }
     }
 
     /// Takes the steps that a stopped run has finished, and their fields, from there.
@@ -151,6 +164,10 @@ impl Observer for FieldWriter<'_> {
             let name = field_file(index);
             self.folder.stage_from(&field, &name).ok()?;
             self.files.lock().unwrap_or_else(PoisonError::into_inner).set_name(index, name);
+            let section = section_file(index);
+            if self.sections.0.contains(&index) {
+                self.folder.stage_from(&field.with_file_name(&section), &section).ok()?;
+            }
         }
         Some(step)
     }
@@ -162,11 +179,25 @@ impl Observer for FieldWriter<'_> {
     /// A field that the format cannot hold is a warning.
     fn field_solved(&self, step: &StepResult, field: StepField) -> ControlFlow<()> {
         let start = Instant::now();
-        let bytes = match (field, &step.scene) {
-            (StepField::Grid(field), Some(scene)) => vtu(&scene_files::field_grid(&scene.scene, field)),
+        let drawn = self.sections.0.contains(&step.index);
+        let title = || format!("{}: {}", self.sections.1, scene_files::label(step));
+        let (bytes, section) = match (field, &step.scene) {
+            (StepField::Grid(field), Some(scene)) => {
+                let grid = scene_files::field_grid(&scene.scene, field);
+                let first = 1 + scene.scene.dielectrics().count() as i32;
+                let metal = first..first + scene.scene.conductors().count() as i32;
+                (vtu(&grid), drawn.then(|| of_grid(step, &title(), &grid, metal)))
+            }
             (StepField::Grid(_), None) => return ControlFlow::Continue(()),
-            (StepField::Tetrahedra(mesh), _) => body_vtu(&mesh),
+            (StepField::Tetrahedra(mesh), _) => {
+                (body_vtu(&mesh), drawn.then(|| of_tetrahedra(step, &title(), &mesh)))
+            }
         };
+        if let Some(section) = section.flatten()
+            && let Err(error) = self.folder.stage(&section_file(step.index), section.to_svg().as_bytes())
+        {
+            return self.stopped_by(error);
+        }
         let mut file = FieldFile::default();
         match bytes {
             Ok(bytes) => {

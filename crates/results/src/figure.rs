@@ -1,61 +1,174 @@
-//! `curve.svg`: capacitance against force with its bounds beside parallel plates, or force against compression.
+//! `curve.svg`: by how much the capacitance changes under load, with its bounds, above the capacitance itself beside that of
+//! parallel plates; or force against compression.
 
-use crate::plot::{Axis, Chart, Scale, Series, Style};
+use crate::change::changes;
+use crate::plot::{Axis, Chart, Panels, Scale, Series, Style};
 use elastocap_coupling::outcome::{Outcome, Row};
 use elastocap_coupling::plan::{HELD_PATCH, Kind};
 use elastocap_coupling::terminals::in_words;
 
+fn axis(label: &str, unit: &str) -> Axis {
+    Axis { label: label.into(), unit: unit.into(), scale: Scale::Linear }
+}
+
+/// For the plot, which leaves out what is no number.
+fn known(value: Option<f64>) -> f64 {
+    value.unwrap_or(f64::NAN)
+}
+
 /// The figure of a curve; `None` for a scene without load.
-pub fn figure(title: &str, outcome: &Outcome) -> Option<Chart> {
-    let axis =
-        |label: &str, unit: &str| Axis { label: label.into(), unit: unit.into(), scale: Scale::Linear };
-    let known = |value: Option<f64>| value.unwrap_or(f64::NAN);
+pub fn figure(title: &str, outcome: &Outcome) -> Option<Panels> {
     let held = !outcome.layer_meshes.is_empty()
         && outcome.plan.layer.as_ref().is_some_and(|layer| layer.indenter == HELD_PATCH);
     let title = if held { format!("{title} (under {HELD_PATCH})") } else { title.to_owned() };
-    let rows = || outcome.steps.iter().map(|step| &step.row);
     match outcome.plan.kind {
         Kind::Capacitance => None,
-        Kind::Mechanics => Some(Chart {
-            title,
-            x: axis("compression U/H", ""),
-            y: axis("force", "N"),
-            series: vec![Series {
-                name: if outcome.layer_meshes.is_empty() {
-                    "closed form".to_owned()
-                } else {
-                    "finite elements, and their error".to_owned()
-                },
-                points: rows().map(|r| (known(r.compression), known(r.force_n))).collect(),
-                band: (!outcome.layer_meshes.is_empty()).then(|| {
-                    let band = |r: &Row| {
-                        let (force, error) = (known(r.force_n), known(r.relative_error_estimate));
-                        (force * (1.0 - error), force * (1.0 + error))
-                    };
-                    rows().map(band).collect()
-                }),
-                style: Style::LineAndMarkers,
-            }],
-        }),
+        Kind::Mechanics => Some(Panels { title, main: force(outcome), second: None }),
         Kind::Curve => {
-            let label =
-                outcome.measurement.map_or_else(String::new, |own| in_words(own, &outcome.conductors));
-            let bounds = rows().map(|r| (known(r.capacitance_lower_f), known(r.capacitance_upper_f)));
-            let mut series = vec![Series {
-                name: "with the fringing field, and its bounds".to_owned(),
-                points: rows().map(|r| (known(r.force_n), known(r.capacitance_f))).collect(),
-                band: Some(bounds.collect()),
-                style: Style::LineAndMarkers,
-            }];
-            if rows().any(|r| r.parallel_plate_f.is_some()) {
-                series.push(Series {
-                    name: "parallel plates".to_owned(),
-                    points: rows().map(|r| (known(r.force_n), known(r.parallel_plate_f))).collect(),
-                    band: None,
-                    style: Style::DashedLine,
-                });
-            }
-            Some(Chart { title, x: axis("force", "N"), y: axis(&label, "F"), series })
+            let whole = capacitance(outcome);
+            let (main, second) = match change(outcome) {
+                Some(change) => (change, Some(whole)),
+                None => (whole, None),
+            };
+            Some(Panels { title, main, second })
         }
+    }
+}
+
+fn force(outcome: &Outcome) -> Chart {
+    let rows = || outcome.steps.iter().map(|step| &step.row);
+    let by_finite_elements = !outcome.layer_meshes.is_empty();
+    let band = |r: &Row| {
+        let (force, error) = (known(r.force_n), known(r.relative_error_estimate));
+        (force * (1.0 - error), force * (1.0 + error))
+    };
+    let name = if by_finite_elements { "finite elements, and their error" } else { "closed form" };
+    Chart {
+        title: String::new(),
+        x: axis("compression U/H", ""),
+        y: axis("force", "N"),
+        series: vec![Series {
+            name: name.to_owned(),
+            points: rows().map(|r| (known(r.compression), known(r.force_n))).collect(),
+            band: by_finite_elements.then(|| rows().map(band).collect()),
+            style: Style::LineAndMarkers,
+        }],
+    }
+}
+
+/// What the capacitance is drawn against: the force, or the compression where a step that is known has no force.
+fn load(outcome: &Outcome) -> (Axis, Vec<f64>) {
+    let rows = || outcome.steps.iter().map(|step| &step.row);
+    let without_force =
+        rows().any(|r| r.force_n.is_none() && r.capacitance_f.is_some() && r.compression.is_some());
+    if without_force {
+        (axis("compression U/H", ""), rows().map(|r| known(r.compression)).collect())
+    } else {
+        (axis("force", "N"), rows().map(|r| known(r.force_n)).collect())
+    }
+}
+
+/// The change since the first step, %; `None` where there are no two steps to compare.
+fn change(outcome: &Outcome) -> Option<Chart> {
+    let changes = changes(&outcome.steps);
+    if changes.iter().flatten().count() < 2 {
+        return None;
+    }
+    let (x, loads) = load(outcome);
+    let percent = |value: Option<f64>| 100.0 * known(value);
+    let points = loads.iter().zip(&changes).map(|(x, c)| (*x, percent(c.map(|c| c.value))));
+    let band = changes.iter().map(|c| (percent(c.map(|c| c.lower)), percent(c.map(|c| c.upper))));
+    Some(Chart {
+        title: String::new(),
+        x,
+        y: axis("change of the capacitance", "%"),
+        series: vec![Series {
+            name: "change since the first step, and its bounds".to_owned(),
+            points: points.collect(),
+            band: Some(band.collect()),
+            style: Style::LineAndMarkers,
+        }],
+    })
+}
+
+fn capacitance(outcome: &Outcome) -> Chart {
+    let rows = || outcome.steps.iter().map(|step| &step.row);
+    let (x, loads) = load(outcome);
+    let against = |y: fn(&Row) -> Option<f64>| -> Vec<(f64, f64)> {
+        loads.iter().copied().zip(rows().map(|r| known(y(r)))).collect()
+    };
+    let bounds = rows().map(|r| (known(r.capacitance_lower_f), known(r.capacitance_upper_f)));
+    let mut series = vec![Series {
+        name: "with the fringing field, and its bounds".to_owned(),
+        points: against(|r| r.capacitance_f),
+        band: Some(bounds.collect()),
+        style: Style::LineAndMarkers,
+    }];
+    if rows().any(|r| r.parallel_plate_f.is_some()) {
+        series.push(Series {
+            name: "parallel plates".to_owned(),
+            points: against(|r| r.parallel_plate_f),
+            band: None,
+            style: Style::DashedLine,
+        });
+    }
+    let label = outcome.measurement.map_or_else(String::new, |own| in_words(own, &outcome.conductors));
+    Chart { title: String::new(), x, y: axis(&label, "F"), series }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+    use std::sync::Arc;
+    use std::sync::atomic::AtomicBool;
+
+    use elastocap_coupling::plan::{Options, Plan};
+    use elastocap_coupling::run::run;
+
+    use super::*;
+
+    fn pressed() -> Outcome {
+        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../cases/in-plane-pair.toml");
+        let case = elastocap_case::load(&path).unwrap();
+        let options = Options { prune: true, fields: false, scene: false };
+        let plan = Plan::new(&case, &options);
+        run(&case, &plan, &options, &Arc::new(AtomicBool::new(false)), &())
+    }
+
+    #[test]
+    fn the_change_is_nothing_at_first_and_lies_within_bounds_that_every_pair_of_capacitances_meets() {
+        let mut outcome = pressed();
+        let changes = changes(&outcome.steps);
+        assert_eq!(changes[0], Some(crate::change::Change { value: 0.0, lower: 0.0, upper: 0.0 }));
+        let rows: Vec<_> = outcome.steps.iter().map(|step| &step.row).collect();
+        let ends = |r: &Row| [r.capacitance_lower_f.unwrap(), r.capacitance_upper_f.unwrap()];
+        for (row, change) in rows.iter().zip(&changes).skip(1) {
+            let change = change.unwrap();
+            assert!(change.lower < change.value && change.value < change.upper);
+            let slack = 1e-12;
+            for first in ends(rows[0]) {
+                for now in ends(row) {
+                    let between = now / first - 1.0;
+                    assert!(change.lower - slack < between && between < change.upper + slack);
+                }
+            }
+        }
+        let panels = figure("a pair", &outcome).unwrap();
+        assert_eq!((panels.main.y.unit.as_str(), panels.main.series.len()), ("%", 1));
+        assert_eq!(panels.second.as_ref().unwrap().series.len(), 2);
+        let last = changes[5].unwrap();
+        assert_eq!(panels.main.series[0].points[5].1, 100.0 * last.value);
+        assert_eq!(panels.main.series[0].band.as_ref().unwrap()[5], (100.0 * last.lower, 100.0 * last.upper));
+        // Beyond the largest force of the formula a step has a capacitance and no force: the axis is the compression.
+        outcome.steps[5].row.force_n = None;
+        let panels = figure("a pair", &outcome).unwrap();
+        assert_eq!(
+            (panels.main.x.label.as_str(), panels.main.series[0].points[5].0),
+            ("compression U/H", 0.4)
+        );
+        // One step alone has not changed.
+        outcome.steps.truncate(1);
+        let panels = figure("a pair", &outcome).unwrap();
+        assert!(panels.second.is_none() && panels.main.y.unit == "F");
     }
 }

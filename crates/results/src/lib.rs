@@ -1,14 +1,17 @@
 //! Results on disk.
 
+mod change;
 pub mod csv;
 mod fields;
 mod figure;
+mod indenter;
 mod json;
 mod layer_files;
 mod output_folder;
 pub mod plot;
 mod resume;
 pub mod scene_files;
+mod section;
 mod space_layer_files;
 
 use std::path::PathBuf;
@@ -111,8 +114,8 @@ pub fn save(
     if !outcome.layer_meshes.is_empty() {
         folder.stage("mechanics.csv", layer_files::table(outcome).as_bytes())?;
     }
-    if let Some(chart) = figure(&case.title, outcome) {
-        folder.stage("curve.svg", chart.to_svg().as_bytes())?;
+    if let Some(panels) = figure(&case.title, outcome) {
+        folder.stage("curve.svg", panels.to_svg().as_bytes())?;
     }
     if options.scene {
         warnings.extend(stage_scene(&folder, case, &outcome.steps)?);

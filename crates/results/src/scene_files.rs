@@ -1,8 +1,8 @@
 //! What other programs show: the bodies of all steps as glTF, the field of each step as VTK.
 
 use elastocap_electrostatics::{CellBody, Field};
-use elastocap_geometry::export::gltf::{BodyRole, SceneBody};
-use elastocap_geometry::export::surfaces::{SurfaceBody, prism};
+use elastocap_geometry::export::gltf::{BodyRole, SceneBody, part_name, round_length};
+use elastocap_geometry::export::surfaces::SurfaceBody;
 use elastocap_geometry::export::vtk::FieldGrid;
 use elastocap_geometry::meshing::grid::{End, Plane, Resolution, graded_axis};
 use elastocap_geometry::scene::{Box3, Filling, Scene, Wall};
@@ -13,8 +13,14 @@ use elastocap_coupling::outcome::StepResult;
 use elastocap_coupling::scene::DeformedScene;
 use elastocap_coupling::view::window;
 
+use crate::indenter::{indenter, of_box, plate};
+
 /// How far outside their place walls are drawn, as a share of their extent: faces in one plane flicker in a viewer.
 const APART: f64 = 2e-3;
+/// Thickness of the substrate where none is part of the field, over that of the layer.
+const SLAB: f64 = 0.25;
+/// Largest length of the scale bar, its thickness, and its distance from the bodies, over their largest extent.
+const BAR: [f64; 3] = [0.4, 0.01, 0.05];
 
 /// Where a body is in a state of the scene, if it is there.
 type Pose<'a> = &'a dyn Fn(&DeformedScene) -> Option<Box3>;
@@ -58,12 +64,70 @@ pub fn bodies(case: &Case, steps: &[StepResult]) -> (Vec<SceneBody>, Vec<String>
         }
     }
     walls(first, &window, &mut add);
+    let steps: Vec<&StepResult> = known.iter().map(|(step, _)| *step).collect();
+    add_surroundings_of_layer(case, &steps, &mut bodies);
+    bodies.extend(scale_bar(&bodies));
     (bodies, labels)
 }
 
-/// The name of a part of a body, counted from zero.
-fn part_name(body: &str, part: usize) -> String {
-    if part == 0 { body.to_owned() } else { format!("{body}, part {}", part + 1) }
+/// How high the layer is under the indenter at a step, m.
+fn height(case: &Case, step: &StepResult) -> Option<f64> {
+    Some(case.layer.as_ref()?.thickness - step.row.top_displacement_m?)
+}
+
+/// Adds the plate that presses, if it is one, and a substrate where the field ends at the bottom of the layer.
+fn add_surroundings_of_layer(case: &Case, steps: &[&StepResult], bodies: &mut Vec<SceneBody>) {
+    let Some(layer) = &case.layer else { return };
+    let poses = |role| bodies.iter().find(|body| body.role == role).map(|body| body.poses.clone());
+    let Some(layers) = poses(BodyRole::Layer) else { return };
+    if poses(BodyRole::Substrate).is_none() {
+        bodies.push(SceneBody {
+            name: "substrate".into(),
+            role: BodyRole::Substrate,
+            poses: layers.iter().map(|pose| slab(pose, layer.thickness)).collect(),
+        });
+    }
+    // No farther than the layer is shown.
+    let over = |(step, layer): (&&StepResult, &Box3)| {
+        let mut plate = plate(case, height(case, step)?)?;
+        for a in [0, 2] {
+            plate.min[a] = plate.min[a].max(layer.min[a]);
+            plate.max[a] = plate.max[a].min(layer.max[a]);
+        }
+        solid(plate)
+    };
+    let plates: Option<Vec<Box3>> = steps.iter().zip(&layers).map(over).collect();
+    if let Some(poses) = plates.filter(|poses| !poses.is_empty()) {
+        bodies.push(SceneBody { name: "indenter".into(), role: BodyRole::Indenter, poses });
+    }
+}
+
+/// A part of the substrate under a layer with these bounds and of this thickness.
+fn slab(layer: &Box3, thickness: f64) -> Box3 {
+    let mut slab = *layer;
+    (slab.min[1], slab.max[1]) = (-SLAB * thickness, -APART * thickness);
+    slab
+}
+
+/// A bar of a round length in front of the bodies.
+fn scale_bar(bodies: &[SceneBody]) -> Option<SceneBody> {
+    let beside = |role| {
+        matches!(role, BodyRole::Cover | BodyRole::Wall | BodyRole::GroundedWall | BodyRole::Surroundings)
+    };
+    let solid = bodies.iter().filter(|body| !beside(body.role));
+    let bounds = solid.flat_map(|body| &body.poses).copied().reduce(|all, pose| all.union(&pose))?;
+    let (name, bar) = bar_before(&bounds)?;
+    let steps = bodies.first().map_or(0, |body| body.poses.len());
+    Some(SceneBody { name, role: BodyRole::ScaleBar, poses: vec![bar; steps] })
+}
+
+fn bar_before(bounds: &Box3) -> Option<(String, Box3)> {
+    let size = (0..3).map(|a| bounds.extent(a)).fold(0.0, f64::max);
+    let [most, thickness, apart] = BAR.map(|share| share * size);
+    let (length, words) = round_length(most).ok()?;
+    let min = [bounds.min[0], bounds.min[1], bounds.max[2] + apart];
+    let max = [min[0] + length, min[1] + thickness, min[2] + thickness];
+    Some((format!("scale bar {words}"), Box3 { min, max }))
 }
 
 /// The outer walls: one box where they are all alike, else one sheet for each; open space as a box of what is shown.
@@ -73,7 +137,7 @@ fn walls(first: &DeformedScene, window: &Box3, add: &mut dyn FnMut(&str, BodyRol
     if kinds.iter().flatten().all(|kind| *kind == kinds[0][0]) {
         let (name, role) = match kinds[0][0] {
             Wall::Insulated => ("walls (insulated), drawn 0.2 % outside", BodyRole::Wall),
-            Wall::Grounded => ("walls (grounded), drawn 0.2 % outside", BodyRole::Wall),
+            Wall::Grounded => ("walls (grounded), drawn 0.2 % outside", BodyRole::GroundedWall),
             Wall::Open => ("open space (cut off)", BodyRole::Surroundings),
         };
         add(name, role, &|s| solid(grown(shown(s))));
@@ -84,13 +148,13 @@ fn walls(first: &DeformedScene, window: &Box3, add: &mut dyn FnMut(&str, BodyRol
     }
     for (axis, sides) in kinds.iter().enumerate() {
         for (side, kind) in sides.iter().enumerate() {
-            let kind = match kind {
-                Wall::Insulated => "insulated",
-                Wall::Grounded => "grounded",
+            let (kind, role) = match kind {
+                Wall::Insulated => ("insulated", BodyRole::Wall),
+                Wall::Grounded => ("grounded", BodyRole::GroundedWall),
                 Wall::Open => continue,
             };
             let name = format!("wall x{} {} ({kind})", axis + 1, ["low", "high"][side]);
-            add(&name, BodyRole::Wall, &|s| {
+            add(&name, role, &|s| {
                 let mut sheet = shown(s);
                 let at = [sheet.min[axis], sheet.max[axis]][side];
                 (sheet.min[axis], sheet.max[axis]) = (at, at);
@@ -118,39 +182,91 @@ fn layer_alone(case: &Case, steps: &[StepResult]) -> (Vec<SceneBody>, Vec<String
     if poses.is_empty() {
         return (Vec::new(), labels);
     }
-    (vec![SceneBody { name: "layer".into(), role: BodyRole::Layer, poses }], labels)
+    let mut bodies = vec![SceneBody { name: "layer".into(), role: BodyRole::Layer, poses }];
+    let steps: Vec<&StepResult> = known.iter().map(|(step, _)| *step).collect();
+    add_surroundings_of_layer(case, &steps, &mut bodies);
+    bodies.extend(scale_bar(&bodies));
+    (bodies, labels)
 }
 
 /// The bodies of all steps by their surfaces, where those of one are known by nothing else.
 pub fn surfaces(case: &Case, steps: &[StepResult]) -> Option<Vec<(String, Vec<SurfaceBody>)>> {
-    if steps.iter().all(|step| step.surfaces.is_empty()) {
+    let clothed = |step: &StepResult| step.layer.as_ref().is_some_and(|layer| !layer.skin.layer.is_empty());
+    if !steps.iter().any(|step| clothed(step) || !step.surfaces.is_empty()) {
         return None;
     }
-    let boxes = |step: &StepResult| {
-        let (bodies, _) = bodies(case, std::slice::from_ref(step));
-        let of = |body: SceneBody| {
-            let mut triangles = Vec::new();
-            if let Some(Box3 { min, max }) = body.poses.first() {
-                let outline = [[min[0], min[1]], [max[0], min[1]], [max[0], max[1]], [min[0], max[1]]];
-                triangles = prism(2, [min[2], max[2]], &outline);
-            }
-            SurfaceBody { name: body.name, role: body.role, triangles }
-        };
-        // As little as of the others is shown of what is everywhere.
-        let shown = bodies
-            .into_iter()
-            .filter(|b| !matches!(b.role, BodyRole::Cover | BodyRole::Wall | BodyRole::Surroundings));
-        shown.map(of).collect()
-    };
-    let all = steps.iter().filter(|step| step.scene.is_some() || !step.surfaces.is_empty());
-    let of = |step: &StepResult| {
-        let bodies = if step.surfaces.is_empty() { boxes(step) } else { step.surfaces.clone() };
-        (label(step), bodies)
-    };
-    Some(all.map(of).collect())
+    let shown =
+        steps.iter().filter(|step| clothed(step) || step.scene.is_some() || !step.surfaces.is_empty());
+    let mut all: Vec<(String, Vec<SurfaceBody>)> =
+        shown.map(|step| (label(step), surfaces_of(case, step))).collect();
+    let bodies = all.iter().flat_map(|(_, bodies)| bodies);
+    let corners = bodies.flat_map(|body| body.triangles.as_flattened());
+    let bounds = corners.map(|&p| Box3 { min: p, max: p }).reduce(|all, p| all.union(&p));
+    if let Some((name, bar)) = bounds.and_then(|bounds| bar_before(&bounds)) {
+        for (_, bodies) in &mut all {
+            let (name, triangles) = (name.clone(), of_box(&bar));
+            bodies.push(SurfaceBody { name, role: BodyRole::ScaleBar, triangles });
+        }
+    }
+    Some(all)
 }
 
-fn label(step: &StepResult) -> String {
+/// The bodies of a step. What finite elements know of the layer and the electrodes in it is shown as they know it.
+fn surfaces_of(case: &Case, step: &StepResult) -> Vec<SurfaceBody> {
+    let mut bodies: Vec<SurfaceBody> = if step.surfaces.is_empty() {
+        let (bodies, _) = bodies(case, std::slice::from_ref(step));
+        // As little as of the others is shown of what is everywhere. What belongs to the layer follows below.
+        let shown = bodies.into_iter().filter(|body| match body.role {
+            BodyRole::Cover
+            | BodyRole::Wall
+            | BodyRole::GroundedWall
+            | BodyRole::Surroundings
+            | BodyRole::Indenter
+            | BodyRole::ScaleBar => false,
+            BodyRole::Substrate => step.layer.is_none(),
+            BodyRole::Conductor
+            | BodyRole::FloatingConductor
+            | BodyRole::GroundedConductor
+            | BodyRole::Layer
+            | BodyRole::Dielectric => true,
+        });
+        let of = |body: SceneBody| SurfaceBody {
+            triangles: body.poses.first().map(of_box).unwrap_or_default(),
+            name: body.name,
+            role: body.role,
+        };
+        shown.map(of).collect()
+    } else {
+        step.surfaces.clone()
+    };
+    if let Some(skin) = step.layer.as_ref().map(|layer| &layer.skin) {
+        let names = case.electrodes.iter().flat_map(|electrodes| electrodes.names());
+        let electrodes = names.zip(&skin.electrodes).map(|(name, own)| (name, BodyRole::Conductor, own));
+        for (name, role, triangles) in electrodes.chain([("layer", BodyRole::Layer, &skin.layer)]) {
+            let triangles = triangles.clone();
+            match bodies.iter_mut().find(|body| body.name == name) {
+                Some(body) => body.triangles = triangles,
+                None => bodies.push(SurfaceBody { name: name.into(), role, triangles }),
+            }
+        }
+    }
+    let of_layer = bodies.iter().filter(|body| body.role == BodyRole::Layer);
+    let corners = of_layer.flat_map(|body| body.triangles.as_flattened());
+    let bounds = corners.map(|&p| Box3 { min: p, max: p }).reduce(|all, p| all.union(&p));
+    if let (Some(layer), Some(bounds)) = (&case.layer, bounds) {
+        // A substrate that is part of the field reaches as far as the field; what is shown of it, as far as the layer.
+        bodies.retain(|body| body.role != BodyRole::Substrate);
+        let triangles = of_box(&slab(&bounds, layer.thickness));
+        bodies.push(SurfaceBody { name: "substrate".into(), role: BodyRole::Substrate, triangles });
+        if let Some(triangles) = height(case, step).and_then(|height| indenter(case, height)) {
+            bodies.push(SurfaceBody { name: "indenter".into(), role: BodyRole::Indenter, triangles });
+        }
+    }
+    bodies
+}
+
+/// The load of a step in words.
+pub(crate) fn label(step: &StepResult) -> String {
     match (step.load, step.row.compression) {
         (StepLoad::None, _) => "unloaded".to_owned(),
         (StepLoad::Compression(c), _) => format!("U/H = {c}"),
@@ -232,7 +348,7 @@ pub fn geometry_grid(scene: &Scene) -> FieldGrid {
     }
     FieldGrid {
         potential: vec![0.0; axes.iter().map(Vec::len).product()],
-        electric_field: vec![[0.0; 3]; body_id.len()],
+        electric_field: vec![[[0.0; 3]; 2]; axes.iter().map(Vec::len).product()],
         relative_permittivity,
         body_id,
         body_names: body_names(scene),

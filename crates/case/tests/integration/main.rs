@@ -4,6 +4,7 @@
 
 mod acceptance;
 mod bad_files;
+mod forms;
 mod never_panics;
 mod outlines;
 mod recognised;

@@ -10,6 +10,7 @@ use serde::Serialize;
 use super::curves::DeformedCurves;
 use super::electrode_box::ElectrodeBox;
 use super::error::{DeformError, LayerSetupError};
+use super::skin::Skin;
 use crate::load_steps::StepLoad;
 use elastocap_case::{Case, Electrodes, Layer, LayerEnd, Stiffness};
 
@@ -58,6 +59,9 @@ pub struct FiniteElementStep {
     /// The electrodes, and the layer's surface, as they are.
     #[serde(skip)]
     pub curves: DeformedCurves,
+    /// Layer and electrodes for a viewer.
+    #[serde(skip)]
+    pub skin: Skin,
 }
 
 /// One mesh that was solved on.
@@ -148,6 +152,19 @@ impl FiniteElementRun {
         let meshes: Vec<MeshReport> = pressing.levels.iter().map(report).collect();
         Self { steps, meshes, seconds: 0.0, too_large: pressing.too_large.clone(), solution: None }
     }
+
+    /// Gives every step that was reached the surface that `skin` finds.
+    pub(super) fn clothe<S: Dimension>(
+        &mut self,
+        pressing: &Pressing<S>,
+        skin: impl Fn(&Pressed<S>, &FiniteElementStep) -> Skin,
+    ) {
+        for (step, found) in self.steps.iter_mut().zip(&pressing.goals) {
+            if let (Ok(step), Ok(pressed)) = (step, found) {
+                step.skin = skin(pressed, step);
+            }
+        }
+    }
 }
 
 fn step<S: Dimension>(
@@ -180,6 +197,7 @@ fn step<S: Dimension>(
         electrodes,
         coarser_electrodes: Vec::new(),
         curves,
+        skin: Skin::default(),
     }
 }
 

@@ -10,6 +10,7 @@ mod finite_element;
 mod force_check;
 mod plane_strain;
 pub(crate) mod shear_length;
+mod skin;
 mod solid;
 
 use std::sync::atomic::AtomicBool;
@@ -28,6 +29,7 @@ pub use finite_element::{FiniteElementRun, FiniteElementStep, MeshReport, Soluti
 pub use force_check::ForceCheck;
 pub use plane_strain::forecast;
 pub use shear_length::ShearLengthRun;
+pub use skin::Skin;
 pub use solid::forecast as forecast_solid;
 
 pub(crate) use force_check::force_warning;

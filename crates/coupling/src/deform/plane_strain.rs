@@ -12,6 +12,7 @@ use super::curves::{DeformedCurves, through};
 use super::electrode_box::{ElectrodeBox, Face};
 use super::error::{DeformError, LayerSetupError};
 use super::finite_element::{FiniteElementRun, Scale, Solution, electrode_modulus, end, goals};
+use super::skin;
 use crate::load_steps::StepLoad;
 use elastocap_case::{Case, Electrodes, Indenter, Layer, Layout, PlaneStrain, PunchContact};
 
@@ -69,6 +70,11 @@ pub(super) fn solve(
     let width = case.electrodes.as_ref().map_or(0.0, |e| e.width);
     let bodies = |pressed: &Pressed| bodies(&problem, width, &pressing, pressed);
     let mut run = FiniteElementRun::new(&pressing, &goals, scale, bodies);
+    let pair = case.electrodes.as_ref().is_some_and(|e| e.layout == Layout::InPlane);
+    run.clothe(&pressing, |pressed, step| {
+        let body = pressing.model_of(pressed).equations().body();
+        skin::of_plane(body, &pressed.state, &step.curves, pair, [model.width, width])
+    });
     run.solution = Some(Solution::Plane(pressing));
     Ok(run)
 }

@@ -15,6 +15,7 @@ use super::curves::DeformedCurves;
 use super::electrode_box::{ElectrodeBox, Face};
 use super::error::{DeformError, LayerSetupError};
 use super::finite_element::{FiniteElementRun, Scale, Solution, electrode_modulus, end, goals, layer};
+use super::skin;
 use crate::load_steps::StepLoad;
 use elastocap_case::{Case, Electrodes, LayerSide, Layout, PunchContact, Solid, SolidIndenter};
 
@@ -64,6 +65,11 @@ pub(super) fn solve(
     let scale = Scale { thickness: problem.thickness, width: 1.0 };
     let boxes = |pressed: &Pressed<Space>| (boxes(&problem, &pressing, pressed), DeformedCurves::default());
     let mut run = FiniteElementRun::new(&pressing, &goals, scale, boxes);
+    let pair = case.electrodes.as_ref().is_some_and(|e| e.layout == Layout::InPlane);
+    run.clothe(&pressing, |pressed, _| {
+        let body = pressing.model_of(pressed).equations().body();
+        skin::of_space(body, &pressed.state, problem.inclusions.len(), pair)
+    });
     run.solution = Some(Solution::Space(pressing));
     Ok(run)
 }

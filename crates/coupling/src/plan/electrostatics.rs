@@ -3,7 +3,7 @@
 use elastocap_case::{Case, ImportedMesh, Measurement};
 use elastocap_electrostatics::{SolveError, extrusion_axis};
 use elastocap_geometry::mirror;
-use elastocap_geometry::scene::Scene;
+use elastocap_geometry::scene::{Purpose, Scene};
 use elastocap_geometry::turn::to_mirror_planes;
 
 use super::{Decision, LeftOut, Options, Plan, Planned};
@@ -61,6 +61,37 @@ impl Plan {
         }
         if self.solvable_steps().next().is_some() {
             self.floating_conductors(case);
+            self.warn_of_what_stays_behind(case);
+        }
+    }
+
+    /// Warns of conductors above a layer that sinks away from under them: most such files meant them to ride on it.
+    fn warn_of_what_stays_behind(&mut self, case: &Case) {
+        let (Some(layer), true) = (&case.layer, self.steps.iter().any(|step| !step.load.is_zero())) else {
+            return;
+        };
+        let near = |body: &&Body| {
+            let above = body.bounds().map(|region| region.min[1] - layer.thickness);
+            body.purpose == Purpose::Fixed
+                && above.is_some_and(|above| (0.0..layer.thickness).contains(&above))
+        };
+        let names: Vec<String> = case
+            .bodies
+            .iter()
+            .filter(|b| b.is_conductor())
+            .filter(near)
+            .map(|b| format!("`{}`", b.name))
+            .collect();
+        if !names.is_empty() {
+            let (stay, them, it) = match names.len() {
+                1 => ("stays where it is", "it", "it is"),
+                _ => ("stay where they are", "them", "they are"),
+            };
+            self.warnings.push(format!(
+                "{} {stay} while the layer's top sinks away from under {them}; if {it} to move with the top or with the indenter, add \
+                 `attached = \"layer-top\"` or `attached = \"indenter\"`",
+                shortened(&names)
+            ));
         }
     }
 

@@ -170,7 +170,9 @@ impl Plan {
         if self.kind == Kind::Mechanics {
             // There is no field.
         } else if options.fields {
-            files.push_str(", step_NNN.vtu for each step, fields.pvd");
+            files.push_str(
+                ", step_NNN.vtu for each step, fields.pvd, section_NNN.svg for the first and the last",
+            );
         } else {
             let saving = "Saves evaluating and compressing the field of each step.";
             self.left_out.push(LeftOut::new(Decision::Caller, "fields (.vtu)", "not asked for", saving));

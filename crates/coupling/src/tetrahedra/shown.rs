@@ -5,10 +5,11 @@ use elastocap_electrostatics::{MeshSolution, Target};
 use elastocap_geometry::export::body::{BodyMesh, Element, NamedArray};
 use elastocap_geometry::export::gltf::BodyRole;
 use elastocap_geometry::export::surfaces::{SurfaceBody, surfaces};
-use elastocap_geometry::meshing::tets::TetMesh;
-use elastocap_geometry::scene::{Body, MirrorPlane, Scene};
+use elastocap_geometry::meshing::tets::{TetMesh, determinant};
+use elastocap_geometry::scene::{Body, Box3, MirrorPlane, Scene};
 use elastocap_geometry::shapes::Shape;
 use elastocap_linalg::vector::{cross, dot, minus};
+use std::collections::HashMap;
 
 /// Surfaces of the conductors and of the finite dielectrics. A hollow conductor around everything is drawn as a wall, which is transparent.
 pub(super) fn surfaces_of(scene: &Scene, mesh: &TetMesh, planes: &Planes) -> Vec<SurfaceBody> {
@@ -36,8 +37,8 @@ pub(super) fn surfaces_of(scene: &Scene, mesh: &TetMesh, planes: &Planes) -> Vec
     conductors.chain(dielectrics).collect()
 }
 
-/// The mesh and the field for a viewer, of the whole: in the state of the target ([`Target::shown`]), floating conductors at their
-/// potentials.
+/// The mesh and the field for a viewer, as far as the [`Scene::sensor`] reaches, of all parts that mirror planes make: in the state of the
+/// target ([`Target::shown`]), floating conductors at their potentials.
 pub(crate) fn shown(scene: &Scene, solved: &Solved, target: Target) -> BodyMesh {
     let MeshSolution { mesh, potentials, solution } = &solved.general;
     let driven: Vec<usize> = scene.driven().collect();
@@ -53,22 +54,119 @@ pub(crate) fn shown(scene: &Scene, solved: &Solved, target: Target) -> BodyMesh 
     if let Some(turn) = solved.turn {
         mesh.points.iter_mut().for_each(|point| *point = turn.undone(*point));
     }
-    let field = mesh.tets.iter().flat_map(|tet| field(&mesh, *tet, &values)).collect();
+    let sensor = scene.sensor();
     let permittivities = scene.permittivities();
-    let permittivity = mesh.regions.iter().map(|&r| permittivities[r as usize]).collect();
+    let mut found = Regions::default();
+    let (mut nodes, mut permittivity, mut body_id) = (Vec::new(), Vec::new(), Vec::new());
+    for (tet, &region) in mesh.tets.iter().zip(&mesh.regions) {
+        let field = field(&mesh, *tet, &values);
+        for piece in within(tet.map(|p| (mesh.points[p as usize], values[p as usize])), &sensor) {
+            nodes.extend(found.add(piece, region, field));
+            permittivity.push(permittivities[region as usize]);
+            body_id.push(region as i32);
+        }
+    }
     let names = scene.dielectrics().map(|d| d.body.name.clone());
     BodyMesh {
         element: Element::Tetrahedron,
-        nodes: mesh.tets.as_flattened().to_vec(),
-        points: mesh.points,
-        arrays: vec![NamedArray { name: "potential", components: 1, values }],
-        in_elements: vec![
-            NamedArray { name: "electric_field", components: 3, values: field },
-            NamedArray { name: "relative_permittivity", components: 1, values: permittivity },
+        nodes,
+        arrays: vec![
+            NamedArray { name: "potential", components: 1, values: found.potential },
+            NamedArray {
+                name: "electric_field",
+                components: 3,
+                values: found.field.iter().flat_map(|(sum, volume)| sum.map(|e| e / volume)).collect(),
+            },
         ],
-        body_id: mesh.regions.iter().map(|&r| r as i32).collect(),
+        points: found.points,
+        in_elements: vec![NamedArray { name: "relative_permittivity", components: 1, values: permittivity }],
+        body_id,
         body_names: std::iter::once("surroundings".to_owned()).chain(names).collect(),
     }
+}
+
+/// The points that are shown: where regions meet, each has points of its own, because the field jumps there.
+#[derive(Default)]
+struct Regions {
+    /// By the place and the region.
+    numbers: HashMap<([u64; 3], u32), u32>,
+    points: Vec<[f64; 3]>,
+    potential: Vec<f64>,
+    /// The sum of the fields in the tetrahedra around a point, each times its volume, and the sum of the volumes.
+    field: Vec<([f64; 3], f64)>,
+}
+
+/// A place, m, and the potential there, V.
+type Corner = ([f64; 3], f64);
+
+impl Regions {
+    /// The numbers of the corners of a tetrahedron with this field.
+    fn add(&mut self, tet: [Corner; 4], region: u32, field: [f64; 3]) -> [u32; 4] {
+        let volume = determinant(tet[0].0, tet[1].0, tet[2].0, tet[3].0).abs();
+        tet.map(|(place, potential)| {
+            let key = (place.map(f64::to_bits), region);
+            let number = *self.numbers.entry(key).or_insert_with(|| {
+                self.points.push(place);
+                self.potential.push(potential);
+                self.field.push(([0.0; 3], 0.0));
+                self.points.len() as u32 - 1
+            });
+            let (sum, all) = &mut self.field[number as usize];
+            (0..3).for_each(|a| sum[a] += volume * field[a]);
+            *all += volume;
+            number
+        })
+    }
+}
+
+/// What of a tetrahedron lies in a box, as tetrahedra that turn the same way.
+fn within(tet: [Corner; 4], shown: &Box3) -> Vec<[Corner; 4]> {
+    if tet.iter().all(|(place, _)| shown.contains(*place)) {
+        return vec![tet];
+    }
+    let mut pieces = vec![tet];
+    for a in 0..3 {
+        for (at, side) in
+            [(shown.min[a], 1.0), (shown.max[a], -1.0)].into_iter().filter(|(at, _)| at.is_finite())
+        {
+            pieces = pieces.into_iter().flat_map(|tet| cut(tet, a, at, side)).collect();
+        }
+    }
+    pieces
+}
+
+/// What of a tetrahedron lies beyond a plane across axis `a`, on the side to which `side` points. Neighbours are cut along the same
+/// lines in the face that they share.
+fn cut(mut tet: [Corner; 4], a: usize, at: f64, side: f64) -> Vec<[Corner; 4]> {
+    let inside = |corner: &Corner| side * (corner.0[a] - at) > 0.0;
+    let volume = |t: &[Corner; 4]| determinant(t[0].0, t[1].0, t[2].0, t[3].0);
+    let positive = volume(&tet) > 0.0;
+    // Those inside come first. The order within these and within the others is one for the whole mesh.
+    tet.sort_by_key(|corner| (!inside(corner), corner.0.map(f64::to_bits)));
+    let crossing = |p: usize, q: usize| {
+        let (from, to) = (&tet[p], &tet[q]);
+        let t = (at - from.0[a]) / (to.0[a] - from.0[a]);
+        let mut place = [0, 1, 2].map(|k| from.0[k] + t * (to.0[k] - from.0[k]));
+        place[a] = at;
+        (place, from.1 + t * (to.1 - from.1))
+    };
+    // In a face between two corners inside, the diagonal begins at the later one of them, whatever else belongs to the tetrahedron.
+    let prism =
+        |[a, b, c]: [Corner; 3], [d, e, f]: [Corner; 3]| vec![[a, b, c, d], [b, c, d, e], [c, d, e, f]];
+    let mut pieces = match tet.iter().filter(|corner| inside(corner)).count() {
+        0 => Vec::new(),
+        1 => vec![[tet[0], crossing(0, 1), crossing(0, 2), crossing(0, 3)]],
+        2 => prism([tet[0], crossing(0, 2), crossing(0, 3)], [tet[1], crossing(1, 2), crossing(1, 3)]),
+        3 => prism([tet[0], tet[1], tet[2]], [crossing(0, 3), crossing(1, 3), crossing(2, 3)]),
+        _ => vec![tet],
+    };
+    pieces.retain(|piece| volume(piece) != 0.0);
+    for piece in &mut pieces {
+        if (volume(piece) > 0.0) != positive {
+            piece.swap(2, 3);
+        }
+    }
+    pieces
 }
 
 /// The mesh of the whole scene, and on its points the potential, V, with conductors held at these.
@@ -118,4 +216,52 @@ fn field(mesh: &TetMesh, tet: [u32; 4], values: &[f64]) -> [f64; 3] {
     let volume = dot(u, normals[0]);
     let rises = [1, 2, 3].map(|k| values[tet[k] as usize] - values[tet[0] as usize]);
     [0, 1, 2].map(|a| -(0..3).map(|k| rises[k] * normals[k][a]).sum::<f64>() / volume)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_cut_off_at_a_box_leaves_its_volume_the_potential_and_faces_that_fit() {
+        // A cube of side 2 as six tetrahedra around a diagonal, with a linear potential.
+        let u = |p: [f64; 3]| p[0] - 2.0 * p[1] + 0.5 * p[2];
+        let orders = [[0, 1, 2], [1, 2, 0], [2, 0, 1], [0, 2, 1], [2, 1, 0], [1, 0, 2]];
+        let cube = orders.map(|order| {
+            let mut at = [-1.0; 3];
+            let mut tet = [(at, u(at)); 4];
+            for (k, a) in order.into_iter().enumerate() {
+                at[a] = 1.0;
+                tet[k + 1] = (at, u(at));
+            }
+            tet
+        });
+        let shown = Box3 { min: [-0.3, -2.0, -0.7], max: [0.9, 0.4, 0.1] };
+        let volume = |t: &[Corner; 4]| determinant(t[0].0, t[1].0, t[2].0, t[3].0) / 6.0;
+        let mut whole = 0.0;
+        let mut faces: HashMap<[[u64; 3]; 3], usize> = HashMap::new();
+        for tet in cube {
+            for piece in within(tet, &shown) {
+                assert!((volume(&piece) > 0.0) == (volume(&tet) > 0.0));
+                whole += volume(&piece).abs();
+                for (place, potential) in piece {
+                    assert!((potential - u(place)).abs() < 1e-12 && shown.contains(place), "{place:?}");
+                }
+                for skip in 0..4 {
+                    let mut key =
+                        [0, 1, 2].map(|k| piece[if k < skip { k } else { k + 1 }].0.map(f64::to_bits));
+                    key.sort_unstable();
+                    *faces.entry(key).or_default() += 1;
+                }
+            }
+        }
+        assert!((whole - 1.2 * 1.4 * 0.8).abs() < 1e-12, "{whole}");
+        // A face that one piece alone has lies on the boundary.
+        for (face, count) in faces {
+            let corners = face.map(|p| p.map(f64::from_bits));
+            let on = |a: usize, at: f64| corners.iter().all(|p| p[a] == at);
+            let outside = on(0, -0.3) || on(0, 0.9) || on(1, -1.0) || on(1, 0.4) || on(2, -0.7) || on(2, 0.1);
+            assert_eq!(count, if outside { 1 } else { 2 }, "{corners:?}");
+        }
+    }
 }

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
-use elastocap_case::{Case, CaseError, Shape, Wall};
+use elastocap_case::{Case, CaseError, Pose, Shape, Wall};
 use elastocap_coupling::outcome::{Missed, Outcome, Status};
 use elastocap_coupling::plan::{Options, Plan};
 use elastocap_coupling::run::run;
@@ -243,7 +243,7 @@ fn polyhedra_in_place_of_spheres_have_a_capacitance_between_those_of_the_spheres
 fn the_case_says_what_the_mesh_is_and_what_no_body_names() {
     let case = accepted(&[]);
     assert_eq!(case.bodies[0].parts, [Shape::Physical("inner".into())]);
-    assert_eq!(scene_of(&case, None).unwrap().scene.walls, [[Wall::Grounded; 2]; 3]);
+    assert_eq!(scene_of(&case, None, &Pose::default()).unwrap().scene.walls, [[Wall::Grounded; 2]; 3]);
     let mesh = case.mesh.as_ref().unwrap();
     assert_eq!(
         (mesh.file.as_str(), mesh.unnamed.as_slice()),

@@ -7,4 +7,5 @@ mod layer;
 mod route;
 mod run;
 mod scene;
+mod skin;
 mod thin_metal;

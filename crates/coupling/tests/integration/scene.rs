@@ -2,7 +2,7 @@
 
 use elastocap_case::{
     Body, Box3, Case, Electrodes, Electrostatics, Extent, Face, HyperelasticLaw, Layer, Layout, Mechanics,
-    Shape, ShearLength, Stiffness, Surroundings, Wall,
+    Pose, Shape, ShearLength, Stiffness, Surroundings, Wall,
 };
 use elastocap_coupling::deform::Deformation;
 use elastocap_coupling::scene::{DeformedScene, SceneError, scene_of};
@@ -90,7 +90,7 @@ fn slabs(scene: &Scene) -> Vec<Box3> {
 }
 
 fn at(case: &Case, compression: f64) -> Result<DeformedScene, SceneError> {
-    scene_of(case, Some(&pressed(compression)))
+    scene_of(case, Some(&pressed(compression)), &Pose::default())
 }
 
 #[track_caller]
@@ -127,7 +127,7 @@ fn without_load_the_bodies_are_where_the_file_says() {
     for layout in [Layout::InPlane, Layout::Stacked] {
         let case = pair(layout);
         let given = case.electrodes.as_ref().unwrap();
-        for deformed in [scene_of(&case, None).unwrap(), at(&case, 0.0).unwrap()] {
+        for deformed in [scene_of(&case, None, &Pose::default()).unwrap(), at(&case, 0.0).unwrap()] {
             for (region, wanted) in electrodes(&deformed).into_iter().zip(given.regions()) {
                 for a in 0..3 {
                     assert!((region.min[a] - wanted.min[a]).abs() < 1e-18);

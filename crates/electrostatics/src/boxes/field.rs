@@ -5,11 +5,15 @@ use crate::boxes::layout::Layout;
 use crate::solution::{CellBody, Field};
 use elastocap_fem::line::{Element, Numbering, hierarchical};
 use elastocap_fem::tensor::{Dense, Left, Right, Target, multiply};
-use elastocap_geometry::scene::{Filling, Scene, Wall};
+use elastocap_geometry::scene::{Box3, Filling, Scene, Wall};
 use faer::Mat;
 
-/// Largest number of cells with several cells per element; beyond it every element is one cell.
-const MAX_CELLS: usize = 40_000;
+/// Number of cells that elements are divided up to.
+const MAX_CELLS: usize = 12_000;
+/// How many cells an element has along an axis, over its degree there: the first that does not lead to too many is taken.
+const DIVISIONS: [f64; 14] = [2.5, 2.0, 1.75, 1.5, 1.25, 1.1, 1.0, 0.9, 0.8, 0.7, 0.6, 0.5, 0.4, 0.25];
+/// Elements shorter than this share of what is shown are one cell: nobody sees more of them.
+const TINY: f64 = 4e-3;
 
 /// One part's share of the state: its grid, the coefficients, and whether it is odd across each axis.
 pub(crate) struct Share<'a> {
@@ -34,9 +38,8 @@ struct Samples {
     nodes: Vec<f64>,
     /// Values of the axis functions at the nodes: rows nodes, columns functions.
     value: Dense<f64>,
-    /// Values and slopes at the cell centres.
-    centre_value: Dense<f64>,
-    centre_slope: Dense<f64>,
+    /// Their slopes in the cell below each node, and in the one above it; at an end of the axis those of the only one.
+    slopes: [Dense<f64>; 2],
 }
 
 /// How the cells of the part that is solved are repeated in the whole scene: mirrored halves lie below the solved ones.
@@ -54,24 +57,26 @@ impl Reflection {
         Self { mirrored, part, whole: [0, 1, 2].map(|a| part[a] << usize::from(mirrored[a])) }
     }
 
-    /// The cell of the part whose image is cell `i` of the whole on axis `a`, and the side of the mirror plane that the image
-    /// lies on: -1 below it, else 1.
-    fn cell(&self, a: usize, i: usize) -> (usize, f64) {
-        let n = self.part[a];
-        match (self.mirrored[a], i < n) {
-            (false, _) => (i, 1.0),
-            (true, true) => (n - 1 - i, -1.0),
-            (true, false) => (i - n, 1.0),
-        }
-    }
-
-    /// The same for node `i`. The node on the mirror plane belongs to both halves; it counts as above.
+    /// The node of the part whose image is node `i` of the whole on axis `a`, and the side of the mirror plane that the image
+    /// lies on: -1 below it, else 1. The node on the plane belongs to both halves; it counts as above.
     fn node(&self, a: usize, i: usize) -> (usize, f64) {
         let n = self.part[a];
         match (self.mirrored[a], i < n) {
             (false, _) => (i, 1.0),
             (true, true) => (n - i, -1.0),
             (true, false) => (i - n, 1.0),
+        }
+    }
+
+    /// The node of the part at which to find the slope at node `i` on axis `a` on its side `above` or below, on which side of that
+    /// node, and the side of the mirror plane.
+    fn slope(&self, a: usize, i: usize, above: bool) -> (usize, bool, f64) {
+        let n = self.part[a];
+        if self.mirrored[a] && (i < n || (i == n && !above)) {
+            (n - i, !above, -1.0)
+        } else {
+            let (node, side) = self.node(a, i);
+            (node, above, side)
         }
     }
 
@@ -84,8 +89,8 @@ impl Reflection {
 
 /// Samples one state of the scene: its potential and its electric field as the sum of the shares of all parts.
 ///
-/// `potentials`, V, are those of the scene's conductors in this state, for the caller to find in the result. Open space is
-/// shown as far as [`Layout::reach`]. Without any share there is no field, and the lists are empty.
+/// `potentials`, V, are those of the scene's conductors in this state, for the caller to find in the result. The [`Scene::sensor`] is
+/// shown. Without any share there is no field, and the lists are empty.
 pub(crate) fn sample(
     scene: &Scene,
     layout: &Layout,
@@ -104,11 +109,11 @@ pub(crate) fn sample(
             potentials,
         };
     };
-    let pieces = pieces(first.domain, layout.reach, mirrored);
+    let pieces = pieces(first.domain, &scene.sensor(), layout, mirrored);
     let reflection = Reflection::new(mirrored, [0, 1, 2].map(|a| pieces[a].len()));
     let mut nodes: [Vec<f64>; 3] = Default::default();
     let mut potential = vec![0.0; reflection.whole.iter().map(|n| n + 1).product()];
-    let mut electric_field = vec![[0.0; 3]; reflection.whole.iter().product()];
+    let mut electric_field = vec![[[0.0; 3]; 2]; potential.len()];
     for share in shares {
         let samples = [0, 1, 2].map(|a| samples(share.domain, a, &pieces[a]));
         add_potential(&mut potential, share, &samples, &reflection);
@@ -119,7 +124,7 @@ pub(crate) fn sample(
     }
     let lookup = scene.lookup();
     let (mut relative_permittivity, mut body) = (Vec::new(), Vec::new());
-    for index in 0..electric_field.len() {
+    for index in 0..reflection.whole.iter().product() {
         let at = split(index, reflection.whole);
         let point = [0, 1, 2].map(|a| 0.5 * (nodes[a][at[a]] + nodes[a][at[a] + 1]));
         relative_permittivity.push(lookup.permittivity_at(point));
@@ -132,12 +137,24 @@ pub(crate) fn sample(
     Field { nodes, points: None, potential, electric_field, relative_permittivity, body, potentials }
 }
 
-/// The cells of each axis, as [`cuts`] gives them: several per element, or one where that would be too many.
-fn pieces(domain: &Domain, reach: f64, mirrored: [bool; 3]) -> [Vec<(usize, f64, f64)>; 3] {
-    let plan = |fine: bool| [0, 1, 2].map(|a| cuts(&domain.axes[a], reach, fine));
-    let fine = plan(true);
-    let cells: usize = (0..3).map(|a| fine[a].len() << usize::from(mirrored[a])).product();
-    if cells > MAX_CELLS { plan(false) } else { fine }
+/// The cells of each axis, as [`cuts`] gives them: as many per element as leads to no more than [`MAX_CELLS`].
+fn pieces(
+    domain: &Domain,
+    shown: &Box3,
+    layout: &Layout,
+    mirrored: [bool; 3],
+) -> [Vec<(usize, f64, f64)>; 3] {
+    let plan = |division: f64| {
+        [0, 1, 2].map(|a| {
+            let ends = [shown.min[a], shown.max[a]].map(|x| (x - layout.origin[a]) / layout.unit);
+            cuts(&domain.axes[a], layout.reach, ends, division)
+        })
+    };
+    let cells = |pieces: &[Vec<(usize, f64, f64)>; 3]| -> usize {
+        (0..3).map(|a| pieces[a].len() << usize::from(mirrored[a])).product()
+    };
+    let mut all = DIVISIONS.into_iter().map(plan);
+    all.find(|pieces| cells(pieces) <= MAX_CELLS).unwrap_or_else(|| plan(0.0))
 }
 
 /// Adds the share's potential, V, to that of all nodes `[i][j][k]` of the whole scene.
@@ -153,28 +170,33 @@ fn add_potential(potential: &mut [f64], share: &Share<'_>, samples: &[Samples; 3
     }
 }
 
-/// Adds the share's field, V/m, to that at the centres of all cells `[i][j][k]` of the whole scene. `unit` is the layout's unit
-/// of length, m.
+/// Adds the share's field, V/m, to that at all nodes `[i][j][k]` of the whole scene: each component as it is in the cells below the
+/// node along its own axis, and above it. `unit` is the layout's unit of length, m.
 fn add_field(
-    electric_field: &mut [[f64; 3]],
+    electric_field: &mut [[[f64; 3]; 2]],
     share: &Share<'_>,
     samples: &[Samples; 3],
     reflection: &Reflection,
     unit: f64,
 ) {
-    let slopes = [0, 1, 2].map(|d| {
-        let pick = |a: usize| if a == d { &samples[a].centre_slope } else { &samples[a].centre_value };
-        evaluate(&share.coefficients, [pick(0), pick(1), pick(2)])
-    });
-    let cells = reflection.part;
-    for (index, e) in electric_field.iter_mut().enumerate() {
-        let at = split(index, reflection.whole);
-        let images = [0, 1, 2].map(|a| reflection.cell(a, at[a]));
-        let sign: f64 = (0..3).map(|a| share.parity(a, images[a].1)).product();
-        let source = (images[0].0 * cells[1] + images[1].0) * cells[2] + images[2].0;
-        for d in 0..3 {
-            // The slope across the mirror plane changes sign with the side as well.
-            e[d] -= sign * images[d].1 * slopes[d][source] / unit;
+    let nodes = reflection.part.map(|n| n + 1);
+    for d in 0..3 {
+        let slopes = [0, 1].map(|above| {
+            let pick = |a: usize| if a == d { &samples[a].slopes[above] } else { &samples[a].value };
+            evaluate(&share.coefficients, [pick(0), pick(1), pick(2)])
+        });
+        for (index, e) in electric_field.iter_mut().enumerate() {
+            let at = split(index, reflection.whole.map(|n| n + 1));
+            let images = [0, 1, 2].map(|a| reflection.node(a, at[a]));
+            for (above, limit) in e.iter_mut().enumerate() {
+                let (own, own_above, own_side) = reflection.slope(d, at[d], above == 1);
+                let place = |a: usize| if a == d { own } else { images[a].0 };
+                let side = |a: usize| if a == d { own_side } else { images[a].1 };
+                let sign: f64 = (0..3).map(|a| share.parity(a, side(a))).product();
+                let source = (place(0) * nodes[1] + place(1)) * nodes[2] + place(2);
+                // The slope across the mirror plane changes sign with the side as well.
+                limit[d] -= sign * own_side * slopes[usize::from(own_above)][source] / unit;
+            }
         }
     }
 }
@@ -184,8 +206,9 @@ fn split(index: usize, n: [usize; 3]) -> [usize; 3] {
     [index / (n[1] * n[2]), index / n[2] % n[1], index % n[2]]
 }
 
-/// Cells of one axis as (element, lower, upper) in the element's own coordinate s.
-fn cuts(axis: &Axis, reach: f64, fine: bool) -> Vec<(usize, f64, f64)> {
+/// Cells of one axis between the `ends` of what is shown as (element, lower, upper) in the element's own coordinate s, about
+/// `division` times as many per element as its degree.
+fn cuts(axis: &Axis, reach: f64, ends: [f64; 2], division: f64) -> Vec<(usize, f64, f64)> {
     let line = &axis.line;
     let mut out = Vec::new();
     for e in 0..line.elements() {
@@ -194,11 +217,14 @@ fn cuts(axis: &Axis, reach: f64, fine: bool) -> Vec<(usize, f64, f64)> {
         if (far(1) && start + length > 1.001 * reach) || (far(0) && start < -1.001 * reach) {
             continue;
         }
-        let pieces = if fine { line.degree(e).div_ceil(2) } else { 1 };
-        for i in 0..pieces {
-            let s = |i: usize| -1.0 + 2.0 * i as f64 / pieces as f64;
-            out.push((e, s(i), s(i + 1)));
+        let [from, to] = ends.map(|end| (2.0 * (end - start) / length - 1.0).clamp(-1.0, 1.0));
+        if to <= from {
+            continue;
         }
+        let visible = length > TINY * (ends[1] - ends[0]);
+        let pieces = if visible { (division * line.degree(e) as f64).round().max(1.0) as usize } else { 1 };
+        let s = |i: usize| if i == pieces { to } else { from + (to - from) * i as f64 / pieces as f64 };
+        out.extend((0..pieces).map(|i| (e, s(i), s(i + 1))));
     }
     out
 }
@@ -207,38 +233,36 @@ fn samples(domain: &Domain, a: usize, pieces: &[(usize, f64, f64)]) -> Samples {
     let axis = &domain.axes[a];
     let numbering = Numbering::new(&axis.line);
     let functions = axis.functions();
-    let n = functions.len();
+    let (rows, n) = (pieces.len() + 1, functions.len());
     let mut nodes = Vec::new();
-    let mut value = Mat::zeros(pieces.len() + 1, n);
-    let mut centre_value = Mat::zeros(pieces.len(), n);
-    let mut centre_slope = Mat::zeros(pieces.len(), n);
-    let add = |m: &mut Mat<f64>, row: usize, e: usize, s: f64, scale: Option<f64>| {
-        let (v, d) = hierarchical(axis.line.degree(e), s);
-        for (local, index) in numbering.element(&axis.line, e).into_iter().enumerate() {
-            if let Some(index) = index.filter(|i| functions.contains(i)) {
-                m[(row, index - functions.start)] = scale.map_or(v[local], |h| 2.0 / h * d[local]);
-            }
-        }
-    };
-    for (row, &(e, s0, s1)) in pieces.iter().enumerate() {
+    let mut value = Mat::zeros(rows, n);
+    let mut slopes = [Mat::zeros(rows, n), Mat::zeros(rows, n)];
+    for (cell, &(e, s0, s1)) in pieces.iter().enumerate() {
         let Element::Finite { start, length } = axis.line.element(e) else { continue };
-        let x = |s: f64| start + 0.5 * (s + 1.0) * length;
-        nodes.push(x(s0));
-        add(&mut value, row, e, s0, None);
-        add(&mut centre_value, row, e, 0.5 * (s0 + s1), None);
-        add(&mut centre_slope, row, e, 0.5 * (s0 + s1), Some(length));
-        if row + 1 == pieces.len() {
-            nodes.push(x(s1));
-            add(&mut value, row + 1, e, s1, None);
+        for (row, s) in [(cell, s0), (cell + 1, s1)] {
+            if row == nodes.len() {
+                nodes.push(start + 0.5 * (s + 1.0) * length);
+            }
+            let (v, d) = hierarchical(axis.line.degree(e), s);
+            for (local, index) in numbering.element(&axis.line, e).into_iter().enumerate() {
+                let Some(column) = index.filter(|i| functions.contains(i)).map(|i| i - functions.start)
+                else {
+                    continue;
+                };
+                value[(row, column)] = v[local];
+                // In the cell above its lower node and below its upper one; beyond an end of the axis there is no other.
+                let slope = 2.0 / length * d[local];
+                if row == cell || row + 1 == rows {
+                    slopes[1][(row, column)] = slope;
+                }
+                if row == cell + 1 || row == 0 {
+                    slopes[0][(row, column)] = slope;
+                }
+            }
         }
     }
     let dense = |m: Mat<f64>| Dense::from_mat(m.as_ref());
-    Samples {
-        nodes,
-        value: dense(value),
-        centre_value: dense(centre_value),
-        centre_slope: dense(centre_slope),
-    }
+    Samples { nodes, value: dense(value), slopes: slopes.map(dense) }
 }
 
 /// Values of the function with coefficients `u` at the tensor product of three axes' samples, `[i][j][k]`.

@@ -75,14 +75,16 @@ fn the_field_points_down_the_potential_on_both_sides_of_every_mirror_plane() {
                 if (low >= 0.0) != upper_half {
                     continue;
                 }
-                let fall: f64 = (0..8_usize)
-                    .map(|corner| {
-                        let at = [0, 1, 2].map(|a| cell[a] + (corner >> a & 1));
-                        let potential = field.potential[(at[0] * nodes[1] + at[1]) * nodes[2] + at[2]];
-                        if corner >> axis & 1 == 1 { -0.25 * potential } else { 0.25 * potential }
-                    })
-                    .sum();
-                let (slope, along) = (fall / (high - low), field.electric_field[index][axis]);
+                let (mut fall, mut along) = (0.0, 0.0);
+                for corner in 0..8_usize {
+                    let at = [0, 1, 2].map(|a| cell[a] + (corner >> a & 1));
+                    let node = (at[0] * nodes[1] + at[1]) * nodes[2] + at[2];
+                    let upper = corner >> axis & 1 == 1;
+                    fall += if upper { -0.25 } else { 0.25 } * field.potential[node];
+                    // The cell lies above its lower corners.
+                    along += 0.125 * field.electric_field[node][usize::from(!upper)][axis];
+                }
+                let slope = fall / (high - low);
                 product += slope * along;
                 squares = [squares[0] + slope * slope, squares[1] + along * along];
             }
@@ -142,19 +144,23 @@ fn the_field_between_plates_is_the_voltage_over_the_gap_wherever_they_lie() {
             );
         }
         let cells = nodes.map(|n| n - 1);
-        for (index, found) in field.electric_field.iter().enumerate() {
+        for index in 0..cells.iter().product() {
             let at = [index / (cells[1] * cells[2]), index / cells[2] % cells[1], index % cells[2]];
-            let nodes = &field.nodes[axis][at[axis]..at[axis] + 2];
-            let place = ((0.5 * (nodes[0] + nodes[1]) - origin[axis]) / unit).abs();
+            let along = &field.nodes[axis][at[axis]..at[axis] + 2];
+            let place = ((0.5 * (along[0] + along[1]) - origin[axis]) / unit).abs();
             let (permittivity, strength) = match place {
                 s if s < 0.25 => (4.0, in_vacuum / 4.0),
                 s if s < 0.5 => (1.0, in_vacuum),
                 _ => (1.0, 0.0),
             };
             assert_eq!(field.relative_permittivity[index], permittivity, "axis {axis}, {at:?}");
-            for a in 0..3 {
+            for (corner, a) in (0..8_usize).flat_map(|corner| [0, 1, 2].map(|a| (corner, a))) {
+                let [i, j, k] = [0, 1, 2].map(|a| at[a] + (corner >> a & 1));
+                // In the cell: above its lower corners, below its upper ones.
+                let side = 1 - (corner >> a & 1);
+                let found = field.electric_field[(i * nodes[1] + j) * nodes[2] + k][side][a];
                 let exact = if a == axis { strength } else { 0.0 };
-                assert!((found[a] - exact).abs() < 1e-4 * in_vacuum.abs(), "axis {axis}, {at:?}: {found:?}");
+                assert!((found - exact).abs() < 1e-4 * in_vacuum.abs(), "axis {axis}, {at:?}: {found:?}");
             }
         }
     }

@@ -36,9 +36,9 @@ pub(super) struct UnstructuredGrid<'a> {
     /// The nodes of the cells in VTK's order, one cell after the other. Signed, because meshio 5.3.5 reads unsigned integers as
     /// floating-point numbers, which cannot be indices.
     pub(super) connectivity: Vec<i32>,
-    /// Arrays over the points. A viewer shows the first one first if it is a scalar.
+    /// Arrays over the points. A viewer shows the first scalar and the first vector of them first.
     pub(super) point_data: Vec<Array>,
-    /// Arrays over the cells. A viewer shows the first one first if it is a vector.
+    /// Arrays over the cells.
     pub(super) cell_data: Vec<Array>,
     /// Names of the bodies, for the comment.
     pub(super) body_names: &'a [String],
@@ -61,12 +61,13 @@ impl UnstructuredGrid<'_> {
         let offsets: Vec<i32> = (1..=cells).map(|c| (self.nodes_per_cell * c) as i32).collect();
         let counts = format!("NumberOfPoints=\"{}\" NumberOfCells=\"{cells}\"", self.points.len() / 3);
         let points = Array { name: "Points", components: 3, values: self.points.into() };
-        let active = |kind: &str, components: usize, data: &[Array]| match data.first() {
-            Some(first) if first.components == components => format!(" {kind}=\"{}\"", first.name),
-            _ => String::new(),
+        let active = |(kind, components): (&str, usize)| match (self.point_data.iter())
+            .find(|array| array.components == components)
+        {
+            Some(first) => format!(" {kind}=\"{}\"", first.name),
+            None => String::new(),
         };
-        let (scalars, vectors) =
-            (active("Scalars", 1, &self.point_data), active("Vectors", 3, &self.cell_data));
+        let active: String = [("Scalars", 1), ("Vectors", 3)].map(active).concat();
         let shape = [
             Array { name: "connectivity", components: 1, values: self.connectivity.into() },
             Array { name: "offsets", components: 1, values: offsets.into() },
@@ -75,8 +76,8 @@ impl UnstructuredGrid<'_> {
         let sections = [
             ("Points", String::new(), vec![points]),
             ("Cells", String::new(), shape.into()),
-            ("PointData", scalars, self.point_data),
-            ("CellData", vectors, self.cell_data),
+            ("PointData", active, self.point_data),
+            ("CellData", String::new(), self.cell_data),
         ];
         // Base64 takes four characters for three bytes; the rest is for the elements.
         let length = sections

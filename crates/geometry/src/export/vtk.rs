@@ -1,8 +1,8 @@
 //! The electric field of a load step on a grid of boxes as a `.vtu` file, and the `.pvd` file that makes a series of them:
 //! for ParaView, VTK and meshio.
 //!
-//! The potential is continuous and given at the nodes. The electric field, the permittivity and the body id jump from one
-//! body to the next and are given in the cells.
+//! The potential and the electric field are given at points, so that a viewer shows them smooth. The field jumps from one body to
+//! the next: where bodies meet, each has points of its own. The permittivity and the body id are given in the cells.
 //!
 //! `vtkio` writes the `.vtu` (`unstructured.rs` says how, and what is added); the few lines of a `.pvd` are written
 //! here, because `vtkio` does not know that format.
@@ -26,8 +26,9 @@ pub struct FieldGrid {
     pub bent: Option<Vec<[f64; 3]>>,
     /// Potential at each node, V.
     pub potential: Vec<f64>,
-    /// Electric field at the centre of each cell, V/m; written in single precision.
-    pub electric_field: Vec<[f64; 3]>,
+    /// Electric field at each node, V/m; written in single precision. First each component as it is in the cells below the node along
+    /// its own axis, then as in those above.
+    pub electric_field: Vec<[[f64; 3]; 2]>,
     /// Relative permittivity of each cell; 1 inside conductors by convention.
     pub relative_permittivity: Vec<f64>,
     /// The body that each cell belongs to: its position in `body_names`.
@@ -36,29 +37,47 @@ pub struct FieldGrid {
     pub body_names: Vec<String>,
 }
 
-/// The grid and its fields as a `.vtu` file: point data `potential`; cell data `electric_field`,
-/// `relative_permittivity`, `body_id`.
+/// The grid and its fields as a `.vtu` file: point data `potential`, `electric_field`; cell data `relative_permittivity`,
+/// `body_id`.
 ///
 /// # Errors
 /// When the arrays do not fit the grid or hold numbers that are not finite: see [`VtkError`].
 pub fn vtu(grid: &FieldGrid) -> Result<Vec<u8>, VtkError> {
     grid.check()?;
-    let field: Vec<f32> = grid.electric_field.as_flattened().iter().map(|&e| e as f32).collect();
-    let permittivity = grid.relative_permittivity.clone().into();
+    let Points { coordinates, potential, electric_field, connectivity } = grid.points();
+    let single = |values: &[f64]| -> Vec<f32> { values.iter().map(|&x| x as f32).collect() };
     UnstructuredGrid {
-        points: grid.points(),
+        points: coordinates,
         cell: CellType::Hexahedron,
         nodes_per_cell: 8,
-        connectivity: connectivity(grid.axes.each_ref().map(Vec::len)),
-        point_data: vec![Array { name: "potential", components: 1, values: grid.potential.clone().into() }],
+        connectivity,
+        point_data: vec![
+            Array { name: "potential", components: 1, values: potential.into() },
+            Array { name: "electric_field", components: 3, values: electric_field.into() },
+        ],
         cell_data: vec![
-            Array { name: "electric_field", components: 3, values: field.into() },
-            Array { name: "relative_permittivity", components: 1, values: permittivity },
+            Array {
+                name: "relative_permittivity",
+                components: 1,
+                values: single(&grid.relative_permittivity).into(),
+            },
             Array { name: "body_id", components: 1, values: grid.body_id.clone().into() },
         ],
         body_names: &grid.body_names,
     }
     .vtu()
+}
+
+/// The points of the file, node after node, and the cells between them.
+#[derive(Default)]
+struct Points {
+    /// m, three for each point.
+    coordinates: Vec<f64>,
+    potential: Vec<f64>,
+    /// Three for each point.
+    electric_field: Vec<f32>,
+    /// The corners of every cell, in VTK's order: around the lower face in x3, then around the upper one.
+    connectivity: Vec<i32>,
 }
 
 /// A `.pvd` file that lists `.vtu` files by time: `(time, file name relative to the .pvd)`.
@@ -105,7 +124,7 @@ impl FieldGrid {
         let lengths = [
             ("points", nodes, self.bent.as_ref().map_or(nodes, Vec::len)),
             ("potential", nodes, self.potential.len()),
-            ("electric_field", cells, self.electric_field.len()),
+            ("electric_field", nodes, self.electric_field.len()),
             ("relative_permittivity", cells, self.relative_permittivity.len()),
             ("body_id", cells, self.body_id.len()),
         ];
@@ -122,42 +141,49 @@ impl FieldGrid {
         finite("points", points)?;
         finite("potential", self.potential.iter().position(|x| !x.is_finite()))?;
         let single = |x: &f64| (*x as f32).is_finite();
-        finite("electric_field", self.electric_field.iter().position(|e| !e.iter().all(single)))?;
-        finite("relative_permittivity", self.relative_permittivity.iter().position(|x| !x.is_finite()))
+        let field = self.electric_field.iter().position(|e| !e.as_flattened().iter().all(single));
+        finite("electric_field", field)?;
+        finite("relative_permittivity", self.relative_permittivity.iter().position(|x| !single(x)))
     }
 
-    /// Coordinates of the nodes, m, three for each.
-    fn points(&self) -> Vec<f64> {
-        if let Some(points) = &self.bent {
-            return points.as_flattened().to_vec();
-        }
-        let [axis_1, axis_2, axis_3] = &self.axes;
-        let mut points = Vec::with_capacity(3 * axis_1.len() * axis_2.len() * axis_3.len());
-        for &x1 in axis_1 {
-            for &x2 in axis_2 {
-                for &x3 in axis_3 {
-                    points.extend([x1, x2, x3]);
+    /// A point at each node for each body that the cells around it belong to, with the mean of the field in these cells.
+    fn points(&self) -> Points {
+        let nodes = self.axes.each_ref().map(Vec::len);
+        let cells = nodes.map(|n| n - 1);
+        let mut out = Points { connectivity: vec![0; 8 * self.body_id.len()], ..Points::default() };
+        for node in 0..self.potential.len() {
+            let at = [node / (nodes[1] * nodes[2]), node / nodes[2] % nodes[1], node % nodes[2]];
+            let limits = &self.electric_field[node];
+            // Body, number of its point, number of its cells here, and the sum of their fields.
+            let mut found: Vec<(i32, i32, f64, [f64; 3])> = Vec::with_capacity(2);
+            // For each axis, whether the cell lies above the node.
+            for above in (0..8).map(|bits| [0, 1, 2].map(|a| bits >> a & 1)) {
+                if (0..3).any(|a| at[a] + above[a] == 0 || at[a] + above[a] > cells[a]) {
+                    continue;
                 }
+                let [i, j, k] = [0, 1, 2].map(|a| at[a] + above[a] - 1);
+                let cell = (i * cells[1] + j) * cells[2] + k;
+                let body = self.body_id[cell];
+                let place = found.iter().position(|known| known.0 == body).unwrap_or(found.len());
+                if place == found.len() {
+                    found.push((body, out.potential.len() as i32, 0.0, [0.0; 3]));
+                    let straight = [0, 1, 2].map(|a| self.axes[a][at[a]]);
+                    out.coordinates.extend(self.bent.as_ref().map_or(straight, |bent| bent[node]));
+                    out.potential.push(self.potential[node]);
+                }
+                let (_, point, count, sum) = &mut found[place];
+                *count += 1.0;
+                (0..3).for_each(|a| sum[a] += limits[above[a]][a]);
+                // A node is the upper corner of the cells below it.
+                let around = [[2, 1], [3, 0]][above[0]][above[1]];
+                out.connectivity[8 * cell + around + 4 * (1 - above[2])] = *point;
+            }
+            for (.., count, sum) in found {
+                out.electric_field.extend(sum.map(|e| (e / count) as f32));
             }
         }
-        points
+        out
     }
-}
-
-/// The corners of every cell, in VTK's order: around the lower face in x3, then around the upper one.
-fn connectivity(n: [usize; 3]) -> Vec<i32> {
-    let node = |i: usize, j: usize, k: usize| ((i * n[1] + j) * n[2] + k) as i32;
-    let mut out = Vec::with_capacity(8 * (n[0] - 1) * (n[1] - 1) * (n[2] - 1));
-    for i in 0..n[0] - 1 {
-        for j in 0..n[1] - 1 {
-            let around = [node(i, j, 0), node(i + 1, j, 0), node(i + 1, j + 1, 0), node(i, j + 1, 0)];
-            for k in 0..(n[2] - 1) as i32 {
-                out.extend(around.map(|first| first + k));
-                out.extend(around.map(|first| first + k + 1));
-            }
-        }
-    }
-    out
 }
 
 /// The text as the value of an XML attribute.

@@ -1,6 +1,6 @@
 //! `scene.glb` read back by the `gltf` crate. What Khronos' validator says of it: tests/readers/validate_glb.mjs.
 
-use elastocap_geometry::export::gltf::{BodyRole, GltfError, SceneBody, glb};
+use elastocap_geometry::export::gltf::{BodyRole, GltfError, SceneBody, glb, part_name};
 use elastocap_geometry::scene::Box3;
 
 fn body(name: &str, role: BodyRole, poses: &[Box3]) -> SceneBody {
@@ -245,16 +245,29 @@ fn moving_bodies_follow_the_animation_and_still_ones_have_no_targets() {
 }
 
 #[test]
-fn metals_are_opaque_the_layer_is_translucent_and_conductors_differ_in_colour() {
+fn metals_are_opaque_layer_and_substrate_are_translucent_and_conductors_differ_in_colour() {
     let file = ReadBack::of(&glb(&pair(1e-3), &labels(3)).unwrap());
     let looks: Vec<_> = (file.document.materials())
         .map(|m| (m.alpha_mode(), m.pbr_metallic_roughness().base_color_factor()))
         .collect();
-    assert_eq!(looks[0].0, gltf::material::AlphaMode::Opaque);
+    assert_eq!(looks[0].0, gltf::material::AlphaMode::Blend);
     assert_eq!(looks[1].0, gltf::material::AlphaMode::Blend);
     assert!(looks[1].1[3] < 0.5);
     assert_eq!(looks[2].0, gltf::material::AlphaMode::Opaque);
     assert_ne!(looks[2].1, looks[3].1);
+}
+
+#[test]
+fn parts_of_one_conductor_have_its_colour() {
+    let cube = |k: usize| Box3 { min: [k as f64, 0.0, 0.0], max: [k as f64 + 0.5, 1.0, 1.0] };
+    let part = |name: &str, k: usize| body(&part_name(name, k), BodyRole::Conductor, &[cube(k)]);
+    let bodies = [part("left", 0), part("left", 1), part("right", 0), part("right", 1), part("right", 2)];
+    let file = ReadBack::of(&glb(&bodies, &labels(1)).unwrap());
+    let colours: Vec<_> =
+        file.document.materials().map(|m| m.pbr_metallic_roughness().base_color_factor()).collect();
+    assert!(colours[0] == colours[1] && colours[2] == colours[3] && colours[3] == colours[4]);
+    assert_ne!(colours[1], colours[2]);
+    assert_eq!(file.root().children().nth(4).unwrap().name(), Some("right, part 3"));
 }
 
 #[test]

@@ -72,6 +72,23 @@ impl Layout {
         self.to - self.from
     }
 
+    /// A linear axis that ends exactly here, with about `most` ticks.
+    pub(super) fn between(axis: &Axis, from: f64, to: f64, most: usize) -> Self {
+        let (unit, power) = Unit::for_size(axis, from.abs().max(to.abs()));
+        let mut layout = Self {
+            scale: Scale::Linear,
+            from,
+            to,
+            label: unit.label(axis),
+            ticks: Vec::new(),
+            minor: Vec::new(),
+        };
+        for (value, label) in round_values(from, to, power, most) {
+            layout.ticks.push(Tick { at: layout.fraction(value), label: label.into() });
+        }
+        layout
+    }
+
     fn fraction(&self, laid_out: f64) -> f64 {
         ((laid_out - self.from) / (self.to - self.from)).clamp(0.0, 1.0)
     }
@@ -89,19 +106,7 @@ impl Layout {
             let to = if high <= 0.0 && high > 0.4 * low { 0.0 } else { high + room };
             (from, to)
         };
-        let (unit, power) = Unit::for_size(axis, from.abs().max(to.abs()));
-        let mut layout = Self {
-            scale: Scale::Linear,
-            from,
-            to,
-            label: unit.label(axis),
-            ticks: Vec::new(),
-            minor: Vec::new(),
-        };
-        for (value, label) in round_values(from, to, power, most) {
-            layout.ticks.push(Tick { at: layout.fraction(value), label: label.into() });
-        }
-        layout
+        Self::between(axis, from, to, most)
     }
 
     fn logarithmic(axis: &Axis, (low, high): (f64, f64), most: usize) -> Self {

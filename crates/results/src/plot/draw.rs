@@ -166,25 +166,39 @@ impl Pen {
 }
 
 pub(super) fn svg(chart: &Chart) -> String {
-    let title = wrapped(&chart.title, WIDTH - 2.0 * EDGE, TITLE_SIZE);
-    let legend = Legend::new(chart);
-    let mut y_cursor = EDGE + title.len() as f64 * TITLE_SIZE * LEADING;
-    let legend_top = y_cursor;
-    y_cursor += legend.rows as f64 * LEGEND_SIZE * LEADING * 1.1;
-    let frame = lay_out(chart, y_cursor + 10.0);
+    page(&chart.title, &[(chart, HEIGHT)])
+}
 
-    let mut out = open_page(&chart.title, &title, HEIGHT);
-    legend.draw(&mut out, chart, legend_top);
-    draw_axes(&mut out, &frame);
-    if chart.series.iter().all(|series| frame.pieces(series).is_empty()) {
-        let x = coordinate(0.5 * (frame.left + frame.right));
-        let y = coordinate(0.5 * (frame.top + frame.bottom));
-        let _ = writeln!(
-            out,
-            "<text x=\"{x}\" y=\"{y}\" text-anchor=\"middle\" font-size=\"{LABEL_SIZE}\" fill=\"#777\">no data</text>"
-        );
+/// Charts below each other under one title, each with its height; that of the first includes the title.
+pub(super) fn page(title: &str, charts: &[(&Chart, f64)]) -> String {
+    let lines = wrapped(title, WIDTH - 2.0 * EDGE, TITLE_SIZE);
+    let mut out = open_page(title, &lines, charts.iter().map(|(_, height)| height).sum());
+    let mut panels = Vec::with_capacity(charts.len());
+    let (mut top, mut end) = (EDGE + lines.len() as f64 * TITLE_SIZE * LEADING, 0.0);
+    for (chart, height) in charts {
+        end += height;
+        let legend = Legend::new(chart);
+        let below_legend = top + legend.rows as f64 * LEGEND_SIZE * LEADING * 1.1;
+        panels.push((*chart, legend, top, lay_out(chart, below_legend + 10.0, end - BELOW)));
+        top = end;
     }
-    draw_series(&mut out, chart, &frame);
+    // One x in all panels is one line down the page.
+    let left = panels.iter().map(|panel| panel.3.left).fold(0.0, f64::max);
+    let right = panels.iter().map(|panel| panel.3.right).fold(WIDTH, f64::min);
+    for (chart, legend, top, frame) in panels {
+        let frame = Frame { left, right, ..frame };
+        legend.draw(&mut out, chart, top);
+        draw_axes(&mut out, &frame);
+        if chart.series.iter().all(|series| frame.pieces(series).is_empty()) {
+            let x = coordinate(0.5 * (frame.left + frame.right));
+            let y = coordinate(0.5 * (frame.top + frame.bottom));
+            let _ = writeln!(
+                out,
+                "<text x=\"{x}\" y=\"{y}\" text-anchor=\"middle\" font-size=\"{LABEL_SIZE}\" fill=\"#777\">no data</text>"
+            );
+        }
+        draw_series(&mut out, chart, &frame);
+    }
     out.push_str("</svg>\n");
     out
 }
@@ -215,7 +229,7 @@ pub(super) fn open_page(title: &str, lines: &[String], height: f64) -> String {
 }
 
 /// Chooses the margins by the text that has to fit into them.
-fn lay_out(chart: &Chart, top: f64) -> Frame {
+fn lay_out(chart: &Chart, top: f64, bottom: f64) -> Frame {
     let xs = || chart.series.iter().flat_map(|s| s.points.iter().map(|p| p.0));
     let ys = || {
         chart.series.iter().flat_map(|s| {
@@ -223,7 +237,6 @@ fn lay_out(chart: &Chart, top: f64) -> Frame {
             s.points.iter().map(|p| p.1).chain(bounds)
         })
     };
-    let bottom = HEIGHT - BELOW;
     // Long titles and legends must not squeeze the chart away.
     let top = top.min(bottom - 150.0);
     let y = Layout::new(&chart.y, ys(), ((bottom - top) / 50.0) as usize);

@@ -70,7 +70,7 @@ impl Fringes {
         if self.outlines {
             self.draw_outlines(&mut out, &frame);
         }
-        self.draw_bar(&mut out, &frame, &levels);
+        draw_bar(&mut out, &frame, &levels, &self.quantity);
         out.push_str("</svg>\n");
         out
     }
@@ -125,62 +125,71 @@ impl Fringes {
         }
         let _ = writeln!(out, "<path d=\"{path}\" fill=\"none\" stroke=\"#345\" stroke-width=\"0.6\"/>");
     }
+}
 
-    fn draw_bar(&self, out: &mut String, frame: &Frame, levels: &[(f64, String)]) {
-        if levels.is_empty() {
-            return;
-        }
-        let (x, height) = (frame.right + 14.0, (frame.bottom - frame.top) / (levels.len() + 1) as f64);
-        let edge = |k: usize| frame.bottom - height * k as f64;
-        for k in 0..=levels.len() {
-            let _ = writeln!(
-                out,
-                "<rect x=\"{}\" y=\"{}\" width=\"{BAR}\" height=\"{}\" fill=\"{}\"/>",
-                coordinate(x),
-                coordinate(edge(k + 1)),
-                coordinate(height + 0.3),
-                colour(levels, k)
-            );
-        }
-        // Where bands are thinner than text, every second or third level has its number.
-        let stride = (1.25 * TICK_SIZE / height).ceil().max(1.0) as usize;
-        let _ = writeln!(out, "<g font-size=\"{TICK_SIZE}\">");
-        for (k, (_, label)) in levels.iter().enumerate().filter(|(k, _)| k % stride == 0) {
-            let (x, y) = (coordinate(x + BAR + 5.0), coordinate(edge(k + 1) + 0.35 * TICK_SIZE));
-            let _ = writeln!(out, "<text x=\"{x}\" y=\"{y}\">{}</text>", escape(label));
-        }
-        let room = frame.bottom - frame.top + 60.0;
-        let size = LABEL_SIZE.min(LABEL_SIZE * room / text_width(&self.quantity, LABEL_SIZE).max(1.0));
+/// What the colours between these levels stand for.
+pub(super) fn draw_bar(out: &mut String, frame: &Frame, levels: &[(f64, String)], quantity: &str) {
+    if levels.is_empty() {
+        return;
+    }
+    let (x, height) = (frame.right + 14.0, (frame.bottom - frame.top) / (levels.len() + 1) as f64);
+    let edge = |k: usize| frame.bottom - height * k as f64;
+    for k in 0..=levels.len() {
         let _ = writeln!(
             out,
-            "</g>\n<text transform=\"translate({} {}) rotate(-90)\" text-anchor=\"middle\" font-size=\"{}\">{}</text>",
-            coordinate(WIDTH - EDGE),
-            coordinate(0.5 * (frame.top + frame.bottom)),
-            coordinate(size),
-            escape(&self.quantity)
+            "<rect x=\"{}\" y=\"{}\" width=\"{BAR}\" height=\"{}\" fill=\"{}\"/>",
+            coordinate(x),
+            coordinate(edge(k + 1)),
+            coordinate(height + 0.3),
+            colour(levels, k)
         );
     }
+    // Where bands are thinner than text, every second or third level has its number.
+    let stride = (1.25 * TICK_SIZE / height).ceil().max(1.0) as usize;
+    let _ = writeln!(out, "<g font-size=\"{TICK_SIZE}\">");
+    for (k, (_, label)) in levels.iter().enumerate().filter(|(k, _)| k % stride == 0) {
+        let (x, y) = (coordinate(x + BAR + 5.0), coordinate(edge(k + 1) + 0.35 * TICK_SIZE));
+        let _ = writeln!(out, "<text x=\"{x}\" y=\"{y}\">{}</text>", escape(label));
+    }
+    let room = frame.bottom - frame.top + 60.0;
+    let size = LABEL_SIZE.min(LABEL_SIZE * room / text_width(quantity, LABEL_SIZE).max(1.0));
+    let _ = writeln!(
+        out,
+        "</g>\n<text transform=\"translate({} {}) rotate(-90)\" text-anchor=\"middle\" font-size=\"{}\">{}</text>",
+        coordinate(WIDTH - EDGE),
+        coordinate(0.5 * (frame.top + frame.bottom)),
+        coordinate(size),
+        escape(quantity)
+    );
 }
 
 /// What of a polygon lies where `side * value >= side * level`.
-fn clip(polygon: &[(f64, f64, f64)], level: f64, side: f64) -> Vec<(f64, f64, f64)> {
+pub(super) fn clip(polygon: &[(f64, f64, f64)], level: f64, side: f64) -> Vec<(f64, f64, f64)> {
+    clip_by(polygon, |p| side * (p.2 - level))
+}
+
+/// What of a polygon, or of a line, lies where this linear function of its points is not negative.
+pub(super) fn clip_by(
+    polygon: &[(f64, f64, f64)],
+    distance: impl Fn(&(f64, f64, f64)) -> f64,
+) -> Vec<(f64, f64, f64)> {
     let mut kept = Vec::with_capacity(polygon.len() + 1);
-    for (k, &b) in polygon.iter().enumerate() {
-        let a = polygon[(k + polygon.len() - 1) % polygon.len()];
-        let (da, db) = (side * (a.2 - level), side * (b.2 - level));
+    for (k, b) in polygon.iter().enumerate() {
+        let a = &polygon[(k + polygon.len() - 1) % polygon.len()];
+        let (da, db) = (distance(a), distance(b));
         if (da >= 0.0) != (db >= 0.0) {
             let t = da / (da - db);
-            kept.push((a.0 + t * (b.0 - a.0), a.1 + t * (b.1 - a.1), level));
+            kept.push((a.0 + t * (b.0 - a.0), a.1 + t * (b.1 - a.1), a.2 + t * (b.2 - a.2)));
         }
         if db >= 0.0 {
-            kept.push(b);
+            kept.push(*b);
         }
     }
     kept
 }
 
 /// Appends a closed polygon to the path, in tenths of a unit, with points on a line left out.
-fn append(path: &mut String, frame: &Frame, polygon: &[(f64, f64, f64)]) {
+pub(super) fn append(path: &mut String, frame: &Frame, polygon: &[(f64, f64, f64)]) {
     let tenths = |v: f64| (10.0 * v).round() as i64;
     let mut points: Vec<(i64, i64)> =
         polygon.iter().filter_map(|p| Some((tenths(frame.x(p.0)?), tenths(frame.y(p.1)?)))).collect();
@@ -217,7 +226,7 @@ fn append(path: &mut String, frame: &Frame, polygon: &[(f64, f64, f64)]) {
 }
 
 /// The colour of band `k`, below the level of that number.
-fn colour(levels: &[(f64, String)], k: usize) -> String {
+pub(super) fn colour(levels: &[(f64, String)], k: usize) -> String {
     let (low, high) = (levels[0].0, levels[levels.len() - 1].0);
     let step = if levels.len() > 1 { levels[1].0 - low } else { 1.0 };
     let middle = low + step * (k as f64 - 0.5);

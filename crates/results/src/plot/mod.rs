@@ -1,5 +1,5 @@
-//! Plots as SVG: lines ([`Chart`]), as C(F) with its bounds or error against run time, and fields as bands of colour
-//! ([`Fringes`]).
+//! Plots as SVG: lines ([`Chart`]), as error against run time, two such charts as one picture ([`Panels`]), as C(F) with its
+//! bounds, and fields as bands of colour ([`Fringes`]).
 //!
 //! Text stays text, in the reader's own sans-serif font; the same chart gives the same bytes. Points that are not
 //! finite, or not positive on a logarithmic axis, are left out, and the line is broken there rather than drawn across
@@ -8,9 +8,11 @@
 mod axis;
 mod draw;
 mod fringe;
+mod section;
 mod text;
 
 pub use fringe::{Cell, Fringes};
+pub use section::{Section, SectionCell};
 
 /// A chart: one pair of axes and the series in it.
 ///
@@ -103,6 +105,33 @@ impl Chart {
     /// The chart as an SVG file, 800 units wide.
     pub fn to_svg(&self) -> String {
         draw::svg(self)
+    }
+}
+
+/// Charts below each other, the main one first, under one title.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Panels {
+    /// Above the first; wrapped where it is long.
+    pub title: String,
+    /// The large one on top. Its own title is not shown.
+    pub main: Chart,
+    /// The smaller one below, if there is one. Its own title is not shown.
+    pub second: Option<Chart>,
+}
+
+/// Heights of the two of [`Panels`], the title included in the first.
+const PANEL_HEIGHTS: [f64; 2] = [460.0, 290.0];
+
+impl Panels {
+    /// The charts as one SVG file, 800 units wide.
+    pub fn to_svg(&self) -> String {
+        match &self.second {
+            None => draw::svg(&Chart { title: self.title.clone(), ..self.main.clone() }),
+            Some(second) => {
+                let [high, low] = PANEL_HEIGHTS;
+                draw::page(&self.title, &[(&self.main, high), (second, low)])
+            }
+        }
     }
 }
 

@@ -181,3 +181,22 @@ fn a_cloud_is_small_and_faint_behind_the_series_whose_colour_it_has() {
     let faint = svg.find("r=\"2.93\" fill=\"#0072b2\" fill-opacity=\"0.4\"").unwrap();
     assert!(faint < svg.find("<polyline").unwrap(), "{svg}");
 }
+
+#[test]
+fn panels_share_a_title_and_the_place_of_every_x() {
+    let upper = chart(Scale::Linear, vec![series("change", &[(0.0, 0.0), (0.2, 7.5)])]);
+    let lower = chart(Scale::Linear, vec![series("whole", &[(0.0, 31.25e-15), (0.2, 33.5e-15)])]);
+    let panels = Panels { title: "a sensor".into(), main: upper, second: Some(lower) };
+    let svg = panels.to_svg();
+    assert_well_formed(&svg);
+    let found = texts(&svg);
+    assert_eq!(found.iter().filter(|text| *text == "a sensor").count(), 1, "{found:?}");
+    assert!(!found.contains(&"Capacitance against force".to_owned()), "{found:?}");
+    // Of the page, the two frames; both begin and end at the same x.
+    let frames: Vec<_> = svg.split("<rect x=").skip(1).filter(|r| r.contains("fill=\"none\"")).collect();
+    let place = |r: &str| -> Vec<String> { r.split('"').skip(1).step_by(2).map(str::to_owned).collect() };
+    let [a, b] = [place(frames[0]), place(frames[1])];
+    assert_eq!((a[0].as_str(), a[2].as_str()), (b[0].as_str(), b[2].as_str()));
+    let alone = Panels { second: None, ..panels };
+    assert!(alone.to_svg().contains("height=\"500\"") && !svg.contains("height=\"500\""));
+}

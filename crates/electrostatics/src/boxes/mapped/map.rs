@@ -158,13 +158,20 @@ impl SceneMap {
 
     /// A field that is sampled on the boxes, in the bent scene: its points move, and E = F^-T times that of the boxes.
     pub(crate) fn bend(&self, mut field: Field) -> Field {
-        let middles = field.nodes.each_ref().map(|x| x.windows(2).map(|w| 0.5 * (w[0] + w[1])).collect());
-        let (within, cells) = self.within(&middles);
-        for (f, index) in self.gradients(&within).iter().zip(cells) {
-            let (adjugate, volume) = adjugate(f);
-            if let Some(e) = field.electric_field.get_mut(index).filter(|_| volume > 0.0) {
-                let own = *e;
-                *e = [0, 1, 2].map(|r| (0..3).map(|k| adjugate[k][r] * own[k]).sum::<f64>() / volume);
+        // Slopes of the map may jump where its polynomials meet: limits from below and from above are looked at beside the nodes.
+        for (side, towards) in [-1.0, 1.0].into_iter().enumerate() {
+            let beside = field.nodes.each_ref().map(|x| {
+                let size = x.last().zip(x.first()).map_or(0.0, |(last, first)| last - first);
+                x.iter().map(|x| x + towards * SAME * size).collect()
+            });
+            let (within, nodes) = self.within(&beside);
+            for (f, index) in self.gradients(&within).iter().zip(nodes) {
+                let (adjugate, volume) = adjugate(f);
+                if let Some(limits) = field.electric_field.get_mut(index).filter(|_| volume > 0.0) {
+                    let own = limits[side];
+                    limits[side] =
+                        [0, 1, 2].map(|r| (0..3).map(|k| adjugate[k][r] * own[k]).sum::<f64>() / volume);
+                }
             }
         }
         field.points = Some(self.images(&field.nodes));

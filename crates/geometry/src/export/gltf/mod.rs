@@ -20,7 +20,7 @@ mod units;
 
 use gltf_json as json;
 
-use crate::scene::{Body, Box3, Purpose, Role};
+use crate::scene::{Body, Box3, Potential, Purpose, Role};
 use box_mesh::{BoxSurface, SharedSurfaces};
 
 pub(super) use buffers::triangles;
@@ -28,22 +28,33 @@ pub(super) use document::{File, extras};
 pub use error::GltfError;
 pub(super) use materials::Materials;
 pub(super) use units::SceneUnit;
+pub use units::round_length;
 
 /// What a body is; decides how it looks.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum BodyRole {
-    /// Metal: opaque, each in a colour of its own.
+    /// Metal that is held at a potential: opaque, each in a colour of its own.
     Conductor,
+    /// Metal that floats: opaque, in shades of green.
+    FloatingConductor,
+    /// Metal at potential zero: opaque and grey.
+    GroundedConductor,
     /// The elastomer: translucent, so that the electrodes in it show.
     Layer,
     /// Any other dielectric: translucent, each in a colour of its own.
     Dielectric,
-    /// What the layer lies on: opaque.
+    /// What the layer lies on: translucent.
     Substrate,
     /// What lies above the layer: faintly translucent.
     Cover,
-    /// A wall of the computed region: barely visible.
+    /// An insulated wall of the computed region: barely visible.
     Wall,
+    /// A wall at potential zero: a little darker.
+    GroundedWall,
+    /// What presses on the layer: translucent, so that it does not hide the surface under it.
+    Indenter,
+    /// A bar of a round length, which its name states.
+    ScaleBar,
     /// The air around: barely visible.
     Surroundings,
 }
@@ -51,7 +62,9 @@ pub enum BodyRole {
 impl From<&Body> for BodyRole {
     fn from(body: &Body) -> Self {
         match (body.role, body.purpose) {
-            (Role::Conductor { .. }, _) => Self::Conductor,
+            (Role::Conductor { potential: Potential::Driven }, _) => Self::Conductor,
+            (Role::Conductor { potential: Potential::Grounded }, _) => Self::GroundedConductor,
+            (Role::Conductor { potential: Potential::Floating { .. } }, _) => Self::FloatingConductor,
             (Role::Dielectric { .. }, Purpose::Layer) => Self::Layer,
             (Role::Dielectric { .. }, Purpose::Substrate) => Self::Substrate,
             (Role::Dielectric { .. }, Purpose::Cover) => Self::Cover,
@@ -68,14 +81,27 @@ impl BodyRole {
     pub(in crate::export) fn name(self) -> &'static str {
         match self {
             Self::Conductor => "conductor",
+            Self::FloatingConductor => "floating conductor",
+            Self::GroundedConductor => "grounded conductor",
             Self::Layer => "layer",
             Self::Dielectric => "dielectric",
             Self::Substrate => "substrate",
             Self::Cover => "cover",
             Self::Wall => "wall",
+            Self::GroundedWall => "grounded wall",
+            Self::Indenter => "indenter",
+            Self::ScaleBar => "scale bar",
             Self::Surroundings => "surroundings",
         }
     }
+}
+
+/// What stands between the name of a body and the number of one of its parts.
+const PART: &str = ", part ";
+
+/// The name of a part of a body, counted from zero. Parts of one body look alike.
+pub fn part_name(body: &str, part: usize) -> String {
+    if part == 0 { body.to_owned() } else { format!("{body}{PART}{}", part + 1) }
 }
 
 /// A body as the viewer shows it.

@@ -1,0 +1,209 @@
+//! What presses on the layer, for a viewer: its working face and a part of what is above it. The field is solved without it.
+
+use elastocap_case::{Case, Indenter, Mechanics, SolidIndenter};
+use elastocap_geometry::export::surfaces::{Corners, prism};
+use elastocap_geometry::scene::Box3;
+
+/// Height of a plate, over the thickness of the layer.
+const PLATE: f64 = 0.12;
+/// Height up to which other indenters are shown, over the thickness of the layer.
+const SHOWN: f64 = 0.8;
+/// Pieces of half a circle.
+const PIECES: usize = 32;
+
+/// The indenter with its lowest point at this height above the substrate, m; `None` where nothing presses.
+pub(crate) fn indenter(case: &Case, height: f64) -> Option<Vec<Corners>> {
+    let thickness = case.layer.as_ref()?.thickness;
+    if let Some(plate) = plate(case, height) {
+        return Some(of_box(&plate));
+    }
+    let ends = |width: f64| [-0.5 * width, 0.5 * width];
+    let most = SHOWN * thickness;
+    let round = |radius: f64, position: f64, width: f64| {
+        prism(2, ends(width), &profile(0.0, radius, most, [position, height]))
+    };
+    let flat = |half_width: f64, corner: f64, position: f64, width: f64| {
+        let outline = profile((half_width - corner).max(0.0), corner, most, [position, height]);
+        prism(2, ends(width), &outline)
+    };
+    Some(match case.mechanics? {
+        Mechanics::ClosedForm { .. } => return None,
+        Mechanics::PlaneStrain(model) => match model.indenter {
+            Indenter::WholeTop => return None,
+            Indenter::FlatPunch { half_width, corner_radius, position, .. } => {
+                flat(half_width, corner_radius, position, model.width)
+            }
+            Indenter::Cylinder { radius, position } => round(radius, position, model.width),
+        },
+        Mechanics::Solid(model) => match model.indenter {
+            SolidIndenter::WholeTop => return None,
+            SolidIndenter::FlatPunch { half_width, corner_radius, .. } => {
+                flat(half_width, corner_radius, 0.0, model.width)
+            }
+            SolidIndenter::Cylinder { radius } => round(radius, 0.0, model.width),
+            SolidIndenter::Sphere { radius } => turned(radius, most, height),
+            SolidIndenter::Block { half_widths, corner_radius } => {
+                block(half_widths, corner_radius, most, height)
+            }
+        },
+    })
+}
+
+/// The indenter where it is a plate: over the contact of the closed form, or over the whole layer.
+pub(crate) fn plate(case: &Case, height: f64) -> Option<Box3> {
+    case.load.as_ref()?;
+    let layer = case.layer.as_ref()?;
+    let over = |half_length: f64, width: f64| Box3 {
+        min: [-half_length, height, -0.5 * width],
+        max: [half_length, height + PLATE * layer.thickness, 0.5 * width],
+    };
+    match case.mechanics? {
+        Mechanics::ClosedForm { contact_half_length, contact_width, .. } => {
+            Some(over(contact_half_length, contact_width))
+        }
+        Mechanics::PlaneStrain(model) => match model.indenter {
+            Indenter::WholeTop => Some(over(layer.half_length?, model.width)),
+            Indenter::FlatPunch { .. } | Indenter::Cylinder { .. } => None,
+        },
+        Mechanics::Solid(model) => match model.indenter {
+            SolidIndenter::WholeTop => Some(over(layer.half_length?, model.width)),
+            SolidIndenter::FlatPunch { .. }
+            | SolidIndenter::Block { .. }
+            | SolidIndenter::Cylinder { .. }
+            | SolidIndenter::Sphere { .. } => None,
+        },
+    }
+}
+
+/// The surface of a box.
+pub(crate) fn of_box(Box3 { min, max }: &Box3) -> Vec<Corners> {
+    let outline = [[min[0], min[1]], [max[0], min[1]], [max[0], max[1]], [min[0], max[1]]];
+    prism(2, [min[2], max[2]], &outline)
+}
+
+/// How far out and how high the right side of a body with a flat face, as far as `flat` from its middle, and a rounded corner is: from
+/// the end of the flat upward, as far as `most`.
+fn side(flat: f64, radius: f64, most: f64) -> Vec<[f64; 2]> {
+    let up_to = if radius > most { (1.0 - most / radius).acos() } else { 0.5 * std::f64::consts::PI };
+    let arc = (0..=PIECES).map(|k| up_to * k as f64 / PIECES as f64);
+    let mut side: Vec<[f64; 2]> = arc.map(|t| [flat + radius * t.sin(), radius * (1.0 - t.cos())]).collect();
+    side.dedup();
+    if radius < most {
+        side.push([flat + radius, most]);
+    }
+    side
+}
+
+/// Such a body in the plane, with the middle of its face at `at`.
+fn profile(flat: f64, radius: f64, most: f64, at: [f64; 2]) -> Vec<[f64; 2]> {
+    let right = side(flat, radius, most);
+    let left = right.iter().rev().filter(|p| p[0] > 0.0).map(|p| [-p[0], p[1]]);
+    right.iter().copied().chain(left).map(|p| [at[0] + p[0], at[1] + p[1]]).collect()
+}
+
+/// The lower part of a ball, closed on top.
+fn turned(radius: f64, most: f64, height: f64) -> Vec<Corners> {
+    let angle = |k: usize| std::f64::consts::PI * k as f64 / PIECES as f64;
+    let ring = |[out, up]: [f64; 2]| -> Vec<[f64; 3]> {
+        (0..2 * PIECES).map(|k| [out * angle(k).cos(), height + up, -out * angle(k).sin()]).collect()
+    };
+    // A ball has no wall above its middle.
+    lofted(&side(0.0, radius, most.min(radius)).into_iter().map(ring).collect::<Vec<_>>())
+}
+
+/// A block with rounded edges, closed on top.
+fn block(half_widths: [f64; 2], radius: f64, most: f64, height: f64) -> Vec<Corners> {
+    let ring = |[out, up]: [f64; 2]| -> Vec<[f64; 3]> {
+        let [a, b] = half_widths.map(|half| half - radius + out);
+        [[a, b], [a, -b], [-a, -b], [-a, b]].map(|[x, z]| [x, height + up, z]).to_vec()
+    };
+    let rings: Vec<_> = side(0.0, radius, most).into_iter().map(ring).collect();
+    // Anticlockwise as seen from above, as those of the ball.
+    lofted(&rings)
+}
+
+/// What lies between rings above each other, which go round anticlockwise as seen from above, with caps at both ends.
+fn lofted(rings: &[Vec<[f64; 3]>]) -> Vec<Corners> {
+    let mut all = Vec::new();
+    for pair in rings.windows(2) {
+        let [low, high] = [&pair[0], &pair[1]];
+        for k in 0..low.len() {
+            let next = (k + 1) % low.len();
+            all.push([low[k], low[next], high[next]]);
+            all.push([low[k], high[next], high[k]]);
+        }
+    }
+    for (ring, below) in [(rings.first(), true), (rings.last(), false)] {
+        let Some(ring) = ring else { continue };
+        for k in 1..ring.len().saturating_sub(1) {
+            let [a, b, c] = [ring[0], ring[k], ring[k + 1]];
+            all.push(if below { [a, c, b] } else { [a, b, c] });
+        }
+    }
+    // The lowest ring of a ball is a point.
+    all.retain(|[a, b, c]| a != b && b != c && c != a);
+    all
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn volume(triangles: &[Corners]) -> f64 {
+        let six = |[a, b, c]: &Corners| {
+            a[0] * (b[1] * c[2] - b[2] * c[1])
+                + a[1] * (b[2] * c[0] - b[0] * c[2])
+                + a[2] * (b[0] * c[1] - b[1] * c[0])
+        };
+        triangles.iter().map(six).sum::<f64>() / 6.0
+    }
+
+    fn lowest(triangles: &[Corners]) -> f64 {
+        triangles.iter().flatten().map(|p| p[1]).fold(f64::INFINITY, f64::min)
+    }
+
+    /// The pair under a sphere, with its indenter replaced by this text.
+    fn case(indenter: &str) -> Case {
+        let path =
+            std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../../cases/pair-under-sphere.toml");
+        let text = std::fs::read_to_string(&path).unwrap();
+        let own = "[mechanics.solid.indenter.sphere]\nradius = \"600 um\"";
+        assert!(text.contains(own));
+        elastocap_case::parse(&text.replace(own, indenter), &path).unwrap()
+    }
+
+    #[test]
+    fn every_indenter_is_closed_outside_out_and_begins_where_the_load_puts_it() {
+        // In mm: the part of a ball up to the height h holds pi h^2 (r - h / 3); h is 0.8 of 0.45.
+        let ball = std::f64::consts::PI * 0.36 * 0.36 * (0.6 - 0.12);
+        let rounded = |half: f64, r: f64| {
+            // Over the width: a rectangle without two corners.
+            1.4 * (2.0 * half * 0.36 - 2.0 * (1.0 - 0.25 * std::f64::consts::PI) * r * r)
+        };
+        // A circle's segment of height h.
+        let segment = {
+            let (r, h): (f64, f64) = (0.6, 0.36);
+            1.4 * (r * r * ((r - h) / r).acos() - (r - h) * (2.0 * r * h - h * h).sqrt())
+        };
+        let cases = [
+            ("[mechanics.solid.indenter.sphere]\nradius = \"600 um\"", ball),
+            ("[mechanics.solid.indenter.cylinder]\nradius = \"600 um\"", segment),
+            (
+                "[mechanics.solid.indenter.flat_punch]\nhalf_width = \"300 um\"\ncorner_radius = \"100 um\"\ncontact = \"smooth\"",
+                rounded(0.3, 0.1),
+            ),
+            (
+                "[mechanics.solid.indenter.flat_punch]\nhalf_width = \"300 um\"\ncontact = \"bonded\"",
+                rounded(0.3, 0.0),
+            ),
+        ];
+        for (text, expected) in cases {
+            let found = indenter(&case(text), 0.4e-3).unwrap();
+            let share = volume(&found) * 1e9 / expected;
+            assert!((0.99..1.0 + 1e-9).contains(&share), "{text}: {share}");
+            assert!((lowest(&found) - 0.4e-3).abs() < 1e-12);
+        }
+        let found = block([0.3, 0.2], 1e-3, 0.36, 0.4);
+        assert!((volume(&found) / (0.6 * 0.4 * 0.36) - 1.0).abs() < 1e-2, "{}", volume(&found));
+    }
+}

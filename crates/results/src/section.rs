@@ -1,0 +1,365 @@
+//! `section_NNN.svg`: the potential in a plane through the gap.
+
+use std::collections::HashMap;
+
+use elastocap_coupling::outcome::StepResult;
+use elastocap_geometry::export::body::BodyMesh;
+use elastocap_geometry::export::gltf::BodyRole;
+use elastocap_geometry::export::vtk::FieldGrid;
+use elastocap_geometry::scene::{Box3, Purpose, across};
+
+use crate::plot::{Axis, Scale, Section, SectionCell};
+
+/// How much around the conductors is shown, as a share of their largest extent in the plane.
+const AROUND: f64 = 0.3;
+/// How far the plane lies from the middle, as a share of the conductors' extent: meshes that are mirrored in the middle have faces there,
+/// which would be cut along themselves.
+const BESIDE: f64 = 1.3e-4;
+
+/// A plane at right angles to an axis.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Plane {
+    axis: usize,
+    at: f64,
+}
+
+/// The name of a step's section.
+pub(crate) fn section_file(index: usize) -> String {
+    format!("section_{index:03}.svg")
+}
+
+/// A conductor or one of its parts: its name and its bounds.
+type Metal = (String, Box3);
+
+/// The conductors of a step with their bounds, those of curved ones from their surfaces.
+fn metal(step: &StepResult) -> Vec<Metal> {
+    let surfaces = (step.surfaces.iter())
+        .filter(|body| matches!(body.role, BodyRole::Conductor | BodyRole::FloatingConductor));
+    let bounds = |corners: &[[f64; 3]]| {
+        corners.iter().map(|&p| Box3 { min: p, max: p }).reduce(|all, p| all.union(&p))
+    };
+    let of_surfaces: Vec<Metal> = surfaces
+        .filter_map(|body| Some((body.name.clone(), bounds(body.triangles.as_flattened())?)))
+        .collect();
+    if !of_surfaces.is_empty() {
+        return of_surfaces;
+    }
+    let Some(scene) = &step.scene else { return Vec::new() };
+    let parts = scene
+        .scene
+        .conductors()
+        .flat_map(|c| c.body.parts.iter().filter_map(|part| Some((c.body.name.clone(), part.bounds()?))));
+    parts.collect()
+}
+
+/// Across x3 in the middle of the conductors; across x1 if they lie beside each other along x3.
+fn plane(metal: &[Metal]) -> Option<Plane> {
+    let all = metal.iter().map(|(_, bounds)| *bounds).reduce(|all, bounds| all.union(&bounds))?;
+    let apart = |a: usize| {
+        let pairs = metal.iter().flat_map(|p| metal.iter().map(move |q| (p, q)));
+        let mut pairs = pairs.filter(|(p, q)| p.0 != q.0);
+        pairs.any(|(p, q)| p.1.max[a] < q.1.min[a])
+    };
+    let axis = if apart(2) && !apart(0) && !apart(1) { 0 } else { 2 };
+    let (low, high) = (all.min[axis], all.max[axis]);
+    Some(Plane { axis, at: 0.5 * (low + high) + BESIDE * (high - low) })
+}
+
+/// A section through a field on a grid; `metal_ids` are the bodies that are metal.
+pub(crate) fn of_grid(
+    step: &StepResult,
+    title: &str,
+    grid: &FieldGrid,
+    metal_ids: std::ops::Range<i32>,
+) -> Option<Section> {
+    let metal = metal(step);
+    let plane = plane(&metal)?;
+    let [p, q] = across(plane.axis);
+    let nodes = &grid.axes[plane.axis];
+    let layer = nodes.partition_point(|x| *x <= plane.at).checked_sub(1)?;
+    let upper = *nodes.get(layer + 1)?;
+    let t = (plane.at - nodes[layer]) / (upper - nodes[layer]);
+    let counts = grid.axes.each_ref().map(Vec::len);
+    let place = |i: usize, j: usize, k: usize| {
+        let mut at = [0; 3];
+        (at[p], at[q], at[plane.axis]) = (i, j, k);
+        at
+    };
+    let potential = |i: usize, j: usize| {
+        let value = |k: usize| {
+            let [a, b, c] = place(i, j, k);
+            grid.potential[(a * counts[1] + b) * counts[2] + c]
+        };
+        (1.0 - t) * value(layer) + t * value(layer + 1)
+    };
+    // The slope along an axis on one side of a node: the field below or above it is minus that.
+    let slope = |i: usize, j: usize, a: usize, above: usize| {
+        let value = |k: usize| {
+            let [i, j, k] = place(i, j, k);
+            grid.electric_field[(i * counts[1] + j) * counts[2] + k][above][a]
+        };
+        -((1.0 - t) * value(layer) + t * value(layer + 1))
+    };
+    let (all_p, all_q) = (extent(&grid.axes[p]), extent(&grid.axes[q]));
+    let pieces = |x: &[f64], i: usize, all: f64| {
+        let share = (x[i + 1] - x[i]) / all;
+        ((share / FINE).ceil() as usize).clamp(1, MOST_PIECES)
+    };
+    let mut cells = Vec::new();
+    for i in 0..counts[p].saturating_sub(1) {
+        for j in 0..counts[q].saturating_sub(1) {
+            let [a, b, c] = place(i, j, layer);
+            let body = grid.body_id[(a * (counts[1] - 1) + b) * (counts[2] - 1) + c];
+            if metal_ids.contains(&body) {
+                continue;
+            }
+            let at = |s: usize, t: usize| Corner {
+                value: potential(i + s, j + t),
+                // In the cell: above its lower corners, below its upper ones.
+                slopes: [slope(i + s, j + t, p, 1 - s), slope(i + s, j + t, q, 1 - t)],
+            };
+            let (x, y) = (&grid.axes[p][i..=i + 1], &grid.axes[q][j..=j + 1]);
+            let patch = Patch { x, y, corners: [[at(0, 0), at(0, 1)], [at(1, 0), at(1, 1)]] };
+            let [m, n] = [pieces(&grid.axes[p], i, all_p), pieces(&grid.axes[q], j, all_q)];
+            let corner = |(k, l): (usize, usize)| {
+                let (place, value) = patch.at(k as f64 / m as f64, l as f64 / n as f64);
+                // Neighbours have as many pieces along the side that they share.
+                let key = |i: usize, k: usize, m: usize| {
+                    let (i, k) = if k == m { (i + 1, 0) } else { (i, k) };
+                    (i * MOST_PIECES + k) as u64
+                };
+                ((body as u64) << 44 | key(i, k, m) << 22 | key(j, l, n), [place[0], place[1], value])
+            };
+            for k in 0..m {
+                for l in 0..n {
+                    let corners = [(k, l), (k + 1, l), (k + 1, l + 1), (k, l + 1)].map(corner);
+                    cells.push(SectionCell { corners: corners.into() });
+                }
+            }
+        }
+    }
+    section(step, title, &metal, plane, cells)
+}
+
+/// Pieces of a cell are no larger than this share of the picture, unless they would be too many.
+const FINE: f64 = 0.02;
+const MOST_PIECES: usize = 4;
+
+fn extent(nodes: &[f64]) -> f64 {
+    nodes.last().zip(nodes.first()).map_or(0.0, |(last, first)| last - first)
+}
+
+/// The potential at a corner of a cell, V, and its slopes there along both axes, V/m.
+#[derive(Clone, Copy)]
+struct Corner {
+    value: f64,
+    slopes: [f64; 2],
+}
+
+/// A rectangle in which the potential is the cubic that has the values and slopes of the corners (Ferguson, Journal of the ACM 11,
+/// 1964): without kinks from one cell of a body to the next.
+struct Patch<'a> {
+    x: &'a [f64],
+    y: &'a [f64],
+    corners: [[Corner; 2]; 2],
+}
+
+impl Patch<'_> {
+    /// The place and the potential at these shares of the way along both axes.
+    fn at(&self, s: f64, t: f64) -> ([f64; 2], f64) {
+        let lengths = [self.x[1] - self.x[0], self.y[1] - self.y[0]];
+        // Of values and of slopes, at the lower end and at the upper one.
+        let weights = |s: f64| {
+            let (r, s2) = (1.0 - s, s * s);
+            ([r * r * (1.0 + 2.0 * s), s2 * (3.0 - 2.0 * s)], [s * r * r, -s2 * r])
+        };
+        let (of_s, of_t) = (weights(s), weights(t));
+        let mut value = 0.0;
+        for (k, row) in self.corners.iter().enumerate() {
+            for (l, corner) in row.iter().enumerate() {
+                value += of_s.0[k] * of_t.0[l] * corner.value;
+                value += lengths[0] * of_s.1[k] * of_t.0[l] * corner.slopes[0];
+                value += lengths[1] * of_s.0[k] * of_t.1[l] * corner.slopes[1];
+            }
+        }
+        // The ends to the last bit.
+        let between = |x: &[f64], s: f64| if s == 1.0 { x[1] } else { x[0] + s * (x[1] - x[0]) };
+        ([between(self.x, s), between(self.y, t)], value)
+    }
+}
+
+/// A section through a field on tetrahedra.
+pub(crate) fn of_tetrahedra(step: &StepResult, title: &str, mesh: &BodyMesh) -> Option<Section> {
+    let metal = metal(step);
+    let plane = plane(&metal)?;
+    let [p, q] = across(plane.axis);
+    let values = &mesh.arrays.iter().find(|array| array.name == "potential")?.values;
+    let above: Vec<f64> = mesh.points.iter().map(|x| x[plane.axis] - plane.at).collect();
+    let corner = |from: u32, to: u32| {
+        let (a, b) = (from.min(to) as usize, from.max(to) as usize);
+        let t = above[a] / (above[a] - above[b]);
+        let between = |x: f64, y: f64| x + t * (y - x);
+        let at = [p, q].map(|k| between(mesh.points[a][k], mesh.points[b][k]));
+        ((a as u64) << 32 | b as u64, [at[0], at[1], between(values[a], values[b])])
+    };
+    let mut cells = Vec::new();
+    for tet in mesh.nodes.chunks_exact(4) {
+        let (high, low): (Vec<u32>, Vec<u32>) = tet.iter().partition(|n| above[**n as usize] >= 0.0);
+        let corners = match (high.as_slice(), low.as_slice()) {
+            ([a], [b, c, d]) | ([b, c, d], [a]) => vec![corner(*a, *b), corner(*a, *c), corner(*a, *d)],
+            // Around the four sides between the two above and the two below.
+            ([a, b], [c, d]) => vec![corner(*a, *c), corner(*a, *d), corner(*b, *d), corner(*b, *c)],
+            _ => continue,
+        };
+        cells.push(SectionCell { corners });
+    }
+    section(step, title, &metal, plane, cells)
+}
+
+/// The ends of the layer along x2, where it has any.
+fn layer(step: &StepResult) -> [f64; 2] {
+    let of_scene = step.scene.iter().flat_map(|scene| &scene.scene.bodies);
+    let slabs = of_scene.filter(|body| body.purpose == Purpose::Layer).filter_map(|body| body.bounds());
+    slabs.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], b| [low.min(b.min[1]), high.max(b.max[1])])
+}
+
+fn section(
+    step: &StepResult,
+    title: &str,
+    metal: &[Metal],
+    plane: Plane,
+    cells: Vec<SectionCell>,
+) -> Option<Section> {
+    let [p, q] = across(plane.axis);
+    let corners = || cells.iter().flat_map(|cell| cell.corners.iter().map(|(_, at)| [at[0], at[1]]));
+    let cut: Vec<&Metal> = (metal.iter())
+        .filter(|(_, b)| b.min[plane.axis] <= plane.at && plane.at <= b.max[plane.axis])
+        .collect();
+    let all = cut.iter().map(|(_, bounds)| *bounds).reduce(|all, bounds| all.union(&bounds))?;
+    let margin = AROUND * all.extent(p).max(all.extent(q));
+    // No farther than the field is known.
+    let ends = |k: usize, a: usize| {
+        let known = corners()
+            .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), at| (low.min(at[k]), high.max(at[k])));
+        let [low, high] = if a == 1 { layer(step) } else { [f64::INFINITY, f64::NEG_INFINITY] };
+        ((all.min[a] - margin).min(low).max(known.0), (all.max[a] + margin).max(high).min(known.1))
+    };
+    let window = [ends(0, p), ends(1, q)];
+    if window.iter().any(|(low, high)| low.partial_cmp(high) != Some(std::cmp::Ordering::Less)) {
+        return None;
+    }
+    let flat = cut.iter().filter(|(_, b)| b.extent(p) == 0.0 || b.extent(q) == 0.0);
+    let sheets = flat.map(|(_, b)| [[b.min[p], b.min[q]], [b.max[p], b.max[q]]]).collect();
+    let mut bounds: HashMap<&str, Box3> = HashMap::new();
+    for (name, part) in cut {
+        bounds.entry(name).and_modify(|all| *all = all.union(part)).or_insert(*part);
+    }
+    let middle = |b: &Box3| [p, q].map(|a| 0.5 * (b.min[a] + b.max[a]));
+    let mut names: Vec<_> = bounds.iter().map(|(name, b)| ((*name).to_owned(), middle(b))).collect();
+    names.sort_by(|a, b| a.0.cmp(&b.0));
+    let axis = |a: usize| Axis { label: format!("x{}", a + 1), unit: "m".into(), scale: Scale::Linear };
+    Some(Section { title: title.to_owned(), x: axis(p), y: axis(q), window, cells, sheets, names })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::path::Path;
+    use std::sync::atomic::AtomicBool;
+    use std::sync::{Arc, Mutex};
+
+    use elastocap_coupling::plan::{Options, Plan};
+    use elastocap_coupling::run::{Observer, run};
+    use elastocap_coupling::step::StepField;
+    use std::ops::ControlFlow;
+
+    /// Keeps the section through each step's field.
+    #[derive(Default)]
+    struct Sections(Mutex<Vec<Section>>);
+
+    impl Observer for Sections {
+        fn field_solved(&self, step: &StepResult, field: StepField) -> ControlFlow<()> {
+            let section = match (field, &step.scene) {
+                (StepField::Grid(field), Some(scene)) => {
+                    let first = 1 + scene.scene.dielectrics().count() as i32;
+                    let metal = first..first + scene.scene.conductors().count() as i32;
+                    of_grid(step, "a section", &crate::scene_files::field_grid(&scene.scene, field), metal)
+                }
+                (StepField::Grid(_), None) => None,
+                (StepField::Tetrahedra(mesh), _) => of_tetrahedra(step, "a section", &mesh),
+            };
+            self.0.lock().unwrap().extend(section);
+            ControlFlow::Continue(())
+        }
+    }
+
+    fn sections(name: &str) -> Vec<Section> {
+        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../cases").join(name);
+        let case = elastocap_case::load(&path).unwrap();
+        let options = Options { prune: true, fields: true, scene: false };
+        let plan = Plan::new(&case, &options);
+        let found = Sections::default();
+        run(&case, &plan, &options, &Arc::new(AtomicBool::new(false)), &found);
+        found.0.into_inner().unwrap()
+    }
+
+    fn corners(section: &Section) -> impl Iterator<Item = [f64; 3]> {
+        section.cells.iter().flat_map(|cell| cell.corners.iter().map(|corner| corner.1))
+    }
+
+    #[test]
+    fn a_section_through_boxes_meets_the_electrodes_at_their_potentials_and_is_its_own_image() {
+        let all = sections("in-plane-pair.toml");
+        let section = &all[0];
+        assert_eq!(section.names[0].0, "electrode-left");
+        // At rest the right electrode lies from 25 to 325 um, between 215 and 235 um above the substrate.
+        let on = |p: &[f64; 3]| {
+            let face = (p[1] - 215e-6).abs() < 1e-10 || (p[1] - 235e-6).abs() < 1e-10;
+            face && p[0].abs() > 26e-6 && p[0].abs() < 324e-6
+        };
+        let held: Vec<_> = corners(section).filter(on).collect();
+        assert!(held.len() > 40);
+        for p in held {
+            let volts = if p[0] > 0.0 { -0.5 } else { 0.5 };
+            assert!((p[2] - volts).abs() < 1e-6, "{p:?}");
+        }
+        let inside = |p: &[f64; 3]| (p[0].abs() - 175e-6).abs() < 149e-6 && (p[1] - 225e-6).abs() < 9e-6;
+        assert!(!corners(section).any(|p| inside(&p)), "there is no field in metal");
+        assert!(corners(section).filter(|p| p[0].abs() < 1e-12).all(|p| p[2].abs() < 1e-6));
+    }
+
+    #[test]
+    fn a_cubic_field_is_met_everywhere_in_a_patch() {
+        let u = |x: f64, y: f64| x * x * x - 2.0 * x * x + y * y * y + 3.0 * y;
+        let (x, y) = ([1.0, 1.5], [-1.0, 2.0]);
+        let at = |k: usize, l: usize| Corner {
+            value: u(x[k], y[l]),
+            slopes: [3.0 * x[k] * x[k] - 4.0 * x[k], 3.0 * y[l] * y[l] + 3.0],
+        };
+        let patch = Patch { x: &x, y: &y, corners: [[at(0, 0), at(0, 1)], [at(1, 0), at(1, 1)]] };
+        for (s, t) in [(0.0, 0.0), (1.0, 0.0), (0.3, 0.0), (1.0, 0.7), (0.4, 0.6)] {
+            let ([px, py], found) = patch.at(s, t);
+            assert!((found - u(px, py)).abs() < 1e-12, "{s} {t}: {found} {}", u(px, py));
+        }
+    }
+
+    #[test]
+    fn a_section_through_tetrahedra_leaves_the_metal_free_and_lies_in_the_window() {
+        let all = sections("star-pad.toml");
+        let section = &all[0];
+        assert_eq!(section.names.len(), 2);
+        assert!(corners(section).all(|p| (-0.51..=0.51).contains(&p[2])));
+        let area: f64 = (section.cells.iter())
+            .map(|cell| {
+                let at: Vec<[f64; 3]> = cell.corners.iter().map(|corner| corner.1).collect();
+                let next = |k: usize| at[(k + 1) % at.len()];
+                (0..at.len()).map(|k| at[k][0] * next(k)[1] - at[k][1] * next(k)[0]).sum::<f64>().abs() / 2.0
+            })
+            .sum();
+        // Both conductors are sheets: the cells cover the plane as far as the field is shown.
+        let [low, high] = [f64::min as fn(f64, f64) -> f64, f64::max];
+        let end = |pick: fn(f64, f64) -> f64, k: usize| corners(section).map(|p| p[k]).reduce(pick).unwrap();
+        let whole = (end(high, 0) - end(low, 0)) * (end(high, 1) - end(low, 1));
+        assert!((area / whole - 1.0).abs() < 1e-9, "{area} {whole}");
+    }
+}
