@@ -8,6 +8,7 @@ mod bad_input;
 mod command_line;
 mod figures;
 mod hostile;
+mod moving;
 mod stability;
 mod stopping;
 mod support;

@@ -217,7 +217,7 @@ fn loads_are_lists_or_ranges_of_one_kind() {
         ("compression = { from = 0.0, to = 0.4 }", "{", &["lacks `points`"]),
         ("compression = { from = 0.0, too = 0.4, points = 3 }", "too", &["unknown key `too`", "`to = 0.4`"]),
         ("compression = [0.1]\nforce = [\"1 N\"]", "force", &["both `compression` and `force`"]),
-        ("", "[load]", &["lacks one of `compression` and `force`"]),
+        ("", "[load]", &["lacks one of `compression`, `force` and `steps`"]),
     ] {
         let [(from, to)] = load(text);
         refused(LAYERED, &[(from, &to)], at, words);
@@ -739,9 +739,9 @@ fn conductors_beside_a_layer_lie_where_there_is_a_field_and_off_the_layer() {
     let [(from, to)] = change("-0.5 mm", "-0.1 mm");
     accepted(LAYERED, &[(from, &to), board]);
     for (low, high, words) in [
-        ("450 um", "0.6 mm", &["\"plate\" touches or overlaps the layer", "x2 = 450 um"][..]),
-        ("100 um", "200 um", &["touches or overlaps the layer"]),
-        ("-0.1 mm", "0 mm", &["touches or overlaps the layer"]),
+        ("450 um", "0.6 mm", &["\"plate\" lies on the layer", "`attached = \"layer-top\"`"][..]),
+        ("100 um", "200 um", &["reaches into the layer", "x2 = 450 um"]),
+        ("-0.1 mm", "0 mm", &["lies where there is no field"]),
         ("-0.2 mm", "-0.1 mm", &["where there is no field", "the plane below"]),
         ("1 mm", "1.5 mm", &["reaches the wall above the layer", "1000 um"]),
     ] {
@@ -758,7 +758,7 @@ fn conductors_beside_a_layer_lie_where_there_is_a_field_and_off_the_layer() {
     let names: Vec<&str> = found.bodies.iter().map(|body| body.name.as_str()).collect();
     assert!(names == ["ball"] && !found.has_only_boxes());
     for (at, words) in [
-        ("0.5 mm", &["the conductor \"ball\" touches or overlaps the layer", "x2 = 450 um"][..]),
+        ("0.5 mm", &["the conductor \"ball\" reaches into the layer", "x2 = 450 um"][..]),
         ("-0.2 mm", &["where there is no field", "the plane below"]),
         ("1.4 mm", &["reaches the wall above the layer", "1000 um"]),
     ] {

@@ -1,6 +1,6 @@
 //! The part of a plan about the fields: which solvers, on what part of the scene, with how much memory.
 
-use elastocap_case::{Case, ImportedMesh, Measurement};
+use elastocap_case::{Body, Case, ImportedMesh, Measurement};
 use elastocap_electrostatics::{SolveError, extrusion_axis};
 use elastocap_geometry::mirror;
 use elastocap_geometry::scene::{Purpose, Scene};
