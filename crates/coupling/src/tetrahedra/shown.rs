@@ -8,7 +8,7 @@ use elastocap_geometry::export::surfaces::{SurfaceBody, surfaces};
 use elastocap_geometry::meshing::tets::{TetMesh, determinant};
 use elastocap_geometry::scene::{Body, Box3, MirrorPlane, Scene};
 use elastocap_geometry::shapes::Shape;
-use elastocap_linalg::vector::{cross, dot, minus};
+use elastocap_linalg::vector::{cross, dot, length, minus};
 use std::collections::HashMap;
 
 /// Surfaces of the conductors and of the finite dielectrics. A hollow conductor around everything is drawn as a wall, which is transparent.
@@ -96,6 +96,9 @@ struct Regions {
     field: Vec<([f64; 3], f64)>,
 }
 
+/// Pieces with less volume than this, over the product of three of their sides, are left out.
+const FLAT: f64 = 1e-11;
+
 /// A place, m, and the potential there, V.
 type Corner = ([f64; 3], f64);
 
@@ -160,7 +163,9 @@ fn cut(mut tet: [Corner; 4], a: usize, at: f64, side: f64) -> Vec<[Corner; 4]> {
         3 => prism([tet[0], tet[1], tet[2]], [crossing(0, 3), crossing(1, 3), crossing(2, 3)]),
         _ => vec![tet],
     };
-    pieces.retain(|piece| volume(piece) != 0.0);
+    // A corner just beyond the plane leaves pieces that rounding may turn inside out; nobody misses them.
+    let size = |t: &[Corner; 4]| (1..4).map(|k| length(minus(t[k].0, t[0].0))).product::<f64>();
+    pieces.retain(|piece| volume(piece).abs() > FLAT * size(piece));
     for piece in &mut pieces {
         if (volume(piece) > 0.0) != positive {
             piece.swap(2, 3);
