@@ -125,7 +125,7 @@ fn a_tilted_plate_has_the_capacitance_of_its_outline_by_the_extruded_solver() {
     );
     // Without the layer, which is air as well.
     let text =
-        quadrants("1.0", &outline, "", "2e-2").replace("thickness = \"400 um\"", "thickness = \"100 um\"");
+        quadrants("1.0", &outline, "", "2e-1").replace("thickness = \"400 um\"", "thickness = \"100 um\"");
     let text = text.replace("[electrostatics]\n", "[electrostatics]\nsolver = \"extruded\"\n");
     sandbox.run(&sandbox.case("outline.toml", &text), &["--no-fields", "--no-scene"]).exits_with(0);
     let outline = sandbox.table("out/capacitance.csv");
