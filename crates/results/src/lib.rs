@@ -3,6 +3,7 @@
 pub mod csv;
 mod fields;
 mod figure;
+pub mod force_answer;
 mod json;
 mod layer_files;
 mod output_folder;
