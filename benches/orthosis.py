@@ -44,7 +44,7 @@ def closing(curve, ratio):
 def main():
     binary = sys.argv[1] if len(sys.argv) > 1 else "elastocap"
     with (ROOT / "docs/data/orthosis-v3.2.csv").open() as file:
-        measured = list(csv.DictReader(file))
+        measured = list(csv.DictReader(line for line in file if not line.startswith("#")))
     with tempfile.TemporaryDirectory() as name:
         folder = pathlib.Path(name)
         curves = {case: [computed(binary, case, d, folder) for d in CLOSED] for case in CASES}
