@@ -143,3 +143,37 @@ fn results_without_one_monotonic_curve_are_refused() {
     sandbox.case("turning.json", &result.to_string());
     assert!(ask().contains("name it in `[measure]`"), "{}", ask());
 }
+
+#[test]
+fn stated_errors_of_force_and_mechanics_widen_the_interval() {
+    let sandbox = Sandbox::new();
+    let answer = |mechanics: f64, layer: f64| {
+        let steps: Vec<_> = (0..6)
+            .map(|k| {
+                let force = f64::from(k);
+                let c = (1.0 + 0.1 * force) * 1e-15;
+                serde_json::json!({ "index": k, "force_n": force, "capacitance_f": c,
+                                    "capacitance_lower_f": c, "capacitance_upper_f": c,
+                                    "mechanics_error_estimate": mechanics,
+                                    "layer": { "relative_error_estimate": layer } })
+            })
+            .collect();
+        let result = serde_json::json!({
+            "title": "made by hand", "status": "complete", "bounds": "proved", "steps": steps,
+            "measurement": { "kind": "mutual", "terminals": ["a", "b"] },
+        });
+        sandbox.case("result.json", &result.to_string());
+        let said =
+            sandbox.elastocap(&["force", "result.json", "--capacitance", "1.25fF", "--json"]).exits_with(0);
+        let answer: serde_json::Value = serde_json::from_str(&said.stdout).expect("JSON");
+        ["force_lower_n", "force_upper_n"].map(|key| answer[key].as_f64().expect("a number"))
+    };
+    let near = |found: [f64; 2], expected: [f64; 2]| {
+        assert!(found.iter().zip(expected).all(|(a, b)| (a - b).abs() < 2e-3), "{found:?} {expected:?}");
+    };
+    near(answer(0.0, 0.0), [2.5, 2.5]);
+    // One per cent of the larger neighbour, which is at 3 N.
+    near(answer(0.0, 0.01), [2.47, 2.53]);
+    // C (1 +- 0.01) with C = 1 + 0.1 F.
+    near(answer(0.01, 0.0), [(1.25 / 1.01 - 1.0) * 10.0, (1.25 / 0.99 - 1.0) * 10.0]);
+}
