@@ -120,7 +120,7 @@ fn main() -> ExitCode {
     let exit = match &arguments.command {
         Command::Run(arguments) => commands::run::execute(arguments, common, &guard),
         Command::Check(arguments) => commands::check::execute(arguments, common),
-        Command::Force(arguments) => commands::force::execute(arguments, common),
+        Command::Force(arguments) => commands::force::execute(arguments),
         Command::Accuracy(arguments) => commands::accuracy::execute(arguments, common),
         Command::Mesh(arguments) => commands::mesh::execute(arguments, common),
         Command::Stability(arguments) => commands::stability::execute(arguments, common),

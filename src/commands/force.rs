@@ -7,7 +7,7 @@ use elastocap_case::MeasuredCapacitance;
 use elastocap_results::force_answer::{ForceAnswer, NoForce, read_curve};
 
 use crate::units::prefixed;
-use crate::{Common, Exit, output};
+use crate::{Exit, output};
 
 const EXAMPLES: &str = "\
 Examples:
@@ -36,7 +36,7 @@ pub(crate) struct Arguments {
     json: bool,
 }
 
-pub(crate) fn execute(arguments: &Arguments, common: &Common) -> Exit {
+pub(crate) fn execute(arguments: &Arguments) -> Exit {
     let read = match read_curve(&arguments.result) {
         Ok(read) => read,
         Err(error) => {
@@ -52,10 +52,10 @@ pub(crate) fn execute(arguments: &Arguments, common: &Common) -> Exit {
         }
     };
     read.warnings.iter().for_each(|text| output::warning(text));
-    let text = match (arguments.json, common.quiet) {
-        (true, _) => json(&read.title, arguments.capacitance, &answer, &read.warnings),
-        (false, true) => format!("{}\n", interval([answer.force_lower_n, answer.force_upper_n])),
-        (false, false) => report(&read.title, arguments.capacitance, &answer),
+    let text = if arguments.json {
+        json(&read.title, arguments.capacitance, &answer, &read.warnings)
+    } else {
+        report(&read.title, arguments.capacitance, &answer)
     };
     match output::result(&text) {
         Ok(()) => Exit::Done,
@@ -125,6 +125,14 @@ fn refusal(error: &NoForce) -> String {
             force(*last_force),
             prefixed(*first, 5, "F"),
             prefixed(*last, 5, "F"),
+        ),
+        NoForce::BelowFirst(first) => format!(
+            "the force may be smaller than {}, where the curve begins; add a step without load to the case (`compression` or `force` 0)",
+            force(*first)
+        ),
+        NoForce::BeyondLast(last) => format!(
+            "the force may be larger than {}, where the curve ends; add a step with a larger load to the case",
+            force(*last)
         ),
         other => other.to_string(),
     }
