@@ -39,6 +39,8 @@ const EXAMPLES: &str = "\
 Examples:
   elastocap run cases/in-plane-pair.toml       C(F) with its bounds, in results/in-plane-pair
   elastocap check cases/in-plane-pair.toml     what will be solved, and how long it will take
+  elastocap force results/in-plane-pair --capacitance 41.2fF+-0.05fF
+                                               the force that belongs to a measured capacitance
   elastocap accuracy cases/in-plane-pair.toml  what accuracy costs: errors against run time
   elastocap stability --quick                  whether extreme cases are answered right
   elastocap figures --only 9,16                figures of the paper, with finite elements
@@ -78,6 +80,8 @@ enum Command {
     Run(commands::run::Arguments),
     /// Validate a case and print the plan: what is solved and left out, with estimates of memory and time
     Check(commands::check::Arguments),
+    /// Give the force that belongs to a measured capacitance, with its limits, by the curve of a run
+    Force(commands::force::Arguments),
     /// Show what accuracy costs: errors against run time on many grids, and on those that the solver chooses
     Accuracy(commands::accuracy::Arguments),
     /// Write the bodies (scene.glb) and a grid of them (.vtu) without solving
@@ -116,6 +120,7 @@ fn main() -> ExitCode {
     let exit = match &arguments.command {
         Command::Run(arguments) => commands::run::execute(arguments, common, &guard),
         Command::Check(arguments) => commands::check::execute(arguments, common),
+        Command::Force(arguments) => commands::force::execute(arguments),
         Command::Accuracy(arguments) => commands::accuracy::execute(arguments, common),
         Command::Mesh(arguments) => commands::mesh::execute(arguments, common),
         Command::Stability(arguments) => commands::stability::execute(arguments, common),

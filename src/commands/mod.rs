@@ -5,6 +5,7 @@ mod accuracy_report;
 mod arguments;
 pub(crate) mod check;
 pub(crate) mod figures;
+pub(crate) mod force;
 pub(crate) mod mesh;
 mod progress;
 pub(crate) mod run;

@@ -12,6 +12,7 @@
 mod diagnostics;
 mod file_unit;
 mod material;
+mod measured;
 mod model;
 mod quantities;
 mod raw;
@@ -32,6 +33,7 @@ use toml::de::{DeTable, DeValue};
 
 pub use diagnostics::{CaseError, Diagnostic};
 pub use elastocap_materials::HyperelasticLaw;
+pub use measured::{MeasuredCapacitance, MeasuredCapacitanceError};
 pub use model::{
     Body, Box3, Case, Curve, Electrodes, Electrostatics, Extent, Face, FieldSolver, ImportedMesh, Indenter,
     Layer, LayerEnd, LayerSide, Layout, Load, Measurement, Mechanics, PlaneStrain, Pose, PunchContact, Role,

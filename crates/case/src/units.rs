@@ -21,6 +21,7 @@ pub(super) const LENGTH: Dimension = dimension(1, 0, 0, 0);
 pub(super) const PRESSURE: Dimension = dimension(-1, 1, -2, 0);
 pub(super) const FORCE: Dimension = dimension(1, 1, -2, 0);
 pub(super) const CHARGE: Dimension = dimension(0, 0, 1, 1);
+pub(super) const CAPACITANCE: Dimension = dimension(-2, -1, 4, 2);
 pub(super) const ANGLE: Dimension = Dimension { radian: 1, ..dimension(0, 0, 0, 0) };
 
 /// The one unit that is no power of ten of an SI unit: an angle of pi / 180.
@@ -38,7 +39,7 @@ const NAMED: &[(Dimension, &str)] = &[
     (dimension(2, 1, -3, -1), "a voltage"),
     (CHARGE, "a charge"),
     (ANGLE, "an angle"),
-    (dimension(-2, -1, 4, 2), "a capacitance"),
+    (CAPACITANCE, "a capacitance"),
     (dimension(-3, -1, 4, 2), "a capacitance per length"),
     (dimension(1, 1, -3, -1), "an electric field"),
     (dimension(2, 1, -2, 0), "an energy"),

@@ -5,6 +5,7 @@ pub mod csv;
 mod fields;
 mod figure;
 mod indenter;
+pub mod force_answer;
 mod json;
 mod layer_files;
 mod output_folder;

@@ -1,0 +1,160 @@
+//! The curve of a run, made ready to be read from capacitance to force.
+
+use super::monotone::MonotoneCubic;
+
+/// A load step as the curve needs it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct CurveStep {
+    /// Its place in the run, for messages.
+    pub index: usize,
+    /// N.
+    pub force: f64,
+    /// Error of the force, N; zero where it is exact.
+    pub force_error: f64,
+    /// The reported capacitance, F.
+    pub capacitance: f64,
+    /// The capacitance is not smaller, F: bounds of the field, and the estimated errors of mechanics and of flat faces.
+    pub lower: f64,
+    /// It is not larger, F.
+    pub upper: f64,
+}
+
+/// Why steps are not a curve that forces can be read from.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum CurveError {
+    /// One force says nothing of others.
+    #[error(
+        "the result has {0} steps with a force and a capacitance, of different forces; a curve needs two at least: give `[load]` of the \
+         case more of them"
+    )]
+    TooFewSteps(usize),
+    /// A number that cannot be.
+    #[error("step {0} has a force or a capacitance that cannot be; run the case again")]
+    Damaged(usize),
+    /// Several forces may give the same capacitance.
+    #[error(
+        "the capacitance does not tell the force: it {before} up to step {step} ({force} N) and then {after}; measure where the curve is \
+         monotonic and give `[load]` of the case those loads only, or, if the turn is smaller than the bounds, tighten `relative_tolerance`"
+    )]
+    NotMonotonic {
+        /// Where it turns.
+        step: usize,
+        /// The force there, N.
+        force: f64,
+        /// What it does before.
+        before: &'static str,
+        /// And after it.
+        after: &'static str,
+    },
+    /// It does not change by more than it is uncertain.
+    #[error(
+        "the capacitance changes by no more than its bounds from the smallest to the largest force; tighten `relative_tolerance`, or run \
+         larger loads"
+    )]
+    Flat,
+}
+
+/// A monotone curve of capacitance over force with what is known of its errors.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ForceCurve {
+    /// N, strictly increasing; at least two.
+    pub(super) forces: Vec<f64>,
+    /// N.
+    pub(super) force_errors: Vec<f64>,
+    /// 1 where the capacitance grows with the force, -1 where it falls: capacitances here are counted with this sign.
+    pub(super) sign: f64,
+    /// None of these three decreases, F.
+    pub(super) lower: Vec<f64>,
+    pub(super) middle: Vec<f64>,
+    pub(super) upper: Vec<f64>,
+    /// Of the interpolation between neighbouring steps, F; infinite where nothing is known.
+    pub(super) errors: Vec<f64>,
+}
+
+impl ForceCurve {
+    /// Of load steps in any order.
+    ///
+    /// # Errors
+    /// [`CurveError`] where they are too few or not monotone.
+    pub fn new(mut steps: Vec<CurveStep>) -> Result<Self, CurveError> {
+        for step in &steps {
+            let numbers = [step.force, step.force_error, step.capacitance, step.lower, step.upper];
+            let is_sound = numbers.iter().all(|number| number.is_finite())
+                && step.force >= 0.0
+                && step.force_error >= 0.0
+                && step.lower <= step.upper;
+            if !is_sound {
+                return Err(CurveError::Damaged(step.index));
+            }
+        }
+        steps.sort_by(|a, b| a.force.total_cmp(&b.force).then(a.index.cmp(&b.index)));
+        // The same load twice is one step.
+        steps.dedup_by(|later, earlier| later.force == earlier.force);
+        let [first, .., last] = steps.as_slice() else { return Err(CurveError::TooFewSteps(steps.len())) };
+        let (sign, before, after) = if last.capacitance > first.capacitance {
+            (1.0, "grows", "falls")
+        } else {
+            (-1.0, "falls", "grows")
+        };
+        // A turn is the first step from which the capacitance goes the other way.
+        let turn = steps.windows(2).find(|pair| sign * (pair[1].capacitance - pair[0].capacitance) < 0.0);
+        if let Some([step, _]) = turn {
+            let (before, after) = if step.index == first.index { (after, before) } else { (before, after) };
+            // What begins in the wrong direction turns later: it is told where.
+            let at = if step.index == first.index {
+                let back = |pair: &&[CurveStep]| sign * (pair[1].capacitance - pair[0].capacitance) > 0.0;
+                steps.windows(2).find(back).map_or(*step, |pair| pair[0])
+            } else {
+                *step
+            };
+            return Err(CurveError::NotMonotonic { step: at.index, force: at.force, before, after });
+        }
+        // What is known of one step limits the others, since the curve is monotone.
+        let mut lower: Vec<f64> = steps.iter().map(|s| if sign > 0.0 { s.lower } else { -s.upper }).collect();
+        let mut upper: Vec<f64> = steps.iter().map(|s| if sign > 0.0 { s.upper } else { -s.lower }).collect();
+        for k in 1..lower.len() {
+            lower[k] = lower[k].max(lower[k - 1]);
+        }
+        for k in (1..upper.len()).rev() {
+            upper[k - 1] = upper[k - 1].min(upper[k]);
+        }
+        if lower[lower.len() - 1] <= upper[0] {
+            return Err(CurveError::Flat);
+        }
+        let mut curve = Self {
+            forces: steps.iter().map(|step| step.force).collect(),
+            force_errors: steps.iter().map(|step| step.force_error).collect(),
+            sign,
+            middle: steps.iter().map(|step| sign * step.capacitance).collect(),
+            lower,
+            upper,
+            errors: Vec::new(),
+        };
+        curve.errors = curve.interpolation_errors();
+        Ok(curve)
+    }
+
+    /// Interpolates values at the steps.
+    pub(super) fn cubic(&self, values: &[f64]) -> MonotoneCubic {
+        MonotoneCubic::through(self.forces.clone(), values.to_vec())
+    }
+
+    /// For each interval between steps, the larger of what the interpolation is wrong by at its two ends if that step is left out. With
+    /// the step, the distance between points is half as large, and the error of a smooth curve a quarter or less. The first and the last
+    /// step cannot be left out.
+    fn interpolation_errors(&self) -> Vec<f64> {
+        let last = self.forces.len() - 1;
+        let without = |left_out: usize| {
+            let rest = |all: &[f64]| {
+                all.iter().enumerate().filter(|(k, _)| *k != left_out).map(|(_, value)| *value).collect()
+            };
+            let coarse = MonotoneCubic::through(rest(&self.forces), rest(&self.middle));
+            (coarse.value(self.forces[left_out]) - self.middle[left_out]).abs()
+        };
+        let at_steps: Vec<Option<f64>> =
+            (0..=last).map(|k| (k > 0 && k < last).then(|| without(k))).collect();
+        let larger = |pair: &[Option<f64>]| pair.iter().flatten().copied().reduce(f64::max);
+        at_steps.windows(2).map(|pair| larger(pair).unwrap_or(f64::INFINITY)).collect()
+    }
+}

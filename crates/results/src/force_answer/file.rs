@@ -1,0 +1,188 @@
+//! Reads the curve from the output folder of a run.
+
+use std::fs;
+use std::io;
+use std::path::{Path, PathBuf};
+
+use serde::Deserialize;
+
+use super::curve::{CurveError, CurveStep, ForceCurve};
+
+/// Why a result has no curve to read.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum CurveFileError {
+    /// Nothing there, or nothing that can be read.
+    #[error("`{}` cannot be read ({source}); name the output folder of a run, such as results/in-plane-pair", file.display())]
+    Unreadable {
+        /// The file.
+        file: PathBuf,
+        /// What the system says.
+        source: io::Error,
+    },
+    /// A pipe would wait for its other end.
+    #[error("`{}` is not a regular file; name the output folder of a run, or the result.json in it", .0.display())]
+    NotAFile(PathBuf),
+    /// Another file.
+    #[error("`{}` is not the result.json of a run ({source}); name the output folder of a run, or the result.json in it", file.display())]
+    NotAResult {
+        /// The file.
+        file: PathBuf,
+        /// Where, and how.
+        source: serde_json::Error,
+    },
+    /// The run measured a matrix.
+    #[error(
+        "the result has a matrix of {0} terminals, and a force belongs to one capacitance; name it in `[measure]` of the case and run that"
+    )]
+    Matrix(usize),
+    /// No force in it.
+    #[error(
+        "the result has no forces: the case has no `[load]`, or its steps failed or lie beyond the largest force of the closed form"
+    )]
+    NoForces,
+    /// No capacitance in it.
+    #[error("the result has no capacitances; the case has no conductors, or its steps failed")]
+    NoCapacitances,
+    /// No curve.
+    #[error(transparent)]
+    Curve(#[from] CurveError),
+}
+
+/// A curve and what else its file says that matters to the reader of a force.
+#[derive(Debug, Clone, PartialEq)]
+pub struct CurveOnFile {
+    /// Of the case.
+    pub title: String,
+    /// The curve.
+    pub curve: ForceCurve,
+    /// What the limits of a force do not include.
+    pub warnings: Vec<String>,
+}
+
+#[derive(Deserialize)]
+struct Document {
+    title: String,
+    status: String,
+    measurement: Option<Measured>,
+    bounds: Option<String>,
+    steps: Vec<Step>,
+}
+
+#[derive(Deserialize)]
+struct Measured {
+    kind: String,
+    terminals: Vec<String>,
+}
+
+#[derive(Deserialize)]
+struct Step {
+    index: usize,
+    force_n: Option<f64>,
+    capacitance_f: Option<f64>,
+    capacitance_lower_f: Option<f64>,
+    capacitance_upper_f: Option<f64>,
+    mechanics_error_estimate: Option<f64>,
+    geometry_error_estimate: Option<f64>,
+    layer: Option<LayerStep>,
+    closed_form_check: Option<ForceCheck>,
+}
+
+#[derive(Deserialize)]
+struct LayerStep {
+    relative_error_estimate: Option<f64>,
+}
+
+#[derive(Deserialize)]
+struct ForceCheck {
+    relative_difference: f64,
+}
+
+impl Step {
+    /// As the curve needs it; `None` without force or capacitance.
+    fn on_curve(&self) -> Option<CurveStep> {
+        let (force, capacitance) = (self.force_n?, self.capacitance_f?);
+        let estimates =
+            self.mechanics_error_estimate.unwrap_or(0.0) + self.geometry_error_estimate.unwrap_or(0.0);
+        let more = capacitance.abs() * estimates;
+        let relative = self.layer.as_ref().and_then(|layer| layer.relative_error_estimate).unwrap_or(0.0);
+        Some(CurveStep {
+            index: self.index,
+            force,
+            force_error: force * relative,
+            capacitance,
+            lower: self.capacitance_lower_f? - more,
+            upper: self.capacitance_upper_f? + more,
+        })
+    }
+}
+
+/// Reads the curve of a run from its output folder or from the `result.json` in it.
+///
+/// # Errors
+/// [`CurveFileError`] where there is none, or none that tells forces.
+pub fn read_curve(result: &Path) -> Result<CurveOnFile, CurveFileError> {
+    let file = if result.is_dir() { result.join("result.json") } else { result.to_owned() };
+    let unreadable = |source| CurveFileError::Unreadable { file: file.clone(), source };
+    if !file.metadata().map_err(unreadable)?.is_file() {
+        return Err(CurveFileError::NotAFile(file));
+    }
+    let text = fs::read(&file).map_err(unreadable)?;
+    let document: Document = match serde_json::from_slice(&text) {
+        Ok(document) => document,
+        Err(source) => return Err(CurveFileError::NotAResult { file, source }),
+    };
+    if let Some(Measured { kind, terminals }) = &document.measurement
+        && kind == "matrix"
+    {
+        return Err(CurveFileError::Matrix(terminals.len()));
+    }
+    if document.steps.iter().all(|step| step.force_n.is_none()) {
+        return Err(CurveFileError::NoForces);
+    }
+    if document.steps.iter().all(|step| step.capacitance_f.is_none()) {
+        return Err(CurveFileError::NoCapacitances);
+    }
+    let steps: Vec<CurveStep> = document.steps.iter().filter_map(Step::on_curve).collect();
+    let warnings = warnings(&document, steps.len());
+    Ok(CurveOnFile { title: document.title, curve: ForceCurve::new(steps)?, warnings })
+}
+
+/// What the limits of a force do not include.
+fn warnings(document: &Document, used: usize) -> Vec<String> {
+    let mut out = Vec::new();
+    if document.status != "complete" {
+        let all = document.steps.len();
+        out.push(format!(
+            "the run is {}: {used} of its {all} steps have a force and a capacitance",
+            document.status
+        ));
+    }
+    if document.bounds.as_deref() == Some("estimated") {
+        out.push(
+            "the capacitances of the run have estimated errors and no proved bounds (`bounds = false`)"
+                .to_owned(),
+        );
+    }
+    if document
+        .steps
+        .iter()
+        .any(|step| step.layer.as_ref().is_some_and(|l| l.relative_error_estimate.is_none()))
+    {
+        out.push("the error of the force is not known at all steps, and is not counted there".to_owned());
+    }
+    let differences =
+        document.steps.iter().filter_map(|step| Some(step.closed_form_check.as_ref()?.relative_difference));
+    let range = differences.fold(None, |range: Option<[f64; 2]>, next| {
+        Some(range.map_or([next, next], |[low, high]| [low.min(next), high.max(next)]))
+    });
+    if let Some([low, high]) = range.filter(|[low, high]| low.abs().max(high.abs()) > 0.1) {
+        out.push(format!(
+            "the limits are those of the closed form; its force differs by {:+.0} % to {:+.0} % from that of a flat punch without \
+             friction, by finite elements",
+            1e2 * low,
+            1e2 * high
+        ));
+    }
+    out
+}

@@ -1,0 +1,179 @@
+//! `elastocap force` against capacitances that were computed directly at random forces.
+
+use crate::support::{STEPS, Sandbox, acceptance, quick_pair};
+
+/// Three sensors: their case files, and the largest force in N, which is below that of the last step of their curves.
+const SENSORS: [(&str, f64); 3] =
+    [("in-plane-pair.toml", 0.25), ("stacked-pair.toml", 40.0), ("pair-in-soft-layer", 0.033)];
+
+/// The case without its loads.
+fn unloaded(name: &str) -> String {
+    let file = if name == "pair-in-soft-layer" { "in-plane-pair.toml" } else { name };
+    let text = std::fs::read_to_string(acceptance(file)).expect("the acceptance files");
+    let (before, rest) = text.split_once("[load]").expect("a load");
+    let (_, after) = rest.split_once("[surroundings]").expect("surroundings");
+    let text = format!("{before}[surroundings]{after}");
+    if name != "pair-in-soft-layer" {
+        return text;
+    }
+    // Another elastomer and permittivity, electrodes that are nearer to each other, longer and lower, and walls that are grounded.
+    let mut text = text;
+    for (from, to) in [
+        ("c10 = \"682.15 Pa\"", "c10 = \"5 kPa\""),
+        ("c01 = \"43931.9 Pa\"", "c01 = \"1 kPa\""),
+        ("relative_permittivity = 2.8", "relative_permittivity = 4.0"),
+        ("gap           = \"50 um\"", "gap           = \"25 um\""),
+        ("height        = \"225 um\"", "height        = \"100 um\""),
+        ("\"1 MPa\"", "\"rigid\""),
+        ("boundary    = \"insulated\"", "boundary    = \"grounded\""),
+    ] {
+        assert!(text.contains(from), "{from}");
+        text = text.replace(from, to);
+    }
+    text
+}
+
+/// Numbers between 0 and 1, the same at each run.
+fn random() -> impl FnMut() -> f64 {
+    let mut state = 7_u64;
+    move || {
+        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (state >> 11) as f64 / (1_u64 << 53) as f64
+    }
+}
+
+/// `FORCE_VALUES=100` draws as many forces of each sensor; the table of docs/answers.md is what it prints.
+#[test]
+fn the_true_force_lies_in_the_interval_of_a_measured_capacitance() {
+    let asked = std::env::var("FORCE_VALUES").ok().and_then(|text| text.parse::<usize>().ok());
+    let values = asked.unwrap_or(6).max(1);
+    let mut random = random();
+    println!("| sensor | values | true force in the interval | in the enclosure | median width over force |");
+    println!("|---|---|---|---|---|");
+    for (name, largest) in SENSORS {
+        let sandbox = Sandbox::new();
+        let text = unloaded(name);
+        let curve = format!("{text}\n[load]\ncompression = {{ from = 0.0, to = 0.4, points = 9 }}\n");
+        let options = ["--no-fields", "--no-scene", "--quiet"];
+        sandbox.run(&sandbox.case("curve.toml", &curve), &options).exits_with(0);
+        std::fs::rename(sandbox.path("out"), sandbox.path("curve")).expect("the curve is kept");
+        // Equal numbers of small and of large forces.
+        let forces: Vec<f64> = (0..values).map(|_| largest * random().powi(2)).collect();
+        let listed: Vec<String> = forces.iter().map(|force| format!("\"{force:e} N\"")).collect();
+        let direct = format!("{text}\n[load]\nforce = [{}]\n", listed.join(", "));
+        sandbox.run(&sandbox.case("direct.toml", &direct), &options).exits_with(0);
+        let table = sandbox.table("out/curve.csv");
+        let [lower, upper] = ["capacitance_lower_f", "capacitance_upper_f"].map(|key| table.numbers(key));
+        let (mut inside, mut enclosed, mut widths) = (0, 0, Vec::new());
+        for (k, force) in forces.iter().enumerate() {
+            let true_value = 0.5 * (lower[k] + upper[k]);
+            // The direct value has bounds too. A third of the measurements is exact but for them.
+            let noise = [0.0, 1e-3, 1e-2][k % 3] * true_value;
+            let measured = true_value + noise * (2.0 * random() - 1.0);
+            let error = noise + 0.5 * (upper[k] - lower[k]);
+            let argument = format!("{measured:e} F +- {error:e} F");
+            let said =
+                sandbox.elastocap(&["force", "curve", "--capacitance", &argument, "--json"]).exits_with(0);
+            let answer: serde_json::Value = serde_json::from_str(&said.stdout).expect("JSON");
+            let number = |value: &serde_json::Value| value.as_f64().expect("a number");
+            let [low, high] = ["force_lower_n", "force_upper_n"].map(|key| number(&answer[key]));
+            let [least, most] = [0, 1].map(|end| number(&answer["enclosure_n"][end]));
+            inside += usize::from(low <= *force && *force <= high);
+            enclosed += usize::from(least <= *force && *force <= most);
+            widths.push((high - low) / force);
+        }
+        widths.sort_by(f64::total_cmp);
+        println!("| {name} | {values} | {inside} | {enclosed} | {:.3} |", widths[values / 2]);
+        assert_eq!([inside, enclosed], [values; 2], "{name}");
+    }
+}
+
+#[test]
+fn a_force_is_printed_with_its_limits_and_what_they_come_from() {
+    let sandbox = Sandbox::new();
+    sandbox.run(&sandbox.case("pair.toml", &quick_pair(STEPS, STEPS)), &["--no-fields"]).exits_with(0);
+    let ask = |result: &str, capacitance: &str, status| {
+        sandbox.elastocap(&["force", result, "--capacitance", capacitance]).exits_with(status)
+    };
+    let said = ask("out", "41.2fF+-0.05fF", 0);
+    for words in
+        ["41.200 fF +- 50 aF", "with all errors", "of the measurement", "of the curve", "interpolation"]
+    {
+        assert!(said.stdout.contains(words), "{words}: {}", said.stdout);
+    }
+    assert!(said.stderr.contains("differs by"), "{}", said.stderr);
+    assert_eq!(ask("out/result.json", "41.2 fF \u{b1} 0.05 fF", 0).stdout, said.stdout);
+    for (result, capacitance, words) in [
+        ("out", "90fF+-0.05fF", "no force on the curve gives 90.000 fF"),
+        ("out", "32.6fF+-1fF", "add a step with a larger load"),
+        ("out", "41.2", "has no unit"),
+        ("out", "41.2mN", "is a force"),
+        ("out/curve.csv", "41.2fF", "is not the result.json of a run"),
+        ("nowhere", "41.2fF", "name the output folder of a run"),
+    ] {
+        let said = ask(result, capacitance, 2);
+        assert!(said.stderr.contains(words), "{words}: {}", said.stderr);
+        assert_eq!(said.stdout, "");
+    }
+}
+
+#[test]
+fn results_without_one_monotonic_curve_are_refused() {
+    let sandbox = Sandbox::new();
+    let cube = acceptance("cube-in-cube.toml");
+    sandbox.run(&cube, &["--no-fields"]).exits_with(0);
+    let said = sandbox.elastocap(&["force", "out", "--capacitance", "169pF"]).exits_with(2);
+    assert!(said.stderr.contains("has no forces"), "{}", said.stderr);
+    let step = |index: usize, force: f64, c: f64| {
+        serde_json::json!({ "index": index, "force_n": force, "capacitance_f": c,
+                            "capacitance_lower_f": c - 1e-17, "capacitance_upper_f": c + 1e-17 })
+    };
+    let mut result = serde_json::json!({
+        "title": "made by hand", "status": "complete", "bounds": "proved",
+        "measurement": { "kind": "mutual", "terminals": ["a", "b"] },
+        "steps": [step(0, 0.0, 1e-15), step(1, 1.0, 2e-15), step(2, 2.0, 1.5e-15)],
+    });
+    let file = sandbox.case("turning.json", &result.to_string());
+    let ask = || {
+        let file = file.to_str().expect("UTF-8");
+        sandbox.elastocap(&["force", file, "--capacitance", "1.2fF"]).exits_with(2).stderr
+    };
+    assert!(ask().contains("grows up to step 1 (1 N) and then falls"), "{}", ask());
+    result["measurement"]["kind"] = "matrix".into();
+    sandbox.case("turning.json", &result.to_string());
+    assert!(ask().contains("name it in `[measure]`"), "{}", ask());
+}
+
+#[test]
+fn stated_errors_of_force_and_mechanics_widen_the_interval() {
+    let sandbox = Sandbox::new();
+    let answer = |mechanics: f64, layer: f64| {
+        let steps: Vec<_> = (0..6)
+            .map(|k| {
+                let force = f64::from(k);
+                let c = (1.0 + 0.1 * force) * 1e-15;
+                serde_json::json!({ "index": k, "force_n": force, "capacitance_f": c,
+                                    "capacitance_lower_f": c, "capacitance_upper_f": c,
+                                    "mechanics_error_estimate": mechanics,
+                                    "layer": { "relative_error_estimate": layer } })
+            })
+            .collect();
+        let result = serde_json::json!({
+            "title": "made by hand", "status": "complete", "bounds": "proved", "steps": steps,
+            "measurement": { "kind": "mutual", "terminals": ["a", "b"] },
+        });
+        sandbox.case("result.json", &result.to_string());
+        let said =
+            sandbox.elastocap(&["force", "result.json", "--capacitance", "1.25fF", "--json"]).exits_with(0);
+        let answer: serde_json::Value = serde_json::from_str(&said.stdout).expect("JSON");
+        ["force_lower_n", "force_upper_n"].map(|key| answer[key].as_f64().expect("a number"))
+    };
+    let near = |found: [f64; 2], expected: [f64; 2]| {
+        assert!(found.iter().zip(expected).all(|(a, b)| (a - b).abs() < 2e-3), "{found:?} {expected:?}");
+    };
+    near(answer(0.0, 0.0), [2.5, 2.5]);
+    // One per cent of the larger neighbour, which is at 3 N.
+    near(answer(0.0, 0.01), [2.47, 2.53]);
+    // C (1 +- 0.01) with C = 1 + 0.1 F.
+    near(answer(0.01, 0.0), [(1.25 / 1.01 - 1.0) * 10.0, (1.25 / 0.99 - 1.0) * 10.0]);
+}
