@@ -41,6 +41,7 @@ fn in_plane_pair() -> Case {
             shear_length: ShearLength::Given(500e-6),
         }),
         load: Some(Load::Compression(vec![0.0, 0.05, 0.1, 0.2, 0.3, 0.4])),
+        poses: Vec::new(),
         bodies: vec![],
         terminals: Vec::new(),
         measured: None,
@@ -57,6 +58,7 @@ fn in_plane_pair() -> Case {
         }),
         electrostatics: Some(Electrostatics {
             relative_tolerance: 1e-3,
+            change_tolerance: None,
             bounds: true,
             solver: None,
             order: None,
