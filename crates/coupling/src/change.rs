@@ -152,7 +152,8 @@ impl ChangeSearch<'_> {
     /// Marks the steps whose change is not known to the tolerance.
     fn mark(&self, found: &mut [Option<StepResult>], exhausted: &Exhausted) {
         let first = measured(found, 0);
-        let first_geometry = found.first().and_then(Option::as_ref).and_then(|s| s.row.geometry_error_estimate);
+        let first_geometry =
+            found.first().and_then(Option::as_ref).and_then(|s| s.row.geometry_error_estimate);
         let why_first = exhausted.first().and_then(Option::as_ref);
         for (place, step) in found.iter_mut().enumerate().skip(1) {
             let Some(step) = step else { continue };

@@ -17,7 +17,7 @@ struct Point {
 /// Notes dC/dF and its error in the rows of a curve, in place of what they had before. Left empty where steps differ by more than
 /// the force.
 pub(crate) fn note_sensitivities(case: &Case, steps: &mut [StepResult]) {
-    let is_pure = case.poses.windows(2).all(|pair| pair[0] == pair[1]);
+    let is_pure = case.poses.windows(2).all(|pair| matches!(pair, [one, next] if one == next));
     let mut points: Vec<Point> = if is_pure { steps.iter().filter_map(point).collect() } else { Vec::new() };
     points.sort_by(|a, b| a.force.total_cmp(&b.force));
     points.dedup_by(|a, b| a.force == b.force);
@@ -65,9 +65,7 @@ fn sensitivity(points: &[Point], at: usize) -> Option<(f64, Option<f64>)> {
 /// The `count` points nearest to one of them, itself among them; `None` if there are fewer.
 fn nearest(points: &[Point], at: usize, count: usize) -> Option<&[Point]> {
     let own = points.get(at)?.force;
-    let reach = |window: &&[Point]| {
-        window.iter().map(|point| (point.force - own).abs()).fold(0.0, f64::max)
-    };
+    let reach = |window: &&[Point]| window.iter().map(|point| (point.force - own).abs()).fold(0.0, f64::max);
     let around = points.windows(count).filter(|window| window.iter().any(|point| point.force == own));
     around.min_by(|a, b| reach(a).total_cmp(&reach(b)))
 }

@@ -43,7 +43,8 @@ fn a_change_of_a_thousandth_is_proved_to_a_hundredth_of_itself() {
         solve(&case)
     };
     let references = [by(FieldSolver::Boxes, 1e-8), by(FieldSolver::Extruded, 1e-5)];
-    for (step, reference) in outcome.steps.iter().skip(1).flat_map(|s| references.iter().map(move |r| (s, r))) {
+    for (step, reference) in outcome.steps.iter().skip(1).flat_map(|s| references.iter().map(move |r| (s, r)))
+    {
         let ([lower, upper], change) = (bounds(&step.row), step.row.change_f.unwrap());
         assert!(lower <= change && change <= upper && upper - lower <= 1e-2 * change.abs(), "{:?}", step.row);
         let [least, most] = bounds(&reference.steps[step.index].row);
