@@ -139,6 +139,21 @@ fn a_change_that_is_out_of_reach_is_marked_and_what_is_known_kept() {
     assert!(!outcome.is_complete() && !outcome.stopped);
 }
 
+#[test]
+fn the_plan_says_that_steps_are_solved_again_and_where_that_helps_little() {
+    let parts = |case: &Case| {
+        let plan = Plan::new(case, &NUMBERS_ONLY);
+        let has_part = plan.solved.iter().any(|planned| planned.part == "change");
+        (has_part, plan.warnings.iter().any(|text| text.contains("`change_tolerance`")))
+    };
+    let mut case = pair(&[0.0, 0.1], None);
+    assert_eq!(parts(&case), (false, false));
+    case = pair(&[0.0, 0.1], Some(1e-2));
+    assert_eq!(parts(&case), (true, false));
+    case.electrostatics.as_mut().unwrap().solver = Some(FieldSolver::Tetrahedra);
+    assert_eq!(parts(&case), (true, true));
+}
+
 /// Stops a run where steps are solved again, and gives another one what that had found.
 struct StopBeforeChange {
     cancel: Option<Arc<AtomicBool>>,
