@@ -74,10 +74,10 @@ fn quantity(value: Option<f64>, digits: usize, unit: &str) -> String {
     value.map_or_else(|| "-".to_owned(), |value| prefixed(value, digits, unit))
 }
 
-/// Half the distance between the bounds of a change over the change. `None` where that is zero.
+/// Half the distance between the bounds of a change over the change. `None` where they hold zero, which no share of the change says.
 fn change_error(row: &Row) -> Option<f64> {
     let half = 0.5 * (row.change_upper_f? - row.change_lower_f?);
-    Some(half / row.change_f?.abs()).filter(|error| error.is_finite())
+    Some(half / row.change_f?.abs()).filter(|error| *error < 1.0)
 }
 
 /// A relative error: `2.9e-4`.

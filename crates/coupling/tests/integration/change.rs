@@ -42,7 +42,7 @@ fn a_change_of_a_thousandth_is_proved_to_a_hundredth_of_itself() {
         (asked.solver, asked.relative_tolerance) = (Some(solver), tolerance);
         solve(&case)
     };
-    let references = [by(FieldSolver::Boxes, 1e-8), by(FieldSolver::Extruded, 1e-5)];
+    let references = [by(FieldSolver::Boxes, 1e-7), by(FieldSolver::Extruded, 1e-4)];
     for (step, reference) in outcome.steps.iter().skip(1).flat_map(|s| references.iter().map(move |r| (s, r)))
     {
         let ([lower, upper], change) = (bounds(&step.row), step.row.change_f.unwrap());
@@ -95,7 +95,7 @@ contact_half_length = "5 mm"
 contact_width = "5 mm"
 shear_length = "5 mm"
 [load]
-compression = [0.0, 0.15, 0.3]
+compression = [0.0, 0.3]
 [[conductor]]
 name = "left"
 box = { min = ["-0.7 mm", "1.2 mm", "-0.5 mm"], max = ["-0.1 mm", "1.3 mm", "0.5 mm"] }
