@@ -1,7 +1,7 @@
 //! The summary that a run prints: one line for each step, and where the files are.
 
 use elastocap_case::Case;
-use elastocap_coupling::outcome::{Outcome, Status, StepResult};
+use elastocap_coupling::outcome::{Outcome, Row, Status, StepResult};
 use elastocap_coupling::plan::Kind;
 use elastocap_coupling::terminals::named;
 use elastocap_results::Saved;
@@ -14,7 +14,10 @@ const MAX_LINES: usize = 60;
 pub(crate) fn summary(case: &Case, outcome: &Outcome, saved: &Saved) -> String {
     let lines = match outcome.plan.kind {
         Kind::Capacitance => capacitances(outcome),
-        Kind::Curve | Kind::Mechanics => curve(outcome),
+        Kind::Curve | Kind::Mechanics => {
+            let change = case.electrostatics.is_some_and(|asked| asked.change_tolerance.is_some());
+            curve(outcome, change)
+        }
     };
     let mut out = format!("{}\n\n{}", case.title, table(lines));
     if let Some(mesh) = outcome.layer_meshes.last() {
@@ -71,6 +74,12 @@ fn quantity(value: Option<f64>, digits: usize, unit: &str) -> String {
     value.map_or_else(|| "-".to_owned(), |value| prefixed(value, digits, unit))
 }
 
+/// Half the distance between the bounds of a change over the change. `None` where they hold zero, which no share of the change says.
+fn change_error(row: &Row) -> Option<f64> {
+    let half = 0.5 * (row.change_upper_f? - row.change_lower_f?);
+    Some(half / row.change_f?.abs()).filter(|error| *error < 1.0)
+}
+
 /// A relative error: `2.9e-4`.
 fn error(value: Option<f64>) -> String {
     value.map_or_else(|| "-".to_owned(), |error| format!("{:.1e}", error))
@@ -86,7 +95,8 @@ fn remark(step: &StepResult) -> String {
     }
 }
 
-fn curve(outcome: &Outcome) -> Vec<Vec<String>> {
+/// One line for each load step; `change` adds what it changes against the first one.
+fn curve(outcome: &Outcome, change: bool) -> Vec<Vec<String>> {
     let electric = outcome.plan.kind == Kind::Curve;
     let plates = outcome.steps.iter().any(|s| s.row.parallel_plate_f.is_some());
     let mut head = vec!["U/H", "force"];
@@ -96,6 +106,9 @@ fn curve(outcome: &Outcome) -> Vec<Vec<String>> {
     }
     if electric {
         head.extend(["C", "+- relative"]);
+    }
+    if change {
+        head.extend(["change", "+- relative"]);
     }
     if plates {
         head.extend(["parallel plates", "ratio"]);
@@ -114,6 +127,10 @@ fn curve(outcome: &Outcome) -> Vec<Vec<String>> {
         if electric {
             line.push(quantity(row.capacitance_f, 6, "F"));
             line.push(error(row.relative_error_estimate));
+        }
+        if change {
+            line.push(quantity(row.change_f, 4, "F"));
+            line.push(error(change_error(row)));
         }
         if plates {
             line.push(quantity(row.parallel_plate_f, 4, "F"));

@@ -761,6 +761,9 @@ table! {
     struct Electrostatics {
         /// Spread of the proved bounds over the value (or the estimated error) to reach. Default: 1e-3.
         relative_tolerance: Option<Read<Tolerance>>,
+        /// Spread of the proved bounds of the change, C of a step less that of the first one, over the change, to reach. Steps whose
+        /// change is known less well are solved again. Needs at least two load steps. Default: the change is as well known as it is.
+        change_tolerance: Option<Read<Tolerance>>,
         /// Whether to prove a lower and an upper bound, or only estimate the error. Default: true.
         bounds: Option<Read<Flag>>,
         /// Which solver: "boxes" (axis-aligned boxes and sheets only, and what consists of them; the fastest), "extruded" (outlines

@@ -40,6 +40,9 @@ impl FinishedStep {
     /// A step that need not be solved again. `None` for one that was stopped or failed, whose bodies are known only on the mesh that it
     /// was solved on, or with a number that cannot be written down.
     pub fn of(step: &StepResult) -> Option<Self> {
+        if let (Some(before), None) = (&step.before_change, step.same_as) {
+            return Some(Self::clone(before));
+        }
         let how = match step.row.status {
             Status::Ok => How::Ok,
             Status::OkToDiagonal => How::OkToDiagonal,

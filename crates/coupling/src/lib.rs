@@ -16,10 +16,12 @@
 //! - [`plan`]: what is solved, what is left out and why, what it will take.
 //! - [`outcome`]: what a run found, and in `status` how its steps went.
 //! - [`finished`]: a step as it is written down for a run that goes on from there.
-//! - [`step`]: one load step; [`run`](mod@run): all of them.
+//! - [`step`]: one load step. [`change`]: what it changes against the first one, and `sensitivity` per force. [`run`](mod@run): all steps,
+//!   `side_by_side`.
 
 mod bent_in_space;
 pub mod box_fields;
+pub mod change;
 pub mod deform;
 mod faceting_error;
 pub mod failure;
@@ -32,7 +34,9 @@ pub mod plan;
 pub mod route;
 pub mod run;
 pub mod scene;
+mod sensitivity;
 pub mod settings;
+mod side_by_side;
 mod status;
 pub mod step;
 pub mod terminals;

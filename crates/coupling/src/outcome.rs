@@ -6,6 +6,7 @@ use elastocap_geometry::export::surfaces::SurfaceBody;
 use serde::{Deserialize, Serialize};
 
 use crate::deform::{FiniteElementStep, ForceCheck, MeshReport};
+use crate::finished::FinishedStep;
 use crate::load_steps::StepLoad;
 use crate::plan::{Kind, Plan};
 use crate::route::Route;
@@ -87,6 +88,9 @@ pub struct StepResult {
     pub measured: Option<Bounded>,
     /// How the field was solved.
     pub solver: Option<SolverReport>,
+    /// The step as it was solved to the tolerance of the capacitance, where the change is asked for to a tolerance too: what a stopped run
+    /// goes on from.
+    pub before_change: Option<Box<FinishedStep>>,
     /// Where the time went.
     pub seconds: StepSeconds,
 }
@@ -144,6 +148,18 @@ pub struct Row {
     pub parallel_plate_f: Option<f64>,
     /// Capacitance over that of parallel plates.
     pub fringe_ratio: Option<f64>,
+    /// [`Row::capacitance_f`] less that of the first load step, F; exactly zero for the same load.
+    pub change_f: Option<f64>,
+    /// Its lower bound, F.
+    pub change_lower_f: Option<f64>,
+    /// Its upper bound, F.
+    pub change_upper_f: Option<f64>,
+    /// The change over the capacitance of the first load step.
+    pub change_relative: Option<f64>,
+    /// dC/dF by differences between the steps, F/N; `None` where forces are not known.
+    pub sensitivity_f_per_n: Option<f64>,
+    /// Of the sensitivity: what the bounds leave open and an estimate of the rest, F/N; `None` with two steps.
+    pub sensitivity_error_f_per_n: Option<f64>,
     /// Of the largest problem solved, primal plus dual.
     pub unknowns: Option<usize>,
     /// How it went. It is written down for people, and not read again.
@@ -153,7 +169,7 @@ pub struct Row {
 
 impl Row {
     /// Names of the columns.
-    pub const COLUMNS: [&'static str; 17] = [
+    pub const COLUMNS: [&'static str; 23] = [
         "compression",
         "force_n",
         "top_displacement_m",
@@ -169,12 +185,18 @@ impl Row {
         "geometry_error_estimate",
         "parallel_plate_f",
         "fringe_ratio",
+        "change_f",
+        "change_lower_f",
+        "change_upper_f",
+        "change_relative",
+        "sensitivity_f_per_n",
+        "sensitivity_error_f_per_n",
         "unknowns",
         "status",
     ];
 
     /// The numbers of the columns before `unknowns`, in their order.
-    pub fn numbers(&self) -> [Option<f64>; 15] {
+    pub fn numbers(&self) -> [Option<f64>; 21] {
         [
             self.compression,
             self.force_n,
@@ -191,6 +213,12 @@ impl Row {
             self.geometry_error_estimate,
             self.parallel_plate_f,
             self.fringe_ratio,
+            self.change_f,
+            self.change_lower_f,
+            self.change_upper_f,
+            self.change_relative,
+            self.sensitivity_f_per_n,
+            self.sensitivity_error_f_per_n,
         ]
     }
 

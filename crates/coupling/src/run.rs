@@ -1,12 +1,13 @@
 //! Carries out a plan: its steps side by side, each on its own, the result the same at any number of threads.
 
 use std::ops::ControlFlow;
-use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
 use elastocap_case::Case;
 
+use crate::change::{ChangeSearch, note_changes};
 use crate::deform::{Prepared, Solution, force_warning, prepare};
 use crate::failure::StepFailure;
 use crate::finished::FinishedStep;
@@ -15,6 +16,7 @@ use crate::plan::{Options, Plan, PlannedStep};
 use crate::route::{Bending, Bodies, Route, asked, route};
 use crate::scene::{DeformedScene, scene_of};
 use crate::settings::FieldSettings;
+use crate::side_by_side::side_by_side;
 use crate::step::{Solver, StepField};
 
 /// Watches a run while it works, and takes what is too large to be kept until its end.
@@ -88,41 +90,36 @@ pub fn run(
         layer: &layer,
     };
     let work: Vec<&PlannedStep> = plan.distinct_steps().collect();
-    let done: Vec<Mutex<Option<StepResult>>> = work.iter().map(|_| Mutex::new(None)).collect();
-    let next = AtomicUsize::new(0);
-    let take_steps = || {
-        while !cancel.load(Ordering::Relaxed) {
-            let slot = next.fetch_add(1, Ordering::Relaxed);
-            let (Some(step), Some(place)) = (work.get(slot), done.get(slot)) else { return };
-            let found = observer.finished_before(step.index);
-            if let Some(result) = found.and_then(|found| solver.restored(step, found)) {
-                observer.step_done(&result);
-                *place.lock().unwrap_or_else(PoisonError::into_inner) = Some(result);
-                continue;
-            }
-            observer.step_begun(step.index);
-            let (mut result, field) = solver.solve(step);
-            result.interrupted =
-                cancel.load(Ordering::Relaxed) && matches!(result.row.status, Status::ToleranceNotReached(_));
-            if let Some(field) = field.filter(|_| options.fields)
-                && observer.field_solved(&result, field).is_break()
-            {
-                cancel.store(true, Ordering::Relaxed);
-                return;
-            }
+    let solve = |slot: usize| {
+        let step = *work.get(slot)?;
+        let found = observer.finished_before(step.index);
+        if let Some(result) = found.and_then(|found| solver.restored(step, found)) {
             observer.step_done(&result);
-            *place.lock().unwrap_or_else(PoisonError::into_inner) = Some(result);
+            return Some(result);
         }
+        observer.step_begun(step.index);
+        let (mut result, field) = solver.solve(step);
+        result.interrupted =
+            cancel.load(Ordering::Relaxed) && matches!(result.row.status, Status::ToleranceNotReached(_));
+        if let Some(field) = field.filter(|_| options.fields)
+            && observer.field_solved(&result, field).is_break()
+        {
+            cancel.store(true, Ordering::Relaxed);
+            return None;
+        }
+        observer.step_done(&result);
+        Some(result)
     };
-    // Not a parallel iterator: while a solve waits for a part of itself, its thread must not begin another step.
-    rayon::scope(|scope| {
-        for _ in 0..plan.at_once.min(work.len()) {
-            scope.spawn(|_| take_steps());
-        }
-    });
+    let done = side_by_side(plan.at_once, work.len(), cancel, solve);
+    let mut solved: Vec<Option<StepResult>> = done.into_iter().map(Option::flatten).collect();
+    if let Some(tolerance) = case.electrostatics.and_then(|asked| asked.change_tolerance) {
+        observer.preparing("steps are solved again for their change");
+        let (solver, work) = (&solver, work.as_slice());
+        ChangeSearch { solver, work, at_once: plan.at_once, cancel, tolerance }.run(&mut solved);
+    }
 
-    let solved = done.into_iter().map(|slot| slot.into_inner().unwrap_or_else(PoisonError::into_inner));
-    let steps = in_order(plan, solved, &solver);
+    let mut steps = in_order(plan, solved.into_iter(), &solver);
+    note_changes(case, &mut steps);
     let conductors = case.driven_terminals();
     let measurement = case.has_conductors().then(|| case.measurement());
     let (layer_meshes, layer_seconds) = match &layer {

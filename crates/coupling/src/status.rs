@@ -35,6 +35,8 @@ pub enum Missed {
     Mechanics,
     /// Flat faces in place of curved surfaces.
     Geometry,
+    /// The field, but for the change against the first step alone: the capacitance is known as well as asked for.
+    Change,
 }
 
 impl Status {
@@ -55,6 +57,7 @@ impl fmt::Display for Status {
             Self::ToleranceNotReached(Missed::Field) => f.write_str("tolerance not reached"),
             Self::ToleranceNotReached(Missed::Mechanics) => f.write_str("tolerance not reached: mechanics"),
             Self::ToleranceNotReached(Missed::Geometry) => f.write_str("tolerance not reached: geometry"),
+            Self::ToleranceNotReached(Missed::Change) => f.write_str("tolerance not reached: change"),
             Self::BeyondForceLimit => f.write_str("no force: beyond the limit of eq. (50)"),
             Self::Failed(reason) => write!(f, "failed: {reason}"),
             Self::NotRun => f.write_str("not run"),

@@ -122,6 +122,22 @@ impl Solver<'_> {
         (result, field)
     }
 
+    /// Solves the field of a step to another tolerance, for what the curve shows alone: of the whole matrix for the entry that it shows.
+    pub(crate) fn solve_to(&self, step: &PlannedStep, relative_tolerance: f64) -> StepResult {
+        let asked = &self.settings;
+        let target = match (self.case.measurement(), asked.target) {
+            (Measurement::Matrix(_), Target::Matrix) => Target::Mutual([0, 1]),
+            (_, target) => target,
+        };
+        let settings = FieldSettings { relative_tolerance, target, field: false, ..asked.clone() };
+        let again = Solver { settings, ..*self };
+        let mut result = again.solve(step).0;
+        // The entries are compared with what the case asks of them.
+        let allowed = asked.boxes().allowed_spread();
+        result.entry_status = result.maxwell.as_ref().map(|all| EntryStatus::of(all, allowed, asked.target));
+        result
+    }
+
     /// A step that the run was stopped before, with what is known of the layer.
     pub(crate) fn not_run(&self, step: &PlannedStep) -> StepResult {
         let mut result = StepResult::not_run(step);
@@ -601,6 +617,7 @@ impl StepResult {
             floating: Vec::new(),
             measured: None,
             solver: None,
+            before_change: None,
             seconds: Default::default(),
         }
     }

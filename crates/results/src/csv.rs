@@ -92,15 +92,18 @@ fn capacitances_of(terminals: &[String], measurement: Option<Measurement>, step:
         let own = step.entry_status.as_ref().and_then(|all| all.get(i)?.get(j).copied());
         match (&step.row.status, own) {
             // What the field leaves open, it leaves open of each entry by itself.
-            (Status::Ok | Status::OkToDiagonal | Status::ToleranceNotReached(Missed::Field), Some(own)) => {
-                own.to_string()
-            }
+            (
+                Status::Ok
+                | Status::OkToDiagonal
+                | Status::ToleranceNotReached(Missed::Field | Missed::Change),
+                Some(own),
+            ) => own.to_string(),
             _ => step_status.clone(),
         }
     };
     // It has no smaller entries.
     let two_terminal = match &step.row.status {
-        Status::OkToDiagonal => Status::Ok.to_string(),
+        Status::OkToDiagonal | Status::ToleranceNotReached(Missed::Change) => Status::Ok.to_string(),
         _ => step_status.clone(),
     };
     for (i, row) in terminals.iter().enumerate() {
@@ -183,6 +186,7 @@ mod tests {
             floating: Vec::new(),
             measured,
             solver: None,
+            before_change: None,
             seconds: Default::default(),
         }
     }
@@ -238,6 +242,9 @@ mod tests {
         assert_eq!(statuses(Status::OkToDiagonal), [ok, small, small, missed, small, ok]);
         let field = Status::ToleranceNotReached(Missed::Field);
         assert_eq!(statuses(field), [ok, small, small, missed, small, missed]);
+        // The capacitances themselves are known as well as asked for.
+        let change = Status::ToleranceNotReached(Missed::Change);
+        assert_eq!(statuses(change), [ok, small, small, missed, small, ok]);
         let geometry = "tolerance not reached: geometry";
         assert_eq!(statuses(Status::ToleranceNotReached(Missed::Geometry)), [geometry; 6]);
     }
@@ -273,6 +280,12 @@ mod tests {
             geometry_error_estimate: Some(12.0),
             parallel_plate_f: Some(13.0),
             fringe_ratio: Some(14.0),
+            change_f: Some(16.0),
+            change_lower_f: Some(17.0),
+            change_upper_f: Some(18.0),
+            change_relative: Some(19.0),
+            sensitivity_f_per_n: Some(20.0),
+            sensitivity_error_f_per_n: Some(21.0),
             unknowns: Some(15),
             status: Status::ToleranceNotReached(Missed::Field),
         };

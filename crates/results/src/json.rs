@@ -45,6 +45,9 @@ struct Document<'a> {
     fringe_ratio: Option<f64>,
     bounds: Option<&'static str>,
     relative_tolerance: Option<f64>,
+    /// What was asked of the change against the first load step.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    change_tolerance: Option<f64>,
     steps: Vec<Step<'a>>,
     #[serde(skip_serializing_if = "<[_]>::is_empty")]
     layer_meshes: &'a [MeshReport],
@@ -275,6 +278,7 @@ pub fn document(
         fringe_ratio: of_static.and_then(|s| s.row.fringe_ratio),
         bounds: case.electrostatics.map(|e| if e.bounds { "proved" } else { "estimated" }),
         relative_tolerance: case.electrostatics.map(|e| e.relative_tolerance),
+        change_tolerance: case.electrostatics.and_then(|e| e.change_tolerance),
         steps: outcome.steps.iter().map(|step| Step::of(step, fields)).collect(),
         layer_meshes: &outcome.layer_meshes,
         layer_seconds: (!outcome.layer_meshes.is_empty()).then_some(outcome.layer_seconds),

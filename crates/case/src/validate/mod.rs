@@ -56,6 +56,7 @@ pub(super) fn validate(raw: &Document, flawed: bool, origin: &Path, log: &mut Lo
     let of_pair = raw.pair();
     let electrodes = of_pair.map(|e| layered::electrodes(e, wants_mechanics, log));
     let load = raw.load.as_ref().map(|l| steps::load(l, log));
+    steps::check_change(raw, load.as_ref(), log);
     if let (Some(read), Some(electrodes), Some(layer)) =
         (of_pair, electrodes.as_ref().and_then(Option::as_ref), given(&raw.layer))
     {
@@ -243,10 +244,14 @@ fn check_order(raw: &Document, log: &mut Log<'_>) {
 
 fn electrostatics(raw: &Document) -> Option<Electrostatics> {
     let (mut relative_tolerance, mut bounds, mut solver, mut order) = (DEFAULT_TOLERANCE, true, None, None);
+    let mut change_tolerance = None;
     if let Some(read) = &raw.electrostatics {
         let table = read.get()?;
         if let Some(read) = &table.relative_tolerance {
             relative_tolerance = read.get()?.value;
+        }
+        if let Some(read) = &table.change_tolerance {
+            change_tolerance = Some(read.get()?.value);
         }
         if let Some(read) = &table.bounds {
             bounds = read.get()?.0;
@@ -262,5 +267,5 @@ fn electrostatics(raw: &Document) -> Option<Electrostatics> {
             order = Some(read.get()?.0);
         }
     }
-    Some(Electrostatics { relative_tolerance, bounds, solver, order })
+    Some(Electrostatics { relative_tolerance, change_tolerance, bounds, solver, order })
 }

@@ -39,7 +39,8 @@ pub(super) fn as_boxes(
     if recognised.is_empty() || cells_between(out.iter().filter_map(Body::boxes).flatten()) > MAX_CELLS {
         return None;
     }
-    let is_loose = asked.solver.is_none() && asked.relative_tolerance > LOOSE;
+    let is_loose =
+        asked.solver.is_none() && asked.change_tolerance.is_none() && asked.relative_tolerance > LOOSE;
     if is_loose && boundary == Some(Wall::Open) && any_far_union(&out) {
         return None;
     }

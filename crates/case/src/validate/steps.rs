@@ -32,6 +32,36 @@ pub(super) fn load(read: &Read<raw::Load>, log: &mut Log<'_>) -> Option<Load> {
     .map(Load::Force)
 }
 
+/// A change takes two steps, and is proved by the bounds of both. `load` is `None` where the file has none.
+pub(super) fn check_change(raw: &raw::Document, load: Option<&Option<Load>>, log: &mut Log<'_>) {
+    let Some(table) = given(&raw.electrostatics) else { return };
+    let Some(read) = &table.change_tolerance else { return };
+    let steps = match load {
+        None => 0,
+        Some(Some(load)) => load.steps(),
+        // The log says what is wrong with them.
+        Some(None) => return,
+    };
+    if steps < 2 {
+        let found = if steps == 0 { "there is no [load]" } else { "[load] has one step" };
+        log.push(
+            Diagnostic::at(&read.span, "`change_tolerance` needs at least two load steps")
+                .label(format!("{found}, so that nothing changes"))
+                .help("the change is that against the first step: begin [load] with the unloaded sensor, or leave out `change_tolerance`"),
+        );
+    }
+    if let Some(bounds) = &table.bounds
+        && bounds.get().is_some_and(|flag| !flag.0)
+    {
+        log.push(
+            Diagnostic::at(&read.span, "`change_tolerance` needs bounds")
+                .label("asks for a proved change")
+                .related(&bounds.span, "leaves out the lower bounds")
+                .help("leave out `bounds = false`, or `change_tolerance`"),
+        );
+    }
+}
+
 /// Steps of which each is a table: all with a compression, or all with a force.
 fn listed(read: &Read<Vec<Read<raw::LoadStep>>>, log: &mut Log<'_>) -> Option<Load> {
     let list = read.get()?;

@@ -58,6 +58,7 @@ fn in_plane_pair() -> Case {
         }),
         electrostatics: Some(Electrostatics {
             relative_tolerance: 1e-3,
+            change_tolerance: None,
             bounds: true,
             solver: None,
             order: None,

@@ -845,3 +845,22 @@ fn a_cylinder_with_an_inner_radius_is_a_tube_and_only_conductors_may_be_without_
         assert!(error.to_string().contains(words), "{error}");
     }
 }
+
+#[test]
+fn a_change_needs_two_load_steps_and_their_bounds() {
+    let from = "relative_tolerance = 1e-3";
+    let asked = "relative_tolerance = 1e-3\nchange_tolerance = 0.01";
+    let case = accepted(LAYERED, &[(from, asked)]);
+    assert_eq!(case.electrostatics.unwrap().change_tolerance, Some(0.01));
+    assert_eq!(accepted(LAYERED, &[]).electrostatics.unwrap().change_tolerance, None);
+    let one = [(from, asked), ("[0.3, 0.1]", "[0.3]")];
+    refused(LAYERED, &one, "0.01", &["at least two load steps", "[load] has one step"]);
+    let alone = format!("{BOXES}[electrostatics]\nchange_tolerance = 0.01\n");
+    refused(&alone, &[], "0.01", &["at least two load steps", "there is no [load]"]);
+    let estimated = format!("{asked}\nbounds = false");
+    refused(LAYERED, &[(from, &estimated)], "0.01", &["needs bounds", "`bounds = false`"]);
+    for wrong in ["0.0", "1.0", "-0.1"] {
+        let asked = format!("{from}\nchange_tolerance = {wrong}");
+        refused(LAYERED, &[(from, &asked)], wrong, &["greater than 0 and less than 1"]);
+    }
+}

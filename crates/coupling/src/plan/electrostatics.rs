@@ -7,6 +7,7 @@ use elastocap_geometry::scene::{Purpose, Scene};
 use elastocap_geometry::turn::to_mirror_planes;
 
 use super::{Decision, LeftOut, Options, Plan, Planned};
+use crate::change::NO_CHANGE;
 use crate::faceting_error::curvature_error;
 use crate::failure::StepFailure;
 use crate::memory::max_memory;
@@ -60,6 +61,7 @@ impl Plan {
             self.on_tetrahedra(case.mesh.as_ref(), &scene, &settings);
         }
         if self.solvable_steps().next().is_some() {
+            self.change(case);
             self.floating_conductors(case);
             self.warn_of_what_stays_behind(case);
         }
@@ -92,6 +94,30 @@ impl Plan {
                  `attached = \"layer-top\"` or `attached = \"indenter\"`",
                 shortened(&names)
             ));
+        }
+    }
+
+    /// What is done for the change against the first step, where it is asked for to a tolerance.
+    fn change(&mut self, case: &Case) {
+        let Some(tolerance) = case.electrostatics.and_then(|asked| asked.change_tolerance) else { return };
+        let what = format!(
+            "C less that of the first load step to a relative spread of {tolerance:e}, or as none to {NO_CHANGE:e} of C: steps whose bounds \
+             do not give it are solved again, as sharply as the changes found take; memory and time of that are not in the estimates"
+        );
+        self.solved.push(Planned { part: "change", what });
+        if self.count(Route::is_on_tetrahedra) > 0 {
+            self.warnings.push(
+                "`change_tolerance`: on tetrahedra, bounds that are some 1e-5 of C apart are mostly out of reach, and a change that is \
+                 small takes such bounds"
+                    .to_owned(),
+            );
+        }
+        if self.count(|route| route == Route::EnclosingBoxes) > 0 {
+            self.warnings.push(
+                "`change_tolerance`: boxes inside and around bent electrodes leave their shape in the bounds, which does not get less when \
+                 a step is solved again"
+                    .to_owned(),
+            );
         }
     }
 

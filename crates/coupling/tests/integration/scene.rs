@@ -37,6 +37,7 @@ fn pair(layout: Layout) -> Case {
             shear_length: ShearLength::Given(500e-6),
         }),
         load: None,
+        poses: Vec::new(),
         bodies: vec![],
         terminals: Vec::new(),
         measured: None,
@@ -53,6 +54,7 @@ fn pair(layout: Layout) -> Case {
         }),
         electrostatics: Some(Electrostatics {
             relative_tolerance: 1e-3,
+            change_tolerance: None,
             bounds: true,
             solver: None,
             order: None,

@@ -1,0 +1,314 @@
+//! The change of the capacitance against the first load step: its bounds, and steps that are solved again until they are close enough.
+//!
+//! The change lies between the lower bound of the step less the upper one of the first step, and the upper bound less the lower one. A
+//! signal of 7.5e-4 of C takes bounds of both states to some 1e-6 of C for one hundredth of itself. How close they must be is known only
+//! when the change is, roughly: all steps are solved to the tolerance of the capacitance first, and those whose change is known less well
+//! than asked for are solved again, to a tolerance that follows from what all steps have found. It depends on the case alone, so that a run
+//! gives the same numbers at any number of threads, and after it was stopped and resumed.
+
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use elastocap_case::Case;
+use elastocap_electrostatics::Bounded;
+
+use crate::finished::FinishedStep;
+use crate::outcome::{Missed, Status, StepResult};
+use crate::plan::PlannedStep;
+use crate::sensitivity::note_sensitivities;
+use crate::side_by_side::side_by_side;
+use crate::step::Solver;
+
+/// A change whose bounds hold zero is known to be none where they are at most this far apart, over the capacitance of the first step.
+pub const NO_CHANGE: f64 = 1e-6;
+
+/// How often steps are solved again, at most: a change that was hidden in its bounds is seen one round, and met the next.
+const MAX_ROUNDS: usize = 4;
+
+/// Share of the distance between the bounds of a change that each of its two states may take. What is left is for a change that turns out
+/// smaller than it was taken for.
+const SHARE: f64 = 0.45;
+
+/// Of a change that is hidden between its bounds: the least that it is taken for, over half their distance. The middle of two bounds is
+/// usually ten times nearer to the truth than they are.
+const HIDDEN: f64 = 0.1;
+
+/// The change from `first` to `own`, F. Its bounds are those of the two states, rounded outwards.
+fn change(first: &Bounded, own: &Bounded) -> Bounded {
+    Bounded {
+        value: own.value - first.value,
+        lower: (own.lower - first.upper).next_down(),
+        upper: (own.upper - first.lower).next_up(),
+    }
+}
+
+fn spread(bounded: &Bounded) -> f64 {
+    bounded.upper - bounded.lower
+}
+
+fn holds_zero(change: &Bounded) -> bool {
+    change.lower <= 0.0 && 0.0 <= change.upper
+}
+
+/// Whether the change from `first` to `own` is known to `tolerance`, or known to be none.
+fn is_known(tolerance: f64, first: &Bounded, own: &Bounded) -> bool {
+    let change = change(first, own);
+    spread(&change) <= tolerance * change.value.abs()
+        || (holds_zero(&change) && spread(&change) <= NO_CHANGE * first.value.abs())
+}
+
+/// How far the bounds of the change should be apart, F, for all that is known of it.
+fn goal(tolerance: f64, first: &Bounded, own: &Bounded) -> f64 {
+    let change = change(first, own);
+    if holds_zero(&change) {
+        let size = change.value.abs().max(0.5 * HIDDEN * spread(&change));
+        (tolerance * size).max(NO_CHANGE * first.value.abs())
+    } else {
+        tolerance * change.value.abs()
+    }
+}
+
+/// Notes change and sensitivity in the rows of a curve, in place of what they had before.
+pub(crate) fn note_changes(case: &Case, steps: &mut [StepResult]) {
+    let first = steps.first().map(|step| (step.index, step.load, step.measured));
+    for step in &mut *steps {
+        let row = &mut step.row;
+        [row.change_f, row.change_lower_f, row.change_upper_f, row.change_relative] = [None; 4];
+        let Some((index, load, Some(first))) = first.filter(|_| case.load.is_some()) else { continue };
+        let Some(own) = step.measured else { continue };
+        let is_same = step.index == index
+            || step.same_as == Some(index)
+            || (step.load == load && case.poses.get(step.index) == case.poses.get(index));
+        let none = Bounded { value: 0.0, lower: 0.0, upper: 0.0 };
+        let change = if is_same { none } else { change(&first, &own) };
+        row.change_f = Some(change.value);
+        row.change_lower_f = Some(change.lower);
+        row.change_upper_f = Some(change.upper);
+        row.change_relative = Some(change.value / first.value).filter(|share| share.is_finite());
+    }
+    note_sensitivities(case, steps);
+}
+
+/// The steps of a run that asks for the change to a tolerance.
+pub(crate) struct ChangeSearch<'a> {
+    pub(crate) solver: &'a Solver<'a>,
+    /// The distinct steps of the plan. The first of them is the one that the others change against.
+    pub(crate) work: &'a [&'a PlannedStep],
+    /// Steps that are solved at the same time.
+    pub(crate) at_once: usize,
+    pub(crate) cancel: &'a AtomicBool,
+    /// Largest distance between the bounds of a change, over the change.
+    pub(crate) tolerance: f64,
+}
+
+/// Why a step cannot be solved more sharply, by the place of the step; `None` for one that was not tried, or met its tolerance.
+type Exhausted = Vec<Option<String>>;
+
+impl ChangeSearch<'_> {
+    /// Solves steps again whose change is not known to the tolerance, and marks those for which that does not help. `found` is what the
+    /// steps gave that were solved to the tolerance of the capacitance.
+    pub(crate) fn run(&self, found: &mut [Option<StepResult>]) {
+        for step in found.iter_mut().flatten() {
+            step.before_change = FinishedStep::of(step).map(Box::new);
+        }
+        let mut exhausted: Exhausted = found.iter().map(|step| without_tolerance(step.as_ref()?)).collect();
+        for _ in 0..MAX_ROUNDS {
+            let wanted = self.wanted(found, &exhausted);
+            if wanted.is_empty() || self.cancel.load(Ordering::Relaxed) {
+                break;
+            }
+            let again = side_by_side(self.at_once, wanted.len(), self.cancel, |k| {
+                let (place, tolerance) = wanted.get(k)?;
+                Some(self.solver.solve_to(self.work.get(*place)?, *tolerance))
+            });
+            for ((place, _), again) in wanted.iter().zip(again) {
+                let (Some(Some(step)), Some(Some(again))) = (found.get_mut(*place), again) else { continue };
+                if let Some(why) = exhausted.get_mut(*place) {
+                    *why = without_tolerance(&again);
+                }
+                step.take_sharper(again);
+            }
+        }
+        self.mark(found, &exhausted);
+    }
+
+    /// The places of the steps that are to be solved again, and the relative tolerance of each.
+    fn wanted(&self, found: &[Option<StepResult>], exhausted: &Exhausted) -> Vec<(usize, f64)> {
+        let Some(first) = measured(found, 0) else { return Vec::new() };
+        let is_exhausted = |place: usize| exhausted.get(place).is_none_or(Option::is_some);
+        let goal_of = |place: usize| {
+            let own = measured(found, place).filter(|own| !is_known(self.tolerance, &first, own))?;
+            let goal = goal(self.tolerance, &first, &own);
+            let is_lost = |place: usize, state: &Bounded| is_exhausted(place) && spread(state) > goal;
+            (!is_lost(0, &first) && !is_lost(place, &own)).then_some((place, own, goal))
+        };
+        let goals: Vec<_> = (1..found.len()).filter_map(goal_of).collect();
+        let least = goals.iter().map(|(_, _, goal)| *goal).fold(f64::INFINITY, f64::min);
+        let states = std::iter::once((0, first, least)).chain(goals);
+        let too_wide =
+            states.filter(|(place, state, goal)| !is_exhausted(*place) && spread(state) > SHARE * goal);
+        too_wide.map(|(place, state, goal)| (place, SHARE * goal / state.value.abs())).collect()
+    }
+
+    /// Marks the steps whose change is not known to the tolerance.
+    fn mark(&self, found: &mut [Option<StepResult>], exhausted: &Exhausted) {
+        let first = measured(found, 0);
+        let first_geometry =
+            found.first().and_then(Option::as_ref).and_then(|s| s.row.geometry_error_estimate);
+        let why_first = exhausted.first().and_then(Option::as_ref);
+        for (place, step) in found.iter_mut().enumerate().skip(1) {
+            let Some(step) = step else { continue };
+            let Some(own) = step.measured else { continue };
+            let Some(first) = first else {
+                step.miss(Missed::Change, "the first step has no capacitance to change against".to_owned());
+                continue;
+            };
+            let change = change(&first, &own);
+            if !is_known(self.tolerance, &first, &own) {
+                let why = exhausted.get(place).and_then(Option::as_ref).or(why_first);
+                let stopped = self.cancel.load(Ordering::Relaxed);
+                let why = match why {
+                    _ if stopped => ": the run was stopped before".to_owned(),
+                    Some(why) => format!(": {why}"),
+                    None => String::new(),
+                };
+                step.interrupted |= stopped;
+                let reason = if holds_zero(&change) {
+                    format!(
+                        "the change lies between {:e} F and {:e} F, and was to be known to {:.0e} of itself{why}",
+                        change.lower, change.upper, self.tolerance
+                    )
+                } else {
+                    format!(
+                        "the change is known to {:.1e} of itself, where {:.0e} was asked for{why}",
+                        change.spread_over_value(),
+                        self.tolerance
+                    )
+                };
+                step.miss(Missed::Change, reason);
+                continue;
+            }
+            // What the bounds do not hold, they do not hold of the change either.
+            let allowed = (self.tolerance * change.value.abs()).max(NO_CHANGE * first.value.abs());
+            let geometry = step.row.geometry_error_estimate.unwrap_or(0.0) * own.value.abs()
+                + first_geometry.unwrap_or(0.0) * first.value.abs();
+            let mechanics = step.row.mechanics_error_estimate.unwrap_or(0.0) * own.value.abs();
+            for (error, missed, what) in [
+                (mechanics, Missed::Mechanics, "the finite elements of the layer leave"),
+                (geometry, Missed::Geometry, "faces and polynomials in place of the bodies leave"),
+            ] {
+                if error > allowed {
+                    let reason = format!(
+                        "{what} an error of about {error:.0e} F (an estimate) in a change of {:.2e} F, where {:.0e} of it was asked for",
+                        change.value, self.tolerance
+                    );
+                    step.miss(missed, reason);
+                }
+            }
+        }
+    }
+}
+
+fn measured(found: &[Option<StepResult>], place: usize) -> Option<Bounded> {
+    found.get(place)?.as_ref()?.measured
+}
+
+/// Why a step does not have the tolerance that its field was solved to; `None` if it has.
+fn without_tolerance(step: &StepResult) -> Option<String> {
+    match &step.row.status {
+        Status::ToleranceNotReached(Missed::Field) | Status::Failed(_) | Status::NotRun => {
+            Some(step.reason.clone().unwrap_or_else(|| "its field could not be solved again".to_owned()))
+        }
+        Status::ToleranceNotReached(Missed::Change | Missed::Mechanics | Missed::Geometry)
+        | Status::Ok
+        | Status::OkToDiagonal
+        | Status::BeyondForceLimit => None,
+    }
+}
+
+impl StepResult {
+    /// Takes over what was found of the field where that is sharper. Status, layer and bodies stay as they are.
+    fn take_sharper(&mut self, again: Self) {
+        self.seconds.electrostatics = self.seconds.electrostatics.plus(&again.seconds.electrostatics);
+        self.seconds.total += again.seconds.total;
+        let (Some(before), Some(now)) = (self.measured, again.measured) else { return };
+        if spread(&now) >= spread(&before) {
+            return;
+        }
+        let row = &mut self.row;
+        row.two_terminal_capacitance_f = again.row.two_terminal_capacitance_f;
+        row.capacitance_f = again.row.capacitance_f;
+        row.capacitance_lower_f = again.row.capacitance_lower_f;
+        row.capacitance_upper_f = again.row.capacitance_upper_f;
+        row.relative_error_estimate = again.row.relative_error_estimate;
+        row.geometry_error_estimate = again.row.geometry_error_estimate;
+        row.fringe_ratio = again.row.fringe_ratio;
+        row.unknowns = again.row.unknowns;
+        self.route = again.route;
+        self.warnings = again.warnings;
+        self.measured = again.measured;
+        self.maxwell = again.maxwell;
+        self.entry_status = again.entry_status;
+        self.floating = again.floating;
+        self.solver = again.solver;
+    }
+
+    /// Notes that the change is not known to its tolerance. Where the step has another defect, its status says that one.
+    fn miss(&mut self, missed: Missed, reason: String) {
+        match self.row.status {
+            Status::Ok | Status::OkToDiagonal | Status::BeyondForceLimit => {
+                self.row.status = Status::ToleranceNotReached(missed);
+            }
+            Status::ToleranceNotReached(_) => {}
+            Status::Failed(_) | Status::NotRun => return,
+        }
+        self.reason = Some(match self.reason.take() {
+            Some(before) => format!("{before}; {reason}"),
+            None => reason,
+        });
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn bounded(value: f64, half: f64) -> Bounded {
+        Bounded { value, lower: value - half, upper: value + half }
+    }
+
+    #[test]
+    fn a_change_lies_between_the_bounds_of_both_states() {
+        let found = change(&bounded(10.0, 0.25), &bounded(12.0, 0.5));
+        assert_eq!(found.value, 2.0);
+        assert!(found.lower <= 1.25 && 2.75 <= found.upper, "{found:?}");
+        assert!(found.lower > 1.2499 && found.upper < 2.7501, "{found:?}");
+        // Whatever the two are within their bounds.
+        for (first, own) in [(9.75, 12.5), (10.25, 11.5), (9.8, 11.6)] {
+            assert!(found.lower <= own - first && own - first <= found.upper);
+        }
+    }
+
+    #[test]
+    fn a_change_is_known_to_a_share_of_itself_or_known_to_be_none() {
+        let first = bounded(10.0, 1e-6);
+        assert!(is_known(1e-2, &first, &bounded(10.01, 4.8e-5)));
+        assert!(!is_known(1e-2, &first, &bounded(10.01, 5.1e-5)));
+        assert!(is_known(1e-2, &first, &bounded(10.0 + 1e-7, 3.9e-6)));
+        assert!(!is_known(1e-2, &first, &bounded(10.0 + 1e-7, 4.1e-6)));
+        // Half of it away from zero it is small, but not none.
+        assert!(!is_known(1e-2, &first, &bounded(10.0 + 8e-6, 3.9e-6)));
+    }
+
+    #[test]
+    fn bounds_that_meet_their_shares_of_the_goal_make_the_change_known() {
+        for (first, own) in [(10.0, 10.0075), (10.0, 10.0), (3.0, 2.0), (1e-14, 1.000_01e-14)] {
+            let (rough, rougher) = (bounded(first, 5e-4 * first), bounded(own, 5e-4 * own));
+            let wanted = goal(1e-2, &rough, &rougher);
+            let half = 0.5 * SHARE * wanted;
+            let (sharp, sharper) = (bounded(first, half), bounded(own, half));
+            let next = goal(1e-2, &sharp, &sharper);
+            let is_met = is_known(1e-2, &sharp, &sharper);
+            assert!(is_met || next < wanted, "{first} {own}: {wanted:e}, then {next:e}");
+        }
+    }
+}
