@@ -332,6 +332,7 @@ mod tests {
                 parallel_plate: 1.0,
             }),
             bent: None,
+            tilt: None,
         }
     }
 

@@ -226,8 +226,13 @@ fn bounds_close_in_on_a_bend_from_both_sides_and_the_field_is_that_of_the_bent_s
         if !(0.2..0.7).contains(&x) || !(0.55..1.0).contains(&y) || z.abs() > 0.5 {
             continue;
         }
-        // The fall of the potential along the edges of a cell that lie side by side, against the field in its middle.
-        let e = field.electric_field[(i * (ny - 1) + j) * (nz - 1) + k];
+        // The fall of the potential along the edges of a cell that lie side by side, against the mean of the field at its corners, as
+        // it is in the cell.
+        let mut e = [0.0; 3];
+        for corner in (0..8).map(|bits| [0, 1, 2].map(|a| bits >> a & 1)) {
+            let limits = field.electric_field[at(i + corner[0], j + corner[1], k + corner[2])];
+            (0..3).for_each(|a| e[a] += 0.125 * limits[1 - corner[a]][a]);
+        }
         for axis in 0..3 {
             let (mut fall, mut path) = (0.0, [0.0; 3]);
             for (s, t) in [(0, 0), (0, 1), (1, 0), (1, 1)] {
