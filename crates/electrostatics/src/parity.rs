@@ -78,7 +78,7 @@ impl Parity {
                 grounded[*axis] = is_odd(k).then_some(plane.at);
             }
             let projection = Mat::from_fn(rows.len(), conductors, |i, j| rows[i][j]);
-            let constant = enclosed && odd == 0 && rows.len() == 1;
+            let constant = enclosed && odd == 0 && rows.len() == 1 && !any_grounded;
             Self { grounded, side, projection, constant }
         };
         (0..1_usize << exchanging.len()).map(parity).filter(|parity| parity.sides() > 0).collect()

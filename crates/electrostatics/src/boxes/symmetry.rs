@@ -56,7 +56,7 @@ pub(crate) fn parts(layout: &Layout, grounded: &[bool], use_mirrors: bool) -> Ve
         let insulated =
             layout.walls.iter().flatten().all(|w| *w == elastocap_geometry::scene::Wall::Insulated);
         let mut fieldless = Vec::new();
-        if signs == 0 && insulated && !potentials.is_empty() {
+        if signs == 0 && insulated && unsolved.is_empty() && !potentials.is_empty() {
             potentials.pop();
             fieldless.push(vec![1.0; n]);
         }
