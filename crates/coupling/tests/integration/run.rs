@@ -101,7 +101,7 @@ fn the_plan_says_what_is_solved_and_what_is_not() {
     let plan = Plan::new(&acceptance("isolated-cube.toml"), &Options::default());
     assert_eq!(plan.kind, Kind::Capacitance);
     let parts: Vec<_> = plan.solved.iter().map(|planned| planned.part).collect();
-    assert_eq!(parts, ["electrostatics", "files"]);
+    assert_eq!(parts, ["measured", "electrostatics", "files"]);
 
     let mut case = acceptance("in-plane-pair.toml");
     case.electrodes = None;
