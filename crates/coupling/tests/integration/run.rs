@@ -91,7 +91,7 @@ fn the_plan_says_what_is_solved_and_what_is_not() {
     let plan = Plan::new(&acceptance("in-plane-pair.toml"), &Options::default());
     assert_eq!(plan.kind, Kind::Curve);
     let parts: Vec<_> = plan.solved.iter().map(|planned| planned.part).collect();
-    assert_eq!(parts, ["mechanics", "electrostatics", "files"]);
+    assert_eq!(parts, ["mechanics", "measured", "electrostatics", "files"]);
     assert_eq!(plan.mirrored, [true, false, true]);
     // A quarter of the scene, as a run of the last step takes it (113,881 are needed), some 0.1 GB and some tenths of a second.
     assert_eq!(plan.unknowns, 118_422);
@@ -101,7 +101,7 @@ fn the_plan_says_what_is_solved_and_what_is_not() {
     let plan = Plan::new(&acceptance("isolated-cube.toml"), &Options::default());
     assert_eq!(plan.kind, Kind::Capacitance);
     let parts: Vec<_> = plan.solved.iter().map(|planned| planned.part).collect();
-    assert_eq!(parts, ["electrostatics", "files"]);
+    assert_eq!(parts, ["measured", "electrostatics", "files"]);
 
     let mut case = acceptance("in-plane-pair.toml");
     case.electrodes = None;
@@ -122,7 +122,7 @@ fn without_pruning_nothing_is_left_out_by_the_plan() {
     case.load = None;
     let plan = Plan::new(&case, &options);
     let parts: Vec<_> = plan.solved.iter().map(|planned| planned.part).collect();
-    assert_eq!(parts, ["mechanics", "electrostatics", "files"]);
+    assert_eq!(parts, ["mechanics", "measured", "electrostatics", "files"]);
 }
 
 #[test]

@@ -47,8 +47,8 @@ fn the_floating_plate_leaves_the_matrix_and_its_potential_is_reported() {
     let table = csv::capacitance(&outcome.conductors, outcome.measurement, &outcome.steps);
     assert!(!table.contains("float"), "{table}");
     let numbers = |quantity: &str| -> [f64; 3] {
-        let row = table.lines().find(|line| line.starts_with(&format!("{quantity},lower,upper,"))).unwrap();
-        let fields: Vec<f64> = row.split(',').skip(3).take(3).map(|field| field.parse().unwrap()).collect();
+        let row = table.lines().find(|line| line.starts_with(&format!("0,{quantity},lower,upper,"))).unwrap();
+        let fields: Vec<f64> = row.split(',').skip(4).take(3).map(|field| field.parse().unwrap()).collect();
         fields.try_into().unwrap()
     };
     let ([value, lower, upper], entry) = (numbers("maxwell"), step.maxwell.as_ref().unwrap()[0][1]);
