@@ -226,31 +226,32 @@ fn bounds_close_in_on_a_bend_from_both_sides_and_the_field_is_that_of_the_bent_s
         if !(0.2..0.7).contains(&x) || !(0.55..1.0).contains(&y) || z.abs() > 0.5 {
             continue;
         }
-        // The fall of the potential along the edges of a cell that lie side by side, against the mean of the field at its corners, as
-        // it is in the cell.
-        let mut e = [0.0; 3];
-        for corner in (0..8).map(|bits| [0, 1, 2].map(|a| bits >> a & 1)) {
+        // The fall of the potential along the short edges of a cell against the mean of the field at their ends, as it is in the cell.
+        let own = |corner: [usize; 3]| {
             let limits = field.electric_field[at(i + corner[0], j + corner[1], k + corner[2])];
-            (0..3).for_each(|a| e[a] += 0.125 * limits[1 - corner[a]][a]);
-        }
+            [0, 1, 2].map(|a: usize| limits[1 - corner[a]][a])
+        };
         for axis in 0..3 {
-            let (mut fall, mut path) = (0.0, [0.0; 3]);
             for (s, t) in [(0, 0), (0, 1), (1, 0), (1, 1)] {
-                let start = [[i, j + s, k + t], [i + s, j, k + t], [i + s, j + t, k]][axis];
+                let start = [[0, s, t], [s, 0, t], [s, t, 0]][axis];
                 let mut end = start;
                 end[axis] += 1;
-                let [from, to] = [start, end].map(|[i, j, k]| at(i, j, k));
-                fall -= 0.25 * (field.potential[to] - field.potential[from]);
-                (0..3).for_each(|n| path[n] += 0.25 * (points[to][n] - points[from][n]));
+                let [from, to] = [start, end].map(|c| at(i + c[0], j + c[1], k + c[2]));
+                let path = [0, 1, 2].map(|n| points[to][n] - points[from][n]);
+                if path.iter().map(|x| x * x).sum::<f64>() > 0.1_f64.powi(2) {
+                    continue;
+                }
+                let fall = field.potential[from] - field.potential[to];
+                let ends = [own(start), own(end)];
+                let expected: f64 = (0..3).map(|n| 0.5 * (ends[0][n] + ends[1][n]) * path[n]).sum();
+                all += fall * fall;
+                off += (fall - expected).powi(2);
+                count += 1;
             }
-            let expected: f64 = (0..3).map(|n| e[n] * path[n]).sum();
-            all += fall * fall;
-            off += (fall - expected).powi(2);
-            count += 1;
         }
     }
     println!("{} of {count}", (off / all).sqrt());
-    assert!(count > 20 && off < 0.05_f64.powi(2) * all, "{}", (off / all).sqrt());
+    assert!(count > 7 && off < 0.05_f64.powi(2) * all, "{}", (off / all).sqrt());
 }
 
 #[test]
