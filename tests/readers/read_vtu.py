@@ -68,16 +68,17 @@ def check_fields(points, connectivity, point_data, cell_data):
     need((cell_data["body_id"] >= 0).all(), "a body id is negative")
 
     corners = points[connectivity]
-    # VTK's corner 6 is opposite to corner 0; the boxes are axis-aligned.
-    size = corners[:, 6] - corners[:, 0]
-    need((size > 0).all(), "a cell is flat or inside out")
     potential = point_data["potential"][connectivity]
     upper = np.array([[1, 2, 5, 6], [2, 3, 6, 7], [4, 5, 6, 7]])
     lower = np.array([[0, 3, 4, 7], [0, 1, 4, 5], [0, 1, 2, 3]])
-    gradient = (potential[:, upper].mean(axis=2) - potential[:, lower].mean(axis=2)) / size
+    # From the middle of each face to that of the opposite one: along the axes, unless the scene is bent.
+    across = corners[:, upper].mean(axis=2) - corners[:, lower].mean(axis=2)
+    unit = np.abs(across).max()
+    volume = np.linalg.det(across / unit)
+    need((volume > 0).all(), "a cell is flat or inside out")
+    fall = potential[:, upper].mean(axis=2) - potential[:, lower].mean(axis=2)
+    gradient = np.linalg.solve(across / unit, fall[:, :, None])[:, :, 0] / unit
     field = point_data["electric_field"].astype(float)[connectivity].mean(axis=1)
-    # Lengths in units of the largest size: a nm scene's volumes in m^3 would vanish.
-    volume = (size / size.max()).prod(axis=1)
     field_size, gradient_size = np.linalg.norm(field, axis=1), np.linalg.norm(gradient, axis=1)
     if field_size.max() == 0.0:
         need(gradient_size.max() == 0.0, "E is zero, the potential is not constant")
