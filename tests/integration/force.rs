@@ -139,6 +139,10 @@ fn results_without_one_monotonic_curve_are_refused() {
         sandbox.elastocap(&["force", file, "--capacitance", "1.2fF"]).exits_with(2).stderr
     };
     assert!(ask().contains("grows up to step 1 (1 N) and then falls"), "{}", ask());
+    // Steps that a shift tells apart are no curve of the force.
+    result["plan"] = serde_json::json!({ "steps": [{}, { "pose": { "shift_m": [1e-4, 0.0] } }, {}] });
+    sandbox.case("turning.json", &result.to_string());
+    assert!(ask().contains("also shift or tilt what is attached"), "{}", ask());
     result["measurement"]["kind"] = "matrix".into();
     sandbox.case("turning.json", &result.to_string());
     assert!(ask().contains("name it in `[measure]`"), "{}", ask());

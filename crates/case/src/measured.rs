@@ -18,7 +18,7 @@ pub struct MeasuredCapacitance {
 #[non_exhaustive]
 pub enum MeasuredCapacitanceError {
     /// The value or the error does not begin with a number, or is not finite.
-    #[error("`{0}` is no number with a unit; write for example 41.2fF+-0.05fF")]
+    #[error("`{0}` is not a number with a unit; write for example 41.2fF+-0.05fF")]
     NoNumber(String),
     /// A decimal comma.
     #[error("`{0}` has a decimal comma; write a point, such as 41.2fF")]
@@ -27,7 +27,7 @@ pub enum MeasuredCapacitanceError {
     #[error("`{0}` has no unit; write it with the value and with the error, such as 41.2fF+-0.05fF")]
     NoUnit(String),
     /// A unit that the program does not know.
-    #[error("`{0}` is no unit; those of capacitances are F with a prefix: aF, fF, pF, nF, uF")]
+    #[error("`{0}` is not a unit of capacitance; write F with a prefix: aF, fF, pF, nF, uF")]
     UnknownUnit(String),
     /// A unit of something else.
     #[error("`{text}` is {found} and not a capacitance; its unit is F with a prefix, such as fF")]
@@ -112,21 +112,21 @@ mod tests {
     #[test]
     fn what_is_no_measured_capacitance_says_why() {
         for (text, words) in [
-            ("", "no number"),
-            ("fF", "no number"),
-            ("nan fF", "no number"),
+            ("", "not a number with a unit"),
+            ("fF", "not a number with a unit"),
+            ("nan fF", "not a number with a unit"),
             ("41.2", "no unit"),
             ("41.2+-0.05fF", "no unit"),
             ("41.2fF+-0.05", "no unit"),
-            ("41.2fF+-", "no number"),
+            ("41.2fF+-", "not a number with a unit"),
             ("41,2fF", "comma"),
-            ("41.2 farad", "is no unit"),
+            ("41.2 farad", "is not a unit"),
             ("41.2mN", "is a force"),
             ("41.2fF+-1pC", "is a charge"),
             ("-41.2fF", "greater than zero"),
             ("0fF", "greater than zero"),
             ("41.2fF+--1fF", "negative"),
-            ("1fF+-1fF+-1fF", "is no unit"),
+            ("1fF+-1fF+-1fF", "is not a unit"),
         ] {
             let said = text.parse::<MeasuredCapacitance>().expect_err(text).to_string();
             assert!(said.contains(words), "{text}: {said}");

@@ -24,7 +24,7 @@ pub(super) const CHARGE: Dimension = dimension(0, 0, 1, 1);
 pub(super) const CAPACITANCE: Dimension = dimension(-2, -1, 4, 2);
 pub(super) const ANGLE: Dimension = Dimension { radian: 1, ..dimension(0, 0, 0, 0) };
 
-/// The one unit that is no power of ten of an SI unit: an angle of pi / 180.
+/// The one unit that is not a power of ten of an SI unit: an angle of pi / 180.
 const DEGREE: &str = "deg";
 
 /// Dimensions that have a name of their own, for messages.

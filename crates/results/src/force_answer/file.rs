@@ -36,6 +36,12 @@ pub enum CurveFileError {
         "the result has a matrix of {0} terminals, and a force belongs to one capacitance; name it in `[measure]` of the case and run that"
     )]
     Matrix(usize),
+    /// The load is not all that differs between its steps.
+    #[error(
+        "the load steps of the result also shift or tilt what is attached, so that a capacitance does not tell the force; run the case \
+         with the same shift and tilt at all steps"
+    )]
+    Moved,
     /// No force in it.
     #[error(
         "the result has no forces: the case has no `[load]`, or its steps failed or lie beyond the largest force of the closed form"
@@ -67,6 +73,19 @@ struct Document {
     measurement: Option<Measured>,
     bounds: Option<String>,
     steps: Vec<Step>,
+    #[serde(default)]
+    plan: Plan,
+}
+
+#[derive(Default, Deserialize)]
+struct Plan {
+    steps: Vec<PlannedStep>,
+}
+
+#[derive(Deserialize)]
+struct PlannedStep {
+    /// How what is attached is moved, where it is.
+    pose: Option<serde_json::Value>,
 }
 
 #[derive(Deserialize)]
@@ -136,6 +155,9 @@ pub fn read_curve(result: &Path) -> Result<CurveOnFile, CurveFileError> {
         && kind == "matrix"
     {
         return Err(CurveFileError::Matrix(terminals.len()));
+    }
+    if document.plan.steps.windows(2).any(|pair| pair[0].pose != pair[1].pose) {
+        return Err(CurveFileError::Moved);
     }
     if document.steps.iter().all(|step| step.force_n.is_none()) {
         return Err(CurveFileError::NoForces);
