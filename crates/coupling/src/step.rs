@@ -14,13 +14,13 @@ use elastocap_geometry::export::surfaces::SurfaceBody;
 use elastocap_geometry::scene::Scene;
 use elastocap_mechanics::ForceLimit;
 
-use crate::bent_in_space::{BentScene, bent_in_space};
 use crate::box_fields::{between, enclosing, mapped};
 use crate::deform::{Deformation, FiniteElementStep, ForceCheck, Prepared};
 use crate::failure::{StepFailure, Stop};
 use crate::finished::FinishedStep;
-use crate::layer_outlines::{LayerScene, bent_scene};
+use crate::layer_outlines::{LayerScene, outlined};
 use crate::load_steps::StepLoad;
+use crate::mapped::{BentScene, FILMS, Found, bent_scene};
 use crate::outcome::{EntryStatus, FloatingConductor, Missed, Row, SolverReport, Status, StepResult};
 use crate::plan::PlannedStep;
 use crate::route::{Bending, Bodies, Route, RouteError, asked, route};
@@ -197,10 +197,10 @@ impl Solver<'_> {
         let deformed = result.scene.insert(deformed);
         result.seconds.mechanics = start.elapsed().as_secs_f64();
 
-        let bending = Bending::found(deformed, state.as_ref());
+        let bending = Bending::found(self.case, deformed, state.as_ref(), step.pose.distance);
         let taken = route(Bodies::of(&deformed.scene), bending, asked(self.case))?;
         result.route = Some(taken);
-        let mut solution = match self.fields(taken, step.index, deformed, state.as_ref())? {
+        let mut solution = match self.fields(taken, step, deformed, state.as_ref())? {
             Fields::Boxes(found) => *found,
             Fields::Mapped { found, deviation, surfaces } => {
                 result.surfaces = surfaces;
@@ -329,7 +329,7 @@ impl Solver<'_> {
     fn fields(
         &self,
         taken: Route,
-        index: usize,
+        step: &PlannedStep,
         deformed: &DeformedScene,
         state: Option<&Deformation<'_>>,
     ) -> Result<Fields, Stop> {
@@ -339,7 +339,7 @@ impl Solver<'_> {
             Route::EnclosingBoxes => {
                 Ok(Fields::Boxes(Box::new(between(deformed, enclosing(deformed)?, &settings)?)))
             }
-            Route::MappedBoxes => self.under_map(index, deformed, state),
+            Route::MappedBoxes => self.under_map(step, deformed, state),
             Route::EnclosingBoxesThenOutlines => {
                 // Boxes inside and around are solved in no time.
                 let found = between(deformed, enclosing(deformed)?, &settings)?;
@@ -357,7 +357,7 @@ impl Solver<'_> {
     /// Boxes under the map that bends them; boxes inside and around the electrodes where there is no such map.
     fn under_map(
         &self,
-        index: usize,
+        step: &PlannedStep,
         deformed: &DeformedScene,
         state: Option<&Deformation<'_>>,
     ) -> Result<Fields, Stop> {
@@ -368,24 +368,38 @@ impl Solver<'_> {
             let surfaces = bent.surfaces(&window(&[deformed]));
             return Ok(Fields::Mapped { found, deviation: 0.0, surfaces });
         }
-        let bent = match (state, self.layer.probe(index)) {
-            (Some(Deformation::FiniteElement(layer)), Some(probe)) => {
-                bent_in_space(self.case, deformed, layer, &probe)
-            }
-            _ => None,
+        let enclosed = || Ok(Fields::Enclosed(Box::new(between(deformed, enclosing(deformed)?, &settings)?)));
+        // Boxes inside and around a pair know nothing of what else is bent.
+        let may_be_enclosed = deformed.scene.conductors().count() <= 2 && self.case.indenter.is_none();
+        let (Some(Deformation::FiniteElement(layer)), Some(displacement)) =
+            (state, self.layer.displacement(step.index))
+        else {
+            return enclosed();
         };
-        if let Some(bent) = bent {
+        let found = Found { step: layer, displacement: &displacement, distance: step.pose.distance };
+        let mut films = FILMS.into_iter();
+        loop {
+            let Some(film) = films.next() else {
+                return if may_be_enclosed { enclosed() } else { Err(StepFailure::NoMap.into()) };
+            };
+            let bent = match bent_scene(self.case, deformed, &found, film) {
+                Ok(Some(bent)) => bent,
+                Ok(None) | Err(_) if may_be_enclosed => return enclosed(),
+                Ok(None) => return Err(StepFailure::NoMap.into()),
+                Err(error) => return Err(error.into()),
+            };
             match mapped(&bent, &settings) {
                 Ok(found) => {
                     let surfaces = bent.surfaces(&window(&[deformed]));
                     let found = Box::new(found);
                     return Ok(Fields::Mapped { found, deviation: bent.deviation, surfaces });
                 }
-                Err(Stop::Failed(failure)) if no_map(&failure) => {}
+                // Only the film of an indenter can be chosen.
+                Err(Stop::Failed(failure)) if no_map(&failure) && self.case.indenter.is_some() => {}
+                Err(Stop::Failed(failure)) if no_map(&failure) && may_be_enclosed => return enclosed(),
                 Err(stop) => return Err(stop),
             }
         }
-        Ok(Fields::Enclosed(Box::new(between(deformed, enclosing(deformed)?, &settings)?)))
     }
 
     /// Notes how far the bodies of a field are from those of the layer's finite elements.
@@ -405,7 +419,7 @@ impl Solver<'_> {
     fn outlines(&self, deformed: &DeformedScene, state: Option<&Deformation<'_>>) -> Result<Fields, Stop> {
         let layer = match state {
             Some(Deformation::FiniteElement(layer)) => {
-                bent_scene(deformed, &layer.curves, self.settings.relative_tolerance)?
+                outlined(deformed, &layer.curves, self.settings.relative_tolerance)?
             }
             // Nothing but finite elements bends anything.
             Some(Deformation::ClosedForm(_)) | None => LayerScene::of_boxes(deformed),

@@ -53,7 +53,7 @@ fn in_plane_pair() -> Case {
             extent: Extent::AroundLayer {
                 side_margin: Some(1e-3),
                 below: Face::Insulated,
-                above: Face::Medium { relative_permittivity: 1.0, thickness: Some(1e-3) },
+                above: Face::Medium { relative_permittivity: 1.0, thickness: Some(1e-3), then: Wall::Open },
             },
         }),
         electrostatics: Some(Electrostatics {
@@ -98,8 +98,8 @@ fn the_stacked_pair_is_read_with_its_range_of_steps_and_open_space() {
         surroundings.extent,
         Extent::AroundLayer {
             side_margin: None,
-            below: Face::Medium { relative_permittivity: 4.5, thickness: Some(1.6e-3) },
-            above: Face::Medium { relative_permittivity: 1.0, thickness: None },
+            below: Face::Medium { relative_permittivity: 4.5, thickness: Some(1.6e-3), then: Wall::Open },
+            above: Face::Medium { relative_permittivity: 1.0, thickness: None, then: Wall::Open },
         }
     );
 }
