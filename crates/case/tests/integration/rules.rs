@@ -898,7 +898,8 @@ fn a_capsule_has_two_ends_and_a_radius_with_units_and_keeps_to_the_walls() {
             assert!(shown.contains(words), "{body}: {words} is not in\n{shown}");
         }
     }
-    let touching = case("conductor", &good.replace("\"3 mm\"", "\"7 mm\""));
+    let touching = good.replace("\"3 mm\"", "\"4.5 mm\"").replace("\"2 mm\"", "\"4.5 mm\"");
+    let touching = case("conductor", &touching);
     let error = parse(&touching).unwrap_err();
     assert!(error.to_string().contains("\"finger\" touches the grounded wall along x3"), "{error}");
     // Beside another shape there is one too many.

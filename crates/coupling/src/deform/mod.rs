@@ -9,6 +9,7 @@ mod error;
 mod finite_element;
 mod force_check;
 mod plane_strain;
+pub(crate) mod shear_force;
 pub(crate) mod shear_length;
 mod skin;
 mod solid;
