@@ -16,7 +16,7 @@ use elastocap_mechanics::ForceLimit;
 
 use crate::bent_in_space::{BentScene, bent_in_space};
 use crate::box_fields::{between, enclosing, mapped};
-use crate::deform::shear_force::{shear_force, shear_warning};
+use crate::deform::shear_force::shear_force;
 use crate::deform::{Deformation, FiniteElementStep, ForceCheck, Prepared};
 use crate::failure::{StepFailure, Stop};
 use crate::finished::FinishedStep;
@@ -487,7 +487,6 @@ impl Solver<'_> {
             result.layer = Some((*step).clone());
         }
         [row.force_x1_n, row.force_x3_n] = shear_force(state, pose);
-        result.warnings.extend(shear_warning(state, pose));
         if let (StepLoad::Compression(compression), Some(limit)) = (result.load, self.force_limit)
             && compression > limit.compression
         {

@@ -34,6 +34,7 @@ pub use skin::Skin;
 pub use solid::forecast as forecast_solid;
 
 pub(crate) use force_check::force_warning;
+pub(crate) use shear_force::shear_warning;
 
 use crate::load_steps::StepLoad;
 use elastocap_case::{Case, Mechanics, ShearLength};

@@ -1,6 +1,7 @@
 //! The horizontal force that a shift of the attached bodies takes, where it is known.
 
 use elastocap_case::Pose;
+use elastocap_mechanics::LayerState;
 
 use super::Deformation;
 
@@ -15,14 +16,15 @@ pub(crate) fn shear_force(state: &Deformation<'_>, pose: &Pose) -> [Option<f64>;
     }
 }
 
-/// What the user should know of it.
-pub(crate) fn shear_warning(state: &Deformation<'_>, pose: &Pose) -> Option<String> {
-    let has_force = pose.shift != [0.0; 2] && shear_force(state, pose).iter().any(Option::is_some);
-    let compression = state.compression();
-    (has_force && compression > CHECKED_COMPRESSION).then(|| {
+/// What the user should know of these forces of a closed-form layer, of whose steps the states and the poses are given.
+pub(crate) fn shear_warning(steps: impl Iterator<Item = (LayerState, Pose)>) -> Option<String> {
+    let is_shifted = |pose: &Pose| pose.shift != [0.0; 2] && pose.tilt == [0.0; 2];
+    let shifted = steps.filter(|(_, pose)| is_shifted(pose)).map(|(state, _)| state.compression());
+    let most = shifted.fold(0.0, f64::max);
+    (most > CHECKED_COMPRESSION).then(|| {
         format!(
-            "the horizontal force at U/H = {compression:.4} is that of simple shear of the layer, whose accuracy above U/H = \
-             {CHECKED_COMPRESSION} is not known (docs/mechanics.md)"
+            "the horizontal force of a shift is that of simple shear, up to U/H = {most:.4}; above {CHECKED_COMPRESSION} its accuracy is \
+             not known: pressure lowers the stiffness of a layer with free ends (docs/mechanics.md)"
         )
     })
 }
