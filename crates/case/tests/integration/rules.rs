@@ -882,7 +882,7 @@ fn a_capsule_has_two_ends_and_a_radius_with_units_and_keeps_to_the_walls() {
     for body in ["conductor", "dielectric"] {
         let found = parse(&case(body, good)).unwrap();
         let finger = found.bodies.iter().find(|body| body.name == "finger").unwrap();
-        assert_eq!(finger.parts, [capsule.clone()]);
+        assert_eq!(finger.parts, std::slice::from_ref(&capsule));
         for (from, to, words) in [
             ("\"2 mm\"", "2", "unit"),
             ("\"2 mm\"", "\"2 kPa\"", "length"),
