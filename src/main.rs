@@ -37,6 +37,7 @@ impl From<Exit> for ExitCode {
 
 const EXAMPLES: &str = "\
 Examples:
+  elastocap new pair sensor.toml               a commented case file to start from
   elastocap run cases/in-plane-pair.toml       C(F) with its bounds, in results/in-plane-pair
   elastocap check cases/in-plane-pair.toml     what will be solved, and how long it will take
   elastocap force results/in-plane-pair --capacitance 41.2fF+-0.05fF
@@ -76,6 +77,8 @@ struct Common {
 
 #[derive(Debug, Subcommand)]
 enum Command {
+    /// Write a commented case file of an everyday sensor to start from
+    New(commands::new::Arguments),
     /// Solve a case and write its results
     Run(commands::run::Arguments),
     /// Validate a case and print the plan: what is solved and left out, with estimates of memory and time
@@ -118,6 +121,7 @@ fn main() -> ExitCode {
     }
     let common = &arguments.common;
     let exit = match &arguments.command {
+        Command::New(arguments) => commands::new::execute(arguments, common),
         Command::Run(arguments) => commands::run::execute(arguments, common, &guard),
         Command::Check(arguments) => commands::check::execute(arguments, common),
         Command::Force(arguments) => commands::force::execute(arguments),

@@ -34,7 +34,7 @@ impl Numbers<'_> {
 
     fn shape(&mut self) -> Shape {
         let axis = usize::from(self.byte() % 3);
-        match self.byte() % 4 {
+        match self.byte() % 5 {
             0 => {
                 let (a, b) = (self.point(), self.point());
                 Shape::Box(Box3 {
@@ -43,6 +43,11 @@ impl Numbers<'_> {
                 })
             }
             1 => Shape::Sphere { center: self.point(), radius: self.real().abs().max(1e-9) },
+            3 => Shape::Capsule {
+                from: self.point(),
+                to: self.point(),
+                radius: self.real().abs().max(1e-9),
+            },
             2 => Shape::Cylinder {
                 axis,
                 base: self.point(),

@@ -7,6 +7,7 @@ pub(crate) mod check;
 pub(crate) mod figures;
 pub(crate) mod force;
 pub(crate) mod mesh;
+pub(crate) mod new;
 mod progress;
 pub(crate) mod run;
 pub(crate) mod schema;

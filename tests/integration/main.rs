@@ -10,6 +10,7 @@ mod figures;
 mod force;
 mod hostile;
 mod moving;
+mod new;
 mod stability;
 mod stopping;
 mod support;

@@ -151,3 +151,28 @@ fn a_plate_that_stays_behind_is_warned_of() {
     let warnings = sandbox.json("out/result.json")["warnings"].to_string();
     assert!(warnings.contains("`plate` stays where it is while the layer's top sinks"), "{warnings}");
 }
+
+#[test]
+fn a_shift_has_the_horizontal_force_of_simple_shear_and_a_tilt_has_none() {
+    let steps = "[load]\nsteps = [{ compression = 0.0 }, { compression = 0.0, shift = [\"100 um\", \"-50 um\"] }, \
+                 { compression = 0.2, shift = [\"-100 um\", \"0 um\"] }, \
+                 { compression = 0.2, shift = [\"100 um\", \"0 um\"], tilt = [\"0.2 deg\", \"0 deg\"] }]\n";
+    let sandbox = Sandbox::new();
+    let text = quadrants("2.8", &plate(RIDING, "400 um", "450 um"), steps, "5e-1");
+    let run = sandbox.run(&sandbox.case("shifted.toml", &text), &["--no-fields", "--no-scene"]).exits_with(0);
+    let table = sandbox.table("out/curve.csv");
+    // 100 kPa on 6 mm x 6 mm, 400 um thick: 0.9 N for 100 um, pressed or not, since the rubber is neo-Hookean.
+    let [along1, along3] = ["force_x1_n", "force_x3_n"].map(|name| table.texts(name));
+    assert_eq!((along1[0], along3[0], along1[3], along3[3]), ("0", "0", "", ""));
+    for (text, expected) in [(along1[1], 0.9), (along3[1], -0.45), (along1[2], -0.9)] {
+        let found: f64 = text.parse().expect("a number");
+        assert!((found / expected - 1.0).abs() < 1e-9, "{found} {expected}");
+    }
+    assert_eq!(along3[2], "0");
+    let said: Vec<&str> = run.stderr.lines().filter(|line| line.contains("horizontal force")).collect();
+    let [line] = said.as_slice() else { panic!("one warning expected: {}", run.stderr) };
+    assert!(line.contains("simple shear, up to U/H = 0.2000"), "{line}");
+    let json = sandbox.json("out/result.json");
+    assert_eq!(json["steps"][1]["force_x1_n"].as_f64().map(|f| f.to_string()), Some(along1[1].to_owned()));
+    assert!(json["steps"][3]["force_x1_n"].is_null());
+}

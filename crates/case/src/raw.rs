@@ -563,6 +563,8 @@ table! {
         sheet: Option<Read<Sheet>>,
         /// A ball.
         sphere: Option<Read<Ball>>,
+        /// All points within a radius of a segment: a finger, a wire.
+        capsule: Option<Read<Capsule>>,
         /// A closed spherical surface around everything; nothing outside it is solved.
         shell: Option<Read<Ball>>,
         /// A circular cylinder, disc, tube or ring.
@@ -579,7 +581,7 @@ table! {
         /// What it moves with when the layer is loaded. Default: "fixed".
         attached: Option<Read<Attached>>,
     }
-    one_of: "box", "boxes", "sheet", "sphere", "shell", "cylinder", "extrusion", "surface", "physical";
+    one_of: "box", "boxes", "sheet", "sphere", "capsule", "shell", "cylinder", "extrusion", "surface", "physical";
 }
 
 words! {
@@ -600,6 +602,8 @@ table! {
         slab: Option<Read<Slab>>,
         /// A ball.
         sphere: Option<Read<Ball>>,
+        /// All points within a radius of a segment: a finger, a wire.
+        capsule: Option<Read<Capsule>>,
         /// A circular cylinder, disc, tube or ring.
         cylinder: Option<Read<Tube>>,
         /// An outline pulled along an axis.
@@ -611,7 +615,7 @@ table! {
         /// What it moves with when the layer is loaded. Default: "fixed".
         attached: Option<Read<Attached>>,
     }
-    one_of: "box", "slab", "sphere", "cylinder", "extrusion", "surface", "physical";
+    one_of: "box", "slab", "sphere", "capsule", "cylinder", "extrusion", "surface", "physical";
 }
 
 table! {
@@ -655,6 +659,18 @@ table! {
     struct Ball {
         /// Its middle: x1, x2, x3.
         center: Read<[Read<Position>; 3]>,
+        /// Its radius.
+        radius: Read<Size>,
+    }
+}
+
+table! {
+    /// All points within a radius of a segment: a cylinder of any direction with half balls as its ends.
+    struct Capsule {
+        /// One end of the segment: x1, x2, x3.
+        from: Read<[Read<Position>; 3]>,
+        /// The other end; the same one for a ball.
+        to: Read<[Read<Position>; 3]>,
         /// Its radius.
         radius: Read<Size>,
     }

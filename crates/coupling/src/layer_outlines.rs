@@ -76,7 +76,7 @@ fn flat_surface(shape: &Shape, window: &Box3) -> Option<Vec<Corners>> {
         Shape::Surface(surface) => {
             Some(surface.faces.iter().map(|t| t.map(|p| surface.points[p as usize])).collect())
         }
-        Shape::Sphere { .. } | Shape::Shell { .. } | Shape::Physical(_) => None,
+        Shape::Sphere { .. } | Shape::Shell { .. } | Shape::Capsule { .. } | Shape::Physical(_) => None,
     }
 }
 

@@ -118,6 +118,11 @@ pub struct Row {
     /// Compressive, N; `None` in the closed form beyond the compression at which equation (50) of the paper has its largest
     /// force.
     pub force_n: Option<f64>,
+    /// Along x1, N: what the shift of the attached bodies takes, by simple shear of a closed-form layer that is bonded to what is
+    /// shifted. `None` under a tilt, and of layers by finite elements.
+    pub force_x1_n: Option<f64>,
+    /// The same along x3, N.
+    pub force_x3_n: Option<f64>,
     /// U, m.
     pub top_displacement_m: Option<f64>,
     /// Between the facing surfaces of the electrodes, m.
@@ -169,9 +174,11 @@ pub struct Row {
 
 impl Row {
     /// Names of the columns.
-    pub const COLUMNS: [&'static str; 23] = [
+    pub const COLUMNS: [&'static str; 25] = [
         "compression",
         "force_n",
+        "force_x1_n",
+        "force_x3_n",
         "top_displacement_m",
         "gap_m",
         "electrode_height_m",
@@ -196,10 +203,12 @@ impl Row {
     ];
 
     /// The numbers of the columns before `unknowns`, in their order.
-    pub fn numbers(&self) -> [Option<f64>; 21] {
+    pub fn numbers(&self) -> [Option<f64>; 23] {
         [
             self.compression,
             self.force_n,
+            self.force_x1_n,
+            self.force_x3_n,
             self.top_displacement_m,
             self.gap_m,
             self.electrode_height_m,

@@ -8,7 +8,7 @@ use std::time::Instant;
 use elastocap_case::Case;
 
 use crate::change::{ChangeSearch, note_changes};
-use crate::deform::{Prepared, Solution, force_warning, prepare};
+use crate::deform::{Prepared, Solution, force_warning, prepare, shear_warning};
 use crate::failure::StepFailure;
 use crate::finished::FinishedStep;
 use crate::outcome::{Outcome, Status, StepResult};
@@ -150,7 +150,11 @@ fn layer_warnings(case: &Case, layer: &Prepared) -> Vec<String> {
             too_large.map(|reason| format!("the layer is not refined further: {reason}")).collect()
         }
         Prepared::ClosedForm(run) => {
-            force_warning(case, run.states.iter().flatten().copied(), run.force_limit).into_iter().collect()
+            let states = || run.states.iter().enumerate();
+            let of_force =
+                force_warning(case, states().filter_map(|(_, s)| s.as_ref().ok().copied()), run.force_limit);
+            let with_pose = |(k, state): (usize, &Result<_, _>)| Some((*state.as_ref().ok()?, case.pose(k)));
+            of_force.into_iter().chain(shear_warning(states().filter_map(with_pose))).collect()
         }
     }
 }

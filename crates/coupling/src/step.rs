@@ -15,6 +15,7 @@ use elastocap_geometry::scene::Scene;
 use elastocap_mechanics::ForceLimit;
 
 use crate::box_fields::{between, enclosing, mapped};
+use crate::deform::shear_force::shear_force;
 use crate::deform::{Deformation, FiniteElementStep, ForceCheck, Prepared};
 use crate::failure::{StepFailure, Stop};
 use crate::finished::FinishedStep;
@@ -150,7 +151,7 @@ impl Solver<'_> {
             return self.solve(step).0;
         }
         result.reason = missed;
-        self.note_mechanics(&mut result, state.as_ref());
+        self.note_mechanics(&mut result, state.as_ref(), &step.pose);
         if let (Some(Deformation::FiniteElement(layer)), false) = (&state, self.case.has_conductors()) {
             result.row.relative_error_estimate = layer.relative_error_estimate;
         }
@@ -168,7 +169,7 @@ impl Solver<'_> {
         }
         let start = Instant::now();
         let state = self.layer.deformation(self.case, step.index, step.load, self.prune)?;
-        let no_force = self.note_mechanics(result, state.as_ref());
+        let no_force = self.note_mechanics(result, state.as_ref(), &step.pose);
         let mut shortfalls = Shortfalls { no_force, ..Shortfalls::default() };
         if let Some(reason) = layer_missed(state.as_ref()) {
             shortfalls.add(Missed::Mechanics, reason);
@@ -257,7 +258,7 @@ impl Solver<'_> {
     pub(crate) fn restored(&self, step: &PlannedStep, found: FinishedStep) -> Option<StepResult> {
         let mut result = StepResult::not_run(step);
         let state = self.layer.deformation(self.case, step.index, step.load, self.prune).ok()?;
-        self.note_mechanics(&mut result, state.as_ref());
+        self.note_mechanics(&mut result, state.as_ref(), &step.pose);
         result.scene = Some(self.bodies(&mut result.row, state.as_ref(), &step.pose).ok()?);
         found.add_to(&mut result).then_some(result)
     }
@@ -480,7 +481,12 @@ impl Solver<'_> {
     }
 
     /// Notes what the mechanics say; returns why there is no force, if there is none.
-    fn note_mechanics(&self, result: &mut StepResult, state: Option<&Deformation<'_>>) -> Option<String> {
+    fn note_mechanics(
+        &self,
+        result: &mut StepResult,
+        state: Option<&Deformation<'_>>,
+        pose: &Pose,
+    ) -> Option<String> {
         let row = &mut result.row;
         let Some(state) = state else {
             // Nothing presses: the layer is as it was.
@@ -494,6 +500,7 @@ impl Solver<'_> {
         if let Deformation::FiniteElement(step) = state {
             result.layer = Some((*step).clone());
         }
+        [row.force_x1_n, row.force_x3_n] = shear_force(state, pose);
         if let (StepLoad::Compression(compression), Some(limit)) = (result.load, self.force_limit)
             && compression > limit.compression
         {

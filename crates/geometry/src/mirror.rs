@@ -64,6 +64,7 @@ pub fn part(scene: &Scene, planes: &[Option<MirrorPlane>; 3]) -> Scene {
 fn middle(shape: &Shape, b: &Box3, axis: usize) -> Option<f64> {
     match shape {
         Shape::Sphere { center, .. } | Shape::Shell { center, .. } => Some(center[axis]),
+        Shape::Capsule { from, to, .. } => Some(0.5 * (from[axis] + to[axis])),
         Shape::Cylinder { axis: along, base, .. } | Shape::Tube { axis: along, base, .. }
             if *along != axis =>
         {
@@ -175,6 +176,14 @@ impl Plane {
             (Shape::Box(_), Shape::Box(_))
             | (Shape::Sphere { .. }, Shape::Sphere { .. })
             | (Shape::Shell { .. }, Shape::Shell { .. }) => true,
+            (Shape::Capsule { from, to, .. }, Shape::Capsule { from: first, to: second, .. }) => {
+                // Bounds do not tell which way it leans.
+                let maps = |p: &[f64; 3], q: &[f64; 3]| {
+                    let image = |a: usize| if a == self.axis { 2.0 * self.at - p[a] } else { p[a] };
+                    (0..3).all(|a| (image(a) - q[a]).abs() <= 4.0 * self.near)
+                };
+                (maps(from, first) && maps(to, second)) || (maps(from, second) && maps(to, first))
+            }
             (Shape::Cylinder { axis, .. }, Shape::Cylinder { axis: along, .. }) => axis == along,
             (
                 Shape::Tube { axis, radii: [inner, _], .. },
@@ -194,6 +203,7 @@ impl Plane {
                 Shape::Box(_)
                 | Shape::Sphere { .. }
                 | Shape::Shell { .. }
+                | Shape::Capsule { .. }
                 | Shape::Cylinder { .. }
                 | Shape::Tube { .. }
                 | Shape::Extrusion { .. }

@@ -27,6 +27,7 @@ pub fn boxes_of(shape: &Shape, most: usize) -> Option<Vec<Box3>> {
         Shape::Surface(surface) => of_surface(surface, most),
         Shape::Sphere { .. }
         | Shape::Shell { .. }
+        | Shape::Capsule { .. }
         | Shape::Cylinder { .. }
         | Shape::Tube { .. }
         | Shape::Physical(_) => None,

@@ -3,6 +3,7 @@
 use crate::cubic::Cubic;
 use crate::outline;
 use crate::scene::Box3;
+use crate::segments::distance_to_segment;
 use crate::winding;
 use std::ops::Range;
 
@@ -23,6 +24,15 @@ pub enum Shape {
         /// The middle of the hollow.
         center: [f64; 3],
         /// The radius of the hollow, positive.
+        radius: f64,
+    },
+    /// All points within a radius of a segment: a cylinder of any direction between two half balls.
+    Capsule {
+        /// One end of the segment.
+        from: [f64; 3],
+        /// The other end; where both are the same, the body is a ball.
+        to: [f64; 3],
+        /// Its radius, positive.
         radius: f64,
     },
     /// A circular cylinder along a coordinate axis.
@@ -99,6 +109,10 @@ impl Shape {
             Shape::Sphere { center, radius } | Shape::Shell { center, radius } => {
                 Some(Box3 { min: center.map(|x| x - radius), max: center.map(|x| x + radius) })
             }
+            Shape::Capsule { from, to, radius } => Some(Box3 {
+                min: [0, 1, 2].map(|k| from[k].min(to[k]) - radius),
+                max: [0, 1, 2].map(|k| from[k].max(to[k]) + radius),
+            }),
             Shape::Cylinder { axis, base, radius, height }
             | Shape::Tube { axis, base, radii: [_, radius], height } => {
                 let mut b = Box3 { min: base.map(|x| x - radius), max: base.map(|x| x + radius) };
@@ -125,6 +139,7 @@ impl Shape {
             Shape::Box(region) => Some(*region),
             Shape::Sphere { .. }
             | Shape::Shell { .. }
+            | Shape::Capsule { .. }
             | Shape::Cylinder { .. }
             | Shape::Tube { .. }
             | Shape::Extrusion { .. }
@@ -141,6 +156,9 @@ impl Shape {
             Shape::Box(b) => Shape::Box(Box3 { min: place(&b.min), max: place(&b.max) }),
             Shape::Sphere { center, radius } => Shape::Sphere { center: place(center), radius: *radius },
             Shape::Shell { center, radius } => Shape::Shell { center: place(center), radius: *radius },
+            Shape::Capsule { from, to, radius } => {
+                Shape::Capsule { from: place(from), to: place(to), radius: *radius }
+            }
             Shape::Cylinder { axis, base, radius, height } => {
                 Shape::Cylinder { axis: *axis, base: place(base), radius: *radius, height: *height }
             }
@@ -189,6 +207,7 @@ impl Shape {
             Shape::Box(b) => b.sheet_normal().is_none() && b.contains(point),
             Shape::Sphere { center, radius } => squared(center) < radius * radius,
             Shape::Shell { center, radius } => squared(center) > radius * radius,
+            Shape::Capsule { from, to, radius } => distance_to_segment(point, [*from, *to]) < *radius,
             Shape::Cylinder { axis, base, radius, height } => {
                 let z = point[*axis] - base[*axis];
                 let across = squared(base) - z * z;

@@ -103,6 +103,7 @@ impl Turn {
             }
             Shape::Sphere { .. }
             | Shape::Shell { .. }
+            | Shape::Capsule { .. }
             | Shape::Extrusion { .. }
             | Shape::Cylinder { .. }
             | Shape::Tube { .. }
@@ -173,6 +174,7 @@ fn features_of(shape: &Shape, axis: usize) -> Option<Vec<[f64; 2]>> {
         }
         Shape::Sphere { .. }
         | Shape::Shell { .. }
+        | Shape::Capsule { .. }
         | Shape::Extrusion { .. }
         | Shape::Cylinder { .. }
         | Shape::Tube { .. }

@@ -16,6 +16,7 @@ mod constants;
 mod force;
 mod map;
 mod phase;
+mod shear;
 mod stress;
 
 pub(crate) use axial_balance::shear_ratio_for_axial_force;
@@ -23,4 +24,5 @@ pub(crate) use constants::valid_shear_modulus;
 pub(crate) use force::ForceCurve;
 pub use map::LayerMap;
 pub(crate) use phase::Phase;
+pub(crate) use shear::shear_stiffness;
 pub use stress::LayerStress;

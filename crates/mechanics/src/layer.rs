@@ -3,7 +3,7 @@
 //! Equation numbers are those of the paper "Large deformation mechanics of a soft elastomeric layer under compressive loading
 //! for a MEMS tactile sensor application".
 
-use crate::closed_form::{ForceCurve, LayerMap, LayerStress, valid_shear_modulus};
+use crate::closed_form::{ForceCurve, LayerMap, LayerStress, shear_stiffness, valid_shear_modulus};
 use crate::electrode::{ElectrodePose, ElectrodeStiffness};
 use crate::error::{MechanicsError, require_positive};
 use crate::inverse::phase_for_force;
@@ -51,7 +51,9 @@ impl ClosedFormSettings {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LayerState {
     stress: LayerStress,
-    shear_modulus: f64,
+    rubber: MooneyRivlin,
+    /// Of the contact before loading, m^2.
+    contact_area: f64,
     force: f64,
 }
 
@@ -98,7 +100,8 @@ impl LayerState {
     ) -> Result<Self, MechanicsError> {
         Ok(Self {
             stress: LayerStress::new(map, rubber, settings.shear_length)?,
-            shear_modulus: rubber.shear_modulus(),
+            rubber,
+            contact_area: 2.0 * settings.contact_half_length * settings.contact_width,
             force: curve.force(map.phase()),
         })
     }
@@ -133,6 +136,18 @@ impl LayerState {
         self.force
     }
 
+    /// The horizontal force in N, along `x1` and `x3`, that shifts a plate with the area of the contact by `shift` (m) along these axes.
+    /// The plate is bonded to the compressed layer: simple shear. Without compression it is too stiff by about a quarter of the thickness over
+    /// the contact's length, because its free ends do not shear; more so with it (`docs/mechanics.md`).
+    ///
+    /// `None` along `x3` where the rubber does not resist that shear: one of its constants is negative then, and the layer stretched.
+    pub fn shear_force(&self, shift: [f64; 2]) -> [Option<f64>; 2] {
+        let (along1, along3) = shear_stiffness(self.map(), self.rubber, self.contact_area);
+        let force = |stiffness: f64, shift: f64| if shift == 0.0 { 0.0 } else { stiffness * shift };
+        let along3 = if shift[1] == 0.0 { Some(0.0) } else { along3.map(|k| force(k, shift[1])) };
+        [Some(force(along1, shift[0])), along3]
+    }
+
     /// The pose of an electrode whose mid-plane is at reference height `reference_height` `S` (m).
     ///
     /// # Errors
@@ -142,6 +157,6 @@ impl LayerState {
         reference_height: f64,
         stiffness: ElectrodeStiffness,
     ) -> Result<ElectrodePose, MechanicsError> {
-        ElectrodePose::new(self.map(), self.shear_modulus, reference_height, stiffness)
+        ElectrodePose::new(self.map(), self.rubber.shear_modulus(), reference_height, stiffness)
     }
 }

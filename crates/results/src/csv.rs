@@ -267,6 +267,8 @@ mod tests {
         let row = Row {
             compression: Some(0.5),
             force_n: Some(2.0),
+            force_x1_n: Some(22.0),
+            force_x3_n: Some(23.0),
             top_displacement_m: Some(3.0),
             gap_m: Some(4.0),
             electrode_height_m: Some(5.0),

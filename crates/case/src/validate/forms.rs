@@ -457,6 +457,7 @@ fn nothing(span: &Range<usize>) -> raw::Conductor {
         boxes: None,
         sheet: None,
         sphere: None,
+        capsule: None,
         shell: None,
         cylinder: None,
         extrusion: None,

@@ -219,13 +219,25 @@ fn all_physical(raw: &Document, table: &Read<raw::MeshFile>, log: &mut Log<'_>) 
 
 // `physical` first: a second form next to it is reported elsewhere.
 fn form_of_conductor(body: &raw::Conductor) -> Option<Form<'_>> {
-    let raw::Conductor { r#box, boxes, sheet, sphere, shell, cylinder, extrusion, surface, physical, .. } =
-        body;
+    let raw::Conductor {
+        r#box,
+        boxes,
+        sheet,
+        sphere,
+        capsule,
+        shell,
+        cylinder,
+        extrusion,
+        surface,
+        physical,
+        ..
+    } = body;
     span("physical", physical)
         .or_else(|| span("box", r#box))
         .or_else(|| span("boxes", boxes))
         .or_else(|| span("sheet", sheet))
         .or_else(|| span("sphere", sphere))
+        .or_else(|| span("capsule", capsule))
         .or_else(|| span("shell", shell))
         .or_else(|| span("cylinder", cylinder))
         .or_else(|| span("extrusion", extrusion))
@@ -233,11 +245,12 @@ fn form_of_conductor(body: &raw::Conductor) -> Option<Form<'_>> {
 }
 
 fn form_of_dielectric(body: &raw::Dielectric) -> Option<Form<'_>> {
-    let raw::Dielectric { r#box, slab, sphere, cylinder, extrusion, surface, physical, .. } = body;
+    let raw::Dielectric { r#box, slab, sphere, capsule, cylinder, extrusion, surface, physical, .. } = body;
     span("physical", physical)
         .or_else(|| span("box", r#box))
         .or_else(|| span("slab", slab))
         .or_else(|| span("sphere", sphere))
+        .or_else(|| span("capsule", capsule))
         .or_else(|| span("cylinder", cylinder))
         .or_else(|| span("extrusion", extrusion))
         .or_else(|| span("surface", surface))

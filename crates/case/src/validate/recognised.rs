@@ -91,7 +91,7 @@ fn as_extrusion(shape: &Shape, axis: usize) -> Option<Shape> {
             let [outline] = outlines.as_slice() else { return Some(shape.clone()) };
             Some(Shape::Extrusion { axis, from: *from, to: *to, outline: outline.clone(), arcs: Vec::new() })
         }
-        Shape::Sphere { .. } | Shape::Shell { .. } | Shape::Physical(_) => None,
+        Shape::Sphere { .. } | Shape::Shell { .. } | Shape::Capsule { .. } | Shape::Physical(_) => None,
     }
 }
 

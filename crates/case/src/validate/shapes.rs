@@ -25,13 +25,18 @@ pub(super) fn any_shaped(raw: &Document) -> bool {
     let dielectrics = given(&raw.dielectric).into_iter().flatten().filter_map(Read::get);
     conductors.into_iter().any(|c| {
         c.sphere.is_some()
+            || c.capsule.is_some()
             || c.shell.is_some()
             || c.cylinder.is_some()
             || c.extrusion.is_some()
             || c.surface.is_some()
-    }) || dielectrics
-        .into_iter()
-        .any(|d| d.sphere.is_some() || d.cylinder.is_some() || d.extrusion.is_some() || d.surface.is_some())
+    }) || dielectrics.into_iter().any(|d| {
+        d.sphere.is_some()
+            || d.capsule.is_some()
+            || d.cylinder.is_some()
+            || d.extrusion.is_some()
+            || d.surface.is_some()
+    })
 }
 
 /// Names of bodies with holes in their outlines, which may have become boxes.
@@ -192,6 +197,9 @@ fn conductor_parts(body: &raw::Conductor, origin: &Path, log: &mut Log<'_>) -> O
         let Shape::Sphere { center, radius } = ball(read.get()?)? else { return None };
         return Some((vec![Shape::Shell { center, radius }], read.span.clone()));
     }
+    if let Some(read) = &body.capsule {
+        return Some((vec![capsule(read.get()?)?], read.span.clone()));
+    }
     any_parts(&body.sphere, &body.cylinder, &body.extrusion, &body.surface, true, origin, log)
 }
 
@@ -201,6 +209,9 @@ fn dielectric_parts(body: &raw::Dielectric, origin: &Path, log: &mut Log<'_>) ->
     }
     if let Some(read) = &body.slab {
         return Some((vec![Shape::Box(slab(read, log)?)], read.span.clone()));
+    }
+    if let Some(read) = &body.capsule {
+        return Some((vec![capsule(read.get()?)?], read.span.clone()));
     }
     any_parts(&body.sphere, &body.cylinder, &body.extrusion, &body.surface, false, origin, log)
 }
@@ -233,6 +244,11 @@ fn point(read: &[Read<Position>; 3]) -> Option<[f64; 3]> {
 
 fn ball(raw: &raw::Ball) -> Option<Shape> {
     Some(Shape::Sphere { center: point(raw.center.get()?)?, radius: raw.radius.get()?.si })
+}
+
+fn capsule(raw: &raw::Capsule) -> Option<Shape> {
+    let (from, to) = (point(raw.from.get()?)?, point(raw.to.get()?)?);
+    Some(Shape::Capsule { from, to, radius: raw.radius.get()?.si })
 }
 
 /// A cylinder or disc, or a tube or ring.

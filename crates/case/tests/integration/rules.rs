@@ -864,3 +864,48 @@ fn a_change_needs_two_load_steps_and_their_bounds() {
         refused(LAYERED, &[(from, &asked)], wrong, &["greater than 0 and less than 1"]);
     }
 }
+
+#[test]
+fn a_capsule_has_two_ends_and_a_radius_with_units_and_keeps_to_the_walls() {
+    let walls = "[surroundings]\nboundary = \"grounded\"\n\
+                 walls = { min = [\"-9 mm\", \"-9 mm\", \"-9 mm\"], max = [\"9 mm\", \"9 mm\", \"9 mm\"] }\n";
+    let case = |body: &str, keys: &str| {
+        let dielectric = if body == "dielectric" { "relative_permittivity = 2\n" } else { "" };
+        format!(
+            "format = 1\n[[conductor]]\nname = \"ball\"\nsphere = {{ center = [\"0 mm\", \"5 mm\", \"0 mm\"], radius = \"1 mm\" }}\n\
+             [[{body}]]\nname = \"finger\"\n{dielectric}capsule = {{ {keys} }}\n{walls}"
+        )
+    };
+    let good =
+        "from = [\"0 mm\", \"0 mm\", \"0 mm\"], to = [\"1 mm\", \"-2 mm\", \"3 mm\"], radius = \"2 mm\"";
+    let capsule = Shape::Capsule { from: [0.0; 3], to: [1e-3, -2e-3, 3e-3], radius: 2e-3 };
+    for body in ["conductor", "dielectric"] {
+        let found = parse(&case(body, good)).unwrap();
+        let finger = found.bodies.iter().find(|body| body.name == "finger").unwrap();
+        assert_eq!(finger.parts, std::slice::from_ref(&capsule));
+        for (from, to, words) in [
+            ("\"2 mm\"", "2", "unit"),
+            ("\"2 mm\"", "\"2 kPa\"", "length"),
+            ("\"2 mm\"", "\"0 mm\"", "greater than zero"),
+            (", radius = \"2 mm\"", "", "`radius`"),
+            ("to = ", "too = ", "write `to ="),
+            ("\"2 mm\"", "\"2 mm\", height = \"1 mm\"", "height"),
+            ("\"3 mm\"", "\"7.5 mm\"", "reaches outside the walls along x3"),
+        ] {
+            assert!(good.contains(from));
+            let error = parse(&case(body, &good.replace(from, to))).expect_err(to);
+            let shown = error.render(false);
+            assert!(shown.contains(words), "{body}: {words} is not in\n{shown}");
+        }
+    }
+    let touching = good.replace("\"3 mm\"", "\"4.5 mm\"").replace("\"2 mm\"", "\"4.5 mm\"");
+    let touching = case("conductor", &touching);
+    let error = parse(&touching).unwrap_err();
+    assert!(error.to_string().contains("\"finger\" touches the grounded wall along x3"), "{error}");
+    // Beside another shape there is one too many.
+    let two = case("conductor", good).replace(
+        "capsule",
+        "sphere = { center = [\"0 mm\", \"0 mm\", \"0 mm\"], radius = \"1 mm\" }\ncapsule",
+    );
+    assert!(parse(&two).is_err());
+}

@@ -9,6 +9,7 @@ mod error;
 mod finite_element;
 mod force_check;
 mod plane_strain;
+pub(crate) mod shear_force;
 pub(crate) mod shear_length;
 mod skin;
 mod solid;
@@ -34,6 +35,7 @@ pub use skin::Skin;
 pub use solid::forecast as forecast_solid;
 
 pub(crate) use force_check::force_warning;
+pub(crate) use shear_force::shear_warning;
 
 use crate::load_steps::StepLoad;
 use elastocap_case::{Case, Mechanics, ShearLength};

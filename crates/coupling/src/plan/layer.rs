@@ -5,8 +5,8 @@ use elastocap_mechanics::solid::dimension::{Dimension, Plane, Space};
 use elastocap_mechanics::solid::forecast::{MeshSize, PressingRegime, memory_bytes, seconds};
 use serde::Serialize;
 
-use super::{Decision, LeftOut, Plan, Planned};
-use crate::deform::{self, closed_form_limit, force_warning, layer_state, shear_length};
+use super::{Decision, LeftOut, Plan, Planned, PlannedStep};
+use crate::deform::{self, closed_form_limit, force_warning, layer_state, shear_length, shear_warning};
 use crate::failure::StepFailure;
 use crate::route::Route;
 use crate::words::{FORCE_FORMULA, counted, grouped, listed};
@@ -221,6 +221,9 @@ impl Plan {
     fn warn_of_force(&mut self, case: &Case) {
         let states = self.distinct_steps().filter_map(|step| layer_state(case, step.load, true).ok()?);
         let warning = force_warning(case, states, self.force_limit);
+        self.warnings.extend(warning);
+        let with_pose = |step: &PlannedStep| Some((layer_state(case, step.load, true).ok()??, step.pose));
+        let warning = shear_warning(self.distinct_steps().filter_map(with_pose));
         self.warnings.extend(warning);
     }
 

@@ -7,6 +7,7 @@ use elastocap_case::ImportedMesh;
 use elastocap_geometry::meshing::tets::{LayeredSizing, MeshError, Sizing, TetMesh, layered, mesh_unless};
 use elastocap_geometry::mirror;
 use elastocap_geometry::scene::{Box3, Scene};
+use elastocap_geometry::segments::distance_of_segments;
 use elastocap_geometry::shapes::Shape;
 use elastocap_linalg::vector::{length, minus};
 use std::sync::Arc;
@@ -233,14 +234,15 @@ fn strips(scene: &Scene) -> f64 {
     scene.shapes().map(of).sum()
 }
 
-/// The gap between two balls, or a ball and the hollow around it, m, and the smaller radius, m. `None` for other shapes: their
+/// The gap between two balls or capsules, or one and the hollow around it, m, and the smaller radius, m. `None` for other shapes: their
 /// gaps are those of their facets.
 fn gap_between(one: &Shape, other: &Shape) -> Option<(f64, f64)> {
-    /// Centre, radius, and whether the inside is what is hollow.
-    fn round(shape: &Shape) -> Option<([f64; 3], f64, bool)> {
+    /// The ends of the segment in its middle, radius, and whether the inside is what is hollow.
+    fn round(shape: &Shape) -> Option<([[f64; 3]; 2], f64, bool)> {
         match shape {
-            Shape::Sphere { center, radius } => Some((*center, *radius, false)),
-            Shape::Shell { center, radius } => Some((*center, *radius, true)),
+            Shape::Sphere { center, radius } => Some(([*center; 2], *radius, false)),
+            Shape::Capsule { from, to, radius } => Some(([*from, *to], *radius, false)),
+            Shape::Shell { center, radius } => Some(([*center; 2], *radius, true)),
             Shape::Box(_)
             | Shape::Cylinder { .. }
             | Shape::Tube { .. }
@@ -250,11 +252,13 @@ fn gap_between(one: &Shape, other: &Shape) -> Option<(f64, f64)> {
         }
     }
     let ((c, r, r_hollow), (d, s, s_hollow)) = (round(one)?, round(other)?);
-    let apart = length(minus(c, d));
+    let apart = distance_of_segments(c, d);
+    // In a hollow the end that is farther from its middle counts.
+    let farther = || c.iter().flat_map(|p| d.map(|q| length(minus(*p, q)))).fold(0.0, f64::max);
     match (r_hollow, s_hollow) {
         (false, false) => Some((apart - r - s, r.min(s))),
-        (false, true) => Some((s - apart - r, r)),
-        (true, false) => Some((r - apart - s, s)),
+        (false, true) => Some((s - farther() - r, r)),
+        (true, false) => Some((r - farther() - s, s)),
         // A scene has one hollow at most.
         (true, true) => None,
     }
@@ -270,6 +274,7 @@ fn area(shape: &Shape, b: &Box3, along: usize) -> f64 {
         Shape::Box(_)
         | Shape::Sphere { .. }
         | Shape::Shell { .. }
+        | Shape::Capsule { .. }
         | Shape::Cylinder { .. }
         | Shape::Tube { .. }
         | Shape::Extrusion { .. }

@@ -170,7 +170,11 @@ fn without_surface(scene: &Scene, mesh: &TetMesh, planes: &Planes) -> Option<Str
 /// Whether a mesh has flat faces in place of its surface.
 fn is_curved(shape: &Shape) -> bool {
     match shape {
-        Shape::Sphere { .. } | Shape::Shell { .. } | Shape::Cylinder { .. } | Shape::Tube { .. } => true,
+        Shape::Sphere { .. }
+        | Shape::Shell { .. }
+        | Shape::Capsule { .. }
+        | Shape::Cylinder { .. }
+        | Shape::Tube { .. } => true,
         Shape::Box(_) | Shape::Extrusion { .. } | Shape::Surface(_) | Shape::Physical(_) => false,
     }
 }

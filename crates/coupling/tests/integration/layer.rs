@@ -65,6 +65,9 @@ fn the_plan_forecasts_what_the_finite_elements_take() {
 fn a_force_gives_the_compression_that_gives_the_force() {
     let by_compression = solve(&on_substrate(Load::Compression(vec![0.12])));
     let force = by_compression.steps[0].row.force_n.unwrap();
+    // Sideways nothing is known of a layer by finite elements.
+    let row = &by_compression.steps[0].row;
+    assert_eq!((row.force_x1_n, row.force_x3_n), (None, None));
     let by_force = solve(&on_substrate(Load::Force(vec![force, 0.0])));
     let found = by_force.steps[0].row.compression.unwrap();
     // Each on its own last mesh.

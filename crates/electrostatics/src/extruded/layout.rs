@@ -449,6 +449,7 @@ fn solids(shape: &Shape, axis: usize) -> Option<Vec<Solid>> {
         }
         Shape::Sphere { .. }
         | Shape::Shell { .. }
+        | Shape::Capsule { .. }
         | Shape::Cylinder { .. }
         | Shape::Tube { .. }
         | Shape::Physical(_) => None,

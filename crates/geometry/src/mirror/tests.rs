@@ -209,3 +209,19 @@ fn curves_have_images_among_the_curves_and_polygons_among_the_polygons() {
     assert!(found(vec![drawing(&closed, 2.0, false), drawing(&closed, -2.0, false)]));
     assert!(!found(vec![drawing(&closed, 2.0, false), drawing(&closed, -2.0, true)]));
 }
+
+#[test]
+fn a_capsule_that_leans_has_only_the_plane_that_it_leans_in_unless_another_leans_the_other_way() {
+    let capsule = |from: [f64; 3], to: [f64; 3]| Shape::Capsule { from, to, radius: 0.5 };
+    let leans = capsule([1.0, 0.0, 0.3], [3.0, 2.0, 0.3]);
+    near(planes(&open(vec![leans.clone()])), [None, None, Some(0.3)]);
+    let upright = capsule([1.0, 0.0, 0.3], [1.0, 2.0, 0.3]);
+    near(planes(&open(vec![upright])), [Some(1.0), Some(1.0), Some(0.3)]);
+    // Its image across x1 = 0, written from its other end.
+    let image = capsule([-3.0, 2.0, 0.3], [-1.0, 0.0, 0.3]);
+    let found = planes(&open(vec![leans.clone(), image]));
+    assert_eq!(found[0].as_ref().unwrap().conductors, [1, 0]);
+    near(found, [Some(0.0), None, Some(0.3)]);
+    let parallel = capsule([-3.0, 0.0, 0.3], [-1.0, 2.0, 0.3]);
+    near(planes(&open(vec![leans, parallel])), [None, None, Some(0.3)]);
+}

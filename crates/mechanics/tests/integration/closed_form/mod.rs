@@ -6,5 +6,6 @@ mod force;
 mod inverse;
 mod map;
 mod refusals;
+mod shear;
 mod stress;
 mod support;

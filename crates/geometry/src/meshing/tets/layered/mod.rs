@@ -131,6 +131,7 @@ fn stands(shape: &Shape, along: usize) -> bool {
         Shape::Cylinder { axis, .. } | Shape::Extrusion { axis, .. } => *axis == along,
         Shape::Sphere { .. }
         | Shape::Shell { .. }
+        | Shape::Capsule { .. }
         | Shape::Tube { .. }
         | Shape::Surface(_)
         | Shape::Physical(_) => false,
@@ -151,6 +152,7 @@ fn ends(shape: &Shape, a: usize) -> Option<[f64; 2]> {
         }
         Shape::Sphere { .. }
         | Shape::Shell { .. }
+        | Shape::Capsule { .. }
         | Shape::Tube { .. }
         | Shape::Surface(_)
         | Shape::Physical(_) => None,
@@ -225,6 +227,7 @@ fn outline(shape: &Shape, axis: usize, frame: &Box3, circle: usize) -> Vec<[f64;
         Shape::Extrusion { outline, .. } => outline.clone(),
         Shape::Sphere { .. }
         | Shape::Shell { .. }
+        | Shape::Capsule { .. }
         | Shape::Tube { .. }
         | Shape::Surface(_)
         | Shape::Physical(_) => Vec::new(),
@@ -248,6 +251,7 @@ fn valid(shape: &Shape, conductor: bool) -> bool {
         Shape::Box(_)
         | Shape::Sphere { .. }
         | Shape::Shell { .. }
+        | Shape::Capsule { .. }
         | Shape::Tube { .. }
         | Shape::Surface(_)
         | Shape::Physical(_) => true,

@@ -1,5 +1,6 @@
 //! Flat faces in place of curved surfaces.
 
+use super::capsule::capsule;
 use super::delaunay::orientation;
 use super::{Point, Sizing};
 use crate::meshing::tets::determinant;
@@ -101,6 +102,9 @@ pub(super) fn faceted(shape: &Shape, sizing: &Sizing) -> Vec<Shape> {
     match shape {
         Shape::Sphere { center, radius } | Shape::Shell { center, radius } => {
             vec![Shape::Surface(geodesic(*center, *radius, sizing.facet))]
+        }
+        Shape::Capsule { from, to, radius } => {
+            vec![Shape::Surface(capsule([*from, *to], *radius, sizing.facet))]
         }
         Shape::Cylinder { axis, base, radius, height } => {
             let outline = polygon_for_circle(middle(*axis, base), *radius, sizing.facet);

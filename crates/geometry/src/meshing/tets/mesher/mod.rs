@@ -23,6 +23,7 @@
 mod body_surfaces;
 mod boundary_recovery;
 mod box_surfaces;
+mod capsule;
 mod delaunay;
 mod error;
 mod facet_exchange;

@@ -74,6 +74,7 @@ impl FacetedPart {
                 outer: (1.0 + off) * radius,
             }),
             Shape::Box(_)
+            | Shape::Capsule { .. }
             | Shape::Cylinder { .. }
             | Shape::Tube { .. }
             | Shape::Extrusion { .. }

@@ -162,6 +162,12 @@ fn add_part(
             add_center(out, domain, *center, sizing.facet * radius);
             sizing.facet * radius
         }
+        Shape::Capsule { from, to, radius } => {
+            if from == to {
+                add_center(out, domain, *from, sizing.facet * radius);
+            }
+            sizing.facet * radius
+        }
         Shape::Cylinder { radius, .. } | Shape::Tube { radii: [radius, _], .. } => sizing.facet * radius,
         Shape::Box(_) | Shape::Extrusion { .. } | Shape::Surface(_) | Shape::Physical(_) => {
             sizing.facet * largest_extent(&bounds(part.shape))
@@ -181,6 +187,7 @@ fn add_part(
             Shape::Box(_)
             | Shape::Sphere { .. }
             | Shape::Shell { .. }
+            | Shape::Capsule { .. }
             | Shape::Cylinder { .. }
             | Shape::Tube { .. } => continue,
         };

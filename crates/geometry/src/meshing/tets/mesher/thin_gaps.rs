@@ -1,7 +1,8 @@
 //! Round bodies so close together that the flat faces in their place cross although the bodies do not.
 
-use super::Point;
 use super::faceting::geodesic;
+use super::{Point, capsule};
+use crate::segments::distance_to_segment;
 use crate::shapes::Shape;
 use elastocap_linalg::vector::{length, minus};
 use std::f64::consts::TAU;
@@ -14,13 +15,15 @@ const FACE_DISTANCE: f64 = 0.1;
 /// an angle are that close on a strip, one that touches another from inside on a spot.
 const MAX_SHARE: f64 = 0.3;
 
-/// A surface of revolution: of a ball, of a cylinder, or inside or outside a tube.
+/// A round surface.
 #[derive(Debug, Clone, Copy)]
-struct Round {
-    center: Point,
-    radius: f64,
-    /// The axis of a cylinder, and half its height.
-    rod: Option<(usize, f64)>,
+enum Round {
+    /// Of a ball.
+    Ball { center: Point, radius: f64 },
+    /// Of a capsule.
+    Capsule { ends: [Point; 2], radius: f64 },
+    /// Of a cylinder, or inside or outside a tube, with half its height.
+    Rod { center: Point, radius: f64, axis: usize, half: f64 },
 }
 
 impl Round {
@@ -28,11 +31,14 @@ impl Round {
         let rod = |axis: usize, base: &Point, radius: f64, height: f64| {
             let mut center = *base;
             center[axis] += 0.5 * height;
-            Self { center, radius, rod: Some((axis, 0.5 * height)) }
+            Self::Rod { center, radius, axis, half: 0.5 * height }
         };
         match shape {
             Shape::Sphere { center, radius } | Shape::Shell { center, radius } => {
-                vec![Self { center: *center, radius: *radius, rod: None }]
+                vec![Self::Ball { center: *center, radius: *radius }]
+            }
+            Shape::Capsule { from, to, radius } => {
+                vec![Self::Capsule { ends: [*from, *to], radius: *radius }]
             }
             Shape::Cylinder { axis, base, radius, height } => vec![rod(*axis, base, *radius, *height)],
             Shape::Tube { axis, base, radii, height } => {
@@ -44,25 +50,39 @@ impl Round {
 
     /// Points spread over the curved part of the surface, m.
     fn samples(&self) -> Vec<Point> {
-        let Some((axis, half)) = self.rod else { return geodesic(self.center, self.radius, 0.1).points };
+        let (center, radius, axis, half) = match *self {
+            Self::Ball { center, radius } => return geodesic(center, radius, 0.1).points,
+            Self::Capsule { ends, radius } => return capsule::samples(ends, radius),
+            Self::Rod { center, radius, axis, half } => (center, radius, axis, half),
+        };
         let turns = (0..64).map(|k| (TAU * f64::from(k) / 64.0).sin_cos());
         let place = |(s, c): (f64, f64), z: f64| {
-            let mut p = self.center;
+            let mut p = center;
             p[axis] += z;
-            p[(axis + 1) % 3] += self.radius * c;
-            p[(axis + 2) % 3] += self.radius * s;
+            p[(axis + 1) % 3] += radius * c;
+            p[(axis + 2) % 3] += radius * s;
             p
         };
         turns.flat_map(|t| (-20..=20).map(move |k| place(t, half * f64::from(k) / 20.0))).collect()
     }
 
+    fn radius(&self) -> f64 {
+        match self {
+            Self::Ball { radius, .. } | Self::Capsule { radius, .. } | Self::Rod { radius, .. } => *radius,
+        }
+    }
+
     /// The distance of a point from the curved part of the surface, m.
     fn distance(&self, p: Point) -> f64 {
-        let mut d = minus(p, self.center);
-        let Some((axis, half)) = self.rod else { return (length(d) - self.radius).abs() };
+        let (center, radius, axis, half) = match *self {
+            Self::Ball { center, radius } => return (length(minus(p, center)) - radius).abs(),
+            Self::Capsule { ends, radius } => return (distance_to_segment(p, ends) - radius).abs(),
+            Self::Rod { center, radius, axis, half } => (center, radius, axis, half),
+        };
+        let mut d = minus(p, center);
         let beyond = (d[axis].abs() - half).max(0.0);
         d[axis] = 0.0;
-        (length(d) - self.radius).hypot(beyond)
+        (length(d) - radius).hypot(beyond)
     }
 }
 
@@ -70,7 +90,7 @@ impl Round {
 /// what they replace. `facet` is the size of the faces relative to the radius.
 pub(super) fn nearly_coincide(one: &Shape, other: &Shape, facet: f64) -> bool {
     let much = |a: &Round, b: &Round| {
-        let off = FACE_DISTANCE * facet * facet * (a.radius + b.radius);
+        let off = FACE_DISTANCE * facet * facet * (a.radius() + b.radius());
         let all = a.samples();
         let near = all.iter().filter(|p| b.distance(**p) < off).count();
         near as f64 > MAX_SHARE * all.len() as f64
@@ -91,6 +111,9 @@ mod tests {
         assert!(!nearly_coincide(&ball(0.0, 1.0), &ball(0.0, 1.01), 0.1));
         assert!(nearly_coincide(&rod(1.0), &rod(1.005), 0.3));
         assert!(!nearly_coincide(&ball(0.0, 1.0), &ball(0.5, 1.0), 0.3));
+        let finger = |radius| Shape::Capsule { from: [0.0; 3], to: [3.0, 4.0, 5.0], radius };
+        assert!(nearly_coincide(&finger(1.0), &finger(1.01), 0.3));
+        assert!(!nearly_coincide(&finger(1.0), &finger(1.5), 0.3));
         // A ball that touches the rod around it along a circle, one that touches a ball from inside.
         assert!(!nearly_coincide(&ball(0.0, 1.0), &rod(1.0), 0.3));
         assert!(!nearly_coincide(&ball(0.0, 1.0), &ball(0.5, 0.5), 0.3));
