@@ -1,33 +1,35 @@
 //! A round indenter as the image of a box above the layer.
 //!
 //! The box is bulged: its lower face is the part of the indenter that looks at the layer, its edges lie on the indenter, and its other
-//! faces take the rest. So bodies that are smooth stay smooth, and no angle of the space outside is bent flat. The displacement of a
-//! point of a face falls to zero over the distance to the surface of the layer, and to the ends of the map on the other sides.
+//! faces take the rest. So bodies that are smooth stay smooth, and no angle of the space outside is bent flat. Points of the lower face lie
+//! at the feet of those of the surface below them, up to where the surface leaves the indenter. The displacement of a point of a face falls
+//! to zero over the distance to the surface of the layer, and to the ends of the map on the other sides.
 //!
-//! Where the two touch there is no space between them. The surface of the layer is lowered by a film there, which is filled with the
-//! material of the layer as far as boxes fill the contact.
+//! Where the two touch there is no space between them. The surface of the layer is moved away from the indenter by a film there, which is
+//! filled with the material of the layer as far as boxes fill the contact.
 
 use elastocap_geometry::scene::Box3;
 
 use super::axes::Piece;
+use super::contact::{Edge, Surface, edges};
+use super::profile::Profile;
 use crate::scene::indenter::{IndenterForm, Rounding};
 
 /// Degree of the map's polynomials along the faces of the box, and over its height.
 const ALONG: usize = 10;
 const OVER_HEIGHT: usize = 12;
 
-/// Angles from the axis between which the lower face of a rounded corner ends, and how far beyond the contact it does.
-const CORNER: [f64; 2] = [std::f64::consts::FRAC_PI_4, 1.45];
-const BEYOND_CORNER: f64 = 0.12;
-
-/// The widest lower face of a cylinder or ball, over its radius.
+/// The widest lower face of a ball, over its radius.
 const WIDEST: f64 = 0.55;
 
-/// Height of the lower face of a cylinder or ball, over the distance from the layer.
+/// Height of the lower face of a ball, over the distance from the layer.
 const SAGITTA: f64 = 2.0;
 
-/// The lower face reaches this far beyond the contact, over the half width of that.
+/// The lower face of a ball reaches this far beyond the contact, over the radius of that.
 const BEYOND_CONTACT: f64 = 1.5;
+
+/// Indenter and layer touch where they are closer than this share of the film.
+pub(super) const TOUCHING: f64 = 0.3;
 
 /// Half widths of the boxes that fill a circle of contact, over its radius: corners on the circle.
 const FILL: [[f64; 2]; 3] = [[0.92, 0.39], [0.70, 0.71], [0.39, 0.92]];
@@ -56,17 +58,26 @@ pub(super) struct IndenterMap {
     region: Box3,
     /// Where the map ends.
     ends: Box3,
-    /// Half of the width of the contact in these coordinates, m; zero without contact.
-    contact: f64,
+    /// How far the contact reaches to the left and to the right of the middle in these coordinates, m; zero without contact.
+    contact: [f64; 2],
     /// Of the film where the two touch, m; zero where they do not, or where the box lies on the layer.
     pub(super) film: f64,
     surface: f64,
+    /// Where it is the same all along x3 and round.
+    outline: Option<Outline>,
+}
+
+/// The outline of an indenter over the layer.
+struct Outline {
+    profile: Profile,
+    /// On the left and on the right.
+    edges: [Edge; 2],
 }
 
 impl IndenterMap {
-    /// For an indenter with its lowest point at a height, m, over the layer before this is lowered; `None` where it does not fit between
-    /// the walls of the `domain`.
-    pub(super) fn new(form: IndenterForm, lowest: f64, under: &Under<'_>, domain: &Box3) -> Option<Self> {
+    /// For an indenter with its lowest point at a height, m, over the layer before this is lowered; `None` where the surface does not
+    /// leave it. `is_half`: both sides are mirror images.
+    pub(super) fn new(form: IndenterForm, lowest: f64, under: &Under<'_>, is_half: bool) -> Option<Self> {
         let touches = lowest - (under.image)([form.position, under.surface, 0.0])[1] < 0.5 * under.film;
         let is_sharp = form.rounding == Rounding::Sharp;
         let mut own = Self {
@@ -74,38 +85,47 @@ impl IndenterMap {
             lowest,
             region: form.bounds(under.surface),
             ends: Box3::SPACE,
-            contact: 0.0,
+            contact: [0.0; 2],
             film: if touches && !is_sharp { under.film } else { 0.0 },
             surface: under.surface,
+            outline: None,
         };
-        if is_sharp {
-            own.lay_sharp(under);
-        } else {
-            own.lay_round(under);
+        match (form.rounding, Profile::of(&form)) {
+            (Rounding::Ball { radius }, _) => own.lay_ball(radius, under),
+            (_, Some(profile)) => own.lay_outline(profile, under, is_half)?,
+            (Rounding::Sharp | Rounding::AlongX3 { .. }, None) => own.lay_sharp(under),
         }
         let reach = under.thickness;
         let [along, across] = form.half_widths;
         let beside = |bulge: f64, half: f64| half + (2.0 * bulge).max(reach);
-        let bulges = [along - (own.region.max[0] - form.position), across - own.region.max[2]];
-        let [x, z] = [beside(bulges[0], along), beside(bulges[1], across)];
-        let up = own.region.max[1] + (form.height * 0.5).max(reach);
+        let Box3 { min, max } = own.region;
+        let left = beside(along - (form.position - min[0]), along);
+        let right = beside(along - (max[0] - form.position), along);
+        let z = beside(across - max[2], across);
+        let up = max[1] + (form.height * 0.5).max(reach);
         own.ends = Box3 {
-            min: [form.position - x, own.surface, -z],
-            max: [form.position + x, up, z],
+            min: [form.position - left, own.surface, -z],
+            max: [form.position + right, up, z],
         };
-        for a in 0..3 {
-            own.ends.min[a] = own.ends.min[a].max(domain.min[a]);
-            own.ends.max[a] = own.ends.max[a].min(domain.max[a]);
-        }
-        let fits = (0..3).all(|a| own.ends.max[a] > own.region.max[a]);
-        (fits && [0, 2].iter().all(|&a| own.ends.min[a] < own.region.min[a])).then_some(own)
+        Some(own)
     }
 
-    /// How much of the film lies between the layer and what is above it: all of it under the box, and less towards the ends of the map and
-    /// down to a height `from`, m.
-    pub(super) fn lowered(&self, x: [f64; 3], from: f64) -> f64 {
+    /// The same with a map that ends at the walls of the `domain`; `None` where the indenter does not fit between these.
+    pub(super) fn between_walls(mut self, domain: &Box3) -> Option<Self> {
+        for a in 0..3 {
+            self.ends.min[a] = self.ends.min[a].max(domain.min[a]);
+            self.ends.max[a] = self.ends.max[a].min(domain.max[a]);
+        }
+        let fits = (0..3).all(|a| self.ends.max[a] > self.region.max[a])
+            && [0, 2].iter().all(|&a| self.ends.min[a] < self.region.min[a]);
+        fits.then_some(self)
+    }
+
+    /// By how much the film moves a point of the layer or above it, m: across the film under the box, and less towards the ends of the
+    /// map and down to a height `from`. The layer `under` it is the one before.
+    pub(super) fn lowered(&self, x: [f64; 3], from: f64, under: &Under<'_>) -> [f64; 3] {
         if self.film == 0.0 {
-            return 0.0;
+            return [0.0; 3];
         }
         let up = if x[1] <= self.surface {
             (x[1] - from) / (self.surface - from)
@@ -121,7 +141,19 @@ impl IndenterMap {
             };
             (1.0 - beyond / room).clamp(0.0, 1.0)
         });
-        self.film * up.clamp(0.0, 1.0) * beside[0] * beside[1]
+        let share = up.clamp(0.0, 1.0) * beside[0] * beside[1];
+        if share == 0.0 {
+            return [0.0; 3];
+        }
+        let normal = match &self.outline {
+            None => [0.0, -1.0],
+            Some(own) => {
+                let inside = [0, 2].map(|a| x[a].clamp(self.region.min[a], self.region.max[a]));
+                let to = (under.image)([inside[0], under.surface, inside[1]]);
+                own.profile.foot([to[0] - self.form.position, to[1] - self.lowest]).normal
+            }
+        };
+        [normal[0], normal[1], 0.0].map(|n| share * self.film * n)
     }
 
     /// A box that stands on the layer, or above it.
@@ -146,48 +178,62 @@ impl IndenterMap {
         }
     }
 
-    fn lay_round(&mut self, under: &Under<'_>) {
+    fn lay_ball(&mut self, radius: f64, under: &Under<'_>) {
         let Self { form, lowest, .. } = *self;
         let gap = |x: f64| {
             let to = (under.image)([form.position + x, under.surface, 0.0]);
             lowest + self.low(to[0] - form.position, 0.0) - to[1]
         };
         let distance = gap(0.0).max(0.0);
-        let flat = form.flat();
-        let (radius, has_corners) = match form.rounding {
-            Rounding::Sharp => return,
-            Rounding::AlongX3 { radius, is_cylinder } => (radius, !is_cylinder),
-            Rounding::Ball { radius } => (radius, false),
-        };
-        let most = if has_corners { flat + radius * CORNER[1].sin() } else { WIDEST * radius };
-        let contact = if self.film > 0.0 { last_within(&gap, 0.3 * self.film, flat, most) } else { 0.0 };
-        let half = if has_corners {
-            let angle = ((contact - flat).max(0.0) / radius).min(1.0).asin() + BEYOND_CORNER;
-            flat + radius * angle.clamp(CORNER[0], CORNER[1]).sin()
-        } else {
-            let rise = SAGITTA * distance.max(5.0 * self.film).max(0.02 * under.film);
-            let chord = (radius * radius - (radius - rise.min(radius)).powi(2)).sqrt();
-            chord.max(BEYOND_CONTACT * contact).min(most)
-        };
+        let most = WIDEST * radius;
+        let contact = if self.film > 0.0 { last_within(&gap, TOUCHING * self.film, 0.0, most) } else { 0.0 };
+        let rise = SAGITTA * distance.max(5.0 * self.film).max(0.02 * under.film);
+        let chord = (radius * radius - (radius - rise.min(radius)).powi(2)).sqrt();
+        let half = chord.max(BEYOND_CONTACT * contact).min(most);
         let room = (gap(half) + self.film).max(0.02 * under.film);
-        let across = match form.rounding {
-            Rounding::Ball { .. } => half,
-            Rounding::Sharp | Rounding::AlongX3 { .. } => form.half_widths[1],
-        };
-        let over = match form.rounding {
-            Rounding::Ball { .. } => 2.0 * (radius * radius - half * half).sqrt(),
-            Rounding::AlongX3 { is_cylinder: true, .. } => 2.0 * (radius * radius - half * half).sqrt(),
-            Rounding::Sharp | Rounding::AlongX3 { .. } => form.height - form.lower_side(half, 0.0),
-        };
-        self.contact = contact;
+        let over = 2.0 * (radius * radius - half * half).sqrt();
+        self.contact = [contact; 2];
         self.region = Box3 {
-            min: [form.position - half, under.surface + room, -across],
-            max: [form.position + half, under.surface + room + over, across],
+            min: [form.position - half, under.surface + room, -half],
+            max: [form.position + half, under.surface + room + over, half],
         };
+    }
+
+    /// `None` where the surface does not leave the outline.
+    fn lay_outline(&mut self, profile: Profile, under: &Under<'_>, is_half: bool) -> Option<()> {
+        let Self { form, lowest, .. } = *self;
+        let image = |x: f64| {
+            let to = (under.image)([form.position + x, under.surface, 0.0]);
+            [to[0] - form.position, to[1] - lowest]
+        };
+        let touching = TOUCHING * under.film;
+        let mut edges = edges(&profile, &Surface { image: &image, thickness: under.thickness, touching }, is_half)?;
+        let gap = |x: f64| profile.foot(image(x)).gap;
+        for (edge, sign) in edges.iter_mut().zip([-1.0, 1.0]) {
+            edge.along = profile.facing(&profile.foot(image(sign * edge.at)), self.film);
+        }
+        let [left, right] = &edges;
+        let room = (gap(-left.at).max(gap(right.at)) + self.film).max(0.02 * under.film);
+        let side = |edge: &Edge| profile.side_end(edge.along) - edge.along;
+        let over = side(left).max(side(right));
+        let across = form.half_widths[1];
+        self.region = Box3 {
+            min: [form.position - left.at, under.surface + room, -across],
+            max: [form.position + right.at, under.surface + room + over, across],
+        };
+        if self.film > 0.0 {
+            self.contact = [left.contact, right.contact];
+        }
+        self.outline = Some(Outline { profile, edges });
+        Some(())
     }
 
     fn low(&self, x: f64, z: f64) -> f64 {
         self.form.lower_side(x, z)
+    }
+
+    pub(super) fn debug(&self) -> String {
+        format!("REGION {:?} ENDS {:?} FILM {} EDGES {:?}", self.region, self.ends, self.film, self.outline.as_ref().map(|o| o.edges.clone()))
     }
 
     /// The box of the indenter in the coordinates of the boxes.
@@ -197,7 +243,7 @@ impl IndenterMap {
 
     /// Boxes of the layer's material that fill the film in the contact.
     pub(super) fn filled(&self) -> Vec<Box3> {
-        if self.film == 0.0 || self.contact == 0.0 {
+        if self.film == 0.0 || self.contact == [0.0; 2] {
             return Vec::new();
         }
         let shares = match self.form.rounding {
@@ -205,10 +251,11 @@ impl IndenterMap {
             Rounding::Sharp | Rounding::AlongX3 { .. } => vec![[1.0, f64::INFINITY]],
         };
         let filled = |[along, across]: [f64; 2]| {
-            let [x, z] = [along * self.contact, (across * self.contact).min(self.region.max[2])];
+            let [left, right] = self.contact.map(|contact| along * contact);
+            let z = (across * self.contact[0]).min(self.region.max[2]);
             Box3 {
-                min: [self.form.position - x, self.surface, -z],
-                max: [self.form.position + x, self.region.min[1], z],
+                min: [self.form.position - left, self.surface, -z],
+                max: [self.form.position + right, self.region.min[1], z],
             }
         };
         shares.into_iter().map(filled).collect()
@@ -226,7 +273,9 @@ impl IndenterMap {
 
     /// Where a point of the surface of the box belongs, m.
     fn target(&self, c: [f64; 3], under: &Under<'_>) -> [f64; 3] {
-        let ideal = |c: [f64; 3]| self.on_form(c);
+        if let Some(outline) = &self.outline {
+            return self.on_outline(outline, c, under);
+        }
         let Box3 { min, max } = self.region;
         let up = (c[1] - min[1]) / (max[1] - min[1]);
         // The points of the lower face lie above those of the layer, wherever these slide.
@@ -239,11 +288,51 @@ impl IndenterMap {
             self.lowest + self.low(to[0] - self.form.position, to[2])
         };
         let above = [to[0], height, to[2]];
-        let (own, below) = (ideal(c), ideal(foot));
+        let (own, below) = (self.on_form(c), self.on_form(foot));
         [0, 1, 2].map(|a| own[a] + (1.0 - up) * (above[a] - below[a]))
     }
 
-    /// The point of the indenter that a point of the surface of the box stands for, if the layer does not slide.
+    /// The same on an outline: of the lower face the feet of the surface below, of the sides the rest of the outline, and of the upper face
+    /// the straight line between the sides, or the mirror image of a cylinder's lower face.
+    fn on_outline(&self, outline: &Outline, c: [f64; 3], under: &Under<'_>) -> [f64; 3] {
+        let Outline { profile, .. } = outline;
+        let Box3 { min, max } = self.region;
+        let middle = [self.form.position, self.lowest];
+        let share = [0, 1].map(|a| (c[a] - min[a]) / (max[a] - min[a]));
+        let feet = |x: f64| {
+            let to = (under.image)([x, under.surface, c[2]]);
+            let foot = profile.foot([to[0] - middle[0], to[1] - middle[1]]);
+            (profile.facing(&foot, 0.0), foot.along, to[2])
+        };
+        let side = |edge: f64, up: f64| {
+            let (begin, sign, _) = feet(edge);
+            let end = profile.side_end(begin);
+            let ([x, y], _) = profile.point(begin + up * (end - begin));
+            [x.copysign(sign), y]
+        };
+        let (along, sign, z) = feet(c[0]);
+        let (foot, _) = profile.point(along);
+        let foot = [foot[0].copysign(sign), foot[1]];
+        let upper = |s: f64| {
+            if profile.is_cylinder {
+                return [foot[0], 2.0 * profile.radius - foot[1]];
+            }
+            let [left, right] = [side(min[0], 1.0), side(max[0], 1.0)];
+            [0, 1].map(|a| (1.0 - s) * left[a] + s * right[a])
+        };
+        let [s, up] = share;
+        let [left, right] = [side(min[0], up), side(max[0], up)];
+        let corners = [side(min[0], 0.0), side(max[0], 0.0), side(min[0], 1.0), side(max[0], 1.0)];
+        let top = upper(s);
+        let at = [0, 1].map(|a| {
+            let lower = (1.0 - s) * corners[0][a] + s * corners[1][a];
+            let above = (1.0 - s) * corners[2][a] + s * corners[3][a];
+            (1.0 - s) * left[a] + s * right[a] + (1.0 - up) * (foot[a] - lower) + up * (top[a] - above)
+        });
+        [middle[0] + at[0], middle[1] + at[1], c[2] + (1.0 - up) * (z - c[2])]
+    }
+
+    /// The point of a ball or a box that a point of the surface of the map's box stands for, if the layer does not slide.
     fn on_form(&self, c: [f64; 3]) -> [f64; 3] {
         let Box3 { min, max } = self.region;
         let half = 0.5 * (max[0] - min[0]);
@@ -251,18 +340,11 @@ impl IndenterMap {
         let x = c[0] - middle;
         let up = ((c[1] - min[1]) / (max[1] - min[1])).clamp(0.0, 1.0);
         match self.form.rounding {
-            Rounding::Sharp => {
+            Rounding::Sharp | Rounding::AlongX3 { .. } => {
                 let [along, _] = self.form.half_widths;
                 // The middle of the box may be off that of the indenter by what the layer slides.
                 let share = (c[0] - min[0]) / (max[0] - min[0]);
                 [middle - along + share * 2.0 * along, self.lowest + up * self.form.height, c[2]]
-            }
-            Rounding::AlongX3 { radius, is_cylinder } => {
-                let [out, height] = self.side(radius, is_cylinder, c[1] - min[1]);
-                let bottom = self.low(x, 0.0) - self.low(half, 0.0);
-                let top = if is_cylinder { -bottom } else { 0.0 };
-                let height = height + (1.0 - up) * bottom + up * top;
-                [middle + x / half * out, self.lowest + height, c[2]]
             }
             Rounding::Ball { radius } => {
                 let out = x.hypot(c[2]);
@@ -277,24 +359,6 @@ impl IndenterMap {
                 [middle + outward * x, self.lowest + radius * (1.0 - angle.cos()), outward * c[2]]
             }
         }
-    }
-
-    /// How far out and how high the side of a body along x3 is, `up` along the side of the box, m.
-    fn side(&self, radius: f64, is_cylinder: bool, up: f64) -> [f64; 2] {
-        let half = 0.5 * (self.region.max[0] - self.region.min[0]);
-        let flat = self.form.half_widths[0] - radius;
-        let first = ((half - flat) / radius).min(1.0).asin();
-        let angle = if is_cylinder {
-            let over = self.region.max[1] - self.region.min[1];
-            first + up / over * (std::f64::consts::PI - 2.0 * first)
-        } else {
-            let arc = radius * first.cos();
-            if up >= arc {
-                return [flat + radius, radius + (up - arc)];
-            }
-            first + up / arc * (std::f64::consts::FRAC_PI_2 - first)
-        };
-        [flat + radius * angle.sin(), radius * (1.0 - angle.cos())]
     }
 
     /// The displacement that the indenter adds to that of the layer, m.
@@ -357,12 +421,12 @@ impl IndenterMap {
         let middle = self.form.position;
         let mut along = vec![Piece::new(first[0], min[0], 2), Piece::new(max[0], last[0], 2)];
         let mut places = vec![min[0], middle, max[0]];
-        if let Rounding::AlongX3 { radius, is_cylinder: false } = self.form.rounding {
-            let flat = self.form.half_widths[0] - radius;
-            places.extend([middle - flat, middle + flat]);
-        }
-        if self.contact > 0.0 {
-            places.extend([middle - self.contact, middle + self.contact]);
+        match &self.outline {
+            Some(Outline { edges: [left, right], .. }) => {
+                places.extend(left.marks.iter().map(|x| middle - x));
+                places.extend(right.marks.iter().map(|x| middle + x));
+            }
+            None => places.extend([middle - self.contact[0], middle + self.contact[1]]),
         }
         places.sort_by(f64::total_cmp);
         along.extend(places.windows(2).map(|ends| Piece::new(ends[0], ends[1], ALONG)));
@@ -370,16 +434,21 @@ impl IndenterMap {
         let mut across = vec![Piece::new(first[2], min[2], 2), Piece::new(max[2], last[2], 2)];
         across.extend([Piece::new(min[2], 0.0, degree), Piece::new(0.0, max[2], degree)]);
         let mut up = vec![Piece::new(self.surface, min[1], 2), Piece::new(max[1], last[1], 2)];
-        match self.form.rounding {
-            Rounding::Sharp => up.push(Piece::new(min[1], max[1], 1)),
-            Rounding::AlongX3 { radius, is_cylinder: false } => {
-                let out = 0.5 * (max[0] - min[0]) - self.form.flat();
-                let arc = min[1] + (radius * radius - out * out).max(0.0).sqrt();
-                up.extend([Piece::new(min[1], arc, ALONG), Piece::new(arc, max[1], 2)]);
+        match &self.outline {
+            Some(Outline { profile, edges }) if !profile.is_cylinder => {
+                let mut heights = vec![min[1], max[1]];
+                for edge in edges {
+                    let share = (profile.round_end() - edge.along) / (profile.side_end(edge.along) - edge.along);
+                    if share > 0.0 {
+                        heights.push(min[1] + share * (max[1] - min[1]));
+                    }
+                }
+                heights.sort_by(f64::total_cmp);
+                let degrees = |low: f64| if low < heights[heights.len() - 2] { ALONG } else { 2 };
+                up.extend(heights.windows(2).map(|ends| Piece::new(ends[0], ends[1], degrees(ends[0]))));
             }
-            Rounding::AlongX3 { .. } | Rounding::Ball { .. } => {
-                up.push(Piece::new(min[1], max[1], OVER_HEIGHT));
-            }
+            None if self.form.rounding == Rounding::Sharp => up.push(Piece::new(min[1], max[1], 1)),
+            _ => up.push(Piece::new(min[1], max[1], OVER_HEIGHT)),
         }
         [along, up, across]
     }

@@ -5,8 +5,10 @@
 //! round indenter of a box above the surface. Any map that takes faces of bodies to their places gives the same capacitances.
 
 mod axes;
+mod contact;
 mod indenter;
 mod pair_frame;
+mod profile;
 mod surface;
 
 use std::sync::Arc;
@@ -22,8 +24,10 @@ use crate::deform::{Displacement, FiniteElementStep};
 use crate::scene::indenter::{IndenterForm, Rounding, edges_left_out};
 use crate::scene::{DeformedScene, SceneError};
 use axes::{joined, pieces};
-use indenter::{IndenterMap, Under, last_within};
+use contact::{Surface, edges};
+use indenter::{IndenterMap, TOUCHING, Under, last_within};
 use pair_frame::{Frame, Material};
+use profile::Profile;
 use surface::{Bent, SurfaceMap};
 
 /// A scene under a map.
@@ -149,46 +153,46 @@ pub(crate) fn bent_scene(
     };
     let tiny = 1e-9 * layer.thickness;
     let step = found.step;
-    let displacement = |x: [f64; 3]| found.displacement.at(x);
-    let material = Material { displacement: &displacement, pad, tiny };
     let is_plane = matches!(case.mechanics, Some(Mechanics::PlaneStrain(_)));
-    let curve = &step.curves.surface;
-    if std::env::var("DBG").is_ok() {
-        for p in curve { eprintln!("CURVE {:.6e} {:.6e}", p[0], p[1]); }
-        for k in 0..=400 { let x = 1.2e-3 + 1e-6 * k as f64; if let Some(u) = displacement([x, layer.thickness, 0.0]) { eprintln!("MAT {:.6e} {:.6e} {:.6e}", x, x + u[0], layer.thickness + u[1]); } }
-        eprintln!("LOWEST {:.6e}", step.deformed_thickness);
-    }
     let is_half = !is_plane || step.curves.half;
-    let height = |x1: f64, x3: f64| match is_plane {
-        true => on_curve(curve, if is_half { x1.abs() } else { x1 }),
-        false => {
-            let place = [x1.abs(), x3.abs()];
-            material.height_at([place[0], pad[1], place[1]], place)
-        }
-    };
+    let solved = |x: [f64; 3]| found.displacement.at(x);
+    let material = Material { displacement: &solved, pad, tiny, is_half };
+    let displacement = |x: [f64; 3]| material.displacement(x);
     // What presses bends the surface, whether it is part of the field or not.
     let form = IndenterForm::of(case, case.indenter.and_then(|own| own.height));
     let in_field = form.filter(|_| case.indenter.is_some());
     let lowest = step.deformed_thickness + found.distance;
-    let part = match (&case.electrodes, in_field) {
-        (Some(electrodes), in_field) => {
+    let top = |x: f64, z: f64| {
+        let u = displacement([x, pad[1], z]);
+        [x + u[0], pad[1] + u[1], z + u[2]]
+    };
+    let part = match &case.electrodes {
+        Some(electrodes) => {
             if !is_half {
                 return Ok(None);
             }
             let cover = in_field.map_or([0.0; 2], |form| {
-                covered(&form, found.distance, &|x, z| lowest + form.lower_side(x, z) - height(x, z))
+                let gap = |x: f64, z: f64| {
+                    let place = [x.abs(), z.abs()];
+                    lowest + form.lower_side(x, z) - material.height_at([place[0], pad[1], place[1]], place)
+                };
+                covered(&form, found.distance, &gap)
             });
             let Some(frame) = Frame::new(deformed, electrodes, step, &material, cover) else {
                 return Ok(None);
             };
             LayerMap::Pair(Box::new(frame), &material)
         }
-        (None, _) => {
+        None => {
             let Some(form) = form else { return Ok(None) };
-            let corners = corners(&form, &|x, z| lowest + form.lower_side(x, z) - height(x, z), layer.thickness);
-            let corners = if is_plane { [corners[0].clone(), vec![pad[2]]] } else { corners };
+            let Some(mut corners) = corners(&form, lowest, &top, [pad[1], film * pad[1]], is_half) else {
+                return Ok(None);
+            };
+            if is_plane {
+                corners[1] = vec![pad[2]];
+            }
             let bent = Bent { thickness: layer.thickness, corners, is_plane, is_half };
-            LayerMap::Surface(Box::new(SurfaceMap::new(&deformed.scene, bent, &height)))
+            LayerMap::Surface(Box::new(SurfaceMap::new(&deformed.scene, bent, &displacement)))
         }
     };
     let contrast = layer.relative_permittivity.unwrap_or(1.0) / cover_permittivity(&deformed.scene);
@@ -198,7 +202,9 @@ pub(crate) fn bent_scene(
         LayerMap::Surface(own) => Some(own.scene(&deformed.scene)),
     };
     let Some(scene) = &mut scene else { return Ok(None) };
-    let mut bent = parts.join(scene, is_half, layer.relative_permittivity.unwrap_or(1.0))?;
+    let Some(mut bent) = parts.join(scene, is_half, layer.relative_permittivity.unwrap_or(1.0))? else {
+        return Ok(None);
+    };
     if let LayerMap::Pair(frame, material) = &part {
         let gap = deformed.pair.map_or(layer.thickness, |pair| pair.gap);
         bent.deviation = bent.deviation.max(frame.deviation(&bent.map, material, gap));
@@ -234,37 +240,50 @@ fn covered(form: &IndenterForm, distance: f64, gap: &dyn Fn(f64, f64) -> f64) ->
     }
 }
 
-/// Where the surface under an indenter with this gap below it bends sharply, along x1 and x3.
-fn corners(form: &IndenterForm, gap: &dyn Fn(f64, f64) -> f64, thickness: f64) -> [Vec<f64>; 2] {
+/// The material points along x1 and x3 at which the surface under an indenter bends sharply, given where its points go; `None` where it
+/// does not leave the indenter. The two lengths are the thickness of the layer and that of the film, m.
+fn corners(
+    form: &IndenterForm,
+    lowest: f64,
+    top: &dyn Fn(f64, f64) -> [f64; 3],
+    [thickness, film]: [f64; 2],
+    is_half: bool,
+) -> Option<[Vec<f64>; 2]> {
     let [along, across] = form.half_widths;
-    let most = (form.flat() + 4.0 * thickness).min(along);
-    let contact = last_within(&|x| gap(form.position + x, 0.0), 1e-4 * thickness, form.flat(), most);
-    let contact = contact.max(form.flat());
-    let edges = match form.rounding {
-        Rounding::AlongX3 { is_cylinder: false, .. } => vec![form.flat(), along],
-        Rounding::Sharp => vec![along],
-        Rounding::Ball { .. } | Rounding::AlongX3 { .. } => vec![contact],
-    };
-    let both = edges.iter().flat_map(|x| [form.position - x, form.position + x]).collect();
-    let beside = match form.rounding {
-        Rounding::Ball { .. } => vec![contact],
-        Rounding::Sharp | Rounding::AlongX3 { .. } => vec![across],
-    };
-    [both, beside]
-}
-
-/// The height of a curve at `x1`, m; that of its ends beyond these. Where it folds over, the first height along it.
-fn on_curve(curve: &[[f64; 2]], x1: f64) -> f64 {
-    let Some((first, last)) = curve.first().zip(curve.last()) else { return 0.0 };
-    if x1 <= first[0] {
-        return first[1];
+    let middle = form.position;
+    if let Some(profile) = Profile::of(form) {
+        let image = |x: f64| {
+            let to = top(middle + x, 0.0);
+            [to[0] - middle, to[1] - lowest]
+        };
+        let surface = Surface { image: &image, thickness, touching: TOUCHING * film };
+        let [left, right] = edges(&profile, &surface, is_half)?;
+        let both = left.marks.iter().map(|x| middle - x).chain(right.marks.iter().map(|x| middle + x));
+        return Some([both.collect(), vec![across]]);
     }
-    let Some(piece) = curve.windows(2).find(|ends| ends[0][0] <= x1 && x1 <= ends[1][0]) else {
-        return last[1];
+    // The material point that comes to lie at a place.
+    let material = |place: f64, axis: usize| {
+        let mut x = place;
+        for _ in 0..20 {
+            let to = if axis == 0 { top(x, 0.0) } else { top(0.0, x) };
+            x += place - to[axis];
+        }
+        x
     };
-    let width = piece[1][0] - piece[0][0];
-    let share = if width > 0.0 { (x1 - piece[0][0]) / width } else { 0.0 };
-    piece[0][1] + share * (piece[1][1] - piece[0][1])
+    Some(match form.rounding {
+        Rounding::Ball { radius } => {
+            let gap = |x: f64| {
+                let to = top(x, 0.0);
+                lowest + form.lower_side(to[0], 0.0) - to[1]
+            };
+            let contact = last_within(&gap, TOUCHING * film, 0.0, radius.min(4.0 * thickness));
+            [vec![-contact, contact], vec![contact]]
+        }
+        Rounding::Sharp | Rounding::AlongX3 { .. } => {
+            let [left, right] = [middle - along, middle + along].map(|x| material(x, 0));
+            [vec![left, right], vec![material(across, 2)]]
+        }
+    })
 }
 
 /// The parts of a map, to be joined.
@@ -283,21 +302,27 @@ struct Parts<'a> {
 }
 
 impl Parts<'_> {
-    fn join(&self, scene: &mut Scene, is_half: bool, permittivity: f64) -> Result<BentScene, SceneError> {
+    /// `None` where the surface does not leave the indenter.
+    fn join(&self, scene: &mut Scene, is_half: bool, permittivity: f64) -> Result<Option<BentScene>, SceneError> {
         let (layer, surface) = (self.layer, self.layer.surface());
         let at_rest = |x: [f64; 3]| layer.image(x);
         let under = |image| Under { image, surface, thickness: self.pad[1], film: self.film };
         let indenter = match self.form {
             None => None,
             Some(form) => {
-                let own = IndenterMap::new(form, self.lowest, &under(&at_rest), &scene.domain);
-                Some(own.ok_or(SceneError::IndenterAtWall)?)
+                let Some(own) = IndenterMap::new(form, self.lowest, &under(&at_rest), is_half) else {
+                    return Ok(None);
+                };
+                Some(own.between_walls(&scene.domain).ok_or(SceneError::IndenterAtWall)?)
             }
         };
         let highest = layer.highest();
         let lowered = |x: [f64; 3]| {
             let mut to = layer.image(x);
-            to[1] -= indenter.as_ref().map_or(0.0, |own| own.lowered(x, highest));
+            if let Some(own) = &indenter {
+                let film = own.lowered(x, highest, &under(&at_rest));
+                (0..3).for_each(|a| to[a] += film[a]);
+            }
             to
         };
         let below = under(&lowered);
@@ -327,6 +352,28 @@ impl Parts<'_> {
         }
         let mirrored = [is_half, false, true];
         let axes: [MapAxis; 3] = [0, 1, 2].map(|a| joined(&all[a], self.tiny, mirrored[a]));
+        if std::env::var("DBG").is_ok() {
+            if let Some(own) = &indenter { eprintln!("{}", own.debug()); }
+            for a in &axes { eprintln!("AXIS {:?} {:?}", a.breaks, a.degrees); }
+            for k in 0..60 { let x = 1.0e-3 + 1.2e-5*k as f64; let to = layer.image([x, surface, 0.0]); eprintln!("TOP {:.4} {:.4} {:.4}", x*1e3, to[0]*1e3, to[1]*1e3); }
+            // Where the exact map folds.
+            let h = 1e-7;
+            let xs: Vec<f64> = axes[0].breaks.windows(2).flat_map(|w| (0..10).map(move |k| w[0] + (w[1]-w[0])*(k as f64+0.5)/10.0)).collect();
+            let ys: Vec<f64> = axes[1].breaks.windows(2).flat_map(|w| (0..10).map(move |k| w[0] + (w[1]-w[0])*(k as f64+0.5)/10.0)).collect();
+            let m0 = SceneMap::new(axes.clone(), exact);
+            let pol = |x: [f64;3]| m0.image(x);
+            let ex = |x: [f64;3]| { let d = exact(x); [0,1,2].map(|a| x[a]+d[a]) };
+            for (name, f) in [("exact", &ex as &dyn Fn([f64;3])->[f64;3]), ("poly", &pol)] {
+                let mut worst: Vec<(f64,f64,f64)> = vec![];
+                for x in &xs { for y in &ys {
+                    let d0 = [0,1].map(|a| (f([x+h,*y,0.0])[a]-f([x-h,*y,0.0])[a])/(2.0*h));
+                    let d1 = [0,1].map(|a| (f([*x,y+h,0.0])[a]-f([*x,y-h,0.0])[a])/(2.0*h));
+                    worst.push((d0[0]*d1[1]-d0[1]*d1[0], *x, *y));
+                }}
+                worst.sort_by(|a,b| a.0.total_cmp(&b.0));
+                eprintln!("{name} {} bad; {:?}", worst.iter().filter(|w| w.0<=0.0).count(), &worst[..12.min(worst.len())]);
+            }
+        }
         self.check_room(scene, &axes)?;
         let map = SceneMap::new(axes, exact);
         let mut deviation = self.deviation(&map, &exact, surface, highest);
@@ -341,7 +388,7 @@ impl Parts<'_> {
                 scene.bodies.push(Body { parts: filled, ..body });
             }
         }
-        Ok(BentScene { scene: scene.clone(), map: Arc::new(map), deviation })
+        Ok(Some(BentScene { scene: scene.clone(), map: Arc::new(map), deviation }))
     }
 
     /// Refuses bodies that the map would bend along.

@@ -27,7 +27,7 @@ const BESIDE: usize = 6;
 /// Steps of the search for the material point at a place, each of which leaves a fifth of the distance or less.
 const SEARCH_STEPS: usize = 12;
 
-/// The finite elements of a quarter of the layer.
+/// The finite elements of the layer: of a quarter, or of a half where it is no mirror image across x1 = 0.
 pub(super) struct Material<'a> {
     /// The displacement at a point of it, m; `None` outside.
     pub(super) displacement: &'a dyn Fn([f64; 3]) -> Option<[f64; 3]>,
@@ -35,18 +35,34 @@ pub(super) struct Material<'a> {
     pub(super) pad: [f64; 3],
     /// A length that means nothing, m.
     pub(super) tiny: f64,
+    /// Whether it is its own mirror image across x1 = 0, and only what lies at positive x1 is known.
+    pub(super) is_half: bool,
 }
 
 impl Material<'_> {
-    /// Where a material point goes; beyond the end and the side of the layer as high as at its edge.
-    pub(super) fn position(&self, y: [f64; 3]) -> [f64; 3] {
-        let inside = [0, 1, 2].map(|a| y[a].clamp(0.0, self.pad[a]));
+    /// The displacement of a material point on either side of the planes of symmetry, m; beyond the end and the side of the layer that of
+    /// its edge.
+    pub(super) fn displacement(&self, x: [f64; 3]) -> [f64; 3] {
+        let known = [if self.is_half { x[0].abs() } else { x[0] }, x[1], x[2].abs()];
+        let least = [if self.is_half { 0.0 } else { -self.pad[0] }, 0.0, 0.0];
+        let within = |by: f64| [0, 1, 2].map(|a| known[a].clamp(least[a] + by, self.pad[a] - by));
         // Elements at a fan meet their own box with a tolerance: a point on the very edge is looked for a little inside.
-        let near = [0, 1, 2].map(|a| inside[a].clamp(self.tiny, self.pad[a] - self.tiny));
-        let u = (self.displacement)(inside).or_else(|| (self.displacement)(near)).unwrap_or([0.0; 3]);
-        let mut out = [0, 1, 2].map(|a| y[a] + u[a]);
-        out[1] = inside[1] + u[1];
-        out
+        let found = (self.displacement)(within(0.0)).or_else(|| (self.displacement)(within(self.tiny)));
+        let mut u = found.unwrap_or([0.0; 3]);
+        if known[0] != x[0] {
+            u[0] = -u[0];
+        }
+        if known[2] != x[2] {
+            u[2] = -u[2];
+        }
+        u
+    }
+
+    /// Where a material point of the quarter goes; beyond the end and the side of the layer as high as at its edge.
+    pub(super) fn position(&self, y: [f64; 3]) -> [f64; 3] {
+        let u = self.displacement(y);
+        let height = y[1].clamp(0.0, self.pad[1]);
+        [y[0] + u[0], height + u[1], y[2] + u[2]]
     }
 
     /// The height of the material at depth `y2` (before loading) above the place `x1`, `x3`, starting from a material point.

@@ -3,6 +3,8 @@
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
+use crate::scene::indenter::{IndenterForm, Rounding};
+
 /// The right half of the outline, from its lowest point in the middle to the middle of its top. Lengths in m, from the lowest point.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Profile {
@@ -30,6 +32,16 @@ pub(super) struct Foot {
 }
 
 impl Profile {
+    /// That of a form; `None` where it is a ball, or a box.
+    pub(super) fn of(form: &IndenterForm) -> Option<Self> {
+        match form.rounding {
+            Rounding::AlongX3 { radius, is_cylinder } => {
+                Some(Self { flat: form.flat(), radius, height: form.height, is_cylinder })
+            }
+            Rounding::Sharp | Rounding::Ball { .. } => None,
+        }
+    }
+
     /// The point of the outline that is nearest to a point below it or beside it.
     pub(super) fn foot(&self, [x, y]: [f64; 2]) -> Foot {
         let sign = if x < 0.0 { -1.0 } else { 1.0 };
@@ -44,6 +56,12 @@ impl Profile {
         let ([at, height], [normal, up]) = self.point(along);
         let gap = (x.abs() - at) * normal + (y - height) * up;
         Foot { along: sign * along, at: [sign * at, height], normal: [sign * normal, up], gap }
+    }
+
+    /// The length up to the point that a surface faces which has this foot and is moved away by a film, m: the foot, and where the outline
+    /// is upright farther up by as much as the two are apart. Beside an indenter what lies between the two is then not folded.
+    pub(super) fn facing(&self, foot: &Foot, film: f64) -> f64 {
+        foot.along.abs() + (foot.gap + film) * foot.normal[0].abs()
     }
 
     /// Where the rounded edge ends and the side begins; the uppermost point of a cylinder.
@@ -101,12 +119,10 @@ mod tests {
         assert!((PUNCH.side_end(0.0) - (1.0 + 0.25 * PI + 2.5)).abs() < 1e-12);
         assert_eq!(PUNCH.point(PUNCH.side_end(0.0)).0, [1.5, 3.0]);
         assert!((CYLINDER.side_end(0.1) - (0.5 * PI - 0.1)).abs() < 1e-12);
-        for profile in [PUNCH, CYLINDER] {
-            for corner in [profile.flat, profile.round_end()] {
-                let [a, b] = [-1e-9, 1e-9].map(|d| profile.point(corner + d));
-                assert!((a.0[0] - b.0[0]).hypot(a.0[1] - b.0[1]) < 3e-9);
-                assert!(profile.is_cylinder || (a.1[0] - b.1[0]).hypot(a.1[1] - b.1[1]) < 1e-8);
-            }
+        for corner in [PUNCH.flat, PUNCH.round_end()] {
+            let [a, b] = [-1e-9, 1e-9].map(|d| PUNCH.point(corner + d));
+            assert!((a.0[0] - b.0[0]).hypot(a.0[1] - b.0[1]) < 3e-9);
+            assert!((a.1[0] - b.1[0]).hypot(a.1[1] - b.1[1]) < 1e-8);
         }
     }
 }
