@@ -488,6 +488,7 @@ impl Solver<'_> {
         pose: &Pose,
     ) -> Option<String> {
         let row = &mut result.row;
+        row.distance_m = self.case.approaches().then_some(pose.distance);
         let Some(state) = state else {
             // Nothing presses: the layer is as it was.
             if self.case.layer.is_some() {

@@ -1,9 +1,9 @@
 //! `curve.svg`: by how much the capacitance changes under load, with its bounds, above the capacitance itself beside that of
-//! parallel plates; or force against compression.
+//! parallel plates; or force against compression. `approach.svg`: the same against the distance of the indenter, before contact.
 
 use crate::change::changes;
 use crate::plot::{Axis, Chart, Panels, Scale, Series, Style};
-use elastocap_coupling::outcome::{Outcome, Row};
+use elastocap_coupling::outcome::{Outcome, Row, StepResult};
 use elastocap_coupling::plan::{HELD_PATCH, Kind};
 use elastocap_coupling::terminals::in_words;
 
@@ -25,13 +25,33 @@ pub fn figure(title: &str, outcome: &Outcome) -> Option<Panels> {
         Kind::Capacitance => None,
         Kind::Mechanics => Some(Panels { title, main: force(outcome), second: None }),
         Kind::Curve => {
-            let whole = capacitance(outcome);
-            let (main, second) = match change(outcome) {
-                Some(change) => (change, Some(whole)),
-                None => (whole, None),
-            };
-            Some(Panels { title, main, second })
+            let (x, loads) = load(outcome);
+            let loads = loads.into_iter().zip(&outcome.steps);
+            let known = loads.map(|(load, step)| if step.row.is_before_contact() { f64::NAN } else { load });
+            Some(panels(title, outcome, &x, &known.collect::<Vec<f64>>()))
         }
+    }
+}
+
+/// The figure of an indenter that comes near; `None` where none does.
+pub fn approach(title: &str, outcome: &Outcome) -> Option<Panels> {
+    let distance = |step: &StepResult| match step.row.is_before_contact() {
+        true => known(step.row.distance_m),
+        false => f64::NAN,
+    };
+    let distances: Vec<f64> = outcome.steps.iter().map(distance).collect();
+    let is_far = distances.iter().filter(|distance| distance.is_finite()).count() >= 2;
+    let label = "distance of the indenter from the layer";
+    let x = Axis { label: label.to_owned(), unit: "m".to_owned(), scale: Scale::Logarithmic };
+    (is_far && outcome.plan.kind == Kind::Curve).then(|| panels(title.to_owned(), outcome, &x, &distances))
+}
+
+/// The change over the capacitance itself, against `places` on an axis; steps without one are left out.
+fn panels(title: String, outcome: &Outcome, x: &Axis, places: &[f64]) -> Panels {
+    let whole = capacitance(outcome, x, places);
+    match change(outcome, x, places) {
+        Some(change) => Panels { title, main: change, second: Some(whole) },
+        None => Panels { title, main: whole, second: None },
     }
 }
 
@@ -69,18 +89,17 @@ fn load(outcome: &Outcome) -> (Axis, Vec<f64>) {
 }
 
 /// The change since the first step, %; `None` where there are no two steps to compare.
-fn change(outcome: &Outcome) -> Option<Chart> {
+fn change(outcome: &Outcome, x: &Axis, places: &[f64]) -> Option<Chart> {
     let changes = changes(&outcome.steps);
     if changes.iter().flatten().count() < 2 {
         return None;
     }
-    let (x, loads) = load(outcome);
     let percent = |value: Option<f64>| 100.0 * known(value);
-    let points = loads.iter().zip(&changes).map(|(x, c)| (*x, percent(c.map(|c| c.value))));
+    let points = places.iter().zip(&changes).map(|(x, c)| (*x, percent(c.map(|c| c.value))));
     let band = changes.iter().map(|c| (percent(c.map(|c| c.lower)), percent(c.map(|c| c.upper))));
     Some(Chart {
         title: String::new(),
-        x,
+        x: x.clone(),
         y: axis("change of the capacitance", "%"),
         series: vec![Series {
             name: "change since the first step, and its bounds".to_owned(),
@@ -91,11 +110,10 @@ fn change(outcome: &Outcome) -> Option<Chart> {
     })
 }
 
-fn capacitance(outcome: &Outcome) -> Chart {
+fn capacitance(outcome: &Outcome, x: &Axis, places: &[f64]) -> Chart {
     let rows = || outcome.steps.iter().map(|step| &step.row);
-    let (x, loads) = load(outcome);
     let against = |y: fn(&Row) -> Option<f64>| -> Vec<(f64, f64)> {
-        loads.iter().copied().zip(rows().map(|r| known(y(r)))).collect()
+        places.iter().copied().zip(rows().map(|r| known(y(r)))).collect()
     };
     let bounds = rows().map(|r| (known(r.capacitance_lower_f), known(r.capacitance_upper_f)));
     let mut series = vec![Series {
@@ -113,7 +131,7 @@ fn capacitance(outcome: &Outcome) -> Chart {
         });
     }
     let label = outcome.measurement.map_or_else(String::new, |own| in_words(own, &outcome.conductors));
-    Chart { title: String::new(), x, y: axis(&label, "F"), series }
+    Chart { title: String::new(), x: x.clone(), y: axis(&label, "F"), series }
 }
 
 #[cfg(test)]

@@ -42,6 +42,7 @@ fn in_plane_pair() -> Case {
         }),
         load: Some(Load::Compression(vec![0.0, 0.05, 0.1, 0.2, 0.3, 0.4])),
         poses: Vec::new(),
+        indenter: None,
         bodies: vec![],
         terminals: Vec::new(),
         measured: None,

@@ -232,10 +232,6 @@ impl IndenterMap {
         self.form.lower_side(x, z)
     }
 
-    pub(super) fn debug(&self) -> String {
-        format!("REGION {:?} ENDS {:?} FILM {} EDGES {:?}", self.region, self.ends, self.film, self.outline.as_ref().map(|o| o.edges.clone()))
-    }
-
     /// The box of the indenter in the coordinates of the boxes.
     pub(super) fn region(&self) -> Box3 {
         self.region

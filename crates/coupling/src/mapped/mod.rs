@@ -40,6 +40,9 @@ pub(crate) struct BentScene {
     pub(crate) deviation: f64,
 }
 
+/// The name of what fills the film between indenter and layer where the two touch.
+const FILM: &str = "layer in contact";
+
 /// Sides into which the edges of boxes are divided for a viewer.
 const SHOWN: usize = 16;
 
@@ -53,7 +56,7 @@ impl BentScene {
             let triangles = regions.iter().flat_map(|region| self.surface(region, window)).collect();
             SurfaceBody { name: body.name.clone(), role: BodyRole::from(body), triangles }
         };
-        shown.filter(|body| body.purpose != Purpose::Cover).map(surface).collect()
+        shown.filter(|body| body.purpose != Purpose::Cover && body.name != FILM).map(surface).collect()
     }
 
     /// The faces of a box under the map, seen from outside.
@@ -81,7 +84,6 @@ impl BentScene {
         out
     }
 }
-
 
 /// Thickness of the film between a round indenter and the layer, over that of the layer; thicker ones are tried where the polynomials of a
 /// map cross over it.
@@ -352,28 +354,6 @@ impl Parts<'_> {
         }
         let mirrored = [is_half, false, true];
         let axes: [MapAxis; 3] = [0, 1, 2].map(|a| joined(&all[a], self.tiny, mirrored[a]));
-        if std::env::var("DBG").is_ok() {
-            if let Some(own) = &indenter { eprintln!("{}", own.debug()); }
-            for a in &axes { eprintln!("AXIS {:?} {:?}", a.breaks, a.degrees); }
-            for k in 0..60 { let x = 1.0e-3 + 1.2e-5*k as f64; let to = layer.image([x, surface, 0.0]); eprintln!("TOP {:.4} {:.4} {:.4}", x*1e3, to[0]*1e3, to[1]*1e3); }
-            // Where the exact map folds.
-            let h = 1e-7;
-            let xs: Vec<f64> = axes[0].breaks.windows(2).flat_map(|w| (0..10).map(move |k| w[0] + (w[1]-w[0])*(k as f64+0.5)/10.0)).collect();
-            let ys: Vec<f64> = axes[1].breaks.windows(2).flat_map(|w| (0..10).map(move |k| w[0] + (w[1]-w[0])*(k as f64+0.5)/10.0)).collect();
-            let m0 = SceneMap::new(axes.clone(), exact);
-            let pol = |x: [f64;3]| m0.image(x);
-            let ex = |x: [f64;3]| { let d = exact(x); [0,1,2].map(|a| x[a]+d[a]) };
-            for (name, f) in [("exact", &ex as &dyn Fn([f64;3])->[f64;3]), ("poly", &pol)] {
-                let mut worst: Vec<(f64,f64,f64)> = vec![];
-                for x in &xs { for y in &ys {
-                    let d0 = [0,1].map(|a| (f([x+h,*y,0.0])[a]-f([x-h,*y,0.0])[a])/(2.0*h));
-                    let d1 = [0,1].map(|a| (f([*x,y+h,0.0])[a]-f([*x,y-h,0.0])[a])/(2.0*h));
-                    worst.push((d0[0]*d1[1]-d0[1]*d1[0], *x, *y));
-                }}
-                worst.sort_by(|a,b| a.0.total_cmp(&b.0));
-                eprintln!("{name} {} bad; {:?}", worst.iter().filter(|w| w.0<=0.0).count(), &worst[..12.min(worst.len())]);
-            }
-        }
         self.check_room(scene, &axes)?;
         let map = SceneMap::new(axes, exact);
         let mut deviation = self.deviation(&map, &exact, surface, highest);
@@ -384,7 +364,7 @@ impl Parts<'_> {
             }
             let filled: Vec<Shape> = own.filled().into_iter().map(Shape::Box).collect();
             if let Some(first) = filled.first().cloned() {
-                let body = Body::dielectric("layer in contact", first, permittivity).with_purpose(Purpose::Layer);
+                let body = Body::dielectric(FILM, first, permittivity).with_purpose(Purpose::Layer);
                 scene.bodies.push(Body { parts: filled, ..body });
             }
         }

@@ -38,6 +38,7 @@ fn pair(layout: Layout) -> Case {
         }),
         load: None,
         poses: Vec::new(),
+        indenter: None,
         bodies: vec![],
         terminals: Vec::new(),
         measured: None,

@@ -98,6 +98,8 @@ struct Measured {
 struct Step {
     index: usize,
     force_n: Option<f64>,
+    #[serde(default)]
+    distance_m: Option<f64>,
     capacitance_f: Option<f64>,
     capacitance_lower_f: Option<f64>,
     capacitance_upper_f: Option<f64>,
@@ -118,8 +120,15 @@ struct ForceCheck {
 }
 
 impl Step {
-    /// As the curve needs it; `None` without force or capacitance.
+    fn is_before_contact(&self) -> bool {
+        self.distance_m.is_some_and(|distance| distance > 0.0)
+    }
+
+    /// As the curve needs it; `None` without force or capacitance, and before contact.
     fn on_curve(&self) -> Option<CurveStep> {
+        if self.is_before_contact() {
+            return None;
+        }
         let (force, capacitance) = (self.force_n?, self.capacitance_f?);
         let estimates =
             self.mechanics_error_estimate.unwrap_or(0.0) + self.geometry_error_estimate.unwrap_or(0.0);
@@ -156,7 +165,9 @@ pub fn read_curve(result: &Path) -> Result<CurveOnFile, CurveFileError> {
     {
         return Err(CurveFileError::Matrix(terminals.len()));
     }
-    if document.plan.steps.windows(2).any(|pair| pair[0].pose != pair[1].pose) {
+    let pressed = document.plan.steps.iter().zip(&document.steps).filter(|(_, step)| !step.is_before_contact());
+    let poses: Vec<_> = pressed.map(|(planned, _)| &planned.pose).collect();
+    if poses.windows(2).any(|pair| pair[0] != pair[1]) {
         return Err(CurveFileError::Moved);
     }
     if document.steps.iter().all(|step| step.force_n.is_none()) {
