@@ -31,6 +31,8 @@ pub(super) struct Surface<'a> {
     pub(super) thickness: f64,
     /// Closer than this (m) the two touch.
     pub(super) touching: f64,
+    /// Of the film between the two if they touch anywhere, m.
+    pub(super) film: Option<f64>,
 }
 
 /// One side of the lower face of an indenter's box. Places are those before the layer deforms, from the middle of the indenter outwards
@@ -61,7 +63,7 @@ fn edge(profile: &Profile, surface: &Surface<'_>, sign: f64) -> Option<Edge> {
         let to = (surface.image)(sign * x);
         [sign * to[0], to[1]]
     };
-    let foot = |x: f64| profile.foot(at(x));
+    let foot = |x: f64| profile.facing(at(x), surface.film);
     let places = ((profile.flat + FOLLOWED * surface.thickness) / step).ceil() as usize;
     let place = |k: usize| k as f64 * step;
     let first_beyond = |length: f64| {
@@ -92,7 +94,8 @@ fn edge(profile: &Profile, surface: &Surface<'_>, sign: f64) -> Option<Edge> {
             let along = [b[0] - a[0], b[1] - a[1]];
             let turned = (along[0] * tangent[1] - along[1] * tangent[0])
                 .atan2(along[0] * tangent[0] + along[1] * tangent[1]);
-            foot.along >= around && (turned > TURNED_AWAY || foot.gap > AWAY * surface.thickness)
+            let is_away = surface.film.is_none() || foot.gap > AWAY * surface.thickness;
+            foot.along >= around && (turned > TURNED_AWAY || is_away)
         };
         let k = (0..=places).find(|k| leaves(place(*k)))?;
         between(&leaves, place(k.saturating_sub(1)), place(k))
@@ -128,14 +131,14 @@ mod tests {
 
     const PUNCH: Profile = Profile { flat: 1.0, radius: 0.1, height: 2.0, is_cylinder: false };
 
-    fn edge_of(profile: &Profile, image: &dyn Fn(f64) -> [f64; 2]) -> Option<Edge> {
-        let surface = Surface { image, thickness: 0.5, touching: 1e-4 };
+    fn edge_of(profile: &Profile, film: Option<f64>, image: &dyn Fn(f64) -> [f64; 2]) -> Option<Edge> {
+        let surface = Surface { image, thickness: 0.5, touching: 1e-4, film };
         edges(profile, &surface, true).map(|[left, _]| left)
     }
 
     #[test]
     fn a_flat_surface_leaves_a_punch_where_its_corner_begins() {
-        let own = edge_of(&PUNCH, &|x| [x, 0.0]).unwrap();
+        let own = edge_of(&PUNCH, Some(0.0), &|x| [x, 0.0]).unwrap();
         // 1e-4 below the corner: sqrt(2 r 1e-4).
         assert!((own.contact - 1.0 - 0.0045).abs() < 2e-4, "{own:?}");
         let leaves = 1.0 + 0.1 * TURNED_AWAY.max(AROUND).tan();
@@ -153,19 +156,19 @@ mod tests {
                 [1.1 + (x - on) * 0.5_f64.sqrt(), 0.4 + (x - on) * 0.5_f64.sqrt()]
             }
         };
-        let own = edge_of(&PUNCH, &image).unwrap();
+        let own = edge_of(&PUNCH, Some(0.0), &image).unwrap();
         let end = PUNCH.round_end() + 0.3;
         assert!((own.contact - end).abs() < 2e-3 && (own.at - end).abs() < 1.1e-2, "{own:?}");
         assert_eq!(own.marks.len(), 3, "{own:?}");
         assert!((own.marks[0] - 1.0).abs() < 1e-6 && (own.marks[1] - PUNCH.round_end()).abs() < 1e-6);
-        assert_eq!(edge_of(&PUNCH, &|x| PUNCH.point(x).0), None);
+        assert_eq!(edge_of(&PUNCH, Some(0.0), &|x| PUNCH.point(x).0), None);
     }
 
     #[test]
     fn the_face_of_a_cylinder_is_wider_the_farther_it_is_from_the_layer() {
         let cylinder = Profile { flat: 0.0, radius: 1.0, height: 2.0, is_cylinder: true };
-        let far = edge_of(&cylinder, &|x| [x, -0.04]).unwrap();
-        let near = edge_of(&cylinder, &|x| [x, -0.02]).unwrap();
+        let far = edge_of(&cylinder, None, &|x| [x, -0.04]).unwrap();
+        let near = edge_of(&cylinder, None, &|x| [x, -0.02]).unwrap();
         assert!(far.at > near.at && far.contact == 0.0, "{far:?} {near:?}");
         assert!((cylinder.point(far.along).0[1] - 0.08).abs() < 1e-6, "{far:?}");
     }

@@ -19,7 +19,9 @@ use crate::scene::indenter::{IndenterForm, Rounding};
 const ALONG: usize = 10;
 const OVER_HEIGHT: usize = 12;
 
-/// The widest lower face of a ball, over its radius.
+/// Half the width of the lower face of a ball, at least and at most, over its radius. Narrower ones bend the sides of the box so much
+/// that the solver's preconditioner fails.
+const NARROWEST: f64 = 0.3;
 const WIDEST: f64 = 0.55;
 
 /// Height of the lower face of a ball, over the distance from the layer.
@@ -36,6 +38,10 @@ const FILL: [[f64; 2]; 3] = [[0.92, 0.39], [0.70, 0.71], [0.39, 0.92]];
 
 /// The share of the circle that they leave.
 const UNFILLED: f64 = 0.12;
+
+/// Circles of a smaller radius, over that of the film, are not filled: boxes so thin spoil the solver's preconditioner, and so small a
+/// part of the surface matters little.
+const SMALLEST_FILLED: f64 = 25.0;
 
 /// The layer under an indenter, as the map of the layer has it.
 pub(super) struct Under<'a> {
@@ -189,7 +195,7 @@ impl IndenterMap {
         let contact = if self.film > 0.0 { last_within(&gap, TOUCHING * self.film, 0.0, most) } else { 0.0 };
         let rise = SAGITTA * distance.max(5.0 * self.film).max(0.02 * under.film);
         let chord = (radius * radius - (radius - rise.min(radius)).powi(2)).sqrt();
-        let half = chord.max(BEYOND_CONTACT * contact).min(most);
+        let half = chord.max(BEYOND_CONTACT * contact).max(NARROWEST * radius).min(most);
         let room = (gap(half) + self.film).max(0.02 * under.film);
         let over = 2.0 * (radius * radius - half * half).sqrt();
         self.contact = [contact; 2];
@@ -207,11 +213,10 @@ impl IndenterMap {
             [to[0] - form.position, to[1] - lowest]
         };
         let touching = TOUCHING * under.film;
-        let mut edges = edges(&profile, &Surface { image: &image, thickness: under.thickness, touching }, is_half)?;
-        let gap = |x: f64| profile.foot(image(x)).gap;
-        for (edge, sign) in edges.iter_mut().zip([-1.0, 1.0]) {
-            edge.along = profile.facing(&profile.foot(image(sign * edge.at)), self.film);
-        }
+        let film = (self.film > 0.0).then_some(self.film);
+        let surface = Surface { image: &image, thickness: under.thickness, touching, film };
+        let edges = edges(&profile, &surface, is_half)?;
+        let gap = |x: f64| profile.facing(image(x), film).gap;
         let [left, right] = &edges;
         let room = (gap(-left.at).max(gap(right.at)) + self.film).max(0.02 * under.film);
         let side = |edge: &Edge| profile.side_end(edge.along) - edge.along;
@@ -239,7 +244,7 @@ impl IndenterMap {
 
     /// Boxes of the layer's material that fill the film in the contact.
     pub(super) fn filled(&self) -> Vec<Box3> {
-        if self.film == 0.0 || self.contact == [0.0; 2] {
+        if self.film == 0.0 || self.contact == [0.0; 2] || self.is_tiny() {
             return Vec::new();
         }
         let shares = match self.form.rounding {
@@ -257,10 +262,16 @@ impl IndenterMap {
         shares.into_iter().map(filled).collect()
     }
 
+    /// Whether the contact is a circle too small to be filled.
+    fn is_tiny(&self) -> bool {
+        matches!(self.form.rounding, Rounding::Ball { .. }) && self.contact[0] < SMALLEST_FILLED * self.film
+    }
+
     /// What the film changes in the capacitances, over them, at most about: an estimate, where it is one over this distance (m) from the
     /// electrodes, and of a medium with a permittivity that of the layer is so many times larger than.
     pub(super) fn film_error(&self, distance: f64, contrast: f64) -> f64 {
         let left = match self.form.rounding {
+            Rounding::Ball { .. } if self.is_tiny() => contrast * (self.contact[0] / distance).powi(2).min(1.0),
             Rounding::Ball { .. } => UNFILLED * contrast,
             Rounding::Sharp | Rounding::AlongX3 { .. } => 0.0,
         };
@@ -297,8 +308,10 @@ impl IndenterMap {
         let share = [0, 1].map(|a| (c[a] - min[a]) / (max[a] - min[a]));
         let feet = |x: f64| {
             let to = (under.image)([x, under.surface, c[2]]);
-            let foot = profile.foot([to[0] - middle[0], to[1] - middle[1]]);
-            (profile.facing(&foot, 0.0), foot.along, to[2])
+            // The film is between them already.
+            let film = (self.film > 0.0).then_some(0.0);
+            let facing = profile.facing([to[0] - middle[0], to[1] - middle[1]], film);
+            (facing.along.abs(), facing.along, to[2])
         };
         let side = |edge: f64, up: f64| {
             let (begin, sign, _) = feet(edge);

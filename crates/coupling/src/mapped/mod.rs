@@ -258,7 +258,8 @@ fn corners(
             let to = top(middle + x, 0.0);
             [to[0] - middle, to[1] - lowest]
         };
-        let surface = Surface { image: &image, thickness, touching: TOUCHING * film };
+        let touches = lowest - top(middle, 0.0)[1] < 0.5 * film;
+        let surface = Surface { image: &image, thickness, touching: TOUCHING * film, film: touches.then_some(film) };
         let [left, right] = edges(&profile, &surface, is_half)?;
         let both = left.marks.iter().map(|x| middle - x).chain(right.marks.iter().map(|x| middle + x));
         return Some([both.collect(), vec![across]]);

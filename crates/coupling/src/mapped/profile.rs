@@ -58,10 +58,28 @@ impl Profile {
         Foot { along: sign * along, at: [sign * at, height], normal: [sign * normal, up], gap }
     }
 
-    /// The length up to the point that a surface faces which has this foot and is moved away by a film, m: the foot, and where the outline
-    /// is upright farther up by as much as the two are apart. Beside an indenter what lies between the two is then not folded.
-    pub(super) fn facing(&self, foot: &Foot, film: f64) -> f64 {
-        foot.along.abs() + (foot.gap + film) * foot.normal[0].abs()
+    /// The point of the outline that a point below it or beside it faces.
+    ///
+    /// Where indenter and layer touch, with a `film` between them (m), that is the foot, and where the outline is upright farther up by as
+    /// much as the two are apart: beside an indenter what lies between them is then not folded. The normal is that of the foot. Elsewhere it
+    /// lies straight above, as far as the outline reaches.
+    pub(super) fn facing(&self, point: [f64; 2], film: Option<f64>) -> Foot {
+        let (along, gap, normal) = match film {
+            Some(film) => {
+                let foot = self.foot(point);
+                (foot.along.abs() + (foot.gap + film) * foot.normal[0].abs(), foot.gap, foot.normal)
+            }
+            None => {
+                let out = (point[0].abs() - self.flat) / self.radius;
+                let angle = out.min(1.0).asin();
+                let along = if out <= 0.0 { point[0].abs() } else { self.flat + self.radius * angle };
+                let (at, normal) = self.point(along);
+                (along, at[1] - point[1], [normal[0].copysign(point[0]), normal[1]])
+            }
+        };
+        let sign = if point[0] < 0.0 { -1.0 } else { 1.0 };
+        let (at, _) = self.point(along);
+        Foot { along: sign * along, at: [sign * at[0], at[1]], normal, gap }
     }
 
     /// Where the rounded edge ends and the side begins; the uppermost point of a cylinder.
