@@ -233,7 +233,12 @@ fn bends_the_field(case: &Case, is_at_rest: bool, is_before_contact: bool) -> bo
     // A plate over the whole layer leaves the surface flat; electrodes in it are looked at as those without one.
     let is_bent = !is_at_rest && !is_before_contact;
     let is_space = matches!(case.mechanics, Some(Mechanics::Solid(_)));
-    is_bent && if covers_all { is_in_field && is_space && case.electrodes.is_some() } else { is_in_field || case.electrodes.is_none() }
+    is_bent
+        && if covers_all {
+            is_in_field && is_space && case.electrodes.is_some()
+        } else {
+            is_in_field || case.electrodes.is_none()
+        }
 }
 
 /// Why no field solver takes a scene.

@@ -21,7 +21,7 @@ use crate::failure::{StepFailure, Stop};
 use crate::finished::FinishedStep;
 use crate::layer_outlines::{LayerScene, outlined};
 use crate::load_steps::StepLoad;
-use crate::mapped::{BentScene, FILMS, Found, bent_scene};
+use crate::mapped::{BentScene, Found, bent_scene, films};
 use crate::outcome::{EntryStatus, FloatingConductor, Missed, Row, SolverReport, Status, StepResult};
 use crate::plan::PlannedStep;
 use crate::route::{Bending, Bodies, Route, RouteError, asked, route};
@@ -378,7 +378,7 @@ impl Solver<'_> {
             return enclosed();
         };
         let found = Found { step: layer, displacement: &displacement, distance: step.pose.distance };
-        let mut films = FILMS.into_iter();
+        let mut films = films(self.settings.relative_tolerance);
         loop {
             let Some(film) = films.next() else {
                 return if may_be_enclosed { enclosed() } else { Err(StepFailure::NoMap.into()) };

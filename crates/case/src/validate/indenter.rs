@@ -111,11 +111,9 @@ fn check_name(raw: &Document, log: &mut Log<'_>) {
 pub(super) fn check_approach(raw: &Document, is_in_field: bool, log: &mut Log<'_>) {
     let Some(read) = given(&raw.load).and_then(|load| load.approach.as_ref()) else { return };
     let conductors = given(&raw.conductor).into_iter().flatten().filter_map(Read::get).map(|c| &c.attached);
-    let dielectrics =
-        given(&raw.dielectric).into_iter().flatten().filter_map(Read::get).map(|d| &d.attached);
-    let moves = |attached: &Option<Read<raw::Attached>>| {
-        matches!(given(attached), Some(raw::Attached::Indenter))
-    };
+    let dielectrics = given(&raw.dielectric).into_iter().flatten().filter_map(Read::get).map(|d| &d.attached);
+    let moves =
+        |attached: &Option<Read<raw::Attached>>| matches!(given(attached), Some(raw::Attached::Indenter));
     if !is_in_field && !conductors.chain(dielectrics).any(moves) {
         log.push(
             Diagnostic::at(&read.span, "`approach` moves nothing")

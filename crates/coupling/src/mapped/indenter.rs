@@ -109,10 +109,7 @@ impl IndenterMap {
         let right = beside(along - (max[0] - form.position), along);
         let z = beside(across - max[2], across);
         let up = max[1] + (form.height * 0.5).max(reach);
-        own.ends = Box3 {
-            min: [form.position - left, own.surface, -z],
-            max: [form.position + right, up, z],
-        };
+        own.ends = Box3 { min: [form.position - left, own.surface, -z], max: [form.position + right, up, z] };
         Some(own)
     }
 
@@ -271,7 +268,9 @@ impl IndenterMap {
     /// electrodes, and of a medium with a permittivity that of the layer is so many times larger than.
     pub(super) fn film_error(&self, distance: f64, contrast: f64) -> f64 {
         let left = match self.form.rounding {
-            Rounding::Ball { .. } if self.is_tiny() => contrast * (self.contact[0] / distance).powi(2).min(1.0),
+            Rounding::Ball { .. } if self.is_tiny() => {
+                contrast * (self.contact[0] / distance).powi(2).min(1.0)
+            }
             Rounding::Ball { .. } => UNFILLED * contrast,
             Rounding::Sharp | Rounding::AlongX3 { .. } => 0.0,
         };
@@ -289,11 +288,8 @@ impl IndenterMap {
         let foot = [c[0], min[1], c[2]];
         let to = (under.image)([c[0], under.surface, c[2]]);
         let lies_on_layer = min[1] <= self.surface;
-        let height = if lies_on_layer {
-            to[1]
-        } else {
-            self.lowest + self.low(to[0] - self.form.position, to[2])
-        };
+        let height =
+            if lies_on_layer { to[1] } else { self.lowest + self.low(to[0] - self.form.position, to[2]) };
         let above = [to[0], height, to[2]];
         let (own, below) = (self.on_form(c), self.on_form(foot));
         [0, 1, 2].map(|a| own[a] + (1.0 - up) * (above[a] - below[a]))
@@ -447,7 +443,8 @@ impl IndenterMap {
             Some(Outline { profile, edges }) if !profile.is_cylinder => {
                 let mut heights = vec![min[1], max[1]];
                 for edge in edges {
-                    let share = (profile.round_end() - edge.along) / (profile.side_end(edge.along) - edge.along);
+                    let share =
+                        (profile.round_end() - edge.along) / (profile.side_end(edge.along) - edge.along);
                     if share > 0.0 {
                         heights.push(min[1] + share * (max[1] - min[1]));
                     }

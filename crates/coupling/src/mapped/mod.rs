@@ -85,9 +85,17 @@ impl BentScene {
     }
 }
 
-/// Thickness of the film between a round indenter and the layer, over that of the layer; thicker ones are tried where the polynomials of a
-/// map cross over it.
-pub(crate) const FILMS: [f64; 4] = [2.5e-3, 5e-3, 1e-2, 2e-2];
+/// Thickness of the film between a round indenter and the layer, over that of the layer.
+const FILMS: [f64; 4] = [2.5e-3, 5e-3, 1e-2, 2e-2];
+
+/// The films to try for a tolerance, one after the other. Thin ones bend the space between indenter and layer so much that iterations
+/// become many: the first is the thickest whose error, about half of it, is a quarter of the tolerance. Thicker ones follow, for maps whose
+/// polynomials cross over it.
+pub(crate) fn films(relative_tolerance: f64) -> impl Iterator<Item = f64> {
+    let is_thin = |film: &f64| 0.5 * film <= 0.25 * relative_tolerance;
+    let first = FILMS.iter().rposition(is_thin).unwrap_or(0);
+    FILMS.into_iter().skip(first)
+}
 
 /// The map of the layer.
 enum LayerMap<'a> {
@@ -198,7 +206,8 @@ pub(crate) fn bent_scene(
         }
     };
     let contrast = layer.relative_permittivity.unwrap_or(1.0) / cover_permittivity(&deformed.scene);
-    let parts = Parts { layer: &part, form: in_field, lowest, film: film * layer.thickness, pad, tiny, contrast };
+    let parts =
+        Parts { layer: &part, form: in_field, lowest, film: film * layer.thickness, pad, tiny, contrast };
     let mut scene = match &part {
         LayerMap::Pair(frame, _) => frame.scene(deformed, step),
         LayerMap::Surface(own) => Some(own.scene(&deformed.scene)),
@@ -259,7 +268,8 @@ fn corners(
             [to[0] - middle, to[1] - lowest]
         };
         let touches = lowest - top(middle, 0.0)[1] < 0.5 * film;
-        let surface = Surface { image: &image, thickness, touching: TOUCHING * film, film: touches.then_some(film) };
+        let surface =
+            Surface { image: &image, thickness, touching: TOUCHING * film, film: touches.then_some(film) };
         let [left, right] = edges(&profile, &surface, is_half)?;
         let both = left.marks.iter().map(|x| middle - x).chain(right.marks.iter().map(|x| middle + x));
         return Some([both.collect(), vec![across]]);
@@ -306,7 +316,12 @@ struct Parts<'a> {
 
 impl Parts<'_> {
     /// `None` where the surface does not leave the indenter.
-    fn join(&self, scene: &mut Scene, is_half: bool, permittivity: f64) -> Result<Option<BentScene>, SceneError> {
+    fn join(
+        &self,
+        scene: &mut Scene,
+        is_half: bool,
+        permittivity: f64,
+    ) -> Result<Option<BentScene>, SceneError> {
         let (layer, surface) = (self.layer, self.layer.surface());
         let at_rest = |x: [f64; 3]| layer.image(x);
         let under = |image| Under { image, surface, thickness: self.pad[1], film: self.film };
@@ -341,7 +356,9 @@ impl Parts<'_> {
         let mut all = of_layer.each_ref().map(|axis| {
             let mut own = pieces(axis);
             if axis.mirrored {
-                own.extend(pieces(axis).into_iter().map(|p| axes::Piece::new(-p.ends[1], -p.ends[0], p.degree)));
+                own.extend(
+                    pieces(axis).into_iter().map(|p| axes::Piece::new(-p.ends[1], -p.ends[0], p.degree)),
+                );
             }
             own
         });
@@ -381,13 +398,13 @@ impl Parts<'_> {
         };
         // Below the substrate's face nothing moves.
         let zone = [ends(0), [0.0, ends(1)[1]], ends(2)];
-        let is_other = |body: &&Body| {
-            matches!(body.purpose, Purpose::Fixed | Purpose::OnTop | Purpose::OnIndenter)
-        };
+        let is_other =
+            |body: &&Body| matches!(body.purpose, Purpose::Fixed | Purpose::OnTop | Purpose::OnIndenter);
         let is_in_the_way = |body: &&Body| {
             let parts = body.parts.iter().filter_map(Shape::bounds);
             let inside = |region: Box3| {
-                (0..3).all(|a| region.max[a] > zone[a][0] + self.tiny && region.min[a] < zone[a][1] - self.tiny)
+                (0..3)
+                    .all(|a| region.max[a] > zone[a][0] + self.tiny && region.min[a] < zone[a][1] - self.tiny)
             };
             parts.into_iter().any(inside)
         };

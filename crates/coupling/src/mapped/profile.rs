@@ -121,8 +121,7 @@ mod tests {
                 let (at, normal) = profile.point(along);
                 for gap in [0.2, -0.1] {
                     for sign in [1.0, -1.0] {
-                        let foot =
-                            profile.foot([sign * (at[0] + gap * normal[0]), at[1] + gap * normal[1]]);
+                        let foot = profile.foot([sign * (at[0] + gap * normal[0]), at[1] + gap * normal[1]]);
                         assert!((foot.gap - gap).abs() < 1e-12, "{along} {gap}: {foot:?}");
                         assert!((foot.along - sign * along).abs() < 1e-12, "{along}: {foot:?}");
                         assert!((foot.at[0] - sign * at[0]).hypot(foot.at[1] - at[1]) < 1e-12);

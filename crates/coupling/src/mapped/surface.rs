@@ -159,7 +159,8 @@ impl<'a> SurfaceMap<'a> {
             let mut places = self.bent.corners[k].clone();
             for side in [-1.0, 1.0] {
                 let outermost = places.iter().copied().max_by(|x, y| (side * x).total_cmp(&(side * y)));
-                let beside = outermost.into_iter().flat_map(|x| BESIDE.map(|d| x + side * d * self.bent.thickness));
+                let beside =
+                    outermost.into_iter().flat_map(|x| BESIDE.map(|d| x + side * d * self.bent.thickness));
                 places.extend(beside.filter(|x| from < *x && *x < to).collect::<Vec<_>>());
             }
             if is_half {

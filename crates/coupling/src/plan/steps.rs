@@ -87,7 +87,8 @@ pub(super) fn planned_steps(case: &Case, options: &Options) -> Vec<PlannedStep> 
     let setup = check_setup(case, &loads);
     for (index, load) in loads.into_iter().enumerate() {
         let pose = case.pose(index);
-        let moves = pose.shift.into_iter().chain(pose.tilt).chain([pose.distance]).map(|x| (x + 0.0).to_bits());
+        let moves =
+            pose.shift.into_iter().chain(pose.tilt).chain([pose.distance]).map(|x| (x + 0.0).to_bits());
         let key = (load.bits(), moves.collect::<Vec<u64>>());
         let first = *first_with.entry(key).or_insert(index);
         let same_as = (options.prune && first != index).then_some(first);

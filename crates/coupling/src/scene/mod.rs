@@ -157,7 +157,9 @@ pub enum SceneError {
         body: String,
     },
     /// The indenter reaches a wall.
-    #[error("the indenter reaches the walls of the computed region; make `side_margin` or the medium above the layer larger")]
+    #[error(
+        "the indenter reaches the walls of the computed region; make `side_margin` or the medium above the layer larger"
+    )]
     IndenterAtWall,
     /// The file lacks what the scene needs; the case reader refuses such a file.
     #[error("the case has no {0}")]

@@ -120,19 +120,24 @@ fn an_indenter_that_is_absent_or_of_air_leaves_the_field_as_it_is() {
 fn a_round_indenter_of_air_changes_nothing_but_by_how_its_surface_is_bent() {
     let load = "[load]\napproach = [\"100 um\"]\ncompression = [0.0, 0.1]\n";
     let without = solve(&cylinder("[load]\ncompression = [0.0, 0.1]\n", 3e-3));
-    let air = solve(&cylinder(&format!("[indenter]\nrole = {{ relative_permittivity = 1.0 }}\n{load}"), 1e-2));
+    let air =
+        solve(&cylinder(&format!("[indenter]\nrole = {{ relative_permittivity = 1.0 }}\n{load}"), 1e-2));
     for (step, of) in air.steps.iter().zip([0, 0, 1]) {
         assert_eq!(step.route, Some(Route::MappedBoxes));
         let other = &without.steps[of].row;
-        let besides = step.row.geometry_error_estimate.unwrap() + other.geometry_error_estimate.unwrap_or(0.0);
+        let besides =
+            step.row.geometry_error_estimate.unwrap() + other.geometry_error_estimate.unwrap_or(0.0);
         assert!(agree(&step.row, other, besides), "{:?} {other:?}", step.row);
     }
 }
 
 #[test]
 fn a_cylinder_takes_capacitance_away_the_nearer_it_comes_and_goes_over_into_contact() {
-    let distances = ["2 mm", "500 um", "200 um", "50 um", "10 um", "2 um"].map(|d| format!("\"{d}\"")).join(", ");
-    let load = format!("[indenter]\nrole = \"grounded\"\n[load]\napproach = [{distances}]\ncompression = [0.0, 0.05]\n");
+    let distances =
+        ["2 mm", "500 um", "200 um", "50 um", "10 um", "2 um"].map(|d| format!("\"{d}\"")).join(", ");
+    let load = format!(
+        "[indenter]\nrole = \"grounded\"\n[load]\napproach = [{distances}]\ncompression = [0.0, 0.05]\n"
+    );
     let outcome = solve(&cylinder(&load, 1e-2));
     let rows: Vec<&Row> = outcome.steps.iter().map(|step| &step.row).collect();
     for pair in rows.windows(2) {
@@ -154,8 +159,14 @@ fn a_sphere_over_the_layer_is_the_sphere_on_tetrahedra() {
                    [[terminal]]\nname = \"ground\"\nconductors = [\"ball\"]\npotential = \"ground\"\n";
     let other = solve(&pair(by_hand, 2e-2));
     assert_eq!(other.steps[0].route, Some(Route::Tetrahedra));
-    let besides = other.steps[0].row.geometry_error_estimate.unwrap() + own.steps[0].row.geometry_error_estimate.unwrap();
-    assert!(agree(&own.steps[0].row, &other.steps[0].row, besides), "{:?} {:?}", own.steps[0].row, other.steps[0].row);
+    let besides = other.steps[0].row.geometry_error_estimate.unwrap()
+        + own.steps[0].row.geometry_error_estimate.unwrap();
+    assert!(
+        agree(&own.steps[0].row, &other.steps[0].row, besides),
+        "{:?} {:?}",
+        own.steps[0].row,
+        other.steps[0].row
+    );
     // The ball matters.
     let alone = solve(&pair("", 1e-3));
     assert!(!agree(&own.steps[0].row, &alone.steps[0].row, besides));

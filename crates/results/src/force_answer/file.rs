@@ -165,7 +165,8 @@ pub fn read_curve(result: &Path) -> Result<CurveOnFile, CurveFileError> {
     {
         return Err(CurveFileError::Matrix(terminals.len()));
     }
-    let pressed = document.plan.steps.iter().zip(&document.steps).filter(|(_, step)| !step.is_before_contact());
+    let pressed =
+        document.plan.steps.iter().zip(&document.steps).filter(|(_, step)| !step.is_before_contact());
     let poses: Vec<_> = pressed.map(|(planned, _)| &planned.pose).collect();
     if poses.windows(2).any(|pair| pair[0] != pair[1]) {
         return Err(CurveFileError::Moved);
