@@ -3,7 +3,7 @@
 
 use crate::change::changes;
 use crate::plot::{Axis, Chart, Panels, Scale, Series, Style};
-use elastocap_coupling::outcome::{Outcome, Row, StepResult};
+use elastocap_coupling::outcome::{Outcome, Row};
 use elastocap_coupling::plan::{HELD_PATCH, Kind};
 use elastocap_coupling::terminals::in_words;
 
@@ -26,28 +26,28 @@ pub fn figure(title: &str, outcome: &Outcome) -> Option<Panels> {
         Kind::Mechanics => Some(Panels { title, main: force(outcome), second: None }),
         Kind::Curve => {
             let (x, loads) = load(outcome);
-            let loads = loads.into_iter().zip(&outcome.steps);
-            let known = loads.map(|(load, step)| if step.row.is_before_contact() { f64::NAN } else { load });
-            Some(panels(title, outcome, &x, &known.collect::<Vec<f64>>()))
+            let places = loads.into_iter().enumerate();
+            let touched = places.filter(|(k, _)| !outcome.steps[*k].row.is_before_contact());
+            Some(panels(title, outcome, &x, &touched.collect::<Vec<_>>()))
         }
     }
 }
 
 /// The figure of an indenter that comes near; `None` where none does.
 pub fn approach(title: &str, outcome: &Outcome) -> Option<Panels> {
-    let distance = |step: &StepResult| match step.row.is_before_contact() {
-        true => known(step.row.distance_m),
-        false => f64::NAN,
-    };
-    let distances: Vec<f64> = outcome.steps.iter().map(distance).collect();
-    let is_far = distances.iter().filter(|distance| distance.is_finite()).count() >= 2;
+    let steps = outcome.steps.iter().enumerate().filter(|(_, step)| step.row.is_before_contact());
+    let distances: Vec<Place> = steps.map(|(k, step)| (k, known(step.row.distance_m))).collect();
     let label = "distance of the indenter from the layer";
     let x = Axis { label: label.to_owned(), unit: "m".to_owned(), scale: Scale::Logarithmic };
-    (is_far && outcome.plan.kind == Kind::Curve).then(|| panels(title.to_owned(), outcome, &x, &distances))
+    (distances.len() >= 2 && outcome.plan.kind == Kind::Curve)
+        .then(|| panels(title.to_owned(), outcome, &x, &distances))
 }
 
-/// The change over the capacitance itself, against `places` on an axis; steps without one are left out.
-fn panels(title: String, outcome: &Outcome, x: &Axis, places: &[f64]) -> Panels {
+/// A step, by its position, and where it is on an axis.
+type Place = (usize, f64);
+
+/// The change over the capacitance itself, against the places of some steps on an axis.
+fn panels(title: String, outcome: &Outcome, x: &Axis, places: &[Place]) -> Panels {
     let whole = capacitance(outcome, x, places);
     match change(outcome, x, places) {
         Some(change) => Panels { title, main: change, second: Some(whole) },
@@ -89,14 +89,15 @@ fn load(outcome: &Outcome) -> (Axis, Vec<f64>) {
 }
 
 /// The change since the first step, %; `None` where there are no two steps to compare.
-fn change(outcome: &Outcome, x: &Axis, places: &[f64]) -> Option<Chart> {
+fn change(outcome: &Outcome, x: &Axis, places: &[Place]) -> Option<Chart> {
     let changes = changes(&outcome.steps);
-    if changes.iter().flatten().count() < 2 {
+    let shown: Vec<_> = places.iter().map(|(k, x)| (*x, changes[*k])).collect();
+    if shown.iter().filter(|(_, change)| change.is_some()).count() < 2 {
         return None;
     }
     let percent = |value: Option<f64>| 100.0 * known(value);
-    let points = places.iter().zip(&changes).map(|(x, c)| (*x, percent(c.map(|c| c.value))));
-    let band = changes.iter().map(|c| (percent(c.map(|c| c.lower)), percent(c.map(|c| c.upper))));
+    let points = shown.iter().map(|(x, c)| (*x, percent(c.map(|c| c.value))));
+    let band = shown.iter().map(|(_, c)| (percent(c.map(|c| c.lower)), percent(c.map(|c| c.upper))));
     Some(Chart {
         title: String::new(),
         x: x.clone(),
@@ -110,10 +111,10 @@ fn change(outcome: &Outcome, x: &Axis, places: &[f64]) -> Option<Chart> {
     })
 }
 
-fn capacitance(outcome: &Outcome, x: &Axis, places: &[f64]) -> Chart {
-    let rows = || outcome.steps.iter().map(|step| &step.row);
+fn capacitance(outcome: &Outcome, x: &Axis, places: &[Place]) -> Chart {
+    let rows = || places.iter().map(|(k, _)| &outcome.steps[*k].row);
     let against = |y: fn(&Row) -> Option<f64>| -> Vec<(f64, f64)> {
-        places.iter().copied().zip(rows().map(|r| known(y(r)))).collect()
+        places.iter().map(|(_, x)| *x).zip(rows().map(|r| known(y(r)))).collect()
     };
     let bounds = rows().map(|r| (known(r.capacitance_lower_f), known(r.capacitance_upper_f)));
     let mut series = vec![Series {

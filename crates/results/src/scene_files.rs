@@ -242,8 +242,14 @@ fn surfaces_of(case: &Case, step: &StepResult) -> Vec<SurfaceBody> {
         step.surfaces.clone()
     };
     if let Some(skin) = step.layer.as_ref().map(|layer| &layer.skin) {
-        let names = case.electrodes.iter().flat_map(|electrodes| electrodes.names());
-        let electrodes = names.zip(&skin.electrodes).map(|(name, own)| (name, BodyRole::Conductor, own));
+        // Those on a wire have the name of the terminal; what is shown of several on one wire are their boxes.
+        let named = |name: &'static str| match case.terminals.iter().find(|own| own.holds(name)) {
+            None => Some(name),
+            Some(own) => (own.conductors.len() == 1).then_some(own.name.as_str()),
+        };
+        let names = case.electrodes.iter().flat_map(|electrodes| electrodes.names().map(named));
+        let electrodes =
+            names.zip(&skin.electrodes).filter_map(|(name, own)| Some((name?, BodyRole::Conductor, own)));
         for (name, role, triangles) in electrodes.chain([("layer", BodyRole::Layer, &skin.layer)]) {
             let triangles = triangles.clone();
             match bodies.iter_mut().find(|body| body.name == name) {
