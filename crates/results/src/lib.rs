@@ -8,6 +8,7 @@ pub mod force_answer;
 mod indenter;
 mod json;
 mod layer_files;
+pub mod load_answer;
 mod output_folder;
 pub mod plot;
 mod resume;

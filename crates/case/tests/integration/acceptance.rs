@@ -54,7 +54,11 @@ fn in_plane_pair() -> Case {
             extent: Extent::AroundLayer {
                 side_margin: Some(1e-3),
                 below: Face::Insulated,
-                above: Face::Medium { relative_permittivity: 1.0, thickness: Some(1e-3), then: Wall::Open },
+                above: Face::Medium {
+                    relative_permittivity: 1.0,
+                    thickness: Some(1e-3),
+                    then: Wall::Insulated,
+                },
             },
         }),
         electrostatics: Some(Electrostatics {

@@ -50,7 +50,11 @@ fn pair(layout: Layout) -> Case {
             extent: Extent::AroundLayer {
                 side_margin: Some(1e-3),
                 below: Face::Insulated,
-                above: Face::Medium { relative_permittivity: 1.0, thickness: Some(1e-3), then: Wall::Open },
+                above: Face::Medium {
+                    relative_permittivity: 1.0,
+                    thickness: Some(1e-3),
+                    then: Wall::Insulated,
+                },
             },
         }),
         electrostatics: Some(Electrostatics {
@@ -216,7 +220,7 @@ fn open_space_has_walls_only_where_the_case_says_so() {
 
     // A cover of a thickness lies on the layer's top and goes down with it.
     if let Extent::AroundLayer { above, .. } = &mut half.surroundings.as_mut().unwrap().extent {
-        *above = Face::Medium { relative_permittivity: 3.0, thickness: Some(100e-6), then: Wall::Open };
+        *above = Face::Medium { relative_permittivity: 3.0, thickness: Some(100e-6), then: Wall::Insulated };
     }
     let scene = at(&half, 0.1).unwrap().scene;
     let cover = slabs(&scene).pop().unwrap();
