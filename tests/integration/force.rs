@@ -283,7 +283,7 @@ fn several_capacitances_without_names_or_with_unknown_ones_are_refused() {
         (&["2.012pF", "1.988pF"][..], "each needs the name of its terminal, such as a="),
         (&["a=2.012pF", "d=1.9pF"], "no terminal `d`; it has \"a\", \"b/c\""),
         (&["a/a=2.012pF"], "names one terminal twice"),
-        (&["a=2.5pF"], "the force would be 50"),
+        (&["a=2.5pF"], "the force would be 50.00 N, and the steps of the result reach from 0 N to 3.000 N"),
         (&["a=2.012pF+-1fF", "b/c=2.012pF+-1fF"], "no load of the result has these capacitances together"),
         (&["a=2.012"], "has no unit"),
     ] {

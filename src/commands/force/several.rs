@@ -4,7 +4,7 @@ use std::path::Path;
 use std::str::FromStr;
 
 use elastocap_case::{MeasuredCapacitance, MeasuredCapacitanceError};
-use elastocap_results::load_answer::{Found, LoadAnswer, LoadTable, MeasuredEntry, read_table};
+use elastocap_results::load_answer::{Found, LoadAnswer, LoadTable, MeasuredEntry, NoLoad, read_table};
 
 use crate::units::prefixed;
 use crate::{Exit, output};
@@ -40,7 +40,7 @@ pub(super) fn execute(result: &Path, measured: &[Argument], as_json: bool) -> Ex
     };
     let entries: Result<Vec<MeasuredEntry>, String> =
         measured.iter().map(|argument| entry(&table.terminals, argument)).collect();
-    let answer = entries.and_then(|entries| table.load(&entries).map_err(|error| error.to_string()));
+    let answer = entries.and_then(|entries| table.load(&entries).map_err(|error| refusal(&error)));
     let answer = match answer {
         Ok(answer) => answer,
         Err(error) => {
@@ -89,6 +89,20 @@ fn shown(value: f64, unit: &str) -> String {
     match unit {
         "rad" => format!("{:.4} deg", value.to_degrees()),
         unit => prefixed(value, 4, unit),
+    }
+}
+
+/// Why there is no load, with quantities as people read them.
+fn refusal(error: &NoLoad) -> String {
+    match *error {
+        NoLoad::Outside { name, unit, value, low, high } => format!(
+            "the {name} would be {}, and the steps of the result reach from {} to {}; check units and offsets of the measurements, or add \
+             steps there",
+            shown(value, unit),
+            shown(low, unit),
+            shown(high, unit),
+        ),
+        ref other => other.to_string(),
     }
 }
 

@@ -34,8 +34,8 @@ pub enum CurveFileError {
     },
     /// The run measured a matrix.
     #[error(
-        "the result has a matrix of {0} terminals, and a force belongs to one capacitance; name it in `[measure]` of the case and run that, or give several with their \
-         terminals, as `-c A=2.3pF+-1fF -c B=2.4pF+-1fF`"
+        "the result has a matrix of {0} terminals, and a force belongs to one capacitance; name it in `[measure]` of the case and run \
+         that, or give several with their terminals, as `-c A=2.3pF+-1fF -c B=2.4pF+-1fF`"
     )]
     Matrix(usize),
     /// The load is not all that differs between its steps.

@@ -37,7 +37,7 @@ pub(super) struct LoadStep {
     pub(super) load: [f64; 5],
     /// Horizontal forces along x1 and x3, N, where they are known.
     pub(super) sideways: Option<[f64; 2]>,
-    /// Lower bounds, values and upper bounds of the Maxwell matrix, F.
+    /// Lower bounds, values and upper bounds of the Maxwell matrix, with the errors of mechanics and geometry in the bounds, F.
     pub(super) maxwell: [Vec<Vec<f64>>; 3],
 }
 
@@ -83,6 +83,10 @@ struct Step {
     maxwell_matrix_f: Option<Vec<Vec<f64>>>,
     maxwell_matrix_lower_f: Option<Vec<Vec<f64>>>,
     maxwell_matrix_upper_f: Option<Vec<Vec<f64>>>,
+    #[serde(default)]
+    mechanics_error_estimate: Option<f64>,
+    #[serde(default)]
+    geometry_error_estimate: Option<f64>,
 }
 
 /// The table of a run, given its output folder or the `result.json` in it.
@@ -99,8 +103,21 @@ pub fn read_table(result: &Path) -> Result<LoadTable, LoadTableError> {
         }
         let pose = plan.steps.get(k).and_then(|planned| planned.pose).unwrap_or_default();
         let ([shift1, shift3], [tilt1, tilt3]) = (pose.shift_m, pose.tilt_rad);
-        let maxwell = [step.maxwell_matrix_lower_f?, step.maxwell_matrix_f?, step.maxwell_matrix_upper_f?];
-        maxwell.iter().all(is_square).then_some(LoadStep {
+        let mut maxwell =
+            [step.maxwell_matrix_lower_f?, step.maxwell_matrix_f?, step.maxwell_matrix_upper_f?];
+        if !maxwell.iter().all(is_square) {
+            return None;
+        }
+        let estimates =
+            step.mechanics_error_estimate.unwrap_or(0.0) + step.geometry_error_estimate.unwrap_or(0.0);
+        let [lower, values, upper] = &mut maxwell;
+        for (k, row) in values.iter().enumerate() {
+            for (l, value) in row.iter().enumerate() {
+                lower[k][l] -= estimates * value.abs();
+                upper[k][l] += estimates * value.abs();
+            }
+        }
+        Some(LoadStep {
             load: [step.force_n?, shift1, shift3, tilt1, tilt3],
             sideways: step.force_x1_n.zip(step.force_x3_n).map(|(x1, x3)| [x1, x3]),
             maxwell,
