@@ -1,6 +1,6 @@
 //! The load that belongs to several measured capacitances, by the steps of a run: normal force, shift and tilt, with their covariance.
 //!
-//! Each capacitance is a polynomial of the quantities that differ between the steps ([`surfaces`]). The load is the one that meets the
+//! Each capacitance is a polynomial of the quantities that differ between the steps (`surfaces.rs`). The load is the one that meets the
 //! measured capacitances best, each weighted by its variance: that of the measurement, of the bounds of the steps and of the polynomial.
 //! Limits count as the ends of a uniform distribution, whose variance is a third of their square.
 
@@ -205,7 +205,7 @@ impl LoadTable {
         let axis = |index: usize| {
             let all = || self.steps.iter().map(|step| step.load[index]);
             let (low, high) = (all().fold(f64::INFINITY, f64::min), all().fold(f64::NEG_INFINITY, f64::max));
-            (high > low).then(|| Axis { index, middle: 0.5 * (low + high), half: 0.5 * (high - low) })
+            (high > low).then_some(Axis { index, middle: 0.5 * (low + high), half: 0.5 * (high - low) })
         };
         (0..QUANTITIES.len()).filter_map(axis).collect()
     }
