@@ -32,6 +32,7 @@ Files in the output folder:
   curve.csv        one row for each load step, in SI units
   capacitance.csv  all capacitances of each step
   curve.svg        by how much C changes under load, with bounds; C itself beside that of parallel plates
+  approach.svg     the same against the distance of the indenter, with `approach`
   result.json      all results, with the Maxwell matrices, the plan and the time of each phase
   scene.glb        bodies, indenter and a scale bar for any glTF viewer, the load steps as an animation
   fields.pvd       the fields around the sensor for ParaView, one step_NNN.vtu for each load step

@@ -100,6 +100,10 @@ fn curve(outcome: &Outcome, change: bool) -> Vec<Vec<String>> {
     let electric = outcome.plan.kind == Kind::Curve;
     let plates = outcome.steps.iter().any(|s| s.row.parallel_plate_f.is_some());
     let mut head = vec!["U/H", "force"];
+    let approaches = outcome.steps.iter().any(|s| s.row.is_before_contact());
+    if approaches {
+        head.insert(0, "distance");
+    }
     let layer = outcome.layer_meshes.last();
     if layer.is_some() {
         head.push("+- relative");
@@ -121,6 +125,10 @@ fn curve(outcome: &Outcome, change: bool) -> Vec<Vec<String>> {
             row.compression.map_or_else(|| "-".to_owned(), |c| format!("{c:.4}")),
             quantity(row.force_n, 4, "N"),
         ];
+        if approaches {
+            let distance = row.distance_m.filter(|_| row.is_before_contact());
+            line.insert(0, distance.map_or_else(|| "contact".to_owned(), |d| prefixed(d, 4, "m")));
+        }
         if layer.is_some() {
             line.push(error(step.layer.as_ref().and_then(|l| l.relative_error_estimate)));
         }

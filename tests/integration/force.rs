@@ -181,3 +181,114 @@ fn stated_errors_of_force_and_mechanics_widen_the_interval() {
     // C (1 +- 0.01) with C = 1 + 0.1 F.
     near(answer(0.01, 0.0), [(1.25 / 1.01 - 1.0) * 10.0, (1.25 / 0.99 - 1.0) * 10.0]);
 }
+
+/// Four pads under a plate that rides on the layer, with these steps.
+fn quadrants(steps: &[String]) -> String {
+    let text = std::fs::read_to_string(
+        std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("cases/quadrants.toml"),
+    );
+    let text = text.expect("the case");
+    let (before, rest) = text.split_once("[load]").expect("a load");
+    let (_, after) = rest.split_once("[surroundings]").expect("surroundings");
+    format!("{before}[load]\nsteps = [{}]\n[surroundings]{after}", steps.join(", "))
+        .replace("relative_tolerance = 1e-2", "relative_tolerance = 5e-2")
+}
+
+/// `LOAD_VALUES=100` draws as many loads; the numbers of docs/answers.md are what it prints.
+#[test]
+fn four_quadrants_tell_force_and_shift_within_their_stated_deviations() {
+    let asked = std::env::var("LOAD_VALUES").ok().and_then(|text| text.parse::<usize>().ok());
+    let count = asked.unwrap_or(6).max(1);
+    let sandbox = Sandbox::new();
+    let step = |compression: f64, [x1, x3]: [f64; 2]| {
+        format!("{{ compression = {compression}, shift = [\"{x1} um\", \"{x3} um\"] }}")
+    };
+    let mut steps = Vec::new();
+    for compression in [0.05, 0.1, 0.15, 0.2] {
+        for shift in [[0.0, 0.0], [-100.0, -100.0], [-100.0, 100.0], [100.0, -100.0], [100.0, 100.0]] {
+            steps.push(step(compression, shift));
+        }
+    }
+    let options = ["--no-fields", "--no-scene", "--quiet"];
+    sandbox.run(&sandbox.case("table.toml", &quadrants(&steps)), &options).exits_with(0);
+    std::fs::rename(sandbox.path("out"), sandbox.path("table")).expect("the table is kept");
+    // The true ones.
+    let mut random = random();
+    let mut within = |low: f64, high: f64| low + (high - low) * random();
+    let loads: Vec<(f64, [f64; 2])> =
+        (0..count).map(|_| (within(0.05, 0.2), [within(-100.0, 100.0), within(-100.0, 100.0)])).collect();
+    let direct: Vec<String> = loads.iter().map(|(compression, shift)| step(*compression, *shift)).collect();
+    sandbox.run(&sandbox.case("direct.toml", &quadrants(&direct)), &options).exits_with(0);
+    let result: serde_json::Value = serde_json::from_str(&sandbox.read("out/result.json")).expect("JSON");
+    let pads = ["pad-1-1", "pad-1-2", "pad-2-1", "pad-2-2"];
+    let number = |value: &serde_json::Value| value.as_f64().expect("a number");
+    let (mut beyond, mut squares) = (0, [0.0; 3]);
+    for (k, (_, shift)) in loads.iter().enumerate() {
+        let found = &result["steps"][k];
+        let noise = [0.0, 1e-3][k % 2];
+        let mut arguments: Vec<String> = ["force", "table", "--json"].map(str::to_owned).to_vec();
+        for (i, pad) in pads.iter().enumerate() {
+            let of = |key: &str| number(&found[key][i][i]);
+            let value = of("maxwell_matrix_f");
+            let measured = value * (1.0 + noise * within(-1.0, 1.0));
+            let error = noise * value + 0.5 * (of("maxwell_matrix_upper_f") - of("maxwell_matrix_lower_f"));
+            arguments.extend(["-c".to_owned(), format!("{pad}={measured:e} F +- {error:e} F")]);
+        }
+        let arguments: Vec<&str> = arguments.iter().map(String::as_str).collect();
+        let said = sandbox.elastocap(&arguments).exits_with(0);
+        let answer: serde_json::Value = serde_json::from_str(&said.stdout).expect("JSON");
+        let truth = [number(&found["force_n"]), 1e-6 * shift[0], 1e-6 * shift[1]];
+        for (k, truth) in truth.into_iter().enumerate() {
+            let own = &answer["load"][k];
+            let off = (number(&own["value"]) - truth) / number(&own["standard_deviation"]);
+            squares[k] += off * off / count as f64;
+            beyond += usize::from(off.abs() > 3.0);
+        }
+        // The horizontal force belongs to the shift.
+        let sideways = &answer["load"][3];
+        assert_eq!(sideways["name"], "force along x1");
+        let off = number(&sideways["value"]) - number(&found["force_x1_n"]);
+        assert!(off.abs() <= 4.0 * number(&sideways["standard_deviation"]), "{answer} {found}");
+    }
+    println!(
+        "{count} loads: {beyond} of {} beyond three deviations; mean squares over variance {squares:.2?}",
+        3 * count
+    );
+    assert_eq!(beyond, 0);
+}
+
+#[test]
+fn several_capacitances_without_names_or_with_unknown_ones_are_refused() {
+    let sandbox = Sandbox::new();
+    let matrix = |by: f64| serde_json::json!([[2e-12 + by, -1e-13], [-1e-13, 2e-12 - by]]);
+    let step = |index: usize| {
+        let by = 1e-14 * index as f64;
+        serde_json::json!({ "index": index, "force_n": index, "maxwell_matrix_f": matrix(by),
+                            "maxwell_matrix_lower_f": matrix(by), "maxwell_matrix_upper_f": matrix(by) })
+    };
+    let result = serde_json::json!({
+        "title": "made by hand", "status": "complete", "conductors": ["a", "b/c"],
+        "steps": (0..4).map(step).collect::<Vec<_>>(),
+    });
+    let file = sandbox.case("result.json", &result.to_string());
+    let file = file.to_str().expect("UTF-8");
+    let ask = |capacitances: &[&str], status| {
+        let named = capacitances.iter().flat_map(|own| ["--capacitance", own]);
+        sandbox.elastocap(&["force", file].into_iter().chain(named).collect::<Vec<_>>()).exits_with(status)
+    };
+    let said = ask(&["a=2.012pF+-1fF", "b/c=1.988pF+-1fF"], 0);
+    assert!(said.stdout.contains("force  1.200 N +- "), "{}", said.stdout);
+    assert!(ask(&["a=2.012pF+-1fF", "a/b/c=100fF+-1fF"], 0).stdout.contains("force  1.200 N"));
+    for (capacitances, words) in [
+        (&["2.012pF", "1.988pF"][..], "each needs the name of its terminal, such as a="),
+        (&["a=2.012pF", "d=1.9pF"], "no terminal `d`; it has \"a\", \"b/c\""),
+        (&["a/a=2.012pF"], "names one terminal twice"),
+        (&["a=2.5pF"], "the force would be 50.00 N, and the steps of the result reach from 0 N to 3.000 N"),
+        (&["a=2.012pF+-1fF", "b/c=2.012pF+-1fF"], "no load of the result has these capacitances together"),
+        (&["a=2.012"], "has no unit"),
+    ] {
+        let said = ask(capacitances, 2);
+        assert!(said.stderr.contains(words), "{words}: {}", said.stderr);
+        assert_eq!(said.stdout, "");
+    }
+}

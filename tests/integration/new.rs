@@ -117,11 +117,16 @@ fn the_four_quadrants_of_a_new_case_tell_shift_and_tilt() {
 fn the_finger_of_a_new_case_takes_the_field_between_the_pads() {
     let sandbox = Sandbox::new();
     let table = run(&sandbox, "finger");
-    is_pressed_more_and_more(&table);
+    let (distances, forces) = (table.numbers("distance_m"), table.numbers("force_n"));
+    assert_eq!((&distances[..4], &forces[..4]), (&[0.01, 0.002, 5e-4, 0.0][..], &[0.0; 4][..]));
+    assert_eq!(distances[4..], [0.0; 3]);
+    for (force, asked) in forces[4..].iter().zip([2.0, 5.0, 10.0]) {
+        assert!((force / asked - 1.0).abs() < 1e-9, "{forces:?}");
+    }
     let values = table.numbers("capacitance_f");
     assert!(values.windows(2).all(|pair| pair[1] < pair[0]), "{values:?}");
     let matrices = sandbox.table("out/capacitance.csv");
-    let [first, last] = [0, 3].map(|step| entry(&matrices, step, "pad-1-1", "pad-1-1"));
+    let [first, last] = [0, 6].map(|step| entry(&matrices, step, "pad-1-1", "pad-1-1"));
     assert!(last[1] > first[2], "the pad sees the finger come nearer: {first:?} {last:?}");
 }
 

@@ -26,8 +26,10 @@ pub struct Case {
     pub mechanics: Option<Mechanics>,
     /// The load steps; `None` for the undeformed scene alone.
     pub load: Option<Load>,
-    /// How what is attached to the layer's top or to the indenter is moved at each step, besides the load; empty if it is not.
+    /// How the indenter, and what is attached to it or to the layer's top, is moved at each step, besides the load; empty if it is not.
     pub poses: Vec<Pose>,
+    /// What presses on the layer, where it is part of the field; only with a load.
+    pub indenter: Option<FieldIndenter>,
     /// All bodies besides the layer and the pair in it, as they are before the layer deforms: those that stay where they are, and those
     /// that move with its top or with the indenter ([`Body::purpose`]). First the
     /// conductors in the order of the file, then the dielectrics, which override one another in theirs. Slabs are boxes with
@@ -59,6 +61,11 @@ impl Case {
     /// How what is attached is moved at a step.
     pub fn pose(&self, step: usize) -> Pose {
         self.poses.get(step).copied().unwrap_or_default()
+    }
+
+    /// Whether some steps are before contact.
+    pub fn approaches(&self) -> bool {
+        self.poses.iter().any(|pose| pose.distance > 0.0)
     }
 
     /// Whether there is a capacitance to compute: electrodes or conductors.
@@ -151,9 +158,25 @@ impl Electrodes {
     }
 }
 
+/// What presses on the layer, as a part of the field.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct FieldIndenter {
+    /// A conductor, with its potential, or a dielectric.
+    pub role: Role,
+    /// How tall a punch or a plate is, m; `None` for as tall as it is wide along x1.
+    pub height: Option<f64>,
+}
+
+impl FieldIndenter {
+    /// Its name among the bodies of a scene.
+    pub const NAME: &'static str = "indenter";
+}
+
 /// How bodies are moved besides what the load does to them.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Pose {
+    /// Of the indenter, with what is attached to it, from the surface of the layer, m; zero from contact on.
+    pub distance: f64,
     /// Along x1 and x3, m.
     pub shift: [f64; 2],
     /// About x3 and x1, right-handed, about the middle of the lower side of all that is moved; radians.
@@ -406,12 +429,14 @@ pub enum Face {
     Insulated,
     /// At potential zero: the field ends there.
     Grounded,
-    /// A dielectric; behind it the boundary, or space with [`Surroundings::relative_permittivity`] if that is open.
+    /// A dielectric; behind it a wall, or space with [`Surroundings::relative_permittivity`] if that is open.
     Medium {
         /// eps_r.
         relative_permittivity: f64,
         /// m; `None` for infinitely thick, only if the boundary is [`Wall::Open`].
         thickness: Option<f64>,
+        /// What lies behind it: [`Surroundings::boundary`] unless the file says.
+        then: Wall,
     },
 }
 

@@ -29,6 +29,8 @@ table! {
         mechanics: Option<Read<Mechanics>>,
         /// The load steps, in the order in which they are reported.
         load: Option<Read<Load>>,
+        /// What presses on the layer, as a part of the field.
+        indenter: Option<Read<FieldIndenter>>,
         /// Conductors besides the electrodes; none may touch another, unless both belong to one terminal.
         conductor: Option<Read<Vec<Read<Conductor>>>>,
         /// Conductors on one wire; a conductor that none of them names is a terminal by itself.
@@ -442,8 +444,36 @@ words! {
 }
 
 table! {
-    /// The load steps: exactly one of the keys.
+    /// What presses on the layer, by its form in [mechanics], as a part of the field. The closed form presses with a plate of the length
+    /// and width of the contact, `indenter = "whole-top"` with one over the whole layer.
+    struct FieldIndenter {
+        /// "grounded" (a conductor at potential zero), "floating" (one without charge), `{ relative_permittivity = .. }` (a dielectric),
+        /// or "absent" (the field is that without it, as without this table).
+        role: Read<Either<IndenterRole, IndenterMedium>>,
+        /// How tall a punch or a plate is, along x2. Default: as tall as it is wide along x1. Cylinders and spheres are whole.
+        height: Option<Read<Size>>,
+    }
+}
+
+words! {
+    /// What the indenter is to the field.
+    enum IndenterRole { "grounded" => Grounded, "floating" => Floating, "absent" => Absent, }
+}
+
+table! {
+    /// A dielectric indenter.
+    struct IndenterMedium {
+        /// Relative permittivity.
+        relative_permittivity: Read<Permittivity>,
+    }
+}
+
+table! {
+    /// The load steps: exactly one of `compression`, `force` and `steps`, from contact on.
     struct Load {
+        /// Distances of the indenter's lowest point from the surface of the layer, before contact: steps before those of the load, in
+        /// which the layer is at rest.
+        approach: Option<Read<Vec<Read<Size>>>>,
         /// Top displacement over thickness, U/H, of each step.
         compression: Option<Read<Either<Vec<Read<Compression>>, CompressionRange>>>,
         /// Compressive force of each step.
@@ -764,6 +794,8 @@ table! {
         relative_permittivity: Read<Permittivity>,
         /// Its thickness, up to the boundary; "open" for infinitely thick (needs boundary = "open").
         thickness: Read<Either<OpenEnd, Size>>,
+        /// What lies behind it: "grounded" (a ground plane), "insulated", or "open". Default: the boundary.
+        then: Option<Read<Boundary>>,
     }
 }
 

@@ -2,8 +2,8 @@
 
 use elastocap_electrostatics::{Bounded, Settings, Solution, Target, solve, solve_mapped};
 
-use crate::bent_in_space::BentScene;
 use crate::failure::Stop;
+use crate::mapped::BentScene;
 use crate::scene::{DeformedScene, Enclosing, SceneError};
 
 /// The boxes of a scene under the map that bends them.

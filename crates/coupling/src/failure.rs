@@ -30,6 +30,12 @@ pub enum StepFailure {
     /// The field cannot be solved.
     #[error(transparent)]
     Field(SolveError),
+    /// No map takes boxes to the bent bodies.
+    #[error(
+        "no map takes boxes to the layer, the indenter and the other bodies as they are bent: the layer is bent too far, or its finite \
+         elements are too coarse where it touches the indenter"
+    )]
+    NoMap,
     /// All flux of the conductors is blocked: they carry no charge at any potential.
     #[error("there is nothing to hold charge against: the capacitance is zero")]
     ZeroCapacitance,
@@ -55,6 +61,7 @@ impl StepFailure {
             | Self::Outline(_)
             | Self::Tetrahedra(_)
             | Self::Field(_)
+            | Self::NoMap
             | Self::ZeroCapacitance
             | Self::NoGrid => false,
         }

@@ -92,7 +92,7 @@ fn place_across(axis: usize, point: &[f64; 3]) -> [f64; 2] {
 ///
 /// # Errors
 /// A surface that crosses itself.
-pub(crate) fn bent_scene(
+pub(crate) fn outlined(
     deformed: &DeformedScene,
     curves: &DeformedCurves,
     tolerance: f64,
@@ -124,7 +124,11 @@ pub(crate) fn bent_scene(
                 Purpose::Cover => 0,
                 Purpose::Substrate => 1,
                 Purpose::Layer => 2,
-                Purpose::Electrode | Purpose::OnTop | Purpose::OnIndenter | Purpose::Fixed => 3,
+                Purpose::Electrode
+                | Purpose::OnTop
+                | Purpose::Indenter
+                | Purpose::OnIndenter
+                | Purpose::Fixed => 3,
             });
             for body in &mut scene.bodies {
                 match body.purpose {
@@ -143,6 +147,7 @@ pub(crate) fn bent_scene(
                     Purpose::Substrate
                     | Purpose::Electrode
                     | Purpose::OnTop
+                    | Purpose::Indenter
                     | Purpose::OnIndenter
                     | Purpose::Fixed => {}
                 }
@@ -353,7 +358,7 @@ mod tests {
             surface: line([0.0, 2.0], [4.0, 2.0]),
             half: true,
         };
-        let LayerScene { scene, facets, .. } = bent_scene(&deformed(), &curves, 1e-3).unwrap();
+        let LayerScene { scene, facets, .. } = outlined(&deformed(), &curves, 1e-3).unwrap();
         assert!(facets > 0.0 && facets < 1e-3);
         let right = outline(&scene, "right");
         assert_eq!(right, [[1.0, 1.0], [3.0, 1.0], [3.0, 1.5], [1.0, 1.5]]);
@@ -382,7 +387,7 @@ mod tests {
         surface.extend(&line([2.0, 1.8], [3.0, 2.4])[1..]);
         surface.extend(&line([3.0, 2.4], [6.0, 2.0])[1..]);
         let curves = DeformedCurves { electrodes: vec![faces([1.0, 3.0], [1.0, 1.5])], surface, half: true };
-        let LayerScene { scene, .. } = bent_scene(&deformed(), &curves, 1e-3).unwrap();
+        let LayerScene { scene, .. } = outlined(&deformed(), &curves, 1e-3).unwrap();
         assert_eq!(dielectrics(&scene), ["cover", "substrate", "layer"]);
         assert_eq!(scene.bodies[0].bounds().unwrap().min[1], f64::NEG_INFINITY);
         assert_eq!(scene.conductors().map(|c| c.body.name.as_str()).collect::<Vec<_>>(), ["left", "right"]);
@@ -393,7 +398,7 @@ mod tests {
         // With open sides there is no end to pull the surface to.
         let mut open = deformed();
         open.scene.walls[0] = [Wall::Open; 2];
-        let LayerScene { scene, .. } = bent_scene(&open, &curves, 1e-3).unwrap();
+        let LayerScene { scene, .. } = outlined(&open, &curves, 1e-3).unwrap();
         assert_eq!(dielectrics(&scene), ["layer", "substrate", "cover"]);
     }
 
@@ -407,7 +412,7 @@ mod tests {
         assert_eq!((found.len(), found[0], found[2], found[3]), (4, [0.0, 2.0], [0.8, 2.1], [4.0, 2.0]));
         let electrodes = vec![faces([1.0, 3.0], [1.0, 1.5])];
         let curves = DeformedCurves { electrodes, surface: surface.clone(), half: true };
-        let error = bent_scene(&deformed(), &curves, 1e-3).unwrap_err();
+        let error = outlined(&deformed(), &curves, 1e-3).unwrap_err();
         assert!(error.to_string().contains("crosses itself at x1 = 8.2"), "{error}");
         surface[4] = [1.19, 1.9];
         assert_eq!(without_loops(&surface, 0.0), Ok(surface));

@@ -11,7 +11,7 @@
 //! - [`scene`]: the bodies of a step; [`view`]: what of them a viewer is shown.
 //! - [`route`]: which field solver takes a scene, the only place that decides it.
 //! - [`failure`]: why a step has no result.
-//! - `bent_in_space`: boxes and the map that bends them in three dimensions; [`box_fields`]: a scene for the box solver.
+//! - `mapped`: boxes and the map that bends them to layer, electrodes and indenter; [`box_fields`]: a scene for the box solver.
 //! - `layer_outlines`, `faceting_error`, `tetrahedra`: a scene for the solver on tetrahedra, meshed and solved.
 //! - [`plan`]: what is solved, what is left out and why, what it will take.
 //! - [`outcome`]: what a run found, and in `status` how its steps went.
@@ -19,7 +19,6 @@
 //! - [`step`]: one load step. [`change`]: what it changes against the first one, and `sensitivity` per force. [`run`](mod@run): all steps,
 //!   `side_by_side`.
 
-mod bent_in_space;
 pub mod box_fields;
 pub mod change;
 pub mod deform;
@@ -28,6 +27,7 @@ pub mod failure;
 pub mod finished;
 mod layer_outlines;
 pub mod load_steps;
+mod mapped;
 pub mod memory;
 pub mod outcome;
 pub mod plan;

@@ -115,6 +115,8 @@ pub struct FloatingConductor {
 pub struct Row {
     /// U/H.
     pub compression: Option<f64>,
+    /// Of the indenter from the surface of the layer, m: zero from contact on; `None` in cases without `approach`.
+    pub distance_m: Option<f64>,
     /// Compressive, N; `None` in the closed form beyond the compression at which equation (50) of the paper has its largest
     /// force.
     pub force_n: Option<f64>,
@@ -174,8 +176,9 @@ pub struct Row {
 
 impl Row {
     /// Names of the columns.
-    pub const COLUMNS: [&'static str; 25] = [
+    pub const COLUMNS: [&'static str; 26] = [
         "compression",
+        "distance_m",
         "force_n",
         "force_x1_n",
         "force_x3_n",
@@ -203,9 +206,10 @@ impl Row {
     ];
 
     /// The numbers of the columns before `unknowns`, in their order.
-    pub fn numbers(&self) -> [Option<f64>; 23] {
+    pub fn numbers(&self) -> [Option<f64>; 24] {
         [
             self.compression,
+            self.distance_m,
             self.force_n,
             self.force_x1_n,
             self.force_x3_n,
@@ -229,6 +233,11 @@ impl Row {
             self.sensitivity_f_per_n,
             self.sensitivity_error_f_per_n,
         ]
+    }
+
+    /// Whether the indenter does not touch the layer yet.
+    pub fn is_before_contact(&self) -> bool {
+        self.distance_m.is_some_and(|distance| distance > 0.0)
     }
 
     /// Notes the capacitance that is measured, of a solution.

@@ -13,18 +13,19 @@
 //! | others             | in the plane                                     | -                 | [`Route::OutlinesOnTetrahedra`]    |
 //! | any                | in the plane                                     | tetrahedra        | [`Route::OutlinesOnTetrahedra`]    |
 //! | two electrodes     | in the plane                                     | boxes             | [`Route::EnclosingBoxes`]          |
-//! | two electrodes     | in space                                         | -, boxes          | [`Route::MappedBoxes`]             |
+//! | boxes              | in space                                         | -, boxes          | [`Route::MappedBoxes`]             |
+//! | boxes              | the surface is bent, or an indenter in the field is round | -, boxes | [`Route::MappedBoxes`]             |
 //! | boxes              | not, but attached bodies are tilted              | -, boxes          | [`Route::MappedBoxes`]             |
 //!
 //! *Outlines* are bodies that are outlines pulled along one axis.
 //! Where the solver for them fails though nobody asked for it, the scene goes to tetrahedra after all. Where no map bends the boxes,
-//! [`Route::MappedBoxes`] becomes [`Route::EnclosingBoxes`].
+//! [`Route::MappedBoxes`] becomes [`Route::EnclosingBoxes`] for two electrodes.
 //!
 //! Everything else has no solver: see [`RouteError`].
 
 use std::fmt;
 
-use elastocap_case::{Case, FieldSolver, Indenter, Mechanics, Pose};
+use elastocap_case::{Case, FieldSolver, Indenter, Mechanics, Pose, SolidIndenter};
 use elastocap_electrostatics::{has_few_edges, is_extruded};
 use elastocap_geometry::scene::Scene;
 use serde::{Deserialize, Serialize};
@@ -32,6 +33,7 @@ use serde::{Deserialize, Serialize};
 use crate::deform::Deformation;
 use crate::load_steps::StepLoad;
 use crate::scene::DeformedScene;
+use crate::scene::indenter::{IndenterForm, Rounding};
 
 /// How the field of a scene is solved.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -146,6 +148,8 @@ pub enum Bending {
     InPlane(PlaneBending),
     /// In three dimensions.
     InSpace,
+    /// The surface of the layer is bent, or an indenter in the field is round, and electrodes may be bent along.
+    UnderIndenter,
     /// Not by the load, but bodies that are attached to layer or indenter are tilted.
     Tilted,
 }
@@ -166,6 +170,9 @@ impl Bending {
         if pose.tilt != [0.0; 2] {
             return Self::Tilted;
         }
+        if bends_the_field(case, load.is_zero(), pose.distance > 0.0) {
+            return Self::UnderIndenter;
+        }
         if case.electrodes.is_none() || load.is_zero() {
             return Self::Straight;
         }
@@ -179,10 +186,19 @@ impl Bending {
         }
     }
 
-    /// What the load did to the electrodes: the layer in `state` and the scene that it gave.
-    pub fn found(deformed: &DeformedScene, state: Option<&Deformation<'_>>) -> Self {
+    /// What the load did to the electrodes: the layer in `state` and the scene that it gave, with the indenter this far from it, m.
+    pub fn found(
+        case: &Case,
+        deformed: &DeformedScene,
+        state: Option<&Deformation<'_>>,
+        distance: f64,
+    ) -> Self {
         if deformed.tilt.is_some() {
             return Self::Tilted;
+        }
+        let is_at_rest = state.is_none_or(|state| state.top_displacement() == 0.0);
+        if bends_the_field(case, is_at_rest, distance > 0.0) {
+            return Self::UnderIndenter;
         }
         let Some(enclosing) = &deformed.bent else { return Self::Straight };
         match state {
@@ -197,6 +213,32 @@ impl Bending {
             Some(Deformation::FiniteElement(_) | Deformation::ClosedForm(_)) | None => Self::InSpace,
         }
     }
+}
+
+/// Whether the field needs the surface of the layer as finite elements have it, or a round indenter.
+fn bends_the_field(case: &Case, is_at_rest: bool, is_before_contact: bool) -> bool {
+    if !case.mechanics.is_some_and(|mechanics| mechanics.is_finite_element()) {
+        return false;
+    }
+    let Some(form) = IndenterForm::of(case, None) else { return false };
+    let covers_all = match case.mechanics {
+        Some(Mechanics::PlaneStrain(model)) => model.indenter == Indenter::WholeTop,
+        Some(Mechanics::Solid(model)) => model.indenter == SolidIndenter::WholeTop,
+        Some(Mechanics::ClosedForm { .. }) | None => true,
+    };
+    let is_in_field = case.indenter.is_some();
+    if form.rounding != Rounding::Sharp && is_in_field {
+        return true;
+    }
+    // A plate over the whole layer leaves the surface flat; electrodes in it are looked at as those without one.
+    let is_bent = !is_at_rest && !is_before_contact;
+    let is_space = matches!(case.mechanics, Some(Mechanics::Solid(_)));
+    is_bent
+        && if covers_all {
+            is_in_field && is_space && case.electrodes.is_some()
+        } else {
+            is_in_field || case.electrodes.is_none()
+        }
 }
 
 /// Why no field solver takes a scene.
@@ -221,6 +263,12 @@ pub enum RouteError {
          [electrostatics], or say `solver = \"tetrahedra\"`"
     )]
     OutlinesOnly,
+    /// The surface is bent or the indenter is round, and bodies are no boxes.
+    #[error(
+        "the indenter and the surface under it are solved as boxes under a map: the other bodies must be boxes, sheets and slabs, and \
+         `solver` must be left out or \"boxes\""
+    )]
+    UnderIndenter,
     /// Electrodes that are bent in space, and what only tetrahedra can take.
     #[error(
         "only the box solver supports electrodes that the load bends in three dimensions: leave out `solver` in \
@@ -242,7 +290,10 @@ pub fn route(bodies: Bodies, bending: Bending, asked: Option<FieldSolver>) -> Re
     let along = bodies.along();
     match (asked, bending) {
         (Some(FieldSolver::Boxes), _) => by_boxes(bodies, bending),
-        (None, Bending::Tilted) if matches!(bodies, Bodies::Boxes { .. }) => Ok(Route::MappedBoxes),
+        (None, Bending::Tilted | Bending::UnderIndenter) if matches!(bodies, Bodies::Boxes { .. }) => {
+            Ok(Route::MappedBoxes)
+        }
+        (_, Bending::UnderIndenter) => Err(RouteError::UnderIndenter),
         (_, Bending::Tilted) => Err(RouteError::TiltedShapes),
         (Some(FieldSolver::Tetrahedra) | None, Bending::InSpace)
             if !matches!(bodies, Bodies::Boxes { .. }) =>
@@ -278,8 +329,9 @@ fn by_boxes(bodies: Bodies, bending: Bending) -> Result<Route, RouteError> {
     match (bodies, bending) {
         (Bodies::Outlines { .. } | Bodies::AnyShape, _) => Err(RouteError::BoxesOnly),
         (Bodies::Boxes { .. }, Bending::Straight) => Ok(Route::Boxes),
-        (Bodies::Boxes { .. }, Bending::Tilted) => Ok(Route::MappedBoxes),
-        (Bodies::Boxes { conductors: 0..=2, .. }, Bending::InSpace) => Ok(Route::MappedBoxes),
+        (Bodies::Boxes { .. }, Bending::Tilted | Bending::InSpace | Bending::UnderIndenter) => {
+            Ok(Route::MappedBoxes)
+        }
         (Bodies::Boxes { conductors: 0..=2, .. }, Bending::InPlane(_)) => Ok(Route::EnclosingBoxes),
         (Bodies::Boxes { .. }, _) => Err(RouteError::BentAmongOthers),
     }
@@ -367,7 +419,7 @@ mod tests {
     fn electrodes_bent_in_space_have_mapped_boxes_or_nothing() {
         for asked in [None, BOXES] {
             assert_eq!(route(PAIR, Bending::InSpace, asked), Ok(Route::MappedBoxes));
-            assert_eq!(route(THREE, Bending::InSpace, asked), Err(RouteError::BentAmongOthers));
+            assert_eq!(route(THREE, Bending::InSpace, asked), Ok(Route::MappedBoxes));
         }
         for asked in [EXTRUDED, TETRAHEDRA] {
             assert_eq!(route(PAIR, Bending::InSpace, asked), Err(RouteError::BentInSpace));

@@ -212,7 +212,7 @@ fn deform_step(
     }
     let scene = scene_of(case, state.as_ref(), &step.pose)?;
     let bodies = Bodies::of(&scene.scene);
-    let taken = route(bodies, Bending::found(&scene, state.as_ref()), asked(case))?;
+    let taken = route(bodies, Bending::found(case, &scene, state.as_ref(), step.pose.distance), asked(case))?;
     match bodies {
         Bodies::Boxes { .. } => {}
         Bodies::Outlines { .. } | Bodies::AnyShape => return Err(StepFailure::NoGrid),

@@ -17,7 +17,10 @@ struct Point {
 /// Notes dC/dF and its error in the rows of a curve, in place of what they had before. Left empty where steps differ by more than
 /// the force.
 pub(crate) fn note_sensitivities(case: &Case, steps: &mut [StepResult]) {
-    let is_pure = case.poses.windows(2).all(|pair| matches!(pair, [one, next] if one == next));
+    // Before contact there is no force.
+    let mut pressed = case.poses.iter().filter(|pose| pose.distance == 0.0);
+    let first = pressed.next();
+    let is_pure = pressed.all(|pose| Some(pose) == first);
     let mut points: Vec<Point> = if is_pure { steps.iter().filter_map(point).collect() } else { Vec::new() };
     points.sort_by(|a, b| a.force.total_cmp(&b.force));
     points.dedup_by(|a, b| a.force == b.force);
@@ -31,6 +34,9 @@ pub(crate) fn note_sensitivities(case: &Case, steps: &mut [StepResult]) {
 }
 
 fn point(step: &StepResult) -> Option<Point> {
+    if step.row.is_before_contact() {
+        return None;
+    }
     let layer = step.layer.as_ref().and_then(|layer| layer.relative_error_estimate);
     Some(Point {
         force: step.row.force_n.filter(|force| force.is_finite())?,

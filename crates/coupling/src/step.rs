@@ -14,14 +14,14 @@ use elastocap_geometry::export::surfaces::SurfaceBody;
 use elastocap_geometry::scene::Scene;
 use elastocap_mechanics::ForceLimit;
 
-use crate::bent_in_space::{BentScene, bent_in_space};
 use crate::box_fields::{between, enclosing, mapped};
 use crate::deform::shear_force::shear_force;
 use crate::deform::{Deformation, FiniteElementStep, ForceCheck, Prepared};
 use crate::failure::{StepFailure, Stop};
 use crate::finished::FinishedStep;
-use crate::layer_outlines::{LayerScene, bent_scene};
+use crate::layer_outlines::{LayerScene, outlined};
 use crate::load_steps::StepLoad;
+use crate::mapped::{BentScene, Found, bent_scene, films};
 use crate::outcome::{EntryStatus, FloatingConductor, Missed, Row, SolverReport, Status, StepResult};
 use crate::plan::PlannedStep;
 use crate::route::{Bending, Bodies, Route, RouteError, asked, route};
@@ -198,10 +198,10 @@ impl Solver<'_> {
         let deformed = result.scene.insert(deformed);
         result.seconds.mechanics = start.elapsed().as_secs_f64();
 
-        let bending = Bending::found(deformed, state.as_ref());
+        let bending = Bending::found(self.case, deformed, state.as_ref(), step.pose.distance);
         let taken = route(Bodies::of(&deformed.scene), bending, asked(self.case))?;
         result.route = Some(taken);
-        let mut solution = match self.fields(taken, step.index, deformed, state.as_ref())? {
+        let mut solution = match self.fields(taken, step, deformed, state.as_ref())? {
             Fields::Boxes(found) => *found,
             Fields::Mapped { found, deviation, surfaces } => {
                 result.surfaces = surfaces;
@@ -330,7 +330,7 @@ impl Solver<'_> {
     fn fields(
         &self,
         taken: Route,
-        index: usize,
+        step: &PlannedStep,
         deformed: &DeformedScene,
         state: Option<&Deformation<'_>>,
     ) -> Result<Fields, Stop> {
@@ -340,7 +340,7 @@ impl Solver<'_> {
             Route::EnclosingBoxes => {
                 Ok(Fields::Boxes(Box::new(between(deformed, enclosing(deformed)?, &settings)?)))
             }
-            Route::MappedBoxes => self.under_map(index, deformed, state),
+            Route::MappedBoxes => self.under_map(step, deformed, state),
             Route::EnclosingBoxesThenOutlines => {
                 // Boxes inside and around are solved in no time.
                 let found = between(deformed, enclosing(deformed)?, &settings)?;
@@ -358,7 +358,7 @@ impl Solver<'_> {
     /// Boxes under the map that bends them; boxes inside and around the electrodes where there is no such map.
     fn under_map(
         &self,
-        index: usize,
+        step: &PlannedStep,
         deformed: &DeformedScene,
         state: Option<&Deformation<'_>>,
     ) -> Result<Fields, Stop> {
@@ -369,24 +369,38 @@ impl Solver<'_> {
             let surfaces = bent.surfaces(&window(&[deformed]));
             return Ok(Fields::Mapped { found, deviation: 0.0, surfaces });
         }
-        let bent = match (state, self.layer.probe(index)) {
-            (Some(Deformation::FiniteElement(layer)), Some(probe)) => {
-                bent_in_space(self.case, deformed, layer, &probe)
-            }
-            _ => None,
+        let enclosed = || Ok(Fields::Enclosed(Box::new(between(deformed, enclosing(deformed)?, &settings)?)));
+        // Boxes inside and around a pair know nothing of what else is bent.
+        let may_be_enclosed = deformed.scene.conductors().count() <= 2 && self.case.indenter.is_none();
+        let (Some(Deformation::FiniteElement(layer)), Some(displacement)) =
+            (state, self.layer.displacement(step.index))
+        else {
+            return enclosed();
         };
-        if let Some(bent) = bent {
+        let found = Found { step: layer, displacement: &displacement, distance: step.pose.distance };
+        let mut films = films(self.settings.relative_tolerance);
+        loop {
+            let Some(film) = films.next() else {
+                return if may_be_enclosed { enclosed() } else { Err(StepFailure::NoMap.into()) };
+            };
+            let bent = match bent_scene(self.case, deformed, &found, film) {
+                Ok(Some(bent)) => bent,
+                Ok(None) | Err(_) if may_be_enclosed => return enclosed(),
+                Ok(None) => return Err(StepFailure::NoMap.into()),
+                Err(error) => return Err(error.into()),
+            };
             match mapped(&bent, &settings) {
                 Ok(found) => {
                     let surfaces = bent.surfaces(&window(&[deformed]));
                     let found = Box::new(found);
                     return Ok(Fields::Mapped { found, deviation: bent.deviation, surfaces });
                 }
-                Err(Stop::Failed(failure)) if no_map(&failure) => {}
+                // Only the film of an indenter can be chosen.
+                Err(Stop::Failed(failure)) if no_map(&failure) && self.case.indenter.is_some() => {}
+                Err(Stop::Failed(failure)) if no_map(&failure) && may_be_enclosed => return enclosed(),
                 Err(stop) => return Err(stop),
             }
         }
-        Ok(Fields::Enclosed(Box::new(between(deformed, enclosing(deformed)?, &settings)?)))
     }
 
     /// Notes how far the bodies of a field are from those of the layer's finite elements.
@@ -406,7 +420,7 @@ impl Solver<'_> {
     fn outlines(&self, deformed: &DeformedScene, state: Option<&Deformation<'_>>) -> Result<Fields, Stop> {
         let layer = match state {
             Some(Deformation::FiniteElement(layer)) => {
-                bent_scene(deformed, &layer.curves, self.settings.relative_tolerance)?
+                outlined(deformed, &layer.curves, self.settings.relative_tolerance)?
             }
             // Nothing but finite elements bends anything.
             Some(Deformation::ClosedForm(_)) | None => LayerScene::of_boxes(deformed),
@@ -474,6 +488,7 @@ impl Solver<'_> {
         pose: &Pose,
     ) -> Option<String> {
         let row = &mut result.row;
+        row.distance_m = self.case.approaches().then_some(pose.distance);
         let Some(state) = state else {
             // Nothing presses: the layer is as it was.
             if self.case.layer.is_some() {

@@ -119,6 +119,8 @@ pub enum Purpose {
     Cover,
     /// A body that moves with the top of the layer.
     OnTop,
+    /// What presses on the layer.
+    Indenter,
     /// A body that moves with the indenter.
     OnIndenter,
     /// A body that stays where it is; every body of a scene without a layer.

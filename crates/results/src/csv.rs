@@ -266,6 +266,7 @@ mod tests {
     fn a_line_of_the_curve_has_each_number_in_the_column_of_its_name() {
         let row = Row {
             compression: Some(0.5),
+            distance_m: Some(24.0),
             force_n: Some(2.0),
             force_x1_n: Some(22.0),
             force_x3_n: Some(23.0),

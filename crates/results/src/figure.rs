@@ -1,5 +1,5 @@
 //! `curve.svg`: by how much the capacitance changes under load, with its bounds, above the capacitance itself beside that of
-//! parallel plates; or force against compression.
+//! parallel plates; or force against compression. `approach.svg`: the same against the distance of the indenter, before contact.
 
 use crate::change::changes;
 use crate::plot::{Axis, Chart, Panels, Scale, Series, Style};
@@ -25,13 +25,33 @@ pub fn figure(title: &str, outcome: &Outcome) -> Option<Panels> {
         Kind::Capacitance => None,
         Kind::Mechanics => Some(Panels { title, main: force(outcome), second: None }),
         Kind::Curve => {
-            let whole = capacitance(outcome);
-            let (main, second) = match change(outcome) {
-                Some(change) => (change, Some(whole)),
-                None => (whole, None),
-            };
-            Some(Panels { title, main, second })
+            let (x, loads) = load(outcome);
+            let places = loads.into_iter().enumerate();
+            let touched = places.filter(|(k, _)| !outcome.steps[*k].row.is_before_contact());
+            Some(panels(title, outcome, &x, &touched.collect::<Vec<_>>()))
         }
+    }
+}
+
+/// The figure of an indenter that comes near; `None` where none does.
+pub fn approach(title: &str, outcome: &Outcome) -> Option<Panels> {
+    let steps = outcome.steps.iter().enumerate().filter(|(_, step)| step.row.is_before_contact());
+    let distances: Vec<Place> = steps.map(|(k, step)| (k, known(step.row.distance_m))).collect();
+    let label = "distance of the indenter from the layer";
+    let x = Axis { label: label.to_owned(), unit: "m".to_owned(), scale: Scale::Logarithmic };
+    (distances.len() >= 2 && outcome.plan.kind == Kind::Curve)
+        .then(|| panels(title.to_owned(), outcome, &x, &distances))
+}
+
+/// A step, by its position, and where it is on an axis.
+type Place = (usize, f64);
+
+/// The change over the capacitance itself, against the places of some steps on an axis.
+fn panels(title: String, outcome: &Outcome, x: &Axis, places: &[Place]) -> Panels {
+    let whole = capacitance(outcome, x, places);
+    match change(outcome, x, places) {
+        Some(change) => Panels { title, main: change, second: Some(whole) },
+        None => Panels { title, main: whole, second: None },
     }
 }
 
@@ -69,18 +89,18 @@ fn load(outcome: &Outcome) -> (Axis, Vec<f64>) {
 }
 
 /// The change since the first step, %; `None` where there are no two steps to compare.
-fn change(outcome: &Outcome) -> Option<Chart> {
+fn change(outcome: &Outcome, x: &Axis, places: &[Place]) -> Option<Chart> {
     let changes = changes(&outcome.steps);
-    if changes.iter().flatten().count() < 2 {
+    let shown: Vec<_> = places.iter().map(|(k, x)| (*x, changes[*k])).collect();
+    if shown.iter().filter(|(_, change)| change.is_some()).count() < 2 {
         return None;
     }
-    let (x, loads) = load(outcome);
     let percent = |value: Option<f64>| 100.0 * known(value);
-    let points = loads.iter().zip(&changes).map(|(x, c)| (*x, percent(c.map(|c| c.value))));
-    let band = changes.iter().map(|c| (percent(c.map(|c| c.lower)), percent(c.map(|c| c.upper))));
+    let points = shown.iter().map(|(x, c)| (*x, percent(c.map(|c| c.value))));
+    let band = shown.iter().map(|(_, c)| (percent(c.map(|c| c.lower)), percent(c.map(|c| c.upper))));
     Some(Chart {
         title: String::new(),
-        x,
+        x: x.clone(),
         y: axis("change of the capacitance", "%"),
         series: vec![Series {
             name: "change since the first step, and its bounds".to_owned(),
@@ -91,11 +111,10 @@ fn change(outcome: &Outcome) -> Option<Chart> {
     })
 }
 
-fn capacitance(outcome: &Outcome) -> Chart {
-    let rows = || outcome.steps.iter().map(|step| &step.row);
-    let (x, loads) = load(outcome);
+fn capacitance(outcome: &Outcome, x: &Axis, places: &[Place]) -> Chart {
+    let rows = || places.iter().map(|(k, _)| &outcome.steps[*k].row);
     let against = |y: fn(&Row) -> Option<f64>| -> Vec<(f64, f64)> {
-        loads.iter().copied().zip(rows().map(|r| known(y(r)))).collect()
+        places.iter().map(|(_, x)| *x).zip(rows().map(|r| known(y(r)))).collect()
     };
     let bounds = rows().map(|r| (known(r.capacitance_lower_f), known(r.capacitance_upper_f)));
     let mut series = vec![Series {
@@ -113,7 +132,7 @@ fn capacitance(outcome: &Outcome) -> Chart {
         });
     }
     let label = outcome.measurement.map_or_else(String::new, |own| in_words(own, &outcome.conductors));
-    Chart { title: String::new(), x, y: axis(&label, "F"), series }
+    Chart { title: String::new(), x: x.clone(), y: axis(&label, "F"), series }
 }
 
 #[cfg(test)]

@@ -1,4 +1,4 @@
-//! What presses on the layer, for a viewer: its working face and a part of what is above it. The field is solved without it.
+//! What presses on the layer, for a viewer, where it is no part of the field: its working face and a part of what is above it.
 
 use elastocap_case::{Case, Indenter, Mechanics, SolidIndenter};
 use elastocap_geometry::export::surfaces::{Corners, prism};

@@ -8,6 +8,7 @@ pub mod force_answer;
 mod indenter;
 mod json;
 mod layer_files;
+pub mod load_answer;
 mod output_folder;
 pub mod plot;
 mod resume;
@@ -23,7 +24,7 @@ use elastocap_geometry::export::surfaces::surfaces_glb;
 use elastocap_geometry::export::vtk::{pvd, vtu};
 
 pub use fields::{FieldFiles, FieldWriter, field_file};
-pub use figure::figure;
+pub use figure::{approach, figure};
 pub use json::{RunSeconds, document};
 pub use output_folder::{Finish, OutputError, OutputFolder, Placed};
 use output_folder::{INDEX, MESH_INDEX, is_result_name};
@@ -117,6 +118,9 @@ pub fn save(
     }
     if let Some(panels) = figure(&case.title, outcome) {
         folder.stage("curve.svg", panels.to_svg().as_bytes())?;
+    }
+    if let Some(panels) = approach(&case.title, outcome) {
+        folder.stage("approach.svg", panels.to_svg().as_bytes())?;
     }
     if options.scene {
         warnings.extend(stage_scene(&folder, case, &outcome.steps)?);

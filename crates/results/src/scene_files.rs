@@ -70,9 +70,10 @@ pub fn bodies(case: &Case, steps: &[StepResult]) -> (Vec<SceneBody>, Vec<String>
     (bodies, labels)
 }
 
-/// How high the layer is under the indenter at a step, m.
+/// The height of the indenter's lowest point at a step, m.
 fn height(case: &Case, step: &StepResult) -> Option<f64> {
-    Some(case.layer.as_ref()?.thickness - step.row.top_displacement_m?)
+    let distance = step.row.distance_m.unwrap_or(0.0);
+    Some(case.layer.as_ref()?.thickness - step.row.top_displacement_m? + distance)
 }
 
 /// Adds the plate that presses, if it is one, and a substrate where the field ends at the bottom of the layer.
@@ -80,6 +81,7 @@ fn add_surroundings_of_layer(case: &Case, steps: &[&StepResult], bodies: &mut Ve
     let Some(layer) = &case.layer else { return };
     let poses = |role| bodies.iter().find(|body| body.role == role).map(|body| body.poses.clone());
     let Some(layers) = poses(BodyRole::Layer) else { return };
+    let is_there = poses(BodyRole::Indenter).is_some();
     if poses(BodyRole::Substrate).is_none() {
         bodies.push(SceneBody {
             name: "substrate".into(),
@@ -97,7 +99,7 @@ fn add_surroundings_of_layer(case: &Case, steps: &[&StepResult], bodies: &mut Ve
         solid(plate)
     };
     let plates: Option<Vec<Box3>> = steps.iter().zip(&layers).map(over).collect();
-    if let Some(poses) = plates.filter(|poses| !poses.is_empty()) {
+    if let Some(poses) = plates.filter(|poses| !poses.is_empty() && !is_there) {
         bodies.push(SceneBody { name: "indenter".into(), role: BodyRole::Indenter, poses });
     }
 }
@@ -240,8 +242,14 @@ fn surfaces_of(case: &Case, step: &StepResult) -> Vec<SurfaceBody> {
         step.surfaces.clone()
     };
     if let Some(skin) = step.layer.as_ref().map(|layer| &layer.skin) {
-        let names = case.electrodes.iter().flat_map(|electrodes| electrodes.names());
-        let electrodes = names.zip(&skin.electrodes).map(|(name, own)| (name, BodyRole::Conductor, own));
+        // Those on a wire have the name of the terminal; what is shown of several on one wire are their boxes.
+        let named = |name: &'static str| match case.terminals.iter().find(|own| own.holds(name)) {
+            None => Some(name),
+            Some(own) => (own.conductors.len() == 1).then_some(own.name.as_str()),
+        };
+        let names = case.electrodes.iter().flat_map(|electrodes| electrodes.names().map(named));
+        let electrodes =
+            names.zip(&skin.electrodes).filter_map(|(name, own)| Some((name?, BodyRole::Conductor, own)));
         for (name, role, triangles) in electrodes.chain([("layer", BodyRole::Layer, &skin.layer)]) {
             let triangles = triangles.clone();
             match bodies.iter_mut().find(|body| body.name == name) {
@@ -258,7 +266,10 @@ fn surfaces_of(case: &Case, step: &StepResult) -> Vec<SurfaceBody> {
         bodies.retain(|body| body.role != BodyRole::Substrate);
         let triangles = of_box(&slab(&bounds, layer.thickness));
         bodies.push(SurfaceBody { name: "substrate".into(), role: BodyRole::Substrate, triangles });
-        if let Some(triangles) = height(case, step).and_then(|height| indenter(case, height)) {
+        let is_there = bodies.iter().any(|body| body.role == BodyRole::Indenter);
+        if let (false, Some(triangles)) =
+            (is_there, height(case, step).and_then(|height| indenter(case, height)))
+        {
             bodies.push(SurfaceBody { name: "indenter".into(), role: BodyRole::Indenter, triangles });
         }
     }
@@ -267,6 +278,9 @@ fn surfaces_of(case: &Case, step: &StepResult) -> Vec<SurfaceBody> {
 
 /// The load of a step in words.
 pub(crate) fn label(step: &StepResult) -> String {
+    if let Some(distance) = step.row.distance_m.filter(|distance| *distance > 0.0) {
+        return format!("distance {distance} m");
+    }
     match (step.load, step.row.compression) {
         (StepLoad::None, _) => "unloaded".to_owned(),
         (StepLoad::Compression(c), _) => format!("U/H = {c}"),

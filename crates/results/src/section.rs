@@ -92,13 +92,24 @@ pub(crate) fn of_grid(
         };
         (1.0 - t) * value(layer) + t * value(layer + 1)
     };
-    // The slope along an axis on one side of a node: the field below or above it is minus that.
-    let slope = |i: usize, j: usize, a: usize, above: usize| {
+    // A component of the field on one side of a node.
+    let field = |i: usize, j: usize, a: usize, above: usize| {
         let value = |k: usize| {
             let [i, j, k] = place(i, j, k);
             grid.electric_field[(i * counts[1] + j) * counts[2] + k][above][a]
         };
-        -((1.0 - t) * value(layer) + t * value(layer + 1))
+        (1.0 - t) * value(layer) + t * value(layer + 1)
+    };
+    // Where a node of the plane is; on a grid that is bent the plane is bent along.
+    let position = |i: usize, j: usize| match &grid.bent {
+        None => [grid.axes[p][i], grid.axes[q][j]],
+        Some(bent) => {
+            let value = |k: usize, a: usize| {
+                let [i, j, k] = place(i, j, k);
+                bent[(i * counts[1] + j) * counts[2] + k][a]
+            };
+            [p, q].map(|a| (1.0 - t) * value(layer, a) + t * value(layer + 1, a))
+        }
     };
     let (all_p, all_q) = (extent(&grid.axes[p]), extent(&grid.axes[q]));
     let pieces = |x: &[f64], i: usize, all: f64| {
@@ -113,13 +124,21 @@ pub(crate) fn of_grid(
             if metal_ids.contains(&body) {
                 continue;
             }
-            let at = |s: usize, t: usize| Corner {
-                value: potential(i + s, j + t),
-                // In the cell: above its lower corners, below its upper ones.
-                slopes: [slope(i + s, j + t, p, 1 - s), slope(i + s, j + t, q, 1 - t)],
+            let at = |s: usize, t: usize| {
+                // In the cell: above its lower corners, below its upper ones. The potential falls along the field.
+                let field = [field(i + s, j + t, p, 1 - s), field(i + s, j + t, q, 1 - t)];
+                let along =
+                    |from: [f64; 2], to: [f64; 2]| -(0..2).map(|k| field[k] * (to[k] - from[k])).sum::<f64>();
+                Corner {
+                    place: position(i + s, j + t),
+                    value: potential(i + s, j + t),
+                    rises: [
+                        along(position(i, j + t), position(i + 1, j + t)),
+                        along(position(i + s, j), position(i + s, j + 1)),
+                    ],
+                }
             };
-            let (x, y) = (&grid.axes[p][i..=i + 1], &grid.axes[q][j..=j + 1]);
-            let patch = Patch { x, y, corners: [[at(0, 0), at(0, 1)], [at(1, 0), at(1, 1)]] };
+            let patch = Patch([[at(0, 0), at(0, 1)], [at(1, 0), at(1, 1)]]);
             let [m, n] = [pieces(&grid.axes[p], i, all_p), pieces(&grid.axes[q], j, all_q)];
             let corner = |(k, l): (usize, usize)| {
                 let (place, value) = patch.at(k as f64 / m as f64, l as f64 / n as f64);
@@ -149,25 +168,22 @@ fn extent(nodes: &[f64]) -> f64 {
     nodes.last().zip(nodes.first()).map_or(0.0, |(last, first)| last - first)
 }
 
-/// The potential at a corner of a cell, V, and its slopes there along both axes, V/m.
+/// A corner of a cell: where it is, m, the potential there, V, and by how much that would rise along both sides of the cell if it went on
+/// as it does there, V.
 #[derive(Clone, Copy)]
 struct Corner {
+    place: [f64; 2],
     value: f64,
-    slopes: [f64; 2],
+    rises: [f64; 2],
 }
 
-/// A rectangle in which the potential is the cubic that has the values and slopes of the corners (Ferguson, Journal of the ACM 11,
+/// A quadrilateral in which the potential is the cubic that has the values and slopes of the corners (Ferguson, Journal of the ACM 11,
 /// 1964): without kinks from one cell of a body to the next.
-struct Patch<'a> {
-    x: &'a [f64],
-    y: &'a [f64],
-    corners: [[Corner; 2]; 2],
-}
+struct Patch([[Corner; 2]; 2]);
 
-impl Patch<'_> {
+impl Patch {
     /// The place and the potential at these shares of the way along both axes.
     fn at(&self, s: f64, t: f64) -> ([f64; 2], f64) {
-        let lengths = [self.x[1] - self.x[0], self.y[1] - self.y[0]];
         // Of values and of slopes, at the lower end and at the upper one.
         let weights = |s: f64| {
             let (r, s2) = (1.0 - s, s * s);
@@ -175,16 +191,20 @@ impl Patch<'_> {
         };
         let (of_s, of_t) = (weights(s), weights(t));
         let mut value = 0.0;
-        for (k, row) in self.corners.iter().enumerate() {
+        for (k, row) in self.0.iter().enumerate() {
             for (l, corner) in row.iter().enumerate() {
                 value += of_s.0[k] * of_t.0[l] * corner.value;
-                value += lengths[0] * of_s.1[k] * of_t.0[l] * corner.slopes[0];
-                value += lengths[1] * of_s.0[k] * of_t.1[l] * corner.slopes[1];
+                value += of_s.1[k] * of_t.0[l] * corner.rises[0];
+                value += of_s.0[k] * of_t.1[l] * corner.rises[1];
             }
         }
         // The ends to the last bit.
-        let between = |x: &[f64], s: f64| if s == 1.0 { x[1] } else { x[0] + s * (x[1] - x[0]) };
-        ([between(self.x, s), between(self.y, t)], value)
+        let between = |a: f64, b: f64, s: f64| if s == 1.0 { b } else { a + s * (b - a) };
+        let place = [0, 1].map(|a| {
+            let [low, high] = [0, 1].map(|k| between(self.0[k][0].place[a], self.0[k][1].place[a], t));
+            between(low, high, s)
+        });
+        (place, value)
     }
 }
 
@@ -334,10 +354,14 @@ mod tests {
         let u = |x: f64, y: f64| x * x * x - 2.0 * x * x + y * y * y + 3.0 * y;
         let (x, y) = ([1.0, 1.5], [-1.0, 2.0]);
         let at = |k: usize, l: usize| Corner {
+            place: [x[k], y[l]],
             value: u(x[k], y[l]),
-            slopes: [3.0 * x[k] * x[k] - 4.0 * x[k], 3.0 * y[l] * y[l] + 3.0],
+            rises: [
+                (3.0 * x[k] * x[k] - 4.0 * x[k]) * (x[1] - x[0]),
+                (3.0 * y[l] * y[l] + 3.0) * (y[1] - y[0]),
+            ],
         };
-        let patch = Patch { x: &x, y: &y, corners: [[at(0, 0), at(0, 1)], [at(1, 0), at(1, 1)]] };
+        let patch = Patch([[at(0, 0), at(0, 1)], [at(1, 0), at(1, 1)]]);
         for (s, t) in [(0.0, 0.0), (1.0, 0.0), (0.3, 0.0), (1.0, 0.7), (0.4, 0.6)] {
             let ([px, py], found) = patch.at(s, t);
             assert!((found - u(px, py)).abs() < 1e-12, "{s} {t}: {found} {}", u(px, py));

@@ -41,7 +41,8 @@ pub(super) fn check(raw: &Document, poses: &[Pose], log: &mut Log<'_>) {
             );
         }
     }
-    if let (false, false, Some(load)) = (any, poses.is_empty(), &raw.load) {
+    let moves = poses.iter().any(|pose| pose.shift != [0.0; 2] || pose.tilt != [0.0; 2]);
+    if let (false, true, Some(load)) = (any, moves, &raw.load) {
         let steps = given(&raw.load).and_then(|load| load.steps.as_ref());
         log.push(
             Diagnostic::at(

@@ -78,9 +78,9 @@ pub(super) fn bodies(
             Some((Extent::Walls(walls), boundary)) => {
                 check_in_walls(body, walls, boundary, walls_span.as_ref(), log);
             }
-            Some((Extent::AroundLayer { below, above, .. }, boundary)) => {
+            Some((Extent::AroundLayer { below, above, .. }, _)) => {
                 if let Some(thickness) = thickness {
-                    check_fixed_body(body, thickness, [*below, *above], boundary, raw.load.is_some(), log);
+                    check_fixed_body(body, thickness, [*below, *above], raw.load.is_some(), log);
                 }
             }
             Some((Extent::Everywhere, _)) | None => {}
@@ -274,13 +274,12 @@ pub(super) fn check_fixed_body(
     body: &PlacedBoxes<'_>,
     thickness: f64,
     faces: [Face; 2],
-    boundary: Wall,
     is_loaded: bool,
     log: &mut Log<'_>,
 ) {
     for region in &body.regions {
         let heights = [region.min[1], region.max[1]];
-        if !is_apart_from_layer(body, heights, (thickness, is_loaded), (faces, boundary), log) {
+        if !is_apart_from_layer(body, heights, (thickness, is_loaded), faces, log) {
             return;
         }
     }
@@ -291,7 +290,7 @@ fn is_apart_from_layer(
     body: &PlacedBoxes<'_>,
     [low, high]: [f64; 2],
     (thickness, is_loaded): (f64, bool),
-    ([below, above], boundary): ([Face; 2], Wall),
+    [below, above]: [Face; 2],
     log: &mut Log<'_>,
 ) -> bool {
     let (what, name) = (body.what, shown(body.name));
@@ -331,8 +330,8 @@ fn is_apart_from_layer(
             );
             return false;
         }
-        Face::Medium { thickness: Some(depth), .. } if boundary != Wall::Open => {
-            let shorted = is_conductor && boundary == Wall::Grounded && reach >= depth;
+        Face::Medium { thickness: Some(depth), then, .. } if then != Wall::Open => {
+            let shorted = is_conductor && then == Wall::Grounded && reach >= depth;
             if shorted || (reach > depth && !body.is_slab) {
                 at(
                     format!("the {what} \"{name}\" reaches the wall {side} the layer"),
@@ -356,10 +355,15 @@ fn check_flux_has_an_end(
     (surroundings, terminals): (&Surroundings, &[Terminal]),
     log: &mut Log<'_>,
 ) {
-    let grounded_face = matches!(
-        surroundings.extent,
-        Extent::AroundLayer { below: Face::Grounded, .. } | Extent::AroundLayer { above: Face::Grounded, .. }
-    );
+    let takes_flux = |face: Face| match face {
+        Face::Insulated => false,
+        Face::Grounded => true,
+        Face::Medium { then, .. } => then != Wall::Insulated,
+    };
+    let grounded_face = match surroundings.extent {
+        Extent::AroundLayer { below, above, .. } => takes_flux(below) || takes_flux(above),
+        Extent::Everywhere | Extent::Walls(_) => false,
+    };
     let is_grounded = grounded_face || terminals.iter().any(|terminal| terminal.is_grounded);
     if surroundings.boundary != Wall::Insulated || is_grounded || raw.pair().is_some() {
         return;

@@ -7,6 +7,7 @@ mod attached;
 mod bodies;
 mod forms;
 mod imported;
+mod indenter;
 mod layer_end;
 mod layered;
 mod mechanics;
@@ -75,6 +76,11 @@ pub(super) fn validate(raw: &Document, flawed: bool, origin: &Path, log: &mut Lo
         layered::check_shorted(electrodes, layer, surroundings, raw, log);
     }
     let surroundings_read = surroundings.as_ref().and_then(Option::as_ref);
+    let indenter = raw.indenter.as_ref().map(|read| {
+        indenter::indenter(read, raw, mechanics.as_ref().and_then(Option::as_ref), surroundings_read, log)
+    });
+    // One that could not be read is taken for one that is there.
+    indenter::check_approach(raw, indenter.is_some_and(|found| found.is_none_or(|own| own.is_some())), log);
     let pair = electrodes.as_ref().and_then(Option::as_ref);
     let terminals = terminals::terminals(raw, pair, log);
     let joined = terminals.as_ref().map_or(&[][..], |(terminals, _)| terminals);
@@ -139,6 +145,7 @@ pub(super) fn validate(raw: &Document, flawed: bool, origin: &Path, log: &mut Lo
         mechanics: all_given(mechanics)?,
         load: all_given(load)?,
         poses,
+        indenter: all_given(indenter)?.flatten(),
         bodies,
         terminals,
         measured,

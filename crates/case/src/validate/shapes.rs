@@ -100,10 +100,8 @@ pub(super) fn with_layer(
     let all = placed(raw, electrodes, origin, log)?;
     let thickness = given(&raw.layer).and_then(|layer| layer.thickness.get()).map(|h| h.si)?;
     for (body, span) in &all {
-        if let (
-            Some(Surroundings { extent: Extent::AroundLayer { below, above, .. }, boundary, .. }),
-            Some(region),
-        ) = (surroundings, body.bounds())
+        if let (Some(Surroundings { extent: Extent::AroundLayer { below, above, .. }, .. }), Some(region)) =
+            (surroundings, body.bounds())
         {
             let is_slab = (0..3).any(|a| region.extent(a).is_infinite());
             let what = if body.is_conductor() { "conductor" } else { "dielectric" };
@@ -118,7 +116,7 @@ pub(super) fn with_layer(
                 is_slab,
                 is_attached,
             };
-            check_fixed_body(&body, thickness, [*below, *above], *boundary, raw.load.is_some(), log);
+            check_fixed_body(&body, thickness, [*below, *above], raw.load.is_some(), log);
         }
     }
     for (_, span) in all.iter().filter(|(body, _)| is_shell(body)) {

@@ -10,7 +10,25 @@ use super::super::reader::{FromToml, Log, Read};
 use super::super::values::{Count, Either};
 use super::given;
 
+/// The loads of all steps: none before contact.
 pub(super) fn load(read: &Read<raw::Load>, log: &mut Log<'_>) -> Option<Load> {
+    let from_contact = from_contact(read, log);
+    let before = distances(read)?.len();
+    let after = |loads: Vec<f64>| std::iter::repeat_n(0.0, before).chain(loads).collect();
+    Some(match from_contact? {
+        Load::Compression(loads) => Load::Compression(after(loads)),
+        Load::Force(loads) => Load::Force(after(loads)),
+    })
+}
+
+/// The distances of the steps before contact, m.
+fn distances(read: &Read<raw::Load>) -> Option<Vec<f64>> {
+    let Some(approach) = &read.get()?.approach else { return Some(Vec::new()) };
+    approach.get()?.iter().map(|distance| Some(distance.get()?.si)).collect()
+}
+
+/// The loads of the steps from contact on.
+fn from_contact(read: &Read<raw::Load>, log: &mut Log<'_>) -> Option<Load> {
     let raw = read.get()?;
     if let Some(read) = &raw.compression {
         let value = |compression: &Compression| compression.value;
@@ -93,9 +111,13 @@ fn listed(read: &Read<Vec<Read<raw::LoadStep>>>, log: &mut Log<'_>) -> Option<Lo
     }
 }
 
-/// How what is attached moves at each step; empty where no step says.
+/// How indenter and what is attached move at each step; empty where no step says.
 pub(super) fn poses(read: &Read<raw::Load>) -> Option<Vec<Pose>> {
-    let Some(steps) = &read.get()?.steps else { return Some(Vec::new()) };
+    let Some(steps) = &read.get()?.steps else {
+        // From contact on there is nothing to say.
+        let before = distances(read)?.into_iter();
+        return Some(before.map(|distance| Pose { distance, ..Pose::default() }).collect());
+    };
     let pose = |step: &Read<raw::LoadStep>| {
         let step = step.get()?;
         let shift = match &step.shift {
@@ -112,7 +134,7 @@ pub(super) fn poses(read: &Read<raw::Load>) -> Option<Vec<Pose>> {
             }
             None => [0.0; 2],
         };
-        Some(Pose { shift, tilt })
+        Some(Pose { shift, tilt, distance: 0.0 })
     };
     let poses: Vec<Pose> = steps.get()?.iter().map(pose).collect::<Option<_>>()?;
     Some(if poses.iter().all(|pose| *pose == Pose::default()) { Vec::new() } else { poses })

@@ -17,11 +17,7 @@ pub(super) fn surroundings(
     log: &mut Log<'_>,
 ) -> Option<Surroundings> {
     let raw = read.get()?;
-    let boundary = raw.boundary.get().map(|boundary| match boundary {
-        raw::Boundary::Insulated => Wall::Insulated,
-        raw::Boundary::Grounded => Wall::Grounded,
-        raw::Boundary::Open => Wall::Open,
-    });
+    let boundary = raw.boundary.get().copied().map(wall);
     let relative_permittivity = match &raw.relative_permittivity {
         Some(read) => read.get().map(|value| value.value),
         None => Some(1.0),
@@ -32,6 +28,14 @@ pub(super) fn surroundings(
         without_layer(read, raw, boundary, document, log)
     };
     Some(Surroundings { boundary: boundary?, relative_permittivity: relative_permittivity?, extent: extent? })
+}
+
+fn wall(boundary: raw::Boundary) -> Wall {
+    match boundary {
+        raw::Boundary::Insulated => Wall::Insulated,
+        raw::Boundary::Grounded => Wall::Grounded,
+        raw::Boundary::Open => Wall::Open,
+    }
 }
 
 /// Refuses a key of [surroundings] that has no meaning in this case.
@@ -155,7 +159,11 @@ fn face(
         return Some(match boundary {
             Wall::Insulated => Face::Insulated,
             Wall::Grounded => Face::Grounded,
-            Wall::Open => Face::Medium { relative_permittivity: surrounding_permittivity?, thickness: None },
+            Wall::Open => Face::Medium {
+                relative_permittivity: surrounding_permittivity?,
+                thickness: None,
+                then: Wall::Open,
+            },
         });
     };
     let medium = match read.get()? {
@@ -179,5 +187,26 @@ fn face(
             return None;
         }
     };
-    Some(Face::Medium { relative_permittivity, thickness })
+    let then = match &medium.then {
+        None => boundary,
+        Some(read) => wall(*read.get()?),
+    };
+    if let (Some(read), None) = (&medium.then, thickness) {
+        log.push(
+            Diagnostic::at(&read.span, format!("nothing lies behind what is `{key}`"))
+                .label("behind what is infinitely thick")
+                .related(&medium.thickness.span, "has no end")
+                .help("leave `then` out, or give a thickness"),
+        );
+    }
+    if let (Some(read), Wall::Open) = (&medium.then, then)
+        && boundary != Wall::Open
+    {
+        log.push(
+            Diagnostic::at(&read.span, format!("`{key}` cannot be open where the boundary is not"))
+                .label("opens into space")
+                .help("leave `then` out, or set `boundary = \"open\"`"),
+        );
+    }
+    Some(Face::Medium { relative_permittivity, thickness, then })
 }

@@ -42,6 +42,7 @@ fn in_plane_pair() -> Case {
         }),
         load: Some(Load::Compression(vec![0.0, 0.05, 0.1, 0.2, 0.3, 0.4])),
         poses: Vec::new(),
+        indenter: None,
         bodies: vec![],
         terminals: Vec::new(),
         measured: None,
@@ -53,7 +54,11 @@ fn in_plane_pair() -> Case {
             extent: Extent::AroundLayer {
                 side_margin: Some(1e-3),
                 below: Face::Insulated,
-                above: Face::Medium { relative_permittivity: 1.0, thickness: Some(1e-3) },
+                above: Face::Medium {
+                    relative_permittivity: 1.0,
+                    thickness: Some(1e-3),
+                    then: Wall::Insulated,
+                },
             },
         }),
         electrostatics: Some(Electrostatics {
@@ -98,8 +103,8 @@ fn the_stacked_pair_is_read_with_its_range_of_steps_and_open_space() {
         surroundings.extent,
         Extent::AroundLayer {
             side_margin: None,
-            below: Face::Medium { relative_permittivity: 4.5, thickness: Some(1.6e-3) },
-            above: Face::Medium { relative_permittivity: 1.0, thickness: None },
+            below: Face::Medium { relative_permittivity: 4.5, thickness: Some(1.6e-3), then: Wall::Open },
+            above: Face::Medium { relative_permittivity: 1.0, thickness: None, then: Wall::Open },
         }
     );
 }

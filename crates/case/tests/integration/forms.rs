@@ -144,7 +144,10 @@ fn steps_have_a_load_and_move_what_is_attached() {
     let case = read(&board(&format!("{COMB}{PLATE}"), steps)).unwrap();
     assert_eq!(case.load, Some(Load::Compression(vec![0.0, 0.2])));
     assert_eq!(case.pose(0), Pose::default());
-    assert_eq!(case.pose(1), Pose { shift: [100e-6, -5e-6], tilt: [0.5_f64.to_radians(), 2e-3] });
+    assert_eq!(
+        case.pose(1),
+        Pose { shift: [100e-6, -5e-6], tilt: [0.5_f64.to_radians(), 2e-3], ..Pose::default() }
+    );
     let still = read(&board(&format!("{COMB}{PLATE}"), "[load]\nsteps = [{ force = \"1 N\" }]\n")).unwrap();
     assert!(still.poses.is_empty() && still.load == Some(Load::Force(vec![1.0])));
 }

@@ -574,7 +574,7 @@ fn surroundings_of_a_layer_have_a_margin_exactly_where_they_have_walls() {
         LAYERED,
         &[("boundary = \"insulated\"\nside_margin = \"1 mm\"", open), (below_and_above, "")],
     );
-    let space = Face::Medium { relative_permittivity: 3.0, thickness: None };
+    let space = Face::Medium { relative_permittivity: 3.0, thickness: None, then: Wall::Open };
     let extent = case.surroundings.unwrap().extent;
     assert_eq!(extent, Extent::AroundLayer { side_margin: None, below: space, above: space });
 }

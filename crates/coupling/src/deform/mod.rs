@@ -17,7 +17,8 @@ mod solid;
 use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 
-use elastocap_mechanics::solid::dimension::Space;
+use elastocap_mechanics::solid::dimension::{Dimension, Plane, Space};
+use elastocap_mechanics::solid::press::Pressing;
 use elastocap_mechanics::solid::probe::Probe;
 use elastocap_mechanics::{
     ClosedFormSettings, ForceLimit, LayerState, MechanicsError, MooneyRivlin, force_limit,
@@ -82,6 +83,24 @@ impl Deformation<'_> {
     }
 }
 
+/// The displacement of a layer by finite elements, between their nodes.
+pub(crate) enum Displacement<'a> {
+    /// In plane strain: nothing moves along x3.
+    Plane(Probe<'a, Plane>),
+    /// In three dimensions, of the quarter that is solved.
+    Space(Probe<'a, Space>),
+}
+
+impl Displacement<'_> {
+    /// At a point of the undeformed layer, both in m; `None` outside of what is solved.
+    pub(crate) fn at(&self, x: [f64; 3]) -> Option<[f64; 3]> {
+        match self {
+            Self::Plane(probe) => probe.displacement([x[0], x[1]]).map(|[u1, u2]| [u1, u2, 0.0]),
+            Self::Space(probe) => probe.displacement(x),
+        }
+    }
+}
+
 /// What had to be solved before the steps can be taken one by one.
 #[derive(Debug)]
 pub enum Prepared {
@@ -137,12 +156,17 @@ pub fn prepare(
 }
 
 impl Prepared {
-    /// The displacement of a layer in three dimensions in the step of this `index`; `None` of any other layer.
-    pub(crate) fn probe(&self, index: usize) -> Option<Probe<'_, Space>> {
+    /// The displacement of a layer by finite elements in the step of this `index`; `None` of any other layer.
+    pub(crate) fn displacement(&self, index: usize) -> Option<Displacement<'_>> {
+        fn of<'a, S: Dimension>(pressing: &'a Pressing<S>, index: usize) -> Option<Probe<'a, S>> {
+            let pressed = pressing.goals.get(index)?.as_ref().ok()?;
+            Some(Probe::new(pressing.model_of(pressed).equations(), &pressed.state))
+        }
         let Self::FiniteElement(run) = self else { return None };
-        let Some(Solution::Space(pressing)) = &run.solution else { return None };
-        let pressed = pressing.goals.get(index)?.as_ref().ok()?;
-        Some(Probe::new(pressing.model_of(pressed).equations(), &pressed.state))
+        match run.solution.as_ref()? {
+            Solution::Plane(pressing) => of(pressing, index).map(Displacement::Plane),
+            Solution::Space(pressing) => of(pressing, index).map(Displacement::Space),
+        }
     }
 
     /// The largest force of the closed form, where its shear length was found on the way and the force does not rise to the end.

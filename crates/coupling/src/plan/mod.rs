@@ -149,6 +149,7 @@ impl Plan {
 
     fn files(&mut self, case: &Case, options: &Options) {
         let table = match self.kind {
+            Kind::Curve if case.approaches() => "curve.csv, curve.svg, approach.svg, capacitance.csv",
             Kind::Curve => "curve.csv, curve.svg, capacitance.csv",
             Kind::Capacitance => "capacitance.csv",
             Kind::Mechanics => "curve.csv, curve.svg",

@@ -38,10 +38,11 @@ fn is_at_rest(pose: &Pose) -> bool {
 fn in_si_units<S: Serializer>(pose: &Pose, serializer: S) -> Result<S::Ok, S::Error> {
     #[derive(Serialize)]
     struct InSiUnits {
+        distance_m: f64,
         shift_m: [f64; 2],
         tilt_rad: [f64; 2],
     }
-    InSiUnits { shift_m: pose.shift, tilt_rad: pose.tilt }.serialize(serializer)
+    InSiUnits { distance_m: pose.distance, shift_m: pose.shift, tilt_rad: pose.tilt }.serialize(serializer)
 }
 
 impl Plan {
@@ -86,7 +87,8 @@ pub(super) fn planned_steps(case: &Case, options: &Options) -> Vec<PlannedStep> 
     let setup = check_setup(case, &loads);
     for (index, load) in loads.into_iter().enumerate() {
         let pose = case.pose(index);
-        let moves = pose.shift.into_iter().chain(pose.tilt).map(|x| (x + 0.0).to_bits());
+        let moves =
+            pose.shift.into_iter().chain(pose.tilt).chain([pose.distance]).map(|x| (x + 0.0).to_bits());
         let key = (load.bits(), moves.collect::<Vec<u64>>());
         let first = *first_with.entry(key).or_insert(index);
         let same_as = (options.prune && first != index).then_some(first);

@@ -5,15 +5,15 @@ use elastocap_geometry::shapes::Shape;
 
 use super::electrodes::{self, Placed};
 use super::walls::outer_walls;
-use super::{DeformedScene, ElectrodePlace, SceneError, attached};
+use super::{DeformedScene, ElectrodePlace, SceneError, attached, indenter};
 use crate::deform::Deformation;
 use elastocap_case::{Case, Extent, Face, Pose, Terminal};
 
 /// The scene of `case` with its layer in `state`, `None` for the layer as it is without load, and with what is attached moved as `pose`
 /// says.
 ///
-/// Its conductors are the electrodes and then the fixed ones, those of a terminal as one. Its dielectrics are the layer, the substrate, the cover and then the
-/// fixed ones, which override the others.
+/// Its conductors are the electrodes, the fixed ones and the indenter, those of a terminal as one. Its dielectrics are the layer, the
+/// substrate, the cover, the fixed ones and the indenter, of which later ones override earlier ones. The indenter is the box around it.
 ///
 /// # Errors
 /// When the deformed bodies do not fit together: see [`SceneError`].
@@ -37,8 +37,11 @@ pub fn scene_of(
     let beside = attached::moved(case.bodies.clone(), sinks, pose)?;
     let fixed = |conductors: bool| beside.iter().filter(move |body| body.is_conductor() == conductors);
     bodies.extend(fixed(true).cloned());
-
     let top = case.layer.as_ref().map(|layer| state.map_or(layer.thickness, Deformation::deformed_thickness));
+    let indenter = top.and_then(|top| indenter::body(case, top + pose.distance));
+    let is_conductor = indenter.as_ref().is_some_and(Body::is_conductor);
+    bodies.extend(indenter.iter().filter(|_| is_conductor).cloned());
+
     let conductors: Vec<(&str, Box3)> =
         bodies.iter().filter_map(|body| Some((body.name.as_str(), body.bounds()?))).collect();
     let (domain, walls) = outer_walls(case, surroundings, top.unwrap_or(0.0), &conductors)?;
@@ -51,11 +54,11 @@ pub fn scene_of(
             layer.relative_permittivity.ok_or(SceneError::Missing("relative_permittivity in [layer]"))?;
         let mut slabs = vec![("layer", Purpose::Layer, [0.0, top], own)];
         if let Extent::AroundLayer { below, above, .. } = &surroundings.extent {
-            if let Face::Medium { relative_permittivity, thickness } = *below {
+            if let Face::Medium { relative_permittivity, thickness, .. } = *below {
                 let depth = thickness.unwrap_or(f64::INFINITY);
                 slabs.push(("substrate", Purpose::Substrate, [-depth, 0.0], relative_permittivity));
             }
-            if let Face::Medium { relative_permittivity, thickness } = *above {
+            if let Face::Medium { relative_permittivity, thickness, .. } = *above {
                 let depth = thickness.unwrap_or(f64::INFINITY);
                 slabs.push(("cover", Purpose::Cover, [top, top + depth], relative_permittivity));
             }
@@ -73,6 +76,7 @@ pub fn scene_of(
         // The mesher cuts bodies at the walls itself.
         bodies.extend(fixed(false).cloned());
     }
+    bodies.extend(indenter.into_iter().filter(|_| !is_conductor));
     let background_permittivity = surroundings.relative_permittivity;
     let scene = Scene { bodies, background_permittivity, domain, walls };
     let tilt = attached::tilted(&scene, pose)?;

@@ -20,17 +20,16 @@ pub(super) fn is_attached(body: &Body) -> bool {
     matches!(body.purpose, Purpose::OnTop | Purpose::OnIndenter)
 }
 
-/// The bodies with those that are attached moved by the top's displacement along x2 and by the shift, m.
+/// The bodies with those that are attached moved by the top's displacement along x2 and by the shift, m; those on the indenter by its
+/// distance from the layer as well.
 ///
 /// # Errors
 /// A body that is moved and has no place of its own.
 pub(super) fn moved(bodies: Vec<Body>, top: f64, pose: &Pose) -> Result<Vec<Body>, SceneError> {
-    let by = [pose.shift[0], top, pose.shift[1]];
-    if by == [0.0; 3] {
-        return Ok(bodies);
-    }
     let moved = |mut body: Body| {
-        if is_attached(&body) {
+        let distance = if body.purpose == Purpose::OnIndenter { pose.distance } else { 0.0 };
+        let by = [pose.shift[0], top + distance, pose.shift[1]];
+        if is_attached(&body) && by != [0.0; 3] {
             body.parts = body
                 .parts
                 .into_iter()

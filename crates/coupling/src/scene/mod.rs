@@ -3,6 +3,7 @@
 mod assembly;
 mod attached;
 mod electrodes;
+pub(crate) mod indenter;
 mod walls;
 
 use std::sync::Arc;
@@ -146,6 +147,20 @@ pub enum SceneError {
         /// Its name.
         body: String,
     },
+    /// A body lies where the indenter is, or where the space between it and the layer is bent.
+    #[error(
+        "`{body}` lies in the way of the indenter, or where the layer's surface or the indenter bends the space around it, which would \
+         bend it along; move it away, or write `role = \"absent\"` in [indenter]"
+    )]
+    InTheIndentersWay {
+        /// Its name.
+        body: String,
+    },
+    /// The indenter reaches a wall.
+    #[error(
+        "the indenter reaches the walls of the computed region; make `side_margin` or the medium above the layer larger"
+    )]
+    IndenterAtWall,
     /// The file lacks what the scene needs; the case reader refuses such a file.
     #[error("the case has no {0}")]
     Missing(&'static str),

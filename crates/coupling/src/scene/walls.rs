@@ -42,8 +42,8 @@ pub(super) fn outer_walls(
     let end = |face: Face, from: f64, outward: f64| match face {
         Face::Insulated => (from, Wall::Insulated),
         Face::Grounded => (from, Wall::Grounded),
-        Face::Medium { thickness: Some(depth), .. } if boundary != Wall::Open => {
-            (from + outward * depth, boundary)
+        Face::Medium { thickness: Some(depth), then, .. } if then != Wall::Open => {
+            (from + outward * depth, then)
         }
         Face::Medium { .. } => (outward * f64::INFINITY, Wall::Open),
     };

@@ -5,6 +5,7 @@
 mod capsule;
 mod change;
 mod imported_mesh;
+mod indenter;
 mod layer;
 mod route;
 mod run;

@@ -38,6 +38,7 @@ fn pair(layout: Layout) -> Case {
         }),
         load: None,
         poses: Vec::new(),
+        indenter: None,
         bodies: vec![],
         terminals: Vec::new(),
         measured: None,
@@ -49,7 +50,11 @@ fn pair(layout: Layout) -> Case {
             extent: Extent::AroundLayer {
                 side_margin: Some(1e-3),
                 below: Face::Insulated,
-                above: Face::Medium { relative_permittivity: 1.0, thickness: Some(1e-3) },
+                above: Face::Medium {
+                    relative_permittivity: 1.0,
+                    thickness: Some(1e-3),
+                    then: Wall::Insulated,
+                },
             },
         }),
         electrostatics: Some(Electrostatics {
@@ -67,8 +72,8 @@ fn open(mut case: Case) -> Case {
     surroundings.boundary = Wall::Open;
     surroundings.extent = Extent::AroundLayer {
         side_margin: None,
-        below: Face::Medium { relative_permittivity: 4.5, thickness: Some(1.6e-3) },
-        above: Face::Medium { relative_permittivity: 1.0, thickness: None },
+        below: Face::Medium { relative_permittivity: 4.5, thickness: Some(1.6e-3), then: Wall::Open },
+        above: Face::Medium { relative_permittivity: 1.0, thickness: None, then: Wall::Open },
     };
     case
 }
@@ -215,7 +220,7 @@ fn open_space_has_walls_only_where_the_case_says_so() {
 
     // A cover of a thickness lies on the layer's top and goes down with it.
     if let Extent::AroundLayer { above, .. } = &mut half.surroundings.as_mut().unwrap().extent {
-        *above = Face::Medium { relative_permittivity: 3.0, thickness: Some(100e-6) };
+        *above = Face::Medium { relative_permittivity: 3.0, thickness: Some(100e-6), then: Wall::Insulated };
     }
     let scene = at(&half, 0.1).unwrap().scene;
     let cover = slabs(&scene).pop().unwrap();
@@ -243,8 +248,8 @@ fn every_slab_has_its_own_permittivity_and_the_rest_that_of_the_surroundings() {
     surroundings.relative_permittivity = 1.5;
     surroundings.extent = Extent::AroundLayer {
         side_margin: None,
-        below: Face::Medium { relative_permittivity: 4.5, thickness: Some(1.6e-3) },
-        above: Face::Medium { relative_permittivity: 3.25, thickness: Some(1e-4) },
+        below: Face::Medium { relative_permittivity: 4.5, thickness: Some(1.6e-3), then: Wall::Open },
+        above: Face::Medium { relative_permittivity: 3.25, thickness: Some(1e-4), then: Wall::Open },
     };
     let scene = at(&case, 0.2).unwrap().scene;
     let lookup = scene.lookup();

@@ -79,7 +79,7 @@ impl Subject {
         let deform = || -> Result<(DeformedScene, Bending), StepFailure> {
             let state = layer.deformation(case, step.index, step.load, options.prune)?;
             let deformed = scene_of(case, state.as_ref(), &step.pose)?;
-            let bending = Bending::found(&deformed, state.as_ref());
+            let bending = Bending::found(case, &deformed, state.as_ref(), step.pose.distance);
             Ok((deformed, bending))
         };
         // Timed the second time: the first call loads the program from the disk.

@@ -5,6 +5,7 @@ use std::io;
 use std::path::{Path, PathBuf};
 
 use serde::Deserialize;
+use serde::de::DeserializeOwned;
 
 use super::curve::{CurveError, CurveStep, ForceCurve};
 
@@ -33,13 +34,14 @@ pub enum CurveFileError {
     },
     /// The run measured a matrix.
     #[error(
-        "the result has a matrix of {0} terminals, and a force belongs to one capacitance; name it in `[measure]` of the case and run that"
+        "the result has a matrix of {0} terminals, and a force belongs to one capacitance; name it in `[measure]` of the case and run \
+         that, or give several with their terminals, as `-c A=2.3pF+-1fF -c B=2.4pF+-1fF`"
     )]
     Matrix(usize),
     /// The load is not all that differs between its steps.
     #[error(
-        "the load steps of the result also shift or tilt what is attached, so that a capacitance does not tell the force; run the case \
-         with the same shift and tilt at all steps"
+        "the load steps of the result also shift or tilt what is attached, so that a capacitance does not tell the force; give several \
+         with their terminals, as `-c A=2.3pF+-1fF -c B=2.4pF+-1fF`, or run the case with the same shift and tilt at all steps"
     )]
     Moved,
     /// No force in it.
@@ -98,6 +100,8 @@ struct Measured {
 struct Step {
     index: usize,
     force_n: Option<f64>,
+    #[serde(default)]
+    distance_m: Option<f64>,
     capacitance_f: Option<f64>,
     capacitance_lower_f: Option<f64>,
     capacitance_upper_f: Option<f64>,
@@ -118,8 +122,15 @@ struct ForceCheck {
 }
 
 impl Step {
-    /// As the curve needs it; `None` without force or capacitance.
+    fn is_before_contact(&self) -> bool {
+        self.distance_m.is_some_and(|distance| distance > 0.0)
+    }
+
+    /// As the curve needs it; `None` without force or capacitance, and before contact.
     fn on_curve(&self) -> Option<CurveStep> {
+        if self.is_before_contact() {
+            return None;
+        }
         let (force, capacitance) = (self.force_n?, self.capacitance_f?);
         let estimates =
             self.mechanics_error_estimate.unwrap_or(0.0) + self.geometry_error_estimate.unwrap_or(0.0);
@@ -141,22 +152,16 @@ impl Step {
 /// # Errors
 /// [`CurveFileError`] where there is none, or none that tells forces.
 pub fn read_curve(result: &Path) -> Result<CurveOnFile, CurveFileError> {
-    let file = if result.is_dir() { result.join("result.json") } else { result.to_owned() };
-    let unreadable = |source| CurveFileError::Unreadable { file: file.clone(), source };
-    if !file.metadata().map_err(unreadable)?.is_file() {
-        return Err(CurveFileError::NotAFile(file));
-    }
-    let text = fs::read(&file).map_err(unreadable)?;
-    let document: Document = match serde_json::from_slice(&text) {
-        Ok(document) => document,
-        Err(source) => return Err(CurveFileError::NotAResult { file, source }),
-    };
+    let document: Document = read_document(result)?;
     if let Some(Measured { kind, terminals }) = &document.measurement
         && kind == "matrix"
     {
         return Err(CurveFileError::Matrix(terminals.len()));
     }
-    if document.plan.steps.windows(2).any(|pair| pair[0].pose != pair[1].pose) {
+    let pressed =
+        document.plan.steps.iter().zip(&document.steps).filter(|(_, step)| !step.is_before_contact());
+    let poses: Vec<_> = pressed.map(|(planned, _)| &planned.pose).collect();
+    if poses.windows(2).any(|pair| pair[0] != pair[1]) {
         return Err(CurveFileError::Moved);
     }
     if document.steps.iter().all(|step| step.force_n.is_none()) {
@@ -168,6 +173,20 @@ pub fn read_curve(result: &Path) -> Result<CurveOnFile, CurveFileError> {
     let steps: Vec<CurveStep> = document.steps.iter().filter_map(Step::on_curve).collect();
     let warnings = warnings(&document, steps.len());
     Ok(CurveOnFile { title: document.title, curve: ForceCurve::new(steps)?, warnings })
+}
+
+/// The part that is asked for of a result, given its folder or the `result.json` in it.
+///
+/// # Errors
+/// Where there is none.
+pub(crate) fn read_document<T: DeserializeOwned>(result: &Path) -> Result<T, CurveFileError> {
+    let file = if result.is_dir() { result.join("result.json") } else { result.to_owned() };
+    let unreadable = |source| CurveFileError::Unreadable { file: file.clone(), source };
+    if !file.metadata().map_err(unreadable)?.is_file() {
+        return Err(CurveFileError::NotAFile(file));
+    }
+    let text = fs::read(&file).map_err(unreadable)?;
+    serde_json::from_slice(&text).map_err(|source| CurveFileError::NotAResult { file, source })
 }
 
 /// What the limits of a force do not include.

@@ -14,6 +14,7 @@ use elastocap_case::MeasuredCapacitance;
 use serde::Serialize;
 
 pub use curve::{CurveError, CurveStep, ForceCurve};
+pub(crate) use file::read_document;
 pub use file::{CurveFileError, CurveOnFile, read_curve};
 
 /// A force with its limits.

@@ -63,7 +63,8 @@ fn own_document(file: &Path) -> io::Result<Option<Value>> {
 
 /// Whether a run or `mesh` gives files this name. No other file is ever removed, whatever a list says.
 pub(crate) fn is_result_name(name: &str) -> bool {
-    const FILES: [&str; 10] = [
+    const FILES: [&str; 11] = [
+        "approach.svg",
         "capacitance.csv",
         "curve.csv",
         "curve.svg",

@@ -96,6 +96,11 @@ impl SceneMap {
         Self { axes, displacement: values }
     }
 
+    /// The axes of its grid.
+    pub fn axes(&self) -> &[MapAxis; 3] {
+        &self.axes
+    }
+
     /// Where a point (m) goes, m.
     pub fn image(&self, point: [f64; 3]) -> [f64; 3] {
         self.images(&point.map(|x| vec![x])).first().copied().unwrap_or(point)

@@ -62,6 +62,7 @@ pub enum BodyRole {
 impl From<&Body> for BodyRole {
     fn from(body: &Body) -> Self {
         match (body.role, body.purpose) {
+            (_, Purpose::Indenter) => Self::Indenter,
             (Role::Conductor { potential: Potential::Driven }, _) => Self::Conductor,
             (Role::Conductor { potential: Potential::Grounded }, _) => Self::GroundedConductor,
             (Role::Conductor { potential: Potential::Floating { .. } }, _) => Self::FloatingConductor,

@@ -1,4 +1,6 @@
-//! `elastocap force`: the force that belongs to a measured capacitance.
+//! `elastocap force`: the force that belongs to a measured capacitance, or the load that belongs to several.
+
+mod several;
 
 use std::path::PathBuf;
 
@@ -8,6 +10,7 @@ use elastocap_results::force_answer::{ForceAnswer, NoForce, read_curve};
 
 use crate::units::prefixed;
 use crate::{Exit, output};
+use several::Argument;
 
 const EXAMPLES: &str = "\
 Examples:
@@ -21,6 +24,11 @@ it, the bounds of the computed capacitances, the stated errors of forces and mec
 estimate of the error of interpolation between the steps of the run. More steps make it smaller.
 docs/answers.md has the method, and how often the true force lay between the limits.
 
+Several capacitances of one sensor tell force, shift and tilt, with their covariance, where the
+steps of the run vary these. Name the terminal of each, or two for a mutual capacitance:
+  elastocap force results/quadrants -c pad-1-1=2.31pF+-1fF -c pad-1-2=2.31pF+-1fF \\
+      -c pad-2-1=2.35pF+-1fF -c pad-2-2=2.35pF+-1fF
+
 Refused with exit status 2: a curve that is not monotonic, and a capacitance that is not on it.";
 
 #[derive(Debug, Args)]
@@ -28,15 +36,23 @@ Refused with exit status 2: a curve that is not monotonic, and a capacitance tha
 pub(crate) struct Arguments {
     /// The output folder of a run, or the result.json in it
     result: PathBuf,
-    /// What was measured, with its error: 41.2fF+-0.05fF
-    #[arg(long, value_name = "C+-ERROR", allow_hyphen_values = true)]
-    capacitance: MeasuredCapacitance,
+    /// What was measured, with its error: 41.2fF+-0.05fF; if given several times, with terminals: A=2.3pF+-1fF, A/B=81fF+-1fF
+    #[arg(long, short, value_name = "C+-ERROR", allow_hyphen_values = true, required = true)]
+    capacitance: Vec<Argument>,
     /// Print the answer in JSON, and nothing else, on the standard output
     #[arg(long)]
     json: bool,
 }
 
 pub(crate) fn execute(arguments: &Arguments) -> Exit {
+    match arguments.capacitance.as_slice() {
+        [Argument { terminals: None, capacitance }] => of_one(arguments, *capacitance),
+        several => several::execute(&arguments.result, several, arguments.json),
+    }
+}
+
+/// The force that belongs to the capacitance that the result measures.
+fn of_one(arguments: &Arguments, capacitance: MeasuredCapacitance) -> Exit {
     let read = match read_curve(&arguments.result) {
         Ok(read) => read,
         Err(error) => {
@@ -44,7 +60,7 @@ pub(crate) fn execute(arguments: &Arguments) -> Exit {
             return Exit::BadInput;
         }
     };
-    let answer = match read.curve.force(arguments.capacitance) {
+    let answer = match read.curve.force(capacitance) {
         Ok(answer) => answer,
         Err(error) => {
             output::error(&refusal(&error));
@@ -53,9 +69,9 @@ pub(crate) fn execute(arguments: &Arguments) -> Exit {
     };
     read.warnings.iter().for_each(|text| output::warning(text));
     let text = if arguments.json {
-        json(&read.title, arguments.capacitance, &answer, &read.warnings)
+        json(&read.title, capacitance, &answer, &read.warnings)
     } else {
-        report(&read.title, arguments.capacitance, &answer)
+        report(&read.title, capacitance, &answer)
     };
     match output::result(&text) {
         Ok(()) => Exit::Done,

@@ -1,5 +1,5 @@
-//! The scene of a layer that the load bends in three dimensions, as boxes and a map that carries these to where the finite elements
-//! of the layer put electrodes and surface.
+//! A layer with a pair of electrodes that move with it, as boxes and a map that carries these to where the finite elements of the layer
+//! put electrodes and surface.
 //!
 //! Every point of the boxes of the layer is given a material point: electrodes have the points of their own faces, the surface that of
 //! the surface. It goes where the finite elements put this. Towards walls the points slide along the layer instead: they keep their
@@ -8,22 +8,14 @@
 //! below, where points slide along the substrate. Any map with these properties gives the same scene, and the polynomials of the solver's
 //! map may differ from the finite elements between electrodes. How far they differ on faces is part of the geometric error.
 
-use std::sync::Arc;
-
-use elastocap_case::{Case, Electrodes, Layout, Mechanics};
+use elastocap_case::{Electrodes, Layout};
 use elastocap_electrostatics::{MapAxis, SceneMap};
-use elastocap_geometry::export::gltf::BodyRole;
-use elastocap_geometry::export::surfaces::{Corners, SurfaceBody};
-use elastocap_geometry::scene::{Body, Box3, Purpose, Scene, Wall};
+use elastocap_geometry::scene::{Box3, Purpose, Scene, Wall};
 use elastocap_geometry::shapes::Shape;
-use elastocap_mechanics::solid::dimension::Space;
-use elastocap_mechanics::solid::probe::Probe;
 
+use super::surface::DECAY;
 use crate::deform::FiniteElementStep;
 use crate::scene::DeformedScene;
-
-/// Where nothing else ends it, how far the displacement reaches beyond electrodes and layer, in thicknesses of the layer.
-const DECAY: f64 = 1.5;
 
 /// Degree of the map's polynomials along and across the electrodes, over their height, between them and the faces of the layer, and
 /// beside them.
@@ -35,111 +27,46 @@ const BESIDE: usize = 6;
 /// Steps of the search for the material point at a place, each of which leaves a fifth of the distance or less.
 const SEARCH_STEPS: usize = 12;
 
-/// A scene bent in three dimensions.
-pub(crate) struct BentScene {
-    /// The boxes before the map.
-    pub(crate) scene: Scene,
-    pub(crate) map: Arc<SceneMap>,
-    /// How far faces of electrodes and the surface lie from where the finite elements put them, over the distances that matter: an
-    /// estimate of the relative error of capacitances.
-    pub(crate) deviation: f64,
-}
-
-/// Sides into which the edges of boxes are divided for a viewer.
-const SHOWN: usize = 16;
-
-impl BentScene {
-    /// The bent bodies for a viewer, cut off at the `window`; without the cover, which is everywhere else.
-    pub(crate) fn surfaces(&self, window: &Box3) -> Vec<SurfaceBody> {
-        let conductors = self.scene.conductors().map(|c| c.body);
-        let shown = conductors.chain(self.scene.dielectrics().map(|d| d.body));
-        let surface = |body: &Body| {
-            let regions = body.boxes().unwrap_or_default();
-            let triangles = regions.iter().flat_map(|region| self.surface(region, window)).collect();
-            SurfaceBody { name: body.name.clone(), role: BodyRole::from(body), triangles }
-        };
-        shown.filter(|body| body.purpose != Purpose::Cover).map(surface).collect()
-    }
-
-    /// The faces of a box under the map, seen from outside.
-    fn surface(&self, region: &Box3, window: &Box3) -> Vec<Corners> {
-        let places = [0, 1, 2].map(|a| {
-            let ends = [region.min[a].max(window.min[a]), region.max[a].min(window.max[a])];
-            (0..=SHOWN).map(|i| ends[0] + (ends[1] - ends[0]) * i as f64 / SHOWN as f64).collect::<Vec<f64>>()
-        });
-        let mut out = Vec::new();
-        for axis in 0..3 {
-            for at in [places[axis][0], places[axis][SHOWN]] {
-                let mut own = places.clone();
-                own[axis] = vec![at];
-                let points = self.map.images(&own);
-                // The other two axes, in the order of the array.
-                let point = |s: usize, t: usize| points[s * (SHOWN + 1) + t];
-                // Around x1 and x3 the two follow right-handed, around x2 left-handed.
-                let outward = (at == places[axis][SHOWN]) == (axis != 1);
-                for (s, t) in (0..SHOWN).flat_map(|s| (0..SHOWN).map(move |t| (s, t))) {
-                    let [a, b, c, d] = [point(s, t), point(s + 1, t), point(s + 1, t + 1), point(s, t + 1)];
-                    out.extend(if outward { [[a, b, c], [a, c, d]] } else { [[a, c, b], [a, d, c]] });
-                }
-            }
-        }
-        out
-    }
-}
-
-/// The bent scene of a layer with electrodes; `None` where there are other bodies in its way.
-pub(crate) fn bent_in_space(
-    case: &Case,
-    deformed: &DeformedScene,
-    step: &FiniteElementStep,
-    probe: &Probe<'_, Space>,
-) -> Option<BentScene> {
-    let (layer, electrodes) = (case.layer.as_ref()?, case.electrodes.as_ref()?);
-    let Some(Mechanics::Solid(model)) = &case.mechanics else { return None };
-    if deformed.scene.bodies.iter().any(|body| is_beside_layer(body.purpose)) {
-        return None;
-    }
-    let pad = [layer.half_length?, layer.thickness, 0.5 * model.width];
-    let material = Material { probe, pad, tiny: 1e-9 * layer.thickness };
-    let frame = Frame::new(deformed, electrodes, step, &material)?;
-    let scene = frame.scene(deformed, step)?;
-    let axes = frame.axes();
-    let map = SceneMap::new(axes, |x| {
-        let to = frame.image(x, &material);
-        [0, 1, 2].map(|a| to[a] - x[a])
-    });
-    let deviation = frame.deviation(&map, &material, deformed.pair?.gap);
-    Some(BentScene { scene, map: Arc::new(map), deviation })
-}
-
-/// Whether a body is neither layer nor electrode nor what lies below and above these.
-fn is_beside_layer(purpose: Purpose) -> bool {
-    matches!(purpose, Purpose::Fixed | Purpose::OnTop | Purpose::OnIndenter)
-}
-
-/// The finite elements of a quarter of the layer.
-struct Material<'a> {
-    probe: &'a Probe<'a, Space>,
+/// The finite elements of the layer: of a quarter, or of a half where it is no mirror image across x1 = 0.
+pub(super) struct Material<'a> {
+    /// The displacement at a point of it, m; `None` outside.
+    pub(super) displacement: &'a dyn Fn([f64; 3]) -> Option<[f64; 3]>,
     /// Half length, thickness and half width before loading, m.
-    pad: [f64; 3],
+    pub(super) pad: [f64; 3],
     /// A length that means nothing, m.
-    tiny: f64,
+    pub(super) tiny: f64,
+    /// Whether it is its own mirror image across x1 = 0, and only what lies at positive x1 is known.
+    pub(super) is_half: bool,
 }
 
 impl Material<'_> {
-    /// Where a material point goes; beyond the end and the side of the layer as high as at its edge.
-    fn position(&self, y: [f64; 3]) -> [f64; 3] {
-        let inside = [0, 1, 2].map(|a| y[a].clamp(0.0, self.pad[a]));
+    /// The displacement of a material point on either side of the planes of symmetry, m; beyond the end and the side of the layer that of
+    /// its edge.
+    pub(super) fn displacement(&self, x: [f64; 3]) -> [f64; 3] {
+        let known = [if self.is_half { x[0].abs() } else { x[0] }, x[1], x[2].abs()];
+        let least = [if self.is_half { 0.0 } else { -self.pad[0] }, 0.0, 0.0];
+        let within = |by: f64| [0, 1, 2].map(|a| known[a].clamp(least[a] + by, self.pad[a] - by));
         // Elements at a fan meet their own box with a tolerance: a point on the very edge is looked for a little inside.
-        let near = [0, 1, 2].map(|a| inside[a].clamp(self.tiny, self.pad[a] - self.tiny));
-        let u = self.probe.displacement(inside).or_else(|| self.probe.displacement(near)).unwrap_or([0.0; 3]);
-        let mut out = [0, 1, 2].map(|a| y[a] + u[a]);
-        out[1] = inside[1] + u[1];
-        out
+        let found = (self.displacement)(within(0.0)).or_else(|| (self.displacement)(within(self.tiny)));
+        let mut u = found.unwrap_or([0.0; 3]);
+        if known[0] != x[0] {
+            u[0] = -u[0];
+        }
+        if known[2] != x[2] {
+            u[2] = -u[2];
+        }
+        u
+    }
+
+    /// Where a material point of the quarter goes; beyond the end and the side of the layer as high as at its edge.
+    pub(super) fn position(&self, y: [f64; 3]) -> [f64; 3] {
+        let u = self.displacement(y);
+        let height = y[1].clamp(0.0, self.pad[1]);
+        [y[0] + u[0], height + u[1], y[2] + u[2]]
     }
 
     /// The height of the material at depth `y2` (before loading) above the place `x1`, `x3`, starting from a material point.
-    fn height_at(&self, mut y: [f64; 3], place: [f64; 2]) -> f64 {
+    pub(super) fn height_at(&self, mut y: [f64; 3], place: [f64; 2]) -> f64 {
         let mut found = self.position(y);
         for _ in 0..SEARCH_STEPS {
             let miss = [place[0] - found[0], place[1] - found[2]];
@@ -154,7 +81,7 @@ impl Material<'_> {
 }
 
 /// The planes of the boxes that the map starts from.
-struct Frame {
+pub(super) struct Frame {
     /// Planes of each axis before loading and in the frame: `[material, frame]`, ascending. The last of the first and the third axis
     /// is where the map ends.
     planes: [Vec<[f64; 2]>; 3],
@@ -163,7 +90,7 @@ struct Frame {
     above: Option<f64>,
     /// Whether the layer goes on beyond the map.
     is_open: bool,
-    /// The last plane of an electrode on each axis, in the frame.
+    /// How far points keep their material on each axis, in the frame: at least to the last plane of an electrode.
     last: [f64; 3],
     /// The electrodes of the quarter that is solved, before loading.
     electrodes: Vec<Box3>,
@@ -171,11 +98,13 @@ struct Frame {
 }
 
 impl Frame {
-    fn new(
+    /// Around the pair, and at least as far as `cover` along x1 and x3, m; `None` where the planes do not ascend.
+    pub(super) fn new(
         deformed: &DeformedScene,
         electrodes: &Electrodes,
         step: &FiniteElementStep,
         material: &Material<'_>,
+        cover: [f64; 2],
     ) -> Option<Self> {
         let pair = deformed.pair?;
         let before = electrodes.regions();
@@ -198,6 +127,12 @@ impl Frame {
             for group in all.chunk_by(|p, q| q[0] - p[0] < tiny) {
                 let mean = |k: usize| group.iter().map(|p| p[k]).sum::<f64>() / group.len() as f64;
                 planes.push([mean(0), mean(1)]);
+            }
+        }
+        for (axis, cover) in [(0, cover[0]), (2, cover[1])] {
+            let [before, after] = *planes[axis].last()?;
+            if cover > after + tiny {
+                planes[axis].push([before + cover - after, cover]);
             }
         }
         let last = [0, 1, 2].map(|a| planes[a].last().map_or(0.0, |p| p[1]));
@@ -238,6 +173,16 @@ impl Frame {
         })
     }
 
+    /// The height of the surface in the frame, m.
+    pub(super) fn surface(&self) -> f64 {
+        self.planes[1].last().map_or(0.0, |p| p[1])
+    }
+
+    /// The height of the highest electrode in the frame, m.
+    pub(super) fn highest(&self) -> f64 {
+        self.last[1]
+    }
+
     /// The frame's coordinate of a plane before loading.
     fn of_material(&self, axis: usize, y: f64) -> f64 {
         between(&self.planes[axis], y, 0, 1)
@@ -256,7 +201,7 @@ impl Frame {
     }
 
     /// The bodies as boxes of the frame.
-    fn scene(&self, deformed: &DeformedScene, step: &FiniteElementStep) -> Option<Scene> {
+    pub(super) fn scene(&self, deformed: &DeformedScene, step: &FiniteElementStep) -> Option<Scene> {
         let pair = match (self.layout, self.electrodes.as_slice()) {
             (Layout::InPlane, [right]) => {
                 let right = self.of_box(right);
@@ -279,6 +224,7 @@ impl Frame {
                     | Purpose::Substrate
                     | Purpose::Electrode
                     | Purpose::OnTop
+                    | Purpose::Indenter
                     | Purpose::OnIndenter
                     | Purpose::Fixed => {}
                 }
@@ -291,7 +237,7 @@ impl Frame {
     }
 
     /// The grid of the map's polynomials.
-    fn axes(&self) -> [MapAxis; 3] {
+    pub(super) fn axes(&self) -> [MapAxis; 3] {
         let breaks = |a: usize| self.planes[a].iter().map(|p| p[1]).collect::<Vec<f64>>();
         let mut across: Vec<f64> = breaks(1);
         let is_electrode = |ends: &[[f64; 2]]| {
@@ -322,7 +268,7 @@ impl Frame {
     }
 
     /// Where a point of the frame (in the quarter that is solved) goes.
-    fn image(&self, x: [f64; 3], material: &Material<'_>) -> [f64; 3] {
+    pub(super) fn image(&self, x: [f64; 3], material: &Material<'_>) -> [f64; 3] {
         let surface = self.planes[1].last().map_or(0.0, |p| p[1]);
         let beyond = match (self.below, self.above) {
             (Some(below), _) if x[1] < 0.0 => Some((0.0, below)),
@@ -351,8 +297,8 @@ impl Frame {
         [place[0], up, place[1]]
     }
 
-    /// See [`BentScene::deviation`].
-    fn deviation(&self, map: &SceneMap, material: &Material<'_>, gap: f64) -> f64 {
+    /// See [`super::BentScene::deviation`].
+    pub(super) fn deviation(&self, map: &SceneMap, material: &Material<'_>, gap: f64) -> f64 {
         const COUNT: usize = 7;
         let at = |ends: [f64; 2], i: usize| ends[0] + (ends[1] - ends[0]) * (i as f64 + 0.5) / COUNT as f64;
         let root_mean_square = |points: &[(usize, [f64; 3])]| {

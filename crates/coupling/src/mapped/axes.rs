@@ -1,0 +1,56 @@
+//! The grid of a map's polynomials, put together from what the parts of the map need.
+
+use elastocap_electrostatics::MapAxis;
+
+/// An interval in which a part of the map is a polynomial of a degree, m.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Piece {
+    pub(super) ends: [f64; 2],
+    pub(super) degree: usize,
+}
+
+impl Piece {
+    pub(super) fn new(from: f64, to: f64, degree: usize) -> Self {
+        Self { ends: [from, to], degree }
+    }
+}
+
+/// The pieces of an axis that is given.
+pub(super) fn pieces(axis: &MapAxis) -> Vec<Piece> {
+    let both = axis.breaks.windows(2).zip(&axis.degrees);
+    both.map(|(ends, &degree)| Piece::new(ends[0], ends[1], degree)).collect()
+}
+
+/// The axis on which all of `pieces` are polynomials: it breaks where any of them ends, and has the largest of their degrees. Breaks less
+/// than `tiny` (m) apart are one. The other side of 0 is the image of this one where it is `mirrored`, and what lies below 0 is left out.
+pub(super) fn joined(pieces: &[Piece], tiny: f64, mirrored: bool) -> MapAxis {
+    let mut breaks: Vec<f64> = pieces.iter().flat_map(|piece| piece.ends).collect();
+    if mirrored {
+        breaks.push(0.0);
+        breaks.retain(|x| *x >= 0.0);
+    }
+    breaks.sort_by(f64::total_cmp);
+    breaks.dedup_by(|next, kept| *next - *kept < tiny);
+    let degree = |ends: &[f64]| {
+        let middle = 0.5 * (ends[0] + ends[1]);
+        let own = pieces.iter().filter(|piece| piece.ends[0] < middle && middle < piece.ends[1]);
+        own.map(|piece| piece.degree).fold(1, usize::max)
+    };
+    let degrees = breaks.windows(2).map(degree).collect();
+    MapAxis { breaks, degrees, mirrored }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_axis_breaks_where_a_piece_ends_and_has_the_largest_degree_there() {
+        let pieces = [Piece::new(-1.0, 2.0, 3), Piece::new(1.0, 4.0, 5), Piece::new(1.0 + 1e-9, 1.5, 2)];
+        let axis = joined(&pieces, 1e-6, true);
+        assert_eq!(axis.breaks, [0.0, 1.0, 1.5, 2.0, 4.0]);
+        assert_eq!(axis.degrees, [3, 5, 5, 5]);
+        let whole = joined(&pieces, 1e-6, false);
+        assert_eq!((whole.breaks[0], whole.degrees[0]), (-1.0, 3));
+    }
+}

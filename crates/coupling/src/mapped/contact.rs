@@ -1,0 +1,175 @@
+//! Where the surface of a layer lies on the outline of an indenter, and where it leaves it.
+
+use std::f64::consts::FRAC_PI_4;
+
+use super::profile::Profile;
+
+/// Places per thickness of the layer at which the surface is looked at.
+const PER_THICKNESS: f64 = 100.0;
+
+/// How far from the flat face the surface is followed at most, in thicknesses of the layer.
+const FOLLOWED: f64 = 6.0;
+
+/// The lower face of the box that stands for a punch ends at least so far around its corner, and where the surface turns away from the
+/// outline by this angle, or is so many thicknesses from it.
+const AROUND: f64 = FRAC_PI_4;
+const TURNED_AWAY: f64 = 0.7;
+const AWAY: f64 = 0.1;
+
+/// The lower face of a cylinder's box: its height over the distance from the layer, how far it reaches beyond the contact, over the
+/// length of that, and the angle from the axis at which it ends at the latest beside a short contact.
+const SAGITTA: f64 = 2.0;
+const BEYOND_CONTACT: [f64; 2] = [1.5, 1.1];
+const WIDEST: f64 = 0.58;
+
+/// What the surface of a layer is to an indenter.
+pub(super) struct Surface<'a> {
+    /// Where points of the surface go from a place along x1 in the plane of symmetry: along x1, from the middle of the indenter, and
+    /// along x2, from its lowest point, m.
+    pub(super) image: &'a dyn Fn(f64) -> [f64; 2],
+    /// Undeformed, m.
+    pub(super) thickness: f64,
+    /// Closer than this (m) the two touch.
+    pub(super) touching: f64,
+    /// Of the film between the two if they touch anywhere, m.
+    pub(super) film: Option<f64>,
+}
+
+/// One side of the lower face of an indenter's box. Places are those before the layer deforms, from the middle of the indenter outwards
+/// along x1, m.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Edge {
+    /// The edge of the face.
+    pub(super) at: f64,
+    /// The length of the outline up to it, m.
+    pub(super) along: f64,
+    /// Up to where the two touch; zero if they do not.
+    pub(super) contact: f64,
+    /// Where the outline has corners, the contact ends and the face does, ascending.
+    pub(super) marks: Vec<f64>,
+}
+
+/// The edges on the left and on the right; `None` where the surface stays on the outline as far as it is followed.
+pub(super) fn edges(profile: &Profile, surface: &Surface<'_>, is_half: bool) -> Option<[Edge; 2]> {
+    let right = edge(profile, surface, 1.0)?;
+    let left = if is_half { right.clone() } else { edge(profile, surface, -1.0)? };
+    Some([left, right])
+}
+
+/// The edge on one side, outwards in the direction of `sign`.
+fn edge(profile: &Profile, surface: &Surface<'_>, sign: f64) -> Option<Edge> {
+    let step = surface.thickness / PER_THICKNESS;
+    let at = |x: f64| {
+        let to = (surface.image)(sign * x);
+        [sign * to[0], to[1]]
+    };
+    let foot = |x: f64| profile.facing(at(x), surface.film);
+    let places = ((profile.flat + FOLLOWED * surface.thickness) / step).ceil() as usize;
+    let place = |k: usize| k as f64 * step;
+    let first_beyond = |length: f64| {
+        let k = (0..=places).find(|k| foot(place(*k)).along > length)?;
+        Some(between(&|x| foot(x).along > length, place(k.saturating_sub(1)), place(k)))
+    };
+    let is_apart = |x: f64| foot(x).gap > surface.touching;
+    let apart = (0..=places).find(|k| is_apart(place(*k)));
+    let contact = match apart {
+        Some(0) => 0.0,
+        Some(k) => between(&is_apart, place(k - 1), place(k)),
+        None => return None,
+    };
+    let end = if profile.is_cylinder {
+        let gap = foot(0.0).gap.max(0.0);
+        let rise = SAGITTA * gap.max(5.0 * surface.touching).max(0.02 * surface.thickness);
+        let chord = (1.0 - rise / profile.radius).clamp(-1.0, 1.0).acos();
+        let touched = foot(contact).along / profile.radius;
+        let angle = chord.max(BEYOND_CONTACT[0] * touched).min(WIDEST).max(BEYOND_CONTACT[1] * touched);
+        first_beyond(angle * profile.radius)?
+    } else {
+        let around = profile.flat + AROUND * profile.radius;
+        let leaves = |x: f64| {
+            let foot = foot(x);
+            let [a, b] = [at(x - step), at(x + step)];
+            // The tangent of the outline goes up where its normal goes out.
+            let tangent = [-foot.normal[1], foot.normal[0]];
+            let along = [b[0] - a[0], b[1] - a[1]];
+            let turned = (along[0] * tangent[1] - along[1] * tangent[0])
+                .atan2(along[0] * tangent[0] + along[1] * tangent[1]);
+            let is_away = surface.film.is_none() || foot.gap > AWAY * surface.thickness;
+            foot.along >= around && (turned > TURNED_AWAY || is_away)
+        };
+        let k = (0..=places).find(|k| leaves(place(*k)))?;
+        between(&leaves, place(k.saturating_sub(1)), place(k))
+    };
+    let along = foot(end).along.max(0.0);
+    let mut marks: Vec<f64> = [profile.flat, profile.round_end()]
+        .into_iter()
+        .filter(|length| *length < along && !(profile.is_cylinder && *length == 0.0))
+        .filter_map(first_beyond)
+        .chain([contact, end])
+        .filter(|x| *x > 0.0 && *x <= end)
+        .collect();
+    marks.sort_by(f64::total_cmp);
+    // Of two that are almost one the outer one stays.
+    let closest = 2.0 * step;
+    let kept = marks.iter().zip(marks.iter().skip(1).chain([&f64::INFINITY]));
+    let marks = kept.filter(|(x, next)| *next - *x > closest).map(|(x, _)| *x).collect();
+    Some(Edge { at: end, along, contact: contact.min(end), marks })
+}
+
+/// Where a condition that does not hold at `low` begins to hold on the way to `high`, m.
+fn between(holds: &dyn Fn(f64) -> bool, mut low: f64, mut high: f64) -> f64 {
+    for _ in 0..30 {
+        let middle = 0.5 * (low + high);
+        if holds(middle) { high = middle } else { low = middle }
+    }
+    high
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const PUNCH: Profile = Profile { flat: 1.0, radius: 0.1, height: 2.0, is_cylinder: false };
+
+    fn edge_of(profile: &Profile, film: Option<f64>, image: &dyn Fn(f64) -> [f64; 2]) -> Option<Edge> {
+        let surface = Surface { image, thickness: 0.5, touching: 1e-4, film };
+        edges(profile, &surface, true).map(|[left, _]| left)
+    }
+
+    #[test]
+    fn a_flat_surface_leaves_a_punch_where_its_corner_begins() {
+        let own = edge_of(&PUNCH, Some(0.0), &|x| [x, 0.0]).unwrap();
+        // 1e-4 below the corner: sqrt(2 r 1e-4).
+        assert!((own.contact - 1.0 - 0.0045).abs() < 2e-4, "{own:?}");
+        let leaves = 1.0 + 0.1 * TURNED_AWAY.max(AROUND).tan();
+        assert!((own.at - leaves).abs() < 0.02, "{own:?}");
+    }
+
+    #[test]
+    fn a_surface_that_clings_to_the_flank_is_left_where_it_turns_away() {
+        // Up the flank for 0.3, then at 45 degrees.
+        let image = |x: f64| {
+            let on = PUNCH.round_end() + 0.3;
+            if x < on {
+                PUNCH.point(x.max(0.0)).0
+            } else {
+                [1.1 + (x - on) * 0.5_f64.sqrt(), 0.4 + (x - on) * 0.5_f64.sqrt()]
+            }
+        };
+        let own = edge_of(&PUNCH, Some(0.0), &image).unwrap();
+        let end = PUNCH.round_end() + 0.3;
+        assert!((own.contact - end).abs() < 2e-3 && (own.at - end).abs() < 1.1e-2, "{own:?}");
+        assert_eq!(own.marks.len(), 3, "{own:?}");
+        assert!((own.marks[0] - 1.0).abs() < 1e-6 && (own.marks[1] - PUNCH.round_end()).abs() < 1e-6);
+        assert_eq!(edge_of(&PUNCH, Some(0.0), &|x| PUNCH.point(x).0), None);
+    }
+
+    #[test]
+    fn the_face_of_a_cylinder_is_wider_the_farther_it_is_from_the_layer() {
+        let cylinder = Profile { flat: 0.0, radius: 1.0, height: 2.0, is_cylinder: true };
+        let far = edge_of(&cylinder, None, &|x| [x, -0.04]).unwrap();
+        let near = edge_of(&cylinder, None, &|x| [x, -0.02]).unwrap();
+        assert!(far.at > near.at && far.contact == 0.0, "{far:?} {near:?}");
+        assert!((cylinder.point(far.along).0[1] - 0.08).abs() < 1e-6, "{far:?}");
+    }
+}

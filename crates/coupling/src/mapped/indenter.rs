@@ -1,0 +1,473 @@
+//! A round indenter as the image of a box above the layer.
+//!
+//! The box is bulged: its lower face is the part of the indenter that looks at the layer, its edges lie on the indenter, and its other
+//! faces take the rest. So bodies that are smooth stay smooth, and no angle of the space outside is bent flat. Points of the lower face lie
+//! at the feet of those of the surface below them, up to where the surface leaves the indenter. The displacement of a point of a face falls
+//! to zero over the distance to the surface of the layer, and to the ends of the map on the other sides.
+//!
+//! Where the two touch there is no space between them. The surface of the layer is moved away from the indenter by a film there, which is
+//! filled with the material of the layer as far as boxes fill the contact.
+
+use elastocap_geometry::scene::Box3;
+
+use super::axes::Piece;
+use super::contact::{Edge, Surface, edges};
+use super::profile::Profile;
+use crate::scene::indenter::{IndenterForm, Rounding};
+
+/// Degree of the map's polynomials along the faces of the box, and over its height.
+const ALONG: usize = 10;
+const OVER_HEIGHT: usize = 12;
+
+/// Half the width of the lower face of a ball, at least and at most, over its radius. Narrower ones bend the sides of the box so much
+/// that the solver's preconditioner fails.
+const NARROWEST: f64 = 0.3;
+const WIDEST: f64 = 0.55;
+
+/// Height of the lower face of a ball, over the distance from the layer.
+const SAGITTA: f64 = 2.0;
+
+/// The lower face of a ball reaches this far beyond the contact, over the radius of that.
+const BEYOND_CONTACT: f64 = 1.5;
+
+/// Indenter and layer touch where they are closer than this share of the film.
+pub(super) const TOUCHING: f64 = 0.3;
+
+/// Half widths of the boxes that fill a circle of contact, over its radius: corners on the circle.
+const FILL: [[f64; 2]; 3] = [[0.92, 0.39], [0.70, 0.71], [0.39, 0.92]];
+
+/// The share of the circle that they leave.
+const UNFILLED: f64 = 0.12;
+
+/// Circles of a smaller radius, over that of the film, are not filled: boxes so thin spoil the solver's preconditioner, and so small a
+/// part of the surface matters little.
+const SMALLEST_FILLED: f64 = 25.0;
+
+/// The layer under an indenter, as the map of the layer has it.
+pub(super) struct Under<'a> {
+    /// Where points go, m.
+    pub(super) image: &'a dyn Fn([f64; 3]) -> [f64; 3],
+    /// The height of the surface in the coordinates of the boxes, m.
+    pub(super) surface: f64,
+    /// The undeformed thickness of the layer, m.
+    pub(super) thickness: f64,
+    /// Of the film where the two touch, m.
+    pub(super) film: f64,
+}
+
+/// The map of an indenter.
+pub(super) struct IndenterMap {
+    form: IndenterForm,
+    /// The height of its lowest point, m.
+    lowest: f64,
+    /// The box in the coordinates of the boxes.
+    region: Box3,
+    /// Where the map ends.
+    ends: Box3,
+    /// How far the contact reaches to the left and to the right of the middle in these coordinates, m; zero without contact.
+    contact: [f64; 2],
+    /// Of the film where the two touch, m; zero where they do not, or where the box lies on the layer.
+    pub(super) film: f64,
+    surface: f64,
+    /// Where it is the same all along x3 and round.
+    outline: Option<Outline>,
+}
+
+/// The outline of an indenter over the layer.
+struct Outline {
+    profile: Profile,
+    /// On the left and on the right.
+    edges: [Edge; 2],
+}
+
+impl IndenterMap {
+    /// For an indenter with its lowest point at a height, m, over the layer before this is lowered; `None` where the surface does not
+    /// leave it. `is_half`: both sides are mirror images.
+    pub(super) fn new(form: IndenterForm, lowest: f64, under: &Under<'_>, is_half: bool) -> Option<Self> {
+        let touches = lowest - (under.image)([form.position, under.surface, 0.0])[1] < 0.5 * under.film;
+        let is_sharp = form.rounding == Rounding::Sharp;
+        let mut own = Self {
+            form,
+            lowest,
+            region: form.bounds(under.surface),
+            ends: Box3::SPACE,
+            contact: [0.0; 2],
+            film: if touches && !is_sharp { under.film } else { 0.0 },
+            surface: under.surface,
+            outline: None,
+        };
+        match (form.rounding, Profile::of(&form)) {
+            (Rounding::Ball { radius }, _) => own.lay_ball(radius, under),
+            (_, Some(profile)) => own.lay_outline(profile, under, is_half)?,
+            (Rounding::Sharp | Rounding::AlongX3 { .. }, None) => own.lay_sharp(under),
+        }
+        let reach = under.thickness;
+        let [along, across] = form.half_widths;
+        let beside = |bulge: f64, half: f64| half + (2.0 * bulge).max(reach);
+        let Box3 { min, max } = own.region;
+        let left = beside(along - (form.position - min[0]), along);
+        let right = beside(along - (max[0] - form.position), along);
+        let z = beside(across - max[2], across);
+        let up = max[1] + (form.height * 0.5).max(reach);
+        own.ends = Box3 { min: [form.position - left, own.surface, -z], max: [form.position + right, up, z] };
+        Some(own)
+    }
+
+    /// The same with a map that ends at the walls of the `domain`; `None` where the indenter does not fit between these.
+    pub(super) fn between_walls(mut self, domain: &Box3) -> Option<Self> {
+        for a in 0..3 {
+            self.ends.min[a] = self.ends.min[a].max(domain.min[a]);
+            self.ends.max[a] = self.ends.max[a].min(domain.max[a]);
+        }
+        let fits = (0..3).all(|a| self.ends.max[a] > self.region.max[a])
+            && [0, 2].iter().all(|&a| self.ends.min[a] < self.region.min[a]);
+        fits.then_some(self)
+    }
+
+    /// By how much the film moves a point of the layer or above it, m: across the film under the box, and less towards the ends of the
+    /// map and down to a height `from`. The layer `under` it is the one before.
+    pub(super) fn lowered(&self, x: [f64; 3], from: f64, under: &Under<'_>) -> [f64; 3] {
+        if self.film == 0.0 {
+            return [0.0; 3];
+        }
+        let up = if x[1] <= self.surface {
+            (x[1] - from) / (self.surface - from)
+        } else {
+            (self.ends.max[1] - x[1]) / (self.ends.max[1] - self.surface)
+        };
+        let beside = [0, 2].map(|a| {
+            let (low, high) = (self.region.min[a], self.region.max[a]);
+            let (beyond, room) = if x[a] < low {
+                (low - x[a], low - self.ends.min[a])
+            } else {
+                (x[a] - high, self.ends.max[a] - high)
+            };
+            (1.0 - beyond / room).clamp(0.0, 1.0)
+        });
+        let share = up.clamp(0.0, 1.0) * beside[0] * beside[1];
+        if share == 0.0 {
+            return [0.0; 3];
+        }
+        let normal = match &self.outline {
+            None => [0.0, -1.0],
+            Some(own) => {
+                let inside = [0, 2].map(|a| x[a].clamp(self.region.min[a], self.region.max[a]));
+                let to = (under.image)([inside[0], under.surface, inside[1]]);
+                own.profile.foot([to[0] - self.form.position, to[1] - self.lowest]).normal
+            }
+        };
+        [normal[0], normal[1], 0.0].map(|n| share * self.film * n)
+    }
+
+    /// A box that stands on the layer, or above it.
+    fn lay_sharp(&mut self, under: &Under<'_>) {
+        let to = |x: [f64; 3]| (under.image)(x);
+        let at_rest = to([self.form.position, under.surface, 0.0])[1];
+        let distance = (self.lowest - at_rest).max(0.0);
+        // The corner comes to lie at the corner.
+        let edge = |sign: f64| {
+            let wanted = self.form.position + sign * self.form.half_widths[0];
+            let mut x = wanted;
+            for _ in 0..20 {
+                x += wanted - to([x, under.surface, 0.0])[0];
+            }
+            x
+        };
+        if distance <= 0.5 * under.film {
+            (self.region.min[0], self.region.max[0]) = (edge(-1.0), edge(1.0));
+        } else {
+            self.region.min[1] += distance;
+            self.region.max[1] += distance;
+        }
+    }
+
+    fn lay_ball(&mut self, radius: f64, under: &Under<'_>) {
+        let Self { form, lowest, .. } = *self;
+        let gap = |x: f64| {
+            let to = (under.image)([form.position + x, under.surface, 0.0]);
+            lowest + self.low(to[0] - form.position, 0.0) - to[1]
+        };
+        let distance = gap(0.0).max(0.0);
+        let most = WIDEST * radius;
+        let contact = if self.film > 0.0 { last_within(&gap, TOUCHING * self.film, 0.0, most) } else { 0.0 };
+        let rise = SAGITTA * distance.max(5.0 * self.film).max(0.02 * under.film);
+        let chord = (radius * radius - (radius - rise.min(radius)).powi(2)).sqrt();
+        let half = chord.max(BEYOND_CONTACT * contact).max(NARROWEST * radius).min(most);
+        let room = (gap(half) + self.film).max(0.02 * under.film);
+        let over = 2.0 * (radius * radius - half * half).sqrt();
+        self.contact = [contact; 2];
+        self.region = Box3 {
+            min: [form.position - half, under.surface + room, -half],
+            max: [form.position + half, under.surface + room + over, half],
+        };
+    }
+
+    /// `None` where the surface does not leave the outline.
+    fn lay_outline(&mut self, profile: Profile, under: &Under<'_>, is_half: bool) -> Option<()> {
+        let Self { form, lowest, .. } = *self;
+        let image = |x: f64| {
+            let to = (under.image)([form.position + x, under.surface, 0.0]);
+            [to[0] - form.position, to[1] - lowest]
+        };
+        let touching = TOUCHING * under.film;
+        let film = (self.film > 0.0).then_some(self.film);
+        let surface = Surface { image: &image, thickness: under.thickness, touching, film };
+        let edges = edges(&profile, &surface, is_half)?;
+        let gap = |x: f64| profile.facing(image(x), film).gap;
+        let [left, right] = &edges;
+        let room = (gap(-left.at).max(gap(right.at)) + self.film).max(0.02 * under.film);
+        let side = |edge: &Edge| profile.side_end(edge.along) - edge.along;
+        let over = side(left).max(side(right));
+        let across = form.half_widths[1];
+        self.region = Box3 {
+            min: [form.position - left.at, under.surface + room, -across],
+            max: [form.position + right.at, under.surface + room + over, across],
+        };
+        if self.film > 0.0 {
+            self.contact = [left.contact, right.contact];
+        }
+        self.outline = Some(Outline { profile, edges });
+        Some(())
+    }
+
+    fn low(&self, x: f64, z: f64) -> f64 {
+        self.form.lower_side(x, z)
+    }
+
+    /// The box of the indenter in the coordinates of the boxes.
+    pub(super) fn region(&self) -> Box3 {
+        self.region
+    }
+
+    /// Boxes of the layer's material that fill the film in the contact.
+    pub(super) fn filled(&self) -> Vec<Box3> {
+        if self.film == 0.0 || self.contact == [0.0; 2] || self.is_tiny() {
+            return Vec::new();
+        }
+        let shares = match self.form.rounding {
+            Rounding::Ball { .. } => FILL.to_vec(),
+            Rounding::Sharp | Rounding::AlongX3 { .. } => vec![[1.0, f64::INFINITY]],
+        };
+        let filled = |[along, across]: [f64; 2]| {
+            let [left, right] = self.contact.map(|contact| along * contact);
+            let z = (across * self.contact[0]).min(self.region.max[2]);
+            Box3 {
+                min: [self.form.position - left, self.surface, -z],
+                max: [self.form.position + right, self.region.min[1], z],
+            }
+        };
+        shares.into_iter().map(filled).collect()
+    }
+
+    /// Whether the contact is a circle too small to be filled.
+    fn is_tiny(&self) -> bool {
+        matches!(self.form.rounding, Rounding::Ball { .. }) && self.contact[0] < SMALLEST_FILLED * self.film
+    }
+
+    /// What the film changes in the capacitances, over them, at most about: an estimate, where it is one over this distance (m) from the
+    /// electrodes, and of a medium with a permittivity that of the layer is so many times larger than.
+    pub(super) fn film_error(&self, distance: f64, contrast: f64) -> f64 {
+        let left = match self.form.rounding {
+            Rounding::Ball { .. } if self.is_tiny() => {
+                contrast * (self.contact[0] / distance).powi(2).min(1.0)
+            }
+            Rounding::Ball { .. } => UNFILLED * contrast,
+            Rounding::Sharp | Rounding::AlongX3 { .. } => 0.0,
+        };
+        (left + 0.5) * self.film / distance
+    }
+
+    /// Where a point of the surface of the box belongs, m.
+    fn target(&self, c: [f64; 3], under: &Under<'_>) -> [f64; 3] {
+        if let Some(outline) = &self.outline {
+            return self.on_outline(outline, c, under);
+        }
+        let Box3 { min, max } = self.region;
+        let up = (c[1] - min[1]) / (max[1] - min[1]);
+        // The points of the lower face lie above those of the layer, wherever these slide.
+        let foot = [c[0], min[1], c[2]];
+        let to = (under.image)([c[0], under.surface, c[2]]);
+        let lies_on_layer = min[1] <= self.surface;
+        let height =
+            if lies_on_layer { to[1] } else { self.lowest + self.low(to[0] - self.form.position, to[2]) };
+        let above = [to[0], height, to[2]];
+        let (own, below) = (self.on_form(c), self.on_form(foot));
+        [0, 1, 2].map(|a| own[a] + (1.0 - up) * (above[a] - below[a]))
+    }
+
+    /// The same on an outline: of the lower face the feet of the surface below, of the sides the rest of the outline, and of the upper face
+    /// the straight line between the sides, or the mirror image of a cylinder's lower face.
+    fn on_outline(&self, outline: &Outline, c: [f64; 3], under: &Under<'_>) -> [f64; 3] {
+        let Outline { profile, .. } = outline;
+        let Box3 { min, max } = self.region;
+        let middle = [self.form.position, self.lowest];
+        let share = [0, 1].map(|a| (c[a] - min[a]) / (max[a] - min[a]));
+        let feet = |x: f64| {
+            let to = (under.image)([x, under.surface, c[2]]);
+            // The film is between them already.
+            let film = (self.film > 0.0).then_some(0.0);
+            let facing = profile.facing([to[0] - middle[0], to[1] - middle[1]], film);
+            (facing.along.abs(), facing.along, to[2])
+        };
+        let side = |edge: f64, up: f64| {
+            let (begin, sign, _) = feet(edge);
+            let end = profile.side_end(begin);
+            let ([x, y], _) = profile.point(begin + up * (end - begin));
+            [x.copysign(sign), y]
+        };
+        let (along, sign, z) = feet(c[0]);
+        let (foot, _) = profile.point(along);
+        let foot = [foot[0].copysign(sign), foot[1]];
+        let upper = |s: f64| {
+            if profile.is_cylinder {
+                return [foot[0], 2.0 * profile.radius - foot[1]];
+            }
+            let [left, right] = [side(min[0], 1.0), side(max[0], 1.0)];
+            [0, 1].map(|a| (1.0 - s) * left[a] + s * right[a])
+        };
+        let [s, up] = share;
+        let [left, right] = [side(min[0], up), side(max[0], up)];
+        let corners = [side(min[0], 0.0), side(max[0], 0.0), side(min[0], 1.0), side(max[0], 1.0)];
+        let top = upper(s);
+        let at = [0, 1].map(|a| {
+            let lower = (1.0 - s) * corners[0][a] + s * corners[1][a];
+            let above = (1.0 - s) * corners[2][a] + s * corners[3][a];
+            (1.0 - s) * left[a] + s * right[a] + (1.0 - up) * (foot[a] - lower) + up * (top[a] - above)
+        });
+        [middle[0] + at[0], middle[1] + at[1], c[2] + (1.0 - up) * (z - c[2])]
+    }
+
+    /// The point of a ball or a box that a point of the surface of the map's box stands for, if the layer does not slide.
+    fn on_form(&self, c: [f64; 3]) -> [f64; 3] {
+        let Box3 { min, max } = self.region;
+        let half = 0.5 * (max[0] - min[0]);
+        let middle = self.form.position;
+        let x = c[0] - middle;
+        let up = ((c[1] - min[1]) / (max[1] - min[1])).clamp(0.0, 1.0);
+        match self.form.rounding {
+            Rounding::Sharp | Rounding::AlongX3 { .. } => {
+                let [along, _] = self.form.half_widths;
+                // The middle of the box may be off that of the indenter by what the layer slides.
+                let share = (c[0] - min[0]) / (max[0] - min[0]);
+                [middle - along + share * 2.0 * along, self.lowest + up * self.form.height, c[2]]
+            }
+            Rounding::Ball { radius } => {
+                let out = x.hypot(c[2]);
+                let edge = (out / radius).min(1.0).asin();
+                let is_side = (x.abs() - half).abs().min((c[2].abs() - half).abs()) <= 1e-12 * half;
+                let angle = match (is_side, up) {
+                    (true, up) => edge + up * (std::f64::consts::PI - 2.0 * edge),
+                    (false, up) if up < 0.5 => edge,
+                    (false, _) => std::f64::consts::PI - edge,
+                };
+                let outward = if out > 0.0 { radius * angle.sin() / out } else { 0.0 };
+                [middle + outward * x, self.lowest + radius * (1.0 - angle.cos()), outward * c[2]]
+            }
+        }
+    }
+
+    /// The displacement that the indenter adds to that of the layer, m.
+    pub(super) fn displacement(&self, x: [f64; 3], under: &Under<'_>) -> [f64; 3] {
+        let Box3 { min, max } = self.region;
+        let mut share = 1.0;
+        for a in 0..3 {
+            let (beyond, room) = if x[a] < min[a] {
+                (min[a] - x[a], min[a] - self.ends.min[a])
+            } else {
+                (x[a] - max[a], self.ends.max[a] - max[a])
+            };
+            if beyond > 0.0 {
+                share *= if room > 0.0 { (1.0 - beyond / room).max(0.0) } else { 0.0 };
+            }
+        }
+        if share == 0.0 || (x[1] <= self.surface && min[1] > self.surface) {
+            return [0.0; 3];
+        }
+        let own = self.of_box([0, 1, 2].map(|a| x[a].clamp(min[a], max[a])), under);
+        own.map(|u| share * u)
+    }
+
+    /// The displacement in the box, from that of its faces.
+    fn of_box(&self, c: [f64; 3], under: &Under<'_>) -> [f64; 3] {
+        let Box3 { min, max } = self.region;
+        let on_face = |c: [f64; 3]| {
+            let (to, layer) = (self.target(c, under), (under.image)(c));
+            [0, 1, 2].map(|a| to[a] - layer[a])
+        };
+        if (0..3).any(|a| c[a] == min[a] || c[a] == max[a]) {
+            return on_face(c);
+        }
+        // Coons's blend: of faces, less edges, with corners.
+        let share = [0, 1, 2].map(|a| (c[a] - min[a]) / (max[a] - min[a]));
+        let mut out = [0.0; 3];
+        for axes in 1..8_usize {
+            let sign = if axes.count_ones() % 2 == 1 { 1.0 } else { -1.0 };
+            for sides in 0..8_usize {
+                if sides & !axes != 0 {
+                    continue;
+                }
+                let (mut at, mut weight) = (c, sign);
+                for a in (0..3).filter(|a| axes >> a & 1 == 1) {
+                    let upper = sides >> a & 1 == 1;
+                    at[a] = if upper { max[a] } else { min[a] };
+                    weight *= if upper { share[a] } else { 1.0 - share[a] };
+                }
+                let own = on_face(at);
+                (0..3).for_each(|a| out[a] += weight * own[a]);
+            }
+        }
+        out
+    }
+
+    /// Where the map of the indenter is polynomial, along each axis.
+    pub(super) fn pieces(&self) -> [Vec<Piece>; 3] {
+        let Box3 { min, max } = self.region;
+        let (first, last) = (self.ends.min, self.ends.max);
+        let middle = self.form.position;
+        let mut along = vec![Piece::new(first[0], min[0], 2), Piece::new(max[0], last[0], 2)];
+        let mut places = vec![min[0], middle, max[0]];
+        match &self.outline {
+            Some(Outline { edges: [left, right], .. }) => {
+                places.extend(left.marks.iter().map(|x| middle - x));
+                places.extend(right.marks.iter().map(|x| middle + x));
+            }
+            None => places.extend([middle - self.contact[0], middle + self.contact[1]]),
+        }
+        places.sort_by(f64::total_cmp);
+        along.extend(places.windows(2).map(|ends| Piece::new(ends[0], ends[1], ALONG)));
+        let degree = if matches!(self.form.rounding, Rounding::Ball { .. }) { ALONG } else { 1 };
+        let mut across = vec![Piece::new(first[2], min[2], 2), Piece::new(max[2], last[2], 2)];
+        across.extend([Piece::new(min[2], 0.0, degree), Piece::new(0.0, max[2], degree)]);
+        let mut up = vec![Piece::new(self.surface, min[1], 2), Piece::new(max[1], last[1], 2)];
+        match &self.outline {
+            Some(Outline { profile, edges }) if !profile.is_cylinder => {
+                let mut heights = vec![min[1], max[1]];
+                for edge in edges {
+                    let share =
+                        (profile.round_end() - edge.along) / (profile.side_end(edge.along) - edge.along);
+                    if share > 0.0 {
+                        heights.push(min[1] + share * (max[1] - min[1]));
+                    }
+                }
+                heights.sort_by(f64::total_cmp);
+                let degrees = |low: f64| if low < heights[heights.len() - 2] { ALONG } else { 2 };
+                up.extend(heights.windows(2).map(|ends| Piece::new(ends[0], ends[1], degrees(ends[0]))));
+            }
+            None if self.form.rounding == Rounding::Sharp => up.push(Piece::new(min[1], max[1], 1)),
+            _ => up.push(Piece::new(min[1], max[1], OVER_HEIGHT)),
+        }
+        [along, up, across]
+    }
+}
+
+/// The farthest place from the middle up to which the gap stays within a width, m; at least `least`, if it does so there.
+pub(super) fn last_within(gap: &dyn Fn(f64) -> f64, width: f64, least: f64, most: f64) -> f64 {
+    const PLACES: usize = 400;
+    let place = |k: usize| least + (most - least) * k as f64 / PLACES as f64;
+    let beyond = (0..=PLACES).find(|k| gap(place(*k)) > width);
+    match beyond {
+        None => most,
+        Some(0) => 0.0,
+        Some(k) => place(k - 1),
+    }
+}

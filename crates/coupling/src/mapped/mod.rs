@@ -1,0 +1,443 @@
+//! Scenes of boxes and maps that carry these to where the load puts layer, electrodes and indenter.
+//!
+//! A map has two parts. That of the layer takes the surface, and electrodes in the layer, to where the finite elements put them:
+//! [`pair_frame`] for a pair that moves with the layer, [`surface`] where nothing in the layer moves. The other, [`indenter`], makes a
+//! round indenter of a box above the surface. Any map that takes faces of bodies to their places gives the same capacitances.
+
+mod axes;
+mod contact;
+mod indenter;
+mod pair_frame;
+mod profile;
+mod surface;
+
+use std::sync::Arc;
+
+use elastocap_case::{Case, Mechanics};
+use elastocap_electrostatics::{MapAxis, SceneMap};
+use elastocap_geometry::export::gltf::BodyRole;
+use elastocap_geometry::export::surfaces::{Corners, SurfaceBody};
+use elastocap_geometry::scene::{Body, Box3, Purpose, Scene};
+use elastocap_geometry::shapes::Shape;
+
+use crate::deform::{Displacement, FiniteElementStep};
+use crate::scene::indenter::{IndenterForm, Rounding, edges_left_out};
+use crate::scene::{DeformedScene, SceneError};
+use axes::{joined, pieces};
+use contact::{Surface, edges};
+use indenter::{IndenterMap, TOUCHING, Under, last_within};
+use pair_frame::{Frame, Material};
+use profile::Profile;
+use surface::{Bent, SurfaceMap};
+
+/// A scene under a map.
+pub(crate) struct BentScene {
+    /// The boxes before the map.
+    pub(crate) scene: Scene,
+    pub(crate) map: Arc<SceneMap>,
+    /// How far faces of electrodes and the surface lie from where the finite elements put them, over the distances that matter: an
+    /// estimate of the relative error of capacitances.
+    pub(crate) deviation: f64,
+}
+
+/// The name of what fills the film between indenter and layer where the two touch.
+const FILM: &str = "layer in contact";
+
+/// Sides into which the edges of boxes are divided for a viewer.
+const SHOWN: usize = 16;
+
+impl BentScene {
+    /// The bent bodies for a viewer, cut off at the `window`; without the cover, which is everywhere else.
+    pub(crate) fn surfaces(&self, window: &Box3) -> Vec<SurfaceBody> {
+        let conductors = self.scene.conductors().map(|c| c.body);
+        let shown = conductors.chain(self.scene.dielectrics().map(|d| d.body));
+        let surface = |body: &Body| {
+            let regions = body.boxes().unwrap_or_default();
+            let triangles = regions.iter().flat_map(|region| self.surface(region, window)).collect();
+            SurfaceBody { name: body.name.clone(), role: BodyRole::from(body), triangles }
+        };
+        shown.filter(|body| body.purpose != Purpose::Cover && body.name != FILM).map(surface).collect()
+    }
+
+    /// The faces of a box under the map, seen from outside.
+    fn surface(&self, region: &Box3, window: &Box3) -> Vec<Corners> {
+        let places = [0, 1, 2].map(|a| {
+            let ends = [region.min[a].max(window.min[a]), region.max[a].min(window.max[a])];
+            (0..=SHOWN).map(|i| ends[0] + (ends[1] - ends[0]) * i as f64 / SHOWN as f64).collect::<Vec<f64>>()
+        });
+        let mut out = Vec::new();
+        for axis in 0..3 {
+            for at in [places[axis][0], places[axis][SHOWN]] {
+                let mut own = places.clone();
+                own[axis] = vec![at];
+                let points = self.map.images(&own);
+                // The other two axes, in the order of the array.
+                let point = |s: usize, t: usize| points[s * (SHOWN + 1) + t];
+                // Around x1 and x3 the two follow right-handed, around x2 left-handed.
+                let outward = (at == places[axis][SHOWN]) == (axis != 1);
+                for (s, t) in (0..SHOWN).flat_map(|s| (0..SHOWN).map(move |t| (s, t))) {
+                    let [a, b, c, d] = [point(s, t), point(s + 1, t), point(s + 1, t + 1), point(s, t + 1)];
+                    out.extend(if outward { [[a, b, c], [a, c, d]] } else { [[a, c, b], [a, d, c]] });
+                }
+            }
+        }
+        out
+    }
+}
+
+/// Thickness of the film between a round indenter and the layer, over that of the layer.
+const FILMS: [f64; 4] = [2.5e-3, 5e-3, 1e-2, 2e-2];
+
+/// The films to try for a tolerance, one after the other. Thin ones bend the space between indenter and layer so much that iterations
+/// become many: the first is the thickest whose error, about half of it, is a quarter of the tolerance. Thicker ones follow, for maps whose
+/// polynomials cross over it.
+pub(crate) fn films(relative_tolerance: f64) -> impl Iterator<Item = f64> {
+    let is_thin = |film: &f64| 0.5 * film <= 0.25 * relative_tolerance;
+    let first = FILMS.iter().rposition(is_thin).unwrap_or(0);
+    FILMS.into_iter().skip(first)
+}
+
+/// The map of the layer.
+enum LayerMap<'a> {
+    Pair(Box<Frame>, &'a Material<'a>),
+    Surface(Box<SurfaceMap<'a>>),
+}
+
+impl LayerMap<'_> {
+    fn image(&self, x: [f64; 3]) -> [f64; 3] {
+        match self {
+            // The solved quarter, and its mirror images.
+            Self::Pair(frame, material) => {
+                let to = frame.image([x[0].abs(), x[1], x[2].abs()], material);
+                [to[0].copysign(x[0]), to[1], to[2].copysign(x[2])]
+            }
+            Self::Surface(own) => own.image(x),
+        }
+    }
+
+    fn surface(&self) -> f64 {
+        match self {
+            Self::Pair(frame, _) => frame.surface(),
+            Self::Surface(own) => own.surface(),
+        }
+    }
+
+    /// The height of the highest electrode in the layer, m.
+    fn highest(&self) -> f64 {
+        match self {
+            Self::Pair(frame, _) => frame.highest(),
+            Self::Surface(_) => 0.0,
+        }
+    }
+}
+
+/// What the finite elements of a layer say of a step.
+pub(crate) struct Found<'a> {
+    pub(crate) step: &'a FiniteElementStep,
+    /// The displacement of the layer.
+    pub(crate) displacement: &'a Displacement<'a>,
+    /// The height of the indenter above the layer, m; zero from contact on.
+    pub(crate) distance: f64,
+}
+
+/// The scene of a layer by finite elements under a map, with the film of a round indenter over the thickness of the layer. `None` where
+/// the planes of the bodies do not ascend.
+///
+/// # Errors
+/// A body or a wall in the way of the map.
+pub(crate) fn bent_scene(
+    case: &Case,
+    deformed: &DeformedScene,
+    found: &Found<'_>,
+    film: f64,
+) -> Result<Option<BentScene>, SceneError> {
+    let Some((layer, pad)) = case.layer.as_ref().and_then(|layer| {
+        let width = match case.mechanics? {
+            Mechanics::ClosedForm { .. } => return None,
+            Mechanics::PlaneStrain(model) => model.width,
+            Mechanics::Solid(model) => model.width,
+        };
+        Some((layer, [layer.half_length?, layer.thickness, 0.5 * width]))
+    }) else {
+        return Ok(None);
+    };
+    let tiny = 1e-9 * layer.thickness;
+    let step = found.step;
+    let is_plane = matches!(case.mechanics, Some(Mechanics::PlaneStrain(_)));
+    let is_half = !is_plane || step.curves.half;
+    let solved = |x: [f64; 3]| found.displacement.at(x);
+    let material = Material { displacement: &solved, pad, tiny, is_half };
+    let displacement = |x: [f64; 3]| material.displacement(x);
+    // What presses bends the surface, whether it is part of the field or not.
+    let form = IndenterForm::of(case, case.indenter.and_then(|own| own.height));
+    let in_field = form.filter(|_| case.indenter.is_some());
+    let lowest = step.deformed_thickness + found.distance;
+    let top = |x: f64, z: f64| {
+        let u = displacement([x, pad[1], z]);
+        [x + u[0], pad[1] + u[1], z + u[2]]
+    };
+    let part = match &case.electrodes {
+        Some(electrodes) => {
+            if !is_half {
+                return Ok(None);
+            }
+            let cover = in_field.map_or([0.0; 2], |form| {
+                let gap = |x: f64, z: f64| {
+                    let place = [x.abs(), z.abs()];
+                    lowest + form.lower_side(x, z) - material.height_at([place[0], pad[1], place[1]], place)
+                };
+                covered(&form, found.distance, &gap)
+            });
+            let Some(frame) = Frame::new(deformed, electrodes, step, &material, cover) else {
+                return Ok(None);
+            };
+            LayerMap::Pair(Box::new(frame), &material)
+        }
+        None => {
+            let Some(form) = form else { return Ok(None) };
+            let Some(mut corners) = corners(&form, lowest, &top, [pad[1], film * pad[1]], is_half) else {
+                return Ok(None);
+            };
+            if is_plane {
+                corners[1] = vec![pad[2]];
+            }
+            let bent = Bent { thickness: layer.thickness, corners, is_plane, is_half };
+            LayerMap::Surface(Box::new(SurfaceMap::new(&deformed.scene, bent, &displacement)))
+        }
+    };
+    let contrast = layer.relative_permittivity.unwrap_or(1.0) / cover_permittivity(&deformed.scene);
+    let parts =
+        Parts { layer: &part, form: in_field, lowest, film: film * layer.thickness, pad, tiny, contrast };
+    let mut scene = match &part {
+        LayerMap::Pair(frame, _) => frame.scene(deformed, step),
+        LayerMap::Surface(own) => Some(own.scene(&deformed.scene)),
+    };
+    let Some(scene) = &mut scene else { return Ok(None) };
+    let Some(mut bent) = parts.join(scene, is_half, layer.relative_permittivity.unwrap_or(1.0))? else {
+        return Ok(None);
+    };
+    if let LayerMap::Pair(frame, material) = &part {
+        let gap = deformed.pair.map_or(layer.thickness, |pair| pair.gap);
+        bent.deviation = bent.deviation.max(frame.deviation(&bent.map, material, gap));
+    }
+    if case.indenter.is_some() {
+        let edges = edges_left_out(case);
+        bent.deviation += 0.25 * edges / pad[1];
+    }
+    Ok(Some(bent))
+}
+
+/// The permittivity of what lies above the layer.
+fn cover_permittivity(scene: &Scene) -> f64 {
+    let cover = scene.dielectrics().find(|d| d.body.purpose == Purpose::Cover);
+    cover.map_or(scene.background_permittivity, |d| d.relative_permittivity)
+}
+
+/// How far along x1 and x3 the surface must be followed under an indenter at this distance, with this gap below it.
+fn covered(form: &IndenterForm, distance: f64, gap: &dyn Fn(f64, f64) -> f64) -> [f64; 2] {
+    if distance > 0.0 {
+        return [0.0; 2];
+    }
+    let [along, across] = form.half_widths;
+    match form.rounding {
+        Rounding::Ball { radius } => {
+            let contact = last_within(&|x| gap(x, 0.0), 1e-2 * radius, 0.0, radius);
+            [1.2 * contact; 2]
+        }
+        Rounding::AlongX3 { radius, is_cylinder: true } => {
+            [1.2 * last_within(&|x| gap(x, 0.0), 1e-2 * radius, 0.0, radius), across]
+        }
+        Rounding::Sharp | Rounding::AlongX3 { .. } => [along, across],
+    }
+}
+
+/// The material points along x1 and x3 at which the surface under an indenter bends sharply, given where its points go; `None` where it
+/// does not leave the indenter. The two lengths are the thickness of the layer and that of the film, m.
+fn corners(
+    form: &IndenterForm,
+    lowest: f64,
+    top: &dyn Fn(f64, f64) -> [f64; 3],
+    [thickness, film]: [f64; 2],
+    is_half: bool,
+) -> Option<[Vec<f64>; 2]> {
+    let [along, across] = form.half_widths;
+    let middle = form.position;
+    if let Some(profile) = Profile::of(form) {
+        let image = |x: f64| {
+            let to = top(middle + x, 0.0);
+            [to[0] - middle, to[1] - lowest]
+        };
+        let touches = lowest - top(middle, 0.0)[1] < 0.5 * film;
+        let surface =
+            Surface { image: &image, thickness, touching: TOUCHING * film, film: touches.then_some(film) };
+        let [left, right] = edges(&profile, &surface, is_half)?;
+        let both = left.marks.iter().map(|x| middle - x).chain(right.marks.iter().map(|x| middle + x));
+        return Some([both.collect(), vec![across]]);
+    }
+    // The material point that comes to lie at a place.
+    let material = |place: f64, axis: usize| {
+        let mut x = place;
+        for _ in 0..20 {
+            let to = if axis == 0 { top(x, 0.0) } else { top(0.0, x) };
+            x += place - to[axis];
+        }
+        x
+    };
+    Some(match form.rounding {
+        Rounding::Ball { radius } => {
+            let gap = |x: f64| {
+                let to = top(x, 0.0);
+                lowest + form.lower_side(to[0], 0.0) - to[1]
+            };
+            let contact = last_within(&gap, TOUCHING * film, 0.0, radius.min(4.0 * thickness));
+            [vec![-contact, contact], vec![contact]]
+        }
+        Rounding::Sharp | Rounding::AlongX3 { .. } => {
+            let [left, right] = [middle - along, middle + along].map(|x| material(x, 0));
+            [vec![left, right], vec![material(across, 2)]]
+        }
+    })
+}
+
+/// The parts of a map, to be joined.
+struct Parts<'a> {
+    layer: &'a LayerMap<'a>,
+    form: Option<IndenterForm>,
+    /// The height of the indenter's lowest point, m.
+    lowest: f64,
+    /// Of the film under a round one, m.
+    film: f64,
+    /// Half length, thickness and half width of the layer before loading, m.
+    pad: [f64; 3],
+    tiny: f64,
+    /// The permittivity of the layer over that of what is above it.
+    contrast: f64,
+}
+
+impl Parts<'_> {
+    /// `None` where the surface does not leave the indenter.
+    fn join(
+        &self,
+        scene: &mut Scene,
+        is_half: bool,
+        permittivity: f64,
+    ) -> Result<Option<BentScene>, SceneError> {
+        let (layer, surface) = (self.layer, self.layer.surface());
+        let at_rest = |x: [f64; 3]| layer.image(x);
+        let under = |image| Under { image, surface, thickness: self.pad[1], film: self.film };
+        let indenter = match self.form {
+            None => None,
+            Some(form) => {
+                let Some(own) = IndenterMap::new(form, self.lowest, &under(&at_rest), is_half) else {
+                    return Ok(None);
+                };
+                Some(own.between_walls(&scene.domain).ok_or(SceneError::IndenterAtWall)?)
+            }
+        };
+        let highest = layer.highest();
+        let lowered = |x: [f64; 3]| {
+            let mut to = layer.image(x);
+            if let Some(own) = &indenter {
+                let film = own.lowered(x, highest, &under(&at_rest));
+                (0..3).for_each(|a| to[a] += film[a]);
+            }
+            to
+        };
+        let below = under(&lowered);
+        let exact = |x: [f64; 3]| {
+            let to = lowered(x);
+            let more = indenter.as_ref().map_or([0.0; 3], |own| own.displacement(x, &below));
+            [0, 1, 2].map(|a| to[a] - x[a] + more[a])
+        };
+        let of_layer = match layer {
+            LayerMap::Pair(frame, _) => frame.axes(),
+            LayerMap::Surface(own) => own.axes(self.tiny),
+        };
+        let mut all = of_layer.each_ref().map(|axis| {
+            let mut own = pieces(axis);
+            if axis.mirrored {
+                own.extend(
+                    pieces(axis).into_iter().map(|p| axes::Piece::new(-p.ends[1], -p.ends[0], p.degree)),
+                );
+            }
+            own
+        });
+        if let Some(own) = &indenter {
+            for (all, more) in all.iter_mut().zip(own.pieces()) {
+                all.extend(more);
+            }
+            if own.film > 0.0 {
+                all[1].push(axes::Piece::new(highest, surface, 1));
+            }
+        }
+        let mirrored = [is_half, false, true];
+        let axes: [MapAxis; 3] = [0, 1, 2].map(|a| joined(&all[a], self.tiny, mirrored[a]));
+        self.check_room(scene, &axes)?;
+        let map = SceneMap::new(axes, exact);
+        let mut deviation = self.deviation(&map, &exact, surface, highest);
+        if let Some(own) = &indenter {
+            deviation += own.film_error(surface - highest, self.contrast);
+            for body in scene.bodies.iter_mut().filter(|body| body.purpose == Purpose::Indenter) {
+                body.parts = vec![Shape::Box(own.region())];
+            }
+            let filled: Vec<Shape> = own.filled().into_iter().map(Shape::Box).collect();
+            if let Some(first) = filled.first().cloned() {
+                let body = Body::dielectric(FILM, first, permittivity).with_purpose(Purpose::Layer);
+                scene.bodies.push(Body { parts: filled, ..body });
+            }
+        }
+        Ok(Some(BentScene { scene: scene.clone(), map: Arc::new(map), deviation }))
+    }
+
+    /// Refuses bodies that the map would bend along.
+    fn check_room(&self, scene: &Scene, axes: &[MapAxis; 3]) -> Result<(), SceneError> {
+        let ends = |a: usize| {
+            let last = axes[a].breaks.last().copied().unwrap_or(0.0);
+            let first = axes[a].breaks.first().copied().unwrap_or(0.0);
+            [if axes[a].mirrored { -last } else { first }, last]
+        };
+        // Below the substrate's face nothing moves.
+        let zone = [ends(0), [0.0, ends(1)[1]], ends(2)];
+        let is_other =
+            |body: &&Body| matches!(body.purpose, Purpose::Fixed | Purpose::OnTop | Purpose::OnIndenter);
+        let is_in_the_way = |body: &&Body| {
+            let parts = body.parts.iter().filter_map(Shape::bounds);
+            let inside = |region: Box3| {
+                (0..3)
+                    .all(|a| region.max[a] > zone[a][0] + self.tiny && region.min[a] < zone[a][1] - self.tiny)
+            };
+            parts.into_iter().any(inside)
+        };
+        match scene.bodies.iter().filter(is_other).find(is_in_the_way) {
+            Some(body) => Err(SceneError::InTheIndentersWay { body: body.name.clone() }),
+            None => Ok(()),
+        }
+    }
+
+    /// How far the polynomials leave surface and indenter, over the distance from the electrodes.
+    fn deviation(
+        &self,
+        map: &SceneMap,
+        exact: &dyn Fn([f64; 3]) -> [f64; 3],
+        surface: f64,
+        highest: f64,
+    ) -> f64 {
+        const COUNT: usize = 9;
+        let axis = |a: usize| -> Vec<f64> {
+            let breaks = &map.axes()[a].breaks;
+            let ends = [breaks.first().copied().unwrap_or(0.0), breaks.last().copied().unwrap_or(0.0)];
+            (0..COUNT * COUNT).map(|k| ends[0] + (ends[1] - ends[0]) * (k as f64 + 0.5) / 81.0).collect()
+        };
+        let (x, z) = (axis(0), axis(2));
+        let z: Vec<f64> = z.into_iter().skip(COUNT / 2).step_by(COUNT).collect();
+        let images = map.images(&[x.clone(), vec![surface], z.clone()]);
+        let mut sum = 0.0;
+        for (i, x) in x.iter().enumerate() {
+            for (k, z) in z.iter().enumerate() {
+                let to = exact([*x, surface, *z]);
+                sum += (images[i * COUNT + k][1] - surface - to[1]).powi(2);
+            }
+        }
+        (sum / images.len().max(1) as f64).sqrt() / (surface - highest).max(self.tiny)
+    }
+}

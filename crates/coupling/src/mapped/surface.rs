@@ -1,0 +1,211 @@
+//! A layer in which only the material moves: its points go where the finite elements put them, as far as these bend the surface.
+//!
+//! Beside that the displacement falls to zero in open space. Towards walls points keep their place along x1 and x3 instead, at the height
+//! of the layer there. Above the layer the displacement of the surface falls to zero.
+
+use elastocap_electrostatics::MapAxis;
+use elastocap_geometry::scene::{Purpose, Scene, Wall};
+use elastocap_geometry::shapes::Shape;
+
+use super::axes::{Piece, joined};
+
+/// Where nothing else ends it, how far a displacement reaches beyond what moves, in thicknesses of the layer.
+pub(super) const DECAY: f64 = 1.5;
+
+/// How far it reaches at least, over the displacement along x1 or x3 that it has there.
+const DECAY_OF_SLIDING: f64 = 2.5;
+
+/// Degree of the map's polynomials along the surface, and over the height of the layer: near the substrate and near the surface.
+const ALONG: usize = 10;
+const OVER_LAYER: [usize; 2] = [4, 6];
+
+/// Where the two of the height meet, over the thickness.
+const NEAR_SURFACE: f64 = 0.6;
+
+/// Where the polynomials end beside the outermost corner, in thicknesses of the layer.
+const BESIDE: [f64; 3] = [0.12, 0.4, 1.0];
+
+/// The surface is followed to where it has come back to its height within this share of the thickness, at least and at most so many
+/// thicknesses beside the outermost corner.
+const FLAT: f64 = 2e-3;
+const FOLLOWED: [f64; 2] = [1.0, 5.0];
+
+/// Steps of the search for the material point at a place.
+const SEARCH_STEPS: usize = 12;
+
+/// What a [`SurfaceMap`] is made for. Lengths in m.
+pub(super) struct Bent {
+    /// Of the undeformed layer.
+    pub(super) thickness: f64,
+    /// The material points along x1 and x3 at which the surface bends sharply; it is followed from the first to the last and beyond.
+    pub(super) corners: [Vec<f64>; 2],
+    /// Whether it is the same all along x3, as far as the last of these places.
+    pub(super) is_plane: bool,
+    /// Whether it is its own mirror image across x1 = 0.
+    pub(super) is_half: bool,
+}
+
+/// The map of such a layer.
+pub(super) struct SurfaceMap<'a> {
+    /// The displacement of a material point, m.
+    displacement: &'a dyn Fn([f64; 3]) -> [f64; 3],
+    bent: Bent,
+    /// Where the map ends above.
+    above: f64,
+    /// Between which the surface is followed, along x1 and along x3, and where the map ends.
+    followed: [[f64; 2]; 2],
+    ends: [[f64; 2]; 2],
+    /// On which axes and sides the map ends at a wall, up to which the surface is followed.
+    at_wall: [[bool; 2]; 2],
+}
+
+impl<'a> SurfaceMap<'a> {
+    pub(super) fn new(scene: &Scene, bent: Bent, displacement: &'a dyn Fn([f64; 3]) -> [f64; 3]) -> Self {
+        let surface = bent.thickness;
+        let (mut followed, mut ends, mut at_wall) = ([[0.0; 2]; 2], [[0.0; 2]; 2], [[false; 2]; 2]);
+        for (k, a) in [(0, 0), (1, 2)] {
+            for side in 0..2 {
+                let outward = if side == 0 { -1.0 } else { 1.0 };
+                let mirrored = k == 1 || bent.is_half;
+                let own = bent.corners[k].iter().map(|x| if mirrored { x.abs() } else { outward * x });
+                let corner = own.fold(f64::NEG_INFINITY, f64::max);
+                let at = |beyond: f64| {
+                    let mut x = [0.0, surface, 0.0];
+                    x[a] = outward * (corner + beyond);
+                    displacement(x)
+                };
+                let [least, most] = FOLLOWED.map(|d| d * surface);
+                let is_straight = k == 1 && bent.is_plane;
+                let beyond = if is_straight {
+                    0.0
+                } else {
+                    let places = (0..=20).map(|i| least + (most - least) * f64::from(i) / 20.0);
+                    places.into_iter().find(|d| at(*d)[1].abs() < FLAT * surface).unwrap_or(most)
+                };
+                let slides = if is_straight { 0.0 } else { at(beyond)[a].abs() };
+                let reach = (DECAY * surface).max(DECAY_OF_SLIDING * slides);
+                let wall = if side == 0 { scene.domain.min[a] } else { scene.domain.max[a] };
+                let room = outward * wall - corner;
+                let is_walled = scene.walls[a][side] != Wall::Open && wall.is_finite();
+                (followed[k][side], ends[k][side]) = if is_walled {
+                    (outward * (corner + beyond.min(0.5 * room.max(0.0))), wall)
+                } else {
+                    (outward * (corner + beyond), outward * (corner + beyond + reach))
+                };
+                at_wall[k][side] = is_walled;
+            }
+        }
+        let top = scene.domain.max[1];
+        let above = if top.is_finite() { top } else { surface + DECAY * surface };
+        Self { displacement, bent, above, followed, ends, at_wall }
+    }
+
+    pub(super) fn surface(&self) -> f64 {
+        self.bent.thickness
+    }
+
+    /// 1 where points are followed, falling to 0 where the map ends; and whether it ends at a wall there.
+    fn share(&self, k: usize, x: f64) -> (f64, bool) {
+        let side = usize::from(x > self.followed[k][1]);
+        let [near, far] = [self.followed[k][side], self.ends[k][side]];
+        let beyond = if side == 0 { near - x } else { x - near };
+        if beyond <= 0.0 {
+            return (1.0, false);
+        }
+        ((1.0 - beyond / (far - near).abs()).clamp(0.0, 1.0), self.at_wall[k][side])
+    }
+
+    pub(super) fn image(&self, x: [f64; 3]) -> [f64; 3] {
+        let (along, across) = (self.share(0, x[0]), self.share(1, x[2]));
+        let of_height = [along, across].map(|(share, at_wall)| if at_wall { 1.0 } else { share });
+        let (share, of_height) = (along.0 * across.0, of_height[0] * of_height[1]);
+        let surface = self.bent.thickness;
+        if x[1] <= 0.0 || of_height == 0.0 {
+            return x;
+        }
+        let material = [x[0], x[1].min(surface), x[2]];
+        let mut moved = (self.displacement)(material);
+        if share < of_height {
+            let place = [x[0] + share * moved[0], x[2] + share * moved[2]];
+            let height = self.height_at(material, place);
+            moved = [share * moved[0], of_height * (height - material[1]), share * moved[2]];
+        } else {
+            moved = moved.map(|u| share * u);
+        }
+        let fade = match x[1] > surface {
+            true => ((self.above - x[1]) / (self.above - surface)).max(0.0),
+            false => 1.0,
+        };
+        [0, 1, 2].map(|a| x[a] + fade * moved[a])
+    }
+
+    /// The height of the material of a depth above a place along x1 and x3, starting from a point of it.
+    fn height_at(&self, mut material: [f64; 3], place: [f64; 2]) -> f64 {
+        let mut moved = (self.displacement)(material);
+        for _ in 0..SEARCH_STEPS {
+            let miss = [place[0] - material[0] - moved[0], place[1] - material[2] - moved[2]];
+            if miss.iter().all(|m| m.abs() < 1e-9 * self.bent.thickness) {
+                break;
+            }
+            (material[0], material[2]) = (material[0] + miss[0], material[2] + miss[1]);
+            moved = (self.displacement)(material);
+        }
+        material[1] + moved[1]
+    }
+
+    pub(super) fn axes(&self, tiny: f64) -> [MapAxis; 3] {
+        let pieces = |k: usize, is_half: bool| {
+            let [from, to] = self.followed[k];
+            let mut places = self.bent.corners[k].clone();
+            for side in [-1.0, 1.0] {
+                let outermost = places.iter().copied().max_by(|x, y| (side * x).total_cmp(&(side * y)));
+                let beside =
+                    outermost.into_iter().flat_map(|x| BESIDE.map(|d| x + side * d * self.bent.thickness));
+                places.extend(beside.filter(|x| from < *x && *x < to).collect::<Vec<_>>());
+            }
+            if is_half {
+                places.extend(places.clone().iter().map(|x| -x));
+            }
+            places.extend(self.followed[k].into_iter().chain(self.ends[k]));
+            places.sort_by(f64::total_cmp);
+            places.windows(2).map(|ends| Piece::new(ends[0], ends[1], ALONG)).collect::<Vec<_>>()
+        };
+        let along = pieces(0, self.bent.is_half);
+        let across = if self.bent.is_plane {
+            let ([from, to], [first, last]) = (self.followed[1], self.ends[1]);
+            [[first, from], [from, to], [to, last]].map(|[a, b]| Piece::new(a, b, 1)).to_vec()
+        } else {
+            pieces(1, true)
+        };
+        let surface = self.bent.thickness;
+        let middle = NEAR_SURFACE * surface;
+        let up = [
+            Piece::new(0.0, middle, OVER_LAYER[0]),
+            Piece::new(middle, surface, OVER_LAYER[1]),
+            Piece::new(surface, self.above, 1),
+        ];
+        [joined(&along, tiny, self.bent.is_half), joined(&up, tiny, false), joined(&across, tiny, true)]
+    }
+
+    /// The bodies as boxes: the layer as high as its surface is in the coordinates of the boxes.
+    pub(super) fn scene(&self, scene: &Scene) -> Scene {
+        let mut scene = scene.clone();
+        for body in &mut scene.bodies {
+            for part in &mut body.parts {
+                let Shape::Box(region) = part else { continue };
+                match body.purpose {
+                    Purpose::Layer if region.max[1].is_finite() => region.max[1] = self.bent.thickness,
+                    Purpose::Cover => region.min[1] = self.bent.thickness,
+                    Purpose::Layer
+                    | Purpose::Substrate
+                    | Purpose::Electrode
+                    | Purpose::OnTop
+                    | Purpose::Indenter
+                    | Purpose::OnIndenter
+                    | Purpose::Fixed => {}
+                }
+            }
+        }
+        scene
+    }
+}

@@ -1,0 +1,161 @@
+//! What presses on the layer, as a body of the scene.
+
+use elastocap_case::{Case, FieldIndenter, Indenter, Layer, Mechanics, SolidIndenter};
+use elastocap_geometry::scene::{Body, Box3, Purpose};
+use elastocap_geometry::shapes::Shape;
+
+/// The form of an indenter, with its lowest point at the origin but for its position along x1. Lengths in m.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct IndenterForm {
+    /// The middle along x1.
+    pub(crate) position: f64,
+    /// Half of its width along x1 and along x3.
+    pub(crate) half_widths: [f64; 2],
+    /// How tall it is.
+    pub(crate) height: f64,
+    /// What rounds it.
+    pub(crate) rounding: Rounding,
+}
+
+/// How an indenter differs from a box.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) enum Rounding {
+    /// Not at all.
+    Sharp,
+    /// The lower edges along x3 have a radius; that of a cylinder lying on the layer is half its width, and its upper edges have it too.
+    AlongX3 {
+        /// m.
+        radius: f64,
+        /// Whether it is a cylinder.
+        is_cylinder: bool,
+    },
+    /// It is a ball.
+    Ball {
+        /// m.
+        radius: f64,
+    },
+}
+
+impl IndenterForm {
+    /// That of a case; `None` where nothing presses, or what presses has no form.
+    pub(crate) fn of(case: &Case, height: Option<f64>) -> Option<Self> {
+        let layer = case.layer.as_ref()?;
+        let plate = |half_length: f64, width: f64| Self {
+            position: 0.0,
+            half_widths: [half_length, 0.5 * width],
+            height: height.unwrap_or(2.0 * half_length),
+            rounding: Rounding::Sharp,
+        };
+        match case.mechanics? {
+            Mechanics::ClosedForm { contact_half_length, contact_width, .. } => {
+                Some(plate(contact_half_length, contact_width))
+            }
+            Mechanics::PlaneStrain(model) => Self::in_plane(model.indenter, layer, model.width, plate),
+            Mechanics::Solid(model) => Self::in_space(model.indenter, layer, model.width, plate),
+        }
+    }
+
+    fn in_plane(
+        indenter: Indenter,
+        layer: &Layer,
+        width: f64,
+        plate: impl Fn(f64, f64) -> Self,
+    ) -> Option<Self> {
+        Some(match indenter {
+            Indenter::WholeTop => plate(layer.half_length?, width),
+            Indenter::FlatPunch { half_width, corner_radius, position, .. } => {
+                let flat = plate(half_width, width);
+                Self { position, rounding: Rounding::of_corners(corner_radius), ..flat }
+            }
+            Indenter::Cylinder { radius, position } => Self { position, ..Self::cylinder(radius, width) },
+        })
+    }
+
+    fn in_space(
+        indenter: SolidIndenter,
+        layer: &Layer,
+        width: f64,
+        plate: impl Fn(f64, f64) -> Self,
+    ) -> Option<Self> {
+        Some(match indenter {
+            SolidIndenter::WholeTop => plate(layer.half_length?, width),
+            SolidIndenter::FlatPunch { half_width, corner_radius, .. } => {
+                Self { rounding: Rounding::of_corners(corner_radius), ..plate(half_width, width) }
+            }
+            SolidIndenter::Block { half_widths: [along, across], .. } => plate(along, 2.0 * across),
+            SolidIndenter::Cylinder { radius } => Self::cylinder(radius, width),
+            SolidIndenter::Sphere { radius } => Self {
+                position: 0.0,
+                half_widths: [radius; 2],
+                height: 2.0 * radius,
+                rounding: Rounding::Ball { radius },
+            },
+        })
+    }
+
+    fn cylinder(radius: f64, width: f64) -> Self {
+        Self {
+            position: 0.0,
+            half_widths: [radius, 0.5 * width],
+            height: 2.0 * radius,
+            rounding: Rounding::AlongX3 { radius, is_cylinder: true },
+        }
+    }
+
+    /// The height of its lower side above its lowest point, at a place from its middle, m.
+    pub(crate) fn lower_side(&self, x: f64, z: f64) -> f64 {
+        let round = |radius: f64, out: f64| radius - (radius * radius - out * out).max(0.0).sqrt();
+        match self.rounding {
+            Rounding::Sharp => 0.0,
+            Rounding::AlongX3 { radius, .. } => round(radius, (x.abs() - self.flat()).max(0.0)),
+            Rounding::Ball { radius } => round(radius, x.hypot(z)),
+        }
+    }
+
+    /// Half of the width of its flat face along x1, m.
+    pub(crate) fn flat(&self) -> f64 {
+        match self.rounding {
+            Rounding::Sharp => self.half_widths[0],
+            Rounding::AlongX3 { radius, .. } | Rounding::Ball { radius } => self.half_widths[0] - radius,
+        }
+    }
+
+    /// The box around it, with its lowest point at this height above the substrate, m.
+    pub(crate) fn bounds(&self, lowest: f64) -> Box3 {
+        let [along, across] = self.half_widths;
+        Box3 {
+            min: [self.position - along, lowest, -across],
+            max: [self.position + along, lowest + self.height, across],
+        }
+    }
+}
+
+impl Rounding {
+    fn of_corners(radius: f64) -> Self {
+        if radius > 0.0 { Self::AlongX3 { radius, is_cylinder: false } } else { Self::Sharp }
+    }
+}
+
+/// The radius of a block's rounded edges, which its body in the field does not have, m; zero for any other indenter.
+pub(crate) fn edges_left_out(case: &Case) -> f64 {
+    match case.mechanics {
+        Some(Mechanics::Solid(model)) => match model.indenter {
+            SolidIndenter::Block { corner_radius, .. } => corner_radius,
+            _ => 0.0,
+        },
+        _ => 0.0,
+    }
+}
+
+/// The indenter of a case as a box around it, with its lowest point at this height above the substrate, m; `None` where the field has
+/// none.
+pub(super) fn body(case: &Case, lowest: f64) -> Option<Body> {
+    let own = case.indenter?;
+    let form = IndenterForm::of(case, own.height)?;
+    Some(Body {
+        name: FieldIndenter::NAME.to_owned(),
+        parts: vec![Shape::Box(form.bounds(lowest))],
+        role: own.role,
+        purpose: Purpose::Indenter,
+    })
+}

@@ -1,0 +1,195 @@
+//! The indenter as a part of the field: from far away to contact, flat and round.
+
+use std::path::Path;
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
+
+use elastocap_case::Case;
+use elastocap_coupling::outcome::{Outcome, Row};
+use elastocap_coupling::plan::{Options, Plan};
+use elastocap_coupling::route::Route;
+use elastocap_coupling::run::run;
+
+const NUMBERS_ONLY: Options = Options { prune: true, fields: false, scene: false };
+
+fn parse(text: &str) -> Case {
+    elastocap_case::parse(text, Path::new("indenter.toml")).unwrap_or_else(|e| panic!("{e}"))
+}
+
+fn solve(text: &str) -> Outcome {
+    let case = parse(text);
+    let plan = Plan::new(&case, &NUMBERS_ONLY);
+    let outcome = run(&case, &plan, &NUMBERS_ONLY, &Arc::new(AtomicBool::new(false)), &());
+    let reasons: Vec<_> = outcome.steps.iter().filter_map(|step| step.reason.as_ref()).collect();
+    assert!(outcome.is_complete(), "{reasons:?}");
+    outcome
+}
+
+fn bounds(row: &Row) -> [f64; 2] {
+    [row.capacitance_lower_f.unwrap(), row.capacitance_upper_f.unwrap()]
+}
+
+/// Whether both may be bounds of one number, with this relative error besides.
+fn agree(one: &Row, other: &Row, besides: f64) -> bool {
+    let ([a, b], [c, d]) = (bounds(one), bounds(other));
+    let slack = besides * b;
+    a <= d + slack && c <= b + slack
+}
+
+/// A pair of traces on a board under a layer.
+fn pair(rest: &str, tolerance: f64) -> String {
+    format!(
+        r#"format = 1
+[layer]
+thickness = "400 um"
+half_length = "2 mm"
+relative_permittivity = 2.8
+[layer.material.neo_hookean]
+shear_modulus = "100 kPa"
+[[conductor]]
+name = "left"
+box = {{ min = ["-500 um", "-20 um", "-600 um"], max = ["-100 um", "0 um", "600 um"] }}
+[[conductor]]
+name = "right"
+box = {{ min = ["100 um", "-20 um", "-600 um"], max = ["500 um", "0 um", "600 um"] }}
+{rest}
+[surroundings]
+boundary = "open"
+below = {{ relative_permittivity = 4.4, thickness = "500 um" }}
+above = {{ relative_permittivity = 1.0, thickness = "open" }}
+[measure]
+capacitance = ["left", "right"]
+[electrostatics]
+relative_tolerance = {tolerance}
+"#
+    )
+}
+
+const PLATE: &str = "[mechanics.closed_form]\ncontact_half_length = \"700 um\"\ncontact_width = \"1 mm\"\nshear_length = \"700 um\"\n";
+
+fn plate(rest: &str, tolerance: f64) -> String {
+    pair(&format!("{PLATE}{rest}"), tolerance)
+}
+
+fn cylinder(rest: &str, tolerance: f64) -> String {
+    let mechanics = "[mechanics.plane_strain]\nend = \"free-on-substrate\"\nwidth = \"1.5 mm\"\nrelative_tolerance = 0.3\n\
+                     indenter = { cylinder = { radius = \"1 mm\" } }\n";
+    pair(&format!("{mechanics}{rest}"), tolerance)
+}
+
+#[test]
+fn a_plate_that_comes_near_and_presses_is_the_plate_that_is_written_as_a_body() {
+    let load = "[load]\napproach = [\"1 mm\", \"100 um\"]\ncompression = [0.0, 0.1]\n";
+    let own = solve(&plate(&format!("[indenter]\nrole = \"grounded\"\nheight = \"200 um\"\n{load}"), 1e-3));
+    let distances: Vec<_> = own.steps.iter().map(|step| step.row.distance_m).collect();
+    assert_eq!(distances, [Some(1e-3), Some(1e-4), Some(0.0), Some(0.0)]);
+    for (step, low) in own.steps.iter().zip([1400.0, 500.0, 400.0, 360.0]) {
+        assert_eq!(step.route, Some(Route::Boxes));
+        // A scene without load, with a layer of the same thickness.
+        let by_hand = format!(
+            "[[conductor]]\nname = \"plate\"\nbox = {{ min = [\"-700 um\", \"{low} um\", \"-500 um\"], \
+             max = [\"700 um\", \"{} um\", \"500 um\"] }}\n[[terminal]]\nname = \"ground\"\nconductors = [\"plate\"]\n\
+             potential = \"ground\"\n",
+            low + 200.0
+        );
+        let mut text = pair(&by_hand, 1e-3);
+        if low < 400.0 {
+            text = text.replace("thickness = \"400 um\"", &format!("thickness = \"{low} um\""));
+        }
+        let other = solve(&text);
+        assert!(agree(&step.row, &other.steps[0].row, 0.0), "{low}: {:?} {:?}", step.row, other.steps[0].row);
+    }
+    let values: Vec<f64> = own.steps.iter().map(|step| step.row.capacitance_f.unwrap()).collect();
+    assert!(values.windows(2).all(|pair| pair[1] < 0.995 * pair[0]), "{values:?}");
+}
+
+#[test]
+fn an_indenter_that_is_absent_or_of_air_leaves_the_field_as_it_is() {
+    let load = "[load]\ncompression = [0.0, 0.1]\n";
+    let without = solve(&plate(load, 1e-3));
+    let absent = solve(&plate(&format!("[indenter]\nrole = \"absent\"\n{load}"), 1e-3));
+    let air = format!("[indenter]\nrole = {{ relative_permittivity = 1.0 }}\nheight = \"200 um\"\n{load}");
+    let of_air = solve(&plate(&air, 1e-3));
+    for ((one, other), air) in without.steps.iter().zip(&absent.steps).zip(&of_air.steps) {
+        assert_eq!(bounds(&one.row), bounds(&other.row));
+        assert!(agree(&one.row, &air.row, 0.0));
+    }
+}
+
+#[test]
+fn a_round_indenter_of_air_changes_nothing_but_by_how_its_surface_is_bent() {
+    let load = "[load]\napproach = [\"100 um\"]\ncompression = [0.0, 0.1]\n";
+    let without = solve(&cylinder("[load]\ncompression = [0.0, 0.1]\n", 3e-3));
+    let air =
+        solve(&cylinder(&format!("[indenter]\nrole = {{ relative_permittivity = 1.0 }}\n{load}"), 1e-2));
+    for (step, of) in air.steps.iter().zip([0, 0, 1]) {
+        assert_eq!(step.route, Some(Route::MappedBoxes));
+        let other = &without.steps[of].row;
+        let besides =
+            step.row.geometry_error_estimate.unwrap() + other.geometry_error_estimate.unwrap_or(0.0);
+        assert!(agree(&step.row, other, besides), "{:?} {other:?}", step.row);
+    }
+}
+
+#[test]
+fn a_cylinder_takes_capacitance_away_the_nearer_it_comes_and_goes_over_into_contact() {
+    let distances =
+        ["2 mm", "500 um", "200 um", "50 um", "10 um", "2 um"].map(|d| format!("\"{d}\"")).join(", ");
+    let load = format!(
+        "[indenter]\nrole = \"grounded\"\n[load]\napproach = [{distances}]\ncompression = [0.0, 0.05]\n"
+    );
+    let outcome = solve(&cylinder(&load, 1e-2));
+    let rows: Vec<&Row> = outcome.steps.iter().map(|step| &step.row).collect();
+    for pair in rows.windows(2) {
+        assert!(bounds(pair[1])[0] < bounds(pair[0])[1], "{pair:?}");
+    }
+    let value = |k: usize| rows[k].capacitance_f.unwrap();
+    assert!(value(3) < 0.97 * value(0) && value(7) < 0.99 * value(6));
+    let besides = rows[6].geometry_error_estimate.unwrap();
+    assert!(agree(rows[5], rows[6], besides + 2e-2), "2 um away and in contact: {:?} {:?}", rows[5], rows[6]);
+}
+
+#[test]
+fn a_sphere_over_the_layer_is_the_sphere_on_tetrahedra() {
+    let sphere = "[mechanics.solid]\nend = \"free-on-substrate\"\nwidth = \"3 mm\"\nrelative_tolerance = 0.5\n\
+                  indenter = { sphere = { radius = \"500 um\" } }\n[indenter]\nrole = \"grounded\"\n\
+                  [load]\napproach = [\"200 um\"]\ncompression = [0.0]\n";
+    let own = solve(&pair(sphere, 1e-2));
+    let by_hand = "[[conductor]]\nname = \"ball\"\nsphere = { center = [\"0 um\", \"1100 um\", \"0 um\"], radius = \"500 um\" }\n\
+                   [[terminal]]\nname = \"ground\"\nconductors = [\"ball\"]\npotential = \"ground\"\n";
+    let other = solve(&pair(by_hand, 2e-2));
+    assert_eq!(other.steps[0].route, Some(Route::Tetrahedra));
+    let besides = other.steps[0].row.geometry_error_estimate.unwrap()
+        + own.steps[0].row.geometry_error_estimate.unwrap();
+    assert!(
+        agree(&own.steps[0].row, &other.steps[0].row, besides),
+        "{:?} {:?}",
+        own.steps[0].row,
+        other.steps[0].row
+    );
+    // The ball matters.
+    let alone = solve(&pair("", 1e-3));
+    assert!(!agree(&own.steps[0].row, &alone.steps[0].row, besides));
+}
+
+#[test]
+fn a_punch_beside_the_middle_is_the_mirror_image_of_one_on_the_other_side() {
+    let at = |position: &str, force: &str| {
+        solve(&pair(
+            &format!(
+                "[mechanics.plane_strain]\nend = \"free-on-substrate\"\nwidth = \"1.5 mm\"\nrelative_tolerance = 0.5\n\
+                 indenter = {{ flat_punch = {{ half_width = \"400 um\", corner_radius = \"60 um\", contact = \"smooth\", \
+                 position = \"{position}\" }} }}\n[indenter]\nrole = \"grounded\"\nheight = \"500 um\"\n[load]\n{force}\n"
+            ),
+            2e-2,
+        ))
+    };
+    let load = "compression = [0.0, 0.12]";
+    let [left, right] = [at("-300 um", load), at("300 um", load)];
+    for (left, right) in left.steps.iter().zip(&right.steps) {
+        let besides = 2.0 * left.row.geometry_error_estimate.unwrap();
+        assert!(agree(&left.row, &right.row, besides), "{:?} {:?}", left.row, right.row);
+    }
+    let value = |outcome: &Outcome, k: usize| outcome.steps[k].row.capacitance_f.unwrap();
+    assert!(value(&left, 1) < value(&left, 0), "pressed, it is nearer");
+}

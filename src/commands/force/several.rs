@@ -1,0 +1,165 @@
+//! The load that belongs to several measured capacitances.
+
+use std::path::Path;
+use std::str::FromStr;
+
+use elastocap_case::{MeasuredCapacitance, MeasuredCapacitanceError};
+use elastocap_results::load_answer::{Found, LoadAnswer, LoadTable, MeasuredEntry, NoLoad, read_table};
+
+use crate::units::prefixed;
+use crate::{Exit, output};
+
+/// What was measured: of one terminal, between two, or of whatever the result measures.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Argument {
+    /// The terminals as they are written, `a` or `a/b`; `None` without names.
+    pub(super) terminals: Option<String>,
+    pub(super) capacitance: MeasuredCapacitance,
+}
+
+impl FromStr for Argument {
+    type Err = MeasuredCapacitanceError;
+
+    fn from_str(text: &str) -> Result<Self, Self::Err> {
+        let (terminals, value) = match text.rsplit_once('=') {
+            Some((terminals, value)) => (Some(terminals.trim().to_owned()), value),
+            None => (None, text),
+        };
+        Ok(Self { terminals, capacitance: value.trim().parse()? })
+    }
+}
+
+/// Prints the load, or why there is none.
+pub(super) fn execute(result: &Path, measured: &[Argument], as_json: bool) -> Exit {
+    let table = match read_table(result) {
+        Ok(table) => table,
+        Err(error) => {
+            output::error(&error.to_string());
+            return Exit::BadInput;
+        }
+    };
+    let entries: Result<Vec<MeasuredEntry>, String> =
+        measured.iter().map(|argument| entry(&table.terminals, argument)).collect();
+    let answer = entries.and_then(|entries| table.load(&entries).map_err(|error| refusal(&error)));
+    let answer = match answer {
+        Ok(answer) => answer,
+        Err(error) => {
+            output::error(&error);
+            return Exit::BadInput;
+        }
+    };
+    let text = if as_json { json(&table, measured, &answer) } else { report(&table, measured, &answer) };
+    match output::result(&text) {
+        Ok(()) => Exit::Done,
+        Err(exit) => exit,
+    }
+}
+
+/// The entry of the matrix that an argument names.
+fn entry(terminals: &[String], argument: &Argument) -> Result<MeasuredEntry, String> {
+    let known = || terminals.iter().map(|name| format!("\"{name}\"")).collect::<Vec<_>>().join(", ");
+    let Some(written) = &argument.terminals else {
+        return Err(format!(
+            "with several capacitances each needs the name of its terminal, such as {}=41.2fF+-0.05fF, or of two, such as A/B=2.3fF",
+            terminals.first().map_or("A", String::as_str)
+        ));
+    };
+    let place = |name: &str| terminals.iter().position(|own| own == name.trim());
+    let capacitance = argument.capacitance;
+    if let Some(terminal) = place(written) {
+        return Ok(MeasuredEntry { terminal, other: None, capacitance });
+    }
+    // A name may hold a stroke itself.
+    let cuts = written.match_indices('/');
+    let pair = cuts.filter_map(|(at, _)| Some((place(&written[..at])?, place(&written[at + 1..])?))).next();
+    match pair {
+        Some((terminal, other)) if terminal != other => {
+            Ok(MeasuredEntry { terminal, other: Some(other), capacitance })
+        }
+        Some(_) => Err(format!("`{written}` names one terminal twice; write its name alone")),
+        None => Err(format!(
+            "the result has no terminal `{written}`; it has {}, and pairs of them as A/B",
+            known()
+        )),
+    }
+}
+
+/// A value in a unit that people read: angles in degrees.
+fn shown(value: f64, unit: &str) -> String {
+    match unit {
+        "rad" => format!("{:.4} deg", value.to_degrees()),
+        unit => prefixed(value, 4, unit),
+    }
+}
+
+/// Why there is no load, with quantities as people read them.
+fn refusal(error: &NoLoad) -> String {
+    match *error {
+        NoLoad::Outside { name, unit, value, low, high } => format!(
+            "the {name} would be {}, and the steps of the result reach from {} to {}; check units and offsets of the measurements, or add \
+             steps there",
+            shown(value, unit),
+            shown(low, unit),
+            shown(high, unit),
+        ),
+        ref other => other.to_string(),
+    }
+}
+
+fn report(table: &LoadTable, measured: &[Argument], answer: &LoadAnswer) -> String {
+    let lines = measured.iter().map(|own| {
+        let name = own.terminals.as_deref().unwrap_or_default();
+        let MeasuredCapacitance { value, error } = own.capacitance;
+        (name.to_owned(), format!("{} +- {}", prefixed(value, 5, "F"), prefixed(error, 2, "F")))
+    });
+    let found = |own: &Found| {
+        let value = format!("{} +- {}", shown(own.value, own.unit), shown(own.deviation, own.unit));
+        (own.name.to_owned(), value)
+    };
+    let all: Vec<(String, String)> = lines.chain(answer.quantities.iter().map(found)).collect();
+    let width = all.iter().map(|(name, _)| name.chars().count()).max().unwrap_or(0);
+    let mut out = format!("{}\n\n", table.title);
+    for (k, (name, value)) in all.iter().enumerate() {
+        if k == measured.len() {
+            out.push('\n');
+        }
+        out.push_str(&format!("{name:width$}  {value}\n"));
+    }
+    out.push_str("\nThe errors of what was measured are limits, those of what was found standard deviations.\nCorrelations:\n");
+    for (i, row) in answer.covariance.iter().enumerate() {
+        let cells = row.iter().enumerate().take(i + 1).map(|(j, covariance)| {
+            let scale = answer.quantities[i].deviation * answer.quantities[j].deviation;
+            format!("{:6.2}", if scale > 0.0 { covariance / scale } else { 0.0 })
+        });
+        out.push_str(&format!("{:width$}{}\n", answer.quantities[i].name, cells.collect::<String>()));
+    }
+    if answer.to_spare > 0 {
+        out.push_str(&format!(
+            "Sum of squared differences over their variances: {:.2}, of {} to spare.\n",
+            answer.chi_squared, answer.to_spare
+        ));
+    }
+    out
+}
+
+fn json(table: &LoadTable, measured: &[Argument], answer: &LoadAnswer) -> String {
+    let capacitances = measured.iter().map(|own| {
+        serde_json::json!({
+            "terminals": own.terminals,
+            "capacitance_f": own.capacitance.value,
+            "capacitance_error_f": own.capacitance.error,
+        })
+    });
+    let quantities = answer.quantities.iter().map(|own| {
+        serde_json::json!({ "name": own.name, "unit": own.unit, "value": own.value, "standard_deviation": own.deviation })
+    });
+    let document = serde_json::json!({
+        "title": table.title,
+        "measured": capacitances.collect::<Vec<_>>(),
+        "load": quantities.collect::<Vec<_>>(),
+        "covariance": answer.covariance,
+        "chi_squared": answer.chi_squared,
+        "to_spare": answer.to_spare,
+    });
+    format!("{document:#}\n")
+}
