@@ -155,7 +155,7 @@ pub struct Row {
     pub parallel_plate_f: Option<f64>,
     /// Capacitance over that of parallel plates.
     pub fringe_ratio: Option<f64>,
-    /// [`Row::capacitance_f`] less that of the first load step, F; exactly zero for the same load.
+    /// [`Row::capacitance_f`] less that of the first load step, F; exactly zero for the same load and scene.
     pub change_f: Option<f64>,
     /// Its lower bound, F.
     pub change_lower_f: Option<f64>,

@@ -34,6 +34,7 @@ use crate::deform::Deformation;
 use crate::load_steps::StepLoad;
 use crate::scene::DeformedScene;
 use crate::scene::indenter::{IndenterForm, Rounding};
+use crate::scene::neutral::indenter_in_field;
 
 /// How the field of a scene is solved.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -226,7 +227,7 @@ fn bends_the_field(case: &Case, is_at_rest: bool, is_before_contact: bool) -> bo
         Some(Mechanics::Solid(model)) => model.indenter == SolidIndenter::WholeTop,
         Some(Mechanics::ClosedForm { .. }) | None => true,
     };
-    let is_in_field = case.indenter.is_some();
+    let is_in_field = indenter_in_field(case).is_some();
     if form.rounding != Rounding::Sharp && is_in_field {
         return true;
     }

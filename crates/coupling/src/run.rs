@@ -11,7 +11,7 @@ use crate::change::{ChangeSearch, note_changes};
 use crate::deform::{Prepared, Solution, force_warning, prepare, shear_warning};
 use crate::failure::StepFailure;
 use crate::finished::FinishedStep;
-use crate::outcome::{Outcome, Status, StepResult};
+use crate::outcome::{Outcome, Row, Status, StepResult};
 use crate::plan::{Options, Plan, PlannedStep};
 use crate::route::{Bending, Bodies, Route, asked, route};
 use crate::scene::{DeformedScene, scene_of};
@@ -179,9 +179,17 @@ fn in_order(
     steps
 }
 
-/// The result of a step that has the load of an earlier one.
+/// The result of a step that has load and scene of an earlier one.
 fn copy_of(original: &StepResult, step: &PlannedStep) -> StepResult {
-    StepResult { index: step.index, same_as: step.same_as, seconds: Default::default(), ..original.clone() }
+    let distance_m = original.row.distance_m.map(|_| step.pose.distance);
+    let row = Row { distance_m, ..original.row.clone() };
+    StepResult {
+        index: step.index,
+        same_as: step.same_as,
+        seconds: Default::default(),
+        row,
+        ..original.clone()
+    }
 }
 
 /// The steps of a plan with the layer deformed and the bodies in place, and no field: boxes, of which there is a grid without

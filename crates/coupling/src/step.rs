@@ -25,6 +25,7 @@ use crate::mapped::{BentScene, Found, bent_scene, films};
 use crate::outcome::{EntryStatus, FloatingConductor, Missed, Row, SolverReport, Status, StepResult};
 use crate::plan::PlannedStep;
 use crate::route::{Bending, Bodies, Route, RouteError, asked, route};
+use crate::scene::neutral::indenter_in_field;
 use crate::scene::{DeformedScene, SceneError, scene_of};
 use crate::settings::FieldSettings;
 use crate::terminals::shown as shown_of;
@@ -165,7 +166,10 @@ impl Solver<'_> {
         field: &mut Option<StepField>,
     ) -> Result<(), Stop> {
         if self.case.layer.is_none() && !self.case.has_only_boxes() {
-            return self.without_layer(result, field);
+            let deformed = scene_of(self.case, None, &Pose::default())?;
+            if !deformed.scene.is_boxes() {
+                return self.without_layer(deformed, result, field);
+            }
         }
         let start = Instant::now();
         let state = self.layer.deformation(self.case, step.index, step.load, self.prune)?;
@@ -264,8 +268,12 @@ impl Solver<'_> {
     }
 
     /// A scene of any shapes without a layer.
-    fn without_layer(&self, result: &mut StepResult, field: &mut Option<StepField>) -> Result<(), Stop> {
-        let deformed = scene_of(self.case, None, &Pose::default())?;
+    fn without_layer(
+        &self,
+        deformed: DeformedScene,
+        result: &mut StepResult,
+        field: &mut Option<StepField>,
+    ) -> Result<(), Stop> {
         let taken = route(Bodies::of(&deformed.scene), Bending::Straight, asked(self.case))?;
         result.route = Some(taken);
         let shaped = Shaped { scene: &deformed.scene, facets: 0.0 };
@@ -371,7 +379,8 @@ impl Solver<'_> {
         }
         let enclosed = || Ok(Fields::Enclosed(Box::new(between(deformed, enclosing(deformed)?, &settings)?)));
         // Boxes inside and around a pair know nothing of what else is bent.
-        let may_be_enclosed = deformed.scene.conductors().count() <= 2 && self.case.indenter.is_none();
+        let is_pressed_in_field = indenter_in_field(self.case).is_some();
+        let may_be_enclosed = deformed.scene.conductors().count() <= 2 && !is_pressed_in_field;
         let (Some(Deformation::FiniteElement(layer)), Some(displacement)) =
             (state, self.layer.displacement(step.index))
         else {
@@ -396,7 +405,7 @@ impl Solver<'_> {
                     return Ok(Fields::Mapped { found, deviation: bent.deviation, surfaces });
                 }
                 // Only the film of an indenter can be chosen.
-                Err(Stop::Failed(failure)) if no_map(&failure) && self.case.indenter.is_some() => {}
+                Err(Stop::Failed(failure)) if no_map(&failure) && is_pressed_in_field => {}
                 Err(Stop::Failed(failure)) if no_map(&failure) && may_be_enclosed => return enclosed(),
                 Err(stop) => return Err(stop),
             }

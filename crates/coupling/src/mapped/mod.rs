@@ -22,6 +22,7 @@ use elastocap_geometry::shapes::Shape;
 
 use crate::deform::{Displacement, FiniteElementStep};
 use crate::scene::indenter::{IndenterForm, Rounding, edges_left_out};
+use crate::scene::neutral::indenter_in_field;
 use crate::scene::{DeformedScene, SceneError};
 use axes::{joined, pieces};
 use contact::{Surface, edges};
@@ -169,8 +170,9 @@ pub(crate) fn bent_scene(
     let material = Material { displacement: &solved, pad, tiny, is_half };
     let displacement = |x: [f64; 3]| material.displacement(x);
     // What presses bends the surface, whether it is part of the field or not.
-    let form = IndenterForm::of(case, case.indenter.and_then(|own| own.height));
-    let in_field = form.filter(|_| case.indenter.is_some());
+    let own = indenter_in_field(case);
+    let form = IndenterForm::of(case, own.and_then(|own| own.height));
+    let in_field = form.filter(|_| own.is_some());
     let lowest = step.deformed_thickness + found.distance;
     let top = |x: f64, z: f64| {
         let u = displacement([x, pad[1], z]);
@@ -220,7 +222,7 @@ pub(crate) fn bent_scene(
         let gap = deformed.pair.map_or(layer.thickness, |pair| pair.gap);
         bent.deviation = bent.deviation.max(frame.deviation(&bent.map, material, gap));
     }
-    if case.indenter.is_some() {
+    if own.is_some() {
         let edges = edges_left_out(case);
         bent.deviation += 0.25 * edges / pad[1];
     }

@@ -125,6 +125,7 @@ impl Plan {
         };
         plan.mechanics(case);
         plan.electrostatics(case, options);
+        plan.neutral_bodies(case, options);
         plan.repeated_steps();
         plan.files(case, options);
         plan

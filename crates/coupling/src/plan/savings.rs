@@ -1,9 +1,11 @@
 //! What a plan leaves out, and what that saves.
 
+use elastocap_case::{Case, FieldIndenter};
 use elastocap_electrostatics::Forecast;
+use elastocap_geometry::scene::Role;
 use serde::Serialize;
 
-use super::Plan;
+use super::{Options, Plan};
 use crate::words::{counted, grouped, listed, seconds};
 
 /// One thing that is not done.
@@ -84,6 +86,24 @@ impl Plan {
         self.left_out.push(LeftOut::new(Decision::Plan, what, why, saving));
     }
 
+    /// Dielectrics that the field of the first step does without, because they have the permittivity of all that is around them.
+    pub(super) fn neutral_bodies(&mut self, case: &Case, options: &Options) {
+        let Some((_, scene)) = self.first_scene(case, options, |_| true) else { return };
+        let named = |name: &str| scene.bodies.iter().any(|body| body.name == name);
+        let own = case.bodies.iter().filter(|body| !body.is_conductor()).map(|body| body.name.as_str());
+        let indenter = case.indenter.filter(|own| matches!(own.role, Role::Dielectric { .. }));
+        let names: Vec<String> = own
+            .chain(indenter.map(|_| FieldIndenter::NAME))
+            .filter(|name| !named(name))
+            .map(|name| format!("`{name}`"))
+            .collect();
+        if !names.is_empty() {
+            let why = "the permittivity there is the same without";
+            let saving = "Saves its shape in the mesh; steps that differ in it alone are one.";
+            self.left_out.push(LeftOut::new(Decision::Case, listed(&names), why, saving));
+        }
+    }
+
     /// The steps whose result is that of an earlier one.
     pub(super) fn repeated_steps(&mut self) {
         let repeated: Vec<_> = self.steps.iter().filter(|s| s.same_as.is_some()).map(|s| s.index).collect();
@@ -97,7 +117,7 @@ impl Plan {
         let mut left = LeftOut::new(
             Decision::Plan,
             format!("step{} {}{more}", if repeated.len() == 1 { "" } else { "s" }, list.join(", ")),
-            "an earlier step has the same load: its result is taken over",
+            "an earlier step has the same load and the same scene: its result is taken over",
             format!(
                 "Solving {} of {} saves about {}.",
                 grouped(distinct),

@@ -23,7 +23,7 @@ pub struct PlannedStep {
     /// How what is attached is moved besides.
     #[serde(skip_serializing_if = "is_at_rest", serialize_with = "in_si_units")]
     pub pose: Pose,
-    /// The earlier step with the same load and pose, whose result is used again.
+    /// The earlier step with the same load and the same scene, whose result is used again.
     pub same_as: Option<usize>,
     /// How its field is solved, as far as that is known before the layer is deformed; `None` without a field.
     pub route: Option<Route>,
@@ -83,6 +83,7 @@ impl Plan {
 pub(super) fn planned_steps(case: &Case, options: &Options) -> Vec<PlannedStep> {
     let mut first_with = HashMap::new();
     let mut steps: Vec<PlannedStep> = Vec::new();
+    let mut before_contact: Vec<(usize, Scene)> = Vec::new();
     let loads = StepLoad::all_of(case);
     let setup = check_setup(case, &loads);
     for (index, load) in loads.into_iter().enumerate() {
@@ -91,13 +92,26 @@ pub(super) fn planned_steps(case: &Case, options: &Options) -> Vec<PlannedStep> 
             pose.shift.into_iter().chain(pose.tilt).chain([pose.distance]).map(|x| (x + 0.0).to_bits());
         let key = (load.bits(), moves.collect::<Vec<u64>>());
         let first = *first_with.entry(key).or_insert(index);
-        let same_as = (options.prune && first != index).then_some(first);
+        let mut same_as = (options.prune && first != index).then_some(first);
         let (route, failure) = match same_as.and_then(|first| steps.get(first)) {
             Some(original) => (original.route, original.failure.clone()),
             None => match setup.clone().map_err(|error| StepFailure::Layer(error.into())) {
                 Err(failure) => (None, Some(failure)),
                 Ok(()) => match way_of(case, load, &pose, options.prune) {
-                    Ok(route) => (route, None),
+                    Ok((route, scene)) => {
+                        // What comes near may be none of the field's business.
+                        let is_same = |(earlier, own): &&(usize, Scene)| {
+                            let earlier = steps.get(*earlier);
+                            let moved = |pose: &Pose| (pose.shift, pose.tilt);
+                            earlier.is_some_and(|s| s.load == load && moved(&s.pose) == moved(&pose))
+                                && scene.as_ref() == Some(own)
+                        };
+                        same_as = before_contact.iter().find(is_same).map(|(earlier, _)| *earlier);
+                        if options.prune && case.approaches() && same_as.is_none() {
+                            before_contact.extend(scene.map(|scene| (index, scene)));
+                        }
+                        (route, None)
+                    }
                     Err(failure) => (None, Some(failure)),
                 },
             },
@@ -107,14 +121,20 @@ pub(super) fn planned_steps(case: &Case, options: &Options) -> Vec<PlannedStep> 
     steps
 }
 
-/// The route of a step, if it has a field; in the order in which a run would meet them, the failures that can be known.
-fn way_of(case: &Case, load: StepLoad, pose: &Pose, prune: bool) -> Result<Option<Route>, StepFailure> {
+/// The route and the scene of a step, if it has a field; in the order in which a run would meet them, the failures that can be known.
+fn way_of(
+    case: &Case,
+    load: StepLoad,
+    pose: &Pose,
+    prune: bool,
+) -> Result<(Option<Route>, Option<Scene>), StepFailure> {
     if !case.has_conductors() {
         layer_state(case, load, prune).map_err(|error| StepFailure::Layer(error.into()))?;
-        return Ok(None);
+        return Ok((None, None));
     }
     let scene = scene_at(case, load, pose, prune)?;
-    Ok(Some(route(Bodies::of(&scene), Bending::expected(case, load, pose), asked(case))?))
+    let route = route(Bodies::of(&scene), Bending::expected(case, load, pose), asked(case))?;
+    Ok((Some(route), Some(scene)))
 }
 
 /// The scene of a step. Finite elements are not solved for a plan: with them it is the scene at rest, which is about as large.

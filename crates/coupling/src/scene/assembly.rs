@@ -4,6 +4,7 @@ use elastocap_geometry::scene::{Body, Box3, Purpose, Scene};
 use elastocap_geometry::shapes::Shape;
 
 use super::electrodes::{self, Placed};
+use super::neutral::neutral_bodies;
 use super::walls::outer_walls;
 use super::{DeformedScene, ElectrodePlace, SceneError, attached, indenter};
 use crate::deform::Deformation;
@@ -70,14 +71,23 @@ pub fn scene_of(
             bodies.extend(cut_at_walls(body, &domain));
         }
     }
-    if case.has_only_boxes() {
-        bodies.extend(fixed(false).filter_map(|body| cut_at_walls(body.clone(), &domain)));
+    let background_permittivity = surroundings.relative_permittivity;
+    let indenter = indenter.filter(|_| !is_conductor);
+    let slabs = bodies.iter().filter(|body| !body.is_conductor());
+    let dielectrics: Vec<&Body> = fixed(false).chain(&indenter).chain(slabs).collect();
+    let neutral = neutral_bodies(&dielectrics, background_permittivity);
+    let kept: Vec<Body> = fixed(false)
+        .enumerate()
+        .filter(|(place, _)| !neutral.contains(place))
+        .map(|(_, body)| body.clone())
+        .collect();
+    if bodies.iter().chain(&kept).all(|body| body.boxes().is_some()) {
+        bodies.extend(kept.into_iter().filter_map(|body| cut_at_walls(body, &domain)));
     } else {
         // The mesher cuts bodies at the walls itself.
-        bodies.extend(fixed(false).cloned());
+        bodies.extend(kept);
     }
-    bodies.extend(indenter.into_iter().filter(|_| !is_conductor));
-    let background_permittivity = surroundings.relative_permittivity;
+    bodies.extend(indenter);
     let scene = Scene { bodies, background_permittivity, domain, walls };
     let tilt = attached::tilted(&scene, pose)?;
     Ok(DeformedScene { scene, pair, bent, tilt })

@@ -4,6 +4,8 @@ use elastocap_case::{Case, FieldIndenter, Indenter, Layer, Mechanics, SolidInden
 use elastocap_geometry::scene::{Body, Box3, Purpose};
 use elastocap_geometry::shapes::Shape;
 
+use super::neutral::indenter_in_field;
+
 /// The form of an indenter, with its lowest point at the origin but for its position along x1. Lengths in m.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct IndenterForm {
@@ -150,7 +152,7 @@ pub(crate) fn edges_left_out(case: &Case) -> f64 {
 /// The indenter of a case as a box around it, with its lowest point at this height above the substrate, m; `None` where the field has
 /// none.
 pub(super) fn body(case: &Case, lowest: f64) -> Option<Body> {
-    let own = case.indenter?;
+    let own = indenter_in_field(case)?;
     let form = IndenterForm::of(case, own.height)?;
     Some(Body {
         name: FieldIndenter::NAME.to_owned(),

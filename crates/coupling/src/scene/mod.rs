@@ -4,6 +4,7 @@ mod assembly;
 mod attached;
 mod electrodes;
 pub(crate) mod indenter;
+pub(crate) mod neutral;
 mod walls;
 
 use std::sync::Arc;

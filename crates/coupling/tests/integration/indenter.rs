@@ -104,11 +104,12 @@ fn a_plate_that_comes_near_and_presses_is_the_plate_that_is_written_as_a_body() 
 }
 
 #[test]
-fn an_indenter_that_is_absent_or_of_air_leaves_the_field_as_it_is() {
+fn an_indenter_that_is_absent_or_nearly_air_leaves_the_field_as_it_is() {
     let load = "[load]\ncompression = [0.0, 0.1]\n";
     let without = solve(&plate(load, 1e-3));
     let absent = solve(&plate(&format!("[indenter]\nrole = \"absent\"\n{load}"), 1e-3));
-    let air = format!("[indenter]\nrole = {{ relative_permittivity = 1.0 }}\nheight = \"200 um\"\n{load}");
+    let air =
+        format!("[indenter]\nrole = {{ relative_permittivity = 1.00000001 }}\nheight = \"200 um\"\n{load}");
     let of_air = solve(&plate(&air, 1e-3));
     for ((one, other), air) in without.steps.iter().zip(&absent.steps).zip(&of_air.steps) {
         assert_eq!(bounds(&one.row), bounds(&other.row));
@@ -117,11 +118,13 @@ fn an_indenter_that_is_absent_or_of_air_leaves_the_field_as_it_is() {
 }
 
 #[test]
-fn a_round_indenter_of_air_changes_nothing_but_by_how_its_surface_is_bent() {
+fn a_round_indenter_that_is_nearly_air_changes_nothing_but_by_how_its_surface_is_bent() {
     let load = "[load]\napproach = [\"100 um\"]\ncompression = [0.0, 0.1]\n";
     let without = solve(&cylinder("[load]\ncompression = [0.0, 0.1]\n", 3e-3));
-    let air =
-        solve(&cylinder(&format!("[indenter]\nrole = {{ relative_permittivity = 1.0 }}\n{load}"), 1e-2));
+    let air = solve(&cylinder(
+        &format!("[indenter]\nrole = {{ relative_permittivity = 1.00000001 }}\n{load}"),
+        1e-2,
+    ));
     for (step, of) in air.steps.iter().zip([0, 0, 1]) {
         assert_eq!(step.route, Some(Route::MappedBoxes));
         let other = &without.steps[of].row;
@@ -129,6 +132,57 @@ fn a_round_indenter_of_air_changes_nothing_but_by_how_its_surface_is_bent() {
             step.row.geometry_error_estimate.unwrap() + other.geometry_error_estimate.unwrap_or(0.0);
         assert!(agree(&step.row, other, besides), "{:?} {other:?}", step.row);
     }
+}
+
+#[test]
+fn an_indenter_of_air_that_comes_near_changes_nothing_at_all() {
+    let ball = "[mechanics.solid]\nend = \"free-on-substrate\"\nwidth = \"3 mm\"\nrelative_tolerance = 0.5\n\
+                indenter = { sphere = { radius = \"500 um\" } }\n[load]\napproach = [\"5 mm\", \"200 um\", \"10 um\"]\n\
+                compression = [0.0]\n";
+    let of = |permittivity: f64| {
+        let indenter = format!("{ball}[indenter]\nrole = {{ relative_permittivity = {permittivity} }}\n");
+        pair(&indenter, 3e-2).replace("[electrostatics]", "[electrostatics]\nchange_tolerance = 1e-2")
+    };
+    // The same as a body that the indenter takes along.
+    let taken = format!(
+        "{ball}[[dielectric]]\nname = \"ball\"\nrelative_permittivity = 1.0\nattached = \"indenter\"\n\
+         sphere = {{ center = [\"0 um\", \"950 um\", \"0 um\"], radius = \"500 um\" }}\n"
+    );
+    let taken = pair(&taken, 3e-2).replace("[electrostatics]", "[electrostatics]\nchange_tolerance = 1e-2");
+    for text in [of(1.0), taken] {
+        let found = solve(&text);
+        let distances: Vec<_> = found.steps.iter().map(|step| step.row.distance_m).collect();
+        assert_eq!(distances, [Some(5e-3), Some(2e-4), Some(1e-5), Some(0.0)]);
+        for step in &found.steps {
+            assert_eq!(step.route, Some(Route::Boxes));
+            let change = [step.row.change_f, step.row.change_lower_f, step.row.change_upper_f];
+            assert_eq!(change, [Some(0.0); 3]);
+        }
+        assert!(found.steps.iter().skip(1).all(|step| step.same_as == Some(0)));
+    }
+    // Where it is not air, no step is another one's.
+    let plan = Plan::new(&parse(&of(1.5)), &NUMBERS_ONLY);
+    assert!(plan.steps.iter().all(|step| step.same_as.is_none()));
+}
+
+#[test]
+fn a_body_of_air_in_air_is_left_out_whatever_its_shape_and_one_that_reaches_into_the_layer_is_not() {
+    let ball = |height: f64, of: f64| {
+        format!(
+            "[[dielectric]]\nname = \"ball\"\nrelative_permittivity = {of}\n\
+             sphere = {{ center = [\"0 um\", \"{height} um\", \"0 um\"], radius = \"500 um\" }}\n"
+        )
+    };
+    let alone = solve(&pair("", 1e-3));
+    let beside = solve(&pair(&ball(950.0, 1.0), 1e-3));
+    assert_eq!(beside.steps[0].route, Some(Route::Boxes));
+    assert_eq!(bounds(&beside.steps[0].row), bounds(&alone.steps[0].row));
+    let left_out = |text: &str| {
+        let plan = Plan::new(&parse(text), &NUMBERS_ONLY);
+        plan.left_out.iter().any(|left| left.what == "`ball`")
+    };
+    assert!(left_out(&pair(&ball(950.0, 1.0), 1e-3)));
+    assert!(!left_out(&pair(&ball(850.0, 1.0), 1e-3)) && !left_out(&pair(&ball(950.0, 1.1), 1e-3)));
 }
 
 #[test]
