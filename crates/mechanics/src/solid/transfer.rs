@@ -31,6 +31,9 @@ const SLACK: f64 = 1e-7;
 /// How far from the middle of a reference element a point inside of it is looked for.
 const FARTHEST: f64 = 1.5;
 
+/// Intervals of an axis by which elements are sorted, at most.
+const MAX_INTERVALS: usize = 256;
+
 /// Nodes of the largest element.
 const MAX_NODES: usize = 27;
 
@@ -39,11 +42,10 @@ pub(super) struct Finder<'a, S: Dimension> {
     pub(super) mesh: &'a Mesh<S>,
     /// Lower and upper ends of the box around each element.
     boxes: Vec<(S::Point, S::Point)>,
-    /// Numbers of the elements that reach into each of equal intervals of the first axis.
+    /// Numbers of the elements that reach into each of equal rectangles along the first two axes, those of the second axis side by side.
     bins: Vec<Vec<u32>>,
-    /// Where the first interval begins, and how many there are in 1 m.
-    first: f64,
-    per_length: f64,
+    /// Where the first rectangle begins along each of these axes, how many there are in 1 m, and in all.
+    intervals: [(f64, f64, usize); 2],
 }
 
 /// Values of the shape functions at a point of the reference element, and their slopes along its axes; only as many as
@@ -51,10 +53,13 @@ pub(super) struct Finder<'a, S: Dimension> {
 pub(super) fn shape<S: Dimension>(at: [f64; 3]) -> [(f64, [f64; 3]); MAX_NODES] {
     let lines = at.map(quadratic);
     let of_node = |n: usize| {
+        if S::AXES == 2 && n >= 9 {
+            return (0.0, [0.0; 3]);
+        }
         let mut value = 1.0;
         let mut slopes = [1.0; 3];
-        for (k, line) in lines.iter().enumerate().take(S::AXES) {
-            let i = n / 3usize.pow(k as u32) % 3;
+        let places = [n % 3, n / 3 % 3, n / 9];
+        for (k, (line, i)) in lines.iter().zip(places).enumerate().take(S::AXES) {
             value *= line.0[i];
             for (m, slope) in slopes.iter_mut().enumerate() {
                 *slope *= if m == k { line.1[i] } else { line.0[i] };
@@ -76,33 +81,44 @@ impl<'a, S: Dimension> Finder<'a, S> {
             (end(f64::INFINITY, f64::min), end(f64::NEG_INFINITY, f64::max))
         };
         let boxes: Vec<_> = mesh.elements.iter().map(around).collect();
-        let first = boxes.iter().fold(f64::INFINITY, |m, b| m.min(b.0[0]));
-        let last = boxes.iter().fold(f64::NEG_INFINITY, |m, b| m.max(b.1[0]));
-        let count = (boxes.len() / 8).clamp(1, 1000);
-        let mut finder = Self {
-            mesh,
-            boxes,
-            bins: vec![Vec::new(); count],
-            first,
-            per_length: count as f64 / (last - first),
-        };
+        // Half as many rectangles as elements.
+        let count = ((0.5 * boxes.len() as f64).sqrt() as usize).clamp(1, MAX_INTERVALS);
+        let intervals = [0, 1].map(|k| {
+            let first = boxes.iter().fold(f64::INFINITY, |m, b| m.min(b.0[k]));
+            let last = boxes.iter().fold(f64::NEG_INFINITY, |m, b| m.max(b.1[k]));
+            (first, count as f64 / (last - first), count)
+        });
+        let mut finder = Self { mesh, boxes, bins: vec![Vec::new(); count * count], intervals };
         for e in 0..finder.boxes.len() {
             let (low, high) = finder.boxes[e];
-            let room = SLACK * (high[0] - low[0]);
-            for bin in finder.bin(low[0] - room)..=finder.bin(high[0] + room) {
-                finder.bins[bin].push(e as u32);
+            let [along, up] = [0, 1].map(|k| {
+                let room = SLACK * (high[k] - low[k]);
+                finder.interval(k, low[k] - room)..=finder.interval(k, high[k] + room)
+            });
+            for column in along {
+                for row in up.clone() {
+                    finder.bins[column * count + row].push(e as u32);
+                }
             }
         }
         finder
     }
 
-    fn bin(&self, x: f64) -> usize {
-        (((x - self.first) * self.per_length).max(0.0) as usize).min(self.bins.len() - 1)
+    /// The number of the interval along an axis that `x` lies in, or is nearest to.
+    fn interval(&self, axis: usize, x: f64) -> usize {
+        let (first, per_length, count) = self.intervals[axis];
+        (((x - first) * per_length).max(0.0) as usize).min(count - 1)
+    }
+
+    /// The elements that may hold `x`.
+    fn near(&self, x: S::Point) -> &[u32] {
+        let [along, up] = [0, 1].map(|k| self.interval(k, x[k]));
+        &self.bins[along * self.intervals[1].2 + up]
     }
 
     /// The element that the reference position `x` (m) lies in, and where in the reference element. Of several any.
     pub(super) fn find(&self, x: S::Point) -> Option<(usize, [f64; 3])> {
-        self.bins[self.bin(x[0])].iter().find_map(|&e| {
+        self.near(x).iter().find_map(|&e| {
             let (low, high) = &self.boxes[e as usize];
             let outside = |k: usize| {
                 let room = SLACK * (high[k] - low[k]);
