@@ -8,14 +8,55 @@ use elastocap_geometry::scene::Scene;
 use super::electrostatics::is_by_boxes;
 use super::steps::scene_at;
 use super::{Options, Plan, PlannedStep};
+use crate::route::Route;
+use crate::scene::neutral::indenter_in_field;
 use crate::settings::FieldSettings;
 
 /// Steps that are looked at, at most: of more, as many that lie evenly among them.
 const MAX_STEPS: usize = 64;
 
-/// Steps with the same mirror planes.
+/// What a map takes over boxes without one, at most of what was observed.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct MapFactors {
+    unknowns: usize,
+    memory: u64,
+    seconds: f64,
+}
+
+impl MapFactors {
+    /// Of boxes as they are.
+    const NONE: Self = Self { unknowns: 1, memory: 1, seconds: 1.0 };
+    /// Of bodies that are tilted: the tensor at every point of the elements.
+    const TILTED: Self = Self { unknowns: 1, memory: 1, seconds: 3.0 };
+    /// Of a layer and electrodes that are bent: besides, what finds the map itself.
+    const BENT: Self = Self { unknowns: 1, memory: 2, seconds: 20.0 };
+    /// Of the narrow space under an indenter: besides, finer grids and more iterations.
+    const UNDER_INDENTER: Self = Self { unknowns: 2, memory: 8, seconds: 30.0 };
+
+    fn of(case: &Case, step: &PlannedStep) -> Self {
+        match step.route {
+            Some(Route::MappedBoxes) if step.pose.tilt != [0.0; 2] => Self::TILTED,
+            Some(Route::MappedBoxes) if indenter_in_field(case).is_some() => Self::UNDER_INDENTER,
+            Some(Route::MappedBoxes) => Self::BENT,
+            _ => Self::NONE,
+        }
+    }
+
+    fn times(self, own: Forecast) -> Forecast {
+        Forecast {
+            unknowns: self.unknowns * own.unknowns,
+            memory_bytes: own.memory_bytes.saturating_mul(self.memory),
+            seconds: self.seconds * own.seconds,
+            unmirrored: (self.unknowns * own.unmirrored.0, self.seconds * own.unmirrored.1),
+            ..own
+        }
+    }
+}
+
+/// Steps with the same mirror planes under the same kind of map.
 struct Group {
     mirrored: [bool; 3],
+    map: MapFactors,
     /// Planes that the load takes away, which is known although its scene is not.
     lost: [bool; 3],
     steps: usize,
@@ -45,15 +86,18 @@ impl Plan {
             let Ok(scene) = scene_at(case, step.load, &step.pose, options.prune) else { continue };
             let mirrored = mirror_planes(&scene, &settings.boxes())?;
             let lost = if step.load.is_zero() { [false; 3] } else { lost_under_load(case) };
-            match groups.iter_mut().find(|group| (group.mirrored, group.lost) == (mirrored, lost)) {
+            let map = MapFactors::of(case, step);
+            let is_same =
+                |group: &&mut Group| (group.mirrored, group.lost, group.map) == (mirrored, lost, map);
+            match groups.iter_mut().find(is_same) {
                 Some(group) => group.steps += 1,
-                None => groups.push(Group { mirrored, lost, steps: 1, scene }),
+                None => groups.push(Group { mirrored, map, lost, steps: 1, scene }),
             }
         }
         let mut largest: Option<Forecast> = None;
         let (mut seconds, mut unmirrored, mut memory) = (0.0, 0.0, 0);
         for group in &groups {
-            let own = without(forecast(&group.scene, &settings.boxes())?, group.lost);
+            let own = group.map.times(without(forecast(&group.scene, &settings.boxes())?, group.lost));
             seconds += own.seconds * group.steps as f64;
             unmirrored += own.unmirrored.1 * group.steps as f64;
             memory = own.memory_bytes.max(memory);
