@@ -28,14 +28,16 @@ pub fn shown(measurement: Measurement, solution: &Solution) -> Option<Bounded> {
     }
 }
 
-/// What [`shown`] shows, as the label of an axis; `terminals` are the names of the driven ones.
-pub fn in_words(measurement: Measurement, terminals: &[String]) -> String {
+/// What [`shown`] shows, as the label of an axis, and what it is of where there is more than one; `terminals` are the names of the driven
+/// ones.
+pub fn in_words(measurement: Measurement, terminals: &[String]) -> (&'static str, Option<String>) {
     let name = |k: usize| terminals.get(k).map_or("?", String::as_str);
+    let both = |i, j| Some(format!("{} and {}", name(i), name(j)));
     match measurement {
-        Measurement::TwoTerminal(_) => "two-terminal capacitance".to_owned(),
-        Measurement::Mutual([i, j]) => format!("mutual capacitance of {} and {}", name(i), name(j)),
-        Measurement::Own(i) => format!("capacitance of {} against ground", name(i)),
-        Measurement::Matrix(_) => format!("mutual capacitance of {} and {}", name(0), name(1)),
+        Measurement::TwoTerminal(_) => ("two-terminal capacitance", None),
+        Measurement::Mutual([i, j]) => ("mutual capacitance", both(i, j)),
+        Measurement::Own(i) => ("capacitance against ground", Some(name(i).to_owned())),
+        Measurement::Matrix(_) => ("mutual capacitance", both(0, 1)),
     }
 }
 

@@ -117,8 +117,11 @@ fn capacitance(outcome: &Outcome, x: &Axis, places: &[Place]) -> Chart {
         places.iter().map(|(_, x)| *x).zip(rows().map(|r| known(y(r)))).collect()
     };
     let bounds = rows().map(|r| (known(r.capacitance_lower_f), known(r.capacitance_upper_f)));
+    let words = outcome.measurement.map(|own| in_words(own, &outcome.conductors));
+    let (label, of) = words.unwrap_or_default();
+    let of = of.map_or_else(String::new, |names| format!("{names}, "));
     let mut series = vec![Series {
-        name: "with the fringing field, and its bounds".to_owned(),
+        name: format!("{of}with the fringing field, and its bounds"),
         points: against(|r| r.capacitance_f),
         band: Some(bounds.collect()),
         style: Style::LineAndMarkers,
@@ -131,8 +134,7 @@ fn capacitance(outcome: &Outcome, x: &Axis, places: &[Place]) -> Chart {
             style: Style::DashedLine,
         });
     }
-    let label = outcome.measurement.map_or_else(String::new, |own| in_words(own, &outcome.conductors));
-    Chart { title: String::new(), x: x.clone(), y: axis(&label, "F"), series }
+    Chart { title: String::new(), x: x.clone(), y: axis(label, "F"), series }
 }
 
 #[cfg(test)]

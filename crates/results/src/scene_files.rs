@@ -12,6 +12,7 @@ use elastocap_coupling::load_steps::StepLoad;
 use elastocap_coupling::outcome::StepResult;
 use elastocap_coupling::scene::DeformedScene;
 use elastocap_coupling::view::window;
+use elastocap_coupling::words::prefixed;
 
 use crate::indenter::{indenter, of_box, plate};
 
@@ -279,7 +280,7 @@ fn surfaces_of(case: &Case, step: &StepResult) -> Vec<SurfaceBody> {
 /// The load of a step in words.
 pub(crate) fn label(step: &StepResult) -> String {
     if let Some(distance) = step.row.distance_m.filter(|distance| *distance > 0.0) {
-        return format!("distance {distance} m");
+        return format!("at a distance of {}", prefixed(distance, 3, "m"));
     }
     match (step.load, step.row.compression) {
         (StepLoad::None, _) => "unloaded".to_owned(),
