@@ -1,14 +1,16 @@
 //! Where the surface of a layer lies on the outline of an indenter, and where it leaves it.
 
-use std::f64::consts::FRAC_PI_4;
+use std::f64::consts::{FRAC_PI_4, PI};
 
 use super::profile::Profile;
 
 /// Places per thickness of the layer at which the surface is looked at.
 const PER_THICKNESS: f64 = 100.0;
 
-/// How far from the flat face the surface is followed at most, in thicknesses of the layer.
+/// How far from the flat face the surface is followed, in thicknesses of the layer or to the end of the round edge, and at how many places
+/// at most.
 const FOLLOWED: f64 = 6.0;
+const MAX_PLACES: f64 = 4000.0;
 
 /// The lower face of the box that stands for a punch ends at least so far around its corner, and where the surface turns away from the
 /// outline by this angle, or is so many thicknesses from it.
@@ -58,13 +60,14 @@ pub(super) fn edges(profile: &Profile, surface: &Surface<'_>, is_half: bool) -> 
 
 /// The edge on one side, outwards in the direction of `sign`.
 fn edge(profile: &Profile, surface: &Surface<'_>, sign: f64) -> Option<Edge> {
-    let step = surface.thickness / PER_THICKNESS;
+    let followed = profile.flat + profile.radius.max(FOLLOWED * surface.thickness);
+    let step = (surface.thickness / PER_THICKNESS).max(followed / MAX_PLACES);
     let at = |x: f64| {
         let to = (surface.image)(sign * x);
         [sign * to[0], to[1]]
     };
     let foot = |x: f64| profile.facing(at(x), surface.film);
-    let places = ((profile.flat + FOLLOWED * surface.thickness) / step).ceil() as usize;
+    let places = (followed / step).ceil() as usize;
     let place = |k: usize| k as f64 * step;
     let first_beyond = |length: f64| {
         let k = (0..=places).find(|k| foot(place(*k)).along > length)?;
@@ -81,8 +84,13 @@ fn edge(profile: &Profile, surface: &Surface<'_>, sign: f64) -> Option<Edge> {
         let gap = foot(0.0).gap.max(0.0);
         let rise = SAGITTA * gap.max(5.0 * surface.touching).max(0.02 * surface.thickness);
         let chord = (1.0 - rise / profile.radius).clamp(-1.0, 1.0).acos();
+        // The map squeezes space by R angle^2 / (2 gap) under the face, and by pi / (2 angle) in the wedge beside it: no wider, no
+        // narrower.
+        let narrow = gap + surface.film.unwrap_or(0.0);
+        let balanced = (PI * narrow / profile.radius).cbrt();
         let touched = foot(contact).along / profile.radius;
-        let angle = chord.max(BEYOND_CONTACT[0] * touched).min(WIDEST).max(BEYOND_CONTACT[1] * touched);
+        let angle =
+            chord.max(balanced).max(BEYOND_CONTACT[0] * touched).min(WIDEST).max(BEYOND_CONTACT[1] * touched);
         first_beyond(angle * profile.radius)?
     } else {
         let around = profile.flat + AROUND * profile.radius;

@@ -204,6 +204,27 @@ fn a_cylinder_takes_capacitance_away_the_nearer_it_comes_and_goes_over_into_cont
 }
 
 #[test]
+fn a_wide_cylinder_is_that_of_its_outline_and_is_followed_into_contact() {
+    let wide = "[mechanics.plane_strain]\nend = \"free-on-substrate\"\nwidth = \"1.5 mm\"\nrelative_tolerance = 0.3\n\
+                indenter = { cylinder = { radius = \"8 mm\" } }\n[indenter]\nrole = \"grounded\"\n\
+                [load]\napproach = [\"1 mm\", \"100 um\"]\ncompression = [0.05]\n";
+    let own = solve(&pair(wide, 3e-2));
+    let by_hand = "[[conductor]]\nname = \"cylinder\"\ncylinder = { axis = \"x3\", base = [\"0 um\", \"8500 um\", \"-750 um\"], \
+                   radius = \"8 mm\", height = \"1500 um\" }\n[[terminal]]\nname = \"ground\"\nconductors = [\"cylinder\"]\n\
+                   potential = \"ground\"\n";
+    let other = solve(&pair(by_hand, 3e-2));
+    assert_eq!(other.steps[0].route, Some(Route::Extruded));
+    assert!(
+        agree(&own.steps[1].row, &other.steps[0].row, 0.0),
+        "{:?} {:?}",
+        own.steps[1].row,
+        other.steps[0].row
+    );
+    let values: Vec<f64> = own.steps.iter().map(|step| step.row.capacitance_f.unwrap()).collect();
+    assert!(values.windows(2).all(|pair| pair[1] < pair[0]), "{values:?}");
+}
+
+#[test]
 fn a_sphere_over_the_layer_is_the_sphere_on_tetrahedra() {
     let sphere = "[mechanics.solid]\nend = \"free-on-substrate\"\nwidth = \"3 mm\"\nrelative_tolerance = 0.5\n\
                   indenter = { sphere = { radius = \"500 um\" } }\n[indenter]\nrole = \"grounded\"\n\

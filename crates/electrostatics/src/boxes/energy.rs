@@ -74,16 +74,12 @@ pub(crate) fn upper(
         primal.clear_prescribed(&mut source);
         source.iter_mut().for_each(|x| *x = -*x);
         let mut u = vec![0.0; source.len()];
-        let goal = |start: f64| conjugate_gradients::Goal {
-            share,
-            start,
-            iteration_limit: conjugate_gradients::ITERATION_LIMIT,
-            cancel,
-        };
+        let iteration_limit = primal.iteration_limit();
+        let goal = |start: f64| conjugate_gradients::Goal { share, start, iteration_limit, cancel };
         let c = conjugate_gradients::solve(&mut primal, &source, &mut u, &mut residual, goal(start));
         iterations += c.iterations;
         let mut reached = c.reached;
-        if !reached && c.iterations < conjugate_gradients::ITERATION_LIMIT {
+        if !reached && c.iterations < iteration_limit {
             // Rounding may have separated the recursion from the true residual: solve once more, from the true one.
             let mut image = vec![0.0; u.len()];
             primal.apply(&u, &mut image);

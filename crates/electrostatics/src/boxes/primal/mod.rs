@@ -19,13 +19,16 @@ use elastocap_fem::line::line_matrices;
 use elastocap_fem::modes::primal_modes;
 use elastocap_fem::tensor::{Dense, Dims, Real, SparseRows, Window, axpy, clear, left, multiply, target};
 use elastocap_geometry::scene::Wall;
-use elastocap_linalg::conjugate_gradients::Operator;
+use elastocap_linalg::conjugate_gradients::{ITERATION_LIMIT, Operator};
 use energies::{Gradient, GradientMatrix};
 use faces::Faces;
 use faer::Mat;
 use rayon::prelude::*;
 use std::collections::BTreeMap;
 use std::sync::Arc;
+
+/// Under a map, so many times as many iterations are made before giving up.
+const UNDER_MAP: usize = 2;
 
 /// One separable part of the operator, K0 M1 M2 + M0 K1 M2 + M0 M1 K2, on a window of the array.
 #[derive(Debug)]
@@ -210,6 +213,12 @@ impl Primal {
             schwarz,
             work: SchwarzWork::default(),
         })
+    }
+
+    /// Iterations before giving up. The preconditioner is that of the boxes without their map: where this squeezes space a hundredfold, as
+    /// under a wide indenter, iterations make progress for longer.
+    pub(crate) fn iteration_limit(&self) -> usize {
+        if self.bent.is_some() { UNDER_MAP * ITERATION_LIMIT } else { ITERATION_LIMIT }
     }
 
     /// Coefficients that are `potentials[c]` on block c of the conductors and zero elsewhere.
