@@ -1,0 +1,150 @@
+//! The field of one step on its route: boxes, boxes under a map, outlines, or the scene that is left to tetrahedra.
+
+use std::sync::Arc;
+
+use elastocap_case::FieldSolver;
+use elastocap_electrostatics::{ExtrudedSolution, MeshSolution, Solution, SolveError, solve, solve_extruded};
+use elastocap_geometry::export::surfaces::SurfaceBody;
+use elastocap_geometry::scene::Scene;
+
+use super::Solver;
+use crate::box_fields::{between, enclosing, mapped};
+use crate::deform::Deformation;
+use crate::failure::{StepFailure, Stop};
+use crate::layer_outlines::{LayerScene, outlined};
+use crate::mapped::{BentScene, Found, bent_scene, films};
+use crate::plan::PlannedStep;
+use crate::route::{Route, asked};
+use crate::scene::DeformedScene;
+use crate::scene::neutral::indenter_in_field;
+use crate::tetrahedra::Solved;
+use crate::view::window;
+
+/// A field that is solved, or the scene of one that is yet to be.
+pub(super) enum Fields {
+    /// Solved as boxes.
+    Boxes(Box<Solution>),
+    /// Solved as boxes under a map.
+    Mapped {
+        found: Box<Solution>,
+        /// The estimated relative error that the map leaves.
+        deviation: f64,
+        /// The bent bodies for a viewer.
+        surfaces: Vec<SurfaceBody>,
+    },
+    /// Solved as boxes inside and around bent electrodes, for want of a map.
+    Enclosed(Box<Solution>),
+    /// Yet to be solved as outlines or other shapes.
+    Shapes(LayerScene),
+}
+
+impl Solver<'_> {
+    /// The field of a step on its route, or the scene for the solver on tetrahedra.
+    pub(super) fn fields(
+        &self,
+        taken: Route,
+        step: &PlannedStep,
+        deformed: &DeformedScene,
+        state: Option<&Deformation<'_>>,
+    ) -> Result<Fields, Stop> {
+        let settings = self.settings.boxes();
+        match taken {
+            Route::Boxes => Ok(Fields::Boxes(Box::new(solve(&deformed.scene, &settings)?))),
+            Route::EnclosingBoxes => {
+                Ok(Fields::Boxes(Box::new(between(deformed, enclosing(deformed)?, &settings)?)))
+            }
+            Route::MappedBoxes => self.under_map(step, deformed, state),
+            Route::EnclosingBoxesThenOutlines => {
+                // Boxes inside and around are solved in no time.
+                let found = between(deformed, enclosing(deformed)?, &settings)?;
+                if found.reached {
+                    Ok(Fields::Boxes(Box::new(found)))
+                } else {
+                    self.outlines(deformed, state)
+                }
+            }
+            Route::Outlines | Route::OutlinesOnTetrahedra => self.outlines(deformed, state),
+            Route::Extruded | Route::Tetrahedra => Ok(Fields::Shapes(LayerScene::of_boxes(deformed))),
+        }
+    }
+
+    /// A scene of outlines by the solver for them. `None` where that fails and nobody asked for it: tetrahedra may serve.
+    pub(super) fn by_outlines(&self, scene: &Scene) -> Result<Option<Solved>, Stop> {
+        match solve_extruded(scene, &self.settings.boxes()) {
+            Ok(ExtrudedSolution { solution, turn, planes, field }) => {
+                let (mesh, potentials) = field.unwrap_or_default();
+                let general = MeshSolution { mesh, potentials, solution };
+                Ok(Some(Solved { general, turn, planes, surfaces: Vec::new(), facets: 0.0 }))
+            }
+            Err(SolveError::Cancelled) => Err(Stop::Cancelled),
+            Err(error) if asked(self.case) == Some(FieldSolver::Extruded) => Err(error.into()),
+            Err(_) => Ok(None),
+        }
+    }
+
+    /// Boxes under the map that bends them; boxes inside and around the electrodes where there is no such map.
+    fn under_map(
+        &self,
+        step: &PlannedStep,
+        deformed: &DeformedScene,
+        state: Option<&Deformation<'_>>,
+    ) -> Result<Fields, Stop> {
+        let settings = self.settings.boxes();
+        if let Some(map) = &deformed.tilt {
+            let bent = BentScene { scene: deformed.scene.clone(), map: Arc::clone(map), deviation: 0.0 };
+            let found = Box::new(mapped(&bent, &settings)?);
+            let surfaces = bent.surfaces(&window(&[deformed]));
+            return Ok(Fields::Mapped { found, deviation: 0.0, surfaces });
+        }
+        let enclosed = || Ok(Fields::Enclosed(Box::new(between(deformed, enclosing(deformed)?, &settings)?)));
+        // Boxes inside and around a pair know nothing of what else is bent.
+        let is_pressed_in_field = indenter_in_field(self.case).is_some();
+        let may_be_enclosed = deformed.scene.conductors().count() <= 2 && !is_pressed_in_field;
+        let (Some(Deformation::FiniteElement(layer)), Some(displacement)) =
+            (state, self.layer.displacement(step.index))
+        else {
+            return enclosed();
+        };
+        let found = Found { step: layer, displacement: &displacement, distance: step.pose.distance };
+        let mut films = films(self.settings.relative_tolerance);
+        loop {
+            let Some(film) = films.next() else {
+                return if may_be_enclosed { enclosed() } else { Err(StepFailure::NoMap.into()) };
+            };
+            let bent = match bent_scene(self.case, deformed, &found, film) {
+                Ok(Some(bent)) => bent,
+                Ok(None) | Err(_) if may_be_enclosed => return enclosed(),
+                Ok(None) => return Err(StepFailure::NoMap.into()),
+                Err(error) => return Err(error.into()),
+            };
+            match mapped(&bent, &settings) {
+                Ok(found) => {
+                    let surfaces = bent.surfaces(&window(&[deformed]));
+                    let found = Box::new(found);
+                    return Ok(Fields::Mapped { found, deviation: bent.deviation, surfaces });
+                }
+                // Only the film of an indenter can be chosen.
+                Err(Stop::Failed(failure)) if no_map(&failure) && is_pressed_in_field => {}
+                Err(Stop::Failed(failure)) if no_map(&failure) && may_be_enclosed => return enclosed(),
+                Err(stop) => return Err(stop),
+            }
+        }
+    }
+
+    /// Electrodes and layer in their own outlines.
+    fn outlines(&self, deformed: &DeformedScene, state: Option<&Deformation<'_>>) -> Result<Fields, Stop> {
+        let layer = match state {
+            Some(Deformation::FiniteElement(layer)) => {
+                outlined(deformed, &layer.curves, self.settings.relative_tolerance)?
+            }
+            // Nothing but finite elements bends anything.
+            Some(Deformation::ClosedForm(_)) | None => LayerScene::of_boxes(deformed),
+        };
+        Ok(Fields::Shapes(layer))
+    }
+}
+
+/// Whether a solve failed because the map that bends its boxes is none.
+fn no_map(failure: &StepFailure) -> bool {
+    matches!(failure, StepFailure::Field(SolveError::InsideOut | SolveError::TornMap))
+}

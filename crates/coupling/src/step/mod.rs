@@ -1,0 +1,272 @@
+//! One load step: the layer deforms, the electrodes move, the field is solved.
+
+mod fields;
+mod notes;
+
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::time::Instant;
+
+use elastocap_case::{Case, Measurement, Pose};
+use elastocap_electrostatics::{Field, Target};
+use elastocap_geometry::export::body::BodyMesh;
+use elastocap_geometry::scene::Scene;
+use elastocap_mechanics::ForceLimit;
+
+use crate::deform::{Deformation, Prepared};
+use crate::failure::{StepFailure, Stop};
+use crate::finished::FinishedStep;
+use crate::layer_outlines::LayerScene;
+use crate::outcome::{EntryStatus, Missed, Row, StepResult};
+use crate::plan::PlannedStep;
+use crate::route::{Bending, Bodies, Route, RouteError, asked, route};
+use crate::scene::{DeformedScene, SceneError, scene_of};
+use crate::settings::FieldSettings;
+use crate::tetrahedra::solve_shapes;
+use crate::view::window;
+use fields::Fields;
+use notes::{Shortfalls, floating_of, layer_missed};
+
+/// The field of a step, on whatever it was solved.
+#[derive(Debug)]
+pub enum StepField {
+    /// Samples on the grid of the box solver.
+    Grid(Field),
+    /// The potential on tetrahedra.
+    Tetrahedra(BodyMesh),
+}
+
+/// What the solvers for other shapes than boxes are given.
+struct Shaped<'a> {
+    scene: &'a Scene,
+    /// Relative error of the capacitance for flat faces that the scene has already.
+    facets: f64,
+}
+
+/// The route of a scene that the extruded solver failed on.
+fn on_tetrahedra_instead(taken: Route) -> Route {
+    match taken {
+        Route::Extruded => Route::Tetrahedra,
+        Route::Outlines => Route::OutlinesOnTetrahedra,
+        other => other,
+    }
+}
+
+/// What all steps of a run have in common.
+pub(crate) struct Solver<'a> {
+    pub(crate) case: &'a Case,
+    pub(crate) settings: FieldSettings,
+    pub(crate) prune: bool,
+    pub(crate) force_limit: Option<ForceLimit>,
+    pub(crate) layer: &'a Prepared,
+}
+
+impl Solver<'_> {
+    /// Solves one step. Whatever goes wrong is in the result's status; what was known before is kept.
+    pub(crate) fn solve(&self, step: &PlannedStep) -> (StepResult, Option<StepField>) {
+        let start = Instant::now();
+        let mut result = StepResult::not_run(step);
+        let mut field = None;
+        // A defect in one step must not take the others with it.
+        let outcome = catch_unwind(AssertUnwindSafe(|| self.run(step, &mut result, &mut field)));
+        match outcome {
+            Ok(Ok(())) => {}
+            Ok(Err(Stop::Cancelled)) => result = self.not_run(step),
+            Ok(Err(Stop::Failed(failure))) => result.fail(*failure),
+            Err(defect) => {
+                let said = defect.downcast_ref::<String>().map(String::as_str);
+                let said = said.or_else(|| defect.downcast_ref::<&str>().copied()).unwrap_or("no message");
+                result.fail(StepFailure::Defect(said.to_owned()));
+            }
+        }
+        result.seconds.total = start.elapsed().as_secs_f64();
+        (result, field)
+    }
+
+    /// Solves the field of a step to another tolerance, for what the curve shows alone: of the whole matrix for the entry that it shows.
+    pub(crate) fn solve_to(&self, step: &PlannedStep, relative_tolerance: f64) -> StepResult {
+        let asked = &self.settings;
+        let target = match (self.case.measurement(), asked.target) {
+            (Measurement::Matrix(_), Target::Matrix) => Target::Mutual([0, 1]),
+            (_, target) => target,
+        };
+        let settings = FieldSettings { relative_tolerance, target, field: false, ..asked.clone() };
+        let again = Solver { settings, ..*self };
+        let mut result = again.solve(step).0;
+        // The entries are compared with what the case asks of them.
+        let allowed = asked.boxes().allowed_spread();
+        result.entry_status = result.maxwell.as_ref().map(|all| EntryStatus::of(all, allowed, asked.target));
+        result
+    }
+
+    /// A step that the run was stopped before, with what is known of the layer.
+    pub(crate) fn not_run(&self, step: &PlannedStep) -> StepResult {
+        let mut result = StepResult::not_run(step);
+        let Ok(state) = self.layer.deformation(self.case, step.index, step.load, self.prune) else {
+            return result;
+        };
+        let missed = layer_missed(state.as_ref());
+        if !self.case.has_conductors() && missed.is_none() {
+            // There is nothing else to solve.
+            return self.solve(step).0;
+        }
+        result.reason = missed;
+        self.note_mechanics(&mut result, state.as_ref(), &step.pose);
+        if let (Some(Deformation::FiniteElement(layer)), false) = (&state, self.case.has_conductors()) {
+            result.row.relative_error_estimate = layer.relative_error_estimate;
+        }
+        result
+    }
+
+    fn run(
+        &self,
+        step: &PlannedStep,
+        result: &mut StepResult,
+        field: &mut Option<StepField>,
+    ) -> Result<(), Stop> {
+        if self.case.layer.is_none() && !self.case.has_only_boxes() {
+            let deformed = scene_of(self.case, None, &Pose::default())?;
+            if !deformed.scene.is_boxes() {
+                return self.without_layer(deformed, result, field);
+            }
+        }
+        let start = Instant::now();
+        let state = self.layer.deformation(self.case, step.index, step.load, self.prune)?;
+        let no_force = self.note_mechanics(result, state.as_ref(), &step.pose);
+        let mut shortfalls = Shortfalls::of_force(no_force);
+        if let Some(reason) = layer_missed(state.as_ref()) {
+            shortfalls.add(Missed::Mechanics, reason);
+        }
+        if !self.case.has_conductors() {
+            if let Some(Deformation::FiniteElement(layer)) = &state {
+                // The row is about the force, so its error is reported.
+                result.row.relative_error_estimate = layer.relative_error_estimate;
+            }
+            result.mark(shortfalls);
+            result.seconds.mechanics = start.elapsed().as_secs_f64();
+            return Ok(());
+        }
+        let deformed = self.bodies(&mut result.row, state.as_ref(), &step.pose)?;
+        if let Some(error) = self.mechanics_error(state.as_ref(), &deformed)? {
+            result.row.mechanics_error_estimate = Some(error);
+            let asked = self.settings.relative_tolerance;
+            if error > asked {
+                let reason = format!(
+                    "from the finest mesh of the layer but one to the finest, the gap or the parallel-plate capacitance changes by \
+                     {error:.1e} of itself, where {asked:.0e} was asked for"
+                );
+                shortfalls.add(Missed::Mechanics, reason);
+            }
+        }
+        let deformed = result.scene.insert(deformed);
+        result.seconds.mechanics = start.elapsed().as_secs_f64();
+
+        let bending = Bending::found(self.case, deformed, state.as_ref(), step.pose.distance);
+        let taken = route(Bodies::of(&deformed.scene), bending, asked(self.case))?;
+        result.route = Some(taken);
+        let mut solution = match self.fields(taken, step, deformed, state.as_ref())? {
+            Fields::Boxes(found) => *found,
+            Fields::Mapped { found, deviation, surfaces } => {
+                result.surfaces = surfaces;
+                self.note_deviation(&mut result.row, deviation, &mut shortfalls);
+                *found
+            }
+            Fields::Enclosed(found) => {
+                result.route = Some(Route::EnclosingBoxes);
+                *found
+            }
+            Fields::Shapes(layer) => {
+                let window = window(&[&*deformed]);
+                let shaped = Shaped { scene: &layer.scene, facets: layer.facets };
+                let by_outlines = !taken.is_on_tetrahedra();
+                if by_outlines && let Some(found) = self.by_outlines(shaped.scene)? {
+                    result.surfaces = layer.surfaces(&window, &[]);
+                    return self.note_shapes(&shaped, found, result, field, shortfalls);
+                }
+                if by_outlines && taken != Route::EnclosingBoxesThenOutlines {
+                    result.route = Some(on_tetrahedra_instead(taken));
+                }
+                self.solve_shaped(&shaped, result, field, shortfalls)?;
+                // The mesh of what is flat-faced shows no more, and is a thousand times larger.
+                result.surfaces = match result.surfaces.as_slice() {
+                    [] => Vec::new(),
+                    meshed => layer.surfaces(&window, meshed),
+                };
+                return Ok(());
+            }
+        };
+        *field = solution.field.take().map(StepField::Grid);
+        result.floating = floating_of(&deformed.scene, std::mem::take(&mut solution.floating));
+        self.note_solution(result, solution, shortfalls, self.settings.boxes().allowed_spread())
+    }
+
+    /// The bodies as deformed, and what they say of the pair of electrodes.
+    fn bodies(
+        &self,
+        row: &mut Row,
+        state: Option<&Deformation<'_>>,
+        pose: &Pose,
+    ) -> Result<DeformedScene, SceneError> {
+        let deformed = scene_of(self.case, state, pose)?;
+        if let Some(pair) = &deformed.pair {
+            row.gap_m = Some(pair.gap);
+            row.electrode_height_m = Some(pair.height);
+            row.electrode_thickness_m = Some(pair.thickness);
+            row.parallel_plate_f = self.case.electrodes_are_measured().then_some(pair.parallel_plate);
+        }
+        Ok(deformed)
+    }
+
+    /// A step as an earlier run found it, with the layer and the bodies of this one. `None` if it does not fit them.
+    pub(crate) fn restored(&self, step: &PlannedStep, found: FinishedStep) -> Option<StepResult> {
+        let mut result = StepResult::not_run(step);
+        let state = self.layer.deformation(self.case, step.index, step.load, self.prune).ok()?;
+        self.note_mechanics(&mut result, state.as_ref(), &step.pose);
+        result.scene = Some(self.bodies(&mut result.row, state.as_ref(), &step.pose).ok()?);
+        found.add_to(&mut result).then_some(result)
+    }
+
+    /// A scene of any shapes without a layer.
+    fn without_layer(
+        &self,
+        deformed: DeformedScene,
+        result: &mut StepResult,
+        field: &mut Option<StepField>,
+    ) -> Result<(), Stop> {
+        let taken = route(Bodies::of(&deformed.scene), Bending::Straight, asked(self.case))?;
+        result.route = Some(taken);
+        let shaped = Shaped { scene: &deformed.scene, facets: 0.0 };
+        match taken {
+            Route::Tetrahedra => {}
+            Route::Extruded => {
+                if let Some(found) = self.by_outlines(shaped.scene)? {
+                    result.surfaces = LayerScene::of_boxes(&deformed).surfaces(&window(&[&deformed]), &[]);
+                    return self.note_shapes(&shaped, found, result, field, Shortfalls::default());
+                }
+                result.route = Some(on_tetrahedra_instead(taken));
+            }
+            // These want boxes, or a layer that bends electrodes.
+            Route::Boxes
+            | Route::EnclosingBoxes
+            | Route::MappedBoxes
+            | Route::EnclosingBoxesThenOutlines
+            | Route::Outlines
+            | Route::OutlinesOnTetrahedra => return Err(RouteError::BoxesOnly.into()),
+        }
+        self.solve_shaped(&shaped, result, field, Shortfalls::default())
+    }
+
+    /// A scene of any shapes; `shortfalls` are those of the layer.
+    fn solve_shaped(
+        &self,
+        shaped: &Shaped<'_>,
+        result: &mut StepResult,
+        field: &mut Option<StepField>,
+        shortfalls: Shortfalls,
+    ) -> Result<(), Stop> {
+        let mut solved = solve_shapes(shaped.scene, self.case.mesh.as_ref(), &self.settings)?;
+        if !shaped.scene.is_boxes() {
+            result.surfaces = std::mem::take(&mut solved.surfaces);
+        }
+        self.note_shapes(shaped, solved, result, field, shortfalls)
+    }
+}

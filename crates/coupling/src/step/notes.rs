@@ -1,0 +1,291 @@
+//! What a step notes in its result: the layer, what was found of the field, and what it does not have of what was asked for.
+
+use elastocap_case::{Measurement, Pose};
+use elastocap_electrostatics::{Bounded, FloatingPotential, Solution, Target};
+use elastocap_geometry::scene::Scene;
+
+use super::{Shaped, Solver, StepField};
+use crate::deform::shear_force::shear_force;
+use crate::deform::{Deformation, FiniteElementStep, ForceCheck};
+use crate::failure::{StepFailure, Stop};
+use crate::load_steps::StepLoad;
+use crate::outcome::{EntryStatus, FloatingConductor, Missed, Row, SolverReport, Status, StepResult};
+use crate::plan::PlannedStep;
+use crate::scene::{DeformedScene, scene_of};
+use crate::terminals::shown as shown_of;
+use crate::tetrahedra::{Solved, shown};
+use crate::words::FORCE_FORMULA;
+
+/// What a step that was carried to its end does not have of what was asked for.
+#[derive(Default)]
+pub(super) struct Shortfalls {
+    /// Which errors are too large, and why.
+    missed: Vec<(Missed, String)>,
+    /// Why there is no force, if there is none.
+    no_force: Option<String>,
+    /// Whether entries of the matrix are known to the tolerance of the diagonal only.
+    to_diagonal: bool,
+}
+
+impl Shortfalls {
+    /// Nothing but why there is no force, if there is none.
+    pub(super) fn of_force(no_force: Option<String>) -> Self {
+        Self { no_force, ..Self::default() }
+    }
+
+    pub(super) fn add(&mut self, missed: Missed, reason: String) {
+        self.missed.push((missed, reason));
+    }
+}
+
+impl Solver<'_> {
+    /// Notes what the mechanics say; returns why there is no force, if there is none.
+    pub(super) fn note_mechanics(
+        &self,
+        result: &mut StepResult,
+        state: Option<&Deformation<'_>>,
+        pose: &Pose,
+    ) -> Option<String> {
+        let row = &mut result.row;
+        row.distance_m = self.case.approaches().then_some(pose.distance);
+        let Some(state) = state else {
+            // Nothing presses: the layer is as it was.
+            if self.case.layer.is_some() {
+                (row.compression, row.force_n, row.top_displacement_m) = (Some(0.0), Some(0.0), Some(0.0));
+            }
+            return None;
+        };
+        row.compression = Some(state.compression());
+        row.top_displacement_m = Some(state.top_displacement());
+        if let Deformation::FiniteElement(step) = state {
+            result.layer = Some((*step).clone());
+        }
+        [row.force_x1_n, row.force_x3_n] = shear_force(state, pose);
+        if let (StepLoad::Compression(compression), Some(limit)) = (result.load, self.force_limit)
+            && compression > limit.compression
+        {
+            return Some(format!(
+                "the force has its maximum of {:.4e} N at U/H = {:.4} by {FORCE_FORMULA}; beyond it the formula means nothing \
+                 and no force is given; the deformation and the capacitance are not affected",
+                limit.force, limit.compression
+            ));
+        }
+        row.force_n = Some(state.force());
+        result.force_check = ForceCheck::of(self.case, state);
+        None
+    }
+
+    /// Relative error of gap and capacitance for the finite elements of the layer: how far the larger of the gap and the
+    /// parallel-plate capacitance moved from the finest mesh but one to the finest. `None` without finite elements, without a
+    /// pair, and where one mesh alone reached the load.
+    pub(super) fn mechanics_error(
+        &self,
+        state: Option<&Deformation<'_>>,
+        deformed: &DeformedScene,
+    ) -> Result<Option<f64>, Stop> {
+        let (Some(Deformation::FiniteElement(layer)), Some(fine)) = (state, &deformed.pair) else {
+            return Ok(None);
+        };
+        if layer.coarser_electrodes.is_empty() {
+            return Ok(None);
+        }
+        let electrodes = layer.coarser_electrodes.clone();
+        let coarser = FiniteElementStep { electrodes, ..(*layer).clone() };
+        let scene = scene_of(self.case, Some(&Deformation::FiniteElement(&coarser)), &Pose::default())?;
+        Ok(scene.pair.map(|coarse| {
+            let moved = |coarse: f64, fine: f64| (coarse - fine).abs() / fine.abs();
+            moved(coarse.gap, fine.gap).max(moved(coarse.parallel_plate, fine.parallel_plate))
+        }))
+    }
+
+    /// Notes how far the bodies of a field are from those of the layer's finite elements.
+    pub(super) fn note_deviation(&self, row: &mut Row, deviation: f64, shortfalls: &mut Shortfalls) {
+        row.geometry_error_estimate = Some(deviation);
+        let asked = self.settings.relative_tolerance;
+        if deviation > asked {
+            let reason = format!(
+                "the polynomials that bend electrodes and layer leave a relative error of about {deviation:.0e} (an estimate), where \
+                 {asked:.0e} was asked for"
+            );
+            shortfalls.add(Missed::Geometry, reason);
+        }
+    }
+
+    /// Notes what was found of a scene of any shapes.
+    pub(super) fn note_shapes(
+        &self,
+        &Shaped { scene, facets: polygons }: &Shaped<'_>,
+        solved: Solved,
+        result: &mut StepResult,
+        field: &mut Option<StepField>,
+        mut shortfalls: Shortfalls,
+    ) -> Result<(), Stop> {
+        if self.settings.field && !solved.general.mesh.tets.is_empty() {
+            *field = Some(StepField::Tetrahedra(shown(scene, &solved, self.settings.target)));
+        }
+        let Solved { mut general, turn, facets, .. } = solved;
+        let facets = facets + polygons;
+        result.row.geometry_error_estimate = Some(facets);
+        if facets > 0.0 {
+            result.warnings.push(format!(
+                "curved surfaces are solved with flat faces, which adds a relative error of about {facets:.0e} (an estimate) to \
+                 the capacitances: their bounds are those of the flat-faced bodies"
+            ));
+        }
+        let asked = self.settings.relative_tolerance;
+        if facets > asked {
+            let reason = format!(
+                "flat faces in place of curved ones leave a relative error of about {facets:.0e} (an estimate), where {asked:.0e} \
+                 was asked for"
+            );
+            shortfalls.add(Missed::Geometry, reason);
+        }
+        result.floating = floating_of(scene, std::mem::take(&mut general.solution.floating));
+        self.note_solution(result, general.solution, shortfalls, asked)?;
+        if let Some(report) = &mut result.solver {
+            report.turned_degrees = turn.map(|turn| turn.degrees());
+        }
+        Ok(())
+    }
+
+    /// The capacitance that the row of a step shows. That of the whole matrix is one of its entries, which only a curve needs.
+    fn measured(&self, solution: &Solution) -> Option<Bounded> {
+        match self.case.measurement() {
+            Measurement::Matrix(_) if self.case.load.is_none() => None,
+            measurement => shown_of(measurement, solution),
+        }
+    }
+
+    /// Notes what was found of the field; `allowed_spread` is what the solver was asked for, over the value.
+    pub(super) fn note_solution(
+        &self,
+        result: &mut StepResult,
+        solution: Solution,
+        mut shortfalls: Shortfalls,
+        allowed_spread: f64,
+    ) -> Result<(), Stop> {
+        let measured = self.measured(&solution);
+        let all = solution.maxwell.iter().flatten().chain(&measured);
+        if all.into_iter().any(|c| !(c.lower <= c.value && c.value <= c.upper)) {
+            return Err(StepFailure::BoundsExcludeValue.into());
+        }
+        match &measured {
+            Some(capacitance) => result.row.set_capacitance(capacitance, self.case.measurement(), &solution),
+            None if self.settings.target != Target::Matrix => {
+                shortfalls
+                    .add(Missed::Field, "no flux leaves what is measured: it has no capacitance".to_owned());
+            }
+            None => {}
+        }
+        result.row.unknowns = Some(solution.unknowns);
+        result.row.geometry_error_estimate.get_or_insert(0.0);
+        if !solution.reached {
+            let reason = solution.shortfall.unwrap_or_else(|| TOO_FAR_APART.to_owned());
+            shortfalls.missed.insert(0, (Missed::Field, reason));
+        }
+        let entries = EntryStatus::of(&solution.maxwell, allowed_spread, self.settings.target);
+        let matrix_asked = self.settings.target == Target::Matrix;
+        shortfalls.to_diagonal = matrix_asked && entries.iter().flatten().any(|e| *e != EntryStatus::Ok);
+        result.mark(shortfalls);
+        result.entry_status = Some(entries);
+        result.measured = measured;
+        result.maxwell = Some(solution.maxwell);
+        result.seconds.electrostatics = solution.seconds;
+        result.solver = Some(SolverReport {
+            iterations: solution.iterations,
+            grids: solution.grids,
+            resolution: solution.resolution,
+            mirrored: solution.mirrored,
+            turned_degrees: None,
+            repair_share: solution.repair_share,
+        });
+        Ok(())
+    }
+}
+
+pub(super) fn floating_of(scene: &Scene, potentials: Vec<FloatingPotential>) -> Vec<FloatingConductor> {
+    let named = potentials.into_iter().filter_map(|potential| {
+        let conductor = scene.conductors().nth(potential.conductor)?;
+        Some(FloatingConductor {
+            name: conductor.body.name.clone(),
+            charge: conductor.potential.floating_charge()?,
+            per_volt: potential.per_driven,
+            from_charges: potential.from_charges,
+        })
+    });
+    named.collect()
+}
+
+/// What is said where a solver has nothing more to say.
+const TOO_FAR_APART: &str = "the bounds are farther apart than asked for";
+
+/// Why the finite elements of the layer do not have the accuracy asked for, if they do not.
+pub(super) fn layer_missed(state: Option<&Deformation<'_>>) -> Option<String> {
+    let Some(Deformation::FiniteElement(step)) = state else { return None };
+    if step.negative_pivots > 0 {
+        return Some(format!(
+            "the equilibrium of the layer is unstable (its tangent has {} negative pivots)",
+            step.negative_pivots
+        ));
+    }
+    if step.converged {
+        return None;
+    }
+    Some(match step.relative_error_estimate {
+        Some(error) => format!("the finest mesh of the layer leaves a relative error of {error:.1e}"),
+        None => {
+            "less than three meshes of the layer got to this load, so that its error is not known".to_owned()
+        }
+    })
+}
+
+impl StepResult {
+    /// A step of which only the load is known.
+    pub(crate) fn not_run(step: &PlannedStep) -> Self {
+        let mut row = Row::default();
+        match step.load {
+            StepLoad::None => {}
+            StepLoad::Compression(compression) => row.compression = Some(compression),
+            StepLoad::ForceN(force) => row.force_n = Some(force),
+        }
+        Self {
+            index: step.index,
+            load: step.load,
+            same_as: step.same_as,
+            route: None,
+            row,
+            reason: None,
+            interrupted: false,
+            warnings: Vec::new(),
+            layer: None,
+            force_check: None,
+            scene: None,
+            surfaces: Vec::new(),
+            maxwell: None,
+            entry_status: None,
+            floating: Vec::new(),
+            measured: None,
+            solver: None,
+            before_change: None,
+            seconds: Default::default(),
+        }
+    }
+
+    /// How a step went that was carried to its end.
+    pub(super) fn mark(&mut self, shortfalls: Shortfalls) {
+        let Shortfalls { missed, no_force, to_diagonal } = shortfalls;
+        self.row.status = match (missed.first(), &no_force) {
+            (Some((first, _)), _) => Status::ToleranceNotReached(*first),
+            (None, Some(_)) => Status::BeyondForceLimit,
+            (None, None) if to_diagonal => Status::OkToDiagonal,
+            (None, None) => Status::Ok,
+        };
+        let reasons: Vec<_> = missed.into_iter().map(|(_, reason)| reason).chain(no_force).collect();
+        self.reason = (!reasons.is_empty()).then(|| reasons.join("; "));
+    }
+
+    pub(super) fn fail(&mut self, failure: StepFailure) {
+        self.reason = Some(failure.to_string());
+        self.row.status = failure.into();
+    }
+}
