@@ -1,7 +1,6 @@
 //! `curve.svg`: by how much the capacitance changes under load, with its bounds, above the capacitance itself beside that of
 //! parallel plates; or force against compression. `approach.svg`: the same against the distance of the indenter, before contact.
 
-use crate::change::changes;
 use crate::plot::{Axis, Chart, Panels, Scale, Series, Style};
 use elastocap_coupling::outcome::{Outcome, Row};
 use elastocap_coupling::plan::{HELD_PATCH, Kind};
@@ -90,14 +89,14 @@ fn load(outcome: &Outcome) -> (Axis, Vec<f64>) {
 
 /// The change since the first step, %; `None` where there are no two steps to compare.
 fn change(outcome: &Outcome, x: &Axis, places: &[Place]) -> Option<Chart> {
-    let changes = changes(&outcome.steps);
-    let shown: Vec<_> = places.iter().map(|(k, x)| (*x, changes[*k])).collect();
-    if shown.iter().filter(|(_, change)| change.is_some()).count() < 2 {
+    let first = outcome.steps.first()?.row.capacitance_f?;
+    let rows = || places.iter().map(|(k, _)| &outcome.steps[*k].row);
+    if rows().filter(|row| row.change_f.is_some()).count() < 2 {
         return None;
     }
-    let percent = |value: Option<f64>| 100.0 * known(value);
-    let points = shown.iter().map(|(x, c)| (*x, percent(c.map(|c| c.value))));
-    let band = shown.iter().map(|(_, c)| (percent(c.map(|c| c.lower)), percent(c.map(|c| c.upper))));
+    let percent = |change: Option<f64>| 100.0 * known(change) / first;
+    let points = places.iter().zip(rows()).map(|((_, x), row)| (*x, percent(row.change_f)));
+    let band = rows().map(|row| (percent(row.change_lower_f), percent(row.change_upper_f)));
     Some(Chart {
         title: String::new(),
         x: x.clone(),
@@ -159,27 +158,26 @@ mod tests {
     #[test]
     fn the_change_is_nothing_at_first_and_lies_within_bounds_that_every_pair_of_capacitances_meets() {
         let mut outcome = pressed();
-        let changes = changes(&outcome.steps);
-        assert_eq!(changes[0], Some(crate::change::Change { value: 0.0, lower: 0.0, upper: 0.0 }));
+        let panels = figure("a pair", &outcome).unwrap();
+        let drawn = &panels.main.series[0];
+        let band = drawn.band.as_ref().unwrap();
+        assert_eq!((drawn.points[0].1, band[0]), (0.0, (0.0, 0.0)));
         let rows: Vec<_> = outcome.steps.iter().map(|step| &step.row).collect();
         let ends = |r: &Row| [r.capacitance_lower_f.unwrap(), r.capacitance_upper_f.unwrap()];
-        for (row, change) in rows.iter().zip(&changes).skip(1) {
-            let change = change.unwrap();
-            assert!(change.lower < change.value && change.value < change.upper);
-            let slack = 1e-12;
+        let value = rows[0].capacitance_f.unwrap();
+        for ((row, point), (lower, upper)) in rows.iter().zip(&drawn.points).zip(band).skip(1) {
+            assert!(*lower < point.1 && point.1 < *upper);
             for first in ends(rows[0]) {
                 for now in ends(row) {
-                    let between = now / first - 1.0;
-                    assert!(change.lower - slack < between && between < change.upper + slack);
+                    let between = 100.0 * (now - first) / value;
+                    assert!(lower - 1e-10 < between && between < upper + 1e-10);
                 }
             }
         }
-        let panels = figure("a pair", &outcome).unwrap();
         assert_eq!((panels.main.y.unit.as_str(), panels.main.series.len()), ("%", 1));
         assert_eq!(panels.second.as_ref().unwrap().series.len(), 2);
-        let last = changes[5].unwrap();
-        assert_eq!(panels.main.series[0].points[5].1, 100.0 * last.value);
-        assert_eq!(panels.main.series[0].band.as_ref().unwrap()[5], (100.0 * last.lower, 100.0 * last.upper));
+        let last = 100.0 * outcome.steps[5].row.change_relative.unwrap();
+        assert!((panels.main.series[0].points[5].1 - last).abs() < 1e-12);
         // Beyond the largest force of the formula a step has a capacitance and no force: the axis is the compression.
         outcome.steps[5].row.force_n = None;
         let panels = figure("a pair", &outcome).unwrap();

@@ -1,6 +1,5 @@
 //! Results on disk.
 
-mod change;
 pub mod csv;
 mod fields;
 mod figure;
