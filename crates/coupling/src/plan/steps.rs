@@ -83,7 +83,7 @@ impl Plan {
 pub(super) fn planned_steps(case: &Case, options: &Options) -> Vec<PlannedStep> {
     let mut first_with = HashMap::new();
     let mut steps: Vec<PlannedStep> = Vec::new();
-    let mut before_contact: Vec<(usize, Scene)> = Vec::new();
+    let mut first_scene: Option<Scene> = None;
     let loads = StepLoad::all_of(case);
     let setup = check_setup(case, &loads);
     for (index, load) in loads.into_iter().enumerate() {
@@ -100,15 +100,13 @@ pub(super) fn planned_steps(case: &Case, options: &Options) -> Vec<PlannedStep> 
                 Ok(()) => match way_of(case, load, &pose, options.prune) {
                     Ok((route, scene)) => {
                         // What comes near may be none of the field's business.
-                        let is_same = |(earlier, own): &&(usize, Scene)| {
-                            let earlier = steps.get(*earlier);
-                            let moved = |pose: &Pose| (pose.shift, pose.tilt);
-                            earlier.is_some_and(|s| s.load == load && moved(&s.pose) == moved(&pose))
-                                && scene.as_ref() == Some(own)
-                        };
-                        same_as = before_contact.iter().find(is_same).map(|(earlier, _)| *earlier);
-                        if options.prune && case.approaches() && same_as.is_none() {
-                            before_contact.extend(scene.map(|scene| (index, scene)));
+                        let moved = |pose: &Pose| (pose.shift, pose.tilt);
+                        let is_same = steps.first().is_some_and(|first| {
+                            first.load == load && moved(&first.pose) == moved(&pose) && scene == first_scene
+                        });
+                        same_as = (is_same && scene.is_some()).then_some(0);
+                        if index == 0 && options.prune && case.approaches() {
+                            first_scene = scene;
                         }
                         (route, None)
                     }

@@ -34,18 +34,19 @@ pub(crate) fn indenter_in_field(case: &Case) -> Option<FieldIndenter> {
 
 /// The places of bodies that are neutral among the `dielectrics` of a scene, slabs included.
 pub(super) fn neutral_bodies(dielectrics: &[&Body], background: f64) -> Vec<usize> {
-    let is_neutral = |place: &usize| {
-        let own = dielectrics[*place];
-        let permittivity_is_own = |other: &Body| permittivity(other) == permittivity(own);
-        let is_apart = |other: &Body| match (own.bounds(), other.bounds()) {
-            (Some(own), Some(other)) => are_apart(&own, &other),
+    let is_of_it = |body: &&&Body| permittivity(body) == Some(background);
+    let others: Vec<Option<Box3>> =
+        dielectrics.iter().filter(|body| !is_of_it(body)).map(|body| body.bounds()).collect();
+    let is_neutral = |(_, body): &(usize, &&Body)| {
+        let own = body.bounds();
+        let is_apart = |other: &Option<Box3>| match (&own, other) {
+            (Some(own), Some(other)) => are_apart(own, other),
             // Only a mesh knows.
             _ => false,
         };
-        permittivity(own) == Some(background)
-            && dielectrics.iter().all(|other| permittivity_is_own(other) || is_apart(other))
+        is_of_it(body) && others.iter().all(is_apart)
     };
-    (0..dielectrics.len()).filter(is_neutral).collect()
+    dielectrics.iter().enumerate().filter(is_neutral).map(|(place, _)| place).collect()
 }
 
 /// Whether two boxes share no more than faces.
