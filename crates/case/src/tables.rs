@@ -239,8 +239,8 @@ macro_rules! table {
     ) => {
         $(#[doc = $doc])*
         #[derive(Debug)]
-        pub(super) struct $Name {
-            $( $(#[doc = $field_doc])* pub(super) $field: $Field, )*
+        pub(crate) struct $Name {
+            $( $(#[doc = $field_doc])* pub(crate) $field: $Field, )*
         }
 
         impl $Name {
@@ -290,7 +290,7 @@ macro_rules! choice {
     ) => {
         $(#[doc = $doc])*
         #[derive(Debug)]
-        pub(super) enum $Name { $( $Variant($Inner), )* }
+        pub(crate) enum $Name { $( $Variant($Inner), )* }
 
         impl $Name {
             const SHAPE: TableKeys =
@@ -336,7 +336,7 @@ macro_rules! words {
     ) => {
         $(#[doc = $doc])*
         #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-        pub(super) enum $Name { $( $(#[doc = $word_doc])* $Variant, )* }
+        pub(crate) enum $Name { $( $(#[doc = $word_doc])* $Variant, )* }
 
         impl $Name {
             const WORDS: &'static [&'static str] = &[$($word),*];

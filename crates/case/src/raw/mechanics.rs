@@ -1,0 +1,246 @@
+//! `[mechanics]`, `[indenter]` and `[load]`: how the layer deforms, what presses, and how hard.
+
+use serde_json::{Value, json};
+use toml::de::DeValue;
+
+use crate::quantities::{Angle, Compression, Force, Permittivity, Position, Size, Tolerance};
+use crate::reader::{FromToml, Log, Node, Read, alternatives, nearest};
+use crate::tables::{Entries, TableKeys, TableSchema, choice, key, table, unknown_word, words};
+use crate::values::{Count, Either};
+
+choice! {
+    /// How the layer's deformation is computed.
+    enum Mechanics {
+        "closed_form" => ClosedForm(ClosedForm),
+        "plane_strain" => PlaneStrain(PlaneStrain),
+        "solid" => Solid(Solid),
+    }
+}
+
+table! {
+    /// The closed-form solution: bonded layer under a wide flat probe, plane strain. Equation numbers are those of "Large
+    /// deformation mechanics of a soft elastomeric layer under compressive loading for a MEMS tactile sensor application".
+    struct ClosedForm {
+        /// Half-length L of the contact in the force formula, eq. (50).
+        contact_half_length: Read<Size>,
+        /// Width w of the contact in the force formula, eq. (50).
+        contact_width: Read<Size>,
+        /// Length L in the shear constant B, eq. (45), or "finite-element" to find it at each step.
+        shear_length: Read<Either<FiniteElement, Size>>,
+    }
+}
+
+words! {
+    /// Found at each step from finite elements of the layer under a sharp punch of the contact's length.
+    enum FiniteElement { "finite-element" => FiniteElement, }
+}
+
+table! {
+    /// Finite elements in plane strain: large deformations, contact, electrodes as stiffer inclusions.
+    struct PlaneStrain {
+        /// The indenter: "whole-top" for a smooth plate over the whole layer, or an indenter.
+        indenter: Read<Either<WholeTop, Indenter>>,
+        /// The layer's end: "free" of traction all the way, "free-on-substrate" (what folds over rests on the substrate
+        /// plane), or "far" (the layer goes on: no motion along x1 there).
+        end: Read<LayerEnd>,
+        /// Width of the layer along x3, which the force is for.
+        width: Read<Size>,
+        /// Relative discretisation error of the force to reach. Default: 5e-3.
+        relative_tolerance: Option<Read<Tolerance>>,
+    }
+}
+
+words! {
+    /// A smooth plate over the whole layer.
+    enum WholeTop { "whole-top" => WholeTop, }
+}
+
+words! {
+    /// The boundary condition at the layer's end.
+    enum LayerEnd { "free" => Free, "free-on-substrate" => FreeOnSubstrate, "far" => Far, }
+}
+
+choice! {
+    /// A rigid indenter.
+    enum Indenter {
+        "flat_punch" => FlatPunch(FlatPunch),
+        "cylinder" => Cylinder(Cylinder),
+    }
+}
+
+table! {
+    /// A flat-faced punch, long along x3.
+    struct FlatPunch {
+        /// Half of its width along x1.
+        half_width: Read<Size>,
+        /// Radius of its corners. Default: none, that is sharp corners.
+        corner_radius: Option<Read<Size>>,
+        /// "smooth" (contact without friction: the layer slides around the corners), "bonded" (the layer sticks to the face), or "held"
+        /// (no punch, but the patch that lay under it at rest is moved down, and may spread). Default: "smooth".
+        contact: Option<Read<Contact>>,
+        /// Its middle, along x1 from the middle of the layer. Default: 0.
+        position: Option<Read<Position>>,
+    }
+}
+
+table! {
+    /// A cylinder, its axis along x3.
+    struct Cylinder {
+        /// Its radius.
+        radius: Read<Size>,
+        /// Its middle, along x1 from the middle of the layer. Default: 0.
+        position: Option<Read<Position>>,
+    }
+}
+
+table! {
+    /// Finite elements in three dimensions, for a layer of finite width. Indenters are above its middle.
+    struct Solid {
+        /// The indenter: "whole-top" for a smooth plate over the whole layer, or an indenter.
+        indenter: Read<Either<WholeTop, SolidIndenter>>,
+        /// The layer's end along x1: "free" of traction all the way, "free-on-substrate" (what folds over rests on the
+        /// substrate plane), or "far" (the layer goes on: no motion along x1 there).
+        end: Read<LayerEnd>,
+        /// Width of the layer along x3, from side to side.
+        width: Read<Size>,
+        /// The layer's sides along x3: "free" like the end, or "symmetric" (the layer goes on as in a mirror: no motion
+        /// along x3 there). Default: "free".
+        side: Option<Read<LayerSide>>,
+        /// Relative discretisation error of the force to reach. Default: 2e-2.
+        relative_tolerance: Option<Read<Tolerance>>,
+    }
+}
+
+words! {
+    /// The boundary condition at the layer's sides.
+    enum LayerSide { "free" => Free, "symmetric" => Symmetric, }
+}
+
+choice! {
+    /// A rigid indenter above the middle of the layer.
+    enum SolidIndenter {
+        "flat_punch" => FlatPunch(SolidPunch),
+        "cylinder" => Cylinder(SolidCylinder),
+        "sphere" => Sphere(Sphere),
+    }
+}
+
+table! {
+    /// A flat-faced punch.
+    struct SolidPunch {
+        /// Half of its width along x1.
+        half_width: Read<Size>,
+        /// Half of its depth along x3, with a corner radius. Default: it goes all along x3.
+        half_depth: Option<Read<Size>>,
+        /// Radius of its corners. Default: none, that is sharp corners; those need a `contact` of "bonded" or "held".
+        corner_radius: Option<Read<Size>>,
+        /// "smooth" (contact without friction, with rounded corners), "bonded" (the layer sticks to the face), or "held" (no punch, but
+        /// the patch that lay under it at rest is moved down, and may spread). Default: "smooth".
+        contact: Option<Read<Contact>>,
+    }
+    later: "position";
+}
+
+table! {
+    /// A cylinder, its axis along x3.
+    struct SolidCylinder {
+        /// Its radius.
+        radius: Read<Size>,
+    }
+    later: "position";
+}
+
+table! {
+    /// A sphere.
+    struct Sphere {
+        /// Its radius.
+        radius: Read<Size>,
+    }
+    later: "position";
+}
+
+words! {
+    /// How layer and indenter touch.
+    enum Contact { "smooth" => Smooth, "bonded" => Bonded, "held" => Held, }
+}
+
+table! {
+    /// What presses on the layer, by its form in [mechanics], as a part of the field. The closed form presses with a plate of the length
+    /// and width of the contact, `indenter = "whole-top"` with one over the whole layer.
+    struct FieldIndenter {
+        /// "grounded" (a conductor at potential zero), "floating" (one without charge), `{ relative_permittivity = .. }` (a dielectric),
+        /// or "absent" (the field is that without it, as without this table).
+        role: Read<Either<IndenterRole, IndenterMedium>>,
+        /// How tall a punch or a plate is, along x2. Default: as tall as it is wide along x1. Cylinders and spheres are whole.
+        height: Option<Read<Size>>,
+    }
+}
+
+words! {
+    /// What the indenter is to the field.
+    enum IndenterRole { "grounded" => Grounded, "floating" => Floating, "absent" => Absent, }
+}
+
+table! {
+    /// A dielectric indenter.
+    struct IndenterMedium {
+        /// Relative permittivity.
+        relative_permittivity: Read<Permittivity>,
+    }
+}
+
+table! {
+    /// The load steps: exactly one of `compression`, `force` and `steps`, from contact on.
+    struct Load {
+        /// Distances of the indenter's lowest point from the surface of the layer, before contact: steps before those of the load, in
+        /// which the layer is at rest.
+        approach: Option<Read<Vec<Read<Size>>>>,
+        /// Top displacement over thickness, U/H, of each step.
+        compression: Option<Read<Either<Vec<Read<Compression>>, CompressionRange>>>,
+        /// Compressive force of each step.
+        force: Option<Read<Either<Vec<Read<Force>>, ForceRange>>>,
+        /// Steps that also move what is attached to the layer's top or to the indenter.
+        steps: Option<Read<Vec<Read<LoadStep>>>>,
+    }
+    one_of: "compression", "force", "steps";
+}
+
+table! {
+    /// One load step; all of a case give a compression, or all a force.
+    struct LoadStep {
+        /// Top displacement over thickness, U/H.
+        compression: Option<Read<Compression>>,
+        /// Compressive force.
+        force: Option<Read<Force>>,
+        /// How far what is attached is moved along x1 and x3. Default: 0.
+        shift: Option<Read<[Read<Position>; 2]>>,
+        /// By how much what is attached is turned about x3 and about x1, about the middle of its lower side; right-handed: the first lifts
+        /// the side towards +x1, the second lowers that towards +x3. Default: 0.
+        tilt: Option<Read<[Read<Angle>; 2]>>,
+    }
+    one_of: "compression", "force";
+}
+
+table! {
+    /// Equally spaced compressions, both ends included.
+    struct CompressionRange {
+        /// First step.
+        from: Read<Compression>,
+        /// Last step.
+        to: Read<Compression>,
+        /// Number of steps.
+        points: Read<Count>,
+    }
+}
+
+table! {
+    /// Equally spaced forces, both ends included.
+    struct ForceRange {
+        /// First step.
+        from: Read<Force>,
+        /// Last step.
+        to: Read<Force>,
+        /// Number of steps.
+        points: Read<Count>,
+    }
+}

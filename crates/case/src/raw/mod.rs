@@ -1,0 +1,146 @@
+//! The case file as written: every table and key of format 1 that this version reads.
+//!
+//! The doc comments are the descriptions in the JSON Schema, so they speak to whoever writes a case file.
+
+mod bodies;
+mod electrodes;
+mod mechanics;
+mod surroundings;
+
+use serde_json::{Value, json};
+use toml::de::{DeTable, DeValue};
+
+use super::file_unit::FileUnit;
+use super::material::MaterialTable;
+use super::quantities::{Permittivity, Size, Tolerance};
+use super::reader::{FromToml, Log, Node, Read, alternatives, nearest};
+use super::tables::{Entries, TableKeys, TableSchema, key, table, unknown_word, words};
+use super::values::{Flag, FormatNumber, PotentialOrder, Text};
+pub(crate) use bodies::*;
+pub(crate) use electrodes::*;
+pub(crate) use mechanics::*;
+pub(crate) use surroundings::*;
+
+table! {
+    /// A case file of elastocap: a soft capacitive sensor, its surroundings and its load.
+    struct Document {
+        /// Number of the file format.
+        format: Read<FormatNumber>,
+        /// One line that says what the case is. Default: the name of the file.
+        title: Option<Read<Text>>,
+        /// The soft layer, from the substrate plane x2 = 0 to x2 = thickness.
+        layer: Option<Read<Layer>>,
+        /// Electrodes by their usual forms: a pair in the layer, and any number of combs, arrays, spirals and rings.
+        electrodes: Option<Read<Electrodes>>,
+        /// How the layer's deformation is computed.
+        mechanics: Option<Read<Mechanics>>,
+        /// The load steps, in the order in which they are reported.
+        load: Option<Read<Load>>,
+        /// What presses on the layer, as a part of the field.
+        indenter: Option<Read<FieldIndenter>>,
+        /// Conductors besides the electrodes; none may touch another, unless both belong to one terminal.
+        conductor: Option<Read<Vec<Read<Conductor>>>>,
+        /// Conductors on one wire; a conductor that none of them names is a terminal by itself.
+        terminal: Option<Read<Vec<Read<Terminal>>>>,
+        /// What is measured. Default: the pair of two terminals, or of [electrodes]; of more, the whole matrix.
+        measure: Option<Read<Measure>>,
+        /// Dielectric bodies; where two overlap, the later one in the file wins.
+        dielectric: Option<Read<Vec<Read<Dielectric>>>>,
+        /// What surrounds the bodies, and where the field ends.
+        surroundings: Option<Read<Surroundings>>,
+        /// A volume mesh from Gmsh that is the whole scene; bodies are then `physical` groups of it.
+        mesh: Option<Read<MeshFile>>,
+        /// How accurately the capacitance is computed.
+        electrostatics: Option<Read<Electrostatics>>,
+    }
+}
+
+impl Document {
+    /// Reads the whole file. The flag says whether unknown keys at the top level may stand for missing tables.
+    pub(super) fn read(table: &DeTable<'_>, log: &mut Log<'_>) -> (Self, bool) {
+        Self::from_entries(Entries::of_document(table), log)
+    }
+}
+
+impl Document {
+    /// The electrodes, if there is a pair among them.
+    pub(super) fn pair(&self) -> Option<&Read<Electrodes>> {
+        let has_pair = |forms: &Electrodes| forms.in_plane_pair.is_some() || forms.stacked_pair.is_some();
+        self.electrodes.as_ref().filter(|read| read.get().is_none_or(has_pair))
+    }
+}
+
+table! {
+    /// The soft layer.
+    struct Layer {
+        /// Undeformed thickness H.
+        thickness: Read<Size>,
+        /// Undeformed half-length along x1, from the middle to the free end; the closed form does not use it.
+        half_length: Option<Read<Size>>,
+        /// Relative permittivity; needed as soon as there are electrodes or conductors.
+        relative_permittivity: Option<Read<Permittivity>>,
+        /// What it is made of; needed as soon as there is a load.
+        material: Option<Read<MaterialTable>>,
+    }
+}
+
+table! {
+    /// Conductors on one wire: in the results they are one body with the name of the terminal.
+    struct Terminal {
+        /// Its name in the results.
+        name: Read<Text>,
+        /// The names of its conductors, of the electrodes or of [[conductor]]; they may touch one another.
+        conductors: Read<Vec<Read<Text>>>,
+        /// "ground": at potential zero, and in no matrix. Default: a source, which may be given any potential.
+        potential: Option<Read<TerminalPotential>>,
+    }
+}
+
+words! {
+    /// The potential of a terminal.
+    enum TerminalPotential { "ground" => Ground, }
+}
+
+table! {
+    /// What is measured. Tolerance, curve and plot are those of this capacitance.
+    struct Measure {
+        /// Two terminals: their mutual capacitance with everything else grounded. One: its capacitance against ground, with everything
+        /// else grounded.
+        capacitance: Read<Vec<Read<Text>>>,
+    }
+}
+
+table! {
+    /// A volume mesh from Gmsh: tetrahedra of first order in named physical groups. It is the whole scene: no body has
+    /// another form than `physical`, cells that no body names are filled with the surroundings, and `boundary` in
+    /// [surroundings] holds on the outer faces that are not a conductor's.
+    struct MeshFile {
+        /// A .msh file of version 4.1 or 2.2, ASCII or binary; its path is relative to the case file.
+        file: Read<Text>,
+        /// The length of one unit of the file.
+        unit: Read<FileUnit>,
+    }
+}
+
+table! {
+    /// How accurately the capacitance is computed.
+    struct Electrostatics {
+        /// Spread of the proved bounds over the value (or the estimated error) to reach. Default: 1e-3.
+        relative_tolerance: Option<Read<Tolerance>>,
+        /// Spread of the proved bounds of the change, C of a step less that of the first one, over the change, to reach. Steps whose
+        /// change is known less well are solved again. Needs at least two load steps. Default: the change is as well known as it is.
+        change_tolerance: Option<Read<Tolerance>>,
+        /// Whether to prove a lower and an upper bound, or only estimate the error. Default: true.
+        bounds: Option<Read<Flag>>,
+        /// Which solver: "boxes" (axis-aligned boxes and sheets only, and what consists of them; the fastest), "extruded" (outlines
+        /// pulled along one axis) or "tetrahedra" (any shape, as it is given). Default: the first of these that can.
+        solver: Option<Read<FieldSolver>>,
+        /// Order of the potentials on tetrahedra, 1 to 3. Default: 2.
+        order: Option<Read<PotentialOrder>>,
+    }
+}
+
+words! {
+    /// Which solver.
+    enum FieldSolver { "boxes" => Boxes, "extruded" => Extruded, "tetrahedra" => Tetrahedra, }
+}
