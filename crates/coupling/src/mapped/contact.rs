@@ -18,9 +18,8 @@ const AROUND: f64 = FRAC_PI_4;
 const TURNED_AWAY: f64 = 0.7;
 const AWAY: f64 = 0.1;
 
-/// The lower face of a cylinder's box: its height over the distance from the layer, how far it reaches beyond the contact, over the
-/// length of that, and the angle from the axis at which it ends at the latest beside a short contact.
-const SAGITTA: f64 = 2.0;
+/// The lower face of a cylinder's box: how far it reaches beyond the contact, over the length of that, and the angle from the axis at which
+/// it ends at the latest beside a short contact.
 const BEYOND_CONTACT: [f64; 2] = [1.5, 1.1];
 const WIDEST: f64 = 0.58;
 
@@ -82,15 +81,12 @@ fn edge(profile: &Profile, surface: &Surface<'_>, sign: f64) -> Option<Edge> {
     };
     let end = if profile.is_cylinder {
         let gap = foot(0.0).gap.max(0.0);
-        let rise = SAGITTA * gap.max(5.0 * surface.touching).max(0.02 * surface.thickness);
-        let chord = (1.0 - rise / profile.radius).clamp(-1.0, 1.0).acos();
         // The map squeezes space by R angle^2 / (2 gap) under the face, and by pi / (2 angle) in the wedge beside it: no wider, no
         // narrower.
         let narrow = gap + surface.film.unwrap_or(0.0);
         let balanced = (PI * narrow / profile.radius).cbrt();
         let touched = foot(contact).along / profile.radius;
-        let angle =
-            chord.max(balanced).max(BEYOND_CONTACT[0] * touched).min(WIDEST).max(BEYOND_CONTACT[1] * touched);
+        let angle = balanced.max(BEYOND_CONTACT[0] * touched).min(WIDEST).max(BEYOND_CONTACT[1] * touched);
         first_beyond(angle * profile.radius)?
     } else {
         let around = profile.flat + AROUND * profile.radius;
@@ -178,6 +174,7 @@ mod tests {
         let far = edge_of(&cylinder, None, &|x| [x, -0.04]).unwrap();
         let near = edge_of(&cylinder, None, &|x| [x, -0.02]).unwrap();
         assert!(far.at > near.at && far.contact == 0.0, "{far:?} {near:?}");
-        assert!((cylinder.point(far.along).0[1] - 0.08).abs() < 1e-6, "{far:?}");
+        // R angle^2 / (2 gap) = pi / (2 angle).
+        assert!((far.along.powi(2) / 0.08 - 0.5 * PI / far.along).abs() < 1e-4, "{far:?}");
     }
 }
