@@ -32,7 +32,8 @@ pub(crate) fn indenter_in_field(case: &Case) -> Option<FieldIndenter> {
     (!is_neutral).then_some(own)
 }
 
-/// The places of bodies that are neutral among the `dielectrics` of a scene, slabs included.
+/// The places of bodies that are neutral among the `dielectrics` of a scene, slabs included. Groups of a volume mesh are none: the mesh is
+/// the scene.
 pub(super) fn neutral_bodies(dielectrics: &[&Body], background: f64) -> Vec<usize> {
     let is_of_it = |body: &&&Body| permittivity(body) == Some(background);
     let others: Vec<Option<Box3>> =
@@ -44,7 +45,7 @@ pub(super) fn neutral_bodies(dielectrics: &[&Body], background: f64) -> Vec<usiz
             // Only a mesh knows.
             _ => false,
         };
-        is_of_it(body) && others.iter().all(is_apart)
+        is_of_it(body) && own.is_some() && others.iter().all(is_apart)
     };
     dielectrics.iter().enumerate().filter(is_neutral).map(|(place, _)| place).collect()
 }
