@@ -1,7 +1,7 @@
 //! Sparse symmetric systems that are solved again and again on one pattern, by faer.
 //!
-//! nalgebra-sparse holds pattern and values, faer's supernodal LDL^T factorises them. Factors are made and used on one
-//! thread, so that results are the same bytes at any number of threads.
+//! nalgebra-sparse holds pattern and values, faer's supernodal LDL^T factorises them. The products in a factor are cut into parts by its
+//! size and not by the number of threads, so that results are the same bytes at any number of threads.
 
 use std::num::NonZeroU32;
 
@@ -80,6 +80,16 @@ impl std::fmt::Debug for SymmetricSolver {
     }
 }
 
+/// Operations of a factorisation from which it is worth two threads: below, they wait for one another more than they save.
+const WORTH_TWO_THREADS: f64 = 1e10;
+
+/// Into how many parts faer cuts the products in the factor of a symbolic factorisation. The operations are estimated from below, as if all
+/// columns of the factor were of one length.
+fn parts(symbolic: &SymbolicCholesky<usize>) -> Par {
+    let entries = symbolic.len_val() as f64;
+    if entries * entries > WORTH_TWO_THREADS * symbolic.ncols() as f64 { Par::rayon(2) } else { Par::Seq }
+}
+
 impl SymmetricSolver {
     /// The solver for a matrix of order `unknowns` that couples all unknowns within each of `groups`, and for each group
     /// the places of its dense block, for [`SymmetricSolver::add`]. `None` in a group stands for what is no unknown, say a
@@ -118,7 +128,7 @@ impl SymmetricSolver {
         )
         .map_err(|_| LdltError::TooLarge)?;
         let scratch = symbolic
-            .factorize_numeric_ldlt_scratch::<f64>(Par::Seq, Default::default())
+            .factorize_numeric_ldlt_scratch::<f64>(parts(&symbolic), Default::default())
             .or(symbolic.solve_in_place_scratch::<f64>(1, Par::Seq));
         let memory = MemBuffer::new(StackReq::EMPTY);
         Ok((Self { matrix, symbolic, factors: Vec::new(), scratch, memory }, places))
@@ -184,7 +194,7 @@ impl SymmetricSolver {
                 SparseColMatRef::new(symbolic(&self.matrix), self.matrix.values()),
                 Side::Lower,
                 LdltRegularization::default(),
-                Par::Seq,
+                parts(&self.symbolic),
                 MemStack::new(&mut self.memory),
                 Default::default(),
             )

@@ -53,9 +53,12 @@ pub struct FiniteElementStep {
     /// The electrodes: right (or lower) one, and upper one of a stacked pair.
     #[serde(skip)]
     pub electrodes: Vec<ElectrodeBox>,
-    /// The same electrodes on the finest mesh but one that reached the load; empty if there is none.
+    /// Size of the elements of the mesh that the step is from, to be compared with those of the coarser ones.
     #[serde(skip)]
-    pub coarser_electrodes: Vec<ElectrodeBox>,
+    pub element_size: f64,
+    /// The same electrodes on the coarser meshes that reached the load, coarse to fine, each with the size of its elements.
+    #[serde(skip)]
+    pub coarser_electrodes: Vec<(f64, Vec<ElectrodeBox>)>,
     /// The electrodes, and the layer's surface, as they are.
     #[serde(skip)]
     pub curves: DeformedCurves,
@@ -134,9 +137,12 @@ impl FiniteElementRun {
             .enumerate()
             .map(|(g, (found, goal))| match found {
                 Ok(pressed) => {
-                    let coarser = pressing.on_coarser_mesh(g).map(|pressed| bodies(&pressed).0);
-                    let step = step(pressed, *goal, scale, bodies(pressed));
-                    Ok(FiniteElementStep { coarser_electrodes: coarser.unwrap_or_default(), ..step })
+                    let coarser = pressing.on_coarser_meshes(g);
+                    Ok(FiniteElementStep {
+                        element_size: pressing.size_of(pressed),
+                        coarser_electrodes: coarser.iter().map(|(size, p)| (*size, bodies(p).0)).collect(),
+                        ..step(pressed, *goal, scale, bodies(pressed))
+                    })
                 }
                 Err(error) => Err(error.clone().into()),
             })
@@ -195,6 +201,7 @@ fn step<S: Dimension>(
         end_contact_force_n: found.end_contact_force * scale.width,
         effort: [found.effort.steps, found.effort.cuts, found.effort.solves],
         electrodes,
+        element_size: 0.0,
         coarser_electrodes: Vec::new(),
         curves,
         skin: Skin::default(),

@@ -123,7 +123,7 @@ pub fn check_setup(case: &Case, loads: &[StepLoad]) -> Result<(), LayerSetupErro
     match &case.mechanics {
         None | Some(Mechanics::ClosedForm { .. }) => Ok(()),
         Some(Mechanics::PlaneStrain(model)) => plane_strain::check(case, model, loads),
-        Some(Mechanics::Solid(model)) => solid::check(case, model),
+        Some(Mechanics::Solid(model)) => solid::check(case, model, loads),
     }
 }
 

@@ -7,7 +7,7 @@ use elastocap_mechanics::materials::{HyperelasticLaw, Rubber};
 use elastocap_mechanics::solid::dimension::Space;
 use elastocap_mechanics::solid::layer::{Inclusion, Indenter as Press};
 use elastocap_mechanics::solid::obstacle::IndenterProfile;
-use elastocap_mechanics::solid::press::{Pressed, Pressing, Refinement};
+use elastocap_mechanics::solid::press::{Pressed, Pressing, Refinement, deepest};
 use elastocap_mechanics::solid::space::layer::SideCondition;
 use elastocap_mechanics::solid::space::press::SpaceLayer;
 
@@ -23,10 +23,11 @@ use elastocap_case::{Case, Electrodes, LayerSide, Layout, PunchContact, Solid, S
 ///
 /// # Errors
 /// Why not.
-pub(super) fn check(case: &Case, model: &Solid) -> Result<(), LayerSetupError> {
-    let refinement = Refinement::in_space(model.relative_tolerance);
+pub(super) fn check(case: &Case, model: &Solid, loads: &[StepLoad]) -> Result<(), LayerSetupError> {
+    let problem = problem(case, model)?;
+    let refinement = Refinement::in_space(model.relative_tolerance, problem.indenter);
     let coarsest = refinement.meshes.first().copied().unwrap_or(1);
-    problem(case, model)?.mesh_within_limit(coarsest).map_err(LayerSetupError::too_large)?;
+    problem.mesh_within_limit(coarsest, deepest(&goals(loads, 1.0))).map_err(LayerSetupError::too_large)?;
     Ok(())
 }
 
@@ -35,12 +36,17 @@ pub(super) fn check(case: &Case, model: &Solid) -> Result<(), LayerSetupError> {
 ///
 /// # Errors
 /// Why the finite elements cannot be set up.
-pub fn forecast(case: &Case, model: &Solid) -> Result<Vec<(usize, usize, f64)>, LayerSetupError> {
+pub fn forecast(
+    case: &Case,
+    model: &Solid,
+    loads: &[StepLoad],
+) -> Result<Vec<(usize, usize, f64)>, LayerSetupError> {
     let problem = problem(case, model)?;
-    let refinement = Refinement::in_space(model.relative_tolerance);
+    let refinement = Refinement::in_space(model.relative_tolerance, problem.indenter);
+    let deepest = deepest(&goals(loads, 1.0));
     // The first mesh with too many elements ends the refinement.
     let count = |&n: &usize| {
-        let mesh = problem.mesh_within_limit(n).ok()?.mesh();
+        let mesh = problem.mesh_within_limit(n, deepest).ok()?.mesh();
         Some((mesh.elements.len(), 3 * mesh.nodes.len() + 4 * mesh.elements.len(), problem.finest(n)))
     };
     Ok(refinement.meshes.iter().map_while(count).collect())
@@ -60,7 +66,7 @@ pub(super) fn solve(
 ) -> Result<FiniteElementRun, DeformError> {
     let problem = problem(case, model)?;
     let goals = goals(loads, 1.0);
-    let refinement = Refinement::in_space(model.relative_tolerance);
+    let refinement = Refinement::in_space(model.relative_tolerance, problem.indenter);
     let pressing = problem.press(&goals, &refinement, memory_limit, cancel, report)?;
     let scale = Scale { thickness: problem.thickness, width: 1.0 };
     let boxes = |pressed: &Pressed<Space>| (boxes(&problem, &pressing, pressed), DeformedCurves::default());

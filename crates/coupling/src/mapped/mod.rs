@@ -39,6 +39,8 @@ pub(crate) struct BentScene {
     /// How far faces of electrodes and the surface lie from where the finite elements put them, over the distances that matter: an
     /// estimate of the relative error of capacitances.
     pub(crate) deviation: f64,
+    /// The part of it that the film between indenter and layer leaves.
+    pub(crate) film_error: f64,
 }
 
 /// The name of what fills the film between indenter and layer where the two touch.
@@ -90,12 +92,41 @@ impl BentScene {
 const FILMS: [f64; 4] = [2.5e-3, 5e-3, 1e-2, 2e-2];
 
 /// The films to try for a tolerance, one after the other. Thin ones bend the space between indenter and layer so much that iterations
-/// become many: the first is the thickest whose error, about half of it, is a quarter of the tolerance. Thicker ones follow, for maps whose
+/// become many, so that the first is the thickest whose error is at most half the tolerance. Thicker ones follow, for maps whose
 /// polynomials cross over it.
-pub(crate) fn films(relative_tolerance: f64) -> impl Iterator<Item = f64> {
-    let is_thin = |film: &f64| 0.5 * film <= 0.25 * relative_tolerance;
-    let first = FILMS.iter().rposition(is_thin).unwrap_or(0);
-    FILMS.into_iter().skip(first)
+pub(crate) struct Films {
+    relative_tolerance: f64,
+    index: usize,
+    /// Whether no map failed yet.
+    may_be_thinner: bool,
+}
+
+impl Films {
+    /// The first is the thickest whose error would be a quarter of the tolerance with the layer as thin as the electrodes' cover.
+    pub(crate) fn new(relative_tolerance: f64) -> Self {
+        let is_thin = |film: &f64| 0.5 * film <= 0.25 * relative_tolerance;
+        let index = FILMS.iter().rposition(is_thin).unwrap_or(0);
+        Self { relative_tolerance, index, may_be_thinner: true }
+    }
+
+    /// The film to try, over the thickness of the layer; `None` after the thickest.
+    pub(crate) fn thickness(&self) -> Option<f64> {
+        FILMS.get(self.index).copied()
+    }
+
+    /// Takes a thinner one if the film of a scene leaves too large an error and there is one. Returns whether it did.
+    pub(crate) fn made_thinner(&mut self, bent: &BentScene) -> bool {
+        let too_thick = bent.film_error > 0.5 * self.relative_tolerance;
+        let thinner = self.may_be_thinner && too_thick && self.index > 0;
+        self.index -= usize::from(thinner);
+        thinner
+    }
+
+    /// Takes a thicker one, since the map with this one failed.
+    pub(crate) fn make_thicker(&mut self) {
+        self.may_be_thinner = false;
+        self.index += 1;
+    }
 }
 
 /// The map of the layer.
@@ -376,9 +407,9 @@ impl Parts<'_> {
         let axes: [MapAxis; 3] = [0, 1, 2].map(|a| joined(&all[a], self.tiny, mirrored[a]));
         self.check_room(scene, &axes)?;
         let map = SceneMap::new(axes, exact);
-        let mut deviation = self.deviation(&map, &exact, surface, highest);
+        let mut film_error = 0.0;
         if let Some(own) = &indenter {
-            deviation += own.film_error(surface - highest, self.contrast);
+            film_error = own.film_error(surface - highest, self.contrast);
             for body in scene.bodies.iter_mut().filter(|body| body.purpose == Purpose::Indenter) {
                 body.parts = vec![Shape::Box(own.region())];
             }
@@ -388,7 +419,8 @@ impl Parts<'_> {
                 scene.bodies.push(Body { parts: filled, ..body });
             }
         }
-        Ok(Some(BentScene { scene: scene.clone(), map: Arc::new(map), deviation }))
+        let deviation = self.deviation(&map, &exact, surface, highest) + film_error;
+        Ok(Some(BentScene { scene: scene.clone(), map: Arc::new(map), deviation, film_error }))
     }
 
     /// Refuses bodies that the map would bend along.

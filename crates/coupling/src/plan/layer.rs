@@ -30,12 +30,9 @@ pub struct LayerForecast {
     pub most_seconds: f64,
 }
 
-/// The meshes that most loads need: an error can be stated from three on, and the finest is rarely among them.
+/// The meshes that most loads need: an error can be stated from three on, and the finest of four or five is rarely among them.
 fn usual(meshes: &[MeshSize]) -> &[MeshSize] {
-    match meshes {
-        [usual @ .., _] if usual.len() >= 3 => usual,
-        all => all,
-    }
+    &meshes[..meshes.len().min(3)]
 }
 
 /// In words, what presses where no punch does.
@@ -99,7 +96,7 @@ impl Plan {
                 let regime = PressingRegime::Sharp;
                 self.layer = Some(LayerForecast {
                     unknowns,
-                    memory_bytes: memory_bytes::<Plane>(&meshes, compressions),
+                    memory_bytes: memory_bytes::<Plane>(&meshes, compressions, self.layer_memory_limit),
                     seconds: seconds::<Plane>(usual(&meshes), compressions, regime, false),
                     most_seconds: seconds::<Plane>(&meshes, compressions, regime, false),
                     indenter: HELD_PATCH,
@@ -134,7 +131,7 @@ impl Plan {
 
     fn solid(&mut self, case: &Case, load: &Load, model: &Solid) {
         // Where the layer cannot be set up every step is known to fail, with the reason.
-        let Ok(forecast) = deform::forecast_solid(case, model) else { return };
+        let Ok(forecast) = deform::forecast_solid(case, model, &self.loads()) else { return };
         let size = |&(elements, unknowns, _): &(usize, usize, f64)| MeshSize { elements, unknowns };
         let meshes: Vec<MeshSize> = forecast.iter().map(size).collect();
         // Rounded corners are coarse in space: the surface hardly slides around them.
@@ -193,10 +190,16 @@ impl Plan {
             | PressingRegime::PassedCorner(_)
             | PressingRegime::Folds => meshes.to_vec(),
         };
+        let memory =
+            |meshes: &[MeshSize]| memory_bytes::<S>(meshes, self.steps.len(), self.layer_memory_limit);
+        // In space no mesh is begun that does not fit into the memory.
+        let fits = |meshes: &&[MeshSize]| S::AXES == 2 || memory(meshes) <= self.layer_memory_limit;
+        let begun =
+            (2..=kept.len()).rev().map(|n| &kept[..n]).find(fits).unwrap_or(&kept[..kept.len().min(1)]);
         self.layer = Some(LayerForecast {
             indenter,
             unknowns: meshes.iter().map(|mesh| mesh.unknowns).collect(),
-            memory_bytes: memory_bytes::<S>(&kept, self.steps.len()),
+            memory_bytes: memory(begun),
             seconds: seconds::<S>(usual(meshes), loads, regime, by_force),
             most_seconds: seconds::<S>(meshes, loads, regime, by_force),
         });

@@ -12,7 +12,7 @@ use crate::box_fields::{between, enclosing, mapped};
 use crate::deform::Deformation;
 use crate::failure::{StepFailure, Stop};
 use crate::layer_outlines::{LayerScene, outlined};
-use crate::mapped::{BentScene, Found, bent_scene, films};
+use crate::mapped::{BentScene, Films, Found, bent_scene};
 use crate::plan::PlannedStep;
 use crate::route::{Route, asked};
 use crate::scene::DeformedScene;
@@ -91,7 +91,12 @@ impl Solver<'_> {
     ) -> Result<Fields, Stop> {
         let settings = self.settings.boxes();
         if let Some(map) = &deformed.tilt {
-            let bent = BentScene { scene: deformed.scene.clone(), map: Arc::clone(map), deviation: 0.0 };
+            let bent = BentScene {
+                scene: deformed.scene.clone(),
+                map: Arc::clone(map),
+                deviation: 0.0,
+                film_error: 0.0,
+            };
             let found = Box::new(mapped(&bent, &settings)?);
             let surfaces = bent.surfaces(&window(&[deformed]));
             return Ok(Fields::Mapped { found, deviation: 0.0, surfaces });
@@ -106,9 +111,9 @@ impl Solver<'_> {
             return enclosed();
         };
         let found = Found { step: layer, displacement: &displacement, distance: step.pose.distance };
-        let mut films = films(self.settings.relative_tolerance);
+        let mut films = Films::new(self.settings.relative_tolerance);
         loop {
-            let Some(film) = films.next() else {
+            let Some(film) = films.thickness() else {
                 return if may_be_enclosed { enclosed() } else { Err(StepFailure::NoMap.into()) };
             };
             let bent = match bent_scene(self.case, deformed, &found, film) {
@@ -117,6 +122,9 @@ impl Solver<'_> {
                 Ok(None) => return Err(StepFailure::NoMap.into()),
                 Err(error) => return Err(error.into()),
             };
+            if films.made_thinner(&bent) {
+                continue;
+            }
             match mapped(&bent, &settings) {
                 Ok(found) => {
                     let surfaces = bent.surfaces(&window(&[deformed]));
@@ -124,7 +132,7 @@ impl Solver<'_> {
                     return Ok(Fields::Mapped { found, deviation: bent.deviation, surfaces });
                 }
                 // Only the film of an indenter can be chosen.
-                Err(Stop::Failed(failure)) if no_map(&failure) && is_pressed_in_field => {}
+                Err(Stop::Failed(failure)) if no_map(&failure) && is_pressed_in_field => films.make_thicker(),
                 Err(Stop::Failed(failure)) if no_map(&failure) && may_be_enclosed => return enclosed(),
                 Err(stop) => return Err(stop),
             }

@@ -151,8 +151,8 @@ impl Solver<'_> {
             let asked = self.settings.relative_tolerance;
             if error > asked {
                 let reason = format!(
-                    "from the finest mesh of the layer but one to the finest, the gap or the parallel-plate capacitance changes by \
-                     {error:.1e} of itself, where {asked:.0e} was asked for"
+                    "the differences between the meshes of the layer leave a relative error of about {error:.1e} (an estimate) of the \
+                     gap or the parallel-plate capacitance, where {asked:.0e} was asked for"
                 );
                 shortfalls.add(Missed::Mechanics, reason);
             }

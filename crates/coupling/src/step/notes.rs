@@ -3,6 +3,7 @@
 use elastocap_case::{Measurement, Pose};
 use elastocap_electrostatics::{Bounded, FloatingPotential, Solution, Target};
 use elastocap_geometry::scene::Scene;
+use elastocap_mechanics::solid::mesh_error::error_on_finest;
 
 use super::{Shaped, Solver, StepField};
 use crate::deform::shear_force::shear_force;
@@ -75,9 +76,9 @@ impl Solver<'_> {
         None
     }
 
-    /// Relative error of gap and capacitance for the finite elements of the layer: how far the larger of the gap and the
-    /// parallel-plate capacitance moved from the finest mesh but one to the finest. `None` without finite elements, without a
-    /// pair, and where one mesh alone reached the load.
+    /// Relative error of gap and capacitance for the finite elements of the layer: the larger of those of the gap and of the
+    /// parallel-plate capacitance, from their differences between the meshes. `None` without finite elements, without a pair, and
+    /// where one mesh alone reached the load.
     pub(super) fn mechanics_error(
         &self,
         state: Option<&Deformation<'_>>,
@@ -86,16 +87,20 @@ impl Solver<'_> {
         let (Some(Deformation::FiniteElement(layer)), Some(fine)) = (state, &deformed.pair) else {
             return Ok(None);
         };
-        if layer.coarser_electrodes.is_empty() {
-            return Ok(None);
+        let (mut gaps, mut plates) = (Vec::new(), Vec::new());
+        for (size, electrodes) in &layer.coarser_electrodes {
+            let coarser = FiniteElementStep { electrodes: electrodes.clone(), ..(*layer).clone() };
+            let scene = scene_of(self.case, Some(&Deformation::FiniteElement(&coarser)), &Pose::default())?;
+            if let Some(pair) = scene.pair {
+                gaps.push((*size, pair.gap));
+                plates.push((*size, pair.parallel_plate));
+            }
         }
-        let electrodes = layer.coarser_electrodes.clone();
-        let coarser = FiniteElementStep { electrodes, ..(*layer).clone() };
-        let scene = scene_of(self.case, Some(&Deformation::FiniteElement(&coarser)), &Pose::default())?;
-        Ok(scene.pair.map(|coarse| {
-            let moved = |coarse: f64, fine: f64| (coarse - fine).abs() / fine.abs();
-            moved(coarse.gap, fine.gap).max(moved(coarse.parallel_plate, fine.parallel_plate))
-        }))
+        gaps.push((layer.element_size, fine.gap));
+        plates.push((layer.element_size, fine.parallel_plate));
+        let relative = |values: &[(f64, f64)], fine: f64| Some(error_on_finest(values)? / fine.abs());
+        let errors = [relative(&gaps, fine.gap), relative(&plates, fine.parallel_plate)];
+        Ok(errors.into_iter().flatten().reduce(f64::max))
     }
 
     /// Notes how far the bodies of a field are from those of the layer's finite elements.

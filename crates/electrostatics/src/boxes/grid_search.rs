@@ -228,9 +228,11 @@ impl<'p, 's> Search<'p, 's> {
                     _ => true,
                 };
                 self.last_overstated = overstated;
-                // From grid to grid the indicator comes nearer to the truth, as on pairs, or it does not, as on combs.
+                // From grid to grid the indicator comes nearer to the truth, as on pairs, or it does not, as on combs. Under a map it
+                // does when the grid begins to resolve what is bent.
+                let not_nearer = if self.problem.layout.map.is_some() { 3.0 } else { 1.4 };
                 let margin = match (self.overstated, overstated) {
-                    (Some(first), Some(now)) if now > first => 1.4,
+                    (Some(first), Some(now)) if now > first => not_nearer,
                     (Some(_), Some(_)) => 4.0,
                     _ => f64::INFINITY,
                 };

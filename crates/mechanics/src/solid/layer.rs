@@ -334,6 +334,11 @@ impl<S: Dimension> LayerModel<S> {
         &self.state
     }
 
+    /// Puts the layer into an equilibrium that was found on a layer of the same mesh.
+    pub(super) fn put(&mut self, state: State<S>, load: Load<S>) {
+        (self.state, self.load) = (state, load);
+    }
+
     /// The load of the last equilibrium.
     pub fn load(&self) -> &Load<S> {
         &self.load

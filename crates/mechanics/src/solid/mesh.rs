@@ -209,6 +209,28 @@ pub fn graded(a: f64, b: f64, size: impl Fn(f64) -> f64) -> Vec<f64> {
     graded_between(&places, |k| (places[k + 1] - places[k]) / size(0.5 * (places[k] + places[k + 1])))
 }
 
+/// Breakpoints from `a` to `b` (m), each of `edges` between the two among them, such that the steps near `x` are no longer than
+/// `size(x)`, but for a quarter of a step between two edges.
+pub fn graded_to_edges(a: f64, b: f64, edges: &[f64], size: impl Fn(f64) -> f64) -> Vec<f64> {
+    const FINE: usize = 1000;
+    let tiny = 1e-9 * (b - a);
+    let mut ends: Vec<f64> = edges.iter().copied().filter(|e| *e > a + tiny && *e < b - tiny).collect();
+    ends.push(b);
+    ends.sort_by(f64::total_cmp);
+    ends.dedup_by(|x, y| (*x - *y).abs() < tiny);
+    let mut breakpoints = vec![a];
+    for (k, &to) in ends.iter().enumerate() {
+        let from = if k == 0 { a } else { ends[k - 1] };
+        let at = |k: usize| if k == FINE { to } else { from + (to - from) * k as f64 / FINE as f64 };
+        let places: Vec<f64> = (0..=FINE).map(at).collect();
+        let steps = |k: usize| (places[k + 1] - places[k]) / size(0.5 * (places[k] + places[k + 1]));
+        let all: f64 = (0..FINE).map(steps).sum();
+        let rounded = (all - 0.25).ceil().max(1.0) / all;
+        breakpoints.extend(graded_between(&places, |k| rounded * steps(k)).iter().skip(1));
+    }
+    breakpoints
+}
+
 /// Breakpoints from the first to the last of the ascending `places` (m), of which about `steps(k)` lie between place `k` and the next
 /// one, scaled so that they fit; at most two million.
 pub fn graded_between(places: &[f64], steps: impl Fn(usize) -> f64) -> Vec<f64> {

@@ -5,18 +5,19 @@
 //! element size or better, so that the remaining error is at most about the last difference. Where the differences fall
 //! more slowly, the observed order gives the estimate. A quarter is added, as is usual with three meshes.
 
-use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
-use rayon::prelude::*;
-
 use super::dimension::{Dimension, Plane};
-use super::force_error::{error_of, scatter_of};
 use super::layer::{End, Inclusion, Indenter, LayerMesh, LayerModel, LayerStep, RoundedPunch};
+use super::level::Reached;
+use super::mesh_error::{error_of, scatter_of};
 use super::model::{Load, ModelError, State};
-use super::newton::{Effort, FromCoarser, NewtonSettings, StopReason, Stopped};
+use super::newton::{NewtonSettings, Stopped};
 use super::soundness::StateFault;
 use elastocap_materials::Rubber;
+
+pub use super::level::Level;
 
 /// A layer in plane strain, the bodies in it and its indenter. Lengths in m.
 #[derive(Debug, Clone, PartialEq)]
@@ -63,49 +64,6 @@ impl Refinement {
     }
 }
 
-/// One mesh that was solved on.
-#[derive(Debug)]
-pub struct Level<S: Dimension = Plane> {
-    /// The layer on this mesh.
-    pub model: LayerModel<S>,
-    /// Size of its elements, to be compared with that of the other meshes.
-    size: f64,
-    /// Layers on meshes of this level that were made for one load.
-    remeshed: Vec<LayerModel<S>>,
-    /// Wall-clock seconds that it took.
-    pub seconds: f64,
-    /// Equilibria found, goal by goal; the goals that were not reached are not in it.
-    reached: Vec<Option<Reached<S>>>,
-    stopped: Vec<Option<Box<Stopped>>>,
-    /// Faults of the states that were found for goals that do not count as reached for that reason.
-    faults: Vec<Option<(f64, StateFault)>>,
-}
-
-#[derive(Debug, Clone)]
-struct Reached<S: Dimension> {
-    /// Which of the remeshed layers it is of, if it is of one of them.
-    remeshed: Option<usize>,
-    step: LayerStep,
-    state: State<S>,
-    load: Load<S>,
-}
-
-impl<S: Dimension> Reached<S> {
-    /// It as a result on this level, of whose error nothing is known.
-    fn unjudged(&self, level: usize) -> Pressed<S> {
-        Pressed {
-            step: self.step,
-            level,
-            remeshed: self.remeshed,
-            state: self.state.clone(),
-            load: self.load.clone(),
-            error: None,
-            refinement: Vec::new(),
-            converged: false,
-        }
-    }
-}
-
 /// The result for one goal.
 #[derive(Debug, Clone)]
 pub struct Pressed<S: Dimension = Plane> {
@@ -114,7 +72,7 @@ pub struct Pressed<S: Dimension = Plane> {
     /// Number of that mesh among the levels.
     pub level: usize,
     /// Which of the level's layers that were made for one load it is of, if it is of one of them.
-    remeshed: Option<usize>,
+    pub(super) remeshed: Option<usize>,
     /// Its equilibrium.
     pub state: State<S>,
     /// The load of that equilibrium.
@@ -191,11 +149,14 @@ impl PlaneLayer {
             }
         });
         let remesh = remesh.as_ref().map(|remesh| remesh as &Remesh<'_, Plane>);
-        let settings = |level| self.settings(level);
-        press_on(goals, refinement, &settings, remesh, cancel, tell, &halved, &|level| {
-            let mesh = self.mesh_within_limit(level, deepest)?;
-            self.model_on(&mesh)
-        })
+        let layers = Layers {
+            on_mesh: &|level| self.model_on(&self.mesh_within_limit(level, deepest)?),
+            size: &halved,
+            settings: &|level| self.settings(level),
+            room_for_two: &|_| true, // they are small in the plane
+            remesh,
+        };
+        press_on(goals, refinement, &layers, cancel, tell)
     }
 }
 
@@ -236,28 +197,38 @@ pub(crate) type Remesh<'a, S> = dyn Fn(usize, Option<(&LayerModel<S>, &State<S>)
     + Sync
     + 'a;
 
-/// Presses layers to each of `goals`, mesh after mesh: `layer` makes the one that a number of [`Refinement::meshes`]
-/// stands for, `settings` how it is pressed, and `size` the size of its elements. A mesh too large for the memory ends the refinement.
+/// The layers that [`press_on`] presses, by the number of [`Refinement::meshes`] that a mesh is made from.
+pub(crate) struct Layers<'a, S: Dimension> {
+    /// The layer at rest on a mesh.
+    pub(crate) on_mesh: &'a dyn Fn(usize) -> Result<LayerModel<S>, ModelError>,
+    /// Size of the elements of a mesh.
+    pub(crate) size: &'a dyn Fn(usize) -> f64,
+    /// How the layer is pressed on a mesh.
+    pub(crate) settings: &'a dyn Fn(usize) -> NewtonSettings<'static>,
+    /// Whether there is memory for two such layers at once.
+    pub(crate) room_for_two: &'a dyn Fn(&LayerModel<S>) -> bool,
+    /// Presses to a load on a mesh made for it, where loads have meshes of their own.
+    pub(crate) remesh: Option<&'a Remesh<'a, S>>,
+}
+
+/// Presses layers to each of `goals`, mesh after mesh. A mesh too large for the memory ends the refinement.
 pub(crate) fn press_on<S: Dimension>(
     goals: &[Goal],
     refinement: &Refinement,
-    settings: &dyn Fn(usize) -> NewtonSettings<'static>,
-    remesh: Option<&Remesh<'_, S>>,
+    layers: &Layers<'_, S>,
     cancel: &AtomicBool,
     tell: &(dyn Fn(usize, usize) + Sync),
-    size: &dyn Fn(usize) -> f64,
-    layer: &dyn Fn(usize) -> Result<LayerModel<S>, ModelError>,
 ) -> Result<Pressing<S>, ModelError> {
     let mut order: Vec<usize> = (0..goals.len()).collect();
     order.sort_by(|&a, &b| goals[a].value().total_cmp(&goals[b].value()));
     let mut levels: Vec<Level<S>> = Vec::new();
     let mut too_large = None;
-    let folds = refinement.meshes.iter().any(|&n| settings(n).through_folds);
+    let folds = refinement.meshes.iter().any(|&n| (layers.settings)(n).through_folds);
     let jumps = if folds { JUMPS } else { 0.0 };
     for (k, &n) in refinement.meshes.iter().enumerate() {
         let start = Instant::now();
-        let settings = NewtonSettings { cancel: Some(cancel), ..settings(n) };
-        let model = match layer(n) {
+        let settings = NewtonSettings { cancel: Some(cancel), ..(layers.settings)(n) };
+        let model = match (layers.on_mesh)(n) {
             Ok(model) => model,
             Err(error @ (ModelError::TooLarge { .. } | ModelError::TooManyElements { .. })) if k > 0 => {
                 too_large = Some(error);
@@ -265,26 +236,24 @@ pub(crate) fn press_on<S: Dimension>(
             }
             Err(error) => return Err(error),
         };
-        let mut level = Level {
-            model,
-            size: size(n),
-            remeshed: Vec::new(),
-            seconds: 0.0,
-            reached: vec![None; goals.len()],
-            stopped: vec![None; goals.len()],
-            faults: vec![None; goals.len()],
-        };
+        let mut level = Level::new(model, (layers.size)(n), goals.len());
         let known = |levels: &[Level<S>], g: usize| {
             judge(levels, goals, g, refinement, jumps).is_some_and(|pressed| pressed.converged)
         };
         let wanted: Vec<bool> = (0..goals.len()).map(|g| !known(&levels, g)).collect();
         let (coarser, tell) = (levels.last(), &|done: usize| tell(k, done));
-        let further = match remesh {
+        let further = match layers.remesh {
             Some(remesh) => {
                 let remesh = |coarser: Option<(&LayerModel<S>, &State<S>)>, goal| remesh(n, coarser, goal);
                 level.press_each(coarser, goals, &order, &remesh, cancel, tell)
             }
-            None => level.walk(coarser, goals, &order, &wanted, &settings, tell),
+            None => {
+                let twin = |model: &LayerModel<S>| match (layers.room_for_two)(model) {
+                    true => (layers.on_mesh)(n).ok(),
+                    false => None,
+                };
+                level.walk(coarser, goals, &order, &wanted, &settings, &twin, tell)
+            }
         };
         level.model.release();
         level.seconds = start.elapsed().as_secs_f64();
@@ -323,157 +292,10 @@ pub fn deepest(goals: &[Goal]) -> f64 {
 }
 
 impl Goal {
-    fn value(self) -> f64 {
+    pub(super) fn value(self) -> f64 {
         match self {
             Self::Compression(value) | Self::Force(value) => value,
         }
-    }
-}
-
-impl<S: Dimension> Level<S> {
-    /// Presses to the goals from the smallest up, until one is not reached. Equilibria of goals that are not `wanted` are not kept.
-    /// Where `coarser` has an equilibrium under a load, the one on this mesh is searched near it; otherwise the load is followed.
-    /// Returns the number of goals reached.
-    fn walk(
-        &mut self,
-        coarser: Option<&Self>,
-        goals: &[Goal],
-        order: &[usize],
-        wanted: &[bool],
-        settings: &NewtonSettings,
-        tell: &(dyn Fn(usize) + Sync),
-    ) -> usize {
-        for (done, &g) in order.iter().enumerate() {
-            if settings.cancelled() {
-                return done;
-            }
-            let step = match goals[g] {
-                goal if goal.value() == 0.0 => Ok(self.at_rest()),
-                goal => {
-                    let found = coarser.and_then(|level| level.found(g));
-                    follow(&mut self.model, found, goal, settings)
-                }
-            };
-            match step {
-                Ok(_) if !wanted[g] => {}
-                Ok(step) => {
-                    let fault = self.model.fault(step.force);
-                    let (state, load) = (self.model.state().clone(), self.model.load().clone());
-                    self.keep(goals, g, Reached { remeshed: None, step, state, load }, fault);
-                }
-                // The goal may well be in reach.
-                Err(stopped) if stopped.reason == StopReason::Cancelled => return done,
-                Err(stopped) => {
-                    for &g in &order[done..] {
-                        self.stopped[g] = Some(stopped.clone());
-                    }
-                    return done;
-                }
-            }
-            tell(done + 1);
-        }
-        order.len()
-    }
-
-    /// Presses to each goal on a mesh of its own, on all threads: none needs another. Where `coarser` has an equilibrium under a load,
-    /// `remesh` gets it. Returns the number of goals that were tried.
-    fn press_each(
-        &mut self,
-        coarser: Option<&Self>,
-        goals: &[Goal],
-        order: &[usize],
-        remesh: &PressAlone<'_, S>,
-        cancel: &AtomicBool,
-        tell: &(dyn Fn(usize) + Sync),
-    ) -> usize {
-        let done = AtomicUsize::new(0);
-        let press = |&g: &usize| {
-            let goal = goals[g];
-            if goal.value() == 0.0 || cancel.load(Ordering::Relaxed) {
-                return None;
-            }
-            let coarser = coarser.and_then(|level| level.found(g));
-            let pressed = remesh(coarser.map(|(model, reached)| (model, &reached.state)), goal);
-            tell(done.fetch_add(1, Ordering::Relaxed) + 1);
-            Some(pressed.map(|(mut model, step)| {
-                let fault = model.fault(step.force);
-                model.release();
-                (model, step, fault)
-            }))
-        };
-        // The largest loads take longest.
-        let pressed: Vec<_> = order.par_iter().rev().with_max_len(1).map(press).collect();
-        for (&g, pressed) in order.iter().zip(pressed.into_iter().rev()) {
-            match pressed {
-                None if goals[g].value() == 0.0 => {
-                    let (state, load) = (self.model.state().clone(), self.model.load().clone());
-                    let reached = Reached { remeshed: None, step: self.at_rest(), state, load };
-                    self.keep(goals, g, reached, None);
-                }
-                None => {}
-                Some(Ok((model, step, fault))) => {
-                    let (state, load) = (model.state().clone(), model.load().clone());
-                    let remeshed = Some(self.remeshed.len());
-                    self.remeshed.push(model);
-                    self.keep(goals, g, Reached { remeshed, step, state, load }, fault);
-                }
-                Some(Err(stopped)) if stopped.reason == StopReason::Cancelled => {}
-                Some(Err(stopped)) => self.stopped[g] = Some(stopped),
-            }
-        }
-        order.len()
-    }
-
-    /// The layer while not even the indenter's first gap is closed.
-    fn at_rest(&self) -> LayerStep {
-        self.model.step(Effort { smallest_j: 1.0, ..Effort::default() })
-    }
-
-    /// Keeps the equilibrium found for a goal, or its fault if it has one.
-    fn keep(&mut self, goals: &[Goal], g: usize, mut reached: Reached<S>, fault: Option<StateFault>) {
-        if let Some(fault) = fault {
-            self.faults[g] = Some((reached.step.compression, fault));
-            return;
-        }
-        if let Goal::Compression(asked) = goals[g] {
-            reached.step.compression = asked; // but for rounding
-        }
-        self.reached[g] = Some(reached);
-    }
-
-    /// The layer and its equilibrium under goal `g`, if it was reached.
-    fn found(&self, g: usize) -> Option<(&LayerModel<S>, &Reached<S>)> {
-        let reached = self.reached[g].as_ref()?;
-        Some((self.layer_of(reached.remeshed), reached))
-    }
-
-    fn layer_of(&self, remeshed: Option<usize>) -> &LayerModel<S> {
-        remeshed.and_then(|k| self.remeshed.get(k)).unwrap_or(&self.model)
-    }
-}
-
-/// [`Remesh`] on the meshes of one level.
-type PressAlone<'a, S> = dyn Fn(Option<(&LayerModel<S>, &State<S>)>, Goal) -> Result<(LayerModel<S>, LayerStep), Box<Stopped>>
-    + Sync
-    + 'a;
-
-/// Presses `model` to `goal`, from the equilibrium on a coarser mesh where that helps.
-fn follow<S: Dimension>(
-    model: &mut LayerModel<S>,
-    coarser: Option<(&LayerModel<S>, &Reached<S>)>,
-    goal: Goal,
-    settings: &NewtonSettings,
-) -> Result<LayerStep, Box<Stopped>> {
-    let taken = match (settings.from_coarser, coarser) {
-        (FromCoarser::Nothing, _) | (_, None) => None,
-        (FromCoarser::Equilibrium | FromCoarser::RunUp(_), Some((other, reached))) => {
-            model.take_over(other, &reached.state, reached.step.compression, settings)
-        }
-    };
-    match (goal, taken) {
-        (Goal::Compression(_), Some(step)) => Ok(step),
-        (Goal::Compression(compression), None) => model.press(compression, settings),
-        (Goal::Force(force), _) => model.press_with(force, settings),
     }
 }
 
@@ -483,17 +305,20 @@ impl<S: Dimension> Pressing<S> {
         self.levels[pressed.level].layer_of(pressed.remeshed)
     }
 
-    /// Goal `g` on the finest mesh but one that reached it: how far anything that is read off a state moved from there to the
-    /// finest says how well it is known. Its own error is not judged. `None` if no more than one mesh reached the goal.
-    pub fn on_coarser_mesh(&self, g: usize) -> Option<Pressed<S>> {
-        let mut reached = self
-            .levels
-            .iter()
-            .enumerate()
-            .rev()
-            .filter_map(|(level, l)| Some((level, l.reached.get(g)?.as_ref()?)));
-        let (level, reached) = reached.nth(1)?;
-        Some(reached.unjudged(level))
+    /// Goal `g` on all meshes but the finest that reached it, coarse to fine, each with the size of its elements: how anything that is
+    /// read off a state moves from there to the finest says how well it is known; see [`error_on_finest`](super::mesh_error::error_on_finest). Their
+    /// own errors are not judged.
+    pub fn on_coarser_meshes(&self, g: usize) -> Vec<(f64, Pressed<S>)> {
+        let reached =
+            |(level, l): (usize, &Level<S>)| Some((l.size, l.reached.get(g)?.as_ref()?.unjudged(level)));
+        let mut all: Vec<_> = self.levels.iter().enumerate().filter_map(reached).collect();
+        all.pop();
+        all
+    }
+
+    /// Size of the elements of the mesh that a result is of, to be compared with those of the other meshes.
+    pub fn size_of(&self, pressed: &Pressed<S>) -> f64 {
+        self.levels[pressed.level].size
     }
 }
 

@@ -293,7 +293,7 @@ impl<S: Dimension> Equations<S> {
         Some(state)
     }
 
-    /// The same with contact as it is in motion.
+    /// The same with contact as it is in motion, or closer if [`NewtonSettings::first_gap`] says so.
     fn guess_in_motion(
         &mut self,
         other: &Self,
@@ -301,8 +301,9 @@ impl<S: Dimension> Equations<S> {
         load: &Load<S>,
         settings: &NewtonSettings,
     ) -> Option<State<S>> {
-        self.gap_times_pressure = settings.moving_gap * self.modulus_times_size;
-        self.guess(other, state.moving.as_deref().unwrap_or(state), load)
+        self.gap_times_pressure = settings.first_gap.min(settings.moving_gap) * self.modulus_times_size;
+        let closed = settings.first_gap < settings.moving_gap;
+        self.guess(other, if closed { state } else { state.moving.as_deref().unwrap_or(state) }, load)
     }
 
     /// Moves obstacles out of the guessed surface. Returns whether they are.
@@ -365,11 +366,12 @@ impl<S: Dimension> Equations<S> {
         let mut state = self.guess_in_motion(other, state, load, &few)?;
         let mut effort = Effort::default();
         self.follow_to(&mut state, load, &few, &mut effort).ok()?;
-        let found = self.close_gaps(&mut state, load, settings, false, &mut effort);
+        let closing = NewtonSettings { moving_gap: settings.first_gap.min(settings.moving_gap), ..*settings };
+        let found = self.close_gaps(&mut state, load, &closing, false, &mut effort);
         (found.is_ok() && effort.negative_pivots == 0).then_some((state, effort))
     }
 
-    /// The same with the contact left at [`NewtonSettings::moving_gap`] and more steps allowed: a start for following the load.
+    /// The same with the contact left at the gap in motion and more steps allowed: a start for following the load.
     pub(crate) fn beginning_from(
         &mut self,
         other: &Self,

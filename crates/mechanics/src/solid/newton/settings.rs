@@ -17,6 +17,9 @@ pub struct NewtonSettings<'a> {
     pub moving_gap: f64,
     /// The same at the requested loads. The solver takes a smaller gap where displacements are small compared with that side.
     pub final_gap: f64,
+    /// The same where an equilibrium is first searched near that of a coarser mesh, if it is smaller than `moving_gap`: the coarser
+    /// contact forces then tell where the surface touches, so that the gaps need not be opened first.
+    pub first_gap: f64,
     /// First load step, as a fraction of the way from one load to the next.
     pub first_step: f64,
     /// Load steps below this fraction of the way are not tried.
@@ -64,6 +67,7 @@ impl Default for NewtonSettings<'_> {
             max_solves: 2500,
             moving_gap: 1e-3,
             final_gap: 1e-8,
+            first_gap: f64::INFINITY,
             first_step: 0.25,
             smallest_step: 1e-4,
             smallest_ratio: 0.2,

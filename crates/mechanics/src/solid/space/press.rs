@@ -6,11 +6,11 @@ use super::layer::{SideCondition, SpaceLayerMesh};
 use crate::solid::dimension::Space;
 use crate::solid::layer::{End, Inclusion, Indenter, LayerMesh, LayerModel};
 use crate::solid::levels::{fit_to_edges, within_limit};
-use crate::solid::mesh::{geometric, graded, uniform};
+use crate::solid::mesh::{geometric, graded_to_edges, uniform};
 use crate::solid::model::{Equations, ModelError};
 use crate::solid::newton::NewtonSettings;
 use crate::solid::obstacle::IndenterProfile;
-use crate::solid::press::{Goal, Pressing, Refinement, press_on};
+use crate::solid::press::{Goal, Layers, Pressing, Refinement, deepest, press_on};
 use elastocap_materials::Rubber;
 
 /// A layer of finite width and its indenter, both symmetric about `x1 = 0` and `x3 = 0`. Lengths in m.
@@ -34,18 +34,42 @@ pub struct SpaceLayer {
     pub side: SideCondition,
 }
 
+/// Square of the radius of the contact with a round indenter over its radius times its displacement, about: it is 1 on a half-space, and 2 where the
+/// surface around the contact stays where it was.
+const CONTACT: f64 = 1.5;
+/// Size of the hexahedra at the edges of inclusions, over those where the layer is smooth.
+const AT_EDGES: f64 = 0.4;
+/// Growth of the size of hexahedra per distance, times the number of them over the thickness, where they are more than a thickness away
+/// from the indenter: so it is halved where that number is doubled, and the meshes are refinements of one another.
+const FAR_GROWTH: f64 = 2.0;
+/// Distance over which they grow, over the thickness.
+const FARTHEST_GROWTH: f64 = 2.0;
+
+/// Fractions of the way from a bonded edge in a fan on the mesh with `n` hexahedra over the thickness. Its smallest ring is halved
+/// where `n` grows by two.
+fn fan(n: usize) -> Vec<f64> {
+    let rings = n.div_ceil(2);
+    geometric(0.5_f64.powf(0.5 * n as f64 / rings as f64), rings)
+}
+
 impl Refinement {
-    /// Up to four meshes of hexahedra, with 2 to 8 over the thickness: in space it would cost too much to halve their size each
-    /// time. The numbers are even, so that the fans gain one ring each time.
-    pub fn in_space(relative_tolerance: f64) -> Self {
-        Self { relative_tolerance, meshes: vec![2, 4, 6, 8] }
+    /// Up to six meshes of hexahedra for a layer under `indenter`, with 1 to 8 over the thickness: in space it would cost too much to
+    /// halve their size each time, since a mesh takes the sixth power of that number. The fan at the edge of a punch or a patch needs
+    /// an even one.
+    pub fn in_space(relative_tolerance: f64, indenter: Indenter) -> Self {
+        let meshes = match indenter {
+            Indenter::WholeTop | Indenter::Smooth(_) => vec![1, 2, 3, 4, 6, 8],
+            Indenter::Sharp { .. } | Indenter::Held { .. } | Indenter::Bonded { .. } => vec![2, 4, 6, 8],
+        };
+        Self { relative_tolerance, meshes }
     }
 }
 
 impl SpaceLayer {
-    /// The mesh of a quarter of this layer with about `n` hexahedra over its thickness.
-    pub fn mesh(&self, n: usize) -> SpaceLayerMesh {
+    /// The mesh of a quarter of this layer with about `n` hexahedra over its thickness, for compressions up to `deepest`.
+    pub fn mesh(&self, n: usize, deepest: f64) -> SpaceLayerMesh {
         let (height, length) = (self.thickness, self.half_length);
+        let edges: [Vec<f64>; 3] = std::array::from_fn(|axis| self.edges(axis).collect());
         let mut section = match self.indenter {
             // The fan takes up half the thickness, where an even number fits, but for what lies in the layer below it.
             Indenter::Sharp { half_width }
@@ -56,21 +80,23 @@ impl SpaceLayer {
                 LayerMesh::under_punch(height, length, [half_width, reach], n, 0.5, n / 2)
             }
             Indenter::WholeTop | Indenter::Smooth(_) => {
-                let size = self.size(n, 0);
+                let size = self.size(n, 0, deepest);
                 LayerMesh {
-                    along: graded(0.0, length - height, &size),
-                    up: graded(0.0, height, |y| (self.finest(n) + 0.5 * (height - y)).min(height / n as f64)),
+                    along: graded_to_edges(0.0, length - height, &edges[0], &size),
+                    up: graded_to_edges(0.0, height, &edges[1], |y| {
+                        (self.finest(n) + 0.5 * (height - y)).min(height / n as f64)
+                    }),
                     end_top: uniform(length - height, length, n.div_ceil(2)),
-                    radii: if self.end == End::Far { Vec::new() } else { geometric(0.5, n / 2) },
+                    radii: if self.end == End::Far { Vec::new() } else { fan(n) },
                     punch: None,
                 }
             }
         };
         let LayerMesh { along, up, punch, .. } = &mut section;
         let kept = punch.as_ref().map(|p| (p.along.map(|k| along[k]), up[p.up]));
-        let edges: [Vec<f64>; 3] = std::array::from_fn(|axis| self.edges(axis).collect());
-        // Refinement at edges, as in plane strain, would take minutes for a load here; the error states what is missing.
-        let smallest = f64::INFINITY;
+        // Stress is singular at the edges of electrodes. Beside a fan, refinement there would take minutes for a load; the error states what
+        // is missing.
+        let smallest = if kept.is_none() { AT_EDGES * height / n as f64 } else { f64::INFINITY };
         fit_to_edges(along, kept.as_ref().map_or(&[][..], |k| &k.0[..]), &edges[0], smallest);
         fit_to_edges(up, kept.as_ref().map_or(&[][..], |k| std::slice::from_ref(&k.1)), &edges[1], smallest);
         if let (Some(punch), Some((ends, low))) = (punch, kept) {
@@ -78,8 +104,8 @@ impl SpaceLayer {
             (punch.along, punch.up) = (ends.map(|x| at(x, along)), at(low, up));
         }
         let side_fan = self.side_fan();
-        let mut across = graded(0.0, self.half_width - side_fan.unwrap_or(0.0), self.size(n, 1));
-        fit_to_edges(&mut across, &[], &edges[2], smallest);
+        let inner = self.half_width - side_fan.unwrap_or(0.0);
+        let across = graded_to_edges(0.0, inner, &edges[2], self.size(n, 1, deepest));
         SpaceLayerMesh { section, across, side_fan }
     }
 
@@ -87,8 +113,8 @@ impl SpaceLayer {
     ///
     /// # Errors
     /// [`ModelError::TooManyElements`].
-    pub fn mesh_within_limit(&self, n: usize) -> Result<SpaceLayerMesh, ModelError> {
-        let mesh = self.mesh(n);
+    pub fn mesh_within_limit(&self, n: usize, deepest: f64) -> Result<SpaceLayerMesh, ModelError> {
+        let mesh = self.mesh(n, deepest);
         within_limit(mesh.elements_at_most())?;
         Ok(mesh)
     }
@@ -118,24 +144,32 @@ impl SpaceLayer {
     }
 
     /// Size in m of the hexahedra as a function of the distance from the middle along `x1` (`axis` 0) or `x3` (1). They are finer where
-    /// the surface bends around the indenter.
-    fn size(&self, n: usize, axis: usize) -> impl Fn(f64) -> f64 {
-        // How far a round indenter reaches that is pressed into a third of the layer.
-        let reach = |radius: f64| (2.0 / 3.0 * radius * self.thickness).sqrt().min(radius);
-        let along_x1 = |at: f64| (axis == 0).then_some(at);
-        let at = match self.indenter {
+    /// the surface bends around the indenter: under a round one that is pressed to the compression `deepest` all over the
+    /// contact, where less of it is in contact at smaller loads.
+    fn size(&self, n: usize, axis: usize, deepest: f64) -> impl Fn(f64) -> f64 {
+        let thickness = self.thickness;
+        let round = |radius: f64| ((CONTACT * radius * deepest * thickness).sqrt().min(radius), thickness);
+        let along_x1 = |edge: (f64, f64)| (axis == 0).then_some(edge);
+        let edge = match self.indenter {
             Indenter::Smooth(profile) => match profile {
-                IndenterProfile::Block { half_widths, .. } => Some(half_widths[axis]),
-                IndenterProfile::Sphere { radius } => Some(reach(radius)),
-                IndenterProfile::Cylinder { radius } => along_x1(reach(radius)),
-                IndenterProfile::Punch { half_width, .. } => along_x1(half_width),
+                IndenterProfile::Block { half_widths, .. } => Some((half_widths[axis], 0.0)),
+                IndenterProfile::Sphere { radius } => Some(round(radius)),
+                IndenterProfile::Cylinder { radius } => along_x1(round(radius)),
+                IndenterProfile::Punch { half_width, .. } => along_x1((half_width, 0.0)),
             },
             Indenter::WholeTop | Indenter::Sharp { .. } | Indenter::Held { .. } | Indenter::Bonded { .. } => {
                 None
             }
         };
-        let (fine, coarse) = (self.finest(n), self.thickness / n as f64);
-        move |x| at.map_or(coarse, |at| (fine + 0.5 * (x - at).abs()).min(coarse))
+        let (fine, coarse, growth) = (self.finest(n), thickness / n as f64, FAR_GROWTH / n as f64);
+        move |x| {
+            // Away from the indenter the layer is at rest but for what decays over a thickness or so.
+            edge.map_or(coarse, |(edge, inside)| {
+                let away = (x - edge).max(edge - inside - x).max(0.0);
+                let far = (x - edge - thickness).clamp(0.0, FARTHEST_GROWTH * thickness);
+                (fine + 0.5 * away).min(coarse) + growth * far
+            })
+        }
     }
 
     /// Presses the layer to each of `goals`, all of them compressions or all of them forces.
@@ -161,10 +195,12 @@ impl SpaceLayer {
             first_step: if rounded { 0.5 } else { 1.0 },
             moving_gap: 3e-3,
             final_gap: 1e-5,
+            first_gap: 3e-5,
             ..Default::default()
         };
-        press_on(goals, refinement, &|_| settings, None, cancel, tell, &|n| 1.0 / n as f64, &|n| {
-            let mesh = self.mesh_within_limit(n)?;
+        let deepest = deepest(goals);
+        let on_mesh = |n: usize| {
+            let mesh = self.mesh_within_limit(n, deepest)?;
             let elements = mesh.mesh().elements.len();
             let fits = |bytes: u64| match bytes <= memory_limit {
                 true => Ok(()),
@@ -182,7 +218,15 @@ impl SpaceLayer {
             )?;
             fits(model.equations().memory_bytes())?;
             Ok(model)
-        })
+        };
+        let layers = Layers {
+            on_mesh: &on_mesh,
+            size: &|n| 1.0 / n as f64,
+            settings: &|_| settings,
+            room_for_two: &|model| 2 * model.equations().memory_bytes() <= memory_limit,
+            remesh: None,
+        };
+        press_on(goals, refinement, &layers, cancel, tell)
     }
 }
 
@@ -213,7 +257,8 @@ mod tests {
         assert!(matches!(press(1000), Err(ModelError::TooLarge { limit: 1000, .. })));
         let model = |n: usize| {
             let of = &layer;
-            LayerModel::of_finite_width(&of.mesh(n), of.rubber.clone(), of.indenter, of.end, of.side).unwrap()
+            LayerModel::of_finite_width(&of.mesh(n, 0.05), of.rubber.clone(), of.indenter, of.end, of.side)
+                .unwrap()
         };
         let [first, second] = [1, 2].map(|n| model(n).equations().memory_bytes());
         assert!(first < second);

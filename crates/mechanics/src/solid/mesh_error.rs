@@ -1,4 +1,4 @@
-//! The error of a value on the finest of three or four meshes, from the differences between them.
+//! The error of a value on the finest of some meshes, from the differences between them.
 
 /// Smallest order of convergence that is trusted: where the differences between meshes fall more slowly, or grow, the
 /// meshes do not resolve yet what limits the force.
@@ -8,10 +8,23 @@ const MIN_ORDER: f64 = 1.0 / 3.0;
 /// never exact.
 const SAFETY: f64 = 1.25;
 
+/// Error of a value on the finest of meshes with elements of the given sizes, `(size, value)`, coarse to fine: of anything that is read off a
+/// state. First order is taken for granted on two meshes. `None` on one alone.
+pub fn error_on_finest(values: &[(f64, f64)]) -> Option<f64> {
+    match *values {
+        [.., first, before, now] => Some(error_of([first, before, now])),
+        [before, now] => {
+            let tail = 1.0 / (before.0 / now.0 - 1.0);
+            Some((now.1 - before.1).abs() * tail.max(1.0))
+        }
+        _ => None,
+    }
+}
+
 /// Error of the last of three values on meshes with elements of the given sizes, `(size, value)`.
 ///
 /// A value that converges with some power of the size has as its error a geometric tail of the last difference. The power
-/// is the observed one, between [`MIN_ORDER`] and 1: that of the singular corners is not more, and a higher one is not
+/// is the observed one, between [`MIN_ORDER`] and 1: that of the singular corners of the layer and of the electrodes in it is not more, and a higher one is not
 /// relied on. The error is never below the last difference, times [`SAFETY`]. The difference between two meshes can vanish by
 /// accident, those between three hardly: the last one is taken to be at least what it would be after the one before with
 /// second-order convergence.
@@ -69,6 +82,17 @@ mod tests {
                 assert!(found >= values[2].1 - values[1].1);
             }
         }
+    }
+
+    #[test]
+    fn the_error_on_three_meshes_is_that_of_the_last_three_and_on_two_that_of_first_order() {
+        let values = of_order(0.7, [1.0, 0.5, 0.25]);
+        let four = [(2.0, -5.0), values[0], values[1], values[2]];
+        assert_eq!(error_on_finest(&four), Some(error_of(values)));
+        assert_eq!(error_on_finest(&values), Some(error_of(values)));
+        assert!((error_on_finest(&[(1.0, 1.3), (0.75, 1.2)]).unwrap() - 0.3).abs() < 1e-12);
+        assert!((error_on_finest(&[(1.0, 1.3), (0.25, 1.2)]).unwrap() - 0.1).abs() < 1e-12);
+        assert_eq!(error_on_finest(&[(1.0, 3.0)]), None);
     }
 
     #[test]

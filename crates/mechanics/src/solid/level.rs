@@ -1,0 +1,283 @@
+//! Loads on one mesh: followed one after the other, or found near the equilibria of a coarser mesh, side by side.
+
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+
+use rayon::prelude::*;
+
+use super::dimension::{Dimension, Plane};
+use super::layer::{LayerModel, LayerStep};
+use super::model::{Load, State};
+use super::newton::{Effort, FromCoarser, NewtonSettings, StopReason, Stopped};
+use super::press::{Goal, Pressed};
+use super::soundness::StateFault;
+
+/// One mesh that was solved on.
+#[derive(Debug)]
+pub struct Level<S: Dimension = Plane> {
+    /// The layer on this mesh.
+    pub model: LayerModel<S>,
+    /// Size of its elements, to be compared with that of the other meshes.
+    pub(super) size: f64,
+    /// Layers on meshes of this level that were made for one load.
+    pub(super) remeshed: Vec<LayerModel<S>>,
+    /// Wall-clock seconds that it took.
+    pub seconds: f64,
+    /// Equilibria found, goal by goal; the goals that were not reached are not in it.
+    pub(super) reached: Vec<Option<Reached<S>>>,
+    pub(super) stopped: Vec<Option<Box<Stopped>>>,
+    /// Faults of the states that were found for goals that do not count as reached for that reason.
+    pub(super) faults: Vec<Option<(f64, StateFault)>>,
+}
+
+/// The equilibrium found for a goal.
+#[derive(Debug, Clone)]
+pub(super) struct Reached<S: Dimension> {
+    /// Which of the remeshed layers it is of, if it is of one of them.
+    remeshed: Option<usize>,
+    pub(super) step: LayerStep,
+    state: State<S>,
+    load: Load<S>,
+}
+
+impl<S: Dimension> Reached<S> {
+    /// It as a result on this level, of whose error nothing is known.
+    pub(super) fn unjudged(&self, level: usize) -> Pressed<S> {
+        Pressed {
+            step: self.step,
+            level,
+            remeshed: self.remeshed,
+            state: self.state.clone(),
+            load: self.load.clone(),
+            error: None,
+            refinement: Vec::new(),
+            converged: false,
+        }
+    }
+}
+
+/// What was found for a goal, before it counts.
+struct Found<S: Dimension> {
+    step: LayerStep,
+    state: State<S>,
+    load: Load<S>,
+    fault: Option<StateFault>,
+}
+
+/// What came of the search near the equilibrium of a coarser mesh: `None` if there is none near it, so that the load has to be followed.
+type Tried<S> = Option<Result<Found<S>, Box<Stopped>>>;
+
+impl<S: Dimension> Found<S> {
+    fn of(model: &LayerModel<S>, step: LayerStep) -> Self {
+        let (state, load) = (model.state().clone(), model.load().clone());
+        Self { step, state, load, fault: model.fault(step.force) }
+    }
+
+    /// Searches the equilibrium for a goal near the one that a coarser layer has for it.
+    fn near(
+        (coarser, reached): (&LayerModel<S>, &Reached<S>),
+        model: &mut LayerModel<S>,
+        goal: Goal,
+        settings: &NewtonSettings,
+    ) -> Tried<S> {
+        let step = model.take_over(coarser, &reached.state, reached.step.compression, settings)?;
+        let step = match goal {
+            Goal::Compression(_) => Ok(step),
+            Goal::Force(force) => model.press_with(force, settings),
+        };
+        Some(step.map(|step| Self::of(model, step)))
+    }
+
+    /// Follows the load from where `model` is.
+    fn after(model: &mut LayerModel<S>, goal: Goal, settings: &NewtonSettings) -> Result<Self, Box<Stopped>> {
+        let step = match goal {
+            Goal::Compression(compression) => model.press(compression, settings),
+            Goal::Force(force) => model.press_with(force, settings),
+        };
+        step.map(|step| Self::of(model, step))
+    }
+}
+
+impl<S: Dimension> Level<S> {
+    /// Nothing pressed yet.
+    pub(super) fn new(model: LayerModel<S>, size: f64, goals: usize) -> Self {
+        Self {
+            model,
+            size,
+            remeshed: Vec::new(),
+            seconds: 0.0,
+            reached: vec![None; goals],
+            stopped: vec![None; goals],
+            faults: vec![None; goals],
+        }
+    }
+
+    /// Presses to the goals from the smallest up, until one is not reached. Equilibria of goals that are not `wanted` are not kept.
+    /// Where `coarser` has an equilibrium under a load, the one on this mesh is searched near it, with two of them side by side where
+    /// `twin` gives a second layer on this mesh; otherwise the load is followed. Returns the number of goals reached.
+    pub(super) fn walk(
+        &mut self,
+        coarser: Option<&Self>,
+        goals: &[Goal],
+        order: &[usize],
+        wanted: &[bool],
+        settings: &NewtonSettings,
+        twin: &dyn Fn(&LayerModel<S>) -> Option<LayerModel<S>>,
+        tell: &(dyn Fn(usize) + Sync),
+    ) -> usize {
+        let coarser = coarser.filter(|_| settings.from_coarser != FromCoarser::Nothing);
+        let near = |g: usize| coarser.and_then(|level| level.found(g)).filter(|_| goals[g].value() != 0.0);
+        let mut tried = self.side_by_side(&near, goals, order, settings, twin, tell);
+        for (done, &g) in order.iter().enumerate() {
+            if settings.cancelled() {
+                return done;
+            }
+            let found = if goals[g].value() == 0.0 {
+                let (state, load) = (self.model.state().clone(), self.model.load().clone());
+                Ok(Found { step: self.at_rest(), state, load, fault: None })
+            } else {
+                let tried = match tried[g].take() {
+                    Some(tried) => tried,
+                    None => near(g).and_then(|n| Found::near(n, &mut self.model, goals[g], settings)),
+                };
+                tried.unwrap_or_else(|| Found::after(&mut self.model, goals[g], settings))
+            };
+            match found {
+                Ok(Found { step, state, load, fault }) => {
+                    if wanted[g] {
+                        let (state, load) = (state.clone(), load.clone());
+                        self.keep(goals, g, Reached { remeshed: None, step, state, load }, fault);
+                    }
+                    // What was found on the twin is where the next load is followed from.
+                    self.model.put(state, load);
+                }
+                // The goal may well be in reach.
+                Err(stopped) if stopped.reason == StopReason::Cancelled => return done,
+                Err(stopped) => {
+                    for &g in &order[done..] {
+                        self.stopped[g] = Some(stopped.clone());
+                    }
+                    return done;
+                }
+            }
+            tell(done + 1);
+        }
+        order.len()
+    }
+
+    /// Searches the equilibria near those of a coarser mesh on two layers at once, each on its own thread: none needs another. Nothing is
+    /// tried where that would be fewer than two, or there is no second thread, or no `twin`.
+    fn side_by_side<'a>(
+        &mut self,
+        near: &(dyn Fn(usize) -> Option<(&'a LayerModel<S>, &'a Reached<S>)> + Sync),
+        goals: &[Goal],
+        order: &[usize],
+        settings: &NewtonSettings,
+        twin: &dyn Fn(&LayerModel<S>) -> Option<LayerModel<S>>,
+        tell: &(dyn Fn(usize) + Sync),
+    ) -> Vec<Option<Tried<S>>> {
+        let mut tried: Vec<Option<Tried<S>>> = goals.iter().map(|_| None).collect();
+        let starts: Vec<_> = order.iter().filter_map(|&g| Some((g, near(g)?))).collect();
+        if starts.len() < 2 || rayon::current_num_threads() < 2 {
+            return tried;
+        }
+        let Some(mut twin) = twin(&self.model) else { return tried };
+        let done = AtomicUsize::new(0);
+        let each_second = |model: &mut LayerModel<S>, first: usize| -> Vec<(usize, Tried<S>)> {
+            let mut found = Vec::new();
+            for &(g, start) in starts.iter().skip(first).step_by(2) {
+                if settings.cancelled() {
+                    break;
+                }
+                found.push((g, Found::near(start, model, goals[g], settings)));
+                tell(done.fetch_add(1, Ordering::Relaxed) + 1);
+            }
+            found
+        };
+        let (even, odd) = rayon::join(|| each_second(&mut self.model, 0), || each_second(&mut twin, 1));
+        for (g, found) in even.into_iter().chain(odd) {
+            tried[g] = Some(found);
+        }
+        tried
+    }
+
+    /// Presses to each goal on a mesh of its own, on all threads: none needs another. Where `coarser` has an equilibrium under a load,
+    /// `remesh` gets it. Returns the number of goals that were tried.
+    pub(super) fn press_each(
+        &mut self,
+        coarser: Option<&Self>,
+        goals: &[Goal],
+        order: &[usize],
+        remesh: &PressAlone<'_, S>,
+        cancel: &AtomicBool,
+        tell: &(dyn Fn(usize) + Sync),
+    ) -> usize {
+        let done = AtomicUsize::new(0);
+        let press = |&g: &usize| {
+            let goal = goals[g];
+            if goal.value() == 0.0 || cancel.load(Ordering::Relaxed) {
+                return None;
+            }
+            let coarser = coarser.and_then(|level| level.found(g));
+            let pressed = remesh(coarser.map(|(model, reached)| (model, &reached.state)), goal);
+            tell(done.fetch_add(1, Ordering::Relaxed) + 1);
+            Some(pressed.map(|(mut model, step)| {
+                let fault = model.fault(step.force);
+                model.release();
+                (model, step, fault)
+            }))
+        };
+        // The largest loads take longest.
+        let pressed: Vec<_> = order.par_iter().rev().with_max_len(1).map(press).collect();
+        for (&g, pressed) in order.iter().zip(pressed.into_iter().rev()) {
+            match pressed {
+                None if goals[g].value() == 0.0 => {
+                    let (state, load) = (self.model.state().clone(), self.model.load().clone());
+                    let reached = Reached { remeshed: None, step: self.at_rest(), state, load };
+                    self.keep(goals, g, reached, None);
+                }
+                None => {}
+                Some(Ok((model, step, fault))) => {
+                    let (state, load) = (model.state().clone(), model.load().clone());
+                    let remeshed = Some(self.remeshed.len());
+                    self.remeshed.push(model);
+                    self.keep(goals, g, Reached { remeshed, step, state, load }, fault);
+                }
+                Some(Err(stopped)) if stopped.reason == StopReason::Cancelled => {}
+                Some(Err(stopped)) => self.stopped[g] = Some(stopped),
+            }
+        }
+        order.len()
+    }
+
+    /// The layer while not even the indenter's first gap is closed.
+    fn at_rest(&self) -> LayerStep {
+        self.model.step(Effort { smallest_j: 1.0, ..Effort::default() })
+    }
+
+    /// Keeps the equilibrium found for a goal, or its fault if it has one.
+    fn keep(&mut self, goals: &[Goal], g: usize, mut reached: Reached<S>, fault: Option<StateFault>) {
+        if let Some(fault) = fault {
+            self.faults[g] = Some((reached.step.compression, fault));
+            return;
+        }
+        if let Goal::Compression(asked) = goals[g] {
+            reached.step.compression = asked; // but for rounding
+        }
+        self.reached[g] = Some(reached);
+    }
+
+    /// The layer and its equilibrium under goal `g`, if it was reached.
+    fn found(&self, g: usize) -> Option<(&LayerModel<S>, &Reached<S>)> {
+        let reached = self.reached[g].as_ref()?;
+        Some((self.layer_of(reached.remeshed), reached))
+    }
+
+    pub(super) fn layer_of(&self, remeshed: Option<usize>) -> &LayerModel<S> {
+        remeshed.and_then(|k| self.remeshed.get(k)).unwrap_or(&self.model)
+    }
+}
+
+/// [`Remesh`] on the meshes of one level.
+type PressAlone<'a, S> = dyn Fn(Option<(&LayerModel<S>, &State<S>)>, Goal) -> Result<(LayerModel<S>, LayerStep), Box<Stopped>>
+    + Sync
+    + 'a;
