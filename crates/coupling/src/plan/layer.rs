@@ -30,9 +30,10 @@ pub struct LayerForecast {
     pub most_seconds: f64,
 }
 
-/// The meshes that most loads need: an error can be stated from three on, and the finest of four or five is rarely among them.
+/// The meshes that most loads need: an error can be stated from three on, and the finest is rarely among them, nor are the two finest of six.
 fn usual(meshes: &[MeshSize]) -> &[MeshSize] {
-    &meshes[..meshes.len().min(3)]
+    let usual = if meshes.len() > 4 { 4 } else { 3 };
+    &meshes[..meshes.len().min(usual)]
 }
 
 /// In words, what presses where no punch does.

@@ -23,9 +23,10 @@
 //! | [`forecast`] | its memory and time, estimated in advance |
 //! | `contact_end` | which point of the surface lies at the corner of a sharp punch |
 //! | `rounded_corner` | a mesh for each load under a punch with rounded corners |
-//! | `force_error` | the error of a force from the differences between meshes |
+//! | [`mesh_error`] | the error of a force, or of anything else, from the differences between meshes |
 //! | `force_goal` | the displacement that gives a force |
 //! | [`soundness`] | whether an equilibrium is one that a layer can be in |
+//! | `level` | the loads on one of these meshes |
 //! | [`press`] | the layer pressed to given loads on finer and finer meshes |
 //!
 //! # Corners that open

@@ -54,13 +54,18 @@ fn fan(n: usize) -> Vec<f64> {
 
 impl Refinement {
     /// Up to six meshes of hexahedra for a layer under `indenter`, with 1 to 8 over the thickness: in space it would cost too much to
-    /// halve their size each time, since a mesh takes the sixth power of that number. The fan at the edge of a punch or a patch needs
-    /// an even one.
+    /// halve their size each time, since a mesh takes the sixth power of that number. Around an edge, sharp or rounded, the coarsest one has two,
+    /// and an even number suits the fan there.
     pub fn in_space(relative_tolerance: f64, indenter: Indenter) -> Self {
-        let meshes = match indenter {
-            Indenter::WholeTop | Indenter::Smooth(_) => vec![1, 2, 3, 4, 6, 8],
-            Indenter::Sharp { .. } | Indenter::Held { .. } | Indenter::Bonded { .. } => vec![2, 4, 6, 8],
+        let has_edge = match indenter {
+            Indenter::WholeTop => false,
+            Indenter::Smooth(profile) => match profile {
+                IndenterProfile::Sphere { .. } | IndenterProfile::Cylinder { .. } => false,
+                IndenterProfile::Block { .. } | IndenterProfile::Punch { .. } => true,
+            },
+            Indenter::Sharp { .. } | Indenter::Held { .. } | Indenter::Bonded { .. } => true,
         };
+        let meshes = if has_edge { vec![2, 4, 6, 8] } else { vec![1, 2, 3, 4, 6, 8] };
         Self { relative_tolerance, meshes }
     }
 }
