@@ -261,6 +261,22 @@ mod tests {
     use super::*;
 
     #[test]
+    fn steps_between_edges_are_as_long_as_asked_and_every_edge_is_a_breakpoint() {
+        let edges = [0.9, 0.2, 0.2, 0.25, -1.0, 2.0];
+        let size = |x: f64| 0.05 + 0.1 * x;
+        let breakpoints = graded_to_edges(0.0, 2.0, &edges, size);
+        for edge in [0.0, 0.2, 0.25, 0.9, 2.0] {
+            assert!(breakpoints.contains(&edge), "{edge} is not in {breakpoints:?}");
+        }
+        for w in breakpoints.windows(2) {
+            let (step, wanted) = (w[1] - w[0], size(0.5 * (w[0] + w[1])));
+            assert!(step > 0.0 && step < 1.3 * wanted, "{step} where {wanted} is wanted");
+        }
+        // Not much shorter either, but for the narrow body.
+        assert_eq!(breakpoints.len(), 18, "{breakpoints:?}");
+    }
+
+    #[test]
     fn patches_that_touch_share_their_nodes() {
         let left = Patch::tensor(&uniform(0.0, 1.0, 2), &uniform(0.0, 1.0, 2));
         let mut rim: Vec<[f64; 2]> = uniform(0.0, 1.0, 2).iter().map(|&y| [1.0, y]).collect();

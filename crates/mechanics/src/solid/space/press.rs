@@ -253,6 +253,33 @@ mod tests {
     }
 
     #[test]
+    fn loads_side_by_side_are_those_one_after_the_other_to_the_last_digit() {
+        let ball = Indenter::Smooth(IndenterProfile::Sphere { radius: 1.5 });
+        let (layer, stop) = (SpaceLayer { indenter: ball, ..layer() }, AtomicBool::new(false));
+        let goals = [0.02, 0.05, 0.1].map(Goal::Compression);
+        let refinement = Refinement { relative_tolerance: 1e-9, meshes: vec![1, 2] };
+        let on_threads = |threads: usize, limit: u64| {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+            let pressing =
+                pool.install(|| layer.press(&goals, &refinement, limit, &stop, &|_, _| ())).unwrap();
+            pressing.goals.into_iter().map(|goal| goal.unwrap().refinement).collect::<Vec<_>>()
+        };
+        let both = on_threads(2, 1 << 40);
+        assert_eq!(both, on_threads(1, 1 << 40));
+        // There is memory for one layer on the second mesh, and not for two.
+        let second = LayerModel::of_finite_width(
+            &layer.mesh(2, 0.1),
+            layer.rubber.clone(),
+            ball,
+            layer.end,
+            layer.side,
+        );
+        let limit = second.unwrap().equations().memory_bytes();
+        assert_eq!(both, on_threads(2, limit));
+        assert!(both.iter().all(|forces| forces.len() == 2), "{both:?}");
+    }
+
+    #[test]
     fn a_mesh_that_does_not_fit_into_the_memory_is_not_begun() {
         let (layer, stop) = (layer(), AtomicBool::new(false));
         let press = |limit: u64| {
