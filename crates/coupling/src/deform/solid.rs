@@ -5,9 +5,11 @@ use std::sync::atomic::AtomicBool;
 use elastocap_geometry::scene::Box3;
 use elastocap_mechanics::materials::{HyperelasticLaw, Rubber};
 use elastocap_mechanics::solid::dimension::Space;
-use elastocap_mechanics::solid::layer::{Inclusion, Indenter as Press};
+use elastocap_mechanics::solid::layer::{Inclusion, Indenter as Press, LayerModel};
+use elastocap_mechanics::solid::mesh::Mesh;
+use elastocap_mechanics::solid::model::State;
 use elastocap_mechanics::solid::obstacle::IndenterProfile;
-use elastocap_mechanics::solid::press::{Pressed, Pressing, Refinement, deepest};
+use elastocap_mechanics::solid::press::{Places, Pressed, Refinement, deepest};
 use elastocap_mechanics::solid::space::layer::SideCondition;
 use elastocap_mechanics::solid::space::press::SpaceLayer;
 
@@ -67,9 +69,20 @@ pub(super) fn solve(
     let problem = problem(case, model)?;
     let goals = goals(loads, 1.0);
     let refinement = Refinement::in_space(model.relative_tolerance, problem.indenter);
-    let pressing = problem.press(&goals, &refinement, memory_limit, cancel, report)?;
+    let layout = case.electrodes.as_ref().map(|e| e.layout);
+    let facing = |model: &LayerModel<Space>, state: &State<Space>| {
+        facing(layout, &boxes(&problem, &model.equations().body().mesh, state))
+    };
+    let places = case
+        .electrostatics
+        .as_ref()
+        .map(|field| Places { of: &facing, relative_tolerance: field.relative_tolerance });
+    let pressing = problem.press(&goals, &refinement, places.as_ref(), memory_limit, cancel, report)?;
     let scale = Scale { thickness: problem.thickness, width: 1.0 };
-    let boxes = |pressed: &Pressed<Space>| (boxes(&problem, &pressing, pressed), DeformedCurves::default());
+    let boxes = |pressed: &Pressed<Space>| {
+        let mesh = &pressing.model_of(pressed).equations().body().mesh;
+        (boxes(&problem, mesh, &pressed.state), DeformedCurves::default())
+    };
     let mut run = FiniteElementRun::new(&pressing, &goals, scale, boxes);
     let pair = case.electrodes.as_ref().is_some_and(|e| e.layout == Layout::InPlane);
     run.clothe(&pressing, |pressed, _| {
@@ -80,9 +93,22 @@ pub(super) fn solve(
     Ok(run)
 }
 
+/// The gap of a pair in m, and the area over the gap, in m, that its parallel-plate capacitance is proportional to; nothing without a pair.
+fn facing(layout: Option<Layout>, electrodes: &[ElectrodeBox]) -> Vec<f64> {
+    let extent = |e: &ElectrodeBox, axis: usize| e.mean[axis][1] - e.mean[axis][0];
+    let (gap, along, across) = match (layout, electrodes) {
+        (Some(Layout::InPlane), [right]) => (2.0 * right.mean[0][0], extent(right, 1), extent(right, 2)),
+        (Some(Layout::Stacked), [lower, upper]) => {
+            let least = |axis: usize| extent(lower, axis).min(extent(upper, axis));
+            (upper.mean[1][0] - lower.mean[1][1], least(0), least(2))
+        }
+        _ => return Vec::new(),
+    };
+    vec![gap, along * across / gap]
+}
+
 /// The electrodes as boxes.
-fn boxes(problem: &SpaceLayer, pressing: &Pressing<Space>, pressed: &Pressed<Space>) -> Vec<ElectrodeBox> {
-    let mesh = &pressing.model_of(pressed).equations().body().mesh;
+fn boxes(problem: &SpaceLayer, mesh: &Mesh<Space>, state: &State<Space>) -> Vec<ElectrodeBox> {
     let tiny = 1e-9 * problem.thickness;
     let face = |inclusion: &Inclusion<Space>, axis: usize, at: f64| -> Face {
         let others = [(axis + 1) % 3, (axis + 2) % 3];
@@ -96,7 +122,7 @@ fn boxes(problem: &SpaceLayer, pressing: &Pressing<Space>, pressed: &Pressed<Spa
             .iter()
             .map(|&n| {
                 let x = mesh.nodes[n];
-                let u = &pressed.state.displacement[3 * n..];
+                let u = &state.displacement[3 * n..];
                 let weight = weights[0].at(x[others[0]]) * weights[1].at(x[others[1]]);
                 (weight, [0, 1, 2].map(|k| x[k] + u[k]))
             })

@@ -8,7 +8,7 @@ use super::dimension::{Dimension, Plane};
 use super::layer::{LayerModel, LayerStep};
 use super::model::{Load, State};
 use super::newton::{Effort, FromCoarser, NewtonSettings, StopReason, Stopped};
-use super::press::{Goal, Pressed};
+use super::press::{Goal, Pressed, ReadOff};
 use super::soundness::StateFault;
 
 /// One mesh that was solved on.
@@ -270,6 +270,11 @@ impl<S: Dimension> Level<S> {
     fn found(&self, g: usize) -> Option<(&LayerModel<S>, &Reached<S>)> {
         let reached = self.reached[g].as_ref()?;
         Some((self.layer_of(reached.remeshed), reached))
+    }
+
+    /// What `of` reads off the equilibrium under goal `g`, if that was reached.
+    pub(super) fn at(&self, g: usize, of: &ReadOff<'_, S>) -> Option<Vec<f64>> {
+        self.found(g).map(|(model, reached)| of(model, &reached.state))
     }
 
     pub(super) fn layer_of(&self, remeshed: Option<usize>) -> &LayerModel<S> {

@@ -11,7 +11,7 @@ use std::time::Instant;
 use super::dimension::{Dimension, Plane};
 use super::layer::{End, Inclusion, Indenter, LayerMesh, LayerModel, LayerStep, RoundedPunch};
 use super::level::Reached;
-use super::mesh_error::{error_of, scatter_of};
+use super::mesh_error::{error_of, error_on_finest, scatter_of};
 use super::model::{Load, ModelError, State};
 use super::newton::{NewtonSettings, Stopped};
 use super::soundness::StateFault;
@@ -155,6 +155,7 @@ impl PlaneLayer {
             settings: &|level| self.settings(level),
             room_for_two: &|_| true, // they are small in the plane
             remesh,
+            places: None,
         };
         press_on(goals, refinement, &layers, cancel, tell)
     }
@@ -209,6 +210,44 @@ pub(crate) struct Layers<'a, S: Dimension> {
     pub(crate) room_for_two: &'a dyn Fn(&LayerModel<S>) -> bool,
     /// Presses to a load on a mesh made for it, where loads have meshes of their own.
     pub(crate) remesh: Option<&'a Remesh<'a, S>>,
+    /// What else is to be known, besides the force.
+    pub(crate) places: Option<&'a Places<'a, S>>,
+}
+
+/// Reads numbers off an equilibrium, always as many.
+pub type ReadOff<'a, S> = dyn Fn(&LayerModel<S>, &State<S>) -> Vec<f64> + Sync + 'a;
+
+/// Numbers that are read off an equilibrium, as the distance of two bodies in the layer, and are to be known besides the force.
+pub struct Places<'a, S: Dimension> {
+    /// These numbers.
+    pub of: &'a ReadOff<'a, S>,
+    /// The error to reach, relative to each of them.
+    pub relative_tolerance: f64,
+}
+
+impl<S: Dimension> std::fmt::Debug for Places<'_, S> {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "Places to {:e}", self.relative_tolerance)
+    }
+}
+
+/// Errors of places that one more mesh may bring within the tolerance, over it.
+const WITHIN_REACH: f64 = 3.0;
+
+impl<S: Dimension> Places<'_, S> {
+    /// Whether a mesh after the last of `levels` is worth it for goal `g`, whose force is known.
+    fn ask_for_more(&self, levels: &[Level<S>], g: usize) -> bool {
+        let found: Vec<(f64, Vec<f64>)> =
+            levels.iter().filter_map(|level| Some((level.size, level.at(g, self.of)?))).collect();
+        let Some((_, now)) = found.last() else { return false };
+        let error = |k: usize| {
+            let values: Vec<(f64, f64)> =
+                found.iter().filter_map(|(size, v)| Some((*size, *v.get(k)?))).collect();
+            error_on_finest(&values).map_or(0.0, |error| error / now[k].abs())
+        };
+        let worst = (0..now.len()).map(error).fold(0.0, f64::max);
+        worst > self.relative_tolerance && worst <= WITHIN_REACH * self.relative_tolerance
+    }
 }
 
 /// Presses layers to each of `goals`, mesh after mesh. A mesh too large for the memory ends the refinement.
@@ -237,8 +276,15 @@ pub(crate) fn press_on<S: Dimension>(
             Err(error) => return Err(error),
         };
         let mut level = Level::new(model, (layers.size)(n), goals.len());
-        let known = |levels: &[Level<S>], g: usize| {
+        let force_known = |levels: &[Level<S>], g: usize| {
             judge(levels, goals, g, refinement, jumps).is_some_and(|pressed| pressed.converged)
+        };
+        // For what else is to be known there is one more mesh, at most.
+        let known = |levels: &[Level<S>], g: usize| {
+            force_known(levels, g)
+                && (goals[g].value() == 0.0
+                    || levels.split_last().is_some_and(|(_, before)| force_known(before, g))
+                    || layers.places.is_none_or(|places| !places.ask_for_more(levels, g)))
         };
         let wanted: Vec<bool> = (0..goals.len()).map(|g| !known(&levels, g)).collect();
         let (coarser, tell) = (levels.last(), &|done: usize| tell(k, done));
@@ -306,7 +352,7 @@ impl<S: Dimension> Pressing<S> {
     }
 
     /// Goal `g` on all meshes but the finest that reached it, coarse to fine, each with the size of its elements: how anything that is
-    /// read off a state moves from there to the finest says how well it is known; see [`error_on_finest`](super::mesh_error::error_on_finest). Their
+    /// read off a state moves from there to the finest says how well it is known; see [`error_on_finest`]. Their
     /// own errors are not judged.
     pub fn on_coarser_meshes(&self, g: usize) -> Vec<(f64, Pressed<S>)> {
         let reached =

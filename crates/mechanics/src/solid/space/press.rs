@@ -10,7 +10,7 @@ use crate::solid::mesh::{geometric, graded_to_edges, uniform};
 use crate::solid::model::{Equations, ModelError};
 use crate::solid::newton::NewtonSettings;
 use crate::solid::obstacle::IndenterProfile;
-use crate::solid::press::{Goal, Layers, Pressing, Refinement, deepest, press_on};
+use crate::solid::press::{Goal, Layers, Places, Pressing, Refinement, deepest, press_on};
 use elastocap_materials::Rubber;
 
 /// A layer of finite width and its indenter, both symmetric about `x1 = 0` and `x3 = 0`. Lengths in m.
@@ -179,7 +179,8 @@ impl SpaceLayer {
 
     /// Presses the layer to each of `goals`, all of them compressions or all of them forces.
     ///
-    /// No mesh that would take more than `memory_limit` bytes is started. `cancel` stops the work before the next linear system; `tell` is
+    /// Where `places` are not known when the force is, but are about to be, one more mesh is solved on. No mesh that would take more than `memory_limit`
+    /// bytes is started. `cancel` stops the work before the next linear system; `tell` is
     /// called with the number of the mesh and the number of goals done on it.
     ///
     /// # Errors
@@ -189,6 +190,7 @@ impl SpaceLayer {
         &self,
         goals: &[Goal],
         refinement: &Refinement,
+        places: Option<&Places<'_, Space>>,
         memory_limit: u64,
         cancel: &AtomicBool,
         tell: &(dyn Fn(usize, usize) + Sync),
@@ -230,6 +232,7 @@ impl SpaceLayer {
             settings: &|_| settings,
             room_for_two: &|model| 2 * model.equations().memory_bytes() <= memory_limit,
             remesh: None,
+            places,
         };
         press_on(goals, refinement, &layers, cancel, tell)
     }
@@ -261,7 +264,7 @@ mod tests {
         let on_threads = |threads: usize, limit: u64| {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
             let pressing =
-                pool.install(|| layer.press(&goals, &refinement, limit, &stop, &|_, _| ())).unwrap();
+                pool.install(|| layer.press(&goals, &refinement, None, limit, &stop, &|_, _| ())).unwrap();
             pressing.goals.into_iter().map(|goal| goal.unwrap().refinement).collect::<Vec<_>>()
         };
         let both = on_threads(2, 1 << 40);
@@ -284,7 +287,7 @@ mod tests {
         let (layer, stop) = (layer(), AtomicBool::new(false));
         let press = |limit: u64| {
             let refinement = Refinement { relative_tolerance: 1e-9, meshes: vec![1, 2] };
-            layer.press(&[Goal::Compression(0.05)], &refinement, limit, &stop, &|_, _| ())
+            layer.press(&[Goal::Compression(0.05)], &refinement, None, limit, &stop, &|_, _| ())
         };
         assert!(matches!(press(1000), Err(ModelError::TooLarge { limit: 1000, .. })));
         let model = |n: usize| {
