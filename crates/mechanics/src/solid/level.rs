@@ -164,8 +164,9 @@ impl<S: Dimension> Level<S> {
         order.len()
     }
 
-    /// Searches the equilibria near those of a coarser mesh on two layers at once, each on its own thread: none needs another. Nothing is
-    /// tried where that would be fewer than two, or there is no second thread, or no `twin`.
+    /// Searches the equilibria near those of a coarser mesh on two layers at once, each on its own thread: none needs another. The layer of this
+    /// level is afterwards where it was before. Nothing is tried if there are fewer than two such equilibria, only one thread, or no
+    /// `twin`.
     fn side_by_side<'a>(
         &mut self,
         near: &(dyn Fn(usize) -> Option<(&'a LayerModel<S>, &'a Reached<S>)> + Sync),
@@ -181,6 +182,7 @@ impl<S: Dimension> Level<S> {
             return tried;
         }
         let Some(mut twin) = twin(&self.model) else { return tried };
+        let start = (self.model.state().clone(), self.model.load().clone());
         let done = AtomicUsize::new(0);
         let each_second = |model: &mut LayerModel<S>, first: usize| -> Vec<(usize, Tried<S>)> {
             let mut found = Vec::new();
@@ -194,6 +196,8 @@ impl<S: Dimension> Level<S> {
             found
         };
         let (even, odd) = rayon::join(|| each_second(&mut self.model, 0), || each_second(&mut twin, 1));
+        // A load without an equilibrium near the coarser one is followed from the load before it, not from the last one found here.
+        self.model.put(start.0, start.1);
         for (g, found) in even.into_iter().chain(odd) {
             tried[g] = Some(found);
         }
@@ -286,3 +290,44 @@ impl<S: Dimension> Level<S> {
 type PressAlone<'a, S> = dyn Fn(Option<(&LayerModel<S>, &State<S>)>, Goal) -> Result<(LayerModel<S>, LayerStep), Box<Stopped>>
     + Sync
     + 'a;
+
+#[cfg(test)]
+mod tests {
+    use super::super::dimension::Space;
+    use super::super::layer::{End, Indenter, LayerMesh};
+    use super::super::obstacle::IndenterProfile;
+    use super::super::space::layer::{SideCondition, SpaceLayerMesh};
+    use super::*;
+    use elastocap_materials::Rubber;
+
+    fn layer(n: usize) -> LayerModel<Space> {
+        let mesh = SpaceLayerMesh::new(LayerMesh::uniform(1.0, 2.0, n, 0.5, 1), 0.8, n);
+        let ball = Indenter::Smooth(IndenterProfile::Sphere { radius: 1.5 });
+        let (rubber, free) = (Rubber::neo_hookean(1.0), SideCondition::Free);
+        LayerModel::of_finite_width(&mesh, rubber, ball, End::Free, free).unwrap()
+    }
+
+    #[test]
+    fn a_load_that_is_not_found_near_the_coarser_one_is_followed_alike_on_one_thread_and_on_two() {
+        let goals = [0.02, 0.05, 0.1].map(Goal::Compression);
+        let (order, wanted) = ([0, 1, 2], [true; 3]);
+        let settings = NewtonSettings { first_step: 0.5, ..NewtonSettings::default() };
+        let no_twin = |_: &LayerModel<Space>| None;
+        let mut coarser = Level::new(layer(3), 1.0, goals.len());
+        coarser.walk(None, &goals, &order, &wanted, &settings, &no_twin, &|_| ());
+        assert!(coarser.reached.iter().all(Option::is_some), "{:?}", coarser.faults);
+        // Nothing is near a state that is none.
+        let first = coarser.reached[0].as_mut().unwrap();
+        first.state.moving = None;
+        first.state.displacement.fill(f64::NAN);
+        let walked = |threads: usize| {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+            let mut level = Level::new(layer(4), 0.75, goals.len());
+            let twin = |_: &LayerModel<Space>| Some(layer(4));
+            pool.install(|| level.walk(Some(&coarser), &goals, &order, &wanted, &settings, &twin, &|_| ()));
+            let step = |k: usize| level.reached[k].as_ref().map(|r| (r.step.force, r.step.effort.solves));
+            [0, 1, 2].map(|k| step(k).unwrap())
+        };
+        assert_eq!(walked(1), walked(2));
+    }
+}

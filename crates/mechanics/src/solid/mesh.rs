@@ -209,8 +209,8 @@ pub fn graded(a: f64, b: f64, size: impl Fn(f64) -> f64) -> Vec<f64> {
     graded_between(&places, |k| (places[k + 1] - places[k]) / size(0.5 * (places[k] + places[k + 1])))
 }
 
-/// Breakpoints from `a` to `b` (m), each of `edges` between the two among them, such that the steps near `x` are no longer than
-/// `size(x)`, but for a quarter of a step between two edges.
+/// Breakpoints from `a` to `b` (m) that include each of the `edges` between the two. Steps near `x` are about `size(x)` long: from one edge to the
+/// next, their number is rounded up, unless it is less than a quarter above a whole number.
 pub fn graded_to_edges(a: f64, b: f64, edges: &[f64], size: impl Fn(f64) -> f64) -> Vec<f64> {
     const FINE: usize = 1000;
     let tiny = 1e-9 * (b - a);
