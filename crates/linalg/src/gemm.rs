@@ -25,6 +25,9 @@ pub trait Real:
     fn from_f64(x: f64) -> Self;
     /// Widens to double precision.
     fn to_f64(self) -> f64;
+    /// `self * a + b`, rounded once.
+    #[must_use]
+    fn multiply_add(self, a: Self, b: Self) -> Self;
     #[doc(hidden)]
     fn product(a: Left<'_, Self>, b: Right<'_, Self>, c: &mut Target<'_, Self>, accumulate: bool);
 }
@@ -199,6 +202,10 @@ macro_rules! real {
                 #[inline(always)]
                 fn to_f64(self) -> f64 {
                     f64::from(self)
+                }
+                #[inline(always)]
+                fn multiply_add(self, a: Self, b: Self) -> Self {
+                    self.mul_add(a, b)
                 }
                 fn product(
                     a: Left<'_, Self>,

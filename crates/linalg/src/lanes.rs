@@ -7,15 +7,21 @@
 //! The method is the multifrontal one (Duff and Reid, ACM Trans. Math. Softw. 9, 1983): unknowns that are eliminated together share a
 //! dense front, and what is left of it is added to that of the next unknown to go.
 
+mod front;
+mod substitution;
+
+pub use substitution::ABREAST;
+
 use crate::gemm::Real;
-use pulp::{Arch, WithSimd};
+use front::Front;
+use pulp::Arch;
 
 /// Matrices that are treated at the same time.
-pub const LANES: usize = 8;
+pub const LANES: usize = 16;
 
 /// One number for each of the matrices.
 #[derive(Debug, Clone, Copy, PartialEq)]
-#[repr(align(32))]
+#[repr(align(64))]
 pub struct Lane<T>(pub [T; LANES]);
 
 /// Does some work on lanes with the widest vectors of the machine: `work` is compiled for each kind, so that what it calls must be
@@ -65,6 +71,21 @@ impl<T: Real> Lane<T> {
     #[must_use]
     pub fn minus(self, other: Self) -> Self {
         self.map2(other, |a, b| a - b)
+    }
+
+    /// The sum of this and a product, lane by lane. `FUSED` says that the processor has an instruction for it, which rounds once; where
+    /// it has none, one is emulated at a hundred times the cost.
+    #[inline(always)]
+    #[must_use]
+    fn plus_product<const FUSED: bool>(self, a: Self, b: Self) -> Self {
+        if !FUSED {
+            return self.plus(a.times(b));
+        }
+        let mut out = self.0;
+        for k in 0..LANES {
+            out[k] = a.0[k].multiply_add(b.0[k], self.0[k]);
+        }
+        Self(out)
     }
 }
 
@@ -202,6 +223,8 @@ impl Elimination {
     ) -> Option<LaneFactor<T>> {
         let mut factor = vec![Lane::<T>::default(); self.entries];
         let mut left: Vec<Vec<Lane<T>>> = vec![Vec::new(); self.supernodes.len()];
+        // What fronts left that was added to others: returned to the system, it would be taken from there again a moment later.
+        let mut spare: Vec<Vec<Lane<T>>> = Vec::new();
         let mut front: Vec<Lane<T>> = Vec::new();
         let mut matrix = Vec::new();
         for (number, node) in self.supernodes.iter().enumerate() {
@@ -217,47 +240,53 @@ impl Elimination {
                     .zip(&own)
                     .flat_map(|(at, size)| at.map(|at| at as usize..at as usize + size).into_iter().flatten())
                     .collect();
-                let n = places.len();
-                for (i, &row) in places.iter().enumerate() {
-                    for (j, &column) in places.iter().enumerate() {
-                        if column <= row {
-                            let value = matrix[i * n + j];
-                            let entry = &mut front[row * rows + column];
-                            for k in 0..LANES {
-                                entry.0[k] += T::from_f64(value.0[k]);
-                            }
-                        }
-                    }
-                }
+                vectorized(|| add_element(&matrix, &places, &mut front, rows));
             }
             for &child in &node.children {
                 let rest = std::mem::take(&mut left[child as usize]);
                 let Some((_, places)) = &self.supernodes[child as usize].parent else { continue };
-                let mut at = 0;
-                for (i, &row) in places.iter().enumerate() {
-                    let target = &mut front[row as usize * rows..][..rows];
-                    for &column in &places[..=i] {
-                        let entry = &mut target[column as usize];
-                        *entry = entry.plus(rest[at]);
-                        at += 1;
-                    }
-                }
+                vectorized(|| add_rest(&rest, places, &mut front, rows));
+                spare.push(rest);
             }
             let panel = &mut factor[node.offset..][..columns * rows];
-            let mut rest = Vec::new();
-            let eliminate = Eliminate { front: &mut front, rows, columns, panel, rest: &mut rest };
-            if !Arch::new().dispatch(eliminate) {
+            let mut rest = spare.pop().unwrap_or_default();
+            rest.clear();
+            if !Arch::new().dispatch(Front { entries: &front, rows, columns, panel, rest: &mut rest }) {
                 return None;
             }
             left[number] = rest;
         }
         Some(LaneFactor { values: factor })
     }
+}
 
-    /// Overwrites each of several `x`, one row of lanes for each unknown, with the solutions. The factor, which is read from memory, is
-    /// read once for all of them.
-    pub fn solve<T: Real + Root>(&self, factor: &LaneFactor<T>, x: &mut [&mut [Lane<T>]]) {
-        Arch::new().dispatch(Substitute { plan: self, factor, all: x });
+/// Adds a matrix, row by row, to the places of its unknowns in the lower triangle of a front.
+#[inline(always)]
+fn add_element<T: Real>(matrix: &[Lane<f64>], places: &[usize], front: &mut [Lane<T>], rows: usize) {
+    for (&row, values) in places.iter().zip(matrix.chunks_exact(places.len().max(1))) {
+        for (&column, value) in places.iter().zip(values) {
+            if column <= row {
+                let entry = &mut front[row * rows + column];
+                for k in 0..LANES {
+                    entry.0[k] += T::from_f64(value.0[k]);
+                }
+            }
+        }
+    }
+}
+
+/// Adds the lower triangle that another front left to the places of its unknowns.
+#[inline(always)]
+fn add_rest<T: Real>(rest: &[Lane<T>], places: &[u32], front: &mut [Lane<T>], rows: usize) {
+    let mut rest = rest;
+    for (i, &row) in places.iter().enumerate() {
+        let target = &mut front[row as usize * rows..][..rows];
+        let (own, others) = rest.split_at(i + 1);
+        for (&column, value) in places.iter().zip(own) {
+            let entry = &mut target[column as usize];
+            *entry = entry.plus(*value);
+        }
+        rest = others;
     }
 }
 
@@ -334,146 +363,6 @@ impl Root for f64 {
     }
 }
 
-#[inline(always)]
-fn dot<T: Real>(a: &[Lane<T>], b: &[Lane<T>]) -> Lane<T> {
-    let mut sum = Lane::default();
-    for (a, b) in a.iter().zip(b) {
-        sum = sum.plus(a.times(*b));
-    }
-    sum
-}
-
-/// The first columns of a front are eliminated: they go to the panel, what is left of the lower triangle to the rest.
-struct Eliminate<'a, T> {
-    front: &'a mut [Lane<T>],
-    rows: usize,
-    columns: usize,
-    panel: &'a mut [Lane<T>],
-    rest: &'a mut Vec<Lane<T>>,
-}
-
-impl<T: Real + Root> WithSimd for Eliminate<'_, T> {
-    type Output = bool;
-
-    #[inline(always)]
-    fn with_simd<S: pulp::Simd>(self, _: S) -> bool {
-        let Self { front, rows, columns, panel, rest } = self;
-        for i in 0..rows {
-            let (done, own) = panel.split_at_mut(i * columns);
-            let own = &mut own[..columns];
-            own.copy_from_slice(&front[i * rows..][..columns]);
-            for j in 0..columns.min(i) {
-                let above = &done[j * columns..][..=j];
-                // The diagonal holds the inverse.
-                own[j] = own[j].minus(dot(&own[..j], &above[..j])).times(above[j]);
-            }
-            if i < columns {
-                let pivot = own[i].minus(dot(&own[..i], &own[..i]));
-                for k in 0..LANES {
-                    if !pivot.0[k].is_positive() {
-                        return false;
-                    }
-                    own[i].0[k] = T::from_f64(1.0) / pivot.0[k].root();
-                }
-                own[i + 1..].fill(Lane::default());
-            }
-        }
-        let below = rows - columns;
-        rest.resize(below * (below + 1) / 2, Lane::default());
-        let line = |i: usize| &panel[(columns + i) * columns..][..columns];
-        let start = |i: usize| i * (i + 1) / 2;
-        let mut i = 0;
-        while i < below {
-            // Two rows and two columns at a time: each number that is read serves twice.
-            let pair = i + 1 < below;
-            let (a, b) = (line(i), line(if pair { i + 1 } else { i }));
-            let mut j = 0;
-            while j <= i {
-                let two = j < i + usize::from(pair);
-                let (c, d) = (line(j), line(if two { j + 1 } else { j }));
-                let mut sum = [Lane::default(); 4];
-                for k in 0..columns {
-                    let (a, b, c, d) = (a[k], b[k], c[k], d[k]);
-                    sum[0] = sum[0].plus(a.times(c));
-                    sum[1] = sum[1].plus(a.times(d));
-                    sum[2] = sum[2].plus(b.times(c));
-                    sum[3] = sum[3].plus(b.times(d));
-                }
-                let old = |i: usize, j: usize| front[(columns + i) * rows + columns + j];
-                rest[start(i) + j] = old(i, j).minus(sum[0]);
-                if j < i {
-                    rest[start(i) + j + 1] = old(i, j + 1).minus(sum[1]);
-                }
-                if pair {
-                    rest[start(i + 1) + j] = old(i + 1, j).minus(sum[2]);
-                    rest[start(i + 1) + j + 1] = old(i + 1, j + 1).minus(sum[3]);
-                }
-                j += 2;
-            }
-            i += 2;
-        }
-        true
-    }
-}
-
-/// Forward and back substitution.
-struct Substitute<'a, 'b, T> {
-    plan: &'a Elimination,
-    factor: &'a LaneFactor<T>,
-    all: &'a mut [&'b mut [Lane<T>]],
-}
-
-impl<T: Real + Root> WithSimd for Substitute<'_, '_, T> {
-    type Output = ();
-
-    #[inline(always)]
-    fn with_simd<S: pulp::Simd>(self, _: S) {
-        let Self { plan, factor, all } = self;
-        let panel = |node: &Supernode| {
-            let columns = node.columns as usize;
-            (columns, &factor.values[node.offset..][..columns * (columns + node.below.len())])
-        };
-        for node in &plan.supernodes {
-            let (columns, panel) = panel(node);
-            let base = node.first as usize + columns;
-            for x in all.iter_mut() {
-                let (before, after) = x.split_at_mut(base);
-                let own = &mut before[node.first as usize..];
-                for c in 0..columns {
-                    let line = &panel[c * columns..][..=c];
-                    own[c] = own[c].minus(dot(&line[..c], &own[..c])).times(line[c]);
-                }
-                for (line, row) in panel[columns * columns..].chunks_exact(columns).zip(&node.below) {
-                    let entry = &mut after[*row as usize - base];
-                    *entry = entry.minus(dot(line, own));
-                }
-            }
-        }
-        for node in plan.supernodes.iter().rev() {
-            let (columns, panel) = panel(node);
-            let base = node.first as usize + columns;
-            for x in all.iter_mut() {
-                let (before, after) = x.split_at_mut(base);
-                let own = &mut before[node.first as usize..];
-                for (line, row) in panel[columns * columns..].chunks_exact(columns).zip(&node.below) {
-                    let value = after[*row as usize - base];
-                    for (own, l) in own.iter_mut().zip(line) {
-                        *own = own.minus(l.times(value));
-                    }
-                }
-                for c in (0..columns).rev() {
-                    let line = &panel[c * columns..][..=c];
-                    own[c] = own[c].times(line[c]);
-                    let value = own[c];
-                    for k in 0..c {
-                        own[k] = own[k].minus(line[k].times(value));
-                    }
-                }
-            }
-        }
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -514,7 +403,7 @@ mod tests {
                 let m = order(g);
                 for i in 0..m {
                     for j in 0..m {
-                        out.push(Lane([0, 1, 2, 3, 4, 5, 6, 7].map(|lane| value(g, lane, i, j))));
+                        out.push(Lane(std::array::from_fn(|lane| value(g, lane, i, j))));
                     }
                 }
             })

@@ -8,8 +8,9 @@ use super::fluxes::{self, Cells, Fluxes, ones_along};
 use super::free_regions::{FreeRegion, Product, free_regions};
 use super::layout::Column;
 use super::mesh::PlanMesh;
-use super::plane_system::{Beyond, Inverse, PlaneSystem, Scaling};
+use super::plane_system::{Beyond, PlaneSystem};
 use super::rays::met_by_rays;
+use super::region::{Inverse, Scaling, Workspace};
 use crate::SolveError;
 use crate::boxes::domain::{Axis, per_element};
 use elastocap_fem::mixed::FluxEnd;
@@ -33,6 +34,7 @@ pub(super) struct Dual {
     cells: Cells,
     fluxes: Fluxes,
     regions: Vec<Inverse>,
+    workspace: Workspace,
     repair: Repair,
     /// For each interval and edge what is known of the trace there.
     traces: Vec<Vec<Trace>>,
@@ -100,6 +102,7 @@ impl Dual {
         Ok(Self {
             fluxes,
             regions,
+            workspace: Workspace::default(),
             repair,
             traces,
             roots: (0..n).map(|m| (0..mesh.triangles.len()).map(|t| root(t, m)).collect()).collect(),
@@ -220,9 +223,9 @@ impl Dual {
     pub(super) fn repair(&mut self, r: &[f64]) -> (Vec<f64>, f64) {
         let mut target = r.to_vec();
         self.rescale(&mut target);
-        let (mut psi, mut left) = self.repair.cancel(&self.cells, &target);
+        let (mut psi, mut left) = self.repair.cancel(&self.cells, &target, &mut self.workspace);
         if left > ENOUGH && self.repair.in_double(&self.cells) {
-            (psi, left) = self.repair.cancel(&self.cells, &target);
+            (psi, left) = self.repair.cancel(&self.cells, &target, &mut self.workspace);
         }
         self.rescale(&mut psi);
         (psi, left)
@@ -265,7 +268,7 @@ impl Operator for Dual {
     fn precondition_all(&mut self, r: &[&[f32]], z: &mut [&mut [f32]]) {
         z.iter_mut().for_each(|z| z.fill(0.0));
         for region in &self.regions {
-            region.add_solutions(&self.cells.locals, r, z, self.fluxes.width);
+            region.add_solutions(r, z, self.fluxes.width, &mut self.workspace);
         }
         z.iter_mut().for_each(|z| self.clear_held(z));
     }
@@ -484,11 +487,11 @@ impl Repair {
     }
 
     /// The potential whose flux has the divergence `target`, and the share of the target that is missing.
-    fn cancel(&self, cells: &Cells, target: &[f64]) -> (Vec<f64>, f64) {
+    fn cancel(&self, cells: &Cells, target: &[f64], workspace: &mut Workspace) -> (Vec<f64>, f64) {
         let size = dot(target, target).sqrt();
         let (mut psi, mut rest, mut left) = (vec![0.0; target.len()], target.to_vec(), 1.0);
         for _ in 0..PASSES {
-            self.pass(cells, target, &mut psi, &mut rest);
+            self.pass(cells, target, &mut psi, &mut rest, workspace);
             left = if size > 0.0 { dot(&rest, &rest).sqrt() / size } else { 0.0 };
             if left <= ENOUGH {
                 break;
@@ -498,10 +501,17 @@ impl Repair {
     }
 
     /// Adds the solution for the right-hand side `rest` to `psi`, and replaces `rest` by what is then left of `target`.
-    fn pass(&self, cells: &Cells, target: &[f64], psi: &mut [f64], rest: &mut [f64]) {
+    fn pass(
+        &self,
+        cells: &Cells,
+        target: &[f64],
+        psi: &mut [f64],
+        rest: &mut [f64],
+        workspace: &mut Workspace,
+    ) {
         let width = self.fluxes.width;
         for (inverse, _) in &self.inverses {
-            inverse.add_solutions(&cells.locals, &[&*rest], &mut [&mut *psi], width);
+            inverse.add_solutions(&[&*rest], &mut [&mut *psi], width, workspace);
         }
         self.fluxes.product(cells, psi, rest);
         rest.iter_mut().zip(target).for_each(|(r, t)| *r = t - *r);

@@ -6,8 +6,9 @@
 
 use super::free_regions::{FreeRegion, Product, free_regions};
 use super::mesh::PlanMesh;
-use super::plane_system::{Inverse, Local, Numbering, PlaneSystem, Scaling};
+use super::plane_system::{Local, Numbering, PlaneSystem};
 use super::rays::PotentialRays;
+use super::region::{Inverse, Scaling, Workspace};
 use crate::SolveError;
 use crate::boxes::domain::{Axis, per_element};
 use elastocap_fem::line::line_matrices;
@@ -29,6 +30,7 @@ pub(super) struct Primal {
     locals: Vec<Local>,
     profiles: Vec<Profile>,
     regions: Vec<Inverse>,
+    workspace: Workspace,
     rays: PotentialRays,
     /// Of each entity the parts of the line where a conductor holds it.
     held: Vec<Vec<(Range<usize>, u32)>>,
@@ -139,6 +141,7 @@ impl Primal {
             locals,
             profiles,
             regions: Vec::new(),
+            workspace: Workspace::default(),
             rays,
             held,
             grounded,
@@ -213,8 +216,15 @@ impl Primal {
     /// A u, conductors included.
     pub(super) fn full_product(&self, x: &[f64]) -> Vec<f64> {
         let mut y = vec![0.0; x.len()];
+        self.set_to_full_product(x, &mut y);
+        y
+    }
+
+    /// y = A x, conductors included.
+    fn set_to_full_product(&self, x: &[f64], y: &mut [f64]) {
         let width = self.width;
         y.par_chunks_mut(ROWS * width).enumerate().for_each(|(task, out)| {
+            out.fill(0.0);
             let rows = out.len() / width;
             let (mut k, mut m) = (vec![0.0; rows * width], vec![0.0; rows * width]);
             for profile in &self.profiles {
@@ -251,8 +261,7 @@ impl Primal {
                 }
             }
         });
-        self.rays.add_product(x, &mut y, width);
-        y
+        self.rays.add_product(x, y, width);
     }
 
     /// For each function of the line the energy of the part of a potential that has this function along the axis.
@@ -324,7 +333,7 @@ impl Operator for Primal {
     }
 
     fn apply(&mut self, x: &[f64], y: &mut [f64]) {
-        y.copy_from_slice(&self.full_product(x));
+        self.set_to_full_product(x, y);
         self.clear_held(y);
     }
 
@@ -335,7 +344,7 @@ impl Operator for Primal {
     fn precondition_all(&mut self, r: &[&[f32]], z: &mut [&mut [f32]]) {
         z.iter_mut().for_each(|z| z.fill(0.0));
         for region in &self.regions {
-            region.add_solutions(&self.locals, r, z, self.width);
+            region.add_solutions(r, z, self.width, &mut self.workspace);
         }
         z.iter_mut().for_each(|z| self.clear_held(z));
     }

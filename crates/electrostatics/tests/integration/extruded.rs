@@ -58,7 +58,7 @@ pub(crate) fn block(name: &str, lo: [f64; 3], hi: [f64; 3]) -> Body {
 fn bounds_on_a_pair_contain_the_truth_at_every_degree_and_close_in_on_it() {
     let truth = 43.96589e-15;
     let mut before = f64::INFINITY;
-    for order in 2..=6 {
+    for order in 2..=8 {
         let levels = (order - 1).min(3);
         let fixed = Settings {
             resolution: Some(ResolutionLevel { order, levels }),

@@ -1,0 +1,217 @@
+//! The unknowns of single triangles, which are eliminated before those on corners and sides are solved for.
+
+use super::plane_system::{Local, Place};
+use elastocap_fem::tensor::Real;
+use elastocap_linalg::lanes::{LANES, Lane, vectorized};
+
+/// Unknowns on corners and sides of a triangle, and inner ones, at most.
+const MOST: usize = 64;
+
+/// Rows or columns that are summed up at the same time: sums are chains of dependent additions.
+const AT_ONCE: usize = 4;
+
+/// What couples the inner unknowns of some triangles to those on their corners and sides, in the precision of an inverse.
+#[derive(Debug)]
+pub(super) struct InnerUnknowns<T> {
+    /// Inner unknowns of each triangle.
+    counts: Vec<usize>,
+    /// The diagonal of A in them, triangle after triangle.
+    diagonal: Vec<T>,
+    /// Couplings in A times the root of the weight: triangle after triangle, a row for each place.
+    a: Vec<T>,
+    /// The same in M; empty where all are zero.
+    m: Vec<T>,
+}
+
+impl<T: Real> InnerUnknowns<T> {
+    /// Of triangles, each with the root of its weight and the places of what is free of it.
+    pub(super) fn new(locals: &[Local], triangles: &[(u32, f64)], places: &[Vec<Place>]) -> Self {
+        let own = || triangles.iter().map(|(t, root)| (&locals[*t as usize], *root)).zip(places);
+        let coupled = own().any(|((local, _), _)| !local.m_inner.is_empty());
+        let (mut a, mut m) = (Vec::new(), Vec::new());
+        for ((local, root), places) in own() {
+            let count = local.inner.len();
+            for (i, _) in places {
+                let row = *i as usize * count..(*i as usize + 1) * count;
+                a.extend(local.a_inner[row.clone()].iter().map(|x| T::from_f64(root * x)));
+                if coupled {
+                    let value = |k: usize| local.m_inner.get(k).map_or(0.0, |x| root * x);
+                    m.extend(row.map(|k| T::from_f64(value(k))));
+                }
+            }
+        }
+        Self {
+            counts: own().map(|((local, _), _)| local.inner.len()).collect(),
+            diagonal: own().flat_map(|((local, _), _)| &local.inner).map(|x| T::from_f64(*x)).collect(),
+            a,
+            m,
+        }
+    }
+
+    /// Divides the inner unknowns by their diagonal, and takes what they contribute off those of the skeleton. Each of `R` right-hand
+    /// sides has the `skeleton` first, and then the inner unknowns.
+    pub(super) fn eliminate<const R: usize>(
+        &self,
+        places: &[Vec<Place>],
+        lambda: &Lane<T>,
+        skeleton: usize,
+        all: &mut [&mut [Lane<T>]; R],
+    ) {
+        vectorized(|| match self.m.is_empty() {
+            true => self.eliminate_with::<R, false>(places, lambda, skeleton, all),
+            false => self.eliminate_with::<R, true>(places, lambda, skeleton, all),
+        });
+    }
+
+    /// Takes what the skeleton contributes off the inner unknowns.
+    pub(super) fn substitute<const R: usize>(
+        &self,
+        places: &[Vec<Place>],
+        lambda: &Lane<T>,
+        skeleton: usize,
+        all: &mut [&mut [Lane<T>]; R],
+    ) {
+        vectorized(|| match self.m.is_empty() {
+            true => self.substitute_with::<R, false>(places, lambda, skeleton, all),
+            false => self.substitute_with::<R, true>(places, lambda, skeleton, all),
+        });
+    }
+
+    /// The couplings of a triangle, a row for each place, which begin at an offset.
+    #[inline(always)]
+    fn rows<const WITH_M: bool>(&self, offset: usize, entries: usize) -> (&[T], &[T]) {
+        let a = &self.a[offset..][..entries];
+        (a, if WITH_M { &self.m[offset..][..entries] } else { a })
+    }
+
+    #[inline(always)]
+    fn eliminate_with<const R: usize, const WITH_M: bool>(
+        &self,
+        places: &[Vec<Place>],
+        lambda: &Lane<T>,
+        skeleton: usize,
+        all: &mut [&mut [Lane<T>]; R],
+    ) {
+        let mut y = [[Lane::default(); R]; MOST];
+        let (mut first, mut offset) = (skeleton, 0);
+        for (places, &count) in places.iter().zip(&self.counts) {
+            let (a, m) = self.rows::<WITH_M>(offset, places.len() * count);
+            let y = &mut y[..count];
+            for (k, y) in y.iter_mut().enumerate() {
+                let inverse = inverse(self.diagonal[first - skeleton + k], lambda);
+                for s in 0..R {
+                    let own = &mut all[s][first + k];
+                    *own = own.times(inverse);
+                    y[s] = *own;
+                }
+            }
+            let whole = places.len() / AT_ONCE * AT_ONCE;
+            for row in (0..whole).step_by(AT_ONCE) {
+                let mut sum = [[Lane::default(); R]; AT_ONCE];
+                for (k, y) in y.iter().enumerate() {
+                    for i in 0..AT_ONCE {
+                        let at = (row + i) * count + k;
+                        let c = coupling::<T, WITH_M>(a[at], m[at], lambda);
+                        for s in 0..R {
+                            sum[i][s] = sum[i][s].plus(c.times(y[s]));
+                        }
+                    }
+                }
+                for i in 0..AT_ONCE {
+                    for s in 0..R {
+                        let at = &mut all[s][places[row + i].1 as usize];
+                        *at = at.minus(sum[i][s]);
+                    }
+                }
+            }
+            for row in whole..places.len() {
+                let mut sum = [Lane::default(); R];
+                for (k, y) in y.iter().enumerate() {
+                    let c = coupling::<T, WITH_M>(a[row * count + k], m[row * count + k], lambda);
+                    for s in 0..R {
+                        sum[s] = sum[s].plus(c.times(y[s]));
+                    }
+                }
+                for s in 0..R {
+                    let at = &mut all[s][places[row].1 as usize];
+                    *at = at.minus(sum[s]);
+                }
+            }
+            first += count;
+            offset += places.len() * count;
+        }
+    }
+
+    #[inline(always)]
+    fn substitute_with<const R: usize, const WITH_M: bool>(
+        &self,
+        places: &[Vec<Place>],
+        lambda: &Lane<T>,
+        skeleton: usize,
+        all: &mut [&mut [Lane<T>]; R],
+    ) {
+        let mut x = [[Lane::default(); R]; MOST];
+        let (mut first, mut offset) = (skeleton, 0);
+        for (places, &count) in places.iter().zip(&self.counts) {
+            let (a, m) = self.rows::<WITH_M>(offset, places.len() * count);
+            let x = &mut x[..places.len()];
+            for (x, (_, place)) in x.iter_mut().zip(places) {
+                for s in 0..R {
+                    x[s] = all[s][*place as usize];
+                }
+            }
+            let whole = count / AT_ONCE * AT_ONCE;
+            for k in (0..whole).step_by(AT_ONCE) {
+                let mut sum = [[Lane::default(); R]; AT_ONCE];
+                for (row, x) in x.iter().enumerate() {
+                    for i in 0..AT_ONCE {
+                        let at = row * count + k + i;
+                        let c = coupling::<T, WITH_M>(a[at], m[at], lambda);
+                        for s in 0..R {
+                            sum[i][s] = sum[i][s].plus(c.times(x[s]));
+                        }
+                    }
+                }
+                for i in 0..AT_ONCE {
+                    let inverse = inverse(self.diagonal[first - skeleton + k + i], lambda);
+                    for s in 0..R {
+                        let own = &mut all[s][first + k + i];
+                        *own = own.minus(sum[i][s].times(inverse));
+                    }
+                }
+            }
+            for k in whole..count {
+                let mut sum = [Lane::default(); R];
+                for (row, x) in x.iter().enumerate() {
+                    let c = coupling::<T, WITH_M>(a[row * count + k], m[row * count + k], lambda);
+                    for s in 0..R {
+                        sum[s] = sum[s].plus(c.times(x[s]));
+                    }
+                }
+                let inverse = inverse(self.diagonal[first - skeleton + k], lambda);
+                for s in 0..R {
+                    let own = &mut all[s][first + k];
+                    *own = own.minus(sum[s].times(inverse));
+                }
+            }
+            first += count;
+            offset += places.len() * count;
+        }
+    }
+}
+
+/// a + lambda m, where `m` counts only if it is not zero everywhere.
+#[inline(always)]
+fn coupling<T: Real, const WITH_M: bool>(a: T, m: T, lambda: &Lane<T>) -> Lane<T> {
+    if WITH_M { Lane::splat(a).plus(lambda.times(Lane::splat(m))) } else { Lane::splat(a) }
+}
+
+/// The inverses of A + lambda M for an inner unknown.
+#[inline(always)]
+fn inverse<T: Real>(a: T, lambda: &Lane<T>) -> Lane<T> {
+    let mut out = Lane::default();
+    for k in 0..LANES {
+        out.0[k] = T::from_f64(1.0) / (a + lambda.0[k]);
+    }
+    out
+}

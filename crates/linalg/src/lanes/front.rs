@@ -1,0 +1,156 @@
+//! The dense part of a factorisation: the first columns of a front are eliminated from it.
+//!
+//! Nearly all operations of a factorisation are products of blocks of rows here. Blocks are as large as the registers of the machine
+//! hold sums for: each number that is read serves for a whole row or column of a block, and no addition waits for the one before.
+
+use super::{LANES, Lane, Root};
+use crate::gemm::Real;
+use pulp::{Simd, WithSimd};
+
+/// A symmetric front, of which the first columns are eliminated.
+pub(super) struct Front<'a, T> {
+    /// Row by row; only the lower triangle counts.
+    pub entries: &'a [Lane<T>],
+    pub rows: usize,
+    /// Columns that are eliminated.
+    pub columns: usize,
+    /// Where they go: row by row, with the inverses of the diagonal on it.
+    pub panel: &'a mut [Lane<T>],
+    /// What is left of the lower triangle of the other columns, row by row.
+    pub rest: &'a mut Vec<Lane<T>>,
+}
+
+impl<T: Real + Root> WithSimd for Front<'_, T> {
+    /// Whether all pivots are positive.
+    type Output = bool;
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) -> bool {
+        // Registers of 64 bytes come in thirty-twos, smaller ones in sixteens; those of 32 bytes come with fused products.
+        let register = size_of::<S::f32s>();
+        match register {
+            64.. if size_of::<Lane<T>>() <= register => self.eliminate::<4, true>(),
+            32.. => self.eliminate::<2, true>(),
+            _ => self.eliminate::<2, false>(),
+        }
+    }
+}
+
+impl<T: Real + Root> Front<'_, T> {
+    #[inline(always)]
+    fn eliminate<const B: usize, const FUSED: bool>(self) -> bool {
+        let Self { entries, rows, columns, panel, rest } = self;
+        for first in (0..columns).step_by(B) {
+            let width = B.min(columns - first);
+            let mut diagonal = [[Lane::default(); B]; B];
+            for row in (first..rows).step_by(B) {
+                let height = B.min(rows - row);
+                let sums = {
+                    let line = |i: usize| &panel[i * columns..][..first];
+                    let above: [&[Lane<T>]; B] = std::array::from_fn(|c| line(first + c.min(width - 1)));
+                    let own: [&[Lane<T>]; B] = std::array::from_fn(|r| line(row + r.min(height - 1)));
+                    products::<T, B, FUSED>(own, above)
+                };
+                let mut block = [[Lane::default(); B]; B];
+                for r in 0..height {
+                    for c in 0..width {
+                        block[r][c] = entries[(row + r) * rows + first + c].minus(sums[r][c]);
+                    }
+                }
+                if row == first {
+                    if !factorise(&mut block, width) {
+                        return false;
+                    }
+                    diagonal = block;
+                }
+                // In a narrow last block of columns, rows below the diagonal begin in the diagonal's own block of rows.
+                let below = if row == first { width..height } else { 0..height };
+                for values in &mut block[below] {
+                    for c in 0..width {
+                        let mut sum = Lane::default();
+                        for k in 0..c {
+                            sum = sum.plus_product::<FUSED>(values[k], diagonal[c][k]);
+                        }
+                        values[c] = values[c].minus(sum).times(diagonal[c][c]);
+                    }
+                }
+                for r in 0..height {
+                    panel[(row + r) * columns + first..][..width].copy_from_slice(&block[r][..width]);
+                }
+            }
+            // The panel is read as a whole; what is above the diagonal counts as zero.
+            for row in 0..first {
+                panel[row * columns + first..][..width].fill(Lane::default());
+            }
+        }
+        let below = rows - columns;
+        rest.resize(below * (below + 1) / 2, Lane::default());
+        let line = |i: usize| &panel[(columns + i) * columns..][..columns];
+        for row in (0..below).step_by(B) {
+            let height = B.min(below - row);
+            let own: [&[Lane<T>]; B] = std::array::from_fn(|r| line(row + r.min(height - 1)));
+            for first in (0..row + height).step_by(B) {
+                let others: [&[Lane<T>]; B] = std::array::from_fn(|c| line((first + c).min(below - 1)));
+                let sums = products::<T, B, FUSED>(own, others);
+                for r in 0..height {
+                    let i = row + r;
+                    let width = B.min(i + 1 - first.min(i + 1));
+                    let old = &entries[(columns + i) * rows + columns + first..][..width];
+                    let target = &mut rest[i * (i + 1) / 2 + first..][..width];
+                    for c in 0..width {
+                        target[c] = old[c].minus(sums[r][c]);
+                    }
+                }
+            }
+        }
+        true
+    }
+}
+
+/// The products of some rows with some others.
+#[inline(always)]
+fn products<T: Real, const B: usize, const FUSED: bool>(
+    rows: [&[Lane<T>]; B],
+    others: [&[Lane<T>]; B],
+) -> [[Lane<T>; B]; B] {
+    let mut sums = [[Lane::default(); B]; B];
+    let length = rows[0].len();
+    let (rows, others) = (rows.map(|line| &line[..length]), others.map(|line| &line[..length]));
+    for k in 0..length {
+        for r in 0..B {
+            for c in 0..B {
+                sums[r][c] = sums[r][c].plus_product::<FUSED>(rows[r][k], others[c][k]);
+            }
+        }
+    }
+    sums
+}
+
+/// Factorises the first rows of a block, with the inverses of the diagonal on it and zeros above. Returns whether all pivots are
+/// positive.
+#[inline(always)]
+fn factorise<T: Real + Root, const B: usize>(block: &mut [[Lane<T>; B]; B], width: usize) -> bool {
+    for r in 0..width {
+        let (done, own) = block.split_at_mut(r);
+        let own = &mut own[0];
+        for (c, above) in done.iter().enumerate() {
+            let mut value = own[c];
+            for k in 0..c {
+                value = value.minus(own[k].times(above[k]));
+            }
+            own[c] = value.times(above[c]);
+        }
+        let mut pivot = own[r];
+        for k in 0..r {
+            pivot = pivot.minus(own[k].times(own[k]));
+        }
+        for k in 0..LANES {
+            if !pivot.0[k].is_positive() {
+                return false;
+            }
+            own[r].0[k] = T::from_f64(1.0) / pivot.0[k].root();
+        }
+        own[r + 1..].fill(Lane::default());
+    }
+    true
+}
