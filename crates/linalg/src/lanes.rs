@@ -367,8 +367,8 @@ impl Root for f64 {
 mod tests {
     use super::*;
 
-    /// A grid of blocks of one or two unknowns, coupled in squares, in an order that is anything but good.
-    fn grid(n: usize) -> (Vec<usize>, Vec<Vec<Option<u32>>>) {
+    /// A grid of blocks of one to `largest` unknowns, coupled in squares, in an order that is anything but good.
+    fn grid(n: usize, largest: usize) -> (Vec<usize>, Vec<Vec<Option<u32>>>) {
         let number = |i: usize, j: usize| ((i * n + j) * 7 % (n * n)) as u32;
         let mut groups = Vec::new();
         for i in 0..n - 1 {
@@ -381,12 +381,12 @@ mod tests {
                 groups.push(group);
             }
         }
-        ((0..n * n).map(|b| 1 + b % 2).collect(), groups)
+        ((0..n * n).map(|b| 1 + b % largest).collect(), groups)
     }
 
-    fn check<T: Real + Root>(tolerance: f64) {
+    fn check<T: Real + Root>(largest: usize, tolerance: f64) {
         let n = 9;
-        let (sizes, groups) = grid(n);
+        let (sizes, groups) = grid(n, largest);
         let plan = Elimination::new(&sizes, &groups);
         let unknowns: usize = sizes.iter().sum();
         assert_eq!(plan.unknowns(), unknowns);
@@ -425,24 +425,30 @@ mod tests {
                 }
             }
         }
-        let mut x: Vec<Lane<T>> = right.iter().map(|r| Lane(r.map(T::from_f64))).collect();
-        let mut twice: Vec<Lane<T>> = right.iter().map(|r| Lane(r.map(|r| T::from_f64(2.0 * r)))).collect();
-        plan.solve(&factor, &mut [&mut x, &mut twice]);
-        for (i, (x, twice)) in x.iter().zip(&twice).enumerate() {
-            for lane in 0..LANES {
-                assert!((x.0[lane].to_f64() - exact(lane, i)).abs() < tolerance, "{i} {lane}");
-                assert!(
-                    (twice.0[lane].to_f64() - 2.0 * exact(lane, i)).abs() < 2.0 * tolerance,
-                    "{i} {lane}"
-                );
+        // More right-hand sides than go side by side, each a multiple of the first.
+        for sides in 1..=ABREAST + 1 {
+            let multiple =
+                |s: usize| right.iter().map(|r| Lane(r.map(|r| T::from_f64((s + 1) as f64 * r)))).collect();
+            let mut all: Vec<Vec<Lane<T>>> = (0..sides).map(multiple).collect();
+            plan.solve(&factor, &mut all.iter_mut().map(Vec::as_mut_slice).collect::<Vec<_>>());
+            for (s, x) in all.iter().enumerate() {
+                for (i, x) in x.iter().enumerate() {
+                    for lane in 0..LANES {
+                        let error = x.0[lane].to_f64() / (s + 1) as f64 - exact(lane, i);
+                        assert!(error.abs() < tolerance, "{sides} {s} {i} {lane}: {error:e}");
+                    }
+                }
             }
         }
     }
 
     #[test]
-    fn eight_matrices_of_one_pattern_are_solved_in_either_precision() {
-        check::<f64>(1e-13);
-        check::<f32>(1e-5);
+    fn matrices_of_one_pattern_are_solved_side_by_side_in_either_precision() {
+        // Fronts of all sizes modulo those of the blocks in registers.
+        for largest in [1, 2, 3, 5] {
+            check::<f64>(largest, 1e-13);
+            check::<f32>(largest, 1e-5);
+        }
     }
 
     #[test]

@@ -154,3 +154,74 @@ fn factorise<T: Real + Root, const B: usize>(block: &mut [[Lane<T>; B]; B], widt
     }
     true
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The panel and the rest of a front whose first columns are eliminated, in blocks of `B`.
+    fn eliminated<const B: usize, const FUSED: bool>(
+        entries: &[Lane<f64>],
+        rows: usize,
+        columns: usize,
+    ) -> Option<(Vec<Lane<f64>>, Vec<Lane<f64>>)> {
+        let (mut panel, mut rest) = (vec![Lane::splat(f64::NAN); rows * columns], Vec::new());
+        let front = Front { entries, rows, columns, panel: &mut panel, rest: &mut rest };
+        front.eliminate::<B, FUSED>().then_some((panel, rest))
+    }
+
+    fn front(rows: usize) -> Vec<Lane<f64>> {
+        let value = |i: usize, j: usize, lane: usize| {
+            let diagonal = if i == j { rows as f64 } else { 0.0 };
+            diagonal + ((i * j + i + j + lane) as f64).sin()
+        };
+        let entries = (0..rows).flat_map(|i| (0..rows).map(move |j| (i, j)));
+        entries.map(|(i, j)| Lane(std::array::from_fn(|lane| value(i, j, lane)))).collect()
+    }
+
+    #[test]
+    fn the_factor_and_what_is_left_add_up_to_the_front_whatever_the_blocks() {
+        for rows in 1..=11 {
+            let entries = front(rows);
+            for columns in 1..=rows {
+                for (panel, rest) in [
+                    eliminated::<2, false>(&entries, rows, columns),
+                    eliminated::<2, true>(&entries, rows, columns),
+                    eliminated::<4, true>(&entries, rows, columns),
+                ]
+                .map(Option::unwrap)
+                {
+                    for (lane, i, j) in (0..LANES)
+                        .flat_map(|lane| (0..rows).flat_map(move |i| (0..=i).map(move |j| (lane, i, j))))
+                    {
+                        let factor = |i: usize, k: usize| {
+                            let entry = panel[i * columns + k].0[lane];
+                            if i == k { 1.0 / entry } else { entry }
+                        };
+                        let mut sum: f64 = (0..columns.min(j + 1)).map(|k| factor(i, k) * factor(j, k)).sum();
+                        if j >= columns {
+                            let (i, j) = (i - columns, j - columns);
+                            sum += rest[i * (i + 1) / 2 + j].0[lane];
+                        }
+                        let error = sum - entries[i * rows + j].0[lane];
+                        assert!(error.abs() < 1e-12, "{rows} {columns}: {i} {j}: {error:e}");
+                    }
+                    // Above the diagonal the panel holds zeros.
+                    for (i, k) in (0..columns).flat_map(|i| (i + 1..columns).map(move |k| (i, k))) {
+                        assert_eq!(panel[i * columns + k], Lane::splat(0.0), "{rows} {columns}: {i} {k}");
+                    }
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn a_pivot_that_is_not_positive_in_one_lane_is_noticed_in_any_block() {
+        for at in 0..6 {
+            let mut entries = front(6);
+            entries[at * 6 + at].0[LANES - 1] = -1.0;
+            assert!(eliminated::<4, true>(&entries, 6, 6).is_none(), "{at}");
+            assert!(eliminated::<2, false>(&entries, 6, 6).is_none(), "{at}");
+        }
+    }
+}
