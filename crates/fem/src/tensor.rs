@@ -52,6 +52,12 @@ impl<T: Real> Dense<T> {
         Left { data, rows: range.len(), cols: self.cols, row: self.cols, col: 1 }
     }
 
+    /// Rows as columns.
+    pub fn transposed(&self) -> Self {
+        let entry = |k: usize| self.data[k % self.rows * self.cols + k / self.rows];
+        Self { rows: self.cols, cols: self.rows, data: (0..self.data.len()).map(entry).collect() }
+    }
+
     /// As a right factor.
     #[inline]
     pub fn right(&self) -> Right<'_, T> {
@@ -113,32 +119,134 @@ impl<T> SparseRows<T> {
     }
 }
 
+/// Share of the entries of a dense strip that may be zeros, at most: products of small dense matrices are several times as fast as sums
+/// of single entries.
+const MOST_ZEROS: f64 = 0.6;
+
+/// A sparse matrix of one axis, as dense matrices of those rows side by side that share most of their columns. Functions of a line at
+/// points on its elements make one for each element.
+#[derive(Debug, Clone)]
+pub struct Strips {
+    rows: usize,
+    strips: Vec<Strip>,
+    /// Whether every row has entries.
+    is_full: bool,
+}
+
+#[derive(Debug, Clone)]
+struct Strip {
+    first_row: usize,
+    first_column: usize,
+    matrix: Dense<f64>,
+    turned: Dense<f64>,
+}
+
+impl Strips {
+    /// The strips of a sparse matrix.
+    pub fn new(matrix: &SparseRows<f64>) -> Self {
+        let hull = |row: usize| {
+            let columns = || matrix.row(row).iter().map(|(column, _)| *column);
+            columns().min().map_or(0..0, |low| low..columns().max().unwrap_or(low) + 1)
+        };
+        let mut runs: Vec<(Range<usize>, Range<usize>, usize)> = Vec::new();
+        for row in (0..matrix.rows()).filter(|row| !matrix.row(*row).is_empty()) {
+            let (hull, count) = (hull(row), matrix.row(row).len());
+            if let Some((rows, columns, entries)) = runs.last_mut()
+                && rows.end == row
+            {
+                let joint = columns.start.min(hull.start)..columns.end.max(hull.end);
+                let dense = ((rows.len() + 1) * joint.len()) as f64;
+                if (*entries + count) as f64 >= (1.0 - MOST_ZEROS) * dense {
+                    (rows.end, *columns, *entries) = (row + 1, joint, *entries + count);
+                    continue;
+                }
+            }
+            runs.push((row..row + 1, hull, count));
+        }
+        let strip = |(rows, columns, _): (Range<usize>, Range<usize>, usize)| {
+            let mut data = vec![0.0; rows.len() * columns.len()];
+            for (own, row) in data.chunks_exact_mut(columns.len()).zip(rows.clone()) {
+                matrix.row(row).iter().for_each(|(column, value)| own[column - columns.start] += value);
+            }
+            let dense = Dense { rows: rows.len(), cols: columns.len(), data };
+            let turned = dense.transposed();
+            Strip { first_row: rows.start, first_column: columns.start, matrix: dense, turned }
+        };
+        let strips: Vec<Strip> = runs.into_iter().map(strip).collect();
+        let is_full = strips.iter().map(|strip| strip.matrix.rows).sum::<usize>() == matrix.rows();
+        Self { rows: matrix.rows(), strips, is_full }
+    }
+
+    /// Number of rows.
+    pub fn rows(&self) -> usize {
+        self.rows
+    }
+
+    /// `out = M x`, or `out += M x`, of an array `x` whose rows have `width` entries.
+    pub fn times(&self, x: &[f64], width: usize, out: &mut [f64], accumulate: bool) {
+        if !accumulate && !self.is_full {
+            out.fill(0.0);
+        }
+        for strip in &self.strips {
+            let source = right(x, strip.first_column * width, width, width);
+            multiply(strip.matrix.left(), source, target(out, strip.first_row * width, width), accumulate);
+        }
+    }
+
+    /// `out = M x` as [`Strips::times`] has it, on several threads.
+    pub fn times_in_parallel(&self, x: &[f64], width: usize, out: &mut [f64]) {
+        if !self.is_full {
+            out.fill(0.0);
+        }
+        let (mut rest, mut done) = (out, 0);
+        let mut pieces = Vec::with_capacity(self.strips.len());
+        for strip in &self.strips {
+            let (_, after) = std::mem::take(&mut rest).split_at_mut((strip.first_row - done) * width);
+            let (own, after) = after.split_at_mut(strip.matrix.rows * width);
+            (rest, done) = (after, strip.first_row + strip.matrix.rows);
+            pieces.push((strip, own));
+        }
+        pieces.into_par_iter().for_each(|(strip, own)| {
+            let source = right(x, strip.first_column * width, width, width);
+            multiply(strip.matrix.left(), source, target(own, 0, width), false);
+        });
+    }
+
+    /// `out = X M^T`, or `out += X M^T`, for `count` rows of X and as many of `out`, which begin so many entries apart.
+    pub fn times_rows(&self, x: &[f64], count: usize, apart: usize, out: Target<'_, f64>, accumulate: bool) {
+        let Target { data, stride } = out;
+        if !accumulate && !self.is_full {
+            data.chunks_mut(stride.max(1)).take(count).for_each(|row| {
+                let end = self.rows.min(row.len());
+                row[..end].fill(0.0);
+            });
+        }
+        for strip in &self.strips {
+            let source = left(x, strip.first_column, count, strip.matrix.cols, apart);
+            multiply(source, strip.turned.right(), target(data, strip.first_row, stride), accumulate);
+        }
+    }
+}
+
 /// A sparse matrix applied along one axis of an array: the product and its shape.
 pub fn along(axis: usize, matrix: &SparseRows<f64>, x: &[f64], dims: Dims) -> (Vec<f64>, Dims) {
     let mut shape = dims;
     shape[axis] = matrix.rows();
     let mut out = vec![0.0; shape.iter().product()];
     let (from, to) = (dims[1] * dims[2], shape[1] * shape[2]);
-    if to > 0 {
-        out.par_chunks_mut(to).enumerate().for_each(|(i, slab)| match axis {
-            0 => matrix.row(i).iter().for_each(|(s, w)| axpy(slab, *w, &x[s * from..(s + 1) * from])),
-            1 => {
-                for (j, row) in slab.chunks_exact_mut(dims[2]).enumerate() {
-                    for (s, w) in matrix.row(j) {
-                        let at = i * from + s * dims[2];
-                        axpy(row, *w, &x[at..at + dims[2]]);
-                    }
-                }
-            }
-            _ => {
-                for (j, row) in slab.chunks_exact_mut(shape[2]).enumerate() {
-                    let source = &x[i * from + j * dims[2]..][..dims[2]];
-                    for (k, y) in row.iter_mut().enumerate() {
-                        *y = matrix.row(k).iter().map(|(s, w)| w * source[*s]).sum();
-                    }
-                }
-            }
-        });
+    if to == 0 || from == 0 {
+        return (out, shape);
+    }
+    let strips = Strips::new(matrix);
+    match axis {
+        0 => strips.times_in_parallel(x, to, &mut out),
+        1 => out.par_chunks_mut(to).enumerate().for_each(|(i, slab)| {
+            strips.times(&x[i * from..(i + 1) * from], dims[2], slab, false);
+        }),
+        _ => out.par_chunks_mut(to).enumerate().for_each(|(i, slab)| {
+            let own = &x[i * from..(i + 1) * from];
+            strips.times_rows(own, dims[1], dims[2], target(slab, 0, shape[2]), false);
+        }),
     }
     (out, shape)
 }
@@ -149,6 +257,87 @@ pub fn clear<T: Real>(data: &mut [T], dims: Dims, window: &Window) {
         for j in window[1].clone() {
             let row = (i * dims[1] + j) * dims[2];
             data[row + window[2].start..row + window[2].end].fill(T::default());
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use faer::Mat;
+
+    /// Two dense blocks that overlap, a row without entries, one with two entries far apart, and a dense row.
+    fn matrix() -> Mat<f64> {
+        Mat::from_fn(11, 12, |i, j| {
+            let is_set = match i {
+                0..=3 => j < 5,
+                4 => false,
+                5..=8 => (4..9).contains(&j) && (i, j) != (6, 6),
+                9 => j == 0 || j == 11,
+                _ => true,
+            };
+            if is_set { 1.0 + (3 * i + 7 * j) as f64 % 5.0 } else { 0.0 }
+        })
+    }
+
+    fn array(dims: Dims) -> Vec<f64> {
+        (0..dims.iter().product()).map(|k| ((k * 37 % 101) as f64 - 50.0) / 8.0).collect()
+    }
+
+    #[test]
+    fn a_matrix_with_gaps_and_empty_rows_acts_along_every_axis_as_its_entries_do() {
+        let m = matrix();
+        let rows = SparseRows::from_mat(m.as_ref());
+        for axis in 0..3 {
+            let mut dims = [3, 4, 5];
+            dims[axis] = m.ncols();
+            let x = array(dims);
+            let (out, shape) = along(axis, &rows, &x, dims);
+            let mut expected_shape = dims;
+            expected_shape[axis] = m.nrows();
+            assert_eq!(shape, expected_shape);
+            for (at, found) in out.iter().enumerate() {
+                let place = [at / (shape[1] * shape[2]), at / shape[2] % shape[1], at % shape[2]];
+                let entry = |s: usize| {
+                    let mut from = place;
+                    from[axis] = s;
+                    m[(place[axis], s)] * x[(from[0] * dims[1] + from[1]) * dims[2] + from[2]]
+                };
+                // Sums of eighths are exact.
+                assert_eq!(*found, (0..m.ncols()).map(entry).sum::<f64>(), "axis {axis}, {place:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn products_are_added_to_what_is_there_where_that_is_asked_for_and_rows_without_entries_are_zero_where_not()
+     {
+        let m = matrix();
+        let strips = Strips::new(&SparseRows::from_mat(m.as_ref()));
+        assert_eq!(strips.rows(), m.nrows());
+        let (width, count) = (3, 2);
+        let x = array([m.ncols(), width, 1]);
+        let (mut once, mut twice) = (vec![1.0; m.nrows() * width], vec![0.0; m.nrows() * width]);
+        strips.times(&x, width, &mut once, false);
+        strips.times(&x, width, &mut twice, false);
+        strips.times(&x, width, &mut twice, true);
+        assert!(once.iter().zip(&twice).all(|(one, two)| 2.0 * one == *two));
+        assert!(once[4 * width..5 * width].iter().all(|x| *x == 0.0));
+        let mut apart = vec![1.0; m.nrows() * width];
+        strips.times_in_parallel(&x, width, &mut apart);
+        assert_eq!(apart, once);
+        // Rows that are longer than the matrix is wide, among entries that are no part of them.
+        let x = array([count, m.ncols() + 2, 1]);
+        let mut out = vec![1.0; count * (m.nrows() + 3)];
+        strips.times_rows(&x, count, m.ncols() + 2, target(&mut out, 0, m.nrows() + 3), false);
+        let first = out.clone();
+        strips.times_rows(&x, count, m.ncols() + 2, target(&mut out, 0, m.nrows() + 3), true);
+        for (row, (own, before)) in out.chunks(m.nrows() + 3).zip(first.chunks(m.nrows() + 3)).enumerate() {
+            for i in 0..m.nrows() {
+                let exact: f64 = (0..m.ncols()).map(|j| m[(i, j)] * x[row * (m.ncols() + 2) + j]).sum();
+                assert_eq!((before[i], own[i]), (exact, 2.0 * exact));
+            }
+            assert_eq!(own[m.nrows()..], [1.0; 3]);
         }
     }
 }

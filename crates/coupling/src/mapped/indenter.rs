@@ -366,8 +366,8 @@ impl IndenterMap {
         }
     }
 
-    /// The displacement that the indenter adds to that of the layer, m.
-    pub(super) fn displacement(&self, x: [f64; 3], under: &Under<'_>) -> [f64; 3] {
+    /// The displacement that the indenter adds to that of the layer, m, given that of the faces of its box, [`Self::on_face`].
+    pub(super) fn displacement(&self, x: [f64; 3], on_face: &dyn Fn([f64; 3]) -> [f64; 3]) -> [f64; 3] {
         let Box3 { min, max } = self.region;
         let mut share = 1.0;
         for a in 0..3 {
@@ -383,17 +383,19 @@ impl IndenterMap {
         if share == 0.0 || (x[1] <= self.surface && min[1] > self.surface) {
             return [0.0; 3];
         }
-        let own = self.of_box([0, 1, 2].map(|a| x[a].clamp(min[a], max[a])), under);
+        let own = self.of_box([0, 1, 2].map(|a| x[a].clamp(min[a], max[a])), on_face);
         own.map(|u| share * u)
     }
 
+    /// The displacement that the indenter adds at a point of the faces of its box, m.
+    pub(super) fn on_face(&self, c: [f64; 3], under: &Under<'_>) -> [f64; 3] {
+        let (to, layer) = (self.target(c, under), (under.image)(c));
+        [0, 1, 2].map(|a| to[a] - layer[a])
+    }
+
     /// The displacement in the box, from that of its faces.
-    fn of_box(&self, c: [f64; 3], under: &Under<'_>) -> [f64; 3] {
+    fn of_box(&self, c: [f64; 3], on_face: &dyn Fn([f64; 3]) -> [f64; 3]) -> [f64; 3] {
         let Box3 { min, max } = self.region;
-        let on_face = |c: [f64; 3]| {
-            let (to, layer) = (self.target(c, under), (under.image)(c));
-            [0, 1, 2].map(|a| to[a] - layer[a])
-        };
         if (0..3).any(|a| c[a] == min[a] || c[a] == max[a]) {
             return on_face(c);
         }

@@ -9,6 +9,7 @@ mod contact;
 mod indenter;
 mod pair_frame;
 mod profile;
+mod remembered;
 mod surface;
 
 use std::sync::Arc;
@@ -29,6 +30,7 @@ use contact::{Surface, edges};
 use indenter::{IndenterMap, TOUCHING, Under, last_within};
 use pair_frame::{Frame, Material};
 use profile::Profile;
+use remembered::Remembered;
 use surface::{Bent, SurfaceMap};
 
 /// A scene under a map.
@@ -197,7 +199,9 @@ pub(crate) fn bent_scene(
     let step = found.step;
     let is_plane = matches!(case.mechanics, Some(Mechanics::PlaneStrain(_)));
     let is_half = !is_plane || step.curves.half;
-    let solved = |x: [f64; 3]| found.displacement.at(x);
+    let looked_up = |x: [f64; 3]| found.displacement.at(x);
+    let remembered = Remembered::new(&looked_up);
+    let solved = |x: [f64; 3]| remembered.at(x);
     let material = Material { displacement: &solved, pad, tiny, is_half };
     let displacement = |x: [f64; 3]| material.displacement(x);
     // What presses bends the surface, whether it is part of the field or not.
@@ -376,10 +380,15 @@ impl Parts<'_> {
             }
             to
         };
+        let remembered = Remembered::new(&lowered);
+        let lowered = |x: [f64; 3]| remembered.at(x);
         let below = under(&lowered);
+        let face = |c: [f64; 3]| indenter.as_ref().map_or([0.0; 3], |own| own.on_face(c, &below));
+        let faces = Remembered::new(&face);
+        let on_face = |c: [f64; 3]| faces.at(c);
         let exact = |x: [f64; 3]| {
             let to = lowered(x);
-            let more = indenter.as_ref().map_or([0.0; 3], |own| own.displacement(x, &below));
+            let more = indenter.as_ref().map_or([0.0; 3], |own| own.displacement(x, &on_face));
             [0, 1, 2].map(|a| to[a] - x[a] + more[a])
         };
         let of_layer = match layer {

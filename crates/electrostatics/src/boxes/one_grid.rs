@@ -275,7 +275,8 @@ fn solve_part(
     let of_upper = || upper(&domain, &potentials, &starts, share, cancel);
     let (energies, primal, dual) = if domain.map.is_some() {
         let (energies, primal) = of_upper()?;
-        let of_lower = || bent_lower(&domain, &potentials, &energies.coefficients, share, cancel);
+        let of_lower =
+            || bent_lower(&domain, &potentials, &energies.coefficients, primal.bent(), share, cancel);
         let dual = lower_too.then(of_lower).transpose()?;
         (energies, primal, dual)
     } else {

@@ -22,10 +22,11 @@ use crate::boxes::mapped::metric::{Metric, Of, product};
 use crate::boxes::mapped::points::{AxisPoints, Evaluation};
 use elastocap_fem::line::Numbering;
 use elastocap_fem::mixed::FluxEnd;
-use elastocap_fem::tensor::{Dims, along, dot};
+use elastocap_fem::tensor::{Dense, Dims, Target as Strided, along, dot, multiply, right};
 use elastocap_linalg::conjugate_gradients::{self, Operator};
 use elastocap_linalg::dense;
 use faer::Mat;
+use rayon::prelude::*;
 use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 
@@ -42,11 +43,12 @@ struct Found {
     iterations: usize,
 }
 
-/// Lower energies of a scene that a map bends, from the `coefficients` of the primal solutions.
+/// Lower energies of a scene that a map bends, from the `coefficients` of the primal solutions and what the map added to their problem.
 pub(crate) fn lower(
     domain: &Domain,
     potentials: &[Vec<f64>],
     coefficients: &[Vec<f64>],
+    bent: Option<&Gradients>,
     share: f64,
     cancel: Option<&AtomicBool>,
 ) -> Result<Energies, SolveError> {
@@ -57,7 +59,7 @@ pub(crate) fn lower(
     stop_if_asked(cancel)?;
     let mut found = Vec::new();
     for u in coefficients {
-        let target = target(domain, &dual, u)?;
+        let target = target(domain, &dual, u, bent);
         let flux = dual.projected(whole, &target);
         found.push(dual.without_divergence(flux, share, cancel)?);
     }
@@ -112,7 +114,7 @@ struct Target {
     parts: [Vec<f64>; 3],
 }
 
-fn target(domain: &Domain, dual: &Dual, u: &[f64]) -> Result<Target, SolveError> {
+fn target(domain: &Domain, dual: &Dual, u: &[f64], bent: Option<&Gradients>) -> Target {
     let dims = domain.primal_dims();
     let points = all_points(domain);
     let shape = points.each_ref().map(AxisPoints::len);
@@ -121,8 +123,7 @@ fn target(domain: &Domain, dual: &Dual, u: &[f64]) -> Result<Target, SolveError>
         let window = 0..axis.functions().len();
         points[a].functions(axis, &window).map(|m| Evaluation::new(&m))
     });
-    let bent = Gradients::new(domain, EXTRA)?;
-    let added = bent.as_ref().map(|bent| (bent.added_flux(u, dims), bent.points()));
+    let added = bent.map(|bent| (bent.added_flux(u, dims), bent.points()));
     let whole = domain.truncated();
     let parts = [0, 1, 2].map(|component| {
         let (mut t, mut now) = (u.to_vec(), dims);
@@ -145,7 +146,7 @@ fn target(domain: &Domain, dual: &Dual, u: &[f64]) -> Result<Target, SolveError>
         }
         t
     });
-    Ok(Target { points, parts })
+    Target { points, parts }
 }
 
 /// Points on all finite elements.
@@ -177,7 +178,7 @@ fn add_at(all: &mut [f64], points: &[AxisPoints; 3], part: &[f64], bent: &[AxisP
 struct RunValues {
     /// The first of the points, and a row for each.
     first: usize,
-    matrix: Mat<f64>,
+    matrix: Dense<f64>,
 }
 
 impl Dual {
@@ -201,9 +202,17 @@ impl Dual {
             let coefficients = segment.coefficients.as_ref().unwrap_or(&none);
             let n = coefficients.nrows();
             let values = all.as_ref().submatrix(first, from, end - first, n);
-            RunValues { first, matrix: dense::product(values, coefficients.as_ref()) }
+            let product = dense::product(values, coefficients.as_ref());
+            RunValues { first, matrix: Dense::from_mat(product.as_ref()) }
         };
         self.segments[a].iter().map(of).collect()
+    }
+
+    /// Where the lines of a run begin in an array of one component with these strides, apart from their place along its axis, and the
+    /// root of the permittivity at their first interval.
+    fn placed_lines(&self, a: usize, bundle: &Bundle, run: &Run, stride: [usize; 3]) -> Vec<(usize, f64)> {
+        let (p, q) = others(a);
+        self.lines(a, bundle, run).map(|(s, t, root)| (s * stride[p] + t * stride[q], root)).collect()
     }
 
     /// The lines of a run: index across in the array of one component, and the root of the permittivity at its first interval.
@@ -227,7 +236,6 @@ impl Dual {
     /// The flux that is nearest to a target, with whatever divergence it has.
     fn projected(&self, domain: &Domain, target: &Target) -> Flux {
         let flux = [0, 1, 2].map(|a| {
-            let (p, q) = others(a);
             let values = self.values_at(domain, a, &target.points[a]);
             let mut dims = self.dims;
             dims[a] = target.points[a].len();
@@ -237,18 +245,22 @@ impl Dual {
                 let segment = &self.segments[a][run.segment];
                 let RunValues { first, matrix } = &values[run.segment];
                 let width = bundle.across[0].len() * bundle.across[1].len();
-                let mut y = vec![0.0; matrix.ncols() * width];
-                for (column, (s, t, root)) in self.lines(a, bundle, run).enumerate() {
-                    let at = |point: usize| part[point * stride[a] + s * stride[p] + t * stride[q]];
-                    for row in 0..matrix.nrows() {
-                        let weight = root * at(first + row);
-                        (0..matrix.ncols()).for_each(|r| y[r * width + column] += matrix[(row, r)] * weight);
-                    }
+                let mut weighed = vec![0.0; matrix.rows * width];
+                let lines = self.placed_lines(a, bundle, run, stride);
+                in_order(a, matrix.rows, width, |row, column| {
+                    let (own, root) = lines[column];
+                    weighed[row * width + column] = root * part[(first + row) * stride[a] + own];
+                });
+                let mut y = vec![0.0; matrix.cols * width];
+                let weighed = right(&weighed, 0, width, width);
+                multiply(matrix.transposed().left(), weighed, Strided { data: &mut y, stride: width }, false);
+                for (column, (own, root)) in lines.iter().enumerate() {
+                    let at = |point: usize| part[point * stride[a] + own];
                     let radius = domain.axes[a].rays.map_or(0.0, |rays| rays.radius);
                     for side in segment.leaving.iter().flat_map(|leaving| leaving.sides.iter().copied()) {
                         // Flux that leaves is taken from the last points: the projection need not be exact.
                         let (point, sign) =
-                            if side == 0 { (*first, -1.0) } else { (first + matrix.nrows() - 1, 1.0) };
+                            if side == 0 { (*first, -1.0) } else { (first + matrix.rows - 1, 1.0) };
                         let weight = sign * root * radius * at(point) / target.points[a].weights[point];
                         segment.face[side]
                             .iter()
@@ -258,7 +270,8 @@ impl Dual {
                 }
                 y
             };
-            self.runs(a).map(of_run).collect()
+            let runs: Vec<_> = self.runs(a).collect();
+            runs.into_par_iter().map(of_run).collect()
         });
         Flux(flux)
     }
@@ -311,18 +324,18 @@ impl Dual {
         let stride = strides(self.dims);
         let mut out = vec![0.0; self.unknowns()];
         for a in 0..3 {
-            let (p, q) = others(a);
             for ((bundle, run), y) in self.runs(a).zip(&flux.0[a]) {
                 let root = &self.segments[a][run.segment].root;
                 let width = bundle.across[0].len() * bundle.across[1].len();
-                for (column, (s, t, _)) in self.lines(a, bundle, run).enumerate() {
-                    for m in 0..root.cols {
-                        let sum: f64 = (0..root.rows)
-                            .map(|r| root.data[r * root.cols + m] * y[r * width + column])
-                            .sum();
-                        out[(run.range.start + m) * stride[a] + s * stride[p] + t * stride[q]] -= sum;
-                    }
-                }
+                let mut divergence = vec![0.0; root.cols * width];
+                let flux = right(y, 0, width, width);
+                let to = Strided { data: &mut divergence, stride: width };
+                multiply(root.transposed().left(), flux, to, false);
+                let lines = self.placed_lines(a, bundle, run, stride);
+                in_order(a, root.cols, width, |m, column| {
+                    out[(run.range.start + m) * stride[a] + lines[column].0] -=
+                        divergence[m * width + column];
+                });
             }
         }
         out
@@ -403,13 +416,18 @@ impl Dual {
         for ((bundle, run), y) in self.runs(a).zip(&flux.0[a]) {
             let RunValues { first, matrix } = &values[run.segment];
             let width = bundle.across[0].len() * bundle.across[1].len();
-            for (column, (s, t, root)) in self.lines(a, bundle, run).enumerate() {
-                for row in 0..matrix.nrows() {
-                    let value: f64 =
-                        (0..matrix.ncols()).map(|r| matrix[(row, r)] * y[r * width + column]).sum();
-                    out[(first + row) * stride[a] + s * stride[p] + t * stride[q]] += root * value;
-                }
-            }
+            let mut at = vec![0.0; matrix.rows * width];
+            multiply(
+                matrix.left(),
+                right(y, 0, width, width),
+                Strided { data: &mut at, stride: width },
+                false,
+            );
+            let lines = self.placed_lines(a, bundle, run, stride);
+            in_order(a, matrix.rows, width, |row, column| {
+                let (own, root) = lines[column];
+                out[(first + row) * stride[a] + own] += root * at[row * width + column];
+            });
         }
         for b in [p, q] {
             let radial = self.basis[b].as_ref().map(|basis: &Basis| &basis.radial);
@@ -450,6 +468,16 @@ impl Dual {
             }
         }
         out
+    }
+}
+
+/// Visits places along lines, and the lines, in the order in which an array has those of an axis: places are next to each other along the
+/// last axis, and lines along the others.
+fn in_order(axis: usize, places: usize, lines: usize, mut each: impl FnMut(usize, usize)) {
+    if axis == 2 {
+        (0..lines).for_each(|line| (0..places).for_each(|place| each(place, line)));
+    } else {
+        (0..places).for_each(|place| (0..lines).for_each(|line| each(place, line)));
     }
 }
 

@@ -4,7 +4,7 @@ use super::metric::{Metric, Of, product, times};
 use super::points::{AxisPoints, Evaluation};
 use crate::SolveError;
 use crate::boxes::domain::Domain;
-use elastocap_fem::tensor::{Dims, Window, along};
+use elastocap_fem::tensor::{Dims, Strips, Window, target};
 use faer::Mat;
 use rayon::prelude::*;
 
@@ -12,13 +12,36 @@ use rayon::prelude::*;
 pub(crate) const EXTRA: usize = 2;
 pub(crate) const FINER: usize = 3;
 
+/// Functions of an axis at points, and the transpose.
+#[derive(Debug)]
+struct Both {
+    forward: Strips,
+    back: Strips,
+}
+
+impl Both {
+    fn new(matrix: &Mat<f64>) -> Self {
+        let Evaluation { forward, back } = Evaluation::new(matrix);
+        Self { forward: Strips::new(&forward), back: Strips::new(&back) }
+    }
+}
+
 /// Gradients at the points of a [`Metric`].
 #[derive(Debug)]
 pub(crate) struct Gradients {
     metric: Metric,
     window: Window,
-    values: [Evaluation; 3],
-    slopes: [Evaluation; 3],
+    values: [Both; 3],
+    slopes: [Both; 3],
+}
+
+/// What products with the operator need besides, kept from one to the next.
+#[derive(Debug, Default)]
+pub(crate) struct Work {
+    /// At points of the second and the third axis, for functions of the first.
+    middle: [Vec<f64>; 3],
+    /// At points of all axes.
+    flux: [Vec<f64>; 3],
 }
 
 impl Gradients {
@@ -27,8 +50,8 @@ impl Gradients {
         let Some(metric) = Metric::new(domain, extra, Of::Permittivity)? else { return Ok(None) };
         let window = [0, 1, 2].map(|a| metric.points[a].window(&domain.axes[a]));
         let both = [0, 1, 2].map(|a| metric.points[a].functions(&domain.axes[a], &window[a]));
-        let values = both.each_ref().map(|[value, _]| Evaluation::new(value));
-        let slopes = both.each_ref().map(|[_, slope]| Evaluation::new(slope));
+        let values = both.each_ref().map(|[value, _]| Both::new(value));
+        let slopes = both.each_ref().map(|[_, slope]| Both::new(slope));
         Ok(Some(Self { metric, window, values, slopes }))
     }
 
@@ -37,65 +60,93 @@ impl Gradients {
         &self.metric.points
     }
 
-    /// The gradient of a function at all points, by component.
-    pub(crate) fn of(&self, x: &[f64], dims: Dims) -> [Vec<f64>; 3] {
+    fn counts(&self) -> Dims {
+        self.metric.points.each_ref().map(AxisPoints::len)
+    }
+
+    /// The gradient of a function at all points, by component, into the flux of `work`.
+    fn evaluate(&self, x: &[f64], dims: Dims, work: &mut Work) {
         let [w0, w1, w2] = &self.window;
-        let mut own = Vec::with_capacity(w0.len() * w1.len() * w2.len());
-        for i in w0.clone() {
-            for j in w1.clone() {
-                let row = (i * dims[1] + j) * dims[2];
-                own.extend_from_slice(&x[row + w2.start..row + w2.end]);
-            }
-        }
-        let shape = [w0.len(), w1.len(), w2.len()];
+        let [n0, n1, n2] = self.counts();
+        let plane = n1 * n2;
+        let Work { middle, flux } = work;
+        middle.iter_mut().for_each(|own| own.resize(w0.len() * plane, 0.0));
+        flux.iter_mut().for_each(|own| own.resize(n0 * plane, 0.0));
         let (v, g) = (&self.values, &self.slopes);
-        let (by_value, last) = along(2, &v[2].forward, &own, shape);
-        let (by_slope, _) = along(2, &g[2].forward, &own, shape);
-        let (none, middle) = along(1, &v[1].forward, &by_value, last);
-        let (second, _) = along(1, &g[1].forward, &by_value, last);
-        let (third, _) = along(1, &v[1].forward, &by_slope, last);
-        [
-            along(0, &g[0].forward, &none, middle).0,
-            along(0, &v[0].forward, &second, middle).0,
-            along(0, &v[0].forward, &third, middle).0,
-        ]
+        let [none, second, third] = middle;
+        // Slab by slab, so that what is between the second and the third axis stays in cache.
+        none.par_chunks_mut(plane)
+            .zip(second.par_chunks_mut(plane))
+            .zip(third.par_chunks_mut(plane))
+            .enumerate()
+            .for_each_init(
+                || [vec![0.0; w1.len() * n2], vec![0.0; w1.len() * n2]],
+                |[by_value, by_slope], (i, ((none, second), third))| {
+                    let own = &x[((w0.start + i) * dims[1] + w1.start) * dims[2] + w2.start..];
+                    v[2].forward.times_rows(own, w1.len(), dims[2], target(by_value, 0, n2), false);
+                    g[2].forward.times_rows(own, w1.len(), dims[2], target(by_slope, 0, n2), false);
+                    v[1].forward.times(by_value, n2, none, false);
+                    g[1].forward.times(by_value, n2, second, false);
+                    v[1].forward.times(by_slope, n2, third, false);
+                },
+            );
+        for (matrix, (from, to)) in [&g[0], &v[0], &v[0]].into_iter().zip(middle.iter().zip(flux)) {
+            matrix.forward.times_in_parallel(from, plane, to);
+        }
+    }
+
+    /// The gradient of a function at all points, by component.
+    fn of(&self, x: &[f64], dims: Dims) -> [Vec<f64>; 3] {
+        let mut work = Work::default();
+        self.evaluate(x, dims, &mut work);
+        work.flux
     }
 
     /// `y += A x` for the part that the map adds.
-    pub(crate) fn add_product(&self, x: &[f64], y: &mut [f64], dims: Dims) {
-        let [f0, f1, f2] = self.added_flux(x, dims);
-        let shape = [0, 1, 2].map(|a| self.metric.points[a].len());
-        let (v, g) = (&self.values, &self.slopes);
-        let (none, middle) = along(0, &g[0].back, &f0, shape);
-        let (second, _) = along(0, &v[0].back, &f1, shape);
-        let (third, _) = along(0, &v[0].back, &f2, shape);
-        let (mut by_value, last) = along(1, &v[1].back, &none, middle);
-        let (by_second, _) = along(1, &g[1].back, &second, middle);
-        by_value.par_iter_mut().zip(&by_second).with_min_len(4096).for_each(|(a, b)| *a += b);
-        let (by_slope, _) = along(1, &v[1].back, &third, middle);
-        let (mut own, _) = along(2, &v[2].back, &by_value, last);
-        let (rest, _) = along(2, &g[2].back, &by_slope, last);
-        own.par_iter_mut().zip(&rest).with_min_len(4096).for_each(|(a, b)| *a += b);
+    pub(crate) fn add_product(&self, x: &[f64], y: &mut [f64], dims: Dims, work: &mut Work) {
+        self.evaluate(x, dims, work);
+        self.weigh(&mut work.flux);
         let [w0, w1, w2] = &self.window;
-        let mut rows = own.chunks_exact(w2.len().max(1));
-        for i in w0.clone() {
-            for j in w1.clone() {
-                let row = (i * dims[1] + j) * dims[2];
-                let target = &mut y[row + w2.start..row + w2.end];
-                rows.next().into_iter().for_each(|own| target.iter_mut().zip(own).for_each(|(y, x)| *y += x));
-            }
+        let [_, n1, n2] = self.counts();
+        let plane = n1 * n2;
+        let Work { middle, flux } = work;
+        let (v, g) = (&self.values, &self.slopes);
+        for (matrix, (to, from)) in [&g[0], &v[0], &v[0]].into_iter().zip(middle.iter_mut().zip(flux)) {
+            matrix.back.times_in_parallel(from, plane, to);
         }
+        let [none, second, third] = &*middle;
+        let slabs = &mut y[w0.start * dims[1] * dims[2]..w0.end * dims[1] * dims[2]];
+        slabs.par_chunks_mut(dims[1] * dims[2]).enumerate().for_each_init(
+            || [vec![0.0; w1.len() * n2], vec![0.0; w1.len() * n2]],
+            |[by_value, by_slope], (i, slab)| {
+                let [none, second, third] = [none, second, third].map(|own| &own[i * plane..(i + 1) * plane]);
+                v[1].back.times(none, n2, by_value, false);
+                g[1].back.times(second, n2, by_value, true);
+                v[1].back.times(third, n2, by_slope, false);
+                let mut own = |matrix: &Strips, from: &[f64]| {
+                    let to = target(slab, w1.start * dims[2] + w2.start, dims[2]);
+                    matrix.times_rows(from, w1.len(), n2, to, true);
+                };
+                own(&v[2].back, by_value);
+                own(&g[2].back, by_slope);
+            },
+        );
     }
 
-    /// The flux K grad u times the weight, without its part eps grad u.
-    pub(crate) fn added_flux(&self, x: &[f64], dims: Dims) -> [Vec<f64>; 3] {
-        let [mut f0, mut f1, mut f2] = self.of(x, dims);
-        f0.par_iter_mut().zip(&mut f1).zip(&mut f2).zip(&self.metric.tensors).with_min_len(4096).for_each(
+    /// Gradients become K grad u times the weight, without its part eps grad u.
+    fn weigh(&self, [f0, f1, f2]: &mut [Vec<f64>; 3]) {
+        f0.par_iter_mut().zip(f1).zip(f2).zip(&self.metric.tensors).with_min_len(4096).for_each(
             |(((a, b), c), k)| {
                 [*a, *b, *c] = times(k, [*a, *b, *c]);
             },
         );
-        [f0, f1, f2]
+    }
+
+    /// The flux K grad u times the weight, without its part eps grad u.
+    pub(crate) fn added_flux(&self, x: &[f64], dims: Dims) -> [Vec<f64>; 3] {
+        let mut flux = self.of(x, dims);
+        self.weigh(&mut flux);
+        flux
     }
 
     /// What the map adds to the energies of potentials.
@@ -105,8 +156,11 @@ impl Gradients {
         for i in 0..n {
             let own = self.of(&potentials[i], dims);
             for j in 0..=i {
-                let other = if i == j { own.clone() } else { self.of(&potentials[j], dims) };
-                out[(i, j)] = product(&self.metric.tensors, &own, &other);
+                out[(i, j)] = if i == j {
+                    product(&self.metric.tensors, &own, &own)
+                } else {
+                    product(&self.metric.tensors, &own, &self.of(&potentials[j], dims))
+                };
                 out[(j, i)] = out[(i, j)];
             }
         }

@@ -5,7 +5,7 @@
 
 use super::metric::adjugate;
 use crate::solution::Field;
-use elastocap_fem::tensor::SparseRows;
+use elastocap_fem::tensor::{Dims, SparseRows, Strips, along, axpy, target};
 use elastocap_geometry::scene::{Scene, Wall};
 use faer::Mat;
 
@@ -114,7 +114,7 @@ impl SceneMap {
             points.extend(y.iter().flat_map(|y| z.iter().map(|z| [*x, *y, *z])));
         }
         let (within, numbers) = self.within(places);
-        let displacement = [0, 1, 2].map(|c| self.component(c, None, &within));
+        let displacement = [0, 1, 2].map(|c| self.component(c, &within));
         for (n, index) in numbers.into_iter().enumerate() {
             (0..3).for_each(|c| points[index][c] += displacement[c][n]);
         }
@@ -123,7 +123,7 @@ impl SceneMap {
 
     /// Whether the map is continuous in a scene: where its grid ends, a wall of the scene lies or nothing moves.
     pub(crate) fn is_continuous(&self, scene: &Scene) -> bool {
-        let counts = self.axes.each_ref().map(|axis| axis.degrees.iter().sum::<usize>() + 1);
+        let counts = self.counts();
         let strides = [counts[1] * counts[2], counts[2], 1];
         let size = self.axes.iter().flat_map(|axis| &axis.breaks).fold(0.0_f64, |m, x| m.max(x.abs()));
         (0..3).flat_map(|a| [(a, 0), (a, 1)]).all(|(a, side)| {
@@ -148,17 +148,11 @@ impl SceneMap {
     }
 
     /// Gradients F of the map, `F[row][column]` = change of component `row` along axis `column`, at the tensor product of places (m)
-    /// within the grid, `[i][j][k]`.
-    pub(crate) fn gradients(&self, places: &[Vec<f64>; 3]) -> Vec<[[f64; 3]; 3]> {
-        let identity = [0, 1, 2].map(|r| [0, 1, 2].map(|c| if r == c { 1.0 } else { 0.0 }));
-        let mut out = vec![identity; places.iter().map(Vec::len).product()];
-        for row in 0..3 {
-            for column in 0..3 {
-                let slopes = self.component(row, Some(column), places);
-                out.iter_mut().zip(slopes).for_each(|(f, slope)| f[row][column] += slope);
-            }
-        }
-        out
+    /// within the grid, slab by slab along the first axis.
+    pub(crate) fn gradients(&self, places: &[Vec<f64>; 3]) -> MapGradients<'_> {
+        let both = |a: usize| [false, true].map(|odd| self.axes[a].matrices(&places[a], odd));
+        let strips = |a: usize| both(a).map(|own| own.map(|matrix| Strips::new(&matrix)));
+        MapGradients { map: self, first: both(0), across: [strips(1), strips(2)] }
     }
 
     /// A field that is sampled on the boxes, in the bent scene: its points move, and E = F^-T times that of the boxes.
@@ -170,8 +164,10 @@ impl SceneMap {
                 x.iter().map(|x| x + towards * SAME * size).collect()
             });
             let (within, nodes) = self.within(&beside);
-            for (f, index) in self.gradients(&within).iter().zip(nodes) {
-                let (adjugate, volume) = adjugate(f);
+            let gradients = self.gradients(&within);
+            let all = (0..within[0].len()).flat_map(|i| gradients.slab(i));
+            for (f, index) in all.zip(nodes) {
+                let (adjugate, volume) = adjugate(&f);
                 if let Some(limits) = field.electric_field.get_mut(index).filter(|_| volume > 0.0) {
                     let own = limits[side];
                     limits[side] =
@@ -197,14 +193,57 @@ impl SceneMap {
         ([0, 1, 2].map(|a| own[a].iter().map(|i| places[a][*i]).collect()), numbers)
     }
 
-    /// A component of the displacement, or its slope along an axis, at the tensor product of places.
-    fn component(&self, component: usize, along_axis: Option<usize>, places: &[Vec<f64>; 3]) -> Vec<f64> {
-        let mut dims = self.axes.each_ref().map(|axis| axis.degrees.iter().sum::<usize>() + 1);
+    /// The number of nodes on each axis.
+    fn counts(&self) -> Dims {
+        self.axes.each_ref().map(|axis| axis.degrees.iter().sum::<usize>() + 1)
+    }
+
+    /// A component of the displacement at the tensor product of places.
+    fn component(&self, component: usize, places: &[Vec<f64>; 3]) -> Vec<f64> {
+        let mut dims = self.counts();
         let mut out = self.displacement[component].clone();
         for a in 0..3 {
-            let [values, slopes] = self.axes[a].matrices(&places[a], a == component);
-            let matrix = if along_axis == Some(a) { slopes } else { values };
-            (out, dims) = elastocap_fem::tensor::along(a, &matrix, &out, dims);
+            let [values, _] = self.axes[a].matrices(&places[a], a == component);
+            (out, dims) = along(a, &values, &out, dims);
+        }
+        out
+    }
+}
+
+/// Gradients of a map at the tensor product of places. The matrices of the axes, to values and to slopes of even and of odd functions,
+/// serve all slabs.
+pub(crate) struct MapGradients<'m> {
+    map: &'m SceneMap,
+    first: [[SparseRows<f64>; 2]; 2],
+    /// Of the second and the third axis.
+    across: [[[Strips; 2]; 2]; 2],
+}
+
+impl MapGradients<'_> {
+    /// The gradients at the places of the second and the third axis, `[j][k]`, for one place of the first axis.
+    pub(crate) fn slab(&self, i: usize) -> Vec<[[f64; 3]; 3]> {
+        let [_, n1, n2] = self.map.counts();
+        let identity = [0, 1, 2].map(|r| [0, 1, 2].map(|c| if r == c { 1.0 } else { 0.0 }));
+        let [rows, columns] = self.across.each_ref().map(|own| own[0][0].rows());
+        let mut out = vec![identity; rows * columns];
+        let (mut half, mut slopes) = (vec![0.0; rows * n2], vec![0.0; rows * columns]);
+        for (component, displacement) in self.map.displacement.iter().enumerate() {
+            let parity = |a: usize| usize::from(a == component);
+            let [value, slope] = self.first[parity(0)].each_ref().map(|matrix| {
+                let mut plane = vec![0.0; n1 * n2];
+                for (s, weight) in matrix.row(i) {
+                    axpy(&mut plane, *weight, &displacement[s * n1 * n2..(s + 1) * n1 * n2]);
+                }
+                plane
+            });
+            let (second, third) = (&self.across[0][parity(1)], &self.across[1][parity(2)]);
+            for (column, (plane, by)) in
+                [(&slope, [0, 0]), (&value, [1, 0]), (&value, [0, 1])].into_iter().enumerate()
+            {
+                second[by[0]].times(plane, n2, &mut half, false);
+                third[by[1]].times_rows(&half, rows, n2, target(&mut slopes, 0, columns), false);
+                out.iter_mut().zip(&slopes).for_each(|(f, slope)| f[component][column] += slope);
+            }
         }
         out
     }
@@ -249,7 +288,7 @@ mod tests {
         let expected = displacement(point);
         let image = map.image(point);
         assert!((0..3).all(|c| (image[c] - point[c] - expected[c]).abs() < 1e-13));
-        let gradient = map.gradients(&point.map(|x| vec![x]))[0];
+        let gradient = map.gradients(&point.map(|x| vec![x])).slab(0)[0];
         let step = 1e-6;
         for column in 0..3 {
             let at = |sign: f64| {
@@ -271,8 +310,8 @@ mod tests {
         let [x, y, z] = map.image([0.3, 1.1, 0.7]);
         let [a, b, c] = map.image([-0.3, 1.1, -0.7]);
         assert!((x + a).abs() + (y - b).abs() + (z + c).abs() < 1e-14);
-        let f = map.gradients(&[vec![0.3], vec![1.1], vec![0.7]])[0];
-        let g = map.gradients(&[vec![-0.3], vec![1.1], vec![0.7]])[0];
+        let f = map.gradients(&[vec![0.3], vec![1.1], vec![0.7]]).slab(0)[0];
+        let g = map.gradients(&[vec![-0.3], vec![1.1], vec![0.7]]).slab(0)[0];
         let sign = |a: usize| if a == 0 { -1.0 } else { 1.0 };
         for row in 0..3 {
             for column in 0..3 {

@@ -46,10 +46,10 @@ impl Metric {
         }
         let (cells, held) = (domain.cells(), held(domain));
         let mut tensors = vec![[0.0; 6]; n0 * n1 * n2];
+        let gradients = map.gradients(&points.each_ref().map(|p| p.places.clone()));
         // Slab by slab, so that gradients of the map never take more memory than the tensors.
         let slab = |(i, tensors): (usize, &mut [Symmetric])| -> Option<f64> {
-            let [_, y, z] = points.each_ref().map(|p| p.places.clone());
-            let gradients = map.gradients(&[vec![points[0].places[i]], y, z]);
+            let gradients = gradients.slab(i);
             let mut largest: f64 = 1.0;
             for (index, (tensor, f)) in tensors.iter_mut().zip(&gradients).enumerate() {
                 let at = [i, index / n2, index % n2];

@@ -1,6 +1,6 @@
 //! A map in the coordinates of a layout.
 
-use super::map::SceneMap;
+use super::map::{MapGradients, SceneMap};
 use std::sync::Arc;
 
 /// A [`SceneMap`] where lengths are in units of `unit` from `origin`. Gradients are the same in any unit.
@@ -18,7 +18,7 @@ impl PlacedMap {
     }
 
     /// See [`SceneMap::gradients`].
-    pub(crate) fn gradients(&self, places: &[Vec<f64>; 3]) -> Vec<[[f64; 3]; 3]> {
+    pub(crate) fn gradients(&self, places: &[Vec<f64>; 3]) -> MapGradients<'_> {
         let own = [0, 1, 2].map(|a| places[a].iter().map(|x| self.origin[a] + self.unit * x).collect());
         self.map.gradients(&own)
     }

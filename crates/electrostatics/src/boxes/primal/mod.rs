@@ -13,7 +13,7 @@ mod tests;
 use crate::SolveError;
 use crate::boxes::conductor_free::{FreeBox, free_boxes};
 use crate::boxes::domain::{Block, Domain, per_element};
-use crate::boxes::mapped::gradients::{EXTRA, Gradients};
+use crate::boxes::mapped::gradients::{EXTRA, Gradients, Work};
 use crate::boxes::schwarz::{Modes, Schwarz, SchwarzWork, SeparableBox};
 use elastocap_fem::line::line_matrices;
 use elastocap_fem::modes::primal_modes;
@@ -164,6 +164,7 @@ pub(crate) struct Primal {
     faces: Faces,
     /// What the map adds that bends the scene, and the domain, for a finer rule.
     bent: Option<(Gradients, Domain)>,
+    bent_work: Work,
     schwarz: Schwarz<f32>,
     work: SchwarzWork<f32>,
 }
@@ -210,6 +211,7 @@ impl Primal {
             terms: Terms::new(dims, &terms),
             faces: Faces::new(domain),
             bent: Gradients::new(domain, EXTRA)?.map(|gradients| (gradients, domain.clone())),
+            bent_work: Work::default(),
             schwarz,
             work: SchwarzWork::default(),
         })
@@ -241,8 +243,13 @@ impl Primal {
         self.terms.apply(x, y);
         self.faces.add_product(x, y, self.dims);
         if let Some((gradients, _)) = &self.bent {
-            gradients.add_product(x, y, self.dims);
+            gradients.add_product(x, y, self.dims, &mut self.bent_work);
         }
+    }
+
+    /// What the map adds that bends the scene.
+    pub(crate) fn bent(&self) -> Option<&Gradients> {
+        self.bent.as_ref().map(|(gradients, _)| gradients)
     }
 
     /// A u over all functions, prescribed ones included: tested with a lift it gives charges.

@@ -1,0 +1,50 @@
+//! A function of places whose values are kept: faces of the box of an indenter are blended at every node inside, and each blend asks for
+//! the same points of the faces again.
+
+use std::cell::RefCell;
+use std::collections::HashMap;
+
+/// A function of a point (m) and the values that it gave so far.
+pub(super) struct Remembered<'a, T> {
+    of: &'a dyn Fn([f64; 3]) -> T,
+    values: RefCell<HashMap<[u64; 3], T>>,
+}
+
+impl<'a, T: Copy> Remembered<'a, T> {
+    pub(super) fn new(of: &'a dyn Fn([f64; 3]) -> T) -> Self {
+        Self { of, values: RefCell::default() }
+    }
+
+    /// The value at a point, which is the same whether it was asked for before or not.
+    pub(super) fn at(&self, x: [f64; 3]) -> T {
+        let key = x.map(f64::to_bits);
+        let known = self.values.borrow().get(&key).copied();
+        known.unwrap_or_else(|| {
+            let value = (self.of)(x);
+            self.values.borrow_mut().insert(key, value);
+            value
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::cell::Cell;
+
+    #[test]
+    fn a_place_is_looked_at_once_and_the_two_zeros_are_two_places() {
+        let looked = Cell::new(0);
+        let of = |x: [f64; 3]| {
+            looked.set(looked.get() + 1);
+            1.0 / x[0]
+        };
+        let remembered = Remembered::new(&of);
+        for _ in 0..2 {
+            assert_eq!(remembered.at([2.0, 0.0, 0.0]), 0.5);
+            assert_eq!(remembered.at([0.0; 3]), f64::INFINITY);
+            assert_eq!(remembered.at([-0.0, 0.0, 0.0]), f64::NEG_INFINITY);
+        }
+        assert_eq!(looked.get(), 3);
+    }
+}
