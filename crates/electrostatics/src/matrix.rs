@@ -177,7 +177,7 @@ impl MatrixBounds {
 impl Bounded {
     /// With limits that are known from elsewhere too; the value is the middle again where they narrow these. Limits that
     /// contradict these, which rounding can make them do, are passed over.
-    fn narrowed(self, lower: f64, upper: f64) -> Self {
+    pub(crate) fn narrowed(self, lower: f64, upper: f64) -> Self {
         let (lower, upper) = (self.lower.max(lower), self.upper.min(upper));
         if lower > upper || (lower, upper) == (self.lower, self.upper) {
             return self;

@@ -8,6 +8,7 @@ use crate::boxes::layout::Layout;
 use crate::boxes::one_grid::{GridProblem, on_grid};
 use crate::boxes::open_space::OpenSpace;
 use crate::boxes::resolution::{MAX_UNKNOWNS, MIN_TOLERANCE, first, graded};
+use crate::boxes::two_states;
 use crate::solution::{Forecast, Settings};
 use elastocap_geometry::scene::Scene;
 
@@ -44,6 +45,10 @@ pub fn mirror_planes(scene: &Scene, settings: &Settings) -> Result<[bool; 3], So
 pub fn forecast(scene: &Scene, settings: &Settings) -> Result<Forecast, SolveError> {
     let explore = Settings { field: false, ..settings.clone() };
     let problem = GridProblem::new(scene, None, &explore)?;
+    if let (None, Some(plan)) = (settings.resolution, two_states::plan(scene, &problem)?) {
+        let [first, second] = plan.scenes.each_ref().map(|scene| forecast(scene, &plan.settings));
+        return Ok(both(first?, second?));
+    }
     let tolerance = settings.relative_tolerance.max(MIN_TOLERANCE);
     let distance = OpenSpace::new(&problem.layout, &problem.floating, settings).distance(tolerance);
     let work = |dims: [usize; 3]| dims.iter().product::<usize>() as f64 * dims.iter().sum::<usize>() as f64;
@@ -81,6 +86,19 @@ pub fn forecast(scene: &Scene, settings: &Settings) -> Result<Forecast, SolveErr
         (dims, PACE * iterations * work(dims))
     };
     Ok(problem.forecast_of(dims, seconds, solves))
+}
+
+/// The forecast for two solves, one after the other.
+fn both(a: Forecast, b: Forecast) -> Forecast {
+    let larger = |x: usize, y: usize| x.max(y);
+    Forecast {
+        unknowns: larger(a.unknowns, b.unknowns),
+        memory_bytes: a.memory_bytes.max(b.memory_bytes),
+        seconds: a.seconds + b.seconds,
+        unmirrored: (larger(a.unmirrored.0, b.unmirrored.0), a.unmirrored.1 + b.unmirrored.1),
+        mirrored: a.mirrored,
+        right_hand_sides: a.right_hand_sides + b.right_hand_sides,
+    }
 }
 
 impl GridProblem<'_> {

@@ -36,6 +36,9 @@ const LONG_STEP: f64 = 0.02;
 /// as much at loose ones, 0.6 on arrays of pads, and 0.2 on combs and on thin plates with feed bars.
 const USUAL_AMPLIFICATION: f64 = 1.0;
 
+/// The same for a single state: the indicator of one says more than that of several, on combs too.
+const OF_ONE_STATE: f64 = 0.85;
+
 /// Refinements before giving up.
 const MAX_GRIDS: usize = 60;
 
@@ -82,43 +85,10 @@ pub(crate) fn fixed(problem: &GridProblem<'_>, level: ResolutionLevel) -> Result
 
 /// Refines until the tolerance is met, or cannot be.
 pub(crate) fn adaptive(problem: &GridProblem<'_>) -> Result<Found, SolveError> {
-    let begin = Instant::now();
     let mut search = Search::new(problem);
-    problem.check_memory(&search.grid)?;
-    loop {
-        let purpose = search.purpose();
-        let start = Instant::now();
-        let found = match problem.cancelled() {
-            true => Err(SolveError::Cancelled),
-            false => {
-                let (share, prove) = (search.share(purpose), purpose == Purpose::Prove);
-                on_grid(problem, &search.grid, share, prove, search.potentials.take().as_ref())
-            }
-        };
-        let mut outcome = match found {
-            Err(SolveError::Cancelled) => return search.stop(begin),
-            found => found?,
-        };
-        search.grids += 1;
-        let indicator = outcome.indicator(problem);
-        let missing = missing(&search.grid, &indicator);
-        let error = search.error(&mut outcome, missing, purpose);
-        let met = error.is_some_and(|e| e <= problem.settings.relative_tolerance);
-        let shortfall = if met { None } else { search.obstacle(&outcome, error, missing) };
-        let next = if met { None } else { search.next(&indicator, error, missing, shortfall, purpose) };
-        // A grid that is solved once more is still compared with the one before it.
-        if next.as_ref().is_some_and(|(_, left)| *left > 0.0) {
-            search.before = Some(Coarser { missing, upper: outcome.bounds.upper.clone() });
-        }
-        search.potentials = next.is_some().then(|| outcome.potentials());
-        if let Some(error) = error {
-            search.keep(outcome, error, start.elapsed().as_secs_f64());
-        }
-        match next {
-            Some((grid, left)) => (search.grid, search.foreseen) = (grid, left),
-            None => return search.finish(met, begin),
-        }
-    }
+    let tolerance = problem.settings.relative_tolerance;
+    let met = search.pursue(tolerance, tolerance)?;
+    search.finish(met)
 }
 
 /// Why a grid is solved.
@@ -132,8 +102,20 @@ enum Purpose {
     Prove,
 }
 
-struct Search<'p, 's> {
+/// What sets the search for one of several states of a target apart from others.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct OneState {
+    /// Where rays to infinity begin, as [`OpenSpace::distance`] has it: the same for all states, whose grids are joined.
+    pub(crate) distance: f64,
+    /// Goal of the linear solver, on grids for a result.
+    pub(crate) share: f64,
+}
+
+pub(crate) struct Search<'p, 's> {
     problem: &'p GridProblem<'s>,
+    begin: Instant,
+    /// Set where the energy of one state of several is sought.
+    one_state: Option<OneState>,
     /// The error to reach: the tolerance, or the smallest that double precision allows.
     tolerance: f64,
     grid: Grid,
@@ -166,13 +148,15 @@ struct Search<'p, 's> {
 }
 
 impl<'p, 's> Search<'p, 's> {
-    fn new(problem: &'p GridProblem<'s>) -> Self {
+    pub(crate) fn new(problem: &'p GridProblem<'s>) -> Self {
         let settings = problem.settings;
         let tolerance = settings.relative_tolerance.max(MIN_TOLERANCE);
         let open_space = OpenSpace::new(&problem.layout, &problem.floating, settings);
         let distance = open_space.distance(tolerance);
         Self {
             problem,
+            begin: Instant::now(),
+            one_state: None,
             tolerance,
             grid: first(&problem.core, distance),
             grids: 0,
@@ -193,12 +177,101 @@ impl<'p, 's> Search<'p, 's> {
         }
     }
 
+    /// The search for one state of several.
+    pub(crate) fn of_one_state(problem: &'p GridProblem<'s>, own: OneState) -> Self {
+        let mut search = Self::new(problem);
+        search.grid = first(&problem.core, own.distance);
+        search.distance = own.distance;
+        search.one_state = Some(own);
+        search
+    }
+
+    /// Refines towards a tolerance until an error of `accepted`, no less than it, is proved or estimated, which this says, or cannot be.
+    /// May be called again for less.
+    ///
+    /// # Errors
+    /// A first grid that is too large, one whose matrices cannot be factorised, a request to stop before anything is known.
+    pub(crate) fn pursue(&mut self, tolerance: f64, accepted: f64) -> Result<bool, SolveError> {
+        let problem = self.problem;
+        self.tolerance = tolerance.max(MIN_TOLERANCE);
+        match self.best.take() {
+            None => problem.check_memory(&self.grid)?,
+            Some((error, found)) => {
+                // The grid whose result is the best so far is refined from where it stands.
+                self.grid = found.grid.clone();
+                let indicator = found.outcome.indicator(problem);
+                let missing = missing(&self.grid, &indicator);
+                let met = error <= accepted;
+                let obstacle = if met { None } else { self.obstacle(&found.outcome, Some(error), missing) };
+                let next = if met {
+                    None
+                } else {
+                    self.next(&indicator, Some(error), missing, obstacle, Purpose::Prove)
+                };
+                self.potentials = next.is_some().then(|| found.outcome.potentials());
+                self.best = Some((error, found));
+                match next {
+                    Some((grid, left)) => (self.grid, self.foreseen) = (grid, left),
+                    None => return Ok(met),
+                }
+            }
+        }
+        loop {
+            let purpose = self.purpose();
+            let start = Instant::now();
+            let found = match problem.cancelled() {
+                true => Err(SolveError::Cancelled),
+                false => {
+                    let (share, prove) = (self.share(purpose), purpose == Purpose::Prove);
+                    on_grid(problem, &self.grid, share, prove, self.potentials.take().as_ref())
+                }
+            };
+            let mut outcome = match found {
+                Err(SolveError::Cancelled) => {
+                    self.stop()?;
+                    return Ok(false);
+                }
+                found => found?,
+            };
+            self.grids += 1;
+            // Bounds that meet the tolerance need no indicator.
+            let proved = (purpose == Purpose::Prove).then(|| outcome.error(problem.settings));
+            if let Some(error) = proved.filter(|error| *error <= accepted) {
+                self.keep(outcome, error, start.elapsed().as_secs_f64());
+                return Ok(true);
+            }
+            let indicator = outcome.indicator(problem);
+            let missing = missing(&self.grid, &indicator);
+            let error = self.error(&mut outcome, missing, purpose);
+            let met = error.is_some_and(|e| e <= accepted);
+            let shortfall = if met { None } else { self.obstacle(&outcome, error, missing) };
+            let next = if met { None } else { self.next(&indicator, error, missing, shortfall, purpose) };
+            // A grid that is solved once more is still compared with the one before it.
+            if next.as_ref().is_some_and(|(_, left)| *left > 0.0) {
+                self.before = Some(Coarser { missing, upper: outcome.bounds.upper.clone() });
+            }
+            self.potentials = next.is_some().then(|| outcome.potentials());
+            if let Some(error) = error {
+                self.keep(outcome, error, start.elapsed().as_secs_f64());
+            }
+            match next {
+                Some((grid, left)) => (self.grid, self.foreseen) = (grid, left),
+                None => return Ok(met),
+            }
+        }
+    }
+
+    /// The best result so far, with the relative error of its target.
+    pub(crate) fn best(&self) -> Option<(f64, &Found)> {
+        self.best.as_ref().map(|(error, found)| (*error, found))
+    }
+
     fn purpose(&self) -> Purpose {
         let bounds = self.problem.settings.bounds;
         let near = 2.0 * self.amplification * self.foreseen <= 0.8 * self.tolerance;
         // Where the indicator is unreliable, as on combs, the bounds on the last grid but one tell how fine the last must be.
         let last_but_one = self.amplification * self.foreseen * LONG_STEP <= goal(bounds) * self.tolerance;
-        let unsure = bounds && !self.settled && self.judged.is_empty();
+        let unsure = bounds && !self.settled && self.judged.is_empty() && self.one_state.is_none();
         match (near || unsure && last_but_one, bounds) {
             (false, _) => Purpose::Explore,
             (true, true) => Purpose::Prove,
@@ -208,7 +281,7 @@ impl<'p, 's> Search<'p, 's> {
 
     /// Goal of the linear solver: its error over the energy.
     fn share(&self, purpose: Purpose) -> f64 {
-        let least = iteration_share(self.tolerance);
+        let least = self.one_state.map_or(iteration_share(self.tolerance), |own| own.share);
         match purpose {
             Purpose::Explore => (0.01 * self.foreseen.min(0.1)).max(least),
             Purpose::Estimate | Purpose::Prove => least,
@@ -237,6 +310,7 @@ impl<'p, 's> Search<'p, 's> {
                     _ => f64::INFINITY,
                 };
                 let least = USUAL_AMPLIFICATION.min(margin * self.amplification);
+                let least = if self.one_state.is_some() { OF_ONE_STATE } else { least };
                 self.amplification = self.amplification.max(least);
                 self.overstated = self.overstated.or(overstated);
                 return None;
@@ -285,7 +359,8 @@ impl<'p, 's> Search<'p, 's> {
         if !stagnates {
             return None;
         }
-        if !self.open_space.is_closed() && self.widened < WIDEST {
+        // Grids of several states are joined, and must reach equally far.
+        if !self.open_space.is_closed() && self.widened < WIDEST && self.one_state.is_none() {
             self.widened += 1;
             self.wider = true;
             self.judged.clear();
@@ -320,8 +395,15 @@ impl<'p, 's> Search<'p, 's> {
             let target = match error {
                 Some(error) => missing * (PROVED_GOAL * tolerance / error).clamp(0.03, PROVED_GOAL),
                 None => {
-                    let goal = goal(settings.bounds) * tolerance / self.amplification;
-                    goal.clamp(step * missing, missing)
+                    let goal = (goal(settings.bounds) * tolerance / self.amplification).min(missing);
+                    match self.one_state {
+                        // As many steps as it takes, all of them equal.
+                        Some(_) if goal > 0.0 => {
+                            let steps = ((missing / goal).ln() / -step.ln()).ceil().max(1.0);
+                            missing * (goal / missing).powf(1.0 / steps)
+                        }
+                        _ => goal.max(step * missing),
+                    }
                 }
             };
             left = refine(&mut grid, indicator, target);
@@ -347,20 +429,24 @@ impl<'p, 's> Search<'p, 's> {
         }
     }
 
-    /// The best so far, of a search that is stopped on request.
-    fn stop(mut self, begin: Instant) -> Result<Found, SolveError> {
+    /// Stops on request, with the best so far.
+    fn stop(&mut self) -> Result<(), SolveError> {
         if !self.best.as_ref().is_some_and(|(error, _)| error.is_finite()) {
             return Err(SolveError::Cancelled);
         }
         self.shortfall = Some(STOPPED.to_owned());
-        self.finish(false, begin)
+        Ok(())
     }
 
-    fn finish(self, met: bool, begin: Instant) -> Result<Found, SolveError> {
+    /// What was found, whether it met the tolerance or not.
+    ///
+    /// # Errors
+    /// A request to stop before anything was known.
+    pub(crate) fn finish(self, met: bool) -> Result<Found, SolveError> {
         let Some((_, mut found)) = self.best else { return Err(SolveError::Cancelled) };
         found.shortfall = self.shortfall.filter(|_| !met);
         found.grids = self.grids;
-        found.choosing += begin.elapsed().as_secs_f64();
+        found.choosing += self.begin.elapsed().as_secs_f64();
         Ok(found)
     }
 }

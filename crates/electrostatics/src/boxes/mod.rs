@@ -19,3 +19,4 @@ pub(crate) mod resolution;
 pub(crate) mod schwarz;
 pub(crate) mod solve;
 pub(crate) mod symmetry;
+mod two_states;

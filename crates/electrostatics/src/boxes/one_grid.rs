@@ -72,6 +72,13 @@ impl<'a> GridProblem<'a> {
         })
     }
 
+    /// The potentials of all right-hand sides, in columns: a basis of all potentials of the conductors.
+    pub(super) fn basis(&self) -> Mat<f64> {
+        let columns: Vec<&Vec<f64>> = self.parts.iter().flat_map(Part::basis).collect();
+        let n = self.layout.conductors.len();
+        Mat::from_fn(n, n, |c, k| columns.get(k).map_or(0.0, |v| v[c]))
+    }
+
     /// Refuses a grid that does not fit into the memory.
     pub(crate) fn check_memory(&self, grid: &Grid) -> Result<(), SolveError> {
         let (bytes, limit) = (self.memory(grid), self.settings.memory_limit);
@@ -122,17 +129,19 @@ pub(crate) struct Outcome {
     pub(crate) bounds: MatrixBounds,
     /// Of all conductors.
     pub(crate) all: MatrixBounds,
+    /// Lower limits of the energies of the driven conductors, F, where more is known of them than `bounds` says; empty otherwise.
+    pub(super) own: Vec<f64>,
     /// The form that rounding of `all` is a share of, F.
-    rounding: Mat<f64>,
+    pub(super) rounding: Mat<f64>,
     /// Potentials of the right-hand sides, in columns.
-    basis: Mat<f64>,
+    pub(super) basis: Mat<f64>,
     /// Parts that have a field, each after the index of its first column in `basis`.
-    solved: Vec<(usize, SolvedPart)>,
-    unknowns: usize,
+    pub(super) solved: Vec<(usize, SolvedPart)>,
+    pub(super) unknowns: usize,
     pub(crate) iterations: usize,
     pub(crate) converged: bool,
     pub(crate) repair_share: f64,
-    seconds: PhaseSeconds,
+    pub(super) seconds: PhaseSeconds,
 }
 
 /// The potentials of all parts on a grid, from which iterations on a finer one start.
@@ -148,7 +157,7 @@ struct PartPotentials {
 }
 
 /// The potentials of one part as functions of a finer grid.
-struct Embedded<'a> {
+pub(super) struct Embedded<'a> {
     coarse: &'a PartPotentials,
     /// Coefficients on the finer grid of the coarse functions of each axis.
     axes: Vec<SparseRows<f64>>,
@@ -156,7 +165,7 @@ struct Embedded<'a> {
 
 impl Potentials {
     /// Those of the part whose first right-hand side has this number, on a finer grid; `None` where the grid is not finer.
-    fn on(&self, first: usize, domain: &Domain) -> Option<Embedded<'_>> {
+    pub(super) fn on(&self, first: usize, domain: &Domain) -> Option<Embedded<'_>> {
         let coarse = self.0.iter().find(|part| part.first == first)?;
         let of_axis = |(from, to): (&Axis, &Axis)| {
             let (rows, columns) = (to.functions(), from.functions());
@@ -171,7 +180,7 @@ impl Potentials {
 
 impl Embedded<'_> {
     /// Coefficients of the potential of one right-hand side.
-    fn potential(&self, k: usize) -> Vec<f64> {
+    pub(super) fn potential(&self, k: usize) -> Vec<f64> {
         let mut dims = self.coarse.domain.primal_dims();
         let mut out = Vec::new();
         for (axis, matrix) in self.axes.iter().enumerate() {
@@ -183,12 +192,12 @@ impl Embedded<'_> {
 }
 
 /// The upper problem of one part.
-struct SolvedPart {
-    energies: Energies,
+pub(super) struct SolvedPart {
+    pub(super) energies: Energies,
     primal: Primal,
-    domain: Domain,
+    pub(super) domain: Domain,
     odd: [bool; 3],
-    copies: f64,
+    pub(super) copies: f64,
 }
 
 /// Solves all parts on one grid: the primal problem, and the dual one if `lower_too`; otherwise the lower bounds are set equal to
@@ -205,17 +214,12 @@ pub(crate) fn on_grid(
     coarser: Option<&Potentials>,
 ) -> Result<Outcome, SolveError> {
     let n = problem.layout.conductors.len();
-    let mut basis = Mat::zeros(n, n);
+    let basis = problem.basis();
     let (mut up, mut low) = (Mat::zeros(n, n), Mat::zeros(n, n));
     let mut out = Outcome::empty();
     let grid = &grid.reflected(problem.reflected);
     let mut at = 0;
     for part in &problem.parts {
-        for (i, v) in part.basis().enumerate() {
-            for c in 0..n {
-                basis[(c, at + i)] = v[c];
-            }
-        }
         let count = part.potentials.len();
         if count > 0 {
             let coarser = coarser.map(|coarser| (coarser, at));
@@ -294,11 +298,12 @@ fn solve_part(
 
 impl Outcome {
     /// Before any part is solved.
-    fn empty() -> Self {
+    pub(super) fn empty() -> Self {
         let none = || MatrixBounds { lower: Mat::zeros(0, 0), upper: Mat::zeros(0, 0) };
         Self {
             bounds: none(),
             all: none(),
+            own: Vec::new(),
             rounding: Mat::zeros(0, 0),
             basis: Mat::zeros(0, 0),
             solved: Vec::new(),
@@ -369,6 +374,11 @@ impl Outcome {
     /// The refinement indicator: relative missing energies of the primal solution along each axis, summed over the states that
     /// the target depends on.
     pub(crate) fn indicator(&self, problem: &GridProblem<'_>) -> Indicator {
+        self.indicator_of(problem, problem.settings.target)
+    }
+
+    /// The same for the states that another target depends on.
+    pub(super) fn indicator_of(&self, problem: &GridProblem<'_>, target: Target) -> Indicator {
         let n = self.basis.nrows();
         let GridProblem { floating, .. } = problem;
         let driven = floating.driven.len();
@@ -380,7 +390,6 @@ impl Outcome {
         };
         // Weights of the right-hand sides in each state, and the state's energy.
         let mut states: Vec<(Vec<f64>, f64)> = Vec::new();
-        let target = problem.settings.target;
         if let Some([first, second]) = target.opposite(driven) {
             let own = self.bounds.of_rows(&[first, second]).upper;
             let charges = Mat::from_fn(2, 1, |i, _| if i == 0 { 1.0 } else { -1.0 });
@@ -510,6 +519,9 @@ impl Outcome {
     ) -> Solution {
         let (settings, layout) = (problem.settings, &problem.layout);
         let mut maxwell = self.bounds.entries();
+        for (i, lower) in self.own.iter().enumerate() {
+            maxwell[i][i] = maxwell[i][i].narrowed(*lower, f64::INFINITY);
+        }
         let mut two_terminal = self.bounds.two_terminal();
         let mut measured = settings.target.of(&self.bounds);
         let floating = if settings.bounds {

@@ -4,6 +4,7 @@ use crate::SolveError;
 use crate::boxes::grid_search;
 use crate::boxes::mapped::map::SceneMap;
 use crate::boxes::one_grid::GridProblem;
+use crate::boxes::two_states;
 use crate::consistency::contradiction;
 use crate::solution::{Settings, Solution};
 use elastocap_geometry::scene::Scene;
@@ -46,7 +47,10 @@ fn solve_under(
     let setup = begin.elapsed().as_secs_f64();
     let found = match settings.resolution {
         Some(level) => grid_search::fixed(&problem, level)?,
-        None => grid_search::adaptive(&problem)?,
+        None => match two_states::search(scene, &problem)? {
+            Some(found) => found,
+            None => grid_search::adaptive(&problem)?,
+        },
     };
     // Nobody waits for the field of a solve that was broken off. One that was complete when the request came keeps its field: its
     // step counts as solved.

@@ -10,6 +10,7 @@ use crate::boxes::mapped::gradients::{FINER, Gradients, add_with_error};
 use elastocap_fem::mixed::{divergence_matrix, potential_offsets};
 use elastocap_fem::tensor::{Dims, SparseRows, along, dot};
 use faer::Mat;
+use rayon::prelude::*;
 use std::ops::Range;
 
 /// D and the coefficient of its rows: the stiffness of an axis is D^T diag(coefficient) D.
@@ -101,10 +102,29 @@ impl Primal {
     }
 }
 
+impl Primal {
+    /// The product u A v of two potentials, for which [`Primal::energies`] would do more than is needed. Not under a map.
+    pub(crate) fn product_of(&self, u: &[f64], v: &[f64]) -> f64 {
+        let mut total = 0.0;
+        for term in &self.terms.terms {
+            for axis in 0..3 {
+                let (_, flux) = term.gradient_and_flux(axis, u, self.dims);
+                total += dot(&term.gradient(axis, v, self.dims).0, &flux);
+            }
+        }
+        let mut beyond = vec![0.0; u.len()];
+        self.faces.add_product(u, &mut beyond, self.dims);
+        total + dot(v, &beyond)
+    }
+}
+
 impl Term<f64> {
     /// D u along an axis, and its shape.
     fn gradient(&self, axis: usize, u: &[f64], dims: Dims) -> (Vec<f64>, Dims) {
         let [w0, w1, w2] = &self.window;
+        if [w0.len(), w1.len(), w2.len()] == dims {
+            return along(axis, &self.gradient[axis].matrix, u, dims);
+        }
         let mut own = Vec::with_capacity(w0.len() * w1.len() * w2.len());
         for i in w0.clone() {
             for j in w1.clone() {
@@ -119,15 +139,22 @@ impl Term<f64> {
     fn gradient_and_flux(&self, axis: usize, u: &[f64], dims: Dims) -> (Vec<f64>, Vec<f64>) {
         let (gradient, shape) = self.gradient(axis, u, dims);
         let coefficient = &self.gradient[axis].coefficient;
-        let mut flux = gradient.clone();
-        for other in (0..3).filter(|b| *b != axis) {
-            let mass = if other == 2 { &self.mass_last } else { &self.mass[other] };
-            flux = along(other, mass, &flux, shape).0;
-        }
-        let stride = [shape[1] * shape[2], shape[2], 1][axis];
-        for (at, f) in flux.iter_mut().enumerate() {
-            *f *= coefficient[at / stride % shape[axis]];
-        }
+        let mass = |other: usize| if other == 2 { &self.mass_last } else { &self.mass[other] };
+        let (first, second) = [(1, 2), (0, 2), (0, 1)][axis];
+        let (once, _) = along(first, mass(first), &gradient, shape);
+        let (mut flux, _) = along(second, mass(second), &once, shape);
+        let (width, across) = (shape[2].max(1), shape[1]);
+        flux.par_chunks_mut((across * width).max(1)).enumerate().for_each(|(i, slab)| {
+            for (j, row) in slab.chunks_exact_mut(width).enumerate() {
+                match axis {
+                    2 => row.iter_mut().zip(coefficient).for_each(|(f, c)| *f *= c),
+                    _ => {
+                        let c = coefficient[if axis == 0 { i } else { j }];
+                        row.iter_mut().for_each(|f| *f *= c);
+                    }
+                }
+            }
+        });
         (gradient, flux)
     }
 }

@@ -172,6 +172,15 @@ pub(crate) struct Primal {
 impl Primal {
     /// Assembles line matrices and box modes.
     pub(crate) fn new(domain: &Domain) -> Result<Self, SolveError> {
+        Self::preconditioned(domain, schwarz(domain, domain.primal_dims())?)
+    }
+
+    /// Assembles line matrices alone, for energies of potentials that are known: nothing can be solved for.
+    pub(crate) fn without_preconditioner(domain: &Domain) -> Result<Self, SolveError> {
+        Self::preconditioned(domain, Schwarz::new(Vec::new(), domain.primal_dims()))
+    }
+
+    fn preconditioned(domain: &Domain, schwarz: Schwarz<f32>) -> Result<Self, SolveError> {
         let dims = domain.primal_dims();
         let whole = Block { lo: [0; 3], hi: domain.cells() };
         let factors = domain.separable(&whole);
@@ -199,7 +208,6 @@ impl Primal {
             });
             terms.push(assemble(window, &indicator)?);
         }
-        let schwarz = schwarz(domain, dims)?;
         Ok(Self {
             dims,
             conductors: domain

@@ -1,0 +1,409 @@
+//! The mutual capacitance of two conductors from two grids, one for each state.
+//!
+//! It is the product of two fields: that of one conductor at 1 V, and that of the other. Each is singular at edges of its own: that of
+//! a guarded plate at the slit to its guard, that of the plate opposite at the edge of that plate. A grid for both is fine at all
+//! edges along all axes, and both fields are solved on it. Two grids are each fine where their own field is singular.
+//!
+//! On grids of their own the potentials u_1 and u_2 are still functions of one space, that of the common refinement of the two: there
+//! the products U_ij of their gradients are computed. U - C is the product of their errors and hence positive semidefinite, so that
+//! |U_12 - C_12| <= sqrt(G_1 G_2), where G_i = U_ii - L_i is proved on the grid of state i alone. This is twice what one grid proves
+//! from the same gaps, where fluxes of both states are multiplied too. It pays where two grids need so much fewer unknowns.
+
+use crate::SolveError;
+use crate::VACUUM_PERMITTIVITY;
+use crate::boxes::domain::{Axis, Domain};
+use crate::boxes::grid_refinement::{functions_wanted, missing, refine};
+use crate::boxes::grid_search::{Found, OneState, STEP, Search, goal};
+use crate::boxes::one_grid::{GridProblem, Outcome, error_of, on_grid};
+use crate::boxes::open_space::OpenSpace;
+use crate::boxes::primal::Primal;
+use crate::boxes::resolution::first;
+use crate::matrix::{MatrixBounds, contrast_of};
+use crate::solution::Settings;
+use crate::target::Target;
+use elastocap_fem::line::{Line, LineEnd};
+use elastocap_geometry::scene::{Potential, Role, Scene};
+use faer::Mat;
+use std::time::Instant;
+
+/// Unknowns of two grids over those of one for both states, each times the number of right-hand sides, up to which two are used.
+const PAYS: f64 = 0.8;
+
+/// Goal of the linear solvers over the spread that the energies may have.
+const ITERATIONS: f64 = 0.01;
+
+/// How far the energy of the first state may miss its tolerance; the second makes up for it.
+const FIRST: f64 = 1.6;
+
+/// The same for the second, where a little more of the cheaper one of both makes up for it.
+const SECOND: f64 = 1.3;
+
+/// How often the cheaper state is refined further.
+const MORE: usize = 4;
+
+/// Nodes of two lines closer than this share of the element beside them are one: they come from the same divisions.
+const SAME: f64 = 1e-12;
+
+/// How the two states of a target are to be solved.
+pub(crate) struct Plan {
+    /// The scene with one driven conductor, for each of the two.
+    pub(crate) scenes: [Scene; 2],
+    /// How it is solved, to the relative spread of either energy that meets the tolerance of the target.
+    pub(crate) settings: Settings,
+    /// That spread.
+    spread: f64,
+    /// Where rays to infinity begin, as [`OpenSpace::distance`] has it.
+    distance: f64,
+    /// The state that takes more unknowns.
+    larger: usize,
+}
+
+/// Searches for a grid for each state of a mutual capacitance; `None` where one grid for both is better, or two did not do.
+///
+/// # Errors
+/// A grid whose matrices cannot be factorised, a first one that is too large, a request to stop before anything is known.
+pub(crate) fn search(scene: &Scene, problem: &GridProblem<'_>) -> Result<Option<Found>, SolveError> {
+    let begin = Instant::now();
+    let Some(plan) = plan(scene, problem)? else { return Ok(None) };
+    let settings = problem.settings;
+    let own = OneState { distance: plan.distance, share: ITERATIONS * plan.spread };
+    let [first, second] = plan.scenes.each_ref().map(|scene| GridProblem::new(scene, None, &plan.settings));
+    let problems = [first?, second?];
+    let mut searches = problems.each_ref().map(|problem| Search::of_one_state(problem, own));
+
+    let (larger, smaller) = (plan.larger, 1 - plan.larger);
+    let mut going_on = searches[larger].pursue(plan.spread, FIRST * plan.spread)?;
+    let proved = |search: &Search<'_, '_>| search.best().map_or(f64::INFINITY, |(error, _)| error);
+    if going_on {
+        let left = plan.spread * (plan.spread / proved(&searches[larger])).clamp(0.25, 4.0);
+        going_on = searches[smaller].pursue(left, SECOND * left)?;
+    }
+    for _ in 0..=MORE {
+        let [Some((_, a)), Some((_, b))] = searches.each_ref().map(Search::best) else { break };
+        let Some(bounds) = joined(problem, a, b)? else { return Ok(None) };
+        let error = error_of(&problem.floating.reduced(&bounds), settings);
+        let met = error <= settings.relative_tolerance;
+        if met || !going_on {
+            if !met && !problem.cancelled() {
+                return Ok(None);
+            }
+            let [a, b] = searches;
+            return Ok(Some(together(problem, bounds, a.finish(met)?, b.finish(met)?, begin)));
+        }
+        let unknowns = |f: &Found| f.outcome.unknowns;
+        let cheaper = usize::from(unknowns(b) < unknowns(a));
+        let left = proved(&searches[cheaper]) * (settings.relative_tolerance / error).powi(2);
+        going_on = searches[cheaper].pursue(0.9 * left, 0.98 * left)?;
+    }
+    if problem.cancelled() { Err(SolveError::Cancelled) } else { Ok(None) }
+}
+
+/// Whether the target is a mutual capacitance of the only two driven conductors, and both states lie on the same part of the scene.
+fn is_suited(problem: &GridProblem<'_>) -> bool {
+    let (settings, floating) = (problem.settings, &problem.floating);
+    let mutual = matches!(settings.target, Target::Mutual([0, 1] | [1, 0]));
+    let mut solved = problem.parts.iter().filter(|part| !part.potentials.is_empty());
+    mutual
+        && settings.bounds
+        && problem.layout.map.is_none()
+        && floating.driven.len() == 2
+        && floating.floating.is_empty()
+        && solved.next().is_some_and(|part| part.potentials.len() == 2 && part.fieldless.is_empty())
+        && solved.next().is_none()
+}
+
+/// The scene with one driven conductor; the other is at potential zero.
+fn only(scene: &Scene, conductor: usize) -> Scene {
+    let mut out = scene.clone();
+    let conductors = out.bodies.iter_mut().filter_map(|body| match &mut body.role {
+        Role::Conductor { potential } => Some(potential),
+        Role::Dielectric { .. } => None,
+    });
+    for (_, potential) in conductors.enumerate().filter(|(c, _)| *c != conductor) {
+        *potential = Potential::Grounded;
+    }
+    out
+}
+
+/// How two grids are to be found, from two small ones for both states; `None` where one grid for both is better.
+///
+/// # Errors
+/// As for [`search`].
+pub(crate) fn plan(scene: &Scene, problem: &GridProblem<'_>) -> Result<Option<Plan>, SolveError> {
+    const SHARE: f64 = 1e-3;
+    if !is_suited(problem) {
+        return Ok(None);
+    }
+    let settings = problem.settings;
+    // An error of open space is one of either energy, and the spread of these may be half as large as on a grid for both.
+    let open_space = OpenSpace::new(&problem.layout, &problem.floating, settings);
+    let distance = open_space.distance(0.5 * settings.relative_tolerance);
+    let mut grid = first(&problem.core, distance);
+    problem.check_memory(&grid)?;
+    let outcome = on_grid(problem, &grid, SHARE, false, None)?;
+    let indicator = outcome.indicator(problem);
+    let step = STEP * missing(&grid, &indicator);
+    refine(&mut grid, &indicator, step);
+    let outcome = on_grid(problem, &grid, SHARE, false, Some(&outcome.potentials()))?;
+    let upper = &outcome.bounds.upper;
+    let spread =
+        0.5 * settings.relative_tolerance * upper[(0, 1)].abs() / (upper[(0, 0)] * upper[(1, 1)]).sqrt();
+    if !(spread > 0.0 && spread.is_finite()) {
+        return Ok(None);
+    }
+    let unknowns = |target: Target, spread: f64| {
+        let indicator = outcome.indicator_of(problem, target);
+        functions_wanted(&grid, &indicator, goal(true) * spread).iter().map(|n| *n as f64).product::<f64>()
+    };
+    // The indicator for both is the sum of theirs, and each may have twice the spread.
+    let both = 2.0 * unknowns(settings.target, 4.0 * spread);
+    let each = [0, 1].map(|row| unknowns(Target::Own(row), spread));
+    if each[0] + each[1] >= PAYS * both {
+        return Ok(None);
+    }
+    let scenes = [0, 1].map(|row| only(scene, problem.floating.driven[row]));
+    let settings =
+        Settings { target: Target::Own(0), relative_tolerance: spread, field: false, ..settings.clone() };
+    Ok(Some(Plan { scenes, settings, spread, distance, larger: usize::from(each[1] > each[0]) }))
+}
+
+/// Bounds on the matrix of all conductors from a grid for each state; `None` where the two have no common refinement.
+fn joined(problem: &GridProblem<'_>, a: &Found, b: &Found) -> Result<Option<MatrixBounds>, SolveError> {
+    let [Some((first, one)), Some((second, other))] = [a, b].map(|found| found.outcome.solved.first()) else {
+        return Ok(None);
+    };
+    let Some(domain) = common(&one.domain, &other.domain) else { return Ok(None) };
+    let potentials = [a, b].map(|found| found.outcome.potentials());
+    let embedded = |k: usize, at: usize| Some(potentials[k].on(at, &domain)?.potential(0));
+    let (Some(u), Some(v)) = (embedded(0, *first), embedded(1, *second)) else { return Ok(None) };
+    let mutual = Primal::without_preconditioner(&domain)?.product_of(&u, &v);
+    let unit = VACUUM_PERMITTIVITY * problem.layout.unit * one.copies;
+    let n = problem.layout.conductors.len();
+    let (mut upper, mut lower) = (Mat::zeros(n, n), Mat::zeros(n, n));
+    for (found, &row) in [a, b].into_iter().zip(&problem.floating.driven) {
+        // U - C <= 2 diag(U - C) <= 2 diag(G) for any two states, so that U - 2 diag(G) is a lower bound on the form.
+        let own = &found.outcome.bounds;
+        let gap = (own.upper[(0, 0)] - own.lower[(0, 0)]).max(0.0);
+        upper[(row, row)] = own.upper[(0, 0)];
+        lower[(row, row)] = own.upper[(0, 0)] - 2.0 * gap;
+        let others = problem.floating.driven.iter().filter(|other| **other != row);
+        for &other in others {
+            upper[(row, other)] = unit * mutual;
+            lower[(row, other)] = unit * mutual;
+        }
+    }
+    let mut bounds = MatrixBounds { lower, upper };
+    bounds.count_rounding(&rounding(&bounds), contrast_of(&problem.layout.permittivity));
+    Ok(Some(bounds))
+}
+
+/// The form that rounding is a share of: the states are unit potentials of the conductors.
+fn rounding(bounds: &MatrixBounds) -> Mat<f64> {
+    let upper = &bounds.upper;
+    Mat::from_fn(upper.nrows(), upper.nrows(), |i, j| if i == j { upper[(i, i)].abs() } else { 0.0 })
+}
+
+/// What the search found, as if both states had been solved on one grid: that of the larger one is reported.
+fn together(problem: &GridProblem<'_>, all: MatrixBounds, a: Found, b: Found, begin: Instant) -> Found {
+    let larger = if b.outcome.unknowns > a.outcome.unknowns { &b } else { &a };
+    let (grid, grids) = (larger.grid.clone(), a.grids + b.grids);
+    let shortfall = a.shortfall.or(b.shortfall);
+    let mut outcome = Outcome::empty();
+    outcome.rounding = rounding(&all);
+    outcome.basis = problem.basis();
+    outcome.bounds = problem.floating.reduced(&all);
+    outcome.all = all;
+    let mut last = 0.0;
+    for (row, found) in [a.outcome, b.outcome].into_iter().enumerate() {
+        outcome.own.push(found.bounds.lower[(0, 0)]);
+        outcome.unknowns = outcome.unknowns.max(found.unknowns);
+        outcome.iterations += found.iterations;
+        outcome.converged &= found.converged;
+        outcome.repair_share = outcome.repair_share.max(found.repair_share);
+        outcome.seconds.setup += found.seconds.setup;
+        outcome.seconds.primal += found.seconds.primal;
+        outcome.seconds.dual += found.seconds.dual;
+        last += found.seconds.setup + found.seconds.primal.max(found.seconds.dual);
+        outcome.solved.extend(found.solved.into_iter().map(|(_, part)| (row, part)));
+    }
+    let choosing = (begin.elapsed().as_secs_f64() - last).max(0.0);
+    Found { outcome, grid, shortfall, grids, choosing }
+}
+
+/// The common refinement of two grids of the same scene; `None` where they do not end at the same places, or where nodes that should
+/// be the same differ.
+fn common(a: &Domain, b: &Domain) -> Option<Domain> {
+    let axis = |k: usize| common_axis(&a.axes[k], &b.axes[k]);
+    Some(Domain { axes: [axis(0)?, axis(1)?, axis(2)?], ..a.clone() })
+}
+
+fn common_axis(a: &Axis, b: &Axis) -> Option<Axis> {
+    if a.rays != b.rays || a.walls != b.walls || a.cuts.len() != b.cuts.len() {
+        return None;
+    }
+    let line = common_line(&a.line, &b.line)?;
+    // Planes are nodes of both; infinite intervals begin and end the axis.
+    let cut = |m: usize| match a.plane_node(m) {
+        _ if m == 0 => Some(0),
+        _ if m + 1 == a.cuts.len() => Some(line.elements()),
+        Some(node) => {
+            let at = a.line.nodes[node];
+            line.nodes.iter().position(|x| *x == at).map(|i| i + line.first_finite())
+        }
+        None => None,
+    };
+    let cuts = (0..a.cuts.len()).map(cut).collect::<Option<Vec<usize>>>()?;
+    Some(Axis { line, cuts, walls: a.walls, rays: a.rays })
+}
+
+/// A line with the nodes of both and, in every element, the larger of their degrees.
+fn common_line(a: &Line, b: &Line) -> Option<Line> {
+    let (mut i, mut j) = (0, 0);
+    let (mut nodes, mut degrees) = (Vec::new(), Vec::new());
+    let larger = |i: usize, j: usize| Some(*a.degrees.get(i)?.max(b.degrees.get(j)?));
+    loop {
+        let (x, y) = (*a.nodes.get(i)?, *b.nodes.get(j)?);
+        let near = nodes.last().map_or(0.0, |last| x.max(y) - last);
+        let apart = if (x - y).abs() <= SAME * near { std::cmp::Ordering::Equal } else { x.total_cmp(&y) };
+        match apart {
+            std::cmp::Ordering::Equal => {
+                nodes.push(x);
+                (i, j) = (i + 1, j + 1);
+            }
+            std::cmp::Ordering::Less => {
+                nodes.push(x);
+                i += 1;
+            }
+            std::cmp::Ordering::Greater => {
+                nodes.push(y);
+                j += 1;
+            }
+        }
+        // Both must begin and end at the same nodes.
+        match (i == a.nodes.len(), j == b.nodes.len()) {
+            (true, true) => break,
+            _ if i == 0 || j == 0 => return None,
+            _ => degrees.push(larger(i - 1, j - 1)?),
+        }
+    }
+    let end = |side: usize| match (a.ends[side], b.ends[side]) {
+        (LineEnd::Finite, LineEnd::Finite) => Some(LineEnd::Finite),
+        (LineEnd::Infinite { degree, pole }, LineEnd::Infinite { degree: other, pole: own })
+            if pole == own =>
+        {
+            Some(LineEnd::Infinite { degree: degree.max(other), pole })
+        }
+        _ => None,
+    };
+    Some(Line { nodes, degrees, ends: [end(0)?, end(1)?] })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::boxes::grid_search::adaptive;
+    use crate::consistency::contradiction;
+    use elastocap_geometry::scene::{Body, Box3, Wall};
+    use elastocap_geometry::shapes::Shape;
+
+    /// A sheet in the plane x2 = `at` over these ranges of x1 and x3.
+    fn sheet(at: f64, x: [f64; 2], z: [f64; 2]) -> Shape {
+        Shape::Box(Box3 { min: [x[0], at, z[0]], max: [x[1], at, z[1]] })
+    }
+
+    /// A plate with a grounded guard around it and a narrow slit between, opposite to a wide one.
+    fn guarded_plate() -> Scene {
+        let sense = Body::conductor("sense", sheet(0.0, [-2.0, 2.0], [-2.0, 2.0]));
+        let drive = Body::conductor("drive", sheet(0.5, [-5.0, 5.0], [-5.0, 5.0]));
+        let mut guard = Body::grounded("guard", sheet(0.0, [2.05, 4.0], [-4.0, 4.0]));
+        guard.parts.push(sheet(0.0, [-4.0, -2.05], [-4.0, 4.0]));
+        guard.parts.push(sheet(0.0, [-4.0, 4.0], [2.05, 4.0]));
+        guard.parts.push(sheet(0.0, [-4.0, 4.0], [-4.0, -2.05]));
+        in_open_space(vec![sense, drive, guard])
+    }
+
+    fn in_open_space(bodies: Vec<Body>) -> Scene {
+        Scene { bodies, background_permittivity: 1.0, domain: Box3::SPACE, walls: [[Wall::Open; 2]; 3] }
+    }
+
+    fn settings(target: Target, relative_tolerance: f64) -> Settings {
+        Settings { target, relative_tolerance, ..Settings::default() }
+    }
+
+    #[test]
+    fn a_mutual_capacitance_from_a_grid_for_each_state_meets_that_from_one_for_both() {
+        let scene = guarded_plate();
+        let both = settings(Target::Mutual([0, 1]), 5e-3);
+        let problem = GridProblem::new(&scene, None, &both).unwrap();
+        let grid = adaptive(&problem).unwrap();
+        let exact = both.target.of(&grid.outcome.bounds).unwrap();
+        for target in [Target::Mutual([0, 1]), Target::Mutual([1, 0])] {
+            let own = Settings { field: true, ..settings(target, 1e-2) };
+            let problem = GridProblem::new(&scene, None, &own).unwrap();
+            let found =
+                search(&scene, &problem).unwrap().expect("the fields are singular at different edges");
+            let all = found.outcome.all.clone();
+            let field = found.outcome.field(&scene, &problem);
+            let solution = found.outcome.finish(&problem, &found.grid, found.shortfall);
+            let measured = solution.measured.unwrap();
+            assert!(solution.reached && measured.spread_over_value() <= 1e-2, "{solution:?}");
+            assert!(measured.lower <= exact.upper && exact.lower <= measured.upper, "{measured:?} {exact:?}");
+            for i in 0..2 {
+                let own = solution.maxwell[i][i];
+                let (lower, upper) = (grid.outcome.bounds.lower[(i, i)], grid.outcome.bounds.upper[(i, i)]);
+                assert!(own.lower <= upper && lower <= own.upper, "{own:?} {lower} {upper}");
+                assert!(own.spread_over_value() < 5e-3, "{own:?}");
+            }
+            assert_eq!(contradiction(&solution, &all, &problem.floating), None);
+            // The state that is shown is that with 1 V on the conductor that is named first.
+            let highest = field.potential.iter().copied().fold(0.0, f64::max);
+            assert!((highest - 1.0).abs() < 1e-9, "{highest}");
+        }
+    }
+
+    #[test]
+    fn states_that_are_singular_at_the_same_edges_or_mirror_images_are_left_to_one_grid() {
+        let pair = |size: f64| {
+            let first = Body::conductor("first", sheet(0.0, [-1.0, -0.05], [-1.0, 1.0]));
+            let second = Body::conductor("second", sheet(0.0, [0.05, size], [-1.0, 1.0]));
+            in_open_space(vec![first, second])
+        };
+        let own = settings(Target::Mutual([0, 1]), 5e-3);
+        for scene in [pair(1.0), pair(1.2)] {
+            let problem = GridProblem::new(&scene, None, &own).unwrap();
+            assert!(search(&scene, &problem).unwrap().is_none());
+        }
+    }
+
+    #[test]
+    fn other_targets_and_solves_without_bounds_are_left_to_one_grid() {
+        let scene = guarded_plate();
+        let others = [Target::Matrix, Target::TwoTerminal, Target::Own(0), Target::Mutual([1, 1])];
+        let without = Settings { bounds: false, ..settings(Target::Mutual([0, 1]), 1e-2) };
+        for own in others.map(|target| settings(target, 1e-2)).into_iter().chain([without]) {
+            let problem = GridProblem::new(&scene, None, &own).unwrap();
+            assert!(search(&scene, &problem).unwrap().is_none(), "{:?}", own.target);
+        }
+    }
+
+    #[test]
+    fn the_common_refinement_has_the_nodes_of_both_lines_and_the_larger_degrees() {
+        let line = |nodes: &[f64], degrees: &[usize]| Line {
+            nodes: nodes.to_vec(),
+            degrees: degrees.to_vec(),
+            ends: [LineEnd::Finite; 2],
+        };
+        let (a, b) = (line(&[0.0, 1.0, 3.0, 4.0], &[2, 5, 2]), line(&[0.0, 0.2, 1.0, 4.0], &[3, 4, 3]));
+        let expected = line(&[0.0, 0.2, 1.0, 3.0, 4.0], &[3, 4, 5, 3]);
+        assert_eq!(common_line(&a, &b), Some(expected.clone()));
+        assert_eq!(common_line(&b, &a), Some(expected));
+        // Nodes that differ by rounding are one.
+        let rounded = line(&[0.0, 1.0 + 1e-15, 4.0], &[2, 2]);
+        assert_eq!(common_line(&a, &rounded).map(|line| line.nodes), Some(a.nodes.clone()));
+        // Lines that end elsewhere have none.
+        for other in [line(&[0.5, 4.0], &[2]), line(&[0.0, 5.0], &[2]), line(&[0.0, 3.0], &[2])] {
+            assert_eq!(common_line(&a, &other), None, "{other:?}");
+            assert_eq!(common_line(&other, &a), None, "{other:?}");
+        }
+    }
+}
