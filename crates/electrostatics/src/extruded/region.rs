@@ -130,11 +130,11 @@ impl<T: Real + Root> Region<T> {
         let (n, all) = (self.window.len(), self.batches.len() * LANES);
         let mut of_batches: Vec<_> =
             modal.iter_mut().map(|batch| batch[places.clone()].chunks_mut(ROWS)).collect();
-        let chunks: Vec<(&[u32], Vec<&mut [Lane<T>]>)> = self
+        let chunks: Vec<_> = self
             .system
             .rows
             .chunks(ROWS)
-            .map(|rows| (rows, of_batches.iter_mut().filter_map(Iterator::next).collect()))
+            .map(|rows| (rows, of_batches.iter_mut().filter_map(Iterator::next).collect::<Vec<_>>()))
             .collect();
         chunks.into_par_iter().enumerate().for_each_init(
             || (vec![T::default(); ROWS * n], vec![T::default(); ROWS * all]),

@@ -159,18 +159,20 @@ fn factorise<T: Real + Root, const B: usize>(block: &mut [[Lane<T>; B]; B], widt
 mod tests {
     use super::*;
 
+    type Lanes = Vec<Lane<f64>>;
+
     /// The panel and the rest of a front whose first columns are eliminated, in blocks of `B`.
     fn eliminated<const B: usize, const FUSED: bool>(
         entries: &[Lane<f64>],
         rows: usize,
         columns: usize,
-    ) -> Option<(Vec<Lane<f64>>, Vec<Lane<f64>>)> {
+    ) -> Option<(Lanes, Lanes)> {
         let (mut panel, mut rest) = (vec![Lane::splat(f64::NAN); rows * columns], Vec::new());
         let front = Front { entries, rows, columns, panel: &mut panel, rest: &mut rest };
         front.eliminate::<B, FUSED>().then_some((panel, rest))
     }
 
-    fn front(rows: usize) -> Vec<Lane<f64>> {
+    fn front(rows: usize) -> Lanes {
         let value = |i: usize, j: usize, lane: usize| {
             let diagonal = if i == j { rows as f64 } else { 0.0 };
             diagonal + ((i * j + i + j + lane) as f64).sin()
