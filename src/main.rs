@@ -8,6 +8,7 @@ mod units;
 use std::process::ExitCode;
 
 use clap::{Args, Parser, Subcommand};
+use elastocap_coupling::memory;
 
 use crate::guard::Guard;
 
@@ -97,6 +98,13 @@ enum Command {
     Schema(commands::schema::Arguments),
 }
 
+/// As many threads as a limit on the address space has room for, at most one for each processor; where there is no limit 0, which
+/// leaves it to rayon.
+fn default_threads() -> usize {
+    let processors = std::thread::available_parallelism().map_or(1, usize::from);
+    memory::max_threads().map_or(0, |most| processors.min(most))
+}
+
 fn main() -> ExitCode {
     let arguments = match Arguments::try_parse() {
         Ok(arguments) => arguments,
@@ -114,7 +122,7 @@ fn main() -> ExitCode {
             return Exit::Failure.into();
         }
     };
-    let threads = arguments.common.threads.map_or(0, usize::from);
+    let threads = arguments.common.threads.map_or_else(default_threads, usize::from);
     if let Err(error) = rayon::ThreadPoolBuilder::new().num_threads(threads).build_global() {
         output::error(&format!("cannot start the threads: {error}"));
         return Exit::Failure.into();

@@ -36,6 +36,37 @@ pub fn is_limited() -> bool {
     address_space().is_some() || group().is_some()
 }
 
+/// The most threads that a limit on the address space of the process has room for; `None` where there is none.
+pub fn max_threads() -> Option<usize> {
+    Some(threads_within(address_space()?.limit, ARENA + of_matrix_products()))
+}
+
+/// The threads, at least one, that reserve no more than half of a limit, bytes, if each reserves so many.
+fn threads_within(limit: u64, each: u64) -> usize {
+    usize::try_from(limit / 2 / each.max(1)).unwrap_or(usize::MAX).max(1)
+}
+
+/// Address space that matrix products (crate private-gemm-x86, which faer uses) reserve for each thread and hardly touch, bytes: twice
+/// the size of the third-level cache, which some virtual machines report as that of the whole machine below them.
+fn of_matrix_products() -> u64 {
+    let size = read(Path::new("/sys/devices/system/cpu/cpu0/cache/index3/size"));
+    2 * size.and_then(|text| cache_size(&text)).unwrap_or(0)
+}
+
+/// The size of a cache as Linux writes it, such as `32768K`, bytes.
+fn cache_size(text: &str) -> Option<u64> {
+    let text = text.trim();
+    let digits = text.trim_end_matches(char::is_alphabetic);
+    let unit = match &text[digits.len()..] {
+        "" => 1,
+        "K" => 1 << 10,
+        "M" => 1 << 20,
+        "G" => 1 << 30,
+        _ => return None,
+    };
+    digits.parse::<u64>().ok()?.checked_mul(unit)
+}
+
 /// The limit that the process has come so close to that the next allocation may fail, in words.
 pub fn limit_reached() -> Option<String> {
     let close = |used: u64, limit: u64| used.saturating_add((limit / LAST.0).max(LAST.1)) > limit;
@@ -169,6 +200,16 @@ mod tests {
         };
         assert_eq!(address_limit(&text("512000000")), Some(512_000_000));
         assert_eq!(address_limit(&text("unlimited")), None);
+    }
+
+    #[test]
+    fn threads_reserve_half_of_a_limit_at_most() {
+        let each = |cache: &str| ARENA + 2 * cache_size(cache).unwrap();
+        assert_eq!(threads_within(2_048_000_000, each("32768K\n")), 7);
+        assert_eq!(threads_within(2_048_000_000, each("480M")), 1);
+        assert_eq!(threads_within(1000, each("491520K")), 1);
+        assert_eq!(cache_size("1024"), Some(1024));
+        assert_eq!([cache_size("many"), cache_size("12Q"), cache_size("")], [None; 3]);
     }
 
     #[test]
