@@ -98,8 +98,8 @@ enum Command {
     Schema(commands::schema::Arguments),
 }
 
-/// As many threads as a limit on the address space has room for, at most one for each processor; where there is no limit 0, which
-/// leaves it to rayon.
+/// The number of threads if none is asked for. Under a limit on the address space, as many as it has room for, and at most one for each
+/// processor. Without a limit, 0: rayon then chooses.
 fn default_threads() -> usize {
     let processors = std::thread::available_parallelism().map_or(1, usize::from);
     memory::max_threads().map_or(0, |most| processors.min(most))

@@ -326,7 +326,7 @@ mod tests {
         let mut apart = vec![1.0; m.nrows() * width];
         strips.times_in_parallel(&x, width, &mut apart);
         assert_eq!(apart, once);
-        // Rows that are longer than the matrix is wide, among entries that are no part of them.
+        // Rows of an array that is wider than the matrix, into a target that is wider than the product.
         let x = array([count, m.ncols() + 2, 1]);
         let mut out = vec![1.0; count * (m.nrows() + 3)];
         strips.times_rows(&x, count, m.ncols() + 2, target(&mut out, 0, m.nrows() + 3), false);
