@@ -193,7 +193,7 @@ table! {
     /// The load steps: exactly one of `compression`, `force` and `steps`, from contact on.
     struct Load {
         /// Distances of the indenter's lowest point from the surface of the layer, before contact: steps before those of the load, in
-        /// which the layer is at rest.
+        /// which the layer is at rest. With an empty list of loads, as `compression = []`, it comes near and does not touch.
         approach: Option<Read<Vec<Read<Size>>>>,
         /// Top displacement over thickness, U/H, of each step.
         compression: Option<Read<Either<Vec<Read<Compression>>, CompressionRange>>>,

@@ -33,7 +33,7 @@ fn from_contact(read: &Read<raw::Load>, log: &mut Log<'_>) -> Option<Load> {
     if let Some(read) = &raw.compression {
         let value = |compression: &Compression| compression.value;
         return match read.get()? {
-            Either::First(list) => steps(list, value, &read.span, "compression", log),
+            Either::First(list) => steps(list, value, &read.span, "compression", raw, log),
             Either::Second(range) => spaced(&range.from, &range.to, &range.points, value, log),
         }
         .map(Load::Compression);
@@ -44,7 +44,7 @@ fn from_contact(read: &Read<raw::Load>, log: &mut Log<'_>) -> Option<Load> {
     let value = |force: &Force| force.si;
     let span = &raw.force.as_ref()?.span;
     match given(&raw.force)? {
-        Either::First(list) => steps(list, value, span, "force", log),
+        Either::First(list) => steps(list, value, span, "force", raw, log),
         Either::Second(range) => spaced(&range.from, &range.to, &range.points, value, log),
     }
     .map(Load::Force)
@@ -140,14 +140,17 @@ pub(super) fn poses(read: &Read<raw::Load>) -> Option<Vec<Pose>> {
     Some(if poses.iter().all(|pose| *pose == Pose::default()) { Vec::new() } else { poses })
 }
 
+/// The values of a list. It may be empty only where `load` has steps before contact: an approach without touch.
 fn steps<T: FromToml>(
     list: &[Read<T>],
     value: impl Fn(&T) -> f64,
     span: &Range<usize>,
     key: &str,
+    load: &raw::Load,
     log: &mut Log<'_>,
 ) -> Option<Vec<f64>> {
-    if list.is_empty() {
+    let approaches = given(&load.approach).is_some_and(|distances| !distances.is_empty());
+    if list.is_empty() && !approaches {
         let sample = T::sample(log);
         log.push(
             Diagnostic::at(span, format!("no load steps: `{key}` in [load] is empty"))

@@ -104,6 +104,24 @@ fn a_plate_that_comes_near_and_presses_is_the_plate_that_is_written_as_a_body() 
 }
 
 #[test]
+fn an_approach_without_contact_has_the_steps_of_one_that_goes_on_to_it() {
+    let load = |loads: &str| {
+        format!(
+            "[indenter]\nrole = \"grounded\"\nheight = \"200 um\"\n\
+             [load]\napproach = [\"1 mm\", \"100 um\"]\n{loads}\n"
+        )
+    };
+    let touching = solve(&plate(&load("compression = [0.0]"), 1e-3));
+    for no_loads in ["compression = []", "force = []"] {
+        let before = solve(&plate(&load(no_loads), 1e-3));
+        assert_eq!(before.steps.len(), 2);
+        for (own, same) in before.steps.iter().zip(&touching.steps) {
+            assert_eq!((own.row.distance_m, bounds(&own.row)), (same.row.distance_m, bounds(&same.row)));
+        }
+    }
+}
+
+#[test]
 fn an_indenter_that_is_absent_or_nearly_air_leaves_the_field_as_it_is() {
     let load = "[load]\ncompression = [0.0, 0.1]\n";
     let without = solve(&plate(load, 1e-3));
