@@ -1,8 +1,9 @@
 //! What Ctrl-C does, and the other signals that ask a process to end.
 
 use std::io;
-use std::sync::Arc;
+use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 use std::time::{Duration, Instant};
 
 use elastocap_results::OutputFolder;
@@ -13,6 +14,49 @@ use crate::output;
 pub(super) fn stop_on_signal(cancel: &Arc<AtomicBool>, folder: &OutputFolder) {
     let staging = folder.staging().to_owned();
     on_signal(cancel, move || OutputFolder::give_up(&staging));
+}
+
+/// The same for a command that fills one folder after another: the handler is installed once, and knows the folder that is being filled.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Stop {
+    cancel: Arc<AtomicBool>,
+    staging: Arc<Mutex<Option<PathBuf>>>,
+    installed: Arc<OnceLock<()>>,
+}
+
+impl Stop {
+    /// What the first signal sets.
+    pub(super) fn cancel(&self) -> &Arc<AtomicBool> {
+        &self.cancel
+    }
+
+    /// Whether the work is to end.
+    pub(super) fn is_asked(&self) -> bool {
+        self.cancel.load(Ordering::Relaxed)
+    }
+
+    /// From now on a signal ends the work in order, with the files of `folder` if there are any.
+    pub(super) fn guard(&self, folder: &OutputFolder) {
+        *self.staging.lock().unwrap_or_else(PoisonError::into_inner) = Some(folder.staging().to_owned());
+        self.install();
+    }
+
+    /// The files of the folder are in place: the next signal leaves them alone.
+    pub(super) fn release(&self) {
+        *self.staging.lock().unwrap_or_else(PoisonError::into_inner) = None;
+    }
+
+    /// Installs the handler, unless it is there already.
+    pub(super) fn install(&self) {
+        self.installed.get_or_init(|| {
+            let staging = Arc::clone(&self.staging);
+            on_signal(&self.cancel, move || {
+                if let Some(staging) = &*staging.lock().unwrap_or_else(PoisonError::into_inner) {
+                    OutputFolder::give_up(staging);
+                }
+            });
+        });
+    }
 }
 
 /// The same where no files are staged.
