@@ -20,7 +20,7 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
 DOCS = ROOT / "docs"
-RUN = [DOCS / "tutorial.md", DOCS / "kinds" / "array.md"]
+RUN = [DOCS / "tutorial.md", DOCS / "materials.md", DOCS / "kinds" / "array.md"]
 
 BLOCK = re.compile(r"^```([a-z]*)\n(.*?)^```$", re.M | re.S)
 MARK = re.compile(r"^<!-- (case|output) (\S+) -->\n\n```[a-z]*\n(.*?)^```$", re.M | re.S)
