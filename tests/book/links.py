@@ -87,6 +87,11 @@ def as_page(source):
 def complete():
     """Puts beside the book what its pages link to."""
     count = 0
+    for old in SITE.iterdir():
+        if old.is_dir() and old != BOOK:
+            shutil.rmtree(old)
+        elif old.is_file():
+            old.unlink()
     for page in BOOK.rglob("*.html"):
         for link in Page(page.read_text(encoding="utf-8")).links:
             if is_remote(link) or link.startswith("#"):
