@@ -106,7 +106,7 @@ mod tests {
     fn the_files_that_a_case_names_are_watched_also_while_it_is_broken() {
         let folder = tempfile::tempdir().unwrap();
         let case = folder.path().join("case.toml");
-        assert_eq!(files(&case, Vec::new()), [case.clone()], "it need not be there");
+        assert_eq!(files(&case, Vec::new()), vec![case.clone()], "it need not be there");
         fs::write(&case, "[mesh]\nfile = \"dome.msh\"").unwrap();
         let both = [case.clone(), folder.path().join("dome.msh")];
         assert_eq!(files(&case, Vec::new()), both);

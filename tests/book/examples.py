@@ -8,7 +8,7 @@
 A whole case is a block marked `toml` with a line `format = 1`; it goes through `elastocap check`. On the pages of RUN the blocks
 marked `sh` are run one after another in a temporary folder, and a block marked `text` after one is what it prints. Elsewhere,
 `<!-- case cases/x.toml -->` stands before the text of that case and `<!-- output cases/x.toml -->` before what a run of it prints.
-Times are not compared, names of folders only by their last part, and numbers to one part in a thousand.
+Times are not compared, names of folders only by their last part, numbers to one part in a thousand, and errors (2.9e-4) to a factor of ten.
 """
 
 import os
@@ -52,7 +52,7 @@ def same(shown, printed):
         for a, b in zip(one, other):
             if is_value(a) and is_value(b):
                 # A spread (2.9e-4) is only known in its size: another processor may take another step.
-                factor = 3.0 if "e-" in a else 1.001
+                factor = 10.0 if "e-" in a else 1.001
                 x, y = float(a), float(b)
                 if not (x == y or (x * y > 0 and max(x / y, y / x) <= factor)):
                     return f"{a} <> {b} in: {' '.join(one)}"

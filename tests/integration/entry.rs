@@ -104,6 +104,8 @@ fn a_case_from_the_standard_input_gives_the_numbers_of_its_file() {
     sandbox.run(&case, &[]).exits_with(0);
     with_stdin(&sandbox, &["run", "-"], CUBE).exits_with(0);
     assert_eq!(sandbox.read("results/stdin/capacitance.csv"), sandbox.read("out/capacitance.csv"));
+    with_stdin(&sandbox, &["mesh", "-"], CUBE).exits_with(0);
+    assert!(sandbox.names("results/stdin-mesh").contains(&"mesh.json".to_owned()));
     let planned = with_stdin(&sandbox, &["check", "-"], CUBE).exits_with(0);
     assert_eq!(planned.stdout, sandbox.elastocap(&["check", "cube.toml"]).stdout);
     let refused = with_stdin(&sandbox, &["run", "-"], &misspelled()).exits_with(2);
@@ -271,5 +273,10 @@ mod watched {
         let id = watch.child.id().to_string();
         assert!(std::process::Command::new("kill").args(["-INT", &id]).status().expect("kill").success());
         assert_eq!(watch.child.wait().expect("it ends").code(), Some(0), "{}", sandbox.read("log"));
+        assert!(
+            !sandbox.read("log").contains("stopping"),
+            "nothing was being solved: {}",
+            sandbox.read("log")
+        );
     }
 }
