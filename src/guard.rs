@@ -57,7 +57,7 @@ impl Guard {
         let leftovers = self.leftovers.lock().unwrap_or_else(PoisonError::into_inner);
         // Results that are in place already stay there.
         if leftovers.whole.as_ref().is_some_and(|folder| folder.exists()) {
-            unix::say("; nothing was written");
+            unix::say("; nothing of this run was written");
         }
         unix::say("\n");
         // What cannot be removed cannot be reported either.

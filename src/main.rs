@@ -25,6 +25,19 @@ enum Exit {
     Incomplete,
 }
 
+impl Exit {
+    /// The worse of two: a failure, then bad input, then something incomplete.
+    fn or_worse(self, other: Self) -> Self {
+        let badness = |exit| match exit {
+            Self::Done => 0,
+            Self::Incomplete => 1,
+            Self::BadInput => 2,
+            Self::Failure => 3,
+        };
+        if badness(other) > badness(self) { other } else { self }
+    }
+}
+
 impl From<Exit> for ExitCode {
     fn from(exit: Exit) -> Self {
         Self::from(match exit {
@@ -47,6 +60,7 @@ Examples:
   elastocap stability --quick                  whether extreme cases are answered right
   elastocap figures --only 9,16                figures of the paper, with finite elements
   elastocap schema > elastocap.schema.json     for editors that check case files as you type
+  elastocap completions bash                   completions for a shell; `elastocap man DIR` man pages
 
 Exit status:
   0  done
@@ -96,6 +110,10 @@ enum Command {
     Figures(commands::figures::Arguments),
     /// Print the JSON Schema of case files, for editors
     Schema(commands::schema::Arguments),
+    /// Print a script that completes commands, options and files in a shell
+    Completions(commands::completions::Arguments),
+    /// Print the man page, or write those of all commands to a folder
+    Man(commands::man::Arguments),
 }
 
 /// The number of threads if none is asked for. Under a limit on the address space, as many as it has room for, and at most one for each
@@ -138,6 +156,8 @@ fn main() -> ExitCode {
         Command::Stability(arguments) => commands::stability::execute(arguments, common),
         Command::Figures(arguments) => commands::figures::execute(arguments, common),
         Command::Schema(arguments) => commands::schema::execute(arguments),
+        Command::Completions(arguments) => commands::completions::execute(arguments),
+        Command::Man(arguments) => commands::man::execute(arguments, common),
     };
     exit.into()
 }

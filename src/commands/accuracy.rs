@@ -5,7 +5,7 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 use std::time::Duration;
 
-use clap::Args;
+use clap::{Args, ValueHint};
 use elastocap_evidence::accuracy::{Choice, Request, Study, csv, figure, study};
 use elastocap_results::{OutputError, OutputFolder, Placed};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
@@ -34,10 +34,10 @@ at once.";
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub(crate) struct Arguments {
-    /// The case file
+    /// The case file; `-` is the standard input
     case: PathBuf,
     /// Output folder; results/<case> by default
-    #[arg(long, short, value_name = "DIR")]
+    #[arg(long, short, value_name = "DIR", value_hint = ValueHint::DirPath)]
     output: Option<PathBuf>,
     /// The load step to study, counted from 0
     #[arg(long, value_name = "N", default_value_t = 0)]

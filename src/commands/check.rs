@@ -10,20 +10,26 @@ use clap::Args;
 use elastocap_coupling::plan::{Decision, Kind, Options, Plan, PlannedStep};
 use elastocap_coupling::words::counted;
 
-use super::shortfalls;
+use super::{inputs, shortfalls};
 use crate::units::{bytes, grouped, seconds};
 use crate::{Common, Exit, output};
 
 const EXAMPLES: &str = "\
 Examples:
   elastocap check cases/stacked-pair.toml
-  elastocap check cases/stacked-pair.toml --json | jq .seconds";
+  elastocap check cases/stacked-pair.toml --json | jq .seconds
+  elastocap check cases/*.toml --quiet             messages and exit status only
+  elastocap new pair | elastocap check -
+
+Several cases are planned one after another; the exit status is the worst: 1 before 2 before 3
+before 0. `-` reads a case from the standard input.";
 
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub(crate) struct Arguments {
-    /// The case file
-    case: PathBuf,
+    /// The case file, or several; `-` is the standard input
+    #[arg(required = true, value_name = "CASE")]
+    cases: Vec<PathBuf>,
     /// Print the plan as JSON
     #[arg(long)]
     json: bool,
@@ -49,10 +55,26 @@ enum Progress {
 }
 
 pub(crate) fn execute(arguments: &Arguments, common: &Common) -> Exit {
+    if let Err(error) = inputs::is_stdin_once(&arguments.cases) {
+        output::error(&error.to_string());
+        return Exit::BadInput;
+    }
+    let several = arguments.cases.len() > 1;
+    arguments.cases.iter().enumerate().fold(Exit::Done, |worst, (index, case)| {
+        if several && !arguments.json && !common.quiet {
+            // A reader that has gone away is noticed at the plan.
+            let gap = if index > 0 { "\n" } else { "" };
+            let _ = output::result(&format!("{gap}{}\n", case.display()));
+        }
+        worst.or_worse(check(case, arguments, common))
+    })
+}
+
+fn check(path: &Path, arguments: &Arguments, common: &Common) -> Exit {
     let begin = Instant::now();
     let (report, reports) = mpsc::channel();
-    let (path, prune) = (arguments.case.clone(), !arguments.no_prune);
-    let working = thread::Builder::new().stack_size(STACK).spawn(move || find_out(&path, prune, &report));
+    let (owned, prune) = (path.to_owned(), !arguments.no_prune);
+    let working = thread::Builder::new().stack_size(STACK).spawn(move || find_out(&owned, prune, &report));
     if let Err(error) = working {
         output::error(&format!("cannot start a thread: {error}"));
         return Exit::Failure;
@@ -86,7 +108,7 @@ pub(crate) fn execute(arguments: &Arguments, common: &Common) -> Exit {
             output::error(&format!(
                 "`{}` cannot be planned within {within} s: it has too many bodies or steps to be checked; a run of it may take \
                  days",
-                arguments.case.display()
+                path.display()
             ));
             Exit::Failure
         }

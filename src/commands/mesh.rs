@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use clap::Args;
+use clap::{Args, ValueHint};
 use elastocap_coupling::outcome::Status;
 use elastocap_coupling::plan::{Options, Plan};
 use elastocap_coupling::run::deform;
@@ -25,10 +25,10 @@ bends are shown as boxes, with a warning.";
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub(crate) struct Arguments {
-    /// The case file
+    /// The case file; `-` is the standard input
     case: PathBuf,
     /// Output folder; results/<case>-mesh by default
-    #[arg(long, short, value_name = "DIR")]
+    #[arg(long, short, value_name = "DIR", value_hint = ValueHint::DirPath)]
     output: Option<PathBuf>,
 }
 

@@ -4,8 +4,11 @@ pub(crate) mod accuracy;
 mod accuracy_report;
 mod arguments;
 pub(crate) mod check;
+pub(crate) mod completions;
 pub(crate) mod figures;
 pub(crate) mod force;
+mod inputs;
+pub(crate) mod man;
 pub(crate) mod mesh;
 pub(crate) mod new;
 mod progress;
@@ -15,6 +18,7 @@ mod shortfalls;
 pub(crate) mod stability;
 mod stop;
 mod summary;
+mod watch;
 
 use std::path::{Path, PathBuf};
 
@@ -22,9 +26,19 @@ use elastocap_case::Case;
 
 use crate::{Exit, output};
 
-/// Loads the case; prints what is wrong with the file on stderr.
+/// What stands for the standard input where a case file is named.
+const STDIN: &str = "-";
+
+/// The standard input in messages, and as the file that a case from there came from.
+const STDIN_NAME: &str = "<stdin>";
+
+/// Loads the case, from the standard input if `path` is `-`; prints what is wrong with the file on stderr.
 fn load(path: &Path) -> Result<Case, Exit> {
-    elastocap_case::load(path).map_err(|error| {
+    let case = match path.as_os_str() == STDIN {
+        true => elastocap_case::load_from(std::io::stdin().lock(), Path::new(STDIN_NAME)),
+        false => elastocap_case::load(path),
+    };
+    case.map_err(|error| {
         output::message(&error.render(output::stderr_has_colour()));
         Exit::BadInput
     })
@@ -34,6 +48,6 @@ fn load(path: &Path) -> Result<Case, Exit> {
 fn output_folder(asked: Option<&Path>, case: &Path) -> PathBuf {
     match asked {
         Some(folder) => folder.to_owned(),
-        None => Path::new("results").join(case.file_stem().unwrap_or(case.as_os_str())),
+        None => Path::new("results").join(inputs::folder_name(case)),
     }
 }

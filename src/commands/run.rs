@@ -1,11 +1,9 @@
 //! `elastocap run`: solve a case and write its results.
 
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
-use std::sync::atomic::AtomicBool;
 use std::time::{Duration, Instant};
 
-use clap::Args;
+use clap::{Args, ValueHint};
 use elastocap_case::Case;
 use elastocap_coupling::outcome::{Outcome, Status, StepResult};
 use elastocap_coupling::plan::{Options, Plan};
@@ -13,10 +11,11 @@ use elastocap_coupling::run::run;
 use elastocap_results::{FieldWriter, OutputError, OutputFolder, Resume, ResumeError, Saved, save};
 
 use super::arguments::time;
+use super::inputs::Input;
 use super::progress::Progress;
-use super::shortfalls;
-use super::stop::{stop_after, stop_on_signal};
+use super::stop::{Stop, stop_after};
 use super::summary::summary;
+use super::{inputs, shortfalls, watch};
 use crate::guard::Guard;
 use crate::{Common, Exit, output};
 
@@ -27,6 +26,9 @@ Examples:
   elastocap run cases/pair-under-sphere.toml --max-time 10min
   elastocap run cases/pair-under-sphere.toml --resume
   elastocap run cases/isolated-cube.toml --json | jq .maxwell_matrix_f
+  elastocap run cases/comb.toml cases/discs.toml -o /tmp/both    in /tmp/both/comb and /tmp/both/discs
+  sed 's/50 um/60 um/' cases/in-plane-pair.toml | elastocap run -
+  elastocap run sensor.toml --watch
 
 Files in the output folder:
   curve.csv        one row for each load step, in SI units
@@ -40,6 +42,16 @@ Files in the output folder:
   mechanics.csv    for finite-element layers, the force and its error on each mesh; layer.pvd,
                    layer_NNN.vtu and profile_NNN.csv hold displacement and stress
 
+Several cases are solved one after another, each in a folder of its own: results/<case>, or DIR/<case>
+with -o DIR. What is wrong in any of the files is told before the first is solved (exit status 2).
+The exit status is the worst: 1 before 2 before 3 before 0. With --json there is one document after
+the other. `-` reads a case from the standard input; its results go to results/stdin, its messages
+name <stdin>, and the files that it names are looked for from the current folder.
+
+--watch solves the case again each time its file, or a mesh or surface that it names, has changed.
+A case that is wrong prints its message and waits for the next change. Ctrl-C ends it: with exit
+status 0 while it waits, and as that of a run while it solves.
+
 The folder gets its files all at once, in place of those of an earlier run; your own files stay.
 Ctrl-C (SIGTERM, SIGHUP) stops the run and keeps what is finished in FOLDER.partial, marked (exit
 status 3). A second Ctrl-C ends it at once. A run with failed steps goes there too where FOLDER
@@ -48,10 +60,11 @@ holds a complete result.";
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub(crate) struct Arguments {
-    /// The case file
-    case: PathBuf,
-    /// Output folder; results/<case> by default
-    #[arg(long, short, value_name = "DIR")]
+    /// The case file, or several; `-` is the standard input
+    #[arg(required = true, value_name = "CASE")]
+    cases: Vec<PathBuf>,
+    /// Output folder, for several cases the parent of theirs; results/<case> by default
+    #[arg(long, short, value_name = "DIR", value_hint = ValueHint::DirPath)]
     output: Option<PathBuf>,
     /// Print result.json, and nothing else, on the standard output
     #[arg(long)]
@@ -62,6 +75,9 @@ pub(crate) struct Arguments {
     /// Go on from the run of this case that was stopped, in FOLDER.partial
     #[arg(long)]
     resume: bool,
+    /// Solve the case again each time its file or one that it names has changed; Ctrl-C ends
+    #[arg(long, conflicts_with_all = ["json", "resume", "max_time"])]
+    watch: bool,
     /// Leave nothing out: solve for the same numbers without using symmetry, for instance
     #[arg(long)]
     no_prune: bool,
@@ -75,13 +91,65 @@ pub(crate) struct Arguments {
 
 pub(crate) fn execute(arguments: &Arguments, common: &Common, guard: &Guard) -> Exit {
     let started = Instant::now();
-    let case = match super::load(&arguments.case) {
-        Ok(case) => case,
+    let stop = Stop::default();
+    let several = arguments.cases.len() > 1;
+    if arguments.watch {
+        return match arguments.cases.as_slice() {
+            [case] => {
+                watch::watch(case, common.quiet, &stop, || one_after_another(arguments, common, guard, &stop))
+            }
+            _ => refused("--watch takes one case: start one command for each"),
+        };
+    }
+    if arguments.resume && several {
+        return refused("--resume takes one case: go on from each stopped run by a command of its own");
+    }
+    if let Some(time) = arguments.max_time {
+        stop_after(time, started, stop.cancel());
+    }
+    one_after_another(arguments, common, guard, &stop)
+}
+
+fn refused(why: &str) -> Exit {
+    output::error(why);
+    Exit::BadInput
+}
+
+/// Solves all cases, if all can be read, and gives the worst status.
+fn one_after_another(arguments: &Arguments, common: &Common, guard: &Guard, stop: &Stop) -> Exit {
+    let mut started = Instant::now();
+    let inputs = match inputs::load_all(&arguments.cases, arguments.output.as_deref()) {
+        Ok(inputs) => inputs,
         Err(exit) => return exit,
     };
-    let folder = super::output_folder(arguments.output.as_deref(), &arguments.case);
-    match solve_and_save(&case, arguments, common, &folder, guard, started) {
-        Ok((outcome, saved)) => report(&case, &outcome, &saved, arguments, common),
+    let (mut worst, count) = (Exit::Done, inputs.len());
+    for (index, input) in inputs.iter().enumerate() {
+        // A signal during one case, or between two, keeps the others from being begun.
+        if index > 0 && stop.is_asked() {
+            output::warning(&format!("stopped: {} of {count} cases were not begun", count - index));
+            return worst.or_worse(Exit::Incomplete);
+        }
+        if count > 1 && !common.quiet {
+            output::message(&format!("case {} of {count}: {}", index + 1, input.path.display()));
+        }
+        worst = worst.or_worse(solve_one(input, arguments, common, guard, stop, started));
+        started = Instant::now();
+    }
+    worst
+}
+
+fn solve_one(
+    input: &Input,
+    arguments: &Arguments,
+    common: &Common,
+    guard: &Guard,
+    stop: &Stop,
+    started: Instant,
+) -> Exit {
+    let solved = solve_and_save(&input.case, arguments, common, &input.folder, guard, stop, started);
+    stop.release();
+    match solved {
+        Ok((outcome, saved)) => report(&input.case, &outcome, &saved, arguments, common),
         Err(error) => {
             output::error(&error.to_string());
             match error {
@@ -107,6 +175,7 @@ fn solve_and_save(
     common: &Common,
     folder: &Path,
     guard: &Guard,
+    stop: &Stop,
     started: Instant,
 ) -> Result<(Outcome, Saved), RunError> {
     let options =
@@ -122,11 +191,7 @@ fn solve_and_save(
     if let Some(resume) = resume.as_ref().filter(|_| !common.quiet) {
         output::message(&format!("{} steps are taken from the run that was stopped", resume.steps()));
     }
-    let cancel = Arc::new(AtomicBool::new(false));
-    stop_on_signal(&cancel, &folder);
-    if let Some(time) = arguments.max_time {
-        stop_after(time, started, &cancel);
-    }
+    stop.guard(&folder);
     let plan = Plan::new(case, &options);
     let planning = started.elapsed();
     let progress = Progress::new(&plan, common.quiet);
@@ -134,7 +199,7 @@ fn solve_and_save(
         .only_if(options.fields)
         .drawing_sections(&plan, &case.title)
         .going_on_from(resume);
-    let outcome = run(case, &plan, &options, &cancel, &writer);
+    let outcome = run(case, &plan, &options, stop.cancel(), &writer);
     progress.finish();
     let fields = writer.finish(&outcome)?;
     let saved = save(case, &outcome, &options, folder, &fields, started, planning)?;

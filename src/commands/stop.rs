@@ -1,8 +1,9 @@
 //! What Ctrl-C does, and the other signals that ask a process to end.
 
 use std::io;
-use std::sync::Arc;
+use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 use std::time::{Duration, Instant};
 
 use elastocap_results::OutputFolder;
@@ -12,12 +13,56 @@ use crate::output;
 /// The first signal ends the work and keeps what is finished; the second ends the process, without half-written files.
 pub(super) fn stop_on_signal(cancel: &Arc<AtomicBool>, folder: &OutputFolder) {
     let staging = folder.staging().to_owned();
-    on_signal(cancel, move || OutputFolder::give_up(&staging));
+    on_signal(cancel, || true, move || OutputFolder::give_up(&staging));
+}
+
+/// The same for a command that fills one folder after another: the handler is installed once, and knows the folder that is being filled.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Stop {
+    cancel: Arc<AtomicBool>,
+    staging: Arc<Mutex<Option<PathBuf>>>,
+    installed: Arc<OnceLock<()>>,
+}
+
+impl Stop {
+    /// What the first signal sets.
+    pub(super) fn cancel(&self) -> &Arc<AtomicBool> {
+        &self.cancel
+    }
+
+    /// Whether the work is to end.
+    pub(super) fn is_asked(&self) -> bool {
+        self.cancel.load(Ordering::Relaxed)
+    }
+
+    /// From now on a signal ends the work in order, with the files of `folder` if there are any.
+    pub(super) fn guard(&self, folder: &OutputFolder) {
+        *self.staging.lock().unwrap_or_else(PoisonError::into_inner) = Some(folder.staging().to_owned());
+        self.install();
+    }
+
+    /// The files of the folder are in place: the next signal leaves them alone.
+    pub(super) fn release(&self) {
+        *self.staging.lock().unwrap_or_else(PoisonError::into_inner) = None;
+    }
+
+    /// Installs the handler, unless it is there already.
+    pub(super) fn install(&self) {
+        self.installed.get_or_init(|| {
+            let (busy, staging) = (Arc::clone(&self.staging), Arc::clone(&self.staging));
+            let is_busy = move || busy.lock().unwrap_or_else(PoisonError::into_inner).is_some();
+            on_signal(&self.cancel, is_busy, move || {
+                if let Some(staging) = &*staging.lock().unwrap_or_else(PoisonError::into_inner) {
+                    OutputFolder::give_up(staging);
+                }
+            });
+        });
+    }
 }
 
 /// The same where no files are staged.
 pub(super) fn stop_without_files(cancel: &Arc<AtomicBool>) {
-    on_signal(cancel, || ());
+    on_signal(cancel, || true, || ());
 }
 
 /// Stops the work when `time` has passed since `start`, as a signal does.
@@ -34,7 +79,12 @@ pub(super) fn stop_after(time: Duration, start: Instant, cancel: &Arc<AtomicBool
     }
 }
 
-fn on_signal(cancel: &Arc<AtomicBool>, at_the_end: impl Fn() + Send + 'static) {
+/// `is_busy` says whether there is work whose results are kept: otherwise the first signal has nothing to tell.
+fn on_signal(
+    cancel: &Arc<AtomicBool>,
+    is_busy: impl Fn() -> bool + Send + 'static,
+    at_the_end: impl Fn() + Send + 'static,
+) {
     let cancel = Arc::clone(cancel);
     let asked = AtomicBool::new(false);
     let installed = install(move || {
@@ -43,7 +93,9 @@ fn on_signal(cancel: &Arc<AtomicBool>, at_the_end: impl Fn() + Send + 'static) {
             std::process::exit(130);
         }
         cancel.store(true, Ordering::Relaxed);
-        output::message("stopping: what is finished will be kept; press Ctrl-C again to end at once");
+        if is_busy() {
+            output::message("stopping: what is finished will be kept; press Ctrl-C again to end at once");
+        }
     });
     if let Err(error) = installed {
         output::warning(&format!("Ctrl-C will end the run without results: {error}"));

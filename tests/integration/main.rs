@@ -6,6 +6,7 @@ mod acceptance_files;
 mod accuracy;
 mod bad_input;
 mod command_line;
+mod entry;
 mod figures;
 mod force;
 mod hostile;

@@ -11,6 +11,7 @@
 
 mod diagnostics;
 mod file_unit;
+mod imports;
 mod material;
 mod measured;
 mod model;
@@ -25,7 +26,7 @@ mod validate;
 mod values;
 
 use std::fs::File;
-use std::io::{ErrorKind, Read as _};
+use std::io::{ErrorKind, Read};
 use std::path::Path;
 
 use toml::Spanned;
@@ -33,6 +34,7 @@ use toml::de::{DeTable, DeValue};
 
 pub use diagnostics::{CaseError, Diagnostic};
 pub use elastocap_materials::HyperelasticLaw;
+pub use imports::imported_files;
 pub use measured::{MeasuredCapacitance, MeasuredCapacitanceError};
 pub use model::{
     Body, Box3, Case, Curve, Electrodes, Electrostatics, Extent, Face, FieldIndenter, FieldSolver,
@@ -52,6 +54,22 @@ const LARGEST_FILE: u64 = 16 << 20;
 pub fn load(path: &Path) -> Result<Case, CaseError> {
     let text = read_text(path).map_err(|diagnostic| CaseError::of_file(path, diagnostic))?;
     parse(&text, path)
+}
+
+/// Reads and validates a case from a stream, such as the standard input, as far as its end. `origin` stands for the file in messages
+/// (`<stdin>`), and the folder before its last part, here the current one, is that to which the paths in the case are relative.
+///
+/// # Errors
+/// A stream that cannot be read, is longer than 16 MiB or is not UTF-8, or everything that is wrong in the case.
+pub fn load_from(stream: impl Read, origin: &Path) -> Result<Case, CaseError> {
+    let shown = diagnostics::shown_path(origin);
+    let mut bytes = Vec::new();
+    let read = stream.take(LARGEST_FILE + 1).read_to_end(&mut bytes);
+    let text = match read {
+        Ok(_) => text_of(bytes, &shown),
+        Err(error) => Err(Diagnostic::of_file(format!("cannot read the case from `{shown}`: {error}"))),
+    };
+    parse(&text.map_err(|diagnostic| CaseError::of_file(origin, diagnostic))?, origin)
 }
 
 fn read_text(path: &Path) -> Result<String, Diagnostic> {
@@ -81,6 +99,11 @@ fn read_text(path: &Path) -> Result<String, Diagnostic> {
     let file = File::open(path).map_err(|e| unreadable(&e))?;
     let mut bytes = Vec::new();
     file.take(LARGEST_FILE + 1).read_to_end(&mut bytes).map_err(|e| unreadable(&e))?;
+    text_of(bytes, &shown)
+}
+
+/// The text of a case file of these bytes, of which there is one more than there may be where the file has too many.
+fn text_of(bytes: Vec<u8>, shown: &str) -> Result<String, Diagnostic> {
     if bytes.len() as u64 > LARGEST_FILE {
         return Err(Diagnostic::of_file(format!(
             "`{shown}` is larger than 16 MiB, so it is not a case file"

@@ -16,8 +16,8 @@ Examples:
   elastocap run sensor.toml              solves it, in some seconds
   elastocap new finger sensor.toml --overwrite
 
-Every key has a comment: its unit, what it means, and what could stand there instead. README.md
-describes all keys. A file that is there already is left alone, with exit status 2, unless
+Every key has a comment: its unit, what it means, and what could stand there instead. docs/keys.md
+has all keys. A file that is there already is left alone, with exit status 2, unless
 --overwrite is given.";
 
 #[derive(Debug, Args)]

@@ -1,0 +1,109 @@
+//! Several cases in one command: which they are, and the folder of each.
+
+use std::collections::HashMap;
+use std::ffi::OsStr;
+use std::path::{Path, PathBuf};
+
+use elastocap_case::Case;
+
+use super::STDIN;
+use crate::{Exit, output};
+
+/// A case that is to be solved.
+#[derive(Debug)]
+pub(super) struct Input {
+    /// The file as the user named it.
+    pub(super) path: PathBuf,
+    /// Where its results go.
+    pub(super) folder: PathBuf,
+    pub(super) case: Case,
+}
+
+/// Why a list of cases cannot be used.
+#[derive(Debug, PartialEq, Eq, thiserror::Error)]
+pub(super) enum InputError {
+    /// Two would be written to one folder.
+    #[error(
+        "`{}` and `{}` would both be written to `{}`: rename one, or run them one by one with -o",
+        first.display(), second.display(), folder.display()
+    )]
+    SameFolder { first: PathBuf, second: PathBuf, folder: PathBuf },
+    /// The standard input can be read once.
+    #[error("`-`, the standard input, can be given once only")]
+    StdinTwice,
+}
+
+/// The name of the folder for the results of a case: that of its file without the ending, or `stdin`.
+pub(super) fn folder_name(case: &Path) -> &OsStr {
+    match case.as_os_str() == STDIN {
+        true => OsStr::new("stdin"),
+        false => case.file_stem().unwrap_or(case.as_os_str()),
+    }
+}
+
+/// Where the results of each case go: a single one to `asked`, several to folders of their own in it, or in `results/`.
+pub(super) fn folders(cases: &[PathBuf], asked: Option<&Path>) -> Result<Vec<PathBuf>, InputError> {
+    if let [case] = cases {
+        return Ok(vec![super::output_folder(asked, case)]);
+    }
+    is_stdin_once(cases)?;
+    let parent = asked.unwrap_or(Path::new("results"));
+    let mut taken: HashMap<PathBuf, &PathBuf> = HashMap::new();
+    let mut all = Vec::with_capacity(cases.len());
+    for case in cases {
+        let folder = parent.join(folder_name(case));
+        if let Some(first) = taken.insert(folder.clone(), case) {
+            return Err(InputError::SameFolder { first: first.clone(), second: case.clone(), folder });
+        }
+        all.push(folder);
+    }
+    Ok(all)
+}
+
+/// The standard input can be read once only.
+pub(super) fn is_stdin_once(cases: &[PathBuf]) -> Result<(), InputError> {
+    match cases.iter().filter(|case| case.as_os_str() == STDIN).count() {
+        0 | 1 => Ok(()),
+        _ => Err(InputError::StdinTwice),
+    }
+}
+
+/// Loads all cases. What is wrong with any of them is told before this returns.
+pub(super) fn load_all(cases: &[PathBuf], asked: Option<&Path>) -> Result<Vec<Input>, Exit> {
+    let folders = folders(cases, asked).map_err(|error| {
+        output::error(&error.to_string());
+        Exit::BadInput
+    })?;
+    // All are loaded before the first problem ends the command.
+    let loaded: Vec<_> = cases.iter().map(|path| super::load(path)).collect();
+    let inputs = cases.iter().zip(folders).zip(loaded);
+    inputs.map(|((path, folder), case)| Ok(Input { path: path.clone(), folder, case: case? })).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn paths(names: &[&str]) -> Vec<PathBuf> {
+        names.iter().map(PathBuf::from).collect()
+    }
+
+    #[test]
+    fn a_single_case_goes_to_the_folder_and_several_into_it() {
+        let out = Some(Path::new("out"));
+        assert_eq!(folders(&paths(&["a/x.toml"]), out), Ok(paths(&["out"])));
+        assert_eq!(folders(&paths(&["a/x.toml"]), None), Ok(paths(&["results/x"])));
+        assert_eq!(folders(&paths(&["-"]), None), Ok(paths(&["results/stdin"])));
+        assert_eq!(folders(&paths(&["a/x.toml", "-"]), out), Ok(paths(&["out/x", "out/stdin"])));
+        assert_eq!(folders(&paths(&["x.toml", "y"]), None), Ok(paths(&["results/x", "results/y"])));
+    }
+
+    #[test]
+    fn two_cases_never_share_a_folder() {
+        let told = folders(&paths(&["a/x.toml", "b/x.toml"]), None).map_err(|error| error.to_string());
+        let told = told.err().unwrap_or_default();
+        assert!(told.contains("`a/x.toml` and `b/x.toml` would both be written to `results/x`"), "{told}");
+        assert!(folders(&paths(&["x.toml", "x.toml"]), Some(Path::new("out"))).is_err());
+        assert_eq!(folders(&paths(&["-", "-"]), None), Err(InputError::StdinTwice));
+    }
+}
