@@ -30,7 +30,7 @@ fn the_floating_plate_leaves_the_matrix_and_its_potential_is_reported() {
     assert!(spread <= 2e-2, "{spread}");
 
     let text =
-        document(&case, &outcome, &FieldFiles::default(), Vec::new(), Vec::new(), RunSeconds::default())
+        document(&case, &outcome, &FieldFiles::default(), Vec::new(), Vec::new(), RunSeconds::default(), None)
             .unwrap();
     let json: serde_json::Value = serde_json::from_str(&text).unwrap();
     for place in [&json, &json["steps"][0]] {

@@ -1,0 +1,286 @@
+// The 3D view: bodies as boxes or meshes at each load step, and between the steps in between them.
+"use strict";
+(async () => {
+  const scene = elastocap.data.scene;
+  const view = document.querySelector(".view"), note = document.getElementById("no-view");
+  if (!scene || !view) return;
+  const canvas = document.getElementById("scene");
+  let packedMeshes = document.getElementById("meshes").textContent.trim(), meshBytes, renderer;
+  try {
+    const context = document.createElement("canvas").getContext("webgl2");
+    if (!context) throw new Error("this browser has no WebGL");
+    context.getExtension("WEBGL_lose_context")?.loseContext();
+    const code = new TextDecoder().decode(await elastocap.unpack(document.getElementById("three").textContent));
+    // A classic script, so that it works from disk; it makes the global name THREE.
+    const script = document.createElement("script");
+    script.textContent = code;
+    document.head.append(script);
+    if (packedMeshes) meshBytes = (await elastocap.unpack(packedMeshes)).buffer;
+    renderer = new THREE.WebGLRenderer({ canvas, antialias: true, alpha: true, preserveDrawingBuffer: true });
+  } catch (error) {
+    note.textContent = `No 3D view: ${error.message}. scene.glb holds the same for any glTF viewer.`;
+    return;
+  }
+  packedMeshes = null;
+  view.hidden = false;
+  note.hidden = true;
+
+  // As in scene.glb: metal is opaque, what is around it can be seen through.
+  const DRIVEN = ["#d55e00", "#f0d020", "#8050b0", "#3d4650", "#b8527e", "#7a4310", "#f2b48c"];
+  const FLOATING = ["#007a58", "#6cb03f", "#0b4a2f"];
+  const DIELECTRIC = ["#c6b5e0", "#bfd8a8", "#f0c2d0", "#a8bce8", "#e0d3a8"];
+  const LOOKS = {
+    grounded: ["#8a8a8a", 1], layer: ["#56b4e9", 0.28], substrate: ["#b8a07a", 0.5], cover: ["#d8dce0", 0.08],
+    wall: ["#9aa0a8", 0.08], "grounded-wall": ["#5a6470", 0.2], surroundings: ["#c4d8ec", 0.05], indenter: ["#707883", 0.45], scale: ["#808890", 1],
+  };
+  const counts = {}, given = new Map();
+  function look(body) {
+    const palette = { conductor: DRIVEN, floating: FLOATING, dielectric: DIELECTRIC }[body.role];
+    if (!palette) return LOOKS[body.role] ?? ["#888888", 1];
+    const name = owner(body.name);
+    if (!given.has(name)) given.set(name, palette[(counts[body.role] = (counts[body.role] ?? -1) + 1) % palette.length]);
+    return [given.get(name), body.role === "dielectric" ? 0.35 : 1];
+  }
+  const owner = (name) => name.split(", part ")[0].replace(/'+$/, "");
+
+  // All lengths over the largest of the scene, around its middle.
+  const low = [Infinity, Infinity, Infinity], high = [-Infinity, -Infinity, -Infinity];
+  const grow = (min, max) => min.forEach((x, a) => ((low[a] = Math.min(low[a], x)), (high[a] = Math.max(high[a], max[a]))));
+  const faint = new Set(["wall", "grounded-wall", "surroundings", "cover"]);
+  const solid = scene.bodies.filter((b) => !faint.has(b.role));
+  for (const body of solid.length ? solid : scene.bodies) {
+    for (const pose of body.poses ?? []) grow(pose.slice(0, 3), pose.slice(3));
+    for (const mesh of (body.meshes ?? []).filter(Boolean)) grow(mesh.min, mesh.min.map((x, a) => x + mesh.size[a]));
+  }
+  const size = Math.max(...high.map((x, a) => x - low[a])) || 1, middle = low.map((x, a) => (x + high[a]) / 2);
+  const place = (x, a) => (x - middle[a]) / size;
+
+  const world = new THREE.Scene();
+  world.add(new THREE.AmbientLight(0xffffff, 1.7));
+  for (const [x, y, z, strength] of [[2, 4, 3, 1.6], [-3, 1, -2, 0.6]]) {
+    const light = new THREE.DirectionalLight(0xffffff, strength);
+    light.position.set(x, y, z);
+    world.add(light);
+  }
+
+  const CUBE = [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [0, 0, 1], [1, 0, 1], [1, 1, 1], [0, 1, 1]];
+  const SIDES = [0, 2, 1, 0, 3, 2, 4, 5, 6, 4, 6, 7, 0, 1, 5, 0, 5, 4, 3, 6, 2, 3, 7, 6, 0, 4, 7, 0, 7, 3, 1, 2, 6, 1, 6, 5];
+  const EDGES = [0, 1, 1, 2, 2, 3, 3, 0, 4, 5, 5, 6, 6, 7, 7, 4, 0, 4, 1, 5, 2, 6, 3, 7];
+  const corners = (pose) => new Float32Array(CUBE.flatMap((c) => c.map((upper, a) => place(pose[upper ? a + 3 : a], a))));
+  const mixed = (from, to, t, into) => {
+    for (let i = 0; i < into.length; i++) into[i] = from[i] + t * (to[i] - from[i]);
+  };
+
+  const lines = [];
+  /** A body as an object of the view, with what puts it into the state between two steps. */
+  function built(body) {
+    const [colour, opacity] = look(body);
+    const clear = opacity < 1;
+    const material = new THREE.MeshLambertMaterial({
+      color: colour, opacity, transparent: clear, depthWrite: !clear, side: 2, flatShading: true, polygonOffset: true, polygonOffsetFactor: 1, polygonOffsetUnits: 1,
+    });
+    const mesh = new THREE.Mesh(new THREE.BufferGeometry(), material);
+    mesh.frustumCulled = false;
+    mesh.renderOrder = clear ? (faint.has(body.role) ? 3 : 2) : 0;
+    const group = new THREE.Group();
+    group.add(mesh);
+    const positions = (array) => new THREE.BufferAttribute(array, 3);
+    if (body.poses) {
+      const states = body.poses.map(corners), now = new Float32Array(states[0]);
+      const shared = positions(now);
+      mesh.geometry.setAttribute("position", shared).setIndex(SIDES);
+      const material = new THREE.LineBasicMaterial({ transparent: true, opacity: clear ? 0.5 : 0.8 });
+      const edges = new THREE.LineSegments(new THREE.BufferGeometry().setAttribute("position", shared).setIndex(EDGES), material);
+      edges.frustumCulled = false;
+      edges.renderOrder = mesh.renderOrder;
+      lines.push([material, colour]);
+      group.add(edges);
+      return { group, body, put(step, t) {
+        if (states.length === 1) return;
+        mixed(states[step], states[Math.min(step + 1, states.length - 1)], t, now);
+        shared.needsUpdate = true;
+      } };
+    }
+    const states = body.meshes.map((own) => {
+      if (!own) return null;
+      const packed = new Uint16Array(meshBytes, own.points[0], 3 * own.points[1]);
+      const points = Float32Array.from(packed, (x, i) => place(own.min[i % 3] + (own.size[i % 3] * x) / 65535, i % 3));
+      return { points, at: own.triangles[0], indices: new Uint32Array(meshBytes, own.triangles[0], 3 * own.triangles[1]) };
+    });
+    let shownAt = -1;
+    return { group, body, put(step, t) {
+      const from = states[step], to = states[Math.min(step + 1, states.length - 1)];
+      const own = from ?? to;
+      group.userData.missing = !from && !(t > 0.5 && to);
+      if (!own) return;
+      const same = from && to && from.at === to.at && from.points.length === to.points.length;
+      const state = same ? from : t > 0.5 && to ? to : own;
+      const now = new Float32Array(state.points);
+      if (same) mixed(from.points, to.points, t, now);
+      mesh.geometry.setAttribute("position", positions(now));
+      if (shownAt !== state.at) {
+        mesh.geometry.setIndex(new THREE.BufferAttribute(state.indices, 1));
+        shownAt = state.at;
+      }
+    } };
+  }
+  const bodies = scene.bodies.map(built);
+  bodies.forEach((own) => world.add(own.group));
+
+  // What is shown: one entry for each body, or for each kind where there are many.
+  const box = document.getElementById("bodies");
+  const names = new Set(bodies.map((own) => owner(own.body.name)));
+  const key = (own) => (names.size <= 10 ? owner(own.body.name) : own.body.role);
+  const hidden = new Set();
+  for (const name of new Set(bodies.map(key))) {
+    const own = bodies.filter((b) => key(b) === name);
+    const label = document.createElement("label"), check = document.createElement("input"), chip = document.createElement("i");
+    check.type = "checkbox";
+    check.checked = own[0].body.role !== "surroundings";
+    if (!check.checked) hidden.add(name);
+    chip.style.background = look(own[0].body)[0];
+    label.append(check, chip, name + (names.size <= 10 ? "" : ` (${own.length})`));
+    check.addEventListener("change", () => {
+      if (check.checked) hidden.delete(name);
+      else hidden.add(name);
+      render();
+    });
+    box.append(label);
+  }
+
+  const camera = new THREE.PerspectiveCamera(32, 1, 0.01, 50);
+  const controls = new THREE.OrbitControls(camera, canvas);
+  controls.enableDamping = false;
+  controls.zoomSpeed = 0.8;
+  controls.minDistance = 0.3;
+  controls.maxDistance = 12;
+  function home() {
+    const wide = Math.min(1, canvas.clientWidth / Math.max(1, canvas.clientHeight) / 1.5);
+    const far = 1.95 / Math.max(0.55, wide);
+    camera.position.set(0.52 * far, 0.46 * far, 0.72 * far);
+    controls.target.set(0, 0, 0);
+    controls.update();
+    render();
+  }
+
+  let step = 0, frames = 0, asked = false;
+  const last = scene.labels.length - 1;
+  function draw() {
+    asked = false;
+    const whole = Math.min(Math.floor(step), Math.max(0, last - 1)), t = last > 0 ? step - whole : 0;
+    for (const own of bodies) {
+      own.put(whole, t);
+      own.group.visible = !hidden.has(key(own)) && !own.group.userData.missing;
+    }
+    renderer.render(world, camera);
+    canvas.dataset.frames = String(++frames);
+  }
+  function render() {
+    if (!asked) {
+      asked = true;
+      requestAnimationFrame(draw);
+    }
+  }
+  controls.addEventListener("change", render);
+
+  const slider = document.getElementById("step"), output = document.getElementById("step-label"), play = document.getElementById("play");
+  function say() {
+    if (!slider) return;
+    const text = `${Math.round(step)}: ${scene.labels[Math.round(step)]}`;
+    output.textContent = text;
+    slider.setAttribute("aria-valuetext", text);
+  }
+  let playing = null;
+  function stop() {
+    if (playing !== null) cancelAnimationFrame(playing);
+    playing = null;
+    play.textContent = "Play the load";
+    play.setAttribute("aria-pressed", "false");
+  }
+  if (slider) {
+    slider.addEventListener("input", () => {
+      stop();
+      step = Number(slider.value);
+      say();
+      render();
+    });
+    // From step to step by the arrow keys, between them by the pointer.
+    slider.addEventListener("keydown", (event) => {
+      const to = { ArrowRight: Math.floor(step + 1), ArrowUp: Math.floor(step + 1), ArrowLeft: Math.ceil(step - 1), ArrowDown: Math.ceil(step - 1), Home: 0, End: last }[event.key];
+      if (to === undefined) return;
+      event.preventDefault();
+      stop();
+      step = Math.min(last, Math.max(0, to));
+      slider.value = step;
+      say();
+      render();
+    });
+    play.addEventListener("click", () => {
+      if (playing !== null) return stop();
+      play.textContent = "Pause";
+      play.setAttribute("aria-pressed", "true");
+      if (step >= last) step = 0;
+      let before = performance.now();
+      const seconds = Math.min(8, Math.max(2.5, 0.9 * last));
+      const frame = (now) => {
+        step += ((now - before) / 1000 / seconds) * last;
+        before = now;
+        // It waits for a moment at the end, and begins again.
+        if (step > last * 1.15) step = 0;
+        const reached = step;
+        step = Math.min(step, last);
+        slider.value = step;
+        say();
+        draw();
+        step = reached;
+        playing = requestAnimationFrame(frame);
+      };
+      playing = requestAnimationFrame(frame);
+    });
+    say();
+  }
+  document.getElementById("home").addEventListener("click", home);
+  canvas.addEventListener("keydown", (event) => {
+    const turn = { ArrowLeft: [-0.1, 0], ArrowRight: [0.1, 0], ArrowUp: [0, -0.1], ArrowDown: [0, 0.1] }[event.key];
+    const zoom = { "+": 0.9, "=": 0.9, "-": 1 / 0.9, "\u2212": 1 / 0.9 }[event.key];
+    if (!turn && !zoom && event.key !== "0") return;
+    event.preventDefault();
+    if (event.key === "0") return home();
+    const around = new THREE.Spherical().setFromVector3(camera.position.clone().sub(controls.target));
+    if (turn) {
+      around.theta += turn[0];
+      around.phi = Math.min(3.1, Math.max(0.04, around.phi + turn[1]));
+    }
+    if (zoom) around.radius = Math.min(12, Math.max(0.3, around.radius * zoom));
+    camera.position.setFromSpherical(around).add(controls.target);
+    controls.update();
+    render();
+  });
+
+  function themed() {
+    const ink = new THREE.Color(elastocap.isDark() ? "#f0f4fa" : "#1c2430");
+    lines.forEach(([material, colour]) => material.color.set(colour).lerp(ink, 0.55));
+    render();
+  }
+  elastocap.onTheme(themed);
+  new ResizeObserver(() => {
+    const { clientWidth: width, clientHeight: height } = canvas;
+    if (!width || !height) return;
+    renderer.setPixelRatio(Math.min(devicePixelRatio, 2));
+    renderer.setSize(width, height, false);
+    camera.aspect = width / height;
+    camera.updateProjectionMatrix();
+    render();
+  }).observe(canvas);
+  // Paper gets the picture as it stands.
+  const picture = document.getElementById("scene-print");
+  addEventListener("beforeprint", () => {
+    draw();
+    picture.src = canvas.toDataURL("image/png");
+    picture.hidden = false;
+  });
+  addEventListener("afterprint", () => (picture.hidden = true));
+  themed();
+  home();
+  canvas.dataset.ready = "true";
+})();
