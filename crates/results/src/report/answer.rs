@@ -131,7 +131,7 @@ fn of_curve(report: &Report<'_>) -> (String, Vec<Figure>) {
         ratios.iter().copied().reduce(f64::max),
     ) {
         sentence.push_str(&format!(
-            " Field and formula differ: the capacitance is {} that of parallel plates.",
+            " It is {} that of parallel plates.",
             match format!("{low:.3}") == format!("{high:.3}") {
                 true => format!("{low:.3} times"),
                 false => format!("{} to {} times", three(low), three(high)),

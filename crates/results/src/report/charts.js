@@ -65,7 +65,7 @@
     const inX = xs.map((x) => x / scaleX.factor);
     const [x0, x1] = chart.x.log ? [Math.min(...inX) / 1.15, Math.max(...inX) * 1.15] : range(inX);
     const yTicks = ticks(y0, y1, height / 55);
-    const left = 26 + 7.5 * Math.max(...yTicks.map((t) => t.text.length)), right = width - 14, top = 10, bottom = height - 44;
+    const left = 34 + 7.5 * Math.max(...yTicks.map((t) => t.text.length)), right = width - 14, top = 10, bottom = height - 44;
     const mostX = (right - left) / 62;
     const xTicks = chart.x.log ? logTicks(x0, x1, mostX) : ticks(x0, x1, mostX);
     const share = chart.x.log

@@ -16,7 +16,7 @@
     script.textContent = code;
     document.head.append(script);
     if (packedMeshes) meshBytes = (await elastocap.unpack(packedMeshes)).buffer;
-    renderer = new THREE.WebGLRenderer({ canvas, antialias: true, alpha: true, preserveDrawingBuffer: true });
+    renderer = new THREE.WebGLRenderer({ canvas, antialias: false, alpha: true });
   } catch (error) {
     note.textContent = `No 3D view: ${error.message}. scene.glb holds the same for any glTF viewer.`;
     return;
@@ -136,7 +136,7 @@
     const own = bodies.filter((b) => key(b) === name);
     const label = document.createElement("label"), check = document.createElement("input"), chip = document.createElement("i");
     check.type = "checkbox";
-    check.checked = own[0].body.role !== "surroundings";
+    check.checked = !faint.has(own[0].body.role);
     if (!check.checked) hidden.add(name);
     chip.style.background = look(own[0].body)[0];
     label.append(check, chip, name + (names.size <= 10 ? "" : ` (${own.length})`));
@@ -163,30 +163,56 @@
     render();
   }
 
-  let step = 0, frames = 0, asked = false;
+  let step = 0, frames = 0, asked = false, rest = null;
   const last = scene.labels.length - 1;
-  function draw() {
-    asked = false;
-    const whole = Math.min(Math.floor(step), Math.max(0, last - 1)), t = last > 0 ? step - whole : 0;
+  // What moves is drawn in fewer pixels where drawing is slow; what rests, in twice as many as the screen has, which smooths its edges.
+  const SHARES = [1, 0.75, 0.55, 0.4, 0.3];
+  let share = 0, before = 0, slow = 0;
+  function adapt(now) {
+    const took = now - before;
+    before = now;
+    if (took > 400) return;
+    slow = 0.8 * slow + 0.2 * took;
+    if (slow > 28 && share < SHARES.length - 1) {
+      share++;
+      slow = 20;
+    } else if (slow < 17.5 && share > 0) {
+      share--;
+      slow = 20;
+    }
+  }
+  function draw(ratio) {
+    const at = Math.min(last, Math.max(0, step)), whole = Math.min(Math.floor(at), Math.max(0, last - 1)), t = at - whole;
     for (const own of bodies) {
       own.put(whole, t);
       own.group.visible = !hidden.has(key(own)) && !own.group.userData.missing;
     }
+    if (renderer.getPixelRatio() !== ratio) renderer.setPixelRatio(ratio);
     renderer.render(world, camera);
+  }
+  const still = () => Math.min(2 * devicePixelRatio, 3);
+  function drawMoving(now) {
+    adapt(now);
+    draw(SHARES[share] * Math.min(devicePixelRatio, 1.5));
     canvas.dataset.frames = String(++frames);
+    clearTimeout(rest);
+    rest = setTimeout(() => draw(still()), 250);
   }
   function render() {
-    if (!asked) {
-      asked = true;
-      requestAnimationFrame(draw);
-    }
+    if (asked) return;
+    asked = true;
+    requestAnimationFrame((now) => {
+      asked = false;
+      drawMoving(now);
+    });
   }
   controls.addEventListener("change", render);
 
   const slider = document.getElementById("step"), output = document.getElementById("step-label"), play = document.getElementById("play");
   function say() {
     if (!slider) return;
-    const text = `${Math.round(step)}: ${scene.labels[Math.round(step)]}`;
+    const index = Math.round(Math.min(last, step)), text = `${index}: ${scene.labels[index]}`;
+    if (output.textContent === text) return;
     output.textContent = text;
     slider.setAttribute("aria-valuetext", text);
   }
@@ -220,19 +246,17 @@
       play.textContent = "Pause";
       play.setAttribute("aria-pressed", "true");
       if (step >= last) step = 0;
-      let before = performance.now();
+      let reached = step, start = performance.now();
       const seconds = Math.min(8, Math.max(2.5, 0.9 * last));
       const frame = (now) => {
-        step += ((now - before) / 1000 / seconds) * last;
-        before = now;
+        reached += (Math.max(0, now - start) / 1000 / seconds) * last;
+        start = now;
         // It waits for a moment at the end, and begins again.
-        if (step > last * 1.15) step = 0;
-        const reached = step;
-        step = Math.min(step, last);
+        if (reached > last * 1.15) reached = 0;
+        step = Math.min(reached, last);
         slider.value = step;
         say();
-        draw();
-        step = reached;
+        drawMoving(now);
         playing = requestAnimationFrame(frame);
       };
       playing = requestAnimationFrame(frame);
@@ -266,7 +290,6 @@
   new ResizeObserver(() => {
     const { clientWidth: width, clientHeight: height } = canvas;
     if (!width || !height) return;
-    renderer.setPixelRatio(Math.min(devicePixelRatio, 2));
     renderer.setSize(width, height, false);
     camera.aspect = width / height;
     camera.updateProjectionMatrix();
@@ -275,7 +298,7 @@
   // Paper gets the picture as it stands.
   const picture = document.getElementById("scene-print");
   addEventListener("beforeprint", () => {
-    draw();
+    draw(still());
     picture.src = canvas.toDataURL("image/png");
     picture.hidden = false;
   });

@@ -20,8 +20,8 @@ pub(super) fn sections(report: &Report<'_>) -> Option<String> {
         return None;
     }
     let plain = own.iter().map(|(_, svg)| svg.len()).sum::<usize>() <= PLAIN;
-    let mut out = "<p>Potential in a plane through the conductors, in the deformed state. Lines join places of equal potential, arrows \
-                   point along the field.</p>\n<div class=\"sections\">\n"
+    let mut out = "<p>Potential in a plane through the conductors, in V, in the deformed state. Lines join places of equal \
+                   potential, arrows point along the field.</p>\n<div class=\"sections\">\n"
         .to_owned();
     for (step, svg) in own {
         let caption = escape(&format!("Step {}, {}", step.index, label(step)));

@@ -38,9 +38,7 @@ pub(super) fn steps(outcome: &Outcome) -> String {
         table.quantities("force", &all(|r| r.force_n), 4, "N");
     }
     table.quantities("C", &all(|r| r.capacitance_f), 6, "F");
-    table.quantities("lower bound", &all(|r| r.capacitance_lower_f), 6, "F");
-    table.quantities("upper bound", &all(|r| r.capacitance_upper_f), 6, "F");
-    table.shares("error", &all(|r| r.relative_error_estimate));
+    table.shares("\u{b1} bounds", &all(|r| r.relative_error_estimate));
     if outcome.steps.len() > 1 {
         table.quantities("change", &all(|r| r.change_f), 4, "F");
     }
