@@ -221,6 +221,10 @@ for (const file of reports) {
       }
       if (pictures) {
         mkdirSync(pictures, { recursive: true });
+        await page.evaluate(() => {
+          localStorage.clear();
+          scrollTo(0, 0);
+        });
         await page.reload();
         if (await page.$("#scene")) await page.waitForSelector("#scene[data-ready]", { state: "attached" });
         await page.waitForTimeout(300);

@@ -1,5 +1,6 @@
 //! Results on disk.
 
+pub mod comparison;
 pub mod csv;
 mod fields;
 mod figure;

@@ -85,11 +85,10 @@ fn of_curve(report: &Report<'_>) -> (String, Vec<Figure>) {
     let kind = kind_of_bounds(report);
     let what = what_is_measured(outcome);
     let solved: Vec<&StepResult> = outcome.steps.iter().filter(|s| s.row.capacitance_f.is_some()).collect();
-    let by_load = |a: &&&StepResult, b: &&&StepResult| {
-        let key = |s: &StepResult| s.row.compression.unwrap_or(0.0);
-        key(a).total_cmp(&key(b))
-    };
-    let (Some(first), Some(last)) = (solved.first(), solved.iter().max_by(by_load)) else {
+    // The first of the largest load: later ones may have been shifted or tilted besides.
+    let compression = |s: &StepResult| s.row.compression.unwrap_or(0.0);
+    let most = solved.iter().map(|s| compression(s)).fold(f64::NEG_INFINITY, f64::max);
+    let (Some(first), Some(last)) = (solved.first(), solved.iter().find(|s| compression(s) >= most)) else {
         return (format!("No step has a {what}."), Vec::new());
     };
     let value = |row: &Row| row.capacitance_f.unwrap_or(f64::NAN);

@@ -134,8 +134,19 @@
     tip.setAttribute("role", "status");
     place.append(keys, canvas, tip);
 
-    // One place for each x of the first line; the values of all series there are shown together.
-    const points = [...new Set(chart.series.flatMap((s) => s.x.filter((x, i) => known(x) && known(s.y[i]))))].sort((a, b) => a - b);
+    // The points of all series that have the same x are shown together; where a series has several of them, one after the other.
+    const groups = new Map();
+    chart.series.forEach((s, k) => {
+      const seen = new Map();
+      s.x.forEach((x, i) => {
+        if (!known(x) || !known(s.y[i])) return;
+        const count = (seen.get(x) ?? -1) + 1, key = `${x} ${count}`;
+        seen.set(x, count);
+        if (!groups.has(key)) groups.set(key, { x, count, at: [] });
+        groups.get(key).at.push([s, k, i]);
+      });
+    });
+    const points = [...groups.values()].sort((a, b) => a.x - b.x || a.count - b.count);
     let drawn = null, current = -1;
     function redraw(width) {
       drawn = draw(place, chart, width);
@@ -145,16 +156,14 @@
     function show(index) {
       current = index;
       if (!drawn || index < 0) return hide();
-      const x = points[index], { cursor, toX, toY, top, bottom, scaleX, scaleY } = drawn;
+      const { x, at } = points[index], { cursor, toX, toY, top, bottom, scaleX, scaleY } = drawn;
       cursor.replaceChildren(element("path", { d: `M${toX(x).toFixed(1)} ${top}V${bottom}` }));
       const lines = [`${chart.x.label} ${shown(x, scaleX)}`];
-      chart.series.forEach((s, k) => {
-        const i = s.x.findIndex((own, j) => own === x && known(s.y[j]));
-        if (i < 0) return;
+      for (const [s, k, i] of at) {
         cursor.append(element("circle", { cx: toX(x), cy: toY(s.y[i]), r: 6, class: `s${k % 4}` }));
         const bounds = known(s.lower?.[i]) ? ` (${shown(s.lower[i], scaleY)} to ${shown(s.upper[i], scaleY)})` : "";
-        lines.push(`${s.name.split(",")[0]}: ${shown(s.y[i], scaleY)}${bounds}`);
-      });
+        lines.push(`${s.name.split(", ")[0]}: ${shown(s.y[i], scaleY)}${bounds}`);
+      }
       cursor.setAttribute("visibility", "visible");
       tip.replaceChildren(...lines.map((line) => Object.assign(document.createElement("div"), { textContent: line })));
       tip.style.display = "block";
@@ -170,8 +179,10 @@
     canvas.addEventListener("pointermove", (event) => {
       if (!drawn || !points.length) return;
       const box = drawn.svg.getBoundingClientRect();
-      const x = (event.clientX - box.left) * (drawn.svg.viewBox.baseVal.width / box.width);
-      const apart = (p) => Math.abs(drawn.toX(p) - x);
+      const scale = drawn.svg.viewBox.baseVal.width / box.width;
+      const x = (event.clientX - box.left) * scale, y = (event.clientY - box.top) * scale;
+      // Next along x; of those at one x, the next along y.
+      const apart = (p) => 1000 * Math.abs(drawn.toX(p.x) - x) + Math.min(...p.at.map(([s, , i]) => Math.abs(drawn.toY(s.y[i]) - y)));
       show(points.reduce((best, p, i) => (apart(p) < apart(points[best]) ? i : best), 0));
     });
     canvas.addEventListener("pointerleave", hide);

@@ -24,9 +24,12 @@ pub(super) fn charts(outcome: &Outcome, measured: &[MeasuredPoint]) -> Vec<PageC
         match panels.second {
             Some(mut whole) => {
                 add_measured(&mut whole, measured);
-                let caption = "Capacitance with its proved bounds as a band, beside the formula of parallel plates.";
+                let caption = match whole.series.iter().any(|series| series.style == Style::DashedLine) {
+                    true => "Capacitance with its bounds as a band, beside the formula of parallel plates.",
+                    false => "Capacitance with its bounds as a band.",
+                };
                 all.push(PageChart { id: "curve-chart", caption, chart: whole });
-                let caption = "Change against the first step in percent of its capacitance; the band holds the change for certain.";
+                let caption = "Change against the first step in percent of its capacitance; its bounds as a band.";
                 all.push(PageChart { id: "change-chart", caption, chart: panels.main });
             }
             None if outcome.plan.kind == Kind::Mechanics => {

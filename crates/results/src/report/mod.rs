@@ -37,7 +37,7 @@ use charts::PageChart;
 use html::escape;
 use shell::{Page, Part};
 
-pub use compare::comparison_page;
+pub use compare::{WordTable, comparison_page};
 
 /// The name of the file.
 pub const REPORT: &str = "report.html";
@@ -75,7 +75,13 @@ impl Report<'_> {
     /// The page as HTML.
     pub(crate) fn html(&self) -> String {
         let charts = charts::charts(self.outcome, self.measured);
-        let scene = scene::scene(self.shown);
+        let mut scene = scene::scene(self.shown);
+        if let Some(labels) = scene.as_mut().and_then(|scene| scene.description["labels"].as_array_mut())
+            && labels.len() == self.outcome.steps.len()
+        {
+            let own = self.outcome.steps.iter().map(|step| tables::step_label(self.outcome, step).into());
+            *labels = own.collect();
+        }
         let mut page = Page::new(&self.case.title);
         page.lead(answer::answer(self));
         if let Some(warnings) = self.warning_list() {

@@ -67,16 +67,17 @@ const elastocap = (() => {
 
   // The section that is read is marked in the contents.
   const links = new Map([...document.querySelectorAll("nav a")].map((a) => [a.hash.slice(1), a]));
+  const place = (own) => links.get(own.localName === "h1" ? "main" : own.id);
   const seen = new IntersectionObserver(
     (entries) => {
       for (const entry of entries.filter((e) => e.isIntersecting)) {
         links.forEach((a) => a.removeAttribute("aria-current"));
-        links.get(entry.target.id)?.setAttribute("aria-current", "true");
+        place(entry.target)?.setAttribute("aria-current", "true");
       }
     },
-    { rootMargin: "-10% 0px -70% 0px" },
+    { rootMargin: "-4% 0px -75% 0px" },
   );
-  document.querySelectorAll("main > section").forEach((section) => seen.observe(section));
+  document.querySelectorAll("main > section, h1").forEach((section) => seen.observe(section));
 
   return { data, unpack, isDark, onTheme: (listener) => listeners.push(listener) };
 })();

@@ -72,6 +72,31 @@
   };
 
   const lines = [];
+  function lineMaterial(colour, clear) {
+    const material = new THREE.LineBasicMaterial({ transparent: true, opacity: clear ? 0.5 : 0.8 });
+    lines.push([material, colour]);
+    return material;
+  }
+  /** The sides of triangles at which a surface ends or turns by more than 25 degrees, as pairs of points. */
+  function creases(points, indices) {
+    const sides = new Map(), found = [];
+    const at = (n) => new THREE.Vector3(points[3 * n], points[3 * n + 1], points[3 * n + 2]);
+    for (let k = 0; k < indices.length; k += 3) {
+      const [a, b, c] = [at(indices[k]), at(indices[k + 1]), at(indices[k + 2])];
+      const normal = b.sub(a).cross(c.sub(a)).normalize();
+      for (let j = 0; j < 3; j++) {
+        const p = indices[k + j], q = indices[k + ((j + 1) % 3)], key = p < q ? `${p} ${q}` : `${q} ${p}`;
+        const other = sides.get(key);
+        if (!other) sides.set(key, { p, q, normal });
+        else {
+          if (Math.abs(other.normal.dot(normal)) < 0.9) found.push(p, q);
+          other.paired = true;
+        }
+      }
+    }
+    for (const { p, q, paired } of sides.values()) if (!paired) found.push(p, q);
+    return found;
+  }
   /** A body as an object of the view, with what puts it into the state between two steps. */
   function built(body) {
     const [colour, opacity] = look(body);
@@ -89,11 +114,9 @@
       const states = body.poses.map(corners), now = new Float32Array(states[0]);
       const shared = positions(now);
       mesh.geometry.setAttribute("position", shared).setIndex(SIDES);
-      const material = new THREE.LineBasicMaterial({ transparent: true, opacity: clear ? 0.5 : 0.8 });
-      const edges = new THREE.LineSegments(new THREE.BufferGeometry().setAttribute("position", shared).setIndex(EDGES), material);
+      const edges = new THREE.LineSegments(new THREE.BufferGeometry().setAttribute("position", shared).setIndex(EDGES), lineMaterial(colour, clear));
       edges.frustumCulled = false;
       edges.renderOrder = mesh.renderOrder;
-      lines.push([material, colour]);
       group.add(edges);
       return { group, body, put(step, t) {
         if (states.length === 1) return;
@@ -107,7 +130,11 @@
       const points = Float32Array.from(packed, (x, i) => place(own.min[i % 3] + (own.size[i % 3] * x) / 65535, i % 3));
       return { points, at: own.triangles[0], indices: new Uint32Array(meshBytes, own.triangles[0], 3 * own.triangles[1]) };
     });
-    let shownAt = -1;
+    const edges = new THREE.LineSegments(new THREE.BufferGeometry(), lineMaterial(colour, clear));
+    edges.frustumCulled = false;
+    edges.renderOrder = mesh.renderOrder;
+    group.add(edges);
+    let shown = null, shared = null;
     return { group, body, put(step, t) {
       const from = states[step], to = states[Math.min(step + 1, states.length - 1)];
       const own = from ?? to;
@@ -115,13 +142,16 @@
       if (!own) return;
       const same = from && to && from.at === to.at && from.points.length === to.points.length;
       const state = same ? from : t > 0.5 && to ? to : own;
-      const now = new Float32Array(state.points);
-      if (same) mixed(from.points, to.points, t, now);
-      mesh.geometry.setAttribute("position", positions(now));
-      if (shownAt !== state.at) {
-        mesh.geometry.setIndex(new THREE.BufferAttribute(state.indices, 1));
-        shownAt = state.at;
+      if (shown?.at !== state.at || shared?.count !== state.points.length / 3) {
+        shared = positions(new Float32Array(state.points));
+        state.creases ??= creases(state.points, state.indices);
+        mesh.geometry.setAttribute("position", shared).setIndex(new THREE.BufferAttribute(state.indices, 1));
+        edges.geometry.setAttribute("position", shared).setIndex(state.creases);
       }
+      shown = state;
+      if (same) mixed(from.points, to.points, t, shared.array);
+      else shared.array.set(state.points);
+      shared.needsUpdate = true;
     } };
   }
   const bodies = scene.bodies.map(built);
@@ -154,11 +184,25 @@
   controls.zoomSpeed = 0.8;
   controls.minDistance = 0.3;
   controls.maxDistance = 12;
+  const ends = CUBE.map((c) => new THREE.Vector3(...c.map((upper, a) => place(upper ? high[a] : low[a], a))));
+  /** Looks at the whole from the front, as near as it fits. */
   function home() {
-    const wide = Math.min(1, canvas.clientWidth / Math.max(1, canvas.clientHeight) / 1.5);
-    const far = 1.95 / Math.max(0.55, wide);
-    camera.position.set(0.52 * far, 0.46 * far, 0.72 * far);
-    controls.target.set(0, 0, 0);
+    const from = new THREE.Vector3(0.5, 0.46, 0.73).normalize(), target = new THREE.Vector3();
+    let far = 2;
+    for (let k = 0; k < 6; k++) {
+      camera.position.copy(target).addScaledVector(from, far);
+      camera.lookAt(target);
+      camera.updateMatrixWorld();
+      const shown = ends.map((p) => p.clone().project(camera));
+      const [left, right] = [Math.min(...shown.map((p) => p.x)), Math.max(...shown.map((p) => p.x))];
+      const [lower, upper] = [Math.min(...shown.map((p) => p.y)), Math.max(...shown.map((p) => p.y))];
+      const high = far * Math.tan((camera.fov * Math.PI) / 360);
+      const across = new THREE.Vector3().setFromMatrixColumn(camera.matrixWorld, 0), up = new THREE.Vector3().setFromMatrixColumn(camera.matrixWorld, 1);
+      target.addScaledVector(across, (high * camera.aspect * (left + right)) / 2).addScaledVector(up, (high * (lower + upper)) / 2);
+      far *= Math.max((right - left) / 2, (upper - lower) / 2) / 0.9;
+    }
+    camera.position.copy(target).addScaledVector(from, far);
+    controls.target.copy(target);
     controls.update();
     render();
   }
@@ -287,14 +331,15 @@
     render();
   }
   elastocap.onTheme(themed);
-  new ResizeObserver(() => {
+  function fit() {
     const { clientWidth: width, clientHeight: height } = canvas;
     if (!width || !height) return;
     renderer.setSize(width, height, false);
     camera.aspect = width / height;
     camera.updateProjectionMatrix();
     render();
-  }).observe(canvas);
+  }
+  new ResizeObserver(fit).observe(canvas);
   // Paper gets the picture as it stands.
   const picture = document.getElementById("scene-print");
   addEventListener("beforeprint", () => {
@@ -303,6 +348,7 @@
     picture.hidden = false;
   });
   addEventListener("afterprint", () => (picture.hidden = true));
+  fit();
   themed();
   home();
   canvas.dataset.ready = "true";

@@ -6,7 +6,7 @@ use super::Report;
 use super::html::escape;
 use super::scene::SceneData;
 use super::shell::packed;
-use crate::scene_files::label;
+use super::tables::step_label;
 
 /// Pictures that are longer together are compressed, and unpacked by the page's script.
 const PLAIN: usize = 900_000;
@@ -24,7 +24,7 @@ pub(super) fn sections(report: &Report<'_>) -> Option<String> {
                    potential, arrows point along the field.</p>\n<div class=\"sections\">\n"
         .to_owned();
     for (step, svg) in own {
-        let caption = escape(&format!("Step {}, {}", step.index, label(step)));
+        let caption = escape(&format!("Step {}, {}", step.index, step_label(report.outcome, step)));
         let picture = untitled(svg);
         let _ = match plain {
             true => write!(out, "<figure class=\"section\">{picture}<figcaption>{caption}</figcaption></figure>\n"),

@@ -20,8 +20,27 @@ fn of_each(outcome: &Outcome, value: fn(&Row) -> Option<f64>) -> Vec<Option<f64>
     outcome.steps.iter().map(|step| value(&step.row)).collect()
 }
 
-fn labels(steps: &[StepResult]) -> Vec<String> {
-    steps.iter().map(|step| format!("{}: {}", step.index, label(step))).collect()
+/// The load of a step in words, with how what is attached is moved besides.
+pub(super) fn step_label(outcome: &Outcome, step: &StepResult) -> String {
+    let mut text = label(step);
+    let Some(pose) = outcome.plan.steps.get(step.index).map(|planned| planned.pose) else { return text };
+    for (word, [a, b], unit, scale) in [
+        ("shift", pose.shift, "m", 1.0),
+        ("tilt", pose.tilt, "\u{b0}", 180.0 / std::f64::consts::PI),
+    ] {
+        if [a, b] != [0.0, 0.0] {
+            let shown = |x: f64| match unit {
+                "m" => quantity(x, 3, unit),
+                _ => format!("{}{unit}", number((1e4 * x * scale).round() / 1e4)),
+            };
+            let _ = write!(text, ", {word} {} and {}", shown(a), shown(b));
+        }
+    }
+    text
+}
+
+fn labels(outcome: &Outcome) -> Vec<String> {
+    outcome.steps.iter().map(|step| format!("{}: {}", step.index, step_label(outcome, step))).collect()
 }
 
 /// What people read of each step.
@@ -32,7 +51,7 @@ pub(super) fn steps(outcome: &Outcome) -> String {
         Kind::Curve | Kind::Capacitance => "Capacitance at each step",
     };
     let mut table = Table::new(caption);
-    table.words("step", labels(&outcome.steps));
+    table.words("step", labels(outcome));
     if outcome.plan.kind != Kind::Capacitance {
         table.quantities("distance", &all(|r| r.distance_m), 4, "m");
         table.quantities("force", &all(|r| r.force_n), 4, "N");
@@ -88,7 +107,7 @@ pub(super) fn matrices(outcome: &Outcome) -> Option<String> {
     if shown.len() > 1 {
         out.push_str("<p class=\"chooser\" hidden><label>Step <select data-steps=\"matrices\">");
         for step in &shown {
-            let _ = write!(out, "<option value=\"{}\">{}</option>", step.index, escape(&label(step)));
+            let _ = write!(out, "<option value=\"{}\">{}</option>", step.index, escape(&step_label(outcome, step)));
         }
         out.push_str("</select></label></p>\n");
     }
@@ -112,7 +131,7 @@ fn matrix(outcome: &Outcome, step: &StepResult) -> String {
     });
     let one = one.unwrap_or(1.0);
     let name = |k: usize| outcome.conductors.get(k).cloned().unwrap_or_else(|| k.to_string());
-    let mut table = Table::new(&format!("Maxwell matrix in {unit}, step {}: {}", step.index, label(step)));
+    let mut table = Table::new(&format!("Maxwell matrix in {unit}, step {}: {}", step.index, step_label(outcome, step)));
     table.words("terminal", (0..entries.len()).map(name).collect());
     for j in 0..entries.len() {
         let cell = |i: usize| {
@@ -162,14 +181,14 @@ pub(super) fn errors_and_times(report: &Report<'_>) -> String {
     let outcome = report.outcome;
     let own: Vec<&StepResult> = outcome.steps.iter().filter(|step| step.same_as.is_none()).collect();
     let all = |value: fn(&Row) -> Option<f64>| -> Vec<Option<f64>> { own.iter().map(|s| value(&s.row)).collect() };
-    let names: Vec<String> = own.iter().map(|step| format!("{}: {}", step.index, label(step))).collect();
+    let names: Vec<String> = own.iter().map(|step| format!("{}: {}", step.index, step_label(outcome, step))).collect();
     let mut errors = Table::new("How well each step is known");
     errors.words("step", names.clone());
     if own.iter().any(|step| step.route.is_some()) {
         let route = |step: &&StepResult| step.route.map_or("\u{2013}", route_in_words).to_owned();
         errors.words("solver", own.iter().map(route).collect());
     }
-    errors.shares("error of C, or of the force", &all(|r| r.relative_error_estimate));
+    errors.shares(if outcome.plan.kind == Kind::Mechanics { "error of the force" } else { "error of C" }, &all(|r| r.relative_error_estimate));
     errors.shares("from the layer's mesh", &all(|r| r.mechanics_error_estimate));
     errors.shares("from flat faces", &all(|r| r.geometry_error_estimate.filter(|e| *e != 0.0)));
     let count = |n: Option<usize>| n.map_or_else(|| "\u{2013}".to_owned(), grouped);

@@ -5,7 +5,6 @@ export {
   BufferGeometry,
   Color,
   DirectionalLight,
-  EdgesGeometry,
   Group,
   LineBasicMaterial,
   LineSegments,
