@@ -56,11 +56,7 @@ pub(crate) fn execute(arguments: &Arguments) -> Exit {
             return Exit::Failure;
         }
     }
-    let text = if arguments.json {
-        format!("{:#}\n", comparison.json())
-    } else {
-        text(&comparison, &parts)
-    };
+    let text = if arguments.json { format!("{:#}\n", comparison.json()) } else { text(&comparison, &parts) };
     match output::result(&text) {
         Ok(()) => Exit::Done,
         Err(exit) => exit,
@@ -89,7 +85,8 @@ fn sentence(comparison: &Comparison) -> String {
             return format!("{letter} and {first} have no step in common.");
         }
         let agreeing = known.iter().filter(|own| own.agrees()).count();
-        let largest = known.iter().map(|own| own.relative).fold(0.0_f64, |m, r| if r.abs() > m.abs() { r } else { m });
+        let largest =
+            known.iter().map(|own| own.relative).fold(0.0_f64, |m, r| if r.abs() > m.abs() { r } else { m });
         format!(
             "{letter} agrees with {first} within the bounds at {agreeing} of {} steps; the largest difference is {}.",
             known.len(),
@@ -101,7 +98,12 @@ fn sentence(comparison: &Comparison) -> String {
 
 fn percent(share: f64) -> String {
     let value = 100.0 * share;
-    if value == 0.0 { "0 %".to_owned() } else if value.abs() >= 0.095 { format!("{value:+.2} %") } else { format!("{value:+.1e} %") }
+    match value.abs() {
+        0.0 => "0 %".to_owned(),
+        0.0995.. => format!("{value:+.2} %"),
+        0.0001.. => format!("{value:+.4} %"),
+        _ => format!("{value:+.1e} %"),
+    }
 }
 
 fn verdict(own: &Difference) -> String {
@@ -117,17 +119,21 @@ fn parts(comparison: &Comparison) -> Vec<(String, Vec<WordTable>)> {
     let head = |first: &str| -> Vec<String> {
         std::iter::once(first.to_owned()).chain(letters.iter().cloned()).collect()
     };
-    let row = |name: &str, value: &dyn Fn(&elastocap_results::comparison::OneResult) -> String| -> Vec<String> {
-        std::iter::once(name.to_owned()).chain(comparison.results.iter().map(value)).collect()
-    };
+    let row =
+        |name: &str, value: &dyn Fn(&elastocap_results::comparison::OneResult) -> String| -> Vec<String> {
+            std::iter::once(name.to_owned()).chain(comparison.results.iter().map(value)).collect()
+        };
     let absent = || "-".to_owned();
-    let results = vec![
-        row("folder", &|own| own.path.display().to_string()),
-        row("title", &|own| own.title.clone()),
-        row("status", &|own| own.status.clone()),
-        row("measured", &|own| own.measured.clone().unwrap_or_else(absent)),
-        row("bounds", &|own| if own.proved { "proved" } else { "estimated" }.to_owned()),
-    ];
+    let words = |all: &[&str]| -> Vec<String> { all.iter().map(|word| (*word).to_owned()).collect() };
+    let results: Vec<Vec<String>> = (comparison.results.iter().zip(&letters))
+        .map(|(own, letter)| {
+            let measured = own.measured.clone().unwrap_or_else(absent);
+            let bounds = if own.proved { "proved" } else { "estimated" }.to_owned();
+            let folder = own.path.display().to_string();
+            vec![letter.clone(), own.title.clone(), own.status.clone(), measured, bounds, folder]
+        })
+        .collect();
+    let of_results = words(&["", "title", "status", "measured", "bounds", "result"]);
     let keys: Vec<Vec<String>> = (comparison.keys.iter().flatten())
         .map(|key| {
             let values = key.values.iter().map(|value| value.clone().unwrap_or_else(absent));
@@ -147,7 +153,9 @@ fn parts(comparison: &Comparison) -> Vec<(String, Vec<WordTable>)> {
             cells.extend(step.values.iter().map(value));
             for k in 1..letters.len() {
                 match step.difference(k) {
-                    Some(own) => cells.extend([prefixed(own.value, 4, "F"), percent(own.relative), verdict(&own)]),
+                    Some(own) => {
+                        cells.extend([prefixed(own.value, 4, "F"), percent(own.relative), verdict(&own)])
+                    }
                     None => cells.extend([absent(), absent(), "not comparable".to_owned()]),
                 }
             }
@@ -155,7 +163,8 @@ fn parts(comparison: &Comparison) -> Vec<(String, Vec<WordTable>)> {
         })
         .collect();
     let force = |own: &elastocap_results::comparison::StepValue| own.force_n;
-    let has_forces = comparison.steps.iter().any(|step| step.values.iter().flatten().any(|own| force(own).is_some()));
+    let has_forces =
+        comparison.steps.iter().any(|step| step.values.iter().flatten().any(|own| force(own).is_some()));
     let forces: Vec<Vec<String>> = (comparison.steps.iter())
         .map(|step| {
             let value = |own: &Option<elastocap_results::comparison::StepValue>| {
@@ -172,9 +181,12 @@ fn parts(comparison: &Comparison) -> Vec<(String, Vec<WordTable>)> {
         }),
         row("elastocap", &|own| own.version.clone()),
     ];
-    let mut all = vec![("Results".to_owned(), vec![("What is compared".to_owned(), head(""), results)])];
+    let mut all = vec![("Results".to_owned(), vec![("What is compared".to_owned(), of_results, results)])];
     if !keys.is_empty() {
-        all.push(("Case".to_owned(), vec![("Keys of the case files that differ".to_owned(), head("key"), keys)]));
+        all.push((
+            "Case".to_owned(),
+            vec![("Keys of the case files that differ".to_owned(), head("key"), keys)],
+        ));
     }
     let mut of_steps = vec![("Capacitance at each load".to_owned(), step_head, steps)];
     if has_forces {
@@ -187,14 +199,22 @@ fn parts(comparison: &Comparison) -> Vec<(String, Vec<WordTable>)> {
 
 fn text(comparison: &Comparison, parts: &[(String, Vec<WordTable>)]) -> String {
     let mut out = String::new();
-    for (_, tables) in parts {
+    for (k, own) in comparison.results.iter().enumerate() {
+        let status = if own.status == "complete" { String::new() } else { format!(" ({})", own.status) };
+        out.push_str(&format!("{}  {}: {}{status}\n", comparison.letter(k), own.path.display(), own.title));
+    }
+    out.push('\n');
+    // The first part is the list above.
+    for (_, tables) in parts.iter().skip(1) {
         for (caption, head, rows) in tables {
             let lines = std::iter::once(head.clone()).chain(rows.iter().cloned()).collect();
             out.push_str(&format!("{caption}\n\n{}\n", table(lines)));
         }
     }
     match &comparison.keys {
-        None => out.push_str("The cases are not compared: a result was written without the text of its case.\n"),
+        None => {
+            out.push_str("The cases are not compared: a result was written without the text of its case.\n")
+        }
         Some(keys) if keys.is_empty() => out.push_str("The cases have the same keys and values.\n"),
         Some(_) => {}
     }

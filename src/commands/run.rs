@@ -11,8 +11,8 @@ use elastocap_coupling::outcome::{Outcome, Status, StepResult};
 use elastocap_coupling::plan::{Options, Plan};
 use elastocap_coupling::run::run;
 use elastocap_results::{
-    FieldWriter, FileGroup, OutputError, OutputFolder, Request, Resume, ResumeError, Saved, UnknownFileGroup, Wanted,
-    save_as,
+    FieldWriter, FileGroup, OutputError, OutputFolder, Request, Resume, ResumeError, Saved, UnknownFileGroup,
+    Wanted, save_as,
 };
 
 use super::arguments::time;
@@ -179,16 +179,15 @@ fn solve_and_save(
     wanted.note_in(&mut plan);
     let planning = started.elapsed();
     let progress = Progress::new(&plan, common.quiet);
-    let writer = FieldWriter::new(&folder, &progress)
-        .writing(wanted)
-        .drawing_sections(&plan, &case.title)
-        .going_on_from(resume);
+    let mut writer = FieldWriter::new(&folder, &progress).writing(wanted).going_on_from(resume);
+    if options.fields {
+        writer = writer.drawing_sections(&plan, &case.title);
+    }
     let outcome = run(case, &plan, &options, &cancel, &writer);
     progress.finish();
     let fields = writer.finish(&outcome)?;
     let command = command();
-    let request =
-        Request { wanted, case_text: case_text.as_deref(), command: Some(&command), measured: &[] };
+    let request = Request { wanted, case_text: case_text.as_deref(), command: Some(&command), measured: &[] };
     let saved = save_as(case, &outcome, &options, &request, folder, &fields, started, planning)?;
     Ok((outcome, saved))
 }

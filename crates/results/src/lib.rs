@@ -230,7 +230,8 @@ pub fn save_as(
 /// # Errors
 /// When a file cannot be written; then the folder is as it was before.
 pub fn save_mesh(case: &Case, steps: &[StepResult], folder: OutputFolder) -> Result<Placed, OutputError> {
-    let mut warnings: Vec<String> = stage_scene(&folder, &scene_files::shown(case, steps))?.into_iter().collect();
+    let mut warnings: Vec<String> =
+        stage_scene(&folder, &scene_files::shown(case, steps))?.into_iter().collect();
     let mut fields = FieldFiles::default();
     for step in steps {
         if let Some(scene) = &step.scene {

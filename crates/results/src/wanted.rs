@@ -86,7 +86,9 @@ impl fmt::Display for FileGroup {
 
 /// A word that names no files of a run.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-#[error("`{0}` names no files of a run: curve, capacitance, json, report, scene, fields, sections, mechanics, layer")]
+#[error(
+    "`{0}` names no files of a run: curve, capacitance, json, report, scene, fields, sections, mechanics, layer"
+)]
 pub struct UnknownFileGroup(String);
 
 impl FromStr for FileGroup {
@@ -94,7 +96,10 @@ impl FromStr for FileGroup {
 
     fn from_str(text: &str) -> Result<Self, Self::Err> {
         let word = text.trim();
-        Self::ALL.into_iter().find(|group| group.name() == word).ok_or_else(|| UnknownFileGroup(word.to_owned()))
+        Self::ALL
+            .into_iter()
+            .find(|group| group.name() == word)
+            .ok_or_else(|| UnknownFileGroup(word.to_owned()))
     }
 }
 
@@ -142,15 +147,22 @@ impl Wanted {
 
     /// The words for what is wanted, in their order.
     pub fn names(&self) -> Vec<String> {
-        FileGroup::ALL.iter().zip(self.0).filter(|(_, wanted)| *wanted).map(|(own, _)| own.to_string()).collect()
+        FileGroup::ALL
+            .iter()
+            .zip(self.0)
+            .filter(|(_, wanted)| *wanted)
+            .map(|(own, _)| own.to_string())
+            .collect()
     }
 
     /// Makes a plan say which files are written, and which are not since the caller does without them.
     pub fn note_in(&self, plan: &mut Plan) {
         let mut unwanted: Vec<String> = Vec::new();
         for planned in plan.solved.iter_mut().filter(|planned| planned.part == "files") {
-            let (kept, left): (Vec<&str>, Vec<&str>) =
-                planned.what.split(", ").partition(|file| FileGroup::of(file).is_none_or(|own| self.has(own)));
+            let (kept, left): (Vec<&str>, Vec<&str>) = planned
+                .what
+                .split(", ")
+                .partition(|file| FileGroup::of(file).is_none_or(|own| self.has(own)));
             unwanted.extend(left.iter().map(|file| (*file).to_owned()));
             planned.what = kept.join(", ");
         }
@@ -183,8 +195,24 @@ mod tests {
 
     #[test]
     fn every_file_of_a_run_belongs_to_a_group() {
-        let files = ["curve.csv", "curve.svg", "approach.svg", "capacitance.csv", "result.json", "report.html", "scene.glb"];
-        let more = ["step_001.vtu", "fields.pvd", "section_000.svg", "mechanics.csv", "layer_000.vtu", "layer.pvd", "profile_000.csv"];
+        let files = [
+            "curve.csv",
+            "curve.svg",
+            "approach.svg",
+            "capacitance.csv",
+            "result.json",
+            "report.html",
+            "scene.glb",
+        ];
+        let more = [
+            "step_001.vtu",
+            "fields.pvd",
+            "section_000.svg",
+            "mechanics.csv",
+            "layer_000.vtu",
+            "layer.pvd",
+            "profile_000.csv",
+        ];
         for file in files.into_iter().chain(more) {
             assert!(is_result_name(file) && FileGroup::of(file).is_some(), "{file}");
         }

@@ -78,7 +78,9 @@ mod tests {
 
     #[test]
     fn keys_that_differ_are_found_by_their_paths_and_comments_and_order_do_not_matter() {
-        let a = keys("# one\ntitle = \"a\"\n[layer]\nthickness = \"1 mm\"\nnumber = 1\n[[body]]\nx = [1, 2]\n").unwrap();
+        let a =
+            keys("# one\ntitle = \"a\"\n[layer]\nthickness = \"1 mm\"\nnumber = 1\n[[body]]\nx = [1, 2]\n")
+                .unwrap();
         let b = keys("[layer]\nnumber = 1\nthickness = \"2 mm\" # two\n[[body]]\nx = [1, 3]\n").unwrap();
         let found = different(&[a, b]);
         let expected = [

@@ -86,7 +86,11 @@ impl ComparedStep {
     pub fn difference(&self, result: usize) -> Option<Difference> {
         let of = |k: usize| self.values.get(k).copied().flatten().and_then(|own| own.capacitance);
         let ([a, a_lower, a_upper], [b, b_lower, b_upper]) = (of(0)?, of(result)?);
-        Some(Difference { value: b - a, range: [b_lower - a_upper, b_upper - a_lower], relative: (b - a) / a.abs() })
+        Some(Difference {
+            value: b - a,
+            range: [b_lower - a_upper, b_upper - a_lower],
+            relative: (b - a) / a.abs(),
+        })
     }
 }
 
@@ -192,7 +196,10 @@ fn read(path: &Path) -> Result<OneResult, CurveFileError> {
         "two_terminal" => format!("two-terminal capacitance of {}", own.terminals.join(" and ")),
         "own" => format!("capacitance of {} against ground", own.terminals.join(", ")),
         // Of a matrix, the first mutual capacitance stands for it.
-        _ => format!("mutual capacitance of {}", own.terminals.iter().take(2).cloned().collect::<Vec<_>>().join(" and ")),
+        _ => format!(
+            "mutual capacitance of {}",
+            own.terminals.iter().take(2).cloned().collect::<Vec<_>>().join(" and ")
+        ),
     });
     Ok(OneResult {
         path: path.to_owned(),
@@ -305,14 +312,18 @@ impl Comparison {
                 .filter_map(|step| Some((step.force_n?, step.value().capacitance?)))
                 .collect();
             (own.len() > 1).then(|| Series {
-                name: format!("{}: {}", self.letter(k), result.title),
+                name: match self.results.iter().filter(|own| own.title == result.title).count() {
+                    1 => format!("{}: {}", self.letter(k), result.title),
+                    _ => format!("{}: {}", self.letter(k), result.path.display()),
+                },
                 points: own.iter().map(|(force, c)| (*force, c[0])).collect(),
                 band: Some(own.iter().map(|(_, c)| (c[1], c[2])).collect()),
                 style: Style::LineAndMarkers,
             })
         };
         let series: Vec<Series> = self.results.iter().enumerate().filter_map(series).collect();
-        let axis = |label: &str, unit: &str| Axis { label: label.into(), unit: unit.into(), scale: Scale::Linear };
+        let axis =
+            |label: &str, unit: &str| Axis { label: label.into(), unit: unit.into(), scale: Scale::Linear };
         (!series.is_empty()).then(|| Chart {
             title: String::new(),
             x: axis("force", "N"),

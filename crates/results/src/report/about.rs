@@ -20,7 +20,9 @@ pub(super) fn plan(plan: &Plan) -> String {
         out.push_str("<p>Nothing was left out.</p>\n");
     } else {
         let mut table = Table::new("What was left out, and what that saved");
-        let column = |value: fn(&elastocap_coupling::plan::LeftOut) -> String| plan.left_out.iter().map(value).collect();
+        let column = |value: fn(&elastocap_coupling::plan::LeftOut) -> String| {
+            plan.left_out.iter().map(value).collect()
+        };
         table.words("left out", column(|own| own.what.clone()));
         table.words("because", column(|own| own.why.clone()));
         table.words("saving", column(|own| own.saving.clone()));
@@ -49,7 +51,11 @@ fn decision(by: Decision) -> &'static str {
 
 fn memory(bytes: u64) -> String {
     let mib = bytes as f64 / f64::from(1 << 20);
-    if mib < 1024.0 { format!("{} MiB", grouped(mib.ceil() as usize)) } else { format!("{:.1} GiB", mib / 1024.0) }
+    if mib < 1024.0 {
+        format!("{} MiB", grouped(mib.ceil() as usize))
+    } else {
+        format!("{:.1} GiB", mib / 1024.0)
+    }
 }
 
 /// The text of the case file.
@@ -86,7 +92,11 @@ pub(super) fn repeat(report: &Report<'_>) -> String {
         .map(|name| format!("<li><a href=\"{0}\">{0}</a></li>", escape(name)))
         .collect();
     if !links.is_empty() {
-        let _ = writeln!(out, "<p>Files of the run, in the same folder:</p>\n<ul class=\"files\">{}</ul>", links.concat());
+        let _ = writeln!(
+            out,
+            "<p>Files of the run, in the same folder:</p>\n<ul class=\"files\">{}</ul>",
+            links.concat()
+        );
     }
     out
 }

@@ -37,7 +37,8 @@ pub(super) fn answer(report: &Report<'_>) -> String {
         (false, true) => ("bad", "Stopped before all steps were done."),
         (false, false) => ("bad", "Incomplete: a step failed or missed its tolerance."),
     };
-    let mut out = format!("<p class=\"status {class}\">{word}</p>\n<p class=\"lead\">{}</p>\n", escape(&sentences));
+    let mut out =
+        format!("<p class=\"status {class}\">{word}</p>\n<p class=\"lead\">{}</p>\n", escape(&sentences));
     out.push_str("<dl class=\"figures\">\n");
     for Figure { name, value, remark } in figures {
         out.push_str(&format!(
@@ -113,9 +114,17 @@ fn of_curve(report: &Report<'_>) -> (String, Vec<Figure>) {
             if change < 0.0 { "falls" } else { "rises" },
             percent((change / c0).abs())
         ));
-        figures.push(figure(&format!("Under {}", load_of(&last.row)), quantity(c1, 5, "F"), error_of(&last.row, kind)));
+        figures.push(figure(
+            &format!("Under {}", load_of(&last.row)),
+            quantity(c1, 5, "F"),
+            error_of(&last.row, kind),
+        ));
         let relative = last.row.change_relative.unwrap_or(change / c0);
-        figures.push(figure("Change", quantity(last.row.change_f.unwrap_or(change), 4, "F"), signed(relative)));
+        figures.push(figure(
+            "Change",
+            quantity(last.row.change_f.unwrap_or(change), 4, "F"),
+            signed(relative),
+        ));
     } else {
         sentence.push('.');
     }
@@ -125,10 +134,9 @@ fn of_curve(report: &Report<'_>) -> (String, Vec<Figure>) {
         _ => format!(" The error of every value is estimated to be at most {}.", percent(worst)),
     });
     let ratios: Vec<f64> = solved.iter().filter_map(|s| s.row.fringe_ratio).collect();
-    if let (Some(low), Some(high)) = (
-        ratios.iter().copied().reduce(f64::min),
-        ratios.iter().copied().reduce(f64::max),
-    ) {
+    if let (Some(low), Some(high)) =
+        (ratios.iter().copied().reduce(f64::min), ratios.iter().copied().reduce(f64::max))
+    {
         sentence.push_str(&format!(
             " It is {} that of parallel plates.",
             match format!("{low:.3}") == format!("{high:.3}") {
@@ -137,12 +145,20 @@ fn of_curve(report: &Report<'_>) -> (String, Vec<Figure>) {
             }
         ));
         let plates = first.row.parallel_plate_f.map(|c| quantity(c, 4, "F")).unwrap_or_default();
-        figures.push(figure("Parallel plates", plates, format!("at the first step; C is {} times that", three(ratios[0]))));
+        figures.push(figure(
+            "Parallel plates",
+            plates,
+            format!("at the first step; C is {} times that", three(ratios[0])),
+        ));
     }
     if let Some((at, slope)) = outcome.steps.iter().find_map(|s| Some((s, s.row.sensitivity_f_per_n?))) {
         let error = at.row.sensitivity_error_f_per_n;
         let error = error.map_or_else(String::new, |e| format!("\u{b1}\u{a0}{}, ", quantity(e, 2, "F/N")));
-        figures.push(figure("Sensitivity", quantity(slope, 3, "F/N"), format!("{error}at {}", load_of(&at.row))));
+        figures.push(figure(
+            "Sensitivity",
+            quantity(slope, 3, "F/N"),
+            format!("{error}at {}", load_of(&at.row)),
+        ));
     }
     (sentence, figures)
 }
@@ -190,13 +206,15 @@ fn of_scene(report: &Report<'_>) -> (String, Vec<Figure>) {
 }
 
 fn of_layer(outcome: &Outcome) -> (String, Vec<Figure>) {
-    let known = outcome.steps.iter().filter_map(|step| Some((step, step.row.force_n?, step.row.compression?)));
+    let known =
+        outcome.steps.iter().filter_map(|step| Some((step, step.row.force_n?, step.row.compression?)));
     let Some((step, force, compression)) = known.max_by(|a, b| a.2.total_cmp(&b.2)) else {
         return ("No step has a force.".to_owned(), Vec::new());
     };
     let sentence = format!("The layer takes {} at U/H = {compression:.4}.", quantity(force, 4, "N"));
-    let error = step.row.relative_error_estimate.map_or_else(String::new, |e| {
-        format!("\u{b1}\u{a0}{}, estimated", percent(e))
-    });
+    let error = step
+        .row
+        .relative_error_estimate
+        .map_or_else(String::new, |e| format!("\u{b1}\u{a0}{}, estimated", percent(e)));
     (sentence, vec![figure(&format!("Force at U/H = {compression:.3}"), quantity(force, 4, "N"), error)])
 }

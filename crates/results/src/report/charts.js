@@ -162,11 +162,14 @@
       for (const [s, k, i] of at) {
         cursor.append(element("circle", { cx: toX(x), cy: toY(s.y[i]), r: 6, class: `s${k % 4}` }));
         const bounds = known(s.lower?.[i]) ? ` (${shown(s.lower[i], scaleY)} to ${shown(s.upper[i], scaleY)})` : "";
-        lines.push(`${s.name.split(", ")[0]}: ${shown(s.y[i], scaleY)}${bounds}`);
+        lines.push(`${s.name.split(/, (?:with|and) /)[0]}: ${shown(s.y[i], scaleY)}${bounds}`);
       }
       cursor.setAttribute("visibility", "visible");
       tip.replaceChildren(...lines.map((line) => Object.assign(document.createElement("div"), { textContent: line })));
       tip.style.display = "block";
+      // Beside the point and off the line: below a point in the upper half, above one in the lower half.
+      const y = toY(at[0][0].y[at[0][2]]), down = canvas.offsetTop;
+      tip.style.top = `${y < (top + bottom) / 2 ? down + y + 14 : Math.max(0, down + y - 14 - tip.offsetHeight)}px`;
       const right = toX(x) > place.clientWidth / 2;
       tip.style.left = right ? "auto" : `${toX(x) + 12}px`;
       tip.style.right = right ? `${place.clientWidth - toX(x) + 12}px` : "auto";

@@ -29,7 +29,8 @@ pub(super) fn charts(outcome: &Outcome, measured: &[MeasuredPoint]) -> Vec<PageC
                     false => "Capacitance with its bounds as a band.",
                 };
                 all.push(PageChart { id: "curve-chart", caption, chart: whole });
-                let caption = "Change against the first step in percent of its capacitance; its bounds as a band.";
+                let caption =
+                    "Change against the first step in percent of its capacitance; its bounds as a band.";
                 all.push(PageChart { id: "change-chart", caption, chart: panels.main });
             }
             None if outcome.plan.kind == Kind::Mechanics => {
@@ -45,7 +46,8 @@ pub(super) fn charts(outcome: &Outcome, measured: &[MeasuredPoint]) -> Vec<PageC
         }
     }
     if let Some(chart) = sensitivity(outcome) {
-        let caption = "Slope of the curve by differences between the steps; the band is what the bounds leave open.";
+        let caption =
+            "Slope of the curve by differences between the steps; the band is what the bounds leave open.";
         all.push(PageChart { id: "sensitivity-chart", caption, chart });
     }
     if let Some(panels) = approach("", outcome) {
@@ -84,7 +86,8 @@ fn sensitivity(outcome: &Outcome) -> Option<Chart> {
     if known.len() < 2 {
         return None;
     }
-    let axis = |label: &str, unit: &str| Axis { label: label.into(), unit: unit.into(), scale: Scale::Linear };
+    let axis =
+        |label: &str, unit: &str| Axis { label: label.into(), unit: unit.into(), scale: Scale::Linear };
     let bounds = |(_, slope, error): &(f64, f64, Option<f64>)| {
         let error = error.unwrap_or(f64::NAN);
         (slope - error, slope + error)

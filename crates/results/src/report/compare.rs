@@ -11,7 +11,12 @@ use crate::plot::Chart;
 pub type WordTable = (String, Vec<String>, Vec<Vec<String>>);
 
 /// The page of a comparison: a sentence, a chart of the curves where there is one, and tables.
-pub fn comparison_page(title: &str, sentence: &str, chart: Option<&Chart>, tables: &[(String, Vec<WordTable>)]) -> String {
+pub fn comparison_page(
+    title: &str,
+    sentence: &str,
+    chart: Option<&Chart>,
+    tables: &[(String, Vec<WordTable>)],
+) -> String {
     let mut page = Page::new(title);
     page.lead(format!("<p class=\"lead\">{}</p>\n", escape(sentence)));
     let mut charts = Vec::new();
@@ -32,8 +37,13 @@ pub fn comparison_page(title: &str, sentence: &str, chart: Option<&Chart>, table
 fn table((caption, head, rows): &WordTable) -> String {
     let mut table = Table::new(caption);
     for (k, name) in head.iter().enumerate() {
-        let cells = rows.iter().map(|row| row.get(k).cloned().unwrap_or_default()).collect();
-        if k == 0 { table.words(name, cells) } else { table.numbers(name, cells) }
+        let cells: Vec<String> = rows.iter().map(|row| row.get(k).cloned().unwrap_or_default()).collect();
+        let is_number = |cell: &String| cell.starts_with(|c: char| c.is_ascii_digit() || "+-".contains(c));
+        if k > 0 && cells.iter().all(is_number) {
+            table.numbers(name, cells)
+        } else {
+            table.words(name, cells)
+        }
     }
     table.html()
 }

@@ -118,7 +118,8 @@ impl Report<'_> {
         let of_run = self.outcome.plan.warnings.iter().chain(self.warnings).cloned();
         let of_steps = self.outcome.steps.iter().filter(|step| step.same_as.is_none()).flat_map(|step| {
             let own = step.warnings.iter().map(String::as_str).chain(self.fields.warning(step.index));
-            let reason = (!step.row.status.is_ok()).then(|| format!("{}{}", step.row.status, because(&step.reason)));
+            let reason =
+                (!step.row.status.is_ok()).then(|| format!("{}{}", step.row.status, because(&step.reason)));
             let own = own.map(str::to_owned).chain(reason);
             own.map(|text| format!("Step {}: {text}", step.index)).collect::<Vec<_>>()
         });

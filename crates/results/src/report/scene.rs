@@ -53,9 +53,8 @@ fn role_name(role: BodyRole) -> &'static str {
 }
 
 fn of_boxes(bodies: &[SceneBody], labels: &[String]) -> SceneData {
-    let numbers = |pose: &Box3| -> Vec<f32> {
-        pose.min.into_iter().chain(pose.max).map(|x| x as f32).collect()
-    };
+    let numbers =
+        |pose: &Box3| -> Vec<f32> { pose.min.into_iter().chain(pose.max).map(|x| x as f32).collect() };
     let of = |body: &SceneBody| {
         let still = body.poses.windows(2).all(|pair| pair[0] == pair[1]);
         let poses = if still { &body.poses[..body.poses.len().min(1)] } else { &body.poses[..] };

@@ -27,7 +27,10 @@ pub(super) fn sections(report: &Report<'_>) -> Option<String> {
         let caption = escape(&format!("Step {}, {}", step.index, step_label(report.outcome, step)));
         let picture = untitled(svg);
         let _ = match plain {
-            true => write!(out, "<figure class=\"section\">{picture}<figcaption>{caption}</figcaption></figure>\n"),
+            true => write!(
+                out,
+                "<figure class=\"section\">{picture}<figcaption>{caption}</figcaption></figure>\n"
+            ),
             false => write!(
                 out,
                 "<figure class=\"section\"><div class=\"packed\" data-svg=\"{}\">This picture is in section_{:03}.svg, too.</div>\
@@ -48,13 +51,13 @@ fn untitled(svg: &str) -> String {
     // Title lines stand near the top, one for each line of the file.
     let lines = rest.lines().take(5).filter(|line| line.contains(TITLE)).count();
     let cut = 18.0 * 1.35 * lines as f64;
-    let height = |head: &str| -> Option<f64> {
-        head.split("height=\"").nth(1)?.split('"').next()?.parse().ok()
-    };
+    let height =
+        |head: &str| -> Option<f64> { head.split("height=\"").nth(1)?.split('"').next()?.parse().ok() };
     let Some(height) = height(head) else { return svg.to_owned() };
     let own = format!("viewBox=\"0 0 800 {}\" width=\"800\" height=\"{}\"", number(height), number(height));
     let new = format!("viewBox=\"0 {} 800 {}\"", number(cut), number(height - cut));
-    let rest: String = rest.lines().filter(|line| !line.contains(TITLE)).flat_map(|line| [line, "\n"]).collect();
+    let rest: String =
+        rest.lines().filter(|line| !line.contains(TITLE)).flat_map(|line| [line, "\n"]).collect();
     format!("{}\n{rest}", head.replace(&own, &new))
 }
 
@@ -80,7 +83,7 @@ pub(super) fn view(scene: &SceneData) -> String {
         ),
     };
     format!(
-        "<p>Drag to turn, scroll or pinch to come nearer; with the keyboard, the arrow keys turn, + and \u{2212} zoom, 0 goes back. Heights are \
+        "<p class=\"how\">Drag to turn, scroll or pinch to come nearer; with the keyboard, the arrow keys turn, + and \u{2212} zoom, 0 goes back. Heights are \
          drawn to scale.</p>\n\
          <div class=\"view\" hidden>\n<canvas id=\"scene\" tabindex=\"0\" role=\"img\" aria-label=\"{}\"></canvas>\n<img id=\"scene-print\" alt=\"\" hidden>\n\
          <div class=\"controls\">\n{steps}<button type=\"button\" id=\"home\">First view</button>\n</div>\n\

@@ -19,8 +19,7 @@ const SCENE: &str = include_str!("scene.js");
 const THREE: &[u8] = include_bytes!("three/three.min.js.gz");
 
 /// Nothing may be loaded from anywhere: whatever a case file holds, the page asks the network for nothing.
-const POLICY: &str =
-    "default-src 'none'; style-src 'unsafe-inline'; script-src 'unsafe-inline'; img-src data: blob:; base-uri 'none'; form-action 'none'";
+const POLICY: &str = "default-src 'none'; style-src 'unsafe-inline'; script-src 'unsafe-inline'; img-src data: blob:; base-uri 'none'; form-action 'none'";
 
 /// Before anything is drawn, so that a page does not flash in the other theme.
 const THEME: &str = "try{var t=localStorage.getItem('elastocap-theme');if(t==='light'||t==='dark')document.documentElement.dataset.theme=t}catch(e){}";

@@ -22,12 +22,11 @@ fn of_each(outcome: &Outcome, value: fn(&Row) -> Option<f64>) -> Vec<Option<f64>
 
 /// The load of a step in words, with how what is attached is moved besides.
 pub(super) fn step_label(outcome: &Outcome, step: &StepResult) -> String {
-    let mut text = label(step);
+    let mut text = label(step).replace(" um", " \u{b5}m");
     let Some(pose) = outcome.plan.steps.get(step.index).map(|planned| planned.pose) else { return text };
-    for (word, [a, b], unit, scale) in [
-        ("shift", pose.shift, "m", 1.0),
-        ("tilt", pose.tilt, "\u{b0}", 180.0 / std::f64::consts::PI),
-    ] {
+    for (word, [a, b], unit, scale) in
+        [("shift", pose.shift, "m", 1.0), ("tilt", pose.tilt, "\u{b0}", 180.0 / std::f64::consts::PI)]
+    {
         if [a, b] != [0.0, 0.0] {
             let shown = |x: f64| match unit {
                 "m" => quantity(x, 3, unit),
@@ -107,7 +106,12 @@ pub(super) fn matrices(outcome: &Outcome) -> Option<String> {
     if shown.len() > 1 {
         out.push_str("<p class=\"chooser\" hidden><label>Step <select data-steps=\"matrices\">");
         for step in &shown {
-            let _ = write!(out, "<option value=\"{}\">{}</option>", step.index, escape(&step_label(outcome, step)));
+            let _ = write!(
+                out,
+                "<option value=\"{}\">{}</option>",
+                step.index,
+                escape(&step_label(outcome, step))
+            );
         }
         out.push_str("</select></label></p>\n");
     }
@@ -131,7 +135,8 @@ fn matrix(outcome: &Outcome, step: &StepResult) -> String {
     });
     let one = one.unwrap_or(1.0);
     let name = |k: usize| outcome.conductors.get(k).cloned().unwrap_or_else(|| k.to_string());
-    let mut table = Table::new(&format!("Maxwell matrix in {unit}, step {}: {}", step.index, step_label(outcome, step)));
+    let mut table =
+        Table::new(&format!("Maxwell matrix in {unit}, step {}: {}", step.index, step_label(outcome, step)));
     table.words("terminal", (0..entries.len()).map(name).collect());
     for j in 0..entries.len() {
         let cell = |i: usize| {
@@ -147,15 +152,18 @@ fn matrix(outcome: &Outcome, step: &StepResult) -> String {
         table.words("conductor", step.floating.iter().map(|own| own.name.clone()).collect());
         for (k, driven) in outcome.conductors.iter().enumerate() {
             let of = |v: Option<&elastocap_electrostatics::Bounded>| {
-                v.map_or_else(|| "\u{2013}".to_owned(), |v| {
-                    format!("{:.5}\u{a0}\u{b1}\u{a0}{:.5}", v.value + 0.0, 0.5 * (v.upper - v.lower))
-                })
+                v.map_or_else(
+                    || "\u{2013}".to_owned(),
+                    |v| format!("{:.5}\u{a0}\u{b1}\u{a0}{:.5}", v.value + 0.0, 0.5 * (v.upper - v.lower)),
+                )
             };
             table.numbers(driven, step.floating.iter().map(|own| of(own.per_volt.get(k))).collect());
         }
         let charged = step.floating.iter().any(|own| own.from_charges.value != 0.0);
         if charged {
-            let cell = |own: &elastocap_coupling::outcome::FloatingConductor| quantity(own.from_charges.value, 5, "V");
+            let cell = |own: &elastocap_coupling::outcome::FloatingConductor| {
+                quantity(own.from_charges.value, 5, "V")
+            };
             table.numbers("from charges", step.floating.iter().map(cell).collect());
         }
         out.push_str(&table.html());
@@ -180,21 +188,27 @@ fn route_in_words(route: Route) -> &'static str {
 pub(super) fn errors_and_times(report: &Report<'_>) -> String {
     let outcome = report.outcome;
     let own: Vec<&StepResult> = outcome.steps.iter().filter(|step| step.same_as.is_none()).collect();
-    let all = |value: fn(&Row) -> Option<f64>| -> Vec<Option<f64>> { own.iter().map(|s| value(&s.row)).collect() };
-    let names: Vec<String> = own.iter().map(|step| format!("{}: {}", step.index, step_label(outcome, step))).collect();
+    let all =
+        |value: fn(&Row) -> Option<f64>| -> Vec<Option<f64>> { own.iter().map(|s| value(&s.row)).collect() };
+    let names: Vec<String> =
+        own.iter().map(|step| format!("{}: {}", step.index, step_label(outcome, step))).collect();
     let mut errors = Table::new("How well each step is known");
     errors.words("step", names.clone());
     if own.iter().any(|step| step.route.is_some()) {
         let route = |step: &&StepResult| step.route.map_or("\u{2013}", route_in_words).to_owned();
         errors.words("solver", own.iter().map(route).collect());
     }
-    errors.shares(if outcome.plan.kind == Kind::Mechanics { "error of the force" } else { "error of C" }, &all(|r| r.relative_error_estimate));
+    errors.shares(
+        if outcome.plan.kind == Kind::Mechanics { "error of the force" } else { "error of C" },
+        &all(|r| r.relative_error_estimate),
+    );
     errors.shares("from the layer's mesh", &all(|r| r.mechanics_error_estimate));
     errors.shares("from flat faces", &all(|r| r.geometry_error_estimate.filter(|e| *e != 0.0)));
     let count = |n: Option<usize>| n.map_or_else(|| "\u{2013}".to_owned(), grouped);
     errors.numbers("unknowns", own.iter().map(|s| count(s.row.unknowns)).collect());
     errors.numbers("grids", own.iter().map(|s| count(s.solver.as_ref().map(|r| r.grids))).collect());
-    errors.numbers("iterations", own.iter().map(|s| count(s.solver.as_ref().map(|r| r.iterations))).collect());
+    errors
+        .numbers("iterations", own.iter().map(|s| count(s.solver.as_ref().map(|r| r.iterations))).collect());
     let mut out = errors.html();
 
     let phases = phases(report, &own);
@@ -239,7 +253,10 @@ struct Phase {
 }
 
 fn phases(report: &Report<'_>, own: &[&StepResult]) -> Vec<Phase> {
-    let of = |name, value: &dyn Fn(&StepResult) -> f64| Phase { name, seconds: own.iter().map(|s| value(s)).collect() };
+    let of = |name, value: &dyn Fn(&StepResult) -> f64| Phase {
+        name,
+        seconds: own.iter().map(|s| value(s)).collect(),
+    };
     vec![
         of("mechanics", &|s| s.seconds.mechanics),
         of("choosing the grid", &|s| s.seconds.electrostatics.choosing),
@@ -265,7 +282,11 @@ fn bars(phases: &[&Phase], names: &[String]) -> String {
     for (step, name) in names.iter().enumerate() {
         let _ = write!(out, "<div><span>{}</span><b>", escape(name));
         for (k, phase) in phases.iter().enumerate() {
-            let _ = write!(out, "<i class=\"p{k}\" style=\"width:{}%\"></i>", number((1e4 * phase.seconds[step] / longest).round() / 1e2));
+            let _ = write!(
+                out,
+                "<i class=\"p{k}\" style=\"width:{}%\"></i>",
+                number((1e4 * phase.seconds[step] / longest).round() / 1e2)
+            );
         }
         out.push_str("</b></div>\n");
     }
