@@ -56,6 +56,7 @@ Examples:
   elastocap check cases/in-plane-pair.toml     what will be solved, and how long it will take
   elastocap force results/in-plane-pair --capacitance 41.2fF+-0.05fF
                                                the force that belongs to a measured capacitance
+  elastocap compare results/a results/b        what differs in the cases, in C and in time
   elastocap accuracy cases/in-plane-pair.toml  what accuracy costs: errors against run time
   elastocap stability --quick                  whether extreme cases are answered right
   elastocap figures --only 9,16                figures of the paper, with finite elements
@@ -100,6 +101,8 @@ enum Command {
     Check(commands::check::Arguments),
     /// Give the force that belongs to a measured capacitance, with its limits, by the curve of a run
     Force(commands::force::Arguments),
+    /// Lay results side by side: what differs in the cases, in the capacitances with their bounds, and in time
+    Compare(commands::compare::Arguments),
     /// Show what accuracy costs: errors against run time on many grids, and on those that the solver chooses
     Accuracy(commands::accuracy::Arguments),
     /// Write the bodies (scene.glb) and a grid of them (.vtu) without solving
@@ -151,6 +154,7 @@ fn main() -> ExitCode {
         Command::Run(arguments) => commands::run::execute(arguments, common, &guard),
         Command::Check(arguments) => commands::check::execute(arguments, common),
         Command::Force(arguments) => commands::force::execute(arguments),
+        Command::Compare(arguments) => commands::compare::execute(arguments),
         Command::Accuracy(arguments) => commands::accuracy::execute(arguments, common),
         Command::Mesh(arguments) => commands::mesh::execute(arguments, common),
         Command::Stability(arguments) => commands::stability::execute(arguments, common),

@@ -4,6 +4,7 @@ pub(crate) mod accuracy;
 mod accuracy_report;
 mod arguments;
 pub(crate) mod check;
+pub(crate) mod compare;
 pub(crate) mod completions;
 pub(crate) mod figures;
 pub(crate) mod force;

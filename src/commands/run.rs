@@ -8,7 +8,10 @@ use elastocap_case::Case;
 use elastocap_coupling::outcome::{Outcome, Status, StepResult};
 use elastocap_coupling::plan::{Options, Plan};
 use elastocap_coupling::run::run;
-use elastocap_results::{FieldWriter, OutputError, OutputFolder, Resume, ResumeError, Saved, save};
+use elastocap_results::{
+    FieldWriter, FileGroup, OutputError, OutputFolder, Request, Resume, ResumeError, Saved, UnknownFileGroup,
+    Wanted, save_as,
+};
 
 use super::arguments::time;
 use super::inputs::Input;
@@ -35,6 +38,7 @@ Files in the output folder:
   capacitance.csv  all capacitances of each step
   curve.svg        by how much C changes under load, with bounds; C itself beside that of parallel plates
   approach.svg     the same against the distance of the indenter, with `approach`
+  report.html      all of this as one page for a browser, with charts, a 3D view and the case file
   result.json      all results, with the Maxwell matrices, the plan and the time of each phase
   scene.glb        bodies, indenter and a scale bar for any glTF viewer, the load steps as an animation
   fields.pvd       the fields around the sensor for ParaView, one step_NNN.vtu for each load step
@@ -81,12 +85,50 @@ pub(crate) struct Arguments {
     /// Leave nothing out: solve for the same numbers without using symmetry, for instance
     #[arg(long)]
     no_prune: bool,
-    /// Do not write the fields (.vtu) and the sections through them
+    /// Write these files alone: curve, capacitance, report, scene, fields, sections, mechanics, layer, json, several with
+    /// commas; result.json is always written, since it lists the others
+    #[arg(long, value_name = "FILES", value_delimiter = ',', value_parser = file_group)]
+    only: Vec<FileGroup>,
+    /// Do not write the fields (.vtu) and the sections through them, nor the fields of the layer
     #[arg(long)]
     no_fields: bool,
     /// Do not write scene.glb
     #[arg(long)]
     no_scene: bool,
+}
+
+fn file_group(word: &str) -> Result<FileGroup, UnknownFileGroup> {
+    word.parse()
+}
+
+impl Arguments {
+    /// The files that are asked for.
+    fn wanted(&self) -> Wanted {
+        let mut wanted = if self.only.is_empty() { Wanted::default() } else { Wanted::only(&self.only) };
+        if self.no_fields {
+            wanted = wanted.without(&[FileGroup::Fields, FileGroup::Sections, FileGroup::Layer]);
+        }
+        if self.no_scene {
+            wanted = wanted.without(&[FileGroup::Scene]);
+        }
+        wanted
+    }
+}
+
+/// The command that repeats this run, for a shell.
+fn command() -> String {
+    let arguments = std::env::args_os().skip(1).filter(|word| word != "--resume");
+    let words = arguments.map(|word| quoted(&word.to_string_lossy()));
+    std::iter::once("elastocap".to_owned()).chain(words).collect::<Vec<_>>().join(" ")
+}
+
+/// A word for a shell: in quotes where it holds more than letters, digits and the usual marks of paths.
+fn quoted(word: &str) -> String {
+    let plain = |c: char| c.is_alphanumeric() || "-_./,:=+@%".contains(c);
+    if !word.is_empty() && word.chars().all(plain) {
+        return word.to_owned();
+    }
+    format!("'{}'", word.replace('\'', "'\\''"))
 }
 
 pub(crate) fn execute(arguments: &Arguments, common: &Common, guard: &Guard) -> Exit {
@@ -146,7 +188,7 @@ fn solve_one(
     stop: &Stop,
     started: Instant,
 ) -> Exit {
-    let solved = solve_and_save(&input.case, arguments, common, &input.folder, guard, stop, started);
+    let solved = solve_and_save(input, arguments, common, guard, stop, started);
     stop.release();
     match solved {
         Ok((outcome, saved)) => report(&input.case, &outcome, &saved, arguments, common),
@@ -170,39 +212,49 @@ enum RunError {
 }
 
 fn solve_and_save(
-    case: &Case,
+    input: &Input,
     arguments: &Arguments,
     common: &Common,
-    folder: &Path,
     guard: &Guard,
     stop: &Stop,
     started: Instant,
 ) -> Result<(Outcome, Saved), RunError> {
-    let options =
-        Options { prune: !arguments.no_prune, fields: !arguments.no_fields, scene: !arguments.no_scene };
+    let case = &input.case;
+    let wanted = arguments.wanted();
+    let options = Options {
+        prune: !arguments.no_prune,
+        fields: !arguments.no_fields && wanted.needs_fields(),
+        scene: wanted.has(FileGroup::Scene),
+    };
+    // The case has just been read from there; the standard input is gone.
+    let is_file = input.path.as_os_str() != super::STDIN;
+    let case_text = is_file.then(|| std::fs::read_to_string(&input.path).ok()).flatten();
     // Opened before anything is solved: a run must not be lost to a folder that cannot be written to.
-    let folder = OutputFolder::open(folder)?;
+    let folder = OutputFolder::open(&input.folder)?;
     guard.remove_on_failure(folder.staging(), folder.created());
     folder.holds_nothing_foreign()?;
     let resume = match arguments.resume {
-        true => Some(Resume::read(&folder.partial(), case, &options)?),
+        true => Some(Resume::read(&folder.partial(), case, &options, &wanted)?),
         false => None,
     };
     if let Some(resume) = resume.as_ref().filter(|_| !common.quiet) {
         output::message(&format!("{} steps are taken from the run that was stopped", resume.steps()));
     }
     stop.guard(&folder);
-    let plan = Plan::new(case, &options);
+    let mut plan = Plan::new(case, &options);
+    wanted.note_in(&mut plan);
     let planning = started.elapsed();
     let progress = Progress::new(&plan, common.quiet);
-    let writer = FieldWriter::new(&folder, &progress)
-        .only_if(options.fields)
-        .drawing_sections(&plan, &case.title)
-        .going_on_from(resume);
+    let mut writer = FieldWriter::new(&folder, &progress).writing(wanted).going_on_from(resume);
+    if options.fields {
+        writer = writer.drawing_sections(&plan, &case.title);
+    }
     let outcome = run(case, &plan, &options, stop.cancel(), &writer);
     progress.finish();
     let fields = writer.finish(&outcome)?;
-    let saved = save(case, &outcome, &options, folder, &fields, started, planning)?;
+    let command = command();
+    let request = Request { wanted, case_text: case_text.as_deref(), command: Some(&command), measured: &[] };
+    let saved = save_as(case, &outcome, &options, &request, folder, &fields, started, planning)?;
     Ok((outcome, saved))
 }
 

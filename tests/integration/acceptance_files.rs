@@ -59,10 +59,17 @@ fn the_in_plane_pair_gives_the_expected_curve_and_every_file() {
         let slack = number(&capacitance["tolerance"]);
         assert_bounded(of, errors[step], wanted, slack, 1e-3, &format!("step {step}"));
     }
-    let mut files: Vec<String> =
-        ["capacitance.csv", "curve.csv", "curve.svg", "fields.pvd", "result.json", "scene.glb"]
-            .map(Into::into)
-            .into();
+    let mut files: Vec<String> = [
+        "capacitance.csv",
+        "curve.csv",
+        "curve.svg",
+        "fields.pvd",
+        "report.html",
+        "result.json",
+        "scene.glb",
+    ]
+    .map(Into::into)
+    .into();
     files.extend([0, 5].map(|step| format!("section_{step:03}.svg")));
     files.extend((0..6).map(|step| format!("step_{step:03}.vtu")));
     assert_eq!(sandbox.names("out"), files);
@@ -110,7 +117,15 @@ fn purely_electrostatic_scenes_give_the_expected_maxwell_matrices() {
         assert_eq!(json["two_terminal_capacitance_f"], json["maxwell_matrix_f"][0][0], "against ground");
         assert_eq!(
             sandbox.names("out"),
-            ["capacitance.csv", "fields.pvd", "result.json", "scene.glb", "section_000.svg", "step_000.vtu"]
+            [
+                "capacitance.csv",
+                "fields.pvd",
+                "report.html",
+                "result.json",
+                "scene.glb",
+                "section_000.svg",
+                "step_000.vtu"
+            ]
         );
         let table = sandbox.table("out/capacitance.csv");
         assert_eq!(table.texts("quantity"), ["maxwell", "two_terminal"]);
@@ -170,7 +185,15 @@ fn scenes_of_round_and_imported_bodies_give_the_expected_maxwell_matrices() {
         }
         assert_eq!(
             sandbox.names("out"),
-            ["capacitance.csv", "fields.pvd", "result.json", "scene.glb", "section_000.svg", "step_000.vtu"]
+            [
+                "capacitance.csv",
+                "fields.pvd",
+                "report.html",
+                "result.json",
+                "scene.glb",
+                "section_000.svg",
+                "step_000.vtu"
+            ]
         );
     }
 }
@@ -290,7 +313,15 @@ fn a_mesh_from_gmsh_is_read_beside_its_case_file_and_solved_as_it_is() {
     assert_bounded(keys.map(|key| number(&json[key])), 2.5e-2, 2.0365e-13, 3.3e-3, 5e-2, "two-terminal");
     assert_eq!(
         sandbox.names("out"),
-        ["capacitance.csv", "fields.pvd", "result.json", "scene.glb", "section_000.svg", "step_000.vtu"]
+        [
+            "capacitance.csv",
+            "fields.pvd",
+            "report.html",
+            "result.json",
+            "scene.glb",
+            "section_000.svg",
+            "step_000.vtu"
+        ]
     );
 }
 

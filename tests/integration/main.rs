@@ -12,6 +12,7 @@ mod force;
 mod hostile;
 mod moving;
 mod new;
+mod report;
 mod stability;
 mod stopping;
 mod support;

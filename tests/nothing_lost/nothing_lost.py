@@ -54,7 +54,7 @@ def is_result_of(files, case_name, own):
     if sorted(index["files"]) != sorted(files):
         raise Lost(f"a mixture: {sorted(files)} where result.json lists {sorted(index['files'])}")
     for name in index["files"]:
-        if not files[name] and name.endswith((".csv", ".json", ".vtu", ".glb")):
+        if not files[name] and name.endswith((".csv", ".json", ".vtu", ".glb", ".html")):
             raise Lost(f"{name} is empty")
     return True
 
@@ -341,7 +341,7 @@ def resumed(bench, number):
         if found is None or set(found) != set(files):
             raise Lost(f"a run that was gone on with {attempt} has other files: {found and sorted(found)}")
         for name, text in files.items():
-            if name != "result.json" and found[name] != text:
+            if name not in ("result.json", "report.html") and found[name] != text:
                 raise Lost(f"{name} of a run that was gone on with differs from that of one that was let alone")
         if bench.leftovers() or (bench.stage / "out.partial").exists():
             raise Lost("something is left over")

@@ -15,7 +15,7 @@ use elastocap_geometry::export::body::body_vtu;
 use elastocap_geometry::export::vtk::vtu;
 
 use crate::section::{of_grid, of_tetrahedra, section_file};
-use crate::{OutputError, OutputFolder, Resume, layer_files, scene_files};
+use crate::{FileGroup, OutputError, OutputFolder, Resume, Wanted, layer_files, scene_files};
 
 /// The name of a step's field file.
 pub fn field_file(index: usize) -> String {
@@ -26,6 +26,8 @@ pub fn field_file(index: usize) -> String {
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct FieldFiles {
     steps: BTreeMap<usize, FieldFile>,
+    /// Pictures of the field, for the report.
+    sections: BTreeMap<usize, String>,
     layer_warnings: Vec<String>,
 }
 
@@ -52,6 +54,11 @@ impl FieldFiles {
         self.steps.get(&step).map_or(0.0, |file| file.seconds)
     }
 
+    /// The section through the field of a step as SVG, if one was drawn.
+    pub fn section(&self, step: usize) -> Option<&str> {
+        self.sections.get(&step).map(String::as_str)
+    }
+
     /// What the files of the layer could not hold.
     pub fn layer_warnings(&self) -> &[String] {
         &self.layer_warnings
@@ -67,8 +74,8 @@ pub struct FieldWriter<'a> {
     folder: &'a OutputFolder,
     watcher: &'a dyn Observer,
     resume: Option<Resume>,
-    /// Whether fields, those of the layer among them, are written.
-    wanted: bool,
+    /// Which files are written.
+    wanted: Wanted,
     /// Steps whose field is drawn in a section, and the title of the drawings.
     sections: (Vec<usize>, String),
     files: Mutex<FieldFiles>,
@@ -82,7 +89,7 @@ impl<'a> FieldWriter<'a> {
             folder,
             watcher,
             resume: None,
-            wanted: true,
+            wanted: Wanted::default(),
             sections: Default::default(),
             files: Mutex::default(),
             broken: Mutex::default(),
@@ -92,6 +99,13 @@ impl<'a> FieldWriter<'a> {
     /// Writes nothing unless fields are `wanted`.
     #[must_use]
     pub fn only_if(self, wanted: bool) -> Self {
+        let of_fields = [FileGroup::Fields, FileGroup::Sections, FileGroup::Layer];
+        if wanted { self } else { Self { wanted: self.wanted.without(&of_fields), ..self } }
+    }
+
+    /// Writes only what is wanted.
+    #[must_use]
+    pub fn writing(self, wanted: Wanted) -> Self {
         Self { wanted, ..self }
     }
 
@@ -133,6 +147,21 @@ impl<'a> FieldWriter<'a> {
         Ok(files)
     }
 
+    fn is_drawn(&self, index: usize) -> bool {
+        self.wanted.needs_sections() && self.sections.0.contains(&index)
+    }
+
+    /// Stages a picture where it is wanted as a file, and keeps it for the report.
+    fn keep_section(&self, index: usize, svg: String) -> Result<(), OutputError> {
+        if self.wanted.has(FileGroup::Sections) {
+            self.folder.stage(&section_file(index), svg.as_bytes())?;
+        }
+        if self.wanted.has(FileGroup::Report) {
+            self.files.lock().unwrap_or_else(PoisonError::into_inner).sections.insert(index, svg);
+        }
+        Ok(())
+    }
+
     fn stopped_by(&self, error: OutputError) -> ControlFlow<()> {
         *self.broken.lock().unwrap_or_else(PoisonError::into_inner) = Some(error);
         ControlFlow::Break(())
@@ -145,7 +174,7 @@ impl Observer for FieldWriter<'_> {
     }
 
     fn layer_solved(&self, solution: &Solution) -> ControlFlow<()> {
-        if !self.wanted {
+        if !self.wanted.has(FileGroup::Layer) {
             return self.watcher.layer_solved(solution);
         }
         match layer_files::stage(self.folder, solution) {
@@ -157,17 +186,20 @@ impl Observer for FieldWriter<'_> {
         }
     }
 
-    /// A step whose field is not there any more is solved again.
+    /// A step whose field or whose picture is not there any more is solved again.
     fn finished_before(&self, index: usize) -> Option<FinishedStep> {
-        let (step, field) = self.resume.as_ref()?.step(index)?;
+        let (step, folder, field) = self.resume.as_ref()?.step(index)?;
+        let mut section = None;
+        if self.is_drawn(index) {
+            section = Some(std::fs::read_to_string(folder.join(section_file(index))).ok()?);
+        }
         if let Some(field) = field {
             let name = field_file(index);
             self.folder.stage_from(&field, &name).ok()?;
             self.files.lock().unwrap_or_else(PoisonError::into_inner).set_name(index, name);
-            let section = section_file(index);
-            if self.sections.0.contains(&index) {
-                self.folder.stage_from(&field.with_file_name(&section), &section).ok()?;
-            }
+        }
+        if let Some(section) = section {
+            self.keep_section(index, section).ok()?;
         }
         Some(step)
     }
@@ -179,35 +211,37 @@ impl Observer for FieldWriter<'_> {
     /// A field that the format cannot hold is a warning.
     fn field_solved(&self, step: &StepResult, field: StepField) -> ControlFlow<()> {
         let start = Instant::now();
-        let drawn = self.sections.0.contains(&step.index);
+        let drawn = self.is_drawn(step.index);
+        let written = self.wanted.has(FileGroup::Fields);
         let title = || format!("{}: {}", self.sections.1, scene_files::label(step));
         let (bytes, section) = match (field, &step.scene) {
             (StepField::Grid(field), Some(scene)) => {
                 let grid = scene_files::field_grid(&scene.scene, field);
                 let first = 1 + scene.scene.dielectrics().count() as i32;
                 let metal = first..first + scene.scene.conductors().count() as i32;
-                (vtu(&grid), drawn.then(|| of_grid(step, &title(), &grid, metal)))
+                (written.then(|| vtu(&grid)), drawn.then(|| of_grid(step, &title(), &grid, metal)))
             }
             (StepField::Grid(_), None) => return ControlFlow::Continue(()),
             (StepField::Tetrahedra(mesh), _) => {
-                (body_vtu(&mesh), drawn.then(|| of_tetrahedra(step, &title(), &mesh)))
+                (written.then(|| body_vtu(&mesh)), drawn.then(|| of_tetrahedra(step, &title(), &mesh)))
             }
         };
         if let Some(section) = section.flatten()
-            && let Err(error) = self.folder.stage(&section_file(step.index), section.to_svg().as_bytes())
+            && let Err(error) = self.keep_section(step.index, section.to_svg())
         {
             return self.stopped_by(error);
         }
         let mut file = FieldFile::default();
         match bytes {
-            Ok(bytes) => {
+            Some(Ok(bytes)) => {
                 let name = field_file(step.index);
                 if let Err(error) = self.folder.stage(&name, &bytes) {
                     return self.stopped_by(error);
                 }
                 file.name = Some(name);
             }
-            Err(error) => file.warning = Some(format!("the field is not written: {error}")),
+            Some(Err(error)) => file.warning = Some(format!("the field is not written: {error}")),
+            None => {}
         }
         file.seconds = start.elapsed().as_secs_f64();
         self.files.lock().unwrap_or_else(PoisonError::into_inner).steps.insert(step.index, file);

@@ -28,6 +28,9 @@ pub struct RunSeconds {
 struct Document<'a> {
     title: &'a str,
     case: String,
+    /// The text of the case file, where the caller gave it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    case_text: Option<&'a str>,
     /// "complete", "incomplete" (steps failed or missed their tolerance), "stopped".
     status: &'static str,
     conductors: &'a [String],
@@ -246,7 +249,8 @@ pub(crate) fn mesh_document(case: &Case, files: &[String]) -> String {
     format!("{document:#}\n")
 }
 
-/// The text of `result.json`; `files` are the run's files, `warnings` what came up while they were written.
+/// The text of `result.json`; `files` are the run's files, `warnings` what came up while they were written, `case_text` is the text of the
+/// case file.
 ///
 /// # Errors
 /// None that is known: every value in it has a form in JSON.
@@ -257,11 +261,13 @@ pub fn document(
     files: Vec<String>,
     warnings: Vec<String>,
     seconds: RunSeconds,
+    case_text: Option<&str>,
 ) -> serde_json::Result<String> {
     let of_static = (outcome.plan.kind == Kind::Capacitance).then(|| outcome.steps.first()).flatten();
     let document = Document {
         title: &case.title,
         case: case.source.display().to_string(),
+        case_text,
         status: match (outcome.is_complete(), outcome.stopped) {
             (true, _) => "complete",
             (false, true) => "stopped",

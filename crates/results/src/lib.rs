@@ -1,5 +1,6 @@
 //! Results on disk.
 
+pub mod comparison;
 pub mod csv;
 mod fields;
 mod figure;
@@ -10,10 +11,12 @@ mod layer_files;
 pub mod load_answer;
 mod output_folder;
 pub mod plot;
+pub mod report;
 mod resume;
 pub mod scene_files;
 mod section;
 mod space_layer_files;
+mod wanted;
 
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
@@ -27,7 +30,11 @@ pub use figure::{approach, figure};
 pub use json::{RunSeconds, document};
 pub use output_folder::{Finish, OutputError, OutputFolder, Placed};
 use output_folder::{INDEX, MESH_INDEX, is_result_name};
+pub use report::MeasuredPoint;
+use report::{REPORT, Report};
 pub use resume::{Resume, ResumeError};
+use scene_files::Shown;
+pub use wanted::{FileGroup, UnknownFileGroup, Wanted};
 
 use elastocap_case::Case;
 use elastocap_coupling::outcome::{Outcome, StepResult};
@@ -67,20 +74,13 @@ fn stage_series(
     }
 }
 
-fn stage_scene(
-    folder: &OutputFolder,
-    case: &Case,
-    steps: &[StepResult],
-) -> Result<Option<String>, OutputError> {
-    let file = match scene_files::surfaces(case, steps) {
-        Some(surfaces) => surfaces_glb(&surfaces),
-        None => {
-            let (bodies, labels) = scene_files::bodies(case, steps);
-            if bodies.is_empty() {
-                return Ok(Some("scene.glb is not written: no step has a scene".to_owned()));
-            }
-            glb(&bodies, &labels)
+fn stage_scene(folder: &OutputFolder, shown: &Shown) -> Result<Option<String>, OutputError> {
+    let file = match shown {
+        Shown::Surfaces(surfaces) => surfaces_glb(surfaces),
+        Shown::Boxes(bodies, _) if bodies.is_empty() => {
+            return Ok(Some("scene.glb is not written: no step has a scene".to_owned()));
         }
+        Shown::Boxes(bodies, labels) => glb(bodies, labels),
     };
     match file {
         Ok(bytes) => folder.stage("scene.glb", &bytes).map(|()| None),
@@ -88,9 +88,20 @@ fn stage_scene(
     }
 }
 
-/// Writes what a run found, beside the fields staged before, and puts all of it in place: see [`OutputFolder::commit_run`].
-///
-/// `started` is when the run began, `planning` how long reading and planning took.
+/// What a run is asked for besides its results.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Request<'a> {
+    /// Which files are written.
+    pub wanted: Wanted,
+    /// The text of the case file, for result.json and the report.
+    pub case_text: Option<&'a str>,
+    /// The command that repeats the run, for the report.
+    pub command: Option<&'a str>,
+    /// Measured points, drawn over the curve in the report.
+    pub measured: &'a [MeasuredPoint],
+}
+
+/// Writes what a run found, as [`save_as`] does, with all files that the options leave.
 ///
 /// # Errors
 /// When a file cannot be written; then the folder is as it was before.
@@ -103,37 +114,71 @@ pub fn save(
     started: Instant,
     planning: Duration,
 ) -> Result<Saved, OutputError> {
+    let mut wanted = Wanted::default();
+    if !options.scene {
+        wanted = wanted.without(&[FileGroup::Scene]);
+    }
+    if !options.fields {
+        wanted = wanted.without(&[FileGroup::Fields, FileGroup::Sections, FileGroup::Layer]);
+    }
+    let request = Request { wanted, ..Request::default() };
+    save_as(case, outcome, options, &request, folder, fields, started, planning)
+}
+
+/// Writes what a run found, beside the fields staged before, and puts all of it in place: see [`OutputFolder::commit_run`].
+///
+/// `started` is when the run began, `planning` how long reading and planning took.
+///
+/// # Errors
+/// When a file cannot be written; then the folder is as it was before.
+pub fn save_as(
+    case: &Case,
+    outcome: &Outcome,
+    options: &Options,
+    request: &Request<'_>,
+    folder: OutputFolder,
+    fields: &FieldFiles,
+    started: Instant,
+    planning: Duration,
+) -> Result<Saved, OutputError> {
     let writing = Instant::now();
+    let wanted = &request.wanted;
     let mut warnings = [outcome.warnings.as_slice(), fields.layer_warnings()].concat();
-    if outcome.has_curve() {
+    if outcome.has_curve() && wanted.has(FileGroup::Curve) {
         folder.stage("curve.csv", csv::curve(outcome).as_bytes())?;
     }
-    if outcome.plan.kind != Kind::Mechanics {
+    if outcome.plan.kind != Kind::Mechanics && wanted.has(FileGroup::Capacitance) {
         let table = csv::capacitance(&outcome.conductors, outcome.measurement, &outcome.steps);
         folder.stage("capacitance.csv", table.as_bytes())?;
     }
-    if !outcome.layer_meshes.is_empty() {
+    if !outcome.layer_meshes.is_empty() && wanted.has(FileGroup::Mechanics) {
         folder.stage("mechanics.csv", layer_files::table(outcome).as_bytes())?;
     }
-    if let Some(panels) = figure(&case.title, outcome) {
-        folder.stage("curve.svg", panels.to_svg().as_bytes())?;
+    if wanted.has(FileGroup::Curve) {
+        if let Some(panels) = figure(&case.title, outcome) {
+            folder.stage("curve.svg", panels.to_svg().as_bytes())?;
+        }
+        if let Some(panels) = approach(&case.title, outcome) {
+            folder.stage("approach.svg", panels.to_svg().as_bytes())?;
+        }
     }
-    if let Some(panels) = approach(&case.title, outcome) {
-        folder.stage("approach.svg", panels.to_svg().as_bytes())?;
-    }
-    if options.scene {
-        warnings.extend(stage_scene(&folder, case, &outcome.steps)?);
+    let shown = match wanted.has(FileGroup::Scene) || wanted.has(FileGroup::Report) {
+        true => scene_files::shown(case, &outcome.steps),
+        false => Shown::Boxes(Vec::new(), Vec::new()),
+    };
+    if wanted.has(FileGroup::Scene) {
+        warnings.extend(stage_scene(&folder, &shown)?);
     }
     warnings.extend(stage_series(&folder, &outcome.steps, fields)?);
     if outcome.stopped {
-        let text = resume::document(case, options, &outcome.steps, fields);
+        let text = resume::document(case, options, wanted, &outcome.steps, fields);
         let text = text.map_err(|error| OutputError::File {
             file: folder.path().join(resume::RESUME),
             source: error.into(),
         })?;
         folder.stage(resume::RESUME, text.as_bytes())?;
     }
-    let seconds = RunSeconds {
+    let seconds = || RunSeconds {
         plan: planning.as_secs_f64(),
         solve: outcome.solve_seconds,
         files: writing.elapsed().as_secs_f64(),
@@ -141,8 +186,26 @@ pub fn save(
     };
     let mut names = folder.staged();
     names.push(INDEX.to_owned());
+    if wanted.has(FileGroup::Report) {
+        names.push(REPORT.to_owned());
+    }
     names.sort();
-    let json = document(case, outcome, fields, names, warnings.clone(), seconds)
+    if wanted.has(FileGroup::Report) {
+        let report = Report {
+            case,
+            outcome,
+            fields,
+            warnings: &warnings,
+            seconds: seconds(),
+            files: &names,
+            shown: &shown,
+            case_text: request.case_text,
+            command: request.command,
+            measured: request.measured,
+        };
+        folder.stage(REPORT, report.html().as_bytes())?;
+    }
+    let json = document(case, outcome, fields, names, warnings.clone(), seconds(), request.case_text)
         .map_err(|error| OutputError::File { file: folder.path().join(INDEX), source: error.into() })?;
     folder.stage(INDEX, json.as_bytes())?;
     let finish = match (outcome.stopped, outcome.is_complete()) {
@@ -167,7 +230,8 @@ pub fn save(
 /// # Errors
 /// When a file cannot be written; then the folder is as it was before.
 pub fn save_mesh(case: &Case, steps: &[StepResult], folder: OutputFolder) -> Result<Placed, OutputError> {
-    let mut warnings: Vec<String> = stage_scene(&folder, case, steps)?.into_iter().collect();
+    let mut warnings: Vec<String> =
+        stage_scene(&folder, &scene_files::shown(case, steps))?.into_iter().collect();
     let mut fields = FieldFiles::default();
     for step in steps {
         if let Some(scene) = &step.scene {

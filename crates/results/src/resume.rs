@@ -12,7 +12,7 @@ use elastocap_coupling::outcome::StepResult;
 use elastocap_coupling::plan::Options;
 use serde::{Deserialize, Serialize};
 
-use crate::FieldFiles;
+use crate::{FieldFiles, FileGroup, Wanted};
 
 /// The file that holds it.
 pub(crate) const RESUME: &str = "resume.json";
@@ -55,6 +55,8 @@ struct Stopped {
     case: u64,
     prune: bool,
     fields: bool,
+    /// The words of `--only`.
+    files: Vec<String>,
     steps: Vec<KeptStep>,
 }
 
@@ -76,7 +78,7 @@ impl Resume {
     ///
     /// # Errors
     /// [`ResumeError`] where there is nothing, or where it was not this run.
-    pub fn read(folder: &Path, case: &Case, options: &Options) -> Result<Self, ResumeError> {
+    pub fn read(folder: &Path, case: &Case, options: &Options, wanted: &Wanted) -> Result<Self, ResumeError> {
         let file = folder.join(RESUME);
         let text = match fs::read(&file) {
             Ok(text) => text,
@@ -91,6 +93,8 @@ impl Resume {
             (stopped.case == fingerprint(case), "case"),
             (stopped.prune == options.prune, "choice of --no-prune"),
             (stopped.fields == options.fields, "choice of --no-fields"),
+            // Without the file of its field, a step would have to be solved again for it.
+            (stopped.files == wanted.names(), "choice of --only, --no-fields or --no-scene"),
         ];
         match same.into_iter().find(|(same, _)| !same) {
             Some((_, what)) => Err(ResumeError::Differs { folder: folder.to_owned(), what }),
@@ -103,10 +107,11 @@ impl Resume {
         self.steps.len()
     }
 
-    /// A step as it was found, and the file with its field.
-    pub(crate) fn step(&self, index: usize) -> Option<(FinishedStep, Option<PathBuf>)> {
+    /// A step as it was found, the folder of the stopped run, and the file with the step's field.
+    pub(crate) fn step(&self, index: usize) -> Option<(FinishedStep, &Path, Option<PathBuf>)> {
         let step = self.steps.iter().find(|step| step.found.index == index)?;
-        Some((step.found.clone(), step.field.as_ref().map(|name| self.folder.join(name))))
+        let field = step.field.as_ref().map(|name| self.folder.join(name));
+        Some((step.found.clone(), &self.folder, field))
     }
 }
 
@@ -117,12 +122,13 @@ impl Resume {
 pub(crate) fn document(
     case: &Case,
     options: &Options,
+    wanted: &Wanted,
     steps: &[StepResult],
     fields: &FieldFiles,
 ) -> serde_json::Result<String> {
     let kept = |step: &StepResult| {
         let field = fields.name(step.index).map(str::to_owned);
-        let whole = field.is_some() || !options.fields;
+        let whole = field.is_some() || !wanted.has(FileGroup::Fields);
         FinishedStep::of(step).filter(|_| whole).map(|found| KeptStep { found, field })
     };
     let stopped = Stopped {
@@ -130,6 +136,7 @@ pub(crate) fn document(
         case: fingerprint(case),
         prune: options.prune,
         fields: options.fields,
+        files: wanted.names(),
         steps: steps.iter().filter_map(kept).collect(),
     };
     serde_json::to_string(&stopped)

@@ -192,6 +192,26 @@ fn layer_alone(case: &Case, steps: &[StepResult]) -> (Vec<SceneBody>, Vec<String
     (bodies, labels)
 }
 
+/// What a viewer is shown of all steps.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Shown {
+    /// Boxes with their poses, and the labels of the steps; without bodies where no step has a scene.
+    Boxes(Vec<SceneBody>, Vec<String>),
+    /// Each step's label and its bodies by their surfaces.
+    Surfaces(Vec<(String, Vec<SurfaceBody>)>),
+}
+
+/// The bodies of all steps: as boxes where they are known as boxes at every step.
+pub fn shown(case: &Case, steps: &[StepResult]) -> Shown {
+    match surfaces(case, steps) {
+        Some(surfaces) => Shown::Surfaces(surfaces),
+        None => {
+            let (bodies, labels) = bodies(case, steps);
+            Shown::Boxes(bodies, labels)
+        }
+    }
+}
+
 /// The bodies of all steps by their surfaces, where those of one are known by nothing else.
 pub fn surfaces(case: &Case, steps: &[StepResult]) -> Option<Vec<(String, Vec<SurfaceBody>)>> {
     let clothed = |step: &StepResult| step.layer.as_ref().is_some_and(|layer| !layer.skin.layer.is_empty());

@@ -155,7 +155,7 @@ impl Plan {
             Kind::Capacitance => "capacitance.csv",
             Kind::Mechanics => "curve.csv, curve.svg",
         };
-        let mut files = format!("{table}, result.json");
+        let mut files = format!("{table}, result.json, report.html");
         if options.scene {
             files.push_str(", scene.glb");
         } else {

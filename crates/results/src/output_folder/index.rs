@@ -7,6 +7,7 @@ use std::path::Path;
 
 use serde_json::Value;
 
+use crate::report::REPORT;
 use crate::resume::RESUME;
 
 /// The file that says what the results folder of a run holds.
@@ -63,7 +64,7 @@ fn own_document(file: &Path) -> io::Result<Option<Value>> {
 
 /// Whether a run or `mesh` gives files this name. No other file is ever removed, whatever a list says.
 pub(crate) fn is_result_name(name: &str) -> bool {
-    const FILES: [&str; 11] = [
+    const FILES: [&str; 12] = [
         "approach.svg",
         "capacitance.csv",
         "curve.csv",
@@ -71,6 +72,7 @@ pub(crate) fn is_result_name(name: &str) -> bool {
         "fields.pvd",
         "layer.pvd",
         "mechanics.csv",
+        REPORT,
         "scene.glb",
         INDEX,
         MESH_INDEX,

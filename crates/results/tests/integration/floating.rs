@@ -29,9 +29,16 @@ fn the_floating_plate_leaves_the_matrix_and_its_potential_is_reported() {
     let spread = 2.0 * step.measured.unwrap().relative_error();
     assert!(spread <= 2e-2, "{spread}");
 
-    let text =
-        document(&case, &outcome, &FieldFiles::default(), Vec::new(), Vec::new(), RunSeconds::default())
-            .unwrap();
+    let text = document(
+        &case,
+        &outcome,
+        &FieldFiles::default(),
+        Vec::new(),
+        Vec::new(),
+        RunSeconds::default(),
+        None,
+    )
+    .unwrap();
     let json: serde_json::Value = serde_json::from_str(&text).unwrap();
     for place in [&json, &json["steps"][0]] {
         let float = &place["floating_conductors"][0];

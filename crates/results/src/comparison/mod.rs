@@ -1,0 +1,352 @@
+//! Results side by side: what differs in the cases, in the capacitances with their bounds, and in time.
+
+mod keys;
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+use serde::Deserialize;
+use serde_json::{Value, json};
+
+use crate::force_answer::{CurveFileError, read_document};
+use crate::plot::{Axis, Chart, Scale, Series, Style};
+
+pub use keys::DifferentKey;
+
+/// One result, as far as it is compared.
+#[derive(Debug, Clone, PartialEq)]
+pub struct OneResult {
+    /// As the caller named it.
+    pub path: PathBuf,
+    /// Of the case.
+    pub title: String,
+    /// "complete", "incomplete" or "stopped".
+    pub status: String,
+    /// What the capacitances are, in words; `None` without conductors.
+    pub measured: Option<String>,
+    /// Whether the bounds are proved.
+    pub proved: bool,
+    /// Wall-clock seconds of the run.
+    pub seconds: f64,
+    /// Threads that worked on it.
+    pub threads: usize,
+    /// Of elastocap.
+    pub version: String,
+    /// Largest number of unknowns of a step.
+    pub unknowns: Option<u64>,
+    steps: Vec<Step>,
+    keys: Option<BTreeMap<String, String>>,
+}
+
+/// A step of several results: the same load in each of them.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ComparedStep {
+    /// The load in words.
+    pub label: String,
+    /// Of each result; `None` where it has no such step.
+    pub values: Vec<Option<StepValue>>,
+}
+
+/// What a result has at a step.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct StepValue {
+    /// N.
+    pub force_n: Option<f64>,
+    /// F, with its lower and upper bound; `None` where it is not known.
+    pub capacitance: Option<[f64; 3]>,
+    /// Wall-clock seconds.
+    pub seconds: f64,
+}
+
+/// A capacitance against that of the first result.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Difference {
+    /// F.
+    pub value: f64,
+    /// The ends of what the bounds of both leave open, F.
+    pub range: [f64; 2],
+    /// Over the first one.
+    pub relative: f64,
+}
+
+impl Difference {
+    /// Whether the bounds of the two overlap, so that both may be the same number.
+    pub fn agrees(&self) -> bool {
+        self.range[0] <= 0.0 && 0.0 <= self.range[1]
+    }
+
+    /// By how much they differ at least, F; zero where they agree.
+    pub fn at_least(&self) -> f64 {
+        if self.agrees() { 0.0 } else { self.range[0].abs().min(self.range[1].abs()) }
+    }
+}
+
+impl ComparedStep {
+    /// Of the result with this number against the first; `None` where one of them is not known.
+    pub fn difference(&self, result: usize) -> Option<Difference> {
+        let of = |k: usize| self.values.get(k).copied().flatten().and_then(|own| own.capacitance);
+        let ([a, a_lower, a_upper], [b, b_lower, b_upper]) = (of(0)?, of(result)?);
+        Some(Difference {
+            value: b - a,
+            range: [b_lower - a_upper, b_upper - a_lower],
+            relative: (b - a) / a.abs(),
+        })
+    }
+}
+
+/// Several results side by side.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Comparison {
+    /// In the order of the caller.
+    pub results: Vec<OneResult>,
+    /// What differs between the case files; `None` where a result does not have the text of its case.
+    pub keys: Option<Vec<DifferentKey>>,
+    /// The loads of the first result in its order, then those that only others have.
+    pub steps: Vec<ComparedStep>,
+}
+
+#[derive(Deserialize)]
+struct Document {
+    title: String,
+    status: String,
+    case_text: Option<String>,
+    measurement: Option<Measured>,
+    bounds: Option<String>,
+    steps: Vec<Step>,
+    #[serde(default)]
+    plan: Plan,
+    seconds: RunSeconds,
+    threads: usize,
+    versions: Versions,
+}
+
+#[derive(Deserialize)]
+struct Measured {
+    kind: String,
+    terminals: Vec<String>,
+}
+
+#[derive(Default, Deserialize)]
+struct Plan {
+    steps: Vec<PlannedStep>,
+}
+
+#[derive(Deserialize)]
+struct PlannedStep {
+    load: Value,
+    pose: Option<Value>,
+}
+
+#[derive(Deserialize)]
+struct RunSeconds {
+    total: f64,
+}
+
+#[derive(Deserialize)]
+struct Versions {
+    elastocap: String,
+}
+
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+struct Step {
+    compression: Option<f64>,
+    distance_m: Option<f64>,
+    force_n: Option<f64>,
+    capacitance_f: Option<f64>,
+    capacitance_lower_f: Option<f64>,
+    capacitance_upper_f: Option<f64>,
+    unknowns: Option<u64>,
+    seconds: StepSeconds,
+    /// What the case asks for; filled in from the plan.
+    #[serde(skip)]
+    load: String,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
+struct StepSeconds {
+    total: f64,
+}
+
+impl Step {
+    /// The load for people.
+    fn label(&self) -> String {
+        let distance = self.distance_m.filter(|d| *d > 0.0).map(|d| format!("{:.6} mm away", 1e3 * d));
+        let compression = self.compression.map(|c| format!("U/H = {}", (1e4 * c).round() / 1e4));
+        distance.or(compression).unwrap_or_else(|| "unloaded".to_owned())
+    }
+
+    fn value(&self) -> StepValue {
+        let capacitance = self.capacitance_f.zip(self.capacitance_lower_f).zip(self.capacitance_upper_f);
+        StepValue {
+            force_n: self.force_n,
+            capacitance: capacitance.map(|((value, lower), upper)| [value, lower, upper]),
+            seconds: self.seconds.total,
+        }
+    }
+}
+
+fn read(path: &Path) -> Result<OneResult, CurveFileError> {
+    let document: Document = read_document(path)?;
+    let mut steps = document.steps;
+    for (step, planned) in steps.iter_mut().zip(&document.plan.steps) {
+        let pose = planned.pose.as_ref().map_or_else(String::new, Value::to_string);
+        step.load = format!("{} {pose}", planned.load);
+    }
+    let measured = document.measurement.map(|own| match own.kind.as_str() {
+        "two_terminal" => format!("two-terminal capacitance of {}", own.terminals.join(" and ")),
+        "own" => format!("capacitance of {} against ground", own.terminals.join(", ")),
+        // Of a matrix, the first mutual capacitance stands for it.
+        _ => format!(
+            "mutual capacitance of {}",
+            own.terminals.iter().take(2).cloned().collect::<Vec<_>>().join(" and ")
+        ),
+    });
+    Ok(OneResult {
+        path: path.to_owned(),
+        title: document.title,
+        status: document.status,
+        measured,
+        proved: document.bounds.as_deref() == Some("proved"),
+        seconds: document.seconds.total,
+        threads: document.threads,
+        version: document.versions.elastocap,
+        unknowns: steps.iter().filter_map(|step| step.unknowns).max(),
+        keys: document.case_text.as_deref().and_then(keys::keys),
+        steps,
+    })
+}
+
+/// Reads results, each from its folder or from the `result.json` in it, and lays them side by side.
+///
+/// # Errors
+/// [`CurveFileError`] where one cannot be read.
+pub fn compare(paths: &[PathBuf]) -> Result<Comparison, CurveFileError> {
+    let results = paths.iter().map(|path| read(path)).collect::<Result<Vec<_>, _>>()?;
+    let known: Option<Vec<_>> = results.iter().map(|own| own.keys.clone()).collect();
+    Ok(Comparison { keys: known.map(|all| keys::different(&all)), steps: side_by_side(&results), results })
+}
+
+/// Steps of the same load; the second step of a load belongs to the second one of the others.
+fn side_by_side(results: &[OneResult]) -> Vec<ComparedStep> {
+    let mut places: BTreeMap<(String, usize), usize> = BTreeMap::new();
+    let mut steps: Vec<ComparedStep> = Vec::new();
+    for (k, result) in results.iter().enumerate() {
+        let mut seen: BTreeMap<&str, usize> = BTreeMap::new();
+        for step in &result.steps {
+            let count = seen.entry(&step.load).or_insert(0);
+            let place = *places.entry((step.load.clone(), *count)).or_insert_with(|| {
+                steps.push(ComparedStep { label: step.label(), values: vec![None; results.len()] });
+                steps.len() - 1
+            });
+            *count += 1;
+            if let Some(value) = steps.get_mut(place).and_then(|own| own.values.get_mut(k)) {
+                *value = Some(step.value());
+            }
+        }
+    }
+    steps
+}
+
+impl Comparison {
+    /// Names for the results that tell them apart: A, B, C.
+    pub fn letter(&self, result: usize) -> String {
+        let letter = char::from(b'A' + (result % 26) as u8);
+        if result < 26 { letter.to_string() } else { format!("{letter}{}", result / 26) }
+    }
+
+    /// Results whose capacitances are something else than those of the first.
+    pub fn measured_differently(&self) -> bool {
+        self.results.iter().any(|own| own.measured != self.results[0].measured)
+    }
+
+    /// The whole as JSON: see docs/report.md.
+    pub fn json(&self) -> Value {
+        let results: Vec<Value> = self
+            .results
+            .iter()
+            .map(|own| {
+                json!({
+                    "result": own.path.display().to_string(), "title": own.title, "status": own.status, "measured": own.measured,
+                    "bounds": if own.proved { "proved" } else { "estimated" }, "seconds": own.seconds, "threads": own.threads,
+                    "unknowns": own.unknowns, "version": own.version,
+                })
+            })
+            .collect();
+        let keys = self.keys.as_ref().map(|keys| {
+            keys.iter().map(|key| json!({ "key": key.path, "values": key.values })).collect::<Vec<_>>()
+        });
+        let steps: Vec<Value> = self.steps.iter().map(|step| self.step_json(step)).collect();
+        json!({ "results": results, "case_keys": keys, "steps": steps })
+    }
+
+    fn step_json(&self, step: &ComparedStep) -> Value {
+        let value = |own: &Option<StepValue>| {
+            own.map(|own| {
+                let c = own.capacitance;
+                json!({
+                    "force_n": own.force_n, "capacitance_f": c.map(|c| c[0]), "capacitance_lower_f": c.map(|c| c[1]),
+                    "capacitance_upper_f": c.map(|c| c[2]), "seconds": own.seconds,
+                })
+            })
+        };
+        let against = |k: usize| {
+            step.difference(k).map(|own| {
+                json!({
+                    "difference_f": own.value, "difference_lower_f": own.range[0], "difference_upper_f": own.range[1],
+                    "relative": own.relative, "agrees": own.agrees(),
+                })
+            })
+        };
+        json!({
+            "load": step.label,
+            "values": step.values.iter().map(value).collect::<Vec<_>>(),
+            "against_first": (1..self.results.len()).map(against).collect::<Vec<_>>(),
+        })
+    }
+
+    /// The curves of all results in one chart; `None` where none has two steps with force and capacitance.
+    pub fn chart(&self) -> Option<Chart> {
+        let series = |(k, result): (usize, &OneResult)| {
+            let own: Vec<(f64, [f64; 3])> = (result.steps.iter())
+                .filter(|step| step.distance_m.is_none_or(|d| d == 0.0))
+                .filter_map(|step| Some((step.force_n?, step.value().capacitance?)))
+                .collect();
+            (own.len() > 1).then(|| Series {
+                name: match self.results.iter().filter(|own| own.title == result.title).count() {
+                    1 => format!("{}: {}", self.letter(k), result.title),
+                    _ => format!("{}: {}", self.letter(k), result.path.display()),
+                },
+                points: own.iter().map(|(force, c)| (*force, c[0])).collect(),
+                band: Some(own.iter().map(|(_, c)| (c[1], c[2])).collect()),
+                style: Style::LineAndMarkers,
+            })
+        };
+        let series: Vec<Series> = self.results.iter().enumerate().filter_map(series).collect();
+        let axis =
+            |label: &str, unit: &str| Axis { label: label.into(), unit: unit.into(), scale: Scale::Linear };
+        (!series.is_empty()).then(|| Chart {
+            title: String::new(),
+            x: axis("force", "N"),
+            y: axis("capacitance", "F"),
+            series,
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn results_agree_where_their_bounds_overlap_and_differ_by_the_gap_between_these() {
+        let value = |c: [f64; 3]| Some(StepValue { force_n: None, capacitance: Some(c), seconds: 0.0 });
+        let step = |a, b| ComparedStep { label: String::new(), values: vec![value(a), value(b)] };
+        let own = step([10.0, 9.0, 11.0], [12.0, 10.5, 12.5]).difference(1).unwrap();
+        assert!(own.agrees() && own.at_least() == 0.0 && own.range == [-0.5, 3.5]);
+        let own = step([10.0, 9.0, 11.0], [13.0, 12.0, 14.0]).difference(1).unwrap();
+        assert!(!own.agrees() && own.at_least() == 1.0 && (own.relative - 0.3).abs() < 1e-15);
+        let own = step([10.0, 9.0, 11.0], [7.0, 6.0, 8.0]).difference(1).unwrap();
+        assert!(!own.agrees() && own.at_least() == 1.0 && own.value == -3.0);
+        assert_eq!(step([1.0; 3], [1.0; 3]).difference(2), None);
+    }
+}

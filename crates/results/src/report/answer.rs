@@ -1,0 +1,220 @@
+//! The head of the page: what came out, in a sentence, and the figures that a reader looks for first.
+
+use elastocap_coupling::outcome::{Outcome, Row, StepResult};
+use elastocap_coupling::plan::Kind;
+use elastocap_coupling::terminals::in_words;
+use elastocap_coupling::words::seconds;
+
+use super::Report;
+use super::html::{escape, percent, quantity};
+
+/// A figure with what it is, and a remark below it.
+struct Figure {
+    name: String,
+    value: String,
+    remark: String,
+}
+
+fn figure(name: &str, value: String, remark: impl Into<String>) -> Figure {
+    Figure { name: name.to_owned(), value, remark: remark.into() }
+}
+
+/// Status, sentence and figures as HTML.
+pub(super) fn answer(report: &Report<'_>) -> String {
+    let outcome = report.outcome;
+    let (sentences, mut figures) = match outcome.plan.kind {
+        Kind::Curve => of_curve(report),
+        Kind::Capacitance => of_scene(report),
+        Kind::Mechanics => of_layer(outcome),
+    };
+    figures.push(figure(
+        "Run time",
+        seconds(report.seconds.total).replace(' ', "\u{a0}"),
+        format!("{} threads", outcome.threads),
+    ));
+    let (class, word) = match (outcome.is_complete(), outcome.stopped) {
+        (true, _) => ("good", "Complete: every step met its tolerance."),
+        (false, true) => ("bad", "Stopped before all steps were done."),
+        (false, false) => ("bad", "Incomplete: a step failed or missed its tolerance."),
+    };
+    let mut out =
+        format!("<p class=\"status {class}\">{word}</p>\n<p class=\"lead\">{}</p>\n", escape(&sentences));
+    out.push_str("<dl class=\"figures\">\n");
+    for Figure { name, value, remark } in figures {
+        out.push_str(&format!(
+            "<div><dt>{}</dt><dd><strong>{}</strong><span>{}</span></dd></div>\n",
+            escape(&name),
+            escape(&value),
+            escape(&remark)
+        ));
+    }
+    out.push_str("</dl>\n");
+    out
+}
+
+/// "± 0.03 %, proved" or "estimated".
+fn error_of(row: &Row, kind: &str) -> String {
+    row.relative_error_estimate.map_or_else(String::new, |e| format!("\u{b1}\u{a0}{}, {kind}", percent(e)))
+}
+
+fn load_of(row: &Row) -> String {
+    match (row.force_n, row.compression) {
+        (Some(force), _) => quantity(force, 4, "N"),
+        (None, Some(compression)) => format!("U/H = {compression}"),
+        (None, None) => "the load".to_owned(),
+    }
+}
+
+/// Whether the bounds are proved or estimated, as a word.
+fn kind_of_bounds(report: &Report<'_>) -> &'static str {
+    match report.case.electrostatics {
+        Some(asked) if !asked.bounds => "estimated",
+        Some(_) | None => "proved",
+    }
+}
+
+fn what_is_measured(outcome: &Outcome) -> String {
+    let Some(measurement) = outcome.measurement else { return "capacitance".to_owned() };
+    match in_words(measurement, &outcome.conductors) {
+        (what, None) => what.to_owned(),
+        (what, Some(of)) => format!("{what} of {of}"),
+    }
+}
+
+fn of_curve(report: &Report<'_>) -> (String, Vec<Figure>) {
+    let outcome = report.outcome;
+    let kind = kind_of_bounds(report);
+    let what = what_is_measured(outcome);
+    let solved: Vec<&StepResult> = outcome.steps.iter().filter(|s| s.row.capacitance_f.is_some()).collect();
+    // The first of the largest load: later ones may have been shifted or tilted besides.
+    let compression = |s: &StepResult| s.row.compression.unwrap_or(0.0);
+    let most = solved.iter().map(|s| compression(s)).fold(f64::NEG_INFINITY, f64::max);
+    let (Some(first), Some(last)) = (solved.first(), solved.iter().find(|s| compression(s) >= most)) else {
+        return (format!("No step has a {what}."), Vec::new());
+    };
+    let value = |row: &Row| row.capacitance_f.unwrap_or(f64::NAN);
+    let (c0, c1) = (value(&first.row), value(&last.row));
+    let start = match (first.row.is_before_contact(), first.row.compression) {
+        (true, _) => format!("at a distance of {}", quantity(first.row.distance_m.unwrap_or(0.0), 3, "m")),
+        (false, Some(0.0)) => "at rest".to_owned(),
+        (false, _) => format!("under {}", load_of(&first.row)),
+    };
+    let mut sentence = format!("The {what} is {} {start}", quantity(c0, 5, "F"));
+    let mut figures = vec![figure(
+        if start == "at rest" { "At rest" } else { "First step" },
+        quantity(c0, 5, "F"),
+        error_of(&first.row, kind),
+    )];
+    if first.index != last.index {
+        let change = c1 - c0;
+        sentence.push_str(&format!(
+            " and {} under {}: it {} by {}.",
+            quantity(c1, 5, "F"),
+            load_of(&last.row),
+            if change < 0.0 { "falls" } else { "rises" },
+            percent((change / c0).abs())
+        ));
+        figures.push(figure(
+            &format!("Under {}", load_of(&last.row)),
+            quantity(c1, 5, "F"),
+            error_of(&last.row, kind),
+        ));
+        let relative = last.row.change_relative.unwrap_or(change / c0);
+        figures.push(figure(
+            "Change",
+            quantity(last.row.change_f.unwrap_or(change), 4, "F"),
+            signed(relative),
+        ));
+    } else {
+        sentence.push('.');
+    }
+    let worst = solved.iter().filter_map(|s| s.row.relative_error_estimate).fold(0.0, f64::max);
+    sentence.push_str(&match kind {
+        "proved" => format!(" Proved bounds lie within \u{b1}\u{a0}{} of every value.", percent(worst)),
+        _ => format!(" The error of every value is estimated to be at most {}.", percent(worst)),
+    });
+    let ratios: Vec<f64> = solved.iter().filter_map(|s| s.row.fringe_ratio).collect();
+    if let (Some(low), Some(high)) =
+        (ratios.iter().copied().reduce(f64::min), ratios.iter().copied().reduce(f64::max))
+    {
+        sentence.push_str(&format!(
+            " It is {} that of parallel plates.",
+            match format!("{low:.3}") == format!("{high:.3}") {
+                true => format!("{low:.3} times"),
+                false => format!("{} to {} times", three(low), three(high)),
+            }
+        ));
+        let plates = first.row.parallel_plate_f.map(|c| quantity(c, 4, "F")).unwrap_or_default();
+        figures.push(figure(
+            "Parallel plates",
+            plates,
+            format!("at the first step; C is {} times that", three(ratios[0])),
+        ));
+    }
+    if let Some((at, slope)) = outcome.steps.iter().find_map(|s| Some((s, s.row.sensitivity_f_per_n?))) {
+        let error = at.row.sensitivity_error_f_per_n;
+        let error = error.map_or_else(String::new, |e| format!("\u{b1}\u{a0}{}, ", quantity(e, 2, "F/N")));
+        figures.push(figure(
+            "Sensitivity",
+            quantity(slope, 3, "F/N"),
+            format!("{error}at {}", load_of(&at.row)),
+        ));
+    }
+    (sentence, figures)
+}
+
+/// Three digits.
+fn three(value: f64) -> String {
+    let places = (2 - value.abs().max(1e-9).log10().floor() as i32).clamp(0, 6) as usize;
+    format!("{value:.places$}")
+}
+
+/// A share with its sign.
+fn signed(share: f64) -> String {
+    let sign = if share < 0.0 { "\u{2212}" } else { "+" };
+    let places = (2 - (100.0 * share.abs()).max(1e-9).log10().floor() as i32).clamp(0, 9) as usize;
+    format!("{sign}{:.places$}\u{a0}%", 100.0 * share.abs())
+}
+
+fn of_scene(report: &Report<'_>) -> (String, Vec<Figure>) {
+    let outcome = report.outcome;
+    let what = what_is_measured(outcome);
+    let row = outcome.steps.first().map(|step| &step.row);
+    let Some((row, value)) = row.and_then(|row| Some((row, row.capacitance_f?))) else {
+        return (format!("The {what} is not known."), Vec::new());
+    };
+    let kind = kind_of_bounds(report);
+    let mut sentence = format!("The {what} is {}.", quantity(value, 6, "F"));
+    if let (Some(lower), Some(upper)) = (row.capacitance_lower_f, row.capacitance_upper_f) {
+        let between = format!("{} and {}", quantity(lower, 6, "F"), quantity(upper, 6, "F"));
+        sentence.push_str(&match kind {
+            "proved" => format!(" It is proved to lie between {between}."),
+            _ => format!(" It is estimated to lie between {between}."),
+        });
+    }
+    let mut figures = vec![figure("Capacitance", quantity(value, 5, "F"), error_of(row, kind))];
+    if let Some(plates) = row.parallel_plate_f {
+        let ratio = row.fringe_ratio.map_or_else(String::new, |r| format!("C is {} times that", three(r)));
+        figures.push(figure("Parallel plates", quantity(plates, 4, "F"), ratio));
+    }
+    figures.push(figure(
+        "Terminals",
+        outcome.conductors.len().to_string(),
+        if outcome.conductors.len() > 4 { String::new() } else { outcome.conductors.join(", ") },
+    ));
+    (sentence, figures)
+}
+
+fn of_layer(outcome: &Outcome) -> (String, Vec<Figure>) {
+    let known =
+        outcome.steps.iter().filter_map(|step| Some((step, step.row.force_n?, step.row.compression?)));
+    let Some((step, force, compression)) = known.max_by(|a, b| a.2.total_cmp(&b.2)) else {
+        return ("No step has a force.".to_owned(), Vec::new());
+    };
+    let sentence = format!("The layer takes {} at U/H = {compression:.4}.", quantity(force, 4, "N"));
+    let error = step
+        .row
+        .relative_error_estimate
+        .map_or_else(String::new, |e| format!("\u{b1}\u{a0}{}, estimated", percent(e)));
+    (sentence, vec![figure(&format!("Force at U/H = {compression:.3}"), quantity(force, 4, "N"), error)])
+}

@@ -1,0 +1,189 @@
+//! `report.html`: what a run found, as one page that opens from disk and asks the network for nothing.
+//!
+//! Everything is in the HTML as tables and text. The page's scripts draw the charts and the 3D view from the data at its end, so that a
+//! reader without them loses pictures and no number. What comes from a case (titles, names, paths) goes through [`html::escape`], or
+//! through [`html::json_in_script`] where a script reads it.
+//!
+//! | file | what is in it |
+//! |---|---|
+//! | `html` | escaping, numbers as people read them, tables |
+//! | `answer` | the head of the page: what came out, in a sentence and in figures |
+//! | `charts` | the data of the charts |
+//! | `tables` | the tables of steps, matrices, errors and times |
+//! | `sections` | pictures of the field |
+//! | `scene` | the bodies for the 3D view |
+//! | `about` | plan, case, files, and how to repeat the run |
+//! | `shell` | the page around all that: style, scripts, library |
+//! | `compare` | several results side by side |
+
+mod about;
+mod answer;
+mod charts;
+mod compare;
+mod html;
+mod scene;
+mod sections;
+mod shell;
+mod tables;
+
+use elastocap_case::Case;
+use elastocap_coupling::outcome::Outcome;
+use elastocap_coupling::plan::Kind;
+use serde_json::json;
+
+use crate::scene_files::Shown;
+use crate::{FieldFiles, RunSeconds};
+use charts::PageChart;
+use html::escape;
+use shell::{Page, Part};
+
+pub use compare::{WordTable, comparison_page};
+
+/// The name of the file.
+pub const REPORT: &str = "report.html";
+
+/// A capacitance that was measured under a force, to be drawn over the curve.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct MeasuredPoint {
+    /// N.
+    pub force_n: f64,
+    /// F.
+    pub capacitance_f: f64,
+    /// By how much it may be wrong, F.
+    pub deviation_f: Option<f64>,
+}
+
+/// What the page is made from.
+pub(crate) struct Report<'a> {
+    pub(crate) case: &'a Case,
+    pub(crate) outcome: &'a Outcome,
+    pub(crate) fields: &'a FieldFiles,
+    /// What came up while files were written, and what concerns the whole run.
+    pub(crate) warnings: &'a [String],
+    pub(crate) seconds: RunSeconds,
+    /// Names of the files beside the page.
+    pub(crate) files: &'a [String],
+    pub(crate) shown: &'a Shown,
+    /// The text of the case file, where the caller has it.
+    pub(crate) case_text: Option<&'a str>,
+    /// The command that repeats the run, where there was one.
+    pub(crate) command: Option<&'a str>,
+    pub(crate) measured: &'a [MeasuredPoint],
+}
+
+impl Report<'_> {
+    /// The page as HTML.
+    pub(crate) fn html(&self) -> String {
+        let charts = charts::charts(self.outcome, self.measured);
+        let mut scene = scene::scene(self.shown);
+        if let Some(labels) = scene.as_mut().and_then(|scene| scene.description["labels"].as_array_mut())
+            && labels.len() == self.outcome.steps.len()
+        {
+            let own = self.outcome.steps.iter().map(|step| tables::step_label(self.outcome, step).into());
+            *labels = own.collect();
+        }
+        let mut page = Page::new(&self.case.title);
+        page.lead(answer::answer(self));
+        if let Some(warnings) = self.warning_list() {
+            page.section("warnings", "Warnings", &warnings);
+        }
+        self.add_curve(&mut page, &charts);
+        if let Some(sections) = sections::sections(self) {
+            page.section("field", "Field and deformed layer", &sections);
+        }
+        if let Some(scene) = &scene {
+            page.section("view", "Sensor in three dimensions", &sections::view(scene));
+        }
+        if let Some(matrices) = tables::matrices(self.outcome) {
+            page.section("matrix", "Maxwell matrix", &matrices);
+        }
+        page.section("errors", "Errors and time", &tables::errors_and_times(self));
+        page.section("plan", "Plan", &about::plan(&self.outcome.plan));
+        if let Some(text) = self.case_text {
+            page.section("case", "Case file", &about::case_text(self.case, text));
+        }
+        page.section("repeat", "Files, and how to repeat the run", &about::repeat(self));
+        let data = json!({
+            "charts": charts::data(&charts),
+            "scene": scene.as_ref().map(|scene| &scene.description),
+        });
+        let mut parts = vec![Part::Charts];
+        if let Some(scene) = &scene {
+            parts.push(Part::Scene(&scene.bytes));
+        }
+        page.finish(&data, &parts)
+    }
+
+    fn warning_list(&self) -> Option<String> {
+        let of_run = self.outcome.plan.warnings.iter().chain(self.warnings).cloned();
+        let of_steps = self.outcome.steps.iter().filter(|step| step.same_as.is_none()).flat_map(|step| {
+            let own = step.warnings.iter().map(String::as_str).chain(self.fields.warning(step.index));
+            let reason =
+                (!step.row.status.is_ok()).then(|| format!("{}{}", step.row.status, because(&step.reason)));
+            let own = own.map(str::to_owned).chain(reason);
+            own.map(|text| format!("Step {}: {text}", step.index)).collect::<Vec<_>>()
+        });
+        let mut all: Vec<String> = Vec::new();
+        for text in of_run.chain(of_steps) {
+            if !all.contains(&text) {
+                all.push(text);
+            }
+        }
+        if all.is_empty() {
+            return None;
+        }
+        let items: String = all.iter().map(|text| format!("<li>{}</li>\n", escape(text))).collect();
+        Some(format!("<ul class=\"warnings\">\n{items}</ul>\n"))
+    }
+
+    /// The charts of the curve with the table of its steps, and those of the sensitivity and the approach.
+    fn add_curve(&self, page: &mut Page, charts: &[PageChart]) {
+        let figures = |ids: &[&str]| -> String {
+            charts.iter().filter(|own| ids.contains(&own.id)).map(figure).collect()
+        };
+        if self.outcome.plan.kind == Kind::Capacitance {
+            page.section("capacitance", "Capacitance", &tables::steps(self.outcome));
+            return;
+        }
+        let heading = match self.outcome.plan.kind {
+            Kind::Mechanics => "Force against compression",
+            Kind::Curve | Kind::Capacitance => "Capacitance under load",
+        };
+        let body = format!(
+            "<div class=\"charts\">{}</div>\n{}{}",
+            figures(&["curve-chart", "change-chart"]),
+            tables::steps(self.outcome),
+            tables::whole_curve(self.outcome)
+        );
+        page.section("curve", heading, &body);
+        for (id, heading, chart) in [
+            ("sensitivity", "Sensitivity", "sensitivity-chart"),
+            ("approach", "Before contact", "approach-chart"),
+        ] {
+            let drawn = figures(&[chart]);
+            if !drawn.is_empty() {
+                page.section(id, heading, &format!("<div class=\"charts\">{drawn}</div>\n"));
+            }
+        }
+    }
+}
+
+/// A reason in words, after a status.
+fn because(reason: &Option<String>) -> String {
+    reason.as_ref().map_or_else(String::new, |reason| format!(": {reason}"))
+}
+
+/// The place of a chart, which the page's script fills.
+fn figure(own: &PageChart) -> String {
+    let label = format!("{} against {}", own.chart.y.label, own.chart.x.label);
+    format!(
+        "<figure><div class=\"chart\" id=\"{}\" role=\"group\" tabindex=\"0\" aria-label=\"Chart: {}. The arrow keys go from point to point; \
+         the table has the numbers.\"></div><figcaption>{}</figcaption></figure>\n",
+        own.id,
+        escape(&label),
+        escape(own.caption)
+    )
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,235 @@
+//! The bodies of all steps for the 3D view: boxes as they are, surfaces as light meshes.
+
+use std::collections::HashMap;
+
+use elastocap_geometry::export::gltf::{BodyRole, SceneBody};
+use elastocap_geometry::export::surfaces::{Corners, SurfaceBody};
+use elastocap_geometry::scene::Box3;
+use serde_json::{Value, json};
+
+use crate::scene_files::Shown;
+
+/// Triangles of one step, and of all steps together, that the view is given at most.
+const MOST_TRIANGLES: usize = 14_000;
+const MOST_OF_ALL: usize = 120_000;
+/// Bodies with fewer triangles than this are kept as they are.
+const FEW: usize = 400;
+/// Positions are whole numbers up to this, over the extent of a mesh.
+const STEPS: f64 = 65_535.0;
+
+/// What the page gets: a description, and the numbers of the meshes as bytes.
+pub(super) struct SceneData {
+    pub(super) description: Value,
+    pub(super) bytes: Vec<u8>,
+}
+
+/// The scene; `None` where there is nothing to show.
+pub(super) fn scene(shown: &Shown) -> Option<SceneData> {
+    match shown {
+        Shown::Boxes(bodies, labels) if !bodies.is_empty() => Some(of_boxes(bodies, labels)),
+        Shown::Surfaces(steps) if steps.iter().any(|(_, bodies)| !bodies.is_empty()) => {
+            Some(of_surfaces(steps))
+        }
+        Shown::Boxes(..) | Shown::Surfaces(_) => None,
+    }
+}
+
+/// The names that the page's script colours by.
+fn role_name(role: BodyRole) -> &'static str {
+    match role {
+        BodyRole::Conductor => "conductor",
+        BodyRole::FloatingConductor => "floating",
+        BodyRole::GroundedConductor => "grounded",
+        BodyRole::Layer => "layer",
+        BodyRole::Dielectric => "dielectric",
+        BodyRole::Substrate => "substrate",
+        BodyRole::Cover => "cover",
+        BodyRole::Wall => "wall",
+        BodyRole::GroundedWall => "grounded-wall",
+        BodyRole::Indenter => "indenter",
+        BodyRole::ScaleBar => "scale",
+        BodyRole::Surroundings => "surroundings",
+    }
+}
+
+fn of_boxes(bodies: &[SceneBody], labels: &[String]) -> SceneData {
+    let numbers =
+        |pose: &Box3| -> Vec<f32> { pose.min.into_iter().chain(pose.max).map(|x| x as f32).collect() };
+    let of = |body: &SceneBody| {
+        let still = body.poses.windows(2).all(|pair| pair[0] == pair[1]);
+        let poses = if still { &body.poses[..body.poses.len().min(1)] } else { &body.poses[..] };
+        let poses: Vec<_> = poses.iter().map(numbers).collect();
+        json!({ "name": body.name, "role": role_name(body.role), "poses": poses })
+    };
+    let bodies: Vec<Value> = bodies.iter().map(of).collect();
+    SceneData { description: json!({ "labels": labels, "bodies": bodies }), bytes: Vec::new() }
+}
+
+/// A surface with its corners in common.
+struct Indexed {
+    min: [f64; 3],
+    size: [f64; 3],
+    points: Vec<[u16; 3]>,
+    triangles: Vec<[u32; 3]>,
+}
+
+fn of_surfaces(steps: &[(String, Vec<SurfaceBody>)]) -> SceneData {
+    let share = (MOST_OF_ALL / steps.len().max(1)).min(MOST_TRIANGLES);
+    let mut bytes = Vec::new();
+    let mut names: Vec<(&str, BodyRole)> = Vec::new();
+    let mut meshes: Vec<Vec<Value>> = Vec::new();
+    // By body: the triangles of its last mesh, and where they begin.
+    let mut last: HashMap<usize, (Vec<[u32; 3]>, usize)> = HashMap::new();
+    for (at, (_, bodies)) in steps.iter().enumerate() {
+        let all: usize = bodies.iter().map(|body| body.triangles.len()).sum();
+        for body in bodies.iter().filter(|body| !body.triangles.is_empty()) {
+            let known = names.iter().position(|(name, _)| *name == body.name);
+            let own = known.unwrap_or_else(|| {
+                names.push((&body.name, body.role));
+                meshes.push(vec![Value::Null; steps.len()]);
+                names.len() - 1
+            });
+            let most = (share as f64 * body.triangles.len() as f64 / all as f64) as usize;
+            let mesh = lightened(&body.triangles, most.max(FEW));
+            let indices = match last.get(&own) {
+                Some((triangles, at)) if *triangles == mesh.triangles => *at,
+                _ => {
+                    let at = bytes.len();
+                    let numbers = mesh.triangles.as_flattened().iter().flat_map(|n| n.to_le_bytes());
+                    bytes.extend(numbers);
+                    last.insert(own, (mesh.triangles.clone(), at));
+                    at
+                }
+            };
+            let positions = bytes.len();
+            bytes.extend(mesh.points.as_flattened().iter().flat_map(|n| n.to_le_bytes()));
+            bytes.resize(bytes.len().next_multiple_of(4), 0);
+            if let Some(place) = meshes[own].get_mut(at) {
+                *place = json!({
+                    "min": mesh.min.map(|x| x as f32),
+                    "size": mesh.size.map(|x| x as f32),
+                    "points": [positions, mesh.points.len()],
+                    "triangles": [indices, mesh.triangles.len()],
+                });
+            }
+        }
+    }
+    let labels: Vec<&str> = steps.iter().map(|(label, _)| label.as_str()).collect();
+    let bodies: Vec<Value> = names
+        .iter()
+        .zip(meshes)
+        .map(|((name, role), meshes)| json!({ "name": name, "role": role_name(*role), "meshes": meshes }))
+        .collect();
+    SceneData { description: json!({ "labels": labels, "bodies": bodies }), bytes }
+}
+
+/// The surface with about `most` triangles or fewer: points that are close to each other become one where there are too many.
+fn lightened(triangles: &[Corners], most: usize) -> Indexed {
+    let corners = triangles.as_flattened();
+    let (mut min, mut max) = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);
+    for p in corners {
+        for a in 0..3 {
+            (min[a], max[a]) = (min[a].min(p[a]), max[a].max(p[a]));
+        }
+    }
+    let size = [0, 1, 2].map(|a| max[a] - min[a]);
+    let whole = indexed(triangles, min, size, None);
+    if whole.triangles.len() <= most {
+        return whole;
+    }
+    // A lattice with cells as long as they are wide has the more of them along a side the more triangles may be left.
+    let largest = size.iter().copied().fold(0.0, f64::max);
+    let mut cells = 256.0_f64;
+    loop {
+        let light = indexed(triangles, min, size, Some(largest / cells));
+        if light.triangles.len() <= most || cells < 8.0 {
+            return light;
+        }
+        cells *= 0.8;
+    }
+}
+
+/// Points in common by their place, or by their place on a lattice whose cells are no longer than `cell`.
+fn indexed(triangles: &[Corners], min: [f64; 3], size: [f64; 3], cell: Option<f64>) -> Indexed {
+    let mut numbers: HashMap<[u16; 3], u32> = HashMap::new();
+    let mut points: Vec<[u16; 3]> = Vec::new();
+    // However thin a body is, its two sides stay apart.
+    let counts = size.map(|s| cell.map(|cell| (s / cell).ceil().max(1.0)));
+    let mut number = |p: &[f64; 3]| {
+        let on_lattice = [0, 1, 2].map(|a| {
+            let share = if size[a] > 0.0 { (p[a] - min[a]) / size[a] } else { 0.0 };
+            let share = counts[a].map_or(share, |count| (share * count).round() / count);
+            (share * STEPS).round() as u16
+        });
+        *numbers.entry(on_lattice).or_insert_with(|| {
+            points.push(on_lattice);
+            (points.len() - 1) as u32
+        })
+    };
+    let mut all: Vec<[u32; 3]> = triangles.iter().map(|t| t.each_ref().map(&mut number)).collect();
+    if cell.is_some() {
+        all.retain(|[a, b, c]| a != b && b != c && c != a);
+        let mut seen = std::collections::HashSet::new();
+        all.retain(|t| {
+            let mut key = *t;
+            key.sort_unstable();
+            seen.insert(key)
+        });
+    }
+    Indexed { min, size, points, triangles: all }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A square plate of n by n squares.
+    fn plate(n: usize) -> Vec<Corners> {
+        let at = |i: usize, j: usize| [i as f64, 0.0, j as f64];
+        let squares = (0..n).flat_map(|i| (0..n).map(move |j| (i, j)));
+        squares
+            .flat_map(|(i, j)| {
+                let [a, b, c, d] = [at(i, j), at(i, j + 1), at(i + 1, j + 1), at(i + 1, j)];
+                [[a, b, c], [a, c, d]]
+            })
+            .collect()
+    }
+
+    fn area(mesh: &Indexed) -> f64 {
+        let place = |n: u32| {
+            let p = mesh.points[n as usize];
+            [0, 2].map(|a| mesh.size[a] * f64::from(p[a]) / STEPS)
+        };
+        let twice = |[a, b, c]: &[u32; 3]| {
+            let [a, b, c] = [*a, *b, *c].map(place);
+            (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
+        };
+        mesh.triangles.iter().map(twice).sum::<f64>().abs() / 2.0
+    }
+
+    #[test]
+    fn a_mesh_that_is_too_fine_gets_lighter_and_keeps_its_area() {
+        let fine = plate(60);
+        let whole = lightened(&fine, 100_000);
+        assert_eq!((whole.points.len(), whole.triangles.len()), (61 * 61, 7200));
+        let light = lightened(&fine, 1000);
+        assert!(light.triangles.len() <= 1000 && light.triangles.len() > 200, "{}", light.triangles.len());
+        for mesh in [whole, light] {
+            assert!((area(&mesh) / 3600.0 - 1.0).abs() < 1e-3, "{}", area(&mesh));
+        }
+    }
+
+    #[test]
+    fn triangles_that_stay_the_same_are_kept_once() {
+        let body = |shift: f64| {
+            let moved = plate(4).iter().map(|t| t.map(|p| [p[0], p[1] + shift, p[2]])).collect();
+            SurfaceBody { name: "plate".into(), role: BodyRole::Conductor, triangles: moved }
+        };
+        let steps = vec![("a".to_owned(), vec![body(0.0)]), ("b".to_owned(), vec![body(1.0)])];
+        let data = of_surfaces(&steps);
+        let meshes = &data.description["bodies"][0]["meshes"];
+        assert_eq!(meshes[0]["triangles"], meshes[1]["triangles"]);
+        assert_ne!(meshes[0]["points"], meshes[1]["points"]);
+        assert_eq!(data.bytes.len(), 32 * 12 + 2 * (25_usize * 6).next_multiple_of(4));
+    }
+}

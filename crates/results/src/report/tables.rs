@@ -1,0 +1,295 @@
+//! Tables of the steps, the matrices, the errors and the times.
+
+use std::fmt::Write as _;
+
+use elastocap_coupling::outcome::{Outcome, Row, StepResult};
+use elastocap_coupling::plan::Kind;
+use elastocap_coupling::route::Route;
+use elastocap_coupling::words::grouped;
+
+use super::Report;
+use super::html::{Table, column, escape, quantity};
+use crate::csv::{number, optional};
+use crate::scene_files::label;
+
+/// Entries of all matrices together that the page shows; of larger results the first and the last step.
+const MOST_ENTRIES: usize = 6000;
+
+/// A value of each step.
+fn of_each(outcome: &Outcome, value: fn(&Row) -> Option<f64>) -> Vec<Option<f64>> {
+    outcome.steps.iter().map(|step| value(&step.row)).collect()
+}
+
+/// The load of a step in words, with how what is attached is moved besides.
+pub(super) fn step_label(outcome: &Outcome, step: &StepResult) -> String {
+    let mut text = label(step).replace(" um", " \u{b5}m");
+    let Some(pose) = outcome.plan.steps.get(step.index).map(|planned| planned.pose) else { return text };
+    for (word, [a, b], unit, scale) in
+        [("shift", pose.shift, "m", 1.0), ("tilt", pose.tilt, "\u{b0}", 180.0 / std::f64::consts::PI)]
+    {
+        if [a, b] != [0.0, 0.0] {
+            let shown = |x: f64| match unit {
+                "m" => quantity(x, 3, unit),
+                _ => format!("{}{unit}", number((1e4 * x * scale).round() / 1e4)),
+            };
+            let _ = write!(text, ", {word} {} and {}", shown(a), shown(b));
+        }
+    }
+    text
+}
+
+fn labels(outcome: &Outcome) -> Vec<String> {
+    outcome.steps.iter().map(|step| format!("{}: {}", step.index, step_label(outcome, step))).collect()
+}
+
+/// What people read of each step.
+pub(super) fn steps(outcome: &Outcome) -> String {
+    let all = |value| of_each(outcome, value);
+    let caption = match outcome.plan.kind {
+        Kind::Mechanics => "Force at each step",
+        Kind::Curve | Kind::Capacitance => "Capacitance at each step",
+    };
+    let mut table = Table::new(caption);
+    table.words("step", labels(outcome));
+    if outcome.plan.kind != Kind::Capacitance {
+        table.quantities("distance", &all(|r| r.distance_m), 4, "m");
+        table.quantities("force", &all(|r| r.force_n), 4, "N");
+    }
+    table.quantities("C", &all(|r| r.capacitance_f), 6, "F");
+    table.shares("\u{b1} bounds", &all(|r| r.relative_error_estimate));
+    if outcome.steps.len() > 1 {
+        table.quantities("change", &all(|r| r.change_f), 4, "F");
+    }
+    table.quantities("parallel plates", &all(|r| r.parallel_plate_f), 4, "F");
+    table.quantities("ratio", &all(|r| r.fringe_ratio), 4, "");
+    table.quantities("sensitivity", &all(|r| r.sensitivity_f_per_n), 3, "F/N");
+    table.words("status", outcome.steps.iter().map(|step| step.row.status.to_string()).collect());
+    table.html()
+}
+
+/// Every column of `curve.csv`, with all digits.
+pub(super) fn whole_curve(outcome: &Outcome) -> String {
+    if !outcome.has_curve() {
+        return String::new();
+    }
+    let mut table = Table::new("All columns of curve.csv, in SI units");
+    let rows: Vec<[Option<f64>; 24]> = outcome.steps.iter().map(|step| step.row.numbers()).collect();
+    for (k, name) in Row::COLUMNS.iter().enumerate().take(24) {
+        if rows.iter().any(|row| row[k].is_some()) {
+            table.numbers(name, rows.iter().map(|row| optional(row[k])).collect());
+        }
+    }
+    let unknowns = outcome.steps.iter().map(|s| s.row.unknowns.map_or_else(String::new, |n| n.to_string()));
+    table.numbers("unknowns", unknowns.collect());
+    table.words("status", outcome.steps.iter().map(|step| step.row.status.to_string()).collect());
+    format!("<details><summary>All columns, with all digits</summary>\n{}</details>\n", table.html())
+}
+
+/// The Maxwell matrix of each step, with the potentials of floating conductors; `None` without any.
+pub(super) fn matrices(outcome: &Outcome) -> Option<String> {
+    let known: Vec<&StepResult> =
+        outcome.steps.iter().filter(|step| step.maxwell.is_some() && step.same_as.is_none()).collect();
+    let (first, last) = (known.first()?, known.last()?);
+    let entries: usize = known.iter().map(|s| s.maxwell.iter().flatten().map(Vec::len).sum::<usize>()).sum();
+    let all = entries <= MOST_ENTRIES;
+    let shown: Vec<&StepResult> = match (all, first.index == last.index) {
+        (true, _) => known,
+        (false, true) => vec![first],
+        (false, false) => vec![first, last],
+    };
+    let mut out = "<p>Charge on the conductor of the row for one volt on that of the column, all others at zero. After \u{b1} stands half \
+                   the distance between the proved bounds.</p>\n"
+        .to_owned();
+    if !all {
+        out.push_str("<p>Only the first and the last step are shown; capacitance.csv has all of them.</p>\n");
+    }
+    if shown.len() > 1 {
+        out.push_str("<p class=\"chooser\" hidden><label>Step <select data-steps=\"matrices\">");
+        for step in &shown {
+            let _ = write!(
+                out,
+                "<option value=\"{}\">{}</option>",
+                step.index,
+                escape(&step_label(outcome, step))
+            );
+        }
+        out.push_str("</select></label></p>\n");
+    }
+    out.push_str("<div id=\"matrices\">\n");
+    for step in shown {
+        let _ = write!(out, "<div data-step=\"{}\">\n{}</div>\n", step.index, matrix(outcome, step));
+    }
+    out.push_str("</div>\n");
+    Some(out)
+}
+
+fn matrix(outcome: &Outcome, step: &StepResult) -> String {
+    let Some(entries) = &step.maxwell else { return String::new() };
+    let values: Vec<Option<f64>> = entries.iter().flatten().map(|c| Some(c.value)).collect();
+    let (unit, cells) = column(&values, 6, "F");
+    let places = cells.first().and_then(|c| c.split_once('.')).map_or(0, |(_, places)| places.len());
+    // Of one unit of the column, F.
+    let one = values.iter().flatten().zip(&cells).find_map(|(value, cell)| {
+        let shown: f64 = cell.replace('\u{2212}', "-").parse().ok()?;
+        (shown != 0.0).then(|| 10_f64.powf((value / shown).log10().round()))
+    });
+    let one = one.unwrap_or(1.0);
+    let name = |k: usize| outcome.conductors.get(k).cloned().unwrap_or_else(|| k.to_string());
+    let mut table =
+        Table::new(&format!("Maxwell matrix in {unit}, step {}: {}", step.index, step_label(outcome, step)));
+    table.words("terminal", (0..entries.len()).map(name).collect());
+    for j in 0..entries.len() {
+        let cell = |i: usize| {
+            let half = entries[i].get(j).map_or(0.0, |c| 0.5 * (c.upper - c.lower) / one);
+            let value = cells.get(i * entries.len() + j).map_or("", String::as_str);
+            format!("{value}\u{a0}\u{b1}\u{a0}{half:.places$}")
+        };
+        table.numbers(&name(j), (0..entries.len()).map(cell).collect());
+    }
+    let mut out = table.html();
+    if !step.floating.is_empty() {
+        let mut table = Table::new("Potentials of floating conductors, in V for 1 V on a terminal");
+        table.words("conductor", step.floating.iter().map(|own| own.name.clone()).collect());
+        for (k, driven) in outcome.conductors.iter().enumerate() {
+            let of = |v: Option<&elastocap_electrostatics::Bounded>| {
+                v.map_or_else(
+                    || "\u{2013}".to_owned(),
+                    |v| format!("{:.5}\u{a0}\u{b1}\u{a0}{:.5}", v.value + 0.0, 0.5 * (v.upper - v.lower)),
+                )
+            };
+            table.numbers(driven, step.floating.iter().map(|own| of(own.per_volt.get(k))).collect());
+        }
+        let charged = step.floating.iter().any(|own| own.from_charges.value != 0.0);
+        if charged {
+            let cell = |own: &elastocap_coupling::outcome::FloatingConductor| {
+                quantity(own.from_charges.value, 5, "V")
+            };
+            table.numbers("from charges", step.floating.iter().map(cell).collect());
+        }
+        out.push_str(&table.html());
+    }
+    out
+}
+
+fn route_in_words(route: Route) -> &'static str {
+    match route {
+        Route::Boxes => "boxes",
+        Route::EnclosingBoxes => "boxes inside and around",
+        Route::MappedBoxes => "boxes under a map",
+        Route::EnclosingBoxesThenOutlines => "boxes inside and around, then outlines",
+        Route::Extruded => "extruded outlines",
+        Route::Outlines => "bent outlines",
+        Route::OutlinesOnTetrahedra => "bent outlines on tetrahedra",
+        Route::Tetrahedra => "tetrahedra",
+    }
+}
+
+/// How well each step is known, and where its time went.
+pub(super) fn errors_and_times(report: &Report<'_>) -> String {
+    let outcome = report.outcome;
+    let own: Vec<&StepResult> = outcome.steps.iter().filter(|step| step.same_as.is_none()).collect();
+    let all =
+        |value: fn(&Row) -> Option<f64>| -> Vec<Option<f64>> { own.iter().map(|s| value(&s.row)).collect() };
+    let names: Vec<String> =
+        own.iter().map(|step| format!("{}: {}", step.index, step_label(outcome, step))).collect();
+    let mut errors = Table::new("How well each step is known");
+    errors.words("step", names.clone());
+    if own.iter().any(|step| step.route.is_some()) {
+        let route = |step: &&StepResult| step.route.map_or("\u{2013}", route_in_words).to_owned();
+        errors.words("solver", own.iter().map(route).collect());
+    }
+    errors.shares(
+        if outcome.plan.kind == Kind::Mechanics { "error of the force" } else { "error of C" },
+        &all(|r| r.relative_error_estimate),
+    );
+    errors.shares("from the layer's mesh", &all(|r| r.mechanics_error_estimate));
+    errors.shares("from flat faces", &all(|r| r.geometry_error_estimate.filter(|e| *e != 0.0)));
+    let count = |n: Option<usize>| n.map_or_else(|| "\u{2013}".to_owned(), grouped);
+    errors.numbers("unknowns", own.iter().map(|s| count(s.row.unknowns)).collect());
+    errors.numbers("grids", own.iter().map(|s| count(s.solver.as_ref().map(|r| r.grids))).collect());
+    errors
+        .numbers("iterations", own.iter().map(|s| count(s.solver.as_ref().map(|r| r.iterations))).collect());
+    let mut out = errors.html();
+
+    let phases = phases(report, &own);
+    let used: Vec<&Phase> = phases.iter().filter(|phase| phase.seconds.iter().any(|s| *s >= 5e-5)).collect();
+    out.push_str(&bars(&used, &names));
+    let mut times = Table::new("Seconds by phase");
+    times.words("step", names);
+    let cell = |s: f64| format!("{s:.3}");
+    for phase in &used {
+        times.numbers(phase.name, phase.seconds.iter().map(|s| cell(*s)).collect());
+    }
+    times.numbers("all", own.iter().map(|s| cell(s.seconds.total)).collect());
+    out.push_str(&times.html());
+    let run = report.seconds;
+    let layer = match outcome.layer_meshes.last() {
+        Some(mesh) => format!(
+            " The finite elements of the layer took {:.2}\u{a0}s on {} meshes, the finest with {} unknowns.",
+            outcome.layer_seconds,
+            outcome.layer_meshes.len(),
+            grouped(mesh.unknowns)
+        ),
+        None => String::new(),
+    };
+    let _ = writeln!(
+        out,
+        "<p>The run took {:.3}\u{a0}s on {} threads: {:.3}\u{a0}s for reading and planning, {:.3}\u{a0}s for all steps, {:.3}\u{a0}s for the other \
+         files up to this one. Steps are solved side by side, so that their seconds may add up to more.{}</p>",
+        run.total,
+        outcome.threads,
+        run.plan,
+        run.solve,
+        run.files,
+        escape(&layer)
+    );
+    out
+}
+
+/// A phase, and its seconds in each step.
+struct Phase {
+    name: &'static str,
+    seconds: Vec<f64>,
+}
+
+fn phases(report: &Report<'_>, own: &[&StepResult]) -> Vec<Phase> {
+    let of = |name, value: &dyn Fn(&StepResult) -> f64| Phase {
+        name,
+        seconds: own.iter().map(|s| value(s)).collect(),
+    };
+    vec![
+        of("mechanics", &|s| s.seconds.mechanics),
+        of("choosing the grid", &|s| s.seconds.electrostatics.choosing),
+        of("setting up", &|s| s.seconds.electrostatics.setup),
+        of("upper bound", &|s| s.seconds.electrostatics.primal),
+        of("lower bound", &|s| s.seconds.electrostatics.dual),
+        of("field files", &|s| report.fields.seconds(s.index)),
+    ]
+}
+
+/// A bar for each step; the table beside it says the same in numbers.
+fn bars(phases: &[&Phase], names: &[String]) -> String {
+    let sum = |k: usize| phases.iter().map(|phase| phase.seconds[k]).sum::<f64>();
+    let longest = (0..names.len()).map(sum).fold(0.0, f64::max);
+    if longest <= 0.0 || names.len() > 40 {
+        return String::new();
+    }
+    let mut out = "<div class=\"bars\" aria-hidden=\"true\">\n<p class=\"keys\">".to_owned();
+    for (k, phase) in phases.iter().enumerate() {
+        let _ = write!(out, "<span><i class=\"p{k}\"></i>{}</span>", escape(phase.name));
+    }
+    out.push_str("</p>\n");
+    for (step, name) in names.iter().enumerate() {
+        let _ = write!(out, "<div><span>{}</span><b>", escape(name));
+        for (k, phase) in phases.iter().enumerate() {
+            let _ = write!(
+                out,
+                "<i class=\"p{k}\" style=\"width:{}%\"></i>",
+                number((1e4 * phase.seconds[step] / longest).round() / 1e2)
+            );
+        }
+        out.push_str("</b></div>\n");
+    }
+    out.push_str("</div>\n");
+    out
+}

@@ -1,0 +1,100 @@
+//! The page of a run.
+
+use std::path::Path;
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
+
+use elastocap_case::Case;
+use elastocap_coupling::outcome::Outcome;
+use elastocap_coupling::plan::{Options, Plan};
+use elastocap_coupling::run::run;
+use serde_json::Value;
+
+use super::{MeasuredPoint, Report};
+use crate::{FieldFiles, RunSeconds, scene_files};
+
+fn pressed() -> (Case, Outcome) {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../cases/in-plane-pair.toml");
+    let case = elastocap_case::load(&path).unwrap();
+    let options = Options { prune: true, fields: false, scene: true };
+    let plan = Plan::new(&case, &options);
+    let outcome = run(&case, &plan, &options, &Arc::new(AtomicBool::new(false)), &());
+    (case, outcome)
+}
+
+fn page(case: &Case, outcome: &Outcome, text: &str, command: &str, measured: &[MeasuredPoint]) -> String {
+    let report = Report {
+        case,
+        outcome,
+        fields: &FieldFiles::default(),
+        warnings: &["a <warning>".to_owned()],
+        seconds: RunSeconds::default(),
+        files: &["curve.csv".to_owned()],
+        shown: &scene_files::shown(case, &outcome.steps),
+        case_text: Some(text),
+        command: Some(command),
+        measured,
+    };
+    report.html()
+}
+
+/// The data that the page's scripts read.
+fn data(page: &str) -> Value {
+    let (_, rest) = page.split_once("id=\"data\">").unwrap();
+    serde_json::from_str(rest.split_once("</script>").unwrap().0).unwrap()
+}
+
+#[test]
+fn hostile_texts_stay_texts_wherever_they_stand() {
+    let (mut case, mut outcome) = pressed();
+    let honest = page(&case, &outcome, "text", "command", &[]);
+    let hostile =
+        "</script></style></title></textarea><script>alert('x')</script><img src=x onerror=\"alert(1)\"><!--";
+    case.title = hostile.to_owned();
+    case.source = Path::new(hostile).to_owned();
+    for name in &mut outcome.conductors {
+        name.push_str(hostile);
+    }
+    for own in &mut outcome.plan.left_out {
+        own.what = hostile.to_owned();
+    }
+    outcome.steps[1].warnings.push(hostile.to_owned());
+    let attacked = page(&case, &outcome, hostile, hostile, &[]);
+    for tag in ["<script", "</script", "<style", "</style", "<title", "</title", "<img", "<!--", "onerror=\""]
+    {
+        let count = |page: &str| page.matches(tag).count();
+        assert_eq!(count(&attacked), count(&honest), "{tag}");
+    }
+    assert!(attacked.matches("&lt;img src=x").count() >= 7);
+    assert!(honest.contains("<li>a &lt;warning&gt;</li>"));
+    // The names are whole in what the scripts read.
+    assert!(data(&attacked).to_string().contains("onerror"));
+}
+
+#[test]
+fn measured_points_are_drawn_over_the_curve_with_what_they_may_be_wrong_by() {
+    let (case, outcome) = pressed();
+    let points = [
+        MeasuredPoint { force_n: 0.0, capacitance_f: 44.1e-15, deviation_f: Some(0.2e-15) },
+        MeasuredPoint { force_n: 0.1, capacitance_f: 38.2e-15, deviation_f: None },
+    ];
+    let drawn = data(&page(&case, &outcome, "", "", &points));
+    let curve =
+        drawn["charts"].as_array().unwrap().iter().find(|chart| chart["id"] == "curve-chart").unwrap();
+    let measured = curve["series"].as_array().unwrap().last().unwrap();
+    assert_eq!((&measured["name"], &measured["style"]), (&"measured".into(), &"points".into()));
+    assert_eq!(measured["y"], serde_json::json!([44.1e-15, 38.2e-15]));
+    assert_eq!(measured["upper"], serde_json::json!([44.1e-15 + 0.2e-15, 38.2e-15]));
+    let without = data(&page(&case, &outcome, "", "", &[]));
+    assert_eq!(without["charts"][0]["series"].as_array().map(Vec::len), Some(2));
+}
+
+#[test]
+fn nothing_is_fetched_from_anywhere() {
+    let (case, outcome) = pressed();
+    let page = page(&case, &outcome, "", "", &[]);
+    assert!(page.contains("default-src 'none'"));
+    for loading in ["<link", "<iframe", "src=\"http", "href=\"http", "@import", "url("] {
+        assert!(!page.contains(loading), "{loading}");
+    }
+}
