@@ -43,6 +43,8 @@ Examples:
   elastocap check cases/in-plane-pair.toml     what will be solved, and how long it will take
   elastocap force results/in-plane-pair --capacitance 41.2fF+-0.05fF
                                                the force that belongs to a measured capacitance
+  elastocap export spice results/in-plane-pair
+                                               its curve as a subcircuit, for circuit simulators
   elastocap accuracy cases/in-plane-pair.toml  what accuracy costs: errors against run time
   elastocap stability --quick                  whether extreme cases are answered right
   elastocap figures --only 9,16                figures of the paper, with finite elements
@@ -86,6 +88,8 @@ enum Command {
     Check(commands::check::Arguments),
     /// Give the force that belongs to a measured capacitance, with its limits, by the curve of a run
     Force(commands::force::Arguments),
+    /// Write a model of a solved sensor for circuit and system simulators: SPICE, Verilog-A, FMI 3.0, tables
+    Export(commands::export::Arguments),
     /// Show what accuracy costs: errors against run time on many grids, and on those that the solver chooses
     Accuracy(commands::accuracy::Arguments),
     /// Write the bodies (scene.glb) and a grid of them (.vtu) without solving
@@ -133,6 +137,7 @@ fn main() -> ExitCode {
         Command::Run(arguments) => commands::run::execute(arguments, common, &guard),
         Command::Check(arguments) => commands::check::execute(arguments, common),
         Command::Force(arguments) => commands::force::execute(arguments),
+        Command::Export(arguments) => commands::export::execute(arguments, common),
         Command::Accuracy(arguments) => commands::accuracy::execute(arguments, common),
         Command::Mesh(arguments) => commands::mesh::execute(arguments, common),
         Command::Stability(arguments) => commands::stability::execute(arguments, common),

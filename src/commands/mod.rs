@@ -4,6 +4,7 @@ pub(crate) mod accuracy;
 mod accuracy_report;
 mod arguments;
 pub(crate) mod check;
+pub(crate) mod export;
 pub(crate) mod figures;
 pub(crate) mod force;
 pub(crate) mod mesh;
