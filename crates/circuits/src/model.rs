@@ -162,9 +162,10 @@ impl Model {
                 continue;
             }
             let branch = Branch { ends, curve: BoundedCurve::through(forces.clone(), values) };
-            look_for_turns(&branch, &terminals, settings.allow_turns, &mut notes)?;
+            refuse_turns(&branch, &terminals, settings.allow_turns)?;
             branches.push(branch);
         }
+        notes.extend(notes_of_shape(&branches, &terminals));
         Ok(Self {
             identifier: identifier(name),
             title: document.title,
@@ -288,43 +289,62 @@ fn pressed_steps(document: &Document) -> Result<Vec<&Step>, ModelError> {
     Ok(steps)
 }
 
-/// Refuses a capacitor whose bounds prove that it grows with the force in one place and falls in another, and notes one that may.
-fn look_for_turns(
-    branch: &Branch,
-    terminals: &[Terminal],
-    allowed: bool,
-    notes: &mut Vec<String>,
-) -> Result<(), ModelError> {
+/// A capacitor in words.
+fn name_of(branch: &Branch, terminals: &[Terminal]) -> String {
     let (i, j) = branch.ends;
-    let name = match j {
+    match j {
         Some(j) => format!("between \"{}\" and \"{}\"", terminals[i].name, terminals[j].name),
         None => format!("of \"{}\" to ground", terminals[i].name),
-    };
-    let steps = branch.curve.steps();
+    }
+}
+
+/// Refuses a capacitor whose bounds prove that it grows with the force in one place and falls in another.
+fn refuse_turns(branch: &Branch, terminals: &[Terminal], allowed: bool) -> Result<(), ModelError> {
     let (mut least_upper, mut greatest_lower) = (f64::INFINITY, 0.0_f64);
     let (mut grows, mut falls) = (false, false);
-    for (k, StepValue { lower, upper, .. }) in steps.iter().enumerate() {
+    for (k, StepValue { lower, upper, .. }) in branch.curve.steps().iter().enumerate() {
         grows |= *lower > least_upper;
         falls |= *upper < greatest_lower;
         least_upper = least_upper.min(*upper);
         greatest_lower = greatest_lower.max(*lower);
         if grows && falls && !allowed {
             let force = branch.curve.forces()[k.saturating_sub(1)];
-            return Err(ModelError::Turns { name, force });
+            return Err(ModelError::Turns { name: name_of(branch, terminals), force });
         }
     }
-    let [lower, value, upper] = branch.curve.is_monotone();
-    if !value {
-        notes.push(format!(
-            "The capacitance {name} does not grow or fall with the force everywhere; between two steps it goes one way."
-        ));
-    } else if !(lower && upper) {
-        notes.push(format!(
-            "The bounds of the capacitance {name} are as far apart as some of its steps; at the ends of the band it does not grow or fall \
-             everywhere. A smaller `relative_tolerance` brings them together."
-        ));
-    }
     Ok(())
+}
+
+/// Which capacitors do not go one way, one sentence for all of a kind.
+fn notes_of_shape(branches: &[Branch], terminals: &[Terminal]) -> Vec<String> {
+    let (mut turning, mut loose) = (Vec::new(), Vec::new());
+    for branch in branches {
+        let [lower, value, upper] = branch.curve.is_monotone();
+        if !value {
+            turning.push(name_of(branch, terminals));
+        } else if !(lower && upper) && branch.curve.steps().iter().any(|step| step.value > 0.0) {
+            loose.push(name_of(branch, terminals));
+        }
+    }
+    let told = |names: &[String], text: &str| {
+        let first = names.first()?;
+        let others = match names.len() {
+            1 => String::new(),
+            2 => " and of one other".to_owned(),
+            count => format!(" and of {} others", count - 1),
+        };
+        Some(format!("The capacitance {first}{others} {text}"))
+    };
+    let turning = told(
+        &turning,
+        "does not grow or fall with the force everywhere, by less than its bounds tell or as allowed; between two steps it goes one way.",
+    );
+    let loose = told(
+        &loose,
+        "has bounds as far apart as some of its steps are: at the ends of the band it does not grow or fall everywhere. A smaller \
+         `relative_tolerance` brings them together.",
+    );
+    [turning, loose].into_iter().flatten().collect()
 }
 
 /// What a user of the model must know.

@@ -112,7 +112,8 @@ fn capacitor(out: &mut String, model: &Model, branch: &Branch, k: usize) {
             0.0 => String::new(),
             c => format!("{}{}*elc_{name}{mark}", if c < 0.0 { "" } else { "+" }, number(c)),
         };
-        format!("{{{}{}{}}}", number(value / scale), plus("u", more), plus("l", less))
+        // ngspice takes the braces for no more than a mark of parameters: the brackets keep the sum together.
+        format!("({{{}{}{}}})", number(value / scale), plus("u", more), plus("l", less))
     };
     let pieces = branch.curve.pieces();
     let first = pieces.first().map_or([0.0; 3], |piece| piece.map(|p| p[0]));

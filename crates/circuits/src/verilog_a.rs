@@ -45,21 +45,21 @@ pub fn module(model: &Model) -> String {
         |name: &str, count: usize| (1..=count).map(|k| format!("{name}{k}")).collect::<Vec<_>>().join(", ");
     let _ = writeln!(
         out,
-        "    real newtons, beyond;\n    real {};\n    real {};\n    real {};\n    real {};\n    real {};",
-        reals("t", count),
-        reals("x", count),
-        reals("y", count),
-        reals("z", count),
-        reals("c", model.branches.len())
+        "    real elc_newtons, elc_beyond;\n    real {};\n    real {};\n    real {};\n    real {};\n    real {};",
+        reals("elc_t", count),
+        reals("elc_x", count),
+        reals("elc_y", count),
+        reals("elc_z", count),
+        reals("elc_c", model.branches.len())
     );
     for (mark, _, _) in &bands {
-        let _ = writeln!(out, "    real upper{mark}, lower{mark};");
+        let _ = writeln!(out, "    real elc_upper{mark}, elc_lower{mark};");
     }
-    let _ = writeln!(out, "\n    analog begin\n        newtons = V(force_n);");
+    let _ = writeln!(out, "\n    analog begin\n        elc_newtons = V(force_n);");
     for (mark, band, _) in &bands {
         let _ = writeln!(
             out,
-            "        upper{mark} = max({band}, 0.0);\n        lower{mark} = max(-{band}, 0.0);"
+            "        elc_upper{mark} = max({band}, 0.0);\n        elc_lower{mark} = max(-{band}, 0.0);"
         );
     }
     for (k, pair) in model.forces.windows(2).enumerate() {
@@ -67,10 +67,10 @@ pub fn module(model: &Model) -> String {
         let _ = write!(
             out,
             "        // {:e} N to {:e} N\n\
-             \x20       t{k} = min(max((newtons - ({:e})) / {:e}, 0.0), 1.0);\n\
-             \x20       x{k} = 3.0 * t{k} * (1.0 - t{k}) * (1.0 - t{k});\n\
-             \x20       y{k} = 3.0 * t{k} * t{k} * (1.0 - t{k});\n\
-             \x20       z{k} = t{k} * t{k} * t{k};\n",
+             \x20       elc_t{k} = min(max((elc_newtons - ({:e})) / {:e}, 0.0), 1.0);\n\
+             \x20       elc_x{k} = 3.0 * elc_t{k} * (1.0 - elc_t{k}) * (1.0 - elc_t{k});\n\
+             \x20       elc_y{k} = 3.0 * elc_t{k} * elc_t{k} * (1.0 - elc_t{k});\n\
+             \x20       elc_z{k} = elc_t{k} * elc_t{k} * elc_t{k};\n",
             pair[0],
             pair[1],
             pair[0],
@@ -84,13 +84,13 @@ pub fn module(model: &Model) -> String {
         let (i, j) = branch.ends;
         let other = j.map_or("common", |j| model.terminals[j].identifier.as_str());
         let ends = format!("{}, {other}", model.terminals[i].identifier);
-        let _ = writeln!(out, "        I({ends}) <+ ddt(c{} * V({ends}));", k + 1);
+        let _ = writeln!(out, "        I({ends}) <+ ddt(elc_c{} * V({ends}));", k + 1);
     }
     let ramp = 1e-6 * (last - first);
     let _ = write!(
         out,
-        "        beyond = max({first:e} - newtons, newtons - ({last:e}));\n\
-         \x20       V(outside) <+ min(max(beyond / {ramp:e}, 0.0), 1.0);\n\
+        "        elc_beyond = max({first:e} - elc_newtons, elc_newtons - ({last:e}));\n\
+         \x20       V(outside) <+ min(max(elc_beyond / {ramp:e}, 0.0), 1.0);\n\
          \x20   end\nendmodule\n"
     );
     out
@@ -102,13 +102,13 @@ fn capacitance(out: &mut String, model: &Model, branch: &Branch, k: usize) {
     // A number that moves with the band, F.
     let banded = |[lower, value, upper]: [f64; 3]| {
         let (less, more) = (lower - value, upper - value);
-        format!("({value:e} + ({more:e}) * upper{mark} + ({less:e}) * lower{mark})")
+        format!("({value:e} + ({more:e}) * elc_upper{mark} + ({less:e}) * elc_lower{mark})")
     };
     let pieces = branch.curve.pieces();
     let first = pieces.first().map_or([0.0; 3], |piece| piece.map(|p| p[0]));
     let _ = write!(
         out,
-        "        // {}\n        c{k} = {}",
+        "        // {}\n        elc_c{k} = {}",
         header::plain(&model.ends(branch).join(" - ")),
         banded(first)
     );
@@ -117,7 +117,7 @@ fn capacitance(out: &mut String, model: &Model, branch: &Branch, k: usize) {
         let n = n + 1;
         let _ = write!(
             out,
-            "\n            + {} * x{n}\n            + {} * y{n}\n            + {} * z{n}",
+            "\n            + {} * elc_x{n}\n            + {} * elc_y{n}\n            + {} * elc_z{n}",
             of(1),
             of(2),
             of(3)

@@ -8,6 +8,7 @@ mod description;
 use std::fmt::Write as _;
 use std::io::{self, Write as _};
 
+use rawzip::time::UtcDateTime;
 use rawzip::{CompressionMethod, ZipArchiveWriter};
 
 use crate::header;
@@ -47,9 +48,14 @@ pub fn sources(model: &Model) -> Vec<(&'static str, String)> {
 /// [`FmuError`], which no model is known to give.
 pub fn archive(model: &Model, binary: Option<&[u8]>) -> Result<Vec<u8>, FmuError> {
     let mut zip = ZipArchiveWriter::new(Vec::new());
-    // Neither compressed nor dated.
+    // The earliest date that the format has, so that the bytes do not depend on the day. Not compressed: importers take that as well.
+    let date = UtcDateTime::from_unix(315_532_800);
     let mut add = |name: &str, bytes: &[u8]| -> Result<(), FmuError> {
-        let file = zip.new_file(name).compression_method(CompressionMethod::STORE).unix_permissions(0o644);
+        let file = zip
+            .new_file(name)
+            .compression_method(CompressionMethod::STORE)
+            .last_modified(date)
+            .unix_permissions(0o644);
         let (mut entry, config) = file.start()?;
         let mut writer = config.wrap(&mut entry);
         writer.write_all(bytes)?;
