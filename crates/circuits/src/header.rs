@@ -2,17 +2,16 @@
 
 use crate::model::Model;
 
-/// Printable ASCII, so that no text of a case ends a comment or a line.
+/// Printable ASCII without the marks of comments, so that no text of a case ends a comment or a line.
 pub(crate) fn plain(text: &str) -> String {
-    text.chars()
-        .map(|c| match c {
-            '\t' => ' ',
-            // A backslash at the end of a line would join the next one to a comment.
-            '\\' => '/',
-            ' '..='~' => c,
-            _ => '?',
-        })
-        .collect()
+    let printable = text.chars().map(|c| match c {
+        '\t' => ' ',
+        // A backslash at the end of a line would join the next one to a comment.
+        '\\' => '/',
+        ' '..='~' => c,
+        _ => '?',
+    });
+    printable.collect::<String>().replace("*/", "* /").replace("/*", "/ *")
 }
 
 /// Lines of plain text for the head of a file: source, units, range, errors, and what a user must know.
@@ -72,5 +71,6 @@ mod tests {
     #[test]
     fn a_text_of_a_case_cannot_leave_its_comment() {
         assert_eq!(plain("a\n.include x\r\u{2028}b\\"), "a?.include x??b/");
+        assert_eq!(plain("*/ x /*/"), "* / x / * /");
     }
 }

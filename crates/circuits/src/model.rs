@@ -92,7 +92,11 @@ impl Model {
     pub fn read(result: &Path, settings: &Settings) -> Result<Self, ModelError> {
         let document: Document = read_document(result)?;
         let folder = if result.is_dir() { Some(result) } else { result.parent() };
-        let named = folder.and_then(Path::file_name).map(|name| name.to_string_lossy().into_owned());
+        // `.` has no name, and neither has the folder of a bare `result.json`.
+        let folder = folder.map(|f| if f.as_os_str().is_empty() { Path::new(".") } else { f });
+        let folder = folder.and_then(|folder| folder.canonicalize().ok());
+        let named =
+            folder.as_deref().and_then(Path::file_name).map(|name| name.to_string_lossy().into_owned());
         let name = settings.name.clone().or(named).unwrap_or_else(|| "sensor".to_owned());
         Self::of(document, &name, settings)
     }

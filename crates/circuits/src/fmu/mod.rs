@@ -143,11 +143,7 @@ fn numbers(model: &Model) -> String {
          static const double elc_points[ELC_BRANCHES][ELC_INTERVALS][3][4] = {\n",
     );
     for branch in &model.branches {
-        let _ = writeln!(
-            out,
-            "    {{ /* {} */",
-            header::plain(&model.ends(branch).join(" - ")).replace("*/", "* /")
-        );
+        let _ = writeln!(out, "    {{ /* {} */", header::plain(&model.ends(branch).join(" - ")));
         for [lower, value, upper] in branch.curve.pieces() {
             let _ =
                 writeln!(out, "        {{{{{}}}, {{{}}}, {{{}}}}},", list(lower), list(value), list(upper));
