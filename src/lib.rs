@@ -81,6 +81,7 @@
 //! | [`electrostatics`] | Laplace's equation on boxes and on tetrahedra: Maxwell matrices with bounds, floating conductors |
 //! | [`coupling`] | from a case to the capacitances of its load steps: the plan, the run, the outcome |
 //! | [`results`] | the files of a run: tables, plots, scenes, fields; all of them or none |
+//! | [`circuits`] | models of a solved sensor for circuit and system simulators |
 //! | [`evidence`] | how far to trust all this: accuracy against run time, extreme cases, the paper's figures |
 //!
 //! `elastocap-linalg` and `elastocap-fem`, below them, have the linear algebra and the reference elements that both solvers share;
@@ -106,6 +107,7 @@
 //! - Bodies above or below the layer stay where they are while it is pressed.
 
 pub use elastocap_case as case;
+pub use elastocap_circuits as circuits;
 pub use elastocap_coupling as coupling;
 pub use elastocap_electrostatics as electrostatics;
 pub use elastocap_evidence as evidence;

@@ -57,6 +57,8 @@ Examples:
   elastocap force results/in-plane-pair --capacitance 41.2fF+-0.05fF
                                                the force that belongs to a measured capacitance
   elastocap compare results/a results/b        what differs in the cases, in C and in time
+  elastocap export spice results/in-plane-pair
+                                               its curve as a subcircuit, for circuit simulators
   elastocap accuracy cases/in-plane-pair.toml  what accuracy costs: errors against run time
   elastocap stability --quick                  whether extreme cases are answered right
   elastocap figures --only 9,16                figures of the paper, with finite elements
@@ -103,6 +105,8 @@ enum Command {
     Force(commands::force::Arguments),
     /// Lay results side by side: what differs in the cases, in the capacitances with their bounds, and in time
     Compare(commands::compare::Arguments),
+    /// Write a model of a solved sensor for circuit and system simulators: SPICE, Verilog-A, FMI 3.0, tables
+    Export(commands::export::Arguments),
     /// Show what accuracy costs: errors against run time on many grids, and on those that the solver chooses
     Accuracy(commands::accuracy::Arguments),
     /// Write the bodies (scene.glb) and a grid of them (.vtu) without solving
@@ -155,6 +159,7 @@ fn main() -> ExitCode {
         Command::Check(arguments) => commands::check::execute(arguments, common),
         Command::Force(arguments) => commands::force::execute(arguments),
         Command::Compare(arguments) => commands::compare::execute(arguments),
+        Command::Export(arguments) => commands::export::execute(arguments, common),
         Command::Accuracy(arguments) => commands::accuracy::execute(arguments, common),
         Command::Mesh(arguments) => commands::mesh::execute(arguments, common),
         Command::Stability(arguments) => commands::stability::execute(arguments, common),

@@ -6,6 +6,7 @@ mod arguments;
 pub(crate) mod check;
 pub(crate) mod compare;
 pub(crate) mod completions;
+pub(crate) mod export;
 pub(crate) mod figures;
 pub(crate) mod force;
 mod inputs;

@@ -178,8 +178,8 @@ pub fn read_curve(result: &Path) -> Result<CurveOnFile, CurveFileError> {
 /// The part that is asked for of a result, given its folder or the `result.json` in it.
 ///
 /// # Errors
-/// Where there is none.
-pub(crate) fn read_document<T: DeserializeOwned>(result: &Path) -> Result<T, CurveFileError> {
+/// [`CurveFileError`] where there is none, or no file that can be read.
+pub fn read_document<T: DeserializeOwned>(result: &Path) -> Result<T, CurveFileError> {
     let file = if result.is_dir() { result.join("result.json") } else { result.to_owned() };
     let unreadable = |source| CurveFileError::Unreadable { file: file.clone(), source };
     if !file.metadata().map_err(unreadable)?.is_file() {

@@ -14,8 +14,8 @@ use elastocap_case::MeasuredCapacitance;
 use serde::Serialize;
 
 pub use curve::{CurveError, CurveStep, ForceCurve};
-pub(crate) use file::read_document;
-pub use file::{CurveFileError, CurveOnFile, read_curve};
+pub use file::{CurveFileError, CurveOnFile, read_curve, read_document};
+pub use monotone::MonotoneCubic;
 
 /// A force with its limits.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]

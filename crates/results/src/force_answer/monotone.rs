@@ -3,7 +3,7 @@
 /// A function through given points, cubic between neighbours and monotone wherever the points are: the derivative at a point is that
 /// of the parabola through three points, limited as Fritsch and Carlson (1980) and de Boor and Swartz (1977) do.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct MonotoneCubic {
+pub struct MonotoneCubic {
     x: Vec<f64>,
     y: Vec<f64>,
     slopes: Vec<f64>,
@@ -11,13 +11,18 @@ pub(super) struct MonotoneCubic {
 
 impl MonotoneCubic {
     /// Through the points (x, y), with `x` strictly increasing; at least two of them.
-    pub(super) fn through(x: Vec<f64>, y: Vec<f64>) -> Self {
+    pub fn through(x: Vec<f64>, y: Vec<f64>) -> Self {
         let slopes = (0..x.len()).map(|k| slope(&x, &y, k)).collect();
         Self { x, y, slopes }
     }
 
+    /// The derivatives at the points, in the unit of y over that of x.
+    pub fn slopes(&self) -> &[f64] {
+        &self.slopes
+    }
+
     /// The value at `at`, which is between the first and the last point.
-    pub(super) fn value(&self, at: f64) -> f64 {
+    pub fn value(&self, at: f64) -> f64 {
         // The interval that begins at or before `at`.
         let k = self.x.partition_point(|x| *x <= at).saturating_sub(1).min(self.x.len() - 2);
         let h = self.x[k + 1] - self.x[k];
@@ -29,7 +34,7 @@ impl MonotoneCubic {
 
     /// Where a function that does not decrease takes a value, in the interval from point `k` to the next; the nearer end where it does
     /// not.
-    pub(super) fn argument(&self, k: usize, value: f64) -> f64 {
+    pub fn argument(&self, k: usize, value: f64) -> f64 {
         let (mut low, mut high) = (self.x[k], self.x[k + 1]);
         if value <= self.y[k] {
             return low;

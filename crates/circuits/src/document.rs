@@ -1,0 +1,101 @@
+//! The part of `result.json` that a model needs, as it stands there.
+
+use serde::Deserialize;
+
+#[derive(Debug, Deserialize)]
+pub(crate) struct Document {
+    pub(crate) title: String,
+    #[serde(default)]
+    pub(crate) case: String,
+    pub(crate) status: String,
+    #[serde(default)]
+    pub(crate) conductors: Vec<String>,
+    pub(crate) measurement: Option<Measured>,
+    pub(crate) bounds: Option<String>,
+    pub(crate) steps: Vec<Step>,
+    #[serde(default)]
+    pub(crate) plan: Plan,
+    #[serde(default)]
+    pub(crate) versions: Versions,
+}
+
+#[derive(Debug, Default, Deserialize)]
+pub(crate) struct Versions {
+    #[serde(default)]
+    pub(crate) elastocap: String,
+}
+
+#[derive(Debug, Default, Deserialize)]
+pub(crate) struct Plan {
+    #[serde(default)]
+    pub(crate) steps: Vec<PlannedStep>,
+}
+
+#[derive(Debug, Deserialize)]
+pub(crate) struct PlannedStep {
+    /// How what is attached is moved, where it is.
+    #[serde(default)]
+    pub(crate) pose: Option<serde_json::Value>,
+}
+
+#[derive(Debug, Deserialize)]
+pub(crate) struct Measured {
+    /// "two_terminal", "mutual", "own" or "matrix".
+    pub(crate) kind: String,
+    pub(crate) terminals: Vec<String>,
+}
+
+/// Forces in N, capacitances in F.
+#[derive(Debug, Deserialize)]
+pub(crate) struct Step {
+    pub(crate) index: usize,
+    #[serde(default)]
+    pub(crate) compression: Option<f64>,
+    pub(crate) force_n: Option<f64>,
+    #[serde(default)]
+    pub(crate) distance_m: Option<f64>,
+    pub(crate) capacitance_f: Option<f64>,
+    pub(crate) capacitance_lower_f: Option<f64>,
+    pub(crate) capacitance_upper_f: Option<f64>,
+    pub(crate) maxwell_matrix_f: Option<Vec<Vec<f64>>>,
+    pub(crate) maxwell_matrix_lower_f: Option<Vec<Vec<f64>>>,
+    pub(crate) maxwell_matrix_upper_f: Option<Vec<Vec<f64>>>,
+    #[serde(default)]
+    pub(crate) mechanics_error_estimate: Option<f64>,
+    #[serde(default)]
+    pub(crate) geometry_error_estimate: Option<f64>,
+    pub(crate) status: String,
+    #[serde(default)]
+    pub(crate) reason: Option<String>,
+    #[serde(default)]
+    pub(crate) layer: Option<LayerStep>,
+    #[serde(default)]
+    pub(crate) closed_form_check: Option<ForceCheck>,
+}
+
+#[derive(Debug, Deserialize)]
+pub(crate) struct LayerStep {
+    pub(crate) relative_error_estimate: Option<f64>,
+}
+
+#[derive(Debug, Deserialize)]
+pub(crate) struct ForceCheck {
+    pub(crate) relative_difference: f64,
+}
+
+impl Step {
+    /// Steps of an approach have no contact yet, and no force to be a function of.
+    pub(crate) fn is_before_contact(&self) -> bool {
+        self.distance_m.is_some_and(|distance| distance > 0.0)
+    }
+
+    /// What the estimated errors of mechanics and of flat faces add to the bounds, as a share of the value.
+    pub(crate) fn estimates(&self) -> f64 {
+        self.mechanics_error_estimate.unwrap_or(0.0) + self.geometry_error_estimate.unwrap_or(0.0)
+    }
+
+    /// Why it lacks something, in the words of the run.
+    pub(crate) fn why(&self) -> String {
+        self.reason.clone().unwrap_or_else(|| self.status.clone())
+    }
+}

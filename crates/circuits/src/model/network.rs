@@ -1,0 +1,107 @@
+//! From the matrices of the steps to the capacitors of a network, with bounds.
+
+use super::ModelError;
+use crate::curve::StepValue;
+use crate::document::Step;
+
+/// A capacitor's ends and its values at the steps.
+pub(super) type Values = ((usize, Option<usize>), Vec<StepValue>);
+
+/// The capacitance that the run measured, at each step.
+pub(super) fn measured(steps: &[&Step]) -> Result<Vec<StepValue>, ModelError> {
+    let of = |step: &&Step| {
+        let all = (step.capacitance_f, step.capacitance_lower_f, step.capacitance_upper_f);
+        let (Some(value), Some(lower), Some(upper)) = all else {
+            return Err(ModelError::FailedStep { step: step.index, reason: step.why() });
+        };
+        let more = value.abs() * step.estimates();
+        let (lower, upper) = (lower - more, upper + more);
+        let is_sound =
+            [lower, value, upper].iter().all(|c| c.is_finite()) && lower <= value && value <= upper;
+        if !is_sound {
+            return Err(ModelError::Damaged(step.index));
+        }
+        if lower <= 0.0 {
+            return Err(ModelError::NotPositive { step: step.index, lower });
+        }
+        Ok(StepValue { lower, value, upper })
+    };
+    steps.iter().map(of).collect()
+}
+
+/// The mutual capacitances of all pairs by rows, and those to ground behind them, at each step.
+///
+/// No capacitance of either kind can be negative (the potential of a conductor at 1 V lies between 0 and 1 V everywhere), so that lower
+/// bounds below zero become zero and remain bounds.
+pub(super) fn matrix(steps: &[&Step], count: usize) -> Result<Vec<Values>, ModelError> {
+    let matrices: Vec<Vec<Vec<StepValue>>> =
+        steps.iter().map(|step| network_of(step, count)).collect::<Result<_, ModelError>>()?;
+    let over = |i: usize, j: usize| matrices.iter().map(|network| network[i][j]).collect();
+    let mutual = (0..count).flat_map(|i| (i + 1..count).map(move |j| (i, j)));
+    let mut out: Vec<Values> = mutual.map(|(i, j)| ((i, Some(j)), over(i, j))).collect();
+    out.extend((0..count).map(|i| ((i, None), over(i, i))));
+    Ok(out)
+}
+
+/// Of one step: mutual capacitances beside the diagonal, those to ground on it.
+fn network_of(step: &Step, count: usize) -> Result<Vec<Vec<StepValue>>, ModelError> {
+    let all = (&step.maxwell_matrix_f, &step.maxwell_matrix_lower_f, &step.maxwell_matrix_upper_f);
+    let (Some(value), Some(lower), Some(upper)) = all else { return Err(ModelError::NoMatrix(step.index)) };
+    let damaged = || ModelError::Damaged(step.index);
+    let is_square = |m: &Vec<Vec<f64>>| m.len() == count && m.iter().all(|row| row.len() == count);
+    if count == 0 || ![value, lower, upper].into_iter().all(is_square) {
+        return Err(damaged());
+    }
+    let estimates = step.estimates();
+    // Of an entry of the Maxwell matrix, or of minus one.
+    let bounded = |i: usize, j: usize| {
+        let more = estimates * value[i][j].abs();
+        [lower[i][j] - more, value[i][j], upper[i][j] + more]
+    };
+    let mut network = vec![vec![StepValue { lower: 0.0, value: 0.0, upper: 0.0 }; count]; count];
+    for i in 0..count {
+        for j in 0..i {
+            // Both entries are of the same capacitance.
+            let ([la, va, ua], [lb, vb, ub]) = (bounded(i, j), bounded(j, i));
+            let own = sound((-ua).max(-ub), -0.5 * (va + vb), (-la).min(-lb)).ok_or_else(damaged)?;
+            network[i][j] = own;
+            network[j][i] = own;
+        }
+    }
+    for i in 0..count {
+        let [mut least, mut value, mut greatest] = bounded(i, i);
+        let rounding = 1e-12 * greatest.abs();
+        for j in (0..count).filter(|j| *j != i) {
+            let mutual = network[i][j];
+            least -= mutual.upper;
+            value -= mutual.value;
+            greatest -= mutual.lower;
+        }
+        // A difference of equal numbers, where no field line leads to ground.
+        if greatest < 0.0 && greatest >= -rounding {
+            greatest = 0.0;
+        }
+        network[i][i] = sound(least, value, greatest).ok_or_else(damaged)?;
+    }
+    Ok(network)
+}
+
+/// Bounds that are not negative, and a value within them. `None` where the bounds contradict each other.
+fn sound(lower: f64, value: f64, upper: f64) -> Option<StepValue> {
+    let lower = lower.max(0.0);
+    let is_sound = [lower, value, upper].iter().all(|c| c.is_finite()) && lower <= upper;
+    is_sound.then(|| StepValue { lower, value: value.clamp(lower, upper), upper })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn bounds_below_zero_become_zero_and_contradictions_are_none() {
+        assert_eq!(sound(-1.0, -0.1, 2.0), Some(StepValue { lower: 0.0, value: 0.0, upper: 2.0 }));
+        assert_eq!(sound(1.0, 3.0, 2.0), Some(StepValue { lower: 1.0, value: 2.0, upper: 2.0 }));
+        assert_eq!(sound(-3.0, -2.0, -1.0), None);
+        assert_eq!(sound(0.0, f64::NAN, 1.0), None);
+    }
+}
