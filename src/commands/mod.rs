@@ -11,7 +11,6 @@ pub(crate) mod new;
 mod progress;
 pub(crate) mod run;
 pub(crate) mod schema;
-mod shortfalls;
 pub(crate) mod stability;
 mod stop;
 mod summary;
