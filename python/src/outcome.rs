@@ -189,9 +189,8 @@ impl PyOutcome {
         scene: bool,
     ) -> PyResult<(PathBuf, Vec<PathBuf>, Vec<String>)> {
         let options = Options { scene, ..self.options };
-        let saved = py.detach(|| {
-            save_kept(&self.case, &self.outcome, &options, &folder, &self.fields, self.planning)
-        });
+        let saved = py
+            .detach(|| save_kept(&self.case, &self.outcome, &options, &folder, &self.fields, self.planning));
         let saved = saved.map_err(|error| unwritable(&error))?;
         Ok((saved.folder, saved.files, saved.warnings))
     }

@@ -95,12 +95,15 @@ pub(crate) fn run(
         let (sender, receiver) = channel();
         std::thread::scope(|scope| {
             let compute = || in_threads(&case, &options, threads, &cancel, Messenger(sender));
-            let worker = match std::thread::Builder::new().name("elastocap".to_owned()).spawn_scoped(scope, compute) {
-                Ok(worker) => worker,
-                Err(error) => return (Err(failed(&format!("cannot start a thread: {error}"))), None),
-            };
+            let worker =
+                match std::thread::Builder::new().name("elastocap".to_owned()).spawn_scoped(scope, compute) {
+                    Ok(worker) => worker,
+                    Err(error) => return (Err(failed(&format!("cannot start a thread: {error}"))), None),
+                };
             let stopped_by = wait(&receiver, &cancel, deadline, notify.as_ref());
-            let done = worker.join().unwrap_or_else(|_| Err(failed("a thread ended early; this is a defect of elastocap")));
+            let done = worker
+                .join()
+                .unwrap_or_else(|_| Err(failed("a thread ended early; this is a defect of elastocap")));
             (done, stopped_by)
         })
     });

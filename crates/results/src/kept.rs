@@ -103,9 +103,8 @@ pub fn save_kept(
     let started = now.checked_sub(planning + solving).unwrap_or(now);
     let folder = OutputFolder::open(folder)?;
     folder.holds_nothing_foreign()?;
-    let writer = FieldWriter::new(&folder, &())
-        .only_if(options.fields)
-        .drawing_sections(&outcome.plan, &case.title);
+    let writer =
+        FieldWriter::new(&folder, &()).only_if(options.fields).drawing_sections(&outcome.plan, &case.title);
     // Where staging breaks off, `finish` has the reason.
     let _ = stage(&writer, outcome, fields);
     let files = writer.finish(outcome)?;
