@@ -24,6 +24,7 @@ mod terminals;
 mod units;
 mod validate;
 mod values;
+mod written;
 
 use std::fs::File;
 use std::io::{ErrorKind, Read as _};
@@ -41,8 +42,9 @@ pub use model::{
     Pose, PunchContact, Role, Shape, ShearLength, Solid, SolidIndenter, Stiffness, Surroundings, Terminal,
     Wall,
 };
-pub use overrides::{OverrideError, OverrideErrorKind, value_at, with_value};
+pub use overrides::{OverrideError, OverrideErrorKind, files_of, value_at, with_value};
 pub use schema::json_schema;
+pub use written::{WrittenNumber, WrittenNumberError};
 
 /// The largest file that is read.
 const LARGEST_FILE: u64 = 16 << 20;

@@ -141,6 +141,16 @@ pub fn value_at(source: &str, path: &str) -> Result<Option<String>, OverrideErro
     get().map_err(|kind| OverrideError { path: shown(path), kind })
 }
 
+/// The files that the text of a case names, in the order of the text and each once: all texts under a key `file`. Relative ones are relative to
+/// the folder of the case file. Empty where the text is not TOML.
+pub fn files_of(source: &str) -> Vec<String> {
+    let mut found = Vec::new();
+    if let Ok(document) = read_document(source) {
+        edit::files(document.as_item(), &mut found);
+    }
+    found
+}
+
 fn read_document(source: &str) -> Result<DocumentMut, OverrideErrorKind> {
     source.parse::<DocumentMut>().map_err(|error| {
         let line = error.span().map_or(1, |span| {

@@ -59,6 +59,45 @@ pub(super) fn get<'a>(document: &'a DocumentMut, path: &KeyPath) -> Option<&'a V
     if table.is_some() { None } else { value }
 }
 
+/// All texts under a key `file`, once each.
+pub(super) fn files(item: &Item, found: &mut Vec<String>) {
+    match item {
+        Item::None => {}
+        Item::Table(table) => {
+            table.iter().for_each(|(key, inside)| {
+                note_file(key, inside.as_str(), found);
+                files(inside, found);
+            });
+        }
+        Item::ArrayOfTables(tables) => {
+            tables.iter().flat_map(|table| table.iter()).for_each(|(key, inside)| {
+                note_file(key, inside.as_str(), found);
+                files(inside, found);
+            });
+        }
+        Item::Value(value) => files_of_value(value, found),
+    }
+}
+
+fn files_of_value(value: &Value, found: &mut Vec<String>) {
+    match value {
+        Value::InlineTable(table) => table.iter().for_each(|(key, inside)| {
+            note_file(key, inside.as_str(), found);
+            files_of_value(inside, found);
+        }),
+        Value::Array(array) => array.iter().for_each(|inside| files_of_value(inside, found)),
+        Value::String(_) | Value::Integer(_) | Value::Float(_) | Value::Boolean(_) | Value::Datetime(_) => {}
+    }
+}
+
+fn note_file(key: &str, text: Option<&str>, found: &mut Vec<String>) {
+    if let ("file", Some(text)) = (key, text)
+        && !found.iter().any(|known| known == text)
+    {
+        found.push(text.to_owned());
+    }
+}
+
 impl<'a> Place<'a> {
     fn of_item(item: &'a mut Item) -> Option<Self> {
         match item {

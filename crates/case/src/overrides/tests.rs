@@ -1,4 +1,4 @@
-use super::{OverrideErrorKind, value_at, with_value};
+use super::{OverrideErrorKind, files_of, value_at, with_value};
 
 const SOURCE: &str = r#"# The sensor.
 format = 1
@@ -176,4 +176,27 @@ fn the_value_of_a_path_is_read_as_it_is_written() {
     for absent in ["layer", "conductor", "conductor[0]", "conductor[5].name", "layer.x.y", "title.x"] {
         assert_eq!(at(absent), None, "{absent}");
     }
+}
+
+#[test]
+fn the_files_of_a_case_are_found_wherever_they_are_named() {
+    let source = "mesh.file = 'a.msh'\n[[conductor]]\nsurface = { file = \"b.obj\", unit = \"mm\" }\n[[conductor]]\n\
+                  [conductor.surface]\nfile = \"c.obj\"\n[x]\nlist = [{ file = \"b.obj\" }, { file = \"d\" }]\nfile = 3\n";
+    assert_eq!(files_of(source), ["a.msh", "b.obj", "c.obj", "d"]);
+    assert!(files_of("not toml").is_empty());
+}
+
+#[test]
+fn an_overridden_case_finds_its_files_and_names_the_line_of_the_file() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("case.toml");
+    let obj = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n";
+    std::fs::write(folder.path().join("body.obj"), obj).unwrap();
+    let source = "format = 1\n[[conductor]]\nname = \"a\"\nsurface = { file = \"body.obj\", unit = \"mm\" }\n\
+                  [surroundings]\nboundary = \"open\"\n[electrostatics]\nrelative_tolerance = 1e-2\n";
+    let changed = with_value(source, "electrostatics.relative_tolerance", "5e-2").unwrap();
+    crate::parse(&changed, &path).unwrap();
+    let moved = with_value(source, "conductor[0].surface.file", "other.obj").unwrap();
+    let message = crate::parse(&moved, &path).unwrap_err().to_string();
+    assert!(message.contains("case.toml:4:") && message.contains("other.obj"), "{message}");
 }
