@@ -16,6 +16,7 @@ from .errors import CaseError, ElastocapError, ElastocapWarning, OutputError, Pr
 from .fields import GridField, MeshField
 from .results import Measurement, Result, Saved, Step
 from .running import Progress, run
+from .sweeps import sweep
 
 __all__ = [
     "Case",
@@ -35,4 +36,5 @@ __all__ = [
     "load",
     "loads",
     "run",
+    "sweep",
 ]

@@ -13,12 +13,14 @@ class _Field(TypedDict):
     body_id: bytes
     body_names: list[str]
 
+@final
 class _Grid(_Field):
     axes: list[bytes]
     potential: bytes
     electric_field: bytes
     relative_permittivity: bytes
 
+@final
 class _Mesh(_Field):
     cells: bytes
     point_data: dict[str, tuple[int, bytes]]
@@ -73,6 +75,8 @@ class Outcome:
 
 def load(path: str) -> Case: ...
 def parse(text: str, origin: str) -> Case: ...
+def sweep_values(key: str, values: str) -> list[str]: ...
+def number_in_si(text: str) -> float | None: ...
 def with_value(text: str, path: str, value: str) -> str: ...
 def run(
     case: Case,
@@ -80,5 +84,7 @@ def run(
     prune: bool,
     fields: bool,
     max_seconds: float | None,
+    at_once: int,
     notify: Callable[[int, int, str], object] | None,
+    cancelled: Callable[[], bool] | None,
 ) -> tuple[Outcome, BaseException | None]: ...

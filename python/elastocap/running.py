@@ -78,21 +78,20 @@ def run(
         raise ValueError(f"threads must be between 1 and 1024, and not {threads}")
     if max_time is not None and not max_time >= 0:
         raise ValueError(f"max_time must be a number of seconds, and not {max_time}")
-    bar = _Bar(sys.stderr) if progress is True else None
-    told = bar.show if bar else progress if callable(progress) else None
+    report, close = _reporter(progress)
     begun = time.monotonic()
 
     def notify(done: int, total: int, doing: str) -> None:
         seconds = time.monotonic() - begun
         remaining = seconds / done * (total - done) if done else None
-        if told is not None:
-            told(Progress(done, total, doing, seconds, remaining))
+        report(Progress(done, total, doing, seconds, remaining))
 
     try:
-        outcome, stopped_by = _core.run(case._core, threads, prune, fields, max_time, notify if told else None)
+        outcome, stopped_by = _core.run(
+            case._core, threads, prune, fields, max_time, 1, notify if progress else None, None
+        )
     finally:
-        if bar:
-            bar.clear()
+        close()
     result = Result(case, outcome)
     if stopped_by is not None:
         stopped_by.result = result  # type: ignore[attr-defined]
@@ -100,6 +99,18 @@ def run(
     for text in result.warnings:
         warnings.warn(text, ElastocapWarning, stacklevel=2)
     return result
+
+
+def _reporter(
+    progress: bool | Callable[[Progress], object] | None,
+) -> tuple[Callable[[Progress], object], Callable[[], None]]:
+    """What is told of the progress, and what is done at the end."""
+    if progress is True:
+        bar = _Bar(sys.stderr)
+        return bar.show, bar.clear
+    if callable(progress):
+        return progress, lambda: None
+    return lambda _: None, lambda: None
 
 
 class _Bar:

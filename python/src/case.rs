@@ -63,3 +63,9 @@ pub(crate) fn parse(py: Python<'_>, text: String, origin: PathBuf) -> PyResult<P
 pub(crate) fn with_value(text: &str, path: &str, value: &str) -> PyResult<String> {
     case::with_value(text, path, value).map_err(|error| bad_override(&error))
 }
+
+/// A text as a number in SI units, if it is one with a unit or without.
+#[pyfunction]
+pub(crate) fn number_in_si(text: &str) -> Option<f64> {
+    case::WrittenNumber::parse(text).ok().map(|number| number.si)
+}

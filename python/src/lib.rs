@@ -26,7 +26,7 @@ use pyo3::prelude::*;
 #[pymodule]
 mod _core {
     #[pymodule_export]
-    use super::case::{PyCase, load, parse, with_value};
+    use super::case::{PyCase, load, number_in_si, parse, with_value};
     #[pymodule_export]
     use super::outcome::PyOutcome;
     #[pymodule_export]

@@ -71,11 +71,12 @@ type Done = (Outcome, StepFields, Duration);
 /// Runs a case on `threads` threads; without a number on as many as the command takes.
 ///
 /// `notify` is called with the number of steps done, the number of steps, and what is being done, each time one of them changes, by the
-/// thread that called. `max_seconds` stops the run after that time.
+/// thread that called. `max_seconds` stops the run after that time, and so does `cancelled`, which is asked often, when it gives true. `at_once`
+/// is how many runs of this process share its memory.
 ///
 /// Returns what was found, and the exception that stopped the run: KeyboardInterrupt, or what `notify` raised.
 #[pyfunction]
-#[pyo3(signature = (case, threads, prune, fields, max_seconds, notify))]
+#[pyo3(signature = (case, threads, prune, fields, max_seconds, at_once, notify, cancelled))]
 pub(crate) fn run(
     py: Python<'_>,
     case: &PyCase,
@@ -83,7 +84,9 @@ pub(crate) fn run(
     prune: bool,
     fields: bool,
     max_seconds: Option<f64>,
+    at_once: u64,
     notify: Option<Py<PyAny>>,
+    cancelled: Option<Py<PyAny>>,
 ) -> PyResult<(PyOutcome, Option<PyErr>)> {
     let case = Arc::clone(&case.case);
     let options = Options { prune, fields, scene: true };
@@ -94,13 +97,13 @@ pub(crate) fn run(
         let cancel = Arc::new(AtomicBool::new(false));
         let (sender, receiver) = channel();
         std::thread::scope(|scope| {
-            let compute = || in_threads(&case, &options, threads, &cancel, Messenger(sender));
+            let compute = || in_threads(&case, &options, threads, at_once, &cancel, Messenger(sender));
             let worker =
                 match std::thread::Builder::new().name("elastocap".to_owned()).spawn_scoped(scope, compute) {
                     Ok(worker) => worker,
                     Err(error) => return (Err(failed(&format!("cannot start a thread: {error}"))), None),
                 };
-            let stopped_by = wait(&receiver, &cancel, deadline, notify.as_ref());
+            let stopped_by = wait(&receiver, &cancel, deadline, notify.as_ref(), cancelled.as_ref());
             let done = worker
                 .join()
                 .unwrap_or_else(|_| Err(failed("a thread ended early; this is a defect of elastocap")));
@@ -117,6 +120,7 @@ fn in_threads(
     case: &Case,
     options: &Options,
     threads: Option<usize>,
+    at_once: u64,
     cancel: &Arc<AtomicBool>,
     messenger: Messenger,
 ) -> PyResult<Done> {
@@ -128,7 +132,9 @@ fn in_threads(
         .map_err(|error| failed(&format!("cannot start the threads: {error}")))?;
     let work = || {
         let started = Instant::now();
-        let plan = Plan::new(case, options);
+        let mut plan = Plan::new(case, options);
+        plan.memory_limit /= at_once.max(1);
+        plan.layer_memory_limit /= at_once.max(1);
         let planning = started.elapsed();
         messenger.tell(News::Planned(plan.distinct_steps().count()));
         let kept = KeptFields::new(options.fields, &messenger);
@@ -155,6 +161,7 @@ fn wait(
     cancel: &AtomicBool,
     deadline: Option<Instant>,
     notify: Option<&Py<PyAny>>,
+    cancelled: Option<&Py<PyAny>>,
 ) -> Option<PyErr> {
     let (mut done, mut of, mut doing) = (0, 0, "planning".to_owned());
     let mut stopped_by = None;
@@ -180,6 +187,11 @@ fn wait(
         }
         let told = Python::attach(|py| {
             py.check_signals()?;
+            if let Some(cancelled) = cancelled
+                && cancelled.call0(py)?.is_truthy(py)?
+            {
+                cancel.store(true, Ordering::Relaxed);
+            }
             match notify.filter(|_| is_news) {
                 Some(notify) => notify.call1(py, (done, of, doing.as_str())).map(drop),
                 None => Ok(()),
