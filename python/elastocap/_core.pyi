@@ -4,6 +4,8 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import TypedDict, final
 
+__all__ = ["VERSION", "Case", "Outcome", "load", "number_in_si", "parse", "run", "sweep_values", "with_value"]
+
 VERSION: str
 
 class _Field(TypedDict):

@@ -124,6 +124,9 @@ def loads(text: str, path: str | os.PathLike[str] = "case.toml") -> Case:
     ... name = "cube"
     ... box = { min = ["-0.5 m", "-0.5 m", "-0.5 m"], max = ["0.5 m", "0.5 m", "0.5 m"] }
     ...
+    ... [surroundings]
+    ... boundary = "open"
+    ...
     ... [electrostatics]
     ... relative_tolerance = 1e-2
     ... ''')

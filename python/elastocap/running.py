@@ -50,8 +50,8 @@ def run(
     threads
         How many threads compute; without a number as many as the machine has processors.
     fields
-        Whether the fields are kept, for :attr:`Step.field` and for the files of :meth:`Result.save`. A field takes 100 to 200 bytes for
-        each node of its grid.
+        Whether the fields are kept, for :attr:`Step.field` and for the files of :meth:`Result.save`. A field takes some 100 bytes
+        for each node of its grid, and a few hundred for each node of tetrahedra.
     prune
         False leaves nothing out, as ``--no-prune`` of the command: the same numbers without using symmetry, for instance.
     max_time

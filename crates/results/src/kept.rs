@@ -19,7 +19,7 @@ use crate::{FieldWriter, OutputError, OutputFolder, Saved, save};
 
 /// An observer that keeps the fields of a run, and passes on what it sees to another observer.
 ///
-/// A field takes 100 to 200 bytes for each node of its grid.
+/// A field takes some 100 bytes for each node of its grid, and a few hundred for each node of tetrahedra.
 pub struct KeptFields<'a> {
     watcher: &'a dyn Observer,
     /// Whether fields, those of the layer among them, are kept.
