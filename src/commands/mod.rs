@@ -6,6 +6,7 @@ mod arguments;
 pub(crate) mod check;
 pub(crate) mod figures;
 pub(crate) mod force;
+pub(crate) mod gather;
 pub(crate) mod mesh;
 pub(crate) mod new;
 mod progress;
@@ -14,6 +15,8 @@ pub(crate) mod schema;
 pub(crate) mod stability;
 mod stop;
 mod summary;
+pub(crate) mod sweep;
+mod sweep_report;
 
 use std::path::{Path, PathBuf};
 
