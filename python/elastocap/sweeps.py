@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import math
 import os
 import threading
 import time
@@ -143,7 +144,8 @@ def _solve(
         return None
     columns: dict[str, Sequence[Any]] = {"step": range(len(outcome))}
     for name in Result.columns()[:-2]:
-        columns[name] = memoryview(outcome.numbers(name)).cast("d").tolist()
+        numbers = memoryview(outcome.numbers(name)).cast("d")
+        columns[name] = [number if math.isfinite(number) else math.nan for number in numbers]
     columns |= {"unknowns": outcome.unknowns, "status": outcome.statuses}
     columns["message"] = [_one_line(reason or "") for reason in outcome.reasons]
     return [dict(zip(columns, row, strict=True)) for row in zip(*columns.values(), strict=True)]

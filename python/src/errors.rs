@@ -30,6 +30,11 @@ pub(crate) fn bad_override(error: &OverrideError) -> PyErr {
     classes::CaseError::new_err(format!("error: {error}"))
 }
 
+/// Values that cannot be read.
+pub(crate) fn bad_values(what: &str) -> PyErr {
+    classes::CaseError::new_err(format!("error: {what}"))
+}
+
 /// Results that cannot be written.
 pub(crate) fn unwritable(error: &Unwritable) -> PyErr {
     classes::OutputError::new_err(format!("error: {error}"))

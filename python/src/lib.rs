@@ -10,6 +10,7 @@
 //! | `run.rs` | a run in threads of its own, while the calling one waits for signals and tells of the progress |
 //! | `outcome.rs` | what a run found, and its files |
 //! | `field.rs` | the field of a step |
+//! | `sweep.rs` | the values of a key, as the command takes them |
 //! | `errors.rs` | the exceptions |
 //! | `numbers.rs` | numbers as bytes |
 
@@ -19,6 +20,7 @@ mod field;
 mod numbers;
 mod outcome;
 mod run;
+mod sweep;
 
 use pyo3::prelude::*;
 
@@ -31,6 +33,8 @@ mod _core {
     use super::outcome::PyOutcome;
     #[pymodule_export]
     use super::run::run;
+    #[pymodule_export]
+    use super::sweep::sweep_values;
 
     /// The version of the library.
     #[pymodule_export]

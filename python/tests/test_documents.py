@@ -27,12 +27,16 @@ def test_there_are_docstrings_to_execute():
 
 
 @pytest.mark.parametrize("page", ["docs/python.md", "python/README.md"])
-def test_the_examples_of_a_page_run(page):
-    blocks = re.findall(r"^```python\n(.*?)^```", (ROOT / page).read_text(), re.MULTILINE | re.DOTALL)
-    assert blocks
+def test_the_examples_of_a_page_run_and_print_what_it_says(page, capsys):
+    blocks = re.findall(r"^```(python|text)\n(.*?)^```", (ROOT / page).read_text(), re.MULTILINE | re.DOTALL)
+    assert blocks and blocks[0][0] == "python"
     names = {"__name__": page}
-    for block in blocks:
-        exec(compile(block, page, "exec"), names)
+    for kind, block in blocks:
+        if kind == "python":
+            capsys.readouterr()
+            exec(compile(block, page, "exec"), names)
+        else:
+            assert capsys.readouterr().out == block
 
 
 def test_everything_public_has_a_docstring():

@@ -47,6 +47,35 @@ def test_every_value_is_combined_with_every_other_and_solved_as_by_itself(case):
     assert [progress.done for progress in told] == [0, 1, 2, 3, 4] and told[-1].total == 4
 
 
+def test_the_table_is_that_of_the_command(case, command, workspace):
+    import pandas
+
+    path = workspace / "case.toml"
+    path.write_text(case.text)
+    # The last height is above the layer: refused.
+    grid = {"gap": "40um..50um:2", "electrodes.in_plane_pair.height": "200um, 1mm"}
+    sets = ["--set", "electrodes.in_plane_pair.gap=40um..50um:2", "--set", "electrodes.in_plane_pair.height=200um, 1mm"]
+    command("sweep", "case.toml", *sets, "-o", "command", "--quiet", status=3)
+    table = elastocap.sweep(elastocap.load("case.toml"), grid)
+    written = pandas.read_csv(
+        "command/sweep.csv",
+        float_precision="round_trip",
+        keep_default_na=False,
+        na_values={name: [""] for name in table.columns if name not in ("status", "message")},
+    )
+    assert table["status"].tolist() == ["ok", "ok", "refused"] * 2
+    same(table, written.astype(table.dtypes.to_dict()))
+
+
+def test_a_text_of_values_is_read_as_by_the_command(case):
+    table = elastocap.sweep(case.with_(compression=[0.0]), {"gap": "40um..60um:3, 70 um"})
+    assert table["electrodes.in_plane_pair.gap"].tolist() == [40e-6, 50e-6, 60e-6, 70e-6]
+    with pytest.raises(elastocap.CaseError, match="does not say how many values"):
+        elastocap.sweep(case, {"gap": "40um..60um"})
+    with pytest.raises(elastocap.CaseError, match="is a distribution"):
+        elastocap.sweep(case, {"gap": "normal(50um, 2um)"})
+
+
 def test_cases_may_be_listed_and_lack_values(case):
     table = elastocap.sweep(case, [{"gap": "40 um"}, {}, {"height": "200 um"}], workers=1)
     gap, height = table["electrodes.in_plane_pair.gap"], table["electrodes.in_plane_pair.height"]
