@@ -59,6 +59,8 @@ Examples:
   elastocap compare results/a results/b        what differs in the cases, in C and in time
   elastocap export spice results/in-plane-pair
                                                its curve as a subcircuit, for circuit simulators
+  elastocap sweep cases/in-plane-pair.toml --set electrodes.in_plane_pair.gap=10um..100um:10
+                                               one table of many cases
   elastocap accuracy cases/in-plane-pair.toml  what accuracy costs: errors against run time
   elastocap stability --quick                  whether extreme cases are answered right
   elastocap figures --only 9,16                figures of the paper, with finite elements
@@ -109,6 +111,10 @@ enum Command {
     Export(commands::export::Arguments),
     /// Show what accuracy costs: errors against run time on many grids, and on those that the solver chooses
     Accuracy(commands::accuracy::Arguments),
+    /// Solve many cases from one file with values changed: grids, lists, tolerances; one table, resumable
+    Sweep(commands::sweep::Arguments),
+    /// Join the shards of a sweep into one table
+    Gather(commands::gather::Arguments),
     /// Write the bodies (scene.glb) and a grid of them (.vtu) without solving
     Mesh(commands::mesh::Arguments),
     /// Solve a catalogue of stiff and extreme cases and say whether the answers are right
@@ -161,6 +167,8 @@ fn main() -> ExitCode {
         Command::Compare(arguments) => commands::compare::execute(arguments),
         Command::Export(arguments) => commands::export::execute(arguments, common),
         Command::Accuracy(arguments) => commands::accuracy::execute(arguments, common),
+        Command::Sweep(arguments) => commands::sweep::execute(arguments, common),
+        Command::Gather(arguments) => commands::gather::execute(arguments, common),
         Command::Mesh(arguments) => commands::mesh::execute(arguments, common),
         Command::Stability(arguments) => commands::stability::execute(arguments, common),
         Command::Figures(arguments) => commands::figures::execute(arguments, common),

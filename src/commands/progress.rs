@@ -2,6 +2,7 @@
 
 use std::fmt::Write as _;
 use std::io::IsTerminal as _;
+use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::mpsc::{RecvTimeoutError, Sender, channel};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::thread::JoinHandle;
@@ -52,8 +53,10 @@ impl Progress {
             forecast: [layer, plan.seconds],
         }));
         let terminal = std::io::stderr().is_terminal();
-        let bar = if quiet || !terminal { ProgressBar::hidden() } else { bar(&done, of) };
-        let lines = if quiet || terminal { None } else { lines(&done) };
+        let shown = Arc::clone(&done);
+        let text: Text = Arc::new(move || lock(&shown).text(Instant::now()));
+        let bar = if quiet || !terminal { ProgressBar::hidden() } else { bar(&text, of) };
+        let lines = if quiet || terminal { None } else { lines(&text) };
         Self { done, bar, lines }
     }
 
@@ -98,11 +101,14 @@ fn lock(done: &Mutex<Done>) -> MutexGuard<'_, Done> {
     done.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-fn bar(done: &Arc<Mutex<Done>>, steps: usize) -> ProgressBar {
-    let bar = ProgressBar::with_draw_target(Some(steps as u64), ProgressDrawTarget::stderr());
-    let done = Arc::clone(done);
-    let state = move |_: &ProgressState, text: &mut dyn std::fmt::Write| {
-        let _ = text.write_str(&lock(&done).text(Instant::now()));
+/// What stands beside a bar, and in each line where there is none.
+type Text = Arc<dyn Fn() -> String + Send + Sync>;
+
+fn bar(text: &Text, length: usize) -> ProgressBar {
+    let bar = ProgressBar::with_draw_target(Some(length as u64), ProgressDrawTarget::stderr());
+    let text = Arc::clone(text);
+    let state = move |_: &ProgressState, out: &mut dyn std::fmt::Write| {
+        let _ = out.write_str(&text());
     };
     if let Ok(style) = ProgressStyle::with_template("{bar:30} {state}") {
         bar.set_style(style.with_key("state", state));
@@ -111,17 +117,67 @@ fn bar(done: &Arc<Mutex<Done>>, steps: usize) -> ProgressBar {
     bar
 }
 
-fn lines(done: &Arc<Mutex<Done>>) -> Option<(Sender<()>, JoinHandle<()>)> {
+fn lines(text: &Text) -> Option<(Sender<()>, JoinHandle<()>)> {
     let (sender, receiver) = channel();
-    let done = Arc::clone(done);
+    let text = Arc::clone(text);
     let say = move || {
         while receiver.recv_timeout(BETWEEN_LINES) == Err(RecvTimeoutError::Timeout) {
-            output::message(&lock(&done).text(Instant::now()));
+            output::message(&text());
         }
     };
     // Without a thread there are no lines, and the run goes on.
     let thread = std::thread::Builder::new().name("progress".to_owned()).spawn(say).ok()?;
     Some((sender, thread))
+}
+
+/// How many cases of a sweep are done and how long the rest will take, shown as [`Progress`] shows steps.
+pub(super) struct CaseProgress {
+    done: Arc<AtomicUsize>,
+    bar: ProgressBar,
+    /// Ends the lines when it is dropped.
+    lines: Option<(Sender<()>, JoinHandle<()>)>,
+}
+
+impl CaseProgress {
+    /// Of `all` cases, of which `before` are finished already.
+    pub(super) fn new(all: usize, before: usize, quiet: bool) -> Self {
+        let begun = Instant::now();
+        let done = Arc::new(AtomicUsize::new(0));
+        let shown = Arc::clone(&done);
+        let text: Text =
+            Arc::new(move || cases_text(all, before, shown.load(Ordering::Relaxed), begun.elapsed()));
+        let terminal = std::io::stderr().is_terminal();
+        let bar = if quiet || !terminal { ProgressBar::hidden() } else { bar(&text, all) };
+        bar.set_position(before as u64);
+        let lines = if quiet || terminal { None } else { lines(&text) };
+        Self { done, bar, lines }
+    }
+
+    /// Another case is done.
+    pub(super) fn case_done(&self) {
+        self.done.fetch_add(1, Ordering::Relaxed);
+        self.bar.inc(1);
+    }
+}
+
+impl Drop for CaseProgress {
+    fn drop(&mut self) {
+        self.bar.finish_and_clear();
+        if let Some((sender, thread)) = self.lines.take() {
+            drop(sender);
+            let _ = thread.join();
+        }
+    }
+}
+
+/// `done` cases took `elapsed`, after `before` were finished already.
+fn cases_text(all: usize, before: usize, done: usize, elapsed: Duration) -> String {
+    let mut text = format!("{}/{all} cases, {} elapsed", before + done, whole(elapsed));
+    if done > 0 {
+        let left = elapsed.as_secs_f64() / done as f64 * all.saturating_sub(before + done) as f64;
+        let _ = write!(text, ", about {} left", seconds(left.max(1.0)));
+    }
+    text
 }
 
 impl Done {
@@ -167,6 +223,13 @@ fn whole(time: Duration) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn the_rest_of_a_sweep_is_told_by_the_cases_of_this_run() {
+        let text = |done, seconds| cases_text(100, 40, done, Duration::from_secs(seconds));
+        assert_eq!(text(0, 5), "40/100 cases, 5 s elapsed");
+        assert_eq!(text(20, 10), "60/100 cases, 10 s elapsed, about 20 s left");
+    }
 
     #[test]
     fn the_rest_is_told_by_the_forecast_before_the_first_step_and_by_the_steps_after_it() {

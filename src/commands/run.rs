@@ -5,9 +5,10 @@ use std::time::{Duration, Instant};
 
 use clap::{Args, ValueHint};
 use elastocap_case::Case;
-use elastocap_coupling::outcome::{Outcome, Status, StepResult};
+use elastocap_coupling::outcome::Outcome;
 use elastocap_coupling::plan::{Options, Plan};
 use elastocap_coupling::run::run;
+use elastocap_coupling::shortfalls;
 use elastocap_results::{
     FieldWriter, FileGroup, OutputError, OutputFolder, Request, Resume, ResumeError, Saved, UnknownFileGroup,
     Wanted, save_as,
@@ -18,7 +19,7 @@ use super::inputs::Input;
 use super::progress::Progress;
 use super::stop::{Stop, stop_after};
 use super::summary::summary;
-use super::{inputs, shortfalls, watch};
+use super::{inputs, watch};
 use crate::guard::Guard;
 use crate::{Common, Exit, output};
 
@@ -258,22 +259,9 @@ fn solve_and_save(
     Ok((outcome, saved))
 }
 
-/// What a step that was begun does not have of what was asked for, in words.
-fn shortfall(step: &StepResult) -> Option<String> {
-    let reason = step.reason.as_deref().map_or_else(String::new, |reason| format!(": {reason}"));
-    match &step.row.status {
-        Status::Failed(reason) => Some(format!("failed: {reason}")),
-        Status::ToleranceNotReached(_) => Some(format!("missed the tolerance{reason}")),
-        Status::BeyondForceLimit => Some(format!("got no force{reason}")),
-        Status::Ok | Status::OkToDiagonal | Status::NotRun => None,
-    }
-}
-
 fn report(case: &Case, outcome: &Outcome, saved: &Saved, arguments: &Arguments, common: &Common) -> Exit {
     outcome.plan.warnings.iter().chain(&saved.warnings).for_each(|text| output::warning(text));
-    let solved = outcome.steps.iter().filter(|step| step.same_as.is_none());
-    let told = solved.filter_map(|step| Some((step.index, shortfall(step)?)));
-    shortfalls::lines(told).iter().for_each(|line| output::warning(line));
+    shortfalls::of_run(&outcome.steps).iter().for_each(|line| output::warning(line));
     if outcome.stopped {
         output::warning("stopped before all steps were done; the results are marked incomplete");
     }

@@ -15,6 +15,7 @@ mod imports;
 mod material;
 mod measured;
 mod model;
+mod overrides;
 mod quantities;
 mod raw;
 mod reader;
@@ -24,6 +25,7 @@ mod terminals;
 mod units;
 mod validate;
 mod values;
+mod written;
 
 use std::fs::File;
 use std::io::{ErrorKind, Read};
@@ -42,7 +44,9 @@ pub use model::{
     Pose, PunchContact, Role, Shape, ShearLength, Solid, SolidIndenter, Stiffness, Surroundings, Terminal,
     Wall,
 };
+pub use overrides::{OverrideError, OverrideErrorKind, files_of, value_at, with_value};
 pub use schema::json_schema;
+pub use written::{WrittenNumber, WrittenNumberError};
 
 /// The largest file that is read.
 const LARGEST_FILE: u64 = 16 << 20;
@@ -52,8 +56,15 @@ const LARGEST_FILE: u64 = 16 << 20;
 /// # Errors
 /// A file that cannot be read (missing, a folder, larger than 16 MiB, not UTF-8), or everything that is wrong in it.
 pub fn load(path: &Path) -> Result<Case, CaseError> {
-    let text = read_text(path).map_err(|diagnostic| CaseError::of_file(path, diagnostic))?;
-    parse(&text, path)
+    parse(&read_source(path)?, path)
+}
+
+/// The text of a case file, for [`with_value`] and [`parse`].
+///
+/// # Errors
+/// A file that cannot be read, as for [`load`].
+pub fn read_source(path: &Path) -> Result<String, CaseError> {
+    read_text(path).map_err(|diagnostic| CaseError::of_file(path, diagnostic))
 }
 
 /// Reads and validates a case from a stream, such as the standard input, as far as its end. `origin` stands for the file in messages

@@ -17,7 +17,7 @@
 //! - [`outcome`]: what a run found, and in `status` how its steps went.
 //! - [`finished`]: a step as it is written down for a run that goes on from there.
 //! - [`step`]: one load step. [`change`]: what it changes against the first one, and `sensitivity` per force. [`run`](mod@run): all steps,
-//!   `side_by_side`.
+//!   `side_by_side`; [`shortfalls`]: what steps do not have of what was asked for, as it is told.
 
 pub mod box_fields;
 pub mod change;
@@ -36,6 +36,7 @@ pub mod run;
 pub mod scene;
 mod sensitivity;
 pub mod settings;
+pub mod shortfalls;
 mod side_by_side;
 mod status;
 pub mod step;

@@ -14,6 +14,7 @@ use elastocap_coupling::step::StepField;
 use elastocap_geometry::export::body::body_vtu;
 use elastocap_geometry::export::vtk::vtu;
 
+use crate::layer_files::LayerFiles;
 use crate::section::{of_grid, of_tetrahedra, section_file};
 use crate::{FileGroup, OutputError, OutputFolder, Resume, Wanted, layer_files, scene_files};
 
@@ -162,6 +163,17 @@ impl<'a> FieldWriter<'a> {
         Ok(())
     }
 
+    /// Stages the files of the layer.
+    pub(crate) fn stage_layer(&self, layer: &LayerFiles) -> ControlFlow<()> {
+        for (name, bytes) in &layer.files {
+            if let Err(error) = self.folder.stage(name, bytes) {
+                return self.stopped_by(error);
+            }
+        }
+        self.files.lock().unwrap_or_else(PoisonError::into_inner).layer_warnings = layer.warnings.clone();
+        ControlFlow::Continue(())
+    }
+
     fn stopped_by(&self, error: OutputError) -> ControlFlow<()> {
         *self.broken.lock().unwrap_or_else(PoisonError::into_inner) = Some(error);
         ControlFlow::Break(())
@@ -177,12 +189,9 @@ impl Observer for FieldWriter<'_> {
         if !self.wanted.has(FileGroup::Layer) {
             return self.watcher.layer_solved(solution);
         }
-        match layer_files::stage(self.folder, solution) {
-            Ok(warnings) => {
-                self.files.lock().unwrap_or_else(PoisonError::into_inner).layer_warnings = warnings;
-                self.watcher.layer_solved(solution)
-            }
-            Err(error) => self.stopped_by(error),
+        match self.stage_layer(&layer_files::files(solution)) {
+            ControlFlow::Continue(()) => self.watcher.layer_solved(solution),
+            stopped @ ControlFlow::Break(()) => stopped,
         }
     }
 

@@ -8,31 +8,36 @@ use elastocap_mechanics::solid::press::{Pressed, Pressing};
 use elastocap_mechanics::solid::stress::{Fields, Sample};
 
 use super::csv::{number, optional, quoted};
-use super::{OutputError, OutputFolder, space_layer_files};
+use super::space_layer_files;
 use elastocap_coupling::deform::Solution;
 use elastocap_coupling::outcome::Outcome;
 
-/// Stages the fields and profiles of every load that was reached. Returns what the formats cannot hold.
-///
-/// # Errors
-/// When a file cannot be written.
-pub(crate) fn stage(folder: &OutputFolder, solution: &Solution) -> Result<Vec<String>, OutputError> {
+/// The files of a finite-element layer, ready to be written.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub(crate) struct LayerFiles {
+    /// Name and content of each.
+    pub(crate) files: Vec<(String, Vec<u8>)>,
+    /// What the formats cannot hold.
+    pub(crate) warnings: Vec<String>,
+}
+
+/// The fields and profiles of every load that was reached.
+pub(crate) fn files(solution: &Solution) -> LayerFiles {
     match solution {
-        Solution::Plane(pressing) => stage_each(folder, pressing, |model, pressed| {
+        Solution::Plane(pressing) => files_of(pressing, |model, pressed| {
             let fields = model.equations().fields(&pressed.state);
             (body(model, pressed, &fields), profiles(model, &fields))
         }),
-        Solution::Space(pressing) => stage_each(folder, pressing, space_layer_files::of),
+        Solution::Space(pressing) => files_of(pressing, space_layer_files::of),
     }
 }
 
-/// Stages body and profiles, as `of` makes them, of every load that was reached.
-fn stage_each<S: Dimension>(
-    folder: &OutputFolder,
+/// Body and profiles, as `of` makes them, of every load that was reached.
+fn files_of<S: Dimension>(
     pressing: &Pressing<S>,
     of: impl Fn(&LayerModel<S>, &Pressed<S>) -> (BodyMesh, String),
-) -> Result<Vec<String>, OutputError> {
-    let mut warnings = Vec::new();
+) -> LayerFiles {
+    let mut all = LayerFiles::default();
     let mut series = Vec::new();
     for (index, pressed) in pressing.goals.iter().enumerate() {
         let Ok(pressed) = pressed else { continue };
@@ -40,20 +45,20 @@ fn stage_each<S: Dimension>(
         match body_vtu(&body) {
             Ok(bytes) => {
                 let name = format!("layer_{index:03}.vtu");
-                folder.stage(&name, &bytes)?;
+                all.files.push((name.clone(), bytes));
                 series.push((pressed.step.compression, name));
             }
-            Err(error) => warnings.push(format!("the layer of step {index} is not written: {error}")),
+            Err(error) => all.warnings.push(format!("the layer of step {index} is not written: {error}")),
         }
-        folder.stage(&format!("profile_{index:03}.csv"), profiles.as_bytes())?;
+        all.files.push((format!("profile_{index:03}.csv"), profiles.into_bytes()));
     }
     if !series.is_empty() {
         match pvd(&series) {
-            Ok(text) => folder.stage("layer.pvd", text.as_bytes())?,
-            Err(error) => warnings.push(format!("layer.pvd is not written: {error}")),
+            Ok(text) => all.files.push(("layer.pvd".to_owned(), text.into_bytes())),
+            Err(error) => all.warnings.push(format!("layer.pvd is not written: {error}")),
         }
     }
-    Ok(warnings)
+    all
 }
 
 fn body(model: &LayerModel, pressed: &Pressed, fields: &Fields<'_>) -> BodyMesh {

@@ -27,7 +27,7 @@ use fields::Fields;
 use notes::{Shortfalls, floating_of, layer_missed};
 
 /// The field of a step, on whatever it was solved.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub enum StepField {
     /// Samples on the grid of the box solver.
     Grid(Field),

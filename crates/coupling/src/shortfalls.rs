@@ -1,13 +1,31 @@
 //! Steps that do not have all that was asked for, as they are told: those with the same shortfall together.
 
-use elastocap_coupling::words::counted;
+use crate::outcome::{Status, StepResult};
+use crate::words::counted;
 
 /// Shortfalls that are told, at most.
 const MAX_LINES: usize = 10;
 
+/// What a step that was begun does not have of what was asked for, in words.
+pub fn of_step(step: &StepResult) -> Option<String> {
+    let reason = step.reason.as_deref().map_or_else(String::new, |reason| format!(": {reason}"));
+    match &step.row.status {
+        Status::Failed(reason) => Some(format!("failed: {reason}")),
+        Status::ToleranceNotReached(_) => Some(format!("missed the tolerance{reason}")),
+        Status::BeyondForceLimit => Some(format!("got no force{reason}")),
+        Status::Ok | Status::OkToDiagonal | Status::NotRun => None,
+    }
+}
+
+/// The lines of all steps of a run that do not have what was asked for; steps that are taken from another one are left out.
+pub fn of_run(steps: &[StepResult]) -> Vec<String> {
+    let solved = steps.iter().filter(|step| step.same_as.is_none());
+    lines(solved.filter_map(|step| Some((step.index, of_step(step)?))))
+}
+
 /// A line for each different text, in the order of the first steps that have it; `told` has the index of a step and the text, in words
 /// that fit one step and several.
-pub(super) fn lines(told: impl IntoIterator<Item = (usize, String)>) -> Vec<String> {
+pub fn lines(told: impl IntoIterator<Item = (usize, String)>) -> Vec<String> {
     let mut found: Vec<(String, Vec<usize>)> = Vec::new();
     for (step, text) in told {
         match found.iter_mut().find(|(known, _)| *known == text) {

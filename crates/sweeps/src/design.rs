@@ -1,0 +1,360 @@
+//! Which cases a sweep has: the values of its keys, case by case, with numbers that stay.
+
+use chacha20::ChaCha12Rng;
+use rand::SeedableRng as _;
+
+use crate::settings::{Setting, Values};
+
+/// The most cases of a sweep.
+pub const MAX_CASES: usize = 1_000_000;
+
+/// The values of one case, in the order of the keys, as they are written in a case file; `None` leaves what the file has.
+pub type CaseValues = Vec<Option<String>>;
+
+/// Which cases a sweep has. The index of a case is its place, and stays the same whatever is solved first.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Design {
+    keys: Vec<String>,
+    cases: Vec<CaseValues>,
+    kind: DesignKind,
+}
+
+/// Where the cases come from.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum DesignKind {
+    /// Every value with every other one.
+    Grid,
+    /// The rows of a table, each with every value of the grid if there is one.
+    List,
+    /// Drawn at random.
+    Random {
+        /// What the generator starts from.
+        seed: u64,
+        /// The distribution of each key as it was written; `None` for a value that is the same in all cases.
+        distributions: Vec<Option<String>>,
+    },
+}
+
+/// Why settings make no design.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
+pub enum DesignError {
+    /// Nothing is varied.
+    #[error(
+        "nothing is varied; say what with --set KEY=VALUES, such as layer.thickness=400um,450um, or with --list"
+    )]
+    Nothing,
+    /// The same key twice.
+    #[error("`{0}` is set twice; put all its values in one place")]
+    Twice(String),
+    /// A distribution in a grid.
+    #[error("`{key}={distribution}` is a distribution; say how many cases to draw with --random N")]
+    DrawnInGrid {
+        /// The key.
+        key: String,
+        /// The distribution.
+        distribution: String,
+    },
+    /// Several values among distributions.
+    #[error(
+        "`{0}` has several values beside --random; give it a distribution, such as uniform(1um, 2um), or one value"
+    )]
+    ListedAmongDrawn(String),
+    /// No distribution at all.
+    #[error(
+        "--random draws nothing: no key has a distribution; write for example --set layer.thickness=normal(450um, 5um)"
+    )]
+    NothingDrawn,
+    /// More cases than a sweep may have.
+    #[error("these are {0} cases; a sweep has at most 1,000,000")]
+    TooMany(String),
+    /// No case.
+    #[error("the list has no rows below its header, so there are no cases")]
+    NoRows,
+    /// A header without a name.
+    #[error("column {0} of the list has no name; the first line of a list holds the paths of the keys")]
+    NoName(usize),
+    /// A row of another length than the header.
+    #[error(
+        "line {line} of the list has {found} fields, and its header {header}; an empty field leaves what the case file has"
+    )]
+    RowLength {
+        /// The line, counted from 1.
+        line: u64,
+        /// The fields of the row.
+        found: usize,
+        /// Those of the header.
+        header: usize,
+    },
+}
+
+impl Design {
+    /// Cases given one by one; `keys` are paths, and each case has a value for each of them.
+    ///
+    /// # Errors
+    /// A key that is there twice, no cases or too many, or a case with more or fewer values than there are keys (its place counts as line).
+    pub fn of_cases(keys: Vec<String>, cases: Vec<CaseValues>) -> Result<Self, DesignError> {
+        check_keys(&keys)?;
+        if cases.is_empty() {
+            return Err(DesignError::NoRows);
+        }
+        if let Some((at, case)) = cases.iter().enumerate().find(|(_, case)| case.len() != keys.len()) {
+            return Err(DesignError::RowLength { line: at as u64, found: case.len(), header: keys.len() });
+        }
+        check_count(Some(cases.len()))?;
+        Ok(Self { keys, cases, kind: DesignKind::List })
+    }
+
+    /// Every value with every other one: the values of the last setting change fastest.
+    ///
+    /// # Errors
+    /// No settings, a key that is set twice, a distribution, or too many cases.
+    pub fn grid(settings: &[Setting]) -> Result<Self, DesignError> {
+        if settings.is_empty() {
+            return Err(DesignError::Nothing);
+        }
+        let (keys, cases) = product(settings, Vec::new(), vec![Vec::new()])?;
+        Ok(Self { keys, cases, kind: DesignKind::Grid })
+    }
+
+    /// The rows of a table of comma-separated values, whose header holds the paths of keys; with settings, each row with every value of their
+    /// grid, which changes fastest.
+    ///
+    /// # Errors
+    /// A table that cannot be read or has no rows, a key that is set twice, a distribution, or too many cases.
+    pub fn list(table: &str, settings: &[Setting]) -> Result<Self, DesignError> {
+        let (keys, rows) = read_list(table)?;
+        let (keys, cases) = product(settings, keys, rows)?;
+        Ok(Self { keys, cases, kind: DesignKind::List })
+    }
+
+    /// `count` cases drawn at random, by ChaCha with 12 rounds; each case has a stream of its own, so that more cases begin with the same
+    /// ones.
+    ///
+    /// # Errors
+    /// No distribution, a key that is set twice or has several values, or too many cases.
+    pub fn random(settings: &[Setting], count: usize, seed: u64) -> Result<Self, DesignError> {
+        let keys: Vec<String> = settings.iter().map(|setting| setting.key.clone()).collect();
+        check_keys(&keys)?;
+        check_count(Some(count))?;
+        let mut distributions = Vec::new();
+        for setting in settings {
+            distributions.push(match &setting.values {
+                Values::Drawn(distribution) => Some(distribution.text().to_owned()),
+                Values::Listed(values) if values.len() == 1 => None,
+                Values::Listed(_) => return Err(DesignError::ListedAmongDrawn(setting.key.clone())),
+            });
+        }
+        if distributions.iter().all(Option::is_none) {
+            return Err(DesignError::NothingDrawn);
+        }
+        let case = |index: usize| {
+            let mut random = ChaCha12Rng::seed_from_u64(seed);
+            random.set_stream(index as u64);
+            let value = |setting: &Setting| match &setting.values {
+                Values::Drawn(distribution) => Some(distribution.draw(&mut random)),
+                Values::Listed(values) => values.first().cloned(),
+            };
+            settings.iter().map(value).collect()
+        };
+        let cases = (0..count).map(case).collect();
+        Ok(Self { keys, cases, kind: DesignKind::Random { seed, distributions } })
+    }
+
+    /// The same cases by another account of where they come from; for designs that are read again.
+    pub(crate) fn with_kind(self, kind: DesignKind) -> Self {
+        Self { kind, ..self }
+    }
+
+    /// The paths of the keys that are varied.
+    pub fn keys(&self) -> &[String] {
+        &self.keys
+    }
+
+    /// The values of each case, by its index.
+    pub fn cases(&self) -> &[CaseValues] {
+        &self.cases
+    }
+
+    /// Where the cases come from.
+    pub fn kind(&self) -> &DesignKind {
+        &self.kind
+    }
+}
+
+fn check_keys(keys: &[String]) -> Result<(), DesignError> {
+    if keys.is_empty() {
+        return Err(DesignError::Nothing);
+    }
+    match keys.iter().enumerate().find(|(k, key)| keys[..*k].contains(key)) {
+        Some((_, key)) => Err(DesignError::Twice(key.clone())),
+        None => Ok(()),
+    }
+}
+
+/// `None` stands for more than can be counted.
+fn check_count(count: Option<usize>) -> Result<(), DesignError> {
+    match count {
+        Some(count) if count <= MAX_CASES => Ok(()),
+        Some(count) => Err(DesignError::TooMany(count.to_string())),
+        None => Err(DesignError::TooMany("far too many".to_owned())),
+    }
+}
+
+/// Each row with every value of the settings.
+fn product(
+    settings: &[Setting],
+    mut keys: Vec<String>,
+    mut rows: Vec<CaseValues>,
+) -> Result<(Vec<String>, Vec<CaseValues>), DesignError> {
+    let mut count = Some(rows.len());
+    for setting in settings {
+        let Values::Listed(values) = &setting.values else {
+            let Values::Drawn(drawn) = &setting.values else { continue };
+            let (key, distribution) = (setting.key.clone(), drawn.text().to_owned());
+            return Err(DesignError::DrawnInGrid { key, distribution });
+        };
+        keys.push(setting.key.clone());
+        count = count.and_then(|count| count.checked_mul(values.len()));
+        check_count(count)?;
+        let with = |row: &CaseValues, value: &String| {
+            let mut row = row.clone();
+            row.push(Some(value.clone()));
+            row
+        };
+        rows = rows.iter().flat_map(|row| values.iter().map(move |value| with(row, value))).collect();
+    }
+    check_keys(&keys)?;
+    check_count(count)?;
+    Ok((keys, rows))
+}
+
+/// Header and rows of a list. Lines that begin with `#` are comments.
+fn read_list(table: &str) -> Result<(Vec<String>, Vec<CaseValues>), DesignError> {
+    let mut lines = Lines::new(table.strip_prefix('\u{feff}').unwrap_or(table));
+    let (_, keys) = lines.next().unwrap_or_default();
+    if let Some(at) = keys.iter().position(String::is_empty) {
+        return Err(DesignError::NoName(at + 1));
+    }
+    let mut rows = Vec::new();
+    for (line, fields) in lines {
+        if fields.len() != keys.len() {
+            return Err(DesignError::RowLength { line, found: fields.len(), header: keys.len() });
+        }
+        rows.push(fields.into_iter().map(|field| (!field.is_empty()).then_some(field)).collect());
+        check_count(Some(rows.len()))?;
+    }
+    if rows.is_empty() {
+        return Err(DesignError::NoRows);
+    }
+    Ok((keys, rows))
+}
+
+/// The rows of a table of comma-separated values, each with the line that it begins in.
+struct Lines<'a> {
+    reader: csv_core::Reader,
+    rest: &'a [u8],
+}
+
+impl<'a> Lines<'a> {
+    fn new(text: &'a str) -> Self {
+        Self { reader: csv_core::ReaderBuilder::new().comment(Some(b'#')).build(), rest: text.as_bytes() }
+    }
+}
+
+impl Iterator for Lines<'_> {
+    type Item = (u64, Vec<String>);
+
+    fn next(&mut self) -> Option<Self::Item> {
+        // A row is never longer than what is left of the text.
+        let (mut bytes, mut ends) = (vec![0; self.rest.len() + 1], vec![0; self.rest.len() + 2]);
+        let (mut written, mut ended) = (0, 0);
+        loop {
+            let (result, read, wrote, ends_found) =
+                self.reader.read_record(self.rest, &mut bytes[written..], &mut ends[ended..]);
+            self.rest = self.rest.get(read..).unwrap_or_default();
+            (written, ended) = (written + wrote, ended + ends_found);
+            match result {
+                csv_core::ReadRecordResult::Record => break,
+                csv_core::ReadRecordResult::End => return None,
+                // Called again with nothing left, the reader ends the last row.
+                csv_core::ReadRecordResult::InputEmpty
+                | csv_core::ReadRecordResult::OutputFull
+                | csv_core::ReadRecordResult::OutputEndsFull => {}
+            }
+        }
+        let mut from = 0;
+        let field = |end: &usize| {
+            let field = String::from_utf8_lossy(bytes.get(from..*end).unwrap_or_default());
+            from = *end;
+            field.trim().to_owned()
+        };
+        let fields = ends.iter().take(ended).map(field).collect();
+        Some((self.reader.line().saturating_sub(1), fields))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn settings(texts: &[&str]) -> Vec<Setting> {
+        texts.iter().map(|text| text.parse().unwrap()).collect()
+    }
+
+    fn shown(design: &Design) -> Vec<String> {
+        let case = |case: &CaseValues| {
+            case.iter().map(|value| value.as_deref().unwrap_or("-")).collect::<Vec<_>>().join(" ")
+        };
+        design.cases().iter().map(case).collect()
+    }
+
+    #[test]
+    fn a_grid_has_every_value_with_every_other_and_the_last_key_changes_fastest() {
+        let design = Design::grid(&settings(&["a=1,2", "b=x,y,z"])).unwrap();
+        assert_eq!(design.keys(), ["a", "b"]);
+        assert_eq!(shown(&design), ["1 x", "1 y", "1 z", "2 x", "2 y", "2 z"]);
+    }
+
+    #[test]
+    fn a_list_has_one_case_for_each_row_and_empty_fields_leave_the_value_of_the_file() {
+        let text =
+            "layer.thickness, electrodes.in_plane_pair.gap\n400um, 10um\n# comment\n450um,\n\"[1, 2]\",5\n";
+        let design = Design::list(text, &[]).unwrap();
+        assert_eq!(design.keys(), ["layer.thickness", "electrodes.in_plane_pair.gap"]);
+        assert_eq!(shown(&design), ["400um 10um", "450um -", "[1, 2] 5"]);
+        let with_grid = Design::list("a\n1\n2\n", &settings(&["b=x,y"])).unwrap();
+        assert_eq!(shown(&with_grid), ["1 x", "1 y", "2 x", "2 y"]);
+    }
+
+    #[test]
+    fn the_same_seed_draws_the_same_cases_and_more_cases_begin_with_them() {
+        let settings = settings(&["a=normal(50um, 2um)", "b=uniform(1, 2)", "c=7"]);
+        let few = Design::random(&settings, 5, 1).unwrap();
+        let many = Design::random(&settings, 9, 1).unwrap();
+        assert_eq!(few.cases(), &many.cases()[..5]);
+        assert_ne!(few.cases(), Design::random(&settings, 5, 2).unwrap().cases());
+        assert!(few.cases().iter().all(|case| case[2].as_deref() == Some("7")));
+        // Written down once, so that another machine or another version of the generator is noticed.
+        assert_eq!(shown(&few)[0], "\"?\"");
+    }
+
+    #[test]
+    fn settings_that_make_no_design_are_refused() {
+        let refused = |design: Result<Design, DesignError>, words: &str| {
+            let message = design.unwrap_err().to_string();
+            assert!(message.contains(words), "{message}\nlacks: {words}");
+        };
+        refused(Design::grid(&[]), "nothing is varied");
+        refused(Design::grid(&settings(&["a=1", "a=2"])), "`a` is set twice");
+        refused(Design::grid(&settings(&["a=normal(1,2)"])), "--random N");
+        refused(Design::grid(&settings(&["a=1..2:2000", "b=1..2:2000"])), "4000000 cases");
+        refused(Design::random(&settings(&["a=1,2", "b=uniform(1,2)"]), 5, 1), "`a` has several values");
+        refused(Design::random(&settings(&["a=1"]), 5, 1), "no key has a distribution");
+        refused(Design::random(&settings(&["a=uniform(1,2)"]), MAX_CASES + 1, 1), "at most 1,000,000");
+        refused(Design::list("a,b\n", &[]), "no rows");
+        refused(Design::list("a,\n1,2\n", &[]), "column 2 of the list has no name");
+        refused(Design::list("a,b\n1,2\n3\n", &[]), "line 3 of the list has 1 fields");
+        refused(Design::list("a,a\n1,2\n", &[]), "set twice");
+    }
+}

@@ -1,0 +1,182 @@
+//! Why a sweep cannot begin, go on or be gathered.
+
+use std::io;
+use std::path::PathBuf;
+
+use elastocap_case::{CaseError, OverrideError};
+
+use crate::shard::Shard;
+
+/// Why a sweep cannot begin, go on or be gathered.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum SweepError {
+    /// The case file itself.
+    #[error(transparent)]
+    Case(#[from] CaseError),
+    /// A key that cannot be set.
+    #[error("case {case}: {source}")]
+    Override {
+        /// Which case.
+        case: usize,
+        /// Why.
+        source: OverrideError,
+    },
+    /// Every case is refused by validation: a key or a unit is wrong, most likely.
+    #[error("none of the {count} cases is valid; of case 0 it is said:\n{first}")]
+    NoneValid {
+        /// How many cases.
+        count: usize,
+        /// What is wrong with the first one.
+        first: String,
+    },
+    /// The folder holds another sweep.
+    #[error(
+        "`{}` holds another sweep: it has been made with {}; name another folder with -o, or solve everything anew with --overwrite",
+        folder.display(),
+        differences.join(", ")
+    )]
+    Foreign {
+        /// The folder.
+        folder: PathBuf,
+        /// What differs.
+        differences: Vec<String>,
+    },
+    /// The folder holds another part of the sweep.
+    #[error(
+        "`{}` holds shard {found} of this sweep and not {asked}; name a folder for each shard with -o",
+        folder.display()
+    )]
+    OtherShard {
+        /// The folder.
+        folder: PathBuf,
+        /// What it holds.
+        found: Shard,
+        /// What was asked for.
+        asked: Shard,
+    },
+    /// The folder has files that would be replaced and are from something else.
+    #[error(
+        "`{}` is not from a sweep of elastocap, or its {manifest} is gone, and would be replaced: move it away, or name another folder \
+         with -o",
+        file.display(),
+        manifest = crate::folder::MANIFEST
+    )]
+    NotOurs {
+        /// The file.
+        file: PathBuf,
+    },
+    /// Another process works there.
+    #[error("another process works in `{}`; wait for it, or name another folder with -o", folder.display())]
+    Busy {
+        /// The folder.
+        folder: PathBuf,
+    },
+    /// No sweep where one should be.
+    #[error("`{}` holds no sweep: {why}", folder.display())]
+    NoSweep {
+        /// The folder.
+        folder: PathBuf,
+        /// What is missing or damaged.
+        why: String,
+    },
+    /// A file cannot be written.
+    #[error("cannot write `{}`: {source}; what is finished is kept, and the same command goes on from there", file.display())]
+    Write {
+        /// The file.
+        file: PathBuf,
+        /// What the system says.
+        source: io::Error,
+    },
+    /// A file cannot be read.
+    #[error("cannot read `{}`: {source}", file.display())]
+    Read {
+        /// The file.
+        file: PathBuf,
+        /// What the system says.
+        source: io::Error,
+    },
+    /// Shards of different sweeps.
+    #[error(
+        "`{}` and `{}` are not shards of the same sweep: the second has been made with {}; gather shards of one sweep only",
+        first.display(),
+        second.display(),
+        differences.join(", ")
+    )]
+    ShardsDiffer {
+        /// A folder.
+        first: PathBuf,
+        /// One that does not belong with it.
+        second: PathBuf,
+        /// What differs.
+        differences: Vec<String>,
+    },
+    /// The same shard twice.
+    #[error("`{}` and `{}` are both shard {shard}; name each shard once", first.display(), second.display())]
+    ShardTwice {
+        /// A folder.
+        first: PathBuf,
+        /// Another one.
+        second: PathBuf,
+        /// What both hold.
+        shard: Shard,
+    },
+    /// Shards that are not among the folders.
+    #[error("{} missing: {} of {of}; run them, and name all folders", if missing.len() == 1 { "a shard is" } else { "shards are" }, listed(missing))]
+    ShardsMissing {
+        /// Which, counted from 1.
+        missing: Vec<usize>,
+        /// How many there are in all.
+        of: usize,
+    },
+    /// A shard that is not finished.
+    #[error(
+        "shard {shard} in `{}` has no result for {missing} of its {count} cases (the first is case {first}); run it again with the same \
+         command, and it goes on",
+        folder.display()
+    )]
+    ShardUnfinished {
+        /// Its folder.
+        folder: PathBuf,
+        /// Which.
+        shard: Shard,
+        /// How many cases have no result.
+        missing: usize,
+        /// How many cases it has.
+        count: usize,
+        /// The first without a result.
+        first: usize,
+    },
+    /// Threads cannot be started.
+    #[error("cannot start a thread: {0}")]
+    Thread(String),
+}
+
+impl SweepError {
+    /// Whether the arguments or the files that they name are at fault; otherwise it is the system.
+    pub fn is_bad_input(&self) -> bool {
+        match self {
+            Self::Case(_)
+            | Self::Override { .. }
+            | Self::NoneValid { .. }
+            | Self::Foreign { .. }
+            | Self::OtherShard { .. }
+            | Self::NotOurs { .. }
+            | Self::Busy { .. }
+            | Self::NoSweep { .. }
+            | Self::ShardsDiffer { .. }
+            | Self::ShardTwice { .. }
+            | Self::ShardsMissing { .. }
+            | Self::ShardUnfinished { .. } => true,
+            Self::Write { .. } | Self::Read { .. } | Self::Thread(_) => false,
+        }
+    }
+}
+
+/// At most ten numbers, and how many more.
+fn listed(numbers: &[usize]) -> String {
+    let shown: Vec<String> = numbers.iter().take(10).map(usize::to_string).collect();
+    let more = numbers.len() - shown.len();
+    let rest = if more > 0 { format!(" and {more} more") } else { String::new() };
+    shown.join(", ") + &rest
+}

@@ -1,0 +1,319 @@
+//! The folder of a sweep: what it is of, and a file for each case that is finished.
+//!
+//! | file | what is in it |
+//! |---|---|
+//! | `manifest.json` | what the results depend on, the text of the case file, keys and values of all cases |
+//! | `cases/000042.jsonl` | the record of case 42 in the first line; in the second its SHA-256 and that of the sweep |
+//! | `.lock` | locked by the process that works in the folder |
+//!
+//! Each file is written beside its place and then renamed: a killed process leaves it whole or not at all. Records are not synced one by
+//! one, since a record that the disk has lost is noticed by its checksum and solved again.
+
+use std::fs::{self, File, TryLockError};
+use std::io::{self, ErrorKind};
+use std::path::{Path, PathBuf};
+
+use serde::{Deserialize, Serialize};
+
+use crate::design::{CaseValues, Design, DesignKind};
+use crate::error::SweepError;
+use crate::fingerprint::{Fingerprint, digest_of_values, sha256};
+use crate::record::CaseRecord;
+use crate::shard::Shard;
+use crate::sweep::Sweep;
+
+/// The file that says what a folder is of.
+pub(crate) const MANIFEST: &str = "manifest.json";
+const CASES: &str = "cases";
+const LOCK: &str = ".lock";
+/// The form of manifest and records.
+const FORMAT: u32 = 1;
+
+/// What the folder of a sweep is of.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Manifest {
+    /// The form of this file: 1.
+    pub format: u32,
+    /// What the results depend on.
+    pub fingerprint: Fingerprint,
+    /// One SHA-256 of that.
+    pub digest: String,
+    /// Which part of the sweep the folder holds.
+    pub shard: Shard,
+    /// The case file, as it was named.
+    pub case_file: String,
+    /// The title of the case.
+    pub title: String,
+    /// The text of the case file.
+    pub case_text: String,
+    /// The seed, for cases that are drawn at random.
+    pub seed: Option<u64>,
+    /// The distribution of each key; empty unless cases are drawn at random.
+    pub distributions: Vec<Option<String>>,
+    /// What is varied.
+    pub keys: Vec<String>,
+    /// What the case file has for each key.
+    pub defaults: Vec<Option<String>>,
+    /// The values of each case.
+    pub cases: Vec<CaseValues>,
+}
+
+/// The second line of a record.
+#[derive(Debug, Serialize, Deserialize)]
+struct Seal {
+    /// Of the sweep.
+    sweep: String,
+    /// Of the first line, without its end.
+    sha256: String,
+}
+
+/// What is finished of a sweep.
+#[derive(Debug, Default)]
+pub struct Finished {
+    /// Sound records, by case.
+    pub records: Vec<Option<CaseRecord>>,
+    /// Cases whose file is damaged or belongs to another sweep, and why.
+    pub damaged: Vec<(usize, String)>,
+}
+
+/// The folder of a sweep, while this process works in it.
+#[derive(Debug)]
+pub struct SweepFolder {
+    path: PathBuf,
+    manifest: Manifest,
+    /// Kept open for its lock, which ends with the process however that ends.
+    _lock: Option<File>,
+}
+
+impl Manifest {
+    /// That of a sweep.
+    pub fn of(sweep: &Sweep, shard: Shard) -> Self {
+        let (seed, distributions) = match sweep.design().kind() {
+            DesignKind::Random { seed, distributions } => (Some(*seed), distributions.clone()),
+            DesignKind::Grid | DesignKind::List => (None, Vec::new()),
+        };
+        Self {
+            format: FORMAT,
+            fingerprint: sweep.fingerprint().clone(),
+            digest: sweep.fingerprint().digest(),
+            shard,
+            case_file: sweep.origin().display().to_string(),
+            title: sweep.title().to_owned(),
+            case_text: sweep.source().to_owned(),
+            seed,
+            distributions,
+            keys: sweep.design().keys().to_vec(),
+            defaults: sweep.defaults().to_vec(),
+            cases: sweep.cases().to_vec(),
+        }
+    }
+
+    /// Reads that of a folder; `None` if there is none.
+    ///
+    /// # Errors
+    /// One that cannot be read, or is of another version.
+    pub fn read(folder: &Path) -> Result<Option<Self>, SweepError> {
+        let file = folder.join(MANIFEST);
+        let text = match fs::read(&file) {
+            Ok(text) => text,
+            Err(error) if matches!(error.kind(), ErrorKind::NotFound | ErrorKind::NotADirectory) => {
+                return Ok(None);
+            }
+            Err(source) => return Err(SweepError::Read { file, source }),
+        };
+        let damaged = |why: String| SweepError::NoSweep { folder: folder.to_owned(), why };
+        let manifest: Self = serde_json::from_slice(&text)
+            .map_err(|error| damaged(format!("its {MANIFEST} is not that of a sweep ({error})")))?;
+        if manifest.format != FORMAT {
+            return Err(damaged(format!("its {MANIFEST} has format {}, not {FORMAT}", manifest.format)));
+        }
+        let as_written = manifest.digest == manifest.fingerprint.digest()
+            && manifest.fingerprint.case == sha256(manifest.case_text.as_bytes())
+            && manifest.fingerprint.values == digest_of_values(&manifest.keys, &manifest.cases);
+        if !as_written {
+            return Err(damaged(format!("its {MANIFEST} has been changed")));
+        }
+        Ok(Some(manifest))
+    }
+
+    /// Keys and values of the cases.
+    pub fn design(&self) -> Result<Design, crate::design::DesignError> {
+        let design = Design::of_cases(self.keys.clone(), self.cases.clone())?;
+        Ok(match self.seed {
+            Some(seed) => {
+                design.with_kind(DesignKind::Random { seed, distributions: self.distributions.clone() })
+            }
+            None => design,
+        })
+    }
+
+    /// The cases that the folder is for.
+    pub fn own_cases(&self) -> impl Iterator<Item = usize> {
+        self.shard.cases(self.cases.len())
+    }
+}
+
+impl SweepFolder {
+    /// Opens the folder of a sweep, and makes it if it is not there. With `overwrite` records of another sweep are removed.
+    ///
+    /// # Errors
+    /// A folder that holds another sweep, another shard or something else, one in which another process works, or one that cannot be written to.
+    pub fn open(path: &Path, manifest: Manifest, overwrite: bool) -> Result<Self, SweepError> {
+        let folder = || path.to_owned();
+        let write = |file: PathBuf| move |source| SweepError::Write { file, source };
+        let found = Manifest::read(path);
+        let found = match (found, overwrite) {
+            (Err(SweepError::NoSweep { .. }), true) => None,
+            (found, _) => found?,
+        };
+        if let Some(found) = &found
+            && !overwrite
+        {
+            if found.digest != manifest.digest {
+                let differences = manifest.fingerprint.differences(&found.fingerprint);
+                return Err(SweepError::Foreign { folder: folder(), differences });
+            }
+            if found.shard != manifest.shard {
+                return Err(SweepError::OtherShard {
+                    folder: folder(),
+                    found: found.shard,
+                    asked: manifest.shard,
+                });
+            }
+        }
+        if found.is_none() {
+            for name in [CASES].iter().chain(crate::results::FILES) {
+                let file = path.join(name);
+                if file.exists() && !overwrite {
+                    return Err(SweepError::NotOurs { file });
+                }
+            }
+        }
+        let cases = path.join(CASES);
+        fs::create_dir_all(&cases).map_err(write(cases.clone()))?;
+        let lock = lock(path)?;
+        let opened = Self { path: folder(), manifest, _lock: lock };
+        opened.tidy(overwrite)?;
+        if found.as_ref() != Some(&opened.manifest) {
+            let text = serde_json::to_vec_pretty(&opened.manifest).map_err(io::Error::from);
+            let file = path.join(MANIFEST);
+            let text = text.map_err(write(file))?;
+            opened.write(MANIFEST, &text)?;
+        }
+        Ok(opened)
+    }
+
+    /// Removes what killed processes left half written, or all records.
+    fn tidy(&self, all: bool) -> Result<(), SweepError> {
+        let cases = self.path.join(CASES);
+        let read = |source| SweepError::Read { file: cases.clone(), source };
+        for entry in fs::read_dir(&cases).map_err(read)?.flatten() {
+            let name = entry.file_name();
+            let name = name.to_string_lossy();
+            let ours = name.ends_with(".jsonl")
+                && name.trim_start_matches('.').starts_with(|c: char| c.is_ascii_digit());
+            let half = name.starts_with('.') && name.ends_with(".half");
+            if half || (all && ours) {
+                fs::remove_file(entry.path())
+                    .map_err(|source| SweepError::Write { file: entry.path(), source })?;
+            }
+        }
+        Ok(())
+    }
+
+    /// Where it is.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// What it is of.
+    pub fn manifest(&self) -> &Manifest {
+        &self.manifest
+    }
+
+    /// Reads and checks all records.
+    pub fn finished(&self) -> Finished {
+        finished(&self.path, &self.manifest)
+    }
+
+    /// Keeps the record of a case.
+    ///
+    /// # Errors
+    /// When it cannot be written; then what was there before is still there.
+    pub fn save(&self, record: &CaseRecord) -> Result<(), SweepError> {
+        let name = format!("{CASES}/{}", file_name(record.case));
+        let failed = |error: serde_json::Error| SweepError::Write {
+            file: self.path.join(&name),
+            source: error.into(),
+        };
+        let line = serde_json::to_string(record).map_err(failed)?;
+        let seal = Seal { sweep: self.manifest.digest.clone(), sha256: sha256(line.as_bytes()) };
+        let seal = serde_json::to_string(&seal).map_err(failed)?;
+        self.write(&name, format!("{line}\n{seal}\n").as_bytes())
+    }
+
+    /// Writes a file of the folder, as a whole.
+    pub(crate) fn write(&self, name: &str, bytes: &[u8]) -> Result<(), SweepError> {
+        let file = self.path.join(name);
+        let failed = |source| SweepError::Write { file: file.clone(), source };
+        let own = file.file_name().unwrap_or_default().to_string_lossy().into_owned();
+        let half = file.with_file_name(format!(".{own}.half"));
+        fs::write(&half, bytes).map_err(failed)?;
+        fs::rename(&half, &file).map_err(failed)
+    }
+}
+
+fn file_name(case: usize) -> String {
+    format!("{case:06}.jsonl")
+}
+
+/// Reads and checks the records of a folder.
+pub(crate) fn finished(folder: &Path, manifest: &Manifest) -> Finished {
+    let mut found = Finished { records: vec![None; manifest.cases.len()], damaged: Vec::new() };
+    for case in manifest.own_cases() {
+        match read_record(folder, manifest, case) {
+            Ok(record) => {
+                if let Some(place) = found.records.get_mut(case) {
+                    *place = record;
+                }
+            }
+            Err(why) => found.damaged.push((case, why)),
+        }
+    }
+    found
+}
+
+/// The record of a case; `None` if there is none.
+fn read_record(folder: &Path, manifest: &Manifest, case: usize) -> Result<Option<CaseRecord>, String> {
+    let text = match fs::read_to_string(folder.join(CASES).join(file_name(case))) {
+        Ok(text) => text,
+        Err(error) if error.kind() == ErrorKind::NotFound => return Ok(None),
+        Err(error) => return Err(format!("its file cannot be read: {error}")),
+    };
+    let cut = || "its file is cut off or damaged".to_owned();
+    let (line, seal) = text.strip_suffix('\n').and_then(|text| text.split_once('\n')).ok_or_else(cut)?;
+    let seal: Seal = serde_json::from_str(seal).map_err(|_| cut())?;
+    if seal.sweep != manifest.digest {
+        return Err("its file belongs to another sweep".to_owned());
+    }
+    if seal.sha256 != sha256(line.as_bytes()) {
+        return Err("its file has been changed: the checksum differs".to_owned());
+    }
+    let record: CaseRecord = serde_json::from_str(line).map_err(|_| cut())?;
+    match record.case == case && manifest.cases.get(case) == Some(&record.values) {
+        true => Ok(Some(record)),
+        false => Err("its file holds another case".to_owned()),
+    }
+}
+
+/// Locks a folder; `None` where the file system knows no locks.
+fn lock(folder: &Path) -> Result<Option<File>, SweepError> {
+    let file = folder.join(LOCK);
+    let opened = File::options().create(true).truncate(false).write(true).open(&file);
+    let opened = opened.map_err(|source| SweepError::Write { file, source })?;
+    match opened.try_lock() {
+        Ok(()) => Ok(Some(opened)),
+        Err(TryLockError::WouldBlock) => Err(SweepError::Busy { folder: folder.to_owned() }),
+        Err(TryLockError::Error(_)) => Ok(None),
+    }
+}

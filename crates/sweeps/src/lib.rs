@@ -1,0 +1,57 @@
+//! Sweeps: many cases from one file with values changed, each solved once, and one table of all.
+//!
+//! The way of the data: [`Setting`]s (`key=10um..100um:10`) -> [`Design`], the values of every case -> [`Sweep`], the design with the text of
+//! the case file -> [`Sweep::solve`], one case by its index -> [`CaseRecord`] -> [`SweepFolder`], where each record is a file of its own ->
+//! [`write_results`]: table, plot, statistics. [`run`](fn@run) solves many cases side by side, [`gather`] joins the folders of shards.
+//!
+//! A sweep that was killed goes on where it stopped: records are read and checked, and cases without a sound one are solved. Nothing in a
+//! record but its seconds depends on when, where or in which order cases were solved, and the table leaves the seconds out.
+//!
+//! ```no_run
+//! use std::path::Path;
+//! use std::sync::{Arc, atomic::AtomicBool};
+//! use elastocap_sweeps::{Design, Program, Setting, Settings, Sweep};
+//!
+//! let gap: Setting = "electrodes.in_plane_pair.gap=10um..100um:10".parse()?;
+//! let design = Design::grid(&[gap])?;
+//! let sweep = Sweep::read(Path::new("case.toml"), design, Settings::default(), Program::of_this_process()?)?;
+//! let cancel = Arc::new(AtomicBool::new(false));
+//! for index in 0..sweep.cases().len() {
+//!     let record = sweep.solve(index, 1, &cancel);
+//!     println!("{record:?}");
+//! }
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+
+mod chart;
+mod design;
+mod distribution;
+mod error;
+mod fingerprint;
+mod folder;
+mod gather;
+mod influence;
+mod record;
+mod results;
+mod run;
+mod settings;
+mod shard;
+mod statistics;
+mod sweep;
+mod table;
+
+pub use design::{CaseValues, Design, DesignError, DesignKind, MAX_CASES};
+pub use distribution::{Distribution, DistributionError};
+pub use error::SweepError;
+pub use fingerprint::{Fingerprint, Program};
+pub use folder::{Finished, Manifest, SweepFolder};
+pub use gather::gather;
+pub use influence::{Influence, Share};
+pub use record::{CaseRecord, StepRecord};
+pub use results::{Scatter, Summary, write_results};
+pub use run::{SweepObserver, run};
+pub use settings::{Setting, SettingError, Values};
+pub use shard::{Shard, ShardError};
+pub use statistics::{Moments, PERCENTILES, StepStatistics, statistics};
+pub use sweep::{Settings, Sweep};
+pub use table::{Column, table};

@@ -1,0 +1,153 @@
+//! The files made of all records: table, plot, statistics.
+
+use serde::Serialize;
+
+use elastocap_results::csv::number;
+
+use crate::chart::chart;
+use crate::error::SweepError;
+use crate::folder::SweepFolder;
+use crate::record::CaseRecord;
+use crate::statistics::{PERCENTILES, StepStatistics, statistics};
+use crate::table::{Column, table};
+
+const TABLE: &str = "sweep.csv";
+const PLOT: &str = "sweep.svg";
+const SUMMARY: &str = "sweep.json";
+const STATISTICS: &str = "statistics.csv";
+
+/// All files that are written at the end.
+pub(crate) const FILES: &[&str] = &[TABLE, PLOT, SUMMARY, STATISTICS];
+
+/// What became of a sweep; `sweep.json` has it.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Summary {
+    /// The title of the case.
+    pub title: String,
+    /// The case file, as it was named.
+    pub case_file: String,
+    /// SHA-256 of what the results depend on.
+    pub fingerprint: String,
+    /// Which part of the sweep this is, such as `2/4`; `None` for the whole.
+    pub shard: Option<String>,
+    /// What is varied.
+    pub keys: Vec<String>,
+    /// Cases that this folder is for.
+    pub cases: usize,
+    /// Those that have a result of whatever kind.
+    pub finished: usize,
+    /// Those in which every step has all that was asked for.
+    pub ok: usize,
+    /// Cases that are refused, or in which a step failed.
+    pub failed: Vec<usize>,
+    /// Cases in which a step missed its tolerance or has no force.
+    pub missed: Vec<usize>,
+    /// The files, sorted.
+    pub files: Vec<String>,
+    /// For cases drawn at random: how results scatter.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub scatter: Option<Scatter>,
+}
+
+/// How results scatter with the values.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Scatter {
+    /// What the generator started from.
+    pub seed: u64,
+    /// The distribution of each key, as it was written.
+    pub distributions: Vec<Option<String>>,
+    /// What `influence` is.
+    pub influence_method: &'static str,
+    /// For each step and quantity.
+    pub statistics: Vec<StepStatistics>,
+}
+
+const METHOD: &str =
+    "squared standardised rank regression coefficients; r_squared is what they account for together";
+
+impl Summary {
+    /// Whether every case has all that was asked for.
+    pub fn is_complete(&self) -> bool {
+        self.ok == self.cases
+    }
+}
+
+/// Writes table, plot, statistics and summary of the records, which are by case. Nothing in them depends on when or in which order cases were
+/// solved.
+///
+/// # Errors
+/// A file that cannot be written.
+pub fn write_results(folder: &SweepFolder, records: &[Option<CaseRecord>]) -> Result<Summary, SweepError> {
+    let manifest = folder.manifest();
+    let own: Vec<usize> = manifest.own_cases().collect();
+    let record = |case: usize| records.get(case).and_then(Option::as_ref);
+    let which = |is: fn(&CaseRecord) -> bool| -> Vec<usize> {
+        own.iter().copied().filter(|case| record(*case).is_some_and(is)).collect()
+    };
+    let scatter = manifest.seed.map(|seed| Scatter {
+        seed,
+        distributions: manifest.distributions.clone(),
+        influence_method: METHOD,
+        statistics: statistics(&Column::all(manifest), records),
+    });
+    let mut files = vec![TABLE.to_owned(), SUMMARY.to_owned()];
+    folder.write(TABLE, table(manifest, records).as_bytes())?;
+    if let Some(chart) = chart(manifest, records) {
+        folder.write(PLOT, chart.to_svg().as_bytes())?;
+        files.push(PLOT.to_owned());
+    }
+    if let Some(scatter) = &scatter {
+        folder.write(STATISTICS, statistics_table(&scatter.statistics).as_bytes())?;
+        files.push(STATISTICS.to_owned());
+    }
+    files.sort();
+    let summary = Summary {
+        title: manifest.title.clone(),
+        case_file: manifest.case_file.clone(),
+        fingerprint: manifest.digest.clone(),
+        shard: (manifest.shard.of > 1).then(|| manifest.shard.to_string()),
+        keys: manifest.keys.clone(),
+        cases: own.len(),
+        finished: which(|_| true).len(),
+        ok: which(CaseRecord::is_ok).len(),
+        failed: which(CaseRecord::has_failed),
+        missed: which(|record| !record.is_ok() && !record.has_failed()),
+        files,
+        scatter,
+    };
+    let text = serde_json::to_vec_pretty(&summary)
+        .map_err(|error| SweepError::Write { file: folder.path().join(SUMMARY), source: error.into() })?;
+    folder.write(SUMMARY, &text)?;
+    Ok(summary)
+}
+
+/// `statistics.csv`: a line for each step and quantity.
+fn statistics_table(statistics: &[StepStatistics]) -> String {
+    let percentiles = PERCENTILES.iter().map(|percent| format!("percentile_{percent}"));
+    let mut header: Vec<String> =
+        ["step", "quantity", "count", "mean", "deviation", "least"].map(str::to_owned).to_vec();
+    header.extend(percentiles);
+    header.extend(["greatest", "r_squared", "first_influence", "first_share"].map(str::to_owned));
+    let mut out = header.join(",") + "\n";
+    for line in statistics {
+        let moments = &line.moments;
+        let mut fields = vec![
+            line.step.to_string(),
+            line.quantity.to_owned(),
+            moments.count.to_string(),
+            number(moments.mean),
+            moments.deviation.map_or_else(String::new, number),
+            number(moments.least),
+        ];
+        fields.extend(moments.percentiles.iter().map(|(_, value)| number(*value)));
+        fields.push(number(moments.greatest));
+        let first = line.influence.as_ref().and_then(|influence| influence.shares.first());
+        fields
+            .push(line.influence.as_ref().map_or_else(String::new, |influence| number(influence.r_squared)));
+        fields.push(first.map_or_else(String::new, |share| elastocap_results::csv::quoted(&share.key)));
+        fields.push(first.map_or_else(String::new, |share| number(share.share)));
+        out.push_str(&fields.join(","));
+        out.push('\n');
+    }
+    out
+}

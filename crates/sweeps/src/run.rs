@@ -1,0 +1,65 @@
+//! Many cases side by side on this machine.
+
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+use std::sync::{Arc, Mutex, PoisonError};
+
+use crate::error::SweepError;
+use crate::record::CaseRecord;
+use crate::sweep::Sweep;
+
+/// Watches a sweep while cases are solved. Its methods are called from several threads at once.
+pub trait SweepObserver: Sync {
+    /// A case is solved. An error ends the sweep.
+    ///
+    /// # Errors
+    /// Whatever makes it pointless to go on: the record cannot be kept, for instance.
+    fn case_done(&self, record: CaseRecord) -> Result<(), SweepError>;
+}
+
+/// Solves the cases `wanted` on `threads` threads, in this order as far as one can speak of one. Where there are at least as many cases as
+/// threads, each case has one; otherwise the threads are shared out. `cancel` ends it: what is begun is given up.
+///
+/// # Errors
+/// The first error of the observer, or threads that cannot be started.
+pub fn run(
+    sweep: &Sweep,
+    wanted: &[usize],
+    threads: usize,
+    cancel: &Arc<AtomicBool>,
+    observer: &dyn SweepObserver,
+) -> Result<(), SweepError> {
+    let at_once = threads.max(1).min(wanted.len());
+    if at_once == 0 {
+        return Ok(());
+    }
+    let each = threads.max(1) / at_once;
+    let next = AtomicUsize::new(0);
+    let failure = Mutex::new(None);
+    let fail = |error| {
+        cancel.store(true, Ordering::Relaxed);
+        failure.lock().unwrap_or_else(PoisonError::into_inner).get_or_insert(error);
+    };
+    let work = || {
+        while !cancel.load(Ordering::Relaxed) {
+            let Some(index) = wanted.get(next.fetch_add(1, Ordering::Relaxed)) else { return };
+            if let Some(record) = sweep.solve(*index, at_once, cancel)
+                && let Err(error) = observer.case_done(record)
+            {
+                fail(error);
+            }
+        }
+    };
+    std::thread::scope(|scope| {
+        for _ in 0..at_once {
+            // A pool for each place: what a case does in parallel stays on the threads of this place.
+            match rayon::ThreadPoolBuilder::new().num_threads(each).build() {
+                Ok(pool) => drop(scope.spawn(move || pool.install(work))),
+                Err(error) => fail(SweepError::Thread(error.to_string())),
+            }
+        }
+    });
+    match failure.into_inner().unwrap_or_else(PoisonError::into_inner) {
+        Some(error) => Err(error),
+        None => Ok(()),
+    }
+}

@@ -1,0 +1,218 @@
+//! A sweep: a design with the text of the case file, and each of its cases solved by its index.
+
+use std::collections::BTreeMap;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
+use std::time::Instant;
+
+use elastocap_case::{Case, files_of, read_source, value_at, with_value};
+use elastocap_coupling::plan::{Options, Plan};
+use elastocap_coupling::run::run;
+
+use crate::design::{CaseValues, Design};
+use crate::error::SweepError;
+use crate::fingerprint::{Fingerprint, Program, digest_of_values, sha256, sha256_of_file};
+use crate::record::CaseRecord;
+
+/// What the numbers depend on besides the cases.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Settings {
+    /// Whether what a scene does not need is left out: see [`Options::prune`].
+    pub prune: bool,
+}
+
+impl Default for Settings {
+    fn default() -> Self {
+        Self { prune: true }
+    }
+}
+
+impl Settings {
+    fn options(self) -> Options {
+        // No pictures: neither fields nor scenes.
+        Options { prune: self.prune, fields: false, scene: false }
+    }
+}
+
+/// The cases of a sweep, ready to be solved in any order.
+#[derive(Debug, Clone)]
+pub struct Sweep {
+    origin: PathBuf,
+    source: String,
+    title: String,
+    design: Design,
+    settings: Settings,
+    fingerprint: Fingerprint,
+    /// What the case file has for each key.
+    defaults: Vec<Option<String>>,
+}
+
+impl Sweep {
+    /// Reads the case file, and checks that the keys can be set and that there is a valid case.
+    ///
+    /// # Errors
+    /// A case file that cannot be read or is refused as it stands, a key that cannot be set, or no valid case at all.
+    pub fn read(
+        case_file: &Path,
+        design: Design,
+        settings: Settings,
+        program: Program,
+    ) -> Result<Self, SweepError> {
+        let source = read_source(case_file)?;
+        Self::new(case_file, source, design, settings, program)
+    }
+
+    /// The same for a text; `origin` is the file that it stands for, for messages and the files that the case names.
+    ///
+    /// # Errors
+    /// As for [`Sweep::read`].
+    pub fn new(
+        origin: &Path,
+        source: String,
+        design: Design,
+        settings: Settings,
+        program: Program,
+    ) -> Result<Self, SweepError> {
+        let title = elastocap_case::parse(&source, origin)?.title;
+        let not_set = |source| SweepError::Override { case: 0, source };
+        let defaults = design.keys().iter().map(|key| value_at(&source, key).map_err(not_set));
+        let defaults = defaults.collect::<Result<_, _>>()?;
+        let placeholder = Fingerprint {
+            version: program.version,
+            build: program.build,
+            case: sha256(source.as_bytes()),
+            files: BTreeMap::new(),
+            values: digest_of_values(design.keys(), design.cases()),
+            settings: sha256(format!("{settings:?}").as_bytes()),
+        };
+        let origin = origin.to_owned();
+        let mut sweep = Self { origin, source, title, design, settings, fingerprint: placeholder, defaults };
+        sweep.fingerprint.files = sweep.check()?;
+        Ok(sweep)
+    }
+
+    /// That all keys can be set and that some case is valid; gives the files that the cases name.
+    fn check(&self) -> Result<BTreeMap<String, String>, SweepError> {
+        let mut files = BTreeMap::new();
+        let mut first = None;
+        let mut valid = false;
+        for case in 0..self.cases().len() {
+            let text = self.text(case).map_err(|source| SweepError::Override { case, source })?;
+            for name in files_of(&text) {
+                files.entry(name).or_insert_with_key(|name| {
+                    let file = self.origin.parent().unwrap_or(Path::new("")).join(name);
+                    sha256_of_file(&file).unwrap_or_else(|_| "missing".to_owned())
+                });
+            }
+            if !valid {
+                match elastocap_case::parse(&text, &self.origin) {
+                    Ok(_) => valid = true,
+                    Err(error) => _ = first.get_or_insert_with(|| error.to_string()),
+                }
+            }
+        }
+        match first {
+            Some(first) if !valid => Err(SweepError::NoneValid { count: self.cases().len(), first }),
+            _ => Ok(files),
+        }
+    }
+
+    /// The text of a case: that of the file with the values of the case.
+    ///
+    /// # Errors
+    /// A key that cannot be set.
+    pub fn text(&self, index: usize) -> Result<String, elastocap_case::OverrideError> {
+        let values = self.cases().get(index).map_or(&[][..], Vec::as_slice);
+        let mut text = self.source.clone();
+        for (key, value) in self.design.keys().iter().zip(values) {
+            if let Some(value) = value {
+                text = with_value(&text, key, value)?;
+            }
+        }
+        Ok(text)
+    }
+
+    /// Solves one case; `at_once` is how many are solved at the same time in this process, among which memory is shared out. `None` if it was
+    /// cancelled before it was done. What goes wrong is part of the record.
+    pub fn solve(&self, index: usize, at_once: usize, cancel: &Arc<AtomicBool>) -> Option<CaseRecord> {
+        let values = self.cases().get(index)?.clone();
+        // A defect in one case must not take the others with it.
+        let solve = AssertUnwindSafe(|| self.solve_case(index, &values, at_once, cancel));
+        catch_unwind(solve).unwrap_or_else(|defect| {
+            let said = defect.downcast_ref::<String>().map(String::as_str);
+            let said = said.or_else(|| defect.downcast_ref::<&str>().copied()).unwrap_or("no message");
+            Some(CaseRecord::refused(index, values.clone(), format!("a defect of elastocap: {said}")))
+        })
+    }
+
+    fn solve_case(
+        &self,
+        index: usize,
+        values: &CaseValues,
+        at_once: usize,
+        cancel: &Arc<AtomicBool>,
+    ) -> Option<CaseRecord> {
+        let start = Instant::now();
+        let refused = |why: String| Some(CaseRecord::refused(index, values.clone(), why));
+        let case = match self.case(index) {
+            Ok(case) => case,
+            Err(why) => return refused(why),
+        };
+        let options = self.settings.options();
+        let mut plan = Plan::new(&case, &options);
+        let at_once = at_once.max(1) as u64;
+        plan.memory_limit /= at_once;
+        plan.layer_memory_limit /= at_once;
+        let outcome = run(&case, &plan, &options, cancel, &());
+        let seconds = start.elapsed().as_secs_f64();
+        (!outcome.stopped).then(|| CaseRecord::of_outcome(index, values.clone(), &outcome, seconds))
+    }
+
+    fn case(&self, index: usize) -> Result<Case, String> {
+        let text = self.text(index).map_err(|error| error.to_string())?;
+        elastocap_case::parse(&text, &self.origin).map_err(|error| {
+            let lines = error.diagnostics().iter().map(|d| match &d.help {
+                Some(help) => format!("{}; {help}", d.message),
+                None => d.message.clone(),
+            });
+            lines.collect::<Vec<_>>().join("; ")
+        })
+    }
+
+    /// The case file.
+    pub fn origin(&self) -> &Path {
+        &self.origin
+    }
+
+    /// The text of the case file.
+    pub fn source(&self) -> &str {
+        &self.source
+    }
+
+    /// The title of the case.
+    pub fn title(&self) -> &str {
+        &self.title
+    }
+
+    /// Keys and values.
+    pub fn design(&self) -> &Design {
+        &self.design
+    }
+
+    /// The values of each case, by its index.
+    pub fn cases(&self) -> &[CaseValues] {
+        self.design.cases()
+    }
+
+    /// What the results depend on.
+    pub fn fingerprint(&self) -> &Fingerprint {
+        &self.fingerprint
+    }
+
+    /// What the case file has for each key, as it is written there; `None` where it has nothing.
+    pub fn defaults(&self) -> &[Option<String>] {
+        &self.defaults
+    }
+}

@@ -1,0 +1,205 @@
+//! A run in threads of its own. The calling thread waits without Python's lock, and takes it now and then to see whether Ctrl-C was pressed
+//! and to tell of the progress.
+
+use std::ops::ControlFlow;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
+use std::time::{Duration, Instant};
+
+use elastocap::case::Case;
+use elastocap::coupling::deform::Solution;
+use elastocap::coupling::memory;
+use elastocap::coupling::outcome::{Outcome, StepResult};
+use elastocap::coupling::plan::{Options, Plan};
+use elastocap::coupling::run::{Observer, run as solve};
+use elastocap::results::{KeptFields, StepFields};
+use pyo3::prelude::*;
+
+use crate::case::PyCase;
+use crate::errors::failed;
+use crate::outcome::PyOutcome;
+
+/// How often the calling thread looks for signals.
+const INTERVAL: Duration = Duration::from_millis(20);
+
+/// Stack of each computing thread, bytes: as much as the first thread of a process has, where the command prepares its runs.
+const STACK: usize = 8 << 20;
+
+/// What the computing threads tell the calling one.
+enum News {
+    /// How many steps there are.
+    Planned(usize),
+    /// Work that all steps need.
+    Preparing(String),
+    StepBegun,
+    StepDone,
+}
+
+/// Passes on what a run tells of itself.
+struct Messenger(Sender<News>);
+
+impl Messenger {
+    fn tell(&self, news: News) {
+        // Nobody listens any more: the run is being stopped.
+        let _ = self.0.send(news);
+    }
+}
+
+impl Observer for Messenger {
+    fn preparing(&self, what: &str) {
+        self.tell(News::Preparing(what.to_owned()));
+    }
+
+    fn layer_solved(&self, _solution: &Solution) -> ControlFlow<()> {
+        ControlFlow::Continue(())
+    }
+
+    fn step_begun(&self, _index: usize) {
+        self.tell(News::StepBegun);
+    }
+
+    fn step_done(&self, _step: &StepResult) {
+        self.tell(News::StepDone);
+    }
+}
+
+/// What a run has when it is over.
+type Done = (Outcome, StepFields, Duration);
+
+/// Runs a case on `threads` threads; without a number on as many as the command takes.
+///
+/// `notify` is called with the number of steps done, the number of steps, and what is being done, each time one of them changes, by the
+/// thread that called. `max_seconds` stops the run after that time, and so does `cancelled`, which is asked often, when it gives true. `at_once`
+/// is how many runs of this process share its memory.
+///
+/// Returns what was found, and the exception that stopped the run: KeyboardInterrupt, or what `notify` raised.
+#[pyfunction]
+#[pyo3(signature = (case, threads, prune, fields, max_seconds, at_once, notify, cancelled))]
+pub(crate) fn run(
+    py: Python<'_>,
+    case: &PyCase,
+    threads: Option<usize>,
+    prune: bool,
+    fields: bool,
+    max_seconds: Option<f64>,
+    at_once: u64,
+    notify: Option<Py<PyAny>>,
+    cancelled: Option<Py<PyAny>>,
+) -> PyResult<(PyOutcome, Option<PyErr>)> {
+    let case = Arc::clone(&case.case);
+    let options = Options { prune, fields, scene: true };
+    let deadline = max_seconds.and_then(|seconds| {
+        Instant::now().checked_add(Duration::try_from_secs_f64(seconds.max(0.0)).unwrap_or(Duration::MAX))
+    });
+    let (done, stopped_by) = py.detach(|| {
+        let cancel = Arc::new(AtomicBool::new(false));
+        let (sender, receiver) = channel();
+        std::thread::scope(|scope| {
+            let compute = || in_threads(&case, &options, threads, at_once, &cancel, Messenger(sender));
+            let worker =
+                match std::thread::Builder::new().name("elastocap".to_owned()).spawn_scoped(scope, compute) {
+                    Ok(worker) => worker,
+                    Err(error) => return (Err(failed(&format!("cannot start a thread: {error}"))), None),
+                };
+            let stopped_by = wait(&receiver, &cancel, deadline, notify.as_ref(), cancelled.as_ref());
+            let done = worker
+                .join()
+                .unwrap_or_else(|_| Err(failed("a thread ended early; this is a defect of elastocap")));
+            (done, stopped_by)
+        })
+    });
+    let (outcome, fields, planning) = done?;
+    Ok((PyOutcome { case, outcome, options, fields, planning }, stopped_by))
+}
+
+/// Plans and solves a case in a pool of threads of its own, so that runs of one process do not share threads, and none is left over for
+/// a process that is forked later.
+fn in_threads(
+    case: &Case,
+    options: &Options,
+    threads: Option<usize>,
+    at_once: u64,
+    cancel: &Arc<AtomicBool>,
+    messenger: Messenger,
+) -> PyResult<Done> {
+    let pool = rayon::ThreadPoolBuilder::new()
+        .num_threads(threads.unwrap_or_else(usual_threads))
+        .stack_size(STACK)
+        .thread_name(|index| format!("elastocap-{index}"))
+        .build()
+        .map_err(|error| failed(&format!("cannot start the threads: {error}")))?;
+    let work = || {
+        let started = Instant::now();
+        let mut plan = Plan::new(case, options);
+        plan.memory_limit /= at_once.max(1);
+        plan.layer_memory_limit /= at_once.max(1);
+        let planning = started.elapsed();
+        messenger.tell(News::Planned(plan.distinct_steps().count()));
+        let kept = KeptFields::new(options.fields, &messenger);
+        let outcome = solve(case, &plan, options, cancel, &kept);
+        (outcome, kept.finish(), planning)
+    };
+    // The steps of a run keep their own defects to themselves; this is for whatever else there may be.
+    catch_unwind(AssertUnwindSafe(|| pool.install(work))).map_err(|defect| {
+        let said = defect.downcast_ref::<String>().map(String::as_str);
+        let said = said.or_else(|| defect.downcast_ref::<&str>().copied()).unwrap_or("no message");
+        failed(&format!("a defect of elastocap ended the run: {said}"))
+    })
+}
+
+/// As many threads as the command takes: one for each processor, and fewer under a limit on the address space.
+fn usual_threads() -> usize {
+    let processors = std::thread::available_parallelism().map_or(1, usize::from);
+    memory::max_threads().map_or(processors, |most| processors.min(most))
+}
+
+/// Waits until the run is over. Returns the exception that stopped it.
+fn wait(
+    receiver: &Receiver<News>,
+    cancel: &AtomicBool,
+    deadline: Option<Instant>,
+    notify: Option<&Py<PyAny>>,
+    cancelled: Option<&Py<PyAny>>,
+) -> Option<PyErr> {
+    let (mut done, mut of, mut doing) = (0, 0, "planning".to_owned());
+    let mut stopped_by = None;
+    loop {
+        let news = match receiver.recv_timeout(INTERVAL) {
+            Ok(news) => Some(news),
+            Err(RecvTimeoutError::Timeout) => None,
+            Err(RecvTimeoutError::Disconnected) => return stopped_by,
+        };
+        if deadline.is_some_and(|deadline| Instant::now() >= deadline) {
+            cancel.store(true, Ordering::Relaxed);
+        }
+        let is_news = news.is_some();
+        match news {
+            Some(News::Planned(steps)) => of = steps,
+            Some(News::Preparing(what)) => doing = what,
+            Some(News::StepBegun) => "solving".clone_into(&mut doing),
+            Some(News::StepDone) => done += 1,
+            None => {}
+        }
+        if stopped_by.is_some() {
+            continue;
+        }
+        let told = Python::attach(|py| {
+            py.check_signals()?;
+            if let Some(cancelled) = cancelled
+                && cancelled.call0(py)?.is_truthy(py)?
+            {
+                cancel.store(true, Ordering::Relaxed);
+            }
+            match notify.filter(|_| is_news) {
+                Some(notify) => notify.call1(py, (done, of, doing.as_str())).map(drop),
+                None => Ok(()),
+            }
+        });
+        if let Err(error) = told {
+            cancel.store(true, Ordering::Relaxed);
+            stopped_by = Some(error);
+        }
+    }
+}

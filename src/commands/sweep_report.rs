@@ -1,0 +1,139 @@
+//! What `elastocap sweep` and `gather` print.
+
+use std::fmt::Write as _;
+use std::time::Duration;
+
+use elastocap_sweeps::{CaseRecord, StepStatistics, Summary, SweepFolder};
+
+use crate::units::{grouped, prefixed, seconds};
+use crate::{Exit, output};
+
+/// Failed cases that are told one by one.
+const MAX_TOLD: usize = 5;
+
+/// Prints what became of a sweep; `before` cases were finished when it began.
+pub(super) fn report(
+    folder: &SweepFolder,
+    summary: &Summary,
+    records: &[Option<CaseRecord>],
+    before: usize,
+    took: Duration,
+    json: bool,
+    quiet: bool,
+) -> Exit {
+    for case in summary.failed.iter().take(MAX_TOLD) {
+        let record = records.get(*case).and_then(Option::as_ref);
+        let why = record.and_then(why_failed).unwrap_or_default();
+        output::warning(&format!("case {case} failed: {why}"));
+    }
+    if summary.failed.len() > MAX_TOLD {
+        let more = summary.failed.len() - MAX_TOLD;
+        output::warning(&format!("{more} more cases failed; sweep.csv says why"));
+    }
+    if !summary.missed.is_empty() {
+        let count = summary.missed.len();
+        output::warning(&format!(
+            "{count} cases missed their tolerance or have no force; sweep.csv says which"
+        ));
+    }
+    let left = summary.cases - summary.finished;
+    if left > 0 {
+        output::warning(&format!("stopped before {left} cases were solved; the same command goes on"));
+    }
+    let solved = summary.finished.saturating_sub(before);
+    let head = format!(
+        "{}\n\n{} cases: {} finished before, {} solved in {}, {} failed\n",
+        summary.title,
+        grouped(summary.cases),
+        grouped(before),
+        grouped(solved),
+        seconds(took.as_secs_f64()),
+        grouped(summary.failed.len()),
+    );
+    finish(summary, &head, &folder.path().display().to_string(), json, quiet)
+}
+
+/// Prints the rest, and gives the exit status.
+pub(super) fn finish(summary: &Summary, head: &str, folder: &str, json: bool, quiet: bool) -> Exit {
+    let printed = if json {
+        match serde_json::to_string_pretty(summary) {
+            Ok(text) => output::result(&(text + "\n")),
+            Err(error) => {
+                output::error(&format!("cannot write sweep.json: {error}"));
+                Err(Exit::Failure)
+            }
+        }
+    } else if quiet {
+        Ok(())
+    } else {
+        let mut text = head.to_owned();
+        if let Some(scatter) = &summary.scatter {
+            text.push_str(&scatter_table(&scatter.statistics));
+        }
+        let _ = writeln!(text, "\n{folder}: {}", summary.files.join(", "));
+        output::result(&text)
+    };
+    match printed {
+        Err(exit) => exit,
+        Ok(()) if summary.is_complete() => Exit::Done,
+        Ok(()) => Exit::Incomplete,
+    }
+}
+
+fn why_failed(record: &CaseRecord) -> Option<String> {
+    let of_step = || {
+        let (index, step) = record.steps.iter().enumerate().find(|(_, step)| step.failed)?;
+        Some(format!("step {index} {}", step.status))
+    };
+    record.refused.clone().or_else(of_step)
+}
+
+/// The quantities that are printed, with their names and units.
+const PRINTED: [(&str, &str, &str); 4] = [
+    ("capacitance_f", "C", "F"),
+    ("change_f", "change of C", "F"),
+    ("sensitivity_f_per_n", "dC/dF", "F/N"),
+    ("force_n", "force", "N"),
+];
+
+/// Mean, deviation, percentiles and the key that matters most, for each step.
+fn scatter_table(statistics: &[StepStatistics]) -> String {
+    let mut out = String::new();
+    for (quantity, name, unit) in PRINTED {
+        let lines: Vec<&StepStatistics> =
+            statistics.iter().filter(|line| line.quantity == quantity).collect();
+        // A quantity that is zero throughout says nothing.
+        if lines.iter().all(|line| line.moments.least == 0.0 && line.moments.greatest == 0.0) {
+            continue;
+        }
+        let _ = writeln!(
+            out,
+            "\n{name:<13}{:>13}{:>13}{:>13}{:>13}{:>13}   depends on (share of the variance of ranks)",
+            "mean", "deviation", "5 %", "median", "95 %"
+        );
+        for line in lines {
+            let moments = &line.moments;
+            let percentile = |percent: f64| {
+                moments.percentiles.iter().find(|(p, _)| *p == percent).map(|(_, value)| *value)
+            };
+            let shown = |value: Option<f64>| value.map_or_else(String::new, |value| prefixed(value, 4, unit));
+            let _ = write!(
+                out,
+                "step {:<8}{:>13}{:>13}{:>13}{:>13}{:>13}",
+                line.step,
+                shown(Some(moments.mean)),
+                shown(moments.deviation),
+                shown(percentile(5.0)),
+                shown(percentile(50.0)),
+                shown(percentile(95.0)),
+            );
+            if let Some(influence) = &line.influence {
+                let told = influence.shares.iter().filter(|share| share.share >= 0.005).take(3);
+                let told = told.map(|share| format!("{} {:.0} %", share.key, 100.0 * share.share));
+                let _ = write!(out, "   {}", told.collect::<Vec<_>>().join(", "));
+            }
+            out.push('\n');
+        }
+    }
+    out
+}
