@@ -33,7 +33,7 @@ class CaseError(ElastocapError, ValueError):
     ...     elastocap.loads('format = 1\\ntitel = "A sensor"')
     ... except elastocap.CaseError as error:
     ...     print(error.problems[0].line, error.problems[0].message)
-    2 unknown key `titel`
+    2 unknown key `titel` at the top level
     """
 
     def __init__(
