@@ -14,7 +14,7 @@ use crate::errors::{bad_override, invalid_case};
 #[pyclass(frozen, name = "Case", module = "elastocap._core")]
 pub(crate) struct PyCase {
     pub(crate) case: Arc<Case>,
-    text: String,
+    pub(crate) text: String,
     origin: PathBuf,
 }
 

@@ -27,6 +27,8 @@ pub(crate) struct PyOutcome {
     pub(crate) options: Options,
     pub(crate) fields: StepFields,
     pub(crate) planning: Duration,
+    /// The text of the case.
+    pub(crate) text: String,
 }
 
 impl PyOutcome {
@@ -177,8 +179,16 @@ impl PyOutcome {
             total: self.planning.as_secs_f64() + self.outcome.solve_seconds,
         };
         let warnings = self.outcome.warnings.clone();
-        document(&self.case, &self.outcome, &FieldFiles::default(), Vec::new(), warnings, seconds)
-            .map_err(|error| failed(&format!("the result has no form in JSON: {error}")))
+        document(
+            &self.case,
+            &self.outcome,
+            &FieldFiles::default(),
+            Vec::new(),
+            warnings,
+            seconds,
+            Some(&self.text),
+        )
+        .map_err(|error| failed(&format!("the result has no form in JSON: {error}")))
     }
 
     /// Writes the files of the run; returns the folder, the files and what the user should know of them.
@@ -189,8 +199,18 @@ impl PyOutcome {
         scene: bool,
     ) -> PyResult<(PathBuf, Vec<PathBuf>, Vec<String>)> {
         let options = Options { scene, ..self.options };
-        let saved = py
-            .detach(|| save_kept(&self.case, &self.outcome, &options, &folder, &self.fields, self.planning));
+        let write = || {
+            save_kept(
+                &self.case,
+                &self.outcome,
+                &options,
+                &folder,
+                &self.fields,
+                self.planning,
+                Some(&self.text),
+            )
+        };
+        let saved = py.detach(write);
         let saved = saved.map_err(|error| unwritable(&error))?;
         Ok((saved.folder, saved.files, saved.warnings))
     }

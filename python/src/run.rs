@@ -88,7 +88,7 @@ pub(crate) fn run(
     notify: Option<Py<PyAny>>,
     cancelled: Option<Py<PyAny>>,
 ) -> PyResult<(PyOutcome, Option<PyErr>)> {
-    let case = Arc::clone(&case.case);
+    let (case, text) = (Arc::clone(&case.case), case.text.clone());
     let options = Options { prune, fields, scene: true };
     let deadline = max_seconds.and_then(|seconds| {
         Instant::now().checked_add(Duration::try_from_secs_f64(seconds.max(0.0)).unwrap_or(Duration::MAX))
@@ -111,7 +111,7 @@ pub(crate) fn run(
         })
     });
     let (outcome, fields, planning) = done?;
-    Ok((PyOutcome { case, outcome, options, fields, planning }, stopped_by))
+    Ok((PyOutcome { case, outcome, options, fields, planning, text }, stopped_by))
 }
 
 /// Plans and solves a case in a pool of threads of its own, so that runs of one process do not share threads, and none is left over for

@@ -1,6 +1,6 @@
 //! `elastocap run`: solve a case and write its results.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
 use clap::{Args, ValueHint};

@@ -97,13 +97,6 @@ impl<'a> FieldWriter<'a> {
         }
     }
 
-    /// Writes nothing unless fields are `wanted`.
-    #[must_use]
-    pub fn only_if(self, wanted: bool) -> Self {
-        let of_fields = [FileGroup::Fields, FileGroup::Sections, FileGroup::Layer];
-        if wanted { self } else { Self { wanted: self.wanted.without(&of_fields), ..self } }
-    }
-
     /// Writes only what is wanted.
     #[must_use]
     pub fn writing(self, wanted: Wanted) -> Self {

@@ -15,7 +15,7 @@ use elastocap_coupling::run::Observer;
 use elastocap_coupling::step::StepField;
 
 use crate::layer_files::{self, LayerFiles};
-use crate::{FieldWriter, OutputError, OutputFolder, Saved, save};
+use crate::{FieldWriter, OutputError, OutputFolder, Request, Saved, Wanted, save_as};
 
 /// An observer that keeps the fields of a run, and passes on what it sees to another observer.
 ///
@@ -84,9 +84,9 @@ impl Observer for KeptFields<'_> {
     }
 }
 
-/// Writes the files of a run that has ended into `folder`, as a run that writes them while it works: see [`save`].
+/// Writes the files of a run that has ended into `folder`, as a run that writes them while it works: see [`save_as`].
 ///
-/// `planning` is how long reading and planning took.
+/// `planning` is how long reading and planning took, `case_text` the text of the case for result.json and the report.
 ///
 /// # Errors
 /// [`OutputError`], where the folder cannot be made or holds files of somebody else that a run would replace; then it is as it was before.
@@ -97,18 +97,20 @@ pub fn save_kept(
     folder: &Path,
     fields: &StepFields,
     planning: Duration,
+    case_text: Option<&str>,
 ) -> Result<Saved, OutputError> {
     let now = Instant::now();
     let solving = Duration::try_from_secs_f64(outcome.solve_seconds).unwrap_or_default();
     let started = now.checked_sub(planning + solving).unwrap_or(now);
     let folder = OutputFolder::open(folder)?;
     folder.holds_nothing_foreign()?;
-    let writer =
-        FieldWriter::new(&folder, &()).only_if(options.fields).drawing_sections(&outcome.plan, &case.title);
+    let request = Request { wanted: Wanted::of(options), case_text, command: None, measured: &[] };
+    let writer = FieldWriter::new(&folder, &()).writing(request.wanted.clone());
+    let writer = writer.drawing_sections(&outcome.plan, &case.title);
     // Where staging breaks off, `finish` has the reason.
     let _ = stage(&writer, outcome, fields);
     let files = writer.finish(outcome)?;
-    save(case, outcome, options, folder, &files, started, planning)
+    save_as(case, outcome, options, &request, folder, &files, started, planning)
 }
 
 fn stage(writer: &FieldWriter<'_>, outcome: &Outcome, fields: &StepFields) -> ControlFlow<()> {

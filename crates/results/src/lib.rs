@@ -116,14 +116,7 @@ pub fn save(
     started: Instant,
     planning: Duration,
 ) -> Result<Saved, OutputError> {
-    let mut wanted = Wanted::default();
-    if !options.scene {
-        wanted = wanted.without(&[FileGroup::Scene]);
-    }
-    if !options.fields {
-        wanted = wanted.without(&[FileGroup::Fields, FileGroup::Sections, FileGroup::Layer]);
-    }
-    let request = Request { wanted, ..Request::default() };
+    let request = Request { wanted: Wanted::of(options), ..Request::default() };
     save_as(case, outcome, options, &request, folder, fields, started, planning)
 }
 

@@ -3,7 +3,7 @@
 use std::fmt;
 use std::str::FromStr;
 
-use elastocap_coupling::plan::{Decision, LeftOut, Plan};
+use elastocap_coupling::plan::{Decision, LeftOut, Options, Plan};
 
 /// Files that are asked for together, by one word.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -118,6 +118,18 @@ impl Wanted {
     pub fn only(groups: &[FileGroup]) -> Self {
         let asked = |group| group == FileGroup::Json || groups.contains(&group);
         Self(FileGroup::ALL.map(asked))
+    }
+
+    /// What the options of a run leave.
+    pub fn of(options: &Options) -> Self {
+        let mut wanted = Self::default();
+        if !options.scene {
+            wanted = wanted.without(&[FileGroup::Scene]);
+        }
+        if !options.fields {
+            wanted = wanted.without(&[FileGroup::Fields, FileGroup::Sections, FileGroup::Layer]);
+        }
+        wanted
     }
 
     /// All but these.
