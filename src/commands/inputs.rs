@@ -17,6 +17,8 @@ pub(super) struct Input {
     /// Where its results go.
     pub(super) folder: PathBuf,
     pub(super) case: Case,
+    /// The text of the case where it came from the standard input.
+    pub(super) text: Option<String>,
 }
 
 /// Why a list of cases cannot be used.
@@ -75,9 +77,13 @@ pub(super) fn load_all(cases: &[PathBuf], asked: Option<&Path>) -> Result<Vec<In
         Exit::BadInput
     })?;
     // All are loaded before the first problem ends the command.
-    let loaded: Vec<_> = cases.iter().map(|path| super::load(path)).collect();
+    let loaded: Vec<_> = cases.iter().map(|path| super::load_with_text(path)).collect();
     let inputs = cases.iter().zip(folders).zip(loaded);
-    inputs.map(|((path, folder), case)| Ok(Input { path: path.clone(), folder, case: case? })).collect()
+    let input = |((path, folder), loaded): ((&PathBuf, PathBuf), Result<_, Exit>)| {
+        let (case, text) = loaded?;
+        Ok(Input { path: path.clone(), folder, case, text })
+    };
+    inputs.map(input).collect()
 }
 
 #[cfg(test)]

@@ -227,9 +227,8 @@ fn solve_and_save(
         fields: !arguments.no_fields && wanted.needs_fields(),
         scene: wanted.has(FileGroup::Scene),
     };
-    // The case has just been read from there; the standard input is gone.
-    let is_file = input.path.as_os_str() != super::STDIN;
-    let case_text = is_file.then(|| std::fs::read_to_string(&input.path).ok()).flatten();
+    // The case has just been read from there.
+    let case_text = input.text.clone().or_else(|| std::fs::read_to_string(&input.path).ok());
     // Opened before anything is solved: a run must not be lost to a folder that cannot be written to.
     let folder = OutputFolder::open(&input.folder)?;
     guard.remove_on_failure(folder.staging(), folder.created());

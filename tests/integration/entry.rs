@@ -106,6 +106,9 @@ fn a_case_from_the_standard_input_gives_the_numbers_of_its_file() {
     assert_eq!(sandbox.read("results/stdin/capacitance.csv"), sandbox.read("out/capacitance.csv"));
     with_stdin(&sandbox, &["mesh", "-"], CUBE).exits_with(0);
     assert!(sandbox.names("results/stdin-mesh").contains(&"mesh.json".to_owned()));
+    // The report shows the case, though the standard input cannot be read twice.
+    assert!(sandbox.read("results/stdin/report.html").contains("A cube in a cube"));
+    assert!(sandbox.read("results/stdin/report.html").contains("relative_tolerance = 1e-2"));
     let planned = with_stdin(&sandbox, &["check", "-"], CUBE).exits_with(0);
     assert_eq!(planned.stdout, sandbox.elastocap(&["check", "cube.toml"]).stdout);
     let refused = with_stdin(&sandbox, &["run", "-"], &misspelled()).exits_with(2);
