@@ -36,8 +36,8 @@ pub use elastocap_materials::HyperelasticLaw;
 pub use measured::{MeasuredCapacitance, MeasuredCapacitanceError};
 pub use model::{
     Body, Box3, Case, Curve, Electrodes, Electrostatics, Extent, Face, FieldIndenter, FieldSolver,
-    ImportedMesh, Indenter, Layer, LayerEnd, LayerSide, Layout, Load, Measurement, Mechanics, PlaneStrain,
-    Pose, PunchContact, Role, Shape, ShearLength, Solid, SolidIndenter, Stiffness, Surroundings, Terminal,
+    ImportedMesh, Indenter, Layer, LayerEnd, LayerSide, Layout, Load, MeasuredLoad, MeasuredPoint,
+    MeasuredPoints, Measurement, Mechanics, PlaneStrain, Pose, PunchContact, Role, Shape, ShearLength, Solid, SolidIndenter, Stiffness, Surroundings, Terminal,
     Wall,
 };
 pub use schema::json_schema;

@@ -48,6 +48,63 @@ pub struct Case {
     pub surroundings: Option<Surroundings>,
     /// How accurately the capacitance is computed; present exactly when a capacitance is asked for.
     pub electrostatics: Option<Electrostatics>,
+    /// Points that were measured; only with a load and a capacitance.
+    pub measured_points: Option<MeasuredPoints>,
+}
+
+/// Points that were measured.
+#[derive(Debug, Clone, PartialEq)]
+pub struct MeasuredPoints {
+    /// The file that they are from, as the case file has it.
+    pub file: String,
+    /// What their loads are.
+    pub load: MeasuredLoad,
+    /// In the order of the file; never empty.
+    pub points: Vec<MeasuredPoint>,
+}
+
+/// What the load of a measured point is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum MeasuredLoad {
+    /// Compressive force, N.
+    Force,
+    /// Displacement U of the layer's top, m.
+    Displacement,
+    /// U/H.
+    Compression,
+}
+
+impl MeasuredLoad {
+    /// Its name.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Force => "force",
+            Self::Displacement => "displacement",
+            Self::Compression => "compression",
+        }
+    }
+
+    /// Its SI unit; empty where it has none.
+    pub fn unit(self) -> &'static str {
+        match self {
+            Self::Force => "N",
+            Self::Displacement => "m",
+            Self::Compression => "",
+        }
+    }
+}
+
+/// A point that was measured, in SI units.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct MeasuredPoint {
+    /// The line of the file, from 1.
+    pub line: u64,
+    /// N, m, or U/H: see [`MeasuredLoad`].
+    pub load: f64,
+    /// F.
+    pub capacitance: f64,
+    /// Its standard deviation, F; positive. `None` where it is not known.
+    pub deviation: Option<f64>,
 }
 
 impl Case {

@@ -110,6 +110,18 @@ impl QuantityKind for ChargeKind {
     const LIMITS_SHOWN: &'static str = "at most 1 GC";
 }
 
+/// The deviation of a measured capacitance.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct CapacitanceKind;
+impl QuantityKind for CapacitanceKind {
+    const DIMENSION: Dimension = units::CAPACITANCE;
+    const SIGN: Sign = Sign::Positive;
+    const UNIT: &'static str = "fF";
+    const SAMPLE: &'static str = "1";
+    const LIMITS: [f64; 2] = [1e-24, 1.0];
+    const LIMITS_SHOWN: &'static str = "1e-24 F to 1 F";
+}
+
 /// An angle, between -90 and 90 degrees.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct AngleKind;
@@ -138,6 +150,7 @@ pub(super) type SignedConstant = Quantity<SignedConstantKind>;
 pub(super) type Force = Quantity<ForceKind>;
 pub(super) type Charge = Quantity<ChargeKind>;
 pub(super) type Angle = Quantity<AngleKind>;
+pub(super) type Capacitance = Quantity<CapacitanceKind>;
 
 impl<K: QuantityKind> Quantity<K> {
     /// One that no file says, in SI units.

@@ -4,6 +4,7 @@
 
 mod bodies;
 mod electrodes;
+mod measurement;
 mod mechanics;
 mod surroundings;
 
@@ -18,6 +19,7 @@ use super::tables::{Entries, TableKeys, TableSchema, key, table, unknown_word, w
 use super::values::{Flag, FormatNumber, PotentialOrder, Text};
 pub(crate) use bodies::*;
 pub(crate) use electrodes::*;
+pub(crate) use measurement::*;
 pub(crate) use mechanics::*;
 pub(crate) use surroundings::*;
 
@@ -52,6 +54,8 @@ table! {
         mesh: Option<Read<MeshFile>>,
         /// How accurately the capacitance is computed.
         electrostatics: Option<Read<Electrostatics>>,
+        /// Points that were measured, to be drawn over the curve and fitted to.
+        measurement: Option<Read<MeasurementFile>>,
     }
 }
 

@@ -10,6 +10,7 @@ mod imported;
 mod indenter;
 mod layer_end;
 mod layered;
+mod measured_points;
 mod mechanics;
 mod outlines;
 mod recognised;
@@ -124,6 +125,9 @@ pub(super) fn validate(raw: &Document, flawed: bool, origin: &Path, log: &mut Lo
         None => Vec::new(),
     };
     attached::check(raw, &poses, log);
+    let measured_points = raw.measurement.as_ref().map(|read| {
+        measured_points::measured_points(read, raw, flawed, origin, log)
+    });
     let mut surroundings = all_given(surroundings)?;
     let (bodies, recognised) = match found {
         Some(found) => {
@@ -153,6 +157,7 @@ pub(super) fn validate(raw: &Document, flawed: bool, origin: &Path, log: &mut Lo
         mesh,
         surroundings,
         electrostatics: if wants_capacitance { Some(electrostatics(raw)?) } else { None },
+        measured_points: all_given(measured_points)?,
     })
 }
 

@@ -68,6 +68,7 @@ fn in_plane_pair() -> Case {
             solver: None,
             order: None,
         }),
+        measured_points: None,
     }
 }
 
