@@ -14,6 +14,7 @@ mod file_unit;
 mod material;
 mod measured;
 mod model;
+mod overrides;
 mod quantities;
 mod raw;
 mod reader;
@@ -40,6 +41,7 @@ pub use model::{
     MeasuredPoints, Measurement, Mechanics, PlaneStrain, Pose, PunchContact, Role, Shape, ShearLength, Solid, SolidIndenter, Stiffness, Surroundings, Terminal,
     Wall,
 };
+pub use overrides::{OverrideError, OverrideErrorKind, value_at, with_value};
 pub use schema::json_schema;
 
 /// The largest file that is read.
@@ -50,8 +52,15 @@ const LARGEST_FILE: u64 = 16 << 20;
 /// # Errors
 /// A file that cannot be read (missing, a folder, larger than 16 MiB, not UTF-8), or everything that is wrong in it.
 pub fn load(path: &Path) -> Result<Case, CaseError> {
-    let text = read_text(path).map_err(|diagnostic| CaseError::of_file(path, diagnostic))?;
-    parse(&text, path)
+    parse(&read_source(path)?, path)
+}
+
+/// The text of a case file, for [`with_value`] and [`parse`].
+///
+/// # Errors
+/// A file that cannot be read, as for [`load`].
+pub fn read_source(path: &Path) -> Result<String, CaseError> {
+    read_text(path).map_err(|diagnostic| CaseError::of_file(path, diagnostic))
 }
 
 fn read_text(path: &Path) -> Result<String, Diagnostic> {
