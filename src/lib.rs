@@ -81,6 +81,7 @@
 //! | [`electrostatics`] | Laplace's equation on boxes and on tetrahedra: Maxwell matrices with bounds, floating conductors |
 //! | [`coupling`] | from a case to the capacitances of its load steps: the plan, the run, the outcome |
 //! | [`results`] | the files of a run: tables, plots, scenes, fields; all of them or none |
+//! | [`fitting`] | parameters of a case from measured points, and from what is wished for |
 //! | [`evidence`] | how far to trust all this: accuracy against run time, extreme cases, the paper's figures |
 //!
 //! `elastocap-linalg` and `elastocap-fem`, below them, have the linear algebra and the reference elements that both solvers share;
@@ -109,6 +110,7 @@ pub use elastocap_case as case;
 pub use elastocap_coupling as coupling;
 pub use elastocap_electrostatics as electrostatics;
 pub use elastocap_evidence as evidence;
+pub use elastocap_fitting as fitting;
 pub use elastocap_geometry as geometry;
 pub use elastocap_mechanics as mechanics;
 pub use elastocap_results as results;

@@ -86,6 +86,10 @@ enum Command {
     Check(commands::check::Arguments),
     /// Give the force that belongs to a measured capacitance, with its limits, by the curve of a run
     Force(commands::force::Arguments),
+    /// Fit keys of a case to measured points, with intervals, and say what the data cannot tell apart
+    Fit(commands::fit::Arguments),
+    /// Vary keys of a case until a quantity is largest or smallest, within limits
+    Optimise(commands::optimise::Arguments),
     /// Show what accuracy costs: errors against run time on many grids, and on those that the solver chooses
     Accuracy(commands::accuracy::Arguments),
     /// Write the bodies (scene.glb) and a grid of them (.vtu) without solving
@@ -133,6 +137,8 @@ fn main() -> ExitCode {
         Command::Run(arguments) => commands::run::execute(arguments, common, &guard),
         Command::Check(arguments) => commands::check::execute(arguments, common),
         Command::Force(arguments) => commands::force::execute(arguments),
+        Command::Fit(arguments) => commands::fit::execute(arguments, common),
+        Command::Optimise(arguments) => commands::optimise::execute(arguments, common),
         Command::Accuracy(arguments) => commands::accuracy::execute(arguments, common),
         Command::Mesh(arguments) => commands::mesh::execute(arguments, common),
         Command::Stability(arguments) => commands::stability::execute(arguments, common),

@@ -9,6 +9,7 @@
 //! `bounds` true; electrodes are rigid if there is no load. Tables that the case has no use for (`[surroundings]`
 //! without conductors) are checked and then left out.
 
+mod amount;
 mod diagnostics;
 mod file_unit;
 mod material;
@@ -32,11 +33,12 @@ use std::path::Path;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
+pub use amount::{Amount, AmountError, Scale};
 pub use diagnostics::{CaseError, Diagnostic};
 pub use elastocap_materials::HyperelasticLaw;
 pub use measured::{MeasuredCapacitance, MeasuredCapacitanceError};
 pub use model::{
-    Body, Box3, Case, Curve, Electrodes, Electrostatics, Extent, Face, FieldIndenter, FieldSolver,
+    Body, Box3, Case, Correction, Curve, Electrodes, Electrostatics, Extent, Face, FieldIndenter, FieldSolver, Foam,
     ImportedMesh, Indenter, Layer, LayerEnd, LayerSide, Layout, Load, MeasuredLoad, MeasuredPoint,
     MeasuredPoints, Measurement, Mechanics, PlaneStrain, Pose, PunchContact, Role, Shape, ShearLength, Solid, SolidIndenter, Stiffness, Surroundings, Terminal,
     Wall,

@@ -8,6 +8,8 @@ mod indenter;
 mod json;
 mod layer_files;
 pub mod load_answer;
+pub mod load_curve;
+pub mod measured;
 mod output_folder;
 pub mod plot;
 mod resume;
@@ -23,7 +25,7 @@ use elastocap_geometry::export::surfaces::surfaces_glb;
 use elastocap_geometry::export::vtk::{pvd, vtu};
 
 pub use fields::{FieldFiles, FieldWriter, field_file};
-pub use figure::{approach, figure};
+pub use figure::{approach, figure, figure_with_points};
 pub use json::{RunSeconds, document};
 pub use output_folder::{Finish, OutputError, OutputFolder, Placed};
 use output_folder::{INDEX, MESH_INDEX, is_result_name};
@@ -115,7 +117,13 @@ pub fn save(
     if !outcome.layer_meshes.is_empty() {
         folder.stage("mechanics.csv", layer_files::table(outcome).as_bytes())?;
     }
-    if let Some(panels) = figure(&case.title, outcome) {
+    let comparison = measured::compare(case, outcome);
+    if let Some(Err(error)) = &comparison {
+        warnings.push(format!("the measured points are not compared: {error}"));
+    }
+    let comparison = comparison.and_then(Result::ok);
+    let drawn = case.measured_points.as_ref().zip(comparison.as_ref());
+    if let Some(panels) = figure_with_points(&case.title, outcome, drawn) {
         folder.stage("curve.svg", panels.to_svg().as_bytes())?;
     }
     if let Some(panels) = approach(&case.title, outcome) {

@@ -3,10 +3,10 @@
 use serde_json::Value;
 use toml::de::DeValue;
 
-use crate::quantities::Capacitance;
+use crate::quantities::{Capacitance, Gain, LoadShift, SignedCapacitance};
 use crate::reader::{FromToml, Log, Node, Read, alternatives};
 use crate::tables::{Entries, TableKeys, TableSchema, key, table};
-use crate::values::Text;
+use crate::values::{Either, Text};
 
 table! {
     /// Points that were measured: they are drawn over the curve, and `elastocap fit` adapts keys of this file to them.
@@ -20,6 +20,13 @@ table! {
         rows: Option<Read<MeasuredRows>>,
         /// Standard deviation of each measured capacitance, where no column has it. Default: not known.
         deviation: Option<Read<Capacitance>>,
+        /// The measured load at which the load on the layer begins: play before contact, or the zero of a scale. It is taken off the
+        /// measured loads; a bare number for a compression. Default: 0.
+        offset: Option<Read<Either<LoadShift, Text>>>,
+        /// Capacitance of cables and of what the case does not have. It is taken off the measured capacitances. Default: 0.
+        parasitic: Option<Read<SignedCapacitance>>,
+        /// What the meter shows over what there is; measured capacitances, without the parasitic one, are divided by it. Default: 1.
+        gain: Option<Read<Gain>>,
     }
 }
 

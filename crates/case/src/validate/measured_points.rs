@@ -7,9 +7,10 @@ use std::ops::Range;
 use std::path::Path;
 
 use super::super::diagnostics::{Diagnostic, shown, shown_path};
-use super::super::model::{MeasuredLoad, MeasuredPoint, MeasuredPoints};
+use super::super::model::{Correction, MeasuredLoad, MeasuredPoint, MeasuredPoints};
 use super::super::raw::{self, Document, MeasuredColumn};
 use super::super::reader::{Log, Read, nearest};
+use super::super::values::Either;
 use super::super::units::{self, CAPACITANCE, Dimension, FORCE, LENGTH};
 use super::any;
 
@@ -66,6 +67,7 @@ pub(super) fn measured_points(
         );
         return None;
     }
+    let correction = correction(table, layout.as_ref().map(|all| all.kind), log)?;
     let file = &table.file;
     let (name, layout) = (file.get()?.0.as_str(), layout?);
     let path = origin.parent().unwrap_or(Path::new("")).join(name);
@@ -81,7 +83,44 @@ pub(super) fn measured_points(
         }
     };
     let points = points(&text, &path, &layout, constant, &file.span).map_err(|why| log.push(why)).ok()?;
-    Some(MeasuredPoints { file: name.to_owned(), load: layout.kind, points })
+    Some(MeasuredPoints { file: name.to_owned(), load: layout.kind, points, correction })
+}
+
+/// Offset, parasitic capacitance and gain.
+fn correction(table: &raw::MeasurementFile, kind: Option<MeasuredLoad>, log: &mut Log<'_>) -> Option<Correction> {
+    let usual = Correction::default();
+    let parasitic = match &table.parasitic {
+        Some(read) => read.get()?.si,
+        None => usual.parasitic,
+    };
+    let gain = match &table.gain {
+        Some(read) => read.get()?.value,
+        None => usual.gain,
+    };
+    let (Some(read), Some(kind)) = (&table.offset, kind) else {
+        return Some(Correction { parasitic, gain, ..usual });
+    };
+    let of = match kind {
+        MeasuredLoad::Force => Some(FORCE),
+        MeasuredLoad::Displacement => Some(LENGTH),
+        MeasuredLoad::Compression => None,
+    };
+    let offset = match (read.get()?, of) {
+        (Either::First(number), None) => Some(number.value),
+        (Either::Second(text), Some(dimension)) => {
+            units::parse(&text.0).ok().filter(|found| found.dimension == dimension).map(|found| found.si)
+        }
+        (Either::First(_), Some(_)) | (Either::Second(_), None) => None,
+    };
+    if offset.is_none() {
+        let right = of.map_or_else(|| "0.05".to_owned(), |dimension| format!("\"0.5 {}\"", usual_unit(dimension)));
+        log.push(
+            Diagnostic::at(&read.span, format!("the offset of [measurement] must be a {}, as its loads are", kind.name()))
+                .label("something else")
+                .help(format!("write for example `offset = {right}`")),
+        );
+    }
+    Some(Correction { offset: offset?, parasitic, gain })
 }
 
 /// There must be a curve to compare the points with.
@@ -170,7 +209,7 @@ fn column<'a>(read: &'a Read<MeasuredColumn>, of: Option<Dimension>, log: &mut L
             log.push(
                 Diagnostic::at(&read.span, format!("the column `{}` needs a unit", shown(name)))
                     .label("a unit is missing here")
-                    .help(format!("add for example `unit = \"{}\"`", usual(dimension))),
+                    .help(format!("add for example `unit = \"{}\"`", usual_unit(dimension))),
             );
             None
         }
@@ -178,7 +217,7 @@ fn column<'a>(read: &'a Read<MeasuredColumn>, of: Option<Dimension>, log: &mut L
             let one = format!("1 {text}");
             let known = units::parse(&one).ok().filter(|unit| unit.dimension == dimension).map(|unit| unit.si);
             if known.is_none() {
-                let near = units::nearest_unit(text, dimension).unwrap_or(usual(dimension));
+                let near = units::nearest_unit(text, dimension).unwrap_or(usual_unit(dimension));
                 log.push(
                     Diagnostic::at(at, format!("\"{}\" is not a unit of {}", shown(text), dimension.name()))
                         .label("not a unit that can be used here")
@@ -191,7 +230,7 @@ fn column<'a>(read: &'a Read<MeasuredColumn>, of: Option<Dimension>, log: &mut L
     Some(Column { name, span, factor: factor? })
 }
 
-fn usual(dimension: Dimension) -> &'static str {
+fn usual_unit(dimension: Dimension) -> &'static str {
     if dimension == FORCE {
         "N"
     } else if dimension == LENGTH {

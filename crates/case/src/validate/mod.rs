@@ -55,6 +55,7 @@ pub(super) fn validate(raw: &Document, flawed: bool, origin: &Path, log: &mut Lo
     }
 
     let layer = raw.layer.as_ref().map(|l| layered::layer(l, wants_capacitance, wants_mechanics, log));
+    layered::check_foam(raw, log);
     let of_pair = raw.pair();
     let electrodes = of_pair.map(|e| layered::electrodes(e, wants_mechanics, log));
     let load = raw.load.as_ref().map(|l| steps::load(l, log));

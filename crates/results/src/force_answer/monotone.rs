@@ -3,7 +3,7 @@
 /// A function through given points, cubic between neighbours and monotone wherever the points are: the derivative at a point is that
 /// of the parabola through three points, limited as Fritsch and Carlson (1980) and de Boor and Swartz (1977) do.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct MonotoneCubic {
+pub(crate) struct MonotoneCubic {
     x: Vec<f64>,
     y: Vec<f64>,
     slopes: Vec<f64>,
@@ -11,13 +11,13 @@ pub(super) struct MonotoneCubic {
 
 impl MonotoneCubic {
     /// Through the points (x, y), with `x` strictly increasing; at least two of them.
-    pub(super) fn through(x: Vec<f64>, y: Vec<f64>) -> Self {
+    pub(crate) fn through(x: Vec<f64>, y: Vec<f64>) -> Self {
         let slopes = (0..x.len()).map(|k| slope(&x, &y, k)).collect();
         Self { x, y, slopes }
     }
 
     /// The value at `at`, which is between the first and the last point.
-    pub(super) fn value(&self, at: f64) -> f64 {
+    pub(crate) fn value(&self, at: f64) -> f64 {
         // The interval that begins at or before `at`.
         let k = self.x.partition_point(|x| *x <= at).saturating_sub(1).min(self.x.len() - 2);
         let h = self.x[k + 1] - self.x[k];
@@ -27,9 +27,19 @@ impl MonotoneCubic {
         ends + h * t * s * (self.slopes[k] * s - self.slopes[k + 1] * t)
     }
 
+    /// The derivative at `at`, which is between the first and the last point.
+    pub(crate) fn slope(&self, at: f64) -> f64 {
+        let k = self.x.partition_point(|x| *x <= at).saturating_sub(1).min(self.x.len() - 2);
+        let h = self.x[k + 1] - self.x[k];
+        let t = (at - self.x[k]) / h;
+        let secant = (self.y[k + 1] - self.y[k]) / h;
+        let s = 1.0 - t;
+        6.0 * s * t * secant + s * (1.0 - 3.0 * t) * self.slopes[k] + t * (3.0 * t - 2.0) * self.slopes[k + 1]
+    }
+
     /// Where a function that does not decrease takes a value, in the interval from point `k` to the next; the nearer end where it does
     /// not.
-    pub(super) fn argument(&self, k: usize, value: f64) -> f64 {
+    pub(crate) fn argument(&self, k: usize, value: f64) -> f64 {
         let (mut low, mut high) = (self.x[k], self.x[k + 1]);
         if value <= self.y[k] {
             return low;
@@ -96,6 +106,15 @@ mod tests {
         let cubic = MonotoneCubic::through(vec![0.0, 1.0, 2.0, 2.1, 5.0], vec![0.0, 0.0, 0.1, 9.0, 9.1]);
         let values: Vec<f64> = (0..=500).map(|k| cubic.value(0.01 * f64::from(k))).collect();
         assert!(values.windows(2).all(|pair| pair[1] >= pair[0] - 1e-14), "{values:?}");
+    }
+
+    #[test]
+    fn the_slope_is_the_derivative_of_the_value() {
+        let cubic = MonotoneCubic::through(vec![0.0, 1.0, 3.0, 3.5], vec![0.0, 2.0, 3.0, 0.0]);
+        for at in [0.1, 0.9, 1.2, 2.5, 3.1, 3.4] {
+            let difference = (cubic.value(at + 1e-5) - cubic.value(at - 1e-5)) / 2e-5;
+            assert!((cubic.slope(at) - difference).abs() < 1e-6, "{at}: {} {difference}", cubic.slope(at));
+        }
     }
 
     #[test]
