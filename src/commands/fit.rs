@@ -89,7 +89,8 @@ fn run(arguments: &Arguments, common: &Common, started: Instant) -> Result<Exit,
         .map_err(|error| refused(&error.into()))?;
     let cancel = Arc::new(AtomicBool::new(false));
     stop_without_files(&cancel);
-    let found = fit(&solved_source, &case, &arguments.case, &arguments.free, &cancel).map_err(|error| refused(&error))?;
+    let found = fit(&solved_source, &case, &arguments.case, &arguments.free, &cancel)
+        .map_err(|error| refused(&error))?;
     found.findings.iter().for_each(|text| output::warning(text));
     if let (Some(file), Some(picture_file)) = (arguments.output.as_deref(), picture_file.as_deref()) {
         write(file, picture_file, &source, arguments, &case, &parameters, &found)?;
@@ -125,8 +126,10 @@ fn with_steps(source: &str, case: &Case, steps: u16, origin: &Path) -> Result<(S
     if value_at(source, path).map_err(|error| refused(error.to_string()))?.is_none() {
         return Err(refused(format!("its [load] has no `{}`", path.trim_start_matches("load."))));
     }
-    let ends = [loads.iter().copied().fold(f64::INFINITY, f64::min), loads.iter().copied().fold(0.0, f64::max)];
-    let written = |value: f64| if unit.is_empty() { format!("{value:?}") } else { format!("\"{value}{unit}\"") };
+    let ends =
+        [loads.iter().copied().fold(f64::INFINITY, f64::min), loads.iter().copied().fold(0.0, f64::max)];
+    let written =
+        |value: f64| if unit.is_empty() { format!("{value:?}") } else { format!("\"{value}{unit}\"") };
     let value = format!("{{ from = {}, to = {}, points = {steps} }}", written(ends[0]), written(ends[1]));
     let text = with_value(source, path, &value).map_err(|error| refused(error.to_string()))?;
     let case = elastocap_case::parse(&text, origin).map_err(|error| refused(error.to_string()))?;
@@ -165,7 +168,8 @@ fn json(case: &Case, found: &Fit, started: Instant) -> Result<String, Exit> {
 }
 
 fn report(case: &Case, parameters: &[Parameter], found: &Fit, taken: f64) -> String {
-    let mut lines = vec![["", "value", "95 % interval", "curve's error", "start"].map(str::to_owned).to_vec()];
+    let mut lines =
+        vec![["", "value", "95 % interval", "curve's error", "start"].map(str::to_owned).to_vec()];
     for (own, fitted) in parameters.iter().zip(&found.parameters) {
         // As many digits as the interval tells.
         let digits = fitted.standard_error.map_or(5, |error| digits(fitted.value, error));
@@ -174,10 +178,24 @@ fn report(case: &Case, parameters: &[Parameter], found: &Fit, taken: f64) -> Str
             (None, Some(side)) => format!("at its {side} limit"),
             (None, None) => "not known".to_owned(),
         };
-        let shift = fitted.shift_by_curve.map_or_else(|| "-".to_owned(), |shift| format!("+- {}", own.show(shift, 2)));
-        lines.push(vec![own.name.clone(), own.show(fitted.value, digits), interval, shift, own.show(own.start, 5)]);
+        let shift = fitted
+            .shift_by_curve
+            .map_or_else(|| "-".to_owned(), |shift| format!("+- {}", own.show(shift, 2)));
+        lines.push(vec![
+            own.name.clone(),
+            own.show(fitted.value, digits),
+            interval,
+            shift,
+            own.show(own.start, 5),
+        ]);
     }
-    let mut out = format!("{}: fitted to {} points of {}\n\n{}", case.title, found.points, found.measured_points.file, table(lines));
+    let mut out = format!(
+        "{}: fitted to {} points of {}\n\n{}",
+        case.title,
+        found.points,
+        found.measured_points.file,
+        table(lines)
+    );
     if found.correlated.len() > 1 && !found.correlations.is_empty() {
         out.push_str("\n  correlations\n");
         for (name, row) in found.correlated.iter().zip(&found.correlations).skip(1) {

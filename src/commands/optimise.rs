@@ -112,14 +112,17 @@ fn run(arguments: &Arguments, common: &Common) -> Result<Exit, Exit> {
             output::message(&format!("{number:>3}  {}", in_words(own, &parameters, &search)));
         }
     };
-    let found = optimise(&source, &arguments.case, &parameters, &search, &cancel, &report).map_err(refused)?;
+    let found =
+        optimise(&source, &arguments.case, &parameters, &search, &cancel, &report).map_err(refused)?;
     if let (Some(file), Some(best)) = (&arguments.output, found.best) {
         let failed = |reason: String| {
             output::error(&format!("cannot write the case: {reason}"));
             Exit::Failure
         };
-        let text = case_of(&source, &parameters, &found.evaluations[best].values).map_err(|error| failed(error.to_string()))?;
-        let text = super::moved_to(&text, &arguments.case, file).map_err(|error| failed(error.to_string()))?;
+        let text = case_of(&source, &parameters, &found.evaluations[best].values)
+            .map_err(|error| failed(error.to_string()))?;
+        let text =
+            super::moved_to(&text, &arguments.case, file).map_err(|error| failed(error.to_string()))?;
         write_all(&[(file, text)])?;
     }
     warn(&found, &search);
@@ -146,7 +149,9 @@ fn warn(found: &Optimum, search: &Search) {
         ));
     }
     if found.best.is_none() {
-        output::warning("nothing was found within the limits: widen the ranges, or begin nearer to what is allowed (KEY=a..b@start)");
+        output::warning(
+            "nothing was found within the limits: widen the ranges, or begin nearer to what is allowed (KEY=a..b@start)",
+        );
     }
     for name in &found.at_limit {
         output::warning(&format!("{name} ended at a limit of its range: a wider range may give more"));
@@ -184,9 +189,15 @@ fn summary(parameters: &[Parameter], search: &Search, found: &Optimum, taken: f6
     for (k, own) in found.evaluations.iter().enumerate() {
         let mut line = vec![format!("{}{}", if found.best == Some(k) { "best " } else { "" }, k + 1)];
         line.extend(parameters.iter().zip(&own.values).map(|(parameter, value)| parameter.show(*value, 5)));
-        line.push(own.objective.map_or_else(|| "-".to_owned(), |value| shown(value, search.quantity.unit(), 5)));
+        line.push(
+            own.objective.map_or_else(|| "-".to_owned(), |value| shown(value, search.quantity.unit(), 5)),
+        );
         for (index, limit) in search.constraints.iter().enumerate() {
-            line.push(own.limited.get(index).map_or_else(|| "-".to_owned(), |value| shown(*value, limit.quantity.unit(), 4)));
+            line.push(
+                own.limited
+                    .get(index)
+                    .map_or_else(|| "-".to_owned(), |value| shown(*value, limit.quantity.unit(), 4)),
+            );
         }
         line.push(match (&own.failure, own.is_allowed) {
             (Some(reason), _) => reason.clone(),
@@ -198,7 +209,9 @@ fn summary(parameters: &[Parameter], search: &Search, found: &Optimum, taken: f6
     let mut out = table(lines);
     if let Some(best) = found.best.map(|k| &found.evaluations[k]) {
         let word = if search.maximise { "largest" } else { "smallest" };
-        let error = best.objective_error.map_or_else(String::new, |error| format!(" +- {}", shown(error, search.quantity.unit(), 2)));
+        let error = best
+            .objective_error
+            .map_or_else(String::new, |error| format!(" +- {}", shown(error, search.quantity.unit(), 2)));
         out.push_str(&format!(
             "\n  {word} {}: {}{error} at\n",
             search.quantity,
@@ -224,7 +237,11 @@ fn json(
     taken: f64,
 ) -> String {
     let values = |own: &Evaluation| -> serde_json::Map<String, serde_json::Value> {
-        parameters.iter().zip(&own.values).map(|(parameter, value)| (parameter.name.clone(), (*value).into())).collect()
+        parameters
+            .iter()
+            .zip(&own.values)
+            .map(|(parameter, value)| (parameter.name.clone(), (*value).into()))
+            .collect()
     };
     let document = serde_json::json!({
         "title": title,

@@ -29,7 +29,8 @@ fn a_fit_finds_what_made_the_points_and_a_run_of_the_fitted_case_explains_them()
     let sandbox = Sandbox::new();
     with_points(&sandbox);
     // Before the fit, the points lie beside the curve.
-    let run = sandbox.elastocap(&["run", "pair.toml", "-o", "before", "--no-fields", "--no-scene"]).exits_with(0);
+    let run =
+        sandbox.elastocap(&["run", "pair.toml", "-o", "before", "--no-fields", "--no-scene"]).exits_with(0);
     assert!(run.stdout.contains("measured: ") && run.stdout.contains("within the error"), "{}", run.stdout);
     let before = sandbox.json("before/result.json");
     let rms = before["measured_points"]["rms_residual_f"].as_f64().expect("residuals");
@@ -62,7 +63,9 @@ fn a_fit_finds_what_made_the_points_and_a_run_of_the_fitted_case_explains_them()
     let fitted = sandbox.read("fitted.toml");
     assert!(fitted.contains("# a first guess") && fitted.contains("parasitic = "), "{fitted}");
     assert!(sandbox.read("fitted.svg").contains("where the fit began"));
-    sandbox.elastocap(&["run", "fitted.toml", "-o", "after", "--no-fields", "--no-scene", "--quiet"]).exits_with(0);
+    sandbox
+        .elastocap(&["run", "fitted.toml", "-o", "after", "--no-fields", "--no-scene", "--quiet"])
+        .exits_with(0);
     let after = sandbox.json("after/result.json");
     assert_eq!(after["measured_points"]["fraction_within_error"], 1.0);
     assert!(after["measured_points"]["rms_residual_f"].as_f64().expect("residuals") < 0.1e-15);
@@ -75,7 +78,11 @@ fn what_cannot_be_fitted_is_refused_before_anything_is_solved() {
     let text = std::fs::read_to_string(path).expect("the case");
     sandbox.case("pair.toml", &text);
     let missing = sandbox.elastocap(&["check", "pair.toml"]).exits_with(2);
-    assert!(missing.stderr.contains("cannot use the measured points") && missing.stderr.contains("pair.toml"), "{}", missing.stderr);
+    assert!(
+        missing.stderr.contains("cannot use the measured points") && missing.stderr.contains("pair.toml"),
+        "{}",
+        missing.stderr
+    );
     sandbox.case("pair.csv", "force_mn,capacitance_ff\n0,44\n10,forty\n");
     let broken = sandbox.elastocap(&["check", "pair.toml"]).exits_with(2);
     assert!(broken.stderr.contains("pair.csv:3: \"forty\""), "{}", broken.stderr);

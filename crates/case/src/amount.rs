@@ -34,7 +34,11 @@ impl Scale {
         let value = si / self.factor;
         let before = if value == 0.0 { 1 } else { value.abs().log10().floor() as i32 + 1 };
         let places = usize::try_from(digits as i32 - before).unwrap_or(0);
-        let number = if (-3..=7).contains(&before) { format!("{value:.places$}") } else { format!("{value:.*e}", digits.saturating_sub(1)) };
+        let number = if (-3..=7).contains(&before) {
+            format!("{value:.places$}")
+        } else {
+            format!("{value:.*e}", digits.saturating_sub(1))
+        };
         if self.unit.is_empty() { number } else { format!("{number} {}", self.unit) }
     }
 }
@@ -97,9 +101,10 @@ impl std::str::FromStr for Amount {
             return Ok(Self { si, scale: Scale { unit: String::new(), factor: 1.0, dimension: None } });
         }
         let quantity = units::parse(text).map_err(|why| match why {
-            NotAQuantity::NoNumber | NotAQuantity::NotFinite | NotAQuantity::TooLarge | NotAQuantity::NoUnit { .. } => {
-                AmountError::NoNumber(text.to_owned())
-            }
+            NotAQuantity::NoNumber
+            | NotAQuantity::NotFinite
+            | NotAQuantity::TooLarge
+            | NotAQuantity::NoUnit { .. } => AmountError::NoNumber(text.to_owned()),
             NotAQuantity::Comma => AmountError::Comma(text.to_owned()),
             NotAQuantity::UnknownUnit { unit, .. } => AmountError::UnknownUnit(unit.to_owned()),
         })?;
@@ -131,7 +136,13 @@ mod tests {
 
     #[test]
     fn what_is_no_number_says_why() {
-        for (text, words) in [("", "not a number"), ("kPa", "not a number"), ("inf", "not a number"), ("1,5 um", "comma"), ("3 furlongs", "unit")] {
+        for (text, words) in [
+            ("", "not a number"),
+            ("kPa", "not a number"),
+            ("inf", "not a number"),
+            ("1,5 um", "comma"),
+            ("3 furlongs", "unit"),
+        ] {
             let said = text.parse::<Amount>().unwrap_err().to_string();
             assert!(said.contains(words), "{text}: {said}");
         }

@@ -38,10 +38,10 @@ pub use diagnostics::{CaseError, Diagnostic};
 pub use elastocap_materials::HyperelasticLaw;
 pub use measured::{MeasuredCapacitance, MeasuredCapacitanceError};
 pub use model::{
-    Body, Box3, Case, Correction, Curve, Electrodes, Electrostatics, Extent, Face, FieldIndenter, FieldSolver, Foam,
-    ImportedMesh, Indenter, Layer, LayerEnd, LayerSide, Layout, Load, MeasuredLoad, MeasuredPoint,
-    MeasuredPoints, Measurement, Mechanics, PlaneStrain, Pose, PunchContact, Role, Shape, ShearLength, Solid, SolidIndenter, Stiffness, Surroundings, Terminal,
-    Wall,
+    Body, Box3, Case, Correction, Curve, Electrodes, Electrostatics, Extent, Face, FieldIndenter,
+    FieldSolver, Foam, ImportedMesh, Indenter, Layer, LayerEnd, LayerSide, Layout, Load, MeasuredLoad,
+    MeasuredPoint, MeasuredPoints, Measurement, Mechanics, PlaneStrain, Pose, PunchContact, Role, Shape,
+    ShearLength, Solid, SolidIndenter, Stiffness, Surroundings, Terminal, Wall,
 };
 pub use overrides::{OverrideError, OverrideErrorKind, value_at, with_value};
 pub use schema::json_schema;

@@ -5,7 +5,9 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 
-use elastocap_case::{Case, CaseError, Load, MeasuredLoad, Mechanics, OverrideError, ShearLength, with_value};
+use elastocap_case::{
+    Case, CaseError, Load, MeasuredLoad, Mechanics, OverrideError, ShearLength, with_value,
+};
 use elastocap_coupling::deform::prepare;
 use elastocap_coupling::outcome::{Outcome, Status};
 use elastocap_coupling::plan::{Options, Plan};

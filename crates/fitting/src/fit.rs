@@ -36,7 +36,9 @@ pub enum FitError {
     )]
     NoPoints,
     /// As many parameters as points, or more.
-    #[error("{points} measured points cannot determine {parameters} parameters and their errors; there must be more points than parameters")]
+    #[error(
+        "{points} measured points cannot determine {parameters} parameters and their errors; there must be more points than parameters"
+    )]
     TooFewPoints {
         /// How many there are.
         points: usize,
@@ -163,7 +165,11 @@ pub fn fit(
 ///
 /// # Errors
 /// As for [`fit`].
-pub fn fit_with(curves: &Curves, parameters: &[Parameter], measured: &MeasuredPoints) -> Result<Fit, FitError> {
+pub fn fit_with(
+    curves: &Curves,
+    parameters: &[Parameter],
+    measured: &MeasuredPoints,
+) -> Result<Fit, FitError> {
     let points = measured.points.as_slice();
     if points.len() <= parameters.len() {
         return Err(FitError::TooFewPoints { points: points.len(), parameters: parameters.len() });
@@ -195,7 +201,8 @@ pub fn fit_with(curves: &Curves, parameters: &[Parameter], measured: &MeasuredPo
         parameters.iter().zip(&values).map(|(own, value)| limit(own, *value)).collect();
     let inner: Vec<usize> = (0..parameters.len()).filter(|k| at_limit[*k].is_none()).collect();
     let columns = if stopped { None } else { Some(problem.columns(&values)?) };
-    let linearised = columns.map(|columns| linearise(&problem.scales, points, &found, &columns, &inner, noise_is_given));
+    let linearised =
+        columns.map(|columns| linearise(&problem.scales, points, &found, &columns, &inner, noise_is_given));
     let uncertainty = linearised.as_ref().map(Linearised::uncertainty);
     let (known, undetermined) = match uncertainty {
         Some(Ok(known)) => (Some(known), None),
@@ -215,7 +222,8 @@ pub fn fit_with(curves: &Curves, parameters: &[Parameter], measured: &MeasuredPo
     if let Some(known) = &known {
         findings.extend(not_told_apart(&names, known));
     }
-    let weak = problem.weak.iter().zip(parameters).filter(|(weak, own)| **weak && own.quantity == Quantity::Key);
+    let weak =
+        problem.weak.iter().zip(parameters).filter(|(weak, own)| **weak && own.quantity == Quantity::Key);
     findings.extend(weak.map(|(_, own)| {
         format!(
             "{} changes the curve by hardly more than its error, even over a quarter of the range: its interval is not reliable; lower \
@@ -261,7 +269,8 @@ pub fn fit_with(curves: &Curves, parameters: &[Parameter], measured: &MeasuredPo
         ));
     }
     if stopped {
-        findings.push("the search was stopped: these are the best values by then, without intervals".to_owned());
+        findings
+            .push("the search was stopped: these are the best values by then, without intervals".to_owned());
     } else if !converged {
         findings.push("the search did not converge: these are the best values that it found".to_owned());
     }
@@ -321,10 +330,9 @@ pub fn fit_with(curves: &Curves, parameters: &[Parameter], measured: &MeasuredPo
 /// # Errors
 /// [`OverrideError`] where a path does not fit the text.
 pub fn fitted_case(source: &str, parameters: &[Parameter], fit: &Fit) -> Result<String, OverrideError> {
-    parameters
-        .iter()
-        .zip(&fit.parameters)
-        .try_fold(source.to_owned(), |text, (own, found)| with_value(&text, &own.path, &own.to_toml(found.value)))
+    parameters.iter().zip(&fit.parameters).try_fold(source.to_owned(), |text, (own, found)| {
+        with_value(&text, &own.path, &own.to_toml(found.value))
+    })
 }
 
 fn rms(values: &[f64]) -> f64 {
@@ -359,7 +367,9 @@ fn linearise(
         DVector::from_iterator(points.len(), (0..points.len()).map(|k| of(k) / scales[k]))
     };
     Linearised {
-        jacobian: DMatrix::from_fn(points.len(), inner.len(), |row, column| columns[inner[column]][row] / scales[row]),
+        jacobian: DMatrix::from_fn(points.len(), inner.len(), |row, column| {
+            columns[inner[column]][row] / scales[row]
+        }),
         residuals: of_points(&|k| points[k].capacitance - found[k].capacitance),
         errors: of_points(&|k| found[k].error + found[k].interpolation_error.unwrap_or(0.0)),
         noise_is_known,
@@ -388,8 +398,12 @@ fn not_told_apart(names: &[&str], known: &Uncertainty) -> Vec<String> {
 }
 
 fn not_determined(names: &[&str], weakest: &[f64], condition: f64) -> String {
-    let taking_part: Vec<String> =
-        names.iter().zip(weakest).filter(|(_, share)| share.abs() > 0.2).map(|(name, _)| (*name).to_owned()).collect();
+    let taking_part: Vec<String> = names
+        .iter()
+        .zip(weakest)
+        .filter(|(_, share)| share.abs() > 0.2)
+        .map(|(name, _)| (*name).to_owned())
+        .collect();
     if let [alone] = taking_part.as_slice() {
         return format!("the data do not depend on {alone}: leave it fixed");
     }

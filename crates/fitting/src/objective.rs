@@ -44,7 +44,9 @@ pub enum WishError {
     )]
     Quantity(String),
     /// A load that cannot be.
-    #[error("`{0}` is not a load; write a force above zero with its unit, such as 0.1 N, or a compression between 0 and 1, such as 0.2")]
+    #[error(
+        "`{0}` is not a load; write a force above zero with its unit, such as 0.1 N, or a compression between 0 and 1, such as 0.2"
+    )]
     Load(String),
     /// A force asked for at a force.
     #[error("`{0}`: a force is asked for at a compression, such as \"force at 0.2\"")]
@@ -90,7 +92,9 @@ impl Quantity {
         let Some(load) = self.load() else { return Vec::new() };
         let (AtLoad::Force(own) | AtLoad::Compression(own)) = load;
         match (self, load) {
-            (Self::Sensitivity(_), AtLoad::Force(_)) => vec![own * (1.0 - DIFFERENCE), own * (1.0 + DIFFERENCE)],
+            (Self::Sensitivity(_), AtLoad::Force(_)) => {
+                vec![own * (1.0 - DIFFERENCE), own * (1.0 + DIFFERENCE)]
+            }
             // No compression reaches 1.
             (Self::Sensitivity(_), AtLoad::Compression(_)) => {
                 let step = (DIFFERENCE * own).min(0.5 * (1.0 - own));
@@ -118,7 +122,8 @@ impl Quantity {
             }
             Self::Force(_) => {
                 let step = step_at(outcome, own)?;
-                let error = step.layer.as_ref().and_then(|layer| layer.relative_error_estimate).unwrap_or(0.0);
+                let error =
+                    step.layer.as_ref().and_then(|layer| layer.relative_error_estimate).unwrap_or(0.0);
                 let force = step.row.force_n.ok_or("there is no force at this compression")?;
                 Ok((force, error * force))
             }
@@ -150,7 +155,11 @@ fn step_at(outcome: &Outcome, load: f64) -> Result<&StepResult, String> {
 
 fn capacitance(step: &StepResult) -> Result<(f64, f64), String> {
     let value = step.row.capacitance_f.ok_or_else(|| step.row.status.to_string())?;
-    let errors = [step.row.relative_error_estimate, step.row.mechanics_error_estimate, step.row.geometry_error_estimate];
+    let errors = [
+        step.row.relative_error_estimate,
+        step.row.mechanics_error_estimate,
+        step.row.geometry_error_estimate,
+    ];
     Ok((value, value.abs() * errors.iter().flatten().sum::<f64>()))
 }
 

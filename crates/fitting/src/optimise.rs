@@ -132,8 +132,7 @@ pub fn optimise(
     cancel: &Arc<AtomicBool>,
     report: &(dyn Fn(&Evaluation, usize) + Sync),
 ) -> Result<Optimum, OptimiseError> {
-    let evaluator =
-        Evaluator { source, origin, parameters, search, cancel, done: Mutex::default(), report };
+    let evaluator = Evaluator { source, origin, parameters, search, cancel, done: Mutex::default(), report };
     evaluator.check()?;
     let unit = |own: &Parameter, value: f64| (value - own.range[0]) / (own.range[1] - own.range[0]);
     let start: Vec<f64> = parameters.iter().map(|own| unit(own, own.start)).collect();
@@ -174,7 +173,12 @@ pub fn optimise(
     );
     let converged = matches!(
         ended,
-        Ok((cobyla::SuccessStatus::Success | cobyla::SuccessStatus::XtolReached | cobyla::SuccessStatus::FtolReached, ..))
+        Ok((
+            cobyla::SuccessStatus::Success
+                | cobyla::SuccessStatus::XtolReached
+                | cobyla::SuccessStatus::FtolReached,
+            ..
+        ))
     );
     let stopped = cancel.load(Ordering::Relaxed);
     let evaluations = evaluator.done.into_inner().unwrap_or_else(PoisonError::into_inner);
@@ -236,8 +240,12 @@ impl Evaluator<'_> {
         };
         match found {
             Ok(((value, error), limited)) => {
-                evaluation.is_allowed =
-                    self.search.constraints.iter().zip(&limited).all(|(own, value)| own.margin(*value) >= 0.0);
+                evaluation.is_allowed = self
+                    .search
+                    .constraints
+                    .iter()
+                    .zip(&limited)
+                    .all(|(own, value)| own.margin(*value) >= 0.0);
                 (evaluation.objective, evaluation.objective_error) = (Some(value), Some(error));
                 evaluation.limited = limited;
             }
@@ -257,7 +265,8 @@ impl Evaluator<'_> {
             return Err("stopped".to_owned());
         }
         let text = case_of(self.source, self.parameters, values).map_err(|error| error.to_string())?;
-        let case = elastocap_case::parse(&text, self.origin).map_err(|error| error.diagnostics()[0].message.clone())?;
+        let case = elastocap_case::parse(&text, self.origin)
+            .map_err(|error| error.diagnostics()[0].message.clone())?;
         let case = case_at(case, &self.quantities()).map_err(|error| error.to_string())?;
         let options = Options { prune: true, fields: false, scene: false };
         let plan = Plan::new(&case, &options);
@@ -277,7 +286,8 @@ impl Evaluator<'_> {
         let place = |own: &Parameter| own.start;
         let values: Vec<f64> = self.parameters.iter().map(place).collect();
         let refused = |reason: String| OptimiseError::Start { place: self.in_words(&values), reason };
-        let text = case_of(self.source, self.parameters, &values).map_err(|error| refused(error.to_string()))?;
+        let text =
+            case_of(self.source, self.parameters, &values).map_err(|error| refused(error.to_string()))?;
         let case = elastocap_case::parse(&text, self.origin).map_err(|error| refused(error.to_string()))?;
         if !case.has_conductors() {
             return Err(OptimiseError::NoCurve("it has no conductors"));
@@ -290,7 +300,11 @@ impl Evaluator<'_> {
     }
 
     fn in_words(&self, values: &[f64]) -> String {
-        let shown = self.parameters.iter().zip(values).map(|(own, value)| format!("{} = {}", own.name, own.show(*value, 5)));
+        let shown = self
+            .parameters
+            .iter()
+            .zip(values)
+            .map(|(own, value)| format!("{} = {}", own.name, own.show(*value, 5)));
         shown.collect::<Vec<_>>().join(", ")
     }
 }

@@ -184,7 +184,8 @@ fn parameter(
     let kind = present.clone().or_else(written).ok_or_else(|| ParameterError::Absent(name.to_owned()))?;
     // Where the case does not have the quantity, the unit of the argument reads better.
     let is_in_case = value_at(source, path)?.is_some();
-    let scale = if is_in_case { kind.scale.clone() } else { written().map_or(kind.scale.clone(), |own| own.scale) };
+    let scale =
+        if is_in_case { kind.scale.clone() } else { written().map_or(kind.scale.clone(), |own| own.scale) };
     for own in free.range.iter().flatten().chain(&free.start) {
         if !own.scale.fits(&kind.scale) {
             return Err(ParameterError::Dimension {
@@ -270,9 +271,15 @@ mod tests {
     fn corrections_have_names_of_their_own() {
         assert_eq!(of("gain").unwrap().start, 1.1);
         let parasitic = of("parasitic").unwrap();
-        assert_eq!((parasitic.quantity, parasitic.start, parasitic.path.as_str()), (Quantity::Parasitic, 0.0, "measurement.parasitic"));
+        assert_eq!(
+            (parasitic.quantity, parasitic.start, parasitic.path.as_str()),
+            (Quantity::Parasitic, 0.0, "measurement.parasitic")
+        );
         assert_eq!(of("offset=-1mN..10mN").unwrap().range, [-1e-3, 1e-2]);
-        assert!(matches!(parameters(&["gain".parse().unwrap()], CASE, None), Err(ParameterError::NotHere(_))));
+        assert!(matches!(
+            parameters(&["gain".parse().unwrap()], CASE, None),
+            Err(ParameterError::NotHere(_))
+        ));
     }
 
     #[test]

@@ -14,7 +14,8 @@ const DRAWN: u32 = 120;
 pub fn picture(title: &str, measured: &MeasuredPoints, fit: &Fit) -> Panels {
     let curves = &fit.curves;
     let loads = measured.points.iter().map(|point| point.load);
-    let [least, most] = [loads.clone().fold(f64::INFINITY, f64::min), loads.fold(f64::NEG_INFINITY, f64::max)];
+    let [least, most] =
+        [loads.clone().fold(f64::INFINITY, f64::min), loads.fold(f64::NEG_INFINITY, f64::max)];
     let line = |curve: &LoadCurve, correction: &Correction| -> Vec<(f64, f64)> {
         let at = |k: u32| {
             let load = least + (most - least) * f64::from(k) / f64::from(DRAWN);
@@ -25,8 +26,12 @@ pub fn picture(title: &str, measured: &MeasuredPoints, fit: &Fit) -> Panels {
     };
     let x = load_axis(measured.load);
     // As they were measured, with the residuals of the fit in what the meter shows.
-    let shown: Vec<ComparedPoint> =
-        measured.points.iter().zip(&fit.measured_points.points).map(|(point, own)| as_measured(point, own, &curves.correction)).collect();
+    let shown: Vec<ComparedPoint> = measured
+        .points
+        .iter()
+        .zip(&fit.measured_points.points)
+        .map(|(point, own)| as_measured(point, own, &curves.correction))
+        .collect();
     let series = vec![
         Series {
             name: "fitted".to_owned(),

@@ -168,7 +168,9 @@ impl<'a> Problem<'a> {
             // Beyond the edge of what the case allows, the other side will do.
             let sides = match (below_found, above_found) {
                 (Ok(before), Ok(after)) => ((below, before), (above, after)),
-                (Err(CurveError::Stopped), _) | (_, Err(CurveError::Stopped)) => return Err(CurveError::Stopped),
+                (Err(CurveError::Stopped), _) | (_, Err(CurveError::Stopped)) => {
+                    return Err(CurveError::Stopped);
+                }
                 (Ok(before), Err(_)) if below < own => ((below, before), (own, here.to_vec())),
                 (Err(_), Ok(after)) if above > own => ((own, here.to_vec()), (above, after)),
                 (Err(error), _) | (_, Err(error)) => return Err(error),

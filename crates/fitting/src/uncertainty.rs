@@ -71,16 +71,19 @@ impl Linearised {
         let freedom = points - count;
         let reduced = self.residuals.norm_squared() / freedom as f64;
         let noise = if self.noise_is_known { 1.0 } else { reduced.sqrt() };
-        let quantile = if self.noise_is_known { Normal::ppf(0.975, 0.0, 1.0) } else { StudentsT::ppf(0.975, freedom as f64) };
+        let quantile = if self.noise_is_known {
+            Normal::ppf(0.975, 0.0, 1.0)
+        } else {
+            StudentsT::ppf(0.975, freedom as f64)
+        };
         // The pseudo-inverse; its rows give the parameters from the points.
         let inverse = DMatrix::from_fn(count, points, |row, point| {
             (0..count).map(|s| v_t[(s, row)] / values[s] * u[(point, s)]).sum::<f64>() / lengths[row]
         });
         let covariance = &inverse * inverse.transpose();
         let standard_errors: Vec<f64> = (0..count).map(|k| noise * covariance[(k, k)].sqrt()).collect();
-        let correlation = |i: usize, j: usize| {
-            covariance[(i, j)] / (covariance[(i, i)] * covariance[(j, j)]).sqrt()
-        };
+        let correlation =
+            |i: usize, j: usize| covariance[(i, j)] / (covariance[(i, i)] * covariance[(j, j)]).sqrt();
         let shift = |k: usize| (0..points).map(|p| inverse[(k, p)].abs() * self.errors[p]).sum();
         Ok(Uncertainty {
             half_widths: standard_errors.iter().map(|error| quantile * error).collect(),

@@ -77,7 +77,8 @@ impl LoadCurve {
         if steps.len() < 2 {
             return Err(steps.len());
         }
-        let cubic = MonotoneCubic::through(loads(&steps), steps.iter().map(|step| step.capacitance).collect());
+        let cubic =
+            MonotoneCubic::through(loads(&steps), steps.iter().map(|step| step.capacitance).collect());
         let interpolation_errors = interpolation_errors(&steps);
         Ok(Self { steps, cubic, interpolation_errors })
     }
@@ -109,12 +110,17 @@ impl LoadCurve {
         if load >= first && load <= last {
             end
         } else {
-            CurveValue { capacitance: end.capacitance + slope * (load - load.clamp(first, last)), slope, ..end }
+            CurveValue {
+                capacitance: end.capacitance + slope * (load - load.clamp(first, last)),
+                slope,
+                ..end
+            }
         }
     }
 
     fn within(&self, load: f64) -> CurveValue {
-        let k = self.steps.partition_point(|step| step.load <= load).saturating_sub(1).min(self.steps.len() - 2);
+        let k =
+            self.steps.partition_point(|step| step.load <= load).saturating_sub(1).min(self.steps.len() - 2);
         let [before, after] = [self.steps[k], self.steps[k + 1]];
         let slope = self.cubic.slope(load);
         CurveValue {
@@ -182,7 +188,10 @@ mod tests {
         for k in 0..=100 {
             let load = 0.01 * f64::from(k);
             let value = curve.at(load).unwrap();
-            assert!((value.capacitance - (-load).exp()).abs() <= value.interpolation_error.unwrap() + 1e-15, "{load}");
+            assert!(
+                (value.capacitance - (-load).exp()).abs() <= value.interpolation_error.unwrap() + 1e-15,
+                "{load}"
+            );
             assert_eq!(value.error, 1e-3);
         }
     }

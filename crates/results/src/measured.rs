@@ -172,7 +172,8 @@ pub fn residuals(x: &Axis, points: &[ComparedPoint], load: MeasuredLoad) -> Char
                 style: Style::DashedLine,
             },
             Series {
-                name: "residual, and the error that bounds, mechanics, interpolation and deviation allow".to_owned(),
+                name: "residual, and the error that bounds, mechanics, interpolation and deviation allow"
+                    .to_owned(),
                 points: points.iter().map(|point| (point.load, known(point.residual_f))).collect(),
                 band: Some(points.iter().map(bar).collect()),
                 style: Style::Markers,

@@ -84,7 +84,8 @@ fn foam(read: &Read<raw::Foam>, layer: &raw::Layer, log: &mut Log<'_>) -> Option
 /// A foam is as dense everywhere as the mean compression makes it, and nothing else in the field may change it.
 pub(super) fn check_foam(raw: &Document, log: &mut Log<'_>) {
     let Some(foam) = given(&raw.layer).and_then(|layer| layer.foam.as_ref()) else { return };
-    let finite_elements = given(&raw.mechanics).is_some_and(|own| !matches!(own, raw::Mechanics::ClosedForm(_)));
+    let finite_elements =
+        given(&raw.mechanics).is_some_and(|own| !matches!(own, raw::Mechanics::ClosedForm(_)));
     let other = if finite_elements {
         "a layer by finite elements, which is not compressed evenly"
     } else if raw.indenter.is_some() {

@@ -10,8 +10,8 @@ use super::super::diagnostics::{Diagnostic, shown, shown_path};
 use super::super::model::{Correction, MeasuredLoad, MeasuredPoint, MeasuredPoints};
 use super::super::raw::{self, Document, MeasuredColumn};
 use super::super::reader::{Log, Read, nearest};
-use super::super::values::Either;
 use super::super::units::{self, CAPACITANCE, Dimension, FORCE, LENGTH};
+use super::super::values::Either;
 use super::any;
 
 /// The largest file that is read, bytes.
@@ -87,7 +87,11 @@ pub(super) fn measured_points(
 }
 
 /// Offset, parasitic capacitance and gain.
-fn correction(table: &raw::MeasurementFile, kind: Option<MeasuredLoad>, log: &mut Log<'_>) -> Option<Correction> {
+fn correction(
+    table: &raw::MeasurementFile,
+    kind: Option<MeasuredLoad>,
+    log: &mut Log<'_>,
+) -> Option<Correction> {
     let usual = Correction::default();
     let parasitic = match &table.parasitic {
         Some(read) => read.get()?.si,
@@ -113,11 +117,15 @@ fn correction(table: &raw::MeasurementFile, kind: Option<MeasuredLoad>, log: &mu
         (Either::First(_), Some(_)) | (Either::Second(_), None) => None,
     };
     if offset.is_none() {
-        let right = of.map_or_else(|| "0.05".to_owned(), |dimension| format!("\"0.5 {}\"", usual_unit(dimension)));
+        let right =
+            of.map_or_else(|| "0.05".to_owned(), |dimension| format!("\"0.5 {}\"", usual_unit(dimension)));
         log.push(
-            Diagnostic::at(&read.span, format!("the offset of [measurement] must be a {}, as its loads are", kind.name()))
-                .label("something else")
-                .help(format!("write for example `offset = {right}`")),
+            Diagnostic::at(
+                &read.span,
+                format!("the offset of [measurement] must be a {}, as its loads are", kind.name()),
+            )
+            .label("something else")
+            .help(format!("write for example `offset = {right}`")),
         );
     }
     Some(Correction { offset: offset?, parasitic, gain })
@@ -184,7 +192,11 @@ fn layout<'a>(
 }
 
 /// A column with its unit, which must be one of the dimension; no dimension is a plain number, or one in per cent.
-fn column<'a>(read: &'a Read<MeasuredColumn>, of: Option<Dimension>, log: &mut Log<'_>) -> Option<Column<'a>> {
+fn column<'a>(
+    read: &'a Read<MeasuredColumn>,
+    of: Option<Dimension>,
+    log: &mut Log<'_>,
+) -> Option<Column<'a>> {
     let table = read.get()?;
     let (name, span) = (table.name.get()?.0.as_str(), &table.name.span);
     let unit = match &table.unit {
@@ -215,7 +227,8 @@ fn column<'a>(read: &'a Read<MeasuredColumn>, of: Option<Dimension>, log: &mut L
         }
         (Some(dimension), Some((text, at))) => {
             let one = format!("1 {text}");
-            let known = units::parse(&one).ok().filter(|unit| unit.dimension == dimension).map(|unit| unit.si);
+            let known =
+                units::parse(&one).ok().filter(|unit| unit.dimension == dimension).map(|unit| unit.si);
             if known.is_none() {
                 let near = units::nearest_unit(text, dimension).unwrap_or(usual_unit(dimension));
                 log.push(
@@ -277,11 +290,18 @@ fn points(
         .from_reader(text.trim_start_matches('\u{feff}').as_bytes());
     let broken = |error: &csv::Error| {
         let line = error.position().map_or(1, csv::Position::line);
-        at_line(line, "a line with another number of columns than the first".to_owned(), "give each line as many values as there are names of columns; a value with a comma in it stands in quotes")
+        at_line(
+            line,
+            "a line with another number of columns than the first".to_owned(),
+            "give each line as many values as there are names of columns; a value with a comma in it stands in quotes",
+        )
     };
     let names = reader.headers().map_err(|error| broken(&error))?.clone();
     let place = |column: &Column<'_>| {
-        names.iter().position(|name| name == column.name).ok_or_else(|| no_column(column, &names, &shown_file))
+        names
+            .iter()
+            .position(|name| name == column.name)
+            .ok_or_else(|| no_column(column, &names, &shown_file))
     };
     let load_at = place(&layout.load)?;
     let capacitance_at = place(&layout.capacitance)?;
@@ -296,10 +316,16 @@ fn points(
         }
         let number = |at: usize, column: &Column<'_>| {
             let cell = record.get(at).unwrap_or("");
-            let value = cell.parse::<f64>().ok().filter(|value| value.is_finite()).map(|value| value * column.factor);
+            let value =
+                cell.parse::<f64>().ok().filter(|value| value.is_finite()).map(|value| value * column.factor);
             value.ok_or_else(|| {
-                let what = format!("\"{}\" in the column `{}` is not a number", shown(cell), shown(column.name));
-                at_line(line, what, "numbers have a decimal point and no unit; leave out the rows without a value")
+                let what =
+                    format!("\"{}\" in the column `{}` is not a number", shown(cell), shown(column.name));
+                at_line(
+                    line,
+                    what,
+                    "numbers have a decimal point and no unit; leave out the rows without a value",
+                )
             })
         };
         let load = number(load_at, &layout.load)?;
@@ -310,17 +336,29 @@ fn points(
         };
         if deviation.is_some_and(|deviation| deviation <= 0.0) {
             let what = "a deviation that is not greater than zero".to_owned();
-            return Err(at_line(line, what, "give the standard deviation of the capacitance, or leave the column out"));
+            return Err(at_line(
+                line,
+                what,
+                "give the standard deviation of the capacitance, or leave the column out",
+            ));
         }
         if points.len() == MAX_POINTS {
-            return Err(at_line(line, format!("more than {MAX_POINTS} points"), "take the mean of neighbouring points"));
+            return Err(at_line(
+                line,
+                format!("more than {MAX_POINTS} points"),
+                "take the mean of neighbouring points",
+            ));
         }
         points.push(MeasuredPoint { line, load, capacitance, deviation });
     }
     if points.is_empty() {
         let what = match &layout.rows {
             Some((column, equals)) => {
-                format!("{shown_file} has no row with \"{}\" in the column `{}`", shown(equals), shown(column.name))
+                format!(
+                    "{shown_file} has no row with \"{}\" in the column `{}`",
+                    shown(equals),
+                    shown(column.name)
+                )
             }
             None => format!("{shown_file} has no row below the names of its columns"),
         };

@@ -126,9 +126,8 @@ pub(super) fn validate(raw: &Document, flawed: bool, origin: &Path, log: &mut Lo
         None => Vec::new(),
     };
     attached::check(raw, &poses, log);
-    let measured_points = raw.measurement.as_ref().map(|read| {
-        measured_points::measured_points(read, raw, flawed, origin, log)
-    });
+    let measured_points =
+        raw.measurement.as_ref().map(|read| measured_points::measured_points(read, raw, flawed, origin, log));
     let mut surroundings = all_given(surroundings)?;
     let (bodies, recognised) = match found {
         Some(found) => {

@@ -96,17 +96,24 @@ fn rows_deviations_and_corrections_are_taken_from_the_case() {
 fn what_is_wrong_with_the_points_is_told_with_file_and_line() {
     let folder = Folder::new(POINTS);
     folder.refused(&with("name = \"c\"", "name = \"cap\""), &["has no column `cap`", "`f`, `c`, `s`, `run`"]);
-    folder.refused(&with("\"points.csv\"", "\"other.csv\""), &["other.csv", "cannot use the measured points"]);
+    folder
+        .refused(&with("\"points.csv\"", "\"other.csv\""), &["other.csv", "cannot use the measured points"]);
     folder.refused(&with("\"points.csv\"", "\"case.toml\""), &["does not end in .csv"]);
     folder.refused(&with("unit = \"mN\"", "unit = \"mm\""), &["is not a unit of a force", "unit = \"mN\""]);
     folder.refused(&with(", unit = \"fF\"", ""), &["the column `c` needs a unit"]);
     folder.refused(&with("force = { name = \"f\", unit = \"mN\" }, ", ""), &["exactly one of `force`"]);
     folder.refused(&with("\"points.csv\"\n", "\"points.csv\"\ngain = 0.0\n"), &["between 1e-3 and 1e3"]);
     folder.refused(&with("\"points.csv\"\n", "\"points.csv\"\noffset = 0.1\n"), &["must be a force"]);
-    folder.refused(&with("\"points.csv\"\n", "\"points.csv\"\nrows = { column = \"run\", equals = \"x\" }\n"), &["no row with \"x\""]);
+    folder.refused(
+        &with("\"points.csv\"\n", "\"points.csv\"\nrows = { column = \"run\", equals = \"x\" }\n"),
+        &["no row with \"x\""],
+    );
     folder.refused(&with("[load]\ncompression = [0.0, 0.1, 0.2]\n", ""), &["[measurement] needs [load]"]);
     for (points, words) in [
-        ("f,c\n0,44\n10,lots\n", ["points.csv:3: \"lots\" in the column `c` is not a number", "decimal point"]),
+        (
+            "f,c\n0,44\n10,lots\n",
+            ["points.csv:3: \"lots\" in the column `c` is not a number", "decimal point"],
+        ),
         ("f,c\n0,44\n10\n", ["points.csv:3", "number of columns"]),
         ("f,c\n0,nan\n", ["points.csv:2", "is not a number"]),
         ("f,c\n", ["no row below the names", "points.csv"]),
@@ -115,13 +122,15 @@ fn what_is_wrong_with_the_points_is_told_with_file_and_line() {
     }
     let deviation = with("\"points.csv\"\n", "\"points.csv\"\ndeviation = \"1 fF\"\n");
     assert!(folder.parse(&deviation).is_ok());
-    let twice = deviation.replace("unit = \"fF\" } }", "unit = \"fF\" }, deviation = { name = \"s\", unit = \"fF\" } }");
+    let twice = deviation
+        .replace("unit = \"fF\" } }", "unit = \"fF\" }, deviation = { name = \"s\", unit = \"fF\" } }");
     folder.refused(&twice, &["is given twice"]);
 }
 
 #[test]
 fn a_foam_gets_denser_under_load() {
-    let foam = with("relative_permittivity = 2.8", "foam = { solid_permittivity = 8.0, solid_fraction = 0.25 }");
+    let foam =
+        with("relative_permittivity = 2.8", "foam = { solid_permittivity = 8.0, solid_fraction = 0.25 }");
     let folder = Folder::new(POINTS);
     let layer = folder.parse(&foam).unwrap().layer.unwrap();
     assert_eq!(layer.foam, Some(Foam { solid_permittivity: 8.0, solid_fraction: 0.25 }));
@@ -132,5 +141,8 @@ fn a_foam_gets_denser_under_load() {
     assert_eq!(layer.relative_permittivity, layer.permittivity_at(0.0));
     let both = foam.replace("foam =", "relative_permittivity = 2.0\nfoam =");
     folder.refused(&both, &["both `foam` and `relative_permittivity`"]);
-    folder.refused(&foam.replace("solid_fraction = 0.25", "solid_fraction = 25.0"), &["solid_fraction", "0.25"]);
+    folder.refused(
+        &foam.replace("solid_fraction = 0.25", "solid_fraction = 25.0"),
+        &["solid_fraction", "0.25"],
+    );
 }

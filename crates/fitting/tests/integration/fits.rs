@@ -18,10 +18,13 @@ fn keys_that_change_the_field_are_found_by_differences() {
     let text = pair("0.01");
     let curves = curves(&text);
     let truth = Correction { parasitic: 5e-15, ..Correction::default() };
-    let values =
-        [(MODULUS, "\"70 kPa\"".to_owned()), ("layer.relative_permittivity", "3.1".to_owned())];
+    let values = [(MODULUS, "\"70 kPa\"".to_owned()), ("layer.relative_permittivity", "3.1".to_owned())];
     let exact = points(&curves, &values, loads(), truth);
-    let names = ["layer.material.neo_hookean.shear_modulus=20kPa..500kPa", "layer.relative_permittivity=2..4", "parasitic"];
+    let names = [
+        "layer.material.neo_hookean.shear_modulus=20kPa..500kPa",
+        "layer.relative_permittivity=2..4",
+        "parasitic",
+    ];
     let parameters = free(&text, &names, &exact);
     let noisy = with_noise(&exact, 0.01e-15, &mut normal(3));
     let found = fit_with(&curves, &parameters, &noisy).unwrap();
@@ -30,7 +33,12 @@ fn keys_that_change_the_field_are_found_by_differences() {
         let half = own.standard_error.unwrap() * 4.0;
         // Grids differ between neighbouring values, by far less than the bounds say.
         let shift = own.shift_by_curve.unwrap();
-        assert!((own.value - truth).abs() <= half + 0.2 * shift, "{}: {} {half} {shift}", own.name, own.value);
+        assert!(
+            (own.value - truth).abs() <= half + 0.2 * shift,
+            "{}: {} {half} {shift}",
+            own.name,
+            own.value
+        );
     }
     // What was found is written into the case, whose comments stay.
     let written = fitted_case(&format!("{text}[measurement]\n"), &parameters, &found).unwrap();
@@ -42,7 +50,10 @@ fn keys_that_change_the_field_are_found_by_differences() {
 #[test]
 fn gain_and_permittivity_of_a_pair_in_one_medium_cannot_be_told_apart() {
     // The layer is all that the field meets: its permittivity is a factor, as the gain is.
-    let text = pair("0.02").replace("above       = { relative_permittivity = 1.0, thickness = \"1 mm\" }", "above       = \"insulated\"");
+    let text = pair("0.02").replace(
+        "above       = { relative_permittivity = 1.0, thickness = \"1 mm\" }",
+        "above       = \"insulated\"",
+    );
     parse(&text);
     let curves = curves(&text);
     let exact = points(&curves, &[(MODULUS, "\"70 kPa\"".to_owned())], loads(), Correction::default());
@@ -59,11 +70,19 @@ fn a_parameter_that_ends_at_its_limit_is_said_to_be_there() {
     let curves = curves(&text);
     let truth = Correction { parasitic: 5e-15, ..Correction::default() };
     let exact = points(&curves, &[(MODULUS, "\"70 kPa\"".to_owned())], loads(), truth);
-    let parameters = free(&text, &["layer.material.neo_hookean.shear_modulus=20kPa..500kPa", "parasitic=0fF..3fF"], &exact);
+    let parameters = free(
+        &text,
+        &["layer.material.neo_hookean.shear_modulus=20kPa..500kPa", "parasitic=0fF..3fF"],
+        &exact,
+    );
     let found = fit_with(&curves, &parameters, &exact).unwrap();
     let [_, parasitic] = found.parameters.as_slice() else { panic!("two parameters") };
     assert_eq!((parasitic.at_limit, parasitic.interval_95), (Some("upper"), None));
-    assert!(found.findings.iter().any(|text| text.contains("ended at its upper limit")), "{:?}", found.findings);
+    assert!(
+        found.findings.iter().any(|text| text.contains("ended at its upper limit")),
+        "{:?}",
+        found.findings
+    );
 }
 
 #[test]
@@ -80,7 +99,11 @@ fn deviations_that_are_given_count_in_place_of_residuals() {
     // Points that scatter by more than they say are told of.
     given.points.iter_mut().for_each(|point| point.deviation = Some(0.01e-15));
     let found = fit_with(&curves, &parameters, &given).unwrap();
-    assert!(found.findings.iter().any(|text| text.contains("deviations of the points allow")), "{:?}", found.findings);
+    assert!(
+        found.findings.iter().any(|text| text.contains("deviations of the points allow")),
+        "{:?}",
+        found.findings
+    );
 }
 
 #[test]

@@ -60,7 +60,11 @@ pub(crate) fn normal(seed: u64) -> impl FnMut() -> f64 {
     move || (-2.0 * uniform().ln()).sqrt() * (std::f64::consts::TAU * uniform()).cos()
 }
 
-pub(crate) fn with_noise(measured: &MeasuredPoints, noise: f64, normal: &mut impl FnMut() -> f64) -> MeasuredPoints {
+pub(crate) fn with_noise(
+    measured: &MeasuredPoints,
+    noise: f64,
+    normal: &mut impl FnMut() -> f64,
+) -> MeasuredPoints {
     let mut noisy = measured.clone();
     noisy.points.iter_mut().for_each(|point| point.capacitance += noise * normal());
     noisy
