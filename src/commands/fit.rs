@@ -7,6 +7,7 @@ use std::time::Instant;
 
 use clap::Args;
 use elastocap_case::{Case, Load, value_at, with_value};
+use elastocap_fitting::curves::CurveError;
 use elastocap_fitting::fit::{Fit, FitError, fit, fitted_case};
 use elastocap_fitting::parameter::{Free, Parameter, parameters};
 use elastocap_fitting::picture::picture;
@@ -33,7 +34,8 @@ holds a number, by its path, with its range and its start if need be (KEY=a..b@s
 Without a range a key may be a hundredth to a hundred times what the case has. Intervals are of 95 %
 by a linearised model; what the errors of the computed curve may add is said beside them.
 
-Exit status 3: the search was stopped or did not converge, or the data do not determine a parameter.";
+Exit status 3: the search was stopped or did not converge, points lie beyond the curve, or the data do
+not determine a parameter.";
 
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
@@ -82,6 +84,7 @@ fn run(arguments: &Arguments, common: &Common, started: Instant) -> Result<Exit,
         output::error(&error.to_string());
         match error {
             FitError::Library(_) => Exit::Failure,
+            FitError::Curve(CurveError::Stopped) => Exit::Incomplete,
             _ => Exit::BadInput,
         }
     };
@@ -104,7 +107,7 @@ fn run(arguments: &Arguments, common: &Common, started: Instant) -> Result<Exit,
         }
         output::result(&text)?;
     }
-    let missed = found.stopped || !found.converged;
+    let missed = found.stopped || !found.converged || found.measured_points.beyond_curve > 0;
     let undetermined = found.parameters.iter().any(|own| own.interval_95.is_none() && own.at_limit.is_none());
     Ok(if missed || undetermined { Exit::Incomplete } else { Exit::Done })
 }
@@ -210,7 +213,7 @@ fn report(case: &Case, parameters: &[Parameter], found: &Fit, taken: f64) -> Str
          bounds, {} by interpolation\n",
         prefixed(found.rms_residual_f, 3, "F"),
         prefixed(found.rms_residual_at_start_f, 3, "F"),
-        prefixed(found.noise_f, 3, "F"),
+        found.noise_f.map_or_else(|| "not known".to_owned(), |noise| prefixed(noise, 3, "F")),
         prefixed(found.curve_error_f, 2, "F"),
         found.interpolation_error_f.map_or_else(|| "not known".to_owned(), |error| prefixed(error, 2, "F")),
     ));

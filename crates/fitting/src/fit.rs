@@ -12,14 +12,11 @@ use rmpfit::{MPError, MPFitter as _, MPSuccess};
 use serde::Serialize;
 
 use crate::curves::{CurveError, Curves, Effort};
+use crate::findings::{Found, findings};
 use crate::parameter::{Free, Parameter, ParameterError, Quantity, parameters};
 use crate::residuals::{Prediction, Problem, correction_of};
 use crate::uncertainty::{Linearised, Uncertainty};
 
-/// Beyond this correlation two parameters cannot be told apart.
-const NOT_TOLD_APART: f64 = 0.99;
-/// Beyond this condition of the scaled Jacobian a combination of parameters is not determined.
-const ILL_CONDITIONED: f64 = 1e3;
 /// A parameter this near to a limit, over its range, has ended there.
 const AT_LIMIT: f64 = 1e-6;
 
@@ -89,8 +86,9 @@ pub struct Fit {
     pub points: usize,
     /// Points less parameters that are not at a limit.
     pub degrees_of_freedom: usize,
-    /// The standard deviation of the points: the root of the mean square of those given, or estimated from the residuals, F.
-    pub noise_f: f64,
+    /// The standard deviation of the points: the root of the mean square of those given, or estimated from the residuals, F;
+    /// `None` where a search that was stopped has no estimate.
+    pub noise_f: Option<f64>,
     /// Whether the measurement gives the deviations of its points.
     pub noise_is_given: bool,
     /// Sum of squares over the degrees of freedom, by the deviations that are given: about 1 if they are right.
@@ -192,7 +190,6 @@ pub fn fit_with(
             None => return Err(FitError::Library(in_words(&error))),
         },
     };
-    let stopped = curves.is_stopped();
     if let Some((_, best)) = &problem.best {
         values.clone_from(best);
     }
@@ -200,7 +197,12 @@ pub fn fit_with(
     let at_limit: Vec<Option<&'static str>> =
         parameters.iter().zip(&values).map(|(own, value)| limit(own, *value)).collect();
     let inner: Vec<usize> = (0..parameters.len()).filter(|k| at_limit[*k].is_none()).collect();
-    let columns = if stopped { None } else { Some(problem.columns(&values)?) };
+    let columns = match problem.columns(&values) {
+        Ok(columns) => Some(columns),
+        Err(CurveError::Stopped) => None,
+        Err(error) => return Err(error.into()),
+    };
+    let stopped = curves.is_stopped();
     let linearised =
         columns.map(|columns| linearise(&problem.scales, points, &found, &columns, &inner, noise_is_given));
     let uncertainty = linearised.as_ref().map(Linearised::uncertainty);
@@ -215,65 +217,24 @@ pub fn fit_with(
     let correction = problem.correction(&values);
     let corrected = MeasuredPoints { correction, ..measured.clone() }.corrected();
     let comparison = Comparison::new(&measured.file, measured.load, &corrected, &solved.curve);
-    let mut findings = Vec::new();
-    if let Some((condition, weakest)) = &undetermined {
-        findings.push(not_determined(&names, weakest, *condition));
-    }
-    if let Some(known) = &known {
-        findings.extend(not_told_apart(&names, known));
-    }
-    let weak =
-        problem.weak.iter().zip(parameters).filter(|(weak, own)| **weak && own.quantity == Quantity::Key);
-    findings.extend(weak.map(|(_, own)| {
-        format!(
-            "{} changes the curve by hardly more than its error, even over a quarter of the range: its interval is not reliable; lower \
-             `relative_tolerance` in [electrostatics], or leave it fixed",
-            own.name
-        )
-    }));
-    for (own, at) in parameters.iter().zip(&at_limit) {
-        if let Some(side) = at {
-            findings.push(format!(
-                "{} ended at its {side} limit and is taken as fixed there: the data ask for a value beyond it, or do not depend on it",
-                own.name
-            ));
-        }
-    }
-    if solved.missing_steps > 0 {
-        findings.push(format!(
-            "{} of the steps of the case have no place on the fitted curve: they failed or have no {}",
-            solved.missing_steps,
-            measured.load.name()
-        ));
-    }
-    if comparison.beyond_curve > 0 {
-        findings.push(format!(
-            "{} of {} points have a {} beyond the last step of the case: there the curve was continued along its tangent; give `[load]` \
-             larger steps",
-            comparison.beyond_curve,
-            points.len(),
-            measured.load.name()
-        ));
-    }
     let noise_f = match &deviations {
-        Some(all) => rms(all),
-        None => known.as_ref().map_or(f64::NAN, |known| known.noise) * 1e-3 * largest,
+        Some(all) => Some(rms(all)),
+        None => known.as_ref().map(|known| known.noise * 1e-3 * largest),
     };
-    if let (Some(known), true) = (&known, noise_is_given)
-        && known.reduced > 1.0 + 3.0 * (2.0 / known.freedom as f64).sqrt()
-    {
-        findings.push(format!(
-            "the residuals are {:.1} times as large as the deviations of the points allow: the curve does not describe these points, or \
-             the deviations are too small; the intervals do not include that",
-            known.reduced.sqrt()
-        ));
-    }
-    if stopped {
-        findings
-            .push("the search was stopped: these are the best values by then, without intervals".to_owned());
-    } else if !converged {
-        findings.push("the search did not converge: these are the best values that it found".to_owned());
-    }
+    let findings = findings(&Found {
+        parameters,
+        at_limit: &at_limit,
+        weak: &problem.weak,
+        inner: &names,
+        known: known.as_ref(),
+        undetermined: undetermined.as_ref(),
+        missing_steps: solved.missing_steps,
+        comparison: &comparison,
+        load: measured.load.name(),
+        noise_is_given,
+        stopped,
+        converged,
+    });
 
     let fitted = |k: usize| {
         let own = &parameters[k];
@@ -374,43 +335,6 @@ fn linearise(
         errors: of_points(&|k| found[k].error + found[k].interpolation_error.unwrap_or(0.0)),
         noise_is_known,
     }
-}
-
-/// What cannot be told apart, in words.
-fn not_told_apart(names: &[&str], known: &Uncertainty) -> Vec<String> {
-    let mut said = Vec::new();
-    for i in 0..names.len() {
-        for j in 0..i {
-            let correlation = known.correlations[i][j];
-            if correlation.abs() > NOT_TOLD_APART {
-                said.push(format!(
-                    "the data can hardly tell {} and {} apart (correlation {correlation:.4}): another pair of values fits nearly as well; fix \
-                     one of them, or measure something else besides",
-                    names[j], names[i]
-                ));
-            }
-        }
-    }
-    if said.is_empty() && known.condition > ILL_CONDITIONED {
-        said.push(not_determined(names, &known.weakest, known.condition));
-    }
-    said
-}
-
-fn not_determined(names: &[&str], weakest: &[f64], condition: f64) -> String {
-    let taking_part: Vec<String> = names
-        .iter()
-        .zip(weakest)
-        .filter(|(_, share)| share.abs() > 0.2)
-        .map(|(name, _)| (*name).to_owned())
-        .collect();
-    if let [alone] = taking_part.as_slice() {
-        return format!("the data do not depend on {alone}: leave it fixed");
-    }
-    format!(
-        "the data do not tell {} apart (condition {condition:.1e} of the scaled Jacobian): fix one of them",
-        elastocap_coupling::words::listed(&taking_part)
-    )
 }
 
 fn in_words(error: &MPError) -> &'static str {

@@ -8,6 +8,7 @@
 //! Derivatives by keys of the case are differences of curves; those by offset, parasitic capacitance and gain are exact.
 
 pub mod curves;
+mod findings;
 pub mod fit;
 pub mod objective;
 pub mod optimise;

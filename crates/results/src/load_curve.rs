@@ -3,7 +3,7 @@
 use elastocap_case::{Case, MeasuredLoad};
 use elastocap_coupling::outcome::{Outcome, StepResult};
 
-use crate::force_answer::monotone::MonotoneCubic;
+use crate::force_answer::monotone::{MonotoneCubic, interpolation_errors};
 
 /// What the curve is at one load. Capacitances and errors in F.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -77,9 +77,10 @@ impl LoadCurve {
         if steps.len() < 2 {
             return Err(steps.len());
         }
-        let cubic =
-            MonotoneCubic::through(loads(&steps), steps.iter().map(|step| step.capacitance).collect());
-        let interpolation_errors = interpolation_errors(&steps);
+        let capacitances: Vec<f64> = steps.iter().map(|step| step.capacitance).collect();
+        let loads: Vec<f64> = steps.iter().map(|step| step.load).collect();
+        let interpolation_errors = interpolation_errors(&loads, &capacitances);
+        let cubic = MonotoneCubic::through(loads, capacitances);
         Ok(Self { steps, cubic, interpolation_errors })
     }
 
@@ -134,10 +135,6 @@ impl LoadCurve {
     }
 }
 
-fn loads(steps: &[CurveStep]) -> Vec<f64> {
-    steps.iter().map(|step| step.load).collect()
-}
-
 fn curve_step(step: &StepResult, load: MeasuredLoad) -> Option<CurveStep> {
     let row = &step.row;
     let layer = step.layer.as_ref().and_then(|layer| layer.relative_error_estimate);
@@ -152,22 +149,6 @@ fn curve_step(step: &StepResult, load: MeasuredLoad) -> Option<CurveStep> {
     let error = capacitance.abs() * (bounds + stated);
     let is_sound = [own, load_error, capacitance, error].iter().all(|number| number.is_finite());
     is_sound.then_some(CurveStep { load: own, load_error, capacitance, error })
-}
-
-/// For each interval between steps, the larger of what the interpolation is wrong by at its two ends if that step is left out. With the
-/// step, the distance between steps is half as large, and the error of a smooth curve a quarter or less.
-fn interpolation_errors(steps: &[CurveStep]) -> Vec<f64> {
-    let last = steps.len() - 1;
-    let without = |left_out: usize| {
-        let rest = |pick: fn(&CurveStep) -> f64| {
-            steps.iter().enumerate().filter(|(k, _)| *k != left_out).map(|(_, step)| pick(step)).collect()
-        };
-        let coarse = MonotoneCubic::through(rest(|step| step.load), rest(|step| step.capacitance));
-        (coarse.value(steps[left_out].load) - steps[left_out].capacitance).abs()
-    };
-    let at_steps: Vec<Option<f64>> = (0..=last).map(|k| (k > 0 && k < last).then(|| without(k))).collect();
-    let larger = |pair: &[Option<f64>]| pair.iter().flatten().copied().reduce(f64::max);
-    at_steps.windows(2).map(|pair| larger(pair).unwrap_or(f64::INFINITY)).collect()
 }
 
 #[cfg(test)]
