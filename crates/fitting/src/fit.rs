@@ -13,7 +13,7 @@ use serde::Serialize;
 
 use crate::curves::{CurveError, Curves, Effort};
 use crate::findings::{Found, findings};
-use crate::parameter::{Free, Parameter, ParameterError, Quantity, parameters};
+use crate::parameter::{Free, Parameter, ParameterError, parameters};
 use crate::residuals::{Prediction, Problem, correction_of};
 use crate::uncertainty::{Linearised, Uncertainty};
 
