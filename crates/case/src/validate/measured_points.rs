@@ -280,6 +280,7 @@ fn points(
     constant: Option<f64>,
     file: &Range<usize>,
 ) -> Result<Vec<MeasuredPoint>, Diagnostic> {
+    let text = text.trim_start_matches('\u{feff}');
     let shown_file = shown_path(path);
     let at_line = |line: u64, what: String, help: &str| {
         Diagnostic::at(file, format!("{shown_file}:{line}: {what}")).label("in this file").help(help)
@@ -287,9 +288,9 @@ fn points(
     let mut reader = csv::ReaderBuilder::new()
         .comment(Some(b'#'))
         .trim(csv::Trim::All)
-        .from_reader(text.trim_start_matches('\u{feff}').as_bytes());
+        .from_reader(text.as_bytes());
     let broken = |error: &csv::Error| {
-        let line = error.position().map_or(1, csv::Position::line);
+        let line = error.position().map_or(1, |at| line_of(text, at));
         at_line(
             line,
             "a line with another number of columns than the first".to_owned(),
@@ -310,7 +311,7 @@ fn points(
     let mut points = Vec::new();
     for record in reader.records() {
         let record = record.map_err(|error| broken(&error))?;
-        let line = record.position().map_or(0, csv::Position::line);
+        let line = record.position().map_or(0, |at| line_of(text, at));
         if rows_at.is_some_and(|(at, equals)| record.get(at) != Some(equals)) {
             continue;
         }
@@ -365,6 +366,14 @@ fn points(
         return Err(Diagnostic::at(file, what).label("no measured point").help("check the file and `rows`"));
     }
     Ok(points)
+}
+
+/// The line of a record that begins at or after a place: the reader says where it began to look, before comments and empty lines.
+fn line_of(text: &str, at: &csv::Position) -> u64 {
+    let start = usize::try_from(at.byte()).unwrap_or(usize::MAX);
+    let rest = text.get(start..).unwrap_or("");
+    let skipped = rest.split('\n').take_while(|line| line.trim().is_empty() || line.starts_with('#')).count();
+    at.line() + skipped as u64
 }
 
 fn no_column(column: &Column<'_>, names: &csv::StringRecord, file: &str) -> Diagnostic {

@@ -99,7 +99,7 @@ fn what_is_wrong_with_the_points_is_told_with_file_and_line() {
     folder
         .refused(&with("\"points.csv\"", "\"other.csv\""), &["other.csv", "cannot use the measured points"]);
     folder.refused(&with("\"points.csv\"", "\"case.toml\""), &["does not end in .csv"]);
-    folder.refused(&with("unit = \"mN\"", "unit = \"mm\""), &["is not a unit of a force", "unit = \"mN\""]);
+    folder.refused(&with("unit = \"mN\"", "unit = \"mm\""), &["is not a unit of a force", "unit = \"N\""]);
     folder.refused(&with(", unit = \"fF\"", ""), &["the column `c` needs a unit"]);
     folder.refused(&with("force = { name = \"f\", unit = \"mN\" }, ", ""), &["exactly one of `force`"]);
     folder.refused(&with("\"points.csv\"\n", "\"points.csv\"\ngain = 0.0\n"), &["between 1e-3 and 1e3"]);
