@@ -8,12 +8,14 @@ pub(crate) mod compare;
 pub(crate) mod completions;
 pub(crate) mod export;
 pub(crate) mod figures;
+pub(crate) mod fit;
 pub(crate) mod force;
 pub(crate) mod gather;
 mod inputs;
 pub(crate) mod man;
 pub(crate) mod mesh;
 pub(crate) mod new;
+pub(crate) mod optimise;
 mod progress;
 pub(crate) mod run;
 pub(crate) mod schema;
@@ -23,10 +25,11 @@ mod summary;
 pub(crate) mod sweep;
 mod sweep_report;
 mod watch;
+mod written;
 
 use std::path::{Path, PathBuf};
 
-use elastocap_case::Case;
+use elastocap_case::{Case, OverrideError};
 
 use crate::{Exit, output};
 
@@ -47,6 +50,32 @@ fn load(path: &Path) -> Result<Case, Exit> {
         Exit::BadInput
     })
 }
+
+/// The text of a case file, and what it says; prints what is wrong with it on stderr.
+fn load_with_text(path: &Path) -> Result<(String, Case), Exit> {
+    let case = load(path)?;
+    let text = std::fs::read_to_string(path).map_err(|error| {
+        output::error(&format!("cannot read the case file `{}`: {error}", path.display()));
+        Exit::BadInput
+    })?;
+    Ok((text, case))
+}
+
+/// The text of a case that is written to another folder than that of its file: the path of its measured points still leads to them.
+fn moved_to(text: &str, from: &Path, to: &Path) -> Result<String, OverrideError> {
+    let folder = |path: &Path| {
+        let parent = path.parent().filter(|parent| !parent.as_os_str().is_empty()).unwrap_or(Path::new("."));
+        parent.canonicalize().unwrap_or_else(|_| parent.to_owned())
+    };
+    let (from, to) = (folder(from), folder(to));
+    let written = elastocap_case::value_at(text, MEASURED_FILE)?;
+    let (Some(file), true) = (written, from != to) else { return Ok(text.to_owned()) };
+    let file = from.join(file.trim_matches(['"', '\'']));
+    elastocap_case::with_value(text, MEASURED_FILE, &format!("{:?}", file.display().to_string()))
+}
+
+/// The key that names the file of measured points.
+const MEASURED_FILE: &str = "measurement.file";
 
 /// The folder for results: as asked for, or `results/` and the name of the case.
 fn output_folder(asked: Option<&Path>, case: &Path) -> PathBuf {

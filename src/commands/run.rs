@@ -254,7 +254,7 @@ fn solve_and_save(
     progress.finish();
     let fields = writer.finish(&outcome)?;
     let command = command();
-    let request = Request { wanted, case_text: case_text.as_deref(), command: Some(&command), measured: &[] };
+    let request = Request { wanted, case_text: case_text.as_deref(), command: Some(&command) };
     let saved = save_as(case, &outcome, &options, &request, folder, &fields, started, planning)?;
     Ok((outcome, saved))
 }

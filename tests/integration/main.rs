@@ -8,6 +8,7 @@ mod bad_input;
 mod command_line;
 mod entry;
 mod figures;
+mod fit;
 mod force;
 mod hostile;
 mod moving;
