@@ -6,6 +6,7 @@ mod acceptance_files;
 mod accuracy;
 mod bad_input;
 mod command_line;
+mod export;
 mod figures;
 mod force;
 mod hostile;
