@@ -71,6 +71,19 @@ fn the_pins_of_a_subcircuit_differ_from_each_other_and_from_its_inner_nodes() {
 }
 
 #[test]
+fn the_variables_of_an_fmu_differ_where_names_read_the_same_when_they_are_joined() {
+    let model = read(&matrix(["a_b", "a", "b_lower"])).expect("a model");
+    let archive = fmu::archive(&model, None).expect("an archive");
+    let text = String::from_utf8_lossy(&archive);
+    let (description, _) = text.split_once("</ModelVariables>").expect("variables");
+    let (_, variables) = description.split_once("<ModelVariables>").expect("variables");
+    let names: Vec<&str> =
+        variables.split(" name=\"").skip(1).filter_map(|rest| rest.split('"').next()).collect();
+    let unlike: BTreeSet<&str> = names.iter().copied().collect();
+    assert!(names.len() == 36 && unlike.len() == names.len(), "{names:?}");
+}
+
+#[test]
 fn a_table_has_a_line_for_each_force_with_the_steps_among_them() {
     let model = read(&pair()).expect("a model");
     let table = table::csv(&model, 5);
