@@ -7,6 +7,7 @@ mod accuracy;
 mod bad_input;
 mod command_line;
 mod entry;
+mod export;
 mod figures;
 mod fit;
 mod force;
