@@ -14,5 +14,6 @@ mod new;
 mod stability;
 mod stopping;
 mod support;
+mod sweep;
 mod terminals;
 mod threads;
