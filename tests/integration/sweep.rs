@@ -115,7 +115,7 @@ fn the_number_of_threads_does_not_change_the_table() {
 fn a_list_has_one_case_for_each_row() {
     let sandbox = sandbox();
     let list =
-        format!("layer.thickness, {GAP}, load.compression\n440um, 40um, [0.1]\n450um,, \"[0.0, 0.1]\"\n");
+        format!("layer.thickness, {GAP}, load.compression\n440um, 40um, [0.1]\n450um,,\"[0.0, 0.1]\"\n");
     sandbox.case("list.csv", &list);
     let finished = sandbox.elastocap(&["sweep", "case.toml", "--list", "list.csv", "-o", "out", "--json"]);
     done(&finished);

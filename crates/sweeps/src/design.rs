@@ -76,7 +76,7 @@ pub enum DesignError {
     NoName(usize),
     /// A row of another length than the header.
     #[error(
-        "line {line} of the list has {found} fields, and its header {header}; an empty field leaves what the case file has"
+        "line {line} of the list has {found} fields, and its header {header}; an empty field leaves what the case file has, and quotation marks stand right after a comma"
     )]
     RowLength {
         /// The line, counted from 1.
@@ -343,7 +343,7 @@ mod tests {
         assert_ne!(few.cases(), Design::random(&settings, 5, 2).unwrap().cases());
         assert!(few.cases().iter().all(|case| case[2].as_deref() == Some("7")));
         // Written down once, so that another machine or another version of the generator is noticed.
-        assert_eq!(shown(&few)[0], "\"?\"");
+        assert_eq!(shown(&few)[0], "\"49.4458732 um\" 1.25455176 7");
     }
 
     #[test]
