@@ -112,6 +112,26 @@ fn the_number_of_threads_does_not_change_the_table() {
 }
 
 #[test]
+fn fields_that_cases_have_in_common_are_solved_once_and_are_the_same() {
+    let sandbox = sandbox();
+    // Around rigid electrodes the modulus moves the force and nothing else.
+    let set = ["--set", "layer.material.neo_hookean.shear_modulus=80kPa,90kPa,100kPa", "--threads", "1"];
+    let finished = sandbox.elastocap(&[&["sweep", "case.toml", "-o", "out"][..], &set].concat());
+    done(&finished);
+    assert!(finished.stdout.contains("4 fields were those of other cases"), "{finished:?}");
+    let table = sandbox.read("out/sweep.csv");
+    // Solved alone, a case is the same.
+    std::fs::remove_file(sandbox.path("out/cases/000002.jsonl")).unwrap();
+    done(&sweep(&sandbox, "out", &set));
+    assert_eq!(sandbox.read("out/sweep.csv"), table);
+    let rows = rows(&table);
+    let column = |name: &str| table.lines().next().unwrap().split(',').position(|n| n == name).unwrap();
+    let [force, capacitance] = [column("force_n"), column("capacitance_f")];
+    assert_eq!(rows[1][capacitance], rows[5][capacitance]);
+    assert_ne!(rows[1][force], rows[5][force]);
+}
+
+#[test]
 fn a_list_has_one_case_for_each_row() {
     let sandbox = sandbox();
     let list =
