@@ -18,5 +18,6 @@ mod report;
 mod stability;
 mod stopping;
 mod support;
+mod sweep;
 mod terminals;
 mod threads;

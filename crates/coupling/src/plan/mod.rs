@@ -146,6 +146,7 @@ impl Plan {
             memory_limit: self.memory_limit,
             tetrahedra_order: asked.and_then(|e| e.order).map_or(usual.tetrahedra_order, usize::from),
             cancel: None,
+            shared: None,
         }
     }
 
