@@ -21,6 +21,7 @@ mod sweep_report;
 use std::path::{Path, PathBuf};
 
 use elastocap_case::Case;
+use elastocap_coupling::shortfalls;
 
 use crate::{Exit, output};
 

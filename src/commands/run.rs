@@ -10,11 +10,11 @@ use elastocap_case::Case;
 use elastocap_coupling::outcome::Outcome;
 use elastocap_coupling::plan::{Options, Plan};
 use elastocap_coupling::run::run;
-use elastocap_coupling::shortfalls;
 use elastocap_results::{FieldWriter, OutputError, OutputFolder, Resume, ResumeError, Saved, save};
 
 use super::arguments::time;
 use super::progress::Progress;
+use super::shortfalls;
 use super::stop::{stop_after, stop_on_signal};
 use super::summary::summary;
 use crate::guard::Guard;
