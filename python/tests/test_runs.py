@@ -138,6 +138,8 @@ def test_true_shows_a_bar_and_wipes_it_out(quick, monkeypatch):
 
 
 def test_a_result_has_the_same_numbers_in_every_form(quick):
+    pytest.importorskip("pandas")
+    pytest.importorskip("xarray")
     result = elastocap.run(quick)
     table, data = result.to_pandas(), result.to_xarray()
     assert list(table.columns) == list(result.columns()) and len(table) == len(result) == 6
