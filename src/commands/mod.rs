@@ -30,6 +30,7 @@ mod written;
 use std::path::{Path, PathBuf};
 
 use elastocap_case::{Case, OverrideError};
+use elastocap_coupling::shortfalls;
 
 use crate::{Exit, output};
 

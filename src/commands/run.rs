@@ -8,7 +8,6 @@ use elastocap_case::Case;
 use elastocap_coupling::outcome::Outcome;
 use elastocap_coupling::plan::{Options, Plan};
 use elastocap_coupling::run::run;
-use elastocap_coupling::shortfalls;
 use elastocap_results::{
     FieldWriter, FileGroup, OutputError, OutputFolder, Request, Resume, ResumeError, Saved, UnknownFileGroup,
     Wanted, save_as,
@@ -19,7 +18,7 @@ use super::inputs::Input;
 use super::progress::Progress;
 use super::stop::{Stop, stop_after};
 use super::summary::summary;
-use super::{inputs, watch};
+use super::{inputs, shortfalls, watch};
 use crate::guard::Guard;
 use crate::{Common, Exit, output};
 
