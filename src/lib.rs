@@ -82,6 +82,7 @@
 //! | [`coupling`] | from a case to the capacitances of its load steps: the plan, the run, the outcome |
 //! | [`results`] | the files of a run: tables, plots, scenes, fields; all of them or none |
 //! | [`circuits`] | models of a solved sensor for circuit and system simulators |
+//! | [`fitting`] | parameters of a case from measured points, and from what is wished for |
 //! | [`evidence`] | how far to trust all this: accuracy against run time, extreme cases, the paper's figures |
 //!
 //! `elastocap-linalg` and `elastocap-fem`, below them, have the linear algebra and the reference elements that both solvers share;
@@ -111,6 +112,7 @@ pub use elastocap_circuits as circuits;
 pub use elastocap_coupling as coupling;
 pub use elastocap_electrostatics as electrostatics;
 pub use elastocap_evidence as evidence;
+pub use elastocap_fitting as fitting;
 pub use elastocap_geometry as geometry;
 pub use elastocap_mechanics as mechanics;
 pub use elastocap_results as results;

@@ -109,6 +109,10 @@ enum Command {
     Compare(commands::compare::Arguments),
     /// Write a model of a solved sensor for circuit and system simulators: SPICE, Verilog-A, FMI 3.0, tables
     Export(commands::export::Arguments),
+    /// Fit keys of a case to measured points, with intervals, and say what the data cannot tell apart
+    Fit(commands::fit::Arguments),
+    /// Vary keys of a case until a quantity is largest or smallest, within limits
+    Optimise(commands::optimise::Arguments),
     /// Show what accuracy costs: errors against run time on many grids, and on those that the solver chooses
     Accuracy(commands::accuracy::Arguments),
     /// Solve many cases from one file with values changed: grids, lists, tolerances; one table, resumable
@@ -166,6 +170,8 @@ fn main() -> ExitCode {
         Command::Force(arguments) => commands::force::execute(arguments),
         Command::Compare(arguments) => commands::compare::execute(arguments),
         Command::Export(arguments) => commands::export::execute(arguments, common),
+        Command::Fit(arguments) => commands::fit::execute(arguments, common),
+        Command::Optimise(arguments) => commands::optimise::execute(arguments, common),
         Command::Accuracy(arguments) => commands::accuracy::execute(arguments, common),
         Command::Sweep(arguments) => commands::sweep::execute(arguments, common),
         Command::Gather(arguments) => commands::gather::execute(arguments, common),

@@ -59,7 +59,6 @@ def test_the_table_is_that_of_the_command(case, command, workspace):
     table = elastocap.sweep(elastocap.load("case.toml"), grid)
     written = pandas.read_csv(
         "command/sweep.csv",
-        float_precision="round_trip",
         keep_default_na=False,
         na_values={name: [""] for name in table.columns if name not in ("status", "message")},
     )

@@ -8,10 +8,9 @@ use std::time::{Duration, Instant};
 
 use clap::Args;
 use elastocap_coupling::plan::{Decision, Kind, Options, Plan, PlannedStep};
-use elastocap_coupling::shortfalls;
 use elastocap_coupling::words::counted;
 
-use super::inputs;
+use super::{inputs, shortfalls};
 use crate::units::{bytes, grouped, seconds};
 use crate::{Common, Exit, output};
 

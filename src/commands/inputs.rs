@@ -77,7 +77,7 @@ pub(super) fn load_all(cases: &[PathBuf], asked: Option<&Path>) -> Result<Vec<In
         Exit::BadInput
     })?;
     // All are loaded before the first problem ends the command.
-    let loaded: Vec<_> = cases.iter().map(|path| super::load_with_text(path)).collect();
+    let loaded: Vec<_> = cases.iter().map(|path| super::load_kept(path)).collect();
     let inputs = cases.iter().zip(folders).zip(loaded);
     let input = |((path, folder), loaded): ((&PathBuf, PathBuf), Result<_, Exit>)| {
         let (case, text) = loaded?;

@@ -8,12 +8,14 @@ pub(crate) mod compare;
 pub(crate) mod completions;
 pub(crate) mod export;
 pub(crate) mod figures;
+pub(crate) mod fit;
 pub(crate) mod force;
 pub(crate) mod gather;
 mod inputs;
 pub(crate) mod man;
 pub(crate) mod mesh;
 pub(crate) mod new;
+pub(crate) mod optimise;
 mod progress;
 pub(crate) mod run;
 pub(crate) mod schema;
@@ -23,11 +25,13 @@ mod summary;
 pub(crate) mod sweep;
 mod sweep_report;
 mod watch;
+mod written;
 
 use std::io::{self, Read};
 use std::path::{Path, PathBuf};
 
-use elastocap_case::Case;
+use elastocap_case::{Case, OverrideError};
+use elastocap_coupling::shortfalls;
 
 use crate::{Exit, output};
 
@@ -39,11 +43,11 @@ const STDIN_NAME: &str = "<stdin>";
 
 /// Loads the case, from the standard input if `path` is `-`; prints what is wrong with the file on stderr.
 fn load(path: &Path) -> Result<Case, Exit> {
-    load_with_text(path).map(|(case, _)| case)
+    load_kept(path).map(|(case, _)| case)
 }
 
 /// The same, with the text of the case where it came from the standard input, which cannot be read again.
-fn load_with_text(path: &Path) -> Result<(Case, Option<String>), Exit> {
+fn load_kept(path: &Path) -> Result<(Case, Option<String>), Exit> {
     let loaded = match path.as_os_str() == STDIN {
         true => {
             let mut input = Kept { stream: std::io::stdin().lock(), bytes: Vec::new() };
@@ -71,6 +75,35 @@ impl<R: Read> Read for Kept<R> {
         Ok(read)
     }
 }
+
+/// The text of a case file, and what it says; prints what is wrong with it on stderr.
+fn load_with_text(path: &Path) -> Result<(String, Case), Exit> {
+    let (case, kept) = load_kept(path)?;
+    if let Some(text) = kept {
+        return Ok((text, case));
+    }
+    let text = std::fs::read_to_string(path).map_err(|error| {
+        output::error(&format!("cannot read the case file `{}`: {error}", path.display()));
+        Exit::BadInput
+    })?;
+    Ok((text, case))
+}
+
+/// The text of a case that is written to another folder than that of its file: the path of its measured points still leads to them.
+fn moved_to(text: &str, from: &Path, to: &Path) -> Result<String, OverrideError> {
+    let folder = |path: &Path| {
+        let parent = path.parent().filter(|parent| !parent.as_os_str().is_empty()).unwrap_or(Path::new("."));
+        parent.canonicalize().unwrap_or_else(|_| parent.to_owned())
+    };
+    let (from, to) = (folder(from), folder(to));
+    let written = elastocap_case::value_at(text, MEASURED_FILE)?;
+    let (Some(file), true) = (written, from != to) else { return Ok(text.to_owned()) };
+    let file = from.join(file.trim_matches(['"', '\'']));
+    elastocap_case::with_value(text, MEASURED_FILE, &format!("{:?}", file.display().to_string()))
+}
+
+/// The key that names the file of measured points.
+const MEASURED_FILE: &str = "measurement.file";
 
 /// The folder for results: as asked for, or `results/` and the name of the case.
 fn output_folder(asked: Option<&Path>, case: &Path) -> PathBuf {

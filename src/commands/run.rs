@@ -8,7 +8,6 @@ use elastocap_case::Case;
 use elastocap_coupling::outcome::Outcome;
 use elastocap_coupling::plan::{Options, Plan};
 use elastocap_coupling::run::run;
-use elastocap_coupling::shortfalls;
 use elastocap_results::{
     FieldWriter, FileGroup, OutputError, OutputFolder, Request, Resume, ResumeError, Saved, UnknownFileGroup,
     Wanted, save_as,
@@ -19,7 +18,7 @@ use super::inputs::Input;
 use super::progress::Progress;
 use super::stop::{Stop, stop_after};
 use super::summary::summary;
-use super::{inputs, watch};
+use super::{inputs, shortfalls, watch};
 use crate::guard::Guard;
 use crate::{Common, Exit, output};
 
@@ -253,7 +252,7 @@ fn solve_and_save(
     progress.finish();
     let fields = writer.finish(&outcome)?;
     let command = command();
-    let request = Request { wanted, case_text: case_text.as_deref(), command: Some(&command), measured: &[] };
+    let request = Request { wanted, case_text: case_text.as_deref(), command: Some(&command) };
     let saved = save_as(case, &outcome, &options, &request, folder, &fields, started, planning)?;
     Ok((outcome, saved))
 }

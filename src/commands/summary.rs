@@ -5,6 +5,7 @@ use elastocap_coupling::outcome::{Outcome, Row, Status, StepResult};
 use elastocap_coupling::plan::Kind;
 use elastocap_coupling::terminals::named;
 use elastocap_results::Saved;
+use elastocap_results::measured::{Comparison, compare};
 
 use crate::units::{grouped, prefixed, seconds};
 
@@ -31,6 +32,10 @@ pub(crate) fn summary(case: &Case, outcome: &Outcome, saved: &Saved) -> String {
     if outcome.plan.kind == Kind::Curve && outcome.steps.iter().any(|s| !s.floating.is_empty()) {
         out.push_str("\n  the potentials of the floating conductors are in result.json\n");
     }
+    match compare(case, outcome) {
+        Some(Ok(comparison)) => out.push_str(&measured(&comparison)),
+        Some(Err(_)) | None => {}
+    }
     let names: Vec<_> =
         saved.files.iter().filter_map(|f| f.file_name()).map(|f| f.to_string_lossy().into_owned()).collect();
     let fields = names.iter().filter(|name| name.ends_with(".vtu")).count();
@@ -42,6 +47,26 @@ pub(crate) fn summary(case: &Case, outcome: &Outcome, saved: &Saved) -> String {
     }
     out.push_str(&format!("\n{}: {}\n", saved.folder.display(), list.join(", ")));
     out
+}
+
+/// What the measured points say of the curve.
+fn measured(comparison: &Comparison) -> String {
+    let (within, compared) = (comparison.within_error, comparison.compared());
+    let beyond = match comparison.beyond_curve {
+        0 => String::new(),
+        count => format!("; the curve does not reach {count} more"),
+    };
+    let (Some(rms), Some(most), Some(share)) =
+        (comparison.rms_residual_f, comparison.max_residual_f, comparison.fraction_within_error)
+    else {
+        return format!("\n  measured: the curve reaches none of the {} points\n", comparison.points.len());
+    };
+    format!(
+        "\n  measured: {within} of {compared} points ({:.0} %) are within the error{beyond}\n  residuals: {} root mean square, {} the largest\n",
+        100.0 * share,
+        prefixed(rms, 3, "F"),
+        prefixed(most, 3, "F"),
+    )
 }
 
 /// Right-aligned columns.

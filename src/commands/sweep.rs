@@ -171,7 +171,8 @@ fn sweep(arguments: &Arguments, common: &Common) -> Result<Exit, Failure> {
     drop(progress);
     let records = records.into_inner().unwrap_or_else(PoisonError::into_inner);
     let summary = write_results(&folder, &records)?;
-    Ok(report(&folder, &summary, &records, before, started.elapsed(), arguments.json, common.quiet))
+    let spared = sweep.fields_spared();
+    Ok(report(&folder, &summary, &records, before, spared, started.elapsed(), arguments.json, common.quiet))
 }
 
 fn design(arguments: &Arguments) -> Result<Design, Failure> {

@@ -17,6 +17,7 @@ pub(super) fn report(
     summary: &Summary,
     records: &[Option<CaseRecord>],
     before: usize,
+    spared: usize,
     took: Duration,
     json: bool,
     quiet: bool,
@@ -50,6 +51,12 @@ pub(super) fn report(
         seconds(took.as_secs_f64()),
         grouped(summary.failed.len()),
     );
+    let head = match spared {
+        0 => head,
+        spared => {
+            format!("{head}{} fields were those of other cases and not solved again\n", grouped(spared))
+        }
+    };
     finish(summary, &head, &folder.path().display().to_string(), json, quiet)
 }
 

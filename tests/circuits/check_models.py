@@ -49,6 +49,10 @@ class Sensor:
         for kind, ending in (("spice", "lib"), ("verilog-a", "va"), ("fmu", "fmu"), ("table", "json")):
             arguments = [program, "export", kind, folder, "-o", self.file(ending), "--name", self.name, "--overwrite", "--quiet"]
             subprocess.run(arguments, check=True, stderr=subprocess.DEVNULL)
+            once_more = self.file(ending).with_name(f"again.{ending}")
+            arguments[5] = once_more
+            subprocess.run(arguments, check=True, stderr=subprocess.DEVNULL)
+            hold(f"{kind}: the same bytes once more", once_more.read_bytes() == self.file(ending).read_bytes())
         self.result = json.loads((folder / "result.json").read_text())
         self.table = json.loads(self.file("json").read_text())
         self.forces = np.array(self.table["forces_n"])
@@ -57,6 +61,17 @@ class Sensor:
 
     def file(self, ending):
         return self.folder / f"{self.name}.{ending}"
+
+    def at_steps(self, capacitor):
+        """Lower bounds, values and upper bounds at the load steps, as the result has them; `None` for capacitors to common, F."""
+        steps = sorted(self.result["steps"], key=lambda step: step["force_n"])
+        if len(self.capacitors) == 1:
+            return np.array([[s["capacitance_lower_f"], s["capacitance_f"], s["capacitance_upper_f"]] for s in steps])
+        a, b = self.capacitors[capacitor]
+        if b == "common":
+            return None
+        i, j = (self.result["conductors"].index(name) for name in (a, b))
+        return np.array([[-s[f"maxwell_matrix_{which}f"][i][j] for which in ("upper_", "", "lower_")] for s in steps])
 
     def cubic(self, capacitor, force, which="value_f"):
         """The interpolant from its coefficients, on its own, F."""
@@ -258,22 +273,32 @@ def fmu(sensor):
         table[name] = 1.0 + k
     for kind in ("CoSimulation", "ModelExchange"):
         out = simulate_fmu(path, fmi_type=kind, input=table, output=names + ["force"], stop_time=1.0, output_interval=time[1])
-        wrong = outside = turns = 0.0
+        wrong = turns = 0.0
+        outside = -np.inf
         for k, name in enumerate(values):
             # Co-simulation in FMPy sets inputs at the beginning of a step: the force that an output belongs to is beside it.
             right = np.array([sensor.cubic(k, f) for f in out["force"]])
             wrong = max(wrong, np.max(np.abs(out[name] - right)) / right.max())
-            lower, upper = ([sensor.table["capacitors"][k][w] for w in ("lower_f", "upper_f")])
-            least, most = min(p[0] for p in lower + [lower[-1][::-1]]), max(p[0] for p in upper + [upper[-1][::-1]])
-            outside = max(outside, float(np.max(np.maximum(least - out[name], out[name] - most))))
+            known = sensor.at_steps(k)
+            if known is not None:
+                # Between two steps, the limits of both.
+                at = np.clip(np.searchsorted(sensor.forces, out["force"], side="right") - 1, 0, len(sensor.forces) - 2)
+                least = np.minimum(known[at, 0], known[at + 1, 0])
+                most = np.maximum(known[at, 2], known[at + 1, 2])
+                outside = max(outside, float(np.max(np.maximum(least - out[name], out[name] - most))))
             hold(f"{kind}: lower bound, {name} and upper bound are in order",
                  np.all(out[f"{name}_lower"] <= out[name]) and np.all(out[name] <= out[f"{name}_upper"]))
             order = np.argsort(out["force"])
             goes = np.diff(out[name][order])
             turns = max(turns, min(goes.max(initial=0.0), -goes.min(initial=0.0)) / right.max())
         check(f"{kind}: capacitances against the table, relative", wrong, 1e-12)
-        check(f"{kind}: how far any is outside the bounds at the steps, F", outside, 0.0)
+        check(f"{kind}: how far any is outside the bounds at the steps around it, F", outside, 0.0)
         check(f"{kind}: how far any goes back while the force goes on, relative", turns, 1e-14)
+    for k in range(len(values)):
+        known = sensor.at_steps(k)
+        if known is not None:
+            found = np.array([[sensor.cubic(k, f, which) for which in ("lower_f", "value_f", "upper_f")] for f in sensor.forces])
+            check(f"{values[k]}: the table against the result at the steps, relative", np.max(np.abs(found / known - 1)), 1e-15)
     at_steps(sensor, path, values)
     saved_states(sensor, path, description, extract)
 

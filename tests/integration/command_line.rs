@@ -211,11 +211,11 @@ fn fields_and_scene_are_left_out_when_not_wanted_and_old_ones_are_removed() {
     let three = sandbox.case("pair.toml", &quick_pair(STEPS, "compression = [0.0, 0.1, 0.2]"));
     sandbox.run(&three, &[]).exits_with(0);
     sandbox.case("out/notes.txt", "the user's own");
-    assert_eq!(sandbox.names("out").len(), 12);
+    assert_eq!(sandbox.names("out").len(), 13);
     sandbox.run(&three, &["--no-fields", "--no-scene"]).exits_with(0);
     assert_eq!(
         sandbox.names("out"),
-        ["capacitance.csv", "curve.csv", "curve.svg", "notes.txt", "result.json"]
+        ["capacitance.csv", "curve.csv", "curve.svg", "notes.txt", "report.html", "result.json"]
     );
     let left_out = sandbox.json("out/result.json")["plan"]["left_out"].to_string();
     assert!(left_out.contains("scene.glb") && left_out.contains("fields"), "{left_out}");

@@ -9,6 +9,7 @@
 //! `bounds` true; electrodes are rigid if there is no load. Tables that the case has no use for (`[surroundings]`
 //! without conductors) are checked and then left out.
 
+mod amount;
 mod diagnostics;
 mod file_unit;
 mod imports;
@@ -34,15 +35,16 @@ use std::path::Path;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
+pub use amount::{Amount, AmountError, Scale};
 pub use diagnostics::{CaseError, Diagnostic};
 pub use elastocap_materials::HyperelasticLaw;
 pub use imports::imported_files;
 pub use measured::{MeasuredCapacitance, MeasuredCapacitanceError};
 pub use model::{
-    Body, Box3, Case, Curve, Electrodes, Electrostatics, Extent, Face, FieldIndenter, FieldSolver,
-    ImportedMesh, Indenter, Layer, LayerEnd, LayerSide, Layout, Load, Measurement, Mechanics, PlaneStrain,
-    Pose, PunchContact, Role, Shape, ShearLength, Solid, SolidIndenter, Stiffness, Surroundings, Terminal,
-    Wall,
+    Body, Box3, Case, Correction, Curve, Electrodes, Electrostatics, Extent, Face, FieldIndenter,
+    FieldSolver, Foam, ImportedMesh, Indenter, Layer, LayerEnd, LayerSide, Layout, Load, MeasuredLoad,
+    MeasuredPoint, MeasuredPoints, Measurement, Mechanics, PlaneStrain, Pose, PunchContact, Role, Shape,
+    ShearLength, Solid, SolidIndenter, Stiffness, Surroundings, Terminal, Wall,
 };
 pub use overrides::{OverrideError, OverrideErrorKind, files_of, value_at, with_value};
 pub use schema::json_schema;

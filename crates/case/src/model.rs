@@ -48,6 +48,97 @@ pub struct Case {
     pub surroundings: Option<Surroundings>,
     /// How accurately the capacitance is computed; present exactly when a capacitance is asked for.
     pub electrostatics: Option<Electrostatics>,
+    /// Points that were measured; only with a load and a capacitance.
+    pub measured_points: Option<MeasuredPoints>,
+}
+
+/// Points that were measured.
+#[derive(Debug, Clone, PartialEq)]
+pub struct MeasuredPoints {
+    /// The file that they are from, as the case file has it.
+    pub file: String,
+    /// What their loads are.
+    pub load: MeasuredLoad,
+    /// In the order of the file, as they were measured; never empty.
+    pub points: Vec<MeasuredPoint>,
+    /// What the meter and its wires did to them.
+    pub correction: Correction,
+}
+
+impl MeasuredPoints {
+    /// The points with the correction taken off: loads on the layer, capacitances of what the case describes.
+    pub fn corrected(&self) -> Vec<MeasuredPoint> {
+        let Correction { offset, parasitic, gain } = self.correction;
+        let corrected = |point: &MeasuredPoint| MeasuredPoint {
+            line: point.line,
+            load: point.load - offset,
+            capacitance: (point.capacitance - parasitic) / gain,
+            deviation: point.deviation.map(|deviation| deviation / gain),
+        };
+        self.points.iter().map(corrected).collect()
+    }
+}
+
+/// How a measured point differs from what the case describes: its load is larger by `offset`, and its capacitance is `gain` times that
+/// of the case, plus `parasitic`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Correction {
+    /// N, m, or U/H.
+    pub offset: f64,
+    /// F.
+    pub parasitic: f64,
+    /// Above zero.
+    pub gain: f64,
+}
+
+impl Default for Correction {
+    fn default() -> Self {
+        Self { offset: 0.0, parasitic: 0.0, gain: 1.0 }
+    }
+}
+
+/// What the load of a measured point is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum MeasuredLoad {
+    /// Compressive force, N.
+    Force,
+    /// Displacement U of the layer's top, m.
+    Displacement,
+    /// U/H.
+    Compression,
+}
+
+impl MeasuredLoad {
+    /// Its name.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Force => "force",
+            Self::Displacement => "displacement",
+            Self::Compression => "compression",
+        }
+    }
+
+    /// Its SI unit; empty where it has none.
+    pub fn unit(self) -> &'static str {
+        match self {
+            Self::Force => "N",
+            Self::Displacement => "m",
+            Self::Compression => "",
+        }
+    }
+}
+
+/// A point that was measured, in SI units.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct MeasuredPoint {
+    /// The line of the file, from 1.
+    pub line: u64,
+    /// N, m, or U/H: see [`MeasuredLoad`].
+    pub load: f64,
+    /// F.
+    pub capacitance: f64,
+    /// Its standard deviation, F; positive. `None` where it is not known.
+    pub deviation: Option<f64>,
 }
 
 impl Case {
@@ -97,12 +188,42 @@ pub struct Layer {
     pub thickness: f64,
     /// Undeformed half-length along x1, m; the closed form does not use it.
     pub half_length: Option<f64>,
-    /// eps_r; present whenever a capacitance is asked for.
+    /// eps_r, at rest; present whenever a capacitance is asked for.
     pub relative_permittivity: Option<f64>,
+    /// What makes eps_r grow with the compression; `None` where it is the same under every load.
+    pub foam: Option<Foam>,
     /// What it is made of; present whenever [`Case::load`] is. Its shear modulus is positive.
     pub material: Option<HyperelasticLaw>,
     /// kappa, Pa; `None` for an incompressible material. Only finite elements know it.
     pub bulk_modulus: Option<f64>,
+}
+
+impl Layer {
+    /// eps_r at a compression U/H.
+    pub fn permittivity_at(&self, compression: f64) -> Option<f64> {
+        match self.foam {
+            Some(foam) => Some(foam.relative_permittivity(compression)),
+            None => self.relative_permittivity,
+        }
+    }
+}
+
+/// A foam that gets denser under load, and no wider.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Foam {
+    /// eps_r of what it is made of.
+    pub solid_permittivity: f64,
+    /// Share of its volume at rest that is solid, above 0 and at most 1.
+    pub solid_fraction: f64,
+}
+
+impl Foam {
+    /// eps_r at a compression U/H, in [0, 1): by Looyenga's rule (Physica 31, 401, 1965), the cube root of eps_r is the mean of those of
+    /// solid and air by volume. The solid's share is that at rest over 1 - U/H, and 1 at most.
+    pub fn relative_permittivity(&self, compression: f64) -> f64 {
+        let share = (self.solid_fraction / (1.0 - compression)).min(1.0);
+        (1.0 + share * (self.solid_permittivity.cbrt() - 1.0)).powi(3)
+    }
 }
 
 /// The pair of electrodes, undeformed. All lengths are positive; both lie in the layer and may touch its faces.

@@ -110,6 +110,30 @@ impl QuantityKind for ChargeKind {
     const LIMITS_SHOWN: &'static str = "at most 1 GC";
 }
 
+/// The deviation of a measured capacitance.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct CapacitanceKind;
+impl QuantityKind for CapacitanceKind {
+    const DIMENSION: Dimension = units::CAPACITANCE;
+    const SIGN: Sign = Sign::Positive;
+    const UNIT: &'static str = "fF";
+    const SAMPLE: &'static str = "1";
+    const LIMITS: [f64; 2] = [1e-24, 1.0];
+    const LIMITS_SHOWN: &'static str = "1e-24 F to 1 F";
+}
+
+/// A capacitance of either sign, which is added to another.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct SignedCapacitanceKind;
+impl QuantityKind for SignedCapacitanceKind {
+    const DIMENSION: Dimension = units::CAPACITANCE;
+    const SIGN: Sign = Sign::Any;
+    const UNIT: &'static str = "fF";
+    const SAMPLE: &'static str = "10";
+    const LIMITS: [f64; 2] = [0.0, 1.0];
+    const LIMITS_SHOWN: &'static str = "at most 1 F";
+}
+
 /// An angle, between -90 and 90 degrees.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct AngleKind;
@@ -138,6 +162,8 @@ pub(super) type SignedConstant = Quantity<SignedConstantKind>;
 pub(super) type Force = Quantity<ForceKind>;
 pub(super) type Charge = Quantity<ChargeKind>;
 pub(super) type Angle = Quantity<AngleKind>;
+pub(super) type SignedCapacitance = Quantity<SignedCapacitanceKind>;
+pub(super) type Capacitance = Quantity<CapacitanceKind>;
 
 impl<K: QuantityKind> Quantity<K> {
     /// One that no file says, in SI units.
@@ -410,6 +436,42 @@ impl NumberKind for ToleranceKind {
     const REASON: &'static str = "a share of the value; no computation reaches zero";
 }
 
+/// Share of a volume.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct VolumeFractionKind;
+impl NumberKind for VolumeFractionKind {
+    const NAME: &'static str = "a share of the volume";
+    const SAMPLE: &'static str = "0.3";
+    const RANGE: Interval = Interval { low: 0.0, low_belongs: false, high: 1.0, high_belongs: true };
+    const RULE: &'static str = "greater than 0 and at most 1";
+    const REASON: &'static str = "1 is solid without pores";
+    fn slip(value: f64) -> Option<f64> {
+        (value > 1.0 && value < 100.0).then_some(value / 100.0)
+    }
+}
+
+/// What a meter shows over what there is.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct GainKind;
+impl NumberKind for GainKind {
+    const NAME: &'static str = "a gain";
+    const SAMPLE: &'static str = "1.02";
+    const RANGE: Interval = Interval { low: 1e-3, low_belongs: true, high: 1e3, high_belongs: true };
+    const RULE: &'static str = "between 1e-3 and 1e3";
+    const REASON: &'static str = "1 is a meter that shows what there is";
+}
+
+/// A compression that is taken off others.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct LoadShiftKind;
+impl NumberKind for LoadShiftKind {
+    const NAME: &'static str = "a compression";
+    const SAMPLE: &'static str = "0.05";
+    const RANGE: Interval = Interval { low: -10.0, low_belongs: true, high: 10.0, high_belongs: true };
+    const RULE: &'static str = "between -10 and 10";
+    const REASON: &'static str = "displacement over layer thickness";
+}
+
 /// alpha of an Ogden material.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct ExponentKind;
@@ -431,7 +493,10 @@ pub(super) struct Number<K> {
 pub(super) type Permittivity = Number<PermittivityKind>;
 pub(super) type Compression = Number<CompressionKind>;
 pub(super) type Tolerance = Number<ToleranceKind>;
+pub(super) type Gain = Number<GainKind>;
+pub(super) type LoadShift = Number<LoadShiftKind>;
 pub(super) type Exponent = Number<ExponentKind>;
+pub(super) type VolumeFraction = Number<VolumeFractionKind>;
 
 impl<K: NumberKind> FromToml for Number<K> {
     fn expected() -> String {

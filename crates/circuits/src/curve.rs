@@ -133,6 +133,11 @@ impl BoundedCurve {
         point
     }
 
+    /// Whether all its numbers are finite; those of steps with next to no distance between them are not.
+    pub fn is_finite(&self) -> bool {
+        self.pieces.iter().flatten().flatten().all(|number| number.is_finite())
+    }
+
     /// A capacitance to measure others by: the largest value at the steps, or, where all are zero, the largest upper bound; F.
     pub fn scale(&self) -> f64 {
         let largest = |pick: fn(&StepValue) -> f64| self.steps.iter().map(pick).fold(0.0, f64::max);

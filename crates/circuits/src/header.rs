@@ -30,7 +30,7 @@ pub(crate) fn lines(model: &Model) -> Vec<String> {
         format!("What it is: {}", plain(&model.quantity)),
         format!("Range of the force: {first} N to {last} N, {} load steps", model.forces.len()),
         format!(
-            "Largest error at a step: {:.2e} of the largest capacitance, {bounds}",
+            "Largest error at a step: {:.2e} of a capacitor's largest value, {bounds}",
             model.largest_relative_error()
         ),
         match model.interpolation_error() {

@@ -3,6 +3,7 @@
 mod error;
 mod network;
 
+use std::collections::BTreeSet;
 use std::path::Path;
 
 use elastocap_results::force_answer::read_document;
@@ -14,6 +15,9 @@ pub use error::ModelError;
 
 /// Most terminals of a matrix. Their number of capacitors goes with the square.
 pub const MOST_TERMINALS: usize = 64;
+
+/// Least distance of two forces, as a share of the largest: what is nearer to each other has no derivative that means something.
+const LEAST_DISTANCE: f64 = 1e-9;
 
 /// What of a result becomes a model.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -166,6 +170,9 @@ impl Model {
                 continue;
             }
             let branch = Branch { ends, curve: BoundedCurve::through(forces.clone(), values) };
+            if !branch.curve.is_finite() {
+                return Err(ModelError::Damaged(steps[0].index));
+            }
             refuse_turns(&branch, &terminals, settings.allow_turns)?;
             branches.push(branch);
         }
@@ -216,14 +223,22 @@ impl Model {
             let other = j.map_or("common", |j| self.terminals[j].identifier.as_str());
             format!("capacitance_{}_{other}", self.terminals[i].identifier)
         };
-        // Two pairs of names may read the same when they are joined.
-        let all: Vec<String> = self.branches.iter().map(of).collect();
-        let mut out = Vec::with_capacity(all.len());
-        for (k, name) in all.iter().enumerate() {
-            let same = all[..k].iter().filter(|other| other.eq_ignore_ascii_case(name)).count();
-            out.push(if same > 0 { format!("{name}__{}", same + 1) } else { name.clone() });
-        }
-        out
+        // Two pairs of names may read the same when they are joined, and so may one with what is added for its bounds.
+        let mut taken = BTreeSet::new();
+        let mut unlike = |name: String| {
+            let with_endings = |name: &str| {
+                ["", "_lower", "_upper", "_derivative"].map(|end| format!("{name}{end}").to_ascii_lowercase())
+            };
+            let mut own = name.clone();
+            let mut number = 2;
+            while with_endings(&own).iter().any(|name| taken.contains(name)) {
+                own = format!("{name}__{number}");
+                number += 1;
+            }
+            taken.extend(with_endings(&own));
+            own
+        };
+        self.branches.iter().map(|branch| unlike(of(branch))).collect()
     }
 
     /// Half the largest distance between the bounds at a step, as a share of the value there, over the capacitors that are not zero.
@@ -289,6 +304,11 @@ fn pressed_steps(document: &Document) -> Result<Vec<&Step>, ModelError> {
     }
     if steps.len() < 2 {
         return Err(ModelError::TooFewSteps(steps.len()));
+    }
+    let last = steps.last().and_then(|step| step.force_n).unwrap_or(0.0);
+    let distance = |pair: &[&Step]| pair[1].force_n.unwrap_or(0.0) - pair[0].force_n.unwrap_or(0.0);
+    if let Some(pair) = steps.windows(2).find(|pair| distance(pair) < LEAST_DISTANCE * last) {
+        return Err(ModelError::TooClose { one: pair[0].index, other: pair[1].index });
     }
     Ok(steps)
 }

@@ -6,7 +6,7 @@
 //!
 //! Modules in their order: each uses only those above it.
 //!
-//! - [`words`], [`load_steps`], [`settings`], [`terminals`]: small values that the others share; [`memory`]: how much a run may take.
+//! - [`words`], [`load_steps`], [`shared_fields`], [`settings`], [`terminals`]: small values that the others share; [`memory`]: how much a run may take.
 //! - [`deform`]: the layer under its loads.
 //! - [`scene`]: the bodies of a step; [`view`]: what of them a viewer is shown.
 //! - [`route`]: which field solver takes a scene, the only place that decides it.
@@ -36,6 +36,7 @@ pub mod run;
 pub mod scene;
 mod sensitivity;
 pub mod settings;
+pub mod shared_fields;
 pub mod shortfalls;
 mod side_by_side;
 mod status;

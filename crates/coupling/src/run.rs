@@ -16,6 +16,7 @@ use crate::plan::{Options, Plan, PlannedStep};
 use crate::route::{Bending, Bodies, Route, asked, route};
 use crate::scene::{DeformedScene, scene_of};
 use crate::settings::FieldSettings;
+use crate::shared_fields::SharedFields;
 use crate::side_by_side::side_by_side;
 use crate::step::{Solver, StepField};
 
@@ -72,8 +73,24 @@ pub fn run(
     cancel: &Arc<AtomicBool>,
     observer: &dyn Observer,
 ) -> Outcome {
+    run_sharing(case, plan, options, cancel, observer, None)
+}
+
+/// The same for one of many cases, which solve equal fields once. The outcome is that of [`run`], but for its seconds.
+pub fn run_sharing(
+    case: &Case,
+    plan: &Plan,
+    options: &Options,
+    cancel: &Arc<AtomicBool>,
+    observer: &dyn Observer,
+    shared: Option<&Arc<SharedFields>>,
+) -> Outcome {
     let start = Instant::now();
-    let settings = FieldSettings { cancel: Some(Arc::clone(cancel)), ..plan.solver_settings(case, options) };
+    let settings = FieldSettings {
+        cancel: Some(Arc::clone(cancel)),
+        shared: shared.cloned(),
+        ..plan.solver_settings(case, options)
+    };
     let layer =
         prepare(case, &plan.loads(), plan.layer_memory_limit, cancel, &|what| observer.preparing(what));
     if let Prepared::FiniteElement(run) = &layer

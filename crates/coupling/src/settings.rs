@@ -5,6 +5,8 @@ use std::sync::atomic::AtomicBool;
 
 use elastocap_electrostatics::{Settings, Target, TetrahedraSettings};
 
+use crate::shared_fields::SharedFields;
+
 /// What all field solves of a run are asked for. Each solver takes its own settings from it: [`FieldSettings::boxes`] and
 /// [`FieldSettings::tetrahedra`].
 #[derive(Debug, Clone)]
@@ -25,6 +27,8 @@ pub struct FieldSettings {
     pub memory_limit: u64,
     /// Set from outside to stop at the next opportunity.
     pub cancel: Option<Arc<AtomicBool>>,
+    /// Fields that other cases have solved already, for scenes of boxes.
+    pub shared: Option<Arc<SharedFields>>,
 }
 
 impl Default for FieldSettings {
@@ -40,7 +44,17 @@ impl Default for FieldSettings {
             resolution: _,
         } = Settings::default();
         let tetrahedra_order = TetrahedraSettings::USUAL_ORDER;
-        Self { relative_tolerance, target, bounds, symmetry, field, tetrahedra_order, memory_limit, cancel }
+        Self {
+            relative_tolerance,
+            target,
+            bounds,
+            symmetry,
+            field,
+            tetrahedra_order,
+            memory_limit,
+            cancel,
+            shared: None,
+        }
     }
 }
 

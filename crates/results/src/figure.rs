@@ -1,7 +1,9 @@
 //! `curve.svg`: by how much the capacitance changes under load, with its bounds, above the capacitance itself beside that of
 //! parallel plates; or force against compression. `approach.svg`: the same against the distance of the indenter, before contact.
 
+use crate::measured::{self, Comparison, load_axis};
 use crate::plot::{Axis, Chart, Panels, Scale, Series, Style};
+use elastocap_case::{MeasuredLoad, MeasuredPoints};
 use elastocap_coupling::outcome::{Outcome, Row};
 use elastocap_coupling::plan::{HELD_PATCH, Kind};
 use elastocap_coupling::terminals::in_words;
@@ -17,13 +19,30 @@ fn known(value: Option<f64>) -> f64 {
 
 /// The figure of a curve; `None` for a scene without load.
 pub fn figure(title: &str, outcome: &Outcome) -> Option<Panels> {
+    figure_with_points(title, outcome, None)
+}
+
+/// The same with measured points over the capacitance and their residuals below it, if there are any.
+pub fn figure_with_points(
+    title: &str,
+    outcome: &Outcome,
+    measured: Option<(&MeasuredPoints, &Comparison)>,
+) -> Option<Panels> {
     let held = !outcome.layer_meshes.is_empty()
         && outcome.plan.layer.as_ref().is_some_and(|layer| layer.indenter == HELD_PATCH);
     let title = if held { format!("{title} (under {HELD_PATCH})") } else { title.to_owned() };
     match outcome.plan.kind {
         Kind::Capacitance => None,
-        Kind::Mechanics => Some(Panels { title, main: force(outcome), second: None }),
+        Kind::Mechanics => Some(Panels { title, main: force(outcome), second: None, third: None }),
         Kind::Curve => {
+            if let Some((points, comparison)) = measured {
+                let (x, places) = (load_axis(points.load), places_on(outcome, points.load));
+                let mut curve = capacitance(outcome, &x, &places);
+                // Beside parallel plates, which may be ten times less, residuals would not be seen.
+                curve.series.truncate(1);
+                let change = change(outcome, &x, &places);
+                return Some(measured::panels(title, curve, points.load, comparison, change));
+            }
             let (x, loads) = load(outcome);
             let places = loads.into_iter().enumerate();
             let touched = places.filter(|(k, _)| !outcome.steps[*k].row.is_before_contact());
@@ -45,12 +64,23 @@ pub fn approach(title: &str, outcome: &Outcome) -> Option<Panels> {
 /// A step, by its position, and where it is on an axis.
 type Place = (usize, f64);
 
+/// The steps in contact on an axis of measured loads.
+fn places_on(outcome: &Outcome, load: MeasuredLoad) -> Vec<Place> {
+    let on_axis = |row: &Row| match load {
+        MeasuredLoad::Force => row.force_n,
+        MeasuredLoad::Displacement => row.top_displacement_m,
+        MeasuredLoad::Compression => row.compression,
+    };
+    let steps = outcome.steps.iter().enumerate().filter(|(_, step)| !step.row.is_before_contact());
+    steps.map(|(k, step)| (k, known(on_axis(&step.row)))).collect()
+}
+
 /// The change over the capacitance itself, against the places of some steps on an axis.
 fn panels(title: String, outcome: &Outcome, x: &Axis, places: &[Place]) -> Panels {
     let whole = capacitance(outcome, x, places);
     match change(outcome, x, places) {
-        Some(change) => Panels { title, main: change, second: Some(whole) },
-        None => Panels { title, main: whole, second: None },
+        Some(change) => Panels { title, main: change, second: Some(whole), third: None },
+        None => Panels { title, main: whole, second: None, third: None },
     }
 }
 

@@ -4,6 +4,7 @@ use elastocap_electrostatics::{Bounded, PhaseSeconds};
 use serde::Serialize;
 
 use crate::FieldFiles;
+use crate::measured::{Comparison, compare};
 use elastocap_case::{Case, Terminal};
 use elastocap_coupling::deform::{FiniteElementStep, ForceCheck, MeshReport};
 use elastocap_coupling::outcome::{EntryStatus, FloatingConductor, Outcome, Row, SolverReport, StepResult};
@@ -51,6 +52,9 @@ struct Document<'a> {
     /// What was asked of the change against the first load step.
     #[serde(skip_serializing_if = "Option::is_none")]
     change_tolerance: Option<f64>,
+    /// Measured points beside the curve.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    measured_points: Option<&'a Comparison>,
     steps: Vec<Step<'a>>,
     #[serde(skip_serializing_if = "<[_]>::is_empty")]
     layer_meshes: &'a [MeshReport],
@@ -264,6 +268,7 @@ pub fn document(
     case_text: Option<&str>,
 ) -> serde_json::Result<String> {
     let of_static = (outcome.plan.kind == Kind::Capacitance).then(|| outcome.steps.first()).flatten();
+    let measured_points = compare(case, outcome).and_then(Result::ok);
     let document = Document {
         title: &case.title,
         case: case.source.display().to_string(),
@@ -285,6 +290,7 @@ pub fn document(
         bounds: case.electrostatics.map(|e| if e.bounds { "proved" } else { "estimated" }),
         relative_tolerance: case.electrostatics.map(|e| e.relative_tolerance),
         change_tolerance: case.electrostatics.and_then(|e| e.change_tolerance),
+        measured_points: measured_points.as_ref(),
         steps: outcome.steps.iter().map(|step| Step::of(step, fields)).collect(),
         layer_meshes: &outcome.layer_meshes,
         layer_seconds: (!outcome.layer_meshes.is_empty()).then_some(outcome.layer_seconds),

@@ -104,7 +104,7 @@ pub fn save_kept(
     let started = now.checked_sub(planning + solving).unwrap_or(now);
     let folder = OutputFolder::open(folder)?;
     folder.holds_nothing_foreign()?;
-    let request = Request { wanted: Wanted::of(options), case_text, command: None, measured: &[] };
+    let request = Request { wanted: Wanted::of(options), case_text, command: None };
     let writer = FieldWriter::new(&folder, &()).writing(request.wanted.clone());
     let writer = writer.drawing_sections(&outcome.plan, &case.title);
     // Where staging breaks off, `finish` has the reason.

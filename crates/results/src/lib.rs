@@ -10,6 +10,8 @@ mod json;
 mod kept;
 mod layer_files;
 pub mod load_answer;
+pub mod load_curve;
+pub mod measured;
 mod output_folder;
 pub mod plot;
 pub mod report;
@@ -27,9 +29,10 @@ use elastocap_geometry::export::surfaces::surfaces_glb;
 use elastocap_geometry::export::vtk::{pvd, vtu};
 
 pub use fields::{FieldFiles, FieldWriter, field_file};
-pub use figure::{approach, figure};
+pub use figure::{approach, figure, figure_with_points};
 pub use json::{RunSeconds, document};
 pub use kept::{KeptFields, StepFields, save_kept};
+use measured::Comparison;
 pub use output_folder::{Finish, OutputError, OutputFolder, Placed};
 use output_folder::{INDEX, MESH_INDEX, is_result_name};
 pub use report::MeasuredPoint;
@@ -99,8 +102,6 @@ pub struct Request<'a> {
     pub case_text: Option<&'a str>,
     /// The command that repeats the run, for the report.
     pub command: Option<&'a str>,
-    /// Measured points, drawn over the curve in the report.
-    pub measured: &'a [MeasuredPoint],
 }
 
 /// Writes what a run found, as [`save_as`] does, with all files that the options leave.
@@ -149,8 +150,14 @@ pub fn save_as(
     if !outcome.layer_meshes.is_empty() && wanted.has(FileGroup::Mechanics) {
         folder.stage("mechanics.csv", layer_files::table(outcome).as_bytes())?;
     }
+    let comparison = measured::compare(case, outcome);
+    if let Some(Err(error)) = &comparison {
+        warnings.push(format!("the measured points are not compared: {error}"));
+    }
+    let comparison = comparison.and_then(Result::ok);
     if wanted.has(FileGroup::Curve) {
-        if let Some(panels) = figure(&case.title, outcome) {
+        let drawn = case.measured_points.as_ref().zip(comparison.as_ref());
+        if let Some(panels) = figure_with_points(&case.title, outcome, drawn) {
             folder.stage("curve.svg", panels.to_svg().as_bytes())?;
         }
         if let Some(panels) = approach(&case.title, outcome) {
@@ -186,6 +193,7 @@ pub fn save_as(
     }
     names.sort();
     if wanted.has(FileGroup::Report) {
+        let measured = comparison.as_ref().map(Comparison::under_force).unwrap_or_default();
         let report = Report {
             case,
             outcome,
@@ -196,7 +204,7 @@ pub fn save_as(
             shown: &shown,
             case_text: request.case_text,
             command: request.command,
-            measured: request.measured,
+            measured: &measured,
         };
         folder.stage(REPORT, report.html().as_bytes())?;
     }

@@ -76,7 +76,7 @@ pub enum DesignError {
     NoName(usize),
     /// A row of another length than the header.
     #[error(
-        "line {line} of the list has {found} fields, and its header {header}; an empty field leaves what the case file has"
+        "line {line} of the list has {found} fields, and its header {header}; an empty field leaves what the case file has, and quotation marks stand right after a comma"
     )]
     RowLength {
         /// The line, counted from 1.
@@ -254,11 +254,15 @@ fn read_list(table: &str) -> Result<(Vec<String>, Vec<CaseValues>), DesignError>
 struct Lines<'a> {
     reader: csv_core::Reader,
     rest: &'a [u8],
+    /// The fields of a row, one after the other, and where each ends. They grow as needed.
+    bytes: Vec<u8>,
+    ends: Vec<usize>,
 }
 
 impl<'a> Lines<'a> {
     fn new(text: &'a str) -> Self {
-        Self { reader: csv_core::ReaderBuilder::new().comment(Some(b'#')).build(), rest: text.as_bytes() }
+        let reader = csv_core::ReaderBuilder::new().comment(Some(b'#')).build();
+        Self { reader, rest: text.as_bytes(), bytes: vec![0; 256], ends: vec![0; 16] }
     }
 }
 
@@ -266,30 +270,28 @@ impl Iterator for Lines<'_> {
     type Item = (u64, Vec<String>);
 
     fn next(&mut self) -> Option<Self::Item> {
-        // A row is never longer than what is left of the text.
-        let (mut bytes, mut ends) = (vec![0; self.rest.len() + 1], vec![0; self.rest.len() + 2]);
         let (mut written, mut ended) = (0, 0);
         loop {
-            let (result, read, wrote, ends_found) =
-                self.reader.read_record(self.rest, &mut bytes[written..], &mut ends[ended..]);
+            let (bytes, ends) = (&mut self.bytes[written..], &mut self.ends[ended..]);
+            let (result, read, wrote, ends_found) = self.reader.read_record(self.rest, bytes, ends);
             self.rest = self.rest.get(read..).unwrap_or_default();
             (written, ended) = (written + wrote, ended + ends_found);
             match result {
                 csv_core::ReadRecordResult::Record => break,
                 csv_core::ReadRecordResult::End => return None,
                 // Called again with nothing left, the reader ends the last row.
-                csv_core::ReadRecordResult::InputEmpty
-                | csv_core::ReadRecordResult::OutputFull
-                | csv_core::ReadRecordResult::OutputEndsFull => {}
+                csv_core::ReadRecordResult::InputEmpty => {}
+                csv_core::ReadRecordResult::OutputFull => self.bytes.resize(2 * self.bytes.len(), 0),
+                csv_core::ReadRecordResult::OutputEndsFull => self.ends.resize(2 * self.ends.len(), 0),
             }
         }
         let mut from = 0;
         let field = |end: &usize| {
-            let field = String::from_utf8_lossy(bytes.get(from..*end).unwrap_or_default());
+            let field = String::from_utf8_lossy(self.bytes.get(from..*end).unwrap_or_default());
             from = *end;
             field.trim().to_owned()
         };
-        let fields = ends.iter().take(ended).map(field).collect();
+        let fields = self.ends.iter().take(ended).map(field).collect();
         Some((self.reader.line().saturating_sub(1), fields))
     }
 }
@@ -323,6 +325,11 @@ mod tests {
         let design = Design::list(text, &[]).unwrap();
         assert_eq!(design.keys(), ["layer.thickness", "electrodes.in_plane_pair.gap"]);
         assert_eq!(shown(&design), ["400um 10um", "450um -", "[1, 2] 5"]);
+        let long = "x".repeat(5000);
+        let wide = (0..100).map(|k| format!("k{k}")).collect::<Vec<_>>().join(",");
+        let values = vec![long.as_str(); 100].join(",");
+        let design = Design::list(&format!("{wide}\n{values}"), &[]).unwrap();
+        assert!(design.cases()[0].iter().all(|value| value.as_ref() == Some(&long)));
         let with_grid = Design::list("a\n1\n2\n", &settings(&["b=x,y"])).unwrap();
         assert_eq!(shown(&with_grid), ["1 x", "1 y", "2 x", "2 y"]);
     }
@@ -336,7 +343,7 @@ mod tests {
         assert_ne!(few.cases(), Design::random(&settings, 5, 2).unwrap().cases());
         assert!(few.cases().iter().all(|case| case[2].as_deref() == Some("7")));
         // Written down once, so that another machine or another version of the generator is noticed.
-        assert_eq!(shown(&few)[0], "\"?\"");
+        assert_eq!(shown(&few)[0], "\"49.4458732 um\" 1.25455176 7");
     }
 
     #[test]

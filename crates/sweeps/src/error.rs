@@ -73,7 +73,7 @@ pub enum SweepError {
         folder: PathBuf,
     },
     /// No sweep where one should be.
-    #[error("`{}` holds no sweep: {why}", folder.display())]
+    #[error("`{}` holds no sweep of this version: {why}; name another folder, or move its files away", folder.display())]
     NoSweep {
         /// The folder.
         folder: PathBuf,

@@ -161,11 +161,7 @@ impl SweepFolder {
     pub fn open(path: &Path, manifest: Manifest, overwrite: bool) -> Result<Self, SweepError> {
         let folder = || path.to_owned();
         let write = |file: PathBuf| move |source| SweepError::Write { file, source };
-        let found = Manifest::read(path);
-        let found = match (found, overwrite) {
-            (Err(SweepError::NoSweep { .. }), true) => None,
-            (found, _) => found?,
-        };
+        let found = Manifest::read(path)?;
         if let Some(found) = &found
             && !overwrite
         {
@@ -182,11 +178,11 @@ impl SweepFolder {
             }
         }
         if found.is_none() {
-            for name in [CASES].iter().chain(crate::results::FILES) {
-                let file = path.join(name);
-                if file.exists() && !overwrite {
-                    return Err(SweepError::NotOurs { file });
-                }
+            // A process killed at its very start leaves an empty folder for cases.
+            let has_cases = fs::read_dir(path.join(CASES)).is_ok_and(|mut entries| entries.next().is_some());
+            let foreign = crate::results::FILES.iter().find(|name| path.join(name).exists());
+            if let Some(name) = has_cases.then_some(&CASES).or(foreign) {
+                return Err(SweepError::NotOurs { file: path.join(name) });
             }
         }
         let cases = path.join(CASES);

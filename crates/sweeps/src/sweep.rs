@@ -9,7 +9,8 @@ use std::time::Instant;
 
 use elastocap_case::{Case, files_of, read_source, value_at, with_value};
 use elastocap_coupling::plan::{Options, Plan};
-use elastocap_coupling::run::run;
+use elastocap_coupling::run::run_sharing;
+use elastocap_coupling::shared_fields::SharedFields;
 
 use crate::design::{CaseValues, Design};
 use crate::error::SweepError;
@@ -47,6 +48,8 @@ pub struct Sweep {
     fingerprint: Fingerprint,
     /// What the case file has for each key.
     defaults: Vec<Option<String>>,
+    /// Fields that several cases have in common.
+    shared: Arc<SharedFields>,
 }
 
 impl Sweep {
@@ -88,7 +91,9 @@ impl Sweep {
             settings: sha256(format!("{settings:?}").as_bytes()),
         };
         let origin = origin.to_owned();
-        let mut sweep = Self { origin, source, title, design, settings, fingerprint: placeholder, defaults };
+        let shared = Arc::default();
+        let mut sweep =
+            Self { origin, source, title, design, settings, fingerprint: placeholder, defaults, shared };
         sweep.fingerprint.files = sweep.check()?;
         Ok(sweep)
     }
@@ -165,7 +170,7 @@ impl Sweep {
         let at_once = at_once.max(1) as u64;
         plan.memory_limit /= at_once;
         plan.layer_memory_limit /= at_once;
-        let outcome = run(&case, &plan, &options, cancel, &());
+        let outcome = run_sharing(&case, &plan, &options, cancel, &(), Some(&self.shared));
         let seconds = start.elapsed().as_secs_f64();
         (!outcome.stopped).then(|| CaseRecord::of_outcome(index, values.clone(), &outcome, seconds))
     }
@@ -204,6 +209,11 @@ impl Sweep {
     /// The values of each case, by its index.
     pub fn cases(&self) -> &[CaseValues] {
         self.design.cases()
+    }
+
+    /// How many fields were not solved since another case of this process had solved the same one.
+    pub fn fields_spared(&self) -> usize {
+        self.shared.spared()
     }
 
     /// What the results depend on.

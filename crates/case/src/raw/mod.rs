@@ -4,6 +4,7 @@
 
 mod bodies;
 mod electrodes;
+mod measurement;
 mod mechanics;
 mod surroundings;
 
@@ -12,12 +13,13 @@ use toml::de::{DeTable, DeValue};
 
 use super::file_unit::FileUnit;
 use super::material::MaterialTable;
-use super::quantities::{Permittivity, Size, Tolerance};
+use super::quantities::{Permittivity, Size, Tolerance, VolumeFraction};
 use super::reader::{FromToml, Log, Node, Read, alternatives, nearest};
 use super::tables::{Entries, TableKeys, TableSchema, key, table, unknown_word, words};
 use super::values::{Flag, FormatNumber, PotentialOrder, Text};
 pub(crate) use bodies::*;
 pub(crate) use electrodes::*;
+pub(crate) use measurement::*;
 pub(crate) use mechanics::*;
 pub(crate) use surroundings::*;
 
@@ -52,6 +54,8 @@ table! {
         mesh: Option<Read<MeshFile>>,
         /// How accurately the capacitance is computed.
         electrostatics: Option<Read<Electrostatics>>,
+        /// Points that were measured, to be drawn over the curve and fitted to.
+        measurement: Option<Read<MeasurementFile>>,
     }
 }
 
@@ -79,8 +83,22 @@ table! {
         half_length: Option<Read<Size>>,
         /// Relative permittivity; needed as soon as there are electrodes or conductors.
         relative_permittivity: Option<Read<Permittivity>>,
+        /// In place of `relative_permittivity`, for a foam: its permittivity grows as the load closes its pores. Needs
+        /// [mechanics.closed_form] where there is a load.
+        foam: Option<Read<Foam>>,
         /// What it is made of; needed as soon as there is a load.
         material: Option<Read<MaterialTable>>,
+    }
+}
+
+table! {
+    /// The permittivity of a foam by Looyenga's mixing rule: the cube root of the permittivity is the mean of those of solid and air
+    /// by volume. Compressed by U/H, without getting wider, the solid's share of the volume is divided by 1 - U/H.
+    struct Foam {
+        /// Relative permittivity of what the foam is made of.
+        solid_permittivity: Read<Permittivity>,
+        /// Share of the volume at rest that is solid; the rest is air.
+        solid_fraction: Read<VolumeFraction>,
     }
 }
 

@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use super::super::diagnostics::Diagnostic;
-use super::super::model::{Electrodes, Extent, Face, Layer, Layout, Stiffness, Surroundings};
+use super::super::model::{Electrodes, Extent, Face, Foam, Layer, Layout, Stiffness, Surroundings};
 use super::super::quantities::Size;
 use super::super::raw::{self, Document};
 use super::super::reader::{Log, Read};
@@ -18,7 +18,11 @@ pub(super) fn layer(
     log: &mut Log<'_>,
 ) -> Option<Layer> {
     let raw = read.get()?;
-    if wants_capacitance && raw.relative_permittivity.is_none() {
+    let foam = match &raw.foam {
+        None => None,
+        Some(read) => Some(foam(read, raw, log)?),
+    };
+    if wants_capacitance && raw.relative_permittivity.is_none() && foam.is_none() {
         log.push(
             Diagnostic::at(&read.span, "[layer] lacks `relative_permittivity`, which the capacitance needs")
                 .label("a key is missing here")
@@ -42,9 +46,11 @@ pub(super) fn layer(
         half_length: optional(&raw.half_length)?,
         relative_permittivity: match &raw.relative_permittivity {
             Some(read) => Some(read.get()?.value),
+            None if foam.is_some() => foam.map(|foam| foam.relative_permittivity(0.0)),
             None if wants_capacitance => return None,
             None => None,
         },
+        foam,
         bulk_modulus: match raw.material.as_ref().and_then(Read::get).and_then(material::bulk_modulus) {
             Some(read) => Some(read.get()?.si),
             None => None,
@@ -55,6 +61,43 @@ pub(super) fn layer(
             None => None,
         },
     })
+}
+
+/// The permittivity of a foam.
+fn foam(read: &Read<raw::Foam>, layer: &raw::Layer, log: &mut Log<'_>) -> Option<Foam> {
+    let table = read.get()?;
+    if let Some(other) = &layer.relative_permittivity {
+        log.push(
+            Diagnostic::at(&read.span, "[layer] has both `foam` and `relative_permittivity`")
+                .label("this says what the permittivity is")
+                .related(&other.span, "and so does this")
+                .help("leave one of them out"),
+        );
+        return None;
+    }
+    Some(Foam {
+        solid_permittivity: table.solid_permittivity.get()?.value,
+        solid_fraction: table.solid_fraction.get()?.value,
+    })
+}
+
+/// A foam is as dense everywhere as the mean compression makes it, and nothing else in the field may change it.
+pub(super) fn check_foam(raw: &Document, log: &mut Log<'_>) {
+    let Some(foam) = given(&raw.layer).and_then(|layer| layer.foam.as_ref()) else { return };
+    let finite_elements =
+        given(&raw.mechanics).is_some_and(|own| !matches!(own, raw::Mechanics::ClosedForm(_)));
+    let other = if finite_elements {
+        "a layer by finite elements, which is not compressed evenly"
+    } else if raw.indenter.is_some() {
+        "an indenter in the field, beside which the layer is not compressed"
+    } else {
+        return;
+    };
+    log.push(
+        Diagnostic::at(&foam.span, format!("[layer.foam] cannot be used with {other}"))
+            .label("its permittivity follows from one compression")
+            .help("use [mechanics.closed_form] without [indenter], or give `relative_permittivity`"),
+    );
 }
 
 /// What the two layouts have in common.

@@ -10,6 +10,7 @@ mod imported;
 mod indenter;
 mod layer_end;
 mod layered;
+mod measured_points;
 mod mechanics;
 mod outlines;
 mod recognised;
@@ -54,6 +55,7 @@ pub(super) fn validate(raw: &Document, flawed: bool, origin: &Path, log: &mut Lo
     }
 
     let layer = raw.layer.as_ref().map(|l| layered::layer(l, wants_capacitance, wants_mechanics, log));
+    layered::check_foam(raw, log);
     let of_pair = raw.pair();
     let electrodes = of_pair.map(|e| layered::electrodes(e, wants_mechanics, log));
     let load = raw.load.as_ref().map(|l| steps::load(l, log));
@@ -124,6 +126,8 @@ pub(super) fn validate(raw: &Document, flawed: bool, origin: &Path, log: &mut Lo
         None => Vec::new(),
     };
     attached::check(raw, &poses, log);
+    let measured_points =
+        raw.measurement.as_ref().map(|read| measured_points::measured_points(read, raw, flawed, origin, log));
     let mut surroundings = all_given(surroundings)?;
     let (bodies, recognised) = match found {
         Some(found) => {
@@ -153,6 +157,7 @@ pub(super) fn validate(raw: &Document, flawed: bool, origin: &Path, log: &mut Lo
         mesh,
         surroundings,
         electrostatics: if wants_capacitance { Some(electrostatics(raw)?) } else { None },
+        measured_points: all_given(measured_points)?,
     })
 }
 

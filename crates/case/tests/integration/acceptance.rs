@@ -23,6 +23,7 @@ fn in_plane_pair() -> Case {
             thickness: 450e-6,
             half_length: None,
             relative_permittivity: Some(2.8),
+            foam: None,
             material: Some(HyperelasticLaw::MooneyRivlin { c10: 682.15, c01: 43931.9 }),
             bulk_modulus: None,
         }),
@@ -68,6 +69,7 @@ fn in_plane_pair() -> Case {
             solver: None,
             order: None,
         }),
+        measured_points: None,
     }
 }
 

@@ -71,6 +71,22 @@ fn a_gent_material_is_valid_with_both_its_constants() {
 }
 
 #[test]
+fn measured_points_and_a_foam_are_valid_with_their_keys() {
+    let validator = validator();
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../cases/fits");
+    for name in ["pair.toml", "orthosis.toml"] {
+        let text = std::fs::read_to_string(path.join(name)).unwrap();
+        let errors: Vec<_> = validator.iter_errors(&json(&text)).map(|e| e.to_string()).collect();
+        assert!(errors.is_empty(), "{name}: {errors:?}");
+        assert!(!validator.is_valid(&json(&text.replace("[measurement.columns]", "[measurement.column]"))));
+        let corrected =
+            |line: &str| json(&text.replace("[measurement]\n", &format!("[measurement]\n{line}\n")));
+        assert!(validator.is_valid(&corrected("offset = \"2 mN\"\nparasitic = \"-1 fF\"\ngain = 1.1")));
+        assert!(!validator.is_valid(&corrected("parasitic = 1.0")));
+    }
+}
+
+#[test]
 fn slips_that_a_schema_can_see_are_invalid() {
     let validator = validator();
     for name in [

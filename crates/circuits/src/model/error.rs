@@ -75,6 +75,16 @@ pub enum ModelError {
         "the result has {0} step with a force; a model needs two at least, of different forces: give `[load]` of the case more of them"
     )]
     TooFewSteps(usize),
+    /// Two steps that are one.
+    #[error(
+        "steps {one} and {other} of the run have forces that differ by next to nothing; take one of them out of `[load]` of the case"
+    )]
+    TooClose {
+        /// One of them.
+        one: usize,
+        /// The other.
+        other: usize,
+    },
     /// A capacitance turns.
     #[error(
         "the capacitance {name} grows with the force in one place and falls in another, around {force} N; add steps there and export with \

@@ -55,7 +55,10 @@ fn hostile_names_stay_in_comments_and_descriptions() {
     }
     let archive = fmu::archive(&model, None).expect("an archive");
     let text = String::from_utf8_lossy(&archive);
-    assert!(!text.contains("<module name") && text.contains("&lt;module name=&quot;x&quot;&gt;"));
+    let (description, _) = text.split_once("</fmiModelDescription>").expect("a description");
+    assert!(
+        !description.contains("<module name") && description.contains("&lt;module name=&quot;x&quot;&gt;")
+    );
 }
 
 #[test]
@@ -65,6 +68,19 @@ fn the_pins_of_a_subcircuit_differ_from_each_other_and_from_its_inner_nodes() {
     let pins: BTreeSet<String> = all.split(' ').map(str::to_ascii_lowercase).collect();
     assert_eq!(pins.len(), 6, "{all}");
     assert!(pins.iter().all(|pin| !pin.starts_with("elc_")), "{all}");
+}
+
+#[test]
+fn the_variables_of_an_fmu_differ_where_names_read_the_same_when_they_are_joined() {
+    let model = read(&matrix(["a_b", "a", "b_lower"])).expect("a model");
+    let archive = fmu::archive(&model, None).expect("an archive");
+    let text = String::from_utf8_lossy(&archive);
+    let (description, _) = text.split_once("</ModelVariables>").expect("variables");
+    let (_, variables) = description.split_once("<ModelVariables>").expect("variables");
+    let names: Vec<&str> =
+        variables.split(" name=\"").skip(1).filter_map(|rest| rest.split('"').next()).collect();
+    let unlike: BTreeSet<&str> = names.iter().copied().collect();
+    assert!(names.len() == 36 && unlike.len() == names.len(), "{names:?}");
 }
 
 #[test]

@@ -127,6 +127,7 @@ impl Plan {
         plan.electrostatics(case, options);
         plan.neutral_bodies(case, options);
         plan.repeated_steps();
+        plan.measured_points(case);
         plan.files(case, options);
         plan
     }
@@ -145,6 +146,15 @@ impl Plan {
             memory_limit: self.memory_limit,
             tetrahedra_order: asked.and_then(|e| e.order).map_or(usual.tetrahedra_order, usize::from),
             cancel: None,
+            shared: None,
+        }
+    }
+
+    fn measured_points(&mut self, case: &Case) {
+        if let Some(measured) = &case.measured_points {
+            let (count, load) = (measured.points.len(), measured.load.name());
+            let what = format!("{count} points by {load} from `{}` are drawn over the curve", measured.file);
+            self.solved.push(Planned { part: "measured", what });
         }
     }
 

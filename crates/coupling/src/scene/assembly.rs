@@ -51,8 +51,10 @@ pub fn scene_of(
     }
     let mut bodies = Terminal::join(&case.terminals, bodies);
     if let (Some(layer), Some(top)) = (&case.layer, top) {
-        let own =
-            layer.relative_permittivity.ok_or(SceneError::Missing("relative_permittivity in [layer]"))?;
+        let compression = state.map_or(0.0, Deformation::compression);
+        let own = layer
+            .permittivity_at(compression)
+            .ok_or(SceneError::Missing("relative_permittivity in [layer]"))?;
         let mut slabs = vec![("layer", Purpose::Layer, [0.0, top], own)];
         if let Extent::AroundLayer { below, above, .. } = &surroundings.extent {
             if let Face::Medium { relative_permittivity, thickness, .. } = *below {

@@ -58,9 +58,10 @@ fn place(
     layer: &Layer,
     state: Option<&LayerState>,
 ) -> Result<([Box3; 2], DeformedPair), SceneError> {
-    let permittivity =
-        layer.relative_permittivity.ok_or(SceneError::Missing("relative_permittivity in [layer]"))?
-            * VACUUM_PERMITTIVITY;
+    let permittivity = layer
+        .permittivity_at(state.map_or(0.0, LayerState::compression))
+        .ok_or(SceneError::Missing("relative_permittivity in [layer]"))?
+        * VACUUM_PERMITTIVITY;
     let width = electrodes.width;
     let block = |x1: [f64; 2], x2: [f64; 2]| Box3 {
         min: [x1[0], x2[0], -0.5 * width],

@@ -49,7 +49,13 @@ impl Solver<'_> {
     ) -> Result<Fields, Stop> {
         let settings = self.settings.boxes();
         match taken {
-            Route::Boxes => Ok(Fields::Boxes(Box::new(solve(&deformed.scene, &settings)?))),
+            Route::Boxes => {
+                let found = match &self.settings.shared {
+                    Some(shared) => shared.get_or_solve(&deformed.scene, &settings, solve)?,
+                    None => solve(&deformed.scene, &settings)?,
+                };
+                Ok(Fields::Boxes(Box::new(found)))
+            }
             Route::EnclosingBoxes => {
                 Ok(Fields::Boxes(Box::new(between(deformed, enclosing(deformed)?, &settings)?)))
             }

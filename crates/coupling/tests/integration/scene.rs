@@ -64,6 +64,7 @@ fn pair(layout: Layout) -> Case {
             solver: None,
             order: None,
         }),
+        measured_points: None,
     }
 }
 

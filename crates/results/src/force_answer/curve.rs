@@ -1,6 +1,6 @@
 //! The curve of a run, made ready to be read from capacitance to force.
 
-use super::monotone::MonotoneCubic;
+use super::monotone::{MonotoneCubic, interpolation_errors};
 
 /// A load step as the curve needs it.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -131,30 +131,12 @@ impl ForceCurve {
             upper,
             errors: Vec::new(),
         };
-        curve.errors = curve.interpolation_errors();
+        curve.errors = interpolation_errors(&curve.forces, &curve.middle);
         Ok(curve)
     }
 
     /// Interpolates values at the steps.
     pub(super) fn cubic(&self, values: &[f64]) -> MonotoneCubic {
         MonotoneCubic::through(self.forces.clone(), values.to_vec())
-    }
-
-    /// For each interval between steps, the larger of what the interpolation is wrong by at its two ends if that step is left out. With
-    /// the step, the distance between points is half as large, and the error of a smooth curve a quarter or less. The first and the last
-    /// step cannot be left out.
-    fn interpolation_errors(&self) -> Vec<f64> {
-        let last = self.forces.len() - 1;
-        let without = |left_out: usize| {
-            let rest = |all: &[f64]| {
-                all.iter().enumerate().filter(|(k, _)| *k != left_out).map(|(_, value)| *value).collect()
-            };
-            let coarse = MonotoneCubic::through(rest(&self.forces), rest(&self.middle));
-            (coarse.value(self.forces[left_out]) - self.middle[left_out]).abs()
-        };
-        let at_steps: Vec<Option<f64>> =
-            (0..=last).map(|k| (k > 0 && k < last).then(|| without(k))).collect();
-        let larger = |pair: &[Option<f64>]| pair.iter().flatten().copied().reduce(f64::max);
-        at_steps.windows(2).map(|pair| larger(pair).unwrap_or(f64::INFINITY)).collect()
     }
 }

@@ -8,7 +8,7 @@
 
 mod curve;
 mod file;
-mod monotone;
+pub(crate) mod monotone;
 
 use elastocap_case::MeasuredCapacitance;
 use serde::Serialize;

@@ -117,21 +117,22 @@ pub struct Panels {
     pub main: Chart,
     /// The smaller one below, if there is one. Its own title is not shown.
     pub second: Option<Chart>,
+    /// A third one at the bottom, if there is one. Its own title is not shown.
+    pub third: Option<Chart>,
 }
 
-/// Heights of the two of [`Panels`], the title included in the first.
+/// Heights of the first and of each other of [`Panels`], the title included in the first.
 const PANEL_HEIGHTS: [f64; 2] = [460.0, 290.0];
 
 impl Panels {
     /// The charts as one SVG file, 800 units wide.
     pub fn to_svg(&self) -> String {
-        match &self.second {
-            None => draw::svg(&Chart { title: self.title.clone(), ..self.main.clone() }),
-            Some(second) => {
-                let [high, low] = PANEL_HEIGHTS;
-                draw::page(&self.title, &[(&self.main, high), (second, low)])
-            }
+        let [high, low] = PANEL_HEIGHTS;
+        let below: Vec<_> = self.second.iter().chain(&self.third).map(|chart| (chart, low)).collect();
+        if below.is_empty() {
+            return draw::svg(&Chart { title: self.title.clone(), ..self.main.clone() });
         }
+        draw::page(&self.title, &[vec![(&self.main, high)], below].concat())
     }
 }
 

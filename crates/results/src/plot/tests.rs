@@ -186,7 +186,7 @@ fn a_cloud_is_small_and_faint_behind_the_series_whose_colour_it_has() {
 fn panels_share_a_title_and_the_place_of_every_x() {
     let upper = chart(Scale::Linear, vec![series("change", &[(0.0, 0.0), (0.2, 7.5)])]);
     let lower = chart(Scale::Linear, vec![series("whole", &[(0.0, 31.25e-15), (0.2, 33.5e-15)])]);
-    let panels = Panels { title: "a sensor".into(), main: upper, second: Some(lower) };
+    let panels = Panels { title: "a sensor".into(), main: upper, second: Some(lower), third: None };
     let svg = panels.to_svg();
     assert_well_formed(&svg);
     let found = texts(&svg);

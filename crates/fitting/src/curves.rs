@@ -1,0 +1,224 @@
+//! The computed curve for any values of keys of a case, each solved once.
+
+use std::collections::HashMap;
+use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+use std::sync::{Arc, Mutex, PoisonError};
+
+use elastocap_case::{
+    Case, CaseError, Load, MeasuredLoad, Mechanics, OverrideError, ShearLength, with_value,
+};
+use elastocap_coupling::deform::prepare;
+use elastocap_coupling::outcome::{Outcome, Status};
+use elastocap_coupling::plan::{Options, Plan};
+use elastocap_coupling::run::run;
+use elastocap_coupling::scene::scene_of;
+use elastocap_results::load_curve::{CurveStep, LoadCurve, NoCurve};
+
+/// Why there is no curve for some values.
+#[derive(Debug, Clone, thiserror::Error)]
+#[non_exhaustive]
+pub enum CurveError {
+    /// A key cannot be set.
+    #[error(transparent)]
+    Path(#[from] OverrideError),
+    /// The case with these values is not valid.
+    #[error("with {values} the case is not valid:\n{error}")]
+    Case {
+        /// The values, in words.
+        values: String,
+        /// What is wrong with it.
+        error: Box<CaseError>,
+    },
+    /// Too few of its steps were solved.
+    #[error("with {values} {error}{}", .reason.as_ref().map(|reason| format!(" (a step failed: {reason})")).unwrap_or_default())]
+    NoCurve {
+        /// The values, in words.
+        values: String,
+        /// What is missing.
+        error: NoCurve,
+        /// Why a step failed, if one did.
+        reason: Option<String>,
+    },
+    /// The work was stopped on request.
+    #[error("stopped")]
+    Stopped,
+}
+
+/// What has been solved so far.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
+pub struct Effort {
+    /// Curves with fields solved for them.
+    pub curves_solved: usize,
+    /// Curves whose bodies lay where they had lain for other values, so that no field had to be solved.
+    pub curves_shared: usize,
+}
+
+/// A curve with what is known of how it came about.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SolvedCurve {
+    /// Capacitance against load.
+    pub curve: LoadCurve,
+    /// Steps of the case that have no place on it, because they failed or have no force.
+    pub missing_steps: usize,
+}
+
+/// The measured capacitance of bodies that were solved for, F, and the error that its bounds and flat faces leave, F.
+type Known = (f64, f64);
+
+/// The curves of a case.
+#[derive(Debug)]
+pub struct Curves {
+    source: String,
+    origin: PathBuf,
+    load: MeasuredLoad,
+    cancel: Arc<AtomicBool>,
+    by_values: Mutex<HashMap<String, Arc<SolvedCurve>>>,
+    /// By bodies in place, to the last bit.
+    by_scene: Mutex<HashMap<String, Known>>,
+    solved: AtomicUsize,
+    shared: AtomicUsize,
+}
+
+const OPTIONS: Options = Options { prune: true, fields: false, scene: false };
+
+impl Curves {
+    /// Of the text of a case from a file `origin`, over loads of this kind. `cancel` stops the work.
+    pub fn new(source: &str, origin: &Path, load: MeasuredLoad, cancel: Arc<AtomicBool>) -> Self {
+        Self {
+            source: source.to_owned(),
+            origin: origin.to_owned(),
+            load,
+            cancel,
+            by_values: Mutex::default(),
+            by_scene: Mutex::default(),
+            solved: AtomicUsize::new(0),
+            shared: AtomicUsize::new(0),
+        }
+    }
+
+    /// What has been solved so far.
+    pub fn effort(&self) -> Effort {
+        Effort {
+            curves_solved: self.solved.load(Ordering::Relaxed),
+            curves_shared: self.shared.load(Ordering::Relaxed),
+        }
+    }
+
+    /// Whether the work is to be stopped.
+    pub fn is_stopped(&self) -> bool {
+        self.cancel.load(Ordering::Relaxed)
+    }
+
+    /// The text of the case with these values of its keys, as TOML.
+    ///
+    /// # Errors
+    /// [`OverrideError`] where a path does not fit.
+    pub fn text(&self, values: &[(&str, String)]) -> Result<String, OverrideError> {
+        values.iter().try_fold(self.source.clone(), |text, (path, value)| with_value(&text, path, value))
+    }
+
+    /// The curve with these values of keys.
+    ///
+    /// # Errors
+    /// [`CurveError`] where the case is not valid with them, where too few of its steps can be solved, and when the work is stopped.
+    pub fn curve(&self, values: &[(&str, String)]) -> Result<Arc<SolvedCurve>, CurveError> {
+        let key = in_words(values);
+        if let Some(known) = lock(&self.by_values).get(&key) {
+            return Ok(Arc::clone(known));
+        }
+        let text = self.text(values)?;
+        let case = elastocap_case::parse(&text, &self.origin)
+            .map_err(|error| CurveError::Case { values: key.clone(), error: Box::new(error) })?;
+        let solved = Arc::new(self.of_case(&case, &key)?);
+        lock(&self.by_values).insert(key, Arc::clone(&solved));
+        Ok(solved)
+    }
+
+    fn of_case(&self, case: &Case, values: &str) -> Result<SolvedCurve, CurveError> {
+        let plan = Plan::new(case, &OPTIONS);
+        if let Some((steps, total)) = self.shared(case, &plan) {
+            let missing_steps = total - steps.len();
+            if let Ok(curve) = LoadCurve::through(steps) {
+                self.shared.fetch_add(1, Ordering::Relaxed);
+                return Ok(SolvedCurve { curve, missing_steps });
+            }
+        }
+        if self.is_stopped() {
+            return Err(CurveError::Stopped);
+        }
+        let outcome = run(case, &plan, &OPTIONS, &self.cancel, &());
+        if outcome.stopped {
+            return Err(CurveError::Stopped);
+        }
+        self.solved.fetch_add(1, Ordering::Relaxed);
+        self.remember(case, &outcome);
+        let curve = LoadCurve::of(case, &outcome, self.load).map_err(|error| {
+            let failed = outcome.steps.iter().find(|step| matches!(step.row.status, Status::Failed(_)));
+            let reason = failed.map(|step| step.row.status.to_string());
+            CurveError::NoCurve { values: values.to_owned(), error, reason }
+        })?;
+        let missing_steps = outcome.steps.len().saturating_sub(curve.steps().len());
+        Ok(SolvedCurve { curve, missing_steps })
+    }
+
+    /// The steps of a case whose bodies all lie where they lay for other values, and how many steps there are. Only for layers whose
+    /// mechanics take no time.
+    fn shared(&self, case: &Case, plan: &Plan) -> Option<(Vec<CurveStep>, usize)> {
+        if !has_quick_mechanics(case) || plan.steps.iter().any(|step| step.pose != Default::default()) {
+            return None;
+        }
+        let layer = prepare(case, &plan.loads(), plan.layer_memory_limit, &self.cancel, &|_| ());
+        let known = lock(&self.by_scene);
+        let mut steps = Vec::with_capacity(plan.steps.len());
+        for step in &plan.steps {
+            let state = layer.deformation(case, step.index, step.load, true).ok()?;
+            let scene = scene_of(case, state.as_ref(), &step.pose).ok()?;
+            let (capacitance, error) = *known.get(&scene_key(case, &scene))?;
+            let compression = state.as_ref().map_or(0.0, |state| state.compression());
+            let beyond = plan.force_limit.is_some_and(|limit| compression > limit.compression);
+            let load = match self.load {
+                MeasuredLoad::Force if beyond && matches!(case.load, Some(Load::Compression(_))) => continue,
+                MeasuredLoad::Force => state.as_ref().map_or(0.0, |state| state.force()),
+                MeasuredLoad::Displacement => state.as_ref().map_or(0.0, |state| state.top_displacement()),
+                MeasuredLoad::Compression => compression,
+            };
+            steps.push(CurveStep { load, load_error: 0.0, capacitance, error });
+        }
+        Some((steps, plan.steps.len()))
+    }
+
+    /// Keeps the capacitances of bodies that were solved for.
+    fn remember(&self, case: &Case, outcome: &Outcome) {
+        if !has_quick_mechanics(case) {
+            return;
+        }
+        let mut known = lock(&self.by_scene);
+        for step in &outcome.steps {
+            if let (Some(scene), Some(capacitance)) = (&step.scene, step.row.capacitance_f) {
+                let errors = [step.row.relative_error_estimate, step.row.geometry_error_estimate];
+                let error: f64 = errors.iter().flatten().sum();
+                known.insert(scene_key(case, scene), (capacitance, error * capacitance.abs()));
+            }
+        }
+    }
+}
+
+/// Whether the layer of a case follows from formulas.
+fn has_quick_mechanics(case: &Case) -> bool {
+    matches!(case.mechanics, Some(Mechanics::ClosedForm { shear_length: ShearLength::Given(_), .. }))
+}
+
+/// What a field solve depends on, to the last bit: numbers are written so that they are read back as they are.
+fn scene_key(case: &Case, scene: &elastocap_coupling::scene::DeformedScene) -> String {
+    format!("{:?} {:?} {:?} {:?}", scene.scene, case.electrostatics, case.terminals, case.measured)
+}
+
+fn in_words(values: &[(&str, String)]) -> String {
+    values.iter().map(|(path, value)| format!("{path} = {value}")).collect::<Vec<_>>().join(", ")
+}
+
+/// What a lock holds is whole at any time, also after a panic elsewhere.
+fn lock<T>(mutex: &Mutex<T>) -> std::sync::MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
+}

@@ -1,0 +1,140 @@
+//! What the user of a fit should know, in words.
+
+use elastocap_coupling::words::listed;
+use elastocap_results::measured::Comparison;
+
+use crate::parameter::{Parameter, Quantity};
+use crate::uncertainty::Uncertainty;
+
+/// Beyond this correlation two parameters cannot be told apart.
+const NOT_TOLD_APART: f64 = 0.99;
+/// Beyond this condition of the scaled Jacobian a combination of parameters is not determined.
+const ILL_CONDITIONED: f64 = 1e3;
+
+/// What a fit has found, as far as there may be something to say of it.
+pub(crate) struct Found<'a> {
+    /// In the order of the user.
+    pub(crate) parameters: &'a [Parameter],
+    /// "lower" or "upper" for each parameter that ended at a limit.
+    pub(crate) at_limit: &'a [Option<&'static str>],
+    /// Whether the curve hardly changes with it.
+    pub(crate) weak: &'a [bool],
+    /// Names of the parameters that did not end at a limit.
+    pub(crate) inner: &'a [&'a str],
+    /// What the data say of them.
+    pub(crate) known: Option<&'a Uncertainty>,
+    /// Or why they say nothing: the condition, and the combination that changes nothing.
+    pub(crate) undetermined: Option<&'a (f64, Vec<f64>)>,
+    /// Steps of the case that have no place on the curve.
+    pub(crate) missing_steps: usize,
+    /// The points beside the fitted curve.
+    pub(crate) comparison: &'a Comparison,
+    /// What the load of the points is.
+    pub(crate) load: &'static str,
+    /// Whether the points have deviations.
+    pub(crate) noise_is_given: bool,
+    /// Whether the search was stopped on request.
+    pub(crate) stopped: bool,
+    /// Whether it converged.
+    pub(crate) converged: bool,
+}
+
+/// One sentence or two for each thing that the user should know.
+pub(crate) fn findings(found: &Found<'_>) -> Vec<String> {
+    let mut said = Vec::new();
+    if let Some((condition, weakest)) = found.undetermined {
+        said.push(not_determined(found.inner, weakest, *condition));
+    }
+    if let Some(known) = found.known {
+        said.extend(not_told_apart(found.inner, known));
+    }
+    for (own, weak) in found.parameters.iter().zip(found.weak) {
+        if *weak && own.quantity == Quantity::Key {
+            said.push(format!(
+                "{} changes the curve by hardly more than its error, even over a quarter of the range: its interval is not reliable; lower \
+                 `relative_tolerance` in [electrostatics], or leave it fixed",
+                own.name
+            ));
+        }
+    }
+    for (own, at) in found.parameters.iter().zip(found.at_limit) {
+        if let Some(side) = at {
+            said.push(format!(
+                "{} ended at its {side} limit and is taken as fixed there: the data ask for a value beyond it, or do not depend on it",
+                own.name
+            ));
+        }
+    }
+    if found.missing_steps > 0 {
+        said.push(format!(
+            "{} of the steps of the case have no place on the fitted curve: they failed or have no {}",
+            found.missing_steps, found.load
+        ));
+    }
+    let comparison = found.comparison;
+    if comparison.beyond_curve > 0 {
+        said.push(format!(
+            "{} of {} points have a {} beyond the last step of the case: there the curve was continued along its tangent; give `[load]` \
+             larger steps",
+            comparison.beyond_curve,
+            comparison.points.len(),
+            found.load
+        ));
+    }
+    said.extend(found.known.filter(|_| found.noise_is_given).and_then(too_large));
+    if found.stopped {
+        said.push("the search was stopped: these are the best values by then, without intervals".to_owned());
+    } else if !found.converged {
+        said.push("the search did not converge: these are the best values that it found".to_owned());
+    }
+    said
+}
+
+/// Whether the residuals are larger than deviations that are given allow, by three standard deviations of their mean square.
+fn too_large(known: &Uncertainty) -> Option<String> {
+    let most = 1.0 + 3.0 * (2.0 / known.freedom as f64).sqrt();
+    (known.reduced > most).then(|| {
+        format!(
+            "the residuals are {:.1} times as large as the deviations of the points allow: the curve does not describe these points, or \
+             the deviations are too small; the intervals do not include that",
+            known.reduced.sqrt()
+        )
+    })
+}
+
+/// What cannot be told apart, in words.
+fn not_told_apart(names: &[&str], known: &Uncertainty) -> Vec<String> {
+    let mut said = Vec::new();
+    for i in 0..names.len() {
+        for j in 0..i {
+            let correlation = known.correlations[i][j];
+            if correlation.abs() > NOT_TOLD_APART {
+                said.push(format!(
+                    "the data can hardly tell {} and {} apart (correlation {correlation:.4}): another pair of values fits nearly as well; fix \
+                     one of them, or measure something else besides",
+                    names[j], names[i]
+                ));
+            }
+        }
+    }
+    if said.is_empty() && known.condition > ILL_CONDITIONED {
+        said.push(not_determined(names, &known.weakest, known.condition));
+    }
+    said
+}
+
+fn not_determined(names: &[&str], weakest: &[f64], condition: f64) -> String {
+    let taking_part: Vec<String> = names
+        .iter()
+        .zip(weakest)
+        .filter(|(_, share)| share.abs() > 0.2)
+        .map(|(name, _)| (*name).to_owned())
+        .collect();
+    if let [alone] = taking_part.as_slice() {
+        return format!("the data do not depend on {alone}: leave it fixed");
+    }
+    format!(
+        "the data do not tell {} apart (condition {condition:.1e} of the scaled Jacobian): fix one of them",
+        listed(&taking_part)
+    )
+}

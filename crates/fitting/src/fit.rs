@@ -1,0 +1,351 @@
+//! Parameters of a case fitted to its measured points by bounded least squares.
+
+use std::path::Path;
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
+
+use elastocap_case::{Case, Correction, MeasuredPoint, MeasuredPoints, OverrideError, with_value};
+use elastocap_results::load_curve::LoadCurve;
+use elastocap_results::measured::Comparison;
+use nalgebra::{DMatrix, DVector};
+use rmpfit::{MPError, MPFitter as _, MPSuccess};
+use serde::Serialize;
+
+use crate::curves::{CurveError, Curves, Effort};
+use crate::findings::{Found, findings};
+use crate::parameter::{Free, Parameter, ParameterError, parameters};
+use crate::residuals::{Prediction, Problem, correction_of};
+use crate::uncertainty::{Linearised, Uncertainty};
+
+/// A parameter this near to a limit, over its range, has ended there.
+const AT_LIMIT: f64 = 1e-6;
+
+/// Why there is no fit.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum FitError {
+    /// What is free is not in the case, or not as it says.
+    #[error(transparent)]
+    Parameter(#[from] ParameterError),
+    /// Nothing to fit to.
+    #[error(
+        "the case has no measured points; add `[measurement]` with `file` and `columns`, as docs/fits.md describes"
+    )]
+    NoPoints,
+    /// As many parameters as points, or more.
+    #[error(
+        "{points} measured points cannot determine {parameters} parameters and their errors; there must be more points than parameters"
+    )]
+    TooFewPoints {
+        /// How many there are.
+        points: usize,
+        /// How many are free.
+        parameters: usize,
+    },
+    /// No curve where the fit begins or ends.
+    #[error(transparent)]
+    Curve(#[from] CurveError),
+    /// The least-squares library gave up.
+    #[error("the least-squares library cannot go on: {0}")]
+    Library(&'static str),
+}
+
+/// A parameter as it was fitted, in SI units.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Fitted {
+    /// As it was named.
+    pub name: String,
+    /// Its key in the case.
+    pub path: String,
+    /// Its best value.
+    pub value: f64,
+    /// Its 95 % interval by the scatter of the points; `None` at a limit, and where the data do not determine it.
+    pub interval_95: Option<[f64; 2]>,
+    /// Its standard error.
+    pub standard_error: Option<f64>,
+    /// By how much the errors of the computed curve (bounds, stated errors, interpolation) may shift it besides, at most.
+    pub shift_by_curve: Option<f64>,
+    /// Where the fit began.
+    pub start: f64,
+    /// Its least and its greatest value; `None` where it has no limit.
+    pub range: [Option<f64>; 2],
+    /// "lower" or "upper", if it ended at a limit.
+    pub at_limit: Option<&'static str>,
+}
+
+/// What a fit found.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Fit {
+    /// In the order in which they were named.
+    pub parameters: Vec<Fitted>,
+    /// Whether the search converged; otherwise this is the best that was found.
+    pub converged: bool,
+    /// Whether it was stopped on request.
+    pub stopped: bool,
+    /// How many measured points there are.
+    pub points: usize,
+    /// Points less parameters that are not at a limit.
+    pub degrees_of_freedom: usize,
+    /// The standard deviation of the points: the root of the mean square of those given, or estimated from the residuals, F;
+    /// `None` where a search that was stopped has no estimate.
+    pub noise_f: Option<f64>,
+    /// Whether the measurement gives the deviations of its points.
+    pub noise_is_given: bool,
+    /// Sum of squares over the degrees of freedom, by the deviations that are given: about 1 if they are right.
+    pub reduced_chi_squared: Option<f64>,
+    /// Root of the mean square of the residuals, F.
+    pub rms_residual_f: f64,
+    /// The same where the fit began, F.
+    pub rms_residual_at_start_f: f64,
+    /// Correlations of the parameters that are not at a limit, in the order of `correlated`.
+    pub correlations: Vec<Vec<f64>>,
+    /// The names of these parameters.
+    pub correlated: Vec<String>,
+    /// Condition of the Jacobian with columns of length one; `None` where it is not known.
+    pub condition: Option<f64>,
+    /// What the user should know, in words.
+    pub findings: Vec<String>,
+    /// The largest stated error of the curve at a point, in what the meter shows, F.
+    pub curve_error_f: f64,
+    /// The largest estimated error of interpolation between steps at a point, F; `None` where nothing is known of it.
+    pub interpolation_error_f: Option<f64>,
+    /// Iterations of the least-squares library.
+    pub iterations: usize,
+    /// What was solved for it.
+    pub effort: Effort,
+    /// The corrected points beside the fitted curve.
+    pub measured_points: Comparison,
+    /// What the fitted curve is, for pictures.
+    #[serde(skip)]
+    pub curves: FittedCurves,
+}
+
+/// The curves before and after, and the correction of the points.
+#[derive(Debug, Clone, PartialEq)]
+pub struct FittedCurves {
+    /// Where the fit began.
+    pub start: LoadCurve,
+    /// The correction there.
+    pub start_correction: Correction,
+    /// The fitted one.
+    pub fitted: LoadCurve,
+    /// The correction of the points by the fit.
+    pub correction: Correction,
+}
+
+impl Fit {
+    /// Whether every parameter is determined by the data.
+    pub fn is_determined(&self) -> bool {
+        self.parameters.iter().all(|own| own.interval_95.is_some())
+    }
+}
+
+/// Fits what is `free` to the measured points of a case.
+///
+/// `source` is the text of the case, `case` what it says, `origin` its file. `cancel` stops the search; what is best by then is returned.
+///
+/// # Errors
+/// [`FitError`] where the case has no points or too few, where a parameter is not in it, and where it cannot be solved at the start.
+pub fn fit(
+    source: &str,
+    case: &Case,
+    origin: &Path,
+    free: &[Free],
+    cancel: &Arc<AtomicBool>,
+) -> Result<Fit, FitError> {
+    let measured = case.measured_points.as_ref().ok_or(FitError::NoPoints)?;
+    let parameters = parameters(free, source, Some(measured))?;
+    let curves = Curves::new(source, origin, measured.load, Arc::clone(cancel));
+    fit_with(&curves, &parameters, measured)
+}
+
+/// The same with curves that may be known already.
+///
+/// # Errors
+/// As for [`fit`].
+pub fn fit_with(
+    curves: &Curves,
+    parameters: &[Parameter],
+    measured: &MeasuredPoints,
+) -> Result<Fit, FitError> {
+    let points = measured.points.as_slice();
+    if points.len() <= parameters.len() {
+        return Err(FitError::TooFewPoints { points: points.len(), parameters: parameters.len() });
+    }
+    let deviations: Option<Vec<f64>> = points.iter().map(|point| point.deviation).collect();
+    let noise_is_given = deviations.is_some();
+    let largest = points.iter().map(|point| point.capacitance.abs()).fold(f64::MIN_POSITIVE, f64::max);
+    let scales = deviations.clone().unwrap_or_else(|| vec![1e-3 * largest; points.len()]);
+    let mut problem = Problem::new(curves, parameters, points, measured.correction, scales);
+    let start: Vec<f64> = parameters.iter().map(|own| own.start).collect();
+    // A case that cannot be solved where the fit begins is told before anything else.
+    let at_start = problem.predict(&start)?;
+    let start_curve = problem.curve(&start)?.curve.clone();
+    let mut values = start.clone();
+    let (converged, iterations) = match problem.mpfit(&mut values) {
+        Ok(status) => (!matches!(status.success, MPSuccess::NotDone | MPSuccess::MaxIter), status.n_iter),
+        Err(error) => match problem.failure.take() {
+            Some(CurveError::Stopped) => (false, problem.jacobians),
+            Some(error) => return Err(error.into()),
+            None => return Err(FitError::Library(in_words(&error))),
+        },
+    };
+    if let Some((_, best)) = &problem.best {
+        values.clone_from(best);
+    }
+    let found = problem.predict(&values)?;
+    let at_limit: Vec<Option<&'static str>> =
+        parameters.iter().zip(&values).map(|(own, value)| limit(own, *value)).collect();
+    let inner: Vec<usize> = (0..parameters.len()).filter(|k| at_limit[*k].is_none()).collect();
+    let columns = match problem.columns(&values) {
+        Ok(columns) => Some(columns),
+        Err(CurveError::Stopped) => None,
+        Err(error) => return Err(error.into()),
+    };
+    let stopped = curves.is_stopped();
+    let linearised =
+        columns.map(|columns| linearise(&problem.scales, points, &found, &columns, &inner, noise_is_given));
+    let uncertainty = linearised.as_ref().map(Linearised::uncertainty);
+    let (known, undetermined) = match uncertainty {
+        Some(Ok(known)) => (Some(known), None),
+        Some(Err(why)) => (None, why),
+        None => (None, None),
+    };
+
+    let names: Vec<&str> = inner.iter().map(|k| parameters[*k].name.as_str()).collect();
+    let solved = problem.curve(&values)?;
+    let correction = problem.correction(&values);
+    let corrected = MeasuredPoints { correction, ..measured.clone() }.corrected();
+    let comparison = Comparison::new(&measured.file, measured.load, &corrected, &solved.curve);
+    let noise_f = match &deviations {
+        Some(all) => Some(rms(all)),
+        None => known.as_ref().map(|known| known.noise * 1e-3 * largest),
+    };
+    let findings = findings(&Found {
+        parameters,
+        at_limit: &at_limit,
+        weak: &problem.weak,
+        inner: &names,
+        known: known.as_ref(),
+        undetermined: undetermined.as_ref(),
+        missing_steps: solved.missing_steps,
+        comparison: &comparison,
+        load: measured.load.name(),
+        noise_is_given,
+        stopped,
+        converged,
+    });
+
+    let fitted = |k: usize| {
+        let own = &parameters[k];
+        let place = inner.iter().position(|inner| *inner == k);
+        let of = |pick: fn(&Uncertainty) -> &[f64]| Some(pick(known.as_ref()?)[place?]);
+        let half = of(|known| &known.half_widths);
+        let finite = |limit: f64| Some(limit).filter(|limit| limit.is_finite());
+        Fitted {
+            name: own.name.clone(),
+            path: own.path.clone(),
+            value: values[k],
+            interval_95: half.map(|half| [values[k] - half, values[k] + half]),
+            standard_error: of(|known| &known.standard_errors),
+            shift_by_curve: of(|known| &known.shifts),
+            start: own.start,
+            range: own.range.map(finite),
+            at_limit: at_limit[k],
+        }
+    };
+    let residual = |(point, own): (&MeasuredPoint, &Prediction)| point.capacitance - own.capacitance;
+    let residuals = |all: &[Prediction]| -> Vec<f64> { points.iter().zip(all).map(residual).collect() };
+    let interpolation = found.iter().map(|own| own.interpolation_error);
+    Ok(Fit {
+        parameters: (0..parameters.len()).map(fitted).collect(),
+        converged,
+        stopped,
+        points: points.len(),
+        degrees_of_freedom: points.len() - inner.len(),
+        noise_f,
+        noise_is_given,
+        reduced_chi_squared: known.as_ref().filter(|_| noise_is_given).map(|known| known.reduced),
+        rms_residual_f: rms(&residuals(&found)),
+        rms_residual_at_start_f: rms(&residuals(&at_start)),
+        correlations: known.as_ref().map_or_else(Vec::new, |known| known.correlations.clone()),
+        correlated: names.iter().map(|name| (*name).to_owned()).collect(),
+        condition: known.as_ref().map(|known| known.condition),
+        findings,
+        curve_error_f: found.iter().map(|own| own.error).fold(0.0, f64::max),
+        interpolation_error_f: interpolation.reduce(|a, b| a.zip(b).map(|(a, b)| a.max(b))).flatten(),
+        iterations,
+        effort: curves.effort(),
+        measured_points: comparison,
+        curves: FittedCurves {
+            start: start_curve,
+            start_correction: correction_of(parameters, &start, measured.correction),
+            fitted: solved.curve.clone(),
+            correction,
+        },
+    })
+}
+
+/// The text of a case with its fitted values, comments kept.
+///
+/// # Errors
+/// [`OverrideError`] where a path does not fit the text.
+pub fn fitted_case(source: &str, parameters: &[Parameter], fit: &Fit) -> Result<String, OverrideError> {
+    parameters.iter().zip(&fit.parameters).try_fold(source.to_owned(), |text, (own, found)| {
+        with_value(&text, &own.path, &own.to_toml(found.value))
+    })
+}
+
+fn rms(values: &[f64]) -> f64 {
+    (values.iter().map(|value| value * value).sum::<f64>() / values.len().max(1) as f64).sqrt()
+}
+
+/// "lower" or "upper", if a value is at a limit of its parameter.
+fn limit(own: &Parameter, value: f64) -> Option<&'static str> {
+    let [low, high] = own.range;
+    let near = |limit: f64| {
+        let width = if low.is_finite() && high.is_finite() { high - low } else { limit.abs() };
+        limit.is_finite() && (value - limit).abs() <= AT_LIMIT * width
+    };
+    if near(low) {
+        Some("lower")
+    } else if near(high) {
+        Some("upper")
+    } else {
+        None
+    }
+}
+
+fn linearise(
+    scales: &[f64],
+    points: &[MeasuredPoint],
+    found: &[Prediction],
+    columns: &[Vec<f64>],
+    inner: &[usize],
+    noise_is_known: bool,
+) -> Linearised {
+    let of_points = |of: &dyn Fn(usize) -> f64| {
+        DVector::from_iterator(points.len(), (0..points.len()).map(|k| of(k) / scales[k]))
+    };
+    Linearised {
+        jacobian: DMatrix::from_fn(points.len(), inner.len(), |row, column| {
+            columns[inner[column]][row] / scales[row]
+        }),
+        residuals: of_points(&|k| points[k].capacitance - found[k].capacitance),
+        errors: of_points(&|k| found[k].error + found[k].interpolation_error.unwrap_or(0.0)),
+        noise_is_known,
+    }
+}
+
+fn in_words(error: &MPError) -> &'static str {
+    match error {
+        MPError::Input => "its input is not valid",
+        MPError::Nan => "a residual is not a number",
+        MPError::Empty => "there are no points",
+        MPError::NoFree => "nothing is free",
+        MPError::InitBounds => "a start is outside of its range",
+        MPError::Bounds => "a range is empty",
+        MPError::DoF => "there are fewer points than parameters",
+        MPError::Eval => "the curve cannot be computed",
+    }
+}

@@ -1,0 +1,334 @@
+//! What is wished for: a number that a case gives at a load, and limits on such numbers.
+
+use std::fmt;
+use std::str::FromStr;
+
+use elastocap_case::{Amount, Case, Load, Scale};
+use elastocap_coupling::outcome::{Outcome, StepResult};
+
+/// A sensitivity is the difference between loads that are this share below and above.
+pub const DIFFERENCE: f64 = 0.15;
+
+/// A number that a case gives.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Quantity {
+    /// `C0`: the capacitance without load, F.
+    RestCapacitance,
+    /// `C at LOAD`, F.
+    Capacitance(AtLoad),
+    /// `change at LOAD`: |C - C0|, F.
+    Change(AtLoad),
+    /// `sensitivity at LOAD`: |dC/dF|, F/N.
+    Sensitivity(AtLoad),
+    /// `force at COMPRESSION`, N.
+    Force(f64),
+}
+
+/// A load above zero.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum AtLoad {
+    /// N.
+    Force(f64),
+    /// U/H, below 1.
+    Compression(f64),
+}
+
+/// Why a text says nothing that can be wished for.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
+pub enum WishError {
+    /// No known quantity.
+    #[error(
+        "`{0}` is not known; write C0, or one of `C`, `change`, `sensitivity` at a force or a compression, or `force` at a compression, \
+         such as \"sensitivity at 0.1 N\" or \"change at 0.2\""
+    )]
+    Quantity(String),
+    /// A load that cannot be.
+    #[error(
+        "`{0}` is not a load; write a force above zero with its unit, such as 0.1 N, or a compression between 0 and 1, such as 0.2"
+    )]
+    Load(String),
+    /// A force asked for at a force.
+    #[error("`{0}`: a force is asked for at a compression, such as \"force at 0.2\"")]
+    ForceAtForce(String),
+    /// No comparison.
+    #[error("`{0}` has no < or >; write for example \"C0 > 1pF\"")]
+    Comparison(String),
+    /// A limit in another unit.
+    #[error("`{text}`: the limit is {found}, and its unit must be {unit}")]
+    Limit {
+        /// As it was written.
+        text: String,
+        /// What the limit is, with its article, or why it is none.
+        found: String,
+        /// What it should be: F, F/N or N.
+        unit: &'static str,
+    },
+    /// Loads of two kinds.
+    #[error("all loads of one search must be forces, or all compressions")]
+    MixedLoads,
+}
+
+impl Quantity {
+    /// Its SI unit.
+    pub fn unit(&self) -> &'static str {
+        match self {
+            Self::RestCapacitance | Self::Capacitance(_) | Self::Change(_) => "F",
+            Self::Sensitivity(_) => "F/N",
+            Self::Force(_) => "N",
+        }
+    }
+
+    fn load(&self) -> Option<AtLoad> {
+        match *self {
+            Self::RestCapacitance => None,
+            Self::Capacitance(load) | Self::Change(load) | Self::Sensitivity(load) => Some(load),
+            Self::Force(compression) => Some(AtLoad::Compression(compression)),
+        }
+    }
+
+    /// The loads that it needs besides none.
+    fn needs(&self) -> Vec<f64> {
+        let Some(load) = self.load() else { return Vec::new() };
+        let (AtLoad::Force(own) | AtLoad::Compression(own)) = load;
+        match (self, load) {
+            (Self::Sensitivity(_), AtLoad::Force(_)) => {
+                vec![own * (1.0 - DIFFERENCE), own * (1.0 + DIFFERENCE)]
+            }
+            // No compression reaches 1.
+            (Self::Sensitivity(_), AtLoad::Compression(_)) => {
+                let step = (DIFFERENCE * own).min(0.5 * (1.0 - own));
+                vec![own - step, own + step]
+            }
+            _ => vec![own],
+        }
+    }
+
+    /// Its value in a run of [`case_at`], in its SI unit, and what the bounds and stated errors leave open of it.
+    ///
+    /// # Errors
+    /// Why there is none, in words.
+    pub fn value(&self, outcome: &Outcome) -> Result<(f64, f64), String> {
+        let rest = step_at(outcome, 0.0)?;
+        let (c0, e0) = capacitance(rest)?;
+        let Some(load) = self.load() else { return Ok((c0, e0)) };
+        let (AtLoad::Force(own) | AtLoad::Compression(own)) = load;
+        match self {
+            Self::RestCapacitance => Ok((c0, e0)),
+            Self::Capacitance(_) => capacitance(step_at(outcome, own)?),
+            Self::Change(_) => {
+                let (c, e) = capacitance(step_at(outcome, own)?)?;
+                Ok(((c - c0).abs(), e + e0))
+            }
+            Self::Force(_) => {
+                let step = step_at(outcome, own)?;
+                let error =
+                    step.layer.as_ref().and_then(|layer| layer.relative_error_estimate).unwrap_or(0.0);
+                let force = step.row.force_n.ok_or("there is no force at this compression")?;
+                Ok((force, error * force))
+            }
+            Self::Sensitivity(_) => {
+                let around = self.needs();
+                let [low, high] = [around[0], around[1]].map(|load| step_at(outcome, load));
+                let (low, high) = (low?, high?);
+                let ((c1, e1), (c2, e2)) = (capacitance(low)?, capacitance(high)?);
+                let forces = low.row.force_n.zip(high.row.force_n).ok_or("there is no force at this load")?;
+                let width = forces.1 - forces.0;
+                if width <= 0.0 {
+                    return Err("the force does not grow with the compression there".to_owned());
+                }
+                Ok((((c2 - c1) / width).abs(), (e1 + e2) / width))
+            }
+        }
+    }
+}
+
+fn step_at(outcome: &Outcome, load: f64) -> Result<&StepResult, String> {
+    use elastocap_coupling::load_steps::StepLoad;
+    let is_there = |step: &&StepResult| match step.load {
+        StepLoad::None => load == 0.0,
+        StepLoad::Compression(own) | StepLoad::ForceN(own) => own == load,
+    };
+    let step = outcome.steps.iter().find(is_there).ok_or("a load was not solved")?;
+    Ok(step)
+}
+
+fn capacitance(step: &StepResult) -> Result<(f64, f64), String> {
+    let value = step.row.capacitance_f.ok_or_else(|| step.row.status.to_string())?;
+    let errors = [
+        step.row.relative_error_estimate,
+        step.row.mechanics_error_estimate,
+        step.row.geometry_error_estimate,
+    ];
+    Ok((value, value.abs() * errors.iter().flatten().sum::<f64>()))
+}
+
+/// The case with the loads that these quantities need, and no others.
+///
+/// # Errors
+/// [`WishError::MixedLoads`] where some need forces and others compressions.
+pub fn case_at(mut case: Case, quantities: &[Quantity]) -> Result<Case, WishError> {
+    let kinds: Vec<AtLoad> = quantities.iter().filter_map(Quantity::load).collect();
+    let by_force = kinds.iter().any(|load| matches!(load, AtLoad::Force(_)));
+    if by_force && kinds.iter().any(|load| matches!(load, AtLoad::Compression(_))) {
+        return Err(WishError::MixedLoads);
+    }
+    let mut loads: Vec<f64> = quantities.iter().flat_map(Quantity::needs).chain([0.0]).collect();
+    loads.sort_by(f64::total_cmp);
+    loads.dedup();
+    case.load = Some(if by_force { Load::Force(loads) } else { Load::Compression(loads) });
+    case.poses = Vec::new();
+    if let Some(asked) = &mut case.electrostatics {
+        asked.change_tolerance = None;
+    }
+    Ok(case)
+}
+
+impl fmt::Display for AtLoad {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Force(force) => write!(f, "{force} N"),
+            Self::Compression(compression) => write!(f, "{compression}"),
+        }
+    }
+}
+
+impl fmt::Display for Quantity {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::RestCapacitance => f.write_str("C0"),
+            Self::Capacitance(load) => write!(f, "C at {load}"),
+            Self::Change(load) => write!(f, "change at {load}"),
+            Self::Sensitivity(load) => write!(f, "sensitivity at {load}"),
+            Self::Force(compression) => write!(f, "force at {compression}"),
+        }
+    }
+}
+
+impl FromStr for Quantity {
+    type Err = WishError;
+
+    fn from_str(text: &str) -> Result<Self, WishError> {
+        let text = text.trim();
+        if text.eq_ignore_ascii_case("c0") {
+            return Ok(Self::RestCapacitance);
+        }
+        let unknown = || WishError::Quantity(text.to_owned());
+        let (name, load) = text.split_once(" at ").ok_or_else(unknown)?;
+        let amount: Amount = load.parse().map_err(|_| WishError::Load(load.to_owned()))?;
+        let load = match amount.scale.dimension_name() {
+            "a force" if amount.si > 0.0 => AtLoad::Force(amount.si),
+            "a number" if amount.si > 0.0 && amount.si < 1.0 => AtLoad::Compression(amount.si),
+            _ => return Err(WishError::Load(load.to_owned())),
+        };
+        match (name.trim().to_lowercase().as_str(), load) {
+            ("c", load) => Ok(Self::Capacitance(load)),
+            ("change", load) => Ok(Self::Change(load)),
+            ("sensitivity", load) => Ok(Self::Sensitivity(load)),
+            ("force", AtLoad::Compression(compression)) => Ok(Self::Force(compression)),
+            ("force", AtLoad::Force(_)) => Err(WishError::ForceAtForce(text.to_owned())),
+            _ => Err(unknown()),
+        }
+    }
+}
+
+/// A limit on a quantity.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Constraint {
+    /// Of what.
+    pub quantity: Quantity,
+    /// Whether the limit is the least that is allowed; otherwise it is the greatest.
+    pub at_least: bool,
+    /// In the SI unit of the quantity.
+    pub limit: f64,
+    /// How the limit was written.
+    pub scale: Scale,
+}
+
+impl Constraint {
+    /// How far a value is on the allowed side, over the limit; negative if it is on the other one.
+    pub fn margin(&self, value: f64) -> f64 {
+        let beyond = if self.at_least { value - self.limit } else { self.limit - value };
+        beyond / if self.limit == 0.0 { 1.0 } else { self.limit.abs() }
+    }
+}
+
+impl FromStr for Constraint {
+    type Err = WishError;
+
+    fn from_str(text: &str) -> Result<Self, WishError> {
+        let place = text.find(['<', '>']).ok_or_else(|| WishError::Comparison(text.to_owned()))?;
+        let (quantity, rest) = text.split_at(place);
+        let at_least = rest.starts_with('>');
+        let limit = rest.trim_start_matches(['<', '>', '=']).trim();
+        let quantity: Quantity = quantity.parse()?;
+        let unit = quantity.unit();
+        let wrong = |found: String| WishError::Limit { text: text.to_owned(), found, unit };
+        let amount: Amount = limit.parse().map_err(|_| wrong("not a number with a unit".to_owned()))?;
+        let expected: Amount = format!("1 {unit}").parse().map_err(|_| wrong("not known".to_owned()))?;
+        if !amount.scale.fits(&expected.scale) {
+            return Err(wrong(amount.scale.dimension_name().to_owned()));
+        }
+        Ok(Self { quantity, at_least, limit: amount.si, scale: amount.scale })
+    }
+}
+
+impl fmt::Display for Constraint {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let sign = if self.at_least { ">" } else { "<" };
+        write!(f, "{} {sign} {}", self.quantity, self.scale.show(self.limit, 4))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn wishes_are_read_and_shown_as_they_were_written() {
+        for (text, quantity) in [
+            ("C0", Quantity::RestCapacitance),
+            ("C at 0.1 N", Quantity::Capacitance(AtLoad::Force(0.1))),
+            ("change at 0.2", Quantity::Change(AtLoad::Compression(0.2))),
+            ("sensitivity at 0.1 N", Quantity::Sensitivity(AtLoad::Force(0.1))),
+            ("force at 0.25", Quantity::Force(0.25)),
+        ] {
+            let read: Quantity = text.parse().unwrap();
+            assert_eq!((read, read.to_string().as_str()), (quantity, text));
+        }
+        assert_eq!("Sensitivity at 100mN".parse(), Ok(Quantity::Sensitivity(AtLoad::Force(0.1))));
+    }
+
+    #[test]
+    fn what_cannot_be_wished_for_says_why() {
+        for (text, words) in [
+            ("beauty at 0.1 N", "is not known"),
+            ("sensitivity", "is not known"),
+            ("sensitivity at 0 N", "is not a load"),
+            ("C at 1.5", "is not a load"),
+            ("C at 1 mm", "is not a load"),
+            ("force at 0.1 N", "at a compression"),
+        ] {
+            let said = text.parse::<Quantity>().unwrap_err().to_string();
+            assert!(said.contains(words), "{text}: {said}");
+        }
+        for (text, words) in [
+            ("C0 = 1pF", "no < or >"),
+            ("C0 > 1 mN", "a force"),
+            ("C0 > much", "not a number"),
+            ("sensitivity at 0.1 N > 1 pF", "F/N"),
+        ] {
+            let said = text.parse::<Constraint>().unwrap_err().to_string();
+            assert!(said.contains(words), "{text}: {said}");
+        }
+    }
+
+    #[test]
+    fn a_margin_is_positive_on_the_allowed_side() {
+        let least: Constraint = "C0 > 30 fF".parse().unwrap();
+        assert!((least.margin(33e-15) - 0.1).abs() < 1e-12 && least.margin(27e-15) < 0.0);
+        let most: Constraint = "sensitivity at 0.1 N <= 50 fF/N".parse().unwrap();
+        assert!(most.margin(60e-15) < 0.0);
+        assert_eq!(least.to_string(), "C0 > 30.00 fF");
+    }
+}

@@ -1,0 +1,310 @@
+//! Keys of a case varied until a quantity is largest or smallest, within limits on others.
+//!
+//! By Powell's COBYLA, as NLopt has it: linear models of the quantity and of the limits through values at a few points, without
+//! derivatives. It finds a local optimum.
+
+use std::path::Path;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex, PoisonError};
+use std::time::Instant;
+
+use cobyla::{Func, RhoBeg, StopTols, minimize};
+use elastocap_case::{OverrideError, with_value};
+use elastocap_coupling::plan::{Options, Plan};
+use elastocap_coupling::run::run;
+use serde::Serialize;
+
+use crate::objective::{Constraint, Quantity, WishError, case_at};
+use crate::parameter::{Free, Parameter, ParameterError, parameters};
+
+/// The first steps over the ranges.
+const FIRST_STEP: f64 = 0.25;
+/// Evaluations at most, unless asked for otherwise.
+pub const MAX_EVALUATIONS: usize = 60;
+/// What a place without a value counts as, over the first value.
+const FAILED: f64 = 10.0;
+
+/// What is searched for.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Search {
+    /// Largest or smallest of this.
+    pub quantity: Quantity,
+    /// Whether the largest is wanted.
+    pub maximise: bool,
+    /// Within these limits.
+    pub constraints: Vec<Constraint>,
+    /// How well the keys should be known, over their ranges.
+    pub tolerance: f64,
+    /// Evaluations at most.
+    pub max_evaluations: usize,
+}
+
+/// Why there is no search.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum OptimiseError {
+    /// What varies is not in the case, or not as it says.
+    #[error(transparent)]
+    Parameter(#[from] ParameterError),
+    /// A key without limits.
+    #[error("{0} needs a range to vary in, such as {0}=a..b")]
+    Unbounded(String),
+    /// Loads of two kinds.
+    #[error(transparent)]
+    Wish(#[from] WishError),
+    /// The case has nothing that is pressed, or no capacitance.
+    #[error("the case needs [mechanics] and a capacitance for this search: {0}")]
+    NoCurve(&'static str),
+    /// Nothing can be evaluated where the search begins.
+    #[error("the search cannot begin at {place}: {reason}; give another start, such as KEY=a..b@start")]
+    Start {
+        /// The values.
+        place: String,
+        /// Why.
+        reason: String,
+    },
+}
+
+/// One evaluation.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Evaluation {
+    /// Of the keys, in SI units.
+    pub values: Vec<f64>,
+    /// Of what is searched for, in its SI unit; `None` if it could not be computed.
+    pub objective: Option<f64>,
+    /// What the bounds and the stated errors leave open of it.
+    pub objective_error: Option<f64>,
+    /// Of the limited quantities, in their SI units.
+    pub limited: Vec<f64>,
+    /// Whether all limits are kept.
+    pub is_allowed: bool,
+    /// Why it could not be computed.
+    pub failure: Option<String>,
+    /// Wall-clock seconds.
+    pub seconds: f64,
+}
+
+/// What a search found.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Optimum {
+    /// The place of the best allowed evaluation in `evaluations`; `None` if none was allowed.
+    pub best: Option<usize>,
+    /// In their order.
+    pub evaluations: Vec<Evaluation>,
+    /// Whether the search ended because its steps had become as small as asked for.
+    pub converged: bool,
+    /// Whether it was stopped on request.
+    pub stopped: bool,
+    /// Names of keys that ended at a limit of their range.
+    pub at_limit: Vec<String>,
+}
+
+struct Evaluator<'a> {
+    source: &'a str,
+    origin: &'a Path,
+    parameters: &'a [Parameter],
+    search: &'a Search,
+    cancel: &'a Arc<AtomicBool>,
+    done: Mutex<Vec<Evaluation>>,
+    report: &'a (dyn Fn(&Evaluation, usize) + Sync),
+}
+
+/// The keys that vary, with their ranges.
+///
+/// # Errors
+/// [`OptimiseError`] where one is not in the case or has no range.
+pub fn varied(free: &[Free], source: &str) -> Result<Vec<Parameter>, OptimiseError> {
+    if let Some(open) = free.iter().find(|free| free.range.is_none()) {
+        return Err(OptimiseError::Unbounded(open.name.clone()));
+    }
+    Ok(parameters(free, source, None)?)
+}
+
+/// Searches from the values that the case has, or the middle of the ranges. `report` is told of each evaluation and its number.
+///
+/// # Errors
+/// [`OptimiseError`] where the search cannot begin.
+pub fn optimise(
+    source: &str,
+    origin: &Path,
+    parameters: &[Parameter],
+    search: &Search,
+    cancel: &Arc<AtomicBool>,
+    report: &(dyn Fn(&Evaluation, usize) + Sync),
+) -> Result<Optimum, OptimiseError> {
+    let evaluator = Evaluator { source, origin, parameters, search, cancel, done: Mutex::default(), report };
+    evaluator.check()?;
+    let unit = |own: &Parameter, value: f64| (value - own.range[0]) / (own.range[1] - own.range[0]);
+    let start: Vec<f64> = parameters.iter().map(|own| unit(own, own.start)).collect();
+    let first = evaluator.at(&start);
+    let size = match (first.objective, &first.failure) {
+        (Some(value), _) if value != 0.0 => value.abs(),
+        (Some(_), _) => 1.0,
+        (None, reason) => {
+            let place = evaluator.in_words(&first.values);
+            return Err(OptimiseError::Start { place, reason: reason.clone().unwrap_or_default() });
+        }
+    };
+    let sign = if search.maximise { -1.0 } else { 1.0 };
+    let objective = |x: &[f64], (): &mut ()| match evaluator.at(x).objective {
+        Some(value) => sign * value / size,
+        None => FAILED,
+    };
+    let limit = |k: usize| {
+        let evaluator = &evaluator;
+        move |x: &[f64], (): &mut ()| match evaluator.at(x).limited.get(k) {
+            Some(value) => search.constraints[k].margin(*value),
+            None => -FAILED,
+        }
+    };
+    let limits: Vec<_> = (0..search.constraints.len()).map(limit).collect();
+    let constraints: Vec<&dyn Func<()>> = limits.iter().map(|own| own as &dyn Func<()>).collect();
+    let tolerances = StopTols { xtol_abs: vec![search.tolerance; start.len()], ..StopTols::default() };
+    let bounds = vec![(0.0, 1.0); start.len()];
+    let ended = minimize(
+        objective,
+        &start,
+        &bounds,
+        &constraints,
+        (),
+        search.max_evaluations,
+        RhoBeg::All(FIRST_STEP),
+        Some(tolerances),
+    );
+    let converged = matches!(
+        ended,
+        Ok((
+            cobyla::SuccessStatus::Success
+                | cobyla::SuccessStatus::XtolReached
+                | cobyla::SuccessStatus::FtolReached,
+            ..
+        ))
+    );
+    let stopped = cancel.load(Ordering::Relaxed);
+    let evaluations = evaluator.done.into_inner().unwrap_or_else(PoisonError::into_inner);
+    let best = best(&evaluations, search.maximise);
+    let at_limit = best.map_or_else(Vec::new, |k| {
+        let at = |(own, value): &(&Parameter, &f64)| {
+            let place = unit(own, **value);
+            !(search.tolerance..=1.0 - search.tolerance).contains(&place)
+        };
+        parameters.iter().zip(&evaluations[k].values).filter(at).map(|(own, _)| own.name.clone()).collect()
+    });
+    Ok(Optimum { best, evaluations, converged: converged && !stopped, stopped, at_limit })
+}
+
+/// The text of a case with the values of an evaluation, comments kept.
+///
+/// # Errors
+/// [`OverrideError`] where a path does not fit the text.
+pub fn case_of(source: &str, parameters: &[Parameter], values: &[f64]) -> Result<String, OverrideError> {
+    parameters
+        .iter()
+        .zip(values)
+        .try_fold(source.to_owned(), |text, (own, value)| with_value(&text, &own.path, &own.to_toml(*value)))
+}
+
+/// The best of the allowed evaluations.
+fn best(evaluations: &[Evaluation], maximise: bool) -> Option<usize> {
+    let value = |k: &usize| {
+        let own = evaluations[*k].objective.unwrap_or(f64::NEG_INFINITY);
+        if maximise { own } else { -own }
+    };
+    let allowed = (0..evaluations.len()).filter(|k| evaluations[*k].is_allowed);
+    allowed.reduce(|best, k| if value(&k) > value(&best) { k } else { best })
+}
+
+impl Evaluator<'_> {
+    /// The evaluation at a place, each of whose coordinates is 0 to 1 over a range.
+    fn at(&self, x: &[f64]) -> Evaluation {
+        let values: Vec<f64> = self
+            .parameters
+            .iter()
+            .zip(x)
+            .map(|(own, x)| own.range[0] + x.clamp(0.0, 1.0) * (own.range[1] - own.range[0]))
+            .collect();
+        let known = |all: &[Evaluation]| all.iter().find(|own| own.values == values).cloned();
+        if let Some(known) = known(&self.done.lock().unwrap_or_else(PoisonError::into_inner)) {
+            return known;
+        }
+        let started = Instant::now();
+        let found = self.evaluate(&values);
+        let mut evaluation = Evaluation {
+            values,
+            objective: None,
+            objective_error: None,
+            limited: Vec::new(),
+            is_allowed: false,
+            failure: None,
+            seconds: started.elapsed().as_secs_f64(),
+        };
+        match found {
+            Ok(((value, error), limited)) => {
+                evaluation.is_allowed = self
+                    .search
+                    .constraints
+                    .iter()
+                    .zip(&limited)
+                    .all(|(own, value)| own.margin(*value) >= 0.0);
+                (evaluation.objective, evaluation.objective_error) = (Some(value), Some(error));
+                evaluation.limited = limited;
+            }
+            Err(reason) => evaluation.failure = Some(reason),
+        }
+        // What was cut short by a signal is not an evaluation.
+        if !self.cancel.load(Ordering::Relaxed) {
+            let mut done = self.done.lock().unwrap_or_else(PoisonError::into_inner);
+            done.push(evaluation.clone());
+            (self.report)(&evaluation, done.len());
+        }
+        evaluation
+    }
+
+    fn evaluate(&self, values: &[f64]) -> Result<((f64, f64), Vec<f64>), String> {
+        if self.cancel.load(Ordering::Relaxed) {
+            return Err("stopped".to_owned());
+        }
+        let text = case_of(self.source, self.parameters, values).map_err(|error| error.to_string())?;
+        let case = elastocap_case::parse(&text, self.origin)
+            .map_err(|error| error.diagnostics()[0].message.clone())?;
+        let case = case_at(case, &self.quantities()).map_err(|error| error.to_string())?;
+        let options = Options { prune: true, fields: false, scene: false };
+        let plan = Plan::new(&case, &options);
+        let outcome = run(&case, &plan, &options, self.cancel, &());
+        let objective = self.search.quantity.value(&outcome)?;
+        let limited = self.search.constraints.iter().map(|own| Ok(own.quantity.value(&outcome)?.0));
+        Ok((objective, limited.collect::<Result<_, String>>()?))
+    }
+
+    fn quantities(&self) -> Vec<Quantity> {
+        let limited = self.search.constraints.iter().map(|own| own.quantity);
+        std::iter::once(self.search.quantity).chain(limited).collect()
+    }
+
+    /// Whether the case has what the search asks for.
+    fn check(&self) -> Result<(), OptimiseError> {
+        let place = |own: &Parameter| own.start;
+        let values: Vec<f64> = self.parameters.iter().map(place).collect();
+        let refused = |reason: String| OptimiseError::Start { place: self.in_words(&values), reason };
+        let text =
+            case_of(self.source, self.parameters, &values).map_err(|error| refused(error.to_string()))?;
+        let case = elastocap_case::parse(&text, self.origin).map_err(|error| refused(error.to_string()))?;
+        if !case.has_conductors() {
+            return Err(OptimiseError::NoCurve("it has no conductors"));
+        }
+        if case.mechanics.is_none() || case.load.is_none() {
+            return Err(OptimiseError::NoCurve("it has no [load]"));
+        }
+        case_at(case, &self.quantities())?;
+        Ok(())
+    }
+
+    fn in_words(&self, values: &[f64]) -> String {
+        let shown = self
+            .parameters
+            .iter()
+            .zip(values)
+            .map(|(own, value)| format!("{} = {}", own.name, own.show(*value, 5)));
+        shown.collect::<Vec<_>>().join(", ")
+    }
+}

@@ -1,0 +1,67 @@
+//! `fit.svg`: measured points, the curve before and after the fit, and the residuals.
+
+use elastocap_case::{Correction, MeasuredPoint, MeasuredPoints};
+use elastocap_results::load_curve::LoadCurve;
+use elastocap_results::measured::{ComparedPoint, load_axis, points_series, residuals};
+use elastocap_results::plot::{Axis, Chart, Panels, Scale, Series, Style};
+
+use crate::fit::Fit;
+
+/// Points of a drawn curve.
+const DRAWN: u32 = 120;
+
+/// The picture of a fit to these points: what the meter shows against the load that it was shown at.
+pub fn picture(title: &str, measured: &MeasuredPoints, fit: &Fit) -> Panels {
+    let curves = &fit.curves;
+    let loads = measured.points.iter().map(|point| point.load);
+    let [least, most] =
+        [loads.clone().fold(f64::INFINITY, f64::min), loads.fold(f64::NEG_INFINITY, f64::max)];
+    let line = |curve: &LoadCurve, correction: &Correction| -> Vec<(f64, f64)> {
+        let at = |k: u32| {
+            let load = least + (most - least) * f64::from(k) / f64::from(DRAWN);
+            let value = curve.at(load - correction.offset);
+            (load, value.map_or(f64::NAN, |value| correction.gain * value.capacitance + correction.parasitic))
+        };
+        (0..=DRAWN).map(at).collect()
+    };
+    let x = load_axis(measured.load);
+    // As they were measured, with the residuals of the fit in what the meter shows.
+    let shown: Vec<ComparedPoint> = measured
+        .points
+        .iter()
+        .zip(&fit.measured_points.points)
+        .map(|(point, own)| as_measured(point, own, &curves.correction))
+        .collect();
+    let series = vec![
+        Series {
+            name: "fitted".to_owned(),
+            points: line(&curves.fitted, &curves.correction),
+            band: None,
+            style: Style::Line,
+        },
+        points_series(&shown, &measured.file),
+        Series {
+            name: "where the fit began".to_owned(),
+            points: line(&curves.start, &curves.start_correction),
+            band: None,
+            style: Style::DashedLine,
+        },
+    ];
+    let y = Axis { label: "capacitance, as measured".to_owned(), unit: "F".to_owned(), scale: Scale::Linear };
+    let second = residuals(&x, &shown, measured.load);
+    let main = Chart { title: String::new(), x, y, series };
+    Panels { title: format!("{title}: fit"), main, second: Some(second), third: None }
+}
+
+fn as_measured(point: &MeasuredPoint, own: &ComparedPoint, correction: &Correction) -> ComparedPoint {
+    let Correction { offset: _, parasitic, gain } = *correction;
+    ComparedPoint {
+        load: point.load,
+        capacitance_f: point.capacitance,
+        deviation_f: point.deviation,
+        computed_f: own.computed_f.map(|value| gain * value + parasitic),
+        residual_f: own.residual_f.map(|value| gain * value),
+        error_f: own.error_f.map(|value| gain * value),
+        ..*own
+    }
+}

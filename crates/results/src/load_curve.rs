@@ -1,0 +1,197 @@
+//! The computed capacitance against the load, between the steps too, with what is known of its errors.
+
+use elastocap_case::{Case, MeasuredLoad};
+use elastocap_coupling::outcome::{Outcome, StepResult};
+
+use crate::force_answer::monotone::{MonotoneCubic, interpolation_errors};
+
+/// What the curve is at one load. Capacitances and errors in F.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct CurveValue {
+    /// The capacitance.
+    pub capacitance: f64,
+    /// Its derivative by the load, F/N, F/m or F.
+    pub slope: f64,
+    /// What the proved bounds and the stated errors of mechanics, geometry and force leave open, to either side.
+    pub error: f64,
+    /// The estimated error of interpolation; `None` with two steps, of which nothing is known.
+    pub interpolation_error: Option<f64>,
+}
+
+/// A step as the curve needs it, in SI units.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct CurveStep {
+    /// N, m, or U/H.
+    pub load: f64,
+    /// The stated error of the load, in its unit; zero where it is exact.
+    pub load_error: f64,
+    /// F.
+    pub capacitance: f64,
+    /// Half the distance between its bounds and the stated errors of mechanics and geometry, F.
+    pub error: f64,
+}
+
+/// Fewer than two steps of a run have both a load of this kind and a capacitance.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
+#[error(
+    "the run has {steps} steps with a {} and a capacitance, of different loads; a curve needs two at least: give `[load]` more of them",
+    .load.name()
+)]
+pub struct NoCurve {
+    /// How many steps there are.
+    pub steps: usize,
+    /// What their load should be.
+    pub load: MeasuredLoad,
+}
+
+/// Capacitance against load. Between steps it is a cubic that is monotone wherever the steps are.
+#[derive(Debug, Clone, PartialEq)]
+pub struct LoadCurve {
+    steps: Vec<CurveStep>,
+    cubic: MonotoneCubic,
+    /// Of the interpolation between neighbouring steps, F; infinite where nothing is known.
+    interpolation_errors: Vec<f64>,
+}
+
+impl LoadCurve {
+    /// The curve of a run: its steps in contact that are neither shifted nor tilted.
+    ///
+    /// # Errors
+    /// [`NoCurve`] if there are fewer than two of them.
+    pub fn of(case: &Case, outcome: &Outcome, load: MeasuredLoad) -> Result<Self, NoCurve> {
+        let plain = |step: &&StepResult| {
+            let pose = case.pose(step.index);
+            pose.shift == [0.0; 2] && pose.tilt == [0.0; 2] && !step.row.is_before_contact()
+        };
+        let steps = outcome.steps.iter().filter(plain).filter_map(|step| curve_step(step, load)).collect();
+        Self::through(steps).map_err(|steps| NoCurve { steps, load })
+    }
+
+    /// Through steps in any order; a load that is there twice counts once.
+    ///
+    /// # Errors
+    /// The number of different loads, if it is below two.
+    pub fn through(mut steps: Vec<CurveStep>) -> Result<Self, usize> {
+        steps.sort_by(|a, b| a.load.total_cmp(&b.load));
+        steps.dedup_by(|a, b| a.load == b.load);
+        if steps.len() < 2 {
+            return Err(steps.len());
+        }
+        let capacitances: Vec<f64> = steps.iter().map(|step| step.capacitance).collect();
+        let loads: Vec<f64> = steps.iter().map(|step| step.load).collect();
+        let interpolation_errors = interpolation_errors(&loads, &capacitances);
+        let cubic = MonotoneCubic::through(loads, capacitances);
+        Ok(Self { steps, cubic, interpolation_errors })
+    }
+
+    /// The smallest and the largest load.
+    pub fn range(&self) -> [f64; 2] {
+        [self.steps[0].load, self.steps[self.steps.len() - 1].load]
+    }
+
+    /// The steps, by ascending load.
+    pub fn steps(&self) -> &[CurveStep] {
+        &self.steps
+    }
+
+    /// The curve at a load; `None` outside of [`LoadCurve::range`]. Where the curve begins without load, it is at rest below that: a
+    /// load below zero is one before contact.
+    pub fn at(&self, load: f64) -> Option<CurveValue> {
+        let [first, last] = self.range();
+        let reached = load <= last && (load >= first || first == 0.0);
+        reached.then(|| self.continued(load))
+    }
+
+    /// The curve continued beyond its ends: below a first step without load as at rest, elsewhere along its tangent. For a search that may
+    /// lead there; no result should rest on it.
+    pub fn continued(&self, load: f64) -> CurveValue {
+        let [first, last] = self.range();
+        let end = self.within(load.clamp(first, last));
+        let slope = if load < first && first == 0.0 { 0.0 } else { end.slope };
+        if load >= first && load <= last {
+            end
+        } else {
+            CurveValue {
+                capacitance: end.capacitance + slope * (load - load.clamp(first, last)),
+                slope,
+                ..end
+            }
+        }
+    }
+
+    fn within(&self, load: f64) -> CurveValue {
+        let k =
+            self.steps.partition_point(|step| step.load <= load).saturating_sub(1).min(self.steps.len() - 2);
+        let [before, after] = [self.steps[k], self.steps[k + 1]];
+        let slope = self.cubic.slope(load);
+        CurveValue {
+            capacitance: self.cubic.value(load),
+            slope,
+            error: before.error.max(after.error) + slope.abs() * before.load_error.max(after.load_error),
+            interpolation_error: Some(self.interpolation_errors[k])
+                .filter(|error| error.is_finite())
+                .map(|error| if load == before.load || load == after.load { 0.0 } else { error }),
+        }
+    }
+}
+
+fn curve_step(step: &StepResult, load: MeasuredLoad) -> Option<CurveStep> {
+    let row = &step.row;
+    let layer = step.layer.as_ref().and_then(|layer| layer.relative_error_estimate);
+    let (own, load_error) = match load {
+        MeasuredLoad::Force => (row.force_n?, layer.unwrap_or(0.0) * row.force_n?),
+        MeasuredLoad::Displacement => (row.top_displacement_m?, 0.0),
+        MeasuredLoad::Compression => (row.compression?, 0.0),
+    };
+    let capacitance = row.capacitance_f?;
+    let bounds = row.relative_error_estimate.unwrap_or(0.0);
+    let stated = row.mechanics_error_estimate.unwrap_or(0.0) + row.geometry_error_estimate.unwrap_or(0.0);
+    let error = capacitance.abs() * (bounds + stated);
+    let is_sound = [own, load_error, capacitance, error].iter().all(|number| number.is_finite());
+    is_sound.then_some(CurveStep { load: own, load_error, capacitance, error })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn curve(count: u32) -> LoadCurve {
+        let step = |k: u32| {
+            let load = f64::from(k) / f64::from(count);
+            CurveStep { load, load_error: 0.0, capacitance: (-load).exp(), error: 1e-3 }
+        };
+        LoadCurve::through((0..=count).map(step).collect()).unwrap()
+    }
+
+    #[test]
+    fn the_interpolation_error_is_at_least_what_a_smooth_curve_is_wrong_by() {
+        let curve = curve(6);
+        for k in 0..=100 {
+            let load = 0.01 * f64::from(k);
+            let value = curve.at(load).unwrap();
+            assert!(
+                (value.capacitance - (-load).exp()).abs() <= value.interpolation_error.unwrap() + 1e-15,
+                "{load}"
+            );
+            assert_eq!(value.error, 1e-3);
+        }
+    }
+
+    #[test]
+    fn below_no_load_the_curve_is_at_rest_and_beyond_its_end_it_goes_on_along_its_tangent() {
+        let curve = curve(4);
+        assert!(curve.at(1.1).is_none());
+        assert_eq!((curve.at(-0.1).unwrap().capacitance, curve.at(-0.1).unwrap().slope), (1.0, 0.0));
+        assert_eq!(curve.continued(-0.1).capacitance, 1.0);
+        let end = curve.at(1.0).unwrap();
+        let beyond = curve.continued(1.5).capacitance;
+        assert!((beyond - (end.capacitance + 0.5 * end.slope)).abs() < 1e-15);
+    }
+
+    #[test]
+    fn the_error_of_a_force_counts_by_the_slope() {
+        let step = |load: f64| CurveStep { load, load_error: 0.1, capacitance: 2.0 * load, error: 0.0 };
+        let curve = LoadCurve::through([0.0, 1.0, 2.0].map(step).to_vec()).unwrap();
+        assert!((curve.at(0.7).unwrap().error - 0.2).abs() < 1e-12);
+    }
+}
