@@ -46,8 +46,7 @@ pub(super) fn charts(outcome: &Outcome, measured: &[MeasuredPoint]) -> Vec<PageC
         }
     }
     if let Some(chart) = sensitivity(outcome) {
-        let caption =
-            "Slope of the curve by differences between the steps, with its error as a band.";
+        let caption = "Slope of the curve by differences between the steps, with its error as a band.";
         all.push(PageChart { id: "sensitivity-chart", caption, chart });
     }
     if let Some(panels) = approach("", outcome) {
