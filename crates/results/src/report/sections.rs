@@ -27,14 +27,14 @@ pub(super) fn sections(report: &Report<'_>) -> Option<String> {
         let caption = escape(&format!("Step {}, {}", step.index, step_label(report.outcome, step)));
         let picture = untitled(svg);
         let _ = match plain {
-            true => write!(
+            true => writeln!(
                 out,
-                "<figure class=\"section\">{picture}<figcaption>{caption}</figcaption></figure>\n"
+                "<figure class=\"section\">{picture}<figcaption>{caption}</figcaption></figure>"
             ),
-            false => write!(
+            false => writeln!(
                 out,
                 "<figure class=\"section\"><div class=\"packed\" data-svg=\"{}\">This picture is in section_{:03}.svg, too.</div>\
-                 <figcaption>{caption}</figcaption></figure>\n",
+                 <figcaption>{caption}</figcaption></figure>",
                 packed(picture.as_bytes()),
                 step.index
             ),
