@@ -70,12 +70,22 @@ pub(super) fn percent(share: f64) -> String {
     typeset(&format!("{value:.places$} %")).replace(' ', "\u{a0}")
 }
 
+/// Places after the point with which a number has so many digits.
+fn places_of(value: f64, digits: usize) -> usize {
+    let exponent = if value > 0.0 { value.log10().floor() } else { 0.0 };
+    (digits as f64 - 1.0 - exponent).clamp(0.0, 12.0) as usize
+}
+
 /// A column of numbers in one unit, so that they line up: the unit with the prefix that suits the largest, and the numbers with as many
 /// places as give that one `digits` digits.
 pub(super) fn column(values: &[Option<f64>], digits: usize, unit: &str) -> (String, Vec<String>) {
     let finite = || values.iter().flatten().filter(|v| v.is_finite());
     let largest = finite().fold(0.0_f64, |m, v| m.max(v.abs()));
-    let shown = prefixed(largest, digits, unit);
+    // A number without a unit has no prefix either.
+    let shown = match unit {
+        "" => format!("{largest:.*}", places_of(largest, digits)),
+        _ => prefixed(largest, digits, unit),
+    };
     let (number, unit_shown) = shown.split_once(' ').unwrap_or((shown.as_str(), unit));
     let places = number.split_once('.').map_or(0, |(_, places)| places.len());
     let scale = match number.parse::<f64>() {

@@ -60,7 +60,7 @@ impl Page {
     pub(super) fn finish(self, data: &Value, parts: &[Part<'_>]) -> String {
         let title = escape(&self.title);
         let mut out = String::with_capacity(self.body.len() + (1 << 18));
-        let _ = write!(
+        let _ = writeln!(
             out,
             "<!doctype html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
              <meta http-equiv=\"Content-Security-Policy\" content=\"{POLICY}\">\n\
@@ -69,7 +69,7 @@ impl Page {
              <style>\n{STYLE}</style>\n<script>{THEME}</script>\n</head>\n<body>\n\
              <a class=\"skip\" href=\"#main\">Skip to the answer</a>\n\
              <header class=\"top\"><span>elastocap report</span>\
-             <button type=\"button\" id=\"theme\" hidden>Dark</button></header>\n<div class=\"layout\">\n",
+             <button type=\"button\" id=\"theme\" hidden>Dark</button></header>\n<div class=\"layout\">",
             env!("CARGO_PKG_VERSION")
         );
         out.push_str("<nav aria-label=\"Contents\"><ul>\n<li><a href=\"#main\">Answer</a></li>\n");
@@ -82,10 +82,10 @@ impl Page {
              <noscript><p class=\"note\">Without JavaScript this page shows no charts and no 3D view; its tables hold all numbers.</p></noscript>\n{}",
             self.lead, self.body
         );
-        let _ = write!(
+        let _ = writeln!(
             out,
             "</main>\n</div>\n<footer>elastocap {}. This page is one file and loads nothing.</footer>\n\
-             <script type=\"application/json\" id=\"data\">{}</script>\n",
+             <script type=\"application/json\" id=\"data\">{}</script>",
             env!("CARGO_PKG_VERSION"),
             json_in_script(data)
         );
@@ -104,7 +104,7 @@ impl Page {
             }
         }
         for code in code {
-            let _ = write!(out, "<script>\n{code}</script>\n");
+            let _ = writeln!(out, "<script>\n{code}</script>");
         }
         out.push_str("</body>\n</html>\n");
         out

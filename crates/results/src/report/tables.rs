@@ -117,7 +117,7 @@ pub(super) fn matrices(outcome: &Outcome) -> Option<String> {
     }
     out.push_str("<div id=\"matrices\">\n");
     for step in shown {
-        let _ = write!(out, "<div data-step=\"{}\">\n{}</div>\n", step.index, matrix(outcome, step));
+        let _ = writeln!(out, "<div data-step=\"{}\">\n{}</div>", step.index, matrix(outcome, step));
     }
     out.push_str("</div>\n");
     Some(out)

@@ -4,7 +4,7 @@ use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
-use elastocap_case::Case;
+use elastocap_case::{Case, Measurement};
 use elastocap_coupling::outcome::Outcome;
 use elastocap_coupling::plan::{Options, Plan};
 use elastocap_coupling::run::run;
@@ -47,6 +47,8 @@ fn data(page: &str) -> Value {
 #[test]
 fn hostile_texts_stay_texts_wherever_they_stand() {
     let (mut case, mut outcome) = pressed();
+    // Then the names stand in the legend of the chart, which a script reads.
+    outcome.measurement = Some(Measurement::Mutual([0, 1]));
     let honest = page(&case, &outcome, "text", "command", &[]);
     let hostile =
         "</script></style></title></textarea><script>alert('x')</script><img src=x onerror=\"alert(1)\"><!--";
