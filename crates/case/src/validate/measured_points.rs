@@ -285,10 +285,8 @@ fn points(
     let at_line = |line: u64, what: String, help: &str| {
         Diagnostic::at(file, format!("{shown_file}:{line}: {what}")).label("in this file").help(help)
     };
-    let mut reader = csv::ReaderBuilder::new()
-        .comment(Some(b'#'))
-        .trim(csv::Trim::All)
-        .from_reader(text.as_bytes());
+    let mut reader =
+        csv::ReaderBuilder::new().comment(Some(b'#')).trim(csv::Trim::All).from_reader(text.as_bytes());
     let broken = |error: &csv::Error| {
         let line = error.position().map_or(1, |at| line_of(text, at));
         at_line(
