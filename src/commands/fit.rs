@@ -88,6 +88,9 @@ fn run(arguments: &Arguments, common: &Common, started: Instant) -> Result<Exit,
             _ => Exit::BadInput,
         }
     };
+    if case.measured_points.is_none() {
+        return Err(refused(&FitError::NoPoints));
+    }
     let parameters = parameters(&arguments.free, &source, case.measured_points.as_ref())
         .map_err(|error| refused(&error.into()))?;
     let cancel = Arc::new(AtomicBool::new(false));

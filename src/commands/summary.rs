@@ -32,9 +32,8 @@ pub(crate) fn summary(case: &Case, outcome: &Outcome, saved: &Saved) -> String {
     if outcome.plan.kind == Kind::Curve && outcome.steps.iter().any(|s| !s.floating.is_empty()) {
         out.push_str("\n  the potentials of the floating conductors are in result.json\n");
     }
-    match compare(case, outcome) {
-        Some(Ok(comparison)) => out.push_str(&measured(&comparison)),
-        Some(Err(_)) | None => {}
+    if let Some(Ok(comparison)) = compare(case, outcome) {
+        out.push_str(&measured(&comparison));
     }
     let names: Vec<_> =
         saved.files.iter().filter_map(|f| f.file_name()).map(|f| f.to_string_lossy().into_owned()).collect();

@@ -30,6 +30,9 @@ pub(crate) struct Prediction {
     by_correction: [f64; 3],
 }
 
+/// The derivatives by one parameter, the stretch of the step that they took, and whether that was too small to be trusted.
+type Column = (Vec<f64>, f64, bool);
+
 /// Measured points, and the curves that should go through them.
 pub(crate) struct Problem<'a> {
     curves: &'a Curves,
@@ -126,7 +129,7 @@ impl<'a> Problem<'a> {
         self.jacobians += 1;
         let here = self.predict(values)?;
         // Curves of different keys are solved side by side.
-        let found: Vec<Result<(Vec<f64>, f64, bool), CurveError>> = (0..self.parameters.len())
+        let found: Vec<Result<Column, CurveError>> = (0..self.parameters.len())
             .into_par_iter()
             .map(|k| match self.parameters[k].quantity {
                 Quantity::Key => self.difference(values, k, &here),
@@ -145,12 +148,7 @@ impl<'a> Problem<'a> {
     }
 
     /// The column of one key, the stretch of its step, and whether the difference is too small to be trusted.
-    fn difference(
-        &self,
-        values: &[f64],
-        k: usize,
-        here: &[Prediction],
-    ) -> Result<(Vec<f64>, f64, bool), CurveError> {
+    fn difference(&self, values: &[f64], k: usize, here: &[Prediction]) -> Result<Column, CurveError> {
         let [low, high] = self.parameters[k].range;
         let own = values[k];
         let size = if own == 0.0 { 0.1 * (high - low) } else { own.abs() };
