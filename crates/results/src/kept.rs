@@ -105,7 +105,7 @@ pub fn save_kept(
     let folder = OutputFolder::open(folder)?;
     folder.holds_nothing_foreign()?;
     let request = Request { wanted: Wanted::of(options), case_text, command: None };
-    let writer = FieldWriter::new(&folder, &()).writing(request.wanted.clone());
+    let writer = FieldWriter::new(&folder, &()).writing(request.wanted);
     let writer = writer.drawing_sections(&outcome.plan, &case.title);
     // Where staging breaks off, `finish` has the reason.
     let _ = stage(&writer, outcome, fields);

@@ -19,6 +19,7 @@ fn pair(layout: Layout) -> Case {
             thickness: 450e-6,
             half_length: None,
             relative_permittivity: Some(2.8),
+            foam: None,
             material: Some(HyperelasticLaw::MooneyRivlin { c10: 682.15, c01: 43931.9 }),
             bulk_modulus: None,
         }),
