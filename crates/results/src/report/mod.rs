@@ -1,8 +1,8 @@
 //! `report.html`: what a run found, as one page that opens from disk and asks the network for nothing.
 //!
 //! Everything is in the HTML as tables and text. The page's scripts draw the charts and the 3D view from the data at its end, so that a
-//! reader without them loses pictures and no number. What comes from a case (titles, names, paths) goes through [`html::escape`], or
-//! through [`html::json_in_script`] where a script reads it.
+//! reader without them loses pictures and no number. What comes from a case (titles, names, paths) goes through `html::escape`, or
+//! through `html::json_in_script` where a script reads it.
 //!
 //! | file | what is in it |
 //! |---|---|
