@@ -2,8 +2,8 @@
 //!
 //! The way of the data: the text of a case with `[measurement]` and the names of what is free -> [`parameter::Parameter`]s ->
 //! [`curves::Curves`], which gives the computed curve for any values of them and remembers it -> [`fit::fit`], least squares ->
-//! [`fit::Fit`] with intervals, correlations and words, by `uncertainty`. [`optimise::optimise`] asks the same curves for an
-//! [`objective::Objective`] in place of residuals.
+//! [`fit::Fit`] with intervals, correlations and words, by `uncertainty`. [`optimise::optimise`] asks the same curves for
+//! [`objective::Quantity`] in place of residuals.
 //!
 //! Derivatives by keys of the case are differences of curves; those by offset, parasitic capacitance and gain are exact.
 
