@@ -150,7 +150,7 @@ fn a_layer_without_conductors_gives_force_against_compression() {
         [load]\ncompression = [0.0, 0.2]\n";
     let case = sandbox.case("layer.toml", text);
     sandbox.run(&case, &[]).exits_with(0);
-    assert_eq!(sandbox.names("out"), ["curve.csv", "curve.svg", "result.json", "scene.glb"]);
+    assert_eq!(sandbox.names("out"), ["curve.csv", "curve.svg", "report.html", "result.json", "scene.glb"]);
     let table = sandbox.table("out/curve.csv");
     let force = table.numbers("force_n");
     assert_eq!(force[0], 0.0);
@@ -172,6 +172,7 @@ fn a_pair_without_load_gives_its_capacitance_and_a_curve_of_one_point() {
             "capacitance.csv",
             "curve.csv",
             "fields.pvd",
+            "report.html",
             "result.json",
             "scene.glb",
             "section_000.svg",
