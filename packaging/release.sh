@@ -38,7 +38,7 @@ into=$work/$name
 mkdir -p "$into/cases" "$into/completions"
 install -m 755 "$built" "$into/elastocap"
 cp LICENSE-MIT LICENSE-APACHE README.md CHANGELOG.md "$into/"
-cp cases/* "$into/cases/"
+cp -r cases/* "$into/cases/"
 # README and cases refer to them.
 cp ARCHITECTURE.md CONTRIBUTING.md "$into/"
 cp -R docs "$into/docs"
