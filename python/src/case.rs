@@ -67,5 +67,5 @@ pub(crate) fn with_value(text: &str, path: &str, value: &str) -> PyResult<String
 /// A text as a number in SI units, if it is one with a unit or without.
 #[pyfunction]
 pub(crate) fn number_in_si(text: &str) -> Option<f64> {
-    case::WrittenNumber::parse(text).ok().map(|number| number.si)
+    text.parse::<case::Amount>().ok().map(|number| number.si)
 }

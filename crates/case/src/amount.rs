@@ -1,5 +1,6 @@
 //! Numbers with or without a unit as they stand in arguments and in values of a case file: `10kPa`, `"50 um"`, `2.8`.
 
+use crate::diagnostics::shown;
 use crate::units::{self, NotAQuantity};
 
 /// How a number is written: its unit, and what that is of the SI unit.
@@ -23,13 +24,20 @@ impl Scale {
         self.dimension.map_or("a number", units::Dimension::name)
     }
 
-    /// A value in SI units as the value of a key in a case file, to ten digits: `"43.2 um"`, `2.85`.
+    /// A value in SI units as the value of a key in a case file, to ten digits, since what a fit or a search finds has fewer:
+    /// `"43.2 um"`, `2.85`.
     pub fn to_toml(&self, si: f64) -> String {
-        let number = rounded(si / self.factor);
+        self.written(rounded(si / self.factor, 10))
+    }
+
+    /// A number with this unit as the value of a key in a case file: `"40 um"` in quotation marks, or a number alone. 12 digits are kept,
+    /// so that 0.1 + 0.2 is written 0.3.
+    pub fn written(&self, number: f64) -> String {
+        let number = rounded(number, 12);
         if self.unit.is_empty() { format!("{number:?}") } else { format!("\"{number} {}\"", self.unit) }
     }
 
-    /// The same for people, to `digits` digits: `43.2 um`.
+    /// A value in SI units for people, to `digits` digits: `43.2 um`.
     pub fn show(&self, si: f64, digits: usize) -> String {
         let value = si / self.factor;
         let before = if value == 0.0 { 1 } else { value.abs().log10().floor() as i32 + 1 };
@@ -43,15 +51,16 @@ impl Scale {
     }
 }
 
-/// To ten digits: what a fit or a search finds has fewer.
-fn rounded(value: f64) -> f64 {
-    format!("{value:.9e}").parse().unwrap_or(value)
+fn rounded(value: f64, digits: usize) -> f64 {
+    format!("{value:.*e}", digits - 1).parse().unwrap_or(value)
 }
 
 /// A number and how it was written.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Amount {
-    /// In SI units; finite.
+    /// The number before the unit; finite.
+    pub number: f64,
+    /// In SI units (radians for angles), finite; the number itself without a unit.
     pub si: f64,
     /// Its unit.
     pub scale: Scale,
@@ -60,7 +69,8 @@ pub struct Amount {
 impl Amount {
     /// A number without a unit.
     pub fn plain(value: f64) -> Self {
-        Self { si: value, scale: Scale { unit: String::new(), factor: 1.0, dimension: None } }
+        let scale = Scale { unit: String::new(), factor: 1.0, dimension: None };
+        Self { number: value, si: value, scale }
     }
 
     /// A value in an SI unit that this program knows, such as `F`, to be written with the prefix that suits values of a `size`.
@@ -69,7 +79,15 @@ impl Amount {
         let power = if size > 0.0 { (size.log10() + 1e-9).div_euclid(3.0) as i32 } else { 0 };
         let prefix = usize::try_from(power + 6).ok().and_then(|k| prefixes.get(k)).copied().unwrap_or("");
         let one = format!("1 {prefix}{unit}").parse::<Self>();
-        one.map_or_else(|_| Self::plain(si), |one| Self { si, scale: one.scale })
+        one.map_or_else(
+            |_| Self::plain(si),
+            |one| Self { number: si / one.scale.factor, si, scale: one.scale },
+        )
+    }
+
+    /// The number in a unit that [fits](Scale::fits).
+    pub fn number_in(&self, scale: &Scale) -> f64 {
+        if self.scale.unit == scale.unit { self.number } else { self.si / scale.factor }
     }
 }
 
@@ -91,26 +109,33 @@ pub enum AmountError {
 impl std::str::FromStr for Amount {
     type Err = AmountError;
 
-    /// A number with a unit, or without one; quotation marks around it do not matter.
+    /// A number with a unit, or without one; quotation marks around it are taken off.
     fn from_str(text: &str) -> Result<Self, AmountError> {
-        let text = text.trim().trim_matches(['"', '\'']).trim();
-        if let Ok(si) = text.parse::<f64>() {
-            if !si.is_finite() {
-                return Err(AmountError::NoNumber(text.to_owned()));
+        let text = text.trim();
+        let inside = ['"', '\''].into_iter().find_map(|quote| text.strip_prefix(quote)?.strip_suffix(quote));
+        let text = inside.unwrap_or(text).trim();
+        let no_number = || AmountError::NoNumber(shown(text));
+        let quantity = match units::parse(text) {
+            Ok(quantity) => quantity,
+            Err(NotAQuantity::NoUnit { number }) => {
+                let number = number.parse::<f64>().ok().filter(|number| number.is_finite());
+                return number.map(Self::plain).ok_or_else(no_number);
             }
-            return Ok(Self { si, scale: Scale { unit: String::new(), factor: 1.0, dimension: None } });
-        }
-        let quantity = units::parse(text).map_err(|why| match why {
-            NotAQuantity::NoNumber
-            | NotAQuantity::NotFinite
-            | NotAQuantity::TooLarge
-            | NotAQuantity::NoUnit { .. } => AmountError::NoNumber(text.to_owned()),
-            NotAQuantity::Comma => AmountError::Comma(text.to_owned()),
-            NotAQuantity::UnknownUnit { unit, .. } => AmountError::UnknownUnit(unit.to_owned()),
-        })?;
+            Err(NotAQuantity::Comma) => return Err(AmountError::Comma(shown(text))),
+            Err(NotAQuantity::UnknownUnit { unit, .. }) => return Err(AmountError::UnknownUnit(shown(unit))),
+            Err(NotAQuantity::NoNumber | NotAQuantity::NotFinite | NotAQuantity::TooLarge) => {
+                return Err(no_number());
+            }
+        };
+        let number = quantity.number.parse::<f64>().ok().filter(|number| number.is_finite());
+        let number = number.ok_or_else(no_number)?;
         let unit = quantity.unit_text.to_owned();
-        let factor = units::parse(&format!("1 {unit}")).map_or(1.0, |one| one.si);
-        Ok(Self { si: quantity.si, scale: Scale { unit, factor, dimension: Some(quantity.dimension) } })
+        let factor = units::parse(&format!("1 {unit}")).map_or(f64::NAN, |one| one.si);
+        Ok(Self {
+            number,
+            si: quantity.si,
+            scale: Scale { unit, factor, dimension: Some(quantity.dimension) },
+        })
     }
 }
 
@@ -129,9 +154,22 @@ mod tests {
         assert_eq!(amount("-2.8").si, -2.8);
         assert_eq!(amount("50 um").scale.to_toml(43.25e-6), "\"43.25 um\"");
         assert_eq!(amount("2").scale.to_toml(2.0), "2.0");
+        assert_eq!(amount(" 2.8 ").scale.written(3.0), "3.0");
+        assert_eq!(amount("50um").scale.written(0.1 + 0.2), "\"0.3 um\"");
         assert_eq!(amount("1 um").scale.show(43.251234e-6, 4), "43.25 um");
         assert!(amount("1 mm").scale.fits(&amount("3 um").scale));
         assert!(!amount("1 mm").scale.fits(&amount("3 kPa").scale));
+        assert!(!amount("1 mm").scale.fits(&amount("3").scale));
+    }
+
+    #[test]
+    fn a_number_keeps_its_unit_and_is_converted_to_others() {
+        let gap = amount("50um");
+        assert_eq!((gap.number, gap.si, gap.scale.dimension_name()), (50.0, 50e-6, "a length"));
+        assert_eq!(gap.number_in(&gap.scale), 50.0);
+        assert!((amount("\"0.1 mm\"").number_in(&gap.scale) - 100.0).abs() < 1e-12);
+        assert_eq!(amount("90 deg").number_in(&amount("1 rad").scale), std::f64::consts::FRAC_PI_2);
+        assert_eq!(amount("2.8").scale.dimension_name(), "a number");
     }
 
     #[test]
@@ -140,6 +178,9 @@ mod tests {
             ("", "not a number"),
             ("kPa", "not a number"),
             ("inf", "not a number"),
+            ("nan um", "not a number"),
+            ("1e999", "not a number"),
+            ("[1, 2]", "not a number"),
             ("1,5 um", "comma"),
             ("3 furlongs", "unit"),
         ] {

@@ -26,7 +26,6 @@ mod terminals;
 mod units;
 mod validate;
 mod values;
-mod written;
 
 use std::fs::File;
 use std::io::{ErrorKind, Read};
@@ -48,7 +47,6 @@ pub use model::{
 };
 pub use overrides::{OverrideError, OverrideErrorKind, files_of, value_at, with_value};
 pub use schema::json_schema;
-pub use written::{WrittenNumber, WrittenNumberError};
 
 /// The largest file that is read.
 const LARGEST_FILE: u64 = 16 << 20;

@@ -1,6 +1,6 @@
 //! Distributions of tolerances: `normal(50um, 2um)`, `uniform(1, 2)` and others, drawn the same from the same seed on every machine.
 
-use elastocap_case::{WrittenNumber, WrittenNumberError};
+use elastocap_case::{Amount, AmountError, Scale};
 use rand::{Rng, RngExt as _};
 
 use crate::settings::split_at_commas;
@@ -9,8 +9,8 @@ use crate::settings::split_at_commas;
 #[derive(Debug, Clone, PartialEq)]
 pub struct Distribution {
     shape: Shape,
-    /// The first parameter: its unit is that of the values.
-    unit: WrittenNumber,
+    /// The unit of the first parameter, which is that of the values.
+    scale: Scale,
     /// As it was written.
     text: String,
 }
@@ -69,7 +69,7 @@ pub enum DistributionError {
         /// As it was written.
         text: String,
         /// What is wrong.
-        why: WrittenNumberError,
+        why: AmountError,
     },
     /// Parameters of different kinds.
     #[error("`{text}` has {first} and {other}; give all parameters the same kind of unit")]
@@ -122,16 +122,16 @@ impl Distribution {
             .find(|(known, _)| *known == name)
             .ok_or_else(|| DistributionError::Unknown(name.to_owned()))?;
         let wrong = || DistributionError::Parameters { text: own(), found: parts.len(), form };
-        let first =
-            WrittenNumber::parse(parts[0]).map_err(|why| DistributionError::Number { text: own(), why })?;
+        let amount =
+            |part: &str| part.parse::<Amount>().map_err(|why| DistributionError::Number { text: own(), why });
+        let first = amount(parts.first().copied().unwrap_or(""))?;
         let in_unit = |part: &str| {
-            let number =
-                WrittenNumber::parse(part).map_err(|why| DistributionError::Number { text: own(), why })?;
-            if !number.is_like(&first) {
-                let (first, other) = (first.kind(), number.kind());
+            let other = amount(part)?;
+            if !other.scale.fits(&first.scale) {
+                let (first, other) = (first.scale.dimension_name(), other.scale.dimension_name());
                 return Err(DistributionError::Kinds { text: own(), first, other });
             }
-            Ok(number.in_unit_of(&first))
+            Ok(other.number_in(&first.scale))
         };
         // A deviation may be a share of the mean.
         let deviation = |part: &str| match part.strip_suffix('%') {
@@ -168,7 +168,7 @@ impl Distribution {
             _ => return Err(wrong()),
         };
         shape.check().map_err(|why| DistributionError::Range { text: own(), why })?;
-        Ok(Some(Self { shape, unit: first, text: text.to_owned() }))
+        Ok(Some(Self { shape, scale: first.scale, text: text.to_owned() }))
     }
 
     /// As it was written.
@@ -181,7 +181,7 @@ impl Distribution {
     pub fn draw(&self, random: &mut impl Rng) -> String {
         let value = self.shape.draw(random);
         let rounded = format!("{value:.8e}").parse().unwrap_or(value);
-        self.unit.written_with(rounded)
+        self.scale.written(rounded)
     }
 }
 
@@ -272,7 +272,7 @@ mod tests {
     fn drawn(text: &str, count: usize) -> Vec<f64> {
         let distribution = Distribution::parse(text).unwrap().unwrap();
         let mut random = ChaCha12Rng::seed_from_u64(7);
-        let value = |_| WrittenNumber::parse(&distribution.draw(&mut random)).unwrap().si;
+        let value = |_| distribution.draw(&mut random).parse::<Amount>().unwrap().si;
         (0..count).map(value).collect()
     }
 

@@ -2,8 +2,9 @@
 
 use std::str::FromStr;
 
-use elastocap_case::{WrittenNumber, WrittenNumberError};
+use elastocap_case::{Amount, AmountError};
 
+use crate::design::MAX_CASES;
 use crate::distribution::{Distribution, DistributionError};
 
 /// A key of the case file and the values that it takes.
@@ -64,7 +65,7 @@ pub enum SettingError {
         /// The range.
         range: String,
         /// What is wrong with the end.
-        why: WrittenNumberError,
+        why: AmountError,
     },
     /// Ends of different kinds.
     #[error("the range `{range}` goes from {from} to {to}; give both ends the same kind of unit")]
@@ -86,9 +87,6 @@ pub enum SettingError {
     #[error(transparent)]
     Distribution(#[from] DistributionError),
 }
-
-/// The most values of one range.
-const MAX_VALUES: usize = 1_000_000;
 
 impl FromStr for Setting {
     type Err = SettingError;
@@ -171,11 +169,11 @@ fn range(text: &str, from: &str, rest: &str) -> Result<Vec<String>, SettingError
     let mut rest = rest.split(':');
     let to = rest.next().unwrap_or("");
     let count_text = rest.next().map(str::trim).ok_or_else(|| SettingError::NoCount(own()))?;
-    let count = count_text.parse().ok().filter(|count| (2..=MAX_VALUES).contains(count));
+    let count = count_text.parse().ok().filter(|count| (2..=MAX_CASES).contains(count));
     let count: usize = count.ok_or_else(|| SettingError::BadCount {
         range: own(),
         count: count_text.to_owned(),
-        max: MAX_VALUES,
+        max: MAX_CASES,
     })?;
     let spacing = rest.next().map(str::trim);
     let logarithmic = match (spacing, rest.next()) {
@@ -183,13 +181,14 @@ fn range(text: &str, from: &str, rest: &str) -> Result<Vec<String>, SettingError
         (Some("log"), None) => true,
         (Some(word), _) => return Err(SettingError::BadSpacing { range: own(), word: word.to_owned() }),
     };
-    let end =
-        |text: &str| WrittenNumber::parse(text).map_err(|why| SettingError::BadEnd { range: own(), why });
+    let end = |text: &str| text.parse::<Amount>().map_err(|why| SettingError::BadEnd { range: own(), why });
     let (from, to) = (end(from)?, end(to)?);
-    if !from.is_like(&to) {
-        return Err(SettingError::EndsDiffer { range: own(), from: from.kind(), to: to.kind() });
+    let scale = &from.scale;
+    if !to.scale.fits(scale) {
+        let (from, to) = (scale.dimension_name(), to.scale.dimension_name());
+        return Err(SettingError::EndsDiffer { range: own(), from, to });
     }
-    let (first, last) = (from.number, to.in_unit_of(&from));
+    let (first, last) = (from.number, to.number_in(scale));
     if logarithmic && (first <= 0.0 || last <= 0.0) {
         return Err(SettingError::NoLogarithm(own()));
     }
@@ -202,7 +201,7 @@ fn range(text: &str, from: &str, rest: &str) -> Result<Vec<String>, SettingError
             _ => first + (last - first) * share,
         }
     };
-    Ok((0..count).map(|k| from.written_with(value(k))).collect())
+    Ok((0..count).map(|k| scale.written(value(k))).collect())
 }
 
 #[cfg(test)]
@@ -258,9 +257,9 @@ mod tests {
         refused("a=1um..2um:x", "a number from 2");
         refused("a=1um..2um:5:cubic", "only `:log`");
         refused("a=1um..2kPa:5", "from a length to a pressure");
-        refused("a=1..2um:5", "from a bare number to a length");
+        refused("a=1..2um:5", "from a number to a length");
         refused("a=0..2:5:log", "leave out `:log`");
-        refused("a=1um..2parsec:5", "unit that is not known");
+        refused("a=1um..2parsec:5", "`parsec` is not a unit");
         refused("a=[1,2", "not closed");
     }
 }

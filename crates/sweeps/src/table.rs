@@ -1,6 +1,6 @@
 //! `sweep.csv`: a line for each case and step.
 
-use elastocap_case::WrittenNumber;
+use elastocap_case::Amount;
 use elastocap_coupling::outcome::Row;
 use elastocap_results::csv::{number, optional, quoted};
 
@@ -30,8 +30,8 @@ impl Column {
                 case.get(k).cloned().flatten().or_else(|| default.clone()).unwrap_or_default()
             };
             let texts: Vec<String> = manifest.cases.iter().map(text).collect();
-            let parsed: Vec<_> = texts.iter().map(|text| WrittenNumber::parse(text).ok()).collect();
-            let unit = parsed.first().and_then(Option::as_ref).map_or("", |first| first.unit.as_str());
+            let parsed: Vec<_> = texts.iter().map(|text| text.parse::<Amount>().ok()).collect();
+            let unit = parsed.first().and_then(Option::as_ref).map_or("", |first| first.scale.unit.as_str());
             Self {
                 key: key.clone(),
                 unit: unit.to_owned(),
