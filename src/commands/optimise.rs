@@ -7,7 +7,9 @@ use std::time::Instant;
 
 use clap::{ArgGroup, Args};
 use elastocap_fitting::objective::{Constraint, Quantity};
-use elastocap_fitting::optimise::{Evaluation, MAX_EVALUATIONS, Optimum, Search, case_of, optimise, varied};
+use elastocap_fitting::optimise::{
+    Evaluation, MAX_EVALUATIONS, OptimiseError, Optimum, Search, case_of, optimise, varied,
+};
 use elastocap_fitting::parameter::{Free, Parameter};
 
 use super::stop::stop_without_files;
@@ -100,9 +102,12 @@ fn run(arguments: &Arguments, common: &Common) -> Result<Exit, Exit> {
         tolerance: arguments.tolerance,
         max_evaluations: arguments.max_evaluations.max(1),
     };
-    let refused = |error: elastocap_fitting::optimise::OptimiseError| {
+    let refused = |error: OptimiseError| {
         output::error(&error.to_string());
-        Exit::BadInput
+        match error {
+            OptimiseError::Stopped => Exit::Incomplete,
+            _ => Exit::BadInput,
+        }
     };
     let parameters = varied(&arguments.vary, &source).map_err(refused)?;
     let cancel = Arc::new(AtomicBool::new(false));
@@ -171,7 +176,7 @@ fn in_words(own: &Evaluation, parameters: &[Parameter], search: &Search) -> Stri
     let mut parts: Vec<String> = values.collect();
     match own.objective {
         Some(value) => parts.push(shown(value, search.quantity.unit(), 5)),
-        None => parts.push(own.failure.clone().unwrap_or_default()),
+        None => parts.extend(own.failure.as_ref().map(ToString::to_string)),
     }
     let limited = search.constraints.iter().zip(&own.limited);
     parts.extend(limited.map(|(limit, value)| shown(*value, limit.quantity.unit(), 4)));
@@ -200,7 +205,7 @@ fn summary(parameters: &[Parameter], search: &Search, found: &Optimum, taken: f6
             );
         }
         line.push(match (&own.failure, own.is_allowed) {
-            (Some(reason), _) => reason.clone(),
+            (Some(reason), _) => reason.to_string(),
             (None, true) => "kept".to_owned(),
             (None, false) => "not kept".to_owned(),
         });

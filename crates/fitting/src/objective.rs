@@ -4,7 +4,8 @@ use std::fmt;
 use std::str::FromStr;
 
 use elastocap_case::{Amount, Case, Load, Scale};
-use elastocap_coupling::outcome::{Outcome, StepResult};
+use elastocap_coupling::load_steps::StepLoad;
+use elastocap_coupling::outcome::{Outcome, Status, StepResult};
 
 /// A sensitivity is the difference between loads that are this share below and above.
 pub const DIFFERENCE: f64 = 0.15;
@@ -69,6 +70,24 @@ pub enum WishError {
     MixedLoads,
 }
 
+/// Why a run does not give a quantity.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum NoValue {
+    /// No step has a load that the quantity needs.
+    #[error("the run has no step at a load of {0}")]
+    NoStep(f64),
+    /// A step without capacitance, with its status.
+    #[error("{0}")]
+    NoCapacitance(Box<Status>),
+    /// A step without force.
+    #[error("there is no force at this load")]
+    NoForce,
+    /// No derivative by the force.
+    #[error("the force does not grow with the compression there")]
+    ForceDoesNotGrow,
+}
+
 impl Quantity {
     /// Its SI unit.
     pub fn unit(&self) -> &'static str {
@@ -107,8 +126,8 @@ impl Quantity {
     /// Its value in a run of [`case_at`], in its SI unit, and what the bounds and stated errors leave open of it.
     ///
     /// # Errors
-    /// Why there is none, in words.
-    pub fn value(&self, outcome: &Outcome) -> Result<(f64, f64), String> {
+    /// [`NoValue`] if a step that it needs is missing, or has no capacitance or force.
+    pub fn value(&self, outcome: &Outcome) -> Result<(f64, f64), NoValue> {
         let rest = step_at(outcome, 0.0)?;
         let (c0, e0) = capacitance(rest)?;
         let Some(load) = self.load() else { return Ok((c0, e0)) };
@@ -120,41 +139,44 @@ impl Quantity {
                 let (c, e) = capacitance(step_at(outcome, own)?)?;
                 Ok(((c - c0).abs(), e + e0))
             }
-            Self::Force(_) => {
-                let step = step_at(outcome, own)?;
-                let error =
-                    step.layer.as_ref().and_then(|layer| layer.relative_error_estimate).unwrap_or(0.0);
-                let force = step.row.force_n.ok_or("there is no force at this compression")?;
-                Ok((force, error * force))
-            }
+            Self::Force(_) => force(step_at(outcome, own)?),
             Self::Sensitivity(_) => {
                 let around = self.needs();
                 let [low, high] = [around[0], around[1]].map(|load| step_at(outcome, load));
                 let (low, high) = (low?, high?);
                 let ((c1, e1), (c2, e2)) = (capacitance(low)?, capacitance(high)?);
-                let forces = low.row.force_n.zip(high.row.force_n).ok_or("there is no force at this load")?;
-                let width = forces.1 - forces.0;
+                let ((f1, g1), (f2, g2)) = (force(low)?, force(high)?);
+                let width = f2 - f1;
                 if width <= 0.0 {
-                    return Err("the force does not grow with the compression there".to_owned());
+                    return Err(NoValue::ForceDoesNotGrow);
                 }
-                Ok((((c2 - c1) / width).abs(), (e1 + e2) / width))
+                let value = ((c2 - c1) / width).abs();
+                // To first order in the errors of capacitances and forces.
+                Ok((value, (e1 + e2 + value * (g1 + g2)) / width))
             }
         }
     }
 }
 
-fn step_at(outcome: &Outcome, load: f64) -> Result<&StepResult, String> {
-    use elastocap_coupling::load_steps::StepLoad;
+fn step_at(outcome: &Outcome, load: f64) -> Result<&StepResult, NoValue> {
     let is_there = |step: &&StepResult| match step.load {
         StepLoad::None => load == 0.0,
         StepLoad::Compression(own) | StepLoad::ForceN(own) => own == load,
     };
-    let step = outcome.steps.iter().find(is_there).ok_or("a load was not solved")?;
-    Ok(step)
+    outcome.steps.iter().find(is_there).ok_or(NoValue::NoStep(load))
 }
 
-fn capacitance(step: &StepResult) -> Result<(f64, f64), String> {
-    let value = step.row.capacitance_f.ok_or_else(|| step.row.status.to_string())?;
+/// The force of a step and its stated error, N.
+fn force(step: &StepResult) -> Result<(f64, f64), NoValue> {
+    let value = step.row.force_n.ok_or(NoValue::NoForce)?;
+    let error = step.layer.as_ref().and_then(|layer| layer.relative_error_estimate).unwrap_or(0.0);
+    Ok((value, error * value.abs()))
+}
+
+/// The capacitance of a step and what its bounds and stated errors leave open of it, F.
+fn capacitance(step: &StepResult) -> Result<(f64, f64), NoValue> {
+    let no_capacitance = || NoValue::NoCapacitance(Box::new(step.row.status.clone()));
+    let value = step.row.capacitance_f.ok_or_else(no_capacitance)?;
     let errors = [
         step.row.relative_error_estimate,
         step.row.mechanics_error_estimate,

@@ -9,12 +9,12 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Instant;
 
 use cobyla::{Func, RhoBeg, StopTols, minimize};
-use elastocap_case::{OverrideError, with_value};
+use elastocap_case::{Case, OverrideError, with_value};
 use elastocap_coupling::plan::{Options, Plan};
 use elastocap_coupling::run::run;
 use serde::Serialize;
 
-use crate::objective::{Constraint, Quantity, WishError, case_at};
+use crate::objective::{Constraint, NoValue, Quantity, WishError, case_at};
 use crate::parameter::{Free, Parameter, ParameterError, parameters};
 
 /// The first steps over the ranges.
@@ -61,8 +61,39 @@ pub enum OptimiseError {
         /// The values.
         place: String,
         /// Why.
-        reason: String,
+        reason: Box<EvaluationError>,
     },
+    /// The work was stopped on request before there was any value.
+    #[error("stopped")]
+    Stopped,
+}
+
+/// Why a place has no value.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum EvaluationError {
+    /// A key cannot be set.
+    #[error(transparent)]
+    Path(#[from] OverrideError),
+    /// With these values the case is not valid; the first thing that is wrong with it, in one line.
+    #[error("{0}")]
+    Case(String),
+    /// Loads of two kinds.
+    #[error(transparent)]
+    Wish(#[from] WishError),
+    /// The run does not give a quantity.
+    #[error(transparent)]
+    Value(#[from] NoValue),
+    /// The work was stopped on request.
+    #[error("stopped")]
+    Stopped,
+}
+
+/// In words.
+impl Serialize for EvaluationError {
+    fn serialize<S: serde::Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.collect_str(self)
+    }
 }
 
 /// One evaluation.
@@ -79,7 +110,7 @@ pub struct Evaluation {
     /// Whether all limits are kept.
     pub is_allowed: bool,
     /// Why it could not be computed.
-    pub failure: Option<String>,
+    pub failure: Option<EvaluationError>,
     /// Wall-clock seconds.
     pub seconds: f64,
 }
@@ -137,12 +168,13 @@ pub fn optimise(
     let unit = |own: &Parameter, value: f64| (value - own.range[0]) / (own.range[1] - own.range[0]);
     let start: Vec<f64> = parameters.iter().map(|own| unit(own, own.start)).collect();
     let first = evaluator.at(&start);
-    let size = match (first.objective, &first.failure) {
-        (Some(value), _) if value != 0.0 => value.abs(),
-        (Some(_), _) => 1.0,
-        (None, reason) => {
+    let size = match (first.objective, first.failure) {
+        (Some(value), None) if value != 0.0 => value.abs(),
+        (Some(_) | None, None) => 1.0,
+        (_, Some(EvaluationError::Stopped)) => return Err(OptimiseError::Stopped),
+        (_, Some(reason)) => {
             let place = evaluator.in_words(&first.values);
-            return Err(OptimiseError::Start { place, reason: reason.clone().unwrap_or_default() });
+            return Err(OptimiseError::Start { place, reason: Box::new(reason) });
         }
     };
     let sign = if search.maximise { -1.0 } else { 1.0 };
@@ -260,20 +292,27 @@ impl Evaluator<'_> {
         evaluation
     }
 
-    fn evaluate(&self, values: &[f64]) -> Result<((f64, f64), Vec<f64>), String> {
+    fn evaluate(&self, values: &[f64]) -> Result<((f64, f64), Vec<f64>), EvaluationError> {
         if self.cancel.load(Ordering::Relaxed) {
-            return Err("stopped".to_owned());
+            return Err(EvaluationError::Stopped);
         }
-        let text = case_of(self.source, self.parameters, values).map_err(|error| error.to_string())?;
-        let case = elastocap_case::parse(&text, self.origin)
-            .map_err(|error| error.diagnostics()[0].message.clone())?;
-        let case = case_at(case, &self.quantities()).map_err(|error| error.to_string())?;
+        let case = case_at(self.case(values)?, &self.quantities())?;
         let options = Options { prune: true, fields: false, scene: false };
         let plan = Plan::new(&case, &options);
         let outcome = run(&case, &plan, &options, self.cancel, &());
+        if outcome.stopped {
+            return Err(EvaluationError::Stopped);
+        }
         let objective = self.search.quantity.value(&outcome)?;
         let limited = self.search.constraints.iter().map(|own| Ok(own.quantity.value(&outcome)?.0));
-        Ok((objective, limited.collect::<Result<_, String>>()?))
+        Ok((objective, limited.collect::<Result<_, NoValue>>()?))
+    }
+
+    /// The case with these values, and with the loads of its file.
+    fn case(&self, values: &[f64]) -> Result<Case, EvaluationError> {
+        let text = case_of(self.source, self.parameters, values)?;
+        elastocap_case::parse(&text, self.origin)
+            .map_err(|error| EvaluationError::Case(error.diagnostics()[0].message.clone()))
     }
 
     fn quantities(&self) -> Vec<Quantity> {
@@ -283,12 +322,11 @@ impl Evaluator<'_> {
 
     /// Whether the case has what the search asks for.
     fn check(&self) -> Result<(), OptimiseError> {
-        let place = |own: &Parameter| own.start;
-        let values: Vec<f64> = self.parameters.iter().map(place).collect();
-        let refused = |reason: String| OptimiseError::Start { place: self.in_words(&values), reason };
-        let text =
-            case_of(self.source, self.parameters, &values).map_err(|error| refused(error.to_string()))?;
-        let case = elastocap_case::parse(&text, self.origin).map_err(|error| refused(error.to_string()))?;
+        let values: Vec<f64> = self.parameters.iter().map(|own| own.start).collect();
+        let case = self.case(&values).map_err(|reason| OptimiseError::Start {
+            place: self.in_words(&values),
+            reason: Box::new(reason),
+        })?;
         if !case.has_conductors() {
             return Err(OptimiseError::NoCurve("it has no conductors"));
         }
