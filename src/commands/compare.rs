@@ -1,14 +1,13 @@
 //! `elastocap compare`: results side by side.
 
-use std::fs;
-use std::io;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use clap::Args;
 use elastocap_results::comparison::{Comparison, Difference, compare};
 use elastocap_results::report::{WordTable, comparison_page};
 
 use super::summary::table;
+use super::written::write_all;
 use crate::units::{grouped, prefixed, seconds};
 use crate::{Exit, output};
 
@@ -51,9 +50,8 @@ pub(crate) fn execute(arguments: &Arguments) -> Exit {
     if let Some(file) = &arguments.html {
         let chart = comparison.chart();
         let page = comparison_page("Results side by side", &sentence(&comparison), chart.as_ref(), &parts);
-        if let Err(error) = write(file, page.as_bytes()) {
-            output::error(&format!("cannot write `{}`: {error}", file.display()));
-            return Exit::Failure;
+        if let Err(exit) = write_all(&[(file, page)]) {
+            return exit;
         }
     }
     let text = if arguments.json { format!("{:#}\n", comparison.json()) } else { text(&comparison, &parts) };
@@ -63,18 +61,6 @@ pub(crate) fn execute(arguments: &Arguments) -> Exit {
     }
 }
 
-/// As a whole or not at all: beside it first.
-fn write(file: &Path, bytes: &[u8]) -> io::Result<()> {
-    let mut beside = file.as_os_str().to_owned();
-    beside.push(format!(".{}", std::process::id()));
-    let written = fs::write(&beside, bytes).and_then(|()| fs::rename(&beside, file));
-    if written.is_err() {
-        // What is left of it, if anything.
-        let _ = fs::remove_file(&beside);
-    }
-    written
-}
-
 /// How many of the steps agree, for each result after the first.
 fn sentence(comparison: &Comparison) -> String {
     let first = comparison.letter(0);
@@ -82,7 +68,7 @@ fn sentence(comparison: &Comparison) -> String {
         let known: Vec<Difference> = comparison.steps.iter().filter_map(|step| step.difference(k)).collect();
         let letter = comparison.letter(k);
         if known.is_empty() {
-            return format!("{letter} and {first} have no step in common.");
+            return format!("{letter} and {first} have no capacitance at the same load.");
         }
         let agreeing = known.iter().filter(|own| own.agrees()).count();
         let largest =

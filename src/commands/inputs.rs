@@ -17,8 +17,8 @@ pub(super) struct Input {
     /// Where its results go.
     pub(super) folder: PathBuf,
     pub(super) case: Case,
-    /// The text of the case where it came from the standard input.
-    pub(super) text: Option<String>,
+    /// The text that the case was read from.
+    pub(super) text: String,
 }
 
 /// Why a list of cases cannot be used.
@@ -77,10 +77,10 @@ pub(super) fn load_all(cases: &[PathBuf], asked: Option<&Path>) -> Result<Vec<In
         Exit::BadInput
     })?;
     // All are loaded before the first problem ends the command.
-    let loaded: Vec<_> = cases.iter().map(|path| super::load_kept(path)).collect();
+    let loaded: Vec<_> = cases.iter().map(|path| super::load_with_text(path)).collect();
     let inputs = cases.iter().zip(folders).zip(loaded);
     let input = |((path, folder), loaded): ((&PathBuf, PathBuf), Result<_, Exit>)| {
-        let (case, text) = loaded?;
+        let (text, case) = loaded?;
         Ok(Input { path: path.clone(), folder, case, text })
     };
     inputs.map(input).collect()

@@ -43,18 +43,21 @@ const STDIN_NAME: &str = "<stdin>";
 
 /// Loads the case, from the standard input if `path` is `-`; prints what is wrong with the file on stderr.
 fn load(path: &Path) -> Result<Case, Exit> {
-    load_kept(path).map(|(case, _)| case)
+    load_with_text(path).map(|(_, case)| case)
 }
 
-/// The same, with the text of the case where it came from the standard input, which cannot be read again.
-fn load_kept(path: &Path) -> Result<(Case, Option<String>), Exit> {
+/// The same, with the text that was read: the standard input cannot be read again, and a file may change meanwhile.
+fn load_with_text(path: &Path) -> Result<(String, Case), Exit> {
     let loaded = match path.as_os_str() == STDIN {
         true => {
             let mut input = Kept { stream: std::io::stdin().lock(), bytes: Vec::new() };
             let case = elastocap_case::load_from(&mut input, Path::new(STDIN_NAME));
-            case.map(|case| (case, String::from_utf8(input.bytes).ok()))
+            case.map(|case| (String::from_utf8_lossy(&input.bytes).into_owned(), case))
         }
-        false => elastocap_case::load(path).map(|case| (case, None)),
+        false => elastocap_case::read_source(path).and_then(|text| {
+            let case = elastocap_case::parse(&text, path)?;
+            Ok((text, case))
+        }),
     };
     loaded.map_err(|error| {
         output::message(&error.render(output::stderr_has_colour()));
@@ -74,19 +77,6 @@ impl<R: Read> Read for Kept<R> {
         self.bytes.extend(buffer.iter().take(read));
         Ok(read)
     }
-}
-
-/// The text of a case file, and what it says; prints what is wrong with it on stderr.
-fn load_with_text(path: &Path) -> Result<(String, Case), Exit> {
-    let (case, kept) = load_kept(path)?;
-    if let Some(text) = kept {
-        return Ok((text, case));
-    }
-    let text = std::fs::read_to_string(path).map_err(|error| {
-        output::error(&format!("cannot read the case file `{}`: {error}", path.display()));
-        Exit::BadInput
-    })?;
-    Ok((text, case))
 }
 
 /// The text of a case that is written to another folder than that of its file: the path of its measured points still leads to them.

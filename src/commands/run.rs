@@ -226,8 +226,6 @@ fn solve_and_save(
         fields: !arguments.no_fields && wanted.needs_fields(),
         scene: wanted.has(FileGroup::Scene),
     };
-    // The case has just been read from there.
-    let case_text = input.text.clone().or_else(|| std::fs::read_to_string(&input.path).ok());
     // Opened before anything is solved: a run must not be lost to a folder that cannot be written to.
     let folder = OutputFolder::open(&input.folder)?;
     guard.remove_on_failure(folder.staging(), folder.created());
@@ -252,7 +250,7 @@ fn solve_and_save(
     progress.finish();
     let fields = writer.finish(&outcome)?;
     let command = command();
-    let request = Request { wanted, case_text: case_text.as_deref(), command: Some(&command) };
+    let request = Request { wanted, case_text: Some(&input.text), command: Some(&command) };
     let saved = save_as(case, &outcome, &options, &request, folder, &fields, started, planning)?;
     Ok((outcome, saved))
 }
