@@ -2,6 +2,9 @@
 
 use crate::model::Model;
 
+/// How far beyond the range the force has to be for the node `outside` to be at 1 V, as a share of the range.
+pub(crate) const FLAG_RAMP: f64 = 1e-6;
+
 /// Printable ASCII without the marks of comments, so that no text of a case ends a comment or a line.
 pub(crate) fn plain(text: &str) -> String {
     let printable = text.chars().map(|c| match c {
@@ -17,6 +20,7 @@ pub(crate) fn plain(text: &str) -> String {
 /// Lines of plain text for the head of a file: source, units, range, errors, and what a user must know.
 pub(crate) fn lines(model: &Model) -> Vec<String> {
     let [first, last] = model.range();
+    let of = if model.has_ground_band() { "mutual capacitance" } else { "capacitance" };
     let bounds = if model.is_proved { "proved bounds of the field" } else { "estimated errors" };
     let mut out = vec![
         plain(&model.title),
@@ -30,12 +34,12 @@ pub(crate) fn lines(model: &Model) -> Vec<String> {
         format!("What it is: {}", plain(&model.quantity)),
         format!("Range of the force: {first} N to {last} N, {} load steps", model.forces.len()),
         format!(
-            "Largest error at a step: {:.2e} of a capacitor's largest value, {bounds}",
+            "Largest error at a step: {:.2e} of the largest value of the {of}, {bounds}",
             model.largest_relative_error()
         ),
         match model.interpolation_error() {
             Some(error) => {
-                format!("Largest error by interpolation between steps: {error:.1e} of it, estimated")
+                format!("Largest error by interpolation between steps: {error:.1e} of a capacitance's largest value, estimated")
             }
             None => "Error by interpolation between steps: not known with two steps".to_owned(),
         },

@@ -13,13 +13,13 @@ use crate::document::{Document, Step};
 use crate::identifiers::{identifier, unique};
 pub use error::ModelError;
 
-/// Most terminals of a matrix. Their number of capacitors goes with the square.
+/// The largest number of terminals. The number of capacitors grows with its square.
 pub const MOST_TERMINALS: usize = 64;
 
-/// Least distance of two forces, as a share of the largest: what is nearer to each other has no derivative that means something.
+/// The smallest distance between two forces, as a share of the largest: between closer ones a derivative means nothing.
 const LEAST_DISTANCE: f64 = 1e-9;
 
-/// What of a result becomes a model.
+/// Which part of a result becomes a model.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Content {
     /// The capacitance that the run measured; the matrix where it measured that.
@@ -32,7 +32,7 @@ pub enum Content {
 /// How a model is made.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Settings {
-    /// What becomes a model.
+    /// Which part of the result becomes a model.
     pub content: Content,
     /// Its name; that of the folder of the result if not given.
     pub name: Option<String>,
@@ -165,7 +165,7 @@ impl Model {
             .collect();
         let mut branches = Vec::new();
         for (ends, values) in values {
-            // Nothing is there, for certain.
+            // Proved to be zero at every step.
             if values.iter().all(|v| v.upper == 0.0) && is_matrix {
                 continue;
             }
@@ -175,6 +175,9 @@ impl Model {
             }
             refuse_turns(&branch, &terminals, settings.allow_turns)?;
             branches.push(branch);
+        }
+        if branches.is_empty() {
+            return Err(ModelError::NoCapacitances);
         }
         notes.extend(notes_of_shape(&branches, &terminals));
         Ok(Self {
@@ -241,7 +244,8 @@ impl Model {
         self.branches.iter().map(|branch| unlike(of(branch))).collect()
     }
 
-    /// Half the largest distance between the bounds at a step, as a share of the value there, over the capacitors that are not zero.
+    /// The largest distance of a bound from the value at a step, as a share of the capacitor's largest value. Capacitors to the common
+    /// node are counted only where there is nothing else: those of a matrix are known worse.
     pub fn largest_relative_error(&self) -> f64 {
         let of = |branch: &Branch| {
             let scale = branch.curve.scale();

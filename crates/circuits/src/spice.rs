@@ -9,15 +9,12 @@
 
 use std::fmt::Write as _;
 
-use crate::header;
+use crate::header::{self, FLAG_RAMP};
 use crate::model::{Branch, Model};
 
 /// The linear capacitors inside, F. Charges are near this number times volts, so that the tolerances of simulators, which are made for
-/// larger capacitances, are no matter.
+/// larger capacitances, do no harm.
 const INNER: &str = "1n";
-
-/// How far beyond the range the force has to be for the flag to be 1 V, as a share of the range.
-const FLAG_RAMP: f64 = 1e-6;
 
 /// A number in full precision that SPICE reads.
 fn number(value: f64) -> String {

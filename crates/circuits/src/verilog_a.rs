@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use crate::header;
+use crate::header::{self, FLAG_RAMP};
 use crate::model::{Branch, Model};
 
 /// The file: comments and one module.
@@ -86,7 +86,7 @@ pub fn module(model: &Model) -> String {
         let ends = format!("{}, {other}", model.terminals[i].identifier);
         let _ = writeln!(out, "        I({ends}) <+ ddt(elc_c{} * V({ends}));", k + 1);
     }
-    let ramp = 1e-6 * (last - first);
+    let ramp = FLAG_RAMP * (last - first);
     let _ = write!(
         out,
         "        elc_beyond = max({first:e} - elc_newtons, elc_newtons - ({last:e}));\n\

@@ -21,11 +21,11 @@ pub const PLATFORM: &str = if cfg!(all(target_os = "linux", target_arch = "x86_6
     ""
 };
 
-/// Why there is no binary.
+/// Why the binary of an FMU could not be built.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum BinaryError {
-    /// No compiler, or none that starts.
+    /// The compiler is missing or cannot be started.
     #[error("the C compiler `{}` cannot be started ({source})", compiler.display())]
     NoCompiler {
         /// Its name.
@@ -33,18 +33,18 @@ pub enum BinaryError {
         /// What the system says.
         source: io::Error,
     },
-    /// It refuses the sources.
+    /// The compiler failed.
     #[error("the C compiler `{}` failed: {said}", compiler.display())]
     Failed {
         /// Its name.
         compiler: PathBuf,
-        /// Its first lines.
+        /// The first lines of its messages, or its exit status if it printed none.
         said: String,
     },
-    /// No folder for temporary files, for instance.
+    /// A file could not be written or read: there is no folder for temporary files, for instance.
     #[error("the sources cannot be written or the library read ({0})")]
     Files(#[from] io::Error),
-    /// FMI has a name for few machines.
+    /// FMI has no name for this machine, or no binary is made for it here.
     #[error("no binary is made for this kind of machine")]
     Platform,
 }
@@ -61,7 +61,10 @@ pub fn compile(model: &Model, compiler: &Path) -> Result<Vec<u8>, BinaryError> {
     for (name, text) in sources(model) {
         fs::write(folder.path().join(name), text)?;
     }
-    let mut command = Command::new(compiler);
+    // A path is relative to the current folder of this program; a name alone is looked for in the folders of PATH.
+    let is_path = compiler.components().count() > 1;
+    let program = if is_path { std::path::absolute(compiler)? } else { compiler.to_owned() };
+    let mut command = Command::new(program);
     // No paths and no times get into the library, so that its bytes depend on sources and compiler alone.
     command.current_dir(folder.path()).args(["-std=c99", "-O2", "-fPIC", "-shared", "-fvisibility=hidden"]);
     if cfg!(target_os = "linux") {
@@ -71,8 +74,9 @@ pub fn compile(model: &Model, compiler: &Path) -> Result<Vec<u8>, BinaryError> {
     let ran = ran.map_err(|source| BinaryError::NoCompiler { compiler: compiler.to_owned(), source })?;
     if !ran.status.success() {
         let text = String::from_utf8_lossy(&ran.stderr);
-        let said: Vec<&str> = text.lines().filter(|line| !line.trim().is_empty()).take(5).collect();
-        return Err(BinaryError::Failed { compiler: compiler.to_owned(), said: said.join("; ") });
+        let lines: Vec<&str> = text.lines().filter(|line| !line.trim().is_empty()).take(5).collect();
+        let said = if lines.is_empty() { ran.status.to_string() } else { lines.join("; ") };
+        return Err(BinaryError::Failed { compiler: compiler.to_owned(), said });
     }
     Ok(fs::read(folder.path().join("model.library"))?)
 }

@@ -23,16 +23,16 @@ const FIXED: [(&str, &str); 4] = [
     ("fmi3PlatformTypes.h", include_str!("c/fmi3PlatformTypes.h")),
 ];
 
-/// Why there is no FMU.
+/// Why an FMU could not be made.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum FmuError {
-    /// The archive cannot be made.
+    /// The archive could not be laid out.
     #[error("cannot make the archive: {0}")]
     Archive(#[from] rawzip::Error),
-    /// The archive cannot be made.
+    /// A file could not be written to the archive.
     #[error("cannot make the archive: {0}")]
-    Memory(#[from] io::Error),
+    Write(#[from] io::Error),
 }
 
 /// The C sources of a model: names and texts.

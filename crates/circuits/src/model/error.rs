@@ -8,18 +8,18 @@ use super::MOST_TERMINALS;
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum ModelError {
-    /// No result.
+    /// The result cannot be read.
     #[error(transparent)]
     File(#[from] CurveFileError),
-    /// A text that is no result.
+    /// The text is not the `result.json` of a run.
     #[error("this is not the result.json of a run ({0})")]
     Json(#[from] serde_json::Error),
-    /// Some steps were not run.
+    /// The run was stopped before its last step.
     #[error(
         "the run was stopped before its last step; complete it with `elastocap run CASE --resume`, and export the result of that"
     )]
     Stopped,
-    /// One state.
+    /// The sensor was solved in one state only.
     #[error("the result has no load: a model needs capacitances at several forces; give the case a `[load]`")]
     NoLoad,
     /// No conductors, or no measurement.
@@ -27,7 +27,7 @@ pub enum ModelError {
         "the result has no capacitances; give the case conductors or `[electrodes]`, and `[electrostatics]`"
     )]
     NoCapacitances,
-    /// A step without result.
+    /// A step has no capacitance.
     #[error(
         "step {step} of the run has no result ({reason}); take its load out of `[load]` of the case, or change what made it fail, and run the \
          case again"
@@ -38,7 +38,7 @@ pub enum ModelError {
         /// In the words of the run.
         reason: String,
     },
-    /// A step without force.
+    /// A step has no force.
     #[error(
         "step {step} of the run has no force ({reason}); give the case `[mechanics]` that computes forces, or smaller loads where the force \
          of the closed form has its maximum"
@@ -49,7 +49,7 @@ pub enum ModelError {
         /// In the words of the run.
         reason: String,
     },
-    /// The load is not all that differs.
+    /// The steps differ in more than their load.
     #[error(
         "the load steps of the result also shift or tilt what is attached, so that the force does not tell the capacitance; run the case \
          with the same shift and tilt at all steps"
@@ -70,14 +70,14 @@ pub enum ModelError {
         /// N.
         force_after: f64,
     },
-    /// No curve.
+    /// Too few forces for a curve.
     #[error(
-        "the result has {0} step with a force; a model needs two at least, of different forces: give `[load]` of the case more of them"
+        "the number of load steps with a force is {0}, and a model needs at least two, with different forces; give the case a `[load]` with more of them"
     )]
     TooFewSteps(usize),
-    /// Two steps that are one.
+    /// Two steps have nearly the same force.
     #[error(
-        "steps {one} and {other} of the run have forces that differ by next to nothing; take one of them out of `[load]` of the case"
+        "steps {one} and {other} of the run have nearly the same force; take one of them out of `[load]` of the case"
     )]
     TooClose {
         /// One of them.
@@ -85,7 +85,7 @@ pub enum ModelError {
         /// The other.
         other: usize,
     },
-    /// A capacitance turns.
+    /// A capacitance grows with the force in one place and falls in another.
     #[error(
         "the capacitance {name} grows with the force in one place and falls in another, around {force} N; add steps there and export with \
          --allow-turns, or run the loads of one side only"
@@ -96,7 +96,7 @@ pub enum ModelError {
         /// Where, N.
         force: f64,
     },
-    /// Not a capacitance.
+    /// The lower bound of a capacitance is not positive.
     #[error(
         "the lower bound of the capacitance at step {step} is {lower:e} F, and a model must be passive within its bounds; give the case a \
          smaller `relative_tolerance`"
@@ -107,18 +107,18 @@ pub enum ModelError {
         /// F.
         lower: f64,
     },
-    /// Numbers that cannot be.
-    #[error("step {0} of the result has a force, a capacitance or bounds that cannot be; run the case again")]
+    /// The numbers of a step are impossible.
+    #[error("step {0} of the result has an impossible force, capacitance or bounds; run the case again")]
     Damaged(usize),
-    /// No matrix in it.
+    /// The result has no matrix.
     #[error(
         "step {0} of the result has no Maxwell matrix: the run measured one capacitance alone; take `[measure]` out of the case and run it, \
          or export without --matrix"
     )]
     NoMatrix(usize),
-    /// Too large a network.
+    /// The network is too large.
     #[error(
-        "the result has {0} terminals, and a model has {MOST_TERMINALS} at most; join conductors by `[[terminal]]`, or name a pair in `[measure]`"
+        "the result has {0} terminals, and a model has at most {MOST_TERMINALS}; join conductors by `[[terminal]]`, or name a pair in `[measure]`"
     )]
     TooManyTerminals(usize),
 }
