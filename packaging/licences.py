@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""The licence texts of all crates that are in the program, from the sources that cargo has fetched.
+"""The licence texts of all crates and other files that are in the program, from the sources that cargo has fetched and from our own.
 
     python3 packaging/licences.py TARGET > THIRD-PARTY-LICENCES.txt
 
@@ -15,7 +15,13 @@ import sys
 from collections import defaultdict
 from pathlib import Path
 
+ROOT = Path(__file__).resolve().parents[1]
 NAMES = re.compile(r"^(licen[cs]e|copying|notice|copyright|unlicense)", re.I)
+# What the program contains that is no crate, and the file in the repository that has its licence; of a C header the comment that has it.
+FILES = [
+    ("three.js (MIT), which the program writes into report.html", "crates/results/src/report/three/LICENSE"),
+    ("headers of FMI 3.0 (BSD-2-Clause), which the program writes into an FMU", "crates/circuits/src/fmu/c/fmi3PlatformTypes.h"),
+]
 # https://opensource.org/license/mit, without its first lines, which name the holder.
 MIT = """Permission is hereby granted, free of charge, to any person obtaining a copy of this software and associated documentation files (the "Software"), to deal in
 the Software without restriction, including without limitation the rights to use, copy, modify, merge, publish, distribute, sublicense, and/or sell copies of
@@ -29,7 +35,7 @@ AN ACTION OF CONTRACT, TORT OR OTHERWISE, ARISING FROM, OUT OF OR IN CONNECTION 
 
 
 def in_program(metadata):
-    """The crates that are linked, with those of the workspace first looked through."""
+    """The crates that are linked, those of the workspace left out."""
     nodes = {node["id"]: node for node in metadata["resolve"]["nodes"]}
     packages = {package["id"]: package for package in metadata["packages"]}
     root = next(p["id"] for p in packages.values() if p["name"] == "elastocap" and p["id"] in metadata["workspace_members"])
@@ -54,6 +60,13 @@ def texts_of(package):
     return [f.read_text(encoding="utf-8", errors="replace").replace("\r\n", "\n").strip() for f in files]
 
 
+def text_of(file):
+    text = (ROOT / file).read_text(encoding="utf-8").strip()
+    if file.endswith(".h"):
+        text = next(comment for comment in re.findall(r"/\*(.*?)\*/", text, re.S) if "Copyright" in comment).strip()
+    return text
+
+
 def main():
     command = ["cargo", "metadata", "--locked", "--format-version", "1", "--filter-platform", sys.argv[1]]
     metadata = json.loads(subprocess.run(command, check=True, capture_output=True, text=True).stdout)
@@ -74,8 +87,12 @@ def main():
             users[f"Copyright (c) {holders}\n\n{MIT}"].append(label + ", which has no text of its own")
         else:
             without.append(label)
+    # It is no crate of the lock file. Of its two licences, Apache-2.0 is here already.
+    users[apache].append("the standard library of Rust (MIT OR Apache-2.0)")
+    for label, file in FILES:
+        users[text_of(file)].append(label)
     print("elastocap contains the crates below, each under the licence that is named beside it. Their texts follow, each once,\n"
-          "with the crates that it belongs to. The authors of a crate without a text of its own are named here.\n")
+          "with the crates that it belongs to, and those of other files in the program. The authors of a crate without a text of its own are named here.\n")
     for package in crates:
         authors = ", ".join(package["authors"]) or "its contributors"
         where = package["repository"] or "crates.io"

@@ -1,11 +1,11 @@
 #!/usr/bin/env bash
-# The archive of a release: the stripped program, its licences and those of all crates in it, README, docs, manual pages, completions and
+# The archive of a release: the stripped program, its licences and those of all that is in it, README, docs, manual pages, completions and
 # cases. It is tested by unpacking it in a temporary folder and running a case with it.
 #
 #     bash packaging/release.sh            makes target/dist/elastocap-VERSION-TARGET.tar.gz and its .sha256
 #
-# The program is static where the toolchain has x86_64-unknown-linux-musl (rustup target add x86_64-unknown-linux-musl), and otherwise needs
-# the C library of the system on which it was built, or a newer one: the oldest version that will do is printed. TARGET=... chooses another
+# The program is static where the toolchain has x86_64-unknown-linux-musl (rustup target add x86_64-unknown-linux-musl). Otherwise it needs a C
+# library, and the oldest version of it that will do is printed. TARGET=... chooses another
 # installed target; its program is run in the test unless it is for another processor. The same sources give the same archive, byte for byte,
 # with the same toolchain: times are those of the last commit (SOURCE_DATE_EPOCH), names are sorted, and owners left out.
 
@@ -39,7 +39,7 @@ mkdir -p "$into/cases" "$into/completions"
 install -m 755 "$built" "$into/elastocap"
 cp LICENSE-MIT LICENSE-APACHE README.md CHANGELOG.md "$into/"
 cp -r cases/* "$into/cases/"
-# README and cases refer to them.
+# README refers to them.
 cp ARCHITECTURE.md CONTRIBUTING.md "$into/"
 cp -R docs "$into/docs"
 python3 packaging/licences.py "$target" >"$into/THIRD-PARTY-LICENCES.txt"
@@ -76,7 +76,8 @@ if ./elastocap --version 2>/dev/null; then
     [ "$(wc -l <"$test/out/curve.csv")" = 7 ] || { echo "the curve of the archive's program has not six rows" >&2; exit 1; }
     bash -n completions/elastocap.bash
     # Strings of a build that is not stripped name functions.
-    if command -v nm >/dev/null && nm elastocap 2>/dev/null | grep -q .; then
+    # Not by `grep -q`: with pipefail, nm that is cut off would count as one without symbols.
+    if command -v nm >/dev/null && [ -n "$(nm elastocap 2>/dev/null | head -c 1)" ]; then
         echo "the program is not stripped" >&2
         exit 1
     fi
