@@ -39,7 +39,9 @@ pub(crate) fn lines(model: &Model) -> Vec<String> {
         ),
         match model.interpolation_error() {
             Some(error) => {
-                format!("Largest error by interpolation between steps: {error:.1e} of a capacitance's largest value, estimated")
+                format!(
+                    "Largest error by interpolation between steps: {error:.1e} of a capacitance's largest value, estimated"
+                )
             }
             None => "Error by interpolation between steps: not known with two steps".to_owned(),
         },

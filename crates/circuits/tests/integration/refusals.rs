@@ -79,7 +79,10 @@ fn capacitances_that_turn_or_may_be_negative_are_refused() {
 fn numbers_that_cannot_be_are_refused() {
     refused(|r| r["steps"][1]["force_n"] = json!(-0.1), "impossible force");
     refused(|r| r["steps"][1]["capacitance_lower_f"] = json!(1.0), "impossible force");
-    refused(|r| r["steps"][1]["force_n"] = json!(5e-324), "steps 0 and 1 of the run have nearly the same force");
+    refused(
+        |r| r["steps"][1]["force_n"] = json!(5e-324),
+        "steps 0 and 1 of the run have nearly the same force",
+    );
     let mut result = matrix(["a", "b", "c"]);
     result["steps"][0]["maxwell_matrix_f"] = json!([[1.0]]);
     assert!(read(&result).expect_err("no square").to_string().contains("impossible force"));
