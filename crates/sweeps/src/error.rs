@@ -7,6 +7,27 @@ use elastocap_case::{CaseError, OverrideError};
 
 use crate::shard::Shard;
 
+/// Why the record of a case is not used; the case is solved again.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum RecordError {
+    /// The system does not give it.
+    #[error("its file cannot be read: {0}")]
+    Read(io::Error),
+    /// Its form is not that of a record.
+    #[error("its file is cut off or damaged")]
+    Damaged,
+    /// It names another sweep.
+    #[error("its file belongs to another sweep")]
+    OtherSweep,
+    /// The numbers are not those that were written.
+    #[error("its file has been changed: the checksum differs")]
+    Changed,
+    /// It is that of another case, or of other values.
+    #[error("its file holds another case")]
+    OtherCase,
+}
+
 /// Why a sweep cannot begin, go on or be gathered.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
@@ -28,7 +49,7 @@ pub enum SweepError {
         /// How many cases.
         count: usize,
         /// What is wrong with the first one.
-        first: String,
+        first: CaseError,
     },
     /// The folder holds another sweep.
     #[error(

@@ -16,7 +16,7 @@ use std::path::{Path, PathBuf};
 use serde::{Deserialize, Serialize};
 
 use crate::design::{CaseValues, Design, DesignKind};
-use crate::error::SweepError;
+use crate::error::{RecordError, SweepError};
 use crate::fingerprint::{Fingerprint, digest_of_values, sha256};
 use crate::record::CaseRecord;
 use crate::shard::Shard;
@@ -73,7 +73,7 @@ pub struct Finished {
     /// Sound records, by case.
     pub records: Vec<Option<CaseRecord>>,
     /// Cases whose file is damaged or belongs to another sweep, and why.
-    pub damaged: Vec<(usize, String)>,
+    pub damaged: Vec<(usize, RecordError)>,
 }
 
 /// The folder of a sweep, while this process works in it.
@@ -280,25 +280,25 @@ pub(crate) fn finished(folder: &Path, manifest: &Manifest) -> Finished {
 }
 
 /// The record of a case; `None` if there is none.
-fn read_record(folder: &Path, manifest: &Manifest, case: usize) -> Result<Option<CaseRecord>, String> {
+fn read_record(folder: &Path, manifest: &Manifest, case: usize) -> Result<Option<CaseRecord>, RecordError> {
     let text = match fs::read_to_string(folder.join(CASES).join(file_name(case))) {
         Ok(text) => text,
         Err(error) if error.kind() == ErrorKind::NotFound => return Ok(None),
-        Err(error) => return Err(format!("its file cannot be read: {error}")),
+        Err(error) => return Err(RecordError::Read(error)),
     };
-    let cut = || "its file is cut off or damaged".to_owned();
-    let (line, seal) = text.strip_suffix('\n').and_then(|text| text.split_once('\n')).ok_or_else(cut)?;
-    let seal: Seal = serde_json::from_str(seal).map_err(|_| cut())?;
+    let lines = text.strip_suffix('\n').and_then(|text| text.split_once('\n'));
+    let (line, seal) = lines.ok_or(RecordError::Damaged)?;
+    let seal: Seal = serde_json::from_str(seal).map_err(|_| RecordError::Damaged)?;
     if seal.sweep != manifest.digest {
-        return Err("its file belongs to another sweep".to_owned());
+        return Err(RecordError::OtherSweep);
     }
     if seal.sha256 != sha256(line.as_bytes()) {
-        return Err("its file has been changed: the checksum differs".to_owned());
+        return Err(RecordError::Changed);
     }
-    let record: CaseRecord = serde_json::from_str(line).map_err(|_| cut())?;
+    let record: CaseRecord = serde_json::from_str(line).map_err(|_| RecordError::Damaged)?;
     match record.case == case && manifest.cases.get(case) == Some(&record.values) {
         true => Ok(Some(record)),
-        false => Err("its file holds another case".to_owned()),
+        false => Err(RecordError::OtherCase),
     }
 }
 

@@ -42,7 +42,7 @@ mod table;
 
 pub use design::{CaseValues, Design, DesignError, DesignKind, MAX_CASES};
 pub use distribution::{Distribution, DistributionError};
-pub use error::SweepError;
+pub use error::{RecordError, SweepError};
 pub use fingerprint::{Fingerprint, Program};
 pub use folder::{Finished, Manifest, SweepFolder};
 pub use gather::gather;

@@ -7,7 +7,7 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 
-use elastocap_case::{Case, files_of, read_source, value_at, with_value};
+use elastocap_case::{Case, CaseError, OverrideError, files_of, read_source, value_at, with_value};
 use elastocap_coupling::plan::{Options, Plan};
 use elastocap_coupling::run::run_sharing;
 use elastocap_coupling::shared_fields::SharedFields;
@@ -35,6 +35,26 @@ impl Settings {
         // No pictures: neither fields nor scenes.
         Options { prune: self.prune, fields: false, scene: false }
     }
+}
+
+/// Why a case of a sweep is not solved.
+#[derive(Debug, thiserror::Error)]
+enum RefusedCase {
+    /// A key that cannot be set.
+    #[error(transparent)]
+    Override(#[from] OverrideError),
+    /// The case with its values is not valid.
+    #[error("{}", in_one_line(.0))]
+    Invalid(#[from] CaseError),
+}
+
+/// All that is wrong with a case, each with what would be right.
+fn in_one_line(error: &CaseError) -> String {
+    let messages = error.diagnostics().iter().map(|d| match &d.help {
+        Some(help) => format!("{}; {help}", d.message),
+        None => d.message.clone(),
+    });
+    messages.collect::<Vec<_>>().join("; ")
 }
 
 /// The cases of a sweep, ready to be solved in any order.
@@ -114,7 +134,7 @@ impl Sweep {
             if !valid {
                 match elastocap_case::parse(&text, &self.origin) {
                     Ok(_) => valid = true,
-                    Err(error) => _ = first.get_or_insert_with(|| error.to_string()),
+                    Err(error) => _ = first.get_or_insert(error),
                 }
             }
         }
@@ -128,7 +148,7 @@ impl Sweep {
     ///
     /// # Errors
     /// A key that cannot be set.
-    pub fn text(&self, index: usize) -> Result<String, elastocap_case::OverrideError> {
+    pub fn text(&self, index: usize) -> Result<String, OverrideError> {
         let values = self.cases().get(index).map_or(&[][..], Vec::as_slice);
         let mut text = self.source.clone();
         for (key, value) in self.design.keys().iter().zip(values) {
@@ -160,10 +180,9 @@ impl Sweep {
         cancel: &Arc<AtomicBool>,
     ) -> Option<CaseRecord> {
         let start = Instant::now();
-        let refused = |why: String| Some(CaseRecord::refused(index, values.clone(), why));
         let case = match self.case(index) {
             Ok(case) => case,
-            Err(why) => return refused(why),
+            Err(why) => return Some(CaseRecord::refused(index, values.clone(), why.to_string())),
         };
         let options = self.settings.options();
         let mut plan = Plan::new(&case, &options);
@@ -175,15 +194,8 @@ impl Sweep {
         (!outcome.stopped).then(|| CaseRecord::of_outcome(index, values.clone(), &outcome, seconds))
     }
 
-    fn case(&self, index: usize) -> Result<Case, String> {
-        let text = self.text(index).map_err(|error| error.to_string())?;
-        elastocap_case::parse(&text, &self.origin).map_err(|error| {
-            let lines = error.diagnostics().iter().map(|d| match &d.help {
-                Some(help) => format!("{}; {help}", d.message),
-                None => d.message.clone(),
-            });
-            lines.collect::<Vec<_>>().join("; ")
-        })
+    fn case(&self, index: usize) -> Result<Case, RefusedCase> {
+        Ok(elastocap_case::parse(&self.text(index)?, &self.origin)?)
     }
 
     /// The case file.

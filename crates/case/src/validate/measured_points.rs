@@ -2,7 +2,7 @@
 //! names it.
 
 use std::fs::File;
-use std::io::Read as _;
+use std::io::{self, Read as _};
 use std::ops::Range;
 use std::path::Path;
 
@@ -253,24 +253,37 @@ fn usual_unit(dimension: Dimension) -> &'static str {
     }
 }
 
-/// The text of a CSV file, or why there is none. Anything but a regular file with that ending is refused before it is opened: a case
-/// from elsewhere must not show what is in other files.
-fn text_of(path: &Path) -> Result<String, String> {
+/// Why a file of points gives no text.
+#[derive(Debug, thiserror::Error)]
+enum NoText {
+    #[error("its name does not end in .csv")]
+    OtherEnding,
+    #[error("it is not a regular file")]
+    NotRegular,
+    #[error("it is larger than 16 MiB")]
+    TooLarge,
+    #[error("it is not a text in UTF-8")]
+    NotUtf8,
+    #[error(transparent)]
+    Io(#[from] io::Error),
+}
+
+/// The text of a CSV file. Anything but a regular file with that ending is refused before it is opened: a case from elsewhere must not
+/// show what is in other files.
+fn text_of(path: &Path) -> Result<String, NoText> {
     let is_csv = path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("csv"));
     if !is_csv {
-        return Err("its name does not end in .csv".to_owned());
+        return Err(NoText::OtherEnding);
     }
-    let is_file = path.metadata().map_err(|error| error.to_string())?.is_file();
-    if !is_file {
-        return Err("it is not a regular file".to_owned());
+    if !path.metadata()?.is_file() {
+        return Err(NoText::NotRegular);
     }
     let mut bytes = Vec::new();
-    let file = File::open(path).map_err(|error| error.to_string())?;
-    file.take(LARGEST_FILE + 1).read_to_end(&mut bytes).map_err(|error| error.to_string())?;
+    File::open(path)?.take(LARGEST_FILE + 1).read_to_end(&mut bytes)?;
     if bytes.len() as u64 > LARGEST_FILE {
-        return Err("it is larger than 16 MiB".to_owned());
+        return Err(NoText::TooLarge);
     }
-    String::from_utf8(bytes).map_err(|_| "it is not a text in UTF-8".to_owned())
+    String::from_utf8(bytes).map_err(|_| NoText::NotUtf8)
 }
 
 fn points(
