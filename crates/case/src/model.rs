@@ -304,6 +304,13 @@ pub struct Pose {
     pub tilt: [f64; 2],
 }
 
+impl Pose {
+    /// Whether nothing is shifted or tilted, at whatever distance.
+    pub fn is_aligned(&self) -> bool {
+        self.shift == [0.0; 2] && self.tilt == [0.0; 2]
+    }
+}
+
 /// How the pair is laid out.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Layout {

@@ -3,6 +3,7 @@
 
 use crate::measured::{self, Comparison, load_axis};
 use crate::plot::{Axis, Chart, Panels, Scale, Series, Style};
+use crate::pose::{ByPose, Place, by_pose};
 use elastocap_case::{MeasuredLoad, MeasuredPoints};
 use elastocap_coupling::outcome::{Outcome, Row};
 use elastocap_coupling::plan::{HELD_PATCH, Kind};
@@ -39,7 +40,7 @@ pub fn figure_with_points(
                 let (x, places) = (load_axis(points.load), places_on(outcome, points.load));
                 let mut curve = capacitance(outcome, &x, &places);
                 // Beside parallel plates, which may be ten times less, residuals would not be seen.
-                curve.series.truncate(1);
+                curve.series.retain(|series| series.style != Style::DashedLine);
                 let change = change(outcome, &x, &places);
                 return Some(measured::panels(title, curve, points.load, comparison, change));
             }
@@ -60,9 +61,6 @@ pub fn approach(title: &str, outcome: &Outcome) -> Option<Panels> {
     (distances.len() >= 2 && outcome.plan.kind == Kind::Curve)
         .then(|| panels(title.to_owned(), outcome, &x, &distances))
 }
-
-/// A step, by its position, and where it is on an axis.
-type Place = (usize, f64);
 
 /// The steps in contact on an axis of measured loads.
 fn places_on(outcome: &Outcome, load: MeasuredLoad) -> Vec<Place> {
@@ -125,43 +123,54 @@ fn change(outcome: &Outcome, x: &Axis, places: &[Place]) -> Option<Chart> {
         return None;
     }
     let percent = |change: Option<f64>| 100.0 * known(change) / first;
-    let points = places.iter().zip(rows()).map(|((_, x), row)| (*x, percent(row.change_f)));
-    let band = rows().map(|row| (percent(row.change_lower_f), percent(row.change_upper_f)));
+    let value = |row: &Row| percent(row.change_f);
+    let bounds = |row: &Row| (percent(row.change_lower_f), percent(row.change_upper_f));
     Some(Chart {
         title: String::new(),
         x: x.clone(),
         y: axis("change of the capacitance", "%"),
-        series: vec![Series {
-            name: "change since the first step, and its bounds".to_owned(),
-            points: points.collect(),
-            band: Some(band.collect()),
-            style: Style::LineAndMarkers,
-        }],
+        series: series("change since the first step, and its bounds", outcome, places, value, bounds),
     })
 }
 
-fn capacitance(outcome: &Outcome, x: &Axis, places: &[Place]) -> Chart {
-    let rows = || places.iter().map(|(k, _)| &outcome.steps[*k].row);
-    let against = |y: fn(&Row) -> Option<f64>| -> Vec<(f64, f64)> {
-        places.iter().map(|(_, x)| *x).zip(rows().map(|r| known(y(r)))).collect()
+/// A line with its bounds through the steps that are alike but for the load, and markers with bars for those that are shifted or
+/// tilted: a line from one to the other would be a curve of nothing.
+fn series(
+    name: &str,
+    outcome: &Outcome,
+    places: &[Place],
+    value: impl Fn(&Row) -> f64,
+    bounds: impl Fn(&Row) -> (f64, f64),
+) -> Vec<Series> {
+    let of = |name: String, places: &[Place], style| {
+        let rows = || places.iter().map(|(k, x)| (*x, &outcome.steps[*k].row));
+        Series {
+            name,
+            points: rows().map(|(x, row)| (x, value(row))).collect(),
+            band: Some(rows().map(|(_, row)| bounds(row)).collect()),
+            style,
+        }
     };
-    let bounds = rows().map(|r| (known(r.capacitance_lower_f), known(r.capacitance_upper_f)));
+    let ByPose { curve, beside } = by_pose(outcome, places);
+    let curve = of(name.to_owned(), &curve, Style::LineAndMarkers);
+    let beside = beside.into_iter().map(|(name, places)| of(name, &places, Style::Markers));
+    std::iter::once(curve).chain(beside).collect()
+}
+
+fn capacitance(outcome: &Outcome, x: &Axis, places: &[Place]) -> Chart {
+    let value = |row: &Row| known(row.capacitance_f);
+    let bounds = |row: &Row| (known(row.capacitance_lower_f), known(row.capacitance_upper_f));
     let words = outcome.measurement.map(|own| in_words(own, &outcome.conductors));
     let (label, of) = words.unwrap_or_default();
     let of = of.map_or_else(String::new, |names| format!("{names}, "));
-    let mut series = vec![Series {
-        name: format!("{of}with the fringing field, and its bounds"),
-        points: against(|r| r.capacitance_f),
-        band: Some(bounds.collect()),
-        style: Style::LineAndMarkers,
-    }];
-    if rows().any(|r| r.parallel_plate_f.is_some()) {
-        series.push(Series {
-            name: "parallel plates".to_owned(),
-            points: against(|r| r.parallel_plate_f),
-            band: None,
-            style: Style::DashedLine,
-        });
+    let name = format!("{of}with the fringing field, and its bounds");
+    let mut series = series(&name, outcome, places, value, bounds);
+    let curve = by_pose(outcome, places).curve;
+    let plates: Vec<(f64, f64)> =
+        curve.iter().map(|(k, x)| (*x, known(outcome.steps[*k].row.parallel_plate_f))).collect();
+    if plates.iter().any(|(_, value)| value.is_finite()) {
+        let name = "parallel plates".to_owned();
+        series.insert(1, Series { name, points: plates, band: None, style: Style::DashedLine });
     }
     Chart { title: String::new(), x: x.clone(), y: axis(label, "F"), series }
 }
@@ -219,5 +228,46 @@ mod tests {
         outcome.steps.truncate(1);
         let panels = figure("a pair", &outcome).unwrap();
         assert!(panels.second.is_none() && panels.main.y.unit == "F");
+    }
+
+    #[test]
+    fn steps_that_are_shifted_or_tilted_are_points_beside_the_line() {
+        let mut outcome = pressed();
+        outcome.plan.steps[3].pose.shift = [1e-4, 0.0];
+        outcome.plan.steps[4].pose.tilt = [0.0, 0.2_f64.to_radians()];
+        let panels = figure("a pair", &outcome).unwrap();
+        let force = |k: usize| outcome.steps[k].row.force_n.unwrap();
+        let xs = |series: &Series| series.points.iter().map(|point| point.0).collect::<Vec<f64>>();
+        let whole = panels.second.as_ref().unwrap();
+        assert_eq!(whole.series[1].style, Style::DashedLine);
+        for (chart, beside) in [(&panels.main, 1), (whole, 2)] {
+            assert_eq!(chart.series.len(), beside + 2);
+            for joined in &chart.series[..beside] {
+                assert_eq!(xs(joined), [0, 1, 2, 5].map(force));
+            }
+            for (own, name, k) in [
+                (&chart.series[beside], "shift 100\u{a0}\u{b5}m along x1", 3),
+                (&chart.series[beside + 1], "tilt 0.2\u{b0} about x1", 4),
+            ] {
+                assert_eq!((own.name.as_str(), own.style), (name, Style::Markers));
+                assert_eq!(xs(own), [force(k)]);
+                assert!(own.band.as_ref().is_some_and(|band| band.len() == 1));
+            }
+        }
+        let row = &outcome.steps[3].row;
+        assert_eq!(whole.series[2].points[0].1, row.capacitance_f.unwrap());
+        // Many poses have one entry of the legend.
+        for (k, step) in outcome.plan.steps.iter_mut().enumerate().skip(2) {
+            step.pose = elastocap_case::Pose { shift: [k as f64 * 1e-5, 0.0], ..Default::default() };
+        }
+        let panels = figure("a pair", &outcome).unwrap();
+        let names: Vec<&str> = panels.main.series.iter().map(|series| series.name.as_str()).collect();
+        assert_eq!(names[1..], ["shifted or tilted"]);
+        assert_eq!(xs(&panels.main.series[1]), [2, 3, 4, 5].map(force));
+        // A curve at one shift is a curve.
+        for step in &mut outcome.plan.steps {
+            step.pose.shift = [1e-5, 0.0];
+        }
+        assert_eq!(figure("a pair", &outcome).unwrap().main.series.len(), 1);
     }
 }

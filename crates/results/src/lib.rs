@@ -14,6 +14,7 @@ pub mod load_curve;
 pub mod measured;
 mod output_folder;
 pub mod plot;
+mod pose;
 pub mod report;
 mod resume;
 pub mod scene_files;

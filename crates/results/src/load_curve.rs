@@ -59,10 +59,7 @@ impl LoadCurve {
     /// # Errors
     /// [`NoCurve`] if there are fewer than two of them.
     pub fn of(case: &Case, outcome: &Outcome, load: MeasuredLoad) -> Result<Self, NoCurve> {
-        let plain = |step: &&StepResult| {
-            let pose = case.pose(step.index);
-            pose.shift == [0.0; 2] && pose.tilt == [0.0; 2] && !step.row.is_before_contact()
-        };
+        let plain = |step: &&StepResult| case.pose(step.index).is_aligned() && !step.row.is_before_contact();
         let steps = outcome.steps.iter().filter(plain).filter_map(|step| curve_step(step, load)).collect();
         Self::through(steps).map_err(|steps| NoCurve { steps, load })
     }

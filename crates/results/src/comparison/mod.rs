@@ -5,11 +5,13 @@ mod keys;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
+use elastocap_case::Pose;
 use serde::Deserialize;
 use serde_json::{Value, json};
 
 use crate::force_answer::{CurveFileError, read_document};
 use crate::plot::{Axis, Chart, Scale, Series, Style};
+use crate::pose;
 
 pub use keys::DifferentKey;
 
@@ -134,7 +136,14 @@ struct Plan {
 #[derive(Deserialize)]
 struct PlannedStep {
     load: Value,
-    pose: Option<Value>,
+    pose: Option<PlannedPose>,
+}
+
+#[derive(Deserialize)]
+struct PlannedPose {
+    distance_m: f64,
+    shift_m: [f64; 2],
+    tilt_rad: [f64; 2],
 }
 
 #[derive(Deserialize)]
@@ -160,6 +169,9 @@ struct Step {
     /// What the case asks for; filled in from the plan.
     #[serde(skip)]
     load: String,
+    /// How what is attached is moved besides; filled in from the plan.
+    #[serde(skip)]
+    pose: Pose,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
@@ -172,7 +184,11 @@ impl Step {
     fn label(&self) -> String {
         let distance = self.distance_m.filter(|d| *d > 0.0).map(|d| format!("{:.6} mm away", 1e3 * d));
         let compression = self.compression.map(|c| format!("U/H = {}", (1e4 * c).round() / 1e4));
-        distance.or(compression).unwrap_or_else(|| "unloaded".to_owned())
+        let load = distance.or(compression).unwrap_or_else(|| "unloaded".to_owned());
+        match pose::in_plain_words(&self.pose) {
+            Some(pose) => format!("{load}, {pose}"),
+            None => load,
+        }
     }
 
     fn value(&self) -> StepValue {
@@ -189,8 +205,13 @@ fn read(path: &Path) -> Result<OneResult, CurveFileError> {
     let document: Document = read_document(path)?;
     let mut steps = document.steps;
     for (step, planned) in steps.iter_mut().zip(&document.plan.steps) {
-        let pose = planned.pose.as_ref().map_or_else(String::new, Value::to_string);
-        step.load = format!("{} {pose}", planned.load);
+        let pose = planned.pose.as_ref();
+        step.pose = pose.map_or_else(Pose::default, |own| Pose {
+            distance: own.distance_m,
+            shift: own.shift_m,
+            tilt: own.tilt_rad,
+        });
+        step.load = format!("{} {:?}", planned.load, step.pose);
     }
     let measured = document.measurement.map(|own| match own.kind.as_str() {
         "two_terminal" => format!("two-terminal capacitance of {}", own.terminals.join(" and ")),
@@ -304,12 +325,16 @@ impl Comparison {
         })
     }
 
-    /// The curves of all results in one chart; `None` where none has two steps with force and capacitance.
+    /// The curves of all results in one chart, without the steps that are shifted or tilted beside others that are not; `None` where none
+    /// has two steps with force and capacitance.
     pub fn chart(&self) -> Option<Chart> {
         let series = |(k, result): (usize, &OneResult)| {
-            let own: Vec<(f64, [f64; 3])> = (result.steps.iter())
-                .filter(|step| step.distance_m.is_none_or(|d| d == 0.0))
-                .filter_map(|step| Some((step.force_n?, step.value().capacitance?)))
+            let pressed = result.steps.iter().filter(|step| step.distance_m.is_none_or(|d| d == 0.0));
+            let pressed: Vec<&Step> = pressed.collect();
+            let poses: Vec<Pose> = pressed.iter().map(|step| step.pose).collect();
+            let own: Vec<(f64, [f64; 3])> = (pressed.iter().zip(pose::on_curve(&poses)))
+                .filter(|(_, on_curve)| *on_curve)
+                .filter_map(|(step, _)| Some((step.force_n?, step.value().capacitance?)))
                 .collect();
             (own.len() > 1).then(|| Series {
                 name: match self.results.iter().filter(|own| own.title == result.title).count() {

@@ -53,7 +53,7 @@ fn typeset(text: &str) -> String {
 }
 
 /// A quantity with its unit: `43.97 fF`, with a space that does not break.
-pub(super) fn quantity(value: f64, digits: usize, unit: &str) -> String {
+pub(crate) fn quantity(value: f64, digits: usize, unit: &str) -> String {
     typeset(&prefixed(value, digits, unit)).replace(' ', "\u{a0}")
 }
 

@@ -20,7 +20,7 @@ mod about;
 mod answer;
 mod charts;
 mod compare;
-mod html;
+pub(crate) mod html;
 mod scene;
 mod sections;
 mod shell;

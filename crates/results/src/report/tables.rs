@@ -10,6 +10,7 @@ use elastocap_coupling::words::grouped;
 use super::Report;
 use super::html::{Table, column, escape, quantity};
 use crate::csv::{number, optional};
+use crate::pose;
 use crate::scene_files::label;
 
 /// Entries of all matrices together that the page shows; of larger results the first and the last step.
@@ -22,20 +23,11 @@ fn of_each(outcome: &Outcome, value: fn(&Row) -> Option<f64>) -> Vec<Option<f64>
 
 /// The load of a step in words, with how what is attached is moved besides.
 pub(super) fn step_label(outcome: &Outcome, step: &StepResult) -> String {
-    let mut text = label(step).replace(" um", " \u{b5}m");
-    let Some(pose) = outcome.plan.steps.get(step.index).map(|planned| planned.pose) else { return text };
-    for (word, [a, b], unit, scale) in
-        [("shift", pose.shift, "m", 1.0), ("tilt", pose.tilt, "\u{b0}", 180.0 / std::f64::consts::PI)]
-    {
-        if [a, b] != [0.0, 0.0] {
-            let shown = |x: f64| match unit {
-                "m" => quantity(x, 3, unit),
-                _ => format!("{}{unit}", number((1e4 * x * scale).round() / 1e4)),
-            };
-            let _ = write!(text, ", {word} {} and {}", shown(a), shown(b));
-        }
+    let load = label(step).replace(" um", " \u{b5}m");
+    match pose::of_step(outcome, step) {
+        Some(pose) => format!("{load}, {pose}"),
+        None => load,
     }
-    text
 }
 
 fn labels(outcome: &Outcome) -> Vec<String> {

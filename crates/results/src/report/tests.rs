@@ -92,6 +92,24 @@ fn measured_points_are_drawn_over_the_curve_with_what_they_may_be_wrong_by() {
 }
 
 #[test]
+fn a_shifted_step_is_a_point_beside_the_line_and_is_named_by_what_is_shifted() {
+    let (case, mut outcome) = pressed();
+    outcome.plan.steps[5].pose.shift = [0.0, 1e-4];
+    let page = page(&case, &outcome, "", "", &[]);
+    let shown = "shift 100\u{a0}\u{b5}m along x3";
+    assert!(page.contains(&format!("5: U/H = 0.4, {shown}<")), "{page}");
+    let drawn = data(&page);
+    for (chart, styles) in [(0, &["line", "dashed", "points"][..]), (1, &["line", "points"])] {
+        let series = drawn["charts"][chart]["series"].as_array().unwrap();
+        let found: Vec<&str> = series.iter().filter_map(|own| own["style"].as_str()).collect();
+        assert_eq!(found, styles);
+        assert_eq!(series[0]["x"].as_array().map(Vec::len), Some(5));
+        let beside = series.last().unwrap();
+        assert_eq!((beside["name"].as_str(), beside["x"].as_array().map(Vec::len)), (Some(shown), Some(1)));
+    }
+}
+
+#[test]
 fn nothing_is_fetched_from_anywhere() {
     let (case, outcome) = pressed();
     let page = page(&case, &outcome, "", "", &[]);

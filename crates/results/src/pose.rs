@@ -1,0 +1,125 @@
+//! How steps are shifted and tilted: in words, and which of them a line may join.
+
+use elastocap_case::Pose;
+use elastocap_coupling::outcome::{Outcome, StepResult};
+use elastocap_coupling::words::prefixed;
+
+use crate::csv::number;
+use crate::report::html::quantity;
+
+/// More poses than this beside the curve get one entry of a legend together.
+const MOST_ENTRIES: usize = 3;
+
+/// How what is attached is moved at a step besides what the load does.
+fn pose(outcome: &Outcome, step: &StepResult) -> Pose {
+    outcome.plan.steps.get(step.index).map(|planned| planned.pose).unwrap_or_default()
+}
+
+/// The shift and the tilt of a step, such as `shift 100 µm along x1, tilt 0.2° about x3`; `None` if it has neither.
+pub(crate) fn of_step(outcome: &Outcome, step: &StepResult) -> Option<String> {
+    in_words(&pose(outcome, step))
+}
+
+fn in_words(pose: &Pose) -> Option<String> {
+    words(pose, |x| quantity(x, 3, "m"), "\u{b0}")
+}
+
+/// The same for a terminal: `shift 100 um along x1, tilt 0.2 deg about x3`.
+pub(crate) fn in_plain_words(pose: &Pose) -> Option<String> {
+    words(pose, |x| prefixed(x, 3, "m"), " deg")
+}
+
+fn words(pose: &Pose, length: impl Fn(f64) -> String, degrees: &str) -> Option<String> {
+    let angle = |x: f64| format!("{}{degrees}", number((1e4 * x.to_degrees()).round() / 1e4));
+    let shift = parts(pose.shift, length, ["along x1", "along x3"]);
+    let tilt = parts(pose.tilt, angle, ["about x3", "about x1"]);
+    let words = [("shift", shift), ("tilt", tilt)];
+    let words = words.into_iter().filter(|(_, parts)| !parts.is_empty());
+    let words: Vec<String> = words.map(|(word, parts)| format!("{word} {}", parts.join(" and "))).collect();
+    (!words.is_empty()).then(|| words.join(", "))
+}
+
+/// Those of two values that are not zero, each with its axis.
+fn parts(values: [f64; 2], shown: impl Fn(f64) -> String, axes: [&str; 2]) -> Vec<String> {
+    let own = values.into_iter().zip(axes).filter(|(value, _)| *value != 0.0);
+    own.map(|(value, axis)| format!("{} {axis}", shown(value))).collect()
+}
+
+/// A step, by its position in the outcome, and where it is on an axis.
+pub(crate) type Place = (usize, f64);
+
+/// Steps of a chart by how they are shifted and tilted.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct ByPose {
+    /// Those that a line may join, since they differ in the load or the distance alone: the steps that are neither shifted nor tilted, or
+    /// those with the pose of the first step where there are none.
+    pub(crate) curve: Vec<Place>,
+    /// The others, each with words for a legend.
+    pub(crate) beside: Vec<(String, Vec<Place>)>,
+}
+
+/// The pose without its distance.
+fn sideways(pose: Pose) -> Pose {
+    Pose { distance: 0.0, ..pose }
+}
+
+/// Which of these poses are those of a curve, that is of the steps that are neither shifted nor tilted, or where there are none, of the
+/// steps with the shift and tilt of the first one.
+pub(crate) fn on_curve(poses: &[Pose]) -> Vec<bool> {
+    let aligned = poses.iter().any(Pose::is_aligned);
+    let of_curve = poses.first().filter(|_| !aligned).copied().map(sideways).unwrap_or_default();
+    poses.iter().map(|pose| sideways(*pose) == of_curve).collect()
+}
+
+/// Tells steps apart by their poses, and keeps their order.
+pub(crate) fn by_pose(outcome: &Outcome, places: &[Place]) -> ByPose {
+    let pose =
+        |(k, _): &Place| outcome.steps.get(*k).map(|step| sideways(pose(outcome, step))).unwrap_or_default();
+    let poses: Vec<Pose> = places.iter().map(pose).collect();
+    let mut sorted = ByPose { curve: Vec::new(), beside: Vec::new() };
+    let mut beside: Vec<(Pose, Vec<Place>)> = Vec::new();
+    for ((place, pose), on_curve) in places.iter().zip(&poses).zip(on_curve(&poses)) {
+        match beside.iter_mut().find(|(own, _)| own == pose) {
+            _ if on_curve => sorted.curve.push(*place),
+            Some((_, places)) => places.push(*place),
+            None => beside.push((*pose, vec![*place])),
+        }
+    }
+    sorted.beside = match beside.len() {
+        0..=MOST_ENTRIES => {
+            let named = |(pose, places)| (in_words(&pose).unwrap_or_default(), places);
+            beside.into_iter().map(named).collect()
+        }
+        _ => {
+            let aligned = poses.iter().any(Pose::is_aligned);
+            let name = if aligned { "shifted or tilted" } else { "shifted or tilted otherwise" };
+            vec![(name.to_owned(), beside.into_iter().flat_map(|(_, places)| places).collect())]
+        }
+    };
+    sorted
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_not_moved_is_left_out_of_the_words() {
+        let pose = |shift, tilt: [f64; 2]| Pose { distance: 0.0, shift, tilt: tilt.map(f64::to_radians) };
+        assert_eq!(in_words(&pose([0.0; 2], [0.0; 2])), None);
+        assert_eq!(in_words(&pose([1e-4, 0.0], [0.0; 2])).unwrap(), "shift 100\u{a0}\u{b5}m along x1");
+        assert_eq!(
+            in_plain_words(&pose([-1e-4, 5e-5], [0.0, 0.2])).unwrap(),
+            "shift -100 um along x1 and 50.0 um along x3, tilt 0.2 deg about x1"
+        );
+    }
+
+    #[test]
+    fn a_curve_is_of_aligned_steps_or_of_those_like_the_first() {
+        let shifted = |x| Pose { shift: [x, 0.0], ..Pose::default() };
+        let near = Pose { distance: 1e-3, ..Pose::default() };
+        assert_eq!(on_curve(&[shifted(1e-4), Pose::default(), near]), [false, true, true]);
+        assert_eq!(on_curve(&[shifted(1e-4), shifted(2e-4), shifted(1e-4)]), [true, false, true]);
+        assert!(on_curve(&[]).is_empty());
+    }
+}
