@@ -2,6 +2,8 @@
 "use strict";
 (() => {
   const SVG = "http://www.w3.org/2000/svg";
+  /** The classes s0, s1 and so on of the style. */
+  const COLOURS = 6;
   const PREFIXES = ["a", "f", "p", "n", "\u00b5", "m", "", "k", "M", "G", "T"];
   const element = (name, attributes, text) => {
     const own = document.createElementNS(SVG, name);
@@ -94,7 +96,7 @@
 
     chart.series.forEach((s, k) => {
       const own = s.x.map((_, i) => i).filter((i) => known(s.x[i]) && known(s.y[i]));
-      const group = element("g", { class: `s${k % 4} ${s.style}` });
+      const group = element("g", { class: `s${k % COLOURS} ${s.style}` });
       const banded = own.filter((i) => known(s.lower?.[i]) && known(s.upper?.[i]));
       if (banded.length > 1 && s.style === "line") {
         const upper = banded.map((i) => at(s.x[i], s.upper[i])), lower = banded.map((i) => at(s.x[i], s.lower[i])).reverse();
@@ -123,7 +125,7 @@
     keys.className = "keys";
     chart.series.forEach((s, k) => {
       const item = document.createElement("li");
-      item.className = `s${k % 4} ${s.style}`;
+      item.className = `s${k % COLOURS} ${s.style}`;
       item.append(document.createElement("i"), s.name);
       keys.append(item);
     });
@@ -160,7 +162,7 @@
       cursor.replaceChildren(element("path", { d: `M${toX(x).toFixed(1)} ${top}V${bottom}` }));
       const lines = [`${chart.x.label} ${shown(x, scaleX)}`];
       for (const [s, k, i] of at) {
-        cursor.append(element("circle", { cx: toX(x), cy: toY(s.y[i]), r: 6, class: `s${k % 4}` }));
+        cursor.append(element("circle", { cx: toX(x), cy: toY(s.y[i]), r: 6, class: `s${k % COLOURS}` }));
         const bounds = known(s.lower?.[i]) ? ` (${shown(s.lower[i], scaleY)} to ${shown(s.upper[i], scaleY)})` : "";
         lines.push(`${s.name.split(/, (?:with|and) /)[0]}: ${shown(s.y[i], scaleY)}${bounds}`);
       }
