@@ -13,7 +13,7 @@ use criterion::{Criterion, SamplingMode};
 use elastocap_case::Case;
 use elastocap_coupling::plan::{Options, Plan};
 use elastocap_coupling::run::run;
-use elastocap_results::{FieldWriter, OutputFolder, save};
+use elastocap_results::{FieldWriter, OutputFolder, Request, save};
 
 /// The numbers alone.
 fn numbers(case: &Case) -> common::Result<usize> {
@@ -35,7 +35,8 @@ fn everything(folder: &std::path::Path) -> common::Result<usize> {
     let writer = FieldWriter::new(&folder, &());
     let outcome = run(&case, &plan, &options, &cancel, &writer);
     let fields = writer.finish(&outcome)?;
-    Ok(save(&case, &outcome, &options, folder, &fields, started, planning)?.files.len())
+    let request = Request::of(&options);
+    Ok(save(&case, &outcome, &options, &request, folder, &fields, started, planning)?.files.len())
 }
 
 fn main() -> common::Result<()> {

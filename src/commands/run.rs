@@ -10,7 +10,7 @@ use elastocap_coupling::plan::{Options, Plan};
 use elastocap_coupling::run::run;
 use elastocap_results::{
     FieldWriter, FileGroup, OutputError, OutputFolder, Request, Resume, ResumeError, Saved, UnknownFileGroup,
-    Wanted, save_as,
+    Wanted, save,
 };
 
 use super::arguments::time;
@@ -251,7 +251,7 @@ fn solve_and_save(
     let fields = writer.finish(&outcome)?;
     let command = command();
     let request = Request { wanted, case_text: Some(&input.text), command: Some(&command) };
-    let saved = save_as(case, &outcome, &options, &request, folder, &fields, started, planning)?;
+    let saved = save(case, &outcome, &options, &request, folder, &fields, started, planning)?;
     Ok((outcome, saved))
 }
 

@@ -15,7 +15,7 @@ use elastocap_coupling::run::Observer;
 use elastocap_coupling::step::StepField;
 
 use crate::layer_files::{self, LayerFiles};
-use crate::{FieldWriter, OutputError, OutputFolder, Request, Saved, Wanted, save_as};
+use crate::{FieldWriter, OutputError, OutputFolder, Request, Saved, save};
 
 /// An observer that keeps the fields of a run, and passes on what it sees to another observer.
 ///
@@ -84,7 +84,7 @@ impl Observer for KeptFields<'_> {
     }
 }
 
-/// Writes the files of a run that has ended into `folder`, as a run that writes them while it works: see [`save_as`].
+/// Writes the files of a run that has ended into `folder`, as a run that writes them while it works: see [`save`].
 ///
 /// `planning` is how long reading and planning took, `case_text` the text of the case for result.json and the report.
 ///
@@ -104,13 +104,13 @@ pub fn save_kept(
     let started = now.checked_sub(planning + solving).unwrap_or(now);
     let folder = OutputFolder::open(folder)?;
     folder.holds_nothing_foreign()?;
-    let request = Request { wanted: Wanted::of(options), case_text, command: None };
+    let request = Request { case_text, ..Request::of(options) };
     let writer = FieldWriter::new(&folder, &()).writing(request.wanted);
     let writer = writer.drawing_sections(&outcome.plan, &case.title);
     // Where staging breaks off, `finish` has the reason.
     let _ = stage(&writer, outcome, fields);
     let files = writer.finish(outcome)?;
-    save_as(case, outcome, options, &request, folder, &files, started, planning)
+    save(case, outcome, options, &request, folder, &files, started, planning)
 }
 
 fn stage(writer: &FieldWriter<'_>, outcome: &Outcome, fields: &StepFields) -> ControlFlow<()> {

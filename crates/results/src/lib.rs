@@ -105,21 +105,11 @@ pub struct Request<'a> {
     pub command: Option<&'a str>,
 }
 
-/// Writes what a run found, as [`save_as`] does, with all files that the options leave.
-///
-/// # Errors
-/// When a file cannot be written; then the folder is as it was before.
-pub fn save(
-    case: &Case,
-    outcome: &Outcome,
-    options: &Options,
-    folder: OutputFolder,
-    fields: &FieldFiles,
-    started: Instant,
-    planning: Duration,
-) -> Result<Saved, OutputError> {
-    let request = Request { wanted: Wanted::of(options), ..Request::default() };
-    save_as(case, outcome, options, &request, folder, fields, started, planning)
+impl Request<'_> {
+    /// All files that the options leave.
+    pub fn of(options: &Options) -> Self {
+        Self { wanted: Wanted::of(options), ..Self::default() }
+    }
 }
 
 /// Writes what a run found, beside the fields staged before, and puts all of it in place: see [`OutputFolder::commit_run`].
@@ -128,7 +118,7 @@ pub fn save(
 ///
 /// # Errors
 /// When a file cannot be written; then the folder is as it was before.
-pub fn save_as(
+pub fn save(
     case: &Case,
     outcome: &Outcome,
     options: &Options,

@@ -7,7 +7,7 @@ use std::sync::atomic::AtomicBool;
 use elastocap_case::{Load, Mechanics};
 use elastocap_coupling::plan::{Options, Plan};
 use elastocap_coupling::run::run;
-use elastocap_results::{FieldWriter, OutputFolder, csv, save};
+use elastocap_results::{FieldWriter, OutputFolder, Request, csv, save};
 
 #[test]
 fn the_layer_on_the_substrate_has_its_force_and_its_files_in_the_order_of_the_case() {
@@ -33,6 +33,7 @@ fn the_layer_on_the_substrate_has_its_force_and_its_files_in_the_order_of_the_ca
         &case,
         &outcome,
         &options,
+        &Request::of(&options),
         folder,
         &fields,
         std::time::Instant::now(),
