@@ -4,6 +4,17 @@ use crate::support::{Sandbox, acceptance};
 use elastocap_electrostatics::VACUUM_PERMITTIVITY;
 use serde_json::Value;
 
+/// The files of a scene without load.
+const FILES_WITHOUT_LOAD: [&str; 7] = [
+    "capacitance.csv",
+    "fields.pvd",
+    "report.html",
+    "result.json",
+    "scene.glb",
+    "section_000.svg",
+    "step_000.vtu",
+];
+
 fn expected() -> Value {
     let text = std::fs::read_to_string(acceptance("expected.json")).expect("expected.json");
     serde_json::from_str(&text).expect("expected.json is JSON")
@@ -115,18 +126,7 @@ fn purely_electrostatic_scenes_give_the_expected_maxwell_matrices() {
         let error = number(&json["relative_error_estimate"]);
         assert_bounded(of, error, number(&expected["value"][0][0]), slack, tolerance, name);
         assert_eq!(json["two_terminal_capacitance_f"], json["maxwell_matrix_f"][0][0], "against ground");
-        assert_eq!(
-            sandbox.names("out"),
-            [
-                "capacitance.csv",
-                "fields.pvd",
-                "report.html",
-                "result.json",
-                "scene.glb",
-                "section_000.svg",
-                "step_000.vtu"
-            ]
-        );
+        assert_eq!(sandbox.names("out"), FILES_WITHOUT_LOAD);
         let table = sandbox.table("out/capacitance.csv");
         assert_eq!(table.texts("quantity"), ["maxwell", "two_terminal"]);
         assert_eq!(table.numbers("value_f")[0], of[0]);
@@ -183,18 +183,7 @@ fn scenes_of_round_and_imported_bodies_give_the_expected_maxwell_matrices() {
                 assert!(upper - lower <= tolerance * value.abs(), "{name}: {lower:e} {upper:e}");
             }
         }
-        assert_eq!(
-            sandbox.names("out"),
-            [
-                "capacitance.csv",
-                "fields.pvd",
-                "report.html",
-                "result.json",
-                "scene.glb",
-                "section_000.svg",
-                "step_000.vtu"
-            ]
-        );
+        assert_eq!(sandbox.names("out"), FILES_WITHOUT_LOAD);
     }
 }
 
@@ -311,18 +300,7 @@ fn a_mesh_from_gmsh_is_read_beside_its_case_file_and_solved_as_it_is() {
     let keys = ["two_terminal_capacitance_f", "capacitance_lower_f", "capacitance_upper_f"];
     // Of this mesh, at a tolerance of 1e-2.
     assert_bounded(keys.map(|key| number(&json[key])), 2.5e-2, 2.0365e-13, 3.3e-3, 5e-2, "two-terminal");
-    assert_eq!(
-        sandbox.names("out"),
-        [
-            "capacitance.csv",
-            "fields.pvd",
-            "report.html",
-            "result.json",
-            "scene.glb",
-            "section_000.svg",
-            "step_000.vtu"
-        ]
-    );
+    assert_eq!(sandbox.names("out"), FILES_WITHOUT_LOAD);
 }
 
 #[test]
