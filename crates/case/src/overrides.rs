@@ -25,7 +25,7 @@ pub struct OverrideError {
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum OverrideErrorKind {
-    /// No path at all.
+    /// The path is empty.
     #[error("the path is empty; write the key with the tables that it is in, such as `layer.thickness`")]
     EmptyPath,
     /// Two dots in a row, or one at an end.
@@ -92,7 +92,7 @@ pub enum OverrideErrorKind {
         /// What the parser says.
         why: String,
     },
-    /// A text that is no case file.
+    /// The text of the case file is not valid TOML.
     #[error("the case file is not valid TOML: {0}")]
     NotToml(String),
 }

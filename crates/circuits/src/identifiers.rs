@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-/// Longest identifier; some simulators cut longer ones.
+/// The length of the longest identifier; some simulators cut longer ones.
 const LONGEST: usize = 40;
 
 /// Words with a meaning of their own in one of the languages, or in the files written here, in small letters.

@@ -5,7 +5,7 @@ use serde::Serialize;
 
 use crate::model::{Branch, Model};
 
-/// Most points between two steps.
+/// The largest number of points between two steps.
 pub const MOST_POINTS: usize = 10_000;
 
 /// The forces of a table, N: the steps, and `points` - 1 between each two of them, evenly.

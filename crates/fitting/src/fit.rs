@@ -20,19 +20,19 @@ use crate::uncertainty::{Linearised, Uncertainty};
 /// A parameter this near to a limit, over its range, has ended there.
 const AT_LIMIT: f64 = 1e-6;
 
-/// Why there is no fit.
+/// Why a fit cannot be made.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum FitError {
-    /// What is free is not in the case, or not as it says.
+    /// A free parameter is not in the case, or its range does not suit it.
     #[error(transparent)]
     Parameter(#[from] ParameterError),
-    /// Nothing to fit to.
+    /// The case has no measured points.
     #[error(
         "the case has no measured points; add `[measurement]` with `file` and `columns`, as docs/fits.md describes"
     )]
     NoPoints,
-    /// As many parameters as points, or more.
+    /// There are not more points than parameters.
     #[error(
         "{points} measured points cannot determine {parameters} parameters and their errors; there must be more points than parameters"
     )]
@@ -42,7 +42,7 @@ pub enum FitError {
         /// How many are free.
         parameters: usize,
     },
-    /// No curve where the fit begins or ends.
+    /// There is no curve with the values where the fit begins or ends.
     #[error(transparent)]
     Curve(#[from] CurveError),
     /// The least-squares library gave up.

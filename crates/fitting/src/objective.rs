@@ -34,38 +34,38 @@ pub enum AtLoad {
     Compression(f64),
 }
 
-/// Why a text says nothing that can be wished for.
+/// Why a text does not name a quantity or a limit, or why several cannot be asked for together.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum WishError {
-    /// No known quantity.
+    /// The quantity is not known.
     #[error(
         "`{0}` is not known; write C0, or one of `C`, `change`, `sensitivity` at a force or a compression, or `force` at a compression, \
          such as \"sensitivity at 0.1 N\" or \"change at 0.2\""
     )]
     Quantity(String),
-    /// A load that cannot be.
+    /// The load is not a force above zero, nor a compression between 0 and 1.
     #[error(
         "`{0}` is not a load; write a force above zero with its unit, such as 0.1 N, or a compression between 0 and 1, such as 0.2"
     )]
     Load(String),
-    /// A force asked for at a force.
+    /// A force is asked for at a force.
     #[error("`{0}`: a force is asked for at a compression, such as \"force at 0.2\"")]
     ForceAtForce(String),
-    /// No comparison.
+    /// The limit has no `<` or `>`.
     #[error("`{0}` has no < or >; write for example \"C0 > 1pF\"")]
     Comparison(String),
-    /// A limit in another unit.
+    /// The limit has another unit than the quantity.
     #[error("`{text}`: the limit is {found}, and its unit must be {unit}")]
     Limit {
         /// As it was written.
         text: String,
-        /// What the limit is, with its article, or why it is none.
+        /// What was given: its dimension with the article, or why it is not an amount.
         found: String,
         /// What it should be: F, F/N or N.
         unit: &'static str,
     },
-    /// Loads of two kinds.
+    /// Some quantities are at forces and others at compressions.
     #[error("all loads of one search must be forces, or all compressions")]
     MixedLoads,
 }
@@ -77,13 +77,13 @@ pub enum NoValue {
     /// No step has a load that the quantity needs.
     #[error("the run has no step at a load of {0}")]
     NoStep(f64),
-    /// A step without capacitance, with its status.
+    /// A step has no capacitance; its status says why.
     #[error("{0}")]
     NoCapacitance(Box<Status>),
-    /// A step without force.
+    /// A step has no force.
     #[error("there is no force at this load")]
     NoForce,
-    /// No derivative by the force.
+    /// The force does not grow between the steps of a derivative.
     #[error("the force does not grow with the compression there")]
     ForceDoesNotGrow,
 }
@@ -106,7 +106,7 @@ impl Quantity {
         }
     }
 
-    /// The loads that it needs besides none.
+    /// The loads that it needs, besides the state without load.
     fn needs(&self) -> Vec<f64> {
         let Some(load) = self.load() else { return Vec::new() };
         let (AtLoad::Force(own) | AtLoad::Compression(own)) = load;
@@ -257,7 +257,7 @@ impl FromStr for Quantity {
 /// A limit on a quantity.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Constraint {
-    /// Of what.
+    /// The quantity that is limited.
     pub quantity: Quantity,
     /// Whether the limit is the least that is allowed; otherwise it is the greatest.
     pub at_least: bool,

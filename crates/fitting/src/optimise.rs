@@ -17,42 +17,42 @@ use serde::Serialize;
 use crate::objective::{Constraint, NoValue, Quantity, WishError, case_at};
 use crate::parameter::{Free, Parameter, ParameterError, parameters};
 
-/// The first steps over the ranges.
+/// The first step of each key over its range.
 const FIRST_STEP: f64 = 0.25;
-/// Evaluations at most, unless asked for otherwise.
+/// The largest number of evaluations, unless another one is asked for.
 pub const MAX_EVALUATIONS: usize = 60;
-/// What a place without a value counts as, over the first value.
+/// The value that a place without one is given, over the first value.
 const FAILED: f64 = 10.0;
 
 /// What is searched for.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Search {
-    /// Largest or smallest of this.
+    /// What is made largest or smallest.
     pub quantity: Quantity,
     /// Whether the largest is wanted.
     pub maximise: bool,
-    /// Within these limits.
+    /// The limits to be kept.
     pub constraints: Vec<Constraint>,
     /// How well the keys should be known, over their ranges.
     pub tolerance: f64,
-    /// Evaluations at most.
+    /// The largest number of evaluations.
     pub max_evaluations: usize,
 }
 
-/// Why there is no search.
+/// Why a search cannot be made.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum OptimiseError {
-    /// What varies is not in the case, or not as it says.
+    /// A key that varies is not in the case, or its range does not suit it.
     #[error(transparent)]
     Parameter(#[from] ParameterError),
-    /// A key without limits.
+    /// A key has no range.
     #[error("{0} needs a range to vary in, such as {0}=a..b")]
     Unbounded(String),
     /// Loads of two kinds.
     #[error(transparent)]
     Wish(#[from] WishError),
-    /// The case has nothing that is pressed, or no capacitance.
+    /// The case has nothing that is pressed, or no capacitance; what is missing.
     #[error("the case needs [mechanics] and a capacitance for this search: {0}")]
     NoCurve(&'static str),
     /// Nothing can be evaluated where the search begins.

@@ -22,46 +22,46 @@ pub struct Free {
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum ParameterError {
-    /// No name at all.
+    /// The name is missing.
     #[error("`{0}` names nothing; write for example layer.relative_permittivity=2..4")]
     NoName(String),
-    /// Something behind `=` that is no range.
+    /// What follows `=` is not a range.
     #[error("`{0}` is not a range; write for example {1}=a..b, with a start if need be: {1}=a..b@c")]
     NoRange(String, String),
-    /// A number of the range.
+    /// An end of the range or the start is not a number.
     #[error("{name}: {source}")]
     Amount {
-        /// Whose range.
+        /// The name of the parameter.
         name: String,
         /// What is wrong.
         source: AmountError,
     },
-    /// Two that are not of one dimension.
+    /// An end of the range or the start has another dimension than the parameter.
     #[error("{name} is {expected}, and {found} is given for it")]
     Dimension {
-        /// Whose.
+        /// The name of the parameter.
         name: String,
         /// What it is, with its article.
         expected: &'static str,
         /// What was given, with its article.
         found: &'static str,
     },
-    /// An empty range, or a start outside of it.
+    /// The range is empty, or the start lies outside of it.
     #[error("{0}: the range must go from a smaller to a larger value, and the start must lie in it")]
     Order(String),
-    /// A key that the case does not have, without a range.
+    /// The case does not have the key, and no range is given.
     #[error("the case has no number at `{0}`; give a range, such as {0}=1..2, or check the path")]
     Absent(String),
-    /// A value that tells no range.
-    #[error("{0} is not above zero in the case, which tells no range; give one: {0}=a..b")]
+    /// No range follows from the value in the case.
+    #[error("{0} is not above zero in the case, so that no range follows from it; give one: {0}=a..b")]
     NeedsRange(String),
-    /// A path that does not fit the case.
+    /// The path does not fit the case.
     #[error(transparent)]
     Path(#[from] OverrideError),
-    /// The same twice.
+    /// A parameter is given twice.
     #[error("{0} is given twice")]
     Twice(String),
-    /// Something that only measured points have.
+    /// A correction of measured points is given where there are none.
     #[error("{0} is of a measurement; here only keys of the case can vary")]
     NotHere(String),
 }

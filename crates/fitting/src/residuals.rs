@@ -14,7 +14,7 @@ const FIRST_STEP: f64 = 0.02;
 const TRUSTED: f64 = 5.0;
 /// No step is longer than this share of the range.
 const LONGEST_STEP: f64 = 0.25;
-/// Iterations at most.
+/// The largest number of iterations.
 const MAX_ITERATIONS: usize = 60;
 
 /// What is predicted for a measured point.
@@ -38,17 +38,17 @@ pub(crate) struct Problem<'a> {
     curves: &'a Curves,
     parameters: &'a [Parameter],
     points: &'a [MeasuredPoint],
-    /// Of what is not free.
+    /// The correction of the case, for those of its parts that are not free.
     correction: Correction,
     /// What each residual is divided by, F.
     pub(crate) scales: Vec<f64>,
     bounds: Vec<MPPar>,
     config: MPConfig,
-    /// The sum of squares of the best values so far, and these.
+    /// The smallest sum of squares so far, and the values that gave it.
     pub(crate) best: Option<(f64, Vec<f64>)>,
     /// Why the search had to end.
     pub(crate) failure: Option<CurveError>,
-    /// Of the differences by each parameter, relative to what they began with.
+    /// How much longer the steps of the differences by each parameter have become.
     stretch: Vec<f64>,
     /// Whether a difference stayed below what can be trusted.
     pub(crate) weak: Vec<bool>,

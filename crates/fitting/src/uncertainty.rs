@@ -7,7 +7,7 @@ use nalgebra::{DMatrix, DVector};
 pub(crate) struct Linearised {
     /// A row for each point, a column for each parameter.
     pub(crate) jacobian: DMatrix<f64>,
-    /// Of each point.
+    /// The residual of each point.
     pub(crate) residuals: DVector<f64>,
     /// What may be wrong with the prediction of each point, in its scale.
     pub(crate) errors: DVector<f64>,
@@ -24,9 +24,9 @@ pub(crate) struct Uncertainty {
     pub(crate) half_widths: Vec<f64>,
     /// By how much the errors of the curve may shift each parameter at most.
     pub(crate) shifts: Vec<f64>,
-    /// Of the estimates.
+    /// Correlations of the estimates.
     pub(crate) correlations: Vec<Vec<f64>>,
-    /// Of the Jacobian with columns of length one.
+    /// Condition of the Jacobian with columns of length one.
     pub(crate) condition: f64,
     /// The combination of parameters that the data say least of, in columns of length one.
     pub(crate) weakest: Vec<f64>,

@@ -10,7 +10,7 @@ use crate::record::{CaseRecord, StepRecord};
 use crate::statistics::Moments;
 use crate::table::Column;
 
-/// Lines that can be told apart.
+/// The largest number of lines in a chart: more cannot be told apart.
 const MAX_LINES: usize = 8;
 
 /// What is drawn against the load: the capacitance, or the force where there are no conductors.
@@ -62,7 +62,7 @@ fn widest<'a>(columns: &[&'a Column]) -> Option<&'a Column> {
     counted.into_iter().find(|(count, _)| *count == most).map(|(_, column)| column)
 }
 
-/// At most so many of several, spread evenly, the first and the last among them.
+/// At most as many as a chart has lines, spread evenly, with the first and the last.
 fn some_of<T>(all: Vec<T>) -> Vec<T> {
     let count = all.len();
     if count <= MAX_LINES {
@@ -118,7 +118,7 @@ fn over_a_key(
     (x, series)
 }
 
-/// Cases that no number tells apart: their curves.
+/// The curves of cases that do not differ in a number.
 fn family(records: &[&CaseRecord], quantity: &Quantity) -> (Axis, Vec<Series>) {
     let load = Load::of(records, quantity);
     let curve = |record: &&CaseRecord| {

@@ -35,7 +35,7 @@ pub enum DesignKind {
     },
 }
 
-/// Why settings make no design.
+/// Why settings or a list give no cases to solve.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum DesignError {
@@ -44,10 +44,10 @@ pub enum DesignError {
         "nothing is varied; say what with --set KEY=VALUES, such as layer.thickness=400um,450um, or with --list"
     )]
     Nothing,
-    /// The same key twice.
+    /// A key is set twice.
     #[error("`{0}` is set twice; put all its values in one place")]
     Twice(String),
-    /// A distribution in a grid.
+    /// A value of a grid is a distribution.
     #[error("`{key}={distribution}` is a distribution; say how many cases to draw with --random N")]
     DrawnInGrid {
         /// The key.
@@ -55,12 +55,12 @@ pub enum DesignError {
         /// The distribution.
         distribution: String,
     },
-    /// Several values among distributions.
+    /// A key has several values where cases are drawn at random.
     #[error(
         "`{0}` has several values beside --random; give it a distribution, such as uniform(1um, 2um), or one value"
     )]
     ListedAmongDrawn(String),
-    /// No distribution at all.
+    /// Cases are drawn at random, and no key has a distribution.
     #[error(
         "--random draws nothing: no key has a distribution; write for example --set layer.thickness=normal(450um, 5um)"
     )]
@@ -68,13 +68,13 @@ pub enum DesignError {
     /// More cases than a sweep may have.
     #[error("these are {0} cases; a sweep has at most 1,000,000")]
     TooMany(String),
-    /// No case.
+    /// There are no cases.
     #[error("the list has no rows below its header, so there are no cases")]
     NoRows,
-    /// A header without a name.
+    /// A column of the list has no name.
     #[error("column {0} of the list has no name; the first line of a list holds the paths of the keys")]
     NoName(usize),
-    /// A row of another length than the header.
+    /// A row of the list is shorter or longer than the header.
     #[error(
         "line {line} of the list has {found} fields, and its header {header}; an empty field leaves what the case file has, and quotation marks stand right after a comma"
     )]
@@ -161,7 +161,7 @@ impl Design {
         Ok(Self { keys, cases, kind: DesignKind::Random { seed, distributions } })
     }
 
-    /// The same cases by another account of where they come from; for designs that are read again.
+    /// The same cases with another origin, for designs that are read from a manifest.
     pub(crate) fn with_kind(self, kind: DesignKind) -> Self {
         Self { kind, ..self }
     }

@@ -47,13 +47,13 @@ enum Shape {
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum DistributionError {
-    /// A name that is none.
+    /// No distribution has this name.
     #[error("`{0}` is not a distribution; there are normal, lognormal, uniform, loguniform and triangular")]
     Unknown(String),
-    /// Parentheses that are not closed.
+    /// The parentheses are not closed.
     #[error("`{0}`: a parenthesis is not closed; write for example normal(50um, 2um)")]
     Open(String),
-    /// Too few parameters, or too many.
+    /// There are too few parameters, or too many.
     #[error("`{text}` has {found} parameters; write {form}")]
     Parameters {
         /// As it was written.
@@ -63,7 +63,7 @@ pub enum DistributionError {
         /// The right form.
         form: &'static str,
     },
-    /// A parameter that is no number.
+    /// A parameter is not a number.
     #[error("`{text}`: {why}")]
     Number {
         /// As it was written.
@@ -71,7 +71,7 @@ pub enum DistributionError {
         /// What is wrong.
         why: AmountError,
     },
-    /// Parameters of different kinds.
+    /// The parameters have units of different kinds.
     #[error("`{text}` has {first} and {other}; give all parameters the same kind of unit")]
     Kinds {
         /// As it was written.
@@ -81,7 +81,7 @@ pub enum DistributionError {
         /// What another one is.
         other: &'static str,
     },
-    /// Parameters that no distribution of this kind has.
+    /// The parameters are outside the range of this distribution.
     #[error("`{text}`: {why}")]
     Range {
         /// As it was written.
@@ -106,7 +106,7 @@ impl Distribution {
     /// Reads a distribution; `None` if the text is not of the form `name(..)`.
     ///
     /// # Errors
-    /// A text of this form that is no distribution.
+    /// A text of this form whose name or parameters are not those of a distribution.
     pub fn parse(text: &str) -> Result<Option<Self>, DistributionError> {
         let text = text.trim();
         let Some((name, rest)) = text.split_once('(') else { return Ok(None) };

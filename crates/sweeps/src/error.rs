@@ -11,19 +11,19 @@ use crate::shard::Shard;
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum RecordError {
-    /// The system does not give it.
+    /// The file cannot be read.
     #[error("its file cannot be read: {0}")]
     Read(io::Error),
-    /// Its form is not that of a record.
+    /// The file does not have the form of a record.
     #[error("its file is cut off or damaged")]
     Damaged,
-    /// It names another sweep.
+    /// The file belongs to another sweep.
     #[error("its file belongs to another sweep")]
     OtherSweep,
-    /// The numbers are not those that were written.
+    /// The checksum is not that of the record.
     #[error("its file has been changed: the checksum differs")]
     Changed,
-    /// It is that of another case, or of other values.
+    /// The record is that of another case or of other values.
     #[error("its file holds another case")]
     OtherCase,
 }
@@ -32,10 +32,10 @@ pub enum RecordError {
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum SweepError {
-    /// The case file itself.
+    /// The case file is refused as it stands.
     #[error(transparent)]
     Case(#[from] CaseError),
-    /// A key that cannot be set.
+    /// A key cannot be set.
     #[error("case {case}: {source}")]
     Override {
         /// Which case.
@@ -87,13 +87,13 @@ pub enum SweepError {
         /// The file.
         file: PathBuf,
     },
-    /// Another process works there.
+    /// Another process works in the folder.
     #[error("another process works in `{}`; wait for it, or name another folder with -o", folder.display())]
     Busy {
         /// The folder.
         folder: PathBuf,
     },
-    /// No sweep where one should be.
+    /// The folder holds no sweep that can be read.
     #[error("`{}` holds no sweep of this version: {why}; name another folder, or move its files away", folder.display())]
     NoSweep {
         /// The folder.
@@ -117,7 +117,7 @@ pub enum SweepError {
         /// What the system says.
         source: io::Error,
     },
-    /// Shards of different sweeps.
+    /// The folders hold shards of different sweeps.
     #[error(
         "`{}` and `{}` are not shards of the same sweep: the second has been made with {}; gather shards of one sweep only",
         first.display(),
@@ -132,7 +132,7 @@ pub enum SweepError {
         /// What differs.
         differences: Vec<String>,
     },
-    /// The same shard twice.
+    /// Two folders hold the same shard.
     #[error("`{}` and `{}` are both shard {shard}; name each shard once", first.display(), second.display())]
     ShardTwice {
         /// A folder.
@@ -142,7 +142,7 @@ pub enum SweepError {
         /// What both hold.
         shard: Shard,
     },
-    /// Shards that are not among the folders.
+    /// Not all shards are among the folders.
     #[error("{} missing: {} of {of}; run them, and name all folders", if missing.len() == 1 { "a shard is" } else { "shards are" }, listed(missing))]
     ShardsMissing {
         /// Which, counted from 1.
@@ -150,7 +150,7 @@ pub enum SweepError {
         /// How many there are in all.
         of: usize,
     },
-    /// A shard that is not finished.
+    /// A shard is not finished.
     #[error(
         "shard {shard} in `{}` has no result for {missing} of its {count} cases (the first is case {first}); run it again with the same \
          command, and it goes on",

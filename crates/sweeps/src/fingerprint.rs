@@ -38,7 +38,7 @@ impl Program {
     }
 }
 
-/// What the results of a sweep depend on. Everything but the version is a SHA-256 in hexadecimal digits, or lists such.
+/// What the results of a sweep depend on. Everything but the version is a SHA-256 in hexadecimal digits, or a map to them.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Fingerprint {
     /// Version of the program.

@@ -1,4 +1,4 @@
-//! The folder of a sweep: what it is of, and a file for each case that is finished.
+//! The folder of a sweep: a manifest, and a file for each case that is finished.
 //!
 //! | file | what is in it |
 //! |---|---|
@@ -22,21 +22,21 @@ use crate::record::CaseRecord;
 use crate::shard::Shard;
 use crate::sweep::Sweep;
 
-/// The file that says what a folder is of.
+/// The file that says which sweep a folder holds.
 pub(crate) const MANIFEST: &str = "manifest.json";
 const CASES: &str = "cases";
 const LOCK: &str = ".lock";
-/// The form of manifest and records.
+/// The version of the form of manifest and records.
 const FORMAT: u32 = 1;
 
-/// What the folder of a sweep is of.
+/// Which sweep a folder holds, or which part of it.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Manifest {
     /// The form of this file: 1.
     pub format: u32,
     /// What the results depend on.
     pub fingerprint: Fingerprint,
-    /// One SHA-256 of that.
+    /// SHA-256 of the fingerprint.
     pub digest: String,
     /// Which part of the sweep the folder holds.
     pub shard: Shard,
@@ -61,9 +61,9 @@ pub struct Manifest {
 /// The second line of a record.
 #[derive(Debug, Serialize, Deserialize)]
 struct Seal {
-    /// Of the sweep.
+    /// The digest of the sweep.
     sweep: String,
-    /// Of the first line, without its end.
+    /// SHA-256 of the first line, without its end.
     sha256: String,
 }
 
@@ -72,7 +72,7 @@ struct Seal {
 pub struct Finished {
     /// Sound records, by case.
     pub records: Vec<Option<CaseRecord>>,
-    /// Cases whose file is damaged or belongs to another sweep, and why.
+    /// Cases whose file is not used, and why.
     pub damaged: Vec<(usize, RecordError)>,
 }
 
@@ -86,7 +86,7 @@ pub struct SweepFolder {
 }
 
 impl Manifest {
-    /// That of a sweep.
+    /// The manifest of a sweep.
     pub fn of(sweep: &Sweep, shard: Shard) -> Self {
         let (seed, distributions) = match sweep.design().kind() {
             DesignKind::Random { seed, distributions } => (Some(*seed), distributions.clone()),
@@ -108,10 +108,10 @@ impl Manifest {
         }
     }
 
-    /// Reads that of a folder; `None` if there is none.
+    /// Reads the manifest of a folder; `None` if there is none.
     ///
     /// # Errors
-    /// One that cannot be read, or is of another version.
+    /// A manifest that cannot be read, or has been changed, or is of another version.
     pub fn read(folder: &Path) -> Result<Option<Self>, SweepError> {
         let file = folder.join(MANIFEST);
         let text = match fs::read(&file) {
@@ -222,7 +222,7 @@ impl SweepFolder {
         &self.path
     }
 
-    /// What it is of.
+    /// The sweep that it holds.
     pub fn manifest(&self) -> &Manifest {
         &self.manifest
     }

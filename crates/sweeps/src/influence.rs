@@ -33,8 +33,8 @@ pub struct Share {
 /// Cases for each value that scatters, at least: with fewer a share says little.
 const CASES_FOR_EACH: usize = 5;
 
-/// By how much each key that scatters accounts for `values`, which are those of `cases`. `None` where nothing scatters, a scattered key is no
-/// number, or cases are too few.
+/// By how much each key that scatters accounts for `values`, which are those of `cases`. `None` where nothing scatters, a scattered key is not
+/// a number, or cases are too few.
 pub(crate) fn influence(columns: &[Column], cases: &[usize], values: &[f64]) -> Option<Influence> {
     let result = standardised(&ranks(values))?;
     let mut keys = Vec::new();

@@ -16,7 +16,7 @@ pub trait SweepObserver: Sync {
     fn case_done(&self, record: CaseRecord) -> Result<(), SweepError>;
 }
 
-/// Solves the cases `wanted` on `threads` threads, in this order as far as one can speak of one. Where there are at least as many cases as
+/// Solves the cases `wanted` on `threads` threads, which begin them in this order. Where there are at least as many cases as
 /// threads, each case has one; otherwise the threads are shared out. `cancel` ends it: what is begun is given up.
 ///
 /// # Errors

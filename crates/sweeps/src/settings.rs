@@ -29,19 +29,19 @@ pub enum Values {
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum SettingError {
-    /// No `=`.
+    /// There is no `=`.
     #[error("`{0}` has no `=`; write a key and its values, such as layer.thickness=400um,450um")]
     NoEquals(String),
-    /// Nothing before the `=`.
+    /// Nothing stands before the `=`.
     #[error("`{0}` has no key before `=`; write for example layer.thickness=400um,450um")]
     NoKey(String),
-    /// Nothing after it, or between two commas.
+    /// Nothing stands after the `=`, or between two commas.
     #[error("`{0}`: a value is missing; write for example 400um,450um or 10um..100um:10")]
     NoValue(String),
-    /// A range without the number of values.
+    /// A range does not say how many values it has.
     #[error("the range `{0}` does not say how many values; write for example 10um..100um:10")]
     NoCount(String),
-    /// A number of values that is none.
+    /// The number of values is not a whole number, too small or too large.
     #[error("the range `{range}` has `{count}` values; write a number from 2 to {max}")]
     BadCount {
         /// The range.
@@ -51,7 +51,7 @@ pub enum SettingError {
         /// The largest number.
         max: usize,
     },
-    /// A spacing that does not exist.
+    /// The spacing of a range is not known.
     #[error("the range `{range}` ends with `:{word}`; only `:log` is known, for equal ratios")]
     BadSpacing {
         /// The range.
@@ -59,7 +59,7 @@ pub enum SettingError {
         /// What stands there.
         word: String,
     },
-    /// An end that is no number.
+    /// An end of a range is not a number.
     #[error("the range `{range}`: {why}")]
     BadEnd {
         /// The range.
@@ -67,7 +67,7 @@ pub enum SettingError {
         /// What is wrong with the end.
         why: AmountError,
     },
-    /// Ends of different kinds.
+    /// The ends of a range have units of different kinds.
     #[error("the range `{range}` goes from {from} to {to}; give both ends the same kind of unit")]
     EndsDiffer {
         /// The range.
@@ -77,13 +77,13 @@ pub enum SettingError {
         /// What the last end is.
         to: &'static str,
     },
-    /// Equal ratios between ends that have none.
+    /// A range with equal ratios has an end that is not above zero.
     #[error("the range `{0}` goes through zero or below, where `:log` has no values; leave out `:log`")]
     NoLogarithm(String),
-    /// Brackets or quotation marks that are not closed.
+    /// A bracket or a quotation mark is not closed.
     #[error("`{0}`: a bracket or a quotation mark is not closed")]
     Open(String),
-    /// A distribution that cannot be used.
+    /// A distribution cannot be used.
     #[error(transparent)]
     Distribution(#[from] DistributionError),
 }
@@ -153,7 +153,7 @@ fn listed(text: &str) -> Result<Vec<String>, SettingError> {
             return Err(SettingError::NoValue(text.to_owned()));
         }
         match part.split_once("..") {
-            // A file such as `../body.obj` is no range.
+            // A file such as `../body.obj` is not a range.
             Some((from, rest)) if from.starts_with(|c: char| c.is_ascii_digit() || "+-.\"'".contains(c)) => {
                 values.extend(range(part, from, rest)?);
             }

@@ -14,7 +14,7 @@ pub struct Shard {
     pub of: usize,
 }
 
-/// Why a text is no shard.
+/// Why a text does not name a shard.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error("a shard is written I/N, such as 2/4 for the second of four: I from 1 to N, N at most 1,000,000")]
 pub struct ShardError;

@@ -1,4 +1,4 @@
-//! What scattered values make of the results: mean, deviation and percentiles for each step.
+//! How results scatter over the cases: mean, deviation and percentiles for each step.
 
 use elastocap_coupling::outcome::Row;
 use serde::Serialize;
@@ -10,7 +10,7 @@ use crate::table::Column;
 /// The percentiles that are given.
 pub const PERCENTILES: [f64; 7] = [2.5, 5.0, 25.0, 50.0, 75.0, 95.0, 97.5];
 
-/// The columns of curve.csv whose scatter is told.
+/// The columns of curve.csv whose scatter is reported.
 pub(crate) const QUANTITIES: [&str; 5] =
     ["capacitance_f", "change_f", "change_relative", "sensitivity_f_per_n", "force_n"];
 
@@ -41,12 +41,12 @@ pub struct StepStatistics {
     /// How it scatters.
     #[serde(flatten)]
     pub moments: Moments,
-    /// Which key it depends on how much; `None` where it does not scatter, or there are too few cases to tell.
+    /// How much it depends on each key; `None` where it does not scatter, or there are too few cases to tell.
     pub influence: Option<Influence>,
 }
 
 impl Moments {
-    /// Of values in any order; `None` of none.
+    /// The moments of values in any order; `None` without values.
     pub fn of(values: &[f64]) -> Option<Self> {
         let mut sorted = values.to_vec();
         sorted.sort_by(f64::total_cmp);
@@ -61,7 +61,7 @@ impl Moments {
     }
 }
 
-/// Of sorted values, with linear interpolation (the definition 7 of Hyndman and Fan, which NumPy and R use).
+/// A percentile of sorted values, with linear interpolation (the definition 7 of Hyndman and Fan, which NumPy and R use).
 fn percentile(sorted: &[f64], percent: f64) -> f64 {
     let last = sorted.len().saturating_sub(1);
     let at = percent / 100.0 * last as f64;

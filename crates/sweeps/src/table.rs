@@ -14,9 +14,9 @@ pub struct Column {
     pub key: String,
     /// The values as they are written in a case file; empty where neither the case nor the file has one.
     pub texts: Vec<String>,
-    /// The same as numbers in SI units, where they are such.
+    /// The values in SI units; `None` where one is not a number.
     pub numbers: Vec<Option<f64>>,
-    /// The unit of the first value, empty for bare numbers and for what is no number.
+    /// The unit of the first value; empty for a number without a unit and for other values.
     pub unit: String,
 }
 

@@ -121,7 +121,7 @@ fn series_data(series: &Series) -> Value {
         Style::DashedLine => "dashed",
         Style::Markers | Style::Points { .. } | Style::Cloud { .. } => "points",
     };
-    // What is no number becomes null in JSON.
+    // NaN and infinities become null in JSON.
     let x: Vec<f64> = series.points.iter().map(|p| p.0).collect();
     let y: Vec<f64> = series.points.iter().map(|p| p.1).collect();
     let mut data = json!({ "name": series.name, "style": style, "x": x, "y": y });

@@ -9,7 +9,7 @@ use serde_json::{Value, json};
 
 use crate::scene_files::Shown;
 
-/// Triangles of one step, and of all steps together, that the view is given at most.
+/// The largest number of triangles of one step, and of all steps together.
 const MOST_TRIANGLES: usize = 14_000;
 const MOST_OF_ALL: usize = 120_000;
 /// Bodies with fewer triangles than this are kept as they are.

@@ -13,7 +13,7 @@ use crate::csv::{number, optional};
 use crate::pose;
 use crate::scene_files::label;
 
-/// Entries of all matrices together that the page shows; of larger results the first and the last step.
+/// The largest number of entries of all matrices together; of larger results the page shows the first and the last step.
 const MOST_ENTRIES: usize = 6000;
 
 /// A value of each step.
