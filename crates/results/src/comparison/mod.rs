@@ -374,4 +374,42 @@ mod tests {
         assert!(!own.agrees() && own.at_least() == 1.0 && own.value == -3.0);
         assert_eq!(step([1.0; 3], [1.0; 3]).difference(2), None);
     }
+
+    fn step(force: f64, pose: Pose) -> Step {
+        Step {
+            compression: Some(0.1 * force),
+            distance_m: None,
+            force_n: Some(force),
+            capacitance_f: Some(1.0 + force),
+            capacitance_lower_f: Some(0.9 + force),
+            capacitance_upper_f: Some(1.1 + force),
+            unknowns: None,
+            seconds: StepSeconds { total: 0.0 },
+            load: format!("{force} {pose:?}"),
+            pose,
+        }
+    }
+
+    #[test]
+    fn shifted_steps_are_named_and_are_not_in_the_curve() {
+        let shifted = Pose { shift: [1e-4, 0.0], ..Pose::default() };
+        let result = OneResult {
+            path: "a".into(),
+            title: "a pair".to_owned(),
+            status: "complete".to_owned(),
+            measured: None,
+            proved: true,
+            seconds: 0.0,
+            threads: 1,
+            version: String::new(),
+            unknowns: None,
+            steps: vec![step(0.0, Pose::default()), step(1.0, shifted), step(2.0, Pose::default())],
+            keys: None,
+        };
+        let results = vec![result];
+        let comparison = Comparison { steps: side_by_side(&results), results, keys: None };
+        let labels: Vec<&str> = comparison.steps.iter().map(|step| step.label.as_str()).collect();
+        assert_eq!(labels, ["U/H = 0", "U/H = 0.1, shift 100 um along x1", "U/H = 0.2"]);
+        assert_eq!(comparison.chart().unwrap().series[0].points, [(0.0, 1.0), (2.0, 3.0)]);
+    }
 }
