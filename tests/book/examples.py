@@ -24,7 +24,7 @@ RUN = [DOCS / "tutorial.md", DOCS / "materials.md", DOCS / "kinds" / "array.md"]
 
 BLOCK = re.compile(r"^```([a-z]*)\n(.*?)^```$", re.M | re.S)
 MARK = re.compile(r"^<!-- (case|output) (\S+) -->\n\n```[a-z]*\n(.*?)^```$", re.M | re.S)
-TIME = re.compile(r"(?:in +)?\b[0-9.,]+ (?:ms|us|ns|s|min)\b")
+TIME = re.compile(r"(?:in +)?\b(?:[0-9.,]+ (?:h|min) )?[0-9.,]+ (?:ms|us|ns|s|min)\b")
 NUMBER = re.compile(r"[-+]?[0-9]+\.?[0-9]*(?:e[-+]?[0-9]+)?")
 
 
