@@ -93,7 +93,7 @@ def disc(surface, height, radius, n):
         return (float(radii[ring] * math.cos(turn)), float(radii[ring] * math.sin(turn)), height)
 
     for a, b in zip(turns, turns[1:]):
-        surface.add_tri(at(0, a), at(1, a), at(1, b))
+        surface._add_tri(at(0, a), at(1, a), at(1, b))  # add_tri of this version wants four corners
         for ring in range(1, n):
             surface.add_quad(at(ring, a), at(ring + 1, a), at(ring + 1, b), at(ring, b))
 
