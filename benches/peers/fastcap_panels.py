@@ -2,8 +2,8 @@
 
     python fastcap_panels.py SCENE [--seconds 50]
 
-Plane faces have edge panels a tenth as wide as the others, as FastCap's own cube generator makes them; spheres are cubes blown
-up, corners on the sphere. Multipole order 2 (its default) and 4; iterations to 1e-3 instead of 1e-2, which costs little.
+Plane faces have edge panels a tenth as wide as the others, as FastCap's own cube generator makes them; discs have rings that get
+narrower towards the rim; spheres are cubes blown up, corners on the sphere. Multipole order 2 (its default) and 4; iterations to 1e-3 instead of 1e-2, which costs little.
 One thread: FastCap has no more. It has no insulated walls and no error estimate.
 """
 
@@ -83,11 +83,35 @@ def square_plates(problem, n):
     return 2 * (n + 2) ** 2
 
 
+def disc(surface, height, radius, n):
+    """n rings, ever narrower towards the rim, of 4 n panels each; the polygon has the area of the circle."""
+    turns = np.linspace(0, 2 * math.pi, 4 * n + 1)
+    step = turns[1]
+    radii = radius * math.sqrt(step / math.sin(step)) * np.sin(np.linspace(0, math.pi / 2, n + 1))
+
+    def at(ring, turn):
+        return (float(radii[ring] * math.cos(turn)), float(radii[ring] * math.sin(turn)), height)
+
+    for a, b in zip(turns, turns[1:]):
+        surface._add_tri(at(0, a), at(1, a), at(1, b))  # add_tri of this version wants four corners
+        for ring in range(1, n):
+            surface.add_quad(at(ring, a), at(ring + 1, a), at(ring + 1, b), at(ring, b))
+
+
+def coaxial_discs(problem, n):
+    for name, z in (("c1", 0.0), ("c2", 0.003)):
+        surface = fastcap2.Surface(name=name)
+        disc(surface, z, 0.03, n)
+        problem.add(surface)
+    return 2 * 4 * n * n
+
+
 SCENES = {
     "cube-in-cube": cube_in_cube,
     "two-spheres": two_spheres,
     "layered-spheres": layered_spheres,
     "square-plates": square_plates,
+    "coaxial-discs": coaxial_discs,
 }
 
 

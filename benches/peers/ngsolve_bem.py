@@ -43,7 +43,21 @@ def square_plates():
     return dict(shape=Compound(plates), drives=[{"c1": 0.5, "c2": -0.5}], entry="C", unit=1.0, maxh=0.4)
 
 
-GEOMETRIES = {"cube-in-cube": cube_in_cube, "two-spheres": two_spheres, "square-plates": square_plates}
+def coaxial_discs():
+    discs = []
+    for name, z in (("c1", -0.05), ("c2", 0.05)):
+        disc = WorkPlane(Axes((0, 0, z), Z, X)).Circle(1).Face()
+        disc.faces.name = name
+        discs.append(disc)
+    return dict(shape=Compound(discs), drives=[{"c1": 0.5, "c2": -0.5}], entry="C", unit=0.03, maxh=0.8, curved=True)
+
+
+GEOMETRIES = {
+    "cube-in-cube": cube_in_cube,
+    "two-spheres": two_spheres,
+    "square-plates": square_plates,
+    "coaxial-discs": coaxial_discs,
+}
 
 
 def solve(scene, maxh):

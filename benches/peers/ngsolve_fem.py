@@ -83,12 +83,27 @@ def square_plates():
                 near=0.3, edges=True)
 
 
+def coaxial_discs():
+    ball = Sphere((0, 0, 0), 1.1 * FAR)
+    ball.faces.name = "far"
+    discs = []
+    for name, z in (("c1", -0.05), ("c2", 0.05)):
+        disc = WorkPlane(Axes((0, 0, z), Z, X)).Circle(1).Face()
+        disc.faces.name = name
+        for edge in disc.edges:
+            edge.hpref = 1
+        discs.append(disc)
+    return dict(shape=Glue([ball] + discs), drives=[{"c1": 0.5, "c2": -0.5}], entry="C", unit=0.03, radius=1.1 * FAR, maxh=15,
+                near=0.5, edges=True, curved=True)
+
+
 GEOMETRIES = {
     "cube-in-cube": cube_in_cube,
     "two-spheres": two_spheres,
     "layered-spheres": layered_spheres,
     "in-plane-pair": in_plane_pair,
     "square-plates": square_plates,
+    "coaxial-discs": coaxial_discs,
 }
 
 

@@ -56,7 +56,12 @@ SCENES = {
     ),
     "in-plane-pair": Scene(
         "in-plane pair, unloaded",
-        ("in-plane-pair-unloaded.toml", "in-plane-pair-imported.toml", "in-plane-pair-imported-on-tetrahedra.toml"),
+        (
+            "in-plane-pair-unloaded.toml",
+            "in-plane-pair-as-outlines.toml",
+            "in-plane-pair-imported.toml",
+            "in-plane-pair-imported-on-tetrahedra.toml",
+        ),
         {"C": 43.96589e-15},
         "our reference: graded hexahedra of order 7 to 9, 43.965895 fF and falling, good to 1e-6; hexahedra and tetrahedra of "
         "two codes agree to 7e-6",
@@ -66,5 +71,11 @@ SCENES = {
         ("square-plates.toml",),
         {"C": 1.039044814755 * OPEN},
         "1.039044814755 * 4 pi eps0 a by boundary elements graded towards the edges, stable to 1e-12",
+    ),
+    "coaxial-discs": Scene(
+        "coaxial discs, open, gap R/10",
+        ("coaxial-discs.toml",),
+        {"C": 1.1755923194 * EPS0 * pi * 0.03**2 / 0.003},
+        "1.1755923194 eps0 pi R^2 / d by Love's integral equation",
     ),
 }

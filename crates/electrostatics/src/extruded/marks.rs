@@ -1,7 +1,7 @@
 //! Where a plan is graded: corners and edges near which the field is singular.
 
 use super::layout::{Chain, ChainOfSide, Column};
-use elastocap_geometry::meshing::plane::graded::{Coarse, Marks};
+use elastocap_geometry::meshing::plane::graded::{Coarse, Marks, bands};
 use std::collections::{HashMap, HashSet};
 
 /// Angles by which an outline of a conductor, or the boundary between two dielectrics, may turn without having a corner, in degrees:
@@ -55,7 +55,7 @@ pub(super) fn marks(
             edges.insert(*side);
         }
     }
-    let corners = at_point
+    let corners: Vec<bool> = at_point
         .iter()
         .zip(&mesh.points)
         .map(|(boundaries, point)| match &boundaries[..] {
@@ -74,7 +74,9 @@ pub(super) fn marks(
             _ => true,
         })
         .collect();
-    Marks { corners, edges, chains: of_side }
+    let bands =
+        bands(coarse, &edges, &of_side, &corners, |one, other| of_triangle[one] == of_triangle[other]);
+    Marks { corners, edges, chains: of_side, bands }
 }
 
 /// What a side of triangles separates: two columns, or two sides of a chain.

@@ -4,17 +4,20 @@
 //! marked corner into rings, towards each marked edge into strips, every one a fixed share of the width of the one before. With
 //! polynomials on such meshes the error falls exponentially with the number of layers (Babuska and Guo, Comput. Mech. 1, 1986).
 
+mod bands;
 mod circles;
 mod coarse;
 mod cubics;
+mod grading;
 mod outline;
 
+pub use bands::{Band, bands};
 pub use circles::Circle;
 pub use coarse::{Coarse, RoundSide, Triangles, coarse};
 pub use outline::{Course, Outline, Side};
 
-use coarse::bent_triangles;
 use elastocap_fem::bent::Bent;
+use grading::Grading;
 use std::collections::{HashMap, HashSet};
 
 /// Which corners and edges of a coarse triangulation are graded.
@@ -26,6 +29,8 @@ pub struct Marks {
     pub edges: HashSet<[u32; 2]>,
     /// Sides of triangles that belong to chains, by their ends in the same way, each with the number of its chain.
     pub chains: HashMap<[u32; 2], u32>,
+    /// Pairs of triangles that are divided together.
+    pub bands: Vec<Band>,
 }
 
 /// How a triangulation is graded.
@@ -56,316 +61,13 @@ pub struct Graded {
 
 /// Divides the triangles of a mesh towards marked corners and edges.
 pub fn graded(coarse: &Coarse, marks: &Marks, layers: Layers) -> Graded {
-    let mesh = &coarse.mesh;
-    let edges = if layers.edges == 0 { HashSet::new() } else { marks.edges.clone() };
-    let mut work = Grading {
-        points: mesh.points.clone(),
-        triangles: mesh.triangles.iter().zip(0..).map(|(t, parent)| (*t, parent)).collect(),
-        corner: marks.corners.clone(),
-        on_edge: vec![false; mesh.points.len()],
-        edges,
-        arcs: coarse.arcs.clone(),
-        chains: marks.chains.clone(),
-        layers,
-        nodes: HashMap::new(),
-    };
-    for [a, b] in work.edges.iter().copied().collect::<Vec<_>>() {
-        work.on_edge[a as usize] = true;
-        work.on_edge[b as usize] = true;
-    }
-    if layers.corners == 0 {
-        work.corner.fill(false);
-    }
+    let mut work = Grading::new(coarse, marks, layers);
     work.separate();
     work.divide()
 }
 
-/// A mesh on its way from coarse to graded.
-struct Grading {
-    points: Vec<[f64; 2]>,
-    /// Each with its parent.
-    triangles: Vec<([u32; 3], u32)>,
-    corner: Vec<bool>,
-    on_edge: Vec<bool>,
-    edges: HashSet<[u32; 2]>,
-    chains: HashMap<[u32; 2], u32>,
-    arcs: HashMap<[u32; 2], RoundSide>,
-    layers: Layers,
-    /// The point at the so-manyth layer from the first point towards the second.
-    nodes: HashMap<(u32, u32, usize), u32>,
-}
-
 fn key(a: u32, b: u32) -> [u32; 2] {
     [a.min(b), a.max(b)]
-}
-
-impl Grading {
-    fn touched(&self, p: u32) -> bool {
-        self.corner[p as usize] || self.on_edge[p as usize]
-    }
-
-    fn point(&mut self, at: [f64; 2], on_edge: bool) -> u32 {
-        self.points.push(at);
-        self.corner.push(false);
-        self.on_edge.push(on_edge);
-        (self.points.len() - 1) as u32
-    }
-
-    /// Divides triangles until each has at most one marked edge with at most one corner on it, and otherwise at most one point that
-    /// is graded towards.
-    fn separate(&mut self) {
-        for ([a, b, c], parent) in std::mem::take(&mut self.triangles) {
-            let sides = [key(a, b), key(b, c), key(c, a)];
-            let arcs = sides.iter().filter(|side| self.arcs.contains_key(*side)).count();
-            if arcs > 1 || sides.iter().all(|side| self.edges.contains(side)) {
-                let [x, y, z] = [a, b, c].map(|p| self.points[p as usize]);
-                let middle = self.point([0, 1].map(|k| (x[k] + y[k] + z[k]) / 3.0), false);
-                self.triangles.extend([[a, b, middle], [b, c, middle], [c, a, middle]].map(|t| (t, parent)));
-            } else {
-                self.triangles.push(([a, b, c], parent));
-            }
-        }
-        self.split(|grading, [a, b]| {
-            grading.edges.contains(&[a, b]) && grading.corner[a as usize] && grading.corner[b as usize]
-        });
-        while self.split(|grading, [a, b]| {
-            !grading.edges.contains(&[a, b]) && grading.touched(a) && grading.touched(b)
-        }) {}
-    }
-
-    /// Cuts sides in two, and with them their triangles. Returns whether there were any.
-    fn split(&mut self, cut: impl Fn(&Self, [u32; 2]) -> bool) -> bool {
-        let mut middles: HashMap<[u32; 2], u32> = HashMap::new();
-        for ([a, b, c], _) in self.triangles.clone() {
-            for side in [key(a, b), key(b, c), key(c, a)] {
-                if middles.contains_key(&side) || !cut(self, side) {
-                    continue;
-                }
-                let [p, q] = side.map(|p| self.points[p as usize]);
-                let marked = self.edges.contains(&side);
-                let round = self.arcs.get(&side).map(|arc| arc.halved([p, q]));
-                let place = round.map_or_else(|| [0, 1].map(|k| 0.5 * (p[k] + q[k])), |(place, _)| place);
-                let middle = self.point(place, marked);
-                // It has the highest number of all.
-                if let Some((_, parts)) = round {
-                    self.arcs.remove(&side);
-                    self.arcs.extend(side.map(|end| key(end, middle)).into_iter().zip(parts));
-                }
-                middles.insert(side, middle);
-            }
-        }
-        for (side, middle) in &middles {
-            if self.edges.remove(side) {
-                self.edges.extend(side.map(|end| key(end, *middle)));
-            }
-            if let Some(chain) = self.chains.remove(side) {
-                self.chains.extend(side.map(|end| (key(end, *middle), chain)));
-            }
-        }
-        for (triangle, parent) in std::mem::take(&mut self.triangles) {
-            let middle = |k: usize| middles.get(&key(triangle[(k + 1) % 3], triangle[(k + 2) % 3])).copied();
-            let halves = [0, 1, 2].map(middle);
-            let pieces: Vec<[u32; 3]> = match halves.iter().flatten().count() {
-                0 => vec![triangle],
-                1 => {
-                    let k = halves.iter().position(Option::is_some).unwrap_or(0);
-                    let m = halves[k].unwrap_or(0);
-                    let [a, b, c] = [0, 1, 2].map(|i| triangle[(k + i) % 3]);
-                    vec![[a, b, m], [a, m, c]]
-                }
-                2 => {
-                    let k = halves.iter().position(Option::is_none).unwrap_or(0);
-                    let [a, b, c] = [0, 1, 2].map(|i| triangle[(k + i) % 3]);
-                    let (m, n) = (halves[(k + 1) % 3].unwrap_or(0), halves[(k + 2) % 3].unwrap_or(0));
-                    // m lies between c and a, n between a and b.
-                    let length = |p: u32, q: u32| self.distance(p, q);
-                    if length(b, m) <= length(c, n) {
-                        vec![[a, n, m], [n, b, m], [b, c, m]]
-                    } else {
-                        vec![[a, n, m], [n, b, c], [n, c, m]]
-                    }
-                }
-                _ => {
-                    let [a, b, c] = triangle;
-                    let [x, y, z] = halves.map(|m| m.unwrap_or(0));
-                    vec![[a, z, y], [z, b, x], [y, x, c], [x, y, z]]
-                }
-            };
-            self.triangles.extend(pieces.into_iter().map(|t| (t, parent)));
-        }
-        !middles.is_empty()
-    }
-
-    fn distance(&self, p: u32, q: u32) -> f64 {
-        let [p, q] = [p, q].map(|p| self.points[p as usize]);
-        (p[0] - q[0]).hypot(p[1] - q[1])
-    }
-
-    /// The point at layer `k` from `from` towards `to`, which is at layer 0.
-    fn node(&mut self, from: u32, to: u32, k: usize) -> u32 {
-        if k == 0 {
-            return to;
-        }
-        if let Some(&node) = self.nodes.get(&(from, to, k)) {
-            return node;
-        }
-        let node = self.between(from, to, self.layers.ratio.powi(k as i32));
-        self.nodes.insert((from, to, k), node);
-        node
-    }
-
-    fn between(&mut self, from: u32, to: u32, share: f64) -> u32 {
-        let [p, q] = [from, to].map(|p| self.points[p as usize]);
-        self.point([0, 1].map(|k| p[k] + share * (q[k] - p[k])), false)
-    }
-
-    fn divide(mut self) -> Graded {
-        let mut out = Vec::new();
-        let (mut parents, mut bent) = (Vec::new(), Vec::new());
-        for (triangle, parent) in std::mem::take(&mut self.triangles) {
-            let marked =
-                (0..3).find(|&k| self.edges.contains(&key(triangle[(k + 1) % 3], triangle[(k + 2) % 3])));
-            let pieces = match (marked, (0..3).find(|&k| self.touched(triangle[k]))) {
-                (Some(k), _) => {
-                    let [c, a, b] = [0, 1, 2].map(|i| triangle[(k + i) % 3]);
-                    if self.corner[a as usize] {
-                        self.towards_edge_and_corner(a, b, c)
-                    } else if self.corner[b as usize] {
-                        self.towards_edge_and_corner(b, a, c)
-                    } else {
-                        self.towards_edge(a, b, c)
-                    }
-                }
-                (None, Some(k)) => {
-                    let [a, x, y] = [0, 1, 2].map(|i| triangle[(k + i) % 3]);
-                    self.towards_point(a, x, y)
-                }
-                (None, None) => vec![triangle],
-            };
-            let arc = bent_triangles(&triangle, &self.arcs, |p| self.points[p as usize]).pop();
-            bent.extend(std::iter::repeat_n(arc, pieces.len()));
-            parents.extend(std::iter::repeat_n(parent, pieces.len()));
-            out.extend(pieces);
-        }
-        let mut points = self.points.clone();
-        for (triangle, arc) in out.iter().zip(&bent) {
-            if let Some(arc) = arc {
-                let moved = |p: &u32| arc.place(arc.shares(self.points[*p as usize]));
-                triangle.iter().for_each(|p| points[*p as usize] = moved(p));
-            }
-        }
-        let chains = self.divided_chains(&out);
-        Graded { mesh: Triangles { points, triangles: out }, parents, bent, straight: self.points, chains }
-    }
-
-    /// The sides of the divided triangles that are parts of sides of chains: both their ends are ends of that side or lie on it.
-    fn divided_chains(&self, triangles: &[[u32; 3]]) -> HashMap<[u32; 2], u32> {
-        let mut out = HashMap::new();
-        if self.chains.is_empty() {
-            return out;
-        }
-        let mut on: HashMap<u32, Vec<[u32; 2]>> = HashMap::new();
-        for side in self.chains.keys() {
-            side.iter().for_each(|end| on.entry(*end).or_default().push(*side));
-        }
-        for ((from, to, _), node) in &self.nodes {
-            let side = key(*from, *to);
-            if self.chains.contains_key(&side) {
-                on.entry(*node).or_default().push(side);
-            }
-        }
-        for [a, b, c] in triangles {
-            for part in [key(*a, *b), key(*b, *c), key(*c, *a)] {
-                let [Some(one), Some(other)] = part.map(|end| on.get(&end)) else { continue };
-                if let Some(side) = one.iter().find(|side| other.contains(side)) {
-                    out.insert(part, self.chains[side]);
-                }
-            }
-        }
-        out
-    }
-
-    /// Two triangles between two segments, from `a` to `b` and from `d` to `c`.
-    fn quadrilateral(&self, [a, b, c, d]: [u32; 4]) -> [[u32; 3]; 2] {
-        if self.distance(a, c) <= self.distance(b, d) {
-            [[a, b, c], [a, c, d]]
-        } else {
-            [[a, b, d], [b, c, d]]
-        }
-    }
-
-    fn towards_point(&mut self, a: u32, x: u32, y: u32) -> Vec<[u32; 3]> {
-        let layers = if self.corner[a as usize] { self.layers.corners } else { self.layers.edges };
-        let mut out = Vec::new();
-        let mut outer = [x, y];
-        for k in 1..=layers {
-            let inner = [self.node(a, x, k), self.node(a, y, k)];
-            out.extend(self.quadrilateral([outer[0], outer[1], inner[1], inner[0]]));
-            outer = inner;
-        }
-        out.push([a, outer[0], outer[1]]);
-        out
-    }
-
-    /// Strips along the side from `a` to `b`, neither of which is a corner.
-    fn towards_edge(&mut self, a: u32, b: u32, c: u32) -> Vec<[u32; 3]> {
-        let mut out = Vec::new();
-        let mut outer = [c, c];
-        for k in 1..=self.layers.edges {
-            let inner = [self.node(a, c, k), self.node(b, c, k)];
-            if k == 1 {
-                out.push([c, inner[0], inner[1]]);
-            } else {
-                out.extend(self.quadrilateral([outer[0], outer[1], inner[1], inner[0]]));
-            }
-            outer = inner;
-        }
-        out.extend(self.quadrilateral([outer[0], outer[1], b, a]));
-        out
-    }
-
-    /// Rings around the corner `a`, each divided into strips along the side from `a` to `b`.
-    fn towards_edge_and_corner(&mut self, a: u32, b: u32, c: u32) -> Vec<[u32; 3]> {
-        let (rings, strips) = (self.layers.corners, self.layers.edges);
-        // Ring by ring the points from the side to c down to that to b; the distance from the side to b falls like the rings.
-        let lines: Vec<Vec<u32>> = (0..=rings)
-            .map(|ring| {
-                let far = self.node(a, c, ring);
-                let near = self.node(a, b, ring);
-                let mut line = vec![far];
-                for strip in ring + 1..=strips {
-                    let node = if ring == 0 {
-                        self.node(b, c, strip)
-                    } else {
-                        self.between(near, far, self.layers.ratio.powi((strip - ring) as i32))
-                    };
-                    line.push(node);
-                }
-                line.push(near);
-                line
-            })
-            .collect();
-        let mut out = Vec::new();
-        for pair in lines.windows(2) {
-            let (outer, inner) = (&pair[0], &pair[1]);
-            // Where the outer line has one point more, a triangle makes up for it.
-            let extra = outer.len() - inner.len();
-            if extra == 1 {
-                out.push([outer[0], outer[1], inner[0]]);
-            }
-            for k in 1..inner.len() {
-                out.extend(self.quadrilateral([
-                    outer[k - 1 + extra],
-                    outer[k + extra],
-                    inner[k],
-                    inner[k - 1],
-                ]));
-            }
-        }
-        let last = &lines[rings];
-        out.extend((1..last.len()).map(|k| [a, last[k - 1], last[k]]));
-        out
-    }
 }
 
 #[cfg(test)]
@@ -419,7 +121,8 @@ mod tests {
             }
         }
         let chains = edges.iter().map(|side| (*side, 7)).collect();
-        Marks { corners: mesh.points.iter().map(|p| outline.contains(p)).collect(), edges, chains }
+        let corners = mesh.points.iter().map(|p| outline.contains(p)).collect();
+        Marks { corners, edges, chains, bands: Vec::new() }
     }
 
     #[test]
@@ -459,6 +162,55 @@ mod tests {
                 assert_eq!(chains.keys().filter(lies).count(), chains.len());
             }
         }
+    }
+
+    #[test]
+    fn bands_between_edges_that_face_each_other_are_divided_as_one_and_the_mesh_conforms() {
+        let trace = [[-2.0, 0.1], [3.0, 0.1], [3.0, 0.6], [-2.0, 0.6]];
+        let coarse = coarse(&[Outline::polygon(&trace)], FRAME).unwrap();
+        let alone = marks(&coarse.mesh, &trace);
+        let inside = |t: usize| {
+            let x = coarse.mesh.triangles[t].map(|p| coarse.mesh.points[p as usize]);
+            crate::outline::contains(&trace, [0, 1].map(|k| x.iter().map(|p| p[k]).sum::<f64>() / 3.0))
+        };
+        let alike = |one, other| inside(one) == inside(other);
+        let bands = bands(&coarse, &alone.edges, &HashMap::new(), &alone.corners, alike);
+        assert!(bands.len() >= 3, "{}", bands.len());
+        for band in &bands {
+            assert!(band.triangles.iter().all(|t| inside(*t as usize)));
+            assert!(band.corners.iter().all(|p| !alone.corners[*p as usize]));
+        }
+        for (corners, edges) in [(1, 1), (3, 1), (3, 2), (3, 3)] {
+            let layers = Layers { corners, edges, ratio: 0.15 };
+            let as_triangles = graded(&coarse, &alone, layers);
+            let together = Marks { bands: bands.clone(), ..alone.clone() };
+            let Graded { mesh, parents, bent, chains, .. } = graded(&coarse, &together, layers);
+            assert!(is_conforming(&mesh), "{corners} {edges}");
+            assert!(mesh.triangles.len() + 6 * bands.len() <= as_triangles.mesh.triangles.len());
+            assert!(parents.len() == mesh.triangles.len() && bent.len() == mesh.triangles.len());
+            let total: f64 = mesh.triangles.iter().map(|t| area(&mesh, t)).sum();
+            assert!((total - 49.0).abs() < 1e-11, "{total}");
+            // No part lies across the outline, and strips are as narrow as those beside them.
+            let within: f64 = mesh
+                .triangles
+                .iter()
+                .zip(&parents)
+                .filter(|(_, p)| inside(**p as usize))
+                .map(|(t, _)| area(&mesh, t))
+                .sum();
+            assert!((within - 2.5).abs() < 1e-12, "{within}");
+            let heights = |mesh: &Triangles| {
+                let inner = mesh.points.iter().map(|p| p[1] - 0.1).filter(|y| *y > 1e-9);
+                inner.fold(f64::INFINITY, f64::min)
+            };
+            let [one, other] = [heights(&mesh), heights(&as_triangles.mesh)];
+            assert!((one - other).abs() < 1e-9 * other, "{one} {other}");
+            assert_eq!(chains.len(), as_triangles.chains.len());
+        }
+        // Between triangles that are not alike there is no band.
+        assert!(
+            super::bands(&coarse, &alone.edges, &HashMap::new(), &alone.corners, |_, _| false).is_empty()
+        );
     }
 
     #[test]
