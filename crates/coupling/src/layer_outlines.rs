@@ -1,7 +1,8 @@
 //! The scene around a layer for the solvers of other shapes than boxes: electrodes and a surface that the load has bent.
 //!
-//! Finite elements of the layer in plane strain know the shape of every electrode and of the surface. The field solver takes
-//! them as polygons in the plane of x1 and x2, pulled along x3, close enough to the curves that the difference does not matter for the capacitance.
+//! Finite elements of the layer in plane strain know the shape of every electrode and of the surface. The field solvers take
+//! them as outlines in the plane of x1 and x2, pulled along x3: with cubics, or as polygons, close enough to the curves that the difference
+//! does not matter for the capacitance.
 
 use elastocap_geometry::export::gltf::BodyRole;
 use elastocap_geometry::export::surfaces::{Corners, SurfaceBody, prism};
@@ -9,12 +10,19 @@ use elastocap_geometry::outline;
 use elastocap_geometry::scene::{Body, Box3, Purpose, Scene, Wall, across};
 use elastocap_geometry::shapes::Shape;
 
-use crate::deform::{Curve, DeformedCurves, simplified};
+use crate::deform::{Curve, DeformedCurves, PIECES, simplified};
 use crate::failure::SurfaceCrossesItself;
+use crate::outline_curves::{
+    self, Curved, Piece, both_halves as both_curved_halves, closed, followed, under as under_curves,
+};
 use crate::scene::{DeformedScene, ElectrodePlace};
 
-/// Share of the tolerance that the polygons may use up.
+/// Share of the tolerance that polygons may use up.
 const SHARE: f64 = 0.2;
+
+/// The same for cubics, which take no more of them than polygons of that share have sides: they are exact where that takes as many as the
+/// elements have sides.
+const SHARE_OF_CURVES: f64 = 0.02;
 
 /// Loops of the surface larger than this share of the scene's height are not cut out but refused.
 const LOOP: f64 = 0.02;
@@ -23,14 +31,25 @@ const LOOP: f64 = 0.02;
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct LayerScene {
     pub(crate) scene: Scene,
-    /// The relative error that its flat faces add to a capacitance: an estimate.
+    /// The relative error that its flat faces, or its curves, add to a capacitance: an estimate.
     pub(crate) facets: f64,
+    /// Whether outlines have curves in it.
+    pub(crate) is_curved: bool,
+}
+
+/// How outlines follow what is bent.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Sides {
+    /// By cubics: what the solver for outlines takes as it is.
+    Curves,
+    /// By polygons.
+    Polygons,
 }
 
 impl LayerScene {
     /// The scene with the pair and the layer as boxes.
     pub(crate) fn of_boxes(deformed: &DeformedScene) -> Self {
-        Self { scene: deformed.scene.clone(), facets: 0.0 }
+        Self { scene: deformed.scene.clone(), facets: 0.0, is_curved: false }
     }
 
     /// Its bodies for a viewer, cut off at the `window`; without the cover, which is everywhere else.
@@ -96,6 +115,7 @@ pub(crate) fn outlined(
     deformed: &DeformedScene,
     curves: &DeformedCurves,
     tolerance: f64,
+    sides: Sides,
 ) -> Result<LayerScene, SurfaceCrossesItself> {
     let mut scene = deformed.scene.clone();
     let places = deformed.pair.iter().flat_map(|pair| pair.places);
@@ -104,20 +124,40 @@ pub(crate) fn outlined(
     let gap = deformed.pair.map_or(f64::INFINITY, |pair| pair.gap);
     let smallest = regions.iter().map(|(_, r)| r.extent(0).min(r.extent(1))).fold(gap, f64::min);
     let within = SHARE * tolerance * smallest;
-    for ((place, region), outline) in regions.into_iter().zip(outlines(curves, within)) {
+    let drawn: Vec<Curved> = match sides {
+        Sides::Curves => {
+            let chains = chains(curves, SHARE_OF_CURVES * tolerance * smallest);
+            chains.iter().map(|chain| closed(chain, within)).collect()
+        }
+        Sides::Polygons => outlines(curves, within).into_iter().map(|o| polygon(o, within)).collect(),
+    };
+    let mut facets = drawn.iter().map(|curved| curved.off / smallest).fold(0.0, f64::max);
+    let mut is_curved = sides == Sides::Curves;
+    for ((place, region), Curved { outline, arcs, .. }) in regions.into_iter().zip(drawn) {
         if let Some(part) = place.in_scene(&mut scene) {
             let (from, to) = (region.min[2], region.max[2]);
-            *part = Shape::Extrusion { axis: 2, from, to, outline, arcs: Vec::new() };
+            *part = Shape::Extrusion { axis: 2, from, to, outline, arcs };
         }
     }
     if surface_is_followed(deformed) {
         let domain = deformed.scene.domain;
         let height = domain.max[1] - domain.min[1];
+        let within = SHARE * tolerance * height;
         let surface = without_loops(&curves.surface, LOOP * height)
             .map_err(|[x1, x2]| SurfaceCrossesItself { x1, x2 })?;
-        let surface = simplified(&surface, SHARE * tolerance * height);
-        let surface = if curves.half { both_halves(&surface) } else { surface };
-        let outline = under(&surface, &domain);
+        // Where it has no loops, its points are those of the elements' sides.
+        let is_whole = is_curved && surface.len() == curves.surface.len();
+        let chain = || {
+            let own = followed(&surface, PIECES, SHARE_OF_CURVES * tolerance * height);
+            under_curves(if curves.half { both_curved_halves(own) } else { own }, &domain, within)
+        };
+        let Curved { outline, arcs, off } = is_whole.then(chain).flatten().unwrap_or_else(|| {
+            let surface = simplified(&surface, within);
+            let surface = if curves.half { both_halves(&surface) } else { surface };
+            polygon(under(&surface, &domain), within)
+        });
+        facets = facets.max(off / height);
+        is_curved |= !arcs.is_empty();
         if outline.len() > 2 {
             // The cover fills what the layer leaves, down to the substrate, and fixed bodies stay in all of them.
             scene.bodies.sort_by_key(|body| match body.purpose {
@@ -141,8 +181,8 @@ pub(crate) fn outlined(
                     }
                     Purpose::Layer => {
                         let (from, to) = (domain.min[2], domain.max[2]);
-                        let outline = outline.clone();
-                        body.parts = vec![Shape::Extrusion { axis: 2, from, to, outline, arcs: Vec::new() }];
+                        let (outline, arcs) = (outline.clone(), arcs.clone());
+                        body.parts = vec![Shape::Extrusion { axis: 2, from, to, outline, arcs }];
                     }
                     Purpose::Substrate
                     | Purpose::Electrode
@@ -154,7 +194,7 @@ pub(crate) fn outlined(
             }
         }
     }
-    Ok(LayerScene { scene, facets: within / smallest })
+    Ok(LayerScene { scene, facets, is_curved })
 }
 
 /// Whether the scene can have the bulging surface: there is a medium above it, and walls end it at the sides.
@@ -164,7 +204,30 @@ fn surface_is_followed(deformed: &DeformedScene) -> bool {
     ended && scene.bodies.iter().any(|body| body.purpose == Purpose::Cover)
 }
 
-/// Outlines of the pair, in the order of its conductors.
+/// A polygon that follows a curve this far off.
+fn polygon(outline: Curve, off: f64) -> Curved {
+    Curved { outline, arcs: Vec::new(), off }
+}
+
+/// Outlines of the pair as closed chains of straight lines and cubics, in the order of its conductors.
+fn chains(curves: &DeformedCurves, within: f64) -> Vec<Vec<Piece>> {
+    let along =
+        |faces: &[Curve]| faces.iter().flat_map(|face| followed(face, PIECES, within)).collect::<Vec<_>>();
+    let own = curves.electrodes.iter();
+    if !curves.half {
+        return own.map(|faces| along(faces)).collect();
+    }
+    match curves.electrodes.as_slice() {
+        [right] => {
+            let right = along(right);
+            vec![outline_curves::mirrored(&right), right]
+        }
+        // The left face is the axis.
+        _ => own.map(|faces| both_curved_halves(along(&faces[..3]))).collect(),
+    }
+}
+
+/// Outlines of the pair as polygons, in the order of its conductors.
 fn outlines(curves: &DeformedCurves, within: f64) -> Vec<Curve> {
     let along = |faces: &[Curve]| {
         let mut path: Curve = Vec::new();
@@ -358,7 +421,7 @@ mod tests {
             surface: line([0.0, 2.0], [4.0, 2.0]),
             half: true,
         };
-        let LayerScene { scene, facets, .. } = outlined(&deformed(), &curves, 1e-3).unwrap();
+        let LayerScene { scene, facets, .. } = outlined(&deformed(), &curves, 1e-3, Sides::Polygons).unwrap();
         assert!(facets > 0.0 && facets < 1e-3);
         let right = outline(&scene, "right");
         assert_eq!(right, [[1.0, 1.0], [3.0, 1.0], [3.0, 1.5], [1.0, 1.5]]);
@@ -387,7 +450,7 @@ mod tests {
         surface.extend(&line([2.0, 1.8], [3.0, 2.4])[1..]);
         surface.extend(&line([3.0, 2.4], [6.0, 2.0])[1..]);
         let curves = DeformedCurves { electrodes: vec![faces([1.0, 3.0], [1.0, 1.5])], surface, half: true };
-        let LayerScene { scene, .. } = outlined(&deformed(), &curves, 1e-3).unwrap();
+        let LayerScene { scene, .. } = outlined(&deformed(), &curves, 1e-3, Sides::Polygons).unwrap();
         assert_eq!(dielectrics(&scene), ["cover", "substrate", "layer"]);
         assert_eq!(scene.bodies[0].bounds().unwrap().min[1], f64::NEG_INFINITY);
         assert_eq!(scene.conductors().map(|c| c.body.name.as_str()).collect::<Vec<_>>(), ["left", "right"]);
@@ -398,7 +461,7 @@ mod tests {
         // With open sides there is no end to pull the surface to.
         let mut open = deformed();
         open.scene.walls[0] = [Wall::Open; 2];
-        let LayerScene { scene, .. } = outlined(&open, &curves, 1e-3).unwrap();
+        let LayerScene { scene, .. } = outlined(&open, &curves, 1e-3, Sides::Polygons).unwrap();
         assert_eq!(dielectrics(&scene), ["layer", "substrate", "cover"]);
     }
 
@@ -412,7 +475,7 @@ mod tests {
         assert_eq!((found.len(), found[0], found[2], found[3]), (4, [0.0, 2.0], [0.8, 2.1], [4.0, 2.0]));
         let electrodes = vec![faces([1.0, 3.0], [1.0, 1.5])];
         let curves = DeformedCurves { electrodes, surface: surface.clone(), half: true };
-        let error = outlined(&deformed(), &curves, 1e-3).unwrap_err();
+        let error = outlined(&deformed(), &curves, 1e-3, Sides::Polygons).unwrap_err();
         assert!(error.to_string().contains("crosses itself at x1 = 8.2"), "{error}");
         surface[4] = [1.19, 1.9];
         assert_eq!(without_loops(&surface, 0.0), Ok(surface));

@@ -12,7 +12,8 @@
 //! - [`route`]: which field solver takes a scene, the only place that decides it.
 //! - [`failure`]: why a step has no result.
 //! - `mapped`: boxes and the map that bends them to layer, electrodes and indenter; [`box_fields`]: a scene for the box solver.
-//! - `layer_outlines`, `faceting_error`, `tetrahedra`: a scene for the solver on tetrahedra, meshed and solved.
+//! - `layer_outlines`, `outline_curves`: a scene of what the load has bent, with curves or polygons.
+//! - `faceting_error`, `tetrahedra`: a scene for the solver on tetrahedra, meshed and solved.
 //! - [`plan`]: what is solved, what is left out and why, what it will take.
 //! - [`outcome`]: what a run found, and in `status` how its steps went.
 //! - [`finished`]: a step as it is written down for a run that goes on from there.
@@ -30,6 +31,7 @@ pub mod load_steps;
 mod mapped;
 pub mod memory;
 pub mod outcome;
+mod outline_curves;
 pub mod plan;
 pub mod route;
 pub mod run;

@@ -148,8 +148,8 @@ pub struct Row {
     /// Relative error of the capacitance for the finite elements of the layer, which place the electrodes; an estimate, in
     /// addition to the one above.
     pub mechanics_error_estimate: Option<f64>,
-    /// Relative error of the capacitances for flat faces in place of curved ones; an estimate, in addition to those above.
-    /// Zero where all bodies are flat-faced.
+    /// Relative error of the capacitances for flat faces in place of curved ones, or for cubics in place of the sides of several finite
+    /// elements; an estimate, in addition to those above. Zero where all bodies are flat-faced or have their own curves.
     pub geometry_error_estimate: Option<f64>,
     /// F.
     pub parallel_plate_f: Option<f64>,

@@ -11,6 +11,7 @@ pub use prisms::{Prism, outlines_in_plane, prisms_of};
 use crate::outline;
 use crate::scene::Box3;
 use crate::shapes::{Shape, TriangleSurface};
+use elastocap_linalg::vector::{cross, minus};
 use std::ops::Range;
 
 /// How far the volume of the boxes may be from that of the surface, relative to it: rounding of the sum over the triangles.
@@ -59,9 +60,22 @@ pub fn cells_between(boxes: impl Iterator<Item = Box3>) -> usize {
 fn of_surface(surface: &TriangleSurface, most: usize) -> Option<Vec<Box3>> {
     let boxes = Cells::of_surface(surface, most)?.boxes();
     let volume: f64 = boxes.iter().map(|b| [0, 1, 2].map(|a| b.extent(a)).iter().product::<f64>()).sum();
-    // What the triangles enclose by Gauss's theorem; their orientation has played no part so far.
-    let enclosed: f64 = surface.faces.iter().map(|face| volume_below(surface, face)).sum();
-    ((enclosed - volume).abs() <= ROUNDING * volume).then_some(boxes)
+    encloses(surface, volume).then_some(boxes)
+}
+
+/// Whether a surface is closed and turned outward around this volume, m^3, by Gauss's theorem: how triangles are turned has played no part
+/// in what else is looked at, nor has, in part, which of them there are.
+fn encloses(surface: &TriangleSurface, volume: f64) -> bool {
+    let (mut enclosed, mut total, mut areas) = (0.0, 0.0, [0.0; 3]);
+    for face in &surface.faces {
+        let [p, q, r] = face.map(|k| surface.points[k as usize]);
+        let area = cross(minus(q, p), minus(r, p));
+        enclosed += volume_below(surface, face);
+        total += area.iter().map(|x| x.abs()).sum::<f64>();
+        (0..3).for_each(|a| areas[a] += area[a]);
+    }
+    let is_closed = areas.iter().all(|sum| sum.abs() <= ROUNDING * total);
+    is_closed && volume > 0.0 && (enclosed - volume).abs() <= ROUNDING * volume
 }
 
 /// Between a triangle and the plane through the first point of the surface that is normal to x1, m^3; negative where the triangle is

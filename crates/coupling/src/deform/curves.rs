@@ -4,7 +4,7 @@
 pub type Curve = Vec<[f64; 2]>;
 
 /// Pieces of one side of an element, whose deformed shape is a parabola.
-const PIECES: usize = 8;
+pub const PIECES: usize = 8;
 
 /// Outlines of the electrodes, and the layer's surface, in the plane of x1 and x2.
 #[derive(Debug, Clone, PartialEq, Default)]

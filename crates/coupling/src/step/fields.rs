@@ -11,7 +11,7 @@ use super::Solver;
 use crate::box_fields::{between, enclosing, mapped};
 use crate::deform::Deformation;
 use crate::failure::{StepFailure, Stop};
-use crate::layer_outlines::{LayerScene, outlined};
+use crate::layer_outlines::{LayerScene, Sides, outlined};
 use crate::mapped::{BentScene, Films, Found, bent_scene};
 use crate::plan::PlannedStep;
 use crate::route::{Route, asked};
@@ -66,10 +66,13 @@ impl Solver<'_> {
                 if found.reached {
                     Ok(Fields::Boxes(Box::new(found)))
                 } else {
-                    self.outlines(deformed, state)
+                    Ok(Fields::Shapes(self.outlines(deformed, state, Sides::Curves)?))
                 }
             }
-            Route::Outlines | Route::OutlinesOnTetrahedra => self.outlines(deformed, state),
+            Route::Outlines => Ok(Fields::Shapes(self.outlines(deformed, state, Sides::Curves)?)),
+            Route::OutlinesOnTetrahedra => {
+                Ok(Fields::Shapes(self.outlines(deformed, state, Sides::Polygons)?))
+            }
             Route::Extruded | Route::Tetrahedra => Ok(Fields::Shapes(LayerScene::of_boxes(deformed))),
         }
     }
@@ -146,15 +149,19 @@ impl Solver<'_> {
     }
 
     /// Electrodes and layer in their own outlines.
-    fn outlines(&self, deformed: &DeformedScene, state: Option<&Deformation<'_>>) -> Result<Fields, Stop> {
-        let layer = match state {
+    pub(super) fn outlines(
+        &self,
+        deformed: &DeformedScene,
+        state: Option<&Deformation<'_>>,
+        sides: Sides,
+    ) -> Result<LayerScene, Stop> {
+        match state {
             Some(Deformation::FiniteElement(layer)) => {
-                outlined(deformed, &layer.curves, self.settings.relative_tolerance)?
+                Ok(outlined(deformed, &layer.curves, self.settings.relative_tolerance, sides)?)
             }
             // Nothing but finite elements bends anything.
-            Some(Deformation::ClosedForm(_)) | None => LayerScene::of_boxes(deformed),
-        };
-        Ok(Fields::Shapes(layer))
+            Some(Deformation::ClosedForm(_)) | None => Ok(LayerScene::of_boxes(deformed)),
+        }
     }
 }
 

@@ -15,7 +15,7 @@ use elastocap_mechanics::ForceLimit;
 use crate::deform::{Deformation, Prepared};
 use crate::failure::{StepFailure, Stop};
 use crate::finished::FinishedStep;
-use crate::layer_outlines::LayerScene;
+use crate::layer_outlines::{LayerScene, Sides};
 use crate::outcome::{EntryStatus, Missed, Row, StepResult};
 use crate::plan::PlannedStep;
 use crate::route::{Bending, Bodies, Route, RouteError, asked, route};
@@ -38,8 +38,16 @@ pub enum StepField {
 /// What the solvers for other shapes than boxes are given.
 struct Shaped<'a> {
     scene: &'a Scene,
-    /// Relative error of the capacitance for flat faces that the scene has already.
+    /// Relative error of the capacitance for flat faces that the scene has already, or for its curves.
     facets: f64,
+    /// Whether outlines have curves in it.
+    is_curved: bool,
+}
+
+impl<'a> From<&'a LayerScene> for Shaped<'a> {
+    fn from(layer: &'a LayerScene) -> Self {
+        Self { scene: &layer.scene, facets: layer.facets, is_curved: layer.is_curved }
+    }
 }
 
 /// The route of a scene that the extruded solver failed on.
@@ -174,14 +182,22 @@ impl Solver<'_> {
                 result.route = Some(Route::EnclosingBoxes);
                 *found
             }
-            Fields::Shapes(layer) => {
+            Fields::Shapes(mut layer) => {
                 let window = window(&[&*deformed]);
-                let shaped = Shaped { scene: &layer.scene, facets: layer.facets };
                 let by_outlines = !taken.is_on_tetrahedra();
-                if by_outlines && let Some(found) = self.by_outlines(shaped.scene)? {
-                    result.surfaces = layer.surfaces(&window, &[]);
-                    return self.note_shapes(&shaped, found, result, field, shortfalls);
+                if by_outlines {
+                    let mut found = self.by_outlines(&layer.scene);
+                    // Curves may come too close to one another, or be bent too sharply for its triangles.
+                    if layer.is_curved && !matches!(found, Ok(Some(_)) | Err(Stop::Cancelled)) {
+                        layer = self.outlines(deformed, state.as_ref(), Sides::Polygons)?;
+                        found = self.by_outlines(&layer.scene);
+                    }
+                    if let Some(found) = found? {
+                        result.surfaces = layer.surfaces(&window, &[]);
+                        return self.note_shapes(&Shaped::from(&layer), found, result, field, shortfalls);
+                    }
                 }
+                let shaped = Shaped::from(&layer);
                 if by_outlines && taken != Route::EnclosingBoxesThenOutlines {
                     result.route = Some(on_tetrahedra_instead(taken));
                 }
@@ -234,7 +250,7 @@ impl Solver<'_> {
     ) -> Result<(), Stop> {
         let taken = route(Bodies::of(&deformed.scene), Bending::Straight, asked(self.case))?;
         result.route = Some(taken);
-        let shaped = Shaped { scene: &deformed.scene, facets: 0.0 };
+        let shaped = Shaped { scene: &deformed.scene, facets: 0.0, is_curved: false };
         match taken {
             Route::Tetrahedra => {}
             Route::Extruded => {

@@ -119,7 +119,7 @@ impl Solver<'_> {
     /// Notes what was found of a scene of any shapes.
     pub(super) fn note_shapes(
         &self,
-        &Shaped { scene, facets: polygons }: &Shaped<'_>,
+        &Shaped { scene, facets: polygons, is_curved }: &Shaped<'_>,
         solved: Solved,
         result: &mut StepResult,
         field: &mut Option<StepField>,
@@ -131,17 +131,21 @@ impl Solver<'_> {
         let Solved { mut general, turn, facets, .. } = solved;
         let facets = facets + polygons;
         result.row.geometry_error_estimate = Some(facets);
+        let instead = if is_curved {
+            "outlines that follow what is bent"
+        } else {
+            "flat faces in place of curved ones"
+        };
         if facets > 0.0 {
             result.warnings.push(format!(
-                "curved surfaces are solved with flat faces, which adds a relative error of about {facets:.0e} (an estimate) to \
-                 the capacitances: their bounds are those of the flat-faced bodies"
+                "{instead} add a relative error of about {facets:.0e} (an estimate) to the capacitances: their bounds are those of the \
+                 bodies with them"
             ));
         }
         let asked = self.settings.relative_tolerance;
         if facets > asked {
             let reason = format!(
-                "flat faces in place of curved ones leave a relative error of about {facets:.0e} (an estimate), where {asked:.0e} \
-                 was asked for"
+                "{instead} leave a relative error of about {facets:.0e} (an estimate), where {asked:.0e} was asked for"
             );
             shortfalls.add(Missed::Geometry, reason);
         }

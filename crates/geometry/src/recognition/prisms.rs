@@ -2,13 +2,15 @@
 //!
 //! The test is exact but for rounding. Every triangle must either be normal to the axis, or be seen along the axis as a line. Triangles
 //! normal to the axis are where columns along it enter the body or leave it, so that between two of their planes the body is what an odd
-//! number of those below covers: the edges of these triangles that do not cancel in pairs are its outlines.
+//! number of those below covers: the edges of these triangles that do not cancel in pairs are its outlines. Where outlines of one body
+//! touch, or those of two of its steps lie on one another, their edges are divided so that they have corners in common.
 
-use super::{ROUNDING, ascending, volume_below};
+use super::{ascending, encloses};
 use crate::outline;
 use crate::scene::across;
 use crate::shapes::TriangleSurface;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
+use std::f64::consts::TAU;
 
 /// Distances that are less than this share of the size of a surface are rounding.
 const NEAR: f64 = 1e-12;
@@ -36,17 +38,15 @@ pub fn prisms_of(surface: &TriangleSurface, axis: usize) -> Option<Vec<Prism>> {
             return None;
         }
     }
-    let mut levels = ascending(flat.iter().map(|(at, _)| *at).collect());
-    levels.dedup_by(|above, below| *above - *below <= near);
+    let levels = apart(flat.iter().map(|(at, _)| *at), near);
     let level_of = |at: f64| levels.partition_point(|level| *level <= at).saturating_sub(1);
     flat.sort_by_key(|(at, _)| level_of(*at));
-    let mut edges = Edges::default();
+    let mut edges = Edges::between(flat.iter().flat_map(|(_, plan)| plan), near);
     let mut prisms = Vec::new();
     for same in flat.chunk_by(|(a, _), (b, _)| level_of(*a) == level_of(*b)) {
-        for (_, triangle) in same {
-            (0..3).for_each(|k| edges.flip(triangle[k], triangle[(k + 1) % 3]));
-        }
-        let outlines = edges.loops(near);
+        same.iter().for_each(|(_, triangle)| edges.flip_around(triangle));
+        edges.divide();
+        let outlines = edges.loops();
         let level = level_of(same[0].0);
         match levels.get(level + 1) {
             Some(next) if !outlines.is_empty() => {
@@ -57,21 +57,18 @@ pub fn prisms_of(surface: &TriangleSurface, axis: usize) -> Option<Vec<Prism>> {
             None => return None,
         }
     }
-    // What the triangles enclose by Gauss's theorem; their orientation has played no part so far.
-    let enclosed: f64 = surface.faces.iter().map(|face| volume_below(surface, face)).sum();
     let volume: f64 = prisms.iter().map(Prism::volume).sum();
-    (volume > 0.0 && (enclosed - volume).abs() <= ROUNDING * volume).then_some(prisms)
+    encloses(surface, volume).then_some(prisms)
 }
 
 /// The outlines of what triangles in a plane normal to an axis cover: an odd number of them holds each point of it.
 pub fn outlines_in_plane(triangles: &[[[f64; 3]; 3]], axis: usize) -> Vec<Vec<[f64; 2]>> {
     let [p, q] = across(axis);
-    let mut edges = Edges::default();
-    for triangle in triangles {
-        let plan = triangle.map(|corner| [corner[p], corner[q]]);
-        (0..3).for_each(|k| edges.flip(plan[k], plan[(k + 1) % 3]));
-    }
-    edges.loops(NEAR * size(triangles.iter().flatten()))
+    let plan: Vec<_> = triangles.iter().map(|t| t.map(|corner| [corner[p], corner[q]])).collect();
+    let mut edges = Edges::between(plan.iter().flatten(), NEAR * size(triangles.iter().flatten()));
+    plan.iter().for_each(|triangle| edges.flip_around(triangle));
+    edges.divide();
+    edges.loops()
 }
 
 /// The largest extent of some points along an axis.
@@ -99,7 +96,9 @@ impl Prism {
     fn volume(&self) -> f64 {
         let inside = |k: usize| {
             let others = (0..self.outlines.len()).filter(|other| *other != k);
-            let point = self.outlines[k][0];
+            // Outlines may touch at corners, but not in the middle of a side.
+            let [a, b] = [self.outlines[k][0], self.outlines[k][1]];
+            let point = [0, 1].map(|axis| a[axis] + 0.5 * (b[axis] - a[axis]));
             others.filter(|other| outline::contains(&self.outlines[*other], point)).count() % 2 == 1
         };
         let area = |(k, polygon): (usize, &Vec<[f64; 2]>)| {
@@ -114,56 +113,150 @@ impl Prism {
     }
 }
 
-/// A point that can be looked up: the bits of its coordinates.
-type Key = [u64; 2];
-
-fn key(point: [f64; 2]) -> Key {
-    // Without the sign of zero.
-    point.map(|x| (x + 0.0).to_bits())
+/// Coordinates in ascending order, one for all that are nearly the same.
+fn apart(all: impl Iterator<Item = f64>, near: f64) -> Vec<f64> {
+    let mut out = ascending(all.collect());
+    out.dedup_by(|above, below| *above - *below <= near);
+    out
 }
 
+/// The number of a point: those of its coordinates among the ones that are apart.
+type Key = [usize; 2];
+
 /// Edges in the plane, each there or not.
-#[derive(Debug, Default)]
+#[derive(Debug)]
 struct Edges {
+    /// Coordinates that are farther apart than rounding.
+    apart: [Vec<f64>; 2],
+    /// m; what is nearer is the same.
+    near: f64,
+    points: BTreeMap<Key, [f64; 2]>,
     /// At each point the others that it has an edge to.
-    neighbours: BTreeMap<Key, Vec<Key>>,
+    neighbours: BTreeMap<Key, BTreeSet<Key>>,
 }
 
 impl Edges {
+    /// No edges yet; the ends of all to come are among these points.
+    fn between<'a>(points: impl Iterator<Item = &'a [f64; 2]> + Clone, near: f64) -> Self {
+        let apart = [0, 1].map(|k| apart(points.clone().map(|point| point[k]), near));
+        let mut edges = Self { apart, near, points: BTreeMap::new(), neighbours: BTreeMap::new() };
+        for point in points {
+            let key = edges.key(*point);
+            let known = edges.points.entry(key).or_insert(*point);
+            // The least of them, so that their order does not matter.
+            *known = [0, 1].map(|k| known[k].min(point[k]));
+        }
+        edges
+    }
+
+    fn key(&self, point: [f64; 2]) -> Key {
+        [0, 1].map(|k| self.apart[k].partition_point(|at| *at <= point[k]).saturating_sub(1))
+    }
+
     /// Adds an edge, or takes it away.
-    fn flip(&mut self, a: [f64; 2], b: [f64; 2]) {
-        for (from, to) in [(key(a), key(b)), (key(b), key(a))] {
+    fn flip(&mut self, a: Key, b: Key) {
+        if a == b {
+            return;
+        }
+        for (from, to) in [(a, b), (b, a)] {
             let others = self.neighbours.entry(from).or_default();
-            match others.iter().position(|other| *other == to) {
-                Some(place) => drop(others.swap_remove(place)),
-                None => others.push(to),
+            if !others.remove(&to) {
+                others.insert(to);
+            }
+            if others.is_empty() {
+                self.neighbours.remove(&from);
             }
         }
     }
 
-    /// Closed polygons of all edges, without corners where they go straight on or back.
-    fn loops(&self, near: f64) -> Vec<Vec<[f64; 2]>> {
+    fn flip_around(&mut self, triangle: &[[f64; 2]; 3]) {
+        let [a, b, c] = triangle.map(|corner| self.key(corner));
+        [(a, b), (b, c), (c, a)].into_iter().for_each(|(from, to)| self.flip(from, to));
+    }
+
+    /// Divides edges at ends of others that lie on them: parts that lie on one another then cancel.
+    fn divide(&mut self) {
+        let ends: [Vec<Key>; 2] = [0, 1].map(|k| {
+            let mut ends: Vec<Key> = self.neighbours.keys().copied().collect();
+            ends.sort_by_key(|key| key[k]);
+            ends
+        });
+        let edges: Vec<[Key; 2]> =
+            self.neighbours.iter().flat_map(|(a, others)| others.range(*a..).map(|b| [*a, *b])).collect();
+        for [a, b] in edges {
+            let [from, to] = [a, b].map(|key| self.points[&key]);
+            let along = [to[0] - from[0], to[1] - from[1]];
+            let k = usize::from(along[1].abs() > along[0].abs());
+            let [low, high] = [a[k].min(b[k]), a[k].max(b[k])];
+            let first = ends[k].partition_point(|key| key[k] < low);
+            let last = ends[k].partition_point(|key| key[k] <= high);
+            let mut on_it: Vec<Key> = ends[k][first..last]
+                .iter()
+                .filter(|key| **key != a && **key != b)
+                .filter(|key| is_on_a_line([from, self.points[*key], to], self.near))
+                .copied()
+                .collect();
+            if on_it.is_empty() {
+                continue;
+            }
+            on_it.sort_by_key(|key| if a[k] < b[k] { key[k] } else { usize::MAX - key[k] });
+            self.flip(a, b);
+            let ways = [a].into_iter().chain(on_it.iter().copied()).zip(on_it.iter().copied().chain([b]));
+            ways.for_each(|(from, to)| self.flip(from, to));
+        }
+    }
+
+    /// Closed polygons of all edges, which neither cross nor pass a point twice, without corners where they go straight on.
+    fn loops(&self) -> Vec<Vec<[f64; 2]>> {
         let mut left = self.neighbours.clone();
         let mut out = Vec::new();
         for start in self.neighbours.keys() {
             // At every point an even number of edges meets, so that a way always comes back.
-            while left.get(start).is_some_and(|others| !others.is_empty()) {
-                let mut way = Vec::new();
-                let mut at = *start;
-                while let Some(next) = left.get_mut(&at).and_then(Vec::pop) {
-                    way.push(at.map(f64::from_bits));
-                    if let Some(others) = left.get_mut(&next) {
-                        others.retain(|other| *other != at);
+            let mut way = vec![*start];
+            let mut passed = BTreeMap::from([(*start, 0)]);
+            let mut from = *start;
+            while let Some(at) = way.last().copied() {
+                let Some(next) = left.get(&at).and_then(|others| self.first_from(from, at, others)) else {
+                    break;
+                };
+                for (one, other) in [(at, next), (next, at)] {
+                    if let Some(others) = left.get_mut(&one) {
+                        others.remove(&other);
                     }
-                    at = next;
                 }
-                let polygon = straightened(way, near);
+                from = at;
+                let Some(before) = passed.get(&next).copied() else {
+                    passed.insert(next, way.len());
+                    way.push(next);
+                    continue;
+                };
+                let mut round = way.split_off(before + 1);
+                for key in &round {
+                    passed.remove(key);
+                }
+                round.push(next);
+                let corners = round.iter().map(|key| self.points[key]).collect();
+                let polygon = straightened(corners, self.near);
                 if polygon.len() > 2 {
                     out.push(polygon);
                 }
             }
         }
         out
+    }
+
+    /// The first of the edges at a point, anticlockwise from the one that leads to it: ways that turn off so do not cross.
+    fn first_from(&self, from: Key, at: Key, others: &BTreeSet<Key>) -> Option<Key> {
+        let direction = |key: &Key| {
+            let [a, b] = [self.points[&at], self.points[key]];
+            (b[1] - a[1]).atan2(b[0] - a[0])
+        };
+        if others.len() < 2 || from == at {
+            return others.first().copied();
+        }
+        let back = direction(&from);
+        let turn = |key: &Key| (direction(key) - back).rem_euclid(TAU);
+        others.iter().min_by(|a, b| turn(a).total_cmp(&turn(b))).copied()
     }
 }
 
