@@ -11,8 +11,9 @@
 //!
 //! |(U_12 + L_12) / 2 - C_12| = |(e_1, e_2) - (q_1, q_2)| / 2 <= (|e_1| |e_2| + |q_1| |q_2|) / 2 <= sqrt(G_1 G_2) / 2,
 //!
-//! as |e_i|^2 + |q_i|^2 = G_i: by Cauchy and Schwarz twice. That is what one grid for both states proves from the same gaps, so that two
-//! pay where they need fewer unknowns. Without the product of the fluxes, U_12 alone is known to sqrt(G_1 G_2) only.
+//! as |e_i|^2 + |q_i|^2 <= G_i, with equality but for what the energies of repairs and of rays are overestimated by: by Cauchy and
+//! Schwarz twice, for U - C and C - L as forms, and once for the sum. That is what one grid for both states proves from the same gaps,
+//! so that two pay where they need fewer unknowns. Without the product of the fluxes, U_12 alone is known to sqrt(G_1 G_2) only.
 
 use crate::SolveError;
 use crate::VACUUM_PERMITTIVITY;
