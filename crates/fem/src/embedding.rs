@@ -1,7 +1,8 @@
 //! Functions of a line as functions of a finer one.
 
 use crate::line::{Element, Line, Numbering, hierarchical};
-use crate::quadrature::gauss_legendre;
+use crate::mixed::potential_offsets;
+use crate::quadrature::{gauss_legendre, legendre};
 use faer::Mat;
 
 /// Coordinates that differ by less than this share of an element are the same.
@@ -43,6 +44,36 @@ pub fn embedding(coarse: &Line, fine: &Line) -> Option<Mat<f64>> {
     Some(out)
 }
 
+/// The potential modes of `coarse` (columns) in those of `fine` (rows), both in the order of [`potential_offsets`], for lines without
+/// infinite elements: exact where every element of the fine line lies in one of the coarse one and has at least its degree, and
+/// otherwise as near as the degree allows. `None` where an element of the fine line lies in none, or is infinite.
+pub fn mode_embedding(coarse: &Line, fine: &Line) -> Option<Mat<f64>> {
+    let [from, to] = [coarse, fine].map(potential_offsets);
+    let mut out = Mat::zeros(to[fine.elements()], from[coarse.elements()]);
+    for e in 0..fine.elements() {
+        let (outer, ends) = (0..coarse.elements())
+            .find_map(|c| within(coarse.element(c), fine.element(e)).map(|ends| (c, ends)))?;
+        let (Element::Finite { length: own, .. }, Element::Finite { length: theirs, .. }) =
+            (fine.element(e), coarse.element(outer))
+        else {
+            return None;
+        };
+        let (degree, outer_degree) = (fine.degree(e), coarse.degree(outer));
+        let (points, weights) = gauss_legendre(degree.max(outer_degree));
+        for (t, w) in points.iter().zip(&weights) {
+            let s = ends[0] + 0.5 * (ends[1] - ends[0]) * (t + 1.0);
+            let polynomials = legendre(outer_degree - 1, s);
+            for (n, polynomial) in legendre(degree - 1, *t).iter().enumerate() {
+                let weighed = 0.5 * w * (own / theirs * (2 * n + 1) as f64).sqrt() * polynomial;
+                for (m, polynomial) in polynomials.iter().enumerate() {
+                    out[(to[e] + n, from[outer] + m)] += weighed * ((2 * m + 1) as f64).sqrt() * polynomial;
+                }
+            }
+        }
+    }
+    Some(out)
+}
+
 /// Where the ends of an element lie in another, from -1 to 1, if it lies in it.
 fn within(outer: Element, inner: Element) -> Option<[f64; 2]> {
     match (outer, inner) {
@@ -63,6 +94,7 @@ fn within(outer: Element, inner: Element) -> Option<[f64; 2]> {
 mod tests {
     use super::*;
     use crate::line::LineEnd;
+    use elastocap_linalg::dense;
 
     fn value(line: &Line, coefficients: &[f64], e: usize, s: f64) -> f64 {
         let own = Numbering::new(line).element(line, e);
@@ -99,6 +131,21 @@ mod tests {
                 assert!((a - b).abs() < 1e-13, "{e} at {s}: {a} {b}");
             }
         }
+        // Discontinuous modes keep their products: those on the finer line are orthonormal too.
+        let finite = |line: &Line| Line { ends: [LineEnd::Finite; 2], ..line.clone() };
+        let modes = mode_embedding(&finite(&coarse), &finite(&fine)).unwrap();
+        let products = dense::product(modes.transpose(), modes.as_ref());
+        for i in 0..products.nrows() {
+            for j in 0..products.ncols() {
+                let exact = if i == j { 1.0 } else { 0.0 };
+                assert!((products[(i, j)] - exact).abs() < 1e-14, "{i} {j}: {}", products[(i, j)]);
+            }
+        }
+        // The constant on the first element, over the root of its length, is one on both parts of it.
+        let constant: Vec<f64> = (0..modes.nrows()).map(|i| modes[(i, 0)]).collect();
+        let expected = [0.13_f64.sqrt(), 0.0, 0.87_f64.sqrt(), 0.0, 0.0];
+        assert!(constant.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-14), "{constant:?}");
+        assert!(mode_embedding(&coarse, &fine).is_none());
         let longer = Line { nodes: vec![0.0, 4.0], degrees: vec![2], ends: [LineEnd::Finite, far(3)] };
         assert!(embedding(&coarse, &longer).is_none());
     }

@@ -10,7 +10,7 @@
 use crate::line::{Element, Line, LineEnd, Numbering, element_matrices, hierarchical, line_matrices};
 use crate::quadrature::{gauss_legendre, legendre};
 use elastocap_linalg::dense::{self, Llt};
-use faer::Mat;
+use faer::{Mat, MatRef};
 use std::ops::Range;
 
 /// What the flux does at an end of a segment.
@@ -144,27 +144,51 @@ pub fn mixed_segment(
     Ok(MixedSegment { root, face })
 }
 
-/// Coefficients of the flux functions of a segment (rows) for unit entries of what its roots and faces are coordinates of (columns):
-/// the flux L^-T y has the energy y y. Arguments as for [`mixed_segment`].
-///
-/// # Errors
-/// [`IllConditioned`] if the elements differ too much in size for double precision.
-pub fn flux_coefficients(
-    line: &Line,
-    elements: Range<usize>,
-    permittivity: &[f64],
-    ends: [FluxEnd; 2],
-    continuation: Continuation,
-) -> Result<Mat<f64>, IllConditioned> {
-    let piece = sub_line(line, elements.clone());
-    let mass = flux_mass(&piece, &permittivity[elements], continuation);
-    let blocked = |a: usize| usize::from(ends[a] == FluxEnd::Blocked);
-    let (from, to) = (blocked(0), mass.nrows() - blocked(1));
-    let n = to - from;
-    let (lower, scale) = scaled_factor(&mass.as_ref().submatrix(from, from, n, n).to_owned())?;
-    let mut out = Mat::identity(n, n);
-    dense::solve_upper_triangular(lower.transpose(), out.as_mut());
-    Ok(Mat::from_fn(n, n, |i, j| scale[i] * out[(i, j)]))
+/// The coordinates of a segment's fluxes, in which a flux y has the energy y y: those of `MixedSegment::root` and `MixedSegment::face`.
+#[derive(Debug, Clone)]
+pub struct FluxCoordinates {
+    /// L, the Cholesky factor of the scaled mass.
+    lower: Mat<f64>,
+    /// S, that scaling.
+    scale: Vec<f64>,
+}
+
+impl FluxCoordinates {
+    /// Arguments as for [`mixed_segment`].
+    ///
+    /// # Errors
+    /// [`IllConditioned`] if the elements differ too much in size for double precision.
+    pub fn new(
+        line: &Line,
+        elements: Range<usize>,
+        permittivity: &[f64],
+        ends: [FluxEnd; 2],
+        continuation: Continuation,
+    ) -> Result<Self, IllConditioned> {
+        let piece = sub_line(line, elements.clone());
+        let mass = flux_mass(&piece, &permittivity[elements], continuation);
+        let blocked = |a: usize| usize::from(ends[a] == FluxEnd::Blocked);
+        let (from, to) = (blocked(0), mass.nrows() - blocked(1));
+        let n = to - from;
+        let (lower, scale) = scaled_factor(&mass.as_ref().submatrix(from, from, n, n).to_owned())?;
+        Ok(Self { lower, scale })
+    }
+
+    /// Coefficients of the flux functions (rows) for unit coordinates (columns): S L^-T.
+    pub fn coefficients(&self) -> Mat<f64> {
+        let n = self.scale.len();
+        let mut out = Mat::identity(n, n);
+        dense::solve_upper_triangular(self.lower.transpose(), out.as_mut());
+        Mat::from_fn(n, n, |i, j| self.scale[i] * out[(i, j)])
+    }
+
+    /// The coordinates (rows) of fluxes with these coefficients, one in each column: L^T S^-1 times them.
+    pub fn of(&self, coefficients: MatRef<'_, f64>) -> Mat<f64> {
+        let unscaled = Mat::from_fn(coefficients.nrows(), coefficients.ncols(), |i, j| {
+            coefficients[(i, j)] / self.scale[i]
+        });
+        dense::product(self.lower.transpose(), unscaled.as_ref())
+    }
 }
 
 /// Cholesky factor of S M S with S = diag(M)^-1/2, and S.

@@ -4,6 +4,7 @@
 use crate::SolveError;
 use crate::boxes::domain::Domain;
 use crate::boxes::dual::Dual;
+use crate::boxes::dual::across_grids::{Fluxes, State};
 use crate::boxes::half_turn::Image;
 use crate::boxes::primal::Primal;
 use elastocap_fem::tensor::dot;
@@ -115,14 +116,15 @@ pub(crate) fn upper(
 }
 
 /// Lower energies by Thomson's principle. The linear solver leaves a small divergence; a second flux cancels it exactly, and the
-/// bound includes its energy.
+/// bound includes its energy. The fluxes are given too if they are to be `kept` and are proved.
 pub(crate) fn lower(
     domain: &Domain,
     potentials: &[Vec<f64>],
     starts: &[Start],
     share: f64,
+    kept: bool,
     cancel: Option<&AtomicBool>,
-) -> Result<Energies, SolveError> {
+) -> Result<(Energies, Option<Fluxes>), SolveError> {
     let begin = Instant::now();
     let mut dual = Dual::new(domain)?;
     let assembled = Instant::now();
@@ -140,9 +142,9 @@ pub(crate) fn lower(
     let n = potentials.len();
     let excess = dual.repair_excess();
     let mut share_of_repair = 0.0_f64;
-    let potentials: Vec<&[f64]> = potentials.iter().map(Vec::as_slice).collect();
+    let slices: Vec<&[f64]> = potentials.iter().map(Vec::as_slice).collect();
     let phi: Vec<&[f64]> = fluxes.iter().map(|flux| flux.phi.as_slice()).collect();
-    let mut matrix = dual.flux_energies(&potentials, &phi);
+    let mut matrix = dual.flux_energies(&slices, &phi);
     for (i, own) in fluxes.iter().enumerate() {
         share_of_repair = share_of_repair.max(excess * dot(&own.repair, &own.residual) / matrix[(i, i)]);
         for (j, other) in fluxes.iter().enumerate() {
@@ -154,10 +156,11 @@ pub(crate) fn lower(
     }
     // Where the repair of a flux failed, that no energy is negative is all that is proved: of every combination with this
     // right-hand side, and hence of the form.
-    if fluxes.iter().any(|flux| !flux.proved) {
+    let proved = fluxes.iter().all(|flux| flux.proved);
+    if !proved {
         matrix = Mat::zeros(n, n);
     }
-    Ok(Energies {
+    let energies = Energies {
         matrix,
         unknowns: dual.unknowns(),
         iterations: fluxes.iter().map(|flux| flux.iterations).sum(),
@@ -165,7 +168,12 @@ pub(crate) fn lower(
         repair_share: share_of_repair,
         coefficients: Vec::new(),
         seconds: [(assembled - begin).as_secs_f64(), assembled.elapsed().as_secs_f64()],
-    })
+    };
+    let state =
+        |(v, flux): (&Vec<f64>, Flux)| State { potentials: v.clone(), phi: flux.phi, repair: flux.repair };
+    let kept = (kept && proved)
+        .then(|| Fluxes::new(dual, domain, potentials.iter().zip(fluxes).map(state).collect()));
+    Ok((energies, kept))
 }
 
 /// Gives up on the grid where the run is to stop: what follows an iteration takes as long as several of them.

@@ -6,6 +6,7 @@
 use crate::SolveError;
 use crate::VACUUM_PERMITTIVITY;
 use crate::boxes::domain::{Axis, Domain};
+use crate::boxes::dual::across_grids::Fluxes;
 use crate::boxes::dual::mapped::lower as bent_lower;
 use crate::boxes::energy::{Energies, Start, lower, upper};
 use crate::boxes::field::{Share, sample};
@@ -50,6 +51,8 @@ pub(crate) struct GridProblem<'a> {
     /// Which conductors float.
     pub(crate) floating: Floating,
     pub(crate) settings: &'a Settings,
+    /// Whether fluxes are kept, for products with those on another grid.
+    pub(crate) keeps_fluxes: bool,
 }
 
 impl<'a> GridProblem<'a> {
@@ -69,6 +72,7 @@ impl<'a> GridProblem<'a> {
             floating: Floating::new(scene),
             layout,
             settings,
+            keeps_fluxes: false,
         })
     }
 
@@ -129,8 +133,6 @@ pub(crate) struct Outcome {
     pub(crate) bounds: MatrixBounds,
     /// Of all conductors.
     pub(crate) all: MatrixBounds,
-    /// Lower limits of the energies of the driven conductors, F, where more is known of them than `bounds` says; empty otherwise.
-    pub(super) own: Vec<f64>,
     /// The form that rounding of `all` is a share of, F.
     pub(super) rounding: Mat<f64>,
     /// Potentials of the right-hand sides, in columns.
@@ -195,6 +197,8 @@ impl Embedded<'_> {
 pub(super) struct SolvedPart {
     pub(super) energies: Energies,
     primal: Primal,
+    /// The fluxes of the lower problem where the problem keeps them.
+    pub(super) fluxes: Option<Fluxes>,
     pub(super) domain: Domain,
     odd: [bool; 3],
     pub(super) copies: f64,
@@ -277,23 +281,26 @@ fn solve_part(
     };
     let starts: Vec<Start> = images.into_iter().enumerate().map(start).collect();
     let of_upper = || upper(&domain, &potentials, &starts, share, cancel);
-    let (energies, primal, dual) = if domain.map.is_some() {
+    let (energies, primal, dual, fluxes) = if domain.map.is_some() {
         let (energies, primal) = of_upper()?;
         let of_lower =
             || bent_lower(&domain, &potentials, &energies.coefficients, primal.bent(), share, cancel);
         let dual = lower_too.then(of_lower).transpose()?;
-        (energies, primal, dual)
+        (energies, primal, dual, None)
     } else {
         // The two problems are of the same size and run in parallel.
-        let of_lower = || lower_too.then(|| lower(&domain, &potentials, &starts, share, cancel)).transpose();
+        let keep = problem.keeps_fluxes;
+        let of_lower =
+            || lower_too.then(|| lower(&domain, &potentials, &starts, share, keep, cancel)).transpose();
         let (upper, dual) = rayon::join(of_upper, of_lower);
         let (energies, primal) = upper?;
-        (energies, primal, dual?)
+        let (dual, fluxes) = dual?.unzip();
+        (energies, primal, dual, fluxes.flatten())
     };
     if problem.cancelled() {
         return Err(SolveError::Cancelled);
     }
-    Ok((SolvedPart { energies, primal, domain, odd: part.odd, copies: part.copies }, dual))
+    Ok((SolvedPart { energies, primal, fluxes, domain, odd: part.odd, copies: part.copies }, dual))
 }
 
 impl Outcome {
@@ -303,7 +310,6 @@ impl Outcome {
         Self {
             bounds: none(),
             all: none(),
-            own: Vec::new(),
             rounding: Mat::zeros(0, 0),
             basis: Mat::zeros(0, 0),
             solved: Vec::new(),
@@ -519,9 +525,6 @@ impl Outcome {
     ) -> Solution {
         let (settings, layout) = (problem.settings, &problem.layout);
         let mut maxwell = self.bounds.entries();
-        for (i, lower) in self.own.iter().enumerate() {
-            maxwell[i][i] = maxwell[i][i].narrowed(*lower, f64::INFINITY);
-        }
         let mut two_terminal = self.bounds.two_terminal();
         let mut measured = settings.target.of(&self.bounds);
         let floating = if settings.bounds {

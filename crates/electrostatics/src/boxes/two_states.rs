@@ -4,10 +4,16 @@
 //! a guarded plate at the slit to its guard, that of the plate opposite at the edge of that plate. A grid for both is fine at all
 //! edges along all axes, and both fields are solved on it. Two grids are each fine where their own field is singular.
 //!
-//! On grids of their own the potentials u_1 and u_2 are still functions of one space, that of the common refinement of the two: there
-//! the products U_ij of their gradients are computed. U - C is the product of their errors and hence positive semidefinite, so that
-//! |U_12 - C_12| <= sqrt(G_1 G_2), where G_i = U_ii - L_i is proved on the grid of state i alone. This is twice what one grid proves
-//! from the same gaps, where fluxes of both states are multiplied too. It pays where two grids need so much fewer unknowns.
+//! On grids of their own the potentials u_1 and u_2 are still functions of one space, that of the common refinement of the two, and so
+//! are the fluxes f_1 and f_2: there the products of gradients, U_ij, and those of fluxes, L_ij ([`crate::boxes::dual::across_grids`]),
+//! are computed. U - C is the product of the errors e of the potentials, C - L that of the errors q of the fluxes, both hence positive
+//! semidefinite. With G_i = U_ii - L_ii, proved on the grid of state i alone,
+//!
+//! |(U_12 + L_12) / 2 - C_12| = |(e_1, e_2) - (q_1, q_2)| / 2 <= (|e_1| |e_2| + |q_1| |q_2|) / 2 <= sqrt(G_1 G_2) / 2,
+//!
+//! as |e_i|^2 + |q_i|^2 <= G_i, with equality but for what the energies of repairs and of rays are overestimated by: by Cauchy and
+//! Schwarz twice, for U - C and C - L as forms, and once for the sum. That is what one grid for both states proves from the same gaps,
+//! so that two pay where they need fewer unknowns. Without the product of the fluxes, U_12 alone is known to sqrt(G_1 G_2) only.
 
 use crate::SolveError;
 use crate::VACUUM_PERMITTIVITY;
@@ -68,7 +74,8 @@ pub(crate) fn search(scene: &Scene, problem: &GridProblem<'_>) -> Result<Option<
     let settings = problem.settings;
     let own = OneState { distance: plan.distance, share: ITERATIONS * plan.spread };
     let [first, second] = plan.scenes.each_ref().map(|scene| GridProblem::new(scene, None, &plan.settings));
-    let problems = [first?, second?];
+    let mut problems = [first?, second?];
+    problems.iter_mut().for_each(|problem| problem.keeps_fluxes = true);
     let mut searches = problems.each_ref().map(|problem| Search::of_one_state(problem, own));
 
     let (larger, smaller) = (plan.larger, 1 - plan.larger);
@@ -135,9 +142,8 @@ pub(crate) fn plan(scene: &Scene, problem: &GridProblem<'_>) -> Result<Option<Pl
         return Ok(None);
     }
     let settings = problem.settings;
-    // An error of open space is one of either energy, and the spread of these may be half as large as on a grid for both.
     let open_space = OpenSpace::new(&problem.layout, &problem.floating, settings);
-    let distance = open_space.distance(0.5 * settings.relative_tolerance);
+    let distance = open_space.distance(settings.relative_tolerance);
     let mut grid = first(&problem.core, distance);
     problem.check_memory(&grid)?;
     let outcome = on_grid(problem, &grid, SHARE, false, None)?;
@@ -146,8 +152,7 @@ pub(crate) fn plan(scene: &Scene, problem: &GridProblem<'_>) -> Result<Option<Pl
     refine(&mut grid, &indicator, step);
     let outcome = on_grid(problem, &grid, SHARE, false, Some(&outcome.potentials()))?;
     let upper = &outcome.bounds.upper;
-    let spread =
-        0.5 * settings.relative_tolerance * upper[(0, 1)].abs() / (upper[(0, 0)] * upper[(1, 1)]).sqrt();
+    let spread = settings.relative_tolerance * upper[(0, 1)].abs() / (upper[(0, 0)] * upper[(1, 1)]).sqrt();
     if !(spread > 0.0 && spread.is_finite()) {
         return Ok(None);
     }
@@ -155,8 +160,8 @@ pub(crate) fn plan(scene: &Scene, problem: &GridProblem<'_>) -> Result<Option<Pl
         let indicator = outcome.indicator_of(problem, target);
         functions_wanted(&grid, &indicator, goal(true) * spread).iter().map(|n| *n as f64).product::<f64>()
     };
-    // The indicator for both is the sum of theirs, and each may have twice the spread.
-    let both = 2.0 * unknowns(settings.target, 4.0 * spread);
+    // The indicator for both is the sum of theirs.
+    let both = 2.0 * unknowns(settings.target, 2.0 * spread);
     let each = [0, 1].map(|row| unknowns(Target::Own(row), spread));
     if each[0] + each[1] >= PAYS * both {
         return Ok(None);
@@ -177,19 +182,19 @@ fn joined(problem: &GridProblem<'_>, a: &Found, b: &Found) -> Result<Option<Matr
     let embedded = |k: usize, at: usize| Some(potentials[k].on(at, &domain)?.potential(0));
     let (Some(u), Some(v)) = (embedded(0, *first), embedded(1, *second)) else { return Ok(None) };
     let mutual = Primal::without_preconditioner(&domain)?.product_of(&u, &v);
+    let (Some(f), Some(g)) = (&one.fluxes, &other.fluxes) else { return Ok(None) };
+    let Some(of_fluxes) = f.joint(0, (g, 0), &domain)? else { return Ok(None) };
     let unit = VACUUM_PERMITTIVITY * problem.layout.unit * one.copies;
     let n = problem.layout.conductors.len();
     let (mut upper, mut lower) = (Mat::zeros(n, n), Mat::zeros(n, n));
     for (found, &row) in [a, b].into_iter().zip(&problem.floating.driven) {
-        // U - C <= 2 diag(U - C) <= 2 diag(G) for any two states, so that U - 2 diag(G) is a lower bound on the form.
         let own = &found.outcome.bounds;
-        let gap = (own.upper[(0, 0)] - own.lower[(0, 0)]).max(0.0);
         upper[(row, row)] = own.upper[(0, 0)];
-        lower[(row, row)] = own.upper[(0, 0)] - 2.0 * gap;
+        lower[(row, row)] = own.lower[(0, 0)];
         let others = problem.floating.driven.iter().filter(|other| **other != row);
         for &other in others {
             upper[(row, other)] = unit * mutual;
-            lower[(row, other)] = unit * mutual;
+            lower[(row, other)] = unit * of_fluxes;
         }
     }
     let mut bounds = MatrixBounds { lower, upper };
@@ -215,7 +220,6 @@ fn together(problem: &GridProblem<'_>, all: MatrixBounds, a: Found, b: Found, be
     outcome.all = all;
     let mut last = 0.0;
     for (row, found) in [a.outcome, b.outcome].into_iter().enumerate() {
-        outcome.own.push(found.bounds.lower[(0, 0)]);
         outcome.unknowns = outcome.unknowns.max(found.unknowns);
         outcome.iterations += found.iterations;
         outcome.converged &= found.converged;
@@ -232,7 +236,7 @@ fn together(problem: &GridProblem<'_>, all: MatrixBounds, a: Found, b: Found, be
 
 /// The common refinement of two grids of the same scene; `None` where they do not end at the same places, or where nodes that should
 /// be the same differ.
-fn common(a: &Domain, b: &Domain) -> Option<Domain> {
+pub(super) fn common(a: &Domain, b: &Domain) -> Option<Domain> {
     let axis = |k: usize| common_axis(&a.axes[k], &b.axes[k]);
     Some(Domain { axes: [axis(0)?, axis(1)?, axis(2)?], ..a.clone() })
 }

@@ -5,11 +5,13 @@ use super::{Basis, others};
 use crate::SolveError;
 use crate::boxes::domain::{Axis, Block, Domain, per_element};
 use crate::boxes::ray_permittivity::RayPermittivity;
-use elastocap_fem::mixed::{FluxEnd, MixedSegment, flux_coefficients, mixed_segment};
+use elastocap_fem::line::Numbering;
+use elastocap_fem::mixed::{FluxCoordinates, FluxEnd, MixedSegment, mixed_segment};
 use elastocap_fem::tensor::Dense;
 use faer::Mat;
 use rayon::prelude::*;
 use std::collections::BTreeMap;
+use std::ops::Range;
 
 /// A run of modes on one axis, with its matrices.
 #[derive(Debug, Clone)]
@@ -45,6 +47,10 @@ pub(super) struct Segment {
     /// First interval, one past the last, and what the flux does at the ends.
     pub intervals: [usize; 2],
     pub ends: [FluxEnd; 2],
+    /// Permittivity of each interval over that of the first.
+    profile: Vec<f64>,
+    /// What straight continuations are multiplied by at the two ends.
+    factor: [f64; 2],
 }
 
 /// The properties that determine a segment's matrices. Permittivities are bit patterns, so that keys have an order and compare
@@ -181,26 +187,43 @@ fn segment(axis: &Axis, basis: Option<&Basis>, key: &SegmentKey, bent: bool) -> 
     let straight = axis.continuation(lo, hi, factor);
     let resistance = [1.0 / profile[0], 1.0 / profile[profile.len() - 1]];
     let leaving = Leaving::new(&mixed, [0, 1].map(|side| straight[side] * resistance[side]));
-    let coefficients = if bent {
-        let mut per_interval = vec![1.0; axis.intervals()];
-        per_interval[lo..hi].copy_from_slice(&profile);
-        let elements = axis.cuts[lo]..axis.cuts[hi];
-        let permittivity = per_element(axis, &per_interval);
-        let continuation = axis.continuation(lo, hi, factor);
-        Some(flux_coefficients(&axis.line, elements, &permittivity, key.ends, continuation)?)
-    } else {
-        None
-    };
-    Ok(Segment {
+    let mut segment = Segment {
         root: Dense::from_mat(mixed.root.as_ref()),
         matrix: Dense::from_mat(mixed.t().as_ref()),
         source: [0, 1].map(|side| mixed.face_source(side)),
         face: mixed.face,
         leaving,
-        coefficients,
+        coefficients: None,
         intervals: key.intervals,
         ends: key.ends,
-    })
+        profile,
+        factor,
+    };
+    if bent {
+        segment.coefficients = Some(segment.coordinates(axis)?.coefficients());
+    }
+    Ok(segment)
+}
+
+impl Segment {
+    /// The coordinates of its fluxes on an axis with the same planes, which need not be that of its own grid.
+    pub(super) fn coordinates(&self, axis: &Axis) -> Result<FluxCoordinates, SolveError> {
+        let [lo, hi] = self.intervals;
+        let mut per_interval = vec![1.0; axis.intervals()];
+        per_interval[lo..hi].copy_from_slice(&self.profile);
+        let elements = axis.cuts[lo]..axis.cuts[hi];
+        let permittivity = per_element(axis, &per_interval);
+        let continuation = axis.continuation(lo, hi, self.factor);
+        Ok(FluxCoordinates::new(&axis.line, elements, &permittivity, self.ends, continuation)?)
+    }
+
+    /// Its flux functions among those of the line of an axis with the same planes, which has no infinite elements.
+    pub(super) fn functions(&self, axis: &Axis) -> Range<usize> {
+        let numbering = Numbering::new(&axis.line);
+        let [lo, hi] = self.intervals;
+        let blocked = |side: usize| usize::from(self.ends[side] == FluxEnd::Blocked);
+        numbering.vertex[axis.cuts[lo]] + blocked(0)..numbering.vertex[axis.cuts[hi]] + 1 - blocked(1)
+    }
 }
 
 /// Equal columns merged to rectangles `[s0, s1, t0, t1]`: along t first, then along s.

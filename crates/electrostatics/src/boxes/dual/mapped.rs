@@ -344,25 +344,14 @@ impl Dual {
     /// Adds M^-1 D^T phi to a flux.
     fn add_gradient(&self, flux: &mut Flux, phi: &[f64]) {
         for a in 0..3 {
-            let across = shares(&self.basis, a);
             for ((bundle, run), y) in self.runs(a).zip(&mut flux.0[a]) {
-                let segment = &self.segments[a][run.segment];
                 let (rows, columns) = (bundle.across[0].clone(), bundle.across[1].clone());
                 let width = rows.len() * columns.len();
                 let none = vec![0.0; run.ends.iter().flatten().max().map_or(0, |last| last + 1)];
                 for (line, s) in rows.enumerate() {
                     let strip = Strip { axis: a, run, row: s, columns: columns.clone() };
                     let mut own = self.flux_of(&strip, &none, phi);
-                    for (column, t) in columns.clone().enumerate() {
-                        let Some(leaving) = &segment.leaving else { continue };
-                        let trace = trace(&own, columns.len(), column, segment, &leaving.sides);
-                        let damped = leaving.damp(across[0][s] + across[1][t], trace);
-                        for (side, d) in leaving.sides.iter().zip(damped) {
-                            for (r, f) in segment.face[*side].iter().enumerate() {
-                                own[r * columns.len() + column] -= d * f;
-                            }
-                        }
-                    }
+                    self.add_obliqueness(&strip, &mut own);
                     for (r, own) in own.chunks_exact(columns.len().max(1)).enumerate() {
                         let at = r * width + line * columns.len();
                         y[at..at + columns.len()].iter_mut().zip(own).for_each(|(y, x)| *y += x);

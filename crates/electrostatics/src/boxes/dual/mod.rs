@@ -13,6 +13,7 @@
 //! for *any* phi: the flux of phi and the repair together have no divergence, and J is at most their Thomson functional (J also
 //! subtracts the repair's energy inside conductors, which the functional does not contain).
 
+pub(crate) mod across_grids;
 mod lines;
 pub(crate) mod mapped;
 mod operator;
@@ -301,6 +302,26 @@ impl Dual {
             }
         }
         flux
+    }
+
+    /// Makes a flux R phi + g of a strip that of the whole mass, with the obliqueness of what leaves along rays.
+    fn add_obliqueness(&self, strip: &Strip<'_>, flux: &mut [f64]) {
+        let segment = &self.segments[strip.axis][strip.run.segment];
+        let Some(leaving) = &segment.leaving else { return };
+        let (across, width) = (shares(&self.basis, strip.axis), strip.columns.len());
+        for (column, t) in strip.columns.clone().enumerate() {
+            let mut trace = [0.0; 2];
+            for (trace, end) in trace.iter_mut().zip(&leaving.sides) {
+                let along = flux[column..].iter().step_by(width);
+                *trace = along.zip(&segment.face[*end]).map(|(x, y)| x * y).sum();
+            }
+            let damped = leaving.damp(across[0][strip.row] + across[1][t], trace);
+            for (side, d) in leaving.sides.iter().zip(damped) {
+                for (flux, face) in flux[column..].iter_mut().step_by(width).zip(&segment.face[*side]) {
+                    *flux -= d * face;
+                }
+            }
+        }
     }
 
     /// Products of the fluxes of a strip with each other, minus the part that leaves along rays; `across` are the squared distances

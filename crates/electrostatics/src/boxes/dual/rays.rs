@@ -19,7 +19,7 @@ pub(super) struct Leaving {
     /// e M^-1 e between the open ends.
     gram: [[f64; 2]; 2],
     /// Energy of the straight continuation of each open end: what the share of the squared distance is multiplied by.
-    straight: Vec<f64>,
+    pub(super) straight: Vec<f64>,
 }
 
 impl Leaving {

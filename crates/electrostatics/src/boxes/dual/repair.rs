@@ -4,13 +4,16 @@
 
 use super::lines::mixed;
 use super::precondition::modes_of;
-use super::{Basis, Weights};
+use super::{Basis, Weights, others};
 use crate::SolveError;
-use crate::boxes::domain::{Block, Domain};
+use crate::boxes::domain::{Axis, Block, Domain, per_element};
 use crate::boxes::ray_permittivity::RayPermittivity;
 use crate::boxes::schwarz::{Modes, SeparableBox, row_block};
-use elastocap_fem::mixed::FluxEnd;
+use elastocap_fem::line::Numbering;
+use elastocap_fem::mixed::{FluxCoordinates, FluxEnd};
 use elastocap_fem::tensor::{Dense, Dims, dot, left, multiply, right, target};
+use elastocap_linalg::dense;
+use faer::Mat;
 use rayon::prelude::*;
 use std::sync::Arc;
 
@@ -28,6 +31,10 @@ pub(super) struct Repair {
     operator: [Dense<f64>; 3],
     /// Repair's root permittivity over the scene's, per cell of intervals; `None` where they agree everywhere.
     ratio: Option<Vec<f64>>,
+    /// Its permittivity, a product of one factor per axis and interval.
+    factors: [Vec<f64>; 3],
+    /// What straight continuations to infinity are multiplied by.
+    obliqueness: f64,
 }
 
 impl Repair {
@@ -72,28 +79,65 @@ impl Repair {
             excess,
             operator: [o0, o1, o2],
             ratio: differs.then_some(ratio),
+            factors,
+            obliqueness: largest,
         })
+    }
+
+    /// The flux along axis `a` that unit entries of psi have on a line: coefficients of the functions of the axis (rows) for modes
+    /// (columns), for psi in the scaling of the repair's own permittivity and times [`Repair::root_across`].
+    pub(super) fn flux_functions(
+        &self,
+        axis: &Axis,
+        a: usize,
+        basis: Option<&Basis>,
+    ) -> Result<Mat<f64>, SolveError> {
+        let (n, factor) = (axis.intervals(), &self.factors[a]);
+        let ends = axis.flux_ends(0, n);
+        let segment = mixed(axis, basis, 0, n, factor, ends, [self.obliqueness; 2])?;
+        let continuation = axis.continuation(0, n, [self.obliqueness; 2]);
+        let elements = axis.cuts[0]..axis.cuts[n];
+        let coordinates =
+            FluxCoordinates::new(&axis.line, elements, &per_element(axis, factor), ends, continuation)?;
+        let free = dense::product(coordinates.coefficients().as_ref(), segment.root.as_ref());
+        let mut out = Mat::zeros(Numbering::new(&axis.line).len, free.ncols());
+        let first = usize::from(ends[0] == FluxEnd::Blocked);
+        out.as_mut().subrows_mut(first, free.nrows()).copy_from(&free);
+        Ok(out)
+    }
+
+    /// Root of its permittivity across axis `a`, at intervals of the two other axes.
+    pub(super) fn root_across(&self, a: usize, [s, t]: [usize; 2]) -> f64 {
+        let (p, q) = others(a);
+        (self.factors[p][s] * self.factors[q][t]).sqrt()
+    }
+
+    /// `psi` of [`Repair::solve`] in the scaling of the repair's own permittivity.
+    pub(super) fn own_scaling(&self, mut psi: Vec<f64>, dims: Dims, weights: &Weights) -> Vec<f64> {
+        self.rescale(&mut psi, dims, weights, |x, ratio| x * ratio);
+        psi
+    }
+
+    /// Changes every entry of an array by the ratio of the root permittivities.
+    fn rescale(&self, v: &mut [f64], dims: Dims, weights: &Weights, change: impl Fn(f64, f64) -> f64) {
+        let Some(ratio) = &self.ratio else { return };
+        for i in 0..dims[0] {
+            for j in 0..dims[1] {
+                for k in 0..dims[2] {
+                    let [a, b, c] = [weights.interval[0][i], weights.interval[1][j], weights.interval[2][k]];
+                    let at = (i * dims[1] + j) * dims[2] + k;
+                    v[at] = change(v[at], ratio[(a * weights.cells[1] + b) * weights.cells[2] + c]);
+                }
+            }
+        }
     }
 
     /// psi = A'^-1 r, and the norm of the remaining residual over that of r.
     pub(super) fn solve(&self, r: &[f64], dims: Dims, weights: &Weights) -> (Vec<f64>, f64) {
         // r is scaled by the root of the scene's permittivity, the repair's operator by that of its own.
-        let rescale = |v: &mut [f64]| {
-            if let Some(ratio) = &self.ratio {
-                for i in 0..dims[0] {
-                    for j in 0..dims[1] {
-                        for k in 0..dims[2] {
-                            let [a, b, c] =
-                                [weights.interval[0][i], weights.interval[1][j], weights.interval[2][k]];
-                            v[(i * dims[1] + j) * dims[2] + k] /=
-                                ratio[(a * weights.cells[1] + b) * weights.cells[2] + c];
-                        }
-                    }
-                }
-            }
-        };
+        let to_own = |x: f64, ratio: f64| x / ratio;
         let mut target = r.to_vec();
-        rescale(&mut target);
+        self.rescale(&mut target, dims, weights, to_own);
         let size = dot(&target, &target).sqrt();
         let mut psi = vec![0.0; r.len()];
         let mut rest = target.clone();
@@ -110,7 +154,7 @@ impl Repair {
                 break;
             }
         }
-        rescale(&mut psi);
+        self.rescale(&mut psi, dims, weights, to_own);
         (psi, left)
     }
 
