@@ -10,14 +10,15 @@ pub(super) struct Grading {
     points: Vec<[f64; 2]>,
     /// Each with its parent.
     triangles: Vec<([u32; 3], u32)>,
-    /// Each with the points in the middle of its sides that are not marked, in their order around it, where these have been cut.
-    bands: Vec<(Band, [Option<u32>; 2])>,
+    bands: Vec<Band>,
     corner: Vec<bool>,
     on_edge: Vec<bool>,
     edges: HashSet<[u32; 2]>,
     chains: HashMap<[u32; 2], u32>,
     arcs: HashMap<[u32; 2], RoundSide>,
     layers: Layers,
+    /// The points at which sides have been cut in two.
+    middles: HashMap<[u32; 2], u32>,
     /// The point at the so-manyth layer from the first point towards the second.
     nodes: HashMap<(u32, u32, usize), u32>,
 }
@@ -37,13 +38,14 @@ impl Grading {
         Self {
             points: mesh.points.clone(),
             triangles: triangles.map(|(t, parent)| (*t, parent)).collect(),
-            bands: bands.iter().map(|band| (*band, [None; 2])).collect(),
+            bands: bands.to_vec(),
             corner,
             on_edge,
             edges,
             arcs: coarse.arcs.clone(),
             chains: marks.chains.clone(),
             layers,
+            middles: HashMap::new(),
             nodes: HashMap::new(),
         }
     }
@@ -102,11 +104,6 @@ impl Grading {
                 middles.insert(side, middle);
             }
         }
-        for (Band { corners: [a, b, c, d], .. }, cut) in &mut self.bands {
-            for (side, cut) in [key(*b, *c), key(*d, *a)].into_iter().zip(cut) {
-                *cut = cut.or(middles.get(&side).copied());
-            }
-        }
         for (side, middle) in &middles {
             if self.edges.remove(side) {
                 self.edges.extend(side.map(|end| key(end, *middle)));
@@ -146,7 +143,9 @@ impl Grading {
             };
             self.triangles.extend(pieces.into_iter().map(|t| (t, parent)));
         }
-        !middles.is_empty()
+        let any = !middles.is_empty();
+        self.middles.extend(middles);
+        any
     }
 
     fn distance(&self, p: u32, q: u32) -> f64 {
@@ -200,8 +199,8 @@ impl Grading {
             parents.extend(std::iter::repeat_n(parent, pieces.len()));
             out.extend(pieces);
         }
-        for (band, middles) in std::mem::take(&mut self.bands) {
-            let pieces = self.between_edges(band.corners, middles);
+        for band in std::mem::take(&mut self.bands) {
+            let pieces = self.between_edges(band.corners);
             bent.extend(std::iter::repeat_n(None, pieces.len()));
             parents.extend(std::iter::repeat_n(band.triangles[0], pieces.len()));
             out.extend(pieces);
@@ -283,44 +282,29 @@ impl Grading {
         out
     }
 
-    /// Strips along the sides from `a` to `b` and from `c` to `d`, as wide as they are where triangles cut the other two sides in their
-    /// middles; what remains between them is not cut unless it has to be.
-    fn between_edges(&mut self, [a, b, c, d]: [u32; 4], middles: [Option<u32>; 2]) -> Vec<[u32; 3]> {
+    /// Strips along the sides from `a` to `b` and from `c` to `d`, and a line in the middle between them.
+    fn between_edges(&mut self, [a, b, c, d]: [u32; 4]) -> Vec<[u32; 3]> {
+        let [right, left] = [[b, c], [d, a]].map(|side| self.middle(side));
         let mut out = Vec::new();
-        let [[c1, d1], [a1, b1]] = [[c, d, a, b], [a, b, c, d]].map(|[from, to, beyond, opposite]| {
-            // The side from c to d has its own middles in the other order.
-            let [right, left] = if from == a { middles } else { [middles[1], middles[0]] };
+        for ([from, to], [before, beyond]) in [([a, b], [left, right]), ([c, d], [right, left])] {
             let mut outer = [from, to];
-            for k in (1..=self.layers.edges).rev() {
-                let inner = [self.towards(from, opposite, left, k), self.towards(to, beyond, right, k)];
+            for k in (0..=self.layers.edges).rev() {
+                let inner = [self.node(from, before, k), self.node(to, beyond, k)];
                 out.extend(self.quadrilateral([outer[0], outer[1], inner[1], inner[0]]));
                 outer = inner;
-            }
-            outer
-        });
-        match middles {
-            [None, None] => out.extend(self.quadrilateral([a1, b1, c1, d1])),
-            [Some(m), None] => out.extend([[m, c1, d1], [m, d1, a1], [m, a1, b1]]),
-            [None, Some(m)] => out.extend([[m, a1, b1], [m, b1, c1], [m, c1, d1]]),
-            [Some(right), Some(left)] => {
-                out.extend(self.quadrilateral([a1, b1, right, left]));
-                out.extend(self.quadrilateral([left, right, c1, d1]));
             }
         }
         out
     }
 
-    /// The point at layer `k` from `from` towards the middle of the side to `to`, which may have been cut there.
-    fn towards(&mut self, from: u32, to: u32, middle: Option<u32>, k: usize) -> u32 {
-        if let Some(middle) = middle {
-            return self.node(from, middle, k);
+    /// The point in the middle of a straight side, which may have been cut there.
+    fn middle(&mut self, [a, b]: [u32; 2]) -> u32 {
+        if let Some(&middle) = self.middles.get(&key(a, b)) {
+            return middle;
         }
-        if let Some(&node) = self.nodes.get(&(from, to, k)) {
-            return node;
-        }
-        let node = self.between(from, to, 0.5 * self.layers.ratio.powi(k as i32));
-        self.nodes.insert((from, to, k), node);
-        node
+        let middle = self.between(a, b, 0.5);
+        self.middles.insert(key(a, b), middle);
+        middle
     }
 
     /// Rings around the corner `a`, each divided into strips along the side from `a` to `b`.

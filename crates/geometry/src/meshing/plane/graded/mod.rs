@@ -186,7 +186,7 @@ mod tests {
             let together = Marks { bands: bands.clone(), ..alone.clone() };
             let Graded { mesh, parents, bent, chains, .. } = graded(&coarse, &together, layers);
             assert!(is_conforming(&mesh), "{corners} {edges}");
-            assert!(mesh.triangles.len() + 6 * bands.len() <= as_triangles.mesh.triangles.len());
+            assert!(mesh.triangles.len() + 5 * bands.len() <= as_triangles.mesh.triangles.len());
             assert!(parents.len() == mesh.triangles.len() && bent.len() == mesh.triangles.len());
             let total: f64 = mesh.triangles.iter().map(|t| area(&mesh, t)).sum();
             assert!((total - 49.0).abs() < 1e-11, "{total}");
