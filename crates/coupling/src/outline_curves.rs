@@ -3,6 +3,7 @@
 //! A side of a biquadratic element becomes a parabola, which is a cubic: an outline can follow it exactly. One cubic follows several sides
 //! where it comes as close as the tolerance asks for, so that outlines have no more pieces than that takes.
 
+use crate::deform::off_segment;
 use elastocap_geometry::cubic::Cubic;
 use elastocap_geometry::scene::Box3;
 use elastocap_geometry::shapes::{Arc, Curve};
@@ -240,13 +241,6 @@ fn up_to(chain: Vec<Piece>, wall: f64) -> Option<Vec<Piece>> {
 
 fn distance(p: [f64; 2], q: [f64; 2]) -> f64 {
     (p[0] - q[0]).hypot(p[1] - q[1])
-}
-
-fn off_segment(p: [f64; 2], [a, b]: [[f64; 2]; 2]) -> f64 {
-    let (along, to) = ([b[0] - a[0], b[1] - a[1]], [p[0] - a[0], p[1] - a[1]]);
-    let square = along[0] * along[0] + along[1] * along[1];
-    let s = if square > 0.0 { ((to[0] * along[0] + to[1] * along[1]) / square).clamp(0.0, 1.0) } else { 0.0 };
-    (to[0] - s * along[0]).hypot(to[1] - s * along[1])
 }
 
 #[cfg(test)]

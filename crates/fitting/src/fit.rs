@@ -42,7 +42,7 @@ pub enum FitError {
         /// How many are free.
         parameters: usize,
     },
-    /// There is no curve with the values where the fit begins or ends.
+    /// The run has no curve for the values at which the fit begins or ends.
     #[error(transparent)]
     Curve(#[from] CurveError),
     /// The least-squares library gave up.

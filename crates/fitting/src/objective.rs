@@ -81,7 +81,7 @@ pub enum NoValue {
     #[error("{0}")]
     NoCapacitance(Box<Status>),
     /// A step has no force.
-    #[error("there is no force at this load")]
+    #[error("the force at this load is not known")]
     NoForce,
     /// The force does not grow between the steps of a derivative.
     #[error("the force does not grow with the compression there")]

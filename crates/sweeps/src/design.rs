@@ -68,7 +68,7 @@ pub enum DesignError {
     /// More cases than a sweep may have.
     #[error("these are {0} cases; a sweep has at most 1,000,000")]
     TooMany(String),
-    /// There are no cases.
+    /// The sweep has no cases.
     #[error("the list has no rows below its header, so there are no cases")]
     NoRows,
     /// A column of the list has no name.

@@ -29,7 +29,7 @@ pub enum Values {
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum SettingError {
-    /// There is no `=`.
+    /// The `=` between key and values is missing.
     #[error("`{0}` has no `=`; write a key and its values, such as layer.thickness=400um,450um")]
     NoEquals(String),
     /// Nothing stands before the `=`.

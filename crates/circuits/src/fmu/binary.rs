@@ -41,7 +41,7 @@ pub enum BinaryError {
         /// The first lines of its messages, or its exit status if it printed none.
         said: String,
     },
-    /// A file could not be written or read: there is no folder for temporary files, for instance.
+    /// A file could not be written or read, for instance because the folder for temporary files is missing.
     #[error("the sources cannot be written or the library read ({0})")]
     Files(#[from] io::Error),
     /// FMI has no name for this machine, or no binary is made for it here.

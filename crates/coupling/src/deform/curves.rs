@@ -53,7 +53,7 @@ pub fn simplified(curve: &[[f64; 2]], within: f64) -> Curve {
             }
         }
         let farthest = (from + 1..to)
-            .map(|i| (i, distance(curve[i], [curve[from], curve[to]])))
+            .map(|i| (i, off_segment(curve[i], [curve[from], curve[to]])))
             .max_by(|a, b| a.1.total_cmp(&b.1));
         if let Some((at, far)) = farthest
             && far > within
@@ -64,8 +64,8 @@ pub fn simplified(curve: &[[f64; 2]], within: f64) -> Curve {
     curve.iter().zip(keep).filter(|(_, keep)| *keep).map(|(p, _)| *p).collect()
 }
 
-/// Of a point from a segment.
-fn distance(p: [f64; 2], [a, b]: [[f64; 2]; 2]) -> f64 {
+/// The distance of a point from a segment.
+pub fn off_segment(p: [f64; 2], [a, b]: [[f64; 2]; 2]) -> f64 {
     let (along, to) = ([b[0] - a[0], b[1] - a[1]], [p[0] - a[0], p[1] - a[1]]);
     let square = along[0] * along[0] + along[1] * along[1];
     let s = if square > 0.0 { ((to[0] * along[0] + to[1] * along[1]) / square).clamp(0.0, 1.0) } else { 0.0 };
@@ -92,7 +92,7 @@ mod tests {
         let few = simplified(&arc, within);
         assert!(few.len() < 70 && few[0] == arc[0] && few[few.len() - 1] == arc[400]);
         for p in &arc {
-            let far = few.windows(2).map(|w| distance(*p, [w[0], w[1]])).fold(f64::INFINITY, f64::min);
+            let far = few.windows(2).map(|w| off_segment(*p, [w[0], w[1]])).fold(f64::INFINITY, f64::min);
             assert!(far <= within, "{far:e}");
         }
         let line: Curve = (0..9).map(|i| [f64::from(i), 2.0 * f64::from(i)]).collect();

@@ -24,7 +24,7 @@ use elastocap_mechanics::{
     ClosedFormSettings, ForceLimit, LayerState, MechanicsError, MooneyRivlin, force_limit,
 };
 
-pub use curves::{Curve, DeformedCurves, PIECES, simplified};
+pub use curves::{Curve, DeformedCurves, PIECES, off_segment, simplified};
 pub use electrode_box::{ElectrodeBox, Ends};
 pub use error::{DeformError, LayerSetupError, ShearLengthError};
 pub use finite_element::{FiniteElementRun, FiniteElementStep, MeshReport, Solution};

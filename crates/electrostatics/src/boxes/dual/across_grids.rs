@@ -11,7 +11,7 @@
 //! The f are those of [`super`] with their repairs, one along each axis. On the common refinement of two grids both are of one space: along
 //! a line their coordinates in the energy are embedded isometrically, across lines the modes are. So are the products of two axes,
 //! and no array of the common refinement is ever made: the flux of one grid is taken to the other one axis after another. Beyond the
-//! last nodes both continue along the same rays with the same weights, which are no less than the true ones: then L is less still.
+//! last nodes both continue along the same rays with the same weights. These are at least the true ones, which only lowers L further.
 
 use super::lines::{Bundle, Run, Segment};
 use super::rays::inner;
@@ -333,7 +333,7 @@ mod tests {
         ]
     }
 
-    /// The pair in open space with a block of glass between, whose permittivity is no product of one factor for each axis.
+    /// The pair in open space with a block of glass between them, so that the permittivity is not a product of one factor for each axis.
     fn in_open_space() -> Scene {
         let mut bodies = pair();
         bodies.push(Body::dielectric("glass", cuboid([-0.6, 0.1, -0.4], [0.1, 0.5, 0.5]), 5.0));

@@ -207,7 +207,7 @@ mod tests {
             assert!((one - other).abs() < 1e-9 * other, "{one} {other}");
             assert_eq!(chains.len(), as_triangles.chains.len());
         }
-        // Between triangles that are not alike there is no band.
+        // Two triangles that are not alike do not form a band.
         assert!(
             super::bands(&coarse, &alone.edges, &HashMap::new(), &alone.corners, |_, _| false).is_empty()
         );
