@@ -28,6 +28,9 @@ const MAX_ROUNDS: usize = 4;
 /// smaller than it was taken for.
 const SHARE: f64 = 0.45;
 
+/// Steps whose largest problem had more unknowns are solved again one after the other.
+const LARGE: usize = 1_000_000;
+
 /// Of a change that is hidden between its bounds: the least that it is taken for, over half their distance. The middle of two bounds is
 /// usually ten times nearer to the truth than they are.
 const HIDDEN: f64 = 0.1;
@@ -95,6 +98,8 @@ pub(crate) struct ChangeSearch<'a> {
     pub(crate) work: &'a [&'a PlannedStep],
     /// Steps that are solved at the same time.
     pub(crate) at_once: usize,
+    /// Memory that one of them may take while no other is solved, bytes.
+    pub(crate) memory_limit_alone: u64,
     pub(crate) cancel: &'a AtomicBool,
     /// Largest distance between the bounds of a change, over the change.
     pub(crate) tolerance: f64,
@@ -116,9 +121,10 @@ impl ChangeSearch<'_> {
             if wanted.is_empty() || self.cancel.load(Ordering::Relaxed) {
                 break;
             }
-            let again = side_by_side(self.at_once, wanted.len(), self.cancel, |k| {
+            let (at_once, memory_limit) = self.shares(found);
+            let again = side_by_side(at_once, wanted.len(), self.cancel, |k| {
                 let (place, tolerance) = wanted.get(k)?;
-                Some(self.solver.solve_to(self.work.get(*place)?, *tolerance))
+                Some(self.solver.solve_to(self.work.get(*place)?, *tolerance, memory_limit))
             });
             for ((place, _), again) in wanted.iter().zip(again) {
                 let (Some(Some(step)), Some(Some(again))) = (found.get_mut(*place), again) else { continue };
@@ -129,6 +135,17 @@ impl ChangeSearch<'_> {
             }
         }
         self.mark(found, &exhausted);
+    }
+
+    /// How many steps are solved again at the same time, and the memory that each may take, bytes. Large ones take both cores as well alone,
+    /// and then have all of the memory.
+    fn shares(&self, found: &[Option<StepResult>]) -> (usize, u64) {
+        let unknowns = found.iter().flatten().filter_map(|step| step.row.unknowns);
+        if unknowns.max() > Some(LARGE) {
+            (1, self.memory_limit_alone)
+        } else {
+            (self.at_once, self.solver.settings.memory_limit)
+        }
     }
 
     /// The places of the steps that are to be solved again, and the relative tolerance of each.

@@ -18,7 +18,7 @@ use elastocap_case::{Case, Mechanics};
 use elastocap_electrostatics::{MapAxis, SceneMap};
 use elastocap_geometry::export::gltf::BodyRole;
 use elastocap_geometry::export::surfaces::{Corners, SurfaceBody};
-use elastocap_geometry::scene::{Body, Box3, Purpose, Scene};
+use elastocap_geometry::scene::{Body, Box3, Purpose, Role, Scene};
 use elastocap_geometry::shapes::Shape;
 
 use crate::deform::{Displacement, FiniteElementStep};
@@ -27,11 +27,11 @@ use crate::scene::neutral::indenter_in_field;
 use crate::scene::{DeformedScene, SceneError};
 use axes::{joined, pieces};
 use contact::{Surface, edges};
-use indenter::{IndenterMap, TOUCHING, Under, last_within};
+use indenter::{Contact, IndenterMap, Under, last_within};
 use pair_frame::{Frame, Material};
 use profile::Profile;
 use remembered::Remembered;
-use surface::{Bent, SurfaceMap};
+use surface::{Below, Bent, SurfaceMap};
 
 /// A scene under a map.
 pub(crate) struct BentScene {
@@ -47,6 +47,9 @@ pub(crate) struct BentScene {
 
 /// The name of what fills the film between indenter and layer where the two touch.
 const FILM: &str = "layer in contact";
+
+/// Smallest volume of a blend below the surface, over that before the map, that is taken.
+const LEAST_VOLUME: f64 = 0.15;
 
 /// Sides into which the edges of boxes are divided for a viewer.
 const SHOWN: usize = 16;
@@ -208,12 +211,24 @@ pub(crate) fn bent_scene(
     let own = indenter_in_field(case);
     let form = IndenterForm::of(case, own.and_then(|own| own.height));
     let in_field = form.filter(|_| own.is_some());
+    let is_metal = own.is_some_and(|own| matches!(own.role, Role::Conductor { .. }));
     let lowest = step.deformed_thickness + found.distance;
     let top = |x: f64, z: f64| {
         let u = displacement([x, pad[1], z]);
         [x + u[0], pad[1] + u[1], z + u[2]]
     };
-    let part = match &case.electrodes {
+    let contrast = layer.relative_permittivity.unwrap_or(1.0) / cover_permittivity(&deformed.scene);
+    let joined = |part: &LayerMap<'_>| -> Result<Option<BentScene>, SceneError> {
+        let film = film * layer.thickness;
+        let parts = Parts { layer: part, form: in_field, lowest, film, is_metal, pad, tiny, contrast };
+        let scene = match part {
+            LayerMap::Pair(frame, _) => frame.scene(deformed, step),
+            LayerMap::Surface(own) => Some(own.scene(&deformed.scene)),
+        };
+        let Some(mut scene) = scene else { return Ok(None) };
+        parts.join(&mut scene, is_half, layer.relative_permittivity.unwrap_or(1.0))
+    };
+    let mut bent = match &case.electrodes {
         Some(electrodes) => {
             if !is_half {
                 return Ok(None);
@@ -228,35 +243,37 @@ pub(crate) fn bent_scene(
             let Some(frame) = Frame::new(deformed, electrodes, step, &material, cover) else {
                 return Ok(None);
             };
-            LayerMap::Pair(Box::new(frame), &material)
+            let part = LayerMap::Pair(Box::new(frame), &material);
+            let Some(mut bent) = joined(&part)? else { return Ok(None) };
+            if let LayerMap::Pair(frame, material) = &part {
+                let gap = deformed.pair.map_or(layer.thickness, |pair| pair.gap);
+                bent.deviation = bent.deviation.max(frame.deviation(&bent.map, material, gap));
+            }
+            bent
         }
         None => {
             let Some(form) = form else { return Ok(None) };
-            let Some(mut corners) = corners(&form, lowest, &top, [pad[1], film * pad[1]], is_half) else {
+            let widths = [pad[1], film * pad[1]];
+            let Some(mut corners) = corners(&form, lowest, &top, widths, is_metal, is_half) else {
                 return Ok(None);
             };
             if is_plane {
                 corners[1] = vec![pad[2]];
             }
-            let bent = Bent { thickness: layer.thickness, corners, is_plane, is_half };
-            LayerMap::Surface(Box::new(SurfaceMap::new(&deformed.scene, bent, &displacement)))
+            let under_surface = |below: Below| {
+                let bent =
+                    Bent { below, thickness: layer.thickness, corners: corners.clone(), is_plane, is_half };
+                joined(&LayerMap::Surface(Box::new(SurfaceMap::new(&deformed.scene, bent, &displacement))))
+            };
+            let Some(blend) = under_surface(Below::Blend)? else { return Ok(None) };
+            if blend.map.smallest_volume([0.0, layer.thickness]) >= LEAST_VOLUME {
+                blend
+            } else {
+                let Some(material) = under_surface(Below::Material)? else { return Ok(None) };
+                material
+            }
         }
     };
-    let contrast = layer.relative_permittivity.unwrap_or(1.0) / cover_permittivity(&deformed.scene);
-    let parts =
-        Parts { layer: &part, form: in_field, lowest, film: film * layer.thickness, pad, tiny, contrast };
-    let mut scene = match &part {
-        LayerMap::Pair(frame, _) => frame.scene(deformed, step),
-        LayerMap::Surface(own) => Some(own.scene(&deformed.scene)),
-    };
-    let Some(scene) = &mut scene else { return Ok(None) };
-    let Some(mut bent) = parts.join(scene, is_half, layer.relative_permittivity.unwrap_or(1.0))? else {
-        return Ok(None);
-    };
-    if let LayerMap::Pair(frame, material) = &part {
-        let gap = deformed.pair.map_or(layer.thickness, |pair| pair.gap);
-        bent.deviation = bent.deviation.max(frame.deviation(&bent.map, material, gap));
-    }
     if own.is_some() {
         let edges = edges_left_out(case);
         bent.deviation += 0.25 * edges / pad[1];
@@ -295,6 +312,7 @@ fn corners(
     lowest: f64,
     top: &dyn Fn(f64, f64) -> [f64; 3],
     [thickness, film]: [f64; 2],
+    is_metal: bool,
     is_half: bool,
 ) -> Option<[Vec<f64>; 2]> {
     let [along, across] = form.half_widths;
@@ -305,8 +323,9 @@ fn corners(
             [to[0] - middle, to[1] - lowest]
         };
         let touches = lowest - top(middle, 0.0)[1] < 0.5 * film;
-        let surface =
-            Surface { image: &image, thickness, touching: TOUCHING * film, film: touches.then_some(film) };
+        let contact = Contact::of(form, touches, is_metal);
+        let (touching, film) = (contact.touching(film), contact.moved(film));
+        let surface = Surface { image: &image, thickness, touching, film };
         let [left, right] = edges(&profile, &surface, is_half)?;
         let both = left.marks.iter().map(|x| middle - x).chain(right.marks.iter().map(|x| middle + x));
         return Some([both.collect(), vec![across]]);
@@ -326,7 +345,8 @@ fn corners(
                 let to = top(x, 0.0);
                 lowest + form.lower_side(to[0], 0.0) - to[1]
             };
-            let contact = last_within(&gap, TOUCHING * film, 0.0, radius.min(4.0 * thickness));
+            let touching = Contact::Film.touching(film);
+            let contact = last_within(&gap, touching, 0.0, radius.min(4.0 * thickness));
             [vec![-contact, contact], vec![contact]]
         }
         Rounding::Sharp | Rounding::AlongX3 { .. } => {
@@ -344,6 +364,8 @@ struct Parts<'a> {
     lowest: f64,
     /// Of the film under a round one, m.
     film: f64,
+    /// Whether it is a conductor.
+    is_metal: bool,
     /// Half length, thickness and half width of the layer before loading, m.
     pad: [f64; 3],
     tiny: f64,
@@ -361,7 +383,8 @@ impl Parts<'_> {
     ) -> Result<Option<BentScene>, SceneError> {
         let (layer, surface) = (self.layer, self.layer.surface());
         let at_rest = |x: [f64; 3]| layer.image(x);
-        let under = |image| Under { image, surface, thickness: self.pad[1], film: self.film };
+        let Self { film, is_metal, .. } = *self;
+        let under = |image| Under { image, surface, thickness: self.pad[1], film, is_metal };
         let indenter = match self.form {
             None => None,
             Some(form) => {
@@ -408,7 +431,7 @@ impl Parts<'_> {
             for (all, more) in all.iter_mut().zip(own.pieces()) {
                 all.extend(more);
             }
-            if own.film > 0.0 {
+            if own.film() > 0.0 {
                 all[1].push(axes::Piece::new(highest, surface, 1));
             }
         }
@@ -419,11 +442,14 @@ impl Parts<'_> {
         let mut film_error = 0.0;
         if let Some(own) = &indenter {
             film_error = own.film_error(surface - highest, self.contrast);
+            let filled: Vec<Shape> = own.filled().into_iter().map(Shape::Box).collect();
             for body in scene.bodies.iter_mut().filter(|body| body.purpose == Purpose::Indenter) {
                 body.parts = vec![Shape::Box(own.region())];
+                if own.is_joined() {
+                    body.parts.extend(filled.iter().cloned());
+                }
             }
-            let filled: Vec<Shape> = own.filled().into_iter().map(Shape::Box).collect();
-            if let Some(first) = filled.first().cloned() {
+            if let Some(first) = filled.first().cloned().filter(|_| !own.is_joined()) {
                 let body = Body::dielectric(FILM, first, permittivity).with_purpose(Purpose::Layer);
                 scene.bodies.push(Body { parts: filled, ..body });
             }

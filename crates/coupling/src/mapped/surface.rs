@@ -1,4 +1,8 @@
-//! A layer in which only the material moves: its points go where the finite elements put them, as far as these bend the surface.
+//! A layer in which only the material moves: the points of its surface go where the finite elements put them, as far as these bend it.
+//!
+//! What the map does below the surface is free. Near the surface it takes the displacement of the material, and below that less and
+//! less of it: times 2 t - t^2, with t the height over that of where it begins. So it leaves the neighbourhood of the substrate as it is,
+//! where electrodes lie and the field is singular, and bends the field where it is smooth. Where such a map would fold, the material below the surface goes where the finite elements put it.
 //!
 //! Beside that the displacement falls to zero in open space. Towards walls points keep their place along x1 and x3 instead, at the height
 //! of the layer there. Above the layer the displacement of the surface falls to zero.
@@ -15,7 +19,8 @@ pub(super) const DECAY: f64 = 1.5;
 /// How far it reaches at least, over the displacement along x1 or x3 that it has there.
 const DECAY_OF_SLIDING: f64 = 2.5;
 
-/// Degree of the map's polynomials along the surface, and over the height of the layer: near the substrate and near the surface.
+/// Degree of the map's polynomials along the surface, and over the height of the layer: near the substrate, of a blend two
+/// more there, and near the surface.
 const ALONG: usize = 10;
 const OVER_LAYER: [usize; 2] = [4, 6];
 
@@ -33,8 +38,18 @@ const FOLLOWED: [f64; 2] = [1.0, 5.0];
 /// Steps of the search for the material point at a place.
 const SEARCH_STEPS: usize = 12;
 
+/// What moves below the surface.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Below {
+    /// The material, but less the nearer to the substrate.
+    Blend,
+    /// The material, as the finite elements have it.
+    Material,
+}
+
 /// What a [`SurfaceMap`] is made for. Lengths in m.
 pub(super) struct Bent {
+    pub(super) below: Below,
     /// Of the undeformed layer.
     pub(super) thickness: f64,
     /// The material points along x1 and x3 at which the surface bends sharply; it is followed from the first to the last and beyond.
@@ -124,7 +139,7 @@ impl<'a> SurfaceMap<'a> {
             return x;
         }
         let material = [x[0], x[1].min(surface), x[2]];
-        let mut moved = (self.displacement)(material);
+        let mut moved = self.moved(material);
         if share < of_height {
             let place = [x[0] + share * moved[0], x[2] + share * moved[2]];
             let height = self.height_at(material, place);
@@ -139,16 +154,28 @@ impl<'a> SurfaceMap<'a> {
         [0, 1, 2].map(|a| x[a] + fade * moved[a])
     }
 
+    /// The displacement of a point of the layer, m.
+    fn moved(&self, x: [f64; 3]) -> [f64; 3] {
+        let own = (self.displacement)(x);
+        match self.bent.below {
+            Below::Material => own,
+            Below::Blend => {
+                let t = (x[1] / (NEAR_SURFACE * self.bent.thickness)).min(1.0);
+                own.map(|u| t * (2.0 - t) * u)
+            }
+        }
+    }
+
     /// The height of the material of a depth above a place along x1 and x3, starting from a point of it.
     fn height_at(&self, mut material: [f64; 3], place: [f64; 2]) -> f64 {
-        let mut moved = (self.displacement)(material);
+        let mut moved = self.moved(material);
         for _ in 0..SEARCH_STEPS {
             let miss = [place[0] - material[0] - moved[0], place[1] - material[2] - moved[2]];
             if miss.iter().all(|m| m.abs() < 1e-9 * self.bent.thickness) {
                 break;
             }
             (material[0], material[2]) = (material[0] + miss[0], material[2] + miss[1]);
-            moved = (self.displacement)(material);
+            moved = self.moved(material);
         }
         material[1] + moved[1]
     }
@@ -179,8 +206,9 @@ impl<'a> SurfaceMap<'a> {
         };
         let surface = self.bent.thickness;
         let middle = NEAR_SURFACE * surface;
+        let more = if self.bent.below == Below::Blend { 2 } else { 0 };
         let up = [
-            Piece::new(0.0, middle, OVER_LAYER[0]),
+            Piece::new(0.0, middle, OVER_LAYER[0] + more),
             Piece::new(middle, surface, OVER_LAYER[1]),
             Piece::new(surface, self.above, 1),
         ];

@@ -30,6 +30,7 @@ impl Plan {
             return;
         }
         self.memory_limit = max_memory();
+        self.memory_limit_alone = self.memory_limit;
         let settings = self.solver_settings(case, options);
         if !case.recognised.is_empty() {
             let names: Vec<String> = case.recognised.iter().map(|name| format!("`{name}`")).collect();

@@ -66,6 +66,9 @@ pub struct Plan {
     /// Memory that one solve may take, bytes.
     #[serde(skip)]
     pub memory_limit: u64,
+    /// Memory that a solve may take while no other runs, bytes.
+    #[serde(skip)]
+    pub memory_limit_alone: u64,
     /// Memory that the finite elements of the layer may take, bytes.
     #[serde(skip)]
     pub layer_memory_limit: u64,
@@ -119,6 +122,7 @@ impl Plan {
             at_once: 1,
             warnings: Vec::new(),
             memory_limit: FieldSettings::default().memory_limit,
+            memory_limit_alone: FieldSettings::default().memory_limit,
             layer_memory_limit: max_memory(),
             force_limit: None,
             pruned: options.prune,

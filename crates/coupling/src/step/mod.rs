@@ -90,14 +90,20 @@ impl Solver<'_> {
         (result, field)
     }
 
-    /// Solves the field of a step to another tolerance, for what the curve shows alone: of the whole matrix for the entry that it shows.
-    pub(crate) fn solve_to(&self, step: &PlannedStep, relative_tolerance: f64) -> StepResult {
+    /// Solves the field of a step to another tolerance, within so much memory (bytes), for what the curve shows alone: of the whole matrix for the entry that it shows.
+    pub(crate) fn solve_to(
+        &self,
+        step: &PlannedStep,
+        relative_tolerance: f64,
+        memory_limit: u64,
+    ) -> StepResult {
         let asked = &self.settings;
         let target = match (self.case.measurement(), asked.target) {
             (Measurement::Matrix(_), Target::Matrix) => Target::Mutual([0, 1]),
             (_, target) => target,
         };
-        let settings = FieldSettings { relative_tolerance, target, field: false, ..asked.clone() };
+        let settings =
+            FieldSettings { relative_tolerance, target, memory_limit, field: false, ..asked.clone() };
         let again = Solver { settings, ..*self };
         let mut result = again.solve(step).0;
         // The entries are compared with what the case asks of them.

@@ -64,7 +64,10 @@ pub(crate) fn images(domain: &Domain, potentials: &[Vec<f64>]) -> Vec<Option<Ima
 fn half_turns(domain: &Domain) -> Vec<(HalfTurn, BTreeSet<(usize, usize)>)> {
     let symmetric = domain.axes.each_ref().map(Axis::is_symmetric);
     let several = [[true, false, true], [true, true, false], [false, true, true], [true; 3]];
-    let possible = several.into_iter().filter(|across| (0..3).all(|a| symmetric[a] || !across[a]));
+    // A map is its own image where it is mirrored along each of the axes.
+    let mirrored = |a: usize| domain.map.as_ref().is_none_or(|map| map.is_mirrored(a));
+    let possible =
+        several.into_iter().filter(|across| (0..3).all(|a| symmetric[a] && mirrored(a) || !across[a]));
     let turns: Vec<HalfTurn> = possible.map(|across| HalfTurn { across }).collect();
     if turns.is_empty() {
         return Vec::new();

@@ -7,7 +7,7 @@ use crate::SolveError;
 use crate::VACUUM_PERMITTIVITY;
 use crate::boxes::domain::{Axis, Domain};
 use crate::boxes::dual::across_grids::Fluxes;
-use crate::boxes::dual::mapped::lower as bent_lower;
+use crate::boxes::dual::mapped::{Solved, lower as bent_lower};
 use crate::boxes::energy::{Energies, Start, lower, upper};
 use crate::boxes::field::{Share, sample};
 use crate::boxes::grid_refinement::{Indicator, add, folded, indicator};
@@ -271,8 +271,8 @@ fn solve_part(
     let (domain, held) = part.layout.domain(grid);
     let potentials: Vec<Vec<f64>> =
         part.potentials.iter().map(|v| held.iter().map(|&c| v[c]).collect()).collect();
-    let turns = problem.settings.symmetry && domain.map.is_none();
-    let images = if turns { images(&domain, &potentials) } else { vec![None; potentials.len()] };
+    let images =
+        if problem.settings.symmetry { images(&domain, &potentials) } else { vec![None; potentials.len()] };
     let embedded = coarser.and_then(|(coarser, first)| coarser.on(first, &domain));
     let start = |(k, image): (usize, Option<Image>)| match (image, &embedded) {
         (Some(image), _) => Start::Image(image),
@@ -283,8 +283,8 @@ fn solve_part(
     let of_upper = || upper(&domain, &potentials, &starts, share, cancel);
     let (energies, primal, dual, fluxes) = if domain.map.is_some() {
         let (energies, primal) = of_upper()?;
-        let of_lower =
-            || bent_lower(&domain, &potentials, &energies.coefficients, primal.bent(), share, cancel);
+        let solved = Solved { coefficients: &energies.coefficients, starts: &starts, bent: primal.bent() };
+        let of_lower = || bent_lower(&domain, &potentials, &solved, share, cancel);
         let dual = lower_too.then(of_lower).transpose()?;
         (energies, primal, dual, None)
     } else {

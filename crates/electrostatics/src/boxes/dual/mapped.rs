@@ -16,7 +16,7 @@ use super::rays::{inner, shares};
 use super::{Basis, Dual, Strip, others};
 use crate::SolveError;
 use crate::boxes::domain::Domain;
-use crate::boxes::energy::{Energies, stop_if_asked};
+use crate::boxes::energy::{Energies, Start, stop_if_asked};
 use crate::boxes::mapped::gradients::{EXTRA, FINER, Gradients, add_with_error};
 use crate::boxes::mapped::metric::{Metric, Of, product};
 use crate::boxes::mapped::points::{AxisPoints, Evaluation};
@@ -33,9 +33,21 @@ use std::time::Instant;
 /// A flux: for each axis and each run of each bundle, the coordinates whose squares add up to the energy, `[row][line]`.
 struct Flux([Vec<Vec<f64>>; 3]);
 
+/// What is known of the primal problem.
+pub(crate) struct Solved<'a> {
+    /// Its solutions.
+    pub(crate) coefficients: &'a [Vec<f64>],
+    /// What they were found from: one that is the image of another has its flux from that of the other, too.
+    pub(crate) starts: &'a [Start],
+    /// What the map added to the problem.
+    pub(crate) bent: Option<&'a Gradients>,
+}
+
 /// One right-hand side's flux, its divergence and the repair.
 struct Found {
     flux: Flux,
+    /// The potential whose gradient took the divergence out.
+    correction: Vec<f64>,
     residual: Vec<f64>,
     repair: Vec<f64>,
     proved: bool,
@@ -43,12 +55,11 @@ struct Found {
     iterations: usize,
 }
 
-/// Lower energies of a scene that a map bends, from the `coefficients` of the primal solutions and what the map added to their problem.
+/// Lower energies of a scene that a map bends, from what was `solved` before.
 pub(crate) fn lower(
     domain: &Domain,
     potentials: &[Vec<f64>],
-    coefficients: &[Vec<f64>],
-    bent: Option<&Gradients>,
+    solved: &Solved<'_>,
     share: f64,
     cancel: Option<&AtomicBool>,
 ) -> Result<Energies, SolveError> {
@@ -57,11 +68,15 @@ pub(crate) fn lower(
     let whole = &domain.truncated();
     let assembled = Instant::now();
     stop_if_asked(cancel)?;
-    let mut found = Vec::new();
-    for u in coefficients {
-        let target = target(domain, &dual, u, bent);
+    let mut found: Vec<Found> = Vec::new();
+    for (u, start) in solved.coefficients.iter().zip(solved.starts) {
+        let target = target(domain, &dual, u, solved.bent);
         let flux = dual.projected(whole, &target);
-        found.push(dual.without_divergence(flux, share, cancel)?);
+        let start = match start {
+            Start::Image(image) => found.get(image.of).map(|one| dual.image(domain, &one.correction, image)),
+            Start::Nothing | Start::Potential(_) => None,
+        };
+        found.push(dual.without_divergence(flux, start, share, cancel)?);
     }
     let (coarser, finer) =
         (Metric::new(whole, EXTRA, Of::Resistance)?, Metric::new(whole, FINER, Of::Resistance)?);
@@ -276,18 +291,20 @@ impl Dual {
         Flux(flux)
     }
 
-    /// Takes the divergence out of a flux by the problem of the boxes.
+    /// Takes the divergence out of a flux by the problem of the boxes, starting from a correction that may be near.
     fn without_divergence(
         &mut self,
         mut flux: Flux,
+        start: Option<Vec<f64>>,
         share: f64,
         cancel: Option<&AtomicBool>,
     ) -> Result<Found, SolveError> {
         let b = self.minus_divergence(&flux);
         let energy = flux.0.iter().flatten().map(|y| dot(y, y)).sum::<f64>();
         let excess = self.repair_excess();
-        let mut x = vec![0.0; b.len()];
         let mut r = b.clone();
+        let mut x = start.unwrap_or_else(|| vec![0.0; b.len()]);
+        self.true_residual(&b, &x, &mut r);
         let (mut step, mut rest) = (vec![0.0; b.len()], Vec::new());
         // The repair costs the root of its energy, and that is to be a small part of the error of the grid.
         let enough = (0.1 * share).powi(2).max(1e-15);
@@ -313,7 +330,7 @@ impl Dual {
             if !proved || cheap || cost > 0.5 * last || iterations > conjugate_gradients::ITERATION_LIMIT {
                 self.add_gradient(&mut flux, &x);
                 let converged = proved && (c.reached || cheap);
-                return Ok(Found { flux, residual: r, repair, proved, converged, iterations });
+                return Ok(Found { flux, correction: x, residual: r, repair, proved, converged, iterations });
             }
             (last, goal) = (cost, goal * (enough / cost).clamp(1e-6, 0.1));
         }

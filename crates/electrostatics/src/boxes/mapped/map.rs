@@ -121,6 +121,23 @@ impl SceneMap {
         points
     }
 
+    /// The smallest determinant of its gradient at places between two heights (m), in as many places of each of its polynomials as the
+    /// degree of that: what is positive there need not be so everywhere.
+    pub fn smallest_volume(&self, heights: [f64; 2]) -> f64 {
+        let mut places = self.axes.each_ref().map(|axis| {
+            let between = |(ends, &degree): (&[f64], &usize)| {
+                let width = ends[1] - ends[0];
+                let from = ends[0];
+                (0..=degree).map(move |k| from + width * (k as f64 + 0.5) / (degree + 1) as f64)
+            };
+            axis.breaks.windows(2).zip(&axis.degrees).flat_map(between).collect::<Vec<f64>>()
+        });
+        places[1].retain(|y| heights[0] <= *y && *y <= heights[1]);
+        let gradients = self.gradients(&places);
+        let all = (0..places[0].len()).flat_map(|i| gradients.slab(i));
+        all.map(|f| adjugate(&f).1).fold(f64::INFINITY, f64::min)
+    }
+
     /// Whether the map is continuous in a scene: where its grid ends, a wall of the scene lies or nothing moves.
     pub(crate) fn is_continuous(&self, scene: &Scene) -> bool {
         let counts = self.counts();

@@ -17,6 +17,11 @@ impl PlacedMap {
         self.map.axes[axis].reaches(self.origin[axis] + self.unit * x)
     }
 
+    /// Whether the map on one side of the middle of an axis is the mirror image of that on the other.
+    pub(crate) fn is_mirrored(&self, axis: usize) -> bool {
+        self.map.axes[axis].mirrored
+    }
+
     /// See [`SceneMap::gradients`].
     pub(crate) fn gradients(&self, places: &[Vec<f64>; 3]) -> MapGradients<'_> {
         let own = [0, 1, 2].map(|a| places[a].iter().map(|x| self.origin[a] + self.unit * x).collect());
