@@ -18,7 +18,7 @@ use elastocap_case::{Case, Mechanics};
 use elastocap_electrostatics::{MapAxis, SceneMap};
 use elastocap_geometry::export::gltf::BodyRole;
 use elastocap_geometry::export::surfaces::{Corners, SurfaceBody};
-use elastocap_geometry::scene::{Body, Box3, Purpose, Role, Scene};
+use elastocap_geometry::scene::{Body, Box3, Purpose, Scene};
 use elastocap_geometry::shapes::Shape;
 
 use crate::deform::{Displacement, FiniteElementStep};
@@ -96,27 +96,38 @@ impl BentScene {
 /// Thickness of the film between a round indenter and the layer, over that of the layer.
 const FILMS: [f64; 4] = [2.5e-3, 5e-3, 1e-2, 2e-2];
 
+/// What lies between an indenter and the layer where the two touch.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Film {
+    /// Over the thickness of the layer.
+    pub(crate) thickness: f64,
+    /// Whether an indenter of metal takes its place, and closes the gap beside the contact where that is narrower.
+    pub(crate) is_closed: bool,
+}
+
 /// The films to try for a tolerance, one after the other. Thin ones bend the space between indenter and layer so much that iterations
 /// become many, so that the first is the thickest whose error is at most half the tolerance. Thicker ones follow, for maps whose
-/// polynomials cross over it.
+/// polynomials cross over it. Under metal all of them are closed gaps first.
 pub(crate) struct Films {
     relative_tolerance: f64,
     index: usize,
+    is_closed: bool,
     /// Whether no map failed yet.
     may_be_thinner: bool,
 }
 
 impl Films {
     /// The first is the thickest whose error would be a quarter of the tolerance with the layer as thin as the electrodes' cover.
-    pub(crate) fn new(relative_tolerance: f64) -> Self {
+    /// `is_metal`: the indenter is a conductor.
+    pub(crate) fn new(relative_tolerance: f64, is_metal: bool) -> Self {
         let is_thin = |film: &f64| 0.5 * film <= 0.25 * relative_tolerance;
-        let index = FILMS.iter().rposition(is_thin).unwrap_or(0);
-        Self { relative_tolerance, index, may_be_thinner: true }
+        let first = FILMS.iter().rposition(is_thin).unwrap_or(0);
+        Self { relative_tolerance, index: first, is_closed: is_metal, may_be_thinner: true }
     }
 
-    /// The film to try, over the thickness of the layer; `None` after the thickest.
-    pub(crate) fn thickness(&self) -> Option<f64> {
-        FILMS.get(self.index).copied()
+    /// The film to try; `None` after the thickest.
+    pub(crate) fn next(&self) -> Option<Film> {
+        FILMS.get(self.index).map(|&thickness| Film { thickness, is_closed: self.is_closed })
     }
 
     /// Takes a thinner one if the film of a scene leaves too large an error and there is one. Returns whether it did.
@@ -131,6 +142,9 @@ impl Films {
     pub(crate) fn make_thicker(&mut self) {
         self.may_be_thinner = false;
         self.index += 1;
+        if self.is_closed && self.index == FILMS.len() {
+            *self = Self::new(self.relative_tolerance, false);
+        }
     }
 }
 
@@ -177,8 +191,8 @@ pub(crate) struct Found<'a> {
     pub(crate) distance: f64,
 }
 
-/// The scene of a layer by finite elements under a map, with the film of a round indenter over the thickness of the layer. `None` where
-/// the planes of the bodies do not ascend.
+/// The scene of a layer by finite elements under a map, with what lies between it and a round indenter. `None` where the planes of the
+/// bodies do not ascend.
 ///
 /// # Errors
 /// A body or a wall in the way of the map.
@@ -186,7 +200,7 @@ pub(crate) fn bent_scene(
     case: &Case,
     deformed: &DeformedScene,
     found: &Found<'_>,
-    film: f64,
+    film: Film,
 ) -> Result<Option<BentScene>, SceneError> {
     let Some((layer, pad)) = case.layer.as_ref().and_then(|layer| {
         let width = match case.mechanics? {
@@ -211,7 +225,7 @@ pub(crate) fn bent_scene(
     let own = indenter_in_field(case);
     let form = IndenterForm::of(case, own.and_then(|own| own.height));
     let in_field = form.filter(|_| own.is_some());
-    let is_metal = own.is_some_and(|own| matches!(own.role, Role::Conductor { .. }));
+    let Film { thickness: film, is_closed: is_metal } = film;
     let lowest = step.deformed_thickness + found.distance;
     let top = |x: f64, z: f64| {
         let u = displacement([x, pad[1], z]);
@@ -508,5 +522,26 @@ impl Parts<'_> {
             }
         }
         (sum / images.len().max(1) as f64).sqrt() / (surface - highest).max(self.tiny)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn where_no_gap_can_be_closed_films_are_tried_until_there_is_no_thicker_one() {
+        let tried = |is_metal: bool| {
+            let mut films = Films::new(1e-2, is_metal);
+            let mut all = Vec::new();
+            while let Some(film) = films.next() {
+                all.push((film.thickness, film.is_closed));
+                films.make_thicker();
+            }
+            all
+        };
+        let films = [(5e-3, false), (1e-2, false), (2e-2, false)];
+        assert_eq!(tried(false), films);
+        assert_eq!(tried(true), [films.map(|(film, _)| (film, true)), films].concat());
     }
 }

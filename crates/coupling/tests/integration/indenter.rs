@@ -286,3 +286,27 @@ fn a_punch_beside_the_middle_is_the_mirror_image_of_one_on_the_other_side() {
     let value = |outcome: &Outcome, k: usize| outcome.steps[k].row.capacitance_f.unwrap();
     assert!(value(&left, 1) < value(&left, 0), "pressed, it is nearer");
 }
+
+#[test]
+fn a_punch_of_metal_that_touches_the_layer_is_that_of_its_outline() {
+    let touching = "[mechanics.plane_strain]\nend = \"free-on-substrate\"\nwidth = \"1.5 mm\"\nrelative_tolerance = 0.5\n\
+                    indenter = { flat_punch = { half_width = \"400 um\", corner_radius = \"60 um\", contact = \"smooth\" } }\n\
+                    [indenter]\nrole = \"grounded\"\nheight = \"500 um\"\n[load]\ncompression = [0.0]\n";
+    let own = solve(&pair(touching, 1e-2));
+    assert_eq!(own.steps[0].route, Some(Route::MappedBoxes));
+    // The round edges begin where the gap is 2 um wide.
+    let outline = "[[\"-355.36 um\", \"400 um\"], [\"355.36 um\", \"400 um\"], [\"355.36 um\", \"402 um\"], \
+                   { through = [\"382.4264 um\", \"417.5736 um\"], to = [\"400 um\", \"460 um\"] }, [\"400 um\", \"900 um\"], \
+                   [\"-400 um\", \"900 um\"], [\"-400 um\", \"460 um\"], \
+                   { through = [\"-382.4264 um\", \"417.5736 um\"], to = [\"-355.36 um\", \"402 um\"] }]";
+    let by_hand = format!(
+        "[[conductor]]\nname = \"punch\"\nextrusion = {{ axis = \"x3\", from = \"-750 um\", to = \"750 um\", outline = {outline} }}\n\
+         [[terminal]]\nname = \"ground\"\nconductors = [\"punch\"]\npotential = \"ground\"\n"
+    );
+    let other = solve(&pair(&by_hand, 1e-2));
+    assert_eq!(other.steps[0].route, Some(Route::Extruded));
+    let (one, other) = (&own.steps[0].row, &other.steps[0].row);
+    let besides = one.geometry_error_estimate.unwrap();
+    assert!(besides < 1e-3, "the layer touches metal, and no film: {besides:e}");
+    assert!(agree(one, other, besides), "{one:?} {other:?}");
+}

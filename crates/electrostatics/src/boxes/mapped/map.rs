@@ -322,6 +322,20 @@ mod tests {
     }
 
     #[test]
+    fn the_smallest_volume_is_that_of_the_thinnest_place_between_two_heights() {
+        // Heights shrink by (x / 2) y^2 / 4, so that volumes are 1 - x y / 4: 0 in the upper corner.
+        let map =
+            SceneMap::new([axis(false), axis(false), axis(false)], |[x, y, _]| [0.0, -x * y * y / 8.0, 0.0]);
+        let whole = map.smallest_volume([0.0, 2.0]);
+        assert!(whole > 0.0 && whole < 0.4, "{whole}");
+        let below = map.smallest_volume([0.0, 0.5]);
+        assert!(below > 0.75 && below < 0.9, "{below}");
+        let folded =
+            SceneMap::new([axis(false), axis(false), axis(false)], |[x, y, _]| [0.0, -x * y * y, 0.0]);
+        assert!(folded.smallest_volume([0.0, 2.0]) < 0.0);
+    }
+
+    #[test]
     fn the_mirrored_side_is_the_image_of_the_other() {
         let map = SceneMap::new([axis(true), axis(false), axis(true)], displacement);
         let [x, y, z] = map.image([0.3, 1.1, 0.7]);
