@@ -2,7 +2,8 @@
 //!
 //! What the map does below the surface is free. Near the surface it takes the displacement of the material, and below that less and
 //! less of it: times 2 t - t^2, with t the height over that of where it begins. So it leaves the neighbourhood of the substrate as it is,
-//! where electrodes lie and the field is singular, and bends the field where it is smooth. Where such a map would fold, the material below the surface goes where the finite elements put it.
+//! where electrodes lie and the field is singular, and bends the field where it is smooth. Where such a map would fold, the material below
+//! the surface goes where the finite elements put it.
 //!
 //! Beside that the displacement falls to zero in open space. Towards walls points keep their place along x1 and x3 instead, at the height
 //! of the layer there. Above the layer the displacement of the surface falls to zero.
