@@ -58,7 +58,7 @@ pub(super) struct Under<'a> {
     pub(super) thickness: f64,
     /// Of the film where the two touch, m.
     pub(super) film: f64,
-    /// Whether the indenter is a conductor.
+    /// Whether the metal of the indenter takes the place of the film.
     pub(super) is_metal: bool,
 }
 

@@ -121,8 +121,8 @@ impl Films {
     /// `is_metal`: the indenter is a conductor.
     pub(crate) fn new(relative_tolerance: f64, is_metal: bool) -> Self {
         let is_thin = |film: &f64| 0.5 * film <= 0.25 * relative_tolerance;
-        let first = FILMS.iter().rposition(is_thin).unwrap_or(0);
-        Self { relative_tolerance, index: first, is_closed: is_metal, may_be_thinner: true }
+        let index = FILMS.iter().rposition(is_thin).unwrap_or(0);
+        Self { relative_tolerance, index, is_closed: is_metal, may_be_thinner: true }
     }
 
     /// The film to try; `None` after the thickest.
@@ -150,8 +150,8 @@ impl Films {
 
 /// The map of the layer.
 enum LayerMap<'a> {
-    Pair(Box<Frame>, &'a Material<'a>),
-    Surface(Box<SurfaceMap<'a>>),
+    Pair(&'a Frame, &'a Material<'a>),
+    Surface(&'a SurfaceMap<'a>),
 }
 
 impl LayerMap<'_> {
@@ -257,12 +257,9 @@ pub(crate) fn bent_scene(
             let Some(frame) = Frame::new(deformed, electrodes, step, &material, cover) else {
                 return Ok(None);
             };
-            let part = LayerMap::Pair(Box::new(frame), &material);
-            let Some(mut bent) = joined(&part)? else { return Ok(None) };
-            if let LayerMap::Pair(frame, material) = &part {
-                let gap = deformed.pair.map_or(layer.thickness, |pair| pair.gap);
-                bent.deviation = bent.deviation.max(frame.deviation(&bent.map, material, gap));
-            }
+            let Some(mut bent) = joined(&LayerMap::Pair(&frame, &material))? else { return Ok(None) };
+            let gap = deformed.pair.map_or(layer.thickness, |pair| pair.gap);
+            bent.deviation = bent.deviation.max(frame.deviation(&bent.map, &material, gap));
             bent
         }
         None => {
@@ -274,16 +271,16 @@ pub(crate) fn bent_scene(
             if is_plane {
                 corners[1] = vec![pad[2]];
             }
-            let under_surface = |below: Below| {
+            let with = |below: Below| {
                 let bent =
                     Bent { below, thickness: layer.thickness, corners: corners.clone(), is_plane, is_half };
-                joined(&LayerMap::Surface(Box::new(SurfaceMap::new(&deformed.scene, bent, &displacement))))
+                joined(&LayerMap::Surface(&SurfaceMap::new(&deformed.scene, bent, &displacement)))
             };
-            let Some(blend) = under_surface(Below::Blend)? else { return Ok(None) };
+            let Some(blend) = with(Below::Blend)? else { return Ok(None) };
             if blend.map.smallest_volume([0.0, layer.thickness]) >= LEAST_VOLUME {
                 blend
             } else {
-                let Some(material) = under_surface(Below::Material)? else { return Ok(None) };
+                let Some(material) = with(Below::Material)? else { return Ok(None) };
                 material
             }
         }
@@ -378,7 +375,7 @@ struct Parts<'a> {
     lowest: f64,
     /// Of the film under a round one, m.
     film: f64,
-    /// Whether it is a conductor.
+    /// Whether its metal takes the place of the film.
     is_metal: bool,
     /// Half length, thickness and half width of the layer before loading, m.
     pad: [f64; 3],

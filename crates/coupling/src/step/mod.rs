@@ -90,7 +90,8 @@ impl Solver<'_> {
         (result, field)
     }
 
-    /// Solves the field of a step to another tolerance, within so much memory (bytes), for what the curve shows alone: of the whole matrix for the entry that it shows.
+    /// Solves the field of a step to another tolerance, within so much memory (bytes), for what the curve shows alone: of the whole matrix
+    /// for the entry that it shows.
     pub(crate) fn solve_to(
         &self,
         step: &PlannedStep,
