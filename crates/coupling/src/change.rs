@@ -98,8 +98,8 @@ pub(crate) struct ChangeSearch<'a> {
     pub(crate) work: &'a [&'a PlannedStep],
     /// Steps that are solved at the same time.
     pub(crate) at_once: usize,
-    /// Memory that one of them may take while no other is solved, bytes.
-    pub(crate) memory_limit_alone: u64,
+    /// Memory that they may take together, bytes.
+    pub(crate) memory_limit: u64,
     pub(crate) cancel: &'a AtomicBool,
     /// Largest distance between the bounds of a change, over the change.
     pub(crate) tolerance: f64,
@@ -137,12 +137,12 @@ impl ChangeSearch<'_> {
         self.mark(found, &exhausted);
     }
 
-    /// How many steps are solved again at the same time, and the memory that each may take, bytes. Large ones take both cores as well alone,
-    /// and then have all of the memory.
+    /// How many steps are solved again at the same time, and the memory that each may take, bytes. A large one keeps all cores busy alone,
+    /// and has all of the memory then.
     fn shares(&self, found: &[Option<StepResult>]) -> (usize, u64) {
         let unknowns = found.iter().flatten().filter_map(|step| step.row.unknowns);
         if unknowns.max() > Some(LARGE) {
-            (1, self.memory_limit_alone)
+            (1, self.memory_limit)
         } else {
             (self.at_once, self.solver.settings.memory_limit)
         }

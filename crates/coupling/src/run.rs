@@ -132,8 +132,8 @@ pub fn run_sharing(
     if let Some(tolerance) = case.electrostatics.and_then(|asked| asked.change_tolerance) {
         observer.preparing("steps are solved again for their change");
         let (solver, work) = (&solver, work.as_slice());
-        let (at_once, memory_limit_alone) = (plan.at_once, plan.memory_limit_alone);
-        ChangeSearch { solver, work, at_once, memory_limit_alone, cancel, tolerance }.run(&mut solved);
+        let (at_once, memory_limit) = (plan.at_once, plan.memory_limit);
+        ChangeSearch { solver, work, at_once, memory_limit, cancel, tolerance }.run(&mut solved);
     }
 
     let mut steps = in_order(plan, solved.into_iter(), &solver);

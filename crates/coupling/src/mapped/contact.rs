@@ -2,6 +2,7 @@
 
 use std::f64::consts::{FRAC_PI_4, PI};
 
+use super::films::Contact;
 use super::profile::Profile;
 
 /// Places per thickness of the layer at which the surface is looked at.
@@ -30,10 +31,8 @@ pub(super) struct Surface<'a> {
     pub(super) image: &'a dyn Fn(f64) -> [f64; 2],
     /// Undeformed, m.
     pub(super) thickness: f64,
-    /// Closer than this (m) the two touch.
-    pub(super) touching: f64,
-    /// Of the film between the two if they touch anywhere, m.
-    pub(super) film: Option<f64>,
+    /// How the two touch.
+    pub(super) contact: Contact,
 }
 
 /// One side of the lower face of an indenter's box. Places are those before the layer deforms, from the middle of the indenter outwards
@@ -65,14 +64,15 @@ fn edge(profile: &Profile, surface: &Surface<'_>, sign: f64) -> Option<Edge> {
         let to = (surface.image)(sign * x);
         [sign * to[0], to[1]]
     };
-    let foot = |x: f64| profile.facing(at(x), surface.film);
+    let (moved, touching) = (surface.contact.moved(), surface.contact.touching());
+    let foot = |x: f64| profile.facing(at(x), moved);
     let places = (followed / step).ceil() as usize;
     let place = |k: usize| k as f64 * step;
     let first_beyond = |length: f64| {
         let k = (0..=places).find(|k| foot(place(*k)).along > length)?;
         Some(between(&|x| foot(x).along > length, place(k.saturating_sub(1)), place(k)))
     };
-    let is_apart = |x: f64| foot(x).gap > surface.touching;
+    let is_apart = |x: f64| foot(x).gap > touching;
     let apart = (0..=places).find(|k| is_apart(place(*k)));
     let contact = match apart {
         Some(0) => 0.0,
@@ -83,7 +83,7 @@ fn edge(profile: &Profile, surface: &Surface<'_>, sign: f64) -> Option<Edge> {
         let gap = foot(0.0).gap.max(0.0);
         // The map squeezes space by R angle^2 / (2 gap) under the face, and by pi / (2 angle) in the wedge beside it: no wider, no
         // narrower.
-        let narrow = gap + surface.film.unwrap_or(0.0);
+        let narrow = gap + moved.unwrap_or(0.0);
         let balanced = (PI * narrow / profile.radius).cbrt();
         let touched = foot(contact).along / profile.radius;
         let angle = balanced.max(BEYOND_CONTACT[0] * touched).min(WIDEST).max(BEYOND_CONTACT[1] * touched);
@@ -98,7 +98,7 @@ fn edge(profile: &Profile, surface: &Surface<'_>, sign: f64) -> Option<Edge> {
             let along = [b[0] - a[0], b[1] - a[1]];
             let turned = (along[0] * tangent[1] - along[1] * tangent[0])
                 .atan2(along[0] * tangent[0] + along[1] * tangent[1]);
-            let is_away = surface.film.is_none() || foot.gap > AWAY * surface.thickness;
+            let is_away = moved.is_none() || foot.gap > AWAY * surface.thickness;
             foot.along >= around && (turned > TURNED_AWAY || is_away)
         };
         let k = (0..=places).find(|k| leaves(place(*k)))?;
@@ -135,14 +135,16 @@ mod tests {
 
     const PUNCH: Profile = Profile { flat: 1.0, radius: 0.1, height: 2.0, is_cylinder: false };
 
-    fn edge_of(profile: &Profile, film: Option<f64>, image: &dyn Fn(f64) -> [f64; 2]) -> Option<Edge> {
-        let surface = Surface { image, thickness: 0.5, touching: 1e-4, film };
+    const CLOSED: Contact = Contact::Closed(1e-4);
+
+    fn edge_of(profile: &Profile, contact: Contact, image: &dyn Fn(f64) -> [f64; 2]) -> Option<Edge> {
+        let surface = Surface { image, thickness: 0.5, contact };
         edges(profile, &surface, true).map(|[left, _]| left)
     }
 
     #[test]
     fn a_flat_surface_leaves_a_punch_where_its_corner_begins() {
-        let own = edge_of(&PUNCH, Some(0.0), &|x| [x, 0.0]).unwrap();
+        let own = edge_of(&PUNCH, CLOSED, &|x| [x, 0.0]).unwrap();
         // 1e-4 below the corner: sqrt(2 r 1e-4).
         assert!((own.contact - 1.0 - 0.0045).abs() < 2e-4, "{own:?}");
         let leaves = 1.0 + 0.1 * TURNED_AWAY.max(AROUND).tan();
@@ -160,19 +162,19 @@ mod tests {
                 [1.1 + (x - on) * 0.5_f64.sqrt(), 0.4 + (x - on) * 0.5_f64.sqrt()]
             }
         };
-        let own = edge_of(&PUNCH, Some(0.0), &image).unwrap();
+        let own = edge_of(&PUNCH, CLOSED, &image).unwrap();
         let end = PUNCH.round_end() + 0.3;
         assert!((own.contact - end).abs() < 2e-3 && (own.at - end).abs() < 1.1e-2, "{own:?}");
         assert_eq!(own.marks.len(), 3, "{own:?}");
         assert!((own.marks[0] - 1.0).abs() < 1e-6 && (own.marks[1] - PUNCH.round_end()).abs() < 1e-6);
-        assert_eq!(edge_of(&PUNCH, Some(0.0), &|x| PUNCH.point(x).0), None);
+        assert_eq!(edge_of(&PUNCH, CLOSED, &|x| PUNCH.point(x).0), None);
     }
 
     #[test]
     fn the_face_of_a_cylinder_is_wider_the_farther_it_is_from_the_layer() {
         let cylinder = Profile { flat: 0.0, radius: 1.0, height: 2.0, is_cylinder: true };
-        let far = edge_of(&cylinder, None, &|x| [x, -0.04]).unwrap();
-        let near = edge_of(&cylinder, None, &|x| [x, -0.02]).unwrap();
+        let far = edge_of(&cylinder, Contact::Apart, &|x| [x, -0.04]).unwrap();
+        let near = edge_of(&cylinder, Contact::Apart, &|x| [x, -0.02]).unwrap();
         assert!(far.at > near.at && far.contact == 0.0, "{far:?} {near:?}");
         // R angle^2 / (2 gap) = pi / (2 angle).
         assert!((far.along.powi(2) / 0.08 - 0.5 * PI / far.along).abs() < 1e-4, "{far:?}");

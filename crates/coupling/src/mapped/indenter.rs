@@ -5,14 +5,13 @@
 //! at the feet of those of the surface below them, up to where the surface leaves the indenter. The displacement of a point of a face falls
 //! to zero over the distance to the surface of the layer, and to the ends of the map on the other sides.
 //!
-//! Where the two touch there is no space between them. Metal that is the same all along x3 reaches down to the layer there, and fills what
-//! is left of the gap beside the contact where that is narrower than a film. From anything else the surface of the layer is moved away by
-//! that film, which is filled with the material of the layer as far as boxes fill the contact.
+//! Where the two touch, boxes fill the contact: with the metal of the indenter, or with the material of the layer ([`super::films`]).
 
 use elastocap_geometry::scene::Box3;
 
 use super::axes::Piece;
 use super::contact::{Edge, Surface, edges};
+use super::films::{Contact, Film};
 use super::profile::Profile;
 use crate::scene::indenter::{IndenterForm, Rounding};
 
@@ -31,12 +30,8 @@ const SAGITTA: f64 = 2.0;
 /// The lower face of a ball reaches this far beyond the contact, over the radius of that.
 const BEYOND_CONTACT: f64 = 1.5;
 
-/// An indenter and the layer under a film touch where they are closer than this share of the film.
-const TOUCHING: f64 = 0.3;
-
-/// Beside a contact that metal fills, the gap that is closed begins where it is this share of the film wide: what is narrower changes
-/// nothing when it is closed.
-const CLOSED: f64 = 0.1;
+/// A gap that metal closes counts from where it is this share of its greatest width: what is narrower changes nothing when it is closed.
+const COUNTED: f64 = 0.1;
 
 /// Half widths of the boxes that fill a circle of contact, over its radius: corners on the circle.
 const FILL: [[f64; 2]; 3] = [[0.92, 0.39], [0.70, 0.71], [0.39, 0.92]];
@@ -56,50 +51,8 @@ pub(super) struct Under<'a> {
     pub(super) surface: f64,
     /// The undeformed thickness of the layer, m.
     pub(super) thickness: f64,
-    /// Of the film where the two touch, m.
-    pub(super) film: f64,
-    /// Whether the metal of the indenter takes the place of the film.
-    pub(super) is_metal: bool,
-}
-
-/// What lies between an indenter and the layer where the two touch.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) enum Contact {
-    /// They do not touch, or a box lies on the layer.
-    None,
-    /// A film of the layer's material, by which the surface is moved away from the indenter.
-    Film,
-    /// The indenter itself.
-    Metal,
-}
-
-impl Contact {
-    /// That of an indenter of a form, if it `touches` the layer.
-    pub(super) fn of(form: &IndenterForm, touches: bool, is_metal: bool) -> Self {
-        match form.rounding {
-            _ if !touches => Self::None,
-            Rounding::Sharp => Self::None,
-            Rounding::AlongX3 { .. } if is_metal => Self::Metal,
-            Rounding::AlongX3 { .. } | Rounding::Ball { .. } => Self::Film,
-        }
-    }
-
-    /// Up to which gap the two touch, given the thickness of a film, m.
-    pub(super) fn touching(self, film: f64) -> f64 {
-        match self {
-            Self::Metal => film,
-            Self::None | Self::Film => TOUCHING * film,
-        }
-    }
-
-    /// By how much the surface is moved away where the two touch, m; `None` if they do not.
-    pub(super) fn moved(self, film: f64) -> Option<f64> {
-        match self {
-            Self::None => None,
-            Self::Film => Some(film),
-            Self::Metal => Some(0.0),
-        }
-    }
+    /// What may lie between the two.
+    pub(super) film: Film,
 }
 
 /// The map of an indenter.
@@ -113,11 +66,8 @@ pub(super) struct IndenterMap {
     ends: Box3,
     /// How far the contact reaches to the left and to the right of the middle in these coordinates, m; zero without contact.
     contact: [f64; 2],
-    /// What lies between the two where they touch.
     touch: Contact,
-    /// The film between them, or the gap that metal closes, m.
-    width: f64,
-    /// How much of the surface beside the contact lies under a gap that metal closes, m.
+    /// How much of the surface on one side lies under a gap that metal closes, m.
     closed: f64,
     surface: f64,
     /// Where it is the same all along x3 and round.
@@ -135,15 +85,14 @@ impl IndenterMap {
     /// For an indenter with its lowest point at a height, m, over the layer before this is lowered; `None` where the surface does not
     /// leave it. `is_half`: both sides are mirror images.
     pub(super) fn new(form: IndenterForm, lowest: f64, under: &Under<'_>, is_half: bool) -> Option<Self> {
-        let touches = lowest - (under.image)([form.position, under.surface, 0.0])[1] < 0.5 * under.film;
+        let gap = lowest - (under.image)([form.position, under.surface, 0.0])[1];
         let mut own = Self {
             form,
             lowest,
             region: form.bounds(under.surface),
             ends: Box3::SPACE,
             contact: [0.0; 2],
-            touch: Contact::of(&form, touches, under.is_metal),
-            width: under.film,
+            touch: Contact::of(&form, under.film, gap),
             closed: 0.0,
             surface: under.surface,
             outline: None,
@@ -178,7 +127,7 @@ impl IndenterMap {
 
     /// The film by which the surface is moved away, m; zero without one.
     pub(super) fn film(&self) -> f64 {
-        self.touch.moved(self.width).unwrap_or(0.0)
+        self.touch.moved().unwrap_or(0.0)
     }
 
     /// By how much the film moves a point of the layer or above it, m: across the film under the box, and less towards the ends of the
@@ -231,7 +180,7 @@ impl IndenterMap {
             }
             x
         };
-        if distance <= 0.5 * under.film {
+        if distance <= 0.5 * under.film.thickness {
             (self.region.min[0], self.region.max[0]) = (edge(-1.0), edge(1.0));
         } else {
             self.region.min[1] += distance;
@@ -248,11 +197,11 @@ impl IndenterMap {
         let distance = gap(0.0).max(0.0);
         let most = WIDEST * radius;
         let film = self.film();
-        let contact = if film > 0.0 { last_within(&gap, TOUCHING * film, 0.0, most) } else { 0.0 };
-        let rise = SAGITTA * distance.max(5.0 * film).max(0.02 * under.film);
+        let contact = if film > 0.0 { last_within(&gap, self.touch.touching(), 0.0, most) } else { 0.0 };
+        let rise = SAGITTA * distance.max(5.0 * film).max(0.02 * under.film.thickness);
         let chord = (radius * radius - (radius - rise.min(radius)).powi(2)).sqrt();
         let half = chord.max(BEYOND_CONTACT * contact).max(NARROWEST * radius).min(most);
-        let room = (gap(half) + film).max(0.02 * under.film);
+        let room = (gap(half) + film).max(0.02 * under.film.thickness);
         let over = 2.0 * (radius * radius - half * half).sqrt();
         self.contact = [contact; 2];
         self.region = Box3 {
@@ -268,13 +217,11 @@ impl IndenterMap {
             let to = (under.image)([form.position + x, under.surface, 0.0]);
             [to[0] - form.position, to[1] - lowest]
         };
-        let touching = self.touch.touching(under.film);
-        let film = self.touch.moved(under.film);
-        let surface = Surface { image: &image, thickness: under.thickness, touching, film };
+        let surface = Surface { image: &image, thickness: under.thickness, contact: self.touch };
         let edges = edges(&profile, &surface, is_half)?;
-        let gap = |x: f64| profile.facing(image(x), film).gap;
+        let gap = |x: f64| profile.facing(image(x), self.touch.moved()).gap;
         let [left, right] = &edges;
-        let room = (gap(-left.at).max(gap(right.at)) + self.film()).max(0.02 * under.film);
+        let room = (gap(-left.at).max(gap(right.at)) + self.film()).max(0.02 * under.film.thickness);
         let side = |edge: &Edge| profile.side_end(edge.along) - edge.along;
         let over = side(left).max(side(right));
         let across = form.half_widths[1];
@@ -282,12 +229,10 @@ impl IndenterMap {
             min: [form.position - left.at, under.surface + room, -across],
             max: [form.position + right.at, under.surface + room + over, across],
         };
-        if self.touch != Contact::None {
-            self.contact = [left.contact, right.contact];
-        }
-        if self.touch == Contact::Metal {
-            let open =
-                |sign: f64, end: f64| end - last_within(&|x| gap(sign * x), CLOSED * under.film, 0.0, end);
+        // Of a face that does not touch the contacts are zero.
+        self.contact = [left.contact, right.contact];
+        if let Contact::Closed(width) = self.touch {
+            let open = |sign: f64, end: f64| end - last_within(&|x| gap(sign * x), COUNTED * width, 0.0, end);
             self.closed = open(-1.0, left.contact).max(open(1.0, right.contact));
         }
         self.outline = Some(Outline { profile, edges });
@@ -305,7 +250,7 @@ impl IndenterMap {
 
     /// Boxes that fill the space between the two in the contact: with metal, or with the layer's material.
     pub(super) fn filled(&self) -> Vec<Box3> {
-        if self.touch == Contact::None || self.contact == [0.0; 2] || self.is_tiny() {
+        if self.contact == [0.0; 2] || self.is_tiny() {
             return Vec::new();
         }
         let shares = match self.form.rounding {
@@ -325,7 +270,7 @@ impl IndenterMap {
 
     /// Whether they are filled with the metal of the indenter.
     pub(super) fn is_joined(&self) -> bool {
-        self.touch == Contact::Metal
+        matches!(self.touch, Contact::Closed(_))
     }
 
     /// Whether the contact is a circle too small to be filled.
@@ -336,9 +281,11 @@ impl IndenterMap {
     /// What the film, or the closed gap, changes in the capacitances, over them, at most about: an estimate, where it is one over this
     /// distance (m) from the electrodes, and of a medium with a permittivity that of the layer is so many times larger than.
     pub(super) fn film_error(&self, distance: f64, contrast: f64) -> f64 {
-        if self.is_joined() {
-            // As a film of its width that covers no more than the gap.
-            return 0.5 * self.width / distance * (2.0 * self.closed / distance).min(1.0);
+        if let Contact::Closed(width) = self.touch {
+            // On average half of the width is closed, which is as much as `contrast` times that of the layer's material, and only beside the
+            // contact.
+            let covered = (2.0 * self.closed / distance).min(1.0);
+            return 0.5 * contrast.max(1.0) * width / distance * covered;
         }
         let left = match self.form.rounding {
             Rounding::Ball { .. } if self.is_tiny() => {
@@ -378,7 +325,7 @@ impl IndenterMap {
         let feet = |x: f64| {
             let to = (under.image)([x, under.surface, c[2]]);
             // The film is between them already.
-            let film = (self.touch != Contact::None).then_some(0.0);
+            let film = self.touch.moved().map(|_| 0.0);
             let facing = profile.facing([to[0] - middle[0], to[1] - middle[1]], film);
             (facing.along.abs(), facing.along, to[2])
         };
@@ -423,8 +370,8 @@ impl IndenterMap {
         let side = usize::from(x > self.form.position);
         let share = (x - self.form.position).abs() / self.contact[side];
         let room = self.region.min[1] - self.surface;
-        let depth = self.width + (room - self.width) * (1.0 - share.powi(8));
-        (self.is_joined() && share < 1.0).then_some(depth)
+        let Contact::Closed(width) = self.touch else { return None };
+        (share < 1.0).then_some(width + (room - width) * (1.0 - share.powi(8)))
     }
 
     /// The point of a ball or a box that a point of the surface of the map's box stands for, if the layer does not slide.

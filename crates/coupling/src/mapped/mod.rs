@@ -6,6 +6,7 @@
 
 mod axes;
 mod contact;
+mod films;
 mod indenter;
 mod pair_frame;
 mod profile;
@@ -27,7 +28,9 @@ use crate::scene::neutral::indenter_in_field;
 use crate::scene::{DeformedScene, SceneError};
 use axes::{joined, pieces};
 use contact::{Surface, edges};
-use indenter::{Contact, IndenterMap, Under, last_within};
+use films::Contact;
+pub(crate) use films::{Film, Films};
+use indenter::{IndenterMap, Under, last_within};
 use pair_frame::{Frame, Material};
 use profile::Profile;
 use remembered::Remembered;
@@ -90,61 +93,6 @@ impl BentScene {
             }
         }
         out
-    }
-}
-
-/// Thickness of the film between a round indenter and the layer, over that of the layer.
-const FILMS: [f64; 4] = [2.5e-3, 5e-3, 1e-2, 2e-2];
-
-/// What lies between an indenter and the layer where the two touch.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Film {
-    /// Over the thickness of the layer.
-    pub(crate) thickness: f64,
-    /// Whether an indenter of metal takes its place, and closes the gap beside the contact where that is narrower.
-    pub(crate) is_closed: bool,
-}
-
-/// The films to try for a tolerance, one after the other. Thin ones bend the space between indenter and layer so much that iterations
-/// become many, so that the first is the thickest whose error is at most half the tolerance. Thicker ones follow, for maps whose
-/// polynomials cross over it. Under metal all of them are closed gaps first.
-pub(crate) struct Films {
-    relative_tolerance: f64,
-    index: usize,
-    is_closed: bool,
-    /// Whether no map failed yet.
-    may_be_thinner: bool,
-}
-
-impl Films {
-    /// The first is the thickest whose error would be a quarter of the tolerance with the layer as thin as the electrodes' cover.
-    /// `is_metal`: the indenter is a conductor.
-    pub(crate) fn new(relative_tolerance: f64, is_metal: bool) -> Self {
-        let is_thin = |film: &f64| 0.5 * film <= 0.25 * relative_tolerance;
-        let index = FILMS.iter().rposition(is_thin).unwrap_or(0);
-        Self { relative_tolerance, index, is_closed: is_metal, may_be_thinner: true }
-    }
-
-    /// The film to try; `None` after the thickest.
-    pub(crate) fn next(&self) -> Option<Film> {
-        FILMS.get(self.index).map(|&thickness| Film { thickness, is_closed: self.is_closed })
-    }
-
-    /// Takes a thinner one if the film of a scene leaves too large an error and there is one. Returns whether it did.
-    pub(crate) fn made_thinner(&mut self, bent: &BentScene) -> bool {
-        let too_thick = bent.film_error > 0.5 * self.relative_tolerance;
-        let thinner = self.may_be_thinner && too_thick && self.index > 0;
-        self.index -= usize::from(thinner);
-        thinner
-    }
-
-    /// Takes a thicker one, since the map with this one failed.
-    pub(crate) fn make_thicker(&mut self) {
-        self.may_be_thinner = false;
-        self.index += 1;
-        if self.is_closed && self.index == FILMS.len() {
-            *self = Self::new(self.relative_tolerance, false);
-        }
     }
 }
 
@@ -225,7 +173,6 @@ pub(crate) fn bent_scene(
     let own = indenter_in_field(case);
     let form = IndenterForm::of(case, own.and_then(|own| own.height));
     let in_field = form.filter(|_| own.is_some());
-    let Film { thickness: film, is_closed: is_metal } = film;
     let lowest = step.deformed_thickness + found.distance;
     let top = |x: f64, z: f64| {
         let u = displacement([x, pad[1], z]);
@@ -233,8 +180,7 @@ pub(crate) fn bent_scene(
     };
     let contrast = layer.relative_permittivity.unwrap_or(1.0) / cover_permittivity(&deformed.scene);
     let joined = |part: &LayerMap<'_>| -> Result<Option<BentScene>, SceneError> {
-        let film = film * layer.thickness;
-        let parts = Parts { layer: part, form: in_field, lowest, film, is_metal, pad, tiny, contrast };
+        let parts = Parts { layer: part, form: in_field, lowest, film, pad, tiny, contrast };
         let scene = match part {
             LayerMap::Pair(frame, _) => frame.scene(deformed, step),
             LayerMap::Surface(own) => Some(own.scene(&deformed.scene)),
@@ -264,8 +210,7 @@ pub(crate) fn bent_scene(
         }
         None => {
             let Some(form) = form else { return Ok(None) };
-            let widths = [pad[1], film * pad[1]];
-            let Some(mut corners) = corners(&form, lowest, &top, widths, is_metal, is_half) else {
+            let Some(mut corners) = corners(&form, lowest, &top, pad[1], film, is_half) else {
                 return Ok(None);
             };
             if is_plane {
@@ -317,13 +262,13 @@ fn covered(form: &IndenterForm, distance: f64, gap: &dyn Fn(f64, f64) -> f64) ->
 }
 
 /// The material points along x1 and x3 at which the surface under an indenter bends sharply, given where its points go; `None` where it
-/// does not leave the indenter. The two lengths are the thickness of the layer and that of the film, m.
+/// does not leave the indenter. `thickness` is that of the layer, m.
 fn corners(
     form: &IndenterForm,
     lowest: f64,
     top: &dyn Fn(f64, f64) -> [f64; 3],
-    [thickness, film]: [f64; 2],
-    is_metal: bool,
+    thickness: f64,
+    film: Film,
     is_half: bool,
 ) -> Option<[Vec<f64>; 2]> {
     let [along, across] = form.half_widths;
@@ -333,10 +278,8 @@ fn corners(
             let to = top(middle + x, 0.0);
             [to[0] - middle, to[1] - lowest]
         };
-        let touches = lowest - top(middle, 0.0)[1] < 0.5 * film;
-        let contact = Contact::of(form, touches, is_metal);
-        let (touching, film) = (contact.touching(film), contact.moved(film));
-        let surface = Surface { image: &image, thickness, touching, film };
+        let contact = Contact::of(form, film, lowest - top(middle, 0.0)[1]);
+        let surface = Surface { image: &image, thickness, contact };
         let [left, right] = edges(&profile, &surface, is_half)?;
         let both = left.marks.iter().map(|x| middle - x).chain(right.marks.iter().map(|x| middle + x));
         return Some([both.collect(), vec![across]]);
@@ -356,7 +299,7 @@ fn corners(
                 let to = top(x, 0.0);
                 lowest + form.lower_side(to[0], 0.0) - to[1]
             };
-            let touching = Contact::Film.touching(film);
+            let touching = Contact::Film(film.thickness).touching();
             let contact = last_within(&gap, touching, 0.0, radius.min(4.0 * thickness));
             [vec![-contact, contact], vec![contact]]
         }
@@ -373,10 +316,7 @@ struct Parts<'a> {
     form: Option<IndenterForm>,
     /// The height of the indenter's lowest point, m.
     lowest: f64,
-    /// Of the film under a round one, m.
-    film: f64,
-    /// Whether its metal takes the place of the film.
-    is_metal: bool,
+    film: Film,
     /// Half length, thickness and half width of the layer before loading, m.
     pad: [f64; 3],
     tiny: f64,
@@ -394,8 +334,7 @@ impl Parts<'_> {
     ) -> Result<Option<BentScene>, SceneError> {
         let (layer, surface) = (self.layer, self.layer.surface());
         let at_rest = |x: [f64; 3]| layer.image(x);
-        let Self { film, is_metal, .. } = *self;
-        let under = |image| Under { image, surface, thickness: self.pad[1], film, is_metal };
+        let under = |image| Under { image, surface, thickness: self.pad[1], film: self.film };
         let indenter = match self.form {
             None => None,
             Some(form) => {
@@ -519,26 +458,5 @@ impl Parts<'_> {
             }
         }
         (sum / images.len().max(1) as f64).sqrt() / (surface - highest).max(self.tiny)
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn where_no_gap_can_be_closed_films_are_tried_until_there_is_no_thicker_one() {
-        let tried = |is_metal: bool| {
-            let mut films = Films::new(1e-2, is_metal);
-            let mut all = Vec::new();
-            while let Some(film) = films.next() {
-                all.push((film.thickness, film.is_closed));
-                films.make_thicker();
-            }
-            all
-        };
-        let films = [(5e-3, false), (1e-2, false), (2e-2, false)];
-        assert_eq!(tried(false), films);
-        assert_eq!(tried(true), [films.map(|(film, _)| (film, true)), films].concat());
     }
 }

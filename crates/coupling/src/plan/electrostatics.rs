@@ -30,7 +30,6 @@ impl Plan {
             return;
         }
         self.memory_limit = max_memory();
-        self.memory_limit_alone = self.memory_limit;
         let settings = self.solver_settings(case, options);
         if !case.recognised.is_empty() {
             let names: Vec<String> = case.recognised.iter().map(|name| format!("`{name}`")).collect();
@@ -178,7 +177,7 @@ impl Plan {
             let wanted = self.solvable_steps().count().clamp(1, MAX_AT_ONCE);
             if room >= wanted {
                 // Not divided by the number of threads: the memory of a solve must not depend on it.
-                self.memory_limit /= wanted as u64;
+                self.memory_shares = wanted as u64;
                 self.at_once = wanted.min(rayon::current_num_threads());
             }
         }

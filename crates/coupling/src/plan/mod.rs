@@ -63,12 +63,12 @@ pub struct Plan {
     pub at_once: usize,
     /// What the user should know before the run.
     pub warnings: Vec<String>,
-    /// Memory that one solve may take, bytes.
+    /// Memory that the field solves may take together, bytes.
     #[serde(skip)]
     pub memory_limit: u64,
-    /// Memory that a solve may take while no other runs, bytes.
+    /// Among how many solves it is divided.
     #[serde(skip)]
-    pub memory_limit_alone: u64,
+    pub memory_shares: u64,
     /// Memory that the finite elements of the layer may take, bytes.
     #[serde(skip)]
     pub layer_memory_limit: u64,
@@ -122,7 +122,7 @@ impl Plan {
             at_once: 1,
             warnings: Vec::new(),
             memory_limit: FieldSettings::default().memory_limit,
-            memory_limit_alone: FieldSettings::default().memory_limit,
+            memory_shares: 1,
             layer_memory_limit: max_memory(),
             force_limit: None,
             pruned: options.prune,
@@ -147,7 +147,7 @@ impl Plan {
             symmetry: options.prune,
             // Without pruning the fields are computed even if nobody wants the files.
             field: options.fields || !options.prune,
-            memory_limit: self.memory_limit,
+            memory_limit: self.memory_limit / self.memory_shares,
             tetrahedra_order: asked.and_then(|e| e.order).map_or(usual.tetrahedra_order, usize::from),
             cancel: None,
             shared: None,

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use elastocap_case::FieldSolver;
 use elastocap_electrostatics::{ExtrudedSolution, MeshSolution, Solution, SolveError, solve, solve_extruded};
 use elastocap_geometry::export::surfaces::SurfaceBody;
-use elastocap_geometry::scene::{Role, Scene};
+use elastocap_geometry::scene::Scene;
 
 use super::Solver;
 use crate::box_fields::{between, enclosing, mapped};
@@ -112,9 +112,7 @@ impl Solver<'_> {
         }
         let enclosed = || Ok(Fields::Enclosed(Box::new(between(deformed, enclosing(deformed)?, &settings)?)));
         // Boxes inside and around a pair know nothing of what else is bent.
-        let indenter = indenter_in_field(self.case);
-        let is_pressed_in_field = indenter.is_some();
-        let is_metal = indenter.is_some_and(|own| matches!(own.role, Role::Conductor { .. }));
+        let is_pressed_in_field = indenter_in_field(self.case).is_some();
         let may_be_enclosed = deformed.scene.conductors().count() <= 2 && !is_pressed_in_field;
         let (Some(Deformation::FiniteElement(layer)), Some(displacement)) =
             (state, self.layer.displacement(step.index))
@@ -122,7 +120,7 @@ impl Solver<'_> {
             return enclosed();
         };
         let found = Found { step: layer, displacement: &displacement, distance: step.pose.distance };
-        let mut films = Films::new(self.settings.relative_tolerance, is_metal);
+        let mut films = Films::new(self.case, self.settings.relative_tolerance);
         loop {
             let Some(film) = films.next() else {
                 return if may_be_enclosed { enclosed() } else { Err(StepFailure::NoMap.into()) };
@@ -130,14 +128,14 @@ impl Solver<'_> {
             let bent = match bent_scene(self.case, deformed, &found, film) {
                 Ok(Some(bent)) => bent,
                 Ok(None) | Err(_) if may_be_enclosed => return enclosed(),
-                Ok(None) if film.is_closed => {
+                Ok(None) if is_pressed_in_field => {
                     films.make_thicker();
                     continue;
                 }
                 Ok(None) => return Err(StepFailure::NoMap.into()),
                 Err(error) => return Err(error.into()),
             };
-            if films.made_thinner(&bent) {
+            if films.made_thinner(bent.film_error) {
                 continue;
             }
             match mapped(&bent, &settings) {

@@ -121,8 +121,8 @@ impl SceneMap {
         points
     }
 
-    /// The smallest determinant of its gradient at places between two heights (m), in as many places of each of its polynomials as the
-    /// degree of that: what is positive there need not be so everywhere.
+    /// The smallest determinant of its gradient between two heights, m. It is looked for along each axis at one place more than the
+    /// degree of each polynomial, so that a map may fold between these places though this is positive.
     pub fn smallest_volume(&self, heights: [f64; 2]) -> f64 {
         let mut places = self.axes.each_ref().map(|axis| {
             let between = |(ends, &degree): (&[f64], &usize)| {
