@@ -5,7 +5,7 @@ use crate::SolveError;
 use crate::boxes::grid_refinement::{functions_wanted, missing, refine};
 use crate::boxes::grid_search::{STEP, goal};
 use crate::boxes::layout::Layout;
-use crate::boxes::one_grid::{GridProblem, on_grid};
+use crate::boxes::one_grid::{GridProblem, Lower, on_grid};
 use crate::boxes::open_space::OpenSpace;
 use crate::boxes::resolution::{MAX_UNKNOWNS, MIN_TOLERANCE, first, graded};
 use crate::boxes::two_states;
@@ -67,7 +67,7 @@ pub fn forecast(scene: &Scene, settings: &Settings) -> Result<Forecast, SolveErr
         let mut dims;
         let mut iterations;
         loop {
-            let outcome = on_grid(&problem, &grid, 1e-4, false, None)?;
+            let outcome = on_grid(&problem, &grid, 1e-4, Lower::None, None)?;
             let indicator = outcome.indicator(&problem);
             let lacking = missing(&grid, &indicator);
             let goal = goal(settings.bounds) * tolerance / outcome.amplification(tolerance, settings);

@@ -7,11 +7,12 @@
 use crate::SolveError;
 use crate::boxes::grid_refinement::{Indicator, missing, refine};
 use crate::boxes::layout::Grid;
-use crate::boxes::one_grid::{Coarser, GridProblem, Outcome, Potentials, on_grid};
+use crate::boxes::one_grid::{Coarser, GridProblem, Lower, Outcome, Potentials, on_grid};
 use crate::boxes::open_space::OpenSpace;
 use crate::boxes::resolution::{MAX_UNKNOWNS, MIN_TOLERANCE, coarser, first, graded, iteration_share};
 use crate::matrix::rounding_alone;
 use crate::solution::{ResolutionLevel, STOPPED};
+use faer::Mat;
 use std::time::Instant;
 
 /// Missing energy that a refinement aims for, over the missing energy before it.
@@ -64,7 +65,7 @@ pub(crate) fn fixed(problem: &GridProblem<'_>, level: ResolutionLevel) -> Result
     if !settings.bounds {
         // The error is estimated by comparison with a coarser grid, whose functions span a smaller space.
         let grid = problem.core.grid(&graded(coarser(level)), distance);
-        let outcome = on_grid(problem, &grid, share, false, None)?;
+        let outcome = on_grid(problem, &grid, share, Lower::None, None)?;
         let missing = missing(&grid, &outcome.indicator(problem));
         below = Some(Coarser { missing, upper: outcome.bounds.upper });
         grids += 1;
@@ -72,7 +73,8 @@ pub(crate) fn fixed(problem: &GridProblem<'_>, level: ResolutionLevel) -> Result
     let choosing = begin.elapsed().as_secs_f64();
     let grid = problem.core.grid(&graded(level), distance);
     problem.check_memory(&grid)?;
-    let mut outcome = on_grid(problem, &grid, share, settings.bounds, None)?;
+    let lower = if settings.bounds { Lower::OF_GRID } else { Lower::None };
+    let mut outcome = on_grid(problem, &grid, share, lower, None)?;
     if let Some(below) = below {
         let missing = missing(&grid, &outcome.indicator(problem));
         outcome.estimate(Some(&below), missing, open_space.error(distance), settings);
@@ -134,6 +136,8 @@ pub(crate) struct Search<'p, 's> {
     before: Option<Coarser>,
     /// The potentials on it, from which iterations on the next start.
     potentials: Option<Potentials>,
+    /// The lower bounds on it, of all conductors, if any.
+    lower: Option<Mat<f64>>,
     open_space: OpenSpace,
     /// Where rays to infinity begin, as [`OpenSpace::distance`] has it.
     distance: f64,
@@ -167,6 +171,7 @@ impl<'p, 's> Search<'p, 's> {
             settled: true,
             before: None,
             potentials: None,
+            lower: None,
             open_space,
             distance,
             judged: Vec::new(),
@@ -222,8 +227,13 @@ impl<'p, 's> Search<'p, 's> {
             let found = match problem.cancelled() {
                 true => Err(SolveError::Cancelled),
                 false => {
-                    let (share, prove) = (self.share(purpose), purpose == Purpose::Prove);
-                    on_grid(problem, &self.grid, share, prove, self.potentials.take().as_ref())
+                    let known = self.lower.as_ref();
+                    let lower = match purpose {
+                        Purpose::Prove => Lower::Proved { known, accepted },
+                        Purpose::Explore | Purpose::Estimate => Lower::None,
+                    };
+                    let potentials = self.potentials.take();
+                    on_grid(problem, &self.grid, self.share(purpose), lower, potentials.as_ref())
                 }
             };
             let mut outcome = match found {
@@ -236,6 +246,7 @@ impl<'p, 's> Search<'p, 's> {
             self.grids += 1;
             // Bounds that meet the tolerance need no indicator.
             let proved = (purpose == Purpose::Prove).then(|| outcome.error(problem.settings));
+            self.lower = proved.map(|_| outcome.all.lower.clone());
             if let Some(error) = proved.filter(|error| *error <= accepted) {
                 self.keep(outcome, error, start.elapsed().as_secs_f64());
                 return Ok(true);

@@ -27,7 +27,7 @@ use elastocap_geometry::scene::{Potential, Scene};
 use elastocap_linalg::dense::{self, Lu};
 use faer::Mat;
 use std::sync::Arc;
-use std::sync::atomic::Ordering;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 /// Without bounds, the estimated error over the missing energy that the surplus indicates, which is 0.6 to 1.6 times the true error
 /// on cubes, plates and pairs.
@@ -197,6 +197,10 @@ impl Embedded<'_> {
 pub(super) struct SolvedPart {
     pub(super) energies: Energies,
     primal: Primal,
+    /// Of the conductors' blocks, for each right-hand side.
+    potentials: Vec<Vec<f64>>,
+    /// Which right-hand sides are images of others.
+    images: Vec<Option<Image>>,
     /// The fluxes of the lower problem where the problem keeps them.
     pub(super) fluxes: Option<Fluxes>,
     pub(super) domain: Domain,
@@ -204,9 +208,23 @@ pub(super) struct SolvedPart {
     pub(super) copies: f64,
 }
 
-/// Solves all parts on one grid: the primal problem, and the dual one if `lower_too`; otherwise the lower bounds are set equal to
-/// the upper ones. The linear solvers start from the potentials on a coarser grid, if there are any, and stop when their error is
-/// about `share` of the energy.
+/// Which lower bounds a grid is to give.
+#[derive(Clone, Copy)]
+pub(crate) enum Lower<'a> {
+    /// None: they are set equal to the upper ones.
+    None,
+    /// Those of the dual problem on the grid. Under a map the dual problem follows the primal one, and is left out where lower bounds that
+    /// are `known` from another grid give, with the new upper ones, an error of `accepted`.
+    Proved { known: Option<&'a Mat<f64>>, accepted: f64 },
+}
+
+impl Lower<'_> {
+    /// Of the dual problem on the grid.
+    pub(crate) const OF_GRID: Self = Self::Proved { known: None, accepted: 0.0 };
+}
+
+/// Solves all parts on one grid: the primal problem, and the dual one as far as it is needed. The linear solvers start from the potentials
+/// on a coarser grid, if there are any, and stop when their error is about `share` of the energy.
 ///
 /// # Errors
 /// A grid whose matrices cannot be factorised, a request to stop.
@@ -214,7 +232,7 @@ pub(crate) fn on_grid(
     problem: &GridProblem<'_>,
     grid: &Grid,
     share: f64,
-    lower_too: bool,
+    lower: Lower<'_>,
     coarser: Option<&Potentials>,
 ) -> Result<Outcome, SolveError> {
     let n = problem.layout.conductors.len();
@@ -222,19 +240,20 @@ pub(crate) fn on_grid(
     let (mut up, mut low) = (Mat::zeros(n, n), Mat::zeros(n, n));
     let mut out = Outcome::empty();
     let grid = &grid.reflected(problem.reflected);
+    let has_lower = !matches!(lower, Lower::None);
+    let add = |to: &mut Mat<f64>, at: usize, part: &SolvedPart, own: &Mat<f64>| {
+        for (i, j) in (0..own.nrows()).flat_map(|i| (0..own.ncols()).map(move |j| (i, j))) {
+            to[(at + i, at + j)] = part.copies * own[(i, j)];
+        }
+    };
     let mut at = 0;
     for part in &problem.parts {
-        let count = part.potentials.len();
-        if count > 0 {
+        if !part.potentials.is_empty() {
             let coarser = coarser.map(|coarser| (coarser, at));
-            let (solved, dual) = solve_part(problem, part, grid, share, lower_too, coarser)?;
-            for i in 0..count {
-                for j in 0..count {
-                    up[(at + i, at + j)] = part.copies * solved.energies.matrix[(i, j)];
-                    if let Some(dual) = &dual {
-                        low[(at + i, at + j)] = part.copies * dual.matrix[(i, j)];
-                    }
-                }
+            let (solved, dual) = solve_part(problem, part, grid, share, has_lower, coarser)?;
+            add(&mut up, at, &solved, &solved.energies.matrix);
+            if let Some(dual) = &dual {
+                add(&mut low, at, &solved, &dual.matrix);
             }
             out.add_cost(&solved.energies, dual.as_ref());
             out.solved.push((at, solved));
@@ -248,17 +267,31 @@ pub(crate) fn on_grid(
     };
     let rounding = rounding_scale(&basis, &up);
     out.rounding = Mat::from_fn(n, n, |i, j| unit * rounding[(i, j)]);
-    out.all.upper = scaled(up);
-    out.all.lower = if lower_too { scaled(low) } else { out.all.upper.clone() };
-    out.all.count_rounding(&out.rounding, contrast_of(&problem.layout.permittivity));
-    out.all.uncross();
-    out.bounds = problem.floating.reduced(&out.all);
+    let upper = scaled(up);
+    if let (Lower::Proved { known: Some(known), accepted }, true) = (lower, problem.layout.map.is_some()) {
+        out.set_bounds(problem, upper.clone(), known.clone());
+        if out.error(problem.settings) <= accepted {
+            out.basis = basis;
+            return Ok(out);
+        }
+    }
+    if has_lower && problem.layout.map.is_some() {
+        for k in 0..out.solved.len() {
+            let Some((at, part)) = out.solved.get(k) else { continue };
+            let dual = part.bent_lower(share, problem.settings.cancel.as_deref())?;
+            add(&mut low, *at, part, &dual.matrix);
+            out.unknowns = out.unknowns.max(part.energies.unknowns + dual.unknowns);
+            out.add_dual_cost(&dual);
+        }
+    }
+    let lower = if has_lower { scaled(low) } else { upper.clone() };
+    out.set_bounds(problem, upper, lower);
     out.basis = basis;
     Ok(out)
 }
 
-/// Solves one part on one grid: its primal problem, and the energies of its dual one if `lower_too`. The potentials of a `coarser` grid
-/// come with the number of the part's first right-hand side.
+/// Solves one part on one grid: its primal problem, and, except under a map, the energies of its dual one if `lower_too`. The potentials of
+/// a `coarser` grid come with the number of the part's first right-hand side.
 fn solve_part(
     problem: &GridProblem<'_>,
     part: &Part,
@@ -274,19 +307,16 @@ fn solve_part(
     let images =
         if problem.settings.symmetry { images(&domain, &potentials) } else { vec![None; potentials.len()] };
     let embedded = coarser.and_then(|(coarser, first)| coarser.on(first, &domain));
-    let start = |(k, image): (usize, Option<Image>)| match (image, &embedded) {
-        (Some(image), _) => Start::Image(image),
+    let start = |(k, image): (usize, &Option<Image>)| match (image, &embedded) {
+        (Some(image), _) => Start::Image(*image),
         (None, Some(embedded)) => Start::Potential(embedded.potential(k)),
         (None, None) => Start::Nothing,
     };
-    let starts: Vec<Start> = images.into_iter().enumerate().map(start).collect();
+    let starts: Vec<Start> = images.iter().enumerate().map(start).collect();
     let of_upper = || upper(&domain, &potentials, &starts, share, cancel);
     let (energies, primal, dual, fluxes) = if domain.map.is_some() {
         let (energies, primal) = of_upper()?;
-        let solved = Solved { coefficients: &energies.coefficients, starts: &starts, bent: primal.bent() };
-        let of_lower = || bent_lower(&domain, &potentials, &solved, share, cancel);
-        let dual = lower_too.then(of_lower).transpose()?;
-        (energies, primal, dual, None)
+        (energies, primal, None, None)
     } else {
         // The two problems are of the same size and run in parallel.
         let keep = problem.keeps_fluxes;
@@ -300,7 +330,8 @@ fn solve_part(
     if problem.cancelled() {
         return Err(SolveError::Cancelled);
     }
-    Ok((SolvedPart { energies, primal, fluxes, domain, odd: part.odd, copies: part.copies }, dual))
+    let (odd, copies) = (part.odd, part.copies);
+    Ok((SolvedPart { energies, primal, potentials, images, fluxes, domain, odd, copies }, dual))
 }
 
 impl Outcome {
@@ -331,22 +362,32 @@ impl Outcome {
         Potentials(self.solved.iter().map(of).collect())
     }
 
+    /// Sets the bounds from energies of all conductors.
+    fn set_bounds(&mut self, problem: &GridProblem<'_>, upper: Mat<f64>, lower: Mat<f64>) {
+        self.all = MatrixBounds { lower, upper };
+        self.all.count_rounding(&self.rounding, contrast_of(&problem.layout.permittivity));
+        self.all.uncross();
+        self.bounds = problem.floating.reduced(&self.all);
+    }
+
     /// Adds what the problems of one part took.
     fn add_cost(&mut self, primal: &Energies, dual: Option<&Energies>) {
         self.iterations += primal.iterations;
         self.converged &= primal.converged;
         self.seconds.setup += primal.seconds[0];
         self.seconds.primal += primal.seconds[1];
-        let mut unknowns = primal.unknowns;
+        self.unknowns = self.unknowns.max(primal.unknowns + dual.map_or(0, |dual| dual.unknowns));
         if let Some(dual) = dual {
-            unknowns += dual.unknowns;
-            self.iterations += dual.iterations;
-            self.converged &= dual.converged;
-            self.seconds.setup = self.seconds.setup.max(dual.seconds[0]);
-            self.seconds.dual += dual.seconds[1];
-            self.repair_share = self.repair_share.max(dual.repair_share);
+            self.add_dual_cost(dual);
         }
-        self.unknowns = self.unknowns.max(unknowns);
+    }
+
+    fn add_dual_cost(&mut self, dual: &Energies) {
+        self.iterations += dual.iterations;
+        self.converged &= dual.converged;
+        self.seconds.setup = self.seconds.setup.max(dual.seconds[0]);
+        self.seconds.dual += dual.seconds[1];
+        self.repair_share = self.repair_share.max(dual.repair_share);
     }
 
     /// The field of one state for export, which is that of the target ([`Target::shown`]); the floating conductors carry their charge.
@@ -575,6 +616,17 @@ impl Outcome {
 }
 
 impl SolvedPart {
+    /// The energies of the dual problem under a map.
+    pub(super) fn bent_lower(&self, share: f64, cancel: Option<&AtomicBool>) -> Result<Energies, SolveError> {
+        let solved = Solved {
+            coefficients: &self.energies.coefficients,
+            energies: &self.energies.matrix,
+            images: &self.images,
+            bent: self.primal.bent(),
+        };
+        bent_lower(&self.domain, &self.potentials, &solved, share, cancel)
+    }
+
     /// The potential of the right-hand sides with these weights; `None` if all are zero.
     fn combined(&self, weights: &[f64]) -> Option<Vec<f64>> {
         let mut out = vec![0.0; self.energies.coefficients.first()?.len()];

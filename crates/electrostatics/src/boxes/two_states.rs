@@ -20,7 +20,7 @@ use crate::VACUUM_PERMITTIVITY;
 use crate::boxes::domain::{Axis, Domain};
 use crate::boxes::grid_refinement::{functions_wanted, missing, refine};
 use crate::boxes::grid_search::{Found, OneState, STEP, Search, goal};
-use crate::boxes::one_grid::{GridProblem, Outcome, error_of, on_grid};
+use crate::boxes::one_grid::{GridProblem, Lower, Outcome, error_of, on_grid};
 use crate::boxes::open_space::OpenSpace;
 use crate::boxes::primal::Primal;
 use crate::boxes::resolution::first;
@@ -146,11 +146,11 @@ pub(crate) fn plan(scene: &Scene, problem: &GridProblem<'_>) -> Result<Option<Pl
     let distance = open_space.distance(settings.relative_tolerance);
     let mut grid = first(&problem.core, distance);
     problem.check_memory(&grid)?;
-    let outcome = on_grid(problem, &grid, SHARE, false, None)?;
+    let outcome = on_grid(problem, &grid, SHARE, Lower::None, None)?;
     let indicator = outcome.indicator(problem);
     let step = STEP * missing(&grid, &indicator);
     refine(&mut grid, &indicator, step);
-    let outcome = on_grid(problem, &grid, SHARE, false, Some(&outcome.potentials()))?;
+    let outcome = on_grid(problem, &grid, SHARE, Lower::None, Some(&outcome.potentials()))?;
     let upper = &outcome.bounds.upper;
     let spread = settings.relative_tolerance * upper[(0, 1)].abs() / (upper[(0, 0)] * upper[(1, 1)]).sqrt();
     if !(spread > 0.0 && spread.is_finite()) {

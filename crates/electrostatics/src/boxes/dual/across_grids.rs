@@ -311,7 +311,7 @@ mod tests {
     use super::*;
     use crate::VACUUM_PERMITTIVITY;
     use crate::boxes::layout::Grid;
-    use crate::boxes::one_grid::{GridProblem, Outcome, SolvedPart, on_grid};
+    use crate::boxes::one_grid::{GridProblem, Lower, Outcome, SolvedPart, on_grid};
     use crate::boxes::resolution::graded;
     use crate::boxes::two_states::common;
     use crate::solution::{ResolutionLevel, Settings};
@@ -364,7 +364,7 @@ mod tests {
     }
 
     fn solved(problem: &GridProblem<'_>, grid: &Grid, share: f64) -> Outcome {
-        on_grid(problem, grid, share, true, None).unwrap()
+        on_grid(problem, grid, share, Lower::OF_GRID, None).unwrap()
     }
 
     fn only_part(outcome: &Outcome) -> (&SolvedPart, &Fluxes) {

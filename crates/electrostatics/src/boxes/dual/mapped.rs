@@ -4,19 +4,25 @@
 //! solution: K grad u is projected, in the norm of the boxes, on the fluxes without divergence. Projection cannot enlarge the distance
 //! from the best flux in that norm, and the norms differ by the stretch at most. It takes one problem of the boxes.
 //!
-//! The solver leaves a divergence r. A repair p cancels it exactly ([`super::repair`]), and the bound is
+//! The solver leaves a divergence -r. A repair p cancels it exactly ([`super::repair`]), and the bound is
 //!
-//! J = 2 g s - (1 + d) (s, K^-1 s) - (1 + 1/d) (p, K^-1 p)
+//! J = 2 g s - (s, K^-1 s) - 2 (s, K^-1 p) - (p, K^-1 p).
 //!
-//! for any d > 0, by Young's inequality. The energy of p is at most the largest of eps K^-1 times r A'^-1 r. The repair does not change
-//! the charge g s of a conductor: it has no divergence in there, so that what flows in flows out.
+//! The energy of p is at most the largest of eps K^-1 times r A'^-1 r. The repair does not change the charge g s of a conductor: it has no
+//! divergence in there, so that what flows in flows out. The product of s and p is that of grad u and p but for s - K grad u, which is as
+//! small as the error of the grid. By Green's formula (grad u, p) = (u, r) and (grad u, s) = g s - (u, r), so that
+//!
+//! J >= 2 g s - (s, K^-1 s) - 2 (u, r) - d N - (1 + 1/d) (p, K^-1 p),    N = |s - K grad u|^2 = U + (s, K^-1 s) - 2 g s + 2 (u, r)
+//!
+//! for any d > 0, by Young's inequality, with U the energy of the potential. Half of N is about the error of the grid.
 
 use super::lines::{Bundle, Run};
 use super::rays::{inner, shares};
 use super::{Basis, Dual, Strip, others};
 use crate::SolveError;
 use crate::boxes::domain::Domain;
-use crate::boxes::energy::{Energies, Start, stop_if_asked};
+use crate::boxes::energy::{Energies, stop_if_asked};
+use crate::boxes::half_turn::Image;
 use crate::boxes::mapped::gradients::{EXTRA, FINER, Gradients, add_with_error};
 use crate::boxes::mapped::metric::{Metric, Of, product};
 use crate::boxes::mapped::points::{AxisPoints, Evaluation};
@@ -30,15 +36,23 @@ use rayon::prelude::*;
 use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 
+/// Energy of a repair to aim for, over the error of the linear solver that is asked for. With the error of the grid it is 500 times as large
+/// and more, so that the bound loses a fiftieth of that error at most.
+const ENOUGH: f64 = 1e-2;
+
+/// A repair may have so many times that energy.
+const CHEAP: f64 = 4.0;
+
 /// A flux: for each axis and each run of each bundle, the coordinates whose squares add up to the energy, `[row][line]`.
 struct Flux([Vec<Vec<f64>>; 3]);
 
 /// What is known of the primal problem.
 pub(crate) struct Solved<'a> {
-    /// Its solutions.
+    /// Its solutions, and their energies.
     pub(crate) coefficients: &'a [Vec<f64>],
-    /// What they were found from: one that is the image of another has its flux from that of the other, too.
-    pub(crate) starts: &'a [Start],
+    pub(crate) energies: &'a Mat<f64>,
+    /// One that is the image of another has its flux from that of the other.
+    pub(crate) images: &'a [Option<Image>],
     /// What the map added to the problem.
     pub(crate) bent: Option<&'a Gradients>,
 }
@@ -68,15 +82,14 @@ pub(crate) fn lower(
     let whole = &domain.truncated();
     let assembled = Instant::now();
     stop_if_asked(cancel)?;
+    let stretch = solved.bent.map_or(1.0, Gradients::largest);
     let mut found: Vec<Found> = Vec::new();
-    for (u, start) in solved.coefficients.iter().zip(solved.starts) {
+    for (u, image) in solved.coefficients.iter().zip(solved.images) {
         let target = target(domain, &dual, u, solved.bent);
         let flux = dual.projected(whole, &target);
-        let start = match start {
-            Start::Image(image) => found.get(image.of).map(|one| dual.image(domain, &one.correction, image)),
-            Start::Nothing | Start::Potential(_) => None,
-        };
-        found.push(dual.without_divergence(flux, start, share, cancel)?);
+        let start =
+            image.and_then(|image| Some(dual.image(domain, &found.get(image.of)?.correction, &image)));
+        found.push(dual.without_divergence(flux, start, share, stretch, cancel)?);
     }
     let (coarser, finer) =
         (Metric::new(whole, EXTRA, Of::Resistance)?, Metric::new(whole, FINER, Of::Resistance)?);
@@ -88,22 +101,24 @@ pub(crate) fn lower(
         add_with_error(&mut energy, &coarser, &finer, 1.0);
     }
     let charges = dual.charges(potentials, &found);
+    let modes: Vec<Vec<f64>> = solved.coefficients.iter().map(|u| dual.modes_of(domain, u)).collect();
     let worst = dual.repair_excess() * largest;
-    let repair = Mat::from_fn(n, n, |i, j| {
-        let (own, other) = (&found[i], &found[j]);
-        worst * 0.5 * (dot(&own.repair, &other.residual) + dot(&other.repair, &own.residual))
-    });
-    let trace = |m: &Mat<f64>| (0..n).map(|i| m[(i, i)]).sum::<f64>();
-    let ratio = (trace(&repair).max(0.0) / trace(&energy)).sqrt();
+    let symmetric = |of: &dyn Fn(usize, usize) -> f64| Mat::from_fn(n, n, |i, j| 0.5 * (of(i, j) + of(j, i)));
+    let repair = symmetric(&|i, j| worst * dot(&found[i].repair, &found[j].residual));
+    let work = symmetric(&|i, j| dot(&modes[i], &found[j].residual));
+    let flow = symmetric(&|i, j| charges[(i, j)]);
+    let apart =
+        symmetric(&|i, j| solved.energies[(i, j)] + energy[(i, j)] - 2.0 * flow[(i, j)] + 2.0 * work[(i, j)]);
+    let trace = |m: &Mat<f64>| (0..n).map(|i| m[(i, i)]).sum::<f64>().max(0.0);
+    let ratio = (trace(&repair) / trace(&apart)).sqrt();
     // Half of what both cost together comes from either.
-    let young = if ratio > 0.0 { [1.0 + ratio, 1.0 + 1.0 / ratio] } else { [1.0, 1.0] };
-    let mut matrix = Mat::from_fn(n, n, |i, j| {
-        charges[(i, j)] + charges[(j, i)] - young[0] * energy[(i, j)] - young[1] * repair[(i, j)]
-    });
+    let young = if ratio > 0.0 && ratio.is_finite() { [ratio, 1.0 + 1.0 / ratio] } else { [1.0, 1.0] };
+    let cost = |i: usize, j: usize| young[0] * apart[(i, j)] + young[1] * repair[(i, j)];
+    let mut matrix =
+        Mat::from_fn(n, n, |i, j| 2.0 * flow[(i, j)] - energy[(i, j)] - 2.0 * work[(i, j)] - cost(i, j));
     let mut repair_share = 0.0_f64;
     for i in 0..n {
-        let cost = (young[0] - 1.0) * energy[(i, i)] + young[1] * repair[(i, i)];
-        repair_share = repair_share.max(cost / matrix[(i, i)]);
+        repair_share = repair_share.max(cost(i, i) / matrix[(i, i)]);
         // Covers the rounding of the sums.
         matrix[(i, i)] -= 256.0 * f64::EPSILON * energy[(i, i)];
     }
@@ -297,18 +312,20 @@ impl Dual {
         mut flux: Flux,
         start: Option<Vec<f64>>,
         share: f64,
+        largest: f64,
         cancel: Option<&AtomicBool>,
     ) -> Result<Found, SolveError> {
         let b = self.minus_divergence(&flux);
         let energy = flux.0.iter().flatten().map(|y| dot(y, y)).sum::<f64>();
-        let excess = self.repair_excess();
+        let worst = self.repair_excess() * largest;
         let mut r = b.clone();
+        if let Some(start) = &start {
+            self.true_residual(&b, start, &mut r);
+        }
         let mut x = start.unwrap_or_else(|| vec![0.0; b.len()]);
-        self.true_residual(&b, &x, &mut r);
         let (mut step, mut rest) = (vec![0.0; b.len()], Vec::new());
-        // The repair costs the root of its energy, and that is to be a small part of the error of the grid.
-        let enough = (0.1 * share).powi(2).max(1e-15);
-        let (mut goal, mut last, mut iterations) = (enough, f64::INFINITY, 0);
+        let enough = ENOUGH * share;
+        let (mut goal, mut last, mut iterations) = (enough / largest, f64::INFINITY, 0);
         loop {
             step.fill(0.0);
             let goal_now = conjugate_gradients::Goal {
@@ -324,9 +341,9 @@ impl Dual {
             self.true_residual(&b, &x, &mut r);
             self.balance(&mut x, &mut r);
             let (repair, left) = self.repair(&r);
-            let cost = excess * dot(&repair, &r) / energy;
+            let cost = worst * dot(&repair, &r) / energy;
             let proved = left < 1e-3 && cost >= 0.0;
-            let cheap = cost <= 20.0 * enough;
+            let cheap = cost <= CHEAP * enough;
             if !proved || cheap || cost > 0.5 * last || iterations > conjugate_gradients::ITERATION_LIMIT {
                 self.add_gradient(&mut flux, &x);
                 let converged = proved && (c.reached || cheap);
@@ -499,4 +516,95 @@ fn trace(y: &[f64], width: usize, column: usize, segment: &super::Segment, sides
 
 fn strides(dims: Dims) -> [usize; 3] {
     [dims[1] * dims[2], dims[2], 1]
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::boxes::layout::Grid;
+    use crate::boxes::mapped::map::{MapAxis, SceneMap};
+    use crate::boxes::one_grid::{GridProblem, Lower, Outcome, on_grid};
+    use crate::boxes::resolution::graded;
+    use crate::solution::{ResolutionLevel, Settings};
+    use elastocap_geometry::scene::{Body, Box3, Scene, Wall};
+    use elastocap_geometry::shapes::Shape;
+    use std::sync::Arc;
+
+    /// Two plates of different sizes, one of them in a layer.
+    fn scene() -> Scene {
+        let cuboid = |min: [f64; 3], max: [f64; 3]| Shape::Box(Box3 { min, max });
+        let bodies = vec![
+            Body::conductor("left", cuboid([-0.7, 0.3, -0.6], [-0.2, 0.5, 0.6])),
+            Body::conductor("right", cuboid([0.2, 0.3, -0.2], [0.6, 0.4, 0.3])),
+            Body::dielectric("layer", cuboid([-1.0, 0.0, -1.2], [0.1, 1.0, 1.2]), 3.0),
+        ];
+        let domain = Box3 { min: [-1.0, 0.0, -1.2], max: [1.0, 1.6, 1.2] };
+        let mut walls = [[Wall::Insulated; 2]; 3];
+        walls[1][0] = Wall::Grounded;
+        Scene { bodies, background_permittivity: 1.0, domain, walls }
+    }
+
+    fn map() -> Arc<SceneMap> {
+        let axis = |breaks: &[f64], degree: usize, mirrored: bool| {
+            let degrees = vec![degree; breaks.len() - 1];
+            MapAxis { breaks: breaks.to_vec(), degrees, mirrored }
+        };
+        let axes = [
+            axis(&[0.0, 0.2, 0.7, 1.0], 4, true),
+            axis(&[0.0, 0.3, 0.5, 1.0, 1.6], 4, false),
+            axis(&[0.0, 1.2], 1, true),
+        ];
+        let bend = |[x, y, _]: [f64; 3]| [0.3 * x * (1.0 - x) * y, 0.4 * y * (1.6 - y) * (x * x - 0.4), 0.0];
+        Arc::new(SceneMap::new(axes, bend))
+    }
+
+    fn grid(problem: &GridProblem<'_>, order: usize) -> Grid {
+        problem.core.grid(&graded(ResolutionLevel { order, levels: order - 2 }), 1.0)
+    }
+
+    fn solved(problem: &GridProblem<'_>, order: usize, lower: Lower<'_>) -> Outcome {
+        on_grid(problem, &grid(problem, order), 1e-10, lower, None).unwrap()
+    }
+
+    #[test]
+    fn a_divergence_that_is_left_makes_bounds_a_little_lower_and_never_higher() {
+        let settings = Settings::default();
+        let problem = GridProblem::new(&scene(), Some(&map()), &settings).unwrap();
+        let outcome = solved(&problem, 3, Lower::None);
+        let part = &outcome.solved[0].1;
+        let [upper, sharp] = [&part.energies.matrix, &part.bent_lower(1e-13, None).unwrap().matrix];
+        let gap = |i: usize| upper[(i, i)] - sharp[(i, i)];
+        assert!((0..2).all(|i| gap(i) > 0.0 && gap(i) < 0.1 * upper[(i, i)]), "{upper:?} {sharp:?}");
+        for share in [1e-2, 1e-3, 1e-4, 1e-6] {
+            let loose = part.bent_lower(share, None).unwrap().matrix;
+            // The difference as a form.
+            let d = |i: usize, j: usize| sharp[(i, j)] - loose[(i, j)];
+            println!("{share:e}: {:e} {:e} of {:e} {:e}", d(0, 0), d(1, 1), gap(0), gap(1));
+            assert!(d(0, 0) > 0.0 && d(1, 1) > 0.0 && d(0, 0) * d(1, 1) >= d(0, 1).powi(2), "{share:e}");
+            let scale = |of: &dyn Fn(usize) -> f64| of(0).max(of(1));
+            let whole = share * scale(&|i| upper[(i, i)]);
+            let lost = (whole * scale(&gap)).sqrt() + whole;
+            assert!(d(0, 0).max(d(1, 1)) < lost, "{share:e}: {lost:e}");
+        }
+    }
+
+    #[test]
+    fn the_dual_problem_is_left_out_where_lower_bounds_of_another_grid_are_enough() {
+        let settings = Settings::default();
+        let problem = GridProblem::new(&scene(), Some(&map()), &settings).unwrap();
+        let coarse = solved(&problem, 2, Lower::OF_GRID);
+        let error = coarse.error(&settings);
+        let with =
+            |accepted: f64| solved(&problem, 3, Lower::Proved { known: Some(&coarse.all.lower), accepted });
+        let (spared, whole) = (with(0.9 * error), with(0.0));
+        println!("{error:e} {:e} {:e}", spared.error(&settings), whole.error(&settings));
+        assert!(spared.seconds.dual == 0.0 && whole.seconds.dual > 0.0);
+        assert!(
+            spared.error(&settings) <= 0.9 * error && whole.error(&settings) < 0.9 * spared.error(&settings)
+        );
+        for i in 0..2 {
+            let bounds = |o: &Outcome| [o.all.lower[(i, i)], o.all.upper[(i, i)]];
+            let [[a, b], [c, d], [e, f]] = [&coarse, &spared, &whole].map(bounds);
+            assert!((c / a - 1.0).abs() < 1e-9 && a < e && e < f && f == d && d < b);
+        }
+    }
 }

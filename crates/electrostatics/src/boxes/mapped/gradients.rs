@@ -60,6 +60,11 @@ impl Gradients {
         &self.metric.points
     }
 
+    /// See [`Metric::largest`].
+    pub(crate) fn largest(&self) -> f64 {
+        self.metric.largest
+    }
+
     fn counts(&self) -> Dims {
         self.metric.points.each_ref().map(AxisPoints::len)
     }
