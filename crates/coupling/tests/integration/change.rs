@@ -128,7 +128,8 @@ fn an_object_with_the_permittivity_of_air_is_known_to_change_nothing() {
 fn a_change_that_is_out_of_reach_is_marked_and_what_is_known_kept() {
     let case = pair(&[0.0, 5e-4], Some(1e-4));
     let mut plan = Plan::new(&case, &NUMBERS_ONLY);
-    plan.memory_limit = 20 << 20;
+    // For two steps together.
+    plan.memory_limit = 40 << 20;
     let outcome = run(&case, &plan, &NUMBERS_ONLY, &Arc::new(AtomicBool::new(false)), &());
     let [first, second] = outcome.steps.as_slice() else { panic!("{outcome:?}") };
     assert_eq!((&first.row.status, first.reason.as_deref()), (&Status::Ok, None));

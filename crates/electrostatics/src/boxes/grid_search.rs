@@ -136,8 +136,10 @@ pub(crate) struct Search<'p, 's> {
     before: Option<Coarser>,
     /// The potentials on it, from which iterations on the next start.
     potentials: Option<Potentials>,
-    /// The lower bounds on it, of all conductors, if any.
+    /// The last lower bounds, of all conductors.
     lower: Option<Mat<f64>>,
+    /// The most unknowns of a grid that gave bounds.
+    unknowns: usize,
     open_space: OpenSpace,
     /// Where rays to infinity begin, as [`OpenSpace::distance`] has it.
     distance: f64,
@@ -172,6 +174,7 @@ impl<'p, 's> Search<'p, 's> {
             before: None,
             potentials: None,
             lower: None,
+            unknowns: 0,
             open_space,
             distance,
             judged: Vec::new(),
@@ -246,7 +249,12 @@ impl<'p, 's> Search<'p, 's> {
             self.grids += 1;
             // Bounds that meet the tolerance need no indicator.
             let proved = (purpose == Purpose::Prove).then(|| outcome.error(problem.settings));
-            self.lower = proved.map(|_| outcome.all.lower.clone());
+            if proved.is_some() {
+                self.lower = Some(outcome.all.lower.clone());
+                // Those of the grid that the lower bounds are from count where there are more of them.
+                self.unknowns = self.unknowns.max(outcome.unknowns);
+                outcome.unknowns = self.unknowns;
+            }
             if let Some(error) = proved.filter(|error| *error <= accepted) {
                 self.keep(outcome, error, start.elapsed().as_secs_f64());
                 return Ok(true);

@@ -139,7 +139,7 @@ pub(crate) struct Outcome {
     pub(super) basis: Mat<f64>,
     /// Parts that have a field, each after the index of its first column in `basis`.
     pub(super) solved: Vec<(usize, SolvedPart)>,
-    pub(super) unknowns: usize,
+    pub(crate) unknowns: usize,
     pub(crate) iterations: usize,
     pub(crate) converged: bool,
     pub(crate) repair_share: f64,
