@@ -36,8 +36,8 @@ use rayon::prelude::*;
 use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 
-/// Energy of a repair to aim for, over the error of the linear solver that is asked for. With the error of the grid it is 500 times as large
-/// and more, so that the bound loses a fiftieth of that error at most.
+/// Energy of a repair to aim for, over the error that the linear solver may have. That of the grid is usually 200 times as large and more, of
+/// which the bound loses about a fiftieth.
 const ENOUGH: f64 = 1e-2;
 
 /// A repair may have so many times that energy.
@@ -48,10 +48,11 @@ struct Flux([Vec<Vec<f64>>; 3]);
 
 /// What is known of the primal problem.
 pub(crate) struct Solved<'a> {
-    /// Its solutions, and their energies.
+    /// Its solutions.
     pub(crate) coefficients: &'a [Vec<f64>],
+    /// Their energies.
     pub(crate) energies: &'a Mat<f64>,
-    /// One that is the image of another has its flux from that of the other.
+    /// Which of them are images of others: the iteration for the flux of one starts from that of the other.
     pub(crate) images: &'a [Option<Image>],
     /// What the map added to the problem.
     pub(crate) bent: Option<&'a Gradients>,
@@ -112,7 +113,11 @@ pub(crate) fn lower(
     let trace = |m: &Mat<f64>| (0..n).map(|i| m[(i, i)]).sum::<f64>().max(0.0);
     let ratio = (trace(&repair) / trace(&apart)).sqrt();
     // Half of what both cost together comes from either.
-    let young = if ratio > 0.0 && ratio.is_finite() { [ratio, 1.0 + 1.0 / ratio] } else { [1.0, 1.0] };
+    let young = match ratio {
+        0.0 => [0.0, 1.0],
+        _ if ratio.is_finite() => [ratio, 1.0 + 1.0 / ratio],
+        _ => [1.0, 2.0],
+    };
     let cost = |i: usize, j: usize| young[0] * apart[(i, j)] + young[1] * repair[(i, j)];
     let mut matrix =
         Mat::from_fn(n, n, |i, j| 2.0 * flow[(i, j)] - energy[(i, j)] - 2.0 * work[(i, j)] - cost(i, j));
