@@ -1,7 +1,7 @@
 //! What lies between an indenter and the layer where the two touch, and how thick that is for a tolerance.
 //!
-//! There is no space for boxes. The surface of the layer is moved away from the indenter by a film, which is filled with the material of
-//! the layer; or the metal of a punch or cylinder fills the contact, and with it what is left of the gap beside the contact.
+//! The boxes of the two would need a gap between them that is not there. Either the surface of the layer is moved away from the indenter by
+//! a film of the layer's material, or the metal of a punch or cylinder fills the contact and the narrow end of the gap beside it.
 
 use elastocap_case::Case;
 use elastocap_geometry::scene::Role;
