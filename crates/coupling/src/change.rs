@@ -122,9 +122,11 @@ impl ChangeSearch<'_> {
                 break;
             }
             let (at_once, memory_limit) = self.shares(found);
+            let least = wanted.iter().map(|(_, tolerance)| *tolerance).fold(f64::INFINITY, f64::min);
+            let base = self.work.first().and_then(|step| self.solver.common_base(step, least, memory_limit));
             let again = side_by_side(at_once, wanted.len(), self.cancel, |k| {
                 let (place, tolerance) = wanted.get(k)?;
-                Some(self.solver.solve_to(self.work.get(*place)?, *tolerance, memory_limit))
+                Some(self.solver.solve_to(self.work.get(*place)?, *tolerance, memory_limit, base.as_ref()))
             });
             for ((place, _), again) in wanted.iter().zip(again) {
                 let (Some(Some(step)), Some(Some(again))) = (found.get_mut(*place), again) else { continue };

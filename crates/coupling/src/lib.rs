@@ -22,6 +22,7 @@
 
 pub mod box_fields;
 pub mod change;
+mod common_base;
 pub mod deform;
 mod faceting_error;
 pub mod failure;

@@ -99,14 +99,18 @@ pub fn run_sharing(
     {
         cancel.store(true, Ordering::Relaxed);
     }
-    let solver = Solver {
+    let mut solver = Solver {
         case,
         settings,
         prune: options.prune,
         force_limit: plan.force_limit.or(layer.force_limit()),
         layer: &layer,
+        base: None,
     };
     let work: Vec<&PlannedStep> = plan.distinct_steps().collect();
+    let (tolerance, memory) = (solver.settings.relative_tolerance, solver.settings.memory_limit);
+    let base = work.first().and_then(|step| solver.common_base(step, tolerance, memory));
+    solver.base = base.as_ref();
     let solve = |slot: usize| {
         let step = *work.get(slot)?;
         let found = observer.finished_before(step.index);

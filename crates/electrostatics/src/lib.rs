@@ -72,7 +72,8 @@ mod tets;
 
 pub use boxes::forecast::{forecast, mirror_planes};
 pub use boxes::mapped::map::{MapAxis, SceneMap};
-pub use boxes::solve::{solve, solve_mapped};
+pub use boxes::solve::{solve, solve_mapped, solve_superposed};
+pub use boxes::superposed::{Base, solve_base};
 pub use extruded::solve::{
     ExtrudedSolution, extrusion_axis, forecast_extruded, has_few_edges, is_extruded, solve_extruded,
 };
@@ -142,6 +143,9 @@ pub enum SolveError {
         "an eigenvalue problem of the grid failed: its elements differ too much in size for double precision"
     )]
     Eigenvalues,
+    /// A scene was to be solved as a base and what a body changes there, and differs from the base by more.
+    #[error("the scene differs from its base by more than a body and what is bent around it")]
+    Superposition,
     /// The result contradicts itself, so that none of its numbers is reported; not expected.
     #[error(
         "the result contradicts itself, {0}: sizes or permittivities are too unequal for double precision, or there is an \

@@ -4,6 +4,7 @@ use crate::line::{Element, Line, Numbering, hierarchical};
 use crate::mixed::potential_offsets;
 use crate::quadrature::{gauss_legendre, legendre};
 use faer::Mat;
+use std::ops::Range;
 
 /// Coordinates that differ by less than this share of an element are the same.
 const ALIKE: f64 = 1e-9;
@@ -37,6 +38,46 @@ pub fn embedding(coarse: &Line, fine: &Line) -> Option<Mat<f64>> {
                 let Some(row) = row else { continue };
                 for &(k, column) in &columns {
                     out[(*row, column)] += w * half * slopes[k] * own_slope;
+                }
+            }
+        }
+    }
+    Some(out)
+}
+
+/// The functions of a line `from` (columns) interpolated by those of a line `to` (rows) on a run of its finite elements; other rows are zero.
+/// The interpolant has the values at the nodes, and within each element the nearest slopes. `common` is a refinement of both; `None`
+/// where it is none.
+pub fn interpolation(from: &Line, to: &Line, common: &Line, elements: Range<usize>) -> Option<Mat<f64>> {
+    let (rows, refined) = (Numbering::new(to), Numbering::new(common));
+    let (known, wanted) = (embedding(from, common)?, embedding(to, common)?);
+    let mut out = Mat::zeros(rows.len, known.ncols());
+    let (first, first_common) = (to.first_finite(), common.first_finite());
+    let node = |at: f64| common.nodes.iter().position(|x| *x == at);
+    for e in elements {
+        let Element::Finite { start, length } = to.element(e) else { return None };
+        let ends = [node(start)?, node(to.nodes[e - first + 1])?];
+        for (k, at) in ends.iter().enumerate() {
+            for column in 0..known.ncols() {
+                out[(rows.vertex[e - first + k], column)] = known[(refined.vertex[*at], column)];
+            }
+        }
+        for bubble in rows.bubble[e]..rows.bubble[e] + to.degree(e) - 1 {
+            for own in ends[0]..ends[1] {
+                let Element::Finite { length: part, .. } = common.element(own + first_common) else {
+                    return None;
+                };
+                let local = refined.element(common, own + first_common);
+                let [Some(below), Some(above)] = [local[0], local[1]] else { return None };
+                // The stiffness of the inner functions of an element is the identity times 2 over its length.
+                let weight = length / part;
+                let rise = |m: &Mat<f64>, c: usize| m[(above, c)] - m[(below, c)];
+                let bend = local.iter().skip(2).flatten();
+                let inner: Vec<usize> = bend.copied().collect();
+                for column in 0..known.ncols() {
+                    let straight = 0.5 * rise(&wanted, bubble) * rise(&known, column);
+                    let bent: f64 = inner.iter().map(|r| wanted[(*r, bubble)] * known[(*r, column)]).sum();
+                    out[(bubble, column)] += weight * (straight + bent);
                 }
             }
         }
@@ -100,6 +141,40 @@ mod tests {
         let own = Numbering::new(line).element(line, e);
         let (values, _) = hierarchical(line.degree(e), s);
         own.iter().zip(values).filter_map(|(n, v)| Some(coefficients[(*n)?] * v)).sum()
+    }
+
+    #[test]
+    fn an_interpolant_has_the_values_at_nodes_and_the_nearest_slopes_between_them() {
+        let from =
+            Line { nodes: vec![0.0, 0.7, 2.0, 5.0], degrees: vec![3, 4, 2], ends: [LineEnd::Finite; 2] };
+        let to = Line { nodes: vec![0.0, 1.5, 2.0, 5.0], degrees: vec![4, 2, 3], ends: [LineEnd::Finite; 2] };
+        let common =
+            Line { nodes: vec![0.0, 0.7, 1.5, 2.0, 5.0], degrees: vec![4; 4], ends: [LineEnd::Finite; 2] };
+        let given: Vec<f64> = (0..Numbering::new(&from).len).map(|k| (1.7 * k as f64).cos()).collect();
+        let times = |m: &Mat<f64>, x: &[f64]| -> Vec<f64> {
+            (0..m.nrows()).map(|i| x.iter().enumerate().map(|(j, x)| m[(i, j)] * x).sum()).collect()
+        };
+        let found = times(&interpolation(&from, &to, &common, 0..3).unwrap(), &given);
+        // At the node 1.5 of the first line, and on the last element, where it is of the space.
+        assert!((value(&to, &found, 0, 1.0) - value(&from, &given, 1, 2.0 * 0.8 / 1.3 - 1.0)).abs() < 1e-13);
+        assert!((value(&to, &found, 2, 0.3) - value(&from, &given, 2, 0.3)).abs() < 1e-13);
+        // The slopes of what is left are orthogonal to those of the functions that vanish at the nodes.
+        let [known, own] = [
+            times(&embedding(&from, &common).unwrap(), &given),
+            times(&embedding(&to, &common).unwrap(), &found),
+        ];
+        let rest: Vec<f64> = known.iter().zip(&own).map(|(x, y)| x - y).collect();
+        let (_, stiffness) = crate::line::line_matrices(&common, &[1.0; 4]);
+        let functions = embedding(&to, &common).unwrap();
+        let slopes = times(&stiffness, &rest);
+        let numbering = Numbering::new(&to);
+        for bubble in numbering.bubble[0]..numbering.bubble[0] + 3 {
+            let product: f64 = slopes.iter().enumerate().map(|(i, s)| functions[(i, bubble)] * s).sum();
+            assert!(product.abs() < 1e-12, "{bubble}: {product:e}");
+        }
+        // Rows of other elements stay zero.
+        let part = interpolation(&from, &to, &common, 2..3).unwrap();
+        assert!((0..numbering.bubble[0] + 3).all(|i| (0..part.ncols()).all(|j| part[(i, j)] == 0.0)));
     }
 
     #[test]

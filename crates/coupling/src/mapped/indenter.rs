@@ -33,6 +33,9 @@ const BEYOND_CONTACT: f64 = 1.5;
 /// A gap that metal closes counts from where it is this share of its greatest width: what is narrower changes nothing when it is closed.
 const COUNTED: f64 = 0.1;
 
+/// How far below its box an indenter that is far away bends space at least, over half its width.
+const BELOW: f64 = 0.5;
+
 /// Half widths of the boxes that fill a circle of contact, over its radius: corners on the circle.
 const FILL: [[f64; 2]; 3] = [[0.92, 0.39], [0.70, 0.71], [0.39, 0.92]];
 
@@ -110,7 +113,11 @@ impl IndenterMap {
         let right = beside(along - (max[0] - form.position), along);
         let z = beside(across - max[2], across);
         let up = max[1] + (form.height * 0.5).max(reach);
-        own.ends = Box3 { min: [form.position - left, own.surface, -z], max: [form.position + right, up, z] };
+        // What is far below stays as it is.
+        let bulge = (min[1] - own.surface - gap).max(0.0);
+        let down = (2.0 * bulge).max(reach).max(BELOW * along);
+        let low = if gap > 0.0 { (min[1] - down).max(own.surface) } else { own.surface };
+        own.ends = Box3 { min: [form.position - left, low, -z], max: [form.position + right, up, z] };
         Some(own)
     }
 
@@ -477,7 +484,7 @@ impl IndenterMap {
         let degree = if matches!(self.form.rounding, Rounding::Ball { .. }) { ALONG } else { 1 };
         let mut across = vec![Piece::new(first[2], min[2], 2), Piece::new(max[2], last[2], 2)];
         across.extend([Piece::new(min[2], 0.0, degree), Piece::new(0.0, max[2], degree)]);
-        let mut up = vec![Piece::new(self.surface, min[1], 2), Piece::new(max[1], last[1], 2)];
+        let mut up = vec![Piece::new(first[1], min[1], 2), Piece::new(max[1], last[1], 2)];
         match &self.outline {
             Some(Outline { profile, edges }) if !profile.is_cylinder => {
                 let mut heights = vec![min[1], max[1]];

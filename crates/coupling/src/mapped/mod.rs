@@ -70,6 +70,14 @@ impl BentScene {
         shown.filter(|body| body.purpose != Purpose::Cover && body.name != FILM).map(surface).collect()
     }
 
+    /// How far from the origin anything lies that is a conductor or bent, m.
+    pub(crate) fn reach(&self) -> f64 {
+        let hulls = self.scene.conductors().filter_map(|own| own.body.bounds());
+        let faces = hulls.flat_map(|hull| hull.min.into_iter().chain(hull.max));
+        let bent = self.map.axes().iter().flat_map(|axis| axis.breaks.iter().copied());
+        faces.chain(bent).map(f64::abs).filter(|x| x.is_finite()).fold(0.0, f64::max)
+    }
+
     /// The faces of a box under the map, seen from outside.
     fn surface(&self, region: &Box3, window: &Box3) -> Vec<Corners> {
         let places = [0, 1, 2].map(|a| {
@@ -180,7 +188,8 @@ pub(crate) fn bent_scene(
     };
     let contrast = layer.relative_permittivity.unwrap_or(1.0) / cover_permittivity(&deformed.scene);
     let joined = |part: &LayerMap<'_>| -> Result<Option<BentScene>, SceneError> {
-        let parts = Parts { layer: part, form: in_field, lowest, film, pad, tiny, contrast };
+        let rests = found.distance > 0.0;
+        let parts = Parts { layer: part, rests, form: in_field, lowest, film, pad, tiny, contrast };
         let scene = match part {
             LayerMap::Pair(frame, _) => frame.scene(deformed, step),
             LayerMap::Surface(own) => Some(own.scene(&deformed.scene)),
@@ -217,8 +226,10 @@ pub(crate) fn bent_scene(
                 corners[1] = vec![pad[2]];
             }
             let with = |below: Below| {
-                let bent =
-                    Bent { below, thickness: layer.thickness, corners: corners.clone(), is_plane, is_half };
+                let (electrodes, corners) =
+                    (highest_electrode(&deformed.scene, layer.thickness), corners.clone());
+                let thickness = layer.thickness;
+                let bent = Bent { below, electrodes, thickness, corners, is_plane, is_half };
                 joined(&LayerMap::Surface(&SurfaceMap::new(&deformed.scene, bent, &displacement)))
             };
             let Some(blend) = with(Below::Blend)? else { return Ok(None) };
@@ -235,6 +246,13 @@ pub(crate) fn bent_scene(
         bent.deviation += 0.25 * edges / pad[1];
     }
     Ok(Some(bent))
+}
+
+/// The height of the highest face of a conductor in the layer, m.
+fn highest_electrode(scene: &Scene, thickness: f64) -> f64 {
+    let bodies = scene.conductors().filter(|own| own.body.purpose != Purpose::Indenter);
+    let tops = bodies.flat_map(|own| own.body.boxes().unwrap_or_default()).map(|region| region.max[1]);
+    tops.filter(|top| *top < thickness).fold(0.0, f64::max)
 }
 
 /// The permittivity of what lies above the layer.
@@ -313,6 +331,8 @@ fn corners(
 /// The parts of a map, to be joined.
 struct Parts<'a> {
     layer: &'a LayerMap<'a>,
+    /// Whether the indenter does not touch the layer, which therefore stays as it is.
+    rests: bool,
     form: Option<IndenterForm>,
     /// The height of the indenter's lowest point, m.
     lowest: f64,
@@ -369,8 +389,8 @@ impl Parts<'_> {
             LayerMap::Surface(own) => own.axes(self.tiny),
         };
         let mut all = of_layer.each_ref().map(|axis| {
-            let mut own = pieces(axis);
-            if axis.mirrored {
+            let mut own = if self.rests { Vec::new() } else { pieces(axis) };
+            if axis.mirrored && !self.rests {
                 own.extend(
                     pieces(axis).into_iter().map(|p| axes::Piece::new(-p.ends[1], -p.ends[0], p.degree)),
                 );
@@ -416,7 +436,7 @@ impl Parts<'_> {
             [if axes[a].mirrored { -last } else { first }, last]
         };
         // Below the substrate's face nothing moves.
-        let zone = [ends(0), [0.0, ends(1)[1]], ends(2)];
+        let zone = [ends(0), [ends(1)[0].max(0.0), ends(1)[1]], ends(2)];
         let is_other =
             |body: &&Body| matches!(body.purpose, Purpose::Fixed | Purpose::OnTop | Purpose::OnIndenter);
         let is_in_the_way = |body: &&Body| {

@@ -1,8 +1,8 @@
 //! A layer in which only the material moves: the points of its surface go where the finite elements put them, as far as these bend it.
 //!
 //! What the map does below the surface is free. Near the surface it takes the displacement of the material, and below that less and
-//! less of it: times 2 t - t^2, with t the height over that of where it begins. So it leaves the neighbourhood of the substrate as it is,
-//! where electrodes lie and the field is singular, and bends the field where it is smooth. Where such a map would fold, the material below
+//! less of it: times 2 t - t^2, with t the height over that of where it begins, counted from above the electrodes on the substrate. So it
+//! leaves their neighbourhood as it is, where the field is singular, and bends the field where it is smooth. Where such a map would fold, the material below
 //! the surface goes where the finite elements put it.
 //!
 //! Beside that the displacement falls to zero in open space. Towards walls points keep their place along x1 and x3 instead, at the height
@@ -28,6 +28,10 @@ const OVER_LAYER: [usize; 2] = [4, 6];
 /// Where the two of the height meet, over the thickness.
 const NEAR_SURFACE: f64 = 0.6;
 
+/// How far above the electrodes nothing moves, and up to which height at most, over the thickness.
+const AT_REST: f64 = 0.15;
+const HIGHEST_AT_REST: f64 = 0.4;
+
 /// Where the polynomials end beside the outermost corner, in thicknesses of the layer.
 const BESIDE: [f64; 3] = [0.12, 0.4, 1.0];
 
@@ -51,6 +55,8 @@ pub(super) enum Below {
 /// What a [`SurfaceMap`] is made for. Lengths in m.
 pub(super) struct Bent {
     pub(super) below: Below,
+    /// The height of the highest electrode on the substrate.
+    pub(super) electrodes: f64,
     /// Of the undeformed layer.
     pub(super) thickness: f64,
     /// The material points along x1 and x3 at which the surface bends sharply; it is followed from the first to the last and beyond.
@@ -68,6 +74,8 @@ pub(super) struct SurfaceMap<'a> {
     bent: Bent,
     /// Where the map ends above.
     above: f64,
+    /// Up to which height nothing moves.
+    rest: f64,
     /// Between which the surface is followed, along x1 and along x3, and where the map ends.
     followed: [[f64; 2]; 2],
     ends: [[f64; 2]; 2],
@@ -113,7 +121,12 @@ impl<'a> SurfaceMap<'a> {
         }
         let top = scene.domain.max[1];
         let above = if top.is_finite() { top } else { surface + DECAY * surface };
-        Self { displacement, bent, above, followed, ends, at_wall }
+        let room = bent.electrodes + AT_REST * surface;
+        let rest = match bent.below {
+            Below::Blend if room <= HIGHEST_AT_REST * surface => room,
+            Below::Blend | Below::Material => 0.0,
+        };
+        Self { displacement, bent, above, rest, followed, ends, at_wall }
     }
 
     pub(super) fn surface(&self) -> f64 {
@@ -136,7 +149,7 @@ impl<'a> SurfaceMap<'a> {
         let of_height = [along, across].map(|(share, at_wall)| if at_wall { 1.0 } else { share });
         let (share, of_height) = (along.0 * across.0, of_height[0] * of_height[1]);
         let surface = self.bent.thickness;
-        if x[1] <= 0.0 || of_height == 0.0 {
+        if x[1] <= self.rest || of_height == 0.0 {
             return x;
         }
         let material = [x[0], x[1].min(surface), x[2]];
@@ -161,7 +174,8 @@ impl<'a> SurfaceMap<'a> {
         match self.bent.below {
             Below::Material => own,
             Below::Blend => {
-                let t = (x[1] / (NEAR_SURFACE * self.bent.thickness)).min(1.0);
+                let t =
+                    ((x[1] - self.rest) / (NEAR_SURFACE * self.bent.thickness - self.rest)).clamp(0.0, 1.0);
                 own.map(|u| t * (2.0 - t) * u)
             }
         }
@@ -209,7 +223,7 @@ impl<'a> SurfaceMap<'a> {
         let middle = NEAR_SURFACE * surface;
         let more = if self.bent.below == Below::Blend { 2 } else { 0 };
         let up = [
-            Piece::new(0.0, middle, OVER_LAYER[0] + more),
+            Piece::new(self.rest, middle, OVER_LAYER[0] + more),
             Piece::new(middle, surface, OVER_LAYER[1]),
             Piece::new(surface, self.above, 1),
         ];

@@ -3,7 +3,9 @@
 use std::sync::Arc;
 
 use elastocap_case::FieldSolver;
-use elastocap_electrostatics::{ExtrudedSolution, MeshSolution, Solution, SolveError, solve, solve_extruded};
+use elastocap_electrostatics::{
+    ExtrudedSolution, MeshSolution, Settings, Solution, SolveError, solve, solve_extruded,
+};
 use elastocap_geometry::export::surfaces::SurfaceBody;
 use elastocap_geometry::scene::Scene;
 
@@ -91,6 +93,31 @@ impl Solver<'_> {
         }
     }
 
+    /// The scene of a step under its map, with the film that is tried first.
+    pub(super) fn first_bent(
+        &self,
+        step: &PlannedStep,
+        deformed: &DeformedScene,
+        state: Option<&Deformation<'_>>,
+    ) -> Option<BentScene> {
+        let (Some(Deformation::FiniteElement(layer)), Some(displacement)) =
+            (state, self.layer.displacement(step.index))
+        else {
+            return None;
+        };
+        let found = Found { step: layer, displacement: &displacement, distance: step.pose.distance };
+        let film = Films::new(self.case, self.settings.relative_tolerance).next()?;
+        bent_scene(self.case, deformed, &found, film).ok()?
+    }
+
+    /// The field of a scene under its map: added to that of the base, where that is possible and enough.
+    fn mapped(&self, bent: &BentScene, settings: &Settings) -> Result<Solution, Stop> {
+        match self.base.and_then(|base| base.add(bent, settings)) {
+            Some(found) => Ok(found?),
+            None => mapped(bent, settings),
+        }
+    }
+
     /// Boxes under the map that bends them; boxes inside and around the electrodes where there is no such map.
     fn under_map(
         &self,
@@ -138,7 +165,7 @@ impl Solver<'_> {
             if films.made_thinner(bent.film_error) {
                 continue;
             }
-            match mapped(&bent, &settings) {
+            match self.mapped(&bent, &settings) {
                 Ok(found) => {
                     let surfaces = bent.surfaces(&window(&[deformed]));
                     let found = Box::new(found);

@@ -12,6 +12,7 @@ use elastocap_geometry::export::body::BodyMesh;
 use elastocap_geometry::scene::Scene;
 use elastocap_mechanics::ForceLimit;
 
+use crate::common_base::CommonBase;
 use crate::deform::{Deformation, Prepared};
 use crate::failure::{StepFailure, Stop};
 use crate::finished::FinishedStep;
@@ -66,6 +67,8 @@ pub(crate) struct Solver<'a> {
     pub(crate) prune: bool,
     pub(crate) force_limit: Option<ForceLimit>,
     pub(crate) layer: &'a Prepared,
+    /// What the fields of steps under a map are added to where that is possible.
+    pub(crate) base: Option<&'a CommonBase>,
 }
 
 impl Solver<'_> {
@@ -97,20 +100,48 @@ impl Solver<'_> {
         step: &PlannedStep,
         relative_tolerance: f64,
         memory_limit: u64,
+        base: Option<&CommonBase>,
     ) -> StepResult {
         let asked = &self.settings;
-        let target = match (self.case.measurement(), asked.target) {
-            (Measurement::Matrix(_), Target::Matrix) => Target::Mutual([0, 1]),
-            (_, target) => target,
-        };
-        let settings =
-            FieldSettings { relative_tolerance, target, memory_limit, field: false, ..asked.clone() };
-        let again = Solver { settings, ..*self };
+        let settings = self.settings_to(relative_tolerance, memory_limit);
+        let again = Solver { settings, base, ..*self };
         let mut result = again.solve(step).0;
         // The entries are compared with what the case asks of them.
         let allowed = asked.boxes().allowed_spread();
         result.entry_status = result.maxwell.as_ref().map(|all| EntryStatus::of(all, allowed, asked.target));
         result
+    }
+
+    fn settings_to(&self, relative_tolerance: f64, memory_limit: u64) -> FieldSettings {
+        let asked = &self.settings;
+        let target = match (self.case.measurement(), asked.target) {
+            (Measurement::Matrix(_), Target::Matrix) => Target::Mutual([0, 1]),
+            (_, target) => target,
+        };
+        FieldSettings { relative_tolerance, target, memory_limit, field: false, ..asked.clone() }
+    }
+
+    /// What the fields of steps like this one are added to, for solves to a tolerance within so much memory (bytes).
+    pub(crate) fn common_base(
+        &self,
+        step: &PlannedStep,
+        relative_tolerance: f64,
+        memory_limit: u64,
+    ) -> Option<CommonBase> {
+        // In contact the gap beside an indenter is squeezed so much that a base does not serve.
+        if step.pose.distance <= 0.0 {
+            return None;
+        }
+        let state = self.layer.deformation(self.case, step.index, step.load, self.prune).ok()?;
+        let deformed = scene_of(self.case, state.as_ref(), &step.pose).ok()?;
+        let bending = Bending::found(self.case, &deformed, state.as_ref(), step.pose.distance);
+        if route(Bodies::of(&deformed.scene), bending, asked(self.case)).ok()? != Route::MappedBoxes {
+            return None;
+        }
+        let bent = self.first_bent(step, &deformed, state.as_ref())?;
+        let farthest = self.case.poses.iter().map(|pose| pose.distance).fold(0.0, f64::max);
+        let reach = bent.reach() + farthest - step.pose.distance;
+        CommonBase::of(&bent, reach, &self.settings_to(relative_tolerance, memory_limit).boxes())
     }
 
     /// A step that the run was stopped before, with what is known of the layer.

@@ -32,6 +32,14 @@ pub(crate) struct Energies {
     pub seconds: [f64; 2],
 }
 
+/// What moves potentials besides conductors: the solution u minimises u A u less twice the product of u and `pull` as if there were no map.
+pub(crate) struct Drive<'a> {
+    /// One for each right-hand side.
+    pub(crate) pull: &'a [Vec<f64>],
+    /// Energies that are added, of which the linear solver's error is to be a share.
+    pub(crate) energies: &'a [f64],
+}
+
 /// Where the iteration for a right-hand side starts from.
 #[derive(Debug)]
 pub(crate) enum Start {
@@ -49,6 +57,7 @@ pub(crate) fn upper(
     domain: &Domain,
     potentials: &[Vec<f64>],
     starts: &[Start],
+    driven: Option<&Drive<'_>>,
     share: f64,
     cancel: Option<&AtomicBool>,
 ) -> Result<(Energies, Primal), SolveError> {
@@ -59,7 +68,11 @@ pub(crate) fn upper(
     let mut coefficients: Vec<Vec<f64>> = Vec::new();
     let (mut iterations, mut converged) = (0, true);
     let mut residual = Vec::new();
-    for (v, start) in potentials.iter().zip(starts) {
+    let pulled: Vec<Vec<f64>> = match driven {
+        Some(drive) => drive.pull.iter().map(|p| primal.straight_product(p)).collect(),
+        None => Vec::new(),
+    };
+    for (k, (v, start)) in potentials.iter().zip(starts).enumerate() {
         let mut begin = primal.lift(v);
         let near = match start {
             Start::Nothing => None,
@@ -71,7 +84,12 @@ pub(crate) fn upper(
             begin.iter_mut().zip(&free).for_each(|(b, f)| *b += f);
         }
         let mut source = primal.full_product(&begin);
-        let start = dot(&begin, &source);
+        let mut start = dot(&begin, &source);
+        if let (Some(own), Some(drive)) = (pulled.get(k), driven) {
+            start += drive.energies.get(k).copied().unwrap_or(0.0) + dot(&drive.pull[k], own)
+                - 2.0 * dot(&begin, own);
+            source.iter_mut().zip(own).for_each(|(s, own)| *s -= own);
+        }
         primal.clear_prescribed(&mut source);
         source.iter_mut().for_each(|x| *x = -*x);
         let mut u = vec![0.0; source.len()];

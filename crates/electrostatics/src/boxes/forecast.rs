@@ -44,7 +44,7 @@ pub fn mirror_planes(scene: &Scene, settings: &Settings) -> Result<[bool; 3], So
 /// A body that is neither a box nor a sheet; a first grid that cannot be solved.
 pub fn forecast(scene: &Scene, settings: &Settings) -> Result<Forecast, SolveError> {
     let explore = Settings { field: false, ..settings.clone() };
-    let problem = GridProblem::new(scene, None, &explore)?;
+    let problem = GridProblem::new(scene, None, None, &explore)?;
     if let (None, Some(plan)) = (settings.resolution, two_states::plan(scene, &problem)?) {
         let [first, second] = plan.scenes.each_ref().map(|scene| forecast(scene, &plan.settings));
         return Ok(both(first?, second?));

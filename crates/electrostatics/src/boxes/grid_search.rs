@@ -9,7 +9,7 @@ use crate::boxes::grid_refinement::{Indicator, missing, refine};
 use crate::boxes::layout::Grid;
 use crate::boxes::one_grid::{Coarser, GridProblem, Lower, Outcome, Potentials, on_grid};
 use crate::boxes::open_space::OpenSpace;
-use crate::boxes::resolution::{MAX_UNKNOWNS, MIN_TOLERANCE, coarser, first, graded, iteration_share};
+use crate::boxes::resolution::{MAX_UNKNOWNS, MIN_TOLERANCE, coarser, graded, iteration_share};
 use crate::matrix::rounding_alone;
 use crate::solution::{ResolutionLevel, STOPPED};
 use faer::Mat;
@@ -32,6 +32,10 @@ const PROVED_GOAL: f64 = 0.55;
 /// little of where a much finer one should be fine: 0.02 to 0.03 takes the least work, a tenth less than 0.01 (measured on eight
 /// scenes at 1e-2 to 1e-4).
 const LONG_STEP: f64 = 0.02;
+
+/// Error that is expected on a grid with bounds over the tolerance. What a base misses its own by is left to what is added to it.
+const EXPECTED: f64 = 0.8;
+const EXPECTED_OF_BASE: f64 = 2.0;
 
 /// Half the error over the energy that the indicator says to be missing, as it is on scenes of a pair at tight tolerances; it is half
 /// as much at loose ones, 0.6 on arrays of pads, and 0.2 on combs and on thin plates with feed bars.
@@ -87,7 +91,7 @@ pub(crate) fn fixed(problem: &GridProblem<'_>, level: ResolutionLevel) -> Result
 
 /// Refines until the tolerance is met, or cannot be.
 pub(crate) fn adaptive(problem: &GridProblem<'_>) -> Result<Found, SolveError> {
-    let mut search = Search::new(problem);
+    let mut search = Search::new(problem)?;
     let tolerance = problem.settings.relative_tolerance;
     let met = search.pursue(tolerance, tolerance)?;
     search.finish(met)
@@ -143,6 +147,8 @@ pub(crate) struct Search<'p, 's> {
     open_space: OpenSpace,
     /// Where rays to infinity begin, as [`OpenSpace::distance`] has it.
     distance: f64,
+    /// The error of the target that a base leaves; zero without one.
+    of_base: f64,
     /// Errors found so far.
     judged: Vec<f64>,
     /// How often the grid was extended into open space because refinement did not help.
@@ -154,17 +160,20 @@ pub(crate) struct Search<'p, 's> {
 }
 
 impl<'p, 's> Search<'p, 's> {
-    pub(crate) fn new(problem: &'p GridProblem<'s>) -> Self {
+    ///
+    /// # Errors
+    /// As for [`GridProblem::first_grid`].
+    pub(crate) fn new(problem: &'p GridProblem<'s>) -> Result<Self, SolveError> {
         let settings = problem.settings;
         let tolerance = settings.relative_tolerance.max(MIN_TOLERANCE);
         let open_space = OpenSpace::new(&problem.layout, &problem.floating, settings);
         let distance = open_space.distance(tolerance);
-        Self {
+        Ok(Self {
             problem,
             begin: Instant::now(),
             one_state: None,
             tolerance,
-            grid: first(&problem.core, distance),
+            grid: problem.first_grid(distance)?,
             grids: 0,
             foreseen: f64::INFINITY,
             amplification: 1.0,
@@ -177,21 +186,25 @@ impl<'p, 's> Search<'p, 's> {
             unknowns: 0,
             open_space,
             distance,
+            of_base: problem.base.map_or(0.0, |base| base.spread),
             judged: Vec::new(),
             widened: 0,
             wider: false,
             shortfall: None,
             best: None,
-        }
+        })
     }
 
     /// The search for one state of several.
-    pub(crate) fn of_one_state(problem: &'p GridProblem<'s>, own: OneState) -> Self {
-        let mut search = Self::new(problem);
-        search.grid = first(&problem.core, own.distance);
+    ///
+    /// # Errors
+    /// As for [`GridProblem::first_grid`].
+    pub(crate) fn of_one_state(problem: &'p GridProblem<'s>, own: OneState) -> Result<Self, SolveError> {
+        let mut search = Self::new(problem)?;
+        search.grid = problem.first_grid(own.distance)?;
         search.distance = own.distance;
         search.one_state = Some(own);
-        search
+        Ok(search)
     }
 
     /// Refines towards a tolerance until an error of `accepted`, no less than it, is proved or estimated, which this says, or cannot be.
@@ -247,6 +260,11 @@ impl<'p, 's> Search<'p, 's> {
                 found => found?,
             };
             self.grids += 1;
+            if let Some(base) = problem.base {
+                let value = problem.settings.target.value(&outcome.bounds.upper);
+                let ratio = base.value.zip(value).map_or(1.0, |(base, value)| (base / value).abs());
+                self.of_base = base.spread * ratio;
+            }
             // Bounds that meet the tolerance need no indicator.
             let proved = (purpose == Purpose::Prove).then(|| outcome.error(problem.settings));
             if proved.is_some() {
@@ -285,12 +303,27 @@ impl<'p, 's> Search<'p, 's> {
         self.best.as_ref().map(|(error, found)| (*error, found))
     }
 
+    /// The part of an error of the target that this problem's grid is responsible for: all of it, or what a base leaves. The roots of the two
+    /// parts add up to that of the whole.
+    fn own(&self, error: f64) -> f64 {
+        (error.sqrt() - self.of_base.sqrt()).max(0.0).powi(2)
+    }
+
+    /// What a refinement must leave of an error at most to count as progress. Of what is added to a base, the last grids go on from errors
+    /// that are small beside that of the base.
+    fn progress(&self) -> f64 {
+        if self.problem.base.is_some() { 0.95 } else { 0.8 }
+    }
+
     fn purpose(&self) -> Purpose {
         let bounds = self.problem.settings.bounds;
-        let near = 2.0 * self.amplification * self.foreseen <= 0.8 * self.tolerance;
+        let tolerance = self.own(self.tolerance);
+        let expected = if self.problem.is_base() { EXPECTED_OF_BASE } else { EXPECTED };
+        let near = 2.0 * self.amplification * self.foreseen <= expected * tolerance;
         // Where the indicator is unreliable, as on combs, the bounds on the last grid but one tell how fine the last must be.
-        let last_but_one = self.amplification * self.foreseen * LONG_STEP <= goal(bounds) * self.tolerance;
-        let unsure = bounds && !self.settled && self.judged.is_empty() && self.one_state.is_none();
+        let last_but_one = self.amplification * self.foreseen * LONG_STEP <= goal(bounds) * tolerance;
+        let is_alone = self.one_state.is_none() && !self.problem.is_base();
+        let unsure = bounds && is_alone && !self.settled && self.judged.is_empty();
         match (near || unsure && last_but_one, bounds) {
             (false, _) => Purpose::Explore,
             (true, true) => Purpose::Prove,
@@ -365,21 +398,23 @@ impl<'p, 's> Search<'p, 's> {
         }
         let error = error?;
         if missing > 0.0 {
-            self.amplification = (0.5 * error / missing).clamp(0.1, 1e3);
+            self.amplification = (0.5 * self.own(error) / missing).clamp(0.1, 1e3);
         }
         // A finer grid does not reduce the energy of the repair.
         if error <= self.tolerance {
             return Some(format!("the error is {error:.1e}: double precision gives no more"));
         }
+        let own = self.own(error);
         let stagnates = error.is_nan()
             || outcome.repair_share > 0.5 * error
-            || self.judged.last().is_some_and(|before| error > 0.8 * before);
-        self.judged.push(error);
+            || self.judged.last().is_some_and(|before| own > self.progress() * before);
+        self.judged.push(own);
         if !stagnates {
             return None;
         }
         // Grids of several states are joined, and must reach equally far.
-        if !self.open_space.is_closed() && self.widened < WIDEST && self.one_state.is_none() {
+        let may_widen = self.one_state.is_none() && self.problem.reach.is_none();
+        if !self.open_space.is_closed() && self.widened < WIDEST && may_widen {
             self.widened += 1;
             self.wider = true;
             self.judged.clear();
@@ -399,7 +434,7 @@ impl<'p, 's> Search<'p, 's> {
     ) -> Option<(Grid, f64)> {
         const WIDER: f64 = 7.0;
         let (problem, settings) = (self.problem, self.problem.settings);
-        let tolerance = self.tolerance;
+        let tolerance = self.own(self.tolerance);
         let mut grid = self.grid.clone();
         let mut left = missing;
         if obstacle.is_some() {
@@ -412,7 +447,7 @@ impl<'p, 's> Search<'p, 's> {
             let as_expected = self.grids > 1 && missing < 2.5 * self.foreseen;
             let step = if as_expected { LONG_STEP } else { STEP };
             let target = match error {
-                Some(error) => missing * (PROVED_GOAL * tolerance / error).clamp(0.03, PROVED_GOAL),
+                Some(error) => missing * (PROVED_GOAL * tolerance / self.own(error)).clamp(0.03, PROVED_GOAL),
                 None => {
                     let goal = (goal(settings.bounds) * tolerance / self.amplification).min(missing);
                     match self.one_state {

@@ -47,28 +47,26 @@ pub(crate) struct Layout {
     pub map: Option<PlacedMap>,
 }
 
-impl Layout {
-    /// Lays out a scene whose cells take no more than `memory_limit` bytes.
+/// Where the coordinates of a layout begin, and their unit.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Frame {
+    /// m.
+    pub origin: [f64; 3],
+    /// m.
+    pub unit: f64,
+}
+
+impl Frame {
+    /// That of a scene by itself.
     ///
     /// # Errors
-    /// A body that is neither a box nor a sheet; too many cells.
-    pub(crate) fn new(scene: &Scene, memory_limit: u64) -> Result<Self, SolveError> {
-        Self::mapped(scene, None, memory_limit)
-    }
-
-    /// The same for a scene that a map bends; elements end where its polynomials do.
-    pub(crate) fn mapped(
-        scene: &Scene,
-        map: Option<&Arc<SceneMap>>,
-        memory_limit: u64,
-    ) -> Result<Self, SolveError> {
-        let boxes =
-            |body: &Body| body.boxes().ok_or_else(|| SolveError::NotBoxes { body: body.name.clone() });
-        let conductors: Vec<Vec<Box3>> =
-            scene.conductors().map(|c| boxes(c.body)).collect::<Result<_, _>>()?;
-        let dielectrics: Vec<Vec<Box3>> =
-            scene.dielectrics().map(|d| boxes(d.body)).collect::<Result<_, _>>()?;
-        let hull = conductors.iter().flatten().copied().reduce(|a, b| a.union(&b));
+    /// A conductor that consists neither of boxes nor of sheets.
+    pub(crate) fn of(scene: &Scene) -> Result<Self, SolveError> {
+        let mut hull: Option<Box3> = None;
+        for conductor in scene.conductors() {
+            let own = boxes(conductor.body)?;
+            hull = own.into_iter().chain(hull).reduce(|a, b| a.union(&b));
+        }
         let hull = hull.unwrap_or(Box3 { min: [0.0; 3], max: [1.0; 3] });
         let finite = |a: usize| scene.domain.min[a].is_finite() && scene.domain.max[a].is_finite();
         let origin = [0, 1, 2].map(|a| {
@@ -76,6 +74,38 @@ impl Layout {
             0.5 * (b.min[a] + b.max[a])
         });
         let unit = (0..3).map(|a| hull.extent(a)).fold(0.0, f64::max).max(f64::MIN_POSITIVE);
+        Ok(Self { origin, unit })
+    }
+}
+
+fn boxes(body: &Body) -> Result<Vec<Box3>, SolveError> {
+    body.boxes().ok_or_else(|| SolveError::NotBoxes { body: body.name.clone() })
+}
+
+impl Layout {
+    /// Lays out a scene whose cells take no more than `memory_limit` bytes.
+    ///
+    /// # Errors
+    /// A body that is neither a box nor a sheet; too many cells.
+    pub(crate) fn new(scene: &Scene, memory_limit: u64) -> Result<Self, SolveError> {
+        Self::in_frame(scene, None, None, memory_limit)
+    }
+
+    /// The same for a scene that a map bends, where elements end where its polynomials do, and in a frame other than its own.
+    pub(crate) fn in_frame(
+        scene: &Scene,
+        map: Option<&Arc<SceneMap>>,
+        frame: Option<Frame>,
+        memory_limit: u64,
+    ) -> Result<Self, SolveError> {
+        let Frame { origin, unit } = match frame {
+            Some(frame) => frame,
+            None => Frame::of(scene)?,
+        };
+        let conductors: Vec<Vec<Box3>> =
+            scene.conductors().map(|c| boxes(c.body)).collect::<Result<_, _>>()?;
+        let dielectrics: Vec<Vec<Box3>> =
+            scene.dielectrics().map(|d| boxes(d.body)).collect::<Result<_, _>>()?;
         let scaled = |x: f64, a: usize| (x - origin[a]) / unit;
         let mut planes: [Vec<Plane>; 3] = Default::default();
         for a in 0..3 {
@@ -406,6 +436,11 @@ impl Layout {
             }
         }
         grid.radius = radius;
+    }
+
+    /// For each block of the domain the index of the scene's conductor that it belongs to.
+    pub(crate) fn held(&self) -> Vec<usize> {
+        self.conductors.iter().enumerate().flat_map(|(c, all)| all.iter().map(move |_| c)).collect()
     }
 
     /// The layout on a grid, and for each block of the domain the index of the scene's conductor that it belongs to.

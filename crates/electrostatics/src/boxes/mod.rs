@@ -18,5 +18,6 @@ pub(crate) mod ray_permittivity;
 pub(crate) mod resolution;
 pub(crate) mod schwarz;
 pub(crate) mod solve;
+pub(crate) mod superposed;
 pub(crate) mod symmetry;
 mod two_states;

@@ -8,14 +8,15 @@ use crate::VACUUM_PERMITTIVITY;
 use crate::boxes::domain::{Axis, Domain};
 use crate::boxes::dual::across_grids::Fluxes;
 use crate::boxes::dual::mapped::{Solved, lower as bent_lower};
-use crate::boxes::energy::{Energies, Start, lower, upper};
+use crate::boxes::energy::{Drive, Energies, Start, lower, upper};
 use crate::boxes::field::{Share, sample};
 use crate::boxes::grid_refinement::{Indicator, add, folded, indicator};
 use crate::boxes::half_turn::{Image, images};
-use crate::boxes::layout::{Grid, Layout};
+use crate::boxes::layout::{Frame, Grid, Layout};
 use crate::boxes::mapped::map::SceneMap;
 use crate::boxes::primal::Primal;
-use crate::boxes::resolution::memory;
+use crate::boxes::resolution::{first, memory};
+use crate::boxes::superposed::{Added, Base, MOST_SQUEEZED};
 use crate::boxes::symmetry::{Part, parts};
 use crate::floating::Floating;
 use crate::matrix::{MatrixBounds, contrast_of, from_energies, rounding_scale};
@@ -27,7 +28,7 @@ use elastocap_geometry::scene::{Potential, Scene};
 use elastocap_linalg::dense::{self, Lu};
 use faer::Mat;
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::Ordering;
 
 /// Without bounds, the estimated error over the missing energy that the surplus indicates, which is 0.6 to 1.6 times the true error
 /// on cubes, plates and pairs.
@@ -53,15 +54,39 @@ pub(crate) struct GridProblem<'a> {
     pub(crate) settings: &'a Settings,
     /// Whether fluxes are kept, for products with those on another grid.
     pub(crate) keeps_fluxes: bool,
+    /// A solution that the one of this problem is added to.
+    pub(crate) base: Option<&'a Base>,
+    /// How far a grid reaches into open space at least, and whether it must reach that far and no farther.
+    pub(crate) reach: Option<(f64, bool)>,
+}
+
+/// A layout that has its frame from another one.
+pub(crate) struct InFrame {
+    pub(crate) frame: Frame,
+    /// Mirror planes that may be used.
+    pub(crate) mirrored: [bool; 3],
+    /// Distance of the farthest face from the origin of the frame, in its unit.
+    pub(crate) reach: f64,
+    /// How many times as far rays to infinity begin at least.
+    pub(crate) far: f64,
+    /// Where rays to infinity begin, if that is given.
+    pub(crate) radius: Option<f64>,
 }
 
 impl<'a> GridProblem<'a> {
     pub(crate) fn new(
         scene: &Scene,
         map: Option<&Arc<SceneMap>>,
+        in_frame: Option<&InFrame>,
         settings: &'a Settings,
     ) -> Result<Self, SolveError> {
-        let layout = Layout::mapped(scene, map, settings.memory_limit)?;
+        let frame = in_frame.map(|own| own.frame);
+        let mut layout = Layout::in_frame(scene, map, frame, settings.memory_limit)?;
+        if let Some(own) = in_frame {
+            (0..3).filter(|a| !own.mirrored[*a]).for_each(|a| layout.mirror[a] = None);
+        }
+        let reach =
+            in_frame.map(|own| own.radius.map_or((own.reach * own.far, false), |radius| (radius, true)));
         let grounded: Vec<bool> =
             scene.conductors().map(|own| own.potential == Potential::Grounded).collect();
         let reflected = layout.mirror.map(|m| m.is_some() && !settings.symmetry);
@@ -73,7 +98,27 @@ impl<'a> GridProblem<'a> {
             layout,
             settings,
             keeps_fluxes: false,
+            base: None,
+            reach,
         })
+    }
+
+    /// The first grid of a search, on which rays to infinity begin `far` times as far from the pole as the farthest conductor.
+    ///
+    /// # Errors
+    /// [`SolveError::Superposition`] where that is farther than on the grid of a base.
+    pub(crate) fn first_grid(&self, far: f64) -> Result<Grid, SolveError> {
+        let mut grid = first(&self.core, far);
+        match self.reach {
+            None => {}
+            Some((radius, true)) if grid.radius > radius => return Err(SolveError::Superposition),
+            Some((radius, true)) => self.core.reach_to(&mut grid, radius),
+            Some((least, false)) => {
+                let radius = grid.radius.max(least);
+                self.core.reach_to(&mut grid, radius);
+            }
+        }
+        Ok(grid)
     }
 
     /// The potentials of all right-hand sides, in columns: a basis of all potentials of the conductors.
@@ -111,6 +156,11 @@ impl<'a> GridProblem<'a> {
         let (domain, _) = self.core.domain(grid);
         let n: usize = domain.primal_dims().iter().product();
         if self.settings.bounds { 2 * n } else { n }
+    }
+
+    /// Whether other solutions are to be added to that of this problem.
+    pub(crate) fn is_base(&self) -> bool {
+        matches!(self.reach, Some((_, false)))
     }
 
     /// Whether the caller wants the solve to stop.
@@ -203,9 +253,25 @@ pub(super) struct SolvedPart {
     images: Vec<Option<Image>>,
     /// The fluxes of the lower problem where the problem keeps them.
     pub(super) fluxes: Option<Fluxes>,
+    /// Lower energies, if they are known at once.
+    pub(super) lower: Option<Mat<f64>>,
+    /// Where the solution is added to a base.
+    added: Option<OnBase>,
     pub(super) domain: Domain,
     odd: [bool; 3],
     pub(super) copies: f64,
+}
+
+/// What a part that is added to a base has of its own.
+pub(super) struct OnBase {
+    /// The index of the part.
+    index: usize,
+    /// The energies of its own problem.
+    under_map: Mat<f64>,
+    /// What the interpolated base misses, where that was needed.
+    missed: Mat<f64>,
+    /// The interpolated base, for each right-hand side.
+    cut: Vec<Vec<f64>>,
 }
 
 /// Which lower bounds a grid is to give.
@@ -247,10 +313,10 @@ pub(crate) fn on_grid(
         }
     };
     let mut at = 0;
-    for part in &problem.parts {
+    for (index, part) in problem.parts.iter().enumerate() {
         if !part.potentials.is_empty() {
             let coarser = coarser.map(|coarser| (coarser, at));
-            let (solved, dual) = solve_part(problem, part, grid, share, has_lower, coarser)?;
+            let (solved, dual) = solve_part(problem, index, grid, share, has_lower, coarser)?;
             add(&mut up, at, &solved, &solved.energies.matrix);
             if let Some(dual) = &dual {
                 add(&mut low, at, &solved, &dual.matrix);
@@ -278,7 +344,7 @@ pub(crate) fn on_grid(
     if has_lower && problem.layout.map.is_some() {
         for k in 0..out.solved.len() {
             let Some((at, part)) = out.solved.get(k) else { continue };
-            let dual = part.bent_lower(share, problem.settings.cancel.as_deref())?;
+            let dual = part.bent_lower(problem, share)?;
             add(&mut low, *at, part, &dual.matrix);
             out.unknowns = out.unknowns.max(part.energies.unknowns + dual.unknowns);
             out.add_dual_cost(&dual);
@@ -294,18 +360,26 @@ pub(crate) fn on_grid(
 /// a `coarser` grid come with the number of the part's first right-hand side.
 fn solve_part(
     problem: &GridProblem<'_>,
-    part: &Part,
+    index: usize,
     grid: &Grid,
     share: f64,
     lower_too: bool,
     coarser: Option<(&Potentials, usize)>,
 ) -> Result<(SolvedPart, Option<Energies>), SolveError> {
     let cancel = problem.settings.cancel.as_deref();
+    let part = &problem.parts[index];
     let (domain, held) = part.layout.domain(grid);
-    let potentials: Vec<Vec<f64>> =
+    let mut potentials: Vec<Vec<f64>> =
         part.potentials.iter().map(|v| held.iter().map(|&c| v[c]).collect()).collect();
     let images =
         if problem.settings.symmetry { images(&domain, &potentials) } else { vec![None; potentials.len()] };
+    let added = match problem.base {
+        Some(base) => Some(Added::new(base, part, &domain, &held).ok_or(SolveError::Superposition)?),
+        None => None,
+    };
+    if let Some(added) = &added {
+        potentials.clone_from(&added.potentials);
+    }
     let embedded = coarser.and_then(|(coarser, first)| coarser.on(first, &domain));
     let start = |(k, image): (usize, &Option<Image>)| match (image, &embedded) {
         (Some(image), _) => Start::Image(*image),
@@ -313,9 +387,25 @@ fn solve_part(
         (None, None) => Start::Nothing,
     };
     let starts: Vec<Start> = images.iter().enumerate().map(start).collect();
-    let of_upper = || upper(&domain, &potentials, &starts, share, cancel);
+    let base_energies = added.as_ref().map(Added::base_energies).unwrap_or_default();
+    let drive = added.as_ref().map(|added| Drive { pull: &added.cut, energies: &base_energies });
+    let of_upper = || upper(&domain, &potentials, &starts, drive.as_ref(), share, cancel);
+    let mut own = None;
     let (energies, primal, dual, fluxes) = if domain.map.is_some() {
-        let (energies, primal) = of_upper()?;
+        let (mut energies, mut primal) = of_upper()?;
+        if added.is_some() && primal.bent().is_some_and(|bent| bent.largest() > MOST_SQUEEZED) {
+            return Err(SolveError::Superposition);
+        }
+        if let Some(added) = &added {
+            let under_map = energies.matrix.clone();
+            let [upper, missed] = if lower_too {
+                added.upper(&domain, &under_map, &energies.coefficients, &primal)?
+            } else {
+                [added.about(&under_map, &energies.coefficients, &mut primal), Mat::zeros(0, 0)]
+            };
+            energies.matrix = upper;
+            own = Some((under_map, missed));
+        }
         (energies, primal, None, None)
     } else {
         // The two problems are of the same size and run in parallel.
@@ -331,7 +421,14 @@ fn solve_part(
         return Err(SolveError::Cancelled);
     }
     let (odd, copies) = (part.odd, part.copies);
-    Ok((SolvedPart { energies, primal, potentials, images, fluxes, domain, odd, copies }, dual))
+    let added = own.zip(added).map(|((under_map, missed), added)| OnBase {
+        index,
+        under_map,
+        missed,
+        cut: added.cut,
+    });
+    let lower = dual.as_ref().map(|dual| dual.matrix.clone());
+    Ok((SolvedPart { energies, primal, potentials, images, fluxes, lower, added, domain, odd, copies }, dual))
 }
 
 impl Outcome {
@@ -408,8 +505,15 @@ impl Outcome {
         for (first, part) in &self.solved {
             let weights: Vec<f64> =
                 (0..part.energies.coefficients.len()).map(|i| weights[(first + i, 0)]).collect();
-            if let Some(coefficients) = part.combined(&weights) {
+            if let Some(mut coefficients) = combined(&weights, &part.energies.coefficients) {
+                if let Some(cut) = part.added.as_ref().and_then(|added| combined(&weights, &added.cut)) {
+                    axpy(&mut coefficients, -1.0, &cut);
+                }
                 shares.push(Share { domain: &part.domain, coefficients, odd: part.odd });
+            }
+            if let (Some(base), Some(added)) = (problem.base, &part.added) {
+                let part = &parts[added.index];
+                shares.extend(base.shares(part, &weights));
             }
         }
         let mirrored = layout.mirror.map(|m| m.is_some() && settings.symmetry);
@@ -468,10 +572,15 @@ impl Outcome {
         for (weights, energy) in states {
             for (first, part) in &self.solved {
                 let own = &weights[*first..*first + part.energies.coefficients.len()];
-                let Some(u) = part.combined(own) else { continue };
-                let own = indicator(&part.domain, &part.primal.slice_energies(&u));
-                let own = folded(own, problem.reflected);
-                add(&mut total, &own, part.copies * unit / energy);
+                let mut note = |u: Option<Vec<f64>>| {
+                    let Some(u) = u else { return };
+                    let own = indicator(&part.domain, &part.primal.slice_energies(&u));
+                    let own = folded(own, problem.reflected);
+                    add(&mut total, &own, part.copies * unit / energy);
+                };
+                note(combined(own, &part.energies.coefficients));
+                // What the grid misses of a base counts as well.
+                note(part.added.as_ref().and_then(|added| combined(own, &added.cut)));
             }
         }
         total
@@ -617,24 +726,35 @@ impl Outcome {
 
 impl SolvedPart {
     /// The energies of the dual problem under a map.
-    pub(super) fn bent_lower(&self, share: f64, cancel: Option<&AtomicBool>) -> Result<Energies, SolveError> {
+    pub(super) fn bent_lower(&self, problem: &GridProblem<'_>, share: f64) -> Result<Energies, SolveError> {
+        let cancel = problem.settings.cancel.as_deref();
+        if let (Some(OnBase { index, under_map, missed, .. }), Some(base)) = (&self.added, problem.base) {
+            let part = &problem.parts[*index];
+            let held = part.layout.held();
+            let added = Added::new(base, part, &self.domain, &held).ok_or(SolveError::Superposition)?;
+            let own = (under_map, self.energies.coefficients.as_slice());
+            let with = (self.images.as_slice(), &self.primal);
+            let upper = [&self.energies.matrix, missed];
+            return added.lower(&self.domain, upper, own, with, share, cancel);
+        }
         let solved = Solved {
             coefficients: &self.energies.coefficients,
+            less: None,
             energies: &self.energies.matrix,
             images: &self.images,
             bent: self.primal.bent(),
         };
         bent_lower(&self.domain, &self.potentials, &solved, share, cancel)
     }
+}
 
-    /// The potential of the right-hand sides with these weights; `None` if all are zero.
-    fn combined(&self, weights: &[f64]) -> Option<Vec<f64>> {
-        let mut out = vec![0.0; self.energies.coefficients.first()?.len()];
-        for (w, u) in weights.iter().zip(&self.energies.coefficients).filter(|(w, _)| **w != 0.0) {
-            axpy(&mut out, *w, u);
-        }
-        weights.iter().any(|w| *w != 0.0).then_some(out)
+/// The potential of right-hand sides with these weights; `None` if all are zero.
+fn combined(weights: &[f64], potentials: &[Vec<f64>]) -> Option<Vec<f64>> {
+    let mut out = vec![0.0; potentials.first()?.len()];
+    for (w, u) in weights.iter().zip(potentials).filter(|(w, _)| **w != 0.0) {
+        axpy(&mut out, *w, u);
     }
+    weights.iter().any(|w| *w != 0.0).then_some(out)
 }
 
 /// The largest relative spread of the target within bounds, or error estimate without.

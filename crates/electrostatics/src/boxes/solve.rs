@@ -3,7 +3,8 @@
 use crate::SolveError;
 use crate::boxes::grid_search;
 use crate::boxes::mapped::map::SceneMap;
-use crate::boxes::one_grid::GridProblem;
+use crate::boxes::one_grid::{GridProblem, InFrame};
+use crate::boxes::superposed::Base;
 use crate::boxes::two_states;
 use crate::consistency::contradiction;
 use crate::solution::{Settings, Solution};
@@ -34,16 +35,50 @@ pub fn solve_mapped(scene: &Scene, map: &Arc<SceneMap>, settings: &Settings) -> 
     solve_under(scene, Some(map), settings)
 }
 
+/// Solves for the Maxwell capacitance matrix of a scene under a map, as [`solve_mapped`] does, by adding to the solution of a `base` what the
+/// bodies change that the base does not have. These are conductors that stand behind those of the base in the scene, and the map bends
+/// nothing but what is around them. The method is described in the source, `boxes/superposed`.
+///
+/// # Errors
+/// As for [`solve_mapped`]; [`SolveError::Superposition`] where the scene cannot be solved in this way.
+pub fn solve_superposed(
+    scene: &Scene,
+    map: &Arc<SceneMap>,
+    base: &Base,
+    settings: &Settings,
+) -> Result<Solution, SolveError> {
+    let memory_limit = settings.memory_limit.saturating_sub(base.bytes());
+    let settings = &Settings { memory_limit, ..settings.clone() };
+    solve_in(scene, Some(map), Some(base), settings)
+}
+
 fn solve_under(
     scene: &Scene,
     map: Option<&Arc<SceneMap>>,
+    settings: &Settings,
+) -> Result<Solution, SolveError> {
+    solve_in(scene, map, None, settings)
+}
+
+fn solve_in(
+    scene: &Scene,
+    map: Option<&Arc<SceneMap>>,
+    base: Option<&Base>,
     settings: &Settings,
 ) -> Result<Solution, SolveError> {
     let begin = Instant::now();
     if map.is_some_and(|map| !map.is_continuous(scene)) {
         return Err(SolveError::TornMap);
     }
-    let problem = GridProblem::new(scene, map, settings)?;
+    let in_frame = base.map(|base| InFrame {
+        frame: base.frame,
+        mirrored: [true; 3],
+        reach: 0.0,
+        far: 0.0,
+        radius: Some(base.radius),
+    });
+    let mut problem = GridProblem::new(scene, map, in_frame.as_ref(), settings)?;
+    problem.base = base;
     let setup = begin.elapsed().as_secs_f64();
     let found = match settings.resolution {
         Some(level) => grid_search::fixed(&problem, level)?,

@@ -73,10 +73,12 @@ pub(crate) fn search(scene: &Scene, problem: &GridProblem<'_>) -> Result<Option<
     let Some(plan) = plan(scene, problem)? else { return Ok(None) };
     let settings = problem.settings;
     let own = OneState { distance: plan.distance, share: ITERATIONS * plan.spread };
-    let [first, second] = plan.scenes.each_ref().map(|scene| GridProblem::new(scene, None, &plan.settings));
+    let [first, second] =
+        plan.scenes.each_ref().map(|scene| GridProblem::new(scene, None, None, &plan.settings));
     let mut problems = [first?, second?];
     problems.iter_mut().for_each(|problem| problem.keeps_fluxes = true);
-    let mut searches = problems.each_ref().map(|problem| Search::of_one_state(problem, own));
+    let [first, second] = problems.each_ref().map(|problem| Search::of_one_state(problem, own));
+    let mut searches = [first?, second?];
 
     let (larger, smaller) = (plan.larger, 1 - plan.larger);
     let mut going_on = searches[larger].pursue(plan.spread, FIRST * plan.spread)?;
@@ -261,7 +263,7 @@ fn common_axis(a: &Axis, b: &Axis) -> Option<Axis> {
 }
 
 /// A line with the nodes of both and, in every element, the larger of their degrees.
-fn common_line(a: &Line, b: &Line) -> Option<Line> {
+pub(super) fn common_line(a: &Line, b: &Line) -> Option<Line> {
     let (mut i, mut j) = (0, 0);
     let (mut nodes, mut degrees) = (Vec::new(), Vec::new());
     let larger = |i: usize, j: usize| Some(*a.degrees.get(i)?.max(b.degrees.get(j)?));
@@ -338,12 +340,12 @@ mod tests {
     fn a_mutual_capacitance_from_a_grid_for_each_state_meets_that_from_one_for_both() {
         let scene = guarded_plate();
         let both = settings(Target::Mutual([0, 1]), 5e-3);
-        let problem = GridProblem::new(&scene, None, &both).unwrap();
+        let problem = GridProblem::new(&scene, None, None, &both).unwrap();
         let grid = adaptive(&problem).unwrap();
         let exact = both.target.of(&grid.outcome.bounds).unwrap();
         for target in [Target::Mutual([0, 1]), Target::Mutual([1, 0])] {
             let own = Settings { field: true, ..settings(target, 1e-2) };
-            let problem = GridProblem::new(&scene, None, &own).unwrap();
+            let problem = GridProblem::new(&scene, None, None, &own).unwrap();
             let found =
                 search(&scene, &problem).unwrap().expect("the fields are singular at different edges");
             let all = found.outcome.all.clone();
@@ -374,7 +376,7 @@ mod tests {
         };
         let own = settings(Target::Mutual([0, 1]), 5e-3);
         for scene in [pair(1.0), pair(1.2)] {
-            let problem = GridProblem::new(&scene, None, &own).unwrap();
+            let problem = GridProblem::new(&scene, None, None, &own).unwrap();
             assert!(search(&scene, &problem).unwrap().is_none());
         }
     }
@@ -385,7 +387,7 @@ mod tests {
         let others = [Target::Matrix, Target::TwoTerminal, Target::Own(0), Target::Mutual([1, 1])];
         let without = Settings { bounds: false, ..settings(Target::Mutual([0, 1]), 1e-2) };
         for own in others.map(|target| settings(target, 1e-2)).into_iter().chain([without]) {
-            let problem = GridProblem::new(&scene, None, &own).unwrap();
+            let problem = GridProblem::new(&scene, None, None, &own).unwrap();
             assert!(search(&scene, &problem).unwrap().is_none(), "{:?}", own.target);
         }
     }

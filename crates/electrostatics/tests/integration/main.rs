@@ -16,5 +16,6 @@ mod parts;
 mod random_scenes;
 mod references;
 mod splines;
+mod superposed;
 mod terminals;
 mod thin_metal;

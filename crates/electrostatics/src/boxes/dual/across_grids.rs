@@ -14,6 +14,7 @@
 //! last nodes both continue along the same rays with the same weights. These are at least the true ones, which only lowers L further.
 
 use super::lines::{Bundle, Run, Segment};
+use super::mapped::Flux;
 use super::rays::inner;
 use super::{Basis, Dual, Strip, others};
 use crate::SolveError;
@@ -29,11 +30,13 @@ use std::ops::Range;
 /// The fluxes of one grid.
 #[derive(Debug)]
 pub(crate) struct Fluxes {
-    dual: Dual,
+    pub(super) dual: Dual,
     /// The domain up to the last finite nodes.
-    domain: Domain,
+    pub(super) domain: Domain,
     /// One for each right-hand side.
     states: Vec<State>,
+    /// Their coordinates where they are kept, see [`Fluxes::prepare`].
+    pub(super) kept: Vec<Flux>,
 }
 
 /// What a flux without divergence is made from.
@@ -128,7 +131,7 @@ impl Fluxes {
             let scene = std::mem::take(&mut state.repair);
             state.repair = dual.repair.own_scaling(scene, dual.dims, &dual.weights);
         }
-        Self { dual, domain: domain.truncated(), states }
+        Self { dual, domain: domain.truncated(), states, kept: Vec::new() }
     }
 
     /// L_ij for state `i` of this grid and state `j` of another, in the domain's unit; `common` is their common refinement. `None`
@@ -184,6 +187,34 @@ impl Fluxes {
             }
         }
         Ok(Some(out))
+    }
+
+    pub(super) fn states(&self) -> usize {
+        self.states.len()
+    }
+
+    /// The coordinates of the flux of a state, its repair included: for each axis and each run of each bundle `[coordinate][line]`.
+    pub(super) fn run_fluxes(&self, state: usize) -> Result<Flux, SolveError> {
+        let mut out: [Vec<Vec<f64>>; 3] = Default::default();
+        let Some(own) = self.states.get(state) else { return Ok(Flux(out)) };
+        for a in 0..3 {
+            let repairs = self.repair_functions(a)?;
+            for bundle in &self.dual.bundles[a] {
+                for run in &bundle.runs {
+                    let RunFlux { coordinates, dims } =
+                        self.run_flux(own, a, bundle, run, &repairs[run.segment]);
+                    let [rows, len, width] = dims;
+                    let mut by_coordinate = vec![0.0; coordinates.len()];
+                    for (index, row) in coordinates.chunks_exact(width.max(1)).enumerate() {
+                        let (line, coordinate) = (index / len.max(1), index % len.max(1));
+                        let at = (coordinate * rows + line) * width;
+                        by_coordinate[at..at + width].copy_from_slice(row);
+                    }
+                    out[a].push(by_coordinate);
+                }
+            }
+        }
+        Ok(Flux(out))
     }
 
     /// For each segment of an axis, the coordinates (rows) of a repair with unit entries on the whole line (columns).
@@ -380,7 +411,7 @@ mod tests {
     }
 
     fn problem_of<'a>(scene: &Scene, settings: &'a Settings) -> GridProblem<'a> {
-        let mut problem = GridProblem::new(scene, None, settings).unwrap();
+        let mut problem = GridProblem::new(scene, None, None, settings).unwrap();
         problem.keeps_fluxes = true;
         problem
     }

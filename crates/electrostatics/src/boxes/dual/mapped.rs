@@ -44,12 +44,15 @@ const ENOUGH: f64 = 1e-2;
 const CHEAP: f64 = 4.0;
 
 /// A flux: for each axis and each run of each bundle, the coordinates whose squares add up to the energy, `[row][line]`.
-struct Flux([Vec<Vec<f64>>; 3]);
+#[derive(Debug)]
+pub(super) struct Flux(pub(super) [Vec<Vec<f64>>; 3]);
 
 /// What is known of the primal problem.
 pub(crate) struct Solved<'a> {
     /// Its solutions.
     pub(crate) coefficients: &'a [Vec<f64>],
+    /// What is taken off them where no map bends the field: the flux aimed at is K grad u less eps times the gradient of this.
+    pub(crate) less: Option<&'a [Vec<f64>]>,
     /// Their energies.
     pub(crate) energies: &'a Mat<f64>,
     /// Which of them are images of others: the iteration for the flux of one starts from that of the other.
@@ -59,15 +62,35 @@ pub(crate) struct Solved<'a> {
 }
 
 /// One right-hand side's flux, its divergence and the repair.
-struct Found {
-    flux: Flux,
+pub(super) struct Found {
+    pub(super) flux: Flux,
     /// The potential whose gradient took the divergence out.
     correction: Vec<f64>,
     residual: Vec<f64>,
     repair: Vec<f64>,
-    proved: bool,
-    converged: bool,
-    iterations: usize,
+    pub(super) proved: bool,
+    pub(super) converged: bool,
+    pub(super) iterations: usize,
+}
+
+/// The fluxes of all right-hand sides, and the forms that the bound is made of.
+pub(super) struct Projected {
+    pub(super) dual: Dual,
+    pub(super) found: Vec<Found>,
+    /// (s, K^-1 s), no less than it is.
+    energy: Mat<f64>,
+    /// g s.
+    flow: Mat<f64>,
+    /// (u, r).
+    work: Mat<f64>,
+    /// (p, K^-1 p), no less than it is.
+    pub(super) repair: Mat<f64>,
+    /// N.
+    pub(super) apart: Mat<f64>,
+    /// The largest of eps K^-1.
+    pub(super) largest: f64,
+    /// Seconds assembling and seconds solving.
+    pub(super) seconds: [f64; 2],
 }
 
 /// Lower energies of a scene that a map bends, from what was `solved` before.
@@ -78,40 +101,11 @@ pub(crate) fn lower(
     share: f64,
     cancel: Option<&AtomicBool>,
 ) -> Result<Energies, SolveError> {
-    let begin = Instant::now();
-    let mut dual = Dual::new(domain)?;
-    let whole = &domain.truncated();
-    let assembled = Instant::now();
-    stop_if_asked(cancel)?;
-    let stretch = solved.bent.map_or(1.0, Gradients::largest);
-    let mut found: Vec<Found> = Vec::new();
-    for (u, image) in solved.coefficients.iter().zip(solved.images) {
-        let target = target(domain, &dual, u, solved.bent);
-        let flux = dual.projected(whole, &target);
-        let start =
-            image.and_then(|image| Some(dual.image(domain, &found.get(image.of)?.correction, &image)));
-        found.push(dual.without_divergence(flux, start, share, stretch, cancel)?);
-    }
-    let (coarser, finer) =
-        (Metric::new(whole, EXTRA, Of::Resistance)?, Metric::new(whole, FINER, Of::Resistance)?);
-    let largest = finer.as_ref().map_or(1.0, |metric| metric.largest);
+    let projected = project(domain, potentials, solved, share, cancel)?;
+    let Projected { dual, found, energy, flow, work, repair, apart, seconds, .. } = &projected;
     let n = potentials.len();
-    let mut energy = dual.energies_of(&found);
-    if let (Some(coarser), Some(finer)) = (coarser, finer) {
-        let [coarser, finer] = [coarser, finer].map(|metric| dual.added_energies(whole, &metric, &found));
-        add_with_error(&mut energy, &coarser, &finer, 1.0);
-    }
-    let charges = dual.charges(potentials, &found);
-    let modes: Vec<Vec<f64>> = solved.coefficients.iter().map(|u| dual.modes_of(domain, u)).collect();
-    let worst = dual.repair_excess() * largest;
-    let symmetric = |of: &dyn Fn(usize, usize) -> f64| Mat::from_fn(n, n, |i, j| 0.5 * (of(i, j) + of(j, i)));
-    let repair = symmetric(&|i, j| worst * dot(&found[i].repair, &found[j].residual));
-    let work = symmetric(&|i, j| dot(&modes[i], &found[j].residual));
-    let flow = symmetric(&|i, j| charges[(i, j)]);
-    let apart =
-        symmetric(&|i, j| solved.energies[(i, j)] + energy[(i, j)] - 2.0 * flow[(i, j)] + 2.0 * work[(i, j)]);
     let trace = |m: &Mat<f64>| (0..n).map(|i| m[(i, i)]).sum::<f64>().max(0.0);
-    let ratio = (trace(&repair) / trace(&apart)).sqrt();
+    let ratio = (trace(repair) / trace(apart)).sqrt();
     // Half of what both cost together comes from either.
     let young = match ratio {
         0.0 => [0.0, 1.0],
@@ -137,8 +131,54 @@ pub(crate) fn lower(
         converged: found.iter().all(|one| one.converged),
         repair_share,
         coefficients: Vec::new(),
-        seconds: [(assembled - begin).as_secs_f64(), assembled.elapsed().as_secs_f64()],
+        seconds: *seconds,
     })
+}
+
+/// Fluxes without divergence near those of what was `solved` before.
+pub(super) fn project(
+    domain: &Domain,
+    potentials: &[Vec<f64>],
+    solved: &Solved<'_>,
+    share: f64,
+    cancel: Option<&AtomicBool>,
+) -> Result<Projected, SolveError> {
+    let begin = Instant::now();
+    let mut dual = Dual::new(domain)?;
+    let whole = &domain.truncated();
+    let assembled = Instant::now();
+    stop_if_asked(cancel)?;
+    let stretch = solved.bent.map_or(1.0, Gradients::largest);
+    let mut found: Vec<Found> = Vec::new();
+    for (k, (u, image)) in solved.coefficients.iter().zip(solved.images).enumerate() {
+        let straight =
+            solved.less.map(|less| u.iter().zip(&less[k]).map(|(u, p)| u - p).collect::<Vec<f64>>());
+        let target = target(domain, &dual, straight.as_deref().unwrap_or(u), (u, solved.bent));
+        let flux = dual.projected(whole, &target);
+        let start =
+            image.and_then(|image| Some(dual.image(domain, &found.get(image.of)?.correction, &image)));
+        found.push(dual.without_divergence(flux, start, share, stretch, cancel)?);
+    }
+    let (coarser, finer) =
+        (Metric::new(whole, EXTRA, Of::Resistance)?, Metric::new(whole, FINER, Of::Resistance)?);
+    let largest = finer.as_ref().map_or(1.0, |metric| metric.largest);
+    let n = potentials.len();
+    let mut energy = dual.energies_of(&found);
+    if let (Some(coarser), Some(finer)) = (coarser, finer) {
+        let [coarser, finer] = [coarser, finer].map(|metric| dual.added_energies(whole, &metric, &found));
+        add_with_error(&mut energy, &coarser, &finer, 1.0);
+    }
+    let charges = dual.charges(potentials, &found);
+    let modes: Vec<Vec<f64>> = solved.coefficients.iter().map(|u| dual.modes_of(domain, u)).collect();
+    let worst = dual.repair_excess() * largest;
+    let symmetric = |of: &dyn Fn(usize, usize) -> f64| Mat::from_fn(n, n, |i, j| 0.5 * (of(i, j) + of(j, i)));
+    let repair = symmetric(&|i, j| worst * dot(&found[i].repair, &found[j].residual));
+    let work = symmetric(&|i, j| dot(&modes[i], &found[j].residual));
+    let flow = symmetric(&|i, j| charges[(i, j)]);
+    let apart =
+        symmetric(&|i, j| solved.energies[(i, j)] + energy[(i, j)] - 2.0 * flow[(i, j)] + 2.0 * work[(i, j)]);
+    let seconds = [(assembled - begin).as_secs_f64(), assembled.elapsed().as_secs_f64()];
+    Ok(Projected { dual, found, energy, flow, work, repair, apart, largest, seconds })
 }
 
 /// Integrals of K grad u / eps with the potential modes of the two other axes, at Gauss points along each axis in turn: the target of
@@ -149,7 +189,8 @@ struct Target {
     parts: [Vec<f64>; 3],
 }
 
-fn target(domain: &Domain, dual: &Dual, u: &[f64], bent: Option<&Gradients>) -> Target {
+/// That of eps times the gradient of a potential and what a map adds to the flux of another one.
+fn target(domain: &Domain, dual: &Dual, straight: &[f64], (u, bent): (&[f64], Option<&Gradients>)) -> Target {
     let dims = domain.primal_dims();
     let points = all_points(domain);
     let shape = points.each_ref().map(AxisPoints::len);
@@ -161,7 +202,7 @@ fn target(domain: &Domain, dual: &Dual, u: &[f64], bent: Option<&Gradients>) -> 
     let added = bent.map(|bent| (bent.added_flux(u, dims), bent.points()));
     let whole = domain.truncated();
     let parts = [0, 1, 2].map(|component| {
-        let (mut t, mut now) = (u.to_vec(), dims);
+        let (mut t, mut now) = (straight.to_vec(), dims);
         for a in (0..3).rev() {
             let [value, slope] = &evaluate[a];
             let matrix = if a == component { slope } else { value };
@@ -428,17 +469,21 @@ impl Dual {
     /// What the map adds to the energies of fluxes, by the rule of a metric.
     fn added_energies(&self, domain: &Domain, metric: &Metric, found: &[Found]) -> Mat<f64> {
         let at_points: Vec<[Vec<f64>; 3]> =
-            found.iter().map(|one| [0, 1, 2].map(|a| self.at_points(domain, a, metric, &one.flux))).collect();
+            found.iter().map(|one| self.at_points(domain, &metric.points, &one.flux)).collect();
         let n = found.len();
         Mat::from_fn(n, n, |i, j| product(&metric.tensors, &at_points[i], &at_points[j]))
     }
 
-    /// A component of a flux at the points of a metric.
-    fn at_points(&self, domain: &Domain, a: usize, metric: &Metric, flux: &Flux) -> Vec<f64> {
+    /// A flux at points, by component.
+    pub(super) fn at_points(&self, domain: &Domain, points: &[AxisPoints; 3], flux: &Flux) -> [Vec<f64>; 3] {
+        [0, 1, 2].map(|a| self.component_at(domain, a, points, flux))
+    }
+
+    fn component_at(&self, domain: &Domain, a: usize, points: &[AxisPoints; 3], flux: &Flux) -> Vec<f64> {
         let (p, q) = others(a);
-        let values = self.values_at(domain, a, &metric.points[a]);
+        let values = self.values_at(domain, a, &points[a]);
         let mut dims = self.dims;
-        dims[a] = metric.points[a].len();
+        dims[a] = points[a].len();
         let stride = strides(dims);
         let mut out = vec![0.0; dims.iter().product()];
         for ((bundle, run), y) in self.runs(a).zip(&flux.0[a]) {
@@ -459,7 +504,7 @@ impl Dual {
         }
         for b in [p, q] {
             let radial = self.basis[b].as_ref().map(|basis: &Basis| &basis.radial);
-            let modes = Evaluation::new(&metric.points[b].modes(&domain.axes[b], radial));
+            let modes = Evaluation::new(&points[b].modes(&domain.axes[b], radial));
             (out, dims) = along(b, &modes.forward, &out, dims);
         }
         out
@@ -573,14 +618,14 @@ mod tests {
     #[test]
     fn a_divergence_that_is_left_makes_bounds_a_little_lower_and_never_higher() {
         let settings = Settings::default();
-        let problem = GridProblem::new(&scene(), Some(&map()), &settings).unwrap();
+        let problem = GridProblem::new(&scene(), Some(&map()), None, &settings).unwrap();
         let outcome = solved(&problem, 3, Lower::None);
         let part = &outcome.solved[0].1;
-        let [upper, sharp] = [&part.energies.matrix, &part.bent_lower(1e-13, None).unwrap().matrix];
+        let [upper, sharp] = [&part.energies.matrix, &part.bent_lower(&problem, 1e-13).unwrap().matrix];
         let gap = |i: usize| upper[(i, i)] - sharp[(i, i)];
         assert!((0..2).all(|i| gap(i) > 0.0 && gap(i) < 0.1 * upper[(i, i)]), "{upper:?} {sharp:?}");
         for share in [1e-2, 1e-3, 1e-4, 1e-6] {
-            let loose = part.bent_lower(share, None).unwrap().matrix;
+            let loose = part.bent_lower(&problem, share).unwrap().matrix;
             // The difference as a form.
             let d = |i: usize, j: usize| sharp[(i, j)] - loose[(i, j)];
             println!("{share:e}: {:e} {:e} of {:e} {:e}", d(0, 0), d(1, 1), gap(0), gap(1));
@@ -595,7 +640,7 @@ mod tests {
     #[test]
     fn the_dual_problem_is_left_out_where_lower_bounds_of_another_grid_are_enough() {
         let settings = Settings::default();
-        let problem = GridProblem::new(&scene(), Some(&map()), &settings).unwrap();
+        let problem = GridProblem::new(&scene(), Some(&map()), None, &settings).unwrap();
         let coarse = solved(&problem, 2, Lower::OF_GRID);
         let error = coarse.error(&settings);
         let with =

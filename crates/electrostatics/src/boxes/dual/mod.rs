@@ -20,6 +20,7 @@ mod operator;
 mod precondition;
 mod rays;
 mod repair;
+pub(crate) mod superposed;
 
 use crate::SolveError;
 use crate::boxes::domain::{Axis, Domain};

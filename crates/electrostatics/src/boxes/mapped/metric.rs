@@ -107,7 +107,7 @@ fn bent(axis: &Axis, reaches: impl Fn(f64) -> bool) -> Range<usize> {
 }
 
 /// Which cells of intervals lie in conductors.
-fn held(domain: &Domain) -> Vec<bool> {
+pub(crate) fn held(domain: &Domain) -> Vec<bool> {
     let cells = domain.cells();
     let mut out = vec![false; cells.iter().product()];
     for block in &domain.conductors {

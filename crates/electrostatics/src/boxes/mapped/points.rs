@@ -1,10 +1,10 @@
 //! Gauss points on the finite elements of an axis, and the functions of the axis there.
 
-use crate::boxes::domain::Axis;
+use crate::boxes::domain::{Axis, Domain};
 use elastocap_fem::line::{Element, Numbering, hierarchical};
 use elastocap_fem::quadrature::{gauss_legendre, legendre};
 use elastocap_fem::radial::RadialBasis;
-use elastocap_fem::tensor::SparseRows;
+use elastocap_fem::tensor::{Dims, SparseRows, along};
 use faer::Mat;
 use std::ops::Range;
 
@@ -38,7 +38,49 @@ impl Evaluation {
     }
 }
 
+/// The gradient of a potential of a domain at points, by component.
+pub(crate) fn gradient_at(domain: &Domain, points: &[AxisPoints; 3], u: &[f64], dims: Dims) -> [Vec<f64>; 3] {
+    let functions = [0, 1, 2].map(|a| {
+        let axis = &domain.axes[a];
+        points[a].functions(axis, &(0..axis.functions().len())).map(|m| SparseRows::from_mat(m.as_ref()))
+    });
+    [0, 1, 2].map(|component| {
+        let (mut out, mut now) = (Vec::new(), dims);
+        for a in (0..3).rev() {
+            let from = if a == 2 { u } else { &out };
+            let [value, slope] = &functions[a];
+            (out, now) = along(a, if a == component { slope } else { value }, from, now);
+        }
+        out
+    })
+}
+
 impl AxisPoints {
+    /// The same places among the elements of another axis, each of which lies within one element of it.
+    pub(crate) fn on(&self, axis: &Axis) -> Self {
+        let (nodes, first) = (&axis.line.nodes, axis.line.first_finite());
+        let last = nodes.len().saturating_sub(2);
+        let element: Vec<usize> = self
+            .places
+            .iter()
+            .map(|x| nodes.partition_point(|n| n <= x).saturating_sub(1).min(last))
+            .collect();
+        let reference = self.places.iter().zip(&element).map(|(x, &e)| {
+            let length = nodes[e + 1] - nodes[e];
+            2.0 * (x - nodes[e]) / length - 1.0
+        });
+        let interval =
+            element.iter().map(|e| axis.cuts.partition_point(|cut| *cut <= e + first).saturating_sub(1));
+        Self {
+            elements: element.first().map_or(0, |e| e + first)..element.last().map_or(0, |e| e + first + 1),
+            reference: reference.collect(),
+            interval: interval.collect(),
+            places: self.places.clone(),
+            weights: self.weights.clone(),
+            element,
+        }
+    }
+
     /// `extra` more points on each of the elements than its degree.
     pub(crate) fn new(axis: &Axis, elements: Range<usize>, extra: usize) -> Self {
         let (mut reference, mut places, mut weights) = (Vec::new(), Vec::new(), Vec::new());

@@ -59,6 +59,18 @@ impl Primal {
     /// # Errors
     /// A map that turns space inside out.
     pub(crate) fn energies(&self, potentials: &[Vec<f64>]) -> Result<Mat<f64>, SolveError> {
+        let mut matrix = self.straight_energies(potentials);
+        if let Some((gradients, domain)) = &self.bent
+            && let Some(finer) = Gradients::new(domain, FINER)?
+        {
+            let [coarser, finer] = [gradients, &finer].map(|g| g.energies(potentials, self.dims));
+            add_with_error(&mut matrix, &coarser, &finer, 1.0);
+        }
+        Ok(matrix)
+    }
+
+    /// The same as if there were no map.
+    pub(crate) fn straight_energies(&self, potentials: &[Vec<f64>]) -> Mat<f64> {
         let n = potentials.len();
         let mut matrix = Mat::<f64>::zeros(n, n);
         for term in &self.terms.terms {
@@ -92,17 +104,9 @@ impl Primal {
                 matrix[(j, i)] = matrix[(i, j)];
             }
         }
-        if let Some((gradients, domain)) = &self.bent
-            && let Some(finer) = Gradients::new(domain, FINER)?
-        {
-            let [coarser, finer] = [gradients, &finer].map(|g| g.energies(potentials, self.dims));
-            add_with_error(&mut matrix, &coarser, &finer, 1.0);
-        }
-        Ok(matrix)
+        matrix
     }
-}
 
-impl Primal {
     /// The product u A v of two potentials, for which [`Primal::energies`] would do more than is needed. Not under a map.
     pub(crate) fn product_of(&self, u: &[f64], v: &[f64]) -> f64 {
         let mut total = 0.0;

@@ -11,7 +11,7 @@
 use crate::boxes::domain::{Axis, Domain, per_element};
 use crate::boxes::ray_permittivity::RayPermittivity;
 use elastocap_fem::line::{line_matrices, radial_matrices};
-use elastocap_fem::tensor::{Dense, Dims, SparseRows, axpy, left, multiply, target};
+use elastocap_fem::tensor::{Dense, Dims, SparseRows, axpy, dot, left, multiply, target};
 use elastocap_geometry::scene::{Wall, across};
 use faer::Mat;
 use rayon::prelude::*;
@@ -19,7 +19,7 @@ use std::ops::Range;
 
 /// All faces; none in a scene without rays.
 #[derive(Debug)]
-pub(super) struct Faces {
+pub(crate) struct Faces {
     pieces: Vec<Piece>,
 }
 
@@ -61,7 +61,7 @@ impl Side {
 }
 
 impl Faces {
-    pub(super) fn new(domain: &Domain) -> Self {
+    pub(crate) fn new(domain: &Domain) -> Self {
         let ray_permittivity = RayPermittivity::new(domain);
         let mut pieces = Vec::new();
         for (a, axis) in domain.axes.iter().enumerate() {
@@ -71,6 +71,28 @@ impl Faces {
             }
         }
         Self { pieces }
+    }
+
+    /// The products of potentials on the faces, given by their coefficients on the whole face of an axis and a side, `[p][q]`.
+    pub(crate) fn products(&self, on_face: &[impl Fn(usize, usize) -> Vec<f64>], cells: Dims) -> Mat<f64> {
+        let n = on_face.len();
+        let mut out = Mat::zeros(n, n);
+        for piece in &self.pieces {
+            let [p, q] = across(piece.axis);
+            let side = usize::from(piece.index > 0);
+            let cut = |face: Vec<f64>| -> Vec<f64> {
+                let width = cells[q];
+                let rows = piece.across[0].clone();
+                rows.flat_map(|s| face[s * width..][piece.across[1].clone()].to_vec()).collect()
+            };
+            debug_assert!(piece.across[0].end <= cells[p]);
+            let own: Vec<Vec<f64>> = on_face.iter().map(|face| cut(face(piece.axis, side))).collect();
+            let images: Vec<Vec<f64>> = own.iter().map(|own| piece.product_of(own)).collect();
+            for i in 0..n {
+                (0..n).for_each(|j| out[(i, j)] += dot(&own[i], &images[j]));
+            }
+        }
+        out
     }
 
     /// `y += A x`.
@@ -157,10 +179,15 @@ impl Piece {
     }
 
     fn product(&self, x: &[f64], dims: Dims) -> Vec<f64> {
-        let [rows, columns] = [0, 1].map(|b| self.across[b].len());
         let gathered: Vec<f64> = self.places(dims).map(|at| x[at]).collect();
+        self.product_of(&gathered)
+    }
+
+    /// The same for the coefficients on the rectangle.
+    fn product_of(&self, gathered: &[f64]) -> Vec<f64> {
+        let [rows, columns] = [0, 1].map(|b| self.across[b].len());
         let mut by_columns = vec![0.0; rows * 4 * columns];
-        let source = left(&gathered, 0, rows, columns, columns);
+        let source = left(gathered, 0, rows, columns, columns);
         multiply(source, self.columns.right(), target(&mut by_columns, 0, 4 * columns), false);
         let mut out = vec![0.0; rows * columns];
         for (i, out) in out.chunks_exact_mut(columns.max(1)).enumerate() {

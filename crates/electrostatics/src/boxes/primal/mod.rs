@@ -5,7 +5,7 @@
 //! preconditioner.
 
 mod energies;
-mod faces;
+pub(crate) mod faces;
 mod surplus;
 #[cfg(test)]
 mod tests;
@@ -182,8 +182,6 @@ impl Primal {
 
     fn preconditioned(domain: &Domain, schwarz: Schwarz<f32>) -> Result<Self, SolveError> {
         let dims = domain.primal_dims();
-        let whole = Block { lo: [0; 3], hi: domain.cells() };
-        let factors = domain.separable(&whole);
         let trimmed = |a: usize, coefficient: &[f64]| {
             let axis = &domain.axes[a];
             let (m, k) = line_matrices(&axis.line, &per_element(axis, coefficient));
@@ -197,17 +195,11 @@ impl Primal {
             let gradient = [g0?, g1?, g2?];
             Ok(TermMatrices { window, mass: [m0, m1, m2], stiffness: [k0, k1, k2], gradient })
         };
-        let mut terms = vec![assemble(dims.map(|n| 0..n), &factors)?];
-        for (block, difference) in corrections(domain, &factors) {
-            let window = [0, 1, 2].map(|a| domain.axes[a].closed(block.lo[a], block.hi[a]));
-            let indicator = [0, 1, 2].map(|a| {
-                let height = if a == 0 { difference } else { 1.0 };
-                (0..domain.cells()[a])
-                    .map(|m| if (block.lo[a]..block.hi[a]).contains(&m) { height } else { 0.0 })
-                    .collect::<Vec<_>>()
-            });
-            terms.push(assemble(window, &indicator)?);
-        }
+        let window = |block: &Block| [0, 1, 2].map(|a| domain.axes[a].closed(block.lo[a], block.hi[a]));
+        let terms = separable_terms(domain)
+            .iter()
+            .map(|(block, factors)| assemble(window(block), factors))
+            .collect::<Result<Vec<_>, SolveError>>()?;
         Ok(Self {
             dims,
             conductors: domain
@@ -267,6 +259,14 @@ impl Primal {
         out
     }
 
+    /// A u as if there were no map, over all functions.
+    pub(crate) fn straight_product(&mut self, u: &[f64]) -> Vec<f64> {
+        let mut out = vec![0.0; u.len()];
+        self.terms.apply(u, &mut out);
+        self.faces.add_product(u, &mut out, self.dims);
+        out
+    }
+
     /// Zeroes the prescribed entries.
     pub(crate) fn clear_prescribed(&self, v: &mut [f64]) {
         for window in &self.conductors {
@@ -287,6 +287,24 @@ impl Operator for Primal {
     fn precondition(&mut self, r: &[f32], z: &mut [f32]) {
         self.schwarz.apply(r, z, &mut self.work);
     }
+}
+
+/// The permittivity as a sum of terms, each a product of one factor per axis and interval that is zero outside a block: one of the whole
+/// domain, and what differs from it.
+pub(crate) fn separable_terms(domain: &Domain) -> Vec<(Block, [Vec<f64>; 3])> {
+    let whole = Block { lo: [0; 3], hi: domain.cells() };
+    let factors = domain.separable(&whole);
+    let correction = |(block, difference): (Block, f64)| {
+        let indicator = [0, 1, 2].map(|a| {
+            let height = if a == 0 { difference } else { 1.0 };
+            (0..domain.cells()[a])
+                .map(|m| if (block.lo[a]..block.hi[a]).contains(&m) { height } else { 0.0 })
+                .collect::<Vec<_>>()
+        });
+        (block, indicator)
+    };
+    let corrections = corrections(domain, &factors);
+    std::iter::once((whole, factors)).chain(corrections.into_iter().map(correction)).collect()
 }
 
 /// Cells where the permittivity differs from the product of factors, merged to boxes along the last axis.

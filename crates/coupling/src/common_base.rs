@@ -1,0 +1,64 @@
+//! The field without the indenter, which the steps of an approach have in common. What the indenter changes in it takes a coarse grid under
+//! its map, so that the fine one is solved once.
+
+use elastocap_electrostatics::{Base, Settings, Solution, SolveError, solve_base, solve_superposed};
+use elastocap_geometry::scene::{Body, Purpose, Role, Scene};
+
+use crate::mapped::BentScene;
+
+/// Relative spread to aim for of the base, over the tolerance of what is added to it.
+const SHARE: f64 = 0.6;
+
+/// A solution of the scene without its indenter.
+pub(crate) struct CommonBase {
+    scene: Scene,
+    base: Base,
+}
+
+impl CommonBase {
+    /// The base of a scene and of others with the indenter elsewhere, for the tolerance in the settings. No face of any of them, and nothing
+    /// that is bent, is farther than `reach` (m) from the origin. `None` where they have none.
+    pub(crate) fn of(bent: &BentScene, reach: f64, settings: &Settings) -> Option<Self> {
+        let scene = without_indenter(&bent.scene).filter(|_| settings.bounds)?;
+        let base = solve_base(&scene, (&bent.scene, &bent.map), reach, SHARE, settings).ok()??;
+        Some(Self { scene, base })
+    }
+
+    /// The field of a scene by what its indenter changes; `None` where its base is another one, or the tolerance is not met in this way.
+    pub(crate) fn add(&self, bent: &BentScene, settings: &Settings) -> Option<Result<Solution, SolveError>> {
+        if without_indenter(&bent.scene).as_ref() != Some(&self.scene) {
+            return None;
+        }
+        let is_stopped =
+            settings.cancel.as_ref().is_some_and(|c| c.load(std::sync::atomic::Ordering::Relaxed));
+        match solve_superposed(&bent.scene, &bent.map, &self.base, settings) {
+            Ok(found) if found.reached || is_stopped => Some(Ok(found)),
+            Err(SolveError::Cancelled) => Some(Err(SolveError::Cancelled)),
+            Ok(_) | Err(_) => None,
+        }
+    }
+}
+
+/// The scene without the conductors that press; `None` where there are none, or not behind all others.
+fn without_indenter(scene: &Scene) -> Option<Scene> {
+    let presses: Vec<bool> = scene.conductors().map(|own| is_indenter(own.body)).collect();
+    let others = presses.iter().take_while(|presses| !**presses).count();
+    if others == 0 || others == presses.len() || presses[others..].iter().any(|presses| !presses) {
+        return None;
+    }
+    let mut out = scene.clone();
+    out.bodies.retain(|body| !is_indenter(body) || matches!(body.role, Role::Dielectric { .. }));
+    Some(out)
+}
+
+fn is_indenter(body: &Body) -> bool {
+    match body.purpose {
+        Purpose::Indenter | Purpose::OnIndenter => true,
+        Purpose::Electrode
+        | Purpose::Layer
+        | Purpose::Substrate
+        | Purpose::Cover
+        | Purpose::OnTop
+        | Purpose::Fixed => false,
+    }
+}

@@ -1,0 +1,185 @@
+//! How far a flux that is added to one known before is from the one that belongs to a potential: see [`crate::boxes::superposed`].
+
+use super::across_grids::Fluxes;
+use super::mapped::{Solved, project};
+use crate::SolveError;
+use crate::boxes::domain::{Axis, Block, Domain};
+use crate::boxes::mapped::gradients::{EXTRA, FINER, add_with_error};
+use crate::boxes::mapped::metric::{Metric, Of, held, product};
+use crate::boxes::mapped::points::{AxisPoints, gradient_at};
+use elastocap_linalg::conjugate_gradients::Operator;
+use faer::Mat;
+use rayon::prelude::*;
+use std::sync::atomic::AtomicBool;
+
+/// Squared distances, as forms of the right-hand sides, and what they took.
+pub(crate) struct Distances {
+    /// |s - (K grad y - eps grad p)|^2, in the norm of K^-1.
+    pub(crate) apart: Mat<f64>,
+    /// The square of the repair of s, no less than it is.
+    pub(crate) repair: Mat<f64>,
+    /// At least the largest of eps K^-1.
+    pub(crate) largest: f64,
+    pub(crate) unknowns: usize,
+    pub(crate) iterations: usize,
+    pub(crate) converged: bool,
+    /// Whether the repairs cancelled all divergence.
+    pub(crate) proved: bool,
+    /// Seconds assembling and seconds solving.
+    pub(crate) seconds: [f64; 2],
+}
+
+/// The distances of fluxes s without divergence from K grad y - eps grad p, for the potentials y that were `solved` and the potentials p that
+/// are taken `less` there. The latter vanish outside of `around` and the elements next to it.
+pub(crate) fn distances(
+    domain: &Domain,
+    potentials: &[Vec<f64>],
+    solved: &Solved<'_>,
+    less: &[Vec<f64>],
+    around: &Block,
+    share: f64,
+    cancel: Option<&AtomicBool>,
+) -> Result<Distances, SolveError> {
+    let projected = project(domain, potentials, solved, share, cancel)?;
+    let (whole, n) = (&domain.truncated(), potentials.len());
+    let mut apart = projected.apart.clone();
+    // |s - K grad y + eps grad p|^2 is |s - K grad y|^2 with the products of s - K grad y and eps grad p, and the square of the latter:
+    // first as if there were no map, where Gauss's rule is exact, then what K^-1 - 1 / eps adds.
+    let points = near(whole, around);
+    let weights = Weights::new(whole, &points);
+    let dims = domain.primal_dims();
+    let gradients = |u: &[Vec<f64>]| -> Vec<[Vec<f64>; 3]> {
+        u.iter().map(|u| gradient_at(domain, &points, u, dims)).collect()
+    };
+    let (cut, own) = (gradients(less), gradients(solved.coefficients));
+    let flux_at = |points: &[AxisPoints; 3]| -> Vec<[Vec<f64>; 3]> {
+        projected.found.iter().map(|found| projected.dual.at_points(whole, points, &found.flux)).collect()
+    };
+    let fluxes = flux_at(&points);
+    for i in 0..n {
+        for j in 0..n {
+            let flow = weights.product(&fluxes[i], &cut[j], false);
+            let field = weights.product(&own[i], &cut[j], true);
+            apart[(i, j)] += flow - field;
+            apart[(j, i)] += flow - field;
+            apart[(i, j)] += weights.product(&cut[i], &cut[j], true);
+        }
+    }
+    drop((fluxes, own, cut));
+    let added = |extra: usize| -> Result<Mat<f64>, SolveError> {
+        let Some(metric) = Metric::new(whole, extra, Of::Resistance)? else { return Ok(Mat::zeros(n, n)) };
+        let fluxes = flux_at(&metric.points);
+        let permittivity = Weights::new(whole, &metric.points);
+        let cut: Vec<[Vec<f64>; 3]> = less
+            .iter()
+            .map(|p| permittivity.times_permittivity(gradient_at(domain, &metric.points, p, dims)))
+            .collect();
+        let own = |x: &[Vec<f64>; 3], y: &[Vec<f64>; 3]| product(&metric.tensors, x, y);
+        Ok(Mat::from_fn(n, n, |i, j| {
+            own(&fluxes[i], &cut[j]) + own(&fluxes[j], &cut[i]) + own(&cut[i], &cut[j])
+        }))
+    };
+    let (coarser, finer) = (added(EXTRA)?, added(FINER)?);
+    add_with_error(&mut apart, &coarser, &finer, 1.0);
+    Ok(Distances {
+        apart,
+        repair: projected.repair,
+        largest: projected.largest,
+        unknowns: projected.dual.unknowns(),
+        iterations: projected.found.iter().map(|one| one.iterations).sum(),
+        converged: projected.found.iter().all(|one| one.converged),
+        proved: projected.found.iter().all(|one| one.proved),
+        seconds: projected.seconds,
+    })
+}
+
+/// Gauss points on a block and the elements next to it.
+fn near(domain: &Domain, block: &Block) -> [AxisPoints; 3] {
+    [0, 1, 2].map(|a| {
+        let axis = &domain.axes[a];
+        let elements =
+            axis.cuts[block.lo[a]].saturating_sub(1)..(axis.cuts[block.hi[a]] + 1).min(axis.line.elements());
+        AxisPoints::new(axis, elements, EXTRA)
+    })
+}
+
+/// Weights of Gauss points, zero in conductors, and the permittivity there.
+pub(crate) struct Weights {
+    weights: Vec<f64>,
+    permittivity: Vec<f64>,
+}
+
+impl Weights {
+    pub(crate) fn new(domain: &Domain, points: &[AxisPoints; 3]) -> Self {
+        let (held, cells) = (held(domain), domain.cells());
+        let [n0, n1, n2] = points.each_ref().map(AxisPoints::len);
+        let (mut weights, mut permittivity) = (Vec::new(), Vec::new());
+        for at in (0..n0).flat_map(|i| (0..n1).flat_map(move |j| (0..n2).map(move |k| [i, j, k]))) {
+            let cell = [0, 1, 2].map(|a| points[a].interval[at[a]]);
+            let is_held = held[(cell[0] * cells[1] + cell[1]) * cells[2] + cell[2]];
+            let weight: f64 = (0..3).map(|a| points[a].weights[at[a]]).product();
+            weights.push(if is_held { 0.0 } else { weight });
+            permittivity.push(domain.permittivity_of(cell));
+        }
+        Self { weights, permittivity }
+    }
+
+    /// The integral of x y, times the permittivity if that is asked for.
+    fn product(&self, x: &[Vec<f64>; 3], y: &[Vec<f64>; 3], by_permittivity: bool) -> f64 {
+        let scale = |n: usize| if by_permittivity { self.permittivity[n] } else { 1.0 };
+        self.sum(|n| scale(n) * (0..3).map(|a| x[a][n] * y[a][n]).sum::<f64>())
+    }
+
+    /// The integral of x y over the permittivity.
+    pub(crate) fn over_permittivity(&self, x: &[Vec<f64>; 3], y: &[Vec<f64>; 3]) -> f64 {
+        self.sum(|n| (0..3).map(|a| x[a][n] * y[a][n]).sum::<f64>() / self.permittivity[n])
+    }
+
+    /// The integral of what is given at each point.
+    fn sum(&self, of: impl Fn(usize) -> f64 + Sync) -> f64 {
+        // Pieces of a fixed length, added in order: the sum does not depend on the number of threads.
+        const PIECE: usize = 4096;
+        let pieces: Vec<f64> = self
+            .weights
+            .par_chunks(PIECE)
+            .enumerate()
+            .map(|(piece, own)| own.iter().enumerate().map(|(n, w)| w * of(piece * PIECE + n)).sum())
+            .collect();
+        pieces.iter().sum()
+    }
+
+    /// A gradient times the permittivity.
+    pub(crate) fn times_permittivity(&self, gradient: [Vec<f64>; 3]) -> [Vec<f64>; 3] {
+        gradient.map(|mut own| {
+            own.iter_mut().zip(&self.permittivity).for_each(|(x, eps)| *x *= eps);
+            own
+        })
+    }
+}
+
+impl Fluxes {
+    /// Makes ready for [`Fluxes::at`].
+    ///
+    /// # Errors
+    /// Elements that differ too much in size.
+    pub(crate) fn prepare(&mut self) -> Result<(), SolveError> {
+        for a in 0..3 {
+            for segment in &mut self.dual.segments[a] {
+                let coefficients = segment.coordinates(&self.domain.axes[a])?.coefficients();
+                segment.coefficients = Some(coefficients);
+            }
+        }
+        self.kept = (0..self.states()).map(|state| self.run_fluxes(state)).collect::<Result<_, _>>()?;
+        Ok(())
+    }
+
+    /// The axes that points for [`Fluxes::at`] lie on.
+    pub(crate) fn axes(&self) -> &[Axis; 3] {
+        &self.domain.axes
+    }
+
+    /// The flux of a state, its repair included, at points on the axes of this grid; `None` before [`Fluxes::prepare`].
+    pub(crate) fn at(&self, state: usize, points: &[AxisPoints; 3]) -> Option<[Vec<f64>; 3]> {
+        Some(self.dual.at_points(&self.domain, points, self.kept.get(state)?))
+    }
+}

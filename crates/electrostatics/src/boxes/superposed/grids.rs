@@ -1,0 +1,108 @@
+//! The grids of base and difference, and what takes functions from one to the other.
+
+use crate::boxes::domain::{Axis, Block, Domain};
+use crate::boxes::two_states::common_line;
+use elastocap_fem::embedding::{embedding, interpolation as of_lines};
+use elastocap_fem::line::Line;
+use elastocap_fem::tensor::{Dims, SparseRows, Window, clear};
+use faer::Mat;
+
+/// The functions of an axis that no wall holds (columns) in those of a finer one (rows); `None` where it is not finer.
+pub(super) fn embedding_of(from: &Axis, to: &Axis) -> Option<Mat<f64>> {
+    let (rows, columns) = (to.functions(), from.functions());
+    let whole = embedding(&from.line, &to.line)?;
+    Some(whole.as_ref().submatrix(rows.start, columns.start, rows.len(), columns.len()).to_owned())
+}
+
+/// The common refinement of the grids of a base and of a scene, with the bodies of the scene; `None` where they do not end at the same places.
+pub(super) fn joined_domain(base: &Domain, own: &Domain) -> Option<Domain> {
+    let axis = |a: usize| joined_axis(&base.axes[a], &own.axes[a]);
+    Some(Domain { axes: [axis(0)?, axis(1)?, axis(2)?], ..own.clone() })
+}
+
+fn joined_axis(base: &Axis, own: &Axis) -> Option<Axis> {
+    if base.rays != own.rays || base.walls != own.walls {
+        return None;
+    }
+    // Nodes that are the same take the place that they have on the second.
+    let line = common_line(&own.line, &base.line)?;
+    let last = own.cuts.len() - 1;
+    let cut = |m: usize| match own.plane_node(m) {
+        _ if m == 0 => Some(0),
+        _ if m == last => Some(line.elements()),
+        Some(node) => {
+            let at = own.line.nodes[node];
+            line.nodes.iter().position(|x| *x == at).map(|i| i + line.first_finite())
+        }
+        None => None,
+    };
+    let cuts = (0..=last).map(cut).collect::<Option<Vec<usize>>>()?;
+    Some(Axis { line, cuts, walls: own.walls, rays: own.rays })
+}
+
+/// The grid of a base, divided at the planes of a scene as well.
+pub(super) fn at_planes(base: &Domain, own: &Domain) -> Option<Domain> {
+    let planes = [0, 1, 2].map(|a| {
+        let axis = &own.axes[a];
+        let first = axis.line.first_finite();
+        let mut at: Vec<usize> = axis.cuts.iter().map(|cut| cut.saturating_sub(first)).collect();
+        at.iter_mut().for_each(|n| *n = (*n).min(axis.line.nodes.len() - 1));
+        at.extend([0, axis.line.nodes.len() - 1]);
+        at.sort_unstable();
+        at.dedup();
+        let nodes: Vec<f64> = at.iter().map(|n| axis.line.nodes[*n]).collect();
+        let cut = |cut: &usize| {
+            let end = axis.line.elements();
+            if *cut == 0 {
+                0
+            } else if *cut == end {
+                nodes.len() - 1 + axis.line.elements() - axis.line.degrees.len()
+            } else {
+                at.partition_point(|n| *n < cut - first) + first
+            }
+        };
+        let cuts = axis.cuts.iter().map(cut).collect();
+        let line = Line { degrees: vec![1; nodes.len() - 1], nodes, ends: axis.line.ends };
+        Axis { line, cuts, ..axis.clone() }
+    });
+    joined_domain(base, &Domain { axes: planes, ..own.clone() })
+}
+
+/// The functions of a base along each axis, interpolated by those of a grid that do not vanish on a block; others are zero.
+pub(super) fn interpolation(base: &Domain, own: &Domain, block: &Block) -> Option<[SparseRows<f64>; 3]> {
+    let axis = |a: usize| {
+        let (from, to) = (&base.axes[a], &own.axes[a]);
+        let common = joined_axis(from, to)?.line;
+        let elements = to.cuts[block.lo[a]]..to.cuts[block.hi[a]];
+        let whole = of_lines(&from.line, &to.line, &common, elements)?;
+        let (rows, columns) = (to.functions(), from.functions());
+        let free = whole.as_ref().submatrix(rows.start, columns.start, rows.len(), columns.len());
+        Some(SparseRows::from_mat(free))
+    };
+    Some([axis(0)?, axis(1)?, axis(2)?])
+}
+
+/// The block of all that the map of a domain bends; `None` where it bends nothing.
+pub(super) fn bent_block(domain: &Domain) -> Option<Block> {
+    let map = domain.map.as_ref()?;
+    let mut block = Block { lo: [0; 3], hi: [0; 3] };
+    for a in 0..3 {
+        let axis = &domain.axes[a];
+        let is_bent = |m: &usize| {
+            let ends = [axis.plane_node(*m), axis.plane_node(m + 1)].map(|n| n.map(|n| axis.line.nodes[n]));
+            let [Some(low), Some(high)] = ends else { return false };
+            map.reaches(a, 0.5 * (low + high))
+        };
+        let mut bent = (0..axis.intervals()).filter(is_bent);
+        block.lo[a] = bent.next()?;
+        block.hi[a] = bent.next_back().unwrap_or(block.lo[a]) + 1;
+    }
+    Some(block)
+}
+
+/// Zeroes all but a window.
+pub(super) fn only(v: &mut [f64], dims: Dims, window: &Window) {
+    let mut rest = v.to_vec();
+    clear(&mut rest, dims, window);
+    v.iter_mut().zip(rest).for_each(|(v, rest)| *v -= rest);
+}

@@ -1,0 +1,320 @@
+//! Scenes that differ from a common one, the *base*, by a body that comes near and by what a map bends around it: a sharp solution of the base
+//! is added to a coarse one for the difference.
+//!
+//! Edges of electrodes take most of the unknowns, and they are the same with and without the body. So the base, without a map, is solved
+//! once on a fine grid, for all loads. What the body changes is smooth at those edges, and takes a coarse grid under the map.
+//!
+//! **Potential.** In the coordinates of the boxes let u0 be the potential of the base on its grid, and B a block of the coarse grid that holds
+//! the body and all that the map bends, and no electrode. p is u0 interpolated by the functions of the coarse grid that do not vanish on B,
+//! so that p = u0 on B but for what they miss. With y any function of the coarse grid that has the potential of the body there, and is zero on the
+//! electrodes,
+//!
+//! u = u0 - z + y - p,
+//!
+//! where z takes off what the interpolation missed: on the common refinement of both grids, the functions of u0 - p that do not vanish on B.
+//! So u = y on B, where everything is a polynomial of the coarse grid, and u has the right values on all conductors: its energy U is an upper
+//! bound. Outside of B there is no map, and the energy is that of the boxes on the common refinement. The best y solves the coarse problem
+//! under the map with p as a source.
+//!
+//! **Flux.** Let d0 be the flux of the base without divergence, and s one of the coarse grid, without divergence outside the conductors and
+//! near K grad y - eps grad p. Their sum has no divergence either, and its distance from K grad u is, by Prager and Synge, at least the root
+//! of U - C. By the triangle inequality
+//!
+//! U - C <= (|d0 - eps grad u0| + |s - (K grad y - eps grad p)| + |eps grad z|)^2
+//!
+//! in the norm of K^-1, for every combination of potentials. The first term squared is the distance G0 of the bounds of the base, but that in B
+//! the norm is another one; that part is integrated. The second is computed on the coarse grid alone. The last is as small as the
+//! interpolation is good.
+
+mod base;
+mod grids;
+mod products;
+
+pub use base::{Base, solve_base};
+
+use crate::SolveError;
+use crate::boxes::domain::{Axis, Block, Domain};
+use crate::boxes::dual::mapped::Solved;
+use crate::boxes::dual::superposed::{Weights, distances};
+use crate::boxes::energy::Energies;
+use crate::boxes::half_turn::Image;
+use crate::boxes::mapped::gradients::add_with_error;
+use crate::boxes::mapped::metric::{Metric, Of, product};
+use crate::boxes::mapped::points::{AxisPoints, gradient_at};
+use crate::boxes::primal::Primal;
+use crate::boxes::symmetry::Part;
+use base::BasePart;
+use elastocap_fem::tensor::{Window, along};
+use faer::{Mat, Scale};
+use grids::{at_planes, bent_block, interpolation, only};
+use products::{As, Joint};
+use std::sync::atomic::AtomicBool;
+use std::time::Instant;
+
+/// The largest of eps K^-1 under which a solution is added to a base: where a gap is squeezed more, as between an indenter and the layer that it
+/// touches, what the base has in there costs more than is gained.
+pub(crate) const MOST_SQUEEZED: f64 = 60.0;
+
+/// Points on each element beyond its degree: where Gauss's rule is exact, and two rules where it is not.
+const EXACT: usize = 1;
+const RULES: [usize; 2] = [0, 1];
+
+/// A share of the error of the base that need not be known any better.
+const NEGLIGIBLE: f64 = 0.03;
+
+/// The base of one part of a scene, on a coarse grid.
+pub(crate) struct Added<'a> {
+    base: &'a BasePart,
+    /// Which potential of the base belongs to each right-hand side; none where all electrodes are at zero.
+    of: Vec<Option<usize>>,
+    /// B.
+    block: Block,
+    /// p, for each right-hand side.
+    pub(crate) cut: Vec<Vec<f64>>,
+    /// Potentials of all blocks of conductors that y has: those of the body, and zero on the electrodes.
+    pub(crate) potentials: Vec<Vec<f64>>,
+}
+
+impl<'a> Added<'a> {
+    /// `None` where the base is not that of this part, or where an electrode lies in what the map bends. `held` are the conductors that the
+    /// blocks of the domain belong to, `first_other` the first that the base does not have.
+    pub(crate) fn new(base: &'a Base, part: &Part, domain: &Domain, held: &[usize]) -> Option<Self> {
+        let count = base.conductors;
+        let (own, of) = base.part_of(part)?;
+        let block = bent_block(domain)?;
+        let is_apart = |conductor: &Block| {
+            (0..3).any(|a| conductor.hi[a] < block.lo[a] || block.hi[a] < conductor.lo[a])
+        };
+        let is_inside = |conductor: &Block| {
+            (0..3).all(|a| block.lo[a] <= conductor.lo[a] && conductor.hi[a] <= block.hi[a])
+        };
+        let fits = (domain.conductors.iter().zip(held))
+            .all(|(block, &c)| if c < count { is_apart(block) } else { is_inside(block) });
+        if !fits {
+            return None;
+        }
+        let to = interpolation(&own.domain, domain, &block)?;
+        let dims = domain.primal_dims();
+        let window = closed(domain, &block);
+        let cut = |k: &Option<usize>| {
+            let Some(k) = k else { return vec![0.0; dims.iter().product()] };
+            let (mut out, mut now) = (own.coefficients[*k].clone(), own.domain.primal_dims());
+            for (a, matrix) in to.iter().enumerate() {
+                (out, now) = along(a, matrix, &out, now);
+            }
+            only(&mut out, dims, &window);
+            out
+        };
+        let cut = of.iter().map(cut).collect();
+        let on_body = |v: &Vec<f64>| held.iter().map(|&c| if c < count { 0.0 } else { v[c] }).collect();
+        let potentials = part.potentials.iter().map(on_body).collect();
+        Some(Self { base: own, of, block, cut, potentials })
+    }
+
+    /// A form of the base in the right-hand sides.
+    fn of_base(&self, form: &Mat<f64>) -> Mat<f64> {
+        let n = self.of.len();
+        Mat::from_fn(n, n, |i, j| match (self.of[i], self.of[j]) {
+            (Some(i), Some(j)) => form[(i, j)],
+            _ => 0.0,
+        })
+    }
+
+    /// Energies of the base, for each right-hand side.
+    pub(crate) fn base_energies(&self) -> Vec<f64> {
+        self.of.iter().map(|k| k.map_or(0.0, |k| self.base.upper[(k, k)])).collect()
+    }
+
+    /// About the energies of u, from those of y under the map: as if u0 were the true potential of the base.
+    pub(crate) fn about(&self, own: &Mat<f64>, y: &[Vec<f64>], primal: &mut Primal) -> Mat<f64> {
+        let pulled: Vec<Vec<f64>> = self.cut.iter().map(|p| primal.straight_product(p)).collect();
+        let of = |x: &[f64], k: usize| elastocap_fem::tensor::dot(x, &pulled[k]);
+        let base = self.of_base(&self.base.upper);
+        let n = y.len();
+        Mat::from_fn(n, n, |i, j| {
+            base[(i, j)] + own[(i, j)] - of(&y[i], j) - of(&y[j], i)
+                + 0.5 * (of(&self.cut[i], j) + of(&self.cut[j], i))
+        })
+    }
+
+    /// The energies of u without the part that the map adds, and the squares of z.
+    fn straight(&self, domain: &Domain, y: &[Vec<f64>], primal: &Primal) -> Option<[Mat<f64>; 2]> {
+        let joint = Joint::new(&self.base.domain, domain, &self.block)?;
+        let n = y.len();
+        let none = Vec::new();
+        let of_base: Vec<&[f64]> =
+            self.of.iter().map(|k| k.map_or(none.as_slice(), |k| &self.base.coefficients[k])).collect();
+        let solved: Vec<usize> = (0..n).filter(|k| self.of[*k].is_some()).collect();
+        let some: Vec<&[f64]> = solved.iter().map(|k| of_base[*k]).collect();
+        let difference: Vec<Vec<f64>> =
+            (y.iter().zip(&self.cut)).map(|(y, p)| y.iter().zip(p).map(|(y, p)| y - p).collect()).collect();
+        let own: Vec<&[f64]> = difference.iter().map(Vec::as_slice).collect();
+        let cut: Vec<&[f64]> = self.cut.iter().map(Vec::as_slice).collect();
+        // Rows or columns of those that have a base, among all.
+        let spread = |m: Mat<f64>, rows: bool, columns: bool| {
+            let place = |k: usize, is_base: bool| {
+                if is_base { solved.iter().position(|s| *s == k) } else { Some(k) }
+            };
+            Mat::from_fn(n, n, |i, j| match (place(i, rows), place(j, columns)) {
+                (Some(i), Some(j)) => m[(i, j)],
+                _ => 0.0,
+            })
+        };
+        let (base, on_block) = ((As::Base, some.as_slice()), (As::BaseOnBlock, some.as_slice()));
+        let (own, cut) = ((As::Own, own.as_slice()), (As::OwnOnBlock, cut.as_slice()));
+        let double = |m: Mat<f64>| Mat::from_fn(n, n, |i, j| m[(i, j)] + m[(j, i)]);
+        // z = u0 on the block less p on the block.
+        let mut missed = spread(joint.products(on_block, on_block), true, true);
+        missed -= double(spread(joint.products(on_block, cut), true, false));
+        missed += joint.products(cut, cut);
+        let mut out = self.of_base(&self.base.upper);
+        out += double(spread(joint.products(base, own), true, false));
+        out += primal.straight_energies(&difference);
+        out -= double(spread(joint.products(base, on_block), true, true));
+        out += double(spread(joint.products(base, cut), true, false));
+        out -= double(spread(joint.products(on_block, own), true, false));
+        out += double(joint.products(cut, own));
+        out += &missed;
+        // Beyond the last nodes z is nothing, and the rest was counted but for the products of base and difference.
+        let beyond = |base: bool, own: bool| {
+            let none = vec![0.0; difference.first().map_or(0, Vec::len)];
+            let base: Vec<Option<&[f64]>> =
+                (0..n).map(|k| Some(of_base[k]).filter(|u| base && !u.is_empty())).collect();
+            let own: Vec<&[f64]> =
+                difference.iter().map(|v| if own { v.as_slice() } else { &none }).collect();
+            joint.beyond(&base, &own)
+        };
+        out += beyond(true, true) - beyond(true, false) - beyond(false, true);
+        Some([out, missed])
+    }
+
+    /// Upper energies, from those of y under the map and without it, and the squares of z.
+    ///
+    /// # Errors
+    /// Grids without a common refinement.
+    pub(crate) fn upper(
+        &self,
+        domain: &Domain,
+        own: &Mat<f64>,
+        y: &[Vec<f64>],
+        primal: &Primal,
+    ) -> Result<[Mat<f64>; 2], SolveError> {
+        let [straight, missed] = self.straight(domain, y, primal).ok_or(SolveError::Superposition)?;
+        let mut out = straight + own - primal.straight_energies(y);
+        for i in 0..out.nrows() {
+            // Covers the rounding of the sums.
+            out[(i, i)] *= 1.0 + 256.0 * f64::EPSILON;
+        }
+        Ok([out, missed])
+    }
+
+    /// Lower energies, from the upper ones.
+    ///
+    /// # Errors
+    /// As for [`Added::upper`]; a request to stop.
+    pub(crate) fn lower(
+        &self,
+        domain: &Domain,
+        [upper, missed]: [&Mat<f64>; 2],
+        (own, y): (&Mat<f64>, &[Vec<f64>]),
+        (images, primal): (&[Option<Image>], &Primal),
+        share: f64,
+        cancel: Option<&AtomicBool>,
+    ) -> Result<Energies, SolveError> {
+        let solved =
+            Solved { coefficients: y, less: Some(&self.cut), energies: own, images, bent: primal.bent() };
+        let found = distances(domain, &self.potentials, &solved, &self.cut, &self.block, share, cancel)?;
+        let begin = Instant::now();
+        let n = y.len();
+        let known = Mat::from_fn(self.base.upper.nrows(), self.base.upper.nrows(), |i, j| {
+            self.base.upper[(i, j)] - self.base.lower[(i, j)]
+        });
+        let known = self.of_base(&known);
+        let known = &known + self.under_map(domain, &known, found.largest)?;
+        let scaled = |m: &Mat<f64>, scale: f64| Mat::from_fn(n, n, |i, j| scale * m[(i, j)]);
+        let terms = [known, found.apart.clone(), found.repair.clone(), scaled(missed, found.largest)];
+        let sizes = terms.each_ref().map(|m| (0..n).map(|i| m[(i, i)]).sum::<f64>().max(0.0).sqrt());
+        let total: f64 = sizes.iter().sum();
+        // (a + b + ..)^2 <= (a + b + ..) (a^2 / a + b^2 / b + ..).
+        let mut matrix = upper.clone();
+        for (term, size) in terms.iter().zip(sizes).filter(|(_, size)| *size > 0.0) {
+            matrix -= scaled(term, total / size);
+        }
+        for i in 0..n {
+            matrix[(i, i)] -= 256.0 * f64::EPSILON * upper[(i, i)];
+        }
+        if !found.proved {
+            matrix = Mat::zeros(n, n);
+        }
+        let [setup, solve] = found.seconds;
+        Ok(Energies {
+            matrix,
+            unknowns: found.unknowns,
+            iterations: found.iterations,
+            converged: found.converged,
+            repair_share: 0.0,
+            coefficients: Vec::new(),
+            seconds: [setup, solve + begin.elapsed().as_secs_f64()],
+        })
+    }
+
+    /// By how much the square of d0 - eps grad u0 is larger in the norm of K^-1, whose largest ratio to that of the boxes is given.
+    fn under_map(&self, own: &Domain, known: &Mat<f64>, largest: f64) -> Result<Mat<f64>, SolveError> {
+        let trace = |m: &Mat<f64>| (0..m.nrows()).map(|i| m[(i, i)]).sum::<f64>();
+        // On B as if there were no map, times the ratio: where that is next to nothing, it is enough.
+        let on_block = self.errors_on_block(own, Of::Permittivity, EXACT)?;
+        let most = &on_block * Scale(largest - 1.0);
+        if trace(&most) <= NEGLIGIBLE * trace(known) {
+            return Ok(most);
+        }
+        let [coarser, finer] = RULES.map(|extra| self.errors_on_block(own, Of::Resistance, extra));
+        let mut out = Mat::zeros(known.nrows(), known.ncols());
+        add_with_error(&mut out, &coarser?, &finer?, 1.0);
+        Ok(out)
+    }
+
+    /// The square of d0 - eps grad u0 on B by Gauss's rule with so many points more than the degree: over the permittivity, or by how much it is larger
+    /// in the norm of K^-1.
+    fn errors_on_block(&self, own: &Domain, of: Of, extra: usize) -> Result<Mat<f64>, SolveError> {
+        let n = self.of.len();
+        let domain = at_planes(&self.base.domain, own).ok_or(SolveError::Superposition)?;
+        let whole = &domain.truncated();
+        let metric = match of {
+            Of::Permittivity => None,
+            Of::Resistance => Metric::new(whole, extra, Of::Resistance)?,
+        };
+        let places = match &metric {
+            Some(metric) => metric.points.clone(),
+            None => [0, 1, 2].map(|a| {
+                let axis = &whole.axes[a];
+                let [low, high] = [self.block.lo[a], self.block.hi[a]];
+                AxisPoints::new(axis, axis.cuts[low]..axis.cuts[high], extra)
+            }),
+        };
+        let points = |axes: &[Axis; 3]| [0, 1, 2].map(|a| places[a].on(&axes[a]));
+        let (of_flux, of_potential) = (points(self.base.fluxes.axes()), points(&self.base.domain.axes));
+        let weights = Weights::new(whole, &places);
+        let error = |k: usize| -> Result<[Vec<f64>; 3], SolveError> {
+            let base = &self.base;
+            let (u, dims) = (&base.coefficients[k], base.domain.primal_dims());
+            let mut error = weights.times_permittivity(gradient_at(&base.domain, &of_potential, u, dims));
+            let flux = base.fluxes.at(k, &of_flux).ok_or(SolveError::Superposition)?;
+            for (error, flux) in error.iter_mut().zip(&flux) {
+                error.iter_mut().zip(flux).for_each(|(e, d)| *e -= d);
+            }
+            Ok(error)
+        };
+        let errors: Vec<Option<[Vec<f64>; 3]>> =
+            self.of.iter().map(|k| k.map(error).transpose()).collect::<Result<_, _>>()?;
+        Ok(Mat::from_fn(n, n, |i, j| match (&errors[i], &errors[j], &metric) {
+            (Some(x), Some(y), Some(metric)) => product(&metric.tensors, x, y),
+            (Some(x), Some(y), None) => weights.over_permittivity(x, y),
+            _ => 0.0,
+        }))
+    }
+}
+
+/// The functions of a domain that do not vanish on a block.
+fn closed(domain: &Domain, block: &Block) -> Window {
+    [0, 1, 2].map(|a| domain.axes[a].closed(block.lo[a], block.hi[a]))
+}

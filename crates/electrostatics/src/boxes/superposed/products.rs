@@ -1,0 +1,259 @@
+//! Products of potentials of two grids, as if there were no map: by the matrices of one axis on their common refinement, on which no array is ever
+//! made.
+
+use super::grids::{embedding_of, joined_domain};
+use crate::boxes::domain::{Block, Domain, per_element};
+use crate::boxes::primal::faces::Faces;
+use crate::boxes::primal::separable_terms;
+use elastocap_fem::line::line_matrices;
+use elastocap_fem::tensor::{Dims, SparseRows, along, axpy, dot};
+use elastocap_geometry::scene::across;
+use elastocap_linalg::dense;
+use faer::Mat;
+
+/// How coefficients are to be read.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum As {
+    /// Of the base: the potential.
+    Base,
+    /// Of the base: its functions on the common refinement that do not vanish on the block.
+    BaseOnBlock,
+    /// Of the other grid: the same two.
+    Own,
+    OwnOnBlock,
+}
+
+/// The spaces of the two grids in that of their common refinement.
+pub(super) struct Joint {
+    domain: Domain,
+    dims: [Dims; 2],
+    /// Functions of base and other grid (columns) in those of the common refinement (rows), by axis.
+    embeddings: [[Mat<f64>; 3]; 2],
+    /// Rows of the common refinement that do not vanish on the block.
+    window: [std::ops::Range<usize>; 3],
+    /// Mass and stiffness of each term and axis.
+    terms: Vec<[[Mat<f64>; 2]; 3]>,
+    faces: Faces,
+}
+
+/// The matrices of one axis between two spaces, for each term: mass and stiffness.
+struct Between {
+    terms: Vec<[[SparseRows<f64>; 2]; 3]>,
+}
+
+impl Joint {
+    /// `None` where the grids have no common refinement.
+    pub(super) fn new(base: &Domain, own: &Domain, block: &Block) -> Option<Self> {
+        let domain = Domain { map: None, ..joined_domain(base, own)? };
+        let [x, y, z] = [0, 1, 2].map(|a| embedding_of(&base.axes[a], &domain.axes[a]));
+        let [u, v, w] = [0, 1, 2].map(|a| embedding_of(&own.axes[a], &domain.axes[a]));
+        let matrices = |a: usize, factors: &[f64]| {
+            let axis = &domain.axes[a];
+            let (mass, stiffness) = line_matrices(&axis.line, &per_element(axis, factors));
+            let f = axis.functions();
+            [mass, stiffness].map(|m| m.as_ref().submatrix(f.start, f.start, f.len(), f.len()).to_owned())
+        };
+        let terms = separable_terms(&domain)
+            .iter()
+            .map(|(_, factors)| [0, 1, 2].map(|a| matrices(a, &factors[a])))
+            .collect();
+        Some(Self {
+            dims: [base.primal_dims(), own.primal_dims()],
+            embeddings: [[x?, y?, z?], [u?, v?, w?]],
+            window: [0, 1, 2].map(|a| domain.axes[a].closed(block.lo[a], block.hi[a])),
+            terms,
+            faces: Faces::new(&domain),
+            domain,
+        })
+    }
+
+    fn grid(how: As) -> usize {
+        match how {
+            As::Base | As::BaseOnBlock => 0,
+            As::Own | As::OwnOnBlock => 1,
+        }
+    }
+
+    /// The functions of a space in those of the common refinement, along an axis.
+    fn functions(&self, how: As, a: usize) -> Mat<f64> {
+        let whole = &self.embeddings[Self::grid(how)][a];
+        match how {
+            As::Base | As::Own => whole.clone(),
+            As::BaseOnBlock | As::OwnOnBlock => {
+                let window = &self.window[a];
+                Mat::from_fn(whole.nrows(), whole.ncols(), |i, j| {
+                    if window.contains(&i) { whole[(i, j)] } else { 0.0 }
+                })
+            }
+        }
+    }
+
+    fn between(&self, rows: As, columns: As) -> Between {
+        let functions = [rows, columns].map(|how| [0, 1, 2].map(|a| self.functions(how, a)));
+        let term = |own: &[[Mat<f64>; 2]; 3]| {
+            [0, 1, 2].map(|a| {
+                own[a].each_ref().map(|m| {
+                    let right = dense::product(m.as_ref(), functions[1][a].as_ref());
+                    SparseRows::from_mat(dense::product(functions[0][a].transpose(), right.as_ref()).as_ref())
+                })
+            })
+        };
+        Between { terms: self.terms.iter().map(term).collect() }
+    }
+
+    /// The products of potentials of one space with those of another, without open space beyond the last nodes.
+    pub(super) fn products(&self, (rows, x): (As, &[&[f64]]), (columns, y): (As, &[&[f64]])) -> Mat<f64> {
+        // From the larger array to the smaller one.
+        if self.dims[Self::grid(columns)].iter().product::<usize>()
+            < self.dims[Self::grid(rows)].iter().product()
+        {
+            return self.products((columns, y), (rows, x)).transpose().to_owned();
+        }
+        let between = self.between(rows, columns);
+        let dims = self.dims[Self::grid(columns)];
+        let mut out = Mat::zeros(x.len(), y.len());
+        for (j, y) in y.iter().enumerate() {
+            let image = between.apply(y, dims);
+            for (i, x) in x.iter().enumerate() {
+                out[(i, j)] += dot(x, &image);
+            }
+        }
+        out
+    }
+
+    /// The products of sums of potentials of base and other grid in open space beyond the last nodes.
+    pub(super) fn beyond(&self, base: &[Option<&[f64]>], own: &[&[f64]]) -> Mat<f64> {
+        let dims = self.domain.primal_dims();
+        let on_face = |k: usize| {
+            move |a: usize, side: usize| {
+                let mut sum = vec![0.0; dims[across(a)[0]] * dims[across(a)[1]]];
+                let both = [base[k], Some(own[k])];
+                for (grid, u) in both.into_iter().enumerate() {
+                    let Some(u) = u else { continue };
+                    axpy(&mut sum, 1.0, &self.face(grid, a, side, u));
+                }
+                sum
+            }
+        };
+        let all: Vec<_> = (0..own.len()).map(on_face).collect();
+        self.faces.products(&all, dims)
+    }
+
+    /// The coefficients of a potential of one of the grids on a face, in the functions of the common refinement.
+    fn face(&self, grid: usize, a: usize, side: usize, u: &[f64]) -> Vec<f64> {
+        let dims = self.dims[grid];
+        let index = if side == 0 { 0 } else { dims[a] - 1 };
+        let mut now = dims;
+        now[a] = 1;
+        let mut out = Vec::with_capacity(now.iter().product());
+        let range = |b: usize| if b == a { index..index + 1 } else { 0..dims[b] };
+        for (i, j) in range(0).flat_map(|i| range(1).map(move |j| (i, j))) {
+            out.extend(range(2).map(|k| u[(i * dims[1] + j) * dims[2] + k]));
+        }
+        for b in across(a) {
+            let matrix = SparseRows::from_mat(self.embeddings[grid][b].as_ref());
+            (out, now) = along(b, &matrix, &out, now);
+        }
+        out
+    }
+}
+
+impl Between {
+    fn apply(&self, x: &[f64], dims: Dims) -> Vec<f64> {
+        let mut total: Vec<f64> = Vec::new();
+        for [first, second, third] in &self.terms {
+            let (by_mass, now) = along(2, &third[0], x, dims);
+            let (by_slope, _) = along(2, &third[1], x, dims);
+            let (both, after) = along(1, &second[0], &by_mass, now);
+            let (mut one, _) = along(1, &second[1], &by_mass, now);
+            let (other, _) = along(1, &second[0], &by_slope, now);
+            axpy(&mut one, 1.0, &other);
+            for (matrix, from) in [(&first[1], &both), (&first[0], &one)] {
+                let (own, _) = along(0, matrix, from, after);
+                if total.is_empty() { total = own } else { axpy(&mut total, 1.0, &own) }
+            }
+        }
+        total
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::boxes::layout::Layout;
+    use crate::boxes::primal::Primal;
+    use crate::boxes::resolution::graded;
+    use crate::boxes::superposed::grids::only;
+    use crate::solution::ResolutionLevel;
+    use elastocap_geometry::scene::{Body, Box3, Scene, Wall};
+    use elastocap_geometry::shapes::Shape;
+
+    /// A cube in open space, half in a slab, with planes of a second body or not.
+    fn domain(order: usize, second: bool) -> Domain {
+        let cuboid = |min: [f64; 3], max: [f64; 3]| Shape::Box(Box3 { min, max });
+        let mut bodies = vec![
+            Body::conductor("cube", cuboid([-0.5; 3], [0.5; 3])),
+            Body::dielectric("slab", cuboid([-2.0, 0.0, -1.5], [1.5, 1.0, 2.0]), 3.0),
+        ];
+        if second {
+            bodies.push(Body::dielectric("air", cuboid([-0.3, 1.2, -0.4], [0.6, 1.7, 0.4]), 1.0));
+        }
+        let scene =
+            Scene { bodies, background_permittivity: 1.0, domain: Box3::SPACE, walls: [[Wall::Open; 2]; 3] };
+        let layout = Layout::new(&scene, u64::MAX).unwrap();
+        let mut grid = layout.grid(&graded(ResolutionLevel { order, levels: 1 }), 4.0);
+        layout.reach_to(&mut grid, 20.0);
+        layout.domain(&grid).0
+    }
+
+    #[test]
+    fn products_are_those_on_the_common_refinement() {
+        let (base, own) = (domain(4, false), domain(3, true));
+        let block = Block { lo: [3, 3, 3], hi: [5, 5, 5] };
+        let joint = Joint::new(&base, &own, &block).unwrap();
+        let random = |n: usize, seed: usize| -> Vec<f64> {
+            (0..n).map(|k| (((k + seed) * 2_654_435_761) % 1009) as f64 / 1009.0 - 0.5).collect()
+        };
+        let [x, y] = [&base, &own].map(|d| random(d.primal_dims().iter().product(), 7));
+        let refined = Primal::without_preconditioner(&joint.domain).unwrap();
+        let dims = joint.domain.primal_dims();
+        let embedded = |how: As, u: &[f64]| {
+            let (mut out, mut now) = (u.to_vec(), joint.dims[Joint::grid(how)]);
+            for a in 0..3 {
+                let matrix = SparseRows::from_mat(joint.embeddings[Joint::grid(how)][a].as_ref());
+                (out, now) = along(a, &matrix, &out, now);
+            }
+            if matches!(how, As::BaseOnBlock | As::OwnOnBlock) {
+                only(&mut out, dims, &joint.window);
+            }
+            out
+        };
+        let all = [(As::Base, &x), (As::BaseOnBlock, &x), (As::Own, &y), (As::OwnOnBlock, &y)];
+        let beyond = {
+            let own: Vec<&[f64]> = vec![&y];
+            joint.beyond(&[Some(x.as_slice())], &own)[(0, 0)]
+                - joint.beyond(&[Some(x.as_slice())], &[vec![0.0; y.len()].as_slice()])[(0, 0)]
+                - joint.beyond(&[None], &own)[(0, 0)]
+        };
+        for (i, (rows, u)) in all.iter().enumerate() {
+            for (columns, v) in &all[i..] {
+                let product = joint.products((*rows, &[u.as_slice()]), (*columns, &[v.as_slice()]))[(0, 0)];
+                let expected = refined.product_of(&embedded(*rows, u), &embedded(*columns, v));
+                // On the whole of both grids open space beyond the last nodes counts by itself.
+                let more = match (rows, columns) {
+                    (As::Base, As::Own) => 0.5 * beyond,
+                    (As::Base, As::Base) => {
+                        joint.beyond(&[Some(u.as_slice())], &[vec![0.0; y.len()].as_slice()])[(0, 0)]
+                    }
+                    (As::Own, As::Own) => joint.beyond(&[None], &[v.as_slice()])[(0, 0)],
+                    _ => 0.0,
+                };
+                println!("{rows:?} {columns:?}: {:e} {expected:e}", product + more);
+                assert!(
+                    (product + more - expected).abs() < 1e-10 * expected.abs().max(1.0),
+                    "{rows:?} {columns:?}"
+                );
+            }
+        }
+    }
+}

@@ -1,0 +1,133 @@
+//! Scenes under a map that are solved by what a body changes in a base that it is added to.
+
+use elastocap_electrostatics::{
+    Base, MapAxis, SceneMap, Settings, Solution, SolveError, Target, solve_base, solve_mapped,
+    solve_superposed,
+};
+use elastocap_geometry::scene::{Body, Box3, Potential, Role, Scene, Wall};
+use elastocap_geometry::shapes::Shape;
+use std::sync::Arc;
+
+fn cuboid(min: [f64; 3], max: [f64; 3]) -> Shape {
+    Shape::Box(Box3 { min, max })
+}
+
+/// Two electrodes in a layer on a grounded plane, and what else there is, in open space.
+fn scene(more: Option<Body>) -> Scene {
+    let layer = [[f64::NEG_INFINITY, 0.0, f64::NEG_INFINITY], [f64::INFINITY, 0.4, f64::INFINITY]];
+    let mut bodies = vec![
+        Body::conductor("left", cuboid([-0.7, 0.1, -0.6], [-0.2, 0.2, 0.6])),
+        Body::conductor("right", cuboid([0.2, 0.1, -0.6], [0.7, 0.2, 0.6])),
+        Body::dielectric("layer", cuboid(layer[0], layer[1]), 3.0),
+    ];
+    bodies.extend(more);
+    let mut domain = Box3::SPACE;
+    domain.min[1] = 0.0;
+    let mut walls = [[Wall::Open; 2]; 3];
+    walls[1][0] = Wall::Grounded;
+    Scene { bodies, background_permittivity: 1.0, domain, walls }
+}
+
+/// A box over the pair, and a map that makes it bulge and lowers it, beside the middle or not.
+fn with_finger(potential: Potential, middle: f64) -> (Scene, Arc<SceneMap>) {
+    let mut finger = Body::conductor("finger", cuboid([middle - 0.5, 1.4, -0.5], [middle + 0.5, 2.4, 0.5]));
+    finger.role = Role::Conductor { potential };
+    let axis = |breaks: &[f64], mirrored: bool| {
+        let degrees = vec![6; breaks.len() - 1];
+        MapAxis { breaks: breaks.to_vec(), degrees, mirrored }
+    };
+    let along = match middle {
+        0.0 => axis(&[0.0, 0.5, 1.5], true),
+        _ => axis(&[-1.5, -0.5, 0.5, 1.5].map(|x| middle + x), false),
+    };
+    let axes = [along, axis(&[0.6, 1.4, 2.4, 3.4], false), axis(&[0.0, 0.5, 1.5], true)];
+    let bend = |[x, y, z]: [f64; 3]| {
+        let x = x - middle;
+        let fall = |x: f64| if x.abs() > 0.5 { 1.5 - x.abs() } else { 1.0 };
+        let up = match y {
+            _ if y < 1.4 => (y - 0.6) / 0.8,
+            _ if y > 2.4 => 3.4 - y,
+            _ => 1.0,
+        };
+        let bulge = (1.0 - 0.3 * (x * x).min(0.25) - 0.3 * (z * z).min(0.25)) * fall(x) * fall(z) * up;
+        [0.0, -0.3 * bulge, 0.0]
+    };
+    (scene(Some(finger)), Arc::new(SceneMap::new(axes, bend)))
+}
+
+fn to(relative_tolerance: f64, target: Target) -> Settings {
+    Settings { relative_tolerance, target, ..Settings::default() }
+}
+
+fn base_of(full: &(Scene, Arc<SceneMap>), settings: &Settings) -> Base {
+    solve_base(&scene(None), (&full.0, &full.1), 4.0, 0.2, settings).unwrap().unwrap()
+}
+
+/// Holds bounds of both against each other, and the second against its tolerance.
+fn agree(direct: &Solution, added: &Solution) {
+    assert!(added.reached, "{:?}", added.shortfall);
+    for (a, b) in direct.maxwell.iter().flatten().zip(added.maxwell.iter().flatten()) {
+        println!("{:e} to {:e}, added {:e} to {:e}", a.lower, a.upper, b.lower, b.upper);
+        assert!(a.lower <= b.upper && b.lower <= a.upper, "{a:?} {b:?}");
+    }
+}
+
+#[test]
+fn a_finger_that_is_added_to_a_pair_gives_the_capacitances_of_both_together() {
+    let target = Target::Mutual([0, 1]);
+    for middle in [0.0, 0.3] {
+        let full = with_finger(Potential::Grounded, middle);
+        let direct = solve_mapped(&full.0, &full.1, &to(3e-3, target)).unwrap();
+        for tolerance in [3e-2, 3e-3] {
+            let settings = to(tolerance, target);
+            let added = solve_superposed(&full.0, &full.1, &base_of(&full, &settings), &settings).unwrap();
+            agree(&direct, &added);
+        }
+    }
+}
+
+#[test]
+fn so_does_a_finger_that_floats() {
+    let full = with_finger(Potential::Floating { charge: 0.0 }, 0.0);
+    let settings = to(3e-3, Target::TwoTerminal);
+    let direct = solve_mapped(&full.0, &full.1, &settings).unwrap();
+    let added = solve_superposed(&full.0, &full.1, &base_of(&full, &settings), &settings).unwrap();
+    agree(&direct, &added);
+    let [a, b] = [&direct, &added].map(|found| &found.floating[0].per_driven[0]);
+    assert!(
+        a.lower <= b.upper && b.lower <= a.upper && (a.value / b.value - 1.0).abs() < 1e-2,
+        "{a:?} {b:?}"
+    );
+}
+
+#[test]
+fn without_mirrors_the_bounds_are_the_same() {
+    let full = with_finger(Potential::Grounded, 0.0);
+    let solved = |symmetry: bool| {
+        let settings = Settings { symmetry, ..to(3e-2, Target::Mutual([0, 1])) };
+        solve_superposed(&full.0, &full.1, &base_of(&full, &settings), &settings).unwrap()
+    };
+    let (with, without) = (solved(true), solved(false));
+    for (a, b) in with.maxwell.iter().flatten().zip(without.maxwell.iter().flatten()) {
+        let scale = with.maxwell[0][0].value;
+        assert!((a.lower - b.lower).abs() + (a.upper - b.upper).abs() < 1e-4 * scale, "{a:?} {b:?}");
+    }
+}
+
+#[test]
+fn a_map_that_bends_an_electrode_is_refused() {
+    let mut full = with_finger(Potential::Grounded, 0.0);
+    let settings = to(3e-2, Target::Mutual([0, 1]));
+    let base = base_of(&full, &settings);
+    let axis = |breaks: &[f64], mirrored: bool| {
+        let degrees = vec![2; breaks.len() - 1];
+        MapAxis { breaks: breaks.to_vec(), degrees, mirrored }
+    };
+    let axes = [axis(&[0.0, 1.5], true), axis(&[0.15, 3.4], false), axis(&[0.0, 1.5], true)];
+    let bend = |[x, y, z]: [f64; 3]| {
+        [0.0, -0.02 * (y - 0.15) * (3.4 - y) * (2.25 - x * x) * (2.25 - z * z) / 5.0, 0.0]
+    };
+    full.1 = Arc::new(SceneMap::new(axes, bend));
+    let refused = solve_superposed(&full.0, &full.1, &base, &settings);
+    assert!(matches!(refused, Err(SolveError::Superposition)), "{refused:?}");
+}
