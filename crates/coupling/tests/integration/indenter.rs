@@ -153,6 +153,56 @@ fn a_round_indenter_that_is_nearly_air_changes_nothing_but_by_how_its_surface_is
 }
 
 #[test]
+fn a_far_ball_changes_the_pair_by_what_two_separate_solves_give() {
+    let text = r#"format = 1
+[layer]
+thickness = "450 um"
+half_length = "3 mm"
+relative_permittivity = 2.8
+[layer.material.mooney_rivlin]
+c10 = "682.15 Pa"
+c01 = "43931.9 Pa"
+[electrodes.in_plane_pair]
+gap = "50 um"
+length = "300 um"
+thickness = "20 um"
+width = "500 um"
+height = "225 um"
+shear_modulus = "1 MPa"
+[mechanics.solid]
+end = "free-on-substrate"
+width = "4 mm"
+relative_tolerance = 5e-2
+indenter = { sphere = { radius = "2 mm" } }
+[indenter]
+role = "grounded"
+[load]
+approach = ["12 mm", "8 mm"]
+compression = []
+[surroundings]
+boundary = "open"
+below = { relative_permittivity = 4.4, thickness = "1.6 mm" }
+above = { relative_permittivity = 1.0, thickness = "open" }
+[measure]
+capacitance = ["electrode-left", "electrode-right"]
+[electrostatics]
+relative_tolerance = 2e-2
+change_tolerance = 1e-1
+"#;
+    let found = solve(text);
+    let own = &found.steps[1].row;
+    let [lower, upper] = [own.change_lower_f.unwrap(), own.change_upper_f.unwrap()];
+    println!("{lower:e} {upper:e}, {:?} unknowns", own.unknowns);
+    assert!(upper - lower <= 1e-1 * own.change_f.unwrap().abs());
+    // By a grid of 6.3 million unknowns under the map for each of the two, without a common base.
+    let [least, most] = [-46.87e-18, -46.48e-18];
+    assert!(lower <= most && least <= upper, "{lower:e} {upper:e}");
+    assert!(lower >= 1.05 * least && upper <= 0.95 * most, "{lower:e} {upper:e}");
+    // What the ball changes takes a small share of those.
+    assert!(own.unknowns.unwrap() < 600_000, "{:?}", own.unknowns);
+}
+
+#[test]
 fn an_indenter_of_air_that_comes_near_changes_nothing_at_all() {
     let ball = "[mechanics.solid]\nend = \"free-on-substrate\"\nwidth = \"3 mm\"\nrelative_tolerance = 0.5\n\
                 indenter = { sphere = { radius = \"500 um\" } }\n[load]\napproach = [\"5 mm\", \"200 um\", \"10 um\"]\n\
