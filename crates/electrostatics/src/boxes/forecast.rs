@@ -2,10 +2,11 @@
 //! tolerance without carrying it out.
 
 use crate::SolveError;
+use crate::boxes::grid_problem::GridProblem;
 use crate::boxes::grid_refinement::{functions_wanted, missing, refine};
 use crate::boxes::grid_search::{STEP, goal};
 use crate::boxes::layout::Layout;
-use crate::boxes::one_grid::{GridProblem, Lower, on_grid};
+use crate::boxes::one_grid::{Lower, on_grid};
 use crate::boxes::open_space::OpenSpace;
 use crate::boxes::resolution::{MAX_UNKNOWNS, MIN_TOLERANCE, first, graded};
 use crate::boxes::two_states;

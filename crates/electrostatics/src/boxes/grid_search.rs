@@ -5,9 +5,11 @@
 //! tolerance. The iterations on each start from the potentials on the one before.
 
 use crate::SolveError;
+use crate::boxes::grid_problem::GridProblem;
 use crate::boxes::grid_refinement::{Indicator, missing, refine};
 use crate::boxes::layout::Grid;
-use crate::boxes::one_grid::{Coarser, GridProblem, Lower, Outcome, Potentials, on_grid};
+use crate::boxes::one_grid::{Coarser, Lower, Outcome, on_grid};
+use crate::boxes::one_part::Potentials;
 use crate::boxes::open_space::OpenSpace;
 use crate::boxes::resolution::{MAX_UNKNOWNS, MIN_TOLERANCE, coarser, graded, iteration_share};
 use crate::matrix::rounding_alone;

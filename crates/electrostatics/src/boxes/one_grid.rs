@@ -5,30 +5,19 @@
 
 use crate::SolveError;
 use crate::VACUUM_PERMITTIVITY;
-use crate::boxes::domain::{Axis, Domain};
-use crate::boxes::dual::across_grids::Fluxes;
-use crate::boxes::dual::mapped::{Solved, lower as bent_lower};
-use crate::boxes::energy::{Drive, Energies, Start, lower, upper};
+use crate::boxes::energy::Energies;
 use crate::boxes::field::{Share, sample};
+use crate::boxes::grid_problem::GridProblem;
 use crate::boxes::grid_refinement::{Indicator, add, folded, indicator};
-use crate::boxes::half_turn::{Image, images};
-use crate::boxes::layout::{Frame, Grid, Layout};
-use crate::boxes::mapped::map::SceneMap;
-use crate::boxes::primal::Primal;
-use crate::boxes::resolution::{first, memory};
-use crate::boxes::superposed::{Added, Base, MOST_SQUEEZED};
-use crate::boxes::symmetry::{Part, parts};
-use crate::floating::Floating;
+use crate::boxes::layout::Grid;
+use crate::boxes::one_part::{PartPotentials, Potentials, SolvedPart, combined, solve_part};
 use crate::matrix::{MatrixBounds, contrast_of, from_energies, rounding_scale};
 use crate::solution::{Bounded, Discretisation, Field, PhaseSeconds, Settings, Solution};
 use crate::target::{SHARE_OF_DIAGONAL, Target};
-use elastocap_fem::embedding::embedding;
-use elastocap_fem::tensor::{Dims, SparseRows, along, axpy};
-use elastocap_geometry::scene::{Potential, Scene};
+use elastocap_fem::tensor::axpy;
+use elastocap_geometry::scene::Scene;
 use elastocap_linalg::dense::{self, Lu};
 use faer::Mat;
-use std::sync::Arc;
-use std::sync::atomic::Ordering;
 
 /// Without bounds, the estimated error over the missing energy that the surplus indicates, which is 0.6 to 1.6 times the true error
 /// on cubes, plates and pairs.
@@ -40,134 +29,6 @@ const LARGEST_AMPLIFICATION: f64 = 1e4;
 /// What [`Outcome::overstated`] may be.
 const MOST_UNDERSTATED: f64 = 0.5;
 const MOST_OVERSTATED: f64 = 100.0;
-
-/// A scene laid out for the box solver, with its symmetric parts and the settings.
-pub(crate) struct GridProblem<'a> {
-    pub(crate) layout: Layout,
-    pub(crate) parts: Vec<Part>,
-    /// The half, quarter or eighth of the scene that grids are made for.
-    pub(crate) core: Layout,
-    /// Axes across which a grid is reflected before it is solved on: none where mirrors are used.
-    pub(crate) reflected: [bool; 3],
-    /// Which conductors float.
-    pub(crate) floating: Floating,
-    pub(crate) settings: &'a Settings,
-    /// Whether fluxes are kept, for products with those on another grid.
-    pub(crate) keeps_fluxes: bool,
-    /// A solution that the one of this problem is added to.
-    pub(crate) base: Option<&'a Base>,
-    /// How far a grid reaches into open space at least, and whether it must reach that far and no farther.
-    pub(crate) reach: Option<(f64, bool)>,
-}
-
-/// A layout that has its frame from another one.
-pub(crate) struct InFrame {
-    pub(crate) frame: Frame,
-    /// Mirror planes that may be used.
-    pub(crate) mirrored: [bool; 3],
-    /// Distance of the farthest face from the origin of the frame, in its unit.
-    pub(crate) reach: f64,
-    /// How many times as far rays to infinity begin at least.
-    pub(crate) far: f64,
-    /// Where rays to infinity begin, if that is given.
-    pub(crate) radius: Option<f64>,
-}
-
-impl<'a> GridProblem<'a> {
-    pub(crate) fn new(
-        scene: &Scene,
-        map: Option<&Arc<SceneMap>>,
-        in_frame: Option<&InFrame>,
-        settings: &'a Settings,
-    ) -> Result<Self, SolveError> {
-        let frame = in_frame.map(|own| own.frame);
-        let mut layout = Layout::in_frame(scene, map, frame, settings.memory_limit)?;
-        if let Some(own) = in_frame {
-            (0..3).filter(|a| !own.mirrored[*a]).for_each(|a| layout.mirror[a] = None);
-        }
-        let reach =
-            in_frame.map(|own| own.radius.map_or((own.reach * own.far, false), |radius| (radius, true)));
-        let grounded: Vec<bool> =
-            scene.conductors().map(|own| own.potential == Potential::Grounded).collect();
-        let reflected = layout.mirror.map(|m| m.is_some() && !settings.symmetry);
-        Ok(Self {
-            parts: parts(&layout, &grounded, settings.symmetry),
-            core: layout.core(),
-            reflected,
-            floating: Floating::new(scene),
-            layout,
-            settings,
-            keeps_fluxes: false,
-            base: None,
-            reach,
-        })
-    }
-
-    /// The first grid of a search, on which rays to infinity begin `far` times as far from the pole as the farthest conductor.
-    ///
-    /// # Errors
-    /// [`SolveError::Superposition`] where that is farther than on the grid of a base.
-    pub(crate) fn first_grid(&self, far: f64) -> Result<Grid, SolveError> {
-        let mut grid = first(&self.core, far);
-        match self.reach {
-            None => {}
-            Some((radius, true)) if grid.radius > radius => return Err(SolveError::Superposition),
-            Some((radius, true)) => self.core.reach_to(&mut grid, radius),
-            Some((least, false)) => {
-                let radius = grid.radius.max(least);
-                self.core.reach_to(&mut grid, radius);
-            }
-        }
-        Ok(grid)
-    }
-
-    /// The potentials of all right-hand sides, in columns: a basis of all potentials of the conductors.
-    pub(super) fn basis(&self) -> Mat<f64> {
-        let columns: Vec<&Vec<f64>> = self.parts.iter().flat_map(Part::basis).collect();
-        let n = self.layout.conductors.len();
-        Mat::from_fn(n, n, |c, k| columns.get(k).map_or(0.0, |v| v[c]))
-    }
-
-    /// Refuses a grid that does not fit into the memory.
-    pub(crate) fn check_memory(&self, grid: &Grid) -> Result<(), SolveError> {
-        let (bytes, limit) = (self.memory(grid), self.settings.memory_limit);
-        if bytes > limit { Err(SolveError::TooLarge { bytes, limit }) } else { Ok(()) }
-    }
-
-    /// Memory, bytes, that the solve of the largest part takes on a grid.
-    pub(crate) fn memory(&self, grid: &Grid) -> u64 {
-        let (domain, _) = self.core.domain(grid);
-        self.memory_of(domain.primal_dims())
-    }
-
-    /// The same for a grid with `dims` functions on the axes of the core.
-    pub(crate) fn memory_of(&self, dims: Dims) -> u64 {
-        let dims = [0, 1, 2].map(|a| if self.reflected[a] { 2 * dims[a] } else { dims[a] });
-        let right_hand_sides = self.parts.iter().map(|p| p.potentials.len()).max().unwrap_or(0);
-        // A map has tensors, gradients and fluxes at the points of the finer rule.
-        let points = dims.iter().map(|n| 2 * *n as u64).product::<u64>();
-        let under_map = self.layout.map.as_ref().map_or(0, |_| points.saturating_mul(100));
-        let boxes = memory(dims, self.layout.conductors.len().max(right_hand_sides), self.settings.bounds);
-        boxes.saturating_add(under_map)
-    }
-
-    /// Unknowns of the largest part on a grid, primal plus dual.
-    pub(crate) fn unknowns(&self, grid: &Grid) -> usize {
-        let (domain, _) = self.core.domain(grid);
-        let n: usize = domain.primal_dims().iter().product();
-        if self.settings.bounds { 2 * n } else { n }
-    }
-
-    /// Whether other solutions are to be added to that of this problem.
-    pub(crate) fn is_base(&self) -> bool {
-        matches!(self.reach, Some((_, false)))
-    }
-
-    /// Whether the caller wants the solve to stop.
-    pub(crate) fn cancelled(&self) -> bool {
-        self.settings.cancel.as_ref().is_some_and(|c| c.load(Ordering::Relaxed))
-    }
-}
 
 /// What the grid before gave, which the error estimate of a solve without bounds compares with.
 pub(crate) struct Coarser {
@@ -194,84 +55,6 @@ pub(crate) struct Outcome {
     pub(crate) converged: bool,
     pub(crate) repair_share: f64,
     pub(super) seconds: PhaseSeconds,
-}
-
-/// The potentials of all parts on a grid, from which iterations on a finer one start.
-pub(crate) struct Potentials(Vec<PartPotentials>);
-
-/// The potentials of one part on a grid.
-struct PartPotentials {
-    /// The number of the part's first right-hand side.
-    first: usize,
-    domain: Domain,
-    /// Coefficients for each right-hand side.
-    coefficients: Vec<Vec<f64>>,
-}
-
-/// The potentials of one part as functions of a finer grid.
-pub(super) struct Embedded<'a> {
-    coarse: &'a PartPotentials,
-    /// Coefficients on the finer grid of the coarse functions of each axis.
-    axes: Vec<SparseRows<f64>>,
-}
-
-impl Potentials {
-    /// Those of the part whose first right-hand side has this number, on a finer grid; `None` where the grid is not finer.
-    pub(super) fn on(&self, first: usize, domain: &Domain) -> Option<Embedded<'_>> {
-        let coarse = self.0.iter().find(|part| part.first == first)?;
-        let of_axis = |(from, to): (&Axis, &Axis)| {
-            let (rows, columns) = (to.functions(), from.functions());
-            let whole = embedding(&from.line, &to.line)?;
-            let free = whole.as_ref().submatrix(rows.start, columns.start, rows.len(), columns.len());
-            Some(SparseRows::from_mat(free))
-        };
-        let axes = coarse.domain.axes.iter().zip(&domain.axes).map(of_axis).collect::<Option<_>>()?;
-        Some(Embedded { coarse, axes })
-    }
-}
-
-impl Embedded<'_> {
-    /// Coefficients of the potential of one right-hand side.
-    pub(super) fn potential(&self, k: usize) -> Vec<f64> {
-        let mut dims = self.coarse.domain.primal_dims();
-        let mut out = Vec::new();
-        for (axis, matrix) in self.axes.iter().enumerate() {
-            let from = if axis == 0 { &self.coarse.coefficients[k] } else { &out };
-            (out, dims) = along(axis, matrix, from, dims);
-        }
-        out
-    }
-}
-
-/// The upper problem of one part.
-pub(super) struct SolvedPart {
-    pub(super) energies: Energies,
-    primal: Primal,
-    /// Of the conductors' blocks, for each right-hand side.
-    potentials: Vec<Vec<f64>>,
-    /// Which right-hand sides are images of others.
-    images: Vec<Option<Image>>,
-    /// The fluxes of the lower problem where the problem keeps them.
-    pub(super) fluxes: Option<Fluxes>,
-    /// Lower energies, if they are known at once.
-    pub(super) lower: Option<Mat<f64>>,
-    /// Where the solution is added to a base.
-    added: Option<OnBase>,
-    pub(super) domain: Domain,
-    odd: [bool; 3],
-    pub(super) copies: f64,
-}
-
-/// What a part that is added to a base has of its own.
-pub(super) struct OnBase {
-    /// The index of the part.
-    index: usize,
-    /// The energies of its own problem.
-    under_map: Mat<f64>,
-    /// What the interpolated base misses, where that was needed.
-    missed: Mat<f64>,
-    /// The interpolated base, for each right-hand side.
-    cut: Vec<Vec<f64>>,
 }
 
 /// Which lower bounds a grid is to give.
@@ -354,81 +137,6 @@ pub(crate) fn on_grid(
     out.set_bounds(problem, upper, lower);
     out.basis = basis;
     Ok(out)
-}
-
-/// Solves one part on one grid: its primal problem, and, except under a map, the energies of its dual one if `lower_too`. The potentials of
-/// a `coarser` grid come with the number of the part's first right-hand side.
-fn solve_part(
-    problem: &GridProblem<'_>,
-    index: usize,
-    grid: &Grid,
-    share: f64,
-    lower_too: bool,
-    coarser: Option<(&Potentials, usize)>,
-) -> Result<(SolvedPart, Option<Energies>), SolveError> {
-    let cancel = problem.settings.cancel.as_deref();
-    let part = &problem.parts[index];
-    let (domain, held) = part.layout.domain(grid);
-    let mut potentials: Vec<Vec<f64>> =
-        part.potentials.iter().map(|v| held.iter().map(|&c| v[c]).collect()).collect();
-    let images =
-        if problem.settings.symmetry { images(&domain, &potentials) } else { vec![None; potentials.len()] };
-    let added = match problem.base {
-        Some(base) => Some(Added::new(base, part, &domain, &held).ok_or(SolveError::Superposition)?),
-        None => None,
-    };
-    if let Some(added) = &added {
-        potentials.clone_from(&added.potentials);
-    }
-    let embedded = coarser.and_then(|(coarser, first)| coarser.on(first, &domain));
-    let start = |(k, image): (usize, &Option<Image>)| match (image, &embedded) {
-        (Some(image), _) => Start::Image(*image),
-        (None, Some(embedded)) => Start::Potential(embedded.potential(k)),
-        (None, None) => Start::Nothing,
-    };
-    let starts: Vec<Start> = images.iter().enumerate().map(start).collect();
-    let base_energies = added.as_ref().map(Added::base_energies).unwrap_or_default();
-    let drive = added.as_ref().map(|added| Drive { pull: &added.cut, energies: &base_energies });
-    let of_upper = || upper(&domain, &potentials, &starts, drive.as_ref(), share, cancel);
-    let mut own = None;
-    let (energies, primal, dual, fluxes) = if domain.map.is_some() {
-        let (mut energies, mut primal) = of_upper()?;
-        if added.is_some() && primal.bent().is_some_and(|bent| bent.largest() > MOST_SQUEEZED) {
-            return Err(SolveError::Superposition);
-        }
-        if let Some(added) = &added {
-            let under_map = energies.matrix.clone();
-            let [upper, missed] = if lower_too {
-                added.upper(&domain, &under_map, &energies.coefficients, &primal)?
-            } else {
-                [added.about(&under_map, &energies.coefficients, &mut primal), Mat::zeros(0, 0)]
-            };
-            energies.matrix = upper;
-            own = Some((under_map, missed));
-        }
-        (energies, primal, None, None)
-    } else {
-        // The two problems are of the same size and run in parallel.
-        let keep = problem.keeps_fluxes;
-        let of_lower =
-            || lower_too.then(|| lower(&domain, &potentials, &starts, share, keep, cancel)).transpose();
-        let (upper, dual) = rayon::join(of_upper, of_lower);
-        let (energies, primal) = upper?;
-        let (dual, fluxes) = dual?.unzip();
-        (energies, primal, dual, fluxes.flatten())
-    };
-    if problem.cancelled() {
-        return Err(SolveError::Cancelled);
-    }
-    let (odd, copies) = (part.odd, part.copies);
-    let added = own.zip(added).map(|((under_map, missed), added)| OnBase {
-        index,
-        under_map,
-        missed,
-        cut: added.cut,
-    });
-    let lower = dual.as_ref().map(|dual| dual.matrix.clone());
-    Ok((SolvedPart { energies, primal, potentials, images, fluxes, lower, added, domain, odd, copies }, dual))
 }
 
 impl Outcome {
@@ -722,39 +430,6 @@ impl Outcome {
             field: None,
         }
     }
-}
-
-impl SolvedPart {
-    /// The energies of the dual problem under a map.
-    pub(super) fn bent_lower(&self, problem: &GridProblem<'_>, share: f64) -> Result<Energies, SolveError> {
-        let cancel = problem.settings.cancel.as_deref();
-        if let (Some(OnBase { index, under_map, missed, .. }), Some(base)) = (&self.added, problem.base) {
-            let part = &problem.parts[*index];
-            let held = part.layout.held();
-            let added = Added::new(base, part, &self.domain, &held).ok_or(SolveError::Superposition)?;
-            let own = (under_map, self.energies.coefficients.as_slice());
-            let with = (self.images.as_slice(), &self.primal);
-            let upper = [&self.energies.matrix, missed];
-            return added.lower(&self.domain, upper, own, with, share, cancel);
-        }
-        let solved = Solved {
-            coefficients: &self.energies.coefficients,
-            less: None,
-            energies: &self.energies.matrix,
-            images: &self.images,
-            bent: self.primal.bent(),
-        };
-        bent_lower(&self.domain, &self.potentials, &solved, share, cancel)
-    }
-}
-
-/// The potential of right-hand sides with these weights; `None` if all are zero.
-fn combined(weights: &[f64], potentials: &[Vec<f64>]) -> Option<Vec<f64>> {
-    let mut out = vec![0.0; potentials.first()?.len()];
-    for (w, u) in weights.iter().zip(potentials).filter(|(w, _)| **w != 0.0) {
-        axpy(&mut out, *w, u);
-    }
-    weights.iter().any(|w| *w != 0.0).then_some(out)
 }
 
 /// The largest relative spread of the target within bounds, or error estimate without.

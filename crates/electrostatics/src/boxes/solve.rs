@@ -1,9 +1,9 @@
 //! The box solver from a scene to its Maxwell matrix: the grid that is asked for, or the search for one, and what it gives.
 
 use crate::SolveError;
+use crate::boxes::grid_problem::{GridProblem, InFrame};
 use crate::boxes::grid_search;
 use crate::boxes::mapped::map::SceneMap;
-use crate::boxes::one_grid::{GridProblem, InFrame};
 use crate::boxes::superposed::Base;
 use crate::boxes::two_states;
 use crate::consistency::contradiction;

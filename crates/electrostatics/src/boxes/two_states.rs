@@ -18,9 +18,10 @@
 use crate::SolveError;
 use crate::VACUUM_PERMITTIVITY;
 use crate::boxes::domain::{Axis, Domain};
+use crate::boxes::grid_problem::GridProblem;
 use crate::boxes::grid_refinement::{functions_wanted, missing, refine};
 use crate::boxes::grid_search::{Found, OneState, STEP, Search, goal};
-use crate::boxes::one_grid::{GridProblem, Lower, Outcome, error_of, on_grid};
+use crate::boxes::one_grid::{Lower, Outcome, error_of, on_grid};
 use crate::boxes::open_space::OpenSpace;
 use crate::boxes::primal::Primal;
 use crate::boxes::resolution::first;

@@ -341,8 +341,10 @@ fn oblique(
 mod tests {
     use super::*;
     use crate::VACUUM_PERMITTIVITY;
+    use crate::boxes::grid_problem::GridProblem;
     use crate::boxes::layout::Grid;
-    use crate::boxes::one_grid::{GridProblem, Lower, Outcome, SolvedPart, on_grid};
+    use crate::boxes::one_grid::{Lower, Outcome, on_grid};
+    use crate::boxes::one_part::SolvedPart;
     use crate::boxes::resolution::graded;
     use crate::boxes::two_states::common;
     use crate::solution::{ResolutionLevel, Settings};

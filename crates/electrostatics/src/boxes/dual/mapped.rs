@@ -570,9 +570,10 @@ fn strides(dims: Dims) -> [usize; 3] {
 
 #[cfg(test)]
 mod tests {
+    use crate::boxes::grid_problem::GridProblem;
     use crate::boxes::layout::Grid;
     use crate::boxes::mapped::map::{MapAxis, SceneMap};
-    use crate::boxes::one_grid::{GridProblem, Lower, Outcome, on_grid};
+    use crate::boxes::one_grid::{Lower, Outcome, on_grid};
     use crate::boxes::resolution::graded;
     use crate::solution::{ResolutionLevel, Settings};
     use elastocap_geometry::scene::{Body, Box3, Scene, Wall};

@@ -1,0 +1,143 @@
+//! A scene laid out for the box solver, with its symmetric parts and the settings.
+
+use crate::SolveError;
+use crate::boxes::layout::{Frame, Grid, Layout};
+use crate::boxes::mapped::map::SceneMap;
+use crate::boxes::resolution::{first, memory};
+use crate::boxes::superposed::Base;
+use crate::boxes::symmetry::{Part, parts};
+use crate::floating::Floating;
+use crate::solution::Settings;
+use elastocap_fem::tensor::Dims;
+use elastocap_geometry::scene::{Potential, Scene};
+use faer::Mat;
+use std::sync::Arc;
+use std::sync::atomic::Ordering;
+
+/// A scene laid out for the box solver, with its symmetric parts and the settings.
+pub(crate) struct GridProblem<'a> {
+    pub(crate) layout: Layout,
+    pub(crate) parts: Vec<Part>,
+    /// The half, quarter or eighth of the scene that grids are made for.
+    pub(crate) core: Layout,
+    /// Axes across which a grid is reflected before it is solved on: none where mirrors are used.
+    pub(crate) reflected: [bool; 3],
+    /// Which conductors float.
+    pub(crate) floating: Floating,
+    pub(crate) settings: &'a Settings,
+    /// Whether fluxes are kept, for products with those on another grid.
+    pub(crate) keeps_fluxes: bool,
+    /// A solution that the one of this problem is added to.
+    pub(crate) base: Option<&'a Base>,
+    /// How far a grid reaches into open space at least, and whether it must reach that far and no farther.
+    pub(crate) reach: Option<(f64, bool)>,
+}
+
+/// A layout that has its frame from another one.
+pub(crate) struct InFrame {
+    pub(crate) frame: Frame,
+    /// Mirror planes that may be used.
+    pub(crate) mirrored: [bool; 3],
+    /// Distance of the farthest face from the origin of the frame, in its unit.
+    pub(crate) reach: f64,
+    /// How many times as far rays to infinity begin at least.
+    pub(crate) far: f64,
+    /// Where rays to infinity begin, if that is given.
+    pub(crate) radius: Option<f64>,
+}
+
+impl<'a> GridProblem<'a> {
+    pub(crate) fn new(
+        scene: &Scene,
+        map: Option<&Arc<SceneMap>>,
+        in_frame: Option<&InFrame>,
+        settings: &'a Settings,
+    ) -> Result<Self, SolveError> {
+        let frame = in_frame.map(|own| own.frame);
+        let mut layout = Layout::in_frame(scene, map, frame, settings.memory_limit)?;
+        if let Some(own) = in_frame {
+            (0..3).filter(|a| !own.mirrored[*a]).for_each(|a| layout.mirror[a] = None);
+        }
+        let reach =
+            in_frame.map(|own| own.radius.map_or((own.reach * own.far, false), |radius| (radius, true)));
+        let grounded: Vec<bool> =
+            scene.conductors().map(|own| own.potential == Potential::Grounded).collect();
+        let reflected = layout.mirror.map(|m| m.is_some() && !settings.symmetry);
+        Ok(Self {
+            parts: parts(&layout, &grounded, settings.symmetry),
+            core: layout.core(),
+            reflected,
+            floating: Floating::new(scene),
+            layout,
+            settings,
+            keeps_fluxes: false,
+            base: None,
+            reach,
+        })
+    }
+
+    /// The first grid of a search, on which rays to infinity begin `far` times as far from the pole as the farthest conductor.
+    ///
+    /// # Errors
+    /// [`SolveError::Superposition`] where that is farther than on the grid of a base.
+    pub(crate) fn first_grid(&self, far: f64) -> Result<Grid, SolveError> {
+        let mut grid = first(&self.core, far);
+        match self.reach {
+            None => {}
+            Some((radius, true)) if grid.radius > radius => return Err(SolveError::Superposition),
+            Some((radius, true)) => self.core.reach_to(&mut grid, radius),
+            Some((least, false)) => {
+                let radius = grid.radius.max(least);
+                self.core.reach_to(&mut grid, radius);
+            }
+        }
+        Ok(grid)
+    }
+
+    /// The potentials of all right-hand sides, in columns: a basis of all potentials of the conductors.
+    pub(super) fn basis(&self) -> Mat<f64> {
+        let columns: Vec<&Vec<f64>> = self.parts.iter().flat_map(Part::basis).collect();
+        let n = self.layout.conductors.len();
+        Mat::from_fn(n, n, |c, k| columns.get(k).map_or(0.0, |v| v[c]))
+    }
+
+    /// Refuses a grid that does not fit into the memory.
+    pub(crate) fn check_memory(&self, grid: &Grid) -> Result<(), SolveError> {
+        let (bytes, limit) = (self.memory(grid), self.settings.memory_limit);
+        if bytes > limit { Err(SolveError::TooLarge { bytes, limit }) } else { Ok(()) }
+    }
+
+    /// Memory, bytes, that the solve of the largest part takes on a grid.
+    pub(crate) fn memory(&self, grid: &Grid) -> u64 {
+        let (domain, _) = self.core.domain(grid);
+        self.memory_of(domain.primal_dims())
+    }
+
+    /// The same for a grid with `dims` functions on the axes of the core.
+    pub(crate) fn memory_of(&self, dims: Dims) -> u64 {
+        let dims = [0, 1, 2].map(|a| if self.reflected[a] { 2 * dims[a] } else { dims[a] });
+        let right_hand_sides = self.parts.iter().map(|p| p.potentials.len()).max().unwrap_or(0);
+        // A map has tensors, gradients and fluxes at the points of the finer rule.
+        let points = dims.iter().map(|n| 2 * *n as u64).product::<u64>();
+        let under_map = self.layout.map.as_ref().map_or(0, |_| points.saturating_mul(100));
+        let boxes = memory(dims, self.layout.conductors.len().max(right_hand_sides), self.settings.bounds);
+        boxes.saturating_add(under_map)
+    }
+
+    /// Unknowns of the largest part on a grid, primal plus dual.
+    pub(crate) fn unknowns(&self, grid: &Grid) -> usize {
+        let (domain, _) = self.core.domain(grid);
+        let n: usize = domain.primal_dims().iter().product();
+        if self.settings.bounds { 2 * n } else { n }
+    }
+
+    /// Whether other solutions are to be added to that of this problem.
+    pub(crate) fn is_base(&self) -> bool {
+        matches!(self.reach, Some((_, false)))
+    }
+
+    /// Whether the caller wants the solve to stop.
+    pub(crate) fn cancelled(&self) -> bool {
+        self.settings.cancel.as_ref().is_some_and(|c| c.load(Ordering::Relaxed))
+    }
+}

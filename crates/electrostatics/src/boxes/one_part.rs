@@ -1,0 +1,201 @@
+//! One symmetric part on one grid: its problems, and its potentials on the next grid.
+
+use crate::SolveError;
+use crate::boxes::domain::{Axis, Domain};
+use crate::boxes::dual::across_grids::Fluxes;
+use crate::boxes::dual::mapped::{Solved, lower as bent_lower};
+use crate::boxes::energy::{Drive, Energies, Start, lower, upper};
+use crate::boxes::grid_problem::GridProblem;
+use crate::boxes::half_turn::{Image, images};
+use crate::boxes::layout::Grid;
+use crate::boxes::primal::Primal;
+use crate::boxes::superposed::{Added, MOST_SQUEEZED};
+use elastocap_fem::embedding::embedding;
+use elastocap_fem::tensor::{SparseRows, along, axpy};
+use faer::Mat;
+
+/// The potentials of all parts on a grid, from which iterations on a finer one start.
+pub(crate) struct Potentials(pub(super) Vec<PartPotentials>);
+
+/// The potentials of one part on a grid.
+pub(super) struct PartPotentials {
+    /// The number of the part's first right-hand side.
+    pub(super) first: usize,
+    pub(super) domain: Domain,
+    /// Coefficients for each right-hand side.
+    pub(super) coefficients: Vec<Vec<f64>>,
+}
+
+/// The potentials of one part as functions of a finer grid.
+pub(super) struct Embedded<'a> {
+    coarse: &'a PartPotentials,
+    /// Coefficients on the finer grid of the coarse functions of each axis.
+    axes: Vec<SparseRows<f64>>,
+}
+
+impl Potentials {
+    /// Those of the part whose first right-hand side has this number, on a finer grid; `None` where the grid is not finer.
+    pub(super) fn on(&self, first: usize, domain: &Domain) -> Option<Embedded<'_>> {
+        let coarse = self.0.iter().find(|part| part.first == first)?;
+        let of_axis = |(from, to): (&Axis, &Axis)| {
+            let (rows, columns) = (to.functions(), from.functions());
+            let whole = embedding(&from.line, &to.line)?;
+            let free = whole.as_ref().submatrix(rows.start, columns.start, rows.len(), columns.len());
+            Some(SparseRows::from_mat(free))
+        };
+        let axes = coarse.domain.axes.iter().zip(&domain.axes).map(of_axis).collect::<Option<_>>()?;
+        Some(Embedded { coarse, axes })
+    }
+}
+
+impl Embedded<'_> {
+    /// Coefficients of the potential of one right-hand side.
+    pub(super) fn potential(&self, k: usize) -> Vec<f64> {
+        let mut dims = self.coarse.domain.primal_dims();
+        let mut out = Vec::new();
+        for (axis, matrix) in self.axes.iter().enumerate() {
+            let from = if axis == 0 { &self.coarse.coefficients[k] } else { &out };
+            (out, dims) = along(axis, matrix, from, dims);
+        }
+        out
+    }
+}
+
+/// The upper problem of one part.
+pub(super) struct SolvedPart {
+    pub(super) energies: Energies,
+    pub(super) primal: Primal,
+    /// Of the conductors' blocks, for each right-hand side.
+    potentials: Vec<Vec<f64>>,
+    /// Which right-hand sides are images of others.
+    images: Vec<Option<Image>>,
+    /// The fluxes of the lower problem where the problem keeps them.
+    pub(super) fluxes: Option<Fluxes>,
+    /// Lower energies, if they are known at once.
+    pub(super) lower: Option<Mat<f64>>,
+    /// Where the solution is added to a base.
+    pub(super) added: Option<OnBase>,
+    pub(super) domain: Domain,
+    pub(super) odd: [bool; 3],
+    pub(super) copies: f64,
+}
+
+/// What a part that is added to a base has of its own.
+pub(super) struct OnBase {
+    /// The index of the part.
+    pub(super) index: usize,
+    /// The energies of its own problem.
+    under_map: Mat<f64>,
+    /// What the interpolated base misses, where that was needed.
+    missed: Mat<f64>,
+    /// The interpolated base, for each right-hand side.
+    pub(super) cut: Vec<Vec<f64>>,
+}
+
+/// Solves one part on one grid: its primal problem, and, except under a map, the energies of its dual one if `lower_too`. The potentials of
+/// a `coarser` grid come with the number of the part's first right-hand side.
+pub(super) fn solve_part(
+    problem: &GridProblem<'_>,
+    index: usize,
+    grid: &Grid,
+    share: f64,
+    lower_too: bool,
+    coarser: Option<(&Potentials, usize)>,
+) -> Result<(SolvedPart, Option<Energies>), SolveError> {
+    let cancel = problem.settings.cancel.as_deref();
+    let part = &problem.parts[index];
+    let (domain, held) = part.layout.domain(grid);
+    let mut potentials: Vec<Vec<f64>> =
+        part.potentials.iter().map(|v| held.iter().map(|&c| v[c]).collect()).collect();
+    let images =
+        if problem.settings.symmetry { images(&domain, &potentials) } else { vec![None; potentials.len()] };
+    let added = match problem.base {
+        Some(base) => Some(Added::new(base, part, &domain, &held).ok_or(SolveError::Superposition)?),
+        None => None,
+    };
+    if let Some(added) = &added {
+        potentials.clone_from(&added.potentials);
+    }
+    let embedded = coarser.and_then(|(coarser, first)| coarser.on(first, &domain));
+    let start = |(k, image): (usize, &Option<Image>)| match (image, &embedded) {
+        (Some(image), _) => Start::Image(*image),
+        (None, Some(embedded)) => Start::Potential(embedded.potential(k)),
+        (None, None) => Start::Nothing,
+    };
+    let starts: Vec<Start> = images.iter().enumerate().map(start).collect();
+    let base_energies = added.as_ref().map(Added::base_energies).unwrap_or_default();
+    let drive = added.as_ref().map(|added| Drive { pull: &added.cut, energies: &base_energies });
+    let of_upper = || upper(&domain, &potentials, &starts, drive.as_ref(), share, cancel);
+    let mut own = None;
+    let (energies, primal, dual, fluxes) = if domain.map.is_some() {
+        let (mut energies, mut primal) = of_upper()?;
+        if added.is_some() && primal.bent().is_some_and(|bent| bent.largest() > MOST_SQUEEZED) {
+            return Err(SolveError::Superposition);
+        }
+        if let Some(added) = &added {
+            let under_map = energies.matrix.clone();
+            let [upper, missed] = if lower_too {
+                added.upper(&domain, &under_map, &energies.coefficients, &primal)?
+            } else {
+                [added.about(&under_map, &energies.coefficients, &mut primal), Mat::zeros(0, 0)]
+            };
+            energies.matrix = upper;
+            own = Some((under_map, missed));
+        }
+        (energies, primal, None, None)
+    } else {
+        // The two problems are of the same size and run in parallel.
+        let keep = problem.keeps_fluxes;
+        let of_lower =
+            || lower_too.then(|| lower(&domain, &potentials, &starts, share, keep, cancel)).transpose();
+        let (upper, dual) = rayon::join(of_upper, of_lower);
+        let (energies, primal) = upper?;
+        let (dual, fluxes) = dual?.unzip();
+        (energies, primal, dual, fluxes.flatten())
+    };
+    if problem.cancelled() {
+        return Err(SolveError::Cancelled);
+    }
+    let (odd, copies) = (part.odd, part.copies);
+    let added = own.zip(added).map(|((under_map, missed), added)| OnBase {
+        index,
+        under_map,
+        missed,
+        cut: added.cut,
+    });
+    let lower = dual.as_ref().map(|dual| dual.matrix.clone());
+    Ok((SolvedPart { energies, primal, potentials, images, fluxes, lower, added, domain, odd, copies }, dual))
+}
+
+impl SolvedPart {
+    /// The energies of the dual problem under a map.
+    pub(super) fn bent_lower(&self, problem: &GridProblem<'_>, share: f64) -> Result<Energies, SolveError> {
+        let cancel = problem.settings.cancel.as_deref();
+        if let (Some(OnBase { index, under_map, missed, .. }), Some(base)) = (&self.added, problem.base) {
+            let part = &problem.parts[*index];
+            let held = part.layout.held();
+            let added = Added::new(base, part, &self.domain, &held).ok_or(SolveError::Superposition)?;
+            let own = (under_map, self.energies.coefficients.as_slice());
+            let with = (self.images.as_slice(), &self.primal);
+            let upper = [&self.energies.matrix, missed];
+            return added.lower(&self.domain, upper, own, with, share, cancel);
+        }
+        let solved = Solved {
+            coefficients: &self.energies.coefficients,
+            less: None,
+            energies: &self.energies.matrix,
+            images: &self.images,
+            bent: self.primal.bent(),
+        };
+        bent_lower(&self.domain, &self.potentials, &solved, share, cancel)
+    }
+}
+
+/// The potential of right-hand sides with these weights; `None` if all are zero.
+pub(super) fn combined(weights: &[f64], potentials: &[Vec<f64>]) -> Option<Vec<f64>> {
+    let mut out = vec![0.0; potentials.first()?.len()];
+    for (w, u) in weights.iter().zip(potentials).filter(|(w, _)| **w != 0.0) {
+        axpy(&mut out, *w, u);
+    }
+    weights.iter().any(|w| *w != 0.0).then_some(out)
+}
