@@ -16,8 +16,8 @@ pub(crate) struct CommonBase {
 }
 
 impl CommonBase {
-    /// The base of a scene and of others with the indenter elsewhere, for the tolerance in the settings. No face of any of them, and nothing
-    /// that is bent, is farther than `reach` (m) from the origin. `None` where they have none.
+    /// The base of a scene and of others with the indenter elsewhere, for the tolerance in the settings. No face of any of them, and
+    /// nothing that is bent, is farther than `reach` (m) from the origin. `None` where they have none.
     pub(crate) fn of(bent: &BentScene, reach: f64, settings: &Settings) -> Option<Self> {
         let scene = without_indenter(&bent.scene).filter(|_| settings.bounds)?;
         let base = solve_base(&scene, (&bent.scene, &bent.map), reach, SHARE, settings).ok()??;

@@ -45,8 +45,8 @@ pub fn embedding(coarse: &Line, fine: &Line) -> Option<Mat<f64>> {
     Some(out)
 }
 
-/// The functions of a line `from` (columns) interpolated by those of a line `to` (rows) on a run of its finite elements; other rows are zero.
-/// The interpolant has the values at the nodes, and within each element the nearest slopes. `common` is a refinement of both; `None`
+/// The functions of a line `from` (columns) interpolated by those of a line `to` (rows) on a run of its finite elements; other rows are
+/// zero. The interpolant has the values at the nodes, and within each element the nearest slopes. `common` is a refinement of both; `None`
 /// where it is none.
 pub fn interpolation(from: &Line, to: &Line, common: &Line, elements: Range<usize>) -> Option<Mat<f64>> {
     let (rows, refined) = (Numbering::new(to), Numbering::new(common));

@@ -289,8 +289,8 @@ impl IndenterMap {
     /// distance (m) from the electrodes, and of a medium with a permittivity that of the layer is so many times larger than.
     pub(super) fn film_error(&self, distance: f64, contrast: f64) -> f64 {
         if let Contact::Closed(width) = self.touch {
-            // On average half of the width is closed, which is as much as `contrast` times that of the layer's material, and only beside the
-            // contact.
+            // On average half of the width is closed, which is as much as `contrast` times that of the layer's material, and only beside
+            // the contact.
             let covered = (2.0 * self.closed / distance).min(1.0);
             return 0.5 * contrast.max(1.0) * width / distance * covered;
         }

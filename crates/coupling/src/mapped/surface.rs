@@ -1,9 +1,9 @@
 //! A layer in which only the material moves: the points of its surface go where the finite elements put them, as far as these bend it.
 //!
-//! What the map does below the surface is free. Near the surface it takes the displacement of the material, and below that less and
-//! less of it: times 2 t - t^2, with t the height over that of where it begins, counted from above the electrodes on the substrate. So it
-//! leaves their neighbourhood as it is, where the field is singular, and bends the field where it is smooth. Where such a map would fold, the material below
-//! the surface goes where the finite elements put it.
+//! What the map does below the surface is free. Near the surface it takes the displacement of the material, and below that less and less of
+//! it: times 2 t - t^2, with t the height over that of where it begins, counted from above the electrodes on the substrate. So it leaves
+//! their neighbourhood as it is, where the field is singular, and bends the field where it is smooth. Where such a map would fold, the
+//! material below the surface goes where the finite elements put it.
 //!
 //! Beside that the displacement falls to zero in open space. Towards walls points keep their place along x1 and x3 instead, at the height
 //! of the layer there. Above the layer the displacement of the surface falls to zero.

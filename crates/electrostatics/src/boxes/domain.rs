@@ -3,10 +3,12 @@
 //! Lengths are in a unit that makes the scene of order one ([`crate::boxes::layout::Layout::unit`]); energies are in the same unit.
 
 use crate::boxes::mapped::placed::PlacedMap;
+use elastocap_fem::embedding::embedding;
 use elastocap_fem::line::{Line, LineEnd, Numbering};
 use elastocap_fem::mixed::{FluxEnd, potential_offsets};
 use elastocap_fem::reflection::{is_centre, is_symmetric};
 use elastocap_geometry::scene::Wall;
+use faer::Mat;
 use std::ops::Range;
 
 /// One axis of the grid. *Planes* are the coordinates at which a body or the scene begins or ends; the elements
@@ -77,6 +79,13 @@ impl Axis {
     pub(crate) fn functions(&self) -> Range<usize> {
         let n = Numbering::new(&self.line).len;
         usize::from(self.held(0))..n - usize::from(self.held(1))
+    }
+
+    /// Its functions that no wall holds (columns) in those of a finer axis with the same walls (rows); `None` where that is not finer.
+    pub(crate) fn functions_in(&self, finer: &Axis) -> Option<Mat<f64>> {
+        let (rows, columns) = (finer.functions(), self.functions());
+        let whole = embedding(&self.line, &finer.line)?;
+        Some(whole.as_ref().submatrix(rows.start, columns.start, rows.len(), columns.len()).to_owned())
     }
 
     /// Functions (in the trimmed numbering of [`Axis::functions`]) strictly inside the intervals `lo..hi`: those that

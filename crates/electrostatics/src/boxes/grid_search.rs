@@ -305,8 +305,8 @@ impl<'p, 's> Search<'p, 's> {
         self.best.as_ref().map(|(error, found)| (*error, found))
     }
 
-    /// The part of an error of the target that this problem's grid is responsible for: all of it, or what a base leaves. The roots of the two
-    /// parts add up to that of the whole.
+    /// The part of an error of the target that this problem's grid is responsible for: all of it, or what a base leaves. The roots of the
+    /// two parts add up to that of the whole.
     fn own(&self, error: f64) -> f64 {
         (error.sqrt() - self.of_base.sqrt()).max(0.0).powi(2)
     }

@@ -10,7 +10,6 @@ use crate::boxes::half_turn::{Image, images};
 use crate::boxes::layout::Grid;
 use crate::boxes::primal::Primal;
 use crate::boxes::superposed::{Added, MOST_SQUEEZED};
-use elastocap_fem::embedding::embedding;
 use elastocap_fem::tensor::{SparseRows, along, axpy};
 use faer::Mat;
 
@@ -37,12 +36,8 @@ impl Potentials {
     /// Those of the part whose first right-hand side has this number, on a finer grid; `None` where the grid is not finer.
     pub(super) fn on(&self, first: usize, domain: &Domain) -> Option<Embedded<'_>> {
         let coarse = self.0.iter().find(|part| part.first == first)?;
-        let of_axis = |(from, to): (&Axis, &Axis)| {
-            let (rows, columns) = (to.functions(), from.functions());
-            let whole = embedding(&from.line, &to.line)?;
-            let free = whole.as_ref().submatrix(rows.start, columns.start, rows.len(), columns.len());
-            Some(SparseRows::from_mat(free))
-        };
+        let of_axis =
+            |(from, to): (&Axis, &Axis)| Some(SparseRows::from_mat(from.functions_in(to)?.as_ref()));
         let axes = coarse.domain.axes.iter().zip(&domain.axes).map(of_axis).collect::<Option<_>>()?;
         Some(Embedded { coarse, axes })
     }

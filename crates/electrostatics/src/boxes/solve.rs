@@ -35,8 +35,8 @@ pub fn solve_mapped(scene: &Scene, map: &Arc<SceneMap>, settings: &Settings) -> 
     solve_under(scene, Some(map), settings)
 }
 
-/// Solves for the Maxwell capacitance matrix of a scene under a map, as [`solve_mapped`] does, by adding to the solution of a `base` what the
-/// bodies change that the base does not have. These are conductors that stand behind those of the base in the scene, and the map bends
+/// Solves for the Maxwell capacitance matrix of a scene under a map, as [`solve_mapped`] does, by adding to the solution of a `base` what
+/// the bodies change that the base does not have. These are conductors that stand behind those of the base in the scene, and the map bends
 /// nothing but what is around them. The method is described in the source, `boxes/superposed`.
 ///
 /// # Errors

@@ -36,8 +36,8 @@ use rayon::prelude::*;
 use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 
-/// Energy of a repair to aim for, over the error that the linear solver may have. That of the grid is usually 200 times as large and more, of
-/// which the bound loses about a fiftieth.
+/// Energy of a repair to aim for, over the error that the linear solver may have. That of the grid is usually 200 times as large and more,
+/// of which the bound loses about a fiftieth.
 const ENOUGH: f64 = 1e-2;
 
 /// A repair may have so many times that energy.

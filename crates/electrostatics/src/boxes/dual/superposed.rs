@@ -29,8 +29,8 @@ pub(crate) struct Distances {
     pub(crate) seconds: [f64; 2],
 }
 
-/// The distances of fluxes s without divergence from K grad y - eps grad p, for the potentials y that were `solved` and the potentials p that
-/// are taken `less` there. The latter vanish outside of `around` and the elements next to it.
+/// The distances of fluxes s without divergence from K grad y - eps grad p, for the potentials y that were `solved` and the potentials p
+/// that are taken `less` there. The latter vanish outside of `around` and the elements next to it.
 pub(crate) fn distances(
     domain: &Domain,
     potentials: &[Vec<f64>],

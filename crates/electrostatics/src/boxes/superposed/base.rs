@@ -52,8 +52,9 @@ pub(crate) struct BasePart {
 /// The largest relative spread of a base over the tolerance of what is added to it.
 const MOST: f64 = 0.8;
 
-/// Solves a scene as the base of others, to `share` of the tolerance that these are to have. `like` is one of these, whose symmetry all have; no face of any of them is farther than `reach`, m, from
-/// the middle of the conductors. `None` where the scene cannot serve as a base.
+/// Solves a scene as the base of others, to `share` of the tolerance that these are to have. `like` is one of these, whose symmetry all
+/// have; no face of any of them is farther than `reach`, m, from the middle of the conductors. `None` where the scene cannot serve as a
+/// base.
 ///
 /// # Errors
 /// Those of [`crate::solve`].
@@ -107,8 +108,8 @@ pub fn solve_base(
 }
 
 impl Base {
-    /// The part that another scene's part is added to, and which of its right-hand sides belongs to each one there: none where the conductors
-    /// of the base are at zero. `None` where it has no such part.
+    /// The part that another scene's part is added to, and which of its right-hand sides belongs to each one there: none where the
+    /// conductors of the base are at zero. `None` where it has no such part.
     pub(crate) fn part_of(&self, part: &Part) -> Option<(&BasePart, Vec<Option<usize>>)> {
         let number = |own: &BasePart, v: &Vec<f64>| {
             let electrodes = v.get(..self.conductors)?;

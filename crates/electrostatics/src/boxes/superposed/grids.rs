@@ -2,19 +2,12 @@
 
 use crate::boxes::domain::{Axis, Block, Domain};
 use crate::boxes::two_states::common_line;
-use elastocap_fem::embedding::{embedding, interpolation as of_lines};
+use elastocap_fem::embedding::interpolation as of_lines;
 use elastocap_fem::line::Line;
 use elastocap_fem::tensor::{Dims, SparseRows, Window, clear};
-use faer::Mat;
 
-/// The functions of an axis that no wall holds (columns) in those of a finer one (rows); `None` where it is not finer.
-pub(super) fn embedding_of(from: &Axis, to: &Axis) -> Option<Mat<f64>> {
-    let (rows, columns) = (to.functions(), from.functions());
-    let whole = embedding(&from.line, &to.line)?;
-    Some(whole.as_ref().submatrix(rows.start, columns.start, rows.len(), columns.len()).to_owned())
-}
-
-/// The common refinement of the grids of a base and of a scene, with the bodies of the scene; `None` where they do not end at the same places.
+/// The common refinement of the grids of a base and of a scene, with the bodies of the scene; `None` where they do not end at the same
+/// places.
 pub(super) fn joined_domain(base: &Domain, own: &Domain) -> Option<Domain> {
     let axis = |a: usize| joined_axis(&base.axes[a], &own.axes[a]);
     Some(Domain { axes: [axis(0)?, axis(1)?, axis(2)?], ..own.clone() })

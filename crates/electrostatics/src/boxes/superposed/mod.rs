@@ -1,29 +1,29 @@
-//! Scenes that differ from a common one, the *base*, by a body that comes near and by what a map bends around it: a sharp solution of the base
-//! is added to a coarse one for the difference.
+//! Scenes that differ from a common one, the *base*, by a body that comes near and by what a map bends around it: a sharp solution of the
+//! base is added to a coarse one for the difference.
 //!
 //! Edges of electrodes take most of the unknowns, and they are the same with and without the body. So the base, without a map, is solved
 //! once on a fine grid, for all loads. What the body changes is smooth at those edges, and takes a coarse grid under the map.
 //!
 //! **Potential.** In the coordinates of the boxes let u0 be the potential of the base on its grid, and B a block of the coarse grid that holds
 //! the body and all that the map bends, and no electrode. p is u0 interpolated by the functions of the coarse grid that do not vanish on B,
-//! so that p = u0 on B but for what they miss. With y any function of the coarse grid that has the potential of the body there, and is zero on the
-//! electrodes,
+//! so that p = u0 on B but for what they miss. With y any function of the coarse grid that has the potential of the body there, and is zero
+//! on the electrodes,
 //!
 //! u = u0 - z + y - p,
 //!
-//! where z takes off what the interpolation missed: on the common refinement of both grids, the functions of u0 - p that do not vanish on B.
-//! So u = y on B, where everything is a polynomial of the coarse grid, and u has the right values on all conductors: its energy U is an upper
-//! bound. Outside of B there is no map, and the energy is that of the boxes on the common refinement. The best y solves the coarse problem
-//! under the map with p as a source.
+//! where z takes off what the interpolation missed: on the common refinement of both grids, the functions of u0 - p that do not vanish on
+//! B. So u = y on B, where everything is a polynomial of the coarse grid, and u has the right values on all conductors: its energy U is an
+//! upper bound. Outside of B there is no map, and the energy is that of the boxes on the common refinement. The best y solves the coarse
+//! problem under the map with p as a source.
 //!
 //! **Flux.** Let d0 be the flux of the base without divergence, and s one of the coarse grid, without divergence outside the conductors and
-//! near K grad y - eps grad p. Their sum has no divergence either, and its distance from K grad u is, by Prager and Synge, at least the root
-//! of U - C. By the triangle inequality
+//! near K grad y - eps grad p. Their sum has no divergence either, and its distance from K grad u is, by Prager and Synge, at least the
+//! root of U - C. By the triangle inequality
 //!
 //! U - C <= (|d0 - eps grad u0| + |s - (K grad y - eps grad p)| + |eps grad z|)^2
 //!
-//! in the norm of K^-1, for every combination of potentials. The first term squared is the distance G0 of the bounds of the base, but that in B
-//! the norm is another one; that part is integrated. The second is computed on the coarse grid alone. The last is as small as the
+//! in the norm of K^-1, for every combination of potentials. The first term squared is the distance G0 of the bounds of the base, but that
+//! in B the norm is another one; that part is integrated. The second is computed on the coarse grid alone. The last is as small as the
 //! interpolation is good.
 
 mod base;
@@ -44,15 +44,15 @@ use crate::boxes::mapped::points::{AxisPoints, gradient_at};
 use crate::boxes::primal::Primal;
 use crate::boxes::symmetry::Part;
 use base::BasePart;
-use elastocap_fem::tensor::{Window, along};
+use elastocap_fem::tensor::{Window, along, dot};
 use faer::{Mat, Scale};
 use grids::{at_planes, bent_block, interpolation, only};
 use products::{As, Joint};
 use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 
-/// The largest of eps K^-1 under which a solution is added to a base: where a gap is squeezed more, as between an indenter and the layer that it
-/// touches, what the base has in there costs more than is gained.
+/// The largest of eps K^-1 under which a solution is added to a base: where a gap is squeezed more, as between an indenter and the layer
+/// that it touches, what the base has in there costs more than is gained.
 pub(crate) const MOST_SQUEEZED: f64 = 60.0;
 
 /// Points on each element beyond its degree: where Gauss's rule is exact, and two rules where it is not.
@@ -77,7 +77,7 @@ pub(crate) struct Added<'a> {
 
 impl<'a> Added<'a> {
     /// `None` where the base is not that of this part, or where an electrode lies in what the map bends. `held` are the conductors that the
-    /// blocks of the domain belong to, `first_other` the first that the base does not have.
+    /// blocks of the domain belong to; those of the base are the first.
     pub(crate) fn new(base: &'a Base, part: &Part, domain: &Domain, held: &[usize]) -> Option<Self> {
         let count = base.conductors;
         let (own, of) = base.part_of(part)?;
@@ -128,7 +128,7 @@ impl<'a> Added<'a> {
     /// About the energies of u, from those of y under the map: as if u0 were the true potential of the base.
     pub(crate) fn about(&self, own: &Mat<f64>, y: &[Vec<f64>], primal: &mut Primal) -> Mat<f64> {
         let pulled: Vec<Vec<f64>> = self.cut.iter().map(|p| primal.straight_product(p)).collect();
-        let of = |x: &[f64], k: usize| elastocap_fem::tensor::dot(x, &pulled[k]);
+        let of = |x: &[f64], k: usize| dot(x, &pulled[k]);
         let base = self.of_base(&self.base.upper);
         let n = y.len();
         Mat::from_fn(n, n, |i, j| {
@@ -243,7 +243,8 @@ impl<'a> Added<'a> {
         for i in 0..n {
             matrix[(i, i)] -= 256.0 * f64::EPSILON * upper[(i, i)];
         }
-        if !found.proved {
+        let is_finite = |m: &Mat<f64>| (0..n).all(|i| (0..n).all(|j| m[(i, j)].is_finite()));
+        if !found.proved || !terms.iter().all(is_finite) {
             matrix = Mat::zeros(n, n);
         }
         let [setup, solve] = found.seconds;
@@ -273,8 +274,8 @@ impl<'a> Added<'a> {
         Ok(out)
     }
 
-    /// The square of d0 - eps grad u0 on B by Gauss's rule with so many points more than the degree: over the permittivity, or by how much it is larger
-    /// in the norm of K^-1.
+    /// The square of d0 - eps grad u0 on B by Gauss's rule with so many points more than the degree: over the permittivity, or by how much
+    /// it is larger in the norm of K^-1.
     fn errors_on_block(&self, own: &Domain, of: Of, extra: usize) -> Result<Mat<f64>, SolveError> {
         let n = self.of.len();
         let domain = at_planes(&self.base.domain, own).ok_or(SolveError::Superposition)?;

@@ -1,7 +1,7 @@
-//! Products of potentials of two grids, as if there were no map: by the matrices of one axis on their common refinement, on which no array is ever
-//! made.
+//! Products of potentials of two grids, as if there were no map: by the matrices of one axis on their common refinement, on which no array
+//! is ever made.
 
-use super::grids::{embedding_of, joined_domain};
+use super::grids::joined_domain;
 use crate::boxes::domain::{Block, Domain, per_element};
 use crate::boxes::primal::faces::Faces;
 use crate::boxes::primal::separable_terms;
@@ -45,8 +45,8 @@ impl Joint {
     /// `None` where the grids have no common refinement.
     pub(super) fn new(base: &Domain, own: &Domain, block: &Block) -> Option<Self> {
         let domain = Domain { map: None, ..joined_domain(base, own)? };
-        let [x, y, z] = [0, 1, 2].map(|a| embedding_of(&base.axes[a], &domain.axes[a]));
-        let [u, v, w] = [0, 1, 2].map(|a| embedding_of(&own.axes[a], &domain.axes[a]));
+        let [x, y, z] = [0, 1, 2].map(|a| base.axes[a].functions_in(&domain.axes[a]));
+        let [u, v, w] = [0, 1, 2].map(|a| own.axes[a].functions_in(&domain.axes[a]));
         let matrices = |a: usize, factors: &[f64]| {
             let axis = &domain.axes[a];
             let (mass, stiffness) = line_matrices(&axis.line, &per_element(axis, factors));
