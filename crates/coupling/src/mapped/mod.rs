@@ -188,7 +188,7 @@ pub(crate) fn bent_scene(
     };
     let contrast = layer.relative_permittivity.unwrap_or(1.0) / cover_permittivity(&deformed.scene);
     let joined = |part: &LayerMap<'_>| -> Result<Option<BentScene>, SceneError> {
-        let rests = found.distance > 0.0;
+        let rests = found.distance > 0.0 && (step.deformed_thickness - layer.thickness).abs() < tiny;
         let parts = Parts { layer: part, rests, form: in_field, lowest, film, pad, tiny, contrast };
         let scene = match part {
             LayerMap::Pair(frame, _) => frame.scene(deformed, step),
