@@ -1,5 +1,5 @@
-//! The field without the indenter, which the steps of an approach have in common. What the indenter changes in it takes a coarse grid under
-//! its map, so that the fine one is solved once.
+//! The field without the indenter, which the steps of an approach have in common when they are solved again for their change. What the
+//! indenter changes in it takes a coarse grid under its map, so that the fine one is solved once.
 
 use elastocap_electrostatics::{Base, Settings, Solution, SolveError, solve_base, solve_superposed};
 use elastocap_geometry::scene::{Body, Purpose, Role, Scene};

@@ -99,7 +99,7 @@ pub fn run_sharing(
     {
         cancel.store(true, Ordering::Relaxed);
     }
-    let mut solver = Solver {
+    let solver = Solver {
         case,
         settings,
         prune: options.prune,
@@ -108,9 +108,6 @@ pub fn run_sharing(
         base: None,
     };
     let work: Vec<&PlannedStep> = plan.distinct_steps().collect();
-    let (tolerance, memory) = (solver.settings.relative_tolerance, solver.settings.memory_limit);
-    let base = work.first().and_then(|step| solver.common_base(step, tolerance, memory));
-    solver.base = base.as_ref();
     let solve = |slot: usize| {
         let step = *work.get(slot)?;
         let found = observer.finished_before(step.index);

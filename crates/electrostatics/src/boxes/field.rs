@@ -3,7 +3,7 @@
 use crate::boxes::domain::{Axis, Domain};
 use crate::boxes::layout::Layout;
 use crate::solution::{CellBody, Field};
-use elastocap_fem::line::{Element, Line, Numbering, hierarchical};
+use elastocap_fem::line::{Element, Numbering, hierarchical};
 use elastocap_fem::tensor::{Dense, Left, Right, Target, multiply};
 use elastocap_geometry::scene::{Box3, Filling, Scene, Wall};
 use faer::Mat;
@@ -115,10 +115,7 @@ pub(crate) fn sample(
     let mut potential = vec![0.0; reflection.whole.iter().map(|n| n + 1).product()];
     let mut electric_field = vec![[[0.0; 3]; 2]; potential.len()];
     for share in shares {
-        let samples = [0, 1, 2].map(|a| {
-            let (axis, own) = (&first.domain.axes[a], &share.domain.axes[a]);
-            samples(share.domain, a, &on_line(&axis.line, &own.line, &pieces[a]))
-        });
+        let samples = [0, 1, 2].map(|a| samples(share.domain, a, &pieces[a]));
         add_potential(&mut potential, share, &samples, &reflection);
         add_field(&mut electric_field, share, &samples, &reflection, layout.unit);
         if nodes[0].is_empty() {
@@ -232,34 +229,7 @@ fn cuts(axis: &Axis, reach: f64, ends: [f64; 2], division: f64) -> Vec<(usize, f
     out
 }
 
-/// The ends of a cell on a line: the element that each lies in, seen from the cell, and its coordinate there.
-type Cell = [(usize, f64); 2];
-
-/// Cells of one line, as [`cuts`] gives them, on another line.
-fn on_line(line: &Line, other: &Line, cells: &[(usize, f64, f64)]) -> Vec<Cell> {
-    let is_same = std::ptr::eq(line, other) || line == other;
-    let place = |e: usize, s: f64| match line.element(e) {
-        Element::Finite { start, length } => start + 0.5 * (s + 1.0) * length,
-        Element::Infinite { .. } => 0.0,
-    };
-    let seen = |x: f64, inside: f64| {
-        let last = other.nodes.len().saturating_sub(2);
-        let i = other.nodes.partition_point(|node| *node <= inside).saturating_sub(1).min(last);
-        let length = other.nodes[i + 1] - other.nodes[i];
-        (i + other.first_finite(), (2.0 * (x - other.nodes[i]) / length - 1.0).clamp(-1.0, 1.0))
-    };
-    let cell = |&(e, from, to): &(usize, f64, f64)| {
-        if is_same {
-            return [(e, from), (e, to)];
-        }
-        let [low, high] = [place(e, from), place(e, to)];
-        let little = 1e-6 * (high - low);
-        [seen(low, low + little), seen(high, high - little)]
-    };
-    cells.iter().map(cell).collect()
-}
-
-fn samples(domain: &Domain, a: usize, pieces: &[Cell]) -> Samples {
+fn samples(domain: &Domain, a: usize, pieces: &[(usize, f64, f64)]) -> Samples {
     let axis = &domain.axes[a];
     let numbering = Numbering::new(&axis.line);
     let functions = axis.functions();
@@ -267,9 +237,9 @@ fn samples(domain: &Domain, a: usize, pieces: &[Cell]) -> Samples {
     let mut nodes = Vec::new();
     let mut value = Mat::zeros(rows, n);
     let mut slopes = [Mat::zeros(rows, n), Mat::zeros(rows, n)];
-    for (cell, &[lower, upper]) in pieces.iter().enumerate() {
-        for (row, (e, s)) in [(cell, lower), (cell + 1, upper)] {
-            let Element::Finite { start, length } = axis.line.element(e) else { continue };
+    for (cell, &(e, s0, s1)) in pieces.iter().enumerate() {
+        let Element::Finite { start, length } = axis.line.element(e) else { continue };
+        for (row, s) in [(cell, s0), (cell + 1, s1)] {
             if row == nodes.len() {
                 nodes.push(start + 0.5 * (s + 1.0) * length);
             }

@@ -14,7 +14,6 @@ use crate::boxes::one_part::{PartPotentials, Potentials, SolvedPart, combined, s
 use crate::matrix::{MatrixBounds, contrast_of, from_energies, rounding_scale};
 use crate::solution::{Bounded, Discretisation, Field, PhaseSeconds, Settings, Solution};
 use crate::target::{SHARE_OF_DIAGONAL, Target};
-use elastocap_fem::tensor::axpy;
 use elastocap_geometry::scene::Scene;
 use elastocap_linalg::dense::{self, Lu};
 use faer::Mat;
@@ -213,15 +212,8 @@ impl Outcome {
         for (first, part) in &self.solved {
             let weights: Vec<f64> =
                 (0..part.energies.coefficients.len()).map(|i| weights[(first + i, 0)]).collect();
-            if let Some(mut coefficients) = combined(&weights, &part.energies.coefficients) {
-                if let Some(cut) = part.added.as_ref().and_then(|added| combined(&weights, &added.cut)) {
-                    axpy(&mut coefficients, -1.0, &cut);
-                }
+            if let Some(coefficients) = combined(&weights, &part.energies.coefficients) {
                 shares.push(Share { domain: &part.domain, coefficients, odd: part.odd });
-            }
-            if let (Some(base), Some(added)) = (problem.base, &part.added) {
-                let part = &parts[added.index];
-                shares.extend(base.shares(part, &weights));
             }
         }
         let mirrored = layout.mirror.map(|m| m.is_some() && settings.symmetry);

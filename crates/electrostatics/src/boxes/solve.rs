@@ -37,7 +37,7 @@ pub fn solve_mapped(scene: &Scene, map: &Arc<SceneMap>, settings: &Settings) -> 
 
 /// Solves for the Maxwell capacitance matrix of a scene under a map, as [`solve_mapped`] does, by adding to the solution of a `base` what
 /// the bodies change that the base does not have. These are conductors that stand behind those of the base in the scene, and the map bends
-/// nothing but what is around them. The method is described in the source, `boxes/superposed`.
+/// nothing but what is around them. There is no field to export. The method is described in the source, `boxes/superposed`.
 ///
 /// # Errors
 /// As for [`solve_mapped`]; [`SolveError::Superposition`] where the scene cannot be solved in this way.
@@ -48,7 +48,7 @@ pub fn solve_superposed(
     settings: &Settings,
 ) -> Result<Solution, SolveError> {
     let memory_limit = settings.memory_limit.saturating_sub(base.bytes());
-    let settings = &Settings { memory_limit, ..settings.clone() };
+    let settings = &Settings { memory_limit, field: false, ..settings.clone() };
     solve_in(scene, Some(map), Some(base), settings)
 }
 

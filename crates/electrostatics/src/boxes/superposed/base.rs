@@ -3,7 +3,6 @@
 use crate::SolveError;
 use crate::boxes::domain::Domain;
 use crate::boxes::dual::across_grids::Fluxes;
-use crate::boxes::field::Share;
 use crate::boxes::grid_problem::{GridProblem, InFrame};
 use crate::boxes::grid_search::Search;
 use crate::boxes::layout::{Frame, Layout};
@@ -12,7 +11,6 @@ use crate::boxes::open_space::OpenSpace;
 use crate::boxes::symmetry::Part;
 use crate::floating::Floating;
 use crate::solution::Settings;
-use elastocap_fem::tensor::axpy;
 use elastocap_geometry::scene::Scene;
 use faer::Mat;
 use std::sync::Arc;
@@ -123,18 +121,6 @@ impl Base {
             let of: Option<Vec<_>> = part.potentials.iter().map(|v| number(own, v)).collect();
             Some((own, of?))
         })
-    }
-
-    /// The field of the base for a part of a scene whose right-hand sides have these weights.
-    pub(crate) fn shares(&self, part: &Part, weights: &[f64]) -> Option<Share<'_>> {
-        let (own, of) = self.part_of(part)?;
-        let mut coefficients = vec![0.0; own.coefficients.first()?.len()];
-        for (k, weight) in of.iter().zip(weights) {
-            if let Some(k) = k {
-                axpy(&mut coefficients, *weight, &own.coefficients[*k]);
-            }
-        }
-        Some(Share { domain: &own.domain, coefficients, odd: own.odd })
     }
 
     /// Memory that it takes, bytes.
