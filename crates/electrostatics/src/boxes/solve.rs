@@ -37,7 +37,7 @@ pub fn solve_mapped(scene: &Scene, map: &Arc<SceneMap>, settings: &Settings) -> 
 
 /// Solves for the Maxwell capacitance matrix of a scene under a map, as [`solve_mapped`] does, by adding to the solution of a `base` what
 /// the bodies change that the base does not have. These are conductors that stand behind those of the base in the scene, and the map bends
-/// nothing but what is around them. There is no field to export. The method is described in the source, `boxes/superposed`.
+/// nothing but the space around them. The solution comes without its field. The source describes the method, in `boxes/superposed`.
 ///
 /// # Errors
 /// As for [`solve_mapped`]; [`SolveError::Superposition`] where the scene cannot be solved in this way.

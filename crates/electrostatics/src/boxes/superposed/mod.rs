@@ -13,8 +13,8 @@
 //!
 //! where z takes off what the interpolation missed: on the common refinement of both grids, the functions of u0 - p that do not vanish on
 //! B. So u = y on B, where everything is a polynomial of the coarse grid, and u has the right values on all conductors: its energy U is an
-//! upper bound. Outside of B there is no map, and the energy is that of the boxes on the common refinement. The best y solves the coarse
-//! problem under the map with p as a source.
+//! upper bound. Outside of B the map is the identity, and the energy is that of the boxes on the common refinement. The best y solves the
+//! coarse problem under the map with p as a source.
 //!
 //! **Flux.** Let d0 be the flux of the base without divergence, and s one of the coarse grid, without divergence outside the conductors and
 //! near K grad y - eps grad p. Their sum has no divergence either, and its distance from K grad u is, by Prager and Synge, at least the
