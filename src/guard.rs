@@ -9,6 +9,9 @@ use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, PoisonError};
 
+#[cfg(unix)]
+use elastocap_results::OutputFolder;
+
 /// What must not be left behind, and the threads that see to it.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Guard {
@@ -23,12 +26,6 @@ struct Leftovers {
     /// Only if nothing is in them, innermost first.
     empty: Vec<PathBuf>,
 }
-
-/// How often the removal of a folder is tried, and the pause after each time.
-#[cfg(unix)]
-const TRIES: usize = 20;
-#[cfg(unix)]
-const BETWEEN_TRIES: std::time::Duration = std::time::Duration::from_millis(5);
 
 impl Guard {
     /// Starts guarding.
@@ -49,28 +46,22 @@ impl Guard {
         *self.leftovers.lock().unwrap_or_else(PoisonError::into_inner) = leftovers;
     }
 
+    /// Returns at once, and never if the process is being ended: another thread does that.
+    pub(crate) fn let_end(&self) {
+        drop(self.leftovers.lock().unwrap_or_else(PoisonError::into_inner));
+    }
+
     /// Ends the process with a message.
     #[cfg(unix)]
     fn end(&self, message: &str) -> ! {
+        let leftovers = self.leftovers.lock().unwrap_or_else(PoisonError::into_inner);
         unix::say("error: ");
         unix::say(message);
-        let leftovers = self.leftovers.lock().unwrap_or_else(PoisonError::into_inner);
-        // Results that are in place already stay there.
-        if leftovers.whole.as_ref().is_some_and(|folder| folder.exists()) {
+        // Results that are in place already stay there. What cannot be removed cannot be reported either.
+        if leftovers.whole.as_ref().is_some_and(|folder| OutputFolder::give_up(folder)) {
             unix::say("; nothing of this run was written");
         }
         unix::say("\n");
-        // What cannot be removed cannot be reported either.
-        if let Some(folder) = &leftovers.whole {
-            // Another thread may put a file into it in between.
-            for _ in 0..TRIES {
-                let _ = std::fs::remove_dir_all(folder);
-                if !folder.exists() {
-                    break;
-                }
-                std::thread::sleep(BETWEEN_TRIES);
-            }
-        }
         for folder in &leftovers.empty {
             let _ = std::fs::remove_dir(folder);
         }

@@ -190,6 +190,8 @@ fn solve_one(
 ) -> Exit {
     let solved = solve_and_save(input, arguments, common, guard, stop, started);
     stop.release();
+    // A process that is being ended has said why, and has taken the place away that the files went to.
+    guard.let_end();
     match solved {
         Ok((outcome, saved)) => report(&input.case, &outcome, &saved, arguments, common),
         Err(error) => {

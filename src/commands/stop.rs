@@ -13,7 +13,13 @@ use crate::output;
 /// The first signal ends the work and keeps what is finished; the second ends the process, without half-written files.
 pub(super) fn stop_on_signal(cancel: &Arc<AtomicBool>, folder: &OutputFolder) {
     let staging = folder.staging().to_owned();
-    on_signal(cancel, || true, move || OutputFolder::give_up(&staging));
+    on_signal(
+        cancel,
+        || true,
+        move || {
+            OutputFolder::give_up(&staging);
+        },
+    );
 }
 
 /// The same for a command that fills one folder after another: the handler is installed once, and knows the folder that is being filled.

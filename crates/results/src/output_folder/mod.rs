@@ -29,7 +29,7 @@ use std::sync::{Mutex, PoisonError};
 use disk::{remove_files, same_disk, sync_files, sync_folder, writable};
 use index::Known;
 use replace::{not_on_disk, others, replace};
-use staging::{Staging, is_temporary, recover};
+use staging::{GIVEN_UP, Staging, is_temporary, recover};
 
 pub use error::OutputError;
 pub(crate) use index::{INDEX, MESH_INDEX, is_result_name};
@@ -140,10 +140,19 @@ impl OutputFolder {
         &self.staging.path
     }
 
-    /// Removes the files that wait in `staging`, from a process that is about to end. Those that cannot be removed, the next
-    /// process removes that opens the folder.
-    pub fn give_up(staging: &Path) {
-        remove_files(staging);
+    /// Removes the files that wait in `staging`, from a process that is about to end, while another thread may be putting them in
+    /// place: then either all of them are removed, or none. Returns whether they are given up. Those that cannot be removed, the
+    /// next process removes that opens the folder.
+    pub fn give_up(staging: &Path) -> bool {
+        // Under another name first: a folder must not get to its place once some of its files are gone.
+        let mut name = staging.as_os_str().to_owned();
+        name.push(GIVEN_UP);
+        let aside = PathBuf::from(name);
+        let given_up = fs::rename(staging, &aside).is_ok();
+        if given_up {
+            remove_files(&aside);
+        }
+        given_up
     }
 
     /// Looks for files that a run would replace and that are not from elastocap, in the folder and in that for unfinished runs.

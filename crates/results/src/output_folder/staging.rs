@@ -19,6 +19,9 @@ const OLD: &str = ".old";
 /// name sees by its number whether it is the new one still or the old one already.
 const SWAP: &str = ".swap-";
 
+/// What is added before it is removed by a process that is about to end.
+pub(super) const GIVEN_UP: &str = ".given-up";
+
 /// A hidden folder for files, which is this process's as long as it lives.
 #[derive(Debug)]
 pub(super) struct Staging {

@@ -2,6 +2,7 @@
 
 use std::fs;
 use std::path::Path;
+use std::time::{Duration, Instant};
 
 use elastocap_results::{Finish, OutputError, OutputFolder};
 
@@ -183,6 +184,43 @@ fn what_a_killed_run_staged_is_removed_and_what_a_living_one_stages_is_not() {
     assert!(left.len() == 1 && living.staging().ends_with(&left[0]), "{left:?}");
     living.commit_run(Finish::Complete).unwrap();
     assert_eq!(names(&folder), ["curve.csv", "result.json"]);
+}
+
+#[test]
+fn files_given_up_while_they_are_put_in_place_are_there_all_or_none_and_so_are_those_before() {
+    let files: Vec<String> = (0..40).map(|k| format!("step_{k:03}.vtu")).collect();
+    let files: Vec<&str> = files.iter().map(String::as_str).collect();
+    for before in [false, true] {
+        // Over the whole time that a commit takes, which the first one tells.
+        let mut commit = Duration::ZERO;
+        for part in 0..80 {
+            let place = tempfile::tempdir().unwrap();
+            let folder = place.path().join("out");
+            if before {
+                staged(&folder, "complete", &["curve.csv"], "first").commit_run(Finish::Complete).unwrap();
+            }
+            let output = staged(&folder, "complete", &files, "second");
+            let staging = output.staging().to_owned();
+            let pause = if part == 0 { Duration::from_secs(1) } else { commit * part / 70 };
+            let ending = std::thread::spawn(move || {
+                std::thread::sleep(pause);
+                OutputFolder::give_up(&staging)
+            });
+            let begin = Instant::now();
+            let placed = output.commit_run(Finish::Complete).is_ok();
+            if part == 0 {
+                commit = begin.elapsed();
+            }
+            let given_up = ending.join().unwrap();
+            assert!(placed != given_up, "{part}: placed {placed}, given up {given_up}");
+            let left = match (placed, before) {
+                (true, _) => files.len() + 1,
+                (false, true) => 2,
+                (false, false) => 0,
+            };
+            assert_eq!(names(&folder).len(), left, "{part}: {:?}", names(&folder));
+        }
+    }
 }
 
 #[test]
