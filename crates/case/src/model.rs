@@ -353,6 +353,15 @@ impl Mechanics {
     pub fn is_finite_element(&self) -> bool {
         matches!(self, Self::PlaneStrain(_) | Self::Solid(_))
     }
+
+    /// Whether what presses covers the whole top of the layer, which then stays flat.
+    pub fn covers_all(&self) -> bool {
+        match self {
+            Self::ClosedForm { .. } => true,
+            Self::PlaneStrain(model) => model.indenter == Indenter::WholeTop,
+            Self::Solid(model) => model.indenter == SolidIndenter::WholeTop,
+        }
+    }
 }
 
 /// Where the shear length, L in eq. (45) of the paper, comes from.

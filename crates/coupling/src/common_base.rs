@@ -55,6 +55,7 @@ fn is_indenter(body: &Body) -> bool {
     match body.purpose {
         Purpose::Indenter | Purpose::OnIndenter => true,
         Purpose::Electrode
+        | Purpose::InLayer
         | Purpose::Layer
         | Purpose::Substrate
         | Purpose::Cover

@@ -165,6 +165,7 @@ pub(crate) fn outlined(
                 Purpose::Substrate => 1,
                 Purpose::Layer => 2,
                 Purpose::Electrode
+                | Purpose::InLayer
                 | Purpose::OnTop
                 | Purpose::Indenter
                 | Purpose::OnIndenter
@@ -186,6 +187,7 @@ pub(crate) fn outlined(
                     }
                     Purpose::Substrate
                     | Purpose::Electrode
+                    | Purpose::InLayer
                     | Purpose::OnTop
                     | Purpose::Indenter
                     | Purpose::OnIndenter

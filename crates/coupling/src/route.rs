@@ -25,9 +25,9 @@
 
 use std::fmt;
 
-use elastocap_case::{Case, FieldSolver, Indenter, Mechanics, Pose, SolidIndenter};
+use elastocap_case::{Case, FieldSolver, Indenter, Mechanics, Pose};
 use elastocap_electrostatics::{has_few_edges, is_extruded};
-use elastocap_geometry::scene::Scene;
+use elastocap_geometry::scene::{Purpose, Scene};
 use serde::{Deserialize, Serialize};
 
 use crate::deform::Deformation;
@@ -149,7 +149,8 @@ pub enum Bending {
     InPlane(PlaneBending),
     /// In three dimensions.
     InSpace,
-    /// The surface of the layer is bent, or an indenter in the field is round, and electrodes may be bent along.
+    /// The surface of the layer is bent, an indenter in the field is round, or bodies move with the material of the layer; electrodes may
+    /// be bent along.
     UnderIndenter,
     /// Not by the load, but bodies that are attached to layer or indenter are tilted.
     Tilted,
@@ -222,17 +223,16 @@ fn bends_the_field(case: &Case, is_at_rest: bool, is_before_contact: bool) -> bo
         return false;
     }
     let Some(form) = IndenterForm::of(case, None) else { return false };
-    let covers_all = match case.mechanics {
-        Some(Mechanics::PlaneStrain(model)) => model.indenter == Indenter::WholeTop,
-        Some(Mechanics::Solid(model)) => model.indenter == SolidIndenter::WholeTop,
-        Some(Mechanics::ClosedForm { .. }) | None => true,
-    };
+    let covers_all = case.mechanics.is_none_or(|mechanics| mechanics.covers_all());
     let is_in_field = indenter_in_field(case).is_some();
     if form.rounding != Rounding::Sharp && is_in_field {
         return true;
     }
     // A plate over the whole layer leaves the surface flat; electrodes in it are looked at as those without one.
     let is_bent = !is_at_rest && !is_before_contact;
+    if is_bent && case.bodies.iter().any(|body| body.purpose == Purpose::InLayer) {
+        return true;
+    }
     let is_space = matches!(case.mechanics, Some(Mechanics::Solid(_)));
     is_bent
         && if covers_all {
@@ -266,8 +266,8 @@ pub enum RouteError {
     OutlinesOnly,
     /// The surface is bent or the indenter is round, and bodies are no boxes.
     #[error(
-        "the indenter and the surface under it are solved as boxes under a map: the other bodies must be boxes, sheets and slabs, and \
-         `solver` must be left out or \"boxes\""
+        "the indenter, the surface under it and what moves with the layer are solved as boxes under a map: all bodies must be boxes, sheets \
+         and slabs, and `solver` must be left out or \"boxes\""
     )]
     UnderIndenter,
     /// Electrodes that are bent in space, and what only tetrahedra can take.

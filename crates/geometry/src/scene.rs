@@ -111,6 +111,8 @@ pub enum Role {
 pub enum Purpose {
     /// An electrode in the layer, which moves with it.
     Electrode,
+    /// A body in the layer that goes where its material goes.
+    InLayer,
     /// The soft layer.
     Layer,
     /// What the layer lies on.

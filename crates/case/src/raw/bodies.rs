@@ -44,8 +44,8 @@ table! {
 }
 
 words! {
-    /// What a body moves with: the top of the layer, the indenter, or nothing.
-    enum Attached { "layer-top" => LayerTop, "indenter" => Indenter, "fixed" => Fixed, }
+    /// What a body moves with: the material of the layer that it lies in, the top of the layer, the indenter, or nothing.
+    enum Attached { "layer" => Layer, "layer-top" => LayerTop, "indenter" => Indenter, "fixed" => Fixed, }
 }
 
 table! {

@@ -13,14 +13,15 @@ pub(super) fn check(raw: &Document, poses: &[Pose], log: &mut Log<'_>) {
     let dielectrics = given(&raw.dielectric).into_iter().flatten().filter_map(Read::get);
     let bodies = conductors.map(|c| (&c.name, &c.attached));
     let bodies = bodies.chain(dielectrics.map(|d| (&d.name, &d.attached)));
-    let mut any = false;
+    let (mut any, mut in_layer) = (false, false);
     for (name, attached) in bodies {
         let Some(read) = attached else { continue };
         let (Some(Text(name)), Some(to)) = (name.get(), read.get()) else { continue };
         if matches!(to, raw::Attached::Fixed) {
             continue;
         }
-        any = true;
+        let moves_with_layer = matches!(to, raw::Attached::Layer);
+        (any, in_layer) = (any || !moves_with_layer, in_layer || moves_with_layer);
         if raw.layer.is_none() {
             log.push(
                 Diagnostic::at(
@@ -42,8 +43,18 @@ pub(super) fn check(raw: &Document, poses: &[Pose], log: &mut Log<'_>) {
         }
     }
     let moves = poses.iter().any(|pose| pose.shift != [0.0; 2] || pose.tilt != [0.0; 2]);
+    let steps = given(&raw.load).and_then(|load| load.steps.as_ref());
+    if let (true, true, Some(load)) = (in_layer, moves, &raw.load) {
+        log.push(
+            Diagnostic::at(
+                steps.map_or(&load.span, |read| &read.span),
+                "`shift` and `tilt` are not known of bodies that move with the material of the layer",
+            )
+            .label("a body has `attached = \"layer\"`")
+            .help("leave out `shift` and `tilt`, or lay the bodies on the faces of the layer"),
+        );
+    }
     if let (false, true, Some(load)) = (any, moves, &raw.load) {
-        let steps = given(&raw.load).and_then(|load| load.steps.as_ref());
         log.push(
             Diagnostic::at(
                 steps.map_or(&load.span, |read| &read.span),

@@ -47,8 +47,8 @@ pub(super) struct PlacedBoxes<'a> {
     pub(super) what: &'static str,
     pub(super) floating_charge: Option<f64>,
     pub(super) is_slab: bool,
-    /// Whether it moves with the layer's top or with the indenter.
-    pub(super) is_attached: bool,
+    /// What it moves with.
+    pub(super) purpose: Purpose,
 }
 
 /// All conductors, then all dielectrics, where all of them are boxes, sheets and slabs; `None` if one of them cannot be used.
@@ -71,7 +71,8 @@ pub(super) fn bodies(
     check_names(raw, of_conductors, of_dielectrics, electrodes, log);
 
     check_touching(&conductors, terminals, log);
-    let thickness = given(&raw.layer).and_then(|layer| layer.thickness.get()).map(|h| h.si);
+    check_touching_pair(&conductors, electrodes, terminals, raw, log);
+    let layer = LayerRoom::of(raw);
     let walls_span = given(&raw.surroundings).and_then(|s| s.walls.as_ref()).map(|walls| walls.span.clone());
     for body in conductors.iter().chain(&dielectrics).flatten() {
         match surroundings.map(|s| (&s.extent, s.boundary)) {
@@ -79,8 +80,8 @@ pub(super) fn bodies(
                 check_in_walls(body, walls, boundary, walls_span.as_ref(), log);
             }
             Some((Extent::AroundLayer { below, above, .. }, _)) => {
-                if let Some(thickness) = thickness {
-                    check_fixed_body(body, thickness, [*below, *above], raw.load.is_some(), log);
+                if let Some(layer) = &layer {
+                    check_body(body, layer, [*below, *above], log);
                 }
             }
             Some((Extent::Everywhere, _)) | None => {}
@@ -97,11 +98,9 @@ pub(super) fn bodies(
     let dielectrics = dielectrics.into_iter().zip(of_dielectrics).map(|(placed, read)| {
         let placed = placed?;
         let relative_permittivity = read.get()?.relative_permittivity.get()?.value;
-        let name = placed.name;
-        Some(Body {
-            parts: parts(placed),
-            ..Body::dielectric(name, Shape::Box(Box3::SPACE), relative_permittivity)
-        })
+        let (name, purpose) = (placed.name, placed.purpose);
+        let body = Body::dielectric(name, Shape::Box(Box3::SPACE), relative_permittivity);
+        Some(Body { parts: parts(placed), ..body.with_purpose(purpose) })
     });
     conductors.chain(dielectrics).collect()
 }
@@ -119,6 +118,7 @@ pub(super) fn conductor_of(raw: &raw::Conductor, parts: Vec<Shape>) -> Option<Bo
 /// What a body is to the device, by what it is attached to.
 pub(super) fn purpose_of(attached: &Option<Read<raw::Attached>>) -> Purpose {
     match given(attached) {
+        Some(raw::Attached::Layer) => Purpose::InLayer,
         Some(raw::Attached::LayerTop) => Purpose::OnTop,
         Some(raw::Attached::Indenter) => Purpose::OnIndenter,
         Some(raw::Attached::Fixed) | None => Purpose::Fixed,
@@ -153,8 +153,8 @@ fn conductor<'a>(read: &'a Read<raw::Conductor>, log: &mut Log<'_>) -> Option<Pl
         None => None,
     };
     let (name, regions) = (&raw.name.get()?.0, regions?);
-    let is_attached = purpose_of(&raw.attached) != Purpose::Fixed;
-    Some(PlacedBoxes { name, regions, span, what: "conductor", floating_charge, is_slab: false, is_attached })
+    let purpose = purpose_of(&raw.attached);
+    Some(PlacedBoxes { name, regions, span, what: "conductor", floating_charge, is_slab: false, purpose })
 }
 
 fn dielectric<'a>(read: &'a Read<raw::Dielectric>, log: &mut Log<'_>) -> Option<PlacedBoxes<'a>> {
@@ -165,8 +165,8 @@ fn dielectric<'a>(read: &'a Read<raw::Dielectric>, log: &mut Log<'_>) -> Option<
         (None, None) => return None,
     };
     let (name, regions) = (&raw.name.get()?.0, vec![region?]);
-    let is_attached = purpose_of(&raw.attached) != Purpose::Fixed;
-    Some(PlacedBoxes { name, regions, span, what: "dielectric", floating_charge: None, is_slab, is_attached })
+    let purpose = purpose_of(&raw.attached);
+    Some(PlacedBoxes { name, regions, span, what: "dielectric", floating_charge: None, is_slab, purpose })
 }
 
 pub(super) fn check_names(
@@ -224,6 +224,35 @@ fn check_touching(conductors: &[Option<PlacedBoxes<'_>>], terminals: &[Terminal]
     }
 }
 
+/// The same for the pair of electrodes, which only conductors in the layer can meet.
+fn check_touching_pair(
+    conductors: &[Option<PlacedBoxes<'_>>],
+    electrodes: Option<&Electrodes>,
+    terminals: &[Terminal],
+    raw: &Document,
+    log: &mut Log<'_>,
+) {
+    let (Some(electrodes), Some(pair)) = (electrodes, raw.pair()) else { return };
+    for body in conductors.iter().flatten().filter(|body| body.purpose == Purpose::InLayer) {
+        for (name, region) in electrodes.names().into_iter().zip(electrodes.regions()) {
+            let touches = body.regions.iter().any(|own| own.touches(&region));
+            if touches && !Terminal::joins(terminals, name, body.name) {
+                let shown_name = shown(body.name);
+                log.push(
+                    Diagnostic::at(
+                        &body.span,
+                        format!("the conductor \"{shown_name}\" touches the electrode \"{name}\""),
+                    )
+                    .label("shares a point with it")
+                    .related(&pair.span, format!("\"{name}\" is here"))
+                    .help("leave a gap between the two, or join them in one [[terminal]]"),
+                );
+                return;
+            }
+        }
+    }
+}
+
 fn check_in_walls(
     body: &PlacedBoxes<'_>,
     walls: &Box3,
@@ -270,26 +299,95 @@ fn check_in_walls(
     }
 }
 
-pub(super) fn check_fixed_body(
-    body: &PlacedBoxes<'_>,
+/// The layer that bodies lie in or beside.
+pub(super) struct LayerRoom {
+    /// m.
     thickness: f64,
-    faces: [Face; 2],
+    /// Half of its size along x1 and x3, m; infinite where it does not matter.
+    half: [f64; 2],
     is_loaded: bool,
-    log: &mut Log<'_>,
-) {
+}
+
+impl LayerRoom {
+    /// That of a file; `None` without one, or where it could not be read.
+    pub(super) fn of(raw: &Document) -> Option<Self> {
+        let layer = given(&raw.layer)?;
+        let half_length = given(&layer.half_length).map(|size| size.si);
+        let half = match given(&raw.mechanics) {
+            Some(raw::Mechanics::PlaneStrain(_)) => [half_length, None],
+            Some(raw::Mechanics::Solid(own)) => [half_length, own.width.get().map(|size| 0.5 * size.si)],
+            Some(raw::Mechanics::ClosedForm(_)) | None => [None; 2],
+        };
+        Some(Self {
+            thickness: layer.thickness.get()?.si,
+            half: half.map(|half| half.unwrap_or(f64::INFINITY)),
+            is_loaded: raw.load.is_some(),
+        })
+    }
+}
+
+pub(super) fn check_body(body: &PlacedBoxes<'_>, layer: &LayerRoom, faces: [Face; 2], log: &mut Log<'_>) {
     for region in &body.regions {
-        let heights = [region.min[1], region.max[1]];
-        if !is_apart_from_layer(body, heights, (thickness, is_loaded), faces, log) {
+        let has_place = match body.purpose {
+            Purpose::InLayer => is_inside_layer(body, region, layer, faces, log),
+            _ => is_apart_from_layer(body, [region.min[1], region.max[1]], layer, faces, log),
+        };
+        if !has_place {
             return;
         }
     }
+}
+
+/// Whether a part of a body that moves with the material of the layer lies in it; otherwise the log says why not.
+fn is_inside_layer(
+    body: &PlacedBoxes<'_>,
+    region: &Box3,
+    layer: &LayerRoom,
+    faces: [Face; 2],
+    log: &mut Log<'_>,
+) -> bool {
+    let (what, name) = (body.what, shown(body.name));
+    let mut at = |message: String, label: String, help: &str| {
+        log.push(Diagnostic::at(&body.span, message).label(label).help(help));
+    };
+    let thickness = layer.thickness;
+    if region.min[1] < 0.0 || region.max[1] > thickness {
+        at(
+            format!("the {what} \"{name}\" moves with the layer, and reaches out of it"),
+            format!("the layer is between x2 = 0 and x2 = {}", micrometres(thickness)),
+            "move it into the layer, or write what it is attached to instead: `attached = \"layer-top\"` for example",
+        );
+        return false;
+    }
+    for (axis, half, end) in [(0, layer.half[0], "end"), (2, layer.half[1], "side")] {
+        let reach = region.max[axis].max(-region.min[axis]);
+        if reach > half && !body.is_slab {
+            at(
+                format!("the {what} \"{name}\" moves with the layer, and reaches beyond its {end}"),
+                format!("the layer ends {} from the middle along {}", micrometres(half), AXES[axis]),
+                "make the layer larger, or the body smaller",
+            );
+            return false;
+        }
+    }
+    let [below, above] = faces;
+    let touches = [(below, region.min[1] == 0.0), (above, region.max[1] == thickness)];
+    if what == "conductor" && touches.contains(&(Face::Grounded, true)) {
+        at(
+            format!("the conductor \"{name}\" touches the grounded face of the layer, which would short it"),
+            "shares a point with it".to_owned(),
+            "leave a gap between the two",
+        );
+        return false;
+    }
+    true
 }
 
 /// Whether a part of a body, between two heights, may stand beside the layer; otherwise the log says why not.
 fn is_apart_from_layer(
     body: &PlacedBoxes<'_>,
     [low, high]: [f64; 2],
-    (thickness, is_loaded): (f64, bool),
+    &LayerRoom { thickness, is_loaded, .. }: &LayerRoom,
     [below, above]: [Face; 2],
     log: &mut Log<'_>,
 ) -> bool {
@@ -299,12 +397,13 @@ fn is_apart_from_layer(
         log.push(Diagnostic::at(&body.span, message).label(label).help(help));
     };
     // What lies on the top stays behind when that sinks, unless it is attached or has no charge.
-    let stays_behind = is_conductor && is_loaded && !body.is_attached && low == thickness && high > 0.0;
+    let is_fixed = body.purpose == Purpose::Fixed;
+    let stays_behind = is_conductor && is_loaded && is_fixed && low == thickness && high > 0.0;
     if is_loaded && high > 0.0 && low < thickness {
         at(
             format!("the {what} \"{name}\" reaches into the layer"),
             format!("the layer is between x2 = 0 and x2 = {}", micrometres(thickness)),
-            "move it below x2 = 0 or above the layer; in a layer that is loaded there may be one pair, as [electrodes]",
+            "add `attached = \"layer\"` if it moves with the layer's material, or move it below x2 = 0 or above the layer",
         );
         return false;
     } else if stays_behind {

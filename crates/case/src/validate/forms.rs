@@ -112,7 +112,7 @@ struct Frame<'a> {
     x2: [f64; 2],
     /// Along x1 and x3, m.
     center: [f64; 2],
-    attached: bool,
+    attached: Option<raw::Attached>,
 }
 
 impl Frame<'_> {
@@ -339,7 +339,7 @@ impl Writer {
             None => None,
         };
         let (x2, attached) = match on {
-            Some((raw::On::Substrate, _)) => ([-thick, 0.0], false),
+            Some((raw::On::Substrate, _)) => ([-thick, 0.0], None),
             Some((raw::On::LayerTop, span)) => {
                 let Some(top) = self.thickness else {
                     log.push(
@@ -352,11 +352,14 @@ impl Writer {
                     );
                     return None;
                 };
-                ([top, top + thick], true)
+                ([top, top + thick], Some(raw::Attached::LayerTop))
             }
             None => {
                 let middle = place.height.as_ref()?.get()?.si;
-                ([middle - 0.5 * thick, middle + 0.5 * thick], false)
+                let x2 = [middle - 0.5 * thick, middle + 0.5 * thick];
+                // In the layer there is nothing else that it could move with.
+                let is_inside = self.thickness.is_some_and(|top| 0.0 <= x2[0] && 0.0 < x2[1] && x2[1] <= top);
+                (x2, is_inside.then_some(raw::Attached::Layer))
             }
         };
         let center = match place.center {
@@ -425,7 +428,7 @@ impl Writer {
 
     fn add(&mut self, frame: &Frame<'_>, name: &str, conductor: raw::Conductor) {
         let name = frame.read(Text(name.to_owned()));
-        let attached = frame.attached.then(|| frame.read(raw::Attached::LayerTop));
+        let attached = frame.attached.map(|to| frame.read(to));
         self.conductors.push(frame.read(raw::Conductor { name, attached, ..conductor }));
     }
 

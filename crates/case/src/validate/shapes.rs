@@ -4,7 +4,6 @@ use std::ops::Range;
 use std::path::Path;
 
 use elastocap_geometry::import::obj::{Placement, surface_from_path};
-use elastocap_geometry::scene::Purpose;
 
 use super::super::diagnostics::{Diagnostic, shown};
 use super::super::model::{Body, Box3, Electrodes, Extent, Role, Shape, Surroundings, Wall};
@@ -12,7 +11,7 @@ use super::super::quantities::Position;
 use super::super::raw::{self, Document};
 use super::super::reader::{Log, Read};
 use super::bodies::{
-    PlacedBoxes, boxes, check_count, check_fixed_body, check_names, conductor_of, purpose_of,
+    LayerRoom, PlacedBoxes, boxes, check_body, check_count, check_names, conductor_of, purpose_of,
     refuse_all_floating,
 };
 use super::given;
@@ -98,7 +97,7 @@ pub(super) fn with_layer(
     log: &mut Log<'_>,
 ) -> Option<Vec<Body>> {
     let all = placed(raw, electrodes, origin, log)?;
-    let thickness = given(&raw.layer).and_then(|layer| layer.thickness.get()).map(|h| h.si)?;
+    let layer = LayerRoom::of(raw)?;
     for (body, span) in &all {
         if let (Some(Surroundings { extent: Extent::AroundLayer { below, above, .. }, .. }), Some(region)) =
             (surroundings, body.bounds())
@@ -106,17 +105,10 @@ pub(super) fn with_layer(
             let is_slab = (0..3).any(|a| region.extent(a).is_infinite());
             let what = if body.is_conductor() { "conductor" } else { "dielectric" };
             let (name, floating_charge, regions) = (&body.name, None, vec![region]);
-            let is_attached = body.purpose != Purpose::Fixed;
-            let body = PlacedBoxes {
-                name,
-                regions,
-                span: span.clone(),
-                what,
-                floating_charge,
-                is_slab,
-                is_attached,
-            };
-            check_fixed_body(&body, thickness, [*below, *above], raw.load.is_some(), log);
+            let purpose = body.purpose;
+            let body =
+                PlacedBoxes { name, regions, span: span.clone(), what, floating_charge, is_slab, purpose };
+            check_body(&body, &layer, [*below, *above], log);
         }
     }
     for (_, span) in all.iter().filter(|(body, _)| is_shell(body)) {

@@ -8,7 +8,9 @@ mod electrode_box;
 mod error;
 mod finite_element;
 mod force_check;
+mod material;
 mod plane_strain;
+mod rods;
 pub(crate) mod shear_force;
 pub(crate) mod shear_length;
 mod skin;
@@ -35,6 +37,8 @@ pub use skin::Skin;
 pub use solid::forecast as forecast_solid;
 
 pub(crate) use force_check::force_warning;
+pub(crate) use material::Material;
+pub(crate) use rods::Rods;
 pub(crate) use shear_force::shear_warning;
 
 use crate::load_steps::StepLoad;
@@ -166,6 +170,35 @@ impl Prepared {
         match run.solution.as_ref()? {
             Solution::Plane(pressing) => of(pressing, index).map(Displacement::Plane),
             Solution::Space(pressing) => of(pressing, index).map(Displacement::Space),
+        }
+    }
+
+    /// What is read off the displacement of a layer by finite elements in the step of this `index` on each mesh that reached it, coarse to
+    /// fine, with the size of the mesh's elements. Nothing of any other layer.
+    pub(crate) fn on_meshes<T>(&self, index: usize, read: &dyn Fn(&Displacement<'_>) -> T) -> Vec<(f64, T)> {
+        fn of<'a, S: Dimension, T>(
+            pressing: &'a Pressing<S>,
+            index: usize,
+            read: &dyn Fn(Probe<'_, S>) -> T,
+        ) -> Vec<(f64, T)> {
+            let Some(Ok(finest)) = pressing.goals.get(index) else { return Vec::new() };
+            let coarser = pressing.on_coarser_meshes(index);
+            let all = coarser.iter().map(|(size, pressed)| (*size, pressed));
+            all.chain([(pressing.size_of(finest), finest)])
+                .map(|(size, pressed)| {
+                    (size, read(Probe::new(pressing.model_of(pressed).equations(), &pressed.state)))
+                })
+                .collect()
+        }
+        let Self::FiniteElement(run) = self else { return Vec::new() };
+        match &run.solution {
+            Some(Solution::Plane(pressing)) => {
+                of(pressing, index, &|probe: Probe<'_, Plane>| read(&Displacement::Plane(probe)))
+            }
+            Some(Solution::Space(pressing)) => {
+                of(pressing, index, &|probe: Probe<'_, Space>| read(&Displacement::Space(probe)))
+            }
+            None => Vec::new(),
         }
     }
 

@@ -10,13 +10,16 @@ use elastocap_mechanics::solid::mesh::Mesh;
 use elastocap_mechanics::solid::model::State;
 use elastocap_mechanics::solid::obstacle::IndenterProfile;
 use elastocap_mechanics::solid::press::{Places, Pressed, Refinement, deepest};
+use elastocap_mechanics::solid::probe::Probe;
 use elastocap_mechanics::solid::space::layer::SideCondition;
 use elastocap_mechanics::solid::space::press::SpaceLayer;
 
+use super::Displacement;
 use super::curves::DeformedCurves;
 use super::electrode_box::{ElectrodeBox, Face};
 use super::error::{DeformError, LayerSetupError};
 use super::finite_element::{FiniteElementRun, Scale, Solution, electrode_modulus, end, goals, layer};
+use super::rods::Rods;
 use super::skin;
 use crate::load_steps::StepLoad;
 use elastocap_case::{Case, Electrodes, LayerSide, Layout, PunchContact, Solid, SolidIndenter};
@@ -70,13 +73,24 @@ pub(super) fn solve(
     let goals = goals(loads, 1.0);
     let refinement = Refinement::in_space(model.relative_tolerance, problem.indenter);
     let layout = case.electrodes.as_ref().map(|e| e.layout);
-    let facing = |model: &LayerModel<Space>, state: &State<Space>| {
-        facing(layout, &boxes(&problem, &model.equations().body().mesh, state))
+    let rods = Rods::of(case);
+    let places = |model: &LayerModel<Space>, state: &State<Space>| {
+        let mut all = facing(layout, &boxes(&problem, &model.equations().body().mesh, state));
+        if !rods.is_empty() {
+            let displacement = Displacement::Space(Probe::new(model.equations(), state));
+            all.extend(rods.lengths_under(case, true, &displacement));
+        }
+        all
     };
-    let places = case
-        .electrostatics
-        .as_ref()
-        .map(|field| Places { of: &facing, relative_tolerance: field.relative_tolerance });
+    let together = |errors: &[f64]| {
+        let (of_pair, of_rods) = errors.split_at(errors.len().saturating_sub(rods.count()));
+        of_pair.iter().copied().fold(rods.error(of_rods.iter().copied()), f64::max)
+    };
+    let places = case.electrostatics.as_ref().map(|field| Places {
+        of: &places,
+        relative_tolerance: field.relative_tolerance,
+        together: &together,
+    });
     let pressing = problem.press(&goals, &refinement, places.as_ref(), memory_limit, cancel, report)?;
     let scale = Scale { thickness: problem.thickness, width: 1.0 };
     let boxes = |pressed: &Pressed<Space>| {

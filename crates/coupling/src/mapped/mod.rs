@@ -1,12 +1,13 @@
 //! Scenes of boxes and maps that carry these to where the load puts layer, electrodes and indenter.
 //!
 //! A map has two parts. That of the layer takes the surface, and electrodes in the layer, to where the finite elements put them:
-//! [`pair_frame`] for a pair that moves with the layer, [`surface`] where nothing in the layer moves. The other, [`indenter`], makes a
+//! [`pair_frame`] for a pair alone, [`surface`] for any bodies in the layer and for none. The other, [`indenter`], makes a
 //! round indenter of a box above the surface. Any map that takes faces of bodies to their places gives the same capacitances.
 
 mod axes;
 mod contact;
 mod films;
+mod in_layer;
 mod indenter;
 mod pair_frame;
 mod profile;
@@ -22,7 +23,8 @@ use elastocap_geometry::export::surfaces::{Corners, SurfaceBody};
 use elastocap_geometry::scene::{Body, Box3, Purpose, Scene};
 use elastocap_geometry::shapes::Shape;
 
-use crate::deform::{Displacement, FiniteElementStep};
+use crate::deform::{Displacement, FiniteElementStep, Material, Rods};
+use crate::scene::in_layer::{lowered, scale_of_heights};
 use crate::scene::indenter::{IndenterForm, Rounding, edges_left_out};
 use crate::scene::neutral::indenter_in_field;
 use crate::scene::{DeformedScene, SceneError};
@@ -30,8 +32,9 @@ use axes::{joined, pieces};
 use contact::{Surface, edges};
 use films::Contact;
 pub(crate) use films::{Film, Films};
+use in_layer::InLayer;
 use indenter::{IndenterMap, Under, last_within};
-use pair_frame::{Frame, Material};
+use pair_frame::Frame;
 use profile::Profile;
 use remembered::Remembered;
 use surface::{Below, Bent, SurfaceMap};
@@ -133,7 +136,7 @@ impl LayerMap<'_> {
     fn highest(&self) -> f64 {
         match self {
             Self::Pair(frame, _) => frame.highest(),
-            Self::Surface(_) => 0.0,
+            Self::Surface(own) => own.highest(),
         }
     }
 }
@@ -158,24 +161,15 @@ pub(crate) fn bent_scene(
     found: &Found<'_>,
     film: Film,
 ) -> Result<Option<BentScene>, SceneError> {
-    let Some((layer, pad)) = case.layer.as_ref().and_then(|layer| {
-        let width = match case.mechanics? {
-            Mechanics::ClosedForm { .. } => return None,
-            Mechanics::PlaneStrain(model) => model.width,
-            Mechanics::Solid(model) => model.width,
-        };
-        Some((layer, [layer.half_length?, layer.thickness, 0.5 * width]))
-    }) else {
-        return Ok(None);
-    };
-    let tiny = 1e-9 * layer.thickness;
+    let Some(layer) = &case.layer else { return Ok(None) };
     let step = found.step;
     let is_plane = matches!(case.mechanics, Some(Mechanics::PlaneStrain(_)));
     let is_half = !is_plane || step.curves.half;
     let looked_up = |x: [f64; 3]| found.displacement.at(x);
     let remembered = Remembered::new(&looked_up);
     let solved = |x: [f64; 3]| remembered.at(x);
-    let material = Material { displacement: &solved, pad, tiny, is_half };
+    let Some(material) = Material::of(case, is_half, &solved) else { return Ok(None) };
+    let (pad, tiny) = (material.pad, material.tiny);
     let displacement = |x: [f64; 3]| material.displacement(x);
     // What presses bends the surface, whether it is part of the field or not.
     let own = indenter_in_field(case);
@@ -186,19 +180,36 @@ pub(crate) fn bent_scene(
         let u = displacement([x, pad[1], z]);
         [x + u[0], pad[1] + u[1], z + u[2]]
     };
+    let rods = Rods::of(case);
     let contrast = layer.relative_permittivity.unwrap_or(1.0) / cover_permittivity(&deformed.scene);
+    let is_in_layer = case.bodies.iter().any(|body| body.purpose == Purpose::InLayer);
+    // A pair among other bodies is one of them.
+    let scale = scale_of_heights(case, step);
+    let pair = case.electrodes.as_ref().map(|own| own.regions().map(|region| lowered(&region, scale)));
+    let scene = pair.map_or_else(|| deformed.scene.clone(), |regions| deformed.with_pair(regions));
     let joined = |part: &LayerMap<'_>| -> Result<Option<BentScene>, SceneError> {
         let rests = found.distance > 0.0 && (step.deformed_thickness - layer.thickness).abs() < tiny;
-        let parts = Parts { layer: part, rests, form: in_field, lowest, film, pad, tiny, contrast };
+        let parts = Parts {
+            layer: part,
+            rests,
+            form: in_field,
+            lowest,
+            film,
+            pad,
+            tiny,
+            contrast,
+            rods: &rods,
+            scale,
+        };
         let scene = match part {
             LayerMap::Pair(frame, _) => frame.scene(deformed, step),
-            LayerMap::Surface(own) => Some(own.scene(&deformed.scene)),
+            LayerMap::Surface(own) => Some(own.scene(&scene)),
         };
         let Some(mut scene) = scene else { return Ok(None) };
         parts.join(&mut scene, is_half, layer.relative_permittivity.unwrap_or(1.0))
     };
     let mut bent = match &case.electrodes {
-        Some(electrodes) => {
+        Some(electrodes) if !is_in_layer => {
             if !is_half {
                 return Ok(None);
             }
@@ -217,27 +228,38 @@ pub(crate) fn bent_scene(
             bent.deviation = bent.deviation.max(frame.deviation(&bent.map, &material, gap));
             bent
         }
-        None => {
+        Some(_) | None => {
             let Some(form) = form else { return Ok(None) };
-            let Some(mut corners) = corners(&form, lowest, &top, pad[1], film, is_half) else {
-                return Ok(None);
+            let mut corners = if case.mechanics.is_some_and(|mechanics| mechanics.covers_all()) {
+                // The layer bulges within a thickness of its ends, which the field does not have.
+                let before_end = |a: usize| (pad[a] - pad[1]).max(0.5 * pad[a]);
+                [vec![-before_end(0), before_end(0)], vec![before_end(2)]]
+            } else {
+                match corners(&form, lowest, &top, pad[1], film, is_half) {
+                    Some(corners) => corners,
+                    None => return Ok(None),
+                }
             };
             if is_plane {
                 corners[1] = vec![pad[2]];
             }
+            let inside = InLayer::of(case, scale, pair.as_ref().map_or(&[][..], |regions| &regions[..]));
             let with = |below: Below| {
-                let (electrodes, corners) =
-                    (highest_electrode(&deformed.scene, layer.thickness), corners.clone());
+                let (electrodes, corners) = (highest_electrode(&scene, layer.thickness), corners.clone());
                 let thickness = layer.thickness;
-                let bent = Bent { below, electrodes, thickness, corners, is_plane, is_half };
-                joined(&LayerMap::Surface(&SurfaceMap::new(&deformed.scene, bent, &displacement)))
+                let bodies = inside.clone();
+                let bent = Bent { below, electrodes, thickness, corners, is_plane, is_half, scale, bodies };
+                joined(&LayerMap::Surface(&SurfaceMap::new(&scene, bent, &displacement)))
             };
-            let Some(blend) = with(Below::Blend)? else { return Ok(None) };
-            if blend.map.smallest_volume([0.0, layer.thickness]) >= LEAST_VOLUME {
-                blend
-            } else {
-                let Some(material) = with(Below::Material)? else { return Ok(None) };
-                material
+            let blend = if is_in_layer { None } else { Some(with(Below::Blend)?) };
+            let is_wide = |bent: &BentScene| bent.map.smallest_volume([0.0, layer.thickness]) >= LEAST_VOLUME;
+            match blend {
+                Some(None) => return Ok(None),
+                Some(Some(blend)) if is_wide(&blend) => blend,
+                Some(Some(_)) | None => {
+                    let Some(material) = with(Below::Material)? else { return Ok(None) };
+                    material
+                }
             }
         }
     };
@@ -342,6 +364,10 @@ struct Parts<'a> {
     tiny: f64,
     /// The permittivity of the layer over that of what is above it.
     contrast: f64,
+    /// Of the bodies in the layer.
+    rods: &'a Rods,
+    /// Heights of the boxes of the layer over those of its material before loading, where bodies lie in it.
+    scale: f64,
 }
 
 impl Parts<'_> {
@@ -424,7 +450,15 @@ impl Parts<'_> {
                 scene.bodies.push(Body { parts: filled, ..body });
             }
         }
-        let deviation = self.deviation(&map, &exact, surface, highest) + film_error;
+        let of_box = |x: [f64; 3]| [x[0], self.scale * x[1], x[2]];
+        let position = |x: [f64; 3]| {
+            let (x, u) = (of_box(x), exact(of_box(x)));
+            [0, 1, 2].map(|a| x[a] + u[a])
+        };
+        let lengths = self.rods.lengths(&position);
+        let mapped = self.rods.lengths(&|x| map.image(of_box(x)));
+        let of_rods = self.rods.error(mapped.iter().zip(&lengths).map(|(own, length)| own / length - 1.0));
+        let deviation = self.deviation(&map, &exact, surface, highest).max(of_rods) + film_error;
         Ok(Some(BentScene { scene: scene.clone(), map: Arc::new(map), deviation, film_error }))
     }
 
@@ -437,10 +471,14 @@ impl Parts<'_> {
         };
         // Below the substrate's face nothing moves.
         let zone = [ends(0), [ends(1)[0].max(0.0), ends(1)[1]], ends(2)];
-        let is_other =
-            |body: &&Body| matches!(body.purpose, Purpose::Fixed | Purpose::OnTop | Purpose::OnIndenter);
+        let is_other = |body: &&Body| {
+            matches!(body.purpose, Purpose::Fixed | Purpose::OnTop | Purpose::OnIndenter | Purpose::InLayer)
+        };
+        // What is in the layer moves with it, on one wire with other bodies or not.
+        let surface = self.layer.surface();
+        let is_in_layer = |region: &Box3| region.min[1] >= -self.tiny && region.max[1] <= surface + self.tiny;
         let is_in_the_way = |body: &&Body| {
-            let parts = body.parts.iter().filter_map(Shape::bounds);
+            let parts = body.parts.iter().filter_map(Shape::bounds).filter(|region| !is_in_layer(region));
             let inside = |region: Box3| {
                 (0..3)
                     .all(|a| region.max[a] > zone[a][0] + self.tiny && region.min[a] < zone[a][1] - self.tiny)

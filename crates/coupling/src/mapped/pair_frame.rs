@@ -14,7 +14,7 @@ use elastocap_geometry::scene::{Box3, Purpose, Scene, Wall};
 use elastocap_geometry::shapes::Shape;
 
 use super::surface::DECAY;
-use crate::deform::FiniteElementStep;
+use crate::deform::{FiniteElementStep, Material};
 use crate::scene::DeformedScene;
 
 /// Degree of the map's polynomials along and across the electrodes, over their height, between them and the faces of the layer, and
@@ -23,62 +23,6 @@ const ALONG: usize = 8;
 const OVER_ELECTRODE: usize = 2;
 const BETWEEN: usize = 4;
 const BESIDE: usize = 6;
-
-/// Steps of the search for the material point at a place, each of which leaves a fifth of the distance or less.
-const SEARCH_STEPS: usize = 12;
-
-/// The finite elements of the layer: of a quarter, or of a half where it is no mirror image across x1 = 0.
-pub(super) struct Material<'a> {
-    /// The displacement at a point of it, m; `None` outside.
-    pub(super) displacement: &'a dyn Fn([f64; 3]) -> Option<[f64; 3]>,
-    /// Half length, thickness and half width before loading, m.
-    pub(super) pad: [f64; 3],
-    /// A length that means nothing, m.
-    pub(super) tiny: f64,
-    /// Whether it is its own mirror image across x1 = 0, and only what lies at positive x1 is known.
-    pub(super) is_half: bool,
-}
-
-impl Material<'_> {
-    /// The displacement of a material point on either side of the planes of symmetry, m; beyond the end and the side of the layer that of
-    /// its edge.
-    pub(super) fn displacement(&self, x: [f64; 3]) -> [f64; 3] {
-        let known = [if self.is_half { x[0].abs() } else { x[0] }, x[1], x[2].abs()];
-        let least = [if self.is_half { 0.0 } else { -self.pad[0] }, 0.0, 0.0];
-        let within = |by: f64| [0, 1, 2].map(|a| known[a].clamp(least[a] + by, self.pad[a] - by));
-        // Elements at a fan meet their own box with a tolerance: a point on the very edge is looked for a little inside.
-        let found = (self.displacement)(within(0.0)).or_else(|| (self.displacement)(within(self.tiny)));
-        let mut u = found.unwrap_or([0.0; 3]);
-        if known[0] != x[0] {
-            u[0] = -u[0];
-        }
-        if known[2] != x[2] {
-            u[2] = -u[2];
-        }
-        u
-    }
-
-    /// Where a material point of the quarter goes; beyond the end and the side of the layer as high as at its edge.
-    pub(super) fn position(&self, y: [f64; 3]) -> [f64; 3] {
-        let u = self.displacement(y);
-        let height = y[1].clamp(0.0, self.pad[1]);
-        [y[0] + u[0], height + u[1], y[2] + u[2]]
-    }
-
-    /// The height of the material at depth `y2` (before loading) above the place `x1`, `x3`, starting from a material point.
-    pub(super) fn height_at(&self, mut y: [f64; 3], place: [f64; 2]) -> f64 {
-        let mut found = self.position(y);
-        for _ in 0..SEARCH_STEPS {
-            let miss = [place[0] - found[0], place[1] - found[2]];
-            if miss.iter().all(|m| m.abs() < self.tiny) {
-                break;
-            }
-            (y[0], y[2]) = (y[0] + miss[0], y[2] + miss[1]);
-            found = self.position(y);
-        }
-        found[1]
-    }
-}
 
 /// The planes of the boxes that the map starts from.
 pub(super) struct Frame {
@@ -223,6 +167,7 @@ impl Frame {
                     Purpose::Layer
                     | Purpose::Substrate
                     | Purpose::Electrode
+                    | Purpose::InLayer
                     | Purpose::OnTop
                     | Purpose::Indenter
                     | Purpose::OnIndenter

@@ -13,6 +13,7 @@ use elastocap_geometry::scene::{Purpose, Scene, Wall};
 use elastocap_geometry::shapes::Shape;
 
 use super::axes::{Piece, joined};
+use super::in_layer::InLayer;
 
 /// Where nothing else ends it, how far a displacement reaches beyond what moves, in thicknesses of the layer.
 pub(super) const DECAY: f64 = 1.5;
@@ -20,9 +21,10 @@ pub(super) const DECAY: f64 = 1.5;
 /// How far it reaches at least, over the displacement along x1 or x3 that it has there.
 const DECAY_OF_SLIDING: f64 = 2.5;
 
-/// Degree of the map's polynomials along the surface, and over the height of the layer: near the substrate, of a blend two
+/// Degree of the map's polynomials along the surface, there with bodies in the layer, and over the height of the layer: near the substrate, of a blend two
 /// more there, and near the surface.
 const ALONG: usize = 10;
+const WITH_BODIES: usize = 6;
 const OVER_LAYER: [usize; 2] = [4, 6];
 
 /// Where the two of the height meet, over the thickness.
@@ -65,6 +67,10 @@ pub(super) struct Bent {
     pub(super) is_plane: bool,
     /// Whether it is its own mirror image across x1 = 0.
     pub(super) is_half: bool,
+    /// Heights of the boxes of the layer over those of its material before loading.
+    pub(super) scale: f64,
+    /// What moves with the layer in it, as boxes.
+    pub(super) bodies: InLayer,
 }
 
 /// The map of such a layer.
@@ -85,22 +91,28 @@ pub(super) struct SurfaceMap<'a> {
 
 impl<'a> SurfaceMap<'a> {
     pub(super) fn new(scene: &Scene, bent: Bent, displacement: &'a dyn Fn([f64; 3]) -> [f64; 3]) -> Self {
-        let surface = bent.thickness;
+        let surface = bent.scale * bent.thickness;
+        let covers_all = bent.scale != 1.0;
         let (mut followed, mut ends, mut at_wall) = ([[0.0; 2]; 2], [[0.0; 2]; 2], [[false; 2]; 2]);
         for (k, a) in [(0, 0), (1, 2)] {
             for side in 0..2 {
                 let outward = if side == 0 { -1.0 } else { 1.0 };
                 let mirrored = k == 1 || bent.is_half;
                 let own = bent.corners[k].iter().map(|x| if mirrored { x.abs() } else { outward * x });
-                let corner = own.fold(f64::NEG_INFINITY, f64::max);
+                let bodies = match mirrored {
+                    true => bent.bodies.reach(a, 0).max(bent.bodies.reach(a, 1)),
+                    false => bent.bodies.reach(a, side),
+                };
+                let corner = own.fold(bodies, f64::max);
                 let at = |beyond: f64| {
-                    let mut x = [0.0, surface, 0.0];
+                    let mut x = [0.0, bent.thickness, 0.0];
                     x[a] = outward * (corner + beyond);
                     displacement(x)
                 };
                 let [least, most] = FOLLOWED.map(|d| d * surface);
                 let is_straight = k == 1 && bent.is_plane;
-                let beyond = if is_straight {
+                // A surface that stays flat does not come back to the height that it had.
+                let beyond = if is_straight || covers_all {
                     0.0
                 } else {
                     let places = (0..=20).map(|i| least + (most - least) * f64::from(i) / 20.0);
@@ -130,7 +142,12 @@ impl<'a> SurfaceMap<'a> {
     }
 
     pub(super) fn surface(&self) -> f64 {
-        self.bent.thickness
+        self.bent.scale * self.bent.thickness
+    }
+
+    /// The height of the highest body in the layer, m.
+    pub(super) fn highest(&self) -> f64 {
+        self.bent.bodies.highest
     }
 
     /// 1 where points are followed, falling to 0 where the map ends; and whether it ends at a wall there.
@@ -148,18 +165,26 @@ impl<'a> SurfaceMap<'a> {
         let (along, across) = (self.share(0, x[0]), self.share(1, x[2]));
         let of_height = [along, across].map(|(share, at_wall)| if at_wall { 1.0 } else { share });
         let (share, of_height) = (along.0 * across.0, of_height[0] * of_height[1]);
-        let surface = self.bent.thickness;
+        let surface = self.surface();
         if x[1] <= self.rest || of_height == 0.0 {
             return x;
         }
-        let material = [x[0], x[1].min(surface), x[2]];
+        let of_box = x[1].min(surface);
+        let mut material = [x[0], of_box / self.bent.scale, x[2]];
+        let stays_flat = self.bent.scale != 1.0;
+        if stays_flat {
+            // The ends of the layer bulge and roll, and are not in the field.
+            for (k, a) in [(0, 0), (1, 2)] {
+                material[a] = x[a].clamp(self.followed[k][0], self.followed[k][1]);
+            }
+        }
         let mut moved = self.moved(material);
         if share < of_height {
             let place = [x[0] + share * moved[0], x[2] + share * moved[2]];
-            let height = self.height_at(material, place);
-            moved = [share * moved[0], of_height * (height - material[1]), share * moved[2]];
+            let height = if stays_flat { material[1] + moved[1] } else { self.height_at(material, place) };
+            moved = [share * moved[0], of_height * (height - of_box), share * moved[2]];
         } else {
-            moved = moved.map(|u| share * u);
+            moved = [share * moved[0], share * (material[1] + moved[1] - of_box), share * moved[2]];
         }
         let fade = match x[1] > surface {
             true => ((self.above - x[1]) / (self.above - surface)).max(0.0),
@@ -196,21 +221,33 @@ impl<'a> SurfaceMap<'a> {
     }
 
     pub(super) fn axes(&self, tiny: f64) -> [MapAxis; 3] {
+        let thickness = self.bent.thickness;
         let pieces = |k: usize, is_half: bool| {
             let [from, to] = self.followed[k];
             let mut places = self.bent.corners[k].clone();
+            let has_bodies = !self.bent.bodies.is_empty();
+            let (marks, degree) = if has_bodies { (&BESIDE[1..], WITH_BODIES) } else { (&BESIDE[..], ALONG) };
             for side in [-1.0, 1.0] {
                 let outermost = places.iter().copied().max_by(|x, y| (side * x).total_cmp(&(side * y)));
-                let beside =
-                    outermost.into_iter().flat_map(|x| BESIDE.map(|d| x + side * d * self.bent.thickness));
-                places.extend(beside.filter(|x| from < *x && *x < to).collect::<Vec<_>>());
+                let marked = |side: f64| {
+                    let all = outermost
+                        .into_iter()
+                        .flat_map(|x| marks.iter().map(move |d| x + side * d * thickness));
+                    all.filter(|x| from < *x && *x < to).collect::<Vec<f64>>()
+                };
+                // What lies in the layer sees how the material bends before a corner, too.
+                let mut more = if has_bodies { marked(-side) } else { Vec::new() };
+                more.retain(|x| places.iter().all(|place| (x - place).abs() > BESIDE[0] * thickness));
+                places.extend(more.into_iter().chain(marked(side)));
             }
+            let planes = &self.bent.bodies.planes[if k == 0 { 0 } else { 2 }];
+            places.extend(planes.iter().filter(|x| from < **x && **x < to));
             if is_half {
                 places.extend(places.clone().iter().map(|x| -x));
             }
             places.extend(self.followed[k].into_iter().chain(self.ends[k]));
             places.sort_by(f64::total_cmp);
-            places.windows(2).map(|ends| Piece::new(ends[0], ends[1], ALONG)).collect::<Vec<_>>()
+            places.windows(2).map(|ends| Piece::new(ends[0], ends[1], degree)).collect::<Vec<_>>()
         };
         let along = pieces(0, self.bent.is_half);
         let across = if self.bent.is_plane {
@@ -219,14 +256,15 @@ impl<'a> SurfaceMap<'a> {
         } else {
             pieces(1, true)
         };
-        let surface = self.bent.thickness;
+        let surface = self.surface();
         let middle = NEAR_SURFACE * surface;
-        let more = if self.bent.below == Below::Blend { 2 } else { 0 };
-        let up = [
+        let more = if self.bent.below == Below::Blend || !self.bent.bodies.is_empty() { 2 } else { 0 };
+        let mut up = vec![
             Piece::new(self.rest, middle, OVER_LAYER[0] + more),
             Piece::new(middle, surface, OVER_LAYER[1]),
             Piece::new(surface, self.above, 1),
         ];
+        up.extend(self.bent.bodies.planes[1].windows(2).map(|ends| Piece::new(ends[0], ends[1], 1)));
         [joined(&along, tiny, self.bent.is_half), joined(&up, tiny, false), joined(&across, tiny, true)]
     }
 
@@ -237,11 +275,12 @@ impl<'a> SurfaceMap<'a> {
             for part in &mut body.parts {
                 let Shape::Box(region) = part else { continue };
                 match body.purpose {
-                    Purpose::Layer if region.max[1].is_finite() => region.max[1] = self.bent.thickness,
-                    Purpose::Cover => region.min[1] = self.bent.thickness,
+                    Purpose::Layer if region.max[1].is_finite() => region.max[1] = self.surface(),
+                    Purpose::Cover => region.min[1] = self.surface(),
                     Purpose::Layer
                     | Purpose::Substrate
                     | Purpose::Electrode
+                    | Purpose::InLayer
                     | Purpose::OnTop
                     | Purpose::Indenter
                     | Purpose::OnIndenter

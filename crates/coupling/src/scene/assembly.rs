@@ -6,7 +6,7 @@ use elastocap_geometry::shapes::Shape;
 use super::electrodes::{self, Placed};
 use super::neutral::neutral_bodies;
 use super::walls::outer_walls;
-use super::{DeformedScene, ElectrodePlace, SceneError, attached, indenter};
+use super::{DeformedScene, ElectrodePlace, SceneError, attached, in_layer, indenter};
 use crate::deform::Deformation;
 use elastocap_case::{Case, Extent, Face, Pose, Terminal};
 
@@ -35,7 +35,8 @@ pub fn scene_of(
         (pair, bent) = (Some(placed.pair), placed.bent);
     }
     let sinks = case.layer.as_ref().zip(state).map_or(0.0, |(own, s)| s.deformed_thickness() - own.thickness);
-    let beside = attached::moved(case.bodies.clone(), sinks, pose)?;
+    let own = in_layer::with_material(case, state)?;
+    let beside = attached::moved(own, sinks, pose)?;
     let fixed = |conductors: bool| beside.iter().filter(move |body| body.is_conductor() == conductors);
     bodies.extend(fixed(true).cloned());
     let top = case.layer.as_ref().map(|layer| state.map_or(layer.thickness, Deformation::deformed_thickness));

@@ -3,6 +3,7 @@
 mod assembly;
 mod attached;
 mod electrodes;
+pub(crate) mod in_layer;
 pub(crate) mod indenter;
 pub(crate) mod neutral;
 mod walls;
@@ -154,6 +155,15 @@ pub enum SceneError {
          bend it along; move it away, or write `role = \"absent\"` in [indenter]"
     )]
     InTheIndentersWay {
+        /// Its name.
+        body: String,
+    },
+    /// A body that moves with the material of the layer is of another shape than boxes.
+    #[error(
+        "`{body}` moves with the material of the layer under load, which is known of boxes and sheets alone: make it of `boxes`, or lay it \
+         on a face of the layer"
+    )]
+    NoBoxInLayer {
         /// Its name.
         body: String,
     },

@@ -140,7 +140,8 @@ impl Solver<'_> {
         let enclosed = || Ok(Fields::Enclosed(Box::new(between(deformed, enclosing(deformed)?, &settings)?)));
         // Boxes inside and around a pair know nothing of what else is bent.
         let is_pressed_in_field = indenter_in_field(self.case).is_some();
-        let may_be_enclosed = deformed.scene.conductors().count() <= 2 && !is_pressed_in_field;
+        let is_pair_alone = deformed.bent.is_some() && deformed.scene.conductors().count() <= 2;
+        let may_be_enclosed = is_pair_alone && !is_pressed_in_field;
         let (Some(Deformation::FiniteElement(layer)), Some(displacement)) =
             (state, self.layer.displacement(step.index))
         else {

@@ -192,7 +192,7 @@ impl Solver<'_> {
             return Ok(());
         }
         let deformed = self.bodies(&mut result.row, state.as_ref(), &step.pose)?;
-        if let Some(error) = self.mechanics_error(state.as_ref(), &deformed)? {
+        if let Some(error) = self.mechanics_error(step, state.as_ref(), &deformed)? {
             result.row.mechanics_error_estimate = Some(error);
             let asked = self.settings.relative_tolerance;
             if error > asked {

@@ -1,13 +1,13 @@
 //! What a step notes in its result: the layer, what was found of the field, and what it does not have of what was asked for.
 
-use elastocap_case::{Measurement, Pose};
+use elastocap_case::{Measurement, Mechanics, Pose};
 use elastocap_electrostatics::{Bounded, FloatingPotential, Solution, Target};
 use elastocap_geometry::scene::Scene;
 use elastocap_mechanics::solid::mesh_error::error_on_finest;
 
 use super::{Shaped, Solver, StepField};
 use crate::deform::shear_force::shear_force;
-use crate::deform::{Deformation, FiniteElementStep, ForceCheck};
+use crate::deform::{Deformation, Displacement, FiniteElementStep, ForceCheck, Rods};
 use crate::failure::{StepFailure, Stop};
 use crate::load_steps::StepLoad;
 use crate::outcome::{EntryStatus, FloatingConductor, Missed, Row, SolverReport, Status, StepResult};
@@ -76,10 +76,41 @@ impl Solver<'_> {
         None
     }
 
-    /// Relative error of gap and capacitance for the finite elements of the layer: the larger of those of the gap and of the
-    /// parallel-plate capacitance, from their differences between the meshes. `None` without finite elements, without a pair, and
-    /// where one mesh alone reached the load.
+    /// Relative error of gaps and capacitance for the finite elements of the layer, from the differences between the meshes: the largest of
+    /// those of a pair and of other bodies in the layer. `None` without finite elements, with nothing in the layer, and where one mesh alone
+    /// reached the load.
     pub(super) fn mechanics_error(
+        &self,
+        step: &PlannedStep,
+        state: Option<&Deformation<'_>>,
+        deformed: &DeformedScene,
+    ) -> Result<Option<f64>, Stop> {
+        let of_pair = self.error_of_pair(state, deformed)?;
+        Ok([of_pair, self.error_of_bodies(step, state)].into_iter().flatten().reduce(f64::max))
+    }
+
+    /// That of the bodies that move with the layer's material.
+    fn error_of_bodies(&self, step: &PlannedStep, state: Option<&Deformation<'_>>) -> Option<f64> {
+        let Some(Deformation::FiniteElement(layer)) = state else { return None };
+        let rods = Rods::of(self.case);
+        if rods.is_empty() {
+            return None;
+        }
+        let is_half = layer.curves.half || matches!(self.case.mechanics, Some(Mechanics::Solid(_)));
+        let read = |displacement: &Displacement<'_>| rods.lengths_under(self.case, is_half, displacement);
+        let on_meshes = self.layer.on_meshes(step.index, &read);
+        let (_, finest) = on_meshes.last()?;
+        let errors: Option<Vec<f64>> = (0..finest.len())
+            .map(|k| {
+                let values: Vec<(f64, f64)> = on_meshes.iter().map(|(size, own)| (*size, own[k])).collect();
+                Some(error_on_finest(&values)? / finest[k])
+            })
+            .collect();
+        Some(rods.error(errors?.into_iter()))
+    }
+
+    /// That of the pair: the larger of those of its gap and of its parallel-plate capacitance.
+    fn error_of_pair(
         &self,
         state: Option<&Deformation<'_>>,
         deformed: &DeformedScene,

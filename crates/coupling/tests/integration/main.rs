@@ -5,6 +5,7 @@
 mod capsule;
 mod change;
 mod imported_mesh;
+mod in_layer;
 mod indenter;
 mod layer;
 mod route;

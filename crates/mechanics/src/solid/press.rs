@@ -221,8 +221,10 @@ pub type ReadOff<'a, S> = dyn Fn(&LayerModel<S>, &State<S>) -> Vec<f64> + Sync +
 pub struct Places<'a, S: Dimension> {
     /// These numbers.
     pub of: &'a ReadOff<'a, S>,
-    /// The error to reach, relative to each of them.
+    /// The relative error to reach.
     pub relative_tolerance: f64,
+    /// The relative error of all, from that of each of them.
+    pub together: &'a (dyn Fn(&[f64]) -> f64 + Sync),
 }
 
 impl<S: Dimension> std::fmt::Debug for Places<'_, S> {
@@ -245,8 +247,8 @@ impl<S: Dimension> Places<'_, S> {
                 found.iter().filter_map(|(size, v)| Some((*size, *v.get(k)?))).collect();
             error_on_finest(&values).map_or(0.0, |error| error / now[k].abs())
         };
-        let worst = (0..now.len()).map(error).fold(0.0, f64::max);
-        worst > self.relative_tolerance && worst <= WITHIN_REACH * self.relative_tolerance
+        let error = (self.together)(&(0..now.len()).map(error).collect::<Vec<_>>());
+        error > self.relative_tolerance && error <= WITHIN_REACH * self.relative_tolerance
     }
 }
 

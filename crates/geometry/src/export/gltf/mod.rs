@@ -71,7 +71,7 @@ impl From<&Body> for BodyRole {
             (Role::Dielectric { .. }, Purpose::Cover) => Self::Cover,
             (
                 Role::Dielectric { .. },
-                Purpose::Electrode | Purpose::OnTop | Purpose::OnIndenter | Purpose::Fixed,
+                Purpose::Electrode | Purpose::InLayer | Purpose::OnTop | Purpose::OnIndenter | Purpose::Fixed,
             ) => Self::Dielectric,
         }
     }

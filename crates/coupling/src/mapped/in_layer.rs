@@ -1,0 +1,49 @@
+//! The bodies in a layer that a map of its material takes along.
+
+use elastocap_case::Case;
+use elastocap_geometry::scene::{Box3, Purpose};
+
+use crate::scene::in_layer::lowered;
+
+/// What the map must know of them. Lengths in m, before loading.
+#[derive(Debug, Clone, Default)]
+pub(super) struct InLayer {
+    /// The height of the highest of them below the surface.
+    pub(super) highest: f64,
+    /// The faces, on each axis, of those that the layer's finite elements have as bodies of their own: there the material's strain jumps.
+    pub(super) planes: [Vec<f64>; 3],
+    /// Where all of them are; `None` where nothing is.
+    hull: Option<Box3>,
+}
+
+impl InLayer {
+    /// Those of a case, with heights times `scale`, and with a pair of electrodes at these places; nothing without a body that moves with
+    /// the layer.
+    pub(super) fn of(case: &Case, scale: f64, pair: &[Box3]) -> Self {
+        let own = case.bodies.iter().filter(|body| body.purpose == Purpose::InLayer);
+        let regions: Vec<Box3> = own
+            .flat_map(|body| body.boxes().unwrap_or_default())
+            .map(|region| lowered(&region, scale))
+            .collect();
+        let Some(thickness) =
+            case.layer.as_ref().map(|layer| layer.thickness).filter(|_| !regions.is_empty())
+        else {
+            return Self::default();
+        };
+        let all = || regions.iter().chain(pair);
+        let surface = (1.0 - 1e-9) * scale * thickness;
+        let tops = all().map(|region| region.max[1]).filter(|top| *top < surface);
+        let planes = [0, 1, 2].map(|a| pair.iter().flat_map(|r| [r.min[a], r.max[a]]).collect());
+        let hull = all().filter(|region| (0..3).all(|a| region.extent(a).is_finite())).copied();
+        Self { highest: tops.fold(0.0, f64::max), planes, hull: hull.reduce(|a, b| a.union(&b)) }
+    }
+
+    pub(super) fn is_empty(&self) -> bool {
+        self.hull.is_none()
+    }
+
+    /// How far they reach from the middle along an axis, towards its lower end (0) or its upper one (1), m.
+    pub(super) fn reach(&self, axis: usize, side: usize) -> f64 {
+        self.hull.map_or(0.0, |hull| if side == 0 { -hull.min[axis] } else { hull.max[axis] })
+    }
+}

@@ -1,0 +1,58 @@
+//! Bodies that move with the material of a layer.
+
+use elastocap_case::Case;
+use elastocap_geometry::scene::{Body, Box3, Purpose};
+use elastocap_geometry::shapes::Shape;
+use elastocap_mechanics::{ElectrodeStiffness, LayerState, MechanicsError};
+
+use super::SceneError;
+use crate::deform::{Deformation, FiniteElementStep};
+
+/// The bodies with those in the layer where its material goes. By the closed form, points at a height come down to `g(S)`, and their distance
+/// from the middle along x1 grows by the stretch there, which for a box is taken at its mid-plane. Finite elements bend the boxes instead, by
+/// a map, and here they are only as much lower as [`scale_of_heights`] says.
+///
+/// # Errors
+/// A body that is no box, or whose height is not one of the layer.
+pub(super) fn with_material(case: &Case, state: Option<&Deformation<'_>>) -> Result<Vec<Body>, SceneError> {
+    let moved = |region: &Box3| match state {
+        None => Ok(*region),
+        Some(Deformation::ClosedForm(state)) => moved_box(region, state),
+        Some(Deformation::FiniteElement(step)) => Ok(lowered(region, scale_of_heights(case, step))),
+    };
+    let with_material = |mut body: Body| {
+        if body.purpose == Purpose::InLayer && state.is_some() {
+            let regions = body.boxes().ok_or_else(|| SceneError::NoBoxInLayer { body: body.name.clone() })?;
+            let parts: Result<Vec<Shape>, MechanicsError> =
+                regions.iter().map(|region| Ok(Shape::Box(moved(region)?))).collect();
+            body.parts = parts?;
+        }
+        Ok(body)
+    };
+    case.bodies.iter().cloned().map(with_material).collect()
+}
+
+/// Heights of the boxes of a layer over those of its material before loading: where its surface stays flat, they are as high as that is under
+/// load, so that the layer goes on beyond the map as it is within. Elsewhere it ends at its height before loading.
+pub(crate) fn scale_of_heights(case: &Case, step: &FiniteElementStep) -> f64 {
+    let layer = case.layer.as_ref().filter(|_| case.mechanics.is_some_and(|own| own.covers_all()));
+    layer.map_or(1.0, |layer| step.deformed_thickness / layer.thickness)
+}
+
+/// A box with heights times `scale`.
+pub(crate) fn lowered(region: &Box3, scale: f64) -> Box3 {
+    let mut out = *region;
+    (out.min[1], out.max[1]) = (scale * out.min[1], scale * out.max[1]);
+    out
+}
+
+fn moved_box(region: &Box3, state: &LayerState) -> Result<Box3, MechanicsError> {
+    // Of the pose only what the layer does itself is used, whatever the stiffness.
+    let at = |height: f64| state.electrode_pose(height, ElectrodeStiffness::Rigid);
+    let [low, high] = [region.min[1], region.max[1]];
+    let stretch = at(0.5 * (low + high))?.layer_stretch;
+    Ok(Box3 {
+        min: [stretch * region.min[0], at(low)?.height, region.min[2]],
+        max: [stretch * region.max[0], at(high)?.height, region.max[2]],
+    })
+}

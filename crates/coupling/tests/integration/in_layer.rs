@@ -1,0 +1,212 @@
+//! Bodies that move with the material of the layer, against the pair, which has solvers of its own.
+
+use std::path::Path;
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
+
+use elastocap_coupling::outcome::{Outcome, Row};
+use elastocap_coupling::plan::{Options, Plan};
+use elastocap_coupling::route::Route;
+use elastocap_coupling::run::run;
+
+const NUMBERS_ONLY: Options = Options { prune: true, fields: false, scene: false };
+
+fn solve(text: &str) -> Outcome {
+    let case =
+        elastocap_case::parse(text, Path::new("in-layer.toml")).unwrap_or_else(|e| panic!("{e}\n{text}"));
+    let plan = Plan::new(&case, &NUMBERS_ONLY);
+    let outcome = run(&case, &plan, &NUMBERS_ONLY, &Arc::new(AtomicBool::new(false)), &());
+    let reasons: Vec<_> = outcome.steps.iter().filter_map(|step| step.reason.as_ref()).collect();
+    assert!(outcome.is_complete(), "{reasons:?}");
+    outcome
+}
+
+/// The last step, which is loaded, and how it was solved.
+fn loaded(outcome: &Outcome) -> (&Row, Option<Route>) {
+    let step = outcome.steps.last().unwrap();
+    (&step.row, step.route)
+}
+
+/// Bounds widened by what layer and map are known to.
+fn limits(row: &Row) -> [f64; 2] {
+    let besides = row.geometry_error_estimate.unwrap_or(0.0) + row.mechanics_error_estimate.unwrap_or(0.0);
+    [row.capacitance_lower_f.unwrap() * (1.0 - besides), row.capacitance_upper_f.unwrap() * (1.0 + besides)]
+}
+
+fn agree(one: &Row, other: &Row) -> bool {
+    let ([a, b], [c, d]) = (limits(one), limits(other));
+    a <= d && c <= b
+}
+
+/// A layer with these electrodes, mechanics and load.
+fn layer(electrodes: &str, mechanics: &str, tolerance: f64) -> String {
+    format!(
+        r#"format = 1
+[layer]
+thickness = "400 um"
+half_length = "2 mm"
+relative_permittivity = 2.8
+[layer.material.neo_hookean]
+shear_modulus = "100 kPa"
+{electrodes}
+{mechanics}
+[surroundings]
+boundary = "open"
+below = {{ relative_permittivity = 4.4, thickness = "500 um" }}
+above = {{ relative_permittivity = 1.0, thickness = "open" }}
+[electrostatics]
+relative_tolerance = {tolerance}
+"#
+    )
+}
+
+/// A pair as soft as the layer.
+const PAIR: &str = r#"[electrodes.in_plane_pair]
+gap = "60 um"
+length = "200 um"
+thickness = "40 um"
+width = "300 um"
+height = "150 um"
+shear_modulus = "100 kPa"
+"#;
+
+/// The same as two bodies that move with the layer.
+const BODIES: &str = r#"[[conductor]]
+name = "left"
+attached = "layer"
+box = { min = ["-230 um", "130 um", "-150 um"], max = ["-30 um", "170 um", "150 um"] }
+[[conductor]]
+name = "right"
+attached = "layer"
+box = { min = ["30 um", "130 um", "-150 um"], max = ["230 um", "170 um", "150 um"] }
+"#;
+
+const PUNCH: &str = r#"[mechanics.plane_strain]
+end = "free"
+width = "1 mm"
+relative_tolerance = 2e-2
+indenter = { flat_punch = { half_width = "300 um", corner_radius = "60 um" } }
+[load]
+compression = [0.0, 0.2]
+"#;
+
+const BALL: &str = r#"[mechanics.solid]
+end = "free-on-substrate"
+width = "2 mm"
+relative_tolerance = 5e-2
+indenter = { sphere = { radius = "800 um" } }
+[load]
+compression = [0.0, 0.1]
+"#;
+
+const WHOLE_TOP: &str = r#"[mechanics.plane_strain]
+end = "free"
+width = "1 mm"
+relative_tolerance = 1e-1
+indenter = "whole-top"
+[load]
+compression = [0.0, 0.15]
+"#;
+
+const CLOSED_FORM: &str = r#"[mechanics.closed_form]
+contact_half_length = "2 mm"
+contact_width = "1 mm"
+shear_length = "1 mm"
+[load]
+compression = [0.0, 0.03]
+"#;
+
+#[test]
+fn two_bodies_in_a_layer_under_a_punch_have_the_capacitance_of_their_outlines() {
+    let own = solve(&layer(BODIES, PUNCH, 3e-3));
+    let pair = solve(&layer(PAIR, PUNCH, 3e-3));
+    let ((own, by_map), (pair, by_outlines)) = (loaded(&own), loaded(&pair));
+    assert_eq!((by_map, by_outlines), (Some(Route::MappedBoxes), Some(Route::Outlines)));
+    assert!(agree(own, pair), "{:?} {:?}", limits(own), limits(pair));
+    let [lower, upper] = limits(own);
+    assert!(upper / lower < 1.02, "{own:?}");
+}
+
+#[test]
+fn two_bodies_in_a_layer_under_its_whole_top_have_the_capacitance_of_their_outlines() {
+    let own = solve(&layer(BODIES, WHOLE_TOP, 3e-3));
+    let pair = solve(&layer(PAIR, WHOLE_TOP, 3e-3));
+    let ((own, by_map), (pair, _)) = (loaded(&own), loaded(&pair));
+    assert_eq!(by_map, Some(Route::MappedBoxes));
+    assert!(agree(own, pair), "{:?} {:?}", limits(own), limits(pair));
+}
+
+#[test]
+fn two_bodies_in_a_layer_under_a_ball_have_the_capacitance_of_the_pair() {
+    let own = solve(&layer(BODIES, BALL, 1e-2));
+    let pair = solve(&layer(PAIR, BALL, 1e-2));
+    let ((own, _), (pair, _)) = (loaded(&own), loaded(&pair));
+    assert!(agree(own, pair), "{:?} {:?}", limits(own), limits(pair));
+}
+
+#[test]
+fn a_pair_beside_a_body_that_is_not_seen_is_the_pair_alone() {
+    let body = "[[dielectric]]\nname = \"patch\"\nattached = \"layer\"\nrelative_permittivity = 2.8\n\
+                box = { min = [\"-100 um\", \"200 um\", \"-100 um\"], max = [\"100 um\", \"260 um\", \"100 um\"] }\n";
+    let stiff = PAIR.replace("100 kPa", "2 MPa");
+    let with_body = solve(&layer(&format!("{stiff}{body}"), PUNCH, 5e-3));
+    let alone = solve(&layer(&stiff, PUNCH, 5e-3));
+    let ((one, by_map), (other, by_outlines)) = (loaded(&with_body), loaded(&alone));
+    assert_eq!((by_map, by_outlines), (Some(Route::MappedBoxes), Some(Route::Outlines)));
+    assert!(agree(one, other), "{:?} {:?}", limits(one), limits(other));
+}
+
+#[test]
+fn by_the_closed_form_bodies_go_where_a_pair_as_soft_as_the_layer_goes() {
+    let own = solve(&layer(BODIES, CLOSED_FORM, 1e-3));
+    let pair = solve(&layer(PAIR, CLOSED_FORM, 1e-3));
+    for (own, pair) in own.steps.iter().zip(&pair.steps) {
+        assert_eq!(own.route, Some(Route::Boxes));
+        // The pair thins as its middle does, the body by the material at its faces; its mid-plane is that of the box.
+        let ([a, b], [c, d]) = (limits(&own.row), limits(&pair.row));
+        assert!(a <= 1.002 * d && c <= 1.002 * b, "{:?} {:?}", [a, b], [c, d]);
+    }
+}
+
+#[test]
+fn a_punch_beside_the_middle_does_to_bodies_what_its_mirror_image_does_to_theirs() {
+    let beside = |position: &str, sign: f64| {
+        let punch = PUNCH.replace("corner_radius", &format!("position = \"{position}\", corner_radius"));
+        let body = |name: &str, from: f64, to: f64| {
+            let ends = if sign > 0.0 { [from, to] } else { [-to, -from] };
+            format!(
+                "[[conductor]]\nname = \"{name}\"\nattached = \"layer\"\nbox = {{ min = [\"{} um\", \"130 um\", \"-150 um\"], \
+                 max = [\"{} um\", \"170 um\", \"150 um\"] }}\n",
+                ends[0], ends[1]
+            )
+        };
+        solve(&layer(&format!("{}{}", body("a", -230.0, -30.0), body("b", 50.0, 150.0)), &punch, 1e-2))
+    };
+    let (right, left) = (beside("150 um", 1.0), beside("-150 um", -1.0));
+    let ((one, _), (other, _)) = (loaded(&right), loaded(&left));
+    let [one, other] = [one, other].map(|row| row.capacitance_f.unwrap());
+    assert!((one / other - 1.0).abs() < 2e-3, "{one} {other}");
+}
+
+#[test]
+fn a_ball_in_contact_and_in_the_field_shields_bodies_in_the_layer() {
+    let bodies = format!("{BODIES}[measure]\ncapacitance = [\"left\", \"right\"]\n");
+    let ball = BALL.replace("[load]", "[indenter]\nrole = \"grounded\"\n[load]");
+    let with_ball = solve(&layer(&bodies, &ball, 3e-2));
+    let without = solve(&layer(&bodies, BALL, 3e-2));
+    let ((with_ball, _), (without, _)) = (loaded(&with_ball), loaded(&without));
+    assert!(with_ball.capacitance_upper_f < without.capacitance_lower_f, "{with_ball:?} {without:?}");
+}
+
+#[test]
+fn a_disc_that_moves_with_the_layer_is_refused_by_its_name() {
+    let disc = "[[conductor]]\nname = \"pad\"\nattached = \"layer\"\n\
+                cylinder = { axis = \"x2\", base = [\"0 um\", \"100 um\", \"0 um\"], radius = \"200 um\", height = \"20 um\" }\n";
+    let text =
+        layer(&format!("{BODIES}{disc}").replace("130 um", "180 um").replace("170 um", "220 um"), BALL, 1e-1);
+    let case = elastocap_case::parse(&text, Path::new("in-layer.toml")).unwrap_or_else(|e| panic!("{e}"));
+    let plan = Plan::new(&case, &NUMBERS_ONLY);
+    let outcome = run(&case, &plan, &NUMBERS_ONLY, &Arc::new(AtomicBool::new(false)), &());
+    let reason = outcome.steps.last().unwrap().reason.clone().unwrap();
+    assert!(reason.contains("`pad` moves with the material of the layer"), "{reason}");
+}
