@@ -38,7 +38,10 @@ pub(super) fn check(raw: &Document, poses: &[Pose], log: &mut Log<'_>) {
                     format!("\"{}\" cannot lie on top of a layer that an indenter bends", shown(name)),
                 )
                 .label("the top does not stay flat")
-                .help("write `attached = \"indenter\"` for what moves with the indenter, or press the whole top"),
+                .help(
+                    "write `attached = \"layer\"` for a sheet on the top, `attached = \"indenter\"` for what moves with the indenter, or press \
+                     the whole top",
+                ),
             );
         }
     }

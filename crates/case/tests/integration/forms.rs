@@ -121,17 +121,82 @@ fn forms_that_cannot_be_are_refused_where_they_stand() {
         (ARRAY.replace("[2, 3]", "[30, 30]"), "more pads in one form than elastocap takes"),
         (ARRAY.replace("pitch = [\"1.5 mm\"", "pitch = [\"0.9 mm\""), "touch or overlap"),
         (format!("{COMB}{ARRAY}"), "touch or overlap"),
-        (COMB.replace("on = \"substrate\"", "height = \"200 um\""), "reaches into the layer"),
+        (COMB.replace("on = \"substrate\"", "height = \"0 um\""), "reaches into the layer"),
     ];
     for (forms, message) in cases {
         let error = read(&board(&forms, PRESSED)).unwrap_err();
         assert!(error.contains(message), "{message}: {error}");
         assert!(error.contains("forms.toml:"), "{error}");
     }
-    assert!(
-        read(&board(&COMB.replace("on = \"substrate\"", "height = \"200 um\""), "")).is_ok(),
-        "without load"
+}
+
+/// A conductor and a dielectric between these heights, with one more key.
+fn patches(key: &str, low: &str, high: &str) -> String {
+    let at = format!(
+        "box = {{ min = [\"2 mm\", \"{low}\", \"-1 mm\"], max = [\"3 mm\", \"{high}\", \"1 mm\"] }}\n"
     );
+    format!(
+        "[[conductor]]\nname = \"patch\"\n{key}{at}[[dielectric]]\nname = \"filler\"\nrelative_permittivity = 5.0\n{key}{}",
+        at.replace("2 mm", "4 mm").replace("3 mm", "5 mm")
+    )
+}
+
+#[test]
+fn what_is_in_a_loaded_layer_moves_with_its_material() {
+    let comb = COMB.replace("on = \"substrate\"", "height = \"200 um\"");
+    let case =
+        read(&board(&format!("{comb}{}", patches("attached = \"layer\"\n", "100 um", "400 um")), PRESSED));
+    let purposes: Vec<Purpose> = case.unwrap().bodies.iter().map(|body| body.purpose).collect();
+    assert_eq!(purposes, [Purpose::InLayer; 4]);
+    // A dielectric is attached as a conductor is.
+    let case = read(&board(
+        &format!("{COMB}{}", patches("attached = \"layer-top\"\n", "400 um", "450 um")),
+        PRESSED,
+    ));
+    let purposes: Vec<Purpose> = case.unwrap().bodies.iter().map(|body| body.purpose).collect();
+    assert_eq!(purposes[2..], [Purpose::OnTop; 2]);
+    let steps = "[load]\nsteps = [{ compression = 0.1, shift = [\"10 um\", \"0 um\"] }]\n";
+    for (forms, load, message) in [
+        (patches("", "100 um", "200 um"), PRESSED, "add `attached = \"layer\"`"),
+        (
+            patches("attached = \"layer\"\n", "100 um", "410 um"),
+            PRESSED,
+            "moves with the layer, and reaches out of it",
+        ),
+        (
+            patches("attached = \"layer\"\n", "-10 um", "200 um"),
+            PRESSED,
+            "moves with the layer, and reaches out of it",
+        ),
+        (
+            patches("attached = \"layer\"\n", "100 um", "200 um"),
+            steps,
+            "are not known of bodies that move with the material",
+        ),
+    ] {
+        let error = read(&board(&format!("{COMB}{forms}"), load)).unwrap_err();
+        assert!(error.contains(message), "{message}: {error}");
+    }
+}
+
+#[test]
+fn what_moves_with_a_layer_of_a_length_ends_before_it() {
+    let solid = "[mechanics.solid]\nwidth = \"2 mm\"\nend = \"free\"\nindenter = { sphere = { radius = \"2 mm\" } }\n\
+                 [load]\ncompression = [0.1]\n";
+    let forms = format!("{COMB}{}", patches("attached = \"layer\"\n", "100 um", "200 um"));
+    let with = |half_length: &str| {
+        let text = board(&forms, solid);
+        let (start, end) =
+            (text.find("[mechanics.closed_form]").unwrap(), text.find("[mechanics.solid]").unwrap());
+        let text = format!("{}{}", &text[..start], &text[end..]);
+        read(&text.replacen("[layer]\n", &format!("[layer]\nhalf_length = \"{half_length}\"\n"), 1))
+    };
+    let error = with("4 mm").unwrap_err();
+    assert!(
+        error.contains("the dielectric \"filler\" moves with the layer, and reaches beyond its end"),
+        "{error}"
+    );
+    with("6 mm").unwrap();
 }
 
 const PLATE: &str = "[[conductor]]\nname = \"plate\"\nattached = \"layer-top\"\n\

@@ -47,6 +47,7 @@ impl Plan {
             self.solved.push(Planned { part: "bodies", what });
         }
         self.terminals(case);
+        self.in_the_layer(case);
         let by_boxes = self.count(is_by_boxes);
         if by_boxes > 0 {
             self.by_boxes(case, options, &settings, by_boxes);
@@ -65,6 +66,21 @@ impl Plan {
             self.floating_conductors(case);
             self.warn_of_what_stays_behind(case);
         }
+    }
+
+    /// What moves with the material of the layer, and that it does not stiffen it.
+    fn in_the_layer(&mut self, case: &Case) {
+        let own = case.bodies.iter().filter(|body| body.purpose == Purpose::InLayer);
+        let names: Vec<String> = own.map(|body| format!("`{}`", body.name)).collect();
+        if names.is_empty() || case.load.is_none() {
+            return;
+        }
+        let (moves, it, is) = if names.len() == 1 { ("moves", "it", "is") } else { ("move", "they", "are") };
+        let what = format!(
+            "{} {moves} with the layer's material, which deforms as if {it} were not there: {it} {is} taken to be as soft as the layer",
+            shortened(&names)
+        );
+        self.solved.push(Planned { part: "bodies", what });
     }
 
     /// Warns of conductors above a layer that sinks away from under them: most such files meant them to ride on it.

@@ -20,8 +20,9 @@ pub(super) fn with_material(case: &Case, state: Option<&Deformation<'_>>) -> Res
         Some(Deformation::ClosedForm(state)) => moved_box(region, state),
         Some(Deformation::FiniteElement(step)) => Ok(lowered(region, scale_of_heights(case, step))),
     };
+    let is_moved = state.is_some_and(|state| state.top_displacement() != 0.0);
     let with_material = |mut body: Body| {
-        if body.purpose == Purpose::InLayer && state.is_some() {
+        if body.purpose == Purpose::InLayer && is_moved {
             let regions = body.boxes().ok_or_else(|| SceneError::NoBoxInLayer { body: body.name.clone() })?;
             let parts: Result<Vec<Shape>, MechanicsError> =
                 regions.iter().map(|region| Ok(Shape::Box(moved(region)?))).collect();

@@ -196,9 +196,13 @@ impl Solver<'_> {
             result.row.mechanics_error_estimate = Some(error);
             let asked = self.settings.relative_tolerance;
             if error > asked {
+                let what = match deformed.pair {
+                    Some(_) => "the gap or the parallel-plate capacitance",
+                    None => "the distances between and across the bodies in it",
+                };
                 let reason = format!(
-                    "the differences between the meshes of the layer leave a relative error of about {error:.1e} (an estimate) of the \
-                     gap or the parallel-plate capacitance, where {asked:.0e} was asked for"
+                    "the differences between the meshes of the layer leave a relative error of about {error:.1e} (an estimate) of \
+                     {what}, where {asked:.0e} was asked for"
                 );
                 shortfalls.add(Missed::Mechanics, reason);
             }

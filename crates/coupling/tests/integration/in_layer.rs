@@ -105,7 +105,7 @@ width = "1 mm"
 relative_tolerance = 1e-1
 indenter = "whole-top"
 [load]
-compression = [0.0, 0.15]
+compression = [0.0, 0.05]
 "#;
 
 const CLOSED_FORM: &str = r#"[mechanics.closed_form]
