@@ -18,7 +18,7 @@ fn known(value: Option<f64>) -> f64 {
     value.unwrap_or(f64::NAN)
 }
 
-/// The figure of a curve; `None` for a scene without load.
+/// The figure of a curve; `None` for a scene without load, and where the indenter touches the layer at no step.
 pub fn figure(title: &str, outcome: &Outcome) -> Option<Panels> {
     figure_with_points(title, outcome, None)
 }
@@ -46,8 +46,9 @@ pub fn figure_with_points(
             }
             let (x, loads) = load(outcome);
             let places = loads.into_iter().enumerate();
-            let touched = places.filter(|(k, _)| !outcome.steps[*k].row.is_before_contact());
-            Some(panels(title, outcome, &x, &touched.collect::<Vec<_>>()))
+            let touched: Vec<Place> =
+                places.filter(|(k, _)| !outcome.steps[*k].row.is_before_contact()).collect();
+            (!touched.is_empty()).then(|| panels(title, outcome, &x, &touched))
         }
     }
 }
@@ -228,6 +229,16 @@ mod tests {
         outcome.steps.truncate(1);
         let panels = figure("a pair", &outcome).unwrap();
         assert!(panels.second.is_none() && panels.main.y.unit == "F");
+    }
+
+    #[test]
+    fn without_contact_there_is_a_curve_against_the_distance_alone() {
+        let mut outcome = pressed();
+        for (k, step) in outcome.steps.iter_mut().enumerate() {
+            step.row.distance_m = Some(1e-3 / (k + 1) as f64);
+        }
+        assert!(figure("a pair", &outcome).is_none());
+        assert_eq!(approach("a pair", &outcome).unwrap().main.series[0].points.len(), outcome.steps.len());
     }
 
     #[test]

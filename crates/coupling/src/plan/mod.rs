@@ -164,6 +164,9 @@ impl Plan {
 
     fn files(&mut self, case: &Case, options: &Options) {
         let table = match self.kind {
+            Kind::Curve if case.approaches() && case.poses.iter().all(|pose| pose.distance > 0.0) => {
+                "curve.csv, approach.svg, capacitance.csv"
+            }
             Kind::Curve if case.approaches() => "curve.csv, curve.svg, approach.svg, capacitance.csv",
             Kind::Curve => "curve.csv, curve.svg, capacitance.csv",
             Kind::Capacitance => "capacitance.csv",
