@@ -42,8 +42,8 @@ impl InLayer {
         self.hull.is_none()
     }
 
-    /// How far they reach from the middle along an axis, towards its lower end (0) or its upper one (1), m.
+    /// How far they reach from the middle along an axis, towards its lower end (0) or its upper one (1), m; minus infinity without any.
     pub(super) fn reach(&self, axis: usize, side: usize) -> f64 {
-        self.hull.map_or(0.0, |hull| if side == 0 { -hull.min[axis] } else { hull.max[axis] })
+        self.hull.map_or(f64::NEG_INFINITY, |hull| if side == 0 { -hull.min[axis] } else { hull.max[axis] })
     }
 }

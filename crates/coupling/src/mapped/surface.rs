@@ -1,9 +1,11 @@
-//! A layer in which only the material moves: the points of its surface go where the finite elements put them, as far as these bend it.
+//! A layer whose material moves, and what is in it: the points of its surface go where the finite elements put them, as far as these bend it.
 //!
-//! What the map does below the surface is free. Near the surface it takes the displacement of the material, and below that less and less of
-//! it: times 2 t - t^2, with t the height over that of where it begins, counted from above the electrodes on the substrate. So it leaves
-//! their neighbourhood as it is, where the field is singular, and bends the field where it is smooth. Where such a map would fold, the
-//! material below the surface goes where the finite elements put it.
+//! With bodies in the layer, all of the material goes there, as far as they reach. Without, what the map does below the surface is free. Near
+//! the surface it then takes the displacement of the material, and below that less and less of it: times 2 t - t^2, with t the height over that
+//! of where it begins, counted from above the electrodes on the substrate. So it leaves their neighbourhood as it is, where the field is singular,
+//! and bends the field where it is smooth. Where such a map would fold, the material below the surface goes where the finite elements put it.
+//!
+//! Under a plate over the whole top the boxes of the layer are as high as the layer under load, and it goes on so beyond the map.
 //!
 //! Beside that the displacement falls to zero in open space. Towards walls points keep their place along x1 and x3 instead, at the height
 //! of the layer there. Above the layer the displacement of the surface falls to zero.
@@ -21,8 +23,8 @@ pub(super) const DECAY: f64 = 1.5;
 /// How far it reaches at least, over the displacement along x1 or x3 that it has there.
 const DECAY_OF_SLIDING: f64 = 2.5;
 
-/// Degree of the map's polynomials along the surface, there with bodies in the layer, and over the height of the layer: near the substrate, of a blend two
-/// more there, and near the surface.
+/// Degree of the map's polynomials along the surface, there with bodies in the layer, and over the height of the layer: near the
+/// substrate, of a blend and with bodies two more there, and near the surface.
 const ALONG: usize = 10;
 const WITH_BODIES: usize = 6;
 const OVER_LAYER: [usize; 2] = [4, 6];
