@@ -474,11 +474,16 @@ impl Parts<'_> {
         let is_other = |body: &&Body| {
             matches!(body.purpose, Purpose::Fixed | Purpose::OnTop | Purpose::OnIndenter | Purpose::InLayer)
         };
-        // What is in the layer moves with it, on one wire with other bodies or not.
+        // What moves with the layer is bent along as it should be; other bodies on one wire with it are not.
         let surface = self.layer.surface();
-        let is_in_layer = |region: &Box3| region.min[1] >= -self.tiny && region.max[1] <= surface + self.tiny;
+        let is_in_layer = |body: &Body, region: &Box3| {
+            body.purpose == Purpose::InLayer
+                && region.min[1] >= -self.tiny
+                && region.max[1] <= surface + self.tiny
+        };
         let is_in_the_way = |body: &&Body| {
-            let parts = body.parts.iter().filter_map(Shape::bounds).filter(|region| !is_in_layer(region));
+            let parts = body.parts.iter().filter_map(Shape::bounds);
+            let parts = parts.filter(|region| !is_in_layer(body, region));
             let inside = |region: Box3| {
                 (0..3)
                     .all(|a| region.max[a] > zone[a][0] + self.tiny && region.min[a] < zone[a][1] - self.tiny)

@@ -7,7 +7,7 @@ use elastocap_electrostatics::{
     ExtrudedSolution, MeshSolution, Settings, Solution, SolveError, solve, solve_extruded,
 };
 use elastocap_geometry::export::surfaces::SurfaceBody;
-use elastocap_geometry::scene::Scene;
+use elastocap_geometry::scene::{Purpose, Scene};
 
 use super::Solver;
 use crate::box_fields::{between, enclosing, mapped};
@@ -140,7 +140,9 @@ impl Solver<'_> {
         let enclosed = || Ok(Fields::Enclosed(Box::new(between(deformed, enclosing(deformed)?, &settings)?)));
         // Boxes inside and around a pair know nothing of what else is bent.
         let is_pressed_in_field = indenter_in_field(self.case).is_some();
-        let is_pair_alone = deformed.bent.is_some() && deformed.scene.conductors().count() <= 2;
+        let is_in_layer = self.case.bodies.iter().any(|body| body.purpose == Purpose::InLayer);
+        let is_pair_alone =
+            deformed.bent.is_some() && deformed.scene.conductors().count() <= 2 && !is_in_layer;
         let may_be_enclosed = is_pair_alone && !is_pressed_in_field;
         let (Some(Deformation::FiniteElement(layer)), Some(displacement)) =
             (state, self.layer.displacement(step.index))

@@ -2,6 +2,7 @@
 
 use crate::boxes::domain::{Axis, Domain};
 use crate::boxes::layout::Layout;
+use crate::boxes::mapped::map::SceneMap;
 use crate::solution::{CellBody, Field};
 use elastocap_fem::line::{Element, Numbering, hierarchical};
 use elastocap_fem::tensor::{Dense, Left, Right, Target, multiply};
@@ -10,10 +11,14 @@ use faer::Mat;
 
 /// Number of cells that elements are divided up to.
 const MAX_CELLS: usize = 12_000;
+/// The same where a map bends large cells inside out.
+const MOST_CELLS: usize = 100_000;
 /// How many cells an element has along an axis, over its degree there: the first that does not lead to too many is taken.
 const DIVISIONS: [f64; 14] = [2.5, 2.0, 1.75, 1.5, 1.25, 1.1, 1.0, 0.9, 0.8, 0.7, 0.6, 0.5, 0.4, 0.25];
 /// Elements shorter than this share of what is shown are one cell: nobody sees more of them.
 const TINY: f64 = 4e-3;
+/// Of an element, in its own coordinate, less than this is not shown.
+const SLIVER: f64 = 1e-6;
 
 /// One part's share of the state: its grid, the coefficients, and whether it is odd across each axis.
 pub(crate) struct Share<'a> {
@@ -144,7 +149,7 @@ fn pieces(
     layout: &Layout,
     mirrored: [bool; 3],
 ) -> [Vec<(usize, f64, f64)>; 3] {
-    let plan = |division: f64| {
+    let plan = |division: f64| -> [Vec<(usize, f64, f64)>; 3] {
         [0, 1, 2].map(|a| {
             let ends = [shown.min[a], shown.max[a]].map(|x| (x - layout.origin[a]) / layout.unit);
             cuts(&domain.axes[a], layout.reach, ends, division)
@@ -153,8 +158,58 @@ fn pieces(
     let cells = |pieces: &[Vec<(usize, f64, f64)>; 3]| -> usize {
         (0..3).map(|a| pieces[a].len() << usize::from(mirrored[a])).product()
     };
-    let mut all = DIVISIONS.into_iter().map(plan);
-    all.find(|pieces| cells(pieces) <= MAX_CELLS).unwrap_or_else(|| plan(0.0))
+    let all = || DIVISIONS.into_iter().map(plan);
+    let chosen = all().find(|pieces| cells(pieces) <= MAX_CELLS).unwrap_or_else(|| plan(0.0));
+    let Some(placed) = &layout.map else { return chosen };
+    let stands = |pieces: &[Vec<(usize, f64, f64)>; 3]| {
+        let reflection = Reflection::new(mirrored, [0, 1, 2].map(|a| pieces[a].len()));
+        let nodes =
+            [0, 1, 2].map(|a| reflection.coordinates(a, &places(&domain.axes[a], &pieces[a]), layout));
+        has_volume_everywhere(&placed.map, &nodes)
+    };
+    if stands(&chosen) {
+        return chosen;
+    }
+    // Straight sides of large cells do not follow a map that bends much: the next finer ones may.
+    let finer: Vec<_> = all().filter(|own| cells(own) > cells(&chosen)).collect();
+    let enough = finer.into_iter().rev().filter(|own| cells(own) <= MOST_CELLS).find(|own| stands(own));
+    enough.unwrap_or(chosen)
+}
+
+/// The nodes of the cells of one axis, scaled.
+fn places(axis: &Axis, pieces: &[(usize, f64, f64)]) -> Vec<f64> {
+    let place = |e: usize, s: f64| match axis.line.element(e) {
+        Element::Finite { start, length } => Some(start + 0.5 * (s + 1.0) * length),
+        _ => None,
+    };
+    let first = pieces.first().and_then(|&(e, s, _)| place(e, s));
+    first.into_iter().chain(pieces.iter().filter_map(|&(e, _, s)| place(e, s))).collect()
+}
+
+/// Whether no cell between these nodes is flat or inside out under a map, by the middles of its faces.
+fn has_volume_everywhere(map: &SceneMap, nodes: &[Vec<f64>; 3]) -> bool {
+    let points = map.images(nodes);
+    let [_, ny, nz] = nodes.each_ref().map(Vec::len);
+    let cells = nodes.each_ref().map(|own| own.len().saturating_sub(1));
+    (0..cells.iter().product()).all(|index| {
+        let at = split(index, cells);
+        let corner = |n: usize| {
+            let [i, j, k] = [at[0] + (n >> 2), at[1] + (n >> 1 & 1), at[2] + (n & 1)];
+            points[(i * ny + j) * nz + k]
+        };
+        let across = [4, 2, 1].map(|bit| {
+            let mut sum = [0.0; 3];
+            for n in 0..8 {
+                let sign = if n & bit == 0 { -0.25 } else { 0.25 };
+                let own = corner(n);
+                (0..3).for_each(|r| sum[r] += sign * own[r]);
+            }
+            sum
+        });
+        let [a, b, c] = across;
+        let normal = [b[1] * c[2] - b[2] * c[1], b[2] * c[0] - b[0] * c[2], b[0] * c[1] - b[1] * c[0]];
+        (0..3).map(|r| a[r] * normal[r]).sum::<f64>() > 0.0
+    })
 }
 
 /// Adds the share's potential, V, to that of all nodes `[i][j][k]` of the whole scene.
@@ -218,7 +273,8 @@ fn cuts(axis: &Axis, reach: f64, ends: [f64; 2], division: f64) -> Vec<(usize, f
             continue;
         }
         let [from, to] = ends.map(|end| (2.0 * (end - start) / length - 1.0).clamp(-1.0, 1.0));
-        if to <= from {
+        // What is shown may end at a plane of the grid but for rounding, and a cell between the two would be flat.
+        if to - from <= SLIVER {
             continue;
         }
         let visible = length > TINY * (ends[1] - ends[0]);
