@@ -356,7 +356,12 @@ impl Writer {
             }
             None => {
                 let middle = place.height.as_ref()?.get()?.si;
-                let x2 = [middle - 0.5 * thick, middle + 0.5 * thick];
+                let mut x2 = [middle - 0.5 * thick, middle + 0.5 * thick];
+                // A face that is flush with one of the layer's but for rounding.
+                for face in [Some(0.0), self.thickness].into_iter().flatten() {
+                    let is_flush = |x: &f64| (x - face).abs() <= 1e-12 * (middle.abs() + thick);
+                    x2.iter_mut().filter(|x| is_flush(x)).for_each(|x| *x = face);
+                }
                 // In the layer there is nothing else that it could move with.
                 let is_inside = self.thickness.is_some_and(|top| 0.0 <= x2[0] && 0.0 < x2[1] && x2[1] <= top);
                 (x2, is_inside.then_some(raw::Attached::Layer))

@@ -39,6 +39,10 @@ pub fn scene_of(
     let beside = attached::moved(own, sinks, pose)?;
     let fixed = |conductors: bool| beside.iter().filter(move |body| body.is_conductor() == conductors);
     bodies.extend(fixed(true).cloned());
+    if matches!(state, Some(Deformation::ClosedForm(_))) {
+        in_layer::check_apart(&bodies, &case.terminals)?;
+    }
+    in_layer::check_off_indenter(case)?;
     let top = case.layer.as_ref().map(|layer| state.map_or(layer.thickness, Deformation::deformed_thickness));
     let indenter = top.and_then(|top| indenter::body(case, top + pose.distance));
     let is_conductor = indenter.as_ref().is_some_and(Body::is_conductor);

@@ -1,11 +1,12 @@
 //! Bodies that move with the material of a layer.
 
-use elastocap_case::Case;
-use elastocap_geometry::scene::{Body, Box3, Purpose};
+use elastocap_case::{Case, Terminal};
+use elastocap_geometry::scene::{Body, Box3, Purpose, Role};
 use elastocap_geometry::shapes::Shape;
 use elastocap_mechanics::{ElectrodeStiffness, LayerState, MechanicsError};
 
 use super::SceneError;
+use super::neutral::indenter_in_field;
 use crate::deform::{Deformation, FiniteElementStep};
 
 /// The bodies with those in the layer where its material goes. By the closed form, points at a height come down to `g(S)`, and their distance
@@ -15,10 +16,26 @@ use crate::deform::{Deformation, FiniteElementStep};
 /// # Errors
 /// A body that is no box, or whose height is not one of the layer.
 pub(super) fn with_material(case: &Case, state: Option<&Deformation<'_>>) -> Result<Vec<Body>, SceneError> {
+    let thickness = case.layer.as_ref().map_or(f64::INFINITY, |layer| layer.thickness);
+    let flush = |mut to: Box3, from: &Box3, state: &Deformation<'_>| {
+        // At the surface before loading, and there under load.
+        for (x, before) in [(&mut to.min[1], from.min[1]), (&mut to.max[1], from.max[1])] {
+            if before == thickness {
+                *x = state.deformed_thickness();
+            }
+        }
+        to
+    };
     let moved = |region: &Box3| match state {
         None => Ok(*region),
-        Some(Deformation::ClosedForm(state)) => moved_box(region, state),
-        Some(Deformation::FiniteElement(step)) => Ok(lowered(region, scale_of_heights(case, step))),
+        Some(own @ Deformation::ClosedForm(state)) => {
+            moved_box(region, state).map(|to| flush(to, region, own))
+        }
+        Some(own @ Deformation::FiniteElement(step)) => {
+            let scale = scale_of_heights(case, step);
+            let to = lowered(region, scale);
+            Ok(if scale == 1.0 { to } else { flush(to, region, own) })
+        }
     };
     let is_moved = state.is_some_and(|state| state.top_displacement() != 0.0);
     let with_material = |mut body: Body| {
@@ -56,4 +73,41 @@ fn moved_box(region: &Box3, state: &LayerState) -> Result<Box3, MechanicsError> 
         min: [stretch * region.min[0], at(low)?.height, region.min[2]],
         max: [stretch * region.max[0], at(high)?.height, region.max[2]],
     })
+}
+
+/// Conductors of different terminals of which one moves with the layer must not have come together: each box is stretched as its own middle
+/// is.
+///
+/// # Errors
+/// Two that meet.
+pub(super) fn check_apart(bodies: &[Body], terminals: &[Terminal]) -> Result<(), SceneError> {
+    let moving = bodies.iter().filter(|body| body.is_conductor() && body.purpose == Purpose::InLayer);
+    for body in moving {
+        let own = body.boxes().unwrap_or_default();
+        for other in bodies.iter().filter(|other| other.is_conductor() && other.name != body.name) {
+            let joined = terminals.iter().any(|all| all.holds(&body.name) && all.holds(&other.name));
+            let others = other.boxes().unwrap_or_default();
+            if !joined && own.iter().any(|region| others.iter().any(|next| region.touches(next))) {
+                let (first, second) = (body.name.clone(), other.name.clone());
+                return Err(SceneError::BodiesMeet { first, second });
+            }
+        }
+    }
+    Ok(())
+}
+
+/// A conductor in the surface would be shorted by an indenter of metal.
+///
+/// # Errors
+/// The first such conductor.
+pub(super) fn check_off_indenter(case: &Case) -> Result<(), SceneError> {
+    let is_metal = indenter_in_field(case).is_some_and(|own| !matches!(own.role, Role::Dielectric { .. }));
+    let Some(layer) = case.layer.as_ref().filter(|_| is_metal) else { return Ok(()) };
+    let own = case.bodies.iter().filter(|body| body.is_conductor() && body.purpose == Purpose::InLayer);
+    let in_surface =
+        |body: &&Body| body.boxes().unwrap_or_default().iter().any(|region| region.max[1] == layer.thickness);
+    match own.into_iter().find(in_surface) {
+        Some(body) => Err(SceneError::ShortedByIndenter { body: body.name.clone() }),
+        None => Ok(()),
+    }
 }

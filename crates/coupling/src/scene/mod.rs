@@ -167,6 +167,25 @@ pub enum SceneError {
         /// Its name.
         body: String,
     },
+    /// Two conductors in the layer meet under load.
+    #[error(
+        "`{first}` and `{second}` meet under this load; make the gap between them wider, or compress less"
+    )]
+    BodiesMeet {
+        /// One of them.
+        first: String,
+        /// The other.
+        second: String,
+    },
+    /// A conductor in the surface of the layer, under an indenter of metal that is part of the field.
+    #[error(
+        "`{body}` lies in the surface of the layer, where the indenter, which is a conductor, touches it; move it below the surface, or make \
+         the indenter a dielectric or absent"
+    )]
+    ShortedByIndenter {
+        /// Its name.
+        body: String,
+    },
     /// The indenter reaches a wall.
     #[error(
         "the indenter reaches the walls of the computed region; make `side_margin` or the medium above the layer larger"

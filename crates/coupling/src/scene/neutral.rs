@@ -4,7 +4,7 @@
 //! capacitance from one to the other is zero, which no two solves could show.
 
 use elastocap_case::{Case, Extent, Face, FieldIndenter};
-use elastocap_geometry::scene::{Body, Box3, Role};
+use elastocap_geometry::scene::{Body, Box3, Purpose, Role};
 
 /// The permittivity of a dielectric; `None` for a conductor.
 fn permittivity(body: &Body) -> Option<f64> {
@@ -32,10 +32,11 @@ pub(crate) fn indenter_in_field(case: &Case) -> Option<FieldIndenter> {
     (!is_neutral).then_some(own)
 }
 
-/// The places of bodies that are neutral among the `dielectrics` of a scene, slabs included. Groups of a volume mesh are none: the mesh is
+/// The places of bodies that are neutral among the `dielectrics` of a scene, slabs included. What moves with the layer lies in it, wherever its
+/// boxes are before a map takes them there. Groups of a volume mesh are none: the mesh is
 /// the scene.
 pub(super) fn neutral_bodies(dielectrics: &[&Body], background: f64) -> Vec<usize> {
-    let is_of_it = |body: &&&Body| permittivity(body) == Some(background);
+    let is_of_it = |body: &&&Body| permittivity(body) == Some(background) && body.purpose != Purpose::InLayer;
     let others: Vec<Option<Box3>> =
         dielectrics.iter().filter(|body| !is_of_it(body)).map(|body| body.bounds()).collect();
     let is_neutral = |(_, body): &(usize, &&Body)| {
@@ -74,5 +75,7 @@ mod tests {
         let hole = block(1.0, [1.5, 1.75]);
         assert_eq!(neutral_bodies(&[&air, &rubber, &hole], 1.0), [0]);
         assert_eq!(neutral_bodies(&[&air, &hole], 1.0), [0, 1]);
+        let void = hole.with_purpose(Purpose::InLayer);
+        assert_eq!(neutral_bodies(&[&air, &void], 1.0), [0]);
     }
 }
