@@ -5,7 +5,8 @@ use elastocap_case::{Case, Mechanics};
 /// Steps of the search for the material point at a place, each of which leaves a fifth of the distance or less.
 const SEARCH_STEPS: usize = 12;
 
-/// The finite elements of the layer: of a quarter, or of a half where it is no mirror image across x1 = 0.
+/// What the finite elements say of the layer. They cover a quarter of it, or the half with positive x3 where an indenter stands beside the
+/// middle.
 pub(crate) struct Material<'a> {
     /// The displacement at a point of it, m; `None` outside.
     pub(crate) displacement: &'a dyn Fn([f64; 3]) -> Option<[f64; 3]>,

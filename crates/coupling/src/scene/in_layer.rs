@@ -14,7 +14,7 @@ use crate::deform::{Deformation, FiniteElementStep};
 /// a map, and here they are only as much lower as [`scale_of_heights`] says.
 ///
 /// # Errors
-/// A body that is no box, or whose height is not one of the layer.
+/// A body of another shape than boxes, or one that reaches out of the layer.
 pub(super) fn with_material(case: &Case, state: Option<&Deformation<'_>>) -> Result<Vec<Body>, SceneError> {
     let thickness = case.layer.as_ref().map_or(f64::INFINITY, |layer| layer.thickness);
     let flush = |mut to: Box3, from: &Box3, state: &Deformation<'_>| {
