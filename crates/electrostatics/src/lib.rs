@@ -71,7 +71,7 @@ mod target;
 mod tets;
 
 pub use boxes::forecast::{forecast, mirror_planes};
-pub use boxes::mapped::map::{MapAxis, SceneMap};
+pub use boxes::mapped::map::{MapAxis, Rounded, SceneMap};
 pub use boxes::solve::{solve, solve_mapped, solve_superposed};
 pub use boxes::superposed::{Base, solve_base};
 pub use extruded::solve::{

@@ -110,15 +110,17 @@ impl Layout {
         let mut planes: [Vec<Plane>; 3] = Default::default();
         for a in 0..3 {
             let mut all = Vec::new();
+            let is_sharp = |region: &Box3| map.is_none_or(|map| !map.is_round(region, a));
             for region in conductors.iter().flatten() {
-                all.push((Plane { at: scaled(region.min[a], a), edge: true }, Side::Lower));
-                all.push((Plane { at: scaled(region.max[a], a), edge: true }, Side::Upper));
+                let edge = is_sharp(region);
+                all.push((Plane { at: scaled(region.min[a], a), edge }, Side::Lower));
+                all.push((Plane { at: scaled(region.max[a], a), edge }, Side::Upper));
             }
             for region in dielectrics.iter().flatten() {
                 // A slab has no edges; where faces meet, the field is singular as at a conductor's edge, if less so.
                 let inside = |a: usize, x: f64| x > scene.domain.min[a] && x < scene.domain.max[a];
                 let bounded = |a: usize| inside(a, region.min[a]) || inside(a, region.max[a]);
-                let edge = (0..3).filter(|&a| bounded(a)).count() > 1;
+                let edge = (0..3).filter(|&a| bounded(a)).count() > 1 && is_sharp(region);
                 let faces = [(region.min[a], Side::Lower), (region.max[a], Side::Upper)];
                 for (x, side) in faces.into_iter().filter(|(x, _)| inside(a, *x)) {
                     all.push((Plane { at: scaled(x, a), edge }, side));

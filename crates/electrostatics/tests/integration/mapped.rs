@@ -3,7 +3,8 @@
 use std::sync::Arc;
 
 use elastocap_electrostatics::{
-    MapAxis, SceneMap, Settings, Solution, SolveError, solve, solve_extruded, solve_mapped,
+    MapAxis, Rounded, SceneMap, Settings, Solution, SolveError, Target, VACUUM_PERMITTIVITY, solve,
+    solve_extruded, solve_mapped,
 };
 use elastocap_geometry::scene::{Body, Box3, Scene, Wall};
 use elastocap_geometry::shapes::Shape;
@@ -307,4 +308,42 @@ fn in_open_space_a_bend_between_bodies_changes_nothing_and_mirrors_may_be_left_o
         solve_mapped(&scene, &map, &settings).unwrap().two_terminal.unwrap()
     });
     assert!((half.upper / whole.upper - 1.0).abs() < 1e-6 && (half.lower / whole.lower - 1.0).abs() < 1e-4);
+}
+
+/// A box that a map makes a ball of radius 1, in open space.
+fn ball() -> (Scene, SceneMap, Rounded) {
+    let half = 0.6;
+    let region = cube(half);
+    let scene = Scene {
+        bodies: vec![Body::conductor("ball", Shape::Box(region))],
+        background_permittivity: 1.0,
+        domain: Box3::SPACE,
+        walls: [[Wall::Open; 2]; 3],
+    };
+    let axes = [0, 1, 2].map(|_| axis(&[0.0, half, 2.0], 10, true));
+    // Points of the faces go outwards to the ball, those beyond less and less far.
+    let map = SceneMap::new(axes, move |x| {
+        let most = x.map(f64::abs).into_iter().fold(0.0, f64::max);
+        let near = if most > half { x.map(|x| x.clamp(-half, half)) } else { x };
+        let length = near.iter().map(|x| x * x).sum::<f64>().sqrt();
+        let out = if length > 0.0 { most.min(half) / half / length - 1.0 } else { 0.0 };
+        let share: f64 = x.iter().map(|x| ((2.0 - x.abs()) / (2.0 - half)).min(1.0)).product();
+        near.map(|x| share * out * x)
+    });
+    (scene, map, Rounded { region, across: [true; 3] })
+}
+
+#[test]
+fn a_ball_made_of_a_box_has_its_capacitance_and_takes_fewer_unknowns_where_it_is_known_to_be_round() {
+    let (scene, map, rounded) = ball();
+    let exact = 4.0 * std::f64::consts::PI * VACUUM_PERMITTIVITY;
+    let own = Settings { target: Target::Own(0), ..settings(1e-3) };
+    let [edged, round] = [map.clone(), map.with_rounded(rounded)].map(|map| {
+        let found = solve_mapped(&scene, &Arc::new(map), &own).unwrap();
+        let c = found.maxwell[0][0];
+        println!("{:e} to {:e}, exact {exact:e}, {} unknowns", c.lower, c.upper, found.unknowns);
+        assert!(found.reached && c.lower <= exact && exact <= c.upper, "{c:?} {exact:e}");
+        found.unknowns
+    });
+    assert!(3 * round < 2 * edged, "{round} {edged}");
 }

@@ -6,7 +6,7 @@
 use super::metric::adjugate;
 use crate::solution::Field;
 use elastocap_fem::tensor::{Dims, SparseRows, Strips, along, axpy, target};
-use elastocap_geometry::scene::{Scene, Wall};
+use elastocap_geometry::scene::{Box3, Scene, Wall};
 use faer::Mat;
 
 /// Lengths that differ by less than this share of the grid's size are the same.
@@ -77,6 +77,16 @@ pub struct SceneMap {
     pub(crate) axes: [MapAxis; 3],
     /// Components of u at all nodes, `[component][i][j][k]`, m.
     displacement: [Vec<f64>; 3],
+    rounded: Option<Rounded>,
+}
+
+/// A box whose image has no edges, as that of a ball.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Rounded {
+    /// The box, m.
+    pub region: Box3,
+    /// Whether its image is smooth where the faces across each axis meet others.
+    pub across: [bool; 3],
 }
 
 impl SceneMap {
@@ -93,7 +103,17 @@ impl SceneMap {
                 }
             }
         }
-        Self { axes, displacement: values }
+        Self { axes, displacement: values, rounded: None }
+    }
+
+    /// The same where the image of a box has no edges: fields are then smooth at the edges of the box, and grids need not be fine there.
+    pub fn with_rounded(self, rounded: Rounded) -> Self {
+        Self { rounded: Some(rounded), ..self }
+    }
+
+    /// Whether the image of a body is smooth where the faces of this box of it across axis `a` meet others.
+    pub(crate) fn is_round(&self, region: &Box3, a: usize) -> bool {
+        self.rounded.is_some_and(|own| own.region == *region && own.across[a])
     }
 
     /// The axes of its grid.
