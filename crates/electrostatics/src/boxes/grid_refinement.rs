@@ -156,12 +156,18 @@ fn items(grid: &Grid, indicator: &Indicator) -> Vec<((usize, usize), Item)> {
     (0..3).flat_map(elements).map(|((a, e), m)| ((a, e), Item::new(&grid.axes[a], e, m))).collect()
 }
 
+/// Where elements that cannot be changed further miss more than is wanted, others need not miss much less than those: this share of it.
+const BESIDE_EXHAUSTED: f64 = 0.3;
+
 /// Plans changes where they reduce the missing energy most for their cost, until no more than `target` should be missing or
-/// nothing more can be planned.
+/// nothing more is worth planning.
 fn plan(items: &mut [((usize, usize), Item)], target: f64) {
     let mut missing: f64 = items.iter().map(|(_, i)| i.missing).sum();
     let mut last: Option<f64> = None;
     loop {
+        let exhausted = items.iter().filter(|(_, item)| item.planned == item.max_planned);
+        let exhausted: f64 = exhausted.map(|(_, item)| item.missing).sum();
+        let target = target.max((1.0 + BESIDE_EXHAUSTED) * exhausted);
         let best = (0..items.len()).max_by(|&i, &j| items[i].1.value().total_cmp(&items[j].1.value()));
         let Some((_, best)) = best.and_then(|i| items.get_mut(i)) else { break };
         let value = best.value();
