@@ -36,6 +36,8 @@ pub(crate) struct Energies {
 pub(crate) struct Drive<'a> {
     /// One for each right-hand side.
     pub(crate) pull: &'a [Vec<f64>],
+    /// The products themselves, where they are those of another permittivity than the domain's.
+    pub(crate) products: Option<&'a [Vec<f64>]>,
     /// Energies that are added, of which the linear solver's error is to be a share.
     pub(crate) energies: &'a [f64],
 }
@@ -69,6 +71,7 @@ pub(crate) fn upper(
     let (mut iterations, mut converged) = (0, true);
     let mut residual = Vec::new();
     let pulled: Vec<Vec<f64>> = match driven {
+        Some(Drive { products: Some(products), .. }) => products.to_vec(),
         Some(drive) => drive.pull.iter().map(|p| primal.straight_product(p)).collect(),
         None => Vec::new(),
     };

@@ -4,12 +4,12 @@ use crate::SolveError;
 use crate::boxes::domain::{Axis, Domain};
 use crate::boxes::dual::across_grids::Fluxes;
 use crate::boxes::dual::mapped::{Solved, lower as bent_lower};
-use crate::boxes::energy::{Drive, Energies, Start, lower, upper};
+use crate::boxes::energy::{Energies, Start, lower, upper};
 use crate::boxes::grid_problem::GridProblem;
 use crate::boxes::half_turn::{Image, images};
 use crate::boxes::layout::Grid;
 use crate::boxes::primal::Primal;
-use crate::boxes::superposed::{Added, MOST_SQUEEZED};
+use crate::boxes::superposed::Added;
 use elastocap_fem::tensor::{SparseRows, along, axpy};
 use faer::Mat;
 
@@ -105,7 +105,7 @@ pub(super) fn solve_part(
     let images =
         if problem.settings.symmetry { images(&domain, &potentials) } else { vec![None; potentials.len()] };
     let added = match problem.base {
-        Some(base) => Some(Added::new(base, part, &domain, &held).ok_or(SolveError::Superposition)?),
+        Some(base) => Some(Added::new(base, part, &domain, &held)?),
         None => None,
     };
     if let Some(added) = &added {
@@ -119,15 +119,15 @@ pub(super) fn solve_part(
     };
     let starts: Vec<Start> = images.iter().enumerate().map(start).collect();
     let base_energies = added.as_ref().map(Added::base_energies).unwrap_or_default();
-    let drive = added.as_ref().map(|added| Drive { pull: &added.cut, energies: &base_energies });
+    let drive = added.as_ref().map(|added| added.drive(&base_energies));
     let of_upper = || upper(&domain, &potentials, &starts, drive.as_ref(), share, cancel);
     let mut own = None;
     let (energies, primal, dual, fluxes) = if domain.map.is_some() {
         let (mut energies, mut primal) = of_upper()?;
-        if added.is_some() && primal.bent().is_some_and(|bent| bent.largest() > MOST_SQUEEZED) {
-            return Err(SolveError::Superposition);
-        }
         if let Some(added) = &added {
+            if primal.bent().is_some_and(|bent| bent.largest() > added.most_squeezed()) {
+                return Err(SolveError::Superposition);
+            }
             let under_map = energies.matrix.clone();
             let [upper, missed] = if lower_too {
                 added.upper(&domain, &under_map, &energies.coefficients, &primal)?
@@ -169,7 +169,7 @@ impl SolvedPart {
         if let (Some(OnBase { index, under_map, missed, .. }), Some(base)) = (&self.added, problem.base) {
             let part = &problem.parts[*index];
             let held = part.layout.held();
-            let added = Added::new(base, part, &self.domain, &held).ok_or(SolveError::Superposition)?;
+            let added = Added::new(base, part, &self.domain, &held)?;
             let own = (under_map, self.energies.coefficients.as_slice());
             let with = (self.images.as_slice(), &self.primal);
             let upper = [&self.energies.matrix, missed];

@@ -1,7 +1,7 @@
 //! Scenes under a map that are solved by what a body changes in a base that it is added to.
 
 use elastocap_electrostatics::{
-    Base, MapAxis, SceneMap, Settings, Solution, SolveError, Target, solve_base, solve_mapped,
+    Base, MapAxis, SceneMap, Settings, Solution, SolveError, Target, solve, solve_base, solve_mapped,
     solve_superposed,
 };
 use elastocap_geometry::scene::{Body, Box3, Potential, Role, Scene, Wall};
@@ -30,8 +30,12 @@ fn scene(more: Option<Body>) -> Scene {
 
 /// A box over the pair, and a map that makes it bulge and lowers it, beside the middle or not.
 fn with_finger(potential: Potential, middle: f64) -> (Scene, Arc<SceneMap>) {
+    with_finger_of(Role::Conductor { potential }, middle)
+}
+
+fn with_finger_of(role: Role, middle: f64) -> (Scene, Arc<SceneMap>) {
     let mut finger = Body::conductor("finger", cuboid([middle - 0.5, 1.4, -0.5], [middle + 0.5, 2.4, 0.5]));
-    finger.role = Role::Conductor { potential };
+    finger.role = role;
     let axis = |breaks: &[f64], mirrored: bool| {
         let degrees = vec![6; breaks.len() - 1];
         MapAxis { breaks: breaks.to_vec(), degrees, mirrored }
@@ -99,6 +103,24 @@ fn so_does_a_finger_that_floats() {
         a.lower <= b.upper && b.lower <= a.upper && (a.value / b.value - 1.0).abs() < 1e-2,
         "{a:?} {b:?}"
     );
+}
+
+#[test]
+fn so_does_a_finger_of_some_permittivity_in_air_or_in_what_has_a_higher_one() {
+    for (around, inside, middle) in [(1.0, 20.0, 0.0), (4.0, 1.5, 0.3)] {
+        let mut full = with_finger_of(Role::Dielectric { relative_permittivity: inside }, middle);
+        full.0.background_permittivity = around;
+        let settings = to(3e-3, Target::Mutual([0, 1]));
+        let direct = solve_mapped(&full.0, &full.1, &settings).unwrap();
+        let without = Scene { background_permittivity: around, ..scene(None) };
+        let base = solve_base(&without, (&full.0, &full.1), 4.0, 0.2, &settings).unwrap().unwrap();
+        let added = solve_superposed(&full.0, &full.1, &base, &settings).unwrap();
+        agree(&direct, &added);
+        // Without it, other bounds.
+        let (with, alone) = (added.maxwell[0][1], solve(&without, &settings).unwrap().maxwell[0][1]);
+        println!("without {:e} to {:e}", alone.lower, alone.upper);
+        assert!(with.lower > alone.upper || alone.lower > with.upper, "{with:?} {alone:?}");
+    }
 }
 
 #[test]

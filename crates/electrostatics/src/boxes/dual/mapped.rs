@@ -52,13 +52,40 @@ pub(crate) struct Solved<'a> {
     /// Its solutions.
     pub(crate) coefficients: &'a [Vec<f64>],
     /// What is taken off them where no map bends the field: the flux aimed at is K grad u less eps times the gradient of this.
-    pub(crate) less: Option<&'a [Vec<f64>]>,
+    pub(crate) less: Option<Less<'a>>,
     /// Their energies.
     pub(crate) energies: &'a Mat<f64>,
     /// Which of them are images of others: the iteration for the flux of one starts from that of the other.
     pub(crate) images: &'a [Option<Image>],
     /// What the map added to the problem.
     pub(crate) bent: Option<&'a Gradients>,
+}
+
+/// Potentials that are taken off others.
+#[derive(Clone, Copy)]
+pub(crate) struct Less<'a> {
+    /// One for each right-hand side.
+    pub(crate) potentials: &'a [Vec<f64>],
+    /// The permittivity that their gradients are multiplied by, in each cell.
+    pub(crate) permittivity: &'a [f64],
+}
+
+impl Less<'_> {
+    /// Their permittivity over that of a domain at Gauss points; `None` where both are the same everywhere.
+    pub(super) fn ratio(&self, domain: &Domain, points: &[AxisPoints; 3]) -> Option<Vec<f64>> {
+        if self.permittivity == domain.permittivity.as_slice() {
+            return None;
+        }
+        let cells = domain.cells();
+        let [n0, n1, n2] = points.each_ref().map(AxisPoints::len);
+        let all = (0..n0).flat_map(|i| (0..n1).flat_map(move |j| (0..n2).map(move |k| [i, j, k])));
+        let ratio = |at: [usize; 3]| {
+            let cell = [0, 1, 2].map(|a| points[a].interval[at[a]]);
+            let own = self.permittivity[(cell[0] * cells[1] + cell[1]) * cells[2] + cell[2]];
+            own / domain.permittivity_of(cell)
+        };
+        Some(all.map(ratio).collect())
+    }
 }
 
 /// One right-hand side's flux, its divergence and the repair.
@@ -151,9 +178,8 @@ pub(super) fn project(
     let stretch = solved.bent.map_or(1.0, Gradients::largest);
     let mut found: Vec<Found> = Vec::new();
     for (k, (u, image)) in solved.coefficients.iter().zip(solved.images).enumerate() {
-        let straight =
-            solved.less.map(|less| u.iter().zip(&less[k]).map(|(u, p)| u - p).collect::<Vec<f64>>());
-        let target = target(domain, &dual, straight.as_deref().unwrap_or(u), (u, solved.bent));
+        let less = solved.less.as_ref().map(|less| (less, less.potentials[k].as_slice()));
+        let target = target(domain, &dual, less, (u, solved.bent));
         let flux = dual.projected(whole, &target);
         let start =
             image.and_then(|image| Some(dual.image(domain, &found.get(image.of)?.correction, &image)));
@@ -189,10 +215,21 @@ struct Target {
     parts: [Vec<f64>; 3],
 }
 
-/// That of eps times the gradient of a potential and what a map adds to the flux of another one.
-fn target(domain: &Domain, dual: &Dual, straight: &[f64], (u, bent): (&[f64], Option<&Gradients>)) -> Target {
+/// That of a potential under a map, less what there is of another one.
+fn target(
+    domain: &Domain,
+    dual: &Dual,
+    less: Option<(&Less<'_>, &[f64])>,
+    (u, bent): (&[f64], Option<&Gradients>),
+) -> Target {
     let dims = domain.primal_dims();
     let points = all_points(domain);
+    let straight = match less {
+        Some((_, p)) => u.iter().zip(p).map(|(u, p)| u - p).collect(),
+        None => u.to_vec(),
+    };
+    // Where the permittivity of the other one is not that of the domain, another share of it is taken off.
+    let other = less.and_then(|(less, p)| Some((p, less.ratio(domain, &points)?)));
     let shape = points.each_ref().map(AxisPoints::len);
     let evaluate = [0, 1, 2].map(|a| {
         let axis = &domain.axes[a];
@@ -202,11 +239,19 @@ fn target(domain: &Domain, dual: &Dual, straight: &[f64], (u, bent): (&[f64], Op
     let added = bent.map(|bent| (bent.added_flux(u, dims), bent.points()));
     let whole = domain.truncated();
     let parts = [0, 1, 2].map(|component| {
-        let (mut t, mut now) = (straight.to_vec(), dims);
-        for a in (0..3).rev() {
-            let [value, slope] = &evaluate[a];
-            let matrix = if a == component { slope } else { value };
-            (t, now) = along(a, &matrix.forward, &t, now);
+        let gradient = |u: &[f64]| {
+            let (mut t, mut now) = (u.to_vec(), dims);
+            for a in (0..3).rev() {
+                let [value, slope] = &evaluate[a];
+                let matrix = if a == component { slope } else { value };
+                (t, now) = along(a, &matrix.forward, &t, now);
+            }
+            (t, now)
+        };
+        let (mut t, mut now) = gradient(&straight);
+        if let Some((p, ratio)) = &other {
+            let own = gradient(p).0;
+            t.iter_mut().zip(own).zip(ratio).for_each(|((t, own), ratio)| *t += (1.0 - ratio) * own);
         }
         for (index, t) in t.iter_mut().enumerate() {
             let at = [index / (shape[1] * shape[2]), index / shape[2] % shape[1], index % shape[2]];

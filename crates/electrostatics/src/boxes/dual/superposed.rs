@@ -1,7 +1,7 @@
 //! How far a flux that is added to one known before is from the one that belongs to a potential: see [`crate::boxes::superposed`].
 
 use super::across_grids::Fluxes;
-use super::mapped::{Solved, project};
+use super::mapped::{Less, Solved, project};
 use crate::SolveError;
 use crate::boxes::domain::{Axis, Block, Domain};
 use crate::boxes::mapped::gradients::{EXTRA, FINER, add_with_error};
@@ -35,7 +35,7 @@ pub(crate) fn distances(
     domain: &Domain,
     potentials: &[Vec<f64>],
     solved: &Solved<'_>,
-    less: &[Vec<f64>],
+    less: &Less<'_>,
     around: &Block,
     share: f64,
     cancel: Option<&AtomicBool>,
@@ -51,7 +51,18 @@ pub(crate) fn distances(
     let gradients = |u: &[Vec<f64>]| -> Vec<[Vec<f64>; 3]> {
         u.iter().map(|u| gradient_at(domain, &points, u, dims)).collect()
     };
-    let (cut, own) = (gradients(less), gradients(solved.coefficients));
+    // eps grad p over the permittivity of the domain.
+    let cut_at = |points: &[AxisPoints; 3]| -> Vec<[Vec<f64>; 3]> {
+        let ratio = less.ratio(whole, points);
+        let scaled = |p: &Vec<f64>| {
+            gradient_at(domain, points, p, dims).map(|mut own| {
+                own.iter_mut().zip(ratio.iter().flatten()).for_each(|(x, ratio)| *x *= ratio);
+                own
+            })
+        };
+        less.potentials.iter().map(scaled).collect()
+    };
+    let (cut, own) = (cut_at(&points), gradients(solved.coefficients));
     let flux_at = |points: &[AxisPoints; 3]| -> Vec<[Vec<f64>; 3]> {
         projected.found.iter().map(|found| projected.dual.at_points(whole, points, &found.flux)).collect()
     };
@@ -70,10 +81,8 @@ pub(crate) fn distances(
         let Some(metric) = Metric::new(whole, extra, Of::Resistance)? else { return Ok(Mat::zeros(n, n)) };
         let fluxes = flux_at(&metric.points);
         let permittivity = Weights::new(whole, &metric.points);
-        let cut: Vec<[Vec<f64>; 3]> = less
-            .iter()
-            .map(|p| permittivity.times_permittivity(gradient_at(domain, &metric.points, p, dims)))
-            .collect();
+        let cut: Vec<[Vec<f64>; 3]> =
+            cut_at(&metric.points).into_iter().map(|p| permittivity.times_permittivity(p)).collect();
         let own = |x: &[Vec<f64>; 3], y: &[Vec<f64>; 3]| product(&metric.tensors, x, y);
         Ok(Mat::from_fn(n, n, |i, j| {
             own(&fluxes[i], &cut[j]) + own(&fluxes[j], &cut[i]) + own(&cut[i], &cut[j])

@@ -3,7 +3,7 @@
 
 use super::points::AxisPoints;
 use crate::SolveError;
-use crate::boxes::domain::{Axis, Domain};
+use crate::boxes::domain::{Axis, Block, Domain};
 use rayon::prelude::*;
 use std::ops::Range;
 
@@ -72,6 +72,23 @@ impl Metric {
         let largest: Option<Vec<f64>> = tensors.par_chunks_mut(n1 * n2).enumerate().map(slab).collect();
         let largest = largest.ok_or(SolveError::InsideOut)?.into_iter().fold(1.0, f64::max);
         Ok(Some(Self { points, tensors, largest }))
+    }
+}
+
+impl Metric {
+    /// At least the largest of eps K^-1 at any of the points outside a block in any direction, and at least 1; of [`Of::Resistance`].
+    pub(crate) fn largest_outside(&self, domain: &Domain, block: &Block) -> f64 {
+        let [_, n1, n2] = self.points.each_ref().map(AxisPoints::len);
+        let trace = |(index, tensor): (usize, &Symmetric)| {
+            let at = [index / (n1 * n2), index / n2 % n1, index % n2];
+            let cell = [0, 1, 2].map(|a| self.points[a].interval[at[a]]);
+            if (0..3).all(|a| block.lo[a] <= cell[a] && cell[a] < block.hi[a]) {
+                return 1.0;
+            }
+            let weight: f64 = (0..3).map(|a| self.points[a].weights[at[a]]).product();
+            3.0 + (tensor[0] + tensor[1] + tensor[2]) * domain.permittivity_of(cell) / weight
+        };
+        self.tensors.par_iter().enumerate().map(trace).reduce(|| 1.0, f64::max)
     }
 }
 

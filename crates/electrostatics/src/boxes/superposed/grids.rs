@@ -93,6 +93,37 @@ pub(super) fn bent_block(domain: &Domain) -> Option<Block> {
     Some(block)
 }
 
+/// The permittivities of a base in the cells of a scene; `None` where the scene has not all of its planes.
+pub(super) fn permittivity_of(base: &Domain, own: &Domain) -> Option<Vec<f64>> {
+    let interval_of = |a: usize| -> Option<Vec<usize>> {
+        let (from, to) = (&base.axes[a], &own.axes[a]);
+        let last = from.intervals() - 1;
+        let node = |axis: &Axis, m: usize| axis.plane_node(m).map(|n| axis.line.nodes[n]);
+        let planes: Vec<f64> = (0..=from.intervals()).filter_map(|m| node(from, m)).collect();
+        let is_first_open = node(from, 0).is_none();
+        (0..to.intervals())
+            .map(|m| {
+                let at = match (node(to, m), node(to, m + 1)) {
+                    (Some(low), Some(high)) => 0.5 * (low + high),
+                    (None, Some(_)) => return Some(0),
+                    (Some(_), None) => return Some(last),
+                    (None, None) => return None,
+                };
+                let below = planes.partition_point(|x| *x < at);
+                Some((below + usize::from(is_first_open)).checked_sub(1)?.min(last))
+            })
+            .collect()
+    };
+    let [x, y, z] = [interval_of(0)?, interval_of(1)?, interval_of(2)?];
+    let mut out = Vec::with_capacity(x.len() * y.len() * z.len());
+    for i in &x {
+        for j in &y {
+            out.extend(z.iter().map(|k| base.permittivity_of([*i, *j, *k])));
+        }
+    }
+    Some(out)
+}
+
 /// Zeroes all but a window.
 pub(super) fn only(v: &mut [f64], dims: Dims, window: &Window) {
     let mut rest = v.to_vec();

@@ -1,5 +1,5 @@
 //! Scenes that differ from a common one, the *base*, by a body that comes near and by what a map bends around it: a sharp solution of the
-//! base is added to a coarse one for the difference.
+//! base is added to a coarse one for the difference. The body is a conductor, or has a permittivity.
 //!
 //! Edges of electrodes take most of the unknowns, and they are the same with and without the body. So the base, without a map, is solved
 //! once on a fine grid, for all loads. What the body changes is smooth at those edges, and takes a coarse grid under the map.
@@ -25,6 +25,8 @@
 //! in the norm of K^-1, for every combination of potentials. The first term squared is the distance G0 of the bounds of the base, but that
 //! in B the norm is another one; that part is integrated. The second is computed on the coarse grid alone. The last is as small as the
 //! interpolation is good.
+//!
+//! Where the body is a dielectric, eps is the permittivity without it, and K that with it under the map.
 
 mod base;
 mod grids;
@@ -34,11 +36,11 @@ pub use base::{Base, solve_base};
 
 use crate::SolveError;
 use crate::boxes::domain::{Axis, Block, Domain};
-use crate::boxes::dual::mapped::Solved;
+use crate::boxes::dual::mapped::{Less, Solved};
 use crate::boxes::dual::superposed::{Weights, distances};
-use crate::boxes::energy::Energies;
+use crate::boxes::energy::{Drive, Energies};
 use crate::boxes::half_turn::Image;
-use crate::boxes::mapped::gradients::add_with_error;
+use crate::boxes::mapped::gradients::{FINER, add_with_error};
 use crate::boxes::mapped::metric::{Metric, Of, product};
 use crate::boxes::mapped::points::{AxisPoints, gradient_at};
 use crate::boxes::primal::Primal;
@@ -46,14 +48,17 @@ use crate::boxes::symmetry::Part;
 use base::BasePart;
 use elastocap_fem::tensor::{Window, along, dot};
 use faer::{Mat, Scale};
-use grids::{at_planes, bent_block, interpolation, only};
+use grids::{at_planes, bent_block, interpolation, only, permittivity_of};
 use products::{As, Joint};
 use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 
 /// The largest of eps K^-1 under which a solution is added to a base: where a gap is squeezed more, as between an indenter and the layer
 /// that it touches, what the base has in there costs more than is gained.
-pub(crate) const MOST_SQUEEZED: f64 = 60.0;
+const MOST_SQUEEZED: f64 = 60.0;
+
+/// The same in a dielectric body. At the edges of a box that a map makes round it is always large, but the flux of the base is smooth there.
+const MOST_SQUEEZED_INSIDE: f64 = 1e4;
 
 /// Points on each element beyond its degree: where Gauss's rule is exact, and two rules where it is not.
 const EXACT: usize = 1;
@@ -73,12 +78,70 @@ pub(crate) struct Added<'a> {
     pub(crate) cut: Vec<Vec<f64>>,
     /// Potentials of all blocks of conductors that y has: those of the body, and zero on the electrodes.
     pub(crate) potentials: Vec<Vec<f64>>,
+    /// Set where the body is a dielectric.
+    without: Option<WithoutBody>,
+}
+
+/// A coarse grid with the permittivities of the base.
+struct WithoutBody {
+    domain: Domain,
+    primal: Primal,
+    /// The products of p, for each right-hand side.
+    products: Vec<Vec<f64>>,
+    /// The largest of the permittivities over those of the scene itself.
+    largest: f64,
+    /// Holds all cells in which they differ.
+    body: Block,
+}
+
+impl WithoutBody {
+    /// `None` where the permittivities are the same. They may differ in the block alone.
+    fn new(base: &Domain, own: &Domain, block: &Block, cut: &[Vec<f64>]) -> Result<Option<Self>, SolveError> {
+        let permittivity = permittivity_of(base, own).ok_or(SolveError::Superposition)?;
+        let cells = own.cells();
+        let mut largest = 1.0_f64;
+        let mut body = Block { lo: cells, hi: [0; 3] };
+        for (n, (eps, with)) in permittivity.iter().zip(&own.permittivity).enumerate() {
+            let at = [n / (cells[1] * cells[2]), n / cells[2] % cells[1], n % cells[2]];
+            if eps == with {
+                continue;
+            }
+            if (0..3).any(|a| at[a] < block.lo[a] || block.hi[a] <= at[a]) {
+                return Err(SolveError::Superposition);
+            }
+            largest = largest.max(eps / with);
+            for a in 0..3 {
+                (body.lo[a], body.hi[a]) = (body.lo[a].min(at[a]), body.hi[a].max(at[a] + 1));
+            }
+        }
+        if permittivity == own.permittivity {
+            return Ok(None);
+        }
+        let domain = Domain { permittivity, map: None, ..own.clone() };
+        let mut primal = Primal::without_preconditioner(&domain)?;
+        let products = cut.iter().map(|p| primal.straight_product(p)).collect();
+        Ok(Some(Self { domain, primal, products, largest, body }))
+    }
 }
 
 impl<'a> Added<'a> {
-    /// `None` where the base is not that of this part, or where an electrode lies in what the map bends. `held` are the conductors that the
-    /// blocks of the domain belong to; those of the base are the first.
-    pub(crate) fn new(base: &'a Base, part: &Part, domain: &Domain, held: &[usize]) -> Option<Self> {
+    /// `held` are the conductors that the blocks of the domain belong to; those of the base are the first.
+    ///
+    /// # Errors
+    /// [`SolveError::Superposition`] where the base is not that of this part, or where an electrode lies in what the map bends; a grid whose
+    /// matrices cannot be made.
+    pub(crate) fn new(
+        base: &'a Base,
+        part: &Part,
+        domain: &Domain,
+        held: &[usize],
+    ) -> Result<Self, SolveError> {
+        let mut out = Self::of_conductors(base, part, domain, held).ok_or(SolveError::Superposition)?;
+        out.without = WithoutBody::new(&out.base.domain, domain, &out.block, &out.cut)?;
+        Ok(out)
+    }
+
+    fn of_conductors(base: &'a Base, part: &Part, domain: &Domain, held: &[usize]) -> Option<Self> {
         let count = base.conductors;
         let (own, of) = base.part_of(part)?;
         let block = bent_block(domain)?;
@@ -108,7 +171,18 @@ impl<'a> Added<'a> {
         let cut = of.iter().map(cut).collect();
         let on_body = |v: &Vec<f64>| held.iter().map(|&c| if c < count { 0.0 } else { v[c] }).collect();
         let potentials = part.potentials.iter().map(on_body).collect();
-        Some(Self { base: own, of, block, cut, potentials })
+        Some(Self { base: own, of, block, cut, potentials, without: None })
+    }
+
+    /// What the base does to y. Energies of the base are given.
+    pub(crate) fn drive<'d>(&'d self, energies: &'d [f64]) -> Drive<'d> {
+        let products = self.without.as_ref().map(|own| own.products.as_slice());
+        Drive { pull: &self.cut, products, energies }
+    }
+
+    /// The largest of eps K^-1 under which it pays to add to a base.
+    pub(crate) fn most_squeezed(&self) -> f64 {
+        if self.without.is_some() { MOST_SQUEEZED_INSIDE } else { MOST_SQUEEZED }
     }
 
     /// A form of the base in the right-hand sides.
@@ -127,7 +201,10 @@ impl<'a> Added<'a> {
 
     /// About the energies of u, from those of y under the map: as if u0 were the true potential of the base.
     pub(crate) fn about(&self, own: &Mat<f64>, y: &[Vec<f64>], primal: &mut Primal) -> Mat<f64> {
-        let pulled: Vec<Vec<f64>> = self.cut.iter().map(|p| primal.straight_product(p)).collect();
+        let pulled = match &self.without {
+            Some(own) => own.products.clone(),
+            None => self.cut.iter().map(|p| primal.straight_product(p)).collect(),
+        };
         let of = |x: &[f64], k: usize| dot(x, &pulled[k]);
         let base = self.of_base(&self.base.upper);
         let n = y.len();
@@ -137,36 +214,69 @@ impl<'a> Added<'a> {
         })
     }
 
-    /// The energies of u without the part that the map adds, and the squares of z.
+    /// The potentials of the base, for those right-hand sides that have one.
+    fn solved(&self) -> Vec<&[f64]> {
+        self.of.iter().flatten().map(|k| self.base.coefficients[*k].as_slice()).collect()
+    }
+
+    /// Rows or columns of those right-hand sides that have a base, among all.
+    fn spread(&self, m: &Mat<f64>, is_base: [bool; 2]) -> Mat<f64> {
+        let place = |k: usize, is_base: bool| match (is_base, self.of[k]) {
+            (true, None) => None,
+            (true, Some(_)) => Some(self.of[..k].iter().flatten().count()),
+            (false, _) => Some(k),
+        };
+        let n = self.of.len();
+        Mat::from_fn(n, n, |i, j| match (place(i, is_base[0]), place(j, is_base[1])) {
+            (Some(i), Some(j)) => m[(i, j)],
+            _ => 0.0,
+        })
+    }
+
+    /// The squares of z, which is u0 on the block less p on the block.
+    fn missed(&self, joint: &Joint) -> Mat<f64> {
+        let some = self.solved();
+        let cut: Vec<&[f64]> = self.cut.iter().map(Vec::as_slice).collect();
+        let (on_block, cut) = ((As::BaseOnBlock, some.as_slice()), (As::OwnOnBlock, cut.as_slice()));
+        let mut missed = self.spread(&joint.products(on_block, on_block), [true, true]);
+        missed -= double(self.spread(&joint.products(on_block, cut), [true, false]));
+        missed + joint.products(cut, cut)
+    }
+
+    /// No less than the square of eps grad z in the norm of K^-1, from that in the norm of 1 / eps. The largest of eps K^-1 is given.
+    ///
+    /// In a body that a map makes round K^-1 is large at the edges, where z is next to nothing: so it is looked at by itself.
+    fn missed_under_map(
+        &self,
+        domain: &Domain,
+        missed: &Mat<f64>,
+        largest: f64,
+    ) -> Result<Mat<f64>, SolveError> {
+        let Some(without) = &self.without else { return Ok(missed * Scale(largest)) };
+        let joint = Joint::within(&self.base.domain, &without.domain, &self.block, &without.body);
+        let in_body = self.missed(&joint.ok_or(SolveError::Superposition)?);
+        let whole = domain.truncated();
+        let metric = Metric::new(&whole, FINER, Of::Resistance)?;
+        let outside = metric.map_or(1.0, |metric| metric.largest_outside(&whole, &without.body));
+        Ok((missed - &in_body) * Scale(outside) + in_body * Scale(largest))
+    }
+
+    /// The energies of u without the part that map and body add, and the squares of z.
     fn straight(&self, domain: &Domain, y: &[Vec<f64>], primal: &Primal) -> Option<[Mat<f64>; 2]> {
+        let (domain, primal) = self.as_in_base(domain, primal);
         let joint = Joint::new(&self.base.domain, domain, &self.block)?;
         let n = y.len();
-        let none = Vec::new();
         let of_base: Vec<&[f64]> =
-            self.of.iter().map(|k| k.map_or(none.as_slice(), |k| &self.base.coefficients[k])).collect();
-        let solved: Vec<usize> = (0..n).filter(|k| self.of[*k].is_some()).collect();
-        let some: Vec<&[f64]> = solved.iter().map(|k| of_base[*k]).collect();
+            self.of.iter().map(|k| k.map_or(&[][..], |k| &self.base.coefficients[k])).collect();
+        let some = self.solved();
         let difference: Vec<Vec<f64>> =
             (y.iter().zip(&self.cut)).map(|(y, p)| y.iter().zip(p).map(|(y, p)| y - p).collect()).collect();
         let own: Vec<&[f64]> = difference.iter().map(Vec::as_slice).collect();
         let cut: Vec<&[f64]> = self.cut.iter().map(Vec::as_slice).collect();
-        // Rows or columns of those that have a base, among all.
-        let spread = |m: Mat<f64>, rows: bool, columns: bool| {
-            let place = |k: usize, is_base: bool| {
-                if is_base { solved.iter().position(|s| *s == k) } else { Some(k) }
-            };
-            Mat::from_fn(n, n, |i, j| match (place(i, rows), place(j, columns)) {
-                (Some(i), Some(j)) => m[(i, j)],
-                _ => 0.0,
-            })
-        };
+        let spread = |m: Mat<f64>, rows: bool, columns: bool| self.spread(&m, [rows, columns]);
         let (base, on_block) = ((As::Base, some.as_slice()), (As::BaseOnBlock, some.as_slice()));
         let (own, cut) = ((As::Own, own.as_slice()), (As::OwnOnBlock, cut.as_slice()));
-        let double = |m: Mat<f64>| Mat::from_fn(n, n, |i, j| m[(i, j)] + m[(j, i)]);
-        // z = u0 on the block less p on the block.
-        let mut missed = spread(joint.products(on_block, on_block), true, true);
-        missed -= double(spread(joint.products(on_block, cut), true, false));
-        missed += joint.products(cut, cut);
+        let missed = self.missed(&joint);
         let mut out = self.of_base(&self.base.upper);
         out += double(spread(joint.products(base, own), true, false));
         out += primal.straight_energies(&difference);
@@ -188,6 +298,11 @@ impl<'a> Added<'a> {
         Some([out, missed])
     }
 
+    /// A grid, and its problem, with the permittivities of the base.
+    fn as_in_base<'d>(&'d self, domain: &'d Domain, primal: &'d Primal) -> (&'d Domain, &'d Primal) {
+        self.without.as_ref().map_or((domain, primal), |own| (&own.domain, &own.primal))
+    }
+
     /// Upper energies, from those of y under the map and without it, and the squares of z.
     ///
     /// # Errors
@@ -200,7 +315,7 @@ impl<'a> Added<'a> {
         primal: &Primal,
     ) -> Result<[Mat<f64>; 2], SolveError> {
         let [straight, missed] = self.straight(domain, y, primal).ok_or(SolveError::Superposition)?;
-        let mut out = straight + own - primal.straight_energies(y);
+        let mut out = straight + own - self.as_in_base(domain, primal).1.straight_energies(y);
         for i in 0..out.nrows() {
             // Covers the rounding of the sums.
             out[(i, i)] *= 1.0 + 256.0 * f64::EPSILON;
@@ -221,18 +336,22 @@ impl<'a> Added<'a> {
         share: f64,
         cancel: Option<&AtomicBool>,
     ) -> Result<Energies, SolveError> {
-        let solved =
-            Solved { coefficients: y, less: Some(&self.cut), energies: own, images, bent: primal.bent() };
-        let found = distances(domain, &self.potentials, &solved, &self.cut, &self.block, share, cancel)?;
+        let permittivity = self.without.as_ref().map_or(&domain.permittivity, |own| &own.domain.permittivity);
+        let less = Less { potentials: &self.cut, permittivity };
+        let solved = Solved { coefficients: y, less: Some(less), energies: own, images, bent: primal.bent() };
+        let found = distances(domain, &self.potentials, &solved, &less, &self.block, share, cancel)?;
+        // Of eps K^-1 with the permittivity of the base.
+        let largest = found.largest * self.without.as_ref().map_or(1.0, |own| own.largest);
         let begin = Instant::now();
         let n = y.len();
         let known = Mat::from_fn(self.base.upper.nrows(), self.base.upper.nrows(), |i, j| {
             self.base.upper[(i, j)] - self.base.lower[(i, j)]
         });
         let known = self.of_base(&known);
-        let known = &known + self.under_map(domain, &known, found.largest)?;
+        let known = &known + self.under_map(domain, &known, largest)?;
+        let missed = self.missed_under_map(domain, missed, largest)?;
         let scaled = |m: &Mat<f64>, scale: f64| Mat::from_fn(n, n, |i, j| scale * m[(i, j)]);
-        let terms = [known, found.apart.clone(), found.repair.clone(), scaled(missed, found.largest)];
+        let terms = [known, found.apart.clone(), found.repair.clone(), missed];
         let sizes = terms.each_ref().map(|m| (0..n).map(|i| m[(i, i)]).sum::<f64>().max(0.0).sqrt());
         let total: f64 = sizes.iter().sum();
         // (a + b + ..)^2 <= (a + b + ..) (a^2 / a + b^2 / b + ..).
@@ -280,6 +399,7 @@ impl<'a> Added<'a> {
         let n = self.of.len();
         let domain = at_planes(&self.base.domain, own).ok_or(SolveError::Superposition)?;
         let whole = &domain.truncated();
+        let without = self.without.as_ref().map_or(&own.permittivity, |own| &own.domain.permittivity);
         let metric = match of {
             Of::Permittivity => None,
             Of::Resistance => Metric::new(whole, extra, Of::Resistance)?,
@@ -294,7 +414,8 @@ impl<'a> Added<'a> {
         };
         let points = |axes: &[Axis; 3]| [0, 1, 2].map(|a| places[a].on(&axes[a]));
         let (of_flux, of_potential) = (points(self.base.fluxes.axes()), points(&self.base.domain.axes));
-        let weights = Weights::new(whole, &places);
+        let weights = Weights::new(&Domain { permittivity: without.clone(), ..whole.clone() }, &places);
+        let with = self.without.as_ref().map(|_| Weights::new(whole, &places));
         let error = |k: usize| -> Result<[Vec<f64>; 3], SolveError> {
             let base = &self.base;
             let (u, dims) = (&base.coefficients[k], base.domain.primal_dims());
@@ -308,11 +429,21 @@ impl<'a> Added<'a> {
         let errors: Vec<Option<[Vec<f64>; 3]>> =
             self.of.iter().map(|k| k.map(error).transpose()).collect::<Result<_, _>>()?;
         Ok(Mat::from_fn(n, n, |i, j| match (&errors[i], &errors[j], &metric) {
-            (Some(x), Some(y), Some(metric)) => product(&metric.tensors, x, y),
+            (Some(x), Some(y), Some(metric)) => {
+                let of_body = with
+                    .as_ref()
+                    .map_or(0.0, |with| with.over_permittivity(x, y) - weights.over_permittivity(x, y));
+                product(&metric.tensors, x, y) + of_body
+            }
             (Some(x), Some(y), None) => weights.over_permittivity(x, y),
             _ => 0.0,
         }))
     }
+}
+
+/// A form and its transpose.
+fn double(m: Mat<f64>) -> Mat<f64> {
+    &m + m.transpose()
 }
 
 /// The functions of a domain that do not vanish on a block.

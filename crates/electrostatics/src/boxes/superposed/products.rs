@@ -44,12 +44,21 @@ struct Between {
 impl Joint {
     /// `None` where the grids have no common refinement.
     pub(super) fn new(base: &Domain, own: &Domain, block: &Block) -> Option<Self> {
+        Self::within(base, own, block, &Block { lo: [0; 3], hi: own.cells() })
+    }
+
+    /// The same for products over some cells alone.
+    pub(super) fn within(base: &Domain, own: &Domain, block: &Block, cells: &Block) -> Option<Self> {
         let domain = Domain { map: None, ..joined_domain(base, own)? };
         let [x, y, z] = [0, 1, 2].map(|a| base.axes[a].functions_in(&domain.axes[a]));
         let [u, v, w] = [0, 1, 2].map(|a| own.axes[a].functions_in(&domain.axes[a]));
         let matrices = |a: usize, factors: &[f64]| {
             let axis = &domain.axes[a];
-            let (mass, stiffness) = line_matrices(&axis.line, &per_element(axis, factors));
+            let inside = |(m, factor): (usize, &f64)| {
+                if (cells.lo[a]..cells.hi[a]).contains(&m) { *factor } else { 0.0 }
+            };
+            let factors: Vec<f64> = factors.iter().enumerate().map(inside).collect();
+            let (mass, stiffness) = line_matrices(&axis.line, &per_element(axis, &factors));
             let f = axis.functions();
             [mass, stiffness].map(|m| m.as_ref().submatrix(f.start, f.start, f.len(), f.len()).to_owned())
         };
