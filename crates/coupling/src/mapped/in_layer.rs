@@ -6,10 +6,12 @@ use elastocap_geometry::scene::{Box3, Purpose};
 use crate::scene::in_layer::lowered;
 
 /// What the map must know of them. Lengths in m, before loading.
-#[derive(Debug, Clone, Default)]
+#[derive(Debug, Clone)]
 pub(super) struct InLayer {
     /// The height of the highest of them below the surface.
     pub(super) highest: f64,
+    /// The shortest side along x1 or x3 of those that end in the surface; infinite without any.
+    pub(super) narrowest: f64,
     /// The faces, on each axis, of those that the layer's finite elements have as bodies of their own: there the material's strain jumps.
     pub(super) planes: [Vec<f64>; 3],
     /// Where all of them are; `None` where nothing is.
@@ -28,14 +30,18 @@ impl InLayer {
         let Some(thickness) =
             case.layer.as_ref().map(|layer| layer.thickness).filter(|_| !regions.is_empty())
         else {
-            return Self::default();
+            let planes = Default::default();
+            return Self { highest: 0.0, narrowest: f64::INFINITY, planes, hull: None };
         };
         let all = || regions.iter().chain(pair);
         let surface = (1.0 - 1e-9) * scale * thickness;
+        let in_surface = all().filter(|region| region.max[1] >= surface);
+        let narrowest = in_surface.map(|region| region.extent(0).min(region.extent(2)));
+        let narrowest = narrowest.fold(f64::INFINITY, f64::min);
         let tops = all().map(|region| region.max[1]).filter(|top| *top < surface);
         let planes = [0, 1, 2].map(|a| pair.iter().flat_map(|r| [r.min[a], r.max[a]]).collect());
         let hull = all().filter(|region| (0..3).all(|a| region.extent(a).is_finite())).copied();
-        Self { highest: tops.fold(0.0, f64::max), planes, hull: hull.reduce(|a, b| a.union(&b)) }
+        Self { highest: tops.fold(0.0, f64::max), narrowest, planes, hull: hull.reduce(|a, b| a.union(&b)) }
     }
 
     pub(super) fn is_empty(&self) -> bool {

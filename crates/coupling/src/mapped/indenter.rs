@@ -7,6 +7,7 @@
 //!
 //! Where the two touch, boxes fill the contact: with the metal of the indenter, or with the material of the layer ([`super::films`]).
 
+use elastocap_electrostatics::Rounded;
 use elastocap_geometry::scene::Box3;
 
 use super::axes::Piece;
@@ -253,6 +254,13 @@ impl IndenterMap {
     /// The box of the indenter in the coordinates of the boxes.
     pub(super) fn region(&self) -> Box3 {
         self.region
+    }
+
+    /// Where the image of the box has no edges: all of a ball, and a cylinder all around.
+    pub(super) fn rounded(&self) -> Option<Rounded> {
+        let is_ball = matches!(self.form.rounding, Rounding::Ball { .. });
+        let is_round = is_ball || matches!(self.form.rounding, Rounding::AlongX3 { is_cylinder: true, .. });
+        is_round.then_some(Rounded { region: self.region, across: [true, true, is_ball] })
     }
 
     /// Boxes that fill the space between the two in the contact: with metal, or with the layer's material.

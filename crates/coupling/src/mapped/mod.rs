@@ -139,6 +139,14 @@ impl LayerMap<'_> {
             Self::Surface(own) => own.highest(),
         }
     }
+
+    /// The shortest side of the electrodes in the surface, m; infinite without any.
+    fn narrowest(&self) -> f64 {
+        match self {
+            Self::Pair(..) => f64::INFINITY,
+            Self::Surface(own) => own.narrowest(),
+        }
+    }
 }
 
 /// What the finite elements of a layer say of a step.
@@ -435,9 +443,15 @@ impl Parts<'_> {
         let axes: [MapAxis; 3] = [0, 1, 2].map(|a| joined(&all[a], self.tiny, mirrored[a]));
         self.check_room(scene, &axes)?;
         let map = SceneMap::new(axes, exact);
+        let map = match indenter.as_ref().and_then(IndenterMap::rounded) {
+            Some(rounded) => map.with_rounded(rounded),
+            None => map,
+        };
         let mut film_error = 0.0;
         if let Some(own) = &indenter {
-            film_error = own.film_error(surface - highest, self.contrast);
+            // Over a sheet in the surface the field falls off within about half of its width.
+            let distance = (surface - highest).min(0.5 * layer.narrowest());
+            film_error = own.film_error(distance, self.contrast);
             let filled: Vec<Shape> = own.filled().into_iter().map(Shape::Box).collect();
             for body in scene.bodies.iter_mut().filter(|body| body.purpose == Purpose::Indenter) {
                 body.parts = vec![Shape::Box(own.region())];

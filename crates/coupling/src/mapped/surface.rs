@@ -152,6 +152,11 @@ impl<'a> SurfaceMap<'a> {
         self.bent.bodies.highest
     }
 
+    /// The shortest side of the bodies in the surface, m; infinite without any.
+    pub(super) fn narrowest(&self) -> f64 {
+        self.bent.bodies.narrowest
+    }
+
     /// 1 where points are followed, falling to 0 where the map ends; and whether it ends at a wall there.
     fn share(&self, k: usize, x: f64) -> (f64, bool) {
         let side = usize::from(x > self.followed[k][1]);
@@ -227,10 +232,12 @@ impl<'a> SurfaceMap<'a> {
         let pieces = |k: usize, is_half: bool| {
             let [from, to] = self.followed[k];
             let mut places = self.bent.corners[k].clone();
+            let sides = [-1.0, 1.0];
+            let outermost =
+                sides.map(|side| places.iter().copied().max_by(|x, y| (side * x).total_cmp(&(side * y))));
             let has_bodies = !self.bent.bodies.is_empty();
             let (marks, degree) = if has_bodies { (&BESIDE[1..], WITH_BODIES) } else { (&BESIDE[..], ALONG) };
-            for side in [-1.0, 1.0] {
-                let outermost = places.iter().copied().max_by(|x, y| (side * x).total_cmp(&(side * y)));
+            for (side, outermost) in sides.into_iter().zip(outermost) {
                 let marked = |side: f64| {
                     let all = outermost
                         .into_iter()
