@@ -2,7 +2,7 @@
 //! indenter changes in it takes a coarse grid under its map, so that the fine one is solved once.
 
 use elastocap_electrostatics::{Base, Settings, Solution, SolveError, solve_base, solve_superposed};
-use elastocap_geometry::scene::{Body, Purpose, Role, Scene};
+use elastocap_geometry::scene::{Body, Purpose, Scene};
 
 use crate::mapped::BentScene;
 
@@ -39,16 +39,16 @@ impl CommonBase {
     }
 }
 
-/// The scene without the conductors that press; `None` where there are none, or not behind all others.
+/// The scene without what presses; `None` where there is nothing, or conductors that are not behind all others.
 fn without_indenter(scene: &Scene) -> Option<Scene> {
     let presses: Vec<bool> = scene.conductors().map(|own| is_indenter(own.body)).collect();
     let others = presses.iter().take_while(|presses| !**presses).count();
-    if others == 0 || others == presses.len() || presses[others..].iter().any(|presses| !presses) {
+    if others == 0 || presses[others..].iter().any(|presses| !presses) {
         return None;
     }
     let mut out = scene.clone();
-    out.bodies.retain(|body| !is_indenter(body) || matches!(body.role, Role::Dielectric { .. }));
-    Some(out)
+    out.bodies.retain(|body| !is_indenter(body));
+    (out.bodies.len() < scene.bodies.len()).then_some(out)
 }
 
 fn is_indenter(body: &Body) -> bool {
