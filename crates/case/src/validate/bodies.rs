@@ -71,7 +71,10 @@ pub(super) fn bodies(
     check_names(raw, of_conductors, of_dielectrics, electrodes, log);
 
     check_touching(&conductors, terminals, log);
-    check_touching_pair(&conductors, electrodes, terminals, raw, log);
+    let in_layer = conductors.iter().flatten().filter(|body| body.purpose == Purpose::InLayer);
+    for body in in_layer {
+        check_touching_pair(body, electrodes, terminals, raw, log);
+    }
     let layer = LayerRoom::of(raw);
     let walls_span = given(&raw.surroundings).and_then(|s| s.walls.as_ref()).map(|walls| walls.span.clone());
     for body in conductors.iter().chain(&dielectrics).flatten() {
@@ -225,30 +228,28 @@ fn check_touching(conductors: &[Option<PlacedBoxes<'_>>], terminals: &[Terminal]
 }
 
 /// The same for the pair of electrodes, which only conductors in the layer can meet.
-fn check_touching_pair(
-    conductors: &[Option<PlacedBoxes<'_>>],
+pub(super) fn check_touching_pair(
+    body: &PlacedBoxes<'_>,
     electrodes: Option<&Electrodes>,
     terminals: &[Terminal],
     raw: &Document,
     log: &mut Log<'_>,
 ) {
     let (Some(electrodes), Some(pair)) = (electrodes, raw.pair()) else { return };
-    for body in conductors.iter().flatten().filter(|body| body.purpose == Purpose::InLayer) {
-        for (name, region) in electrodes.names().into_iter().zip(electrodes.regions()) {
-            let touches = body.regions.iter().any(|own| own.touches(&region));
-            if touches && !Terminal::joins(terminals, name, body.name) {
-                let shown_name = shown(body.name);
-                log.push(
-                    Diagnostic::at(
-                        &body.span,
-                        format!("the conductor \"{shown_name}\" touches the electrode \"{name}\""),
-                    )
-                    .label("shares a point with it")
-                    .related(&pair.span, format!("\"{name}\" is here"))
-                    .help("leave a gap between the two, or join them in one [[terminal]]"),
-                );
-                return;
-            }
+    for (name, region) in electrodes.names().into_iter().zip(electrodes.regions()) {
+        let touches = body.regions.iter().any(|own| own.touches(&region));
+        if touches && !Terminal::joins(terminals, name, body.name) {
+            let shown_name = shown(body.name);
+            log.push(
+                Diagnostic::at(
+                    &body.span,
+                    format!("the conductor \"{shown_name}\" touches the electrode \"{name}\""),
+                )
+                .label("shares a point with it")
+                .related(&pair.span, format!("\"{name}\" is here"))
+                .help("leave a gap between the two, or join them in one [[terminal]]"),
+            );
+            return;
         }
     }
 }

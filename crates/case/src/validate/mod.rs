@@ -95,7 +95,7 @@ pub(super) fn validate(raw: &Document, flawed: bool, origin: &Path, log: &mut Lo
     } else if !shapes::any_shaped(raw) {
         bodies::bodies(raw, surroundings_read, pair, joined, log).map(|bodies| (bodies, None))
     } else if raw.layer.is_some() {
-        shapes::with_layer(raw, surroundings_read, pair, origin, log).map(|bodies| (bodies, None))
+        shapes::with_layer(raw, surroundings_read, (pair, joined), origin, log).map(|bodies| (bodies, None))
     } else {
         shapes::without_layer(raw, surroundings_read, origin, log).map(|bodies| (bodies, None))
     };

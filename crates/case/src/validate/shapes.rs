@@ -4,15 +4,16 @@ use std::ops::Range;
 use std::path::Path;
 
 use elastocap_geometry::import::obj::{Placement, surface_from_path};
+use elastocap_geometry::scene::Purpose;
 
 use super::super::diagnostics::{Diagnostic, shown};
-use super::super::model::{Body, Box3, Electrodes, Extent, Role, Shape, Surroundings, Wall};
+use super::super::model::{Body, Box3, Electrodes, Extent, Role, Shape, Surroundings, Terminal, Wall};
 use super::super::quantities::Position;
 use super::super::raw::{self, Document};
 use super::super::reader::{Log, Read};
 use super::bodies::{
-    LayerRoom, PlacedBoxes, boxes, check_body, check_count, check_names, conductor_of, purpose_of,
-    refuse_all_floating,
+    LayerRoom, PlacedBoxes, boxes, check_body, check_count, check_names, check_touching_pair, conductor_of,
+    purpose_of, refuse_all_floating,
 };
 use super::given;
 use super::outlines::extruded;
@@ -88,16 +89,39 @@ fn is_shell(body: &Body) -> bool {
     body.parts.iter().any(|part| matches!(part, Shape::Shell { .. }))
 }
 
-/// The fixed bodies of a scene with a layer and its `electrodes`; `None` if one of them cannot be used, and the log says why.
+/// The fixed bodies of a scene with a layer, its electrodes and terminals; `None` if one of them cannot be used, and the log says why.
 pub(super) fn with_layer(
     raw: &Document,
     surroundings: Option<&Surroundings>,
-    electrodes: Option<&Electrodes>,
+    (electrodes, terminals): (Option<&Electrodes>, &[Terminal]),
     origin: &Path,
     log: &mut Log<'_>,
 ) -> Option<Vec<Body>> {
     let all = placed(raw, electrodes, origin, log)?;
     let layer = LayerRoom::of(raw)?;
+    for (body, span) in all.iter().filter(|(body, _)| body.purpose == Purpose::InLayer) {
+        match body.boxes() {
+            Some(regions) if body.is_conductor() => {
+                let (name, span) = (&body.name, span.clone());
+                let (what, floating_charge, is_slab, purpose) = ("conductor", None, false, body.purpose);
+                let body = PlacedBoxes { name, regions, span, what, floating_charge, is_slab, purpose };
+                check_touching_pair(&body, electrodes, terminals, raw, log);
+            }
+            Some(_) => {}
+            None if raw.load.is_some() => log.push(
+                Diagnostic::at(
+                    span,
+                    format!(
+                        "how \"{}\" moves with the material of the layer is not known",
+                        shown(&body.name)
+                    ),
+                )
+                .label("is neither a box nor a sheet")
+                .help("make it of `boxes`, or lay it on a face of the layer"),
+            ),
+            None => {}
+        }
+    }
     for (body, span) in &all {
         if let (Some(Surroundings { extent: Extent::AroundLayer { below, above, .. }, .. }), Some(region)) =
             (surroundings, body.bounds())

@@ -180,6 +180,26 @@ fn what_is_in_a_loaded_layer_moves_with_its_material() {
 }
 
 #[test]
+fn in_a_loaded_layer_bodies_are_boxes_apart_from_the_pair_whatever_else_there_is() {
+    let pair = "[electrodes.in_plane_pair]\ngap = \"100 um\"\nlength = \"2 mm\"\nthickness = \"20 um\"\nwidth = \"2 mm\"\n\
+                height = \"200 um\"\nshear_modulus = \"1 MPa\"\n";
+    let ball = "[[conductor]]\nname = \"ball\"\nsphere = { center = [\"0 mm\", \"5 mm\", \"0 mm\"], radius = \"1 mm\" }\n";
+    let touching = patches("attached = \"layer\"\n", "150 um", "210 um").replacen("2 mm", "1 mm", 1);
+    let disc = "[[conductor]]\nname = \"disc\"\nattached = \"layer\"\n\
+                cylinder = { axis = \"x2\", base = [\"6 mm\", \"200 um\", \"0 mm\"], radius = \"1 mm\", height = \"10 um\" }\n";
+    for (forms, message) in [
+        (format!("{pair}{touching}"), "the conductor \"patch\" touches the electrode"),
+        (format!("{pair}{ball}{touching}"), "the conductor \"patch\" touches the electrode"),
+        (format!("{pair}{disc}"), "how \"disc\" moves with the material of the layer is not known"),
+    ] {
+        let error = read(&board(&forms, PRESSED)).unwrap_err();
+        assert!(error.contains(message), "{message}: {error}");
+        assert!(error.contains("forms.toml:"), "{error}");
+    }
+    read(&board(&format!("{pair}{ball}"), PRESSED)).unwrap();
+}
+
+#[test]
 fn what_moves_with_a_layer_of_a_length_ends_before_it() {
     let solid = "[mechanics.solid]\nwidth = \"2 mm\"\nend = \"free\"\nindenter = { sphere = { radius = \"2 mm\" } }\n\
                  [load]\ncompression = [0.1]\n";
