@@ -152,7 +152,7 @@ pub enum SceneError {
     /// A body lies where the indenter is, or where the space between it and the layer is bent.
     #[error(
         "`{body}` lies in the way of the indenter, or where the layer's surface or the indenter bends the space around it, which would \
-         bend it along; move it away, or write `role = \"absent\"` in [indenter]"
+         bend it along; move it away, write `attached = \"layer\"` where it lies in the layer, or `role = \"absent\"` in [indenter]"
     )]
     InTheIndentersWay {
         /// Its name.

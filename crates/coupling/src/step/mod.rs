@@ -9,7 +9,7 @@ use std::time::Instant;
 use elastocap_case::{Case, Measurement, Pose};
 use elastocap_electrostatics::{Field, Target};
 use elastocap_geometry::export::body::BodyMesh;
-use elastocap_geometry::scene::Scene;
+use elastocap_geometry::scene::{Purpose, Scene};
 use elastocap_mechanics::ForceLimit;
 
 use crate::common_base::CommonBase;
@@ -196,9 +196,13 @@ impl Solver<'_> {
             result.row.mechanics_error_estimate = Some(error);
             let asked = self.settings.relative_tolerance;
             if error > asked {
-                let what = match deformed.pair {
-                    Some(_) => "the gap or the parallel-plate capacitance",
-                    None => "the distances between and across the bodies in it",
+                let has_bodies = self.case.bodies.iter().any(|body| body.purpose == Purpose::InLayer);
+                let what = match (&deformed.pair, has_bodies) {
+                    (Some(_), false) => "the gap or the parallel-plate capacitance",
+                    (Some(_), true) => {
+                        "the gap, the parallel-plate capacitance, or the distances between and across the bodies in it"
+                    }
+                    (None, _) => "the distances between and across the bodies in it",
                 };
                 let reason = format!(
                     "the differences between the meshes of the layer leave a relative error of about {error:.1e} (an estimate) of \
