@@ -73,7 +73,7 @@ pub(super) fn bodies(
     check_touching(&conductors, terminals, log);
     let in_layer = conductors.iter().flatten().filter(|body| body.purpose == Purpose::InLayer);
     for body in in_layer {
-        check_touching_pair(body, electrodes, terminals, raw, log);
+        check_touching_pair((body.name, &body.span), &body.regions, (electrodes, terminals), raw, log);
     }
     let layer = LayerRoom::of(raw);
     let walls_span = given(&raw.surroundings).and_then(|s| s.walls.as_ref()).map(|walls| walls.span.clone());
@@ -229,21 +229,20 @@ fn check_touching(conductors: &[Option<PlacedBoxes<'_>>], terminals: &[Terminal]
 
 /// The same for the pair of electrodes, which only conductors in the layer can meet.
 pub(super) fn check_touching_pair(
-    body: &PlacedBoxes<'_>,
-    electrodes: Option<&Electrodes>,
-    terminals: &[Terminal],
+    (body, span): (&str, &Range<usize>),
+    regions: &[Box3],
+    (electrodes, terminals): (Option<&Electrodes>, &[Terminal]),
     raw: &Document,
     log: &mut Log<'_>,
 ) {
     let (Some(electrodes), Some(pair)) = (electrodes, raw.pair()) else { return };
     for (name, region) in electrodes.names().into_iter().zip(electrodes.regions()) {
-        let touches = body.regions.iter().any(|own| own.touches(&region));
-        if touches && !Terminal::joins(terminals, name, body.name) {
-            let shown_name = shown(body.name);
+        let touches = regions.iter().any(|own| own.touches(&region));
+        if touches && !Terminal::joins(terminals, name, body) {
             log.push(
                 Diagnostic::at(
-                    &body.span,
-                    format!("the conductor \"{shown_name}\" touches the electrode \"{name}\""),
+                    span,
+                    format!("the conductor \"{}\" touches the electrode \"{name}\"", shown(body)),
                 )
                 .label("shares a point with it")
                 .related(&pair.span, format!("\"{name}\" is here"))

@@ -102,10 +102,7 @@ pub(super) fn with_layer(
     for (body, span) in all.iter().filter(|(body, _)| body.purpose == Purpose::InLayer) {
         match body.boxes() {
             Some(regions) if body.is_conductor() => {
-                let (name, span) = (&body.name, span.clone());
-                let (what, floating_charge, is_slab, purpose) = ("conductor", None, false, body.purpose);
-                let body = PlacedBoxes { name, regions, span, what, floating_charge, is_slab, purpose };
-                check_touching_pair(&body, electrodes, terminals, raw, log);
+                check_touching_pair((&body.name, span), &regions, (electrodes, terminals), raw, log);
             }
             Some(_) => {}
             None if raw.load.is_some() => log.push(

@@ -1,25 +1,11 @@
 //! Bodies that move with the material of the layer, against the pair, which has solvers of its own.
 
 use std::path::Path;
-use std::sync::Arc;
-use std::sync::atomic::AtomicBool;
 
 use elastocap_coupling::outcome::{Outcome, Row};
-use elastocap_coupling::plan::{Options, Plan};
 use elastocap_coupling::route::Route;
-use elastocap_coupling::run::run;
 
-const NUMBERS_ONLY: Options = Options { prune: true, fields: false, scene: false };
-
-fn solve(text: &str) -> Outcome {
-    let case =
-        elastocap_case::parse(text, Path::new("in-layer.toml")).unwrap_or_else(|e| panic!("{e}\n{text}"));
-    let plan = Plan::new(&case, &NUMBERS_ONLY);
-    let outcome = run(&case, &plan, &NUMBERS_ONLY, &Arc::new(AtomicBool::new(false)), &());
-    let reasons: Vec<_> = outcome.steps.iter().filter_map(|step| step.reason.as_ref()).collect();
-    assert!(outcome.is_complete(), "{reasons:?}");
-    outcome
-}
+use crate::common::{layer, solve};
 
 /// The last step, which is loaded, and how it was solved.
 fn loaded(outcome: &Outcome) -> (&Row, Option<Route>) {
@@ -36,28 +22,6 @@ fn limits(row: &Row) -> [f64; 2] {
 fn agree(one: &Row, other: &Row) -> bool {
     let ([a, b], [c, d]) = (limits(one), limits(other));
     a <= d && c <= b
-}
-
-/// A layer with these electrodes, mechanics and load.
-fn layer(electrodes: &str, mechanics: &str, tolerance: f64) -> String {
-    format!(
-        r#"format = 1
-[layer]
-thickness = "400 um"
-half_length = "2 mm"
-relative_permittivity = 2.8
-[layer.material.neo_hookean]
-shear_modulus = "100 kPa"
-{electrodes}
-{mechanics}
-[surroundings]
-boundary = "open"
-below = {{ relative_permittivity = 4.4, thickness = "500 um" }}
-above = {{ relative_permittivity = 1.0, thickness = "open" }}
-[electrostatics]
-relative_tolerance = {tolerance}
-"#
-    )
 }
 
 /// A pair as soft as the layer.

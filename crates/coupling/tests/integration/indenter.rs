@@ -1,29 +1,10 @@
 //! The indenter as a part of the field: from far away to contact, flat and round.
 
-use std::path::Path;
-use std::sync::Arc;
-use std::sync::atomic::AtomicBool;
-
-use elastocap_case::Case;
 use elastocap_coupling::outcome::{Outcome, Row};
-use elastocap_coupling::plan::{Options, Plan};
+use elastocap_coupling::plan::Plan;
 use elastocap_coupling::route::Route;
-use elastocap_coupling::run::run;
 
-const NUMBERS_ONLY: Options = Options { prune: true, fields: false, scene: false };
-
-fn parse(text: &str) -> Case {
-    elastocap_case::parse(text, Path::new("indenter.toml")).unwrap_or_else(|e| panic!("{e}"))
-}
-
-fn solve(text: &str) -> Outcome {
-    let case = parse(text);
-    let plan = Plan::new(&case, &NUMBERS_ONLY);
-    let outcome = run(&case, &plan, &NUMBERS_ONLY, &Arc::new(AtomicBool::new(false)), &());
-    let reasons: Vec<_> = outcome.steps.iter().filter_map(|step| step.reason.as_ref()).collect();
-    assert!(outcome.is_complete(), "{reasons:?}");
-    outcome
-}
+use crate::common::{NUMBERS_ONLY, layer, parse, solve};
 
 fn bounds(row: &Row) -> [f64; 2] {
     [row.capacitance_lower_f.unwrap(), row.capacitance_upper_f.unwrap()]
@@ -38,31 +19,13 @@ fn agree(one: &Row, other: &Row, besides: f64) -> bool {
 
 /// A pair of traces on a board under a layer.
 fn pair(rest: &str, tolerance: f64) -> String {
-    format!(
-        r#"format = 1
-[layer]
-thickness = "400 um"
-half_length = "2 mm"
-relative_permittivity = 2.8
-[layer.material.neo_hookean]
-shear_modulus = "100 kPa"
-[[conductor]]
+    let traces = r#"[[conductor]]
 name = "left"
-box = {{ min = ["-500 um", "-20 um", "-600 um"], max = ["-100 um", "0 um", "600 um"] }}
+box = { min = ["-500 um", "-20 um", "-600 um"], max = ["-100 um", "0 um", "600 um"] }
 [[conductor]]
 name = "right"
-box = {{ min = ["100 um", "-20 um", "-600 um"], max = ["500 um", "0 um", "600 um"] }}
-{rest}
-[surroundings]
-boundary = "open"
-below = {{ relative_permittivity = 4.4, thickness = "500 um" }}
-above = {{ relative_permittivity = 1.0, thickness = "open" }}
-[measure]
-capacitance = ["left", "right"]
-[electrostatics]
-relative_tolerance = {tolerance}
-"#
-    )
+box = { min = ["100 um", "-20 um", "-600 um"], max = ["500 um", "0 um", "600 um"] }"#;
+    layer(traces, &format!("{rest}\n[measure]\ncapacitance = [\"left\", \"right\"]"), tolerance)
 }
 
 const PLATE: &str = "[mechanics.closed_form]\ncontact_half_length = \"700 um\"\ncontact_width = \"1 mm\"\nshear_length = \"700 um\"\n";
@@ -152,9 +115,8 @@ fn a_round_indenter_that_is_nearly_air_changes_nothing_but_by_how_its_surface_is
     }
 }
 
-#[test]
-fn a_far_ball_changes_the_pair_by_what_two_separate_solves_give() {
-    let text = r#"format = 1
+/// A ball over the paper's pair that comes near without contact.
+const FAR_BALL: &str = r#"format = 1
 [layer]
 thickness = "450 um"
 half_length = "3 mm"
@@ -189,7 +151,10 @@ capacitance = ["electrode-left", "electrode-right"]
 relative_tolerance = 2e-2
 change_tolerance = 1e-1
 "#;
-    let found = solve(text);
+
+#[test]
+fn a_far_ball_changes_the_pair_by_what_two_separate_solves_give() {
+    let found = solve(FAR_BALL);
     let own = &found.steps[1].row;
     let [lower, upper] = [own.change_lower_f.unwrap(), own.change_upper_f.unwrap()];
     println!("{lower:e} {upper:e}, {:?} unknowns", own.unknowns);
@@ -359,4 +324,20 @@ fn a_punch_of_metal_that_touches_the_layer_is_that_of_its_outline() {
     let besides = one.geometry_error_estimate.unwrap();
     assert!(besides < 1e-3, "the layer touches metal, and no film: {besides:e}");
     assert!(agree(one, other, besides), "{one:?} {other:?}");
+}
+
+#[test]
+fn a_far_ball_of_some_permittivity_changes_it_by_what_sharper_bounds_give() {
+    let text = FAR_BALL.replace("role = \"grounded\"", "role = { relative_permittivity = 50.0 }");
+    let text =
+        text.replace("\"8 mm\"", "\"6 mm\"").replace("change_tolerance = 1e-1", "change_tolerance = 5e-1");
+    let found = solve(&text);
+    let own = &found.steps[1].row;
+    let [lower, upper] = [own.change_lower_f.unwrap(), own.change_upper_f.unwrap()];
+    println!("{lower:e} {upper:e}, {:?} unknowns", own.unknowns);
+    // To 1e-2 of the change; at 1.5e-4 of C it is hidden in the bounds of C.
+    let [least, most] = [-4.941e-18, -4.907e-18];
+    assert!(lower <= most && least <= upper && upper < 0.0, "{lower:e} {upper:e}");
+    // Without a base it takes millions.
+    assert!(own.unknowns.unwrap() < 300_000);
 }

@@ -4,6 +4,7 @@
 
 mod capsule;
 mod change;
+mod common;
 mod imported_mesh;
 mod in_layer;
 mod indenter;

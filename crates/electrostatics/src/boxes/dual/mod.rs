@@ -14,6 +14,7 @@
 //! subtracts the repair's energy inside conductors, which the functional does not contain).
 
 pub(crate) mod across_grids;
+pub(crate) mod aim;
 mod lines;
 pub(crate) mod mapped;
 mod operator;

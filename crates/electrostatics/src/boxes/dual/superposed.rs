@@ -1,7 +1,8 @@
 //! How far a flux that is added to one known before is from the one that belongs to a potential: see [`crate::boxes::superposed`].
 
 use super::across_grids::Fluxes;
-use super::mapped::{Less, Solved, project};
+use super::aim::Less;
+use super::mapped::{Solved, project};
 use crate::SolveError;
 use crate::boxes::domain::{Axis, Block, Domain};
 use crate::boxes::mapped::gradients::{EXTRA, FINER, add_with_error};

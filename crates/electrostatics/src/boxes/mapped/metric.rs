@@ -73,9 +73,7 @@ impl Metric {
         let largest = largest.ok_or(SolveError::InsideOut)?.into_iter().fold(1.0, f64::max);
         Ok(Some(Self { points, tensors, largest }))
     }
-}
 
-impl Metric {
     /// At least the largest of eps K^-1 at any of the points outside a block in any direction, and at least 1; of [`Of::Resistance`].
     pub(crate) fn largest_outside(&self, domain: &Domain, block: &Block) -> f64 {
         let [_, n1, n2] = self.points.each_ref().map(AxisPoints::len);

@@ -5,6 +5,7 @@ use crate::boxes::two_states::common_line;
 use elastocap_fem::embedding::interpolation as of_lines;
 use elastocap_fem::line::Line;
 use elastocap_fem::tensor::{Dims, SparseRows, Window, clear};
+use std::ops::Range;
 
 /// The common refinement of the grids of a base and of a scene, with the bodies of the scene; `None` where they do not end at the same
 /// places.
@@ -93,35 +94,48 @@ pub(super) fn bent_block(domain: &Domain) -> Option<Block> {
     Some(block)
 }
 
-/// The permittivities of a base in the cells of a scene; `None` where the scene has not all of its planes.
+/// The permittivities of a base in the cells of a scene; `None` where a cell holds parts of the base that differ.
 pub(super) fn permittivity_of(base: &Domain, own: &Domain) -> Option<Vec<f64>> {
-    let interval_of = |a: usize| -> Option<Vec<usize>> {
-        let (from, to) = (&base.axes[a], &own.axes[a]);
-        let last = from.intervals() - 1;
-        let node = |axis: &Axis, m: usize| axis.plane_node(m).map(|n| axis.line.nodes[n]);
-        let planes: Vec<f64> = (0..=from.intervals()).filter_map(|m| node(from, m)).collect();
-        let is_first_open = node(from, 0).is_none();
-        (0..to.intervals())
-            .map(|m| {
-                let at = match (node(to, m), node(to, m + 1)) {
-                    (Some(low), Some(high)) => 0.5 * (low + high),
-                    (None, Some(_)) => return Some(0),
-                    (Some(_), None) => return Some(last),
-                    (None, None) => return None,
-                };
-                let below = planes.partition_point(|x| *x < at);
-                Some((below + usize::from(is_first_open)).checked_sub(1)?.min(last))
-            })
-            .collect()
-    };
-    let [x, y, z] = [interval_of(0)?, interval_of(1)?, interval_of(2)?];
+    let [x, y, z] = [0, 1, 2].map(|a| overlaps(&base.axes[a], &own.axes[a]));
     let mut out = Vec::with_capacity(x.len() * y.len() * z.len());
     for i in &x {
         for j in &y {
-            out.extend(z.iter().map(|k| base.permittivity_of([*i, *j, *k])));
+            for k in &z {
+                let all = i.clone().flat_map(|i| j.clone().map(move |j| (i, j)));
+                let mut all = all.flat_map(|(i, j)| k.clone().map(move |k| base.permittivity_of([i, j, k])));
+                let first = all.next()?;
+                if all.any(|eps| eps != first) {
+                    return None;
+                }
+                out.push(first);
+            }
         }
     }
     Some(out)
+}
+
+/// Intervals that share less than this part of the shorter one meet but for rounding.
+const MEET: f64 = 1e-3;
+
+/// For each interval of an axis of a scene, those of a base that it overlaps.
+fn overlaps(base: &Axis, own: &Axis) -> Vec<Range<usize>> {
+    let ends = |axis: &Axis, m: usize| {
+        let node = |m: usize| axis.plane_node(m).map(|n| axis.line.nodes[n]);
+        [node(m).unwrap_or(f64::NEG_INFINITY), node(m + 1).unwrap_or(f64::INFINITY)]
+    };
+    let overlapping = |m: usize| {
+        let [low, high] = ends(own, m);
+        let is_common = |n: &usize| {
+            let [from, to] = ends(base, *n);
+            let shorter = (high - low).min(to - from);
+            let rounding = if shorter.is_finite() { MEET * shorter } else { 0.0 };
+            high.min(to) - low.max(from) > rounding
+        };
+        let mut common = (0..base.intervals()).filter(is_common);
+        let first = common.next().unwrap_or(0);
+        first..common.next_back().unwrap_or(first) + 1
+    };
+    (0..own.intervals()).map(overlapping).collect()
 }
 
 /// Zeroes all but a window.
