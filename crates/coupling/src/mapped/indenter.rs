@@ -352,17 +352,20 @@ impl IndenterMap {
         };
         let (along, sign, z) = feet(c[0]);
         let (foot, normal) = profile.point(along);
-        let mut foot = [foot[0].copysign(sign), foot[1]];
-        if let Some(inside) = self.inside(c[0]) {
-            let to = (under.image)([c[0], under.surface, c[2]]);
-            foot = [
-                to[0] - middle[0] - inside * normal[0].copysign(sign),
-                to[1] - middle[1] - inside * normal[1],
-            ];
-        }
+        let on_outline = [foot[0].copysign(sign), foot[1]];
+        let foot = match self.inside(c[0]) {
+            Some(inside) => {
+                let to = (under.image)([c[0], under.surface, c[2]]);
+                [
+                    to[0] - middle[0] - inside * normal[0].copysign(sign),
+                    to[1] - middle[1] - inside * normal[1],
+                ]
+            }
+            None => on_outline,
+        };
         let upper = |s: f64| {
             if profile.is_cylinder {
-                return [foot[0], 2.0 * profile.radius - foot[1]];
+                return [on_outline[0], 2.0 * profile.radius - on_outline[1]];
             }
             let [left, right] = [side(min[0], 1.0), side(max[0], 1.0)];
             [0, 1].map(|a| (1.0 - s) * left[a] + s * right[a])
