@@ -24,8 +24,8 @@ pub const NO_CHANGE: f64 = 1e-6;
 /// How often steps are solved again, at most: a change that was hidden in its bounds is seen one round, and met the next.
 const MAX_ROUNDS: usize = 4;
 
-/// Share of the distance between the bounds of a change that each of its two states may take. What is left is for a change that turns out
-/// smaller than it was taken for.
+/// Share of the distance between the bounds of the smallest change that the first step may take. What that leaves of 0.9 is for the other
+/// state, which is more where its change is a larger one. The rest is for a change that turns out smaller than it was taken for.
 const SHARE: f64 = 0.45;
 
 /// Steps whose largest problem had more unknowns are solved again one after the other.
@@ -123,7 +123,10 @@ impl ChangeSearch<'_> {
             }
             let (at_once, memory_limit) = self.shares(found);
             let least = wanted.iter().map(|(_, tolerance)| *tolerance).fold(f64::INFINITY, f64::min);
-            let base = self.work.first().and_then(|step| self.solver.common_base(step, least, memory_limit));
+            let base = self
+                .work
+                .first()
+                .and_then(|step| self.solver.common_base(step, [least, largest_change(found)], memory_limit));
             let again = side_by_side(at_once, wanted.len(), self.cancel, |k| {
                 let (place, tolerance) = wanted.get(k)?;
                 Some(self.solver.solve_to(self.work.get(*place)?, *tolerance, memory_limit, base.as_ref()))
@@ -162,10 +165,13 @@ impl ChangeSearch<'_> {
         };
         let goals: Vec<_> = (1..found.len()).filter_map(goal_of).collect();
         let least = goals.iter().map(|(_, _, goal)| *goal).fold(f64::INFINITY, f64::min);
-        let states = std::iter::once((0, first, least)).chain(goals);
-        let too_wide =
-            states.filter(|(place, state, goal)| !is_exhausted(*place) && spread(state) > SHARE * goal);
-        too_wide.map(|(place, state, goal)| (place, SHARE * goal / state.value.abs())).collect()
+        let of_first = if is_exhausted(0) { spread(&first) } else { spread(&first).min(SHARE * least) };
+        let others = goals.into_iter().map(|(place, own, goal)| (place, own, 2.0 * SHARE * goal - of_first));
+        let states = std::iter::once((0, first, SHARE * least)).chain(others);
+        let too_wide = states.filter(|(place, state, wanted)| {
+            !is_exhausted(*place) && *wanted > 0.0 && spread(state) > *wanted
+        });
+        too_wide.map(|(place, state, wanted)| (place, wanted / state.value.abs())).collect()
     }
 
     /// Marks the steps whose change is not known to the tolerance.
@@ -225,6 +231,16 @@ impl ChangeSearch<'_> {
             }
         }
     }
+}
+
+/// The largest change of all steps that their bounds allow, over the capacitance of the first step.
+fn largest_change(found: &[Option<StepResult>]) -> f64 {
+    let Some(first) = measured(found, 0) else { return 1.0 };
+    let of = |place: usize| {
+        let change = change(&first, &measured(found, place)?);
+        Some((change.lower.abs().max(change.upper.abs()) / first.value.abs()).min(1.0))
+    };
+    (1..found.len()).filter_map(of).fold(0.0, f64::max)
 }
 
 fn measured(found: &[Option<StepResult>], place: usize) -> Option<Bounded> {

@@ -1,7 +1,9 @@
 //! The field without the indenter, which the steps of an approach have in common when they are solved again for their change. What the
 //! indenter changes in it takes a coarse grid under its map, so that the fine one is solved once.
 
-use elastocap_electrostatics::{Base, Settings, Solution, SolveError, solve_base, solve_superposed};
+use elastocap_electrostatics::{
+    Additions, Base, Settings, Solution, SolveError, solve_base, solve_superposed,
+};
 use elastocap_geometry::scene::{Body, Purpose, Scene};
 
 use crate::mapped::BentScene;
@@ -17,10 +19,12 @@ pub(crate) struct CommonBase {
 
 impl CommonBase {
     /// The base of a scene and of others with the indenter elsewhere, for the tolerance in the settings. No face of any of them, and
-    /// nothing that is bent, is farther than `reach` (m) from the origin. `None` where they have none.
-    pub(crate) fn of(bent: &BentScene, reach: f64, settings: &Settings) -> Option<Self> {
+    /// nothing that is bent, is farther than `reach` (m) from the origin, and none has a capacitance that is another one by more than
+    /// `change` of it. `None` where they have none.
+    pub(crate) fn of(bent: &BentScene, [reach, change]: [f64; 2], settings: &Settings) -> Option<Self> {
         let scene = without_indenter(&bent.scene).filter(|_| settings.bounds)?;
-        let base = solve_base(&scene, (&bent.scene, &bent.map), reach, SHARE, settings).ok()??;
+        let additions = Additions { reach, change, share: SHARE };
+        let base = solve_base(&scene, (&bent.scene, &bent.map), additions, settings).ok()??;
         Some(Self { scene, base })
     }
 

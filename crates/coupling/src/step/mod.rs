@@ -125,7 +125,7 @@ impl Solver<'_> {
     pub(crate) fn common_base(
         &self,
         step: &PlannedStep,
-        relative_tolerance: f64,
+        [relative_tolerance, change]: [f64; 2],
         memory_limit: u64,
     ) -> Option<CommonBase> {
         // In contact the gap beside an indenter is squeezed so much that a base does not serve.
@@ -141,7 +141,7 @@ impl Solver<'_> {
         let bent = self.first_bent(step, &deformed, state.as_ref())?;
         let farthest = self.case.poses.iter().map(|pose| pose.distance).fold(0.0, f64::max);
         let reach = bent.reach() + farthest - step.pose.distance;
-        CommonBase::of(&bent, reach, &self.settings_to(relative_tolerance, memory_limit).boxes())
+        CommonBase::of(&bent, [reach, change], &self.settings_to(relative_tolerance, memory_limit).boxes())
     }
 
     /// A step that the run was stopped before, with what is known of the layer.

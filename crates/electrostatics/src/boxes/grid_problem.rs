@@ -81,16 +81,15 @@ impl<'a> GridProblem<'a> {
     /// # Errors
     /// [`SolveError::Superposition`] where that is farther than on the grid of a base.
     pub(crate) fn first_grid(&self, far: f64) -> Result<Grid, SolveError> {
-        let mut grid = first(&self.core, far);
-        match self.reach {
-            None => {}
-            Some((radius, true)) if grid.radius > radius => return Err(SolveError::Superposition),
-            Some((radius, true)) => self.core.reach_to(&mut grid, radius),
-            Some((least, false)) => {
-                let radius = grid.radius.max(least);
-                self.core.reach_to(&mut grid, radius);
-            }
+        let Some((radius, must_be)) = self.reach else { return Ok(first(&self.core, far)) };
+        // Graded all the way out: one long element would converge slowly.
+        let own = if must_be { 0.0 } else { far };
+        let mut grid = first(&self.core, own.max(radius / self.core.size()));
+        if must_be && self.core.grid_radius(0.0) > radius {
+            return Err(SolveError::Superposition);
         }
+        let radius = if must_be { radius } else { grid.radius.max(radius) };
+        self.core.reach_to(&mut grid, radius);
         Ok(grid)
     }
 

@@ -39,6 +39,9 @@ const LONG_STEP: f64 = 0.02;
 const EXPECTED: f64 = 0.8;
 const EXPECTED_OF_BASE: f64 = 2.0;
 
+/// Error of the linear solver of a base over the usual one: its iterations are most of the work for all that is added to it.
+const OF_BASE: f64 = 3.0;
+
 /// Half the error over the energy that the indicator says to be missing, as it is on scenes of a pair at tight tolerances; it is half
 /// as much at loose ones, 0.6 on arrays of pads, and 0.2 on combs and on thin plates with feed bars.
 const USUAL_AMPLIFICATION: f64 = 1.0;
@@ -335,7 +338,11 @@ impl<'p, 's> Search<'p, 's> {
 
     /// Goal of the linear solver: its error over the energy.
     fn share(&self, purpose: Purpose) -> f64 {
-        let least = self.one_state.map_or(iteration_share(self.tolerance), |own| own.share);
+        let least = match self.one_state {
+            Some(own) => own.share,
+            None if self.problem.is_base() => OF_BASE * iteration_share(self.tolerance),
+            None => iteration_share(self.tolerance),
+        };
         match purpose {
             Purpose::Explore => (0.01 * self.foreseen.min(0.1)).max(least),
             Purpose::Estimate | Purpose::Prove => least,
@@ -364,7 +371,12 @@ impl<'p, 's> Search<'p, 's> {
                     _ => f64::INFINITY,
                 };
                 let least = USUAL_AMPLIFICATION.min(margin * self.amplification);
-                let least = if self.one_state.is_some() { OF_ONE_STATE } else { least };
+                let least = match self.one_state {
+                    Some(_) => OF_ONE_STATE,
+                    // A base must not miss its tolerance by much, and never comes back to it.
+                    None if self.problem.is_base() => USUAL_AMPLIFICATION,
+                    None => least,
+                };
                 self.amplification = self.amplification.max(least);
                 self.overstated = self.overstated.or(overstated);
                 return None;
@@ -452,9 +464,9 @@ impl<'p, 's> Search<'p, 's> {
                 Some(error) => missing * (PROVED_GOAL * tolerance / self.own(error)).clamp(0.03, PROVED_GOAL),
                 None => {
                     let goal = (goal(settings.bounds) * tolerance / self.amplification).min(missing);
-                    match self.one_state {
+                    match self.one_state.is_some() || problem.is_base() {
                         // As many steps as it takes, all of them equal.
-                        Some(_) if goal > 0.0 => {
+                        true if goal > 0.0 => {
                             let steps = ((missing / goal).ln() / -step.ln()).ceil().max(1.0);
                             missing * (goal / missing).powf(1.0 / steps)
                         }

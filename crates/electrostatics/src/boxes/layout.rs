@@ -260,7 +260,7 @@ impl Layout {
     }
 
     /// Distance of the farthest face of a conductor from the pole, on any axis.
-    fn size(&self) -> f64 {
+    pub(crate) fn size(&self) -> f64 {
         let shift = |a: usize| usize::from(self.walls[a][0] == Wall::Open);
         let face = |a: usize, interval: usize| (self.planes[a][interval - shift(a)].at - self.pole(a)).abs();
         let farthest = |b: &Block| (0..3).map(|a| face(a, b.lo[a]).max(face(a, b.hi[a]))).fold(0.0, f64::max);

@@ -1,8 +1,8 @@
 //! Scenes under a map that are solved by what a body changes in a base that it is added to.
 
 use elastocap_electrostatics::{
-    Base, MapAxis, SceneMap, Settings, Solution, SolveError, Target, solve, solve_base, solve_mapped,
-    solve_superposed,
+    Additions, Base, MapAxis, SceneMap, Settings, Solution, SolveError, Target, solve, solve_base,
+    solve_mapped, solve_superposed,
 };
 use elastocap_geometry::scene::{Body, Box3, Potential, Role, Scene, Wall};
 use elastocap_geometry::shapes::Shape;
@@ -63,8 +63,10 @@ fn to(relative_tolerance: f64, target: Target) -> Settings {
     Settings { relative_tolerance, target, ..Settings::default() }
 }
 
+const ADDITIONS: Additions = Additions { reach: 4.0, change: 1.0, share: 0.2 };
+
 fn base_of(full: &(Scene, Arc<SceneMap>), settings: &Settings) -> Base {
-    solve_base(&scene(None), (&full.0, &full.1), 4.0, 0.2, settings).unwrap().unwrap()
+    solve_base(&scene(None), (&full.0, &full.1), ADDITIONS, settings).unwrap().unwrap()
 }
 
 /// Holds bounds of both against each other, and the second against its tolerance.
@@ -113,7 +115,7 @@ fn so_does_a_finger_of_some_permittivity_in_air_or_in_what_has_a_higher_one() {
         let settings = to(3e-3, Target::Mutual([0, 1]));
         let direct = solve_mapped(&full.0, &full.1, &settings).unwrap();
         let without = Scene { background_permittivity: around, ..scene(None) };
-        let base = solve_base(&without, (&full.0, &full.1), 4.0, 0.2, &settings).unwrap().unwrap();
+        let base = solve_base(&without, (&full.0, &full.1), ADDITIONS, &settings).unwrap().unwrap();
         let added = solve_superposed(&full.0, &full.1, &base, &settings).unwrap();
         agree(&direct, &added);
         // Without it, other bounds.

@@ -47,33 +47,50 @@ pub(crate) struct BasePart {
     pub(crate) fluxes: Fluxes,
 }
 
-/// The largest relative spread of a base over the tolerance of what is added to it.
+/// The largest relative spread of a base over the tolerance of what is added to it, and over the one aimed for.
 const MOST: f64 = 0.8;
+const MOST_OF_SHARE: f64 = 2.0;
 
-/// Solves a scene as the base of others, to `share` of the tolerance that these are to have. `like` is one of these, whose symmetry all
-/// have; no face of any of them is farther than `reach`, m, from the middle of the conductors. `None` where the scene cannot serve as a
-/// base.
+/// What is added to a base.
+#[derive(Debug, Clone, Copy)]
+pub struct Additions {
+    /// No face of any scene is farther from the middle of the conductors, m.
+    pub reach: f64,
+    /// What they change of the target at most, over its value; one where nothing is known of it. Where the grids end in open space
+    /// follows from it: bounds hold for any value, but those of a smaller one may be too wide.
+    pub change: f64,
+    /// Relative spread to aim for of the base, over the tolerance that the scenes are to have.
+    pub share: f64,
+}
+
+/// The energy of what is added over the change that it makes, where the grids end.
+const ENERGY: f64 = 2.0;
+
+/// Solves a scene as the base of others, for the tolerance that these are to have. `like` is one of these, whose symmetry all have. `None`
+/// where the scene cannot serve as a base.
 ///
 /// # Errors
 /// Those of [`crate::solve`].
 pub fn solve_base(
     scene: &Scene,
     like: (&Scene, &Arc<SceneMap>),
-    reach: f64,
-    share: f64,
+    additions: Additions,
     settings: &Settings,
 ) -> Result<Option<Base>, SolveError> {
     let frame = Frame::of(scene)?;
     let other = Layout::in_frame(like.0, Some(like.1), Some(frame), settings.memory_limit)?;
     let mirrored = other.mirror.map(|plane| plane.is_some());
     let settings = Settings { field: false, ..settings.clone() };
-    let far = OpenSpace::new(&other, &Floating::new(like.0), &settings).distance(settings.relative_tolerance);
-    let in_frame = InFrame { frame, mirrored, reach: reach / frame.unit, far: far.max(2.0), radius: None };
+    let tolerance = settings.relative_tolerance;
+    let of_energy = tolerance / (ENERGY * additions.change).min(1.0);
+    let far = OpenSpace::new(&other, &Floating::new(like.0), &settings).distance(of_energy);
+    let in_frame =
+        InFrame { frame, mirrored, reach: additions.reach / frame.unit, far: far.max(2.0), radius: None };
     let mut problem = GridProblem::new(scene, None, Some(&in_frame), &settings)?;
     problem.keeps_fluxes = true;
-    let tolerance = settings.relative_tolerance;
     let mut search = Search::new(&problem)?;
-    let met = search.pursue(share * tolerance, MOST * tolerance)?;
+    let met = search
+        .pursue(additions.share * tolerance, (MOST_OF_SHARE * additions.share).min(MOST) * tolerance)?;
     let found = search.finish(met)?;
     if !met {
         return Ok(None);

@@ -32,7 +32,7 @@ mod base;
 mod grids;
 mod products;
 
-pub use base::{Base, solve_base};
+pub use base::{Additions, Base, solve_base};
 
 use crate::SolveError;
 use crate::boxes::domain::{Axis, Block, Domain};
