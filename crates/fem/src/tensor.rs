@@ -4,7 +4,7 @@
 //! so that results are the same bytes at any thread count.
 
 pub use elastocap_linalg::gemm::{Left, Real, Right, Target, multiply};
-pub use elastocap_linalg::reduction::{axpy, dot};
+pub use elastocap_linalg::reduction::{add, axpy, dot};
 use faer::MatRef;
 use rayon::prelude::*;
 use std::ops::Range;
@@ -249,6 +249,14 @@ pub fn along(axis: usize, matrix: &SparseRows<f64>, x: &[f64], dims: Dims) -> (V
         }),
     }
     (out, shape)
+}
+
+/// Gives a buffer this length; what it holds is not specified. New memory comes as zeros from the system, and its pages are first touched
+/// by the threads that fill it, not by one thread before.
+pub fn sized<T: Real>(buffer: &mut Vec<T>, len: usize) {
+    if buffer.len() != len {
+        *buffer = vec![T::default(); len];
+    }
 }
 
 /// Sets a window of an array to zero.

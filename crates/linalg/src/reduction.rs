@@ -15,6 +15,14 @@ pub fn axpy<T: Real>(dst: &mut [T], w: T, src: &[T]) {
     }
 }
 
+/// Entries that one thread adds at least.
+const TASK: usize = 16_384;
+
+/// `dst += src`, both of one length, on several threads.
+pub fn add(dst: &mut [f64], src: &[f64]) {
+    dst.par_iter_mut().zip(src).with_min_len(TASK).for_each(|(d, s)| *d += s);
+}
+
 /// Entries summed in one run before partial sums are combined.
 const DOT_CHUNK: usize = 4096;
 

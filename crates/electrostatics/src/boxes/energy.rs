@@ -7,7 +7,7 @@ use crate::boxes::dual::Dual;
 use crate::boxes::dual::across_grids::{Fluxes, State};
 use crate::boxes::half_turn::Image;
 use crate::boxes::primal::Primal;
-use elastocap_fem::tensor::dot;
+use elastocap_fem::tensor::{add, dot};
 use elastocap_linalg::conjugate_gradients::{self, Operator};
 use faer::Mat;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -243,7 +243,7 @@ fn dual_flux(
         let c = conjugate_gradients::solve(dual, &r, &mut step, &mut rest, goal_now);
         stop_if_asked(cancel)?;
         iterations += c.iterations;
-        x.iter_mut().zip(&step).for_each(|(x, s)| *x += s);
+        add(&mut x, &step);
         // The recursion's residual drifts by rounding; the bound rests on the true one.
         dual.true_residual(&b, &x, &mut r);
         dual.balance(&mut x, &mut r);

@@ -5,7 +5,7 @@
 //! lambda0 + lambda1 + lambda2 (Lynch, Rice and Thomas 1964).
 
 use elastocap_fem::modes::LineModes;
-use elastocap_fem::tensor::{Dense, Dims, Real, Window, left, multiply, right, target};
+use elastocap_fem::tensor::{Dense, Dims, Real, Window, left, multiply, right, sized, target};
 use rayon::prelude::*;
 use std::sync::Arc;
 
@@ -62,8 +62,8 @@ impl<T: Real> SeparableBox<T> {
     pub(crate) fn solve(&self, r: &[T], dims: Dims, work: &mut Vec<T>, out: &mut Vec<T>) {
         let [n0, n1, n2] = self.shape();
         let plane = n1 * n2;
-        work.resize(n0 * plane, T::default());
-        out.resize(n0 * plane, T::default());
+        sized(work, n0 * plane);
+        sized(out, n0 * plane);
         if n0 * plane == 0 {
             return;
         }

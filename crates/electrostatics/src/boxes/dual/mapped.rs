@@ -29,7 +29,7 @@ use crate::boxes::mapped::metric::{Metric, Of, product};
 use crate::boxes::mapped::points::{AxisPoints, Evaluation};
 use elastocap_fem::line::Numbering;
 use elastocap_fem::mixed::FluxEnd;
-use elastocap_fem::tensor::{Dense, Dims, Target as Strided, along, dot, multiply, right};
+use elastocap_fem::tensor::{Dense, Dims, Target as Strided, add, along, dot, multiply, right};
 use elastocap_linalg::conjugate_gradients::{self, Operator};
 use elastocap_linalg::dense;
 use faer::Mat;
@@ -315,7 +315,7 @@ impl Dual {
             let c = conjugate_gradients::solve(self, &r, &mut step, &mut rest, goal_now);
             stop_if_asked(cancel)?;
             iterations += c.iterations;
-            x.iter_mut().zip(&step).for_each(|(x, s)| *x += s);
+            add(&mut x, &step);
             self.true_residual(&b, &x, &mut r);
             self.balance(&mut x, &mut r);
             let (repair, left) = self.repair(&r);
@@ -360,10 +360,14 @@ impl Dual {
                 let (rows, columns) = (bundle.across[0].clone(), bundle.across[1].clone());
                 let width = rows.len() * columns.len();
                 let none = vec![0.0; run.ends.iter().flatten().max().map_or(0, |last| last + 1)];
-                for (line, s) in rows.enumerate() {
+                let of_row = |s: usize| {
                     let strip = Strip { axis: a, run, row: s, columns: columns.clone() };
                     let mut own = self.flux_of(&strip, &none, phi);
                     self.add_obliqueness(&strip, &mut own);
+                    own
+                };
+                let strips: Vec<Vec<f64>> = rows.into_par_iter().map(of_row).collect();
+                for (line, own) in strips.iter().enumerate() {
                     for (r, own) in own.chunks_exact(columns.len().max(1)).enumerate() {
                         let at = r * width + line * columns.len();
                         y[at..at + columns.len()].iter_mut().zip(own).for_each(|(y, x)| *y += x);

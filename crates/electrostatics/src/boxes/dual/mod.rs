@@ -360,7 +360,7 @@ impl Dual {
     /// r = b - A x.
     pub(crate) fn true_residual(&mut self, b: &[f64], x: &[f64], r: &mut [f64]) {
         self.apply(x, r);
-        r.iter_mut().zip(b).for_each(|(r, b)| *r = b - *r);
+        r.par_iter_mut().zip(b).with_min_len(16_384).for_each(|(r, b)| *r = b - *r);
     }
 
     /// Makes the residual `r` = b - A x one that the repair can cancel: where every wall is insulated, it must hold no net charge.

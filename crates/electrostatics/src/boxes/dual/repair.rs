@@ -11,7 +11,7 @@ use crate::boxes::ray_permittivity::RayPermittivity;
 use crate::boxes::schwarz::{Modes, SeparableBox, row_block};
 use elastocap_fem::line::Numbering;
 use elastocap_fem::mixed::{FluxCoordinates, FluxEnd};
-use elastocap_fem::tensor::{Dense, Dims, dot, left, multiply, right, target};
+use elastocap_fem::tensor::{Dense, Dims, add, dot, left, multiply, right, target};
 use elastocap_linalg::dense;
 use faer::Mat;
 use rayon::prelude::*;
@@ -119,17 +119,21 @@ impl Repair {
     }
 
     /// Changes every entry of an array by the ratio of the root permittivities.
-    fn rescale(&self, v: &mut [f64], dims: Dims, weights: &Weights, change: impl Fn(f64, f64) -> f64) {
+    fn rescale(
+        &self,
+        v: &mut [f64],
+        [_, n1, n2]: Dims,
+        weights: &Weights,
+        change: impl Fn(f64, f64) -> f64 + Sync,
+    ) {
         let Some(ratio) = &self.ratio else { return };
-        for i in 0..dims[0] {
-            for j in 0..dims[1] {
-                for k in 0..dims[2] {
-                    let [a, b, c] = [weights.interval[0][i], weights.interval[1][j], weights.interval[2][k]];
-                    let at = (i * dims[1] + j) * dims[2] + k;
-                    v[at] = change(v[at], ratio[(a * weights.cells[1] + b) * weights.cells[2] + c]);
-                }
+        let Weights { interval, cells, .. } = weights;
+        v.par_chunks_mut((n1 * n2).max(1)).enumerate().for_each(|(i, slab)| {
+            for (j, row) in slab.chunks_exact_mut(n2.max(1)).enumerate() {
+                let own = &ratio[(interval[0][i] * cells[1] + interval[1][j]) * cells[2]..][..cells[2]];
+                row.iter_mut().zip(&interval[2]).for_each(|(v, c)| *v = change(*v, own[*c]));
             }
-        }
+        });
     }
 
     /// psi = A'^-1 r, and the norm of the remaining residual over that of r.
@@ -146,7 +150,7 @@ impl Repair {
         // One pass is exact up to rounding; a second removes most of the rounding, where there is much.
         for _ in 0..2 {
             self.solver.solve(&rest, dims, &mut work, &mut step);
-            psi.iter_mut().zip(&step).for_each(|(p, s)| *p += s);
+            add(&mut psi, &step);
             rest.copy_from_slice(&target);
             self.subtract_product(&psi, &mut rest, dims);
             left = if size > 0.0 { dot(&rest, &rest).sqrt() / size } else { 0.0 };

@@ -4,7 +4,7 @@ use super::metric::{Metric, Of, product, times};
 use super::points::{AxisPoints, Evaluation};
 use crate::SolveError;
 use crate::boxes::domain::Domain;
-use elastocap_fem::tensor::{Dims, Strips, Window, target};
+use elastocap_fem::tensor::{Dims, Strips, Window, sized, target};
 use faer::Mat;
 use rayon::prelude::*;
 
@@ -75,8 +75,8 @@ impl Gradients {
         let [n0, n1, n2] = self.counts();
         let plane = n1 * n2;
         let Work { middle, flux } = work;
-        middle.iter_mut().for_each(|own| own.resize(w0.len() * plane, 0.0));
-        flux.iter_mut().for_each(|own| own.resize(n0 * plane, 0.0));
+        middle.iter_mut().for_each(|own| sized(own, w0.len() * plane));
+        flux.iter_mut().for_each(|own| sized(own, n0 * plane));
         let (v, g) = (&self.values, &self.slopes);
         let [none, second, third] = middle;
         // Slab by slab, so that what is between the second and the third axis stays in cache.
