@@ -70,6 +70,14 @@ fn goal(tolerance: f64, first: &Bounded, own: &Bounded) -> f64 {
     }
 }
 
+/// How far the bounds of the first step and of the others may be apart, F, for the changes of the others to be known to these goals. Those of
+/// the first step are now `first` apart, and get no closer if it is `exhausted`.
+fn spreads(first: f64, exhausted: bool, goals: &[f64]) -> (f64, Vec<f64>) {
+    let most = SHARE * goals.iter().copied().fold(f64::INFINITY, f64::min);
+    let taken = if exhausted { first } else { first.min(most) };
+    (most, goals.iter().map(|goal| 2.0 * SHARE * goal - taken).collect())
+}
+
 /// Notes change and sensitivity in the rows of a curve, in place of what they had before.
 pub(crate) fn note_changes(case: &Case, steps: &mut [StepResult]) {
     let first = steps.first().map(|step| (step.index, step.load, step.measured));
@@ -163,15 +171,14 @@ impl ChangeSearch<'_> {
             let is_lost = |place: usize, state: &Bounded| is_exhausted(place) && spread(state) > goal;
             (!is_lost(0, &first) && !is_lost(place, &own)).then_some((place, own, goal))
         };
-        let goals: Vec<_> = (1..found.len()).filter_map(goal_of).collect();
-        let least = goals.iter().map(|(_, _, goal)| *goal).fold(f64::INFINITY, f64::min);
-        let of_first = if is_exhausted(0) { spread(&first) } else { spread(&first).min(SHARE * least) };
-        let others = goals.into_iter().map(|(place, own, goal)| (place, own, 2.0 * SHARE * goal - of_first));
-        let states = std::iter::once((0, first, SHARE * least)).chain(others);
-        let too_wide = states.filter(|(place, state, wanted)| {
-            !is_exhausted(*place) && *wanted > 0.0 && spread(state) > *wanted
-        });
-        too_wide.map(|(place, state, wanted)| (place, wanted / state.value.abs())).collect()
+        let states: Vec<_> = (1..found.len()).filter_map(goal_of).collect();
+        let goals: Vec<f64> = states.iter().map(|(_, _, goal)| *goal).collect();
+        let (of_first, of_others) = spreads(spread(&first), is_exhausted(0), &goals);
+        let others = states.into_iter().zip(of_others).map(|((place, own, _), most)| (place, own, most));
+        let too_wide = std::iter::once((0, first, of_first))
+            .chain(others)
+            .filter(|(place, state, most)| !is_exhausted(*place) && *most > 0.0 && spread(state) > *most);
+        too_wide.map(|(place, state, most)| (place, most / state.value.abs())).collect()
     }
 
     /// Marks the steps whose change is not known to the tolerance.
@@ -332,6 +339,19 @@ mod tests {
         assert!(!is_known(1e-2, &first, &bounded(10.0 + 1e-7, 4.1e-6)));
         // Half of it away from zero it is small, but not none.
         assert!(!is_known(1e-2, &first, &bounded(10.0 + 8e-6, 3.9e-6)));
+    }
+
+    #[test]
+    fn a_larger_change_leaves_its_state_more_and_so_does_a_sharper_first_step() {
+        let goals = [1.0, 4.0];
+        // The first step is solved again, is sharp enough already, and is as sharp as it gets.
+        for (first, exhausted, taken) in [(3.0, false, SHARE), (0.125, false, 0.125), (0.75, true, 0.75)] {
+            let (of_first, of_others) = spreads(first, exhausted, &goals);
+            assert_eq!(of_first, SHARE);
+            for (goal, own) in goals.iter().zip(&of_others) {
+                assert!((taken + own - 2.0 * SHARE * goal).abs() < 1e-12, "{goal}: {own}");
+            }
+        }
     }
 
     #[test]
