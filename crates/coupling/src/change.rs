@@ -24,9 +24,15 @@ pub const NO_CHANGE: f64 = 1e-6;
 /// How often steps are solved again, at most: a change that was hidden in its bounds is seen one round, and met the next.
 const MAX_ROUNDS: usize = 4;
 
-/// Share of the distance between the bounds of the smallest change that the first step may take. What that leaves of 0.9 is for the other
-/// state, which is more where its change is a larger one. The rest is for a change that turns out smaller than it was taken for.
+/// Share of the distance between the bounds of the smallest change that the first step may take, and the least that any other step is left of
+/// that of its own change. The rest is for a change that turns out smaller than it was taken for.
 const SHARE: f64 = 0.45;
+
+/// What both states of a larger change may take together, over the distance between its bounds.
+const TOGETHER: f64 = 0.8;
+
+/// The least share of a step whose first step gets no sharper: where that takes more, it is what the change is not known for.
+const LEAST: f64 = 0.1;
 
 /// Steps whose largest problem had more unknowns are solved again one after the other.
 const LARGE: usize = 1_000_000;
@@ -70,12 +76,18 @@ fn goal(tolerance: f64, first: &Bounded, own: &Bounded) -> f64 {
     }
 }
 
-/// How far the bounds of the first step and of the others may be apart, F, for the changes of the others to be known to these goals. Those of
-/// the first step are now `first` apart, and get no closer if it is `exhausted`.
-fn spreads(first: f64, exhausted: bool, goals: &[f64]) -> (f64, Vec<f64>) {
+/// How far the bounds of the first step and of the others may be apart, F, for the changes of the others to be known to these goals; none
+/// for those that the first step leaves too little. Its bounds are `first` apart, and get no closer if it is `exhausted`.
+fn spreads(first: f64, exhausted: bool, goals: &[f64]) -> (f64, Vec<Option<f64>>) {
     let most = SHARE * goals.iter().copied().fold(f64::INFINITY, f64::min);
-    let taken = if exhausted { first } else { first.min(most) };
-    (most, goals.iter().map(|goal| 2.0 * SHARE * goal - taken).collect())
+    let of = |goal: &f64| {
+        if exhausted {
+            let left = 2.0 * SHARE * goal - first;
+            return (left >= LEAST * goal).then_some(left.min(TOGETHER * goal));
+        }
+        Some((TOGETHER * goal - first.min(most)).max(SHARE * goal))
+    };
+    (most, goals.iter().map(of).collect())
 }
 
 /// Notes change and sensitivity in the rows of a curve, in place of what they had before.
@@ -131,10 +143,9 @@ impl ChangeSearch<'_> {
             }
             let (at_once, memory_limit) = self.shares(found);
             let least = wanted.iter().map(|(_, tolerance)| *tolerance).fold(f64::INFINITY, f64::min);
-            let base = self
-                .work
-                .first()
-                .and_then(|step| self.solver.common_base(step, [least, largest_change(found)], memory_limit));
+            let known: Vec<Bounded> = found.iter().flatten().filter_map(|step| step.measured).collect();
+            let first = self.work.first();
+            let base = first.and_then(|step| self.solver.common_base(step, least, memory_limit, &known));
             let again = side_by_side(at_once, wanted.len(), self.cancel, |k| {
                 let (place, tolerance) = wanted.get(k)?;
                 Some(self.solver.solve_to(self.work.get(*place)?, *tolerance, memory_limit, base.as_ref()))
@@ -174,10 +185,11 @@ impl ChangeSearch<'_> {
         let states: Vec<_> = (1..found.len()).filter_map(goal_of).collect();
         let goals: Vec<f64> = states.iter().map(|(_, _, goal)| *goal).collect();
         let (of_first, of_others) = spreads(spread(&first), is_exhausted(0), &goals);
-        let others = states.into_iter().zip(of_others).map(|((place, own, _), most)| (place, own, most));
+        let others =
+            states.into_iter().zip(of_others).filter_map(|((place, own, _), most)| Some((place, own, most?)));
         let too_wide = std::iter::once((0, first, of_first))
             .chain(others)
-            .filter(|(place, state, most)| !is_exhausted(*place) && *most > 0.0 && spread(state) > *most);
+            .filter(|(place, state, most)| !is_exhausted(*place) && spread(state) > *most);
         too_wide.map(|(place, state, most)| (place, most / state.value.abs())).collect()
     }
 
@@ -238,16 +250,6 @@ impl ChangeSearch<'_> {
             }
         }
     }
-}
-
-/// The largest change of all steps that their bounds allow, over the capacitance of the first step.
-fn largest_change(found: &[Option<StepResult>]) -> f64 {
-    let Some(first) = measured(found, 0) else { return 1.0 };
-    let of = |place: usize| {
-        let change = change(&first, &measured(found, place)?);
-        Some((change.lower.abs().max(change.upper.abs()) / first.value.abs()).min(1.0))
-    };
-    (1..found.len()).filter_map(of).fold(0.0, f64::max)
 }
 
 fn measured(found: &[Option<StepResult>], place: usize) -> Option<Bounded> {
@@ -342,16 +344,21 @@ mod tests {
     }
 
     #[test]
-    fn a_larger_change_leaves_its_state_more_and_so_does_a_sharper_first_step() {
+    fn a_larger_change_leaves_its_state_more_and_no_state_is_solved_in_vain() {
         let goals = [1.0, 4.0];
-        // The first step is solved again, is sharp enough already, and is as sharp as it gets.
-        for (first, exhausted, taken) in [(3.0, false, SHARE), (0.125, false, 0.125), (0.75, true, 0.75)] {
-            let (of_first, of_others) = spreads(first, exhausted, &goals);
-            assert_eq!(of_first, SHARE);
-            for (goal, own) in goals.iter().zip(&of_others) {
-                assert!((taken + own - 2.0 * SHARE * goal).abs() < 1e-12, "{goal}: {own}");
-            }
+        // The first step is solved again, or is sharp enough already.
+        assert_eq!(spreads(3.0, false, &goals), (SHARE, vec![Some(SHARE), Some(TOGETHER * 4.0 - SHARE)]));
+        let (_, others) = spreads(0.125, false, &goals);
+        assert_eq!(others, [Some(TOGETHER - 0.125), Some(TOGETHER * 4.0 - 0.125)]);
+        // It gets no sharper: what it leaves is enough for the larger change, and too little for the smaller.
+        for first in [0.85, 0.95] {
+            let (_, others) = spreads(first, true, &goals);
+            assert!(others[0].is_none() && others[1].is_some_and(|own| first + own < 4.0), "{others:?}");
         }
+        let (_, others) = spreads(0.5, true, &goals);
+        let is_known =
+            |(own, goal): (&Option<f64>, f64)| own.is_some_and(|own| own > 0.0 && 0.5 + own < goal);
+        assert!(others.iter().zip(goals).all(is_known), "{others:?}");
     }
 
     #[test]

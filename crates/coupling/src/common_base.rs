@@ -2,7 +2,7 @@
 //! indenter changes in it takes a coarse grid under its map, so that the fine one is solved once.
 
 use elastocap_electrostatics::{
-    Additions, Base, Settings, Solution, SolveError, solve_base, solve_superposed,
+    Additions, Base, Bounded, Settings, Solution, SolveError, solve, solve_base, solve_superposed,
 };
 use elastocap_geometry::scene::{Body, Purpose, Scene};
 
@@ -19,10 +19,12 @@ pub(crate) struct CommonBase {
 
 impl CommonBase {
     /// The base of a scene and of others with the indenter elsewhere, for the tolerance in the settings. No face of any of them, and
-    /// nothing that is bent, is farther than `reach` (m) from the origin, and none has a capacitance that is another one by more than
-    /// `change` of it. `None` where they have none.
-    pub(crate) fn of(bent: &BentScene, [reach, change]: [f64; 2], settings: &Settings) -> Option<Self> {
+    /// nothing that is bent, is farther than `reach` (m) from the origin. `None` where they have none.
+    pub(crate) fn of(bent: &BentScene, reach: f64, known: Known<'_>, settings: &Settings) -> Option<Self> {
         let scene = without_indenter(&bent.scene).filter(|_| settings.bounds)?;
+        let roughly =
+            Settings { relative_tolerance: known.relative_tolerance, field: false, ..settings.clone() };
+        let change = known.largest_change(&solve(&scene, &roughly).ok()?.measured?);
         let additions = Additions { reach, change, share: SHARE };
         let base = solve_base(&scene, (&bent.scene, &bent.map), additions, settings).ok()??;
         Some(Self { scene, base })
@@ -40,6 +42,26 @@ impl CommonBase {
             Err(SolveError::Cancelled) => Some(Err(SolveError::Cancelled)),
             Ok(_) | Err(_) => None,
         }
+    }
+}
+
+/// What is known of the steps that are to have a base in common.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Known<'a> {
+    /// Their capacitances, F.
+    pub(crate) capacitances: &'a [Bounded],
+    /// What these were solved to.
+    pub(crate) relative_tolerance: f64,
+}
+
+impl Known<'_> {
+    /// The largest difference from the capacitance without the indenter that the bounds allow, over that; at most one.
+    fn largest_change(&self, without: &Bounded) -> f64 {
+        let of = |own: &Bounded| {
+            let most = (own.upper - without.lower).abs().max((own.lower - without.upper).abs());
+            (most / without.value.abs()).min(1.0)
+        };
+        self.capacitances.iter().map(of).fold(0.0, f64::max)
     }
 }
 

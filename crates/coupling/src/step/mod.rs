@@ -7,12 +7,12 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::time::Instant;
 
 use elastocap_case::{Case, Measurement, Pose};
-use elastocap_electrostatics::{Field, Target};
+use elastocap_electrostatics::{Bounded, Field, Target};
 use elastocap_geometry::export::body::BodyMesh;
 use elastocap_geometry::scene::{Purpose, Scene};
 use elastocap_mechanics::ForceLimit;
 
-use crate::common_base::CommonBase;
+use crate::common_base::{CommonBase, Known};
 use crate::deform::{Deformation, Prepared};
 use crate::failure::{StepFailure, Stop};
 use crate::finished::FinishedStep;
@@ -121,12 +121,14 @@ impl Solver<'_> {
         FieldSettings { relative_tolerance, target, memory_limit, field: false, ..asked.clone() }
     }
 
-    /// What the fields of steps like this one are added to, for solves to a tolerance within so much memory (bytes).
+    /// What the fields of steps like this one are added to, for solves to a tolerance within so much memory (bytes). The steps are known to
+    /// have these `capacitances`, F.
     pub(crate) fn common_base(
         &self,
         step: &PlannedStep,
-        [relative_tolerance, change]: [f64; 2],
+        relative_tolerance: f64,
         memory_limit: u64,
+        capacitances: &[Bounded],
     ) -> Option<CommonBase> {
         // In contact the gap beside an indenter is squeezed so much that a base does not serve.
         if step.pose.distance <= 0.0 {
@@ -141,7 +143,8 @@ impl Solver<'_> {
         let bent = self.first_bent(step, &deformed, state.as_ref())?;
         let farthest = self.case.poses.iter().map(|pose| pose.distance).fold(0.0, f64::max);
         let reach = bent.reach() + farthest - step.pose.distance;
-        CommonBase::of(&bent, [reach, change], &self.settings_to(relative_tolerance, memory_limit).boxes())
+        let known = Known { capacitances, relative_tolerance: self.settings.relative_tolerance };
+        CommonBase::of(&bent, reach, known, &self.settings_to(relative_tolerance, memory_limit).boxes())
     }
 
     /// A step that the run was stopped before, with what is known of the layer.

@@ -76,10 +76,11 @@ impl<'a> GridProblem<'a> {
         })
     }
 
-    /// The first grid of a search, on which rays to infinity begin `far` times as far from the pole as the farthest conductor.
+    /// The first grid of a search, on which rays to infinity begin `far` times as far from the pole as the farthest conductor, or where the
+    /// grid of a base has them.
     ///
     /// # Errors
-    /// [`SolveError::Superposition`] where that is farther than on the grid of a base.
+    /// [`SolveError::Superposition`] where a plane of the scene is more than half as far out as the rays of the base begin.
     pub(crate) fn first_grid(&self, far: f64) -> Result<Grid, SolveError> {
         let Some((radius, must_be)) = self.reach else { return Ok(first(&self.core, far)) };
         // Graded all the way out: one long element would converge slowly.

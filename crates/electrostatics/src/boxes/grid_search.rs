@@ -373,7 +373,7 @@ impl<'p, 's> Search<'p, 's> {
                 let least = USUAL_AMPLIFICATION.min(margin * self.amplification);
                 let least = match self.one_state {
                     Some(_) => OF_ONE_STATE,
-                    // A base must not miss its tolerance by much, and never comes back to it.
+                    // A base must not miss its tolerance by much, since its search is not resumed.
                     None if self.problem.is_base() => USUAL_AMPLIFICATION,
                     None => least,
                 };

@@ -47,21 +47,25 @@ pub(crate) struct BasePart {
     pub(crate) fluxes: Fluxes,
 }
 
-/// The largest relative spread of a base over the tolerance of what is added to it, and over the one aimed for.
+/// The largest relative spread of a base over the tolerance of what is added to it, and over the one aimed for, where that is a small share.
 const MOST: f64 = 0.8;
 const MOST_OF_SHARE: f64 = 2.0;
 
 /// What is added to a base.
 #[derive(Debug, Clone, Copy)]
 pub struct Additions {
-    /// No face of any scene is farther from the middle of the conductors, m.
+    /// Distance from the middle of the conductors beyond which no face of any scene lies, m.
     pub reach: f64,
-    /// What they change of the target at most, over its value; one where nothing is known of it. Where the grids end in open space
-    /// follows from it: bounds hold for any value, but those of a smaller one may be too wide.
+    /// What they change of the target at most, over its value without them; one where nothing is known of it. Where the grids end in open
+    /// space follows from it: bounds hold whatever is given, but too small a value makes them wide.
     pub change: f64,
     /// Relative spread to aim for of the base, over the tolerance that the scenes are to have.
     pub share: f64,
 }
+
+/// Where rays begin at least, over the distance of the farthest face: twice as far as any plane, and a little more for the places from which
+/// the two distances are measured.
+const NEAREST: f64 = 2.5;
 
 /// The energy of what is added over the change that it makes, where the grids end.
 const ENERGY: f64 = 2.0;
@@ -85,7 +89,7 @@ pub fn solve_base(
     let of_energy = tolerance / (ENERGY * additions.change).min(1.0);
     let far = OpenSpace::new(&other, &Floating::new(like.0), &settings).distance(of_energy);
     let in_frame =
-        InFrame { frame, mirrored, reach: additions.reach / frame.unit, far: far.max(2.0), radius: None };
+        InFrame { frame, mirrored, reach: additions.reach / frame.unit, far: far.max(NEAREST), radius: None };
     let mut problem = GridProblem::new(scene, None, Some(&in_frame), &settings)?;
     problem.keeps_fluxes = true;
     let mut search = Search::new(&problem)?;

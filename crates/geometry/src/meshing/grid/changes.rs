@@ -99,6 +99,11 @@ impl GradedAxis {
         let n = self.line.nodes.len();
         let (outer, inner) = if side == 0 { (0, 1) } else { (n - 1, n - 2) };
         let at = if side == 0 { pole - radius } else { pole + radius };
+        // Already there, but for rounding: a new element would have no length.
+        if ((self.line.nodes[outer] - pole).abs() - radius).abs() <= 1e-9 * radius {
+            self.line.nodes[outer] = at;
+            return;
+        }
         let own = (self.line.nodes[inner] - pole).abs().max((self.line.nodes[outer] - pole).abs() / LONGEST);
         // If the outermost element begins at a body, it stays and gets a new one beyond it.
         let m = if side == 0 { 0 } else { self.cuts.len() - 2 };
@@ -155,5 +160,21 @@ mod tests {
         assert_eq!(whole.cuts.len(), 5);
         assert_eq!(whole.cuts[2], axis().line.elements());
         assert_eq!(whole.edges, [false, true, false, true, false]);
+    }
+
+    #[test]
+    fn a_side_that_reaches_to_a_place_already_has_no_element_without_length() {
+        let planes = [-1.0, 0.25].map(|at| Plane { at, edge: false });
+        for (radius, levels) in [2.0, 3.0, 4.4, 20.0].into_iter().flat_map(|r| [(r, 0), (r, 1)]) {
+            let resolution = Resolution { order: 3, levels, ratio: 0.13, slope: 1.0, first: 2 };
+            let open = End::Open { pole: 0.1, reach: 2.0, radius };
+            let mut axis = graded_axis(&planes, [open; 2], &resolution).finite();
+            let elements = axis.line.elements();
+            for (side, off) in [(0, 0.0), (1, f64::EPSILON), (1, -f64::EPSILON)] {
+                axis.reach_to(side, 0.1, radius * (1.0 + off));
+            }
+            assert_eq!(axis.line.elements(), elements);
+            assert!(axis.line.nodes.windows(2).all(|pair| pair[0] < pair[1]), "{:?}", axis.line.nodes);
+        }
     }
 }
