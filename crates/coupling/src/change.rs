@@ -9,14 +9,14 @@
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use elastocap_case::Case;
-use elastocap_electrostatics::Bounded;
+use elastocap_electrostatics::{Bounded, Foresight};
 
 use crate::finished::FinishedStep;
 use crate::outcome::{Missed, Status, StepResult};
 use crate::plan::PlannedStep;
 use crate::sensitivity::note_sensitivities;
 use crate::side_by_side::side_by_side;
-use crate::step::Solver;
+use crate::step::{Sharper, Solver};
 
 /// A change whose bounds hold zero is known to be none where they are at most this far apart, over the capacitance of the first step.
 pub const NO_CHANGE: f64 = 1e-6;
@@ -29,7 +29,7 @@ const MAX_ROUNDS: usize = 4;
 const SHARE: f64 = 0.45;
 
 /// What both states of a larger change may take together, over the distance between its bounds.
-const TOGETHER: f64 = 0.8;
+const TOGETHER: f64 = 2.0 * SHARE;
 
 /// The least share of a step whose first step gets no sharper: where that takes more, it is what the change is not known for.
 const LEAST: f64 = 0.1;
@@ -146,9 +146,15 @@ impl ChangeSearch<'_> {
             let known: Vec<Bounded> = found.iter().flatten().filter_map(|step| step.measured).collect();
             let first = self.work.first();
             let base = first.and_then(|step| self.solver.common_base(step, least, memory_limit, &known));
+            let foreseen: Vec<Option<Foresight>> = wanted
+                .iter()
+                .map(|(place, _)| found.get(*place).and_then(Option::as_ref).and_then(|step| step.foresight))
+                .collect();
             let again = side_by_side(at_once, wanted.len(), self.cancel, |k| {
                 let (place, tolerance) = wanted.get(k)?;
-                Some(self.solver.solve_to(self.work.get(*place)?, *tolerance, memory_limit, base.as_ref()))
+                let sharper =
+                    Sharper { relative_tolerance: *tolerance, memory_limit, foresight: *foreseen.get(k)? };
+                Some(self.solver.solve_to(self.work.get(*place)?, sharper, base.as_ref()))
             });
             for ((place, _), again) in wanted.iter().zip(again) {
                 let (Some(Some(step)), Some(Some(again))) = (found.get_mut(*place), again) else { continue };
@@ -294,6 +300,7 @@ impl StepResult {
         self.entry_status = again.entry_status;
         self.floating = again.floating;
         self.solver = again.solver;
+        self.foresight = again.foresight;
     }
 
     /// Notes that the change is not known to its tolerance. Where the step has another defect, its status says that one.

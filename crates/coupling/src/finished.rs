@@ -1,6 +1,6 @@
 //! A step that was solved before, as it can be written down and read again.
 
-use elastocap_electrostatics::{Bounded, Discretisation};
+use elastocap_electrostatics::{Bounded, Discretisation, Foresight};
 use serde::{Deserialize, Serialize};
 
 use crate::outcome::{
@@ -24,6 +24,8 @@ pub struct FinishedStep {
     floating: Vec<FloatingConductor>,
     measured: Option<Bounded>,
     solver: SolverReport,
+    #[serde(default)]
+    foresight: Option<Foresight>,
     seconds: StepSeconds,
 }
 
@@ -75,6 +77,7 @@ impl FinishedStep {
             floating: step.floating.clone(),
             measured: step.measured,
             solver,
+            foresight: step.foresight,
             seconds: step.seconds,
         })
     }
@@ -103,6 +106,7 @@ impl FinishedStep {
         result.floating = self.floating;
         result.measured = self.measured;
         result.solver = Some(self.solver);
+        result.foresight = self.foresight;
         result.seconds = self.seconds;
         true
     }

@@ -1,7 +1,7 @@
 //! The result of a run: one row per load step, and the matrices, scenes and reports behind it.
 
 use elastocap_case::Measurement;
-use elastocap_electrostatics::{Bounded, Discretisation, PhaseSeconds, Solution};
+use elastocap_electrostatics::{Bounded, Discretisation, Foresight, PhaseSeconds, Solution};
 use elastocap_geometry::export::surfaces::SurfaceBody;
 use serde::{Deserialize, Serialize};
 
@@ -88,6 +88,8 @@ pub struct StepResult {
     pub measured: Option<Bounded>,
     /// How the field was solved.
     pub solver: Option<SolverReport>,
+    /// What a solve of the same step to another tolerance may begin with.
+    pub foresight: Option<Foresight>,
     /// The step as it was solved to the tolerance of the capacitance, where the change is asked for to a tolerance too: what a stopped run
     /// goes on from.
     pub before_change: Option<Box<FinishedStep>>,

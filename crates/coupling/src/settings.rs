@@ -3,7 +3,7 @@
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
-use elastocap_electrostatics::{Settings, Target, TetrahedraSettings};
+use elastocap_electrostatics::{Foresight, Settings, Target, TetrahedraSettings};
 
 use crate::shared_fields::SharedFields;
 
@@ -23,6 +23,8 @@ pub struct FieldSettings {
     pub field: bool,
     /// Order of the potentials on tetrahedra, 1 to 3. The box solver chooses its own.
     pub tetrahedra_order: usize,
+    /// What a solve to another tolerance has found.
+    pub foresight: Option<Foresight>,
     /// Largest memory one solve may take, bytes.
     pub memory_limit: u64,
     /// Set from outside to stop at the next opportunity.
@@ -39,6 +41,7 @@ impl Default for FieldSettings {
             bounds,
             symmetry,
             field,
+            foresight,
             memory_limit,
             cancel,
             resolution: _,
@@ -50,6 +53,7 @@ impl Default for FieldSettings {
             bounds,
             symmetry,
             field,
+            foresight,
             tetrahedra_order,
             memory_limit,
             cancel,
@@ -68,6 +72,7 @@ impl FieldSettings {
             symmetry: self.symmetry,
             resolution: None,
             field: self.field,
+            foresight: self.foresight,
             memory_limit: self.memory_limit,
             cancel: self.cancel.clone(),
         }

@@ -23,6 +23,8 @@ pub struct Settings {
     pub resolution: Option<ResolutionLevel>,
     /// Whether the potential is kept for export.
     pub field: bool,
+    /// What a solve of nearly the same scene to another tolerance has found, for the first guess of how fine a grid must be.
+    pub foresight: Option<Foresight>,
     /// Largest memory the solve may take, bytes.
     pub memory_limit: u64,
     /// Set from outside to stop at the next opportunity, with the best bounds by then, or with [`crate::SolveError::Cancelled`] if
@@ -64,10 +66,20 @@ impl Default for Settings {
             symmetry: true,
             resolution: None,
             field: false,
+            foresight: None,
             memory_limit: 16 << 30,
             cancel: None,
         }
     }
+}
+
+/// How the error on a grid was related to what had been expected of it.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Foresight {
+    /// Half the error over the energy that the grid before had said would be missing.
+    pub amplification: f64,
+    /// The error: the spread of the bounds over the value.
+    pub error: f64,
 }
 
 /// Order and grading of a grid of the box solver.
@@ -246,4 +258,6 @@ pub struct Solution {
     pub seconds: PhaseSeconds,
     /// The sampled field, if [`Settings::field`] asks for it.
     pub field: Option<Field>,
+    /// What a solve to another tolerance may begin with, where there are bounds on a grid of boxes.
+    pub foresight: Option<Foresight>,
 }

@@ -186,6 +186,7 @@ mod tests {
             floating: Vec::new(),
             measured,
             solver: None,
+            foresight: None,
             before_change: None,
             seconds: Default::default(),
         }

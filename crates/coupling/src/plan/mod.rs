@@ -147,6 +147,7 @@ impl Plan {
             symmetry: options.prune,
             // Without pruning the fields are computed even if nobody wants the files.
             field: options.fields || !options.prune,
+            foresight: None,
             memory_limit: self.memory_limit / self.memory_shares,
             tetrahedra_order: asked.and_then(|e| e.order).map_or(usual.tetrahedra_order, usize::from),
             cancel: None,

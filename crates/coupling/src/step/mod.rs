@@ -7,7 +7,7 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::time::Instant;
 
 use elastocap_case::{Case, Measurement, Pose};
-use elastocap_electrostatics::{Bounded, Field, Target};
+use elastocap_electrostatics::{Bounded, Field, Foresight, Target};
 use elastocap_geometry::export::body::BodyMesh;
 use elastocap_geometry::scene::{Purpose, Scene};
 use elastocap_mechanics::ForceLimit;
@@ -60,6 +60,16 @@ fn on_tetrahedra_instead(taken: Route) -> Route {
     }
 }
 
+/// How a step is to be solved again.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Sharper {
+    pub(crate) relative_tolerance: f64,
+    /// Bytes.
+    pub(crate) memory_limit: u64,
+    /// What the solve before has found.
+    pub(crate) foresight: Option<Foresight>,
+}
+
 /// What all steps of a run have in common.
 pub(crate) struct Solver<'a> {
     pub(crate) case: &'a Case,
@@ -93,17 +103,16 @@ impl Solver<'_> {
         (result, field)
     }
 
-    /// Solves the field of a step to another tolerance, within so much memory (bytes), for what the curve shows alone: of the whole matrix
-    /// for the entry that it shows.
+    /// Solves the field of a step to another tolerance for what the curve shows alone: of the whole matrix for the entry that it shows.
     pub(crate) fn solve_to(
         &self,
         step: &PlannedStep,
-        relative_tolerance: f64,
-        memory_limit: u64,
+        sharper: Sharper,
         base: Option<&CommonBase>,
     ) -> StepResult {
         let asked = &self.settings;
-        let settings = self.settings_to(relative_tolerance, memory_limit);
+        let Sharper { relative_tolerance, memory_limit, foresight } = sharper;
+        let settings = FieldSettings { foresight, ..self.settings_to(relative_tolerance, memory_limit) };
         let again = Solver { settings, base, ..*self };
         let mut result = again.solve(step).0;
         // The entries are compared with what the case asks of them.

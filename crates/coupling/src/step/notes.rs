@@ -231,6 +231,7 @@ impl Solver<'_> {
         result.measured = measured;
         result.maxwell = Some(solution.maxwell);
         result.seconds.electrostatics = solution.seconds;
+        result.foresight = solution.foresight;
         result.solver = Some(SolverReport {
             iterations: solution.iterations,
             grids: solution.grids,
@@ -306,6 +307,7 @@ impl StepResult {
             floating: Vec::new(),
             measured: None,
             solver: None,
+            foresight: None,
             before_change: None,
             seconds: Default::default(),
         }

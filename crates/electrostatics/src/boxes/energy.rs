@@ -247,7 +247,7 @@ fn dual_flux(
         // The recursion's residual drifts by rounding; the bound rests on the true one.
         dual.true_residual(&b, &x, &mut r);
         dual.balance(&mut x, &mut r);
-        let (repair, left) = dual.repair(&r);
+        let (repair, left) = dual.repair(&r, None);
         let energy = dual.flux_energies(&[potentials], &[&x])[(0, 0)];
         let cost = excess * dot(&repair, &r) / energy;
         // The repair ignores how conductors shield the field, and near them its energy may be far larger than the error of the

@@ -420,6 +420,7 @@ impl Outcome {
             repair_share: self.repair_share,
             seconds: self.seconds,
             field: None,
+            foresight: None,
         }
     }
 }

@@ -102,6 +102,7 @@ fn solve_in(
     solution.grids = found.grids;
     solution.seconds.setup += setup;
     solution.seconds.choosing = found.choosing;
+    solution.foresight = found.foresight;
     solution.field = field;
     match contradiction(&solution, &all, &problem.floating) {
         Some(what) => Err(SolveError::Contradiction(what)),

@@ -234,7 +234,7 @@ fn together(problem: &GridProblem<'_>, all: MatrixBounds, a: Found, b: Found, be
         outcome.solved.extend(found.solved.into_iter().map(|(_, part)| (row, part)));
     }
     let choosing = (begin.elapsed().as_secs_f64() - last).max(0.0);
-    Found { outcome, grid, shortfall, grids, choosing }
+    Found { outcome, grid, shortfall, grids, choosing, foresight: None }
 }
 
 /// The common refinement of two grids of the same scene; `None` where they do not end at the same places, or where nodes that should

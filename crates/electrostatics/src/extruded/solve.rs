@@ -604,6 +604,7 @@ impl<'a> Search<'a> {
             repair_share: found.repair_share,
             seconds: self.seconds,
             field: None,
+            foresight: None,
         };
         match contradiction(&solution, &found.all, &self.floating) {
             Some(what) => Err(SolveError::Contradiction(what)),

@@ -190,6 +190,7 @@ pub fn solve_mesh(
                 repair_share: 0.0,
                 seconds,
                 field: None,
+                foresight: None,
             },
             mesh,
         };

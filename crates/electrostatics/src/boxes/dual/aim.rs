@@ -2,9 +2,15 @@
 
 use super::Dual;
 use crate::boxes::domain::Domain;
-use crate::boxes::mapped::gradients::{EXTRA, Gradients};
-use crate::boxes::mapped::points::{AxisPoints, Evaluation};
-use elastocap_fem::tensor::along;
+use crate::boxes::half_turn::Image;
+use crate::boxes::mapped::gradients::{EXTRA, Functions, Gradients, Potentials};
+use crate::boxes::mapped::metric::{Metric, Symmetric, times};
+use crate::boxes::mapped::points::AxisPoints;
+use crate::boxes::mapped::sums::{Fields, at_least};
+use elastocap_fem::tensor::{Dense, Dims, SparseRows, Strips, Target as Strided, multiply, right};
+use faer::Mat;
+use rayon::prelude::*;
+use std::ops::Range;
 
 /// Potentials that are taken off others.
 #[derive(Clone, Copy)]
@@ -41,6 +47,26 @@ pub(super) struct Target {
     pub(super) parts: [Vec<f64>; 3],
 }
 
+impl Target {
+    /// That of the image of the potential which this is the target of.
+    pub(super) fn image(&self, dual: &Dual, domain: &Domain, image: &Image) -> Self {
+        let counts = self.points.each_ref().map(AxisPoints::len);
+        let parts = [0, 1, 2].map(|component| {
+            let mut dims = dual.dims;
+            dims[component] = counts[component];
+            image.applied(&self.parts[component], dims, |a| {
+                let n = counts[a];
+                if a == component {
+                    Mat::from_fn(n, n, |i, j| if i + j + 1 == n { -1.0 } else { 0.0 })
+                } else {
+                    dual.reflection(domain, a)
+                }
+            })
+        });
+        Self { points: self.points.clone(), parts }
+    }
+}
+
 /// That of a potential under a map, less what there is of another one.
 pub(super) fn target(
     domain: &Domain,
@@ -48,49 +74,178 @@ pub(super) fn target(
     less: Option<(&Less<'_>, &[f64])>,
     (u, bent): (&[f64], Option<&Gradients>),
 ) -> Target {
-    let dims = domain.primal_dims();
     let points = all_points(domain);
-    let difference: Option<Vec<f64>> = less.map(|(_, p)| u.iter().zip(p).map(|(u, p)| u - p).collect());
-    // Where the permittivity of the other one is not that of the domain, another share of it is taken off.
-    let other = less.and_then(|(less, p)| Some((p, less.ratio(domain, &points)?)));
-    let shape = points.each_ref().map(AxisPoints::len);
-    let evaluate = [0, 1, 2].map(|a| {
-        let axis = &domain.axes[a];
-        let window = 0..axis.functions().len();
-        points[a].functions(axis, &window).map(|m| Evaluation::new(&m))
-    });
-    let added = bent.map(|bent| (bent.added_flux(u, dims), bent.points()));
     let whole = domain.truncated();
-    let parts = [0, 1, 2].map(|component| {
-        let gradient = |u: &[f64]| {
-            let (mut t, mut now) = (u.to_vec(), dims);
-            for a in (0..3).rev() {
-                let [value, slope] = &evaluate[a];
-                let matrix = if a == component { slope } else { value };
-                (t, now) = along(a, &matrix.forward, &t, now);
-            }
-            (t, now)
-        };
-        let (mut t, mut now) = gradient(difference.as_deref().unwrap_or(u));
-        if let Some((p, ratio)) = &other {
-            let own = gradient(p).0;
-            t.iter_mut().zip(own).zip(ratio).for_each(|((t, own), ratio)| *t += (1.0 - ratio) * own);
-        }
-        for (index, t) in t.iter_mut().enumerate() {
-            let at = [index / (shape[1] * shape[2]), index / shape[2] % shape[1], index % shape[2]];
-            *t *= (0..3).map(|a| points[a].weights[at[a]]).product::<f64>();
-        }
-        if let Some((added, bent)) = &added {
-            add_at(&mut t, &points, &added[component], bent, domain);
-        }
-        for a in (0..3).filter(|a| *a != component) {
-            let radial = dual.basis[a].as_ref().map(|basis| &basis.radial);
-            let modes = Evaluation::new(&points[a].modes(&whole.axes[a], radial));
-            (t, now) = along(a, &modes.back, &t, now);
-        }
-        t
+    let modes = [0, 1, 2].map(|a| {
+        let radial = dual.basis[a].as_ref().map(|basis| &basis.radial);
+        points[a].modes(&whole.axes[a], radial)
     });
+    let back = |a: usize| Strips::new(&SparseRows::from_mat(modes[a].transpose()));
+    let functions = Functions::new(domain, &points);
+    let coefficients: Vec<&[f64]> = std::iter::once(u).chain(less.map(|(_, p)| p)).collect();
+    let by_element = points[0].by_element();
+    let ranges = by_element.iter().map(|own| (own.clone(), points[0].modes_on(&whole.axes[0], own)));
+    let aim = Aim {
+        potentials: Potentials {
+            functions: &functions,
+            coefficients: &coefficients,
+            dims: domain.primal_dims(),
+        },
+        // Where the permittivity of the other one is not that of the domain, another share of it is taken off.
+        ratio: less.and_then(|(less, _)| less.ratio(domain, &points)),
+        bent: bent.map(|bent| Bent::new(bent.metric(), &points, domain)),
+        back: [back(1), back(2)],
+        first: ranges.map(|(own, rows)| (turned(&modes[0], &own, &rows), own, rows)).collect(),
+        points: &points,
+    };
+    let plane = |component: usize| {
+        let of = |a: usize| if a == component { points[a].len() } else { dual.dims[a] };
+        of(1) * of(2)
+    };
+    let length = |component: usize| if component == 0 { points[0].len() } else { dual.dims[0] };
+    let mut parts = [0, 1, 2].map(|component| vec![0.0; length(component) * plane(component)]);
+    // The rows of the first axis that belong to one element, of each component.
+    let mut rest = parts.each_mut().map(Vec::as_mut_slice);
+    let mut slices = Vec::with_capacity(by_element.len());
+    for (_, own, rows) in &aim.first {
+        let lengths = [own.len() * plane(0), rows.len() * plane(1), rows.len() * plane(2)];
+        let mut split = |c: usize| {
+            let (own, after) = std::mem::take(&mut rest[c]).split_at_mut(lengths[c]);
+            rest[c] = after;
+            own
+        };
+        slices.push([split(0), split(1), split(2)]);
+    }
+    slices
+        .into_par_iter()
+        .enumerate()
+        .with_max_len(1)
+        .for_each_init(Work::default, |work, (element, parts)| aim.of_element(element, parts, work));
     Target { points, parts }
+}
+
+/// What the targets of all elements have in common.
+struct Aim<'a> {
+    potentials: Potentials<'a>,
+    ratio: Option<Vec<f64>>,
+    bent: Option<Bent<'a>>,
+    /// From points to potential modes of the second and the third axis.
+    back: [Strips; 2],
+    /// The same of the first axis for each of its elements, its points, and the modes.
+    first: Vec<(Dense<f64>, Range<usize>, Range<usize>)>,
+    points: &'a [AxisPoints; 3],
+}
+
+/// What one thread needs, kept from one element to the next.
+#[derive(Default)]
+struct Work {
+    across: [Vec<f64>; 3],
+    flux: [Vec<f64>; 3],
+    less: [Vec<f64>; 3],
+    rows: Vec<f64>,
+    half: Vec<f64>,
+}
+
+/// Where a map bends space, among all points.
+struct Bent<'a> {
+    metric: &'a Metric,
+    first: [usize; 3],
+    counts: Dims,
+    domain: &'a Domain,
+}
+
+impl<'a> Bent<'a> {
+    fn new(metric: &'a Metric, points: &[AxisPoints; 3], domain: &'a Domain) -> Self {
+        let first = [0, 1, 2].map(|a| {
+            let start = metric.points[a].element.first().copied().unwrap_or(0);
+            points[a].element.partition_point(|e| *e < start)
+        });
+        Self { metric, first, counts: metric.points.each_ref().map(AxisPoints::len), domain }
+    }
+
+    /// The weighted tensor at a point, over the permittivity.
+    fn at(&self, point: [usize; 3]) -> Option<(&Symmetric, f64)> {
+        let mut own = [0; 3];
+        for a in 0..3 {
+            own[a] = point[a].checked_sub(self.first[a]).filter(|k| *k < self.counts[a])?;
+        }
+        let cell = [0, 1, 2].map(|a| self.metric.points[a].interval[own[a]]);
+        let tensor = self.metric.tensors.get((own[0] * self.counts[1] + own[1]) * self.counts[2] + own[2])?;
+        Some((tensor, self.domain.permittivity_of(cell)))
+    }
+}
+
+impl Aim<'_> {
+    /// The parts of one element of the first axis.
+    fn of_element(&self, element: usize, [first, second, third]: [&mut [f64]; 3], work: &mut Work) {
+        let (turned, own, rows) = &self.first[element];
+        let [n1, n2] = [self.points[1].len(), self.points[2].len()];
+        let plane = n1 * n2;
+        let Work { across, flux, less, rows: of_rows, half } = work;
+        let along = self.potentials.along(element);
+        for (field, to) in [&mut *flux, less].into_iter().enumerate().take(self.potentials.count()) {
+            self.potentials.across(field, element, across);
+            for ((to, from), matrix) in to.iter_mut().zip(&*across).zip(along).filter(|(_, m)| m.is_some()) {
+                let Some(matrix) = matrix else { continue };
+                let to = target_of(at_least(to, own.len() * plane), plane);
+                multiply(matrix.left(), right(from, 0, plane, plane), to, false);
+            }
+        }
+        self.weigh(own, flux, less);
+        let [modes1, modes2] = [self.back[0].rows(), self.back[1].rows()];
+        let half = at_least(half, n1.max(modes1) * n2.max(modes2));
+        for (from, to) in flux[0].chunks_exact(plane).zip(first.chunks_exact_mut((modes1 * modes2).max(1))) {
+            self.back[1].times_rows(from, n1, n2, target_of(half, modes2), false);
+            self.back[0].times(half, modes2, to, false);
+        }
+        let of_rows = at_least(of_rows, rows.len() * plane);
+        multiply(turned.left(), right(&flux[1], 0, plane, plane), target_of(of_rows, plane), false);
+        for (from, to) in of_rows.chunks_exact(plane).zip(second.chunks_exact_mut((n1 * modes2).max(1))) {
+            self.back[1].times_rows(from, n1, n2, target_of(to, modes2), false);
+        }
+        multiply(turned.left(), right(&flux[2], 0, plane, plane), target_of(of_rows, plane), false);
+        for (from, to) in of_rows.chunks_exact(plane).zip(third.chunks_exact_mut((modes1 * n2).max(1))) {
+            self.back[0].times(from, n2, to, false);
+        }
+    }
+
+    /// Gradients at the points of an element become the flux that is aimed at, over the permittivity and times the weights.
+    fn weigh(&self, own: &Range<usize>, flux: &mut [Vec<f64>; 3], less: &[Vec<f64>; 3]) {
+        let [p0, p1, p2] = self.points;
+        let has_other = self.potentials.count() > 1;
+        let mut index = 0;
+        for i in own.clone() {
+            for j in 0..p1.len() {
+                let outer = p0.weights[i] * p1.weights[j];
+                for (k, last) in p2.weights.iter().enumerate() {
+                    let weight = outer * last;
+                    let gradient = [0, 1, 2].map(|c| flux[c][index]);
+                    let mut out = gradient.map(|x| weight * x);
+                    if has_other {
+                        let at = (i * p1.len() + j) * p2.len() + k;
+                        let share = self.ratio.as_ref().and_then(|ratio| ratio.get(at)).unwrap_or(&1.0);
+                        (0..3).for_each(|c| out[c] -= weight * share * less[c][index]);
+                    }
+                    if let Some((tensor, eps)) = self.bent.as_ref().and_then(|bent| bent.at([i, j, k])) {
+                        let added = times(tensor, gradient);
+                        (0..3).for_each(|c| out[c] += added[c] / eps);
+                    }
+                    (0..3).for_each(|c| flux[c][index] = out[c]);
+                    index += 1;
+                }
+            }
+        }
+    }
+}
+
+fn target_of(data: &mut [f64], stride: usize) -> Strided<'_, f64> {
+    Strided { data, stride }
+}
+
+/// The transpose of a part of a matrix.
+fn turned(matrix: &Mat<f64>, rows: &Range<usize>, columns: &Range<usize>) -> Dense<f64> {
+    let part = matrix.as_ref().submatrix(rows.start, columns.start, rows.len(), columns.len());
+    Dense::from_mat(part.transpose())
 }
 
 /// Points on all finite elements.
@@ -100,19 +255,4 @@ fn all_points(domain: &Domain) -> [AxisPoints; 3] {
         let first = line.first_finite();
         AxisPoints::new(&domain.axes[a], first..first + line.degrees.len(), EXTRA)
     })
-}
-
-/// Adds `part`, a weighted flux at the points `bent` among all `points`, over the permittivity.
-fn add_at(all: &mut [f64], points: &[AxisPoints; 3], part: &[f64], bent: &[AxisPoints; 3], domain: &Domain) {
-    let first = [0, 1, 2].map(|a| {
-        let start = bent[a].element.first().copied().unwrap_or(0);
-        points[a].element.partition_point(|e| *e < start)
-    });
-    let (n, m) = (points.each_ref().map(AxisPoints::len), bent.each_ref().map(AxisPoints::len));
-    for (index, value) in part.iter().enumerate() {
-        let at = [index / (m[1] * m[2]), index / m[2] % m[1], index % m[2]];
-        let cell = [0, 1, 2].map(|a| bent[a].interval[at[a]]);
-        let [i, j, k] = [0, 1, 2].map(|a| first[a] + at[a]);
-        all[(i * n[1] + j) * n[2] + k] += value / domain.permittivity_of(cell);
-    }
 }

@@ -18,20 +18,16 @@
 
 use super::aim::{Less, Target, target};
 use super::lines::{Bundle, Run};
+use super::pointwise::RunValues;
 use super::rays::{inner, shares};
-use super::{Basis, Dual, Strip, others};
+use super::{Dual, Strip, others};
 use crate::SolveError;
 use crate::boxes::domain::Domain;
 use crate::boxes::energy::{Energies, stop_if_asked};
 use crate::boxes::half_turn::Image;
 use crate::boxes::mapped::gradients::{EXTRA, FINER, Gradients, add_with_error};
-use crate::boxes::mapped::metric::{Metric, Of, product};
-use crate::boxes::mapped::points::{AxisPoints, Evaluation};
-use elastocap_fem::line::Numbering;
-use elastocap_fem::mixed::FluxEnd;
-use elastocap_fem::tensor::{Dense, Dims, Target as Strided, add, along, dot, multiply, right};
+use elastocap_fem::tensor::{Dims, Target as Strided, add, dot, multiply, right};
 use elastocap_linalg::conjugate_gradients::{self, Operator};
-use elastocap_linalg::dense;
 use faer::Mat;
 use rayon::prelude::*;
 use std::sync::atomic::AtomicBool;
@@ -72,6 +68,12 @@ pub(super) struct Found {
     pub(super) proved: bool,
     pub(super) converged: bool,
     pub(super) iterations: usize,
+}
+
+/// Where the correction of a flux and its repair start from.
+struct Near {
+    correction: Vec<f64>,
+    repair: Vec<f64>,
 }
 
 /// The fluxes of all right-hand sides, and the forms that the bound is made of.
@@ -151,22 +153,31 @@ pub(super) fn project(
     stop_if_asked(cancel)?;
     let stretch = solved.bent.map_or(1.0, Gradients::largest);
     let mut found: Vec<Found> = Vec::new();
+    let mut targets: Vec<Option<Target>> = Vec::new();
+    let has_image = |k: usize| solved.images.iter().flatten().any(|image| image.of == k);
     for (k, (u, image)) in solved.coefficients.iter().zip(solved.images).enumerate() {
         let less = solved.less.as_ref().map(|less| (less, less.potentials[k].as_slice()));
-        let target = target(domain, &dual, less, (u, solved.bent));
+        let of_image =
+            image.and_then(|image| Some(targets.get(image.of)?.as_ref()?.image(&dual, domain, &image)));
+        let target = of_image.unwrap_or_else(|| target(domain, &dual, less, (u, solved.bent)));
         let flux = dual.projected(whole, &target);
-        let start =
-            image.and_then(|image| Some(dual.image(domain, &found.get(image.of)?.correction, &image)));
+        targets.push(has_image(k).then_some(target));
+        let start = image.and_then(|image| {
+            let of = found.get(image.of)?;
+            let own = |x: &[f64]| dual.image(domain, x, &image);
+            Some(Near { correction: own(&of.correction), repair: own(&of.repair) })
+        });
         found.push(dual.without_divergence(flux, start, share, stretch, cancel)?);
     }
-    let (coarser, finer) =
-        (Metric::new(whole, EXTRA, Of::Resistance)?, Metric::new(whole, FINER, Of::Resistance)?);
-    let largest = finer.as_ref().map_or(1.0, |metric| metric.largest);
     let n = potentials.len();
     let mut energy = dual.energies_of(&found);
-    if let (Some(coarser), Some(finer)) = (coarser, finer) {
-        let [coarser, finer] = [coarser, finer].map(|metric| dual.added_energies(whole, &metric, &found));
+    let mut largest = 1.0;
+    let fluxes: Vec<&Flux> = found.iter().map(|one| &one.flux).collect();
+    if let (Some((coarser, _)), Some((finer, stretch))) =
+        (dual.added_energies(whole, EXTRA, &fluxes)?, dual.added_energies(whole, FINER, &fluxes)?)
+    {
         add_with_error(&mut energy, &coarser, &finer, 1.0);
+        largest = stretch;
     }
     let charges = dual.charges(potentials, &found);
     let modes: Vec<Vec<f64>> = solved.coefficients.iter().map(|u| dual.modes_of(domain, u)).collect();
@@ -181,44 +192,20 @@ pub(super) fn project(
     Ok(Projected { dual, found, energy, flow, work, repair, apart, largest, seconds })
 }
 
-/// A run of an axis with its segment's matrices at points: which of the points lie on it, and the values there of the flux whose
-/// coordinates are unit vectors.
-struct RunValues {
-    /// The first of the points, and a row for each.
-    first: usize,
-    matrix: Dense<f64>,
-}
-
 impl Dual {
-    fn runs(&self, a: usize) -> impl Iterator<Item = (&Bundle, &Run)> {
+    pub(super) fn runs(&self, a: usize) -> impl Iterator<Item = (&Bundle, &Run)> {
         self.bundles[a].iter().flat_map(|bundle| bundle.runs.iter().map(move |run| (bundle, run)))
-    }
-
-    /// For each segment of an axis, the values at `points` of fluxes with unit coordinates.
-    fn values_at(&self, domain: &Domain, a: usize, points: &AxisPoints) -> Vec<RunValues> {
-        let axis = &domain.axes[a];
-        let numbering = Numbering::new(&axis.line);
-        let [all, _] = points.all_functions(axis, 0..numbering.len);
-        let of = |segment: &super::Segment| {
-            let [lo, hi] = segment.intervals;
-            let elements = axis.cuts[lo]..axis.cuts[hi];
-            let first = points.element.partition_point(|e| *e < elements.start);
-            let end = points.element.partition_point(|e| *e < elements.end);
-            let blocked = usize::from(segment.ends[0] == FluxEnd::Blocked);
-            let from = numbering.vertex[axis.cuts[lo]] + blocked;
-            let none = Mat::zeros(0, 0);
-            let coefficients = segment.coefficients.as_ref().unwrap_or(&none);
-            let n = coefficients.nrows();
-            let values = all.as_ref().submatrix(first, from, end - first, n);
-            let product = dense::product(values, coefficients.as_ref());
-            RunValues { first, matrix: Dense::from_mat(product.as_ref()) }
-        };
-        self.segments[a].iter().map(of).collect()
     }
 
     /// Where the lines of a run begin in an array of one component with these strides, apart from their place along its axis, and the
     /// root of the permittivity at their first interval.
-    fn placed_lines(&self, a: usize, bundle: &Bundle, run: &Run, stride: [usize; 3]) -> Vec<(usize, f64)> {
+    pub(super) fn placed_lines(
+        &self,
+        a: usize,
+        bundle: &Bundle,
+        run: &Run,
+        stride: [usize; 3],
+    ) -> Vec<(usize, f64)> {
         let (p, q) = others(a);
         self.lines(a, bundle, run).map(|(s, t, root)| (s * stride[p] + t * stride[q], root)).collect()
     }
@@ -284,11 +271,11 @@ impl Dual {
         Flux(flux)
     }
 
-    /// Takes the divergence out of a flux by the problem of the boxes, starting from a correction that may be near.
+    /// Takes the divergence out of a flux by the problem of the boxes, starting from what may be near.
     fn without_divergence(
         &mut self,
         mut flux: Flux,
-        start: Option<Vec<f64>>,
+        start: Option<Near>,
         share: f64,
         largest: f64,
         cancel: Option<&AtomicBool>,
@@ -297,6 +284,7 @@ impl Dual {
         let energy = flux.0.iter().flatten().map(|y| dot(y, y)).sum::<f64>();
         let worst = self.repair_excess() * largest;
         let mut r = b.clone();
+        let (start, mut near) = start.map(|own| (own.correction, own.repair)).unzip();
         if let Some(start) = &start {
             self.true_residual(&b, start, &mut r);
         }
@@ -318,7 +306,7 @@ impl Dual {
             add(&mut x, &step);
             self.true_residual(&b, &x, &mut r);
             self.balance(&mut x, &mut r);
-            let (repair, left) = self.repair(&r);
+            let (repair, left) = self.repair(&r, near.take());
             let cost = worst * dot(&repair, &r) / energy;
             let proved = left < 1e-3 && cost >= 0.0;
             let cheap = cost <= CHEAP * enough;
@@ -402,50 +390,6 @@ impl Dual {
         out
     }
 
-    /// What the map adds to the energies of fluxes, by the rule of a metric.
-    fn added_energies(&self, domain: &Domain, metric: &Metric, found: &[Found]) -> Mat<f64> {
-        let at_points: Vec<[Vec<f64>; 3]> =
-            found.iter().map(|one| self.at_points(domain, &metric.points, &one.flux)).collect();
-        let n = found.len();
-        Mat::from_fn(n, n, |i, j| product(&metric.tensors, &at_points[i], &at_points[j]))
-    }
-
-    /// A flux at points, by component.
-    pub(super) fn at_points(&self, domain: &Domain, points: &[AxisPoints; 3], flux: &Flux) -> [Vec<f64>; 3] {
-        [0, 1, 2].map(|a| self.component_at(domain, a, points, flux))
-    }
-
-    fn component_at(&self, domain: &Domain, a: usize, points: &[AxisPoints; 3], flux: &Flux) -> Vec<f64> {
-        let (p, q) = others(a);
-        let values = self.values_at(domain, a, &points[a]);
-        let mut dims = self.dims;
-        dims[a] = points[a].len();
-        let stride = strides(dims);
-        let mut out = vec![0.0; dims.iter().product()];
-        for ((bundle, run), y) in self.runs(a).zip(&flux.0[a]) {
-            let RunValues { first, matrix } = &values[run.segment];
-            let width = bundle.across[0].len() * bundle.across[1].len();
-            let mut at = vec![0.0; matrix.rows * width];
-            multiply(
-                matrix.left(),
-                right(y, 0, width, width),
-                Strided { data: &mut at, stride: width },
-                false,
-            );
-            let lines = self.placed_lines(a, bundle, run, stride);
-            in_order(a, matrix.rows, width, |row, column| {
-                let (own, root) = lines[column];
-                out[(first + row) * stride[a] + own] += root * at[row * width + column];
-            });
-        }
-        for b in [p, q] {
-            let radial = self.basis[b].as_ref().map(|basis: &Basis| &basis.radial);
-            let modes = Evaluation::new(&points[b].modes(&domain.axes[b], radial));
-            (out, dims) = along(b, &modes.forward, &out, dims);
-        }
-        out
-    }
-
     /// Charges g_i s_j: what flows from the conductors at the potentials of right-hand side i in the flux of j, times these.
     fn charges(&self, potentials: &[Vec<f64>], found: &[Found]) -> Mat<f64> {
         let n = found.len();
@@ -482,7 +426,7 @@ impl Dual {
 
 /// Visits places along lines, and the lines, in the order in which an array has those of an axis: places are next to each other along the
 /// last axis, and lines along the others.
-fn in_order(axis: usize, places: usize, lines: usize, mut each: impl FnMut(usize, usize)) {
+pub(super) fn in_order(axis: usize, places: usize, lines: usize, mut each: impl FnMut(usize, usize)) {
     if axis == 2 {
         (0..lines).for_each(|line| (0..places).for_each(|place| each(place, line)));
     } else {
@@ -500,7 +444,7 @@ fn trace(y: &[f64], width: usize, column: usize, segment: &super::Segment, sides
     out
 }
 
-fn strides(dims: Dims) -> [usize; 3] {
+pub(super) fn strides(dims: Dims) -> [usize; 3] {
     [dims[1] * dims[2], dims[2], 1]
 }
 

@@ -18,6 +18,7 @@ pub(crate) mod aim;
 mod lines;
 pub(crate) mod mapped;
 mod operator;
+mod pointwise;
 mod precondition;
 mod rays;
 mod repair;
@@ -235,14 +236,16 @@ impl Dual {
 
     /// The unknowns of the image of a right-hand side whose unknowns are `x`.
     pub(crate) fn image(&self, domain: &Domain, x: &[f64], image: &Image) -> Vec<f64> {
-        let domain = &domain.truncated();
-        image.applied(x, self.dims, |a| {
-            let legendre = reflected_modes(&domain.axes[a].line);
-            let Some(basis) = &self.basis[a] else { return legendre };
-            let rotated = |m: Mat<f64>| basis.radial.rotate_rows(0, &m);
-            let own = rotated(Mat::identity(legendre.nrows(), legendre.ncols()));
-            rotated(&legendre * own.transpose())
-        })
+        image.applied(x, self.dims, |a| self.reflection(domain, a))
+    }
+
+    /// Potential modes of an axis, reflected.
+    fn reflection(&self, domain: &Domain, a: usize) -> Mat<f64> {
+        let legendre = reflected_modes(&domain.truncated().axes[a].line);
+        let Some(basis) = &self.basis[a] else { return legendre };
+        let rotated = |m: Mat<f64>| basis.radial.rotate_rows(0, &m);
+        let own = rotated(Mat::identity(legendre.nrows(), legendre.ncols()));
+        rotated(&legendre * own.transpose())
     }
 
     /// (sigma_i, sigma_j) weighted by 1 / permittivity, of the fluxes M^-1 (g_i + D^T phi_i).
@@ -399,9 +402,10 @@ impl Dual {
         out
     }
 
-    /// psi = A'^-1 r, the potential of the repairing flux, and the divergence that remains after iterative refinement over r.
-    pub(crate) fn repair(&self, r: &[f64]) -> (Vec<f64>, f64) {
-        self.repair.solve(r, self.dims, &self.weights)
+    /// psi = A'^-1 r, the potential of the repairing flux, and the divergence that remains after iterative refinement over r. It starts from
+    /// what is `near`.
+    pub(crate) fn repair(&self, r: &[f64], near: Option<Vec<f64>>) -> (Vec<f64>, f64) {
+        self.repair.solve(r, near, self.dims, &self.weights)
     }
 
     /// Largest factor by which the energy of the repair exceeds the one with the repair's own permittivity.

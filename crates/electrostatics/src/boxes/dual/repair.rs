@@ -136,27 +136,41 @@ impl Repair {
         });
     }
 
-    /// psi = A'^-1 r, and the norm of the remaining residual over that of r.
-    pub(super) fn solve(&self, r: &[f64], dims: Dims, weights: &Weights) -> (Vec<f64>, f64) {
+    /// psi = A'^-1 r, and the norm of the remaining residual over that of r; from a psi that may be `near`.
+    pub(super) fn solve(
+        &self,
+        r: &[f64],
+        near: Option<Vec<f64>>,
+        dims: Dims,
+        weights: &Weights,
+    ) -> (Vec<f64>, f64) {
         // r is scaled by the root of the scene's permittivity, the repair's operator by that of its own.
         let to_own = |x: f64, ratio: f64| x / ratio;
         let mut target = r.to_vec();
         self.rescale(&mut target, dims, weights, to_own);
         let size = dot(&target, &target).sqrt();
-        let mut psi = vec![0.0; r.len()];
+        let of = |rest: &[f64]| if size > 0.0 { dot(rest, rest).sqrt() / size } else { 0.0 };
         let mut rest = target.clone();
+        let (mut psi, mut left) = match near {
+            Some(near) => {
+                let psi = self.own_scaling(near, dims, weights);
+                self.subtract_product(&psi, &mut rest, dims);
+                let left = of(&rest);
+                (psi, left)
+            }
+            None => (vec![0.0; r.len()], 1.0),
+        };
         let (mut work, mut step) = (Vec::new(), Vec::new());
-        let mut left = 1.0;
         // One pass is exact up to rounding; a second removes most of the rounding, where there is much.
         for _ in 0..2 {
+            if left < ENOUGH {
+                break;
+            }
             self.solver.solve(&rest, dims, &mut work, &mut step);
             add(&mut psi, &step);
             rest.copy_from_slice(&target);
             self.subtract_product(&psi, &mut rest, dims);
-            left = if size > 0.0 { dot(&rest, &rest).sqrt() / size } else { 0.0 };
-            if left < ENOUGH {
-                break;
-            }
+            left = of(&rest);
         }
         self.rescale(&mut psi, dims, weights, to_own);
         (psi, left)

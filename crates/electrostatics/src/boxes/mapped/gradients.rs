@@ -1,12 +1,14 @@
 //! The part of the primal operator that the map adds: the integral of grad v (K - eps) grad u by Gauss points, factor by factor.
 
-use super::metric::{Metric, Of, product, times};
+use super::metric::{Metric, Of, Rule, times};
 use super::points::{AxisPoints, Evaluation};
+use super::sums::{Fields, Tensors, at_least, products};
 use crate::SolveError;
 use crate::boxes::domain::Domain;
-use elastocap_fem::tensor::{Dims, Strips, Window, sized, target};
+use elastocap_fem::tensor::{Dense, Dims, Strips, Window, sized, target};
 use faer::Mat;
 use rayon::prelude::*;
+use std::ops::Range;
 
 /// Points on each element beyond its degree: in products with the operator, and for energies.
 pub(crate) const EXTRA: usize = 2;
@@ -26,13 +28,107 @@ impl Both {
     }
 }
 
+/// Values and slopes of the functions of a grid at Gauss points.
+#[derive(Debug)]
+pub(crate) struct Functions {
+    window: Window,
+    /// Points on each axis.
+    counts: Dims,
+    values: [Both; 3],
+    slopes: [Both; 3],
+    /// Of the first axis, for the points of each element in turn.
+    first: Vec<OfElement>,
+}
+
+/// The functions of an axis that are not zero on an element, counted from the first of the window, at the points there.
+#[derive(Debug)]
+struct OfElement {
+    functions: Range<usize>,
+    value: Dense<f64>,
+    slope: Dense<f64>,
+}
+
+/// What is between the third axis and the second, of one function of the first.
+#[derive(Default)]
+struct Between {
+    by_value: Vec<f64>,
+    by_slope: Vec<f64>,
+}
+
+impl Functions {
+    pub(crate) fn new(domain: &Domain, points: &[AxisPoints; 3]) -> Self {
+        let window = [0, 1, 2].map(|a| points[a].window(&domain.axes[a]));
+        let both = [0, 1, 2].map(|a| points[a].functions(&domain.axes[a], &window[a]));
+        let values = both.each_ref().map(|[value, _]| Both::new(value));
+        let slopes = both.each_ref().map(|[_, slope]| Both::new(slope));
+        let [value, slope] = &both[0];
+        let of_element = |own: Range<usize>| {
+            let is_there = |f: &usize| own.clone().any(|p| value[(p, *f)] != 0.0 || slope[(p, *f)] != 0.0);
+            let there: Vec<usize> = (0..value.ncols()).filter(is_there).collect();
+            let functions = there.first().map_or(0..0, |low| *low..there.last().unwrap_or(low) + 1);
+            let [value, slope] = [value, slope].map(|all| {
+                let part = all.as_ref().submatrix(own.start, functions.start, own.len(), functions.len());
+                Dense::from_mat(part)
+            });
+            OfElement { functions, value, slope }
+        };
+        let first = points[0].by_element().into_iter().map(of_element).collect();
+        Self { window, counts: points.each_ref().map(AxisPoints::len), values, slopes, first }
+    }
+
+    /// Derivatives along each axis, but for the first, of the part that function `i` of the first axis has of `x`, at points of the other two.
+    fn of_slab(&self, x: &[f64], dims: Dims, i: usize, between: &mut Between, out: [&mut [f64]; 3]) {
+        let [w0, w1, w2] = &self.window;
+        let n2 = self.counts[2];
+        let (v, g) = (&self.values, &self.slopes);
+        let Between { by_value, by_slope } = between;
+        let [by_value, by_slope] = [by_value, by_slope].map(|own| at_least(own, w1.len() * n2));
+        let own = &x[((w0.start + i) * dims[1] + w1.start) * dims[2] + w2.start..];
+        v[2].forward.times_rows(own, w1.len(), dims[2], target(by_value, 0, n2), false);
+        g[2].forward.times_rows(own, w1.len(), dims[2], target(by_slope, 0, n2), false);
+        let [none, second, third] = out;
+        v[1].forward.times(by_value, n2, none, false);
+        g[1].forward.times(by_value, n2, second, false);
+        v[1].forward.times(by_slope, n2, third, false);
+    }
+}
+
+/// Potentials whose gradients are the fields.
+pub(crate) struct Potentials<'p> {
+    pub(crate) functions: &'p Functions,
+    pub(crate) coefficients: &'p [&'p [f64]],
+    pub(crate) dims: Dims,
+}
+
+impl Fields for Potentials<'_> {
+    fn count(&self) -> usize {
+        self.coefficients.len()
+    }
+
+    fn across(&self, field: usize, element: usize, components: &mut [Vec<f64>; 3]) {
+        let OfElement { functions, .. } = &self.functions.first[element];
+        let [_, n1, n2] = self.functions.counts;
+        let [none, second, third] = components.each_mut().map(|own| at_least(own, functions.len() * n1 * n2));
+        let mut between = Between::default();
+        let slabs = none.chunks_exact_mut(n1 * n2).zip(second.chunks_exact_mut(n1 * n2));
+        for ((i, third), (none, second)) in functions.clone().zip(third.chunks_exact_mut(n1 * n2)).zip(slabs)
+        {
+            let out = [none, second, third];
+            self.functions.of_slab(self.coefficients[field], self.dims, i, &mut between, out);
+        }
+    }
+
+    fn along(&self, element: usize) -> [Option<&Dense<f64>>; 3] {
+        let OfElement { value, slope, .. } = &self.functions.first[element];
+        [Some(slope), Some(value), Some(value)]
+    }
+}
+
 /// Gradients at the points of a [`Metric`].
 #[derive(Debug)]
 pub(crate) struct Gradients {
     metric: Metric,
-    window: Window,
-    values: [Both; 3],
-    slopes: [Both; 3],
+    functions: Functions,
 }
 
 /// What products with the operator need besides, kept from one to the next.
@@ -48,16 +144,13 @@ impl Gradients {
     /// `None` where the map changes nothing.
     pub(crate) fn new(domain: &Domain, extra: usize) -> Result<Option<Self>, SolveError> {
         let Some(metric) = Metric::new(domain, extra, Of::Permittivity)? else { return Ok(None) };
-        let window = [0, 1, 2].map(|a| metric.points[a].window(&domain.axes[a]));
-        let both = [0, 1, 2].map(|a| metric.points[a].functions(&domain.axes[a], &window[a]));
-        let values = both.each_ref().map(|[value, _]| Both::new(value));
-        let slopes = both.each_ref().map(|[_, slope]| Both::new(slope));
-        Ok(Some(Self { metric, window, values, slopes }))
+        let functions = Functions::new(domain, &metric.points);
+        Ok(Some(Self { metric, functions }))
     }
 
-    /// The points, on each axis.
-    pub(crate) fn points(&self) -> &[AxisPoints; 3] {
-        &self.metric.points
+    /// The points, and the tensors there.
+    pub(crate) fn metric(&self) -> &Metric {
+        &self.metric
     }
 
     /// See [`Metric::largest`].
@@ -65,57 +158,35 @@ impl Gradients {
         self.metric.largest
     }
 
-    fn counts(&self) -> Dims {
-        self.metric.points.each_ref().map(AxisPoints::len)
-    }
-
     /// The gradient of a function at all points, by component, into the flux of `work`.
     fn evaluate(&self, x: &[f64], dims: Dims, work: &mut Work) {
-        let [w0, w1, w2] = &self.window;
-        let [n0, n1, n2] = self.counts();
+        let Functions { window, counts: [n0, n1, n2], values: v, slopes: g, .. } = &self.functions;
         let plane = n1 * n2;
         let Work { middle, flux } = work;
-        middle.iter_mut().for_each(|own| sized(own, w0.len() * plane));
+        middle.iter_mut().for_each(|own| sized(own, window[0].len() * plane));
         flux.iter_mut().for_each(|own| sized(own, n0 * plane));
-        let (v, g) = (&self.values, &self.slopes);
         let [none, second, third] = middle;
         // Slab by slab, so that what is between the second and the third axis stays in cache.
         none.par_chunks_mut(plane)
             .zip(second.par_chunks_mut(plane))
             .zip(third.par_chunks_mut(plane))
             .enumerate()
-            .for_each_init(
-                || [vec![0.0; w1.len() * n2], vec![0.0; w1.len() * n2]],
-                |[by_value, by_slope], (i, ((none, second), third))| {
-                    let own = &x[((w0.start + i) * dims[1] + w1.start) * dims[2] + w2.start..];
-                    v[2].forward.times_rows(own, w1.len(), dims[2], target(by_value, 0, n2), false);
-                    g[2].forward.times_rows(own, w1.len(), dims[2], target(by_slope, 0, n2), false);
-                    v[1].forward.times(by_value, n2, none, false);
-                    g[1].forward.times(by_value, n2, second, false);
-                    v[1].forward.times(by_slope, n2, third, false);
-                },
-            );
+            .for_each_init(Between::default, |between, (i, ((none, second), third))| {
+                self.functions.of_slab(x, dims, i, between, [none, second, third]);
+            });
         for (matrix, (from, to)) in [&g[0], &v[0], &v[0]].into_iter().zip(middle.iter().zip(flux)) {
             matrix.forward.times_in_parallel(from, plane, to);
         }
-    }
-
-    /// The gradient of a function at all points, by component.
-    fn of(&self, x: &[f64], dims: Dims) -> [Vec<f64>; 3] {
-        let mut work = Work::default();
-        self.evaluate(x, dims, &mut work);
-        work.flux
     }
 
     /// `y += A x` for the part that the map adds.
     pub(crate) fn add_product(&self, x: &[f64], y: &mut [f64], dims: Dims, work: &mut Work) {
         self.evaluate(x, dims, work);
         self.weigh(&mut work.flux);
-        let [w0, w1, w2] = &self.window;
-        let [_, n1, n2] = self.counts();
+        let Functions { window: [w0, w1, w2], counts: [_, n1, n2], values: v, slopes: g, .. } =
+            &self.functions;
         let plane = n1 * n2;
         let Work { middle, flux } = work;
-        let (v, g) = (&self.values, &self.slopes);
         for (matrix, (to, from)) in [&g[0], &v[0], &v[0]].into_iter().zip(middle.iter_mut().zip(flux)) {
             matrix.back.times_in_parallel(from, plane, to);
         }
@@ -125,12 +196,12 @@ impl Gradients {
             || [vec![0.0; w1.len() * n2], vec![0.0; w1.len() * n2]],
             |[by_value, by_slope], (i, slab)| {
                 let [none, second, third] = [none, second, third].map(|own| &own[i * plane..(i + 1) * plane]);
-                v[1].back.times(none, n2, by_value, false);
-                g[1].back.times(second, n2, by_value, true);
-                v[1].back.times(third, n2, by_slope, false);
+                v[1].back.times(none, *n2, by_value, false);
+                g[1].back.times(second, *n2, by_value, true);
+                v[1].back.times(third, *n2, by_slope, false);
                 let mut own = |matrix: &Strips, from: &[f64]| {
                     let to = target(slab, w1.start * dims[2] + w2.start, dims[2]);
-                    matrix.times_rows(from, w1.len(), n2, to, true);
+                    matrix.times_rows(from, w1.len(), *n2, to, true);
                 };
                 own(&v[2].back, by_value);
                 own(&g[2].back, by_slope);
@@ -147,30 +218,33 @@ impl Gradients {
         );
     }
 
-    /// The flux K grad u times the weight, without its part eps grad u.
-    pub(crate) fn added_flux(&self, x: &[f64], dims: Dims) -> [Vec<f64>; 3] {
-        let mut flux = self.of(x, dims);
-        self.weigh(&mut flux);
-        flux
+    /// What the map adds to the energies of potentials, by the rule of these points.
+    ///
+    /// # Errors
+    /// As for [`products`].
+    pub(crate) fn energies(&self, potentials: &[Vec<f64>], dims: Dims) -> Result<Mat<f64>, SolveError> {
+        let coefficients: Vec<&[f64]> = potentials.iter().map(Vec::as_slice).collect();
+        let fields = Potentials { functions: &self.functions, coefficients: &coefficients, dims };
+        Ok(products(Tensors::Kept(&self.metric), &fields)?.0)
     }
+}
 
-    /// What the map adds to the energies of potentials.
-    pub(crate) fn energies(&self, potentials: &[Vec<f64>], dims: Dims) -> Mat<f64> {
-        let n = potentials.len();
-        let mut out = Mat::zeros(n, n);
-        for i in 0..n {
-            let own = self.of(&potentials[i], dims);
-            for j in 0..=i {
-                out[(i, j)] = if i == j {
-                    product(&self.metric.tensors, &own, &own)
-                } else {
-                    product(&self.metric.tensors, &own, &self.of(&potentials[j], dims))
-                };
-                out[(j, i)] = out[(i, j)];
-            }
-        }
-        out
-    }
+/// What the map of a domain adds to the energies of potentials, by a rule of `extra` more points on each element than its degree; `None`
+/// where the map changes nothing.
+///
+/// # Errors
+/// A map that turns space inside out.
+pub(crate) fn added_energies(
+    domain: &Domain,
+    extra: usize,
+    potentials: &[Vec<f64>],
+    dims: Dims,
+) -> Result<Option<Mat<f64>>, SolveError> {
+    let Some(rule) = Rule::new(domain, extra, Of::Permittivity) else { return Ok(None) };
+    let functions = Functions::new(domain, &rule.points);
+    let coefficients: Vec<&[f64]> = potentials.iter().map(Vec::as_slice).collect();
+    let fields = Potentials { functions: &functions, coefficients: &coefficients, dims };
+    Ok(Some(products(Tensors::Of(&rule), &fields)?.0))
 }
 
 /// Adds to energies what the map adds by the finer of two rules, and to the diagonal, with the sign given, how far the two are apart:

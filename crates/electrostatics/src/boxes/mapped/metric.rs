@@ -1,6 +1,7 @@
 //! What the map of a domain does to energies: in the coordinates of the boxes the permittivity eps becomes the tensor
 //! K = eps J F^-1 F^-T, with F the gradient of the map and J its determinant.
 
+use super::map::MapGradients;
 use super::points::AxisPoints;
 use crate::SolveError;
 use crate::boxes::domain::{Axis, Block, Domain};
@@ -19,6 +20,64 @@ pub(crate) enum Of {
     Resistance,
 }
 
+/// Gauss points where the map is not the identity.
+pub(crate) struct Rule<'d> {
+    domain: &'d Domain,
+    of: Of,
+    pub(crate) points: [AxisPoints; 3],
+    gradients: MapGradients<'d>,
+    held: Vec<bool>,
+}
+
+impl<'d> Rule<'d> {
+    /// With `extra` more points on each element than its degree; `None` where the map changes nothing.
+    pub(crate) fn new(domain: &'d Domain, extra: usize, of: Of) -> Option<Self> {
+        let map = domain.map.as_ref()?;
+        let points = [0, 1, 2].map(|a| {
+            let axis = &domain.axes[a];
+            AxisPoints::new(axis, bent(axis, |x| map.reaches(a, x)), extra)
+        });
+        if points.iter().any(|own| own.len() == 0) {
+            return None;
+        }
+        let gradients = map.gradients(&points.each_ref().map(|p| p.places.clone()));
+        Some(Self { domain, of, points, gradients, held: held(domain) })
+    }
+
+    /// Points on the second and the third axis together.
+    pub(crate) fn plane(&self) -> usize {
+        self.points[1].len() * self.points[2].len()
+    }
+
+    /// Weight times the tensor at each point `[j][k]` of one place on the first axis; zero in conductors. At least the largest of eps K^-1 at
+    /// any of them in any direction, and at least 1.
+    ///
+    /// # Errors
+    /// A map that turns space inside out.
+    pub(crate) fn slab(&self, i: usize, tensors: &mut [Symmetric]) -> Result<f64, SolveError> {
+        let (n2, cells) = (self.points[2].len(), self.domain.cells());
+        let mut largest: f64 = 1.0;
+        for (index, (tensor, f)) in tensors.iter_mut().zip(&self.gradients.slab(i)).enumerate() {
+            let at = [i, index / n2, index % n2];
+            let cell = [0, 1, 2].map(|a| self.points[a].interval[at[a]]);
+            if self.held[(cell[0] * cells[1] + cell[1]) * cells[2] + cell[2]] {
+                *tensor = [0.0; 6];
+                continue;
+            }
+            let weight: f64 = (0..3).map(|a| self.points[a].weights[at[a]]).product();
+            let (own, stretch) = tensor_of(f, self.of).ok_or(SolveError::InsideOut)?;
+            let eps = self.domain.permittivity_of(cell);
+            let scale = match self.of {
+                Of::Permittivity => weight * eps,
+                Of::Resistance => weight / eps,
+            };
+            *tensor = own.map(|t| scale * t);
+            largest = largest.max(stretch);
+        }
+        Ok(largest)
+    }
+}
+
 /// Weighted tensors at Gauss points where the map is not the identity.
 #[derive(Debug)]
 pub(crate) struct Metric {
@@ -35,43 +94,14 @@ impl Metric {
     /// # Errors
     /// A map that turns space inside out.
     pub(crate) fn new(domain: &Domain, extra: usize, of: Of) -> Result<Option<Self>, SolveError> {
-        let Some(map) = &domain.map else { return Ok(None) };
-        let points = [0, 1, 2].map(|a| {
-            let axis = &domain.axes[a];
-            AxisPoints::new(axis, bent(axis, |x| map.reaches(a, x)), extra)
-        });
-        let [n0, n1, n2] = points.each_ref().map(AxisPoints::len);
-        if n0 * n1 * n2 == 0 {
-            return Ok(None);
-        }
-        let (cells, held) = (domain.cells(), held(domain));
-        let mut tensors = vec![[0.0; 6]; n0 * n1 * n2];
-        let gradients = map.gradients(&points.each_ref().map(|p| p.places.clone()));
+        let Some(rule) = Rule::new(domain, extra, of) else { return Ok(None) };
+        let plane = rule.plane();
+        let mut tensors = vec![[0.0; 6]; rule.points[0].len() * plane];
         // Slab by slab, so that gradients of the map never take more memory than the tensors.
-        let slab = |(i, tensors): (usize, &mut [Symmetric])| -> Option<f64> {
-            let gradients = gradients.slab(i);
-            let mut largest: f64 = 1.0;
-            for (index, (tensor, f)) in tensors.iter_mut().zip(&gradients).enumerate() {
-                let at = [i, index / n2, index % n2];
-                let cell = [0, 1, 2].map(|a| points[a].interval[at[a]]);
-                if held[(cell[0] * cells[1] + cell[1]) * cells[2] + cell[2]] {
-                    continue;
-                }
-                let weight: f64 = (0..3).map(|a| points[a].weights[at[a]]).product();
-                let (own, stretch) = tensor_of(f, of)?;
-                let eps = domain.permittivity_of(cell);
-                let scale = match of {
-                    Of::Permittivity => weight * eps,
-                    Of::Resistance => weight / eps,
-                };
-                *tensor = own.map(|t| scale * t);
-                largest = largest.max(stretch);
-            }
-            Some(largest)
-        };
-        let largest: Option<Vec<f64>> = tensors.par_chunks_mut(n1 * n2).enumerate().map(slab).collect();
-        let largest = largest.ok_or(SolveError::InsideOut)?.into_iter().fold(1.0, f64::max);
-        Ok(Some(Self { points, tensors, largest }))
+        let slabs = tensors.par_chunks_mut(plane).enumerate();
+        let largest: Vec<f64> = slabs.map(|(i, slab)| rule.slab(i, slab)).collect::<Result<_, _>>()?;
+        let largest = largest.into_iter().fold(1.0, f64::max);
+        Ok(Some(Self { points: rule.points, tensors, largest }))
     }
 
     /// At least the largest of eps K^-1 at any of the points outside a block in any direction, and at least 1; of [`Of::Resistance`].

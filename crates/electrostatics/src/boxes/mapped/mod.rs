@@ -9,3 +9,4 @@ pub(crate) mod map;
 pub(crate) mod metric;
 pub(crate) mod placed;
 pub(crate) mod points;
+pub(crate) mod sums;

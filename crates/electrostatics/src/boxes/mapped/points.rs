@@ -104,6 +104,18 @@ impl AxisPoints {
         self.places.len()
     }
 
+    /// The points of each element in turn.
+    pub(crate) fn by_element(&self) -> Vec<Range<usize>> {
+        let mut out: Vec<Range<usize>> = Vec::new();
+        for (point, element) in self.element.iter().enumerate() {
+            match out.last_mut() {
+                Some(last) if self.element[last.start] == *element => last.end = point + 1,
+                _ => out.push(point..point + 1),
+            }
+        }
+        out
+    }
+
     /// Values and slopes of the axis functions `window` (in the trimmed numbering of [`Axis::functions`]).
     pub(crate) fn functions(&self, axis: &Axis, window: &Range<usize>) -> [Mat<f64>; 2] {
         let first = axis.functions().start;
@@ -139,6 +151,13 @@ impl AxisPoints {
             (Some(low), Some(high)) => *low..high + 1,
             _ => 0..0,
         }
+    }
+
+    /// The potential modes of an axis without infinite elements that belong to the element of some of the points.
+    pub(crate) fn modes_on(&self, axis: &Axis, points: &Range<usize>) -> Range<usize> {
+        let offsets = elastocap_fem::mixed::potential_offsets(&axis.line);
+        let element = self.element.get(points.start);
+        element.map_or(0..0, |e| offsets[*e]..offsets[e + 1])
     }
 
     /// Values of the potential modes of an axis without infinite elements: orthonormal Legendre polynomials, or the `radial` basis.

@@ -6,10 +6,12 @@ use crate::boxes::domain::{Block, Domain, per_element};
 use crate::boxes::primal::faces::Faces;
 use crate::boxes::primal::separable_terms;
 use elastocap_fem::line::line_matrices;
-use elastocap_fem::tensor::{Dims, SparseRows, along, axpy, dot};
+use elastocap_fem::tensor::{Dims, SparseRows, Window, along, axpy, dot};
 use elastocap_geometry::scene::across;
 use elastocap_linalg::dense;
-use faer::Mat;
+use faer::{Mat, MatRef};
+use std::borrow::Cow;
+use std::ops::Range;
 
 /// How coefficients are to be read.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -30,15 +32,19 @@ pub(super) struct Joint {
     /// Functions of base and other grid (columns) in those of the common refinement (rows), by axis.
     embeddings: [[Mat<f64>; 3]; 2],
     /// Rows of the common refinement that do not vanish on the block.
-    window: [std::ops::Range<usize>; 3],
+    window: Window,
     /// Mass and stiffness of each term and axis.
     terms: Vec<[[Mat<f64>; 2]; 3]>,
     faces: Faces,
 }
 
-/// The matrices of one axis between two spaces, for each term: mass and stiffness.
+/// The matrices of each axis between two spaces, for each term: mass and stiffness. Functions that no product of the axis reaches are left out:
+/// those that do not vanish on the block are few of a fine grid.
 struct Between {
     terms: Vec<[[SparseRows<f64>; 2]; 3]>,
+    /// Which functions are left, of the rows and of the columns.
+    rows: Window,
+    columns: Window,
 }
 
 impl Joint {
@@ -103,11 +109,21 @@ impl Joint {
             [0, 1, 2].map(|a| {
                 own[a].each_ref().map(|m| {
                     let right = dense::product(m.as_ref(), functions[1][a].as_ref());
-                    SparseRows::from_mat(dense::product(functions[0][a].transpose(), right.as_ref()).as_ref())
+                    dense::product(functions[0][a].transpose(), right.as_ref())
                 })
             })
         };
-        Between { terms: self.terms.iter().map(term).collect() }
+        let terms: Vec<[[Mat<f64>; 2]; 3]> = self.terms.iter().map(term).collect();
+        let of_axis = |a: usize| terms.iter().flat_map(move |term| &term[a]);
+        let rows = [0, 1, 2].map(|a| hull(of_axis(a).map(Mat::as_ref)));
+        let columns = [0, 1, 2].map(|a| hull(of_axis(a).map(Mat::transpose)));
+        let cut = |m: &Mat<f64>, a: usize| {
+            let (rows, columns) = (&rows[a], &columns[a]);
+            let part = m.as_ref().submatrix(rows.start, columns.start, rows.len(), columns.len());
+            SparseRows::from_mat(part)
+        };
+        let cut_term = |own: &[[Mat<f64>; 2]; 3]| [0, 1, 2].map(|a| own[a].each_ref().map(|m| cut(m, a)));
+        Between { terms: terms.iter().map(cut_term).collect(), rows, columns }
     }
 
     /// The products of potentials of one space with those of another, without open space beyond the last nodes.
@@ -119,10 +135,11 @@ impl Joint {
             return self.products((columns, y), (rows, x)).transpose().to_owned();
         }
         let between = self.between(rows, columns);
-        let dims = self.dims[Self::grid(columns)];
+        let [of_rows, of_columns] = [rows, columns].map(|how| self.dims[Self::grid(how)]);
+        let x: Vec<Cow<'_, [f64]>> = x.iter().map(|x| part(x, of_rows, &between.rows)).collect();
         let mut out = Mat::zeros(x.len(), y.len());
         for (j, y) in y.iter().enumerate() {
-            let image = between.apply(y, dims);
+            let image = between.apply(&part(y, of_columns, &between.columns));
             for (i, x) in x.iter().enumerate() {
                 out[(i, j)] += dot(x, &image);
             }
@@ -168,7 +185,9 @@ impl Joint {
 }
 
 impl Between {
-    fn apply(&self, x: &[f64], dims: Dims) -> Vec<f64> {
+    /// Of the functions that are left.
+    fn apply(&self, x: &[f64]) -> Vec<f64> {
+        let dims = self.columns.each_ref().map(Range::len);
         let mut total: Vec<f64> = Vec::new();
         for [first, second, third] in &self.terms {
             let (by_mass, now) = along(2, &third[0], x, dims);
@@ -184,6 +203,32 @@ impl Between {
         }
         total
     }
+}
+
+/// From the first to the last row that is not zero in all of some matrices.
+fn hull<'m>(matrices: impl Iterator<Item = MatRef<'m, f64>>) -> Range<usize> {
+    let mut out = 0..0;
+    for m in matrices {
+        for i in (0..m.nrows()).filter(|i| (0..m.ncols()).any(|j| m[(*i, j)] != 0.0)) {
+            out = if out.is_empty() { i..i + 1 } else { out.start.min(i)..out.end.max(i + 1) };
+        }
+    }
+    out
+}
+
+/// A part of an array.
+fn part<'x>(x: &'x [f64], dims: Dims, window: &Window) -> Cow<'x, [f64]> {
+    if (0..3).all(|a| window[a] == (0..dims[a])) {
+        return Cow::Borrowed(x);
+    }
+    let mut out = Vec::with_capacity(window.iter().map(Range::len).product());
+    for i in window[0].clone() {
+        for j in window[1].clone() {
+            let row = (i * dims[1] + j) * dims[2];
+            out.extend_from_slice(&x[row + window[2].start..row + window[2].end]);
+        }
+    }
+    Cow::Owned(out)
 }
 
 #[cfg(test)]

@@ -1,0 +1,267 @@
+//! Fluxes at Gauss points: all of them at once, or element by element of the first axis.
+
+use super::mapped::{Flux, in_order, strides};
+use super::{Basis, Dual, others};
+use crate::SolveError;
+use crate::boxes::domain::Domain;
+use crate::boxes::mapped::metric::{Of, Rule};
+use crate::boxes::mapped::points::{AxisPoints, Evaluation};
+use crate::boxes::mapped::sums::{Fields, Tensors, at_least, products};
+use elastocap_fem::line::Numbering;
+use elastocap_fem::mixed::FluxEnd;
+use elastocap_fem::tensor::{
+    Dense, Left, SparseRows, Strips, Target as Strided, along, multiply, right, target,
+};
+use elastocap_linalg::dense;
+use faer::Mat;
+use rayon::prelude::*;
+use std::ops::Range;
+
+/// Pieces into which the points of the first axis are divided among threads.
+const PIECES: usize = 4;
+
+/// A run of an axis with its segment's matrices at points: which of the points lie on it, and the values there of the flux whose
+/// coordinates are unit vectors.
+pub(super) struct RunValues {
+    /// The first of the points, and a row for each.
+    pub(super) first: usize,
+    pub(super) matrix: Dense<f64>,
+}
+
+impl Dual {
+    /// For each segment of an axis, the values at `points` of fluxes with unit coordinates.
+    pub(super) fn values_at(&self, domain: &Domain, a: usize, points: &AxisPoints) -> Vec<RunValues> {
+        let axis = &domain.axes[a];
+        let numbering = Numbering::new(&axis.line);
+        let [all, _] = points.all_functions(axis, 0..numbering.len);
+        let of = |segment: &super::Segment| {
+            let [lo, hi] = segment.intervals;
+            let elements = axis.cuts[lo]..axis.cuts[hi];
+            let first = points.element.partition_point(|e| *e < elements.start);
+            let end = points.element.partition_point(|e| *e < elements.end);
+            let blocked = usize::from(segment.ends[0] == FluxEnd::Blocked);
+            let from = numbering.vertex[axis.cuts[lo]] + blocked;
+            let none = Mat::zeros(0, 0);
+            let coefficients = segment.coefficients.as_ref().unwrap_or(&none);
+            let n = coefficients.nrows();
+            let values = all.as_ref().submatrix(first, from, end - first, n);
+            let product = dense::product(values, coefficients.as_ref());
+            RunValues { first, matrix: Dense::from_mat(product.as_ref()) }
+        };
+        self.segments[a].iter().map(of).collect()
+    }
+
+    /// A flux at points, by component.
+    pub(super) fn at_points(&self, domain: &Domain, points: &[AxisPoints; 3], flux: &Flux) -> [Vec<f64>; 3] {
+        [0, 1, 2].map(|a| self.component_at(domain, a, points, flux))
+    }
+
+    fn component_at(&self, domain: &Domain, a: usize, points: &[AxisPoints; 3], flux: &Flux) -> Vec<f64> {
+        let (p, q) = others(a);
+        let values = self.values_at(domain, a, &points[a]);
+        let mut dims = self.dims;
+        dims[a] = points[a].len();
+        let stride = strides(dims);
+        let mut out = vec![0.0; dims.iter().product()];
+        for ((bundle, run), y) in self.runs(a).zip(&flux.0[a]) {
+            let RunValues { first, matrix } = &values[run.segment];
+            let width = bundle.across[0].len() * bundle.across[1].len();
+            let mut at = vec![0.0; matrix.rows * width];
+            multiply(
+                matrix.left(),
+                right(y, 0, width, width),
+                Strided { data: &mut at, stride: width },
+                false,
+            );
+            let lines = self.placed_lines(a, bundle, run, stride);
+            in_order(a, matrix.rows, width, |row, column| {
+                let (own, root) = lines[column];
+                out[(first + row) * stride[a] + own] += root * at[row * width + column];
+            });
+        }
+        for b in [p, q] {
+            let radial = self.basis[b].as_ref().map(|basis: &Basis| &basis.radial);
+            let modes = Evaluation::new(&points[b].modes(&domain.axes[b], radial));
+            (out, dims) = along(b, &modes.forward, &out, dims);
+        }
+        out
+    }
+
+    /// The component of a flux along the first axis at so many points, given the values of its segments there, for modes of the other two.
+    fn along_first(&self, flux: &Flux, values: &[RunValues], points: usize) -> Vec<f64> {
+        let [_, n1, n2] = self.dims;
+        let plane = n1 * n2;
+        let mut out = vec![0.0; points * plane];
+        // Few enough pieces that the flux is not read too often.
+        let block = points.div_ceil(PIECES);
+        out.par_chunks_mut((block * plane).max(1)).enumerate().for_each(|(piece, out)| {
+            let mine = piece * block..piece * block + out.len() / plane;
+            for ((bundle, run), y) in self.runs(0).zip(&flux.0[0]) {
+                let RunValues { first, matrix } = &values[run.segment];
+                let own = mine.start.max(*first)..mine.end.min(first + matrix.rows);
+                if own.is_empty() {
+                    continue;
+                }
+                let part = matrix.left_rows(own.start - first..own.end - first);
+                let [rows, columns] = &bundle.across;
+                let width = rows.len() * columns.len();
+                for (s, row) in rows.clone().enumerate() {
+                    let line = right(y, s * columns.len(), columns.len(), width);
+                    let at = (own.start - mine.start) * plane + row * n2 + columns.start;
+                    multiply(part, line, target(out, at, plane), false);
+                    let root = |t: usize| self.weights.root_at([run.range.start, row, t]);
+                    let roots: Vec<f64> = columns.clone().map(root).collect();
+                    for line in out[at..].chunks_mut(plane).take(own.len()) {
+                        line.iter_mut().zip(&roots).for_each(|(x, root)| *x *= root);
+                    }
+                }
+            }
+        });
+        out
+    }
+
+    /// What the map adds to the energies of fluxes, by a rule of `extra` more points on each element than its degree, and at least the
+    /// largest of eps K^-1; `None` where the map changes nothing.
+    pub(super) fn added_energies(
+        &self,
+        domain: &Domain,
+        extra: usize,
+        fluxes: &[&Flux],
+    ) -> Result<Option<(Mat<f64>, f64)>, SolveError> {
+        let Some(rule) = Rule::new(domain, extra, Of::Resistance) else { return Ok(None) };
+        products(Tensors::Of(&rule), &FluxesAt::new(self, domain, &rule.points, fluxes)).map(Some)
+    }
+}
+
+/// Fluxes at points of the elements of the first axis.
+struct FluxesAt<'f> {
+    dual: &'f Dual,
+    fluxes: &'f [&'f Flux],
+    /// The component of each along the first axis, at the points there and for modes of the other two.
+    first: Vec<Vec<f64>>,
+    /// Points on the second and the third axis.
+    counts: [usize; 2],
+    /// Of the segments of the second and the third axis, the values at its points, and the transpose.
+    values: [Vec<(RunValues, Dense<f64>)>; 2],
+    /// Potential modes of the second and the third axis at its points.
+    modes: [Strips; 2],
+    /// For each element of the first axis its points, and its potential modes there.
+    elements: Vec<(Range<usize>, Range<usize>, Dense<f64>)>,
+}
+
+impl<'f> FluxesAt<'f> {
+    fn new(dual: &'f Dual, domain: &Domain, points: &[AxisPoints; 3], fluxes: &'f [&'f Flux]) -> Self {
+        let radial = |a: usize| dual.basis[a].as_ref().map(|basis: &Basis| &basis.radial);
+        let modes = |a: usize| points[a].modes(&domain.axes[a], radial(a));
+        let strips = |a: usize| Strips::new(&SparseRows::from_mat(modes(a).as_ref()));
+        let first = modes(0);
+        let of_element = |own: Range<usize>| {
+            let rows = points[0].modes_on(&domain.axes[0], &own);
+            let part = first.as_ref().submatrix(own.start, rows.start, own.len(), rows.len());
+            (own, rows, Dense::from_mat(part))
+        };
+        let with_transpose = |own: RunValues| {
+            let turned = own.matrix.transposed();
+            (own, turned)
+        };
+        let values = dual.values_at(domain, 0, &points[0]);
+        Self {
+            dual,
+            fluxes,
+            first: fluxes.iter().map(|flux| dual.along_first(flux, &values, points[0].len())).collect(),
+            counts: [points[1].len(), points[2].len()],
+            values: [1, 2].map(|a| {
+                let values = dual.values_at(domain, a, &points[a]);
+                values.into_iter().map(with_transpose).collect()
+            }),
+            modes: [strips(1), strips(2)],
+            elements: points[0].by_element().into_iter().map(of_element).collect(),
+        }
+    }
+
+    /// The component along the second axis of one mode of the first, at the points of the second, for modes of the third.
+    fn second(&self, flux: &Flux, i: usize, out: &mut [f64]) {
+        let across = self.dual.dims[2];
+        out.fill(0.0);
+        for ((bundle, run), y) in self.dual.runs(1).zip(&flux.0[1]) {
+            let [rows, columns] = &bundle.across;
+            if !rows.contains(&i) {
+                continue;
+            }
+            let (RunValues { first, matrix }, _) = &self.values[0][run.segment];
+            if matrix.rows == 0 {
+                continue;
+            }
+            let width = rows.len() * columns.len();
+            let own = right(y, (i - rows.start) * columns.len(), columns.len(), width);
+            let at = first * across + columns.start;
+            multiply(matrix.left(), own, target(out, at, across), false);
+            let roots: Vec<f64> =
+                columns.clone().map(|t| self.dual.weights.root_at([i, run.range.start, t])).collect();
+            for row in out[at..].chunks_mut(across).take(matrix.rows) {
+                row.iter_mut().zip(&roots).for_each(|(x, root)| *x *= root);
+            }
+        }
+    }
+
+    /// The component along the third axis of one mode of the first, for modes of the second, at the points of the third.
+    fn third(&self, flux: &Flux, i: usize, out: &mut [f64]) {
+        let across = self.counts[1];
+        out.fill(0.0);
+        for ((bundle, run), y) in self.dual.runs(2).zip(&flux.0[2]) {
+            let [rows, columns] = &bundle.across;
+            if !rows.contains(&i) {
+                continue;
+            }
+            let (RunValues { first, .. }, turned) = &self.values[1][run.segment];
+            if turned.cols == 0 {
+                continue;
+            }
+            let width = rows.len() * columns.len();
+            let from = (i - rows.start) * columns.len();
+            let own = Left { data: &y[from..], rows: columns.len(), cols: turned.rows, row: 1, col: width };
+            multiply(own, turned.right(), target(out, columns.start * across + first, across), false);
+            for j in columns.clone() {
+                let root = self.dual.weights.root_at([i, j, run.range.start]);
+                let at = j * across + first;
+                out[at..at + turned.cols].iter_mut().for_each(|x| *x *= root);
+            }
+        }
+    }
+}
+
+impl Fields for FluxesAt<'_> {
+    fn count(&self) -> usize {
+        self.fluxes.len()
+    }
+
+    fn across(&self, field: usize, element: usize, components: &mut [Vec<f64>; 3]) {
+        let (flux, (points, rows, _)) = (self.fluxes[field], &self.elements[element]);
+        let ([_, d1, d2], [n1, n2]) = (self.dual.dims, self.counts);
+        let plane = n1 * n2;
+        let [first, second, third] = components;
+        let own = &self.first[field][points.start * d1 * d2..points.end * d1 * d2];
+        let mut half = vec![0.0; d1 * n2];
+        let slabs = at_least(first, points.len() * plane).chunks_exact_mut(plane);
+        for (own, to) in own.chunks_exact((d1 * d2).max(1)).zip(slabs) {
+            self.modes[1].times_rows(own, d1, d2, target(&mut half, 0, n2), false);
+            self.modes[0].times(&half, n2, to, false);
+        }
+        let mut between = vec![0.0; n1 * d2];
+        let slabs = at_least(second, rows.len() * plane).chunks_exact_mut(plane);
+        for (i, to) in rows.clone().zip(slabs) {
+            self.second(flux, i, &mut between);
+            self.modes[1].times_rows(&between, n1, d2, target(to, 0, n2), false);
+        }
+        let slabs = at_least(third, rows.len() * plane).chunks_exact_mut(plane);
+        for (i, to) in rows.clone().zip(slabs) {
+            self.third(flux, i, &mut half);
+            self.modes[0].times(&half, n2, to, false);
+        }
+    }
+
+    fn along(&self, element: usize) -> [Option<&Dense<f64>>; 3] {
+        let (_, _, modes) = &self.elements[element];
+        [None, Some(modes), Some(modes)]
+    }
+}

@@ -1,0 +1,171 @@
+//! Integrals of two fields with a tensor between them, element by element of the first axis: arrays of all points, which are larger than
+//! those of the unknowns, are never held.
+
+use super::metric::{Metric, Rule, Symmetric, times};
+use super::points::AxisPoints;
+use crate::SolveError;
+use elastocap_fem::tensor::{Dense, multiply, right, target};
+use faer::Mat;
+use rayon::prelude::*;
+use std::ops::Range;
+
+/// Points of the second and the third axis that are looked at together, for all points of an element of the first: what these take stays in
+/// cache.
+const TOGETHER: usize = 1024;
+
+/// Fields with three components that are wanted at Gauss points.
+pub(crate) trait Fields: Sync {
+    /// How many there are.
+    fn count(&self) -> usize;
+
+    /// The components of one field at the points of the second and the third axis, `[row][j][k]`, in rows that [`Fields::along`] takes to the
+    /// points of an element of the first axis.
+    fn across(&self, field: usize, element: usize, components: &mut [Vec<f64>; 3]);
+
+    /// For each component the matrix from these rows to the points of the element; `None` where the rows are those of the points.
+    fn along(&self, element: usize) -> [Option<&Dense<f64>>; 3];
+}
+
+/// The weighted tensors at points.
+#[derive(Clone, Copy)]
+pub(crate) enum Tensors<'t> {
+    /// Computed before.
+    Kept(&'t Metric),
+    /// Computed where they are needed.
+    Of(&'t Rule<'t>),
+}
+
+impl Tensors<'_> {
+    fn points(&self) -> &[AxisPoints; 3] {
+        match self {
+            Self::Kept(metric) => &metric.points,
+            Self::Of(rule) => &rule.points,
+        }
+    }
+}
+
+/// What one thread needs, kept from one element to the next.
+#[derive(Default)]
+struct Work {
+    tensors: Vec<Symmetric>,
+    /// Of each field.
+    across: Vec<[Vec<f64>; 3]>,
+    /// Of one field after the other, by component, at the points of an element that are looked at together; and their images.
+    values: Vec<f64>,
+    images: Vec<f64>,
+}
+
+/// The sums of x T y over all points for all pairs of fields, and at least the largest of eps K^-1 at any of them, as [`Metric::largest`] has
+/// it.
+///
+/// # Errors
+/// A map that turns space inside out.
+pub(crate) fn products(tensors: Tensors<'_>, fields: &impl Fields) -> Result<(Mat<f64>, f64), SolveError> {
+    let elements = tensors.points()[0].by_element();
+    // Added in order: the sum does not depend on the number of threads.
+    let parts: Vec<(Mat<f64>, f64)> = elements
+        .par_iter()
+        .enumerate()
+        .with_max_len(1)
+        .map_init(Work::default, |work, (element, points)| of_element(tensors, fields, element, points, work))
+        .collect::<Result<_, _>>()?;
+    let (mut sum, mut largest) = (Mat::zeros(fields.count(), fields.count()), 1.0_f64);
+    for (part, own) in parts {
+        sum += part;
+        largest = largest.max(own);
+    }
+    Ok((sum, largest))
+}
+
+/// The part of one element of the first axis, which has these points.
+fn of_element(
+    tensors: Tensors<'_>,
+    fields: &impl Fields,
+    element: usize,
+    points: &Range<usize>,
+    work: &mut Work,
+) -> Result<(Mat<f64>, f64), SolveError> {
+    let plane = tensors.points()[1].len() * tensors.points()[2].len();
+    let (n, count) = (fields.count(), points.len());
+    let Work { tensors: computed, across, values, images } = work;
+    let (tensors, largest) = match tensors {
+        Tensors::Kept(metric) => (&metric.tensors[points.start * plane..points.end * plane], metric.largest),
+        Tensors::Of(rule) => {
+            let own = at_least(computed, count * plane);
+            let mut largest = 1.0_f64;
+            for (i, slab) in points.clone().zip(own.chunks_exact_mut(plane)) {
+                largest = largest.max(rule.slab(i, slab)?);
+            }
+            (&*own, largest)
+        }
+    };
+    across.resize_with(n, Default::default);
+    for (field, own) in across.iter_mut().enumerate() {
+        fields.across(field, element, own);
+    }
+    let along = fields.along(element);
+    let mut out = Mat::zeros(n, n);
+    let mut from = 0;
+    while from < plane {
+        let width = TOGETHER.min(plane - from);
+        let size = count * width;
+        let values = at_least(values, 3 * n * size);
+        for (own, to) in across.iter().zip(values.chunks_exact_mut(3 * size)) {
+            for ((rows, matrix), to) in own.iter().zip(along).zip(to.chunks_exact_mut(size)) {
+                match matrix {
+                    Some(matrix) => {
+                        multiply(matrix.left(), right(rows, from, width, plane), target(to, 0, width), false);
+                    }
+                    None => {
+                        for (row, to) in to.chunks_exact_mut(width).enumerate() {
+                            to.copy_from_slice(&rows[row * plane + from..][..width]);
+                        }
+                    }
+                }
+            }
+        }
+        let images = at_least(images, 3 * size);
+        let tensor = |at: usize| &tensors[at / width * plane + from + at % width];
+        for j in 0..n {
+            let [y0, y1, y2] = components(&values[3 * j * size..3 * (j + 1) * size], size);
+            for at in 0..size {
+                let image = times(tensor(at), [y0[at], y1[at], y2[at]]);
+                (0..3).for_each(|c| images[c * size + at] = image[c]);
+            }
+            for i in 0..=j {
+                let x = &values[3 * i * size..3 * (i + 1) * size];
+                out[(i, j)] += sum_of_products(x, images);
+            }
+        }
+        from += width;
+    }
+    for j in 0..n {
+        (0..j).for_each(|i| out[(j, i)] = out[(i, j)]);
+    }
+    Ok((out, largest))
+}
+
+fn components(all: &[f64], size: usize) -> [&[f64]; 3] {
+    [0, 1, 2].map(|c| &all[c * size..(c + 1) * size])
+}
+
+/// Eight sums at a time: one alone would wait for every addition.
+fn sum_of_products(x: &[f64], y: &[f64]) -> f64 {
+    let mut sums = [0.0; 8];
+    let (xs, ys) = (x.chunks_exact(8), y.chunks_exact(8));
+    let rest: f64 = xs.remainder().iter().zip(ys.remainder()).map(|(x, y)| x * y).sum();
+    for (x, y) in xs.zip(ys) {
+        for (sum, (x, y)) in sums.iter_mut().zip(x.iter().zip(y)) {
+            *sum += x * y;
+        }
+    }
+    sums.iter().sum::<f64>() + rest
+}
+
+/// The first entries of a buffer, made longer where it is too short.
+pub(crate) fn at_least<T: Copy + Default>(buffer: &mut Vec<T>, len: usize) -> &mut [T] {
+    if buffer.len() < len {
+        buffer.resize(len, T::default());
+    }
+    &mut buffer[..len]
+}
