@@ -24,11 +24,11 @@ pub const NO_CHANGE: f64 = 1e-6;
 /// How often steps are solved again, at most: a change that was hidden in its bounds is seen one round, and met the next.
 const MAX_ROUNDS: usize = 4;
 
-/// Share of the distance between the bounds of the smallest change that the first step may take, and the least that any other step is left of
-/// that of its own change. The rest is for a change that turns out smaller than it was taken for.
+/// Share of the distance between the bounds of the smallest change that the first step may take.
 const SHARE: f64 = 0.45;
 
-/// What both states of a larger change may take together, over the distance between its bounds.
+/// What both states of a change may take together, over the distance between its bounds. The rest is for a change that turns out smaller than
+/// it was taken for.
 const TOGETHER: f64 = 2.0 * SHARE;
 
 /// The least share of a step whose first step gets no sharper: where that takes more, it is what the change is not known for.
@@ -82,10 +82,10 @@ fn spreads(first: f64, exhausted: bool, goals: &[f64]) -> (f64, Vec<Option<f64>>
     let most = SHARE * goals.iter().copied().fold(f64::INFINITY, f64::min);
     let of = |goal: &f64| {
         if exhausted {
-            let left = 2.0 * SHARE * goal - first;
-            return (left >= LEAST * goal).then_some(left.min(TOGETHER * goal));
+            let left = TOGETHER * goal - first;
+            return (left >= LEAST * goal).then_some(left);
         }
-        Some((TOGETHER * goal - first.min(most)).max(SHARE * goal))
+        Some(TOGETHER * goal - first.min(most))
     };
     (most, goals.iter().map(of).collect())
 }

@@ -256,6 +256,20 @@ fn bounds_close_in_on_a_bend_from_both_sides_and_the_field_is_that_of_the_bent_s
 }
 
 #[test]
+fn a_solve_that_knows_how_far_the_bounds_of_another_were_from_what_was_foreseen_takes_no_finer_grid() {
+    let (scene, map) = (plates(), Arc::new(bent_in_the_plane()));
+    let rough = solve_mapped(&scene, &map, &settings(1e-2)).unwrap();
+    let foresight = rough.foresight.unwrap();
+    assert!(foresight.error <= 1e-2 && (0.1..2.0).contains(&foresight.amplification), "{foresight:?}");
+    let to = |foresight| solve_mapped(&scene, &map, &Settings { foresight, ..settings(1e-3) }).unwrap();
+    let (with, without) = (to(Some(foresight)), to(None));
+    assert!(with.reached && without.reached);
+    println!("{foresight:?}: {} {}", with.unknowns, without.unknowns);
+    assert!(with.unknowns <= without.unknowns);
+    agree(&with, &without, 1e-3);
+}
+
+#[test]
 fn a_map_that_turns_space_inside_out_is_refused() {
     let axes = [axis(&[0.0, 1.0], 1, true), axis(&[0.0, 1.0, 1.6], 1, false), axis(&[0.0, 1.2], 1, true)];
     let map = SceneMap::new(axes, |[_, y, _]| [0.0, if y == 1.0 { -1.2 } else { 0.0 }, 0.0]);

@@ -146,7 +146,7 @@ struct Work {
     half: Vec<f64>,
 }
 
-/// Where a map bends space, among all points.
+/// Where a map bends space, among all points: the places of its first points among them, and how many it has.
 struct Bent<'a> {
     metric: &'a Metric,
     first: [usize; 3],
@@ -185,8 +185,7 @@ impl Aim<'_> {
         let along = self.potentials.along(element);
         for (field, to) in [&mut *flux, less].into_iter().enumerate().take(self.potentials.count()) {
             self.potentials.across(field, element, across);
-            for ((to, from), matrix) in to.iter_mut().zip(&*across).zip(along).filter(|(_, m)| m.is_some()) {
-                let Some(matrix) = matrix else { continue };
+            for ((to, from), matrix) in to.iter_mut().zip(&*across).zip(along.into_iter().flatten()) {
                 let to = target_of(at_least(to, own.len() * plane), plane);
                 multiply(matrix.left(), right(from, 0, plane, plane), to, false);
             }

@@ -449,7 +449,7 @@ pub(super) fn strides(dims: Dims) -> [usize; 3] {
 }
 
 #[cfg(test)]
-mod tests {
+pub(super) mod tests {
     use crate::boxes::grid_problem::GridProblem;
     use crate::boxes::layout::Grid;
     use crate::boxes::mapped::map::{MapAxis, SceneMap};
@@ -461,7 +461,7 @@ mod tests {
     use std::sync::Arc;
 
     /// Two plates of different sizes, one of them in a layer.
-    fn scene() -> Scene {
+    pub(in crate::boxes::dual) fn scene() -> Scene {
         let cuboid = |min: [f64; 3], max: [f64; 3]| Shape::Box(Box3 { min, max });
         let bodies = vec![
             Body::conductor("left", cuboid([-0.7, 0.3, -0.6], [-0.2, 0.5, 0.6])),
@@ -474,7 +474,7 @@ mod tests {
         Scene { bodies, background_permittivity: 1.0, domain, walls }
     }
 
-    fn map() -> Arc<SceneMap> {
+    pub(in crate::boxes::dual) fn map() -> Arc<SceneMap> {
         let axis = |breaks: &[f64], degree: usize, mirrored: bool| {
             let degrees = vec![degree; breaks.len() - 1];
             MapAxis { breaks: breaks.to_vec(), degrees, mirrored }
@@ -492,7 +492,11 @@ mod tests {
         problem.core.grid(&graded(ResolutionLevel { order, levels: order - 2 }), 1.0)
     }
 
-    fn solved(problem: &GridProblem<'_>, order: usize, lower: Lower<'_>) -> Outcome {
+    pub(in crate::boxes::dual) fn solved(
+        problem: &GridProblem<'_>,
+        order: usize,
+        lower: Lower<'_>,
+    ) -> Outcome {
         on_grid(problem, &grid(problem, order), 1e-10, lower, None).unwrap()
     }
 

@@ -265,3 +265,94 @@ impl Fields for FluxesAt<'_> {
         [None, Some(modes), Some(modes)]
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::boxes::dual::aim::target;
+    use crate::boxes::dual::mapped::tests::{map, scene, solved};
+    use crate::boxes::dual::mapped::{Solved, project};
+    use crate::boxes::grid_problem::GridProblem;
+    use crate::boxes::half_turn::images;
+    use crate::boxes::mapped::gradients::{EXTRA, FINER, added_energies};
+    use crate::boxes::mapped::metric::{Metric, product};
+    use crate::boxes::mapped::points::gradient_at;
+    use crate::boxes::one_grid::Lower;
+    use crate::solution::Settings;
+    use elastocap_geometry::scene::{Body, Box3, Scene, Wall};
+    use elastocap_geometry::shapes::Shape;
+
+    /// The largest difference of two forms over the root of the product of the diagonal's entries.
+    fn apart(a: &Mat<f64>, b: &Mat<f64>) -> f64 {
+        let n = a.nrows();
+        let one = |i: usize, j: usize| (a[(i, j)] - b[(i, j)]).abs() / (a[(i, i)] * a[(j, j)]).abs().sqrt();
+        (0..n).flat_map(|i| (0..n).map(move |j| (i, j))).map(|(i, j)| one(i, j)).fold(0.0, f64::max)
+    }
+
+    #[test]
+    fn sums_by_elements_are_those_over_all_points_at_once() {
+        let settings = Settings::default();
+        let problem = GridProblem::new(&scene(), Some(&map()), None, &settings).unwrap();
+        let outcome = solved(&problem, 4, Lower::None);
+        let part = &outcome.solved[0].1;
+        let (domain, u) = (&part.domain, &part.energies.coefficients);
+        let n = u.len();
+        assert_eq!(n, 2);
+        let own = Solved {
+            coefficients: u,
+            less: None,
+            energies: &part.energies.matrix,
+            images: &vec![None; n],
+            bent: part.primal.bent(),
+        };
+        let projected =
+            project(domain, &vec![vec![0.0; domain.conductors.len()]; n], &own, 1e-3, None).unwrap();
+        let fluxes: Vec<&Flux> = projected.found.iter().map(|one| &one.flux).collect();
+        let whole = &domain.truncated();
+        for extra in [EXTRA, FINER] {
+            let of = |metric: &Metric, x: &[[Vec<f64>; 3]]| {
+                Mat::from_fn(n, n, |i, j| product(&metric.tensors, &x[i], &x[j]))
+            };
+            let metric = Metric::new(domain, extra, Of::Permittivity).unwrap().unwrap();
+            let dims = domain.primal_dims();
+            let at: Vec<_> = u.iter().map(|u| gradient_at(domain, &metric.points, u, dims)).collect();
+            let found = added_energies(domain, extra, u, dims).unwrap().unwrap();
+            assert!(apart(&of(&metric, &at), &found) < 1e-12, "{extra}: {found:?}");
+            let metric = Metric::new(whole, extra, Of::Resistance).unwrap().unwrap();
+            let at: Vec<_> =
+                fluxes.iter().map(|flux| projected.dual.at_points(whole, &metric.points, flux)).collect();
+            let (found, largest) = projected.dual.added_energies(whole, extra, &fluxes).unwrap().unwrap();
+            assert!(apart(&of(&metric, &at), &found) < 1e-12, "{extra}: {found:?}");
+            assert_eq!(largest, metric.largest);
+        }
+    }
+
+    #[test]
+    fn the_target_of_an_image_is_the_image_of_the_target() {
+        let plate =
+            |x: [f64; 2], z: [f64; 2]| Shape::Box(Box3 { min: [x[0], 0.3, z[0]], max: [x[1], 0.5, z[1]] });
+        let layer = Shape::Box(Box3 { min: [-1.0, 0.0, -1.2], max: [1.0, 1.0, 1.2] });
+        let bodies = vec![
+            Body::conductor("left", plate([-0.7, -0.2], [-0.6, 0.2])),
+            Body::conductor("right", plate([0.2, 0.7], [-0.2, 0.6])),
+            Body::dielectric("layer", layer, 3.0),
+        ];
+        let domain = Box3 { min: [-1.0, 0.0, -1.2], max: [1.0, 1.6, 1.2] };
+        let scene = Scene { bodies, background_permittivity: 1.0, domain, walls: [[Wall::Insulated; 2]; 3] };
+        let settings = Settings::default();
+        let problem = GridProblem::new(&scene, Some(&map()), None, &settings).unwrap();
+        let outcome = solved(&problem, 3, Lower::None);
+        let part = &outcome.solved[0].1;
+        let domain = &part.domain;
+        let image = images(domain, &[vec![1.0, 0.0], vec![0.0, 1.0]])[1].unwrap();
+        let u = &part.energies.coefficients[0];
+        let dual = Dual::new(domain).unwrap();
+        let of = |u: &[f64]| target(domain, &dual, None, (u, part.primal.bent()));
+        let (turned, direct) = (of(u).image(&dual, domain, &image), of(&image.of_potential(domain, u)));
+        for (turned, direct) in turned.parts.iter().zip(&direct.parts) {
+            let size = direct.iter().fold(0.0_f64, |most, x| most.max(x.abs()));
+            let apart = turned.iter().zip(direct).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+            assert!(size > 0.0 && apart < 1e-11 * size, "{apart:e} of {size:e}");
+        }
+    }
+}
