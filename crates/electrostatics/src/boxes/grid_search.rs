@@ -169,8 +169,6 @@ pub(crate) struct Search<'p, 's> {
     wider: bool,
     shortfall: Option<String>,
     best: Option<(f64, Found)>,
-    /// What was found of the grid that met the tolerance.
-    foresight: Option<Foresight>,
 }
 
 impl<'p, 's> Search<'p, 's> {
@@ -206,7 +204,6 @@ impl<'p, 's> Search<'p, 's> {
             wider: false,
             shortfall: None,
             best: None,
-            foresight: None,
         })
     }
 
@@ -289,9 +286,6 @@ impl<'p, 's> Search<'p, 's> {
                 outcome.unknowns = self.unknowns;
             }
             if let Some(error) = proved.filter(|error| *error <= accepted) {
-                let amplification = 0.5 * self.own(error) / self.foreseen;
-                let is_known = amplification.is_finite() && amplification > 0.0;
-                self.foresight = is_known.then_some(Foresight { amplification, error });
                 self.keep(outcome, error, start.elapsed().as_secs_f64());
                 return Ok(true);
             }
@@ -529,15 +523,24 @@ impl<'p, 's> Search<'p, 's> {
         Ok(())
     }
 
+    /// How the error that bounds leave is related to what was foreseen of the last grid.
+    fn foresight(&self) -> Option<Foresight> {
+        let (error, _) = self.best.as_ref().filter(|_| self.problem.settings.bounds)?;
+        let amplification = 0.5 * self.own(*error) / self.foreseen;
+        let is_known = amplification.is_finite() && amplification > 0.0;
+        is_known.then_some(Foresight { amplification, error: *error })
+    }
+
     /// What was found, whether it met the tolerance or not.
     ///
     /// # Errors
     /// A request to stop before anything was known.
     pub(crate) fn finish(self, met: bool) -> Result<Found, SolveError> {
+        let foresight = self.foresight().filter(|_| met);
         let Some((_, mut found)) = self.best else { return Err(SolveError::Cancelled) };
         found.shortfall = self.shortfall.filter(|_| !met);
         found.grids = self.grids;
-        found.foresight = self.foresight.filter(|_| met);
+        found.foresight = foresight;
         found.choosing += self.begin.elapsed().as_secs_f64();
         Ok(found)
     }

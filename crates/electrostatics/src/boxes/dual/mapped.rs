@@ -199,13 +199,7 @@ impl Dual {
 
     /// Where the lines of a run begin in an array of one component with these strides, apart from their place along its axis, and the
     /// root of the permittivity at their first interval.
-    pub(super) fn placed_lines(
-        &self,
-        a: usize,
-        bundle: &Bundle,
-        run: &Run,
-        stride: [usize; 3],
-    ) -> Vec<(usize, f64)> {
+    fn placed_lines(&self, a: usize, bundle: &Bundle, run: &Run, stride: [usize; 3]) -> Vec<(usize, f64)> {
         let (p, q) = others(a);
         self.lines(a, bundle, run).map(|(s, t, root)| (s * stride[p] + t * stride[q], root)).collect()
     }
@@ -366,7 +360,7 @@ impl Dual {
     }
 
     /// Energies of fluxes as if no map bent the scene, open space included.
-    fn energies_of(&self, found: &[Found]) -> Mat<f64> {
+    pub(super) fn energies_of(&self, found: &[Found]) -> Mat<f64> {
         let n = found.len();
         let mut out = Mat::zeros(n, n);
         for a in 0..3 {
@@ -426,7 +420,7 @@ impl Dual {
 
 /// Visits places along lines, and the lines, in the order in which an array has those of an axis: places are next to each other along the
 /// last axis, and lines along the others.
-pub(super) fn in_order(axis: usize, places: usize, lines: usize, mut each: impl FnMut(usize, usize)) {
+fn in_order(axis: usize, places: usize, lines: usize, mut each: impl FnMut(usize, usize)) {
     if axis == 2 {
         (0..lines).for_each(|line| (0..places).for_each(|place| each(place, line)));
     } else {
@@ -444,7 +438,7 @@ fn trace(y: &[f64], width: usize, column: usize, segment: &super::Segment, sides
     out
 }
 
-pub(super) fn strides(dims: Dims) -> [usize; 3] {
+fn strides(dims: Dims) -> [usize; 3] {
     [dims[1] * dims[2], dims[2], 1]
 }
 
@@ -460,18 +454,22 @@ pub(super) mod tests {
     use elastocap_geometry::shapes::Shape;
     use std::sync::Arc;
 
-    /// Two plates of different sizes, one of them in a layer.
-    pub(in crate::boxes::dual) fn scene() -> Scene {
-        let cuboid = |min: [f64; 3], max: [f64; 3]| Shape::Box(Box3 { min, max });
-        let bodies = vec![
-            Body::conductor("left", cuboid([-0.7, 0.3, -0.6], [-0.2, 0.5, 0.6])),
-            Body::conductor("right", cuboid([0.2, 0.3, -0.2], [0.6, 0.4, 0.3])),
-            Body::dielectric("layer", cuboid([-1.0, 0.0, -1.2], [0.1, 1.0, 1.2]), 3.0),
-        ];
+    /// Bodies in a box over ground.
+    pub(in crate::boxes::dual) fn boxed(bodies: Vec<Body>) -> Scene {
         let domain = Box3 { min: [-1.0, 0.0, -1.2], max: [1.0, 1.6, 1.2] };
         let mut walls = [[Wall::Insulated; 2]; 3];
         walls[1][0] = Wall::Grounded;
         Scene { bodies, background_permittivity: 1.0, domain, walls }
+    }
+
+    /// Two plates of different sizes, one of them in a layer.
+    pub(in crate::boxes::dual) fn scene() -> Scene {
+        let cuboid = |min: [f64; 3], max: [f64; 3]| Shape::Box(Box3 { min, max });
+        boxed(vec![
+            Body::conductor("left", cuboid([-0.7, 0.3, -0.6], [-0.2, 0.5, 0.6])),
+            Body::conductor("right", cuboid([0.2, 0.3, -0.2], [0.6, 0.4, 0.3])),
+            Body::dielectric("layer", cuboid([-1.0, 0.0, -1.2], [0.1, 1.0, 1.2]), 3.0),
+        ])
     }
 
     pub(in crate::boxes::dual) fn map() -> Arc<SceneMap> {

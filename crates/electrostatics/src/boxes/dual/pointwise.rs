@@ -1,17 +1,15 @@
 //! Fluxes at Gauss points: all of them at once, or element by element of the first axis.
 
-use super::mapped::{Flux, in_order, strides};
-use super::{Basis, Dual, others};
+use super::mapped::Flux;
+use super::{Basis, Dual};
 use crate::SolveError;
 use crate::boxes::domain::Domain;
 use crate::boxes::mapped::metric::{Of, Rule};
-use crate::boxes::mapped::points::{AxisPoints, Evaluation};
-use crate::boxes::mapped::sums::{Fields, Tensors, at_least, products};
+use crate::boxes::mapped::points::AxisPoints;
+use crate::boxes::mapped::sums::{Fields, Tensors, at_least, at_points, products};
 use elastocap_fem::line::Numbering;
 use elastocap_fem::mixed::FluxEnd;
-use elastocap_fem::tensor::{
-    Dense, Left, SparseRows, Strips, Target as Strided, along, multiply, right, target,
-};
+use elastocap_fem::tensor::{Dense, Left, SparseRows, Strips, multiply, right, target};
 use elastocap_linalg::dense;
 use faer::Mat;
 use rayon::prelude::*;
@@ -51,40 +49,14 @@ impl Dual {
         self.segments[a].iter().map(of).collect()
     }
 
-    /// A flux at points, by component.
-    pub(super) fn at_points(&self, domain: &Domain, points: &[AxisPoints; 3], flux: &Flux) -> [Vec<f64>; 3] {
-        [0, 1, 2].map(|a| self.component_at(domain, a, points, flux))
-    }
-
-    fn component_at(&self, domain: &Domain, a: usize, points: &[AxisPoints; 3], flux: &Flux) -> Vec<f64> {
-        let (p, q) = others(a);
-        let values = self.values_at(domain, a, &points[a]);
-        let mut dims = self.dims;
-        dims[a] = points[a].len();
-        let stride = strides(dims);
-        let mut out = vec![0.0; dims.iter().product()];
-        for ((bundle, run), y) in self.runs(a).zip(&flux.0[a]) {
-            let RunValues { first, matrix } = &values[run.segment];
-            let width = bundle.across[0].len() * bundle.across[1].len();
-            let mut at = vec![0.0; matrix.rows * width];
-            multiply(
-                matrix.left(),
-                right(y, 0, width, width),
-                Strided { data: &mut at, stride: width },
-                false,
-            );
-            let lines = self.placed_lines(a, bundle, run, stride);
-            in_order(a, matrix.rows, width, |row, column| {
-                let (own, root) = lines[column];
-                out[(first + row) * stride[a] + own] += root * at[row * width + column];
-            });
-        }
-        for b in [p, q] {
-            let radial = self.basis[b].as_ref().map(|basis: &Basis| &basis.radial);
-            let modes = Evaluation::new(&points[b].modes(&domain.axes[b], radial));
-            (out, dims) = along(b, &modes.forward, &out, dims);
-        }
-        out
+    /// Fluxes at points, by component.
+    pub(super) fn at_points(
+        &self,
+        domain: &Domain,
+        points: &[AxisPoints; 3],
+        fluxes: &[&Flux],
+    ) -> Vec<[Vec<f64>; 3]> {
+        at_points(points, &FluxesAt::new(self, domain, points, fluxes))
     }
 
     /// The component of a flux along the first axis at so many points, given the values of its segments there, for modes of the other two.
@@ -270,16 +242,17 @@ impl Fields for FluxesAt<'_> {
 mod tests {
     use super::*;
     use crate::boxes::dual::aim::target;
-    use crate::boxes::dual::mapped::tests::{map, scene, solved};
-    use crate::boxes::dual::mapped::{Solved, project};
+    use crate::boxes::dual::mapped::tests::{boxed, map, scene, solved};
+    use crate::boxes::dual::mapped::{Projected, Solved, project};
+    use crate::boxes::dual::superposed::Weights;
     use crate::boxes::grid_problem::GridProblem;
     use crate::boxes::half_turn::images;
-    use crate::boxes::mapped::gradients::{EXTRA, FINER, added_energies};
+    use crate::boxes::mapped::gradients::{EXTRA, FINER, added_energies, gradients_at};
     use crate::boxes::mapped::metric::{Metric, product};
-    use crate::boxes::mapped::points::gradient_at;
     use crate::boxes::one_grid::Lower;
+    use crate::boxes::one_part::SolvedPart;
     use crate::solution::Settings;
-    use elastocap_geometry::scene::{Body, Box3, Scene, Wall};
+    use elastocap_geometry::scene::{Body, Box3};
     use elastocap_geometry::shapes::Shape;
 
     /// The largest difference of two forms over the root of the product of the diagonal's entries.
@@ -289,42 +262,66 @@ mod tests {
         (0..n).flat_map(|i| (0..n).map(move |j| (i, j))).map(|(i, j)| one(i, j)).fold(0.0, f64::max)
     }
 
-    #[test]
-    fn sums_by_elements_are_those_over_all_points_at_once() {
+    /// Potentials and fluxes without divergence of a scene under a map, and what they are made on.
+    fn with_both(check: impl Fn(&SolvedPart, &Projected)) {
         let settings = Settings::default();
         let problem = GridProblem::new(&scene(), Some(&map()), None, &settings).unwrap();
         let outcome = solved(&problem, 4, Lower::None);
         let part = &outcome.solved[0].1;
-        let (domain, u) = (&part.domain, &part.energies.coefficients);
-        let n = u.len();
-        assert_eq!(n, 2);
         let own = Solved {
-            coefficients: u,
+            coefficients: &part.energies.coefficients,
             less: None,
             energies: &part.energies.matrix,
-            images: &vec![None; n],
+            images: &[None; 2],
             bent: part.primal.bent(),
         };
-        let projected =
-            project(domain, &vec![vec![0.0; domain.conductors.len()]; n], &own, 1e-3, None).unwrap();
-        let fluxes: Vec<&Flux> = projected.found.iter().map(|one| &one.flux).collect();
-        let whole = &domain.truncated();
-        for extra in [EXTRA, FINER] {
-            let of = |metric: &Metric, x: &[[Vec<f64>; 3]]| {
-                Mat::from_fn(n, n, |i, j| product(&metric.tensors, &x[i], &x[j]))
-            };
-            let metric = Metric::new(domain, extra, Of::Permittivity).unwrap().unwrap();
-            let dims = domain.primal_dims();
-            let at: Vec<_> = u.iter().map(|u| gradient_at(domain, &metric.points, u, dims)).collect();
-            let found = added_energies(domain, extra, u, dims).unwrap().unwrap();
-            assert!(apart(&of(&metric, &at), &found) < 1e-12, "{extra}: {found:?}");
-            let metric = Metric::new(whole, extra, Of::Resistance).unwrap().unwrap();
-            let at: Vec<_> =
-                fluxes.iter().map(|flux| projected.dual.at_points(whole, &metric.points, flux)).collect();
-            let (found, largest) = projected.dual.added_energies(whole, extra, &fluxes).unwrap().unwrap();
-            assert!(apart(&of(&metric, &at), &found) < 1e-12, "{extra}: {found:?}");
-            assert_eq!(largest, metric.largest);
-        }
+        let potentials = vec![vec![0.0; part.domain.conductors.len()]; 2];
+        check(part, &project(&part.domain, &potentials, &own, 1e-3, None).unwrap());
+    }
+
+    #[test]
+    fn squares_at_points_add_up_to_the_energies_of_potentials_and_fluxes_without_a_map() {
+        with_both(|part, projected| {
+            let (domain, u) = (&part.domain, &part.energies.coefficients);
+            let whole = &domain.truncated();
+            let points = [0, 1, 2].map(|a| {
+                let axis = &whole.axes[a];
+                AxisPoints::new(axis, 0..axis.line.elements(), EXTRA)
+            });
+            let weights = Weights::new(whole, &points);
+            let coefficients: Vec<&[f64]> = u.iter().map(Vec::as_slice).collect();
+            let at = gradients_at(domain, &points, &coefficients);
+            let found = Mat::from_fn(2, 2, |i, j| weights.product(&at[i], &at[j], true));
+            assert!(apart(&part.primal.straight_energies(u), &found) < 1e-12, "{found:?}");
+            let fluxes: Vec<&Flux> = projected.found.iter().map(|one| &one.flux).collect();
+            let at = projected.dual.at_points(whole, &points, &fluxes);
+            let found = Mat::from_fn(2, 2, |i, j| weights.over_permittivity(&at[i], &at[j]));
+            assert!(apart(&projected.dual.energies_of(&projected.found), &found) < 1e-12, "{found:?}");
+        });
+    }
+
+    #[test]
+    fn sums_by_elements_are_those_over_all_points_at_once() {
+        with_both(|part, projected| {
+            let (domain, u) = (&part.domain, &part.energies.coefficients);
+            let whole = &domain.truncated();
+            let coefficients: Vec<&[f64]> = u.iter().map(Vec::as_slice).collect();
+            let fluxes: Vec<&Flux> = projected.found.iter().map(|one| &one.flux).collect();
+            for extra in [EXTRA, FINER] {
+                let of = |metric: &Metric, x: &[[Vec<f64>; 3]]| {
+                    Mat::from_fn(2, 2, |i, j| product(&metric.tensors, &x[i], &x[j]))
+                };
+                let metric = Metric::new(domain, extra, Of::Permittivity).unwrap().unwrap();
+                let at = gradients_at(domain, &metric.points, &coefficients);
+                let found = added_energies(domain, extra, u, domain.primal_dims()).unwrap().unwrap();
+                assert!(apart(&of(&metric, &at), &found) < 1e-12, "{extra}: {found:?}");
+                let metric = Metric::new(whole, extra, Of::Resistance).unwrap().unwrap();
+                let at = projected.dual.at_points(whole, &metric.points, &fluxes);
+                let (found, largest) = projected.dual.added_energies(whole, extra, &fluxes).unwrap().unwrap();
+                assert!(apart(&of(&metric, &at), &found) < 1e-12, "{extra}: {found:?}");
+                assert_eq!(largest, metric.largest);
+            }
+        });
     }
 
     #[test]
@@ -332,13 +329,11 @@ mod tests {
         let plate =
             |x: [f64; 2], z: [f64; 2]| Shape::Box(Box3 { min: [x[0], 0.3, z[0]], max: [x[1], 0.5, z[1]] });
         let layer = Shape::Box(Box3 { min: [-1.0, 0.0, -1.2], max: [1.0, 1.0, 1.2] });
-        let bodies = vec![
+        let scene = boxed(vec![
             Body::conductor("left", plate([-0.7, -0.2], [-0.6, 0.2])),
             Body::conductor("right", plate([0.2, 0.7], [-0.2, 0.6])),
             Body::dielectric("layer", layer, 3.0),
-        ];
-        let domain = Box3 { min: [-1.0, 0.0, -1.2], max: [1.0, 1.6, 1.2] };
-        let scene = Scene { bodies, background_permittivity: 1.0, domain, walls: [[Wall::Insulated; 2]; 3] };
+        ]);
         let settings = Settings::default();
         let problem = GridProblem::new(&scene, Some(&map()), None, &settings).unwrap();
         let outcome = solved(&problem, 3, Lower::None);

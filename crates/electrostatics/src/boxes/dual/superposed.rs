@@ -2,12 +2,12 @@
 
 use super::across_grids::Fluxes;
 use super::aim::Less;
-use super::mapped::{Solved, project};
+use super::mapped::{Flux, Solved, project};
 use crate::SolveError;
 use crate::boxes::domain::{Axis, Block, Domain};
-use crate::boxes::mapped::gradients::{EXTRA, FINER, add_with_error};
+use crate::boxes::mapped::gradients::{EXTRA, FINER, add_with_error, gradients_at};
 use crate::boxes::mapped::metric::{Metric, Of, held, product};
-use crate::boxes::mapped::points::{AxisPoints, gradient_at};
+use crate::boxes::mapped::points::AxisPoints;
 use elastocap_linalg::conjugate_gradients::Operator;
 use faer::Mat;
 use rayon::prelude::*;
@@ -48,25 +48,22 @@ pub(crate) fn distances(
     // first as if there were no map, where Gauss's rule is exact, then what K^-1 - 1 / eps adds.
     let points = near(whole, around);
     let weights = Weights::new(whole, &points);
-    let dims = domain.primal_dims();
-    let gradients = |u: &[Vec<f64>]| -> Vec<[Vec<f64>; 3]> {
-        u.iter().map(|u| gradient_at(domain, &points, u, dims)).collect()
+    let gradients = |u: &[Vec<f64>], points: &[AxisPoints; 3]| {
+        let u: Vec<&[f64]> = u.iter().map(Vec::as_slice).collect();
+        gradients_at(domain, points, &u)
     };
     // eps grad p over the permittivity of the domain.
     let cut_at = |points: &[AxisPoints; 3]| -> Vec<[Vec<f64>; 3]> {
         let ratio = less.ratio(whole, points);
-        let scaled = |p: &Vec<f64>| {
-            gradient_at(domain, points, p, dims).map(|mut own| {
-                own.iter_mut().zip(ratio.iter().flatten()).for_each(|(x, ratio)| *x *= ratio);
-                own
-            })
-        };
-        less.potentials.iter().map(scaled).collect()
+        let mut out = gradients(less.potentials, points);
+        for own in out.iter_mut().flatten() {
+            own.iter_mut().zip(ratio.iter().flatten()).for_each(|(x, ratio)| *x *= ratio);
+        }
+        out
     };
-    let (cut, own) = (cut_at(&points), gradients(solved.coefficients));
-    let flux_at = |points: &[AxisPoints; 3]| -> Vec<[Vec<f64>; 3]> {
-        projected.found.iter().map(|found| projected.dual.at_points(whole, points, &found.flux)).collect()
-    };
+    let (cut, own) = (cut_at(&points), gradients(solved.coefficients, &points));
+    let found: Vec<&Flux> = projected.found.iter().map(|found| &found.flux).collect();
+    let flux_at = |points: &[AxisPoints; 3]| projected.dual.at_points(whole, points, &found);
     let fluxes = flux_at(&points);
     for i in 0..n {
         for j in 0..n {
@@ -135,7 +132,7 @@ impl Weights {
     }
 
     /// The integral of x y, times the permittivity if that is asked for.
-    fn product(&self, x: &[Vec<f64>; 3], y: &[Vec<f64>; 3], by_permittivity: bool) -> f64 {
+    pub(super) fn product(&self, x: &[Vec<f64>; 3], y: &[Vec<f64>; 3], by_permittivity: bool) -> f64 {
         let scale = |n: usize| if by_permittivity { self.permittivity[n] } else { 1.0 };
         self.sum(|n| scale(n) * (0..3).map(|a| x[a][n] * y[a][n]).sum::<f64>())
     }
@@ -190,6 +187,6 @@ impl Fluxes {
 
     /// The flux of a state, its repair included, at points on the axes of this grid; `None` before [`Fluxes::prepare`].
     pub(crate) fn at(&self, state: usize, points: &[AxisPoints; 3]) -> Option<[Vec<f64>; 3]> {
-        Some(self.dual.at_points(&self.domain, points, self.kept.get(state)?))
+        self.dual.at_points(&self.domain, points, &[self.kept.get(state)?]).pop()
     }
 }

@@ -1,11 +1,11 @@
 //! The part of the primal operator that the map adds: the integral of grad v (K - eps) grad u by Gauss points, factor by factor.
 
 use super::metric::{Metric, Of, Rule, times};
-use super::points::{AxisPoints, Evaluation};
-use super::sums::{Fields, Tensors, at_least, products};
+use super::points::AxisPoints;
+use super::sums::{Fields, Tensors, at_least, at_points, products};
 use crate::SolveError;
 use crate::boxes::domain::Domain;
-use elastocap_fem::tensor::{Dense, Dims, Strips, Window, sized, target};
+use elastocap_fem::tensor::{Dense, Dims, SparseRows, Strips, Window, sized, target};
 use faer::Mat;
 use rayon::prelude::*;
 use std::ops::Range;
@@ -23,7 +23,7 @@ struct Both {
 
 impl Both {
     fn new(matrix: &Mat<f64>) -> Self {
-        let Evaluation { forward, back } = Evaluation::new(matrix);
+        let [forward, back] = [matrix.as_ref(), matrix.transpose()].map(SparseRows::from_mat);
         Self { forward: Strips::new(&forward), back: Strips::new(&back) }
     }
 }
@@ -56,8 +56,13 @@ struct Between {
 }
 
 impl Functions {
+    /// Those that are not zero at all of the points, which are on elements of the same axes.
     pub(crate) fn new(domain: &Domain, points: &[AxisPoints; 3]) -> Self {
-        let window = [0, 1, 2].map(|a| points[a].window(&domain.axes[a]));
+        Self::within(domain, points, [0, 1, 2].map(|a| points[a].window(&domain.axes[a])))
+    }
+
+    /// Those of a window, which has all that are not zero at all of the points.
+    fn within(domain: &Domain, points: &[AxisPoints; 3], window: Window) -> Self {
         let both = [0, 1, 2].map(|a| points[a].functions(&domain.axes[a], &window[a]));
         let values = both.each_ref().map(|[value, _]| Both::new(value));
         let slopes = both.each_ref().map(|[_, slope]| Both::new(slope));
@@ -227,6 +232,17 @@ impl Gradients {
         let fields = Potentials { functions: &self.functions, coefficients: &coefficients, dims };
         Ok(products(Tensors::Kept(&self.metric), &fields)?.0)
     }
+}
+
+/// The gradients of potentials of a domain at points, by component. The points may be on elements of other axes with the same finite elements.
+pub(crate) fn gradients_at(
+    domain: &Domain,
+    points: &[AxisPoints; 3],
+    coefficients: &[&[f64]],
+) -> Vec<[Vec<f64>; 3]> {
+    let window = domain.primal_dims().map(|n| 0..n);
+    let functions = Functions::within(domain, points, window);
+    at_points(points, &Potentials { functions: &functions, coefficients, dims: domain.primal_dims() })
 }
 
 /// What the map of a domain adds to the energies of potentials, by a rule of `extra` more points on each element than its degree; `None`

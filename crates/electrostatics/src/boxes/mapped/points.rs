@@ -1,10 +1,9 @@
 //! Gauss points on the finite elements of an axis, and the functions of the axis there.
 
-use crate::boxes::domain::{Axis, Domain};
+use crate::boxes::domain::Axis;
 use elastocap_fem::line::{Element, Numbering, hierarchical};
 use elastocap_fem::quadrature::{gauss_legendre, legendre};
 use elastocap_fem::radial::RadialBasis;
-use elastocap_fem::tensor::{Dims, SparseRows, along};
 use faer::Mat;
 use std::ops::Range;
 
@@ -20,39 +19,6 @@ pub(crate) struct AxisPoints {
     /// The element of each point, counted from the first finite one, and its interval.
     pub(crate) element: Vec<usize>,
     pub(crate) interval: Vec<usize>,
-}
-
-/// Functions at points: a row for each point, and the transpose.
-#[derive(Debug, Clone)]
-pub(crate) struct Evaluation {
-    pub(crate) forward: SparseRows<f64>,
-    pub(crate) back: SparseRows<f64>,
-}
-
-impl Evaluation {
-    pub(crate) fn new(matrix: &Mat<f64>) -> Self {
-        Self {
-            forward: SparseRows::from_mat(matrix.as_ref()),
-            back: SparseRows::from_mat(matrix.transpose()),
-        }
-    }
-}
-
-/// The gradient of a potential of a domain at points, by component.
-pub(crate) fn gradient_at(domain: &Domain, points: &[AxisPoints; 3], u: &[f64], dims: Dims) -> [Vec<f64>; 3] {
-    let functions = [0, 1, 2].map(|a| {
-        let axis = &domain.axes[a];
-        points[a].functions(axis, &(0..axis.functions().len())).map(|m| SparseRows::from_mat(m.as_ref()))
-    });
-    [0, 1, 2].map(|component| {
-        let (mut out, mut now) = (Vec::new(), dims);
-        for a in (0..3).rev() {
-            let from = if a == 2 { u } else { &out };
-            let [value, slope] = &functions[a];
-            (out, now) = along(a, if a == component { slope } else { value }, from, now);
-        }
-        out
-    })
 }
 
 impl AxisPoints {

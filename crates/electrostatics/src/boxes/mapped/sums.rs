@@ -55,6 +55,47 @@ struct Work {
     images: Vec<f64>,
 }
 
+/// The components of all fields at all points.
+pub(crate) fn at_points(points: &[AxisPoints; 3], fields: &impl Fields) -> Vec<[Vec<f64>; 3]> {
+    let elements = points[0].by_element();
+    let plane = points[1].len() * points[2].len();
+    let of_field = |field: usize| {
+        let mut out = [0; 3].map(|_| vec![0.0; points[0].len() * plane]);
+        let mut rest = out.each_mut().map(Vec::as_mut_slice);
+        let of_element = |own: &Range<usize>| {
+            [0, 1, 2].map(|c| {
+                let (part, after) = std::mem::take(&mut rest[c]).split_at_mut(own.len() * plane);
+                rest[c] = after;
+                part
+            })
+        };
+        let parts: Vec<[&mut [f64]; 3]> = elements.iter().map(of_element).collect();
+        parts.into_par_iter().enumerate().for_each_init(Default::default, |across, (element, parts)| {
+            fields.across(field, element, across);
+            for ((rows, matrix), to) in across.iter().zip(fields.along(element)).zip(parts) {
+                to_points(rows, matrix, plane, 0..plane, to);
+            }
+        });
+        out
+    };
+    (0..fields.count()).map(of_field).collect()
+}
+
+/// Rows of [`Fields::across`] at the points of an element, for some of the `plane` points of the second and the third axis.
+fn to_points(rows: &[f64], matrix: Option<&Dense<f64>>, plane: usize, some: Range<usize>, to: &mut [f64]) {
+    let width = some.len();
+    match matrix {
+        Some(matrix) => {
+            multiply(matrix.left(), right(rows, some.start, width, plane), target(to, 0, width), false);
+        }
+        None => {
+            for (row, to) in to.chunks_exact_mut(width).enumerate() {
+                to.copy_from_slice(&rows[row * plane + some.start..][..width]);
+            }
+        }
+    }
+}
+
 /// The sums of x T y over all points for all pairs of fields, and at least the largest of eps K^-1 at any of them, as [`Metric::largest`] has
 /// it.
 ///
@@ -112,16 +153,7 @@ fn of_element(
         let values = at_least(values, 3 * n * size);
         for (own, to) in across.iter().zip(values.chunks_exact_mut(3 * size)) {
             for ((rows, matrix), to) in own.iter().zip(along).zip(to.chunks_exact_mut(size)) {
-                match matrix {
-                    Some(matrix) => {
-                        multiply(matrix.left(), right(rows, from, width, plane), target(to, 0, width), false);
-                    }
-                    None => {
-                        for (row, to) in to.chunks_exact_mut(width).enumerate() {
-                            to.copy_from_slice(&rows[row * plane + from..][..width]);
-                        }
-                    }
-                }
+                to_points(rows, matrix, plane, from..from + width, to);
             }
         }
         let images = at_least(images, 3 * size);

@@ -8,7 +8,7 @@ use crate::SolveError;
 use crate::boxes::domain::{Axis, per_element};
 use crate::boxes::mapped::gradients::{FINER, add_with_error, added_energies};
 use elastocap_fem::mixed::{divergence_matrix, potential_offsets};
-use elastocap_fem::tensor::{Dims, SparseRows, Strips, along, axpy, dot, target};
+use elastocap_fem::tensor::{Dims, SparseRows, Strips, axpy, dot, target};
 use faer::Mat;
 use rayon::prelude::*;
 use std::ops::Range;
@@ -43,6 +43,9 @@ impl GradientMatrix {
     }
 }
 
+/// Entries of slabs that are worth a task of their own.
+const SMALL_TASK: usize = 1024;
+
 /// A [`GradientMatrix`] on a window of functions.
 #[derive(Debug)]
 pub(super) struct Gradient {
@@ -70,8 +73,9 @@ impl Primal {
     pub(crate) fn straight_energies(&self, potentials: &[Vec<f64>]) -> Mat<f64> {
         let n = potentials.len();
         let mut matrix = Mat::<f64>::zeros(n, n);
+        let all: Vec<&[f64]> = potentials.iter().map(Vec::as_slice).collect();
         for term in &self.terms.terms {
-            matrix += term.energies(potentials, self.dims);
+            matrix += term.products(&all, &all, |i, j| i <= j, self.dims);
         }
         let mut beyond = vec![0.0; potentials.first().map_or(0, Vec::len)];
         for (j, u) in potentials.iter().enumerate() {
@@ -87,173 +91,138 @@ impl Primal {
 
     /// The product u A v of two potentials, for which [`Primal::energies`] would do more than is needed. Not under a map.
     pub(crate) fn product_of(&self, u: &[f64], v: &[f64]) -> f64 {
-        let mut total = 0.0;
-        for term in &self.terms.terms {
-            for axis in 0..3 {
-                let (_, flux) = term.gradient_and_flux(axis, u, self.dims);
-                total += dot(&term.gradient(axis, v, self.dims).0, &flux);
-            }
-        }
-        let mut beyond = vec![0.0; u.len()];
-        self.faces.add_product(u, &mut beyond, self.dims);
-        total + dot(v, &beyond)
+        let terms = self.terms.terms.iter();
+        let total: f64 = terms.map(|term| term.products(&[u], &[v], |_, _| true, self.dims)[(0, 0)]).sum();
+        let mut beyond = vec![0.0; v.len()];
+        self.faces.add_product(v, &mut beyond, self.dims);
+        total + dot(u, &beyond)
     }
 }
 
-/// Matrices of the second and the third axis, for products of slabs.
-struct AcrossSlabs<'t> {
+/// Derivatives of potentials piece by piece: of one row of the derivatives along the first axis, or of one slab along the other two.
+struct Pieces<'t> {
     term: &'t Term<f64>,
+    /// Of the second and the third axis.
     mass: [Strips; 2],
     gradient: [Strips; 2],
+    dims: Dims,
 }
 
-/// Derivatives along one axis in one slab, and those times the coefficient and the masses of the other axes.
-#[derive(Default)]
-struct Pair {
-    gradient: Vec<f64>,
-    flux: Vec<f64>,
+/// One of the pieces.
+#[derive(Clone, Copy)]
+enum Piece {
+    Row(usize),
+    Slab(usize),
 }
 
-impl AcrossSlabs<'_> {
+impl<'t> Pieces<'t> {
+    fn new(term: &'t Term<f64>, dims: Dims) -> Self {
+        Self {
+            term,
+            mass: [Strips::new(&term.mass[1]), Strips::new(&term.mass_last)],
+            gradient: [1, 2].map(|a| Strips::new(&term.gradient[a].matrix)),
+            dims,
+        }
+    }
+
+    fn all(&self) -> Vec<Piece> {
+        let rows = (0..self.term.gradient[0].matrix.rows()).map(Piece::Row);
+        rows.chain((0..self.term.window[0].len()).map(Piece::Slab)).collect()
+    }
+
+    /// Functions of the second and the third axis.
     fn shape(&self) -> [usize; 2] {
         [self.term.window[1].len(), self.term.window[2].len()]
     }
 
-    /// `out +=` the sum of slabs of `u` with the weights in row `i` of a matrix of the first axis.
-    fn combine(&self, matrix: &SparseRows<f64>, i: usize, u: &[f64], dims: Dims, out: &mut [f64]) {
-        let ([w0, w1, w2], n2) = (&self.term.window, self.shape()[1]);
-        for &(s, weight) in matrix.row(i) {
-            let from = ((w0.start + s) * dims[1] + w1.start) * dims[2] + w2.start;
+    /// The sum of slabs of `u` with these weights.
+    fn combined(&self, weights: &[(usize, f64)], u: &[f64]) -> Vec<f64> {
+        let ([w0, w1, w2], [n1, n2]) = (&self.term.window, self.shape());
+        let mut out = vec![0.0; n1 * n2];
+        for &(s, weight) in weights {
+            let from = ((w0.start + s) * self.dims[1] + w1.start) * self.dims[2] + w2.start;
             for (row, to) in out.chunks_exact_mut(n2).enumerate() {
-                axpy(to, weight, &u[from + row * dims[2]..][..n2]);
+                axpy(to, weight, &u[from + row * self.dims[2]..][..n2]);
             }
         }
+        out
     }
 
-    /// Along the first axis, in row `r` of its derivatives.
-    fn along_first(&self, r: usize, u: &[f64], dims: Dims) -> Pair {
+    /// Derivatives of a slab along the second and along the third axis.
+    fn derivatives(&self, slab: &[f64]) -> [Vec<f64>; 2] {
+        let ([n1, n2], [r1, r2]) = (self.shape(), self.gradient.each_ref().map(Strips::rows));
+        let (mut second, mut third) = (vec![0.0; r1 * n2], vec![0.0; n1 * r2]);
+        self.gradient[0].times(slab, n2, &mut second, false);
+        self.gradient[1].times_rows(slab, n1, n2, target(&mut third, 0, r2), false);
+        [second, third]
+    }
+
+    /// The derivatives of `u` in a piece.
+    fn gradient(&self, piece: Piece, u: &[f64]) -> Vec<f64> {
+        match piece {
+            Piece::Row(r) => self.combined(self.term.gradient[0].matrix.row(r), u),
+            Piece::Slab(i) => self.derivatives(&self.combined(&[(i, 1.0)], u)).concat(),
+        }
+    }
+
+    /// The same times the coefficient and the masses of the other axes.
+    fn flux(&self, piece: Piece, u: &[f64]) -> Vec<f64> {
         let [n1, n2] = self.shape();
-        let own = &self.term.gradient[0];
-        let (mut gradient, mut once, mut flux) = (vec![0.0; n1 * n2], vec![0.0; n1 * n2], vec![0.0; n1 * n2]);
-        self.combine(&own.matrix, r, u, dims, &mut gradient);
-        self.mass[1].times_rows(&gradient, n1, n2, target(&mut once, 0, n2), false);
-        self.mass[0].times(&once, n2, &mut flux, false);
-        flux.iter_mut().for_each(|x| *x *= own.coefficient[r]);
-        Pair { gradient, flux }
-    }
-
-    /// Along the second and the third axis, in slab `i`.
-    fn along_others(&self, i: usize, u: &[f64], dims: Dims) -> [Pair; 2] {
-        let [n1, n2] = self.shape();
-        let [_, second, third] = &self.term.gradient;
-        let ([w0, w1, w2], rows, columns) =
-            (&self.term.window, self.gradient[0].rows(), self.gradient[1].rows());
-        let mut own = Vec::with_capacity(n1 * n2);
-        for j in w1.clone() {
-            let at = ((w0.start + i) * dims[1] + j) * dims[2];
-            own.extend_from_slice(&u[at + w2.start..at + w2.end]);
-        }
-        let mut weighed = vec![0.0; n1 * n2];
-        self.combine(&self.term.mass[0], i, u, dims, &mut weighed);
-        let (mut gradient, mut once, mut flux) =
-            (vec![0.0; rows * n2], vec![0.0; rows * n2], vec![0.0; rows * n2]);
-        self.gradient[0].times(&own, n2, &mut gradient, false);
-        self.gradient[0].times(&weighed, n2, &mut once, false);
-        self.mass[1].times_rows(&once, rows, n2, target(&mut flux, 0, n2), false);
-        for (row, c) in flux.chunks_exact_mut(n2).zip(&second.coefficient) {
-            row.iter_mut().for_each(|x| *x *= c);
-        }
-        let along_second = Pair { gradient, flux };
-        let (mut gradient, mut once, mut flux) =
-            (vec![0.0; n1 * columns], vec![0.0; n1 * columns], vec![0.0; n1 * columns]);
-        self.gradient[1].times_rows(&own, n1, n2, target(&mut gradient, 0, columns), false);
-        self.gradient[1].times_rows(&weighed, n1, n2, target(&mut once, 0, columns), false);
-        self.mass[0].times(&once, columns, &mut flux, false);
-        for row in flux.chunks_exact_mut(columns.max(1)) {
-            row.iter_mut().zip(&third.coefficient).for_each(|(x, c)| *x *= c);
-        }
-        [along_second, Pair { gradient, flux }]
-    }
-}
-
-/// Products of derivatives and fluxes of all pairs, above the diagonal and on it.
-fn add_pairs(to: &mut Mat<f64>, pairs: &[Pair]) {
-    for (i, Pair { gradient, .. }) in pairs.iter().enumerate() {
-        for (j, Pair { flux, .. }) in pairs.iter().enumerate().skip(i) {
-            to[(i, j)] += dot(gradient, flux);
+        match piece {
+            Piece::Row(r) => {
+                let Gradient { matrix, coefficient } = &self.term.gradient[0];
+                let (mut once, mut flux) = (vec![0.0; n1 * n2], vec![0.0; n1 * n2]);
+                let gradient = self.combined(matrix.row(r), u);
+                self.mass[1].times_rows(&gradient, n1, n2, target(&mut once, 0, n2), false);
+                self.mass[0].times(&once, n2, &mut flux, false);
+                flux.iter_mut().for_each(|x| *x *= coefficient[r]);
+                flux
+            }
+            Piece::Slab(i) => {
+                let [second, third] = self.derivatives(&self.combined(self.term.mass[0].row(i), u));
+                let [_, along_second, along_third] = &self.term.gradient;
+                let (r1, r2) = (along_second.coefficient.len(), along_third.coefficient.len());
+                let mut flux = vec![0.0; second.len() + third.len()];
+                let (to_second, to_third) = flux.split_at_mut(second.len());
+                self.mass[1].times_rows(&second, r1, n2, target(to_second, 0, n2), false);
+                self.mass[0].times(&third, r2, to_third, false);
+                for (row, c) in to_second.chunks_exact_mut(n2).zip(&along_second.coefficient) {
+                    row.iter_mut().for_each(|x| *x *= c);
+                }
+                for row in to_third.chunks_exact_mut(r2.max(1)) {
+                    row.iter_mut().zip(&along_third.coefficient).for_each(|(x, c)| *x *= c);
+                }
+                flux
+            }
         }
     }
 }
 
 impl Term<f64> {
-    /// Energies of potentials, above the diagonal and on it. Slab by slab, so that derivatives of all of a potential, which take as much memory
-    /// as itself, are never held.
-    fn energies(&self, potentials: &[Vec<f64>], dims: Dims) -> Mat<f64> {
-        let across = AcrossSlabs {
-            term: self,
-            mass: [Strips::new(&self.mass[1]), Strips::new(&self.mass_last)],
-            gradient: [1, 2].map(|a| Strips::new(&self.gradient[a].matrix)),
+    /// Products of potentials with others, those that are `wanted`. Piece by piece, so that derivatives of all of a potential, which take as
+    /// much memory as itself, are never held.
+    fn products(
+        &self,
+        x: &[&[f64]],
+        y: &[&[f64]],
+        wanted: impl Fn(usize, usize) -> bool + Sync,
+        dims: Dims,
+    ) -> Mat<f64> {
+        let pieces = Pieces::new(self, dims);
+        let of_piece = |piece: Piece| {
+            let gradients: Vec<Vec<f64>> = x.iter().map(|u| pieces.gradient(piece, u)).collect();
+            let fluxes: Vec<Vec<f64>> = y.iter().map(|u| pieces.flux(piece, u)).collect();
+            let product = |i, j| if wanted(i, j) { dot(&gradients[i], &fluxes[j]) } else { 0.0 };
+            Mat::from_fn(x.len(), y.len(), product)
         };
-        let n = potentials.len();
-        let (rows, slabs) = (self.gradient[0].matrix.rows(), self.window[0].len());
-        let part = |index: usize| {
-            let mut own = Mat::zeros(n, n);
-            if index < rows {
-                let pairs: Vec<Pair> =
-                    potentials.iter().map(|u| across.along_first(index, u, dims)).collect();
-                add_pairs(&mut own, &pairs);
-            } else {
-                let both = potentials.iter().map(|u| across.along_others(index - rows, u, dims));
-                let (second, third): (Vec<Pair>, Vec<Pair>) =
-                    both.map(|[second, third]| (second, third)).unzip();
-                add_pairs(&mut own, &second);
-                add_pairs(&mut own, &third);
-            }
-            own
-        };
-        let plane = across.shape().iter().product::<usize>();
+        let plane = pieces.shape().iter().product::<usize>();
         // Added in order: the sum does not depend on the number of threads.
-        let parts: Vec<Mat<f64>> =
-            (0..rows + slabs).into_par_iter().with_min_len((1024 / plane.max(1)).max(1)).map(part).collect();
-        parts.iter().fold(Mat::zeros(n, n), |sum, part| sum + part)
-    }
-
-    /// D u along an axis, and its shape.
-    fn gradient(&self, axis: usize, u: &[f64], dims: Dims) -> (Vec<f64>, Dims) {
-        let [w0, w1, w2] = &self.window;
-        if [w0.len(), w1.len(), w2.len()] == dims {
-            return along(axis, &self.gradient[axis].matrix, u, dims);
-        }
-        let mut own = Vec::with_capacity(w0.len() * w1.len() * w2.len());
-        for i in w0.clone() {
-            for j in w1.clone() {
-                let at = (i * dims[1] + j) * dims[2];
-                own.extend_from_slice(&u[at + w2.start..at + w2.end]);
-            }
-        }
-        along(axis, &self.gradient[axis].matrix, &own, [w0.len(), w1.len(), w2.len()])
-    }
-
-    /// D u along an axis, and the same times the coefficient and the masses of the other axes.
-    fn gradient_and_flux(&self, axis: usize, u: &[f64], dims: Dims) -> (Vec<f64>, Vec<f64>) {
-        let (gradient, shape) = self.gradient(axis, u, dims);
-        let coefficient = &self.gradient[axis].coefficient;
-        let mass = |other: usize| if other == 2 { &self.mass_last } else { &self.mass[other] };
-        let (first, second) = [(1, 2), (0, 2), (0, 1)][axis];
-        let (once, _) = along(first, mass(first), &gradient, shape);
-        let (mut flux, _) = along(second, mass(second), &once, shape);
-        let (width, across) = (shape[2].max(1), shape[1]);
-        flux.par_chunks_mut((across * width).max(1)).enumerate().for_each(|(i, slab)| {
-            for (j, row) in slab.chunks_exact_mut(width).enumerate() {
-                match axis {
-                    2 => row.iter_mut().zip(coefficient).for_each(|(f, c)| *f *= c),
-                    _ => {
-                        let c = coefficient[if axis == 0 { i } else { j }];
-                        row.iter_mut().for_each(|f| *f *= c);
-                    }
-                }
-            }
-        });
-        (gradient, flux)
+        let parts: Vec<Mat<f64>> = pieces
+            .all()
+            .into_par_iter()
+            .with_min_len((SMALL_TASK / plane.max(1)).max(1))
+            .map(of_piece)
+            .collect();
+        parts.iter().fold(Mat::zeros(x.len(), y.len()), |sum, part| sum + part)
     }
 }

@@ -41,9 +41,9 @@ use crate::boxes::dual::mapped::Solved;
 use crate::boxes::dual::superposed::{Weights, distances};
 use crate::boxes::energy::{Drive, Energies};
 use crate::boxes::half_turn::Image;
-use crate::boxes::mapped::gradients::{FINER, add_with_error};
+use crate::boxes::mapped::gradients::{FINER, add_with_error, gradients_at};
 use crate::boxes::mapped::metric::{Metric, Of, product};
-use crate::boxes::mapped::points::{AxisPoints, gradient_at};
+use crate::boxes::mapped::points::AxisPoints;
 use crate::boxes::primal::Primal;
 use crate::boxes::symmetry::Part;
 use base::BasePart;
@@ -425,8 +425,8 @@ impl<'a> Added<'a> {
         let with = self.without.as_ref().map(|_| Weights::new(whole, &places));
         let error = |k: usize| -> Result<[Vec<f64>; 3], SolveError> {
             let base = &self.base;
-            let (u, dims) = (&base.coefficients[k], base.domain.primal_dims());
-            let mut error = weights.times_permittivity(gradient_at(&base.domain, &of_potential, u, dims));
+            let gradient = gradients_at(&base.domain, &of_potential, &[&base.coefficients[k]]).pop();
+            let mut error = weights.times_permittivity(gradient.ok_or(SolveError::Superposition)?);
             let flux = base.fluxes.at(k, &of_flux).ok_or(SolveError::Superposition)?;
             for (error, flux) in error.iter_mut().zip(&flux) {
                 error.iter_mut().zip(flux).for_each(|(e, d)| *e -= d);
