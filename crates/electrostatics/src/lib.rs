@@ -74,9 +74,8 @@ pub use boxes::forecast::{forecast, mirror_planes};
 pub use boxes::mapped::map::{MapAxis, Rounded, SceneMap};
 pub use boxes::solve::{solve, solve_mapped, solve_superposed};
 pub use boxes::superposed::{Additions, Base, solve_base};
-pub use extruded::solve::{
-    ExtrudedSolution, extrusion_axis, forecast_extruded, has_few_edges, is_extruded, solve_extruded,
-};
+pub use extruded::search::ExtrudedSolution;
+pub use extruded::solve::{extrusion_axis, forecast_extruded, has_few_edges, is_extruded, solve_extruded};
 pub use solution::{
     Bounded, CellBody, Discretisation, Field, FloatingPotential, Forecast, Foresight, PhaseSeconds,
     ResolutionLevel, Settings, Solution,

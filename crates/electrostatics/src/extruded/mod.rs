@@ -19,6 +19,7 @@ mod plane_system;
 mod primal;
 mod rays;
 mod region;
+pub(crate) mod search;
 mod shown;
 mod size;
 pub(crate) mod solve;

@@ -1,0 +1,542 @@
+//! The search for a mesh of an extruded scene that meets the tolerance.
+//!
+//! Meshes differ in their degrees, layers and strips, in the plan and along the axis (`family.rs`). A few small ones are solved for the
+//! upper bound alone. From what it falls by, and from what the last functions along the axis carry, follows the mesh that should meet the
+//! tolerance, which is solved for both bounds.
+
+use super::confined::{changed, distance_of_ends, open_sides, with_open_sides, without_common_potential};
+use super::family::{Expectation, Gained, HIGHEST, Level};
+use super::layout::{Layout, Plan, PlanError};
+use super::mesh::PlanMesh;
+use super::one_mesh::{Energies, Problem};
+use super::shown::{prisms, tetrahedra};
+use super::size::Size;
+use crate::boxes::domain::{Axis, Rays};
+use crate::boxes::one_grid::error_of;
+use crate::boxes::resolution::iteration_share;
+use crate::consistency::contradiction;
+use crate::floating::Floating;
+use crate::matrix::{MatrixBounds, contrast_of, rounding_scale};
+use crate::parity::Parity;
+use crate::solution::{Discretisation, PhaseSeconds, ResolutionLevel, STOPPED, Settings, Solution};
+use crate::target::{SHARE_OF_DIAGONAL, Target};
+use crate::{SolveError, VACUUM_PERMITTIVITY};
+use elastocap_geometry::meshing::grid::{End, Resolution, graded_axis};
+use elastocap_geometry::meshing::plane::graded::Layers;
+use elastocap_geometry::meshing::tets::TetMesh;
+use elastocap_geometry::mirror;
+use elastocap_geometry::scene::{MirrorPlane, Potential, Scene, Wall, across};
+use elastocap_geometry::turn::Turn;
+use faer::Mat;
+use std::time::Instant;
+
+/// Size of a layer over the next larger one, in the plan and along the axis.
+const RATIO: f64 = 0.15;
+
+/// What integrals over bent triangles may be wrong by, relative, for each conductor: see the tests of `elastocap_fem::triangle`.
+const INTEGRALS: f64 = 1e-10;
+
+/// The result of [`solve_extruded`](super::solve::solve_extruded).
+#[derive(Debug, Clone)]
+pub struct ExtrudedSolution {
+    /// The capacitances.
+    pub solution: Solution,
+    /// By which the scene was turned, if it was: planes and field are those of the turned scene.
+    pub turn: Option<Turn>,
+    /// Per axis the plane about which the scene is its own mirror image, if only one half was solved.
+    pub planes: [Option<MirrorPlane>; 3],
+    /// If [`Settings::field`] asks for it, the mesh of the part that was solved as tetrahedra, and for each conductor of the whole scene
+    /// the potential with 1 V on it and 0 V on all others: V, at the points of the mesh. Where the mesh of the bounds has too many
+    /// elements to be shown, it is a coarser one.
+    pub field: Option<(TetMesh, Vec<Vec<f64>>)>,
+}
+
+/// Prisms that are shown at most.
+const MOST_SHOWN: usize = 60_000;
+
+/// Where rays to infinity begin for a tolerance, over the distance beyond which nothing begins or ends. The spread that comes from there
+/// was measured on a pad and a disc on a board of relative permittivity 4.5, and on plates in a uniform medium.
+fn beginning_of_rays(tolerance: f64, contrast: f64, neutral: bool) -> f64 {
+    let left = 0.25 * tolerance;
+    let far = if neutral {
+        (0.15 * contrast.powf(0.7) / left).powf(1.0 / 3.0)
+    } else {
+        // Rays count as oblique as they are at the least favourable point of a triangle; that costs a share of the energy beyond.
+        let oblique = 0.1 / left;
+        let of_charge = (0.35 * (contrast - 1.0).min(10.0) / left).powf(1.0 / 1.9);
+        of_charge.max(oblique)
+    };
+    far.clamp(1.5, 4e3)
+}
+
+/// An error that is this many times the one expected says that the expectation is wrong.
+const SURPRISE: f64 = 2.0;
+
+/// Unknowns of the next mesh at most over those of one that cannot be solved.
+const SMALLER: f64 = 0.7;
+
+/// How often open sides may end farther out because finer meshes do not help, and by how much.
+const WIDEST: usize = 2;
+const WIDER: f64 = 4.0;
+
+/// What is known from one mesh.
+struct Found {
+    all: MatrixBounds,
+    bounds: MatrixBounds,
+    unknowns: usize,
+    iterations: usize,
+    repair_share: f64,
+    /// The largest shares of an energy that the last functions of the axis carry, at edges and elsewhere: see
+    /// [`Axis::last_functions`]. From upper bounds alone.
+    last_along_axis: [f64; 2],
+    field: Option<(TetMesh, Vec<Vec<f64>>)>,
+}
+
+pub(super) struct Search<'a> {
+    settings: &'a Settings,
+    /// Of the part of the scene that is solved.
+    layout: Layout,
+    plan: Plan,
+    /// Where open sides end.
+    radius: Option<f64>,
+    /// Whether the scene is confined and nothing but its conductors can hold charge.
+    neutral: bool,
+    turn: Option<Turn>,
+    pub(super) planes: [Option<MirrorPlane>; 3],
+    pub(super) parities: Vec<Parity>,
+    floating: Floating,
+    contrast: f64,
+    pub(super) seconds: PhaseSeconds,
+    meshes: usize,
+    /// The part of the scene above the mirror planes.
+    part: Scene,
+    /// That without a field, if there is any.
+    constant: Vec<Parity>,
+    /// The field on the finest mesh so far that can be shown.
+    coarse_field: Option<(TetMesh, Vec<Vec<f64>>)>,
+}
+
+impl<'a> Search<'a> {
+    /// Of a scene that was turned before, or not.
+    pub(super) fn new(
+        scene: &Scene,
+        axis: usize,
+        turn: Option<Turn>,
+        settings: &'a Settings,
+    ) -> Result<Self, SolveError> {
+        let planes = if settings.symmetry { mirror::planes(scene) } else { Default::default() };
+        let part = mirror::part(scene, &planes);
+        let layout = Layout::new(&part, axis).ok_or(SolveError::NotExtruded)?;
+        let floating = Floating::new(scene);
+        let grounded: Vec<bool> =
+            scene.conductors().map(|own| own.potential == Potential::Grounded).collect();
+        let mut permittivities = vec![scene.background_permittivity];
+        permittivities.extend(scene.dielectrics().map(|d| d.relative_permittivity));
+        let contrast = contrast_of(&permittivities);
+        let radius = layout.is_open().then(|| {
+            if layout.is_confined() {
+                return distance_of_ends(&layout, scene.walls, settings.relative_tolerance);
+            }
+            let neutral = floating.is_neutral(settings.target);
+            layout.reach.max(1.0) * beginning_of_rays(settings.relative_tolerance, contrast, neutral)
+        });
+        let name =
+            |c: u32| scene.conductors().nth(c as usize).map_or_else(String::new, |c| c.body.name.clone());
+        let plan = layout.plan(radius.unwrap_or(f64::INFINITY)).map_err(|error| match error {
+            PlanError::NoMesh => SolveError::NoPlan,
+            PlanError::OnGround(c) => SolveError::OnGround { conductor: name(c) },
+            PlanError::Touching([a, b]) => SolveError::Touching { first: name(a), second: name(b) },
+        })?;
+        let conductors = scene.conductors().count();
+        let mut present = vec![false; conductors];
+        let held = plan.columns.iter().map(|c| &c.held).chain(plan.chains.iter().map(|c| &c.held));
+        held.flatten().flatten().for_each(|c| present[*c as usize] = true);
+        // Mirror planes are insulated in the part.
+        let holds_no_charge = |w: &Wall| *w == Wall::Insulated || (*w == Wall::Open && layout.is_confined());
+        let enclosed = part.walls.iter().flatten().all(holds_no_charge);
+        let parities = Parity::all(&planes, &present, &grounded, enclosed);
+        let (constant, parities) = parities.into_iter().partition(Parity::is_constant);
+        Ok(Self {
+            settings,
+            neutral: enclosed && layout.is_confined() && !floating.any_grounded(),
+            layout,
+            plan,
+            radius,
+            turn,
+            planes,
+            parities,
+            constant,
+            part,
+            coarse_field: None,
+            floating,
+            contrast,
+            seconds: PhaseSeconds::default(),
+            meshes: 0,
+        })
+    }
+
+    /// Where rays begin.
+    fn rays(&self) -> Option<f64> {
+        self.radius.filter(|_| !self.layout.is_confined())
+    }
+
+    /// Lets open sides end farther out. Returns whether there are any.
+    fn widen(&mut self) -> bool {
+        let Some(radius) = self.radius.map(|radius| WIDER * radius) else { return false };
+        let Ok(plan) = self.layout.plan(radius) else { return false };
+        (self.plan, self.radius) = (plan, Some(radius));
+        true
+    }
+
+    /// The mesh that is solved for both bounds first, with its unknowns.
+    pub(super) fn first(&self, expected: &Expectation) -> (Level, f64) {
+        self.cheapest(expected, None, f64::INFINITY).unwrap_or((Level::EXPLORED[0], 0.0))
+    }
+
+    /// The mesh to be solved after one on which the error `spread` was found, with fewer than `most` unknowns.
+    fn finer(
+        &self,
+        expected: &mut Expectation,
+        solved: Level,
+        spread: f64,
+        most: f64,
+    ) -> Option<(Level, f64)> {
+        // Where much more was found than expected, it is not known where that comes from, and everything is made finer.
+        let higher = usize::from(spread > SURPRISE * expected.error(solved));
+        if spread.is_finite() {
+            expected.learn(solved, spread);
+        }
+        let least = Level {
+            degree: (solved.degree + higher).min(HIGHEST),
+            axis_degree: (solved.axis_degree + higher).min(HIGHEST),
+            layers: solved.layers + higher,
+            axis_layers: solved.axis_layers + higher,
+            ..solved
+        };
+        self.cheapest(expected, Some(least), most)
+    }
+
+    /// See [`Expectation::cheapest`].
+    fn cheapest(&self, expected: &Expectation, least: Option<Level>, most: f64) -> Option<(Level, f64)> {
+        let functions = |axis_degree, axis_layers| {
+            self.axis(Level { axis_degree, axis_layers, ..Level::EXPLORED[0] }).functions().len()
+        };
+        // What is expected was wrong once where a mesh follows another.
+        let share = if least.is_some() { 0.8 } else { 1.0 };
+        expected.cheapest(share * self.settings.relative_tolerance, least, most, functions)
+    }
+
+    pub(super) fn axis(&self, level: Level) -> Axis {
+        let radius = self.radius.unwrap_or(1.0);
+        let ends = self.layout.axis_walls.map(|wall| match wall {
+            Wall::Open => End::Open { pole: 0.0, reach: (1.5 * self.layout.reach).min(radius), radius },
+            Wall::Insulated | Wall::Grounded => End::Closed,
+        });
+        let (order, levels) = (level.axis_degree, level.axis_layers);
+        let resolution = Resolution { order, levels, ratio: RATIO, slope: 1.0, first: 2.min(order) };
+        let graded = graded_axis(&self.layout.planes, ends, &resolution).finite();
+        Axis {
+            line: graded.line,
+            cuts: graded.cuts,
+            walls: self.layout.axis_walls,
+            rays: self.rays().map(|radius| Rays { pole: 0.0, radius }),
+        }
+    }
+
+    pub(super) fn mesh(&self, level: Level) -> PlanMesh {
+        let layers = Layers { corners: level.layers, edges: level.strips, ratio: RATIO };
+        PlanMesh::new(&self.plan, layers)
+    }
+
+    /// Both bounds on one mesh, or the upper one alone.
+    fn on_mesh(&mut self, level: Level, share: f64, lower_too: bool) -> Result<Found, SolveError> {
+        let begin = Instant::now();
+        self.meshes += 1;
+        let mesh = self.mesh(level);
+        let axis = self.axis(level);
+        let sides = self.parities.iter().map(Parity::sides).max().unwrap_or(1);
+        let (bytes, limit) = (Size::of(&mesh, &axis, level.degree).memory(sides), self.settings.memory_limit);
+        if bytes > limit {
+            return Err(SolveError::TooLarge { bytes, limit });
+        }
+        self.seconds.setup += begin.elapsed().as_secs_f64();
+        let n = self.floating.conductors;
+        let mut found = Found {
+            all: MatrixBounds { lower: Mat::zeros(n, n), upper: Mat::zeros(n, n) },
+            bounds: MatrixBounds { lower: Mat::zeros(0, 0), upper: Mat::zeros(0, 0) },
+            unknowns: 0,
+            iterations: 0,
+            repair_share: 0.0,
+            last_along_axis: [0.0; 2],
+            field: None,
+        };
+        let wanted = self.settings.field && prisms(&mesh, &axis) <= MOST_SHOWN;
+        let shown = wanted.then(|| tetrahedra(&self.part, &self.layout, &mesh, &axis));
+        let mut potentials_shown = vec![vec![0.0; shown.as_ref().map_or(0, |(_, places)| places.len())]; n];
+
+        let copies = f64::from(1_u32 << self.planes.iter().flatten().count());
+        let scale = VACUUM_PERMITTIVITY * self.layout.unit * copies;
+        for parity in &self.parities {
+            let mut own = axis.clone();
+            let mut walls = self.layout.plan_walls;
+            let [p, q] = across(self.layout.axis);
+            for a in (0..3).filter(|a| parity.grounded[*a].is_some()) {
+                match a {
+                    a if a == p => walls[0][0] = Wall::Grounded,
+                    a if a == q => walls[1][0] = Wall::Grounded,
+                    _ => own.walls[0] = Wall::Grounded,
+                }
+            }
+            let open = open_sides(self.layout.is_confined());
+            let axes = open.map(|open| Axis { walls: with_open_sides(own.walls, open), ..own.clone() });
+            let [above, below] = [0, 1].map(|problem| Problem {
+                mesh: &mesh,
+                axis: &axes[problem],
+                walls: walls.map(|pair| with_open_sides(pair, open[problem])),
+                degree: level.degree,
+                radius: self.rays(),
+                cancel: self.settings.cancel.as_deref(),
+            });
+            let potentials: Vec<Vec<f64>> = (0..parity.sides() as u32)
+                .map(|s| parity.side.iter().map(|side| f64::from(u8::from(*side == Some(s)))).collect())
+                .collect();
+            let (upper, lower) = rayon::join(
+                || above.upper(&potentials, share),
+                || lower_too.then(|| below.lower(&potentials, share)).transpose(),
+            );
+            let ((upper, primal, solutions), lower) = (upper?, lower?);
+            if !lower_too {
+                // Elements at edges have the second degree.
+                let last = own.last_functions([2, level.axis_degree]);
+                for (side, u) in solutions.iter().enumerate() {
+                    let along = primal.energies_along_axis(u);
+                    for (largest, functions) in found.last_along_axis.iter_mut().zip(&last) {
+                        let energy: f64 = functions.iter().map(|f| along[*f]).sum();
+                        *largest = largest.max(energy / upper.matrix[(side, side)]);
+                    }
+                }
+            }
+            if let Some((_, places)) = &shown {
+                let vertices = axes[0].vertex_functions();
+                for (c, sum) in potentials_shown.iter_mut().enumerate() {
+                    let unit: Vec<f64> = (0..n).map(|k| f64::from(u8::from(k == c))).collect();
+                    for (v, u) in parity.of(&unit).zip(&solutions).filter(|(v, _)| *v != 0.0) {
+                        let values = places.iter().map(|place| v * primal.at(u, *place, &vertices));
+                        sum.iter_mut().zip(values).for_each(|(sum, value)| *sum += value);
+                    }
+                }
+            }
+            found.all.upper += faer::Scale(scale) * parity.form_of_conductors(&upper.matrix);
+            let below = lower.as_ref().unwrap_or(&upper);
+            found.all.lower += faer::Scale(scale) * parity.form_of_conductors(&below.matrix);
+            self.seconds.setup += upper.seconds[0];
+            self.seconds.primal += upper.seconds[1];
+            found.note(&upper, lower.as_ref());
+            if let Some(lower) = &lower {
+                self.seconds.dual += lower.seconds.iter().sum::<f64>();
+            }
+        }
+        if !self.plan.coarse.arcs.is_empty() {
+            for i in 0..n {
+                found.all.upper[(i, i)] *= 1.0 + INTEGRALS;
+                found.all.lower[(i, i)] *= 1.0 - INTEGRALS;
+            }
+        }
+        let mut rounding = rounding_scale(&Mat::identity(n, n), &found.all.upper);
+        if self.neutral {
+            let change = without_common_potential(&found.all.upper);
+            found.all.upper = changed(&found.all.upper, &change);
+            rounding = changed(&rounding, &change);
+        }
+        found.all.count_rounding(&rounding, self.contrast);
+        found.all.uncross();
+        found.bounds = self.floating.reduced(&found.all);
+        found.field = shown.map(|(mesh, _)| {
+            for (c, sum) in potentials_shown.iter_mut().enumerate() {
+                let unit: Vec<f64> = (0..n).map(|k| f64::from(u8::from(k == c))).collect();
+                let constant: f64 = self.constant.iter().flat_map(|parity| parity.of(&unit)).sum();
+                sum.iter_mut().for_each(|x| *x += constant);
+            }
+            (mesh, potentials_shown)
+        });
+        Ok(found)
+    }
+
+    /// How much the target fell from one upper bound to the next, relative.
+    fn fall(&self, before: &Found, now: &Found) -> f64 {
+        let relative = |a: f64, b: f64| ((a - b) / b).abs();
+        let target = self.settings.target;
+        if let Target::TwoTerminal | Target::Pair(_) = target
+            && let Some((a, b)) = target.value(&before.bounds.upper).zip(target.value(&now.bounds.upper))
+        {
+            return relative(a, b);
+        }
+        let m = |found: &Found, i: usize| found.bounds.upper[(i, i)];
+        let rows = target.rows(now.bounds.upper.nrows()).into_iter();
+        rows.map(|i| relative(m(before, i), m(now, i))).fold(0.0, f64::max) * self.amplification(now)
+    }
+
+    /// The largest ratio between the relative error of the target, or of an entry, and that of the energies it follows from.
+    fn amplification(&self, found: &Found) -> f64 {
+        let m = &found.bounds.upper;
+        let target = self.settings.target;
+        let least = match (target, target.value(m)) {
+            (Target::TwoTerminal | Target::Pair(_) | Target::Own(_), Some(_)) => return 1.0,
+            (Target::Mutual(_), Some(_)) => 0.0,
+            (_, None) | (Target::Matrix, Some(_)) => SHARE_OF_DIAGONAL,
+        };
+        let rows = target.rows(m.nrows());
+        let pairs = rows.iter().flat_map(|i| rows.iter().filter(move |j| *j < i).map(move |j| (*i, *j)));
+        let ratio = |(i, j): (usize, usize)| {
+            let mean = (m[(i, i)] * m[(j, j)]).sqrt();
+            mean / m[(i, j)].abs().max(least * mean)
+        };
+        pairs.map(ratio).filter(|r| r.is_finite()).fold(1.0, f64::max)
+    }
+
+    /// Solves the first meshes for the upper bound, from which follows what is to be expected of finer ones.
+    pub(super) fn explore(&mut self) -> Result<Expectation, SolveError> {
+        let exploring = Instant::now();
+        let loose = (1e-2 * self.settings.relative_tolerance).clamp(1e-8, 1e-4);
+        let [first, second, striped, layered] = Level::EXPLORED;
+        let triangles = [first, second, striped].map(|level| self.mesh(level).triangles.len());
+        let mut coarse = self.on_mesh(first, loose, false)?;
+        let mut finer = self.on_mesh(second, loose, false)?;
+        self.coarse_field = finer.field.take().or(coarse.field.take());
+        let amplification = self.amplification(&finer);
+        let mut gained = Gained {
+            refined: self.fall(&coarse, &finer),
+            last_along_axis: finer.last_along_axis.map(|share| amplification * share),
+            striped: 0.0,
+            layered: f64::INFINITY,
+        };
+        if !self.plan.marks.edges.is_empty() {
+            let with_strip = self.on_mesh(striped, loose, false)?;
+            gained.last_along_axis = with_strip.last_along_axis.map(|share| amplification * share);
+            gained.striped = self.fall(&finer, &with_strip);
+            if self.layout.has_sheets() {
+                let with_layer = self.on_mesh(layered, loose, false)?;
+                gained.layered = self.fall(&with_strip, &with_layer);
+            }
+        }
+        self.seconds.choosing = exploring.elapsed().as_secs_f64();
+        Ok(Expectation::new(gained, triangles, self.layout.has_sheets()))
+    }
+
+    pub(super) fn run(mut self) -> Result<ExtrudedSolution, SolveError> {
+        let tolerance = self.settings.relative_tolerance;
+        if let Some(ResolutionLevel { order, levels }) = self.settings.resolution {
+            let degree = order.max(1);
+            let level =
+                Level { degree, layers: levels, strips: levels, axis_degree: degree, axis_layers: levels };
+            let found = self.on_mesh(level, iteration_share(tolerance), true)?;
+            let spread = error_of(&found.bounds, self.settings);
+            let shortfall = (spread.is_nan() || spread > tolerance)
+                .then(|| format!("the error is {spread:.1e} at the fixed resolution"));
+            return self.finish(Some((spread, found, level)), shortfall);
+        }
+        let mut expected = self.explore()?;
+        let share = iteration_share(tolerance);
+        let mut best: Option<(f64, Found, Level)> = None;
+        let (mut most, mut widened, mut just_widened) = (f64::INFINITY, 0, false);
+        let (mut level, mut unknowns) = self.first(&expected);
+        loop {
+            let found = match self.on_mesh(level, share, true) {
+                Err(SolveError::Cancelled) if best.is_some() => {
+                    return self.finish(best, Some(STOPPED.to_owned()));
+                }
+                // The finest mesh that fits, and whose triangles are not too flat for double precision.
+                Err(
+                    error @ (SolveError::TooLarge { .. }
+                    | SolveError::Eigenvalues
+                    | SolveError::IllConditioned(_)),
+                ) if best.is_none() => {
+                    most = SMALLER * unknowns;
+                    match self.cheapest(&expected, None, most) {
+                        Some(next) => (level, unknowns) = next,
+                        None => return Err(error),
+                    }
+                    continue;
+                }
+                // Triangles or elements that are too flat for double precision.
+                Err(error) if best.is_some() => {
+                    return self.finish(best, Some(format!("a finer mesh cannot be solved: {error}")));
+                }
+                found => found?,
+            };
+            let spread = error_of(&found.bounds, self.settings);
+            let before = best.as_ref().map_or(f64::INFINITY, |(before, ..)| *before);
+            let better = spread < before || before.is_nan();
+            // What does not fall with the mesh comes from open space.
+            let stays = spread > 0.6 * before && spread > tolerance;
+            if better {
+                best = Some((spread, found, level));
+            }
+            if spread <= tolerance {
+                return self.finish(best, None);
+            }
+            if stays && widened < WIDEST && self.widen() {
+                (widened, just_widened) = (widened + 1, true);
+                continue;
+            }
+            let next = self.finer(&mut expected, level, spread, most);
+            match next.filter(|(next, _)| *next != level && (better || just_widened)) {
+                Some(next) => ((level, unknowns), just_widened) = (next, false),
+                None => {
+                    let least = best.as_ref().map_or(f64::NAN, |(spread, ..)| *spread);
+                    return self.finish(
+                        best,
+                        Some(format!(
+                            "the error stays at {least:.1e} on the finest mesh that this solver makes"
+                        )),
+                    );
+                }
+            }
+        }
+    }
+
+    fn finish(
+        self,
+        best: Option<(f64, Found, Level)>,
+        shortfall: Option<String>,
+    ) -> Result<ExtrudedSolution, SolveError> {
+        let Some((_, found, level)) = best else { return Err(SolveError::Cancelled) };
+        let solution = Solution {
+            maxwell: found.bounds.entries(),
+            two_terminal: found.bounds.two_terminal(),
+            measured: self.settings.target.of(&found.bounds),
+            floating: self.floating.proved(&found.all),
+            reached: shortfall.is_none(),
+            shortfall,
+            unknowns: found.unknowns,
+            iterations: found.iterations,
+            grids: self.meshes,
+            mirrored: self.planes.each_ref().map(Option::is_some),
+            resolution: Discretisation::Grid(ResolutionLevel {
+                order: level.degree.max(level.axis_degree),
+                levels: level.layers.max(level.axis_layers),
+            }),
+            repair_share: found.repair_share,
+            seconds: self.seconds,
+            field: None,
+            foresight: None,
+        };
+        match contradiction(&solution, &found.all, &self.floating) {
+            Some(what) => Err(SolveError::Contradiction(what)),
+            None => Ok(ExtrudedSolution {
+                solution,
+                turn: self.turn,
+                planes: self.planes,
+                field: found.field.or(self.coarse_field),
+            }),
+        }
+    }
+}
+
+impl Found {
+    fn note(&mut self, upper: &Energies, lower: Option<&Energies>) {
+        self.unknowns = self.unknowns.max(upper.unknowns + lower.map_or(0, |l| l.unknowns));
+        self.iterations = self.iterations.max(upper.iterations).max(lower.map_or(0, |l| l.iterations));
+        self.repair_share = self.repair_share.max(lower.map_or(0.0, |l| l.repair_share));
+    }
+}
