@@ -24,7 +24,6 @@ pub struct FinishedStep {
     floating: Vec<FloatingConductor>,
     measured: Option<Bounded>,
     solver: SolverReport,
-    #[serde(default)]
     foresight: Option<Foresight>,
     seconds: StepSeconds,
 }

@@ -112,7 +112,10 @@ impl Solver<'_> {
     ) -> StepResult {
         let asked = &self.settings;
         let Sharper { relative_tolerance, memory_limit, foresight } = sharper;
-        let settings = FieldSettings { foresight, ..self.settings_to(relative_tolerance, memory_limit) };
+        let settings = self.settings_to(relative_tolerance, memory_limit);
+        // What was found of the whole matrix says little of one entry.
+        let foresight = foresight.filter(|_| settings.target == asked.target);
+        let settings = FieldSettings { foresight, ..settings };
         let again = Solver { settings, base, ..*self };
         let mut result = again.solve(step).0;
         // The entries are compared with what the case asks of them.

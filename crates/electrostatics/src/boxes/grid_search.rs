@@ -49,9 +49,11 @@ const USUAL_AMPLIFICATION: f64 = 1.0;
 /// The same for a single state: the indicator of one says more than that of several, on combs too.
 const OF_ONE_STATE: f64 = 0.85;
 
-/// By how much [`Foresight::amplification`] grows towards smaller errors, as a power of these: 0.08 on pairs, 0.13 on combs under a punch that
-/// rests on the layer, and 0.25 and more where it is pressed in. And what it is taken for, over that.
+/// [`Foresight::amplification`] grows towards smaller errors, as the ratio of the errors to this power: 0.08 on pairs, 0.13 on combs under a
+/// punch that rests on the layer, and 0.25 and more where it is pressed in.
 const GROWS: f64 = 0.18;
+
+/// A margin on the amplification that follows.
 const FORESEEN: f64 = 1.05;
 
 /// Refinements before giving up.
@@ -378,7 +380,6 @@ impl<'p, 's> Search<'p, 's> {
                     _ => f64::INFINITY,
                 };
                 let mut least = USUAL_AMPLIFICATION.min(margin * self.amplification);
-                // What is added to a base was not in what was solved before.
                 if let Some(Foresight { amplification, error }) =
                     settings.foresight.filter(|_| self.problem.base.is_none())
                 {
@@ -523,9 +524,11 @@ impl<'p, 's> Search<'p, 's> {
         Ok(())
     }
 
-    /// How the error that bounds leave is related to what was foreseen of the last grid.
+    /// How the error that bounds leave is related to what was foreseen of the last grid. What is added to a base says nothing of solves
+    /// without one.
     fn foresight(&self) -> Option<Foresight> {
-        let (error, _) = self.best.as_ref().filter(|_| self.problem.settings.bounds)?;
+        let is_whole = self.problem.settings.bounds && self.problem.base.is_none();
+        let (error, _) = self.best.as_ref().filter(|_| is_whole)?;
         let amplification = 0.5 * self.own(*error) / self.foreseen;
         let is_known = amplification.is_finite() && amplification > 0.0;
         is_known.then_some(Foresight { amplification, error: *error })

@@ -2,7 +2,8 @@
 //!
 //! Two interdigitated combs are the common example: a half turn puts each in the place of the other. The scene cannot be cut, but the
 //! potential of one right-hand side is the turned potential of another, which the iteration then starts from and finds to be the
-//! solution. Nothing is taken on trust: a start that is not the solution costs iterations.
+//! solution. Nothing is taken on trust: a start that is not the solution costs iterations, and a flux that aims at another field costs
+//! sharpness of the lower bound.
 
 use crate::boxes::domain::{Axis, Domain};
 use elastocap_fem::reflection::reflected_functions;

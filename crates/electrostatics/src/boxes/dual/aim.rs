@@ -6,8 +6,8 @@ use crate::boxes::half_turn::Image;
 use crate::boxes::mapped::gradients::{EXTRA, Functions, Gradients, Potentials};
 use crate::boxes::mapped::metric::{Metric, Symmetric, times};
 use crate::boxes::mapped::points::AxisPoints;
-use crate::boxes::mapped::sums::{Fields, at_least};
-use elastocap_fem::tensor::{Dense, Dims, SparseRows, Strips, Target as Strided, multiply, right};
+use crate::boxes::mapped::sums::{Fields, at_least, by_element};
+use elastocap_fem::tensor::{Dense, Dims, SparseRows, Strips, multiply, right, target as to_rows};
 use faer::Mat;
 use rayon::prelude::*;
 use std::ops::Range;
@@ -48,9 +48,10 @@ pub(super) struct Target {
 }
 
 impl Target {
-    /// That of the image of the potential which this is the target of.
+    /// The target for the image of the potential that this one is for.
     pub(super) fn image(&self, dual: &Dual, domain: &Domain, image: &Image) -> Self {
         let counts = self.points.each_ref().map(AxisPoints::len);
+        let whole = domain.truncated();
         let parts = [0, 1, 2].map(|component| {
             let mut dims = dual.dims;
             dims[component] = counts[component];
@@ -59,7 +60,7 @@ impl Target {
                 if a == component {
                     Mat::from_fn(n, n, |i, j| if i + j + 1 == n { -1.0 } else { 0.0 })
                 } else {
-                    dual.reflection(domain, a)
+                    dual.reflection(&whole, a)
                 }
             })
         });
@@ -83,8 +84,8 @@ pub(super) fn target(
     let back = |a: usize| Strips::new(&SparseRows::from_mat(modes[a].transpose()));
     let functions = Functions::new(domain, &points);
     let coefficients: Vec<&[f64]> = std::iter::once(u).chain(less.map(|(_, p)| p)).collect();
-    let by_element = points[0].by_element();
-    let ranges = by_element.iter().map(|own| (own.clone(), points[0].modes_on(&whole.axes[0], own)));
+    let elements = points[0].by_element();
+    let ranges = elements.iter().map(|own| (own.clone(), points[0].modes_on(&whole.axes[0], own)));
     let aim = Aim {
         potentials: Potentials {
             functions: &functions,
@@ -104,22 +105,13 @@ pub(super) fn target(
     };
     let length = |component: usize| if component == 0 { points[0].len() } else { dual.dims[0] };
     let mut parts = [0, 1, 2].map(|component| vec![0.0; length(component) * plane(component)]);
-    // The rows of the first axis that belong to one element, of each component.
-    let mut rest = parts.each_mut().map(Vec::as_mut_slice);
-    let mut slices = Vec::with_capacity(by_element.len());
-    for (_, own, rows) in &aim.first {
-        let lengths = [own.len() * plane(0), rows.len() * plane(1), rows.len() * plane(2)];
-        let mut split = |c: usize| {
-            let (own, after) = std::mem::take(&mut rest[c]).split_at_mut(lengths[c]);
-            rest[c] = after;
-            own
-        };
-        slices.push([split(0), split(1), split(2)]);
-    }
-    slices
+    let lengths = aim
+        .first
+        .iter()
+        .map(|(_, own, rows)| [own.len() * plane(0), rows.len() * plane(1), rows.len() * plane(2)]);
+    by_element(&mut parts, lengths)
         .into_par_iter()
         .enumerate()
-        .with_max_len(1)
         .for_each_init(Work::default, |work, (element, parts)| aim.of_element(element, parts, work));
     Target { points, parts }
 }
@@ -186,23 +178,23 @@ impl Aim<'_> {
         for (field, to) in [&mut *flux, less].into_iter().enumerate().take(self.potentials.count()) {
             self.potentials.across(field, element, across);
             for ((to, from), matrix) in to.iter_mut().zip(&*across).zip(along.into_iter().flatten()) {
-                let to = target_of(at_least(to, own.len() * plane), plane);
+                let to = to_rows(at_least(to, own.len() * plane), 0, plane);
                 multiply(matrix.left(), right(from, 0, plane, plane), to, false);
             }
         }
         self.weigh(own, flux, less);
         let [modes1, modes2] = [self.back[0].rows(), self.back[1].rows()];
-        let half = at_least(half, n1.max(modes1) * n2.max(modes2));
+        let half = at_least(half, n1 * modes2);
         for (from, to) in flux[0].chunks_exact(plane).zip(first.chunks_exact_mut((modes1 * modes2).max(1))) {
-            self.back[1].times_rows(from, n1, n2, target_of(half, modes2), false);
+            self.back[1].times_rows(from, n1, n2, to_rows(half, 0, modes2), false);
             self.back[0].times(half, modes2, to, false);
         }
         let of_rows = at_least(of_rows, rows.len() * plane);
-        multiply(turned.left(), right(&flux[1], 0, plane, plane), target_of(of_rows, plane), false);
+        multiply(turned.left(), right(&flux[1], 0, plane, plane), to_rows(of_rows, 0, plane), false);
         for (from, to) in of_rows.chunks_exact(plane).zip(second.chunks_exact_mut((n1 * modes2).max(1))) {
-            self.back[1].times_rows(from, n1, n2, target_of(to, modes2), false);
+            self.back[1].times_rows(from, n1, n2, to_rows(to, 0, modes2), false);
         }
-        multiply(turned.left(), right(&flux[2], 0, plane, plane), target_of(of_rows, plane), false);
+        multiply(turned.left(), right(&flux[2], 0, plane, plane), to_rows(of_rows, 0, plane), false);
         for (from, to) in of_rows.chunks_exact(plane).zip(third.chunks_exact_mut((modes1 * n2).max(1))) {
             self.back[0].times(from, n2, to, false);
         }
@@ -235,10 +227,6 @@ impl Aim<'_> {
             }
         }
     }
-}
-
-fn target_of(data: &mut [f64], stride: usize) -> Strided<'_, f64> {
-    Strided { data, stride }
 }
 
 /// The transpose of a part of a matrix.

@@ -52,7 +52,7 @@ pub(crate) struct Solved<'a> {
     pub(crate) less: Option<Less<'a>>,
     /// Their energies.
     pub(crate) energies: &'a Mat<f64>,
-    /// Which of them are images of others: the iteration for the flux of one starts from that of the other.
+    /// Which of them are images of others: what the flux of one aims at and starts from are the images of the other's.
     pub(crate) images: &'a [Option<Image>],
     /// What the map added to the problem.
     pub(crate) bent: Option<&'a Gradients>,
@@ -157,8 +157,10 @@ pub(super) fn project(
     let has_image = |k: usize| solved.images.iter().flatten().any(|image| image.of == k);
     for (k, (u, image)) in solved.coefficients.iter().zip(solved.images).enumerate() {
         let less = solved.less.as_ref().map(|less| (less, less.potentials[k].as_slice()));
-        let of_image =
-            image.and_then(|image| Some(targets.get(image.of)?.as_ref()?.image(&dual, domain, &image)));
+        // What is taken off need not be the image of what was taken off the other.
+        let of_image = image
+            .filter(|_| less.is_none())
+            .and_then(|image| Some(targets.get(image.of)?.as_ref()?.image(&dual, domain, &image)));
         let target = of_image.unwrap_or_else(|| target(domain, &dual, less, (u, solved.bent)));
         let flux = dual.projected(whole, &target);
         targets.push(has_image(k).then_some(target));
@@ -169,6 +171,7 @@ pub(super) fn project(
         });
         found.push(dual.without_divergence(flux, start, share, stretch, cancel)?);
     }
+    drop(targets);
     let n = potentials.len();
     let mut energy = dual.energies_of(&found);
     let mut largest = 1.0;

@@ -236,12 +236,13 @@ impl Dual {
 
     /// The unknowns of the image of a right-hand side whose unknowns are `x`.
     pub(crate) fn image(&self, domain: &Domain, x: &[f64], image: &Image) -> Vec<f64> {
-        image.applied(x, self.dims, |a| self.reflection(domain, a))
+        let whole = domain.truncated();
+        image.applied(x, self.dims, |a| self.reflection(&whole, a))
     }
 
-    /// Potential modes of an axis, reflected.
-    fn reflection(&self, domain: &Domain, a: usize) -> Mat<f64> {
-        let legendre = reflected_modes(&domain.truncated().axes[a].line);
+    /// Potential modes of an axis of the domain without infinite elements, reflected.
+    fn reflection(&self, whole: &Domain, a: usize) -> Mat<f64> {
+        let legendre = reflected_modes(&whole.axes[a].line);
         let Some(basis) = &self.basis[a] else { return legendre };
         let rotated = |m: Mat<f64>| basis.radial.rotate_rows(0, &m);
         let own = rotated(Mat::identity(legendre.nrows(), legendre.ncols()));
@@ -402,8 +403,8 @@ impl Dual {
         out
     }
 
-    /// psi = A'^-1 r, the potential of the repairing flux, and the divergence that remains after iterative refinement over r. It starts from
-    /// what is `near`.
+    /// psi = A'^-1 r, the potential of the repairing flux, and the divergence that remains after iterative refinement over r. Starts
+    /// from `near` if that is given.
     pub(crate) fn repair(&self, r: &[f64], near: Option<Vec<f64>>) -> (Vec<f64>, f64) {
         self.repair.solve(r, near, self.dims, &self.weights)
     }

@@ -252,7 +252,7 @@ mod tests {
     use crate::boxes::one_grid::Lower;
     use crate::boxes::one_part::SolvedPart;
     use crate::solution::Settings;
-    use elastocap_geometry::scene::{Body, Box3};
+    use elastocap_geometry::scene::{Body, Box3, Scene, Wall};
     use elastocap_geometry::shapes::Shape;
 
     /// The largest difference of two forms over the root of the product of the diagonal's entries.
@@ -263,9 +263,9 @@ mod tests {
     }
 
     /// Potentials and fluxes without divergence of a scene under a map, and what they are made on.
-    fn with_both(check: impl Fn(&SolvedPart, &Projected)) {
+    fn with_both(scene: &Scene, check: impl Fn(&SolvedPart, &Projected)) {
         let settings = Settings::default();
-        let problem = GridProblem::new(&scene(), Some(&map()), None, &settings).unwrap();
+        let problem = GridProblem::new(scene, Some(&map()), None, &settings).unwrap();
         let outcome = solved(&problem, 4, Lower::None);
         let part = &outcome.solved[0].1;
         let own = Solved {
@@ -281,7 +281,7 @@ mod tests {
 
     #[test]
     fn squares_at_points_add_up_to_the_energies_of_potentials_and_fluxes_without_a_map() {
-        with_both(|part, projected| {
+        with_both(&scene(), |part, projected| {
             let (domain, u) = (&part.domain, &part.energies.coefficients);
             let whole = &domain.truncated();
             let points = [0, 1, 2].map(|a| {
@@ -302,7 +302,7 @@ mod tests {
 
     #[test]
     fn sums_by_elements_are_those_over_all_points_at_once() {
-        with_both(|part, projected| {
+        let check = |part: &SolvedPart, projected: &Projected| {
             let (domain, u) = (&part.domain, &part.energies.coefficients);
             let whole = &domain.truncated();
             let coefficients: Vec<&[f64]> = u.iter().map(Vec::as_slice).collect();
@@ -321,6 +321,29 @@ mod tests {
                 assert!(apart(&of(&metric, &at), &found) < 1e-12, "{extra}: {found:?}");
                 assert_eq!(largest, metric.largest);
             }
+        };
+        with_both(&scene(), check);
+        // Where rays and infinite elements begin beyond the map, too.
+        let mut open = scene();
+        (open.domain, open.walls) = (Box3::SPACE, [[Wall::Open; 2]; 3]);
+        open.bodies.truncate(2);
+        with_both(&open, check);
+    }
+
+    #[test]
+    fn sums_of_many_potentials_are_those_of_the_few_that_they_are_made_of() {
+        with_both(&scene(), |part, _| {
+            let (domain, u) = (&part.domain, &part.energies.coefficients);
+            let added =
+                |u: &[Vec<f64>]| added_energies(domain, EXTRA, u, domain.primal_dims()).unwrap().unwrap();
+            let shares: Vec<[f64; 2]> = (0..19).map(|k| [f64::from(k).cos(), f64::from(k).sin()]).collect();
+            let sum = |s: &[f64; 2]| u[0].iter().zip(&u[1]).map(|(x, y)| s[0] * x + s[1] * y).collect();
+            let (few, many) = (added(u), added(&shares.iter().map(sum).collect::<Vec<Vec<f64>>>()));
+            let of = |x: &[f64; 2], y: &[f64; 2]| -> f64 {
+                (0..2).map(|i| (0..2).map(|j| x[i] * few[(i, j)] * y[j]).sum::<f64>()).sum()
+            };
+            let expected = Mat::from_fn(19, 19, |i, j| of(&shares[i], &shares[j]));
+            assert!(apart(&expected, &many) < 1e-11);
         });
     }
 

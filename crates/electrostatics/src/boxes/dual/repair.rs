@@ -136,7 +136,7 @@ impl Repair {
         });
     }
 
-    /// psi = A'^-1 r, and the norm of the remaining residual over that of r; from a psi that may be `near`.
+    /// psi = A'^-1 r, and the norm of the remaining residual over that of r. Starts from `near` if that is given.
     pub(super) fn solve(
         &self,
         r: &[f64],
@@ -152,13 +152,13 @@ impl Repair {
         let of = |rest: &[f64]| if size > 0.0 { dot(rest, rest).sqrt() / size } else { 0.0 };
         let mut rest = target.clone();
         let (mut psi, mut left) = match near {
-            Some(near) => {
+            Some(near) if size > 0.0 => {
                 let psi = self.own_scaling(near, dims, weights);
                 self.subtract_product(&psi, &mut rest, dims);
                 let left = of(&rest);
                 (psi, left)
             }
-            None => (vec![0.0; r.len()], 1.0),
+            Some(_) | None => (vec![0.0; r.len()], 1.0),
         };
         let (mut work, mut step) = (Vec::new(), Vec::new());
         // One pass is exact up to rounding; a second removes most of the rounding, where there is much.

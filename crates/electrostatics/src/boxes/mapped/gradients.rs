@@ -40,7 +40,7 @@ pub(crate) struct Functions {
     first: Vec<OfElement>,
 }
 
-/// The functions of an axis that are not zero on an element, counted from the first of the window, at the points there.
+/// The functions of an axis that are nonzero on an element, counted from the first of the window, at the points there.
 #[derive(Debug)]
 struct OfElement {
     functions: Range<usize>,
@@ -56,21 +56,17 @@ struct Between {
 }
 
 impl Functions {
-    /// Those that are not zero at all of the points, which are on elements of the same axes.
+    /// Those that are nonzero at some of the points.
     pub(crate) fn new(domain: &Domain, points: &[AxisPoints; 3]) -> Self {
-        Self::within(domain, points, [0, 1, 2].map(|a| points[a].window(&domain.axes[a])))
-    }
-
-    /// Those of a window, which has all that are not zero at all of the points.
-    fn within(domain: &Domain, points: &[AxisPoints; 3], window: Window) -> Self {
+        let window = [0, 1, 2].map(|a| points[a].functions_on(&domain.axes[a], &(0..points[a].len())));
         let both = [0, 1, 2].map(|a| points[a].functions(&domain.axes[a], &window[a]));
         let values = both.each_ref().map(|[value, _]| Both::new(value));
         let slopes = both.each_ref().map(|[_, slope]| Both::new(slope));
         let [value, slope] = &both[0];
         let of_element = |own: Range<usize>| {
-            let is_there = |f: &usize| own.clone().any(|p| value[(p, *f)] != 0.0 || slope[(p, *f)] != 0.0);
-            let there: Vec<usize> = (0..value.ncols()).filter(is_there).collect();
-            let functions = there.first().map_or(0..0, |low| *low..there.last().unwrap_or(low) + 1);
+            let all = points[0].functions_on(&domain.axes[0], &own);
+            let functions =
+                all.start.saturating_sub(window[0].start)..all.end.saturating_sub(window[0].start);
             let [value, slope] = [value, slope].map(|all| {
                 let part = all.as_ref().submatrix(own.start, functions.start, own.len(), functions.len());
                 Dense::from_mat(part)
@@ -81,7 +77,8 @@ impl Functions {
         Self { window, counts: points.each_ref().map(AxisPoints::len), values, slopes, first }
     }
 
-    /// Derivatives along each axis, but for the first, of the part that function `i` of the first axis has of `x`, at points of the other two.
+    /// For function `i` of the first axis: its share of `x`, and the derivatives of that along the second and the third axis, at the points of
+    /// these two.
     fn of_slab(&self, x: &[f64], dims: Dims, i: usize, between: &mut Between, out: [&mut [f64]; 3]) {
         let [w0, w1, w2] = &self.window;
         let n2 = self.counts[2];
@@ -234,14 +231,13 @@ impl Gradients {
     }
 }
 
-/// The gradients of potentials of a domain at points, by component. The points may be on elements of other axes with the same finite elements.
+/// The gradients of potentials of a domain at points, by component.
 pub(crate) fn gradients_at(
     domain: &Domain,
     points: &[AxisPoints; 3],
     coefficients: &[&[f64]],
 ) -> Vec<[Vec<f64>; 3]> {
-    let window = domain.primal_dims().map(|n| 0..n);
-    let functions = Functions::within(domain, points, window);
+    let functions = Functions::new(domain, points);
     at_points(points, &Potentials { functions: &functions, coefficients, dims: domain.primal_dims() })
 }
 

@@ -49,8 +49,8 @@ impl<'d> Rule<'d> {
         self.points[1].len() * self.points[2].len()
     }
 
-    /// Weight times the tensor at each point `[j][k]` of one place on the first axis; zero in conductors. At least the largest of eps K^-1 at
-    /// any of them in any direction, and at least 1.
+    /// Weight times the tensor at each point `[j][k]` of one place on the first axis; zero in conductors. Returns a number that is at least 1
+    /// and at least the largest of eps K^-1 at these points in any direction.
     ///
     /// # Errors
     /// A map that turns space inside out.

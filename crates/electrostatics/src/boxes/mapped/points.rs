@@ -10,7 +10,6 @@ use std::ops::Range;
 /// Gauss points on a run of finite elements.
 #[derive(Debug, Clone)]
 pub(crate) struct AxisPoints {
-    elements: Range<usize>,
     /// Places on the reference element, and on the axis in its own unit.
     reference: Vec<f64>,
     pub(crate) places: Vec<f64>,
@@ -38,7 +37,6 @@ impl AxisPoints {
         let interval =
             element.iter().map(|e| axis.cuts.partition_point(|cut| *cut <= e + first).saturating_sub(1));
         Self {
-            elements: element.first().map_or(0, |e| e + first)..element.last().map_or(0, |e| e + first + 1),
             reference: reference.collect(),
             interval: interval.collect(),
             places: self.places.clone(),
@@ -51,7 +49,7 @@ impl AxisPoints {
     pub(crate) fn new(axis: &Axis, elements: Range<usize>, extra: usize) -> Self {
         let (mut reference, mut places, mut weights) = (Vec::new(), Vec::new(), Vec::new());
         let (mut element, mut interval) = (Vec::new(), Vec::new());
-        for e in elements.clone() {
+        for e in elements {
             let Element::Finite { start, length } = axis.line.element(e) else { continue };
             let own = axis.cuts.partition_point(|cut| *cut <= e).saturating_sub(1);
             let (points, w) = gauss_legendre(axis.line.degree(e) + extra);
@@ -63,7 +61,7 @@ impl AxisPoints {
                 interval.push(own);
             }
         }
-        Self { elements, reference, places, weights, element, interval }
+        Self { reference, places, weights, element, interval }
     }
 
     pub(crate) fn len(&self) -> usize {
@@ -107,16 +105,15 @@ impl AxisPoints {
         out
     }
 
-    /// The functions of the axis that are not zero on all of the elements, in the trimmed numbering.
-    pub(crate) fn window(&self, axis: &Axis) -> Range<usize> {
+    /// The functions of an axis that are nonzero on the elements of some of the points, in the trimmed numbering.
+    pub(crate) fn functions_on(&self, axis: &Axis, points: &Range<usize>) -> Range<usize> {
         let numbering = Numbering::new(&axis.line);
-        let free = axis.functions();
-        let all = self.elements.clone().flat_map(|e| numbering.element(&axis.line, e)).flatten();
+        let (free, first) = (axis.functions(), axis.line.first_finite());
+        let elements = self.element.get(points.clone()).unwrap_or_default();
+        let Some((low, high)) = elements.first().zip(elements.last()) else { return 0..0 };
+        let all = (low + first..high + first + 1).flat_map(|e| numbering.element(&axis.line, e)).flatten();
         let own: Vec<usize> = all.filter(|i| free.contains(i)).map(|i| i - free.start).collect();
-        match (own.iter().min(), own.iter().max()) {
-            (Some(low), Some(high)) => *low..high + 1,
-            _ => 0..0,
-        }
+        own.iter().min().zip(own.iter().max()).map_or(0..0, |(low, high)| *low..high + 1)
     }
 
     /// The potential modes of an axis without infinite elements that belong to the element of some of the points.

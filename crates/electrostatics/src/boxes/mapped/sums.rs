@@ -1,10 +1,10 @@
-//! Integrals of two fields with a tensor between them, element by element of the first axis: arrays of all points, which are larger than
-//! those of the unknowns, are never held.
+//! Fields at Gauss points, and integrals of two of them with a tensor between them, element by element of the first axis. For the integrals,
+//! fields are never held at all points at once: such arrays are larger than those of the unknowns.
 
 use super::metric::{Metric, Rule, Symmetric, times};
 use super::points::AxisPoints;
 use crate::SolveError;
-use elastocap_fem::tensor::{Dense, multiply, right, target};
+use elastocap_fem::tensor::{Dense, dot, multiply, right, target};
 use faer::Mat;
 use rayon::prelude::*;
 use std::ops::Range;
@@ -12,6 +12,9 @@ use std::ops::Range;
 /// Points of the second and the third axis that are looked at together, for all points of an element of the first: what these take stays in
 /// cache.
 const TOGETHER: usize = 1024;
+
+/// Fields that are held at a time, twice: of many, those of all would take more memory on many threads than the unknowns.
+const HELD: usize = 8;
 
 /// Fields with three components that are wanted at Gauss points.
 pub(crate) trait Fields: Sync {
@@ -61,15 +64,7 @@ pub(crate) fn at_points(points: &[AxisPoints; 3], fields: &impl Fields) -> Vec<[
     let plane = points[1].len() * points[2].len();
     let of_field = |field: usize| {
         let mut out = [0; 3].map(|_| vec![0.0; points[0].len() * plane]);
-        let mut rest = out.each_mut().map(Vec::as_mut_slice);
-        let of_element = |own: &Range<usize>| {
-            [0, 1, 2].map(|c| {
-                let (part, after) = std::mem::take(&mut rest[c]).split_at_mut(own.len() * plane);
-                rest[c] = after;
-                part
-            })
-        };
-        let parts: Vec<[&mut [f64]; 3]> = elements.iter().map(of_element).collect();
+        let parts = by_element(&mut out, elements.iter().map(|own| [own.len() * plane; 3]));
         parts.into_par_iter().enumerate().for_each_init(Default::default, |across, (element, parts)| {
             fields.across(field, element, across);
             for ((rows, matrix), to) in across.iter().zip(fields.along(element)).zip(parts) {
@@ -79,6 +74,20 @@ pub(crate) fn at_points(points: &[AxisPoints; 3], fields: &impl Fields) -> Vec<[
         out
     };
     (0..fields.count()).map(of_field).collect()
+}
+
+/// Three arrays cut in the parts of one element after the other, which have these `lengths`.
+pub(crate) fn by_element(
+    arrays: &mut [Vec<f64>; 3],
+    lengths: impl Iterator<Item = [usize; 3]>,
+) -> Vec<[&mut [f64]; 3]> {
+    let mut rest = arrays.each_mut().map(Vec::as_mut_slice);
+    let mut cut = |c: usize, length: usize| {
+        let (own, after) = std::mem::take(&mut rest[c]).split_at_mut(length);
+        rest[c] = after;
+        own
+    };
+    lengths.map(|[a, b, c]| [cut(0, a), cut(1, b), cut(2, c)]).collect()
 }
 
 /// Rows of [`Fields::across`] at the points of an element, for some of the `plane` points of the second and the third axis.
@@ -107,7 +116,6 @@ pub(crate) fn products(tensors: Tensors<'_>, fields: &impl Fields) -> Result<(Ma
     let parts: Vec<(Mat<f64>, f64)> = elements
         .par_iter()
         .enumerate()
-        .with_max_len(1)
         .map_init(Work::default, |work, (element, points)| of_element(tensors, fields, element, points, work))
         .collect::<Result<_, _>>()?;
     let (mut sum, mut largest) = (Mat::zeros(fields.count(), fields.count()), 1.0_f64);
@@ -140,36 +148,45 @@ fn of_element(
             (&*own, largest)
         }
     };
-    across.resize_with(n, Default::default);
-    for (field, own) in across.iter_mut().enumerate() {
-        fields.across(field, element, own);
-    }
     let along = fields.along(element);
     let mut out = Mat::zeros(n, n);
-    let mut from = 0;
-    while from < plane {
-        let width = TOGETHER.min(plane - from);
-        let size = count * width;
-        let values = at_least(values, 3 * n * size);
-        for (own, to) in across.iter().zip(values.chunks_exact_mut(3 * size)) {
-            for ((rows, matrix), to) in own.iter().zip(along).zip(to.chunks_exact_mut(size)) {
-                to_points(rows, matrix, plane, from..from + width, to);
+    let blocks: Vec<Range<usize>> = (0..n).step_by(HELD).map(|first| first..n.min(first + HELD)).collect();
+    for (number, first) in blocks.iter().enumerate() {
+        for second in &blocks[number..] {
+            let held: Vec<usize> = if first == second {
+                first.clone().collect()
+            } else {
+                first.clone().chain(second.clone()).collect()
+            };
+            across.resize_with(across.len().max(held.len()), Default::default);
+            for (field, own) in held.iter().zip(across.iter_mut()) {
+                fields.across(*field, element, own);
+            }
+            for from in (0..plane).step_by(TOGETHER) {
+                let some = from..plane.min(from + TOGETHER);
+                let (width, size) = (some.len(), count * some.len());
+                let values = at_least(values, 3 * held.len() * size);
+                for (own, to) in across.iter().zip(values.chunks_exact_mut(3 * size)) {
+                    for ((rows, matrix), to) in own.iter().zip(along).zip(to.chunks_exact_mut(size)) {
+                        to_points(rows, matrix, plane, some.clone(), to);
+                    }
+                }
+                let images = at_least(images, 3 * size);
+                let tensor = |at: usize| &tensors[at / width * plane + from + at % width];
+                let of = |place: usize| &values[3 * place * size..3 * (place + 1) * size];
+                for (place, &j) in held.iter().enumerate().filter(|(_, j)| second.contains(j)) {
+                    let [y0, y1, y2] = components(of(place), size);
+                    for at in 0..size {
+                        let image = times(tensor(at), [y0[at], y1[at], y2[at]]);
+                        (0..3).for_each(|c| images[c * size + at] = image[c]);
+                    }
+                    let others = held.iter().enumerate().filter(|(_, i)| first.contains(i) && **i <= j);
+                    for (other, &i) in others {
+                        out[(i, j)] += dot(of(other), images);
+                    }
+                }
             }
         }
-        let images = at_least(images, 3 * size);
-        let tensor = |at: usize| &tensors[at / width * plane + from + at % width];
-        for j in 0..n {
-            let [y0, y1, y2] = components(&values[3 * j * size..3 * (j + 1) * size], size);
-            for at in 0..size {
-                let image = times(tensor(at), [y0[at], y1[at], y2[at]]);
-                (0..3).for_each(|c| images[c * size + at] = image[c]);
-            }
-            for i in 0..=j {
-                let x = &values[3 * i * size..3 * (i + 1) * size];
-                out[(i, j)] += sum_of_products(x, images);
-            }
-        }
-        from += width;
     }
     for j in 0..n {
         (0..j).for_each(|i| out[(j, i)] = out[(i, j)]);
@@ -179,19 +196,6 @@ fn of_element(
 
 fn components(all: &[f64], size: usize) -> [&[f64]; 3] {
     [0, 1, 2].map(|c| &all[c * size..(c + 1) * size])
-}
-
-/// Eight sums at a time: one alone would wait for every addition.
-fn sum_of_products(x: &[f64], y: &[f64]) -> f64 {
-    let mut sums = [0.0; 8];
-    let (xs, ys) = (x.chunks_exact(8), y.chunks_exact(8));
-    let rest: f64 = xs.remainder().iter().zip(ys.remainder()).map(|(x, y)| x * y).sum();
-    for (x, y) in xs.zip(ys) {
-        for (sum, (x, y)) in sums.iter_mut().zip(x.iter().zip(y)) {
-            *sum += x * y;
-        }
-    }
-    sums.iter().sum::<f64>() + rest
 }
 
 /// The first entries of a buffer, made longer where it is too short.

@@ -38,8 +38,8 @@ pub(super) struct Joint {
     faces: Faces,
 }
 
-/// The matrices of each axis between two spaces, for each term: mass and stiffness. Functions that no product of the axis reaches are left out:
-/// those that do not vanish on the block are few of a fine grid.
+/// The matrices of each axis between two spaces, for each term: mass and stiffness. Functions without a product along an axis are left out: of
+/// a fine grid only few are nonzero on the block.
 struct Between {
     terms: Vec<[[SparseRows<f64>; 2]; 3]>,
     /// Which functions are left, of the rows and of the columns.
@@ -205,7 +205,7 @@ impl Between {
     }
 }
 
-/// From the first to the last row that is not zero in all of some matrices.
+/// From the first to the last row that is nonzero in at least one of the matrices.
 fn hull<'m>(matrices: impl Iterator<Item = MatRef<'m, f64>>) -> Range<usize> {
     let mut out = 0..0;
     for m in matrices {
