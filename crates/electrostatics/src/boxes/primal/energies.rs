@@ -44,7 +44,7 @@ impl GradientMatrix {
 }
 
 /// Entries of slabs that are worth a task of their own.
-const SMALL_TASK: usize = 1024;
+const SMALL_TASK: usize = 8192;
 
 /// A [`GradientMatrix`] on a window of functions.
 #[derive(Debug)]
@@ -136,66 +136,80 @@ impl<'t> Pieces<'t> {
     }
 
     /// The sum of slabs of `u` with these weights.
-    fn combined(&self, weights: &[(usize, f64)], u: &[f64]) -> Vec<f64> {
+    fn combine(&self, weights: &[(usize, f64)], u: &[f64], out: &mut Vec<f64>) {
         let ([w0, w1, w2], [n1, n2]) = (&self.term.window, self.shape());
-        let mut out = vec![0.0; n1 * n2];
+        out.clear();
+        out.resize(n1 * n2, 0.0);
         for &(s, weight) in weights {
             let from = ((w0.start + s) * self.dims[1] + w1.start) * self.dims[2] + w2.start;
             for (row, to) in out.chunks_exact_mut(n2).enumerate() {
                 axpy(to, weight, &u[from + row * self.dims[2]..][..n2]);
             }
         }
-        out
     }
 
-    /// Derivatives of a slab along the second and along the third axis.
-    fn derivatives(&self, slab: &[f64]) -> [Vec<f64>; 2] {
+    /// Derivatives of a slab along the second axis, and behind them those along the third.
+    fn differentiate(&self, slab: &[f64], out: &mut Vec<f64>) {
         let ([n1, n2], [r1, r2]) = (self.shape(), self.gradient.each_ref().map(Strips::rows));
-        let (mut second, mut third) = (vec![0.0; r1 * n2], vec![0.0; n1 * r2]);
-        self.gradient[0].times(slab, n2, &mut second, false);
-        self.gradient[1].times_rows(slab, n1, n2, target(&mut third, 0, r2), false);
-        [second, third]
+        out.resize(r1 * n2 + n1 * r2, 0.0);
+        let (second, third) = out.split_at_mut(r1 * n2);
+        self.gradient[0].times(slab, n2, second, false);
+        self.gradient[1].times_rows(slab, n1, n2, target(third, 0, r2), false);
     }
 
     /// The derivatives of `u` in a piece.
-    fn gradient(&self, piece: Piece, u: &[f64]) -> Vec<f64> {
+    fn gradient(&self, piece: Piece, u: &[f64], work: &mut Work, out: &mut Vec<f64>) {
         match piece {
-            Piece::Row(r) => self.combined(self.term.gradient[0].matrix.row(r), u),
-            Piece::Slab(i) => self.derivatives(&self.combined(&[(i, 1.0)], u)).concat(),
+            Piece::Row(r) => self.combine(self.term.gradient[0].matrix.row(r), u, out),
+            Piece::Slab(i) => {
+                self.combine(&[(i, 1.0)], u, &mut work.slab);
+                self.differentiate(&work.slab, out);
+            }
         }
     }
 
     /// The same times the coefficient and the masses of the other axes.
-    fn flux(&self, piece: Piece, u: &[f64]) -> Vec<f64> {
+    fn flux(&self, piece: Piece, u: &[f64], work: &mut Work, out: &mut Vec<f64>) {
         let [n1, n2] = self.shape();
+        let Work { slab, once, .. } = work;
         match piece {
             Piece::Row(r) => {
                 let Gradient { matrix, coefficient } = &self.term.gradient[0];
-                let (mut once, mut flux) = (vec![0.0; n1 * n2], vec![0.0; n1 * n2]);
-                let gradient = self.combined(matrix.row(r), u);
-                self.mass[1].times_rows(&gradient, n1, n2, target(&mut once, 0, n2), false);
-                self.mass[0].times(&once, n2, &mut flux, false);
-                flux.iter_mut().for_each(|x| *x *= coefficient[r]);
-                flux
+                self.combine(matrix.row(r), u, slab);
+                once.resize(n1 * n2, 0.0);
+                out.resize(n1 * n2, 0.0);
+                self.mass[1].times_rows(slab, n1, n2, target(once, 0, n2), false);
+                self.mass[0].times(once, n2, out, false);
+                out.iter_mut().for_each(|x| *x *= coefficient[r]);
             }
             Piece::Slab(i) => {
-                let [second, third] = self.derivatives(&self.combined(self.term.mass[0].row(i), u));
                 let [_, along_second, along_third] = &self.term.gradient;
                 let (r1, r2) = (along_second.coefficient.len(), along_third.coefficient.len());
-                let mut flux = vec![0.0; second.len() + third.len()];
-                let (to_second, to_third) = flux.split_at_mut(second.len());
-                self.mass[1].times_rows(&second, r1, n2, target(to_second, 0, n2), false);
-                self.mass[0].times(&third, r2, to_third, false);
-                for (row, c) in to_second.chunks_exact_mut(n2).zip(&along_second.coefficient) {
+                self.combine(self.term.mass[0].row(i), u, slab);
+                self.differentiate(slab, once);
+                out.resize(once.len(), 0.0);
+                let (second, third) = out.split_at_mut(r1 * n2);
+                self.mass[1].times_rows(once, r1, n2, target(second, 0, n2), false);
+                self.mass[0].times(&once[r1 * n2..], r2, third, false);
+                for (row, c) in second.chunks_exact_mut(n2).zip(&along_second.coefficient) {
                     row.iter_mut().for_each(|x| *x *= c);
                 }
-                for row in to_third.chunks_exact_mut(r2.max(1)) {
+                for row in third.chunks_exact_mut(r2.max(1)) {
                     row.iter_mut().zip(&along_third.coefficient).for_each(|(x, c)| *x *= c);
                 }
-                flux
             }
         }
     }
+}
+
+/// What one thread needs, kept from one piece to the next.
+#[derive(Default)]
+struct Work {
+    slab: Vec<f64>,
+    once: Vec<f64>,
+    /// Of all potentials on the left.
+    gradients: Vec<Vec<f64>>,
+    flux: Vec<f64>,
 }
 
 impl Term<f64> {
@@ -209,20 +223,29 @@ impl Term<f64> {
         dims: Dims,
     ) -> Mat<f64> {
         let pieces = Pieces::new(self, dims);
-        let of_piece = |piece: Piece| {
-            let gradients: Vec<Vec<f64>> = x.iter().map(|u| pieces.gradient(piece, u)).collect();
-            let fluxes: Vec<Vec<f64>> = y.iter().map(|u| pieces.flux(piece, u)).collect();
-            let product = |i, j| if wanted(i, j) { dot(&gradients[i], &fluxes[j]) } else { 0.0 };
-            Mat::from_fn(x.len(), y.len(), product)
+        let of_piece = |work: &mut Work, piece: Piece| {
+            let (mut gradients, mut flux) =
+                (std::mem::take(&mut work.gradients), std::mem::take(&mut work.flux));
+            gradients.resize_with(x.len(), Vec::new);
+            x.iter().zip(&mut gradients).for_each(|(u, own)| pieces.gradient(piece, u, work, own));
+            let mut sums = vec![0.0; x.len() * y.len()];
+            for (j, u) in y.iter().enumerate() {
+                pieces.flux(piece, u, work, &mut flux);
+                for (i, gradient) in gradients.iter().enumerate().filter(|(i, _)| wanted(*i, j)) {
+                    sums[i * y.len() + j] = dot(gradient, &flux);
+                }
+            }
+            (work.gradients, work.flux) = (gradients, flux);
+            sums
         };
         let plane = pieces.shape().iter().product::<usize>();
         // Added in order: the sum does not depend on the number of threads.
-        let parts: Vec<Mat<f64>> = pieces
+        let parts: Vec<Vec<f64>> = pieces
             .all()
             .into_par_iter()
             .with_min_len((SMALL_TASK / plane.max(1)).max(1))
-            .map(of_piece)
+            .map_init(Work::default, of_piece)
             .collect();
-        parts.iter().fold(Mat::zeros(x.len(), y.len()), |sum, part| sum + part)
+        Mat::from_fn(x.len(), y.len(), |i, j| parts.iter().map(|part| part[i * y.len() + j]).sum())
     }
 }
