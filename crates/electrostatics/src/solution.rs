@@ -208,6 +208,9 @@ pub struct Field {
     pub body: Vec<CellBody>,
     /// V of each conductor in the state shown.
     pub potentials: Vec<f64>,
+    /// The same in a slab through the middle of the conductors that is next to nothing thick, on more cells, for a section; `None` in a
+    /// section itself, and where the conductors have no middle ([`elastocap_geometry::scene::section_across`]).
+    pub section: Option<Box<Field>>,
 }
 
 /// The potential of a floating conductor. It is linear in the potentials of the driven conductors: the sum over them of

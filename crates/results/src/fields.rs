@@ -15,7 +15,7 @@ use elastocap_geometry::export::body::body_vtu;
 use elastocap_geometry::export::vtk::vtu;
 
 use crate::layer_files::LayerFiles;
-use crate::section::{of_grid, of_tetrahedra, section_file};
+use crate::section::{of_slab, of_tetrahedra, section_file};
 use crate::{FileGroup, OutputError, OutputFolder, Resume, Wanted, layer_files, scene_files};
 
 /// The name of a step's field file.
@@ -217,11 +217,13 @@ impl Observer for FieldWriter<'_> {
         let written = self.wanted.has(FileGroup::Fields);
         let title = || format!("{}: {}", self.sections.1, scene_files::label(step));
         let (bytes, section) = match (field, &step.scene) {
-            (StepField::Grid(field), Some(scene)) => {
-                let grid = scene_files::field_grid(&scene.scene, field);
+            (StepField::Grid(mut field), Some(scene)) => {
                 let first = 1 + scene.scene.dielectrics().count() as i32;
                 let metal = first..first + scene.scene.conductors().count() as i32;
-                (written.then(|| vtu(&grid)), drawn.then(|| of_grid(step, &title(), &grid, metal)))
+                let slab = field.section.take().filter(|_| drawn);
+                let slab = slab.map(|slab| scene_files::field_grid(&scene.scene, *slab));
+                let grid = scene_files::field_grid(&scene.scene, field);
+                (written.then(|| vtu(&grid)), slab.map(|slab| of_slab(step, &title(), &slab, metal)))
             }
             (StepField::Grid(_), None) => return ControlFlow::Continue(()),
             (StepField::Tetrahedra(mesh), _) => {

@@ -6,16 +6,12 @@ use elastocap_coupling::outcome::StepResult;
 use elastocap_geometry::export::body::BodyMesh;
 use elastocap_geometry::export::gltf::BodyRole;
 use elastocap_geometry::export::vtk::FieldGrid;
-use elastocap_geometry::scene::{Box3, Purpose, across};
+use elastocap_geometry::scene::{Box3, Purpose, across, section_across};
 
 use crate::plot::{Axis, Scale, Section, SectionCell};
 
 /// How much around the conductors is shown, as a share of their largest extent in the plane.
 const AROUND: f64 = 0.3;
-/// How far the plane lies from the middle, as a share of the conductors' extent: meshes that are mirrored in the middle have faces there,
-/// which would be cut along themselves.
-const BESIDE: f64 = 1.3e-4;
-
 /// A plane at right angles to an axis.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Plane {
@@ -52,33 +48,22 @@ fn metal(step: &StepResult) -> Vec<Metal> {
     parts.collect()
 }
 
-/// Across x3 in the middle of the conductors; across x1 if they lie beside each other along x3.
-fn plane(metal: &[Metal]) -> Option<Plane> {
-    let all = metal.iter().map(|(_, bounds)| *bounds).reduce(|all, bounds| all.union(&bounds))?;
-    let apart = |a: usize| {
-        let pairs = metal.iter().flat_map(|p| metal.iter().map(move |q| (p, q)));
-        let mut pairs = pairs.filter(|(p, q)| p.0 != q.0);
-        pairs.any(|(p, q)| p.1.max[a] < q.1.min[a])
-    };
-    let axis = if apart(2) && !apart(0) && !apart(1) { 0 } else { 2 };
-    let (low, high) = (all.min[axis], all.max[axis]);
-    Some(Plane { axis, at: 0.5 * (low + high) + BESIDE * (high - low) })
-}
-
-/// A section through a field on a grid; `metal_ids` are the bodies that are metal.
-pub(crate) fn of_grid(
+/// A section through a field in a thin slab ([`elastocap_electrostatics::Field::section`]); `metal_ids` are the bodies that are metal.
+pub(crate) fn of_slab(
     step: &StepResult,
     title: &str,
     grid: &FieldGrid,
     metal_ids: std::ops::Range<i32>,
 ) -> Option<Section> {
     let metal = metal(step);
-    let plane = plane(&metal)?;
-    let [p, q] = across(plane.axis);
-    let nodes = &grid.axes[plane.axis];
-    let layer = nodes.partition_point(|x| *x <= plane.at).checked_sub(1)?;
-    let upper = *nodes.get(layer + 1)?;
-    let t = (plane.at - nodes[layer]) / (upper - nodes[layer]);
+    let thickness = |a: &usize| extent(&grid.axes[*a]);
+    let axis = (0..3).min_by(|a, b| thickness(a).total_cmp(&thickness(b)))?;
+    let [p, q] = across(axis);
+    // In the middle of its last cell: below it may be the mirror image.
+    let nodes = &grid.axes[axis];
+    let layer = nodes.len().checked_sub(2)?;
+    let t = 0.5;
+    let plane = Plane { axis, at: nodes[layer] + t * (nodes[layer + 1] - nodes[layer]) };
     let counts = grid.axes.each_ref().map(Vec::len);
     let place = |i: usize, j: usize, k: usize| {
         let mut at = [0; 3];
@@ -125,16 +110,18 @@ pub(crate) fn of_grid(
                 continue;
             }
             let at = |s: usize, t: usize| {
-                // In the cell: above its lower corners, below its upper ones. The potential falls along the field.
-                let field = [field(i + s, j + t, p, 1 - s), field(i + s, j + t, q, 1 - t)];
-                let along =
-                    |from: [f64; 2], to: [f64; 2]| -(0..2).map(|k| field[k] * (to[k] - from[k])).sum::<f64>();
+                // In the cell: above its lower corners, below its upper ones. The potential falls along the field. Where the grid is bent, all of
+                // the field on the same side along one axis tells the slope along it.
+                let along = |above: usize, from: [f64; 2], to: [f64; 2]| {
+                    let field = [p, q].map(|a| field(i + s, j + t, a, above));
+                    -(0..2).map(|k| field[k] * (to[k] - from[k])).sum::<f64>()
+                };
                 Corner {
                     place: position(i + s, j + t),
                     value: potential(i + s, j + t),
                     rises: [
-                        along(position(i, j + t), position(i + 1, j + t)),
-                        along(position(i + s, j), position(i + s, j + 1)),
+                        along(1 - s, position(i, j + t), position(i + 1, j + t)),
+                        along(1 - t, position(i + s, j), position(i + s, j + 1)),
                     ],
                 }
             };
@@ -211,7 +198,8 @@ impl Patch {
 /// A section through a field on tetrahedra.
 pub(crate) fn of_tetrahedra(step: &StepResult, title: &str, mesh: &BodyMesh) -> Option<Section> {
     let metal = metal(step);
-    let plane = plane(&metal)?;
+    let across_middle = section_across(&metal)?;
+    let plane = Plane { axis: across_middle.axis, at: across_middle.at() };
     let [p, q] = across(plane.axis);
     let values = &mesh.arrays.iter().find(|array| array.name == "potential")?.values;
     let above: Vec<f64> = mesh.points.iter().map(|x| x[plane.axis] - plane.at).collect();
@@ -303,7 +291,8 @@ mod tests {
                 (StepField::Grid(field), Some(scene)) => {
                     let first = 1 + scene.scene.dielectrics().count() as i32;
                     let metal = first..first + scene.scene.conductors().count() as i32;
-                    of_grid(step, "a section", &crate::scene_files::field_grid(&scene.scene, field), metal)
+                    let slab = crate::scene_files::field_grid(&scene.scene, *field.section.unwrap());
+                    of_slab(step, "a section", &slab, metal)
                 }
                 (StepField::Grid(_), None) => None,
                 (StepField::Tetrahedra(mesh), _) => of_tetrahedra(step, "a section", &mesh),

@@ -5,12 +5,15 @@ use crate::boxes::layout::Layout;
 use crate::boxes::mapped::map::SceneMap;
 use crate::solution::{CellBody, Field};
 use elastocap_fem::line::{Element, Numbering, hierarchical};
-use elastocap_fem::tensor::{Dense, Left, Right, Target, multiply};
-use elastocap_geometry::scene::{Box3, Filling, Scene, Wall};
+use elastocap_fem::tensor::{Dims, SparseRows, along};
+use elastocap_geometry::scene::{Box3, Filling, Scene, Wall, section_across};
 use faer::Mat;
 
 /// Number of cells that elements are divided up to.
 const MAX_CELLS: usize = 12_000;
+/// The same of a section, and of one under a map, whose cells are oblique.
+const MAX_CELLS_OF_SECTION: usize = 1_500;
+const MAX_CELLS_OF_BENT_SECTION: usize = 8_000;
 /// The same where a map bends large cells inside out.
 const MOST_CELLS: usize = 100_000;
 /// How many cells an element has along an axis, over its degree there: the first that does not lead to too many is taken.
@@ -42,9 +45,9 @@ struct Samples {
     /// Node coordinates, scaled.
     nodes: Vec<f64>,
     /// Values of the axis functions at the nodes: rows nodes, columns functions.
-    value: Dense<f64>,
+    value: SparseRows<f64>,
     /// Their slopes in the cell below each node, and in the one above it; at an end of the axis those of the only one.
-    slopes: [Dense<f64>; 2],
+    slopes: [SparseRows<f64>; 2],
 }
 
 /// How the cells of the part that is solved are repeated in the whole scene: mirrored halves lie below the solved ones.
@@ -95,11 +98,33 @@ impl Reflection {
 /// Samples one state of the scene: its potential and its electric field as the sum of the shares of all parts.
 ///
 /// `potentials`, V, are those of the scene's conductors in this state, for the caller to find in the result. The [`Scene::sensor`] is
-/// shown. Without any share there is no field, and the lists are empty.
+/// shown, and a section through it on more cells. Without any share there is no field, and the lists are empty.
 pub(crate) fn sample(
     scene: &Scene,
     layout: &Layout,
     shares: &[Share<'_>],
+    mirrored: [bool; 3],
+    potentials: Vec<f64>,
+) -> Field {
+    let shown = scene.sensor();
+    let slab = section_across(&scene.conductor_bounds().collect::<Vec<_>>()).map(|section| {
+        let mut slab = shown;
+        (slab.min[section.axis], slab.max[section.axis]) = section.slab();
+        (slab, section.axis)
+    });
+    let of = |shown: &Box3, flat: Option<usize>| {
+        sample_in(scene, layout, shares, (shown, flat), mirrored, potentials.clone())
+    };
+    let section = slab.filter(|_| !shares.is_empty()).map(|(slab, axis)| Box::new(of(&slab, Some(axis))));
+    Field { section, ..of(&shown, None) }
+}
+
+/// The same of what is `shown`, which is one cell thick along an axis where it is flat.
+fn sample_in(
+    scene: &Scene,
+    layout: &Layout,
+    shares: &[Share<'_>],
+    (shown, flat): (&Box3, Option<usize>),
     mirrored: [bool; 3],
     potentials: Vec<f64>,
 ) -> Field {
@@ -112,9 +137,10 @@ pub(crate) fn sample(
             relative_permittivity: Vec::new(),
             body: Vec::new(),
             potentials,
+            section: None,
         };
     };
-    let pieces = pieces(first.domain, &scene.sensor(), layout, mirrored);
+    let pieces = pieces(first.domain, (shown, flat), layout, mirrored);
     let reflection = Reflection::new(mirrored, [0, 1, 2].map(|a| pieces[a].len()));
     let mut nodes: [Vec<f64>; 3] = Default::default();
     let mut potential = vec![0.0; reflection.whole.iter().map(|n| n + 1).product()];
@@ -139,27 +165,42 @@ pub(crate) fn sample(
             Filling::Dielectric(d) => CellBody::Dielectric(d.index),
         });
     }
-    Field { nodes, points: None, potential, electric_field, relative_permittivity, body, potentials }
+    Field {
+        nodes,
+        points: None,
+        potential,
+        electric_field,
+        relative_permittivity,
+        body,
+        potentials,
+        section: None,
+    }
 }
 
-/// The cells of each axis, as [`cuts`] gives them: as many per element as leads to no more than [`MAX_CELLS`].
+/// The cells of each axis, as [`cuts`] gives them: as many per element as leads to no more than [`MAX_CELLS`], or
+/// [`MAX_CELLS_OF_SECTION`] and its like where what is shown is flat along an axis.
 fn pieces(
     domain: &Domain,
-    shown: &Box3,
+    (shown, flat): (&Box3, Option<usize>),
     layout: &Layout,
     mirrored: [bool; 3],
 ) -> [Vec<(usize, f64, f64)>; 3] {
     let plan = |division: f64| -> [Vec<(usize, f64, f64)>; 3] {
         [0, 1, 2].map(|a| {
             let ends = [shown.min[a], shown.max[a]].map(|x| (x - layout.origin[a]) / layout.unit);
-            cuts(&domain.axes[a], layout.reach, ends, division)
+            cuts(&domain.axes[a], layout.reach, ends, if flat == Some(a) { 0.0 } else { division })
         })
     };
     let cells = |pieces: &[Vec<(usize, f64, f64)>; 3]| -> usize {
         (0..3).map(|a| pieces[a].len() << usize::from(mirrored[a])).product()
     };
+    let most = match (flat, &layout.map) {
+        (None, _) => MAX_CELLS,
+        (Some(_), None) => MAX_CELLS_OF_SECTION,
+        (Some(_), Some(_)) => MAX_CELLS_OF_BENT_SECTION,
+    };
     let all = || DIVISIONS.into_iter().map(plan);
-    let chosen = all().find(|pieces| cells(pieces) <= MAX_CELLS).unwrap_or_else(|| plan(0.0));
+    let chosen = all().find(|pieces| cells(pieces) <= most).unwrap_or_else(|| plan(0.0));
     let Some(placed) = &layout.map else { return chosen };
     let stands = |pieces: &[Vec<(usize, f64, f64)>; 3]| {
         let reflection = Reflection::new(mirrored, [0, 1, 2].map(|a| pieces[a].len()));
@@ -215,7 +256,8 @@ fn has_volume_everywhere(map: &SceneMap, nodes: &[Vec<f64>; 3]) -> bool {
 /// Adds the share's potential, V, to that of all nodes `[i][j][k]` of the whole scene.
 fn add_potential(potential: &mut [f64], share: &Share<'_>, samples: &[Samples; 3], reflection: &Reflection) {
     let [s0, s1, s2] = samples;
-    let at_nodes = evaluate(&share.coefficients, [&s0.value, &s1.value, &s2.value]);
+    let at_nodes =
+        evaluate(&share.coefficients, [&s0.value, &s1.value, &s2.value], share.domain.primal_dims());
     let cells = reflection.part;
     for (index, value) in potential.iter_mut().enumerate() {
         let at = split(index, reflection.whole.map(|n| n + 1));
@@ -238,7 +280,7 @@ fn add_field(
     for d in 0..3 {
         let slopes = [0, 1].map(|above| {
             let pick = |a: usize| if a == d { &samples[a].slopes[above] } else { &samples[a].value };
-            evaluate(&share.coefficients, [pick(0), pick(1), pick(2)])
+            evaluate(&share.coefficients, [pick(0), pick(1), pick(2)], share.domain.primal_dims())
         });
         for (index, e) in electric_field.iter_mut().enumerate() {
             let at = split(index, reflection.whole.map(|n| n + 1));
@@ -317,39 +359,19 @@ fn samples(domain: &Domain, a: usize, pieces: &[(usize, f64, f64)]) -> Samples {
             }
         }
     }
-    let dense = |m: Mat<f64>| Dense::from_mat(m.as_ref());
-    Samples { nodes, value: dense(value), slopes: slopes.map(dense) }
+    let sparse = |m: Mat<f64>| SparseRows::from_mat(m.as_ref());
+    Samples { nodes, value: sparse(value), slopes: slopes.map(sparse) }
 }
 
 /// Values of the function with coefficients `u` at the tensor product of three axes' samples, `[i][j][k]`.
-fn evaluate(u: &[f64], m: [&Dense<f64>; 3]) -> Vec<f64> {
-    let (n1, n2) = (m[1].cols, m[2].cols);
-    let (r0, r1, r2) = (m[0].rows, m[1].rows, m[2].rows);
-    let mut first = vec![0.0; r0 * n1 * n2];
-    multiply(
-        m[0].left(),
-        Right { data: u, cols: n1 * n2, stride: n1 * n2 },
-        Target { data: &mut first, stride: n1 * n2 },
-        false,
-    );
-    let mut second = vec![0.0; r0 * r1 * n2];
-    for i in 0..r0 {
-        let b = Right { data: &first[i * n1 * n2..], cols: n2, stride: n2 };
-        multiply(m[1].left(), b, Target { data: &mut second[i * r1 * n2..], stride: n2 }, false);
+fn evaluate(u: &[f64], m: [&SparseRows<f64>; 3], mut dims: Dims) -> Vec<f64> {
+    // What a section is thin along comes first.
+    let mut axes = [0, 1, 2];
+    axes.sort_by_key(|&a| m[a].rows());
+    let mut out: Option<Vec<f64>> = None;
+    for a in axes {
+        let (next, shape) = along(a, m[a], out.as_deref().unwrap_or(u), dims);
+        (out, dims) = (Some(next), shape);
     }
-    let mut transposed = vec![0.0; n2 * r2];
-    for i in 0..r2 {
-        for j in 0..n2 {
-            transposed[j * r2 + i] = m[2].data[i * n2 + j];
-        }
-    }
-    let mut out = vec![0.0; r0 * r1 * r2];
-    let a = Left { data: &second, rows: r0 * r1, cols: n2, row: n2, col: 1 };
-    multiply(
-        a,
-        Right { data: &transposed, cols: r2, stride: r2 },
-        Target { data: &mut out, stride: r2 },
-        false,
-    );
-    out
+    out.unwrap_or_default()
 }

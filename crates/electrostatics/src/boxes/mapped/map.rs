@@ -213,6 +213,7 @@ impl SceneMap {
             }
         }
         field.points = Some(self.images(&field.nodes));
+        field.section = field.section.map(|section| Box::new(self.bend(*section)));
         field
     }
 
