@@ -470,6 +470,23 @@ mod tests {
     }
 
     #[test]
+    fn a_section_lies_across_x3_unless_conductors_stand_beside_each_other_along_it_alone() {
+        let at = |min: [f64; 3]| Box3 { min, max: min.map(|x| x + 1.0) };
+        let found = section_across(&[("a", at([0.0; 3])), ("b", at([2.0, 0.0, 0.0]))]).unwrap();
+        assert_eq!((found.axis, found.middle, found.extent), (2, 0.5, 1.0));
+        let (low, high) = found.slab();
+        assert!(low < found.at() && found.at() < high && high < low + 1e-3);
+        let beside = [("a", at([0.0; 3])), ("b", at([0.0, 0.0, 2.0]))];
+        assert_eq!(section_across(&beside).map(|found| found.axis), Some(0));
+        // Parts of one conductor do not stand beside each other.
+        let parts = [("a", at([0.0; 3])), ("a", at([0.0, 0.0, 2.0]))];
+        assert_eq!(section_across(&parts).map(|found| (found.axis, found.middle)), Some((2, 1.5)));
+        let sheet = Box3 { min: [0.0; 3], max: [1.0, 1.0, 0.0] };
+        assert_eq!(section_across(&[("a", sheet)]), None);
+        assert_eq!(section_across::<usize>(&[]), None);
+    }
+
+    #[test]
     fn conductors_and_dielectrics_are_counted_apart_however_they_are_mixed() {
         let scene = scene(vec![
             Body::dielectric("board", cube(0.0, 2.0), 4.0),

@@ -94,6 +94,38 @@ fn the_field_points_down_the_potential_on_both_sides_of_every_mirror_plane() {
     }
 }
 
+#[test]
+fn a_section_is_the_field_in_the_middle_on_more_cells() {
+    for symmetry in [true, false] {
+        let settings = Settings { relative_tolerance: 1e-2, field: true, symmetry, ..Settings::default() };
+        let field = solve(&two_sheets(), &settings).unwrap().field.unwrap();
+        let section = field.section.as_deref().unwrap();
+        assert!(section.section.is_none());
+        assert!(section.nodes[2].iter().all(|x| x.abs() < 3e-4), "{:?}", section.nodes[2]);
+        let cells = |nodes: &[Vec<f64>; 3]| (nodes[0].len() - 1) * (nodes[1].len() - 1);
+        assert!(cells(&section.nodes) > 2 * cells(&field.nodes));
+        // Both have the faces of the sheets among their nodes, and the middle along x3.
+        let mut common = 0;
+        for (i, x) in section.nodes[0].iter().enumerate() {
+            for (j, y) in section.nodes[1].iter().enumerate() {
+                let place = |a: usize, x: f64| field.nodes[a].iter().position(|own| (own - x).abs() < 1e-12);
+                let middle = section.nodes[2].iter().position(|z| z.abs() < 1e-12).unwrap();
+                let own =
+                    section.potential[(i * section.nodes[1].len() + j) * section.nodes[2].len() + middle];
+                let Some([p, q, r]) =
+                    place(0, *x).zip(place(1, *y)).zip(place(2, 0.0)).map(|((p, q), r)| [p, q, r])
+                else {
+                    continue;
+                };
+                let other = field.potential[(p * field.nodes[1].len() + q) * field.nodes[2].len() + r];
+                assert!((own - other).abs() < 1e-9, "{x} {y}: {own} {other}");
+                common += 1;
+            }
+        }
+        assert!(common > 20, "{common}");
+    }
+}
+
 /// Plates that fill the walls, at right angles to `axis`, with a slab of eps_r 4 between layers of vacuum: the field of
 /// capacitors in series, in both halves of a scene of some hundredths of a millimetre far from the origin.
 #[test]
