@@ -77,8 +77,8 @@ pub use boxes::superposed::{Additions, Base, solve_base};
 pub use extruded::search::ExtrudedSolution;
 pub use extruded::solve::{extrusion_axis, forecast_extruded, has_few_edges, is_extruded, solve_extruded};
 pub use solution::{
-    Bounded, CellBody, Discretisation, Field, FloatingPotential, Forecast, Foresight, PhaseSeconds,
-    ResolutionLevel, Settings, Solution,
+    Bounded, CellBody, Discretisation, Field, FieldSection, FloatingPotential, Forecast, Foresight,
+    PhaseSeconds, ResolutionLevel, Settings, Solution,
 };
 pub use target::{SHARE_OF_DIAGONAL, Target};
 pub use tets::adaptive::{MeshScene, MeshSolution, TetrahedraSettings, solve_mesh};

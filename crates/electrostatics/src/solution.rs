@@ -208,9 +208,17 @@ pub struct Field {
     pub body: Vec<CellBody>,
     /// V of each conductor in the state shown.
     pub potentials: Vec<f64>,
-    /// The same in a slab through the middle of the conductors that is next to nothing thick, on more cells, for a section; `None` in a
-    /// section itself, and where the conductors have no middle ([`elastocap_geometry::scene::section_across`]).
-    pub section: Option<Box<Field>>,
+    /// The same in a section; `None` in a section itself, and where there is none ([`SectionPlane::through`]).
+    pub section: Option<Box<FieldSection>>,
+}
+
+/// The potential on a thin slab through the middle of the conductors, on a finer grid than that of the whole.
+#[derive(Debug, Clone, PartialEq)]
+pub struct FieldSection {
+    /// The axis along which the slab is thin, 0 to 2.
+    pub axis: usize,
+    /// The field on it. Where a mirror plane lies in the middle there is a cell on either side, else one.
+    pub field: Field,
 }
 
 /// The potential of a floating conductor. It is linear in the potentials of the driven conductors: the sum over them of

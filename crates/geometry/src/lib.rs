@@ -12,6 +12,7 @@ pub mod recognition;
 #[cfg(test)]
 mod samples;
 pub mod scene;
+pub mod section;
 pub mod segments;
 pub mod shapes;
 pub mod turn;

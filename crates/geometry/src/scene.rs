@@ -282,48 +282,6 @@ pub struct Scene {
     pub walls: [[Wall; 2]; 3],
 }
 
-/// Where a section through conductors lies: across an axis, in their middle.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Section {
-    /// The axis.
-    pub axis: usize,
-    /// The middle of the conductors along it, m.
-    pub middle: f64,
-    /// Their extent along it, m.
-    pub extent: f64,
-}
-
-/// How far a section lies from the middle, as a share of the conductors' extent: meshes that are mirrored in the middle have faces there,
-/// which would be cut along themselves.
-const BESIDE: f64 = 1.3e-4;
-
-impl Section {
-    /// Where it cuts, m.
-    pub fn at(&self) -> f64 {
-        self.middle + BESIDE * self.extent
-    }
-
-    /// The ends of a thin slab around it, m. One is the middle, where the grids of mirrored scenes have their planes.
-    pub fn slab(&self) -> (f64, f64) {
-        (self.middle, self.middle + 2.0 * BESIDE * self.extent)
-    }
-}
-
-/// Where a section through conductors shows most, from the bounds of their parts, each with what it is a part of: across x3, or across x1
-/// if they lie beside each other along x3. `None` without any that have an extent there.
-pub fn section_across<K: PartialEq>(parts: &[(K, Box3)]) -> Option<Section> {
-    let all = parts.iter().map(|(_, bounds)| *bounds).reduce(|all, bounds| all.union(&bounds))?;
-    let apart = |a: usize| {
-        let mut pairs =
-            parts.iter().flat_map(|p| parts.iter().map(move |q| (p, q))).filter(|(p, q)| p.0 != q.0);
-        pairs.any(|(p, q)| p.1.max[a] < q.1.min[a])
-    };
-    let axis = if apart(2) && !apart(0) && !apart(1) { 0 } else { 2 };
-    let (low, high) = (all.min[axis], all.max[axis]);
-    let section = Section { axis, middle: 0.5 * (low + high), extent: high - low };
-    (section.extent > 0.0 && section.extent.is_finite()).then_some(section)
-}
-
 /// How much around the conductors belongs to [`Scene::sensor`], as a share of their largest extent.
 const AROUND: f64 = 0.5;
 
@@ -467,23 +425,6 @@ mod tests {
 
     fn scene(bodies: Vec<Body>) -> Scene {
         Scene { bodies, background_permittivity: 1.0, domain: Box3::SPACE, walls: [[Wall::Open; 2]; 3] }
-    }
-
-    #[test]
-    fn a_section_lies_across_x3_unless_conductors_stand_beside_each_other_along_it_alone() {
-        let at = |min: [f64; 3]| Box3 { min, max: min.map(|x| x + 1.0) };
-        let found = section_across(&[("a", at([0.0; 3])), ("b", at([2.0, 0.0, 0.0]))]).unwrap();
-        assert_eq!((found.axis, found.middle, found.extent), (2, 0.5, 1.0));
-        let (low, high) = found.slab();
-        assert!(low < found.at() && found.at() < high && high < low + 1e-3);
-        let beside = [("a", at([0.0; 3])), ("b", at([0.0, 0.0, 2.0]))];
-        assert_eq!(section_across(&beside).map(|found| found.axis), Some(0));
-        // Parts of one conductor do not stand beside each other.
-        let parts = [("a", at([0.0; 3])), ("a", at([0.0, 0.0, 2.0]))];
-        assert_eq!(section_across(&parts).map(|found| (found.axis, found.middle)), Some((2, 1.5)));
-        let sheet = Box3 { min: [0.0; 3], max: [1.0, 1.0, 0.0] };
-        assert_eq!(section_across(&[("a", sheet)]), None);
-        assert_eq!(section_across::<usize>(&[]), None);
     }
 
     #[test]

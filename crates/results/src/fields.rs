@@ -220,10 +220,11 @@ impl Observer for FieldWriter<'_> {
             (StepField::Grid(mut field), Some(scene)) => {
                 let first = 1 + scene.scene.dielectrics().count() as i32;
                 let metal = first..first + scene.scene.conductors().count() as i32;
-                let slab = field.section.take().filter(|_| drawn);
-                let slab = slab.map(|slab| scene_files::field_grid(&scene.scene, *slab));
-                let grid = scene_files::field_grid(&scene.scene, field);
-                (written.then(|| vtu(&grid)), slab.map(|slab| of_slab(step, &title(), &slab, metal)))
+                let section = field.section.take().filter(|_| drawn).map(|section| {
+                    let slab = scene_files::field_grid(&scene.scene, section.field);
+                    of_slab(step, &title(), (section.axis, &slab), metal)
+                });
+                (written.then(|| vtu(&scene_files::field_grid(&scene.scene, field))), section)
             }
             (StepField::Grid(_), None) => return ControlFlow::Continue(()),
             (StepField::Tetrahedra(mesh), _) => {

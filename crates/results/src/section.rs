@@ -6,12 +6,14 @@ use elastocap_coupling::outcome::StepResult;
 use elastocap_geometry::export::body::BodyMesh;
 use elastocap_geometry::export::gltf::BodyRole;
 use elastocap_geometry::export::vtk::FieldGrid;
-use elastocap_geometry::scene::{Box3, Purpose, across, section_across};
+use elastocap_geometry::scene::{Box3, Purpose, across};
+use elastocap_geometry::section::SectionPlane;
 
 use crate::plot::{Axis, Scale, Section, SectionCell};
 
 /// How much around the conductors is shown, as a share of their largest extent in the plane.
 const AROUND: f64 = 0.3;
+
 /// A plane at right angles to an axis.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Plane {
@@ -48,16 +50,14 @@ fn metal(step: &StepResult) -> Vec<Metal> {
     parts.collect()
 }
 
-/// A section through a field in a thin slab ([`elastocap_electrostatics::Field::section`]); `metal_ids` are the bodies that are metal.
+/// A section through a field in a slab that is thin along `axis`; `metal_ids` are the bodies that are metal.
 pub(crate) fn of_slab(
     step: &StepResult,
     title: &str,
-    grid: &FieldGrid,
+    (axis, grid): (usize, &FieldGrid),
     metal_ids: std::ops::Range<i32>,
 ) -> Option<Section> {
     let metal = metal(step);
-    let thickness = |a: &usize| extent(&grid.axes[*a]);
-    let axis = (0..3).min_by(|a, b| thickness(a).total_cmp(&thickness(b)))?;
     let [p, q] = across(axis);
     // In the middle of its last cell: below it may be the mirror image.
     let nodes = &grid.axes[axis];
@@ -110,8 +110,8 @@ pub(crate) fn of_slab(
                 continue;
             }
             let at = |s: usize, t: usize| {
-                // In the cell: above its lower corners, below its upper ones. The potential falls along the field. Where the grid is bent, all of
-                // the field on the same side along one axis tells the slope along it.
+                // The limit from inside the cell: above its lower corners, below its upper ones. The potential falls along the field. On a bent
+                // grid the slope along one axis takes all components of the field, from the side of the cell along that axis.
                 let along = |above: usize, from: [f64; 2], to: [f64; 2]| {
                     let field = [p, q].map(|a| field(i + s, j + t, a, above));
                     -(0..2).map(|k| field[k] * (to[k] - from[k])).sum::<f64>()
@@ -198,8 +198,8 @@ impl Patch {
 /// A section through a field on tetrahedra.
 pub(crate) fn of_tetrahedra(step: &StepResult, title: &str, mesh: &BodyMesh) -> Option<Section> {
     let metal = metal(step);
-    let across_middle = section_across(&metal)?;
-    let plane = Plane { axis: across_middle.axis, at: across_middle.at() };
+    let middle = SectionPlane::through(&metal)?;
+    let plane = Plane { axis: middle.axis, at: middle.at() };
     let [p, q] = across(plane.axis);
     let values = &mesh.arrays.iter().find(|array| array.name == "potential")?.values;
     let above: Vec<f64> = mesh.points.iter().map(|x| x[plane.axis] - plane.at).collect();
@@ -276,6 +276,7 @@ mod tests {
     use std::sync::atomic::AtomicBool;
     use std::sync::{Arc, Mutex};
 
+    use elastocap_case::Case;
     use elastocap_coupling::plan::{Options, Plan};
     use elastocap_coupling::run::{Observer, run};
     use elastocap_coupling::step::StepField;
@@ -291,8 +292,9 @@ mod tests {
                 (StepField::Grid(field), Some(scene)) => {
                     let first = 1 + scene.scene.dielectrics().count() as i32;
                     let metal = first..first + scene.scene.conductors().count() as i32;
-                    let slab = crate::scene_files::field_grid(&scene.scene, *field.section.unwrap());
-                    of_slab(step, "a section", &slab, metal)
+                    let section = field.section.unwrap();
+                    let slab = crate::scene_files::field_grid(&scene.scene, section.field);
+                    of_slab(step, "a section", (section.axis, &slab), metal)
                 }
                 (StepField::Grid(_), None) => None,
                 (StepField::Tetrahedra(mesh), _) => of_tetrahedra(step, "a section", &mesh),
@@ -306,11 +308,14 @@ mod tests {
 
     fn first_section(name: &str) -> Section {
         let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../cases").join(name);
-        let case = elastocap_case::load(&path).unwrap();
+        first_section_of(&elastocap_case::load(&path).unwrap())
+    }
+
+    fn first_section_of(case: &Case) -> Section {
         let options = Options { prune: true, fields: true, scene: false };
-        let plan = Plan::new(&case, &options);
+        let plan = Plan::new(case, &options);
         let found = First::default();
-        run(&case, &plan, &options, &Arc::new(AtomicBool::new(false)), &found);
+        run(case, &plan, &options, &Arc::new(AtomicBool::new(false)), &found);
         found.0.into_inner().unwrap().unwrap()
     }
 
@@ -336,6 +341,28 @@ mod tests {
         let inside = |p: &[f64; 3]| (p[0].abs() - 175e-6).abs() < 149e-6 && (p[1] - 225e-6).abs() < 9e-6;
         assert!(!corners(section).any(|p| inside(&p)), "there is no field in metal");
         assert!(corners(section).filter(|p| p[0].abs() < 1e-12).all(|p| p[2].abs() < 1e-6));
+    }
+
+    #[test]
+    fn conductors_that_are_ten_thousand_times_as_long_as_their_walls_are_apart_are_cut_across_their_length() {
+        let text = r#"
+            format = 1
+            conductor = [
+                { name = "lower", box = { min = ["-5 um", "1 um", "-10 mm"], max = ["5 um", "1.2 um", "10 mm"] } },
+                { name = "upper", box = { min = ["-5 um", "2 um", "-10 mm"], max = ["5 um", "2.2 um", "10 mm"] } },
+            ]
+            [surroundings]
+            boundary = "grounded"
+            walls = { min = ["-20 um", "0 um", "-12 mm"], max = ["20 um", "3 um", "12 mm"] }
+            [electrostatics]
+            relative_tolerance = 1e-2
+        "#;
+        let section = &first_section_of(&elastocap_case::parse(text, Path::new("thin.toml")).unwrap());
+        assert_eq!((&*section.x.label, &*section.y.label), ("x1", "x2"));
+        assert_eq!(section.names.len(), 2);
+        let between = corners(section).filter(|p| p[0].abs() < 3e-6 && 1.2e-6 < p[1] && p[1] < 2e-6);
+        let expected = |p: [f64; 3]| 0.5 - (p[1] - 1.2e-6) / 0.8e-6;
+        assert!(between.map(|p| (p[2] - expected(p)).abs()).fold(0.0, f64::max) < 1e-2);
     }
 
     #[test]

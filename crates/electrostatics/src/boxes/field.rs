@@ -3,16 +3,18 @@
 use crate::boxes::domain::{Axis, Domain};
 use crate::boxes::layout::Layout;
 use crate::boxes::mapped::map::SceneMap;
-use crate::solution::{CellBody, Field};
+use crate::solution::{CellBody, Field, FieldSection};
 use elastocap_fem::line::{Element, Numbering, hierarchical};
 use elastocap_fem::tensor::{Dims, SparseRows, along};
-use elastocap_geometry::scene::{Box3, Filling, Scene, Wall, section_across};
+use elastocap_geometry::scene::{Box3, Filling, Scene, Wall};
+use elastocap_geometry::section::SectionPlane;
 use faer::Mat;
 
 /// Number of cells that elements are divided up to.
 const MAX_CELLS: usize = 12_000;
-/// The same of a section, and of one under a map, whose cells are oblique.
+/// The same for a section.
 const MAX_CELLS_OF_SECTION: usize = 1_500;
+/// The same for a section under a map: its cells are oblique, and show less of what is between their corners.
 const MAX_CELLS_OF_BENT_SECTION: usize = 8_000;
 /// The same where a map bends large cells inside out.
 const MOST_CELLS: usize = 100_000;
@@ -97,8 +99,8 @@ impl Reflection {
 
 /// Samples one state of the scene: its potential and its electric field as the sum of the shares of all parts.
 ///
-/// `potentials`, V, are those of the scene's conductors in this state, for the caller to find in the result. The [`Scene::sensor`] is
-/// shown, and a section through it on more cells. Without any share there is no field, and the lists are empty.
+/// `potentials`, V, are those of the scene's conductors in this state, for the caller to find in the result. The samples fill
+/// [`Scene::sensor`]; there are more of them in a section through it. If there are no shares, there is no field, and all lists are empty.
 pub(crate) fn sample(
     scene: &Scene,
     layout: &Layout,
@@ -107,19 +109,18 @@ pub(crate) fn sample(
     potentials: Vec<f64>,
 ) -> Field {
     let shown = scene.sensor();
-    let slab = section_across(&scene.conductor_bounds().collect::<Vec<_>>()).map(|section| {
-        let mut slab = shown;
-        (slab.min[section.axis], slab.max[section.axis]) = section.slab();
-        (slab, section.axis)
-    });
     let of = |shown: &Box3, flat: Option<usize>| {
         sample_in(scene, layout, shares, (shown, flat), mirrored, potentials.clone())
     };
-    let section = slab.filter(|_| !shares.is_empty()).map(|(slab, axis)| Box::new(of(&slab, Some(axis))));
+    let section = SectionPlane::through(&scene.conductor_bounds().collect::<Vec<_>>()).map(|plane| {
+        let (axis, mut slab) = (plane.axis, shown);
+        [slab.min[axis], slab.max[axis]] = plane.slab();
+        Box::new(FieldSection { axis, field: of(&slab, Some(axis)) })
+    });
     Field { section, ..of(&shown, None) }
 }
 
-/// The same of what is `shown`, which is one cell thick along an axis where it is flat.
+/// Samples what is `shown`, a box that is flat along one axis or along none: one cell is enough there.
 fn sample_in(
     scene: &Scene,
     layout: &Layout,
@@ -177,8 +178,8 @@ fn sample_in(
     }
 }
 
-/// The cells of each axis, as [`cuts`] gives them: as many per element as leads to no more than [`MAX_CELLS`], or
-/// [`MAX_CELLS_OF_SECTION`] and its like where what is shown is flat along an axis.
+/// The cells of each axis, as [`cuts`] gives them: as many per element as leads to no more than [`MAX_CELLS`], or in a
+/// section, which is flat along an axis, [`MAX_CELLS_OF_SECTION`] or [`MAX_CELLS_OF_BENT_SECTION`].
 fn pieces(
     domain: &Domain,
     (shown, flat): (&Box3, Option<usize>),
@@ -365,7 +366,7 @@ fn samples(domain: &Domain, a: usize, pieces: &[(usize, f64, f64)]) -> Samples {
 
 /// Values of the function with coefficients `u` at the tensor product of three axes' samples, `[i][j][k]`.
 fn evaluate(u: &[f64], m: [&SparseRows<f64>; 3], mut dims: Dims) -> Vec<f64> {
-    // What a section is thin along comes first.
+    // The axis with the fewest samples comes first: for a section, the one that it is thin along.
     let mut axes = [0, 1, 2];
     axes.sort_by_key(|&a| m[a].rows());
     let mut out: Option<Vec<f64>> = None;

@@ -117,8 +117,8 @@ impl<'a> GridProblem<'a> {
     pub(crate) fn memory_of(&self, dims: Dims) -> u64 {
         let dims = [0, 1, 2].map(|a| if self.reflected[a] { 2 * dims[a] } else { dims[a] });
         let right_hand_sides = self.parts.iter().map(|p| p.potentials.len()).max().unwrap_or(0);
-        // A map has tensors, and gradients between products, at points that are no more than twice as many on each axis as functions;
-        // what is added to a base has fluxes there as well.
+        // Under a map, tensors and gradients are held at Gauss points: at most two along each axis for every function. A solve that is added
+        // to a base holds fluxes at these points as well.
         let points = dims.iter().map(|n| 2 * *n as u64).product::<u64>();
         let under_map = self.layout.map.as_ref().map_or(0, |_| points.saturating_mul(100));
         let boxes = memory(dims, self.layout.conductors.len().max(right_hand_sides), self.settings.bounds);

@@ -1,6 +1,6 @@
 //! The field that is kept for export.
 
-use elastocap_electrostatics::{Settings, SolveError, solve};
+use elastocap_electrostatics::{Field, Settings, SolveError, solve};
 use elastocap_geometry::scene::{Body, Box3, Scene, Wall};
 use elastocap_geometry::shapes::Shape;
 use std::sync::Arc;
@@ -99,30 +99,23 @@ fn a_section_is_the_field_in_the_middle_on_more_cells() {
     for symmetry in [true, false] {
         let settings = Settings { relative_tolerance: 1e-2, field: true, symmetry, ..Settings::default() };
         let field = solve(&two_sheets(), &settings).unwrap().field.unwrap();
-        let section = field.section.as_deref().unwrap();
-        assert!(section.section.is_none());
-        assert!(section.nodes[2].iter().all(|x| x.abs() < 3e-4), "{:?}", section.nodes[2]);
-        let cells = |nodes: &[Vec<f64>; 3]| (nodes[0].len() - 1) * (nodes[1].len() - 1);
-        assert!(cells(&section.nodes) > 2 * cells(&field.nodes));
+        let section = field.section.as_ref().unwrap();
+        assert_eq!((section.axis, &section.field.section), (2, &None));
+        assert!(section.field.nodes[2].iter().all(|x| x.abs() < 3e-4), "{:?}", section.field.nodes[2]);
+        let cells = |field: &Field| (field.nodes[0].len() - 1) * (field.nodes[1].len() - 1);
+        assert!(cells(&section.field) > 2 * cells(&field));
+        let at = |field: &Field, [x, y]: [f64; 2]| {
+            let place = |a: usize, x: f64| field.nodes[a].iter().position(|own| (own - x).abs() < 1e-12);
+            let [i, j, k] = [place(0, x)?, place(1, y)?, place(2, 0.0)?];
+            Some(field.potential[(i * field.nodes[1].len() + j) * field.nodes[2].len() + k])
+        };
         // Both have the faces of the sheets among their nodes, and the middle along x3.
-        let mut common = 0;
-        for (i, x) in section.nodes[0].iter().enumerate() {
-            for (j, y) in section.nodes[1].iter().enumerate() {
-                let place = |a: usize, x: f64| field.nodes[a].iter().position(|own| (own - x).abs() < 1e-12);
-                let middle = section.nodes[2].iter().position(|z| z.abs() < 1e-12).unwrap();
-                let own =
-                    section.potential[(i * section.nodes[1].len() + j) * section.nodes[2].len() + middle];
-                let Some([p, q, r]) =
-                    place(0, *x).zip(place(1, *y)).zip(place(2, 0.0)).map(|((p, q), r)| [p, q, r])
-                else {
-                    continue;
-                };
-                let other = field.potential[(p * field.nodes[1].len() + q) * field.nodes[2].len() + r];
-                assert!((own - other).abs() < 1e-9, "{x} {y}: {own} {other}");
-                common += 1;
-            }
-        }
-        assert!(common > 20, "{common}");
+        let [first, second, _] = &section.field.nodes;
+        let places = first.iter().flat_map(|x| second.iter().map(|y| [*x, *y]));
+        let common = places.filter_map(|place| Some((at(&section.field, place)?, at(&field, place)?)));
+        let common: Vec<(f64, f64)> = common.collect();
+        assert!(common.len() > 20, "{}", common.len());
+        assert!(common.iter().all(|(own, other)| (own - other).abs() < 1e-9), "{common:?}");
     }
 }
 

@@ -4,7 +4,7 @@
 //! points, and zero beyond the grid.
 
 use super::metric::adjugate;
-use crate::solution::Field;
+use crate::solution::{Field, FieldSection};
 use elastocap_fem::tensor::{Dims, SparseRows, Strips, along, axpy, target};
 use elastocap_geometry::scene::{Box3, Scene, Wall};
 use faer::Mat;
@@ -213,7 +213,8 @@ impl SceneMap {
             }
         }
         field.points = Some(self.images(&field.nodes));
-        field.section = field.section.map(|section| Box::new(self.bend(*section)));
+        let bent = |own: Box<FieldSection>| FieldSection { axis: own.axis, field: self.bend(own.field) };
+        field.section = field.section.map(bent).map(Box::new);
         field
     }
 

@@ -171,7 +171,7 @@ impl<'t> Pieces<'t> {
     /// The same times the coefficient and the masses of the other axes.
     fn flux(&self, piece: Piece, u: &[f64], work: &mut Work, out: &mut Vec<f64>) {
         let [n1, n2] = self.shape();
-        let Work { slab, once, .. } = work;
+        let Work { slab, once } = work;
         match piece {
             Piece::Row(r) => {
                 let Gradient { matrix, coefficient } = &self.term.gradient[0];
@@ -202,14 +202,11 @@ impl<'t> Pieces<'t> {
     }
 }
 
-/// What one thread needs, kept from one piece to the next.
+/// What one thread needs to differentiate, kept from one piece to the next.
 #[derive(Default)]
 struct Work {
     slab: Vec<f64>,
     once: Vec<f64>,
-    /// Of all potentials on the left.
-    gradients: Vec<Vec<f64>>,
-    flux: Vec<f64>,
 }
 
 impl Term<f64> {
@@ -223,19 +220,16 @@ impl Term<f64> {
         dims: Dims,
     ) -> Mat<f64> {
         let pieces = Pieces::new(self, dims);
-        let of_piece = |work: &mut Work, piece: Piece| {
-            let (mut gradients, mut flux) =
-                (std::mem::take(&mut work.gradients), std::mem::take(&mut work.flux));
-            gradients.resize_with(x.len(), Vec::new);
-            x.iter().zip(&mut gradients).for_each(|(u, own)| pieces.gradient(piece, u, work, own));
+        let buffers = || (Work::default(), vec![Vec::new(); x.len()], Vec::new());
+        let of_piece = |(work, gradients, flux): &mut (Work, Vec<Vec<f64>>, Vec<f64>), piece: Piece| {
+            x.iter().zip(&mut *gradients).for_each(|(u, own)| pieces.gradient(piece, u, work, own));
             let mut sums = vec![0.0; x.len() * y.len()];
             for (j, u) in y.iter().enumerate() {
-                pieces.flux(piece, u, work, &mut flux);
+                pieces.flux(piece, u, work, flux);
                 for (i, gradient) in gradients.iter().enumerate().filter(|(i, _)| wanted(*i, j)) {
-                    sums[i * y.len() + j] = dot(gradient, &flux);
+                    sums[i * y.len() + j] = dot(gradient, flux);
                 }
             }
-            (work.gradients, work.flux) = (gradients, flux);
             sums
         };
         let plane = pieces.shape().iter().product::<usize>();
@@ -244,7 +238,7 @@ impl Term<f64> {
             .all()
             .into_par_iter()
             .with_min_len((SMALL_TASK / plane.max(1)).max(1))
-            .map_init(Work::default, of_piece)
+            .map_init(buffers, of_piece)
             .collect();
         Mat::from_fn(x.len(), y.len(), |i, j| parts.iter().map(|part| part[i * y.len() + j]).sum())
     }
