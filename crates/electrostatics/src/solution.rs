@@ -208,7 +208,7 @@ pub struct Field {
     pub body: Vec<CellBody>,
     /// V of each conductor in the state shown.
     pub potentials: Vec<f64>,
-    /// The same in a section; `None` in a section itself, and where there is none ([`SectionPlane::through`]).
+    /// The same in a section; `None` in a section itself, and where there is none ([`SectionPlane::through`](elastocap_geometry::section::SectionPlane::through)).
     pub section: Option<Box<FieldSection>>,
 }
 
