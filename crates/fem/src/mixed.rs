@@ -1,12 +1,13 @@
 //! The mixed pair of a line: continuous fluxes of degree p, discontinuous potentials of degree p - 1.
 //!
 //! Potentials are kept in an orthonormal basis (scaled Legendre polynomials), so that div maps fluxes *onto* potentials
-//! and a flux whose divergence is orthogonal to all potentials is exactly divergence-free. Eliminating the flux gives one dense
-//! matrix per line, T = D M^-1 D^T: the 1D factor of the dual operator.
+//! and a flux whose divergence is orthogonal to all potentials is exactly divergence-free. Eliminating the flux gives one
+//! matrix per line, T = D M^-1 D^T: the 1D factor of the dual operator. Products with it are those of [`crate::condensed`].
 //!
 //! Everything is computed from R = L^-1 D^T with M = L L^T. The product T = R^T R keeps only half the digits of R; energies are
 //! therefore summed as squares of R phi + L^-1 g, in which nothing cancels.
 
+use crate::condensed::Condensed;
 use crate::line::{Element, Line, LineEnd, Numbering, element_matrices, hierarchical, line_matrices};
 use crate::quadrature::{gauss_legendre, legendre};
 use elastocap_linalg::dense::{self, Llt};
@@ -34,12 +35,29 @@ pub struct MixedSegment {
     pub root: Mat<f64>,
     /// L^-1 g for unit potential at the lower and at the upper end (zero where the flux is not free).
     pub face: [Vec<f64>; 2],
+    /// The mass of the fluxes, scaled to unit diagonal.
+    mass: Mat<f64>,
+    /// D^T E^-1/2 in the same scaling.
+    divergence: Mat<f64>,
+    /// For each node inside the run, the first potential mode above it and the flux function through it.
+    nodes: Vec<[usize; 2]>,
 }
 
 impl MixedSegment {
     /// T = R^T R.
-    pub fn t(&self) -> Mat<f64> {
-        dense::product(self.root.transpose(), self.root.as_ref())
+    ///
+    /// # Errors
+    /// As for [`Condensed::new`].
+    pub fn operator(&self) -> Result<Condensed, IllConditioned> {
+        Condensed::new(self.mass.as_ref(), self.divergence.as_ref(), &self.nodes)
+    }
+
+    /// The same for other potential modes: `change` gives their rows from those of the modes, and mixes modes of the same element only.
+    pub fn with_modes(mut self, change: impl Fn(&Mat<f64>) -> Mat<f64>) -> Self {
+        for matrix in [&mut self.root, &mut self.divergence] {
+            *matrix = change(&matrix.transpose().to_owned()).transpose().to_owned();
+        }
+        self
     }
 
     /// R^T L^-1 g for unit potential at one end.
@@ -123,15 +141,17 @@ pub fn mixed_segment(
     let (from, to) = (blocked(0), mass.nrows() - blocked(1));
     let n = to - from;
     // Scaled to unit diagonal the mass is well conditioned however graded the line is.
-    let (lower, scale) = scaled_factor(&mass.as_ref().submatrix(from, from, n, n).to_owned())?;
+    let mass = mass.as_ref().submatrix(from, from, n, n).to_owned();
+    let (lower, scale) = scaled_factor(&mass)?;
     let offsets = potential_offsets(&piece);
     let per_mode: Vec<f64> = weights
         .iter()
         .enumerate()
         .flat_map(|(e, w)| std::iter::repeat_n(1.0 / w.sqrt(), offsets[e + 1] - offsets[e]))
         .collect();
-    let mut root =
+    let divergence =
         Mat::from_fn(n, divergence.nrows(), |i, j| divergence[(j, from + i)] * per_mode[j] * scale[i]);
+    let mut root = divergence.clone();
     dense::solve_lower_triangular(lower.as_ref(), root.as_mut());
     // Outward unit normal at the ends; the end functions are the first and the last of the run.
     let face = [(0, -1.0), (n - 1, 1.0)].map(|(index, sign)| {
@@ -141,7 +161,10 @@ pub fn mixed_segment(
         g.col(0).iter().copied().collect::<Vec<f64>>()
     });
     let face = [0, 1].map(|a| if ends[a] == FluxEnd::Free { face[a].clone() } else { vec![0.0; n] });
-    Ok(MixedSegment { root, face })
+    let mass = Mat::from_fn(n, n, |i, j| scale[i] * mass[(i, j)] * scale[j]);
+    let (first, numbering) = (piece.first_finite(), Numbering::new(&piece));
+    let nodes = (1..piece.elements()).map(|e| [offsets[e], numbering.vertex[e - first] - from]).collect();
+    Ok(MixedSegment { root, face, mass, divergence, nodes })
 }
 
 /// The coordinates of a segment's fluxes, in which a flux y has the energy y y: those of `MixedSegment::root` and `MixedSegment::face`.
@@ -283,10 +306,11 @@ mod tests {
     /// Resistance of the segment between unit and zero potential: energy g M^-1 g - v T^-1 v is the capacitance
     /// per unit area.
     fn capacitance(segment: &MixedSegment) -> f64 {
+        let t = dense::product(segment.root.transpose(), segment.root.as_ref());
         let source = segment.face_source(0);
         let n = source.len();
         let v = Mat::from_fn(n, 1, |i, _| source[i]);
-        let x = Llt::new(segment.t().as_ref()).unwrap().solve(v.as_ref());
+        let x = Llt::new(t.as_ref()).unwrap().solve(v.as_ref());
         let y: Vec<f64> = (0..segment.root.nrows())
             .map(|i| segment.face[0][i] - (0..n).map(|j| segment.root[(i, j)] * x[(j, 0)]).sum::<f64>())
             .collect();

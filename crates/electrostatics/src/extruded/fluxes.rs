@@ -11,6 +11,7 @@ use super::mesh::{DISTANCE_STEP, PlanMesh};
 use super::plane_system::{Local, Numbering};
 use crate::SolveError;
 use crate::boxes::domain::{Axis, per_element};
+use elastocap_fem::condensed::Condensed;
 use elastocap_fem::mixed::{FluxEnd, mixed_segment, ones};
 use elastocap_fem::tensor::{Dense, left, multiply, right, target};
 use elastocap_fem::triangle::{FluxForms, FluxIntegrals, divergences};
@@ -108,7 +109,7 @@ struct Segment {
     /// Energies are sums of squares of it.
     root: Dense<f64>,
     /// Its square.
-    matrix: Dense<f64>,
+    operator: Condensed,
     /// Flux, and its divergence, for unit potential at either end.
     face: [Vec<f64>; 2],
     source: [Vec<f64>; 2],
@@ -295,13 +296,13 @@ impl Fluxes {
                 parts.push((bundle, first + bundle.triangles.start * per + k * ROWS, part));
             }
         }
-        parts.into_par_iter().for_each(|(bundle, row, part)| {
+        parts.into_par_iter().for_each_init(Vec::new, |work, (bundle, row, part)| {
             let rows = part.len() / width;
             for run in &bundle.runs {
-                let matrix = &self.segments[run.segment].matrix;
+                let operator = &self.segments[run.segment].operator;
                 let from = run.range.start;
                 let x = left(x, row * width + from, rows, run.range.len(), width);
-                multiply(x, matrix.right(), target(part, from, width), true);
+                operator.add_along_rows(x, target(part, from, width), work);
             }
         });
         for leaving in &self.leaving {
@@ -496,7 +497,7 @@ fn line_segment(
     let mixed = mixed_segment(&axis.line, elements, &per_element(axis, permittivity), ends, beyond)?;
     Ok(Segment {
         root: Dense::from_mat(mixed.root.as_ref()),
-        matrix: Dense::from_mat(mixed.t().as_ref()),
+        operator: mixed.operator()?,
         source: [0, 1].map(|side| mixed.face_source(side)),
         face: mixed.face,
     })

@@ -5,6 +5,7 @@ use super::{Basis, others};
 use crate::SolveError;
 use crate::boxes::domain::{Axis, Block, Domain, per_element};
 use crate::boxes::ray_permittivity::RayPermittivity;
+use elastocap_fem::condensed::Condensed;
 use elastocap_fem::line::Numbering;
 use elastocap_fem::mixed::{FluxCoordinates, FluxEnd, MixedSegment, mixed_segment};
 use elastocap_fem::tensor::Dense;
@@ -35,7 +36,7 @@ pub(super) struct Segment {
     /// R: energies are sums of squares of it.
     pub root: Dense<f64>,
     /// T = R^T R.
-    pub matrix: Dense<f64>,
+    pub operator: Condensed,
     /// L^-1 g for unit potential at either end.
     pub face: [Vec<f64>; 2],
     /// R^T L^-1 g.
@@ -189,7 +190,7 @@ fn segment(axis: &Axis, basis: Option<&Basis>, key: &SegmentKey, bent: bool) -> 
     let leaving = Leaving::new(&mixed, [0, 1].map(|side| straight[side] * resistance[side]));
     let mut segment = Segment {
         root: Dense::from_mat(mixed.root.as_ref()),
-        matrix: Dense::from_mat(mixed.t().as_ref()),
+        operator: mixed.operator()?,
         source: [0, 1].map(|side| mixed.face_source(side)),
         face: mixed.face,
         leaving,
@@ -262,10 +263,9 @@ pub(super) fn mixed(
     let permittivity = per_element(axis, &per_interval);
     let elements = axis.cuts[lo]..axis.cuts[hi];
     let continuation = axis.continuation(lo, hi, factor);
-    let mut out = mixed_segment(&axis.line, elements, &permittivity, ends, continuation)?;
-    if let Some(basis) = basis {
-        let rows = out.root.transpose().to_owned();
-        out.root = basis.radial.rotate_rows(axis.cuts[lo], &rows).transpose().to_owned();
-    }
-    Ok(out)
+    let own = mixed_segment(&axis.line, elements, &permittivity, ends, continuation)?;
+    Ok(match basis {
+        Some(basis) => own.with_modes(|rows| basis.radial.rotate_rows(axis.cuts[lo], rows)),
+        None => own,
+    })
 }

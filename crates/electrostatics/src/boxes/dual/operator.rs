@@ -1,9 +1,9 @@
-//! The operator: T along every line of every axis.
+//! The operator: T along every line of every axis, condensed to the nodes between pieces of the line.
 
 use super::lines::{Bundle, Run, Segment};
 use super::rays::shares;
 use super::{Basis, Dual};
-use elastocap_fem::tensor::{Dims, axpy, clear, left, multiply, right, target};
+use elastocap_fem::tensor::{Dims, axpy, clear, left, right, target};
 use elastocap_linalg::conjugate_gradients::Operator;
 use rayon::prelude::*;
 
@@ -26,20 +26,33 @@ fn apply(dual: &Dual, x: &[f64], y: &mut [f64]) {
     let [_, n1, n2] = dims;
     let plane = n1 * n2;
     let across = [0, 1, 2].map(|a| shares(&dual.basis, a));
-    y.par_chunks_mut(plane).enumerate().with_min_len((2048 / plane.max(1)).max(1)).for_each(|(i, slab)| {
-        slab.fill(0.0);
-        let source = &x[i * plane..(i + 1) * plane];
-        for bundle in bundles[2].iter().filter(|b| b.across[0].contains(&i)) {
-            for run in &bundle.runs {
-                along_rows(bundle, run, &segments[2][run.segment], across[2], i, source, slab, n2);
+    y.par_chunks_mut(plane).enumerate().with_min_len((2048 / plane.max(1)).max(1)).for_each_init(
+        Vec::new,
+        |work, (i, slab)| {
+            slab.fill(0.0);
+            let source = &x[i * plane..(i + 1) * plane];
+            for bundle in bundles[2].iter().filter(|b| b.across[0].contains(&i)) {
+                for run in &bundle.runs {
+                    along_rows(bundle, run, &segments[2][run.segment], across[2], i, source, slab, n2, work);
+                }
             }
-        }
-        for bundle in bundles[1].iter().filter(|b| b.across[0].contains(&i)) {
-            for run in &bundle.runs {
-                along_columns(bundle, run, &segments[1][run.segment], across[1], i, source, slab, n2);
+            for bundle in bundles[1].iter().filter(|b| b.across[0].contains(&i)) {
+                for run in &bundle.runs {
+                    along_columns(
+                        bundle,
+                        run,
+                        &segments[1][run.segment],
+                        across[1],
+                        i,
+                        source,
+                        slab,
+                        n2,
+                        work,
+                    );
+                }
             }
-        }
-    });
+        },
+    );
     along_slabs(&bundles[0], &segments[0], &dual.basis, dims, x, y);
     for window in &dual.conductors {
         clear(y, dims, window);
@@ -57,10 +70,11 @@ fn along_rows(
     source: &[f64],
     slab: &mut [f64],
     n2: usize,
+    work: &mut Vec<f64>,
 ) {
     let (js, len) = (&bundle.across[1], run.range.len());
     let at = js.start * n2 + run.range.start;
-    multiply(left(source, at, js.len(), len, n2), segment.matrix.right(), target(slab, at, n2), true);
+    segment.operator.add_along_rows(left(source, at, js.len(), len, n2), target(slab, at, n2), work);
     if let Some(leaving) = &segment.leaving {
         for j in js.clone() {
             let row = j * n2 + run.range.start..j * n2 + run.range.end;
@@ -87,10 +101,11 @@ fn along_columns(
     source: &[f64],
     slab: &mut [f64],
     n2: usize,
+    work: &mut Vec<f64>,
 ) {
     let ks = &bundle.across[1];
     let at = run.range.start * n2 + ks.start;
-    multiply(segment.matrix.left(), right(source, at, ks.len(), n2), target(slab, at, n2), true);
+    segment.operator.add_along_columns(right(source, at, ks.len(), n2), target(slab, at, n2), work);
     if let Some(leaving) = &segment.leaving {
         let rows = || run.range.clone().map(|j| j * n2 + ks.start..j * n2 + ks.end);
         let mut traces = [vec![0.0; ks.len()], vec![0.0; ks.len()]];
@@ -143,27 +158,39 @@ fn along_slabs(
     };
     let damped: Vec<Vec<Option<[Vec<f64>; 2]>>> =
         bundles.iter().map(|b| b.runs.iter().map(|r| damped(b, r)).collect()).collect();
+    // Between the pieces of the lines of each run, for one row of the first transverse axis after the other.
+    let between = |bundle: &Bundle, run: &Run| -> Vec<f64> {
+        let (operator, (js, ks)) = (&segments[run.segment].operator, (&bundle.across[0], &bundle.across[1]));
+        let mut out = vec![0.0; js.len() * operator.nodes() * ks.len()];
+        let rows = out.par_chunks_mut((operator.nodes() * ks.len()).max(1)).zip(js.clone());
+        rows.for_each_init(Vec::new, |work, (out, j)| {
+            let own = right(x, run.range.start * plane + j * n2 + ks.start, ks.len(), plane);
+            out.copy_from_slice(operator.between(own, work));
+        });
+        out
+    };
+    let between: Vec<Vec<Vec<f64>>> =
+        bundles.iter().map(|b| b.runs.iter().map(|r| between(b, r)).collect()).collect();
     let block = n0.div_ceil((n0 * plane / 16_384).clamp(1, 4));
     y.par_chunks_mut(block * plane).enumerate().for_each(|(b, slabs)| {
         let mine = b * block..b * block + slabs.len() / plane;
-        for (bundle, damped) in bundles.iter().zip(&damped) {
+        for (bundle, (damped, between)) in bundles.iter().zip(damped.iter().zip(&between)) {
             let (js, ks) = (&bundle.across[0], &bundle.across[1]);
-            // Whole rows of the last axis follow one another: one product for all of them.
-            let (strips, width) = if ks.len() == n2 { (1, js.len() * n2) } else { (js.len(), ks.len()) };
-            for (run, damped) in bundle.runs.iter().zip(damped) {
+            for (run, (damped, between)) in bundle.runs.iter().zip(damped.iter().zip(between)) {
                 let some = run.range.start.max(mine.start)..run.range.end.min(mine.end);
                 if some.is_empty() {
                     continue;
                 }
                 let segment = &segments[run.segment];
                 let own = some.start - run.range.start..some.end - run.range.start;
-                for j in 0..strips {
-                    let across = (js.start + j) * n2 + ks.start;
-                    multiply(
-                        segment.matrix.left_rows(own.clone()),
-                        right(x, run.range.start * plane + across, width, plane),
+                let width = segment.operator.nodes() * ks.len();
+                for (row, j) in js.clone().enumerate() {
+                    let across = j * n2 + ks.start;
+                    segment.operator.add_rows(
+                        own.clone(),
+                        right(x, run.range.start * plane + across, ks.len(), plane),
+                        &between[row * width..(row + 1) * width],
                         target(slabs, (some.start - mine.start) * plane + across, plane),
-                        true,
                     );
                 }
                 let (Some(damped), Some(leaving)) = (damped, &segment.leaving) else { continue };

@@ -9,9 +9,10 @@ use crate::SolveError;
 use crate::boxes::domain::{Axis, Block, Domain, per_element};
 use crate::boxes::ray_permittivity::RayPermittivity;
 use crate::boxes::schwarz::{Modes, SeparableBox, row_block};
+use elastocap_fem::condensed::Condensed;
 use elastocap_fem::line::Numbering;
 use elastocap_fem::mixed::{FluxCoordinates, FluxEnd};
-use elastocap_fem::tensor::{Dense, Dims, add, dot, left, multiply, right, target};
+use elastocap_fem::tensor::{Dims, add, dot, left, right, target};
 use elastocap_linalg::dense;
 use faer::Mat;
 use rayon::prelude::*;
@@ -28,7 +29,7 @@ pub(super) struct Repair {
     /// Product permittivity of the repair over the true one, at its largest: scales the repair's energy.
     pub(super) excess: f64,
     /// Uncut T of each axis, in the scaling of the repair's own permittivity.
-    operator: [Dense<f64>; 3],
+    operator: [Condensed; 3],
     /// Repair's root permittivity over the scene's, per cell of intervals; `None` where they agree everywhere.
     ratio: Option<Vec<f64>>,
     /// Its permittivity, a product of one factor per axis and interval.
@@ -54,7 +55,7 @@ impl Repair {
             let (n, basis) = (axis.intervals(), basis.as_ref());
             let segment = mixed(axis, basis, 0, n, factor, axis.flux_ends(0, n), [largest; 2])?;
             modes.push(Arc::new(Modes::new(&modes_of(axis, basis, 0, n, [false; 2], factor, largest)?)));
-            operator.push(Dense::from_mat(segment.t().as_ref()));
+            operator.push(segment.operator()?);
         }
         let cells = domain.cells();
         let (mut excess, mut ratio, mut differs) = (1.0_f64, Vec::new(), false);
@@ -181,19 +182,26 @@ impl Repair {
         let [n0, n1, n2] = dims;
         let plane = n1 * n2;
         let minus: Vec<f64> = psi.par_iter().map(|p| -p).collect();
-        // Many rows at a time: each task reads the whole of `minus` for its rows along the first axis.
+        // Between the pieces of the lines of the first axis, for one row of the second after the other.
+        let [along, second, third] = &self.operator;
+        let width = along.nodes() * n2;
+        let mut between = vec![0.0; width * n1];
+        between.par_chunks_mut(width.max(1)).enumerate().for_each_init(Vec::new, |work, (j, out)| {
+            out.copy_from_slice(along.between(right(&minus, j * n2, n2, plane), work));
+        });
         let block = row_block(n0, plane);
-        rest.par_chunks_mut(block * plane).enumerate().for_each(|(b, slabs)| {
+        rest.par_chunks_mut(block * plane).enumerate().for_each_init(Vec::new, |work, (b, slabs)| {
             let first = b * block;
-            let count = slabs.len() / plane;
-            let along = self.operator[0].left_rows(first..first + count);
-            multiply(along, right(&minus, 0, plane, plane), target(slabs, 0, plane), true);
+            let some = first..first + slabs.len() / plane;
+            for j in 0..n1 {
+                let from = right(&minus, j * n2, n2, plane);
+                let between = &between[j * width..(j + 1) * width];
+                along.add_rows(some.clone(), from, between, target(slabs, j * n2, plane));
+            }
             for (i, slab) in slabs.chunks_exact_mut(plane).enumerate() {
                 let at = (first + i) * plane;
-                let rows = left(&minus, at, n1, n2, n2);
-                multiply(rows, self.operator[2].right(), target(slab, 0, n2), true);
-                let columns = right(&minus, at, n2, n2);
-                multiply(self.operator[1].left(), columns, target(slab, 0, n2), true);
+                third.add_along_rows(left(&minus, at, n1, n2, n2), target(slab, 0, n2), work);
+                second.add_along_columns(right(&minus, at, n2, n2), target(slab, 0, n2), work);
             }
         });
     }

@@ -1,0 +1,293 @@
+//! The dual operator of a line, condensed to the fluxes between pieces of it.
+//!
+//! T = D M^-1 D^T is dense, but two pieces of a line know of each other only by the flux through the nodes between them. With the flux
+//! functions of these nodes last, M = [[A, C^T], [C, E]], where A has a block for each piece, and by block elimination
+//!
+//! T = D_A A^-1 D_A^T + V S^-1 V^T,    S = E - C A^-1 C^T,    V = D_E - D_A A^-1 C^T.
+//!
+//! The first part has a block for each piece, a column of V reaches the two pieces on either side of its node, and S^-1 is as small as
+//! there are such nodes. A product with T then takes some twenty multiplications for each entry on a line of any length.
+
+use crate::mixed::IllConditioned;
+use crate::tensor::{Dense, Left, Right, Target, left, multiply, right, sized, target};
+use elastocap_linalg::dense::{self, Llt};
+use faer::{Mat, MatRef};
+use std::ops::Range;
+
+/// Potential modes that a piece is meant to have: products of such matrices take little longer than reading what they act on.
+const MODES: usize = 12;
+
+/// T of a line between two obstacles.
+#[derive(Debug, Clone)]
+pub struct Condensed {
+    pieces: Vec<Piece>,
+    /// S^-1.
+    coupling: Dense<f64>,
+}
+
+/// A piece of a line.
+#[derive(Debug, Clone)]
+struct Piece {
+    modes: Range<usize>,
+    /// The nodes at its ends, of those between pieces.
+    nodes: Range<usize>,
+    /// Its block of D_A A^-1 D_A^T.
+    own: Dense<f64>,
+    /// Its rows of V.
+    through: Dense<f64>,
+    /// The same, transposed.
+    turned: Dense<f64>,
+}
+
+impl Condensed {
+    /// From the mass of the fluxes, well scaled, and D^T (a row for each flux, a column for each potential mode). `nodes` are the nodes
+    /// inside the line in ascending order: the first potential mode above each, and the flux function through it. Between these, functions are
+    /// ordered along the line.
+    ///
+    /// # Errors
+    /// [`IllConditioned`] if the mass cannot be factorised.
+    pub fn new(
+        mass: MatRef<'_, f64>,
+        divergence: MatRef<'_, f64>,
+        nodes: &[[usize; 2]],
+    ) -> Result<Self, IllConditioned> {
+        let cuts = cuts(nodes, divergence.ncols());
+        let count = cuts.len();
+        let mut schur = Mat::from_fn(count, count, |i, j| mass[(cuts[i][1], cuts[j][1])]);
+        let (mut pieces, mut mode, mut function) = (Vec::new(), 0, 0);
+        for index in 0..=count {
+            let [next_mode, end] =
+                cuts.get(index).copied().unwrap_or([divergence.ncols(), divergence.nrows()]);
+            let (modes, functions, nodes) =
+                (mode..next_mode, function..end, index.saturating_sub(1)..(index + 1).min(count));
+            let block = |rows: &Range<usize>, columns: &Range<usize>| {
+                divergence.submatrix(rows.start, columns.start, rows.len(), columns.len())
+            };
+            let (n, inner) = (modes.len(), block(&functions, &modes));
+            let across = Mat::from_fn(functions.len(), nodes.len(), |i, j| {
+                mass[(functions.start + i, cuts[nodes.start + j][1])]
+            });
+            let mut through =
+                Mat::from_fn(n, nodes.len(), |i, j| divergence[(cuts[nodes.start + j][1], modes.start + i)]);
+            let mut own = Mat::zeros(n, n);
+            if !functions.is_empty() {
+                let within =
+                    mass.submatrix(functions.start, functions.start, functions.len(), functions.len());
+                let factor = Llt::new(within).map_err(|_| IllConditioned)?;
+                let eliminated = factor.solve(inner);
+                own = dense::product(inner.transpose(), eliminated.as_ref());
+                through -= dense::product(eliminated.transpose(), across.as_ref());
+                let less = dense::product(across.transpose(), factor.solve(across.as_ref()).as_ref());
+                for (i, row) in nodes.clone().enumerate() {
+                    for (j, column) in nodes.clone().enumerate() {
+                        schur[(row, column)] -= less[(i, j)];
+                    }
+                }
+            }
+            pieces.push(Piece {
+                modes,
+                nodes,
+                own: Dense::from_mat(own.as_ref()),
+                turned: Dense::from_mat(through.transpose()),
+                through: Dense::from_mat(through.as_ref()),
+            });
+            (mode, function) = (next_mode, end + 1);
+        }
+        let inverse = if count == 0 {
+            Mat::zeros(0, 0)
+        } else {
+            Llt::new(schur.as_ref()).map_err(|_| IllConditioned)?.solve(Mat::identity(count, count).as_ref())
+        };
+        // What is symmetric stays so, to the last bit.
+        let coupling = Mat::from_fn(count, count, |i, j| 0.5 * (inverse[(i, j)] + inverse[(j, i)]));
+        Ok(Self { pieces, coupling: Dense::from_mat(coupling.as_ref()) })
+    }
+
+    /// Number of nodes between pieces.
+    pub fn nodes(&self) -> usize {
+        self.coupling.rows
+    }
+
+    /// S^-1 V^T x for the columns of `x`, one row for each node between pieces, into the first entries of `work`.
+    pub fn between<'w>(&self, x: Right<'_, f64>, work: &'w mut Vec<f64>) -> &'w [f64] {
+        let (count, width) = (self.nodes(), x.cols);
+        let len = count * width;
+        if work.len() < 2 * len {
+            sized(work, 2 * len);
+        }
+        let (out, traces) = work.split_at_mut(len);
+        let traces = &mut traces[..len];
+        traces.fill(0.0);
+        for piece in self.pieces.iter().filter(|piece| !piece.nodes.is_empty()) {
+            let own = right(x.data, piece.modes.start * x.stride, width, x.stride);
+            multiply(piece.turned.left(), own, target(traces, piece.nodes.start * width, width), true);
+        }
+        multiply(self.coupling.left(), right(traces, 0, width, width), target(out, 0, width), false);
+        out
+    }
+
+    /// `out += T x` for the rows `some` of T, which are those of `out`; `between` is what [`Condensed::between`] has of `x`.
+    pub fn add_rows(&self, some: Range<usize>, x: Right<'_, f64>, between: &[f64], out: Target<'_, f64>) {
+        let Target { data, stride } = out;
+        for Piece { modes, nodes, own, through, .. } in &self.pieces {
+            let rows = some.start.max(modes.start)..some.end.min(modes.end);
+            if rows.is_empty() {
+                continue;
+            }
+            let within = rows.start - modes.start..rows.end - modes.start;
+            let mut add = |matrix: &Dense<f64>, from: Right<'_, f64>| {
+                let to = target(data, (rows.start - some.start) * stride, stride);
+                multiply(matrix.left_rows(within.clone()), from, to, true);
+            };
+            add(own, right(x.data, modes.start * x.stride, x.cols, x.stride));
+            if !nodes.is_empty() {
+                add(through, right(between, nodes.start * x.cols, x.cols, x.cols));
+            }
+        }
+    }
+
+    /// `out += T x` for the columns of `x`.
+    pub fn add_along_columns(&self, x: Right<'_, f64>, out: Target<'_, f64>, work: &mut Vec<f64>) {
+        let modes = self.pieces.last().map_or(0, |piece| piece.modes.end);
+        let between = self.between(x, work);
+        self.add_rows(0..modes, x, between, out);
+    }
+
+    /// `out += x T` for the rows of `x`.
+    pub fn add_along_rows(&self, x: Left<'_, f64>, out: Target<'_, f64>, work: &mut Vec<f64>) {
+        let (count, rows) = (self.nodes(), x.rows);
+        let len = count * rows;
+        if work.len() < 2 * len {
+            sized(work, 2 * len);
+        }
+        let (between, traces) = work.split_at_mut(len);
+        let traces = &mut traces[..len];
+        traces.fill(0.0);
+        let part = |modes: &Range<usize>| left(x.data, modes.start, rows, modes.len(), x.row);
+        for Piece { modes, nodes, through, .. } in self.pieces.iter().filter(|piece| !piece.nodes.is_empty())
+        {
+            multiply(part(modes), through.right(), target(traces, nodes.start, count), true);
+        }
+        if count > 0 {
+            let to = target(between, 0, count);
+            multiply(left(traces, 0, rows, count, count), self.coupling.right(), to, false);
+        }
+        let Target { data, stride } = out;
+        for Piece { modes, nodes, own, turned, .. } in &self.pieces {
+            multiply(part(modes), own.right(), target(data, modes.start, stride), true);
+            if !nodes.is_empty() {
+                let from = left(between, nodes.start, rows, nodes.len(), count);
+                multiply(from, turned.right(), target(data, modes.start, stride), true);
+            }
+        }
+    }
+}
+
+/// The nodes at which a line of so many modes is cut: pieces have [`MODES`] modes and more.
+fn cuts(nodes: &[[usize; 2]], modes: usize) -> Vec<[usize; 2]> {
+    let mut out: Vec<[usize; 2]> = Vec::new();
+    for &[mode, function] in nodes {
+        let last = out.last().map_or(0, |[mode, _]| *mode);
+        if mode - last >= MODES && modes - mode >= MODES {
+            out.push([mode, function]);
+        }
+    }
+    out
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::line::{Line, LineEnd};
+    use crate::mixed::{FluxEnd, MixedSegment, mixed_segment};
+
+    /// Graded, with elements of degree 1 side by side, and long enough for several pieces.
+    fn long() -> MixedSegment {
+        let degrees = vec![1, 1, 2, 3, 4, 6, 8, 5, 3, 2, 1, 1, 1, 2, 4, 7, 9, 3, 1];
+        let widths = (0..degrees.len()).map(|e| 0.2 + (e % 5) as f64 * 0.3);
+        let nodes = std::iter::once(0.0).chain(widths.scan(0.0, |x, w| {
+            *x += w;
+            Some(*x)
+        }));
+        let line = Line { nodes: nodes.collect(), degrees, ends: [LineEnd::Finite; 2] };
+        let permittivity: Vec<f64> = (0..line.elements()).map(|e| 1.0 + (e % 3) as f64).collect();
+        let ends = [FluxEnd::Blocked, FluxEnd::Free];
+        mixed_segment(&line, 0..line.elements(), &permittivity, ends, [0.0, 2.0]).unwrap()
+    }
+
+    fn short() -> MixedSegment {
+        let line = Line { nodes: vec![0.0, 1.0, 1.5], degrees: vec![2, 3], ends: [LineEnd::Finite; 2] };
+        mixed_segment(&line, 0..2, &[1.0, 3.0], [FluxEnd::Free; 2], [0.0; 2]).unwrap()
+    }
+
+    fn square_of_root(segment: &MixedSegment) -> Mat<f64> {
+        dense::product(segment.root.transpose(), segment.root.as_ref())
+    }
+
+    fn values(count: usize) -> Vec<f64> {
+        (0..count).map(|k| ((k * 37 % 101) as f64 - 50.0) / 8.0).collect()
+    }
+
+    #[test]
+    fn the_operator_is_the_square_of_its_root_along_columns_and_along_rows() {
+        for (segment, nodes) in [(long(), 3), (short(), 0)] {
+            let (exact, operator) = (square_of_root(&segment), segment.operator().unwrap());
+            assert_eq!(operator.nodes(), nodes);
+            let (n, width, apart) = (exact.nrows(), 5, 7);
+            let largest = (0..n).map(|i| exact[(i, i)]).fold(0.0, f64::max);
+            let (x, mut work) = (values(n * apart), Vec::new());
+            let mut out = vec![1.0; n * apart];
+            operator.add_along_columns(right(&x, 0, width, apart), target(&mut out, 0, apart), &mut work);
+            for i in 0..n {
+                for j in 0..width {
+                    let sum: f64 = (0..n).map(|m| exact[(i, m)] * x[m * apart + j]).sum();
+                    assert!((out[i * apart + j] - 1.0 - sum).abs() < 1e-12 * largest, "{i} {j}");
+                }
+                assert_eq!(out[i * apart + width..(i + 1) * apart], [1.0; 2]);
+            }
+            let (x, mut out) = (values(width * (n + 2)), vec![1.0; width * (n + 3)]);
+            let from = left(&x, 0, width, n, n + 2);
+            operator.add_along_rows(from, target(&mut out, 0, n + 3), &mut work);
+            for j in 0..width {
+                for i in 0..n {
+                    let sum: f64 = (0..n).map(|m| exact[(i, m)] * x[j * (n + 2) + m]).sum();
+                    assert!((out[j * (n + 3) + i] - 1.0 - sum).abs() < 1e-12 * largest, "{i} {j}");
+                }
+                assert_eq!(out[j * (n + 3) + n..(j + 1) * (n + 3)], [1.0; 3]);
+            }
+        }
+    }
+
+    #[test]
+    fn some_rows_are_the_same_bytes_as_all_of_them() {
+        let operator = long().operator().unwrap();
+        let (n, width) = (operator.pieces.last().unwrap().modes.end, 3);
+        let (x, mut work) = (values(n * width), Vec::new());
+        let x = right(&x, 0, width, width);
+        let mut all = vec![0.0; n * width];
+        operator.add_along_columns(x, target(&mut all, 0, width), &mut work);
+        let between = operator.between(x, &mut work);
+        for some in [0..5, 5..31, 31..n] {
+            let mut own = vec![0.0; some.len() * width];
+            operator.add_rows(some.clone(), x, between, target(&mut own, 0, width));
+            assert_eq!(own, all[some.start * width..some.end * width]);
+        }
+    }
+
+    #[test]
+    fn other_modes_of_each_element_give_the_same_energies() {
+        let signs: Vec<f64> = values(64).iter().map(|x| x.signum()).collect();
+        let turned = long()
+            .with_modes(|rows| Mat::from_fn(rows.nrows(), rows.ncols(), |i, j| signs[i] * rows[(i, j)]));
+        let (own, exact) = (turned.operator().unwrap(), square_of_root(&long()));
+        let n = exact.nrows();
+        let x = values(n);
+        let signed: Vec<f64> = x.iter().zip(&signs).map(|(x, s)| x * s).collect();
+        let mut out = vec![0.0; n];
+        own.add_along_columns(right(&signed, 0, 1, 1), target(&mut out, 0, 1), &mut Vec::new());
+        for i in 0..n {
+            let sum: f64 = (0..n).map(|m| exact[(i, m)] * x[m]).sum();
+            assert!((out[i] * signs[i] - sum).abs() < 1e-11 * sum.abs().max(1.0), "{i}");
+        }
+    }
+}
