@@ -163,16 +163,32 @@ impl Strips {
             }
             runs.push((row..row + 1, hull, count));
         }
-        let strip = |(rows, columns, _): (Range<usize>, Range<usize>, usize)| {
+        Self::of(matrix, runs.into_iter().map(|(rows, columns, _)| (rows, columns)))
+    }
+
+    /// Strips of `count` rows, for a matrix whose entries are near the diagonal, however few they are.
+    pub fn of_rows(matrix: &SparseRows<f64>, count: usize) -> Self {
+        let rows = |first: usize| first..(first + count).min(matrix.rows());
+        let hull = |rows: Range<usize>| {
+            let columns = || rows.clone().flat_map(|row| matrix.row(row)).map(|(column, _)| *column);
+            let columns = columns().min().map_or(0..0, |low| low..columns().max().unwrap_or(low) + 1);
+            (rows, columns)
+        };
+        Self::of(matrix, (0..matrix.rows()).step_by(count.max(1)).map(rows).map(hull))
+    }
+
+    /// The strips that have these rows and columns.
+    fn of(matrix: &SparseRows<f64>, runs: impl Iterator<Item = (Range<usize>, Range<usize>)>) -> Self {
+        let strip = |(rows, columns): (Range<usize>, Range<usize>)| {
             let mut data = vec![0.0; rows.len() * columns.len()];
-            for (own, row) in data.chunks_exact_mut(columns.len()).zip(rows.clone()) {
+            for (own, row) in data.chunks_exact_mut(columns.len().max(1)).zip(rows.clone()) {
                 matrix.row(row).iter().for_each(|(column, value)| own[column - columns.start] += value);
             }
             let dense = Dense { rows: rows.len(), cols: columns.len(), data };
             let turned = dense.transposed();
             Strip { first_row: rows.start, first_column: columns.start, matrix: dense, turned }
         };
-        let strips: Vec<Strip> = runs.into_iter().map(strip).collect();
+        let strips: Vec<Strip> = runs.map(strip).collect();
         let is_full = strips.iter().map(|strip| strip.matrix.rows).sum::<usize>() == matrix.rows();
         Self { rows: matrix.rows(), strips, is_full }
     }
@@ -321,8 +337,14 @@ mod tests {
     fn products_are_added_to_what_is_there_where_that_is_asked_for_and_rows_without_entries_are_zero_where_not()
      {
         let m = matrix();
-        let strips = Strips::new(&SparseRows::from_mat(m.as_ref()));
-        assert_eq!(strips.rows(), m.nrows());
+        let rows = SparseRows::from_mat(m.as_ref());
+        for strips in [Strips::new(&rows), Strips::of_rows(&rows, 4), Strips::of_rows(&rows, 1)] {
+            assert_eq!(strips.rows(), m.nrows());
+            acts_as(&m, &strips);
+        }
+    }
+
+    fn acts_as(m: &Mat<f64>, strips: &Strips) {
         let (width, count) = (3, 2);
         let x = array([m.ncols(), width, 1]);
         let (mut once, mut twice) = (vec![1.0; m.nrows() * width], vec![0.0; m.nrows() * width]);

@@ -101,7 +101,7 @@ impl Primal {
 
 /// Derivatives of potentials piece by piece: of one row of the derivatives along the first axis, or of one slab along the other two.
 struct Pieces<'t> {
-    term: &'t Term<f64>,
+    term: &'t Term,
     /// Of the second and the third axis.
     mass: [Strips; 2],
     gradient: [Strips; 2],
@@ -116,10 +116,10 @@ enum Piece {
 }
 
 impl<'t> Pieces<'t> {
-    fn new(term: &'t Term<f64>, dims: Dims) -> Self {
+    fn new(term: &'t Term, dims: Dims) -> Self {
         Self {
             term,
-            mass: [Strips::new(&term.mass[1]), Strips::new(&term.mass_last)],
+            mass: [Strips::new(&term.mass[1]), Strips::new(&term.mass[2])],
             gradient: [1, 2].map(|a| Strips::new(&term.gradient[a].matrix)),
             dims,
         }
@@ -209,7 +209,7 @@ struct Work {
     once: Vec<f64>,
 }
 
-impl Term<f64> {
+impl Term {
     /// Products of potentials with others, those that are `wanted`. Piece by piece, so that derivatives of all of a potential, which take as
     /// much memory as itself, are never held.
     fn products(

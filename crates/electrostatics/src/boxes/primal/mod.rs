@@ -17,7 +17,7 @@ use crate::boxes::mapped::gradients::{EXTRA, Gradients, Work};
 use crate::boxes::schwarz::{Modes, Schwarz, SchwarzWork, SeparableBox};
 use elastocap_fem::line::line_matrices;
 use elastocap_fem::modes::primal_modes;
-use elastocap_fem::tensor::{Dense, Dims, Real, SparseRows, Window, axpy, clear, left, multiply, target};
+use elastocap_fem::tensor::{Dims, SparseRows, Strips, Window, axpy, clear, target};
 use elastocap_geometry::scene::Wall;
 use elastocap_linalg::conjugate_gradients::{ITERATION_LIMIT, Operator};
 use energies::{Gradient, GradientMatrix};
@@ -30,29 +30,31 @@ use std::sync::Arc;
 /// Under a map, so many times as many iterations are made before giving up.
 const UNDER_MAP: usize = 2;
 
+/// Rows of the matrices of the last axis that are multiplied at once: a few vectors, of which the entries take the greater part.
+const STRIP: usize = 16;
+
 /// One separable part of the operator, K0 M1 M2 + M0 K1 M2 + M0 M1 K2, on a window of the array.
 #[derive(Debug)]
-struct Term<T> {
+struct Term {
     window: Window,
-    /// Mass and stiffness of axes 0 and 1, indices relative to the window.
-    mass: [SparseRows<T>; 2],
-    stiffness: [SparseRows<T>; 2],
-    /// `[M2 | K2]`, dense: one product along the contiguous axis gives both.
-    last: Dense<T>,
-    /// Of all three axes, for energies.
+    /// Mass and stiffness of each axis, indices relative to the window.
+    mass: [SparseRows<f64>; 3],
+    stiffness: [SparseRows<f64>; 3],
+    /// Both of the last axis, for products with rows.
+    last: [Strips; 2],
+    /// For energies.
     gradient: [Gradient; 3],
-    mass_last: SparseRows<f64>,
 }
 
-/// The operator in one precision.
+/// The operator.
 #[derive(Debug)]
-struct Terms<T> {
+struct Terms {
     dims: Dims,
-    terms: Vec<Term<T>>,
-    scratch: Vec<T>,
+    terms: Vec<Term>,
+    scratch: Vec<f64>,
 }
 
-impl<T: Real> Terms<T> {
+impl Terms {
     fn new(dims: Dims, matrices: &[TermMatrices]) -> Self {
         let terms = matrices
             .iter()
@@ -61,17 +63,15 @@ impl<T: Real> Terms<T> {
                     let w = &t.window[a];
                     m.as_ref().submatrix(w.start, w.start, w.len(), w.len()).to_owned()
                 };
-                let n2 = t.window[2].len();
-                let (m2, k2) = (cut(&t.mass[2], 2), cut(&t.stiffness[2], 2));
-                let last = Mat::from_fn(n2, 2 * n2, |i, j| if j < n2 { m2[(i, j)] } else { k2[(i, j - n2)] });
-                let sparse = |m: &[Mat<f64>; 3], a: usize| SparseRows::from_mat(cut(&m[a], a).as_ref());
+                let sparse =
+                    |m: &[Mat<f64>; 3]| [0, 1, 2].map(|a| SparseRows::from_mat(cut(&m[a], a).as_ref()));
+                let (mass, stiffness) = (sparse(&t.mass), sparse(&t.stiffness));
                 Term {
-                    mass: [sparse(&t.mass, 0), sparse(&t.mass, 1)],
-                    stiffness: [sparse(&t.stiffness, 0), sparse(&t.stiffness, 1)],
-                    last: Dense::from_mat(last.as_ref()),
+                    last: [&mass, &stiffness].map(|own| Strips::of_rows(&own[2], STRIP)),
+                    mass,
+                    stiffness,
                     window: t.window.clone(),
                     gradient: [0, 1, 2].map(|a| t.gradient[a].cut(&t.window[a])),
-                    mass_last: SparseRows::from_mat(cut(&t.mass[2], 2).as_ref()),
                 }
             })
             .collect();
@@ -79,29 +79,30 @@ impl<T: Real> Terms<T> {
     }
 
     /// y = A x on all functions, prescribed ones included.
-    fn apply(&mut self, x: &[T], y: &mut [T]) {
+    fn apply(&mut self, x: &[f64], y: &mut [f64]) {
         let dims = self.dims;
         let plane = dims[1] * dims[2];
         if self.terms.len() != 1 {
-            y.fill(T::default());
+            y.fill(0.0);
         }
         for (index, term) in self.terms.iter().enumerate() {
             let [w0, w1, w2] = &term.window;
             let (n0, n1, n2) = (w0.len(), w1.len(), w2.len());
             let sheet = n1 * n2;
             // c = M1 M2 x and d = (M1 K2 + K1 M2) x, side by side per slab.
-            self.scratch.resize(n0 * 2 * sheet, T::default());
+            self.scratch.resize(n0 * 2 * sheet, 0.0);
             self.scratch.par_chunks_mut(2 * sheet).enumerate().with_min_len(batch(sheet)).for_each_init(
-                || vec![T::default(); 2 * sheet],
+                || vec![0.0; 2 * sheet],
                 |ab, (i, cd)| {
                     let offset = ((w0.start + i) * dims[1] + w1.start) * dims[2] + w2.start;
-                    let source = left(x, offset, n1, n2, dims[2]);
-                    multiply(source, term.last.right(), target(ab, 0, 2 * n2), false);
+                    for (matrix, first) in term.last.iter().zip([0, n2]) {
+                        matrix.times_rows(&x[offset..], n1, dims[2], target(ab, first, 2 * n2), false);
+                    }
                     let (c, d) = cd.split_at_mut(sheet);
                     for j in 0..n1 {
                         let (c, d) = (&mut c[j * n2..(j + 1) * n2], &mut d[j * n2..(j + 1) * n2]);
-                        c.fill(T::default());
-                        d.fill(T::default());
+                        c.fill(0.0);
+                        d.fill(0.0);
                         for &(s, m) in term.mass[1].row(j) {
                             let (a, b) = ab[s * 2 * n2..(s + 1) * 2 * n2].split_at(n2);
                             axpy(c, m, a);
@@ -117,9 +118,9 @@ impl<T: Real> Terms<T> {
             let slabs = &mut y[w0.start * plane..w0.end * plane];
             slabs.par_chunks_mut(plane).enumerate().with_min_len(batch(sheet)).for_each(|(i, slab)| {
                 if replace {
-                    slab.fill(T::default());
+                    slab.fill(0.0);
                 }
-                let mut add = |weight: T, source: &[T]| {
+                let mut add = |weight: f64, source: &[f64]| {
                     if sheet == slab.len() {
                         axpy(slab, weight, source);
                     } else {
@@ -159,7 +160,7 @@ pub(crate) struct Primal {
     /// Closed function ranges of the conductors.
     conductors: Vec<Window>,
     vertices: [Vec<usize>; 3],
-    terms: Terms<f64>,
+    terms: Terms,
     /// Open space beyond the last nodes.
     faces: Faces,
     /// What the map adds that bends the scene, and the domain, for a finer rule.

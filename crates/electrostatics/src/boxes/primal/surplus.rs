@@ -2,7 +2,7 @@
 //! coarse, and in which direction.
 
 use super::{Primal, Term};
-use elastocap_fem::tensor::{Dims, SparseRows, axpy, left, multiply, target};
+use elastocap_fem::tensor::{Dims, SparseRows, axpy, target};
 use rayon::prelude::*;
 
 impl Primal {
@@ -31,7 +31,7 @@ fn diagonal(matrix: &SparseRows<f64>, i: usize) -> f64 {
     matrix.row(i).iter().find(|(j, _)| *j == i).map_or(0.0, |(_, v)| *v)
 }
 
-impl Term<f64> {
+impl Term {
     fn slice_energies(&self, u: &[f64], dims: Dims) -> [Vec<f64>; 3] {
         let [w0, w1, w2] = &self.window;
         let (n0, n1, n2) = (w0.len(), w1.len(), w2.len());
@@ -45,16 +45,14 @@ impl Term<f64> {
                 for (j, row) in own.chunks_exact_mut(n2).enumerate() {
                     row.copy_from_slice(&u[offset + j * dims[2]..offset + j * dims[2] + n2]);
                 }
-                let mut wide = vec![0.0; 2 * sheet];
-                multiply(left(own, 0, n1, n2, n2), self.last.right(), target(&mut wide, 0, 2 * n2), false);
-                for (j, row) in wide.chunks_exact(2 * n2).enumerate() {
-                    both[j * n2..(j + 1) * n2].copy_from_slice(&row[..n2]);
-                    both[sheet + j * n2..sheet + (j + 1) * n2].copy_from_slice(&row[n2..]);
+                for (matrix, out) in self.last.iter().zip(both.chunks_exact_mut(sheet)) {
+                    matrix.times_rows(own, n1, n2, target(out, 0, n2), false);
                 }
             },
         );
-        let [m0, m1] = &self.mass;
-        let [k0, k1] = &self.stiffness;
+        let [m0, m1, m2] = &self.mass;
+        let [k0, k1, k2] = &self.stiffness;
+        let last: Vec<[f64; 2]> = (0..n2).map(|k| [diagonal(m2, k), diagonal(k2, k)]).collect();
         let per_slab: Vec<(f64, Vec<f64>, Vec<f64>)> = (0..n0)
             .into_par_iter()
             .map(|i| {
@@ -89,8 +87,7 @@ impl Term<f64> {
                     second[j] +=
                         diagonal(k1, j) * dot(&mass[row.clone()]) + diagonal(m1, j) * dot(&rest[row]);
                     for k in 0..n2 {
-                        let (m2, k2) = (self.last.data[k * 2 * n2 + k], self.last.data[k * 2 * n2 + n2 + k]);
-                        third[k] += u[k] * (k2 * r[k] + m2 * s[k]);
+                        third[k] += u[k] * (last[k][1] * r[k] + last[k][0] * s[k]);
                     }
                 }
                 (first, second, third)
