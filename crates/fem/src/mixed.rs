@@ -52,7 +52,8 @@ impl MixedSegment {
         Condensed::new(self.mass.as_ref(), self.divergence.as_ref(), &self.nodes)
     }
 
-    /// The same for other potential modes: `change` gives their rows from those of the modes, and mixes modes of the same element only.
+    /// This segment in another orthonormal basis of the potentials. `change` takes rows in the present basis to rows in the other one, and
+    /// combines modes of the same element only.
     pub fn with_modes(mut self, change: impl Fn(&Mat<f64>) -> Mat<f64>) -> Self {
         for matrix in [&mut self.root, &mut self.divergence] {
             *matrix = change(&matrix.transpose().to_owned()).transpose().to_owned();

@@ -123,13 +123,12 @@ impl<T> SparseRows<T> {
 /// of single entries.
 const MOST_ZEROS: f64 = 0.6;
 
-/// A sparse matrix of one axis, as dense matrices of those rows side by side that share most of their columns. Functions of a line at
-/// points on its elements make one for each element.
+/// A sparse matrix of one axis, as dense matrices of rows side by side: of those that share most of their columns, or of so many at a time.
 #[derive(Debug, Clone)]
 pub struct Strips {
     rows: usize,
     strips: Vec<Strip>,
-    /// Whether every row has entries.
+    /// Whether every row is in a strip.
     is_full: bool,
 }
 
@@ -142,7 +141,7 @@ struct Strip {
 }
 
 impl Strips {
-    /// The strips of a sparse matrix.
+    /// Strips of rows that share most of their columns. Functions of a line at points on its elements make one for each element.
     pub fn new(matrix: &SparseRows<f64>) -> Self {
         let hull = |row: usize| {
             let columns = || matrix.row(row).iter().map(|(column, _)| *column);
@@ -168,13 +167,14 @@ impl Strips {
 
     /// Strips of `count` rows, for a matrix whose entries are near the diagonal, however few they are.
     pub fn of_rows(matrix: &SparseRows<f64>, count: usize) -> Self {
+        let count = count.max(1);
         let rows = |first: usize| first..(first + count).min(matrix.rows());
         let hull = |rows: Range<usize>| {
             let columns = || rows.clone().flat_map(|row| matrix.row(row)).map(|(column, _)| *column);
             let columns = columns().min().map_or(0..0, |low| low..columns().max().unwrap_or(low) + 1);
             (rows, columns)
         };
-        Self::of(matrix, (0..matrix.rows()).step_by(count.max(1)).map(rows).map(hull))
+        Self::of(matrix, (0..matrix.rows()).step_by(count).map(rows).map(hull))
     }
 
     /// The strips that have these rows and columns.

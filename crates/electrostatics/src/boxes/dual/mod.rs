@@ -1,8 +1,8 @@
 //! Thomson's principle: fluxes without divergence, whose energy bounds the capacitance from below.
 //!
 //! Unknowns are the discontinuous potentials of the mixed method, scaled by the square root of the permittivity, in
-//! an orthonormal basis, `[i][j][k]`. Each grid line between two obstacles carries a matrix T (`elastocap_fem::mixed`), of which products are
-//! made piece by piece (`elastocap_fem::condensed`); the operator is the sum of T over all lines of all three axes.
+//! an orthonormal basis, `[i][j][k]`. Each grid line between two obstacles carries a matrix T (`elastocap_fem::mixed`); products with it
+//! are formed piece by piece (`elastocap_fem::condensed`). The operator is the sum of T over all lines of all three axes.
 //!
 //! The bound does not depend on the convergence of the linear solver. The solver leaves a small divergence r. A second flux cancels
 //! it: the exact solution with source r on the whole box of the scene as if there were no conductors. With A' the operator of that

@@ -1,4 +1,4 @@
-//! The operator: T along every line of every axis, condensed to the nodes between pieces of the line.
+//! The operator: T along every line of every axis, as [`elastocap_fem::condensed`] applies it.
 
 use super::lines::{Bundle, Run, Segment};
 use super::rays::shares;
@@ -158,7 +158,7 @@ fn along_slabs(
     };
     let damped: Vec<Vec<Option<[Vec<f64>; 2]>>> =
         bundles.iter().map(|b| b.runs.iter().map(|r| damped(b, r)).collect()).collect();
-    // Between the pieces of the lines of each run, for one row of the first transverse axis after the other.
+    // What `Condensed::between` says of the lines of each run, for one row of the first transverse axis after the other.
     let between = |bundle: &Bundle, run: &Run| -> Vec<f64> {
         let (operator, (js, ks)) = (&segments[run.segment].operator, (&bundle.across[0], &bundle.across[1]));
         let mut out = vec![0.0; js.len() * operator.nodes() * ks.len()];

@@ -182,7 +182,7 @@ impl Repair {
         let [n0, n1, n2] = dims;
         let plane = n1 * n2;
         let minus: Vec<f64> = psi.par_iter().map(|p| -p).collect();
-        // Between the pieces of the lines of the first axis, for one row of the second after the other.
+        // What `Condensed::between` says of the lines of the first axis, for one row of the second after the other.
         let [along, second, third] = &self.operator;
         let width = along.nodes() * n2;
         let mut between = vec![0.0; width * n1];

@@ -30,8 +30,8 @@ use std::sync::Arc;
 /// Under a map, so many times as many iterations are made before giving up.
 const UNDER_MAP: usize = 2;
 
-/// Rows of the matrices of the last axis that are multiplied at once. Their entries reach a degree farther on either side: with fewer rows more
-/// of the work would be there, with more rows more of it in zeros.
+/// Rows of a strip of the matrices of the last axis. Its columns reach a degree beyond the rows on either side: narrower strips spend more work
+/// on this overlap, wider ones more on zeros.
 const STRIP: usize = 16;
 
 /// One separable part of the operator, K0 M1 M2 + M0 K1 M2 + M0 M1 K2, on a window of the array.
