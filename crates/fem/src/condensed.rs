@@ -13,6 +13,7 @@ use crate::mixed::IllConditioned;
 use crate::tensor::{Dense, Left, Right, Target, left, multiply, right, sized, target};
 use elastocap_linalg::dense::{self, Llt};
 use faer::{Mat, MatRef};
+use rayon::prelude::*;
 use std::ops::Range;
 
 /// Least number of potential modes in a piece of a line that is cut. Products with matrices of this size take little longer than reading what
@@ -102,7 +103,7 @@ impl Condensed {
         } else {
             Llt::new(schur.as_ref()).map_err(|_| IllConditioned)?.solve(Mat::identity(count, count).as_ref())
         };
-        // Symmetric to the last bit, as the other part is.
+        // Symmetric to the last bit, which an inverse found column by column is not.
         let coupling = Mat::from_fn(count, count, |i, j| 0.5 * (inverse[(i, j)] + inverse[(j, i)]));
         Ok(Self { pieces, coupling: Dense::from_mat(coupling.as_ref()) })
     }
@@ -114,19 +115,23 @@ impl Condensed {
 
     /// S^-1 V^T x for the columns of `x`, one row for each node between pieces, into the first entries of `work`.
     pub fn between<'w>(&self, x: Right<'_, f64>, work: &'w mut Vec<f64>) -> &'w [f64] {
-        let (count, width) = (self.nodes(), x.cols);
-        let len = count * width;
-        if work.len() < 2 * len {
-            sized(work, 2 * len);
-        }
-        let (out, traces) = work.split_at_mut(len);
-        let traces = &mut traces[..len];
-        traces.fill(0.0);
+        let width = x.cols;
+        let [out, traces] = halves(work, self.nodes() * width);
         for piece in self.pieces.iter().filter(|piece| !piece.nodes.is_empty()) {
             let own = right(x.data, piece.modes.start * x.stride, width, x.stride);
             multiply(piece.turned.left(), own, target(traces, piece.nodes.start * width, width), true);
         }
         multiply(self.coupling.left(), right(traces, 0, width, width), target(out, 0, width), false);
+        out
+    }
+
+    /// The same for `count` arrays that begin `apart` entries apart in that of `x`, one after the other.
+    pub fn between_each(&self, x: Right<'_, f64>, count: usize, apart: usize) -> Vec<f64> {
+        let len = self.nodes() * x.cols;
+        let mut out = vec![0.0; count * len];
+        out.par_chunks_mut(len.max(1)).enumerate().for_each_init(Vec::new, |work, (k, out)| {
+            out.copy_from_slice(self.between(right(x.data, k * apart, x.cols, x.stride), work));
+        });
         out
     }
 
@@ -160,13 +165,7 @@ impl Condensed {
     /// `out += x T` for the rows of `x`.
     pub fn add_along_rows(&self, x: Left<'_, f64>, out: Target<'_, f64>, work: &mut Vec<f64>) {
         let (count, rows) = (self.nodes(), x.rows);
-        let len = count * rows;
-        if work.len() < 2 * len {
-            sized(work, 2 * len);
-        }
-        let (between, traces) = work.split_at_mut(len);
-        let traces = &mut traces[..len];
-        traces.fill(0.0);
+        let [between, traces] = halves(work, count * rows);
         let part = |modes: &Range<usize>| left(x.data, modes.start, rows, modes.len(), x.row);
         for Piece { modes, nodes, through, .. } in self.pieces.iter().filter(|piece| !piece.nodes.is_empty())
         {
@@ -185,6 +184,16 @@ impl Condensed {
             }
         }
     }
+}
+
+/// Two arrays of this length in `work`, the second one of zeros.
+fn halves(work: &mut Vec<f64>, len: usize) -> [&mut [f64]; 2] {
+    if work.len() < 2 * len {
+        sized(work, 2 * len);
+    }
+    let (first, second) = work[..2 * len].split_at_mut(len);
+    second.fill(0.0);
+    [first, second]
 }
 
 /// The nodes at which a line of so many modes is cut: pieces have [`MODES`] modes and more.

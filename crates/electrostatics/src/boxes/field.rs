@@ -100,7 +100,7 @@ impl Reflection {
 /// Samples one state of the scene: its potential and its electric field as the sum of the shares of all parts.
 ///
 /// `potentials`, V, are those of the scene's conductors in this state, for the caller to find in the result. The samples fill
-/// [`Scene::sensor`]; there are more of them in a section through it. If there are no shares, there is no field, and all lists are empty.
+/// [`Scene::sensor`], and are closer together in a section through it. With no shares, all lists of the result are empty.
 pub(crate) fn sample(
     scene: &Scene,
     layout: &Layout,

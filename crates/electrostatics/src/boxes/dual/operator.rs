@@ -161,13 +161,8 @@ fn along_slabs(
     // What `Condensed::between` says of the lines of each run, for one row of the first transverse axis after the other.
     let between = |bundle: &Bundle, run: &Run| -> Vec<f64> {
         let (operator, (js, ks)) = (&segments[run.segment].operator, (&bundle.across[0], &bundle.across[1]));
-        let mut out = vec![0.0; js.len() * operator.nodes() * ks.len()];
-        let rows = out.par_chunks_mut((operator.nodes() * ks.len()).max(1)).zip(js.clone());
-        rows.for_each_init(Vec::new, |work, (out, j)| {
-            let own = right(x, run.range.start * plane + j * n2 + ks.start, ks.len(), plane);
-            out.copy_from_slice(operator.between(own, work));
-        });
-        out
+        let at = run.range.start * plane + js.start * n2 + ks.start;
+        operator.between_each(right(x, at, ks.len(), plane), js.len(), n2)
     };
     let between: Vec<Vec<Vec<f64>>> =
         bundles.iter().map(|b| b.runs.iter().map(|r| between(b, r)).collect()).collect();

@@ -185,10 +185,7 @@ impl Repair {
         // What `Condensed::between` says of the lines of the first axis, for one row of the second after the other.
         let [along, second, third] = &self.operator;
         let width = along.nodes() * n2;
-        let mut between = vec![0.0; width * n1];
-        between.par_chunks_mut(width.max(1)).enumerate().for_each_init(Vec::new, |work, (j, out)| {
-            out.copy_from_slice(along.between(right(&minus, j * n2, n2, plane), work));
-        });
+        let between = along.between_each(right(&minus, 0, n2, plane), n1, n2);
         let block = row_block(n0, plane);
         rest.par_chunks_mut(block * plane).enumerate().for_each_init(Vec::new, |work, (b, slabs)| {
             let first = b * block;
